@@ -1,0 +1,62 @@
+# Flags and helpers that every folder's CMakeLists.txt uses.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+
+# Asserts stay on in Release: -O2 is where a value-changing transform would first show up.
+set(CMAKE_CXX_FLAGS_RELEASE "-O2")
+set(CMAKE_C_FLAGS_RELEASE "-O2")
+
+find_program(STYLET_CCACHE ccache)
+if(STYLET_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${STYLET_CCACHE})
+    set(CMAKE_C_COMPILER_LAUNCHER ${STYLET_CCACHE})
+endif()
+
+add_library(stylet_flags INTERFACE)
+target_compile_options(stylet_flags INTERFACE
+    # Bit-equal results across compilers and machines need every product rounded on its own.
+    -ffp-contract=off
+    -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Werror)
+target_include_directories(stylet_flags INTERFACE ${CMAKE_SOURCE_DIR})
+if(STYLET_SANITIZE)
+    target_compile_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE} -fno-omit-frame-pointer -g1)
+    target_link_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE})
+    if(STYLET_SANITIZE MATCHES undefined)
+        target_compile_options(stylet_flags INTERFACE -fno-sanitize-recover=undefined)
+    endif()
+endif()
+
+# stylet_library(name SOURCES ... PUBLIC ... PRIVATE ...): a static library of one folder.
+function(stylet_library name)
+    cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+    add_library(${name} STATIC ${ARG_SOURCES})
+    target_link_libraries(${name} PUBLIC stylet_flags ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+endfunction()
+
+# stylet_program(name SOURCES ... LINK ...): a binary in bin/.
+function(stylet_program name)
+    cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+    add_executable(${name} ${ARG_SOURCES})
+    target_link_libraries(${name} PRIVATE stylet_flags ${ARG_LINK})
+endfunction()
+
+# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ...): a GoogleTest program of tests/<module>.
+# One ctest entry a program: most tests are short, and starting a process for each would cost more than running it.
+function(stylet_test name)
+    cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+    find_package(GTest REQUIRED)
+    add_executable(${name} ${ARG_SOURCES})
+    target_link_libraries(${name} PRIVATE stylet_flags ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main)
+    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+    if(NOT ARG_TIMEOUT)
+        set(ARG_TIMEOUT 300)
+    endif()
+    add_test(NAME ${name} COMMAND ${name})
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
+        ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+endfunction()

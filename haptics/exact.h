@@ -1,0 +1,46 @@
+// The exact force along a straight path through a still patient, border to border: no step, no samples.
+// Same rules as needle.h (model in Eqs. 1-8), solved in closed form between events.
+#pragma once
+
+#include <vector>
+
+#include "haptics/needle.h"
+
+namespace stylet::haptics {
+
+// A straight path as the needle meets it: tissue from `begin_m` (depth along the path) to the next border.
+struct Segment {
+    double begin_m = 0.0;
+    Tissue tissue = Tissue::air;
+    std::uint8_t label = 0;
+};
+
+// Force as a function of depth: f = c2 x^2 + c1 x + c0 on [begin, end), x = depth - begin.
+struct ForcePiece {
+    double begin_m = 0.0, end_m = 0.0;
+    double c0_n = 0.0, c1_n_per_m = 0.0, c2_n_per_m2 = 0.0;
+    Tissue tissue = Tissue::air;
+    Phase phase = Phase::pass;
+};
+
+struct ExactEvent {
+    NeedleEventKind kind = NeedleEventKind::border;
+    Tissue tissue = Tissue::air;   // entered
+    std::uint8_t label = 0;
+    double border_depth_m = 0.0;
+    double depth_m = 0.0;          // of the tip when it happened
+    double force_before_n = 0.0, force_after_n = 0.0;
+};
+
+struct ExactForce {
+    std::vector<ForcePiece> pieces;  // ascending, gap-free from 0 to the path's length
+    std::vector<ExactEvent> events;
+    double at(double depth_m) const; // the force just after `depth_m`
+};
+
+// The tissues along a straight path from entry to end in the reference (track flags as the needle would set them).
+std::vector<Segment> segmentsAlong(const patient::Patient&, const Vec3& entry_m, const Vec3& end_m);
+// Bone is held for ever: the force goes on rising with its stiffness to the path's end.
+ExactForce solveExact(const patient::TissueTable&, const std::vector<Segment>&, double length_m, const NeedleSettings&);
+
+}  // namespace stylet::haptics

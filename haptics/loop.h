@@ -1,0 +1,51 @@
+// The 1 kHz loop around Simulation::step: device in, force out, rings and snapshot to the session.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "haptics/device.h"
+#include "haptics/rings.h"
+#include "haptics/simulation.h"
+
+namespace stylet::haptics {
+
+// The loop's only access to time, given by app/. Both are called on the haptics thread.
+struct Clock {
+    void* context = nullptr;
+    std::int64_t (*now_ns)(void* context) noexcept = nullptr;
+    void (*sleepUntil_ns)(void* context, std::int64_t t_ns) noexcept = nullptr;
+};
+
+// One tick as the session gets it: what went in and what came out.
+struct TickRecord {
+    TickInput input;
+    TickOutput output;
+};
+struct EventRecord {
+    std::uint64_t tick = 0;
+    NeedleEvent event;
+};
+
+struct LoopStats {
+    std::uint64_t ticks = 0, late_ticks = 0;  // late: woke more than one period after its deadline
+    double max_step_us = 0.0;                 // of step() alone, device I/O not counted
+    std::uint32_t faults = 0;
+};
+
+struct LoopChannels {
+    Ring<Command> commands{64};        // session -> haptics
+    Ring<TickRecord> records{4096};    // haptics -> session
+    Ring<EventRecord> events{1024};    // haptics -> session
+    Snapshot<TickOutput> latest;       // haptics -> frame loop
+    std::atomic<bool> stop{false};
+};
+
+// One tick: reads the device, takes the commands waiting, steps, sends, publishes.
+// Haptics thread. noexcept, no allocation, no lock.
+void loopTick(Simulation&, HapticDevice&, LoopChannels&, LoopStats&, std::int64_t now_ns) noexcept;
+
+// Ticks at absolute deadlines until `stop`; a late tick is counted, never stretched or made up.
+LoopStats runLoop(Simulation&, HapticDevice&, LoopChannels&, const Clock&) noexcept;
+
+}  // namespace stylet::haptics

@@ -1,0 +1,45 @@
+// The one output stage: every force a device gets has passed here, in this order:
+// finite -> rate limit -> device gain and limits -> final clamp -> send.
+#pragma once
+
+#include <cstdint>
+
+#include "haptics/needle.h"
+
+namespace stylet::haptics {
+
+// What a device can do. Cited in the profile's source field; NaN = unknown.
+struct DeviceProfile {
+    const char* name = "paper";
+    double force_peak_n = 22.0;
+    double stiffness_n_per_m = 1000.0;  // recommended, K_dev
+    const char* source = "Mastmeyer et al. 2017: Phantom Premium class, 22 N";
+};
+
+struct OutputSettings {
+    double rate_limit_n_per_s = 2000.0;   // falls of a puncture pass within 1 ms; see haptics/README.md
+    double model_force_n = 22.0;          // F_model: the largest force the model asks for (bone)
+    double model_tangent_n_per_m = 4000.0; // K_tangent: 2 k - a1 of the stiffest row, worst case a1 = 0
+};
+
+// Fault bits; a set bit stays until the run is re-armed.
+enum Fault : std::uint32_t {
+    kFaultNotFinite = 1u << 0,      // a pose or force was NaN or infinite: zero was sent
+    kFaultStaleInput = 1u << 1,     // the device gave nothing new for 20 ms
+    kFaultRingFull = 1u << 2,       // a ring to the session was full: something was not recorded
+};
+
+struct OutputState {
+    Vec3 sent_n{0.0};
+    std::uint32_t faults = 0;
+    bool limited = false;           // the last force was cut by a limit
+};
+
+// s = min(1, K_dev / K_tangent, F_dev / F_model): steady within a session, written into the record.
+double outputGain(const DeviceProfile&, const OutputSettings&) noexcept;
+
+// Haptics thread. noexcept, no allocation. Returns what to send, in the frame of `force_n`.
+Vec3 stepOutput(OutputState&, const OutputSettings&, const DeviceProfile&, double gain, const Vec3& force_n,
+                double dt_s) noexcept;
+
+}  // namespace stylet::haptics

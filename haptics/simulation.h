@@ -1,0 +1,92 @@
+// One tick of everything that is hashed: a fold over (package, scenario, per-tick device state and commands).
+// No clock, no thread, no I/O: the loop (loop.h), a replay and a test call the same step().
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "haptics/needle.h"
+#include "haptics/output.h"
+
+namespace stylet::haptics {
+
+// The device as read in one tick.
+struct DeviceState {
+    Pose device_from_stylus;        // needle tool: stylus = needle frame (tip at origin, +z to the hub)
+    std::uint32_t buttons = 0;
+    std::uint32_t fresh = 1;        // 0: nothing new since the last read
+};
+
+enum class CommandKind : std::uint32_t { holdBreath, breathe, rearm, marker };
+
+// A command takes effect in the tick that pops it; that tick is logged with it.
+struct Command {
+    CommandKind kind = CommandKind::marker;
+    std::uint32_t value = 0;        // marker: the scenario's moment
+};
+inline constexpr int kMaxCommandsPerTick = 8;
+
+struct TickInput {
+    DeviceState device;
+    std::uint32_t command_count = 0;
+    std::array<Command, kMaxCommandsPerTick> commands{};
+};
+
+struct SimulationSettings {
+    double dt_s = 0.001;
+    Pose patient_from_device;
+    NeedleSettings needle;
+    OutputSettings output;
+    DeviceProfile profile;
+    std::uint64_t scenario_digest = 0;  // folded into the hash first, with the package's digest
+    std::uint64_t seed = 0;
+};
+
+struct SimulationState {
+    std::uint64_t tick = 0;
+    patient::BreathingState breathing;
+    NeedleState needle;
+    OutputState output;
+    Pose patient_from_needle;       // last tick
+    std::uint32_t stale_ticks = 0;
+    patient::StateHash hash;        // running: covers every tick so far
+};
+
+// What the picture and the session may know of a tick. Trivially copyable: it travels in snapshots and rings.
+struct TickOutput {
+    std::uint64_t tick = 0;
+    Pose patient_from_needle;
+    Vec3 tip_reference_m{0.0};
+    patient::Surrogate breath;
+    bool breath_held = false;
+    Phase phase = Phase::outside;
+    Tissue tissue = Tissue::air;
+    std::uint8_t label = 0;
+    double depth_m = 0.0, force_n = 0.0;   // axial, model
+    double extension_m = 0.0;
+    double lateral_cut_m = 0.0;
+    Vec3 sent_device_n{0.0};               // after the output stage, device frame
+    std::uint32_t faults = 0;
+    std::uint64_t state_hash = 0;
+};
+
+class Simulation {
+  public:
+    Simulation(const patient::Patient&, const SimulationSettings&);
+
+    // Haptics thread. noexcept, no allocation, no lock, no I/O.
+    void step(const TickInput&, TickOutput&, NeedleEvents&) noexcept;
+
+    const SimulationState& state() const noexcept { return state_; }
+    const SimulationSettings& settings() const noexcept { return settings_; }
+    double gain() const noexcept { return gain_; }
+
+  private:
+    const patient::Patient* patient_;
+    SimulationSettings settings_;
+    SimulationState state_;
+    double gain_ = 1.0;
+};
+
+}  // namespace stylet::haptics

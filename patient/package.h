@@ -1,0 +1,74 @@
+// The patient package: a folder that 3D Slicer opens.
+//   patient.toml    tissue table, thresholds, label table with provenance, breathing, licence
+//   ct.nii.gz       int16 HU        labels.nii.gz  uint8 with labels.ctbl
+//   paths.json      bookmarked reference paths (optional; see planning.h)
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "patient/breathing.h"
+#include "patient/tissue.h"
+
+namespace stylet::patient {
+
+// Bad data: what() reads "FILE: FIELD: reason".
+class DataError : public std::runtime_error {
+  public:
+    DataError(const std::filesystem::path& file, const std::string& field, const std::string& reason)
+        : std::runtime_error(file.string() + ": " + field + ": " + reason) {}
+};
+
+struct Package {
+    std::string name;        // "reference patient, seed 1"
+    std::string licence;
+    std::string provenance;  // how the package came to be, one line
+    CtVolume ct;
+    LabelVolume labels;      // same grid
+    std::vector<Label> label_table;
+    TissueTable tissues{};
+    Thresholds thresholds;
+    std::string reference_phase = "exhale";  // "exhale", "inhale" or "v=0.35": the breath of the CT
+    BreathingModel breathing;
+};
+
+// What a package starts from: the [[tissue]] and [thresholds] tables of a TOML file (assets/tissue/ptcd.toml).
+struct TissueDefaults {
+    TissueTable tissues{};
+    Thresholds thresholds;
+};
+TissueDefaults loadTissueDefaults(const std::filesystem::path& toml);
+
+// Throws DataError; sizes are bounded (<= 1024 voxels a side, <= 512 Mi voxels) before anything is allocated.
+Package loadPackage(const std::filesystem::path& folder);
+// Writes into a temporary sibling and renames: a crash leaves no half package. Same package, same bytes.
+void savePackage(const Package&, const std::filesystem::path& folder);
+
+// 64 bits over all that forces depend on: table, thresholds, labels, CT, breathing.
+std::uint64_t digest(const Package&);
+
+// A package made ready for look-up: dense palettes instead of lists. Keeps a reference to the package.
+class Patient {
+  public:
+    explicit Patient(const Package&);
+
+    const Package& package() const noexcept { return *package_; }
+    const Grid& grid() const noexcept { return package_->ct.grid; }
+    const TissueRow& row(Tissue t) const noexcept { return package_->tissues[std::size_t(t)]; }
+    // Null for id 0 and ids without an entry.
+    const Label* label(std::uint8_t id) const noexcept { return palette_[id]; }
+
+    // Algorithm 1 at the voxel `i` (air outside the grid). Haptics thread. noexcept, no allocation.
+    TissueSample at(const Index3& i, TrackFlags) const noexcept;
+    TissueSample at(const Vec3& reference_m, TrackFlags flags) const noexcept {
+        return at(grid().nearest(reference_m), flags);
+    }
+
+  private:
+    const Package* package_;
+    std::array<const Label*, 256> palette_{};
+};
+
+}  // namespace stylet::patient

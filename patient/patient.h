@@ -1,0 +1,22 @@
+// The virtual patient: what it is made of, how it breathes, where a needle may go.
+//
+// Frames (a transform is named a_from_b and cancels when read aloud):
+//   patient    RAS, the CT's own: +x right, +y front, +z head; metres
+//   reference  the patient frame with the tissue where the CT saw it (Package::reference_phase)
+//   deformed   the patient frame with the tissue where it is at time t
+//   stage      OpenXR: +x right, +y up, -z forward, origin on the floor
+//   device     the haptic device's base
+//   stylus     the device's moving handle
+//   needle     tip at the origin, +z along the shaft toward the hub
+//   probe      the ultrasound probe: face centre at the origin, +z into the body
+//   eye        an OpenXR view: +x right, +y up, -z forward
+#pragma once
+
+#include "patient/breathing.h"    // the breath: signal, hold, motion at a point and as a table for pictures
+#include "patient/geometry.h"     // points, poses, grids
+#include "patient/hash.h"         // the state hash
+#include "patient/package.h"      // packages on disk, and the tissue at a point
+#include "patient/planning.h"     // reference paths
+#include "patient/tissue.h"       // the force table, labels, thresholds
+#include "patient/traversal.h"    // voxels along a segment
+#include "patient/volume.h"       // voxel volumes

@@ -1,0 +1,31 @@
+// A dense voxel volume: values x-fastest on a Grid.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "patient/geometry.h"
+
+namespace stylet::patient {
+
+template <typename T>
+struct Volume {
+    Grid grid;
+    std::vector<T> voxels;
+
+    Volume() = default;
+    explicit Volume(const Grid& g, T fill = T{}) : grid(g), voxels(g.voxelCount(), fill) {}
+
+    T& operator[](const Index3& i) noexcept { return voxels[grid.offset(i)]; }
+    const T& operator[](const Index3& i) const noexcept { return voxels[grid.offset(i)]; }
+    // The nearest voxel's value, `outside` beyond the grid.
+    T nearestOr(const Vec3& p, T outside) const noexcept {
+        const Index3 i = grid.nearest(p);
+        return grid.contains(i) ? (*this)[i] : outside;
+    }
+};
+
+using CtVolume = Volume<std::int16_t>;     // HU
+using LabelVolume = Volume<std::uint8_t>;  // ids of Package::labels, 0 = unsegmented
+
+}  // namespace stylet::patient

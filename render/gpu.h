@@ -1,0 +1,54 @@
+// The Vulkan instance, device and queue. An OpenXR runtime may insist on making them: hence the hooks.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+#include <vulkan/vulkan_raii.hpp>
+
+namespace stylet::render {
+
+// A Vulkan call failed: what() names the call and the result.
+class GpuError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+// Each may be empty: then Vulkan is called directly and the first device that fits is taken.
+struct GpuHooks {
+    std::function<VkResult(PFN_vkGetInstanceProcAddr, const VkInstanceCreateInfo*, VkInstance*)> createInstance;
+    std::function<VkPhysicalDevice(VkInstance)> pickDevice;
+    std::function<VkResult(PFN_vkGetInstanceProcAddr, VkPhysicalDevice, const VkDeviceCreateInfo*, VkDevice*)> createDevice;
+};
+
+struct GpuSettings {
+    bool validation = false;       // VK_LAYER_KHRONOS_validation with synchronisation checks; messages are counted
+    std::string pipeline_cache;    // file, empty = none
+};
+
+// Move-only owner; members die in reverse order.
+class Gpu {
+  public:
+    explicit Gpu(const GpuSettings&, const GpuHooks& = {});
+    ~Gpu();
+    Gpu(Gpu&&) noexcept;
+    Gpu& operator=(Gpu&&) noexcept;
+
+    const vk::raii::Instance& instance() const;
+    const vk::raii::PhysicalDevice& physicalDevice() const;
+    const vk::raii::Device& device() const;
+    const vk::raii::Queue& queue() const;
+    std::uint32_t queueFamily() const;
+    std::string name() const;                  // "llvmpipe (LLVM 15.0.6, 256 bits)"
+    std::uint64_t validationMessages() const;  // warnings and errors so far, 0 without validation
+    // True when multiview with two views really renders to both layers (tested with one pixel, not by the flag).
+    bool multiviewWorks() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace stylet::render

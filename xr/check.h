@@ -1,0 +1,68 @@
+// Failed OpenXR calls as sentences, handles as owners, and the header with the Vulkan structures switched on.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <vulkan/vulkan.h>
+#define XR_USE_GRAPHICS_API_VULKAN
+#include <openxr/openxr.h>
+#include <openxr/openxr_platform.h>
+
+#include "xr/xr.h"
+
+namespace stylet::xr {
+
+std::string resultName(XrResult);
+
+[[noreturn]] void fail(XrResult, const char* call, std::string_view meaning);
+
+// Throws XrError "CALL: RESULT: meaning" unless the call succeeded; special success codes pass.
+inline void check(XrResult result, const char* call, std::string_view meaning) {
+    if (XR_FAILED(result)) fail(result, call, meaning);
+}
+
+template <typename Handle, XrResult(XRAPI_PTR* kDestroy)(Handle)>
+class Owned {
+  public:
+    Owned() = default;
+    ~Owned() { reset(); }
+    Owned(Owned&& other) noexcept : handle_(std::exchange(other.handle_, Handle{XR_NULL_HANDLE})) {}
+    Owned& operator=(Owned&& other) noexcept {
+        if (this != &other) {
+            reset();
+            handle_ = std::exchange(other.handle_, Handle{XR_NULL_HANDLE});
+        }
+        return *this;
+    }
+    Handle get() const { return handle_; }
+    // Where a create call writes its handle.
+    Handle* out() {
+        reset();
+        return &handle_;
+    }
+    void reset() {
+        if (handle_ != XR_NULL_HANDLE) kDestroy(std::exchange(handle_, Handle{XR_NULL_HANDLE}));
+    }
+
+  private:
+    Handle handle_{XR_NULL_HANDLE};
+};
+
+// A structure of the API with everything but its type zero.
+template <typename Structure>
+Structure typed(XrStructureType type) {
+    Structure s{};
+    s.type = type;
+    return s;
+}
+
+inline constexpr XrPosef kIdentityPose{{0.0f, 0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}};
+
+inline Pose poseOf(const XrPosef& p) {
+    return {{p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w},
+            {p.position.x, p.position.y, p.position.z}};
+}
+
+}  // namespace stylet::xr

@@ -43,7 +43,8 @@ struct Grid {
         return i.x >= 0 && i.y >= 0 && i.z >= 0 && i.x < dims.x && i.y < dims.y && i.z < dims.z;
     }
     std::size_t offset(const Index3& i) const noexcept {
-        return (std::size_t(i.z) * std::size_t(dims.y) + std::size_t(i.y)) * std::size_t(dims.x) + std::size_t(i.x);
+        return (std::size_t(i.z) * std::size_t(dims.y) + std::size_t(i.y)) * std::size_t(dims.x) +
+               std::size_t(i.x);
     }
     Vec3 centre(const Index3& i) const noexcept { return origin_m + spacing_m * Vec3(i); }
     // Continuous voxel coordinates: integer at voxel centres.

@@ -22,11 +22,11 @@ class DataError : public std::runtime_error {
 };
 
 struct Package {
-    std::string name;        // "reference patient, seed 1"
+    std::string name;  // "reference patient, seed 1"
     std::string licence;
     std::string provenance;  // how the package came to be, one line
     CtVolume ct;
-    LabelVolume labels;      // same grid
+    LabelVolume labels;  // same grid
     std::vector<Label> label_table;
     TissueTable tissues{};
     Thresholds thresholds;
@@ -34,7 +34,8 @@ struct Package {
     BreathingModel breathing;
 };
 
-// What a package starts from: the [[tissue]] and [thresholds] tables of a TOML file (assets/tissue/ptcd.toml).
+// What a package starts from: the [[tissue]] and [thresholds] tables of a TOML file
+// (assets/tissue/ptcd.toml).
 struct TissueDefaults {
     TissueTable tissues{};
     Thresholds thresholds;

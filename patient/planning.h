@@ -11,18 +11,18 @@
 namespace stylet::patient {
 
 struct PlanSettings {
-    Surrogate breath;                    // the (held) breath in which the path is straight and is judged
-    double skin_spacing_m = 0.008;       // coarse set of skin voxels
-    double target_spacing_m = 0.004;     // thinning of the duct's centre line
-    double max_length_m = 0.090;         // C2
+    Surrogate breath;                 // the (held) breath in which the path is straight and is judged
+    double skin_spacing_m = 0.008;    // coarse set of skin voxels
+    double target_spacing_m = 0.004;  // thinning of the duct's centre line
+    double max_length_m = 0.090;      // C2
     double min_quality = 0.4;
-    double near_target_m = 0.010;        // within this of the duct's wall vessels count for C1 only
+    double near_target_m = 0.010;  // within this of the duct's wall vessels count for C1 only
     int threads = 2;
 };
 
 struct PlannedPath {
-    Vec3 entry_m{0.0}, target_m{0.0};                        // ends in the deformed patient at `breath`
-    Vec3 entry_reference_m{0.0}, target_reference_m{0.0};    // the same ends in the reference
+    Vec3 entry_m{0.0}, target_m{0.0};                      // ends in the deformed patient at `breath`
+    Vec3 entry_reference_m{0.0}, target_reference_m{0.0};  // the same ends in the reference
     Surrogate breath;
     double length_m = 0.0;
     double clearance_score = 0.0;  // C3 in [0, 1]
@@ -35,8 +35,10 @@ struct PlanResult {
     std::size_t candidates = 0, rejected_blocked = 0, rejected_long = 0, rejected_quality = 0;
 };
 
-// The skin in the access area (right flank, between the axillary lines, at liver height) against the duct's centre line.
-PlanResult planPaths(const Patient&, const PlanSettings&, const std::function<void(double fraction)>& progress = {});
+// The skin in the access area (right flank, between the axillary lines, at liver height) against the duct's
+// centre line.
+PlanResult planPaths(const Patient&, const PlanSettings&,
+                     const std::function<void(double fraction)>& progress = {});
 
 void savePaths(const std::vector<PlannedPath>&, const std::filesystem::path& json);
 std::vector<PlannedPath> loadPaths(const std::filesystem::path& json);  // throws DataError

@@ -20,10 +20,10 @@ enum class Role : std::uint8_t { pass, risk, target };
 std::string_view roleName(Role) noexcept;
 
 struct TissueRow {
-    double cut_force_n = 0.0;         // T_N, infinite for bone
-    double friction_n = 0.0;          // R
-    double stiffness_n_per_m = 0.0;   // k
-    bool membrane = false;            // stays held however thin its mask
+    double cut_force_n = 0.0;        // T_N, infinite for bone
+    double friction_n = 0.0;         // R
+    double stiffness_n_per_m = 0.0;  // k
+    bool membrane = false;           // stays held however thin its mask
     Role role = Role::pass;
     friend bool operator==(const TissueRow&, const TissueRow&) = default;
 };
@@ -41,12 +41,12 @@ struct Thresholds {
 // One entry of a package's label table; id 0 is "unsegmented" and has no entry.
 struct Label {
     std::uint8_t id = 0;
-    std::string name;               // "right kidney"
+    std::string name;  // "right kidney"
     Tissue tissue = Tissue::soft;
     Role role = Role::pass;
-    bool abdominal = false;         // entering it proves that skin and fascia were passed
+    bool abdominal = false;  // entering it proves that skin and fascia were passed
     std::array<std::uint8_t, 3> colour{128, 128, 128};
-    std::string provenance;         // "synthetic", "manual 3D-IRCADb-01", "threshold", "virtual"
+    std::string provenance;  // "synthetic", "manual 3D-IRCADb-01", "threshold", "virtual"
 };
 
 // What belongs to the needle's track and is undone on withdrawal.

@@ -4,8 +4,8 @@
 
 namespace stylet::patient {
 
-double detExp(double x) noexcept;          // |x| <= 700
-double detSin(double radians) noexcept;    // |x| <= 1e6
-double detCos(double radians) noexcept;    // |x| <= 1e6
+double detExp(double x) noexcept;        // |x| <= 700
+double detSin(double radians) noexcept;  // |x| <= 1e6
+double detCos(double radians) noexcept;  // |x| <= 1e6
 
 }  // namespace stylet::patient

@@ -1,0 +1,27 @@
+#include "patient/hash.h"
+
+namespace stylet::patient {
+
+void StateHash::add(std::string_view text) noexcept {
+    addBytes(std::as_bytes(std::span(text.data(), text.size())));
+}
+
+// The length first, so that what follows cannot slide into it; then little-endian words, the last padded with
+// zeros.
+void StateHash::addBytes(std::span<const std::byte> bytes) noexcept {
+    add(std::uint64_t(bytes.size()));
+    std::size_t i = 0;
+    for (; i + 8 <= bytes.size(); i += 8) {
+        std::uint64_t word = 0;
+        for (std::size_t b = 0; b < 8; ++b)
+            word |= std::uint64_t(bytes[i + b]) << (8 * b);
+        add(word);
+    }
+    if (i == bytes.size()) return;
+    std::uint64_t word = 0;
+    for (std::size_t b = 0; i + b < bytes.size(); ++b)
+        word |= std::uint64_t(bytes[i + b]) << (8 * b);
+    add(word);
+}
+
+}  // namespace stylet::patient

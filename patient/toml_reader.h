@@ -1,0 +1,52 @@
+// Internal: a TOML table that refuses what it was not asked for. Every reader states a range; every refusal
+// names the file, the field and the reason.
+#pragma once
+
+#include <toml++/toml.h>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "patient/package.h"
+
+namespace stylet::patient {
+
+class TomlReader {
+  public:
+    TomlReader(const std::filesystem::path& file, std::string field, const toml::table& table)
+        : file_(file), field_(std::move(field)), table_(table) {}
+
+    [[noreturn]] void refuse(std::string_view key, const std::string& reason) const {
+        throw DataError(file_, nameOf(key), reason);
+    }
+    bool has(std::string_view key) const { return table_.contains(key); }
+    std::string nameOf(std::string_view key) const;
+
+    // low <= value <= high; integers are taken as numbers.
+    double number(std::string_view key, double low, double high);
+    long long integer(std::string_view key, long long low, long long high);
+    bool flag(std::string_view key);
+    std::string text(std::string_view key, std::size_t max_bytes);
+    TomlReader child(std::string_view key);
+    // The tables of an array of tables; absent is empty.
+    std::vector<TomlReader> children(std::string_view key, std::size_t max_count);
+    const toml::array& array(std::string_view key);
+
+    // Refuses every key that nobody asked for.
+    void finish() const;
+
+  private:
+    const toml::node& take(std::string_view key);
+
+    const std::filesystem::path& file_;
+    std::string field_;
+    const toml::table& table_;
+    std::set<std::string, std::less<>> taken_;
+};
+
+// Parses text, refuses syntax errors with their line.
+toml::table parseToml(const std::filesystem::path& file, std::string_view text);
+// The whole of a text file, at most `max_bytes`.
+std::string readTextFile(const std::filesystem::path& file, std::size_t max_bytes);
+
+}  // namespace stylet::patient

@@ -1,0 +1,28 @@
+// Small patients with known borders.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "patient/patient.h"
+
+namespace stylet::test {
+
+// The shipped force table and thresholds (assets/tissue/ptcd.toml, found through STYLET_ASSETS).
+const patient::TissueDefaults& tissueDefaults();
+
+// One label a tissue but air, in the table's order: id 1 = skin ... id 7 = duct, with the roles of the force
+// table.
+const std::vector<patient::Label>& tissueLabels();
+
+inline constexpr double kSlabAirMargin_m = 0.020;
+inline constexpr double kSlabHalfWidth_m = 0.020;
+
+// Layers along +x: the first begins exactly at x = 0, air lies in front of it, the last ends the grid.
+// Thicknesses are whole multiples of the spacing; y and z run over +-kSlabHalfWidth_m in voxels of at least 1
+// mm. Air layers are unlabelled. `labelled` = false leaves CT values only, from which thresholds tell air,
+// skin, soft and bone. The patient does not breathe.
+patient::Package makeSlabs(const std::vector<std::pair<patient::Tissue, double>>& layers_m, double spacing_m,
+                           bool labelled = true);
+
+}  // namespace stylet::test

@@ -30,22 +30,24 @@ struct EventRecord {
 struct LoopStats {
     std::uint64_t ticks = 0, late_ticks = 0;  // late: woke more than one period after its deadline
     double max_step_us = 0.0;                 // of step() alone, device I/O not counted
-    std::uint32_t faults = 0;
+    std::uint32_t faults = 0;                 // every bit ever seen
 };
 
 struct LoopChannels {
-    Ring<Command> commands{64};        // session -> haptics
-    Ring<TickRecord> records{4096};    // haptics -> session
-    Ring<EventRecord> events{1024};    // haptics -> session
-    Snapshot<TickOutput> latest;       // haptics -> frame loop
+    Ring<Command> commands{64};      // session -> haptics
+    Ring<TickRecord> records{4096};  // haptics -> session
+    Ring<EventRecord> events{1024};  // haptics -> session
+    Snapshot<TickOutput> latest;     // haptics -> frame loop
     std::atomic<bool> stop{false};
 };
 
-// One tick: reads the device, takes the commands waiting, steps, sends, publishes.
-// Haptics thread. noexcept, no allocation, no lock.
-void loopTick(Simulation&, HapticDevice&, LoopChannels&, LoopStats&, std::int64_t now_ns) noexcept;
+// One tick: reads the device, takes the commands waiting, steps, sends, publishes. `t_ns` is the loop's time,
+// tick * dt from its start. With a clock the step is timed. Haptics thread. noexcept, no allocation, no lock.
+void loopTick(Simulation&, HapticDevice&, LoopChannels&, LoopStats&, std::int64_t t_ns,
+              const Clock& clock = {}) noexcept;
 
-// Ticks at absolute deadlines until `stop`; a late tick is counted, never stretched or made up.
+// Ticks at absolute deadlines until `stop`. A late tick is counted, never stretched or made up: the deadlines
+// it slept through are gone, and the loop's time stays tick * dt behind its start.
 LoopStats runLoop(Simulation&, HapticDevice&, LoopChannels&, const Clock&) noexcept;
 
 }  // namespace stylet::haptics

@@ -13,9 +13,9 @@ namespace stylet::haptics {
 
 // The device as read in one tick.
 struct DeviceState {
-    Pose device_from_stylus;        // needle tool: stylus = needle frame (tip at origin, +z to the hub)
+    Pose device_from_stylus;  // needle tool: stylus = needle frame (tip at origin, +z to the hub)
     std::uint32_t buttons = 0;
-    std::uint32_t fresh = 1;        // 0: nothing new since the last read
+    std::uint32_t fresh = 1;  // 0: nothing new since the last read
 };
 
 enum class CommandKind : std::uint32_t { holdBreath, breathe, rearm, marker };
@@ -23,9 +23,11 @@ enum class CommandKind : std::uint32_t { holdBreath, breathe, rearm, marker };
 // A command takes effect in the tick that pops it; that tick is logged with it.
 struct Command {
     CommandKind kind = CommandKind::marker;
-    std::uint32_t value = 0;        // marker: the scenario's moment
+    std::uint32_t value = 0;  // marker: the scenario's moment
 };
 inline constexpr int kMaxCommandsPerTick = 8;
+// A device with nothing new for so long is taken to be lost.
+inline constexpr double kStaleInput_s = 0.020;
 
 struct TickInput {
     DeviceState device;
@@ -48,25 +50,26 @@ struct SimulationState {
     patient::BreathingState breathing;
     NeedleState needle;
     OutputState output;
-    Pose patient_from_needle;       // last tick
+    Pose patient_from_needle;  // last tick; a pose that cannot be is refused, the last good one stays
+    bool posed = false;        // there has been a good pose
     std::uint32_t stale_ticks = 0;
-    patient::StateHash hash;        // running: covers every tick so far
+    patient::StateHash hash;  // running: covers every tick so far
 };
 
 // What the picture and the session may know of a tick. Trivially copyable: it travels in snapshots and rings.
 struct TickOutput {
     std::uint64_t tick = 0;
     Pose patient_from_needle;
-    Vec3 tip_reference_m{0.0};
+    Vec3 tip_reference_m{0.0};  // where the needle's tissue is looked up
     patient::Surrogate breath;
     bool breath_held = false;
     Phase phase = Phase::outside;
     Tissue tissue = Tissue::air;
     std::uint8_t label = 0;
-    double depth_m = 0.0, force_n = 0.0;   // axial, model
-    double extension_m = 0.0;
+    double depth_m = 0.0, force_n = 0.0;  // axial, model
+    double extension_m = 0.0;             // proxy behind tip
     double lateral_cut_m = 0.0;
-    Vec3 sent_device_n{0.0};               // after the output stage, device frame
+    Vec3 sent_device_n{0.0};  // after the output stage, device frame
     std::uint32_t faults = 0;
     std::uint64_t state_hash = 0;
 };
@@ -76,13 +79,18 @@ class Simulation {
     Simulation(const patient::Patient&, const SimulationSettings&);
 
     // Haptics thread. noexcept, no allocation, no lock, no I/O.
-    void step(const TickInput&, TickOutput&, NeedleEvents&) noexcept;
+    void step(const TickInput&, TickOutput&, NeedleEvents&) noexcept STYLET_NONBLOCKING;
 
     const SimulationState& state() const noexcept { return state_; }
     const SimulationSettings& settings() const noexcept { return settings_; }
     double gain() const noexcept { return gain_; }
 
   private:
+    void takeCommands(const TickInput&) noexcept;
+    void takePose(const DeviceState&) noexcept;
+    void hashTick(const TickInput&) noexcept;
+    void describe(TickOutput&) const noexcept;
+
     const patient::Patient* patient_;
     SimulationSettings settings_;
     SimulationState state_;

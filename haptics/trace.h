@@ -23,8 +23,8 @@ struct Trace {
     std::vector<TraceCommand> commands;  // ascending t
 };
 
-// The hand at t: linear between samples (normalised linear for rotations), the ends held. noexcept, no allocation.
-// `hint` is the caller's cursor: keeps a forward sweep O(1).
-TraceSample sampleAt(const Trace&, std::int64_t t_ns, std::size_t& hint) noexcept;
+// The hand at t: linear between samples (normalised linear for rotations), the ends held. noexcept, no
+// allocation. `hint` is the caller's cursor: keeps a forward sweep O(1).
+TraceSample sampleAt(const Trace&, std::int64_t t_ns, std::size_t& hint) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

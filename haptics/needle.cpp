@@ -1,0 +1,153 @@
+#include "haptics/needle.h"
+
+#include "haptics/needle_section.h"
+
+namespace stylet::haptics {
+
+using patient::Patient;
+using patient::Surrogate;
+using patient::TissueSample;
+using patient::TrackFlags;
+using patient::VoxelWalk;
+
+namespace {
+
+void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
+           const Surrogate& breath) noexcept {
+    s.channel_reference_m =
+        patient::referenceFromDeformed(patient.package().breathing, breath, tip_deformed_m);
+    const TissueSample x = patient.at(s.channel_reference_m, s.track);
+    s.tissue = x.tissue;
+    s.label = x.label;
+    if (x.tissue != Tissue::air) {
+        s.phase = Phase::pass;
+        s.track = flagsAfterEntering(patient, x, s.track);
+    }
+    s.tip_deformed_m = tip_deformed_m;
+    s.breath = breath;
+    s.primed = true;
+}
+
+// Every voxel from the present channel point to `to_reference_m`, each with its share of `way_m`.
+void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const Vec3& to_reference_m,
+          double way_m, Way way) noexcept {
+    const Vec3 from = s.channel_reference_m;
+    for (VoxelWalk w(patient.grid(), from, to_reference_m); !w.done(); w.next()) {
+        const TissueSample x = patient.at(w.voxel(), s.track);
+        solver.run(x, from + w.begin() * (to_reference_m - from), (w.end() - w.begin()) * way_m, way);
+    }
+    s.channel_reference_m = to_reference_m;
+}
+
+// The lateral spring's reach before the channel is cut sideways.
+double lateralReach(const NeedleSettings& settings) noexcept {
+    return settings.lateral_stiffness_n_per_m > 0.0
+               ? settings.lateral_force_n / settings.lateral_stiffness_n_per_m
+               : 0.0;
+}
+
+}  // namespace
+
+void stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& patient,
+                const Vec3& tip_deformed_m, const Vec3& axis, const Surrogate& breath,
+                NeedleEvents& events) noexcept {
+    events.count = events.dropped = 0;
+    if (!s.primed) prime(s, patient, tip_deformed_m, breath);
+
+    const patient::BreathingModel& breathing = patient.package().breathing;
+    const auto toReference = [&](const Vec3& p) {
+        return patient::referenceFromDeformed(breathing, breath, p);
+    };
+    const Vec3 channel_before = patient::deformedFromReference(breathing, s.breath, s.channel_reference_m);
+    const Vec3 channel_now = patient::deformedFromReference(breathing, breath, s.channel_reference_m);
+    const double ds = glm::dot((tip_deformed_m - s.tip_deformed_m) - (channel_now - channel_before), axis);
+    const Way along = ds > 0.0 ? Way::advance : Way::withdraw;
+    SectionSolver solver(s, settings, patient, events);
+
+    if (s.phase == Phase::outside) {
+        walk(s, solver, patient, toReference(tip_deformed_m), ds, along);
+    } else {
+        // The channel goes along with the breath; the tip moves in it along the axis. Going by differences of
+        // the inverse keeps its residual from adding up to a drift over thousands of ticks.
+        const Vec3 offset = tip_deformed_m - channel_now;
+        const Vec3 across = offset - glm::dot(offset, axis) * axis;
+        const Vec3 anchor = s.channel_reference_m - toReference(channel_now);
+        walk(s, solver, patient, anchor + toReference(tip_deformed_m - across), ds, along);
+        s.lateral_m = across;
+        const double length = std::sqrt(glm::dot(across, across));
+        const double reach = lateralReach(settings);
+        if (s.phase != Phase::outside && length > reach) {
+            s.lateral_cut_m += length - reach;
+            s.lateral_m = across * (reach / length);
+            walk(s, solver, patient, anchor + toReference(tip_deformed_m - s.lateral_m), 0.0, Way::sideways);
+        }
+    }
+    if (s.phase == Phase::outside) {
+        s.channel_reference_m = toReference(tip_deformed_m);
+        s.lateral_m = Vec3(0.0);
+    }
+    s.tip_deformed_m = tip_deformed_m;
+    s.breath = breath;
+    s.force_n = solver.force();
+}
+
+Vec3 needleForce(const NeedleState& s, const NeedleSettings& settings, const Vec3& axis) noexcept {
+    return -s.force_n * axis - settings.lateral_stiffness_n_per_m * s.lateral_m;
+}
+
+double proxyDistance(const NeedleState& s) noexcept {
+    return s.phase == Phase::held && s.hold.depth_m >= 0.0 ? s.hold.depth_m : s.extension_m;
+}
+
+TrackFlags flagsAfterEntering(const Patient& patient, const TissueSample& x, TrackFlags flags) noexcept {
+    const patient::Label* label = patient.label(x.label);
+    const bool inside = x.tissue == Tissue::liver || (label && label->abdominal);
+    flags.past_skin = flags.past_skin || inside || x.tissue != Tissue::air;
+    flags.past_fascia = flags.past_fascia || inside || x.tissue == Tissue::fascia;
+    return flags;
+}
+
+namespace {
+
+void hashBorder(patient::StateHash& hash, const Border& b) noexcept {
+    hash.add(b.reference_m);
+    hash.add(std::uint64_t(b.from) | std::uint64_t(b.to) << 8 | std::uint64_t(b.to_label) << 16);
+    hash.add(b.depth_m);
+}
+
+void hashHold(patient::StateHash& hash, const Hold& h) noexcept {
+    hashBorder(hash, h.border);
+    hash.add(h.depth_m);
+    hash.add(h.a0_n);
+}
+
+}  // namespace
+
+void hashNeedle(patient::StateHash& hash, const NeedleState& s) noexcept {
+    hash.add(std::uint64_t(s.phase) | std::uint64_t(s.tissue) << 8 | std::uint64_t(s.label) << 16 |
+             std::uint64_t(s.track.past_skin) << 24 | std::uint64_t(s.track.past_fascia) << 25 |
+             std::uint64_t(s.bone_over_hold) << 26 | std::uint64_t(s.primed) << 27);
+    hash.add(s.extension_m);
+    hash.add(s.force_n);
+    hash.add(s.depth_m);
+    hash.add(s.past_skin_depth_m);
+    hash.add(s.past_fascia_depth_m);
+    hashHold(hash, s.hold);
+    hashHold(hash, s.under_bone);
+    hash.add(std::uint64_t(s.queued_count));
+    for (int i = 0; i < s.queued_count; ++i)
+        hashBorder(hash, s.queued[std::size_t(i)]);
+    hash.add(std::uint64_t(s.cut_count));
+    for (int i = 0; i < s.cut_count; ++i) {
+        hash.add(s.cut[std::size_t(i)].reference_m);
+        hash.add(std::uint64_t(s.cut[std::size_t(i)].to));
+    }
+    hash.add(s.lateral_m);
+    hash.add(s.lateral_cut_m);
+    hash.add(s.tip_deformed_m);
+    hash.add(s.channel_reference_m);
+    hash.add(s.breath.v);
+    hash.add(s.breath.rate_per_s);
+}
+
+}  // namespace stylet::haptics

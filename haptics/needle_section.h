@@ -1,0 +1,65 @@
+// The needle inside one voxel: what the border in front of it does, then its share of the way (model, section
+// 3). Private to needle.cpp: motion and look-up are there, the four phases are here.
+#pragma once
+
+#include "haptics/hold.h"
+#include "haptics/needle.h"
+
+namespace stylet::haptics {
+
+enum class Way { advance, withdraw, sideways };
+
+class SectionSolver {
+  public:
+    SectionSolver(NeedleState& state, const NeedleSettings& settings, const patient::Patient& patient,
+                  NeedleEvents& events) noexcept
+        : s_(state), settings_(settings), patient_(patient), events_(events) {}
+
+    // Haptics thread. Enters the voxel `sample` at `at_reference_m` and moves `way_m` along the axis inside
+    // it.
+    void run(const patient::TissueSample& sample, const Vec3& at_reference_m, double way_m, Way) noexcept;
+    // Haptics thread. The axial force of the present state.
+    double force() const noexcept;
+
+  private:
+    // Where the tip's voxel stands against the state's tissue.
+    bool onRigid() const noexcept;
+    bool isFront(const patient::TissueSample&) const noexcept;
+    void arrive(const patient::TissueSample&, const Vec3& at_reference_m, Way) noexcept;
+    void arriveHeld(const patient::TissueSample&, const Vec3& at_reference_m, Way) noexcept;
+
+    // Borders.
+    Border borderTo(const patient::TissueSample&, const Vec3& at_reference_m) const noexcept;
+    bool holds(const Border&, double force_n) const noexcept;
+    bool isCut(const Border&) const noexcept;
+    void meet(const Border&) noexcept;
+    void hold(const Border&, double force_n) noexcept;
+    void enter(const Border&, double force_n, NeedleEventKind) noexcept;
+    void changeTissue(Tissue, std::uint8_t label, double force_n) noexcept;
+    void release(const patient::TissueSample&) noexcept;
+    void cut() noexcept;
+    void fold() noexcept;
+    void queue(const Border&) noexcept;
+    void remember(const Border&) noexcept;
+
+    // Motion.
+    void advance(double way_m) noexcept;
+    void withdraw(double way_m) noexcept;
+    void pass(double way_m) noexcept;
+
+    // Track.
+    void setFlags(const patient::TissueSample&) noexcept;
+    void undoFlags() noexcept;
+    void endTrack() noexcept;
+
+    const patient::TissueRow& row(Tissue t) const noexcept { return patient_.row(t); }
+    HoldCurve curve() const noexcept;
+    void report(NeedleEventKind, const Border&, double before_n, double after_n) noexcept;
+
+    NeedleState& s_;
+    const NeedleSettings& settings_;
+    const patient::Patient& patient_;
+    NeedleEvents& events_;
+};
+
+}  // namespace stylet::haptics

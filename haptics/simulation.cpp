@@ -1,0 +1,147 @@
+#include "haptics/simulation.h"
+
+#include <cmath>
+
+namespace stylet::haptics {
+
+using patient::StateHash;
+using patient::Surrogate;
+
+namespace {
+
+// No hand is further from the patient than this; a pose beyond it is a device gone wrong.
+constexpr double kFarthest_m = 10.0;
+// How far a rotation's length may be from 1: single-precision drivers stay far inside.
+constexpr double kUnitTolerance = 1e-3;
+
+bool isPose(const Pose& pose) noexcept {
+    const Vec3& p = pose.position_m;
+    const double norm2 = glm::dot(pose.rotation, pose.rotation);
+    // Written so that NaN fails.
+    return std::fabs(p.x) <= kFarthest_m && std::fabs(p.y) <= kFarthest_m && std::fabs(p.z) <= kFarthest_m &&
+           std::fabs(norm2 - 1.0) <= kUnitTolerance;
+}
+
+Quat unit(const Quat& q) noexcept {
+    const double norm = std::sqrt(glm::dot(q, q));
+    return {q.w / norm, q.x / norm, q.y / norm, q.z / norm};
+}
+
+void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
+    hash.add(s.dt_s);
+    hash.add(s.patient_from_device);
+    hash.add(s.needle.a1_share);
+    hash.add(s.needle.cut_reach_m);
+    hash.add(s.needle.max_force_n);
+    hash.add(s.needle.lateral_stiffness_n_per_m);
+    hash.add(s.needle.lateral_force_n);
+    hash.add(s.output.rate_limit_n_per_s);
+    hash.add(s.output.model_force_n);
+    hash.add(s.output.model_tangent_n_per_m);
+    hash.add(s.profile.force_peak_n);
+    hash.add(s.profile.stiffness_n_per_m);
+}
+
+}  // namespace
+
+Simulation::Simulation(const patient::Patient& patient, const SimulationSettings& settings)
+    : patient_(&patient), settings_(settings), gain_(outputGain(settings.profile, settings.output)) {
+    state_.hash.add(patient::digest(patient.package()));
+    state_.hash.add(settings.scenario_digest);
+    state_.hash.add(settings.seed);
+    hashSettings(state_.hash, settings);
+}
+
+void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& events) noexcept {
+    const patient::BreathingSignal& signal = patient_->package().breathing.signal;
+    takeCommands(input);
+    patient::stepBreathing(state_.breathing, signal, settings_.dt_s);
+    takePose(input.device);
+
+    Vec3 force_patient_n{0.0};
+    events.count = events.dropped = 0;
+    if (state_.posed) {
+        const Surrogate breath = patient::surrogateAt(state_.breathing, signal, settings_.dt_s);
+        const Vec3 axis = state_.patient_from_needle.direction(Vec3(0.0, 0.0, -1.0));
+        stepNeedle(state_.needle, settings_.needle, *patient_, state_.patient_from_needle.position_m, axis,
+                   breath, events);
+        force_patient_n = needleForce(state_.needle, settings_.needle, axis);
+    }
+    const Vec3 force_device_n = settings_.patient_from_device.inverse().direction(force_patient_n);
+    stepOutput(state_.output, settings_.output, settings_.profile, gain_, force_device_n, settings_.dt_s);
+
+    ++state_.tick;
+    hashTick(input);
+    describe(out);
+}
+
+void Simulation::takeCommands(const TickInput& input) noexcept {
+    for (std::uint32_t i = 0; i < input.command_count && i < std::uint32_t(kMaxCommandsPerTick); ++i) {
+        switch (input.commands[i].kind) {
+            case CommandKind::holdBreath:
+                state_.breathing.hold_wanted = true;
+                break;
+            case CommandKind::breathe:
+                state_.breathing.hold_wanted = false;
+                break;
+            case CommandKind::rearm:
+                state_.output.faults = 0;
+                break;
+            case CommandKind::marker:
+                break;
+        }
+    }
+}
+
+void Simulation::takePose(const DeviceState& device) noexcept {
+    state_.stale_ticks = device.fresh != 0 ? 0 : state_.stale_ticks + 1;
+    if (double(state_.stale_ticks) * settings_.dt_s >= kStaleInput_s)
+        state_.output.faults |= kFaultStaleInput;
+    if (!isPose(device.device_from_stylus)) {
+        state_.output.faults |= kFaultNotFinite;
+        return;
+    }
+    const Pose stylus{unit(device.device_from_stylus.rotation), device.device_from_stylus.position_m};
+    state_.patient_from_needle = settings_.patient_from_device * stylus;
+    state_.posed = true;
+}
+
+void Simulation::hashTick(const TickInput& input) noexcept {
+    StateHash& hash = state_.hash;
+    hash.add(input.device.device_from_stylus);
+    hash.add(std::uint64_t(input.device.buttons) | std::uint64_t(input.device.fresh) << 32);
+    hash.add(std::uint64_t(input.command_count));
+    for (std::uint32_t i = 0; i < input.command_count && i < std::uint32_t(kMaxCommandsPerTick); ++i) {
+        hash.add(std::uint64_t(input.commands[i].kind) | std::uint64_t(input.commands[i].value) << 32);
+    }
+    hash.add(state_.tick);
+    hash.add(state_.breathing.phase_ticks);
+    hash.add(std::uint64_t(state_.breathing.hold_wanted) | std::uint64_t(state_.breathing.held) << 1);
+    hashNeedle(hash, state_.needle);
+    hash.add(state_.output.model_n);
+    hash.add(state_.output.sent_n);
+    hash.add(std::uint64_t(state_.output.faults) | std::uint64_t(state_.output.limited) << 32);
+    hash.add(state_.patient_from_needle);
+    hash.add(std::uint64_t(state_.posed) | std::uint64_t(state_.stale_ticks) << 1);
+}
+
+void Simulation::describe(TickOutput& out) const noexcept {
+    const NeedleState& needle = state_.needle;
+    out.tick = state_.tick;
+    out.patient_from_needle = state_.patient_from_needle;
+    out.tip_reference_m = needle.channel_reference_m;
+    out.breath = needle.breath;
+    out.breath_held = state_.breathing.held;
+    out.phase = needle.phase;
+    out.tissue = needle.tissue;
+    out.label = needle.label;
+    out.depth_m = needle.depth_m;
+    out.force_n = needle.force_n;
+    out.extension_m = proxyDistance(needle);
+    out.lateral_cut_m = needle.lateral_cut_m;
+    out.sent_device_n = state_.output.sent_n;
+    out.faults = state_.output.faults;
+    out.state_hash = state_.hash.value();
+}
+
+}  // namespace stylet::haptics

@@ -1,12 +1,211 @@
 #include "patient/package.h"
 
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+
+#include "patient/hash.h"
+#include "patient/nifti.h"
 #include "patient/package_toml.h"
 #include "patient/toml_reader.h"
 
 namespace stylet::patient {
+namespace {
 
-TissueDefaults loadTissueDefaults(const std::filesystem::path& toml) {
+namespace fs = std::filesystem;
+
+constexpr const char* kTomlName = "patient.toml";
+constexpr const char* kCtName = "ct.nii.gz";
+constexpr const char* kLabelsName = "labels.nii.gz";
+constexpr const char* kColoursName = "labels.ctbl";
+constexpr double kGridTolerance_m = 1e-6;  // single precision of a millimetre value within a metre
+
+// The exact grid is in patient.toml; a volume's own header must agree with it as far as single precision
+// goes.
+void checkGrid(const fs::path& file, const Grid& own, const Grid& exact) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const double drift_m = std::abs(own.spacing_m[axis] - exact.spacing_m[axis]) * own.dims[axis];
+        if (!(drift_m <= 10 * kGridTolerance_m))
+            throw DataError(file, "spacing", "differs from patient.toml's");
+        if (!(std::abs(own.origin_m[axis] - exact.origin_m[axis]) <= kGridTolerance_m))
+            throw DataError(file, "origin", "differs from patient.toml's");
+    }
+}
+
+void checkLabelIds(const fs::path& file, const Package& p) {
+    std::array<bool, 256> used{}, known{};
+    for (const std::uint8_t id : p.labels.voxels)
+        used[id] = true;
+    for (const Label& label : p.label_table)
+        known[label.id] = true;
+    for (std::size_t id = 1; id < 256; ++id)
+        if (used[id] && !known[id])
+            throw DataError(file, "voxels", "id " + std::to_string(id) + " has no entry in patient.toml");
+}
+
+void writeText(const fs::path& file, const std::string& text) {
+    std::ofstream out(file, std::ios::binary);
+    out << text;
+    out.close();
+    if (!out) throw DataError(file, "file", "cannot be written");
+}
+
+// 3D Slicer's colour table: id, name, red, green, blue, alpha.
+std::string colourTable(const std::vector<Label>& labels) {
+    std::string text = "# Color table file labels.ctbl\n0 unsegmented 0 0 0 0\n";
+    for (const Label& label : labels) {
+        std::string name = label.name.empty() ? "unnamed" : label.name;
+        std::replace_if(name.begin(), name.end(), [](unsigned char c) { return c <= ' '; }, '_');
+        text += std::to_string(label.id) + " " + name;
+        for (const std::uint8_t channel : label.colour)
+            text += " " + std::to_string(channel);
+        text += " 255\n";
+    }
+    return text;
+}
+
+// To the disk's surface, so that the rename that follows cannot overtake the contents.
+void flushToDisk(const fs::path& path) {
+    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return;
+    fsync(descriptor);
+    close(descriptor);
+}
+
+// Puts `fresh` in the place of `folder`, which may exist.
+void putInPlace(const fs::path& fresh, const fs::path& folder) {
+    if (rename(fresh.c_str(), folder.c_str()) == 0) return;  // absent, or an empty folder
+    if (renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) == 0) {
+        fs::remove_all(fresh);  // now holds what stood there before
+        return;
+    }
+    // A file system without exchange: for a moment the old package stands under another name only.
+    const fs::path old = fresh.string() + ".old";
+    fs::rename(folder, old);
+    fs::rename(fresh, folder);
+    fs::remove_all(old);
+}
+
+void checkBeforeSaving(const Package& p, const fs::path& folder) {
+    const fs::path toml = folder / kTomlName;
+    if (fs::exists(folder) && !fs::is_empty(folder) && !fs::exists(toml))
+        throw DataError(folder, "folder", "exists and is not a patient package");
+    if (!(p.labels.grid == p.ct.grid)) throw DataError(folder / kLabelsName, "grid", "differs from the CT's");
+    if (p.ct.voxels.size() != p.ct.grid.voxelCount() || p.labels.voxels.size() != p.ct.voxels.size())
+        throw DataError(folder / kCtName, "voxels", "count does not fit the grid");
+    // What is written must be what the loader takes.
+    const Package again = parsePackageToml(toml, packageToml(p));
+    if (!(again.breathing.reference == p.breathing.reference))
+        throw DataError(toml, "reference_phase", "is not the breath in breathing.reference");
+    checkLabelIds(folder / kLabelsName, p);
+}
+
+}  // namespace
+
+TissueDefaults loadTissueDefaults(const fs::path& toml) {
     return parseTissueDefaults(toml, readTextFile(toml, kMaxTomlBytes));
+}
+
+Package loadPackage(const fs::path& folder) {
+    const fs::path toml = folder / kTomlName, ct = folder / kCtName, labels = folder / kLabelsName;
+    Package p = parsePackageToml(toml, readTextFile(toml, kMaxTomlBytes));
+    const Grid exact = p.ct.grid;
+    p.ct = readNifti<std::int16_t>(ct);
+    checkGrid(ct, p.ct.grid, exact);
+    p.labels = readNifti<std::uint8_t>(labels);
+    checkGrid(labels, p.labels.grid, exact);
+    if (p.labels.grid.dims != p.ct.grid.dims) throw DataError(labels, "dim", "differs from the CT's");
+    for (Grid* grid : {&p.ct.grid, &p.labels.grid}) {
+        grid->spacing_m = exact.spacing_m;
+        grid->origin_m = exact.origin_m;
+    }
+    checkLabelIds(labels, p);
+    return p;
+}
+
+void savePackage(const Package& p, const fs::path& folder) {
+    const fs::path place = fs::absolute(folder).lexically_normal();
+    const fs::path target = place.has_filename() ? place : place.parent_path();
+    checkBeforeSaving(p, target);
+    fs::create_directories(target.parent_path());
+    std::string name = (target.parent_path() / ("." + target.filename().string() + ".XXXXXX")).string();
+    if (!mkdtemp(name.data())) throw DataError(name, "folder", std::strerror(errno));
+    const fs::path fresh = name;
+    try {
+        fs::permissions(fresh, fs::perms(0755));
+        writeText(fresh / kTomlName, packageToml(p));
+        writeText(fresh / kColoursName, colourTable(p.label_table));
+        writeNifti(fresh / kCtName, p.ct);
+        writeNifti(fresh / kLabelsName, p.labels);
+        for (const char* file : {kTomlName, kColoursName, kCtName, kLabelsName})
+            flushToDisk(fresh / file);
+        flushToDisk(fresh);
+        putInPlace(fresh, target);
+        flushToDisk(target.parent_path());
+    } catch (...) {
+        std::error_code ignored;
+        fs::remove_all(fresh, ignored);
+        throw;
+    }
+}
+
+namespace {
+
+void addTissues(StateHash& hash, const Package& p) {
+    for (const TissueRow& row : p.tissues) {
+        hash.add(row.cut_force_n), hash.add(row.friction_n), hash.add(row.stiffness_n_per_m);
+        hash.add(std::uint64_t(row.membrane)), hash.add(std::uint64_t(row.role));
+    }
+    hash.add(p.thresholds.t0_hu), hash.add(p.thresholds.t1_hu);
+    hash.add(p.thresholds.t2_sensitive_hu), hash.add(p.thresholds.t2_specific_hu);
+}
+
+void addLabels(StateHash& hash, const Package& p) {
+    const Patient patient(p);  // by id, whatever the order of the list
+    for (int id = 1; id < 256; ++id) {
+        const Label* label = patient.label(std::uint8_t(id));
+        if (!label) continue;
+        hash.add(std::uint64_t(id)), hash.add(std::uint64_t(label->tissue));
+        hash.add(std::uint64_t(label->role)), hash.add(std::uint64_t(label->abdominal));
+    }
+}
+
+void addBreathing(StateHash& hash, const BreathingModel& m) {
+    for (const double v :
+         {m.a1_m, m.a2_m_s, m.outside_share, m.fade_rho, m.z_low_m, m.z_full_low_m, m.z_full_high_m,
+          m.z_high_m, m.reference.v, m.reference.rate_per_s, m.signal.period_s, m.signal.amplitude})
+        hash.add(v);
+    hash.add(std::uint64_t(m.cavity.size()));
+    for (const CavityKnot& k : m.cavity)
+        for (const double v : {k.z_m, k.x_m, k.y_m, k.rx_m, k.ry_m})
+            hash.add(v);
+}
+
+}  // namespace
+
+std::uint64_t digest(const Package& p) {
+    static_assert(std::endian::native == std::endian::little,
+                  "the CT's bytes are hashed as they lie in memory");
+    StateHash hash;
+    hash.add(std::string_view("stylet patient 1"));
+    addTissues(hash, p);
+    addLabels(hash, p);
+    addBreathing(hash, p.breathing);
+    for (int axis = 0; axis < 3; ++axis)
+        hash.add(std::uint64_t(p.ct.grid.dims[axis]));
+    hash.add(p.ct.grid.spacing_m), hash.add(p.ct.grid.origin_m);
+    hash.addBytes(std::as_bytes(std::span(p.ct.voxels)));
+    hash.addBytes(std::as_bytes(std::span(p.labels.voxels)));
+    return hash.value();
 }
 
 }  // namespace stylet::patient

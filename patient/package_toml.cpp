@@ -1,8 +1,12 @@
 #include "patient/package_toml.h"
 
+#include <algorithm>
 #include <array>
+#include <cassert>
+#include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "patient/toml_reader.h"
 
@@ -65,6 +69,223 @@ TissueTable readTissues(TomlReader& root) {
     return table;
 }
 
+constexpr double kReach_m = 10.0;
+constexpr const char* kFormat = "stylet patient 1";
+
+Label readLabel(TomlReader& in) {
+    Label label;
+    label.id = std::uint8_t(in.integer("id", 1, 255));
+    label.name = in.text("name", 200);
+    label.tissue = readTissueName(in, "tissue");
+    label.role = readRole(in, "role");
+    label.abdominal = in.flag("abdominal");
+    label.provenance = in.text("provenance", 1000);
+    const toml::array& colour = in.array("colour");
+    if (colour.size() != 3) in.refuse("colour", "not three numbers");
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto value = colour[i].value_exact<std::int64_t>();
+        if (!value || *value < 0 || *value > 255) in.refuse("colour", "not three integers in [0, 255]");
+        label.colour[i] = std::uint8_t(*value);
+    }
+    in.finish();
+    return label;
+}
+
+std::vector<Label> readLabels(TomlReader& root) {
+    std::vector<Label> labels;
+    std::array<bool, 256> seen{};
+    for (TomlReader& in : root.children("label", 255)) {
+        labels.push_back(readLabel(in));
+        if (seen[labels.back().id]) in.refuse("id", std::to_string(labels.back().id) + " is given twice");
+        seen[labels.back().id] = true;
+    }
+    return labels;
+}
+
+template <std::size_t N>
+std::array<double, N> readNumbers(const TomlReader& in, std::string_view key, const toml::array& values) {
+    if (values.size() != N) in.refuse(key, "not " + std::to_string(N) + " numbers");
+    std::array<double, N> out{};
+    for (std::size_t i = 0; i < N; ++i) {
+        const auto value = values[i].is_number() ? values[i].value<double>() : std::nullopt;
+        if (!value || !(std::abs(*value) <= kReach_m)) in.refuse(key, "not numbers in [-10, 10] m");
+        out[i] = *value;
+    }
+    return out;
+}
+
+Vec3 readVec3(TomlReader& in, std::string_view key) {
+    const std::array<double, 3> v = readNumbers<3>(in, key, in.array(key));
+    return {v[0], v[1], v[2]};
+}
+
+Grid readGrid(TomlReader in) {
+    Grid grid;
+    grid.spacing_m = readVec3(in, "spacing_m");
+    grid.origin_m = readVec3(in, "origin_m");
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(grid.spacing_m[axis] > 0.0)) in.refuse("spacing_m", "not above 0");
+    in.finish();
+    return grid;
+}
+
+std::vector<CavityKnot> readCavity(TomlReader& in) {
+    const toml::array& entries = in.array("cavity");
+    if (entries.size() > 4096) in.refuse("cavity", "more than 4096 knots");
+    std::vector<CavityKnot> knots;
+    for (const toml::node& entry : entries) {
+        if (!entry.is_array()) in.refuse("cavity", "not a list of [z, x, y, rx, ry]");
+        const auto [z, x, y, rx, ry] = readNumbers<5>(in, "cavity", *entry.as_array());
+        if (!(rx >= 0.001 && ry >= 0.001)) in.refuse("cavity", "a half-axis is below 1 mm");
+        if (!knots.empty() && !(z > knots.back().z_m)) in.refuse("cavity", "z does not ascend");
+        knots.push_back({z, x, y, rx, ry});
+    }
+    return knots;
+}
+
+// The field's steepest slope over a breath must stay well below what four midpoint steps can follow.
+void checkMotion(const TomlReader& in, const BreathingModel& m) {
+    if (m.cavity.empty()) return;
+    if (!(m.z_low_m < m.z_full_low_m && m.z_full_low_m <= m.z_full_high_m && m.z_full_high_m < m.z_high_m))
+        in.refuse("z_low_m", "z_low < z_full_low <= z_full_high < z_high does not hold");
+    if (m.cavity.front().z_m > m.z_low_m || m.cavity.back().z_m < m.z_high_m)
+        in.refuse("cavity", "does not reach from z_low_m to z_high_m");
+    constexpr double kPi = 3.14159265358979323846, kSteepestSin4 = 1.2991;  // max of 4 sin^3 cos
+    const double most_v = std::max(m.signal.amplitude, m.reference.v);
+    const double most_rate = kSteepestSin4 * kPi / m.signal.period_s * m.signal.amplitude;
+    const double fall_m = std::min(m.z_full_low_m - m.z_low_m, m.z_high_m - m.z_full_high_m);
+    if (1.5 * (std::abs(m.a1_m) * most_v + std::abs(m.a2_m_s) * most_rate) > 1.5 * fall_m)
+        in.refuse("a1_m", "the motion falls off too steeply between z_full and z_low or z_high");
+}
+
+BreathingModel readBreathing(TomlReader in, const Surrogate& reference) {
+    BreathingModel m;
+    m.reference = reference;
+    m.signal.period_s = in.number("period_s", 0.5, 60.0);
+    m.signal.amplitude = in.number("amplitude", 0.0, 2.0);
+    m.a1_m = in.number("a1_m", -0.1, 0.1);
+    m.a2_m_s = in.number("a2_m_s", -0.1, 0.1);
+    m.outside_share = in.number("outside_share", 0.0, 1.0);
+    m.fade_rho = in.number("fade_rho", 1.001, 10.0);
+    m.z_low_m = in.number("z_low_m", -kReach_m, kReach_m);
+    m.z_full_low_m = in.number("z_full_low_m", -kReach_m, kReach_m);
+    m.z_full_high_m = in.number("z_full_high_m", -kReach_m, kReach_m);
+    m.z_high_m = in.number("z_high_m", -kReach_m, kReach_m);
+    m.cavity = readCavity(in);
+    checkMotion(in, m);
+    in.finish();
+    return m;
+}
+
+// "exhale", "inhale" or "v=0.35".
+Surrogate readReference(const TomlReader& root, const std::string& phase) {
+    if (phase == "exhale") return {0.0, 0.0};
+    if (phase == "inhale") return {1.0, 0.0};
+    double v = -1.0;
+    const char* const end = phase.data() + phase.size();
+    if (phase.starts_with("v=")) {
+        const auto [stop, error] = std::from_chars(phase.data() + 2, end, v);
+        if (error == std::errc() && stop == end && v >= 0.0 && v <= 2.0) return {v, 0.0};
+    }
+    root.refuse("reference_phase", "not \"exhale\", \"inhale\" or \"v=...\" in [0, 2]");
+}
+
+// Shortest text that reads back bit-equal.
+std::string numberText(double value) {
+    std::array<char, 40> buffer;
+    const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+    assert(error == std::errc());
+    std::string text(buffer.data(), end);
+    return text.find_first_of(".enN") == std::string::npos ? text + ".0" : text;
+}
+
+std::string quoted(std::string_view text) {
+    std::string out = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\') {
+            out += '\\', out += c;
+        } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+            constexpr char kDigits[] = "0123456789abcdef";
+            out += "\\u00", out += kDigits[(c >> 4) & 15], out += kDigits[c & 15];
+        } else {
+            out += c;
+        }
+    }
+    return out + "\"";
+}
+
+class TomlWriter {
+  public:
+    void line(std::string_view text = "") { text_.append(text).append("\n"); }
+    void put(std::string_view key, double value) { entry(key, numberText(value)); }
+    void put(std::string_view key, bool value) { entry(key, value ? "true" : "false"); }
+    void put(std::string_view key, int value) { entry(key, std::to_string(value)); }
+    void put(std::string_view key, std::string_view value) { entry(key, quoted(value)); }
+    void put(std::string_view key, const char* value) { put(key, std::string_view(value)); }
+    void put(std::string_view key, const Vec3& v) {
+        entry(key, "[" + numberText(v.x) + ", " + numberText(v.y) + ", " + numberText(v.z) + "]");
+    }
+    void entry(std::string_view key, std::string_view value) {
+        text_.append(key).append(" = ").append(value).append("\n");
+    }
+    std::string take() { return std::move(text_); }
+
+  private:
+    std::string text_;
+};
+
+void writeTissues(TomlWriter& out, const Package& p) {
+    out.line("\n[thresholds]");
+    out.put("t0_hu", p.thresholds.t0_hu);
+    out.put("t1_hu", p.thresholds.t1_hu);
+    out.put("t2_sensitive_hu", p.thresholds.t2_sensitive_hu);
+    out.put("t2_specific_hu", p.thresholds.t2_specific_hu);
+    for (int t = 0; t < kTissueCount; ++t) {
+        const TissueRow& row = p.tissues[std::size_t(t)];
+        out.line("\n[[tissue]]");
+        out.put("name", tissueName(Tissue(t)));
+        out.put("role", roleName(row.role));
+        out.put("cut_force_n", row.cut_force_n);
+        out.put("friction_n", row.friction_n);
+        out.put("stiffness_n_per_m", row.stiffness_n_per_m);
+        out.put("membrane", row.membrane);
+    }
+}
+
+void writeLabels(TomlWriter& out, const Package& p) {
+    for (const Label& label : p.label_table) {
+        out.line("\n[[label]]");
+        out.put("id", int(label.id));
+        out.put("name", label.name);
+        out.put("tissue", tissueName(label.tissue));
+        out.put("role", roleName(label.role));
+        out.put("abdominal", label.abdominal);
+        out.entry("colour", "[" + std::to_string(label.colour[0]) + ", " + std::to_string(label.colour[1]) +
+                                ", " + std::to_string(label.colour[2]) + "]");
+        out.put("provenance", label.provenance);
+    }
+}
+
+void writeBreathing(TomlWriter& out, const BreathingModel& m) {
+    out.line("\n[breathing]");
+    out.put("period_s", m.signal.period_s);
+    out.put("amplitude", m.signal.amplitude);
+    out.put("a1_m", m.a1_m);
+    out.put("a2_m_s", m.a2_m_s);
+    out.put("outside_share", m.outside_share);
+    out.put("fade_rho", m.fade_rho);
+    out.put("z_low_m", m.z_low_m);
+    out.put("z_full_low_m", m.z_full_low_m);
+    out.put("z_full_high_m", m.z_full_high_m);
+    out.put("z_high_m", m.z_high_m);
+    out.line("# z, x, y, rx, ry in metres");
+    out.line("cavity = [");
+    for (const CavityKnot& k : m.cavity)
+        out.line("    [" + numberText(k.z_m) + ", " + numberText(k.x_m) + ", " + numberText(k.y_m) + ", " +
+                 numberText(k.rx_m) + ", " + numberText(k.ry_m) + "],");
+    out.line("]");
+}
+
 }  // namespace
 
 TissueDefaults parseTissueDefaults(const std::filesystem::path& file, std::string_view text) {
@@ -75,6 +296,40 @@ TissueDefaults parseTissueDefaults(const std::filesystem::path& file, std::strin
     defaults.tissues = readTissues(root);
     root.finish();
     return defaults;
+}
+
+Package parsePackageToml(const std::filesystem::path& file, std::string_view text) {
+    const toml::table parsed = parseToml(file, text);
+    TomlReader root(file, "", parsed);
+    if (root.text("format", 100) != kFormat) root.refuse("format", "not \"" + std::string(kFormat) + "\"");
+    Package p;
+    p.name = root.text("name", 200);
+    p.licence = root.text("licence", 2000);
+    p.provenance = root.text("provenance", 2000);
+    p.reference_phase = root.text("reference_phase", 40);
+    p.ct.grid = p.labels.grid = readGrid(root.child("grid"));
+    p.thresholds = readThresholds(root.child("thresholds"));
+    p.tissues = readTissues(root);
+    p.label_table = readLabels(root);
+    p.breathing = readBreathing(root.child("breathing"), readReference(root, p.reference_phase));
+    root.finish();
+    return p;
+}
+
+std::string packageToml(const Package& p) {
+    TomlWriter out;
+    out.put("format", kFormat);
+    out.put("name", p.name);
+    out.put("licence", p.licence);
+    out.put("provenance", p.provenance);
+    out.put("reference_phase", p.reference_phase);
+    out.line("\n# Exact; the volumes' own headers hold single precision.\n[grid]");
+    out.put("spacing_m", p.ct.grid.spacing_m);
+    out.put("origin_m", p.ct.grid.origin_m);
+    writeTissues(out, p);
+    writeLabels(out, p);
+    writeBreathing(out, p.breathing);
+    return out.take();
 }
 
 }  // namespace stylet::patient

@@ -33,7 +33,7 @@ using TissueTable = std::array<TissueRow, kTissueCount>;
 struct Thresholds {
     double t0_hu = -500.0;
     double t1_hu = -200.0;
-    double t2_sensitive_hu = 180.0;  // outside the fascia
+    double t2_sensitive_hu = 200.0;  // outside the fascia
     double t2_specific_hu = 300.0;   // past it: >= t2_sensitive, above contrast-filled vessels
     friend bool operator==(const Thresholds&, const Thresholds&) = default;
 };

@@ -1,0 +1,36 @@
+// Internal: the 348 bytes at the start of a NIfTI-1 file, checked.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <span>
+
+#include "patient/geometry.h"
+
+namespace stylet::patient {
+
+inline constexpr std::size_t kNiftiHeaderBytes = 348;
+inline constexpr std::size_t kNiftiDataOffset = 352;  // ours; after the four bytes that announce extensions
+
+// NIfTI's own codes.
+enum class NiftiType : int { uint8 = 2, int16 = 4, int32 = 8, float32 = 16, float64 = 64, uint16 = 512 };
+std::size_t bytesOf(NiftiType) noexcept;
+
+struct NiftiHeader {
+    bool big_endian = false;
+    NiftiType type = NiftiType::int16;
+    std::size_t data_offset = kNiftiDataOffset;
+    double slope = 1.0, intercept = 0.0;
+    Grid grid;                                         // in RAS, after undoing the flips
+    std::array<bool, 3> flipped{false, false, false};  // axes stored the other way round
+};
+
+using NiftiHeaderBytes = std::array<std::byte, kNiftiDataOffset>;
+
+// Every field that is used is checked. Throws DataError.
+NiftiHeader parseNiftiHeader(const std::filesystem::path& file,
+                             std::span<const std::byte, kNiftiHeaderBytes> bytes);
+NiftiHeaderBytes makeNiftiHeader(NiftiType, const Grid&);
+
+}  // namespace stylet::patient

@@ -1,0 +1,58 @@
+#include "app/modeller/import_body.h"
+
+#include <algorithm>
+
+namespace stylet::modeller {
+
+using patient::CtVolume;
+using patient::Grid;
+using patient::Index3;
+
+namespace {
+
+constexpr std::int16_t kBodyAbove_hu = -300;
+constexpr float kOpening_m = 0.003f;
+
+Mask inverted(Mask mask) {
+    for (std::uint8_t& v : mask.voxels) v = v ? 0 : 1;
+    return mask;
+}
+
+}  // namespace
+
+Mask bodyMask(const CtVolume& ct) {
+    Mask dense(ct.grid);
+    for (std::size_t i = 0; i < dense.voxels.size(); ++i) dense.voxels[i] = ct.voxels[i] > kBodyAbove_hu;
+    const FloatVolume depth = distanceTo(inverted(dense));
+    Mask core(ct.grid);
+    for (std::size_t i = 0; i < core.voxels.size(); ++i) core.voxels[i] = depth.voxels[i] > kOpening_m;
+    keepLargest(core);
+    const FloatVolume from_core = distanceTo(core);
+    for (std::size_t i = 0; i < dense.voxels.size(); ++i)
+        dense.voxels[i] = dense.voxels[i] && from_core.voxels[i] <= kOpening_m + 0.0005f;
+    fillHolesPerSlice(dense);
+    keepLargest(dense);
+    return dense;
+}
+
+Mask skinShell(const Mask& body, const Grid& scanned, double thickness_m) {
+    const Grid& g = body.grid;
+    Mask air(g);
+    const patient::Vec3 low = scanned.origin_m, high = scanned.centre(scanned.dims - 1);
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                const Index3 i{x, y, z};
+                const patient::Vec3 p = g.centre(i);
+                const bool seen = p.x > low.x && p.y > low.y && p.x < high.x && p.y < high.y;
+                air[i] = seen && !body[i];
+            }
+    const FloatVolume depth = distanceTo(air);
+    const double reach_m = std::max(thickness_m, 1.01 * std::max({g.spacing_m.x, g.spacing_m.y, g.spacing_m.z}));
+    Mask skin(g);
+    for (std::size_t i = 0; i < skin.voxels.size(); ++i)
+        skin.voxels[i] = body.voxels[i] && double(depth.voxels[i]) <= reach_m;
+    return skin;
+}
+
+}  // namespace stylet::modeller

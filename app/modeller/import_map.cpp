@@ -1,0 +1,113 @@
+#include "app/modeller/import_map.h"
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+
+#include "app/modeller/import_image.h"
+
+namespace stylet::modeller {
+
+namespace fs = std::filesystem;
+using patient::Label;
+using patient::Role;
+using patient::Tissue;
+
+namespace {
+
+std::string trimmed(const std::string& s) {
+    const auto from = s.find_first_not_of(" \t\r");
+    return from == std::string::npos ? "" : s.substr(from, s.find_last_not_of(" \t\r") - from + 1);
+}
+
+// The value of a comment `# key: value`, or nothing.
+std::string keyed(const std::string& line, const std::string& key) {
+    const std::string start = "# " + key + ":";
+    return line.rfind(start, 0) == 0 ? trimmed(line.substr(start.size())) : "";
+}
+
+void takeLine(const std::string& line, LabelMap& map, const auto& refuse) {
+    const auto comma = line.find(',');
+    if (comma == std::string::npos) refuse("two fields are needed, source_id,tissue");
+    const std::string id_text = trimmed(line.substr(0, comma)), name = trimmed(line.substr(comma + 1));
+    int id = -1;
+    const auto [end, error] = std::from_chars(id_text.data(), id_text.data() + id_text.size(), id);
+    if (error != std::errc() || end != id_text.data() + id_text.size() || id < 0 || id > 32767)
+        refuse("source_id \"" + id_text + "\" is not a whole number from 0 to 32767");
+    const Label* target = findTarget(name);
+    if (!target && name != "unsegmented") {
+        std::string known = "unsegmented";
+        for (const Label& l : targetTable()) known += ", " + l.name;
+        refuse("there is no target \"" + name + "\"; targets are " + known);
+    }
+    if (!map.target_of.emplace(id, target ? target->id : std::uint8_t{0}).second)
+        refuse("source_id " + std::to_string(id) + " is mapped twice");
+}
+
+}  // namespace
+
+const Label* findTarget(const std::string& name) {
+    for (const Label& l : targetTable())
+        if (l.name == name) return &l;
+    return nullptr;
+}
+
+LabelMap loadLabelMap(const fs::path& csv) {
+    std::ifstream in(csv);
+    if (!in) throw ImportError(csv.string() + ": cannot be opened");
+    LabelMap map;
+    bool header_seen = false;
+    std::string line;
+    for (int number = 1; std::getline(in, line); ++number) {
+        const auto refuse = [&](const std::string& why) {
+            throw ImportError(csv.string() + ": line " + std::to_string(number) + ": " + why);
+        };
+        if (number > 10000 || line.size() > 1000) refuse("too long for a label map");
+        line = trimmed(line);
+        if (line.empty()) continue;
+        if (line[0] == '#') {
+            if (const std::string v = keyed(line, "source"); !v.empty()) map.source = v;
+            if (const std::string v = keyed(line, "licence"); !v.empty()) map.licence = v;
+        } else if (!header_seen) {
+            if (line != "source_id,tissue") refuse("the first line must be source_id,tissue");
+            header_seen = true;
+        } else {
+            takeLine(line, map, refuse);
+        }
+    }
+    if (map.target_of.empty()) throw ImportError(csv.string() + ": maps nothing");
+    return map;
+}
+
+const std::vector<Label>& targetTable() {
+    using enum Tissue;
+    static const std::vector<Label> table = [] {
+        std::vector<Label> t{
+            {1, "skin", skin, Role::pass, false, {222, 184, 156}, ""},
+            {2, "fascia", fascia, Role::pass, false, {200, 210, 220}, ""},
+            {3, "right lung", air, Role::risk, false, {150, 120, 130}, ""},
+            {4, "left lung", air, Role::risk, false, {150, 120, 130}, ""},
+            {5, "liver", liver, Role::pass, true, {150, 70, 55}, ""},
+            {6, "portal vein", vessel, Role::risk, true, {90, 110, 200}, ""},
+            {7, "hepatic veins", vessel, Role::risk, true, {60, 70, 160}, ""},
+            {8, "bile duct", duct, Role::target, true, {80, 170, 70}, ""},
+            {9, "spleen", soft, Role::pass, true, {130, 70, 100}, ""},
+            {10, "right kidney", soft, Role::pass, true, {160, 90, 70}, ""},
+            {11, "left kidney", soft, Role::pass, true, {160, 90, 70}, ""},
+        };
+        const auto add = [&](const char* name, Tissue tissue, Role role, bool abdominal,
+                             std::array<std::uint8_t, 3> colour) {
+            if (std::any_of(t.begin(), t.end(), [&](const Label& l) { return l.name == name; })) return;
+            t.push_back({std::uint8_t(t.back().id + 1), name, tissue, role, abdominal, colour, ""});
+        };
+        add("bone", bone, Role::risk, false, {230, 222, 200});
+        add("arteries", vessel, Role::risk, true, {190, 50, 45});
+        add("veins", vessel, Role::risk, true, {70, 90, 170});
+        add("liver tumour", liver, Role::risk, true, {190, 160, 90});
+        add("liver cyst", liver, Role::pass, true, {120, 150, 170});
+        return t;
+    }();
+    return table;
+}
+
+}  // namespace stylet::modeller

@@ -1,0 +1,32 @@
+// Plain tools on masks: distance, components, filling, smoothing. A mask is a LabelVolume of 0 and 1.
+#pragma once
+
+#include <functional>
+
+#include "patient/volume.h"
+
+namespace stylet::modeller {
+
+using Mask = patient::LabelVolume;
+using FloatVolume = patient::Volume<float>;
+
+// Runs f(0) ... f(count - 1) on two threads; the result must not depend on the order.
+void forEachSlab(int count, const std::function<void(int)>& f);
+
+// Distance in metres from each voxel's centre to the nearest voxel of the mask (0 inside it, 1e3 if it is empty).
+// Exact; Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8, 2012.
+FloatVolume distanceTo(const Mask&);
+
+// Keeps the largest 6-connected component; returns the number of voxels that were dropped.
+std::size_t keepLargest(Mask&);
+
+// The voxels of `passable` that 6-connect to a seed voxel of `seeds`.
+Mask floodFrom(const Mask& seeds, const Mask& passable);
+
+// Fills, slice by slice, whatever the mask encloses in the axial plane.
+void fillHolesPerSlice(Mask&);
+
+// Mean over a cube of 2 * reach + 1 voxels a side, cut off at the grid's border.
+FloatVolume boxMean(const FloatVolume&, int reach);
+
+}  // namespace stylet::modeller

@@ -1,6 +1,6 @@
-// stylet-image-reader ct|labels PATH OUT: reads a hospital image with ITK, in a process of its own, because the
-// parsers underneath were not made for hostile files. The parent sets the limits (image_import.cpp), takes the
-// voxels from OUT and, if this program gives up, its one sentence from standard output.
+// stylet-image-reader ct|labels PATH OUT: reads a hospital image with ITK, in a process of its own, because
+// the parsers underneath were not made for hostile files. The parent sets the limits (image_import.cpp),
+// takes the voxels from OUT and, if this program gives up, its one sentence from standard output.
 #include <itkGDCMImageIO.h>
 #include <itkMetaDataObject.h>
 #include <itkNiftiImageIO.h>
@@ -28,7 +28,9 @@ namespace {
 
 using V3 = std::array<double, 3>;
 
-double dot(const V3& a, const V3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double dot(const V3& a, const V3& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 V3 cross(const V3& a, const V3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
@@ -37,7 +39,9 @@ std::string number(double v) {
     std::snprintf(text, sizeof text, "%.4g", v);
     return text;
 }
-[[noreturn]] void refuse(const std::string& sentence) { throw std::runtime_error(sentence); }
+[[noreturn]] void refuse(const std::string& sentence) {
+    throw std::runtime_error(sentence);
+}
 
 // Voxels as stored, with the frame ITK reports: LPS, millimetres.
 struct RawImage {
@@ -69,25 +73,38 @@ void toInt16(const std::vector<char>& bytes, bool labels, const std::string& nam
 }
 
 // Reads the pixels of an ImageIO whose information has been read.
-void readVoxels(itk::ImageIOBase& io, bool labels, const std::string& name, std::int16_t* out, std::size_t count) {
-    if (io.GetNumberOfComponents() != 1) refuse(name + ": a colour picture, not a CT slice or a label volume");
-    if (std::size_t(io.GetImageSizeInPixels()) != count) refuse(name + ": its size disagrees with its header");
+void readVoxels(itk::ImageIOBase& io, bool labels, const std::string& name, std::int16_t* out,
+                std::size_t count) {
+    if (io.GetNumberOfComponents() != 1)
+        refuse(name + ": a colour picture, not a CT slice or a label volume");
+    if (std::size_t(io.GetImageSizeInPixels()) != count)
+        refuse(name + ": its size disagrees with its header");
     itk::ImageIORegion region(io.GetNumberOfDimensions());
-    for (unsigned d = 0; d < io.GetNumberOfDimensions(); ++d) region.SetSize(d, io.GetDimensions(d));
+    for (unsigned d = 0; d < io.GetNumberOfDimensions(); ++d)
+        region.SetSize(d, io.GetDimensions(d));
     io.SetIORegion(region);
     std::vector<char> bytes(std::size_t(io.GetImageSizeInBytes()));
     io.Read(bytes.data());
     using Type = itk::CommonEnums::IOComponent;
     switch (io.GetComponentType()) {
-        case Type::UCHAR: return toInt16<unsigned char>(bytes, labels, name, out, count);
-        case Type::CHAR: return toInt16<signed char>(bytes, labels, name, out, count);
-        case Type::USHORT: return toInt16<unsigned short>(bytes, labels, name, out, count);
-        case Type::SHORT: return toInt16<short>(bytes, labels, name, out, count);
-        case Type::UINT: return toInt16<unsigned int>(bytes, labels, name, out, count);
-        case Type::INT: return toInt16<int>(bytes, labels, name, out, count);
-        case Type::FLOAT: return toInt16<float>(bytes, labels, name, out, count);
-        case Type::DOUBLE: return toInt16<double>(bytes, labels, name, out, count);
-        default: refuse(name + ": voxels of a type this program does not read");
+        case Type::UCHAR:
+            return toInt16<unsigned char>(bytes, labels, name, out, count);
+        case Type::CHAR:
+            return toInt16<signed char>(bytes, labels, name, out, count);
+        case Type::USHORT:
+            return toInt16<unsigned short>(bytes, labels, name, out, count);
+        case Type::SHORT:
+            return toInt16<short>(bytes, labels, name, out, count);
+        case Type::UINT:
+            return toInt16<unsigned int>(bytes, labels, name, out, count);
+        case Type::INT:
+            return toInt16<int>(bytes, labels, name, out, count);
+        case Type::FLOAT:
+            return toInt16<float>(bytes, labels, name, out, count);
+        case Type::DOUBLE:
+            return toInt16<double>(bytes, labels, name, out, count);
+        default:
+            refuse(name + ": voxels of a type this program does not read");
     }
 }
 
@@ -138,7 +155,8 @@ Slice readSliceHeader(const fs::path& file) {
         refuse(name + ": has no image position, so its place in the patient is unknown");
     itk::ExposeMetaData<std::string>(tags, "0020|000e", s.series);
     itk::ExposeMetaData<std::string>(tags, "0008|0060", s.modality);
-    while (!s.modality.empty() && (s.modality.back() == ' ' || s.modality.back() == '\0')) s.modality.pop_back();
+    while (!s.modality.empty() && (s.modality.back() == ' ' || s.modality.back() == '\0'))
+        s.modality.pop_back();
     return s;
 }
 
@@ -159,10 +177,12 @@ std::vector<Slice> readHeaders(const fs::path& folder) {
 
 void checkOneSeries(const std::vector<Slice>& slices) {
     std::map<std::string, int> count;
-    for (const Slice& s : slices) ++count[s.series];
+    for (const Slice& s : slices)
+        ++count[s.series];
     if (count.size() > 1) {
         std::string sizes;
-        for (const auto& [uid, n] : count) sizes += (sizes.empty() ? "" : ", ") + std::to_string(n);
+        for (const auto& [uid, n] : count)
+            sizes += (sizes.empty() ? "" : ", ") + std::to_string(n);
         refuse("holds " + std::to_string(count.size()) + " series (of " + sizes +
                " slices); put the one to import into a folder of its own");
     }
@@ -181,11 +201,13 @@ void checkOneSeries(const std::vector<Slice>& slices) {
 // Orders the slices along their normal and returns the spacing; a hole or a double is refused by name.
 double orderSlices(std::vector<Slice>& slices) {
     const V3 normal = cross(slices.front().row, slices.front().column);
-    for (Slice& s : slices) s.along = dot(s.origin, normal);
+    for (Slice& s : slices)
+        s.along = dot(s.origin, normal);
     std::sort(slices.begin(), slices.end(), [](const Slice& a, const Slice& b) { return a.along < b.along; });
     if (slices.size() < 3) refuse("only " + std::to_string(slices.size()) + " slices; a volume needs three");
     std::vector<double> gaps;
-    for (std::size_t i = 1; i < slices.size(); ++i) gaps.push_back(slices[i].along - slices[i - 1].along);
+    for (std::size_t i = 1; i < slices.size(); ++i)
+        gaps.push_back(slices[i].along - slices[i - 1].along);
     std::vector<double> sorted = gaps;
     std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
     const double usual = sorted[sorted.size() / 2];
@@ -201,7 +223,8 @@ double orderSlices(std::vector<Slice>& slices) {
                    number(usual) + " mm");
     }
     const Slice &first = slices.front(), &last = slices.back();
-    const V3 run{last.origin[0] - first.origin[0], last.origin[1] - first.origin[1], last.origin[2] - first.origin[2]};
+    const V3 run{last.origin[0] - first.origin[0], last.origin[1] - first.origin[1],
+                 last.origin[2] - first.origin[2]};
     const double rise = dot(run, normal);
     if (std::sqrt(std::max(0.0, dot(run, run) - rise * rise)) > 2.0)
         refuse("the slices are sheared (a tilted gantry); resample the series to upright slices first");
@@ -280,7 +303,8 @@ ImageHandover toRas(const RawImage& in, std::vector<std::int16_t>& out) {
         const bool ras_sign_flips = along < 2;  // LPS to RAS
         flip[along] = (in.axes[i][along] > 0.0) == ras_sign_flips;
         if (flip[along])
-            for (int d = 0; d < 3; ++d) corner[d] += in.axes[i][d] * in.spacing[i] * double(in.dims[i] - 1);
+            for (int d = 0; d < 3; ++d)
+                corner[d] += in.axes[i][d] * in.spacing[i] * double(in.dims[i] - 1);
     }
     for (int d = 0; d < 3; ++d) {
         header.dims[d] = in.dims[source[d]];
@@ -319,7 +343,8 @@ int main(int argc, char** argv) {
         const ImageHandover header = toRas(image, voxels);
         std::ofstream out(argv[3], std::ios::binary);
         out.write(reinterpret_cast<const char*>(&header), sizeof header);
-        out.write(reinterpret_cast<const char*>(voxels.data()), std::streamsize(voxels.size() * sizeof voxels[0]));
+        out.write(reinterpret_cast<const char*>(voxels.data()),
+                  std::streamsize(voxels.size() * sizeof voxels[0]));
         if (!out.flush()) refuse("no room to hand the voxels over");
         return 0;
     } catch (const std::bad_alloc&) {

@@ -37,7 +37,9 @@ std::string text(const char* format, auto... values) {
     return out;
 }
 
-std::uint8_t idOf(const char* target) { return findTarget(target)->id; }
+std::uint8_t idOf(const char* target) {
+    return findTarget(target)->id;
+}
 
 void checkSameGrid(const Grid& ct, const Grid& labels) {
     const auto sides = [](const Grid& g) { return text("%dx%dx%d voxels", g.dims.x, g.dims.y, g.dims.z); };
@@ -48,8 +50,8 @@ void checkSameGrid(const Grid& ct, const Grid& labels) {
             throw ImportError(text("labels and CT differ in spacing: %.4g against %.4g mm",
                                    1e3 * labels.spacing_m[d], 1e3 * ct.spacing_m[d]));
         if (std::fabs(ct.origin_m[d] - labels.origin_m[d]) > 0.5 * ct.spacing_m[d])
-            throw ImportError(text("labels lie %.3g mm beside the CT",
-                                   1e3 * (labels.origin_m[d] - ct.origin_m[d])));
+            throw ImportError(
+                text("labels lie %.3g mm beside the CT", 1e3 * (labels.origin_m[d] - ct.origin_m[d])));
     }
 }
 
@@ -62,7 +64,8 @@ double referenceBreath(const std::string& phase) {
         if (error != std::errc() || end != phase.data() + phase.size()) v = -1.0;
     }
     if (!(v >= 0.0 && v <= 1.0))
-        throw ImportError("reference phase \"" + phase + "\" is not inhale, exhale or v=X with X from 0 to 1");
+        throw ImportError("reference phase \"" + phase +
+                          "\" is not inhale, exhale or v=X with X from 0 to 1");
     return v;
 }
 
@@ -92,7 +95,8 @@ Grid sectionGrid(const Grid& source, const SourceLabels& labels, const std::vect
     for (std::size_t i = 0; i < labels.voxels.size(); ++i)
         if (target[std::size_t(labels.voxels[i])] == liver)
             low = std::min(low, int(i / slice)), high = std::max(high, int(i / slice));
-    if (high < 0) throw ImportError("the map makes no voxel liver; without a liver there is nothing to puncture");
+    if (high < 0)
+        throw ImportError("the map makes no voxel liver; without a liver there is nothing to puncture");
     Vec3 from = source.origin_m - kAirAround_m, to = source.centre(source.dims - 1) + kAirAround_m;
     from.z = std::max(source.origin_m.z, source.origin_m.z + low * source.spacing_m.z - kBelowLiver_m);
     to.z = std::min(to.z - kAirAround_m, source.origin_m.z + high * source.spacing_m.z + kAboveLiver_m);
@@ -119,8 +123,8 @@ CtVolume resampleCt(const CtVolume& in, const Grid& grid) {
                 double sum = 0.0;
                 for (int k = 0; k < 8; ++k) {
                     const Index3 step{k & 1, k >> 1 & 1, k >> 2};
-                    const double w = (step.x ? f.x : 1.0 - f.x) * (step.y ? f.y : 1.0 - f.y) *
-                                     (step.z ? f.z : 1.0 - f.z);
+                    const double w =
+                        (step.x ? f.x : 1.0 - f.x) * (step.y ? f.y : 1.0 - f.y) * (step.z ? f.z : 1.0 - f.z);
                     if (w > 0.0) sum += w * in[a + step];
                 }
                 out[{x, y, z}] = std::int16_t(std::lround(sum));
@@ -129,7 +133,8 @@ CtVolume resampleCt(const CtVolume& in, const Grid& grid) {
     return out;
 }
 
-LabelVolume resampleLabels(const SourceLabels& in, const Grid& grid, const std::vector<std::uint8_t>& target) {
+LabelVolume resampleLabels(const SourceLabels& in, const Grid& grid,
+                           const std::vector<std::uint8_t>& target) {
     LabelVolume out(grid);
     forEachSlab(grid.dims.z, [&](int z) {
         for (int y = 0; y < grid.dims.y; ++y)
@@ -145,7 +150,8 @@ void cropTo(patient::Volume<T>& v, const Index3& low, const Index3& high) {
     patient::Volume<T> out(Grid{high - low + 1, v.grid.spacing_m, v.grid.centre(low)});
     for (int z = 0; z < out.grid.dims.z; ++z)
         for (int y = 0; y < out.grid.dims.y; ++y)
-            for (int x = 0; x < out.grid.dims.x; ++x) out[{x, y, z}] = v[low + Index3{x, y, z}];
+            for (int x = 0; x < out.grid.dims.x; ++x)
+                out[{x, y, z}] = v[low + Index3{x, y, z}];
     v = std::move(out);
 }
 
@@ -179,18 +185,19 @@ Mask cutToBody(CtVolume& ct, LabelVolume& labels) {
 // Which target ids belong together for a purpose.
 Mask maskOf(const LabelVolume& labels, const std::function<bool(const Label&)>& wanted) {
     std::array<std::uint8_t, 256> in{};
-    for (const Label& l : targetTable()) in[l.id] = wanted(l);
+    for (const Label& l : targetTable())
+        in[l.id] = wanted(l);
     Mask mask(labels.grid);
-    for (std::size_t i = 0; i < mask.voxels.size(); ++i) mask.voxels[i] = in[labels.voxels[i]];
+    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
+        mask.voxels[i] = in[labels.voxels[i]];
     return mask;
 }
 
-bool isLung(const Label& l) { return l.name == "right lung" || l.name == "left lung"; }
-bool isLiver(const Label& l) { return l.tissue == Tissue::liver; }
-
-bool isWithinLiver(const Label& l) {
-    return l.tissue == Tissue::liver || l.tissue == Tissue::duct || l.name == "portal vein" ||
-           l.name == "hepatic veins";
+bool isLung(const Label& l) {
+    return l.name == "right lung" || l.name == "left lung";
+}
+bool isLiver(const Label& l) {
+    return l.tissue == Tissue::liver;
 }
 
 std::size_t paint(LabelVolume& labels, const Mask& where, std::uint8_t id, bool over_all) {
@@ -229,8 +236,8 @@ void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes
     const GrownDucts ducts = growDucts(parenchyma, portal, vessels, settings);
     paintBile(ct, ducts, parenchyma, settings.bile_hu);
     paint(labels, ducts.mask, idOf("bile duct"), true);
-    notes.push_back(text("ducts (virtual): %d branches, %.0f mm, %.1f ml", ducts.branches, 1e3 * ducts.length_m,
-                         1e6 * ducts.volume_m3));
+    notes.push_back(text("ducts (virtual): %d branches, %.0f mm, %.1f ml", ducts.branches,
+                         1e3 * ducts.length_m, 1e6 * ducts.volume_m3));
 }
 
 std::string provenanceOf(const Label& l, const LabelMap& map, const std::vector<SourceLabel>& sources) {
@@ -244,7 +251,8 @@ std::string provenanceOf(const Label& l, const LabelMap& map, const std::vector<
 
 void fillTable(Package& p, const LabelMap& map, const std::vector<SourceLabel>& sources) {
     std::array<bool, 256> used{};
-    for (std::uint8_t id : p.labels.voxels) used[id] = true;
+    for (std::uint8_t id : p.labels.voxels)
+        used[id] = true;
     for (Label l : targetTable()) {
         if (!used[l.id]) continue;
         l.provenance = provenanceOf(l, map, sources);
@@ -289,7 +297,8 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
     out.sources = listSources(ct, labels, map);
     if (settings.list) settings.list(out.sources);
     for (const auto& [id, target] : map.target_of)
-        if (std::none_of(out.sources.begin(), out.sources.end(), [&](const SourceLabel& s) { return s.id == id; }))
+        if (std::none_of(out.sources.begin(), out.sources.end(),
+                         [&](const SourceLabel& s) { return s.id == id; }))
             out.notes.push_back("the map's source id " + std::to_string(id) + " does not occur");
     const std::vector<std::uint8_t> target = targetTableOf(out.sources, map);
 
@@ -304,7 +313,7 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
 
     say(settings, "fascia");
     const Mask bones = maskOf(p.labels, [](const Label& l) { return l.tissue == Tissue::bone; });
-    const Mask liver = maskOf(p.labels, isWithinLiver);
+    const Mask liver = maskOf(p.labels, isLiver);
     const Mask organs = maskOf(p.labels, [](const Label& l) {
         return isLung(l) || isLiver(l) || (l.abdominal && l.tissue == Tissue::soft);
     });

@@ -27,8 +27,8 @@ struct ImportSettings {
     std::string reference_phase = "inhale";  // "inhale", "exhale" or "v=X": the breath the scan was taken in
     patient::TissueDefaults defaults;        // force table; thresholds are replaced by this CT's own
     ReaderLimits reader;
-    std::function<void(std::string_view stage)> progress;              // called as each stage begins
-    std::function<void(const std::vector<SourceLabel>&)> list;         // called before an unmapped id is refused
+    std::function<void(std::string_view stage)> progress;       // called as each stage begins
+    std::function<void(const std::vector<SourceLabel>&)> list;  // called before an unmapped id is refused
 };
 
 struct Imported {
@@ -37,14 +37,15 @@ struct Imported {
     std::vector<std::string> notes;  // one line each: what was found, made or left out
 };
 
-// Every id of the source, whether mapped or not, with its volume and mean. `target` of an unmapped id is empty.
+// Every id of the source, whether mapped or not, with its volume and mean. `target` of an unmapped id is
+// empty.
 std::vector<SourceLabel> listSources(const patient::CtVolume& ct, const patient::Volume<std::int16_t>& labels,
                                      const LabelMap&);
 
 // Everything that follows the reading: crop, body, skin, fascia, ducts, thresholds, breathing.
 // Throws ImportError where an id is unmapped or nothing is liver.
-Imported buildPatient(const patient::CtVolume& ct, const patient::Volume<std::int16_t>& labels, const LabelMap&,
-                      const ImportSettings&);
+Imported buildPatient(const patient::CtVolume& ct, const patient::Volume<std::int16_t>& labels,
+                      const LabelMap&, const ImportSettings&);
 
 // Reads the files (in a child process) and builds.
 Imported importPatient(const ImportSettings&);

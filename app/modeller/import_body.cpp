@@ -10,11 +10,27 @@ using patient::Index3;
 
 namespace {
 
-constexpr std::int16_t kBodyAbove_hu = -300;
+// Below fat by three sigma of noise, above the blurred slit between back and table.
+constexpr std::int16_t kBodyAbove_hu = -180;
 constexpr float kOpening_m = 0.003f;
 
+// Single dark voxels are noise.
+void fillSpecks(Mask& mask) {
+    const Mask old = mask;
+    const Index3 n = mask.grid.dims;
+    for (int z = 1; z + 1 < n.z; ++z)
+        for (int y = 1; y + 1 < n.y; ++y)
+            for (int x = 1; x + 1 < n.x; ++x) {
+                if (old[{x, y, z}]) continue;
+                const int around = old[{x - 1, y, z}] + old[{x + 1, y, z}] + old[{x, y - 1, z}] +
+                                   old[{x, y + 1, z}] + old[{x, y, z - 1}] + old[{x, y, z + 1}];
+                if (around >= 5) mask[{x, y, z}] = 1;
+            }
+}
+
 Mask inverted(Mask mask) {
-    for (std::uint8_t& v : mask.voxels) v = v ? 0 : 1;
+    for (std::uint8_t& v : mask.voxels)
+        v = v ? 0 : 1;
     return mask;
 }
 
@@ -22,16 +38,19 @@ Mask inverted(Mask mask) {
 
 Mask bodyMask(const CtVolume& ct) {
     Mask dense(ct.grid);
-    for (std::size_t i = 0; i < dense.voxels.size(); ++i) dense.voxels[i] = ct.voxels[i] > kBodyAbove_hu;
+    for (std::size_t i = 0; i < dense.voxels.size(); ++i)
+        dense.voxels[i] = ct.voxels[i] > kBodyAbove_hu;
+    fillSpecks(dense);
     const FloatVolume depth = distanceTo(inverted(dense));
     Mask core(ct.grid);
-    for (std::size_t i = 0; i < core.voxels.size(); ++i) core.voxels[i] = depth.voxels[i] > kOpening_m;
+    for (std::size_t i = 0; i < core.voxels.size(); ++i)
+        core.voxels[i] = depth.voxels[i] > kOpening_m;
     keepLargest(core);
     const FloatVolume from_core = distanceTo(core);
     for (std::size_t i = 0; i < dense.voxels.size(); ++i)
-        dense.voxels[i] = dense.voxels[i] && from_core.voxels[i] <= kOpening_m + 0.0005f;
-    fillHolesPerSlice(dense);
+        dense.voxels[i] = dense.voxels[i] && from_core.voxels[i] < kOpening_m;
     keepLargest(dense);
+    fillHolesPerSlice(dense);
     return dense;
 }
 
@@ -48,7 +67,8 @@ Mask skinShell(const Mask& body, const Grid& scanned, double thickness_m) {
                 air[i] = seen && !body[i];
             }
     const FloatVolume depth = distanceTo(air);
-    const double reach_m = std::max(thickness_m, 1.01 * std::max({g.spacing_m.x, g.spacing_m.y, g.spacing_m.z}));
+    const double reach_m =
+        std::max(thickness_m, 1.01 * std::max({g.spacing_m.x, g.spacing_m.y, g.spacing_m.z}));
     Mask skin(g);
     for (std::size_t i = 0; i < skin.voxels.size(); ++i)
         skin.voxels[i] = body.voxels[i] && double(depth.voxels[i]) <= reach_m;

@@ -5,12 +5,12 @@
 
 namespace stylet::modeller {
 
-// Everything inside the body's outline, lungs and gut gas included: above -300 HU, largest component after thin
-// things (table, blanket) are opened away, holes filled in each axial slice.
+// Everything inside the body's outline, lungs and gut gas included: fat or denser, largest component after
+// thin things (table, blanket) are opened away, holes filled in each axial slice.
 Mask bodyMask(const patient::CtVolume&);
 
-// The outermost `thickness_m` of the body, 6-separating where it meets air that the scanner saw; none where the
-// scan cuts the body (`scanned` is the CT's own grid).
+// The outermost `thickness_m` of the body, 6-separating where it meets air that the scanner saw; none where
+// the scan cuts the body (`scanned` is the CT's own grid).
 Mask skinShell(const Mask& body, const patient::Grid& scanned, double thickness_m);
 
 }  // namespace stylet::modeller

@@ -14,8 +14,9 @@ using patient::Vec3;
 namespace {
 
 constexpr double kKnotStep_m = 0.010;
-// What it costs to leave a voxel on the wrong side: a torn liver is worst, a moving spine hardly seen.
-constexpr double kLiverOut = 6.0, kOrganOut = 1.0, kRibIn = 1.5, kSpineIn = 0.15;
+// What a voxel on the wrong side costs. A rib that moves with the liver would close its own gap: worst. A rim
+// of liver that rests at the ribs does little harm, a spine that moves is hardly seen.
+constexpr double kLiverOut = 1.5, kOrganOut = 0.3, kRibIn = 3.0, kSpineIn = 0.1;
 
 struct Sample {
     double x_m, y_m, cost_outside, cost_inside;
@@ -49,11 +50,12 @@ double rho(const CavityKnot& k, double x_m, double y_m) {
 
 double costOf(const CavityKnot& k, const CavityKnot& start, const std::vector<Sample>& samples) {
     double cost = 0.0;
-    for (const Sample& s : samples) cost += rho(k, s.x_m, s.y_m) < 1.0 ? s.cost_inside : s.cost_outside;
+    for (const Sample& s : samples)
+        cost += rho(k, s.x_m, s.y_m) < 1.0 ? s.cost_inside : s.cost_outside;
     // Where nothing pulls, the wall's own extent holds.
     const double shift = std::hypot(k.x_m - start.x_m, k.y_m - start.y_m) +
                          std::hypot(k.rx_m - start.rx_m, k.ry_m - start.ry_m);
-    return cost + 200.0 * shift;
+    return cost + 1500.0 * shift;
 }
 
 CavityKnot fromWall(const WallSurface& wall, double z_m) {
@@ -74,7 +76,7 @@ CavityKnot fitKnot(const CavityKnot& start, const std::vector<Sample>& samples) 
     for (double step = 0.008; step > 0.0008; step *= 0.5)
         for (bool better = true; better;) {
             better = false;
-            for (double CavityKnot::*what :
+            for (double CavityKnot::* what :
                  {&CavityKnot::x_m, &CavityKnot::y_m, &CavityKnot::rx_m, &CavityKnot::ry_m})
                 for (double sign : {-1.0, 1.0}) {
                     CavityKnot next = best;
@@ -90,31 +92,9 @@ CavityKnot fitKnot(const CavityKnot& start, const std::vector<Sample>& samples) 
 void smoothKnots(std::vector<CavityKnot>& knots) {
     const std::vector<CavityKnot> old = knots;
     for (std::size_t i = 1; i + 1 < knots.size(); ++i)
-        for (double CavityKnot::*what : {&CavityKnot::x_m, &CavityKnot::y_m, &CavityKnot::rx_m, &CavityKnot::ry_m})
+        for (double CavityKnot::* what :
+             {&CavityKnot::x_m, &CavityKnot::y_m, &CavityKnot::rx_m, &CavityKnot::ry_m})
             knots[i].*what = 0.25 * old[i - 1].*what + 0.5 * old[i].*what + 0.25 * old[i + 1].*what;
-}
-
-// Smoothing may have let some liver out again: widen until all of it is inside.
-void holdLiver(std::vector<CavityKnot>& knots, const Mask& liver) {
-    const Grid& g = liver.grid;
-    for (int z = 0; z < g.dims.z; ++z) {
-        const double z_m = g.centre({0, 0, z}).z;
-        const double u = (z_m - knots.front().z_m) / kKnotStep_m;
-        const auto low = std::size_t(std::clamp(std::floor(u), 0.0, double(knots.size() - 2)));
-        const double f = u - double(low);
-        CavityKnot k;
-        for (double CavityKnot::*what : {&CavityKnot::x_m, &CavityKnot::y_m, &CavityKnot::rx_m, &CavityKnot::ry_m})
-            k.*what = (1.0 - f) * knots[low].*what + f * knots[low + 1].*what;
-        double furthest = 0.0;
-        for (int y = 0; y < g.dims.y; ++y)
-            for (int x = 0; x < g.dims.x; ++x) {
-                const Vec3 p = g.centre({x, y, z});
-                if (liver[{x, y, z}]) furthest = std::max(furthest, rho(k, p.x, p.y));
-            }
-        const double grow = furthest * 1.01;
-        if (grow <= 1.0) continue;
-        for (std::size_t n : {low, low + 1}) knots[n].rx_m *= grow, knots[n].ry_m *= grow;
-    }
 }
 
 }  // namespace
@@ -132,7 +112,8 @@ BreathingModel fitBreathing(const WallSurface& wall, const Mask& liver, const Ma
     m.a1_m = -travel_m;
     m.z_full_low_m = g.centre({0, 0, liver_low}).z - 0.003;
     m.z_full_high_m = g.centre({0, 0, liver_high}).z + travel_m + 0.010;
-    // Rest is reached within the scan where that leaves the field monotone, so that no air is drawn in from below.
+    // Rest is reached within the scan where that leaves the field monotone, so that no air is drawn in from
+    // below.
     m.z_low_m = std::min(m.z_full_low_m - 0.035, std::max(m.z_full_low_m - 0.060, g.origin_m.z + 0.002));
     m.z_high_m = m.z_full_high_m + 0.060;
 
@@ -143,8 +124,8 @@ BreathingModel fitBreathing(const WallSurface& wall, const Mask& liver, const Ma
         k.z_m = z;
         m.cavity.push_back(k);
     }
-    for (int pass = 0; pass < 3; ++pass) smoothKnots(m.cavity);
-    holdLiver(m.cavity, liver);
+    for (int pass = 0; pass < 2; ++pass)
+        smoothKnots(m.cavity);
     return m;
 }
 

@@ -38,7 +38,8 @@ void runImport(Arguments& a) {
     a.settings.progress("write");
     patient::savePackage(imported.package, a.out);
     const patient::Package& p = imported.package;
-    for (const std::string& note : imported.notes) std::printf("%s\n", note.c_str());
+    for (const std::string& note : imported.notes)
+        std::printf("%s\n", note.c_str());
     std::printf("thresholds: %.0f, %.0f, %.0f (outside the fascia), %.0f (past it) HU\n", p.thresholds.t0_hu,
                 p.thresholds.t1_hu, p.thresholds.t2_sensitive_hu, p.thresholds.t2_specific_hu);
     std::printf("%s: %d x %d x %d voxels of %.2f mm, licence %s\n", a.out.c_str(), p.ct.grid.dims.x,
@@ -56,9 +57,12 @@ void addImport(CLI::App& app) {
     import->add_option("--labels", a.settings.labels, "NIfTI file on the CT's own grid")->required();
     import->add_option("--map", a.settings.map, "CSV: source_id,tissue (see assets/maps)")->required();
     import->add_option("--out", a.out, "folder of the package")->required();
-    import->add_flag("--grow-ducts", a.settings.grow_ducts, "grow dilated bile ducts beside the portal branches");
+    import->add_flag("--grow-ducts", a.settings.grow_ducts,
+                     "grow dilated bile ducts beside the portal branches");
     import->add_option("--spacing-mm", a.spacing_mm, "voxel size of the package")->capture_default_str();
-    import->add_option("--reference-phase", a.settings.reference_phase, "breath of the CT: inhale, exhale or v=X")
+    import
+        ->add_option("--reference-phase", a.settings.reference_phase,
+                     "breath of the CT: inhale, exhale or v=X")
         ->capture_default_str();
     import->add_option("--tissues", a.tissues, "force table to start from")->capture_default_str();
     import->callback([arguments] { runImport(*arguments); });

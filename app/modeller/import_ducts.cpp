@@ -40,14 +40,16 @@ Mask cropped(const Mask& in, const Grid& grid, const Index3& from) {
     Mask out(grid);
     for (int z = 0; z < grid.dims.z; ++z)
         for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x) out[{x, y, z}] = in[from + Index3{x, y, z}];
+            for (int x = 0; x < grid.dims.x; ++x)
+                out[{x, y, z}] = in[from + Index3{x, y, z}];
     return out;
 }
 
 // A portal voxel is inside the liver where a good share of its surroundings is parenchyma.
 void splitPortal(const Mask& portal, Scene& s) {
     FloatVolume solid(s.parenchyma.grid);
-    for (std::size_t i = 0; i < solid.voxels.size(); ++i) solid.voxels[i] = s.parenchyma.voxels[i];
+    for (std::size_t i = 0; i < solid.voxels.size(); ++i)
+        solid.voxels[i] = s.parenchyma.voxels[i];
     const FloatVolume share = boxMean(solid, std::max(1, int(0.006 / s.parenchyma.grid.spacing_m.x)));
     s.portal_inside = s.portal_outside = Mask(s.parenchyma.grid);
     for (std::size_t i = 0; i < solid.voxels.size(); ++i)
@@ -82,7 +84,8 @@ Search cheapestFrom(const Grid& g, const std::vector<std::uint32_t>& seeds, Pric
              std::vector<std::uint32_t>(g.voxelCount(), kNobody)};
     using Entry = std::pair<float, std::uint32_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-    for (std::uint32_t o : seeds) s.cost[o] = 0.0f, open.push({0.0f, o});
+    for (std::uint32_t o : seeds)
+        s.cost[o] = 0.0f, open.push({0.0f, o});
     while (!open.empty()) {
         const auto [cost, o] = open.top();
         open.pop();
@@ -110,7 +113,8 @@ Index3 voxelOf(const Grid& g, std::uint32_t o) {
     return {int(o) % g.dims.x, int(o) / g.dims.x % g.dims.y, int(o) / (g.dims.x * g.dims.y)};
 }
 
-// Where the portal vein enters the liver: the inside voxel nearest to the trunk outside, else the thickest one.
+// Where the portal vein enters the liver: the inside voxel nearest to the trunk outside, else the thickest
+// one.
 std::uint32_t hilumOf(const Scene& s) {
     const FloatVolume to_trunk = distanceTo(s.portal_outside);
     Mask background(s.portal_inside.grid);
@@ -124,7 +128,8 @@ std::uint32_t hilumOf(const Scene& s) {
         const float score = thickness.voxels[i] - std::min(to_trunk.voxels[i], 0.02f);
         if (score > best_score) best_score = score, best = std::uint32_t(i);
     }
-    if (best == kNobody) throw ImportError("no portal vein inside the liver: there is nothing to grow ducts beside");
+    if (best == kNobody)
+        throw ImportError("no portal vein inside the liver: there is nothing to grow ducts beside");
     return best;
 }
 
@@ -171,11 +176,13 @@ std::vector<std::uint32_t> tipsOf(const Scene& s, const Search& portal, double s
     return tips;
 }
 
-// The parenchyma voxel a duct of this branch ends at: ahead of the tip by `beyond`, or as far as there is room.
+// The parenchyma voxel a duct of this branch ends at: ahead of the tip by `beyond`, or as far as there is
+// room.
 std::uint32_t ductEnd(const Scene& s, const Search& portal, std::uint32_t tip, const DuctSettings& d) {
     const Grid& g = s.parenchyma.grid;
     std::uint32_t back = tip;
-    for (int i = 0; i < 10 && portal.parent[back] != kNobody; ++i) back = portal.parent[back];
+    for (int i = 0; i < 10 && portal.parent[back] != kNobody; ++i)
+        back = portal.parent[back];
     const Vec3 at = g.centre(voxelOf(g, tip)), run = at - g.centre(voxelOf(g, back));
     const Vec3 ahead = glm::length(run) > 0.0 ? glm::normalize(run) : Vec3(0.0);
     const double room_m = d.peripheral_radius_m + d.gap_m;
@@ -187,15 +194,17 @@ std::uint32_t ductEnd(const Scene& s, const Search& portal, std::uint32_t tip, c
                     for (int dx = -reach; dx <= reach; ++dx) {
                         const Index3 i = c + Index3{dx, dy, dz};
                         if (!g.contains(i) || !s.parenchyma[i]) continue;
-                        if (s.to_vessel[i] > room_m && s.to_edge[i] > room_m + 0.008) return std::uint32_t(g.offset(i));
+                        if (s.to_vessel[i] > room_m && s.to_edge[i] > room_m + 0.008)
+                            return std::uint32_t(g.offset(i));
                     }
     }
     return kNobody;
 }
 
-// Ducts as cheapest ways through the parenchyma: beside the portal vein at the right distance, clear of vessels.
-// Shared ways make a tree by themselves.
-Search alongDucts(const Scene& s, std::uint32_t start, const Vec3& hilum_m, double longest, const DuctSettings& d) {
+// Ducts as cheapest ways through the parenchyma: beside the portal vein at the right distance, clear of
+// vessels. Shared ways make a tree by themselves.
+Search alongDucts(const Scene& s, std::uint32_t start, const Vec3& hilum_m, double longest,
+                  const DuctSettings& d) {
     const Grid& g = s.parenchyma.grid;
     return cheapestFrom(g, {start}, [&](std::uint32_t o) {
         if (!s.parenchyma.voxels[o]) return -1.0f;
@@ -232,8 +241,8 @@ struct Point {
 };
 
 // A way as a curve: voxel centres smoothed along the way.
-std::vector<Point> curveTo(const Scene& s, const Search& ducts, std::uint32_t end, const std::vector<float>& way,
-                           double longest, const DuctSettings& d) {
+std::vector<Point> curveTo(const Scene& s, const Search& ducts, std::uint32_t end,
+                           const std::vector<float>& way, double longest, const DuctSettings& d) {
     const Grid& g = s.parenchyma.grid;
     std::vector<Vec3> raw;
     std::vector<double> at_way;
@@ -246,7 +255,8 @@ std::vector<Point> curveTo(const Scene& s, const Search& ducts, std::uint32_t en
     for (int i = 0; i < n; ++i) {
         const int k = std::min({reach, i, n - 1 - i});
         Vec3 sum(0.0);
-        for (int j = i - k; j <= i + k; ++j) sum += raw[std::size_t(j)];
+        for (int j = i - k; j <= i + k; ++j)
+            sum += raw[std::size_t(j)];
         curve.push_back({sum / double(2 * k + 1), radiusAt(at_way[std::size_t(i)], longest, d)});
     }
     return curve;
@@ -281,7 +291,8 @@ std::vector<float> wayAlong(const Grid& g, const Search& ducts, const std::vecto
     for (std::uint32_t end : ends) {
         chain.clear();
         std::uint32_t o = end;
-        for (; o != kNobody && way[o] < 0.0f; o = ducts.parent[o]) chain.push_back(o);
+        for (; o != kNobody && way[o] < 0.0f; o = ducts.parent[o])
+            chain.push_back(o);
         float w = o == kNobody ? 0.0f : way[o];
         for (auto it = chain.rbegin(); it != chain.rend(); ++it) {
             if (o != kNobody) w += float(glm::length(g.centre(voxelOf(g, *it)) - g.centre(voxelOf(g, o))));
@@ -312,10 +323,12 @@ GrownDucts growDucts(const Mask& parenchyma, const Mask& portal, const Mask& ves
     std::erase_if(ends, [&](std::uint32_t end) { return !std::isfinite(ducts.cost[end]); });
     const std::vector<float> way = wayAlong(g, ducts, ends);
     double longest_way = longest;
-    for (std::uint32_t end : ends) longest_way = std::max(longest_way, double(way[end]));
+    for (std::uint32_t end : ends)
+        longest_way = std::max(longest_way, double(way[end]));
 
     FloatVolume coverage(g);
-    for (std::uint32_t end : ends) stampCurve(coverage, curveTo(s, ducts, end, way, longest_way, d));
+    for (std::uint32_t end : ends)
+        stampCurve(coverage, curveTo(s, ducts, end, way, longest_way, d));
     Mask mask(g);
     for (std::size_t i = 0; i < mask.voxels.size(); ++i)
         mask.voxels[i] = s.parenchyma.voxels[i] && coverage.voxels[i] >= 0.5f;
@@ -323,7 +336,8 @@ GrownDucts growDucts(const Mask& parenchyma, const Mask& portal, const Mask& ves
     const FloatVolume to_kept = distanceTo(mask);
 
     GrownDucts out{Mask(parenchyma.grid), FloatVolume(parenchyma.grid), 0, 0.0, 0.0};
-    for (std::uint32_t end : ends) out.branches += to_kept.voxels[end] < 0.003f;
+    for (std::uint32_t end : ends)
+        out.branches += to_kept.voxels[end] < 0.003f;
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i] > 0.0f && ducts.parent[i] != kNobody)
             out.length_m += double(way[i]) - double(way[ducts.parent[i]]);
@@ -334,7 +348,8 @@ GrownDucts growDucts(const Mask& parenchyma, const Mask& portal, const Mask& ves
                 const Index3 i{x, y, z}, full = from + i;
                 out.mask[full] = mask[i];
                 // The rim of what was cut off as an island must not stay in the picture.
-                if (s.parenchyma[i] && double(to_kept[i]) < 1.8 * g.spacing_m.x) out.coverage[full] = coverage[i];
+                if (s.parenchyma[i] && double(to_kept[i]) < 1.8 * g.spacing_m.x)
+                    out.coverage[full] = coverage[i];
                 out.volume_m3 += mask[i] * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z;
             }
     return out;

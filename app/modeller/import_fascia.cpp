@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kInsideBone_m = 0.0015, kOutsideOrgan_m = 0.0010;
+constexpr double kBellyWeight = 0.3;  // of a ray through the belly wall; a bone's is 1
 
 // Per cell of the surface: the room it has, and where it was seen.
 struct Cells {
@@ -26,23 +27,25 @@ void forEachCovered(const Mask& mask, const WallSurface& s, F&& f) {
     const Grid& g = mask.grid;
     const double half_m = 0.5 * std::max(g.spacing_m.x, g.spacing_m.y);
     for (int z = 0; z < g.dims.z; ++z) {
-        const int level = std::clamp(int(std::lround((g.centre({0, 0, z}).z - s.z_begin_m) / s.z_step_m)), 0,
-                                     s.levels - 1);
+        const int level =
+            std::clamp(int(std::lround((g.centre({0, 0, z}).z - s.z_begin_m) / s.z_step_m)), 0, s.levels - 1);
         for (int y = 0; y < g.dims.y; ++y)
             for (int x = 0; x < g.dims.x; ++x) {
                 if (!mask[{x, y, z}]) continue;
                 const Vec3 d = g.centre({x, y, z}) - s.axis_m;
                 const double r = std::hypot(d.x, d.y), phi = std::atan2(d.y, d.x) / kTurn * s.angles;
-                const double reach = std::min(s.angles / 4.0, half_m / std::max(r, half_m) / kTurn * s.angles);
+                const double reach =
+                    std::min(s.angles / 4.0, half_m / std::max(r, half_m) / kTurn * s.angles);
                 for (int k = int(std::lround(phi - reach)); k <= int(std::lround(phi + reach)); ++k)
                     f(std::size_t(level * s.angles + (k + s.angles) % s.angles), r);
             }
     }
 }
 
-// From the skin inward along a ray: fat, then muscle. Returns the radius of the muscle's inner face, 0 if unseen.
-double innerFaceOfBellyWall(const FasciaInput& in, const FloatVolume& smooth_ct, const WallSurface& s, double phi,
-                            double z_m) {
+// From the skin inward along a ray: fat, then muscle. Returns the radius of the muscle's inner face, 0 if
+// unseen.
+double innerFaceOfBellyWall(const FasciaInput& in, const FloatVolume& smooth_ct, const WallSurface& s,
+                            double phi, double z_m) {
     constexpr double kStep_m = 0.001, kMuscle_hu = 5.0, kFat_hu = -40.0;
     constexpr double kThin_m = 0.006, kUsual_m = 0.012, kThick_m = 0.020;
     const Grid& g = in.ct.grid;
@@ -68,12 +71,37 @@ double innerFaceOfBellyWall(const FasciaInput& in, const FloatVolume& smooth_ct,
 // The skin's own few millimetres are as dense as muscle: only what lies deeper counts.
 FasciaInput withoutRim(const FasciaInput& in, Mask& inner_body) {
     Mask air = in.body;
-    for (std::uint8_t& v : air.voxels) v = v ? 0 : 1;
+    for (std::uint8_t& v : air.voxels)
+        v = v ? 0 : 1;
     const FloatVolume depth = distanceTo(air);
     inner_body = in.body;
     for (std::size_t i = 0; i < depth.voxels.size(); ++i)
         if (depth.voxels[i] < 0.006f) inner_body.voxels[i] = 0;
     return {in.ct, inner_body, in.bones, in.organs};
+}
+
+// Gut, folds and the navel mislead single rays: belly rays that disagree with their neighbours are dropped.
+void dropOutliers(Cells& c, const WallSurface& s) {
+    constexpr double kAgree_m = 0.006;
+    constexpr int kReach_z = 5, kReach_phi = 6;
+    std::vector<double> near, weight = c.weight;
+    for (int z = 0; z < s.levels; ++z)
+        for (int a = 0; a < s.angles; ++a) {
+            const std::size_t cell = std::size_t(z * s.angles + a);
+            if (c.weight[cell] != kBellyWeight) continue;
+            near.clear();
+            for (int dz = -kReach_z; dz <= kReach_z; ++dz)
+                for (int da = -kReach_phi; da <= kReach_phi; ++da) {
+                    const int zz = std::clamp(z + dz, 0, s.levels - 1), aa = (a + da + s.angles) % s.angles;
+                    const std::size_t other = std::size_t(zz * s.angles + aa);
+                    if (c.weight[other] > 0.0) near.push_back(c.seen_m[other]);
+                }
+            // The upper third: what misleads a ray lies deeper than the wall.
+            const auto upper = near.begin() + std::ptrdiff_t(near.size() * 2 / 3);
+            std::nth_element(near.begin(), upper, near.end());
+            if (std::fabs(c.seen_m[cell] - *upper) > kAgree_m) weight[cell] = 0.0;
+        }
+    c.weight = weight;
 }
 
 Cells observe(const FasciaInput& in, const WallSurface& s) {
@@ -92,7 +120,8 @@ Cells observe(const FasciaInput& in, const WallSurface& s) {
     Mask inner_body;
     const FasciaInput inner = withoutRim(in, inner_body);
     FloatVolume ct(in.ct.grid);
-    for (std::size_t i = 0; i < ct.voxels.size(); ++i) ct.voxels[i] = float(in.ct.voxels[i]);
+    for (std::size_t i = 0; i < ct.voxels.size(); ++i)
+        ct.voxels[i] = float(in.ct.voxels[i]);
     const FloatVolume smooth_ct = boxMean(ct, 1);
     const std::vector<double> bone_weight = c.weight;
     const int near_z = int(0.024 / s.z_step_m), near_phi = 3;
@@ -109,8 +138,9 @@ Cells observe(const FasciaInput& in, const WallSurface& s) {
             const bool back = std::sin(phi) < -0.5;  // the back's muscles are no measure of the wall
             if (bone_near || back) continue;
             const double r = innerFaceOfBellyWall(inner, smooth_ct, s, phi, s.z_begin_m + z * s.z_step_m);
-            if (r > 0.0) c.seen_m[cell] = r, c.weight[cell] = 0.3;
+            if (r > 0.0) c.seen_m[cell] = r, c.weight[cell] = kBellyWeight;
         }
+    dropOutliers(c, s);
     return c;
 }
 
@@ -196,11 +226,14 @@ Mask insideWall(const WallSurface& s, const FasciaInput& in) {
     keepLargest(inside);
     // Bones and pockets that the outside cannot reach belong to the inside.
     Mask outside = inside, seeds(g);
-    for (std::uint8_t& v : outside.voxels) v = v ? 0 : 1;
+    for (std::uint8_t& v : outside.voxels)
+        v = v ? 0 : 1;
     for (int z = 0; z < g.dims.z; ++z)
-        for (int y = 0; y < g.dims.y; ++y) seeds[{0, y, z}] = seeds[{g.dims.x - 1, y, z}] = 1;
+        for (int y = 0; y < g.dims.y; ++y)
+            seeds[{0, y, z}] = seeds[{g.dims.x - 1, y, z}] = 1;
     const Mask reached = floodFrom(seeds, outside);
-    for (std::size_t i = 0; i < inside.voxels.size(); ++i) inside.voxels[i] = reached.voxels[i] ? 0 : 1;
+    for (std::size_t i = 0; i < inside.voxels.size(); ++i)
+        inside.voxels[i] = reached.voxels[i] ? 0 : 1;
     return inside;
 }
 

@@ -1,6 +1,6 @@
-// The fascia in its first form: one closed smooth tube just inside the ribs, around the chest's and belly's organs.
-// Stands for the endothoracic fascia above and the transversal fascia below; the paper draws it by hand as a
-// tensor B-spline r(phi, h) (Mastmeyer et al. 2017).
+// The fascia in its first form: one closed smooth tube just inside the ribs, around the chest's and belly's
+// organs. Stands for the endothoracic fascia above and the transversal fascia below; the paper draws it by
+// hand as a tensor B-spline r(phi, h) (Mastmeyer et al. 2017).
 #pragma once
 
 #include <vector>
@@ -27,15 +27,15 @@ struct WallSurface {
     double radiusAt(double phi, double z_m) const;  // bilinear, periodic in phi
 };
 
-// Observed where bones and lungs show the wall and, below the ribs, one muscle's thickness inside the belly wall's
-// outer surface; smooth in between; never inside an organ, never outside a bone.
+// Observed where bones and lungs show the wall and, below the ribs, one muscle's thickness inside the belly
+// wall's outer surface; smooth in between; never inside an organ, never outside a bone.
 WallSurface fitWall(const FasciaInput&);
 
 // What the surface encloses: with the organs, without the bones, one component without holes.
 Mask insideWall(const WallSurface&, const FasciaInput&);
 
-// One voxel thick, 6-separating: of each pair of face neighbours across the boundary of `inside` one carries the
-// fascia: the outer one where it may be overwritten (`free`), else the inner.
+// One voxel thick, 6-separating: of each pair of face neighbours across the boundary of `inside` one carries
+// the fascia: the outer one where it may be overwritten (`free`), else the inner.
 Mask rasteriseBoundary(const Mask& inside, const Mask& free);
 
 }  // namespace stylet::modeller

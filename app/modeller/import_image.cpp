@@ -84,7 +84,8 @@ ChildEnd runReader(const char* const* argv, const ReaderLimits& limits) {
     const auto deadline = Clock::now() + std::chrono::seconds(limits.wall_s);
     ChildEnd end;
     for (;;) {  // until it closes its output, or its time is up
-        const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+        const auto left =
+            std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
         pollfd wait_for{ends[0], POLLIN, 0};
         const int ready = left > 0 ? poll(&wait_for, 1, int(left)) : 0;
         if (ready < 0 && errno == EINTR) continue;
@@ -128,7 +129,9 @@ std::string reasonOf(const ChildEnd& end, const ReaderLimits& limits) {
 patient::Volume<std::int16_t> takeOver(const fs::path& file, const fs::path& source) {
     std::ifstream in(file, std::ios::binary);
     ImageHandover h;
-    const auto bad = [&](const char* why) { return ImportError(source.string() + ": the reader returned " + why); };
+    const auto bad = [&](const char* why) {
+        return ImportError(source.string() + ": the reader returned " + why);
+    };
     if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kHandoverMagic) throw bad("no image");
     std::int64_t count = 1;
     for (int d = 0; d < 3; ++d) {
@@ -147,7 +150,8 @@ patient::Volume<std::int16_t> takeOver(const fs::path& file, const fs::path& sou
         grid.origin_m[d] = h.origin_mm[std::size_t(d)] * 1e-3;
     }
     patient::Volume<std::int16_t> image(grid);
-    if (!in.read(reinterpret_cast<char*>(image.voxels.data()), std::streamsize(count * 2))) throw bad("too little");
+    if (!in.read(reinterpret_cast<char*>(image.voxels.data()), std::streamsize(count * 2)))
+        throw bad("too little");
     return image;
 }
 
@@ -159,14 +163,17 @@ patient::Volume<std::int16_t> readImage(const fs::path& path, ImageKind kind, co
     if (kind == ImageKind::labels && fs::is_directory(path, error))
         throw ImportError(path.string() + ": is a folder; labels are one NIfTI file");
     fs::path program = limits.program;
-    if (program.empty()) program = fs::read_symlink("/proc/self/exe", error).parent_path() / "stylet-image-reader";
+    if (program.empty())
+        program = fs::read_symlink("/proc/self/exe", error).parent_path() / "stylet-image-reader";
     if (access(program.c_str(), X_OK) != 0)
-        throw ImportError(program.string() + ": the image reader is missing (it is built with STYLET_ITK=ON)");
+        throw ImportError(program.string() +
+                          ": the image reader is missing (it is built with STYLET_ITK=ON)");
 
     const PrivateFolder folder;
-    const std::string exe = program.string(), source = path.string(), out = (folder.path() / "image").string();
-    const char* const argv[] = {exe.c_str(), kind == ImageKind::ct ? "ct" : "labels", source.c_str(), out.c_str(),
-                                nullptr};
+    const std::string exe = program.string(), source = path.string(),
+                      out = (folder.path() / "image").string();
+    const char* const argv[] = {exe.c_str(), kind == ImageKind::ct ? "ct" : "labels", source.c_str(),
+                                out.c_str(), nullptr};
     const ChildEnd end = runReader(argv, limits);
     if (end.timed_out || !WIFEXITED(end.status) || WEXITSTATUS(end.status) != 0)
         throw ImportError(source + ": " + reasonOf(end, limits));

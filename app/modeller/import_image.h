@@ -24,8 +24,8 @@ struct ReaderLimits {
     std::size_t memory_bytes = std::size_t(3) << 30;
 };
 
-// A DICOM folder or a NIfTI file as int16 on axes that are RAS (flipped or swapped, never interpolated): HU, or
-// label ids. Throws ImportError.
+// A DICOM folder or a NIfTI file as int16 on axes that are RAS (flipped or swapped, never interpolated): HU,
+// or label ids. Throws ImportError.
 patient::Volume<std::int16_t> readImage(const std::filesystem::path&, ImageKind, const ReaderLimits& = {});
 
 }  // namespace stylet::modeller

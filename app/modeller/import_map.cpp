@@ -37,7 +37,8 @@ void takeLine(const std::string& line, LabelMap& map, const auto& refuse) {
     const Label* target = findTarget(name);
     if (!target && name != "unsegmented") {
         std::string known = "unsegmented";
-        for (const Label& l : targetTable()) known += ", " + l.name;
+        for (const Label& l : targetTable())
+            known += ", " + l.name;
         refuse("there is no target \"" + name + "\"; targets are " + known);
     }
     if (!map.target_of.emplace(id, target ? target->id : std::uint8_t{0}).second)

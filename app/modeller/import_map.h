@@ -16,9 +16,9 @@ const std::vector<patient::Label>& targetTable();
 // Null where there is no such target.
 const patient::Label* findTarget(const std::string& name);
 
-// A CSV file: `source_id,tissue`, one line per id. `tissue` is a target's name, or "unsegmented" where thresholds
-// over the CT are to decide. Lines that begin with # are comments; `# source:` and `# licence:` among them go into
-// the package.
+// A CSV file: `source_id,tissue`, one line per id. `tissue` is a target's name, or "unsegmented" where
+// thresholds over the CT are to decide. Lines that begin with # are comments; `# source:` and `# licence:`
+// among them go into the package.
 struct LabelMap {
     std::map<int, std::uint8_t> target_of;  // source id -> id in targetTable(), 0 = unsegmented
     std::string source, licence;

@@ -16,8 +16,8 @@ struct Normal {
     double mean = 0.0, sigma = 0.0, count = 0.0;
 };
 
-// Mean and spread of the values in low..high around the histogram's peak there: once over everything, then within
-// two sigma of the first answer, so that neighbours' tails do not widen it.
+// Mean and spread of the values in low..high around the histogram's peak there: once over everything, then
+// within two sigma of the first answer, so that neighbours' tails do not widen it.
 class Histogram {
   public:
     static constexpr int kLowest = -1024, kBins = 4096;
@@ -63,9 +63,11 @@ double border(const Normal& a, const Normal& b) {
 
 }  // namespace
 
-patient::Thresholds thresholdsOf(const patient::CtVolume& ct, const patient::LabelVolume& labels, const Mask& body) {
+patient::Thresholds thresholdsOf(const patient::CtVolume& ct, const patient::LabelVolume& labels,
+                                 const Mask& body) {
     std::array<Tissue, 256> tissue{};
-    for (const patient::Label& l : targetTable()) tissue[l.id] = l.tissue;
+    for (const patient::Label& l : targetTable())
+        tissue[l.id] = l.tissue;
     Histogram open, bone, vessel;
     for (std::size_t i = 0; i < ct.voxels.size(); ++i) {
         if (!body.voxels[i]) continue;
@@ -83,8 +85,8 @@ patient::Thresholds thresholdsOf(const patient::CtVolume& ct, const patient::Lab
     t.t1_hu = std::round(fat.mean - 3.0 * fat.sigma);
     t.t0_hu = std::round(std::min(0.5 * (-1000.0 + fat.mean), t.t1_hu - 50.0));
     t.t2_sensitive_hu = bones.count > 0.0 ? std::round(border(soft, bones)) : 200.0;
-    t.t2_specific_hu =
-        std::max(t.t2_sensitive_hu, vessels.count > 0.0 ? std::round(vessels.mean + 4.0 * vessels.sigma) : 0.0);
+    t.t2_specific_hu = std::max(t.t2_sensitive_hu,
+                                vessels.count > 0.0 ? std::round(vessels.mean + 4.0 * vessels.sigma) : 0.0);
     return t;
 }
 

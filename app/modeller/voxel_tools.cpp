@@ -14,7 +14,8 @@ namespace {
 
 constexpr float kFar = 1e6f;  // squared metres, "no voxel of the mask"
 
-// One axis of the transform: g(p) = min over q of f(q) + (spacing (p - q))^2, the lower envelope of parabolas.
+// One axis of the transform: g(p) = min over q of f(q) + (spacing (p - q))^2, the lower envelope of
+// parabolas.
 struct Envelope {
     std::vector<float> f, begin;
     std::vector<int> apex;
@@ -22,7 +23,8 @@ struct Envelope {
     explicit Envelope(int n) : f(std::size_t(n)), begin(std::size_t(n) + 1), apex(std::size_t(n)) {}
 
     void transform(float* line, std::ptrdiff_t stride, int n, float spacing) {
-        for (int i = 0; i < n; ++i) f[std::size_t(i)] = line[i * stride];
+        for (int i = 0; i < n; ++i)
+            f[std::size_t(i)] = line[i * stride];
         const float w = spacing * spacing;
         int k = -1;
         for (int q = 0; q < n; ++q) {
@@ -41,7 +43,8 @@ struct Envelope {
         }
         if (k < 0) return;
         for (int p = 0, j = 0; p < n; ++p) {
-            while (j < k && begin[std::size_t(j + 1)] <= float(p)) ++j;
+            while (j < k && begin[std::size_t(j + 1)] <= float(p))
+                ++j;
             const int q = apex[std::size_t(j)];
             line[p * stride] = w * float((p - q) * (p - q)) + f[std::size_t(q)];
         }
@@ -60,7 +63,8 @@ Index3 indexOf(const Grid& g, std::size_t offset) {
 void forEachSlab(int count, const std::function<void(int)>& f) {
     std::atomic<int> next{0};
     const auto work = [&] {
-        for (int i = next++; i < count; i = next++) f(i);
+        for (int i = next++; i < count; i = next++)
+            f(i);
     };
     std::thread other(work);
     work();
@@ -70,20 +74,24 @@ void forEachSlab(int count, const std::function<void(int)>& f) {
 FloatVolume distanceTo(const Mask& mask) {
     const Grid& g = mask.grid;
     FloatVolume d(g);
-    for (std::size_t i = 0; i < d.voxels.size(); ++i) d.voxels[i] = mask.voxels[i] ? 0.0f : kFar;
+    for (std::size_t i = 0; i < d.voxels.size(); ++i)
+        d.voxels[i] = mask.voxels[i] ? 0.0f : kFar;
     const std::ptrdiff_t row = g.dims.x, slice = std::ptrdiff_t(g.dims.x) * g.dims.y;
     forEachSlab(g.dims.z, [&](int z) {
         float* base = d.voxels.data() + z * slice;
         Envelope along_x(g.dims.x), along_y(g.dims.y);
-        for (int y = 0; y < g.dims.y; ++y) along_x.transform(base + y * row, 1, g.dims.x, float(g.spacing_m.x));
-        for (int x = 0; x < g.dims.x; ++x) along_y.transform(base + x, row, g.dims.y, float(g.spacing_m.y));
+        for (int y = 0; y < g.dims.y; ++y)
+            along_x.transform(base + y * row, 1, g.dims.x, float(g.spacing_m.x));
+        for (int x = 0; x < g.dims.x; ++x)
+            along_y.transform(base + x, row, g.dims.y, float(g.spacing_m.y));
     });
     forEachSlab(g.dims.y, [&](int y) {
         Envelope along_z(g.dims.z);
         for (int x = 0; x < g.dims.x; ++x)
             along_z.transform(d.voxels.data() + y * row + x, slice, g.dims.z, float(g.spacing_m.z));
     });
-    for (float& v : d.voxels) v = std::sqrt(v);
+    for (float& v : d.voxels)
+        v = std::sqrt(v);
     return d;
 }
 
@@ -134,7 +142,8 @@ std::size_t keepLargest(Mask& mask) {
         if (component.size() <= best_count) continue;
         best_count = component.size();
         std::fill(best.voxels.begin(), best.voxels.end(), std::uint8_t{0});
-        for (std::size_t o : component) best.voxels[o] = 1;
+        for (std::size_t o : component)
+            best.voxels[o] = 1;
     }
     mask = std::move(best);
     return total - best_count;
@@ -152,14 +161,17 @@ void fillHolesPerSlice(Mask& mask) {
             outside[std::size_t(o)] = 1;
             open.push_back(o);
         };
-        for (int x = 0; x < nx; ++x) visit(x, 0), visit(x, ny - 1);
-        for (int y = 0; y < ny; ++y) visit(0, y), visit(nx - 1, y);
+        for (int x = 0; x < nx; ++x)
+            visit(x, 0), visit(x, ny - 1);
+        for (int y = 0; y < ny; ++y)
+            visit(0, y), visit(nx - 1, y);
         while (!open.empty()) {
             const int x = open.back() % nx, y = open.back() / nx;
             open.pop_back();
             visit(x + 1, y), visit(x - 1, y), visit(x, y + 1), visit(x, y - 1);
         }
-        for (int o = 0; o < nx * ny; ++o) slice[o] = outside[std::size_t(o)] ? 0 : 1;
+        for (int o = 0; o < nx * ny; ++o)
+            slice[o] = outside[std::size_t(o)] ? 0 : 1;
     });
 }
 
@@ -170,7 +182,8 @@ FloatVolume boxMean(const FloatVolume& in, int reach) {
     for (int axis = 0; axis < 3; ++axis) {
         const int length = n[axis], outer = axis == 2 ? 1 : 2;
         const int count_a = n[outer == axis ? 0 : outer], count_b = n[axis == 0 ? 1 : 0];
-        const std::ptrdiff_t stride_a = strides[outer == axis ? 0 : outer], stride_b = strides[axis == 0 ? 1 : 0];
+        const std::ptrdiff_t stride_a = strides[outer == axis ? 0 : outer],
+                             stride_b = strides[axis == 0 ? 1 : 0];
         forEachSlab(count_a, [&](int a) {
             std::vector<double> sum(std::size_t(length) + 1);
             for (int b = 0; b < count_b; ++b) {

@@ -13,8 +13,9 @@ using FloatVolume = patient::Volume<float>;
 // Runs f(0) ... f(count - 1) on two threads; the result must not depend on the order.
 void forEachSlab(int count, const std::function<void(int)>& f);
 
-// Distance in metres from each voxel's centre to the nearest voxel of the mask (0 inside it, 1e3 if it is empty).
-// Exact; Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8, 2012.
+// Distance in metres from each voxel's centre to the nearest voxel of the mask (0 inside it, 1e3 if it is
+// empty). Exact; Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", Theory of
+// Computing 8, 2012.
 FloatVolume distanceTo(const Mask&);
 
 // Keeps the largest 6-connected component; returns the number of voxels that were dropped.

@@ -1,0 +1,55 @@
+// Little-endian numbers in and out of byte buffers, whatever the machine.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace stylet::records {
+
+class ByteSink {
+  public:
+    explicit ByteSink(std::vector<unsigned char>& to) : to_(&to) {}
+    void u32(std::uint32_t v) { put(v, 4); }
+    void u64(std::uint64_t v) { put(v, 8); }
+    void f64(double v) { u64(std::bit_cast<std::uint64_t>(v)); }
+
+  private:
+    void put(std::uint64_t v, int count) {
+        for (int i = 0; i < count; ++i)
+            to_->push_back(static_cast<unsigned char>(v >> (8 * i)));
+    }
+    std::vector<unsigned char>* to_;
+};
+
+// Reading past the end yields zeros and leaves ok() false.
+class ByteSource {
+  public:
+    explicit ByteSource(std::span<const unsigned char> from) : from_(from) {}
+    std::uint32_t u32() { return static_cast<std::uint32_t>(take(4)); }
+    std::uint64_t u64() { return take(8); }
+    double f64() { return std::bit_cast<double>(u64()); }
+    bool ok() const { return ok_; }
+    std::size_t position() const { return position_; }
+    std::size_t left() const { return from_.size() - position_; }
+
+  private:
+    std::uint64_t take(std::size_t count) {
+        if (left() < count) {
+            ok_ = false;
+            position_ = from_.size();
+            return 0;
+        }
+        std::uint64_t v = 0;
+        for (std::size_t i = 0; i < count; ++i)
+            v |= std::uint64_t(from_[position_ + i]) << (8 * i);
+        position_ += count;
+        return v;
+    }
+    std::span<const unsigned char> from_;
+    std::size_t position_ = 0;
+    bool ok_ = true;
+};
+
+}  // namespace stylet::records

@@ -1,0 +1,319 @@
+#include "app/records/record.h"
+
+#include <zlib.h>
+
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "app/records/bytes.h"
+
+namespace stylet::records {
+
+using haptics::TickInput;
+using nlohmann::json;
+using patient::DataError;
+using patient::Pose;
+using patient::Vec3;
+
+namespace {
+
+constexpr std::array<char, 8> kMagic{'S', 'T', 'Y', 'L', 'R', 'E', 'C', '\n'};
+constexpr std::uint32_t kFrameMark = 0x4d415246;   // "FRAM"
+constexpr std::size_t kPrologueBytes = 8 + 4 + 4;  // magic, version, header size
+constexpr std::size_t kFrameHeadBytes = 4 + 4 + 4 + 8 + 8;
+constexpr std::uint32_t kMaxHeaderBytes = 4096;
+constexpr std::uint32_t kMaxTickBytes = 7 * 8 + 3 * 4 + haptics::kMaxCommandsPerTick * 8;
+constexpr std::uintmax_t kMaxFileBytes = 2ull << 30;  // seven hours
+
+std::uint32_t checksum(std::span<const unsigned char> bytes) {
+    return static_cast<std::uint32_t>(crc32_z(0, bytes.data(), bytes.size()));
+}
+
+void putPose(ByteSink& sink, const Pose& p) {
+    for (double v : {p.rotation.w, p.rotation.x, p.rotation.y, p.rotation.z})
+        sink.f64(v);
+    for (int i = 0; i < 3; ++i)
+        sink.f64(p.position_m[i]);
+}
+
+Pose takePose(ByteSource& source) {
+    Pose p;
+    for (double* v : {&p.rotation.w, &p.rotation.x, &p.rotation.y, &p.rotation.z})
+        *v = source.f64();
+    for (int i = 0; i < 3; ++i)
+        p.position_m[i] = source.f64();
+    return p;
+}
+
+void putTick(ByteSink& sink, const TickInput& input) {
+    putPose(sink, input.device.device_from_stylus);
+    sink.u32(input.device.buttons);
+    sink.u32(input.device.fresh);
+    sink.u32(input.command_count);
+    for (std::uint32_t i = 0; i < input.command_count; ++i) {
+        sink.u32(static_cast<std::uint32_t>(input.commands[i].kind));
+        sink.u32(input.commands[i].value);
+    }
+}
+
+// False on a count or kind that no tick can have.
+bool takeTick(ByteSource& source, TickInput& input) {
+    input.device.device_from_stylus = takePose(source);
+    input.device.buttons = source.u32();
+    input.device.fresh = source.u32();
+    input.command_count = source.u32();
+    if (input.command_count > haptics::kMaxCommandsPerTick) return false;
+    for (std::uint32_t i = 0; i < input.command_count; ++i) {
+        const std::uint32_t kind = source.u32();
+        if (kind > static_cast<std::uint32_t>(haptics::CommandKind::marker)) return false;
+        input.commands[i].kind = static_cast<haptics::CommandKind>(kind);
+        input.commands[i].value = source.u32();
+    }
+    return source.ok();
+}
+
+// Every number of the settings in one order, for writing and for reading.
+template <typename Settings, typename Visit>
+void eachNumber(Settings& s, Visit visit) {
+    visit(s.dt_s);
+    static_assert(sizeof s.needle == 5 * sizeof(double) && sizeof s.output == 3 * sizeof(double),
+                  "a new setting needs a place here and a new kRecordVersion");
+    visit(s.needle.a1_share), visit(s.needle.cut_reach_m), visit(s.needle.max_force_n);
+    visit(s.needle.lateral_stiffness_n_per_m), visit(s.needle.lateral_force_n);
+    visit(s.output.rate_limit_n_per_s), visit(s.output.model_force_n), visit(s.output.model_tangent_n_per_m);
+    visit(s.profile.force_peak_n), visit(s.profile.stiffness_n_per_m);
+}
+
+std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
+    std::vector<unsigned char> body;
+    ByteSink sink(body);
+    sink.u64(header.package_digest);
+    sink.u64(header.settings.scenario_digest);
+    sink.u64(header.settings.seed);
+    eachNumber(header.settings, [&](double v) { sink.f64(v); });
+    putPose(sink, header.settings.patient_from_device);
+
+    std::vector<unsigned char> bytes(kMagic.begin(), kMagic.end());
+    ByteSink prologue(bytes);
+    prologue.u32(kRecordVersion);
+    prologue.u32(static_cast<std::uint32_t>(body.size()));
+    bytes.insert(bytes.end(), body.begin(), body.end());
+    prologue.u32(checksum(bytes));
+    return bytes;
+}
+
+// Fills `header` and returns where the frames begin.
+std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesystem::path& file,
+                         RecordHeader& header) {
+    if (bytes.size() < kPrologueBytes) throw DataError(file, "header", "the file ends inside it");
+    if (std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) != 0)
+        throw DataError(file, "magic", "this is not a Stylet record");
+    ByteSource prologue(bytes.subspan(kMagic.size()));
+    const std::uint32_t version = prologue.u32(), size = prologue.u32();
+    if (version != kRecordVersion)
+        throw DataError(file, "version",
+                        std::to_string(version) + " is not " + std::to_string(kRecordVersion));
+    if (size > kMaxHeaderBytes || bytes.size() < kPrologueBytes + size + 4)
+        throw DataError(file, "header", "the file ends inside it");
+    const auto summed = bytes.first(kPrologueBytes + size);
+    if (ByteSource(bytes.subspan(summed.size())).u32() != checksum(summed))
+        throw DataError(file, "header", "its checksum does not match");
+
+    ByteSource body(summed.subspan(kPrologueBytes));
+    header.package_digest = body.u64();
+    header.settings.scenario_digest = body.u64();
+    header.settings.seed = body.u64();
+    eachNumber(header.settings, [&](double& v) { v = body.f64(); });
+    header.settings.patient_from_device = takePose(body);
+    header.settings.profile.name = "as recorded";
+    header.settings.profile.source = "record";
+    if (!body.ok() || body.left() != 0) throw DataError(file, "header", "its size does not fit its version");
+    return summed.size() + 4;
+}
+
+// One frame at the source's start; false when it is not whole. Consumes `used` bytes.
+bool decodeFrame(std::span<const unsigned char> bytes, Record& record, std::size_t& used) {
+    ByteSource head(bytes);
+    const std::uint32_t mark = head.u32(), count = head.u32(), size = head.u32();
+    const std::uint64_t first = head.u64(), hash = head.u64();
+    if (!head.ok() || mark != kFrameMark || count == 0 || count > kFrameTicks) return false;
+    if (size > count * kMaxTickBytes || head.left() < std::size_t(size) + 4) return false;
+    if (first != record.inputs.size()) return false;
+    const auto summed = bytes.first(kFrameHeadBytes + size);
+    if (ByteSource(bytes.subspan(summed.size())).u32() != checksum(summed)) return false;
+
+    ByteSource body(summed.subspan(kFrameHeadBytes));
+    std::vector<TickInput> ticks(count);
+    for (TickInput& tick : ticks)
+        if (!takeTick(body, tick)) return false;
+    if (body.left() != 0) return false;
+    record.inputs.insert(record.inputs.end(), ticks.begin(), ticks.end());
+    record.checkpoints.push_back({record.inputs.size(), hash});
+    used = summed.size() + 4;
+    return true;
+}
+
+std::vector<unsigned char> readAll(const std::filesystem::path& file) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (error) throw DataError(file, "file", error.message());
+    if (size > kMaxFileBytes) throw DataError(file, "file", "larger than 2 GiB");
+    std::vector<unsigned char> bytes(size);
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
+        throw DataError(file, "file", "cannot be read");
+    return bytes;
+}
+
+json vectorJson(const Vec3& v) {
+    return json::array({v.x, v.y, v.z});
+}
+
+Vec3 vectorFrom(const json& j) {
+    if (!j.is_array() || j.size() != 3) throw std::runtime_error("must be three numbers");
+    return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()};
+}
+
+json infoJson(const RecordInfo& info) {
+    json j;
+    j["format_version"] = kRecordVersion;
+    j["program_version"] = info.program_version;
+    j["patient"] = {{"folder", info.patient_folder.string()}, {"name", info.patient_name}};
+    j["scenario"] = info.scenario;
+    j["moments"] = info.moments;
+    j["approach_distance_m"] = info.approach_distance_m;
+    j["seed"] = info.seed;
+    j["gain"] = info.gain;
+    const patient::PlannedPath& p = info.path;
+    j["path"] = {{"entry_m", vectorJson(p.entry_m)},
+                 {"target_m", vectorJson(p.target_m)},
+                 {"entry_reference_m", vectorJson(p.entry_reference_m)},
+                 {"target_reference_m", vectorJson(p.target_reference_m)},
+                 {"breath_v", p.breath.v},
+                 {"breath_rate_per_s", p.breath.rate_per_s},
+                 {"length_m", p.length_m},
+                 {"quality", p.quality}};
+    if (info.end) {
+        j["final_tick"] = info.end->tick;
+        j["state_hash"] = hexOf(info.end->state_hash);
+    }
+    return j;
+}
+
+std::uint64_t hashFrom(const std::string& hex) {
+    if (hex.size() != 16 || hex.find_first_not_of("0123456789abcdef") != std::string::npos)
+        throw std::runtime_error("state_hash must be 16 hex digits");
+    return std::stoull(hex, nullptr, 16);
+}
+
+RecordInfo infoFrom(const json& j) {
+    RecordInfo info;
+    if (j.at("format_version").get<std::uint32_t>() != kRecordVersion)
+        throw std::runtime_error("format_version is not " + std::to_string(kRecordVersion));
+    info.program_version = j.at("program_version").get<std::string>();
+    info.patient_folder = j.at("patient").at("folder").get<std::string>();
+    info.patient_name = j.at("patient").at("name").get<std::string>();
+    info.scenario = j.at("scenario").get<std::string>();
+    info.moments = j.at("moments").get<std::vector<std::string>>();
+    info.approach_distance_m = j.at("approach_distance_m").get<double>();
+    info.seed = j.at("seed").get<std::uint64_t>();
+    info.gain = j.at("gain").get<double>();
+    const json& p = j.at("path");
+    info.path.entry_m = vectorFrom(p.at("entry_m"));
+    info.path.target_m = vectorFrom(p.at("target_m"));
+    info.path.entry_reference_m = vectorFrom(p.at("entry_reference_m"));
+    info.path.target_reference_m = vectorFrom(p.at("target_reference_m"));
+    info.path.breath = {p.at("breath_v").get<double>(), p.at("breath_rate_per_s").get<double>()};
+    info.path.length_m = p.at("length_m").get<double>();
+    info.path.quality = p.at("quality").get<double>();
+    if (j.contains("state_hash"))
+        info.end = RecordEnd{j.at("final_tick").get<std::uint64_t>(),
+                             hashFrom(j.at("state_hash").get<std::string>())};
+    return info;
+}
+
+void writeInfo(const RecordInfo& info, const std::filesystem::path& folder) {
+    const std::filesystem::path file = folder / "record.json", part = folder / "record.json.part";
+    {
+        std::ofstream stream(part);
+        stream << infoJson(info).dump(2) << '\n';
+        if (!stream.flush()) throw DataError(part, "file", "cannot be written");
+    }
+    std::filesystem::rename(part, file);
+}
+
+RecordInfo readInfo(const std::filesystem::path& file) {
+    const std::vector<unsigned char> text = readAll(file);
+    try {
+        return infoFrom(json::parse(text.begin(), text.end()));
+    } catch (const std::exception& e) {
+        throw DataError(file, "json", e.what());
+    }
+}
+
+}  // namespace
+
+std::string hexOf(std::uint64_t hash) {
+    std::array<char, 17> text{};
+    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(hash));
+    return text.data();
+}
+
+RecordWriter::RecordWriter(const std::filesystem::path& folder, const RecordHeader& header,
+                           const RecordInfo& info)
+    : folder_(folder), info_(info) {
+    std::filesystem::create_directories(folder);
+    info_.end.reset();
+    writeInfo(info_, folder_);
+    stream_.open(folder / "inputs.bin", std::ios::binary | std::ios::trunc);
+    const std::vector<unsigned char> bytes = encodeHeader(header);
+    stream_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    if (!stream_.flush()) throw DataError(folder / "inputs.bin", "file", "cannot be written");
+}
+
+void RecordWriter::add(const TickInput& input, const haptics::TickOutput& output) {
+    ByteSink sink(frame_);
+    putTick(sink, input);
+    last_ = {output.tick, output.state_hash};
+    if (++frame_count_ == kFrameTicks) writeFrame();
+}
+
+void RecordWriter::writeFrame() {
+    std::vector<unsigned char> bytes;
+    ByteSink sink(bytes);
+    sink.u32(kFrameMark);
+    sink.u32(frame_count_);
+    sink.u32(static_cast<std::uint32_t>(frame_.size()));
+    sink.u64(ticks_);
+    sink.u64(last_.state_hash);
+    bytes.insert(bytes.end(), frame_.begin(), frame_.end());
+    sink.u32(checksum(bytes));
+    stream_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    if (!stream_.flush()) throw DataError(folder_ / "inputs.bin", "file", "cannot be written");
+    ticks_ += frame_count_;
+    frame_count_ = 0;
+    frame_.clear();
+}
+
+void RecordWriter::finish() {
+    if (frame_count_ > 0) writeFrame();
+    info_.end = last_;
+    writeInfo(info_, folder_);
+}
+
+Record loadRecord(const std::filesystem::path& folder) {
+    Record record;
+    record.info = readInfo(folder / "record.json");
+    const std::filesystem::path file = folder / "inputs.bin";
+    const std::vector<unsigned char> bytes = readAll(file);
+    std::size_t position = decodeHeader(bytes, file, record.header);
+    std::size_t used = 0;
+    while (position < bytes.size() && decodeFrame(std::span(bytes).subspan(position), record, used))
+        position += used;
+    record.torn_bytes = bytes.size() - position;
+    return record;
+}
+
+}  // namespace stylet::records

@@ -1,0 +1,86 @@
+// An attempt on disk: everything the simulation was given, bit for bit, so that it can be computed again.
+//   inputs.bin    header, then frames of ticks, each with its checksum and the state hash it ended in
+//   record.json   the same for a reader: patient, scenario, seed, gain, path, and how the attempt ended
+// inputs.bin is little-endian throughout; README.md has the layout byte by byte.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "haptics/simulation.h"
+#include "patient/planning.h"
+
+namespace stylet::records {
+
+inline constexpr std::uint32_t kRecordVersion = 1;
+inline constexpr std::uint32_t kFrameTicks = 250;  // what a crash may cost: a quarter of a second
+
+// What a recomputation needs besides the patient. The profile's two texts are not stored.
+struct RecordHeader {
+    std::uint64_t package_digest = 0;
+    haptics::SimulationSettings settings;
+};
+
+struct RecordEnd {
+    std::uint64_t tick = 0;
+    std::uint64_t state_hash = 0;
+};
+
+struct RecordInfo {
+    std::string program_version;
+    std::filesystem::path patient_folder;
+    std::string patient_name;
+    std::string scenario;
+    std::vector<std::string> moments;
+    double approach_distance_m = 0.0;
+    std::uint64_t seed = 0;
+    double gain = 1.0;
+    patient::PlannedPath path;
+    std::optional<RecordEnd> end;  // absent: the attempt was cut short
+};
+
+// Appends frames as ticks come in; what is on disk is whole up to the last frame at any moment.
+// Session thread. Throws patient::DataError when the disk refuses.
+class RecordWriter {
+  public:
+    RecordWriter(const std::filesystem::path& folder, const RecordHeader&, const RecordInfo&);
+    void add(const haptics::TickInput&, const haptics::TickOutput&);
+    // Writes the frame in progress and the end into record.json.
+    void finish();
+
+  private:
+    void writeFrame();
+
+    std::filesystem::path folder_;
+    RecordInfo info_;
+    std::ofstream stream_;
+    std::vector<unsigned char> frame_;
+    std::uint32_t frame_count_ = 0;
+    std::uint64_t ticks_ = 0;
+    RecordEnd last_;
+};
+
+// The state hash after the first `ticks` inputs.
+struct Checkpoint {
+    std::uint64_t ticks = 0;
+    std::uint64_t state_hash = 0;
+};
+
+struct Record {
+    RecordHeader header;
+    RecordInfo info;
+    std::vector<haptics::TickInput> inputs;
+    std::vector<Checkpoint> checkpoints;  // one a frame, ascending
+    std::uint64_t torn_bytes = 0;         // behind the last whole frame: cut off
+};
+
+// Refuses a bad header, version or record.json with a DataError; a torn tail is cut at the last whole frame.
+Record loadRecord(const std::filesystem::path& folder);
+
+std::string hexOf(std::uint64_t hash);  // 16 digits
+
+}  // namespace stylet::records

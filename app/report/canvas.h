@@ -1,0 +1,62 @@
+// A picture to draw on: the little of cairo that the reports need, in their colours and their type.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace stylet::report {
+
+struct Colour {
+    double r = 0.0, g = 0.0, b = 0.0, a = 1.0;
+    Colour faded(double alpha) const { return {r, g, b, alpha}; }
+};
+
+enum class Align { left, centre, right };
+
+struct TextStyle {
+    double size = 14.0;
+    Colour colour;
+    Align align = Align::left;
+    bool bold = false;
+};
+
+struct Point {
+    double x = 0.0, y = 0.0;
+};
+
+// Pixels, origin top left. Text is placed by its baseline.
+class Canvas {
+  public:
+    Canvas(int width, int height, Colour background);
+    ~Canvas();
+    Canvas(const Canvas&) = delete;
+    Canvas& operator=(const Canvas&) = delete;
+
+    void rectangle(double x, double y, double width, double height, Colour);
+    void line(Point from, Point to, double width, Colour);
+    void dashed(Point from, Point to, double width, Colour);
+    void polyline(const std::vector<Point>&, double width, Colour);
+    void circle(Point centre, double radius, double width, Colour);
+    void disc(Point centre, double radius, Colour);
+    void text(Point baseline, const std::string&, const TextStyle&);
+    // As text, turned a quarter to the left.
+    void textUpward(Point baseline, const std::string&, const TextStyle&);
+    double textWidth(const std::string&, const TextStyle&);
+    // `rgb` holds width * height packed triples, rows from the top.
+    void image(double x, double y, int width, int height, const std::vector<std::uint8_t>& rgb);
+    // Until unclip() only this rectangle is drawn on.
+    void clip(double x, double y, double width, double height);
+    void unclip();
+
+    // Throws patient::DataError.
+    void savePng(const std::filesystem::path&) const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace stylet::report

@@ -1,0 +1,218 @@
+#include "app/report/curve.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include "app/report/canvas.h"
+
+namespace stylet::report {
+
+using haptics::Tissue;
+
+namespace {
+
+constexpr int kWidth = 1280, kHeight = 720;
+constexpr double kLeft = 88, kRight = 32, kTop = 108, kBottom = 76;
+constexpr Colour kPaper{1, 1, 1}, kInk{0.13, 0.15, 0.18}, kGrid{0.80, 0.82, 0.85}, kMuted{0.45, 0.48, 0.52};
+constexpr Colour kIn{0.75, 0.16, 0.14}, kOut{0.20, 0.38, 0.62};
+
+const char* phaseName(haptics::Phase phase) {
+    switch (phase) {
+        case haptics::Phase::held:
+            return "held";
+        case haptics::Phase::pass:
+            return "pass";
+        case haptics::Phase::outside:
+            break;
+    }
+    return "outside";
+}
+
+Colour bandColour(Tissue tissue) {
+    switch (tissue) {
+        case Tissue::air:
+            return {0.88, 0.93, 0.97};
+        case Tissue::skin:
+            return {0.96, 0.84, 0.76};
+        case Tissue::soft:
+            return {0.99, 0.95, 0.80};
+        case Tissue::bone:
+            return {0.90, 0.88, 0.84};
+        case Tissue::fascia:
+            return {0.86, 0.84, 0.95};
+        case Tissue::liver:
+            return {0.95, 0.83, 0.81};
+        case Tissue::vessel:
+            return {0.80, 0.86, 0.97};
+        case Tissue::duct:
+            return {0.82, 0.93, 0.80};
+    }
+    return kPaper;
+}
+
+// Data coordinates to pixels.
+struct Axes {
+    double depth_low_mm, depth_high_mm, force_low_n, force_high_n;
+    double x(double depth_m) const {
+        return kLeft +
+               (depth_m * 1000.0 - depth_low_mm) / (depth_high_mm - depth_low_mm) * (kWidth - kLeft - kRight);
+    }
+    double y(double force_n) const {
+        return kHeight - kBottom -
+               (force_n - force_low_n) / (force_high_n - force_low_n) * (kHeight - kTop - kBottom);
+    }
+};
+
+Axes fit(const std::vector<ForceSample>& curve) {
+    Axes axes{0.0, 10.0, -0.5, 1.0};
+    for (const ForceSample& s : curve) {
+        axes.depth_low_mm = std::min(axes.depth_low_mm, s.depth_m * 1000.0);
+        axes.depth_high_mm = std::max(axes.depth_high_mm, s.depth_m * 1000.0);
+        axes.force_low_n = std::min(axes.force_low_n, s.force_n);
+        axes.force_high_n = std::max(axes.force_high_n, s.force_n);
+    }
+    axes.depth_low_mm = 5.0 * std::floor(axes.depth_low_mm / 5.0);
+    axes.depth_high_mm = 5.0 * std::ceil(axes.depth_high_mm / 5.0);
+    axes.force_low_n = 0.5 * std::floor(axes.force_low_n / 0.5);
+    axes.force_high_n = 0.5 * std::ceil(axes.force_high_n / 0.5 + 0.4);
+    return axes;
+}
+
+std::string number(const char* format, double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), format, value);
+    return text.data();
+}
+
+std::size_t deepest(const std::vector<ForceSample>& curve) {
+    const auto last =
+        std::max_element(curve.begin(), curve.end(),
+                         [](const ForceSample& a, const ForceSample& b) { return a.depth_m < b.depth_m; });
+    return std::size_t(last - curve.begin());
+}
+
+// Bands of the tissue the tip is in on its way in; the way in never turns back by more than tremor, so each
+// depth is painted by the sample that first reached it.
+void drawBands(Canvas& canvas, const Axes& axes, const std::vector<ForceSample>& curve, std::size_t end) {
+    const double bottom = axes.y(axes.force_low_n), top = kTop;
+    double reached = -1.0, named_until = 0.0;
+    for (std::size_t i = 0; i < end;) {
+        const Tissue tissue = curve[i].tissue;
+        const double from = std::max(reached, curve[i].depth_m);
+        double to = from;
+        for (; i < end && curve[i].tissue == tissue; ++i)
+            to = std::max(to, curve[i].depth_m);
+        if (i < end) to = std::max(to, curve[i].depth_m);
+        if (to <= from) continue;
+        reached = to;
+        canvas.rectangle(axes.x(from), top, axes.x(to) - axes.x(from), bottom - top, bandColour(tissue));
+        const std::string name(patient::tissueName(tissue));
+        const TextStyle style{13, kMuted, Align::centre, false};
+        const double middle = 0.5 * (axes.x(from) + axes.x(to)), half = 0.5 * canvas.textWidth(name, style);
+        if (axes.x(to) - axes.x(from) < 2.0 * half + 6.0 || middle - half < named_until) continue;
+        canvas.text({middle, top + 18}, name, style);
+        named_until = middle + half;
+    }
+}
+
+void drawAxes(Canvas& canvas, const Axes& axes) {
+    const double span = axes.depth_high_mm - axes.depth_low_mm;
+    const double step = span > 120.0 ? 20.0 : span > 40.0 ? 10.0 : 5.0;
+    for (double d = std::ceil(axes.depth_low_mm / step) * step; d <= axes.depth_high_mm + 1e-9; d += step) {
+        const double x = axes.x(d / 1000.0);
+        canvas.line({x, kTop}, {x, axes.y(axes.force_low_n)}, 1, kGrid.faded(0.6));
+        canvas.text({x, axes.y(axes.force_low_n) + 22}, number("%.0f", d), {14, kInk, Align::centre, false});
+    }
+    const double force_step = axes.force_high_n - axes.force_low_n > 8.0 ? 2.0 : 0.5;
+    for (double f = axes.force_low_n; f <= axes.force_high_n + 1e-9; f += force_step) {
+        canvas.line({kLeft, axes.y(f)}, {kWidth - kRight, axes.y(f)}, 1, kGrid.faded(0.6));
+        canvas.text({kLeft - 10, axes.y(f) + 5}, number("%.1f", f), {14, kInk, Align::right, false});
+    }
+    canvas.line({kLeft, axes.y(0)}, {kWidth - kRight, axes.y(0)}, 1.5, kMuted);
+    canvas.text({0.5 * (kLeft + kWidth - kRight), kHeight - 22}, "depth of the tip along the track [mm]",
+                {15, kInk, Align::centre, false});
+    canvas.textUpward({30, 0.5 * (kTop + kHeight - kBottom)}, "axial force [N], positive resists insertion",
+                      {15, kInk, Align::centre, false});
+}
+
+// One point per pixel step is enough: steps smaller than a third of a pixel are left out.
+std::vector<Point> trace(const Axes& axes, const std::vector<ForceSample>& curve, std::size_t begin,
+                         std::size_t end) {
+    std::vector<Point> points;
+    for (std::size_t i = begin; i < end; ++i) {
+        const Point p{axes.x(curve[i].depth_m), axes.y(curve[i].force_n)};
+        if (i + 1 < end && !points.empty() &&
+            std::fabs(points.back().x - p.x) + std::fabs(points.back().y - p.y) < 0.33)
+            continue;
+        points.push_back(p);
+    }
+    return points;
+}
+
+void drawMarks(Canvas& canvas, const Axes& axes, const std::vector<ForceMark>& marks) {
+    double last_right = -1e9, last_y = 0.0;
+    for (const ForceMark& mark : marks) {
+        const Point at{axes.x(mark.depth_m), axes.y(mark.force_n)};
+        canvas.disc(at, 4.0, kPaper);
+        canvas.circle(at, 4.0, 2.0, kIn);
+        const TextStyle style{14, kInk, Align::left, true};
+        const double width = canvas.textWidth(mark.text, style);
+        const double x = std::min(at.x + 8.0, kWidth - kRight - width);
+        // Neighbours that would touch climb over one another.
+        double y = std::max(at.y - 8.0, kTop + 38.0);
+        if (x < last_right + 8.0 && std::fabs(y - last_y) < 18.0) y = last_y - 18.0;
+        canvas.text({x, y}, mark.text, style);
+        last_right = x + width, last_y = y;
+    }
+}
+
+void drawLegend(Canvas& canvas) {
+    const double y = 80;
+    canvas.line({kLeft, y - 5}, {kLeft + 34, y - 5}, 2.5, kIn);
+    canvas.text({kLeft + 42, y}, "in", {14, kInk, Align::left, false});
+    canvas.line({kLeft + 84, y - 5}, {kLeft + 118, y - 5}, 1.5, kOut);
+    canvas.text({kLeft + 126, y}, "out", {14, kInk, Align::left, false});
+    canvas.circle({kLeft + 186, y - 5}, 4.0, 2.0, kIn);
+    canvas.text({kLeft + 198, y}, "puncture: the force just before the cut", {14, kInk, Align::left, false});
+}
+
+}  // namespace
+
+void writeCurveCsv(const std::vector<ForceSample>& curve, double dt_s, const std::filesystem::path& file) {
+    std::ofstream stream(file);
+    stream << "tick,time_s,depth_m,force_n,phase,tissue,breath_held\n";
+    std::array<char, 160> line{};
+    for (const ForceSample& s : curve) {
+        const std::string tissue(patient::tissueName(s.tissue));
+        std::snprintf(line.data(), line.size(), "%llu,%.3f,%.7f,%.6f,%s,%s,%d\n",
+                      static_cast<unsigned long long>(s.tick), double(s.tick) * dt_s, s.depth_m, s.force_n,
+                      phaseName(s.phase), tissue.c_str(), s.breath_held ? 1 : 0);
+        stream << line.data();
+    }
+    if (!stream.flush()) throw patient::DataError(file, "file", "cannot be written");
+}
+
+void drawCurve(const std::vector<ForceSample>& curve, const std::vector<ForceMark>& marks,
+               const std::string& title, const std::filesystem::path& png) {
+    Canvas canvas(kWidth, kHeight, kPaper);
+    canvas.text({kLeft, 46}, title, {22, kInk, Align::left, true});
+    if (curve.empty()) {
+        canvas.text({kLeft, 90}, "The needle did not enter the body.", {16, kMuted, Align::left, false});
+        canvas.savePng(png);
+        return;
+    }
+    const Axes axes = fit(curve);
+    const std::size_t turn = deepest(curve);
+    drawBands(canvas, axes, curve, turn + 1);
+    drawAxes(canvas, axes);
+    canvas.polyline(trace(axes, curve, turn, curve.size()), 1.5, kOut);
+    canvas.polyline(trace(axes, curve, 0, turn + 1), 2.5, kIn);
+    drawMarks(canvas, axes, marks);
+    drawLegend(canvas);
+    canvas.savePng(png);
+}
+
+}  // namespace stylet::report

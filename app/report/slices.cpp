@@ -1,0 +1,203 @@
+#include "app/report/slices.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <glm/geometric.hpp>
+
+#include "app/report/canvas.h"
+
+namespace stylet::report {
+
+using patient::Index3;
+using patient::Label;
+using patient::Patient;
+using patient::Vec3;
+
+namespace {
+
+constexpr int kPixels = 560, kMargin = 24, kHeader = 104, kFooter = 92;
+constexpr Colour kDark{0.07, 0.08, 0.09}, kWhite{0.94, 0.95, 0.96}, kGrey{0.62, 0.65, 0.68};
+constexpr Colour kNeedle{0.35, 0.90, 1.0}, kCross{1.0, 0.85, 0.35};
+
+// The unit vector across `normal` that is nearest to `wanted`.
+Vec3 across(const Vec3& wanted, const Vec3& normal) {
+    const Vec3 flat = wanted - glm::dot(wanted, normal) * normal;
+    const double length = glm::length(flat);
+    if (length > 1e-6) return flat / length;
+    return across(Vec3(wanted.y, wanted.z, wanted.x), normal);
+}
+
+double trilinear(const patient::CtVolume& ct, const Vec3& p) {
+    const Vec3 v = ct.grid.toVoxels(p);
+    const Vec3 base = glm::floor(v), f = v - base;
+    double sum = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Index3 step(corner & 1, (corner >> 1) & 1, corner >> 2);
+        const Index3 i = Index3(base) + step;
+        const double weight =
+            (step.x ? f.x : 1.0 - f.x) * (step.y ? f.y : 1.0 - f.y) * (step.z ? f.z : 1.0 - f.z);
+        sum += weight * (ct.grid.contains(i) ? double(ct[i]) : -1000.0);
+    }
+    return sum;
+}
+
+double tintOf(const Label& label) {
+    if (label.role == patient::Role::target) return 0.50;
+    if (label.tissue == patient::Tissue::vessel) return 0.34;
+    if (label.tissue == patient::Tissue::liver) return 0.12;
+    if (label.tissue == patient::Tissue::fascia) return 0.20;
+    return 0.0;
+}
+
+std::string formatted(const char* format, double value) {
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), format, value);
+    return text.data();
+}
+
+// The letter of the patient's side that a picture direction points to.
+std::string sideLetter(const Vec3& d) {
+    const Vec3 size = glm::abs(d);
+    if (size.x >= size.y && size.x >= size.z) return d.x > 0 ? "R" : "L";
+    if (size.y >= size.z) return d.y > 0 ? "A" : "P";
+    return d.z > 0 ? "H" : "F";
+}
+
+// Where one panel stands on the sheet.
+struct Panel {
+    const SlicePlane& plane;
+    double x, y;
+    Point at(const Vec3& p) const {
+        const double scale = kPixels / plane.width_m;
+        const Vec3 d = p - plane.centre_m;
+        return {x + 0.5 * kPixels + scale * glm::dot(d, plane.right),
+                y + 0.5 * kPixels + scale * glm::dot(d, plane.down)};
+    }
+};
+
+void drawNeedle(Canvas& canvas, const Panel& panel, const NeedlePicture& needle) {
+    const Point tip = panel.at(needle.tip_m), back = panel.at(needle.tip_m - needle.axis * 0.3);
+    const double gap = 16.0, right = panel.x + kPixels, bottom = panel.y + kPixels;
+    const Colour thin = kCross.faded(0.45);
+    canvas.line({panel.x, tip.y}, {tip.x - gap, tip.y}, 1, thin);
+    canvas.line({tip.x + gap, tip.y}, {right, tip.y}, 1, thin);
+    canvas.line({tip.x, panel.y}, {tip.x, tip.y - gap}, 1, thin);
+    canvas.line({tip.x, tip.y + gap}, {tip.x, bottom}, 1, thin);
+    if (std::hypot(back.x - tip.x, back.y - tip.y) < 2.0) {
+        canvas.circle(tip, 5.0, 3.5, kDark.faded(0.7));
+        canvas.circle(tip, 5.0, 1.8, kNeedle);
+        return;
+    }
+    canvas.line(back, tip, 4.0, kDark.faded(0.6));
+    canvas.line(back, tip, 1.8, kNeedle);
+    canvas.circle(tip, 7.0, 1.5, kNeedle);
+}
+
+void drawScale(Canvas& canvas, const Panel& panel) {
+    const double bar_m = panel.plane.width_m > 0.12 ? 0.05 : 0.01;
+    const double width = bar_m / panel.plane.width_m * kPixels;
+    const double right = panel.x + kPixels - 18, y = panel.y + kPixels - 18;
+    canvas.line({right - width, y}, {right, y}, 5.0, kDark.faded(0.6));
+    canvas.line({right - width, y}, {right, y}, 2.5, kWhite);
+    canvas.text({right - 0.5 * width, y - 8}, formatted("%.0f mm", bar_m * 1000.0),
+                {13, kWhite, Align::centre, false});
+}
+
+void drawLetters(Canvas& canvas, const Panel& panel) {
+    const TextStyle style{15, kGrey, Align::centre, true};
+    const double middle = 0.5 * kPixels;
+    canvas.text({panel.x + kPixels - 14, panel.y + middle - 8}, sideLetter(panel.plane.right), style);
+    canvas.text({panel.x + 14, panel.y + middle - 8}, sideLetter(-panel.plane.right), style);
+    canvas.text({panel.x + middle + 12, panel.y + 20}, sideLetter(-panel.plane.down), style);
+    canvas.text({panel.x + middle + 12, panel.y + kPixels - 10}, sideLetter(panel.plane.down), style);
+}
+
+// The tinted labels met in any panel.
+void drawLegend(Canvas& canvas, const Patient& patient, const std::array<std::size_t, 256>& seen, double y) {
+    double x = kMargin;
+    for (std::size_t id = 1; id < seen.size(); ++id) {
+        const Label* label = patient.label(std::uint8_t(id));
+        if (!label || seen[id] < 30 || tintOf(*label) == 0.0) continue;
+        const TextStyle style{14, kWhite, Align::left, label->role == patient::Role::target};
+        const Colour colour{label->colour[0] / 255.0, label->colour[1] / 255.0, label->colour[2] / 255.0};
+        canvas.rectangle(x, y - 12, 14, 14, colour);
+        canvas.text({x + 20, y}, label->name, style);
+        x += 20 + canvas.textWidth(label->name, style) + 26;
+    }
+}
+
+}  // namespace
+
+std::array<SlicePlane, 3> slicePlanes(const NeedlePicture& needle) {
+    const Vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+    // Along the needle, the picture shows the way from the skin to a little behind the tip.
+    const Vec3 middle = needle.tip_m - 0.4 * needle.depth_m * needle.axis;
+    const auto along = [&](const char* title, const Vec3& normal_wanted, const Vec3& down_wanted) {
+        const Vec3 normal = across(normal_wanted, needle.axis);
+        const Vec3 right = across(-x, normal);
+        Vec3 down = glm::cross(normal, right);
+        if (glm::dot(down, down_wanted) < 0.0) down = -down;
+        return SlicePlane{title, middle, right, down, 0.20};
+    };
+    const Vec3 down = across(-z, needle.axis);
+    return {
+        along("Along the needle, near axial", z, -y), along("Along the needle, near coronal", y, -z),
+        SlicePlane{"Across the needle at the tip", needle.tip_m, glm::cross(down, needle.axis), down, 0.07}};
+}
+
+std::vector<std::uint8_t> samplePlane(const Patient& patient, const patient::Surrogate& breath,
+                                      const SlicePlane& plane, int pixels,
+                                      std::array<std::size_t, 256>& seen) {
+    const patient::Package& package = patient.package();
+    std::vector<std::uint8_t> rgb;
+    rgb.reserve(std::size_t(pixels) * std::size_t(pixels) * 3);
+    const double pitch_m = plane.width_m / pixels, half = 0.5 * (pixels - 1);
+    for (int j = 0; j < pixels; ++j)
+        for (int i = 0; i < pixels; ++i) {
+            const Vec3 deformed =
+                plane.centre_m + pitch_m * ((i - half) * plane.right + (j - half) * plane.down);
+            const Vec3 p = referenceFromDeformed(package.breathing, breath, deformed);
+            const double grey = std::clamp(
+                (trilinear(package.ct, p) - kWindowLow_hu) / (kWindowHigh_hu - kWindowLow_hu), 0.0, 1.0);
+            const std::uint8_t id = package.labels.nearestOr(p, 0);
+            const Label* label = patient.label(id);
+            ++seen[id];
+            const double tint = label ? tintOf(*label) : 0.0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const double colour = label ? label->colour[k] / 255.0 : 0.0;
+                // Scaled by the grey below it, so that the CT shows through the tint.
+                const double tinted = colour * (0.35 + 0.9 * grey);
+                rgb.push_back(
+                    std::uint8_t(std::lround(255.0 * std::min(1.0, grey + tint * (tinted - grey)))));
+            }
+        }
+    return rgb;
+}
+
+void drawSlices(const Patient& patient, const NeedlePicture& needle, const std::filesystem::path& png) {
+    const std::array<SlicePlane, 3> planes = slicePlanes(needle);
+    Canvas canvas(4 * kMargin + 3 * kPixels, kHeader + kPixels + kFooter, kDark);
+    canvas.text({kMargin, 44}, needle.title, {24, kWhite, Align::left, true});
+    std::array<std::size_t, 256> seen{};
+    double x = kMargin;
+    for (const SlicePlane& plane : planes) {
+        const Panel panel{plane, x, kHeader};
+        canvas.text({x, kHeader - 14}, plane.title, {16, kWhite, Align::left, false});
+        canvas.image(x, kHeader, kPixels, kPixels, samplePlane(patient, needle.breath, plane, kPixels, seen));
+        canvas.clip(x, kHeader, kPixels, kPixels);
+        drawNeedle(canvas, panel, needle);
+        drawScale(canvas, panel);
+        drawLetters(canvas, panel);
+        canvas.unclip();
+        x += kPixels + kMargin;
+    }
+    drawLegend(canvas, patient, seen, kHeader + kPixels + 34);
+    const std::string window = formatted("CT window %.0f", kWindowHigh_hu - kWindowLow_hu) +
+                               formatted(" HU around %.0f HU", 0.5 * (kWindowHigh_hu + kWindowLow_hu));
+    canvas.text({kMargin, kHeader + kPixels + 68}, needle.caption + "   |   " + window,
+                {14, kGrey, Align::left, false});
+    canvas.savePng(png);
+}
+
+}  // namespace stylet::report

@@ -1,0 +1,44 @@
+// Three slices through the CT at the needle's tip, with the needle, as a radiologist would look at them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "patient/patient.h"
+
+namespace stylet::report {
+
+// A square of the deformed patient; `right` and `down` are unit vectors of the picture.
+struct SlicePlane {
+    std::string title;
+    patient::Vec3 centre_m{0.0}, right{-1.0, 0.0, 0.0}, down{0.0, 0.0, -1.0};
+    double width_m = 0.2;
+};
+
+struct NeedlePicture {
+    patient::Vec3 tip_m{0.0};  // deformed patient
+    patient::Vec3 axis{0.0};   // unit, into the body
+    double depth_m = 0.0;      // of the tip along the track
+    patient::Surrogate breath;
+    std::string title, caption;
+};
+
+// The CT window of the pictures: 400 HU wide around 50 HU.
+inline constexpr double kWindowLow_hu = -150.0, kWindowHigh_hu = 250.0;
+
+// Two planes along the needle, the nearest to axial and to coronal, and the one across it at the tip, seen
+// along it.
+std::array<SlicePlane, 3> slicePlanes(const NeedlePicture&);
+
+// The plane in `pixels` x `pixels` RGB triples: windowed CT with labels as tints. Each label met is counted
+// in `seen`.
+std::vector<std::uint8_t> samplePlane(const patient::Patient&, const patient::Surrogate&, const SlicePlane&,
+                                      int pixels, std::array<std::size_t, 256>& seen);
+
+// Throws patient::DataError.
+void drawSlices(const patient::Patient&, const NeedlePicture&, const std::filesystem::path& png);
+
+}  // namespace stylet::report

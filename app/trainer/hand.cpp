@@ -1,0 +1,181 @@
+#include "app/trainer/hand.h"
+
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include "patient/transcendental.h"
+
+namespace stylet::trainer {
+
+using haptics::CommandKind;
+using haptics::Trace;
+using patient::Pose;
+using patient::Vec3;
+
+namespace {
+
+constexpr std::int64_t kSample_ns = 1'000'000;
+constexpr double kTau = 6.283185307179586;
+
+// The way covered by a speed that rises from 0 to 1 within t = 0..1 by the minimum-jerk step 10t^3 - 15t^4 +
+// 6t^5.
+double rampWay(double t) {
+    return t * t * t * t * (2.5 - 3.0 * t + t * t);
+}
+
+// A move of `distance` (>= 0) with a smooth start, a cruise and a smooth stop; too short for a cruise, it is
+// slower.
+struct Glide {
+    double distance_m = 0.0, speed_m_s = 0.0, ramp_s = 0.0, cruise_s = 0.0;
+
+    Glide(double distance, double speed, double ramp) : distance_m(distance), speed_m_s(speed), ramp_s(ramp) {
+        cruise_s = distance / speed - ramp;
+        if (cruise_s >= 0.0) return;
+        cruise_s = 0.0;
+        speed_m_s = distance / ramp;
+    }
+    double duration_s() const { return 2.0 * ramp_s + cruise_s; }
+    double at(double t) const {
+        const double stop = t - ramp_s - cruise_s;
+        if (t <= 0.0) return 0.0;
+        if (t < ramp_s) return speed_m_s * ramp_s * rampWay(t / ramp_s);
+        if (stop <= 0.0) return speed_m_s * (0.5 * ramp_s + (t - ramp_s));
+        if (stop < ramp_s) return distance_m - speed_m_s * ramp_s * rampWay((ramp_s - stop) / ramp_s);
+        return distance_m;
+    }
+};
+
+// splitmix64 (Steele et al. 2014) as a stream of numbers in [0, 1).
+struct Random {
+    std::uint64_t state;
+    double next() {
+        std::uint64_t z = (state += 0x9e3779b97f4a7c15ull);
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+        return double((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
+    }
+};
+
+class Tremor {
+  public:
+    Tremor(const Scenario& s, std::uint64_t seed) : amplitude_m_(s.tremor_m / kWaves) {
+        Random random{seed};
+        for (auto& axis : waves_)
+            for (Wave& wave : axis) {
+                wave.rad_per_s =
+                    kTau * (s.tremor_low_hz + (s.tremor_high_hz - s.tremor_low_hz) * random.next());
+                wave.phase = kTau * random.next();
+            }
+    }
+    Vec3 at(double t_s) const {
+        Vec3 sum(0.0);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            for (const Wave& w : waves_[axis])
+                sum[int(axis)] += amplitude_m_ * patient::detSin(w.rad_per_s * t_s + w.phase);
+        return sum;
+    }
+
+  private:
+    static constexpr int kWaves = 3;
+    struct Wave {
+        double rad_per_s = 0.0, phase = 0.0;
+    };
+    std::array<std::array<Wave, kWaves>, 3> waves_{};
+    double amplitude_m_;
+};
+
+// Writes samples as the stages are played one after the other.
+class Script {
+  public:
+    Script(const Scenario& s, const patient::PlannedPath& path, const Pose& patient_from_device,
+           std::uint64_t seed)
+        : path_(path),
+          length_m_(glm::length(path.target_m - path.entry_m)),
+          axis_((path.target_m - path.entry_m) / length_m_),
+          device_from_patient_(patient_from_device.inverse()),
+          tremor_(s, seed),
+          ramp_s_(s.ramp_s),
+          depth_m_(depthOf(s.start)) {}
+
+    void wait(double seconds) {
+        const auto samples = std::int64_t(std::ceil(seconds * 1000.0));
+        for (std::int64_t i = 0; i < samples; ++i)
+            add(depth_m_);
+    }
+    void move(const Place& to, double speed_m_s) {
+        const double way = depthOf(to) - depth_m_;
+        const Glide glide(std::fabs(way), speed_m_s, ramp_s_);
+        const double sign = way < 0.0 ? -1.0 : 1.0;
+        const auto samples = std::int64_t(std::ceil(glide.duration_s() * 1000.0));
+        for (std::int64_t i = 1; i <= samples; ++i)
+            add(depth_m_ + sign * glide.at(double(i) * 0.001));
+        depth_m_ += way;
+    }
+    void command(CommandKind kind) {
+        trace_.commands.push_back({std::int64_t(trace_.samples.size()) * kSample_ns, {kind, 0}});
+    }
+    Trace take() {
+        add(depth_m_);
+        return std::move(trace_);
+    }
+
+  private:
+    double depthOf(const Place& p) const { return p.share * length_m_ + p.deeper_m; }
+    void add(double depth_m) {
+        const std::int64_t t_ns = std::int64_t(trace_.samples.size()) * kSample_ns;
+        const Vec3 tip = path_.entry_m + axis_ * depth_m + tremor_.at(double(t_ns) * 1e-9);
+        trace_.samples.push_back({t_ns, device_from_patient_ * needlePose(tip, axis_), 0});
+    }
+
+    const patient::PlannedPath& path_;
+    double length_m_;
+    Vec3 axis_;
+    Pose device_from_patient_;
+    Tremor tremor_;
+    double ramp_s_, depth_m_;
+    Trace trace_;
+};
+
+}  // namespace
+
+Trace scriptHand(const Scenario& s, const patient::PlannedPath& path, const patient::BreathingSignal& signal,
+                 const Pose& patient_from_device, std::uint64_t seed) {
+    Script script(s, path, patient_from_device, seed);
+    for (const Stage& stage : s.stages)
+        switch (stage.kind) {
+            case StageKind::wait:
+                script.wait(stage.seconds);
+                break;
+            case StageKind::move:
+                script.move(stage.to, stage.speed_m_s);
+                break;
+            case StageKind::hold:
+                script.command(CommandKind::holdBreath);
+                script.wait(signal.period_s + stage.seconds);
+                break;
+            case StageKind::breathe:
+                script.command(CommandKind::breathe);
+                break;
+        }
+    return script.take();
+}
+
+Pose deviceBeside(const patient::Grid& grid) {
+    constexpr double kStandOff_m = 0.2;
+    const Vec3 last = grid.centre(grid.dims - 1), middle = 0.5 * (grid.origin_m + last);
+    // Columns: the device's x, y, z in the patient frame (feet, front, right).
+    const glm::dmat3 axes(Vec3(0, 0, -1), Vec3(0, 1, 0), Vec3(1, 0, 0));
+    return {glm::quat_cast(axes), Vec3(last.x + kStandOff_m, middle.y, middle.z)};
+}
+
+Pose needlePose(const Vec3& tip_m, const Vec3& axis) {
+    // The shaft's roll is free: the needle's x stays level (across the patient's long axis where it can).
+    const Vec3 z = -axis;
+    const Vec3 across = std::fabs(z.z) < 0.9 ? Vec3(0, 0, 1) : Vec3(0, 1, 0);
+    const Vec3 x = glm::normalize(glm::cross(across, z));
+    return {glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)), tip_m};
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,43 @@
+// The loops of an attempt: haptics at 1 kHz, session, frames. In real time each has its thread; on the
+// virtual clock one thread plays all three, tick by tick, with the same calls.
+#pragma once
+
+#include <optional>
+
+#include "app/trainer/attempt.h"
+#include "app/trainer/pictures.h"
+#include "app/trainer/session.h"
+#include "haptics/loop.h"
+
+namespace stylet::trainer {
+
+struct LoopTotals {
+    haptics::LoopStats haptics;
+    double elapsed_s = 0.0;  // by the clock the loop ran on
+    PictureTotals pictures;
+};
+
+// Haptics and session on threads of their own, frames on the caller's as fast as the runtime takes them;
+// moments are drawn before anything else, and all of them before the loop returns. `clock` must be steady.
+LoopTotals runRealTime(const Attempt&, Session&, std::optional<Pictures>, const haptics::Clock& clock);
+
+// One thread, virtual time; `fps` frames a simulated second besides the moments. The same inputs every time.
+// The clock only times the steps.
+LoopTotals runFast(const Attempt&, Session&, std::optional<Pictures>, double fps,
+                   const haptics::Clock& clock);
+
+// Draws moments first, then the newest state; says so once and goes on without pictures when they are lost.
+class FrameSource {
+  public:
+    explicit FrameSource(std::optional<Pictures> pictures) : pictures_(std::move(pictures)) {}
+    bool open() const { return pictures_.has_value(); }
+    void show(const haptics::TickOutput&, const std::string& moment);
+    PictureTotals totals() const { return pictures_ ? pictures_->totals() : last_; }
+
+  private:
+    void close();
+    std::optional<Pictures> pictures_;
+    PictureTotals last_;
+};
+
+}  // namespace stylet::trainer

@@ -1,0 +1,57 @@
+// The command line of `stylet`. A training simulator, not a medical device.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "app/trainer/replay.h"
+#include "app/trainer/run.h"
+
+namespace {
+
+void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
+    CLI::App* run = app.add_subcommand("run", "a scripted attempt: patient, needle, pictures, summary");
+    run->add_option("--scenario", o.scenario, "name in assets/scenarios, or a .toml file")
+        ->capture_default_str();
+    run->add_option("--patient", o.patient, "patient package; default: the reference patient of the seed");
+    run->add_option("--seed", o.seed, "seed of patient and hand")->capture_default_str();
+    run->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
+        ->check(CLI::Range(0.5, 5.0))
+        ->capture_default_str();
+    run->add_option("--out", o.out, "folder for summary, pictures and record")->required();
+    run->add_flag("--headless", o.headless, "use the bundled mock runtime unless XR_RUNTIME_JSON names one");
+    run->add_flag("--fast", o.fast, "virtual clock: as fast as it goes, the same hash every time");
+    run->add_option("--fps", o.fps, "frames a simulated second with --fast (default 0: none)")
+        ->check(CLI::Range(0.0, 1000.0));
+    run->add_flag("--stats", o.stats, "print what the pictures did not need to draw");
+    run->add_flag("--validation", o.validation, "Vulkan validation and synchronisation layers");
+}
+
+void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
+    CLI::App* replay = app.add_subcommand("replay", "compute a record again and compare its hashes");
+    replay->add_option("record", o.record, "the record's folder")->required();
+    replay->add_option("--out", o.out, "folder for summary and pictures")->required();
+    replay->add_option("--patient", o.patient, "patient package, if it has moved");
+    replay->add_flag("--fast", o.fast, "as fast as it goes");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app(
+        "Stylet: a trainer for percutaneous transhepatic cholangio-drainage.\n"
+        "A training simulator, not a medical device.");
+    app.require_subcommand(1);
+    app.set_version_flag("--version", STYLET_VERSION);
+    stylet::trainer::RunOptions run_options;
+    stylet::trainer::ReplayOptions replay_options;
+    addRun(app, run_options);
+    addReplay(app, replay_options);
+    CLI11_PARSE(app, argc, argv);
+    try {
+        return app.got_subcommand("run") ? stylet::trainer::run(run_options)
+                                         : stylet::trainer::replay(replay_options);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "stylet: %s\n", e.what());
+        return 2;
+    }
+}

@@ -1,0 +1,127 @@
+#include "app/trainer/patient_source.h"
+
+#include <cmath>
+#include <cstdio>
+#include <glm/geometric.hpp>
+#include <string>
+
+#include "app/trainer/platform_linux.h"
+#include "patient/synth/synth.h"
+
+namespace stylet::trainer {
+
+using patient::DataError;
+using patient::PlannedPath;
+
+namespace {
+
+// Raised whenever the reference patient of a seed changes, so that no stale one is used.
+constexpr int kReferencePatientVersion = 1;
+
+// One line on stderr that counts up where a person watches, and stays short in a log.
+class Progress {
+  public:
+    explicit Progress(std::string what) : what_(std::move(what)) {
+        std::fprintf(stderr, "stylet: %s\n", what_.c_str());
+    }
+    ~Progress() {
+        if (terminal_ && percent_ >= 0) std::fputs("\r\033[K", stderr);
+    }
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+    void show(std::string_view stage, double fraction) {
+        const int percent = int(std::floor(fraction * 100.0));
+        if (!terminal_ || percent == percent_) return;
+        percent_ = percent;
+        std::fprintf(stderr, "\r\033[K  %3d %%  %.*s", percent, int(stage.size()), stage.data());
+        std::fflush(stderr);
+    }
+
+  private:
+    std::string what_;
+    bool terminal_ = stderrIsWatched();
+    int percent_ = -1;
+};
+
+std::filesystem::path referenceFolder(const PatientRequest& request) {
+    char name[96];
+    std::snprintf(name, sizeof name, "reference-v%d-seed%llu-%gmm", kReferencePatientVersion,
+                  static_cast<unsigned long long>(request.seed), request.spacing_m * 1000.0);
+    return request.cache / "patients" / name;
+}
+
+void makeReference(const PatientRequest& request, const std::filesystem::path& folder) {
+    Progress progress("making the reference patient of seed " + std::to_string(request.seed) + " in " +
+                      folder.string() + " (once)");
+    patient::synth::SynthSettings settings;
+    settings.seed = request.seed;
+    settings.spacing_m = request.spacing_m;
+    settings.defaults = patient::loadTissueDefaults(request.assets / "tissue" / "ptcd.toml");
+    settings.progress = [&](std::string_view stage, double fraction) { progress.show(stage, fraction); };
+    std::filesystem::create_directories(folder.parent_path());
+    patient::savePackage(patient::synth::makeReferencePatient(settings), folder);
+}
+
+bool fits(const patient::Patient& patient, const PlannedPath& path, const patient::Surrogate& breath) {
+    const patient::Package& package = patient.package();
+    if (!(path.breath == breath) || glm::length(path.target_m - path.entry_m) < 0.001) return false;
+    const patient::Label* label = patient.label(package.labels.nearestOr(path.target_reference_m, 0));
+    const patient::Vec3 entry = deformedFromReference(package.breathing, breath, path.entry_reference_m);
+    const patient::Vec3 target = deformedFromReference(package.breathing, breath, path.target_reference_m);
+    return label && label->role == patient::Role::target && glm::length(entry - path.entry_m) < 0.001 &&
+           glm::length(target - path.target_m) < 0.001;
+}
+
+std::vector<PlannedPath> storedPaths(const patient::Patient& patient, const std::filesystem::path& file,
+                                     const patient::Surrogate& breath) {
+    if (!std::filesystem::exists(file)) return {};
+    try {
+        std::vector<PlannedPath> paths = patient::loadPaths(file);
+        if (!paths.empty() && fits(patient, paths.front(), breath)) return paths;
+        std::fprintf(stderr, "stylet: %s belongs to another breath or patient; planning anew\n",
+                     file.c_str());
+    } catch (const DataError& e) {
+        std::fprintf(stderr, "stylet: %s; planning anew\n", e.what());
+    }
+    return {};
+}
+
+std::vector<PlannedPath> plan(const patient::Patient& patient, const std::filesystem::path& file,
+                              const patient::Surrogate& breath) {
+    Progress progress("planning paths");
+    patient::PlanSettings settings;
+    settings.breath = breath;
+    patient::PlanResult result =
+        planPaths(patient, settings, [&](double fraction) { progress.show("planning paths", fraction); });
+    if (result.paths.empty())
+        throw DataError(file, "paths",
+                        "the planner found none: of " + std::to_string(result.candidates) + " candidates " +
+                            std::to_string(result.rejected_blocked) + " are blocked, " +
+                            std::to_string(result.rejected_long) + " too long, " +
+                            std::to_string(result.rejected_quality) + " too poor");
+    try {
+        patient::savePaths(result.paths, file);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "stylet: the paths are not kept: %s\n", e.what());
+    }
+    return std::move(result.paths);
+}
+
+}  // namespace
+
+OpenedPatient openPatient(const PatientRequest& request) {
+    const bool given = !request.folder.empty();
+    const std::filesystem::path folder =
+        given ? std::filesystem::absolute(request.folder) : referenceFolder(request);
+    if (!given && !std::filesystem::exists(folder / "patient.toml")) makeReference(request, folder);
+    return {folder, patient::loadPackage(folder)};
+}
+
+PlannedPath bestPath(const patient::Patient& patient, const std::filesystem::path& folder,
+                     const patient::Surrogate& breath) {
+    const std::filesystem::path file = folder / "paths.json";
+    const std::vector<PlannedPath> stored = storedPaths(patient, file, breath);
+    return stored.empty() ? plan(patient, file, breath).front() : stored.front();
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,80 @@
+#include "app/trainer/platform_linux.h"
+
+#include <pthread.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+namespace stylet::trainer {
+
+namespace {
+
+constexpr int kPriority = 80;  // above the kernel's threaded interrupts (50)
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+std::int64_t now(void*) noexcept {
+    timespec t{};
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * kSecond_ns + t.tv_nsec;
+}
+
+void sleepUntil(void*, std::int64_t t_ns) noexcept {
+    const timespec t{t_ns / kSecond_ns, t_ns % kSecond_ns};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
+    }
+}
+
+}  // namespace
+
+haptics::Clock monotonicClock() noexcept {
+    return {nullptr, now, sleepUntil};
+}
+
+std::string askForRealTime() {
+    std::string refused;
+    sched_param parameter{};
+    parameter.sched_priority = kPriority;
+    if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter))
+        refused = std::string("real-time priority (") + std::strerror(error) + ")";
+    // What is mapped now is all the loop ever touches; later allocations belong to others and stay pageable.
+    if (mlockall(MCL_CURRENT) != 0)
+        refused +=
+            std::string(refused.empty() ? "" : " and ") + "locked memory (" + std::strerror(errno) + ")";
+    if (refused.empty()) return {};
+    const std::string user = environment("USER").empty() ? "*" : environment("USER");
+    return "no " + refused + ": the 1 kHz loop may be late. Put the lines \"" + user +
+           " - rtprio 90\" and \"" + user +
+           " - memlock unlimited\" into /etc/security/limits.d/stylet.conf and log in again.";
+}
+
+bool stderrIsWatched() noexcept {
+    return isatty(STDERR_FILENO) != 0;
+}
+
+std::filesystem::path programFolder() {
+    return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+}
+
+std::string environment(const char* name) {
+    const char* value = std::getenv(name);
+    return value ? value : "";
+}
+
+void setEnvironment(const char* name, const std::string& value) {
+    setenv(name, value.c_str(), 1);
+}
+
+std::filesystem::path cacheFolder() {
+    const std::string cache = environment("XDG_CACHE_HOME");
+    if (!cache.empty()) return std::filesystem::path(cache) / "stylet";
+    const std::string home = environment("HOME");
+    return home.empty() ? std::filesystem::temp_directory_path() / "stylet"
+                        : std::filesystem::path(home) / ".cache" / "stylet";
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,75 @@
+#include "app/trainer/replay.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "app/records/replay.h"
+#include "app/trainer/platform_linux.h"
+#include "app/trainer/results.h"
+
+namespace stylet::trainer {
+
+namespace {
+
+void reportDamage(const records::Record& record) {
+    if (record.torn_bytes > 0)
+        std::fprintf(stderr,
+                     "stylet: the record is torn: %llu bytes behind its last whole frame were cut off\n",
+                     static_cast<unsigned long long>(record.torn_bytes));
+    if (!record.info.end)
+        std::fprintf(stderr, "stylet: the attempt was cut short; what is there is replayed\n");
+}
+
+void reportOutcome(const records::Record& record, const records::ReplayResult& result) {
+    std::printf("replayed %llu ticks: state hash %s, %s\n", static_cast<unsigned long long>(result.ticks),
+                records::hexOf(result.state_hash).c_str(),
+                result.equal() ? "as recorded" : "NOT as recorded");
+    if (result.differs_at)
+        std::printf("  first difference within the %u ticks before tick %llu\n", records::kFrameTicks,
+                    static_cast<unsigned long long>(result.differs_at->ticks));
+    if (result.end_missed)
+        std::printf("  recorded: tick %llu, state hash %s\n",
+                    static_cast<unsigned long long>(record.info.end->tick),
+                    records::hexOf(record.info.end->state_hash).c_str());
+}
+
+}  // namespace
+
+int replay(const ReplayOptions& options) {
+    const bool whole = std::filesystem::exists(options.record / "record" / "record.json");
+    const records::Record record = records::loadRecord(whole ? options.record / "record" : options.record);
+    reportDamage(record);
+    const records::RecordInfo& info = record.info;
+    const std::filesystem::path folder = options.patient.empty() ? info.patient_folder : options.patient;
+    const patient::Package package = patient::loadPackage(folder);
+    const patient::Patient patient(package);
+
+    Session session(patient, info.path, info.moments, info.approach_distance_m, nullptr);
+    const haptics::Clock clock = monotonicClock();
+    const std::int64_t start_ns = clock.now_ns(clock.context);
+    const double dt_ns = record.header.settings.dt_s * 1e9;
+    std::uint64_t played = 0;
+    const records::ReplayResult result = records::replay(
+        patient, record,
+        [&](const haptics::TickInput& input, const haptics::TickOutput& output,
+            const haptics::NeedleEvents& events) {
+            session.take(haptics::TickRecord{input, output});
+            for (int i = 0; i < events.count; ++i)
+                session.take(haptics::EventRecord{output.tick, events.list[std::size_t(i)]});
+            ++played;
+            if (!options.fast)
+                clock.sleepUntil_ns(clock.context, start_ns + std::llround(double(played) * dt_ns));
+        });
+
+    LoopTotals totals;
+    totals.haptics.ticks = result.ticks;
+    totals.elapsed_s = double(result.ticks) * record.header.settings.dt_s;
+    const AttemptFacts facts{
+        info.patient_name,          folder, info.scenario, info.seed, "replay", info.path,
+        record.header.settings.dt_s};
+    writeResults(patient, facts, session.log(), totals, options.out);
+    reportOutcome(record, result);
+    return result.equal() ? 0 : 1;
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,18 @@
+// `stylet replay`: a record computed again, watched or just checked.
+#pragma once
+
+#include <filesystem>
+
+namespace stylet::trainer {
+
+struct ReplayOptions {
+    std::filesystem::path record;   // the record's folder, or the attempt's that holds it
+    std::filesystem::path patient;  // empty: the one the record names
+    std::filesystem::path out;
+    bool fast = false;  // as fast as it goes; else at the pace it was recorded
+};
+
+// 0 when every recorded hash is met, 1 when not. Throws patient::DataError.
+int replay(const ReplayOptions&);
+
+}  // namespace stylet::trainer

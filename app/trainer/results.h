@@ -1,0 +1,32 @@
+// What an attempt leaves in its folder: summary.json, force-depth curve, slices.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "app/trainer/loops.h"
+#include "app/trainer/session.h"
+
+namespace stylet::trainer {
+
+struct AttemptFacts {
+    std::string patient_name;
+    std::filesystem::path patient_folder;
+    std::string scenario;
+    std::uint64_t seed = 0;
+    std::string clock;  // "real time", "virtual", "replay"
+    patient::PlannedPath path;
+    double dt_s = 0.001;
+};
+
+// Writes summary.json, force-depth.csv, force-depth.png and, when the needle met the body, slices.png.
+// Throws patient::DataError.
+void writeResults(const patient::Patient&, const AttemptFacts&, const SessionLog&, const LoopTotals&,
+                  const std::filesystem::path& folder);
+
+// The few lines a person reads at the end.
+void printResults(const AttemptFacts&, const SessionLog&, const LoopTotals&,
+                  const std::filesystem::path& folder, bool skips);
+
+}  // namespace stylet::trainer

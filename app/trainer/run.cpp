@@ -1,0 +1,108 @@
+#include "app/trainer/run.h"
+
+#include <cstdio>
+
+#include "app/trainer/patient_source.h"
+#include "app/trainer/platform_linux.h"
+
+namespace stylet::trainer {
+
+using patient::DataError;
+
+namespace {
+
+constexpr const char* kRuntimeVariable = "XR_RUNTIME_JSON";
+
+// The mock runtime's manifest beside this program: in a build tree, or installed.
+std::filesystem::path bundledRuntime() {
+    const std::filesystem::path lib = programFolder().parent_path() / "lib";
+    for (const std::filesystem::path& file : {lib / "xrmock.json", lib / "stylet" / "xrmock.json"})
+        if (std::filesystem::exists(file)) return file;
+    return {};
+}
+
+records::RecordInfo recordInfo(const AttemptFacts& facts, const Scenario& scenario, double gain) {
+    records::RecordInfo info;
+    info.program_version = STYLET_VERSION;
+    info.patient_folder = facts.patient_folder;
+    info.patient_name = facts.patient_name;
+    info.scenario = facts.scenario;
+    info.moments = scenario.moments;
+    info.approach_distance_m = scenario.approach_distance_m;
+    info.seed = facts.seed;
+    info.gain = gain;
+    info.path = facts.path;
+    return info;
+}
+
+}  // namespace
+
+std::filesystem::path assetsFolder() {
+    const std::string named = environment("STYLET_ASSETS");
+    if (!named.empty()) return named;
+    const std::filesystem::path bin = programFolder();
+    // Installed: <prefix>/bin and <prefix>/share; built: <source>/build/<preset>/bin.
+    for (const std::filesystem::path& folder :
+         {bin.parent_path() / "share" / "stylet" / "assets", bin / ".." / ".." / ".." / "assets"})
+        if (std::filesystem::exists(folder / "scenarios")) return std::filesystem::weakly_canonical(folder);
+    throw DataError("assets", "folder", "not found beside " + bin.string() + "; name it in STYLET_ASSETS");
+}
+
+std::filesystem::path scenarioFile(const std::string& name) {
+    if (name.ends_with(".toml")) return name;
+    return assetsFolder() / "scenarios" / (name + ".toml");
+}
+
+std::optional<Pictures> picturesFor(const patient::Patient& patient, const patient::PlannedPath& path,
+                                    const RunOptions& options) {
+    if (options.fps.value_or(options.fast ? 0.0 : 1.0) <= 0.0) return std::nullopt;
+    if (options.headless && environment(kRuntimeVariable).empty()) {
+        const std::filesystem::path mock = bundledRuntime();
+        if (!mock.empty()) setEnvironment(kRuntimeVariable, mock.string());
+    }
+    PictureSettings settings;
+    settings.assets = assetsFolder();
+    settings.capture_folder = options.out;
+    settings.validation = options.validation;
+    settings.virtual_clock = options.fast;
+    std::string why_not;
+    auto pictures = openPictures(patient, path, settings, why_not);
+    if (!pictures)
+        std::fprintf(stderr, "stylet: no pictures: %s; continuing without pictures\n", why_not.c_str());
+    return pictures;
+}
+
+int run(const RunOptions& options) {
+    const Scenario scenario = loadScenario(scenarioFile(options.scenario));
+    const OpenedPatient opened = openPatient(
+        {options.patient, options.seed, options.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
+    const patient::Patient patient(opened.package);
+    // Paths are planned for the breath that a commanded hold ends in: end-exhale.
+    const patient::PlannedPath path = bestPath(patient, opened.folder, patient::Surrogate{});
+    const Attempt attempt = makeAttempt(patient, scenario, path, options.seed);
+    const AttemptFacts facts{opened.package.name,
+                             opened.folder,
+                             scenario.name,
+                             options.seed,
+                             options.fast ? "virtual" : "real time",
+                             path,
+                             attempt.simulation.dt_s};
+
+    std::filesystem::create_directories(options.out);
+    auto pictures = picturesFor(patient, path, options);
+    records::RecordWriter record(
+        options.out / "record", {patient::digest(opened.package), attempt.simulation},
+        recordInfo(facts, scenario,
+                   haptics::outputGain(attempt.simulation.profile, attempt.simulation.output)));
+    Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record);
+    const LoopTotals totals =
+        options.fast
+            ? runFast(attempt, session, std::move(pictures), options.fps.value_or(0.0), monotonicClock())
+            : runRealTime(attempt, session, std::move(pictures), monotonicClock());
+    record.finish();
+    writeResults(patient, facts, session.log(), totals, options.out);
+    printResults(facts, session.log(), totals, options.out, options.stats);
+    return 0;
+}
+
+}  // namespace stylet::trainer

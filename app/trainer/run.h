@@ -1,0 +1,37 @@
+// `stylet run`: a scripted attempt from patient to summary.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "app/trainer/loops.h"
+#include "app/trainer/results.h"
+#include "app/trainer/scenario.h"
+
+namespace stylet::trainer {
+
+struct RunOptions {
+    std::string scenario = "demo";  // a name in assets/scenarios, or a .toml file
+    std::filesystem::path patient;  // empty: the reference patient of `seed`
+    std::uint64_t seed = 1;
+    std::filesystem::path out;
+    double spacing_mm = 1.0;    // of a reference patient made here
+    bool headless = false;      // the bundled mock runtime unless XR_RUNTIME_JSON names another
+    bool fast = false;          // virtual clock
+    std::optional<double> fps;  // virtual clock: frames a simulated second, default 0; real time: 0 = none
+    bool stats = false, validation = false;
+};
+
+// The exit status of the command. Throws patient::DataError.
+int run(const RunOptions&);
+
+// assets/ beside the sources or the installed program, or $STYLET_ASSETS.
+std::filesystem::path assetsFolder();
+std::filesystem::path scenarioFile(const std::string& name);
+
+// Pictures as asked for, or a line on stderr that says why there are none and what happens instead.
+std::optional<Pictures> picturesFor(const patient::Patient&, const patient::PlannedPath&, const RunOptions&);
+
+}  // namespace stylet::trainer

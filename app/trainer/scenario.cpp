@@ -1,0 +1,183 @@
+#include "app/trainer/scenario.h"
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <sstream>
+#include <string_view>
+
+#include "patient/patient.h"
+
+namespace stylet::trainer {
+
+using patient::DataError;
+
+namespace {
+
+constexpr double kMaxSeconds = 600.0, kMaxDistance_mm = 500.0, kMaxSpeed_mm_s = 500.0;
+constexpr std::size_t kMaxStages = 200;
+
+// One TOML table with its name for messages.
+struct Fields {
+    const std::filesystem::path& file;
+    std::string name;  // "" at the top
+    const toml::table& table;
+
+    std::string path(std::string_view key) const {
+        return name.empty() ? std::string(key) : name + "." + std::string(key);
+    }
+    [[noreturn]] void refuse(std::string_view key, const std::string& reason) const {
+        throw DataError(file, path(key), reason);
+    }
+    void allowOnly(std::initializer_list<std::string_view> keys) const {
+        for (const auto& [key, node] : table)
+            if (std::find(keys.begin(), keys.end(), key.str()) == keys.end())
+                refuse(key.str(), "no such field");
+    }
+    double number(std::string_view key, double low, double high) const {
+        const auto value = table[key].value<double>();
+        if (!value) refuse(key, "a number is needed");
+        if (!std::isfinite(*value) || *value < low || *value > high) {
+            std::ostringstream range;
+            range << *value << " is not within " << low << " to " << high;
+            refuse(key, range.str());
+        }
+        return *value;
+    }
+    std::string text(std::string_view key) const {
+        const auto value = table[key].value<std::string>();
+        if (!value || value->empty()) refuse(key, "a text is needed");
+        return *value;
+    }
+    Fields sub(std::string_view key) const {
+        const toml::table* inner = table[key].as_table();
+        if (!inner) refuse(key, "a table is needed");
+        return {file, path(key), *inner};
+    }
+};
+
+double metres(double mm) {
+    return mm / 1000.0;
+}
+
+Place readPlace(const Fields& f) {
+    Place place;
+    if (f.table.contains("share")) place.share = f.number("share", 0.0, 1.0);
+    if (f.table.contains("deeper_mm"))
+        place.deeper_m = metres(f.number("deeper_mm", -kMaxDistance_mm, kMaxDistance_mm));
+    if (!f.table.contains("share") && !f.table.contains("deeper_mm"))
+        f.refuse("share", "share or deeper_mm is needed");
+    return place;
+}
+
+Stage readStage(const Fields& f) {
+    Stage stage;
+    const std::string kind = f.text("do");
+    if (kind == "move") {
+        f.allowOnly({"do", "share", "deeper_mm", "speed_mm_s"});
+        stage.kind = StageKind::move;
+        stage.to = readPlace(f);
+        stage.speed_m_s = metres(f.number("speed_mm_s", 0.1, kMaxSpeed_mm_s));
+        return stage;
+    }
+    if (kind == "breathe") {
+        f.allowOnly({"do"});
+        stage.kind = StageKind::breathe;
+        return stage;
+    }
+    if (kind != "wait" && kind != "hold")
+        f.refuse("do", "\"" + kind + "\" is none of wait, move, hold, breathe");
+    f.allowOnly({"do", "seconds"});
+    stage.kind = kind == "hold" ? StageKind::hold : StageKind::wait;
+    stage.seconds = f.number("seconds", 0.0, kMaxSeconds);
+    return stage;
+}
+
+bool isTissue(const std::string& name) {
+    for (int t = 0; t < patient::kTissueCount; ++t)
+        if (patient::tissueName(patient::Tissue(t)) == name) return true;
+    return false;
+}
+
+std::vector<std::string> readMoments(const Fields& f) {
+    const toml::array* list = f.table["moments"].as_array();
+    if (!list) f.refuse("moments", "a list of texts is needed");
+    std::vector<std::string> moments;
+    for (const toml::node& node : *list) {
+        const auto name = node.value<std::string>();
+        if (!name || (*name != "approach" && !isTissue(*name)))
+            f.refuse("moments", "each must be \"approach\" or a tissue");
+        if (std::find(moments.begin(), moments.end(), *name) != moments.end())
+            f.refuse("moments", "\"" + *name + "\" stands twice");
+        moments.push_back(*name);
+    }
+    return moments;
+}
+
+toml::table parse(const std::filesystem::path& file) {
+    try {
+        return toml::parse_file(file.string());
+    } catch (const toml::parse_error& e) {
+        std::ostringstream where;
+        where << "line " << e.source().begin.line;
+        throw DataError(file, where.str(), std::string(e.description()));
+    }
+}
+
+}  // namespace
+
+Scenario loadScenario(const std::filesystem::path& toml_file) {
+    const toml::table root = parse(toml_file);
+    const Fields top{toml_file, "", root};
+    top.allowOnly({"name", "description", "moments", "approach_distance_mm", "start", "hand", "stage"});
+
+    Scenario s;
+    s.name = top.text("name");
+    s.moments = readMoments(top);
+    s.approach_distance_m = metres(top.number("approach_distance_mm", 0.0, kMaxDistance_mm));
+    const Fields start = top.sub("start");
+    start.allowOnly({"share", "deeper_mm"});
+    s.start = readPlace(start);
+
+    const Fields hand = top.sub("hand");
+    hand.allowOnly({"ramp_s", "tremor_mm", "tremor_low_hz", "tremor_high_hz"});
+    s.ramp_s = hand.number("ramp_s", 0.01, 10.0);
+    s.tremor_m = metres(hand.number("tremor_mm", 0.0, 5.0));
+    s.tremor_low_hz = hand.number("tremor_low_hz", 0.0, 50.0);
+    s.tremor_high_hz = hand.number("tremor_high_hz", s.tremor_low_hz, 50.0);
+
+    const toml::array* stages = root["stage"].as_array();
+    if (!stages || stages->empty()) top.refuse("stage", "at least one [[stage]] is needed");
+    if (stages->size() > kMaxStages) top.refuse("stage", "more than " + std::to_string(kMaxStages));
+    for (std::size_t i = 0; i < stages->size(); ++i) {
+        const std::string name = "stage[" + std::to_string(i) + "]";
+        const toml::table* table = stages->get(i)->as_table();
+        if (!table) top.refuse(name, "a table is needed");
+        s.stages.push_back(readStage({toml_file, name, *table}));
+    }
+    return s;
+}
+
+std::uint64_t digest(const Scenario& s) {
+    patient::StateHash hash;
+    const auto addPlace = [&](const Place& p) { hash.add(p.share), hash.add(p.deeper_m); };
+    hash.add(std::string_view(s.name));
+    addPlace(s.start);
+    for (double v : {s.ramp_s, s.tremor_m, s.tremor_low_hz, s.tremor_high_hz, s.approach_distance_m})
+        hash.add(v);
+    hash.add(std::uint64_t(s.moments.size()));
+    for (const std::string& moment : s.moments)
+        hash.add(std::string_view(moment));
+    hash.add(std::uint64_t(s.stages.size()));
+    for (const Stage& stage : s.stages) {
+        hash.add(std::uint64_t(stage.kind));
+        hash.add(stage.seconds);
+        addPlace(stage.to);
+        hash.add(stage.speed_m_s);
+    }
+    return hash.value();
+}
+
+}  // namespace stylet::trainer

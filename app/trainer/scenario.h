@@ -1,0 +1,52 @@
+// What a scripted trainee does, without a coordinate: places are given along the planned path of whichever
+// patient lies on the table. README of assets/scenarios lists the fields.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace stylet::trainer {
+
+// A place on the planned path: `share` of the way from skin (0) to target (1), and so much deeper.
+struct Place {
+    double share = 0.0;
+    double deeper_m = 0.0;
+    friend bool operator==(const Place&, const Place&) = default;
+};
+
+enum class StageKind : std::uint8_t {
+    wait,    // stay for `seconds`
+    move,    // along the path to `to`
+    hold,    // command a breath-hold; wait for a whole breath and `seconds` more, so that it has begun
+    breathe  // end the hold
+};
+
+struct Stage {
+    StageKind kind = StageKind::wait;
+    double seconds = 0.0;
+    Place to;
+    double speed_m_s = 0.0;  // cruising; starts and stops are smooth
+    friend bool operator==(const Stage&, const Stage&) = default;
+};
+
+struct Scenario {
+    std::string name;
+    Place start;
+    double ramp_s = 0.4;       // from rest to cruising speed and back
+    double tremor_m = 0.0001;  // largest excursion on each axis
+    double tremor_low_hz = 8.0, tremor_high_hz = 10.0;
+    double approach_distance_m = 0.0;  // off the skin: the moment "approach"
+    std::vector<std::string> moments;  // "approach", or the first entry into a tissue
+    std::vector<Stage> stages;
+    friend bool operator==(const Scenario&, const Scenario&) = default;
+};
+
+// Throws patient::DataError: file, field, reason.
+Scenario loadScenario(const std::filesystem::path& toml);
+
+// 64 bits over all of it.
+std::uint64_t digest(const Scenario&);
+
+}  // namespace stylet::trainer

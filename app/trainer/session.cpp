@@ -1,0 +1,106 @@
+#include "app/trainer/session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace stylet::trainer {
+
+using haptics::EventRecord;
+using haptics::NeedleEventKind;
+using haptics::TickOutput;
+using haptics::TickRecord;
+
+namespace {
+
+constexpr std::size_t kRecentTicks = 4096;  // as many as the ring between the threads holds
+
+}  // namespace
+
+Session::Session(const patient::Patient& patient, const patient::PlannedPath& path,
+                 const std::vector<std::string>& moments, double approach_distance_m,
+                 records::RecordWriter* record)
+    : patient_(patient),
+      entry_m_(path.entry_m),
+      axis_(glm::normalize(path.target_m - path.entry_m)),
+      awaited_(moments),
+      approach_distance_m_(approach_distance_m),
+      record_(record) {}
+
+void Session::drain(haptics::LoopChannels& channels) {
+    TickRecord record;
+    while (channels.records.pop(record))
+        take(record);
+    EventRecord event;
+    while (channels.events.pop(event))
+        take(event);
+}
+
+void Session::take(const TickRecord& record) {
+    const TickOutput& now = record.output;
+    if (record_) record_->add(record.input, now);
+    ++log_.ticks;
+    log_.last_tick = now.tick;
+    log_.state_hash = now.state_hash;
+    log_.faults |= now.faults;
+    log_.lateral_cut_m = now.lateral_cut_m;
+    log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(now.force_n));
+    if (now.phase != haptics::Phase::outside) {
+        if (!log_.deepest || now.depth_m > log_.deepest->depth_m) log_.deepest = now;
+        log_.curve.push_back({now.tick, now.depth_m, now.force_n, now.phase, now.tissue, now.breath_held});
+    }
+    recent_.push_back(now);
+    if (recent_.size() > kRecentTicks) recent_.pop_front();
+    if (glm::dot(now.patient_from_needle.position_m - entry_m_, axis_) >= -approach_distance_m_)
+        note("approach", now);
+    settleEvents();
+}
+
+void Session::take(const EventRecord& event) {
+    unsettled_.push_back(event);
+    settleEvents();
+}
+
+void Session::settleEvents() {
+    while (!unsettled_.empty() && log_.ticks > 0 && unsettled_.front().tick <= log_.last_tick) {
+        const EventRecord event = unsettled_.front();
+        unsettled_.pop_front();
+        const auto shown =
+            std::lower_bound(recent_.begin(), recent_.end(), event.tick,
+                             [](const TickOutput& o, std::uint64_t tick) { return o.tick < tick; });
+        onEvent(event, *shown);
+    }
+}
+
+void Session::onEvent(const EventRecord& record, const TickOutput& shown) {
+    const haptics::NeedleEvent& event = record.event;
+    const bool cut = event.kind == NeedleEventKind::puncture;
+    if (!cut && event.kind != NeedleEventKind::entry) return;
+    log_.punctures.push_back(record);
+    // A cut stands between two ticks: its peak is in neither's force.
+    log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(event.force_before_n));
+    note(std::string(patient::tissueName(event.border.to)), shown);
+    if (cut && event.border.to == haptics::Tissue::duct && !log_.target_cut && targetAtTip(shown))
+        log_.target_cut = shown;
+}
+
+void Session::note(const std::string& moment, const TickOutput& shown) {
+    const auto awaited = std::find(awaited_.begin(), awaited_.end(), moment);
+    if (awaited == awaited_.end()) return;
+    awaited_.erase(awaited);
+    log_.moments.push_back({moment, shown});
+}
+
+bool Session::targetAtTip(const TickOutput& shown) const {
+    const std::uint8_t id = patient_.package().labels.nearestOr(shown.tip_reference_m, 0);
+    const patient::Label* label = patient_.label(id);
+    return label && label->role == patient::Role::target;
+}
+
+std::vector<Moment> Session::newMoments() {
+    std::vector<Moment> fresh(log_.moments.begin() + std::ptrdiff_t(handed_out_), log_.moments.end());
+    handed_out_ = log_.moments.size();
+    return fresh;
+}
+
+}  // namespace stylet::trainer

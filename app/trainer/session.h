@@ -1,0 +1,75 @@
+// What became of an attempt: the session watches every tick, keeps the record and finds the moments worth a
+// picture. It never touches GPU or OpenXR, and outlives both.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/records/record.h"
+#include "app/report/curve.h"
+#include "haptics/loop.h"
+#include "patient/planning.h"
+
+namespace stylet::trainer {
+
+// An instant with everything a picture of it needs.
+struct Moment {
+    std::string name;
+    haptics::TickOutput shown;
+};
+
+struct SessionLog {
+    std::vector<report::ForceSample> curve;       // every tick inside the body
+    std::vector<haptics::EventRecord> punctures;  // cuts and entries, in order
+    std::vector<Moment> moments;
+    std::optional<haptics::TickOutput>
+        target_cut;                              // the first cut of a duct with the target's label at the tip
+    std::optional<haptics::TickOutput> deepest;  // inside the body
+    double peak_force_n = 0.0;
+    double lateral_cut_m = 0.0;
+    std::uint64_t ticks = 0;  // received
+    std::uint64_t last_tick = 0;
+    std::uint64_t state_hash = 0;
+    std::uint32_t faults = 0;
+    bool target_hit() const { return target_cut.has_value(); }
+};
+
+class Session {
+  public:
+    // `moments` as in Scenario; `record` may be null (a replay records nothing). All must outlive the
+    // session.
+    Session(const patient::Patient&, const patient::PlannedPath&, const std::vector<std::string>& moments,
+            double approach_distance_m, records::RecordWriter* record);
+
+    // Session thread. Takes all that waits in the rings; throws patient::DataError when the record cannot be
+    // kept.
+    void drain(haptics::LoopChannels&);
+    // The same, one by one. An event may come before the record of its tick.
+    void take(const haptics::TickRecord&);
+    void take(const haptics::EventRecord&);
+
+    // Moments found since the last call, each exactly once.
+    std::vector<Moment> newMoments();
+    const SessionLog& log() const { return log_; }
+
+  private:
+    void settleEvents();
+    void onEvent(const haptics::EventRecord&, const haptics::TickOutput&);
+    void note(const std::string& moment, const haptics::TickOutput&);
+    bool targetAtTip(const haptics::TickOutput&) const;
+
+    const patient::Patient& patient_;
+    patient::Vec3 entry_m_, axis_;
+    std::vector<std::string> awaited_;
+    double approach_distance_m_;
+    records::RecordWriter* record_;
+    std::deque<haptics::TickOutput> recent_;  // to look an event's tick up in
+    std::deque<haptics::EventRecord> unsettled_;
+    std::size_t handed_out_ = 0;
+    SessionLog log_;
+};
+
+}  // namespace stylet::trainer

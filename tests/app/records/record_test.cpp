@@ -1,0 +1,236 @@
+#include "app/records/record.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <fstream>
+#include <random>
+
+#include "tests/support/temp_folder.h"
+
+namespace stylet::records {
+namespace {
+
+using haptics::TickInput;
+using haptics::TickOutput;
+using patient::DataError;
+using std::filesystem::path;
+
+constexpr std::size_t kTicks = 2 * kFrameTicks + 17;
+
+RecordHeader someHeader() {
+    RecordHeader header;
+    header.package_digest = 0x0123456789abcdefull;
+    header.settings.scenario_digest = 0xfedcba9876543210ull;
+    header.settings.seed = 42;
+    header.settings.patient_from_device.position_m = {0.1, -0.2, 0.3};
+    header.settings.needle.max_force_n = 19.5;
+    header.settings.profile.force_peak_n = 8.5;
+    return header;
+}
+
+RecordInfo someInfo() {
+    RecordInfo info;
+    info.program_version = "1.2.3";
+    info.patient_folder = "/somewhere/patient";
+    info.patient_name = "someone";
+    info.scenario = "demo";
+    info.moments = {"approach", "duct"};
+    info.approach_distance_m = 0.02;
+    info.seed = 42;
+    info.gain = 0.25;
+    info.path.entry_m = {0.1, 0.2, 0.3};
+    info.path.target_m = {-0.1, 1.0 / 3.0, 0.0};
+    info.path.length_m = 0.2;
+    return info;
+}
+
+// Values with every bit pattern: the record must not care what a double means.
+TickInput someInput(std::uint64_t i) {
+    std::mt19937_64 bits(i);
+    TickInput input;
+    input.device.device_from_stylus.rotation.w = std::bit_cast<double>(bits());
+    input.device.device_from_stylus.position_m = {std::bit_cast<double>(bits()), -0.0, double(i)};
+    input.device.buttons = std::uint32_t(bits());
+    input.device.fresh = i % 3 != 0;
+    if (i % 100 == 5) {
+        input.command_count = 2;
+        input.commands[0] = {haptics::CommandKind::holdBreath, 0};
+        input.commands[1] = {haptics::CommandKind::marker, std::uint32_t(i)};
+    }
+    return input;
+}
+
+TickOutput outputOf(std::uint64_t i) {
+    TickOutput output;
+    output.tick = i + 1;
+    output.state_hash = 0x9e3779b97f4a7c15ull * (i + 1);
+    return output;
+}
+
+void expectSameBits(const TickInput& a, const TickInput& b) {
+    const auto bits = [](double v) { return std::bit_cast<std::uint64_t>(v); };
+    const auto &p = a.device.device_from_stylus, &q = b.device.device_from_stylus;
+    for (int k = 0; k < 3; ++k)
+        EXPECT_EQ(bits(p.position_m[k]), bits(q.position_m[k]));
+    for (int k = 0; k < 4; ++k)
+        EXPECT_EQ(bits(p.rotation[k]), bits(q.rotation[k]));
+    EXPECT_EQ(a.device.buttons, b.device.buttons);
+    EXPECT_EQ(a.device.fresh, b.device.fresh);
+    ASSERT_EQ(a.command_count, b.command_count);
+    for (std::uint32_t c = 0; c < a.command_count; ++c) {
+        EXPECT_EQ(a.commands[c].kind, b.commands[c].kind);
+        EXPECT_EQ(a.commands[c].value, b.commands[c].value);
+    }
+}
+
+class RecordFile : public testing::Test {
+  protected:
+    void SetUp() override {
+        RecordWriter writer(folder_, someHeader(), someInfo());
+        for (std::uint64_t i = 0; i < kTicks; ++i)
+            writer.add(someInput(i), outputOf(i));
+        writer.finish();
+        std::ifstream stream(inputs_, std::ios::binary);
+        bytes_.assign(std::istreambuf_iterator<char>(stream), {});
+    }
+    void rewrite(const std::string& bytes) const {
+        std::ofstream(inputs_, std::ios::binary | std::ios::trunc)
+            .write(bytes.data(), std::streamsize(bytes.size()));
+    }
+    void expectRefused(const std::string& bytes, const std::string& field) const {
+        rewrite(bytes);
+        try {
+            (void)loadRecord(folder_);
+            FAIL() << "was not refused";
+        } catch (const DataError& e) {
+            EXPECT_NE(std::string(e.what()).find("inputs.bin: " + field), std::string::npos) << e.what();
+        }
+    }
+
+    test::TempFolder temp_;
+    path folder_ = temp_ / "record", inputs_ = folder_ / "inputs.bin";
+    std::string bytes_;
+};
+
+TEST_F(RecordFile, GivesBackEveryBit) {
+    const Record record = loadRecord(folder_);
+    EXPECT_EQ(record.torn_bytes, 0u);
+    EXPECT_EQ(record.header.package_digest, someHeader().package_digest);
+    EXPECT_EQ(record.header.settings.scenario_digest, someHeader().settings.scenario_digest);
+    EXPECT_EQ(record.header.settings.seed, 42u);
+    EXPECT_EQ(record.header.settings.patient_from_device.position_m.z, 0.3);
+    EXPECT_EQ(record.header.settings.needle.max_force_n, 19.5);
+    EXPECT_EQ(record.header.settings.profile.force_peak_n, 8.5);
+    ASSERT_EQ(record.inputs.size(), kTicks);
+    for (std::uint64_t i = 0; i < kTicks; ++i)
+        expectSameBits(record.inputs[i], someInput(i));
+    ASSERT_EQ(record.checkpoints.size(), 3u);
+    EXPECT_EQ(record.checkpoints[1].ticks, 2 * kFrameTicks);
+    EXPECT_EQ(record.checkpoints[1].state_hash, outputOf(2 * kFrameTicks - 1).state_hash);
+    ASSERT_TRUE(record.info.end);
+    EXPECT_EQ(record.info.end->tick, kTicks);
+    EXPECT_EQ(record.info.end->state_hash, outputOf(kTicks - 1).state_hash);
+    EXPECT_EQ(record.info.patient_folder, someInfo().patient_folder);
+    EXPECT_EQ(record.info.moments, someInfo().moments);
+    EXPECT_EQ(record.info.path.target_m, someInfo().path.target_m);
+    EXPECT_EQ(record.info.gain, 0.25);
+}
+
+TEST_F(RecordFile, IsWholeUpToTheLastFrameBeforeItIsFinished) {
+    RecordWriter writer(folder_, someHeader(), someInfo());
+    for (std::uint64_t i = 0; i < kFrameTicks + 3; ++i)
+        writer.add(someInput(i), outputOf(i));
+    const Record record = loadRecord(folder_);  // as after a crash: the writer has not been told to finish
+    EXPECT_EQ(record.inputs.size(), kFrameTicks);
+    EXPECT_EQ(record.torn_bytes, 0u);
+    EXPECT_FALSE(record.info.end);
+}
+
+TEST_F(RecordFile, CutsATornTailAtTheLastWholeFrame) {
+    rewrite(bytes_.substr(0, bytes_.size() - 1));
+    const Record record = loadRecord(folder_);
+    EXPECT_EQ(record.inputs.size(), 2 * kFrameTicks);
+    EXPECT_GT(record.torn_bytes, 0u);
+}
+
+TEST_F(RecordFile, CutsExtraBytes) {
+    rewrite(bytes_ + "more");
+    const Record record = loadRecord(folder_);
+    EXPECT_EQ(record.inputs.size(), kTicks);
+    EXPECT_EQ(record.torn_bytes, 4u);
+}
+
+TEST_F(RecordFile, LoadsOrRefusesEveryTruncation) {
+    for (std::size_t size = 0; size < bytes_.size(); size += size < 400 ? 1 : 997) {
+        rewrite(bytes_.substr(0, size));
+        try {
+            const Record record = loadRecord(folder_);
+            EXPECT_EQ(record.inputs.size() % kFrameTicks, 0u);
+        } catch (const DataError&) {
+            EXPECT_LT(size, 400u) << "only the header may be refused";
+        }
+    }
+}
+
+TEST_F(RecordFile, NeverTakesAFlippedByteForATick) {
+    for (std::size_t at = 0; at < bytes_.size(); at += at < 400 ? 1 : 499) {
+        std::string bytes = bytes_;
+        bytes[at] = char(bytes[at] ^ 0x10);
+        rewrite(bytes);
+        try {
+            const Record record = loadRecord(folder_);
+            EXPECT_GT(record.torn_bytes, 0u) << "byte " << at;
+            EXPECT_LT(record.inputs.size(), kTicks);
+        } catch (const DataError&) {
+            EXPECT_LT(at, 400u);
+        }
+    }
+}
+
+TEST_F(RecordFile, RefusesAnotherKindOfFile) {
+    std::string bytes = bytes_;
+    bytes[0] = 'X';
+    expectRefused(bytes, "magic");
+}
+
+TEST_F(RecordFile, RefusesAnotherVersion) {
+    std::string bytes = bytes_;
+    bytes[8] = char(kRecordVersion + 1);
+    expectRefused(bytes, "version");
+}
+
+TEST_F(RecordFile, RefusesAnAbsurdHeaderSize) {
+    std::string bytes = bytes_;
+    bytes.replace(12, 4, "\xff\xff\xff\xff");
+    expectRefused(bytes, "header");
+}
+
+TEST_F(RecordFile, StopsAtAnAbsurdFrame) {
+    const std::size_t first_frame = bytes_.find("FRAM");
+    for (const std::size_t field : {4u, 8u}) {  // tick count, body size
+        std::string bytes = bytes_;
+        bytes.replace(first_frame + field, 4, "\xff\xff\xff\xff");
+        rewrite(bytes);
+        EXPECT_TRUE(loadRecord(folder_).inputs.empty());
+    }
+}
+
+TEST_F(RecordFile, RefusesBadJsonWithItsReason) {
+    for (const char* text : {"", "{", "[]", "{\"format_version\": 99}", "{\"format_version\": \"1\"}"}) {
+        std::ofstream(folder_ / "record.json", std::ios::trunc) << text;
+        EXPECT_THROW((void)loadRecord(folder_), DataError) << text;
+    }
+}
+
+TEST(Record, RefusesAMissingFolder) {
+    EXPECT_THROW((void)loadRecord("/nonexistent/record"), DataError);
+}
+
+TEST(Record, HashesAreSixteenDigits) {
+    EXPECT_EQ(hexOf(0xabcull), "0000000000000abc");
+    EXPECT_EQ(hexOf(~0ull), "ffffffffffffffff");
+}
+
+}  // namespace
+}  // namespace stylet::records

@@ -1,0 +1,56 @@
+#include "app/report/curve.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "patient/patient.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::report {
+namespace {
+
+using haptics::Phase;
+using patient::Tissue;
+
+std::vector<ForceSample> someCurve() {
+    return {{7801, 0.0, 0.0, Phase::held, Tissue::air, true},
+            {7802, 0.0004, 0.25, Phase::held, Tissue::air, true},
+            {7803, 0.0009, 0.7, Phase::pass, Tissue::skin, true},
+            {7804, 0.0005, -0.125, Phase::pass, Tissue::skin, false}};
+}
+
+std::size_t sizeOf(const std::filesystem::path& file) {
+    return std::filesystem::exists(file) ? std::size_t(std::filesystem::file_size(file)) : 0;
+}
+
+TEST(Curve, CsvHoldsEveryTick) {
+    const test::TempFolder folder;
+    writeCurveCsv(someCurve(), 0.001, folder / "curve.csv");
+    std::ifstream stream(folder / "curve.csv");
+    const std::string text(std::istreambuf_iterator<char>(stream), {});
+    EXPECT_EQ(text,
+              "tick,time_s,depth_m,force_n,phase,tissue,breath_held\n"
+              "7801,7.801,0.0000000,0.000000,held,air,1\n"
+              "7802,7.802,0.0004000,0.250000,held,air,1\n"
+              "7803,7.803,0.0009000,0.700000,pass,skin,1\n"
+              "7804,7.804,0.0005000,-0.125000,pass,skin,0\n");
+}
+
+TEST(Curve, AFolderThatIsNotThereIsRefused) {
+    EXPECT_THROW(writeCurveCsv(someCurve(), 0.001, "/nonexistent/curve.csv"), patient::DataError);
+    EXPECT_THROW(drawCurve(someCurve(), {}, "title", "/nonexistent/curve.png"), patient::DataError);
+}
+
+TEST(Curve, DrawsTheCurveItsMarksAndAlsoNothing) {
+    const test::TempFolder folder;
+    drawCurve(someCurve(), {}, "title", folder / "plain.png");
+    drawCurve(someCurve(), {{"skin 0.70 N", 0.0009, 0.7}}, "title", folder / "marked.png");
+    drawCurve({}, {}, "title", folder / "empty.png");
+    EXPECT_GT(sizeOf(folder / "empty.png"), 1000u);
+    EXPECT_GT(sizeOf(folder / "plain.png"), sizeOf(folder / "empty.png"));
+    EXPECT_GT(sizeOf(folder / "marked.png"), sizeOf(folder / "plain.png"));
+}
+
+}  // namespace
+}  // namespace stylet::report

@@ -1,0 +1,146 @@
+#include "app/trainer/hand.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <glm/geometric.hpp>
+
+#include "patient/patient.h"
+
+namespace stylet::trainer {
+namespace {
+
+using patient::Pose;
+using patient::Vec3;
+
+struct Walk {
+    patient::PlannedPath path;
+    patient::BreathingSignal signal{4.0, 1.0};
+    Pose patient_from_device = deviceBeside({{100, 80, 60}, Vec3(0.004), Vec3(-0.2, -0.1, 1.0)});
+
+    Walk() {
+        path.entry_m = {0.15, 0.05, 1.10};
+        path.target_m = {0.08, 0.02, 1.13};
+    }
+    double length_m() const { return glm::length(path.target_m - path.entry_m); }
+    Vec3 axis() const { return (path.target_m - path.entry_m) / length_m(); }
+    haptics::Trace hand(const Scenario& s, std::uint64_t seed = 1) const {
+        return scriptHand(s, path, signal, patient_from_device, seed);
+    }
+    double depthAt(const haptics::TraceSample& sample) const {
+        return glm::dot((patient_from_device * sample.device_from_stylus).position_m - path.entry_m, axis());
+    }
+};
+
+Scenario demo() {
+    return loadScenario(std::filesystem::path(std::getenv("STYLET_ASSETS")) / "scenarios" / "demo.toml");
+}
+
+Scenario straightIn() {
+    Scenario s;
+    s.start.deeper_m = -0.020;
+    s.tremor_m = 0.0;
+    Stage in;
+    in.kind = StageKind::move;
+    in.to = {1.0, 0.001};
+    in.speed_m_s = 0.013;
+    s.stages = {in};
+    return s;
+}
+
+TEST(Hand, EndsWhereTheScenarioSaysOnThePlannedPath) {
+    const Walk walk;
+    const haptics::Trace trace = walk.hand(straightIn());
+    EXPECT_NEAR(walk.depthAt(trace.samples.front()), -0.020, 1e-4);
+    EXPECT_NEAR(walk.depthAt(trace.samples.back()), walk.length_m() + 0.001, 1e-12);
+    for (const haptics::TraceSample& s : trace.samples) {
+        const Pose needle = walk.patient_from_device * s.device_from_stylus;
+        EXPECT_LT(glm::length(glm::cross(needle.position_m - walk.path.entry_m, walk.axis())), 1e-12);
+        EXPECT_LT(glm::length(needle.direction({0, 0, 1}) + walk.axis()), 1e-12);  // +z to the hub
+    }
+}
+
+TEST(Hand, StartsAndStopsSmoothly) {
+    const Walk walk;
+    const haptics::Trace trace = walk.hand(straightIn());
+    double last_speed = 0.0, top = 0.0, largest_change = 0.0;
+    for (std::size_t i = 1; i < trace.samples.size(); ++i) {
+        const double speed = (walk.depthAt(trace.samples[i]) - walk.depthAt(trace.samples[i - 1])) / 0.001;
+        EXPECT_GE(speed, -1e-9);
+        largest_change = std::max(largest_change, std::abs(speed - last_speed) / 0.001);
+        top = std::max(top, speed);
+        last_speed = speed;
+    }
+    EXPECT_NEAR(top, 0.013, 1e-6);
+    // The minimum-jerk step's steepest slope is 15/8: acceleration 15/8 * 0.013 / 0.4 s.
+    EXPECT_NEAR(largest_change, 1.875 * 0.013 / 0.4, 0.002);
+}
+
+TEST(Hand, ShortMovesAreSlowerAndStillArrive) {
+    const Walk walk;
+    Scenario s = straightIn();
+    s.stages[0].to = {0.0, -0.019};
+    EXPECT_NEAR(walk.depthAt(walk.hand(s).samples.back()), -0.019, 1e-12);
+}
+
+TEST(Hand, TheDemoNeverExceedsTwentyMillimetresASecondInsideTheBody) {
+    const Walk walk;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const haptics::Trace trace = walk.hand(demo(), seed);
+        for (std::size_t i = 1; i < trace.samples.size(); ++i) {
+            if (walk.depthAt(trace.samples[i]) < 0.0) continue;
+            const double speed =
+                (walk.depthAt(trace.samples[i]) - walk.depthAt(trace.samples[i - 1])) / 0.001;
+            ASSERT_LE(std::abs(speed), 0.020) << "sample " << i;
+        }
+    }
+}
+
+TEST(Hand, TheDemoStaysOffTheSkinUntilTheHoldHasSurelyBegun) {
+    const Walk walk;
+    const haptics::Trace trace = walk.hand(demo());
+    ASSERT_EQ(trace.commands.size(), 2u);
+    EXPECT_EQ(trace.commands[0].command.kind, haptics::CommandKind::holdBreath);
+    EXPECT_EQ(trace.commands[1].command.kind, haptics::CommandKind::breathe);
+    const std::int64_t certain_ns = trace.commands[0].t_ns + std::int64_t(walk.signal.period_s * 1e9);
+    const std::int64_t breathe_ns = trace.commands[1].t_ns;
+    for (const haptics::TraceSample& s : trace.samples) {
+        if (s.t_ns < certain_ns || s.t_ns > breathe_ns) {
+            EXPECT_LT(walk.depthAt(s), -0.005);
+        }
+    }
+    EXPECT_GT(trace.samples.back().t_ns, std::int64_t(25e9));
+    EXPECT_LT(trace.samples.back().t_ns, std::int64_t(40e9));
+}
+
+TEST(Hand, TremorComesFromTheSeedAndStaysSmall) {
+    const Walk walk;
+    Scenario still = straightIn();
+    still.tremor_m = 0.0001;
+    const haptics::Trace a = walk.hand(still, 1), b = walk.hand(still, 1), c = walk.hand(still, 2);
+    Scenario steady = still;
+    steady.tremor_m = 0.0;
+    const haptics::Trace calm = walk.hand(steady, 1);
+    double difference = 0.0, excursion = 0.0;
+    for (std::size_t i = 0; i < a.samples.size(); ++i) {
+        const Vec3 p = a.samples[i].device_from_stylus.position_m;
+        EXPECT_EQ(p, b.samples[i].device_from_stylus.position_m);
+        difference = std::max(difference, glm::length(p - c.samples[i].device_from_stylus.position_m));
+        excursion = std::max(excursion, glm::length(p - calm.samples[i].device_from_stylus.position_m));
+    }
+    EXPECT_GT(difference, 0.00005);
+    EXPECT_GT(excursion, 0.00005);
+    EXPECT_LT(excursion, 0.0001 * 1.7321);
+}
+
+TEST(Hand, TheDeviceStandsOutsideTheGridWithItsYUp) {
+    const patient::Grid grid{{100, 80, 60}, Vec3(0.004), Vec3(-0.2, -0.1, 1.0)};
+    const Pose patient_from_device = deviceBeside(grid);
+    EXPECT_FALSE(grid.contains(grid.nearest(patient_from_device.position_m)));
+    EXPECT_LT(glm::length(patient_from_device.direction({0, 1, 0}) - Vec3(0, 1, 0)), 1e-12);
+    EXPECT_LT(glm::length(patient_from_device.direction({0, 0, 1}) - Vec3(1, 0, 0)), 1e-12);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -1,0 +1,126 @@
+#include "app/trainer/loops.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+
+#include "app/records/replay.h"
+#include "app/trainer/platform_linux.h"
+#include "tests/app/trainer/phantom_attempt.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+using patient::Tissue;
+using test::ductPath;
+using test::ductPhantom;
+using test::playFast;
+using test::shortScenario;
+
+const haptics::NeedleEvent* firstInto(const SessionLog& log, Tissue tissue) {
+    for (const haptics::EventRecord& record : log.punctures)
+        if (record.event.border.to == tissue) return &record.event;
+    return nullptr;
+}
+
+TEST(FastLoop, HitsTheDuctWithTheClosedFormsOfTheModel) {
+    const patient::Package package = ductPhantom();
+    const test::Played played = playFast(package, shortScenario(), 1);
+    EXPECT_TRUE(played.log.target_hit());
+    EXPECT_EQ(played.log.faults, 0u);
+    const haptics::NeedleEvent* duct = firstInto(played.log, Tissue::duct);
+    ASSERT_NE(duct, nullptr);
+    EXPECT_EQ(duct->kind, haptics::NeedleEventKind::puncture);
+    EXPECT_NEAR(duct->force_before_n, 1.2, 1e-9);
+    EXPECT_NEAR(duct->force_after_n, 0.5, 1e-9);
+    EXPECT_NEAR(duct->tenting_m, 0.0003, 1e-4);
+    const haptics::NeedleEvent* fascia = firstInto(played.log, Tissue::fascia);
+    ASSERT_NE(fascia, nullptr);
+    EXPECT_NEAR(fascia->force_before_n, 2.5, 1e-9);
+    EXPECT_NEAR(fascia->border.depth_m, 0.020, 1e-4);
+}
+
+TEST(FastLoop, NotesEveryMomentOnceAndInOrder) {
+    const test::Played played = playFast(ductPhantom(), shortScenario(), 1);
+    std::vector<std::string> names;
+    std::uint64_t last = 0;
+    for (const Moment& m : played.log.moments) {
+        names.push_back(m.name);
+        EXPECT_GE(m.shown.tick, last);
+        last = m.shown.tick;
+    }
+    EXPECT_THAT(names, testing::ElementsAre("approach", "skin", "fascia", "liver", "duct"));
+    // The moment carries its own tick's state: off the skin at the scenario's distance, in the duct at its
+    // wall.
+    EXPECT_NEAR(played.log.moments[0].shown.patient_from_needle.position_m.x, -0.005, 1e-3);
+    EXPECT_NEAR(played.log.moments[4].shown.patient_from_needle.position_m.x, 0.0503, 2e-4);
+    EXPECT_TRUE(played.log.moments[4].shown.breath_held);
+}
+
+TEST(FastLoop, EndsInTheSameHashEveryTime) {
+    const patient::Package package = ductPhantom();
+    const std::uint64_t first = playFast(package, shortScenario(), 7).log.state_hash;
+    EXPECT_EQ(playFast(package, shortScenario(), 7).log.state_hash, first);
+}
+
+TEST(FastLoop, SeedTableAndScenarioEachChangeTheHash) {
+    const patient::Package package = ductPhantom();
+    const std::uint64_t first = playFast(package, shortScenario(), 7).log.state_hash;
+    EXPECT_NE(playFast(package, shortScenario(), 8).log.state_hash, first);
+
+    patient::Package other_table = package;
+    double& friction = other_table.tissues[std::size_t(Tissue::vessel)].friction_n;
+    friction = std::bit_cast<double>(std::bit_cast<std::uint64_t>(friction) ^ 1u);
+    EXPECT_NE(playFast(other_table, shortScenario(), 7).log.state_hash, first);
+
+    Scenario other_scenario = shortScenario();
+    other_scenario.approach_distance_m += 0.001;  // moves nothing
+    EXPECT_NE(playFast(package, other_scenario, 7).log.state_hash, first);
+}
+
+class RecordedRealTime : public testing::Test {
+  protected:
+    void SetUp() override {
+        const Scenario scenario = shortScenario();
+        const Attempt attempt = makeAttempt(patient_, scenario, ductPath(), 3);
+        records::RecordInfo info;
+        info.path = ductPath();
+        records::RecordWriter writer(folder_ / "record", {patient::digest(package_), attempt.simulation},
+                                     info);
+        Session session(patient_, ductPath(), scenario.moments, scenario.approach_distance_m, &writer);
+        totals_ = runRealTime(attempt, session, std::nullopt, monotonicClock());
+        writer.finish();
+        log_ = session.log();
+    }
+
+    test::TempFolder folder_;
+    patient::Package package_ = ductPhantom();
+    patient::Patient patient_{package_};
+    LoopTotals totals_;
+    SessionLog log_;
+};
+
+TEST_F(RecordedRealTime, ReplaysToItsHashUntilOneBitOfItsInputsChanges) {
+    EXPECT_TRUE(log_.target_hit());
+    EXPECT_EQ(log_.faults, 0u);
+    records::Record record = records::loadRecord(folder_ / "record");
+    EXPECT_EQ(record.inputs.size(), log_.ticks);
+    const records::ReplayResult same = records::replay(patient_, record, {});
+    EXPECT_TRUE(same.equal());
+    EXPECT_EQ(same.state_hash, log_.state_hash);
+
+    double& x = record.inputs[record.inputs.size() / 2].device.device_from_stylus.position_m.x;
+    x = std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) ^ 1u);
+    const records::ReplayResult other = records::replay(patient_, record, {});
+    EXPECT_FALSE(other.equal());
+    EXPECT_NE(other.state_hash, log_.state_hash);
+    ASSERT_TRUE(other.differs_at);
+    // Found in the very frame that holds the changed tick.
+    EXPECT_EQ(other.differs_at->ticks / records::kFrameTicks,
+              record.inputs.size() / 2 / records::kFrameTicks + 1);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

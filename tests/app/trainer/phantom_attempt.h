@@ -1,0 +1,54 @@
+// An attempt on layers with known borders: skin, fat, fascia, liver, a duct in it.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "app/trainer/loops.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::test {
+
+// Borders at x = 0, 2, 20, 22, 50, 56 mm; the path runs along +x to the duct's middle.
+inline patient::Package ductPhantom() {
+    using patient::Tissue;
+    patient::Package package = makeSlabs({{Tissue::skin, 0.002},
+                                          {Tissue::soft, 0.018},
+                                          {Tissue::fascia, 0.002},
+                                          {Tissue::liver, 0.028},
+                                          {Tissue::duct, 0.006},
+                                          {Tissue::liver, 0.020}},
+                                         0.001);
+    package.breathing.signal.period_s = 1.0;
+    return package;
+}
+
+inline patient::PlannedPath ductPath() {
+    patient::PlannedPath path;
+    path.entry_m = path.entry_reference_m = {0.0, 0.0, 0.0};
+    path.target_m = path.target_reference_m = {0.053, 0.0, 0.0};
+    path.length_m = 0.053;
+    return path;
+}
+
+inline trainer::Scenario shortScenario() {
+    const std::filesystem::path assets = std::getenv("STYLET_ASSETS");
+    return trainer::loadScenario(assets.parent_path() / "tests" / "scenarios" / "short.toml");
+}
+
+// One finished attempt, with the session that watched it.
+struct Played {
+    trainer::SessionLog log;
+    trainer::LoopTotals totals;
+};
+
+inline Played playFast(const patient::Package& package, const trainer::Scenario& scenario,
+                       std::uint64_t seed) {
+    const patient::Patient patient(package);
+    const trainer::Attempt attempt = trainer::makeAttempt(patient, scenario, ductPath(), seed);
+    trainer::Session session(patient, ductPath(), scenario.moments, scenario.approach_distance_m, nullptr);
+    const trainer::LoopTotals totals = trainer::runFast(attempt, session, std::nullopt, 0.0, {});
+    return {session.log(), totals};
+}
+
+}  // namespace stylet::test

@@ -1,0 +1,126 @@
+#include "app/trainer/scenario.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "patient/patient.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+constexpr const char* kGood = R"(
+name = "good"
+moments = ["approach", "duct"]
+approach_distance_mm = 20.0
+[start]
+deeper_mm = -50.0
+[hand]
+ramp_s = 0.4
+tremor_mm = 0.1
+tremor_low_hz = 8.0
+tremor_high_hz = 10.0
+[[stage]]
+do = "hold"
+seconds = 0.5
+[[stage]]
+do = "move"
+share = 1.0
+deeper_mm = 1.0
+speed_mm_s = 13.0
+)";
+
+class ScenarioFile : public testing::Test {
+  protected:
+    Scenario load(const std::string& text) const {
+        std::ofstream(file_, std::ios::trunc) << text;
+        return loadScenario(file_);
+    }
+    // The good file with `from` replaced by `to` must be refused for `field`.
+    void expectRefused(const std::string& from, const std::string& to, const std::string& field) const {
+        std::string text = kGood;
+        text.replace(text.find(from), from.size(), to);
+        try {
+            (void)load(text);
+            FAIL() << to << " was not refused";
+        } catch (const patient::DataError& e) {
+            EXPECT_EQ(std::string(e.what()).rfind(file_.string() + ": " + field + ": ", 0), 0u) << e.what();
+        }
+    }
+
+    test::TempFolder folder_;
+    std::filesystem::path file_ = folder_ / "scenario.toml";
+};
+
+TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
+    const Scenario s = load(kGood);
+    EXPECT_EQ(s.name, "good");
+    EXPECT_EQ(s.moments, (std::vector<std::string>{"approach", "duct"}));
+    EXPECT_DOUBLE_EQ(s.approach_distance_m, 0.020);
+    EXPECT_DOUBLE_EQ(s.start.deeper_m, -0.050);
+    EXPECT_DOUBLE_EQ(s.tremor_m, 0.0001);
+    ASSERT_EQ(s.stages.size(), 2u);
+    EXPECT_EQ(s.stages[0].kind, StageKind::hold);
+    EXPECT_EQ(s.stages[1].kind, StageKind::move);
+    EXPECT_DOUBLE_EQ(s.stages[1].to.share, 1.0);
+    EXPECT_DOUBLE_EQ(s.stages[1].to.deeper_m, 0.001);
+    EXPECT_DOUBLE_EQ(s.stages[1].speed_m_s, 0.013);
+}
+
+TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
+    expectRefused("name = \"good\"", "name = 3", "name");
+    expectRefused("name = \"good\"", "name = \"good", "line 2");
+    expectRefused("\"duct\"]", "\"spleen\"]", "moments");
+    expectRefused("\"duct\"]", "\"approach\"]", "moments");
+    expectRefused("approach_distance_mm = 20.0", "", "approach_distance_mm");
+    expectRefused("approach_distance_mm = 20.0", "approach_distance_mm = nan", "approach_distance_mm");
+    expectRefused("[start]\ndeeper_mm = -50.0", "", "start");
+    expectRefused("deeper_mm = -50.0", "deeper_mm = -5000.0", "start.deeper_mm");
+    expectRefused("deeper_mm = -50.0", "x_mm = 3.0", "start.x_mm");
+    expectRefused("tremor_high_hz = 10.0", "tremor_high_hz = 7.0", "hand.tremor_high_hz");
+    expectRefused("ramp_s = 0.4", "ramp_s = 0.0", "hand.ramp_s");
+    expectRefused("do = \"hold\"", "do = \"jump\"", "stage[0].do");
+    expectRefused("seconds = 0.5", "seconds = -0.5", "stage[0].seconds");
+    expectRefused("speed_mm_s = 13.0", "", "stage[1].speed_mm_s");
+    expectRefused("speed_mm_s = 13.0", "speed_mm_s = inf", "stage[1].speed_mm_s");
+    expectRefused("share = 1.0\ndeeper_mm = 1.0", "", "stage[1].share");
+    expectRefused("share = 1.0", "shore = 1.0", "stage[1].shore");
+}
+
+TEST_F(ScenarioFile, RefusesAFileThatIsNotThere) {
+    EXPECT_THROW((void)loadScenario(folder_ / "none.toml"), patient::DataError);
+}
+
+TEST_F(ScenarioFile, DigestCoversContentNotLayout) {
+    const std::uint64_t first = digest(load(kGood));
+    EXPECT_EQ(digest(load(std::string("# a comment\n") + kGood)), first);
+    std::string faster = kGood;
+    faster.replace(faster.find("13.0"), 4, "13.5");
+    EXPECT_NE(digest(load(faster)), first);
+}
+
+TEST(ShippedScenarios, LoadAndDifferOnlyInTheHold) {
+    const std::filesystem::path folder = std::filesystem::path(std::getenv("STYLET_ASSETS")) / "scenarios";
+    const Scenario demo = loadScenario(folder / "demo.toml"),
+                   free = loadScenario(folder / "demo-breathing.toml");
+    const auto commands = [](const Scenario& s) {
+        int count = 0;
+        for (const Stage& stage : s.stages)
+            count += stage.kind == StageKind::hold || stage.kind == StageKind::breathe;
+        return count;
+    };
+    const auto moves = [](const Scenario& s) {
+        std::vector<Stage> list;
+        for (const Stage& stage : s.stages)
+            if (stage.kind == StageKind::move) list.push_back(stage);
+        return list;
+    };
+    EXPECT_EQ(commands(demo), 2);
+    EXPECT_EQ(commands(free), 0);
+    EXPECT_EQ(moves(demo), moves(free));
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -1,0 +1,90 @@
+#include "app/trainer/session.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/app/trainer/phantom_attempt.h"
+
+namespace stylet::trainer {
+namespace {
+
+using haptics::EventRecord;
+using haptics::NeedleEventKind;
+using patient::Tissue;
+
+haptics::TickRecord tickAt(std::uint64_t tick, double x_m, double force_n = 0.0) {
+    haptics::TickRecord record;
+    record.output.tick = tick;
+    record.output.patient_from_needle.position_m = {x_m, 0.0, 0.0};
+    record.output.tip_reference_m = {x_m, 0.0, 0.0};
+    record.output.phase = x_m > 0.0 ? haptics::Phase::pass : haptics::Phase::outside;
+    record.output.depth_m = x_m;
+    record.output.force_n = force_n;
+    return record;
+}
+
+EventRecord eventInto(Tissue tissue, NeedleEventKind kind, std::uint64_t tick) {
+    EventRecord record;
+    record.tick = tick;
+    record.event.kind = kind;
+    record.event.border.to = tissue;
+    return record;
+}
+
+class Watched : public testing::Test {
+  protected:
+    patient::Package package_ = test::ductPhantom();
+    patient::Patient patient_{package_};
+    Session session_{patient_, test::ductPath(), {"approach", "duct"}, 0.005, nullptr};
+};
+
+TEST_F(Watched, ApproachIsTheFirstTickWithinItsDistanceOfTheSkin) {
+    session_.take(tickAt(1, -0.0060));
+    EXPECT_TRUE(session_.newMoments().empty());
+    session_.take(tickAt(2, -0.0049));
+    session_.take(tickAt(3, -0.0040));
+    const std::vector<Moment> moments = session_.newMoments();
+    ASSERT_EQ(moments.size(), 1u);
+    EXPECT_EQ(moments[0].name, "approach");
+    EXPECT_EQ(moments[0].shown.tick, 2u);
+    EXPECT_TRUE(session_.newMoments().empty());
+}
+
+TEST_F(Watched, AnEventFindsItsOwnTickWhicheverComesFirst) {
+    session_.take(tickAt(1, -0.0060));
+    session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 2));
+    EXPECT_TRUE(session_.newMoments().empty()) << "its tick has not come yet";
+    session_.take(tickAt(2, 0.0520));
+    session_.take(tickAt(3, 0.0530));
+    for (const Moment& m : session_.newMoments())
+        EXPECT_EQ(m.shown.tick, 2u) << m.name;
+    ASSERT_EQ(session_.log().moments.size(), 2u);
+    EXPECT_TRUE(session_.log().target_hit());
+}
+
+TEST_F(Watched, TheTargetNeedsACutAndItsLabelAtTheTip) {
+    session_.take(tickAt(1, 0.0300));
+    session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 1));  // says duct, stands in liver
+    EXPECT_FALSE(session_.log().target_hit());
+    session_.take(tickAt(2, 0.0520));
+    session_.take(eventInto(Tissue::duct, NeedleEventKind::sideways, 2));
+    session_.take(eventInto(Tissue::duct, NeedleEventKind::border, 2));
+    session_.take(eventInto(Tissue::liver, NeedleEventKind::puncture, 2));
+    EXPECT_FALSE(session_.log().target_hit());
+    session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 2));
+    EXPECT_TRUE(session_.log().target_hit());
+    EXPECT_EQ(session_.log().punctures.size(), 3u) << "cuts and entries only";
+}
+
+TEST_F(Watched, KeepsThePeakOfEitherSignAndTheCurveInsideTheBody) {
+    session_.take(tickAt(1, -0.010, 0.0));
+    session_.take(tickAt(2, 0.010, 1.5));
+    session_.take(tickAt(3, 0.012, -2.5));
+    EXPECT_DOUBLE_EQ(session_.log().peak_force_n, 2.5);
+    ASSERT_EQ(session_.log().curve.size(), 2u);
+    EXPECT_EQ(session_.log().curve[0].tick, 2u);
+    ASSERT_TRUE(session_.log().deepest);
+    EXPECT_EQ(session_.log().deepest->tick, 3u);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

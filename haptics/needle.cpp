@@ -102,7 +102,7 @@ double proxyDistance(const NeedleState& s) noexcept {
 TrackFlags flagsAfterEntering(const Patient& patient, const TissueSample& x, TrackFlags flags) noexcept {
     const patient::Label* label = patient.label(x.label);
     const bool inside = x.tissue == Tissue::liver || (label && label->abdominal);
-    flags.past_skin = flags.past_skin || inside || x.tissue != Tissue::air;
+    flags.past_skin = flags.past_skin || inside || (x.tissue != Tissue::air && x.tissue != Tissue::skin);
     flags.past_fascia = flags.past_fascia || inside || x.tissue == Tissue::fascia;
     return flags;
 }

@@ -1,0 +1,194 @@
+// Based on Mastmeyer et al. 2017, Algorithm 2 and Eqs. 1-8, from event to event: between two events the force is a
+// polynomial of the depth. Shares its formulas (hold.h) with the sampled solver, not its control flow.
+#include "haptics/exact.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/hold.h"
+
+namespace stylet::haptics {
+
+using patient::TissueRow;
+
+namespace {
+
+class PathSolver {
+  public:
+    PathSolver(const patient::TissueTable& table, const std::vector<Segment>& segments, double length_m,
+               const NeedleSettings& settings)
+        : table_(table), settings_(settings), length_m_(length_m) {
+        if (segments.empty() || segments.front().tissue != Tissue::air) segments_.push_back({});
+        for (const Segment& s : segments) {
+            if (s.begin_m <= length_m) segments_.push_back(s);
+        }
+    }
+
+    ExactForce solve() {
+        while (next_ < segments_.size()) {
+            passUntil(segments_[next_].begin_m);
+            const std::size_t j = next_++;
+            if (holds(j)) {
+                hold(j);
+            } else {
+                enter(j, NeedleEventKind::entry);
+            }
+        }
+        passUntil(length_m_);
+        return std::move(out_);
+    }
+
+  private:
+    const TissueRow& row(Tissue t) const { return table_[std::size_t(t)]; }
+    const TissueRow& row(std::size_t segment) const { return row(segments_[segment].tissue); }
+    bool sameTissueAsBefore(std::size_t j) const { return segments_[j].tissue == segments_[j - 1].tissue; }
+
+    bool isCut(std::size_t j) const {
+        return std::any_of(cuts_.begin(), cuts_.end(), [&](const Segment& c) {
+            return c.tissue == segments_[j].tissue &&
+                   std::fabs(c.begin_m - segments_[j].begin_m) <= settings_.cut_reach_m;
+        });
+    }
+    bool holds(std::size_t j) const {
+        if (isRigid(row(j))) return true;
+        return !sameTissueAsBefore(j) && resists(row(j), f_n_) && !isCut(j);
+    }
+
+    void piece(double end_m, double c1, double c2, Phase phase) {
+        if (end_m <= x_m_) return;
+        out_.pieces.push_back({x_m_, end_m, f_n_, c1, c2, tissue_, phase});
+        x_m_ = end_m;
+    }
+
+    // Phase 3: rises with the tissue's stiffness to its friction, then stays.
+    void passUntil(double to_m) {
+        const TissueRow& t = row(tissue_);
+        const Phase phase = tissue_ == Tissue::air && cuts_.empty() ? Phase::outside : Phase::pass;
+        if (t.stiffness_n_per_m > 0.0 && f_n_ < t.friction_n) {
+            const double begin_m = x_m_;
+            const double full_m = begin_m + (t.friction_n - f_n_) / t.stiffness_n_per_m;
+            piece(std::min(to_m, full_m), t.stiffness_n_per_m, 0.0, phase);
+            f_n_ = full_m <= to_m ? t.friction_n : f_n_ + t.stiffness_n_per_m * (x_m_ - begin_m);
+        }
+        piece(to_m, 0.0, 0.0, phase);
+    }
+
+    // Phase 1, and what follows from it until nothing holds any more.
+    void hold(std::size_t j) {
+        for (bool held = true; held;) {
+            report(NeedleEventKind::border, j, f_n_, f_n_);
+            if (isRigid(row(j))) return press(j);
+            const HoldCurve curve = holdCurve(row(j), f_n_, settings_.a1_share);
+            const double begin_m = x_m_, cut_m = begin_m + curve.cut_depth_m;
+
+            // The borders the tip passes on the way to the cut.
+            std::size_t last = next_;
+            for (; last < segments_.size() && segments_[last].begin_m < cut_m; ++last) {
+                const bool dropped = !row(j).membrane && !sameTissueAsBefore(last);
+                if (!isRigid(row(last)) && !dropped) continue;
+                const double at_m = std::max(begin_m, segments_[last].begin_m);
+                piece(at_m, curve.a1_n_per_m, curve.a2_n_per_m2, Phase::held);
+                f_n_ = curve.force_n(at_m - begin_m);
+                if (isRigid(row(last))) {
+                    report(NeedleEventKind::border, last, f_n_, f_n_);
+                    return press(last);
+                }
+                enter(j, NeedleEventKind::entry);
+                for (; next_ < last; ++next_) enter(next_, NeedleEventKind::entry);
+                return;
+            }
+            piece(std::min(cut_m, length_m_), curve.a1_n_per_m, curve.a2_n_per_m2, Phase::held);
+            if (cut_m > length_m_) return finish(curve.force_n(length_m_ - begin_m));
+            f_n_ = row(j).cut_force_n;
+            enter(j, NeedleEventKind::puncture);
+            held = fold(last, j);
+        }
+    }
+
+    // Meets the segments from next_ to `last`, all behind the tip, at the tip. True when one holds there: `j`.
+    bool fold(std::size_t last, std::size_t& j) {
+        while (next_ < last) {
+            const std::size_t k = next_++;
+            bool left_behind = false;
+            for (std::size_t m = k + 1; m < last; ++m) left_behind = left_behind || !sameTissueAsBefore(m);
+            if (holds(k) && (row(k).membrane || !left_behind)) {
+                j = k;
+                return true;
+            }
+            enter(k, NeedleEventKind::entry);
+        }
+        return false;
+    }
+
+    // Against bone, to the path's end.
+    void press(std::size_t j) {
+        const double k = row(j).stiffness_n_per_m;
+        const double most_n = std::max(settings_.max_force_n, f_n_);
+        const double begin_m = x_m_;
+        piece(std::min(length_m_, x_m_ + (most_n - f_n_) / k), k, 0.0, Phase::held);
+        f_n_ += k * (x_m_ - begin_m);
+        piece(length_m_, 0.0, 0.0, Phase::held);
+        finish(f_n_);
+    }
+
+    void finish(double force_n) {
+        f_n_ = force_n;
+        next_ = segments_.size();
+    }
+
+    void enter(std::size_t j, NeedleEventKind kind) {
+        const double before_n = f_n_;
+        f_n_ = clampToFriction(row(j), f_n_);
+        if (!sameTissueAsBefore(j) && segments_[j].tissue != Tissue::air && !isCut(j)) cuts_.push_back(segments_[j]);
+        tissue_ = segments_[j].tissue;
+        report(kind, j, before_n, f_n_);
+    }
+
+    void report(NeedleEventKind kind, std::size_t j, double before_n, double after_n) {
+        const Segment& s = segments_[j];
+        out_.events.push_back({kind, s.tissue, s.label, s.begin_m, x_m_, before_n, after_n});
+    }
+
+    const patient::TissueTable& table_;
+    const NeedleSettings& settings_;
+    double length_m_;
+    std::vector<Segment> segments_;
+    std::vector<Segment> cuts_;
+    ExactForce out_;
+    double x_m_ = 0.0, f_n_ = 0.0;
+    Tissue tissue_ = Tissue::air;
+    std::size_t next_ = 1;
+};
+
+}  // namespace
+
+std::vector<Segment> segmentsAlong(const patient::Patient& patient, const Vec3& entry_m, const Vec3& end_m) {
+    const Vec3 way = end_m - entry_m;
+    const double length_m = std::sqrt(glm::dot(way, way));
+    std::vector<Segment> segments;
+    patient::TrackFlags flags;
+    for (patient::VoxelWalk walk(patient.grid(), entry_m, end_m); !walk.done(); walk.next()) {
+        const patient::TissueSample x = patient.at(walk.voxel(), flags);
+        flags = flagsAfterEntering(patient, x, flags);
+        if (segments.empty() || segments.back().tissue != x.tissue || segments.back().label != x.label) {
+            segments.push_back({walk.begin() * length_m, x.tissue, x.label});
+        }
+    }
+    return segments;
+}
+
+ExactForce solveExact(const patient::TissueTable& table, const std::vector<Segment>& segments, double length_m,
+                      const NeedleSettings& settings) {
+    return PathSolver(table, segments, length_m, settings).solve();
+}
+
+double ExactForce::at(double depth_m) const {
+    if (pieces.empty()) return 0.0;
+    auto after = std::upper_bound(pieces.begin(), pieces.end(), depth_m,
+                                  [](double depth, const ForcePiece& p) { return depth < p.begin_m; });
+    const ForcePiece& p = after == pieces.begin() ? pieces.front() : *(after - 1);
+    const double x = std::clamp(depth_m, p.begin_m, p.end_m) - p.begin_m;
+    return (p.c2_n_per_m2 * x + p.c1_n_per_m) * x + p.c0_n;
+}
+
+}  // namespace stylet::haptics

@@ -1,0 +1,53 @@
+// No allocation in 10,000 ticks, counted by a replaced operator new.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "haptics/devices/simulated.h"
+#include "tests/haptics/scripted.h"
+
+namespace {
+std::atomic<std::uint64_t> allocations{0};
+}
+
+void* operator new(std::size_t size) {
+    allocations.fetch_add(1, std::memory_order_relaxed);
+    if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
+    throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace stylet::haptics {
+namespace {
+
+TEST(Allocation, TenThousandTicksAllocateNothing) {
+    const patient::Package package = test::scriptedPackage();
+    const patient::Patient patient(package);
+    const Trace trace = test::scriptedTrace();
+    Simulation simulation(patient, {});
+    SimulatedDevice device(trace, 0);
+    LoopChannels channels;
+    LoopStats stats;
+    TickRecord record;
+    int punctures = 0;
+    EventRecord event;
+
+    const std::uint64_t before = allocations.load();
+    for (int i = 0; i < 10000; ++i) {
+        loopTick(simulation, device, channels, stats, std::int64_t(i % test::kScriptedTicks) * 1000000);
+        channels.records.pop(record);
+        while (channels.events.pop(event)) punctures += event.event.kind == NeedleEventKind::puncture;
+    }
+    EXPECT_EQ(allocations.load() - before, 0u);
+    EXPECT_GE(punctures, 3);
+
+    // The counter counts.
+    delete new int(1);
+    EXPECT_EQ(allocations.load() - before, 1u);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

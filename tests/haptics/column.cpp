@@ -1,0 +1,57 @@
+#include "tests/haptics/column.h"
+
+#include <cmath>
+
+#include "tests/support/phantom.h"
+
+namespace stylet::test {
+
+using patient::Vec3;
+
+patient::Package makeColumn(const Layers& layers, double pitch_m) {
+    std::vector<std::uint8_t> column;
+    for (const auto& [tissue, thickness_m] : layers) {
+        column.insert(column.end(), std::size_t(std::lround(thickness_m / pitch_m)), std::uint8_t(tissue));
+    }
+    patient::Package package;
+    package.tissues = tissueDefaults().tissues;
+    package.thresholds = tissueDefaults().thresholds;
+    package.label_table = tissueLabels();
+    const patient::Grid grid{
+        {int(column.size()), 1, 1}, {pitch_m, 0.08, 0.08}, {0.5 * pitch_m, 0.0, 0.0}};
+    package.ct = patient::CtVolume(grid, std::int16_t(-1000));
+    package.labels = patient::LabelVolume(grid);
+    package.labels.voxels = column;
+    return package;
+}
+
+void letBreathe(patient::Package& package, double travel_m) {
+    patient::BreathingModel& b = package.breathing;
+    b.a1_m = travel_m;
+    b.outside_share = 0.0;
+    b.z_low_m = -0.3, b.z_full_low_m = -0.2, b.z_full_high_m = 0.2, b.z_high_m = 0.3;
+    b.cavity = {{-0.3, 0.0, 0.0, 0.3, 0.3}, {0.3, 0.0, 0.0, 0.3, 0.3}};
+    b.signal = {4.0, 1.0};
+}
+
+void Hand::to(const Vec3& tip_m) {
+    haptics::NeedleEvents step;
+    haptics::stepNeedle(state, settings, patient, tip_m, axis, breath, step);
+    events.insert(events.end(), step.list.begin(), step.list.begin() + step.count);
+}
+
+void Hand::sweep(double x_m, double step_m) {
+    const Vec3 from = state.tip_deformed_m;
+    const int steps = std::max(1, int(std::ceil(std::fabs(x_m - from.x) / step_m)));
+    for (int i = 1; i <= steps; ++i) to({from.x + (x_m - from.x) * i / steps, from.y, from.z});
+}
+
+std::vector<haptics::NeedleEvent> Hand::of(haptics::NeedleEventKind kind) const {
+    std::vector<haptics::NeedleEvent> list;
+    for (const haptics::NeedleEvent& e : events) {
+        if (e.kind == kind) list.push_back(e);
+    }
+    return list;
+}
+
+}  // namespace stylet::test

@@ -1,0 +1,126 @@
+#include "haptics/exact.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/haptics/column.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::haptics {
+namespace {
+
+using enum Tissue;
+
+// Segments that begin with air down to 10 mm.
+std::vector<Segment> stack(const test::Layers& layers) {
+    std::vector<Segment> out{{0.0, air, 0}};
+    double x = 0.010;
+    for (const auto& [tissue, thickness] : layers) {
+        out.push_back({x, tissue, std::uint8_t(tissue)});
+        x += thickness;
+    }
+    return out;
+}
+
+ExactForce solve(const test::Layers& layers, const NeedleSettings& settings = {}) {
+    return solveExact(test::tissueDefaults().tissues, stack(layers), 0.120, settings);
+}
+
+ExactEvent event(const ExactForce& exact, NeedleEventKind kind, Tissue tissue) {
+    for (const ExactEvent& e : exact.events) {
+        if (e.kind == kind && e.tissue == tissue) return e;
+    }
+    ADD_FAILURE() << "no such event into " << patient::tissueName(tissue);
+    return {};
+}
+
+void expectCut(const ExactForce& exact, Tissue into, double behind_m, double before_n, double after_n) {
+    const ExactEvent e = event(exact, NeedleEventKind::puncture, into);
+    EXPECT_NEAR(e.depth_m - e.border_depth_m, behind_m, 1e-9);
+    EXPECT_NEAR(e.force_before_n, before_n, 1e-9);
+    EXPECT_NEAR(exact.at(e.depth_m - 1e-12), before_n, 1e-7);
+    EXPECT_NEAR(exact.at(e.depth_m), after_n, 1e-9);
+}
+
+constexpr double kTable1_duct_m = 0.3 / 1000.0, kTable1_vessel_m = 0.15 / 1100.0;
+
+TEST(Exact, ClosedFormsOfTable1) {
+    const ExactForce e = solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.003}, {liver, 0.02}, {duct, 0.004},
+                                {liver, 0.01}, {vessel, 0.004}, {liver, 0.02}});
+    expectCut(e, skin, 0.000875, 0.7, 0.7);
+    expectCut(e, fascia, 0.0018, 2.5, 1.0);
+    expectCut(e, duct, kTable1_duct_m, 1.2, 0.5);
+    expectCut(e, vessel, kTable1_vessel_m, 1.05, 0.75);
+    for (const Tissue t : {soft, liver}) {
+        const ExactEvent in = event(e, NeedleEventKind::entry, t);
+        EXPECT_EQ(in.depth_m, in.border_depth_m);  // no cut
+    }
+    EXPECT_NEAR(event(e, NeedleEventKind::entry, liver).force_after_n, 0.9, 1e-9);
+    EXPECT_EQ(e.at(0.005), 0.0);
+}
+
+TEST(Exact, ThinFasciaFoldsIntoTheLiver) {
+    expectCut(solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.05}}), fascia, 0.0018, 2.5, 0.9);
+}
+
+TEST(Exact, FasciaLiverDuctInOneCut) {
+    const ExactForce e = solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.0005}, {duct, 0.005}, {liver, 0.05}});
+    const double border = 0.010 + 0.002 + 0.02;
+    expectCut(e, fascia, 0.0018, 2.5, 0.9);
+    const ExactEvent held = event(e, NeedleEventKind::border, duct);
+    EXPECT_NEAR(held.depth_m, border + 0.0018, 1e-9);
+    EXPECT_NEAR(held.force_before_n, 0.9, 1e-9);
+    const ExactEvent cut = event(e, NeedleEventKind::puncture, duct);
+    EXPECT_NEAR(cut.depth_m, border + 0.0018 + 0.0003, 1e-9);
+    EXPECT_NEAR(cut.force_before_n, 1.2, 1e-9);
+    EXPECT_NEAR(e.at(cut.depth_m), 0.5, 1e-9);
+}
+
+TEST(Exact, PiecesAreGapFreeAndJumpOnlyAtEvents) {
+    const ExactForce e = solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.02}, {duct, 0.004}, {bone, 0.01}});
+    EXPECT_EQ(e.pieces.front().begin_m, 0.0);
+    EXPECT_EQ(e.pieces.back().end_m, 0.120);
+    for (std::size_t i = 1; i < e.pieces.size(); ++i) {
+        const ForcePiece &a = e.pieces[i - 1], &b = e.pieces[i];
+        EXPECT_EQ(a.end_m, b.begin_m);
+        const double x = a.end_m - a.begin_m;
+        const double end_n = (a.c2_n_per_m2 * x + a.c1_n_per_m) * x + a.c0_n;
+        bool at_event = false;
+        for (const ExactEvent& v : e.events) {
+            at_event = at_event || (v.depth_m == b.begin_m && v.kind != NeedleEventKind::border);
+        }
+        if (at_event) continue;
+        EXPECT_NEAR(end_n, b.c0_n, 1e-12) << "at " << b.begin_m;
+    }
+}
+
+TEST(Exact, BoneRisesToTheModelsMaximum) {
+    const ExactForce e = solve({{skin, 0.002}, {soft, 0.01}, {bone, 0.05}});
+    EXPECT_NEAR(e.at(0.022 + 0.003), 0.7 + 6.0, 1e-9);
+    EXPECT_NEAR(e.at(0.120), 22.0, 1e-9);
+}
+
+TEST(Exact, APathThatBeginsInTissueMeetsItAtDepthZero) {
+    const ExactForce e = solveExact(test::tissueDefaults().tissues, {{0.0, skin, 1}, {0.003, soft, 2}}, 0.01, {});
+    const ExactEvent cut = event(e, NeedleEventKind::puncture, skin);
+    EXPECT_NEAR(cut.depth_m, 0.000875, 1e-12);
+}
+
+TEST(Exact, SegmentsFollowTheTrack) {
+    // Unlabelled bone of 250 HU is bone before the fascia and contrast-filled vessel (soft) behind it.
+    patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {soft, 0.01}});
+    for (const double x : {0.004, 0.020}) {
+        const patient::Index3 i = package.ct.grid.nearest({x, 0.0, 0.0});
+        package.ct[i] = 250;
+        package.labels[i] = 0;
+    }
+    const std::vector<Segment> segments =
+        segmentsAlong(patient::Patient(package), {-0.010, 0.0, 0.0}, {0.022, 0.0, 0.0});
+    std::vector<Tissue> tissues;
+    for (const Segment& s : segments) tissues.push_back(s.tissue);
+    EXPECT_EQ(tissues, (std::vector<Tissue>{air, skin, soft, bone, soft, fascia, soft, soft, soft}));
+    EXPECT_NEAR(segments[1].begin_m, 0.010, 1e-12);
+    EXPECT_EQ(segments[7].label, 0);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

@@ -1,0 +1,169 @@
+#include "haptics/loop.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <thread>
+
+#include "haptics/devices/simulated.h"
+#include "tests/haptics/scripted.h"
+
+namespace stylet::haptics {
+namespace {
+
+// Time stands still but for what the test lets pass.
+struct MockClock {
+    std::int64_t now = 1000000000;
+    std::int64_t call_ns = 5000;        // each look at the clock
+    std::uint64_t sleeps = 0, stop_after = 100, oversleep_at = 0;
+    std::int64_t oversleep_ns = 0;
+    LoopChannels* channels = nullptr;
+
+    Clock clock() {
+        return {this,
+                [](void* c) noexcept {
+                    MockClock& m = *static_cast<MockClock*>(c);
+                    return m.now += m.call_ns;
+                },
+                [](void* c, std::int64_t t) noexcept {
+                    MockClock& m = *static_cast<MockClock*>(c);
+                    m.now = std::max(m.now, t);
+                    if (++m.sleeps == m.oversleep_at) m.now += m.oversleep_ns;
+                    if (m.sleeps == m.stop_after) m.channels->stop.store(true);
+                }};
+    }
+};
+
+struct Bench {
+    Bench() : package(test::scriptedPackage()), patient(package), trace(test::scriptedTrace()) {}
+    patient::Package package;
+    patient::Patient patient;
+    Trace trace;
+};
+
+TEST(Loop, TicksOnTimeAndTimesItsStep) {
+    Bench b;
+    Simulation simulation(b.patient, {});
+    LoopChannels channels;
+    MockClock mock;
+    mock.channels = &channels;
+    SimulatedDevice device(b.trace, mock.now + mock.call_ns);
+    const LoopStats stats = runLoop(simulation, device, channels, mock.clock());
+    EXPECT_EQ(stats.ticks, 100u);
+    EXPECT_EQ(stats.late_ticks, 0u);
+    EXPECT_EQ(stats.faults, 0u);
+    EXPECT_NEAR(stats.max_step_us, 5.0, 1e-9);  // one look at this clock
+    TickRecord record;
+    for (std::uint64_t i = 1; i <= 100; ++i) {
+        ASSERT_TRUE(channels.records.pop(record));
+        EXPECT_EQ(record.output.tick, i);
+        std::size_t cursor = 0;
+        EXPECT_EQ(record.input.device.device_from_stylus.position_m,
+                  sampleAt(b.trace, std::int64_t(i - 1) * 1000000, cursor).device_from_stylus.position_m);
+    }
+    TickOutput latest;
+    EXPECT_TRUE(channels.latest.read(latest));
+    EXPECT_EQ(latest.tick, 100u);
+    EXPECT_EQ(latest.state_hash, record.output.state_hash);
+}
+
+TEST(Loop, ALateTickIsCountedNeverStretchedOrMadeUp) {
+    Bench b;
+    std::uint64_t hash = 0;
+    for (const std::int64_t oversleep_ns : {std::int64_t(0), std::int64_t(900000), std::int64_t(7300000)}) {
+        Simulation simulation(b.patient, {});
+        LoopChannels channels;
+        MockClock mock;
+        mock.channels = &channels;
+        mock.oversleep_at = 40;
+        mock.oversleep_ns = oversleep_ns;
+        SimulatedDevice device(b.trace, mock.now + mock.call_ns);
+        const std::int64_t began = mock.now;
+        const LoopStats stats = runLoop(simulation, device, channels, mock.clock());
+        EXPECT_EQ(stats.ticks, 100u);
+        EXPECT_EQ(stats.late_ticks, oversleep_ns > 1000000 ? 1u : 0u);
+        // The seven lost periods are gone; the ticks after them keep to the old deadlines' grid.
+        EXPECT_NEAR(double(mock.now - began), 100e6 + (oversleep_ns > 1000000 ? 7e6 : 0.0), 1e5);
+        if (oversleep_ns == 0) hash = simulation.state().hash.value();
+        EXPECT_EQ(simulation.state().hash.value(), hash);
+    }
+}
+
+TEST(Loop, CommandsAreTakenEightATickAndLoggedWithIt) {
+    Bench b;
+    Simulation simulation(b.patient, {});
+    LoopChannels channels;
+    LoopStats stats;
+    SimulatedDevice device(b.trace, 0);
+    for (std::uint32_t i = 0; i < 10; ++i) ASSERT_TRUE(channels.commands.push({CommandKind::marker, i}));
+    loopTick(simulation, device, channels, stats, 0);
+    loopTick(simulation, device, channels, stats, 1000000);
+    TickRecord first, second;
+    ASSERT_TRUE(channels.records.pop(first) && channels.records.pop(second));
+    EXPECT_EQ(first.input.command_count, 8u);
+    EXPECT_EQ(second.input.command_count, 2u);
+    EXPECT_EQ(second.input.commands[1].value, 9u);
+}
+
+TEST(Loop, AFullRingIsAFaultOfTheLoopAndNotOfTheState) {
+    Bench b;
+    Simulation simulation(b.patient, {});
+    LoopChannels channels;
+    LoopStats stats;
+    SimulatedDevice device(b.trace, 0);
+    for (int i = 0; i < 4096; ++i) loopTick(simulation, device, channels, stats, std::int64_t(i) * 1000000);
+    EXPECT_EQ(stats.faults, 0u);
+    loopTick(simulation, device, channels, stats, 4096000000);
+    EXPECT_EQ(stats.faults, kFaultRingFull);
+    EXPECT_EQ(channels.records.dropped(), 1u);
+    EXPECT_EQ(simulation.state().output.faults, 0u);
+    TickOutput latest;
+    channels.latest.read(latest);
+    EXPECT_EQ(latest.faults, kFaultRingFull);
+}
+
+TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
+    Bench b;
+    Simulation live(b.patient, {});
+    LoopChannels channels;
+    std::vector<TickRecord> records;
+    LoopStats stats;
+    std::atomic<std::uint64_t> taken{0};
+    std::thread loop([&] {
+        SimulatedDevice device(b.trace, 0);
+        for (int i = 0; i < test::kScriptedTicks; ++i) {
+            while (std::uint64_t(i) > taken.load() + 4000) std::this_thread::yield();
+            loopTick(live, device, channels, stats, std::int64_t(i) * 1000000);
+        }
+        channels.stop.store(true);
+    });
+    TickRecord record;
+    EventRecord event;
+    int events = 0, commands = 0;
+    while (!channels.stop.load()) {
+        if (commands < 2) commands += channels.commands.push({commands == 0 ? CommandKind::holdBreath : CommandKind::breathe, 0});
+        while (channels.records.pop(record)) records.push_back(record);
+        taken.store(records.size());
+        while (channels.events.pop(event)) ++events;
+        std::this_thread::yield();
+    }
+    loop.join();
+    while (channels.records.pop(record)) records.push_back(record);
+    while (channels.events.pop(event)) ++events;
+    EXPECT_GE(events, 3);
+
+    EXPECT_EQ(stats.faults, 0u);
+    Simulation replay(b.patient, {});
+    TickOutput out;
+    NeedleEvents again;
+    for (const TickRecord& r : records) {
+        replay.step(r.input, out, again);
+        ASSERT_EQ(out.state_hash, r.output.state_hash) << "tick " << out.tick;
+    }
+    EXPECT_EQ(out.state_hash, live.state().hash.value());
+}
+
+}  // namespace
+}  // namespace stylet::haptics

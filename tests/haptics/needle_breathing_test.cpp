@@ -1,0 +1,123 @@
+// The breath under the needle: forces read breathing, and only breathing, through the channel's point.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "haptics/needle.h"
+#include "tests/haptics/column.h"
+
+namespace stylet::haptics {
+namespace {
+
+using enum Tissue;
+using test::Hand;
+
+// Layers along x that breathe along z, needle along `axis`.
+struct Breathing {
+    explicit Breathing(double travel_m) {
+        package = test::makeColumn({{skin, 0.002}, {soft, 0.010}, {liver, 0.040}});
+        test::letBreathe(package, travel_m);
+    }
+    patient::Package package;
+};
+
+// 4 s of breath at 1 kHz, from end-exhale to end-exhale.
+template <typename PerTick>
+void breathe(Hand& hand, const PerTick& perTick) {
+    patient::BreathingState state;
+    for (int i = 0; i < 4000; ++i) {
+        patient::stepBreathing(state, hand.patient.package().breathing.signal, 0.001);
+        hand.breath = patient::surrogateAt(state, hand.patient.package().breathing.signal, 0.001);
+        hand.to(hand.state.tip_deformed_m);
+        perTick();
+    }
+}
+
+TEST(NeedleBreathing, AStillHandFeelsTheBreathAlongItsNeedle) {
+    const Breathing b(-0.004);
+    const patient::Patient patient(b.package);
+    Hand hand(patient);
+    hand.axis = Vec3(std::sqrt(0.75), 0.0, 0.5);  // 30 degrees up: half the breath is axial
+    for (int i = 0; i <= 300; ++i) hand.to(Vec3(-0.004, 0.0, 0.0) + hand.axis * (0.0001 * i));
+    ASSERT_EQ(hand.state.tissue, liver);
+    double lowest = hand.force(), highest = hand.force(), deepest = hand.state.depth_m;
+    const double began_n = hand.force(), began_m = hand.state.depth_m;
+    breathe(hand, [&] {
+        lowest = std::min(lowest, hand.force());
+        highest = std::max(highest, hand.force());
+        deepest = std::max(deepest, hand.state.depth_m);
+    });
+    EXPECT_NEAR(began_n, 0.9, 1e-9);
+    // The liver goes down by 4 mm, 2 mm of it against the needle's advance: it goes deeper, and back.
+    EXPECT_NEAR(deepest - began_m, 0.002, 1e-5);
+    EXPECT_NEAR(hand.state.depth_m, began_m, 1e-5);
+    EXPECT_NEAR(highest, 0.9, 1e-9);
+    EXPECT_NEAR(lowest, -0.9, 1e-9);  // pulled out relative to the tissue on the way back
+}
+
+TEST(NeedleBreathing, AStillHandInAStillPatientFeelsNoChange) {
+    const Breathing b(0.0);
+    const patient::Patient patient(b.package);
+    Hand hand(patient);
+    hand.to(-0.004);
+    hand.sweep(0.020);
+    const double began_n = hand.force();
+    const Vec3 channel = hand.state.channel_reference_m;
+    breathe(hand, [&] { ASSERT_EQ(hand.force(), began_n); });
+    EXPECT_EQ(hand.state.channel_reference_m, channel);
+}
+
+TEST(NeedleBreathing, AHeldBreathDoesNotLetTheChannelDrift) {
+    const Breathing b(-0.015);
+    const patient::Patient patient(b.package);
+    Hand hand(patient);
+    hand.breath = {0.7, 0.0};
+    hand.to(-0.004);
+    hand.sweep(0.020);
+    hand.to(hand.state.tip_deformed_m);
+    const Vec3 channel = hand.state.channel_reference_m;
+    const double began_n = hand.force();
+    for (int i = 0; i < 20000; ++i) hand.to(hand.state.tip_deformed_m);
+    const Vec3 d = hand.state.channel_reference_m - channel;
+    EXPECT_LT(std::sqrt(glm::dot(d, d)), 1e-9);
+    EXPECT_EQ(hand.force(), began_n);
+}
+
+TEST(NeedleBreathing, TheLiverSlidingPastIsCutSideways) {
+    const Breathing b(-0.015);
+    const patient::Patient patient(b.package);
+    Hand hand(patient);
+    hand.to(-0.004);
+    hand.sweep(0.020);  // across the breath
+    double most_n = 0.0;
+    breathe(hand, [&] {
+        const Vec3 f = needleForce(hand.state, hand.settings, hand.axis);
+        most_n = std::max(most_n, std::sqrt(f.y * f.y + f.z * f.z));
+        // Where the tissue is looked up is where it is, less the spring's reach.
+        const Vec3 back = patient::deformedFromReference(b.package.breathing, hand.breath, hand.state.channel_reference_m);
+        const Vec3 off = hand.state.tip_deformed_m - back;
+        ASSERT_LE(std::sqrt(glm::dot(off, off)), 0.5 / 150.0 + 1e-5);
+    });
+    EXPECT_NEAR(most_n, 0.5, 1e-9);
+    // 15 mm one way less the reach, then back over it from the other end.
+    const double reach = 0.5 / 150.0;
+    EXPECT_NEAR(hand.state.lateral_cut_m, (0.015 - reach) + (0.015 - 2.0 * reach), 1e-4);
+}
+
+TEST(NeedleBreathing, TheSkinComesToAStillHand) {
+    const Breathing b(0.0);
+    patient::Package package = b.package;
+    test::letBreathe(package, 0.004);
+    const patient::Patient patient(package);
+    // From below the column's end face (z < -40 mm), looking up: the liver comes down... and goes again.
+    Hand hand(patient);
+    hand.axis = {0.0, 0.0, -1.0};
+    hand.to({0.030, 0.0, 0.0401});
+    ASSERT_EQ(hand.state.phase, Phase::outside);
+    double most_n = 0.0;
+    breathe(hand, [&] { most_n = std::max(most_n, hand.force()); });
+    EXPECT_GT(most_n, 0.3 - 0.01);  // the liver's threshold, by breath alone
+}
+
+}  // namespace
+}  // namespace stylet::haptics

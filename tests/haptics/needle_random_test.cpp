@@ -1,0 +1,127 @@
+// The sampled solver against the exact one, for force tables and layers nobody chose.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/haptics/column.h"
+
+namespace stylet::haptics {
+namespace {
+
+using test::Hand;
+using Random = std::mt19937_64;
+
+double uniform(Random& random, double low, double high) {
+    return low + (high - low) * (double(random() >> 11) * 0x1p-53);
+}
+int below(Random& random, int n) { return int(random() % std::uint64_t(n)); }
+
+patient::TissueTable randomTable(Random& random) {
+    patient::TissueTable table{};
+    for (int t = 1; t < patient::kTissueCount; ++t) {
+        patient::TissueRow& row = table[std::size_t(t)];
+        row.cut_force_n = Tissue(t) == Tissue::bone ? HUGE_VAL : uniform(random, 0.05, 3.0);
+        row.friction_n = uniform(random, 0.05, 2.0);
+        row.stiffness_n_per_m = uniform(random, 300.0, 3000.0);
+        row.membrane = below(random, 3) == 0;
+    }
+    return table;
+}
+
+test::Layers randomLayers(Random& random) {
+    test::Layers layers;
+    for (int i = 0; i < 14; ++i) {
+        // Bone is rare, or few paths would get past it.
+        Tissue t = Tissue(below(random, patient::kTissueCount));
+        if (t == Tissue::bone && below(random, 4) != 0) t = Tissue::liver;
+        const int voxels = below(random, 3) == 0 ? 1 + below(random, 8) : 5 + below(random, 50);
+        layers.push_back({t, 0.0001 * voxels});
+    }
+    layers.push_back({Tissue::soft, 0.01});
+    return layers;
+}
+
+double distanceToEvent(const ExactForce& exact, double depth_m) {
+    double nearest = HUGE_VAL;
+    for (const ExactEvent& e : exact.events) nearest = std::min(nearest, std::fabs(e.depth_m - depth_m));
+    return nearest;
+}
+
+TEST(NeedleRandom, SampledEqualsExactForAThousandTables) {
+    constexpr double kBegin_m = -0.003;
+    std::size_t compared = 0, punctures = 0, pushed = 0;
+    for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        patient::Package package = test::makeColumn(randomLayers(random));
+        package.tissues = randomTable(random);
+        const patient::Patient patient(package);
+        Hand hand(patient);
+        hand.settings.a1_share = uniform(random, 0.0, 1.0);
+        hand.settings.cut_reach_m = 0.00153;  // off the layers' lattice
+
+        const double length_m = package.ct.grid.dims.x * 0.0001 - 0.001 - kBegin_m;
+        const Vec3 entry{kBegin_m, 0.0003, 0.0002}, end = entry + Vec3(length_m, 0.0, 0.0);
+        const ExactForce exact =
+            solveExact(package.tissues, segmentsAlong(patient, entry, end), length_m, hand.settings);
+
+        hand.to(entry);
+        double depth_m = 0.0, worst_n = 0.0;
+        while (depth_m < length_m) {
+            depth_m = std::min(length_m, depth_m + uniform(random, 0.0, 0.0003));
+            hand.to(entry + Vec3(depth_m, 0.0, 0.0));
+            if (distanceToEvent(exact, depth_m) < 1e-9) continue;
+            worst_n = std::max(worst_n, std::fabs(hand.force() - exact.at(depth_m)));
+            ++compared;
+        }
+        ASSERT_LT(worst_n, 1e-9);
+
+        // The depth of the track counts from the first border, that of the path from its entry.
+        ASSERT_EQ(hand.events.size(), exact.events.size());
+        const double skin_m = exact.events.empty() ? 0.0 : exact.events.front().border_depth_m;
+        for (std::size_t i = 0; i < exact.events.size(); ++i) {
+            const NeedleEvent& a = hand.events[i];
+            const ExactEvent& b = exact.events[i];
+            ASSERT_EQ(a.kind, b.kind) << "event " << i;
+            ASSERT_EQ(a.border.to, b.tissue);
+            ASSERT_EQ(a.border.to_label, b.label);
+            ASSERT_NEAR(a.border.depth_m + skin_m, b.border_depth_m, 1e-9);
+            ASSERT_NEAR(a.border.depth_m + a.tenting_m + skin_m, b.depth_m, 1e-9);
+            ASSERT_NEAR(a.force_before_n, b.force_before_n, 1e-9);
+            ASSERT_NEAR(a.force_after_n, b.force_after_n, 1e-9);
+            punctures += a.kind == NeedleEventKind::puncture;
+            pushed += a.kind == NeedleEventKind::border && a.tenting_m > 0.0;
+        }
+    }
+    // The draw covers what it is meant to.
+    EXPECT_GT(compared, 100000u);
+    EXPECT_GT(punctures, 1500u);
+    EXPECT_GT(pushed, 100u);
+}
+
+TEST(NeedleRandom, AnyHandKeepsTheForceFiniteAndBounded) {
+    for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+        Random random(seed);
+        patient::Package package = test::makeColumn(randomLayers(random));
+        test::letBreathe(package, 0.015);
+        const patient::Patient patient(package);
+        Hand hand(patient);
+        Vec3 tip{-0.003, 0.0, 0.0};
+        for (int i = 0; i < 5000; ++i) {
+            tip += Vec3(uniform(random, -0.0002, 0.0003), uniform(random, -0.0003, 0.0003),
+                        uniform(random, -0.0003, 0.0003));
+            if (tip.x > 0.04) tip.x = -0.003;
+            const Vec3 axis{1.0, uniform(random, -0.3, 0.3), uniform(random, -0.3, 0.3)};
+            hand.axis = axis / std::sqrt(glm::dot(axis, axis));
+            hand.breath = {uniform(random, 0.0, 1.0), 0.0};
+            hand.to(tip);
+            ASSERT_LE(std::fabs(hand.force()), hand.settings.max_force_n) << seed << ' ' << i;
+            ASSERT_LE(glm::dot(hand.state.lateral_m, hand.state.lateral_m), 0.00334 * 0.00334);
+            ASSERT_TRUE(hand.state.phase != Phase::outside || hand.force() == 0.0);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace stylet::haptics

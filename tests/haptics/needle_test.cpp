@@ -1,0 +1,359 @@
+#include "haptics/needle.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/haptics/column.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::haptics {
+namespace {
+
+using enum Tissue;
+using test::Hand;
+using test::Layers;
+using test::makeColumn;
+
+constexpr double kTravel_m = 0.00009;  // of one tick
+
+// A needle 5 mm before the layers' first border.
+struct Puncture {
+    explicit Puncture(const Layers& layers, double pitch_m = 0.0001)
+        : package(makeColumn(layers, pitch_m)), patient(package), hand(patient) {
+        hand.to(-0.005);
+    }
+    NeedleEvent only(NeedleEventKind kind, Tissue into) const {
+        std::vector<NeedleEvent> found;
+        for (const NeedleEvent& e : hand.of(kind)) {
+            if (e.border.to == into) found.push_back(e);
+        }
+        EXPECT_EQ(found.size(), 1u) << "into " << patient::tissueName(into);
+        return found.empty() ? NeedleEvent{} : found.front();
+    }
+    void expectCut(Tissue into, double behind_m, double before_n, double after_n) const {
+        const NeedleEvent cut = only(NeedleEventKind::puncture, into);
+        EXPECT_NEAR(cut.tenting_m, behind_m, 1e-9);
+        EXPECT_NEAR(cut.force_before_n, before_n, 1e-9);
+        EXPECT_NEAR(cut.force_after_n, after_n, 1e-9);
+        EXPECT_EQ(cut.role, patient.row(into).role);
+    }
+    patient::Package package;
+    patient::Patient patient;
+    Hand hand;
+};
+
+const Layers kTorso{{skin, 0.002}, {soft, 0.02}, {fascia, 0.003}, {liver, 0.03}, {duct, 0.004}, {liver, 0.02}};
+
+TEST(Needle, SkinCutsBehindItsSurface) {
+    Puncture p(kTorso);
+    p.hand.sweep(0.000875 - 1e-6);
+    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    EXPECT_EQ(p.hand.state.tissue, air);
+    EXPECT_NEAR(p.hand.force(), 0.7, 0.002);
+    p.hand.sweep(0.000875 + 1e-6);
+    EXPECT_EQ(p.hand.state.tissue, skin);
+    p.expectCut(skin, 0.000875, 0.7, 0.7);
+    EXPECT_EQ(p.only(NeedleEventKind::border, skin).force_before_n, 0.0);
+}
+
+TEST(Needle, ClosedFormsOfTable1) {
+    for (const double step : {0.000013, kTravel_m, 0.0007}) {
+        Puncture p({{skin, 0.002}, {soft, 0.02}, {fascia, 0.003}, {liver, 0.03}, {duct, 0.004}, {liver, 0.02},
+                    {vessel, 0.004}, {liver, 0.01}});
+        p.hand.sweep(0.090, step);
+        p.expectCut(skin, 0.000875, 0.7, 0.7);
+        p.expectCut(fascia, 0.0018, 2.5, 1.0);
+        p.expectCut(duct, 0.0003, 1.2, 0.5);
+        p.expectCut(vessel, 0.15 / 1100.0, 1.05, 0.75);
+        EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 4u);
+        const NeedleEvent fat = p.only(NeedleEventKind::entry, soft);
+        EXPECT_NEAR(fat.border.depth_m, 0.002, 1e-12);
+        EXPECT_NEAR(fat.force_after_n, 0.7, 1e-9);
+        EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
+    }
+}
+
+TEST(Needle, ForceBehindAFasciaThickOrThin) {
+    Puncture thick({{skin, 0.002}, {soft, 0.02}, {fascia, 0.002}, {liver, 0.03}});
+    thick.hand.sweep(0.022 + 0.0018 + 1e-6);
+    EXPECT_EQ(thick.hand.state.tissue, fascia);
+    EXPECT_NEAR(thick.hand.force(), 1.0, 1e-9);
+
+    Puncture thin({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.03}});
+    thin.hand.sweep(0.022 + 0.0018 + 1e-6);
+    EXPECT_EQ(thin.hand.state.tissue, liver);
+    EXPECT_NEAR(thin.hand.force(), 0.9, 1e-9);
+}
+
+TEST(Needle, FasciaLiverDuctInOneTick) {
+    Puncture p({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.0005}, {duct, 0.005}, {liver, 0.02}});
+    p.hand.sweep(0.0237);
+    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    p.hand.events.clear();
+    p.hand.to(0.0239);  // past the fascia's cut at 23.8 mm
+    ASSERT_EQ(p.hand.events.size(), 3u);
+    EXPECT_EQ(p.hand.events[0].kind, NeedleEventKind::puncture);
+    EXPECT_NEAR(p.hand.events[0].force_before_n, 2.5, 1e-9);
+    EXPECT_NEAR(p.hand.events[0].force_after_n, 1.0, 1e-9);
+    EXPECT_EQ(p.hand.events[1].border.to, liver);
+    EXPECT_NEAR(p.hand.events[1].force_after_n, 0.9, 1e-9);
+    EXPECT_EQ(p.hand.events[2].kind, NeedleEventKind::border);
+    EXPECT_NEAR(p.hand.state.hold.depth_m, 0.0001, 1e-9);
+    EXPECT_NEAR(p.hand.state.hold.a0_n, 0.9, 1e-9);
+    EXPECT_EQ(p.hand.state.tissue, liver);
+    p.hand.sweep(0.0238 + 0.0003 - 1e-6);
+    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    p.hand.sweep(0.0238 + 0.0003 + 1e-6);
+    EXPECT_EQ(p.hand.state.tissue, duct);
+    EXPECT_NEAR(p.hand.force(), 0.5, 1e-9);
+}
+
+TEST(Needle, APushedBorderLetsGoAndIsMetAgain) {
+    Puncture p({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.0005}, {duct, 0.005}, {liver, 0.02}});
+    p.hand.sweep(0.02385);
+    ASSERT_EQ(p.hand.state.hold.border.to, duct);
+    p.hand.sweep(0.0238);
+    EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
+    p.hand.sweep(0.0237);  // in the liver before it: the spring relaxes, the voxel is already duct
+    EXPECT_NEAR(p.hand.force(), 0.9 - 0.12, 1e-9);
+    EXPECT_EQ(p.hand.state.tissue, liver);
+    p.hand.sweep(0.0238);
+    EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
+    p.hand.sweep(0.0230);
+    EXPECT_EQ(p.hand.state.phase, Phase::pass);
+    p.hand.sweep(0.0242);
+    EXPECT_EQ(p.only(NeedleEventKind::puncture, duct).force_before_n, 1.2);
+}
+
+TEST(Needle, ArrivalIsContinuousAndTheTangentBounded) {
+    Puncture p(kTorso);
+    const double step = 1e-6;
+    double last = 0.0;
+    for (int i = 0; i < 60000; ++i) {
+        p.hand.events.clear();
+        p.hand.to(step * i);
+        bool jump = false;
+        for (const NeedleEvent& e : p.hand.events) jump = jump || e.kind != NeedleEventKind::border;
+        const double change = std::fabs(p.hand.force() - last);
+        last = p.hand.force();
+        if (jump) continue;
+        ASSERT_LE(change, 2.0 * 1200.0 * step) << "at " << i << " um";
+    }
+}
+
+TEST(Needle, TheShareOfA1DoesNotMoveACut) {
+    for (const double share : {0.0, 0.3, 0.7, 1.0}) {
+        Puncture p(kTorso);
+        p.hand.settings.a1_share = share;
+        p.hand.sweep(0.058, 0.00002);
+        p.expectCut(fascia, 0.0018, 2.5, 1.0);
+        p.expectCut(duct, 0.0003, 1.2, 0.5);
+    }
+}
+
+TEST(Needle, ReversalPassesZeroAndReachesFrictionWithinTwiceTheSpring) {
+    Puncture p(kTorso);
+    p.hand.sweep(0.040);
+    ASSERT_NEAR(p.hand.force(), 0.9, 1e-9);
+    const double l_max = 0.9 / 1200.0;
+    p.hand.sweep(0.040 - l_max);
+    EXPECT_NEAR(p.hand.force(), 0.0, 1e-9);
+    p.hand.sweep(0.040 - 2.0 * l_max);
+    EXPECT_NEAR(p.hand.force(), -0.9, 1e-9);
+    p.hand.sweep(0.035);
+    EXPECT_NEAR(p.hand.force(), -0.9, 1e-9);
+}
+
+TEST(Needle, WithdrawalHasNoHoldsAndEndsTheTrack) {
+    Puncture p(kTorso);
+    p.hand.sweep(0.058);
+    EXPECT_TRUE(p.hand.state.track.past_skin && p.hand.state.track.past_fascia);
+    p.hand.events.clear();
+    p.hand.sweep(0.0235);
+    EXPECT_TRUE(p.hand.state.track.past_fascia);
+    EXPECT_NEAR(p.hand.force(), -1.0, 1e-9);
+    p.hand.sweep(0.0215);
+    EXPECT_FALSE(p.hand.state.track.past_fascia);
+    EXPECT_TRUE(p.hand.state.track.past_skin);
+    EXPECT_NEAR(p.hand.force(), -0.7, 1e-9);
+    p.hand.sweep(0.001);
+    EXPECT_FALSE(p.hand.state.track.past_skin);
+    EXPECT_EQ(p.hand.state.phase, Phase::pass);
+    p.hand.sweep(-0.005);
+    ASSERT_EQ(p.hand.events.size(), 1u);
+    EXPECT_EQ(p.hand.events[0].kind, NeedleEventKind::withdrawn);
+    EXPECT_EQ(p.hand.state.phase, Phase::outside);
+    EXPECT_EQ(p.hand.force(), 0.0);
+    EXPECT_GT(p.hand.state.cut_count, 0);
+}
+
+TEST(Needle, TheSameHoleDoesNotHoldTwice) {
+    for (const auto& [aside_m, cuts] : {std::pair{0.0, 0u}, std::pair{0.0014, 0u}, std::pair{0.0016, 3u}}) {
+        Puncture p(kTorso);
+        p.hand.sweep(0.058);
+        p.hand.sweep(-0.005);
+        p.hand.events.clear();
+        p.hand.to({-0.005, 0.0003 + aside_m, 0.0002});
+        p.hand.sweep(0.058);
+        EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), cuts) << aside_m;
+        EXPECT_EQ(p.hand.of(NeedleEventKind::border).size(), cuts) << aside_m;
+    }
+}
+
+TEST(Needle, WithdrawingFromAHeldBorderFollowsTheCurveBack) {
+    Puncture p(kTorso);
+    std::vector<double> in;
+    p.hand.sweep(0.022);
+    for (int i = 0; i <= 17; ++i) {
+        p.hand.to(0.022 + 0.0001 * i);
+        in.push_back(p.hand.force());
+    }
+    for (int i = 17; i >= 0; --i) {
+        p.hand.to(0.022 + 0.0001 * i);
+        EXPECT_NEAR(p.hand.force(), in[std::size_t(i)], 1e-9);
+    }
+    p.hand.to(0.0219);
+    EXPECT_NEAR(p.hand.force(), 0.7 - 0.1, 1e-9);  // in fat again
+    EXPECT_EQ(p.hand.state.phase, Phase::pass);
+    EXPECT_TRUE(p.hand.of(NeedleEventKind::puncture).size() == 1u);  // the skin's
+}
+
+TEST(Needle, TouchingTheSkinIsNoTrack) {
+    Puncture p(kTorso);
+    p.hand.sweep(0.0005);
+    EXPECT_NEAR(p.hand.force(), 800.0 * 0.0005 * (0.5 + 0.5 * 0.0005 / 0.000875), 1e-9);
+    p.hand.sweep(-0.001);
+    EXPECT_EQ(p.hand.state.phase, Phase::outside);
+    EXPECT_EQ(p.hand.state.cut_count, 0);
+    EXPECT_TRUE(p.hand.of(NeedleEventKind::withdrawn).empty());
+    p.hand.sweep(0.0009);
+    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);
+}
+
+TEST(Needle, BoneIsNeverCut) {
+    Puncture p({{skin, 0.002}, {soft, 0.01}, {bone, 0.002}, {soft, 0.05}});
+    p.hand.sweep(0.012 + 0.003);  // past the far side of its voxels
+    EXPECT_NEAR(p.hand.force(), 0.7 + 6.0, 1e-9);
+    EXPECT_EQ(p.only(NeedleEventKind::border, bone).role, patient::Role::risk);
+    p.hand.sweep(0.050);
+    EXPECT_EQ(p.hand.force(), 22.0);
+    p.hand.sweep(0.012);
+    EXPECT_NEAR(p.hand.force(), 0.7, 1e-9);
+    p.hand.sweep(0.0118);
+    EXPECT_NEAR(p.hand.force(), 0.5, 1e-9);
+}
+
+TEST(Needle, BoneUnderAHeldFasciaGivesTheFasciaBack) {
+    Puncture p({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {bone, 0.01}});
+    p.hand.sweep(0.013);
+    const double at_bone = p.hand.force();
+    EXPECT_NEAR(at_bone, 0.7 + 500.0 * 0.001 + 1000.0 * 500.0 / 1.8 * 1e-6, 1e-9);
+    p.hand.sweep(0.015);
+    EXPECT_NEAR(p.hand.force(), at_bone + 4.0, 1e-9);
+    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's
+    p.hand.sweep(0.0125);
+    EXPECT_EQ(p.hand.state.hold.border.to, fascia);
+    EXPECT_NEAR(p.hand.force(), 0.7 + 500.0 * 0.0005 + 1000.0 * 500.0 / 1.8 * 0.25e-6, 1e-9);
+}
+
+TEST(Needle, AirInsideIsARiskWithoutForce) {
+    Puncture p({{skin, 0.002}, {soft, 0.01}, {air, 0.01}, {soft, 0.02}});
+    p.hand.sweep(0.015);
+    EXPECT_EQ(p.only(NeedleEventKind::entry, air).role, patient::Role::risk);
+    EXPECT_EQ(p.hand.force(), 0.0);
+    EXPECT_EQ(p.hand.state.phase, Phase::pass);
+    p.hand.sweep(0.013);  // withdrawing inside it is not leaving the skin
+    EXPECT_TRUE(p.hand.state.track.past_skin);
+    EXPECT_TRUE(p.hand.of(NeedleEventKind::withdrawn).empty());
+    p.hand.sweep(0.0225);  // its far wall holds like any fat met with no force
+    EXPECT_EQ(p.hand.state.phase, Phase::held);
+}
+
+TEST(Needle, AMembraneOfOneVoxelStaysHeld) {
+    Puncture p({{skin, 0.0001}, {soft, 0.02}, {fascia, 0.0001}, {liver, 0.02}});
+    p.hand.sweep(0.03);
+    p.expectCut(skin, 0.000875, 0.7, 0.7);
+    p.expectCut(fascia, 0.0018, 2.5, 1.0);
+}
+
+TEST(Needle, AThinTissueThatIsNoMembraneIsLeftOnItsFarSide) {
+    Puncture p({{skin, 0.002}, {soft, 0.01}, {liver, 0.01}, {duct, 0.0001}, {liver, 0.02}});
+    p.hand.sweep(0.0222);
+    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's
+    const NeedleEvent left = p.only(NeedleEventKind::entry, duct);
+    EXPECT_NEAR(left.force_before_n, 0.9 + 500.0 * 0.0001 + 1000.0 * 500.0 / 0.3 * 1e-8, 1e-9);
+    EXPECT_NEAR(left.force_after_n, 0.5, 1e-9);
+    EXPECT_NEAR(p.hand.force(), 0.5 + 1200.0 * 0.0001, 1e-9);
+}
+
+TEST(Needle, ManyBordersBehindOneMembraneAreCounted) {
+    Layers layers{{skin, 0.002}, {soft, 0.01}, {fascia, 0.0001}};
+    for (int i = 0; i < 15; ++i) layers.insert(layers.end(), {{liver, 0.00005}, {soft, 0.00005}});
+    layers.push_back({soft, 0.02});
+    Puncture fits(layers, 0.00005);
+    fits.hand.sweep(0.02);
+    EXPECT_TRUE(fits.hand.of(NeedleEventKind::overflow).empty());
+
+    layers.resize(3);
+    for (int i = 0; i < 17; ++i) layers.insert(layers.end(), {{liver, 0.00005}, {soft, 0.00005}});
+    Puncture over(layers, 0.00005);
+    over.hand.sweep(0.02);
+    EXPECT_EQ(over.hand.of(NeedleEventKind::overflow).size(), 2u);
+    EXPECT_NEAR(over.only(NeedleEventKind::puncture, fascia).force_before_n, 2.5, 1e-9);
+}
+
+TEST(Needle, ALabelOfTheSameTissueIsNoBorderForTheForce) {
+    patient::Package whole = makeColumn({{skin, 0.002}, {soft, 0.03}, {liver, 0.02}});
+    patient::Package parts = whole;
+    patient::Label kidney = test::tissueLabels()[std::size_t(soft) - 1];
+    kidney.id = 40, kidney.role = patient::Role::risk;
+    parts.label_table.push_back(kidney);
+    for (int i = 100; i < 320; ++i) parts.labels[{i, 0, 0}] = i < 200 ? std::uint8_t(40) : std::uint8_t(0);
+    for (int i = 200; i < 320; ++i) parts.ct[{i, 0, 0}] = 40;
+    const patient::Patient a(whole), b(parts);
+    Hand one(a), other(b);
+    one.to(-0.001), other.to(-0.001);
+    for (const double x : {0.0095, 0.0092, 0.015, 0.0147, 0.022, 0.019, 0.04}) {  // borders at +-0 N
+        for (Hand* h : {&one, &other}) h->sweep(x);
+        EXPECT_EQ(one.force(), other.force()) << x;
+    }
+    EXPECT_EQ(other.of(NeedleEventKind::entry)[1].border.to_label, 40);
+    EXPECT_EQ(other.of(NeedleEventKind::entry)[1].role, patient::Role::risk);
+}
+
+TEST(Needle, SidewaysTheSpringSaturatesAndTheChannelIsCut) {
+    Puncture p(kTorso);
+    p.hand.sweep(0.040);
+    const Vec3 tip = p.hand.state.tip_deformed_m;
+    p.hand.to(tip + Vec3(0.0, 0.002, 0.0));
+    EXPECT_NEAR(needleForce(p.hand.state, p.hand.settings, p.hand.axis).y, -0.3, 1e-9);
+    EXPECT_EQ(p.hand.state.lateral_cut_m, 0.0);
+    p.hand.to(tip + Vec3(0.0, 0.005, 0.0));
+    EXPECT_NEAR(needleForce(p.hand.state, p.hand.settings, p.hand.axis).y, -0.5, 1e-9);
+    EXPECT_NEAR(p.hand.state.lateral_cut_m, 0.005 - 0.5 / 150.0, 1e-9);
+    EXPECT_NEAR(p.hand.state.channel_reference_m.y, tip.y + 0.005 - 0.5 / 150.0, 1e-9);
+    p.hand.to(tip + Vec3(0.0, 0.003, 0.0));  // back inside the cut
+    EXPECT_NEAR(needleForce(p.hand.state, p.hand.settings, p.hand.axis).y, -0.5 + 0.3, 1e-9);
+    EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
+}
+
+TEST(Needle, BordersMetSidewaysAreHitsWithoutAHold) {
+    // The layers stand along x; the needle goes in along y (from the air at y < -40 mm) and is dragged along x.
+    const patient::Package package = makeColumn({{liver, 0.02}, {duct, 0.02}});
+    const patient::Patient patient(package);
+    Hand hand(patient);
+    hand.axis = {0.0, 1.0, 0.0};
+    hand.to({0.018, -0.045, 0.0});
+    for (int i = 0; i < 400; ++i) hand.to({0.018, -0.045 + 0.0001 * i, 0.0});
+    hand.events.clear();
+    for (int i = 0; i < 100; ++i) hand.to({0.018 + 0.0001 * i, -0.0051, 0.0});
+    ASSERT_EQ(hand.events.size(), 1u);
+    EXPECT_EQ(hand.events[0].kind, NeedleEventKind::sideways);
+    EXPECT_EQ(hand.events[0].role, patient::Role::target);
+    EXPECT_NEAR(hand.events[0].border.reference_m.x, 0.020, 1e-9);
+    EXPECT_EQ(hand.state.tissue, duct);
+    EXPECT_NEAR(hand.force(), 0.5, 1e-9);
+    EXPECT_NEAR(hand.state.lateral_cut_m, 0.0099 - 0.5 / 150.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

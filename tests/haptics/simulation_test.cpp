@@ -1,0 +1,196 @@
+#include "haptics/simulation.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <limits>
+
+#include "tests/haptics/scripted.h"
+
+namespace stylet::haptics {
+namespace {
+
+struct Outcome {
+    std::uint64_t hash = 0, ticks = 0;
+    int punctures = 0, withdrawn = 0;
+    double peak_n = 0.0;
+};
+
+Outcome play(const patient::Package& package, const SimulationSettings& settings = {},
+        const std::function<void(int, TickInput&)>& change = {}) {
+    const patient::Patient patient(package);
+    const Trace trace = test::scriptedTrace();
+    Simulation simulation(patient, settings);
+    Outcome result;
+    TickOutput out;
+    NeedleEvents events;
+    for (int i = 0; i < test::kScriptedTicks; ++i) {
+        TickInput input = test::scriptedInput(trace, i);
+        if (change) change(i, input);
+        simulation.step(input, out, events);
+        result.peak_n = std::max(result.peak_n, out.force_n);
+        for (int e = 0; e < events.count; ++e) {
+            result.punctures += events.list[std::size_t(e)].kind == NeedleEventKind::puncture;
+            result.withdrawn += events.list[std::size_t(e)].kind == NeedleEventKind::withdrawn;
+        }
+    }
+    result.hash = out.state_hash;
+    result.ticks = out.tick;
+    return result;
+}
+
+// The same on every compiler, build type and machine. Changed only with the model, and then on purpose.
+constexpr std::uint64_t kExpectedTick = 6000, kExpectedHash = 0x0ull;
+
+TEST(Simulation, TheScriptEndsInItsHash) {
+    const Outcome result = play(test::scriptedPackage());
+    EXPECT_EQ(result.punctures, 3);  // skin, fascia, duct
+    EXPECT_EQ(result.withdrawn, 1);
+    EXPECT_NEAR(result.peak_n, 2.5, 0.02);
+    EXPECT_EQ(result.ticks, kExpectedTick);
+    EXPECT_EQ(result.hash, kExpectedHash);
+    if (result.hash != kExpectedHash) {
+        std::printf("new pair: tick %llu, hash 0x%016llxull\n", static_cast<unsigned long long>(result.ticks),
+                    static_cast<unsigned long long>(result.hash));
+    }
+}
+
+TEST(Simulation, EveryBitOfTheFoldCounts) {
+    const patient::Package package = test::scriptedPackage();
+    const std::uint64_t hash = play(package).hash;
+    EXPECT_EQ(play(package).hash, hash);
+
+    const auto flipped = [](double v) { return std::bit_cast<double>(std::bit_cast<std::uint64_t>(v) ^ 1u); };
+    EXPECT_NE(play(package, {}, [&](int i, TickInput& in) {
+                  if (i == 777) in.device.device_from_stylus.position_m.x = flipped(in.device.device_from_stylus.position_m.x);
+              }).hash, hash);
+    EXPECT_NE(play(package, {}, [&](int i, TickInput& in) { if (i == 777) in.device.buttons = 1; }).hash, hash);
+    EXPECT_NE(play(package, {}, [&](int i, TickInput& in) {
+                  if (i == 777) in.commands[in.command_count++] = {CommandKind::marker, 3};
+              }).hash, hash);
+
+    SimulationSettings settings;
+    settings.seed = 1;
+    EXPECT_NE(play(package, settings).hash, hash);
+    settings = {};
+    settings.scenario_digest = 1;
+    EXPECT_NE(play(package, settings).hash, hash);
+    settings = {};
+    settings.needle.a1_share = flipped(settings.needle.a1_share);
+    EXPECT_NE(play(package, settings).hash, hash);
+
+    patient::Package other = package;
+    other.tissues[std::size_t(Tissue::vessel)].friction_n = flipped(0.75);  // on no path here
+    EXPECT_NE(play(other).hash, hash);
+    other = package;
+    other.ct.voxels[5] += 1;
+    EXPECT_NE(play(other).hash, hash);
+}
+
+TEST(Simulation, APoseThatCannotBeNeverReachesTheModel) {
+    const patient::Package package = test::scriptedPackage();
+    const patient::Patient patient(package);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const Pose bad[] = {{test::kAlongX, {nan, 0.0, 0.0}}, {test::kAlongX, {0.0, HUGE_VAL, 0.0}},
+                        {test::kAlongX, {0.0, 0.0, 11.0}}, {{nan, 0.0, 0.0, 0.0}, Vec3(0.0)},
+                        {{0.0, 0.0, 0.0, 0.0}, Vec3(0.0)}, {{1.1, 0.0, 0.0, 0.0}, Vec3(0.0)}};
+    for (const Pose& pose : bad) {
+        Simulation simulation(patient, {});
+        TickInput input;
+        TickOutput out;
+        NeedleEvents events;
+        input.device.device_from_stylus = pose;
+        simulation.step(input, out, events);  // before any good one
+        EXPECT_EQ(out.faults, kFaultNotFinite);
+        EXPECT_FALSE(simulation.state().needle.primed);
+
+        input.device.device_from_stylus = {test::kAlongX, {-0.001, 0.0, 0.0}};
+        input.command_count = 1;
+        input.commands[0] = {CommandKind::rearm, 0};
+        simulation.step(input, out, events);
+        EXPECT_EQ(out.faults, 0u);
+        input.command_count = 0;
+        for (int i = 0; i < 8; ++i) {
+            input.device.device_from_stylus.position_m.x += 0.0002;
+            simulation.step(input, out, events);
+        }
+        const double last_n = out.force_n;
+        EXPECT_GT(last_n, 0.0);
+        EXPECT_LT(out.sent_device_n.x, 0.0);
+        input.device.device_from_stylus = pose;
+        simulation.step(input, out, events);
+        EXPECT_NEAR(out.force_n, last_n, 1e-6);  // the model stays with the last good pose
+        EXPECT_EQ(out.sent_device_n, Vec3(0.0));
+        EXPECT_EQ(out.faults, kFaultNotFinite);
+    }
+}
+
+TEST(Simulation, ASilentDeviceIsAFaultAfterTwentyMilliseconds) {
+    const patient::Package package = test::scriptedPackage();
+    const patient::Patient patient(package);
+    Simulation simulation(patient, {});
+    TickInput input;
+    TickOutput out;
+    NeedleEvents events;
+    input.device.device_from_stylus = {test::kAlongX, {0.0005, 0.0, 0.0}};
+    simulation.step(input, out, events);
+    input.device.fresh = 0;
+    for (int i = 0; i < 19; ++i) simulation.step(input, out, events);
+    EXPECT_EQ(out.faults, 0u);
+    simulation.step(input, out, events);
+    EXPECT_EQ(out.faults, kFaultStaleInput);
+    EXPECT_EQ(out.sent_device_n, Vec3(0.0));
+    input.device.fresh = 1;
+    simulation.step(input, out, events);
+    EXPECT_EQ(out.faults, kFaultStaleInput);  // until re-armed
+    input.command_count = 1;
+    input.commands[0] = {CommandKind::rearm, 0};
+    simulation.step(input, out, events);
+    EXPECT_EQ(out.faults, 0u);
+}
+
+TEST(Simulation, ForcesReachTheDeviceInItsOwnFrame) {
+    const patient::Package package = test::makeColumn({{Tissue::liver, 0.05}});
+    const patient::Patient patient(package);
+    SimulationSettings settings;
+    settings.patient_from_device = {{0.70710678118654752, 0.0, 0.0, 0.70710678118654752}, {0.0, 0.01, 0.0}};
+    Simulation simulation(patient, settings);
+    const Pose device_from_patient = settings.patient_from_device.inverse();
+    TickInput input;
+    TickOutput out;
+    NeedleEvents events;
+    for (int i = 0; i < 200; ++i) {
+        input.device.device_from_stylus = device_from_patient * Pose{test::kAlongX, {-0.005 + 0.0001 * i, 0.0, 0.0}};
+        simulation.step(input, out, events);
+    }
+    EXPECT_NEAR(out.force_n, 0.9, 1e-9);
+    // Patient -x is device +y under a quarter turn about z.
+    EXPECT_NEAR(out.sent_device_n.y, simulation.gain() * 0.9, 1e-9);
+    EXPECT_NEAR(out.sent_device_n.x, 0.0, 1e-9);
+    EXPECT_NEAR(out.patient_from_needle.position_m.x, 0.0149, 1e-12);
+}
+
+TEST(Simulation, AHoldIsTakenAtEndExhale) {
+    const patient::Package package = test::scriptedPackage();
+    const patient::Patient patient(package);
+    Simulation simulation(patient, {});
+    TickInput input;
+    TickOutput out;
+    NeedleEvents events;
+    for (int i = 0; i < 1000; ++i) simulation.step(input, out, events);
+    input.command_count = 1;
+    input.commands[0] = {CommandKind::holdBreath, 0};
+    simulation.step(input, out, events);
+    input.command_count = 0;
+    EXPECT_FALSE(out.breath_held);
+    int waited = 0;
+    while (!out.breath_held && waited < 5000) simulation.step(input, out, events), ++waited;
+    EXPECT_NEAR(waited, 3000, 2);
+    EXPECT_EQ(out.breath.v, 0.0);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

@@ -1,5 +1,5 @@
-// Based on Mastmeyer et al. 2017, Algorithm 2 and Eqs. 1-8, from event to event: between two events the force is a
-// polynomial of the depth. Shares its formulas (hold.h) with the sampled solver, not its control flow.
+// Based on Mastmeyer et al. 2017, Algorithm 2 and Eqs. 1-8, from event to event: between two events the force
+// is a polynomial of the depth. Shares its formulas (hold.h) with the sampled solver, not its control flow.
 #include "haptics/exact.h"
 
 #include <algorithm>
@@ -94,7 +94,8 @@ class PathSolver {
                     return press(last);
                 }
                 enter(j, NeedleEventKind::entry);
-                for (; next_ < last; ++next_) enter(next_, NeedleEventKind::entry);
+                for (; next_ < last; ++next_)
+                    enter(next_, NeedleEventKind::entry);
                 return;
             }
             piece(std::min(cut_m, length_m_), curve.a1_n_per_m, curve.a2_n_per_m2, Phase::held);
@@ -105,12 +106,14 @@ class PathSolver {
         }
     }
 
-    // Meets the segments from next_ to `last`, all behind the tip, at the tip. True when one holds there: `j`.
+    // Meets the segments from next_ to `last`, all behind the tip, at the tip. True when one holds there:
+    // `j`.
     bool fold(std::size_t last, std::size_t& j) {
         while (next_ < last) {
             const std::size_t k = next_++;
             bool left_behind = false;
-            for (std::size_t m = k + 1; m < last; ++m) left_behind = left_behind || !sameTissueAsBefore(m);
+            for (std::size_t m = k + 1; m < last; ++m)
+                left_behind = left_behind || !sameTissueAsBefore(m);
             if (holds(k) && (row(k).membrane || !left_behind)) {
                 j = k;
                 return true;
@@ -139,7 +142,8 @@ class PathSolver {
     void enter(std::size_t j, NeedleEventKind kind) {
         const double before_n = f_n_;
         f_n_ = clampToFriction(row(j), f_n_);
-        if (!sameTissueAsBefore(j) && segments_[j].tissue != Tissue::air && !isCut(j)) cuts_.push_back(segments_[j]);
+        if (!sameTissueAsBefore(j) && segments_[j].tissue != Tissue::air && !isCut(j))
+            cuts_.push_back(segments_[j]);
         tissue_ = segments_[j].tissue;
         report(kind, j, before_n, f_n_);
     }
@@ -177,8 +181,8 @@ std::vector<Segment> segmentsAlong(const patient::Patient& patient, const Vec3& 
     return segments;
 }
 
-ExactForce solveExact(const patient::TissueTable& table, const std::vector<Segment>& segments, double length_m,
-                      const NeedleSettings& settings) {
+ExactForce solveExact(const patient::TissueTable& table, const std::vector<Segment>& segments,
+                      double length_m, const NeedleSettings& settings) {
     return PathSolver(table, segments, length_m, settings).solve();
 }
 

@@ -17,8 +17,7 @@ patient::Package makeColumn(const Layers& layers, double pitch_m) {
     package.tissues = tissueDefaults().tissues;
     package.thresholds = tissueDefaults().thresholds;
     package.label_table = tissueLabels();
-    const patient::Grid grid{
-        {int(column.size()), 1, 1}, {pitch_m, 0.08, 0.08}, {0.5 * pitch_m, 0.0, 0.0}};
+    const patient::Grid grid{{int(column.size()), 1, 1}, {pitch_m, 0.08, 0.08}, {0.5 * pitch_m, 0.0, 0.0}};
     package.ct = patient::CtVolume(grid, std::int16_t(-1000));
     package.labels = patient::LabelVolume(grid);
     package.labels.voxels = column;
@@ -43,7 +42,8 @@ void Hand::to(const Vec3& tip_m) {
 void Hand::sweep(double x_m, double step_m) {
     const Vec3 from = state.tip_deformed_m;
     const int steps = std::max(1, int(std::ceil(std::fabs(x_m - from.x) / step_m)));
-    for (int i = 1; i <= steps; ++i) to({from.x + (x_m - from.x) * i / steps, from.y, from.z});
+    for (int i = 1; i <= steps; ++i)
+        to({from.x + (x_m - from.x) * i / steps, from.y, from.z});
 }
 
 std::vector<haptics::NeedleEvent> Hand::of(haptics::NeedleEventKind kind) const {

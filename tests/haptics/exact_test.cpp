@@ -44,8 +44,14 @@ void expectCut(const ExactForce& exact, Tissue into, double behind_m, double bef
 constexpr double kTable1_duct_m = 0.3 / 1000.0, kTable1_vessel_m = 0.15 / 1100.0;
 
 TEST(Exact, ClosedFormsOfTable1) {
-    const ExactForce e = solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.003}, {liver, 0.02}, {duct, 0.004},
-                                {liver, 0.01}, {vessel, 0.004}, {liver, 0.02}});
+    const ExactForce e = solve({{skin, 0.002},
+                                {soft, 0.02},
+                                {fascia, 0.003},
+                                {liver, 0.02},
+                                {duct, 0.004},
+                                {liver, 0.01},
+                                {vessel, 0.004},
+                                {liver, 0.02}});
     expectCut(e, skin, 0.000875, 0.7, 0.7);
     expectCut(e, fascia, 0.0018, 2.5, 1.0);
     expectCut(e, duct, kTable1_duct_m, 1.2, 0.5);
@@ -63,7 +69,8 @@ TEST(Exact, ThinFasciaFoldsIntoTheLiver) {
 }
 
 TEST(Exact, FasciaLiverDuctInOneCut) {
-    const ExactForce e = solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.0005}, {duct, 0.005}, {liver, 0.05}});
+    const ExactForce e =
+        solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.0005}, {duct, 0.005}, {liver, 0.05}});
     const double border = 0.010 + 0.002 + 0.02;
     expectCut(e, fascia, 0.0018, 2.5, 0.9);
     const ExactEvent held = event(e, NeedleEventKind::border, duct);
@@ -76,7 +83,8 @@ TEST(Exact, FasciaLiverDuctInOneCut) {
 }
 
 TEST(Exact, PiecesAreGapFreeAndJumpOnlyAtEvents) {
-    const ExactForce e = solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.02}, {duct, 0.004}, {bone, 0.01}});
+    const ExactForce e =
+        solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.02}, {duct, 0.004}, {bone, 0.01}});
     EXPECT_EQ(e.pieces.front().begin_m, 0.0);
     EXPECT_EQ(e.pieces.back().end_m, 0.120);
     for (std::size_t i = 1; i < e.pieces.size(); ++i) {
@@ -100,7 +108,8 @@ TEST(Exact, BoneRisesToTheModelsMaximum) {
 }
 
 TEST(Exact, APathThatBeginsInTissueMeetsItAtDepthZero) {
-    const ExactForce e = solveExact(test::tissueDefaults().tissues, {{0.0, skin, 1}, {0.003, soft, 2}}, 0.01, {});
+    const ExactForce e =
+        solveExact(test::tissueDefaults().tissues, {{0.0, skin, 1}, {0.003, soft, 2}}, 0.01, {});
     const ExactEvent cut = event(e, NeedleEventKind::puncture, skin);
     EXPECT_NEAR(cut.depth_m, 0.000875, 1e-12);
 }
@@ -116,7 +125,8 @@ TEST(Exact, SegmentsFollowTheTrack) {
     const std::vector<Segment> segments =
         segmentsAlong(patient::Patient(package), {-0.010, 0.0, 0.0}, {0.022, 0.0, 0.0});
     std::vector<Tissue> tissues;
-    for (const Segment& s : segments) tissues.push_back(s.tissue);
+    for (const Segment& s : segments)
+        tissues.push_back(s.tissue);
     EXPECT_EQ(tissues, (std::vector<Tissue>{air, skin, soft, bone, soft, fascia, soft, soft, soft}));
     EXPECT_NEAR(segments[1].begin_m, 0.010, 1e-12);
     EXPECT_EQ(segments[7].label, 0);

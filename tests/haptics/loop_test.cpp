@@ -16,7 +16,7 @@ namespace {
 // Time stands still but for what the test lets pass.
 struct MockClock {
     std::int64_t now = 1000000000;
-    std::int64_t call_ns = 5000;        // each look at the clock
+    std::int64_t call_ns = 5000;  // each look at the clock
     std::uint64_t sleeps = 0, stop_after = 100, oversleep_at = 0;
     std::int64_t oversleep_ns = 0;
     LoopChannels* channels = nullptr;
@@ -97,7 +97,8 @@ TEST(Loop, CommandsAreTakenEightATickAndLoggedWithIt) {
     LoopChannels channels;
     LoopStats stats;
     SimulatedDevice device(b.trace, 0);
-    for (std::uint32_t i = 0; i < 10; ++i) ASSERT_TRUE(channels.commands.push({CommandKind::marker, i}));
+    for (std::uint32_t i = 0; i < 10; ++i)
+        ASSERT_TRUE(channels.commands.push({CommandKind::marker, i}));
     loopTick(simulation, device, channels, stats, 0);
     loopTick(simulation, device, channels, stats, 1000000);
     TickRecord first, second;
@@ -113,7 +114,8 @@ TEST(Loop, AFullRingIsAFaultOfTheLoopAndNotOfTheState) {
     LoopChannels channels;
     LoopStats stats;
     SimulatedDevice device(b.trace, 0);
-    for (int i = 0; i < 4096; ++i) loopTick(simulation, device, channels, stats, std::int64_t(i) * 1000000);
+    for (int i = 0; i < 4096; ++i)
+        loopTick(simulation, device, channels, stats, std::int64_t(i) * 1000000);
     EXPECT_EQ(stats.faults, 0u);
     loopTick(simulation, device, channels, stats, 4096000000);
     EXPECT_EQ(stats.faults, kFaultRingFull);
@@ -134,7 +136,8 @@ TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
     std::thread loop([&] {
         SimulatedDevice device(b.trace, 0);
         for (int i = 0; i < test::kScriptedTicks; ++i) {
-            while (std::uint64_t(i) > taken.load() + 4000) std::this_thread::yield();
+            while (std::uint64_t(i) > taken.load() + 4000)
+                std::this_thread::yield();
             loopTick(live, device, channels, stats, std::int64_t(i) * 1000000);
         }
         channels.stop.store(true);
@@ -143,15 +146,21 @@ TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
     EventRecord event;
     int events = 0, commands = 0;
     while (!channels.stop.load()) {
-        if (commands < 2) commands += channels.commands.push({commands == 0 ? CommandKind::holdBreath : CommandKind::breathe, 0});
-        while (channels.records.pop(record)) records.push_back(record);
+        if (commands < 2)
+            commands +=
+                channels.commands.push({commands == 0 ? CommandKind::holdBreath : CommandKind::breathe, 0});
+        while (channels.records.pop(record))
+            records.push_back(record);
         taken.store(records.size());
-        while (channels.events.pop(event)) ++events;
+        while (channels.events.pop(event))
+            ++events;
         std::this_thread::yield();
     }
     loop.join();
-    while (channels.records.pop(record)) records.push_back(record);
-    while (channels.events.pop(event)) ++events;
+    while (channels.records.pop(record))
+        records.push_back(record);
+    while (channels.events.pop(event))
+        ++events;
     EXPECT_GE(events, 3);
 
     EXPECT_EQ(stats.faults, 0u);

@@ -38,7 +38,8 @@ TEST(NeedleBreathing, AStillHandFeelsTheBreathAlongItsNeedle) {
     const patient::Patient patient(b.package);
     Hand hand(patient);
     hand.axis = Vec3(std::sqrt(0.75), 0.0, 0.5);  // 30 degrees up: half the breath is axial
-    for (int i = 0; i <= 300; ++i) hand.to(Vec3(-0.004, 0.0, 0.0) + hand.axis * (0.0001 * i));
+    for (int i = 0; i <= 300; ++i)
+        hand.to(Vec3(-0.004, 0.0, 0.0) + hand.axis * (0.0001 * i));
     ASSERT_EQ(hand.state.tissue, liver);
     double lowest = hand.force(), highest = hand.force(), deepest = hand.state.depth_m;
     const double began_n = hand.force(), began_m = hand.state.depth_m;
@@ -77,7 +78,8 @@ TEST(NeedleBreathing, AHeldBreathDoesNotLetTheChannelDrift) {
     hand.to(hand.state.tip_deformed_m);
     const Vec3 channel = hand.state.channel_reference_m;
     const double began_n = hand.force();
-    for (int i = 0; i < 20000; ++i) hand.to(hand.state.tip_deformed_m);
+    for (int i = 0; i < 20000; ++i)
+        hand.to(hand.state.tip_deformed_m);
     const Vec3 d = hand.state.channel_reference_m - channel;
     EXPECT_LT(std::sqrt(glm::dot(d, d)), 1e-9);
     EXPECT_EQ(hand.force(), began_n);
@@ -94,7 +96,8 @@ TEST(NeedleBreathing, TheLiverSlidingPastIsCutSideways) {
         const Vec3 f = needleForce(hand.state, hand.settings, hand.axis);
         most_n = std::max(most_n, std::sqrt(f.y * f.y + f.z * f.z));
         // Where the tissue is looked up is where it is, less the spring's reach.
-        const Vec3 back = patient::deformedFromReference(b.package.breathing, hand.breath, hand.state.channel_reference_m);
+        const Vec3 back =
+            patient::deformedFromReference(b.package.breathing, hand.breath, hand.state.channel_reference_m);
         const Vec3 off = hand.state.tip_deformed_m - back;
         ASSERT_LE(std::sqrt(glm::dot(off, off)), 0.5 / 150.0 + 1e-5);
     });

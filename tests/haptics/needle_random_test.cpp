@@ -15,7 +15,9 @@ using Random = std::mt19937_64;
 double uniform(Random& random, double low, double high) {
     return low + (high - low) * (double(random() >> 11) * 0x1p-53);
 }
-int below(Random& random, int n) { return int(random() % std::uint64_t(n)); }
+int below(Random& random, int n) {
+    return int(random() % std::uint64_t(n));
+}
 
 patient::TissueTable randomTable(Random& random) {
     patient::TissueTable table{};
@@ -44,7 +46,8 @@ test::Layers randomLayers(Random& random) {
 
 double distanceToEvent(const ExactForce& exact, double depth_m) {
     double nearest = HUGE_VAL;
-    for (const ExactEvent& e : exact.events) nearest = std::min(nearest, std::fabs(e.depth_m - depth_m));
+    for (const ExactEvent& e : exact.events)
+        nearest = std::min(nearest, std::fabs(e.depth_m - depth_m));
     return nearest;
 }
 

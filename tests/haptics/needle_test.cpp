@@ -41,7 +41,8 @@ struct Puncture {
     Hand hand;
 };
 
-const Layers kTorso{{skin, 0.002}, {soft, 0.02}, {fascia, 0.003}, {liver, 0.03}, {duct, 0.004}, {liver, 0.02}};
+const Layers kTorso{{skin, 0.002}, {soft, 0.02},  {fascia, 0.003},
+                    {liver, 0.03}, {duct, 0.004}, {liver, 0.02}};
 
 TEST(Needle, SkinCutsBehindItsSurface) {
     Puncture p(kTorso);
@@ -57,8 +58,14 @@ TEST(Needle, SkinCutsBehindItsSurface) {
 
 TEST(Needle, ClosedFormsOfTable1) {
     for (const double step : {0.000013, kTravel_m, 0.0007}) {
-        Puncture p({{skin, 0.002}, {soft, 0.02}, {fascia, 0.003}, {liver, 0.03}, {duct, 0.004}, {liver, 0.02},
-                    {vessel, 0.004}, {liver, 0.01}});
+        Puncture p({{skin, 0.002},
+                    {soft, 0.02},
+                    {fascia, 0.003},
+                    {liver, 0.03},
+                    {duct, 0.004},
+                    {liver, 0.02},
+                    {vessel, 0.004},
+                    {liver, 0.01}});
         p.hand.sweep(0.090, step);
         p.expectCut(skin, 0.000875, 0.7, 0.7);
         p.expectCut(fascia, 0.0018, 2.5, 1.0);
@@ -132,7 +139,8 @@ TEST(Needle, ArrivalIsContinuousAndTheTangentBounded) {
         p.hand.events.clear();
         p.hand.to(step * i);
         bool jump = false;
-        for (const NeedleEvent& e : p.hand.events) jump = jump || e.kind != NeedleEventKind::border;
+        for (const NeedleEvent& e : p.hand.events)
+            jump = jump || e.kind != NeedleEventKind::border;
         const double change = std::fabs(p.hand.force() - last);
         last = p.hand.force();
         if (jump) continue;
@@ -287,14 +295,17 @@ TEST(Needle, AThinTissueThatIsNoMembraneIsLeftOnItsFarSide) {
 
 TEST(Needle, ManyBordersBehindOneMembraneAreCounted) {
     Layers layers{{skin, 0.002}, {soft, 0.01}, {fascia, 0.0001}};
-    for (int i = 0; i < 15; ++i) layers.insert(layers.end(), {{liver, 0.00005}, {soft, 0.00005}});
+    for (int i = 0; i < 15; ++i)
+        layers.insert(layers.end(), {{liver, 0.00005}, {soft, 0.00005}});
     layers.push_back({soft, 0.02});
     Puncture fits(layers, 0.00005);
     fits.hand.sweep(0.02);
     EXPECT_TRUE(fits.hand.of(NeedleEventKind::overflow).empty());
 
     layers.resize(3);
-    for (int i = 0; i < 17; ++i) layers.insert(layers.end(), {{liver, 0.00005}, {soft, 0.00005}});
+    for (int i = 0; i < 17; ++i)
+        layers.insert(layers.end(), {{liver, 0.00005}, {soft, 0.00005}});
+    layers.push_back({soft, 0.02});
     Puncture over(layers, 0.00005);
     over.hand.sweep(0.02);
     EXPECT_EQ(over.hand.of(NeedleEventKind::overflow).size(), 2u);
@@ -307,13 +318,16 @@ TEST(Needle, ALabelOfTheSameTissueIsNoBorderForTheForce) {
     patient::Label kidney = test::tissueLabels()[std::size_t(soft) - 1];
     kidney.id = 40, kidney.role = patient::Role::risk;
     parts.label_table.push_back(kidney);
-    for (int i = 100; i < 320; ++i) parts.labels[{i, 0, 0}] = i < 200 ? std::uint8_t(40) : std::uint8_t(0);
-    for (int i = 200; i < 320; ++i) parts.ct[{i, 0, 0}] = 40;
+    for (int i = 100; i < 320; ++i)
+        parts.labels[{i, 0, 0}] = i < 200 ? std::uint8_t(40) : std::uint8_t(0);
+    for (int i = 200; i < 320; ++i)
+        parts.ct[{i, 0, 0}] = 40;
     const patient::Patient a(whole), b(parts);
     Hand one(a), other(b);
     one.to(-0.001), other.to(-0.001);
     for (const double x : {0.0095, 0.0092, 0.015, 0.0147, 0.022, 0.019, 0.04}) {  // borders at +-0 N
-        for (Hand* h : {&one, &other}) h->sweep(x);
+        for (Hand* h : {&one, &other})
+            h->sweep(x);
         EXPECT_EQ(one.force(), other.force()) << x;
     }
     EXPECT_EQ(other.of(NeedleEventKind::entry)[1].border.to_label, 40);
@@ -337,15 +351,18 @@ TEST(Needle, SidewaysTheSpringSaturatesAndTheChannelIsCut) {
 }
 
 TEST(Needle, BordersMetSidewaysAreHitsWithoutAHold) {
-    // The layers stand along x; the needle goes in along y (from the air at y < -40 mm) and is dragged along x.
+    // The layers stand along x; the needle goes in along y (from the air at y < -40 mm) and is dragged along
+    // x.
     const patient::Package package = makeColumn({{liver, 0.02}, {duct, 0.02}});
     const patient::Patient patient(package);
     Hand hand(patient);
     hand.axis = {0.0, 1.0, 0.0};
     hand.to({0.018, -0.045, 0.0});
-    for (int i = 0; i < 400; ++i) hand.to({0.018, -0.045 + 0.0001 * i, 0.0});
+    for (int i = 0; i < 400; ++i)
+        hand.to({0.018, -0.045 + 0.0001 * i, 0.0});
     hand.events.clear();
-    for (int i = 0; i < 100; ++i) hand.to({0.018 + 0.0001 * i, -0.0051, 0.0});
+    for (int i = 0; i < 100; ++i)
+        hand.to({0.018 + 0.0001 * i, -0.0051, 0.0});
     ASSERT_EQ(hand.events.size(), 1u);
     EXPECT_EQ(hand.events[0].kind, NeedleEventKind::sideways);
     EXPECT_EQ(hand.events[0].role, patient::Role::target);

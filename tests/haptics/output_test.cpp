@@ -55,7 +55,8 @@ TEST(Output, GainThenDeviceClamp) {
     EXPECT_NEAR(stepOutput(state, plain(), touch, 0.5, {0.0, 20.0, 0.0}, kDt_s).y, 3.3, 1e-12);
     EXPECT_TRUE(state.limited);
     state.model_n = {0.0, 30.0, 0.0};  // beyond the model's own largest force
-    EXPECT_NEAR(stepOutput(state, plain(), {"strong", 100.0, 1e4, ""}, 1.0, {0.0, 30.0, 0.0}, kDt_s).y, 22.0, 1e-12);
+    EXPECT_NEAR(stepOutput(state, plain(), {"strong", 100.0, 1e4, ""}, 1.0, {0.0, 30.0, 0.0}, kDt_s).y, 22.0,
+                1e-12);
 }
 
 TEST(Output, AForceThatIsNoNumberEndsInZeroAtTheRateLimit) {

@@ -72,7 +72,8 @@ TEST(Snapshot, TwoThreadsSeeWholeValuesInOrder) {
         Whole w;
         for (std::uint64_t i = 1; i <= kCount; ++i) {
             w.a = w.c = i;
-            for (std::uint64_t& b : w.b) b = i;
+            for (std::uint64_t& b : w.b)
+                b = i;
             snapshot.publish(w);
         }
     });
@@ -84,7 +85,8 @@ TEST(Snapshot, TwoThreadsSeeWholeValuesInOrder) {
             std::this_thread::yield();
             continue;
         }
-        for (const std::uint64_t b : seen.b) whole = whole && b == seen.a;
+        for (const std::uint64_t b : seen.b)
+            whole = whole && b == seen.a;
         whole = whole && seen.a == seen.c;
         ascending = ascending && seen.a > last;
         last = seen.a;

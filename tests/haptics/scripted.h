@@ -1,4 +1,5 @@
-// A scripted puncture of a small breathing patient: shared by the tests of the tick, the loop and the allocator.
+// A scripted puncture of a small breathing patient: shared by the tests of the tick, the loop and the
+// allocator.
 #pragma once
 
 #include "haptics/haptics.h"
@@ -8,8 +9,8 @@ namespace stylet::test {
 
 inline patient::Package scriptedPackage() {
     using enum patient::Tissue;
-    patient::Package package = makeColumn({{skin, 0.002}, {soft, 0.012}, {fascia, 0.001}, {liver, 0.02}, {duct, 0.004},
-                                           {liver, 0.01}});
+    patient::Package package = makeColumn(
+        {{skin, 0.002}, {soft, 0.012}, {fascia, 0.001}, {liver, 0.02}, {duct, 0.004}, {liver, 0.01}});
     letBreathe(package, -0.012);
     return package;
 }

@@ -7,11 +7,14 @@
 namespace stylet::haptics {
 namespace {
 
-Quat aboutZ(double radians) { return {std::cos(radians / 2), 0.0, 0.0, std::sin(radians / 2)}; }
+Quat aboutZ(double radians) {
+    return {std::cos(radians / 2), 0.0, 0.0, std::sin(radians / 2)};
+}
 
 Trace twoPoses() {
     Trace t;
-    t.samples = {{0, {aboutZ(0.0), {0.0, 0.0, 0.0}}, 1}, {10, {aboutZ(1.0), {1.0, 2.0, 0.0}}, 2},
+    t.samples = {{0, {aboutZ(0.0), {0.0, 0.0, 0.0}}, 1},
+                 {10, {aboutZ(1.0), {1.0, 2.0, 0.0}}, 2},
                  {20, {aboutZ(1.0), {1.0, 2.0, 4.0}}, 4}};
     return t;
 }

@@ -1,0 +1,119 @@
+// The OpenXR functions. Each checks every argument and handle, gives the specified result, and leaves the
+// work to files that trust their input. They run under the lock of their Call.
+#pragma once
+
+#include "call.h"
+
+namespace xrmock {
+
+constexpr XrVersion kApiVersion = XR_MAKE_VERSION(1, 0, 20);
+
+// The C entry that loaders get.
+XRAPI_ATTR XrResult XRAPI_CALL getInstanceProcAddr(XrInstance instance, const char* name,
+                                                   PFN_xrVoidFunction* function) noexcept;
+
+struct ExtensionEntry {
+    const char* name;
+    std::uint32_t version;
+};
+inline constexpr ExtensionEntry kExtensions[] = {
+    {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME, XR_KHR_vulkan_enable2_SPEC_VERSION},
+    {XR_EXT_DEBUG_UTILS_EXTENSION_NAME, XR_EXT_debug_utils_SPEC_VERSION},
+};
+
+// Instance and system
+XrResult enumerateApiLayerProperties(Call&, std::uint32_t, std::uint32_t*, XrApiLayerProperties*);
+XrResult enumerateInstanceExtensionProperties(Call&, const char*, std::uint32_t, std::uint32_t*,
+                                              XrExtensionProperties*);
+XrResult createInstance(Call&, const XrInstanceCreateInfo*, XrInstance*);
+XrResult destroyInstance(Call&, XrInstance);
+XrResult getInstanceProperties(Call&, XrInstance, XrInstanceProperties*);
+XrResult pollEvent(Call&, XrInstance, XrEventDataBuffer*);
+XrResult resultToString(Call&, XrInstance, XrResult, char*);
+XrResult structureTypeToString(Call&, XrInstance, XrStructureType, char*);
+XrResult stringToPath(Call&, XrInstance, const char*, XrPath*);
+XrResult pathToString(Call&, XrInstance, XrPath, std::uint32_t, std::uint32_t*, char*);
+XrResult getSystem(Call&, XrInstance, const XrSystemGetInfo*, XrSystemId*);
+XrResult getSystemProperties(Call&, XrInstance, XrSystemId, XrSystemProperties*);
+XrResult enumerateEnvironmentBlendModes(Call&, XrInstance, XrSystemId, XrViewConfigurationType, std::uint32_t,
+                                        std::uint32_t*, XrEnvironmentBlendMode*);
+XrResult enumerateViewConfigurations(Call&, XrInstance, XrSystemId, std::uint32_t, std::uint32_t*,
+                                     XrViewConfigurationType*);
+XrResult getViewConfigurationProperties(Call&, XrInstance, XrSystemId, XrViewConfigurationType,
+                                        XrViewConfigurationProperties*);
+XrResult enumerateViewConfigurationViews(Call&, XrInstance, XrSystemId, XrViewConfigurationType,
+                                         std::uint32_t, std::uint32_t*, XrViewConfigurationView*);
+
+// XR_KHR_vulkan_enable2
+XrResult createVulkanInstance(Call&, XrInstance, const XrVulkanInstanceCreateInfoKHR*, VkInstance*,
+                              VkResult*);
+XrResult createVulkanDevice(Call&, XrInstance, const XrVulkanDeviceCreateInfoKHR*, VkDevice*, VkResult*);
+XrResult getVulkanGraphicsDevice2(Call&, XrInstance, const XrVulkanGraphicsDeviceGetInfoKHR*,
+                                  VkPhysicalDevice*);
+XrResult getVulkanGraphicsRequirements2(Call&, XrInstance, XrSystemId, XrGraphicsRequirementsVulkanKHR*);
+
+// Session
+XrResult createSession(Call&, XrInstance, const XrSessionCreateInfo*, XrSession*);
+XrResult destroySession(Call&, XrSession);
+XrResult beginSession(Call&, XrSession, const XrSessionBeginInfo*);
+XrResult endSession(Call&, XrSession);
+XrResult requestExitSession(Call&, XrSession);
+
+// Spaces and views
+XrResult enumerateReferenceSpaces(Call&, XrSession, std::uint32_t, std::uint32_t*, XrReferenceSpaceType*);
+XrResult createReferenceSpace(Call&, XrSession, const XrReferenceSpaceCreateInfo*, XrSpace*);
+XrResult getReferenceSpaceBoundsRect(Call&, XrSession, XrReferenceSpaceType, XrExtent2Df*);
+XrResult createActionSpace(Call&, XrSession, const XrActionSpaceCreateInfo*, XrSpace*);
+XrResult locateSpace(Call&, XrSpace, XrSpace, XrTime, XrSpaceLocation*);
+XrResult destroySpace(Call&, XrSpace);
+XrResult locateViews(Call&, XrSession, const XrViewLocateInfo*, XrViewState*, std::uint32_t, std::uint32_t*,
+                     XrView*);
+
+// Swapchains
+XrResult enumerateSwapchainFormats(Call&, XrSession, std::uint32_t, std::uint32_t*, std::int64_t*);
+XrResult createSwapchain(Call&, XrSession, const XrSwapchainCreateInfo*, XrSwapchain*);
+XrResult destroySwapchain(Call&, XrSwapchain);
+XrResult enumerateSwapchainImages(Call&, XrSwapchain, std::uint32_t, std::uint32_t*,
+                                  XrSwapchainImageBaseHeader*);
+XrResult acquireSwapchainImage(Call&, XrSwapchain, const XrSwapchainImageAcquireInfo*, std::uint32_t*);
+XrResult waitSwapchainImage(Call&, XrSwapchain, const XrSwapchainImageWaitInfo*);
+XrResult releaseSwapchainImage(Call&, XrSwapchain, const XrSwapchainImageReleaseInfo*);
+
+// Frames
+XrResult waitFrame(Call&, XrSession, const XrFrameWaitInfo*, XrFrameState*);
+XrResult beginFrame(Call&, XrSession, const XrFrameBeginInfo*);
+XrResult endFrame(Call&, XrSession, const XrFrameEndInfo*);
+
+// Actions
+XrResult createActionSet(Call&, XrInstance, const XrActionSetCreateInfo*, XrActionSet*);
+XrResult destroyActionSet(Call&, XrActionSet);
+XrResult createAction(Call&, XrActionSet, const XrActionCreateInfo*, XrAction*);
+XrResult destroyAction(Call&, XrAction);
+XrResult suggestInteractionProfileBindings(Call&, XrInstance, const XrInteractionProfileSuggestedBinding*);
+XrResult attachSessionActionSets(Call&, XrSession, const XrSessionActionSetsAttachInfo*);
+XrResult getCurrentInteractionProfile(Call&, XrSession, XrPath, XrInteractionProfileState*);
+XrResult getActionStateBoolean(Call&, XrSession, const XrActionStateGetInfo*, XrActionStateBoolean*);
+XrResult getActionStateFloat(Call&, XrSession, const XrActionStateGetInfo*, XrActionStateFloat*);
+XrResult getActionStateVector2f(Call&, XrSession, const XrActionStateGetInfo*, XrActionStateVector2f*);
+XrResult getActionStatePose(Call&, XrSession, const XrActionStateGetInfo*, XrActionStatePose*);
+XrResult syncActions(Call&, XrSession, const XrActionsSyncInfo*);
+XrResult enumerateBoundSourcesForAction(Call&, XrSession, const XrBoundSourcesForActionEnumerateInfo*,
+                                        std::uint32_t, std::uint32_t*, XrPath*);
+XrResult getInputSourceLocalizedName(Call&, XrSession, const XrInputSourceLocalizedNameGetInfo*,
+                                     std::uint32_t, std::uint32_t*, char*);
+XrResult applyHapticFeedback(Call&, XrSession, const XrHapticActionInfo*, const XrHapticBaseHeader*);
+XrResult stopHapticFeedback(Call&, XrSession, const XrHapticActionInfo*);
+
+// XR_EXT_debug_utils
+XrResult setDebugUtilsObjectName(Call&, XrInstance, const XrDebugUtilsObjectNameInfoEXT*);
+XrResult createDebugUtilsMessenger(Call&, XrInstance, const XrDebugUtilsMessengerCreateInfoEXT*,
+                                   XrDebugUtilsMessengerEXT*);
+XrResult destroyDebugUtilsMessenger(Call&, XrDebugUtilsMessengerEXT);
+XrResult submitDebugUtilsMessage(Call&, XrInstance, XrDebugUtilsMessageSeverityFlagsEXT,
+                                 XrDebugUtilsMessageTypeFlagsEXT,
+                                 const XrDebugUtilsMessengerCallbackDataEXT*);
+XrResult sessionBeginDebugUtilsLabelRegion(Call&, XrSession, const XrDebugUtilsLabelEXT*);
+XrResult sessionEndDebugUtilsLabelRegion(Call&, XrSession);
+XrResult sessionInsertDebugUtilsLabel(Call&, XrSession, const XrDebugUtilsLabelEXT*);
+
+}  // namespace xrmock

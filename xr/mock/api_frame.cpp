@@ -1,0 +1,115 @@
+#include <chrono>
+
+#include "api.h"
+#include "capture.h"
+#include "layers.h"
+#include "objects.h"
+#include "verify.h"
+
+namespace xrmock {
+
+namespace {
+
+Session& runningSession(Call& call, XrSession handle) {
+    Session& session = call.live<Session>(handle);
+    require(session.progress.running, XR_ERROR_SESSION_NOT_RUNNING, "the session does not run");
+    return session;
+}
+
+// Null when the session has gone or stopped while a call was waiting without the lock.
+Session* stillRunning(std::uint64_t handle) {
+    auto* session = static_cast<Session*>(runtime().handles.find(handle));
+    return session != nullptr && session->progress.running ? session : nullptr;
+}
+
+// A frame may be waited for once the one before was begun.
+void waitForTurn(Call& call, std::uint64_t handle) {
+    runtime().changed.wait(call.lock, [&] {
+        const Session* session = stillRunning(handle);
+        return session == nullptr || (!session->frames.waiting && !session->frames.waited);
+    });
+}
+
+void sleepUntil(Call& call, std::uint64_t handle, std::int64_t wake_ns) {
+    const std::chrono::steady_clock::time_point wake{std::chrono::nanoseconds(wake_ns)};
+    runtime().changed.wait_until(call.lock, wake, [&] { return stillRunning(handle) == nullptr; });
+}
+
+void requireEnvironmentBlendMode(XrEnvironmentBlendMode mode) {
+    require(mode >= XR_ENVIRONMENT_BLEND_MODE_OPAQUE && mode <= XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND,
+            XR_ERROR_VALIDATION_FAILURE, "environmentBlendMode is no known value");
+    require(mode == XR_ENVIRONMENT_BLEND_MODE_OPAQUE, XR_ERROR_ENVIRONMENT_BLEND_MODE_UNSUPPORTED,
+            "only OPAQUE is offered");
+}
+
+// A capture that fails does not fail the frame: the application did nothing wrong.
+void captureIfAsked(Call& call, Session& session, const std::vector<SubImage>& eyes) {
+    if (session.capture_name.empty() || eyes.empty()) return;
+    try {
+        captureEyes(session, session.capture_name, eyes);
+    } catch (const Refused& refused) {
+        warn(call, "capture " + session.capture_name + ": " + refused.reason);
+    } catch (const std::exception& error) {
+        warn(call, "capture " + session.capture_name + ": " + error.what());
+    }
+    session.capture_name.clear();
+}
+
+}  // namespace
+
+XrResult waitFrame(Call& call, XrSession handle, const XrFrameWaitInfo* info, XrFrameState* state) {
+    Session* session = &runningSession(call, handle);
+    if (info != nullptr) requireStruct(info, XR_TYPE_FRAME_WAIT_INFO);
+    requireStruct(state, XR_TYPE_FRAME_STATE);
+    const std::uint64_t number = session->handle;
+    waitForTurn(call, number);
+    session = &runningSession(call, handle);
+
+    Instance& instance = session->instance;
+    const std::int64_t period_ns = refreshPeriod_ns(instance.script);
+    const FramePlan plan = planFrame(session->frames, instance.clock, monotonicNow_ns(), period_ns);
+    session->frames.waiting = true;
+    if (!instance.clock.is_virtual) sleepUntil(call, number, plan.wake_ns);
+    session = &runningSession(call, handle);
+
+    session->frames.waiting = false;
+    session->frames.waited = true;
+    session->frames.last_display_ns = plan.display_ns;
+    session->instance.statistics.missed += plan.missed;
+    if (session->instance.clock.is_virtual) session->instance.clock.virtual_now_ns = plan.display_ns;
+    state->predictedDisplayTime = plan.display_ns;
+    state->predictedDisplayPeriod = period_ns;
+    state->shouldRender = session->progress.state == XR_SESSION_STATE_VISIBLE ||
+                          session->progress.state == XR_SESSION_STATE_FOCUSED;
+    return XR_SUCCESS;
+}
+
+XrResult beginFrame(Call& call, XrSession handle, const XrFrameBeginInfo* info) {
+    Session& session = runningSession(call, handle);
+    if (info != nullptr) requireStruct(info, XR_TYPE_FRAME_BEGIN_INFO);
+    require(session.frames.waited, XR_ERROR_CALL_ORDER_INVALID, "no frame was waited for");
+    const bool discarded = session.frames.begun;
+    if (discarded) ++session.instance.statistics.discarded;
+    session.frames.waited = false;
+    session.frames.begun = true;
+    runtime().changed.notify_all();
+    return discarded ? XR_FRAME_DISCARDED : XR_SUCCESS;
+}
+
+XrResult endFrame(Call& call, XrSession handle, const XrFrameEndInfo* info) {
+    Session& session = runningSession(call, handle);
+    requireStruct(info, XR_TYPE_FRAME_END_INFO);
+    require(session.frames.begun, XR_ERROR_CALL_ORDER_INVALID, "no frame was begun");
+    requireTime(info->displayTime);
+    requireEnvironmentBlendMode(info->environmentBlendMode);
+    captureIfAsked(call, session, checkLayers(call, session, *info));
+
+    session.frames.begun = false;
+    session.progress.frame_ended = true;
+    ++session.frames_submitted;
+    ++session.instance.statistics.submitted;
+    advance(session, session.instance.clock.now(call.now_ns), true);
+    return XR_SUCCESS;
+}
+
+}  // namespace xrmock

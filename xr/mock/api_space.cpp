@@ -1,0 +1,136 @@
+#include <array>
+#include <memory>
+
+#include "api.h"
+#include "objects.h"
+#include "spaces.h"
+#include "two_call.h"
+#include "verify.h"
+
+namespace xrmock {
+
+namespace {
+
+constexpr std::array kReferenceSpaces{XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
+                                      XR_REFERENCE_SPACE_TYPE_STAGE};
+
+constexpr XrSpaceLocationFlags kLocated =
+    XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT |
+    XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
+
+void requireReferenceSpace(XrReferenceSpaceType type) {
+    const bool offered =
+        std::find(kReferenceSpaces.begin(), kReferenceSpaces.end(), type) != kReferenceSpaces.end();
+    const bool known = offered || type == XR_REFERENCE_SPACE_TYPE_UNBOUNDED_MSFT ||
+                       type == XR_REFERENCE_SPACE_TYPE_COMBINED_EYE_VARJO;
+    require(known, XR_ERROR_VALIDATION_FAILURE, "the reference space type is no known value");
+    require(offered, XR_ERROR_REFERENCE_SPACE_UNSUPPORTED, "only VIEW, LOCAL and STAGE are offered");
+}
+
+XrVector3f vectorOf(const Vec3& v) {
+    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+}  // namespace
+
+XrResult enumerateReferenceSpaces(Call& call, XrSession handle, std::uint32_t capacity, std::uint32_t* count,
+                                  XrReferenceSpaceType* types) {
+    call.live<Session>(handle);
+    return twoCall(capacity, count, types, kReferenceSpaces);
+}
+
+XrResult createReferenceSpace(Call& call, XrSession handle, const XrReferenceSpaceCreateInfo* info,
+                              XrSpace* out) {
+    Session& session = call.live<Session>(handle);
+    requireStruct(info, XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
+    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "space is null");
+    requireReferenceSpace(info->referenceSpaceType);
+    require(isValid(info->poseInReferenceSpace), XR_ERROR_POSE_INVALID, "poseInReferenceSpace is not a pose");
+    auto space = std::make_unique<Space>(session);
+    space->reference = info->referenceSpaceType;
+    space->origin_from_space = fromXr(info->poseInReferenceSpace);
+    *out = handleOf<XrSpace>(call.create(std::move(space), &session));
+    return XR_SUCCESS;
+}
+
+XrResult getReferenceSpaceBoundsRect(Call& call, XrSession handle, XrReferenceSpaceType type,
+                                     XrExtent2Df* bounds) {
+    const Session& session = call.live<Session>(handle);
+    require(bounds != nullptr, XR_ERROR_VALIDATION_FAILURE, "bounds is null");
+    requireReferenceSpace(type);
+    *bounds = {0, 0};
+    if (type != XR_REFERENCE_SPACE_TYPE_STAGE) return XR_SPACE_BOUNDS_UNAVAILABLE;
+    const auto& size_m = session.instance.script.stage_bounds_m;
+    *bounds = {static_cast<float>(size_m[0]), static_cast<float>(size_m[1])};
+    return XR_SUCCESS;
+}
+
+XrResult createActionSpace(Call& call, XrSession handle, const XrActionSpaceCreateInfo* info, XrSpace* out) {
+    Session& session = call.live<Session>(handle);
+    requireStruct(info, XR_TYPE_ACTION_SPACE_CREATE_INFO);
+    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "space is null");
+    const Action& action = call.live<Action>(info->action);
+    require(action.action_type == XR_ACTION_TYPE_POSE_INPUT, XR_ERROR_ACTION_TYPE_MISMATCH,
+            "only a pose action has a space");
+    requireSubaction(session.instance, action, info->subactionPath);
+    require(isValid(info->poseInActionSpace), XR_ERROR_POSE_INVALID, "poseInActionSpace is not a pose");
+    auto space = std::make_unique<Space>(session);
+    space->action = action.handle;
+    space->subaction_path = info->subactionPath;
+    space->origin_from_space = fromXr(info->poseInActionSpace);
+    *out = handleOf<XrSpace>(call.create(std::move(space), &session));
+    return XR_SUCCESS;
+}
+
+XrResult locateSpace(Call& call, XrSpace space_handle, XrSpace base_handle, XrTime time,
+                     XrSpaceLocation* location) {
+    const Space& space = call.live<Space>(space_handle);
+    const Space& base = call.live<Space>(base_handle);
+    requireStruct(location, XR_TYPE_SPACE_LOCATION);
+    requireTime(time);
+    require(&space.session == &base.session, XR_ERROR_VALIDATION_FAILURE,
+            "the spaces are of different sessions");
+    auto* velocity =
+        const_cast<XrSpaceVelocity*>(findInChain<XrSpaceVelocity>(location->next, XR_TYPE_SPACE_VELOCITY));
+    const std::optional<Pose> base_from_space = baseFromSpace(base, space, time);
+    location->locationFlags = base_from_space ? kLocated : 0;
+    location->pose = toXr(base_from_space.value_or(Pose{}));
+    if (velocity == nullptr) return XR_SUCCESS;
+    const std::optional<Velocity> motion = velocityInBase(base, space, time);
+    velocity->velocityFlags = motion
+                                  ? XR_SPACE_VELOCITY_LINEAR_VALID_BIT | XR_SPACE_VELOCITY_ANGULAR_VALID_BIT
+                                  : XrSpaceVelocityFlags{0};
+    velocity->linearVelocity = vectorOf(motion ? motion->linear_m_per_s : Vec3{});
+    velocity->angularVelocity = vectorOf(motion ? motion->angular_rad_per_s : Vec3{});
+    return XR_SUCCESS;
+}
+
+XrResult destroySpace(Call& call, XrSpace handle) {
+    runtime().handles.destroy(call.live<Space>(handle));
+    return XR_SUCCESS;
+}
+
+XrResult locateViews(Call& call, XrSession handle, const XrViewLocateInfo* info, XrViewState* state,
+                     std::uint32_t capacity, std::uint32_t* count, XrView* views) {
+    const Session& session = call.live<Session>(handle);
+    requireStruct(info, XR_TYPE_VIEW_LOCATE_INFO);
+    requireStruct(state, XR_TYPE_VIEW_STATE);
+    requireViewConfiguration(info->viewConfigurationType);
+    requireTime(info->displayTime);
+    const Space& base = call.live<Space>(info->space);
+    require(&base.session == &session, XR_ERROR_VALIDATION_FAILURE, "the space is of another session");
+    const std::optional<Pose> stage_from_base = stageFromSpace(base, info->displayTime);
+    state->viewStateFlags =
+        stage_from_base ? XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT |
+                              XR_VIEW_STATE_ORIENTATION_TRACKED_BIT | XR_VIEW_STATE_POSITION_TRACKED_BIT
+                        : XrViewStateFlags{0};
+    const std::array<Pose, 2> stage_from_eyes = stageFromEyes(session.instance, info->displayTime);
+    constexpr std::array<std::size_t, 2> kEyes{0, 1};
+    checkElements(capacity, views, kEyes.size(), XR_TYPE_VIEW);
+    return twoCall(capacity, count, views, kEyes, [&](std::size_t eye, XrView& view) {
+        view.pose = toXr(stage_from_base ? inverse(*stage_from_base) * stage_from_eyes[eye] : Pose{});
+        view.fov = session.instance.script.eye_fov[eye];
+    });
+}
+
+}  // namespace xrmock

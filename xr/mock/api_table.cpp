@@ -1,0 +1,141 @@
+// From names to C entries: every entry takes the lock, catches everything and delivers the debug messages.
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+
+#include "api.h"
+#include "objects.h"
+
+namespace xrmock {
+
+namespace {
+
+template <std::size_t kSize>
+struct Name {
+    constexpr Name(const char (&literal)[kSize]) { std::copy_n(literal, kSize, text); }
+    char text[kSize];
+};
+
+template <Name kName, auto kFunction>
+struct Entry;
+template <Name kName, class... Arguments, XrResult (*kFunction)(Call&, Arguments...)>
+struct Entry<kName, kFunction> {
+    static XRAPI_ATTR XrResult XRAPI_CALL call(Arguments... arguments) noexcept {
+        return guard(kName.text, [&](Call& context) { return kFunction(context, arguments...); });
+    }
+};
+
+struct Row {
+    const char* name;
+    const char* extension;  // null: core
+    PFN_xrVoidFunction function;
+};
+
+template <Name kName, auto kFunction>
+Row row(const char* extension = nullptr) {
+    return {kName.text, extension, reinterpret_cast<PFN_xrVoidFunction>(&Entry<kName, kFunction>::call)};
+}
+
+constexpr const char* kVulkan = XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME;
+constexpr const char* kDebug = XR_EXT_DEBUG_UTILS_EXTENSION_NAME;
+
+const Row kRows[] = {
+    {"xrGetInstanceProcAddr", nullptr, reinterpret_cast<PFN_xrVoidFunction>(&getInstanceProcAddr)},
+    row<"xrEnumerateApiLayerProperties", enumerateApiLayerProperties>(),
+    row<"xrEnumerateInstanceExtensionProperties", enumerateInstanceExtensionProperties>(),
+    row<"xrCreateInstance", createInstance>(),
+    row<"xrDestroyInstance", destroyInstance>(),
+    row<"xrGetInstanceProperties", getInstanceProperties>(),
+    row<"xrPollEvent", pollEvent>(),
+    row<"xrResultToString", resultToString>(),
+    row<"xrStructureTypeToString", structureTypeToString>(),
+    row<"xrStringToPath", stringToPath>(),
+    row<"xrPathToString", pathToString>(),
+    row<"xrGetSystem", getSystem>(),
+    row<"xrGetSystemProperties", getSystemProperties>(),
+    row<"xrEnumerateEnvironmentBlendModes", enumerateEnvironmentBlendModes>(),
+    row<"xrEnumerateViewConfigurations", enumerateViewConfigurations>(),
+    row<"xrGetViewConfigurationProperties", getViewConfigurationProperties>(),
+    row<"xrEnumerateViewConfigurationViews", enumerateViewConfigurationViews>(),
+    row<"xrCreateSession", createSession>(),
+    row<"xrDestroySession", destroySession>(),
+    row<"xrBeginSession", beginSession>(),
+    row<"xrEndSession", endSession>(),
+    row<"xrRequestExitSession", requestExitSession>(),
+    row<"xrEnumerateReferenceSpaces", enumerateReferenceSpaces>(),
+    row<"xrCreateReferenceSpace", createReferenceSpace>(),
+    row<"xrGetReferenceSpaceBoundsRect", getReferenceSpaceBoundsRect>(),
+    row<"xrCreateActionSpace", createActionSpace>(),
+    row<"xrLocateSpace", locateSpace>(),
+    row<"xrDestroySpace", destroySpace>(),
+    row<"xrLocateViews", locateViews>(),
+    row<"xrEnumerateSwapchainFormats", enumerateSwapchainFormats>(),
+    row<"xrCreateSwapchain", createSwapchain>(),
+    row<"xrDestroySwapchain", destroySwapchain>(),
+    row<"xrEnumerateSwapchainImages", enumerateSwapchainImages>(),
+    row<"xrAcquireSwapchainImage", acquireSwapchainImage>(),
+    row<"xrWaitSwapchainImage", waitSwapchainImage>(),
+    row<"xrReleaseSwapchainImage", releaseSwapchainImage>(),
+    row<"xrWaitFrame", waitFrame>(),
+    row<"xrBeginFrame", beginFrame>(),
+    row<"xrEndFrame", endFrame>(),
+    row<"xrCreateActionSet", createActionSet>(),
+    row<"xrDestroyActionSet", destroyActionSet>(),
+    row<"xrCreateAction", createAction>(),
+    row<"xrDestroyAction", destroyAction>(),
+    row<"xrSuggestInteractionProfileBindings", suggestInteractionProfileBindings>(),
+    row<"xrAttachSessionActionSets", attachSessionActionSets>(),
+    row<"xrGetCurrentInteractionProfile", getCurrentInteractionProfile>(),
+    row<"xrGetActionStateBoolean", getActionStateBoolean>(),
+    row<"xrGetActionStateFloat", getActionStateFloat>(),
+    row<"xrGetActionStateVector2f", getActionStateVector2f>(),
+    row<"xrGetActionStatePose", getActionStatePose>(),
+    row<"xrSyncActions", syncActions>(),
+    row<"xrEnumerateBoundSourcesForAction", enumerateBoundSourcesForAction>(),
+    row<"xrGetInputSourceLocalizedName", getInputSourceLocalizedName>(),
+    row<"xrApplyHapticFeedback", applyHapticFeedback>(),
+    row<"xrStopHapticFeedback", stopHapticFeedback>(),
+    row<"xrCreateVulkanInstanceKHR", createVulkanInstance>(kVulkan),
+    row<"xrCreateVulkanDeviceKHR", createVulkanDevice>(kVulkan),
+    row<"xrGetVulkanGraphicsDevice2KHR", getVulkanGraphicsDevice2>(kVulkan),
+    row<"xrGetVulkanGraphicsRequirements2KHR", getVulkanGraphicsRequirements2>(kVulkan),
+    row<"xrSetDebugUtilsObjectNameEXT", setDebugUtilsObjectName>(kDebug),
+    row<"xrCreateDebugUtilsMessengerEXT", createDebugUtilsMessenger>(kDebug),
+    row<"xrDestroyDebugUtilsMessengerEXT", destroyDebugUtilsMessenger>(kDebug),
+    row<"xrSubmitDebugUtilsMessageEXT", submitDebugUtilsMessage>(kDebug),
+    row<"xrSessionBeginDebugUtilsLabelRegionEXT", sessionBeginDebugUtilsLabelRegion>(kDebug),
+    row<"xrSessionEndDebugUtilsLabelRegionEXT", sessionEndDebugUtilsLabelRegion>(kDebug),
+    row<"xrSessionInsertDebugUtilsLabelEXT", sessionInsertDebugUtilsLabel>(kDebug),
+};
+
+// Functions that may be asked for before there is an instance.
+bool needsNoInstance(const char* name) {
+    constexpr const char* kNames[] = {"xrGetInstanceProcAddr", "xrEnumerateApiLayerProperties",
+                                      "xrEnumerateInstanceExtensionProperties", "xrCreateInstance"};
+    return std::any_of(std::begin(kNames), std::end(kNames),
+                       [&](const char* each) { return std::strcmp(each, name) == 0; });
+}
+
+XrResult lookUp(Call& call, XrInstance handle, const char* name, PFN_xrVoidFunction* function) {
+    require(function != nullptr, XR_ERROR_VALIDATION_FAILURE, "function is null");
+    *function = nullptr;
+    require(name != nullptr, XR_ERROR_VALIDATION_FAILURE, "name is null");
+    if (handle == XR_NULL_HANDLE && !needsNoInstance(name)) return XR_ERROR_HANDLE_INVALID;
+    const Instance* instance = handle == XR_NULL_HANDLE ? nullptr : &call.live<Instance>(handle);
+    for (const Row& each : kRows) {
+        if (std::strcmp(each.name, name) != 0) continue;
+        if (each.extension != nullptr && !instance->extensions.contains(each.extension)) break;
+        *function = each.function;
+        return XR_SUCCESS;
+    }
+    return XR_ERROR_FUNCTION_UNSUPPORTED;  // no message: loaders ask for everything they know
+}
+
+}  // namespace
+
+XRAPI_ATTR XrResult XRAPI_CALL getInstanceProcAddr(XrInstance instance, const char* name,
+                                                   PFN_xrVoidFunction* function) noexcept {
+    return guard("xrGetInstanceProcAddr", [&](Call& call) { return lookUp(call, instance, name, function); });
+}
+
+}  // namespace xrmock

@@ -1,0 +1,59 @@
+#include "call.h"
+
+#include <chrono>
+#include <new>
+#include <stdexcept>
+
+namespace xrmock {
+
+void refuse(XrResult result, std::string reason) {
+    throw Refused{result, std::move(reason)};
+}
+
+Runtime& runtime() {
+    // Never destroyed: other threads may still be inside a call when the process exits.
+    static Runtime& shared = *new Runtime;
+    return shared;
+}
+
+std::int64_t monotonicNow_ns() {
+    return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+namespace detail {
+
+namespace {
+
+XrResult runBody(Call& call, XrResult (*body)(Call&, void*), void* arguments) {
+    try {
+        return body(call, arguments);
+    } catch (const Refused& refused) {
+        reportRefusal(call, refused.result, refused.reason);
+        return refused.result;
+    } catch (const std::bad_alloc&) {
+        return XR_ERROR_OUT_OF_MEMORY;
+    } catch (const std::exception& error) {
+        reportRefusal(call, XR_ERROR_RUNTIME_FAILURE, error.what());
+        return XR_ERROR_RUNTIME_FAILURE;
+    }
+}
+
+}  // namespace
+
+XrResult guarded(const char* function, XrResult (*body)(Call&, void*), void* arguments) noexcept {
+    try {
+        Call call(function);
+        const XrResult result = runBody(call, body, arguments);
+        call.lock.unlock();
+        deliver(call.deliveries);
+        return result;
+    } catch (const std::bad_alloc&) {
+        return XR_ERROR_OUT_OF_MEMORY;
+    } catch (...) {
+        return XR_ERROR_RUNTIME_FAILURE;
+    }
+}
+
+}  // namespace detail
+
+}  // namespace xrmock

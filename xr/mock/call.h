@@ -1,0 +1,88 @@
+// One API call: the lock it holds, the time it was made at, and the messages that leave when the lock is
+// released.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "debug_messages.h"
+#include "handles.h"
+
+namespace xrmock {
+
+// Ends a call with an error code. The reason goes to the application's debug messengers.
+struct Refused {
+    XrResult result;
+    std::string reason;
+};
+[[noreturn]] void refuse(XrResult result, std::string reason);
+inline void require(bool fulfilled, XrResult otherwise, const char* reason) {
+    if (!fulfilled) refuse(otherwise, reason);
+}
+
+template <class Struct>
+void requireStruct(const Struct* given, XrStructureType type) {
+    require(given != nullptr, XR_ERROR_VALIDATION_FAILURE, "a required structure is null");
+    require(given->type == type, XR_ERROR_VALIDATION_FAILURE, "a structure has the wrong type");
+}
+
+// The structure of this type in a next chain, or null.
+template <class Struct>
+const Struct* findInChain(const void* next, XrStructureType type) {
+    for (auto* link = static_cast<const XrBaseInStructure*>(next); link != nullptr; link = link->next) {
+        if (link->type == type) return reinterpret_cast<const Struct*>(link);
+    }
+    return nullptr;
+}
+
+// Everything the library keeps, shared by all instances. Guarded by `mutex`.
+struct Runtime {
+    std::mutex mutex;
+    std::condition_variable changed;  // a frame was begun, a session stopped or went
+    HandleTable handles;
+};
+Runtime& runtime();
+
+std::int64_t monotonicNow_ns();
+
+class Call {
+  public:
+    explicit Call(const char* function_name)
+        : function(function_name), now_ns(monotonicNow_ns()), lock(runtime().mutex) {}
+
+    // The live object behind a handle of exactly this type.
+    template <class T, class Handle>
+    T& live(Handle handle) {
+        Object* found = runtime().handles.find(numberOf(handle));
+        require(found != nullptr && found->type == T::kType, XR_ERROR_HANDLE_INVALID,
+                "a handle is not a live handle of its type");
+        if (subject == 0) subject = found->handle;
+        return static_cast<T&>(*found);
+    }
+    template <class T>
+    T& create(std::unique_ptr<T> object, Object* parent) {
+        return static_cast<T&>(runtime().handles.add(std::move(object), parent));
+    }
+
+    const char* function;
+    std::int64_t now_ns;
+    std::uint64_t subject = 0;  // the first handle the call named: the object its messages are about
+    std::vector<Delivery> deliveries;
+    std::unique_lock<std::mutex> lock;
+};
+
+namespace detail {
+// Runs the body, turns whatever it throws into a result, then delivers the messages without the lock.
+XrResult guarded(const char* function, XrResult (*body)(Call&, void*), void* arguments) noexcept;
+}  // namespace detail
+
+template <class Body>
+XrResult guard(const char* function, Body body) noexcept {
+    return detail::guarded(
+        function, [](Call& call, void* arguments) { return (*static_cast<Body*>(arguments))(call); }, &body);
+}
+
+}  // namespace xrmock

@@ -1,0 +1,18 @@
+// Names of input sources for people to read (English).
+#pragma once
+
+#include <string>
+
+#include "profiles.h"
+
+namespace xrmock {
+
+constexpr XrInputSourceLocalizedNameFlags kAllNameComponents =
+    XR_INPUT_SOURCE_LOCALIZED_NAME_USER_PATH_BIT | XR_INPUT_SOURCE_LOCALIZED_NAME_INTERACTION_PROFILE_BIT |
+    XR_INPUT_SOURCE_LOCALIZED_NAME_COMPONENT_BIT;
+
+// "Left Hand Simple Controller Select", or the parts of it that are asked for.
+std::string localizedName(const Profile& profile, const BindingPath& source,
+                          XrInputSourceLocalizedNameFlags parts);
+
+}  // namespace xrmock

@@ -1,0 +1,134 @@
+// The objects behind the handles.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "events.h"
+#include "frame_loop.h"
+#include "handles.h"
+#include "input.h"
+#include "paths.h"
+#include "pose.h"
+#include "script.h"
+#include "session_state.h"
+#include "vulkan_device.h"
+
+namespace xrmock {
+
+constexpr XrSystemId kSystemId = 1;
+constexpr std::uint32_t kMaxLayers = 16;  // XR_MIN_COMPOSITION_LAYERS_SUPPORTED
+
+struct Listener {
+    std::uint64_t messenger = 0;  // 0 for the one given to xrCreateInstance
+    XrDebugUtilsMessageSeverityFlagsEXT severities;
+    XrDebugUtilsMessageTypeFlagsEXT types;
+    PFN_xrDebugUtilsMessengerCallbackEXT callback;
+    void* user_data;
+};
+
+struct Statistics {
+    std::uint64_t submitted = 0, discarded = 0, missed = 0, captured = 0, haptic_pulses = 0;
+};
+
+struct Instance : Object {
+    static constexpr XrObjectType kType = XR_OBJECT_TYPE_INSTANCE;
+    Instance() : Object(kType) {}
+
+    std::set<std::string, std::less<>> extensions;
+    Script script;
+    Clock clock;
+    std::string capture_folder;  // empty: nothing is captured
+    EventQueue events;
+    PathTable paths;
+    std::map<std::string, std::vector<SuggestedBinding>, std::less<>> suggestions;  // by profile
+    std::vector<Listener> listeners;
+    bool graphics_requirements_asked = false;
+    std::vector<VulkanInstance> vulkan_instances;
+    Statistics statistics;
+};
+
+struct Messenger : Object {
+    static constexpr XrObjectType kType = XR_OBJECT_TYPE_DEBUG_UTILS_MESSENGER_EXT;
+    explicit Messenger(Instance& owner) : Object(kType), instance(owner) {}
+    ~Messenger() override {
+        std::erase_if(instance.listeners, [&](const Listener& l) { return l.messenger == handle; });
+    }
+    Instance& instance;
+};
+
+struct Label {
+    std::string name;
+    bool region;  // stays until it is ended; others go with the next label
+};
+
+struct Session : Object {
+    static constexpr XrObjectType kType = XR_OBJECT_TYPE_SESSION;
+    explicit Session(Instance& owner, VulkanDevice gpu_device)
+        : Object(kType), instance(owner), device(std::move(gpu_device)) {}
+    ~Session() override { instance.events.forget(handleOf<XrSession>(*this)); }
+
+    Instance& instance;
+    VulkanDevice device;
+    SessionProgress progress;
+    bool exit_requested = false;
+    std::uint64_t frames_submitted = 0;
+    FrameLoop frames;
+    InputState input;
+    std::vector<Label> labels;
+    std::string capture_name;  // empty: the next frame is not captured
+};
+
+struct ActionSet : Object {
+    static constexpr XrObjectType kType = XR_OBJECT_TYPE_ACTION_SET;
+    explicit ActionSet(Instance& owner) : Object(kType), instance(owner) {}
+    Instance& instance;
+    std::string name, localized_name;
+    std::uint32_t priority = 0;
+    bool attached = false;  // to any session, ever: it has become immutable
+};
+
+struct Action : Object {
+    static constexpr XrObjectType kType = XR_OBJECT_TYPE_ACTION;
+    explicit Action(ActionSet& owner) : Object(kType), set(owner) {}
+    ActionSet& set;
+    std::string name, localized_name;
+    XrActionType action_type = XR_ACTION_TYPE_BOOLEAN_INPUT;
+    std::vector<XrPath> subaction_paths;
+};
+
+struct Space : Object {
+    static constexpr XrObjectType kType = XR_OBJECT_TYPE_SPACE;
+    explicit Space(Session& owner) : Object(kType), session(owner) {}
+    Session& session;
+    Pose origin_from_space;
+    XrReferenceSpaceType reference = XR_REFERENCE_SPACE_TYPE_MAX_ENUM;  // that: an action space
+    std::uint64_t action = 0;
+    XrPath subaction_path = XR_NULL_PATH;
+};
+
+struct Swapchain : Object {
+    static constexpr XrObjectType kType = XR_OBJECT_TYPE_SWAPCHAIN;
+    explicit Swapchain(Session& owner, SwapchainImages gpu_images)
+        : Object(kType), session(owner), images(std::move(gpu_images)) {}
+
+    Session& session;
+    SwapchainImages images;
+    bool is_static = false;
+    std::deque<std::uint32_t> free_images;
+    std::deque<std::uint32_t> acquired;  // oldest first
+    bool oldest_waited = false;
+    std::optional<std::uint32_t> last_released;
+};
+
+// Takes the steps that lead the session to where it is heading; one rise at most, and only at the end of a
+// frame.
+void advance(Session& session, std::int64_t now_ns, bool frame_ended);
+
+}  // namespace xrmock

@@ -1,0 +1,11 @@
+// The OpenXR and Vulkan declarations, in the one order in which they work together.
+#pragma once
+
+#define XR_NO_PROTOTYPES
+#define VK_NO_PROTOTYPES
+#define XR_USE_GRAPHICS_API_VULKAN
+
+#include <vulkan/vulkan.h>
+
+#include <openxr/openxr.h>
+#include <openxr/openxr_platform.h>

@@ -1,0 +1,27 @@
+// Paths: strings to atoms and back, and the rules for well-formed ones (OpenXR 1.0, "Semantic Paths").
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "openxr_api.h"
+
+namespace xrmock {
+
+// One level of a path, or the name of an action or action set: a-z 0-9 - _ . and not only dots.
+bool isWellFormedLevel(std::string_view level);
+bool isWellFormedPath(std::string_view path);
+
+class PathTable {
+  public:
+    XrPath fromString(std::string_view path);        // trusts that the path is well formed
+    const std::string* toString(XrPath path) const;  // null for an atom never given out
+
+  private:
+    std::vector<std::string> strings_;
+    std::map<std::string, XrPath, std::less<>> atoms_;
+};
+
+}  // namespace xrmock

@@ -1,0 +1,167 @@
+// The table follows OpenXR 1.0, section 6.4, "Interaction Profile Paths".
+#include "profiles.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+namespace xrmock {
+
+namespace {
+
+#define POSES "input/grip/pose input/aim/pose"
+#define TRACKPAD "input/trackpad/x input/trackpad/y input/trackpad/click input/trackpad/touch "
+#define THUMBSTICK "input/thumbstick/x input/thumbstick/y input/thumbstick/click "
+
+constexpr char kSimple[] = "input/select/click input/menu/click " POSES " output/haptic";
+constexpr char kDaydream[] = "input/select/click " TRACKPAD POSES;
+constexpr char kVive[] =
+    "input/system/click input/squeeze/click input/menu/click input/trigger/click "
+    "input/trigger/value " TRACKPAD POSES " output/haptic";
+constexpr char kVivePro[] =
+    "input/system/click input/volume_up/click input/volume_down/click input/mute_mic/click";
+constexpr char kMotion[] =
+    "input/menu/click input/squeeze/click input/trigger/value " THUMBSTICK TRACKPAD POSES " output/haptic";
+constexpr char kXbox[] =
+    "input/menu/click input/view/click input/a/click input/b/click input/x/click input/y/click "
+    "input/dpad_down/click input/dpad_right/click input/dpad_up/click input/dpad_left/click "
+    "input/shoulder_left/click input/shoulder_right/click "
+    "input/thumbstick_left/x input/thumbstick_left/y input/thumbstick_left/click "
+    "input/thumbstick_right/x input/thumbstick_right/y input/thumbstick_right/click "
+    "input/trigger_left/value input/trigger_right/value "
+    "output/haptic_left output/haptic_right output/haptic_left_trigger output/haptic_right_trigger";
+constexpr char kGo[] = "input/system/click input/trigger/click input/back/click " TRACKPAD POSES;
+
+#define TOUCH_BOTH                                                                        \
+    "input/squeeze/value input/trigger/value input/trigger/touch input/thumbstick/touch " \
+    "input/thumbrest/touch " THUMBSTICK POSES " output/haptic"
+constexpr char kTouchLeft[] =
+    "input/x/click input/x/touch input/y/click input/y/touch input/menu/click " TOUCH_BOTH;
+constexpr char kTouchRight[] =
+    "input/a/click input/a/touch input/b/click input/b/touch input/system/click " TOUCH_BOTH;
+constexpr char kIndex[] =
+    "input/system/click input/system/touch input/a/click input/a/touch input/b/click input/b/touch "
+    "input/squeeze/value input/squeeze/force input/trigger/click input/trigger/value input/trigger/touch "
+    "input/thumbstick/touch " THUMBSTICK
+    "input/trackpad/x input/trackpad/y input/trackpad/force input/trackpad/touch " POSES " output/haptic";
+
+#undef POSES
+#undef TRACKPAD
+#undef THUMBSTICK
+#undef TOUCH_BOTH
+
+constexpr char kLeft[] = "/user/hand/left";
+constexpr char kRight[] = "/user/hand/right";
+
+constexpr ProfileDevice kSimpleDevices[] = {{kLeft, kSimple}, {kRight, kSimple}};
+constexpr ProfileDevice kDaydreamDevices[] = {{kLeft, kDaydream}, {kRight, kDaydream}};
+constexpr ProfileDevice kViveDevices[] = {{kLeft, kVive}, {kRight, kVive}};
+constexpr ProfileDevice kViveProDevices[] = {{"/user/head", kVivePro}};
+constexpr ProfileDevice kMotionDevices[] = {{kLeft, kMotion}, {kRight, kMotion}};
+constexpr ProfileDevice kXboxDevices[] = {{"/user/gamepad", kXbox}};
+constexpr ProfileDevice kGoDevices[] = {{kLeft, kGo}, {kRight, kGo}};
+constexpr ProfileDevice kTouchDevices[] = {{kLeft, kTouchLeft}, {kRight, kTouchRight}};
+constexpr ProfileDevice kIndexDevices[] = {{kLeft, kIndex}, {kRight, kIndex}};
+
+constexpr Profile kProfiles[] = {
+    {"/interaction_profiles/khr/simple_controller", "Simple Controller", kSimpleDevices},
+    {"/interaction_profiles/google/daydream_controller", "Daydream Controller", kDaydreamDevices},
+    {"/interaction_profiles/htc/vive_controller", "Vive Controller", kViveDevices},
+    {"/interaction_profiles/htc/vive_pro", "Vive Pro Headset", kViveProDevices},
+    {"/interaction_profiles/microsoft/motion_controller", "Motion Controller", kMotionDevices},
+    {"/interaction_profiles/microsoft/xbox_controller", "Xbox Controller", kXboxDevices},
+    {"/interaction_profiles/oculus/go_controller", "Go Controller", kGoDevices},
+    {"/interaction_profiles/oculus/touch_controller", "Touch Controller", kTouchDevices},
+    {"/interaction_profiles/valve/index_controller", "Index Controller", kIndexDevices},
+};
+
+constexpr const char* kUserPaths[] = {kLeft, kRight, "/user/head", "/user/gamepad", "/user/treadmill"};
+
+const char* componentsOf(const Profile& profile, std::string_view user_path) {
+    for (const ProfileDevice& device : profile.devices) {
+        if (user_path == device.user_path) return device.components;
+    }
+    return "";
+}
+
+// Calls visit(component) for each component until it returns true.
+template <class Visit>
+bool anyComponent(std::string_view list, Visit visit) {
+    while (!list.empty()) {
+        const std::size_t end = std::min(list.find(' '), list.size());
+        if (visit(list.substr(0, end))) return true;
+        list.remove_prefix(std::min(end + 1, list.size()));
+    }
+    return false;
+}
+
+bool listHas(std::string_view list, std::string_view component) {
+    return anyComponent(list, [&](std::string_view each) { return each == component; });
+}
+
+}  // namespace
+
+const Profile* findProfile(std::string_view path) {
+    const auto* found = std::find_if(std::begin(kProfiles), std::end(kProfiles),
+                                     [&](const Profile& profile) { return path == profile.path; });
+    return found == std::end(kProfiles) ? nullptr : found;
+}
+
+bool isTopLevelUserPath(std::string_view path) {
+    return std::find(std::begin(kUserPaths), std::end(kUserPaths), path) != std::end(kUserPaths);
+}
+
+bool splitBindingPath(std::string_view path, BindingPath& out) {
+    for (const std::string_view user_path : kUserPaths) {
+        if (path.starts_with(user_path) && path.size() > user_path.size() + 1 &&
+            path[user_path.size()] == '/') {
+            out = {std::string(user_path), std::string(path.substr(user_path.size() + 1))};
+            return true;
+        }
+    }
+    return false;
+}
+
+bool hasComponent(const Profile& profile, const BindingPath& binding) {
+    const std::string below = binding.component + "/";
+    // "input" alone is above every component but is no binding.
+    return binding.component.find('/') != std::string::npos &&
+           anyComponent(componentsOf(profile, binding.user_path), [&](std::string_view each) {
+               return each == binding.component || each.starts_with(below);
+           });
+}
+
+std::vector<std::string> componentsFor(const Profile& profile, const BindingPath& binding,
+                                       XrActionType type) {
+    const std::string_view list = componentsOf(profile, binding.user_path);
+    const std::string& given = binding.component;
+    const auto ends = [&](const char* suffix) { return given.ends_with(suffix); };
+    const auto firstBelow = [&](std::initializer_list<const char*> suffixes) -> std::vector<std::string> {
+        for (const char* suffix : suffixes) {
+            if (listHas(list, given + suffix)) return {given + suffix};
+        }
+        return {};
+    };
+    const bool exact = listHas(list, given);
+    switch (type) {
+        case XR_ACTION_TYPE_BOOLEAN_INPUT:
+        case XR_ACTION_TYPE_FLOAT_INPUT:
+            if (exact)
+                return ends("/pose") || given.starts_with("output/") ? std::vector<std::string>{}
+                                                                     : std::vector{given};
+            return type == XR_ACTION_TYPE_BOOLEAN_INPUT ? firstBelow({"/click", "/value", "/force"})
+                                                        : firstBelow({"/value", "/force", "/click"});
+        case XR_ACTION_TYPE_VECTOR2F_INPUT:
+            if (exact || !listHas(list, given + "/x")) return {};
+            return {given + "/x", given + "/y"};
+        case XR_ACTION_TYPE_POSE_INPUT:
+            if (exact) return ends("/pose") ? std::vector{given} : std::vector<std::string>{};
+            return firstBelow({"/pose"});
+        case XR_ACTION_TYPE_VIBRATION_OUTPUT:
+            return exact && given.starts_with("output/") ? std::vector{given} : std::vector<std::string>{};
+        default:
+            return {};
+    }
+}
+
+}  // namespace xrmock

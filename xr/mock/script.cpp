@@ -1,0 +1,252 @@
+#include "script.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <initializer_list>
+#include <sstream>
+
+#include <nlohmann/json.hpp>
+
+#include "profiles.h"
+
+namespace xrmock {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
+constexpr double kMaxNumber = 1e9;
+
+// A JSON value together with where it stands, for messages.
+struct Field {
+    const json& value;
+    const std::string& file;
+    std::string name;
+
+    [[noreturn]] void fail(const std::string& reason) const {
+        throw ScriptError(file + ": " + (name.empty() ? "document" : name) + ": " + reason);
+    }
+    Field at(const std::string& key) const {
+        return {value.at(key), file, name.empty() ? key : name + "." + key};
+    }
+    Field at(std::size_t index) const {
+        return {value.at(index), file, name + "[" + std::to_string(index) + "]"};
+    }
+    bool has(const char* key) const { return value.contains(key); }
+
+    void objectOf(std::initializer_list<const char*> keys) const {
+        if (!value.is_object()) fail("an object expected");
+        for (const auto& [key, unused] : value.items()) {
+            if (std::find(keys.begin(), keys.end(), key) == keys.end()) at(key).fail("unknown field");
+        }
+    }
+    std::size_t arraySize() const {
+        if (!value.is_array()) fail("an array expected");
+        return value.size();
+    }
+    double number(double low, double high) const {
+        if (!value.is_number()) fail("a number expected");
+        const double number = value.get<double>();
+        if (!(number >= low && number <= high)) {
+            std::ostringstream range;
+            range << "a number from " << low << " to " << high << " expected";
+            fail(range.str());
+        }
+        return number;
+    }
+    template <std::size_t kSize>
+    std::array<double, kSize> numbers(double low, double high) const {
+        if (arraySize() != kSize) fail(std::to_string(kSize) + " numbers expected");
+        std::array<double, kSize> result;
+        for (std::size_t i = 0; i < kSize; ++i)
+            result[i] = at(i).number(low, high);
+        return result;
+    }
+    std::string text() const {
+        if (!value.is_string()) fail("a string expected");
+        return value.get<std::string>();
+    }
+};
+
+// Every list of keys is ordered by a strictly increasing t_s.
+double keyTime(const Field& key, double previous_s) {
+    if (!key.has("t_s")) key.fail("t_s is missing");
+    const double t_s = key.at("t_s").number(0, kMaxNumber);
+    if (t_s <= previous_s) key.at("t_s").fail("later than the key before expected");
+    return t_s;
+}
+
+std::vector<PoseKey> parsePoses(const Field& field) {
+    std::vector<PoseKey> keys;
+    double t_s = -1;
+    for (std::size_t i = 0; i < field.arraySize(); ++i) {
+        const Field key = field.at(i);
+        key.objectOf({"t_s", "position", "orientation"});
+        t_s = keyTime(key, t_s);
+        Pose pose;
+        if (!key.has("position")) key.fail("position is missing");
+        pose.position = key.at("position").numbers<3>(-kMaxNumber, kMaxNumber);
+        if (key.has("orientation")) {
+            auto q = key.at("orientation").numbers<4>(-kMaxNumber, kMaxNumber);
+            const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+            if (length < 0.99 || length > 1.01)
+                key.at("orientation").fail("a unit quaternion x y z w expected");
+            for (double& component : q)
+                component /= length;
+            pose.orientation = q;
+        }
+        keys.push_back({t_s, pose});
+    }
+    if (keys.empty()) field.fail("at least one key expected");
+    return keys;
+}
+
+double buttonValue(const Field& field) {
+    if (field.value.is_boolean()) return field.value.get<bool>() ? 1 : 0;
+    return field.number(-1, 1);
+}
+
+ControllerScript parseController(const Field& field) {
+    field.objectOf({"poses", "values"});
+    if (!field.has("poses")) field.fail("poses is missing");
+    ControllerScript controller;
+    controller.poses = parsePoses(field.at("poses"));
+    if (!field.has("values")) return controller;
+    const Field values = field.at("values");
+    double t_s = -1;
+    for (std::size_t i = 0; i < values.arraySize(); ++i) {
+        const Field key = values.at(i);
+        if (!key.value.is_object()) key.fail("an object expected");
+        t_s = keyTime(key, t_s);
+        for (const auto& [component, unused] : key.value.items()) {
+            if (component == "t_s") continue;
+            controller.values[component].push_back({t_s, buttonValue(key.at(component))});
+        }
+    }
+    return controller;
+}
+
+void parseControllers(const Field& field, Script& script) {
+    field.objectOf({"profile", "left", "right"});
+    if (field.has("profile")) {
+        script.profile = field.at("profile").text();
+        if (findProfile(script.profile) == nullptr) field.at("profile").fail("not a profile of OpenXR 1.0");
+    }
+    const char* const names[2] = {"left", "right"};
+    for (std::size_t hand = 0; hand < 2; ++hand) {
+        script.controllers[hand].reset();
+        if (field.has(names[hand])) script.controllers[hand] = parseController(field.at(names[hand]));
+    }
+}
+
+XrFovf parseFov(const Field& field) {
+    constexpr double kLimit_rad = 1.55;  // short of a right angle
+    const auto angles = field.numbers<4>(-kLimit_rad, kLimit_rad);
+    if (angles[0] >= angles[1] || angles[3] >= angles[2]) field.fail("left < right and down < up expected");
+    return {static_cast<float>(angles[0]), static_cast<float>(angles[1]), static_cast<float>(angles[2]),
+            static_cast<float>(angles[3])};
+}
+
+void parseEyes(const Field& field, Script& script) {
+    field.objectOf({"ipd_m", "recommended_size", "left_fov_rad", "right_fov_rad"});
+    if (field.has("ipd_m")) script.ipd_m = field.at("ipd_m").number(0, 1);
+    if (field.has("recommended_size")) {
+        const auto size = field.at("recommended_size").numbers<2>(1, kMaxImageSize);
+        script.width = static_cast<std::uint32_t>(size[0]);
+        script.height = static_cast<std::uint32_t>(size[1]);
+    }
+    if (field.has("left_fov_rad")) script.eye_fov[0] = parseFov(field.at("left_fov_rad"));
+    if (field.has("right_fov_rad")) script.eye_fov[1] = parseFov(field.at("right_fov_rad"));
+}
+
+SessionTarget parseTarget(const Field& field) {
+    const std::string name = field.text();
+    if (name == "focused") return SessionTarget::focused;
+    if (name == "visible") return SessionTarget::visible;
+    if (name == "synchronized") return SessionTarget::synchronized;
+    if (name == "stopped") return SessionTarget::stopped;
+    if (name == "exiting") return SessionTarget::exiting;
+    field.fail("focused, visible, synchronized, stopped or exiting expected");
+}
+
+void parseSession(const Field& field, Script& script) {
+    double t_s = -1;
+    for (std::size_t i = 0; i < field.arraySize(); ++i) {
+        const Field key = field.at(i);
+        key.objectOf({"t_s", "state"});
+        t_s = keyTime(key, t_s);
+        if (!key.has("state")) key.fail("state is missing");
+        const TargetKey event{t_s, parseTarget(key.at("state"))};
+        if (t_s == 0) script.session.clear();  // takes the place of the default
+        script.session.push_back(event);
+    }
+}
+
+}  // namespace
+
+Script parseScript(const std::string& text, const std::string& file_name) {
+    json document;
+    try {
+        document = json::parse(text);
+    } catch (const json::exception& error) {
+        throw ScriptError(file_name + ": document: " + error.what());
+    }
+    const Field root{document, file_name, ""};
+    root.objectOf({"version", "refresh_hz", "exit_after_frames", "eyes", "stage_bounds_m", "head",
+                   "controllers", "session"});
+    if (!root.has("version")) root.fail("version is missing");
+    root.at("version").number(1, 1);
+    Script script;
+    if (root.has("refresh_hz")) script.refresh_hz = root.at("refresh_hz").number(1, 1000);
+    if (root.has("exit_after_frames")) {
+        script.exit_after_frames =
+            static_cast<std::uint64_t>(root.at("exit_after_frames").number(1, kMaxNumber));
+    }
+    if (root.has("eyes")) parseEyes(root.at("eyes"), script);
+    if (root.has("stage_bounds_m")) script.stage_bounds_m = root.at("stage_bounds_m").numbers<2>(0.1, 1000);
+    if (root.has("head")) script.head = parsePoses(root.at("head"));
+    if (root.has("controllers")) parseControllers(root.at("controllers"), script);
+    if (root.has("session")) parseSession(root.at("session"), script);
+    return script;
+}
+
+Script loadScript(const std::string& file_name) {
+    std::ifstream file(file_name, std::ios::binary);
+    std::string text;
+    if (file) {
+        std::ostringstream content;
+        content << file.rdbuf();
+        text = content.str();
+    }
+    if (!file || text.empty()) throw ScriptError(file_name + ": document: cannot be read");
+    if (text.size() > kMaxBytes) throw ScriptError(file_name + ": document: larger than 64 MiB");
+    return parseScript(text, file_name);
+}
+
+Pose poseAt(const std::vector<PoseKey>& keys, double t_s) {
+    const auto next = std::upper_bound(keys.begin(), keys.end(), t_s,
+                                       [](double time_s, const PoseKey& key) { return time_s < key.t_s; });
+    if (next == keys.begin()) return next->stage_from_device;
+    const auto previous = next - 1;
+    if (next == keys.end()) return previous->stage_from_device;
+    return interpolate(previous->stage_from_device, next->stage_from_device,
+                       (t_s - previous->t_s) / (next->t_s - previous->t_s));
+}
+
+double valueAt(const std::vector<ValueKey>& keys, double t_s) {
+    const auto next = std::upper_bound(keys.begin(), keys.end(), t_s,
+                                       [](double time_s, const ValueKey& key) { return time_s < key.t_s; });
+    return next == keys.begin() ? 0.0 : (next - 1)->value;
+}
+
+SessionTarget targetAt(const Script& script, double t_s) {
+    SessionTarget target = script.session.front().target;
+    for (const TargetKey& key : script.session) {
+        if (key.t_s <= t_s) target = key.target;
+    }
+    return target;
+}
+
+}  // namespace xrmock

@@ -1,0 +1,68 @@
+// The script of a run (XRMOCK_SCRIPT): what the mock user and headset do over time. The README lists the
+// fields.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "pose.h"
+
+namespace xrmock {
+
+// Where a session is heading; ordered, so that less means less of a session.
+enum class SessionTarget { exiting, stopped, synchronized, visible, focused };
+
+struct PoseKey {
+    double t_s;
+    Pose stage_from_device;
+};
+struct ValueKey {
+    double t_s;
+    double value;
+};
+struct TargetKey {
+    double t_s;
+    SessionTarget target;
+};
+
+struct ControllerScript {
+    std::vector<PoseKey> poses;
+    std::map<std::string, std::vector<ValueKey>> values;  // by component, e.g. "select/click"
+};
+
+struct Script {
+    double refresh_hz = 90;
+    std::optional<std::uint64_t> exit_after_frames;
+    double ipd_m = 0.063;
+    std::array<XrFovf, 2> eye_fov{XrFovf{-0.84F, 0.73F, 0.77F, -0.82F}, XrFovf{-0.73F, 0.84F, 0.77F, -0.82F}};
+    std::uint32_t width = 640, height = 640;  // recommended per eye
+    std::array<double, 2> stage_bounds_m{3, 3};
+    std::vector<PoseKey> head{{0, {{0, 0, 0, 1}, {0, 1.6, 0}}}};
+    std::string profile = "/interaction_profiles/khr/simple_controller";
+    std::array<std::optional<ControllerScript>, 2> controllers{
+        ControllerScript{{{0, {{0, 0, 0, 1}, {-0.2, 1.3, -0.4}}}}, {}},
+        ControllerScript{{{0, {{0, 0, 0, 1}, {0.2, 1.3, -0.4}}}}, {}}};
+    std::vector<TargetKey> session{{0, SessionTarget::focused}};
+};
+
+// One line: file, field, reason.
+class ScriptError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+Script parseScript(const std::string& text, const std::string& file_name);  // throws ScriptError
+Script loadScript(const std::string& file_name);                            // throws ScriptError
+
+// Before the first key its pose holds, after the last one the last.
+Pose poseAt(const std::vector<PoseKey>& keys, double t_s);
+// Holds from key to key; zero before the first.
+double valueAt(const std::vector<ValueKey>& keys, double t_s);
+SessionTarget targetAt(const Script& script, double t_s);
+
+}  // namespace xrmock

@@ -1,0 +1,59 @@
+#include "spaces.h"
+
+namespace xrmock {
+
+Pose stageFromHead(const Instance& instance, std::int64_t time_ns) {
+    return poseAt(instance.script.head, instance.clock.scriptTime_s(time_ns));
+}
+
+Pose stageFromLocal(const Instance& instance) {
+    return yawOnly(poseAt(instance.script.head, 0));
+}
+
+std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns) {
+    const Pose stage_from_head = stageFromHead(instance, time_ns);
+    const double half_m = instance.script.ipd_m / 2;
+    return {stage_from_head * Pose{{0, 0, 0, 1}, {-half_m, 0, 0}},
+            stage_from_head * Pose{{0, 0, 0, 1}, {half_m, 0, 0}}};
+}
+
+std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns) {
+    const Instance& instance = space.session.instance;
+    switch (space.reference) {
+        case XR_REFERENCE_SPACE_TYPE_VIEW:
+            return stageFromHead(instance, time_ns) * space.origin_from_space;
+        case XR_REFERENCE_SPACE_TYPE_LOCAL:
+            return stageFromLocal(instance) * space.origin_from_space;
+        case XR_REFERENCE_SPACE_TYPE_STAGE:
+            return space.origin_from_space;
+        default:
+            break;
+    }
+    const std::optional<int> hand = poseHand(space.session.input, space.action, space.subaction_path);
+    if (!hand) return std::nullopt;
+    const auto& controller = instance.script.controllers[static_cast<std::size_t>(*hand)];
+    return poseAt(controller->poses, instance.clock.scriptTime_s(time_ns)) * space.origin_from_space;
+}
+
+std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::int64_t time_ns) {
+    const std::optional<Pose> stage_from_base = stageFromSpace(base, time_ns);
+    const std::optional<Pose> stage_from_space = stageFromSpace(space, time_ns);
+    if (!stage_from_base || !stage_from_space) return std::nullopt;
+    return inverse(*stage_from_base) * *stage_from_space;
+}
+
+std::optional<Velocity> velocityInBase(const Space& base, const Space& space, std::int64_t time_ns) {
+    constexpr std::int64_t kStep_ns = 500'000;  // central difference over a millisecond
+    constexpr double kPerSecond = 1e9 / (2.0 * kStep_ns);
+    const std::optional<Pose> before = baseFromSpace(base, space, time_ns - kStep_ns);
+    const std::optional<Pose> after = baseFromSpace(base, space, time_ns + kStep_ns);
+    if (!before || !after) return std::nullopt;
+    Velocity velocity{{}, rotationBetween(*before, *after)};
+    for (std::size_t i = 0; i < 3; ++i) {
+        velocity.linear_m_per_s[i] = (after->position[i] - before->position[i]) * kPerSecond;
+        velocity.angular_rad_per_s[i] *= kPerSecond;
+    }
+    return velocity;
+}
+
+}  // namespace xrmock

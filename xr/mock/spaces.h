@@ -1,0 +1,28 @@
+// Where things are at a time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "objects.h"
+
+namespace xrmock {
+
+Pose stageFromHead(const Instance& instance, std::int64_t time_ns);
+// LOCAL stands where the head is at script time 0, upright.
+Pose stageFromLocal(const Instance& instance);
+std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns);
+
+// Nothing for the space of an action without an active device.
+std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns);
+std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::int64_t time_ns);
+
+struct Velocity {
+    Vec3 linear_m_per_s;
+    Vec3 angular_rad_per_s;
+};
+// Of the origin of `space` seen from `base`, in its axes.
+std::optional<Velocity> velocityInBase(const Space& base, const Space& space, std::int64_t time_ns);
+
+}  // namespace xrmock

@@ -1,0 +1,86 @@
+// Checks that several API functions share.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include "call.h"
+#include "objects.h"
+
+namespace xrmock {
+
+template <std::size_t kSize>
+bool isTerminated(const char (&text)[kSize]) {
+    return std::memchr(text, '\0', kSize) != nullptr;
+}
+
+template <std::size_t kSize>
+void copyText(const char* text, char (&out)[kSize]) {
+    std::strncpy(out, text, kSize - 1);
+    out[kSize - 1] = '\0';
+}
+
+// The type of every element that a two-call function is about to fill.
+template <class Element>
+void checkElements(std::uint32_t capacity, const Element* elements, std::size_t count, XrStructureType type) {
+    if (elements == nullptr || capacity < count) return;  // nothing will be written
+    for (std::size_t i = 0; i < count; ++i) {
+        require(elements[i].type == type, XR_ERROR_VALIDATION_FAILURE, "an element has the wrong type");
+    }
+}
+
+inline void requireSystem(XrSystemId system) {
+    require(system == kSystemId, XR_ERROR_SYSTEM_INVALID, "the system id was not given out by xrGetSystem");
+}
+
+inline void requireViewConfiguration(XrViewConfigurationType type) {
+    require(type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_MONO ||
+                type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO ||
+                type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_QUAD_VARJO ||
+                type == XR_VIEW_CONFIGURATION_TYPE_SECONDARY_MONO_FIRST_PERSON_OBSERVER_MSFT,
+            XR_ERROR_VALIDATION_FAILURE, "the view configuration type is no known value");
+    require(type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED,
+            "only primary stereo is offered");
+}
+
+inline void requireTime(XrTime time) {
+    require(time > 0, XR_ERROR_TIME_INVALID, "a time must be greater than zero");
+}
+
+inline const std::string& pathString(const Instance& instance, XrPath path) {
+    const std::string* string = instance.paths.toString(path);
+    require(string != nullptr, XR_ERROR_PATH_INVALID,
+            "the path is null or was not given out by xrStringToPath");
+    return *string;
+}
+
+// A subaction path given for an action: null, or one of those that the action was created with.
+inline void requireSubaction(const Instance& instance, const Action& action, XrPath path) {
+    if (path == XR_NULL_PATH) return;
+    pathString(instance, path);
+    require(std::find(action.subaction_paths.begin(), action.subaction_paths.end(), path) !=
+                action.subaction_paths.end(),
+            XR_ERROR_PATH_UNSUPPORTED, "the action was created without this subaction path");
+}
+
+inline void checkMessenger(const XrDebugUtilsMessengerCreateInfoEXT& info) {
+    constexpr auto kSeverities =
+        XR_DEBUG_UTILS_MESSAGE_SEVERITY_VERBOSE_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT |
+        XR_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    constexpr auto kTypes =
+        XR_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+        XR_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_TYPE_CONFORMANCE_BIT_EXT;
+    require(info.messageSeverities != 0 && (info.messageSeverities & ~kSeverities) == 0,
+            XR_ERROR_VALIDATION_FAILURE, "messageSeverities is empty or has unknown bits");
+    require(info.messageTypes != 0 && (info.messageTypes & ~kTypes) == 0, XR_ERROR_VALIDATION_FAILURE,
+            "messageTypes is empty or has unknown bits");
+    require(info.userCallback != nullptr, XR_ERROR_VALIDATION_FAILURE, "userCallback is null");
+}
+
+inline std::int64_t refreshPeriod_ns(const Script& script) {
+    return static_cast<std::int64_t>(1e9 / script.refresh_hz + 0.5);
+}
+
+}  // namespace xrmock

@@ -1,0 +1,125 @@
+// The runtime's side of Vulkan. Every function comes from the application's vkGetInstanceProcAddr; nothing is
+// linked.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "openxr_api.h"
+
+namespace xrmock {
+
+// A VkInstance made through xrCreateVulkanInstanceKHR.
+struct VulkanInstance {
+    VkInstance instance;
+    PFN_vkGetInstanceProcAddr getInstanceProcAddr;
+    VkPhysicalDevice physical_device = VK_NULL_HANDLE;  // chosen by xrGetVulkanGraphicsDevice2KHR
+};
+
+// The GPU that the runtime asks for: a discrete one before an integrated one before the others. Null without
+// any.
+VkPhysicalDevice choosePhysicalDevice(const VulkanInstance& vulkan);
+
+#define XRMOCK_VULKAN_FUNCTIONS(_)   \
+    _(vkAllocateCommandBuffers)      \
+    _(vkAllocateMemory)              \
+    _(vkBeginCommandBuffer)          \
+    _(vkBindBufferMemory)            \
+    _(vkBindImageMemory)             \
+    _(vkCmdCopyImageToBuffer)        \
+    _(vkCmdPipelineBarrier)          \
+    _(vkCreateBuffer)                \
+    _(vkCreateCommandPool)           \
+    _(vkCreateFence)                 \
+    _(vkCreateImage)                 \
+    _(vkDestroyBuffer)               \
+    _(vkDestroyCommandPool)          \
+    _(vkDestroyFence)                \
+    _(vkDestroyImage)                \
+    _(vkEndCommandBuffer)            \
+    _(vkFreeMemory)                  \
+    _(vkGetBufferMemoryRequirements) \
+    _(vkGetDeviceQueue)              \
+    _(vkGetImageMemoryRequirements)  \
+    _(vkMapMemory)                   \
+    _(vkQueueSubmit)                 \
+    _(vkResetCommandPool)            \
+    _(vkResetFences)                 \
+    _(vkUnmapMemory)                 \
+    _(vkWaitForFences)
+
+// The device of a session, and one command buffer on the application's queue. Owns what the runtime made on
+// it.
+struct VulkanDevice {
+    VulkanDevice() = default;
+    // Throws Refused when the device does not answer.
+    VulkanDevice(const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& binding);
+    VulkanDevice(VulkanDevice&& other) noexcept;
+    VulkanDevice& operator=(VulkanDevice&&) = delete;
+    ~VulkanDevice();
+
+    // Records, submits and waits for the GPU. The queue is the caller's for the time of the OpenXR call
+    // (XR_KHR_vulkan_enable2, "Concurrency").
+    template <class Record>
+    void submitAndWait(Record record) {
+        beginCommands();
+        record(commands);
+        finishCommands();
+    }
+    std::uint32_t memoryType(std::uint32_t allowed, VkMemoryPropertyFlags wanted) const;
+    bool formatSupports(VkFormat format, VkFormatFeatureFlags features) const;
+
+#define XRMOCK_DECLARE(name) PFN_##name name = nullptr;
+    XRMOCK_VULKAN_FUNCTIONS(XRMOCK_DECLARE)
+#undef XRMOCK_DECLARE
+    PFN_vkGetPhysicalDeviceFormatProperties vkGetPhysicalDeviceFormatProperties = nullptr;
+    PFN_vkGetPhysicalDeviceImageFormatProperties vkGetPhysicalDeviceImageFormatProperties = nullptr;
+
+    VkPhysicalDevice physical_device = VK_NULL_HANDLE;
+    VkDevice device = VK_NULL_HANDLE;
+    VkQueue queue = VK_NULL_HANDLE;
+    VkCommandPool pool = VK_NULL_HANDLE;
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    VkFence fence = VK_NULL_HANDLE;
+    VkPhysicalDeviceMemoryProperties memory{};
+
+  private:
+    void beginCommands();
+    void finishCommands();
+};
+
+// Throws Refused: a Vulkan call that failed is a failure of the runtime.
+void check(VkResult result, const char* function);
+
+// Formats of swapchains, the preferred first.
+std::vector<VkFormat> swapchainFormats(const VulkanDevice& device);
+bool isDepthFormat(VkFormat format);
+VkImageAspectFlags aspectOf(VkFormat format);
+
+// The images of a swapchain, each with its memory.
+struct SwapchainImages {
+    SwapchainImages(const VulkanDevice& device, const XrSwapchainCreateInfo& info, std::uint32_t count);
+    SwapchainImages(SwapchainImages&& other) noexcept;
+    SwapchainImages& operator=(SwapchainImages&&) = delete;
+    ~SwapchainImages();
+
+    // The layout in which the application gets and returns an image.
+    VkImageLayout restingLayout() const;
+
+    const VulkanDevice* device;
+    VkFormat format;
+    std::uint32_t width, height, layers, mips;
+    std::vector<VkImage> images;
+    std::vector<VkDeviceMemory> memories;
+    std::vector<bool> at_rest;  // false: its contents and layout are still undefined
+
+  private:
+    SwapchainImages(const VulkanDevice& device, const XrSwapchainCreateInfo& info);
+};
+
+// Brings every image that was never acquired into the resting layout.
+void bringToRest(VulkanDevice& device, SwapchainImages& swapchain);
+
+VkImageMemoryBarrier imageBarrier(const SwapchainImages& swapchain, std::uint32_t index);
+
+}  // namespace xrmock

@@ -66,6 +66,9 @@ class Patient {
     TissueSample at(const Vec3& reference_m, TrackFlags flags) const noexcept {
         return at(grid().nearest(reference_m), flags);
     }
+    // What entering a voxel proves about the track: any tissue lies past the skin; fascia, liver and
+    // abdominal labels past the fascia. Haptics thread. noexcept, no allocation.
+    TrackFlags flagsAfterEntering(const TissueSample&, TrackFlags before) const noexcept;
 
   private:
     const Package* package_;

@@ -68,4 +68,11 @@ TissueSample Patient::at(const Index3& i, TrackFlags flags) const noexcept {
     return {tissue, 0, row(tissue).role};
 }
 
+TrackFlags Patient::flagsAfterEntering(const TissueSample& entered, TrackFlags before) const noexcept {
+    const Label* label = palette_[entered.label];
+    const bool inside = entered.tissue == Tissue::liver || (label && label->abdominal);
+    return {before.past_skin || inside || entered.tissue != Tissue::air,
+            before.past_fascia || inside || entered.tissue == Tissue::fascia};
+}
+
 }  // namespace stylet::patient

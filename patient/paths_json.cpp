@@ -1,0 +1,138 @@
+#include "patient/paths_json.h"
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "patient/toml_reader.h"
+
+namespace stylet::patient {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kFormat = "stylet paths 1";
+constexpr std::size_t kMaxBytes = 64 << 20, kMaxPaths = 100000;
+constexpr int kMaxDepth = 8;
+constexpr double kReach_m = 10.0;
+
+Json toJson(const Vec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+Json toJson(const PlannedPath& p) {
+    return {{"entry_m", toJson(p.entry_m)},
+            {"target_m", toJson(p.target_m)},
+            {"entry_reference_m", toJson(p.entry_reference_m)},
+            {"target_reference_m", toJson(p.target_reference_m)},
+            {"breath_v", p.breath.v},
+            {"breath_rate_per_s", p.breath.rate_per_s},
+            {"length_m", p.length_m},
+            {"clearance_score", p.clearance_score},
+            {"target_score", p.target_score},
+            {"quality", p.quality}};
+}
+
+// One path's members; every one must be there, and no other.
+class PathReader {
+  public:
+    PathReader(const std::filesystem::path& file, std::string field, const Json& json)
+        : file_(file), field_(std::move(field)), json_(json) {
+        if (!json.is_object()) throw DataError(file_, field_, "not an object");
+    }
+    double number(const char* key, double low, double high) { return checked(key, member(key), low, high); }
+    Vec3 point(const char* key) {
+        const Json& value = member(key);
+        if (!value.is_array() || value.size() != 3) refuse(key, "not three numbers");
+        return {checked(key, value[0], -kReach_m, kReach_m), checked(key, value[1], -kReach_m, kReach_m),
+                checked(key, value[2], -kReach_m, kReach_m)};
+    }
+    void finish() const {
+        for (const auto& [key, value] : json_.items())
+            if (!taken_.contains(key)) refuse(key, "unknown key");
+    }
+
+  private:
+    [[noreturn]] void refuse(const std::string& key, const std::string& reason) const {
+        throw DataError(file_, field_ + "." + key, reason);
+    }
+    const Json& member(const char* key) {
+        const auto found = json_.find(key);
+        if (found == json_.end()) refuse(key, "missing");
+        taken_.emplace(key);
+        return *found;
+    }
+    double checked(const char* key, const Json& value, double low, double high) const {
+        if (!value.is_number()) refuse(key, "not a number");
+        const double v = value.get<double>();
+        if (!(v >= low && v <= high)) refuse(key, "out of range");
+        return v;
+    }
+
+    const std::filesystem::path& file_;
+    std::string field_;
+    const Json& json_;
+    std::set<std::string, std::less<>> taken_;
+};
+
+PlannedPath readPath(PathReader in) {
+    PlannedPath p;
+    p.entry_m = in.point("entry_m");
+    p.target_m = in.point("target_m");
+    p.entry_reference_m = in.point("entry_reference_m");
+    p.target_reference_m = in.point("target_reference_m");
+    p.breath.v = in.number("breath_v", -2.0, 3.0);
+    p.breath.rate_per_s = in.number("breath_rate_per_s", -100.0, 100.0);
+    p.length_m = in.number("length_m", 0.0, kReach_m);
+    p.clearance_score = in.number("clearance_score", 0.0, 1.0);
+    p.target_score = in.number("target_score", 0.0, 1.0);
+    p.quality = in.number("quality", 0.0, 1.0);
+    in.finish();
+    return p;
+}
+
+Json parseBounded(const std::filesystem::path& file, std::string_view text) {
+    const auto checkDepth = [&](int depth, Json::parse_event_t, Json&) {
+        if (depth > kMaxDepth) throw DataError(file, "json", "nested too deeply");
+        return true;
+    };
+    try {
+        return Json::parse(text, checkDepth);
+    } catch (const Json::exception& e) {
+        throw DataError(file, "json", e.what());
+    }
+}
+
+}  // namespace
+
+std::vector<PlannedPath> parsePaths(const std::filesystem::path& file, std::string_view text) {
+    const Json json = parseBounded(file, text);
+    if (!json.is_object() || json.size() != 2) throw DataError(file, "json", "not {format, paths}");
+    if (json.value("format", Json()) != kFormat)
+        throw DataError(file, "format", std::string("not ") + kFormat);
+    const auto list = json.find("paths");
+    if (list == json.end() || !list->is_array()) throw DataError(file, "paths", "not an array");
+    if (list->size() > kMaxPaths) throw DataError(file, "paths", "more than 100000");
+    std::vector<PlannedPath> paths;
+    for (const Json& entry : *list)
+        paths.push_back(readPath({file, "paths[" + std::to_string(paths.size()) + "]", entry}));
+    return paths;
+}
+
+std::vector<PlannedPath> loadPaths(const std::filesystem::path& json) {
+    return parsePaths(json, readTextFile(json, kMaxBytes));
+}
+
+void savePaths(const std::vector<PlannedPath>& paths, const std::filesystem::path& json) {
+    Json list = Json::array();
+    for (const PlannedPath& path : paths)
+        list.push_back(toJson(path));
+    const std::filesystem::path fresh = json.string() + ".new";
+    std::ofstream out(fresh, std::ios::binary);
+    out << Json{{"format", kFormat}, {"paths", list}}.dump(1) << '\n';
+    out.close();
+    if (!out) throw DataError(fresh, "file", "cannot be written");
+    std::filesystem::rename(fresh, json);
+}
+
+}  // namespace stylet::patient

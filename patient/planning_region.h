@@ -1,0 +1,24 @@
+// Internal: what planning knows of a patient before it looks at single paths.
+#pragma once
+
+#include <vector>
+
+#include "patient/planning.h"
+
+namespace stylet::patient {
+
+// The right flank at the liver's height in the deformed patient, with room for clearances.
+struct PlanRegion {
+    Volume<float> risk_m;         // to the nearest risk structure, centre to centre
+    Volume<float> under_bone_m;   // to the nearest lower surface of bone, for what lies below it
+    std::vector<Vec3> entries_m;  // the coarse set of skin voxels, deformed
+};
+
+// Centre line of the ducts inside the liver, in the reference: the duct voxels farthest from its wall,
+// thickest first.
+std::vector<Vec3> ductCentreLine(const Patient&, double spacing_m);
+
+// Empty without a liver.
+PlanRegion makePlanRegion(const Patient&, const PlanSettings&);
+
+}  // namespace stylet::patient

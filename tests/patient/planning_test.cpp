@@ -1,0 +1,334 @@
+#include "patient/planning.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+
+#include "tests/support/phantom.h"
+#include "tests/support/refused.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::patient {
+namespace {
+
+constexpr double kMm = 0.001;
+constexpr std::uint8_t kUnlabelled = 0;
+
+// A box of a torso, 2 mm voxels: the right side's skin is the plane x = 0, air in front of it (x > 0), before
+// and behind
+// (|y| > 60 mm). A liver with a spherical duct of 6 mm radius, its centre 51 mm under the skin.
+class BoxTorso {
+  public:
+    BoxTorso() : package_(test::makeSlabs({{Tissue::soft, 0.002}}, 0.002)) {
+        Grid grid;
+        grid.dims = {70, 71, 61};
+        grid.spacing_m = Vec3(2 * kMm);
+        grid.origin_m = Vec3(-99 * kMm, -70 * kMm, -60 * kMm);
+        package_.ct = CtVolume(grid, -1000);
+        package_.labels = LabelVolume(grid);
+        paint(Tissue::soft, {-200, -60, -200}, {0, 60, 200});
+        paint(Tissue::liver, {-80, -40, -30}, {-20, 40, 30});
+        addDuct();
+    }
+    // A box in millimetres; its borders lie between voxels.
+    void paint(Tissue tissue, const Vec3& low_mm, const Vec3& high_mm) {
+        fill(low_mm, high_mm, std::uint8_t(tissue), 40);
+    }
+    void addAir(const Vec3& low_mm, const Vec3& high_mm) { fill(low_mm, high_mm, kUnlabelled, -1000); }
+    // A plate of ribs 10 mm under the skin, open between z_low and z_high.
+    void addRibs(double z_low_mm, double z_high_mm) {
+        paint(Tissue::bone, {-14, -59, z_high_mm}, {-10, 59, 200});
+        paint(Tissue::bone, {-14, -59, -200}, {-10, 59, z_low_mm});
+    }
+    void addDuct() {
+        where([](const Vec3& mm) { return glm::length(mm - Vec3(-51, 0, 0)) < 6.5; },
+              std::uint8_t(Tissue::duct), 10);
+    }
+    PlanResult plan(const PlanSettings& settings) const { return planPaths(Patient(package_), settings); }
+    PlanResult plan() const { return plan(fine()); }
+    static PlanSettings fine() {
+        PlanSettings settings;
+        settings.skin_spacing_m = 2 * kMm;
+        return settings;
+    }
+    Package& package() { return package_; }
+    const Package& package() const { return package_; }
+
+  private:
+    void fill(const Vec3& low_mm, const Vec3& high_mm, std::uint8_t id, int ct_hu) {
+        const auto inside = [&](const Vec3& mm) {
+            return glm::all(glm::greaterThan(mm, low_mm)) && glm::all(glm::lessThan(mm, high_mm));
+        };
+        where(inside, id, ct_hu);
+    }
+    void where(const std::function<bool(const Vec3&)>& inside, std::uint8_t id, int ct_hu) {
+        const Grid& grid = package_.ct.grid;
+        for (int z = 0; z < grid.dims.z; ++z)
+            for (int y = 0; y < grid.dims.y; ++y)
+                for (int x = 0; x < grid.dims.x; ++x) {
+                    if (!inside(grid.centre({x, y, z}) / kMm)) continue;
+                    package_.labels[{x, y, z}] = id;
+                    package_.ct[{x, y, z}] = std::int16_t(ct_hu);
+                }
+    }
+    Package package_;
+};
+
+void expectSound(const PlanResult& r, const PlanSettings& settings) {
+    EXPECT_GE(r.candidates, r.rejected_blocked + r.rejected_long + r.rejected_quality + r.paths.size());
+    for (std::size_t i = 0; i < r.paths.size(); ++i) {
+        const PlannedPath& p = r.paths[i];
+        EXPECT_NEAR(p.length_m, glm::length(p.target_m - p.entry_m), 1e-12);
+        EXPECT_LE(p.length_m, settings.max_length_m);
+        EXPECT_GE(p.quality, settings.min_quality);
+        EXPECT_DOUBLE_EQ(p.quality, 0.5 * (p.clearance_score + p.target_score));
+        EXPECT_LE(p.quality, r.paths[i > 0 ? i - 1 : 0].quality);
+    }
+}
+
+TEST(Planning, FreeTorsoTakesTheShortestPerfectPath) {
+    const BoxTorso torso;
+    const PlanResult r = torso.plan();
+    expectSound(r, BoxTorso::fine());
+    ASSERT_FALSE(r.paths.empty());
+    const PlannedPath& best = r.paths.front();
+    EXPECT_EQ(best.quality, 1.0);
+    EXPECT_NEAR(best.length_m, 50 * kMm, 1e-9);  // from the first skin voxel's centre straight in
+    EXPECT_LT(glm::length(best.entry_m - Vec3(-1, 0, 0) * kMm), 1e-9);
+    EXPECT_LT(glm::length(best.target_m - Vec3(-51, 0, 0) * kMm), 1e-9);
+    EXPECT_EQ(best.entry_m, best.entry_reference_m);
+}
+
+TEST(Planning, EntriesLieBetweenTheAxillaryLinesAtTheLiversHeight) {
+    const PlanResult r = BoxTorso().plan();
+    double y_most_mm = 0.0, z_most_mm = 0.0;
+    for (const PlannedPath& p : r.paths) {
+        EXPECT_NEAR(p.entry_m.x, -1 * kMm, 1e-9);
+        y_most_mm = std::max(y_most_mm, std::abs(p.entry_m.y / kMm));
+        z_most_mm = std::max(z_most_mm, std::abs(p.entry_m.z / kMm));
+    }
+    EXPECT_NEAR(y_most_mm, 30.0, 2.0);  // half of the half depth
+    EXPECT_NEAR(z_most_mm, 29.0, 2.0);
+}
+
+// Between two ribs 18 mm apart, under the upper one half counting: (9 - z) / 2 = z + 9 at z = -3 mm, 6 mm on
+// both sides.
+TEST(Planning, PassesBetweenRibsNearerToTheLowerOne) {
+    BoxTorso torso;
+    torso.addRibs(-9, 9);
+    const PlanResult r = torso.plan();
+    expectSound(r, BoxTorso::fine());
+    ASSERT_FALSE(r.paths.empty());
+    EXPECT_NEAR(r.paths.front().clearance_score, 0.6, 0.05);
+    EXPECT_EQ(r.paths.front().target_score, 1.0);
+    EXPECT_NEAR(r.paths.front().entry_m.z / kMm, -3.0 * 50 / 38, 1.5);
+    EXPECT_GT(r.rejected_blocked, r.candidates / 3);
+}
+
+TEST(Planning, RibsWithoutAGapBlockEverything) {
+    BoxTorso torso;
+    torso.addRibs(1, 1);
+    const PlanResult r = torso.plan();
+    EXPECT_GT(r.candidates, 500u);
+    EXPECT_EQ(r.rejected_blocked, r.candidates);
+}
+
+TEST(Planning, NinetyMillimetresAreTheEnd) {
+    PlanSettings settings = BoxTorso::fine();
+    settings.max_length_m = 0.0499;
+    const PlanResult r = BoxTorso().plan(settings);
+    EXPECT_GT(r.candidates, 500u);
+    EXPECT_EQ(r.rejected_long, r.candidates);
+    settings.max_length_m = 0.05001;
+    EXPECT_EQ(BoxTorso().plan(settings).paths.size(), 1u);
+}
+
+TEST(Planning, AirInTheBodyIsARisk) {
+    BoxTorso torso;
+    torso.addAir({-18, 3, -60}, {-14, 55, 60});  // lung, unsegmented, in front of y = 3 mm
+    const PlanResult r = torso.plan();
+    expectSound(r, BoxTorso::fine());
+    ASSERT_FALSE(r.paths.empty());
+    for (const PlannedPath& p : r.paths)
+        EXPECT_LT(p.entry_m.y * (51 - 14) / 50 / kMm, 3.0);
+    // As far from it as skin between the axillary lines allows: nothing but saturated clearance.
+    EXPECT_EQ(r.paths.front().clearance_score, 1.0);
+    EXPECT_LT(r.paths.front().entry_m.y / kMm, -10.0);
+}
+
+// A gap of 6 mm between vessels: beside the duct's wall it counts for C1 only, farther out it is 3 mm of
+// clearance.
+TEST(Planning, VesselsBesideTheDuctOnlyBlock) {
+    const auto withVessels = [](double x_low_mm, double x_high_mm) {
+        BoxTorso torso;
+        torso.paint(Tissue::vessel, {x_low_mm, -40, 3}, {x_high_mm, 40, 30});
+        torso.paint(Tissue::vessel, {x_low_mm, -40, -30}, {x_high_mm, 40, -3});
+        torso.addDuct();
+        const PlanResult r = torso.plan();
+        EXPECT_GT(r.rejected_blocked, r.candidates / 4);
+        return r.paths.empty() ? 0.0 : r.paths.front().clearance_score;
+    };
+    EXPECT_GT(withVessels(-46, -42), 0.75);
+    EXPECT_NEAR(withVessels(-30, -26), 0.3, 0.06);
+}
+
+TEST(Planning, ChordOfTheDuctIsTheTargetScore) {
+    BoxTorso torso;
+    torso.paint(Tissue::liver, {-60, -10, -10}, {-40, 10, 10});
+    torso.paint(Tissue::duct, {-54, -38, -2.5}, {-48, 38, 2.5});  // a bar along y, 6 mm wide
+    PlanSettings settings = BoxTorso::fine();
+    settings.min_quality = 0.0;
+    const PlanResult r = torso.plan(settings);
+    expectSound(r, settings);
+    bool straight_seen = false;
+    for (const PlannedPath& p : r.paths) {
+        const Vec3 d = (p.target_m - p.entry_m) / p.length_m;
+        if (std::abs(d.z) > 1e-9 || std::abs(p.target_m.y) > 30 * kMm) continue;
+        EXPECT_NEAR(p.target_score, std::min(1.0, 0.006 / std::abs(d.x) / 0.010), 1e-6);
+        straight_seen = true;
+    }
+    EXPECT_TRUE(straight_seen);
+}
+
+TEST(Planning, TheNeedleComesThroughFreeAir) {
+    BoxTorso torso;
+    torso.paint(Tissue::soft, {20, 11, -200}, {30, 60, 200});  // an arm beside the flank
+    const PlanResult r = torso.plan();
+    expectSound(r, BoxTorso::fine());
+    ASSERT_FALSE(r.paths.empty());
+    for (const PlannedPath& p : r.paths) {
+        const Vec3 outward = (p.entry_m - p.target_m) / p.length_m;
+        const double y_at_arm_mm = (p.entry_m + outward * (0.021 / outward.x)).y / kMm;
+        EXPECT_LT(y_at_arm_mm, 12.0);
+    }
+}
+
+// The liver sinks 16 mm under ribs that stay: the gap that serves then is the one at its new height.
+TEST(Planning, JudgesThePatientInTheBreathAsked) {
+    BoxTorso torso;
+    torso.addRibs(-25, -7);
+    BreathingModel& m = torso.package().breathing;
+    m.a1_m = -16 * kMm;
+    m.z_low_m = -0.3, m.z_full_low_m = -0.2, m.z_full_high_m = 0.2, m.z_high_m = 0.3;
+    m.cavity = {{-0.31, -0.05, 0, 0.035, 0.055}, {0.31, -0.05, 0, 0.035, 0.055}};
+    PlanSettings settings = BoxTorso::fine();
+    settings.breath = {1.0, 0.0};
+    const PlanResult r = torso.plan(settings);
+    expectSound(r, settings);
+    ASSERT_FALSE(r.paths.empty());
+    const PlannedPath& best = r.paths.front();
+    EXPECT_NEAR(best.clearance_score, 0.6, 0.05);
+    EXPECT_NEAR(best.entry_m.z / kMm, -16.0 - 3.0 * 50 / 38, 1.5);
+    EXPECT_NEAR(best.target_m.z / kMm, -16.0, 1e-6);
+    EXPECT_NEAR(best.target_reference_m.z / kMm, 0.0, 1e-6);
+    EXPECT_EQ(best.entry_reference_m, best.entry_m);
+
+    const Patient patient(torso.package());
+    for (const PlannedPath& p : r.paths)
+        for (double s = 0.0; s <= 1.0; s += 0.001) {
+            const Vec3 q =
+                referenceFromDeformed(m, settings.breath, p.entry_m + s * (p.target_m - p.entry_m));
+            ASSERT_NE(patient.at(q, {true, true}).role, Role::risk);
+        }
+}
+
+TEST(Planning, NothingToPlanIsNoPath) {
+    BoxTorso no_duct;
+    no_duct.paint(Tissue::liver, {-60, -10, -10}, {-40, 10, 10});
+    EXPECT_EQ(no_duct.plan().candidates, 0u);
+    BoxTorso outside_liver;
+    outside_liver.paint(Tissue::soft, {-80, -40, -30}, {-20, 40, 30});
+    outside_liver.addDuct();
+    EXPECT_EQ(outside_liver.plan().candidates, 0u);
+}
+
+TEST(Planning, ThreadsDoNotMatterAndProgressAscends) {
+    BoxTorso torso;
+    torso.addRibs(-9, 9);
+    PlanSettings one = BoxTorso::fine(), three = one;
+    one.threads = 1, three.threads = 3;
+    double last = 0.0;
+    const PlanResult a = planPaths(Patient(torso.package()), one, [&](double fraction) {
+        EXPECT_GE(fraction, last);
+        last = fraction;
+    });
+    EXPECT_EQ(last, 1.0);
+    const PlanResult b = torso.plan(three);
+    ASSERT_EQ(a.paths.size(), b.paths.size());
+    for (std::size_t i = 0; i < a.paths.size(); ++i) {
+        EXPECT_EQ(a.paths[i].entry_m, b.paths[i].entry_m);
+        EXPECT_EQ(a.paths[i].quality, b.paths[i].quality);
+    }
+}
+
+// ---- paths.json
+
+class SavedPaths : public ::testing::Test {
+  protected:
+    SavedPaths() {
+        paths_ = BoxTorso().plan().paths;
+        paths_.resize(3);
+        paths_[1].breath = {0.1, -1.0 / 3.0};
+        savePaths(paths_, file_);
+        std::ostringstream text;
+        text << std::ifstream(file_).rdbuf();
+        text_ = text.str();
+    }
+    void expectRefusedAs(const std::string& text, const std::string& field) {
+        std::ofstream(file_) << text;
+        test::expectRefused([&] { loadPaths(file_); }, "paths.json", field);
+    }
+    void expectRefusedWith(const std::string& from, const std::string& to, const std::string& field) {
+        const std::size_t at = text_.find(from);
+        ASSERT_NE(at, std::string::npos);
+        expectRefusedAs(std::string(text_).replace(at, from.size(), to), field);
+    }
+
+    test::TempFolder temp_;
+    std::filesystem::path file_ = temp_ / "paths.json";
+    std::vector<PlannedPath> paths_;
+    std::string text_;
+};
+
+TEST_F(SavedPaths, ComeBackBitEqual) {
+    const std::vector<PlannedPath> back = loadPaths(file_);
+    ASSERT_EQ(back.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(back[i].entry_m, paths_[i].entry_m);
+        EXPECT_EQ(back[i].target_m, paths_[i].target_m);
+        EXPECT_EQ(back[i].entry_reference_m, paths_[i].entry_reference_m);
+        EXPECT_EQ(back[i].target_reference_m, paths_[i].target_reference_m);
+        EXPECT_EQ(back[i].breath, paths_[i].breath);
+        EXPECT_EQ(back[i].length_m, paths_[i].length_m);
+        EXPECT_EQ(back[i].clearance_score, paths_[i].clearance_score);
+        EXPECT_EQ(back[i].target_score, paths_[i].target_score);
+        EXPECT_EQ(back[i].quality, paths_[i].quality);
+    }
+}
+
+TEST_F(SavedPaths, HostileFilesAreRefused) {
+    expectRefusedAs("", "json");
+    expectRefusedAs(text_ + "x", "json");
+    expectRefusedAs(std::string(100000, '['), "json");
+    expectRefusedAs("[]", "json");
+    expectRefusedWith("stylet paths 1", "stylet paths 2", "format");
+    expectRefusedWith("\"paths\": [", "\"paths\": {}, \"rest\": [", "json");
+    expectRefusedWith("\"quality\"", "\"beauty\"", "paths[0].quality: missing");
+    expectRefusedWith("\"quality\"", "\"beauty\": 1, \"quality\"", "paths[0].beauty: unknown key");
+    expectRefusedWith("\"breath_v\": 0.0", "\"breath_v\": 1e999", "");
+    expectRefusedWith("\"breath_v\": 0.0", "\"breath_v\": null", "paths[0].breath_v");
+    expectRefusedWith("\"breath_v\": 0.0", "\"breath_v\": 7", "paths[0].breath_v");
+    expectRefusedWith("\"entry_m\": [", "\"entry_m\": [1,", "paths[0].entry_m");
+    expectRefusedWith("\"entry_m\": [", "\"entry_m\": 3, \"x\": [", "paths[0].entry_m");
+    for (std::size_t n = 0; n + 2 < text_.size(); n += 7) {
+        std::ofstream(file_) << text_.substr(0, n);
+        EXPECT_THROW(loadPaths(file_), DataError) << n;
+    }
+    std::filesystem::remove(file_);
+    test::expectRefused([&] { loadPaths(file_); }, "paths.json", "file");
+}
+
+}  // namespace
+}  // namespace stylet::patient

@@ -1,0 +1,12 @@
+// The commands of stylet-model; each adds itself to the command line.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace stylet::app {
+
+void addSynth(CLI::App&);
+void addCheck(CLI::App&);
+void addSlices(CLI::App&);
+
+}  // namespace stylet::app

@@ -1,0 +1,124 @@
+// The volume while it is being painted: a label and one byte of detail per voxel.
+// Painters go slice by slice on several threads; every voxel's result depends on the earlier painters only, so the
+// number of threads cannot change it.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <thread>
+#include <vector>
+
+#include "patient/synth/anatomy.h"
+#include "patient/synth/labels.h"
+#include "patient/volume.h"
+
+namespace stylet::patient::synth {
+
+// Calls body(z) for every z in [begin, end); slices are handed out one by one.
+template <class Body>
+void forSlices(int threads, int begin, int end, const Body& body) {
+    std::atomic<int> next{begin};
+    const auto work = [&] {
+        for (int z = next++; z < end; z = next++) body(z);
+    };
+    std::vector<std::thread> others;
+    for (int i = 1; i < threads; ++i) others.emplace_back(work);
+    work();
+    for (std::thread& t : others) t.join();
+}
+
+struct Canvas {
+    LabelVolume labels;
+    std::vector<std::uint8_t> detail;
+    Vec3 scale{1.0};
+    int threads = 1;
+
+    Canvas(const Grid& grid, const Vec3& scale_, int threads_)
+        : labels(grid), detail(grid.voxelCount(), 0), scale(scale_), threads(threads_) {}
+
+    const Grid& grid() const noexcept { return labels.grid; }
+    // Anatomical millimetres of a voxel's centre.
+    Vec3 at(const Index3& i) const noexcept { return grid().centre(i) * 1000.0 / scale; }
+    double voxel_mm() const noexcept { return grid().spacing_m.x * 1000.0; }
+
+    // The voxel range of a box, cut to the grid.
+    void range(const Box& box, Index3& first, Index3& last) const noexcept {
+        for (int k = 0; k < 3; ++k) {
+            const double s = scale[k] / 1000.0;
+            const double low = (box.low[k] * s - grid().origin_m[k]) / grid().spacing_m[k];
+            const double high = (box.high[k] * s - grid().origin_m[k]) / grid().spacing_m[k];
+            first[k] = int(std::floor(std::clamp(low, 0.0, double(grid().dims[k] - 1))));
+            last[k] = int(std::floor(std::clamp(high + 1.0, 0.0, double(grid().dims[k] - 1))));
+        }
+    }
+
+    // brush(p, label, detail) for every voxel of the box whose label is in `onto`.
+    template <class Brush>
+    void paint(const Box& box, IdSet onto, const Brush& brush) {
+        Index3 first, last;
+        range(box, first, last);
+        forSlices(threads, first.z, last.z + 1, [&](int z) {
+            for (int y = first.y; y <= last.y; ++y) {
+                std::size_t n = grid().offset({first.x, y, z});
+                for (int x = first.x; x <= last.x; ++x, ++n)
+                    if (holds(onto, labels.voxels[n])) brush(at({x, y, z}), labels.voxels[n], detail[n]);
+            }
+        });
+    }
+
+    // Everything inside distance(p) < 0 becomes `id`.
+    template <class Distance>
+    void fill(const Box& box, IdSet onto, Id id, const Distance& distance) {
+        paint(box, onto, [&](const Vec3& p, std::uint8_t& label, std::uint8_t& d) {
+            if (distance(p) < 0.0) label = std::uint8_t(id), d = 0;
+        });
+    }
+};
+
+// A thick polyline is a list of strokes, each a cone with round ends.
+struct Stroke {
+    Vec3 a, b;
+    double ra, rb;
+};
+
+// brush(p, hit, stroke, label, detail) for every voxel of `onto` inside a stroke. Strokes come in order at every
+// voxel; the cost follows their volume, not the grid's.
+template <class Brush>
+void stamp(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, const Brush& brush) {
+    const Grid& grid = canvas.grid();
+    std::vector<std::array<Index3, 2>> ranges(strokes.size());
+    std::vector<std::vector<std::size_t>> of_slice(std::size_t(grid.dims.z));
+    for (std::size_t i = 0; i < strokes.size(); ++i) {
+        const Stroke& s = strokes[i];
+        canvas.range(boxAround(s.a, s.b, std::max(s.ra, s.rb)), ranges[i][0], ranges[i][1]);
+        for (int z = ranges[i][0].z; z <= ranges[i][1].z; ++z) of_slice[std::size_t(z)].push_back(i);
+    }
+    forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
+        for (const std::size_t i : of_slice[std::size_t(z)]) {
+            const Stroke& s = strokes[i];
+            const auto& [first, last] = ranges[i];
+            for (int y = first.y; y <= last.y; ++y)
+                for (int x = first.x; x <= last.x; ++x) {
+                    const std::size_t n = grid.offset({x, y, z});
+                    if (!holds(onto, canvas.labels.voxels[n])) continue;
+                    const Vec3 p = canvas.at({x, y, z});
+                    const ConeHit hit = roundCone(p, s.a, s.b, s.ra, s.rb);
+                    if (hit.distance < 0.0) brush(p, hit, s, canvas.labels.voxels[n], canvas.detail[n]);
+                }
+        }
+    });
+}
+// Plainly sets the label.
+void paintStrokes(Canvas&, const std::vector<Stroke>&, IdSet onto, Id);
+
+inline std::uint8_t detailFrom(double share) noexcept { return std::uint8_t(clamp01(share) * 255.0 + 0.5); }
+
+// A smooth tube through control points (Catmull-Rom), cut into strokes of about `step_mm`.
+// `bulge` swells the radius by that share every `period_mm`, as haustra do.
+struct TubePoint {
+    Vec3 p;
+    double radius;
+};
+std::vector<Stroke> tube(const std::vector<TubePoint>&, double step_mm, double bulge = 0.0, double period_mm = 1.0);
+
+}  // namespace stylet::patient::synth

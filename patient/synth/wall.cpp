@@ -1,0 +1,66 @@
+// Skin, subcutaneous fat, the wall's muscles and the fascia that lines them.
+#include "patient/synth/painters.h"
+#include "patient/synth/random.h"
+
+namespace stylet::patient::synth {
+
+namespace {
+
+// Thin planes of fat between the three oblique muscles of the flank, and around psoas.
+bool fatPlane(const Anatomy& a, const Vec3& p, double d, double muscle_depth) {
+    if (d < 0.0) return a.psoas(p) > 0.0 && a.psoas(p) < 2.0;
+    const double f = a.front(p);
+    if (p.z > a.costalMargin(f) - 12.0 || std::fabs(p.x) < 66.0) return false;
+    const double share = d / muscle_depth;
+    return std::fabs(share - 0.3) * muscle_depth < 0.6 || std::fabs(share - 0.62) * muscle_depth < 0.6;
+}
+
+}  // namespace
+
+void paintWall(Canvas& canvas, const Anatomy& a) {
+    // A shell thinner than the voxels would have holes.
+    const double skin_mm = std::max(2.0, 1.3 * canvas.voxel_mm());
+    canvas.paint(kWholeBody, only(Id::air), [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+        const double d = a.cageDistance(p);
+        if (d > 75.0) return;
+        if (d < 0.0 && a.cavityDistance(p) < 0.0) {
+            label = std::uint8_t(Id::visceralFat);
+            return;
+        }
+        const double skin = a.skinDepth(p);
+        if (d > skin) return;
+        const double muscle = std::min(a.muscleDepth(p), skin - skin_mm - 3.0);
+        if (d > skin - skin_mm)
+            label = std::uint8_t(Id::skin);
+        else if (d > muscle || fatPlane(a, p, d, muscle))
+            label = std::uint8_t(Id::fat);
+        else {
+            label = std::uint8_t(Id::muscle);
+            // Bundles with fat between them, coarser in the back.
+            const double streaks = valueNoise({p.x / 3.5, p.y / 3.5, p.z / 14.0}, a.seed ^ 0x61);
+            detail = detailFrom(0.8 - 0.9 * std::max(streaks - 0.35, 0.0) * (p.y < -40.0 ? 2.0 : 1.0));
+        }
+    });
+}
+
+void paintFascia(Canvas& canvas) {
+    const Grid& grid = canvas.grid();
+    const auto inside = std::uint8_t(Id::visceralFat);
+    std::vector<std::vector<std::size_t>> found(std::size_t(grid.dims.z));
+    const LabelVolume& labels = canvas.labels;
+    forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
+        for (int y = 1; y + 1 < grid.dims.y; ++y)
+            for (int x = 1; x + 1 < grid.dims.x; ++x) {
+                if (labels[{x, y, z}] == inside) continue;
+                const bool touches = labels[{x - 1, y, z}] == inside || labels[{x + 1, y, z}] == inside ||
+                                     labels[{x, y - 1, z}] == inside || labels[{x, y + 1, z}] == inside ||
+                                     (z > 0 && labels[{x, y, z - 1}] == inside) ||
+                                     (z + 1 < grid.dims.z && labels[{x, y, z + 1}] == inside);
+                if (touches) found[std::size_t(z)].push_back(grid.offset({x, y, z}));
+            }
+    });
+    for (const auto& slice : found)
+        for (const std::size_t n : slice) canvas.labels.voxels[n] = std::uint8_t(Id::fascia), canvas.detail[n] = 0;
+}
+
+}  // namespace stylet::patient::synth

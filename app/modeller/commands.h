@@ -3,10 +3,10 @@
 
 #include <CLI/CLI.hpp>
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 void addSynth(CLI::App&);
 void addCheck(CLI::App&);
 void addSlices(CLI::App&);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

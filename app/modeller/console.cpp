@@ -8,14 +8,15 @@
 
 #include "patient/synth/synth.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 std::function<void(std::string_view, double)> progressBar(std::string title) {
     const bool terminal = isatty(fileno(stderr)) != 0;
     return [title = std::move(title), terminal](std::string_view stage, double fraction) {
         constexpr int kWidth = 30;
         const int full = int(fraction * kWidth + 0.5);
-        const std::string bar = std::string(std::size_t(full), '#') + std::string(std::size_t(kWidth - full), '.');
+        const std::string bar =
+            std::string(std::size_t(full), '#') + std::string(std::size_t(kWidth - full), '.');
         std::fprintf(stderr, "%s%s [%s] %3d %%  %-12.*s%s", terminal ? "\r" : "", title.c_str(), bar.c_str(),
                      int(fraction * 100.0 + 0.5), int(stage.size()), stage.data(),
                      terminal && fraction < 1.0 ? "" : "\n");
@@ -39,4 +40,4 @@ patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int thr
     return patient::synth::makeReferencePatient(settings);
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

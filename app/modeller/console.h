@@ -8,7 +8,7 @@
 
 #include "patient/patient.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 // A bar on stderr: redrawn in place on a terminal, one line per stage elsewhere.
 std::function<void(std::string_view stage, double fraction)> progressBar(std::string title);
@@ -18,4 +18,4 @@ patient::TissueDefaults tissueDefaults();
 
 patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

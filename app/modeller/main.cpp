@@ -2,13 +2,15 @@
 #include <iostream>
 
 #include "app/modeller/commands.h"
+#include "app/modeller/import_command.h"
 
 int main(int argc, char** argv) {
     CLI::App app{"stylet-model: makes, checks and shows virtual patients"};
     app.require_subcommand(1);
-    stylet::app::addSynth(app);
-    stylet::app::addCheck(app);
-    stylet::app::addSlices(app);
+    stylet::modeller::addSynth(app);
+    stylet::modeller::addCheck(app);
+    stylet::modeller::addSlices(app);
+    stylet::modeller::addImport(app);
     try {
         CLI11_PARSE(app, argc, argv);
     } catch (const std::exception& e) {

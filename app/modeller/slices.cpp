@@ -6,7 +6,7 @@
 #include <array>
 #include <stdexcept>
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 namespace {
 
@@ -15,25 +15,32 @@ using Palette = std::array<std::array<std::uint8_t, 3>, 256>;
 
 Palette paletteOf(const patient::Package& package) {
     Palette palette{};
-    for (const patient::Label& l : package.label_table) palette[l.id] = l.colour;
+    for (const patient::Label& l : package.label_table)
+        palette[l.id] = l.colour;
     return palette;
 }
 
-int normalAxis(Plane plane) { return plane == Plane::axial ? 2 : plane == Plane::coronal ? 1 : 0; }
+int normalAxis(Plane plane) {
+    return plane == Plane::axial ? 2 : plane == Plane::coronal ? 1 : 0;
+}
 
 // The voxel under pixel (u, v) of slice `index`.
 Index3 voxelAt(Plane plane, const Index3& dims, int index, int u, int v) {
     switch (plane) {
-        case Plane::axial: return {dims.x - 1 - u, dims.y - 1 - v, index};
-        case Plane::coronal: return {dims.x - 1 - u, index, dims.z - 1 - v};
-        case Plane::sagittal: break;
+        case Plane::axial:
+            return {dims.x - 1 - u, dims.y - 1 - v, index};
+        case Plane::coronal:
+            return {dims.x - 1 - u, index, dims.z - 1 - v};
+        case Plane::sagittal:
+            break;
     }
     return {index, dims.y - 1 - u, dims.z - 1 - v};
 }
 
 }  // namespace
 
-Picture slicePicture(const patient::Package& package, Plane plane, int index, const Window& window, double label_share) {
+Picture slicePicture(const patient::Package& package, Plane plane, int index, const Window& window,
+                     double label_share) {
     const Index3 dims = package.ct.grid.dims;
     const Palette palette = paletteOf(package);
     Picture picture;
@@ -47,7 +54,8 @@ Picture slicePicture(const patient::Package& package, Plane plane, int index, co
             const double grey = 255.0 * std::clamp(share, 0.0, 1.0);
             const std::uint8_t id = package.labels[i];
             const double over = id == 0 ? 0.0 : label_share;
-            std::uint8_t* out = &picture.rgb[(std::size_t(v) * std::size_t(picture.width) + std::size_t(u)) * 3];
+            std::uint8_t* out =
+                &picture.rgb[(std::size_t(v) * std::size_t(picture.width) + std::size_t(u)) * 3];
             for (std::size_t c = 0; c < 3; ++c)
                 out[c] = std::uint8_t(grey * (1.0 - over) + palette[id][c] * over + 0.5);
         }
@@ -79,7 +87,8 @@ Picture montage(const patient::Package& package, Plane plane, int count, int col
 }
 
 void writePng(const Picture& picture, const std::filesystem::path& path) {
-    if (stbi_write_png(path.c_str(), picture.width, picture.height, 3, picture.rgb.data(), picture.width * 3) == 0)
+    if (stbi_write_png(path.c_str(), picture.width, picture.height, 3, picture.rgb.data(),
+                       picture.width * 3) == 0)
         throw std::runtime_error(path.string() + ": cannot be written");
 }
 
@@ -87,7 +96,8 @@ void writeSlices(const patient::Package& package, const std::filesystem::path& f
     std::filesystem::create_directories(folder);
     const Window abdomen;
     for (const auto& [share, suffix] : {std::pair{0.0, ""}, std::pair{0.45, "-labels"}}) {
-        writePng(montage(package, Plane::axial, 20, 5, abdomen, share), folder / (std::string("axial") + suffix + ".png"));
+        writePng(montage(package, Plane::axial, 20, 5, abdomen, share),
+                 folder / (std::string("axial") + suffix + ".png"));
         writePng(montage(package, Plane::coronal, 12, 4, abdomen, share),
                  folder / (std::string("coronal") + suffix + ".png"));
         writePng(montage(package, Plane::sagittal, 12, 6, abdomen, share),
@@ -95,4 +105,4 @@ void writeSlices(const patient::Package& package, const std::filesystem::path& f
     }
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

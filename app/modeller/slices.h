@@ -7,7 +7,7 @@
 
 #include "patient/patient.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 struct Picture {
     int width = 0, height = 0;
@@ -29,4 +29,4 @@ void writePng(const Picture&, const std::filesystem::path&);
 // axial.png, coronal.png, sagittal.png, and the same with labels.
 void writeSlices(const patient::Package&, const std::filesystem::path& folder);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -6,7 +6,7 @@
 #include "app/modeller/console.h"
 #include "app/modeller/slices.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 namespace {
 
@@ -22,14 +22,18 @@ void addSlices(CLI::App& app) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("slices", "pictures of a patient's slices, plain and with labels");
     auto* folder = command->add_option("patient", o->patient, "folder of the package");
-    auto* seed = command->add_option("--seed", o->seed, "a reference patient instead of a folder")->excludes(folder);
-    command->add_option("--spacing-mm", o->spacing_mm, "its voxel size")->needs(seed)->check(CLI::Range(0.5, 5.0));
+    auto* seed =
+        command->add_option("--seed", o->seed, "a reference patient instead of a folder")->excludes(folder);
+    command->add_option("--spacing-mm", o->spacing_mm, "its voxel size")
+        ->needs(seed)
+        ->check(CLI::Range(0.5, 5.0));
     command->add_option("--out", o->out, "folder of the PNGs")->required();
     command->callback([o] {
         if (!o->seed && o->patient.empty()) throw CLI::RequiredError("a patient's folder or --seed");
-        writeSlices(o->seed ? referencePatient(*o->seed, o->spacing_mm, 2) : patient::loadPackage(o->patient), o->out);
+        writeSlices(o->seed ? referencePatient(*o->seed, o->spacing_mm, 2) : patient::loadPackage(o->patient),
+                    o->out);
         std::cout << "slices in " << o->out << '\n';
     });
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -5,7 +5,7 @@
 #include "app/modeller/commands.h"
 #include "app/modeller/console.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 namespace {
 
@@ -22,8 +22,9 @@ void synth(const Options& o) {
     patient::savePackage(package, o.out);
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     const patient::Index3 d = package.ct.grid.dims;
-    std::cout << package.name << ": " << d.x << " x " << d.y << " x " << d.z << " voxels in " << o.out << ", digest "
-              << std::hex << patient::digest(package) << std::dec << ", " << took.count() << " s\n";
+    std::cout << package.name << ": " << d.x << " x " << d.y << " x " << d.z << " voxels in " << o.out
+              << ", digest " << std::hex << patient::digest(package) << std::dec << ", " << took.count()
+              << " s\n";
 }
 
 }  // namespace
@@ -33,9 +34,13 @@ void addSynth(CLI::App& app) {
     CLI::App* command = app.add_subcommand("synth", "make a reference patient from a seed");
     command->add_option("--seed", o->seed, "the patient; same seed, same bytes")->capture_default_str();
     command->add_option("--out", o->out, "folder of the package")->required();
-    command->add_option("--spacing-mm", o->spacing_mm, "voxel size")->check(CLI::Range(0.5, 5.0))->capture_default_str();
-    command->add_option("--threads", o->threads, "does not change the result")->check(CLI::Range(1, 64))->capture_default_str();
+    command->add_option("--spacing-mm", o->spacing_mm, "voxel size")
+        ->check(CLI::Range(0.5, 5.0))
+        ->capture_default_str();
+    command->add_option("--threads", o->threads, "does not change the result")
+        ->check(CLI::Range(1, 64))
+        ->capture_default_str();
     command->callback([o] { synth(*o); });
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -6,12 +6,15 @@ namespace stylet::patient::synth {
 
 namespace {
 
-constexpr Knot kCageWidth[] = {{-125, 116}, {-80, 116}, {-40, 118}, {0, 121}, {40, 124}, {80, 124}, {120, 120}, {180, 108}};
-constexpr Knot kCageDepth[] = {{-125, 72}, {-80, 72}, {-40, 73}, {0, 74}, {40, 76}, {80, 77}, {120, 77}, {180, 73}};
-constexpr Knot kCageCentre[] = {{-125, 5}, {-40, 4}, {40, 4}, {120, 3}, {180, 0}};
+constexpr Knot kCageWidth[] = {{-125, 116}, {-80, 116}, {-40, 118}, {0, 121},
+                               {40, 124},   {80, 124},  {120, 120}, {180, 108}};
+constexpr Knot kCageDepth[] = {{-125, 68}, {-80, 69}, {-40, 71}, {0, 73},
+                               {40, 76},   {80, 77},  {120, 77}, {180, 73}};
+constexpr Knot kCageCentre[] = {{-125, 2}, {-40, 3}, {40, 4}, {120, 3}, {180, 0}};
 constexpr Knot kSpineDepth[] = {{-125, -40}, {-80, -38}, {-30, -41}, {30, -48}, {90, -55}, {180, -58}};
 // The liver's lower surface from left to right, at middle depth.
-constexpr Knot kLiverLow[] = {{-100, 112}, {-80, 98}, {-60, 86}, {-30, 66}, {0, 46}, {30, 20}, {60, -14}, {85, -38}, {105, -50}, {125, -52}};
+constexpr Knot kLiverLow[] = {{-100, 112}, {-80, 98}, {-60, 86}, {-30, 66},  {0, 46},
+                              {30, 20},    {60, -14}, {85, -38}, {105, -50}, {125, -52}};
 
 }  // namespace
 
@@ -71,9 +74,11 @@ double Anatomy::muscleDepth(const Vec3& p) const noexcept {
     const double back = ramp(f, -0.35, -0.88), ahead = ramp(f, 0.45, 0.85);
     const double side = chest + 7.0;
     // The erectors stand on either side of the spinous processes.
-    const double erectors = chest + 12.0 + 14.0 * (1.0 - ramp(x, 48.0, 72.0)) - 5.0 * (1.0 - ramp(x, 2.0, 14.0));
+    const double erectors =
+        chest + 12.0 + 14.0 * (1.0 - ramp(x, 48.0, 72.0)) - 5.0 * (1.0 - ramp(x, 2.0, 14.0));
     // Rectus bellies either side of the linea alba, below the costal margin; chest wall above it.
-    const double belly = 3.0 + 9.5 * ramp(x, 1.5, 12.0) * (1.0 - ramp(x, 52.0, 66.0)) + 7.0 * ramp(x, 62.0, 74.0);
+    const double belly =
+        3.0 + 9.5 * ramp(x, 1.5, 12.0) * (1.0 - ramp(x, 52.0, 66.0)) + 7.0 * ramp(x, 62.0, 74.0);
     const double margin = costalMargin(f);
     const double above = ramp(p.z, margin - 18.0, margin + 4.0);
     const double front_wall = belly * (1.0 - above) + (chest + 3.0) * above;
@@ -85,11 +90,12 @@ double Anatomy::skinDepth(const Vec3& p) const noexcept {
     const double f = front(p);
     const double x = std::fabs(p.x);
     const double back = ramp(f, -0.3, -0.9), ahead = ramp(f, 0.3, 0.9);
-    const double belly = 8.0 * ramp(p.z, 30.0, -90.0);
+    const double belly = 5.0 * ramp(p.z, 30.0, -90.0);
     const double love_handle = 10.0 * ramp(p.z, 10.0, -90.0) * (1.0 - ramp(f, 0.3, 0.9));
     const double furrow = 4.0 * (1.0 - ramp(x, 0.0, 22.0)) * back;  // over the spinous processes
-    const double fat = fat_side_mm * (1.0 - back - ahead) + fat_back_mm * back + (fat_front_mm + belly) * ahead +
-                       love_handle - furrow + 1.5 * valueNoise(p / 34.0, seed ^ 0x51);
+    const double fat = fat_side_mm * (1.0 - back - ahead) + fat_back_mm * back +
+                       (fat_front_mm + belly) * ahead + love_handle - furrow +
+                       0.9 * valueNoise(p / 45.0, seed ^ 0x51);
     // Muscle steps are bridged by fat: the skin follows a smoothed wall.
     const double wall = (18.0 * (1.0 - back) + 32.0 * back) * (1.0 - ahead) + 12.5 * ahead;
     const double navel = bump(((p.x * p.x) + (p.z + 108.0) * (p.z + 108.0)) / 60.0) * ahead;
@@ -130,8 +136,8 @@ double Anatomy::liverDistance(const Vec3& p) const noexcept {
     const double caudate = ellipsoid(p, {4.0, -19.0, 66.0}, {15.0, 12.0, 24.0});
     d = smoothMin(d, caudate, 8.0);
     // Fissure of the round ligament, from the front edge below.
-    const double fissure = std::max(std::fabs(p.x + 9.0 + 0.12 * (p.y - 30.0)) - 2.2,
-                                    std::max(28.0 - p.y, p.z - low - 30.0));
+    const double fissure =
+        std::max(std::fabs(p.x + 9.0 + 0.12 * (p.y - 30.0)) - 2.2, std::max(28.0 - p.y, p.z - low - 30.0));
     d = smoothMax(d, -fissure, 6.0);
     d = smoothMax(d, 4.0 - organs.kidneyRight.distance(p), 10.0);
     d = smoothMax(d, 1.5 - organs.gallbladder.distance(p), 6.0);
@@ -156,8 +162,8 @@ Anatomy drawAnatomy(std::uint64_t seed) {
     a.scale = {1.0 + random.jitter(0.035), 1.0 + random.jitter(0.03), 1.0 + random.jitter(0.04)};
     a.width_mm = random.jitter(4.0);
     a.depth_mm = random.jitter(2.5);
-    a.fat_side_mm = random.uniform(8.0, 14.0);
-    a.fat_front_mm = a.fat_side_mm + random.uniform(1.0, 6.0);
+    a.fat_side_mm = random.uniform(8.0, 13.0);
+    a.fat_front_mm = a.fat_side_mm + random.uniform(0.0, 4.0);
     a.fat_back_mm = random.uniform(7.0, 12.0);
     a.dome_right_mm = 132.0 + random.jitter(6.0);
     a.dome_left_mm = a.dome_right_mm - 14.0 + random.jitter(4.0);
@@ -180,10 +186,11 @@ Anatomy drawAnatomy(std::uint64_t seed) {
                                       {0.75, -0.65, 0.0}, {right, 28.0, 22.0});
     o.kidneyLeft = orientedEllipsoid(Vec3(-63.0, -33.0, -12.0) + random.jitter3(4.0), {-0.22, -0.12, -1.0},
                                      {-0.75, -0.65, 0.0}, {left, 28.0, 22.0});
-    o.spleen = orientedEllipsoid(Vec3(-91.0, -24.0, 52.0) + random.jitter3(4.0), {-0.15, 0.75, -0.65},
-                                 {0.3, 0.65, 0.7}, {random.uniform(50.0, 60.0), random.uniform(33.0, 39.0), 21.0});
-    o.heart = orientedEllipsoid(Vec3(-22.0, 28.0, 158.0) + random.jitter3(3.0), {-0.85, 0.45, -0.25}, {0, 0, 1},
-                                {60.0, 44.0, 44.0});
+    o.spleen =
+        orientedEllipsoid(Vec3(-91.0, -24.0, 52.0) + random.jitter3(4.0), {-0.15, 0.75, -0.65},
+                          {0.3, 0.65, 0.7}, {random.uniform(50.0, 60.0), random.uniform(33.0, 39.0), 21.0});
+    o.heart = orientedEllipsoid(Vec3(-22.0, 28.0, 158.0) + random.jitter3(3.0), {-0.85, 0.45, -0.25},
+                                {0, 0, 1}, {60.0, 44.0, 44.0});
     o.tumour = Vec3(27.0, 5.0, -6.0) + random.jitter3(2.0);
     o.tumour_radius = random.uniform(9.0, 13.0);
     return a;

@@ -1,5 +1,6 @@
-// The seeded plan of one patient, in "anatomical" millimetres: x to the patient's right, y to the front, z to the
-// head, z = 0 at the middle of the first lumbar vertebra. The patient's own size enters last, as a scale per axis.
+// The seeded plan of one patient, in "anatomical" millimetres: x to the patient's right, y to the front, z to
+// the head, z = 0 at the middle of the first lumbar vertebra. The patient's own size enters last, as a scale
+// per axis.
 #pragma once
 
 #include <array>
@@ -19,8 +20,8 @@ struct CageSection {
 // Organ positions and sizes that several painters share.
 struct OrganPlan {
     OrientedEllipsoid gallbladder, spleen, kidneyRight, kidneyLeft, heart;
-    Vec3 hilum{0.0};             // where the portal vein divides
-    Vec3 tumour{0.0};            // in the pancreatic head, around the end of the common duct
+    Vec3 hilum{0.0};   // where the portal vein divides
+    Vec3 tumour{0.0};  // in the pancreatic head, around the end of the common duct
     double tumour_radius = 11.0;
     double liver_low_mm = 0.0;   // shift of the liver's lower surface
     double liver_left_mm = 0.0;  // shift of the left lobe's tip
@@ -28,8 +29,8 @@ struct OrganPlan {
 
 struct Anatomy {
     std::uint64_t seed = 0;
-    Vec3 scale{1.0};             // patient mm per anatomical mm
-    double width_mm = 0.0, depth_mm = 0.0;        // added to the cage's half-axes
+    Vec3 scale{1.0};                        // patient mm per anatomical mm
+    double width_mm = 0.0, depth_mm = 0.0;  // added to the cage's half-axes
     double fat_side_mm = 0.0, fat_front_mm = 0.0, fat_back_mm = 0.0;
     double dome_right_mm = 132.0, dome_left_mm = 117.0;
     double rib_shift_mm = 0.0;   // all ribs up or down

@@ -8,10 +8,12 @@ namespace {
 
 constexpr IdSet kCavity = only(Id::visceralFat);
 
-std::uint8_t depthByte(double depth_mm) { return std::uint8_t(std::clamp(depth_mm * 12.0, 1.0, 255.0)); }
+std::uint8_t depthByte(double depth_mm) {
+    return std::uint8_t(std::clamp(depth_mm * 12.0, 1.0, 255.0));
+}
 
-// Stamps a hollow tube; the detail holds the depth under the outer wall until `finishHollow` turns it into wall and
-// content. Loops that touch keep their walls.
+// Stamps a hollow tube; the detail holds the depth under the outer wall until `finishHollow` turns it into
+// wall and content. Loops that touch keep their walls.
 void stampHollow(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, Id id) {
     stamp(canvas, strokes, onto | only(id),
           [id](const Vec3&, const ConeHit& hit, const Stroke&, std::uint8_t& label, std::uint8_t& detail) {
@@ -23,7 +25,8 @@ void stampHollow(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto,
 
 // Gas in the part of a hollow organ that lies in front of `level` of its radius.
 void stampGas(Canvas& canvas, std::vector<Stroke> strokes, Id id, double wall_mm, double level) {
-    for (Stroke& s : strokes) s.ra = std::max(s.ra - wall_mm, 0.0), s.rb = std::max(s.rb - wall_mm, 0.0);
+    for (Stroke& s : strokes)
+        s.ra = std::max(s.ra - wall_mm, 0.0), s.rb = std::max(s.rb - wall_mm, 0.0);
     stamp(canvas, strokes, only(id),
           [&](const Vec3& p, const ConeHit& hit, const Stroke& s, std::uint8_t& label, std::uint8_t& detail) {
               const double centre = mixed(s.a, s.b, hit.share).y;
@@ -37,7 +40,8 @@ void stampGas(Canvas& canvas, std::vector<Stroke> strokes, Id id, double wall_mm
 void finishHollow(Canvas& canvas, Id id, double wall_mm, double mottle, std::uint64_t seed) {
     canvas.paint(kWholeBody, only(id), [&](const Vec3& p, std::uint8_t&, std::uint8_t& detail) {
         const double depth = detail / 12.0;
-        const double content = 0.5 + mottle * valueNoise(p / 5.0, seed) + 0.5 * mottle * valueNoise(p / 2.3, seed ^ 1);
+        const double content =
+            0.5 + mottle * valueNoise(p / 5.0, seed) + 0.5 * mottle * valueNoise(p / 2.3, seed ^ 1);
         const double wall = 1.0 - ramp(depth, wall_mm * 0.7, wall_mm * 1.3);
         detail = detailFrom(std::max(wall, std::clamp(content * 0.6, 0.0, 0.6)));
     });
@@ -52,7 +56,8 @@ void paintStomach(Canvas& canvas, const Anatomy& a, Random& random) {
     const Vec3 hiatus = a.aorta(118.0) + Vec3(-2.0, 20.0, 0.0);
     const Vec3 above = a.aorta(175.0) + Vec3(6.0, 17.0, 0.0);
     const IdSet gullet = anyOf({Id::visceralFat, Id::diaphragm});
-    stampHollow(canvas, tube({{above, 7.0}, {hiatus, 7.0}, {{-36.0, -4.0, 88.0}, 8.0}}, 3.0), gullet, Id::stomach);
+    stampHollow(canvas, tube({{above, 7.0}, {hiatus, 7.0}, {{-36.0, -4.0, 88.0}, 8.0}}, 3.0), gullet,
+                Id::stomach);
     const double full = random.uniform(0.9, 1.08);
     const Vec3 sway = random.jitter3(4.0);
     const std::vector<Stroke> body = tube({{Vec3(-50.0, -18.0, 84.0) + sway, 25.0 * full},
@@ -66,9 +71,11 @@ void paintStomach(Canvas& canvas, const Anatomy& a, Random& random) {
     stampHollow(canvas, body, kCavity, Id::stomach);
     // One level for the whole stomach.
     const double level_y = 24.0 + random.jitter(5.0);
-    canvas.paint(kWholeBody, only(Id::stomach), [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
-        if (p.y > level_y && detail > depthByte(4.5) && p.z < 110.0 && p.x < 5.0) label = std::uint8_t(Id::gas), detail = 0;
-    });
+    canvas.paint(kWholeBody, only(Id::stomach),
+                 [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+                     if (p.y > level_y && detail > depthByte(4.5) && p.z < 110.0 && p.x < 5.0)
+                         label = std::uint8_t(Id::gas), detail = 0;
+                 });
     finishHollow(canvas, Id::stomach, 4.0, 0.25, a.seed ^ 0x41);
 }
 
@@ -98,8 +105,15 @@ void paintColon(Canvas& canvas, const Anatomy& a, Random& random) {
 
 void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
     // Duodenum around the head of the pancreas.
-    stampHollow(canvas, tube({{{28.0, 28.0, 7.0}, 11.0}, {{42.0, 18.0, 6.0}, 12.0}, {{49.0, 4.0, -14.0}, 12.5}, {{44.0, -2.0, -40.0}, 12.0},
-                              {{20.0, 0.0, -54.0}, 11.0}, {{-8.0, 4.0, -52.0}, 11.0}, {{-26.0, 10.0, -34.0}, 11.0}}, 3.0),
+    stampHollow(canvas,
+                tube({{{28.0, 28.0, 7.0}, 11.0},
+                      {{42.0, 18.0, 6.0}, 12.0},
+                      {{49.0, 4.0, -14.0}, 12.5},
+                      {{44.0, -2.0, -40.0}, 12.0},
+                      {{20.0, 0.0, -54.0}, 11.0},
+                      {{-8.0, 4.0, -52.0}, 11.0},
+                      {{-26.0, 10.0, -34.0}, 11.0}},
+                     3.0),
                 kCavity, Id::bowel);
     // Jejunum and ileum: loops to and fro in layers.
     for (int layer = 0; layer < 4; ++layer)
@@ -110,7 +124,8 @@ void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
             for (int i = 0; i < 9; ++i) {
                 const double x = (layer + row) % 2 ? 68.0 - 17.0 * i : -68.0 + 17.0 * i;
                 const double wave = i % 2 ? 8.0 : -8.0;
-                loop.push_back({Vec3(x, y + 0.6 * wave, z + wave) + random.jitter3(6.0), random.uniform(9.5, 12.5)});
+                loop.push_back(
+                    {Vec3(x, y + 0.6 * wave, z + wave) + random.jitter3(6.0), random.uniform(9.5, 12.5)});
             }
             const std::vector<Stroke> strokes = tube(loop, 3.0, 0.06, 13.0);
             stampHollow(canvas, strokes, kCavity, Id::bowel);

@@ -21,13 +21,15 @@ TubePoint between(const std::vector<TubePoint>& points, std::size_t i, double t)
 }  // namespace
 
 void paintStrokes(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, Id id) {
-    stamp(canvas, strokes, onto, [id](const Vec3&, const ConeHit&, const Stroke&, std::uint8_t& label, std::uint8_t& d) {
-        label = std::uint8_t(id);
-        d = 0;
-    });
+    stamp(canvas, strokes, onto,
+          [id](const Vec3&, const ConeHit&, const Stroke&, std::uint8_t& label, std::uint8_t& d) {
+              label = std::uint8_t(id);
+              d = 0;
+          });
 }
 
-std::vector<Stroke> tube(const std::vector<TubePoint>& points, double step_mm, double bulge, double period_mm) {
+std::vector<Stroke> tube(const std::vector<TubePoint>& points, double step_mm, double bulge,
+                         double period_mm) {
     std::vector<Stroke> strokes;
     double along = 0.0;
     TubePoint last = points.front();

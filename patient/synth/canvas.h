@@ -1,6 +1,6 @@
 // The volume while it is being painted: a label and one byte of detail per voxel.
-// Painters go slice by slice on several threads; every voxel's result depends on the earlier painters only, so the
-// number of threads cannot change it.
+// Painters go slice by slice on several threads; every voxel's result depends on the earlier painters only,
+// so the number of threads cannot change it.
 #pragma once
 
 #include <array>
@@ -19,12 +19,15 @@ template <class Body>
 void forSlices(int threads, int begin, int end, const Body& body) {
     std::atomic<int> next{begin};
     const auto work = [&] {
-        for (int z = next++; z < end; z = next++) body(z);
+        for (int z = next++; z < end; z = next++)
+            body(z);
     };
     std::vector<std::thread> others;
-    for (int i = 1; i < threads; ++i) others.emplace_back(work);
+    for (int i = 1; i < threads; ++i)
+        others.emplace_back(work);
     work();
-    for (std::thread& t : others) t.join();
+    for (std::thread& t : others)
+        t.join();
 }
 
 struct Canvas {
@@ -81,8 +84,8 @@ struct Stroke {
     double ra, rb;
 };
 
-// brush(p, hit, stroke, label, detail) for every voxel of `onto` inside a stroke. Strokes come in order at every
-// voxel; the cost follows their volume, not the grid's.
+// brush(p, hit, stroke, label, detail) for every voxel of `onto` inside a stroke. Strokes come in order at
+// every voxel; the cost follows their volume, not the grid's.
 template <class Brush>
 void stamp(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, const Brush& brush) {
     const Grid& grid = canvas.grid();
@@ -91,7 +94,8 @@ void stamp(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, const
     for (std::size_t i = 0; i < strokes.size(); ++i) {
         const Stroke& s = strokes[i];
         canvas.range(boxAround(s.a, s.b, std::max(s.ra, s.rb)), ranges[i][0], ranges[i][1]);
-        for (int z = ranges[i][0].z; z <= ranges[i][1].z; ++z) of_slice[std::size_t(z)].push_back(i);
+        for (int z = ranges[i][0].z; z <= ranges[i][1].z; ++z)
+            of_slice[std::size_t(z)].push_back(i);
     }
     forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
         for (const std::size_t i : of_slice[std::size_t(z)]) {
@@ -111,7 +115,9 @@ void stamp(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, const
 // Plainly sets the label.
 void paintStrokes(Canvas&, const std::vector<Stroke>&, IdSet onto, Id);
 
-inline std::uint8_t detailFrom(double share) noexcept { return std::uint8_t(clamp01(share) * 255.0 + 0.5); }
+inline std::uint8_t detailFrom(double share) noexcept {
+    return std::uint8_t(clamp01(share) * 255.0 + 0.5);
+}
 
 // A smooth tube through control points (Catmull-Rom), cut into strokes of about `step_mm`.
 // `bulge` swells the radius by that share every `period_mm`, as haustra do.
@@ -119,6 +125,7 @@ struct TubePoint {
     Vec3 p;
     double radius;
 };
-std::vector<Stroke> tube(const std::vector<TubePoint>&, double step_mm, double bulge = 0.0, double period_mm = 1.0);
+std::vector<Stroke> tube(const std::vector<TubePoint>&, double step_mm, double bulge = 0.0,
+                         double period_mm = 1.0);
 
 }  // namespace stylet::patient::synth

@@ -1,6 +1,6 @@
-// Partial volume: the ideal image is blurred by [1 2 1]/4 along each axis (FWHM 2 voxels), which is what a soft
-// kernel does at 1 mm. Thin structures lose contrast; the ideal values are then shifted label by label until the
-// means of the blurred image are those of the table.
+// Partial volume: the ideal image is blurred by [1 2 1]/4 along each axis (FWHM 2 voxels), which is what a
+// soft kernel does at 1 mm. Thin structures lose contrast; the ideal values are then shifted label by label
+// until the means of the blurred image are those of the table.
 #include "patient/synth/ct.h"
 
 #include <array>
@@ -28,12 +28,14 @@ void blur(std::vector<float>& image, std::vector<float>& work, const Grid& grid,
     forSlices(threads, 0, grid.dims.z, [&](int z) {
         float* in = image.data() + std::size_t(z) * plane;
         float* out = work.data() + std::size_t(z) * plane;
-        for (std::size_t y = 0; y < ny; ++y) blurRow(in + y * nx, out + y * nx, nx, 1);
+        for (std::size_t y = 0; y < ny; ++y)
+            blurRow(in + y * nx, out + y * nx, nx, 1);
         for (std::size_t y = 0; y < ny; ++y) {
             const float* here = out + y * nx;
             const float* before = y > 0 ? here - nx : here;
             const float* after = y + 1 < ny ? here + nx : here;
-            for (std::size_t x = 0; x < nx; ++x) in[y * nx + x] = 0.25f * before[x] + 0.5f * here[x] + 0.25f * after[x];
+            for (std::size_t x = 0; x < nx; ++x)
+                in[y * nx + x] = 0.25f * before[x] + 0.5f * here[x] + 0.25f * after[x];
         }
     });
     forSlices(threads, 0, grid.dims.z, [&](int z) {
@@ -41,7 +43,8 @@ void blur(std::vector<float>& image, std::vector<float>& work, const Grid& grid,
         const float* before = z > 0 ? here - plane : here;
         const float* after = z + 1 < grid.dims.z ? here + plane : here;
         float* out = work.data() + std::size_t(z) * plane;
-        for (std::size_t i = 0; i < plane; ++i) out[i] = 0.25f * before[i] + 0.5f * here[i] + 0.25f * after[i];
+        for (std::size_t i = 0; i < plane; ++i)
+            out[i] = 0.25f * before[i] + 0.5f * here[i] + 0.25f * after[i];
     });
     image.swap(work);
 }
@@ -61,8 +64,10 @@ Sums labelMeans(const std::vector<float>& image, const Canvas& canvas) {
     });
     Sums mean{}, count{};
     for (std::size_t z = 0; z < sums.size(); ++z)
-        for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += sums[z][i], count[i] += counts[z][i];
-    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = count[i] > 0.0 ? mean[i] / count[i] : ctRow(Id(i)).mean_hu;
+        for (std::size_t i = 0; i < mean.size(); ++i)
+            mean[i] += sums[z][i], count[i] += counts[z][i];
+    for (std::size_t i = 0; i < mean.size(); ++i)
+        mean[i] = count[i] > 0.0 ? mean[i] / count[i] : ctRow(Id(i)).mean_hu;
     return mean;
 }
 
@@ -71,7 +76,8 @@ float gaussian(std::uint64_t key) {
     std::int64_t sum = 0;
     for (int half = 0; half < 2; ++half) {
         const std::uint64_t h = mixBits(key + std::uint64_t(half) * 0x632be59bd9b4e019ull);
-        for (int k = 0; k < 4; ++k) sum += std::int64_t(h >> (16 * k) & 0xffffu);
+        for (int k = 0; k < 4; ++k)
+            sum += std::int64_t(h >> (16 * k) & 0xffffu);
     }
     // Mean 8 * 65535 / 2, variance 8 * (65536^2 - 1) / 12.
     return float(double(sum - 262140) * 1.8688e-5);
@@ -89,7 +95,8 @@ CtVolume makeCt(const Canvas& canvas, std::uint64_t seed) {
                 const std::size_t n = grid.offset({x, y, z});
                 const CtRow& row = ctRow(Id(canvas.labels.voxels[n]));
                 double hu = row.low_hu + (row.high_hu - row.low_hu) * canvas.detail[n] / 255.0;
-                if (row.texture_hu > 0.0) hu += row.texture_hu * valueNoise(canvas.at({x, y, z}) / 4.5, seed ^ 0x71);
+                if (row.texture_hu > 0.0)
+                    hu += row.texture_hu * valueNoise(canvas.at({x, y, z}) / 4.5, seed ^ 0x71);
                 ideal[n] = float(hu);
             }
     });
@@ -98,30 +105,37 @@ CtVolume makeCt(const Canvas& canvas, std::uint64_t seed) {
     for (int round = 0; round < 3; ++round) {
         const Sums mean = labelMeans(image, canvas);
         std::array<float, std::size_t(kIdCount)> shift{};
-        for (int i = 1; i < kIdCount; ++i) shift[std::size_t(i)] = float(ctRow(Id(i)).mean_hu - mean[std::size_t(i)]);
-        for (std::size_t n = 0; n < ideal.size(); ++n) ideal[n] += shift[canvas.labels.voxels[n]];
+        for (int i = 1; i < kIdCount; ++i)
+            shift[std::size_t(i)] = float(ctRow(Id(i)).mean_hu - mean[std::size_t(i)]);
+        for (std::size_t n = 0; n < ideal.size(); ++n)
+            ideal[n] += shift[canvas.labels.voxels[n]];
         image = ideal;
         blur(image, work, grid, canvas.threads);
     }
     ideal.clear();
     ideal.shrink_to_fit();
 
-    // Noise with the grain of a reconstruction: white noise smoothed in the plane, back to its standard deviation.
+    // Noise with the grain of a reconstruction: white noise smoothed in the plane, back to its standard
+    // deviation.
     CtVolume ct(grid);
     forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
         const auto nx = std::size_t(grid.dims.x), ny = std::size_t(grid.dims.y);
         std::vector<float> white(plane), smooth(plane);
         for (std::size_t i = 0; i < plane; ++i)
-            white[i] = gaussian(mixBits(seed ^ 0x72) + (std::uint64_t(z) * plane + i) * 0xd1342543de82ef95ull);
-        for (std::size_t y = 0; y < ny; ++y) blurRow(white.data() + y * nx, smooth.data() + y * nx, nx, 1);
+            white[i] =
+                gaussian(mixBits(seed ^ 0x72) + (std::uint64_t(z) * plane + i) * 0xd1342543de82ef95ull);
+        for (std::size_t y = 0; y < ny; ++y)
+            blurRow(white.data() + y * nx, smooth.data() + y * nx, nx, 1);
         for (std::size_t y = 0; y < ny; ++y)
             for (std::size_t x = 0; x < nx; ++x) {
                 const std::size_t i = y * nx + x;
                 const float before = smooth[y > 0 ? i - nx : i], after = smooth[y + 1 < ny ? i + nx : i];
                 const float grain = 0.25f * before + 0.5f * smooth[i] + 0.25f * after;
                 // [1 2 1]/4 leaves 3/8 of the variance per axis.
-                const double hu = double(image[std::size_t(z) * plane + i]) + kNoise_hu * double(grain) / 0.375;
-                ct.voxels[std::size_t(z) * plane + i] = std::int16_t(std::floor(std::clamp(hu, -1024.0, 3000.0) + 0.5));
+                const double hu =
+                    double(image[std::size_t(z) * plane + i]) + kNoise_hu * double(grain) / 0.375;
+                ct.voxels[std::size_t(z) * plane + i] =
+                    std::int16_t(std::floor(std::clamp(hu, -1024.0, 3000.0) + 0.5));
             }
     });
     return ct;

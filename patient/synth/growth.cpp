@@ -15,14 +15,15 @@ struct Join {
 
 class Grower {
   public:
-    Grower(Tree& tree, Random& random, const GrowthSettings& settings, const std::function<double(const Vec3&)>& depth,
-           const std::vector<Stroke>& obstacles)
+    Grower(Tree& tree, Random& random, const GrowthSettings& settings,
+           const std::function<double(const Vec3&)>& depth, const std::vector<Stroke>& obstacles)
         : tree_(tree), random_(random), s_(settings), depth_(depth), obstacles_(obstacles) {}
 
     void run() {
         tree_.updateRadii();
         int missed = 0;
-        while (leaves() < s_.terminals && missed < 60) missed = addTerminal() ? 0 : missed + 1;
+        while (leaves() < s_.terminals && missed < 60)
+            missed = addTerminal() ? 0 : missed + 1;
     }
 
   private:
@@ -65,7 +66,8 @@ class Grower {
                 const double turn = dot(out, in);
                 const double far = length(terminal - n.p);
                 if (turn > 0.35 && far > s_.min_edge_mm)
-                    list.push_back({-1, int(i), n.p, far * (1.3 - 0.3 * turn) + (n.children.empty() ? 6.0 : 0.0)});
+                    list.push_back(
+                        {-1, int(i), n.p, far * (1.3 - 0.3 * turn) + (n.children.empty() ? 6.0 : 0.0)});
             }
             if (edge < 2.0 * s_.min_edge_mm) continue;
             const ConeHit hit = roundCone(terminal, a, n.p, 0.0, 0.0);

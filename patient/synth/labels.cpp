@@ -18,33 +18,34 @@ constexpr std::array<CtRow, kIdCount> kCt{{
     {-98, -105, -105, 8},      // visceral fat
     {410, 230, 780, 12},       // ribs
     {410, 230, 780, 12},
-    {105, 105, 105, 10},       // cartilage and discs
-    {270, 185, 560, 22},       // spine
-    {35, 12, 45, 0},           // canal
-    {260, 170, 520, 15},       // sternum
-    {-810, -880, -250, 10},    // lungs
+    {105, 105, 105, 10},     // cartilage and discs
+    {270, 185, 560, 22},     // spine
+    {35, 12, 45, 0},         // canal
+    {260, 170, 520, 15},     // sternum
+    {-810, -880, -250, 10},  // lungs
     {-810, -880, -250, 10},
-    {52, 60, 60, 3},           // diaphragm
-    {140, 110, 162, 3},        // heart
-    {170, 175, 175, 2},        // aorta
-    {150, 155, 155, 4},        // vena cava
-    {112, 112, 112, 4},        // liver
-    {160, 170, 170, 2},        // portal vein
-    {158, 168, 168, 2},        // hepatic veins
-    {18, 8, 8, 1},             // ducts
-    {12, 6, 45, 1},            // gallbladder
-    {78, 76, 76, 4},           // tumour
-    {118, 118, 118, 4},        // spleen
-    {98, 102, 102, 6},         // pancreas
-    {188, 150, 208, 3},        // kidneys
+    {52, 60, 60, 3},     // diaphragm
+    {140, 110, 162, 3},  // heart
+    {170, 175, 175, 2},  // aorta
+    {150, 155, 155, 4},  // vena cava
+    {112, 112, 112, 4},  // liver
+    {160, 170, 170, 2},  // portal vein
+    {158, 168, 168, 2},  // hepatic veins
+    {18, 8, 8, 1},       // ducts
+    {12, 6, 45, 1},      // gallbladder
+    {78, 76, 76, 4},     // tumour
+    {118, 118, 118, 4},  // spleen
+    {98, 102, 102, 6},   // pancreas
+    {188, 150, 208, 3},  // kidneys
     {188, 150, 208, 3},
-    {40, 15, 90, 3},           // stomach
-    {10, -90, 90, 8},          // colon
-    {60, 20, 110, 4},          // small bowel
-    {-900, -980, -980, 0},     // gas
+    {40, 15, 90, 3},        // stomach
+    {10, -90, 90, 8},       // colon
+    {60, 20, 110, 4},       // small bowel
+    {-900, -980, -980, 0},  // gas
 }};
 
-Label row(Id id, std::string name, Tissue tissue, Role role, bool abdominal, std::array<std::uint8_t, 3> colour) {
+Label row(Id id, std::string name, Tissue tissue, Role role, bool abdominal,
+          std::array<std::uint8_t, 3> colour) {
     return {std::uint8_t(id), std::move(name), tissue, role, abdominal, colour, "synthetic"};
 }
 
@@ -89,7 +90,9 @@ std::vector<Label> makeTable() {
 
 }  // namespace
 
-const CtRow& ctRow(Id id) noexcept { return kCt[std::size_t(id)]; }
+const CtRow& ctRow(Id id) noexcept {
+    return kCt[std::size_t(id)];
+}
 
 const std::vector<Label>& labelTable() {
     static const std::vector<Label> table = makeTable();

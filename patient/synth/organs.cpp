@@ -11,7 +11,8 @@ constexpr IdSet kCavity = only(Id::visceralFat);
 // Cortex outside, pyramids of medulla inside, fat in the sinus.
 void paintKidney(Canvas& canvas, const Anatomy& a, const OrientedEllipsoid& kidney, Id id, double side) {
     const Vec3 hilum = kidney.centre + Vec3(-side * 17.0, 10.0, 0.0);
-    const OrientedEllipsoid sinus = orientedEllipsoid(hilum, kidney.axes[0], kidney.axes[1], {24.0, 13.0, 9.0});
+    const OrientedEllipsoid sinus =
+        orientedEllipsoid(hilum, kidney.axes[0], kidney.axes[1], {24.0, 13.0, 9.0});
     const Box box = boxAround(kidney.centre, kidney.centre, kidney.radii.x + 4.0);
     canvas.paint(box, kCavity, [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
         const double d = kidney.distance(p) + 1.2 * valueNoise(p / 16.0, a.seed ^ 0x31);
@@ -44,13 +45,14 @@ void paintPancreas(Canvas& canvas, const Anatomy& a) {
                                            {{-44.0, 4.0, 27.0}, 10.0},
                                            {spleen + Vec3(24.0, 12.0, -6.0), 8.0}},
                                           3.0);
-    stamp(canvas, body, kCavity, [&](const Vec3& p, const ConeHit& hit, const Stroke&, std::uint8_t& label, std::uint8_t& d) {
-        // Lobules with fat between them.
-        const double lobes = 2.6 * valueNoise(p / 6.5, a.seed ^ 0x33);
-        if (hit.distance + 1.5 + lobes > 0.0) return;
-        label = std::uint8_t(Id::pancreas);
-        d = 0;
-    });
+    stamp(canvas, body, kCavity,
+          [&](const Vec3& p, const ConeHit& hit, const Stroke&, std::uint8_t& label, std::uint8_t& d) {
+              // Lobules with fat between them.
+              const double lobes = 2.6 * valueNoise(p / 6.5, a.seed ^ 0x33);
+              if (hit.distance + 1.5 + lobes > 0.0) return;
+              label = std::uint8_t(Id::pancreas);
+              d = 0;
+          });
 }
 
 }  // namespace
@@ -61,7 +63,8 @@ void paintGreatVessels(Canvas& canvas, const Anatomy& a) {
     canvas.paint(box, onto, [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
         const Vec3 aorta = a.aorta(p.z), cava = a.cava(p.z);
         const double radius = 8.6 + 2.2 * ramp(p.z, -60.0, 120.0);
-        const double in_aorta = ellipsoid({p.x - aorta.x, p.y - aorta.y, 0.0}, Vec3(0.0), {radius, radius, 1e4});
+        const double in_aorta =
+            ellipsoid({p.x - aorta.x, p.y - aorta.y, 0.0}, Vec3(0.0), {radius, radius, 1e4});
         const double in_cava = ellipsoid({p.x - cava.x, p.y - cava.y, 0.0}, Vec3(0.0), {11.5, 9.5, 1e4});
         const bool in_heart = label == std::uint8_t(Id::heart);
         if (in_aorta < 0.0 && !in_heart)
@@ -78,7 +81,8 @@ void paintLiver(Canvas& canvas, const Anatomy& a) {
     canvas.paint(boxAround(o.gallbladder.centre, o.gallbladder.centre, 60.0), kCavity,
                  [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
                      // A pear: slimmer towards the neck.
-                     const double along = dot(p - o.gallbladder.centre, o.gallbladder.axes[0]) / o.gallbladder.radii.x;
+                     const double along =
+                         dot(p - o.gallbladder.centre, o.gallbladder.axes[0]) / o.gallbladder.radii.x;
                      const double d = o.gallbladder.distance(p) + 4.0 * ramp(along, 0.3, -1.0);
                      if (d >= 0.0) return;
                      label = std::uint8_t(Id::gallbladder);
@@ -92,19 +96,32 @@ void paintSolidOrgans(Canvas& canvas, const Anatomy& a) {
     paintRenalVessels(canvas, a);
     // Coeliac trunk with the splenic and hepatic arteries, superior mesenteric artery.
     const Vec3 coeliac = a.aorta(22.0), mesenteric = a.aorta(8.0);
-    paintStrokes(canvas, tube({{coeliac, 3.4}, {coeliac + Vec3(2.0, 17.0, 3.0), 3.2}, {coeliac + Vec3(20.0, 20.0, 8.0), 2.4}}, 2.0), kCavity, Id::aorta);
-    paintStrokes(canvas, tube({{mesenteric, 3.4}, {mesenteric + Vec3(1.0, 16.0, -8.0), 3.2}, {mesenteric + Vec3(6.0, 26.0, -50.0), 3.0}, {mesenteric + Vec3(6.0, 30.0, -130.0), 2.6}}, 2.0), kCavity, Id::aorta);
+    paintStrokes(
+        canvas,
+        tube({{coeliac, 3.4}, {coeliac + Vec3(2.0, 17.0, 3.0), 3.2}, {coeliac + Vec3(20.0, 20.0, 8.0), 2.4}},
+             2.0),
+        kCavity, Id::aorta);
+    paintStrokes(canvas,
+                 tube({{mesenteric, 3.4},
+                       {mesenteric + Vec3(1.0, 16.0, -8.0), 3.2},
+                       {mesenteric + Vec3(6.0, 26.0, -50.0), 3.0},
+                       {mesenteric + Vec3(6.0, 30.0, -130.0), 2.6}},
+                      2.0),
+                 kCavity, Id::aorta);
     const IdSet tumour_onto = anyOf({Id::visceralFat, Id::ducts});
-    canvas.fill(boxAround(o.tumour, o.tumour, o.tumour_radius + 3.0), tumour_onto, Id::tumour, [&](const Vec3& p) {
-        return length(p - o.tumour) - o.tumour_radius + 2.0 * valueNoise(p / 7.0, a.seed ^ 0x34);
-    });
-    canvas.fill(boxAround(o.spleen.centre, o.spleen.centre, o.spleen.radii.x + 4.0), kCavity, Id::spleen, [&](const Vec3& p) {
-        // Hollow towards the stomach and the kidney.
-        const double hollow = length(p - (o.spleen.centre + Vec3(44.0, 10.0, -6.0))) - 34.0;
-        const double kidney = o.kidneyLeft.distance(p) - 3.0;
-        const double d = o.spleen.distance(p) + 1.5 * valueNoise(p / 20.0, a.seed ^ 0x35);
-        return smoothMax(smoothMax(d, -hollow, 8.0), smoothMax(-kidney, a.cageDistance(p) + 4.5, 4.0), 6.0);
-    });
+    canvas.fill(boxAround(o.tumour, o.tumour, o.tumour_radius + 3.0), tumour_onto, Id::tumour,
+                [&](const Vec3& p) {
+                    return length(p - o.tumour) - o.tumour_radius + 2.0 * valueNoise(p / 7.0, a.seed ^ 0x34);
+                });
+    canvas.fill(boxAround(o.spleen.centre, o.spleen.centre, o.spleen.radii.x + 4.0), kCavity, Id::spleen,
+                [&](const Vec3& p) {
+                    // Hollow towards the stomach and the kidney.
+                    const double hollow = length(p - (o.spleen.centre + Vec3(44.0, 10.0, -6.0))) - 34.0;
+                    const double kidney = o.kidneyLeft.distance(p) - 3.0;
+                    const double d = o.spleen.distance(p) + 1.5 * valueNoise(p / 20.0, a.seed ^ 0x35);
+                    return smoothMax(smoothMax(d, -hollow, 8.0),
+                                     smoothMax(-kidney, a.cageDistance(p) + 4.5, 4.0), 6.0);
+                });
     paintPancreas(canvas, a);
 }
 

@@ -7,12 +7,15 @@ namespace stylet::patient::synth {
 namespace {
 
 double latticeValue(std::int64_t x, std::int64_t y, std::int64_t z, std::uint64_t seed) noexcept {
-    const std::uint64_t h = mixBits(seed ^ (std::uint64_t(x) * 0x8da6b343u) ^ (std::uint64_t(y) * 0xd8163841ull << 8) ^
-                                    (std::uint64_t(z) * 0xcb1ab31full << 16));
+    const std::uint64_t h =
+        mixBits(seed ^ (std::uint64_t(x) * 0x8da6b343u) ^ (std::uint64_t(y) * 0xd8163841ull << 8) ^
+                (std::uint64_t(z) * 0xcb1ab31full << 16));
     return double(h >> 11) * 0x1p-52 - 1.0;
 }
 
-double fade(double t) noexcept { return t * t * (3.0 - 2.0 * t); }
+double fade(double t) noexcept {
+    return t * t * (3.0 - 2.0 * t);
+}
 
 }  // namespace
 
@@ -22,8 +25,10 @@ double valueNoise(const Vec3& p, std::uint64_t seed) noexcept {
     const double u = fade(p.x - fx), v = fade(p.y - fy), w = fade(p.z - fz);
     double plane[2];
     for (int k = 0; k < 2; ++k) {
-        const double near = latticeValue(x, y, z + k, seed) * (1 - u) + latticeValue(x + 1, y, z + k, seed) * u;
-        const double far = latticeValue(x, y + 1, z + k, seed) * (1 - u) + latticeValue(x + 1, y + 1, z + k, seed) * u;
+        const double near =
+            latticeValue(x, y, z + k, seed) * (1 - u) + latticeValue(x + 1, y, z + k, seed) * u;
+        const double far =
+            latticeValue(x, y + 1, z + k, seed) * (1 - u) + latticeValue(x + 1, y + 1, z + k, seed) * u;
         plane[k] = near * (1 - v) + far * v;
     }
     return plane[0] * (1 - w) + plane[1] * w;

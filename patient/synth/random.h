@@ -18,7 +18,8 @@ constexpr std::uint64_t mixBits(std::uint64_t z) noexcept {
 
 class Random {
   public:
-    Random(std::uint64_t seed, std::uint64_t stream) noexcept : key_(mixBits(mixBits(seed) ^ (stream << 17))) {}
+    Random(std::uint64_t seed, std::uint64_t stream) noexcept
+        : key_(mixBits(mixBits(seed) ^ (stream << 17))) {}
 
     std::uint64_t bits() noexcept { return mixBits(key_ ^ ++counter_ * 0xd1342543de82ef95ull); }
     double unit() noexcept { return double(bits() >> 11) * 0x1p-53; }  // [0, 1)

@@ -2,7 +2,8 @@
 
 namespace stylet::patient::synth {
 
-OrientedEllipsoid orientedEllipsoid(const Vec3& centre, const Vec3& along, const Vec3& second, const Vec3& radii) {
+OrientedEllipsoid orientedEllipsoid(const Vec3& centre, const Vec3& along, const Vec3& second,
+                                    const Vec3& radii) {
     const Vec3 u = unitOr(along, Vec3(1, 0, 0));
     const Vec3 v = unitOr(second - u * dot(u, second), Vec3(0, 1, 0));
     return {centre, {u, v, cross(u, v)}, radii};
@@ -12,7 +13,8 @@ double curve(std::span<const Knot> knots, double x) noexcept {
     if (x <= knots.front().x) return knots.front().y;
     if (x >= knots.back().x) return knots.back().y;
     std::size_t i = 0;
-    while (x >= knots[i + 1].x) ++i;
+    while (x >= knots[i + 1].x)
+        ++i;
     const Knot &a = knots[i], &b = knots[i + 1];
     const Knot& before = knots[i > 0 ? i - 1 : i];
     const Knot& after = knots[std::min(i + 2, knots.size() - 1)];

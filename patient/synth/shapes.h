@@ -16,18 +16,28 @@ inline double smoothMax(double a, double b, double k) noexcept {
     const double h = std::max(k - std::fabs(a - b), 0.0) / k;
     return std::max(a, b) + h * h * k * 0.25;
 }
-inline double smoothMin(double a, double b, double k) noexcept { return -smoothMax(-a, -b, k); }
-inline double clamp01(double t) noexcept { return std::clamp(t, 0.0, 1.0); }
+inline double smoothMin(double a, double b, double k) noexcept {
+    return -smoothMax(-a, -b, k);
+}
+inline double clamp01(double t) noexcept {
+    return std::clamp(t, 0.0, 1.0);
+}
 // 0 at `from`, 1 at `to` (either order), C1.
 inline double ramp(double x, double from, double to) noexcept {
     const double t = clamp01((x - from) / (to - from));
     return t * t * (3.0 - 2.0 * t);
 }
 // 1 at 0, falling like a Lorentzian; r2 = squared normalised distance.
-inline double bump(double r2) noexcept { return 1.0 / (1.0 + r2 * r2); }
+inline double bump(double r2) noexcept {
+    return 1.0 / (1.0 + r2 * r2);
+}
 
-inline double length(const Vec3& v) noexcept { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
-inline double dot(const Vec3& a, const Vec3& b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline double length(const Vec3& v) noexcept {
+    return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+}
+inline double dot(const Vec3& a, const Vec3& b) noexcept {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 inline Vec3 cross(const Vec3& a, const Vec3& b) noexcept {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
@@ -35,7 +45,9 @@ inline Vec3 unitOr(const Vec3& v, const Vec3& otherwise) noexcept {
     const double n = length(v);
     return n > 1e-9 ? v / n : otherwise;
 }
-inline Vec3 mixed(const Vec3& a, const Vec3& b, double t) noexcept { return a * (1.0 - t) + b * t; }
+inline Vec3 mixed(const Vec3& a, const Vec3& b, double t) noexcept {
+    return a * (1.0 - t) + b * t;
+}
 
 inline double ellipsoid(const Vec3& p, const Vec3& centre, const Vec3& radii) noexcept {
     const Vec3 e = (p - centre) / radii;
@@ -55,7 +67,8 @@ struct OrientedEllipsoid {
     }
 };
 // Long axis along `along`, second axis as near to `second` as it can be.
-OrientedEllipsoid orientedEllipsoid(const Vec3& centre, const Vec3& along, const Vec3& second, const Vec3& radii);
+OrientedEllipsoid orientedEllipsoid(const Vec3& centre, const Vec3& along, const Vec3& second,
+                                    const Vec3& radii);
 
 // A cone with round ends; `share` is the nearest point's place along the axis.
 struct ConeHit {

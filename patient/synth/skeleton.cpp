@@ -13,7 +13,9 @@ constexpr IdSet kWall = anyOf({Id::muscle, Id::fat});
 // Centres of the vertebral bodies from L5 up to T5.
 constexpr double kVertebraZ[] = {-142, -105, -69, -34, 0, 31, 60, 88, 115, 141, 166, 190, 213};
 
-std::uint8_t cortex(double depth, double shell) { return detailFrom(1.0 - ramp(depth, shell * 0.6, shell * 1.5)); }
+std::uint8_t cortex(double depth, double shell) {
+    return detailFrom(1.0 - ramp(depth, shell * 0.6, shell * 1.5));
+}
 
 struct Vertebra {
     double z, half_height, rx, ry;
@@ -23,7 +25,8 @@ Vertebra vertebraAt(double z) {
     std::size_t best = 1;
     for (std::size_t i = 1; i + 1 < std::size(kVertebraZ); ++i)
         if (std::fabs(kVertebraZ[i] - z) < std::fabs(kVertebraZ[best] - z)) best = i;
-    const double pitch = std::min(kVertebraZ[best + 1] - kVertebraZ[best], kVertebraZ[best] - kVertebraZ[best - 1]);
+    const double pitch =
+        std::min(kVertebraZ[best + 1] - kVertebraZ[best], kVertebraZ[best] - kVertebraZ[best - 1]);
     const double lumbar = ramp(kVertebraZ[best], 100.0, -40.0);
     return {kVertebraZ[best], pitch * 0.5 - 2.0 - 1.3 * lumbar, 15.5 + 6.5 * lumbar, 14.5 + 2.5 * lumbar};
 }
@@ -39,9 +42,12 @@ double posteriorElements(const Vertebra& v, const Vec3& q) {
     const double droop = -4.0 - behind * (0.75 - 0.5 * lumbar);
     const double spinous = std::max({x - 3.2, -behind - 4.0, behind - 25.0 - 3.0 * lumbar,
                                      std::fabs(q.z - droop) - (6.0 + 5.0 * lumbar)});
-    const double transverse =
-        roundCone({x, q.y, q.z}, {9.0, canal_y + 1.0, 2.0}, {33.0, canal_y - 7.0 + 4.0 * lumbar, 4.0}, 5.0, 4.2).distance;
-    const double facet = roundCone({x, q.y, q.z}, {14.5, canal_y - 4.0, -8.0}, {14.5, canal_y - 4.0, -20.0}, 4.5, 4.0).distance;
+    const double transverse = roundCone({x, q.y, q.z}, {9.0, canal_y + 1.0, 2.0},
+                                        {33.0, canal_y - 7.0 + 4.0 * lumbar, 4.0}, 5.0, 4.2)
+                                  .distance;
+    const double facet =
+        roundCone({x, q.y, q.z}, {14.5, canal_y - 4.0, -8.0}, {14.5, canal_y - 4.0, -20.0}, 4.5, 4.0)
+            .distance;
     return std::min({arch, smoothMin(spinous, arch, 4.0), transverse, facet});
 }
 
@@ -82,9 +88,11 @@ struct FlatStroke {
 
 constexpr double kRibThick = 3.6, kRibHigh = 6.1;
 
-void paintFlat(Canvas& canvas, const std::vector<FlatStroke>& ribs, Id id, double thick, double high, double shell) {
+void paintFlat(Canvas& canvas, const std::vector<FlatStroke>& ribs, Id id, double thick, double high,
+               double shell) {
     std::vector<Stroke> strokes;
-    for (const FlatStroke& f : ribs) strokes.push_back({f.a, f.b, high + 0.5, high + 0.5});
+    for (const FlatStroke& f : ribs)
+        strokes.push_back({f.a, f.b, high + 0.5, high + 0.5});
     const Stroke* first = strokes.data();
     stamp(canvas, strokes, kWall | only(id),
           [&](const Vec3& p, const ConeHit& hit, const Stroke& s, std::uint8_t& label, std::uint8_t& detail) {
@@ -95,7 +103,8 @@ void paintFlat(Canvas& canvas, const std::vector<FlatStroke>& ribs, Id id, doubl
               const double rest = std::max(dot(across, across) - n * n, 0.0);
               const double q = std::sqrt(n * n / (thick * thick) + rest / (high * high));
               if (q >= 1.0) return;
-              const std::uint8_t rim = shell > 0.0 ? cortex((1.0 - q) * (thick + 1.0), shell) : std::uint8_t(0);
+              const std::uint8_t rim =
+                  shell > 0.0 ? cortex((1.0 - q) * (thick + 1.0), shell) : std::uint8_t(0);
               detail = label == std::uint8_t(id) ? std::min(detail, rim) : rim;
               label = std::uint8_t(id);
           });
@@ -175,20 +184,22 @@ void paintRibs(Canvas& canvas, const Anatomy& a) {
     for (const double side : {1.0, -1.0})
         for (std::size_t i = 0; i < kRibs.size(); ++i) {
             const double lean = i >= 6 ? 0.88 : 1.0;  // the floating ribs are slighter
-            paintFlat(canvas, ribLine(a, i, side), side > 0.0 ? Id::ribsRight : Id::ribsLeft, kRibThick * lean,
-                      kRibHigh * lean, 1.5);
+            paintFlat(canvas, ribLine(a, i, side), side > 0.0 ? Id::ribsRight : Id::ribsLeft,
+                      kRibThick * lean, kRibHigh * lean, 1.5);
             paintFlat(canvas, cartilageLine(a, i, side), Id::cartilage, 4.0, 6.6, 0.0);
         }
     // Body of the sternum, then the xiphoid.
     const Box box{{-30.0, 40.0, 60.0}, {30.0, 130.0, 1000.0}};
-    canvas.paint(box, kWall | only(Id::cartilage), [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
-        const double d = a.cageDistance(p);
-        const double half_width = p.z > 110.0 ? 15.0 : 4.0 + 6.0 * ramp(p.z, 84.0, 106.0);
-        const double in = smoothMax(std::max(std::fabs(p.x) - half_width, 84.0 - p.z), std::fabs(d - 5.8) - 4.2, 4.0);
-        if (in >= 0.0) return;
-        label = std::uint8_t(Id::sternum);
-        detail = cortex(-in, 1.4);
-    });
+    canvas.paint(
+        box, kWall | only(Id::cartilage), [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+            const double d = a.cageDistance(p);
+            const double half_width = p.z > 110.0 ? 15.0 : 4.0 + 6.0 * ramp(p.z, 84.0, 106.0);
+            const double in =
+                smoothMax(std::max(std::fabs(p.x) - half_width, 84.0 - p.z), std::fabs(d - 5.8) - 4.2, 4.0);
+            if (in >= 0.0) return;
+            label = std::uint8_t(Id::sternum);
+            detail = cortex(-in, 1.4);
+        });
 }
 
 }  // namespace stylet::patient::synth

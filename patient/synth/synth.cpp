@@ -9,7 +9,7 @@ namespace {
 
 // The section: from above the dome of the diaphragm to below the kidneys.
 constexpr double kSize_m[] = {0.340, 0.240, 0.290};
-constexpr double kLow_m[] = {-0.170, -0.127, -0.118};
+constexpr double kLow_m[] = {-0.170, -0.122, -0.118};
 
 Grid sectionGrid(double spacing_m) {
     Grid grid;

@@ -8,9 +8,10 @@ namespace stylet::patient::synth {
 namespace {
 
 // Labels that are one organ, in one piece.
-constexpr IdSet kWhole = anyOf({Id::lungRight, Id::lungLeft, Id::heart, Id::aorta, Id::cava, Id::liver, Id::portal,
-                                Id::hepaticVeins, Id::ducts, Id::gallbladder, Id::tumour, Id::spleen, Id::pancreas,
-                                Id::kidneyRight, Id::kidneyLeft, Id::stomach, Id::colon, Id::bowel, Id::diaphragm});
+constexpr IdSet kWhole =
+    anyOf({Id::lungRight, Id::lungLeft, Id::heart, Id::aorta, Id::cava, Id::liver, Id::portal,
+           Id::hepaticVeins, Id::ducts, Id::gallbladder, Id::tumour, Id::spleen, Id::pancreas,
+           Id::kidneyRight, Id::kidneyLeft, Id::stomach, Id::colon, Id::bowel, Id::diaphragm});
 
 // The commonest label around a piece.
 std::uint8_t surroundings(const LabelVolume& labels, const Component& c) {
@@ -24,7 +25,8 @@ std::uint8_t surroundings(const LabelVolume& labels, const Component& c) {
                 Index3 j = i;
                 j[axis] += step;
                 // Nothing grows into the fascia, which must stay one voxel thick, nor into a tree.
-                if (grid.contains(j) && labels[j] != c.label && labels[j] != std::uint8_t(Id::fascia)) ++count[labels[j]];
+                if (grid.contains(j) && labels[j] != c.label && labels[j] != std::uint8_t(Id::fascia))
+                    ++count[labels[j]];
             }
     }
     std::size_t best = std::size_t(Id::visceralFat);
@@ -37,12 +39,14 @@ std::uint8_t surroundings(const LabelVolume& labels, const Component& c) {
 
 void removeIslands(Canvas& canvas) {
     std::vector<bool> wanted(256, false);
-    for (int i = 0; i < kIdCount; ++i) wanted[std::size_t(i)] = holds(kWhole, std::uint8_t(i));
+    for (int i = 0; i < kIdCount; ++i)
+        wanted[std::size_t(i)] = holds(kWhole, std::uint8_t(i));
     // Filling one organ's island may join or split another's pieces; two rounds settle it.
     for (int round = 0; round < 3; ++round) {
         const std::vector<Component> all = components(canvas.labels, wanted);
         std::array<std::size_t, std::size_t(kIdCount)> largest{};
-        for (const Component& c : all) largest[c.label] = std::max(largest[c.label], c.voxels.size());
+        for (const Component& c : all)
+            largest[c.label] = std::max(largest[c.label], c.voxels.size());
         bool clean = true;
         std::array<bool, std::size_t(kIdCount)> kept{};
         for (const Component& c : all) {
@@ -52,7 +56,8 @@ void removeIslands(Canvas& canvas) {
             }
             clean = false;
             const std::uint8_t fill = surroundings(canvas.labels, c);
-            for (const std::size_t n : c.voxels) canvas.labels.voxels[n] = fill, canvas.detail[n] = 128;
+            for (const std::size_t n : c.voxels)
+                canvas.labels.voxels[n] = fill, canvas.detail[n] = 128;
         }
         if (clean) return;
     }

@@ -11,7 +11,8 @@ namespace {
 double cubeRoot(double v) {
     // Newton's iteration: the same bits everywhere, which libm's cbrt does not promise.
     double x = v > 1.0 ? v / 3.0 + 0.7 : 1.0;
-    for (int i = 0; i < 30; ++i) x -= (x * x * x - v) / (3.0 * x * x);
+    for (int i = 0; i < 30; ++i)
+        x -= (x * x * x - v) / (3.0 * x * x);
     return x;
 }
 
@@ -62,23 +63,28 @@ int Tree::split(int child, const Vec3& p) {
 
 void Tree::updateRadii() {
     // Parents may come after their children in the list (splits): count from every leaf upwards.
-    for (TreeNode& n : nodes) n.leaves = 0;
+    for (TreeNode& n : nodes)
+        n.leaves = 0;
     for (std::size_t i = 0; i < nodes.size(); ++i)
         if (nodes[i].children.empty())
-            for (int k = int(i); k >= 0; k = nodes[std::size_t(k)].parent) ++nodes[std::size_t(k)].leaves;
-    for (TreeNode& n : nodes) n.radius = terminal_radius * cubeRoot(double(n.leaves));
+            for (int k = int(i); k >= 0; k = nodes[std::size_t(k)].parent)
+                ++nodes[std::size_t(k)].leaves;
+    for (TreeNode& n : nodes)
+        n.radius = terminal_radius * cubeRoot(double(n.leaves));
 }
 
 Vec3 edgePoint(const Tree& tree, int child, double t) {
     const EdgeCurve c = edgeCurve(tree, child);
     const double t2 = t * t, t3 = t2 * t;
-    return c.a * (2 * t3 - 3 * t2 + 1) + c.ta * (t3 - 2 * t2 + t) + c.b * (3 * t2 - 2 * t3) + c.tb * (t3 - t2);
+    return c.a * (2 * t3 - 3 * t2 + 1) + c.ta * (t3 - 2 * t2 + t) + c.b * (3 * t2 - 2 * t3) +
+           c.tb * (t3 - t2);
 }
 
 Vec3 edgeTangent(const Tree& tree, int child, double t) {
     const EdgeCurve c = edgeCurve(tree, child);
     const double t2 = t * t;
-    return unitOr(c.a * (6 * t2 - 6 * t) + c.ta * (3 * t2 - 4 * t + 1) + c.b * (6 * t - 6 * t2) + c.tb * (3 * t2 - 2 * t),
+    return unitOr(c.a * (6 * t2 - 6 * t) + c.ta * (3 * t2 - 4 * t + 1) + c.b * (6 * t - 6 * t2) +
+                      c.tb * (3 * t2 - 2 * t),
                   Vec3(0, 0, 1));
 }
 

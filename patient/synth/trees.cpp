@@ -1,5 +1,5 @@
-// The liver's trees: an anatomical scaffold (Couinaud's segments) filled up by growth, and the ducts beside the
-// portal branches.
+// The liver's trees: an anatomical scaffold (Couinaud's segments) filled up by growth, and the ducts beside
+// the portal branches.
 #include "patient/synth/trees.h"
 
 #include <cmath>
@@ -9,6 +9,8 @@
 namespace stylet::patient::synth {
 
 namespace {
+
+constexpr double kPortalTerminal_mm = 1.45;
 
 using Depth = std::function<double(const Vec3&)>;
 
@@ -28,22 +30,24 @@ struct Scaffold {
     Tree& tree;
     const Depth& depth;
     Random& random;
-    int add(const Vec3& p, int parent) { return tree.add(pulledIn(depth, p + random.jitter3(5.0), 9.0), parent); }
+    int add(const Vec3& p, int parent) {
+        return tree.add(pulledIn(depth, p + random.jitter3(5.0), 9.0), parent);
+    }
 };
 
 Tree portalScaffold(const Anatomy& a, const Depth& depth, Random& random) {
     Tree tree;
-    tree.terminal_radius = 1.45;
+    tree.terminal_radius = kPortalTerminal_mm;
     const Vec3 h = a.organs.hilum;
     Scaffold s{tree, depth, random};
     const int root = tree.add(h + Vec3(-6.0, -2.0, -14.0), -1);
     const int hilum = tree.add(h, root);
     const int right = s.add(h + Vec3(20.0, 0.0, 7.0), hilum);
     const int anterior = s.add(h + Vec3(36.0, 14.0, 20.0), right);
-    s.add(h + Vec3(44.0, 22.0, 48.0), anterior);   // segment 8
-    s.add(h + Vec3(54.0, 34.0, -4.0), anterior);   // segment 5
+    s.add(h + Vec3(44.0, 22.0, 48.0), anterior);  // segment 8
+    s.add(h + Vec3(54.0, 34.0, -4.0), anterior);  // segment 5
     const int posterior = s.add(h + Vec3(42.0, -20.0, 4.0), right);
-    s.add(h + Vec3(58.0, -34.0, 34.0), posterior);  // segment 7
+    s.add(h + Vec3(58.0, -34.0, 34.0), posterior);   // segment 7
     s.add(h + Vec3(68.0, -14.0, -30.0), posterior);  // segment 6
     const int left = s.add(h + Vec3(-20.0, 10.0, 14.0), hilum);
     const int umbilical = s.add(h + Vec3(-38.0, 22.0, 24.0), left);
@@ -73,11 +77,16 @@ Tree hepaticScaffold(const Anatomy& a, const Depth& depth, Random& random) {
     return tree;
 }
 
-// A duct runs beside every portal branch, shifted along the normal of the plane in which the portal branch divides:
-// there the duct's division is a copy of the portal one and nothing crosses.
+// Dilated: as wide as the portal branch in the periphery, half as wide at the hilum.
+double ductRadius(const TreeNode& portal) {
+    return 1.55 + 0.45 * (portal.radius - kPortalTerminal_mm);
+}
+
+// A duct runs beside every portal branch, shifted along the normal of the plane in which the portal branch
+// divides: there the duct's division is a copy of the portal one and nothing crosses.
 class Ducts {
   public:
-    Ducts(const Tree& portal, double duct_share) : portal_(portal), share_(duct_share), side_(portal.nodes.size()) {}
+    explicit Ducts(const Tree& portal) : portal_(portal), side_(portal.nodes.size()) {}
 
     std::vector<Stroke> strokes() {
         side_[0] = Vec3(0.45, 0.85, -0.2);
@@ -87,12 +96,13 @@ class Ducts {
     Vec3 root() const { return root_; }
 
   private:
-    double offset(const TreeNode& n) const { return n.radius * (1.0 + share_) + 0.9; }
+    double offset(const TreeNode& n) const { return n.radius + ductRadius(n) + 0.5; }
 
     void follow(int node) {
         const TreeNode& n = portal_.nodes[std::size_t(node)];
         if (n.children.size() == 2) {
-            const Vec3 plane = cross(edgeTangent(portal_, n.children[0], 0.3), edgeTangent(portal_, n.children[1], 0.3));
+            const Vec3 plane =
+                cross(edgeTangent(portal_, n.children[0], 0.3), edgeTangent(portal_, n.children[1], 0.3));
             if (length(plane) > 0.25 && node != 0) {
                 const double sign = dot(plane, side_[std::size_t(node)]) < 0.0 ? -1.0 : 1.0;
                 side_[std::size_t(node)] = unitOr(plane * sign, side_[std::size_t(node)]);
@@ -115,8 +125,8 @@ class Ducts {
     void edge(int child) {
         const TreeNode& n = portal_.nodes[std::size_t(child)];
         const TreeNode& p = portal_.nodes[std::size_t(n.parent)];
-        const double r0 = n.radius * share_;
-        const double r1 = n.children.empty() ? r0 * 0.75 : r0;
+        const double r0 = ductRadius(n);
+        const double r1 = n.children.empty() ? r0 * 0.8 : r0;
         // Leaves the parent's duct where that one lies, settles beside its own branch.
         const double begin = offset(p), end = offset(n);
         const int parts = std::max(3, int(length(n.p - p.p) / 2.5));
@@ -139,20 +149,30 @@ class Ducts {
     }
 
     const Tree& portal_;
-    double share_;
     std::vector<Vec3> side_;
     std::vector<Stroke> strokes_;
     Vec3 root_{0.0};
 };
 
-void append(std::vector<Stroke>& to, const std::vector<Stroke>& more) { to.insert(to.end(), more.begin(), more.end()); }
+void append(std::vector<Stroke>& to, const std::vector<Stroke>& more) {
+    to.insert(to.end(), more.begin(), more.end());
+}
 
 std::vector<Stroke> portalOutside(const Anatomy& a, const Vec3& root, double radius) {
     const Vec3 confluence{10.0, 3.0, -8.0};
     const Vec3& spleen = a.organs.spleen.centre;
-    std::vector<Stroke> all = tube({{confluence, 6.2}, {mixed(confluence, root, 0.5) + Vec3(1, -2, 0), 6.2}, {root, radius}}, 2.5);
-    append(all, tube({{confluence, 5.4}, {{13.0, 8.0, -35.0}, 5.2}, {{14.0, 14.0, -75.0}, 4.6}, {{10.0, 16.0, -125.0}, 4.0}}, 3.0));
-    append(all, tube({{confluence, 4.6}, {{-18.0, 3.0, 8.0}, 4.3}, {{-48.0, -8.0, 24.0}, 4.0}, {spleen + Vec3(20.0, 6.0, -8.0), 3.4}}, 3.0));
+    std::vector<Stroke> all =
+        tube({{confluence, 6.2}, {mixed(confluence, root, 0.5) + Vec3(1, -2, 0), 6.2}, {root, radius}}, 2.5);
+    append(all, tube({{confluence, 5.4},
+                      {{13.0, 8.0, -35.0}, 5.2},
+                      {{14.0, 14.0, -75.0}, 4.6},
+                      {{10.0, 16.0, -125.0}, 4.0}},
+                     3.0));
+    append(all, tube({{confluence, 4.6},
+                      {{-18.0, 3.0, 8.0}, 4.3},
+                      {{-48.0, -8.0, 24.0}, 4.0},
+                      {spleen + Vec3(20.0, 6.0, -8.0), 3.4}},
+                     3.0));
     return all;
 }
 
@@ -162,7 +182,8 @@ HepaticTrees growHepaticTrees(const Anatomy& a) {
     Random random(a.seed, 2);
     const Depth depth = [&a](const Vec3& p) {
         const Vec3 cava = a.cava(p.z);
-        const double vein = std::sqrt((p.x - cava.x) * (p.x - cava.x) + (p.y - cava.y) * (p.y - cava.y)) - 13.0;
+        const double vein =
+            std::sqrt((p.x - cava.x) * (p.x - cava.x) + (p.y - cava.y) * (p.y - cava.y)) - 13.0;
         return std::min(-a.liverDistance(p), p.z > 20.0 ? vein : 1e3);
     };
     HepaticTrees trees;
@@ -177,20 +198,23 @@ HepaticTrees growHepaticTrees(const Anatomy& a) {
     growTree(portal, random, grow, depth, {});
     trees.portal = treeStrokes(portal, 0.75);
 
-    constexpr double kDuctShare = 0.9;  // of the portal branch's radius: dilated
-    Ducts ducts(portal, kDuctShare);
+    Ducts ducts(portal);
     trees.ducts = ducts.strokes();
 
     const Vec3 portal_root = portal.nodes[0].p;
     const double trunk = portal.nodes[0].radius;
     trees.portal_outside = portalOutside(a, portal_root, trunk);
     const OrganPlan& o = a.organs;
-    const double common = trunk * kDuctShare;
+    const double common = 5.0;
     const Vec3 hepatic_duct = ducts.root();
     const Vec3 knee = mixed(hepatic_duct, o.tumour, 0.5) + Vec3(5.0, 2.0, 0.0);
-    trees.duct_outside = tube({{hepatic_duct, common}, {knee, common}, {o.tumour + Vec3(1.0, 1.0, o.tumour_radius * 0.6), common * 0.7}}, 2.0);
+    trees.duct_outside = tube({{hepatic_duct, common},
+                               {knee, common},
+                               {o.tumour + Vec3(1.0, 1.0, o.tumour_radius * 0.6), common * 0.7}},
+                              2.0);
     const Vec3 neck = o.gallbladder.centre - o.gallbladder.axes[0] * (o.gallbladder.radii.x - 2.0);
-    append(trees.duct_outside, tube({{knee, 2.2}, {mixed(knee, neck, 0.5) + Vec3(0, 0, 4.0), 2.0}, {neck, 2.4}}, 2.0));
+    append(trees.duct_outside,
+           tube({{knee, 2.2}, {mixed(knee, neck, 0.5) + Vec3(0, 0, 4.0), 2.0}, {neck, 2.4}}, 2.0));
 
     std::vector<Stroke> taken = trees.portal;
     append(taken, trees.ducts);

@@ -11,8 +11,8 @@ namespace stylet::patient::synth {
 struct TreeNode {
     Vec3 p{0.0};
     int parent = -1;
-    int leaves = 0;        // terminals it feeds
-    double radius = 0.0;   // of the edge from the parent
+    int leaves = 0;       // terminals it feeds
+    double radius = 0.0;  // of the edge from the parent
     std::vector<int> children;
 };
 

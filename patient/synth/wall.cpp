@@ -60,7 +60,8 @@ void paintFascia(Canvas& canvas) {
             }
     });
     for (const auto& slice : found)
-        for (const std::size_t n : slice) canvas.labels.voxels[n] = std::uint8_t(Id::fascia), canvas.detail[n] = 0;
+        for (const std::size_t n : slice)
+            canvas.labels.voxels[n] = std::uint8_t(Id::fascia), canvas.detail[n] = 0;
 }
 
 }  // namespace stylet::patient::synth

@@ -1,0 +1,38 @@
+// Small things that the checks share.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "patient/geometry.h"
+
+namespace stylet::patient::synth {
+
+inline Index3 indexOf(const Grid& grid, std::size_t n) {
+    const auto nx = std::size_t(grid.dims.x), ny = std::size_t(grid.dims.y);
+    return {int(n % nx), int(n / nx % ny), int(n / (nx * ny))};
+}
+
+struct Offset {
+    Index3 step;
+    double length;  // in voxels
+};
+
+// All steps up to `reach` voxels long, shortest first.
+inline std::vector<Offset> ballOffsets(int reach) {
+    std::vector<Offset> ball;
+    for (int z = -reach; z <= reach; ++z)
+        for (int y = -reach; y <= reach; ++y)
+            for (int x = -reach; x <= reach; ++x) {
+                const int n2 = x * x + y * y + z * z;
+                if (n2 > 0 && n2 <= reach * reach) ball.push_back({{x, y, z}, std::sqrt(double(n2))});
+            }
+    std::stable_sort(ball.begin(), ball.end(),
+                     [](const Offset& a, const Offset& b) { return a.length < b.length; });
+    return ball;
+}
+
+constexpr Index3 kFaces[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+
+}  // namespace stylet::patient::synth

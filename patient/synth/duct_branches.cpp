@@ -1,0 +1,191 @@
+// Based on Lazarus and Verroust 1999 (level set diagrams): the tube is cut into slices of equal geodesic
+// distance from its root; connected slices are the nodes of its centre-line tree.
+#include "patient/synth/duct_branches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+#include <unordered_map>
+
+#include "patient/synth/check_tools.h"
+
+namespace stylet::patient::synth {
+
+namespace {
+
+constexpr double kUnreached = 1e30;
+
+struct Slice {
+    int parent = -1;
+    int children = 0;
+    double voxels = 0.0;
+};
+
+class LevelSets {
+  public:
+    LevelSets(const LabelVolume& labels, const std::vector<std::size_t>& voxels)
+        : grid_(labels.grid), voxels_(voxels), spacing_mm_(labels.grid.spacing_m.x * 1000.0) {
+        index_.reserve(voxels.size() * 2);
+        for (std::size_t i = 0; i < voxels.size(); ++i)
+            index_[voxels[i]] = int(i);
+        depth_ = depthInside(labels, voxels, 9.0);
+    }
+
+    std::vector<Slice> slices() {
+        spread();
+        const double width = std::max(2.0, 1.5 * spacing_mm_);
+        std::vector<int> bin(voxels_.size()), slice(voxels_.size(), -1);
+        // From the root outwards, so that a slice's parent is known before it.
+        std::vector<int> order;
+        for (std::size_t i = 0; i < bin.size(); ++i) {
+            if (from_root_[i] >= kUnreached) continue;
+            bin[i] = int(from_root_[i] / width);
+            order.push_back(int(i));
+        }
+        std::sort(order.begin(), order.end(), [&](int a, int b) {
+            const auto l = std::size_t(a), r = std::size_t(b);
+            return from_root_[l] != from_root_[r] ? from_root_[l] < from_root_[r] : a < b;
+        });
+        std::vector<Slice> found;
+        for (const int start : order) {
+            if (slice[std::size_t(start)] >= 0) continue;
+            const int id = int(found.size());
+            found.push_back({});
+            std::vector<int> stack{start};
+            slice[std::size_t(start)] = id;
+            while (!stack.empty()) {
+                const int i = stack.back();
+                stack.pop_back();
+                found[std::size_t(id)].voxels += 1.0;
+                eachNeighbour(i, [&](int j, double) {
+                    if (bin[std::size_t(j)] == bin[std::size_t(i)] && slice[std::size_t(j)] < 0) {
+                        slice[std::size_t(j)] = id;
+                        stack.push_back(j);
+                    } else if (bin[std::size_t(j)] == bin[std::size_t(i)] - 1 &&
+                               found[std::size_t(id)].parent < 0 && slice[std::size_t(j)] >= 0) {
+                        found[std::size_t(id)].parent = slice[std::size_t(j)];
+                    }
+                });
+            }
+        }
+        width_mm_ = width;
+        return found;
+    }
+
+    double width_mm() const { return width_mm_; }
+    double voxel_mm3() const { return spacing_mm_ * spacing_mm_ * spacing_mm_; }
+
+  private:
+    template <class Visit>
+    void eachNeighbour(int i, const Visit& visit) const {
+        const Index3 at = indexOf(grid_, voxels_[std::size_t(i)]);
+        for (int dz = -1; dz <= 1; ++dz)
+            for (int dy = -1; dy <= 1; ++dy)
+                for (int dx = -1; dx <= 1; ++dx) {
+                    const Index3 j{at.x + dx, at.y + dy, at.z + dz};
+                    if (!grid_.contains(j)) continue;
+                    const auto hit = index_.find(grid_.offset(j));
+                    if (hit == index_.end() || hit->second == i) continue;
+                    visit(hit->second, spacing_mm_ * std::sqrt(double(dx * dx + dy * dy + dz * dz)));
+                }
+    }
+
+    // Geodesic distance from the widest place, where the tree begins.
+    void spread() {
+        from_root_.assign(voxels_.size(), kUnreached);
+        const auto root = std::max_element(depth_.begin(), depth_.end()) - depth_.begin();
+        using Entry = std::pair<double, int>;
+        std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+        from_root_[std::size_t(root)] = 0.0;
+        open.push({0.0, int(root)});
+        while (!open.empty()) {
+            const auto [d, i] = open.top();
+            open.pop();
+            if (d > from_root_[std::size_t(i)]) continue;
+            const double here = d;
+            eachNeighbour(i, [&](int j, double step) {
+                if (here + step >= from_root_[std::size_t(j)]) return;
+                from_root_[std::size_t(j)] = here + step;
+                open.push({here + step, j});
+            });
+        }
+    }
+
+    const Grid& grid_;
+    const std::vector<std::size_t>& voxels_;
+    double spacing_mm_, width_mm_ = 1.0;
+    std::unordered_map<std::size_t, int> index_;
+    std::vector<double> depth_, from_root_;
+};
+
+// Drops dead ends of fewer than three slices: bumps of the wall, not branches.
+void prune(std::vector<Slice>& slices, std::vector<bool>& alive) {
+    for (std::size_t i = 0; i < slices.size(); ++i) {
+        if (slices[i].children > 0 || slices[i].parent < 0) continue;
+        int run = 0, at = int(i);
+        while (at >= 0 && slices[std::size_t(at)].children <= 1 && slices[std::size_t(at)].parent >= 0 &&
+               run < 3) {
+            ++run;
+            at = slices[std::size_t(at)].parent;
+        }
+        if (run >= 3 || at < 0) continue;
+        int gone = int(i);
+        for (int k = 0; k < run; ++k) {
+            alive[std::size_t(gone)] = false;
+            gone = slices[std::size_t(gone)].parent;
+        }
+        --slices[std::size_t(at)].children;
+    }
+}
+
+double median(std::vector<double> v) {
+    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
+    return v[v.size() / 2];
+}
+
+}  // namespace
+
+std::vector<double> depthInside(const LabelVolume& labels, const std::vector<std::size_t>& voxels,
+                                double limit_mm) {
+    const Grid& grid = labels.grid;
+    const double spacing = grid.spacing_m.x * 1000.0;
+    const std::vector<Offset> ball = ballOffsets(int(limit_mm / spacing) + 1);
+    std::vector<double> depth(voxels.size());
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+        const Index3 at = indexOf(grid, voxels[i]);
+        const std::uint8_t label = labels.voxels[voxels[i]];
+        depth[i] = limit_mm;
+        for (const Offset& o : ball) {
+            const Index3 j = at + o.step;
+            if (grid.contains(j) && labels[j] == label) continue;
+            depth[i] = std::min(limit_mm, (o.length - 0.5) * spacing);
+            break;
+        }
+    }
+    return depth;
+}
+
+std::vector<Branch> tubeBranches(const LabelVolume& labels, const std::vector<std::size_t>& voxels) {
+    std::vector<Branch> branches;
+    if (voxels.empty()) return branches;
+    LevelSets sets(labels, voxels);
+    std::vector<Slice> slices = sets.slices();
+    for (const Slice& s : slices)
+        if (s.parent >= 0) ++slices[std::size_t(s.parent)].children;
+    std::vector<bool> alive(slices.size(), true);
+    prune(slices, alive);
+    // A branch ends where it divides or stops; walk back from there to where it began.
+    for (std::size_t i = 0; i < slices.size(); ++i) {
+        if (!alive[i] || slices[i].children == 1) continue;
+        std::vector<double> diameters;
+        for (int k = int(i); k >= 0; k = slices[std::size_t(k)].parent) {
+            if (k != int(i) && slices[std::size_t(k)].children != 1) break;
+            const double area_mm2 = slices[std::size_t(k)].voxels * sets.voxel_mm3() / sets.width_mm();
+            diameters.push_back(std::sqrt(area_mm2 * 4.0 / 3.14159265358979));
+        }
+        branches.push_back({double(diameters.size()) * sets.width_mm(), median(diameters)});
+    }
+    return branches;
+}
+
+}  // namespace stylet::patient::synth

@@ -91,14 +91,15 @@ toml::table parseToml(const std::filesystem::path& file, std::string_view text) 
 }
 
 std::string readTextFile(const std::filesystem::path& file, std::size_t max_bytes) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) throw DataError(file, "file", "cannot be opened");
-    std::string text(max_bytes + 1, '\0');
-    in.read(text.data(), std::streamsize(text.size()));
-    if (in.bad()) throw DataError(file, "file", "cannot be read");
-    text.resize(std::size_t(in.gcount()));
-    if (text.size() > max_bytes)
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (error) throw DataError(file, "file", "cannot be opened: " + error.message());
+    if (size > max_bytes)
         throw DataError(file, "file", "larger than " + std::to_string(max_bytes) + " bytes");
+    std::string text(std::size_t(size), '\0');
+    std::ifstream in(file, std::ios::binary);
+    in.read(text.data(), std::streamsize(size));
+    if (!in) throw DataError(file, "file", "cannot be read");
     return text;
 }
 

@@ -1,0 +1,14 @@
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "patient/paths_json.h"
+
+// Paths or a DataError; anything else is a bug.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    try {
+        stylet::patient::parsePaths("fuzz.json", {reinterpret_cast<const char*>(data), size});
+    } catch (const stylet::patient::DataError&) {
+    }
+    return 0;
+}

@@ -1,0 +1,19 @@
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+
+#include "patient/package_toml.h"
+
+// A package or a DataError; and what was taken is written so that it is taken again.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet::patient;
+    if (size > kMaxTomlBytes) return 0;  // refused before it is parsed
+    try {
+        const Package p = parsePackageToml("fuzz.toml", {reinterpret_cast<const char*>(data), size});
+        const std::string text = packageToml(p);
+        if (packageToml(parsePackageToml("fuzz.toml", text)) != text) std::abort();
+    } catch (const DataError&) {
+    }
+    return 0;
+}

@@ -20,9 +20,9 @@
 #include "app/modeller/image_handover.h"
 
 namespace fs = std::filesystem;
-using stylet::modeller::ImageHandover;
-using stylet::modeller::kMaxImageSide;
-using stylet::modeller::kMaxImageVoxels;
+using stylet::app::ImageHandover;
+using stylet::app::kMaxImageSide;
+using stylet::app::kMaxImageVoxels;
 
 namespace {
 

@@ -12,7 +12,7 @@
 #include "app/modeller/import_fascia.h"
 #include "app/modeller/import_thresholds.h"
 
-namespace stylet::modeller {
+namespace stylet::app {
 
 using patient::CtVolume;
 using patient::Grid;
@@ -235,7 +235,7 @@ void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes
     const DuctSettings settings;
     const GrownDucts ducts = growDucts(parenchyma, portal, vessels, settings);
     paintBile(ct, ducts, parenchyma, settings.bile_hu);
-    paint(labels, ducts.mask, idOf("bile duct"), true);
+    paint(labels, ducts.mask, idOf("bile ducts"), true);
     notes.push_back(text("ducts (virtual): %d branches, %.0f mm, %.1f ml", ducts.branches,
                          1e3 * ducts.length_m, 1e6 * ducts.volume_m3));
 }
@@ -243,8 +243,8 @@ void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes
 std::string provenanceOf(const Label& l, const LabelMap& map, const std::vector<SourceLabel>& sources) {
     if (l.name == "skin") return "threshold: 2 mm shell of the body";
     if (l.name == "fascia") return "fitted: smooth surface inside the ribs";
-    if (l.name == "bile duct" && std::none_of(sources.begin(), sources.end(),
-                                              [](const SourceLabel& s) { return s.target == "bile duct"; }))
+    if (l.name == "bile ducts" && std::none_of(sources.begin(), sources.end(),
+                                              [](const SourceLabel& s) { return s.target == "bile ducts"; }))
         return "virtual: grown beside the portal branches";
     return "manual: " + (map.source.empty() ? std::string("the imported segmentation") : map.source);
 }
@@ -348,4 +348,4 @@ Imported importPatient(const ImportSettings& settings) {
     return buildPatient(ct, labels, map, settings);
 }
 
-}  // namespace stylet::modeller
+}  // namespace stylet::app

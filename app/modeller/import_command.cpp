@@ -7,7 +7,7 @@
 
 #include "app/modeller/import.h"
 
-namespace stylet::modeller {
+namespace stylet::app {
 
 namespace {
 
@@ -68,4 +68,4 @@ void addImport(CLI::App& app) {
     import->callback([arguments] { runImport(*arguments); });
 }
 
-}  // namespace stylet::modeller
+}  // namespace stylet::app

@@ -3,8 +3,8 @@
 
 #include <CLI/App.hpp>
 
-namespace stylet::modeller {
+namespace stylet::app {
 
 void addImport(CLI::App&);
 
-}  // namespace stylet::modeller
+}  // namespace stylet::app

@@ -1,12 +1,12 @@
 #include "app/modeller/import_map.h"
 
-#include <algorithm>
 #include <charconv>
 #include <fstream>
 
 #include "app/modeller/import_image.h"
+#include "patient/synth/synth.h"
 
-namespace stylet::modeller {
+namespace stylet::app {
 
 namespace fs = std::filesystem;
 using patient::Label;
@@ -81,34 +81,17 @@ LabelMap loadLabelMap(const fs::path& csv) {
 }
 
 const std::vector<Label>& targetTable() {
-    using enum Tissue;
     static const std::vector<Label> table = [] {
-        std::vector<Label> t{
-            {1, "skin", skin, Role::pass, false, {222, 184, 156}, ""},
-            {2, "fascia", fascia, Role::pass, false, {200, 210, 220}, ""},
-            {3, "right lung", air, Role::risk, false, {150, 120, 130}, ""},
-            {4, "left lung", air, Role::risk, false, {150, 120, 130}, ""},
-            {5, "liver", liver, Role::pass, true, {150, 70, 55}, ""},
-            {6, "portal vein", vessel, Role::risk, true, {90, 110, 200}, ""},
-            {7, "hepatic veins", vessel, Role::risk, true, {60, 70, 160}, ""},
-            {8, "bile duct", duct, Role::target, true, {80, 170, 70}, ""},
-            {9, "spleen", soft, Role::pass, true, {130, 70, 100}, ""},
-            {10, "right kidney", soft, Role::pass, true, {160, 90, 70}, ""},
-            {11, "left kidney", soft, Role::pass, true, {160, 90, 70}, ""},
-        };
+        std::vector<Label> t = patient::synth::labelTable();
         const auto add = [&](const char* name, Tissue tissue, Role role, bool abdominal,
                              std::array<std::uint8_t, 3> colour) {
-            if (std::any_of(t.begin(), t.end(), [&](const Label& l) { return l.name == name; })) return;
             t.push_back({std::uint8_t(t.back().id + 1), name, tissue, role, abdominal, colour, ""});
         };
-        add("bone", bone, Role::risk, false, {230, 222, 200});
-        add("arteries", vessel, Role::risk, true, {190, 50, 45});
-        add("veins", vessel, Role::risk, true, {70, 90, 170});
-        add("liver tumour", liver, Role::risk, true, {190, 160, 90});
-        add("liver cyst", liver, Role::pass, true, {120, 150, 170});
+        add("bone", Tissue::bone, Role::risk, false, {241, 230, 205});
+        add("cyst", Tissue::liver, Role::pass, true, {120, 150, 170});
         return t;
     }();
     return table;
 }
 
-}  // namespace stylet::modeller
+}  // namespace stylet::app

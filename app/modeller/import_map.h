@@ -8,10 +8,10 @@
 
 #include "patient/tissue.h"
 
-namespace stylet::modeller {
+namespace stylet::app {
 
 // The labels an import may give: those of the reference patient under their own names and ids, then what only
-// hospital segmentations have ("bone" as one mask, tumours, vessels outside the liver).
+// hospital segmentations have ("bone" as one mask, "cyst").
 const std::vector<patient::Label>& targetTable();
 // Null where there is no such target.
 const patient::Label* findTarget(const std::string& name);
@@ -25,4 +25,4 @@ struct LabelMap {
 };
 LabelMap loadLabelMap(const std::filesystem::path& csv);  // throws ImportError: FILE: line N: reason
 
-}  // namespace stylet::modeller
+}  // namespace stylet::app

@@ -6,7 +6,7 @@
 
 #include "app/modeller/import_map.h"
 
-namespace stylet::modeller {
+namespace stylet::app {
 
 using patient::Tissue;
 
@@ -90,4 +90,4 @@ patient::Thresholds thresholdsOf(const patient::CtVolume& ct, const patient::Lab
     return t;
 }
 
-}  // namespace stylet::modeller
+}  // namespace stylet::app

@@ -1,0 +1,25 @@
+// DICOM slices as bytes (explicit VR, little endian), good ones to start from and then to spoil.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace stylet::test {
+
+struct DicomSlice {
+    int columns = 4, rows = 3;
+    std::array<double, 2> spacing_mm{0.8, 0.8};  // between rows, between columns: the standard's order
+    std::array<double, 3> position_mm{};         // LPS
+    std::array<double, 6> orientation{1, 0, 0, 0, 1, 0};
+    double slope = 1.0, intercept = 0.0;
+    std::string series = "1.2.3.4", modality = "CT", instance = "1.2.3.4.1";
+    std::vector<std::int16_t> stored;
+};
+
+std::vector<char> dicomBytes(const DicomSlice&);
+void writeFile(const std::filesystem::path&, const std::vector<char>&);
+
+}  // namespace stylet::test

@@ -1,0 +1,198 @@
+#include <gtest/gtest.h>
+
+#include "app/modeller/import.h"
+#include "app/modeller/voxel_tools.h"
+#include "torso.h"
+
+namespace stylet::app {
+namespace {
+
+using patient::Index3;
+using patient::Tissue;
+using patient::Vec3;
+
+ImportSettings settings() {
+    ImportSettings s;
+    s.grow_ducts = true;
+    s.spacing_m = 0.002;
+    for (int t = 0; t < patient::kTissueCount; ++t)
+        s.defaults.tissues[std::size_t(t)] = {0.1 * t, 0.2 * t, 100.0 * t, t == 1, patient::Role::pass};
+    return s;
+}
+
+std::uint8_t idOf(const char* name) { return findTarget(name)->id; }
+
+// Built once: every test looks at the same patient.
+const Imported& built() {
+    static const Imported imported = [] {
+        const test::Torso t = test::makeTorso();
+        return buildPatient(t.ct, t.labels, t.map, settings());
+    }();
+    return imported;
+}
+
+std::size_t count(const char* name) {
+    const auto& v = built().package.labels.voxels;
+    return std::size_t(std::count(v.begin(), v.end(), idOf(name)));
+}
+
+std::string refusal(const test::Torso& t, const ImportSettings& s = settings()) {
+    try {
+        buildPatient(t.ct, t.labels, t.map, s);
+    } catch (const ImportError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+TEST(ImportBuild, ListsEveryIdWithVolumeAndMean) {
+    const auto& sources = built().sources;
+    ASSERT_EQ(sources.size(), 5u);
+    EXPECT_EQ(sources[2].id, 7);
+    EXPECT_EQ(sources[2].target, "liver");
+    EXPECT_NEAR(sources[2].volume_ml, test::kLiver_ml, 0.05 * test::kLiver_ml);
+    EXPECT_NEAR(sources[2].mean_hu, 110.0, 1.0);
+    EXPECT_EQ(sources[1].target, "unsegmented");
+    EXPECT_EQ(sources[4].id, 465);
+    EXPECT_NEAR(sources[4].mean_hu, 160.0, 1.0);
+}
+
+TEST(ImportBuild, AnUnmappedIdIsRefusedByNumberAfterTheList) {
+    test::Torso t = test::makeTorso();
+    t.map.target_of.erase(65);
+    ImportSettings s = settings();
+    std::size_t listed = 0;
+    s.list = [&](const std::vector<SourceLabel>& sources) { listed = sources.size(); };
+    EXPECT_NE(refusal(t, s).find("no line for source id 65"), std::string::npos);
+    EXPECT_EQ(listed, 5u);
+}
+
+TEST(ImportBuild, AMapLineWithoutVoxelsIsOnlyNoted) {
+    test::Torso t = test::makeTorso();
+    t.map.target_of[99] = idOf("spleen");
+    ImportSettings s = settings();
+    s.spacing_m = 0.004;
+    s.grow_ducts = false;
+    const Imported imported = buildPatient(t.ct, t.labels, t.map, s);
+    ASSERT_FALSE(imported.notes.empty());
+    EXPECT_EQ(imported.notes[0], "the map's source id 99 does not occur");
+}
+
+TEST(ImportBuild, WhatCannotBeAPatientIsRefused) {
+    test::Torso moved = test::makeTorso();
+    moved.labels.grid.origin_m.x += 0.01;
+    EXPECT_NE(refusal(moved).find("10 mm beside the CT"), std::string::npos);
+    test::Torso stretched = test::makeTorso();
+    stretched.labels.grid.spacing_m.z = 0.0025;
+    EXPECT_NE(refusal(stretched).find("differ in spacing"), std::string::npos);
+    test::Torso no_liver = test::makeTorso();
+    no_liver.map.target_of[7] = idOf("spleen");
+    EXPECT_NE(refusal(no_liver).find("without a liver"), std::string::npos);
+    ImportSettings s = settings();
+    s.reference_phase = "v=1.5";
+    EXPECT_NE(refusal(test::makeTorso(), s).find("reference phase"), std::string::npos);
+}
+
+TEST(ImportBuild, LabelsKeepTheirPlaceAndVolume) {
+    const auto& p = built().package;
+    EXPECT_EQ(p.labels.nearestOr({0.050, 0.025, 0.130}, 0), idOf("liver"));
+    EXPECT_EQ(p.labels.nearestOr({-0.020, 0.0, 0.078}, 0), idOf("portal vein"));
+    const double ml = 0.008 * double(count("liver") + count("bile ducts"));
+    EXPECT_NEAR(ml, built().sources[2].volume_ml, 0.04 * test::kLiver_ml);
+    EXPECT_EQ(p.licence, "CC0");
+    for (const patient::Label& l : p.label_table) EXPECT_FALSE(l.provenance.empty()) << l.name;
+}
+
+TEST(ImportBuild, TheTableIsGoneAndTheBodyWearsSkin) {
+    const auto& p = built().package;
+    for (double x = -0.11; x < 0.12; x += 0.01)
+        EXPECT_EQ(p.ct.nearestOr({x, -0.105, 0.09}, -1024), -1024) << x;
+    // No way from the air to the liver that avoids the skin, but for the section's cut ends.
+    Mask seeds(p.labels.grid), open(p.labels.grid);
+    for (std::size_t i = 0; i < open.voxels.size(); ++i) open.voxels[i] = p.labels.voxels[i] != idOf("skin");
+    for (int z = 0; z < seeds.grid.dims.z; ++z) seeds[{0, 0, z}] = 1;
+    const Mask reached = floodFrom(seeds, open);
+    EXPECT_EQ(reached.nearestOr({0.050, 0.005, 0.095}, 1), 0);
+    EXPECT_EQ(reached.nearestOr({0.140, 0.0, 0.095}, 0), 1);
+    // 2 mm thick at the flank: one voxel here, fat behind it.
+    EXPECT_EQ(p.labels.nearestOr({0.129, 0.0, 0.095}, 0), idOf("skin"));
+    EXPECT_EQ(p.labels.nearestOr({0.124, 0.0, 0.095}, 9), 0);
+}
+
+TEST(ImportBuild, TheFasciaSeparatesWallAndCavity) {
+    const auto& p = built().package;
+    Mask seeds(p.labels.grid), open(p.labels.grid);
+    for (std::size_t i = 0; i < open.voxels.size(); ++i) open.voxels[i] = p.labels.voxels[i] != idOf("fascia");
+    for (int z = 0; z < seeds.grid.dims.z; ++z) seeds[{0, 0, z}] = 1;
+    const Mask outside = floodFrom(seeds, open);
+    std::size_t leaked = 0, bones_inside = 0;
+    for (std::size_t i = 0; i < outside.voxels.size(); ++i) {
+        const std::uint8_t l = p.labels.voxels[i];
+        leaked += outside.voxels[i] && (l == idOf("liver") || l == idOf("portal vein") || l == idOf("bile ducts"));
+        bones_inside += !outside.voxels[i] && l == idOf("bone");
+    }
+    EXPECT_EQ(leaked, 0u);
+    EXPECT_EQ(bones_inside, 0u);
+    // Inside the ribs (their inner face lies 35 mm deep), and close to them.
+    bool crossed = false;
+    for (double x = 0.084; x < 0.1; x += 0.001)
+        crossed |= p.labels.nearestOr({-x, 0.0, 0.104}, 0) == idOf("fascia");
+    EXPECT_TRUE(crossed);
+}
+
+TEST(ImportBuild, DuctsRunInTheLiverBesideThePortalVein) {
+    const auto& p = built().package;
+    ASSERT_GT(count("bile ducts"), 300u);
+    Mask ducts(p.labels.grid), portal(p.labels.grid);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < ducts.voxels.size(); ++i) {
+        ducts.voxels[i] = p.labels.voxels[i] == idOf("bile ducts");
+        portal.voxels[i] = p.labels.voxels[i] == idOf("portal vein");
+        if (ducts.voxels[i]) sum += p.ct.voxels[i];
+    }
+    const FloatVolume to_portal = distanceTo(portal);
+    std::size_t near = 0;
+    for (std::size_t i = 0; i < ducts.voxels.size(); ++i) near += ducts.voxels[i] && to_portal.voxels[i] < 0.010f;
+    EXPECT_GT(double(near), 0.6 * double(count("bile ducts")));  // the rest runs on past the branches' ends
+    EXPECT_LT(sum / double(count("bile ducts")), 50.0);          // bile, mixed at the rim
+    EXPECT_EQ(keepLargest(ducts), 0u);
+    const auto label = std::find_if(p.label_table.begin(), p.label_table.end(),
+                                    [](const patient::Label& l) { return l.name == "bile ducts"; });
+    ASSERT_NE(label, p.label_table.end());
+    EXPECT_NE(label->provenance.find("virtual"), std::string::npos);
+    EXPECT_EQ(label->role, patient::Role::target);
+}
+
+TEST(ImportBuild, ThresholdsLieBetweenTheClasses) {
+    const patient::Thresholds& t = built().package.thresholds;
+    EXPECT_GT(t.t0_hu, -950.0);
+    EXPECT_LT(t.t0_hu, t.t1_hu);
+    EXPECT_LT(t.t1_hu, -105.0);
+    EXPECT_GT(t.t2_sensitive_hu, 60.0);
+    EXPECT_LT(t.t2_sensitive_hu, 440.0);
+    EXPECT_GE(t.t2_specific_hu, std::max(t.t2_sensitive_hu, 165.0));
+}
+
+TEST(ImportBuild, BreathingCarriesTheLiverAndLeavesTheRibs) {
+    const auto& p = built().package;
+    const patient::BreathingModel& m = p.breathing;
+    EXPECT_EQ(m.reference.v, 1.0);
+    EXPECT_EQ(p.reference_phase, "inhale");
+    const Vec3 liver{0.070, 0.010, 0.095};
+    EXPECT_LT(patient::cavityRho(m, liver), 1.0);
+    const Vec3 moved = patient::deformedFromReference(m, {}, liver);
+    EXPECT_NEAR(moved.z - liver.z, 0.015, 1e-9);  // to end-exhale: 15 mm toward the head
+    std::size_t liver_out = 0, bone_in = 0;
+    for (int z = 0; z < p.labels.grid.dims.z; ++z)
+        for (int y = 0; y < p.labels.grid.dims.y; ++y)
+            for (int x = 0; x < p.labels.grid.dims.x; ++x) {
+                const double rho = patient::cavityRho(m, p.labels.grid.centre({x, y, z}));
+                liver_out += p.labels[{x, y, z}] == idOf("liver") && rho > 1.0;
+                bone_in += p.labels[{x, y, z}] == idOf("bone") && rho < 1.0;
+            }
+    EXPECT_LT(double(liver_out), 0.02 * double(count("liver")));
+    EXPECT_LT(double(bone_in), 0.05 * double(count("bone")));
+}
+
+}  // namespace
+}  // namespace stylet::app

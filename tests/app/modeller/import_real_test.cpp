@@ -1,0 +1,97 @@
+// The real data set, where it is at hand: read, built and planned on once, at 1.5 mm to be quick.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "app/modeller/import.h"
+#include "app/modeller/voxel_tools.h"
+#include "patient/patient.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::uint8_t idOf(const char* name) { return findTarget(name)->id; }
+
+class ImportReal : public testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        const char* data = std::getenv("STYLET_DATA");
+        if (!data || !fs::exists(fs::path(data) / "3dircadb01_p01/PATIENT_DICOM_p01.tar.gz")) return;
+        const fs::path folder = fs::path(data) / "3dircadb01_p01";
+        const test::TempFolder temp;
+        const std::string unpack = "tar xzf '" + (folder / "PATIENT_DICOM_p01.tar.gz").string() + "' -C '" +
+                                   temp.path().string() + "'";
+        if (std::system(unpack.c_str()) != 0) return;
+        const fs::path assets = std::getenv("STYLET_ASSETS");
+        ImportSettings s;
+        s.ct = temp.path();
+        s.labels = folder / "seg.nii.gz";
+        s.map = assets / "maps/3dircadb01.csv";
+        s.grow_ducts = true;
+        s.spacing_m = 0.0015;
+        s.defaults = patient::loadTissueDefaults(assets / "tissue/ptcd.toml");
+        s.reader.program = fs::path(std::getenv("STYLET_BIN")) / "stylet-image-reader";
+        imported_ = new Imported(importPatient(s));
+    }
+    static void TearDownTestSuite() { delete imported_; }
+    void SetUp() override {
+        if (!imported_) GTEST_SKIP() << "STYLET_DATA is not set: patient 1 of 3D-IRCADb-01 is needed";
+    }
+    static Imported* imported_;
+};
+Imported* ImportReal::imported_ = nullptr;
+
+TEST_F(ImportReal, VolumesAreThePublishedOnes) {
+    std::map<int, double> ml;
+    for (const SourceLabel& s : imported_->sources) ml[s.id] = s.volume_ml;
+    EXPECT_NEAR(ml[449], 1349.0, 1.0);
+    EXPECT_NEAR(ml[465], 11.7, 0.1);
+    EXPECT_NEAR(ml[481], 17.4, 0.1);
+    // What is left of the liver in the package: itself, less ducts and the fascia's share.
+    double liver = 0.0, ducts = 0.0;
+    for (std::uint8_t id : imported_->package.labels.voxels)
+        liver += id == idOf("liver"), ducts += id == idOf("bile ducts");
+    const double voxel_ml = 0.15 * 0.15 * 0.15;
+    EXPECT_NEAR((liver + ducts) * voxel_ml, 1349.0, 15.0);
+    EXPECT_GT(ducts * voxel_ml, 8.0);
+    EXPECT_LT(ducts * voxel_ml, 45.0);
+}
+
+TEST_F(ImportReal, TheLiverLiesOnTheRightAndTheSpleenOnTheLeft) {
+    const auto& v = imported_->package.labels;
+    double liver = 0.0, liver_count = 0.0, spleen = 0.0, spleen_count = 0.0;
+    for (int z = 0; z < v.grid.dims.z; ++z)
+        for (int y = 0; y < v.grid.dims.y; ++y)
+            for (int x = 0; x < v.grid.dims.x; ++x) {
+                const std::uint8_t id = v[{x, y, z}];
+                if (id == idOf("liver")) liver += x, liver_count += 1.0;
+                if (id == idOf("spleen")) spleen += x, spleen_count += 1.0;
+            }
+    EXPECT_GT(liver / liver_count, spleen / spleen_count + 50.0);
+}
+
+TEST_F(ImportReal, TheFasciaSeparates) {
+    const auto& v = imported_->package.labels;
+    Mask seeds(v.grid), open(v.grid);
+    for (std::size_t i = 0; i < open.voxels.size(); ++i) open.voxels[i] = v.voxels[i] != idOf("fascia");
+    for (int z = 0; z < seeds.grid.dims.z; ++z) seeds[{0, 0, z}] = seeds[{v.grid.dims.x - 1, 0, z}] = 1;
+    const Mask outside = floodFrom(seeds, open);
+    std::size_t leaked = 0;
+    for (std::size_t i = 0; i < outside.voxels.size(); ++i)
+        leaked += outside.voxels[i] && (v.voxels[i] == idOf("liver") || v.voxels[i] == idOf("bile ducts"));
+    EXPECT_EQ(leaked, 0u);
+}
+
+TEST_F(ImportReal, ThePlannerFindsPathsInEndExhale) {
+    const patient::Patient patient(imported_->package);
+    const patient::PlanResult plan = patient::planPaths(patient, {});
+    std::size_t good = 0;
+    for (const patient::PlannedPath& p : plan.paths) good += p.quality >= 0.4;
+    EXPECT_GE(good, 20u);
+}
+
+}  // namespace
+}  // namespace stylet::app

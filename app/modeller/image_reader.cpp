@@ -4,15 +4,18 @@
 #include <itkGDCMImageIO.h>
 #include <itkMetaDataObject.h>
 #include <itkNiftiImageIO.h>
+#include <zlib.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -258,13 +261,45 @@ RawImage readDicomFolder(const fs::path& folder) {
     return image;
 }
 
+// ITK fills up a file that is cut short with zeros and takes any header for ANALYZE: both are refused here.
+void checkNiftiFile(const fs::path& file, const std::string& name) {
+    const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose);
+    std::array<unsigned char, 352> head{};
+    if (!in || gzread(in.get(), head.data(), unsigned(head.size())) != int(head.size()))
+        refuse(name + ": not a NIfTI file");
+    const bool swapped = head[0] == 0;  // the header begins with its size, 348
+    const auto field = [&](std::size_t at, std::size_t size) {
+        std::uint32_t v = 0;
+        for (std::size_t i = 0; i < size; ++i) v = v << 8 | head[at + (swapped ? i : size - 1 - i)];
+        return v;
+    };
+    if (field(0, 4) != 348 || std::string(head.begin() + 344, head.begin() + 347) != "n+1")
+        refuse(name + ": not a NIfTI-1 file in one piece");
+    std::int64_t needed = field(72, 2) / 8;
+    for (std::size_t d = 1; d <= std::min(field(40, 2), 7u); ++d) {
+        const auto side = std::int64_t(std::int16_t(field(40 + 2 * d, 2)));
+        if (side < 1 || side > kMaxImageSide || needed * side > 8 * kMaxImageVoxels)
+            refuse(name + ": its size is outside what this program reads");
+        needed *= side;
+    }
+    const float offset = std::bit_cast<float>(field(108, 4));
+    if (!(offset >= 352.0f && offset < 1e6f)) refuse(name + ": its voxels begin in an impossible place");
+    needed += std::int64_t(offset) - std::int64_t(head.size());
+    std::vector<char> chunk(1 << 20);
+    while (needed > 0) {
+        const int got = gzread(in.get(), chunk.data(), unsigned(std::min<std::int64_t>(needed, 1 << 20)));
+        if (got <= 0) refuse(name + ": cut short");
+        needed -= got;
+    }
+}
+
 RawImage readNifti(const fs::path& file, bool labels) {
     const std::string name = file.filename().string();
+    checkNiftiFile(file, name);
     auto io = itk::NiftiImageIO::New();
     io->SetFileName(file.string());
     RawImage image;
     try {
-        if (!io->CanReadFile(file.string().c_str())) refuse(name + ": not a NIfTI file");
         io->ReadImageInformation();
         for (unsigned d = 3; d < io->GetNumberOfDimensions(); ++d)
             if (io->GetDimensions(d) != 1) refuse(name + ": has more than three dimensions");

@@ -12,6 +12,10 @@ using patient::Tissue;
 
 namespace {
 
+// A voxel of noise must not turn muscle into bone or fat into skin under the needle: 5.5 sigma is one voxel in
+// fifty million.
+constexpr double kNoNoise = 5.5;
+
 struct Normal {
     double mean = 0.0, sigma = 0.0, count = 0.0;
 };
@@ -82,9 +86,10 @@ patient::Thresholds thresholdsOf(const patient::CtVolume& ct, const patient::Lab
     const Normal bones = bone.between(150.0, 3000.0), vessels = vessel.between(0.0, 600.0);
     patient::Thresholds t;
     // The body's rim, air mixed into fat: from half air to where fat begins.
-    t.t1_hu = std::round(fat.mean - 3.0 * fat.sigma);
+    t.t1_hu = std::round(fat.mean - kNoNoise * fat.sigma);
     t.t0_hu = std::round(std::min(0.5 * (-1000.0 + fat.mean), t.t1_hu - 50.0));
-    t.t2_sensitive_hu = bones.count > 0.0 ? std::round(border(soft, bones)) : 200.0;
+    t.t2_sensitive_hu = std::round(soft.mean + kNoNoise * soft.sigma);
+    if (bones.count > 0.0) t.t2_sensitive_hu = std::max(t.t2_sensitive_hu, std::round(border(soft, bones)));
     t.t2_specific_hu = std::max(t.t2_sensitive_hu,
                                 vessels.count > 0.0 ? std::round(vessels.mean + 4.0 * vessels.sigma) : 0.0);
     return t;

@@ -6,9 +6,9 @@
 
 namespace stylet::app {
 
-// Classes: air, fat and soft tissue (peaks of the unsegmented body), bone and vessels (their labels). Borders
-// are where neighbouring normal distributions are equally likely; t2_specific = max(t2_sensitive, vessels'
-// mean + 4 sigma).
+// Classes: fat and soft tissue (peaks of the unsegmented body), bone and vessels (their labels), as normal
+// distributions. t2_sensitive is where soft tissue and bone are equally likely, but clear of soft tissue's
+// noise; t2_specific = max(t2_sensitive, vessels' mean + 4 sigma).
 patient::Thresholds thresholdsOf(const patient::CtVolume&, const patient::LabelVolume&, const Mask& body);
 
 }  // namespace stylet::app

@@ -113,10 +113,15 @@ TEST(ImportBuild, TheTableIsGoneAndTheBodyWearsSkin) {
     for (int z = 0; z < seeds.grid.dims.z; ++z) seeds[{0, 0, z}] = 1;
     const Mask reached = floodFrom(seeds, open);
     EXPECT_EQ(reached.nearestOr({0.050, 0.005, 0.095}, 1), 0);
-    EXPECT_EQ(reached.nearestOr({0.140, 0.0, 0.095}, 0), 1);
-    // 2 mm thick at the flank: one voxel here, fat behind it.
-    EXPECT_EQ(p.labels.nearestOr({0.129, 0.0, 0.095}, 0), idOf("skin"));
-    EXPECT_EQ(p.labels.nearestOr({0.124, 0.0, 0.095}, 9), 0);
+    EXPECT_EQ(reached.nearestOr({0.136, 0.0, 0.095}, 0), 1);
+    // 2 mm at the flank, one or two voxels here, and the fat behind it is left to the thresholds.
+    int skin = 0;
+    for (int x = 0; x < p.labels.grid.dims.x; ++x)
+        skin += p.labels.grid.centre({x, 0, 0}).x > 0.1 &&
+                p.labels[{x, p.labels.grid.nearest({0, 0, 0}).y, 40}] == idOf("skin");
+    EXPECT_GE(skin, 1);
+    EXPECT_LE(skin, 2);
+    EXPECT_EQ(p.labels.nearestOr({0.122, 0.0, 0.095}, 9), 0);
 }
 
 TEST(ImportBuild, TheFasciaSeparatesWallAndCavity) {

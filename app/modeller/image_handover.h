@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 inline constexpr std::array<char, 8> kHandoverMagic{'S', 'T', 'Y', 'L', 'I', 'M', 'G', '1'};
 inline constexpr std::int64_t kMaxImageSide = 2048;
@@ -19,4 +19,4 @@ struct ImageHandover {
 };
 static_assert(sizeof(ImageHandover) == 80);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

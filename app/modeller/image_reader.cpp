@@ -23,9 +23,9 @@
 #include "app/modeller/image_handover.h"
 
 namespace fs = std::filesystem;
-using stylet::app::ImageHandover;
-using stylet::app::kMaxImageSide;
-using stylet::app::kMaxImageVoxels;
+using stylet::modeller::ImageHandover;
+using stylet::modeller::kMaxImageSide;
+using stylet::modeller::kMaxImageVoxels;
 
 namespace {
 
@@ -270,7 +270,8 @@ void checkNiftiFile(const fs::path& file, const std::string& name) {
     const bool swapped = head[0] == 0;  // the header begins with its size, 348
     const auto field = [&](std::size_t at, std::size_t size) {
         std::uint32_t v = 0;
-        for (std::size_t i = 0; i < size; ++i) v = v << 8 | head[at + (swapped ? i : size - 1 - i)];
+        for (std::size_t i = 0; i < size; ++i)
+            v = v << 8 | head[at + (swapped ? i : size - 1 - i)];
         return v;
     };
     if (field(0, 4) != 348 || std::string(head.begin() + 344, head.begin() + 347) != "n+1")

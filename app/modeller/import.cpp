@@ -12,7 +12,7 @@
 #include "app/modeller/import_fascia.h"
 #include "app/modeller/import_thresholds.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 using patient::CtVolume;
 using patient::Grid;
@@ -244,7 +244,7 @@ std::string provenanceOf(const Label& l, const LabelMap& map, const std::vector<
     if (l.name == "skin") return "threshold: 2 mm shell of the body";
     if (l.name == "fascia") return "fitted: smooth surface inside the ribs";
     if (l.name == "bile ducts" && std::none_of(sources.begin(), sources.end(),
-                                              [](const SourceLabel& s) { return s.target == "bile ducts"; }))
+                                               [](const SourceLabel& s) { return s.target == "bile ducts"; }))
         return "virtual: grown beside the portal branches";
     return "manual: " + (map.source.empty() ? std::string("the imported segmentation") : map.source);
 }
@@ -348,4 +348,4 @@ Imported importPatient(const ImportSettings& settings) {
     return buildPatient(ct, labels, map, settings);
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

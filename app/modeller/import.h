@@ -11,7 +11,7 @@
 #include "app/modeller/import_map.h"
 #include "patient/patient.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 // What became of one id of the source, measured on the source's own grid.
 struct SourceLabel {
@@ -50,4 +50,4 @@ Imported buildPatient(const patient::CtVolume& ct, const patient::Volume<std::in
 // Reads the files (in a child process) and builds.
 Imported importPatient(const ImportSettings&);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

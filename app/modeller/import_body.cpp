@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 using patient::CtVolume;
 using patient::Grid;
@@ -75,4 +75,4 @@ Mask skinShell(const Mask& body, const Grid& scanned, double thickness_m) {
     return skin;
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -3,7 +3,7 @@
 
 #include "app/modeller/voxel_tools.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 // Everything inside the body's outline, lungs and gut gas included: fat or denser, largest component after
 // thin things (table, blanket) are opened away, holes filled in each axial slice.
@@ -13,4 +13,4 @@ Mask bodyMask(const patient::CtVolume&);
 // the scan cuts the body (`scanned` is the CT's own grid).
 Mask skinShell(const Mask& body, const patient::Grid& scanned, double thickness_m);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

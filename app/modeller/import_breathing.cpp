@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 using patient::BreathingModel;
 using patient::CavityKnot;
@@ -129,4 +129,4 @@ BreathingModel fitBreathing(const WallSurface& wall, const Mask& liver, const Ma
     return m;
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -5,7 +5,7 @@
 #include "app/modeller/import_fascia.h"
 #include "patient/breathing.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 // Ellipses that hold the moving organs (liver, lungs, ...) and leave the ribs outside, as far as ellipses
 // can. Full travel over the liver's height, `travel_m` from end-exhale to end-inhale (caudal), fading to rest
@@ -13,4 +13,4 @@ namespace stylet::app {
 patient::BreathingModel fitBreathing(const WallSurface&, const Mask& liver, const Mask& moving,
                                      const Mask& bones, double travel_m);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

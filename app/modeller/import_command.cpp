@@ -5,15 +5,16 @@
 #include <cstdio>
 #include <memory>
 
+#include "app/modeller/console.h"
 #include "app/modeller/import.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 namespace {
 
 struct Arguments {
     ImportSettings settings;
-    std::filesystem::path out, tissues = "assets/tissue/ptcd.toml";
+    std::filesystem::path out;
     double spacing_mm = 1.0;
 };
 
@@ -29,7 +30,7 @@ void runImport(Arguments& a) {
     const auto start = Clock::now();
     const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
     a.settings.spacing_m = 1e-3 * a.spacing_mm;
-    a.settings.defaults = patient::loadTissueDefaults(a.tissues);
+    a.settings.defaults = tissueDefaults();
     a.settings.progress = [&](std::string_view stage) {
         std::fprintf(stderr, "%6.1f s  %.*s\n", seconds(), int(stage.size()), stage.data());
     };
@@ -64,8 +65,7 @@ void addImport(CLI::App& app) {
         ->add_option("--reference-phase", a.settings.reference_phase,
                      "breath of the CT: inhale, exhale or v=X")
         ->capture_default_str();
-    import->add_option("--tissues", a.tissues, "force table to start from")->capture_default_str();
     import->callback([arguments] { runImport(*arguments); });
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -3,8 +3,8 @@
 
 #include <CLI/App.hpp>
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 void addImport(CLI::App&);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -8,7 +8,7 @@
 
 #include "app/modeller/import_image.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 using patient::Grid;
 using patient::Index3;
@@ -370,4 +370,4 @@ void paintBile(patient::CtVolume& ct, const GrownDucts& ducts, const Mask& paren
     }
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

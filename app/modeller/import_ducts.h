@@ -5,7 +5,7 @@
 
 #include "app/modeller/voxel_tools.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 struct DuctSettings {
     double central_radius_m = 0.0035, peripheral_radius_m = 0.0016;
@@ -30,4 +30,4 @@ GrownDucts growDucts(const Mask& parenchyma, const Mask& portal, const Mask& ves
 // Mixes bile into the CT by coverage, keeping the noise of the tissue that was there.
 void paintBile(patient::CtVolume&, const GrownDucts&, const Mask& parenchyma, double bile_hu);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 using patient::Grid;
 using patient::Index3;
@@ -253,4 +253,4 @@ Mask rasteriseBoundary(const Mask& inside, const Mask& free) {
     return surface;
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -7,7 +7,7 @@
 
 #include "app/modeller/voxel_tools.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 // What the surface is drawn from, all on one grid.
 struct FasciaInput {
@@ -38,4 +38,4 @@ Mask insideWall(const WallSurface&, const FasciaInput&);
 // the fascia: the outer one where it may be overwritten (`free`), else the inner.
 Mask rasteriseBoundary(const Mask& inside, const Mask& free);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

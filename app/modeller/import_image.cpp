@@ -16,7 +16,7 @@
 
 #include "app/modeller/image_handover.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 namespace fs = std::filesystem;
 
@@ -180,4 +180,4 @@ patient::Volume<std::int16_t> readImage(const fs::path& path, ImageKind kind, co
     return takeOver(out, path);
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -7,7 +7,7 @@
 
 #include "patient/volume.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 // Bad input, or a parser that gave up: what() is one sentence that names the file.
 class ImportError : public std::runtime_error {
@@ -28,4 +28,4 @@ struct ReaderLimits {
 // or label ids. Throws ImportError.
 patient::Volume<std::int16_t> readImage(const std::filesystem::path&, ImageKind, const ReaderLimits& = {});
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -6,7 +6,7 @@
 #include "app/modeller/import_image.h"
 #include "patient/synth/synth.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 namespace fs = std::filesystem;
 using patient::Label;
@@ -94,4 +94,4 @@ const std::vector<Label>& targetTable() {
     return table;
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

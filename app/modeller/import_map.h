@@ -8,7 +8,7 @@
 
 #include "patient/tissue.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 // The labels an import may give: those of the reference patient under their own names and ids, then what only
 // hospital segmentations have ("bone" as one mask, "cyst").
@@ -25,4 +25,4 @@ struct LabelMap {
 };
 LabelMap loadLabelMap(const std::filesystem::path& csv);  // throws ImportError: FILE: line N: reason
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -6,14 +6,14 @@
 
 #include "app/modeller/import_map.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 using patient::Tissue;
 
 namespace {
 
-// A voxel of noise must not turn muscle into bone or fat into skin under the needle: 5.5 sigma is one voxel in
-// fifty million.
+// A voxel of noise must not turn muscle into bone or fat into skin under the needle: 5.5 sigma is one voxel
+// in fifty million.
 constexpr double kNoNoise = 5.5;
 
 struct Normal {
@@ -95,4 +95,4 @@ patient::Thresholds thresholdsOf(const patient::CtVolume& ct, const patient::Lab
     return t;
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

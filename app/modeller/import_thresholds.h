@@ -4,11 +4,11 @@
 #include "app/modeller/voxel_tools.h"
 #include "patient/tissue.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 // Classes: fat and soft tissue (peaks of the unsegmented body), bone and vessels (their labels), as normal
 // distributions. t2_sensitive is where soft tissue and bone are equally likely, but clear of soft tissue's
 // noise; t2_specific = max(t2_sensitive, vessels' mean + 4 sigma).
 patient::Thresholds thresholdsOf(const patient::CtVolume&, const patient::LabelVolume&, const Mask& body);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 using patient::Grid;
 using patient::Index3;
@@ -201,4 +201,4 @@ FloatVolume boxMean(const FloatVolume& in, int reach) {
     return out;
 }
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -5,7 +5,7 @@
 
 #include "patient/volume.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 
 using Mask = patient::LabelVolume;
 using FloatVolume = patient::Volume<float>;
@@ -30,4 +30,4 @@ void fillHolesPerSlice(Mask&);
 // Mean over a cube of 2 * reach + 1 voxels a side, cut off at the grid's border.
 FloatVolume boxMean(const FloatVolume&, int reach);
 
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -14,7 +14,8 @@ class Writer {
     std::vector<char> bytes;
 
     void number(std::uint32_t value, int size) {
-        for (int i = 0; i < size; ++i) bytes.push_back(char(value >> (8 * i) & 0xff));
+        for (int i = 0; i < size; ++i)
+            bytes.push_back(char(value >> (8 * i) & 0xff));
     }
     void text(std::uint16_t group, std::uint16_t element, const char* vr, std::string value) {
         if (value.size() % 2) value += std::strcmp(vr, "UI") == 0 ? '\0' : ' ';
@@ -55,7 +56,8 @@ std::vector<char> dicomBytes(const DicomSlice& s) {
     meta.text(2, 0x10, "UI", "1.2.840.10008.1.2.1");
     Writer w;
     w.bytes.assign(128, 0);
-    for (char c : {'D', 'I', 'C', 'M'}) w.bytes.push_back(c);
+    for (char c : {'D', 'I', 'C', 'M'})
+        w.bytes.push_back(c);
     w.head(2, 0, "UL");
     w.number(4, 2), w.number(std::uint32_t(meta.bytes.size()), 4);
     w.bytes.insert(w.bytes.end(), meta.bytes.begin(), meta.bytes.end());
@@ -74,7 +76,8 @@ std::vector<char> dicomBytes(const DicomSlice& s) {
     w.decimals(0x28, 0x1052, {s.intercept}), w.decimals(0x28, 0x1053, {s.slope});
     w.head(0x7fe0, 0x10, "OW");
     w.number(0, 2), w.number(std::uint32_t(s.stored.size() * 2), 4);
-    for (std::int16_t v : s.stored) w.number(std::uint16_t(v), 2);
+    for (std::int16_t v : s.stored)
+        w.number(std::uint16_t(v), 2);
     return w.bytes;
 }
 

@@ -4,7 +4,7 @@
 #include "app/modeller/voxel_tools.h"
 #include "torso.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 namespace {
 
 using patient::Index3;
@@ -20,7 +20,9 @@ ImportSettings settings() {
     return s;
 }
 
-std::uint8_t idOf(const char* name) { return findTarget(name)->id; }
+std::uint8_t idOf(const char* name) {
+    return findTarget(name)->id;
+}
 
 // Built once: every test looks at the same patient.
 const Imported& built() {
@@ -100,7 +102,8 @@ TEST(ImportBuild, LabelsKeepTheirPlaceAndVolume) {
     const double ml = 0.008 * double(count("liver") + count("bile ducts"));
     EXPECT_NEAR(ml, built().sources[2].volume_ml, 0.04 * test::kLiver_ml);
     EXPECT_EQ(p.licence, "CC0");
-    for (const patient::Label& l : p.label_table) EXPECT_FALSE(l.provenance.empty()) << l.name;
+    for (const patient::Label& l : p.label_table)
+        EXPECT_FALSE(l.provenance.empty()) << l.name;
 }
 
 TEST(ImportBuild, TheTableIsGoneAndTheBodyWearsSkin) {
@@ -109,8 +112,10 @@ TEST(ImportBuild, TheTableIsGoneAndTheBodyWearsSkin) {
         EXPECT_EQ(p.ct.nearestOr({x, -0.105, 0.09}, -1024), -1024) << x;
     // No way from the air to the liver that avoids the skin, but for the section's cut ends.
     Mask seeds(p.labels.grid), open(p.labels.grid);
-    for (std::size_t i = 0; i < open.voxels.size(); ++i) open.voxels[i] = p.labels.voxels[i] != idOf("skin");
-    for (int z = 0; z < seeds.grid.dims.z; ++z) seeds[{0, 0, z}] = 1;
+    for (std::size_t i = 0; i < open.voxels.size(); ++i)
+        open.voxels[i] = p.labels.voxels[i] != idOf("skin");
+    for (int z = 0; z < seeds.grid.dims.z; ++z)
+        seeds[{0, 0, z}] = 1;
     const Mask reached = floodFrom(seeds, open);
     EXPECT_EQ(reached.nearestOr({0.050, 0.005, 0.095}, 1), 0);
     EXPECT_EQ(reached.nearestOr({0.136, 0.0, 0.095}, 0), 1);
@@ -127,13 +132,16 @@ TEST(ImportBuild, TheTableIsGoneAndTheBodyWearsSkin) {
 TEST(ImportBuild, TheFasciaSeparatesWallAndCavity) {
     const auto& p = built().package;
     Mask seeds(p.labels.grid), open(p.labels.grid);
-    for (std::size_t i = 0; i < open.voxels.size(); ++i) open.voxels[i] = p.labels.voxels[i] != idOf("fascia");
-    for (int z = 0; z < seeds.grid.dims.z; ++z) seeds[{0, 0, z}] = 1;
+    for (std::size_t i = 0; i < open.voxels.size(); ++i)
+        open.voxels[i] = p.labels.voxels[i] != idOf("fascia");
+    for (int z = 0; z < seeds.grid.dims.z; ++z)
+        seeds[{0, 0, z}] = 1;
     const Mask outside = floodFrom(seeds, open);
     std::size_t leaked = 0, bones_inside = 0;
     for (std::size_t i = 0; i < outside.voxels.size(); ++i) {
         const std::uint8_t l = p.labels.voxels[i];
-        leaked += outside.voxels[i] && (l == idOf("liver") || l == idOf("portal vein") || l == idOf("bile ducts"));
+        leaked +=
+            outside.voxels[i] && (l == idOf("liver") || l == idOf("portal vein") || l == idOf("bile ducts"));
         bones_inside += !outside.voxels[i] && l == idOf("bone");
     }
     EXPECT_EQ(leaked, 0u);
@@ -157,7 +165,8 @@ TEST(ImportBuild, DuctsRunInTheLiverBesideThePortalVein) {
     }
     const FloatVolume to_portal = distanceTo(portal);
     std::size_t near = 0;
-    for (std::size_t i = 0; i < ducts.voxels.size(); ++i) near += ducts.voxels[i] && to_portal.voxels[i] < 0.010f;
+    for (std::size_t i = 0; i < ducts.voxels.size(); ++i)
+        near += ducts.voxels[i] && to_portal.voxels[i] < 0.010f;
     EXPECT_GT(double(near), 0.6 * double(count("bile ducts")));  // the rest runs on past the branches' ends
     EXPECT_LT(sum / double(count("bile ducts")), 50.0);          // bile, mixed at the rim
     EXPECT_EQ(keepLargest(ducts), 0u);
@@ -200,4 +209,4 @@ TEST(ImportBuild, BreathingCarriesTheLiverAndLeavesTheRibs) {
 }
 
 }  // namespace
-}  // namespace stylet::app
+}  // namespace stylet::modeller

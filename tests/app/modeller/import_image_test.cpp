@@ -9,7 +9,7 @@
 #include "tests/support/nifti_bytes.h"
 #include "tests/support/temp_folder.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 namespace {
 
 namespace fs = std::filesystem;
@@ -33,7 +33,9 @@ std::string refusal(const fs::path& path, ImageKind kind, const ReaderLimits& li
     }
     return "";
 }
-std::string refusal(const fs::path& path) { return refusal(path, ImageKind::ct, reader()); }
+std::string refusal(const fs::path& path) {
+    return refusal(path, ImageKind::ct, reader());
+}
 
 // A stack of `count` slices, 2.5 mm apart, whose stored values tell column, row and slice.
 std::vector<DicomSlice> stack(int count) {
@@ -43,7 +45,8 @@ std::vector<DicomSlice> stack(int count) {
         s.position_mm = {-30.0, 12.0, 100.0 + 2.5 * k};
         s.instance = "1.2.3.4." + std::to_string(k + 1);
         for (int j = 0; j < s.rows; ++j)
-            for (int i = 0; i < s.columns; ++i) s.stored.push_back(std::int16_t(i + 10 * j + 100 * k));
+            for (int i = 0; i < s.columns; ++i)
+                s.stored.push_back(std::int16_t(i + 10 * j + 100 * k));
         slices.push_back(s);
     }
     return slices;
@@ -79,8 +82,7 @@ TEST(ImportImage, DicomKeepsEveryVoxelInItsPlace) {
         for (int k = 0; k < 5; ++k)
             for (int j = 0; j < 3; ++j)
                 for (int i = 0; i < 4; ++i) {
-                    const Vec3 lps =
-                        Vec3(-30, 12, 100) + 0.8 * i * row + 0.5 * j * column + 2.5 * k * normal;
+                    const Vec3 lps = Vec3(-30, 12, 100) + 0.8 * i * row + 0.5 * j * column + 2.5 * k * normal;
                     const Vec3 ras = 1e-3 * Vec3(-lps.x, -lps.y, lps.z);
                     EXPECT_EQ(ct.nearestOr(ras, -9999), 2 * (i + 10 * j + 100 * k) - 1000);
                     const Vec3 off = ct.grid.toVoxels(ras) - glm::round(ct.grid.toVoxels(ras));
@@ -112,14 +114,25 @@ TEST(ImportImage, WhatIsNotOneUprightCtSeriesIsRefusedInWords) {
         EXPECT_NE(why.find(words), std::string::npos) << "wanted: " << words << "\ngot: " << why;
     };
     expect([](auto& s) { s[2].series = "1.2.3.5"; }, "holds 2 series");
-    expect([](auto& s) { for (auto& one : s) one.modality = "MR"; }, "modality MR, not CT");
+    expect(
+        [](auto& s) {
+            for (auto& one : s)
+                one.modality = "MR";
+        },
+        "modality MR, not CT");
     expect([](auto& s) { s[3].position_mm = s[2].position_mm; }, "lie in the same place");
     expect([](auto& s) { s[5].spacing_mm = {0.9, 0.9}; }, "pixel spacing differs");
-    expect([](auto& s) { for (int k = 0; k < 6; ++k) s[std::size_t(k)].position_mm[1] += 1.0 * k; }, "sheared");
+    expect(
+        [](auto& s) {
+            for (int k = 0; k < 6; ++k)
+                s[std::size_t(k)].position_mm[1] += 1.0 * k;
+        },
+        "sheared");
     expect([](auto& s) { s.resize(2); }, "a volume needs three");
     expect(
         [](auto& s) {
-            for (auto& one : s) one.orientation = {0.9397, 0.3420, 0, -0.3420, 0.9397, 0};
+            for (auto& one : s)
+                one.orientation = {0.9397, 0.3420, 0, -0.3420, 0.9397, 0};
         },
         "tilted by more than 5 degrees");
 }
@@ -144,7 +157,8 @@ TEST(ImportImage, HostileDicomEndsInASentence) {
         if (round < 8) {
             bad.resize(132 + (good.size() - 133) * std::size_t(round) / 8);  // cut short
         } else if (round < 16) {
-            for (std::size_t i = 132; i < bad.size(); ++i) bad[i] = char(random() >> 24);  // garbage
+            for (std::size_t i = 132; i < bad.size(); ++i)
+                bad[i] = char(random() >> 24);  // garbage
         } else {
             for (int hits = 0; hits < 12; ++hits)  // lengths and tags spoiled
                 bad[132 + random() % (bad.size() - 132)] = char(random() >> 24);
@@ -167,7 +181,8 @@ TEST(ImportImage, NiftiIsReadWhereItLies) {
     EXPECT_EQ(ct.grid.dims, patient::Index3(3, 4, 5));
     EXPECT_LT(glm::length(ct.grid.origin_m - Vec3(-0.010, 0.020, 0.030)), 1e-7);
     EXPECT_LT(glm::length(ct.grid.spacing_m - Vec3(0.001, 0.002, 0.003)), 1e-7);
-    for (int i = 0; i < 60; ++i) EXPECT_EQ(ct.voxels[std::size_t(i)], i);
+    for (int i = 0; i < 60; ++i)
+        EXPECT_EQ(ct.voxels[std::size_t(i)], i);
 
     test::Bytes mirrored = test::goodNifti();  // x stored from right to left
     test::put(mirrored, 280, -1.0f), test::put(mirrored, 292, 10.0f);
@@ -191,7 +206,8 @@ TEST(ImportImage, HostileNiftiEndsInASentence) {
     EXPECT_NE(spoiled([](auto& b) { test::put(b, 42, std::int16_t(32000)); }), "");
     EXPECT_NE(spoiled([](auto& b) { test::put(b, 42, std::int16_t(-3)); }), "");
     EXPECT_NE(spoiled([](auto& b) { test::put(b, 70, std::int16_t(77)); }), "");
-    EXPECT_NE(spoiled([](auto& b) { test::put(b, 352, std::int16_t(-1)); }, ImageKind::labels).find("a label of -1"),
+    EXPECT_NE(spoiled([](auto& b) { test::put(b, 352, std::int16_t(-1)); }, ImageKind::labels)
+                  .find("a label of -1"),
               std::string::npos);
 }
 
@@ -221,8 +237,9 @@ TEST(ImportImage, TheChildIsHeldToItsLimits) {
     EXPECT_NE(refusal(temp / "ct", ImageKind::ct, tight), "");
     ReaderLimits absent = reader();
     absent.program = temp / "not-there";
-    EXPECT_NE(refusal(temp / "ct", ImageKind::ct, absent).find("the image reader is missing"), std::string::npos);
+    EXPECT_NE(refusal(temp / "ct", ImageKind::ct, absent).find("the image reader is missing"),
+              std::string::npos);
 }
 
 }  // namespace
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -9,7 +9,7 @@
 #include "app/modeller/import_image.h"
 #include "tests/support/temp_folder.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 namespace {
 
 std::string refusal(const std::string& text) {
@@ -72,4 +72,4 @@ TEST(ImportMap, TheShippedMapsAreGood) {
 }
 
 }  // namespace
-}  // namespace stylet::app
+}  // namespace stylet::modeller

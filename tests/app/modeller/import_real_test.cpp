@@ -8,12 +8,14 @@
 #include "patient/patient.h"
 #include "tests/support/temp_folder.h"
 
-namespace stylet::app {
+namespace stylet::modeller {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::uint8_t idOf(const char* name) { return findTarget(name)->id; }
+std::uint8_t idOf(const char* name) {
+    return findTarget(name)->id;
+}
 
 class ImportReal : public testing::Test {
   protected:
@@ -46,7 +48,8 @@ Imported* ImportReal::imported_ = nullptr;
 
 TEST_F(ImportReal, VolumesAreThePublishedOnes) {
     std::map<int, double> ml;
-    for (const SourceLabel& s : imported_->sources) ml[s.id] = s.volume_ml;
+    for (const SourceLabel& s : imported_->sources)
+        ml[s.id] = s.volume_ml;
     EXPECT_NEAR(ml[449], 1349.0, 1.0);
     EXPECT_NEAR(ml[465], 11.7, 0.1);
     EXPECT_NEAR(ml[481], 17.4, 0.1);
@@ -76,8 +79,10 @@ TEST_F(ImportReal, TheLiverLiesOnTheRightAndTheSpleenOnTheLeft) {
 TEST_F(ImportReal, TheFasciaSeparates) {
     const auto& v = imported_->package.labels;
     Mask seeds(v.grid), open(v.grid);
-    for (std::size_t i = 0; i < open.voxels.size(); ++i) open.voxels[i] = v.voxels[i] != idOf("fascia");
-    for (int z = 0; z < seeds.grid.dims.z; ++z) seeds[{0, 0, z}] = seeds[{v.grid.dims.x - 1, 0, z}] = 1;
+    for (std::size_t i = 0; i < open.voxels.size(); ++i)
+        open.voxels[i] = v.voxels[i] != idOf("fascia");
+    for (int z = 0; z < seeds.grid.dims.z; ++z)
+        seeds[{0, 0, z}] = seeds[{v.grid.dims.x - 1, 0, z}] = 1;
     const Mask outside = floodFrom(seeds, open);
     std::size_t leaked = 0;
     for (std::size_t i = 0; i < outside.voxels.size(); ++i)
@@ -89,9 +94,10 @@ TEST_F(ImportReal, ThePlannerFindsPathsInEndExhale) {
     const patient::Patient patient(imported_->package);
     const patient::PlanResult plan = patient::planPaths(patient, {});
     std::size_t good = 0;
-    for (const patient::PlannedPath& p : plan.paths) good += p.quality >= 0.4;
+    for (const patient::PlannedPath& p : plan.paths)
+        good += p.quality >= 0.4;
     EXPECT_GE(good, 20u);
 }
 
 }  // namespace
-}  // namespace stylet::app
+}  // namespace stylet::modeller

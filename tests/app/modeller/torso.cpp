@@ -59,7 +59,7 @@ Torso makeTorso() {
                 t.ct[{x, y, z}] = std::int16_t(hu + (hu > -500 ? noise : 0));
                 t.labels[{x, y, z}] = std::int16_t(id);
             }
-    const auto id = [](const char* name) { return app::findTarget(name)->id; };
+    const auto id = [](const char* name) { return modeller::findTarget(name)->id; };
     t.map.target_of = {{1, 0}, {7, id("liver")}, {65, id("bone")}, {465, id("portal vein")}};
     t.map.source = "phantom";
     t.map.licence = "CC0";

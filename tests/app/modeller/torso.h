@@ -8,10 +8,11 @@ namespace stylet::test {
 struct Torso {
     patient::CtVolume ct;
     patient::Volume<std::int16_t> labels;
-    app::LabelMap map;
+    modeller::LabelMap map;
 };
 
-// Ids: 7 liver, 465 portal vein, 65 bone, 1 the rest of the body. 2 x 2 x 3 mm, RAS, with a table under the back.
+// Ids: 7 liver, 465 portal vein, 65 bone, 1 the rest of the body. 2 x 2 x 3 mm, RAS, with a table under the
+// back.
 Torso makeTorso();
 
 inline constexpr double kLiver_ml = 4.0 / 3.0 * 3.14159265 * 6.2 * 4.5 * 6.0;

@@ -2,14 +2,16 @@
 
 #include <gtest/gtest.h>
 
-namespace stylet::app {
+namespace stylet::modeller {
 namespace {
 
 using patient::Grid;
 using patient::Index3;
 using patient::Vec3;
 
-Grid grid(int x, int y, int z) { return {{x, y, z}, {0.001, 0.0015, 0.002}, Vec3(0.0)}; }
+Grid grid(int x, int y, int z) {
+    return {{x, y, z}, {0.001, 0.0015, 0.002}, Vec3(0.0)};
+}
 
 TEST(VoxelTools, DistanceIsTheNearestVoxels) {
     Mask mask(grid(13, 11, 9));
@@ -35,7 +37,8 @@ TEST(VoxelTools, DistanceIsTheNearestVoxels) {
 
 TEST(VoxelTools, LargestComponentAndFlood) {
     Mask mask(grid(10, 4, 4));
-    for (int x : {0, 1, 5, 6, 7}) mask[{x, 2, 2}] = 1;
+    for (int x : {0, 1, 5, 6, 7})
+        mask[{x, 2, 2}] = 1;
     mask[{8, 3, 2}] = 1;  // touches the larger only by an edge
     Mask largest = mask;
     EXPECT_EQ(keepLargest(largest), 3u);
@@ -53,7 +56,8 @@ TEST(VoxelTools, HolesAreFilledInTheirSlice) {
     Mask mask(grid(7, 7, 3));
     for (int z = 0; z < 3; ++z)
         for (int y = 1; y < 6; ++y)
-            for (int x = 1; x < 6; ++x) mask[{x, y, z}] = x == 1 || y == 1 || x == 5 || y == 5;
+            for (int x = 1; x < 6; ++x)
+                mask[{x, y, z}] = x == 1 || y == 1 || x == 5 || y == 5;
     mask[{1, 3, 1}] = 0;  // slice 1 is open
     fillHolesPerSlice(mask);
     EXPECT_EQ((mask[{3, 3, 0}]), 1);
@@ -63,17 +67,19 @@ TEST(VoxelTools, HolesAreFilledInTheirSlice) {
 
 TEST(VoxelTools, BoxMeanIsTheMean) {
     FloatVolume v(grid(6, 5, 4));
-    for (std::size_t i = 0; i < v.voxels.size(); ++i) v.voxels[i] = float(i * i % 37);
+    for (std::size_t i = 0; i < v.voxels.size(); ++i)
+        v.voxels[i] = float(i * i % 37);
     const FloatVolume mean = boxMean(v, 1);
     for (const Index3& at : {Index3{2, 2, 2}, Index3{0, 0, 0}, Index3{5, 2, 3}}) {
         double sum = 0.0, count = 0.0;
         for (int dz = -1; dz <= 1; ++dz)
             for (int dy = -1; dy <= 1; ++dy)
                 for (int dx = -1; dx <= 1; ++dx)
-                    if (v.grid.contains(at + Index3{dx, dy, dz})) sum += v[at + Index3{dx, dy, dz}], count += 1.0;
+                    if (v.grid.contains(at + Index3{dx, dy, dz}))
+                        sum += v[at + Index3{dx, dy, dz}], count += 1.0;
         EXPECT_NEAR(mean[at], sum / count, 1e-4);
     }
 }
 
 }  // namespace
-}  // namespace stylet::app
+}  // namespace stylet::modeller

@@ -18,5 +18,6 @@
 #include "patient/package.h"    // packages on disk, and the tissue at a point
 #include "patient/planning.h"   // reference paths
 #include "patient/tissue.h"     // the force table, labels, thresholds
-#include "patient/traversal.h"  // voxels along a segment
-#include "patient/volume.h"     // voxel volumes
+#include "patient/transcendental.h"  // exp, sin and cos with the same bits on every machine
+#include "patient/traversal.h"       // voxels along a segment
+#include "patient/volume.h"          // voxel volumes

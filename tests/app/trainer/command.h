@@ -1,0 +1,59 @@
+// The program `stylet` run as a user runs it.
+#pragma once
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/support/temp_folder.h"
+
+namespace stylet::test {
+
+inline std::string textOf(const std::filesystem::path& file) {
+    std::ifstream stream(file);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+struct Outcome {
+    int status = -1;
+    std::string out, err;
+    nlohmann::json summary;  // of the folder given with --out, null when there is none
+};
+
+// A place to work in: a cache of its own, so that no other run's patients are used, and output folders.
+class Command {
+  public:
+    Command() { variables_["XDG_CACHE_HOME"] = (folder_ / "cache").string(); }
+
+    // `arguments` as in a shell; "--out" is added and names a fresh folder, `out()` after the run.
+    Outcome run(const std::string& arguments) {
+        out_ = folder_ / ("out" + std::to_string(++runs_));
+        std::string line;
+        for (const auto& [name, value] : variables_)
+            line += name + "='" + value + "' ";
+        const std::filesystem::path std_out = folder_ / "stdout", std_err = folder_ / "stderr";
+        line += "'" + std::string(std::getenv("STYLET_BIN")) + "/stylet' " + arguments + " --out '" +
+                out_.string() + "' >'" + std_out.string() + "' 2>'" + std_err.string() + "'";
+        const int status = std::system(line.c_str());
+        Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(std_out), textOf(std_err), {}};
+        if (std::filesystem::exists(out_ / "summary.json"))
+            outcome.summary = nlohmann::json::parse(textOf(out_ / "summary.json"));
+        return outcome;
+    }
+    const std::filesystem::path& out() const { return out_; }
+    void set(const std::string& variable, const std::string& value) { variables_[variable] = value; }
+    std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
+
+  private:
+    TempFolder folder_;
+    std::map<std::string, std::string> variables_;
+    std::filesystem::path out_;
+    int runs_ = 0;
+};
+
+}  // namespace stylet::test

@@ -101,7 +101,16 @@ void Canvas::disc(Point centre, double radius, Colour colour) {
 void Canvas::text(Point baseline, const std::string& text, const TextStyle& style) {
     cairo_t* c = impl_->context.get();
     use(c, style);
-    cairo_move_to(c, baseline.x + shift(c, text, style.align), baseline.y);
+    const double x = baseline.x + shift(c, text, style.align);
+    if (style.halo.a > 0.0) {
+        cairo_move_to(c, x, baseline.y);
+        cairo_text_path(c, text.c_str());
+        cairo_set_line_width(c, 4.0);
+        use(c, style.halo);
+        cairo_stroke(c);
+        use(c, style.colour);
+    }
+    cairo_move_to(c, x, baseline.y);
     cairo_show_text(c, text.c_str());
     cairo_new_path(c);
 }

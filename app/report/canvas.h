@@ -21,6 +21,7 @@ struct TextStyle {
     Colour colour;
     Align align = Align::left;
     bool bold = false;
+    Colour halo{0.0, 0.0, 0.0, 0.0};  // around the letters, where they stand on a picture
 };
 
 struct Point {

@@ -16,6 +16,7 @@ using patient::Vec3;
 
 namespace {
 
+constexpr std::size_t kFewPixels = 300;  // a label with fewer is not worth a line of legend
 constexpr int kPixels = 560, kMargin = 24, kHeader = 104, kFooter = 92;
 constexpr Colour kDark{0.07, 0.08, 0.09}, kWhite{0.94, 0.95, 0.96}, kGrey{0.62, 0.65, 0.68};
 constexpr Colour kNeedle{0.35, 0.90, 1.0}, kCross{1.0, 0.85, 0.35};
@@ -89,6 +90,7 @@ void drawNeedle(Canvas& canvas, const Panel& panel, const NeedlePicture& needle)
         canvas.circle(tip, 5.0, 1.8, kNeedle);
         return;
     }
+    canvas.dashed(tip, panel.at(needle.target_m), 1.5, kNeedle.faded(0.9));
     canvas.line(back, tip, 4.0, kDark.faded(0.6));
     canvas.line(back, tip, 1.8, kNeedle);
     canvas.circle(tip, 7.0, 1.5, kNeedle);
@@ -101,11 +103,11 @@ void drawScale(Canvas& canvas, const Panel& panel) {
     canvas.line({right - width, y}, {right, y}, 5.0, kDark.faded(0.6));
     canvas.line({right - width, y}, {right, y}, 2.5, kWhite);
     canvas.text({right - 0.5 * width, y - 8}, formatted("%.0f mm", bar_m * 1000.0),
-                {13, kWhite, Align::centre, false});
+                {13, kWhite, Align::centre, false, kDark.faded(0.7)});
 }
 
 void drawLetters(Canvas& canvas, const Panel& panel) {
-    const TextStyle style{15, kGrey, Align::centre, true};
+    const TextStyle style{15, kWhite, Align::centre, true, kDark.faded(0.7)};
     const double middle = 0.5 * kPixels;
     canvas.text({panel.x + kPixels - 14, panel.y + middle - 8}, sideLetter(panel.plane.right), style);
     canvas.text({panel.x + 14, panel.y + middle - 8}, sideLetter(-panel.plane.right), style);
@@ -118,7 +120,7 @@ void drawLegend(Canvas& canvas, const Patient& patient, const std::array<std::si
     double x = kMargin;
     for (std::size_t id = 1; id < seen.size(); ++id) {
         const Label* label = patient.label(std::uint8_t(id));
-        if (!label || seen[id] < 30 || tintOf(*label) == 0.0) continue;
+        if (!label || seen[id] < kFewPixels || tintOf(*label) == 0.0) continue;
         const TextStyle style{14, kWhite, Align::left, label->role == patient::Role::target};
         const Colour colour{label->colour[0] / 255.0, label->colour[1] / 255.0, label->colour[2] / 255.0};
         canvas.rectangle(x, y - 12, 14, 14, colour);
@@ -132,13 +134,13 @@ void drawLegend(Canvas& canvas, const Patient& patient, const std::array<std::si
 std::array<SlicePlane, 3> slicePlanes(const NeedlePicture& needle) {
     const Vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
     // Along the needle, the picture shows the way from the skin to a little behind the tip.
-    const Vec3 middle = needle.tip_m - 0.4 * needle.depth_m * needle.axis;
+    const Vec3 middle = needle.tip_m - 0.2 * needle.depth_m * needle.axis;
     const auto along = [&](const char* title, const Vec3& normal_wanted, const Vec3& down_wanted) {
         const Vec3 normal = across(normal_wanted, needle.axis);
         const Vec3 right = across(-x, normal);
         Vec3 down = glm::cross(normal, right);
         if (glm::dot(down, down_wanted) < 0.0) down = -down;
-        return SlicePlane{title, middle, right, down, 0.20};
+        return SlicePlane{title, middle, right, down, 0.21};
     };
     const Vec3 down = across(-z, needle.axis);
     return {

@@ -19,9 +19,10 @@ struct SlicePlane {
 };
 
 struct NeedlePicture {
-    patient::Vec3 tip_m{0.0};  // deformed patient
-    patient::Vec3 axis{0.0};   // unit, into the body
-    double depth_m = 0.0;      // of the tip along the track
+    patient::Vec3 tip_m{0.0};     // deformed patient
+    patient::Vec3 axis{0.0};      // unit, into the body
+    patient::Vec3 target_m{0.0};  // where the planned path ends: the rest of the way is dashed
+    double depth_m = 0.0;         // of the tip along the track
     patient::Surrogate breath;
     std::string title, caption;
 };

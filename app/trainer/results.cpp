@@ -96,6 +96,7 @@ report::NeedlePicture needlePicture(const AttemptFacts& facts, const SessionLog&
     report::NeedlePicture picture;
     picture.tip_m = tick.patient_from_needle.position_m;
     picture.axis = -tick.patient_from_needle.direction({0, 0, 1});
+    picture.target_m = facts.path.target_m;
     picture.depth_m = tick.depth_m;
     picture.breath = tick.breath;
     picture.title =

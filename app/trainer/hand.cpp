@@ -60,7 +60,8 @@ struct Random {
 
 class Tremor {
   public:
-    Tremor(const Scenario& s, std::uint64_t seed) : amplitude_m_(s.tremor_m / kWaves) {
+    // Three axes of waves at their crests together reach the scenario's excursion, and no further.
+    Tremor(const Scenario& s, std::uint64_t seed) : amplitude_m_(s.tremor_m / (kWaves * std::sqrt(3.0))) {
         Random random{seed};
         for (auto& axis : waves_)
             for (Wave& wave : axis) {

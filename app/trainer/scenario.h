@@ -35,7 +35,7 @@ struct Scenario {
     std::string name;
     Place start;
     double ramp_s = 0.4;       // from rest to cruising speed and back
-    double tremor_m = 0.0001;  // largest excursion on each axis
+    double tremor_m = 0.0001;  // largest excursion
     double tremor_low_hz = 8.0, tremor_high_hz = 10.0;
     double approach_distance_m = 0.0;  // off the skin: the moment "approach"
     std::vector<std::string> moments;  // "approach", or the first entry into a tissue

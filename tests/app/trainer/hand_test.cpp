@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <glm/geometric.hpp>
 
 #include "patient/patient.h"
+#include "tests/app/trainer/assets.h"
 
 namespace stylet::trainer {
 namespace {
@@ -34,7 +34,7 @@ struct Walk {
 };
 
 Scenario demo() {
-    return loadScenario(std::filesystem::path(std::getenv("STYLET_ASSETS")) / "scenarios" / "demo.toml");
+    return loadScenario(test::assets() / "scenarios" / "demo.toml");
 }
 
 Scenario straightIn() {
@@ -129,9 +129,9 @@ TEST(Hand, TremorComesFromTheSeedAndStaysSmall) {
         difference = std::max(difference, glm::length(p - c.samples[i].device_from_stylus.position_m));
         excursion = std::max(excursion, glm::length(p - calm.samples[i].device_from_stylus.position_m));
     }
-    EXPECT_GT(difference, 0.00005);
-    EXPECT_GT(excursion, 0.00005);
-    EXPECT_LT(excursion, 0.0001 * 1.7321);
+    EXPECT_GT(difference, 0.00003);
+    EXPECT_GT(excursion, 0.00003);
+    EXPECT_LT(excursion, 0.0001);
 }
 
 TEST(Hand, TheDeviceStandsOutsideTheGridWithItsYUp) {

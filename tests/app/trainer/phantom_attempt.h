@@ -1,10 +1,8 @@
 // An attempt on layers with known borders: skin, fat, fascia, liver, a duct in it.
 #pragma once
 
-#include <cstdlib>
-#include <filesystem>
-
 #include "app/trainer/loops.h"
+#include "tests/app/trainer/assets.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::test {
@@ -32,8 +30,7 @@ inline patient::PlannedPath ductPath() {
 }
 
 inline trainer::Scenario shortScenario() {
-    const std::filesystem::path assets = std::getenv("STYLET_ASSETS");
-    return trainer::loadScenario(assets.parent_path() / "tests" / "scenarios" / "short.toml");
+    return trainer::loadScenario(testScenario("short"));
 }
 
 // One finished attempt, with the session that watched it.

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 
 #include "patient/patient.h"
+#include "tests/app/trainer/assets.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::trainer {
@@ -102,7 +102,7 @@ TEST_F(ScenarioFile, DigestCoversContentNotLayout) {
 }
 
 TEST(ShippedScenarios, LoadAndDifferOnlyInTheHold) {
-    const std::filesystem::path folder = std::filesystem::path(std::getenv("STYLET_ASSETS")) / "scenarios";
+    const std::filesystem::path folder = test::assets() / "scenarios";
     const Scenario demo = loadScenario(folder / "demo.toml"),
                    free = loadScenario(folder / "demo-breathing.toml");
     const auto commands = [](const Scenario& s) {

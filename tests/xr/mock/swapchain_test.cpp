@@ -1,0 +1,216 @@
+#include "client.h"
+
+namespace mock_test {
+namespace {
+
+class SwapchainRules : public MockTest {
+  protected:
+    XrResult create(const XrSwapchainCreateInfo& info) {
+        XrSwapchain swapchain = XR_NULL_HANDLE;
+        const XrResult result = xrCreateSwapchain(session_, &info, &swapchain);
+        EXPECT_EQ(swapchain != XR_NULL_HANDLE, result == XR_SUCCESS);
+        return result;
+    }
+    XrResult acquire(XrSwapchain swapchain) {
+        std::uint32_t index;
+        return xrAcquireSwapchainImage(swapchain, nullptr, &index);
+    }
+    XrResult wait(XrSwapchain swapchain) {
+        const XrSwapchainImageWaitInfo info{XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO, nullptr, 0};
+        return xrWaitSwapchainImage(swapchain, &info);
+    }
+};
+
+TEST_F(SwapchainRules, PrefersSrgbAndHasDepth) {
+    startSession();
+    std::uint32_t count = 0;
+    ASSERT_EQ(xrEnumerateSwapchainFormats(session_, 0, &count, nullptr), XR_SUCCESS);
+    std::vector<std::int64_t> formats(count);
+    ASSERT_EQ(xrEnumerateSwapchainFormats(session_, count, &count, formats.data()), XR_SUCCESS);
+    ASSERT_FALSE(formats.empty());
+    EXPECT_EQ(formats[0], VK_FORMAT_R8G8B8A8_SRGB);
+    for (const std::int64_t format : formats) {
+        XrSwapchainCreateInfo info = swapchainInfo();
+        info.format = format;
+        if (format == VK_FORMAT_D32_SFLOAT || format == VK_FORMAT_D16_UNORM ||
+            format == VK_FORMAT_D24_UNORM_S8_UINT) {
+            info.usageFlags = XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
+        }
+        cycle(createSwapchain(info).handle);
+    }
+    EXPECT_NE(std::find(formats.begin(), formats.end(), VK_FORMAT_D32_SFLOAT), formats.end());
+}
+
+TEST_F(SwapchainRules, RefusesWhatItHasNot) {
+    startSession();
+    const XrSwapchainCreateInfo good = swapchainInfo();
+    ASSERT_EQ(create(good), XR_SUCCESS);
+    auto bad = good;
+    bad.format = VK_FORMAT_R4G4_UNORM_PACK8;
+    EXPECT_EQ(create(bad), XR_ERROR_SWAPCHAIN_FORMAT_UNSUPPORTED);
+    bad.format = (std::int64_t{1} << 32) + VK_FORMAT_R8G8B8A8_SRGB;
+    EXPECT_EQ(create(bad), XR_ERROR_SWAPCHAIN_FORMAT_UNSUPPORTED);
+    for (auto member : {&XrSwapchainCreateInfo::width, &XrSwapchainCreateInfo::height,
+                        &XrSwapchainCreateInfo::sampleCount, &XrSwapchainCreateInfo::arraySize,
+                        &XrSwapchainCreateInfo::mipCount, &XrSwapchainCreateInfo::faceCount}) {
+        bad = good;
+        bad.*member = 0;
+        EXPECT_EQ(create(bad), XR_ERROR_VALIDATION_FAILURE);
+    }
+    bad = good;
+    bad.faceCount = 6;
+    EXPECT_EQ(create(bad), XR_ERROR_FEATURE_UNSUPPORTED);
+    bad = good;
+    bad.createFlags = XR_SWAPCHAIN_CREATE_PROTECTED_CONTENT_BIT;
+    EXPECT_EQ(create(bad), XR_ERROR_FEATURE_UNSUPPORTED);
+    bad = good;
+    bad.usageFlags |= XrSwapchainUsageFlags{1} << 40;
+    EXPECT_EQ(create(bad), XR_ERROR_VALIDATION_FAILURE);
+    bad = good;
+    bad.mipCount = 8;  // 64 x 48 has seven levels
+    EXPECT_EQ(create(bad), XR_ERROR_VALIDATION_FAILURE);
+    bad.mipCount = 7;
+    EXPECT_EQ(create(bad), XR_SUCCESS);
+}
+
+TEST_F(SwapchainRules, ImagesGoRoundInOrder) {
+    startSession();
+    const Swapchain swapchain = createSwapchain(swapchainInfo());
+    ASSERT_EQ(swapchain.images.size(), 3U);
+    EXPECT_EQ(wait(swapchain.handle), XR_ERROR_CALL_ORDER_INVALID);
+    EXPECT_EQ(xrReleaseSwapchainImage(swapchain.handle, nullptr), XR_ERROR_CALL_ORDER_INVALID);
+    for (std::size_t i = 0; i < swapchain.images.size(); ++i)
+        ASSERT_EQ(acquire(swapchain.handle), XR_SUCCESS);
+    EXPECT_EQ(acquire(swapchain.handle), XR_ERROR_CALL_ORDER_INVALID);
+    EXPECT_EQ(xrReleaseSwapchainImage(swapchain.handle, nullptr), XR_ERROR_CALL_ORDER_INVALID);
+    ASSERT_EQ(wait(swapchain.handle), XR_SUCCESS);
+    EXPECT_EQ(wait(swapchain.handle), XR_ERROR_CALL_ORDER_INVALID);
+    ASSERT_EQ(xrReleaseSwapchainImage(swapchain.handle, nullptr), XR_SUCCESS);
+    ASSERT_EQ(wait(swapchain.handle), XR_SUCCESS);
+    std::uint32_t index = 9;
+    ASSERT_EQ(xrAcquireSwapchainImage(swapchain.handle, nullptr, &index), XR_SUCCESS);
+    EXPECT_EQ(index, 0U);
+}
+
+TEST_F(SwapchainRules, AStaticImageIsAcquiredOnce) {
+    startSession();
+    XrSwapchainCreateInfo info = swapchainInfo();
+    info.createFlags = XR_SWAPCHAIN_CREATE_STATIC_IMAGE_BIT;
+    const Swapchain swapchain = createSwapchain(info);
+    ASSERT_EQ(swapchain.images.size(), 1U);
+    cycle(swapchain.handle);
+    EXPECT_EQ(acquire(swapchain.handle), XR_ERROR_CALL_ORDER_INVALID);
+}
+
+class Layers : public MockTest {
+  protected:
+    void SetUp() override {
+        MockTest::SetUp();
+        startFocused();
+        swapchain_ = createSwapchain(swapchainInfo());
+        for (std::uint32_t eye = 0; eye < 2; ++eye) {
+            views_[eye] = {
+                XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, kIdentity, {-1, 1, 1, -1}, subImage(eye)};
+        }
+        projection_ = {XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, views_.data()};
+        quad_ = {XR_TYPE_COMPOSITION_LAYER_QUAD, nullptr,     0,         stage_,
+                 XR_EYE_VISIBILITY_BOTH,         subImage(0), kIdentity, {1, 1}};
+    }
+    XrSwapchainSubImage subImage(std::uint32_t layer) const {
+        return {swapchain_.handle, {{0, 0}, {64, 48}}, layer};
+    }
+    // The frame is begun before and ended, empty, after: a refused xrEndFrame leaves it begun.
+    XrResult submit(const std::vector<const XrCompositionLayerBaseHeader*>& layers) {
+        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+        EXPECT_EQ(waitFrame(&state), XR_SUCCESS);
+        EXPECT_EQ(beginFrame(), XR_SUCCESS);
+        const XrResult result = endFrame(state.predictedDisplayTime, layers);
+        if (result != XR_SUCCESS) {
+            EXPECT_EQ(endFrame(state.predictedDisplayTime), XR_SUCCESS);
+        }
+        return result;
+    }
+    XrResult submitProjection() {
+        return submit({reinterpret_cast<XrCompositionLayerBaseHeader*>(&projection_)});
+    }
+    XrResult submitQuad() { return submit({reinterpret_cast<XrCompositionLayerBaseHeader*>(&quad_)}); }
+
+    Swapchain swapchain_;
+    std::array<XrCompositionLayerProjectionView, 2> views_{};
+    XrCompositionLayerProjection projection_{};
+    XrCompositionLayerQuad quad_{};
+};
+
+TEST_F(Layers, NeedAReleasedImage) {
+    EXPECT_EQ(submitProjection(), XR_ERROR_LAYER_INVALID);
+    acquireAndWait(swapchain_.handle);
+    EXPECT_EQ(submitProjection(), XR_ERROR_LAYER_INVALID);
+    ASSERT_EQ(xrReleaseSwapchainImage(swapchain_.handle, nullptr), XR_SUCCESS);
+    EXPECT_EQ(submitProjection(), XR_SUCCESS);
+    EXPECT_EQ(submitQuad(), XR_SUCCESS);
+}
+
+TEST_F(Layers, AreCheckedOneByOne) {
+    cycle(swapchain_.handle);
+    const auto* quad = reinterpret_cast<XrCompositionLayerBaseHeader*>(&quad_);
+    EXPECT_EQ(submit(std::vector(16, quad)), XR_SUCCESS);
+    EXPECT_EQ(submit(std::vector(17, quad)), XR_ERROR_LAYER_LIMIT_EXCEEDED);
+    EXPECT_EQ(submit({nullptr}), XR_ERROR_LAYER_INVALID);
+    quad_.type = XR_TYPE_COMPOSITION_LAYER_CYLINDER_KHR;
+    EXPECT_EQ(submitQuad(), XR_ERROR_LAYER_INVALID);
+    quad_.type = XR_TYPE_COMPOSITION_LAYER_QUAD;
+    quad_.space = XR_NULL_HANDLE;
+    EXPECT_EQ(submitQuad(), XR_ERROR_HANDLE_INVALID);
+    quad_.space = stage_;
+    quad_.eyeVisibility = static_cast<XrEyeVisibility>(5);
+    EXPECT_EQ(submitQuad(), XR_ERROR_VALIDATION_FAILURE);
+    quad_.eyeVisibility = XR_EYE_VISIBILITY_LEFT;
+    quad_.pose.orientation.w = 0;
+    EXPECT_EQ(submitQuad(), XR_ERROR_POSE_INVALID);
+}
+
+TEST_F(Layers, ProjectionViewsAreChecked) {
+    cycle(swapchain_.handle);
+    projection_.viewCount = 1;
+    EXPECT_EQ(submitProjection(), XR_ERROR_VALIDATION_FAILURE);
+    projection_.viewCount = 2;
+    views_[1].pose.position.x = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(submitProjection(), XR_ERROR_POSE_INVALID);
+    views_[1].pose = kIdentity;
+    views_[1].subImage.imageArrayIndex = 2;
+    EXPECT_EQ(submitProjection(), XR_ERROR_VALIDATION_FAILURE);
+    views_[1].subImage = subImage(1);
+    views_[1].subImage.swapchain = XR_NULL_HANDLE;
+    EXPECT_EQ(submitProjection(), XR_ERROR_HANDLE_INVALID);
+    views_[1].subImage = subImage(1);
+    const XrRect2Di bad_rects[] = {{{-1, 0}, {10, 10}}, {{0, 0}, {65, 48}},
+                                   {{1, 0}, {64, 48}},  {{0, 0}, {0, 10}},
+                                   {{0, 0}, {10, -1}},  {{2147483647, 0}, {2147483647, 1}}};
+    for (const XrRect2Di& rect : bad_rects) {
+        views_[1].subImage.imageRect = rect;
+        EXPECT_EQ(submitProjection(), XR_ERROR_SWAPCHAIN_RECT_INVALID);
+    }
+    views_[1].subImage = subImage(1);
+    EXPECT_EQ(submitProjection(), XR_SUCCESS);
+}
+
+TEST_F(Layers, BlendModesAreChecked) {
+    auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
+    ASSERT_EQ(beginFrame(), XR_SUCCESS);
+    XrFrameEndInfo info{XR_TYPE_FRAME_END_INFO,
+                        nullptr,
+                        state.predictedDisplayTime,
+                        XR_ENVIRONMENT_BLEND_MODE_ADDITIVE,
+                        0,
+                        nullptr};
+    EXPECT_EQ(xrEndFrame(session_, &info), XR_ERROR_ENVIRONMENT_BLEND_MODE_UNSUPPORTED);
+    info.environmentBlendMode = static_cast<XrEnvironmentBlendMode>(0);
+    EXPECT_EQ(xrEndFrame(session_, &info), XR_ERROR_VALIDATION_FAILURE);
+    info.environmentBlendMode = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
+    info.layerCount = 1;
+    EXPECT_EQ(xrEndFrame(session_, &info), XR_ERROR_VALIDATION_FAILURE);
+}
+
+}  // namespace
+}  // namespace mock_test

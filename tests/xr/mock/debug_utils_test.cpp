@@ -1,0 +1,143 @@
+#include "client.h"
+
+namespace mock_test {
+namespace {
+
+struct Heard {
+    XrDebugUtilsMessageSeverityFlagsEXT severity;
+    std::string function, message;
+    std::vector<std::string> objects, labels;
+};
+
+XRAPI_ATTR XrBool32 XRAPI_CALL listen(XrDebugUtilsMessageSeverityFlagsEXT severity,
+                                      XrDebugUtilsMessageTypeFlagsEXT,
+                                      const XrDebugUtilsMessengerCallbackDataEXT* data, void* heard) {
+    Heard entry{severity, data->functionName, data->message, {}, {}};
+    for (std::uint32_t i = 0; i < data->objectCount; ++i) {
+        entry.objects.emplace_back(data->objects[i].objectName == nullptr ? "" : data->objects[i].objectName);
+    }
+    for (std::uint32_t i = 0; i < data->sessionLabelCount; ++i) {
+        entry.labels.emplace_back(data->sessionLabels[i].labelName);
+    }
+    static_cast<std::vector<Heard>*>(heard)->push_back(entry);
+    return XR_FALSE;
+}
+
+class DebugUtils : public MockTest {
+  protected:
+    XrDebugUtilsMessengerCreateInfoEXT messengerInfo() {
+        return {
+            XR_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+            nullptr,
+            XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+            XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+            listen,
+            &heard_};
+    }
+    XrResult tryMessenger(const XrDebugUtilsMessengerCreateInfoEXT& info) {
+        return load<PFN_xrCreateDebugUtilsMessengerEXT>(instance_, "xrCreateDebugUtilsMessengerEXT")(
+            instance_, &info, &messenger_);
+    }
+    void insert(const char* name) {
+        const XrDebugUtilsLabelEXT label{XR_TYPE_DEBUG_UTILS_LABEL_EXT, nullptr, name};
+        EXPECT_EQ(load<PFN_xrSessionInsertDebugUtilsLabelEXT>(instance_, "xrSessionInsertDebugUtilsLabelEXT")(
+                      session_, &label),
+                  XR_SUCCESS);
+    }
+    void begin(const char* name) {
+        const XrDebugUtilsLabelEXT label{XR_TYPE_DEBUG_UTILS_LABEL_EXT, nullptr, name};
+        EXPECT_EQ(load<PFN_xrSessionBeginDebugUtilsLabelRegionEXT>(
+                      instance_, "xrSessionBeginDebugUtilsLabelRegionEXT")(session_, &label),
+                  XR_SUCCESS);
+    }
+    void end() {
+        EXPECT_EQ(load<PFN_xrSessionEndDebugUtilsLabelRegionEXT>(
+                      instance_, "xrSessionEndDebugUtilsLabelRegionEXT")(session_),
+                  XR_SUCCESS);
+    }
+    std::vector<Heard> heard_;
+    XrDebugUtilsMessengerEXT messenger_ = XR_NULL_HANDLE;
+};
+
+TEST_F(DebugUtils, TellsWhyACallIsRefused) {
+    startSession();
+    ASSERT_EQ(tryMessenger(messengerInfo()), XR_SUCCESS);
+    const XrDebugUtilsObjectNameInfoEXT name{XR_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT, nullptr,
+                                             XR_OBJECT_TYPE_SESSION,
+                                             reinterpret_cast<std::uint64_t>(session_), "the session"};
+    ASSERT_EQ(
+        load<PFN_xrSetDebugUtilsObjectNameEXT>(instance_, "xrSetDebugUtilsObjectNameEXT")(instance_, &name),
+        XR_SUCCESS);
+    EXPECT_EQ(xrEndSession(session_), XR_ERROR_SESSION_NOT_RUNNING);
+    ASSERT_FALSE(heard_.empty());
+    EXPECT_EQ(heard_.back().severity, XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT);
+    EXPECT_EQ(heard_.back().function, "xrEndSession");
+    EXPECT_EQ(heard_.back().message, "the session does not run");
+    EXPECT_EQ(heard_.back().objects, std::vector<std::string>{"the session"});
+
+    ASSERT_EQ(
+        load<PFN_xrDestroyDebugUtilsMessengerEXT>(instance_, "xrDestroyDebugUtilsMessengerEXT")(messenger_),
+        XR_SUCCESS);
+    heard_.clear();
+    EXPECT_EQ(xrEndSession(session_), XR_ERROR_SESSION_NOT_RUNNING);
+    EXPECT_TRUE(heard_.empty());
+}
+
+TEST_F(DebugUtils, LabelsOfTheSessionComeAlong) {
+    startSession();
+    ASSERT_EQ(tryMessenger(messengerInfo()), XR_SUCCESS);
+    const auto labels = [&] {
+        heard_.clear();
+        EXPECT_EQ(xrEndSession(session_), XR_ERROR_SESSION_NOT_RUNNING);
+        return heard_.empty() ? std::vector<std::string>{"nothing heard"} : heard_.front().labels;
+    };
+    using Labels = std::vector<std::string>;
+    begin("outer");
+    insert("first");
+    EXPECT_EQ(labels(), (Labels{"first", "outer"}));
+    insert("second");
+    EXPECT_EQ(labels(), (Labels{"second", "outer"}));
+    begin("inner");
+    EXPECT_EQ(labels(), (Labels{"inner", "outer"}));
+    end();
+    EXPECT_EQ(labels(), Labels{"outer"});
+    end();
+    EXPECT_EQ(labels(), Labels{});
+}
+
+TEST_F(DebugUtils, PassesMessagesOn) {
+    start();
+    ASSERT_EQ(tryMessenger(messengerInfo()), XR_SUCCESS);
+    const auto submit = load<PFN_xrSubmitDebugUtilsMessageEXT>(instance_, "xrSubmitDebugUtilsMessageEXT");
+    auto data =
+        structOf<XrDebugUtilsMessengerCallbackDataEXT>(XR_TYPE_DEBUG_UTILS_MESSENGER_CALLBACK_DATA_EXT);
+    data.messageId = "id";
+    data.functionName = "here";
+    data.message = "look";
+    constexpr auto kGeneral = XR_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT;
+    ASSERT_EQ(submit(instance_, XR_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT, kGeneral, &data), XR_SUCCESS);
+    EXPECT_TRUE(heard_.empty());
+    ASSERT_EQ(submit(instance_, XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT, kGeneral, &data), XR_SUCCESS);
+    ASSERT_FALSE(heard_.empty());
+    EXPECT_EQ(heard_.front().message, "look");
+    EXPECT_EQ(heard_.front().function, "here");
+}
+
+TEST_F(DebugUtils, ChecksWhatItIsGiven) {
+    startSession();
+    XrDebugUtilsMessengerCreateInfoEXT info = messengerInfo();
+    info.userCallback = nullptr;
+    EXPECT_EQ(tryMessenger(info), XR_ERROR_VALIDATION_FAILURE);
+    info = messengerInfo();
+    info.messageTypes = 0;
+    EXPECT_EQ(tryMessenger(info), XR_ERROR_VALIDATION_FAILURE);
+    const XrDebugUtilsObjectNameInfoEXT name{XR_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT, nullptr,
+                                             XR_OBJECT_TYPE_SPACE, reinterpret_cast<std::uint64_t>(session_),
+                                             "no space"};
+    EXPECT_EQ(
+        load<PFN_xrSetDebugUtilsObjectNameEXT>(instance_, "xrSetDebugUtilsObjectNameEXT")(instance_, &name),
+        XR_ERROR_HANDLE_INVALID);
+}
+
+}  // namespace
+}  // namespace mock_test

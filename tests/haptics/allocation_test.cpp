@@ -12,6 +12,9 @@ namespace {
 std::atomic<std::uint64_t> allocations{0};
 }
 
+// Under sanitizers g++ inlines one of the pair only and takes the two for strangers.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+
 void* operator new(std::size_t size) {
     allocations.fetch_add(1, std::memory_order_relaxed);
     if (void* p = std::malloc(size == 0 ? 1 : size)) return p;

@@ -1,0 +1,46 @@
+// Speed against error. A bench is a function that appends rows; it registers itself under its name:
+//   const bench::Registration registration("haptics.sampling_step", run);
+// `stylet-bench [--only PREFIX] [--out FILE.json]` runs those whose name begins with PREFIX.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <vector>
+
+namespace stylet::bench {
+
+// One setting of one knob: what it costs and how far it is from its reference.
+struct Row {
+    std::string name;
+    std::string knob;  // with its unit
+    double value = 0.0;
+    double time_ms = 0.0;  // median
+    double error = 0.0;
+    std::string error_unit;
+    std::string reference;  // what the error is measured against
+    std::string note;
+};
+
+using Bench = void (*)(std::vector<Row>&);
+
+struct Registration {
+    Registration(const char* name, Bench);
+};
+
+inline double elapsed_ms(std::chrono::steady_clock::time_point since) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - since).count();
+}
+
+// The value below which `share` of the samples lie.
+inline double quantile(std::vector<double> samples, double share) {
+    if (samples.empty()) return 0.0;
+    const auto nth = samples.begin() + std::ptrdiff_t(share * double(samples.size() - 1));
+    std::nth_element(samples.begin(), nth, samples.end());
+    return *nth;
+}
+inline double median(const std::vector<double>& samples) {
+    return quantile(samples, 0.5);
+}
+
+}  // namespace stylet::bench

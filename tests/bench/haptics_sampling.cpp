@@ -1,0 +1,176 @@
+// The sampled needle force, held between its samples as a device holds it, against the exact one along
+// straight paths.
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "haptics/haptics.h"
+#include "patient/synth/synth.h"
+#include "tests/bench/bench.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::bench {
+namespace {
+
+using namespace haptics;
+using Random = std::mt19937_64;
+
+struct Path {
+    Vec3 entry_m{0.0}, axis{0.0};
+    double length_m = 0.0;
+    ExactForce exact;
+};
+
+double uniform(Random& random, double low, double high) {
+    return low + (high - low) * (double(random() >> 11) * 0x1p-53);
+}
+
+Path makePath(const patient::Patient& patient, const Vec3& entry_m, const Vec3& end_m) {
+    Path path;
+    const Vec3 way = end_m - entry_m;
+    path.length_m = std::sqrt(glm::dot(way, way));
+    path.entry_m = entry_m;
+    path.axis = way / path.length_m;
+    path.exact =
+        solveExact(patient.package().tissues, segmentsAlong(patient, entry_m, end_m), path.length_m, {});
+    return path;
+}
+
+// Up to 40 degrees off the layers' normal, from 8 mm before the skin.
+std::vector<Path> slabPaths(const patient::Patient& patient, int count) {
+    Random random(1);
+    std::vector<Path> paths;
+    while (int(paths.size()) < count) {
+        const double phi = uniform(random, 0.0, 6.283185307179586), tilt = uniform(random, 0.0, 0.7);
+        const Vec3 axis{std::cos(tilt), std::sin(tilt) * std::cos(phi), std::sin(tilt) * std::sin(phi)};
+        const Vec3 skin{0.0, uniform(random, -0.01, 0.01), uniform(random, -0.01, 0.01)};
+        const Vec3 entry = skin - axis * 0.008;
+        const Vec3 end = entry + axis * 0.088;
+        // Inside the slabs' width, or the path would leave them for the air beside.
+        if (std::fabs(end.y) < test::kSlabHalfWidth_m * 0.98 &&
+            std::fabs(end.z) < test::kSlabHalfWidth_m * 0.98) {
+            paths.push_back(makePath(patient, entry, end));
+        }
+    }
+    return paths;
+}
+
+// From outside the right flank to random points of the liver, within 90 mm of needle behind the skin.
+std::vector<Path> patientPaths(const patient::Patient& patient, int count) {
+    const patient::Package& package = patient.package();
+    const patient::Grid& grid = package.ct.grid;
+    Random random(2);
+    std::vector<Vec3> liver;
+    for (std::size_t i = 0; i < package.labels.voxels.size(); ++i) {
+        const patient::Label* label = patient.label(package.labels.voxels[i]);
+        if (!label || label->tissue != Tissue::liver) continue;
+        const int nx = grid.dims.x, ny = grid.dims.y;
+        liver.push_back(grid.centre({int(i) % nx, int(i) / nx % ny, int(i) / nx / ny}));
+    }
+    std::vector<Path> paths;
+    for (int tries = 0; int(paths.size()) < count && tries < 20000 && !liver.empty(); ++tries) {
+        const Vec3 target = liver[random() % liver.size()];
+        const Vec3 out{1.0, uniform(random, -0.6, 0.6), uniform(random, -0.4, 0.4)};
+        const Vec3 away = out / std::sqrt(glm::dot(out, out));
+        const Vec3 entry = target + away * 0.090;
+        if (patient.at(entry, {}).tissue == Tissue::air) paths.push_back(makePath(patient, entry, target));
+    }
+    return paths;
+}
+
+struct Errors {
+    double squares_n2 = 0.0, most_n = 0.0,
+           most_outside_n = 0.0;                   // outside: further than one step from an event
+    double event_sum_m = 0.0, event_most_m = 0.0;  // how late in depth an event is felt
+    std::size_t samples = 0, events = 0;
+};
+
+// Runs the needle along the path in steps of `step_m`; returns the milliseconds it took.
+double sampleForce(const patient::Patient& patient, const Path& path, double step_m,
+                   std::vector<double>& forces_n) {
+    const int steps = int(std::floor(path.length_m / step_m));
+    forces_n.assign(std::size_t(steps) + 1, 0.0);
+    NeedleState state;
+    NeedleEvents events;
+    const auto began = std::chrono::steady_clock::now();
+    for (int i = 0; i <= steps; ++i) {
+        stepNeedle(state, {}, patient, path.entry_m + path.axis * (step_m * i), path.axis, {}, events);
+        forces_n[std::size_t(i)] = state.force_n;
+    }
+    return elapsed_ms(began);
+}
+
+void compare(const Path& path, double step_m, const std::vector<double>& forces_n, Errors& errors) {
+    constexpr double kResolution_m = 2e-6;
+    std::size_t event = 0;
+    const std::vector<ExactEvent>& events = path.exact.events;
+    for (const ExactEvent& e : events) {
+        const double late_m = std::ceil(e.depth_m / step_m) * step_m - e.depth_m;
+        errors.event_sum_m += late_m;
+        errors.event_most_m = std::max(errors.event_most_m, late_m);
+        ++errors.events;
+    }
+    const double end_m = step_m * double(forces_n.size() - 1);
+    for (double x = 0.5 * kResolution_m; x < end_m; x += kResolution_m) {
+        while (event < events.size() && events[event].depth_m < x - step_m)
+            ++event;
+        const double e = std::fabs(forces_n[std::size_t(x / step_m)] - path.exact.at(x));
+        const bool near = event < events.size() && events[event].depth_m <= x + step_m;
+        errors.squares_n2 += e * e;
+        errors.most_n = std::max(errors.most_n, e);
+        if (!near) errors.most_outside_n = std::max(errors.most_outside_n, e);
+        ++errors.samples;
+    }
+}
+
+void measure(const patient::Patient& patient, const std::vector<Path>& paths, const std::string& what,
+             std::vector<Row>& rows) {
+    const std::string reference = "exact solver, " + std::to_string(paths.size()) + " paths, " + what;
+    for (const double step_mm : {0.005, 0.01, 0.02, 0.05, 0.09, 0.2, 0.5}) {
+        Errors errors;
+        std::vector<double> times_ms, forces_n;
+        for (const Path& path : paths) {
+            times_ms.push_back(sampleForce(patient, path, step_mm * 1e-3, forces_n));
+            compare(path, step_mm * 1e-3, forces_n, errors);
+        }
+        char note[160];
+        std::snprintf(note, sizeof note, "%sat an event at most %.3g N; time is per path",
+                      step_mm == 0.09 ? "default: the largest step below 0.145 N away from events; " : "",
+                      errors.most_n);
+        const auto add = [&](const char* metric, double error, const char* unit) {
+            rows.push_back({std::string("haptics.sampling_step") + metric, "step [mm]", step_mm,
+                            median(times_ms), error, unit, reference, metric[0] == '\0' ? note : ""});
+        };
+        add("", std::sqrt(errors.squares_n2 / double(errors.samples)), "N RMS");
+        add(".max_outside_events", errors.most_outside_n, "N");
+        add(".event_depth_mean", 1e3 * errors.event_sum_m / double(errors.events), "mm");
+        add(".event_depth_max", 1e3 * errors.event_most_m, "mm");
+    }
+}
+
+void run(std::vector<Row>& rows) {
+    using enum Tissue;
+    const patient::Package slabs = test::makeSlabs({{skin, 0.002},
+                                                    {soft, 0.018},
+                                                    {fascia, 0.001},
+                                                    {liver, 0.020},
+                                                    {duct, 0.004},
+                                                    {liver, 0.010},
+                                                    {vessel, 0.003},
+                                                    {liver, 0.040}},
+                                                   0.0005);
+    const patient::Patient slab_patient(slabs);
+    measure(slab_patient, slabPaths(slab_patient, 100), "slab stack", rows);
+
+    patient::synth::SynthSettings settings;
+    settings.spacing_m = 0.002;
+    settings.defaults = test::tissueDefaults();
+    const patient::Package package = patient::synth::makeReferencePatient(settings);
+    const patient::Patient patient(package);
+    measure(patient, patientPaths(patient, 100), "reference patient, 2 mm voxels", rows);
+}
+
+const Registration registration("haptics.sampling_step", run);
+
+}  // namespace
+}  // namespace stylet::bench

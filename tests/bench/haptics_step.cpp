@@ -1,0 +1,58 @@
+// What one tick of the simulation costs: breathing, look-up, model, output stage, hash.
+#include <cmath>
+#include <cstdio>
+
+#include "haptics/haptics.h"
+#include "tests/bench/bench.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::bench {
+namespace {
+
+using namespace haptics;
+
+patient::Package breathingSlabs() {
+    using enum Tissue;
+    patient::Package package = test::makeSlabs(
+        {{skin, 0.002}, {soft, 0.018}, {fascia, 0.001}, {liver, 0.020}, {duct, 0.004}, {liver, 0.040}},
+        0.001);
+    patient::BreathingModel& b = package.breathing;
+    b.a1_m = -0.015;
+    b.z_low_m = -0.3, b.z_full_low_m = -0.2, b.z_full_high_m = 0.2, b.z_high_m = 0.3;
+    b.cavity = {{-0.3, 0.0, 0.0, 0.3, 0.3}, {0.3, 0.0, 0.0, 0.3, 0.3}};
+    return package;
+}
+
+void run(std::vector<Row>& rows) {
+    const patient::Package package = breathingSlabs();
+    const patient::Patient patient(package);
+    for (const double travel_mm : {0.02, 0.1, 1.0, 10.0}) {  // 20 mm/s is a puncture, 10 m/s a dropped device
+        Simulation simulation(patient, {});
+        TickInput input;
+        input.device.device_from_stylus.rotation = {0.70710678118654752, 0.0, -0.70710678118654752,
+                                                    0.0};  // along +x
+        TickOutput out;
+        NeedleEvents events;
+        std::vector<double> times_us;
+        double x_mm = -10.0, way = 1.0;
+        for (int i = 0; i < 50000; ++i) {
+            x_mm += way * travel_mm;
+            if (x_mm > 60.0) way = -1.0;
+            if (x_mm < -10.0) way = 1.0;
+            input.device.device_from_stylus.position_m.x = 1e-3 * x_mm;
+            const auto began = std::chrono::steady_clock::now();
+            simulation.step(input, out, events);
+            times_us.push_back(1e3 * elapsed_ms(began));
+        }
+        char note[96];
+        std::snprintf(note, sizeof note, "median %.2f us, p99 %.2f us, longest %.0f us", median(times_us),
+                      quantile(times_us, 0.99), quantile(times_us, 1.0));
+        rows.push_back({"haptics.step", "travel per tick [mm]", travel_mm, 1e-3 * median(times_us),
+                        quantile(times_us, 0.99), "us p99", "1,000 us of a tick", note});
+    }
+}
+
+const Registration registration("haptics.step", run);
+
+}  // namespace
+}  // namespace stylet::bench

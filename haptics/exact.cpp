@@ -22,13 +22,21 @@ class PathSolver {
         for (const Segment& s : segments) {
             if (s.begin_m <= length_m) segments_.push_back(s);
         }
+        inside_from_ =
+            std::size_t(std::find_if(segments_.begin(), segments_.end(),
+                                     [](const Segment& s) {
+                                         return s.tissue != Tissue::air && s.tissue != Tissue::skin;
+                                     }) -
+                        segments_.begin());
     }
 
     ExactForce solve() {
         while (next_ < segments_.size()) {
             passUntil(segments_[next_].begin_m);
             const std::size_t j = next_++;
-            if (holds(j)) {
+            if (isOutside(j)) {
+                leave();
+            } else if (holds(j)) {
                 hold(j);
             } else {
                 enter(j, NeedleEventKind::entry);
@@ -42,6 +50,9 @@ class PathSolver {
     const TissueRow& row(Tissue t) const { return table_[std::size_t(t)]; }
     const TissueRow& row(std::size_t segment) const { return row(segments_[segment].tissue); }
     bool sameTissueAsBefore(std::size_t j) const { return segments_[j].tissue == segments_[j - 1].tissue; }
+
+    // Air with nothing but skin before it.
+    bool isOutside(std::size_t j) const { return j < inside_from_ && segments_[j].tissue == Tissue::air; }
 
     bool isCut(std::size_t j) const {
         return std::any_of(cuts_.begin(), cuts_.end(), [&](const Segment& c) {
@@ -63,7 +74,7 @@ class PathSolver {
     // Phase 3: rises with the tissue's stiffness to its friction, then stays.
     void passUntil(double to_m) {
         const TissueRow& t = row(tissue_);
-        const Phase phase = tissue_ == Tissue::air && cuts_.empty() ? Phase::outside : Phase::pass;
+        const Phase phase = isOutside(next_ - 1) ? Phase::outside : Phase::pass;
         if (t.stiffness_n_per_m > 0.0 && f_n_ < t.friction_n) {
             const double begin_m = x_m_;
             const double full_m = begin_m + (t.friction_n - f_n_) / t.stiffness_n_per_m;
@@ -85,10 +96,14 @@ class PathSolver {
             std::size_t last = next_;
             for (; last < segments_.size() && segments_[last].begin_m < cut_m; ++last) {
                 const bool dropped = !row(j).membrane && !sameTissueAsBefore(last);
-                if (!isRigid(row(last)) && !dropped) continue;
+                if (!isRigid(row(last)) && !dropped && !isOutside(last)) continue;
                 const double at_m = std::max(begin_m, segments_[last].begin_m);
                 piece(at_m, curve.a1_n_per_m, curve.a2_n_per_m2, Phase::held);
                 f_n_ = curve.force_n(at_m - begin_m);
+                if (isOutside(last)) {
+                    next_ = last + 1;
+                    return leave();
+                }
                 if (isRigid(row(last))) {
                     report(NeedleEventKind::border, last, f_n_, f_n_);
                     return press(last);
@@ -134,6 +149,12 @@ class PathSolver {
         finish(f_n_);
     }
 
+    // The needle grazed a corner of slanted skin and is out again.
+    void leave() {
+        f_n_ = 0.0;
+        tissue_ = Tissue::air;
+    }
+
     void finish(double force_n) {
         f_n_ = force_n;
         next_ = segments_.size();
@@ -161,7 +182,7 @@ class PathSolver {
     ExactForce out_;
     double x_m_ = 0.0, f_n_ = 0.0;
     Tissue tissue_ = Tissue::air;
-    std::size_t next_ = 1;
+    std::size_t next_ = 1, inside_from_ = 0;
 };
 
 }  // namespace

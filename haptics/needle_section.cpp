@@ -19,13 +19,19 @@ constexpr double kSurface_m = 1e-6;
 
 void SectionSolver::run(const TissueSample& sample, const Vec3& at_reference_m, double way_m,
                         Way way) noexcept {
-    if (way != Way::withdraw) setFlags(sample);
+    if (s_.phase == Phase::outside && sample.tissue == Tissue::air) return;
+    if (way != Way::withdraw) {
+        setFlags(sample);
+        // Out again through a corner of slanted skin before anything behind it was reached.
+        if (sample.tissue == Tissue::air && !s_.track.past_skin) return endTrack();
+    }
     arrive(sample, at_reference_m, way);
     if (s_.phase == Phase::outside) return;
     if (way_m > 0.0) advance(way_m);
     if (way_m < 0.0) withdraw(way_m);
     undoFlags();
-    if (s_.phase == Phase::pass && s_.tissue == Tissue::air && s_.depth_m <= kSurface_m) {
+    if (way != Way::advance && s_.phase == Phase::pass && s_.tissue == Tissue::air &&
+        s_.depth_m <= kSurface_m) {
         report(NeedleEventKind::withdrawn, Border{at_reference_m, Tissue::skin, Tissue::air, 0, s_.depth_m},
                0.0, 0.0);
         endTrack();
@@ -60,7 +66,6 @@ bool SectionSolver::isFront(const TissueSample& x) const noexcept {
 void SectionSolver::arrive(const TissueSample& x, const Vec3& at_reference_m, Way way) noexcept {
     // On bone nothing behind it is met; only its depth counts, until the tip slides off sideways.
     if (onRigid() && (way != Way::sideways || isRigid(row(x.tissue)))) return;
-    if (s_.phase == Phase::outside && x.tissue == Tissue::air) return;
     const bool into_bone = way == Way::advance && s_.phase == Phase::pass && isRigid(row(x.tissue));
     if (isFront(x) && !into_bone) return;
     if (s_.phase == Phase::held) return arriveHeld(x, at_reference_m, way);

@@ -16,9 +16,9 @@ std::vector<std::pair<std::string, Bench>>& registry() {
 }
 
 void print(const Row& r) {
-    std::printf("%-36s %-22s %10.4g %12.4g ms %12.4g %-10s  %s\n", r.name.c_str(), r.knob.c_str(), r.value,
+    std::printf("%-40s %-20s %10.4g %12.4g ms %12.4g %-10s  %s\n", r.name.c_str(), r.knob.c_str(), r.value,
                 r.time_ms, r.error, r.error_unit.c_str(), r.reference.c_str());
-    if (!r.note.empty()) std::printf("%-36s   %s\n", "", r.note.c_str());
+    if (!r.note.empty()) std::printf("%-40s   %s\n", "", r.note.c_str());
     std::fflush(stdout);
 }
 

@@ -51,56 +51,106 @@ double distanceToEvent(const ExactForce& exact, double depth_m) {
     return nearest;
 }
 
-TEST(NeedleRandom, SampledEqualsExactForAThousandTables) {
-    constexpr double kBegin_m = -0.003;
+struct Coverage {
     std::size_t compared = 0, punctures = 0, pushed = 0;
+};
+
+// One needle along a straight path in steps of random length, against the exact solver at every sample.
+void compare(const patient::Patient& patient, const Vec3& entry, const Vec3& end, Random& random,
+             Coverage& coverage) {
+    const Vec3 way = end - entry;
+    const double length_m = std::sqrt(glm::dot(way, way));
+    Hand hand(patient);
+    hand.axis = way / length_m;
+    hand.settings.a1_share = uniform(random, 0.0, 1.0);
+    hand.settings.cut_reach_m = 0.00153;  // off the layers' lattice
+    const ExactForce exact =
+        solveExact(patient.package().tissues, segmentsAlong(patient, entry, end), length_m, hand.settings);
+
+    hand.to(entry);
+    double depth_m = 0.0, worst_n = 0.0;
+    while (depth_m < length_m) {
+        depth_m = std::min(length_m, depth_m + uniform(random, 0.0, 0.0003));
+        hand.to(entry + hand.axis * depth_m);
+        if (distanceToEvent(exact, depth_m) < 1e-9) continue;
+        worst_n = std::max(worst_n, std::fabs(hand.force() - exact.at(depth_m)));
+        ++coverage.compared;
+    }
+    ASSERT_LT(worst_n, 1e-9);
+
+    ASSERT_EQ(hand.events.size(), exact.events.size());
+    for (std::size_t i = 0; i < exact.events.size(); ++i) {
+        const NeedleEvent& a = hand.events[i];
+        const ExactEvent& b = exact.events[i];
+        const double border_m = glm::dot(a.border.reference_m - entry, hand.axis);
+        ASSERT_EQ(a.kind, b.kind) << "event " << i;
+        ASSERT_EQ(a.border.to, b.tissue);
+        ASSERT_EQ(a.border.to_label, b.label);
+        ASSERT_NEAR(border_m, b.border_depth_m, 1e-9);
+        ASSERT_NEAR(border_m + a.tenting_m, b.depth_m, 1e-9);
+        ASSERT_NEAR(a.force_before_n, b.force_before_n, 1e-9);
+        ASSERT_NEAR(a.force_after_n, b.force_after_n, 1e-9);
+        coverage.punctures += a.kind == NeedleEventKind::puncture;
+        coverage.pushed += a.kind == NeedleEventKind::border && a.tenting_m > 0.0;
+    }
+}
+
+TEST(NeedleRandom, SampledEqualsExactForAThousandTables) {
+    Coverage coverage;
     for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
         patient::Package package = test::makeColumn(randomLayers(random));
         package.tissues = randomTable(random);
         const patient::Patient patient(package);
-        Hand hand(patient);
-        hand.settings.a1_share = uniform(random, 0.0, 1.0);
-        hand.settings.cut_reach_m = 0.00153;  // off the layers' lattice
+        compare(patient, {-0.003, 0.0003, 0.0002}, {package.ct.grid.dims.x * 0.0001 - 0.001, 0.0003, 0.0002},
+                random, coverage);
+        if (HasFatalFailure()) return;
+    }
+    EXPECT_GT(coverage.compared, 100000u);
+    EXPECT_GT(coverage.punctures, 1500u);
+    EXPECT_GT(coverage.pushed, 100u);
+}
 
-        const double length_m = package.ct.grid.dims.x * 0.0001 - 0.001 - kBegin_m;
-        const Vec3 entry{kBegin_m, 0.0003, 0.0002}, end = entry + Vec3(length_m, 0.0, 0.0);
-        const ExactForce exact =
-            solveExact(package.tissues, segmentsAlong(patient, entry, end), length_m, hand.settings);
-
-        hand.to(entry);
-        double depth_m = 0.0, worst_n = 0.0;
-        while (depth_m < length_m) {
-            depth_m = std::min(length_m, depth_m + uniform(random, 0.0, 0.0003));
-            hand.to(entry + Vec3(depth_m, 0.0, 0.0));
-            if (distanceToEvent(exact, depth_m) < 1e-9) continue;
-            worst_n = std::max(worst_n, std::fabs(hand.force() - exact.at(depth_m)));
-            ++compared;
-        }
-        ASSERT_LT(worst_n, 1e-9);
-
-        // The depth of the track counts from the first border, that of the path from its entry.
-        ASSERT_EQ(hand.events.size(), exact.events.size());
-        const double skin_m = exact.events.empty() ? 0.0 : exact.events.front().border_depth_m;
-        for (std::size_t i = 0; i < exact.events.size(); ++i) {
-            const NeedleEvent& a = hand.events[i];
-            const ExactEvent& b = exact.events[i];
-            ASSERT_EQ(a.kind, b.kind) << "event " << i;
-            ASSERT_EQ(a.border.to, b.tissue);
-            ASSERT_EQ(a.border.to_label, b.label);
-            ASSERT_NEAR(a.border.depth_m + skin_m, b.border_depth_m, 1e-9);
-            ASSERT_NEAR(a.border.depth_m + a.tenting_m + skin_m, b.depth_m, 1e-9);
-            ASSERT_NEAR(a.force_before_n, b.force_before_n, 1e-9);
-            ASSERT_NEAR(a.force_after_n, b.force_after_n, 1e-9);
-            punctures += a.kind == NeedleEventKind::puncture;
-            pushed += a.kind == NeedleEventKind::border && a.tenting_m > 0.0;
+// Half of the blocks are labelled, the rest left to thresholds and the track's flags; air and skin first.
+patient::Package randomBlocks(Random& random) {
+    constexpr int kBlocks = 14, kVoxels = 3;
+    patient::Package package = test::makeColumn({{Tissue::skin, 0.001}});
+    patient::Grid grid{patient::Index3(kBlocks * kVoxels), {0.0013, 0.0009, 0.0011}, Vec3(0.0)};
+    package.ct = patient::CtVolume(grid, -1000);
+    package.labels = patient::LabelVolume(grid);
+    constexpr std::int16_t kHu[] = {-1000, -300, -50, 60, 250, 700};
+    for (int b = 0; b < kBlocks * kBlocks * kBlocks; ++b) {
+        const bool labelled = below(random, 2) == 0;
+        int id = 1 + below(random, patient::kTissueCount - 1);
+        if (Tissue(id) == Tissue::bone && below(random, 8) != 0) id = int(Tissue::liver);
+        std::int16_t hu = kHu[below(random, 5)];
+        if (hu == 250 && below(random, 4) != 0) hu = 60;
+        for (int v = 0; v < kVoxels * kVoxels * kVoxels; ++v) {
+            const patient::Index3 i{b % kBlocks * kVoxels + v % kVoxels,
+                                    b / kBlocks % kBlocks * kVoxels + v / kVoxels % kVoxels,
+                                    b / kBlocks / kBlocks * kVoxels + v / kVoxels / kVoxels};
+            package.labels[i] = labelled ? std::uint8_t(id) : std::uint8_t(0);
+            package.ct[i] = hu;
         }
     }
-    // The draw covers what it is meant to.
-    EXPECT_GT(compared, 100000u);
-    EXPECT_GT(punctures, 1500u);
-    EXPECT_GT(pushed, 100u);
+    return package;
+}
+
+TEST(NeedleRandom, SampledEqualsExactAlongObliquePathsThroughVoxels) {
+    Coverage coverage;
+    for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        patient::Package package = randomBlocks(random);
+        if (seed % 2 == 0) package.tissues = randomTable(random);
+        const patient::Patient patient(package);
+        const auto anywhere = [&] { return uniform(random, 0.005, 0.033); };
+        compare(patient, {-0.005, anywhere(), anywhere()}, {0.050, anywhere(), anywhere()}, random, coverage);
+        if (HasFatalFailure()) return;
+    }
+    EXPECT_GT(coverage.compared, 30000u);
+    EXPECT_GT(coverage.punctures, 300u);
 }
 
 TEST(NeedleRandom, AnyHandKeepsTheForceFiniteAndBounded) {

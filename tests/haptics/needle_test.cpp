@@ -237,6 +237,19 @@ TEST(Needle, TouchingTheSkinIsNoTrack) {
     EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);
 }
 
+TEST(Needle, OutAgainThroughACornerOfTheSkinIsOutside) {
+    Puncture p({{skin, 0.0004}, {air, 0.003}, {skin, 0.002}, {soft, 0.02}});
+    p.hand.sweep(0.0003);
+    EXPECT_GT(p.hand.force(), 0.1);
+    p.hand.sweep(0.002);
+    EXPECT_EQ(p.hand.state.phase, Phase::outside);
+    EXPECT_EQ(p.hand.force(), 0.0);
+    p.hand.sweep(0.010);
+    p.expectCut(skin, 0.000875, 0.7, 0.7);
+    EXPECT_NEAR(p.hand.state.depth_m, 0.010 - 0.0034, 1e-9);
+    EXPECT_TRUE(p.hand.of(NeedleEventKind::withdrawn).empty());
+}
+
 TEST(Needle, BoneIsNeverCut) {
     Puncture p({{skin, 0.002}, {soft, 0.01}, {bone, 0.002}, {soft, 0.05}});
     p.hand.sweep(0.012 + 0.003);  // past the far side of its voxels

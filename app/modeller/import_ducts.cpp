@@ -176,28 +176,40 @@ std::vector<std::uint32_t> tipsOf(const Scene& s, const Search& portal, double s
     return tips;
 }
 
-// The parenchyma voxel a duct of this branch ends at: ahead of the tip by `beyond`, or as far as there is
-// room.
+// A parenchyma voxel within 3 mm of `at` where a peripheral duct has room, as near as there is one.
+std::uint32_t roomNear(const Scene& s, const Vec3& at, const DuctSettings& d) {
+    const Grid& g = s.parenchyma.grid;
+    const double room_m = d.peripheral_radius_m + d.gap_m;
+    const int reach = std::max(1, int(0.003 / g.spacing_m.x));
+    const Index3 c = g.nearest(at);
+    std::uint32_t best = kNobody;
+    int best_away = 1 << 30;
+    for (int dz = -reach; dz <= reach; ++dz)
+        for (int dy = -reach; dy <= reach; ++dy)
+            for (int dx = -reach; dx <= reach; ++dx) {
+                const Index3 i = c + Index3{dx, dy, dz};
+                const int away = dx * dx + dy * dy + dz * dz;
+                if (away >= best_away || !g.contains(i) || !s.parenchyma[i]) continue;
+                if (s.to_vessel[i] <= room_m || s.to_edge[i] <= room_m + d.from_capsule_m) continue;
+                best = std::uint32_t(g.offset(i));
+                best_away = away;
+            }
+    return best;
+}
+
+// Where the duct of a portal branch ends: ahead of the branch's tip, or as far back along it as room demands.
 std::uint32_t ductEnd(const Scene& s, const Search& portal, std::uint32_t tip, const DuctSettings& d) {
     const Grid& g = s.parenchyma.grid;
+    const auto centre = [&](std::uint32_t o) { return g.centre(voxelOf(g, o)); };
     std::uint32_t back = tip;
-    for (int i = 0; i < 10 && portal.parent[back] != kNobody; ++i)
+    while (portal.parent[back] != kNobody && glm::length(centre(back) - centre(tip)) < 0.010)
         back = portal.parent[back];
-    const Vec3 at = g.centre(voxelOf(g, tip)), run = at - g.centre(voxelOf(g, back));
+    const Vec3 run = centre(tip) - centre(back);
     const Vec3 ahead = glm::length(run) > 0.0 ? glm::normalize(run) : Vec3(0.0);
-    const double room_m = d.peripheral_radius_m + d.gap_m;
-    for (double beyond = d.beyond_m; beyond >= 0.0; beyond -= g.spacing_m.x) {
-        const Index3 c = g.nearest(at + beyond * ahead);
-        for (int reach = 0; reach <= 3; ++reach)
-            for (int dz = -reach; dz <= reach; ++dz)
-                for (int dy = -reach; dy <= reach; ++dy)
-                    for (int dx = -reach; dx <= reach; ++dx) {
-                        const Index3 i = c + Index3{dx, dy, dz};
-                        if (!g.contains(i) || !s.parenchyma[i]) continue;
-                        if (s.to_vessel[i] > room_m && s.to_edge[i] > room_m + 0.008)
-                            return std::uint32_t(g.offset(i));
-                    }
-    }
+    for (double beyond = d.beyond_m; beyond > 0.0; beyond -= g.spacing_m.x)
+        if (const auto end = roomNear(s, centre(tip) + beyond * ahead, d); end != kNobody) return end;
+    for (std::uint32_t o = tip; o != kNobody; o = portal.parent[o])
+        if (const auto end = roomNear(s, centre(o), d); end != kNobody) return end;
     return kNobody;
 }
 

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "app/modeller/import.h"
 #include "app/modeller/voxel_tools.h"
 #include "torso.h"

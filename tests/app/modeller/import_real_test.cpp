@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <map>
 
 #include "app/modeller/import.h"
 #include "app/modeller/voxel_tools.h"
@@ -26,7 +27,7 @@ class ImportReal : public testing::Test {
         const test::TempFolder temp;
         const std::string unpack = "tar xzf '" + (folder / "PATIENT_DICOM_p01.tar.gz").string() + "' -C '" +
                                    temp.path().string() + "'";
-        if (std::system(unpack.c_str()) != 0) return;
+        ASSERT_EQ(std::system(unpack.c_str()), 0) << unpack;
         const fs::path assets = std::getenv("STYLET_ASSETS");
         ImportSettings s;
         s.ct = temp.path();

@@ -83,7 +83,7 @@ Axes fit(const std::vector<ForceSample>& curve) {
 
 std::string number(const char* format, double value) {
     std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), format, value);
+    std::snprintf(text.data(), text.size(), format, std::fabs(value) < 1e-9 ? 0.0 : value);  // no "-0"
     return text.data();
 }
 
@@ -138,18 +138,21 @@ void drawAxes(Canvas& canvas, const Axes& axes) {
                       {15, kInk, Align::centre, false});
 }
 
-// One point per pixel step is enough: steps smaller than a third of a pixel are left out.
-std::vector<Point> trace(const Axes& axes, const std::vector<ForceSample>& curve, std::size_t begin,
-                         std::size_t end) {
+// A line for each stretch without a missing tick: outside the body there is no force to draw. Steps below a
+// third of a pixel are left out.
+void drawTrace(Canvas& canvas, const Axes& axes, const std::vector<ForceSample>& curve, std::size_t begin,
+               std::size_t end, double width, Colour colour) {
     std::vector<Point> points;
     for (std::size_t i = begin; i < end; ++i) {
         const Point p{axes.x(curve[i].depth_m), axes.y(curve[i].force_n)};
-        if (i + 1 < end && !points.empty() &&
-            std::fabs(points.back().x - p.x) + std::fabs(points.back().y - p.y) < 0.33)
-            continue;
-        points.push_back(p);
+        const bool last = i + 1 == end || curve[i + 1].tick != curve[i].tick + 1;
+        if (points.empty() || last ||
+            std::fabs(points.back().x - p.x) + std::fabs(points.back().y - p.y) >= 0.33)
+            points.push_back(p);
+        if (!last) continue;
+        canvas.polyline(points, width, colour);
+        points.clear();
     }
-    return points;
 }
 
 void drawMarks(Canvas& canvas, const Axes& axes, const std::vector<ForceMark>& marks) {
@@ -208,8 +211,8 @@ void drawCurve(const std::vector<ForceSample>& curve, const std::vector<ForceMar
     const std::size_t turn = deepest(curve);
     drawBands(canvas, axes, curve, turn + 1);
     drawAxes(canvas, axes);
-    canvas.polyline(trace(axes, curve, turn, curve.size()), 1.5, kOut);
-    canvas.polyline(trace(axes, curve, 0, turn + 1), 2.5, kIn);
+    drawTrace(canvas, axes, curve, turn, curve.size(), 1.5, kOut);
+    drawTrace(canvas, axes, curve, 0, turn + 1, 2.5, kIn);
     drawMarks(canvas, axes, marks);
     drawLegend(canvas);
     canvas.savePng(png);

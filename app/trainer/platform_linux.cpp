@@ -17,9 +17,10 @@ namespace {
 constexpr int kPriority = 80;  // above the kernel's threaded interrupts (50)
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
+template <clockid_t kClock>
 std::int64_t now(void*) noexcept {
     timespec t{};
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(kClock, &t);
     return t.tv_sec * kSecond_ns + t.tv_nsec;
 }
 
@@ -32,7 +33,11 @@ void sleepUntil(void*, std::int64_t t_ns) noexcept {
 }  // namespace
 
 haptics::Clock monotonicClock() noexcept {
-    return {nullptr, now, sleepUntil};
+    return {nullptr, now<CLOCK_MONOTONIC>, sleepUntil};
+}
+
+haptics::Clock workClock() noexcept {
+    return {nullptr, now<CLOCK_THREAD_CPUTIME_ID>, nullptr};
 }
 
 std::string askForRealTime() {

@@ -11,6 +11,8 @@ namespace stylet::trainer {
 
 // CLOCK_MONOTONIC with absolute sleeps.
 haptics::Clock monotonicClock() noexcept;
+// The processor time of the calling thread: times work, whatever else the machine does. It cannot sleep.
+haptics::Clock workClock() noexcept;
 
 // Gives the calling thread SCHED_FIFO and locks its memory. Returns an empty text, or one line that says what
 // was refused and how to allow it.

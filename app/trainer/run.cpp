@@ -96,9 +96,8 @@ int run(const RunOptions& options) {
                    haptics::outputGain(attempt.simulation.profile, attempt.simulation.output)));
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record);
     const LoopTotals totals =
-        options.fast
-            ? runFast(attempt, session, std::move(pictures), options.fps.value_or(0.0), monotonicClock())
-            : runRealTime(attempt, session, std::move(pictures), monotonicClock());
+        options.fast ? runFast(attempt, session, std::move(pictures), options.fps.value_or(0.0), workClock())
+                     : runRealTime(attempt, session, std::move(pictures), monotonicClock());
     record.finish();
     writeResults(patient, facts, session.log(), totals, options.out);
     printResults(facts, session.log(), totals, options.out, options.stats);

@@ -30,8 +30,8 @@ void SectionSolver::run(const TissueSample& sample, const Vec3& at_reference_m, 
     if (way_m > 0.0) advance(way_m);
     if (way_m < 0.0) withdraw(way_m);
     undoFlags();
-    if (way != Way::advance && s_.phase == Phase::pass && s_.tissue == Tissue::air &&
-        s_.depth_m <= kSurface_m) {
+    const bool outside = s_.tissue == Tissue::air && (s_.depth_m <= kSurface_m || !s_.track.past_skin);
+    if (way != Way::advance && s_.phase == Phase::pass && outside) {
         report(NeedleEventKind::withdrawn, Border{at_reference_m, Tissue::skin, Tissue::air, 0, s_.depth_m},
                0.0, 0.0);
         endTrack();

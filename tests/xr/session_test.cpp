@@ -1,0 +1,216 @@
+// The session through the real loader on the mock runtime: its states, views, pictures, controllers and end.
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <openxr/openxr.h>
+
+#include "painter.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::xr {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kScript = R"({
+  "version": 1, "refresh_hz": 100,
+  "eyes": {"ipd_m": 0.06, "recommended_size": [64, 48],
+           "left_fov_rad": [-0.9, 0.7, 0.8, -0.75], "right_fov_rad": [-0.7, 0.9, 0.8, -0.75]},
+  "head": [{"t_s": 0, "position": [0, 1.5, 0]}, {"t_s": 10, "position": [1, 1.5, 0]}],
+  "controllers": {"right": {"poses": [{"t_s": 0, "position": [0.25, 1.25, -0.5]}],
+                            "values": [{"t_s": 1.1, "select/click": true}]}}
+)";
+
+class SessionTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
+        setenv("XRMOCK_CLOCK", "virtual", 1);
+        setenv("XRMOCK_CAPTURE", folder_.path().c_str(), 1);
+        useScript(kScript + "}");
+    }
+    void useScript(const std::string& text) {
+        std::ofstream(folder_ / "script.json") << text;
+        setenv("XRMOCK_SCRIPT", (folder_ / "script.json").c_str(), 1);
+    }
+
+    test::TempFolder folder_;
+};
+
+bool layerInstalled(const std::string& name) {
+    std::uint32_t count = 0;
+    xrEnumerateApiLayerProperties(0, &count, nullptr);
+    XrApiLayerProperties blank{};
+    blank.type = XR_TYPE_API_LAYER_PROPERTIES;
+    std::vector<XrApiLayerProperties> layers(count, blank);
+    xrEnumerateApiLayerProperties(count, &count, layers.data());
+    return std::any_of(layers.begin(), layers.end(), [&](const auto& l) { return name == l.layerName; });
+}
+
+// A painter outlives its session: the runtime's images are the device's.
+struct Show {
+    std::optional<Painter> painter;
+    Session session{"Stylet test"};
+
+    Show() {
+        painter.emplace(session);
+        painter->start();
+    }
+    // Makes a frame, painted when it is to be drawn.
+    Frame frame(const std::string& moment = "") {
+        const Frame made = session.beginFrame();
+        if (made.should_render) painter->paint(made.image, {{{1, 0, 0, 1}, {0, 0, 1, 1}}});
+        if (!moment.empty()) session.markMoment(moment);
+        session.endFrame(made);
+        return made;
+    }
+    bool reach(SessionPhase phase, int frames = 20) {
+        for (int i = 0; i < frames; ++i) {
+            if (session.poll() == phase) return true;
+            if (session.running()) frame();
+        }
+        return false;
+    }
+};
+
+TEST_F(SessionTest, EveryStateIsSeenInOrder) {
+    Show show;
+    EXPECT_EQ(show.session.runtimeName(), "XR Mock");
+    std::vector<SessionPhase> seen;
+    for (int i = 0; i < 20; ++i) {
+        const SessionPhase phase = show.session.poll();
+        if (seen.empty() || seen.back() != phase) seen.push_back(phase);
+        if (!show.session.running()) continue;
+        const Frame frame = show.frame();
+        EXPECT_EQ(frame.should_render, phase == SessionPhase::visible || phase == SessionPhase::focused);
+    }
+    EXPECT_EQ(seen.back(), SessionPhase::focused);
+    EXPECT_THAT(seen, testing::IsSupersetOf(
+                          {SessionPhase::ready, SessionPhase::synchronized, SessionPhase::visible}));
+    EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+}
+
+TEST_F(SessionTest, ViewsAreThoseOfTheScriptAtTheDisplayTime) {
+    Show show;
+    ASSERT_TRUE(show.reach(SessionPhase::focused));
+    EXPECT_EQ(show.session.width(), 64u);
+    EXPECT_EQ(show.session.height(), 48u);
+    std::int64_t before_ns = 0;
+    for (int i = 0; i < 20; ++i) {
+        const Frame frame = show.frame();
+        ASSERT_TRUE(frame.should_render);
+        EXPECT_GT(frame.predicted_display_time_ns, before_ns);
+        before_ns = frame.predicted_display_time_ns;
+        const double head_x = 0.1 * double(frame.predicted_display_time_ns) * 1e-9;
+        const EyeView &left = frame.views[0], &right = frame.views[1];
+        EXPECT_NEAR(left.stage_from_eye.position[0], head_x - 0.03, 1e-6);
+        EXPECT_NEAR(right.stage_from_eye.position[0], head_x + 0.03, 1e-6);
+        EXPECT_NEAR(left.stage_from_eye.position[1], 1.5, 1e-6);
+        EXPECT_NEAR(left.stage_from_eye.orientation[3], 1.0, 1e-6);
+        EXPECT_FLOAT_EQ(left.angle_left, -0.9f);
+        EXPECT_FLOAT_EQ(left.angle_right, 0.7f);
+        EXPECT_FLOAT_EQ(right.angle_right, 0.9f);
+        EXPECT_FLOAT_EQ(right.angle_up, 0.8f);
+        EXPECT_FLOAT_EQ(right.angle_down, -0.75f);
+    }
+}
+
+TEST_F(SessionTest, AMomentIsCapturedFromBothEyes) {
+    Show show;
+    ASSERT_TRUE(show.reach(SessionPhase::focused));
+    show.frame("skin");
+    show.frame();
+    show.frame("duct");
+    for (const char* name : {"skin_left.png", "skin_right.png", "duct_left.png", "duct_right.png"})
+        EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+}
+
+TEST_F(SessionTest, TheControllerIsRead) {
+    Show show;
+    ASSERT_TRUE(show.reach(SessionPhase::focused));
+    show.frame();
+    EXPECT_FALSE(show.session.hand(0).active);
+    const Hand early = show.session.hand(1);
+    ASSERT_TRUE(early.active);
+    ASSERT_TRUE(early.stage_from_grip.has_value());
+    EXPECT_NEAR(early.stage_from_grip->position[0], 0.25, 1e-6);
+    EXPECT_NEAR(early.stage_from_grip->position[2], -0.5, 1e-6);
+    EXPECT_FALSE(early.select);
+    show.session.pulse(1, 0.5f, 20'000'000);
+    Frame frame;
+    while (frame.predicted_display_time_ns < 1'150'000'000)
+        frame = show.frame();
+    EXPECT_TRUE(show.session.hand(1).select);
+    EXPECT_FALSE(show.session.hand(1).menu);
+}
+
+TEST_F(SessionTest, RequestedExitEndsInExiting) {
+    Show show;
+    ASSERT_TRUE(show.reach(SessionPhase::focused));
+    show.session.requestExit();
+    EXPECT_TRUE(show.reach(SessionPhase::exiting));
+    EXPECT_FALSE(show.session.running());
+}
+
+TEST_F(SessionTest, TheRuntimeMayPauseAndEndTheSession) {
+    useScript(kScript +
+              R"(, "session": [{"t_s": 0, "state": "focused"}, {"t_s": 1.2, "state": "synchronized"},
+        {"t_s": 1.4, "state": "stopped"}, {"t_s": 1.6, "state": "exiting"}]})");
+    Show show;
+    ASSERT_TRUE(show.reach(SessionPhase::focused));
+    ASSERT_TRUE(show.reach(SessionPhase::synchronized, 60));
+    const Frame hidden = show.frame();
+    EXPECT_FALSE(hidden.should_render);
+    EXPECT_EQ(hidden.image, VkImage(VK_NULL_HANDLE));
+    ASSERT_TRUE(show.reach(SessionPhase::idle, 60));
+    EXPECT_FALSE(show.session.running());
+}
+
+TEST_F(SessionTest, TheValidationLayerHasNothingToSay) {
+    if (!layerInstalled("XR_APILAYER_LUNARG_core_validation"))
+        GTEST_SKIP() << "XR_APILAYER_LUNARG_core_validation is not installed";
+    const fs::path report = folder_ / "validation.txt";
+    setenv("XR_CORE_VALIDATION_FILE_NAME", report.c_str(), 1);
+    setenv("XR_ENABLE_API_LAYERS", "XR_APILAYER_LUNARG_core_validation", 1);
+    setenv("XR_CORE_VALIDATION_EXPORT_TYPE", "text", 1);
+    testing::internal::CaptureStderr();
+    {
+        Show show;
+        ASSERT_TRUE(show.reach(SessionPhase::focused));
+        // No moment: Debian's layer (1.0.20) waits for its own lock in xrSessionInsertDebugUtilsLabelEXT, for
+        // ever.
+        for (int i = 0; i < 10; ++i)
+            show.frame();
+        show.session.pulse(1, 0.5f, 20'000'000);
+        show.session.requestExit();
+        EXPECT_TRUE(show.reach(SessionPhase::exiting));
+    }
+    unsetenv("XR_ENABLE_API_LAYERS");
+    EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("Core Validation"))
+        << "the layer was not there";
+    std::ifstream in(report);  // made with the first message
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), "");
+}
+
+TEST_F(SessionTest, ASecondSessionInTheSameProcess) {
+    for (int round = 0; round < 2; ++round) {
+        std::chrono::steady_clock::time_point left_at;
+        {
+            Show show;
+            ASSERT_TRUE(show.reach(SessionPhase::focused)) << "round " << round;
+            EXPECT_TRUE(show.frame().should_render);
+            left_at = std::chrono::steady_clock::now();
+        }
+        EXPECT_LT(std::chrono::steady_clock::now() - left_at, std::chrono::seconds(1))
+            << "the runtime ends at once";
+    }
+}
+
+}  // namespace
+}  // namespace stylet::xr

@@ -108,17 +108,17 @@ double Anatomy::diaphragmHeight(const Vec3& p) const noexcept {
     const double ex = (p.x - c.xc) / c.a, ey = (p.y - c.yc) / c.b;
     const double r2 = ex * ex + ey * ey;
     const double f = r2 > 1e-12 ? ey / std::sqrt(r2) : 0.0;
-    const double border = f > 0.0 ? 97.0 + 5.0 * f * f : 97.0 - 20.0 * f * f;
-    const double right = bump(((p.x - 58.0) * (p.x - 58.0) + (p.y - 6.0) * (p.y - 6.0)) / 3400.0);
-    const double left = bump(((p.x + 60.0) * (p.x + 60.0) + (p.y - 2.0) * (p.y - 2.0)) / 3000.0);
-    const double crown = 107.0 + (dome_right_mm - 107.0) * right + (dome_left_mm - 107.0) * left;
-    const double fall = r2 < 1.0 ? std::sqrt(1.0 - r2 * r2) : 0.0;
+    const double border = f > 0.0 ? 93.0 + 5.0 * f * f : 93.0 - 18.0 * f * f;
+    const double right = bump(((p.x - 56.0) * (p.x - 56.0) + (p.y - 6.0) * (p.y - 6.0)) / 3400.0);
+    const double left = bump(((p.x + 58.0) * (p.x + 58.0) + (p.y - 2.0) * (p.y - 2.0)) / 3000.0);
+    const double crown = 112.0 + (dome_right_mm - 106.0) * right + (dome_left_mm - 106.0) * left;
+    const double fall = r2 < 1.0 ? std::sqrt(1.0 - r2) * (1.0 + 0.12 * (1.0 - r2)) : 0.0;
     return border + (crown - border) * fall;
 }
 
 double Anatomy::liverDistance(const Vec3& p) const noexcept {
-    const double dome = (p.z - diaphragmHeight(p) + 4.5) * 0.8;
-    const double wall = cageDistance(p) + 5.5;
+    const double dome = (p.z - diaphragmHeight(p) + 3.2) * 0.8;
+    const double wall = cageDistance(p) + 2.8;
     // The lower surface rises to the left, hollow towards the hilum, its front edge lower than its back.
     const Vec3& h = organs.hilum;
     const double hollow =
@@ -131,14 +131,15 @@ double Anatomy::liverDistance(const Vec3& p) const noexcept {
     const double ahead_of_stomach = (-2.0 + 0.22 * std::fabs(std::min(p.x, 0.0))) - p.y;
     const double behind = smoothMin(right_of_spine, ahead_of_stomach, 16.0);
     const double tip = -84.0 + organs.liver_left_mm - p.x;
-    double d = smoothMax(smoothMax(dome, wall, 8.0), smoothMax(below, behind, 20.0), 16.0);
+    double d = smoothMax(smoothMax(dome, wall, 3.0), smoothMax(below, behind, 20.0), 16.0);
     d = smoothMax(d, tip, 24.0);
     const double caudate = ellipsoid(p, {4.0, -19.0, 66.0}, {15.0, 12.0, 24.0});
     d = smoothMin(d, caudate, 8.0);
     // Fissure of the round ligament, from the front edge below.
-    const double fissure =
-        std::max(std::fabs(p.x + 9.0 + 0.12 * (p.y - 30.0)) - 2.2, std::max(28.0 - p.y, p.z - low - 30.0));
-    d = smoothMax(d, -fissure, 6.0);
+    const double cleft = 2.4 * ramp(p.y, 38.0, 72.0) - 0.2;
+    const double fissure = std::max(std::fabs(p.x + 9.0 + 0.2 * (p.y - 30.0) + 2.5 * valueNoise(p / 25.0, seed ^ 0x12)) - cleft,
+                                    p.z - low - 34.0);
+    d = smoothMax(d, -fissure, 3.0);
     d = smoothMax(d, 4.0 - organs.kidneyRight.distance(p), 10.0);
     d = smoothMax(d, 1.5 - organs.gallbladder.distance(p), 6.0);
     return smoothMax(d, cavityDistance(p) + 3.5, 4.0);
@@ -188,7 +189,7 @@ Anatomy drawAnatomy(std::uint64_t seed) {
                                      {-0.75, -0.65, 0.0}, {left, 28.0, 22.0});
     o.spleen =
         orientedEllipsoid(Vec3(-91.0, -24.0, 52.0) + random.jitter3(4.0), {-0.15, 0.75, -0.65},
-                          {0.3, 0.65, 0.7}, {random.uniform(50.0, 60.0), random.uniform(33.0, 39.0), 21.0});
+                          {0.3, 0.65, 0.7}, {random.uniform(50.0, 60.0), random.uniform(38.0, 44.0), 26.0});
     o.heart = orientedEllipsoid(Vec3(-22.0, 28.0, 158.0) + random.jitter3(3.0), {-0.85, 0.45, -0.25},
                                 {0, 0, 1}, {60.0, 44.0, 44.0});
     o.tumour = Vec3(27.0, 5.0, -6.0) + random.jitter3(2.0);

@@ -60,13 +60,13 @@ void paintStomach(Canvas& canvas, const Anatomy& a, Random& random) {
                 Id::stomach);
     const double full = random.uniform(0.9, 1.08);
     const Vec3 sway = random.jitter3(4.0);
-    const std::vector<Stroke> body = tube({{Vec3(-50.0, -18.0, 84.0) + sway, 25.0 * full},
-                                           {Vec3(-56.0, -2.0, 72.0) + sway, 31.0 * full},
-                                           {Vec3(-56.0, 20.0, 46.0) + sway, 28.0 * full},
-                                           {Vec3(-44.0, 34.0, 18.0) + sway, 23.0 * full},
-                                           {Vec3(-18.0, 44.0, 2.0) + sway, 19.0 * full},
-                                           {Vec3(10.0, 42.0, 2.0) + sway, 15.0 * full},
-                                           {Vec3(27.0, 30.0, 6.0), 10.0}},
+    const std::vector<Stroke> body = tube({{Vec3(-52.0, -20.0, 92.0) + sway, 28.0 * full},
+                                           {Vec3(-57.0, -2.0, 76.0) + sway, 35.0 * full},
+                                           {Vec3(-57.0, 20.0, 48.0) + sway, 32.0 * full},
+                                           {Vec3(-45.0, 35.0, 18.0) + sway, 26.0 * full},
+                                           {Vec3(-18.0, 44.0, 0.0) + sway, 21.0 * full},
+                                           {Vec3(10.0, 42.0, 1.0) + sway, 16.0 * full},
+                                           {Vec3(27.0, 30.0, 6.0), 11.0}},
                                           3.0);
     stampHollow(canvas, body, kCavity, Id::stomach);
     // One level for the whole stomach.
@@ -83,12 +83,12 @@ void paintColon(Canvas& canvas, const Anatomy& a, Random& random) {
     const double sag = random.uniform(-14.0, 8.0);
     const std::vector<TubePoint> course{{{86.0, -6.0, -135.0}, 25.0},
                                         {{93.0, -12.0, -100.0}, 25.0},
-                                        {{94.0, -16.0, -72.0}, 22.0},
-                                        {{84.0, 8.0, -56.0}, 20.0},
-                                        {{58.0, 46.0, -56.0 + 0.5 * sag}, 20.0},
-                                        {{18.0, 60.0, -62.0 + sag}, 19.0},
-                                        {{-26.0, 60.0, -58.0 + sag}, 18.0},
-                                        {{-66.0, 48.0, -28.0 + 0.4 * sag}, 17.0},
+                                        {{94.0, -16.0, -68.0}, 23.0},
+                                        {{84.0, 8.0, -50.0}, 21.0},
+                                        {{58.0, 46.0, -44.0 + 0.5 * sag}, 20.0},
+                                        {{18.0, 60.0, -46.0 + sag}, 19.0},
+                                        {{-26.0, 60.0, -42.0 + sag}, 18.0},
+                                        {{-66.0, 48.0, -18.0 + 0.4 * sag}, 17.0},
                                         {{-92.0, 20.0, 8.0}, 17.0},
                                         {{-101.0, -8.0, 16.0}, 16.0},
                                         {{-102.0, -22.0, -14.0}, 15.0},
@@ -103,6 +103,48 @@ void paintColon(Canvas& canvas, const Anatomy& a, Random& random) {
     finishHollow(canvas, Id::colon, 2.6, 0.9, a.seed ^ 0x42);
 }
 
+// A loop that winds through its region and keeps away from what is there: every step takes the freest of a few turns.
+std::vector<TubePoint> wander(Random& random, const Box& region, std::vector<Vec3>& taken, int steps, double radius) {
+    const auto crowding = [&](const Vec3& p) {
+        double nearest = 30.0;
+        for (std::size_t i = 0; i + 2 < taken.size(); ++i) nearest = std::min(nearest, length(p - taken[i]));
+        const Vec3 out = glm::max(glm::max(region.low - p, p - region.high), Vec3(0.0));
+        return 3.0 * (out.x + out.y + out.z) - nearest;
+    };
+    const auto anywhere = [&] {
+        const double x = random.uniform(region.low.x, region.high.x), y = random.uniform(region.low.y, region.high.y);
+        return Vec3(x, y, random.uniform(region.low.z, region.high.z));
+    };
+    Vec3 at = anywhere();
+    for (int i = 0; i < 12; ++i) {
+        const Vec3 other = anywhere();
+        if (crowding(other) < crowding(at)) at = other;
+    }
+    Vec3 heading = unitOr(random.jitter3(1.0), Vec3(1, 0, 0));
+    std::vector<TubePoint> loop;
+    for (int i = 0; i < steps; ++i) {
+        loop.push_back({at, radius * random.uniform(0.86, 1.12)});
+        taken.push_back(at);
+        Vec3 best = at + heading * 14.0;
+        for (int k = 0; k < 10; ++k) {
+            const Vec3 next = at + unitOr(heading + random.jitter3(1.6), heading) * 14.0;
+            if (crowding(next) < crowding(best)) best = next;
+        }
+        heading = unitOr(best - at, heading);
+        at = best;
+    }
+    return loop;
+}
+
+// Branching vessels of the mesentery: where two noise fields vanish together.
+void paintMesentery(Canvas& canvas, const Anatomy& a) {
+    const auto brush = [&](const Vec3& p, std::uint8_t&, std::uint8_t& detail) {
+        const double u = valueNoise(p / 24.0, a.seed ^ 0x44), v = valueNoise(p / 24.0, a.seed ^ 0x45);
+        detail = detailFrom(ramp(u * u + v * v, 0.010, 0.003));
+    };
+    canvas.paint({{-80.0, -30.0, -1000.0}, {80.0, 75.0, 30.0}}, kCavity, brush);
+}
+
 void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
     // Duodenum around the head of the pancreas.
     stampHollow(canvas,
@@ -115,22 +157,17 @@ void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
                       {{-26.0, 10.0, -34.0}, 11.0}},
                      3.0),
                 kCavity, Id::bowel);
-    // Jejunum and ileum: loops to and fro in layers.
-    for (int layer = 0; layer < 4; ++layer)
-        for (int row = 0; row < 3; ++row) {
-            std::vector<TubePoint> loop;
-            const double z = -66.0 - 23.0 * layer + (row == 1 ? 8.0 : 0.0) + random.jitter(4.0);
-            const double y = -4.0 + 24.0 * row;
-            for (int i = 0; i < 9; ++i) {
-                const double x = (layer + row) % 2 ? 68.0 - 17.0 * i : -68.0 + 17.0 * i;
-                const double wave = i % 2 ? 8.0 : -8.0;
-                loop.push_back(
-                    {Vec3(x, y + 0.6 * wave, z + wave) + random.jitter3(6.0), random.uniform(9.5, 12.5)});
-            }
-            const std::vector<Stroke> strokes = tube(loop, 3.0, 0.06, 13.0);
-            stampHollow(canvas, strokes, kCavity, Id::bowel);
-            if (random.unit() < 0.3) stampGas(canvas, part(strokes, 0.2, 0.5), Id::bowel, 2.6, 0.35);
-        }
+    // Jejunum under the stomach, ileum below.
+    std::vector<Vec3> taken;
+    const Box upper{{-88.0, -22.0, -70.0}, {-14.0, 62.0, 12.0}}, lower{{-76.0, -20.0, -150.0}, {74.0, 66.0, -66.0}};
+    for (int loop = 0; loop < 13; ++loop) {
+        const bool jejunum = loop < 4;
+        const std::vector<TubePoint> way =
+            wander(random, jejunum ? upper : lower, taken, jejunum ? 16 : 18, jejunum ? 12.5 : 11.5);
+        const std::vector<Stroke> strokes = tube(way, 3.0, 0.05, 11.0);
+        stampHollow(canvas, strokes, kCavity, Id::bowel);
+        if (random.unit() < 0.3) stampGas(canvas, part(strokes, 0.2, 0.5), Id::bowel, 2.6, 0.35);
+    }
     finishHollow(canvas, Id::bowel, 2.0, 0.3, a.seed ^ 0x43);
 }
 
@@ -141,6 +178,7 @@ void paintBowel(Canvas& canvas, const Anatomy& a) {
     paintStomach(canvas, a, random);
     paintColon(canvas, a, random);
     paintSmallBowel(canvas, a, random);
+    paintMesentery(canvas, a);
 }
 
 }  // namespace stylet::patient::synth

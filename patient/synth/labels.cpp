@@ -12,10 +12,10 @@ namespace {
 constexpr std::array<CtRow, kIdCount> kCt{{
     {-1000, -1000, -1000, 0},  // air
     {-60, 45, 45, 0},          // skin, as a 1 mm CT sees 2 mm of it next to air
-    {-103, -108, -108, 6},     // fat
+    {-103, -112, -60, 6},      // fat, septa
     {58, -20, 68, 5},          // muscle
     {-10, 20, 20, 0},          // fascia: between fat and muscle
-    {-98, -105, -105, 8},      // visceral fat
+    {-98, -108, 130, 8},       // visceral fat, its vessels
     {410, 230, 780, 12},       // ribs
     {410, 230, 780, 12},
     {105, 105, 105, 10},     // cartilage and discs

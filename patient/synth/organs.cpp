@@ -38,12 +38,12 @@ void paintRenalVessels(Canvas& canvas, const Anatomy& a) {
 
 void paintPancreas(Canvas& canvas, const Anatomy& a) {
     const Vec3& spleen = a.organs.spleen.centre;
-    const std::vector<Stroke> body = tube({{{24.0, 4.0, -26.0}, 10.0},
-                                           {{23.0, 10.0, -10.0}, 13.0},
-                                           {{8.0, 16.0, -1.0}, 9.0},
-                                           {{-16.0, 15.0, 12.0}, 10.0},
-                                           {{-44.0, 4.0, 27.0}, 10.0},
-                                           {spleen + Vec3(24.0, 12.0, -6.0), 8.0}},
+    const std::vector<Stroke> body = tube({{{24.0, 4.0, -28.0}, 11.0},
+                                           {{23.0, 10.0, -10.0}, 15.0},
+                                           {{8.0, 17.0, 0.0}, 11.0},
+                                           {{-16.0, 16.0, 12.0}, 12.5},
+                                           {{-44.0, 4.0, 27.0}, 12.5},
+                                           {spleen + Vec3(24.0, 12.0, -6.0), 10.0}},
                                           3.0);
     stamp(canvas, body, kCavity,
           [&](const Vec3& p, const ConeHit& hit, const Stroke&, std::uint8_t& label, std::uint8_t& d) {
@@ -116,11 +116,11 @@ void paintSolidOrgans(Canvas& canvas, const Anatomy& a) {
     canvas.fill(boxAround(o.spleen.centre, o.spleen.centre, o.spleen.radii.x + 4.0), kCavity, Id::spleen,
                 [&](const Vec3& p) {
                     // Hollow towards the stomach and the kidney.
-                    const double hollow = length(p - (o.spleen.centre + Vec3(44.0, 10.0, -6.0))) - 34.0;
+                    const double hollow = length(p - (o.spleen.centre + Vec3(46.0, 12.0, -4.0))) - 32.0;
                     const double kidney = o.kidneyLeft.distance(p) - 3.0;
                     const double d = o.spleen.distance(p) + 1.5 * valueNoise(p / 20.0, a.seed ^ 0x35);
                     return smoothMax(smoothMax(d, -hollow, 8.0),
-                                     smoothMax(-kidney, a.cageDistance(p) + 4.5, 4.0), 6.0);
+                                     smoothMax(-kidney, a.cageDistance(p) + 2.8, 3.0), 6.0);
                 });
     paintPancreas(canvas, a);
 }

@@ -17,39 +17,44 @@ double mediastinum(const Anatomy& a, const Vec3& p) {
     return smoothMin(smoothMin(heart, column, 8.0), strip, 6.0);
 }
 
+// 1 in the blood, 0 in the muscle: a thick left ventricle, the right one wrapped around it, the atria behind.
+double heartBlood(const OrientedEllipsoid& heart, const Vec3& p, double wall) {
+    const Vec3 q = p - heart.centre;
+    const Vec3 h{dot(q, heart.axes[0]), dot(q, heart.axes[1]), dot(q, heart.axes[2])};  // apex, head, right and front
+    const double left = ellipsoid(h, {8.0, 0.0, -14.0}, {37.0, 23.0, 18.0});
+    const double rest = std::max({wall + 4.0, 9.5 - left, 1.4 - std::fabs(h.x + 24.0 + 0.3 * h.z)});
+    return ramp(std::min(left, rest), 0.8, -0.8);
+}
+
+// Vessels thin out towards the pleura; the back is denser in a patient lying down.
+double lungDensity(const Anatomy& a, const Vec3& p) {
+    const double vessels = valueNoise(p / 7.0, a.seed ^ 0x22) * 0.5 + valueNoise(p / 3.2, a.seed ^ 0x23) * 0.5;
+    return 0.10 + 0.0012 * (60.0 - p.y) + 1.6 * std::max(vessels - 0.42, 0.0);
+}
+
 }  // namespace
 
 void paintThorax(Canvas& canvas, const Anatomy& a) {
     const double wall_mm = std::max(3.0, 1.3 * canvas.voxel_mm());
-    canvas.paint(
-        kWholeBody, only(Id::visceralFat), [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
-            const double above = p.z - a.diaphragmHeight(p);
-            if (above < -kDiaphragm_mm) {
-                // The zone of apposition: muscle on the inside of the ribs, down to the costal margin.
-                if (a.cageDistance(p) > -wall_mm && p.z > a.costalMargin(a.front(p)) + 6.0)
-                    label = std::uint8_t(Id::diaphragm);
-                return;
-            }
-            if (above < 0.0) {
+    const auto brush = [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+        const double above = p.z - a.diaphragmHeight(p);
+        if (above < 0.0) {
+            // The dome; and the zone of apposition, inside the ribs down to the costal margin.
+            const bool dome = above >= -kDiaphragm_mm;
+            if (dome || (a.cageDistance(p) > -wall_mm && p.z > a.costalMargin(a.front(p)) + 6.0))
                 label = std::uint8_t(Id::diaphragm);
-                return;
-            }
-            const double heart = a.organs.heart.distance(p) + 2.0 * valueNoise(p / 22.0, a.seed ^ 0x21);
-            if (heart < 0.0 && above > 1.5) {
-                label = std::uint8_t(Id::heart);
-                // Chambers divided by a septum, in a wall of muscle.
-                const Vec3 q = p - a.organs.heart.centre;
-                const double septum = std::fabs(q.x * 0.62 + q.y * 0.62 + 6.0) - 4.0;
-                detail = detailFrom(ramp(std::min(-heart - 8.0, septum), -1.0, 1.0));
-                return;
-            }
-            if (mediastinum(a, p) < 0.0) return;
+            return;
+        }
+        const double heart = a.organs.heart.distance(p) + 2.0 * valueNoise(p / 22.0, a.seed ^ 0x21);
+        if (heart < 0.0 && above > 1.5) {
+            label = std::uint8_t(Id::heart);
+            detail = detailFrom(heartBlood(a.organs.heart, p, heart));
+        } else if (mediastinum(a, p) >= 0.0) {
             label = std::uint8_t(p.x > -4.0 ? Id::lungRight : Id::lungLeft);
-            // Vessels thin out towards the pleura; the back is denser in a patient lying down.
-            const double vessels =
-                valueNoise(p / 7.0, a.seed ^ 0x22) * 0.5 + valueNoise(p / 3.2, a.seed ^ 0x23) * 0.5;
-            detail = detailFrom(0.10 + 0.0012 * (60.0 - p.y) + 1.6 * std::max(vessels - 0.42, 0.0));
-        });
+            detail = detailFrom(lungDensity(a, p));
+        }
+    };
+    canvas.paint(kWholeBody, only(Id::visceralFat), brush);
 }
 
 }  // namespace stylet::patient::synth

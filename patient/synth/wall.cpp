@@ -6,13 +6,34 @@ namespace stylet::patient::synth {
 
 namespace {
 
-// Thin planes of fat between the three oblique muscles of the flank, and around psoas.
+// Thin planes of fat: around psoas, between the three oblique muscles of the flank, between the ribs and the muscles
+// that lie on them, around the erectors of the spine.
 bool fatPlane(const Anatomy& a, const Vec3& p, double d, double muscle_depth) {
-    if (d < 0.0) return a.psoas(p) > 0.0 && a.psoas(p) < 2.0;
-    const double f = a.front(p);
-    if (p.z > a.costalMargin(f) - 12.0 || std::fabs(p.x) < 66.0) return false;
+    if (d < 0.0) {
+        const double psoas = a.psoas(p);
+        return psoas > 0.0 && psoas < 1.3;
+    }
+    const double f = a.front(p), x = std::fabs(p.x);
+    const double sway = valueNoise(p / 26.0, a.seed ^ 0x62);
+    if (f < -0.55) {
+        if (d > 1.0 && std::fabs(x - 57.0 - 0.25 * d - 4.0 * sway) < 0.9) return true;
+        return d > 12.0 && std::fabs(x - 27.0 - 0.3 * d - 6.0 * sway) < 0.3 + 0.7 * sway;
+    }
+    if (p.z > a.costalMargin(f) - 12.0) return muscle_depth > 14.0 && std::fabs(d - 11.4 - 1.2 * sway) < 0.75;
+    if (x < 66.0) return false;
     const double share = d / muscle_depth;
-    return std::fabs(share - 0.3) * muscle_depth < 0.6 || std::fabs(share - 0.62) * muscle_depth < 0.6;
+    return std::fabs(share - 0.3 - 0.04 * sway) * muscle_depth < 0.65 ||
+           std::fabs(share - 0.62) * muscle_depth < 0.65;
+}
+
+// Septa between lobules of fat, strands of fat between bundles of muscle.
+std::uint8_t fatDetail(const Anatomy& a, const Vec3& p) {
+    const double septum = std::fabs(valueNoise({p.x / 13.0, p.y / 13.0, p.z / 22.0}, a.seed ^ 0x63));
+    return detailFrom(ramp(septum, 0.07, 0.0));
+}
+std::uint8_t muscleDetail(const Anatomy& a, const Vec3& p) {
+    const double strands = valueNoise({p.x / 3.5, p.y / 3.5, p.z / 14.0}, a.seed ^ 0x61);
+    return detailFrom(0.8 - 0.9 * std::max(strands - 0.35, 0.0) * (p.y < -40.0 ? 2.0 : 1.0));
 }
 
 }  // namespace
@@ -20,7 +41,7 @@ bool fatPlane(const Anatomy& a, const Vec3& p, double d, double muscle_depth) {
 void paintWall(Canvas& canvas, const Anatomy& a) {
     // A shell thinner than the voxels would have holes.
     const double skin_mm = std::max(2.0, 1.3 * canvas.voxel_mm());
-    canvas.paint(kWholeBody, only(Id::air), [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+    const auto brush = [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
         const double d = a.cageDistance(p);
         if (d > 75.0) return;
         if (d < 0.0 && a.cavityDistance(p) < 0.0) {
@@ -28,19 +49,19 @@ void paintWall(Canvas& canvas, const Anatomy& a) {
             return;
         }
         const double skin = a.skinDepth(p);
-        if (d > skin) return;
         const double muscle = std::min(a.muscleDepth(p), skin - skin_mm - 3.0);
-        if (d > skin - skin_mm)
+        if (d > skin) return;
+        if (d > skin - skin_mm) {
             label = std::uint8_t(Id::skin);
-        else if (d > muscle || fatPlane(a, p, d, muscle))
+        } else if (d > muscle || fatPlane(a, p, d, muscle)) {
             label = std::uint8_t(Id::fat);
-        else {
+            detail = fatDetail(a, p);
+        } else {
             label = std::uint8_t(Id::muscle);
-            // Bundles with fat between them, coarser in the back.
-            const double streaks = valueNoise({p.x / 3.5, p.y / 3.5, p.z / 14.0}, a.seed ^ 0x61);
-            detail = detailFrom(0.8 - 0.9 * std::max(streaks - 0.35, 0.0) * (p.y < -40.0 ? 2.0 : 1.0));
+            detail = muscleDetail(a, p);
         }
-    });
+    };
+    canvas.paint(kWholeBody, only(Id::air), brush);
 }
 
 void paintFascia(Canvas& canvas) {

@@ -75,7 +75,7 @@ double Anatomy::muscleDepth(const Vec3& p) const noexcept {
     const double side = chest + 7.0;
     // The erectors stand on either side of the spinous processes.
     const double erectors =
-        chest + 12.0 + 14.0 * (1.0 - ramp(x, 48.0, 72.0)) - 5.0 * (1.0 - ramp(x, 2.0, 14.0));
+        chest + 5.0 + 21.0 * (1.0 - ramp(x, 50.0, 74.0)) - 5.0 * (1.0 - ramp(x, 2.0, 14.0));
     // Rectus bellies either side of the linea alba, below the costal margin; chest wall above it.
     const double belly =
         3.0 + 9.5 * ramp(x, 1.5, 12.0) * (1.0 - ramp(x, 52.0, 66.0)) + 7.0 * ramp(x, 62.0, 74.0);
@@ -137,8 +137,9 @@ double Anatomy::liverDistance(const Vec3& p) const noexcept {
     d = smoothMin(d, caudate, 8.0);
     // Fissure of the round ligament, from the front edge below.
     const double cleft = 2.4 * ramp(p.y, 38.0, 72.0) - 0.2;
-    const double fissure = std::max(std::fabs(p.x + 9.0 + 0.2 * (p.y - 30.0) + 2.5 * valueNoise(p / 25.0, seed ^ 0x12)) - cleft,
-                                    p.z - low - 34.0);
+    const double fissure =
+        std::max(std::fabs(p.x + 9.0 + 0.2 * (p.y - 30.0) + 2.5 * valueNoise(p / 25.0, seed ^ 0x12)) - cleft,
+                 p.z - low - 34.0);
     d = smoothMax(d, -fissure, 3.0);
     d = smoothMax(d, 4.0 - organs.kidneyRight.distance(p), 10.0);
     d = smoothMax(d, 1.5 - organs.gallbladder.distance(p), 6.0);

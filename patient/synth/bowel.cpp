@@ -23,18 +23,23 @@ void stampHollow(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto,
           });
 }
 
-// Gas in the part of a hollow organ that lies in front of `level` of its radius.
+// Gas in front of one level for the whole part: `level` of its mean radius before its mean depth.
 void stampGas(Canvas& canvas, std::vector<Stroke> strokes, Id id, double wall_mm, double level) {
-    for (Stroke& s : strokes)
-        s.ra = std::max(s.ra - wall_mm, 0.0), s.rb = std::max(s.rb - wall_mm, 0.0);
-    stamp(canvas, strokes, only(id),
-          [&](const Vec3& p, const ConeHit& hit, const Stroke& s, std::uint8_t& label, std::uint8_t& detail) {
-              const double centre = mixed(s.a, s.b, hit.share).y;
-              const double radius = s.ra + (s.rb - s.ra) * hit.share;
-              if (p.y < centre + level * radius || detail < depthByte(wall_mm)) return;
-              label = std::uint8_t(Id::gas);
-              detail = 0;
-          });
+    double depth = 0.0, radius = 0.0;
+    for (Stroke& s : strokes) {
+        depth += s.a.y / double(strokes.size());
+        radius += s.ra / double(strokes.size());
+        s.ra = std::max(s.ra - wall_mm, 0.0);
+        s.rb = std::max(s.rb - wall_mm, 0.0);
+    }
+    const double level_y = depth + level * radius;
+    const auto brush = [&](const Vec3& p, const ConeHit&, const Stroke&, std::uint8_t& label,
+                           std::uint8_t& detail) {
+        if (p.y < level_y || detail < depthByte(wall_mm)) return;
+        label = std::uint8_t(Id::gas);
+        detail = 0;
+    };
+    stamp(canvas, strokes, only(id), brush);
 }
 
 void finishHollow(Canvas& canvas, Id id, double wall_mm, double mottle, std::uint64_t seed) {
@@ -99,20 +104,24 @@ void paintColon(Canvas& canvas, const Anatomy& a, Random& random) {
     // Gas where the colon lies in front; stool in the ascending and descending parts.
     stampGas(canvas, part(all, 0.0, 0.22), Id::colon, 3.0, 0.55);
     stampGas(canvas, part(all, 0.25, 0.62), Id::colon, 2.6, random.uniform(-0.35, 0.1));
-    stampGas(canvas, part(all, 0.62, 0.74), Id::colon, 2.6, 0.25);
+    stampGas(canvas, part(all, 0.66, 0.76), Id::colon, 2.6, 0.3);
     finishHollow(canvas, Id::colon, 2.6, 0.9, a.seed ^ 0x42);
 }
 
-// A loop that winds through its region and keeps away from what is there: every step takes the freest of a few turns.
-std::vector<TubePoint> wander(Random& random, const Box& region, std::vector<Vec3>& taken, int steps, double radius) {
+// A loop that winds through its region and keeps away from what is there: every step takes the freest of a
+// few turns.
+std::vector<TubePoint> wander(Random& random, const Box& region, std::vector<Vec3>& taken, int steps,
+                              double radius) {
     const auto crowding = [&](const Vec3& p) {
         double nearest = 30.0;
-        for (std::size_t i = 0; i + 2 < taken.size(); ++i) nearest = std::min(nearest, length(p - taken[i]));
+        for (std::size_t i = 0; i + 2 < taken.size(); ++i)
+            nearest = std::min(nearest, length(p - taken[i]));
         const Vec3 out = glm::max(glm::max(region.low - p, p - region.high), Vec3(0.0));
         return 3.0 * (out.x + out.y + out.z) - nearest;
     };
     const auto anywhere = [&] {
-        const double x = random.uniform(region.low.x, region.high.x), y = random.uniform(region.low.y, region.high.y);
+        const double x = random.uniform(region.low.x, region.high.x),
+                     y = random.uniform(region.low.y, region.high.y);
         return Vec3(x, y, random.uniform(region.low.z, region.high.z));
     };
     Vec3 at = anywhere();
@@ -140,9 +149,9 @@ std::vector<TubePoint> wander(Random& random, const Box& region, std::vector<Vec
 void paintMesentery(Canvas& canvas, const Anatomy& a) {
     const auto brush = [&](const Vec3& p, std::uint8_t&, std::uint8_t& detail) {
         const double u = valueNoise(p / 24.0, a.seed ^ 0x44), v = valueNoise(p / 24.0, a.seed ^ 0x45);
-        detail = detailFrom(ramp(u * u + v * v, 0.010, 0.003));
+        detail = detailFrom(ramp(u * u + v * v, 0.008, 0.002));
     };
-    canvas.paint({{-80.0, -30.0, -1000.0}, {80.0, 75.0, 30.0}}, kCavity, brush);
+    canvas.paint({{-70.0, -25.0, -1000.0}, {70.0, 45.0, 0.0}}, kCavity, brush);
 }
 
 void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
@@ -159,7 +168,8 @@ void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
                 kCavity, Id::bowel);
     // Jejunum under the stomach, ileum below.
     std::vector<Vec3> taken;
-    const Box upper{{-88.0, -22.0, -70.0}, {-14.0, 62.0, 12.0}}, lower{{-76.0, -20.0, -150.0}, {74.0, 66.0, -66.0}};
+    const Box upper{{-88.0, -22.0, -70.0}, {-14.0, 62.0, 12.0}},
+        lower{{-76.0, -20.0, -150.0}, {74.0, 66.0, -66.0}};
     for (int loop = 0; loop < 13; ++loop) {
         const bool jejunum = loop < 4;
         const std::vector<TubePoint> way =

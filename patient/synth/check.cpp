@@ -152,7 +152,7 @@ class Checker {
         line("duct branches of 3-8 mm", "", fit, 30, kAny);
         line("duct branches below 3 mm", "", narrow, 0, kAny);
         line("widest duct branch", "mm", widest, 6, 16);
-        const std::vector<Offset> ball = ballOffsets(int(6.0 / mm_));
+        const std::vector<Offset> ball = ballOffsets(6.0 / mm_);
         std::size_t near = 0;
         for (const std::size_t n : ducts_) {
             const Index3 at = indexOf(grid_, n);

@@ -20,13 +20,15 @@ struct Offset {
 };
 
 // All steps up to `reach` voxels long, shortest first.
-inline std::vector<Offset> ballOffsets(int reach) {
+inline std::vector<Offset> ballOffsets(double reach_voxels) {
+    const int reach = int(std::floor(reach_voxels));
     std::vector<Offset> ball;
     for (int z = -reach; z <= reach; ++z)
         for (int y = -reach; y <= reach; ++y)
             for (int x = -reach; x <= reach; ++x) {
                 const int n2 = x * x + y * y + z * z;
-                if (n2 > 0 && n2 <= reach * reach) ball.push_back({{x, y, z}, std::sqrt(double(n2))});
+                if (n2 > 0 && double(n2) <= reach_voxels * reach_voxels)
+                    ball.push_back({{x, y, z}, std::sqrt(double(n2))});
             }
     std::stable_sort(ball.begin(), ball.end(),
                      [](const Offset& a, const Offset& b) { return a.length < b.length; });

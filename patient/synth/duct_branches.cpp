@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <queue>
 #include <unordered_map>
 
@@ -90,18 +91,41 @@ class LevelSets {
                 }
     }
 
-    // Geodesic distance from the widest place, where the tree begins.
+    // Geodesic distance from the widest place of the largest piece, where the tree begins.
     void spread() {
         from_root_.assign(voxels_.size(), kUnreached);
-        const auto root = std::max_element(depth_.begin(), depth_.end()) - depth_.begin();
+        std::vector<int> by_width(voxels_.size());
+        for (std::size_t i = 0; i < by_width.size(); ++i)
+            by_width[i] = int(i);
+        std::stable_sort(by_width.begin(), by_width.end(),
+                         [&](int a, int b) { return depth_[std::size_t(a)] > depth_[std::size_t(b)]; });
+        std::vector<double> best;
+        std::size_t most = 0;
+        for (const int root : by_width) {
+            if (from_root_[std::size_t(root)] < kUnreached) continue;
+            const std::vector<double> before = from_root_;
+            const std::size_t reached = spreadFrom(root);
+            if (reached <= most) continue;
+            most = reached;
+            best = from_root_;
+            for (std::size_t i = 0; i < best.size(); ++i)
+                if (before[i] < kUnreached) best[i] = kUnreached;
+            if (2 * most >= voxels_.size()) break;
+        }
+        from_root_ = best;
+    }
+
+    std::size_t spreadFrom(int root) {
         using Entry = std::pair<double, int>;
         std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+        std::size_t reached = 0;
         from_root_[std::size_t(root)] = 0.0;
-        open.push({0.0, int(root)});
+        open.push({0.0, root});
         while (!open.empty()) {
             const auto [d, i] = open.top();
             open.pop();
             if (d > from_root_[std::size_t(i)]) continue;
+            ++reached;
             const double here = d;
             eachNeighbour(i, [&](int j, double step) {
                 if (here + step >= from_root_[std::size_t(j)]) return;
@@ -109,6 +133,7 @@ class LevelSets {
                 open.push({here + step, j});
             });
         }
+        return reached;
     }
 
     const Grid& grid_;
@@ -149,7 +174,7 @@ std::vector<double> depthInside(const LabelVolume& labels, const std::vector<std
                                 double limit_mm) {
     const Grid& grid = labels.grid;
     const double spacing = grid.spacing_m.x * 1000.0;
-    const std::vector<Offset> ball = ballOffsets(int(limit_mm / spacing) + 1);
+    const std::vector<Offset> ball = ballOffsets(limit_mm / spacing + 1.0);
     std::vector<double> depth(voxels.size());
     for (std::size_t i = 0; i < voxels.size(); ++i) {
         const Index3 at = indexOf(grid, voxels[i]);

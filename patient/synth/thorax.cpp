@@ -20,7 +20,8 @@ double mediastinum(const Anatomy& a, const Vec3& p) {
 // 1 in the blood, 0 in the muscle: a thick left ventricle, the right one wrapped around it, the atria behind.
 double heartBlood(const OrientedEllipsoid& heart, const Vec3& p, double wall) {
     const Vec3 q = p - heart.centre;
-    const Vec3 h{dot(q, heart.axes[0]), dot(q, heart.axes[1]), dot(q, heart.axes[2])};  // apex, head, right and front
+    const Vec3 h{dot(q, heart.axes[0]), dot(q, heart.axes[1]),
+                 dot(q, heart.axes[2])};  // apex, head, right and front
     const double left = ellipsoid(h, {8.0, 0.0, -14.0}, {37.0, 23.0, 18.0});
     const double rest = std::max({wall + 4.0, 9.5 - left, 1.4 - std::fabs(h.x + 24.0 + 0.3 * h.z)});
     return ramp(std::min(left, rest), 0.8, -0.8);
@@ -28,7 +29,8 @@ double heartBlood(const OrientedEllipsoid& heart, const Vec3& p, double wall) {
 
 // Vessels thin out towards the pleura; the back is denser in a patient lying down.
 double lungDensity(const Anatomy& a, const Vec3& p) {
-    const double vessels = valueNoise(p / 7.0, a.seed ^ 0x22) * 0.5 + valueNoise(p / 3.2, a.seed ^ 0x23) * 0.5;
+    const double vessels =
+        valueNoise(p / 7.0, a.seed ^ 0x22) * 0.5 + valueNoise(p / 3.2, a.seed ^ 0x23) * 0.5;
     return 0.10 + 0.0012 * (60.0 - p.y) + 1.6 * std::max(vessels - 0.42, 0.0);
 }
 

@@ -6,8 +6,8 @@ namespace stylet::patient::synth {
 
 namespace {
 
-// Thin planes of fat: around psoas, between the three oblique muscles of the flank, between the ribs and the muscles
-// that lie on them, around the erectors of the spine.
+// Thin planes of fat: around psoas, between the three oblique muscles of the flank, between the ribs and the
+// muscles that lie on them, around the erectors of the spine.
 bool fatPlane(const Anatomy& a, const Vec3& p, double d, double muscle_depth) {
     if (d < 0.0) {
         const double psoas = a.psoas(p);

@@ -1,0 +1,119 @@
+#include "patient/synth/synth.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <set>
+
+#include "patient/synth/labels.h"
+
+namespace stylet::patient::synth {
+namespace {
+
+SynthSettings settings(std::uint64_t seed, double spacing_mm, int threads) {
+    SynthSettings s;
+    s.seed = seed;
+    s.spacing_m = spacing_mm * 0.001;
+    s.threads = threads;
+    const char* assets = std::getenv("STYLET_ASSETS");
+    if (assets) s.defaults = loadTissueDefaults(std::filesystem::path(assets) / "tissue" / "ptcd.toml");
+    return s;
+}
+
+TEST(ReferencePatient, SameSeedSameBytesForAnyNumberOfThreads) {
+    const Package one = makeReferencePatient(settings(11, 4.0, 1));
+    const Package three = makeReferencePatient(settings(11, 4.0, 3));
+    EXPECT_EQ(one.labels.voxels, three.labels.voxels);
+    EXPECT_EQ(one.ct.voxels, three.ct.voxels);
+    EXPECT_EQ(one.breathing, three.breathing);
+    EXPECT_EQ(digest(one), digest(three));
+}
+
+TEST(ReferencePatient, OtherSeedsAreOtherPatients) {
+    std::set<std::uint64_t> digests;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed)
+        digests.insert(digest(makeReferencePatient(settings(seed, 5.0, 2))));
+    EXPECT_EQ(digests.size(), 4u);
+}
+
+TEST(ReferencePatient, EveryLabelHasARowAndVoxels) {
+    const Package p = makeReferencePatient(settings(1, 2.5, 2));
+    ASSERT_EQ(p.label_table.size(), std::size_t(kIdCount - 1));
+    std::array<std::size_t, 256> count{};
+    for (const std::uint8_t l : p.labels.voxels)
+        ++count[l];
+    std::set<std::string> names;
+    for (std::size_t i = 0; i < p.label_table.size(); ++i) {
+        const Label& l = p.label_table[i];
+        EXPECT_EQ(l.id, i + 1);
+        EXPECT_GT(count[l.id], 0u) << l.name;
+        EXPECT_FALSE(l.provenance.empty()) << l.name;
+        names.insert(l.name);
+    }
+    EXPECT_EQ(names.size(), p.label_table.size());
+    EXPECT_EQ(p.label_table[std::size_t(Id::ducts) - 1].role, Role::target);
+    EXPECT_EQ(p.label_table[std::size_t(Id::ribsRight) - 1].tissue, Tissue::bone);
+}
+
+// The lines that coarse voxels can answer; `stylet-model check` asks all of them at 1 mm.
+TEST(ReferencePatient, CoarsePatientPassesItsChecks) {
+    const std::set<std::string> too_fine{"duct branches of 3-8 mm", "duct branches below 3 mm",
+                                         "widest duct branch", "duct within 6 mm of a portal branch"};
+    for (const std::uint64_t seed : {1, 2}) {
+        const Package p = makeReferencePatient(settings(seed, 2.5, 2));
+        for (const CheckLine& l : checkPatient(p)) {
+            if (too_fine.contains(l.name)) continue;
+            EXPECT_TRUE(l.ok()) << "seed " << seed << ": " << l.name << " " << l.value << " " << l.unit;
+        }
+    }
+}
+
+TEST(ReferencePatient, CheckFindsWhatIsWrong) {
+    Package p = makeReferencePatient(settings(3, 3.0, 2));
+    const auto value = [&](const std::string& name) {
+        for (const CheckLine& l : checkPatient(p))
+            if (l.name == name) return l.value;
+        ADD_FAILURE() << "no line named " << name;
+        return 0.0;
+    };
+    EXPECT_EQ(value("fascia: outside reached from the liver"), 0.0);
+    EXPECT_EQ(value("islands"), 0.0);
+    // A hole in the fascia, a drop of liver in the lung, and brighter bile.
+    std::size_t holes = 0, bile = 0;
+    for (std::size_t n = 0; n < p.labels.voxels.size(); ++n) {
+        if (p.labels.voxels[n] == std::uint8_t(Id::fascia) && ++holes < 400)
+            p.labels.voxels[n] = std::uint8_t(Id::muscle);
+        if (p.labels.voxels[n] == std::uint8_t(Id::ducts))
+            p.ct.voxels[n] = std::int16_t(p.ct.voxels[n] + 30), ++bile;
+    }
+    const auto lung = std::find(p.labels.voxels.begin(), p.labels.voxels.end(), std::uint8_t(Id::lungLeft));
+    *lung = std::uint8_t(Id::liver);
+    EXPECT_GT(value("fascia: outside reached from the liver"), 1000.0);
+    EXPECT_EQ(value("islands"), 1.0);
+    EXPECT_GT(value("mean of bile ducts"), 33.0);
+    EXPECT_GT(bile, 0u);
+}
+
+TEST(ReferencePatient, LiverMovesWithTheBreathAndTheRibsOfTheFlankStay) {
+    const Package p = makeReferencePatient(settings(1, 3.0, 2));
+    const Surrogate inhale{1.0, 0.0};
+    std::size_t liver = 0, moved = 0;
+    double rib = 0.0;
+    const Grid& grid = p.labels.grid;
+    for (int z = 0; z < grid.dims.z; ++z)
+        for (int y = 0; y < grid.dims.y; ++y)
+            for (int x = 0; x < grid.dims.x; ++x) {
+                const std::uint8_t l = p.labels[{x, y, z}];
+                const Vec3 at = grid.centre({x, y, z});
+                const double travel_m = deformedFromReference(p.breathing, inhale, at).z - at.z;
+                if (l == std::uint8_t(Id::liver)) ++liver, moved += travel_m < -0.012 ? 1 : 0;
+                // Behind, the elliptic cavity takes in the heads of the ribs; the breathing model's own issue
+                // frees them.
+                if (l == std::uint8_t(Id::ribsRight) && at.x > 0.05) rib = std::max(rib, std::fabs(travel_m));
+            }
+    EXPECT_GT(double(moved), 0.95 * double(liver));
+    EXPECT_LT(rib, 1e-4);
+}
+
+}  // namespace
+}  // namespace stylet::patient::synth

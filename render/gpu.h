@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -18,14 +19,25 @@ class GpuError : public std::runtime_error {
 
 // Each may be empty: then Vulkan is called directly and the first device that fits is taken.
 struct GpuHooks {
-    std::function<VkResult(PFN_vkGetInstanceProcAddr, const VkInstanceCreateInfo*, VkInstance*)> createInstance;
+    std::function<VkResult(PFN_vkGetInstanceProcAddr, const VkInstanceCreateInfo*, VkInstance*)>
+        createInstance;
     std::function<VkPhysicalDevice(VkInstance)> pickDevice;
-    std::function<VkResult(PFN_vkGetInstanceProcAddr, VkPhysicalDevice, const VkDeviceCreateInfo*, VkDevice*)> createDevice;
+    std::function<VkResult(PFN_vkGetInstanceProcAddr, VkPhysicalDevice, const VkDeviceCreateInfo*, VkDevice*)>
+        createDevice;
+};
+
+// How both eyes are drawn. `best`: one pass where the driver really does it, found by drawing a pixel.
+enum class StereoPath : std::uint8_t {
+    best,
+    multiview,  // one draw, gl_ViewIndex
+    layered,    // one instanced draw, gl_Layer = gl_InstanceIndex
+    single      // one eye after the other
 };
 
 struct GpuSettings {
-    bool validation = false;       // VK_LAYER_KHRONOS_validation with synchronisation checks; messages are counted
-    std::string pipeline_cache;    // file, empty = none
+    bool validation = false;  // VK_LAYER_KHRONOS_validation with synchronisation checks; messages are counted
+    std::string pipeline_cache = {};       // file, empty = none; read at start, written at the end
+    StereoPath stereo = StereoPath::best;  // anything else: that path or GpuError
 };
 
 // Move-only owner; members die in reverse order.
@@ -43,8 +55,11 @@ class Gpu {
     std::uint32_t queueFamily() const;
     std::string name() const;                  // "llvmpipe (LLVM 15.0.6, 256 bits)"
     std::uint64_t validationMessages() const;  // warnings and errors so far, 0 without validation
-    // True when multiview with two views really renders to both layers (tested with one pixel, not by the flag).
+    const vk::raii::PipelineCache& pipelineCache() const;
+    // True when multiview with two views really renders to both layers (tested with one pixel, not by the
+    // flag).
     bool multiviewWorks() const;
+    StereoPath stereoPath() const;  // never `best`
 
   private:
     struct Impl;

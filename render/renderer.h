@@ -11,7 +11,8 @@
 
 namespace stylet::render {
 
-// An image with two layers, left and right eye, as an OpenXR swapchain hands it out (COLOR_ATTACHMENT_OPTIMAL before and after).
+// An image with two layers, left and right eye, as an OpenXR swapchain hands it out (COLOR_ATTACHMENT_OPTIMAL
+// before and after).
 struct StereoTarget {
     VkImage image = VK_NULL_HANDLE;
     VkFormat format = VK_FORMAT_R8G8B8A8_SRGB;

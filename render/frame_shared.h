@@ -1,0 +1,76 @@
+// What the shaders read each frame. Included by C++ and by GLSL (std140): only vec4 and mat4, so both lay it
+// out alike.
+#ifndef STYLET_RENDER_FRAME_SHARED_H
+#define STYLET_RENDER_FRAME_SHARED_H
+
+#ifdef __cplusplus
+#include <cstddef>
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <glm/vec4.hpp>
+
+namespace stylet::render::gpu {
+using glm::mat4;
+using glm::vec4;
+using uint = std::uint32_t;
+#endif
+
+// One eye. The ray through a pixel has the direction (tan_x, tan_y, -1) in the eye frame, so that a point's
+// parameter along it IS its depth in metres.
+struct EyeUniforms {
+    mat4 clip_from_stage;
+    mat4 stage_from_eye;
+    mat4 patient_from_eye;
+    vec4 tangents;  // left, right, up, down
+};
+
+struct FrameUniforms {
+    EyeUniforms eyes[2];
+    vec4 target;             // width, height in pixels; near, far in metres
+    vec4 key_stage;          // direction to the key light, stage; w its strength
+    vec4 key_patient;        // the same in the patient frame
+    vec4 up_patient;         // the stage's up in the patient frame
+    vec4 shadow_stage;       // blob on the floor: centre x, z; half-extents x, z (0 = none)
+    vec4 shadow_axis_stage;  // its long axis (x, z)
+    vec4 grid_origin;        // m; w: 1 when there is a patient
+    vec4 grid_spacing;       // m; w: ray step in voxels of the smallest spacing
+    vec4 grid_dims;          // voxels; w: extinction of a full stored opacity, 1/m
+    vec4 brick_dims;         // bricks
+    vec4 breath;             // table: z_begin, 1/dz, entries; w: fade_rho
+};
+
+// The body's material in the current look.
+struct LookUniforms {
+    vec4 surface;  // wrap of the diffuse term, specular strength, specular power, rim
+    vec4 tint;     // colour of the diffuse term where the light grazes; w: reach of the gradient in voxels
+};
+
+// One mesh part.
+struct MeshPush {
+    mat4 stage_from_model;
+    vec4 colour;    // linear; w: emission
+    vec4 material;  // metallic, roughness; z: first eye
+};
+
+// One row of the breathing table, at z_begin + i * dz of the deformed patient.
+struct BreathRow {
+    vec4 ellipse;  // centre x, y; half-axes x, y of the cavity at this z
+    vec4 z;        // reference z inside, outside
+};
+
+// Counters, only written by the pipelines that count.
+struct Counters {
+    uint samples, rays, skipped_bricks, terminated_rays;
+    uint depth_bounded_rays, samples_high, unused0, unused1;
+};
+
+#ifdef __cplusplus
+static_assert(sizeof(EyeUniforms) == 208 && offsetof(EyeUniforms, tangents) == 192);
+static_assert(sizeof(FrameUniforms) == 2 * 208 + 11 * 16 && offsetof(FrameUniforms, target) == 416);
+static_assert(sizeof(LookUniforms) == 32);
+static_assert(sizeof(MeshPush) == 96);
+static_assert(sizeof(BreathRow) == 32);
+static_assert(sizeof(Counters) == 32);
+}  // namespace stylet::render::gpu
+#endif
+#endif

@@ -1,0 +1,282 @@
+#include "render/mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+
+#include <tiny_gltf.h>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+
+#include "patient/package.h"
+
+namespace stylet::render {
+namespace {
+
+using patient::DataError;
+using std::filesystem::path;
+
+constexpr std::uintmax_t kMaxFileBytes = 64u << 20;
+constexpr std::size_t kMaxVertices = 4u << 20;
+constexpr int kMaxDepth = 32;  // of the node tree: also ends a cycle
+
+std::vector<unsigned char> readFile(const path& file) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (error) throw DataError(file, "file", error.message());
+    if (size > kMaxFileBytes) throw DataError(file, "size", std::to_string(size) + " bytes are too many");
+    std::ifstream in(file, std::ios::binary);
+    std::vector<unsigned char> bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    if (bytes.size() != size) throw DataError(file, "file", "could not be read");
+    return bytes;
+}
+
+std::uint32_t word(const std::vector<unsigned char>& bytes, std::size_t at) {
+    return std::uint32_t(bytes[at]) | std::uint32_t(bytes[at + 1]) << 8 | std::uint32_t(bytes[at + 2]) << 16 |
+           std::uint32_t(bytes[at + 3]) << 24;
+}
+
+// The chunk lengths of a GLB, before tinygltf sees it: 2.7 accepts a binary chunk that ends eight bytes past
+// the file.
+void checkChunks(const path& file, const std::vector<unsigned char>& bytes) {
+    if (bytes.size() < 20) throw DataError(file, "header", "shorter than 20 bytes");
+    if (word(bytes, 4) != 2) throw DataError(file, "version", std::to_string(word(bytes, 4)) + " is not 2");
+    if (word(bytes, 8) != bytes.size())
+        throw DataError(file, "length", std::to_string(word(bytes, 8)) + " is not the file's size");
+    std::size_t at = 12;
+    while (at < bytes.size()) {
+        if (bytes.size() - at < 8) throw DataError(file, "chunk", "its header is cut");
+        const std::size_t length = word(bytes, at);
+        if (length > bytes.size() - at - 8) throw DataError(file, "chunk", "reaches past the file's end");
+        at += 8 + length;
+    }
+}
+
+tinygltf::Model parse(const path& file) {
+    const std::vector<unsigned char> bytes = readFile(file);
+    tinygltf::TinyGLTF loader;
+    // Everything is embedded: whatever a file names outside itself does not exist for it.
+    loader.SetFsCallbacks(
+        {[](const std::string&, void*) { return false; }, [](const std::string& name, void*) { return name; },
+         [](std::vector<unsigned char>*, std::string* error, const std::string& name, void*) {
+             *error = "'" + name + "' lies outside the file";
+             return false;
+         },
+         nullptr, nullptr});
+    loader.SetImageLoader([](tinygltf::Image*, const int, std::string*, std::string*, int, int,
+                             const unsigned char*, int, void*) { return true; },
+                          nullptr);
+    tinygltf::Model model;
+    std::string error, warning;
+    bool ok = false;
+    const bool binary = bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
+    if (binary) checkChunks(file, bytes);
+    try {
+        const auto size = static_cast<unsigned>(bytes.size());
+        ok = binary ? loader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), size)
+                    : loader.LoadASCIIFromString(&model, &error, &warning,
+                                                 reinterpret_cast<const char*>(bytes.data()), size, "");
+    } catch (const std::exception& e) {
+        error = e.what();
+    }
+    if (!ok) throw DataError(file, "glTF", error.empty() ? "could not be parsed" : error);
+    return model;
+}
+
+// A list of `width` components each, as the accessor lays it out, every byte of it known to lie in its
+// buffer.
+struct Elements {
+    const unsigned char* data = nullptr;
+    std::size_t count = 0, stride = 0;
+    int component = 0;
+};
+
+Elements elementsOf(const path& file, const tinygltf::Model& model, int index, int type,
+                    const std::string& field) {
+    const auto refuse = [&](const std::string& reason) { return DataError(file, field, reason); };
+    if (index < 0 || std::size_t(index) >= model.accessors.size()) throw refuse("no such accessor");
+    const tinygltf::Accessor& accessor = model.accessors[std::size_t(index)];
+    if (accessor.sparse.isSparse) throw refuse("sparse accessors are not read");
+    if (accessor.type != type) throw refuse("of the wrong type");
+    if (accessor.bufferView < 0 || std::size_t(accessor.bufferView) >= model.bufferViews.size())
+        throw refuse("no such buffer view");
+    const tinygltf::BufferView& view = model.bufferViews[std::size_t(accessor.bufferView)];
+    if (view.buffer < 0 || std::size_t(view.buffer) >= model.buffers.size()) throw refuse("no such buffer");
+    const auto& bytes = model.buffers[std::size_t(view.buffer)].data;
+    const int component_bytes = tinygltf::GetComponentSizeInBytes(std::uint32_t(accessor.componentType));
+    if (component_bytes <= 0) throw refuse("of an unknown component type");
+    const std::size_t element = std::size_t(component_bytes) * (type == TINYGLTF_TYPE_VEC3 ? 3u : 1u);
+    const std::size_t stride = view.byteStride != 0 ? view.byteStride : element;
+    if (stride < element || stride > 252) throw refuse("a stride of " + std::to_string(stride) + " bytes");
+    if (accessor.count == 0 || accessor.count > kMaxVertices)
+        throw refuse("a count of " + std::to_string(accessor.count));
+    if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset)
+        throw refuse("its view reaches past the buffer");
+    const std::size_t last = (accessor.count - 1) * stride + element;
+    if (accessor.byteOffset > view.byteLength || last > view.byteLength - accessor.byteOffset)
+        throw refuse("reaches past its view");
+    return {bytes.data() + view.byteOffset + accessor.byteOffset, accessor.count, stride,
+            accessor.componentType};
+}
+
+std::vector<glm::vec3> readVectors(const path& file, const tinygltf::Model& model,
+                                   const tinygltf::Primitive& primitive, const char* name,
+                                   const std::string& where) {
+    const std::string field = where + "." + name;
+    const auto found = primitive.attributes.find(name);
+    if (found == primitive.attributes.end()) throw DataError(file, field, "missing");
+    const Elements list = elementsOf(file, model, found->second, TINYGLTF_TYPE_VEC3, field);
+    if (list.component != TINYGLTF_COMPONENT_TYPE_FLOAT) throw DataError(file, field, "not of floats");
+    std::vector<glm::vec3> vectors(list.count);
+    for (std::size_t i = 0; i < list.count; ++i) {
+        std::memcpy(&vectors[i], list.data + i * list.stride, sizeof(glm::vec3));
+        const glm::vec3 v = vectors[i];
+        if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
+            throw DataError(file, field, "entry " + std::to_string(i) + " is not finite");
+    }
+    return vectors;
+}
+
+std::vector<std::uint32_t> readIndices(const path& file, const tinygltf::Model& model,
+                                       const tinygltf::Primitive& primitive, std::size_t vertices,
+                                       const std::string& where) {
+    const std::string field = where + ".indices";
+    const Elements list = elementsOf(file, model, primitive.indices, TINYGLTF_TYPE_SCALAR, field);
+    const bool is_short = list.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
+    if (!is_short && list.component != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
+        throw DataError(file, field, "neither 16 nor 32 bits wide");
+    if (list.count % 3 != 0) throw DataError(file, field, "not a whole number of triangles");
+    std::vector<std::uint32_t> indices(list.count);
+    for (std::size_t i = 0; i < list.count; ++i) {
+        std::uint16_t narrow = 0;
+        if (is_short) {
+            std::memcpy(&narrow, list.data + i * list.stride, sizeof narrow);
+            indices[i] = narrow;
+        } else {
+            std::memcpy(&indices[i], list.data + i * list.stride, sizeof indices[i]);
+        }
+        if (indices[i] >= vertices)
+            throw DataError(file, field,
+                            "entry " + std::to_string(i) + " names vertex " + std::to_string(indices[i]) +
+                                " of " + std::to_string(vertices));
+    }
+    return indices;
+}
+
+MeshPart readMaterial(const path& file, const tinygltf::Model& model, int index, const std::string& where) {
+    MeshPart part;
+    if (index < 0) return part;
+    if (std::size_t(index) >= model.materials.size())
+        throw DataError(file, where + ".material", "no such material");
+    const tinygltf::Material& material = model.materials[std::size_t(index)];
+    const auto& pbr = material.pbrMetallicRoughness;
+    part.name = material.name;
+    if (pbr.baseColorFactor.size() == 4)
+        part.colour_linear = {float(pbr.baseColorFactor[0]), float(pbr.baseColorFactor[1]),
+                              float(pbr.baseColorFactor[2])};
+    part.metallic = float(pbr.metallicFactor);
+    part.roughness = float(pbr.roughnessFactor);
+    if (material.emissiveFactor.size() == 3) part.emission = float(material.emissiveFactor[0]);
+    return part;
+}
+
+glm::dmat4 nodeTransform(const path& file, const tinygltf::Node& node, const std::string& where) {
+    const auto wrong = [&](const std::vector<double>& v, std::size_t n) {
+        return !v.empty() && v.size() != n;
+    };
+    if (wrong(node.matrix, 16) || wrong(node.rotation, 4) || wrong(node.scale, 3) ||
+        wrong(node.translation, 3))
+        throw DataError(file, where, "a transform of the wrong length");
+    if (!node.matrix.empty()) return glm::make_mat4(node.matrix.data());
+    glm::dmat4 m(1.0);
+    if (!node.translation.empty())
+        m[3] = {node.translation[0], node.translation[1], node.translation[2], 1.0};
+    if (!node.rotation.empty())
+        m *= glm::mat4_cast(
+            glm::dquat(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]));
+    if (!node.scale.empty())
+        for (int axis = 0; axis < 3; ++axis)
+            m[axis] *= node.scale[std::size_t(axis)];
+    return m;
+}
+
+void appendPrimitive(const path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                     const glm::dmat4& root_from_node, const std::string& where, Mesh& mesh) {
+    if (primitive.mode != TINYGLTF_MODE_TRIANGLES)
+        throw DataError(file, where + ".mode", "only triangles are read");
+    const auto positions = readVectors(file, model, primitive, "POSITION", where);
+    const auto normals = readVectors(file, model, primitive, "NORMAL", where);
+    if (normals.size() != positions.size())
+        throw DataError(file, where + ".NORMAL", "not one for each position");
+    if (mesh.vertices.size() + positions.size() > kMaxVertices)
+        throw DataError(file, where, "too many vertices");
+    const auto indices = readIndices(file, model, primitive, positions.size(), where);
+    MeshPart part = readMaterial(file, model, primitive.material, where);
+    part.first_index = std::uint32_t(mesh.indices.size());
+    part.index_count = std::uint32_t(indices.size());
+    const auto base = std::uint32_t(mesh.vertices.size());
+    const glm::dmat3 turn = glm::transpose(glm::inverse(glm::dmat3(root_from_node)));
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        const glm::dvec3 p(root_from_node * glm::dvec4(glm::dvec3(positions[i]), 1.0));
+        mesh.vertices.push_back({glm::vec3(p), glm::vec3(glm::normalize(turn * glm::dvec3(normals[i])))});
+    }
+    for (const std::uint32_t index : indices)
+        mesh.indices.push_back(base + index);
+    mesh.parts.push_back(part);
+}
+
+void appendNode(const path& file, const tinygltf::Model& model, int index, const glm::dmat4& root_from_parent,
+                int depth, Mesh& mesh) {
+    const std::string where = "nodes[" + std::to_string(index) + "]";
+    if (index < 0 || std::size_t(index) >= model.nodes.size()) throw DataError(file, where, "no such node");
+    if (depth > kMaxDepth) throw DataError(file, where, "nodes nested too deep, or in a circle");
+    const tinygltf::Node& node = model.nodes[std::size_t(index)];
+    const glm::dmat4 root_from_node = root_from_parent * nodeTransform(file, node, where);
+    if (node.mesh >= 0) {
+        if (std::size_t(node.mesh) >= model.meshes.size())
+            throw DataError(file, where + ".mesh", "no such mesh");
+        const auto& primitives = model.meshes[std::size_t(node.mesh)].primitives;
+        for (std::size_t i = 0; i < primitives.size(); ++i)
+            appendPrimitive(file, model, primitives[i], root_from_node,
+                            "meshes[" + std::to_string(node.mesh) + "].primitives[" + std::to_string(i) + "]",
+                            mesh);
+    }
+    for (const int child : node.children)
+        appendNode(file, model, child, root_from_node, depth + 1, mesh);
+}
+
+}  // namespace
+
+Mesh loadMesh(const path& file) {
+    const tinygltf::Model model = parse(file);
+    if (model.scenes.empty()) throw DataError(file, "scenes", "there is none");
+    const int scene = std::max(model.defaultScene, 0);
+    if (std::size_t(scene) >= model.scenes.size()) throw DataError(file, "scene", "no such scene");
+    Mesh mesh;
+    for (const int node : model.scenes[std::size_t(scene)].nodes)
+        appendNode(file, model, node, glm::dmat4(1.0), 0, mesh);
+    if (mesh.parts.empty()) throw DataError(file, "meshes", "there is none");
+    return mesh;
+}
+
+Mesh unitTube(int sides) {
+    Mesh mesh;
+    for (int i = 0; i < sides; ++i) {
+        const float angle = 2.0f * std::numbers::pi_v<float> * float(i) / float(sides);
+        const glm::vec3 out(std::cos(angle), std::sin(angle), 0.0f);
+        mesh.vertices.push_back({out, out});
+        mesh.vertices.push_back({out + glm::vec3(0, 0, 1), out});
+        const auto a = std::uint32_t(2 * i), b = std::uint32_t(2 * ((i + 1) % sides));
+        for (const std::uint32_t index : {a, b, a + 1, a + 1, b, b + 1})
+            mesh.indices.push_back(index);
+    }
+    mesh.parts.push_back({.name = "tube", .index_count = std::uint32_t(mesh.indices.size())});
+    return mesh;
+}
+
+}  // namespace stylet::render

@@ -1,0 +1,41 @@
+// Meshes from glTF 2.0: positions, normals and plain metallic-roughness materials, flattened to one list of
+// triangles.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+namespace stylet::render {
+
+struct Vertex {
+    glm::vec3 position_m{0.0f};
+    glm::vec3 normal{0.0f};
+};
+
+struct MeshPart {
+    std::string name;  // of its material
+    std::uint32_t first_index = 0, index_count = 0;
+    glm::vec3 colour_linear{0.8f};
+    float metallic = 0.0f, roughness = 0.8f, emission = 0.0f;
+};
+
+struct Mesh {
+    std::vector<Vertex> vertices;
+    std::vector<std::uint32_t> indices;  // triangles
+    std::vector<MeshPart> parts;
+};
+
+// Reads .glb or .gltf. Buffers may only be embedded or lie beside the file; every offset, stride, count and
+// index is checked here. Node transforms are applied. Throws patient::DataError naming file, field and
+// reason.
+Mesh loadMesh(const std::filesystem::path&);
+
+// A cylinder of radius 1 around z from 0 to 1, for lines drawn as tubes.
+Mesh unitTube(int sides);
+
+}  // namespace stylet::render

@@ -1,0 +1,13 @@
+// Which eye this vertex belongs to, and where it goes: one of STEREO_MULTIVIEW, STEREO_LAYERED, STEREO_SINGLE.
+#if defined(STEREO_MULTIVIEW)
+#extension GL_EXT_multiview : require
+int eyeIndex(int first) { return gl_ViewIndex; }
+void routeEye() {}
+#elif defined(STEREO_LAYERED)
+#extension GL_ARB_shader_viewport_layer_array : require
+int eyeIndex(int first) { return gl_InstanceIndex; }
+void routeEye() { gl_Layer = gl_InstanceIndex; }
+#else
+int eyeIndex(int first) { return first; }
+void routeEye() {}
+#endif

@@ -1,0 +1,105 @@
+#include "render/gpu.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/render/pictures.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::render {
+namespace {
+
+class GpuTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
+    }
+};
+
+TEST_F(GpuTest, NamesTheDeviceAndChoosesAPath) {
+    const Gpu gpu({});
+    EXPECT_FALSE(gpu.name().empty());
+    EXPECT_NE(gpu.stereoPath(), StereoPath::best);
+    EXPECT_EQ(gpu.stereoPath() == StereoPath::multiview, gpu.multiviewWorks());
+}
+
+TEST_F(GpuTest, RefusesAPathThatTheDriverOnlyClaims) {
+    if (Gpu({}).multiviewWorks()) {
+        EXPECT_EQ(Gpu({.stereo = StereoPath::multiview}).stereoPath(), StereoPath::multiview);
+    } else {
+        EXPECT_THROW(Gpu({.stereo = StereoPath::multiview}), GpuError);
+    }
+}
+
+TEST_F(GpuTest, CallsTheHooks) {
+    int instances = 0, picks = 0, devices = 0;
+    GpuHooks hooks;
+    hooks.createInstance = [&](PFN_vkGetInstanceProcAddr get, const VkInstanceCreateInfo* info,
+                               VkInstance* out) {
+        ++instances;
+        return reinterpret_cast<PFN_vkCreateInstance>(get(nullptr, "vkCreateInstance"))(info, nullptr, out);
+    };
+    hooks.pickDevice = [&](VkInstance instance) {
+        ++picks;
+        std::uint32_t count = 1;
+        VkPhysicalDevice device = VK_NULL_HANDLE;
+        vkEnumeratePhysicalDevices(instance, &count, &device);
+        return device;
+    };
+    hooks.createDevice = [&](PFN_vkGetInstanceProcAddr, VkPhysicalDevice physical,
+                             const VkDeviceCreateInfo* info, VkDevice* out) {
+        ++devices;
+        return vkCreateDevice(physical, info, nullptr, out);
+    };
+    const Gpu gpu({}, hooks);
+    EXPECT_EQ(instances, 1);
+    EXPECT_EQ(picks, 1);
+    EXPECT_EQ(devices, 1);
+}
+
+TEST_F(GpuTest, AHookThatFailsIsNamed) {
+    GpuHooks hooks;
+    hooks.createInstance = [](PFN_vkGetInstanceProcAddr, const VkInstanceCreateInfo*, VkInstance*) {
+        return VK_ERROR_INITIALIZATION_FAILED;
+    };
+    try {
+        const Gpu gpu({}, hooks);
+        FAIL() << "no exception";
+    } catch (const GpuError& e) {
+        EXPECT_NE(std::string(e.what()).find("vkCreateInstance"), std::string::npos) << e.what();
+    }
+}
+
+TEST_F(GpuTest, ValidationCountsMessages) {
+    const Gpu gpu({.validation = true});
+    EXPECT_EQ(gpu.validationMessages(), 0u);
+    // A buffer of no bytes is not valid usage: the layer must say so, or a silent layer would pass every
+    // test.
+    const VkBufferCreateInfo empty{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                   .pNext = nullptr,
+                                   .flags = 0,
+                                   .size = 0,
+                                   .usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
+                                   .sharingMode = VK_SHARING_MODE_EXCLUSIVE,
+                                   .queueFamilyIndexCount = 0,
+                                   .pQueueFamilyIndices = nullptr};
+    VkBuffer buffer = VK_NULL_HANDLE;
+    vkCreateBuffer(*gpu.device(), &empty, nullptr, &buffer);
+    EXPECT_GT(gpu.validationMessages(), 0u);
+    vkDestroyBuffer(*gpu.device(), buffer, nullptr);
+}
+
+TEST_F(GpuTest, KeepsThePipelineCache) {
+    const test::TempFolder folder;
+    const std::string file = (folder / "pipelines").string();
+    {
+        const Gpu gpu({.pipeline_cache = file});
+    }
+    EXPECT_GT(std::filesystem::file_size(file), 0u);
+    std::ofstream(file, std::ios::binary) << "not a cache";
+    EXPECT_NO_THROW(Gpu({.pipeline_cache = file}));
+}
+
+}  // namespace
+}  // namespace stylet::render

@@ -1,0 +1,254 @@
+// Pictures against closed forms: where a ball of known size must appear, how much a slab must absorb, what
+// hides what.
+#include "render/renderer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "tests/render/phantoms.h"
+#include "tests/render/pictures.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::render {
+namespace {
+
+constexpr std::uint32_t kSize = 256;
+
+class RendererTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
+    }
+};
+
+RenderScene bareScene(Look look) {
+    RenderScene scene;
+    scene.look = look;
+    scene.table = false;
+    scene.stage_from_patient.position_m = {0.0, 1.2, 0.0};
+    return scene;
+}
+
+struct Extent {
+    int left = int(kSize), right = -1, top = int(kSize), bottom = -1;
+};
+
+// The pixels in which two pictures differ by more than the backdrop's grain.
+Extent differing(const Image& a, const Image& b) {
+    Extent e;
+    for (int y = 0; y < int(a.height); ++y)
+        for (int x = 0; x < int(a.width); ++x) {
+            const std::size_t at = (std::size_t(y) * a.width + std::size_t(x)) * 4;
+            int difference = 0;
+            for (std::size_t c = 0; c < 3; ++c)
+                difference += std::abs(int(a.rgba[at + c]) - int(b.rgba[at + c]));
+            if (difference < 40) continue;
+            e.left = std::min(e.left, x), e.right = std::max(e.right, x + 1);
+            e.top = std::min(e.top, y), e.bottom = std::max(e.bottom, y + 1);
+        }
+    return e;
+}
+
+double pixelOf(double tangent, float angle_low, float angle_high) {
+    const double low = std::tan(double(angle_low)), high = std::tan(double(angle_high));
+    return double(kSize) * (tangent - low) / (high - low);
+}
+
+// The silhouette of a ball of radius r at distance d, off the axis by x, reaches from tan(theta - alpha) to
+// tan(theta + alpha), theta = atan(x / z), sin(alpha) = r / |(x, z)|.
+void expectSilhouette(const Extent& seen, const View& view, const Vec3& centre_eye, double radius_m) {
+    const auto range = [&](double across) {
+        const double theta = std::atan2(across, -centre_eye.z);
+        const double alpha = std::asin(radius_m / std::hypot(across, centre_eye.z));
+        return std::pair(std::tan(theta - alpha), std::tan(theta + alpha));
+    };
+    const double tolerance_px = 2.5;  // about a voxel and a half
+    const auto [left, right] = range(centre_eye.x);
+    EXPECT_NEAR(seen.left, pixelOf(left, view.angle_left, view.angle_right), tolerance_px);
+    EXPECT_NEAR(seen.right, pixelOf(right, view.angle_left, view.angle_right), tolerance_px);
+    const auto [low, high] = range(centre_eye.y);
+    EXPECT_NEAR(seen.top, double(kSize) - pixelOf(high, view.angle_down, view.angle_up), tolerance_px);
+    EXPECT_NEAR(seen.bottom, double(kSize) - pixelOf(low, view.angle_down, view.angle_up), tolerance_px);
+}
+
+TEST_F(RendererTest, ABallIsSeenWhereAndAsLargeAsItIsInBothEyes) {
+    const double radius = 0.05;
+    const patient::Package package = test::makeBall(patient::Tissue::bone, radius, 0.006, 0.001);
+    const patient::Patient patient(package);
+    Gpu gpu({.validation = true});
+    Renderer renderer(gpu, {}, test::assetsFolder());
+    for (const bool asymmetric : {false, true}) {
+        RenderScene scene = bareScene(Look::closed);
+        const Vec3 centre = scene.stage_from_patient.position_m;
+        View middle = test::lookAt(centre + Vec3(0.0, 0.0, 0.5), centre, 0.22f);
+        if (asymmetric) middle.angle_left = -0.3f, middle.angle_up = 0.35f, middle.angle_down = -0.2f;
+        const auto eyes = test::stereo(middle, 0.064);
+        Renderer empty(gpu, {}, test::assetsFolder());
+        const auto without = empty.drawToImages(scene, eyes, kSize, kSize);
+        renderer.setPatient(patient);
+        const auto with = renderer.drawToImages(scene, eyes, kSize, kSize);
+        for (std::size_t eye = 0; eye < 2; ++eye)
+            expectSilhouette(differing(with[eye], without[eye]), eyes[eye],
+                             eyes[eye].stage_from_eye.inverse() * centre, radius);
+    }
+    EXPECT_EQ(gpu.validationMessages(), 0u);
+}
+
+// A folder of assets whose looks are black glass of the given extinction.
+void writeBlackGlass(const test::TempFolder& folder, double extinction_per_mm) {
+    for (const char* part : {"rooms", "instruments"})
+        std::filesystem::copy(test::assetsFolder() / part, folder / part);
+    std::filesystem::create_directory(folder / "looks");
+    for (const char* name : {"closed.toml", "reveal.toml"})
+        std::ofstream(folder / "looks" / name)
+            << "[surface]\nwrap = 0\nspecular = 0\nspecular_power = 1\nrim = 0\ngradient_voxels = 1\n"
+               "grazing_tint = \"#ffffff\"\n[[hu]]\nhu = 0\ncolour = \"#000000\"\nextinction_per_mm = 0\n"
+               "[[rule]]\ntissue = \"liver\"\ncolour = \"#000000\"\nextinction_per_mm = "
+            << extinction_per_mm << "\n";
+}
+
+double meanLinear(const Image& image) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < image.rgba.size(); i += 4)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double v = image.rgba[i + c] / 255.0;
+            sum += v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+        }
+    return sum;
+}
+
+// Beer and Lambert: what passes through thickness L of extinction s is exp(-s L), at every step.
+TEST_F(RendererTest, ASlabLetsThroughWhatBeerAndLambertSay) {
+    const test::TempFolder folder;
+    const double extinction_per_m = 15.0, thickness = 0.050, spacing = 0.002;
+    writeBlackGlass(folder, extinction_per_m / 1000.0);
+    const patient::Package package =
+        test::makeBlock(patient::Tissue::liver, Vec3(0.15, 0.15, thickness), spacing);
+    const patient::Patient patient(package);
+    Gpu gpu({});
+    RenderScene scene = bareScene(Look::reveal);
+    // From far away all rays are parallel; looking down at the lit floor, where the backdrop is brightest.
+    scene.stage_from_patient.rotation = glm::angleAxis(-std::acos(0.0), Vec3(1, 0, 0));
+    const Vec3 centre = scene.stage_from_patient.position_m;
+    const auto eyes = test::stereo(test::lookAt(centre + Vec3(0, 1.5, 1e-4), centre, 0.03f), 0.02);
+    Renderer empty(gpu, {}, folder.path());
+    const auto without = empty.drawToImages(scene, eyes, 64, 64);
+    // Half a voxel at either face fades into the air outside: the integral of a^2 over a from 1/2 to 1 is
+    // 7/24 of a voxel in place of 1/2.
+    const double effective = thickness - 2.0 * (0.5 - 7.0 / 24.0) * spacing;
+    for (const float step : {0.25f, 1.0f, 2.0f}) {
+        Renderer renderer(gpu, {.ray_step_voxels = step}, folder.path());
+        renderer.setPatient(patient);
+        const auto with = renderer.drawToImages(scene, eyes, 64, 64);
+        for (std::size_t eye = 0; eye < 2; ++eye)
+            EXPECT_NEAR(meanLinear(with[eye]) / meanLinear(without[eye]),
+                        std::exp(-extinction_per_m * effective), 0.012)
+                << step;
+    }
+}
+
+test::Blob redHub(const Image& image) {
+    return test::findBlob(image, [](int r, int g, int b) { return r > 160 && g < 100 && b < 100; });
+}
+
+TEST_F(RendererTest, TheNeedleIsSeenInFrontHiddenBehindAndDimInsideTissue) {
+    const patient::Package package = test::makeBall(patient::Tissue::liver, 0.05, 0.006, 0.002);
+    const patient::Patient patient(package);
+    Gpu gpu({});
+    Renderer renderer(gpu, {}, test::assetsFolder());
+    renderer.setPatient(patient);
+    RenderScene scene = bareScene(Look::closed);
+    const Vec3 centre = scene.stage_from_patient.position_m;
+    const auto eyes = test::stereo(test::lookAt(centre + Vec3(0.0, 0.0, 0.5), centre, 0.25f), 0.0);
+    // The shaft runs across the view; the hub, at z = 0.150 to 0.180 of the needle, is in the middle of the
+    // picture.
+    const patient::Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
+    const auto drawAt = [&](double depth_m) {
+        scene.patient_from_needle = Pose{across, Vec3(-0.168, 0.0, depth_m)};
+        return redHub(renderer.drawToImages(scene, eyes, kSize, kSize)[0]);
+    };
+    const test::Blob front = drawAt(0.10);
+    EXPECT_GT(front.pixels, 100u);
+    EXPECT_NEAR(front.x, kSize / 2.0, 12.0);
+    EXPECT_EQ(drawAt(-0.10).pixels, 0u);
+    EXPECT_LT(drawAt(0.0).pixels, 10u);  // steel seen through the ball's soft rim may look red
+    scene.look = Look::reveal;
+    const Image inside = [&] {
+        scene.patient_from_needle = Pose{across, Vec3(-0.168, 0.0, 0.0)};
+        return renderer.drawToImages(scene, eyes, kSize, kSize)[0];
+    }();
+    scene.patient_from_needle.reset();
+    const Image without = renderer.drawToImages(scene, eyes, kSize, kSize)[0];
+    const Extent seen = differing(inside, without);
+    EXPECT_LT(seen.left, int(kSize) / 2);
+    EXPECT_GT(seen.right, int(kSize) / 2);
+    EXPECT_GT(drawAt(0.10).pixels, 100u);
+}
+
+TEST_F(RendererTest, EveryWayToReachBothEyesDrawsTheSamePicture) {
+    const patient::Package package = test::makeTrunk(0.004);
+    const patient::Patient patient(package);
+    RenderScene scene;
+    scene.stage_from_patient.position_m = {0.0, 1.0, 0.0};
+    scene.patient_from_needle = Pose{{1, 0, 0, 0}, Vec3(0.05, 0.06, 0.0)};
+    const auto eyes = test::stereo(test::lookAt(Vec3(0.2, 1.5, 0.5), Vec3(0, 1, 0), 0.4f), 0.063);
+    std::vector<std::array<Image, 2>> pictures;
+    for (const StereoPath path : {StereoPath::single, StereoPath::layered, StereoPath::multiview}) {
+        try {
+            Gpu gpu({.validation = true, .stereo = path});
+            Renderer renderer(gpu, {}, test::assetsFolder());
+            renderer.setPatient(patient);
+            pictures.push_back(renderer.drawToImages(scene, eyes, 128, 96));
+            EXPECT_EQ(gpu.validationMessages(), 0u) << int(path);
+        } catch (const GpuError& e) {
+            EXPECT_NE(path, StereoPath::single) << e.what();  // the others may be missing
+        }
+    }
+    for (const auto& picture : pictures)
+        for (std::size_t eye = 0; eye < 2; ++eye)
+            EXPECT_GT(test::psnr(picture[eye], pictures[0][eye]), 60.0);
+    EXPECT_LT(test::psnr(pictures[0][0], pictures[0][1]), 40.0) << "both eyes show the same picture";
+}
+
+TEST_F(RendererTest, ALifeOfManyFramesIsValid) {
+    const patient::Package trunk = test::makeTrunk(0.005);
+    const patient::Package ball = test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002);
+    const patient::Patient first(trunk), second(ball);
+    Gpu gpu({.validation = true});
+    RenderSettings settings;
+    settings.count = true;
+    Renderer renderer(gpu, settings, test::assetsFolder());
+    RenderScene scene;
+    scene.stage_from_patient.position_m = {0.0, 1.0, 0.0};
+    scene.reference_path_m = std::array<Vec3, 2>{Vec3(0.15, 0.05, 0.0), Vec3(0.05, 0.0, 0.0)};
+    const auto eyes = test::stereo(test::lookAt(Vec3(0.2, 1.4, 0.6), Vec3(0, 1, 0), 0.4f), 0.063);
+    renderer.drawToImages(scene, eyes, 64, 64);  // no patient yet
+    renderer.setPatient(first);
+    for (const double v : {0.0, 0.2, 0.4, 0.4, 0.0}) {
+        scene.breath.v = v;
+        scene.look = v > 0.3 ? Look::closed : Look::reveal;
+        RenderStats stats;
+        renderer.drawToImages(scene, eyes, v > 0.0 ? 64 : 80, 64, &stats);
+        EXPECT_GT(stats.samples, 0u);
+        EXPECT_GT(stats.gpu_ms, 0.0);
+        EXPECT_EQ(stats.still_frames, v == 0.0 ? 1u : 0u);
+    }
+    renderer.setPatient(second);
+    renderer.drawToImages(scene, eyes, 64, 64);
+    EXPECT_EQ(gpu.validationMessages(), 0u);
+}
+
+TEST_F(RendererTest, MissingAssetsAreNamed) {
+    Gpu gpu({});
+    try {
+        const Renderer renderer(gpu, {}, "/nonexistent");
+        FAIL() << "no exception";
+    } catch (const patient::DataError& e) {
+        EXPECT_NE(std::string(e.what()).find("/nonexistent"), std::string::npos);
+    }
+}
+
+}  // namespace
+}  // namespace stylet::render

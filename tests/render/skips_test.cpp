@@ -1,0 +1,92 @@
+// Every skip can be switched off: the picture stays, the counter goes to zero, the work grows.
+#include <gtest/gtest.h>
+
+#include "tests/render/phantoms.h"
+#include "tests/render/pictures.h"
+
+namespace stylet::render {
+namespace {
+
+constexpr std::uint32_t kSize = 160;
+
+class SkipsTest : public testing::TestWithParam<std::tuple<Look, double>> {
+  protected:
+    void SetUp() override {
+        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
+    }
+};
+
+struct Picture {
+    std::array<Image, 2> eyes;
+    RenderStats stats;
+};
+
+TEST_P(SkipsTest, ChangeTheWorkButNotThePicture) {
+    const auto [look, v] = GetParam();
+    const patient::Package package = test::makeTrunk(0.003);
+    const patient::Patient patient(package);
+    Gpu gpu({});
+    Renderer renderer(gpu, {}, test::assetsFolder());
+    renderer.setPatient(patient);
+    RenderScene scene;
+    scene.look = look;
+    scene.breath.v = v;
+    scene.stage_from_patient.position_m = {0.0, 1.0, 0.0};
+    scene.patient_from_needle = Pose{glm::angleAxis(1.2, Vec3(0, 1, 0)), Vec3(0.06, 0.0, 0.0)};
+    const auto eyes = test::stereo(test::lookAt(Vec3(0.35, 1.35, 0.35), Vec3(0, 1, 0), 0.35f), 0.063);
+    const auto drawWith = [&](const Skips& skips) {
+        RenderSettings settings;
+        settings.skips = skips;
+        settings.count = true;
+        renderer.setSettings(settings);
+        Picture picture;
+        picture.eyes = renderer.drawToImages(scene, eyes, kSize, kSize, &picture.stats);
+        return picture;
+    };
+    const Picture all = drawWith({});
+    EXPECT_GT(all.stats.skipped_bricks, 0u);
+    EXPECT_GT(all.stats.terminated_rays, 0u);
+    EXPECT_GT(all.stats.depth_bounded_rays, 0u);
+    EXPECT_EQ(all.stats.still_frames, v == 0.0 ? 1u : 0u);
+    const auto expectSame = [&](const Picture& other, const char* skip) {
+        for (std::size_t eye = 0; eye < 2; ++eye)
+            EXPECT_GE(test::psnr(all.eyes[eye], other.eyes[eye]), 60.0) << skip;
+        EXPECT_EQ(all.stats.rays, other.stats.rays) << skip;
+    };
+    const Picture no_bricks = drawWith({.empty_space = false});
+    expectSame(no_bricks, "empty_space");
+    EXPECT_EQ(no_bricks.stats.skipped_bricks, 0u);
+    EXPECT_GT(no_bricks.stats.samples, all.stats.samples);
+    const Picture no_end = drawWith({.early_termination = false});
+    expectSame(no_end, "early_termination");
+    EXPECT_EQ(no_end.stats.terminated_rays, 0u);
+    EXPECT_GT(no_end.stats.samples, all.stats.samples);
+    const Picture no_bounds = drawWith({.depth_bounds = false});
+    expectSame(no_bounds, "depth_bounds");
+    EXPECT_EQ(no_bounds.stats.depth_bounded_rays, 0u);
+    EXPECT_GT(no_bounds.stats.samples, all.stats.samples);
+    const Picture no_still = drawWith({.still_breath = false});
+    expectSame(no_still, "still_breath");
+    EXPECT_EQ(no_still.stats.still_frames, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(BothLooksStillAndBreathing, SkipsTest,
+                         testing::Combine(testing::Values(Look::closed, Look::reveal),
+                                          testing::Values(0.0, 0.8)));
+
+TEST(Counters, CostNothingUnlessAsked) {
+    if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
+    const patient::Package package = test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002);
+    const patient::Patient patient(package);
+    Gpu gpu({});
+    Renderer renderer(gpu, {}, test::assetsFolder());
+    renderer.setPatient(patient);
+    RenderStats stats;
+    const auto eyes = test::stereo(test::lookAt(Vec3(0.0, 0.0, 0.5), Vec3(0.0), 0.3f), 0.06);
+    renderer.drawToImages({}, eyes, 64, 64, &stats);
+    EXPECT_EQ(stats.samples, 0u);
+    EXPECT_EQ(stats.rays, 0u);
+}
+
+}  // namespace
+}  // namespace stylet::render

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
 
 #include "patient/distance.h"
 #include "patient/parallel.h"
@@ -162,6 +163,12 @@ EntryResult planEntry(const Judge& judge, PlannedPath path, const std::vector<Ve
     return result;
 }
 
+// A total order: no two paths share their entry.
+bool betterPath(const PlannedPath& a, const PlannedPath& b) {
+    return std::tie(b.quality, a.length_m, a.entry_m.z, a.entry_m.y) <
+           std::tie(a.quality, b.length_m, b.entry_m.z, b.entry_m.y);
+}
+
 }  // namespace
 
 PlanResult planPaths(const Patient& patient, const PlanSettings& settings,
@@ -197,10 +204,7 @@ PlanResult planPaths(const Patient& patient, const PlanSettings& settings,
         result.rejected_long += entry.too_long;
         result.rejected_quality += entry.poor;
     }
-    std::stable_sort(result.paths.begin(), result.paths.end(),
-                     [](const PlannedPath& a, const PlannedPath& b) {
-                         return a.quality != b.quality ? a.quality > b.quality : a.length_m < b.length_m;
-                     });
+    std::sort(result.paths.begin(), result.paths.end(), betterPath);
     if (progress) progress(1.0);
     return result;
 }

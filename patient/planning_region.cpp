@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "patient/distance.h"
 #include "patient/parallel.h"
@@ -266,8 +267,10 @@ std::vector<Vec3> ductCentreLine(const Patient& patient, double spacing_m) {
     std::vector<Ridge> ridges = ridgesOf(distanceTo(not_duct, Sites::all, 1));
     const InsideLiver inside(patient);
     std::erase_if(ridges, [&](const Ridge& r) { return !inside(labels.grid.nearest(r.centre_m)); });
-    std::stable_sort(ridges.begin(), ridges.end(),
-                     [](const Ridge& a, const Ridge& b) { return a.depth_m > b.depth_m; });
+    std::sort(ridges.begin(), ridges.end(), [](const Ridge& a, const Ridge& b) {
+        return std::tie(b.depth_m, a.centre_m.z, a.centre_m.y, a.centre_m.x) <
+               std::tie(a.depth_m, b.centre_m.z, b.centre_m.y, b.centre_m.x);
+    });
     std::vector<Vec3> kept_m;
     for (const Ridge& ridge : ridges)
         if (std::none_of(kept_m.begin(), kept_m.end(),

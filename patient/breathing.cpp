@@ -33,10 +33,10 @@ double bump(const BreathingModel& m, double z) noexcept {
 
 // exp of the stationary field travel * bump(z): midpoint steps over unit time.
 double flow(const BreathingModel& m, double travel_m, double z) noexcept {
-    constexpr double h = 1.0 / kFlowSteps;
+    constexpr double kStep = 1.0 / kFlowSteps;
     for (int i = 0; i < kFlowSteps; ++i) {
-        const double middle = z + 0.5 * h * travel_m * bump(m, z);
-        z += h * travel_m * bump(m, middle);
+        const double middle = z + 0.5 * kStep * travel_m * bump(m, z);
+        z += kStep * travel_m * bump(m, middle);
     }
     return z;
 }

@@ -42,7 +42,7 @@ void walkDeformed(const Patient& patient, const Surrogate& breath, const Vec3& a
     }
 }
 
-enum class Verdict { kept, blocked, too_long, poor };
+enum class Verdict { kept, blocked, tooLong, poor };
 
 class Judge {
   public:
@@ -56,7 +56,7 @@ class Judge {
     // Fills clearance, target score and quality of a path whose ends are set.
     Verdict judge(PlannedPath& path) const {
         path.length_m = glm::length(path.target_m - path.entry_m);
-        if (!(path.length_m <= settings_.max_length_m)) return Verdict::too_long;  // C2
+        if (!(path.length_m <= settings_.max_length_m)) return Verdict::tooLong;  // C2
         const Vec3 direction = (path.target_m - path.entry_m) / path.length_m;
         const std::optional<Duct> duct = traverse(path, direction);  // C1
         if (!duct || !freeOutside(path, direction)) return Verdict::blocked;
@@ -118,8 +118,9 @@ class Judge {
     // counts.
     double smallestClearance(const PlannedPath& path, const Vec3& direction, double depth_m) const {
         double smallest_m = kFullClearance_m;
-        for (double at_m = 0.0; at_m <= depth_m; at_m += step_m_) {
-            const Vec3 p = path.entry_m + direction * at_m;
+        const int steps = depth_m < 0.0 ? -1 : int(std::ceil(depth_m / step_m_));
+        for (int i = 0; i <= steps; ++i) {
+            const Vec3 p = path.entry_m + direction * std::min(i * step_m_, depth_m);
             const double risk_m = linearAt(region_.risk_m, p) - half_voxel_m_;
             const double rib_m = kUnderRibShare * (linearAt(region_.under_bone_m, p) - half_voxel_m_);
             smallest_m = std::min({smallest_m, risk_m, rib_m});
@@ -149,7 +150,7 @@ EntryResult planEntry(const Judge& judge, PlannedPath path, const std::vector<Ve
             case Verdict::blocked:
                 ++result.blocked;
                 break;
-            case Verdict::too_long:
+            case Verdict::tooLong:
                 ++result.too_long;
                 break;
             case Verdict::poor:
@@ -178,6 +179,7 @@ PlanResult planPaths(const Patient& patient, const PlanSettings& settings,
     if (targets_reference_m.empty()) return {};
     if (progress) progress(0.1);
     std::vector<Vec3> targets_m;
+    targets_m.reserve(targets_reference_m.size());
     for (const Vec3& t : targets_reference_m)
         targets_m.push_back(deformedFromReference(motion, settings.breath, t));
     const PlanRegion region = makePlanRegion(patient, settings);

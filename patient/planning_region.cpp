@@ -26,8 +26,8 @@ struct Box {
     void add(const Vec3& p) { low = glm::min(low, p), high = glm::max(high, p); }
 };
 
-const std::array<Index3, 6> kNeighbours{Index3(1, 0, 0),  Index3(-1, 0, 0), Index3(0, 1, 0),
-                                        Index3(0, -1, 0), Index3(0, 0, 1),  Index3(0, 0, -1)};
+constexpr std::array<Index3, 6> kNeighbours{Index3(1, 0, 0),  Index3(-1, 0, 0), Index3(0, 1, 0),
+                                            Index3(0, -1, 0), Index3(0, 0, 1),  Index3(0, 0, -1)};
 
 std::array<bool, 256> labelsOf(const Patient& patient, Tissue tissue) {
     std::array<bool, 256> ids{};
@@ -207,9 +207,8 @@ class InsideLiver {
 
   private:
     bool meetsLiver(Index3 i, const Index3& step) const {
-        const double step_m = glm::length(Vec3(step) * labels_.grid.spacing_m);
-        for (double way_m = 0.0; way_m < kInsideLiver_m && labels_.grid.contains(i);
-             way_m += step_m, i += step) {
+        const int steps = int(kInsideLiver_m / glm::length(Vec3(step) * labels_.grid.spacing_m));
+        for (int n = 0; n <= steps && labels_.grid.contains(i); ++n, i += step) {
             const std::uint8_t id = labels_[i];
             if (liver_[id]) return true;
             if (!duct_[id] && !vessel_[id]) return false;

@@ -1,0 +1,172 @@
+// The library without a loader: what it exports, and whom it talks to.
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "xr/mock/loader_interface.h"
+
+namespace mock_test {
+namespace {
+
+class Negotiation : public testing::Test {
+  protected:
+    void SetUp() override {
+        const char* manifest = std::getenv("XR_RUNTIME_JSON");
+        ASSERT_NE(manifest, nullptr);
+        const auto path = std::filesystem::path(manifest).replace_filename("libxrmock.so");
+        library_ = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+        ASSERT_NE(library_, nullptr) << dlerror();
+        negotiate_ =
+            reinterpret_cast<decltype(negotiate_)>(dlsym(library_, "xrNegotiateLoaderRuntimeInterface"));
+        ASSERT_NE(negotiate_, nullptr);
+    }
+    void TearDown() override {
+        if (library_ != nullptr) dlclose(library_);
+    }
+    XrNegotiateLoaderInfo loader_{XR_LOADER_INTERFACE_STRUCT_LOADER_INFO,
+                                  kLoaderStructVersion,
+                                  sizeof(XrNegotiateLoaderInfo),
+                                  1,
+                                  1,
+                                  XR_MAKE_VERSION(1, 0, 0),
+                                  XR_MAKE_VERSION(1, 0x3ff, 0xfff)};
+    XrNegotiateRuntimeRequest request_{XR_LOADER_INTERFACE_STRUCT_RUNTIME_REQUEST,
+                                       kLoaderStructVersion,
+                                       sizeof(XrNegotiateRuntimeRequest),
+                                       0,
+                                       0,
+                                       nullptr};
+    decltype(&xrNegotiateLoaderRuntimeInterface) negotiate_ = nullptr;
+    void* library_ = nullptr;
+};
+
+TEST_F(Negotiation, ExportsNothingElse) {
+    EXPECT_EQ(dlsym(library_, "xrGetInstanceProcAddr"), nullptr);
+    EXPECT_EQ(dlsym(library_, "xrCreateInstance"), nullptr);
+}
+
+TEST_F(Negotiation, AgreesWithLoadersOfOneDotZeroAndOneDotOne) {
+    ASSERT_EQ(negotiate_(&loader_, &request_), XR_SUCCESS);
+    EXPECT_EQ(request_.runtimeInterfaceVersion, 1U);
+    EXPECT_EQ(XR_VERSION_MAJOR(request_.runtimeApiVersion), 1U);
+    loader_.maxApiVersion = XR_MAKE_VERSION(1, 0, 0xfff);
+    EXPECT_EQ(negotiate_(&loader_, &request_), XR_SUCCESS);
+}
+
+TEST_F(Negotiation, RefusesStrangers) {
+    const auto good_loader = loader_;
+    const auto good_request = request_;
+    EXPECT_EQ(negotiate_(nullptr, &request_), XR_ERROR_INITIALIZATION_FAILED);
+    EXPECT_EQ(negotiate_(&loader_, nullptr), XR_ERROR_INITIALIZATION_FAILED);
+    loader_.structSize -= 1;
+    EXPECT_EQ(negotiate_(&loader_, &request_), XR_ERROR_INITIALIZATION_FAILED);
+    loader_ = good_loader;
+    loader_.minInterfaceVersion = loader_.maxInterfaceVersion = 2;
+    EXPECT_EQ(negotiate_(&loader_, &request_), XR_ERROR_INITIALIZATION_FAILED);
+    loader_ = good_loader;
+    loader_.minApiVersion = XR_MAKE_VERSION(2, 0, 0);
+    EXPECT_EQ(negotiate_(&loader_, &request_), XR_ERROR_INITIALIZATION_FAILED);
+    loader_ = good_loader;
+    request_.structVersion = 2;
+    EXPECT_EQ(negotiate_(&loader_, &request_), XR_ERROR_INITIALIZATION_FAILED);
+    request_ = good_request;
+    EXPECT_EQ(negotiate_(&loader_, &request_), XR_SUCCESS);
+}
+
+TEST_F(Negotiation, EveryCoreFunctionIsThere) {
+    ASSERT_EQ(negotiate_(&loader_, &request_), XR_SUCCESS);
+    PFN_xrVoidFunction function = nullptr;
+    EXPECT_EQ(request_.getInstanceProcAddr(XR_NULL_HANDLE, "xrDestroyInstance", &function),
+              XR_ERROR_HANDLE_INVALID);
+    EXPECT_EQ(function, nullptr);
+    ASSERT_EQ(request_.getInstanceProcAddr(XR_NULL_HANDLE, "xrCreateInstance", &function), XR_SUCCESS);
+    XrInstanceCreateInfo info{};
+    info.type = XR_TYPE_INSTANCE_CREATE_INFO;
+    std::string("direct").copy(info.applicationInfo.applicationName, 6);
+    info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 0);
+    XrInstance instance = XR_NULL_HANDLE;
+    const auto create = reinterpret_cast<PFN_xrCreateInstance>(function);
+    ASSERT_EQ(create(&info, &instance), XR_SUCCESS);
+    const char* const names[] = {"xrGetInstanceProcAddr",
+                                 "xrEnumerateApiLayerProperties",
+                                 "xrEnumerateInstanceExtensionProperties",
+                                 "xrCreateInstance",
+                                 "xrDestroyInstance",
+                                 "xrGetInstanceProperties",
+                                 "xrPollEvent",
+                                 "xrResultToString",
+                                 "xrStructureTypeToString",
+                                 "xrGetSystem",
+                                 "xrGetSystemProperties",
+                                 "xrEnumerateEnvironmentBlendModes",
+                                 "xrCreateSession",
+                                 "xrDestroySession",
+                                 "xrEnumerateReferenceSpaces",
+                                 "xrCreateReferenceSpace",
+                                 "xrGetReferenceSpaceBoundsRect",
+                                 "xrCreateActionSpace",
+                                 "xrLocateSpace",
+                                 "xrDestroySpace",
+                                 "xrEnumerateViewConfigurations",
+                                 "xrGetViewConfigurationProperties",
+                                 "xrEnumerateViewConfigurationViews",
+                                 "xrEnumerateSwapchainFormats",
+                                 "xrCreateSwapchain",
+                                 "xrDestroySwapchain",
+                                 "xrEnumerateSwapchainImages",
+                                 "xrAcquireSwapchainImage",
+                                 "xrWaitSwapchainImage",
+                                 "xrReleaseSwapchainImage",
+                                 "xrBeginSession",
+                                 "xrEndSession",
+                                 "xrRequestExitSession",
+                                 "xrWaitFrame",
+                                 "xrBeginFrame",
+                                 "xrEndFrame",
+                                 "xrLocateViews",
+                                 "xrStringToPath",
+                                 "xrPathToString",
+                                 "xrCreateActionSet",
+                                 "xrDestroyActionSet",
+                                 "xrCreateAction",
+                                 "xrDestroyAction",
+                                 "xrSuggestInteractionProfileBindings",
+                                 "xrAttachSessionActionSets",
+                                 "xrGetCurrentInteractionProfile",
+                                 "xrGetActionStateBoolean",
+                                 "xrGetActionStateFloat",
+                                 "xrGetActionStateVector2f",
+                                 "xrGetActionStatePose",
+                                 "xrSyncActions",
+                                 "xrEnumerateBoundSourcesForAction",
+                                 "xrGetInputSourceLocalizedName",
+                                 "xrApplyHapticFeedback",
+                                 "xrStopHapticFeedback"};
+    for (const char* name : names) {
+        EXPECT_EQ(request_.getInstanceProcAddr(instance, name, &function), XR_SUCCESS) << name;
+        EXPECT_NE(function, nullptr) << name;
+    }
+    // Without a loader a 1.1 client reaches the runtime, and two instances are possible.
+    info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 1, 0);
+    XrInstance other = XR_NULL_HANDLE;
+    EXPECT_EQ(create(&info, &other), XR_ERROR_API_VERSION_UNSUPPORTED);
+    info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 99);
+    ASSERT_EQ(create(&info, &other), XR_SUCCESS);
+    EXPECT_NE(instance, other);
+    ASSERT_EQ(request_.getInstanceProcAddr(instance, "xrDestroyInstance", &function), XR_SUCCESS);
+    const auto destroy = reinterpret_cast<PFN_xrDestroyInstance>(function);
+    EXPECT_EQ(destroy(instance), XR_SUCCESS);
+    EXPECT_EQ(destroy(instance), XR_ERROR_HANDLE_INVALID);
+    EXPECT_EQ(destroy(other), XR_SUCCESS);
+    info.createFlags = 1;
+    EXPECT_EQ(create(&info, &other), XR_ERROR_VALIDATION_FAILURE);
+    info.createFlags = 0;
+    info.applicationInfo.applicationName[0] = '\0';
+    EXPECT_EQ(create(&info, &other), XR_ERROR_NAME_INVALID);
+}
+
+}  // namespace
+}  // namespace mock_test

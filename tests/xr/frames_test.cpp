@@ -1,0 +1,200 @@
+// The frame loop over a phantom, from the haptics' output to the pictures the mock runtime captured.
+#include "app/trainer/frames.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+
+#include <gtest/gtest.h>
+#include <stb/stb_image.h>
+#include <vulkan/vulkan_raii.hpp>
+
+#include "tests/support/phantom.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+using patient::Tissue;
+using patient::Vec3;
+
+// 100 mm of layers along +x, entered at x = 0, with a duct at 50 mm.
+patient::Package phantom() {
+    return test::makeSlabs({{Tissue::skin, 0.002},
+                            {Tissue::soft, 0.018},
+                            {Tissue::fascia, 0.002},
+                            {Tissue::liver, 0.028},
+                            {Tissue::duct, 0.006},
+                            {Tissue::liver, 0.044}},
+                           0.001);
+}
+
+patient::PlannedPath pathThrough() {
+    patient::PlannedPath path;
+    path.entry_m = path.entry_reference_m = {0.0, 0.0, 0.0};
+    path.target_m = path.target_reference_m = {0.053, 0.0, 0.0};
+    path.length_m = 0.053;
+    return path;
+}
+
+// The needle on the path, its tip `depth_m` behind the skin.
+haptics::TickOutput needleAt(double depth_m) {
+    haptics::TickOutput shown;
+    shown.patient_from_needle.position_m = {depth_m, 0.0, 0.0};
+    shown.patient_from_needle.rotation =
+        patient::Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0};  // +z -> -x: the hub
+    shown.depth_m = depth_m;
+    return shown;
+}
+
+struct Picture {
+    int width = 0, height = 0;
+    std::vector<double> grey;
+    double at(int x, int y) const { return grey[std::size_t(y) * std::size_t(width) + std::size_t(x)]; }
+};
+
+Picture load(const std::filesystem::path& file) {
+    Picture picture;
+    int channels = 0;
+    const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
+        stbi_load(file.c_str(), &picture.width, &picture.height, &channels, 3), stbi_image_free);
+    if (!pixels) return picture;
+    for (int i = 0; i < picture.width * picture.height; ++i)
+        picture.grey.push_back((pixels.get()[3 * i] + pixels.get()[3 * i + 1] + pixels.get()[3 * i + 2]) /
+                               3.0);
+    return picture;
+}
+
+double deviation(const std::vector<double>& values) {
+    double sum = 0.0, squares = 0.0;
+    for (const double v : values)
+        sum += v, squares += v * v;
+    const double n = double(values.size()), mean = sum / n;
+    return std::sqrt(std::max(0.0, squares / n - mean * mean));
+}
+
+// How far to the left a patch around the left picture's (x, y) lies in the right picture: the best match in a
+// row.
+int disparityAt(const Picture& left, const Picture& right, int x, int y) {
+    constexpr int kHalf = 20, kMost = 200;
+    int best = -1;
+    double best_error = 1e300;
+    for (int shift = 0; shift <= kMost && x - kHalf - shift >= 0; ++shift) {
+        double error = 0.0;
+        for (int dy = -kHalf; dy <= kHalf; ++dy)
+            for (int dx = -kHalf; dx <= kHalf; ++dx)
+                error += std::abs(left.at(x + dx, y + dy) - right.at(x + dx - shift, y + dy));
+        if (error < best_error) best_error = error, best = shift;
+    }
+    return best;
+}
+
+// Where a point of the stage falls in an eye's picture, by the head script's fields of view.
+std::array<double, 2> project(const patient::Pose& stage_from_head, int eye, const Vec3& p, int size) {
+    const double sign = eye == 0 ? -1.0 : 1.0;
+    const patient::Pose head_from_eye{patient::Quat{1, 0, 0, 0}, {sign * 0.0315, 0.0, 0.0}};
+    const Vec3 seen = (stage_from_head * head_from_eye).inverse() * p;
+    const double left = eye == 0 ? -0.785 : -0.700, right = eye == 0 ? 0.700 : 0.785, up = 0.735,
+                 down = -0.770;
+    const double u = (seen.x / -seen.z - std::tan(left)) / (std::tan(right) - std::tan(left));
+    const double v = (std::tan(up) - seen.y / -seen.z) / (std::tan(up) - std::tan(down));
+    return {u * size, v * size};
+}
+
+bool validationLayerPresent() {
+    for (const auto& layer : vk::raii::Context().enumerateInstanceLayerProperties())
+        if (std::string(layer.layerName.data()) == "VK_LAYER_KHRONOS_validation") return true;
+    return false;
+}
+
+class FramesTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
+        settings_.assets = std::getenv("STYLET_ASSETS");
+        settings_.virtual_clock = true;
+        settings_.capture_dir = folder_.path();
+        settings_.validation = validationLayerPresent();
+    }
+    void makeFiveFrames() {
+        FrameLoop loop(patient_, settings_, path_);
+        EXPECT_TRUE(loop.frame(needleAt(-0.01), ""));
+        EXPECT_TRUE(loop.frame(needleAt(0.001), "skin"));
+        EXPECT_TRUE(loop.frame(needleAt(0.02), ""));
+        EXPECT_TRUE(loop.frame(needleAt(0.052), "duct"));
+        EXPECT_TRUE(loop.frame(needleAt(0.052), ""));
+        const FrameTotals totals = loop.totals();
+        EXPECT_GE(totals.frames, 5u);
+        EXPECT_GE(totals.rendered, 3u);
+        EXPECT_EQ(totals.validation_messages, 0u);
+        EXPECT_GT(totals.sum.samples, 0u);
+        EXPECT_GT(totals.median_frame_ms, 0.0);
+        EXPECT_EQ(totals.runtime, "XR Mock");
+        EXPECT_FALSE(totals.gpu.empty());
+    }
+
+    const patient::Package package_ = phantom();
+    const patient::Patient patient_{package_};
+    const patient::PlannedPath path_ = pathThrough();
+    test::TempFolder folder_;
+    FrameSettings settings_;
+};
+
+TEST_F(FramesTest, MomentsAreCapturedInStereoTwiceInAProcess) {
+    const patient::Pose stage_from_patient = stageFromPatient(patient_, path_);
+    const patient::Pose stage_from_head = stageFromHead(stage_from_patient, path_, 1.0);
+    for (int round = 0; round < 2; ++round) {
+        SCOPED_TRACE(round);
+        makeFiveFrames();
+        for (const std::string moment : {"skin", "duct"}) {
+            SCOPED_TRACE(moment);
+            const Picture left = load(folder_ / (moment + "_left.png"));
+            const Picture right = load(folder_ / (moment + "_right.png"));
+            ASSERT_EQ(left.width, 640);
+            ASSERT_EQ(right.height, 640);
+            EXPECT_GT(deviation(left.grey), 5.0);
+            EXPECT_GT(deviation(right.grey), 5.0);
+            // The entry is where its projection says, so nearer by that much than anything far away.
+            const Vec3 entry = stage_from_patient * path_.entry_m;
+            const auto in_left = project(stage_from_head, 0, entry, 640);
+            const auto in_right = project(stage_from_head, 1, entry, 640);
+            const int disparity = disparityAt(left, right, int(in_left[0]), int(in_left[1]));
+            EXPECT_NEAR(disparity, in_left[0] - in_right[0], 8.0);
+        }
+        std::filesystem::remove(folder_ / "skin_left.png");
+        std::filesystem::remove(folder_ / "duct_left.png");
+    }
+    if (!settings_.validation)
+        GTEST_SKIP() << "VK_LAYER_KHRONOS_validation is not installed: messages were not counted";
+}
+
+TEST_F(FramesTest, TheEntryStaysInBothPictures) {
+    const patient::Pose stage_from_patient = stageFromPatient(patient_, path_);
+    EXPECT_NEAR((stage_from_patient * Vec3(0.0, -test::kSlabHalfWidth_m, 0.0)).y, kTableHeight_m, 0.001);
+    // The patient's front is up, the right side toward the operator, the head to the operator's left.
+    EXPECT_GT(stage_from_patient.direction({0, 1, 0}).y, 0.999);
+    EXPECT_GT(stage_from_patient.direction({1, 0, 0}).z, 0.999);
+    EXPECT_LT(stage_from_patient.direction({0, 0, 1}).x, -0.999);
+    for (double t_s = 0.0; t_s < 120.0; t_s += 0.5) {
+        const patient::Pose head = stageFromHead(stage_from_patient, path_, t_s);
+        for (int eye = 0; eye < 2; ++eye)
+            for (const Vec3& p : {path_.entry_m, path_.target_m, Vec3(-0.10, 0.0, 0.0)}) {
+                const auto at = project(head, eye, stage_from_patient * p, 640);
+                EXPECT_GT(std::min(at[0], at[1]), 100.0) << t_s;
+                EXPECT_LT(std::max(at[0], at[1]), 540.0) << t_s;
+            }
+        const double distance_m = glm::length(head.position_m - stage_from_patient * path_.entry_m);
+        EXPECT_GT(distance_m, 0.45);
+        EXPECT_LT(distance_m, 0.60);
+    }
+}
+
+TEST_F(FramesTest, OtherRuntimesAreLeftAlone) {
+    EXPECT_TRUE(mockRuntimeChosen());
+    setenv("XR_RUNTIME_JSON", "/nowhere/runtime.json", 1);
+    EXPECT_FALSE(mockRuntimeChosen());
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -18,7 +18,7 @@ struct FrameSettings {
     bool virtual_clock = false;         // the mock runtime's time is its frame count: nothing sleeps
     std::filesystem::path capture_dir;  // where the mock runtime puts the pictures of moments
     std::filesystem::path head_script;  // the mock runtime's head; empty: written from the planned path
-    render::RenderSettings render;
+    render::RenderSettings render{.count = true};  // the work done and skipped is reported
 };
 
 struct FrameTotals {

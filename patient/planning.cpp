@@ -18,8 +18,9 @@ constexpr double kFullClearance_m = 0.010;  // C3 = 1
 constexpr double kFullChord_m = 0.010;      // C4 = 1
 constexpr double kBeyondTarget_m = 0.020;   // the far wall is looked for this far
 constexpr double kUnderRibShare = 0.5;
-constexpr double kChord_m = 0.001;          // pieces of a straight line that breath has bent in the reference
-constexpr double kNeedle_m = 0.150;         // must come to the skin through free air
+constexpr double kChord_m = 0.001;   // pieces of a straight line that breath has bent in the reference
+constexpr double kNeedle_m = 0.150;  // must come to the skin through free air
+constexpr double kHair_m = 1e-5;
 constexpr double kSkinRoughness_m = 0.003;  // a slanting line leaves the voxelised skin this late
 
 // The voxels of the REFERENCE along the straight line a + s * direction in the patient deformed by `breath`:
@@ -58,13 +59,14 @@ class Judge {
         path.length_m = glm::length(path.target_m - path.entry_m);
         if (!(path.length_m <= settings_.max_length_m)) return Verdict::tooLong;  // C2
         const Vec3 direction = (path.target_m - path.entry_m) / path.length_m;
-        const std::optional<Duct> duct = traverse(path, direction);  // C1
+        const std::optional<Duct> duct = traverse(path.entry_m, direction, path.length_m);  // C1
         if (!duct || !freeOutside(path, direction)) return Verdict::blocked;
         const double clearance_m = smallestClearance(path, direction, duct->wall_m - settings_.near_target_m);
         path.clearance_score = std::min(1.0, clearance_m / kFullClearance_m);  // C3
         path.target_score = std::min(1.0, duct->chord_m / kFullChord_m);       // C4
         path.quality = 0.5 * (path.clearance_score + path.target_score);
-        return path.quality < settings_.min_quality ? Verdict::poor : Verdict::kept;
+        if (path.quality < settings_.min_quality) return Verdict::poor;
+        return freeBeside(path, direction) ? Verdict::kept : Verdict::blocked;
     }
 
   private:
@@ -74,31 +76,40 @@ class Judge {
     };
 
     // The duct that holds the target, or nothing when a risk structure is on the way.
-    std::optional<Duct> traverse(const PlannedPath& path, const Vec3& direction) const {
+    std::optional<Duct> traverse(const Vec3& entry_m, const Vec3& direction, double length_m) const {
         TrackFlags flags;
         bool blocked = false, in_duct = false;
-        double begin_of_duct_m = path.length_m, end_of_duct_m = path.length_m;
+        double begin_of_duct_m = length_m, end_of_duct_m = length_m;
         const auto visit = [&](const Index3& voxel, double begin_m, double end_m) {
             const TissueSample sample = patient_.at(voxel, flags);
             flags = patient_.flagsAfterEntering(sample, flags);
-            blocked = begin_m < path.length_m && sample.role == Role::risk;
+            blocked = begin_m < length_m && sample.role == Role::risk;
             if (blocked) return false;
             if (end_m - begin_m < 1e-9) return true;  // a corner
             if (sample.tissue == Tissue::duct) {
-                if (!in_duct) begin_of_duct_m = std::min(begin_m, path.length_m);
+                if (!in_duct) begin_of_duct_m = std::min(begin_m, length_m);
                 end_of_duct_m = end_m;
                 in_duct = true;
                 return true;
             }
-            if (end_m > path.length_m) return false;
+            if (end_m > length_m) return false;
             in_duct = false;
-            begin_of_duct_m = end_of_duct_m = path.length_m;
+            begin_of_duct_m = end_of_duct_m = length_m;
             return true;
         };
-        walkDeformed(patient_, settings_.breath, path.entry_m, direction, path.length_m + kBeyondTarget_m,
-                     visit);
+        walkDeformed(patient_, settings_.breath, entry_m, direction, length_m + kBeyondTarget_m, visit);
         if (blocked) return std::nullopt;
         return Duct{begin_of_duct_m, end_of_duct_m - begin_of_duct_m};
+    }
+
+    // A line along a voxel's edge belongs to either side, and the last bit decides which a needle meets:
+    // lines a hair beside the path must be free as well.
+    bool freeBeside(const PlannedPath& path, const Vec3& direction) const {
+        const Vec3 across = glm::normalize(glm::cross(direction, Vec3(0.0, 0.0, 1.0)) + Vec3(1e-9, 0.0, 0.0));
+        const Vec3 upward = glm::cross(across, direction);
+        for (const Vec3& aside : {across, -across, upward, -upward})
+            if (!traverse(path.entry_m + aside * kHair_m, direction, path.length_m)) return false;
+        return true;
     }
 
     // The path crosses the skin once: the needle comes to it through air.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -203,6 +204,22 @@ TEST(Planning, TheNeedleComesThroughFreeAir) {
         const double y_at_arm_mm = (p.entry_m + outward * (0.021 / outward.x)).y / kMm;
         EXPECT_LT(y_at_arm_mm, 12.0);
     }
+}
+
+// The path from (-1, 20, 20) mm runs through voxel edges; a vessel that only touches it there blocks it on
+// either side.
+TEST(Planning, AVesselAtAnEdgeOfThePathBlocks) {
+    const auto startsThere = [](const PlanResult& r) {
+        return std::any_of(r.paths.begin(), r.paths.end(), [](const PlannedPath& p) {
+            return glm::length(p.entry_m - Vec3(-1, 20, 20) * kMm) < 1e-6;
+        });
+    };
+    BoxTorso free, left, right;
+    EXPECT_TRUE(startsThere(free.plan()));
+    left.paint(Tissue::vessel, {-36, 7, 5}, {-30, 9, 7});
+    right.paint(Tissue::vessel, {-36, 5, 7}, {-30, 7, 9});
+    EXPECT_FALSE(startsThere(left.plan()));
+    EXPECT_FALSE(startsThere(right.plan()));
 }
 
 // The liver sinks 16 mm under ribs that stay: the gap that serves then is the one at its new height.

@@ -16,7 +16,7 @@ namespace {
 constexpr double kKnotStep_m = 0.010;
 // What a voxel on the wrong side costs. A rib that moves with the liver would close its own gap: worst. A rim
 // of liver that rests at the ribs does little harm, a spine that moves is hardly seen.
-constexpr double kLiverOut = 1.5, kOrganOut = 0.3, kRibIn = 3.0, kSpineIn = 0.1;
+constexpr double kLiverOut = 1.5, kOrganOut = 0.5, kRibIn = 15.0, kSpineIn = 0.1;
 
 struct Sample {
     double x_m, y_m, cost_outside, cost_inside;

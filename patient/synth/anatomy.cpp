@@ -57,7 +57,7 @@ double Anatomy::cavityDistance(const Vec3& p) const noexcept {
     const double wall = cageDistance(p);
     if (p.y > 0.0 || std::fabs(p.x) > 70.0) return wall;
     const Vec3 v = vertebra(p.z);
-    const double column = ellipsoid({p.x - v.x, p.y - v.y + 10.0, 0.0}, Vec3(0.0), {27.0, 29.0, 1e4});
+    const double column = ellipsoid({p.x - v.x, p.y - v.y + 10.0, 0.0}, Vec3(0.0), {22.5 + 3.5 * ramp(p.z, 60.0, 0.0), 29.0, 1e4});
     const double behind = smoothMin(column, psoas(p) - 2.0, 8.0);
     return smoothMax(wall, -behind, 10.0);
 }
@@ -77,8 +77,8 @@ double Anatomy::muscleDepth(const Vec3& p) const noexcept {
     const double erectors =
         chest + 5.0 + 21.0 * (1.0 - ramp(x, 50.0, 74.0)) - 5.0 * (1.0 - ramp(x, 2.0, 14.0));
     // Rectus bellies either side of the linea alba, below the costal margin; chest wall above it.
-    const double belly =
-        3.0 + 9.5 * ramp(x, 1.5, 12.0) * (1.0 - ramp(x, 52.0, 66.0)) + 7.0 * ramp(x, 62.0, 74.0);
+    const double u = std::min(std::fabs(x - 33.0) / 31.0, 1.0);
+    const double belly = 4.0 + 8.0 * std::sqrt(1.0 - u * u * u) + 10.0 * ramp(x, 62.0, 80.0);
     const double margin = costalMargin(f);
     const double above = ramp(p.z, margin - 18.0, margin + 4.0);
     const double front_wall = belly * (1.0 - above) + (chest + 3.0) * above;
@@ -154,7 +154,8 @@ Vec3 Anatomy::aorta(double z) const noexcept {
 Vec3 Anatomy::cava(double z) const noexcept {
     const Vec3 v = vertebra(z);
     const double lift = ramp(z, 10.0, 120.0);
-    return {v.x + 19.0 + 2.0 * lift, v.y + 31.0 + 20.0 * lift, z};
+    const double atrium = ramp(z, 116.0, 146.0);
+    return {v.x + 19.0 + 2.0 * lift - 10.0 * atrium, v.y + 31.0 + 20.0 * lift + 16.0 * atrium, z};
 }
 
 Anatomy drawAnatomy(std::uint64_t seed) {
@@ -188,9 +189,10 @@ Anatomy drawAnatomy(std::uint64_t seed) {
                                       {0.75, -0.65, 0.0}, {right, 28.0, 22.0});
     o.kidneyLeft = orientedEllipsoid(Vec3(-63.0, -33.0, -12.0) + random.jitter3(4.0), {-0.22, -0.12, -1.0},
                                      {-0.75, -0.65, 0.0}, {left, 28.0, 22.0});
-    o.spleen =
-        orientedEllipsoid(Vec3(-91.0, -24.0, 52.0) + random.jitter3(4.0), {-0.15, 0.75, -0.65},
-                          {0.3, 0.65, 0.7}, {random.uniform(50.0, 60.0), random.uniform(38.0, 44.0), 26.0});
+    // One draw per statement: the order of arguments is the compiler's to choose.
+    const Vec3 spleen = Vec3(-91.0, -24.0, 52.0) + random.jitter3(4.0);
+    const double spleen_long = random.uniform(50.0, 60.0), spleen_wide = random.uniform(38.0, 44.0);
+    o.spleen = orientedEllipsoid(spleen, {-0.15, 0.75, -0.65}, {0.3, 0.65, 0.7}, {spleen_long, spleen_wide, 26.0});
     o.heart = orientedEllipsoid(Vec3(-22.0, 28.0, 158.0) + random.jitter3(3.0), {-0.85, 0.45, -0.25},
                                 {0, 0, 1}, {60.0, 44.0, 44.0});
     o.tumour = Vec3(27.0, 5.0, -6.0) + random.jitter3(2.0);

@@ -7,20 +7,26 @@ namespace stylet::patient::synth {
 namespace {
 
 constexpr IdSet kCavity = only(Id::visceralFat);
+constexpr Id kThisLoop = Id::count;  // while a loop is being painted
 
 std::uint8_t depthByte(double depth_mm) {
     return std::uint8_t(std::clamp(depth_mm * 12.0, 1.0, 255.0));
 }
 
-// Stamps a hollow tube; the detail holds the depth under the outer wall until `finishHollow` turns it into
-// wall and content. Loops that touch keep their walls.
+// Stamps a hollow tube; the detail holds the depth under the outer wall until `finishHollow` turns it into wall and
+// content. Loops that touch keep their walls.
+template <class Allowed>
+void stampHollow(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, Id id, const Allowed& allowed) {
+    const auto brush = [&](const Vec3& p, const ConeHit& hit, const Stroke&, std::uint8_t& label, std::uint8_t& detail) {
+        if (!allowed(p)) return;
+        const std::uint8_t depth = depthByte(-hit.distance);
+        detail = label == std::uint8_t(id) ? std::max(detail, depth) : depth;
+        label = std::uint8_t(id);
+    };
+    stamp(canvas, strokes, onto | only(id), brush);
+}
 void stampHollow(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, Id id) {
-    stamp(canvas, strokes, onto | only(id),
-          [id](const Vec3&, const ConeHit& hit, const Stroke&, std::uint8_t& label, std::uint8_t& detail) {
-              const std::uint8_t depth = depthByte(-hit.distance);
-              detail = label == std::uint8_t(id) ? std::max(detail, depth) : depth;
-              label = std::uint8_t(id);
-          });
+    stampHollow(canvas, strokes, onto, id, [](const Vec3&) { return true; });
 }
 
 // Gas in front of one level for the whole part: `level` of its mean radius before its mean depth.
@@ -76,27 +82,27 @@ void paintStomach(Canvas& canvas, const Anatomy& a, Random& random) {
     stampHollow(canvas, body, kCavity, Id::stomach);
     // One level for the whole stomach.
     const double level_y = 24.0 + random.jitter(5.0);
-    canvas.paint(kWholeBody, only(Id::stomach),
-                 [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
-                     if (p.y > level_y && detail > depthByte(4.5) && p.z < 110.0 && p.x < 5.0)
-                         label = std::uint8_t(Id::gas), detail = 0;
-                 });
+    const auto gas = [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+        if (p.y > level_y && detail > depthByte(4.5) && p.z < 110.0) label = std::uint8_t(Id::gas), detail = 0;
+    };
+    canvas.paint(kWholeBody, only(Id::stomach), gas);
     finishHollow(canvas, Id::stomach, 4.0, 0.25, a.seed ^ 0x41);
 }
 
 void paintColon(Canvas& canvas, const Anatomy& a, Random& random) {
     const double sag = random.uniform(-14.0, 8.0);
+    const double flexure = a.organs.liver_low_mm - 4.0;  // hangs below the liver, however low that reaches
     const std::vector<TubePoint> course{{{86.0, -6.0, -135.0}, 25.0},
                                         {{93.0, -12.0, -100.0}, 25.0},
-                                        {{94.0, -16.0, -68.0}, 23.0},
-                                        {{84.0, 8.0, -50.0}, 21.0},
-                                        {{58.0, 46.0, -44.0 + 0.5 * sag}, 20.0},
+                                        {{94.0, -16.0, -70.0 + flexure}, 23.0},
+                                        {{82.0, 8.0, -52.0 + flexure}, 21.0},
+                                        {{58.0, 46.0, -44.0 + 0.5 * (sag + flexure)}, 20.0},
                                         {{18.0, 60.0, -46.0 + sag}, 19.0},
                                         {{-26.0, 60.0, -42.0 + sag}, 18.0},
                                         {{-66.0, 48.0, -18.0 + 0.4 * sag}, 17.0},
-                                        {{-92.0, 20.0, 8.0}, 17.0},
-                                        {{-101.0, -8.0, 16.0}, 16.0},
-                                        {{-102.0, -22.0, -14.0}, 15.0},
+                                        {{-88.0, 27.0, 2.0}, 17.0},
+                                        {{-98.0, 2.0, 2.0}, 16.0},
+                                        {{-101.0, -20.0, -24.0}, 15.0},
                                         {{-100.0, -20.0, -70.0}, 14.0},
                                         {{-96.0, -10.0, -135.0}, 14.0}};
     const std::vector<Stroke> all = tube(course, 2.0, 0.13, 27.0);
@@ -108,16 +114,23 @@ void paintColon(Canvas& canvas, const Anatomy& a, Random& random) {
     finishHollow(canvas, Id::colon, 2.6, 0.9, a.seed ^ 0x42);
 }
 
+// How far in front of kidneys, great vessels and psoas p lies: the small bowel hangs before them.
+double beforeRetroperitoneum(const Anatomy& a, const Vec3& p) {
+    const double kidneys = std::min(a.organs.kidneyRight.distance(p), a.organs.kidneyLeft.distance(p)) - 4.0;
+    const double middle = std::fabs(p.x) < 50.0 ? p.y - a.aorta(p.z).y - 11.0 + 6.0 * ramp(std::fabs(p.x), 20.0, 50.0) : 1e3;
+    return std::min(kidneys, middle);
+}
+
 // A loop that winds through its region and keeps away from what is there: every step takes the freest of a
 // few turns.
-std::vector<TubePoint> wander(Random& random, const Box& region, std::vector<Vec3>& taken, int steps,
+std::vector<TubePoint> wander(const Anatomy& a, Random& random, const Box& region, std::vector<Vec3>& taken, int steps,
                               double radius) {
     const auto crowding = [&](const Vec3& p) {
         double nearest = 30.0;
         for (std::size_t i = 0; i + 2 < taken.size(); ++i)
             nearest = std::min(nearest, length(p - taken[i]));
         const Vec3 out = glm::max(glm::max(region.low - p, p - region.high), Vec3(0.0));
-        return 3.0 * (out.x + out.y + out.z) - nearest;
+        return 3.0 * (out.x + out.y + out.z) + 3.0 * std::max(10.0 - beforeRetroperitoneum(a, p), 0.0) - nearest;
     };
     const auto anywhere = [&] {
         const double x = random.uniform(region.low.x, region.high.x),
@@ -161,8 +174,8 @@ void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
                       {{42.0, 18.0, 6.0}, 12.0},
                       {{49.0, 4.0, -14.0}, 12.5},
                       {{44.0, -2.0, -40.0}, 12.0},
-                      {{20.0, 0.0, -54.0}, 11.0},
-                      {{-8.0, 4.0, -52.0}, 11.0},
+                      {{20.0, 6.0, -56.0}, 11.0},
+                      {{-8.0, 10.0, -54.0}, 10.0},
                       {{-26.0, 10.0, -34.0}, 11.0}},
                      3.0),
                 kCavity, Id::bowel);
@@ -173,12 +186,51 @@ void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
     for (int loop = 0; loop < 13; ++loop) {
         const bool jejunum = loop < 4;
         const std::vector<TubePoint> way =
-            wander(random, jejunum ? upper : lower, taken, jejunum ? 16 : 18, jejunum ? 12.5 : 11.5);
+            wander(a, random, jejunum ? upper : lower, taken, jejunum ? 16 : 18, jejunum ? 12.5 : 11.5);
         const std::vector<Stroke> strokes = tube(way, 3.0, 0.05, 11.0);
-        stampHollow(canvas, strokes, kCavity, Id::bowel);
-        if (random.unit() < 0.3) stampGas(canvas, part(strokes, 0.2, 0.5), Id::bowel, 2.6, 0.35);
+        stampHollow(canvas, strokes, kCavity, kThisLoop,
+                    [&](const Vec3& p) { return beforeRetroperitoneum(a, p) > 0.0; });
+        if (random.unit() < 0.3) stampGas(canvas, part(strokes, 0.2, 0.5), kThisLoop, 2.6, 0.35);
+        // Now it is bowel like the loops before, whose walls it has left alone.
+        canvas.paint(kWholeBody, only(kThisLoop),
+                     [](const Vec3&, std::uint8_t& label, std::uint8_t&) { label = std::uint8_t(Id::bowel); });
     }
     finishHollow(canvas, Id::bowel, 2.0, 0.3, a.seed ^ 0x43);
+}
+
+// Where another organ has cut into a hollow one, its gas gets a wall on that side too.
+void sealGas(Canvas& canvas) {
+    const Grid& grid = canvas.grid();
+    const IdSet hollow = anyOf({Id::stomach, Id::colon, Id::bowel});
+    const int wall = std::max(1, int(2.0 / canvas.voxel_mm()));
+    std::vector<std::vector<std::pair<std::size_t, std::uint8_t>>> sealed(std::size_t(grid.dims.z));
+    const auto look = [&](Index3 at, int axis, int step, int reach, IdSet past) {
+        for (int k = 0; k < reach; ++k) {
+            at[axis] += step;
+            if (!grid.contains(at)) return std::uint8_t(Id::gas);
+            if (!holds(past, canvas.labels[at])) return canvas.labels[at];
+        }
+        return std::uint8_t(Id::gas);
+    };
+    forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
+        for (int y = 0; y < grid.dims.y; ++y)
+            for (int x = 0; x < grid.dims.x; ++x) {
+                const std::size_t n = grid.offset({x, y, z});
+                if (canvas.labels.voxels[n] != std::uint8_t(Id::gas)) continue;
+                bool bare = false;
+                std::uint8_t host = std::uint8_t(Id::colon);
+                for (int axis = 0; axis < 3; ++axis)
+                    for (const int step : {-1, 1}) {
+                        const std::uint8_t next = look({x, y, z}, axis, step, wall, only(Id::gas));
+                        bare = bare || !holds(hollow | only(Id::gas), next);
+                        const std::uint8_t organ = look({x, y, z}, axis, step, 40, only(Id::gas));
+                        if (holds(hollow, organ)) host = organ;
+                    }
+                if (bare) sealed[std::size_t(z)].push_back({n, host});
+            }
+    });
+    for (const auto& slice : sealed)
+        for (const auto& [n, host] : slice) canvas.labels.voxels[n] = host, canvas.detail[n] = 255;
 }
 
 }  // namespace
@@ -188,6 +240,7 @@ void paintBowel(Canvas& canvas, const Anatomy& a) {
     paintStomach(canvas, a, random);
     paintColon(canvas, a, random);
     paintSmallBowel(canvas, a, random);
+    sealGas(canvas);
     paintMesentery(canvas, a);
 }
 

@@ -55,7 +55,7 @@ std::vector<Label> makeTable() {
     constexpr Tissue soft = Tissue::soft, bone = Tissue::bone, vessel = Tissue::vessel;
     return {
         row(skin, "skin", Tissue::skin, pass, false, {214, 164, 132}),
-        row(fat, "subcutaneous fat", soft, pass, false, {236, 214, 130}),
+        row(fat, "fat of the body wall", soft, pass, false, {236, 214, 130}),
         row(muscle, "muscle", soft, pass, false, {170, 76, 64}),
         row(fascia, "fascia", Tissue::fascia, pass, false, {232, 232, 240}),
         row(visceralFat, "visceral fat", soft, pass, true, {224, 196, 96}),

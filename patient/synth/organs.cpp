@@ -55,9 +55,20 @@ void paintPancreas(Canvas& canvas, const Anatomy& a) {
           });
 }
 
+// The diaphragm's crura: bands on either side of the aorta, down onto the lumbar spine.
+void paintCrura(Canvas& canvas, const Anatomy& a) {
+    canvas.fill({{-45.0, -60.0, -45.0}, {45.0, 10.0, 105.0}}, kCavity, Id::diaphragm, [&](const Vec3& p) {
+        const double up = ramp(p.z, -45.0, 50.0);
+        const Vec3 aorta = a.aorta(p.z);
+        const Vec3 q{std::fabs(p.x - aorta.x) - 11.5 - 1.5 * up, p.y - aorta.y + 5.0 - 2.0 * up, 0.0};
+        return ellipsoid(q, Vec3(0.0), {1.0 + 2.8 * up, 5.0 + 5.0 * up, 1e4});
+    });
+}
+
 }  // namespace
 
 void paintGreatVessels(Canvas& canvas, const Anatomy& a) {
+    paintCrura(canvas, a);
     const Box box{{-40.0, -60.0, -1000.0}, {60.0, 40.0, 1000.0}};
     const IdSet onto = anyOf({Id::visceralFat, Id::diaphragm, Id::heart});
     canvas.paint(box, onto, [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
@@ -69,7 +80,7 @@ void paintGreatVessels(Canvas& canvas, const Anatomy& a) {
         const bool in_heart = label == std::uint8_t(Id::heart);
         if (in_aorta < 0.0 && !in_heart)
             label = std::uint8_t(Id::aorta), detail = 0;
-        else if (in_cava < 0.0 && p.z < 142.0)
+        else if (in_cava < 0.0 && p.z < 152.0)
             label = std::uint8_t(Id::cava), detail = 0;
     });
 }

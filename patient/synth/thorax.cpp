@@ -51,6 +51,9 @@ void paintThorax(Canvas& canvas, const Anatomy& a) {
         if (heart < 0.0 && above > 1.5) {
             label = std::uint8_t(Id::heart);
             detail = detailFrom(heartBlood(a.organs.heart, p, heart));
+        } else if (above < 5.0 * ramp(a.cageDistance(p), -6.0, -1.5)) {
+            // The recess ends where it would be thinner than a voxel or two.
+            label = std::uint8_t(Id::diaphragm);
         } else if (mediastinum(a, p) >= 0.0) {
             label = std::uint8_t(p.x > -4.0 ? Id::lungRight : Id::lungLeft);
             detail = detailFrom(lungDensity(a, p));

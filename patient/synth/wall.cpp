@@ -10,8 +10,9 @@ namespace {
 // muscles that lie on them, around the erectors of the spine.
 bool fatPlane(const Anatomy& a, const Vec3& p, double d, double muscle_depth) {
     if (d < 0.0) {
-        const double psoas = a.psoas(p);
-        return psoas > 0.0 && psoas < 1.3;
+        // Beside the vertebral bodies, around psoas and the crura.
+        const double sway = 3.0 * valueNoise(p / 12.0, a.seed ^ 0x64);
+        return a.psoas(p) > 0.0 && p.y > a.vertebra(p.z).y - 11.0 - 0.15 * std::fabs(p.x) + sway;
     }
     const double f = a.front(p), x = std::fabs(p.x);
     const double sway = valueNoise(p / 26.0, a.seed ^ 0x62);

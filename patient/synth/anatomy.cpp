@@ -57,7 +57,8 @@ double Anatomy::cavityDistance(const Vec3& p) const noexcept {
     const double wall = cageDistance(p);
     if (p.y > 0.0 || std::fabs(p.x) > 70.0) return wall;
     const Vec3 v = vertebra(p.z);
-    const double column = ellipsoid({p.x - v.x, p.y - v.y + 10.0, 0.0}, Vec3(0.0), {22.5 + 3.5 * ramp(p.z, 60.0, 0.0), 29.0, 1e4});
+    const double column = ellipsoid({p.x - v.x, p.y - v.y + 10.0, 0.0}, Vec3(0.0),
+                                    {22.5 + 3.5 * ramp(p.z, 60.0, 0.0), 29.0, 1e4});
     const double behind = smoothMin(column, psoas(p) - 2.0, 8.0);
     return smoothMax(wall, -behind, 10.0);
 }
@@ -192,7 +193,8 @@ Anatomy drawAnatomy(std::uint64_t seed) {
     // One draw per statement: the order of arguments is the compiler's to choose.
     const Vec3 spleen = Vec3(-91.0, -24.0, 52.0) + random.jitter3(4.0);
     const double spleen_long = random.uniform(50.0, 60.0), spleen_wide = random.uniform(38.0, 44.0);
-    o.spleen = orientedEllipsoid(spleen, {-0.15, 0.75, -0.65}, {0.3, 0.65, 0.7}, {spleen_long, spleen_wide, 26.0});
+    o.spleen =
+        orientedEllipsoid(spleen, {-0.15, 0.75, -0.65}, {0.3, 0.65, 0.7}, {spleen_long, spleen_wide, 26.0});
     o.heart = orientedEllipsoid(Vec3(-22.0, 28.0, 158.0) + random.jitter3(3.0), {-0.85, 0.45, -0.25},
                                 {0, 0, 1}, {60.0, 44.0, 44.0});
     o.tumour = Vec3(27.0, 5.0, -6.0) + random.jitter3(2.0);

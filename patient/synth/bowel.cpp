@@ -13,11 +13,13 @@ std::uint8_t depthByte(double depth_mm) {
     return std::uint8_t(std::clamp(depth_mm * 12.0, 1.0, 255.0));
 }
 
-// Stamps a hollow tube; the detail holds the depth under the outer wall until `finishHollow` turns it into wall and
-// content. Loops that touch keep their walls.
+// Stamps a hollow tube; the detail holds the depth under the outer wall until `finishHollow` turns it into
+// wall and content. Loops that touch keep their walls.
 template <class Allowed>
-void stampHollow(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, Id id, const Allowed& allowed) {
-    const auto brush = [&](const Vec3& p, const ConeHit& hit, const Stroke&, std::uint8_t& label, std::uint8_t& detail) {
+void stampHollow(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, Id id,
+                 const Allowed& allowed) {
+    const auto brush = [&](const Vec3& p, const ConeHit& hit, const Stroke&, std::uint8_t& label,
+                           std::uint8_t& detail) {
         if (!allowed(p)) return;
         const std::uint8_t depth = depthByte(-hit.distance);
         detail = label == std::uint8_t(id) ? std::max(detail, depth) : depth;
@@ -71,9 +73,9 @@ void paintStomach(Canvas& canvas, const Anatomy& a, Random& random) {
                 Id::stomach);
     const double full = random.uniform(0.9, 1.08);
     const Vec3 sway = random.jitter3(4.0);
-    const std::vector<Stroke> body = tube({{Vec3(-52.0, -20.0, 92.0) + sway, 28.0 * full},
-                                           {Vec3(-57.0, -2.0, 76.0) + sway, 35.0 * full},
-                                           {Vec3(-57.0, 20.0, 48.0) + sway, 32.0 * full},
+    const std::vector<Stroke> body = tube({{Vec3(-52.0, -16.0, 93.0) + sway, 28.0 * full},
+                                           {Vec3(-57.0, 2.0, 78.0) + sway, 35.0 * full},
+                                           {Vec3(-57.0, 23.0, 50.0) + sway, 32.0 * full},
                                            {Vec3(-45.0, 35.0, 18.0) + sway, 26.0 * full},
                                            {Vec3(-18.0, 44.0, 0.0) + sway, 21.0 * full},
                                            {Vec3(10.0, 42.0, 1.0) + sway, 16.0 * full},
@@ -83,7 +85,8 @@ void paintStomach(Canvas& canvas, const Anatomy& a, Random& random) {
     // One level for the whole stomach.
     const double level_y = 24.0 + random.jitter(5.0);
     const auto gas = [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
-        if (p.y > level_y && detail > depthByte(4.5) && p.z < 110.0) label = std::uint8_t(Id::gas), detail = 0;
+        if (p.y > level_y && detail > depthByte(4.5) && p.z < 110.0)
+            label = std::uint8_t(Id::gas), detail = 0;
     };
     canvas.paint(kWholeBody, only(Id::stomach), gas);
     finishHollow(canvas, Id::stomach, 4.0, 0.25, a.seed ^ 0x41);
@@ -117,20 +120,22 @@ void paintColon(Canvas& canvas, const Anatomy& a, Random& random) {
 // How far in front of kidneys, great vessels and psoas p lies: the small bowel hangs before them.
 double beforeRetroperitoneum(const Anatomy& a, const Vec3& p) {
     const double kidneys = std::min(a.organs.kidneyRight.distance(p), a.organs.kidneyLeft.distance(p)) - 4.0;
-    const double middle = std::fabs(p.x) < 50.0 ? p.y - a.aorta(p.z).y - 11.0 + 6.0 * ramp(std::fabs(p.x), 20.0, 50.0) : 1e3;
+    const double middle =
+        std::fabs(p.x) < 50.0 ? p.y - a.aorta(p.z).y - 11.0 + 6.0 * ramp(std::fabs(p.x), 20.0, 50.0) : 1e3;
     return std::min(kidneys, middle);
 }
 
 // A loop that winds through its region and keeps away from what is there: every step takes the freest of a
 // few turns.
-std::vector<TubePoint> wander(const Anatomy& a, Random& random, const Box& region, std::vector<Vec3>& taken, int steps,
-                              double radius) {
+std::vector<TubePoint> wander(const Anatomy& a, Random& random, const Box& region, std::vector<Vec3>& taken,
+                              int steps, double radius) {
     const auto crowding = [&](const Vec3& p) {
         double nearest = 30.0;
         for (std::size_t i = 0; i + 2 < taken.size(); ++i)
             nearest = std::min(nearest, length(p - taken[i]));
         const Vec3 out = glm::max(glm::max(region.low - p, p - region.high), Vec3(0.0));
-        return 3.0 * (out.x + out.y + out.z) + 3.0 * std::max(10.0 - beforeRetroperitoneum(a, p), 0.0) - nearest;
+        return 3.0 * (out.x + out.y + out.z) + 3.0 * std::max(10.0 - beforeRetroperitoneum(a, p), 0.0) -
+               nearest;
     };
     const auto anywhere = [&] {
         const double x = random.uniform(region.low.x, region.high.x),
@@ -192,8 +197,9 @@ void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
                     [&](const Vec3& p) { return beforeRetroperitoneum(a, p) > 0.0; });
         if (random.unit() < 0.3) stampGas(canvas, part(strokes, 0.2, 0.5), kThisLoop, 2.6, 0.35);
         // Now it is bowel like the loops before, whose walls it has left alone.
-        canvas.paint(kWholeBody, only(kThisLoop),
-                     [](const Vec3&, std::uint8_t& label, std::uint8_t&) { label = std::uint8_t(Id::bowel); });
+        canvas.paint(kWholeBody, only(kThisLoop), [](const Vec3&, std::uint8_t& label, std::uint8_t&) {
+            label = std::uint8_t(Id::bowel);
+        });
     }
     finishHollow(canvas, Id::bowel, 2.0, 0.3, a.seed ^ 0x43);
 }
@@ -230,7 +236,8 @@ void sealGas(Canvas& canvas) {
             }
     });
     for (const auto& slice : sealed)
-        for (const auto& [n, host] : slice) canvas.labels.voxels[n] = host, canvas.detail[n] = 255;
+        for (const auto& [n, host] : slice)
+            canvas.labels.voxels[n] = host, canvas.detail[n] = 255;
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ class Grower {
     void run() {
         tree_.updateRadii();
         int missed = 0;
-        while (leaves() < s_.terminals && missed < 60)
+        while (leaves() < s_.terminals && missed < 150)
             missed = addTerminal() ? 0 : missed + 1;
     }
 

@@ -42,8 +42,8 @@ void paintPancreas(Canvas& canvas, const Anatomy& a) {
                                            {{23.0, 10.0, -10.0}, 15.0},
                                            {{8.0, 17.0, 0.0}, 11.0},
                                            {{-16.0, 16.0, 12.0}, 12.5},
-                                           {{-44.0, 4.0, 27.0}, 12.5},
-                                           {spleen + Vec3(24.0, 12.0, -6.0), 10.0}},
+                                           {{-44.0, -3.0, 22.0}, 12.0},
+                                           {spleen + Vec3(20.0, 4.0, -16.0), 9.5}},
                                           3.0);
     stamp(canvas, body, kCavity,
           [&](const Vec3& p, const ConeHit& hit, const Stroke&, std::uint8_t& label, std::uint8_t& d) {
@@ -143,7 +143,8 @@ void paintTrees(Canvas& canvas, const HepaticTrees& trees) {
     paintStrokes(canvas, trees.duct_outside, liver, Id::ducts);
     paintStrokes(canvas, trees.portal, liver, Id::portal);
     paintStrokes(canvas, trees.portal_outside, liver, Id::portal);
-    paintStrokes(canvas, trees.hepatic_veins, liver, Id::hepaticVeins);
+    // Their trunks meet inside the vena cava: one tree, in one piece.
+    paintStrokes(canvas, trees.hepatic_veins, liver | only(Id::cava), Id::hepaticVeins);
 }
 
 }  // namespace stylet::patient::synth

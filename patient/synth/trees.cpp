@@ -26,20 +26,44 @@ Vec3 pulledIn(const Depth& depth, Vec3 p, double wanted_mm) {
     return p;
 }
 
+// The least distance between the walls of a straight edge and of what is there.
+double clearance(const std::vector<Stroke>& obstacles, const Vec3& from, const Vec3& to, double radius) {
+    double least = 1e9;
+    for (int k = 2; k <= 10; ++k)
+        for (const Stroke& o : obstacles)
+            least =
+                std::min(least, roundCone(mixed(from, to, k / 10.0), o.a, o.b, o.ra, o.rb).distance - radius);
+    return least;
+}
+
 struct Scaffold {
     Tree& tree;
     const Depth& depth;
     Random& random;
+    const std::vector<Stroke>& obstacles;
+
+    // A node near `p`, in the liver, where the edge to it is clear: the best of a few places, the first that
+    // is good.
     int add(const Vec3& p, int parent) {
-        return tree.add(pulledIn(depth, p + random.jitter3(5.0), 9.0), parent);
+        Vec3 best(0.0);
+        double most = -1e9;
+        for (int i = 0; i < 30 && most < kRoom_mm; ++i) {
+            const Vec3 place = pulledIn(depth, p + random.jitter3(5.0 + 0.25 * i), 9.0);
+            const double room = clearance(obstacles, tree.nodes[std::size_t(parent)].p, place, 2.5);
+            if (room > most) most = room, best = place;
+        }
+        return tree.add(best, parent);
     }
+
+    static constexpr double kRoom_mm = 4.0;
 };
 
 Tree portalScaffold(const Anatomy& a, const Depth& depth, Random& random) {
+    const std::vector<Stroke> free;
     Tree tree;
     tree.terminal_radius = kPortalTerminal_mm;
     const Vec3 h = a.organs.hilum;
-    Scaffold s{tree, depth, random};
+    Scaffold s{tree, depth, random, free};
     const int root = tree.add(h + Vec3(-6.0, -2.0, -14.0), -1);
     const int hilum = tree.add(h, root);
     const int right = s.add(h + Vec3(20.0, 0.0, 7.0), hilum);
@@ -57,12 +81,13 @@ Tree portalScaffold(const Anatomy& a, const Depth& depth, Random& random) {
     return tree;
 }
 
-Tree hepaticScaffold(const Anatomy& a, const Depth& depth, Random& random) {
+Tree hepaticScaffold(const Anatomy& a, const Depth& depth, Random& random,
+                     const std::vector<Stroke>& portal) {
     Tree tree;
     tree.terminal_radius = 1.2;
     const double z = 112.0 + (a.dome_right_mm - 132.0);
     const Vec3 cava = a.cava(z);
-    Scaffold s{tree, depth, random};
+    Scaffold s{tree, depth, random, portal};
     const int root = tree.add(cava, -1);
     const int right = s.add(cava + Vec3(28.0, 2.0, -8.0), root);
     const int right2 = s.add(cava + Vec3(54.0, -6.0, -34.0), right);
@@ -170,8 +195,8 @@ std::vector<Stroke> portalOutside(const Anatomy& a, const Vec3& root, double rad
                      3.0));
     append(all, tube({{confluence, 4.6},
                       {{-18.0, 3.0, 8.0}, 4.3},
-                      {{-48.0, -8.0, 24.0}, 4.0},
-                      {spleen + Vec3(20.0, 6.0, -8.0), 3.4}},
+                      {{-46.0, -13.0, 19.0}, 4.0},
+                      {spleen + Vec3(16.0, -2.0, -12.0), 3.4}},
                      3.0));
     return all;
 }
@@ -187,7 +212,13 @@ HepaticTrees growHepaticTrees(const Anatomy& a) {
         return std::min(-a.liverDistance(p), p.z > 20.0 ? vein : 1e3);
     };
     HepaticTrees trees;
+    // The great branches of both first, so that each finds its way; then the portal tree, which needs room
+    // for the ducts; then the hepatic veins in what is left.
     Tree portal = portalScaffold(a, depth, random);
+    Tree veins = hepaticScaffold(a, depth, random, treeStrokes(portal, 1.0));
+    std::vector<Stroke> great_veins = treeStrokes(veins, 1.0);
+    for (Stroke& v : great_veins)
+        v.ra += 1.0, v.rb += 1.0;
     GrowthSettings grow;
     grow.terminals = 78;
     grow.depth_mm = 8.0;
@@ -195,7 +226,8 @@ HepaticTrees growHepaticTrees(const Anatomy& a) {
     grow.gap_per_radius = 1.6;
     grow.min_edge_mm = 7.0;
     grow.box = kLiverBox;
-    growTree(portal, random, grow, depth, {});
+    grow.other_gap_mm = 5.5;
+    growTree(portal, random, grow, depth, great_veins);
     trees.portal = treeStrokes(portal, 0.75);
 
     Ducts ducts(portal);
@@ -219,11 +251,10 @@ HepaticTrees growHepaticTrees(const Anatomy& a) {
     std::vector<Stroke> taken = trees.portal;
     append(taken, trees.ducts);
     append(taken, trees.portal_outside);
-    Tree veins = hepaticScaffold(a, depth, random);
-    grow.terminals = 55;
+    grow.terminals = 60;
     grow.depth_mm = 6.0;
-    grow.own_gap_mm = 5.0;
-    grow.other_gap_mm = 1.6;
+    grow.own_gap_mm = 4.0;
+    grow.other_gap_mm = 1.4;
     grow.gap_per_radius = 0.5;
     growTree(veins, random, grow, depth, taken);
     trees.hepatic_veins = treeStrokes(veins, 0.7);

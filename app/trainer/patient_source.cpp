@@ -15,9 +15,6 @@ using patient::PlannedPath;
 
 namespace {
 
-// Raised whenever the reference patient of a seed changes, so that no stale one is used.
-constexpr int kReferencePatientVersion = 1;
-
 // One line on stderr that counts up where a person watches, and stays short in a log.
 class Progress {
   public:
@@ -43,20 +40,31 @@ class Progress {
     int percent_ = -1;
 };
 
+patient::synth::SynthSettings referenceSettings(const PatientRequest& request) {
+    patient::synth::SynthSettings settings;
+    settings.seed = request.seed;
+    settings.spacing_m = request.spacing_m;
+    settings.defaults = patient::loadTissueDefaults(request.assets / "tissue" / "ptcd.toml");
+    return settings;
+}
+
+// Named after what its maker makes of the seed, judged by a coarse patient (0.1 s): when the maker or the
+// force table changes, no stale patient is used.
 std::filesystem::path referenceFolder(const PatientRequest& request) {
+    patient::synth::SynthSettings coarse = referenceSettings(request);
+    coarse.spacing_m = 0.005;
+    const std::uint64_t mark = patient::digest(patient::synth::makeReferencePatient(coarse));
     char name[96];
-    std::snprintf(name, sizeof name, "reference-v%d-seed%llu-%gmm", kReferencePatientVersion,
-                  static_cast<unsigned long long>(request.seed), request.spacing_m * 1000.0);
+    std::snprintf(name, sizeof name, "reference-seed%llu-%gmm-%08x",
+                  static_cast<unsigned long long>(request.seed), request.spacing_m * 1000.0,
+                  static_cast<unsigned>(mark >> 32));
     return request.cache / "patients" / name;
 }
 
 void makeReference(const PatientRequest& request, const std::filesystem::path& folder) {
     Progress progress("making the reference patient of seed " + std::to_string(request.seed) + " in " +
                       folder.string() + " (once)");
-    patient::synth::SynthSettings settings;
-    settings.seed = request.seed;
-    settings.spacing_m = request.spacing_m;
-    settings.defaults = patient::loadTissueDefaults(request.assets / "tissue" / "ptcd.toml");
+    patient::synth::SynthSettings settings = referenceSettings(request);
     settings.progress = [&](std::string_view stage, double fraction) { progress.show(stage, fraction); };
     std::filesystem::create_directories(folder.parent_path());
     patient::savePackage(patient::synth::makeReferencePatient(settings), folder);

@@ -21,10 +21,11 @@ namespace {
 
 // From the operator's feet to the entry, along -z.
 constexpr double kReach_m = 0.45;
-constexpr double kEyeDistance_m = 0.50;
+constexpr double kEyeDistance_m = 0.48;
+constexpr double kGazeAbove_m = 0.02;  // the trunk, not the table, in the middle
 // Between the line of sight and the planned shaft: enough to see its length, little enough to see where it
 // points.
-constexpr double kSightToShaft_rad = 50.0 * std::numbers::pi / 180.0;
+constexpr double kSightToShaft_rad = 58.0 * std::numbers::pi / 180.0;
 constexpr Vec3 kUp{0.0, 1.0, 0.0};
 
 // The lowest part of the body: rows of a few stray voxels do not count.
@@ -75,8 +76,8 @@ Pose stageFromHead(const Pose& stage_from_patient, const patient::PlannedPath& p
     beside = glm::normalize(beside - glm::dot(beside, outward) * outward);
     const Vec3 from_entry = std::cos(kSightToShaft_rad) * outward + std::sin(kSightToShaft_rad) * beside;
 
-    const Vec3 gaze =
-        glm::mix(entry, target, 0.3) + Vec3{sway(0.004, 0.13, t_s, 0.5), 0.0, sway(0.003, 0.09, t_s, 2.0)};
+    const Vec3 gaze = glm::mix(entry, target, 0.3) + kGazeAbove_m * kUp +
+                      Vec3{sway(0.004, 0.13, t_s, 0.5), 0.0, sway(0.003, 0.09, t_s, 2.0)};
     const Vec3 eyes =
         entry + kEyeDistance_m * from_entry +
         Vec3{sway(0.014, 0.11, t_s, 0.0), sway(0.006, 0.23, t_s, 0.7), sway(0.010, 0.17, t_s, 1.0)};
@@ -95,14 +96,13 @@ void writeHeadScript(const std::filesystem::path& file, const Pose& stage_from_p
         head.push_back(
             {{"t_s", i * kKeyEvery_s}, {"position", {p.x, p.y, p.z}}, {"orientation", {q.x, q.y, q.z, q.w}}});
     }
-    // Angles as headsets have them, wider toward the temples than toward the nose: left, right, up, down.
     const json script{{"version", 1},
                       {"refresh_hz", 90},
                       {"eyes",
-                       {{"ipd_m", 0.063},
+                       {{"ipd_m", kMockEyeDistance_m},
                         {"recommended_size", {640, 640}},
-                        {"left_fov_rad", {-0.785, 0.700, 0.735, -0.770}},
-                        {"right_fov_rad", {-0.700, 0.785, 0.735, -0.770}}}},
+                        {"left_fov_rad", kMockEyeAngles_rad[0]},
+                        {"right_fov_rad", kMockEyeAngles_rad[1]}}},
                       {"head", head}};
     std::ofstream out(file);
     out << script.dump(1) << '\n';

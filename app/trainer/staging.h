@@ -10,6 +10,11 @@ namespace stylet::trainer {
 
 inline constexpr double kTableHeight_m = 0.95;
 
+// The mock headset's eyes: tangents' angles left, right, up, down, wider toward the temples than toward the
+// nose as headsets have them; a narrow headset, so that 640 pixels show what matters.
+inline constexpr double kMockEyeAngles_rad[2][4] = {{-0.62, 0.50, 0.50, -0.62}, {-0.50, 0.62, 0.50, -0.62}};
+inline constexpr double kMockEyeDistance_m = 0.063;
+
 // The patient supine (front up, head to the operator's left) with the back on the table and the path's entry
 // before the operator, who stands at the stage's origin and looks along -z.
 patient::Pose stageFromPatient(const patient::Patient&, const patient::PlannedPath&);

@@ -92,11 +92,10 @@ int disparityAt(const Picture& left, const Picture& right, int x, int y) {
 
 // Where a point of the stage falls in an eye's picture, by the head script's fields of view.
 std::array<double, 2> project(const patient::Pose& stage_from_head, int eye, const Vec3& p, int size) {
-    const double sign = eye == 0 ? -1.0 : 1.0;
-    const patient::Pose head_from_eye{patient::Quat{1, 0, 0, 0}, {sign * 0.0315, 0.0, 0.0}};
+    const double to_side_m = (eye == 0 ? -0.5 : 0.5) * kMockEyeDistance_m;
+    const patient::Pose head_from_eye{patient::Quat{1, 0, 0, 0}, {to_side_m, 0.0, 0.0}};
     const Vec3 seen = (stage_from_head * head_from_eye).inverse() * p;
-    const double left = eye == 0 ? -0.785 : -0.700, right = eye == 0 ? 0.700 : 0.785, up = 0.735,
-                 down = -0.770;
+    const auto& [left, right, up, down] = kMockEyeAngles_rad[eye];
     const double u = (seen.x / -seen.z - std::tan(left)) / (std::tan(right) - std::tan(left));
     const double v = (std::tan(up) - seen.y / -seen.z) / (std::tan(up) - std::tan(down));
     return {u * size, v * size};
@@ -179,10 +178,10 @@ TEST_F(FramesTest, TheEntryStaysInBothPictures) {
     for (double t_s = 0.0; t_s < 120.0; t_s += 0.5) {
         const patient::Pose head = stageFromHead(stage_from_patient, path_, t_s);
         for (int eye = 0; eye < 2; ++eye)
-            for (const Vec3& p : {path_.entry_m, path_.target_m, Vec3(-0.10, 0.0, 0.0)}) {
+            for (const Vec3& p : {path_.entry_m, path_.target_m, Vec3(-0.20, 0.0, 0.0)}) {
                 const auto at = project(head, eye, stage_from_patient * p, 640);
-                EXPECT_GT(std::min(at[0], at[1]), 100.0) << t_s;
-                EXPECT_LT(std::max(at[0], at[1]), 540.0) << t_s;
+                EXPECT_GT(std::min(at[0], at[1]), 40.0) << t_s;
+                EXPECT_LT(std::max(at[0], at[1]), 600.0) << t_s;
             }
         const double distance_m = glm::length(head.position_m - stage_from_patient * path_.entry_m);
         EXPECT_GT(distance_m, 0.45);

@@ -317,7 +317,7 @@ XrResult syncActions(Call& call, XrSession handle, const XrActionsSyncInfo* info
     changeProfile(session);
     const Clock& clock = session.instance.clock;
     const std::int64_t now_ns = clock.now(call.now_ns);
-    syncInput(session.input, session.instance.script, active, clock.scriptTime_s(now_ns), now_ns);
+    syncInput(session.input, session.instance.script, active, clock.scriptSeconds(now_ns), now_ns);
     return XR_SUCCESS;
 }
 

@@ -160,7 +160,7 @@ XrResult pollEvent(Call& call, XrInstance handle, XrEventDataBuffer* event) {
         advance(session, instance.clock.now(call.now_ns), false);
     }
     // Without frames virtual time would stand still, and a stopped session would stay so.
-    if (idle && instance.clock.is_virtual) instance.clock.virtual_now_ns += refreshPeriod_ns(instance.script);
+    if (idle && instance.clock.is_virtual) instance.clock.virtual_now_ns += refreshPeriodNs(instance.script);
     return instance.events.pop(*event) ? XR_SUCCESS : XR_EVENT_UNAVAILABLE;
 }
 

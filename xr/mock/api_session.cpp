@@ -14,7 +14,7 @@ SessionTarget currentTarget(const Session& session, std::int64_t now_ns) {
     if (script.exit_after_frames && session.frames_submitted >= *script.exit_after_frames) {
         return SessionTarget::exiting;
     }
-    return targetAt(script, session.instance.clock.scriptTime_s(now_ns));
+    return targetAt(script, session.instance.clock.scriptSeconds(now_ns));
 }
 
 void enter(Session& session, XrSessionState state, std::int64_t now_ns) {

@@ -16,7 +16,7 @@ Runtime& runtime() {
     return shared;
 }
 
-std::int64_t monotonicNow_ns() {
+std::int64_t monotonicNs() {
     return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 

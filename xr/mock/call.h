@@ -46,12 +46,12 @@ struct Runtime {
 };
 Runtime& runtime();
 
-std::int64_t monotonicNow_ns();
+std::int64_t monotonicNs();
 
 class Call {
   public:
     explicit Call(const char* function_name)
-        : function(function_name), now_ns(monotonicNow_ns()), lock(runtime().mutex) {}
+        : function(function_name), now_ns(monotonicNs()), lock(runtime().mutex) {}
 
     // The live object behind a handle of exactly this type.
     template <class T, class Handle>

@@ -5,7 +5,7 @@ namespace xrmock {
 FramePlan planFrame(const FrameLoop& loop, const Clock& clock, std::int64_t now_ns, std::int64_t period_ns) {
     if (clock.is_virtual) {
         const std::int64_t display_ns =
-            clock.virtual_now_ns < kVirtualStart_ns ? kVirtualStart_ns : clock.virtual_now_ns + period_ns;
+            clock.virtual_now_ns < kVirtualStartNs ? kVirtualStartNs : clock.virtual_now_ns + period_ns;
         return {now_ns, display_ns, 0};
     }
     // An application gets one period from the return of xrWaitFrame to the refresh.

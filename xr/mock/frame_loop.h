@@ -15,7 +15,7 @@ struct Clock {
     std::int64_t virtual_now_ns = 1;  // an XrTime is greater than zero
 
     std::int64_t now(std::int64_t monotonic_ns) const { return is_virtual ? virtual_now_ns : monotonic_ns; }
-    double scriptTime_s(std::int64_t time_ns) const {
+    double scriptSeconds(std::int64_t time_ns) const {
         return static_cast<double>(time_ns - origin_ns) * 1e-9;
     }
 };
@@ -33,7 +33,7 @@ struct FrameLoop {
     std::int64_t last_display_ns = 0;
 };
 
-constexpr std::int64_t kVirtualStart_ns = 1'000'000'000;
+constexpr std::int64_t kVirtualStartNs = 1'000'000'000;
 
 // The next refresh that can still be reached; never one that was handed out before.
 FramePlan planFrame(const FrameLoop& loop, const Clock& clock, std::int64_t now_ns, std::int64_t period_ns);

@@ -13,7 +13,8 @@ constexpr double kPressed = 0.5;  // an analogue value counts as a press from he
 using SourceKey = std::pair<int, std::string>;
 
 double readComponent(const Script& script, int hand, const std::string& component, double t_s) {
-    const auto& values = script.controllers[static_cast<std::size_t>(hand)]->values;
+    // Bindings are made for connected controllers only.
+    const auto& values = script.controllers[static_cast<std::size_t>(hand)].value().values;
     const auto keys = values.find(component.substr(std::string("input/").size()));
     return keys == values.end() ? 0.0 : valueAt(keys->second, t_s);
 }

@@ -142,8 +142,8 @@ void parseControllers(const Field& field, Script& script) {
 }
 
 XrFovf parseFov(const Field& field) {
-    constexpr double kLimit_rad = 1.55;  // short of a right angle
-    const auto angles = field.numbers<4>(-kLimit_rad, kLimit_rad);
+    constexpr double kLimitRad = 1.55;  // short of a right angle
+    const auto angles = field.numbers<4>(-kLimitRad, kLimitRad);
     if (angles[0] >= angles[1] || angles[3] >= angles[2]) field.fail("left < right and down < up expected");
     return {static_cast<float>(angles[0]), static_cast<float>(angles[1]), static_cast<float>(angles[2]),
             static_cast<float>(angles[3])};

@@ -3,7 +3,7 @@
 namespace xrmock {
 
 Pose stageFromHead(const Instance& instance, std::int64_t time_ns) {
-    return poseAt(instance.script.head, instance.clock.scriptTime_s(time_ns));
+    return poseAt(instance.script.head, instance.clock.scriptSeconds(time_ns));
 }
 
 Pose stageFromLocal(const Instance& instance) {
@@ -32,7 +32,7 @@ std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns) {
     const std::optional<int> hand = poseHand(space.session.input, space.action, space.subaction_path);
     if (!hand) return std::nullopt;
     const auto& controller = instance.script.controllers[static_cast<std::size_t>(*hand)];
-    return poseAt(controller->poses, instance.clock.scriptTime_s(time_ns)) * space.origin_from_space;
+    return poseAt(controller->poses, instance.clock.scriptSeconds(time_ns)) * space.origin_from_space;
 }
 
 std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::int64_t time_ns) {
@@ -43,10 +43,10 @@ std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::in
 }
 
 std::optional<Velocity> velocityInBase(const Space& base, const Space& space, std::int64_t time_ns) {
-    constexpr std::int64_t kStep_ns = 500'000;  // central difference over a millisecond
-    constexpr double kPerSecond = 1e9 / (2.0 * kStep_ns);
-    const std::optional<Pose> before = baseFromSpace(base, space, time_ns - kStep_ns);
-    const std::optional<Pose> after = baseFromSpace(base, space, time_ns + kStep_ns);
+    constexpr std::int64_t kStepNs = 500'000;  // central difference over a millisecond
+    constexpr double kPerSecond = 1e9 / (2.0 * kStepNs);
+    const std::optional<Pose> before = baseFromSpace(base, space, time_ns - kStepNs);
+    const std::optional<Pose> after = baseFromSpace(base, space, time_ns + kStepNs);
     if (!before || !after) return std::nullopt;
     Velocity velocity{{}, rotationBetween(*before, *after)};
     for (std::size_t i = 0; i < 3; ++i) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -79,8 +80,8 @@ inline void checkMessenger(const XrDebugUtilsMessengerCreateInfoEXT& info) {
     require(info.userCallback != nullptr, XR_ERROR_VALIDATION_FAILURE, "userCallback is null");
 }
 
-inline std::int64_t refreshPeriod_ns(const Script& script) {
-    return static_cast<std::int64_t>(1e9 / script.refresh_hz + 0.5);
+inline std::int64_t refreshPeriodNs(const Script& script) {
+    return std::llround(1e9 / script.refresh_hz);
 }
 
 }  // namespace xrmock

@@ -120,8 +120,8 @@ void VulkanDevice::finishCommands() {
     info.pCommandBuffers = &commands;
     check(vkResetFences(device, 1, &fence), "vkResetFences");
     check(vkQueueSubmit(queue, 1, &info, fence), "vkQueueSubmit");
-    constexpr std::uint64_t kTimeout_ns = 60'000'000'000;
-    check(vkWaitForFences(device, 1, &fence, VK_TRUE, kTimeout_ns), "vkWaitForFences");
+    constexpr std::uint64_t kTimeoutNs = 60'000'000'000;
+    check(vkWaitForFences(device, 1, &fence, VK_TRUE, kTimeoutNs), "vkWaitForFences");
 }
 
 std::uint32_t VulkanDevice::memoryType(std::uint32_t allowed, VkMemoryPropertyFlags wanted) const {

@@ -30,7 +30,7 @@ Picture readPicture(const std::filesystem::path& path) {
     return picture;
 }
 
-using Colour = std::array<float, 4>;  // linear
+using Colour = std::array<std::uint8_t, 4>;  // as stored
 
 class Capture : public MockTest {
   protected:
@@ -253,6 +253,19 @@ TEST_F(Capture, RefusesNamesThatLeaveTheFolder) {
         submit(whole, whole);
     }
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(file("")), {}), 0);
+}
+
+TEST_F(Capture, ThatCannotBeWrittenFailsNoFrame) {
+    const Swapchain swapchain = createSwapchain(swapchainInfo());
+    const XrSwapchainSubImage whole{swapchain.handle, {{0, 0}, {64, 48}}, 0};
+    draw(swapchain, {{kA, kA}, {kA, kA}});
+    std::filesystem::create_directory(file("taken_left.png"));  // no picture can have this name
+    label("capture:taken");
+    submit(whole, whole);
+    EXPECT_TRUE(std::filesystem::is_directory(file("taken_left.png")));
+    label("capture:free");
+    submit(whole, whole);
+    EXPECT_EQ(readPicture(file("free_left.png")).at(0, 0), kRgbA);
 }
 
 TEST_F(Capture, CountsFramesAtTheEnd) {

@@ -59,9 +59,10 @@ void MockTest::setScript(const std::string& json) {
     setVariable("XRMOCK_SCRIPT", file("script.json").string());
 }
 
-XrResult MockTest::tryInstance() {
+XrResult MockTest::tryInstance(const void* next) {
     const std::array extensions{XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME, XR_EXT_DEBUG_UTILS_EXTENSION_NAME};
     auto info = structOf<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
+    info.next = next;
     std::strcpy(info.applicationInfo.applicationName, "mock test");
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 0);
     info.enabledExtensionCount = extensions.size();

@@ -53,12 +53,12 @@ class MockTest : public testing::Test {
     void setScript(const std::string& json);
     std::filesystem::path file(const std::string& name) const { return folder_ / name; }
 
-    XrResult tryInstance();  // xrCreateInstance with all extensions
-    void start();            // instance and system
-    void startVulkan();      // and Vulkan instance, physical device, device, queue
-    void startSession();     // and a session, with a STAGE space
-    void startRunning();     // and xrBeginSession
-    void startFocused();     // and frames until FOCUSED
+    XrResult tryInstance(const void* next = nullptr);  // xrCreateInstance with all extensions
+    void start();                                      // instance and system
+    void startVulkan();                                // and Vulkan instance, physical device, device, queue
+    void startSession();                               // and a session, with a STAGE space
+    void startRunning();                               // and xrBeginSession
+    void startFocused();                               // and frames until FOCUSED
 
     // The next event of the type that is waiting, skipping others.
     std::optional<XrEventDataBuffer> poll(XrStructureType type);

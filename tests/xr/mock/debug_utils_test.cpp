@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "client.h"
 
 namespace mock_test {
@@ -121,6 +123,26 @@ TEST_F(DebugUtils, PassesMessagesOn) {
     ASSERT_FALSE(heard_.empty());
     EXPECT_EQ(heard_.front().message, "look");
     EXPECT_EQ(heard_.front().function, "here");
+}
+
+TEST_F(DebugUtils, AChainedMessengerHearsCreationAndDestruction) {
+    const XrDebugUtilsMessengerCreateInfoEXT messenger = [&] {
+        auto all = messengerInfo();
+        all.messageSeverities |= XR_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT;
+        return all;
+    }();
+    const auto heardFrom = [&](const char* function) {
+        return std::count_if(heard_.begin(), heard_.end(),
+                             [&](const Heard& each) { return each.function == function; });
+    };
+    setVariable("XRMOCK_CLOCK", "imaginary");
+    EXPECT_EQ(tryInstance(&messenger), XR_ERROR_RUNTIME_FAILURE);
+    EXPECT_GE(heardFrom("xrCreateInstance"), 1);
+    setVariable("XRMOCK_CLOCK", "virtual");
+    ASSERT_EQ(tryInstance(&messenger), XR_SUCCESS);
+    ASSERT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
+    instance_ = XR_NULL_HANDLE;
+    EXPECT_EQ(heardFrom("xrDestroyInstance"), 1);
 }
 
 TEST_F(DebugUtils, ChecksWhatItIsGiven) {

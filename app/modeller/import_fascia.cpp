@@ -82,8 +82,8 @@ FasciaInput withoutRim(const FasciaInput& in, Mask& inner_body) {
 
 // Gut, folds and the navel mislead single rays: belly rays that disagree with their neighbours are dropped.
 void dropOutliers(Cells& c, const WallSurface& s) {
-    constexpr double kAgree_m = 0.006;
-    constexpr int kReach_z = 5, kReach_phi = 6;
+    constexpr double kAgree_m = 0.004;
+    constexpr int kReach_z = 5, kReach_phi = 8;
     std::vector<double> near, weight = c.weight;
     for (int z = 0; z < s.levels; ++z)
         for (int a = 0; a < s.angles; ++a) {
@@ -96,8 +96,8 @@ void dropOutliers(Cells& c, const WallSurface& s) {
                     const std::size_t other = std::size_t(zz * s.angles + aa);
                     if (c.weight[other] > 0.0) near.push_back(c.seen_m[other]);
                 }
-            // The upper third: what misleads a ray lies deeper than the wall.
-            const auto upper = near.begin() + std::ptrdiff_t(near.size() * 2 / 3);
+            // The upper quarter: what misleads a ray lies deeper than the wall.
+            const auto upper = near.begin() + std::ptrdiff_t(near.size() * 3 / 4);
             std::nth_element(near.begin(), upper, near.end());
             if (std::fabs(c.seen_m[cell] - *upper) > kAgree_m) weight[cell] = 0.0;
         }

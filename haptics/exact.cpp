@@ -194,7 +194,7 @@ std::vector<Segment> segmentsAlong(const patient::Patient& patient, const Vec3& 
     patient::TrackFlags flags;
     for (patient::VoxelWalk walk(patient.grid(), entry_m, end_m); !walk.done(); walk.next()) {
         const patient::TissueSample x = patient.at(walk.voxel(), flags);
-        flags = flagsAfterEntering(patient, x, flags);
+        flags = patient.flagsAfterEntering(x, flags);
         if (segments.empty() || segments.back().tissue != x.tissue || segments.back().label != x.label) {
             segments.push_back({walk.begin() * length_m, x.tissue, x.label});
         }

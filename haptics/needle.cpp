@@ -7,7 +7,6 @@ namespace stylet::haptics {
 using patient::Patient;
 using patient::Surrogate;
 using patient::TissueSample;
-using patient::TrackFlags;
 using patient::VoxelWalk;
 
 namespace {
@@ -21,7 +20,7 @@ void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
     s.label = x.label;
     if (x.tissue != Tissue::air) {
         s.phase = Phase::pass;
-        s.track = flagsAfterEntering(patient, x, s.track);
+        s.track = patient.flagsAfterEntering(x, s.track);
     }
     s.tip_deformed_m = tip_deformed_m;
     s.breath = breath;
@@ -97,14 +96,6 @@ Vec3 needleForce(const NeedleState& s, const NeedleSettings& settings, const Vec
 
 double proxyDistance(const NeedleState& s) noexcept {
     return s.phase == Phase::held && s.hold.depth_m >= 0.0 ? s.hold.depth_m : s.extension_m;
-}
-
-TrackFlags flagsAfterEntering(const Patient& patient, const TissueSample& x, TrackFlags flags) noexcept {
-    const patient::Label* label = patient.label(x.label);
-    const bool inside = x.tissue == Tissue::liver || (label && label->abdominal);
-    flags.past_skin = flags.past_skin || inside || (x.tissue != Tissue::air && x.tissue != Tissue::skin);
-    flags.past_fascia = flags.past_fascia || inside || x.tissue == Tissue::fascia;
-    return flags;
 }
 
 namespace {

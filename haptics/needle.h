@@ -121,9 +121,4 @@ Vec3 needleForce(const NeedleState&, const NeedleSettings&, const Vec3& axis) no
 double proxyDistance(const NeedleState&) noexcept STYLET_NONBLOCKING;
 void hashNeedle(patient::StateHash&, const NeedleState&) noexcept STYLET_NONBLOCKING;
 
-// What entering a voxel proves about the track. Any tissue but skin lies past the skin (air does not: a needle grazes
-// the corners of a slanted surface); fascia, liver and abdominal labels lie past both.
-patient::TrackFlags flagsAfterEntering(const patient::Patient&, const patient::TissueSample&,
-                                       patient::TrackFlags before) noexcept STYLET_NONBLOCKING;
-
 }  // namespace stylet::haptics

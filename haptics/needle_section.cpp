@@ -295,7 +295,7 @@ void SectionSolver::pass(double way_m) noexcept {
 // ---------------------------------------------------------------------------------------------------
 
 void SectionSolver::setFlags(const TissueSample& x) noexcept {
-    const patient::TrackFlags after = flagsAfterEntering(patient_, x, s_.track);
+    const patient::TrackFlags after = patient_.flagsAfterEntering(x, s_.track);
     if (after.past_skin && !s_.track.past_skin) s_.past_skin_depth_m = s_.depth_m;
     if (after.past_fascia && !s_.track.past_fascia) s_.past_fascia_depth_m = s_.depth_m;
     s_.track = after;

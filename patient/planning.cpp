@@ -61,6 +61,7 @@ class Judge {
         const Vec3 direction = (path.target_m - path.entry_m) / path.length_m;
         const std::optional<Duct> duct = traverse(path.entry_m, direction, path.length_m);  // C1
         if (!duct || !freeOutside(path, direction)) return Verdict::blocked;
+        if (!betweenRibs(path, direction, duct->wall_m)) return Verdict::blocked;
         const double clearance_m = smallestClearance(path, direction, duct->wall_m - settings_.near_target_m);
         path.clearance_score = std::min(1.0, clearance_m / kFullClearance_m);  // C3
         path.target_score = std::min(1.0, duct->chord_m / kFullChord_m);       // C4
@@ -123,6 +124,14 @@ class Judge {
         };
         walkDeformed(patient_, settings_.breath, path.entry_m, -direction, kNeedle_m, visit);
         return free;
+    }
+
+    // The access is an intercostal space, where the flank has ribs at all.
+    bool betweenRibs(const PlannedPath& path, const Vec3& direction, double depth_m) const {
+        if (region_.intercostal.voxels.empty()) return true;
+        for (double at_m = 0.0; at_m <= depth_m; at_m += step_m_)
+            if (region_.intercostal.nearestOr(path.entry_m + direction * at_m, 0)) return true;
+        return false;
     }
 
     // To the border of the nearest risk structure from the skin to `depth_m`; under a rib's lower edge half

@@ -16,6 +16,10 @@ constexpr double kBeyondTarget_m = 0.020;
 // side of the most lateral line of an elliptic torso.
 constexpr double kAxillaryLine = 0.5;
 constexpr double kInsideLiver_m = 0.030;
+// Neighbouring ribs are at most this far apart, measured upright: a gap of 25 mm across sloping ribs.
+constexpr double kNextRib_m = 0.035;
+// The chest wall leans: the next rib is up to this far to the side of upright.
+constexpr double kRibLean_m = 0.010;
 
 // What one voxel of the deformed patient is to a planner.
 enum Mark : std::uint8_t { kFilled = 1, kRisk = 2, kBone = 4, kLiver = 8, kBody = 16, kOutside = 32 };
@@ -143,6 +147,37 @@ Volume<std::uint8_t> lowerEdgeMask(const Volume<std::uint8_t>& marks) {
     const std::size_t below = marks.grid.offset({0, 0, 1});
     for (std::size_t i = below; i < marks.voxels.size(); ++i)
         mask.voxels[i] = (marks.voxels[i] & kBone) && !(marks.voxels[i - below] & kBone);
+    return mask;
+}
+
+// Bone, widened to either side within each slice.
+Volume<std::uint8_t> leaningBone(const Volume<std::uint8_t>& marks) {
+    Volume<std::uint8_t> wide(marks.grid);
+    const int reach = int(kRibLean_m / marks.grid.spacing_m.x);
+    forEachVoxel(marks.grid, [&](const Index3& i) {
+        if (!(marks[i] & kBone)) return;
+        const int low = std::max(0, i.x - reach), high = std::min(marks.grid.dims.x - 1, i.x + reach);
+        std::fill_n(wide.voxels.begin() + std::ptrdiff_t(wide.grid.offset({low, i.y, i.z})), high - low + 1,
+                    1);
+    });
+    return wide;
+}
+
+Volume<std::uint8_t> intercostalMask(const Volume<std::uint8_t>& marks) {
+    const Volume<std::uint8_t> bone = leaningBone(marks);
+    if (std::none_of(bone.voxels.begin(), bone.voxels.end(), [](std::uint8_t b) { return b != 0; }))
+        return {};
+    Volume<std::uint8_t> mask(marks.grid);
+    const Index3 dims = marks.grid.dims;
+    const int near = int(kNextRib_m / marks.grid.spacing_m.z);
+    for (int y = 0; y < dims.y; ++y)
+        for (int x = 0; x < dims.x; ++x)
+            for (int z = 1, below = -dims.z; z < dims.z; ++z) {
+                if (bone[{x, y, z - 1}]) below = z - 1;
+                if (bone[{x, y, z}] || z - below > near) continue;
+                for (int up = z + 1; up < std::min(dims.z, below + near + 1) && !mask[{x, y, z}]; ++up)
+                    mask[{x, y, z}] = bone[{x, y, up}];
+            }
     return mask;
 }
 
@@ -285,7 +320,7 @@ PlanRegion makePlanRegion(const Patient& patient, const PlanSettings& settings) 
     Volume<std::uint8_t> marks = markDeformed(patient, settings.breath, crop, settings.threads);
     tellBodyFromAir(marks);
     return {distanceTo(riskMask(marks), Sites::all, settings.threads),
-            distanceTo(lowerEdgeMask(marks), Sites::above, settings.threads),
+            distanceTo(lowerEdgeMask(marks), Sites::above, settings.threads), intercostalMask(marks),
             skinEntries(marks, liver, settings.skin_spacing_m)};
 }
 

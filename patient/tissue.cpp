@@ -71,7 +71,8 @@ TissueSample Patient::at(const Index3& i, TrackFlags flags) const noexcept {
 TrackFlags Patient::flagsAfterEntering(const TissueSample& entered, TrackFlags before) const noexcept {
     const Label* label = palette_[entered.label];
     const bool inside = entered.tissue == Tissue::liver || (label && label->abdominal);
-    return {before.past_skin || inside || entered.tissue != Tissue::air,
+    const bool in_air_or_skin = entered.tissue == Tissue::air || entered.tissue == Tissue::skin;
+    return {before.past_skin || inside || !in_air_or_skin,
             before.past_fascia || inside || entered.tissue == Tissue::fascia};
 }
 

@@ -128,6 +128,18 @@ TEST(Planning, PassesBetweenRibsNearerToTheLowerOne) {
     EXPECT_GT(r.rejected_blocked, r.candidates / 3);
 }
 
+// One block of bone at the flank is no rib cage to pass through: nothing leads between ribs.
+TEST(Planning, TheAccessIsBetweenRibs) {
+    BoxTorso torso;
+    torso.paint(Tissue::bone, {-14, -59, 9}, {-10, 59, 21});
+    EXPECT_TRUE(torso.plan().paths.empty());
+    torso.paint(Tissue::bone, {-14, -59, -21}, {-10, 59, -9});
+    const PlanResult r = torso.plan();
+    ASSERT_FALSE(r.paths.empty());
+    for (const PlannedPath& path : r.paths)
+        EXPECT_LT(std::abs(path.entry_m.z / kMm), 12.0);
+}
+
 TEST(Planning, RibsWithoutAGapBlockEverything) {
     BoxTorso torso;
     torso.addRibs(1, 1);

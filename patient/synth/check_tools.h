@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 #include "patient/geometry.h"
@@ -30,8 +31,9 @@ inline std::vector<Offset> ballOffsets(double reach_voxels) {
                 if (n2 > 0 && double(n2) <= reach_voxels * reach_voxels)
                     ball.push_back({{x, y, z}, std::sqrt(double(n2))});
             }
-    std::stable_sort(ball.begin(), ball.end(),
-                     [](const Offset& a, const Offset& b) { return a.length < b.length; });
+    const auto order = [](const Offset& o) { return std::tuple(o.length, o.step.z, o.step.y, o.step.x); };
+    std::sort(ball.begin(), ball.end(),
+              [&](const Offset& a, const Offset& b) { return order(a) < order(b); });
     return ball;
 }
 

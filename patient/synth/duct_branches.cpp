@@ -97,8 +97,10 @@ class LevelSets {
         std::vector<int> by_width(voxels_.size());
         for (std::size_t i = 0; i < by_width.size(); ++i)
             by_width[i] = int(i);
-        std::stable_sort(by_width.begin(), by_width.end(),
-                         [&](int a, int b) { return depth_[std::size_t(a)] > depth_[std::size_t(b)]; });
+        std::sort(by_width.begin(), by_width.end(), [&](int a, int b) {
+            const double l = depth_[std::size_t(a)], r = depth_[std::size_t(b)];
+            return l != r ? l > r : a < b;
+        });
         std::vector<double> best;
         std::size_t most = 0;
         for (const int root : by_width) {

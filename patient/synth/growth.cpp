@@ -1,6 +1,7 @@
 #include "patient/synth/growth.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace stylet::patient::synth {
 
@@ -80,7 +81,9 @@ class Grower {
             if (turn < -0.2) continue;
             list.push_back({int(i), -1, p, length(terminal - p) * (1.25 - 0.25 * turn)});
         }
-        std::sort(list.begin(), list.end(), [](const Join& l, const Join& r) { return l.cost < r.cost; });
+        const auto order = [](const Join& j) { return std::tuple(j.cost, j.child, j.node); };
+        std::sort(list.begin(), list.end(),
+                  [&](const Join& l, const Join& r) { return order(l) < order(r); });
         if (list.size() > 8) list.resize(8);
         return list;
     }

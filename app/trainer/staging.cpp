@@ -1,5 +1,6 @@
 #include "app/trainer/staging.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -22,10 +23,13 @@ namespace {
 // From the operator's feet to the entry, along -z.
 constexpr double kReach_m = 0.45;
 constexpr double kEyeDistance_m = 0.48;
-constexpr double kGazeAbove_m = 0.02;  // the trunk, not the table, in the middle
+constexpr double kGazeAbove_m = 0.03;  // the trunk, not the table, in the middle
+// Where the operator leans, seen from the entry: above it, on the patient's right, a little toward the feet.
+const Vec3 kLean = glm::normalize(Vec3{0.15, 0.80, 0.58});
 // Between the line of sight and the planned shaft: enough to see its length, little enough to see where it
 // points.
-constexpr double kSightToShaft_rad = 58.0 * std::numbers::pi / 180.0;
+constexpr double kLeastSight_rad = 40.0 * std::numbers::pi / 180.0,
+                 kMostSight_rad = 75.0 * std::numbers::pi / 180.0;
 constexpr Vec3 kUp{0.0, 1.0, 0.0};
 
 // The lowest part of the body: rows of a few stray voxels do not count.
@@ -70,11 +74,10 @@ Pose stageFromPatient(const patient::Patient& patient, const patient::PlannedPat
 Pose stageFromHead(const Pose& stage_from_patient, const patient::PlannedPath& path, double t_s) {
     const Vec3 entry = stage_from_patient * path.entry_m, target = stage_from_patient * path.target_m;
     const Vec3 outward = glm::normalize(entry - target);
-    // Above the shaft and a little toward the feet (+x), so that neither the shaft nor the operator's hand
-    // hides the entry.
-    Vec3 beside = glm::normalize(Vec3{0.35, 1.0, 0.0});
-    beside = glm::normalize(beside - glm::dot(beside, outward) * outward);
-    const Vec3 from_entry = std::cos(kSightToShaft_rad) * outward + std::sin(kSightToShaft_rad) * beside;
+    const double along = glm::dot(kLean, outward);
+    const Vec3 beside = glm::normalize(kLean - along * outward);
+    const double sight_rad = std::clamp(std::acos(along), kLeastSight_rad, kMostSight_rad);
+    const Vec3 from_entry = std::cos(sight_rad) * outward + std::sin(sight_rad) * beside;
 
     const Vec3 gaze = glm::mix(entry, target, 0.3) + kGazeAbove_m * kUp +
                       Vec3{sway(0.004, 0.13, t_s, 0.5), 0.0, sway(0.003, 0.09, t_s, 2.0)};

@@ -1,5 +1,6 @@
 #include <array>
 #include <limits>
+#include <stdexcept>
 
 #include "patient/synth/check_tools.h"
 #include "patient/synth/components.h"
@@ -196,6 +197,7 @@ class Checker {
     // reached.
     std::size_t leaked() const {
         std::vector<bool> seen(labels_.voxels.size(), false);
+        if (of(Id::liver).empty()) return 0;
         std::vector<std::size_t> front{of(Id::liver).front()};
         seen[front[0]] = true;
         std::size_t outside = 0;
@@ -282,6 +284,10 @@ class Checker {
 }  // namespace
 
 std::vector<CheckLine> checkPatient(const Package& package) {
+    const std::vector<Label>& table = labelTable();
+    const auto same = [](const Label& a, const Label& b) { return a.id == b.id && a.name == b.name; };
+    if (!std::equal(package.label_table.begin(), package.label_table.end(), table.begin(), table.end(), same))
+        throw std::invalid_argument(package.name + " does not have the reference patient's labels");
     return Checker(package).run();
 }
 

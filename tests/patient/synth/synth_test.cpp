@@ -94,6 +94,12 @@ TEST(ReferencePatient, CheckFindsWhatIsWrong) {
     EXPECT_GT(bile, 0u);
 }
 
+TEST(ReferencePatient, CheckRefusesOtherLabels) {
+    Package p = makeReferencePatient(settings(1, 5.0, 1));
+    p.label_table.pop_back();
+    EXPECT_THROW(checkPatient(p), std::invalid_argument);
+}
+
 TEST(ReferencePatient, LiverMovesWithTheBreathAndTheRibsOfTheFlankStay) {
     const Package p = makeReferencePatient(settings(1, 3.0, 2));
     const Surrogate inhale{1.0, 0.0};

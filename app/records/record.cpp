@@ -244,15 +244,6 @@ void writeInfo(const RecordInfo& info, const std::filesystem::path& folder) {
     std::filesystem::rename(part, file);
 }
 
-RecordInfo readInfo(const std::filesystem::path& file) {
-    const std::vector<unsigned char> text = readAll(file);
-    try {
-        return infoFrom(json::parse(text.begin(), text.end()));
-    } catch (const std::exception& e) {
-        throw DataError(file, "json", e.what());
-    }
-}
-
 }  // namespace
 
 std::string hexOf(std::uint64_t hash) {
@@ -303,16 +294,28 @@ void RecordWriter::finish() {
     writeInfo(info_, folder_);
 }
 
-Record loadRecord(const std::filesystem::path& folder) {
-    Record record;
-    record.info = readInfo(folder / "record.json");
-    const std::filesystem::path file = folder / "inputs.bin";
-    const std::vector<unsigned char> bytes = readAll(file);
+void parseInputs(std::span<const unsigned char> bytes, const std::filesystem::path& file, Record& record) {
     std::size_t position = decodeHeader(bytes, file, record.header);
     std::size_t used = 0;
-    while (position < bytes.size() && decodeFrame(std::span(bytes).subspan(position), record, used))
+    while (position < bytes.size() && decodeFrame(bytes.subspan(position), record, used))
         position += used;
     record.torn_bytes = bytes.size() - position;
+}
+
+RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
+    try {
+        return infoFrom(json::parse(text));
+    } catch (const std::exception& e) {
+        throw DataError(file, "json", e.what());
+    }
+}
+
+Record loadRecord(const std::filesystem::path& folder) {
+    Record record;
+    const std::vector<unsigned char> text = readAll(folder / "record.json");
+    record.info =
+        parseInfo({reinterpret_cast<const char*>(text.data()), text.size()}, folder / "record.json");
+    parseInputs(readAll(folder / "inputs.bin"), folder / "inputs.bin", record);
     return record;
 }
 

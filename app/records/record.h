@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "haptics/simulation.h"
@@ -80,6 +82,10 @@ struct Record {
 
 // Refuses a bad header, version or record.json with a DataError; a torn tail is cut at the last whole frame.
 Record loadRecord(const std::filesystem::path& folder);
+
+// The two files of a record by their contents; `file` is named when they are refused.
+void parseInputs(std::span<const unsigned char> bytes, const std::filesystem::path& file, Record&);
+RecordInfo parseInfo(std::string_view json, const std::filesystem::path& file);
 
 std::string hexOf(std::uint64_t hash);  // 16 digits
 

@@ -17,6 +17,7 @@ using patient::Vec3;
 namespace {
 
 constexpr std::int64_t kSample_ns = 1'000'000;
+constexpr std::size_t kMaxSamples = 3'600'000;
 constexpr double kTau = 6.283185307179586;
 
 // The way covered by a speed that rises from 0 to 1 within t = 0..1 by the minimum-jerk step 10t^3 - 15t^4 +
@@ -98,6 +99,7 @@ class Script {
           device_from_patient_(patient_from_device.inverse()),
           tremor_(s, seed),
           ramp_s_(s.ramp_s),
+          name_(s.name),
           depth_m_(depthOf(s.start)) {}
 
     void wait(double seconds) {
@@ -125,6 +127,8 @@ class Script {
   private:
     double depthOf(const Place& p) const { return p.share * length_m_ + p.deeper_m; }
     void add(double depth_m) {
+        if (trace_.samples.size() >= kMaxSamples)
+            throw patient::DataError(name_, "stage", "together they last more than an hour");
         const std::int64_t t_ns = std::int64_t(trace_.samples.size()) * kSample_ns;
         const Vec3 tip = path_.entry_m + axis_ * depth_m + tremor_.at(double(t_ns) * 1e-9);
         trace_.samples.push_back({t_ns, device_from_patient_ * needlePose(tip, axis_), 0});
@@ -135,7 +139,9 @@ class Script {
     Vec3 axis_;
     Pose device_from_patient_;
     Tremor tremor_;
-    double ramp_s_, depth_m_;
+    double ramp_s_;
+    std::string name_;
+    double depth_m_;
     Trace trace_;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <initializer_list>
 #include <sstream>
 #include <string_view>
@@ -18,6 +19,7 @@ namespace {
 
 constexpr double kMaxSeconds = 600.0, kMaxDistance_mm = 500.0, kMaxSpeed_mm_s = 500.0;
 constexpr std::size_t kMaxStages = 200;
+constexpr std::uintmax_t kMaxFileBytes = 1 << 20;
 
 // One TOML table with its name for messages.
 struct Fields {
@@ -116,9 +118,9 @@ std::vector<std::string> readMoments(const Fields& f) {
     return moments;
 }
 
-toml::table parse(const std::filesystem::path& file) {
+toml::table parse(std::string_view text, const std::filesystem::path& file) {
     try {
-        return toml::parse_file(file.string());
+        return toml::parse(text);
     } catch (const toml::parse_error& e) {
         std::ostringstream where;
         where << "line " << e.source().begin.line;
@@ -128,9 +130,19 @@ toml::table parse(const std::filesystem::path& file) {
 
 }  // namespace
 
-Scenario loadScenario(const std::filesystem::path& toml_file) {
-    const toml::table root = parse(toml_file);
-    const Fields top{toml_file, "", root};
+Scenario loadScenario(const std::filesystem::path& toml) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(toml, error);
+    if (error) throw DataError(toml, "file", error.message());
+    if (size > kMaxFileBytes) throw DataError(toml, "file", "larger than 1 MiB");
+    std::ifstream stream(toml, std::ios::binary);
+    const std::string text(std::istreambuf_iterator<char>(stream), {});
+    return parseScenario(text, toml);
+}
+
+Scenario parseScenario(std::string_view text, const std::filesystem::path& file) {
+    const toml::table root = parse(text, file);
+    const Fields top{file, "", root};
     top.allowOnly({"name", "description", "moments", "approach_distance_mm", "start", "hand", "stage"});
 
     Scenario s;
@@ -155,7 +167,7 @@ Scenario loadScenario(const std::filesystem::path& toml_file) {
         const std::string name = "stage[" + std::to_string(i) + "]";
         const toml::table* table = stages->get(i)->as_table();
         if (!table) top.refuse(name, "a table is needed");
-        s.stages.push_back(readStage({toml_file, name, *table}));
+        s.stages.push_back(readStage({file, name, *table}));
     }
     return s;
 }

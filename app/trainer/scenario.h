@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stylet::trainer {
@@ -45,6 +46,8 @@ struct Scenario {
 
 // Throws patient::DataError: file, field, reason.
 Scenario loadScenario(const std::filesystem::path& toml);
+// The same by its contents; `file` is named when they are refused.
+Scenario parseScenario(std::string_view toml, const std::filesystem::path& file);
 
 // 64 bits over all of it.
 std::uint64_t digest(const Scenario&);

@@ -114,6 +114,14 @@ TEST(Hand, TheDemoStaysOffTheSkinUntilTheHoldHasSurelyBegun) {
     EXPECT_LT(trace.samples.back().t_ns, std::int64_t(40e9));
 }
 
+TEST(Hand, RefusesAScenarioOfMoreThanAnHour) {
+    Scenario s = straightIn();
+    Stage wait;
+    wait.seconds = 600.0;
+    s.stages.assign(7, wait);
+    EXPECT_THROW((void)Walk().hand(s), patient::DataError);
+}
+
 TEST(Hand, TremorComesFromTheSeedAndStaysSmall) {
     const Walk walk;
     Scenario still = straightIn();

@@ -1,0 +1,18 @@
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "app/records/record.h"
+
+// Whole frames or a DataError; nothing is taken that no checkpoint covers.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet;
+    records::Record record;
+    try {
+        records::parseInputs({data, size}, "fuzz.bin", record);
+        const std::uint64_t covered = record.checkpoints.empty() ? 0 : record.checkpoints.back().ticks;
+        if (covered != record.inputs.size() || record.torn_bytes > size) std::abort();
+    } catch (const patient::DataError&) {
+    }
+    return 0;
+}

@@ -1,0 +1,12 @@
+#include <cstddef>
+#include <cstdint>
+
+#include "app/records/record.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    try {
+        (void)stylet::records::parseInfo({reinterpret_cast<const char*>(data), size}, "fuzz.json");
+    } catch (const stylet::patient::DataError&) {
+    }
+    return 0;
+}

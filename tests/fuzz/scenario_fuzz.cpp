@@ -1,0 +1,25 @@
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "app/trainer/scenario.h"
+#include "patient/patient.h"
+
+// A scenario or a DataError; what is taken is finite and of bounded length.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet;
+    try {
+        const trainer::Scenario s =
+            trainer::parseScenario({reinterpret_cast<const char*>(data), size}, "fuzz.toml");
+        double seconds = 0.0;
+        for (const trainer::Stage& stage : s.stages) {
+            const bool moves = stage.kind == trainer::StageKind::move;
+            if (moves && !(stage.speed_m_s > 0.0)) std::abort();
+            seconds += stage.seconds;
+        }
+        if (!std::isfinite(seconds + s.start.deeper_m + s.ramp_s)) std::abort();
+    } catch (const patient::DataError&) {
+    }
+    return 0;
+}

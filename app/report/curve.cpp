@@ -108,7 +108,8 @@ void drawBands(Canvas& canvas, const Axes& axes, const std::vector<ForceSample>&
         if (i < end) to = std::max(to, curve[i].depth_m);
         if (to <= from) continue;
         reached = to;
-        canvas.rectangle(axes.x(from), top, axes.x(to) - axes.x(from), bottom - top, bandColour(tissue));
+        const double left = std::round(axes.x(from)), right = std::round(axes.x(to));  // no seams
+        canvas.rectangle(left, top, right - left, bottom - top, bandColour(tissue));
         const std::string name(patient::tissueName(tissue));
         const TextStyle style{13, kMuted, Align::centre, false};
         const double middle = 0.5 * (axes.x(from) + axes.x(to)), half = 0.5 * canvas.textWidth(name, style);

@@ -79,6 +79,8 @@ LookRule readRule(const path& file, const std::string& field, const toml::table&
     if (t.contains("extinction_per_mm"))
         rule.extinction_per_m =
             kPerMm * readNumber(file, field + ".extinction_per_mm", t["extinction_per_mm"], 0.0, 1000.0);
+    if (t.contains("shell_per_mm"))
+        rule.shell_per_m = kPerMm * readNumber(file, field + ".shell_per_mm", t["shell_per_mm"], 0.0, 1000.0);
     if (const auto colour = t["colour"].value<std::string>())
         rule.colour_linear = readColour(file, field + ".colour", *colour);
     return rule;
@@ -93,6 +95,7 @@ void readSurface(const path& file, const toml::table& root, LookStyle& look) {
     look.specular_power = number("specular_power", 1000.0);
     look.rim = number("rim", 4.0);
     look.gradient_voxels = number("gradient_voxels", 4.0);
+    look.smoothing_voxels = int(number("smoothing_voxels", 6.0));
     look.grazing_tint =
         readColour(file, "surface.grazing_tint", root["surface"]["grazing_tint"].value_or(std::string()));
 }
@@ -158,6 +161,7 @@ LookStyle loadLook(const path& file) {
 
 Palette resolve(const LookStyle& look, const patient::Patient& patient) {
     Palette palette;
+    palette.smoothing_voxels = look.smoothing_voxels;
     palette.hu.reserve(std::size_t(Palette::kHuEnd - Palette::kHuBegin));
     for (int hu = Palette::kHuBegin; hu < Palette::kHuEnd; ++hu)
         palette.hu.push_back(curveAt(look, hu));
@@ -171,6 +175,8 @@ Palette resolve(const LookStyle& look, const patient::Patient& patient) {
         if (rule == look.rules.end()) continue;
         const glm::vec3 colour = rule->colour_linear.value_or(linearFromSrgb(label->colour));
         palette.follows_hu[std::size_t(id)] = !rule->extinction_per_m;
+        if (rule->shell_per_m)
+            palette.shell[std::size_t(id)] = stored(colour, *rule->shell_per_m, look.full_extinction_per_m);
         palette.label[std::size_t(id)] = stored(
             colour, rule->extinction_per_m.value_or(look.full_extinction_per_m), look.full_extinction_per_m);
     }

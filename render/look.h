@@ -26,6 +26,7 @@ struct LookRule {
     std::optional<patient::Tissue> tissue;
     std::string name;                        // part of the label's name, lower case; empty = any
     std::optional<double> extinction_per_m;  // absent: the curve over HU
+    std::optional<double> shell_per_m;       // extinction where it borders on something clearer; absent: the same
     std::optional<glm::vec3> colour_linear;  // absent: the colour of the package's label table
 };
 
@@ -36,6 +37,7 @@ struct LookStyle {
     double full_extinction_per_m = 1.0;  // the largest of all: a stored opacity of 1
     float wrap = 0.3f, specular = 0.1f, specular_power = 24.0f, rim = 0.0f;
     float gradient_voxels = 1.0f;  // reach of the central differences
+    int smoothing_voxels = 1;      // radius of the binomial filter over the classified volume
     glm::vec3 grazing_tint{1.0f};
 };
 
@@ -48,8 +50,14 @@ struct Palette {
     static constexpr int kHuBegin = -1024, kHuEnd = 3072;
     std::array<glm::vec4, 256> label{};
     std::array<bool, 256> follows_hu{};  // opacity from the curve, colour from `label`.rgb (sqrt, weight 1)
+    int smoothing_voxels = 1;
     std::vector<glm::vec4> hu;           // kHuEnd - kHuBegin entries
+    std::array<std::optional<glm::vec4>, 256> shell{};
     glm::vec4 at(std::int16_t ct_hu, std::uint8_t id) const;
+    // Whether a voxel of `id` shows its shell beside one of `neighbour`.
+    bool borders(std::uint8_t id, std::uint8_t neighbour) const {
+        return follows_hu[neighbour] || label[neighbour].a < label[id].a;
+    }
 };
 Palette resolve(const LookStyle&, const patient::Patient&);
 

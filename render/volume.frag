@@ -23,7 +23,7 @@ const int kDone = 0x7fffffff;       // a position past every ray's end
 const int kFine = 4;               // sub-steps where the tissue is dense
 const float kDense = 0.30;         // optical depth of one step that asks for them
 const float kWeak = 0.06;          // share of the pixel a voxel must have for the light of its gradient
-const float kSurface = 0.35;       // opacity gradient per voxel that is lit as a full surface
+const float kSurface = 0.15;       // opacity gradient per voxel that is lit as a full surface
 
 vec3 voxel_scale;                  // texture coordinates per voxel
 

@@ -103,7 +103,7 @@ void writeBlackGlass(const test::TempFolder& folder, double extinction_per_mm) {
     std::filesystem::create_directory(folder / "looks");
     for (const char* name : {"closed.toml", "reveal.toml"})
         std::ofstream(folder / "looks" / name)
-            << "[surface]\nwrap = 0\nspecular = 0\nspecular_power = 1\nrim = 0\ngradient_voxels = 1\n"
+            << "[surface]\nwrap = 0\nspecular = 0\nspecular_power = 1\nrim = 0\ngradient_voxels = 1\nsmoothing_voxels = 1\n"
                "grazing_tint = \"#ffffff\"\n[[hu]]\nhu = 0\ncolour = \"#000000\"\nextinction_per_mm = 0\n"
                "[[rule]]\ntissue = \"liver\"\ncolour = \"#000000\"\nextinction_per_mm = "
             << extinction_per_mm << "\n";
@@ -172,8 +172,8 @@ TEST_F(RendererTest, TheNeedleIsSeenInFrontHiddenBehindAndDimInsideTissue) {
     const test::Blob front = drawAt(0.10);
     EXPECT_GT(front.pixels, 100u);
     EXPECT_NEAR(front.x, kSize / 2.0, 12.0);
-    EXPECT_EQ(drawAt(-0.10).pixels, 0u);
-    EXPECT_LT(drawAt(0.0).pixels, 10u);  // steel seen through the ball's soft rim may look red
+    EXPECT_LT(drawAt(-0.10).pixels, 10u);  // steel seen past the ball's soft rim may look red
+    EXPECT_LT(drawAt(0.0).pixels, 10u);
     scene.look = Look::reveal;
     const Image inside = [&] {
         scene.patient_from_needle = Pose{across, Vec3(-0.168, 0.0, 0.0)};

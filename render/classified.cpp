@@ -10,7 +10,8 @@ namespace {
 
 using Plane = std::vector<glm::vec4>;
 
-bool onBorder(const patient::LabelVolume& labels, const Palette& palette, const patient::Index3& at, std::uint8_t id) {
+bool onBorder(const patient::LabelVolume& labels, const Palette& palette, const patient::Index3& at,
+              std::uint8_t id) {
     for (int axis = 0; axis < 3; ++axis)
         for (const int side : {-1, 1}) {
             patient::Index3 beside = at;
@@ -37,7 +38,8 @@ std::vector<float> binomial(int radius) {
     std::vector<float> weights{1.0f};
     for (int i = 0; i < 2 * radius; ++i) {
         weights.push_back(0.0f);
-        for (std::size_t k = weights.size() - 1; k > 0; --k) weights[k] = 0.5f * (weights[k] + weights[k - 1]);
+        for (std::size_t k = weights.size() - 1; k > 0; --k)
+            weights[k] = 0.5f * (weights[k] + weights[k - 1]);
         weights[0] *= 0.5f;
     }
     return weights;
@@ -62,17 +64,22 @@ void smoothPlane(Plane& plane, Plane& scratch, int width, int height, const std:
         for (int k = -radius; k <= radius; ++k) {
             const glm::vec4* in = scratch.data() + std::ptrdiff_t(std::clamp(y + k, 0, height - 1)) * width;
             const float weight = weights[std::size_t(k + radius)];
-            for (int x = 0; x < width; ++x) out[x] += weight * in[x];
+            for (int x = 0; x < width; ++x)
+                out[x] += weight * in[x];
         }
     }
 }
 
-void storePlane(const Plane& plane, std::byte* rgba) {
+void storePlane(const Plane& plane, const Palette& palette, std::byte* rgba) {
+    const float low = palette.edge_low, stretch = 1.0f / (palette.edge_high - palette.edge_low);
     for (std::size_t i = 0; i < plane.size(); ++i) {
-        const glm::vec4 texel = 255.0f * plane[i] + 0.5f;
+        const float opacity = std::clamp((plane[i].a - low) * stretch, 0.0f, 1.0f);
+        const float weight = plane[i].a > 0.0f ? opacity / plane[i].a : 0.0f;
+        const glm::vec4 texel = 255.0f * weight * plane[i] + 0.5f;
         const bool clear = texel.a < 2.0f;
         for (int c = 0; c < 4; ++c)
-            rgba[i * 4 + std::size_t(c)] = clear ? std::byte{0} : std::byte(std::uint8_t(std::min(texel[c], 255.0f)));
+            rgba[i * 4 + std::size_t(c)] =
+                clear ? std::byte{0} : std::byte(std::uint8_t(std::min(texel[c], 255.0f)));
     }
 }
 
@@ -88,16 +95,18 @@ void classifyRange(const patient::Patient& patient, const Palette& palette, int 
         classifyPlane(patient.package(), palette, std::clamp(z, 0, dims.z - 1), slot(z));
         smoothPlane(slot(z), scratch, dims.x, dims.y, weights);
     };
-    for (int z = z0 - radius; z < z0 + radius; ++z) load(z);
+    for (int z = z0 - radius; z < z0 + radius; ++z)
+        load(z);
     for (int z = z0; z < z1; ++z) {
         load(z + radius);
         std::fill(sum.begin(), sum.end(), glm::vec4(0.0f));
         for (int k = -radius; k <= radius; ++k) {
             const Plane& plane = slot(z + k);
             const float weight = weights[std::size_t(k + radius)];
-            for (std::size_t i = 0; i < texels; ++i) sum[i] += weight * plane[i];
+            for (std::size_t i = 0; i < texels; ++i)
+                sum[i] += weight * plane[i];
         }
-        storePlane(sum, rgba + std::size_t(z - z0) * texels * 4);
+        storePlane(sum, palette, rgba + std::size_t(z - z0) * texels * 4);
     }
 }
 

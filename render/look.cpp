@@ -96,6 +96,9 @@ void readSurface(const path& file, const toml::table& root, LookStyle& look) {
     look.rim = number("rim", 4.0);
     look.gradient_voxels = number("gradient_voxels", 4.0);
     look.smoothing_voxels = int(number("smoothing_voxels", 6.0));
+    look.edge_low = number("edge_low", 0.9);
+    look.edge_high = number("edge_high", 1.0);
+    if (look.edge_low >= look.edge_high) throw DataError(file, "surface.edge_high", "not above edge_low");
     look.grazing_tint =
         readColour(file, "surface.grazing_tint", root["surface"]["grazing_tint"].value_or(std::string()));
 }
@@ -162,6 +165,8 @@ LookStyle loadLook(const path& file) {
 Palette resolve(const LookStyle& look, const patient::Patient& patient) {
     Palette palette;
     palette.smoothing_voxels = look.smoothing_voxels;
+    palette.edge_low = look.edge_low;
+    palette.edge_high = look.edge_high;
     palette.hu.reserve(std::size_t(Palette::kHuEnd - Palette::kHuBegin));
     for (int hu = Palette::kHuBegin; hu < Palette::kHuEnd; ++hu)
         palette.hu.push_back(curveAt(look, hu));

@@ -26,7 +26,7 @@ struct LookRule {
     std::optional<patient::Tissue> tissue;
     std::string name;                        // part of the label's name, lower case; empty = any
     std::optional<double> extinction_per_m;  // absent: the curve over HU
-    std::optional<double> shell_per_m;       // extinction where it borders on something clearer; absent: the same
+    std::optional<double> shell_per_m;  // extinction where it borders on something clearer; absent: the same
     std::optional<glm::vec3> colour_linear;  // absent: the colour of the package's label table
 };
 
@@ -38,6 +38,8 @@ struct LookStyle {
     float wrap = 0.3f, specular = 0.1f, specular_power = 24.0f, rim = 0.0f;
     float gradient_voxels = 1.0f;  // reach of the central differences
     int smoothing_voxels = 1;      // radius of the binomial filter over the classified volume
+    // The smoothed opacity between these is stretched to 0..1, or smoothing would carry surfaces outwards.
+    float edge_low = 0.0f, edge_high = 1.0f;
     glm::vec3 grazing_tint{1.0f};
 };
 
@@ -51,7 +53,8 @@ struct Palette {
     std::array<glm::vec4, 256> label{};
     std::array<bool, 256> follows_hu{};  // opacity from the curve, colour from `label`.rgb (sqrt, weight 1)
     int smoothing_voxels = 1;
-    std::vector<glm::vec4> hu;           // kHuEnd - kHuBegin entries
+    float edge_low = 0.0f, edge_high = 1.0f;
+    std::vector<glm::vec4> hu;  // kHuEnd - kHuBegin entries
     std::array<std::optional<glm::vec4>, 256> shell{};
     glm::vec4 at(std::int16_t ct_hu, std::uint8_t id) const;
     // Whether a voxel of `id` shows its shell beside one of `neighbour`.

@@ -51,7 +51,9 @@ vec3 shadeWeak(vec3 albedo) { return albedo * (ambientLight(0.0) + 0.45 * kKeyCo
 vec3 shade(vec3 albedo, vec3 g, vec3 to_eye) {
     const float steepness = length(g);
     vec3 n = -g / max(steepness, 1e-6);
-    if (dot(n, to_eye) < 0.0) n = -n;
+    // Seen from within, a surface shows its other side; barely turned away, it is a silhouette and is bent back.
+    const float facing = dot(n, to_eye);
+    if (facing < 0.0) n = facing < -0.4 ? -n : normalize(n - facing * to_eye);
     const vec3 l = frame.key_patient.xyz;
     const float wrap = look.surface.x, nl = dot(n, l);
     const float lit = max((nl + wrap) / (1.0 + wrap), 0.0);

@@ -13,7 +13,8 @@ namespace stylet::render {
 namespace {
 
 constexpr char kSurface[] =
-    "[surface]\nwrap = 0\nspecular = 0\nspecular_power = 1\nrim = 0\ngradient_voxels = 1\nsmoothing_voxels = 1\ngrazing_tint = "
+    "[surface]\nwrap = 0\nspecular = 0\nspecular_power = 1\nrim = 0\ngradient_voxels = 1\nsmoothing_voxels = "
+    "1\nedge_low = 0\nedge_high = 1\ngrazing_tint = "
     "\"#ffffff\"\n";
 constexpr char kCurve[] =
     "[[hu]]\nhu = 0\nextinction_per_mm = 0\ncolour = \"#ffffff\"\n[[hu]]\nhu = 100\nextinction_per_mm = "

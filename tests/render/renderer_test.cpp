@@ -103,7 +103,8 @@ void writeBlackGlass(const test::TempFolder& folder, double extinction_per_mm) {
     std::filesystem::create_directory(folder / "looks");
     for (const char* name : {"closed.toml", "reveal.toml"})
         std::ofstream(folder / "looks" / name)
-            << "[surface]\nwrap = 0\nspecular = 0\nspecular_power = 1\nrim = 0\ngradient_voxels = 1\nsmoothing_voxels = 1\n"
+            << "[surface]\nwrap = 0\nspecular = 0\nspecular_power = 1\nrim = 0\ngradient_voxels = "
+               "1\nsmoothing_voxels = 1\nedge_low = 0\nedge_high = 1\n"
                "grazing_tint = \"#ffffff\"\n[[hu]]\nhu = 0\ncolour = \"#000000\"\nextinction_per_mm = 0\n"
                "[[rule]]\ntissue = \"liver\"\ncolour = \"#000000\"\nextinction_per_mm = "
             << extinction_per_mm << "\n";

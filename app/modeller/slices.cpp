@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <utility>
 
 namespace stylet::modeller {
 
@@ -37,6 +38,18 @@ Index3 voxelAt(Plane plane, const Index3& dims, int index, int u, int v) {
     return {index, dims.y - 1 - u, dims.z - 1 - v};
 }
 
+// First and last slice with anything in it.
+std::pair<int, int> labelledRange(const patient::LabelVolume& labels, int axis) {
+    const Index3 dims = labels.grid.dims;
+    int first = dims[axis], last = -1;
+    Index3 i{0};
+    for (i.z = 0; i.z < dims.z; ++i.z)
+        for (i.y = 0; i.y < dims.y; ++i.y)
+            for (i.x = 0; i.x < dims.x; ++i.x)
+                if (labels[i] != 0) first = std::min(first, i[axis]), last = std::max(last, i[axis]);
+    return last < 0 ? std::pair{0, dims[axis] - 1} : std::pair{first, last};
+}
+
 }  // namespace
 
 Picture slicePicture(const patient::Package& package, Plane plane, int index, const Window& window,
@@ -64,14 +77,15 @@ Picture slicePicture(const patient::Package& package, Plane plane, int index, co
 
 Picture montage(const patient::Package& package, Plane plane, int count, int columns, const Window& window,
                 double label_share) {
-    const int slices = package.ct.grid.dims[normalAxis(plane)];
+    const auto [first, last] = labelledRange(package.labels, normalAxis(plane));
     const int rows = (count + columns - 1) / columns;
     Picture sheet;
     for (int k = 0; k < count; ++k) {
         // Axial sheets start at the head, as films are hung.
-        const int at = int((k + 0.5) * slices / count);
-        const Picture tile =
-            slicePicture(package, plane, plane == Plane::axial ? slices - 1 - at : at, window, label_share);
+        const double share = (k + 0.5) / count;
+        const double along = plane == Plane::axial ? 1.0 - share : share;
+        const int at = first + int(along * (last - first + 1));
+        const Picture tile = slicePicture(package, plane, at, window, label_share);
         if (sheet.rgb.empty()) {
             sheet.width = tile.width * columns;
             sheet.height = tile.height * rows;

@@ -92,7 +92,7 @@ double Anatomy::skinDepth(const Vec3& p) const noexcept {
     const double x = std::fabs(p.x);
     const double back = ramp(f, -0.3, -0.9), ahead = ramp(f, 0.3, 0.9);
     const double belly = 5.0 * ramp(p.z, 30.0, -90.0);
-    const double love_handle = 10.0 * ramp(p.z, 10.0, -90.0) * (1.0 - ramp(f, 0.3, 0.9));
+    const double love_handle = 7.0 * ramp(p.z, 10.0, -90.0) * (1.0 - ramp(f, 0.3, 0.9));
     const double furrow = 4.0 * (1.0 - ramp(x, 0.0, 22.0)) * back;  // over the spinous processes
     const double fat = fat_side_mm * (1.0 - back - ahead) + fat_back_mm * back +
                        (fat_front_mm + belly) * ahead + love_handle - furrow +
@@ -178,7 +178,7 @@ Anatomy drawAnatomy(std::uint64_t seed) {
 
     OrganPlan& o = a.organs;
     o.hilum = Vec3(26.0, 0.0, 48.0) + random.jitter3(3.0);
-    o.liver_low_mm = random.jitter(9.0);
+    o.liver_low_mm = random.jitter(12.0);
     o.liver_left_mm = random.jitter(12.0);
     const Vec3 neck = Vec3(38.0, 16.0, 26.0) + random.jitter3(2.0);
     const Vec3 fundus = Vec3(60.0, 56.0, -18.0) + random.jitter3(4.0);

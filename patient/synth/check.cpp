@@ -191,6 +191,12 @@ class Checker {
             }
         }
         line("skin: body surface without it", "faces", double(bare), 0, 0);
+        std::size_t cut = 0;
+        for (const std::size_t n : of(Id::skin)) {
+            const Index3 at = indexOf(grid_, n);
+            cut += at.x == 0 || at.y == 0 || at.x + 1 == grid_.dims.x || at.y + 1 == grid_.dims.y ? 1 : 0;
+        }
+        line("skin: cut off by the volume's sides", "voxels", double(cut), 0, 0);
     }
 
     // Floods over faces from the liver through everything but fascia; counts what lies outside and is

@@ -8,8 +8,8 @@ namespace stylet::patient::synth {
 namespace {
 
 // The section: from above the dome of the diaphragm to below the kidneys.
-constexpr double kSize_m[] = {0.340, 0.240, 0.290};
-constexpr double kLow_m[] = {-0.170, -0.122, -0.118};
+constexpr double kSize_m[] = {0.344, 0.250, 0.290};
+constexpr double kLow_m[] = {-0.172, -0.128, -0.118};
 
 Grid sectionGrid(double spacing_m) {
     Grid grid;

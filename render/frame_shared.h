@@ -26,6 +26,7 @@ struct EyeUniforms {
 
 struct FrameUniforms {
     EyeUniforms eyes[2];
+    mat4 patient_from_stage;
     vec4 target;             // width, height in pixels; near, far in metres
     vec4 key_stage;          // direction to the key light, stage; w its strength
     vec4 key_patient;        // the same in the patient frame
@@ -49,7 +50,7 @@ struct LookUniforms {
 struct MeshPush {
     mat4 stage_from_model;
     vec4 colour;    // linear; w: emission
-    vec4 material;  // metallic, roughness; z: first eye
+    vec4 material;  // metallic, roughness; z: first eye; w: 1 where the patient's shadow falls
 };
 
 // One row of the breathing table, at z_begin + i * dz of the deformed patient.
@@ -66,7 +67,7 @@ struct Counters {
 
 #ifdef __cplusplus
 static_assert(sizeof(EyeUniforms) == 208 && offsetof(EyeUniforms, tangents) == 192);
-static_assert(sizeof(FrameUniforms) == 2 * 208 + 11 * 16 && offsetof(FrameUniforms, target) == 416);
+static_assert(sizeof(FrameUniforms) == 2 * 208 + 64 + 11 * 16 && offsetof(FrameUniforms, target) == 480);
 static_assert(sizeof(LookUniforms) == 32);
 static_assert(sizeof(MeshPush) == 96);
 static_assert(sizeof(BreathRow) == 32);

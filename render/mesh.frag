@@ -18,6 +18,16 @@ float ggx(vec3 n, vec3 v, vec3 l, float roughness) {
     return a2 / (3.14159265 * d * d) * 0.5 / mix(2.0 * nl * nv, nl + nv, a);
 }
 
+// What the patient leaves of the light on the table: soft, and darkest where he lies.
+float patientShadow() {
+    if (part.material.w == 0.0 || frame.grid_origin.w == 0.0) return 1.0;
+    const vec3 half_size = 0.5 * frame.grid_dims.xyz * frame.grid_spacing.xyz;
+    const vec3 middle = frame.grid_origin.xyz + half_size;
+    const vec3 p = (frame.patient_from_stage * vec4(position_stage, 1.0)).xyz - middle;
+    const vec2 outside = max(abs(p.xz) - half_size.xz * vec2(0.68, 0.97), 0.0) / 0.055;
+    return 1.0 - 0.68 * exp(-dot(outside, outside));
+}
+
 void main() {
     const vec3 v = normalize(frame.eyes[eye].stage_from_eye[3].xyz - position_stage);
     vec3 n = normalize(normal_stage);
@@ -33,5 +43,5 @@ void main() {
     const vec3 edge = f0 + (max(vec3(1.0 - roughness), f0) - f0) * pow(1.0 - nv, 5.0);
     vec3 light = albedo * (ambientLight(n.y) + key) + key * fresnel * ggx(n, v, l, roughness) + mirror * edge;
     light += base * part.colour.w;
-    colour = vec4(softClip(light), 1.0);
+    colour = vec4(softClip(light * patientShadow()), 1.0);
 }

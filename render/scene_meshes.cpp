@@ -83,6 +83,8 @@ std::vector<MeshDraw> SceneMeshes::drawsOf(const RenderScene& scene, const Patie
         const Pose stage_from_table = scene.stage_from_patient * patientFromTable(*volume);
         const double height = std::max(0.2, stage_from_table.position_m.y);
         addParts(draws, table_top_, glm::mat4(matrixOf(stage_from_table)));
+        for (MeshDraw& draw : draws)
+            draw.push.material.w = 1.0f;
         addParts(draws, table_pedestal_, glm::mat4(scaled(matrixOf(stage_from_table), Vec3(1, height, 1))));
     }
     if (scene.patient_from_needle)

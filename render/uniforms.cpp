@@ -65,6 +65,7 @@ gpu::FrameUniforms frameUniforms(const RenderScene& scene, const std::array<View
     const Pose patient_from_stage = scene.stage_from_patient.inverse();
     for (int eye = 0; eye < 2; ++eye)
         frame.eyes[eye] = eyeUniforms(views[std::size_t(eye)], scene, settings);
+    frame.patient_from_stage = glm::mat4(matrixOf(patient_from_stage));
     frame.target = {float(width), float(height), settings.near_m, settings.far_m};
     frame.key_stage = glm::vec4(glm::vec3(scene.stage_from_patient.direction(kKeyFromPatient)), kKeyStrength);
     frame.key_patient = glm::vec4(glm::vec3(kKeyFromPatient), kKeyStrength);

@@ -34,16 +34,7 @@ endif()
 # stylet_library(name SOURCES ... PUBLIC ... PRIVATE ...): a static library of one folder.
 function(stylet_library name)
     cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
-    foreach(source IN LISTS ARG_SOURCES)  # TEMPORARY while the first modules land
-        if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${source})
-            list(APPEND present ${source})
-        endif()
-    endforeach()
-    if(NOT present)
-        file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/empty_${name}.cpp "")
-        set(present ${CMAKE_CURRENT_BINARY_DIR}/empty_${name}.cpp)
-    endif()
-    add_library(${name} STATIC ${present})
+    add_library(${name} STATIC ${ARG_SOURCES})
     target_link_libraries(${name} PUBLIC stylet_flags ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
 endfunction()
 
@@ -69,10 +60,3 @@ function(stylet_test name)
     set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
         ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
 endfunction()
-
-# TEMPORARY while the first modules land.
-macro(stylet_subdirectory dir)
-    if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${dir}/CMakeLists.txt)
-        add_subdirectory(${dir})
-    endif()
-endmacro()

@@ -153,10 +153,11 @@ void Gpu::Impl::pickDevice(const GpuHooks& hooks) {
         return;
     }
     vk::raii::PhysicalDevices devices(instance);
-    std::stable_sort(devices.begin(), devices.end(),
-                     [](const auto& a, const auto& b) { return rank(a) < rank(b); });
-    const auto found = std::find_if(devices.begin(), devices.end(), fits);
-    if (found == devices.end()) throw GpuError("no Vulkan 1.3 device");
+    const auto better = [](const vk::raii::PhysicalDevice& a, const vk::raii::PhysicalDevice& b) {
+        return std::pair(!fits(a), rank(a)) < std::pair(!fits(b), rank(b));
+    };
+    const auto found = std::min_element(devices.begin(), devices.end(), better);
+    if (found == devices.end() || !fits(*found)) throw GpuError("no Vulkan 1.3 device");
     physical = std::move(*found);
 }
 

@@ -163,7 +163,8 @@ class PathSolver {
     void enter(std::size_t j, NeedleEventKind kind) {
         const double before_n = f_n_;
         f_n_ = clampToFriction(row(j), f_n_);
-        if (!sameTissueAsBefore(j) && segments_[j].tissue != Tissue::air && !isCut(j))
+        const bool cut = kind == NeedleEventKind::puncture || !resists(row(j), before_n);
+        if (cut && !sameTissueAsBefore(j) && segments_[j].tissue != Tissue::air && !isCut(j))
             cuts_.push_back(segments_[j]);
         tissue_ = segments_[j].tissue;
         report(kind, j, before_n, f_n_);

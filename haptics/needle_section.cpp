@@ -157,7 +157,8 @@ void SectionSolver::hold(const Border& border, double force_n) noexcept {
 // The tip is in the tissue behind `border` from now on.
 void SectionSolver::enter(const Border& border, double force_n, NeedleEventKind kind) noexcept {
     changeTissue(border.to, border.to_label, force_n);
-    remember(border);
+    // A hold that was dropped, the needle having slipped by, is not a cut.
+    if (kind != NeedleEventKind::entry || !resists(row(border.to), force_n)) remember(border);
     report(kind, border, force_n, force());
 }
 

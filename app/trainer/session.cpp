@@ -74,13 +74,13 @@ void Session::settleEvents() {
 
 void Session::onEvent(const EventRecord& record, const TickOutput& shown) {
     const haptics::NeedleEvent& event = record.event;
-    // An entry passes a border that gives way at once, or that was cut within a needle's width before.
-    if (event.kind != NeedleEventKind::puncture && event.kind != NeedleEventKind::entry) return;
+    const bool cut = event.kind == NeedleEventKind::puncture;
+    if (!cut && event.kind != NeedleEventKind::entry) return;
     log_.punctures.push_back(record);
     // A cut stands between two ticks: its peak is in neither's force.
     log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(event.force_before_n));
     note(std::string(patient::tissueName(event.border.to)), shown);
-    if (event.border.to == haptics::Tissue::duct && !log_.target_cut && targetAtTip(shown))
+    if (cut && event.border.to == haptics::Tissue::duct && !log_.target_cut && targetAtTip(shown))
         log_.target_cut = shown;
 }
 

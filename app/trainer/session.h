@@ -25,7 +25,7 @@ struct SessionLog {
     std::vector<report::ForceSample> curve;       // every tick inside the body
     std::vector<haptics::EventRecord> punctures;  // cuts and entries, in order
     std::vector<Moment> moments;
-    // The first duct wall passed with the target's label at the tip.
+    // The first cut of a duct with the target's label at the tip.
     std::optional<haptics::TickOutput> target_cut;
     std::optional<haptics::TickOutput> deepest;  // inside the body
     double peak_force_n = 0.0;

@@ -306,6 +306,14 @@ TEST(Needle, AThinTissueThatIsNoMembraneIsLeftOnItsFarSide) {
     EXPECT_NEAR(p.hand.force(), 0.5 + 1200.0 * 0.0001, 1e-9);
 }
 
+// The corner is 0.2 mm thick, the hold needs 0.3 mm: dropped, not cut, so the wall 0.8 mm deeper holds.
+TEST(Needle, AClippedCornerLeavesTheWallBehindItWhole) {
+    Puncture p({{skin, 0.002}, {liver, 0.02}, {duct, 0.0002}, {liver, 0.0008}, {duct, 0.004}, {liver, 0.01}});
+    p.hand.sweep(0.03);
+    p.expectCut(duct, 0.0003, 1.2, 0.5);
+    EXPECT_NEAR(p.only(NeedleEventKind::puncture, duct).border.depth_m, 0.023, 1e-9);
+}
+
 TEST(Needle, ManyBordersBehindOneMembraneAreCounted) {
     Layers layers{{skin, 0.002}, {soft, 0.01}, {fascia, 0.0001}};
     for (int i = 0; i < 15; ++i)

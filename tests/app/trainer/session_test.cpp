@@ -75,16 +75,6 @@ TEST_F(Watched, TheTargetNeedsACutAndItsLabelAtTheTip) {
     EXPECT_EQ(session_.log().punctures.size(), 3u) << "cuts and entries only";
 }
 
-TEST_F(Watched, ADuctEnteredThroughItsCutWallIsHitOnceTheTipIsInIt) {
-    session_.take(tickAt(1, 0.0495));
-    session_.take(
-        eventInto(Tissue::duct, NeedleEventKind::entry, 1));  // a corner, left again in the same tick
-    EXPECT_FALSE(session_.log().target_hit());
-    session_.take(tickAt(2, 0.0510));
-    session_.take(eventInto(Tissue::duct, NeedleEventKind::entry, 2));
-    EXPECT_TRUE(session_.log().target_hit());
-}
-
 TEST_F(Watched, KeepsThePeakOfEitherSignAndTheCurveInsideTheBody) {
     session_.take(tickAt(1, -0.010, 0.0));
     session_.take(tickAt(2, 0.010, 1.5));

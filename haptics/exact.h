@@ -25,23 +25,25 @@ struct ForcePiece {
 
 struct ExactEvent {
     NeedleEventKind kind = NeedleEventKind::border;
-    Tissue tissue = Tissue::air;   // entered
+    Tissue tissue = Tissue::air;  // entered
     std::uint8_t label = 0;
     double border_depth_m = 0.0;
-    double depth_m = 0.0;          // of the tip when it happened
+    double depth_m = 0.0;  // of the tip when it happened
     double force_before_n = 0.0, force_after_n = 0.0;
 };
 
 struct ExactForce {
     std::vector<ForcePiece> pieces;  // ascending, gap-free from 0 to the path's length
     std::vector<ExactEvent> events;
-    double at(double depth_m) const; // the force just after `depth_m`
+    double at(double depth_m) const;  // the force just after `depth_m`
 };
 
-// The tissues along a straight path from entry to end in the reference (track flags as the needle would set them).
+// The tissues along a straight path from entry to end in the reference (track flags as the needle would set
+// them).
 std::vector<Segment> segmentsAlong(const patient::Patient&, const Vec3& entry_m, const Vec3& end_m);
-// The needle comes from the air: a path that begins in tissue meets its skin at depth 0. Bone is held for ever: the
-// force rises with its stiffness to `max_force_n` and stays there to the path's end.
-ExactForce solveExact(const patient::TissueTable&, const std::vector<Segment>&, double length_m, const NeedleSettings&);
+// The needle comes from the air: a path that begins in tissue meets its skin at depth 0. Bone is held for
+// ever: the force rises with its stiffness to `max_force_n` and stays there to the path's end.
+ExactForce solveExact(const patient::TissueTable&, const std::vector<Segment>&, double length_m,
+                      const NeedleSettings&);
 
 }  // namespace stylet::haptics

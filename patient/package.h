@@ -67,7 +67,8 @@ class Patient {
         return at(grid().nearest(reference_m), flags);
     }
     // What entering a voxel proves about the track: any tissue but skin lies past the skin (air does not: a
-    // needle grazes the corners of a slanted surface); fascia, liver and abdominal labels past both. Haptics thread. noexcept, no allocation.
+    // needle grazes the corners of a slanted surface); fascia, liver and abdominal labels past both. Haptics
+    // thread. noexcept, no allocation.
     TrackFlags flagsAfterEntering(const TissueSample&, TrackFlags before) const noexcept;
 
   private:

@@ -9,8 +9,8 @@ namespace stylet::patient {
 
 // The right flank at the liver's height in the deformed patient, with room for clearances.
 struct PlanRegion {
-    Volume<float> risk_m;         // to the nearest risk structure, centre to centre
-    Volume<float> under_bone_m;   // to the nearest lower surface of bone, for what lies below it
+    Volume<float> risk_m;        // to the nearest risk structure, centre to centre
+    Volume<float> under_bone_m;  // to the nearest lower surface of bone, for what lies below it
     // Where bone is near above and below: between two ribs. No voxels where the flank has no ribs.
     Volume<std::uint8_t> intercostal;
     std::vector<Vec3> entries_m;  // the coarse set of skin voxels, deformed

@@ -18,12 +18,8 @@ const fs::path kRoot = STYLET_SOURCE_DIR;
 
 // What each module may include and link besides itself. The mock runtime stands alone.
 const std::map<std::string, std::set<std::string>> kAllowed = {
-    {"patient", {}},
-    {"haptics", {"patient"}},
-    {"render", {"patient"}},
-    {"xr", {}},
-    {"xr/mock", {}},
-    {"app", {"patient", "haptics", "render", "xr", "app"}},
+    {"patient", {}}, {"haptics", {"patient"}}, {"render", {"patient"}},
+    {"xr", {}},      {"xr/mock", {}},          {"app", {"patient", "haptics", "render", "xr", "app"}},
 };
 
 // The public headers a module offers: its umbrella and what that includes.
@@ -59,12 +55,14 @@ std::set<std::string> publicHeaders(const std::string& module) {
     std::set<std::string> headers;
     for (const std::string& umbrella : kUmbrellas.at(module)) {
         headers.insert(umbrella);
-        for (const std::string& header : projectIncludes(read(kRoot / umbrella))) headers.insert(header);
+        for (const std::string& header : projectIncludes(read(kRoot / umbrella)))
+            headers.insert(header);
     }
     return headers;
 }
 
-std::vector<std::string> sources(std::initializer_list<const char*> folders, const std::set<std::string>& endings) {
+std::vector<std::string> sources(std::initializer_list<const char*> folders,
+                                 const std::set<std::string>& endings) {
     std::vector<std::string> found;
     for (const char* folder : folders) {
         for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
@@ -79,7 +77,10 @@ std::vector<std::string> sources(std::initializer_list<const char*> folders, con
 // "include X of module M from file F" -> why it is forbidden, empty when it is not.
 std::string complaint(const std::string& file, const std::string& header) {
     const std::string from = moduleOf(file);
-    if (from == "xr/mock") return fs::exists(kRoot / "xr/mock" / header) || !fs::exists(kRoot / header) ? "" : "the mock stands alone";
+    if (from == "xr/mock")
+        return fs::exists(kRoot / "xr/mock" / header) || !fs::exists(kRoot / header)
+                   ? ""
+                   : "the mock stands alone";
     if (!fs::exists(kRoot / header)) return "";  // generated or a library's
     const std::string to = moduleOf(header);
     if (to == from) return "";

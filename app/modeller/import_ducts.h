@@ -9,8 +9,8 @@ namespace stylet::modeller {
 
 struct DuctSettings {
     double central_radius_m = 0.0035, peripheral_radius_m = 0.0016;
-    double gap_m = 0.0005;    // between the duct's wall and the portal branch's
-    double beyond_m = 0.015;  // how far a dilated duct reaches past the last labelled portal voxel
+    double gap_m = 0.0005;          // between the duct's wall and the portal branch's
+    double beyond_m = 0.015;        // how far a dilated duct reaches past the last labelled portal voxel
     double from_capsule_m = 0.013;  // the outermost parenchyma shows no ducts
     double tip_spacing_m = 0.009;
     double bile_hu = 8.0;

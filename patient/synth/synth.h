@@ -30,7 +30,8 @@ struct CheckLine {
     double value = 0.0, low = 0.0, high = 0.0;
     bool ok() const { return value >= low && value <= high; }
 };
-// Measures the voxels of a reference patient, not what its maker meant. Another label table: std::invalid_argument.
+// Measures the voxels of a reference patient, not what its maker meant. Another label table:
+// std::invalid_argument.
 std::vector<CheckLine> checkPatient(const Package&);
 
 }  // namespace stylet::patient::synth

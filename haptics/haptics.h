@@ -1,11 +1,13 @@
 // What the hand feels: the force models, the tick that folds them, the loop that runs it at 1 kHz.
 #pragma once
 
-#include "haptics/device.h"      // a device as the loop sees it
-#include "haptics/exact.h"       // the same force in closed form along straight paths: oracle and study
-#include "haptics/loop.h"        // the loop
+// In order of use.
+// clang-format off
 #include "haptics/needle.h"      // the needle: state, step, force
+#include "haptics/exact.h"       // the same force in closed form along straight paths: oracle and study
 #include "haptics/output.h"      // device gain, limits, faults
-#include "haptics/rings.h"       // rings and snapshots between threads
 #include "haptics/simulation.h"  // one tick of everything hashed
+#include "haptics/device.h"      // a device as the loop sees it
 #include "haptics/trace.h"       // device traces: recorded or scripted hands
+#include "haptics/rings.h"       // rings and snapshots between threads
+#include "haptics/loop.h"        // the loop

@@ -12,12 +12,14 @@
 //   eye        an OpenXR view: +x right, +y up, -z forward
 #pragma once
 
-#include "patient/breathing.h"  // the breath: signal, hold, motion at a point and as a table for pictures
-#include "patient/geometry.h"   // points, poses, grids
-#include "patient/hash.h"       // the state hash
-#include "patient/package.h"    // packages on disk, and the tissue at a point
-#include "patient/planning.h"   // reference paths
-#include "patient/tissue.h"     // the force table, labels, thresholds
-#include "patient/transcendental.h"  // exp, sin and cos with the same bits on every machine
-#include "patient/traversal.h"       // voxels along a segment
+// In order of use.
+// clang-format off
+#include "patient/geometry.h"        // points, poses, grids
 #include "patient/volume.h"          // voxel volumes
+#include "patient/traversal.h"       // voxels along a segment
+#include "patient/tissue.h"          // the force table, labels, thresholds
+#include "patient/breathing.h"       // the breath: signal, hold, motion at a point and as a table for pictures
+#include "patient/package.h"         // packages on disk, and the tissue at a point
+#include "patient/planning.h"        // reference paths
+#include "patient/hash.h"            // the state hash
+#include "patient/transcendental.h"  // exp, sin and cos with the same bits on every machine

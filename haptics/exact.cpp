@@ -35,7 +35,7 @@ class PathSolver {
             passUntil(segments_[next_].begin_m);
             const std::size_t j = next_++;
             if (isOutside(j)) {
-                leave();
+                leave(j);
             } else if (holds(j)) {
                 hold(j);
             } else {
@@ -102,7 +102,7 @@ class PathSolver {
                 f_n_ = curve.force_n(at_m - begin_m);
                 if (isOutside(last)) {
                     next_ = last + 1;
-                    return leave();
+                    return leave(last);
                 }
                 if (isRigid(row(last))) {
                     report(NeedleEventKind::border, last, f_n_, f_n_);
@@ -150,7 +150,8 @@ class PathSolver {
     }
 
     // The needle grazed a corner of slanted skin and is out again.
-    void leave() {
+    void leave(std::size_t j) {
+        if (!sameTissueAsBefore(j)) report(NeedleEventKind::withdrawn, j, f_n_, 0.0);
         f_n_ = 0.0;
         tissue_ = Tissue::air;
     }

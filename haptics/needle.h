@@ -82,7 +82,7 @@ enum class NeedleEventKind : std::uint8_t {
     puncture,   // a held border was cut
     entry,      // a tissue entered without a hold
     sideways,   // a border met sideways: a hit without a hold
-    withdrawn,  // the needle left the skin
+    withdrawn,  // the needle left the skin, drawn back or out through a corner of it
     overflow    // a fixed list was full: counted, the oldest or the newest entry was dropped
 };
 

@@ -23,7 +23,10 @@ void SectionSolver::run(const TissueSample& sample, const Vec3& at_reference_m, 
     if (way != Way::withdraw) {
         setFlags(sample);
         // Out again through a corner of slanted skin before anything behind it was reached.
-        if (sample.tissue == Tissue::air && !s_.track.past_skin) return endTrack();
+        if (sample.tissue == Tissue::air && !s_.track.past_skin) {
+            report(NeedleEventKind::withdrawn, borderTo(sample, at_reference_m), force(), 0.0);
+            return endTrack();
+        }
     }
     arrive(sample, at_reference_m, way);
     if (s_.phase == Phase::outside) return;

@@ -1,8 +1,10 @@
 // The sampled needle force, held between its samples as a device holds it, against the exact one along
 // straight paths.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <random>
+#include <stdexcept>
 
 #include "haptics/haptics.h"
 #include "patient/synth/synth.h"
@@ -14,6 +16,11 @@ namespace {
 
 using namespace haptics;
 using Random = std::mt19937_64;
+
+// Mastmeyer et al. 2017: the study's samples lie at most this far apart; one tick at 90 mm/s.
+constexpr double kStudySpacing_m = 0.09e-3;
+// What a hand may feel of an approximation.
+constexpr double kPerceptible_n = 0.145;
 
 struct Path {
     Vec3 entry_m{0.0}, axis{0.0};
@@ -86,40 +93,76 @@ std::vector<Path> patientPaths(const patient::Patient& patient, int count) {
 struct Errors {
     double squares_n2 = 0.0, most_n = 0.0,
            most_outside_n = 0.0;                   // outside: further than one step from an event
-    double event_sum_m = 0.0, event_most_m = 0.0;  // how late in depth an event is felt
+    double event_sum_m = 0.0, event_most_m = 0.0;  // sampled minus exact depth of an event
     std::size_t samples = 0, events = 0;
 };
 
-// Runs the needle along the path in steps of `step_m`; returns the milliseconds it took.
-double sampleForce(const patient::Patient& patient, const Path& path, double step_m,
-                   std::vector<double>& forces_n) {
+struct SampledEvent {
+    double depth_m = 0.0;  // of the tick that told it
+    NeedleEvent event;
+};
+
+struct Sampled {
+    double step_m = 0.0, time_ms = 0.0;
+    std::vector<double> forces_n;  // one a tick
+    std::vector<SampledEvent> events;
+    double end_m() const { return step_m * double(forces_n.size() - 1); }
+};
+
+// Runs the needle along the path.
+Sampled sampleForce(const patient::Patient& patient, const Path& path, double step_m) {
     const int steps = int(std::floor(path.length_m / step_m));
-    forces_n.assign(std::size_t(steps) + 1, 0.0);
+    Sampled sampled;
+    sampled.step_m = step_m;
+    sampled.forces_n.assign(std::size_t(steps) + 1, 0.0);
+    sampled.events.reserve(2 * path.exact.events.size());
     NeedleState state;
     NeedleEvents events;
     const auto began = std::chrono::steady_clock::now();
     for (int i = 0; i <= steps; ++i) {
-        stepNeedle(state, {}, patient, path.entry_m + path.axis * (step_m * i), path.axis, {}, events);
-        forces_n[std::size_t(i)] = state.force_n;
+        const double depth_m = step_m * i;
+        stepNeedle(state, {}, patient, path.entry_m + path.axis * depth_m, path.axis, {}, events);
+        sampled.forces_n[std::size_t(i)] = state.force_n;
+        if (events.dropped > 0) throw std::runtime_error("a step dropped events");
+        for (int e = 0; e < events.count; ++e)
+            sampled.events.push_back({depth_m, events.list[std::size_t(e)]});
     }
-    return elapsed_ms(began);
+    sampled.time_ms = elapsed_ms(began);
+    return sampled;
 }
 
-void compare(const Path& path, double step_m, const std::vector<double>& forces_n, Errors& errors) {
-    constexpr double kResolution_m = 2e-6;
-    std::size_t event = 0;
-    const std::vector<ExactEvent>& events = path.exact.events;
-    for (const ExactEvent& e : events) {
-        const double late_m = std::ceil(e.depth_m / step_m) * step_m - e.depth_m;
+// Both solvers must tell the same events in the same order, up to the last tick.
+void compareEvents(const Path& path, const Sampled& sampled, Errors& errors) {
+    constexpr double kSameDepth_m = 1e-9;
+    const std::vector<ExactEvent>& exact = path.exact.events;
+    const auto fail = [&](std::size_t i, const char* what) {
+        throw std::runtime_error("event " + std::to_string(i) + " at steps of " +
+                                 std::to_string(1e3 * sampled.step_m) + " mm: " + what);
+    };
+    for (std::size_t i = 0; i < sampled.events.size(); ++i) {
+        const auto& [depth_m, event] = sampled.events[i];
+        if (i >= exact.size()) fail(i, "the exact solver has none");
+        if (event.kind != exact[i].kind) fail(i, "the exact solver has another kind");
+        if (event.border.to != exact[i].tissue) fail(i, "the exact solver enters another tissue");
+        const double late_m = depth_m - exact[i].depth_m;
         errors.event_sum_m += late_m;
-        errors.event_most_m = std::max(errors.event_most_m, late_m);
+        errors.event_most_m = std::max(errors.event_most_m, std::fabs(late_m));
         ++errors.events;
     }
-    const double end_m = step_m * double(forces_n.size() - 1);
-    for (double x = 0.5 * kResolution_m; x < end_m; x += kResolution_m) {
+    const std::size_t next = sampled.events.size();
+    if (next < exact.size() && exact[next].depth_m < sampled.end_m() - kSameDepth_m)
+        fail(next, "the sampled solver has none");
+}
+
+void compareForces(const Path& path, const Sampled& sampled, Errors& errors) {
+    constexpr double kResolution_m = 2e-6;
+    const double step_m = sampled.step_m;
+    const std::vector<ExactEvent>& events = path.exact.events;
+    std::size_t event = 0;
+    for (double x = 0.5 * kResolution_m; x < sampled.end_m(); x += kResolution_m) {
         while (event < events.size() && events[event].depth_m < x - step_m)
             ++event;
-        const double e = std::fabs(forces_n[std::size_t(x / step_m)] - path.exact.at(x));
+        const double e = std::fabs(sampled.forces_n[std::size_t(x / step_m)] - path.exact.at(x));
         const bool near = event < events.size() && events[event].depth_m <= x + step_m;
         errors.squares_n2 += e * e;
         errors.most_n = std::max(errors.most_n, e);
@@ -128,28 +171,48 @@ void compare(const Path& path, double step_m, const std::vector<double>& forces_
     }
 }
 
+struct Measured {
+    double step_m = 0.0, time_ms = 0.0;
+    Errors errors;
+};
+
+Measured measureStep(const patient::Patient& patient, const std::vector<Path>& paths, double step_m) {
+    Measured m{step_m, 0.0, {}};
+    std::vector<double> times_ms;
+    for (const Path& path : paths) {
+        const Sampled sampled = sampleForce(patient, path, step_m);
+        times_ms.push_back(sampled.time_ms);
+        compareEvents(path, sampled, m.errors);
+        compareForces(path, sampled, m.errors);
+    }
+    m.time_ms = median(times_ms);
+    return m;
+}
+
 void measure(const patient::Patient& patient, const std::vector<Path>& paths, const std::string& what,
              std::vector<Row>& rows) {
+    std::vector<Measured> all;
+    double largest_m = 0.0;  // step within the bound
+    for (const double step_m : {5e-6, 10e-6, 20e-6, 50e-6, kStudySpacing_m, 200e-6, 500e-6}) {
+        all.push_back(measureStep(patient, paths, step_m));
+        if (all.back().errors.most_outside_n < kPerceptible_n) largest_m = std::max(largest_m, step_m);
+    }
     const std::string reference = "exact solver, " + std::to_string(paths.size()) + " paths, " + what;
-    for (const double step_mm : {0.005, 0.01, 0.02, 0.05, 0.09, 0.2, 0.5}) {
-        Errors errors;
-        std::vector<double> times_ms, forces_n;
-        for (const Path& path : paths) {
-            times_ms.push_back(sampleForce(patient, path, step_mm * 1e-3, forces_n));
-            compare(path, step_mm * 1e-3, forces_n, errors);
-        }
-        char note[160];
-        std::snprintf(note, sizeof note, "%sat an event at most %.3g N; time is per path",
-                      step_mm == 0.09 ? "default: the largest step below 0.145 N away from events; " : "",
-                      errors.most_n);
+    for (const auto& [step_m, time_ms, e] : all) {
+        char note[200], largest[80] = "";
+        if (step_m == largest_m)
+            std::snprintf(largest, sizeof largest, "the largest of these below %.3g N away from events; ",
+                          kPerceptible_n);
+        std::snprintf(note, sizeof note, "%s%sat an event at most %.3g N; time is per path",
+                      step_m == kStudySpacing_m ? "the study's spacing; " : "", largest, e.most_n);
         const auto add = [&](const char* metric, double error, const char* unit) {
-            rows.push_back({std::string("haptics.sampling_step") + metric, "step [mm]", step_mm,
-                            median(times_ms), error, unit, reference, metric[0] == '\0' ? note : ""});
+            rows.push_back({std::string("haptics.sampling_step") + metric, "step [mm]", 1e3 * step_m, time_ms,
+                            error, unit, reference, metric[0] == '\0' ? note : ""});
         };
-        add("", std::sqrt(errors.squares_n2 / double(errors.samples)), "N RMS");
-        add(".max_outside_events", errors.most_outside_n, "N");
-        add(".event_depth_mean", 1e3 * errors.event_sum_m / double(errors.events), "mm");
-        add(".event_depth_max", 1e3 * errors.event_most_m, "mm");
+        add("", std::sqrt(e.squares_n2 / double(e.samples)), "N RMS");
+        add(".max_outside_events", e.most_outside_n, "N");
+        add(".event_depth_mean", 1e3 * e.event_sum_m / double(e.events), "mm");
+        add(".event_depth_max", 1e3 * e.event_most_m, "mm");
     }
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/haptics/column.h"
 #include "tests/support/phantom.h"
 
@@ -112,6 +114,24 @@ TEST(Exact, APathThatBeginsInTissueMeetsItAtDepthZero) {
         solveExact(test::tissueDefaults().tissues, {{0.0, skin, 1}, {0.003, soft, 2}}, 0.01, {});
     const ExactEvent cut = event(e, NeedleEventKind::puncture, skin);
     EXPECT_NEAR(cut.depth_m, 0.000875, 1e-12);
+}
+
+TEST(Exact, OutAgainThroughACornerOfTheSkinIsAnEvent) {
+    // Left before its cut, then behind it; air goes on being outside where only its label changes.
+    for (const double thickness_m : {0.0004, 0.0015}) {
+        const ExactForce e =
+            solve({{skin, thickness_m}, {air, 0.001}, {air, 0.002}, {skin, 0.002}, {soft, 0.02}});
+        const ExactEvent out = event(e, NeedleEventKind::withdrawn, air);
+        const double d = thickness_m;
+        EXPECT_NEAR(out.depth_m, 0.010 + d, 1e-12);
+        EXPECT_EQ(out.border_depth_m, out.depth_m);
+        EXPECT_NEAR(out.force_before_n, d < 0.000875 ? 800.0 * d * (0.5 + 0.5 * d / 0.000875) : 0.7, 1e-9);
+        EXPECT_EQ(out.force_after_n, 0.0);
+        EXPECT_EQ(e.at(out.depth_m), 0.0);
+        EXPECT_EQ(std::count_if(e.events.begin(), e.events.end(),
+                                [](const ExactEvent& v) { return v.tissue == air; }),
+                  1);
+    }
 }
 
 TEST(Exact, SegmentsFollowTheTrack) {

@@ -52,8 +52,21 @@ double distanceToEvent(const ExactForce& exact, double depth_m) {
 }
 
 struct Coverage {
-    std::size_t compared = 0, punctures = 0, pushed = 0;
+    std::size_t compared = 0, punctures = 0, pushed = 0, withdrawn = 0;
 };
+
+// What Eq. 1 and the threshold say of one cut, from the table alone: `held` is the border as it was met.
+void expectClosedForm(const patient::TissueTable& table, const NeedleEvent& held, const NeedleEvent& cut) {
+    ASSERT_EQ(held.kind, NeedleEventKind::border);
+    ASSERT_EQ(held.border.to, cut.border.to);
+    ASSERT_EQ(held.border.reference_m, cut.border.reference_m);
+    const patient::TissueRow& row = table[std::size_t(cut.border.to)];
+    const double behind_m = (row.cut_force_n - held.force_before_n) / row.stiffness_n_per_m;
+    // A border pushed ahead is met at the tip, already so far behind its place.
+    ASSERT_NEAR(cut.tenting_m - held.tenting_m, behind_m, 1e-9);
+    ASSERT_NEAR(cut.force_before_n, row.cut_force_n, 1e-9);
+    ASSERT_NEAR(cut.force_after_n, std::min(row.cut_force_n, row.friction_n), 1e-9);
+}
 
 // One needle along a straight path in steps of random length, against the exact solver at every sample.
 void compare(const patient::Patient& patient, const Vec3& entry, const Vec3& end, Random& random,
@@ -79,6 +92,7 @@ void compare(const patient::Patient& patient, const Vec3& entry, const Vec3& end
     ASSERT_LT(worst_n, 1e-9);
 
     ASSERT_EQ(hand.events.size(), exact.events.size());
+    NeedleEvent held;
     for (std::size_t i = 0; i < exact.events.size(); ++i) {
         const NeedleEvent& a = hand.events[i];
         const ExactEvent& b = exact.events[i];
@@ -90,7 +104,12 @@ void compare(const patient::Patient& patient, const Vec3& entry, const Vec3& end
         ASSERT_NEAR(border_m + a.tenting_m, b.depth_m, 1e-9);
         ASSERT_NEAR(a.force_before_n, b.force_before_n, 1e-9);
         ASSERT_NEAR(a.force_after_n, b.force_after_n, 1e-9);
+        if (a.kind == NeedleEventKind::border) held = a;
+        if (a.kind == NeedleEventKind::puncture) {
+            ASSERT_NO_FATAL_FAILURE(expectClosedForm(patient.package().tissues, held, a)) << "event " << i;
+        }
         coverage.punctures += a.kind == NeedleEventKind::puncture;
+        coverage.withdrawn += a.kind == NeedleEventKind::withdrawn;
         coverage.pushed += a.kind == NeedleEventKind::border && a.tenting_m > 0.0;
     }
 }
@@ -110,6 +129,7 @@ TEST(NeedleRandom, SampledEqualsExactForAThousandTables) {
     EXPECT_GT(coverage.compared, 100000u);
     EXPECT_GT(coverage.punctures, 1500u);
     EXPECT_GT(coverage.pushed, 100u);
+    EXPECT_GT(coverage.withdrawn, 10u);
 }
 
 // Half of the blocks are labelled, the rest left to thresholds and the track's flags; air and skin first.

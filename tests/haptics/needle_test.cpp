@@ -247,7 +247,11 @@ TEST(Needle, OutAgainThroughACornerOfTheSkinIsOutside) {
     p.hand.sweep(0.010);
     p.expectCut(skin, 0.000875, 0.7, 0.7);
     EXPECT_NEAR(p.hand.state.depth_m, 0.010 - 0.0034, 1e-9);
-    EXPECT_TRUE(p.hand.of(NeedleEventKind::withdrawn).empty());
+    const NeedleEvent out = p.only(NeedleEventKind::withdrawn, air);
+    EXPECT_NEAR(out.border.reference_m.x, 0.0004, 1e-9);
+    EXPECT_EQ(out.border.from, skin);
+    EXPECT_NEAR(out.force_before_n, 800.0 * 0.0004 * (0.5 + 0.5 * 0.0004 / 0.000875), 1e-9);
+    EXPECT_EQ(out.force_after_n, 0.0);
 }
 
 TEST(Needle, BoneIsNeverCut) {

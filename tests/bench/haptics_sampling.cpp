@@ -18,7 +18,7 @@ using namespace haptics;
 using Random = std::mt19937_64;
 
 // Mastmeyer et al. 2017: the study's samples lie at most this far apart; one tick at 90 mm/s.
-constexpr double kStudySpacing_m = 0.09e-3;
+constexpr double kStudySpacing_mm = 0.09;
 // What a hand may feel of an approximation.
 constexpr double kPerceptible_n = 0.145;
 
@@ -172,15 +172,15 @@ void compareForces(const Path& path, const Sampled& sampled, Errors& errors) {
 }
 
 struct Measured {
-    double step_m = 0.0, time_ms = 0.0;
+    double step_mm = 0.0, time_ms = 0.0;
     Errors errors;
 };
 
-Measured measureStep(const patient::Patient& patient, const std::vector<Path>& paths, double step_m) {
-    Measured m{step_m, 0.0, {}};
+Measured measureStep(const patient::Patient& patient, const std::vector<Path>& paths, double step_mm) {
+    Measured m{step_mm, 0.0, {}};
     std::vector<double> times_ms;
     for (const Path& path : paths) {
-        const Sampled sampled = sampleForce(patient, path, step_m);
+        const Sampled sampled = sampleForce(patient, path, 1e-3 * step_mm);
         times_ms.push_back(sampled.time_ms);
         compareEvents(path, sampled, m.errors);
         compareForces(path, sampled, m.errors);
@@ -192,21 +192,21 @@ Measured measureStep(const patient::Patient& patient, const std::vector<Path>& p
 void measure(const patient::Patient& patient, const std::vector<Path>& paths, const std::string& what,
              std::vector<Row>& rows) {
     std::vector<Measured> all;
-    double largest_m = 0.0;  // step within the bound
-    for (const double step_m : {5e-6, 10e-6, 20e-6, 50e-6, kStudySpacing_m, 200e-6, 500e-6}) {
-        all.push_back(measureStep(patient, paths, step_m));
-        if (all.back().errors.most_outside_n < kPerceptible_n) largest_m = std::max(largest_m, step_m);
+    double largest_mm = 0.0;  // step within the bound
+    for (const double step_mm : {0.005, 0.01, 0.02, 0.05, kStudySpacing_mm, 0.2, 0.5}) {
+        all.push_back(measureStep(patient, paths, step_mm));
+        if (all.back().errors.most_outside_n < kPerceptible_n) largest_mm = std::max(largest_mm, step_mm);
     }
     const std::string reference = "exact solver, " + std::to_string(paths.size()) + " paths, " + what;
-    for (const auto& [step_m, time_ms, e] : all) {
+    for (const auto& [step_mm, time_ms, e] : all) {
         char note[200], largest[80] = "";
-        if (step_m == largest_m)
+        if (step_mm == largest_mm)
             std::snprintf(largest, sizeof largest, "the largest of these below %.3g N away from events; ",
                           kPerceptible_n);
         std::snprintf(note, sizeof note, "%s%sat an event at most %.3g N; time is per path",
-                      step_m == kStudySpacing_m ? "the study's spacing; " : "", largest, e.most_n);
+                      step_mm == kStudySpacing_mm ? "the study's spacing; " : "", largest, e.most_n);
         const auto add = [&](const char* metric, double error, const char* unit) {
-            rows.push_back({std::string("haptics.sampling_step") + metric, "step [mm]", 1e3 * step_m, time_ms,
+            rows.push_back({std::string("haptics.sampling_step") + metric, "step [mm]", step_mm, time_ms,
                             error, unit, reference, metric[0] == '\0' ? note : ""});
         };
         add("", std::sqrt(e.squares_n2 / double(e.samples)), "N RMS");

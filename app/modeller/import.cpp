@@ -11,6 +11,7 @@
 #include "app/modeller/import_ducts.h"
 #include "app/modeller/import_fascia.h"
 #include "app/modeller/import_thresholds.h"
+#include "patient/nifti.h"
 
 namespace stylet::modeller {
 
@@ -182,6 +183,21 @@ Mask cutToBody(CtVolume& ct, LabelVolume& labels) {
     return body;
 }
 
+// What a package's reader would refuse is not made. The spacing named leaves room for a rim rounded up.
+void checkFits(const Grid& g) {
+    const double sides[] = {double(g.dims.x), double(g.dims.y), double(g.dims.z)};
+    const double voxels = sides[0] * sides[1] * sides[2];
+    const double longest = std::max({sides[0], sides[1], sides[2]});
+    if (longest <= patient::kMaxVoxelsASide && voxels <= double(patient::kMaxVoxels)) return;
+    const double coarser = std::max(longest / (patient::kMaxVoxelsASide - 4),
+                                    std::cbrt(1.01 * voxels / double(patient::kMaxVoxels)));
+    throw ImportError(
+        text("the package would have %dx%dx%d voxels of %.4g mm; %d a side and %zu Mi in all is "
+             "the most it can have, so %.2f mm is the smallest spacing that fits",
+             g.dims.x, g.dims.y, g.dims.z, 1e3 * g.spacing_m.x, patient::kMaxVoxelsASide,
+             patient::kMaxVoxels >> 20, std::ceil(1e5 * g.spacing_m.x * coarser) / 100.0));
+}
+
 // Which target ids belong together for a purpose.
 Mask maskOf(const LabelVolume& labels, const std::function<bool(const Label&)>& wanted) {
     std::array<std::uint8_t, 256> in{};
@@ -309,6 +325,7 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
     p.labels = resampleLabels(labels, section, target);
     say(settings, "body and skin");
     const Mask body = cutToBody(p.ct, p.labels);
+    checkFits(p.ct.grid);
     paint(p.labels, skinShell(body, ct.grid, kSkin_m), idOf("skin"), false);
 
     say(settings, "fascia");

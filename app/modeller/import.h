@@ -43,7 +43,8 @@ std::vector<SourceLabel> listSources(const patient::CtVolume& ct, const patient:
                                      const LabelMap&);
 
 // Everything that follows the reading: crop, body, skin, fascia, ducts, thresholds, breathing.
-// Throws ImportError where an id is unmapped or nothing is liver.
+// `labels` holds nothing below 0, as readImage sees to. Throws ImportError where an id is unmapped, nothing
+// is liver, or the package would have more voxels than patient::loadPackage takes.
 Imported buildPatient(const patient::CtVolume& ct, const patient::Volume<std::int16_t>& labels,
                       const LabelMap&, const ImportSettings&);
 

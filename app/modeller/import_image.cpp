@@ -8,11 +8,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <system_error>
+#include <thread>
 
 #include "app/modeller/image_handover.h"
 
@@ -64,6 +68,36 @@ void limit(decltype(RLIMIT_CPU) what, std::size_t value) {
     _exit(127);
 }
 
+using Clock = std::chrono::steady_clock;
+
+// Until it closes its output; false where the deadline comes first.
+bool listen(int pipe, Clock::time_point deadline, std::string& said) {
+    for (;;) {
+        const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
+        if (left.count() <= 0) return false;
+        pollfd wait_for{pipe, POLLIN, 0};
+        const int ready = poll(&wait_for, 1, int(left.count()));
+        if (ready == 0 || (ready < 0 && errno == EINTR)) continue;
+        if (ready < 0) return true;
+        char text[512];
+        const ssize_t n = read(pipe, text, sizeof text);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return true;
+        if (said.size() < 2048) said.append(text, std::size_t(n));
+    }
+}
+
+// Until it has ended; false where the deadline comes first.
+bool ended(pid_t child, Clock::time_point deadline, int& status) {
+    for (;;) {
+        const pid_t who = waitpid(child, &status, WNOHANG);
+        if (who == child) return true;
+        if (who < 0 && errno != EINTR) throw ImportError("the image reader is lost");
+        if (Clock::now() >= deadline) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+}
+
 struct ChildEnd {
     int status = 0;
     bool timed_out = false;
@@ -73,6 +107,7 @@ struct ChildEnd {
 ChildEnd runReader(const char* const* argv, const ReaderLimits& limits) {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) throw ImportError("no pipe to the image reader");
+    const auto deadline = Clock::now() + std::chrono::seconds(limits.wall_s);
     const pid_t child = fork();
     if (child == 0) becomeReader(argv, ends[1], limits);
     close(ends[1]);
@@ -80,27 +115,14 @@ ChildEnd runReader(const char* const* argv, const ReaderLimits& limits) {
         close(ends[0]);
         throw ImportError("the image reader cannot be started");
     }
-    using Clock = std::chrono::steady_clock;
-    const auto deadline = Clock::now() + std::chrono::seconds(limits.wall_s);
     ChildEnd end;
-    for (;;) {  // until it closes its output, or its time is up
-        const auto left =
-            std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
-        pollfd wait_for{ends[0], POLLIN, 0};
-        const int ready = left > 0 ? poll(&wait_for, 1, int(left)) : 0;
-        if (ready < 0 && errno == EINTR) continue;
-        if (ready == 0) {
-            end.timed_out = true;
-            kill(child, SIGKILL);
-            break;
-        }
-        char text[512];
-        const ssize_t n = read(ends[0], text, sizeof text);
-        if (n <= 0) break;
-        if (end.said.size() < 2048) end.said.append(text, std::size_t(n));
-    }
+    const bool silent = listen(ends[0], deadline, end.said);
     close(ends[0]);
-    while (waitpid(child, &end.status, 0) < 0 && errno == EINTR) {
+    end.timed_out = !silent || !ended(child, deadline, end.status);
+    if (end.timed_out) {
+        kill(child, SIGKILL);
+        while (waitpid(child, &end.status, 0) < 0 && errno == EINTR) {
+        }
     }
     return end;
 }
@@ -126,12 +148,16 @@ std::string reasonOf(const ChildEnd& end, const ReaderLimits& limits) {
     return said.empty() ? "the reader gave up without a word" : said;
 }
 
-patient::Volume<std::int16_t> takeOver(const fs::path& file, const fs::path& source) {
-    std::ifstream in(file, std::ios::binary);
+// The child read a hostile file: nothing it hands over is trusted. What is not a file could block its
+// opening.
+patient::Volume<std::int16_t> takeOver(const fs::path& file, const fs::path& source, ImageKind kind) {
+    std::ifstream in;
     ImageHandover h;
-    const auto bad = [&](const char* why) {
+    const auto bad = [&](const std::string& why) {
         return ImportError(source.string() + ": the reader returned " + why);
     };
+    if (!fs::is_regular_file(fs::symlink_status(file))) throw bad("no image");
+    in.open(file, std::ios::binary);
     if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kHandoverMagic) throw bad("no image");
     std::int64_t count = 1;
     for (int d = 0; d < 3; ++d) {
@@ -152,6 +178,10 @@ patient::Volume<std::int16_t> takeOver(const fs::path& file, const fs::path& sou
     patient::Volume<std::int16_t> image(grid);
     if (!in.read(reinterpret_cast<char*>(image.voxels.data()), std::streamsize(count * 2)))
         throw bad("too little");
+    if (kind == ImageKind::labels) {
+        const auto lowest = std::min_element(image.voxels.begin(), image.voxels.end());
+        if (*lowest < 0) throw bad("a label of " + std::to_string(*lowest) + ", which is below 0");
+    }
     return image;
 }
 
@@ -177,7 +207,7 @@ patient::Volume<std::int16_t> readImage(const fs::path& path, ImageKind kind, co
     const ChildEnd end = runReader(argv, limits);
     if (end.timed_out || !WIFEXITED(end.status) || WEXITSTATUS(end.status) != 0)
         throw ImportError(source + ": " + reasonOf(end, limits));
-    return takeOver(out, path);
+    return takeOver(out, path, kind);
 }
 
 }  // namespace stylet::modeller

@@ -25,7 +25,7 @@ struct ReaderLimits {
 };
 
 // A DICOM folder or a NIfTI file as int16 on axes that are RAS (flipped or swapped, never interpolated): HU,
-// or label ids. Throws ImportError.
+// or label ids, none below 0. Throws ImportError.
 patient::Volume<std::int16_t> readImage(const std::filesystem::path&, ImageKind, const ReaderLimits& = {});
 
 }  // namespace stylet::modeller

@@ -1,5 +1,6 @@
 #include "app/modeller/import_map.h"
 
+#include <algorithm>
 #include <charconv>
 #include <fstream>
 
@@ -14,6 +15,8 @@ using patient::Role;
 using patient::Tissue;
 
 namespace {
+
+constexpr std::size_t kMaxBytes = 1 << 20;
 
 std::string trimmed(const std::string& s) {
     const auto from = s.find_first_not_of(" \t\r");
@@ -54,17 +57,26 @@ const Label* findTarget(const std::string& name) {
 }
 
 LabelMap loadLabelMap(const fs::path& csv) {
-    std::ifstream in(csv);
+    std::ifstream in(csv, std::ios::binary);
     if (!in) throw ImportError(csv.string() + ": cannot be opened");
+    std::string text(kMaxBytes + 1, '\0');
+    in.read(text.data(), std::streamsize(text.size()));
+    text.resize(std::size_t(in.gcount()));
+    if (text.size() > kMaxBytes) throw ImportError(csv.string() + ": too long for a label map");
+    return parseLabelMap(csv, text);
+}
+
+LabelMap parseLabelMap(const fs::path& csv, std::string_view text) {
     LabelMap map;
     bool header_seen = false;
-    std::string line;
-    for (int number = 1; std::getline(in, line); ++number) {
+    for (int number = 1; !text.empty(); ++number) {
+        const std::string_view raw = text.substr(0, text.find('\n'));
+        text.remove_prefix(std::min(raw.size() + 1, text.size()));
         const auto refuse = [&](const std::string& why) {
             throw ImportError(csv.string() + ": line " + std::to_string(number) + ": " + why);
         };
-        if (number > 10000 || line.size() > 1000) refuse("too long for a label map");
-        line = trimmed(line);
+        if (number > 10000 || raw.size() > 1000) refuse("too long for a label map");
+        const std::string line = trimmed(std::string(raw));
         if (line.empty()) continue;
         if (line[0] == '#') {
             if (const std::string v = keyed(line, "source"); !v.empty()) map.source = v;

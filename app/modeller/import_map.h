@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "patient/tissue.h"
@@ -24,5 +25,7 @@ struct LabelMap {
     std::string source, licence;
 };
 LabelMap loadLabelMap(const std::filesystem::path& csv);  // throws ImportError: FILE: line N: reason
+// The same from memory; `csv` is only named in refusals.
+LabelMap parseLabelMap(const std::filesystem::path& csv, std::string_view text);
 
 }  // namespace stylet::modeller

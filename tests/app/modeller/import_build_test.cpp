@@ -97,6 +97,21 @@ TEST(ImportBuild, WhatCannotBeAPatientIsRefused) {
     EXPECT_NE(refusal(test::makeTorso(), s).find("reference phase"), std::string::npos);
 }
 
+// A slab as wide as a scan may be: with its rim of air, more than 1024 voxels of 0.5 mm.
+TEST(ImportBuild, APackageTooLargeToLoadIsRefusedWithASpacingThatFits) {
+    const patient::Grid grid{{251, 16, 4}, {0.002, 0.002, 0.002}, {-0.250, 0.0, 0.0}};
+    test::Torso t{patient::CtVolume(grid, 60), patient::Volume<std::int16_t>(grid, 7), {}};
+    t.map.target_of[7] = idOf("liver");
+    ImportSettings s = settings();
+    s.grow_ducts = false;
+    s.spacing_m = 0.0005;
+    const std::string why = refusal(t, s);
+    EXPECT_NE(why.find("1033x93x13 voxels of 0.5 mm"), std::string::npos) << why;
+    EXPECT_NE(why.find("0.51 mm is the smallest spacing that fits"), std::string::npos) << why;
+    s.spacing_m = 0.00051;
+    EXPECT_EQ(refusal(t, s).find("smallest spacing"), std::string::npos);
+}
+
 TEST(ImportBuild, LabelsKeepTheirPlaceAndVolume) {
     const auto& p = built().package;
     EXPECT_EQ(p.labels.nearestOr({0.050, 0.025, 0.130}, 0), idOf("liver"));

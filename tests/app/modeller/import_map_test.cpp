@@ -55,6 +55,9 @@ TEST(ImportMap, RefusesByLine) {
     EXPECT_NE(refusal("source_id,tissue\n1e3,liver\n").find("not a whole number"), std::string::npos);
     EXPECT_NE(refusal("source_id,tissue\nliver\n").find("two fields"), std::string::npos);
     EXPECT_NE(refusal("1,liver\n").find("the first line must be"), std::string::npos);
+    EXPECT_NE(refusal("source_id,tissue\n1," + std::string(1000, 'x')).find("line 2: too long"),
+              std::string::npos);
+    EXPECT_NE(refusal(std::string((1 << 20) + 1, '#')).find("map.csv: too long"), std::string::npos);
     EXPECT_NE(refusal("").find("maps nothing"), std::string::npos);
 }
 

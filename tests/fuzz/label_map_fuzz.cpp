@@ -1,0 +1,20 @@
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+
+#include "app/modeller/import_image.h"
+#include "app/modeller/import_map.h"
+
+// A map or an ImportError; what is taken maps ids of int16 labels to targets there are.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet::modeller;
+    try {
+        const LabelMap map = parseLabelMap("fuzz.csv", {reinterpret_cast<const char*>(data), size});
+        if (map.target_of.empty()) std::abort();
+        for (const auto& [id, target] : map.target_of)
+            if (id < 0 || id > 32767 || target > targetTable().size()) std::abort();
+    } catch (const ImportError&) {
+    }
+    return 0;
+}

@@ -5,12 +5,15 @@
 #include <cctype>
 #include <cmath>
 
+#include "render/file.h"
+
 namespace stylet::render {
 namespace {
 
 using patient::DataError;
 using std::filesystem::path;
 
+constexpr std::size_t kMaxBytes = 1 << 20;
 constexpr double kPerMm = 1000.0;
 
 float linearFromSrgb(int byte) {
@@ -135,10 +138,14 @@ glm::vec4 curveAt(const LookStyle& look, double hu) {
 }  // namespace
 
 LookStyle loadLook(const path& file) {
+    return parseLook(file, readFile(file, kMaxBytes));
+}
+
+LookStyle parseLook(const path& file, std::string_view text) {
     LookStyle look;
     toml::table root;
     try {
-        root = toml::parse_file(file.string());
+        root = toml::parse(text);
     } catch (const toml::parse_error& e) {
         throw DataError(file, "line " + std::to_string(e.source().begin.line), std::string(e.description()));
     }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -44,6 +45,8 @@ struct LookStyle {
 };
 
 LookStyle loadLook(const std::filesystem::path& toml);  // throws patient::DataError
+// The same from memory; `file` is named in what is thrown.
+LookStyle parseLook(const std::filesystem::path& file, std::string_view toml);
 
 // Stored form of a colour with an extinction: rgb = sqrt(linear colour) * a, a = sqrt(extinction / full). The
 // roots spend the eight bits where the eye sees them, and the weight keeps clear tissue from bleeding its

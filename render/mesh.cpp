@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <numbers>
 
 #include <tiny_gltf.h>
@@ -14,6 +12,7 @@
 #include <glm/matrix.hpp>
 
 #include "patient/package.h"
+#include "render/file.h"
 
 namespace stylet::render {
 namespace {
@@ -21,29 +20,20 @@ namespace {
 using patient::DataError;
 using std::filesystem::path;
 
-constexpr std::uintmax_t kMaxFileBytes = 64u << 20;
+constexpr std::size_t kMaxFileBytes = 64u << 20;
 constexpr std::size_t kMaxVertices = 4u << 20;
-constexpr int kMaxDepth = 32;  // of the node tree: also ends a cycle
+constexpr int kMaxDepth = 32;  // of the node tree
 
-std::vector<unsigned char> readFile(const path& file) {
-    std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(file, error);
-    if (error) throw DataError(file, "file", error.message());
-    if (size > kMaxFileBytes) throw DataError(file, "size", std::to_string(size) + " bytes are too many");
-    std::ifstream in(file, std::ios::binary);
-    std::vector<unsigned char> bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    if (bytes.size() != size) throw DataError(file, "file", "could not be read");
-    return bytes;
-}
+using Bytes = std::span<const unsigned char>;
 
-std::uint32_t word(const std::vector<unsigned char>& bytes, std::size_t at) {
+std::uint32_t word(Bytes bytes, std::size_t at) {
     return std::uint32_t(bytes[at]) | std::uint32_t(bytes[at + 1]) << 8 | std::uint32_t(bytes[at + 2]) << 16 |
            std::uint32_t(bytes[at + 3]) << 24;
 }
 
 // The chunk lengths of a GLB, before tinygltf sees it: 2.7 accepts a binary chunk that ends eight bytes past
 // the file.
-void checkChunks(const path& file, const std::vector<unsigned char>& bytes) {
+void checkChunks(const path& file, Bytes bytes) {
     if (bytes.size() < 20) throw DataError(file, "header", "shorter than 20 bytes");
     if (word(bytes, 4) != 2) throw DataError(file, "version", std::to_string(word(bytes, 4)) + " is not 2");
     if (word(bytes, 8) != bytes.size())
@@ -57,8 +47,7 @@ void checkChunks(const path& file, const std::vector<unsigned char>& bytes) {
     }
 }
 
-tinygltf::Model parse(const path& file) {
-    const std::vector<unsigned char> bytes = readFile(file);
+tinygltf::Model parse(const path& file, Bytes bytes) {
     tinygltf::TinyGLTF loader;
     // Everything is embedded: whatever a file names outside itself does not exist for it.
     loader.SetFsCallbacks(
@@ -231,10 +220,12 @@ void appendPrimitive(const path& file, const tinygltf::Model& model, const tinyg
 }
 
 void appendNode(const path& file, const tinygltf::Model& model, int index, const glm::dmat4& root_from_parent,
-                int depth, Mesh& mesh) {
+                int depth, std::vector<bool>& seen, Mesh& mesh) {
     const std::string where = "nodes[" + std::to_string(index) + "]";
     if (index < 0 || std::size_t(index) >= model.nodes.size()) throw DataError(file, where, "no such node");
-    if (depth > kMaxDepth) throw DataError(file, where, "nodes nested too deep, or in a circle");
+    if (seen[std::size_t(index)]) throw DataError(file, where, "reached twice: the nodes are not a tree");
+    seen[std::size_t(index)] = true;
+    if (depth > kMaxDepth) throw DataError(file, where, "nodes nested too deep");
     const tinygltf::Node& node = model.nodes[std::size_t(index)];
     const glm::dmat4 root_from_node = root_from_parent * nodeTransform(file, node, where);
     if (node.mesh >= 0) {
@@ -247,19 +238,25 @@ void appendNode(const path& file, const tinygltf::Model& model, int index, const
                             mesh);
     }
     for (const int child : node.children)
-        appendNode(file, model, child, root_from_node, depth + 1, mesh);
+        appendNode(file, model, child, root_from_node, depth + 1, seen, mesh);
 }
 
 }  // namespace
 
 Mesh loadMesh(const path& file) {
-    const tinygltf::Model model = parse(file);
+    const std::string bytes = readFile(file, kMaxFileBytes);
+    return parseMesh(file, {reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()});
+}
+
+Mesh parseMesh(const path& file, Bytes bytes) {
+    const tinygltf::Model model = parse(file, bytes);
     if (model.scenes.empty()) throw DataError(file, "scenes", "there is none");
     const int scene = std::max(model.defaultScene, 0);
     if (std::size_t(scene) >= model.scenes.size()) throw DataError(file, "scene", "no such scene");
     Mesh mesh;
+    std::vector<bool> seen(model.nodes.size());
     for (const int node : model.scenes[std::size_t(scene)].nodes)
-        appendNode(file, model, node, glm::dmat4(1.0), 0, mesh);
+        appendNode(file, model, node, glm::dmat4(1.0), 0, seen, mesh);
     if (mesh.parts.empty()) throw DataError(file, "meshes", "there is none");
     return mesh;
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,8 @@ struct Mesh {
 // index is checked here. Node transforms are applied. Throws patient::DataError naming file, field and
 // reason.
 Mesh loadMesh(const std::filesystem::path&);
+// The same from memory; `file` is named in what is thrown.
+Mesh parseMesh(const std::filesystem::path& file, std::span<const unsigned char> bytes);
 
 // A cylinder of radius 1 around z from 0 to 1, for lines drawn as tubes.
 Mesh unitTube(int sides);

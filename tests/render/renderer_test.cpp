@@ -188,6 +188,13 @@ TEST_F(RendererTest, TheNeedleIsSeenInFrontHiddenBehindAndDimInsideTissue) {
     EXPECT_GT(drawAt(0.10).pixels, 100u);
 }
 
+bool offersShaderOutputLayer(const Gpu& gpu) {
+    return gpu.physicalDevice()
+        .getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features>()
+        .get<vk::PhysicalDeviceVulkan12Features>()
+        .shaderOutputLayer;
+}
+
 TEST_F(RendererTest, EveryWayToReachBothEyesDrawsTheSamePicture) {
     const patient::Package package = test::makeTrunk(0.004);
     const patient::Patient patient(package);
@@ -196,20 +203,24 @@ TEST_F(RendererTest, EveryWayToReachBothEyesDrawsTheSamePicture) {
     scene.patient_from_needle = Pose{{1, 0, 0, 0}, Vec3(0.05, 0.06, 0.0)};
     const auto eyes = test::stereo(test::lookAt(Vec3(0.2, 1.5, 0.5), Vec3(0, 1, 0), 0.4f), 0.063);
     std::vector<std::array<Image, 2>> pictures;
+    bool layer_from_vertices = false;
     for (const StereoPath path : {StereoPath::single, StereoPath::layered, StereoPath::multiview}) {
         try {
             Gpu gpu({.validation = true, .stereo = path});
+            layer_from_vertices = offersShaderOutputLayer(gpu);
             Renderer renderer(gpu, {}, test::assetsFolder());
             renderer.setPatient(patient);
             pictures.push_back(renderer.drawToImages(scene, eyes, 128, 96));
             EXPECT_EQ(gpu.validationMessages(), 0u) << int(path);
         } catch (const GpuError& e) {
-            EXPECT_NE(path, StereoPath::single) << e.what();  // the others may be missing
+            ASSERT_NE(path, StereoPath::single) << e.what();
+            EXPECT_FALSE(path == StereoPath::layered && layer_from_vertices) << e.what();
         }
     }
-    for (const auto& picture : pictures)
+    if (pictures.size() < 2) GTEST_SKIP() << "this device has no way to draw both eyes in one pass";
+    for (std::size_t i = 1; i < pictures.size(); ++i)
         for (std::size_t eye = 0; eye < 2; ++eye)
-            EXPECT_GT(test::psnr(picture[eye], pictures[0][eye]), 60.0);
+            EXPECT_GT(test::psnr(pictures[i][eye], pictures[0][eye]), 60.0);
     EXPECT_LT(test::psnr(pictures[0][0], pictures[0][1]), 40.0) << "both eyes show the same picture";
 }
 

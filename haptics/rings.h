@@ -37,6 +37,10 @@ class Ring {
         tail_.store(tail + 1 == slots_.size() ? 0 : tail + 1, std::memory_order_release);
         return true;
     }
+    // Producer thread: all that was pushed has been taken.
+    bool empty() const noexcept {
+        return tail_.load(std::memory_order_acquire) == head_.load(std::memory_order_relaxed);
+    }
     std::size_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
   private:

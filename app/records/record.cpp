@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/records/bytes.h"
@@ -199,6 +200,7 @@ json infoJson(const RecordInfo& info) {
         j["final_tick"] = info.end->tick;
         j["state_hash"] = hexOf(info.end->state_hash);
     }
+    if (info.lost) j["lost_ticks"] = {{"first", info.lost->first}, {"last", info.lost->last}};
     return j;
 }
 
@@ -231,17 +233,35 @@ RecordInfo infoFrom(const json& j) {
     if (j.contains("state_hash"))
         info.end = RecordEnd{j.at("final_tick").get<std::uint64_t>(),
                              hashFrom(j.at("state_hash").get<std::string>())};
+    if (j.contains("lost_ticks")) {
+        const json& lost = j.at("lost_ticks");
+        info.lost = LostTicks{lost.at("first").get<std::uint64_t>(), lost.at("last").get<std::uint64_t>()};
+    }
     return info;
 }
 
 void writeInfo(const RecordInfo& info, const std::filesystem::path& folder) {
     const std::filesystem::path file = folder / "record.json", part = folder / "record.json.part";
     {
-        std::ofstream stream(part);
-        stream << infoJson(info).dump(2) << '\n';
-        if (!stream.flush()) throw DataError(part, "file", "cannot be written");
+        // A path may be no UTF-8, and then loses a letter: better than the record.
+        const std::string text = infoJson(info).dump(2, ' ', false, json::error_handler_t::replace) + '\n';
+        DiskFile stream(part);
+        stream.write({reinterpret_cast<const unsigned char*>(text.data()), text.size()});
+        stream.sync();
     }
     std::filesystem::rename(part, file);
+    syncFolder(folder);
+}
+
+// The folder, without the record that may stand there: its record.json goes first, so that no crash leaves it
+// beside other inputs.
+std::filesystem::path emptied(const std::filesystem::path& folder) {
+    const std::filesystem::path place = std::filesystem::absolute(folder);
+    std::filesystem::create_directories(place);
+    std::filesystem::remove(place / "record.json");
+    syncFolder(place);
+    syncFolder(place.parent_path());
+    return place;
 }
 
 }  // namespace
@@ -254,17 +274,21 @@ std::string hexOf(std::uint64_t hash) {
 
 RecordWriter::RecordWriter(const std::filesystem::path& folder, const RecordHeader& header,
                            const RecordInfo& info)
-    : folder_(folder), info_(info) {
-    std::filesystem::create_directories(folder);
+    : folder_(emptied(folder)), info_(info), inputs_(folder_ / "inputs.bin") {
+    inputs_.write(encodeHeader(header));
+    inputs_.sync();
     info_.end.reset();
+    info_.lost.reset();
     writeInfo(info_, folder_);
-    stream_.open(folder / "inputs.bin", std::ios::binary | std::ios::trunc);
-    const std::vector<unsigned char> bytes = encodeHeader(header);
-    stream_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    if (!stream_.flush()) throw DataError(folder / "inputs.bin", "file", "cannot be written");
 }
 
 void RecordWriter::add(const TickInput& input, const haptics::TickOutput& output) {
+    if (ended_) return;
+    if (output.tick != last_.tick + 1) {
+        info_.lost = LostTicks{last_.tick + 1, output.tick - 1};
+        finish();
+        return;
+    }
     ByteSink sink(frame_);
     putTick(sink, input);
     last_ = {output.tick, output.state_hash};
@@ -281,15 +305,20 @@ void RecordWriter::writeFrame() {
     sink.u64(last_.state_hash);
     bytes.insert(bytes.end(), frame_.begin(), frame_.end());
     sink.u32(checksum(bytes));
-    stream_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    if (!stream_.flush()) throw DataError(folder_ / "inputs.bin", "file", "cannot be written");
+    inputs_.write(bytes);
     ticks_ += frame_count_;
     frame_count_ = 0;
     frame_.clear();
+    if (ticks_ - synced_ticks_ < kSyncTicks) return;
+    inputs_.sync();
+    synced_ticks_ = ticks_;
 }
 
 void RecordWriter::finish() {
+    if (ended_) return;
+    ended_ = true;
     if (frame_count_ > 0) writeFrame();
+    inputs_.sync();
     info_.end = last_;
     writeInfo(info_, folder_);
 }

@@ -6,13 +6,13 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "app/records/disk_linux.h"
 #include "haptics/simulation.h"
 #include "patient/planning.h"
 
@@ -20,6 +20,7 @@ namespace stylet::records {
 
 inline constexpr std::uint32_t kRecordVersion = 1;
 inline constexpr std::uint32_t kFrameTicks = 250;  // what a crash may cost: a quarter of a second
+inline constexpr std::uint32_t kSyncTicks = 1000;  // what a power loss may cost: about a second
 
 // What a recomputation needs besides the patient. The profile's two texts are not stored.
 struct RecordHeader {
@@ -32,6 +33,11 @@ struct RecordEnd {
     std::uint64_t state_hash = 0;
 };
 
+// Ticks that never reached the writer, both ends included.
+struct LostTicks {
+    std::uint64_t first = 0, last = 0;
+};
+
 struct RecordInfo {
     std::string program_version;
     std::filesystem::path patient_folder;
@@ -42,28 +48,32 @@ struct RecordInfo {
     std::uint64_t seed = 0;
     double gain = 1.0;
     patient::PlannedPath path;
-    std::optional<RecordEnd> end;  // absent: the attempt was cut short
+    std::optional<RecordEnd> end;   // absent: the attempt was cut short
+    std::optional<LostTicks> lost;  // the record ends before them, the attempt went on
 };
 
-// Appends frames as ticks come in; what is on disk is whole up to the last frame at any moment.
+// Appends frames as ticks come in: after a crash the file is whole up to the last frame, after a power loss
+// up to the last sync. A tick missing between two ends the record: nothing behind it could be recomputed.
 // Session thread. Throws patient::DataError when the disk refuses.
 class RecordWriter {
   public:
     RecordWriter(const std::filesystem::path& folder, const RecordHeader&, const RecordInfo&);
     void add(const haptics::TickInput&, const haptics::TickOutput&);
-    // Writes the frame in progress and the end into record.json.
+    // Writes the frame in progress and the end into record.json; all of it is on the disk then.
     void finish();
+    const std::optional<LostTicks>& lost() const { return info_.lost; }
 
   private:
     void writeFrame();
 
     std::filesystem::path folder_;
     RecordInfo info_;
-    std::ofstream stream_;
+    DiskFile inputs_;
     std::vector<unsigned char> frame_;
     std::uint32_t frame_count_ = 0;
-    std::uint64_t ticks_ = 0;
+    std::uint64_t ticks_ = 0, synced_ticks_ = 0;
     RecordEnd last_;
+    bool ended_ = false;
 };
 
 // The state hash after the first `ticks` inputs.

@@ -6,6 +6,7 @@
 #include <deque>
 #include <exception>
 #include <mutex>
+#include <stop_token>
 #include <thread>
 
 #include "app/trainer/platform_linux.h"
@@ -42,13 +43,18 @@ class MomentQueue {
     std::deque<Moment> waiting_;
 };
 
-// The trace's commands, each handed over once its time has come.
+// The trace's commands, each handed over once its time has come and the ring has room.
 class CommandFeed {
   public:
     explicit CommandFeed(const haptics::Trace& trace) : trace_(trace) {}
     void until(std::int64_t t_ns, haptics::Ring<haptics::Command>& ring) {
-        for (; next_ < trace_.commands.size() && trace_.commands[next_].t_ns <= t_ns; ++next_)
-            ring.push(trace_.commands[next_].command);
+        while (next_ < trace_.commands.size() && trace_.commands[next_].t_ns <= t_ns &&
+               ring.push(trace_.commands[next_].command))
+            ++next_;
+    }
+    // Every command has been taken by a tick.
+    bool done(const haptics::Ring<haptics::Command>& ring) const {
+        return next_ == trace_.commands.size() && ring.empty();
     }
 
   private:
@@ -64,14 +70,16 @@ std::int64_t tickOf(const Attempt& attempt) {
     return std::llround(attempt.simulation.dt_s * 1e9);
 }
 
-// The session's thread: commands out at their time, records in, until the hand has come to its end. The hand
-// moves with the loop's time, tick * dt, so that is what counts here too: a late loop is waited for.
-void sessionLoop(const Attempt& attempt, Session& session, LoopChannels& channels, MomentQueue& moments,
-                 const Clock& clock) {
+// The session's thread: commands out at their time, records in, until hand and commands have come to their
+// end. The hand moves with the loop's time, tick * dt, so that is what counts here too: a late loop is waited
+// for.
+void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& session,
+                 LoopChannels& channels, MomentQueue& moments, const Clock& clock) {
     CommandFeed commands(attempt.hand);
     const std::int64_t dt_ns = tickOf(attempt);
     std::int64_t hand_ns = 0;
-    while (hand_ns < durationOf(attempt.hand)) {
+    while (!stop.stop_requested() &&
+           (hand_ns < durationOf(attempt.hand) || !commands.done(channels.commands))) {
         commands.until(hand_ns, channels.commands);
         clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
         session.drain(channels);
@@ -108,7 +116,9 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     std::atomic<bool> ended{false};
     std::exception_ptr failure;
 
-    std::thread haptics_thread([&] {
+    // When something throws here, each thread is told to stop, then joined.
+    std::jthread haptics_thread([&](const std::stop_token& stop) {
+        const std::stop_callback stopped(stop, [&] { channels.stop.store(true); });
         const std::string refused = askForRealTime();
         if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
         const std::int64_t begin_ns = clock.now_ns(clock.context);
@@ -116,9 +126,9 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
         totals.haptics = runLoop(simulation, device, channels, clock);
         totals.elapsed_s = double(clock.now_ns(clock.context) - begin_ns) * 1e-9;
     });
-    std::thread session_thread([&] {
+    std::jthread session_thread([&](const std::stop_token& stop) {
         try {
-            sessionLoop(attempt, session, channels, moments, clock);
+            sessionLoop(stop, attempt, session, channels, moments, clock);
         } catch (...) {
             failure = std::current_exception();
         }
@@ -160,7 +170,8 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
     const std::int64_t dt_ns = tickOf(attempt);
     double next_frame_s = 0.0;
     TickOutput latest;
-    for (std::int64_t now_ns = 0; now_ns <= durationOf(attempt.hand); now_ns += dt_ns) {
+    for (std::int64_t now_ns = 0; now_ns <= durationOf(attempt.hand) || !commands.done(channels.commands);
+         now_ns += dt_ns) {
         commands.until(now_ns, channels.commands);
         loopTick(simulation, device, channels, totals.haptics, now_ns, clock);
         session.drain(channels);

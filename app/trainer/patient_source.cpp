@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
+#include <random>
 #include <string>
 
 #include "app/trainer/platform_linux.h"
@@ -67,7 +68,12 @@ void makeReference(const PatientRequest& request, const std::filesystem::path& f
     patient::synth::SynthSettings settings = referenceSettings(request);
     settings.progress = [&](std::string_view stage, double fraction) { progress.show(stage, fraction); };
     std::filesystem::create_directories(folder.parent_path());
-    patient::savePackage(patient::synth::makeReferencePatient(settings), folder);
+    // Another run may have made the same patient meanwhile, and be reading it: the first one stays.
+    const std::filesystem::path fresh = folder.string() + "." + std::to_string(std::random_device{}());
+    patient::savePackage(patient::synth::makeReferencePatient(settings), fresh);
+    std::error_code taken;
+    std::filesystem::rename(fresh, folder, taken);
+    if (taken) std::filesystem::remove_all(fresh);
 }
 
 bool fits(const patient::Patient& patient, const PlannedPath& path, const patient::Surrogate& breath) {

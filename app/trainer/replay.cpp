@@ -16,6 +16,11 @@ void reportDamage(const records::Record& record) {
         std::fprintf(stderr,
                      "stylet: the record is torn: %llu bytes behind its last whole frame were cut off\n",
                      static_cast<unsigned long long>(record.torn_bytes));
+    if (record.info.lost)
+        std::fprintf(stderr,
+                     "stylet: ticks %llu to %llu were lost as they were recorded; the record ends there\n",
+                     static_cast<unsigned long long>(record.info.lost->first),
+                     static_cast<unsigned long long>(record.info.lost->last));
     if (!record.info.end)
         std::fprintf(stderr, "stylet: the attempt was cut short; what is there is replayed\n");
 }

@@ -125,7 +125,8 @@ void writeResults(const patient::Patient& patient, const AttemptFacts& facts, co
                       folder / "force-depth.png");
     if (const haptics::TickOutput* tick = sliceTick(log))
         report::drawSlices(patient, needlePicture(facts, log, *tick), folder / "slices.png");
-    writeText(folder / "summary.json", summaryJson(patient, facts, log, totals).dump(2));
+    writeText(folder / "summary.json",
+              summaryJson(patient, facts, log, totals).dump(2, ' ', false, json::error_handler_t::replace));
 }
 
 void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTotals& totals,

@@ -99,6 +99,9 @@ int run(const RunOptions& options) {
         options.fast ? runFast(attempt, session, std::move(pictures), options.fps.value_or(0.0), workClock())
                      : runRealTime(attempt, session, std::move(pictures), monotonicClock());
     record.finish();
+    if (record.lost())
+        std::fprintf(stderr, "stylet: the record ends at tick %llu: the next was lost to a full ring\n",
+                     static_cast<unsigned long long>(record.lost()->first - 1));
     writeResults(patient, facts, session.log(), totals, options.out);
     printResults(facts, session.log(), totals, options.out, options.stats);
     return 0;

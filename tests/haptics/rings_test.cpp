@@ -10,7 +10,9 @@ namespace {
 
 TEST(Ring, HoldsWhatItSaysAndCountsTheRest) {
     Ring<int> ring(3);
+    EXPECT_TRUE(ring.empty());
     EXPECT_TRUE(ring.push(1) && ring.push(2) && ring.push(3));
+    EXPECT_FALSE(ring.empty());
     EXPECT_FALSE(ring.push(4));
     EXPECT_EQ(ring.dropped(), 1u);
     int v = 0;
@@ -22,6 +24,7 @@ TEST(Ring, HoldsWhatItSaysAndCountsTheRest) {
         EXPECT_EQ(v, want);
     }
     EXPECT_FALSE(ring.pop(v));
+    EXPECT_TRUE(ring.empty());
 }
 
 TEST(Ring, TwoThreadsLoseAndReorderNothing) {

@@ -147,6 +147,56 @@ TEST_F(RecordFile, IsWholeUpToTheLastFrameBeforeItIsFinished) {
     EXPECT_FALSE(record.info.end);
 }
 
+TEST_F(RecordFile, ALostTickEndsItBeforeTheGap) {
+    constexpr std::uint64_t kWhole = kFrameTicks + 3;
+    RecordWriter writer(folder_, someHeader(), someInfo());
+    for (std::uint64_t i = 0; i < kWhole; ++i)
+        writer.add(someInput(i), outputOf(i));
+    for (std::uint64_t i = kWhole + 5; i < kTicks; ++i)
+        writer.add(someInput(i), outputOf(i));
+    writer.finish();
+    const Record record = loadRecord(folder_);
+    ASSERT_EQ(record.inputs.size(), kWhole);
+    expectSameBits(record.inputs.back(), someInput(kWhole - 1));
+    EXPECT_EQ(record.checkpoints.back().state_hash, outputOf(kWhole - 1).state_hash);
+    EXPECT_EQ(record.torn_bytes, 0u);
+    ASSERT_TRUE(record.info.end);
+    EXPECT_EQ(record.info.end->tick, kWhole);
+    EXPECT_EQ(record.info.end->state_hash, outputOf(kWhole - 1).state_hash);
+    ASSERT_TRUE(record.info.lost);
+    EXPECT_EQ(record.info.lost->first, kWhole + 1);
+    EXPECT_EQ(record.info.lost->last, kWhole + 5);
+}
+
+TEST_F(RecordFile, LosesNothingWhenNoTickIsMissing) {
+    EXPECT_FALSE(loadRecord(folder_).info.lost);
+}
+
+TEST_F(RecordFile, NeverStandsWithItsInfoBesideTheInputsOfAnother) {
+    std::filesystem::remove(inputs_);
+    std::filesystem::create_directory(inputs_);  // cannot be opened for writing, by root neither
+    EXPECT_THROW(RecordWriter(folder_, someHeader(), someInfo()), DataError);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "record.json"));
+}
+
+TEST_F(RecordFile, AFullDiskIsSaidToBeFull) {
+    std::filesystem::remove(inputs_);
+    std::filesystem::create_symlink("/dev/full", inputs_);
+    try {
+        const RecordWriter writer(folder_, someHeader(), someInfo());
+        FAIL() << "was not refused";
+    } catch (const DataError& e) {
+        EXPECT_NE(std::string(e.what()).find("inputs.bin"), std::string::npos) << e.what();
+    }
+}
+
+TEST_F(RecordFile, KeepsAFolderWhoseNameIsNoUtf8) {
+    RecordInfo info = someInfo();
+    info.patient_folder = "/some\xffwhere";
+    RecordWriter(folder_, someHeader(), info).finish();
+    EXPECT_EQ(loadRecord(folder_).info.patient_folder, "/some\xef\xbf\xbdwhere");  // U+FFFD
+}
+
 TEST_F(RecordFile, CutsATornTailAtTheLastWholeFrame) {
     rewrite(bytes_.substr(0, bytes_.size() - 1));
     const Record record = loadRecord(folder_);

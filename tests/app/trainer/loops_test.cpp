@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <numeric>
+#include <stdexcept>
 
 #include "app/records/replay.h"
 #include "app/trainer/platform_linux.h"
@@ -120,6 +122,67 @@ TEST_F(RecordedRealTime, ReplaysToItsHashUntilOneBitOfItsInputsChanges) {
     // Found in the very frame that holds the changed tick.
     EXPECT_EQ(other.differs_at->ticks / records::kFrameTicks,
               record.inputs.size() / 2 / records::kFrameTicks + 1);
+}
+
+// More commands than ring and tick hold, then one at the very end.
+Attempt commandedAttempt(const patient::Patient& patient) {
+    Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
+    const std::int64_t end_ns = attempt.hand.samples.back().t_ns;
+    attempt.hand.commands.clear();
+    for (std::uint32_t i = 0; i < 200; ++i)
+        attempt.hand.commands.push_back({end_ns - 1'000'000, {haptics::CommandKind::marker, i}});
+    attempt.hand.commands.push_back({end_ns + 1'000'000, {haptics::CommandKind::breathe, 200}});
+    return attempt;
+}
+
+template <typename Play>
+std::vector<std::uint32_t> commandsRecorded(Play play) {
+    const test::TempFolder folder;
+    const patient::Package package = ductPhantom();
+    const patient::Patient patient(package);
+    const Attempt attempt = commandedAttempt(patient);
+    records::RecordWriter writer(folder / "record", {patient::digest(package), attempt.simulation}, {});
+    Session session(patient, ductPath(), {}, 0.0, &writer);
+    play(attempt, session);
+    writer.finish();
+    std::vector<std::uint32_t> values;
+    for (const haptics::TickInput& input : records::loadRecord(folder / "record").inputs)
+        for (std::uint32_t i = 0; i < input.command_count; ++i)
+            values.push_back(input.commands[i].value);
+    return values;
+}
+
+std::vector<std::uint32_t> everyCommand() {
+    std::vector<std::uint32_t> values(201);
+    std::iota(values.begin(), values.end(), 0u);
+    return values;
+}
+
+TEST(FastLoop, HandsEveryCommandOverTheLastToo) {
+    EXPECT_EQ(commandsRecorded([](const Attempt& attempt, Session& session) {
+                  runFast(attempt, session, std::nullopt, 0.0, {});
+              }),
+              everyCommand());
+}
+
+TEST(RealTimeLoop, HandsEveryCommandOverTheLastToo) {
+    EXPECT_EQ(commandsRecorded([](const Attempt& attempt, Session& session) {
+                  runRealTime(attempt, session, std::nullopt, monotonicClock());
+              }),
+              everyCommand());
+}
+
+TEST(RealTimeLoop, AnErrorOfThePicturesEndsItAndComesOut) {
+    const patient::Package package = ductPhantom();
+    const patient::Patient patient(package);
+    const Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
+    Session session(patient, ductPath(), {}, 0.0, nullptr);
+    Pictures broken{[](const haptics::TickOutput&, const std::string&) -> bool {
+                        throw std::logic_error("not of the GPU");
+                    },
+                    [] { return PictureTotals{}; }};
+    EXPECT_THROW(runRealTime(attempt, session, std::move(broken), monotonicClock()), std::logic_error);
+    EXPECT_LT(session.log().last_tick, 500u) << "went on to the hand's end";
 }
 
 }  // namespace

@@ -1,0 +1,47 @@
+#include "app/records/disk_linux.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "patient/package.h"
+
+namespace stylet::records {
+
+using patient::DataError;
+
+DiskFile::DiskFile(const std::filesystem::path& file)
+    : file_(file), descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
+    if (descriptor_ < 0) throw DataError(file_, "file", std::strerror(errno));
+}
+
+DiskFile::~DiskFile() {
+    close(descriptor_);
+}
+
+void DiskFile::write(std::span<const unsigned char> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) throw DataError(file_, "file", std::strerror(errno));
+        bytes = bytes.subspan(std::size_t(written));
+    }
+}
+
+void DiskFile::sync() {
+    // EINVAL: a pipe or the like, which keeps nothing.
+    if (fdatasync(descriptor_) != 0 && errno != EINVAL) throw DataError(file_, "file", std::strerror(errno));
+}
+
+void syncFolder(const std::filesystem::path& folder) {
+    const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) throw DataError(folder, "folder", std::strerror(errno));
+    const int error = fsync(descriptor) == 0 ? 0 : errno;
+    close(descriptor);
+    // EINVAL: a file system that keeps its names by itself.
+    if (error != 0 && error != EINVAL) throw DataError(folder, "folder", std::strerror(error));
+}
+
+}  // namespace stylet::records

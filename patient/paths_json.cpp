@@ -1,6 +1,9 @@
 #include "patient/paths_json.h"
 
+#include <array>
+#include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -11,9 +14,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "stylet paths 1";
+constexpr const char* kFormat = "stylet paths 2";
 constexpr std::size_t kMaxBytes = 64 << 20, kMaxPaths = 100000;
 constexpr int kMaxDepth = 8;
+constexpr int kMaxPlannerVersion = 1 << 20;
+constexpr std::size_t kDigestDigits = 16;
 constexpr double kReach_m = 10.0;
 
 Json toJson(const Vec3& v) {
@@ -91,6 +96,28 @@ PlannedPath readPath(PathReader in) {
     return p;
 }
 
+std::string digestText(std::uint64_t digest) {
+    std::array<char, kDigestDigits + 1> text{};
+    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(digest));
+    return text.data();
+}
+
+std::uint64_t readDigest(const std::filesystem::path& file, const Json& value) {
+    const std::string text = value.is_string() ? value.get<std::string>() : "";
+    std::uint64_t digest = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), digest, 16);
+    if (text.size() != kDigestDigits || error != std::errc() || end != text.data() + text.size())
+        throw DataError(file, "patient_digest", "not 16 hexadecimal digits");
+    return digest;
+}
+
+int readVersion(const std::filesystem::path& file, const Json& value) {
+    const double version = value.is_number_integer() ? value.get<double>() : -1.0;
+    if (!(version >= 0.0 && version <= double(kMaxPlannerVersion)))
+        throw DataError(file, "planner_version", "not a whole number in range");
+    return int(version);
+}
+
 Json parseBounded(const std::filesystem::path& file, std::string_view text) {
     const auto checkDepth = [&](int depth, Json::parse_event_t, Json&) {
         if (depth > kMaxDepth) throw DataError(file, "json", "nested too deeply");
@@ -105,31 +132,40 @@ Json parseBounded(const std::filesystem::path& file, std::string_view text) {
 
 }  // namespace
 
-std::vector<PlannedPath> parsePaths(const std::filesystem::path& file, std::string_view text) {
+StoredPaths parsePaths(const std::filesystem::path& file, std::string_view text) {
     const Json json = parseBounded(file, text);
-    if (!json.is_object() || json.size() != 2) throw DataError(file, "json", "not {format, paths}");
+    if (!json.is_object()) throw DataError(file, "json", "not an object");
     if (json.value("format", Json()) != kFormat)
         throw DataError(file, "format", std::string("not ") + kFormat);
+    if (json.size() != 4)
+        throw DataError(file, "json", "not {format, patient_digest, planner_version, paths}");
+    StoredPaths stored;
+    stored.patient_digest = readDigest(file, json.value("patient_digest", Json()));
+    stored.planner_version = readVersion(file, json.value("planner_version", Json()));
     const auto list = json.find("paths");
     if (list == json.end() || !list->is_array()) throw DataError(file, "paths", "not an array");
     if (list->size() > kMaxPaths) throw DataError(file, "paths", "more than 100000");
-    std::vector<PlannedPath> paths;
     for (const Json& entry : *list)
-        paths.push_back(readPath({file, "paths[" + std::to_string(paths.size()) + "]", entry}));
-    return paths;
+        stored.paths.push_back(readPath({file, "paths[" + std::to_string(stored.paths.size()) + "]", entry}));
+    return stored;
 }
 
-std::vector<PlannedPath> loadPaths(const std::filesystem::path& json) {
+StoredPaths loadPaths(const std::filesystem::path& json) {
     return parsePaths(json, readTextFile(json, kMaxBytes));
 }
 
-void savePaths(const std::vector<PlannedPath>& paths, const std::filesystem::path& json) {
+void savePaths(const StoredPaths& stored, const std::filesystem::path& json) {
     Json list = Json::array();
-    for (const PlannedPath& path : paths)
+    for (const PlannedPath& path : stored.paths)
         list.push_back(toJson(path));
     const std::filesystem::path fresh = json.string() + ".new";
     std::ofstream out(fresh, std::ios::binary);
-    out << Json{{"format", kFormat}, {"paths", list}}.dump(1) << '\n';
+    out << Json{{"format", kFormat},
+                {"patient_digest", digestText(stored.patient_digest)},
+                {"planner_version", stored.planner_version},
+                {"paths", list}}
+               .dump(1)
+        << '\n';
     out.close();
     if (!out) throw DataError(fresh, "file", "cannot be written");
     std::filesystem::rename(fresh, json);

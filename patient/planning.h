@@ -2,6 +2,7 @@
 // Source: Mastmeyer et al. 2017, Eq. 9, after Baegert et al. 2007.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <vector>
@@ -30,6 +31,9 @@ struct PlannedPath {
     double quality = 0.0;          // (C3 + C4) / 2
 };
 
+// Counts up whenever planPaths finds or rates other paths in the same patient: stored ones are stale then.
+inline constexpr int kPlannerVersion = 1;
+
 struct PlanResult {
     std::vector<PlannedPath> paths;  // the best path of each skin voxel, best first
     std::size_t candidates = 0, rejected_blocked = 0, rejected_long = 0, rejected_quality = 0;
@@ -40,7 +44,14 @@ struct PlanResult {
 PlanResult planPaths(const Patient&, const PlanSettings&,
                      const std::function<void(double fraction)>& progress = {});
 
-void savePaths(const std::vector<PlannedPath>&, const std::filesystem::path& json);
-std::vector<PlannedPath> loadPaths(const std::filesystem::path& json);  // throws DataError
+// What paths.json holds: paths, and what they were planned on and by.
+struct StoredPaths {
+    std::uint64_t patient_digest = 0;  // digest(Package)
+    int planner_version = 0;
+    std::vector<PlannedPath> paths;
+};
+
+void savePaths(const StoredPaths&, const std::filesystem::path& json);
+StoredPaths loadPaths(const std::filesystem::path& json);  // throws DataError
 
 }  // namespace stylet::patient

@@ -3,9 +3,8 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 
+#include "app/installation.h"
 #include "patient/synth/synth.h"
 
 namespace stylet::modeller {
@@ -25,9 +24,7 @@ std::function<void(std::string_view, double)> progressBar(std::string title) {
 }
 
 patient::TissueDefaults tissueDefaults() {
-    const char* assets = std::getenv("STYLET_ASSETS");
-    const std::filesystem::path root = assets ? assets : STYLET_SOURCE_ASSETS;
-    return patient::loadTissueDefaults(root / "tissue" / "ptcd.toml");
+    return patient::loadTissueDefaults(assetsFolder() / "tissue" / "ptcd.toml");
 }
 
 patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads) {

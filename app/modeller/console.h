@@ -13,7 +13,7 @@ namespace stylet::modeller {
 // A bar on stderr: redrawn in place on a terminal, one line per stage elsewhere.
 std::function<void(std::string_view stage, double fraction)> progressBar(std::string title);
 
-// assets/tissue/ptcd.toml, from $STYLET_ASSETS or the source tree.
+// tissue/ptcd.toml of assetsFolder().
 patient::TissueDefaults tissueDefaults();
 
 patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads);

@@ -6,7 +6,12 @@
 
 int main(int argc, char** argv) {
     CLI::App app{"stylet-model: makes, checks and shows virtual patients"};
-    app.require_subcommand(1);
+    // Optional to the parser, so that a stray word is named before the missing command is.
+    app.require_subcommand(0, 1);
+    app.callback([&app] {
+        if (app.get_subcommands().empty())
+            throw CLI::RequiredError("A command: synth, check, slices or import");
+    });
     stylet::modeller::addSynth(app);
     stylet::modeller::addCheck(app);
     stylet::modeller::addSlices(app);

@@ -32,7 +32,9 @@ void synth(const Options& o) {
 void addSynth(CLI::App& app) {
     const auto o = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("synth", "make a reference patient from a seed");
-    command->add_option("--seed", o->seed, "the patient; same seed, same bytes")->capture_default_str();
+    command->add_option("--seed", o->seed, "the patient; same seed, same bytes")
+        ->check([](const std::string& text) { return text.starts_with('-') ? text + " is negative" : ""; })
+        ->capture_default_str();
     command->add_option("--out", o->out, "folder of the package")->required();
     command->add_option("--spacing-mm", o->spacing_mm, "voxel size")
         ->check(CLI::Range(0.5, 5.0))

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <thread>
@@ -174,15 +175,19 @@ FrameLoop::~FrameLoop() = default;
 
 bool FrameLoop::frame(const haptics::TickOutput& shown, const std::string& moment) {
     Impl& loop = *impl_;
-    for (int tried = 0; tried < kMomentTries; ++tried) {
+    const int tries = moment.empty() ? 1 : kMomentTries;
+    for (int tried = 0; tried < tries; ++tried) {
         const xr::SessionPhase phase = loop.session.poll();
         if (phase == xr::SessionPhase::exiting || phase == xr::SessionPhase::lossPending) return false;
         if (!loop.session.running()) {
             if (!loop.virtual_clock) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-            return true;
+            break;
         }
-        if (loop.show(shown, moment) || moment.empty()) break;
+        if (loop.show(shown, moment)) return true;
     }
+    if (!moment.empty())
+        std::fprintf(stderr, "stylet: no picture of the moment \"%s\": the runtime is not showing pictures\n",
+                     moment.c_str());
     return true;
 }
 

@@ -13,7 +13,9 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_option("--scenario", o.scenario, "name in assets/scenarios, or a .toml file")
         ->capture_default_str();
     run->add_option("--patient", o.patient, "patient package; default: the reference patient of the seed");
-    run->add_option("--seed", o.seed, "seed of patient and hand")->capture_default_str();
+    run->add_option("--seed", o.seed, "seed of patient and hand")
+        ->check([](const std::string& text) { return text.starts_with('-') ? text + " is negative" : ""; })
+        ->capture_default_str();
     run->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
         ->check(CLI::Range(0.5, 5.0))
         ->capture_default_str();
@@ -40,7 +42,11 @@ int main(int argc, char** argv) {
     CLI::App app(
         "Stylet: a trainer for percutaneous transhepatic cholangio-drainage.\n"
         "A training simulator, not a medical device.");
-    app.require_subcommand(1);
+    // Optional to the parser, so that a stray word is named before the missing command is.
+    app.require_subcommand(0, 1);
+    app.callback([&app] {
+        if (app.get_subcommands().empty()) throw CLI::RequiredError("A command: run or replay");
+    });
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::trainer::RunOptions run_options;
     stylet::trainer::ReplayOptions replay_options;

@@ -67,7 +67,6 @@ void makeReference(const PatientRequest& request, const std::filesystem::path& f
                       folder.string() + " (once)");
     patient::synth::SynthSettings settings = referenceSettings(request);
     settings.progress = [&](std::string_view stage, double fraction) { progress.show(stage, fraction); };
-    std::filesystem::create_directories(folder.parent_path());
     // Another run may have made the same patient meanwhile, and be reading it: the first one stays.
     const std::filesystem::path fresh = folder.string() + "." + std::to_string(std::random_device{}());
     patient::savePackage(patient::synth::makeReferencePatient(settings), fresh);
@@ -76,6 +75,7 @@ void makeReference(const PatientRequest& request, const std::filesystem::path& f
     if (taken) std::filesystem::remove_all(fresh);
 }
 
+// The digest stands for the patient; where the ends lie is looked at too, for a file may be written by hand.
 bool fits(const patient::Patient& patient, const PlannedPath& path, const patient::Surrogate& breath) {
     const patient::Package& package = patient.package();
     if (!(path.breath == breath) || glm::length(path.target_m - path.entry_m) < 0.001) return false;
@@ -86,14 +86,24 @@ bool fits(const patient::Patient& patient, const PlannedPath& path, const patien
            glm::length(target - path.target_m) < 0.001;
 }
 
+// Why stored paths do not serve, or nothing.
+const char* staleBecause(const patient::Patient& patient, const patient::StoredPaths& stored,
+                         const patient::Surrogate& breath) {
+    if (stored.patient_digest != patient::digest(patient.package())) return "was planned on another patient";
+    if (stored.planner_version != patient::kPlannerVersion) return "is of another version of the planner";
+    if (stored.paths.empty()) return "holds no path";
+    if (!fits(patient, stored.paths.front(), breath)) return "does not fit the patient in this breath";
+    return nullptr;
+}
+
 std::vector<PlannedPath> storedPaths(const patient::Patient& patient, const std::filesystem::path& file,
                                      const patient::Surrogate& breath) {
     if (!std::filesystem::exists(file)) return {};
     try {
-        std::vector<PlannedPath> paths = patient::loadPaths(file);
-        if (!paths.empty() && fits(patient, paths.front(), breath)) return paths;
-        std::fprintf(stderr, "stylet: %s belongs to another breath or patient; planning anew\n",
-                     file.c_str());
+        patient::StoredPaths stored = patient::loadPaths(file);
+        const char* stale = staleBecause(patient, stored, breath);
+        if (!stale) return std::move(stored.paths);
+        std::fprintf(stderr, "stylet: %s %s; planning anew\n", file.c_str(), stale);
     } catch (const DataError& e) {
         std::fprintf(stderr, "stylet: %s; planning anew\n", e.what());
     }
@@ -114,7 +124,8 @@ std::vector<PlannedPath> plan(const patient::Patient& patient, const std::filesy
                             std::to_string(result.rejected_long) + " too long, " +
                             std::to_string(result.rejected_quality) + " too poor");
     try {
-        patient::savePaths(result.paths, file);
+        patient::savePaths({patient::digest(patient.package()), patient::kPlannerVersion, result.paths},
+                           file);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "stylet: the paths are not kept: %s\n", e.what());
     }
@@ -127,7 +138,10 @@ OpenedPatient openPatient(const PatientRequest& request) {
     const bool given = !request.folder.empty();
     const std::filesystem::path folder =
         given ? std::filesystem::absolute(request.folder) : referenceFolder(request);
-    if (!given && !std::filesystem::exists(folder / "patient.toml")) makeReference(request, folder);
+    if (!given && !std::filesystem::exists(folder / "patient.toml")) {
+        needFolder(folder.parent_path(), "the patients' cache (XDG_CACHE_HOME)");
+        makeReference(request, folder);
+    }
     return {folder, patient::loadPackage(folder)};
 }
 

@@ -24,8 +24,9 @@ struct OpenedPatient {
 // Throws patient::DataError. Says on stderr what takes long.
 OpenedPatient openPatient(const PatientRequest&);
 
-// The best path for `breath`: from the patient's paths.json if it is whole and of that breath, else planned,
-// and kept there where the folder can be written. Throws patient::DataError when no path is good enough.
+// The best path for `breath`: from the patient's paths.json if it is whole, of this very patient (by digest),
+// planner and breath; else planned, and kept there where the folder can be written. Throws patient::DataError
+// when no path is good enough.
 patient::PlannedPath bestPath(const patient::Patient&, const std::filesystem::path& folder,
                               const patient::Surrogate& breath);
 

@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "patient/package.h"
+
 namespace stylet::trainer {
 
 namespace {
@@ -61,8 +63,12 @@ bool stderrIsWatched() noexcept {
     return isatty(STDERR_FILENO) != 0;
 }
 
-std::filesystem::path programFolder() {
-    return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+void needFolder(const std::filesystem::path& folder, const std::string& what) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) throw patient::DataError(folder, what, "cannot be made: " + error.message());
+    if (access(folder.c_str(), W_OK | X_OK) != 0)
+        throw patient::DataError(folder, what, std::string("cannot be written to: ") + std::strerror(errno));
 }
 
 std::string environment(const char* name) {

@@ -21,8 +21,9 @@ std::string askForRealTime();
 // A person watches what is written to stderr.
 bool stderrIsWatched() noexcept;
 
-// Folder of the running program.
-std::filesystem::path programFolder();
+// Makes a folder that can be written to. Throws patient::DataError that names it, `what` it is for and the
+// reason.
+void needFolder(const std::filesystem::path& folder, const std::string& what);
 
 // An environment variable, empty when unset.
 std::string environment(const char* name);

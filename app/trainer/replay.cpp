@@ -41,6 +41,7 @@ void reportOutcome(const records::Record& record, const records::ReplayResult& r
 }  // namespace
 
 int replay(const ReplayOptions& options) {
+    needFolder(options.out, "--out");
     const bool whole = std::filesystem::exists(options.record / "record" / "record.json");
     const records::Record record = records::loadRecord(whole ? options.record / "record" : options.record);
     reportDamage(record);

@@ -1,7 +1,9 @@
 #include "app/trainer/run.h"
 
 #include <cstdio>
+#include <set>
 
+#include "app/installation.h"
 #include "app/trainer/patient_source.h"
 #include "app/trainer/platform_linux.h"
 
@@ -35,22 +37,23 @@ records::RecordInfo recordInfo(const AttemptFacts& facts, const Scenario& scenar
     return info;
 }
 
-}  // namespace
-
-std::filesystem::path assetsFolder() {
-    const std::string named = environment("STYLET_ASSETS");
-    if (!named.empty()) return named;
-    const std::filesystem::path bin = programFolder();
-    // Installed: <prefix>/bin and <prefix>/share; built: <source>/build/<preset>/bin.
-    for (const std::filesystem::path& folder :
-         {bin.parent_path() / "share" / "stylet" / "assets", bin / ".." / ".." / ".." / "assets"})
-        if (std::filesystem::exists(folder / "scenarios")) return std::filesystem::weakly_canonical(folder);
-    throw DataError("assets", "folder", "not found beside " + bin.string() + "; name it in STYLET_ASSETS");
+std::string scenariosIn(const std::filesystem::path& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().extension() == ".toml") names.insert(entry.path().stem().string());
+    std::string list;
+    for (const std::string& name : names)
+        list += (list.empty() ? "" : ", ") + name;
+    return list;
 }
+
+}  // namespace
 
 std::filesystem::path scenarioFile(const std::string& name) {
     if (name.ends_with(".toml")) return name;
-    return assetsFolder() / "scenarios" / (name + ".toml");
+    const std::filesystem::path folder = assetsFolder() / "scenarios", file = folder / (name + ".toml");
+    if (std::filesystem::exists(file)) return file;
+    throw DataError(folder, "scenario \"" + name + "\"", "not among: " + scenariosIn(folder));
 }
 
 std::optional<Pictures> picturesFor(const patient::Patient& patient, const patient::PlannedPath& path,
@@ -73,6 +76,7 @@ std::optional<Pictures> picturesFor(const patient::Patient& patient, const patie
 }
 
 int run(const RunOptions& options) {
+    needFolder(options.out, "--out");
     const Scenario scenario = loadScenario(scenarioFile(options.scenario));
     const OpenedPatient opened = openPatient(
         {options.patient, options.seed, options.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
@@ -88,7 +92,6 @@ int run(const RunOptions& options) {
                              path,
                              attempt.simulation.dt_s};
 
-    std::filesystem::create_directories(options.out);
     auto pictures = picturesFor(patient, path, options);
     records::RecordWriter record(
         options.out / "record", {patient::digest(opened.package), attempt.simulation},

@@ -27,8 +27,7 @@ struct RunOptions {
 // The exit status of the command. Throws patient::DataError.
 int run(const RunOptions&);
 
-// assets/ beside the sources or the installed program, or $STYLET_ASSETS.
-std::filesystem::path assetsFolder();
+// A name in assets/scenarios, or a file. Throws patient::DataError that lists the names there are.
 std::filesystem::path scenarioFile(const std::string& name);
 
 // Pictures as asked for, or a line on stderr that says why there are none and what happens instead.

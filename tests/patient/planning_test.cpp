@@ -300,7 +300,7 @@ class SavedPaths : public ::testing::Test {
         paths_ = BoxTorso().plan().paths;
         paths_.resize(3);
         paths_[1].breath = {0.1, -1.0 / 3.0};
-        savePaths(paths_, file_);
+        savePaths({kDigest, kPlannerVersion, paths_}, file_);
         std::ostringstream text;
         text << std::ifstream(file_).rdbuf();
         text_ = text.str();
@@ -315,6 +315,7 @@ class SavedPaths : public ::testing::Test {
         expectRefusedAs(std::string(text_).replace(at, from.size(), to), field);
     }
 
+    static constexpr std::uint64_t kDigest = 0x00f1e2d3c4b5a697;
     test::TempFolder temp_;
     std::filesystem::path file_ = temp_ / "paths.json";
     std::vector<PlannedPath> paths_;
@@ -322,7 +323,10 @@ class SavedPaths : public ::testing::Test {
 };
 
 TEST_F(SavedPaths, ComeBackBitEqual) {
-    const std::vector<PlannedPath> back = loadPaths(file_);
+    const StoredPaths stored = loadPaths(file_);
+    EXPECT_EQ(stored.patient_digest, kDigest);
+    EXPECT_EQ(stored.planner_version, kPlannerVersion);
+    const std::vector<PlannedPath>& back = stored.paths;
     ASSERT_EQ(back.size(), 3u);
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_EQ(back[i].entry_m, paths_[i].entry_m);
@@ -342,7 +346,13 @@ TEST_F(SavedPaths, HostileFilesAreRefused) {
     expectRefusedAs(text_ + "x", "json");
     expectRefusedAs(std::string(100000, '['), "json");
     expectRefusedAs("[]", "json");
-    expectRefusedWith("stylet paths 1", "stylet paths 2", "format");
+    expectRefusedWith("stylet paths 2", "stylet paths 1", "format");
+    expectRefusedWith("\"patient_digest\"", "\"patient\"", "patient_digest");
+    expectRefusedWith("00f1e2d3", "f1e2d3", "patient_digest");
+    expectRefusedWith("00f1e2d3", "0x00f1e2", "patient_digest");
+    expectRefusedWith("\"00f1e2d3c4b5a697\"", "7", "patient_digest");
+    expectRefusedWith("\"planner_version\": ", "\"planner_version\": 0.5", "planner_version");
+    expectRefusedWith("\"planner_version\": ", "\"planner_version\": -", "planner_version");
     expectRefusedWith("\"paths\": [", "\"paths\": {}, \"rest\": [", "json");
     expectRefusedWith("\"quality\"", "\"beauty\"", "paths[0].quality: missing");
     expectRefusedWith("\"quality\"", "\"beauty\": 1, \"quality\"", "paths[0].beauty: unknown key");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -187,6 +188,20 @@ TEST_F(FramesTest, TheEntryStaysInBothPictures) {
         EXPECT_GT(distance_m, 0.45);
         EXPECT_LT(distance_m, 0.60);
     }
+}
+
+TEST_F(FramesTest, AMomentThatWasNotShownIsSaidToHaveNoPicture) {
+    settings_.head_script = folder_ / "hidden.json";
+    std::ofstream(settings_.head_script) << R"({"version": 1, "head": [{"t_s": 0, "position": [0, 1.5, 0]}],
+               "session": [{"t_s": 0, "state": "synchronized"}]})";
+    FrameLoop loop(patient_, settings_, path_);
+    testing::internal::CaptureStderr();
+    EXPECT_TRUE(loop.frame(needleAt(-0.01), ""));
+    EXPECT_TRUE(loop.frame(needleAt(0.001), "skin"));
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find("no picture of the moment \"skin\""), std::string::npos) << said;
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    EXPECT_EQ(loop.totals().rendered, 0u);
 }
 
 TEST_F(FramesTest, OtherRuntimesAreLeftAlone) {

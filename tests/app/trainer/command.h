@@ -32,7 +32,10 @@ class Command {
 
     // `arguments` as in a shell; "--out" is added and names a fresh folder, `out()` after the run.
     Outcome run(const std::string& arguments) {
-        out_ = folder_ / ("out" + std::to_string(++runs_));
+        return runInto(folder_ / ("out" + std::to_string(++runs_)), arguments);
+    }
+    Outcome runInto(const std::filesystem::path& out, const std::string& arguments) {
+        out_ = out;
         std::string line;
         for (const auto& [name, value] : variables_)
             line += name + "='" + value + "' ";

@@ -113,8 +113,7 @@ TEST(ReferencePatient, LiverMovesWithTheBreathAndTheRibsOfTheFlankStay) {
                 const Vec3 at = grid.centre({x, y, z});
                 const double travel_m = deformedFromReference(p.breathing, inhale, at).z - at.z;
                 if (l == std::uint8_t(Id::liver)) ++liver, moved += travel_m < -0.012 ? 1 : 0;
-                // Behind, the elliptic cavity takes in the heads of the ribs; the breathing model's own issue
-                // frees them.
+                // Behind, the elliptic cavity takes in the heads of the ribs (patient/synth/README.md).
                 if (l == std::uint8_t(Id::ribsRight) && at.x > 0.05) rib = std::max(rib, std::fabs(travel_m));
             }
     EXPECT_GT(double(moved), 0.95 * double(liver));

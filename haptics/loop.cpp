@@ -36,8 +36,7 @@ void loopTick(Simulation& simulation, HapticDevice& device, LoopChannels& channe
 LoopStats runLoop(Simulation& simulation, HapticDevice& device, LoopChannels& channels,
                   const Clock& clock) noexcept {
     const std::int64_t period_ns = std::llround(simulation.settings().dt_s * 1e9);
-    const std::int64_t start_ns = clock.now_ns(clock.context);
-    std::int64_t deadline_ns = start_ns;
+    std::int64_t deadline_ns = clock.now_ns(clock.context);
     LoopStats stats;
     while (!channels.stop.load(std::memory_order_acquire)) {
         const std::int64_t late_ns = clock.now_ns(clock.context) - deadline_ns;
@@ -45,8 +44,7 @@ LoopStats runLoop(Simulation& simulation, HapticDevice& device, LoopChannels& ch
             ++stats.late_ticks;
             deadline_ns += late_ns / period_ns * period_ns;
         }
-        loopTick(simulation, device, channels, stats, start_ns + std::int64_t(stats.ticks) * period_ns,
-                 clock);
+        loopTick(simulation, device, channels, stats, std::int64_t(stats.ticks) * period_ns, clock);
         deadline_ns += period_ns;
         clock.sleepUntil_ns(clock.context, deadline_ns);
     }

@@ -11,6 +11,9 @@ using patient::VoxelWalk;
 
 namespace {
 
+// 10 mm in one tick, a very fast hand, halved to 10 nm.
+constexpr int kInterfaceHalvings = 20;
+
 void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
            const Surrogate& breath) noexcept {
     s.channel_reference_m =
@@ -27,6 +30,22 @@ void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
     s.primed = true;
 }
 
+// A straight way in the deformed patient, and where its points are in the reference.
+struct DeformedWay {
+    const patient::BreathingModel& breathing;
+    const Surrogate& breath;
+    Vec3 from_m, to_m;
+    Vec3 anchor_m{0.0};  // residual of the inverse at the channel: kept, so that it never adds up
+
+    Vec3 reference(double share) const noexcept {
+        const Vec3 p = from_m + share * (to_m - from_m);
+        return anchor_m + patient::referenceFromDeformed(breathing, breath, p);
+    }
+    bool inside(double share) const noexcept {
+        return patient::cavityRho(breathing, from_m + share * (to_m - from_m)) < 1.0;
+    }
+};
+
 // Every voxel from the present channel point to `to_reference_m`, each with its share of `way_m`.
 void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const Vec3& to_reference_m,
           double way_m, Way way) noexcept {
@@ -36,6 +55,23 @@ void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const V
         solver.run(x, from + w.begin() * (to_reference_m - from), (w.end() - w.begin()) * way_m, way);
     }
     s.channel_reference_m = to_reference_m;
+}
+
+// The same along a way that may cross the cavity's surface, where the two sides have slid past each other:
+// the reference jumps there, and what lies between is not on the way.
+void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const DeformedWay& course,
+          double way_m, Way way) noexcept {
+    const bool begins_inside = course.inside(0.0);
+    if (begins_inside == course.inside(1.0))
+        return walk(s, solver, patient, course.reference(1.0), way_m, way);
+    double before = 0.0, after = 1.0;
+    for (int i = 0; i < kInterfaceHalvings; ++i) {
+        const double middle = 0.5 * (before + after);
+        (course.inside(middle) == begins_inside ? before : after) = middle;
+    }
+    walk(s, solver, patient, course.reference(before), way_m * before, way);
+    s.channel_reference_m = course.reference(after);
+    walk(s, solver, patient, course.reference(1.0), way_m * (1.0 - before), way);
 }
 
 // The lateral spring's reach before the channel is cut sideways.
@@ -57,28 +93,31 @@ void stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& p
     const auto toReference = [&](const Vec3& p) {
         return patient::referenceFromDeformed(breathing, breath, p);
     };
-    const Vec3 channel_before = patient::deformedFromReference(breathing, s.breath, s.channel_reference_m);
     const Vec3 channel_now = patient::deformedFromReference(breathing, breath, s.channel_reference_m);
-    const double ds = glm::dot((tip_deformed_m - s.tip_deformed_m) - (channel_now - channel_before), axis);
+    const Vec3 offset = tip_deformed_m - channel_now;
+    // Of the channel, not of the hand: where the shaft turns about a tip that lags beside its channel, the
+    // two differ.
+    const double ds = glm::dot(offset, axis);
     const Way along = ds > 0.0 ? Way::advance : Way::withdraw;
     SectionSolver solver(s, settings, patient, events);
 
     if (s.phase == Phase::outside) {
-        walk(s, solver, patient, toReference(tip_deformed_m), ds, along);
+        walk(s, solver, patient, DeformedWay{breathing, breath, channel_now, tip_deformed_m}, ds, along);
     } else {
-        // The channel goes along with the breath; the tip moves in it along the axis. Going by differences of
-        // the inverse keeps its residual from adding up to a drift over thousands of ticks.
-        const Vec3 offset = tip_deformed_m - channel_now;
-        const Vec3 across = offset - glm::dot(offset, axis) * axis;
+        // The channel goes along with the breath; the tip moves in it along the axis.
+        const Vec3 across = offset - ds * axis;
         const Vec3 anchor = s.channel_reference_m - toReference(channel_now);
-        walk(s, solver, patient, anchor + toReference(tip_deformed_m - across), ds, along);
+        const Vec3 deepest = tip_deformed_m - across;
+        walk(s, solver, patient, DeformedWay{breathing, breath, channel_now, deepest, anchor}, ds, along);
         s.lateral_m = across;
         const double length = std::sqrt(glm::dot(across, across));
         const double reach = lateralReach(settings);
         if (s.phase != Phase::outside && length > reach) {
             s.lateral_cut_m += length - reach;
             s.lateral_m = across * (reach / length);
-            walk(s, solver, patient, anchor + toReference(tip_deformed_m - s.lateral_m), 0.0, Way::sideways);
+            const Vec3 cut_to = tip_deformed_m - s.lateral_m;
+            walk(s, solver, patient, DeformedWay{breathing, breath, deepest, cut_to, anchor}, 0.0,
+                 Way::sideways);
         }
     }
     if (s.phase == Phase::outside) {

@@ -92,6 +92,11 @@ void SectionSolver::arriveHeld(const TissueSample& x, const Vec3& at_reference_m
     }
     const bool before_border = s_.depth_m <= s_.hold.border.depth_m + kSamePlace_m;
     const bool slipped_out = way == Way::sideways && held.membrane && x.tissue == s_.hold.border.from;
+    if (s_.queued_count == 0 && way == Way::advance && before_border) {
+        // The border had no depth, a corner of its tissue: what is there now is met from before it.
+        stepBack();
+        return arrive(x, at_reference_m, way);
+    }
     if (s_.queued_count == 0 && (way == Way::withdraw || before_border || slipped_out)) return release(x);
 
     const Border border = borderTo(x, at_reference_m);
@@ -174,15 +179,19 @@ void SectionSolver::changeTissue(Tissue tissue, std::uint8_t label, double force
 }
 
 // Drawn back from a held border: the tip is in the tissue before it, with the force it had there.
-void SectionSolver::release(const TissueSample& x) noexcept {
+void SectionSolver::stepBack() noexcept {
     if (s_.tissue == Tissue::air && !s_.bone_over_hold && s_.depth_m <= kSurface_m) return endTrack();
-    const double f = row(s_.tissue).stiffness_n_per_m * s_.extension_m;
     s_.bone_over_hold = false;
     s_.phase = Phase::pass;
+}
+
+void SectionSolver::release(const TissueSample& x) noexcept {
+    stepBack();
+    if (s_.phase == Phase::outside) return;
     if (x.tissue == s_.tissue) {
         s_.label = x.label;
     } else {
-        changeTissue(x.tissue, x.label, f);
+        changeTissue(x.tissue, x.label, row(s_.tissue).stiffness_n_per_m * s_.extension_m);
     }
 }
 

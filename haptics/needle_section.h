@@ -36,6 +36,7 @@ class SectionSolver {
     void hold(const Border&, double force_n) noexcept;
     void enter(const Border&, double force_n, NeedleEventKind) noexcept;
     void changeTissue(Tissue, std::uint8_t label, double force_n) noexcept;
+    void stepBack() noexcept;
     void release(const patient::TissueSample&) noexcept;
     void cut() noexcept;
     void fold() noexcept;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/hold.h"
+
 namespace stylet::haptics {
 
 namespace {
@@ -28,6 +30,13 @@ Vec3 clampLength(const Vec3& v, double limit, bool& limited) noexcept {
 }
 
 }  // namespace
+
+double worstTangent(const patient::TissueTable& table) noexcept {
+    double worst = 0.0;
+    for (const patient::TissueRow& row : table)
+        worst = std::max(worst, (isRigid(row) ? 1.0 : 2.0) * row.stiffness_n_per_m);
+    return worst;
+}
 
 double outputGain(const DeviceProfile& profile, const OutputSettings& settings) noexcept {
     const double stiffness = known(profile.stiffness_n_per_m, kWeakestStiffness_n_per_m);

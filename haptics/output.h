@@ -20,7 +20,7 @@ struct DeviceProfile {
 struct OutputSettings {
     double rate_limit_n_per_s = 2000.0;     // falls of a puncture pass within 1 ms; see haptics/README.md
     double model_force_n = 22.0;            // F_model: the largest force the model asks for (bone)
-    double model_tangent_n_per_m = 4000.0;  // K_tangent: 2 k - a1 of the stiffest row, worst case a1 = 0
+    double model_tangent_n_per_m = 4000.0;  // K_tangent: see worstTangent()
 };
 
 // Fault bits; a set bit stays until the run is re-armed.
@@ -39,6 +39,9 @@ struct OutputState {
 
 // The faults that take the force away. kFaultRingFull is not among them: it is the loop's, outside the state.
 inline constexpr std::uint32_t kFaultsZeroForce = kFaultNotFinite | kFaultStaleInput;
+
+// The steepest the model gets with a table, N/m: 2 k - a1 at a1 = 0 at a cut (Eq. 1), k on bone.
+double worstTangent(const patient::TissueTable&) noexcept;
 
 // s = min(1, K_dev / K_tangent, F_dev / F_model): steady within a session, written into the record.
 double outputGain(const DeviceProfile&, const OutputSettings&) noexcept;

@@ -122,7 +122,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
         const std::string refused = askForRealTime();
         if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
         const std::int64_t begin_ns = clock.now_ns(clock.context);
-        haptics::SimulatedDevice device(attempt.hand, begin_ns, attempt.simulation.profile);
+        haptics::SimulatedDevice device(attempt.hand, 0, attempt.simulation.profile);
         totals.haptics = runLoop(simulation, device, channels, clock);
         totals.elapsed_s = double(clock.now_ns(clock.context) - begin_ns) * 1e-9;
     });

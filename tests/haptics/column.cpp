@@ -24,6 +24,19 @@ patient::Package makeColumn(const Layers& layers, double pitch_m) {
     return package;
 }
 
+patient::Package widen(const patient::Package& column, int n, double pitch_m) {
+    patient::Package package = column;
+    patient::Grid grid = column.labels.grid;
+    grid.dims = {grid.dims.x, n, n};
+    grid.spacing_m = {grid.spacing_m.x, pitch_m, pitch_m};
+    grid.origin_m = {grid.origin_m.x, -0.5 * pitch_m * (n - 1), -0.5 * pitch_m * (n - 1)};
+    package.ct = patient::CtVolume(grid, std::int16_t(-1000));
+    package.labels = patient::LabelVolume(grid);
+    for (std::size_t i = 0; i < package.labels.voxels.size(); ++i)
+        package.labels.voxels[i] = column.labels.voxels[i % std::size_t(grid.dims.x)];
+    return package;
+}
+
 void letBreathe(patient::Package& package, double travel_m) {
     patient::BreathingModel& b = package.breathing;
     b.a1_m = travel_m;

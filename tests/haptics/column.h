@@ -13,6 +13,9 @@ using Layers = std::vector<std::pair<patient::Tissue, double>>;
 // Layers along +x from x = 0, 80 mm wide, air around; thicknesses in whole voxels of `pitch_m`.
 patient::Package makeColumn(const Layers&, double pitch_m = 0.0001);
 
+// The same layers in n x n voxels of `pitch_m` across, to paint into.
+patient::Package widen(const patient::Package& column, int n, double pitch_m);
+
 // The cavity of a simple breath: everything within 0.3 m of the origin moves by `travel_m` along z at full
 // inhale.
 void letBreathe(patient::Package&, double travel_m);

@@ -107,6 +107,35 @@ TEST(NeedleBreathing, TheLiverSlidingPastIsCutSideways) {
     EXPECT_NEAR(hand.state.lateral_cut_m, (0.015 - reach) + (0.015 - 2.0 * reach), 1e-4);
 }
 
+// At the cavity's surface, x = 10 mm, the inside has slid 15 mm: the way jumps from z = 0 to z = 15 mm in the
+// reference, over a rib that it never meets.
+TEST(NeedleBreathing, NothingBetweenTwoSlidSidesIsOnTheWay) {
+    Breathing b(-0.015);
+    for (patient::CavityKnot& knot : b.package.breathing.cavity) {
+        knot.x_m = 0.06;
+        knot.rx_m = 0.05;
+        knot.ry_m = 0.3;
+    }
+    b.package = test::widen(b.package, 80, 0.001);
+    patient::LabelVolume& labels = b.package.labels;
+    for (std::size_t i = 0; i < labels.voxels.size(); ++i) {
+        const int nx = labels.grid.dims.x, ny = labels.grid.dims.y;
+        const Vec3 p = labels.grid.centre({int(i) % nx, int(i) / nx % ny, int(i) / nx / ny});
+        if (p.x > 0.006 && p.x < 0.014 && p.z > 0.004 && p.z < 0.011) labels.voxels[i] = std::uint8_t(bone);
+    }
+    const patient::Patient patient(b.package);
+    ASSERT_EQ(patient.at(Vec3(0.010, 0.0, 0.008), {}).tissue, bone);
+    Hand hand(patient);
+    hand.breath = {1.0, 0.0};
+    hand.to(-0.004);
+    hand.sweep(0.030);
+    EXPECT_NEAR(hand.state.channel_reference_m.z, 0.0152, 1e-4);
+    EXPECT_NEAR(hand.state.depth_m, 0.030, 1e-6);
+    EXPECT_NEAR(hand.force(), 0.9, 1e-9);
+    for (const NeedleEvent& e : hand.events)
+        EXPECT_NE(e.border.to, bone);
+}
+
 TEST(NeedleBreathing, TheSkinComesToAStillHand) {
     const Breathing b(0.0);
     patient::Package package = b.package;

@@ -375,6 +375,50 @@ TEST(Needle, SidewaysTheSpringSaturatesAndTheChannelIsCut) {
     EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
 }
 
+// The shaft turns about a tip that lags 3 mm beside its channel: the channel goes deeper by 3 mm sin(0.15).
+TEST(Needle, TurningTheShaftMeetsBordersToo) {
+    Puncture p({{skin, 0.002}, {liver, 0.02}, {duct, 0.004}, {liver, 0.02}});
+    p.hand.sweep(0.0218);
+    const Vec3 beside = p.hand.state.tip_deformed_m + Vec3(0.0, 0.003, 0.0);
+    p.hand.to(beside);
+    const double depth_m = p.hand.state.depth_m;
+    for (int i = 1; i <= 15; ++i) {
+        p.hand.axis = Vec3(std::cos(0.01 * i), std::sin(0.01 * i), 0.0);
+        p.hand.to(beside);
+    }
+    EXPECT_NEAR(p.hand.state.depth_m - depth_m, 0.003 * std::sin(0.15), 1e-5);
+    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    EXPECT_EQ(p.hand.state.hold.border.to, duct);
+    EXPECT_GT(p.hand.force(), 1.0);
+
+    for (int i = 14; i >= 0; --i) {
+        p.hand.axis = Vec3(std::cos(0.01 * i), std::sin(0.01 * i), 0.0);
+        p.hand.to(beside);
+    }
+    EXPECT_NEAR(p.hand.state.depth_m, depth_m, 1e-5);
+}
+
+// A diagonal way through the edge where four voxels meet touches a vessel without going through it.
+TEST(Needle, ACornerWithoutDepthHidesNoBorder) {
+    patient::Package package =
+        test::widen(makeColumn({{skin, 0.002}, {liver, 0.02}, {duct, 0.004}}, 0.001), 60, 0.001);
+    const patient::Grid& grid = package.labels.grid;
+    const patient::Index3 last_of_liver = grid.nearest({0.0215, 0.0005, 0.0005});
+    for (int y = 0; y <= last_of_liver.y; ++y)
+        for (int z = 0; z < grid.dims.z; ++z)
+            package.labels[{last_of_liver.x + 1, y, z}] = std::uint8_t(vessel);
+    const patient::Patient patient(package);
+    const Vec3 corner = grid.centre(last_of_liver) + 0.5 * grid.spacing_m * Vec3(1.0, 1.0, 0.0);
+    Hand hand(patient);
+    hand.axis = glm::normalize(Vec3(1.0, 1.0, 0.0));
+    for (int i = -400; i <= 40; ++i)
+        hand.to(corner + hand.axis * (0.0001 * i));
+    int cut_ducts = 0;
+    for (const NeedleEvent& e : hand.of(NeedleEventKind::puncture))
+        cut_ducts += e.border.to == duct;
+    EXPECT_EQ(cut_ducts, 1);
+}
+
 TEST(Needle, BordersMetSidewaysAreHitsWithoutAHold) {
     // The layers stand along x; the needle goes in along y (from the air at y < -40 mm) and is dragged along
     // x.

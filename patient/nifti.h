@@ -10,9 +10,6 @@
 
 namespace stylet::patient {
 
-inline constexpr int kMaxVoxelsASide = 1024;
-inline constexpr std::size_t kMaxVoxels = std::size_t(512) << 20;
-
 // T is std::int16_t (values rounded, range checked) or std::uint8_t (values must be whole). Reads uint8,
 // int16, uint16, int32, float32 and float64 of either byte order, with scl_slope and scl_inter. Axes must be
 // those of the patient: flips are undone, oblique or permuted volumes refused. Nothing is allocated before

@@ -42,7 +42,7 @@ struct TissueDefaults {
 };
 TissueDefaults loadTissueDefaults(const std::filesystem::path& toml);
 
-// Throws DataError; sizes are bounded (<= 1024 voxels a side, <= 512 Mi voxels) before anything is allocated.
+// Throws DataError; sizes are bounded (volume.h) before anything is allocated.
 Package loadPackage(const std::filesystem::path& folder);
 // Writes into a temporary sibling and renames: a crash leaves no half package. Same package, same bytes.
 void savePackage(const Package&, const std::filesystem::path& folder);

@@ -8,6 +8,10 @@
 
 namespace stylet::patient {
 
+// The largest volume that a file may hold.
+inline constexpr int kMaxVoxelsASide = 1024;
+inline constexpr std::size_t kMaxVoxels = std::size_t(512) << 20;
+
 template <typename T>
 struct Volume {
     Grid grid;

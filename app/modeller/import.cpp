@@ -11,7 +11,6 @@
 #include "app/modeller/import_ducts.h"
 #include "app/modeller/import_fascia.h"
 #include "app/modeller/import_thresholds.h"
-#include "patient/nifti.h"
 
 namespace stylet::modeller {
 

@@ -21,6 +21,8 @@ constexpr double kUnderRibShare = 0.5;
 constexpr double kChord_m = 0.001;   // pieces of a straight line that breath has bent in the reference
 constexpr double kNeedle_m = 0.150;  // must come to the skin through free air
 constexpr double kHair_m = 1e-5;
+constexpr double kHandBehind_m = 0.190;  // where the hand holds it, before it touches the skin
+constexpr double kHandAboveTable_m = 0.030;
 constexpr double kSkinRoughness_m = 0.003;  // a slanting line leaves the voxelised skin this late
 
 // The voxels of the REFERENCE along the straight line a + s * direction in the patient deformed by `breath`:
@@ -113,8 +115,10 @@ class Judge {
         return true;
     }
 
-    // The path crosses the skin once: the needle comes to it through air.
+    // The path crosses the skin once: the needle comes to it through air, and the hand from above the table.
     bool freeOutside(const PlannedPath& path, const Vec3& direction) const {
+        const double hand_m = path.entry_m.y - kHandBehind_m * direction.y;
+        if (hand_m < region_.back_m + kHandAboveTable_m) return false;
         bool free = true, in_air = false;
         const auto visit = [&](const Index3& voxel, double begin_m, double) {
             const bool air = patient_.at(voxel, {}).tissue == Tissue::air;

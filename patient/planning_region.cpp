@@ -196,6 +196,14 @@ Depth bodyDepth(const Volume<std::uint8_t>& marks, int z) {
     return depth;
 }
 
+double backOf(const Volume<std::uint8_t>& marks) {
+    double lowest_m = marks.grid.centre(marks.grid.dims).y;
+    forEachVoxel(marks.grid, [&](const Index3& i) {
+        if (marks[i] & kBody) lowest_m = std::min(lowest_m, marks.grid.centre(i).y);
+    });
+    return lowest_m;
+}
+
 // The first voxel that is not outside air, seen from the right; only if it is the body's, and not cut off by
 // the image.
 const Index3* firstSkinVoxel(const Volume<std::uint8_t>& marks, int y, int z, Index3& found) {
@@ -321,7 +329,7 @@ PlanRegion makePlanRegion(const Patient& patient, const PlanSettings& settings) 
     tellBodyFromAir(marks);
     return {distanceTo(riskMask(marks), Sites::all, settings.threads),
             distanceTo(lowerEdgeMask(marks), Sites::above, settings.threads), intercostalMask(marks),
-            skinEntries(marks, liver, settings.skin_spacing_m)};
+            skinEntries(marks, liver, settings.skin_spacing_m), backOf(marks)};
 }
 
 }  // namespace stylet::patient

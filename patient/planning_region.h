@@ -14,6 +14,7 @@ struct PlanRegion {
     // Where bone is near above and below: between two ribs. No voxels where the flank has no ribs.
     Volume<std::uint8_t> intercostal;
     std::vector<Vec3> entries_m;  // the coarse set of skin voxels, deformed
+    double back_m = 0.0;          // y of the body's back: the table's top
 };
 
 // Centre line of the ducts inside the liver, in the reference: the duct voxels farthest from its wall,

@@ -46,11 +46,14 @@ struct LookUniforms {
     vec4 tint;     // colour of the diffuse term where the light grazes; w: reach of the gradient in voxels
 };
 
+// The patient's shadow falls on a part; a part is thin about its z axis and must not vanish between pixels.
+const float kShadowed = 1.0, kThin = 2.0;
+
 // One mesh part.
 struct MeshPush {
     mat4 stage_from_model;
     vec4 colour;    // linear; w: emission
-    vec4 material;  // metallic, roughness; z: first eye; w: 1 where the patient's shadow falls
+    vec4 material;  // metallic, roughness; z: first eye; w: kShadowed or kThin, else 0
 };
 
 // One row of the breathing table, at z_begin + i * dz of the deformed patient.

@@ -20,7 +20,7 @@ float ggx(vec3 n, vec3 v, vec3 l, float roughness) {
 
 // What the patient leaves of the light on the table: soft, and darkest where he lies.
 float patientShadow() {
-    if (part.material.w == 0.0 || frame.grid_origin.w == 0.0) return 1.0;
+    if (part.material.w != kShadowed || frame.grid_origin.w == 0.0) return 1.0;
     const vec3 half_size = 0.5 * frame.grid_dims.xyz * frame.grid_spacing.xyz;
     const vec3 middle = frame.grid_origin.xyz + half_size;
     const vec3 p = (frame.patient_from_stage * vec4(position_stage, 1.0)).xyz - middle;

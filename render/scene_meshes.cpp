@@ -84,11 +84,15 @@ std::vector<MeshDraw> SceneMeshes::drawsOf(const RenderScene& scene, const Patie
         const double height = std::max(0.2, stage_from_table.position_m.y);
         addParts(draws, table_top_, glm::mat4(matrixOf(stage_from_table)));
         for (MeshDraw& draw : draws)
-            draw.push.material.w = 1.0f;
+            draw.push.material.w = gpu::kShadowed;
         addParts(draws, table_pedestal_, glm::mat4(scaled(matrixOf(stage_from_table), Vec3(1, height, 1))));
     }
-    if (scene.patient_from_needle)
+    if (scene.patient_from_needle) {
+        const std::size_t first = draws.size();
         addParts(draws, needle_, glm::mat4(stage_from_patient * matrixOf(*scene.patient_from_needle)));
+        for (std::size_t i = first; i < draws.size(); ++i)
+            draws[i].push.material.w = gpu::kThin;
+    }
     if (scene.reference_path_m) {
         const auto& [entry, target] = *scene.reference_path_m;
         const double length = glm::length(target - entry);

@@ -2,6 +2,8 @@
 set -euo pipefail
 ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export CCACHE_SLOPPINESS=pch_defines,time_macros
+# Another clone of the same sources finds the same cache.
+export CCACHE_BASEDIR=$ROOT CCACHE_NOHASHDIR=1
 JOBS=$(nproc)
 
 say() { printf '\033[1m== %s\033[0m\n' "$*" >&2; }

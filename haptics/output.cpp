@@ -31,10 +31,10 @@ Vec3 clampLength(const Vec3& v, double limit, bool& limited) noexcept {
 
 }  // namespace
 
-double worstTangent(const patient::TissueTable& table) noexcept {
+double worstTangent(const patient::TissueTable& table, const NeedleSettings& needle) noexcept {
     double worst = 0.0;
     for (const patient::TissueRow& row : table)
-        worst = std::max(worst, (isRigid(row) ? 1.0 : 2.0) * row.stiffness_n_per_m);
+        worst = std::max(worst, (isRigid(row) ? 1.0 : 2.0 - needle.a1_share) * row.stiffness_n_per_m);
     return worst;
 }
 

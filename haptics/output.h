@@ -40,8 +40,8 @@ struct OutputState {
 // The faults that take the force away. kFaultRingFull is not among them: it is the loop's, outside the state.
 inline constexpr std::uint32_t kFaultsZeroForce = kFaultNotFinite | kFaultStaleInput;
 
-// The steepest the model gets with a table, N/m: 2 k - a1 at a1 = 0 at a cut (Eq. 1), k on bone.
-double worstTangent(const patient::TissueTable&) noexcept;
+// The steepest the model gets with a table, N/m: 2 k - a1 at a cut (Eq. 1), k on bone.
+double worstTangent(const patient::TissueTable&, const NeedleSettings&) noexcept;
 
 // s = min(1, K_dev / K_tangent, F_dev / F_model): steady within a session, written into the record.
 double outputGain(const DeviceProfile&, const OutputSettings&) noexcept;

@@ -40,7 +40,7 @@ struct PlanResult {
 };
 
 // The skin in the access area (right flank, between the axillary lines, at liver height) against the duct's
-// centre line.
+// centre line; each path between two ribs, the hand behind it above the table. See patient/README.md.
 PlanResult planPaths(const Patient&, const PlanSettings&,
                      const std::function<void(double fraction)>& progress = {});
 

@@ -1,4 +1,5 @@
-// Everything the trainer asks of the operating system.
+// What the trainer asks of the operating system; the frames ask it for an environment and a process number
+// besides.
 #pragma once
 
 #include <cstdint>

@@ -128,7 +128,7 @@ bool mockRuntimeChosen() {
 
 void setUpMock(const std::filesystem::path& head_script, bool virtual_clock,
                const std::filesystem::path& capture_dir) {
-    setenv("XRMOCK_SCRIPT", head_script.c_str(), 1);
+    setenv("XRMOCK_SCENARIO", head_script.c_str(), 1);
     setenv("XRMOCK_CLOCK", virtual_clock ? "virtual" : "real", 1);
     if (capture_dir.empty())
         unsetenv("XRMOCK_CAPTURE");

@@ -23,7 +23,7 @@ patient::Pose stageFromPatient(const patient::Patient&, const patient::PlannedPa
 // still.
 patient::Pose stageFromHead(const patient::Pose& stage_from_patient, const patient::PlannedPath&, double t_s);
 
-// The mock runtime's script (xr/mock/README.md): that head for two minutes, 640 x 640 an eye.
+// The mock runtime's scenario (xr/mock/README.md): that head for two minutes, 640 x 640 an eye.
 void writeHeadScript(const std::filesystem::path& file, const patient::Pose& stage_from_patient,
                      const patient::PlannedPath&);
 

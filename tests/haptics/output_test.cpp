@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/support/phantom.h"
+
 namespace stylet::haptics {
 namespace {
 
@@ -16,6 +18,13 @@ OutputSettings plain() {
     OutputSettings s;
     s.model_tangent_n_per_m = 1000.0;
     return s;
+}
+
+// Liver, 1.2 N/mm, is steepest at its cut unless a1 = k; bone, 2 N/mm, is a plain spring.
+TEST(Output, TheTangentIsTheSteepestOfTheTable) {
+    const patient::TissueTable table = test::tissueDefaults().tissues;
+    EXPECT_DOUBLE_EQ(worstTangent(table, {.a1_share = 0.0}), 2400.0);
+    EXPECT_DOUBLE_EQ(worstTangent(table, {.a1_share = 0.5}), 2000.0);
 }
 
 TEST(Output, TheGainIsTheSmallestOfItsThreeBounds) {

@@ -91,7 +91,7 @@ int disparityAt(const Picture& left, const Picture& right, int x, int y) {
     return best;
 }
 
-// Where a point of the stage falls in an eye's picture, by the head script's fields of view.
+// Where a point of the stage falls in an eye's picture, by the head scenario's fields of view.
 std::array<double, 2> project(const patient::Pose& stage_from_head, int eye, const Vec3& p, int size) {
     const double to_side_m = (eye == 0 ? -0.5 : 0.5) * kMockEyeDistance_m;
     const patient::Pose head_from_eye{patient::Quat{1, 0, 0, 0}, {to_side_m, 0.0, 0.0}};

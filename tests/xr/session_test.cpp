@@ -36,8 +36,8 @@ class SessionTest : public testing::Test {
         useScript(kScript + "}");
     }
     void useScript(const std::string& text) {
-        std::ofstream(folder_ / "script.json") << text;
-        setenv("XRMOCK_SCRIPT", (folder_ / "script.json").c_str(), 1);
+        std::ofstream(folder_ / "scenario.json") << text;
+        setenv("XRMOCK_SCENARIO", (folder_ / "scenario.json").c_str(), 1);
     }
 
     test::TempFolder folder_;

@@ -54,7 +54,7 @@ std::vector<Binding> bindingsOf(Instance& instance, const Action& action, const 
         BindingPath path;
         splitBindingPath(*instance.paths.toString(suggested.path), path);
         const int hand = handOf(path.user_path);
-        if (hand < 0 || !instance.script.controllers[static_cast<std::size_t>(hand)]) continue;
+        if (hand < 0 || !instance.scenario.controllers[static_cast<std::size_t>(hand)]) continue;
         const XrPath user_path = instance.paths.fromString(path.user_path);
         const auto& subactions = action.subaction_paths;
         if (!subactions.empty() &&
@@ -69,7 +69,7 @@ std::vector<Binding> bindingsOf(Instance& instance, const Action& action, const 
 
 void attach(Session& session, const std::vector<ActionSet*>& sets) {
     Instance& instance = session.instance;
-    const Profile& profile = *findProfile(instance.script.profile);
+    const Profile& profile = *findProfile(instance.scenario.profile);
     const bool suggested = instance.suggestions.contains(profile.path);
     InputState input;
     for (ActionSet* set : sets) {
@@ -88,7 +88,8 @@ void attach(Session& session, const std::vector<ActionSet*>& sets) {
     }
     for (const ProfileDevice& device : profile.devices) {
         const int hand = handOf(device.user_path);
-        if (!suggested || hand < 0 || !instance.script.controllers[static_cast<std::size_t>(hand)]) continue;
+        if (!suggested || hand < 0 || !instance.scenario.controllers[static_cast<std::size_t>(hand)])
+            continue;
         input.next_profile[static_cast<std::size_t>(hand)] = instance.paths.fromString(profile.path);
     }
     input.attached = true;
@@ -317,7 +318,7 @@ XrResult syncActions(Call& call, XrSession handle, const XrActionsSyncInfo* info
     changeProfile(session);
     const Clock& clock = session.instance.clock;
     const std::int64_t now_ns = clock.now(call.now_ns);
-    syncInput(session.input, session.instance.script, active, clock.scriptSeconds(now_ns), now_ns);
+    syncInput(session.input, session.instance.scenario, active, clock.scenarioSeconds(now_ns), now_ns);
     return XR_SUCCESS;
 }
 
@@ -346,7 +347,7 @@ XrResult getInputSourceLocalizedName(Call& call, XrSession handle,
             XR_ERROR_VALIDATION_FAILURE, "whichComponents is empty or has unknown bits");
     const std::string& source = pathString(session.instance, info->sourcePath);
     require(session.input.attached, XR_ERROR_ACTIONSET_NOT_ATTACHED, "no action sets are attached");
-    const Profile& profile = *findProfile(session.instance.script.profile);
+    const Profile& profile = *findProfile(session.instance.scenario.profile);
     BindingPath path;
     require(splitBindingPath(source, path) && hasComponent(profile, path), XR_ERROR_PATH_UNSUPPORTED,
             "the current interaction profile has no such source");

@@ -66,7 +66,7 @@ XrResult waitFrame(Call& call, XrSession handle, const XrFrameWaitInfo* info, Xr
     session = &runningSession(call, handle);
 
     Instance& instance = session->instance;
-    const std::int64_t period_ns = refreshPeriodNs(instance.script);
+    const std::int64_t period_ns = refreshPeriodNs(instance.scenario);
     const FramePlan plan = planFrame(session->frames, instance.clock, monotonicNs(), period_ns);
     session->frames.waiting = true;
     if (!instance.clock.is_virtual) sleepUntil(call, number, plan.wake_ns);

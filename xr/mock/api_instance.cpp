@@ -20,10 +20,10 @@ namespace xrmock {
 namespace {
 
 void setUp(Instance& instance, std::int64_t now_ns) {
-    if (const char* file = std::getenv("XRMOCK_SCRIPT"); file != nullptr && *file != '\0') {
+    if (const char* file = std::getenv("XRMOCK_SCENARIO"); file != nullptr && *file != '\0') {
         try {
-            instance.script = loadScript(file);
-        } catch (const ScriptError& error) {
+            instance.scenario = loadScenario(file);
+        } catch (const ScenarioError& error) {
             std::fprintf(stderr, "xrmock: %s\n", error.what());
             throw;
         }
@@ -114,7 +114,7 @@ XrResult createInstance(Call& call, const XrInstanceCreateInfo* info, XrInstance
     } catch (const Refused& refused) {
         tellCreator(call, *instance, refused.reason);
         throw;
-    } catch (const ScriptError& error) {
+    } catch (const ScenarioError& error) {
         tellCreator(call, *instance, error.what());
         throw;
     }
@@ -160,7 +160,8 @@ XrResult pollEvent(Call& call, XrInstance handle, XrEventDataBuffer* event) {
         advance(session, instance.clock.now(call.now_ns), false);
     }
     // Without frames virtual time would stand still, and a stopped session would stay so.
-    if (idle && instance.clock.is_virtual) instance.clock.virtual_now_ns += refreshPeriodNs(instance.script);
+    if (idle && instance.clock.is_virtual)
+        instance.clock.virtual_now_ns += refreshPeriodNs(instance.scenario);
     return instance.events.pop(*event) ? XR_SUCCESS : XR_EVENT_UNAVAILABLE;
 }
 
@@ -258,8 +259,8 @@ XrResult enumerateViewConfigurationViews(Call& call, XrInstance handle, XrSystem
     constexpr std::array kEyes{0, 1};
     checkElements(capacity, out, kEyes.size(), XR_TYPE_VIEW_CONFIGURATION_VIEW);
     return twoCall(capacity, count, out, kEyes, [&](int, XrViewConfigurationView& view) {
-        view.recommendedImageRectWidth = instance.script.width;
-        view.recommendedImageRectHeight = instance.script.height;
+        view.recommendedImageRectWidth = instance.scenario.width;
+        view.recommendedImageRectHeight = instance.scenario.height;
         view.maxImageRectWidth = kMaxImageSize;
         view.maxImageRectHeight = kMaxImageSize;
         view.recommendedSwapchainSampleCount = 1;

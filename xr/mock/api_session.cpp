@@ -9,12 +9,12 @@ namespace xrmock {
 namespace {
 
 SessionTarget currentTarget(const Session& session, std::int64_t now_ns) {
-    const Script& script = session.instance.script;
+    const Scenario& scenario = session.instance.scenario;
     if (session.exit_requested) return SessionTarget::exiting;
-    if (script.exit_after_frames && session.frames_submitted >= *script.exit_after_frames) {
+    if (scenario.exit_after_frames && session.frames_submitted >= *scenario.exit_after_frames) {
         return SessionTarget::exiting;
     }
-    return targetAt(script, session.instance.clock.scriptSeconds(now_ns));
+    return targetAt(scenario, session.instance.clock.scenarioSeconds(now_ns));
 }
 
 void enter(Session& session, XrSessionState state, std::int64_t now_ns) {

@@ -60,7 +60,7 @@ XrResult getReferenceSpaceBoundsRect(Call& call, XrSession handle, XrReferenceSp
     requireReferenceSpace(type);
     *bounds = {0, 0};
     if (type != XR_REFERENCE_SPACE_TYPE_STAGE) return XR_SPACE_BOUNDS_UNAVAILABLE;
-    const auto& size_m = session.instance.script.stage_bounds_m;
+    const auto& size_m = session.instance.scenario.stage_bounds_m;
     *bounds = {static_cast<float>(size_m[0]), static_cast<float>(size_m[1])};
     return XR_SUCCESS;
 }
@@ -129,7 +129,7 @@ XrResult locateViews(Call& call, XrSession handle, const XrViewLocateInfo* info,
     checkElements(capacity, views, kEyes.size(), XR_TYPE_VIEW);
     return twoCall(capacity, count, views, kEyes, [&](std::size_t eye, XrView& view) {
         view.pose = toXr(stage_from_base ? inverse(*stage_from_base) * stage_from_eyes[eye] : Pose{});
-        view.fov = session.instance.script.eye_fov[eye];
+        view.fov = session.instance.scenario.eye_fov[eye];
     });
 }
 

@@ -11,11 +11,11 @@ namespace xrmock {
 // frame that was waited for last, and at 0 before the first.
 struct Clock {
     bool is_virtual = false;
-    std::int64_t origin_ns = 0;       // script time 0
+    std::int64_t origin_ns = 0;       // scenario time 0
     std::int64_t virtual_now_ns = 1;  // an XrTime is greater than zero
 
     std::int64_t now(std::int64_t monotonic_ns) const { return is_virtual ? virtual_now_ns : monotonic_ns; }
-    double scriptSeconds(std::int64_t time_ns) const {
+    double scenarioSeconds(std::int64_t time_ns) const {
         return static_cast<double>(time_ns - origin_ns) * 1e-9;
     }
 };

@@ -12,9 +12,9 @@ constexpr double kPressed = 0.5;  // an analogue value counts as a press from he
 // The parts of bindings that name one physical control.
 using SourceKey = std::pair<int, std::string>;
 
-double readComponent(const Script& script, int hand, const std::string& component, double t_s) {
+double readComponent(const Scenario& scenario, int hand, const std::string& component, double t_s) {
     // Bindings are made for connected controllers only.
-    const auto& values = script.controllers[static_cast<std::size_t>(hand)].value().values;
+    const auto& values = scenario.controllers[static_cast<std::size_t>(hand)].value().values;
     const auto keys = values.find(component.substr(std::string("input/").size()));
     return keys == values.end() ? 0.0 : valueAt(keys->second, t_s);
 }
@@ -44,9 +44,10 @@ std::map<SourceKey, std::uint32_t> highestPriorities(const InputState& input,
 }
 
 // Several sources for one action: any press, the largest deflection, the first pose.
-void mix(ActionValue& value, const Binding& binding, XrActionType type, const Script& script, double t_s) {
+void mix(ActionValue& value, const Binding& binding, XrActionType type, const Scenario& scenario,
+         double t_s) {
     const auto read = [&](std::size_t i) {
-        return readComponent(script, binding.hand, binding.components[i], t_s);
+        return readComponent(scenario, binding.hand, binding.components[i], t_s);
     };
     const bool was_active = value.active;
     value.active = true;
@@ -74,8 +75,8 @@ void mix(ActionValue& value, const Binding& binding, XrActionType type, const Sc
 
 }  // namespace
 
-void syncInput(InputState& input, const Script& script, const std::vector<ActiveSet>& active,
-               double script_time_s, std::int64_t now_ns) {
+void syncInput(InputState& input, const Scenario& scenario, const std::vector<ActiveSet>& active,
+               double scenario_time_s, std::int64_t now_ns) {
     const auto highest = highestPriorities(input, active);
     for (auto& [handle, action] : input.actions) {
         const std::uint32_t priority = input.set_priorities.at(action.set);
@@ -87,7 +88,7 @@ void syncInput(InputState& input, const Script& script, const std::vector<Active
                 const std::string& component = binding.components.front();
                 if (highest.at({binding.hand, component.substr(0, component.rfind('/'))}) > priority)
                     continue;
-                mix(next, binding, action.type, script, script_time_s);
+                mix(next, binding, action.type, scenario, scenario_time_s);
             }
             if (next.active) {
                 next.changed = value.active && (next.x != value.x || next.y != value.y);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "openxr_api.h"
-#include "script.h"
+#include "scenario.h"
 
 namespace xrmock {
 
@@ -55,8 +55,8 @@ struct ActiveSet {
 };
 
 // Reads the controllers at a time. Where two active sets want the same source, the higher priority has it.
-void syncInput(InputState& input, const Script& script, const std::vector<ActiveSet>& active,
-               double script_time_s, std::int64_t now_ns);
+void syncInput(InputState& input, const Scenario& scenario, const std::vector<ActiveSet>& active,
+               double scenario_time_s, std::int64_t now_ns);
 // Makes every action inactive.
 void releaseInput(InputState& input);
 

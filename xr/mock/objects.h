@@ -16,7 +16,7 @@
 #include "input.h"
 #include "paths.h"
 #include "pose.h"
-#include "script.h"
+#include "scenario.h"
 #include "session_state.h"
 #include "vulkan_device.h"
 
@@ -42,7 +42,7 @@ struct Instance : Object {
     Instance() : Object(kType) {}
 
     std::set<std::string, std::less<>> extensions;
-    Script script;
+    Scenario scenario;
     Clock clock;
     std::string capture_folder;  // empty: nothing is captured
     EventQueue events;

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "openxr_api.h"
-#include "script.h"
+#include "scenario.h"
 
 namespace xrmock {
 

@@ -3,16 +3,16 @@
 namespace xrmock {
 
 Pose stageFromHead(const Instance& instance, std::int64_t time_ns) {
-    return poseAt(instance.script.head, instance.clock.scriptSeconds(time_ns));
+    return poseAt(instance.scenario.head, instance.clock.scenarioSeconds(time_ns));
 }
 
 Pose stageFromLocal(const Instance& instance) {
-    return yawOnly(poseAt(instance.script.head, 0));
+    return yawOnly(poseAt(instance.scenario.head, 0));
 }
 
 std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns) {
     const Pose stage_from_head = stageFromHead(instance, time_ns);
-    const double half_m = instance.script.ipd_m / 2;
+    const double half_m = instance.scenario.ipd_m / 2;
     return {stage_from_head * Pose{{0, 0, 0, 1}, {-half_m, 0, 0}},
             stage_from_head * Pose{{0, 0, 0, 1}, {half_m, 0, 0}}};
 }
@@ -31,8 +31,8 @@ std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns) {
     }
     const std::optional<int> hand = poseHand(space.session.input, space.action, space.subaction_path);
     if (!hand) return std::nullopt;
-    const auto& controller = instance.script.controllers[static_cast<std::size_t>(*hand)];
-    return poseAt(controller->poses, instance.clock.scriptSeconds(time_ns)) * space.origin_from_space;
+    const auto& controller = instance.scenario.controllers[static_cast<std::size_t>(*hand)];
+    return poseAt(controller->poses, instance.clock.scenarioSeconds(time_ns)) * space.origin_from_space;
 }
 
 std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::int64_t time_ns) {

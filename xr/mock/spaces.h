@@ -10,7 +10,7 @@
 namespace xrmock {
 
 Pose stageFromHead(const Instance& instance, std::int64_t time_ns);
-// LOCAL stands where the head is at script time 0, upright.
+// LOCAL stands where the head is at scenario time 0, upright.
 Pose stageFromLocal(const Instance& instance);
 std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns);
 

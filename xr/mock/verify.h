@@ -80,8 +80,8 @@ inline void checkMessenger(const XrDebugUtilsMessengerCreateInfoEXT& info) {
     require(info.userCallback != nullptr, XR_ERROR_VALIDATION_FAILURE, "userCallback is null");
 }
 
-inline std::int64_t refreshPeriodNs(const Script& script) {
-    return std::llround(1e9 / script.refresh_hz);
+inline std::int64_t refreshPeriodNs(const Scenario& scenario) {
+    return std::llround(1e9 / scenario.refresh_hz);
 }
 
 }  // namespace xrmock

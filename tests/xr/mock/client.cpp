@@ -55,8 +55,8 @@ void MockTest::setVariable(const std::string& name, const std::string& value) {
 }
 
 void MockTest::setScript(const std::string& json) {
-    std::ofstream(file("script.json")) << json;
-    setVariable("XRMOCK_SCRIPT", file("script.json").string());
+    std::ofstream(file("scenario.json")) << json;
+    setVariable("XRMOCK_SCENARIO", file("scenario.json").string());
 }
 
 XrResult MockTest::tryInstance(const void* next) {

@@ -54,13 +54,13 @@ class HelloXr : public testing::Test {
         }
         folder_ = freshFolder();
         ASSERT_FALSE(folder_.empty());
-        std::ofstream(folder_ + "/script.json") << R"({"version": 1, "exit_after_frames": 300})";
-        setenv("XRMOCK_SCRIPT", (folder_ + "/script.json").c_str(), 1);
+        std::ofstream(folder_ + "/scenario.json") << R"({"version": 1, "exit_after_frames": 300})";
+        setenv("XRMOCK_SCENARIO", (folder_ + "/scenario.json").c_str(), 1);
         setenv("XRMOCK_CAPTURE", folder_.c_str(), 1);
     }
     void TearDown() override {
-        for (const char* name :
-             {"XRMOCK_SCRIPT", "XRMOCK_CAPTURE", "XR_ENABLE_API_LAYERS", "XR_CORE_VALIDATION_EXPORT_TYPE"}) {
+        for (const char* name : {"XRMOCK_SCENARIO", "XRMOCK_CAPTURE", "XR_ENABLE_API_LAYERS",
+                                 "XR_CORE_VALIDATION_EXPORT_TYPE"}) {
             unsetenv(name);
         }
         std::filesystem::remove_all(folder_);

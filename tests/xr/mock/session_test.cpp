@@ -114,12 +114,12 @@ TEST_F(Session, ExitsAfterAsManyFramesAsTheScriptSays) {
 }
 
 TEST_F(Session, TellsThatEventsWereLost) {
-    std::string script = R"({"version": 1, "session": [{"t_s": 0, "state": "focused"})";
+    std::string scenario = R"({"version": 1, "session": [{"t_s": 0, "state": "focused"})";
     for (int i = 0; i < 100; ++i) {
-        script += ", {\"t_s\": " + std::to_string(1.1 + i * 0.02) + ", \"state\": \"" +
-                  (i % 2 == 0 ? "visible" : "focused") + "\"}";
+        scenario += ", {\"t_s\": " + std::to_string(1.1 + i * 0.02) + ", \"state\": \"" +
+                    (i % 2 == 0 ? "visible" : "focused") + "\"}";
     }
-    setScript(script + "]}");
+    setScript(scenario + "]}");
     startRunning();
     for (int i = 0; i < 300; ++i)
         frame();

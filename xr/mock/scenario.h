@@ -1,4 +1,4 @@
-// The script of a run (XRMOCK_SCRIPT): what the mock user and headset do over time. The README lists the
+// The scenario of a run (XRMOCK_SCENARIO): what the mock user and headset do over time. The README lists the
 // fields.
 #pragma once
 
@@ -30,12 +30,12 @@ struct TargetKey {
     SessionTarget target;
 };
 
-struct ControllerScript {
+struct ControllerScenario {
     std::vector<PoseKey> poses;
     std::map<std::string, std::vector<ValueKey>> values;  // by component, e.g. "select/click"
 };
 
-struct Script {
+struct Scenario {
     double refresh_hz = 90;
     std::optional<std::uint64_t> exit_after_frames;
     double ipd_m = 0.063;
@@ -44,25 +44,25 @@ struct Script {
     std::array<double, 2> stage_bounds_m{3, 3};
     std::vector<PoseKey> head{{0, {{0, 0, 0, 1}, {0, 1.6, 0}}}};
     std::string profile = "/interaction_profiles/khr/simple_controller";
-    std::array<std::optional<ControllerScript>, 2> controllers{
-        ControllerScript{{{0, {{0, 0, 0, 1}, {-0.2, 1.3, -0.4}}}}, {}},
-        ControllerScript{{{0, {{0, 0, 0, 1}, {0.2, 1.3, -0.4}}}}, {}}};
+    std::array<std::optional<ControllerScenario>, 2> controllers{
+        ControllerScenario{{{0, {{0, 0, 0, 1}, {-0.2, 1.3, -0.4}}}}, {}},
+        ControllerScenario{{{0, {{0, 0, 0, 1}, {0.2, 1.3, -0.4}}}}, {}}};
     std::vector<TargetKey> session{{0, SessionTarget::focused}};
 };
 
 // One line: file, field, reason.
-class ScriptError : public std::runtime_error {
+class ScenarioError : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
 };
 
-Script parseScript(const std::string& text, const std::string& file_name);  // throws ScriptError
-Script loadScript(const std::string& file_name);                            // throws ScriptError
+Scenario parseScenario(const std::string& text, const std::string& file_name);  // throws ScenarioError
+Scenario loadScenario(const std::string& file_name);                            // throws ScenarioError
 
 // Before the first key its pose holds, after the last one the last.
 Pose poseAt(const std::vector<PoseKey>& keys, double t_s);
 // Holds from key to key; zero before the first.
 double valueAt(const std::vector<ValueKey>& keys, double t_s);
-SessionTarget targetAt(const Script& script, double t_s);
+SessionTarget targetAt(const Scenario& scenario, double t_s);
 
 }  // namespace xrmock

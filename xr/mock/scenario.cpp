@@ -1,4 +1,4 @@
-#include "script.h"
+#include "scenario.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +26,7 @@ struct Field {
     std::string name;
 
     [[noreturn]] void fail(const std::string& reason) const {
-        throw ScriptError(file + ": " + (name.empty() ? "document" : name) + ": " + reason);
+        throw ScenarioError(file + ": " + (name.empty() ? "document" : name) + ": " + reason);
     }
     Field at(const std::string& key) const {
         return {value.at(key), file, name.empty() ? key : name + "." + key};
@@ -108,10 +108,10 @@ double buttonValue(const Field& field) {
     return field.number(-1, 1);
 }
 
-ControllerScript parseController(const Field& field) {
+ControllerScenario parseController(const Field& field) {
     field.objectOf({"poses", "values"});
     if (!field.has("poses")) field.fail("poses is missing");
-    ControllerScript controller;
+    ControllerScenario controller;
     controller.poses = parsePoses(field.at("poses"));
     if (!field.has("values")) return controller;
     const Field values = field.at("values");
@@ -128,16 +128,16 @@ ControllerScript parseController(const Field& field) {
     return controller;
 }
 
-void parseControllers(const Field& field, Script& script) {
+void parseControllers(const Field& field, Scenario& scenario) {
     field.objectOf({"profile", "left", "right"});
     if (field.has("profile")) {
-        script.profile = field.at("profile").text();
-        if (findProfile(script.profile) == nullptr) field.at("profile").fail("not a profile of OpenXR 1.0");
+        scenario.profile = field.at("profile").text();
+        if (findProfile(scenario.profile) == nullptr) field.at("profile").fail("not a profile of OpenXR 1.0");
     }
     const char* const names[2] = {"left", "right"};
     for (std::size_t hand = 0; hand < 2; ++hand) {
-        script.controllers[hand].reset();
-        if (field.has(names[hand])) script.controllers[hand] = parseController(field.at(names[hand]));
+        scenario.controllers[hand].reset();
+        if (field.has(names[hand])) scenario.controllers[hand] = parseController(field.at(names[hand]));
     }
 }
 
@@ -149,16 +149,16 @@ XrFovf parseFov(const Field& field) {
             static_cast<float>(angles[3])};
 }
 
-void parseEyes(const Field& field, Script& script) {
+void parseEyes(const Field& field, Scenario& scenario) {
     field.objectOf({"ipd_m", "recommended_size", "left_fov_rad", "right_fov_rad"});
-    if (field.has("ipd_m")) script.ipd_m = field.at("ipd_m").number(0, 1);
+    if (field.has("ipd_m")) scenario.ipd_m = field.at("ipd_m").number(0, 1);
     if (field.has("recommended_size")) {
         const auto size = field.at("recommended_size").numbers<2>(1, kMaxImageSize);
-        script.width = static_cast<std::uint32_t>(size[0]);
-        script.height = static_cast<std::uint32_t>(size[1]);
+        scenario.width = static_cast<std::uint32_t>(size[0]);
+        scenario.height = static_cast<std::uint32_t>(size[1]);
     }
-    if (field.has("left_fov_rad")) script.eye_fov[0] = parseFov(field.at("left_fov_rad"));
-    if (field.has("right_fov_rad")) script.eye_fov[1] = parseFov(field.at("right_fov_rad"));
+    if (field.has("left_fov_rad")) scenario.eye_fov[0] = parseFov(field.at("left_fov_rad"));
+    if (field.has("right_fov_rad")) scenario.eye_fov[1] = parseFov(field.at("right_fov_rad"));
 }
 
 SessionTarget parseTarget(const Field& field) {
@@ -171,7 +171,7 @@ SessionTarget parseTarget(const Field& field) {
     field.fail("focused, visible, synchronized, stopped or exiting expected");
 }
 
-void parseSession(const Field& field, Script& script) {
+void parseSession(const Field& field, Scenario& scenario) {
     double t_s = -1;
     for (std::size_t i = 0; i < field.arraySize(); ++i) {
         const Field key = field.at(i);
@@ -179,40 +179,40 @@ void parseSession(const Field& field, Script& script) {
         t_s = keyTime(key, t_s);
         if (!key.has("state")) key.fail("state is missing");
         const TargetKey event{t_s, parseTarget(key.at("state"))};
-        if (t_s == 0) script.session.clear();  // takes the place of the default
-        script.session.push_back(event);
+        if (t_s == 0) scenario.session.clear();  // takes the place of the default
+        scenario.session.push_back(event);
     }
 }
 
 }  // namespace
 
-Script parseScript(const std::string& text, const std::string& file_name) {
+Scenario parseScenario(const std::string& text, const std::string& file_name) {
     json document;
     try {
         document = json::parse(text);
     } catch (const json::exception& error) {
-        throw ScriptError(file_name + ": document: " + error.what());
+        throw ScenarioError(file_name + ": document: " + error.what());
     }
     const Field root{document, file_name, ""};
     root.objectOf({"version", "refresh_hz", "exit_after_frames", "eyes", "stage_bounds_m", "head",
                    "controllers", "session"});
     if (!root.has("version")) root.fail("version is missing");
     root.at("version").number(1, 1);
-    Script script;
-    if (root.has("refresh_hz")) script.refresh_hz = root.at("refresh_hz").number(1, 1000);
+    Scenario scenario;
+    if (root.has("refresh_hz")) scenario.refresh_hz = root.at("refresh_hz").number(1, 1000);
     if (root.has("exit_after_frames")) {
-        script.exit_after_frames =
+        scenario.exit_after_frames =
             static_cast<std::uint64_t>(root.at("exit_after_frames").number(1, kMaxNumber));
     }
-    if (root.has("eyes")) parseEyes(root.at("eyes"), script);
-    if (root.has("stage_bounds_m")) script.stage_bounds_m = root.at("stage_bounds_m").numbers<2>(0.1, 1000);
-    if (root.has("head")) script.head = parsePoses(root.at("head"));
-    if (root.has("controllers")) parseControllers(root.at("controllers"), script);
-    if (root.has("session")) parseSession(root.at("session"), script);
-    return script;
+    if (root.has("eyes")) parseEyes(root.at("eyes"), scenario);
+    if (root.has("stage_bounds_m")) scenario.stage_bounds_m = root.at("stage_bounds_m").numbers<2>(0.1, 1000);
+    if (root.has("head")) scenario.head = parsePoses(root.at("head"));
+    if (root.has("controllers")) parseControllers(root.at("controllers"), scenario);
+    if (root.has("session")) parseSession(root.at("session"), scenario);
+    return scenario;
 }
 
-Script loadScript(const std::string& file_name) {
+Scenario loadScenario(const std::string& file_name) {
     std::ifstream file(file_name, std::ios::binary);
     std::string text;
     if (file) {
@@ -220,9 +220,9 @@ Script loadScript(const std::string& file_name) {
         content << file.rdbuf();
         text = content.str();
     }
-    if (!file || text.empty()) throw ScriptError(file_name + ": document: cannot be read");
-    if (text.size() > kMaxBytes) throw ScriptError(file_name + ": document: larger than 64 MiB");
-    return parseScript(text, file_name);
+    if (!file || text.empty()) throw ScenarioError(file_name + ": document: cannot be read");
+    if (text.size() > kMaxBytes) throw ScenarioError(file_name + ": document: larger than 64 MiB");
+    return parseScenario(text, file_name);
 }
 
 Pose poseAt(const std::vector<PoseKey>& keys, double t_s) {
@@ -241,9 +241,9 @@ double valueAt(const std::vector<ValueKey>& keys, double t_s) {
     return next == keys.begin() ? 0.0 : (next - 1)->value;
 }
 
-SessionTarget targetAt(const Script& script, double t_s) {
-    SessionTarget target = script.session.front().target;
-    for (const TargetKey& key : script.session) {
+SessionTarget targetAt(const Scenario& scenario, double t_s) {
+    SessionTarget target = scenario.session.front().target;
+    for (const TargetKey& key : scenario.session) {
         if (key.t_s <= t_s) target = key.target;
     }
     return target;

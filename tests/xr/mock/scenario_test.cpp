@@ -6,7 +6,7 @@
 namespace mock_test {
 namespace {
 
-class Script : public MockTest {
+class Scenario : public MockTest {
   protected:
     // The one line on stderr, without the name of the file.
     std::string refusal(const std::string& json) {
@@ -14,7 +14,7 @@ class Script : public MockTest {
         testing::internal::CaptureStderr();
         EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE) << json;
         std::string output = testing::internal::GetCapturedStderr();
-        const std::string start = "xrmock: " + file("script.json").string() + ": ";
+        const std::string start = "xrmock: " + file("scenario.json").string() + ": ";
         const std::size_t found = output.find(start);
         if (found == std::string::npos) return output;
         output = output.substr(found + start.size());
@@ -22,7 +22,7 @@ class Script : public MockTest {
     }
 };
 
-TEST_F(Script, TellsFieldAndReason) {
+TEST_F(Scenario, TellsFieldAndReason) {
     EXPECT_EQ(refusal("{}"), "document: version is missing");
     EXPECT_EQ(refusal("[]"), "document: an object expected");
     EXPECT_EQ(refusal(R"({"version": 2})"), "version: a number from 1 to 1 expected");
@@ -53,12 +53,12 @@ TEST_F(Script, TellsFieldAndReason) {
               std::string::npos);
 }
 
-TEST_F(Script, AMissingFileAndABadClockAreRefused) {
-    setVariable("XRMOCK_SCRIPT", file("none.json").string());
+TEST_F(Scenario, AMissingFileAndABadClockAreRefused) {
+    setVariable("XRMOCK_SCENARIO", file("none.json").string());
     EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE);
-    setVariable("XRMOCK_SCRIPT", file("").string());
+    setVariable("XRMOCK_SCENARIO", file("").string());
     EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE);
-    setVariable("XRMOCK_SCRIPT", "");
+    setVariable("XRMOCK_SCENARIO", "");
     setVariable("XRMOCK_CLOCK", "imaginary");
     EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE);
     setVariable("XRMOCK_CLOCK", "");
@@ -66,7 +66,7 @@ TEST_F(Script, AMissingFileAndABadClockAreRefused) {
 }
 
 // Damaged scripts are refused or taken, never anything else.
-TEST_F(Script, SurvivesDamage) {
+TEST_F(Scenario, SurvivesDamage) {
     const std::string whole =
         R"({"version":1,"refresh_hz":90,"eyes":{"ipd_m":0.06,"recommended_size":[64,64]},"head":[{"t_s":0,)"
         R"("position":[0,1,2],"orientation":[0,0,0,1]}],"controllers":{"left":{"poses":[{"t_s":0,"position":)"

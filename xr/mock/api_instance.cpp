@@ -23,11 +23,12 @@ void setUp(Instance& instance, std::int64_t now_ns) {
     if (const char* file = std::getenv("XRMOCK_SCENARIO"); file != nullptr && *file != '\0') {
         try {
             instance.scenario = loadScenario(file);
-        } catch (const ScenarioError& error) {
+        } catch (const FieldError& error) {
             std::fprintf(stderr, "xrmock: %s\n", error.what());
             throw;
         }
     }
+    instance.conditions.local = {{0, yawOnly(poseAt(instance.scenario.head, 0))}};
     if (const char* clock = std::getenv("XRMOCK_CLOCK"); clock != nullptr && *clock != '\0') {
         const std::string_view name = clock;
         if (name != "real" && name != "virtual") {
@@ -114,7 +115,7 @@ XrResult createInstance(Call& call, const XrInstanceCreateInfo* info, XrInstance
     } catch (const Refused& refused) {
         tellCreator(call, *instance, refused.reason);
         throw;
-    } catch (const ScenarioError& error) {
+    } catch (const FieldError& error) {
         tellCreator(call, *instance, error.what());
         throw;
     }

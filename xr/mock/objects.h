@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "conditions.h"
 #include "events.h"
 #include "frame_loop.h"
 #include "handles.h"
@@ -43,6 +44,7 @@ struct Instance : Object {
 
     std::set<std::string, std::less<>> extensions;
     Scenario scenario;
+    Conditions conditions;
     Clock clock;
     std::string capture_folder;  // empty: nothing is captured
     EventQueue events;
@@ -77,6 +79,7 @@ struct Session : Object {
     Instance& instance;
     VulkanDevice device;
     SessionProgress progress;
+    Loss loss = Loss::none;
     bool exit_requested = false;
     std::uint64_t frames_submitted = 0;
     FrameLoop frames;

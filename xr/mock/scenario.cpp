@@ -2,78 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <initializer_list>
-#include <sstream>
 
-#include <nlohmann/json.hpp>
-
+#include "json_fields.h"
 #include "profiles.h"
 
 namespace xrmock {
 
 namespace {
 
-using nlohmann::json;
-
-constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
-constexpr double kMaxNumber = 1e9;
-
-// A JSON value together with where it stands, for messages.
-struct Field {
-    const json& value;
-    const std::string& file;
-    std::string name;
-
-    [[noreturn]] void fail(const std::string& reason) const {
-        throw ScenarioError(file + ": " + (name.empty() ? "document" : name) + ": " + reason);
-    }
-    Field at(const std::string& key) const {
-        return {value.at(key), file, name.empty() ? key : name + "." + key};
-    }
-    Field at(std::size_t index) const {
-        return {value.at(index), file, name + "[" + std::to_string(index) + "]"};
-    }
-    bool has(const char* key) const { return value.contains(key); }
-
-    void objectOf(std::initializer_list<const char*> keys) const {
-        if (!value.is_object()) fail("an object expected");
-        for (const auto& [key, unused] : value.items()) {
-            if (std::find(keys.begin(), keys.end(), key) == keys.end()) at(key).fail("unknown field");
-        }
-    }
-    std::size_t arraySize() const {
-        if (!value.is_array()) fail("an array expected");
-        return value.size();
-    }
-    double number(double low, double high) const {
-        if (!value.is_number()) fail("a number expected");
-        const double number = value.get<double>();
-        if (!(number >= low && number <= high)) {
-            std::ostringstream range;
-            range << "a number from " << low << " to " << high << " expected";
-            fail(range.str());
-        }
-        return number;
-    }
-    template <std::size_t kSize>
-    std::array<double, kSize> numbers(double low, double high) const {
-        if (arraySize() != kSize) fail(std::to_string(kSize) + " numbers expected");
-        std::array<double, kSize> result;
-        for (std::size_t i = 0; i < kSize; ++i)
-            result[i] = at(i).number(low, high);
-        return result;
-    }
-    std::string text() const {
-        if (!value.is_string()) fail("a string expected");
-        return value.get<std::string>();
-    }
-};
-
 // Every list of keys is ordered by a strictly increasing t_s.
 double keyTime(const Field& key, double previous_s) {
-    if (!key.has("t_s")) key.fail("t_s is missing");
-    const double t_s = key.at("t_s").number(0, kMaxNumber);
+    const double t_s = key.required("t_s").number(0, kMaxNumber);
     if (t_s <= previous_s) key.at("t_s").fail("later than the key before expected");
     return t_s;
 }
@@ -86,8 +25,7 @@ std::vector<PoseKey> parsePoses(const Field& field) {
         key.objectOf({"t_s", "position", "orientation"});
         t_s = keyTime(key, t_s);
         Pose pose;
-        if (!key.has("position")) key.fail("position is missing");
-        pose.position = key.at("position").numbers<3>(-kMaxNumber, kMaxNumber);
+        pose.position = key.required("position").numbers<3>(-kMaxNumber, kMaxNumber);
         if (key.has("orientation")) {
             auto q = key.at("orientation").numbers<4>(-kMaxNumber, kMaxNumber);
             const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
@@ -110,15 +48,14 @@ double buttonValue(const Field& field) {
 
 ControllerScenario parseController(const Field& field) {
     field.objectOf({"poses", "values"});
-    if (!field.has("poses")) field.fail("poses is missing");
     ControllerScenario controller;
-    controller.poses = parsePoses(field.at("poses"));
+    controller.poses = parsePoses(field.required("poses"));
     if (!field.has("values")) return controller;
     const Field values = field.at("values");
     double t_s = -1;
     for (std::size_t i = 0; i < values.arraySize(); ++i) {
         const Field key = values.at(i);
-        if (!key.value.is_object()) key.fail("an object expected");
+        key.object();
         t_s = keyTime(key, t_s);
         for (const auto& [component, unused] : key.value.items()) {
             if (component == "t_s") continue;
@@ -162,13 +99,10 @@ void parseEyes(const Field& field, Scenario& scenario) {
 }
 
 SessionTarget parseTarget(const Field& field) {
-    const std::string name = field.text();
-    if (name == "focused") return SessionTarget::focused;
-    if (name == "visible") return SessionTarget::visible;
-    if (name == "synchronized") return SessionTarget::synchronized;
-    if (name == "stopped") return SessionTarget::stopped;
-    if (name == "exiting") return SessionTarget::exiting;
-    field.fail("focused, visible, synchronized, stopped or exiting expected");
+    constexpr SessionTarget kTargets[] = {SessionTarget::focused, SessionTarget::visible,
+                                          SessionTarget::synchronized, SessionTarget::stopped,
+                                          SessionTarget::exiting};
+    return kTargets[field.oneOf({"focused", "visible", "synchronized", "stopped", "exiting"})];
 }
 
 void parseSession(const Field& field, Scenario& scenario) {
@@ -177,8 +111,7 @@ void parseSession(const Field& field, Scenario& scenario) {
         const Field key = field.at(i);
         key.objectOf({"t_s", "state"});
         t_s = keyTime(key, t_s);
-        if (!key.has("state")) key.fail("state is missing");
-        const TargetKey event{t_s, parseTarget(key.at("state"))};
+        const TargetKey event{t_s, parseTarget(key.required("state"))};
         if (t_s == 0) scenario.session.clear();  // takes the place of the default
         scenario.session.push_back(event);
     }
@@ -187,22 +120,15 @@ void parseSession(const Field& field, Scenario& scenario) {
 }  // namespace
 
 Scenario parseScenario(const std::string& text, const std::string& file_name) {
-    json document;
-    try {
-        document = json::parse(text);
-    } catch (const json::exception& error) {
-        throw ScenarioError(file_name + ": document: " + error.what());
-    }
+    const nlohmann::json document = parseJson(text, file_name);
     const Field root{document, file_name, ""};
     root.objectOf({"version", "refresh_hz", "exit_after_frames", "eyes", "stage_bounds_m", "head",
                    "controllers", "session"});
-    if (!root.has("version")) root.fail("version is missing");
-    root.at("version").number(1, 1);
+    root.required("version").number(1, 1);
     Scenario scenario;
     if (root.has("refresh_hz")) scenario.refresh_hz = root.at("refresh_hz").number(1, 1000);
     if (root.has("exit_after_frames")) {
-        scenario.exit_after_frames =
-            static_cast<std::uint64_t>(root.at("exit_after_frames").number(1, kMaxNumber));
+        scenario.exit_after_frames = root.at("exit_after_frames").integer(1, 1'000'000'000);
     }
     if (root.has("eyes")) parseEyes(root.at("eyes"), scenario);
     if (root.has("stage_bounds_m")) scenario.stage_bounds_m = root.at("stage_bounds_m").numbers<2>(0.1, 1000);
@@ -213,16 +139,7 @@ Scenario parseScenario(const std::string& text, const std::string& file_name) {
 }
 
 Scenario loadScenario(const std::string& file_name) {
-    std::ifstream file(file_name, std::ios::binary);
-    std::string text;
-    if (file) {
-        std::ostringstream content;
-        content << file.rdbuf();
-        text = content.str();
-    }
-    if (!file || text.empty()) throw ScenarioError(file_name + ": document: cannot be read");
-    if (text.size() > kMaxBytes) throw ScenarioError(file_name + ": document: larger than 64 MiB");
-    return parseScenario(text, file_name);
+    return parseScenario(readTextFile(file_name), file_name);
 }
 
 Pose poseAt(const std::vector<PoseKey>& keys, double t_s) {

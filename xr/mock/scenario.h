@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "json_fields.h"
 #include "pose.h"
 
 namespace xrmock {
@@ -50,14 +50,8 @@ struct Scenario {
     std::vector<TargetKey> session{{0, SessionTarget::focused}};
 };
 
-// One line: file, field, reason.
-class ScenarioError : public std::runtime_error {
-  public:
-    using std::runtime_error::runtime_error;
-};
-
-Scenario parseScenario(const std::string& text, const std::string& file_name);  // throws ScenarioError
-Scenario loadScenario(const std::string& file_name);                            // throws ScenarioError
+Scenario parseScenario(const std::string& text, const std::string& file_name);  // throws FieldError
+Scenario loadScenario(const std::string& file_name);                            // throws FieldError
 
 // Before the first key its pose holds, after the last one the last.
 Pose poseAt(const std::vector<PoseKey>& keys, double t_s);

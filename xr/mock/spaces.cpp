@@ -6,8 +6,8 @@ Pose stageFromHead(const Instance& instance, std::int64_t time_ns) {
     return poseAt(instance.scenario.head, instance.clock.scenarioSeconds(time_ns));
 }
 
-Pose stageFromLocal(const Instance& instance) {
-    return yawOnly(poseAt(instance.scenario.head, 0));
+Pose stageFromLocal(const Instance& instance, std::int64_t time_ns) {
+    return originAt(instance.conditions.local, time_ns);
 }
 
 std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns) {
@@ -23,9 +23,9 @@ std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns) {
         case XR_REFERENCE_SPACE_TYPE_VIEW:
             return stageFromHead(instance, time_ns) * space.origin_from_space;
         case XR_REFERENCE_SPACE_TYPE_LOCAL:
-            return stageFromLocal(instance) * space.origin_from_space;
+            return stageFromLocal(instance, time_ns) * space.origin_from_space;
         case XR_REFERENCE_SPACE_TYPE_STAGE:
-            return space.origin_from_space;
+            return originAt(instance.conditions.stage, time_ns) * space.origin_from_space;
         default:
             break;
     }

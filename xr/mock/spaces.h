@@ -1,4 +1,4 @@
-// Where things are at a time.
+// Where things are at a time. "Stage" is the room here, where STAGE stands at the start (conditions.h).
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 namespace xrmock {
 
 Pose stageFromHead(const Instance& instance, std::int64_t time_ns);
-// LOCAL stands where the head is at scenario time 0, upright.
-Pose stageFromLocal(const Instance& instance);
+// LOCAL stands where the head is at scenario time 0, upright, until it is recentred.
+Pose stageFromLocal(const Instance& instance, std::int64_t time_ns);
 std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns);
 
 // Nothing for the space of an action without an active device.

@@ -1,0 +1,67 @@
+// Strict reading of JSON: unknown fields, wrong types, numbers out of range and absurd sizes are refused with
+// where they were read, the path of the field, and the reason. Scenarios, headsets and control messages.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace xrmock {
+
+// One line: source, field, reason.
+class FieldError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+constexpr double kMaxNumber = 1e9;
+constexpr std::size_t kMaxElements = 1'000'000;     // of one array
+constexpr std::size_t kMaxText = 4096;              // bytes of one string
+constexpr std::size_t kMaxFileBytes = 64U << 20;    // of one file
+constexpr std::size_t kMaxMessageBytes = 1U << 20;  // of one control message
+
+// Refuses what is no JSON, nests deeper than 32 levels, or names a field twice. `source` opens the message.
+nlohmann::json parseJson(const std::string& text, const std::string& source);
+// The bytes of a regular file. Throws FieldError.
+std::string readTextFile(const std::string& file_name);
+
+// A JSON value together with where it stands.
+struct Field {
+    const nlohmann::json& value;
+    const std::string& source;
+    std::string name;
+
+    [[noreturn]] void fail(const std::string& reason) const;
+    // The member must be there: use has() or required().
+    Field at(const std::string& key) const;
+    Field at(std::size_t index) const;
+    bool has(const char* key) const { return value.contains(key); }
+    Field required(const char* key) const;
+
+    void objectOf(std::initializer_list<const char*> keys) const;
+    void object() const;
+    std::size_t arraySize(std::size_t most = kMaxElements) const;
+    double number(double low, double high) const;
+    std::uint64_t integer(std::uint64_t low, std::uint64_t high) const;
+    bool boolean() const;
+    std::string text() const;
+    // The index of the text among the names.
+    std::size_t oneOf(std::initializer_list<const char*> names) const;
+
+    template <std::size_t kSize>
+    std::array<double, kSize> numbers(double low, double high) const {
+        if (arraySize() != kSize) fail(std::to_string(kSize) + " numbers expected");
+        std::array<double, kSize> result;
+        for (std::size_t i = 0; i < kSize; ++i)
+            result[i] = at(i).number(low, high);
+        return result;
+    }
+};
+
+}  // namespace xrmock

@@ -1,22 +1,14 @@
-// Based on Wilms et al. 2014 (surrogate regression, stationary velocity fields) and Lujan et al. 1999 (the
-// signal). Hashed: double precision, no libm transcendental.
+// Based on Wilms et al. 2014 (surrogate regression, stationary velocity fields). Hashed: double precision, no
+// libm transcendental.
 #include "patient/breathing.h"
 
 #include <algorithm>
 #include <limits>
 
-#include "patient/transcendental.h"
-
 namespace stylet::patient {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kFlowSteps = 4;
-
-std::uint64_t periodTicks(const BreathingSignal& signal, double dt_s) noexcept {
-    const double ticks = std::floor(signal.period_s / dt_s + 0.5);
-    return ticks >= 1.0 && ticks < 1e15 ? std::uint64_t(ticks) : 1;
-}
 
 // C1 from 0 at `from` to 1 at `to`.
 double smoothStep(double from, double to, double x) noexcept {
@@ -76,22 +68,6 @@ Vec3 move(const BreathingModel& m, double inside_travel_m, const Vec3& p) noexce
 }
 
 }  // namespace
-
-void stepBreathing(BreathingState& state, const BreathingSignal& signal, double dt_s) noexcept {
-    state.held = state.hold_wanted && state.phase_ticks == 0;
-    if (state.held) return;
-    if (++state.phase_ticks >= periodTicks(signal, dt_s)) state.phase_ticks = 0;
-    state.held = state.hold_wanted && state.phase_ticks == 0;
-}
-
-Surrogate surrogateAt(const BreathingState& state, const BreathingSignal& signal, double dt_s) noexcept {
-    const double period = double(periodTicks(signal, dt_s));
-    const double angle = kPi * double(state.phase_ticks) / period;
-    const double s = detSin(angle), c = detCos(angle);
-    // sin^4 is cos^4 with end-exhale at phase 0.
-    return {signal.amplitude * s * s * s * s,
-            state.held ? 0.0 : 4.0 * kPi / (period * dt_s) * signal.amplitude * s * s * s * c};
-}
 
 double outsideFade(const BreathingModel& m, double rho) noexcept {
     if (rho <= 1.0) return 1.0;

@@ -18,7 +18,8 @@
 #include "patient/volume.h"          // voxel volumes
 #include "patient/traversal.h"       // voxels along a segment
 #include "patient/tissue.h"          // the force table, labels, thresholds
-#include "patient/breathing.h"       // the breath: signal, hold, motion at a point and as a table for pictures
+#include "patient/signal.h"          // the breath as a signal, counted in ticks
+#include "patient/breathing.h"       // what it moves: at a point, and as a table for pictures
 #include "patient/package.h"         // packages on disk, and the tissue at a point
 #include "patient/planning.h"        // reference paths
 #include "patient/hash.h"            // the state hash

@@ -42,19 +42,6 @@ void requireEnvironmentBlendMode(XrEnvironmentBlendMode mode) {
             "only OPAQUE is offered");
 }
 
-// A capture that fails does not fail the frame: the application did nothing wrong.
-void captureIfAsked(Call& call, Session& session, const std::vector<SubImage>& eyes) {
-    if (session.capture_name.empty() || eyes.empty()) return;
-    try {
-        captureEyes(session, session.capture_name, eyes);
-    } catch (const Refused& refused) {
-        warn(call, "capture " + session.capture_name + ": " + refused.reason);
-    } catch (const std::exception& error) {
-        warn(call, "capture " + session.capture_name + ": " + error.what());
-    }
-    session.capture_name.clear();
-}
-
 }  // namespace
 
 XrResult waitFrame(Call& call, XrSession handle, const XrFrameWaitInfo* info, XrFrameState* state) {
@@ -102,7 +89,7 @@ XrResult endFrame(Call& call, XrSession handle, const XrFrameEndInfo* info) {
     require(session.frames.begun, XR_ERROR_CALL_ORDER_INVALID, "no frame was begun");
     requireTime(info->displayTime);
     requireEnvironmentBlendMode(info->environmentBlendMode);
-    captureIfAsked(call, session, checkLayers(call, session, *info));
+    captureIfDue(call, session, checkFrame(call, session, *info));
 
     session.frames.begun = false;
     session.progress.frame_ended = true;

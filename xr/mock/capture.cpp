@@ -68,7 +68,8 @@ class Readback {
     VkDeviceMemory memory_ = VK_NULL_HANDLE;
 };
 
-void recordCopy(const VulkanDevice& device, VkCommandBuffer commands, const SubImage& eye, VkBuffer buffer) {
+void recordCopy(const VulkanDevice& device, VkCommandBuffer commands, const SubmittedImage& eye,
+                VkBuffer buffer) {
     const SwapchainImages& images = eye.swapchain->images;
     VkImageMemoryBarrier barrier = imageBarrier(images, eye.image);
     barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
@@ -79,7 +80,7 @@ void recordCopy(const VulkanDevice& device, VkCommandBuffer commands, const SubI
                                 0, 0, nullptr, 0, nullptr, 1, &barrier);
 
     VkBufferImageCopy region{};
-    region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, eye.layer, 1};
+    region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, eye.array_index, 1};
     region.imageOffset = {eye.rect.offset.x, eye.rect.offset.y, 0};
     region.imageExtent = {static_cast<std::uint32_t>(eye.rect.extent.width),
                           static_cast<std::uint32_t>(eye.rect.extent.height), 1};
@@ -117,6 +118,25 @@ std::vector<std::uint8_t> toRgb(const std::vector<std::uint8_t>& pixels, VkForma
     return rgb;
 }
 
+void captureEyes(Session& session, const std::string& name, const SubmittedLayer& projection) {
+    const char* const suffixes[] = {"_left.png", "_right.png"};
+    std::filesystem::create_directories(session.instance.capture_folder);
+    for (std::size_t i = 0; i < projection.views.size(); ++i) {
+        const SubmittedImage& eye = projection.views[i].image;
+        const VkFormat format = eye.swapchain->images.format;
+        if (isDepthFormat(format)) throw std::runtime_error("a depth image cannot be captured");
+        const auto width = static_cast<std::uint32_t>(eye.rect.extent.width);
+        const auto height = static_cast<std::uint32_t>(eye.rect.extent.height);
+        if (width == 0 || height == 0) throw std::runtime_error("the sub-image is empty");
+        const Readback readback(session.device, VkDeviceSize{width} * height * 4);
+        session.device.submitAndWait(
+            [&](VkCommandBuffer commands) { recordCopy(session.device, commands, eye, readback.buffer()); });
+        writePng(session.instance.capture_folder + "/" + name + suffixes[i], width, height,
+                 toRgb(readback.bytes(), format));
+    }
+    ++session.instance.statistics.captured;
+}
+
 }  // namespace
 
 std::string captureName(const std::string& label) {
@@ -129,22 +149,19 @@ std::string captureName(const std::string& label) {
     return plain && name.size() <= kMaxName && !name.starts_with('.') ? name : std::string();
 }
 
-void captureEyes(Session& session, const std::string& name, const std::vector<SubImage>& eyes) {
-    const char* const suffixes[] = {"_left.png", "_right.png"};
-    std::filesystem::create_directories(session.instance.capture_folder);
-    for (std::size_t i = 0; i < eyes.size(); ++i) {
-        const SubImage& eye = eyes[i];
-        const VkFormat format = eye.swapchain->images.format;
-        if (isDepthFormat(format)) throw std::runtime_error("a depth image cannot be captured");
-        const auto width = static_cast<std::uint32_t>(eye.rect.extent.width);
-        const auto height = static_cast<std::uint32_t>(eye.rect.extent.height);
-        const Readback readback(session.device, VkDeviceSize{width} * height * 4);
-        session.device.submitAndWait(
-            [&](VkCommandBuffer commands) { recordCopy(session.device, commands, eye, readback.buffer()); });
-        writePng(session.instance.capture_folder + "/" + name + suffixes[i], width, height,
-                 toRgb(readback.bytes(), format));
+void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame) {
+    const auto shown =
+        std::find_if(frame.layers.begin(), frame.layers.end(),
+                     [](const SubmittedLayer& layer) { return layer.type == LayerType::projection; });
+    if (session.capture_name.empty() || shown == frame.layers.end()) return;
+    try {
+        captureEyes(session, session.capture_name, *shown);
+    } catch (const Refused& refused) {
+        warn(call, "capture " + session.capture_name + ": " + refused.reason);
+    } catch (const std::exception& error) {
+        warn(call, "capture " + session.capture_name + ": " + error.what());
     }
-    ++session.instance.statistics.captured;
+    session.capture_name.clear();
 }
 
 void writeStatistics(const Instance& instance) {

@@ -2,26 +2,18 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
-#include "objects.h"
+#include "call.h"
+#include "submitted_frame.h"
 
 namespace xrmock {
 
 // The name after "capture:", or empty when the label asks for no capture or for no plain file name.
 std::string captureName(const std::string& label);
 
-// One sub-image of a submitted layer.
-struct SubImage {
-    Swapchain* swapchain;
-    std::uint32_t image;
-    XrRect2Di rect;
-    std::uint32_t layer;
-};
-
-// Writes FOLDER/NAME_left.png and FOLDER/NAME_right.png; waits for the GPU. Throws std::runtime_error or
-// Refused.
-void captureEyes(Session& session, const std::string& name, const std::vector<SubImage>& eyes);
+// Makes the pictures that are due with this frame: FOLDER/NAME_left.png and FOLDER/NAME_right.png. Waits for
+// the GPU. A picture that fails does not fail the frame: the application did nothing wrong.
+void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame);
 
 // FOLDER/frames.json: what the instance counted.
 void writeStatistics(const Instance& instance);

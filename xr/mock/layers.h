@@ -1,14 +1,13 @@
 // What xrEndFrame accepts.
 #pragma once
 
-#include <vector>
-
 #include "call.h"
-#include "capture.h"
+#include "submitted_frame.h"
 
 namespace xrmock {
 
-// Refuses the frame if a layer is not as specified. Returns the sub-images of the first projection layer.
-std::vector<SubImage> checkLayers(Call& call, Session& session, const XrFrameEndInfo& frame);
+// Refuses the frame if it or one of its layers is not as specified; otherwise the frame as the runtime sees
+// it.
+SubmittedFrame checkFrame(Call& call, Session& session, const XrFrameEndInfo& frame);
 
 }  // namespace xrmock

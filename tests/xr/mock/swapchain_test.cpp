@@ -184,7 +184,7 @@ TEST_F(Layers, ProjectionViewsAreChecked) {
     EXPECT_EQ(submitProjection(), XR_ERROR_HANDLE_INVALID);
     views_[1].subImage = subImage(1);
     const XrRect2Di bad_rects[] = {{{-1, 0}, {10, 10}}, {{0, 0}, {65, 48}},
-                                   {{1, 0}, {64, 48}},  {{0, 0}, {0, 10}},
+                                   {{1, 0}, {64, 48}},  {{0, 0}, {-1, 10}},
                                    {{0, 0}, {10, -1}},  {{2147483647, 0}, {2147483647, 1}}};
     for (const XrRect2Di& rect : bad_rects) {
         views_[1].subImage.imageRect = rect;

@@ -1,0 +1,64 @@
+// One frame as it was submitted: what xrEndFrame makes of a valid XrFrameEndInfo, for the log, the assertions
+// and the compositor. Pointers hold for the time of the call.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "objects.h"
+
+namespace xrmock {
+
+// A part of the image that was released last. Its format and size are those of `swapchain->images`.
+struct SubmittedImage {
+    const Swapchain* swapchain = nullptr;
+    std::uint32_t image = 0;        // index into swapchain->images.images
+    std::uint32_t array_index = 0;  // layer of the image
+    XrRect2Di rect{};               // pixels, from the top left
+};
+
+// XR_KHR_composition_layer_depth. near_z greater than far_z is reversed depth; either may be infinite.
+struct SubmittedDepth {
+    SubmittedImage image;
+    float min_depth = 0, max_depth = 1;  // the range of values in the image
+    float near_z_m = 0, far_z_m = 0;
+};
+
+// One eye of a projection layer.
+struct SubmittedView {
+    Pose space_from_eye;
+    XrFovf fov{};  // radians
+    SubmittedImage image;
+    std::optional<SubmittedDepth> depth;
+};
+
+enum class LayerType { projection, quad, cylinder };
+
+struct SubmittedLayer {
+    LayerType type = LayerType::projection;
+    XrCompositionLayerFlags flags = 0;
+    const Space* space = nullptr;
+    std::optional<Pose> stage_from_space;  // at the display time; nothing: it cannot be located, nor shown
+
+    std::array<SubmittedView, 2> views;  // projection: left, right
+
+    // Quad and cylinder. The rest of the fields is of the type that they name.
+    XrEyeVisibility eyes = XR_EYE_VISIBILITY_BOTH;
+    SubmittedImage image;
+    Pose space_from_layer;
+    XrExtent2Df quad_size_m{};
+    float cylinder_radius_m = 0;  // 0 and infinity are endless: all around, and only directions count
+    float cylinder_angle_rad = 0;
+    float cylinder_aspect_ratio = 0;  // width along the arc by height
+};
+
+struct SubmittedFrame {
+    std::uint64_t number = 0;  // of the session, the first is 1
+    XrTime display_time = 0;
+    XrEnvironmentBlendMode blend_mode = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
+    std::vector<SubmittedLayer> layers;  // in the order in which they are painted
+};
+
+}  // namespace xrmock

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "call.h"
+#include "openxr_later.h"
 
 namespace xrmock {
 
@@ -18,7 +19,10 @@ struct ExtensionEntry {
 };
 inline constexpr ExtensionEntry kExtensions[] = {
     {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME, XR_KHR_vulkan_enable2_SPEC_VERSION},
+    {XR_KHR_VULKAN_ENABLE_EXTENSION_NAME, XR_KHR_vulkan_enable_SPEC_VERSION},
+    {XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, XR_KHR_convert_timespec_time_SPEC_VERSION},
     {XR_EXT_DEBUG_UTILS_EXTENSION_NAME, XR_EXT_debug_utils_SPEC_VERSION},
+    {XR_EXT_LOCAL_FLOOR_EXTENSION_NAME, XR_EXT_local_floor_SPEC_VERSION},
 };
 
 // Instance and system
@@ -44,13 +48,22 @@ XrResult getViewConfigurationProperties(Call&, XrInstance, XrSystemId, XrViewCon
 XrResult enumerateViewConfigurationViews(Call&, XrInstance, XrSystemId, XrViewConfigurationType,
                                          std::uint32_t, std::uint32_t*, XrViewConfigurationView*);
 
-// XR_KHR_vulkan_enable2
+// XR_KHR_vulkan_enable2 (the requirements are those of XR_KHR_vulkan_enable too)
 XrResult createVulkanInstance(Call&, XrInstance, const XrVulkanInstanceCreateInfoKHR*, VkInstance*,
                               VkResult*);
 XrResult createVulkanDevice(Call&, XrInstance, const XrVulkanDeviceCreateInfoKHR*, VkDevice*, VkResult*);
 XrResult getVulkanGraphicsDevice2(Call&, XrInstance, const XrVulkanGraphicsDeviceGetInfoKHR*,
                                   VkPhysicalDevice*);
-XrResult getVulkanGraphicsRequirements2(Call&, XrInstance, XrSystemId, XrGraphicsRequirementsVulkanKHR*);
+XrResult getVulkanGraphicsRequirements(Call&, XrInstance, XrSystemId, XrGraphicsRequirementsVulkanKHR*);
+
+// XR_KHR_vulkan_enable
+XrResult getVulkanInstanceExtensions(Call&, XrInstance, XrSystemId, std::uint32_t, std::uint32_t*, char*);
+XrResult getVulkanDeviceExtensions(Call&, XrInstance, XrSystemId, std::uint32_t, std::uint32_t*, char*);
+XrResult getVulkanGraphicsDevice(Call&, XrInstance, XrSystemId, VkInstance, VkPhysicalDevice*);
+
+// XR_KHR_convert_timespec_time
+XrResult convertTimespecTimeToTime(Call&, XrInstance, const timespec*, XrTime*);
+XrResult convertTimeToTimespecTime(Call&, XrInstance, XrTime, timespec*);
 
 // Session
 XrResult createSession(Call&, XrInstance, const XrSessionCreateInfo*, XrSession*);

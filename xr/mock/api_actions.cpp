@@ -165,7 +165,7 @@ XrResult createActionSet(Call& call, XrInstance handle, const XrActionSetCreateI
 }
 
 XrResult destroyActionSet(Call& call, XrActionSet handle) {
-    runtime().handles.destroy(call.live<ActionSet>(handle));
+    runtime().handles.destroy(call.evenLost<ActionSet>(handle));
     return XR_SUCCESS;
 }
 
@@ -198,7 +198,7 @@ XrResult createAction(Call& call, XrActionSet handle, const XrActionCreateInfo* 
 }
 
 XrResult destroyAction(Call& call, XrAction handle) {
-    runtime().handles.destroy(call.live<Action>(handle));
+    runtime().handles.destroy(call.evenLost<Action>(handle));
     return XR_SUCCESS;
 }
 

@@ -1,3 +1,4 @@
+#include <bit>
 #include <memory>
 
 #include "api.h"
@@ -53,7 +54,7 @@ XrResult createDebugUtilsMessenger(Call& call, XrInstance handle,
 }
 
 XrResult destroyDebugUtilsMessenger(Call& call, XrDebugUtilsMessengerEXT handle) {
-    runtime().handles.destroy(call.live<Messenger>(handle));
+    runtime().handles.destroy(call.evenLost<Messenger>(handle));
     return XR_SUCCESS;
 }
 
@@ -62,7 +63,10 @@ XrResult submitDebugUtilsMessage(Call& call, XrInstance handle, XrDebugUtilsMess
                                  const XrDebugUtilsMessengerCallbackDataEXT* data) {
     const Instance& instance = call.live<Instance>(handle);
     requireStruct(data, XR_TYPE_DEBUG_UTILS_MESSENGER_CALLBACK_DATA_EXT);
-    require(severity != 0 && types != 0, XR_ERROR_VALIDATION_FAILURE, "a message has a severity and a type");
+    require(std::has_single_bit(severity) && (severity & ~kAllSeverities) == 0, XR_ERROR_VALIDATION_FAILURE,
+            "messageSeverity is not one known bit");
+    require(types != 0 && (types & ~kAllTypes) == 0, XR_ERROR_VALIDATION_FAILURE,
+            "messageTypes is empty or has unknown bits");
     require(data->objectCount == 0 || data->objects != nullptr, XR_ERROR_VALIDATION_FAILURE,
             "objects is null");
     Message message{severity,
@@ -74,6 +78,8 @@ XrResult submitDebugUtilsMessage(Call& call, XrInstance handle, XrDebugUtilsMess
                     {}};
     for (std::uint32_t i = 0; i < data->objectCount; ++i) {
         const XrDebugUtilsObjectNameInfoEXT& given = data->objects[i];
+        require(given.objectType != XR_OBJECT_TYPE_UNKNOWN, XR_ERROR_VALIDATION_FAILURE,
+                "the type of an object is unknown");
         const Object* object = runtime().handles.find(given.objectHandle);
         const bool known = object != nullptr && object->type == given.objectType;
         message.objects.push_back({given.objectType, given.objectHandle,

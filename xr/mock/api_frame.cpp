@@ -16,23 +16,37 @@ Session& runningSession(Call& call, XrSession handle) {
     return session;
 }
 
-// Null when the session has gone or stopped while a call was waiting without the lock.
-Session* stillRunning(std::uint64_t handle) {
-    auto* session = static_cast<Session*>(runtime().handles.find(handle));
-    return session != nullptr && session->progress.running ? session : nullptr;
+// A run of a session, for a call that waits without the lock: others may end, lose or destroy the session.
+struct Run {
+    std::uint64_t session;
+    std::uint64_t run;
+};
+
+// Null when the run is over.
+Session* goingOn(const Run& run) {
+    auto* session = static_cast<Session*>(runtime().handles.find(run.session));
+    const bool goes_on = session != nullptr && session->progress.running && session->run == run.run &&
+                         session->loss != Loss::lost && session->instance.conditions.loss != Loss::lost;
+    return goes_on ? session : nullptr;
+}
+
+Session& sameRun(Call& call, XrSession handle, const Run& run) {
+    Session& session = runningSession(call, handle);
+    require(session.run == run.run, XR_ERROR_SESSION_NOT_RUNNING, "the session was ended meanwhile");
+    return session;
 }
 
 // A frame may be waited for once the one before was begun.
-void waitForTurn(Call& call, std::uint64_t handle) {
+void waitForTurn(Call& call, const Run& run) {
     runtime().changed.wait(call.lock, [&] {
-        const Session* session = stillRunning(handle);
+        const Session* session = goingOn(run);
         return session == nullptr || (!session->frames.waiting && !session->frames.waited);
     });
 }
 
-void sleepUntil(Call& call, std::uint64_t handle, std::int64_t wake_ns) {
+void sleepUntil(Call& call, const Run& run, std::int64_t wake_ns) {
     const std::chrono::steady_clock::time_point wake{std::chrono::nanoseconds(wake_ns)};
-    runtime().changed.wait_until(call.lock, wake, [&] { return stillRunning(handle) == nullptr; });
+    runtime().changed.wait_until(call.lock, wake, [&] { return goingOn(run) == nullptr; });
 }
 
 void requireEnvironmentBlendMode(XrEnvironmentBlendMode mode) {
@@ -48,19 +62,20 @@ XrResult waitFrame(Call& call, XrSession handle, const XrFrameWaitInfo* info, Xr
     Session* session = &runningSession(call, handle);
     if (info != nullptr) requireStruct(info, XR_TYPE_FRAME_WAIT_INFO);
     requireStruct(state, XR_TYPE_FRAME_STATE);
-    const std::uint64_t number = session->handle;
-    waitForTurn(call, number);
-    session = &runningSession(call, handle);
+    const Run run{session->handle, session->run};
+    waitForTurn(call, run);
+    session = &sameRun(call, handle, run);
 
     Instance& instance = session->instance;
     const std::int64_t period_ns = refreshPeriodNs(instance.scenario);
     const FramePlan plan = planFrame(session->frames, instance.clock, monotonicNs(), period_ns);
     session->frames.waiting = true;
-    if (!instance.clock.is_virtual) sleepUntil(call, number, plan.wake_ns);
-    session = &runningSession(call, handle);
+    if (!instance.clock.is_virtual) sleepUntil(call, run, plan.wake_ns);
+    session = &sameRun(call, handle, run);
 
     session->frames.waiting = false;
     session->frames.waited = true;
+    session->frames.paced = true;
     session->frames.last_display_ns = plan.display_ns;
     session->instance.statistics.missed += plan.missed;
     if (session->instance.clock.is_virtual) session->instance.clock.virtual_now_ns = plan.display_ns;

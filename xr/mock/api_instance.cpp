@@ -19,6 +19,8 @@ namespace xrmock {
 
 namespace {
 
+constexpr std::uint32_t kMaxViewSize = 4096;  // pixels; a headset that recommends more sets its own
+
 void setUp(Instance& instance, std::int64_t now_ns) {
     if (const char* file = std::getenv("XRMOCK_SCENARIO"); file != nullptr && *file != '\0') {
         try {
@@ -38,6 +40,7 @@ void setUp(Instance& instance, std::int64_t now_ns) {
         instance.clock.is_virtual = name == "virtual";
     }
     if (!instance.clock.is_virtual) instance.clock.origin_ns = now_ns;
+    instance.created_ns = now_ns;
     if (const char* folder = std::getenv("XRMOCK_CAPTURE"); folder != nullptr)
         instance.capture_folder = folder;
 }
@@ -124,7 +127,7 @@ XrResult createInstance(Call& call, const XrInstanceCreateInfo* info, XrInstance
 }
 
 XrResult destroyInstance(Call& call, XrInstance handle) {
-    Instance& instance = call.live<Instance>(handle);
+    Instance& instance = call.evenLost<Instance>(handle);
     if (!instance.capture_folder.empty()) writeStatistics(instance);
     const Statistics& counts = instance.statistics;
     post(call, instance,
@@ -199,9 +202,6 @@ XrResult getSystem(Call& call, XrInstance handle, const XrSystemGetInfo* info, X
     call.live<Instance>(handle);
     requireStruct(info, XR_TYPE_SYSTEM_GET_INFO);
     require(system != nullptr, XR_ERROR_VALIDATION_FAILURE, "systemId is null");
-    require(info->formFactor == XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY ||
-                info->formFactor == XR_FORM_FACTOR_HANDHELD_DISPLAY,
-            XR_ERROR_VALIDATION_FAILURE, "formFactor is no known value");
     require(info->formFactor == XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY, XR_ERROR_FORM_FACTOR_UNSUPPORTED,
             "only a head-mounted display is offered");
     *system = kSystemId;
@@ -262,8 +262,8 @@ XrResult enumerateViewConfigurationViews(Call& call, XrInstance handle, XrSystem
     return twoCall(capacity, count, out, kEyes, [&](int, XrViewConfigurationView& view) {
         view.recommendedImageRectWidth = instance.scenario.width;
         view.recommendedImageRectHeight = instance.scenario.height;
-        view.maxImageRectWidth = kMaxImageSize;
-        view.maxImageRectHeight = kMaxImageSize;
+        view.maxImageRectWidth = std::max(instance.scenario.width, kMaxViewSize);
+        view.maxImageRectHeight = std::max(instance.scenario.height, kMaxViewSize);
         view.recommendedSwapchainSampleCount = 1;
         view.maxSwapchainSampleCount = 1;
     });

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <memory>
 
 #include "api.h"
@@ -28,9 +29,13 @@ void enter(Session& session, XrSessionState state, std::int64_t now_ns) {
 
 const XrGraphicsBindingVulkanKHR& checkBinding(const Instance& instance, const XrSessionCreateInfo& info) {
     const auto* binding =
-        findInChain<XrGraphicsBindingVulkanKHR>(info.next, XR_TYPE_GRAPHICS_BINDING_VULKAN2_KHR);
-    require(binding != nullptr && instance.extensions.contains(XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME),
+        findInChain<XrGraphicsBindingVulkanKHR>(info.next, XR_TYPE_GRAPHICS_BINDING_VULKAN_KHR);
+    require(binding != nullptr && (instance.extensions.contains(XR_KHR_VULKAN_ENABLE_EXTENSION_NAME) ||
+                                   instance.extensions.contains(XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)),
             XR_ERROR_GRAPHICS_DEVICE_INVALID, "a Vulkan graphics binding is needed");
+    require(findInChain<XrGraphicsBindingVulkanKHR>(binding->next, XR_TYPE_GRAPHICS_BINDING_VULKAN_KHR) ==
+                nullptr,
+            XR_ERROR_GRAPHICS_DEVICE_INVALID, "a session has one graphics binding");
     require(instance.graphics_requirements_asked, XR_ERROR_GRAPHICS_REQUIREMENTS_CALL_MISSING,
             "xrGetVulkanGraphicsRequirements2KHR was not called");
     require(binding->device != VK_NULL_HANDLE, XR_ERROR_GRAPHICS_DEVICE_INVALID, "the VkDevice is null");
@@ -43,14 +48,21 @@ const VulkanInstance& checkVulkanInstance(const Instance& instance,
         if (each.instance != binding.instance) continue;
         require(each.physical_device != VK_NULL_HANDLE && each.physical_device == binding.physicalDevice,
                 XR_ERROR_GRAPHICS_DEVICE_INVALID, "not the device that xrGetVulkanGraphicsDevice2KHR named");
+        const bool may_be_foreign = instance.extensions.contains(XR_KHR_VULKAN_ENABLE_EXTENSION_NAME);
+        require(may_be_foreign ||
+                    std::find(each.devices.begin(), each.devices.end(), binding.device) != each.devices.end(),
+                XR_ERROR_GRAPHICS_DEVICE_INVALID, "the VkDevice was not made by xrCreateVulkanDeviceKHR");
         return each;
     }
-    refuse(XR_ERROR_GRAPHICS_DEVICE_INVALID, "the VkInstance was not made by xrCreateVulkanInstanceKHR");
+    refuse(XR_ERROR_GRAPHICS_DEVICE_INVALID,
+           "the VkInstance was neither made by xrCreateVulkanInstanceKHR nor given to "
+           "xrGetVulkanGraphicsDeviceKHR");
 }
 
 }  // namespace
 
 void advance(Session& session, std::int64_t now_ns, bool frame_ended) {
+    if (session.loss != Loss::none) return;
     bool may_rise = frame_ended;
     while (const auto next = nextState(session.progress, currentTarget(session, now_ns))) {
         if (isRise(session.progress.state, *next) &&
@@ -82,7 +94,7 @@ XrResult createSession(Call& call, XrInstance handle, const XrSessionCreateInfo*
 }
 
 XrResult destroySession(Call& call, XrSession handle) {
-    runtime().handles.destroy(call.live<Session>(handle));
+    runtime().handles.destroy(call.evenLost<Session>(handle));
     runtime().changed.notify_all();
     return XR_SUCCESS;
 }
@@ -96,7 +108,10 @@ XrResult beginSession(Call& call, XrSession handle, const XrSessionBeginInfo* in
             "the session is not READY");
     session.progress.running = true;
     session.progress.frame_ended = false;
+    ++session.run;
+    const std::int64_t last_display_ns = session.frames.last_display_ns;
     session.frames = {};
+    session.frames.last_display_ns = last_display_ns;
     return XR_SUCCESS;
 }
 

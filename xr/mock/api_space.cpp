@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <array>
 #include <memory>
+#include <vector>
 
 #include "api.h"
 #include "objects.h"
@@ -11,20 +13,22 @@ namespace xrmock {
 
 namespace {
 
-constexpr std::array kReferenceSpaces{XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
-                                      XR_REFERENCE_SPACE_TYPE_STAGE};
+std::vector<XrReferenceSpaceType> referenceSpaces(const Instance& instance) {
+    std::vector<XrReferenceSpaceType> types{XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
+                                            XR_REFERENCE_SPACE_TYPE_STAGE};
+    if (instance.extensions.contains(XR_EXT_LOCAL_FLOOR_EXTENSION_NAME)) {
+        types.push_back(XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT);
+    }
+    return types;
+}
 
 constexpr XrSpaceLocationFlags kLocated =
     XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT |
     XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
 
-void requireReferenceSpace(XrReferenceSpaceType type) {
-    const bool offered =
-        std::find(kReferenceSpaces.begin(), kReferenceSpaces.end(), type) != kReferenceSpaces.end();
-    const bool known = offered || type == XR_REFERENCE_SPACE_TYPE_UNBOUNDED_MSFT ||
-                       type == XR_REFERENCE_SPACE_TYPE_COMBINED_EYE_VARJO;
-    require(known, XR_ERROR_VALIDATION_FAILURE, "the reference space type is no known value");
-    require(offered, XR_ERROR_REFERENCE_SPACE_UNSUPPORTED, "only VIEW, LOCAL and STAGE are offered");
+bool offersReferenceSpace(const Instance& instance, XrReferenceSpaceType type) {
+    const auto offered = referenceSpaces(instance);
+    return std::find(offered.begin(), offered.end(), type) != offered.end();
 }
 
 XrVector3f vectorOf(const Vec3& v) {
@@ -35,8 +39,8 @@ XrVector3f vectorOf(const Vec3& v) {
 
 XrResult enumerateReferenceSpaces(Call& call, XrSession handle, std::uint32_t capacity, std::uint32_t* count,
                                   XrReferenceSpaceType* types) {
-    call.live<Session>(handle);
-    return twoCall(capacity, count, types, kReferenceSpaces);
+    const Session& session = call.live<Session>(handle);
+    return twoCall(capacity, count, types, referenceSpaces(session.instance));
 }
 
 XrResult createReferenceSpace(Call& call, XrSession handle, const XrReferenceSpaceCreateInfo* info,
@@ -44,7 +48,8 @@ XrResult createReferenceSpace(Call& call, XrSession handle, const XrReferenceSpa
     Session& session = call.live<Session>(handle);
     requireStruct(info, XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
     require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "space is null");
-    requireReferenceSpace(info->referenceSpaceType);
+    require(offersReferenceSpace(session.instance, info->referenceSpaceType),
+            XR_ERROR_REFERENCE_SPACE_UNSUPPORTED, "the session has no such reference space");
     require(isValid(info->poseInReferenceSpace), XR_ERROR_POSE_INVALID, "poseInReferenceSpace is not a pose");
     auto space = std::make_unique<Space>(session);
     space->reference = info->referenceSpaceType;
@@ -57,10 +62,14 @@ XrResult getReferenceSpaceBoundsRect(Call& call, XrSession handle, XrReferenceSp
                                      XrExtent2Df* bounds) {
     const Session& session = call.live<Session>(handle);
     require(bounds != nullptr, XR_ERROR_VALIDATION_FAILURE, "bounds is null");
-    requireReferenceSpace(type);
+    // Every core type is offered: the others are values of extensions that are not enabled, or none.
+    require(offersReferenceSpace(session.instance, type), XR_ERROR_VALIDATION_FAILURE,
+            "the session has no such reference space");
     *bounds = {0, 0};
-    if (type != XR_REFERENCE_SPACE_TYPE_STAGE) return XR_SPACE_BOUNDS_UNAVAILABLE;
     const auto& size_m = session.instance.scenario.stage_bounds_m;
+    if (type != XR_REFERENCE_SPACE_TYPE_STAGE || size_m[0] <= 0 || size_m[1] <= 0) {
+        return XR_SPACE_BOUNDS_UNAVAILABLE;
+    }
     *bounds = {static_cast<float>(size_m[0]), static_cast<float>(size_m[1])};
     return XR_SUCCESS;
 }
@@ -70,6 +79,8 @@ XrResult createActionSpace(Call& call, XrSession handle, const XrActionSpaceCrea
     requireStruct(info, XR_TYPE_ACTION_SPACE_CREATE_INFO);
     require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "space is null");
     const Action& action = call.live<Action>(info->action);
+    require(&action.set.instance == &session.instance, XR_ERROR_VALIDATION_FAILURE,
+            "the action is of another instance");
     require(action.action_type == XR_ACTION_TYPE_POSE_INPUT, XR_ERROR_ACTION_TYPE_MISMATCH,
             "only a pose action has a space");
     requireSubaction(session.instance, action, info->subactionPath);
@@ -106,7 +117,7 @@ XrResult locateSpace(Call& call, XrSpace space_handle, XrSpace base_handle, XrTi
 }
 
 XrResult destroySpace(Call& call, XrSpace handle) {
-    runtime().handles.destroy(call.live<Space>(handle));
+    runtime().handles.destroy(call.evenLost<Space>(handle));
     return XR_SUCCESS;
 }
 

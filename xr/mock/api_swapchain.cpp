@@ -74,7 +74,7 @@ XrResult createSwapchain(Call& call, XrSession handle, const XrSwapchainCreateIn
 }
 
 XrResult destroySwapchain(Call& call, XrSwapchain handle) {
-    runtime().handles.destroy(call.live<Swapchain>(handle));
+    runtime().handles.destroy(call.evenLost<Swapchain>(handle));
     return XR_SUCCESS;
 }
 

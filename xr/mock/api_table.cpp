@@ -36,7 +36,9 @@ Row row(const char* extension = nullptr) {
     return {kName.text, extension, reinterpret_cast<PFN_xrVoidFunction>(&Entry<kName, kFunction>::call)};
 }
 
-constexpr const char* kVulkan = XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME;
+constexpr const char* kVulkan = XR_KHR_VULKAN_ENABLE_EXTENSION_NAME;
+constexpr const char* kVulkan2 = XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME;
+constexpr const char* kTimespec = XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME;
 constexpr const char* kDebug = XR_EXT_DEBUG_UTILS_EXTENSION_NAME;
 
 const Row kRows[] = {
@@ -95,10 +97,16 @@ const Row kRows[] = {
     row<"xrGetInputSourceLocalizedName", getInputSourceLocalizedName>(),
     row<"xrApplyHapticFeedback", applyHapticFeedback>(),
     row<"xrStopHapticFeedback", stopHapticFeedback>(),
-    row<"xrCreateVulkanInstanceKHR", createVulkanInstance>(kVulkan),
-    row<"xrCreateVulkanDeviceKHR", createVulkanDevice>(kVulkan),
-    row<"xrGetVulkanGraphicsDevice2KHR", getVulkanGraphicsDevice2>(kVulkan),
-    row<"xrGetVulkanGraphicsRequirements2KHR", getVulkanGraphicsRequirements2>(kVulkan),
+    row<"xrGetVulkanInstanceExtensionsKHR", getVulkanInstanceExtensions>(kVulkan),
+    row<"xrGetVulkanDeviceExtensionsKHR", getVulkanDeviceExtensions>(kVulkan),
+    row<"xrGetVulkanGraphicsDeviceKHR", getVulkanGraphicsDevice>(kVulkan),
+    row<"xrGetVulkanGraphicsRequirementsKHR", getVulkanGraphicsRequirements>(kVulkan),
+    row<"xrCreateVulkanInstanceKHR", createVulkanInstance>(kVulkan2),
+    row<"xrCreateVulkanDeviceKHR", createVulkanDevice>(kVulkan2),
+    row<"xrGetVulkanGraphicsDevice2KHR", getVulkanGraphicsDevice2>(kVulkan2),
+    row<"xrGetVulkanGraphicsRequirements2KHR", getVulkanGraphicsRequirements>(kVulkan2),
+    row<"xrConvertTimespecTimeToTimeKHR", convertTimespecTimeToTime>(kTimespec),
+    row<"xrConvertTimeToTimespecTimeKHR", convertTimeToTimespecTime>(kTimespec),
     row<"xrSetDebugUtilsObjectNameEXT", setDebugUtilsObjectName>(kDebug),
     row<"xrCreateDebugUtilsMessengerEXT", createDebugUtilsMessenger>(kDebug),
     row<"xrDestroyDebugUtilsMessengerEXT", destroyDebugUtilsMessenger>(kDebug),
@@ -121,7 +129,7 @@ XrResult lookUp(Call& call, XrInstance handle, const char* name, PFN_xrVoidFunct
     *function = nullptr;
     require(name != nullptr, XR_ERROR_VALIDATION_FAILURE, "name is null");
     if (handle == XR_NULL_HANDLE && !needsNoInstance(name)) return XR_ERROR_HANDLE_INVALID;
-    const Instance* instance = handle == XR_NULL_HANDLE ? nullptr : &call.live<Instance>(handle);
+    const Instance* instance = handle == XR_NULL_HANDLE ? nullptr : &call.evenLost<Instance>(handle);
     for (const Row& each : kRows) {
         if (std::strcmp(each.name, name) != 0) continue;
         if (each.extension != nullptr && !instance->extensions.contains(each.extension)) break;

@@ -4,6 +4,8 @@
 #include <new>
 #include <stdexcept>
 
+#include "objects.h"
+
 namespace xrmock {
 
 void refuse(XrResult result, std::string reason) {
@@ -20,13 +22,27 @@ std::int64_t monotonicNs() {
     return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+void Call::requireNotLost(const Object& object) {
+    for (const Object* each = &object; each != nullptr; each = each->parent) {
+        if (each->type == XR_OBJECT_TYPE_SESSION) {
+            const Loss loss = static_cast<const Session*>(each)->loss;
+            require(loss != Loss::lost, XR_ERROR_SESSION_LOST, "the session is lost");
+            loss_pending = loss_pending || loss == Loss::pending;
+        } else if (each->type == XR_OBJECT_TYPE_INSTANCE) {
+            require(static_cast<const Instance*>(each)->conditions.loss != Loss::lost, XR_ERROR_INSTANCE_LOST,
+                    "the instance is lost");
+        }
+    }
+}
+
 namespace detail {
 
 namespace {
 
 XrResult runBody(Call& call, XrResult (*body)(Call&, void*), void* arguments) {
     try {
-        return body(call, arguments);
+        const XrResult result = body(call, arguments);
+        return XR_SUCCEEDED(result) && call.loss_pending ? XR_SESSION_LOSS_PENDING : result;
     } catch (const Refused& refused) {
         reportRefusal(call, refused.result, refused.reason);
         return refused.result;

@@ -53,14 +53,29 @@ class Call {
     explicit Call(const char* function_name)
         : function(function_name), now_ns(monotonicNs()), lock(runtime().mutex) {}
 
-    // The live object behind a handle of exactly this type.
+    // The live object behind a handle of exactly this type, of an instance and a session that are not lost.
     template <class T, class Handle>
     T& live(Handle handle) {
+        T& found = evenLost<T>(handle);
+        requireNotLost(found);
+        return found;
+    }
+    // The same for destruction and look-up, which go on after a loss.
+    template <class T, class Handle>
+    T& evenLost(Handle handle) {
         Object* found = runtime().handles.find(numberOf(handle));
         require(found != nullptr && found->type == T::kType, XR_ERROR_HANDLE_INVALID,
                 "a handle is not a live handle of its type");
         if (subject == 0) subject = found->handle;
         return static_cast<T&>(*found);
+    }
+    // Runs what may take long or call back without the lock. What was looked up before may be gone after.
+    template <class Work>
+    auto unlocked(Work work) {
+        lock.unlock();
+        auto result = work();
+        lock.lock();
+        return result;
     }
     template <class T>
     T& create(std::unique_ptr<T> object, Object* parent) {
@@ -70,8 +85,12 @@ class Call {
     const char* function;
     std::int64_t now_ns;
     std::uint64_t subject = 0;  // the first handle the call named: the object its messages are about
+    bool loss_pending = false;  // a session that the call named: every success is XR_SESSION_LOSS_PENDING
     std::vector<Delivery> deliveries;
     std::unique_lock<std::mutex> lock;
+
+  private:
+    void requireNotLost(const Object& object);
 };
 
 namespace detail {

@@ -8,17 +8,14 @@ FramePlan planFrame(const FrameLoop& loop, const Clock& clock, std::int64_t now_
             clock.virtual_now_ns < kVirtualStartNs ? kVirtualStartNs : clock.virtual_now_ns + period_ns;
         return {now_ns, display_ns, 0};
     }
-    // An application gets one period from the return of xrWaitFrame to the refresh.
-    const std::int64_t reachable = (now_ns - clock.origin_ns) / period_ns + 1;
-    if (loop.last_display_ns == 0) {
-        const std::int64_t display_ns = clock.origin_ns + (reachable + 1) * period_ns;
-        return {display_ns - period_ns, display_ns, 0};
-    }
+    // An application gets one period from the return of xrWaitFrame to the refresh. One that is late by less
+    // than a period still starts at once, as compositors let it.
+    const std::int64_t reachable = (now_ns - clock.origin_ns) / period_ns + (loop.paced ? 1 : 2);
     const std::int64_t next = (loop.last_display_ns - clock.origin_ns) / period_ns + 1;
-    // One that is late by less than a period still starts at once, as compositors let it.
     const std::int64_t refresh = next > reachable ? next : reachable;
     const std::int64_t display_ns = clock.origin_ns + refresh * period_ns;
-    return {display_ns - period_ns, display_ns, static_cast<std::uint64_t>(refresh - next)};
+    const std::int64_t missed = loop.paced ? refresh - next : 0;
+    return {display_ns - period_ns, display_ns, static_cast<std::uint64_t>(missed)};
 }
 
 }  // namespace xrmock

@@ -27,10 +27,11 @@ struct FramePlan {
 };
 
 struct FrameLoop {
-    bool waiting = false;  // a thread is inside xrWaitFrame
-    bool waited = false;   // a frame was waited for and not yet begun
-    bool begun = false;    // a frame was begun and not yet ended
-    std::int64_t last_display_ns = 0;
+    bool waiting = false;              // a thread is inside xrWaitFrame
+    bool waited = false;               // a frame was waited for and not yet begun
+    bool begun = false;                // a frame was begun and not yet ended
+    bool paced = false;                // a frame was waited for since xrBeginSession
+    std::int64_t last_display_ns = 0;  // grows over all runs of a session
 };
 
 constexpr std::int64_t kVirtualStartNs = 1'000'000'000;

@@ -46,7 +46,8 @@ struct Instance : Object {
     Scenario scenario;
     Conditions conditions;
     Clock clock;
-    std::string capture_folder;  // empty: nothing is captured
+    std::int64_t created_ns = 0;  // CLOCK_MONOTONIC
+    std::string capture_folder;   // empty: nothing is captured
     EventQueue events;
     PathTable paths;
     std::map<std::string, std::vector<SuggestedBinding>, std::less<>> suggestions;  // by profile
@@ -79,6 +80,7 @@ struct Session : Object {
     Instance& instance;
     VulkanDevice device;
     SessionProgress progress;
+    std::uint64_t run = 0;  // counts xrBeginSession: calls that wait belong to one run
     Loss loss = Loss::none;
     bool exit_requested = false;
     std::uint64_t frames_submitted = 0;

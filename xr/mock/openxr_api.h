@@ -4,8 +4,11 @@
 #define XR_NO_PROTOTYPES
 #define VK_NO_PROTOTYPES
 #define XR_USE_GRAPHICS_API_VULKAN
+#define XR_USE_TIMESPEC
 
 #include <vulkan/vulkan.h>
+
+#include <time.h>
 
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>

@@ -1,5 +1,10 @@
 #include "spaces.h"
 
+#include <algorithm>
+#include <limits>
+
+#include "openxr_later.h"
+
 namespace xrmock {
 
 Pose stageFromHead(const Instance& instance, std::int64_t time_ns) {
@@ -8,6 +13,12 @@ Pose stageFromHead(const Instance& instance, std::int64_t time_ns) {
 
 Pose stageFromLocal(const Instance& instance, std::int64_t time_ns) {
     return originAt(instance.conditions.local, time_ns);
+}
+
+Pose stageFromLocalFloor(const Instance& instance, std::int64_t time_ns) {
+    Pose floor = stageFromLocal(instance, time_ns);
+    floor.position[1] = originAt(instance.conditions.stage, time_ns).position[1];
+    return floor;
 }
 
 std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns) {
@@ -19,13 +30,15 @@ std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns
 
 std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns) {
     const Instance& instance = space.session.instance;
-    switch (space.reference) {
+    switch (int{space.reference}) {
         case XR_REFERENCE_SPACE_TYPE_VIEW:
             return stageFromHead(instance, time_ns) * space.origin_from_space;
         case XR_REFERENCE_SPACE_TYPE_LOCAL:
             return stageFromLocal(instance, time_ns) * space.origin_from_space;
         case XR_REFERENCE_SPACE_TYPE_STAGE:
             return originAt(instance.conditions.stage, time_ns) * space.origin_from_space;
+        case XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT:
+            return stageFromLocalFloor(instance, time_ns) * space.origin_from_space;
         default:
             break;
     }
@@ -45,6 +58,7 @@ std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::in
 std::optional<Velocity> velocityInBase(const Space& base, const Space& space, std::int64_t time_ns) {
     constexpr std::int64_t kStepNs = 500'000;  // central difference over a millisecond
     constexpr double kPerSecond = 1e9 / (2.0 * kStepNs);
+    time_ns = std::min(time_ns, std::numeric_limits<std::int64_t>::max() - kStepNs);
     const std::optional<Pose> before = baseFromSpace(base, space, time_ns - kStepNs);
     const std::optional<Pose> after = baseFromSpace(base, space, time_ns + kStepNs);
     if (!before || !after) return std::nullopt;

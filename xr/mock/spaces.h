@@ -12,6 +12,8 @@ namespace xrmock {
 Pose stageFromHead(const Instance& instance, std::int64_t time_ns);
 // LOCAL stands where the head is at scenario time 0, upright, until it is recentred.
 Pose stageFromLocal(const Instance& instance, std::int64_t time_ns);
+// XR_EXT_local_floor: LOCAL let down to the floor of STAGE.
+Pose stageFromLocalFloor(const Instance& instance, std::int64_t time_ns);
 std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns);
 
 // Nothing for the space of an action without an active device.

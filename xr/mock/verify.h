@@ -36,12 +36,11 @@ inline void requireSystem(XrSystemId system) {
     require(system == kSystemId, XR_ERROR_SYSTEM_INVALID, "the system id was not given out by xrGetSystem");
 }
 
+// Values of extensions that are not offered are no values.
 inline void requireViewConfiguration(XrViewConfigurationType type) {
-    require(type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_MONO ||
-                type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO ||
-                type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_QUAD_VARJO ||
-                type == XR_VIEW_CONFIGURATION_TYPE_SECONDARY_MONO_FIRST_PERSON_OBSERVER_MSFT,
-            XR_ERROR_VALIDATION_FAILURE, "the view configuration type is no known value");
+    require(
+        type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_MONO || type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO,
+        XR_ERROR_VALIDATION_FAILURE, "the view configuration type is no known value");
     require(type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED,
             "only primary stereo is offered");
 }
@@ -66,16 +65,17 @@ inline void requireSubaction(const Instance& instance, const Action& action, XrP
             XR_ERROR_PATH_UNSUPPORTED, "the action was created without this subaction path");
 }
 
+constexpr XrDebugUtilsMessageSeverityFlagsEXT kAllSeverities =
+    XR_DEBUG_UTILS_MESSAGE_SEVERITY_VERBOSE_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT |
+    XR_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+constexpr XrDebugUtilsMessageTypeFlagsEXT kAllTypes =
+    XR_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+    XR_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_TYPE_CONFORMANCE_BIT_EXT;
+
 inline void checkMessenger(const XrDebugUtilsMessengerCreateInfoEXT& info) {
-    constexpr auto kSeverities =
-        XR_DEBUG_UTILS_MESSAGE_SEVERITY_VERBOSE_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT |
-        XR_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
-    constexpr auto kTypes =
-        XR_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-        XR_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_TYPE_CONFORMANCE_BIT_EXT;
-    require(info.messageSeverities != 0 && (info.messageSeverities & ~kSeverities) == 0,
+    require(info.messageSeverities != 0 && (info.messageSeverities & ~kAllSeverities) == 0,
             XR_ERROR_VALIDATION_FAILURE, "messageSeverities is empty or has unknown bits");
-    require(info.messageTypes != 0 && (info.messageTypes & ~kTypes) == 0, XR_ERROR_VALIDATION_FAILURE,
+    require(info.messageTypes != 0 && (info.messageTypes & ~kAllTypes) == 0, XR_ERROR_VALIDATION_FAILURE,
             "messageTypes is empty or has unknown bits");
     require(info.userCallback != nullptr, XR_ERROR_VALIDATION_FAILURE, "userCallback is null");
 }

@@ -1,5 +1,7 @@
 #include "vulkan_device.h"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -55,9 +57,41 @@ VkPhysicalDevice choosePhysicalDevice(const VulkanInstance& vulkan) {
     return best == devices.end() ? VK_NULL_HANDLE : *best;
 }
 
+PFN_vkGetInstanceProcAddr loaderInUse() {
+    constexpr const char* kName = "vkGetInstanceProcAddr";
+    void* found = dlsym(RTLD_DEFAULT, kName);
+    if (found == nullptr) {
+        // Kept open for good: the application holds it already.
+        void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+        if (library != nullptr) found = dlsym(library, kName);
+    }
+    return reinterpret_cast<PFN_vkGetInstanceProcAddr>(found);
+}
+
+namespace {
+
+void checkQueue(const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& binding) {
+    const auto families_of = instanceFunction<PFN_vkGetPhysicalDeviceQueueFamilyProperties>(
+        vulkan, "vkGetPhysicalDeviceQueueFamilyProperties");
+    std::uint32_t count = 0;
+    families_of(binding.physicalDevice, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    families_of(binding.physicalDevice, &count, families.data());
+    require(binding.queueFamilyIndex < count &&
+                binding.queueIndex < families[binding.queueFamilyIndex].queueCount,
+            XR_ERROR_GRAPHICS_DEVICE_INVALID, "the GPU has no such queue");
+}
+
+}  // namespace
+
 VulkanDevice::VulkanDevice(const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& binding)
     : VulkanDevice() {  // from here on the destructor frees what was made
+    checkQueue(vulkan, binding);
     physical_device = binding.physicalDevice;
+    VkPhysicalDeviceProperties properties;
+    instanceFunction<PFN_vkGetPhysicalDeviceProperties>(vulkan, "vkGetPhysicalDeviceProperties")(
+        physical_device, &properties);
+    api_version = std::min(vulkan.api_version, properties.apiVersion);
     const auto device_proc = instanceFunction<PFN_vkGetDeviceProcAddr>(vulkan, "vkGetDeviceProcAddr");
 #define XRMOCK_LOAD(name)                                                    \
     name = reinterpret_cast<PFN_##name>(device_proc(binding.device, #name)); \
@@ -96,7 +130,8 @@ VulkanDevice::VulkanDevice(VulkanDevice&& other) noexcept
       pool(other.pool),
       commands(other.commands),
       fence(other.fence),
-      memory(other.memory) {
+      memory(other.memory),
+      api_version(other.api_version) {
 }
 
 VulkanDevice::~VulkanDevice() {
@@ -170,7 +205,7 @@ VkImageAspectFlags aspectOf(VkFormat format) {
 
 namespace {
 
-VkImageCreateInfo imageInfo(const XrSwapchainCreateInfo& info) {
+VkImageCreateInfo imageInfo(const VulkanDevice& device, const XrSwapchainCreateInfo& info) {
     VkImageCreateInfo image{};
     image.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
     image.imageType = VK_IMAGE_TYPE_2D;
@@ -194,7 +229,8 @@ VkImageCreateInfo imageInfo(const XrSwapchainCreateInfo& info) {
     if ((info.usageFlags & XR_SWAPCHAIN_USAGE_MUTABLE_FORMAT_BIT) != 0) {
         image.flags |= VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT;
     }
-    if ((info.usageFlags & XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT) != 0) {
+    if ((info.usageFlags & XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT) != 0 && device.hasExtendedUsage() &&
+        !device.formatSupports(image.format, VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT)) {
         // sRGB formats have no storage images; a linear view of one may.
         image.flags |= VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT | VK_IMAGE_CREATE_EXTENDED_USAGE_BIT;
     }
@@ -214,7 +250,7 @@ SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCre
 SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCreateInfo& info,
                                  std::uint32_t count)
     : SwapchainImages(owner, info) {  // from here on the destructor frees what was made
-    const VkImageCreateInfo image_info = imageInfo(info);
+    const VkImageCreateInfo image_info = imageInfo(owner, info);
     VkImageFormatProperties limits;
     const VkResult supported = device->vkGetPhysicalDeviceImageFormatProperties(
         device->physical_device, format, image_info.imageType, image_info.tiling, image_info.usage,

@@ -9,12 +9,19 @@
 
 namespace xrmock {
 
-// A VkInstance made through xrCreateVulkanInstanceKHR.
+// A VkInstance that the application told of: made through xrCreateVulkanInstanceKHR, or given to
+// xrGetVulkanGraphicsDeviceKHR.
 struct VulkanInstance {
     VkInstance instance;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr;
-    VkPhysicalDevice physical_device = VK_NULL_HANDLE;  // chosen by xrGetVulkanGraphicsDevice2KHR
+    std::uint32_t api_version = VK_API_VERSION_1_0;     // that it was made for, as far as is known
+    VkPhysicalDevice physical_device = VK_NULL_HANDLE;  // chosen by xrGetVulkanGraphicsDevice(2)KHR
+    bool made_here = true;                              // through XR_KHR_vulkan_enable2
+    std::vector<VkDevice> devices{};                    // made here
 };
+
+// The loader that the process has in use: XR_KHR_vulkan_enable does not say which. Null without any.
+PFN_vkGetInstanceProcAddr loaderInUse();
 
 // The GPU that the runtime asks for: a discrete one before an integrated one before the others. Null without
 // any.
@@ -68,6 +75,8 @@ struct VulkanDevice {
     }
     std::uint32_t memoryType(std::uint32_t allowed, VkMemoryPropertyFlags wanted) const;
     bool formatSupports(VkFormat format, VkFormatFeatureFlags features) const;
+    // Images may have uses that only another format of their views has (Vulkan 1.1).
+    bool hasExtendedUsage() const { return api_version >= VK_API_VERSION_1_1; }
 
 #define XRMOCK_DECLARE(name) PFN_##name name = nullptr;
     XRMOCK_VULKAN_FUNCTIONS(XRMOCK_DECLARE)
@@ -82,6 +91,7 @@ struct VulkanDevice {
     VkCommandBuffer commands = VK_NULL_HANDLE;
     VkFence fence = VK_NULL_HANDLE;
     VkPhysicalDeviceMemoryProperties memory{};
+    std::uint32_t api_version = VK_API_VERSION_1_0;  // of the instance and the GPU together
 
   private:
     void beginCommands();

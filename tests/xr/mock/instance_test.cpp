@@ -118,7 +118,7 @@ TEST_F(Instance, DescribesOneStereoSystem) {
     XrSystemGetInfo get_info{XR_TYPE_SYSTEM_GET_INFO, nullptr, XR_FORM_FACTOR_HANDHELD_DISPLAY};
     EXPECT_EQ(xrGetSystem(instance_, &get_info, &other), XR_ERROR_FORM_FACTOR_UNSUPPORTED);
     get_info.formFactor = static_cast<XrFormFactor>(99);
-    EXPECT_EQ(xrGetSystem(instance_, &get_info, &other), XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(xrGetSystem(instance_, &get_info, &other), XR_ERROR_FORM_FACTOR_UNSUPPORTED);
     auto properties = structOf<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
     EXPECT_EQ(xrGetSystemProperties(instance_, system_ + 1, &properties), XR_ERROR_SYSTEM_INVALID);
     ASSERT_EQ(xrGetSystemProperties(instance_, system_, &properties), XR_SUCCESS);

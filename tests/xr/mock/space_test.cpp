@@ -113,7 +113,7 @@ TEST_F(Space, RefusesBadPosesTypesAndTimes) {
     info.referenceSpaceType = XR_REFERENCE_SPACE_TYPE_UNBOUNDED_MSFT;
     EXPECT_EQ(xrCreateReferenceSpace(session_, &info, &space), XR_ERROR_REFERENCE_SPACE_UNSUPPORTED);
     info.referenceSpaceType = static_cast<XrReferenceSpaceType>(12345);
-    EXPECT_EQ(xrCreateReferenceSpace(session_, &info, &space), XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(xrCreateReferenceSpace(session_, &info, &space), XR_ERROR_REFERENCE_SPACE_UNSUPPORTED);
     auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
     EXPECT_EQ(xrLocateSpace(stage_, stage_, 0, &location), XR_ERROR_TIME_INVALID);
     EXPECT_EQ(xrLocateSpace(stage_, XR_NULL_HANDLE, 1, &location), XR_ERROR_HANDLE_INVALID);

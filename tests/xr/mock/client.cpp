@@ -27,6 +27,17 @@ bool hasValidationLayer() {
 
 }  // namespace
 
+std::vector<std::string> offeredExtensions() {
+    std::uint32_t count = 0;
+    EXPECT_EQ(xrEnumerateInstanceExtensionProperties(nullptr, 0, &count, nullptr), XR_SUCCESS);
+    std::vector<XrExtensionProperties> extensions(count, {XR_TYPE_EXTENSION_PROPERTIES, nullptr, "", 0});
+    EXPECT_EQ(xrEnumerateInstanceExtensionProperties(nullptr, count, &count, extensions.data()), XR_SUCCESS);
+    std::vector<std::string> names;
+    for (const auto& extension : extensions)
+        names.emplace_back(extension.extensionName);
+    return names;
+}
+
 void MockTest::SetUp() {
     setVariable("XRMOCK_CLOCK", "virtual");
     setVariable("XRMOCK_CAPTURE", folder_.path().string());
@@ -60,12 +71,15 @@ void MockTest::setScript(const std::string& json) {
 }
 
 XrResult MockTest::tryInstance(const void* next) {
-    const std::array extensions{XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME, XR_EXT_DEBUG_UTILS_EXTENSION_NAME};
+    const std::vector<std::string> names = extensions_.empty() ? offeredExtensions() : extensions_;
+    std::vector<const char*> extensions;
+    for (const std::string& name : names)
+        extensions.push_back(name.c_str());
     auto info = structOf<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
     info.next = next;
     std::strcpy(info.applicationInfo.applicationName, "mock test");
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 0);
-    info.enabledExtensionCount = extensions.size();
+    info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
     info.enabledExtensionNames = extensions.data();
     return xrCreateInstance(&info, &instance_);
 }

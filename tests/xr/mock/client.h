@@ -2,6 +2,8 @@
 #pragma once
 
 #define XR_USE_GRAPHICS_API_VULKAN
+#define XR_USE_TIMESPEC
+#include <time.h>
 #include <vulkan/vulkan.h>
 
 #include <openxr/openxr.h>
@@ -36,6 +38,9 @@ Struct structOf(XrStructureType type) {
 
 constexpr XrPosef kIdentity{{0, 0, 0, 1}, {0, 0, 0}};
 
+// What the runtime and the loader offer together.
+std::vector<std::string> offeredExtensions();
+
 struct Swapchain {
     XrSwapchain handle = XR_NULL_HANDLE;
     std::vector<VkImage> images;
@@ -53,7 +58,7 @@ class MockTest : public testing::Test {
     void setScript(const std::string& json);
     std::filesystem::path file(const std::string& name) const { return folder_ / name; }
 
-    XrResult tryInstance(const void* next = nullptr);  // xrCreateInstance with all extensions
+    XrResult tryInstance(const void* next = nullptr);  // xrCreateInstance
     void start();                                      // instance and system
     void startVulkan();                                // and Vulkan instance, physical device, device, queue
     void startSession();                               // and a session, with a STAGE space
@@ -80,6 +85,7 @@ class MockTest : public testing::Test {
     XrGraphicsBindingVulkan2KHR binding() const;
     XrResult trySession(const void* binding, XrSession* session);
 
+    std::vector<std::string> extensions_;  // for tryInstance; empty: all that are offered
     XrInstance instance_ = XR_NULL_HANDLE;
     XrSystemId system_ = XR_NULL_SYSTEM_ID;
     XrSession session_ = XR_NULL_HANDLE;

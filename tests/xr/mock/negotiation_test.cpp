@@ -158,6 +158,8 @@ TEST_F(Negotiation, EveryCoreFunctionIsThere) {
     EXPECT_NE(instance, other);
     ASSERT_EQ(request_.getInstanceProcAddr(instance, "xrDestroyInstance", &function), XR_SUCCESS);
     const auto destroy = reinterpret_cast<PFN_xrDestroyInstance>(function);
+    EXPECT_EQ(destroy(XR_NULL_HANDLE), XR_ERROR_HANDLE_INVALID);
+    EXPECT_EQ(destroy(reinterpret_cast<XrInstance>(~std::uintptr_t{0})), XR_ERROR_HANDLE_INVALID);
     EXPECT_EQ(destroy(instance), XR_SUCCESS);
     EXPECT_EQ(destroy(instance), XR_ERROR_HANDLE_INVALID);
     EXPECT_EQ(destroy(other), XR_SUCCESS);

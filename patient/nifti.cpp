@@ -134,9 +134,16 @@ Decoder decoderOf(NiftiType type) {
 
 template <typename T>
 constexpr NiftiType kTypeOf = sizeof(T) == 1 ? NiftiType::uint8 : NiftiType::int16;
+template <>
+constexpr NiftiType kTypeOf<float> = NiftiType::float32;
 
 template <typename T>
 T toVoxel(const std::filesystem::path& file, double value) {
+    if constexpr (std::is_same_v<T, float>) {
+        if (!(std::abs(value) <= double(std::numeric_limits<float>::max())))
+            throw DataError(file, "voxels", "a value is out of range or not a number");
+        return float(value);
+    }
     constexpr double kLow = double(std::numeric_limits<T>::min()),
                      kHigh = double(std::numeric_limits<T>::max());
     const double whole = std::floor(value + 0.5);
@@ -149,7 +156,8 @@ T toVoxel(const std::filesystem::path& file, double value) {
 template <typename T>
 void readVoxels(const std::filesystem::path& file, ByteSource& in, const NiftiHeader& header,
                 std::vector<T>& voxels) {
-    if (header.type == kTypeOf<T> && !header.big_endian && header.slope == 1.0 && header.intercept == 0.0) {
+    if (std::is_integral_v<T> && header.type == kTypeOf<T> && !header.big_endian && header.slope == 1.0 &&
+        header.intercept == 0.0) {
         in.read(std::as_writable_bytes(std::span(voxels)), "voxels");
         return;
     }
@@ -240,36 +248,73 @@ class ByteSink {
     gz_header gzip_header_{};
 };
 
-}  // namespace
-
 template <typename T>
-Volume<T> parseNifti(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+Volume<T> parse(const std::filesystem::path& file, std::span<const std::byte> bytes, int components) {
     ByteSource in(file, bytes);
     std::array<std::byte, kNiftiHeaderBytes> head;
     in.read(head, "header");
-    const NiftiHeader header = parseNiftiHeader(file, head);
-    const std::size_t data_bytes = header.grid.voxelCount() * bytesOf(header.type);
-    if (data_bytes + header.data_offset > in.mostBytes())
+    const NiftiHeader header = parseNiftiHeader(file, head, components);
+    const std::size_t count = header.grid.voxelCount() * std::size_t(components);
+    if (count * bytesOf(header.type) + header.data_offset > in.mostBytes())
         throw DataError(file, "dim", "the file is too small for the volume its header announces");
+    if (components > 1 && header.flipped != std::array<bool, 3>{})
+        throw DataError(file, "sform", "an axis of a vector volume runs against the patient's");
     in.skip(header.data_offset - kNiftiHeaderBytes, "extension");
-    Volume<T> volume(header.grid);
+    Volume<T> volume;
+    volume.grid = header.grid;
+    volume.voxels.resize(count);
     readVoxels(file, in, header, volume.voxels);
     in.expectEnd();
-    undoFlips(volume, header.flipped);
+    if (components == 1) undoFlips(volume, header.flipped);
     return volume;
 }
 
-template <typename T>
-Volume<T> readNifti(const std::filesystem::path& file) {
+struct FileBytes {
+    std::unique_ptr<std::byte[]> bytes;
+    std::size_t size = 0;
+    std::span<const std::byte> span() const { return {bytes.get(), size}; }
+};
+
+FileBytes readFile(const std::filesystem::path& file) {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(file, error);
     if (error) throw DataError(file, "file", "cannot be opened: " + error.message());
     if (size > kMaxFileBytes) throw DataError(file, "file", "larger than 5 GiB");
-    const auto bytes = std::make_unique_for_overwrite<std::byte[]>(std::size_t(size));
+    FileBytes all{std::make_unique_for_overwrite<std::byte[]>(std::size_t(size)), std::size_t(size)};
     std::ifstream in(file, std::ios::binary);
-    if (!in.read(reinterpret_cast<char*>(bytes.get()), std::streamsize(size)))
+    if (!in.read(reinterpret_cast<char*>(all.bytes.get()), std::streamsize(size)))
         throw DataError(file, "file", "cannot be read");
-    return parseNifti<T>(file, {bytes.get(), std::size_t(size)});
+    return all;
+}
+
+}  // namespace
+
+template <typename T>
+Volume<T> parseNifti(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+    return parse<T>(file, bytes, 1);
+}
+
+template <typename T>
+Volume<T> readNifti(const std::filesystem::path& file) {
+    const FileBytes bytes = readFile(file);
+    return parseNifti<T>(file, bytes.span());
+}
+
+Volume<float> parseNiftiVectors(const std::filesystem::path& file, std::span<const std::byte> bytes,
+                                int components) {
+    return parse<float>(file, bytes, components);
+}
+
+Volume<float> readNiftiVectors(const std::filesystem::path& file, int components) {
+    const FileBytes bytes = readFile(file);
+    return parseNiftiVectors(file, bytes.span(), components);
+}
+
+void writeNiftiVectors(const std::filesystem::path& file, const Volume<float>& volume, int components) {
+    ByteSink out(file);
+    out.write(makeNiftiHeader(NiftiType::float32, volume.grid, components));
+    out.write(std::as_bytes(std::span(volume.voxels)));
+    out.finish();
 }
 
 template <typename T>

@@ -20,6 +20,13 @@ Volume<T> readNifti(const std::filesystem::path& file);
 template <typename T>
 Volume<T> parseNifti(const std::filesystem::path& file, std::span<const std::byte> bytes);
 
+// Vectors: `components` numbers a voxel, NIfTI's fifth dimension; `voxels` holds all voxels of the first
+// component, then all of the second. Every number is finite. Flips are refused: they would turn the vectors.
+Volume<float> readNiftiVectors(const std::filesystem::path& file, int components);
+Volume<float> parseNiftiVectors(const std::filesystem::path& file, std::span<const std::byte> bytes,
+                                int components);
+void writeNiftiVectors(const std::filesystem::path& file, const Volume<float>&, int components);
+
 // Compressed when the name ends in .gz. Same volume, same bytes. sform and qform are set, units are mm.
 template <typename T>
 void writeNifti(const std::filesystem::path& file, const Volume<T>& volume);

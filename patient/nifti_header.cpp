@@ -13,12 +13,14 @@
 namespace stylet::patient {
 namespace {
 
-constexpr std::size_t kDim = 40, kDatatype = 70, kBitpix = 72, kPixdim = 76, kVoxOffset = 108, kSlope = 112,
-                      kIntercept = 116, kUnits = 123, kDescription = 148, kQformCode = 252, kSformCode = 254,
-                      kQuaternion = 256, kQoffset = 268, kSrow = 280, kMagic = 344;
+constexpr std::size_t kDim = 40, kIntent = 68, kDatatype = 70, kBitpix = 72, kPixdim = 76, kVoxOffset = 108,
+                      kSlope = 112, kIntercept = 116, kUnits = 123, kDescription = 148, kQformCode = 252,
+                      kSformCode = 254, kQuaternion = 256, kQoffset = 268, kSrow = 280, kMagic = 344;
 constexpr double kMaxOffset_mm = 10000.0;
 constexpr double kMinSpacing_mm = 0.02, kMaxSpacing_mm = 50.0;
 constexpr double kMaxExtensionBytes = 1 << 24;
+constexpr std::int16_t kIntentVector = 1007;
+constexpr std::size_t kMaxVectors = std::size_t(4) << 20;
 constexpr double kStraight = 1e-4;  // rad: 0.05 voxels over 500
 
 // voxel index -> mm.
@@ -69,7 +71,7 @@ class HeaderReader {
             refuse("magic", "a .hdr/.img pair; one file is needed");
         if (std::memcmp(bytes_.data() + kMagic, "n+1", 4) != 0) refuse("magic", "not \"n+1\"");
     }
-    Index3 dims() const;
+    Index3 dims(int components) const;
     NiftiType type() const;
     std::size_t dataOffset() const;
     Orientation orientation(const Index3& dims) const;
@@ -83,20 +85,24 @@ class HeaderReader {
     bool big_endian_ = false;
 };
 
-Index3 HeaderReader::dims() const {
+Index3 HeaderReader::dims(int components) const {
     const int rank = integer<std::int16_t>(kDim);
     if (rank < 3 || rank > 7) refuseValue("dim[0]", rank, "is not a volume's");
     std::array<int, 8> dim{};
     for (int i = 1; i <= rank; ++i) {
         const std::string field = "dim[" + std::to_string(i) + "]";
         dim[std::size_t(i)] = integer<std::int16_t>(kDim + 2 * std::size_t(i));
-        const int most = i <= 3 ? kMaxVoxelsASide : 1;
+        const int most = i <= 3 ? kMaxVoxelsASide : i == 5 ? components : 1;
         if (dim[std::size_t(i)] < 1 || dim[std::size_t(i)] > most)
             refuseValue(field, dim[std::size_t(i)], "is not in [1, " + std::to_string(most) + "]");
     }
+    if (components > 1 && dim[5] != components)
+        refuseValue("dim[5]", dim[5], "is not " + std::to_string(components));
     const Index3 sides{dim[1], dim[2], dim[3]};
     if (std::size_t(sides.x) * std::size_t(sides.y) * std::size_t(sides.z) > kMaxVoxels)
         refuse("dim", "more than 512 Mi voxels");
+    if (components > 1 && std::size_t(sides.x) * std::size_t(sides.y) * std::size_t(sides.z) > kMaxVectors)
+        refuse("dim", "more than 4 Mi vectors");
     return sides;
 }
 
@@ -162,8 +168,8 @@ Orientation HeaderReader::orientation(const Index3& dims) const {
     return o;
 }
 
-void setGrid(NiftiHeader& header, const HeaderReader& in) {
-    const Index3 dims = in.dims();
+void setGrid(NiftiHeader& header, const HeaderReader& in, int components) {
+    const Index3 dims = in.dims(components);
     const Orientation o = in.orientation(dims);
     header.grid.dims = dims;
     for (int axis = 0; axis < 3; ++axis) {
@@ -215,7 +221,7 @@ std::size_t bytesOf(NiftiType type) noexcept {
 }
 
 NiftiHeader parseNiftiHeader(const std::filesystem::path& file,
-                             std::span<const std::byte, kNiftiHeaderBytes> bytes) {
+                             std::span<const std::byte, kNiftiHeaderBytes> bytes, int components) {
     const HeaderReader in(file, bytes);
     in.checkMagic();
     NiftiHeader header;
@@ -225,16 +231,18 @@ NiftiHeader parseNiftiHeader(const std::filesystem::path& file,
     const int length_unit = std::to_integer<int>(bytes[kUnits]) & 7;
     if (length_unit != 0 && length_unit != 2) in.refuseValue("xyzt_units", length_unit, "is not mm");
     setScale(header, in);
-    setGrid(header, in);
+    setGrid(header, in, components);
     return header;
 }
 
-NiftiHeaderBytes makeNiftiHeader(NiftiType type, const Grid& grid) {
+NiftiHeaderBytes makeNiftiHeader(NiftiType type, const Grid& grid, int components) {
     NiftiHeaderBytes bytes{};
     put(bytes, 0, std::int32_t(kNiftiHeaderBytes));
     for (std::size_t i = 0; i < 8; ++i)
         put(bytes, kDim + 2 * i, std::int16_t(1));
-    put(bytes, kDim, std::int16_t(3));
+    put(bytes, kDim, std::int16_t(components > 1 ? 5 : 3));
+    put(bytes, kDim + 10, std::int16_t(components));
+    if (components > 1) put(bytes, kIntent, kIntentVector);
     put(bytes, kDatatype, std::int16_t(type));
     put(bytes, kBitpix, std::int16_t(8 * bytesOf(type)));
     put(bytes, kPixdim, 1.0f);

@@ -28,9 +28,10 @@ struct NiftiHeader {
 
 using NiftiHeaderBytes = std::array<std::byte, kNiftiDataOffset>;
 
-// Every field that is used is checked. Throws DataError.
+// Every field that is used is checked. `components` > 1: one vector a voxel, along the fifth dimension.
+// Throws DataError.
 NiftiHeader parseNiftiHeader(const std::filesystem::path& file,
-                             std::span<const std::byte, kNiftiHeaderBytes> bytes);
-NiftiHeaderBytes makeNiftiHeader(NiftiType, const Grid&);
+                             std::span<const std::byte, kNiftiHeaderBytes> bytes, int components = 1);
+NiftiHeaderBytes makeNiftiHeader(NiftiType, const Grid&, int components = 1);
 
 }  // namespace stylet::patient

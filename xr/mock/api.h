@@ -23,6 +23,8 @@ inline constexpr ExtensionEntry kExtensions[] = {
     {XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, XR_KHR_convert_timespec_time_SPEC_VERSION},
     {XR_EXT_DEBUG_UTILS_EXTENSION_NAME, XR_EXT_debug_utils_SPEC_VERSION},
     {XR_EXT_LOCAL_FLOOR_EXTENSION_NAME, XR_EXT_local_floor_SPEC_VERSION},
+    {XR_EXT_USER_PRESENCE_EXTENSION_NAME, XR_EXT_user_presence_SPEC_VERSION},
+    {XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, XR_FB_display_refresh_rate_SPEC_VERSION},
 };
 
 // Instance and system
@@ -116,6 +118,11 @@ XrResult getInputSourceLocalizedName(Call&, XrSession, const XrInputSourceLocali
                                      std::uint32_t, std::uint32_t*, char*);
 XrResult applyHapticFeedback(Call&, XrSession, const XrHapticActionInfo*, const XrHapticBaseHeader*);
 XrResult stopHapticFeedback(Call&, XrSession, const XrHapticActionInfo*);
+
+// XR_FB_display_refresh_rate
+XrResult enumerateDisplayRefreshRates(Call&, XrSession, std::uint32_t, std::uint32_t*, float*);
+XrResult getDisplayRefreshRate(Call&, XrSession, float*);
+XrResult requestDisplayRefreshRate(Call&, XrSession, float);
 
 // XR_EXT_debug_utils
 XrResult setDebugUtilsObjectName(Call&, XrInstance, const XrDebugUtilsObjectNameInfoEXT*);

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "api.h"
+#include "director.h"
 #include "localized_names.h"
 #include "objects.h"
 #include "profiles.h"
@@ -296,6 +297,8 @@ XrResult getActionStatePose(Call& call, XrSession session, const XrActionStateGe
 XrResult syncActions(Call& call, XrSession handle, const XrActionsSyncInfo* info) {
     Session& session = call.live<Session>(handle);
     requireStruct(info, XR_TYPE_ACTIONS_SYNC_INFO);
+    direct(session.instance, session.instance.clock.now(call.now_ns));
+    call.live<Session>(handle);  // it may have been lost just now
     require(info->countActiveActionSets == 0 || info->activeActionSets != nullptr,
             XR_ERROR_VALIDATION_FAILURE, "activeActionSets is null");
     std::vector<ActiveSet> active;

@@ -2,6 +2,7 @@
 
 #include "api.h"
 #include "capture.h"
+#include "director.h"
 #include "layers.h"
 #include "objects.h"
 #include "verify.h"
@@ -67,8 +68,13 @@ XrResult waitFrame(Call& call, XrSession handle, const XrFrameWaitInfo* info, Xr
     session = &sameRun(call, handle, run);
 
     Instance& instance = session->instance;
+    ++instance.conditions.frames_waited;
+    direct(instance, instance.clock.now(monotonicNs()));
+    session = &runningSession(call, handle);
+    const FrameFate fate = takeFate(instance);
     const std::int64_t period_ns = refreshPeriodNs(instance.scenario);
-    const FramePlan plan = planFrame(session->frames, instance.clock, monotonicNs(), period_ns);
+    const FramePlan plan =
+        planFrame(session->frames, instance.clock, monotonicNs(), period_ns, fate.late_refreshes);
     session->frames.waiting = true;
     if (!instance.clock.is_virtual) sleepUntil(call, run, plan.wake_ns);
     session = &sameRun(call, handle, run);
@@ -78,11 +84,14 @@ XrResult waitFrame(Call& call, XrSession handle, const XrFrameWaitInfo* info, Xr
     session->frames.paced = true;
     session->frames.last_display_ns = plan.display_ns;
     session->instance.statistics.missed += plan.missed;
+    session->frames.fate = fate;
     if (session->instance.clock.is_virtual) session->instance.clock.virtual_now_ns = plan.display_ns;
+    direct(session->instance, session->instance.clock.now(monotonicNs()));
+    session = &runningSession(call, handle);
     state->predictedDisplayTime = plan.display_ns;
     state->predictedDisplayPeriod = period_ns;
-    state->shouldRender = session->progress.state == XR_SESSION_STATE_VISIBLE ||
-                          session->progress.state == XR_SESSION_STATE_FOCUSED;
+    state->shouldRender = fate.should_render && (session->progress.state == XR_SESSION_STATE_VISIBLE ||
+                                                 session->progress.state == XR_SESSION_STATE_FOCUSED);
     return XR_SUCCESS;
 }
 
@@ -90,8 +99,9 @@ XrResult beginFrame(Call& call, XrSession handle, const XrFrameBeginInfo* info) 
     Session& session = runningSession(call, handle);
     if (info != nullptr) requireStruct(info, XR_TYPE_FRAME_BEGIN_INFO);
     require(session.frames.waited, XR_ERROR_CALL_ORDER_INVALID, "no frame was waited for");
-    const bool discarded = session.frames.begun;
+    const bool discarded = session.frames.begun || session.frames.fate.discarded;
     if (discarded) ++session.instance.statistics.discarded;
+    session.frames.begun_fate = session.frames.fate;
     session.frames.waited = false;
     session.frames.begun = true;
     runtime().changed.notify_all();

@@ -9,6 +9,7 @@
 
 #include "api.h"
 #include "capture.h"
+#include "director.h"
 #include "names.h"
 #include "objects.h"
 #include "profiles.h"
@@ -155,8 +156,10 @@ XrResult getInstanceProperties(Call& call, XrInstance handle, XrInstanceProperti
 XrResult pollEvent(Call& call, XrInstance handle, XrEventDataBuffer* event) {
     Instance& instance = call.live<Instance>(handle);
     requireStruct(event, XR_TYPE_EVENT_DATA_BUFFER);
+    direct(instance, instance.clock.now(call.now_ns));
+    call.live<Instance>(handle);  // it may have been lost just now
     if (instance.events.pop(*event)) return XR_SUCCESS;
-    bool idle = false;
+    bool idle = instance.conditions.loss == Loss::pending;
     for (Object* child : instance.children) {
         if (child->type != XR_OBJECT_TYPE_SESSION) continue;
         auto& session = static_cast<Session&>(*child);
@@ -210,14 +213,20 @@ XrResult getSystem(Call& call, XrInstance handle, const XrSystemGetInfo* info, X
 
 XrResult getSystemProperties(Call& call, XrInstance handle, XrSystemId system,
                              XrSystemProperties* properties) {
-    call.live<Instance>(handle);
+    const Instance& instance = call.live<Instance>(handle);
     requireStruct(properties, XR_TYPE_SYSTEM_PROPERTIES);
     requireSystem(system);
     properties->systemId = system;
     properties->vendorId = 0;
-    copyText("XR Mock HMD", properties->systemName);
+    copyText(instance.scenario.system_name.c_str(), properties->systemName);
     properties->graphicsProperties = {kMaxImageSize, kMaxImageSize, kMaxLayers};
     properties->trackingProperties = {XR_TRUE, XR_TRUE};
+    auto* presence =
+        const_cast<XrSystemUserPresencePropertiesEXT*>(findInChain<XrSystemUserPresencePropertiesEXT>(
+            properties->next, XR_TYPE_SYSTEM_USER_PRESENCE_PROPERTIES_EXT));
+    if (presence != nullptr && instance.extensions.contains(XR_EXT_USER_PRESENCE_EXTENSION_NAME)) {
+        presence->supportsUserPresence = XR_TRUE;
+    }
     return XR_SUCCESS;
 }
 

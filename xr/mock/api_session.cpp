@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "api.h"
+#include "director.h"
 #include "objects.h"
 #include "verify.h"
 
@@ -15,16 +16,7 @@ SessionTarget currentTarget(const Session& session, std::int64_t now_ns) {
     if (scenario.exit_after_frames && session.frames_submitted >= *scenario.exit_after_frames) {
         return SessionTarget::exiting;
     }
-    return targetAt(scenario, session.instance.clock.scenarioSeconds(now_ns));
-}
-
-void enter(Session& session, XrSessionState state, std::int64_t now_ns) {
-    session.progress.state = state;
-    const auto handle = handleOf<XrSession>(session);
-    session.instance.events.push(XrEventDataSessionStateChanged{XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED,
-                                                                nullptr, handle, state, now_ns},
-                                 handle);
-    if (state == XR_SESSION_STATE_STOPPING) releaseInput(session.input);
+    return targetAt(scenario.session, session.instance.clock.scenarioSeconds(now_ns));
 }
 
 const XrGraphicsBindingVulkanKHR& checkBinding(const Instance& instance, const XrSessionCreateInfo& info) {
@@ -60,6 +52,15 @@ const VulkanInstance& checkVulkanInstance(const Instance& instance,
 }
 
 }  // namespace
+
+void enter(Session& session, XrSessionState state, std::int64_t now_ns) {
+    session.progress.state = state;
+    const auto handle = handleOf<XrSession>(session);
+    session.instance.events.push(XrEventDataSessionStateChanged{XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED,
+                                                                nullptr, handle, state, now_ns},
+                                 handle);
+    if (state == XR_SESSION_STATE_STOPPING) releaseInput(session.input);
+}
 
 void advance(Session& session, std::int64_t now_ns, bool frame_ended) {
     if (session.loss != Loss::none) return;
@@ -112,6 +113,7 @@ XrResult beginSession(Call& call, XrSession handle, const XrSessionBeginInfo* in
     const std::int64_t last_display_ns = session.frames.last_display_ns;
     session.frames = {};
     session.frames.last_display_ns = last_display_ns;
+    announcePresence(session);
     return XR_SUCCESS;
 }
 

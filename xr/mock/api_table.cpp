@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "api.h"
+#include "names.h"
 #include "objects.h"
 
 namespace xrmock {
@@ -16,12 +17,25 @@ struct Name {
     char text[kSize];
 };
 
+// The handle that a call is about: its first argument, where that is one.
+template <class First, class... Rest>
+std::uint64_t subjectOf(First first, Rest...) {
+    if constexpr (std::is_pointer_v<First> && !std::is_const_v<std::remove_pointer_t<First>>) {
+        return numberOf(first);
+    } else {
+        return 0;
+    }
+}
+
 template <Name kName, auto kFunction>
 struct Entry;
 template <Name kName, class... Arguments, XrResult (*kFunction)(Call&, Arguments...)>
 struct Entry<kName, kFunction> {
     static XRAPI_ATTR XrResult XRAPI_CALL call(Arguments... arguments) noexcept {
-        return guard(kName.text, [&](Call& context) { return kFunction(context, arguments...); });
+        return guard(kName.text, [&](Call& context) {
+            if (const auto refusal = scriptedRefusal(context, subjectOf(arguments...))) return *refusal;
+            return kFunction(context, arguments...);
+        });
     }
 };
 
@@ -40,6 +54,7 @@ constexpr const char* kVulkan = XR_KHR_VULKAN_ENABLE_EXTENSION_NAME;
 constexpr const char* kVulkan2 = XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME;
 constexpr const char* kTimespec = XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME;
 constexpr const char* kDebug = XR_EXT_DEBUG_UTILS_EXTENSION_NAME;
+constexpr const char* kRefreshRate = XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME;
 
 const Row kRows[] = {
     {"xrGetInstanceProcAddr", nullptr, reinterpret_cast<PFN_xrVoidFunction>(&getInstanceProcAddr)},
@@ -107,6 +122,9 @@ const Row kRows[] = {
     row<"xrGetVulkanGraphicsRequirements2KHR", getVulkanGraphicsRequirements>(kVulkan2),
     row<"xrConvertTimespecTimeToTimeKHR", convertTimespecTimeToTime>(kTimespec),
     row<"xrConvertTimeToTimespecTimeKHR", convertTimeToTimespecTime>(kTimespec),
+    row<"xrEnumerateDisplayRefreshRatesFB", enumerateDisplayRefreshRates>(kRefreshRate),
+    row<"xrGetDisplayRefreshRateFB", getDisplayRefreshRate>(kRefreshRate),
+    row<"xrRequestDisplayRefreshRateFB", requestDisplayRefreshRate>(kRefreshRate),
     row<"xrSetDebugUtilsObjectNameEXT", setDebugUtilsObjectName>(kDebug),
     row<"xrCreateDebugUtilsMessengerEXT", createDebugUtilsMessenger>(kDebug),
     row<"xrDestroyDebugUtilsMessengerEXT", destroyDebugUtilsMessenger>(kDebug),
@@ -140,6 +158,11 @@ XrResult lookUp(Call& call, XrInstance handle, const char* name, PFN_xrVoidFunct
 }
 
 }  // namespace
+
+bool isFunctionName(std::string_view name) {
+    return std::any_of(std::begin(kRows), std::end(kRows),
+                       [&](const Row& each) { return name == each.name; });
+}
 
 XRAPI_ATTR XrResult XRAPI_CALL getInstanceProcAddr(XrInstance instance, const char* name,
                                                    PFN_xrVoidFunction* function) noexcept {

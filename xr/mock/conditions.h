@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "pose.h"
@@ -18,6 +19,11 @@ struct FrameFate {
     bool should_render = true;         // false: XrFrameState::shouldRender is false in any state
     bool discarded = false;            // xrBeginFrame gives XR_FRAME_DISCARDED
     bool dropped = false;              // xrEndFrame takes it and it is never shown
+};
+
+struct FrameFates {
+    FrameFate fate;
+    std::uint64_t count = 1;  // of the frames that are waited for next
 };
 
 // Where a reference space stands from a time on (XrTime), in the room: the axes of the scenario's poses,
@@ -38,10 +44,12 @@ inline const Pose& originAt(const std::vector<OriginKey>& keys, std::int64_t tim
 // `scenario.profile` of the instance, which events change like everything else in its copy of the scenario.
 struct Conditions {
     Loss loss = Loss::none;
+    std::int64_t lost_at_ns = 0;                            // when pending becomes lost
     std::vector<OriginKey> local{{0, {}}}, stage{{0, {}}};  // recentring appends
     std::uint32_t mask_revision = 0;                        // grows when the visibility mask changes
     std::uint32_t profile_revision = 0;                     // grows when scenario.profile changes
     bool user_present = true;                               // XR_EXT_user_presence
+    std::vector<FrameFates> fates;
     std::uint64_t frames_waited = 0;  // by all sessions: the number of the newest frame, 1 for the first
 };
 

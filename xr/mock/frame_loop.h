@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "conditions.h"
 #include "openxr_api.h"
 
 namespace xrmock {
@@ -32,11 +33,14 @@ struct FrameLoop {
     bool begun = false;                // a frame was begun and not yet ended
     bool paced = false;                // a frame was waited for since xrBeginSession
     std::int64_t last_display_ns = 0;  // grows over all runs of a session
+    FrameFate fate;                    // of the frame that was waited for
+    FrameFate begun_fate;              // of the frame that was begun
 };
 
 constexpr std::int64_t kVirtualStartNs = 1'000'000'000;
 
-// The next refresh that can still be reached; never one that was handed out before.
-FramePlan planFrame(const FrameLoop& loop, const Clock& clock, std::int64_t now_ns, std::int64_t period_ns);
+// The next refresh that can still be reached, or one so many later; never one that was handed out before.
+FramePlan planFrame(const FrameLoop& loop, const Clock& clock, std::int64_t now_ns, std::int64_t period_ns,
+                    std::uint32_t late_refreshes);
 
 }  // namespace xrmock

@@ -14,8 +14,20 @@ std::string resultName(XrResult result) {
            std::to_string(static_cast<int>(result));
 }
 
+std::optional<XrResult> resultNamed(std::string_view name) {
+#define XRMOCK_COMPARE(each, value) \
+    if (name == #each) return each;
+    XR_LIST_ENUM_XrResult(XRMOCK_COMPARE)
+#undef XRMOCK_COMPARE
+        return std::nullopt;
+}
+
 std::string structureTypeName(XrStructureType type) {
     switch (type) { XR_LIST_ENUM_XrStructureType(XRMOCK_CASE) default : break; }
+#define XRMOCK_COMPARE(each) \
+    if (type == each) return #each;
+    XRMOCK_LATER_STRUCTURES_USER_PRESENCE(XRMOCK_COMPARE)
+#undef XRMOCK_COMPARE
     return "XR_UNKNOWN_STRUCTURE_TYPE_" + std::to_string(static_cast<int>(type));
 }
 

@@ -12,6 +12,7 @@
 
 #include "conditions.h"
 #include "events.h"
+#include "faults.h"
 #include "frame_loop.h"
 #include "handles.h"
 #include "input.h"
@@ -45,6 +46,7 @@ struct Instance : Object {
     std::set<std::string, std::less<>> extensions;
     Scenario scenario;
     Conditions conditions;
+    std::vector<Fault> faults;
     Clock clock;
     std::int64_t created_ns = 0;  // CLOCK_MONOTONIC
     std::string capture_folder;   // empty: nothing is captured
@@ -82,6 +84,7 @@ struct Session : Object {
     SessionProgress progress;
     std::uint64_t run = 0;  // counts xrBeginSession: calls that wait belong to one run
     Loss loss = Loss::none;
+    std::optional<std::int64_t> lost_at_ns;  // when pending becomes lost
     bool exit_requested = false;
     std::uint64_t frames_submitted = 0;
     FrameLoop frames;
@@ -131,6 +134,9 @@ struct Swapchain : Object {
     bool oldest_waited = false;
     std::optional<std::uint32_t> last_released;
 };
+
+// Goes to the state and tells the application.
+void enter(Session& session, XrSessionState state, std::int64_t now_ns);
 
 // Takes the steps that lead the session to where it is heading; one rise at most, and only at the end of a
 // frame.

@@ -12,3 +12,5 @@
 
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
+
+#include "openxr_later.h"

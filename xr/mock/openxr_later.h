@@ -3,11 +3,35 @@
 // xrStructureTypeToString.
 #pragma once
 
-#include "openxr_api.h"
+#include <openxr/openxr.h>
 
 #ifndef XR_EXT_local_floor
 #define XR_EXT_local_floor 1
 #define XR_EXT_local_floor_SPEC_VERSION 1
 #define XR_EXT_LOCAL_FLOOR_EXTENSION_NAME "XR_EXT_local_floor"
 constexpr auto XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT = static_cast<XrReferenceSpaceType>(1000426000);
+#endif
+
+#ifndef XR_EXT_user_presence
+#define XR_EXT_user_presence 1
+#define XR_EXT_user_presence_SPEC_VERSION 1
+#define XR_EXT_USER_PRESENCE_EXTENSION_NAME "XR_EXT_user_presence"
+constexpr auto XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT = static_cast<XrStructureType>(1000470000);
+constexpr auto XR_TYPE_SYSTEM_USER_PRESENCE_PROPERTIES_EXT = static_cast<XrStructureType>(1000470001);
+struct XrEventDataUserPresenceChangedEXT {
+    XrStructureType type;
+    const void* next;
+    XrSession session;
+    XrBool32 isUserPresent;
+};
+struct XrSystemUserPresencePropertiesEXT {
+    XrStructureType type;
+    void* next;
+    XrBool32 supportsUserPresence;
+};
+#define XRMOCK_LATER_STRUCTURES_USER_PRESENCE(_)    \
+    _(XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT) \
+    _(XR_TYPE_SYSTEM_USER_PRESENCE_PROPERTIES_EXT)
+#else
+#define XRMOCK_LATER_STRUCTURES_USER_PRESENCE(_)
 #endif

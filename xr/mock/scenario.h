@@ -1,5 +1,5 @@
-// The scenario of a run (XRMOCK_SCENARIO): what the mock user and headset do over time. The README lists the
-// fields.
+// The scenario of a run (XRMOCK_SCENARIO): what the mock user and headset do over time. SCENARIO.md lists the
+// fields. Every instance has its own copy, which events and control messages change.
 #pragma once
 
 #include <array>
@@ -9,26 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "json_fields.h"
-#include "pose.h"
+#include "scenario_events.h"
+#include "timeline.h"
 
 namespace xrmock {
-
-// Where a session is heading; ordered, so that less means less of a session.
-enum class SessionTarget { exiting, stopped, synchronized, visible, focused };
-
-struct PoseKey {
-    double t_s;
-    Pose stage_from_device;
-};
-struct ValueKey {
-    double t_s;
-    double value;
-};
-struct TargetKey {
-    double t_s;
-    SessionTarget target;
-};
 
 struct ControllerScenario {
     std::vector<PoseKey> poses;
@@ -36,27 +20,33 @@ struct ControllerScenario {
 };
 
 struct Scenario {
-    double refresh_hz = 90;
-    std::optional<std::uint64_t> exit_after_frames;
+    // The headset.
+    std::string system_name = "XR Mock HMD";
+    double refresh_hz = 90;                    // now
+    std::vector<double> refresh_rates_hz{90};  // offered, from the lowest
     double ipd_m = 0.063;
     std::array<XrFovf, 2> eye_fov{XrFovf{-0.84F, 0.73F, 0.77F, -0.82F}, XrFovf{-0.73F, 0.84F, 0.77F, -0.82F}};
+    std::array<LensOutline, 2> lens;
     std::uint32_t width = 640, height = 640;  // recommended per eye
     std::array<double, 2> stage_bounds_m{3, 3};
+
+    // The user.
     std::vector<PoseKey> head{{0, {{0, 0, 0, 1}, {0, 1.6, 0}}}};
     std::string profile = "/interaction_profiles/khr/simple_controller";
     std::array<std::optional<ControllerScenario>, 2> controllers{
         ControllerScenario{{{0, {{0, 0, 0, 1}, {-0.2, 1.3, -0.4}}}}, {}},
         ControllerScenario{{{0, {{0, 0, 0, 1}, {0.2, 1.3, -0.4}}}}, {}}};
+
+    // The runtime.
     std::vector<TargetKey> session{{0, SessionTarget::focused}};
+    std::optional<std::uint64_t> exit_after_frames;
+    std::vector<Event> events;  // those that are not over yet
 };
 
 Scenario parseScenario(const std::string& text, const std::string& file_name);  // throws FieldError
 Scenario loadScenario(const std::string& file_name);                            // throws FieldError
 
-// Before the first key its pose holds, after the last one the last.
-Pose poseAt(const std::vector<PoseKey>& keys, double t_s);
-// Holds from key to key; zero before the first.
-double valueAt(const std::vector<ValueKey>& keys, double t_s);
-SessionTarget targetAt(const Scenario& scenario, double t_s);
+// What both a scenario and a control message may hold: the user and the runtime, from now on.
+void readTimelines(const Field& root, const Reading& reading, Scenario& scenario);  // throws FieldError
 
 }  // namespace xrmock

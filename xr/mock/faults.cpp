@@ -1,0 +1,43 @@
+#include "faults.h"
+
+#include "call.h"
+#include "objects.h"
+
+namespace xrmock {
+
+namespace {
+
+// Counts the call. True when it is one of those to refuse.
+bool strikes(Fault& fault, std::int64_t now_ns) {
+    const Refusal& refusal = fault.refusal;
+    ++fault.calls;
+    if (refusal.for_s) return now_ns < fault.until_ns;
+    return fault.calls >= refusal.nth && fault.calls - refusal.nth < refusal.times;
+}
+
+bool isOver(const Fault& fault, std::int64_t now_ns) {
+    const Refusal& refusal = fault.refusal;
+    if (refusal.for_s) return now_ns >= fault.until_ns;
+    return fault.calls >= refusal.nth && fault.calls - refusal.nth + 1 >= refusal.times;
+}
+
+}  // namespace
+
+std::optional<XrResult> scriptedRefusal(Call& call, std::uint64_t handle) {
+    Object* subject = runtime().handles.find(handle);
+    if (subject == nullptr) return std::nullopt;
+    Instance& instance = *const_cast<Instance*>(instanceOf(subject));
+    if (instance.faults.empty()) return std::nullopt;
+    const std::int64_t now_ns = instance.clock.now(call.now_ns);
+    std::optional<XrResult> result;
+    for (Fault& fault : instance.faults) {
+        if (fault.refusal.function != call.function || !strikes(fault, now_ns)) continue;
+        if (!result) result = fault.refusal.result;
+    }
+    std::erase_if(instance.faults, [&](const Fault& fault) { return isOver(fault, now_ns); });
+    if (!result) return std::nullopt;
+    call.subject = handle;
+    refuse(*result, "the scenario refuses this call");
+}
+
+}  // namespace xrmock

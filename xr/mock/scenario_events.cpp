@@ -1,0 +1,185 @@
+#include "scenario_events.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "capture.h"
+#include "names.h"
+#include "profiles.h"
+
+namespace xrmock {
+
+namespace {
+
+constexpr double kMaxDelay_s = 3600;
+
+Recentring parseRecentring(const Field& field) {
+    field.objectOf({"space", "pose", "pose_valid", "delay_s"});
+    Recentring recentring;
+    if (field.has("space") && field.at("space").oneOf({"local", "stage"}) == 1) {
+        recentring.space = XR_REFERENCE_SPACE_TYPE_STAGE;
+    }
+    if (field.has("pose")) {
+        field.at("pose").objectOf({"position", "orientation"});
+        recentring.room_from_origin = parsePose(field.at("pose"));
+    }
+    if (field.has("pose_valid")) recentring.pose_valid = field.at("pose_valid").boolean();
+    if (field.has("delay_s")) recentring.delay_s = field.at("delay_s").number(0, kMaxDelay_s);
+    return recentring;
+}
+
+MaskChange parseMaskChange(const Field& field) {
+    field.objectOf({"lens"});
+    if (!field.has("lens")) return {};
+    return {parseLens(field.at("lens"))};
+}
+
+ProfileChange parseProfileChange(const Field& field) {
+    const std::string profile = field.text();
+    if (findProfile(profile) == nullptr) field.fail("not a profile of OpenXR 1.0");
+    return {profile};
+}
+
+SessionLoss parseSessionLoss(const Field& field) {
+    field.objectOf({"lost_after_s"});
+    if (!field.has("lost_after_s")) return {};
+    return {field.at("lost_after_s").number(0, kMaxDelay_s)};
+}
+
+InstanceLoss parseInstanceLoss(const Field& field) {
+    field.objectOf({"lost_after_s"});
+    return {field.has("lost_after_s") ? field.at("lost_after_s").number(0, kMaxDelay_s) : 0};
+}
+
+Refusal parseRefusal(const Field& field) {
+    field.objectOf({"call", "result", "nth", "times", "for_s"});
+    Refusal refusal;
+    refusal.function = field.required("call").text();
+    if (!isFunctionName(refusal.function))
+        field.at("call").fail("a function that the runtime offers expected");
+    const std::string result = field.required("result").text();
+    const std::optional<XrResult> named = resultNamed(result);
+    if (!named || XR_SUCCEEDED(*named))
+        field.at("result").fail("the name of an error, XR_ERROR_..., expected");
+    refusal.result = *named;
+    if (field.has("nth")) refusal.nth = field.at("nth").integer(1, 1'000'000'000);
+    if (field.has("times")) refusal.times = field.at("times").integer(1, 1'000'000'000);
+    if (!field.has("for_s")) return refusal;
+    if (field.has("nth") || field.has("times"))
+        field.at("for_s").fail("either for_s or nth and times expected");
+    refusal.for_s = field.at("for_s").number(0, kMaxNumber);
+    return refusal;
+}
+
+FrameFates parseFrameFates(const Field& field) {
+    field.objectOf({"late", "not_rendered", "discarded", "dropped", "count"});
+    FrameFates fates;
+    if (field.has("late")) {
+        fates.fate.late_refreshes = static_cast<std::uint32_t>(field.at("late").integer(0, 10'000));
+    }
+    if (field.has("not_rendered")) fates.fate.should_render = !field.at("not_rendered").boolean();
+    if (field.has("discarded")) fates.fate.discarded = field.at("discarded").boolean();
+    if (field.has("dropped")) fates.fate.dropped = field.at("dropped").boolean();
+    if (field.has("count")) fates.count = field.at("count").integer(1, 1'000'000'000);
+    return fates;
+}
+
+CaptureRequest parseCapture(const Field& field) {
+    const std::string name = field.text();
+    if (captureName("capture:" + name).empty()) field.fail("a plain file name expected");
+    return {name};
+}
+
+constexpr const char* kActions[] = {"recenter",      "visibility_mask", "interaction_profile",
+                                    "refresh_hz",    "user_presence",   "session_loss",
+                                    "instance_loss", "refuse",          "frames",
+                                    "session",       "capture"};
+
+void parseAction(const Field& field, const std::string& kind, Event& event) {
+    if (kind == "recenter") event.action = parseRecentring(field);
+    if (kind == "visibility_mask") event.action = parseMaskChange(field);
+    if (kind == "interaction_profile") event.action = parseProfileChange(field);
+    if (kind == "refresh_hz") event.action = RefreshRateChange{field.number(1, 1000)};
+    if (kind == "user_presence") event.action = PresenceChange{field.boolean()};
+    if (kind == "session_loss") event.action = parseSessionLoss(field);
+    if (kind == "instance_loss") event.action = parseInstanceLoss(field);
+    if (kind == "refuse") event.action = parseRefusal(field);
+    if (kind == "frames") event.action = parseFrameFates(field);
+    if (kind == "session") event.action = TargetChange{parseTarget(field)};
+    if (kind == "capture") event.action = parseCapture(field);
+}
+
+Event parseEvent(const Field& field, const Reading& reading) {
+    field.object();
+    Event event;
+    std::string kind;
+    for (const auto& [key, unused] : field.value.items()) {
+        if (key == "t_s" || key == "frame") continue;
+        if (std::find(std::begin(kActions), std::end(kActions), key) == std::end(kActions)) {
+            field.at(key).fail("unknown field");
+        }
+        if (!kind.empty()) field.fail("one event at a time expected, not " + kind + " and " + key);
+        kind = key;
+    }
+    if (kind.empty()) field.fail("an event expected");
+    if (field.has("t_s") && field.has("frame")) field.fail("either t_s or frame expected");
+    if (field.has("frame")) {
+        event.frame = field.at("frame").integer(1, 1'000'000'000);
+    } else if (field.has("t_s") || !reading.is_message) {
+        event.t_s = field.required("t_s").number(0, kMaxNumber);
+    }
+    event.t_s += reading.now_s;
+    parseAction(field.at(kind), kind, event);
+    return event;
+}
+
+}  // namespace
+
+SessionTarget parseTarget(const Field& field) {
+    constexpr SessionTarget kTargets[] = {SessionTarget::focused, SessionTarget::visible,
+                                          SessionTarget::synchronized, SessionTarget::stopped,
+                                          SessionTarget::exiting};
+    return kTargets[field.oneOf({"focused", "visible", "synchronized", "stopped", "exiting"})];
+}
+
+std::array<LensOutline, 2> parseLens(const Field& field) {
+    constexpr double kMaxTangent = 100;
+    constexpr std::size_t kMaxCorners = 256, kCircleCorners = 32;
+    field.objectOf({"outline", "radius", "centre"});
+    if (field.has("outline") == field.has("radius")) field.fail("either outline or radius expected");
+    LensOutline left;
+    if (field.has("outline")) {
+        const Field outline = field.at("outline");
+        if (outline.arraySize(kMaxCorners) < 3) outline.fail("at least three corners expected");
+        double twice_area = 0;
+        for (std::size_t i = 0; i < outline.arraySize(); ++i)
+            left.push_back(outline.at(i).numbers<2>(-kMaxTangent, kMaxTangent));
+        for (std::size_t i = 0; i < left.size(); ++i) {
+            const auto &a = left[i], &b = left[(i + 1) % left.size()];
+            twice_area += a[0] * b[1] - a[1] * b[0];
+        }
+        if (!(twice_area > 0)) outline.fail("corners counter-clockwise expected");
+    } else {
+        const double radius = field.at("radius").number(0.01, kMaxTangent);
+        std::array<double, 2> centre{0, 0};
+        if (field.has("centre")) centre = field.at("centre").numbers<2>(-kMaxTangent, kMaxTangent);
+        for (std::size_t i = 0; i < kCircleCorners; ++i) {
+            const double turn = 2 * std::numbers::pi * static_cast<double>(i) / kCircleCorners;
+            left.push_back({centre[0] + radius * std::cos(turn), centre[1] + radius * std::sin(turn)});
+        }
+    }
+    LensOutline right(left.rbegin(), left.rend());
+    for (auto& corner : right)
+        corner[0] = -corner[0];
+    return {left, right};
+}
+
+std::vector<Event> parseEvents(const Field& field, const Reading& reading) {
+    std::vector<Event> events;
+    for (std::size_t i = 0; i < field.arraySize(); ++i)
+        events.push_back(parseEvent(field.at(i), reading));
+    return events;
+}
+
+}  // namespace xrmock

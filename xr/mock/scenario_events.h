@@ -1,0 +1,72 @@
+// What happens once, at a time or at a frame. SCENARIO.md lists the kinds; the director brings them about.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "conditions.h"
+#include "timeline.h"
+
+namespace xrmock {
+
+// What a lens shows of an eye's image: a polygon, counter-clockwise, in tangents of view angles (x right, y
+// up, on the plane one metre in front of the eye). Empty: everything.
+using LensOutline = std::vector<std::array<double, 2>>;
+
+struct Recentring {
+    XrReferenceSpaceType space = XR_REFERENCE_SPACE_TYPE_LOCAL;
+    std::optional<Pose> room_from_origin;  // nothing: below or at the head, upright
+    bool pose_valid = true;
+    double delay_s = 0;  // from the event to its changeTime
+};
+struct MaskChange {
+    std::optional<std::array<LensOutline, 2>> lens;  // nothing: only the event
+};
+struct ProfileChange {
+    std::string profile;
+};
+struct RefreshRateChange {
+    double hz;
+};
+struct PresenceChange {
+    bool present;
+};
+struct SessionLoss {
+    std::optional<double> lost_after_s;  // nothing: it stays pending
+};
+struct InstanceLoss {
+    double lost_after_s;
+};
+// The nth to (nth + times - 1)th call from then on, or every call for a while.
+struct Refusal {
+    std::string function;
+    XrResult result = XR_ERROR_RUNTIME_FAILURE;
+    std::uint64_t nth = 1, times = 1;
+    std::optional<double> for_s;
+};
+struct TargetChange {
+    SessionTarget target;
+};
+struct CaptureRequest {
+    std::string name;
+};
+
+struct Event {
+    std::optional<std::uint64_t> frame;  // due when this frame is waited for (1 is the first), or
+    double t_s = 0;                      // due from this time on
+    std::variant<Recentring, MaskChange, ProfileChange, RefreshRateChange, PresenceChange, SessionLoss,
+                 InstanceLoss, Refusal, FrameFates, TargetChange, CaptureRequest>
+        action;
+};
+
+std::vector<Event> parseEvents(const Field& field, const Reading& reading);  // throws FieldError
+SessionTarget parseTarget(const Field& field);
+// { "outline": [[x, y], ...] } or { "radius": r, "centre": [x, y] }, of the left eye; the right one mirrors
+// it.
+std::array<LensOutline, 2> parseLens(const Field& field);
+
+}  // namespace xrmock

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "call.h"
+#include "composition.h"
 #include "png.h"
 
 namespace xrmock {
@@ -15,124 +15,22 @@ namespace {
 constexpr char kPrefix[] = "capture:";
 constexpr std::size_t kMaxName = 128;
 
-// Memory that the GPU fills and the CPU reads.
-class Readback {
-  public:
-    Readback(const VulkanDevice& device, VkDeviceSize size) : device_(device), size_(size) {
-        VkBufferCreateInfo info{};
-        info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-        info.size = size;
-        info.usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-        check(device.vkCreateBuffer(device.device, &info, nullptr, &buffer_), "vkCreateBuffer");
-        try {
-            allocate();
-        } catch (...) {
-            release();
-            throw;
-        }
-    }
-    ~Readback() { release(); }
-    Readback(const Readback&) = delete;
-    Readback& operator=(const Readback&) = delete;
-
-    VkBuffer buffer() const { return buffer_; }
-
-    std::vector<std::uint8_t> bytes() const {
-        void* mapped = nullptr;
-        check(device_.vkMapMemory(device_.device, memory_, 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory");
-        const auto* first = static_cast<const std::uint8_t*>(mapped);
-        std::vector<std::uint8_t> copy(first, first + size_);
-        device_.vkUnmapMemory(device_.device, memory_);
-        return copy;
-    }
-
-  private:
-    void allocate() {
-        VkMemoryRequirements needs;
-        device_.vkGetBufferMemoryRequirements(device_.device, buffer_, &needs);
-        const VkMemoryAllocateInfo info{
-            VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, nullptr, needs.size,
-            device_.memoryType(needs.memoryTypeBits,
-                               VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT)};
-        check(device_.vkAllocateMemory(device_.device, &info, nullptr, &memory_), "vkAllocateMemory");
-        check(device_.vkBindBufferMemory(device_.device, buffer_, memory_, 0), "vkBindBufferMemory");
-    }
-    void release() {
-        device_.vkDestroyBuffer(device_.device, buffer_, nullptr);
-        device_.vkFreeMemory(device_.device, memory_, nullptr);
-    }
-
-    const VulkanDevice& device_;
-    VkDeviceSize size_;
-    VkBuffer buffer_ = VK_NULL_HANDLE;
-    VkDeviceMemory memory_ = VK_NULL_HANDLE;
-};
-
-void recordCopy(const VulkanDevice& device, VkCommandBuffer commands, const SubmittedImage& eye,
-                VkBuffer buffer) {
-    const SwapchainImages& images = eye.swapchain->images;
-    VkImageMemoryBarrier barrier = imageBarrier(images, eye.image);
-    barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
-    barrier.dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT;
-    barrier.oldLayout = images.restingLayout();
-    barrier.newLayout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL;
-    device.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT,
-                                0, 0, nullptr, 0, nullptr, 1, &barrier);
-
-    VkBufferImageCopy region{};
-    region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, eye.array_index, 1};
-    region.imageOffset = {eye.rect.offset.x, eye.rect.offset.y, 0};
-    region.imageExtent = {static_cast<std::uint32_t>(eye.rect.extent.width),
-                          static_cast<std::uint32_t>(eye.rect.extent.height), 1};
-    device.vkCmdCopyImageToBuffer(commands, images.images[eye.image], VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                                  buffer, 1, &region);
-
-    VkBufferMemoryBarrier to_host{};
-    to_host.sType = VK_STRUCTURE_TYPE_BUFFER_MEMORY_BARRIER;
-    to_host.srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
-    to_host.dstAccessMask = VK_ACCESS_HOST_READ_BIT;
-    to_host.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    to_host.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    to_host.buffer = buffer;
-    to_host.size = VK_WHOLE_SIZE;
-    device.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 0,
-                                nullptr, 1, &to_host, 0, nullptr);
-
-    barrier.srcAccessMask = 0;
-    barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
-    std::swap(barrier.oldLayout, barrier.newLayout);
-    device.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-                                0, 0, nullptr, 0, nullptr, 1, &barrier);
-}
-
-// Four bytes a pixel to three; the stored values are not converted.
-std::vector<std::uint8_t> toRgb(const std::vector<std::uint8_t>& pixels, VkFormat format) {
-    const bool blue_first = format == VK_FORMAT_B8G8R8A8_SRGB || format == VK_FORMAT_B8G8R8A8_UNORM;
-    const std::size_t red = blue_first ? 2 : 0;
-    std::vector<std::uint8_t> rgb(pixels.size() / 4 * 3);
-    for (std::size_t i = 0; i < pixels.size() / 4; ++i) {
-        rgb[i * 3] = pixels[i * 4 + red];
-        rgb[i * 3 + 1] = pixels[i * 4 + 1];
-        rgb[i * 3 + 2] = pixels[i * 4 + 2 - red];
+std::vector<std::uint8_t> withoutAlpha(const std::vector<std::uint8_t>& rgba) {
+    std::vector<std::uint8_t> rgb(rgba.size() / 4 * 3);
+    for (std::size_t i = 0; i < rgba.size() / 4; ++i) {
+        for (std::size_t channel = 0; channel < 3; ++channel)
+            rgb[i * 3 + channel] = rgba[i * 4 + channel];
     }
     return rgb;
 }
 
-void captureEyes(Session& session, const std::string& name, const SubmittedLayer& projection) {
+void captureEyes(Session& session, const std::string& name, const SubmittedFrame& frame) {
     const char* const suffixes[] = {"_left.png", "_right.png"};
     std::filesystem::create_directories(session.instance.capture_folder);
-    for (std::size_t i = 0; i < projection.views.size(); ++i) {
-        const SubmittedImage& eye = projection.views[i].image;
-        const VkFormat format = eye.swapchain->images.format;
-        if (isDepthFormat(format)) throw std::runtime_error("a depth image cannot be captured");
-        const auto width = static_cast<std::uint32_t>(eye.rect.extent.width);
-        const auto height = static_cast<std::uint32_t>(eye.rect.extent.height);
-        if (width == 0 || height == 0) throw std::runtime_error("the sub-image is empty");
-        const Readback readback(session.device, VkDeviceSize{width} * height * 4);
-        session.device.submitAndWait(
-            [&](VkCommandBuffer commands) { recordCopy(session.device, commands, eye, readback.buffer()); });
-        writePng(session.instance.capture_folder + "/" + name + suffixes[i], width, height,
-                 toRgb(readback.bytes(), format));
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+        const Picture picture = composeEye(session, frame, eye);
+        writePng(session.instance.capture_folder + "/" + name + suffixes[eye], picture.width, picture.height,
+                 withoutAlpha(picture.rgba));
     }
     ++session.instance.statistics.captured;
 }
@@ -150,12 +48,9 @@ std::string captureName(const std::string& label) {
 }
 
 void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame) {
-    const auto shown =
-        std::find_if(frame.layers.begin(), frame.layers.end(),
-                     [](const SubmittedLayer& layer) { return layer.type == LayerType::projection; });
-    if (session.capture_name.empty() || shown == frame.layers.end()) return;
+    if (session.capture_name.empty() || frame.layers.empty()) return;
     try {
-        captureEyes(session, session.capture_name, *shown);
+        captureEyes(session, session.capture_name, frame);
     } catch (const Refused& refused) {
         warn(call, "capture " + session.capture_name + ": " + refused.reason);
     } catch (const std::exception& error) {

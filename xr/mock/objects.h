@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "compositor.h"
 #include "conditions.h"
 #include "events.h"
 #include "faults.h"
@@ -25,7 +26,6 @@
 namespace xrmock {
 
 constexpr XrSystemId kSystemId = 1;
-constexpr std::uint32_t kMaxLayers = 16;  // XR_MIN_COMPOSITION_LAYERS_SUPPORTED
 
 struct Listener {
     std::uint64_t messenger = 0;  // 0 for the one given to xrCreateInstance
@@ -81,6 +81,7 @@ struct Session : Object {
 
     Instance& instance;
     VulkanDevice device;
+    Compositor compositor;
     SessionProgress progress;
     std::uint64_t run = 0;  // counts xrBeginSession: calls that wait belong to one run
     Loss loss = Loss::none;

@@ -34,8 +34,6 @@ struct SubmittedView {
     std::optional<SubmittedDepth> depth;
 };
 
-enum class LayerType { projection, quad, cylinder };
-
 struct SubmittedLayer {
     LayerType type = LayerType::projection;
     XrCompositionLayerFlags flags = 0;

@@ -179,9 +179,10 @@ std::vector<VkFormat> swapchainFormats(const VulkanDevice& device) {
                                        VK_FORMAT_D16_UNORM};
     std::vector<VkFormat> formats;
     for (const VkFormat format : kPreferred) {
-        const VkFormatFeatureFlags needed = isDepthFormat(format)
-                                                ? VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT
-                                                : VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT;
+        const VkFormatFeatureFlags needed =
+            isDepthFormat(format)
+                ? VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT
+                : VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT | VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT;
         if (device.formatSupports(format, needed)) formats.push_back(format);
     }
     return formats;
@@ -217,8 +218,9 @@ VkImageCreateInfo imageInfo(const VulkanDevice& device, const XrSwapchainCreateI
     image.tiling = VK_IMAGE_TILING_OPTIMAL;
     image.initialLayout = VK_IMAGE_LAYOUT_UNDEFINED;
     // The compositor's own use, and the attachment use that the resting layout demands.
-    image.usage = isDepthFormat(image.format) ? VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT
-                                              : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
+    image.usage = isDepthFormat(image.format)
+                      ? VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT
+                      : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
     image.usage |= VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
     const auto use = [&](XrSwapchainUsageFlags asked, VkImageUsageFlags usage) {
         if ((info.usageFlags & asked) != 0) image.usage |= usage;

@@ -29,20 +29,46 @@ VkPhysicalDevice choosePhysicalDevice(const VulkanInstance& vulkan);
 
 #define XRMOCK_VULKAN_FUNCTIONS(_)   \
     _(vkAllocateCommandBuffers)      \
+    _(vkAllocateDescriptorSets)      \
     _(vkAllocateMemory)              \
     _(vkBeginCommandBuffer)          \
     _(vkBindBufferMemory)            \
     _(vkBindImageMemory)             \
+    _(vkCmdBeginRenderPass)          \
+    _(vkCmdBindDescriptorSets)       \
+    _(vkCmdBindPipeline)             \
+    _(vkCmdBlitImage)                \
     _(vkCmdCopyImageToBuffer)        \
+    _(vkCmdDraw)                     \
+    _(vkCmdEndRenderPass)            \
     _(vkCmdPipelineBarrier)          \
+    _(vkCmdPushConstants)            \
+    _(vkCmdSetScissor)               \
+    _(vkCmdSetViewport)              \
     _(vkCreateBuffer)                \
     _(vkCreateCommandPool)           \
+    _(vkCreateDescriptorPool)        \
+    _(vkCreateDescriptorSetLayout)   \
     _(vkCreateFence)                 \
+    _(vkCreateFramebuffer)           \
+    _(vkCreateGraphicsPipelines)     \
     _(vkCreateImage)                 \
+    _(vkCreateImageView)             \
+    _(vkCreatePipelineLayout)        \
+    _(vkCreateRenderPass)            \
+    _(vkCreateShaderModule)          \
     _(vkDestroyBuffer)               \
     _(vkDestroyCommandPool)          \
+    _(vkDestroyDescriptorPool)       \
+    _(vkDestroyDescriptorSetLayout)  \
     _(vkDestroyFence)                \
+    _(vkDestroyFramebuffer)          \
     _(vkDestroyImage)                \
+    _(vkDestroyImageView)            \
+    _(vkDestroyPipeline)             \
+    _(vkDestroyPipelineLayout)       \
+    _(vkDestroyRenderPass)           \
+    _(vkDestroyShaderModule)         \
     _(vkEndCommandBuffer)            \
     _(vkFreeMemory)                  \
     _(vkGetBufferMemoryRequirements) \
@@ -51,8 +77,10 @@ VkPhysicalDevice choosePhysicalDevice(const VulkanInstance& vulkan);
     _(vkMapMemory)                   \
     _(vkQueueSubmit)                 \
     _(vkResetCommandPool)            \
+    _(vkResetDescriptorPool)         \
     _(vkResetFences)                 \
     _(vkUnmapMemory)                 \
+    _(vkUpdateDescriptorSets)        \
     _(vkWaitForFences)
 
 // The device of a session, and one command buffer on the application's queue. Owns what the runtime made on

@@ -89,16 +89,22 @@ class Capture : public MockTest {
         MockTest::TearDown();
     }
 
-    // Submits the two given sub-images.
+    // Submits the two given sub-images, each as the eye will see it.
     void submit(const XrSwapchainSubImage& left, const XrSwapchainSubImage& right) {
+        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+        ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
+        ASSERT_EQ(beginFrame(), XR_SUCCESS);
+        const std::array<XrView, 2> eyes = locateViews(stage_, state.predictedDisplayTime);
         const std::array<XrCompositionLayerProjectionView, 2> views{
-            XrCompositionLayerProjectionView{
-                XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, kIdentity, {-1, 1, 1, -1}, left},
-            XrCompositionLayerProjectionView{
-                XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, kIdentity, {-1, 1, 1, -1}, right}};
+            XrCompositionLayerProjectionView{XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, eyes[0].pose,
+                                             eyes[0].fov, left},
+            XrCompositionLayerProjectionView{XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, eyes[1].pose,
+                                             eyes[1].fov, right}};
         const XrCompositionLayerProjection layer{
             XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, views.data()};
-        frame({reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer)});
+        ASSERT_EQ(endFrame(state.predictedDisplayTime,
+                           {reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer)}),
+                  XR_SUCCESS);
     }
 
     void label(const char* name) {

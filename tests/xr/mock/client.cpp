@@ -252,6 +252,16 @@ XrFrameState MockTest::frame(const std::vector<const XrCompositionLayerBaseHeade
     return state;
 }
 
+std::array<XrView, 2> MockTest::locateViews(XrSpace space, XrTime time) {
+    const XrViewLocateInfo info{XR_TYPE_VIEW_LOCATE_INFO, nullptr, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO,
+                                time, space};
+    auto state = structOf<XrViewState>(XR_TYPE_VIEW_STATE);
+    std::array<XrView, 2> views{structOf<XrView>(XR_TYPE_VIEW), structOf<XrView>(XR_TYPE_VIEW)};
+    std::uint32_t count = 0;
+    EXPECT_EQ(xrLocateViews(session_, &info, &state, 2, &count, views.data()), XR_SUCCESS);
+    return views;
+}
+
 XrSwapchainCreateInfo MockTest::swapchainInfo() const {
     auto info = structOf<XrSwapchainCreateInfo>(XR_TYPE_SWAPCHAIN_CREATE_INFO);
     info.usageFlags = XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT;

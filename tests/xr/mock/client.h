@@ -75,6 +75,8 @@ class MockTest : public testing::Test {
     XrResult beginFrame();
     XrResult endFrame(XrTime time, const std::vector<const XrCompositionLayerBaseHeader*>& layers = {});
 
+    std::array<XrView, 2> locateViews(XrSpace space, XrTime time);  // left, right
+
     XrSwapchainCreateInfo swapchainInfo() const;
     Swapchain createSwapchain(const XrSwapchainCreateInfo& info);
     std::uint32_t acquireAndWait(XrSwapchain swapchain);

@@ -1,0 +1,77 @@
+// Paints layers into a picture on the application's GPU.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "gpu_objects.h"
+
+namespace xrmock {
+
+constexpr std::uint32_t kMaxLayers = 16;  // XR_MIN_COMPOSITION_LAYERS_SUPPORTED
+
+enum class LayerType { projection, quad, cylinder };  // as compositor.frag counts them
+
+// 8-bit sRGB with alpha, rows from the top.
+struct Picture {
+    std::uint32_t width = 0, height = 0;
+    std::vector<std::uint8_t> rgba;
+};
+
+// The push constants of compositor.frag, in its layout.
+struct PaintConstants {
+    std::array<std::array<float, 4>, 3> layer_from_eye;  // rows: rotation, then the eye's position (m)
+    std::array<float, 4> eye_tangents;                   // left, right, up, down
+    std::array<float, 4> shape;  // projection: tangents as above; quad: width, height; cylinder: see below
+    std::array<std::int32_t, 4> rect;  // offset and extent of the sub-image, pixels
+    std::array<std::int32_t, 2> picture_size;
+    std::int32_t array_index;
+    std::uint32_t blending;  // kBlendAlpha, kMultiplyAlpha
+};
+static_assert(sizeof(PaintConstants) == 112);  // every device takes 128
+
+constexpr std::uint32_t kBlendAlpha = 1;     // otherwise the layer is opaque
+constexpr std::uint32_t kMultiplyAlpha = 2;  // colours are not premultiplied
+
+// One layer as one eye gets it.
+struct Paint {
+    LayerType type;
+    const SwapchainImages* images;
+    std::uint32_t image;
+    PaintConstants constants;
+};
+
+// Of a session's device. Everything is made when it is first needed; nothing stays of a frame. All functions
+// throw Refused when Vulkan fails.
+class Compositor {
+  public:
+    // Paints the layers in order over transparent black, in linear light and 16-bit floating point, and waits
+    // for the GPU. The swapchain images are as they were, in contents and layout.
+    Picture paint(VulkanDevice& device, const std::vector<Paint>& layers, VkExtent2D size);
+
+  private:
+    struct Targets {
+        VkExtent2D size{0, 0};
+        TargetImage linear, encoded;
+        ImageView linear_view;
+        Framebuffer framebuffer;
+        ReadbackBuffer readback;
+    };
+    void prepare(const VulkanDevice& device);
+    void prepareTargets(const VulkanDevice& device, VkExtent2D size);
+    VkPipeline pipelineFor(const VulkanDevice& device, LayerType type);
+    VkDescriptorSet descriptorSet(const VulkanDevice& device, VkImageView view);
+    void drawLayers(const VulkanDevice& device, VkCommandBuffer commands, const std::vector<Paint>& layers,
+                    const std::vector<VkDescriptorSet>& sets) const;
+    void readBack(const VulkanDevice& device, VkCommandBuffer commands) const;
+
+    DescriptorSetLayout set_layout_;
+    DescriptorPool descriptors_;
+    PipelineLayout layout_;
+    RenderPass pass_;
+    std::array<Pipeline, 3> pipelines_;  // by LayerType
+    Targets targets_;
+};
+
+}  // namespace xrmock

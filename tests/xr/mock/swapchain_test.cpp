@@ -156,7 +156,7 @@ TEST_F(Layers, AreCheckedOneByOne) {
     EXPECT_EQ(submit(std::vector(16, quad)), XR_SUCCESS);
     EXPECT_EQ(submit(std::vector(17, quad)), XR_ERROR_LAYER_LIMIT_EXCEEDED);
     EXPECT_EQ(submit({nullptr}), XR_ERROR_LAYER_INVALID);
-    quad_.type = XR_TYPE_COMPOSITION_LAYER_CYLINDER_KHR;
+    quad_.type = XR_TYPE_COMPOSITION_LAYER_CUBE_KHR;
     EXPECT_EQ(submitQuad(), XR_ERROR_LAYER_INVALID);
     quad_.type = XR_TYPE_COMPOSITION_LAYER_QUAD;
     quad_.space = XR_NULL_HANDLE;

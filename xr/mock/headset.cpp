@@ -63,7 +63,7 @@ void loadHeadset(const std::string& name_or_file, Scenario& scenario) {
     const nlohmann::json document = parseJson(readTextFile(file), file);
     const Field root{document, file, ""};
     root.objectOf({"version", "name", "source", "recommended_size", "left_fov_deg", "right_fov_deg", "ipd_m",
-                   "refresh_rates_hz", "refresh_hz", "tracking_extent_m", "lens"});
+                   "eye_turn_deg", "refresh_rates_hz", "refresh_hz", "tracking_extent_m", "lens"});
     root.required("version").integer(1, 1);
     scenario.system_name = root.required("name").text();
     if (scenario.system_name.empty() || scenario.system_name.size() >= XR_MAX_SYSTEM_NAME_SIZE) {
@@ -76,6 +76,9 @@ void loadHeadset(const std::string& name_or_file, Scenario& scenario) {
         scenario.eye_fov = {left, {-left.angleRight, -left.angleLeft, left.angleUp, left.angleDown}};
     }
     if (root.has("right_fov_deg")) scenario.eye_fov[1] = parseFov(root.at("right_fov_deg"), kRadPerDeg);
+    if (root.has("eye_turn_deg")) {
+        scenario.eye_turn_rad = root.at("eye_turn_deg").number(-45, 45) * kRadPerDeg;
+    }
     if (root.has("refresh_rates_hz")) readRefreshRates(root.at("refresh_rates_hz"), scenario);
     scenario.refresh_hz = scenario.refresh_rates_hz.back();
     if (root.has("refresh_hz")) {

@@ -25,6 +25,7 @@ struct Scenario {
     double refresh_hz = 90;                    // now
     std::vector<double> refresh_rates_hz{90};  // offered, from the lowest
     double ipd_m = 0.063;
+    double eye_turn_rad = 0;  // each eye looks outward by this
     std::array<XrFovf, 2> eye_fov{XrFovf{-0.84F, 0.73F, 0.77F, -0.82F}, XrFovf{-0.73F, 0.84F, 0.77F, -0.82F}};
     std::array<LensOutline, 2> lens;
     std::uint32_t width = 640, height = 640;  // recommended per eye

@@ -1,6 +1,7 @@
 #include "spaces.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "openxr_later.h"
@@ -24,8 +25,10 @@ Pose stageFromLocalFloor(const Instance& instance, std::int64_t time_ns) {
 std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns) {
     const Pose stage_from_head = stageFromHead(instance, time_ns);
     const double half_m = instance.scenario.ipd_m / 2;
-    return {stage_from_head * Pose{{0, 0, 0, 1}, {-half_m, 0, 0}},
-            stage_from_head * Pose{{0, 0, 0, 1}, {half_m, 0, 0}}};
+    const double half_rad = instance.scenario.eye_turn_rad / 2;
+    const double sine = std::sin(half_rad), cosine = std::cos(half_rad);
+    return {stage_from_head * Pose{{0, sine, 0, cosine}, {-half_m, 0, 0}},
+            stage_from_head * Pose{{0, -sine, 0, cosine}, {half_m, 0, 0}}};
 }
 
 std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns) {

@@ -49,15 +49,21 @@ void MockTest::TearDown() {
         EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
     }
     if (vk_device_ != VK_NULL_HANDLE) vkDestroyDevice(vk_device_, nullptr);
+    destroyVulkanInstance();
+    for (const std::string& name : variables_)
+        unsetenv(name.c_str());
+    for (const std::string& message : vk_messages_)
+        ADD_FAILURE() << message;
+}
+
+void MockTest::destroyVulkanInstance() {
     if (vk_messenger_ != VK_NULL_HANDLE) {
         reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(vkGetInstanceProcAddr(
             vk_instance_, "vkDestroyDebugUtilsMessengerEXT"))(vk_instance_, vk_messenger_, nullptr);
     }
     if (vk_instance_ != VK_NULL_HANDLE) vkDestroyInstance(vk_instance_, nullptr);
-    for (const std::string& name : variables_)
-        unsetenv(name.c_str());
-    for (const std::string& message : vk_messages_)
-        ADD_FAILURE() << message;
+    vk_messenger_ = VK_NULL_HANDLE;
+    vk_instance_ = VK_NULL_HANDLE;
 }
 
 void MockTest::setVariable(const std::string& name, const std::string& value) {

@@ -61,6 +61,7 @@ class MockTest : public testing::Test {
     XrResult tryInstance(const void* next = nullptr);  // xrCreateInstance
     void start();                                      // instance and system
     void startVulkan();                                // and Vulkan instance, physical device, device, queue
+    void destroyVulkanInstance();
     void startSession();                               // and a session, with a STAGE space
     void startRunning();                               // and xrBeginSession
     void startFocused();                               // and frames until FOCUSED

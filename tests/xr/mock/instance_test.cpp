@@ -2,6 +2,8 @@
 #include <cstring>
 #include <string>
 
+#include <openxr/openxr_reflection.h>
+
 #include "client.h"
 
 namespace mock_test {
@@ -68,6 +70,24 @@ TEST_F(Instance, NamesResultsAndStructures) {
     ASSERT_EQ(xrStructureTypeToString(instance_, static_cast<XrStructureType>(77777777), structure),
               XR_SUCCESS);
     EXPECT_STREQ(structure, "XR_UNKNOWN_STRUCTURE_TYPE_77777777");
+}
+
+TEST_F(Instance, KnowsTheNamesOfTheHeaders) {
+    start();
+    char text[XR_MAX_RESULT_STRING_SIZE];
+#define EXPECT_RESULT_NAME(name, value)                             \
+    ASSERT_EQ(xrResultToString(instance_, name, text), XR_SUCCESS); \
+    EXPECT_STREQ(text, #name);
+    XR_LIST_ENUM_XrResult(EXPECT_RESULT_NAME)
+#undef EXPECT_RESULT_NAME
+        char structure[XR_MAX_STRUCTURE_NAME_SIZE];
+#define EXPECT_TYPE_NAME(name, value)                                           \
+    ASSERT_EQ(xrStructureTypeToString(instance_, name, structure), XR_SUCCESS); \
+    EXPECT_STREQ(structure, #name);
+    XR_LIST_ENUM_XrStructureType(EXPECT_TYPE_NAME)
+#undef EXPECT_TYPE_NAME
+        EXPECT_EQ(xrResultToString(instance_, XR_SUCCESS, nullptr), XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(xrStructureTypeToString(instance_, XR_TYPE_UNKNOWN, nullptr), XR_ERROR_VALIDATION_FAILURE);
 }
 
 TEST_F(Instance, PathsRoundTrip) {

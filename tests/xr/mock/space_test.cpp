@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "client.h"
@@ -18,6 +19,14 @@ class Space : public MockTest {
         location.next = velocity;
         EXPECT_EQ(xrLocateSpace(space, base, time, &location), XR_SUCCESS);
         return location;
+    }
+    bool offers(XrReferenceSpaceType type) {
+        std::uint32_t count = 0;
+        EXPECT_EQ(xrEnumerateReferenceSpaces(session_, 0, &count, nullptr), XR_SUCCESS);
+        std::vector<XrReferenceSpaceType> types(count);
+        EXPECT_EQ(xrEnumerateReferenceSpaces(session_, 1, &count, types.data()), XR_ERROR_SIZE_INSUFFICIENT);
+        EXPECT_EQ(xrEnumerateReferenceSpaces(session_, count, &count, types.data()), XR_SUCCESS);
+        return std::find(types.begin(), types.end(), type) != types.end();
     }
     static void expectNear(const XrVector3f& actual, float x, float y, float z) {
         EXPECT_NEAR(actual.x, x, 1e-5F);
@@ -119,6 +128,40 @@ TEST_F(Space, RefusesBadPosesTypesAndTimes) {
     EXPECT_EQ(xrLocateSpace(stage_, XR_NULL_HANDLE, 1, &location), XR_ERROR_HANDLE_INVALID);
 }
 
+TEST_F(Space, TheLocalFloorIsBelowLocal) {
+    setScript(kWalk);
+    startSession();
+    constexpr auto kLocalFloor = static_cast<XrReferenceSpaceType>(1000426000);
+    EXPECT_TRUE(offers(kLocalFloor));
+    const XrSpace local = createSpace(XR_REFERENCE_SPACE_TYPE_LOCAL);
+    const XrSpace floor = createSpace(kLocalFloor);
+    const XrSpaceLocation in_local = locate(floor, local, 1);
+    EXPECT_EQ(in_local.locationFlags, 15U);
+    expectNear(in_local.pose.position, 0, -1.5F, 0);
+    EXPECT_NEAR(in_local.pose.orientation.w, 1, 1e-6F);
+    EXPECT_NEAR(locate(floor, stage_, 1).pose.position.y, 0, 1e-6F);
+    XrExtent2Df bounds{9, 9};
+    EXPECT_EQ(xrGetReferenceSpaceBoundsRect(session_, kLocalFloor, &bounds), XR_SPACE_BOUNDS_UNAVAILABLE);
+    EXPECT_EQ(bounds.height, 0);
+}
+
+TEST_F(Space, TheLocalFloorNeedsItsExtension) {
+    extensions_ = {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME};
+    startSession();
+    constexpr auto kLocalFloor = static_cast<XrReferenceSpaceType>(1000426000);
+    EXPECT_FALSE(offers(kLocalFloor));
+    EXPECT_TRUE(offers(XR_REFERENCE_SPACE_TYPE_VIEW));
+    EXPECT_TRUE(offers(XR_REFERENCE_SPACE_TYPE_LOCAL));
+    EXPECT_TRUE(offers(XR_REFERENCE_SPACE_TYPE_STAGE));
+    const XrReferenceSpaceCreateInfo info{XR_TYPE_REFERENCE_SPACE_CREATE_INFO, nullptr, kLocalFloor,
+                                          kIdentity};
+    XrSpace space = XR_NULL_HANDLE;
+    EXPECT_EQ(xrCreateReferenceSpace(session_, &info, &space), XR_ERROR_REFERENCE_SPACE_UNSUPPORTED);
+    EXPECT_EQ(space, static_cast<XrSpace>(XR_NULL_HANDLE));
+    XrExtent2Df bounds{};
+    EXPECT_EQ(xrGetReferenceSpaceBoundsRect(session_, kLocalFloor, &bounds), XR_ERROR_VALIDATION_FAILURE);
+}
+
 TEST_F(Space, OnlyTheStageHasBounds) {
     setScript(R"({"version": 1, "stage_bounds_m": [2.5, 4]})");
     startSession();
@@ -129,6 +172,10 @@ TEST_F(Space, OnlyTheStageHasBounds) {
     ASSERT_EQ(xrGetReferenceSpaceBoundsRect(session_, XR_REFERENCE_SPACE_TYPE_STAGE, &bounds), XR_SUCCESS);
     EXPECT_EQ(bounds.width, 2.5F);
     EXPECT_EQ(bounds.height, 4);
+    EXPECT_EQ(xrGetReferenceSpaceBoundsRect(session_, XR_REFERENCE_SPACE_TYPE_MAX_ENUM, &bounds),
+              XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(xrGetReferenceSpaceBoundsRect(session_, XR_REFERENCE_SPACE_TYPE_STAGE, nullptr),
+              XR_ERROR_VALIDATION_FAILURE);
 }
 
 }  // namespace

@@ -3,6 +3,11 @@
 namespace mock_test {
 namespace {
 
+bool isDepth(std::int64_t format) {
+    return format == VK_FORMAT_D32_SFLOAT || format == VK_FORMAT_D16_UNORM ||
+           format == VK_FORMAT_D24_UNORM_S8_UINT;
+}
+
 class SwapchainRules : public MockTest {
   protected:
     XrResult create(const XrSwapchainCreateInfo& info) {
@@ -32,8 +37,7 @@ TEST_F(SwapchainRules, PrefersSrgbAndHasDepth) {
     for (const std::int64_t format : formats) {
         XrSwapchainCreateInfo info = swapchainInfo();
         info.format = format;
-        if (format == VK_FORMAT_D32_SFLOAT || format == VK_FORMAT_D16_UNORM ||
-            format == VK_FORMAT_D24_UNORM_S8_UINT) {
+        if (isDepth(format)) {
             info.usageFlags = XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
         }
         cycle(createSwapchain(info).handle);
@@ -71,6 +75,62 @@ TEST_F(SwapchainRules, RefusesWhatItHasNot) {
     EXPECT_EQ(create(bad), XR_ERROR_VALIDATION_FAILURE);
     bad.mipCount = 7;
     EXPECT_EQ(create(bad), XR_SUCCESS);
+}
+
+// Every combination that an application might ask for, with its images taken twice around.
+TEST_F(SwapchainRules, EveryFormatHasItsUses) {
+    startSession();
+    std::uint32_t count = 0;
+    ASSERT_EQ(xrEnumerateSwapchainFormats(session_, 0, &count, nullptr), XR_SUCCESS);
+    std::vector<std::int64_t> formats(count);
+    ASSERT_EQ(xrEnumerateSwapchainFormats(session_, count, &count, formats.data()), XR_SUCCESS);
+    constexpr XrSwapchainUsageFlags kColourUses[] = {
+        XR_SWAPCHAIN_USAGE_SAMPLED_BIT, XR_SWAPCHAIN_USAGE_TRANSFER_SRC_BIT,
+        XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT, XR_SWAPCHAIN_USAGE_MUTABLE_FORMAT_BIT,
+        XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT};
+    for (const std::int64_t format : formats) {
+        const bool depth = isDepth(format);
+        for (std::uint32_t mask = 0; mask < (depth ? 8U : 32U); ++mask) {
+            XrSwapchainCreateInfo info = swapchainInfo();
+            info.format = format;
+            info.usageFlags = depth ? XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT
+                                    : XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT;
+            for (std::uint32_t bit = 0; bit < 5; ++bit)
+                if ((mask >> bit & 1) != 0) info.usageFlags |= kColourUses[bit];
+            info.width = info.height = 8;
+            info.arraySize = 1 + mask % 2;
+            info.mipCount = depth ? 1 : 1 + mask % 2;
+            info.createFlags = mask % 3 == 0 ? XR_SWAPCHAIN_CREATE_STATIC_IMAGE_BIT : 0;
+            const Swapchain swapchain = createSwapchain(info);
+            const std::size_t turns = info.createFlags == 0 ? 2 * swapchain.images.size() : 1;
+            for (std::size_t i = 0; i < turns; ++i)
+                cycle(swapchain.handle);
+            ASSERT_EQ(xrDestroySwapchain(swapchain.handle), XR_SUCCESS);
+        }
+    }
+}
+
+TEST_F(SwapchainRules, ImagesAreEnumeratedWithCare) {
+    startSession();
+    const XrSwapchain swapchain = createSwapchain(swapchainInfo()).handle;
+    std::uint32_t count = 0;
+    std::vector<XrSwapchainImageVulkan2KHR> images(
+        4, structOf<XrSwapchainImageVulkan2KHR>(XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR));
+    auto* base = reinterpret_cast<XrSwapchainImageBaseHeader*>(images.data());
+    EXPECT_EQ(xrEnumerateSwapchainImages(swapchain, 1, &count, base), XR_ERROR_SIZE_INSUFFICIENT);
+    EXPECT_EQ(count, 3U);
+    EXPECT_EQ(xrEnumerateSwapchainImages(swapchain, 3, nullptr, base), XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(xrEnumerateSwapchainImages(swapchain, 3, &count, nullptr), XR_ERROR_VALIDATION_FAILURE);
+    images[2].type = XR_TYPE_UNKNOWN;
+    EXPECT_EQ(xrEnumerateSwapchainImages(swapchain, 3, &count, base), XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(images[0].image, VkImage{VK_NULL_HANDLE});
+    images[2].type = XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR;
+    ASSERT_EQ(xrEnumerateSwapchainImages(swapchain, 4, &count, base), XR_SUCCESS);
+    EXPECT_EQ(count, 3U);
+    EXPECT_EQ(images[3].image, VkImage{VK_NULL_HANDLE});
+    const VkImage first = images[0].image;
+    ASSERT_EQ(xrEnumerateSwapchainImages(swapchain, 3, &count, base), XR_SUCCESS);
+    EXPECT_EQ(images[0].image, first);  // the same for the swapchain's lifetime
 }
 
 TEST_F(SwapchainRules, ImagesGoRoundInOrder) {

@@ -1,0 +1,155 @@
+// XR_KHR_vulkan_enable, and what the two Vulkan extensions demand of each other's objects.
+#include "client.h"
+
+namespace mock_test {
+namespace {
+
+class VulkanEnable : public MockTest {
+  protected:
+    // The names that one of the two string functions gives.
+    template <class Function>
+    std::string extensionNames(const char* function_name) {
+        const auto function = load<Function>(instance_, function_name);
+        std::uint32_t count = 0;
+        EXPECT_EQ(function(instance_, system_, 0, &count, nullptr), XR_SUCCESS);
+        std::string names(count, '?');
+        EXPECT_EQ(function(instance_, system_, count, &count, names.data()), XR_SUCCESS);
+        EXPECT_EQ(names.back(), '\0');
+        EXPECT_EQ(function(instance_, system_ + 1, 0, &count, nullptr), XR_ERROR_SYSTEM_INVALID);
+        names.pop_back();
+        return names;
+    }
+    void askRequirements() {
+        auto requirements =
+            structOf<XrGraphicsRequirementsVulkanKHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN_KHR);
+        const auto function =
+            load<PFN_xrGetVulkanGraphicsRequirementsKHR>(instance_, "xrGetVulkanGraphicsRequirementsKHR");
+        ASSERT_EQ(function(instance_, system_, &requirements), XR_SUCCESS);
+        EXPECT_LE(requirements.minApiVersionSupported, XR_MAKE_VERSION(1, 0, 0));
+        EXPECT_GE(requirements.maxApiVersionSupported, XR_MAKE_VERSION(1, 3, 0));
+        requirements.type = XR_TYPE_FRAME_STATE;
+        EXPECT_EQ(function(instance_, system_, &requirements), XR_ERROR_VALIDATION_FAILURE);
+    }
+    void createVulkanInstance() {
+        VkInstanceCreateInfo info{};
+        info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+        ASSERT_EQ(vkCreateInstance(&info, nullptr, &vk_instance_), VK_SUCCESS);
+    }
+    XrResult askDevice(VkInstance instance) {
+        return load<PFN_xrGetVulkanGraphicsDeviceKHR>(instance_, "xrGetVulkanGraphicsDeviceKHR")(
+            instance_, system_, instance, &vk_physical_device_);
+    }
+    void createVulkanDevice() {
+        const float priority = 1;
+        VkDeviceQueueCreateInfo queue{};
+        queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+        queue.queueCount = 1;
+        queue.pQueuePriorities = &priority;
+        VkDeviceCreateInfo info{};
+        info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+        info.queueCreateInfoCount = 1;
+        info.pQueueCreateInfos = &queue;
+        ASSERT_EQ(vkCreateDevice(vk_physical_device_, &info, nullptr, &vk_device_), VK_SUCCESS);
+    }
+};
+
+TEST_F(VulkanEnable, AnApplicationBringsItsOwnVulkan) {
+    extensions_ = {XR_KHR_VULKAN_ENABLE_EXTENSION_NAME};
+    start();
+    askRequirements();
+    EXPECT_EQ(extensionNames<PFN_xrGetVulkanInstanceExtensionsKHR>("xrGetVulkanInstanceExtensionsKHR"), "");
+    EXPECT_EQ(extensionNames<PFN_xrGetVulkanDeviceExtensionsKHR>("xrGetVulkanDeviceExtensionsKHR"), "");
+    createVulkanInstance();
+    EXPECT_EQ(askDevice(VK_NULL_HANDLE), XR_ERROR_VALIDATION_FAILURE);
+    ASSERT_EQ(askDevice(vk_instance_), XR_SUCCESS);
+    const VkPhysicalDevice chosen = vk_physical_device_;
+    ASSERT_EQ(askDevice(vk_instance_), XR_SUCCESS);
+    EXPECT_EQ(vk_physical_device_, chosen);
+    createVulkanDevice();
+    const XrGraphicsBindingVulkanKHR graphics = binding();
+    for (int i = 0; i < 3; ++i) {
+        ASSERT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
+        cycle(createSwapchain(swapchainInfo()).handle);
+        // Vulkan 1.0 has no way to give an sRGB image a use that only its linear views have.
+        XrSwapchainCreateInfo info = swapchainInfo();
+        info.usageFlags |= XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT;
+        VkFormatProperties format;
+        vkGetPhysicalDeviceFormatProperties(vk_physical_device_, VK_FORMAT_R8G8B8A8_SRGB, &format);
+        const bool has_storage = (format.optimalTilingFeatures & VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT) != 0;
+        XrSwapchain swapchain = XR_NULL_HANDLE;
+        EXPECT_EQ(xrCreateSwapchain(session_, &info, &swapchain),
+                  has_storage ? XR_SUCCESS : XR_ERROR_FEATURE_UNSUPPORTED);
+        ASSERT_EQ(xrDestroySession(session_), XR_SUCCESS);
+    }
+}
+
+TEST_F(VulkanEnable, TheDeviceMustHaveBeenAskedFor) {
+    extensions_ = {XR_KHR_VULKAN_ENABLE_EXTENSION_NAME};
+    start();
+    createVulkanInstance();
+    ASSERT_EQ(askDevice(vk_instance_), XR_SUCCESS);
+    createVulkanDevice();
+    XrGraphicsBindingVulkanKHR graphics = binding();
+    EXPECT_EQ(trySession(&graphics, &session_), XR_ERROR_GRAPHICS_REQUIREMENTS_CALL_MISSING);
+    askRequirements();
+    graphics.instance = reinterpret_cast<VkInstance>(0x1234);
+    EXPECT_EQ(trySession(&graphics, &session_), XR_ERROR_GRAPHICS_DEVICE_INVALID);
+    graphics = binding();
+    graphics.device = VK_NULL_HANDLE;
+    EXPECT_EQ(trySession(&graphics, &session_), XR_ERROR_GRAPHICS_DEVICE_INVALID);
+    graphics = binding();
+    graphics.queueFamilyIndex = 77;
+    EXPECT_EQ(trySession(&graphics, &session_), XR_ERROR_GRAPHICS_DEVICE_INVALID);
+    graphics = binding();
+    graphics.queueIndex = 77;
+    EXPECT_EQ(trySession(&graphics, &session_), XR_ERROR_GRAPHICS_DEVICE_INVALID);
+    graphics = binding();
+    const XrGraphicsBindingVulkanKHR second = binding();
+    graphics.next = &second;
+    EXPECT_EQ(trySession(&graphics, &session_), XR_ERROR_GRAPHICS_DEVICE_INVALID);
+    graphics.next = nullptr;
+    ASSERT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
+}
+
+TEST_F(VulkanEnable, TheSecondExtensionWantsWhatItMade) {
+    extensions_ = {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME};
+    startVulkan();
+    const VkDevice made_here = vk_device_;
+    createVulkanDevice();
+    XrGraphicsBindingVulkanKHR graphics = binding();
+    EXPECT_EQ(trySession(&graphics, &session_), XR_ERROR_GRAPHICS_DEVICE_INVALID);
+    vkDestroyDevice(vk_device_, nullptr);
+    vk_device_ = made_here;
+    graphics = binding();
+    EXPECT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
+}
+
+TEST_F(VulkanEnable, AStrangeDeviceIsNoHandle) {
+    startVulkan();
+    VkDeviceCreateInfo vulkan_info{};
+    vulkan_info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+    auto info = structOf<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
+    info.systemId = system_;
+    info.pfnGetInstanceProcAddr = vkGetInstanceProcAddr;
+    info.vulkanCreateInfo = &vulkan_info;
+    const auto create = load<PFN_xrCreateVulkanDeviceKHR>(instance_, "xrCreateVulkanDeviceKHR");
+    VkDevice device = VK_NULL_HANDLE;
+    VkResult result = VK_SUCCESS;
+    for (const auto other : {VkPhysicalDevice{VK_NULL_HANDLE}, reinterpret_cast<VkPhysicalDevice>(0x5678)}) {
+        info.vulkanPhysicalDevice = other;
+        EXPECT_EQ(create(instance_, &info, &device, &result), XR_ERROR_HANDLE_INVALID);
+    }
+}
+
+// All that is offered for graphics at once, and the functions of both with one another's objects.
+TEST_F(VulkanEnable, BothExtensionsWorkTogether) {
+    startVulkan();  // the Vulkan instance and device of XR_KHR_vulkan_enable2
+    const VkPhysicalDevice chosen = vk_physical_device_;
+    ASSERT_EQ(askDevice(vk_instance_), XR_SUCCESS);
+    EXPECT_EQ(vk_physical_device_, chosen);
+    const XrGraphicsBindingVulkanKHR graphics = binding();
+    EXPECT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
+}
+
+}  // namespace
+}  // namespace mock_test

@@ -23,6 +23,7 @@ inline constexpr ExtensionEntry kExtensions[] = {
     {XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, XR_KHR_convert_timespec_time_SPEC_VERSION},
     {XR_KHR_COMPOSITION_LAYER_CYLINDER_EXTENSION_NAME, XR_KHR_composition_layer_cylinder_SPEC_VERSION},
     {XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME, XR_KHR_composition_layer_depth_SPEC_VERSION},
+    {XR_EXT_CONFORMANCE_AUTOMATION_EXTENSION_NAME, XR_EXT_conformance_automation_SPEC_VERSION},
     {XR_EXT_DEBUG_UTILS_EXTENSION_NAME, XR_EXT_debug_utils_SPEC_VERSION},
     {XR_EXT_LOCAL_FLOOR_EXTENSION_NAME, XR_EXT_local_floor_SPEC_VERSION},
     {XR_EXT_USER_PRESENCE_EXTENSION_NAME, XR_EXT_user_presence_SPEC_VERSION},
@@ -125,6 +126,13 @@ XrResult stopHapticFeedback(Call&, XrSession, const XrHapticActionInfo*);
 XrResult enumerateDisplayRefreshRates(Call&, XrSession, std::uint32_t, std::uint32_t*, float*);
 XrResult getDisplayRefreshRate(Call&, XrSession, float*);
 XrResult requestDisplayRefreshRate(Call&, XrSession, float);
+
+// XR_EXT_conformance_automation
+XrResult setInputDeviceActive(Call&, XrSession, XrPath, XrPath, XrBool32);
+XrResult setInputDeviceStateBool(Call&, XrSession, XrPath, XrPath, XrBool32);
+XrResult setInputDeviceStateFloat(Call&, XrSession, XrPath, XrPath, float);
+XrResult setInputDeviceStateVector2f(Call&, XrSession, XrPath, XrPath, XrVector2f);
+XrResult setInputDeviceLocation(Call&, XrSession, XrPath, XrPath, XrSpace, XrPosef);
 
 // XR_EXT_debug_utils
 XrResult setDebugUtilsObjectName(Call&, XrInstance, const XrDebugUtilsObjectNameInfoEXT*);

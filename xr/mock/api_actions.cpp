@@ -1,10 +1,8 @@
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <set>
 
 #include "api.h"
-#include "director.h"
 #include "localized_names.h"
 #include "objects.h"
 #include "profiles.h"
@@ -37,42 +35,38 @@ void checkUnique(const Object& parent, const char* name, const char* localized_n
     }
 }
 
-void requireUserPath(const Instance& instance, XrPath path) {
-    require(isTopLevelUserPath(pathString(instance, path)), XR_ERROR_PATH_UNSUPPORTED,
-            "not a top level user path");
+void requireSubactionPath(const Instance& instance, XrPath path) {
+    const auto user = userOf(pathString(instance, path));
+    require(user && *user != User::treadmill, XR_ERROR_PATH_UNSUPPORTED, "not a subaction path");
 }
 
-// Which hand a path like "/user/hand/left" means; -1 for other users.
-int handOf(const std::string& user_path) {
-    if (user_path == "/user/hand/left") return 0;
-    return user_path == "/user/hand/right" ? 1 : -1;
-}
-
-std::vector<Binding> bindingsOf(Instance& instance, const Action& action, const Profile& profile) {
+// All that the suggestions give an action, of every profile.
+std::vector<Binding> bindingsOf(Instance& instance, const Action& action) {
     std::vector<Binding> bindings;
-    for (const SuggestedBinding& suggested : instance.suggestions[profile.path]) {
-        if (suggested.action != action.handle) continue;
-        BindingPath path;
-        splitBindingPath(*instance.paths.toString(suggested.path), path);
-        const int hand = handOf(path.user_path);
-        if (hand < 0 || !instance.scenario.controllers[static_cast<std::size_t>(hand)]) continue;
-        const XrPath user_path = instance.paths.fromString(path.user_path);
-        const auto& subactions = action.subaction_paths;
-        if (!subactions.empty() &&
-            std::find(subactions.begin(), subactions.end(), user_path) == subactions.end()) {
-            continue;
+    for (const auto& [profile_path, suggestions] : instance.suggestions) {
+        const Profile& profile = *findProfile(profile_path);
+        for (const SuggestedBinding& suggested : suggestions) {
+            if (suggested.action != action.handle) continue;
+            const BindingPath path = splitBindingPath(*instance.paths.toString(suggested.path)).value();
+            const XrPath user_path = instance.paths.fromString(userPath(path.user));
+            const auto& subactions = action.subaction_paths;
+            if (!subactions.empty() &&
+                std::find(subactions.begin(), subactions.end(), user_path) == subactions.end()) {
+                continue;
+            }
+            auto components = componentsFor(profile, path, action.action_type);
+            if (components.empty()) continue;  // cannot be converted: no error, no contribution
+            bindings.push_back({&profile, path.user, suggested.path, user_path, std::move(components)});
         }
-        auto components = componentsFor(profile, path, action.action_type);
-        if (!components.empty()) bindings.push_back({suggested.path, user_path, hand, std::move(components)});
     }
     return bindings;
 }
 
 void attach(Session& session, const std::vector<ActionSet*>& sets) {
     Instance& instance = session.instance;
-    const Profile& profile = *findProfile(instance.scenario.profile);
-    const bool suggested = instance.suggestions.contains(profile.path);
     InputState input;
+    for (const auto& [profile_path, suggestions] : instance.suggestions)
+        input.suggested.insert(findProfile(profile_path));
     for (ActionSet* set : sets) {
         set->attached = true;
         input.set_priorities[set->handle] = set->priority;
@@ -80,73 +74,16 @@ void attach(Session& session, const std::vector<ActionSet*>& sets) {
             const auto& action = static_cast<const Action&>(*child);
             AttachedAction& attached = input.actions[action.handle];
             attached.set = set->handle;
+            attached.name = action.name;
             attached.type = action.action_type;
             attached.values[XR_NULL_PATH] = {};
             for (const XrPath path : action.subaction_paths)
                 attached.values[path] = {};
-            if (suggested) attached.bindings = bindingsOf(instance, action, profile);
+            attached.bindings = bindingsOf(instance, action);
         }
-    }
-    for (const ProfileDevice& device : profile.devices) {
-        const int hand = handOf(device.user_path);
-        if (!suggested || hand < 0 || !instance.scenario.controllers[static_cast<std::size_t>(hand)])
-            continue;
-        input.next_profile[static_cast<std::size_t>(hand)] = instance.paths.fromString(profile.path);
     }
     input.attached = true;
     session.input = std::move(input);
-}
-
-const AttachedAction& attachedAction(const Session& session, const Action& action) {
-    const auto attached = session.input.actions.find(action.handle);
-    require(attached != session.input.actions.end(), XR_ERROR_ACTIONSET_NOT_ATTACHED,
-            "the action's set is not attached to the session");
-    return attached->second;
-}
-
-// What all xrGetActionState* share. `state` has been checked.
-const ActionValue& actionValue(Call& call, XrSession handle, const XrActionStateGetInfo* info,
-                               XrActionType type) {
-    const Session& session = call.live<Session>(handle);
-    requireStruct(info, XR_TYPE_ACTION_STATE_GET_INFO);
-    const Action& action = call.live<Action>(info->action);
-    requireSubaction(session.instance, action, info->subactionPath);
-    require(action.action_type == type, XR_ERROR_ACTION_TYPE_MISMATCH, "the action is of another type");
-    return attachedAction(session, action).values.at(info->subactionPath);
-}
-
-template <class State>
-void fillState(const ActionValue& value, State& state) {
-    state.changedSinceLastSync = value.changed;
-    state.lastChangeTime = value.last_change_ns;
-    state.isActive = value.active;
-}
-
-void changeProfile(Session& session) {
-    if (session.input.profile == session.input.next_profile) return;
-    session.input.profile = session.input.next_profile;
-    const auto handle = handleOf<XrSession>(session);
-    session.instance.events.push(
-        XrEventDataInteractionProfileChanged{XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED, nullptr, handle},
-        handle);
-}
-
-// Whether the active set names a subaction path that an action of the set was created with.
-bool hasSubaction(const InputState& input, std::uint64_t set, XrPath path) {
-    return std::any_of(input.actions.begin(), input.actions.end(), [&](const auto& entry) {
-        return entry.second.set == set && entry.second.values.contains(path);
-    });
-}
-
-bool requireHapticAction(Call& call, XrSession handle, const XrHapticActionInfo* info) {
-    const Session& session = call.live<Session>(handle);
-    requireStruct(info, XR_TYPE_HAPTIC_ACTION_INFO);
-    const Action& action = call.live<Action>(info->action);
-    requireSubaction(session.instance, action, info->subactionPath);
-    require(action.action_type == XR_ACTION_TYPE_VIBRATION_OUTPUT, XR_ERROR_ACTION_TYPE_MISMATCH,
-            "not a vibration action");
-    attachedAction(session, action);
-    return session.progress.state == XR_SESSION_STATE_FOCUSED;
 }
 
 }  // namespace
@@ -184,7 +121,7 @@ XrResult createAction(Call& call, XrActionSet handle, const XrActionCreateInfo* 
             "subactionPaths is null");
     std::set<XrPath> seen;
     for (std::uint32_t i = 0; i < info->countSubactionPaths; ++i) {
-        requireUserPath(set.instance, info->subactionPaths[i]);
+        requireSubactionPath(set.instance, info->subactionPaths[i]);
         require(seen.insert(info->subactionPaths[i]).second, XR_ERROR_PATH_UNSUPPORTED,
                 "a subaction path is there twice");
     }
@@ -218,9 +155,10 @@ XrResult suggestInteractionProfileBindings(Call& call, XrInstance handle,
         const Action& action = call.live<Action>(suggested.action);
         require(!action.set.attached, XR_ERROR_ACTIONSETS_ALREADY_ATTACHED,
                 "the action's set is attached already");
-        const std::string& string = pathString(instance, suggested.binding);
-        BindingPath path;
-        require(splitBindingPath(string, path) && hasComponent(*profile, path), XR_ERROR_PATH_UNSUPPORTED,
+        require(&action.set.instance == &instance, XR_ERROR_VALIDATION_FAILURE,
+                "an action is of another instance");
+        const auto path = splitBindingPath(pathString(instance, suggested.binding));
+        require(path && hasComponent(*profile, *path), XR_ERROR_PATH_UNSUPPORTED,
                 "the profile has no such binding path");
         suggestions.push_back({action.handle, suggested.binding});
     }
@@ -248,80 +186,12 @@ XrResult getCurrentInteractionProfile(Call& call, XrSession handle, XrPath path,
                                       XrInteractionProfileState* state) {
     const Session& session = call.live<Session>(handle);
     requireStruct(state, XR_TYPE_INTERACTION_PROFILE_STATE);
-    requireUserPath(session.instance, path);
+    const auto user = userOf(pathString(session.instance, path));
+    require(user.has_value(), XR_ERROR_PATH_UNSUPPORTED, "not a top level user path");
     require(session.input.attached, XR_ERROR_ACTIONSET_NOT_ATTACHED, "no action sets are attached");
-    const int hand = handOf(pathString(session.instance, path));
+    const Profile* profile = session.input.profiles[static_cast<std::size_t>(*user)];
     state->interactionProfile =
-        hand < 0 ? XR_NULL_PATH : session.input.profile[static_cast<std::size_t>(hand)];
-    return XR_SUCCESS;
-}
-
-XrResult getActionStateBoolean(Call& call, XrSession session, const XrActionStateGetInfo* info,
-                               XrActionStateBoolean* state) {
-    call.live<Session>(session);
-    requireStruct(state, XR_TYPE_ACTION_STATE_BOOLEAN);
-    const ActionValue& value = actionValue(call, session, info, XR_ACTION_TYPE_BOOLEAN_INPUT);
-    state->currentState = value.x != 0;
-    fillState(value, *state);
-    return XR_SUCCESS;
-}
-
-XrResult getActionStateFloat(Call& call, XrSession session, const XrActionStateGetInfo* info,
-                             XrActionStateFloat* state) {
-    call.live<Session>(session);
-    requireStruct(state, XR_TYPE_ACTION_STATE_FLOAT);
-    const ActionValue& value = actionValue(call, session, info, XR_ACTION_TYPE_FLOAT_INPUT);
-    state->currentState = static_cast<float>(value.x);
-    fillState(value, *state);
-    return XR_SUCCESS;
-}
-
-XrResult getActionStateVector2f(Call& call, XrSession session, const XrActionStateGetInfo* info,
-                                XrActionStateVector2f* state) {
-    call.live<Session>(session);
-    requireStruct(state, XR_TYPE_ACTION_STATE_VECTOR2F);
-    const ActionValue& value = actionValue(call, session, info, XR_ACTION_TYPE_VECTOR2F_INPUT);
-    state->currentState = {static_cast<float>(value.x), static_cast<float>(value.y)};
-    fillState(value, *state);
-    return XR_SUCCESS;
-}
-
-XrResult getActionStatePose(Call& call, XrSession session, const XrActionStateGetInfo* info,
-                            XrActionStatePose* state) {
-    call.live<Session>(session);
-    requireStruct(state, XR_TYPE_ACTION_STATE_POSE);
-    state->isActive = actionValue(call, session, info, XR_ACTION_TYPE_POSE_INPUT).active;
-    return XR_SUCCESS;
-}
-
-XrResult syncActions(Call& call, XrSession handle, const XrActionsSyncInfo* info) {
-    Session& session = call.live<Session>(handle);
-    requireStruct(info, XR_TYPE_ACTIONS_SYNC_INFO);
-    direct(session.instance, session.instance.clock.now(call.now_ns));
-    call.live<Session>(handle);  // it may have been lost just now
-    require(info->countActiveActionSets == 0 || info->activeActionSets != nullptr,
-            XR_ERROR_VALIDATION_FAILURE, "activeActionSets is null");
-    std::vector<ActiveSet> active;
-    for (std::uint32_t i = 0; i < info->countActiveActionSets; ++i) {
-        const XrActiveActionSet& each = info->activeActionSets[i];
-        const ActionSet& set = call.live<ActionSet>(each.actionSet);
-        require(session.input.set_priorities.contains(set.handle), XR_ERROR_ACTIONSET_NOT_ATTACHED,
-                "an action set is not attached to the session");
-        if (each.subactionPath != XR_NULL_PATH) {
-            pathString(session.instance, each.subactionPath);
-            require(hasSubaction(session.input, set.handle, each.subactionPath), XR_ERROR_PATH_UNSUPPORTED,
-                    "no action of the set was created with the subaction path");
-        }
-        active.push_back({set.handle, each.subactionPath});
-    }
-    if (session.progress.state != XR_SESSION_STATE_FOCUSED) {
-        releaseInput(session.input);
-        return XR_SESSION_NOT_FOCUSED;
-    }
-    changeProfile(session);
-    const Clock& clock = session.instance.clock;
-    const std::int64_t now_ns = clock.now(call.now_ns);
-    syncInput(session.input, session.instance.scenario, active, clock.scenarioSeconds(now_ns), now_ns);
+        profile == nullptr ? XR_NULL_PATH : session.instance.paths.fromString(profile->path);
     return XR_SUCCESS;
 }
 
@@ -330,11 +200,11 @@ XrResult enumerateBoundSourcesForAction(Call& call, XrSession handle,
                                         std::uint32_t capacity, std::uint32_t* count, XrPath* sources) {
     const Session& session = call.live<Session>(handle);
     requireStruct(info, XR_TYPE_BOUND_SOURCES_FOR_ACTION_ENUMERATE_INFO);
-    const AttachedAction& action = attachedAction(session, call.live<Action>(info->action));
+    const AttachedAction& action = attachedAction(session.input, call.live<Action>(info->action));
     std::vector<XrPath> bound;
     for (const Binding& binding : action.bindings) {
-        const bool current = session.input.profile[static_cast<std::size_t>(binding.hand)] != XR_NULL_PATH;
-        if (current && std::find(bound.begin(), bound.end(), binding.source) == bound.end()) {
+        if (isLive(session.input, binding) &&
+            std::find(bound.begin(), bound.end(), binding.source) == bound.end()) {
             bound.push_back(binding.source);
         }
     }
@@ -350,24 +220,12 @@ XrResult getInputSourceLocalizedName(Call& call, XrSession handle,
             XR_ERROR_VALIDATION_FAILURE, "whichComponents is empty or has unknown bits");
     const std::string& source = pathString(session.instance, info->sourcePath);
     require(session.input.attached, XR_ERROR_ACTIONSET_NOT_ATTACHED, "no action sets are attached");
-    const Profile& profile = *findProfile(session.instance.scenario.profile);
-    BindingPath path;
-    require(splitBindingPath(source, path) && hasComponent(profile, path), XR_ERROR_PATH_UNSUPPORTED,
+    const auto path = splitBindingPath(source);
+    require(path.has_value(), XR_ERROR_PATH_UNSUPPORTED, "not the path of a source");
+    const Profile* profile = session.input.profiles[static_cast<std::size_t>(path->user)];
+    require(profile != nullptr && hasComponent(*profile, *path), XR_ERROR_PATH_UNSUPPORTED,
             "the current interaction profile has no such source");
-    return twoCallString(capacity, count, buffer, localizedName(profile, path, info->whichComponents));
-}
-
-XrResult applyHapticFeedback(Call& call, XrSession handle, const XrHapticActionInfo* info,
-                             const XrHapticBaseHeader* feedback) {
-    const bool focused = requireHapticAction(call, handle, info);
-    requireStruct(feedback, XR_TYPE_HAPTIC_VIBRATION);
-    if (!focused) return XR_SESSION_NOT_FOCUSED;
-    ++call.live<Session>(handle).instance.statistics.haptic_pulses;
-    return XR_SUCCESS;
-}
-
-XrResult stopHapticFeedback(Call& call, XrSession handle, const XrHapticActionInfo* info) {
-    return requireHapticAction(call, handle, info) ? XR_SUCCESS : XR_SESSION_NOT_FOCUSED;
+    return twoCallString(capacity, count, buffer, localizedName(*profile, *path, info->whichComponents));
 }
 
 }  // namespace xrmock

@@ -53,6 +53,7 @@ Row row(const char* extension = nullptr) {
 constexpr const char* kVulkan = XR_KHR_VULKAN_ENABLE_EXTENSION_NAME;
 constexpr const char* kVulkan2 = XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME;
 constexpr const char* kTimespec = XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME;
+constexpr const char* kAutomation = XR_EXT_CONFORMANCE_AUTOMATION_EXTENSION_NAME;
 constexpr const char* kDebug = XR_EXT_DEBUG_UTILS_EXTENSION_NAME;
 constexpr const char* kRefreshRate = XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME;
 
@@ -125,6 +126,11 @@ const Row kRows[] = {
     row<"xrEnumerateDisplayRefreshRatesFB", enumerateDisplayRefreshRates>(kRefreshRate),
     row<"xrGetDisplayRefreshRateFB", getDisplayRefreshRate>(kRefreshRate),
     row<"xrRequestDisplayRefreshRateFB", requestDisplayRefreshRate>(kRefreshRate),
+    row<"xrSetInputDeviceActiveEXT", setInputDeviceActive>(kAutomation),
+    row<"xrSetInputDeviceStateBoolEXT", setInputDeviceStateBool>(kAutomation),
+    row<"xrSetInputDeviceStateFloatEXT", setInputDeviceStateFloat>(kAutomation),
+    row<"xrSetInputDeviceStateVector2fEXT", setInputDeviceStateVector2f>(kAutomation),
+    row<"xrSetInputDeviceLocationEXT", setInputDeviceLocation>(kAutomation),
     row<"xrSetDebugUtilsObjectNameEXT", setDebugUtilsObjectName>(kDebug),
     row<"xrCreateDebugUtilsMessengerEXT", createDebugUtilsMessenger>(kDebug),
     row<"xrDestroyDebugUtilsMessengerEXT", destroyDebugUtilsMessenger>(kDebug),

@@ -40,14 +40,13 @@ inline const Pose& originAt(const std::vector<OriginKey>& keys, std::int64_t tim
     return keys[at].room_from_origin;
 }
 
-// Of an instance. The refresh rate and the controllers' profile that hold now are `scenario.refresh_hz` and
-// `scenario.profile` of the instance, which events change like everything else in its copy of the scenario.
+// Of an instance. The refresh rate that holds now is `scenario.refresh_hz`, and interaction profiles are keys
+// of `scenario.devices`: events change them like everything else in the instance's copy of the scenario.
 struct Conditions {
     Loss loss = Loss::none;
     std::int64_t lost_at_ns = 0;                            // when pending becomes lost
     std::vector<OriginKey> local{{0, {}}}, stage{{0, {}}};  // recentring appends
     std::uint32_t mask_revision = 0;                        // grows when the visibility mask changes
-    std::uint32_t profile_revision = 0;                     // grows when scenario.profile changes
     bool user_present = true;                               // XR_EXT_user_presence
     std::vector<FrameFates> fates;
     std::uint64_t frames_waited = 0;  // by all sessions: the number of the newest frame, 1 for the first

@@ -74,9 +74,8 @@ void apply(Instance& instance, std::int64_t, const MaskChange& change) {
     });
 }
 
-void apply(Instance& instance, std::int64_t, const ProfileChange& change) {
-    instance.scenario.profile = change.profile;
-    ++instance.conditions.profile_revision;
+void apply(Instance& instance, std::int64_t now_ns, const ProfileChange& change) {
+    takeUp(instance.scenario.devices, change.profile, instance.clock.scenarioSeconds(now_ns));
 }
 
 void apply(Instance& instance, std::int64_t, const RefreshRateChange& change) {

@@ -7,16 +7,11 @@ namespace xrmock {
 
 namespace {
 
-constexpr double kPressed = 0.5;  // an analogue value counts as a press from here
+// One physical control: "input/trigger" stands for all its components.
+using Control = std::pair<User, std::string>;
 
-// The parts of bindings that name one physical control.
-using SourceKey = std::pair<int, std::string>;
-
-double readComponent(const Scenario& scenario, int hand, const std::string& component, double t_s) {
-    // Bindings are made for connected controllers only.
-    const auto& values = scenario.controllers[static_cast<std::size_t>(hand)].value().values;
-    const auto keys = values.find(component.substr(std::string("input/").size()));
-    return keys == values.end() ? 0.0 : valueAt(keys->second, t_s);
+Control controlOf(const Binding& binding, const std::string& component) {
+    return {binding.user, component.substr(0, component.rfind('/'))};
 }
 
 bool isSetActive(const std::vector<ActiveSet>& active, std::uint64_t set, XrPath user_path) {
@@ -25,17 +20,15 @@ bool isSetActive(const std::vector<ActiveSet>& active, std::uint64_t set, XrPath
     });
 }
 
-std::map<SourceKey, std::uint32_t> highestPriorities(const InputState& input,
-                                                     const std::vector<ActiveSet>& active) {
-    std::map<SourceKey, std::uint32_t> highest;
+std::map<Control, std::uint32_t> highestPriorities(const InputState& input,
+                                                   const std::vector<ActiveSet>& active) {
+    std::map<Control, std::uint32_t> highest;
     for (const auto& [handle, action] : input.actions) {
         const std::uint32_t priority = input.set_priorities.at(action.set);
         for (const Binding& binding : action.bindings) {
-            if (!isSetActive(active, action.set, binding.user_path)) continue;
+            if (!isLive(input, binding) || !isSetActive(active, action.set, binding.user_path)) continue;
             for (const std::string& component : binding.components) {
-                // Controls are suppressed whole: "trigger/value" takes "trigger/click" with it.
-                const std::string control = component.substr(0, component.rfind('/'));
-                std::uint32_t& entry = highest[{binding.hand, control}];
+                std::uint32_t& entry = highest[controlOf(binding, component)];
                 entry = std::max(entry, priority);
             }
         }
@@ -43,74 +36,120 @@ std::map<SourceKey, std::uint32_t> highestPriorities(const InputState& input,
     return highest;
 }
 
-// Several sources for one action: any press, the largest deflection, the first pose.
-void mix(ActionValue& value, const Binding& binding, XrActionType type, const Scenario& scenario,
-         double t_s) {
-    const auto read = [&](std::size_t i) {
-        return readComponent(scenario, binding.hand, binding.components[i], t_s);
-    };
-    const bool was_active = value.active;
+// Whether the component counts as pressed, with hysteresis.
+bool isPressed(InputState& input, User user, const std::string& component, double value) {
+    const auto key = std::make_pair(user, component);
+    const bool pressed = value >= (input.pressed.contains(key) ? kReleased : kPressed);
+    if (pressed) {
+        input.pressed.insert(key);
+    } else {
+        input.pressed.erase(key);
+    }
+    return pressed;
+}
+
+// Several sources for one action: any press, the largest deflection, the longest vector. `last_change_ns`
+// becomes that of the source that changed last.
+void mix(ActionValue& value, InputState& input, const Binding& binding, XrActionType type,
+         const Sources& sources, std::int64_t now_ns) {
     value.active = true;
-    switch (type) {
-        case XR_ACTION_TYPE_BOOLEAN_INPUT:
-            value.x = std::max(value.x, read(0) >= kPressed ? 1.0 : 0.0);
-            break;
-        case XR_ACTION_TYPE_FLOAT_INPUT:
-            if (const double x = read(0); std::abs(x) > std::abs(value.x)) value.x = x;
-            break;
-        case XR_ACTION_TYPE_VECTOR2F_INPUT:
-            if (const double x = read(0), y = read(1);
-                x * x + y * y > value.x * value.x + value.y * value.y) {
-                value.x = x;
-                value.y = y;
-            }
-            break;
-        case XR_ACTION_TYPE_POSE_INPUT:
-            if (!was_active) value.hand = binding.hand;
-            break;
-        default:
-            break;
+    const auto read = [&](std::size_t i) {
+        const SourceValue source = inputAt(sources, binding.user, binding.components[i], now_ns);
+        value.last_change_ns = std::max(value.last_change_ns, std::min(source.changed_ns, now_ns));
+        return source.value;
+    };
+    if (type == XR_ACTION_TYPE_BOOLEAN_INPUT) {
+        if (isPressed(input, binding.user, binding.components[0], read(0))) value.x = 1;
+    } else if (type == XR_ACTION_TYPE_FLOAT_INPUT) {
+        if (const double x = read(0); std::abs(x) > std::abs(value.x)) value.x = x;
+    } else if (type == XR_ACTION_TYPE_VECTOR2F_INPUT) {
+        if (const double x = read(0), y = read(1); x * x + y * y > value.x * value.x + value.y * value.y) {
+            value.x = x;
+            value.y = y;
+        }
+    }
+}
+
+// Of a value that was `before` and is `now_value`, whose sources last changed at its last_change_ns.
+void compare(const ActionValue& before, ActionValue& now_value, std::int64_t now_ns) {
+    if (!before.active) {
+        if (now_value.last_change_ns == 0) now_value.last_change_ns = now_ns;
+        return;
+    }
+    now_value.changed = now_value.x != before.x || now_value.y != before.y;
+    if (!now_value.changed) {
+        now_value.last_change_ns = before.last_change_ns;
+    } else if (now_value.last_change_ns <= before.last_change_ns) {
+        now_value.last_change_ns = now_ns;  // not a source changed but which of them count
     }
 }
 
 }  // namespace
 
-void syncInput(InputState& input, const Scenario& scenario, const std::vector<ActiveSet>& active,
-               double scenario_time_s, std::int64_t now_ns) {
+bool isLive(const InputState& input, const Binding& binding) {
+    return input.profiles[static_cast<std::size_t>(binding.user)] == binding.profile;
+}
+
+bool updateProfiles(InputState& input, const Sources& sources, std::int64_t now_ns) {
+    bool changed = false;
+    for (std::size_t i = 0; i < kUserCount; ++i) {
+        const Profile* profile = findProfile(profileAt(sources, static_cast<User>(i), now_ns));
+        if (!input.suggested.contains(profile)) profile = nullptr;
+        changed = changed || profile != input.profiles[i];
+        input.profiles[i] = profile;
+    }
+    return changed;
+}
+
+void syncInput(InputState& input, const Sources& sources, const std::vector<ActiveSet>& active,
+               std::int64_t now_ns) {
     const auto highest = highestPriorities(input, active);
     for (auto& [handle, action] : input.actions) {
         const std::uint32_t priority = input.set_priorities.at(action.set);
+        const auto contributes = [&](const Binding& binding, XrPath subaction_path) {
+            return isLive(input, binding) &&
+                   (subaction_path == XR_NULL_PATH || subaction_path == binding.user_path) &&
+                   isSetActive(active, action.set, binding.user_path) &&
+                   highest.at(controlOf(binding, binding.components.front())) <= priority;
+        };
         for (auto& [subaction_path, value] : action.values) {
             ActionValue next;
+            next.followed = value.followed;
             for (const Binding& binding : action.bindings) {
-                if (subaction_path != XR_NULL_PATH && subaction_path != binding.user_path) continue;
-                if (!isSetActive(active, action.set, binding.user_path)) continue;
-                const std::string& component = binding.components.front();
-                if (highest.at({binding.hand, component.substr(0, component.rfind('/'))}) > priority)
-                    continue;
-                mix(next, binding, action.type, scenario, scenario_time_s);
+                if (!contributes(binding, subaction_path)) continue;
+                if (action.type != XR_ACTION_TYPE_POSE_INPUT) {
+                    mix(next, input, binding, action.type, sources, now_ns);
+                } else if (!next.active && next.followed.value_or(binding.user) == binding.user) {
+                    next.active = true;
+                    next.followed = binding.user;
+                    next.component = binding.components.front();
+                }
             }
-            if (next.active) {
-                next.changed = value.active && (next.x != value.x || next.y != value.y);
-                next.last_change_ns = next.changed || !value.active ? now_ns : value.last_change_ns;
-            }
-            value = next;
+            if (next.active) compare(value, next, now_ns);
+            value = std::move(next);
         }
     }
 }
 
 void releaseInput(InputState& input) {
     for (auto& [handle, action] : input.actions) {
-        for (auto& [subaction_path, value] : action.values)
+        for (auto& [subaction_path, value] : action.values) {
+            const auto followed = value.followed;
             value = {};
+            value.followed = followed;
+        }
     }
 }
 
-std::optional<int> poseHand(const InputState& input, std::uint64_t action, XrPath subaction_path) {
+std::optional<Pose> stageFromAction(const InputState& input, const Sources& sources, std::uint64_t action,
+                                    XrPath subaction_path, std::int64_t time_ns) {
     const auto attached = input.actions.find(action);
     if (attached == input.actions.end()) return std::nullopt;
     const auto value = attached->second.values.find(subaction_path);
-    return value == attached->second.values.end() ? std::nullopt : value->second.hand;
+    if (value == attached->second.values.end() || !value->second.active) return std::nullopt;
+    const User user = value->second.followed.value();
+    if (profileAt(sources, user, time_ns).empty()) return std::nullopt;
+    return stageFromSource(sources, user, value->second.component, time_ns);
 }
 
 }  // namespace xrmock

@@ -5,11 +5,14 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "openxr_api.h"
-#include "scenario.h"
+#include "profiles.h"
+#include "sources.h"
 
 namespace xrmock {
 
@@ -19,9 +22,10 @@ struct SuggestedBinding {
 };
 
 struct Binding {
+    const Profile* profile;  // it holds while this is the user's profile
+    User user;
     XrPath source;                        // the path as it was suggested
     XrPath user_path;                     // subaction path it belongs to
-    int hand;                             // 0 left, 1 right
     std::vector<std::string> components;  // "input/select/click"; two for a vector
 };
 
@@ -30,23 +34,28 @@ struct ActionValue {
     double x = 0, y = 0;
     bool changed = false;
     std::int64_t last_change_ns = 0;
-    std::optional<int> hand;  // whose pose it is
+    // A pose action follows one user for good: the first that was there when it was synchronised.
+    std::optional<User> followed;
+    std::string component;  // the pose it follows, "input/grip/pose"
 };
 
 struct AttachedAction {
     std::uint64_t set = 0;
+    std::string name;
     XrActionType type = XR_ACTION_TYPE_BOOLEAN_INPUT;
-    std::vector<Binding> bindings;
+    std::vector<Binding> bindings;  // of every profile with suggestions
     // XR_NULL_PATH stands for all subaction paths together.
     std::map<XrPath, ActionValue> values;
 };
 
 struct InputState {
     bool attached = false;
-    std::map<std::uint64_t, std::uint32_t> set_priorities;           // by action set handle
-    std::map<std::uint64_t, AttachedAction> actions;                 // by action handle
-    std::array<XrPath, 2> profile{XR_NULL_PATH, XR_NULL_PATH};       // of the hands, once synchronised
-    std::array<XrPath, 2> next_profile{XR_NULL_PATH, XR_NULL_PATH};  // what the bindings were made for
+    std::map<std::uint64_t, std::uint32_t> set_priorities;  // by action set handle
+    std::map<std::uint64_t, AttachedAction> actions;        // by action handle
+    std::set<const Profile*> suggested;                     // the profiles that have bindings
+    // The current one of each user, null for none. Changes when actions are synchronised.
+    std::array<const Profile*, kUserCount> profiles{};
+    std::set<std::pair<User, std::string>, std::less<>> pressed;  // analogue components past the threshold
 };
 
 struct ActiveSet {
@@ -54,13 +63,18 @@ struct ActiveSet {
     XrPath subaction_path;  // XR_NULL_PATH for all
 };
 
-// Reads the controllers at a time. Where two active sets want the same source, the higher priority has it.
-void syncInput(InputState& input, const Scenario& scenario, const std::vector<ActiveSet>& active,
-               double scenario_time_s, std::int64_t now_ns);
+bool isLive(const InputState& input, const Binding& binding);
+
+// The current profiles from now on. True if one of them is another than before.
+bool updateProfiles(InputState& input, const Sources& sources, std::int64_t now_ns);
+// Reads the devices. Where two active sets want the same source, the higher priority has it.
+void syncInput(InputState& input, const Sources& sources, const std::vector<ActiveSet>& active,
+               std::int64_t now_ns);
 // Makes every action inactive.
 void releaseInput(InputState& input);
 
-// The hand whose pose the action follows since the last synchronisation.
-std::optional<int> poseHand(const InputState& input, std::uint64_t action, XrPath subaction_path);
+// Where the pose action was and will be; nothing while it is inactive or its device is gone.
+std::optional<Pose> stageFromAction(const InputState& input, const Sources& sources, std::uint64_t action,
+                                    XrPath subaction_path, std::int64_t time_ns);
 
 }  // namespace xrmock

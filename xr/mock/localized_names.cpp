@@ -20,12 +20,7 @@ std::string componentTitle(const std::string& component) {
     return title;
 }
 
-std::string userTitle(const std::string& user_path) {
-    if (user_path == "/user/hand/left") return "Left Hand";
-    if (user_path == "/user/hand/right") return "Right Hand";
-    if (user_path == "/user/head") return "Head";
-    return user_path == "/user/gamepad" ? "Gamepad" : "Treadmill";
-}
+constexpr const char* kUserTitles[kUserCount] = {"Left Hand", "Right Hand", "Head", "Gamepad", "Treadmill"};
 
 }  // namespace
 
@@ -37,7 +32,7 @@ std::string localizedName(const Profile& profile, const BindingPath& source,
         if (!name.empty()) name += ' ';
         name += title;
     };
-    append(XR_INPUT_SOURCE_LOCALIZED_NAME_USER_PATH_BIT, userTitle(source.user_path));
+    append(XR_INPUT_SOURCE_LOCALIZED_NAME_USER_PATH_BIT, kUserTitles[static_cast<std::size_t>(source.user)]);
     append(XR_INPUT_SOURCE_LOCALIZED_NAME_INTERACTION_PROFILE_BIT, profile.title);
     append(XR_INPUT_SOURCE_LOCALIZED_NAME_COMPONENT_BIT, componentTitle(source.component));
     return name;

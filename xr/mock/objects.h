@@ -16,6 +16,7 @@
 #include "faults.h"
 #include "frame_loop.h"
 #include "handles.h"
+#include "haptics.h"
 #include "input.h"
 #include "paths.h"
 #include "pose.h"
@@ -89,7 +90,9 @@ struct Session : Object {
     bool exit_requested = false;
     std::uint64_t frames_submitted = 0;
     FrameLoop frames;
+    Automation automation;
     InputState input;
+    Haptics haptics;
     std::vector<Label> labels;
     std::string capture_name;  // empty: the next frame is not captured
 };
@@ -135,6 +138,10 @@ struct Swapchain : Object {
     bool oldest_waited = false;
     std::optional<std::uint32_t> last_released;
 };
+
+inline Sources sourcesOf(const Session& session) {
+    return {session.instance.scenario, session.automation, session.instance.clock};
+}
 
 // Goes to the state and tells the application.
 void enter(Session& session, XrSessionState state, std::int64_t now_ns);

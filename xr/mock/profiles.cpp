@@ -50,15 +50,15 @@ constexpr char kIndex[] =
 #undef THUMBSTICK
 #undef TOUCH_BOTH
 
-constexpr char kLeft[] = "/user/hand/left";
-constexpr char kRight[] = "/user/hand/right";
+constexpr User kLeft = User::left_hand;
+constexpr User kRight = User::right_hand;
 
 constexpr ProfileDevice kSimpleDevices[] = {{kLeft, kSimple}, {kRight, kSimple}};
 constexpr ProfileDevice kDaydreamDevices[] = {{kLeft, kDaydream}, {kRight, kDaydream}};
 constexpr ProfileDevice kViveDevices[] = {{kLeft, kVive}, {kRight, kVive}};
-constexpr ProfileDevice kViveProDevices[] = {{"/user/head", kVivePro}};
+constexpr ProfileDevice kViveProDevices[] = {{User::head, kVivePro}};
 constexpr ProfileDevice kMotionDevices[] = {{kLeft, kMotion}, {kRight, kMotion}};
-constexpr ProfileDevice kXboxDevices[] = {{"/user/gamepad", kXbox}};
+constexpr ProfileDevice kXboxDevices[] = {{User::gamepad, kXbox}};
 constexpr ProfileDevice kGoDevices[] = {{kLeft, kGo}, {kRight, kGo}};
 constexpr ProfileDevice kTouchDevices[] = {{kLeft, kTouchLeft}, {kRight, kTouchRight}};
 constexpr ProfileDevice kIndexDevices[] = {{kLeft, kIndex}, {kRight, kIndex}};
@@ -74,15 +74,6 @@ constexpr Profile kProfiles[] = {
     {"/interaction_profiles/oculus/touch_controller", "Touch Controller", kTouchDevices},
     {"/interaction_profiles/valve/index_controller", "Index Controller", kIndexDevices},
 };
-
-constexpr const char* kUserPaths[] = {kLeft, kRight, "/user/head", "/user/gamepad", "/user/treadmill"};
-
-const char* componentsOf(const Profile& profile, std::string_view user_path) {
-    for (const ProfileDevice& device : profile.devices) {
-        if (user_path == device.user_path) return device.components;
-    }
-    return "";
-}
 
 // Calls visit(component) for each component until it returns true.
 template <class Visit>
@@ -107,33 +98,42 @@ const Profile* findProfile(std::string_view path) {
     return found == std::end(kProfiles) ? nullptr : found;
 }
 
-bool isTopLevelUserPath(std::string_view path) {
-    return std::find(std::begin(kUserPaths), std::end(kUserPaths), path) != std::end(kUserPaths);
+std::string_view componentsOf(const Profile& profile, User user) {
+    for (const ProfileDevice& device : profile.devices) {
+        if (user == device.user) return device.components;
+    }
+    return {};
 }
 
-bool splitBindingPath(std::string_view path, BindingPath& out) {
-    for (const std::string_view user_path : kUserPaths) {
-        if (path.starts_with(user_path) && path.size() > user_path.size() + 1 &&
-            path[user_path.size()] == '/') {
-            out = {std::string(user_path), std::string(path.substr(user_path.size() + 1))};
-            return true;
+bool isValueOfAnyProfile(User user, std::string_view component) {
+    if (!component.starts_with("input/") || component.ends_with("/pose")) return false;
+    return std::any_of(std::begin(kProfiles), std::end(kProfiles), [&](const Profile& profile) {
+        return listHas(componentsOf(profile, user), component);
+    });
+}
+
+std::optional<BindingPath> splitBindingPath(std::string_view path) {
+    // "/user/gamepad/..." has two levels before the component, "/user/hand/left/..." three.
+    for (std::size_t end = path.find('/', 1); end != std::string_view::npos; end = path.find('/', end + 1)) {
+        if (const auto user = userOf(path.substr(0, end))) {
+            return BindingPath{*user, std::string(path.substr(end + 1))};
         }
     }
-    return false;
+    return std::nullopt;
 }
 
 bool hasComponent(const Profile& profile, const BindingPath& binding) {
     const std::string below = binding.component + "/";
     // "input" alone is above every component but is no binding.
     return binding.component.find('/') != std::string::npos &&
-           anyComponent(componentsOf(profile, binding.user_path), [&](std::string_view each) {
+           anyComponent(componentsOf(profile, binding.user), [&](std::string_view each) {
                return each == binding.component || each.starts_with(below);
            });
 }
 
 std::vector<std::string> componentsFor(const Profile& profile, const BindingPath& binding,
                                        XrActionType type) {
-    const std::string_view list = componentsOf(profile, binding.user_path);
+    const std::string_view list = componentsOf(profile, binding.user);
     const std::string& given = binding.component;
     const auto ends = [&](const char* suffix) { return given.ends_with(suffix); };
     const auto firstBelow = [&](std::initializer_list<const char*> suffixes) -> std::vector<std::string> {

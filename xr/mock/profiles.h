@@ -2,20 +2,21 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "openxr_api.h"
+#include "devices.h"
 
 namespace xrmock {
 
 constexpr std::uint32_t kMaxImageSize = 8192;  // either side of a swapchain image, pixels
 
 struct ProfileDevice {
-    const char* user_path;   // "/user/hand/left"
-    const char* components;  // "input/select/click ..." separated by blanks
+    User user;
+    std::string_view components;  // "input/select/click ..." separated by blanks
 };
 struct Profile {
     const char* path;
@@ -25,15 +26,17 @@ struct Profile {
 
 const Profile* findProfile(std::string_view path);
 
-// /user/hand/left, right, /user/head, /user/gamepad, /user/treadmill
-bool isTopLevelUserPath(std::string_view path);
+// Separated by blanks; empty if the profile is not for this user path.
+std::string_view componentsOf(const Profile& profile, User user);
+// Whether there is a profile with this component for this user path, and it has a value: no pose, no output.
+bool isValueOfAnyProfile(User user, std::string_view component);
 
-// A binding path cut into its top level user path and the rest: "/user/hand/left" and "input/select/click".
+// A binding path cut in two: "/user/hand/left" and "input/select/click".
 struct BindingPath {
-    std::string user_path;
+    User user;
     std::string component;
 };
-bool splitBindingPath(std::string_view path, BindingPath& out);
+std::optional<BindingPath> splitBindingPath(std::string_view path);
 
 // Whether the profile has this component, or one below it ("input/select" for "input/select/click").
 bool hasComponent(const Profile& profile, const BindingPath& binding);

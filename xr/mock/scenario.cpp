@@ -4,44 +4,11 @@
 #include <filesystem>
 
 #include "headset.h"
-#include "profiles.h"
+#include "scenario_hands.h"
 
 namespace xrmock {
 
 namespace {
-
-ControllerScenario parseController(const Field& field, const Reading& reading) {
-    field.objectOf({"poses", "values"});
-    ControllerScenario controller;
-    controller.poses = parsePoses(field.required("poses"), reading);
-    if (!field.has("values")) return controller;
-    const Field values = field.at("values");
-    double t_s = -1;
-    for (std::size_t i = 0; i < values.arraySize(); ++i) {
-        const Field key = values.at(i);
-        key.object();
-        t_s = keyTime(key, t_s, reading);
-        for (const auto& [component, unused] : key.value.items()) {
-            if (component == "t_s") continue;
-            controller.values[component].push_back({t_s, parseButton(key.at(component))});
-        }
-    }
-    return controller;
-}
-
-void parseControllers(const Field& field, const Reading& reading, Scenario& scenario) {
-    field.objectOf({"profile", "left", "right"});
-    if (field.has("profile")) {
-        scenario.profile = field.at("profile").text();
-        if (findProfile(scenario.profile) == nullptr) field.at("profile").fail("not a profile of OpenXR 1.0");
-    }
-    const char* const names[2] = {"left", "right"};
-    for (std::size_t hand = 0; hand < 2; ++hand) {
-        scenario.controllers[hand].reset();
-        if (field.has(names[hand]))
-            scenario.controllers[hand] = parseController(field.at(names[hand]), reading);
-    }
-}
 
 void readSession(const Field& field, const Reading& reading, Scenario& scenario) {
     std::vector<TargetKey> keys;
@@ -68,6 +35,8 @@ void refuseNewFields(const Field& root) {
 
 void readTimelines(const Field& root, const Reading& reading, Scenario& scenario) {
     if (root.has("head")) splice(scenario.head, parsePoses(root.at("head"), reading), reading);
+    if (root.has("controllers")) readControllers(root.at("controllers"), reading, scenario);
+    if (root.has("hands")) readHands(root.at("hands"), reading, scenario);
     if (root.has("session")) readSession(root.at("session"), reading, scenario);
     if (root.has("events")) {
         std::vector<Event> events = parseEvents(root.at("events"), reading);
@@ -79,7 +48,7 @@ Scenario parseScenario(const std::string& text, const std::string& file_name) {
     const nlohmann::json document = parseJson(text, file_name);
     const Field root{document, file_name, ""};
     root.objectOf({"version", "headset", "refresh_hz", "exit_after_frames", "eyes", "stage_bounds_m", "head",
-                   "controllers", "session", "events"});
+                   "controllers", "hands", "session", "events"});
     if (root.required("version").integer(1, 2) == 1) refuseNewFields(root);
     const Reading reading{false, 0, std::filesystem::path(file_name).parent_path().string()};
     Scenario scenario;
@@ -103,7 +72,6 @@ Scenario parseScenario(const std::string& text, const std::string& file_name) {
         readEyes(root.at("eyes"), scenario);
     }
     if (root.has("stage_bounds_m")) scenario.stage_bounds_m = root.at("stage_bounds_m").numbers<2>(0.1, 1000);
-    if (root.has("controllers")) parseControllers(root.at("controllers"), reading, scenario);
     readTimelines(root, reading, scenario);
     return scenario;
 }

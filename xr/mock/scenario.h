@@ -4,20 +4,15 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "devices.h"
 #include "scenario_events.h"
 #include "timeline.h"
 
 namespace xrmock {
-
-struct ControllerScenario {
-    std::vector<PoseKey> poses;
-    std::map<std::string, std::vector<ValueKey>> values;  // by component, e.g. "select/click"
-};
 
 struct Scenario {
     // The headset.
@@ -33,10 +28,9 @@ struct Scenario {
 
     // The user.
     std::vector<PoseKey> head{{0, {{0, 0, 0, 1}, {0, 1.6, 0}}}};
-    std::string profile = "/interaction_profiles/khr/simple_controller";
-    std::array<std::optional<ControllerScenario>, 2> controllers{
-        ControllerScenario{{{0, {{0, 0, 0, 1}, {-0.2, 1.3, -0.4}}}}, {}},
-        ControllerScenario{{{0, {{0, 0, 0, 1}, {0.2, 1.3, -0.4}}}}, {}}};
+    std::array<Device, kUserCount> devices = restingDevices();
+    std::array<TrackedHand, kHandCount> hands;
+    bool hand_tracking = true;  // what the system says it supports
 
     // The runtime.
     std::vector<TargetKey> session{{0, SessionTarget::focused}};

@@ -45,10 +45,10 @@ std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns) {
         default:
             break;
     }
-    const std::optional<int> hand = poseHand(space.session.input, space.action, space.subaction_path);
-    if (!hand) return std::nullopt;
-    const auto& controller = instance.scenario.controllers[static_cast<std::size_t>(*hand)];
-    return poseAt(controller->poses, instance.clock.scenarioSeconds(time_ns)) * space.origin_from_space;
+    const auto stage_from_action = stageFromAction(space.session.input, sourcesOf(space.session),
+                                                   space.action, space.subaction_path, time_ns);
+    if (!stage_from_action) return std::nullopt;
+    return *stage_from_action * space.origin_from_space;
 }
 
 std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::int64_t time_ns) {

@@ -1,14 +1,10 @@
 #include "timeline.h"
 
-#include <algorithm>
-#include <charconv>
 #include <cmath>
 
 namespace xrmock {
 
 namespace {
-
-constexpr std::string_view kCsvHeading = "t_s,x,y,z,qx,qy,qz,qw";
 
 // False when it is no rotation.
 bool normalise(std::array<double, 4>& q) {
@@ -17,51 +13,6 @@ bool normalise(std::array<double, 4>& q) {
     for (double& component : q)
         component /= length;
     return true;
-}
-
-PoseKey parseCsvLine(const Field& field, std::string_view line, const std::string& place) {
-    std::array<double, 8> numbers;
-    const char* at = line.data();
-    const char* const end = at + line.size();
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-        if (i > 0 && (at == end || *at++ != ',')) field.fail(place + "8 numbers with commas expected");
-        const auto [next, error] = std::from_chars(at, end, numbers[i]);
-        if (error != std::errc() || !(std::abs(numbers[i]) <= kMaxNumber)) {
-            field.fail(place + "8 numbers with commas expected");
-        }
-        at = next;
-    }
-    if (at != end) field.fail(place + "8 numbers with commas expected");
-    std::array<double, 4> orientation{numbers[4], numbers[5], numbers[6], numbers[7]};
-    if (!normalise(orientation)) field.fail(place + "a unit quaternion x y z w expected");
-    return {numbers[0], {orientation, {numbers[1], numbers[2], numbers[3]}}};
-}
-
-std::vector<PoseKey> parseCsv(const Field& field, const Reading& reading) {
-    const std::string name = field.text();
-    const std::string text =
-        readTextFile(name.starts_with('/') || reading.folder.empty() ? name : reading.folder + "/" + name);
-    std::vector<PoseKey> keys;
-    std::string_view rest = text;
-    for (std::size_t line_number = 1; !rest.empty(); ++line_number) {
-        std::string_view line = rest.substr(0, rest.find('\n'));
-        rest.remove_prefix(std::min(line.size() + 1, rest.size()));
-        if (line.ends_with('\r')) line.remove_suffix(1);
-        const std::string place = name + " line " + std::to_string(line_number) + ": ";
-        if (line_number == 1) {
-            if (line != kCsvHeading) field.fail(place + std::string(kCsvHeading) + " expected");
-            continue;
-        }
-        PoseKey key = parseCsvLine(field, line, place);
-        key.t_s += reading.now_s;
-        if (key.t_s < 0 || (!keys.empty() && key.t_s <= keys.back().t_s)) {
-            field.fail(place + "later than the line before expected");
-        }
-        if (keys.size() == kMaxElements) field.fail(place + "too many lines");
-        keys.push_back(key);
-    }
-    if (keys.empty()) field.fail("at least one line below the heading expected");
-    return keys;
 }
 
 }  // namespace
@@ -85,12 +36,22 @@ Pose parsePose(const Field& field) {
     return pose;
 }
 
+Pose poseOf(const double* numbers, const CsvFailure& fail) {
+    Pose pose{{numbers[3], numbers[4], numbers[5], numbers[6]}, {numbers[0], numbers[1], numbers[2]}};
+    if (!normalise(pose.orientation)) fail("a unit quaternion x y z w expected");
+    return pose;
+}
+
 std::vector<PoseKey> parsePoses(const Field& field, const Reading& reading) {
+    std::vector<PoseKey> keys;
     if (field.value.is_object()) {
         field.objectOf({"csv"});
-        return parseCsv(field.required("csv"), reading);
+        readCsv(field.required("csv"), reading.folder, "t_s,x,y,z,qx,qy,qz,qw",
+                [&](const std::vector<double>& numbers, const CsvFailure& fail) {
+                    keys.push_back({reading.now_s + numbers[0], poseOf(&numbers[1], fail)});
+                });
+        return keys;
     }
-    std::vector<PoseKey> keys;
     double t_s = -1;
     for (std::size_t i = 0; i < field.arraySize(); ++i) {
         const Field key = field.at(i);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "csv.h"
 #include "json_fields.h"
 #include "keys.h"
 
@@ -30,7 +31,8 @@ double keyTime(const Field& key, double previous_s, const Reading& reading);
 // A list of { "t_s", "position", "orientation" }, or { "csv": FILE } with the lines t_s,x,y,z,qx,qy,qz,qw
 // below that heading. Throws FieldError.
 std::vector<PoseKey> parsePoses(const Field& field, const Reading& reading);
-Pose parsePose(const Field& field);  // { "position", "orientation" }
+Pose parsePose(const Field& field);                          // { "position", "orientation" }
+Pose poseOf(const double* numbers, const CsvFailure& fail);  // x y z, then the quaternion x y z w
 double parseButton(const Field& field);
 
 SessionTarget targetAt(const std::vector<TargetKey>& keys, double t_s);

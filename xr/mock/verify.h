@@ -72,6 +72,13 @@ constexpr XrDebugUtilsMessageTypeFlagsEXT kAllTypes =
     XR_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
     XR_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT | XR_DEBUG_UTILS_MESSAGE_TYPE_CONFORMANCE_BIT_EXT;
 
+inline const AttachedAction& attachedAction(const InputState& input, const Action& action) {
+    const auto attached = input.actions.find(action.handle);
+    require(attached != input.actions.end(), XR_ERROR_ACTIONSET_NOT_ATTACHED,
+            "the action's set is not attached to the session");
+    return attached->second;
+}
+
 inline void checkMessenger(const XrDebugUtilsMessengerCreateInfoEXT& info) {
     require(info.messageSeverities != 0 && (info.messageSeverities & ~kAllSeverities) == 0,
             XR_ERROR_VALIDATION_FAILURE, "messageSeverities is empty or has unknown bits");

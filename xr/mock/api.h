@@ -24,6 +24,7 @@ inline constexpr ExtensionEntry kExtensions[] = {
     {XR_KHR_COMPOSITION_LAYER_CYLINDER_EXTENSION_NAME, XR_KHR_composition_layer_cylinder_SPEC_VERSION},
     {XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME, XR_KHR_composition_layer_depth_SPEC_VERSION},
     {XR_EXT_CONFORMANCE_AUTOMATION_EXTENSION_NAME, XR_EXT_conformance_automation_SPEC_VERSION},
+    {XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_visibility_mask_SPEC_VERSION},
     {XR_EXT_DEBUG_UTILS_EXTENSION_NAME, XR_EXT_debug_utils_SPEC_VERSION},
     {XR_EXT_LOCAL_FLOOR_EXTENSION_NAME, XR_EXT_local_floor_SPEC_VERSION},
     {XR_EXT_USER_PRESENCE_EXTENSION_NAME, XR_EXT_user_presence_SPEC_VERSION},
@@ -86,6 +87,10 @@ XrResult locateSpace(Call&, XrSpace, XrSpace, XrTime, XrSpaceLocation*);
 XrResult destroySpace(Call&, XrSpace);
 XrResult locateViews(Call&, XrSession, const XrViewLocateInfo*, XrViewState*, std::uint32_t, std::uint32_t*,
                      XrView*);
+
+// XR_KHR_visibility_mask
+XrResult getVisibilityMask(Call&, XrSession, XrViewConfigurationType, std::uint32_t, XrVisibilityMaskTypeKHR,
+                           XrVisibilityMaskKHR*);
 
 // Swapchains
 XrResult enumerateSwapchainFormats(Call&, XrSession, std::uint32_t, std::uint32_t*, std::int64_t*);

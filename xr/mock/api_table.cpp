@@ -54,6 +54,7 @@ constexpr const char* kVulkan = XR_KHR_VULKAN_ENABLE_EXTENSION_NAME;
 constexpr const char* kVulkan2 = XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME;
 constexpr const char* kTimespec = XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME;
 constexpr const char* kAutomation = XR_EXT_CONFORMANCE_AUTOMATION_EXTENSION_NAME;
+constexpr const char* kVisibilityMask = XR_KHR_VISIBILITY_MASK_EXTENSION_NAME;
 constexpr const char* kDebug = XR_EXT_DEBUG_UTILS_EXTENSION_NAME;
 constexpr const char* kRefreshRate = XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME;
 
@@ -123,6 +124,7 @@ const Row kRows[] = {
     row<"xrGetVulkanGraphicsRequirements2KHR", getVulkanGraphicsRequirements>(kVulkan2),
     row<"xrConvertTimespecTimeToTimeKHR", convertTimespecTimeToTime>(kTimespec),
     row<"xrConvertTimeToTimespecTimeKHR", convertTimeToTimespecTime>(kTimespec),
+    row<"xrGetVisibilityMaskKHR", getVisibilityMask>(kVisibilityMask),
     row<"xrEnumerateDisplayRefreshRatesFB", enumerateDisplayRefreshRates>(kRefreshRate),
     row<"xrGetDisplayRefreshRateFB", getDisplayRefreshRate>(kRefreshRate),
     row<"xrRequestDisplayRefreshRateFB", requestDisplayRefreshRate>(kRefreshRate),

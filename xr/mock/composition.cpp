@@ -104,6 +104,26 @@ VkExtent2D pictureSize(const Scenario& scenario, const SubmittedFrame& frame, st
     return {scenario.width, scenario.height};
 }
 
+// Blackens what the lens hides.
+void lookThroughLens(Picture& picture, const LensOutline& lens, const XrFovf& fov) {
+    const auto [left, right, up, down] = tangents(fov);
+    const auto is_hidden = [&](double x, double y) {
+        for (std::size_t i = 0; i < lens.size(); ++i) {
+            const auto &a = lens[i], &b = lens[(i + 1) % lens.size()];
+            if ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]) < 0) return true;
+        }
+        return false;
+    };
+    for (std::uint32_t row = 0; row < picture.height; ++row) {
+        for (std::uint32_t column = 0; column < picture.width; ++column) {
+            const double x = left + (right - left) * (column + 0.5) / picture.width;
+            const double y = up + (down - up) * (row + 0.5) / picture.height;
+            std::uint8_t* pixel = &picture.rgba[(std::size_t{row} * picture.width + column) * 4];
+            if (is_hidden(x, y)) pixel[0] = pixel[1] = pixel[2] = 0;
+        }
+    }
+}
+
 }  // namespace
 
 Picture composeEye(Session& session, const SubmittedFrame& frame, std::size_t eye) {
@@ -118,7 +138,9 @@ Picture composeEye(Session& session, const SubmittedFrame& frame, std::size_t ey
         if (!constants || isDepthFormat(images.format)) continue;
         paints.push_back({layer.type, &images, image.image, *constants});
     }
-    return session.compositor.paint(session.device, paints, size);
+    Picture picture = session.compositor.paint(session.device, paints, size);
+    if (scenario.pictures_through_lens) lookThroughLens(picture, scenario.lens[eye], viewer.fov);
+    return picture;
 }
 
 }  // namespace xrmock

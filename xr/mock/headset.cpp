@@ -55,6 +55,9 @@ void readEyes(const Field& field, Scenario& scenario) {
     if (field.has("left_fov_rad")) scenario.eye_fov[0] = parseFov(field.at("left_fov_rad"), 1);
     if (field.has("right_fov_rad")) scenario.eye_fov[1] = parseFov(field.at("right_fov_rad"), 1);
     if (field.has("lens")) scenario.lens = parseLens(field.at("lens"));
+    if (field.has("pictures_through_lens")) {
+        scenario.pictures_through_lens = field.at("pictures_through_lens").boolean();
+    }
 }
 
 void loadHeadset(const std::string& name_or_file, Scenario& scenario) {

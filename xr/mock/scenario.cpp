@@ -68,7 +68,8 @@ Scenario parseScenario(const std::string& text, const std::string& file_name) {
         scenario.exit_after_frames = root.at("exit_after_frames").integer(1, 1'000'000'000);
     }
     if (root.has("eyes")) {
-        root.at("eyes").objectOf({"ipd_m", "recommended_size", "left_fov_rad", "right_fov_rad", "lens"});
+        root.at("eyes").objectOf(
+            {"ipd_m", "recommended_size", "left_fov_rad", "right_fov_rad", "lens", "pictures_through_lens"});
         readEyes(root.at("eyes"), scenario);
     }
     if (root.has("stage_bounds_m")) scenario.stage_bounds_m = root.at("stage_bounds_m").numbers<2>(0.1, 1000);

@@ -23,6 +23,7 @@ struct Scenario {
     double eye_turn_rad = 0;  // each eye looks outward by this
     std::array<XrFovf, 2> eye_fov{XrFovf{-0.84F, 0.73F, 0.77F, -0.82F}, XrFovf{-0.73F, 0.84F, 0.77F, -0.82F}};
     std::array<LensOutline, 2> lens;
+    bool pictures_through_lens = false;       // what a lens hides is black in captures
     std::uint32_t width = 640, height = 640;  // recommended per eye
     std::array<double, 2> stage_bounds_m{3, 3};
 

@@ -143,6 +143,23 @@ SessionTarget parseTarget(const Field& field) {
     return kTargets[field.oneOf({"focused", "visible", "synchronized", "stopped", "exiting"})];
 }
 
+namespace {
+
+// No corner is to the right of an edge, and there is an inside.
+bool isConvex(const LensOutline& outline) {
+    double twice_area = 0;
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+        const auto &a = outline[i], &b = outline[(i + 1) % outline.size()];
+        twice_area += a[0] * b[1] - a[1] * b[0];
+        for (const auto& c : outline) {
+            if ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) < -1e-12) return false;
+        }
+    }
+    return twice_area > 0;
+}
+
+}  // namespace
+
 std::array<LensOutline, 2> parseLens(const Field& field) {
     constexpr double kMaxTangent = 100;
     constexpr std::size_t kMaxCorners = 256, kCircleCorners = 32;
@@ -152,14 +169,9 @@ std::array<LensOutline, 2> parseLens(const Field& field) {
     if (field.has("outline")) {
         const Field outline = field.at("outline");
         if (outline.arraySize(kMaxCorners) < 3) outline.fail("at least three corners expected");
-        double twice_area = 0;
         for (std::size_t i = 0; i < outline.arraySize(); ++i)
             left.push_back(outline.at(i).numbers<2>(-kMaxTangent, kMaxTangent));
-        for (std::size_t i = 0; i < left.size(); ++i) {
-            const auto &a = left[i], &b = left[(i + 1) % left.size()];
-            twice_area += a[0] * b[1] - a[1] * b[0];
-        }
-        if (!(twice_area > 0)) outline.fail("corners counter-clockwise expected");
+        if (!isConvex(left)) outline.fail("convex and counter-clockwise expected");
     } else {
         const double radius = field.at("radius").number(0.01, kMaxTangent);
         std::array<double, 2> centre{0, 0};

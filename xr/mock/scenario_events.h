@@ -13,8 +13,8 @@
 
 namespace xrmock {
 
-// What a lens shows of an eye's image: a polygon, counter-clockwise, in tangents of view angles (x right, y
-// up, on the plane one metre in front of the eye). Empty: everything.
+// What a lens shows of an eye's image: a convex polygon, counter-clockwise, in tangents of view angles (x
+// right, y up, on the plane one metre in front of the eye). Empty: everything.
 using LensOutline = std::vector<std::array<double, 2>>;
 
 struct Recentring {

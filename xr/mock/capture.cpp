@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 
 #include "composition.h"
@@ -15,22 +16,12 @@ namespace {
 constexpr char kPrefix[] = "capture:";
 constexpr std::size_t kMaxName = 128;
 
-std::vector<std::uint8_t> withoutAlpha(const std::vector<std::uint8_t>& rgba) {
-    std::vector<std::uint8_t> rgb(rgba.size() / 4 * 3);
-    for (std::size_t i = 0; i < rgba.size() / 4; ++i) {
-        for (std::size_t channel = 0; channel < 3; ++channel)
-            rgb[i * 3 + channel] = rgba[i * 4 + channel];
-    }
-    return rgb;
-}
-
-void captureEyes(Session& session, const std::string& name, const SubmittedFrame& frame) {
+void captureEyes(Call& call, Session& session, const SubmittedFrame& frame) {
     const char* const suffixes[] = {"_left.png", "_right.png"};
     std::filesystem::create_directories(session.instance.capture_folder);
     for (std::size_t eye = 0; eye < 2; ++eye) {
-        const Picture picture = composeEye(session, frame, eye);
-        writePng(session.instance.capture_folder + "/" + name + suffixes[eye], picture.width, picture.height,
-                 withoutAlpha(picture.rgba));
+        writeFile(session.instance.capture_folder + "/" + session.capture_name + suffixes[eye],
+                  eyePng(call, session, frame, eye));
     }
     ++session.instance.statistics.captured;
 }
@@ -47,10 +38,21 @@ std::string captureName(const std::string& label) {
     return plain && name.size() <= kMaxName && !name.starts_with('.') ? name : std::string();
 }
 
+std::string eyePng(Call& call, Session& session, const SubmittedFrame& frame, std::size_t eye) {
+    const std::int64_t start_ns = monotonicNs();
+    const Picture picture = composeEye(session, frame, eye);
+    std::ostringstream told;
+    told << "composed the " << (eye == 0 ? "left" : "right") << " eye: " << picture.width << " x "
+         << picture.height << ", " << frame.layers.size() << " layers, "
+         << static_cast<double>(monotonicNs() - start_ns) * 1e-6 << " ms";
+    tell(call, told.str());
+    return encodePng(picture.width, picture.height, picture.rgba);
+}
+
 void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame) {
     if (session.capture_name.empty() || frame.layers.empty()) return;
     try {
-        captureEyes(session, session.capture_name, frame);
+        captureEyes(call, session, frame);
     } catch (const Refused& refused) {
         warn(call, "capture " + session.capture_name + ": " + refused.reason);
     } catch (const std::exception& error) {

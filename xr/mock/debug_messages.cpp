@@ -37,8 +37,8 @@ void post(Call& call, const Instance& instance, Message message) {
 
 namespace {
 
-void postAboutSubject(Call& call, XrDebugUtilsMessageSeverityFlagsEXT severity, const char* id,
-                      const std::string& text) {
+void postAboutSubject(Call& call, XrDebugUtilsMessageSeverityFlagsEXT severity,
+                      XrDebugUtilsMessageTypeFlagsEXT type, const char* id, const std::string& text) {
     const Object* subject = runtime().handles.find(call.subject);
     const Instance* instance = instanceOf(subject);
     if (instance == nullptr || instance->listeners.empty()) return;
@@ -47,7 +47,7 @@ void postAboutSubject(Call& call, XrDebugUtilsMessageSeverityFlagsEXT severity, 
         labelled = labelled->parent;
     post(call, *instance,
          {severity,
-          XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+          type,
           id,
           call.function,
           text,
@@ -58,11 +58,18 @@ void postAboutSubject(Call& call, XrDebugUtilsMessageSeverityFlagsEXT severity, 
 }  // namespace
 
 void reportRefusal(Call& call, XrResult result, const std::string& reason) {
-    postAboutSubject(call, XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT, resultName(result).c_str(), reason);
+    postAboutSubject(call, XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                     XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT, resultName(result).c_str(), reason);
 }
 
 void warn(Call& call, const std::string& text) {
-    postAboutSubject(call, XR_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT, "xrmock", text);
+    postAboutSubject(call, XR_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+                     XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT, "xrmock", text);
+}
+
+void tell(Call& call, const std::string& text) {
+    postAboutSubject(call, XR_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT,
+                     XR_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT, "xrmock", text);
 }
 
 void deliver(std::vector<Delivery>& deliveries) {

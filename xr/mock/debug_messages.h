@@ -41,6 +41,7 @@ void post(Call& call, const Instance& instance, Message message);
 // Says why a call is refused; silent when the call named no live object.
 void reportRefusal(Call& call, XrResult result, const std::string& reason);
 void warn(Call& call, const std::string& text);
+void tell(Call& call, const std::string& text);  // about performance
 void deliver(std::vector<Delivery>& deliveries);
 
 const Instance* instanceOf(const Object* object);

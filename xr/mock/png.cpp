@@ -27,13 +27,14 @@ void appendChunk(std::string& out, std::string_view type, std::string_view data)
     appendBigEndian(out, static_cast<std::uint32_t>(crc32(0, bytes, static_cast<uInt>(out.size() - start))));
 }
 
-std::string compressRows(std::uint32_t width, std::uint32_t height, const std::vector<std::uint8_t>& rgb) {
-    const std::size_t row_size = std::size_t{width} * 3;
+std::string compressRows(std::uint32_t width, std::uint32_t height, const std::vector<std::uint8_t>& rgba) {
     std::string rows;
-    rows.reserve((row_size + 1) * height);
+    rows.reserve((std::size_t{width} * 3 + 1) * height);
+    const std::uint8_t* pixel = rgba.data();
     for (std::uint32_t y = 0; y < height; ++y) {
         rows.push_back('\0');  // filter type: none
-        rows.append(reinterpret_cast<const char*>(rgb.data()) + y * row_size, row_size);
+        for (std::uint32_t x = 0; x < width; ++x, pixel += 4)
+            rows.append(reinterpret_cast<const char*>(pixel), 3);
     }
     uLongf size = compressBound(rows.size());
     std::string packed(size, '\0');
@@ -47,20 +48,22 @@ std::string compressRows(std::uint32_t width, std::uint32_t height, const std::v
 
 }  // namespace
 
-void writePng(const std::string& file_name, std::uint32_t width, std::uint32_t height,
-              const std::vector<std::uint8_t>& rgb) {
+std::string encodePng(std::uint32_t width, std::uint32_t height, const std::vector<std::uint8_t>& rgba) {
     std::string header;
     appendBigEndian(header, width);
     appendBigEndian(header, height);
     header.append({8, 2, 0, 0, 0});  // bits, colour type RGB, deflate, filters, not interlaced
     std::string file = "\x89PNG\r\n\x1a\n";
     appendChunk(file, "IHDR", header);
-    appendChunk(file, "IDAT", compressRows(width, height, rgb));
+    appendChunk(file, "IDAT", compressRows(width, height, rgba));
     appendChunk(file, "IEND", "");
+    return file;
+}
 
+void writeFile(const std::string& file_name, const std::string& bytes) {
     const std::string temporary = file_name + "." + std::to_string(getpid()) + ".part";
     std::ofstream stream(temporary, std::ios::binary);
-    stream.write(file.data(), static_cast<std::streamsize>(file.size()));
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     stream.close();
     std::error_code error;
     if (stream) std::filesystem::rename(temporary, file_name, error);

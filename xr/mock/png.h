@@ -6,9 +6,11 @@
 
 namespace xrmock {
 
-// Writes rows of 8-bit red, green, blue, top row first. The file appears under its name when it is complete.
+// The bytes of a PNG file. The rows are of 8-bit red, green, blue, alpha, top row first; alpha is left out.
 // Throws std::runtime_error.
-void writePng(const std::string& file_name, std::uint32_t width, std::uint32_t height,
-              const std::vector<std::uint8_t>& rgb);
+std::string encodePng(std::uint32_t width, std::uint32_t height, const std::vector<std::uint8_t>& rgba);
+
+// The file appears under its name when it is complete. Throws std::runtime_error.
+void writeFile(const std::string& file_name, const std::string& bytes);
 
 }  // namespace xrmock

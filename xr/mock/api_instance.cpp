@@ -274,7 +274,7 @@ XrResult enumerateViewConfigurationViews(Call& call, XrInstance handle, XrSystem
         view.maxImageRectWidth = std::max(instance.scenario.width, kMaxViewSize);
         view.maxImageRectHeight = std::max(instance.scenario.height, kMaxViewSize);
         view.recommendedSwapchainSampleCount = 1;
-        view.maxSwapchainSampleCount = 1;
+        view.maxSwapchainSampleCount = kMaxSampleCount;
     });
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <memory>
 
 #include "api.h"
@@ -47,7 +48,11 @@ void checkSwapchainInfo(const Session& session, const XrSwapchainCreateInfo& inf
     require((info.createFlags & XR_SWAPCHAIN_CREATE_PROTECTED_CONTENT_BIT) == 0, XR_ERROR_FEATURE_UNSUPPORTED,
             "protected content is not offered");
     require(info.faceCount == 1, XR_ERROR_FEATURE_UNSUPPORTED, "cube maps are not offered");
-    require(info.sampleCount == 1, XR_ERROR_FEATURE_UNSUPPORTED, "maxSwapchainSampleCount is 1");
+    require(std::has_single_bit(info.sampleCount) && info.sampleCount <= kMaxSampleCount,
+            XR_ERROR_FEATURE_UNSUPPORTED, "sampleCount is 1, 2 or 4");
+    const bool is_storage = (info.usageFlags & XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT) != 0;
+    require(info.sampleCount == 1 || (info.mipCount == 1 && !is_storage), XR_ERROR_FEATURE_UNSUPPORTED,
+            "multisampled images have one mip level and no unordered access");
 }
 
 }  // namespace

@@ -154,23 +154,41 @@ Pipeline makePipeline(const VulkanDevice& device, const PipelineLayout& layout, 
     return {device, pipeline};
 }
 
-// A swapchain image that is sampled by one composition.
+// A swapchain image that is read by one composition.
 struct Sampled {
     const SwapchainImages* images;
     std::uint32_t index;
+    TargetImage resolved;  // of a multisampled image: that one is sampled in its stead
     ImageView view;
+
+    bool isMultisampled() const { return images->samples > 1; }
 };
+
+Sampled makeSampled(const VulkanDevice& device, const SwapchainImages& images, std::uint32_t index) {
+    Sampled sampled{&images, index, {}, {}};
+    VkImage image = images.images[index];
+    if (sampled.isMultisampled()) {
+        sampled.resolved =
+            TargetImage(device, images.format, {images.width, images.height},
+                        VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_SAMPLED_BIT, images.layers);
+        image = sampled.resolved.image;
+    }
+    sampled.view = arrayView(device, image, images.format, VK_IMAGE_USAGE_SAMPLED_BIT);
+    return sampled;
+}
 
 // From the layout in which the application left the images, or back to it.
 void recordTurns(const VulkanDevice& device, VkCommandBuffer commands, const std::vector<Sampled>& sampled,
                  bool back) {
     std::vector<VkImageMemoryBarrier> barriers;
     for (const Sampled& each : sampled) {
+        const bool is_copied = each.isMultisampled();
         VkImageMemoryBarrier barrier = imageBarrier(*each.images, each.index);
         barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
-        barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT;
+        barrier.dstAccessMask = is_copied ? VK_ACCESS_TRANSFER_READ_BIT : VK_ACCESS_SHADER_READ_BIT;
         barrier.oldLayout = each.images->restingLayout();
-        barrier.newLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+        barrier.newLayout =
+            is_copied ? VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
         if (back) {
             barrier.srcAccessMask = 0;
             barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
@@ -179,7 +197,8 @@ void recordTurns(const VulkanDevice& device, VkCommandBuffer commands, const std
         barriers.push_back(barrier);
     }
     const VkPipelineStageFlags application = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
-    const VkPipelineStageFlags compositor = VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT;
+    const VkPipelineStageFlags compositor =
+        VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
     device.vkCmdPipelineBarrier(commands, back ? compositor : application, back ? application : compositor, 0,
                                 0, nullptr, 0, nullptr, static_cast<std::uint32_t>(barriers.size()),
                                 barriers.data());
@@ -191,8 +210,29 @@ VkImageMemoryBarrier colourBarrier(VkImage image) {
     barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
     barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
     barrier.image = image;
-    barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+    barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
     return barrier;
+}
+
+void recordResolve(const VulkanDevice& device, VkCommandBuffer commands, const Sampled& sampled) {
+    const SwapchainImages& images = *sampled.images;
+    VkImageMemoryBarrier barrier = colourBarrier(sampled.resolved.image);
+    barrier.dstAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
+    barrier.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
+    barrier.newLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
+    device.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                                0, 0, nullptr, 0, nullptr, 1, &barrier);
+    const VkImageSubresourceLayers all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, images.layers};
+    const VkImageResolve region{all, {0, 0, 0}, all, {0, 0, 0}, {images.width, images.height, 1}};
+    device.vkCmdResolveImage(commands, images.images[sampled.index], VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                             sampled.resolved.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
+    barrier.srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
+    barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT;
+    barrier.oldLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
+    barrier.newLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+    device.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                                VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT, 0, 0, nullptr, 0, nullptr, 1,
+                                &barrier);
 }
 
 }  // namespace
@@ -212,7 +252,8 @@ void Compositor::prepareTargets(const VulkanDevice& device, VkExtent2D size) {
                                   VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
     targets_.encoded = TargetImage(device, kEncodedFormat, size,
                                    VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
-    targets_.linear_view = arrayView(device, targets_.linear.image, kLinearFormat, VK_IMAGE_ASPECT_COLOR_BIT);
+    targets_.linear_view =
+        arrayView(device, targets_.linear.image, kLinearFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT);
     VkFramebufferCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO;
     info.renderPass = pass_;
@@ -322,15 +363,16 @@ Picture Compositor::paint(VulkanDevice& device, const std::vector<Paint>& layers
             return each.images == layer.images && each.index == layer.image;
         });
         if (known == sampled.end()) {
-            sampled.push_back({layer.images, layer.image,
-                               arrayView(device, layer.images->images[layer.image], layer.images->format,
-                                         VK_IMAGE_ASPECT_COLOR_BIT)});
+            sampled.push_back(makeSampled(device, *layer.images, layer.image));
             known = sampled.end() - 1;
         }
         sets.push_back(descriptorSet(device, known->view));
     }
     device.submitAndWait([&](VkCommandBuffer commands) {
         if (!sampled.empty()) recordTurns(device, commands, sampled, false);
+        for (const Sampled& each : sampled) {
+            if (each.isMultisampled()) recordResolve(device, commands, each);
+        }
         drawLayers(device, commands, layers, sets);
         if (!sampled.empty()) recordTurns(device, commands, sampled, true);
         readBack(device, commands);

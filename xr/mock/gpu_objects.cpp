@@ -15,13 +15,14 @@ Memory allocate(const VulkanDevice& device, const VkMemoryRequirements& needs, V
 }  // namespace
 
 TargetImage::TargetImage(const VulkanDevice& device, VkFormat format, VkExtent2D size,
-                         VkImageUsageFlags usage) {
+                         VkImageUsageFlags usage, std::uint32_t layers) {
     VkImageCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
     info.imageType = VK_IMAGE_TYPE_2D;
     info.format = format;
     info.extent = {size.width, size.height, 1};
-    info.mipLevels = info.arrayLayers = 1;
+    info.mipLevels = 1;
+    info.arrayLayers = layers;
     info.samples = VK_SAMPLE_COUNT_1_BIT;
     info.tiling = VK_IMAGE_TILING_OPTIMAL;
     info.usage = usage;
@@ -58,13 +59,17 @@ std::vector<std::uint8_t> ReadbackBuffer::bytes(const VulkanDevice& device) cons
     return copy;
 }
 
-ImageView arrayView(const VulkanDevice& device, VkImage image, VkFormat format, VkImageAspectFlags aspect) {
+ImageView arrayView(const VulkanDevice& device, VkImage image, VkFormat format, VkImageUsageFlags usage) {
+    // The image may have uses that its format does not (VulkanDevice::hasExtendedUsage).
+    const VkImageViewUsageCreateInfo usage_info{VK_STRUCTURE_TYPE_IMAGE_VIEW_USAGE_CREATE_INFO, nullptr,
+                                                usage};
     VkImageViewCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
+    if (device.hasExtendedUsage()) info.pNext = &usage_info;
     info.image = image;
     info.viewType = VK_IMAGE_VIEW_TYPE_2D_ARRAY;
     info.format = format;
-    info.subresourceRange = {aspect, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
+    info.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
     VkImageView view = VK_NULL_HANDLE;
     check(device.vkCreateImageView(device.device, &info, nullptr, &view), "vkCreateImageView");
     return {device, view};

@@ -46,10 +46,11 @@ using ShaderModule = Owned<VkShaderModule, &VulkanDevice::vkDestroyShaderModule>
 
 // Members are freed from the last to the first. The constructors throw Refused.
 
-// An image of one level and one layer that the GPU draws into and copies from.
+// An image of one level that the GPU draws into and copies from.
 struct TargetImage {
     TargetImage() = default;
-    TargetImage(const VulkanDevice& device, VkFormat format, VkExtent2D size, VkImageUsageFlags usage);
+    TargetImage(const VulkanDevice& device, VkFormat format, VkExtent2D size, VkImageUsageFlags usage,
+                std::uint32_t layers = 1);
 
     Memory memory;
     Image image;
@@ -66,7 +67,7 @@ struct ReadbackBuffer {
     Buffer buffer;
 };
 
-// All layers of the first level, as a 2D array.
-ImageView arrayView(const VulkanDevice& device, VkImage image, VkFormat format, VkImageAspectFlags aspect);
+// All layers of the first level, as a 2D array, for a part of the uses that the image has.
+ImageView arrayView(const VulkanDevice& device, VkImage image, VkFormat format, VkImageUsageFlags usage);
 
 }  // namespace xrmock

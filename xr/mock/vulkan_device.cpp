@@ -214,7 +214,7 @@ VkImageCreateInfo imageInfo(const VulkanDevice& device, const XrSwapchainCreateI
     image.extent = {info.width, info.height, 1};
     image.mipLevels = info.mipCount;
     image.arrayLayers = info.arraySize;
-    image.samples = VK_SAMPLE_COUNT_1_BIT;
+    image.samples = static_cast<VkSampleCountFlagBits>(info.sampleCount);
     image.tiling = VK_IMAGE_TILING_OPTIMAL;
     image.initialLayout = VK_IMAGE_LAYOUT_UNDEFINED;
     // The compositor's own use, and the attachment use that the resting layout demands.
@@ -247,7 +247,8 @@ SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCre
       width(info.width),
       height(info.height),
       layers(info.arraySize),
-      mips(info.mipCount) {}
+      mips(info.mipCount),
+      samples(info.sampleCount) {}
 
 SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCreateInfo& info,
                                  std::uint32_t count)
@@ -259,7 +260,7 @@ SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCre
         image_info.flags, &limits);
     require(supported == VK_SUCCESS && info.width <= limits.maxExtent.width &&
                 info.height <= limits.maxExtent.height && info.mipCount <= limits.maxMipLevels &&
-                info.arraySize <= limits.maxArrayLayers,
+                info.arraySize <= limits.maxArrayLayers && (limits.sampleCounts & info.sampleCount) != 0,
             XR_ERROR_FEATURE_UNSUPPORTED, "the GPU has no images of this size, format and usage");
     images.reserve(count);
     memories.reserve(count);
@@ -287,6 +288,7 @@ SwapchainImages::SwapchainImages(SwapchainImages&& other) noexcept
       height(other.height),
       layers(other.layers),
       mips(other.mips),
+      samples(other.samples),
       images(std::exchange(other.images, {})),
       memories(std::exchange(other.memories, {})),
       at_rest(std::move(other.at_rest)) {}

@@ -43,6 +43,7 @@ VkPhysicalDevice choosePhysicalDevice(const VulkanInstance& vulkan);
     _(vkCmdEndRenderPass)            \
     _(vkCmdPipelineBarrier)          \
     _(vkCmdPushConstants)            \
+    _(vkCmdResolveImage)             \
     _(vkCmdSetScissor)               \
     _(vkCmdSetViewport)              \
     _(vkCreateBuffer)                \
@@ -129,6 +130,8 @@ struct VulkanDevice {
 // Throws Refused: a Vulkan call that failed is a failure of the runtime.
 void check(VkResult result, const char* function);
 
+constexpr std::uint32_t kMaxSampleCount = 4;  // of a swapchain image; every GPU has as many
+
 // Formats of swapchains, the preferred first.
 std::vector<VkFormat> swapchainFormats(const VulkanDevice& device);
 bool isDepthFormat(VkFormat format);
@@ -146,7 +149,7 @@ struct SwapchainImages {
 
     const VulkanDevice* device;
     VkFormat format;
-    std::uint32_t width, height, layers, mips;
+    std::uint32_t width, height, layers, mips, samples;
     std::vector<VkImage> images;
     std::vector<VkDeviceMemory> memories;
     std::vector<bool> at_rest;  // false: its contents and layout are still undefined

@@ -24,7 +24,7 @@ std::string freshFolder() {
 }
 
 // hello_xr ends when its standard input does, so it gets a pipe that stays open.
-Outcome runHelloXr(const std::string& folder) {
+Outcome runHelloXr(const std::string& folder, const char* graphics = "Vulkan2") {
     int input[2];
     if (pipe(input) != 0) return {};
     const std::string log = folder + "/log.txt";
@@ -34,7 +34,7 @@ Outcome runHelloXr(const std::string& folder) {
         dup2(input[0], STDIN_FILENO);
         dup2(out, STDOUT_FILENO);
         dup2(out, STDERR_FILENO);
-        execlp("timeout", "timeout", "120", "hello_xr", "-g", "Vulkan2", nullptr);
+        execlp("timeout", "timeout", "120", "hello_xr", "-g", graphics, nullptr);
         _exit(127);
     }
     int status = 0;
@@ -78,6 +78,12 @@ TEST_F(HelloXr, RunsThreeHundredFramesAndLeaves) {
     EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
     EXPECT_NE(outcome.output.find("VISIBLE->XR_SESSION_STATE_FOCUSED"), std::string::npos) << outcome.output;
     EXPECT_NE(outcome.output.find("IDLE->XR_SESSION_STATE_EXITING"), std::string::npos) << outcome.output;
+    EXPECT_NE(frames().find("\"submitted\": 300,"), std::string::npos) << frames();
+}
+
+TEST_F(HelloXr, BringsItsOwnVulkan) {
+    const Outcome outcome = runHelloXr(folder_, "Vulkan");  // XR_KHR_vulkan_enable
+    EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
     EXPECT_NE(frames().find("\"submitted\": 300,"), std::string::npos) << frames();
 }
 

@@ -64,6 +64,17 @@ TEST_F(SwapchainRules, RefusesWhatItHasNot) {
     bad = good;
     bad.faceCount = 6;
     EXPECT_EQ(create(bad), XR_ERROR_FEATURE_UNSUPPORTED);
+    for (const std::uint32_t samples : {3U, 8U, 1024U}) {
+        bad = good;
+        bad.sampleCount = samples;
+        EXPECT_EQ(create(bad), XR_ERROR_FEATURE_UNSUPPORTED);
+    }
+    bad.sampleCount = 4;
+    bad.mipCount = 2;
+    EXPECT_EQ(create(bad), XR_ERROR_FEATURE_UNSUPPORTED);
+    bad.mipCount = 1;
+    bad.usageFlags |= XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT;
+    EXPECT_EQ(create(bad), XR_ERROR_FEATURE_UNSUPPORTED);
     bad = good;
     bad.createFlags = XR_SWAPCHAIN_CREATE_PROTECTED_CONTENT_BIT;
     EXPECT_EQ(create(bad), XR_ERROR_FEATURE_UNSUPPORTED);
@@ -252,6 +263,24 @@ TEST_F(Layers, ProjectionViewsAreChecked) {
     }
     views_[1].subImage = subImage(1);
     EXPECT_EQ(submitProjection(), XR_SUCCESS);
+}
+
+// sRGB images have no storage use of their own: the views that the compositor makes must not inherit it.
+TEST_F(Layers, ImagesWithEveryUseAreComposed) {
+    XrSwapchainCreateInfo info = swapchainInfo();
+    info.usageFlags |= XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT |
+                       XR_SWAPCHAIN_USAGE_MUTABLE_FORMAT_BIT;
+    swapchain_ = createSwapchain(info);
+    cycle(swapchain_.handle);
+    views_[0].subImage = subImage(0);
+    views_[1].subImage = subImage(1);
+    const XrDebugUtilsLabelEXT label{XR_TYPE_DEBUG_UTILS_LABEL_EXT, nullptr, "capture:uses"};
+    ASSERT_EQ(load<PFN_xrSessionInsertDebugUtilsLabelEXT>(instance_, "xrSessionInsertDebugUtilsLabelEXT")(
+                  session_, &label),
+              XR_SUCCESS);
+    ASSERT_EQ(submitProjection(), XR_SUCCESS);
+    EXPECT_TRUE(std::filesystem::exists(file("uses_left.png")));
+    EXPECT_TRUE(std::filesystem::exists(file("uses_right.png")));
 }
 
 TEST_F(Layers, BlendModesAreChecked) {

@@ -1,5 +1,5 @@
-// Every function, called with handles that it must refuse: null, invented, of another type, destroyed. The
-// handle is looked at before everything else, so the other arguments may be empty.
+// Every function, called with handles that it must refuse: null, invented, of another type, destroyed, lost.
+// The handle is looked at before everything else, so the other arguments may be empty.
 #include <cstring>
 #include <functional>
 
@@ -179,13 +179,16 @@ std::vector<Function> extensionFunctions(XrInstance i) {
 
 class Handles : public MockTest {
   protected:
-    void SetUp() override {
-        MockTest::SetUp();
-        startSession();
-    }
     void expectRefused(const std::vector<Function>& functions, void* handle, const char* what) {
         for (const Function& function : functions)
             EXPECT_EQ(function.call(handle), XR_ERROR_HANDLE_INVALID) << function.name << ", " << what;
+    }
+    // All but the destruction.
+    void expectLost(const std::vector<Function>& functions, void* handle, XrResult result) {
+        for (const Function& function : functions) {
+            if (std::strncmp(function.name, "xrDestroy", 9) == 0) continue;
+            EXPECT_EQ(function.call(handle), result) << function.name;
+        }
     }
     // Of any type that the functions do not take.
     void expectAllRefused(const std::vector<Function>& functions, void* other_type) {
@@ -197,17 +200,20 @@ class Handles : public MockTest {
 };
 
 TEST_F(Handles, OfInstancesAreChecked) {
+    startSession();
     expectAllRefused(instanceFunctions(), session_);
     expectAllRefused(extensionFunctions(instance_), session_);
 }
 
 TEST_F(Handles, OfSessionsAreChecked) {
+    startSession();
     expectAllRefused(sessionFunctions(), stage_);
     ASSERT_EQ(xrDestroySession(session_), XR_SUCCESS);
     expectRefused(sessionFunctions(), session_, "destroyed");
 }
 
 TEST_F(Handles, OfSpacesAreChecked) {
+    startSession();
     expectAllRefused(spaceFunctions(stage_), session_);
     const XrSpace gone = createSpace(XR_REFERENCE_SPACE_TYPE_LOCAL);
     ASSERT_EQ(xrDestroySpace(gone), XR_SUCCESS);
@@ -220,6 +226,7 @@ TEST_F(Handles, OfSpacesAreChecked) {
 }
 
 TEST_F(Handles, OfSwapchainsAreChecked) {
+    startSession();
     expectAllRefused(swapchainFunctions(), stage_);
     const XrSwapchain swapchain = createSwapchain(swapchainInfo()).handle;
     ASSERT_EQ(xrDestroySwapchain(swapchain), XR_SUCCESS);
@@ -227,6 +234,7 @@ TEST_F(Handles, OfSwapchainsAreChecked) {
 }
 
 TEST_F(Handles, OfActionsAreChecked) {
+    startSession();
     expectAllRefused(actionFunctions(), session_);
     auto info = structOf<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
     std::strcpy(info.actionSetName, "set");
@@ -238,6 +246,7 @@ TEST_F(Handles, OfActionsAreChecked) {
 }
 
 TEST_F(Handles, AreForgottenWithTheirInstance) {
+    startSession();
     const XrInstance gone = instance_;
     ASSERT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
     instance_ = XR_NULL_HANDLE;
@@ -245,6 +254,41 @@ TEST_F(Handles, AreForgottenWithTheirInstance) {
     expectRefused(instanceFunctions(), gone, "destroyed");
     expectRefused(sessionFunctions(), session_, "gone with its instance");
     expectRefused(spaceFunctions(stage_), stage_, "gone with its instance");
+}
+
+TEST_F(Handles, OfALostSessionAreOnlyDestroyed) {
+    setScript(R"({"version": 2, "events": [{"frame": 1, "session_loss": {"lost_after_s": 0}}]})");
+    startRunning();
+    const XrSwapchain swapchain = createSwapchain(swapchainInfo()).handle;
+    ASSERT_EQ(waitFrame(), XR_ERROR_SESSION_LOST);
+    expectLost(sessionFunctions(), session_, XR_ERROR_SESSION_LOST);
+    expectLost(spaceFunctions(stage_), stage_, XR_ERROR_SESSION_LOST);
+    expectLost(swapchainFunctions(), swapchain, XR_ERROR_SESSION_LOST);
+    EXPECT_EQ(xrDestroySpace(stage_), XR_SUCCESS);
+    EXPECT_EQ(xrDestroySwapchain(swapchain), XR_SUCCESS);
+    EXPECT_EQ(xrDestroySession(session_), XR_SUCCESS);
+    const XrGraphicsBindingVulkan2KHR graphics = binding();
+    EXPECT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
+}
+
+TEST_F(Handles, OfALostInstanceAreOnlyDestroyed) {
+    setScript(R"({"version": 2, "events": [{"frame": 1, "instance_loss": {"lost_after_s": 0}}]})");
+    startRunning();
+    const XrSwapchain swapchain = createSwapchain(swapchainInfo()).handle;
+    const auto functions = extensionFunctions(instance_);
+    while (waitFrame() != XR_ERROR_INSTANCE_LOST)
+        beginFrame();
+    expectLost(instanceFunctions(), instance_, XR_ERROR_INSTANCE_LOST);
+    expectLost(functions, instance_, XR_ERROR_INSTANCE_LOST);
+    expectLost(sessionFunctions(), session_, XR_ERROR_INSTANCE_LOST);
+    expectLost(spaceFunctions(stage_), stage_, XR_ERROR_INSTANCE_LOST);
+    expectLost(swapchainFunctions(), swapchain, XR_ERROR_INSTANCE_LOST);
+    PFN_xrVoidFunction function = nullptr;
+    EXPECT_EQ(xrGetInstanceProcAddr(instance_, "xrDestroyInstance", &function), XR_SUCCESS);
+    EXPECT_EQ(xrDestroySwapchain(swapchain), XR_SUCCESS);
+    EXPECT_EQ(xrDestroySession(session_), XR_SUCCESS);
+    EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
+    instance_ = XR_NULL_HANDLE;
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ TEST_F(SwapchainRules, EveryFormatHasItsUses) {
         XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT};
     for (const std::int64_t format : formats) {
         const bool depth = isDepth(format);
-        for (std::uint32_t mask = 0; mask < (depth ? 8U : 32U); ++mask) {
+        for (std::uint32_t mask = 0; mask < (depth ? 16U : 32U); ++mask) {
             XrSwapchainCreateInfo info = swapchainInfo();
             info.format = format;
             info.usageFlags = depth ? XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT

@@ -1,9 +1,13 @@
 #include "client.h"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+
+#include "xr/mock/loader_interface.h"
 
 namespace mock_test {
 
@@ -36,6 +40,30 @@ std::vector<std::string> offeredExtensions() {
     for (const auto& extension : extensions)
         names.emplace_back(extension.extensionName);
     return names;
+}
+
+PFN_xrGetInstanceProcAddr runtimeEntry() {
+    const char* manifest = std::getenv("XR_RUNTIME_JSON");
+    if (manifest == nullptr) return nullptr;
+    const auto path = std::filesystem::path(manifest).replace_filename("libxrmock.so");
+    void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (library == nullptr) return nullptr;
+    const auto negotiate = reinterpret_cast<decltype(&xrNegotiateLoaderRuntimeInterface)>(
+        dlsym(library, "xrNegotiateLoaderRuntimeInterface"));
+    const XrNegotiateLoaderInfo loader{XR_LOADER_INTERFACE_STRUCT_LOADER_INFO,
+                                       kLoaderStructVersion,
+                                       sizeof(XrNegotiateLoaderInfo),
+                                       1,
+                                       1,
+                                       XR_MAKE_VERSION(1, 0, 0),
+                                       XR_MAKE_VERSION(1, 0x3ff, 0xfff)};
+    XrNegotiateRuntimeRequest request{XR_LOADER_INTERFACE_STRUCT_RUNTIME_REQUEST,
+                                      kLoaderStructVersion,
+                                      sizeof(XrNegotiateRuntimeRequest),
+                                      0,
+                                      0,
+                                      nullptr};
+    return negotiate(&loader, &request) == XR_SUCCESS ? request.getInstanceProcAddr : nullptr;
 }
 
 void MockTest::SetUp() {

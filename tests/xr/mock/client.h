@@ -36,6 +36,9 @@ Struct structOf(XrStructureType type) {
     return result;
 }
 
+// The runtime's own entry, past the loader (which trusts arguments more than a runtime may).
+PFN_xrGetInstanceProcAddr runtimeEntry();
+
 constexpr XrPosef kIdentity{{0, 0, 0, 1}, {0, 0, 0}};
 
 // What the runtime and the loader offer together.

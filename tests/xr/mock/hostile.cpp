@@ -36,10 +36,10 @@ constexpr XrStructureType kTags[] = {
 };
 
 #define MOCK_TEST_VISIT(member) visit(#member, value.member);
-#define MOCK_TEST_MEMBERS(Struct, tag)             \
-    template <class Visit>                         \
-    void eachMember(Struct& value, Visit visit) {  \
-        XR_LIST_STRUCT_##Struct(MOCK_TEST_VISIT)   \
+#define MOCK_TEST_MEMBERS(Struct, tag)            \
+    template <class Visit>                        \
+    void eachMember(Struct& value, Visit visit) { \
+        XR_LIST_STRUCT_##Struct(MOCK_TEST_VISIT)  \
     }
 XR_LIST_STRUCTURE_TYPES(MOCK_TEST_MEMBERS)
 MOCK_TEST_MEMBERS(XrVector2f, )
@@ -65,13 +65,14 @@ template <class T>
 concept VulkanHandle = std::is_same_v<T, VkInstance> || std::is_same_v<T, VkPhysicalDevice> ||
                        std::is_same_v<T, VkDevice> || std::is_same_v<T, VkImage>;
 
-XRAPI_ATTR XrBool32 XRAPI_CALL ignoreMessage(XrDebugUtilsMessageSeverityFlagsEXT, XrDebugUtilsMessageTypeFlagsEXT,
+XRAPI_ATTR XrBool32 XRAPI_CALL ignoreMessage(XrDebugUtilsMessageSeverityFlagsEXT,
+                                             XrDebugUtilsMessageTypeFlagsEXT,
                                              const XrDebugUtilsMessengerCallbackDataEXT*, void*) {
     return XR_FALSE;
 }
 
-const VkInstanceCreateInfo kVulkanInstanceInfo{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO, nullptr, 0, nullptr, 0,
-                                               nullptr, 0, nullptr};
+const VkInstanceCreateInfo kVulkanInstanceInfo{
+    VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO, nullptr, 0, nullptr, 0, nullptr, 0, nullptr};
 const float kPriority = 1;
 const VkDeviceQueueCreateInfo kQueueInfo{
     VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO, nullptr, 0, 0, 1, &kPriority};
@@ -80,7 +81,8 @@ const VkDeviceCreateInfo kVulkanDeviceInfo{
 
 }  // namespace
 
-// --- values ---------------------------------------------------------------------------------------------------
+// --- values
+// ---------------------------------------------------------------------------------------------------
 
 template <class T>
 T* Hostile::newElements(std::size_t count) {
@@ -94,7 +96,8 @@ const void* Hostile::chain() {
     if (!once(6)) return nullptr;
     auto* link = reinterpret_cast<XrBaseOutStructure*>(newElements<std::byte>(kBlockBytes));
     link->type = kTags[below(std::size(kTags))];
-    link->next = once(3) ? const_cast<XrBaseOutStructure*>(static_cast<const XrBaseOutStructure*>(chain())) : nullptr;
+    link->next =
+        once(3) ? const_cast<XrBaseOutStructure*>(static_cast<const XrBaseOutStructure*>(chain())) : nullptr;
     return link;
 }
 
@@ -102,9 +105,9 @@ const char* Hostile::text() {
     static const std::string long_path = "/" + std::string(300, 'a');
     return pick<const char*>({"/user/hand/left", "/user/hand/right", "/user/gamepad", "/a/b",
                               "/interaction_profiles/khr/simple_controller",
-                              "/user/hand/left/input/select/click", "/user/hand/right/output/haptic", "", "no",
-                              "/A", "/a/", "//", "/..", "capture:", "capture:../../up", "\xff\xfe", "name",
-                              long_path.c_str()});
+                              "/user/hand/left/input/select/click", "/user/hand/right/output/haptic", "",
+                              "no", "/A", "/a/", "//", "/..", "capture:", "capture:../../up", "\xff\xfe",
+                              "name", long_path.c_str()});
 }
 
 template <Handle H>
@@ -125,8 +128,10 @@ H Hostile::handle() {
                 return reinterpret_cast<H>(shared_.session.load());  // of another type
             case 3:
                 return reinterpret_cast<H>(shared_.instance);
-            default:
-                return own.empty() ? H{} : static_cast<H>(own[below(static_cast<std::uint32_t>(own.size()))]);
+            default:  // the youngest most likely lives
+                if (own.empty()) return XR_NULL_HANDLE;
+                return static_cast<H>(once(2) ? own.back()
+                                              : own[below(static_cast<std::uint32_t>(own.size()))]);
         }
     }
 }
@@ -165,7 +170,8 @@ void Hostile::fill(T& value) {
         value = static_cast<T>(pick({0, 1, 2, 3, 4, 5, 100, 1000054000, 0x7ffffffe}));
     } else if constexpr (std::is_same_v<T, std::uint64_t>) {  // flags, system, path, version
         const XrPath path = paths_[below(static_cast<std::uint32_t>(paths_.size()))];
-        value = pick<std::uint64_t>({0, 0, 0, 1, 7, ~std::uint64_t{0}, shared_.system, shared_.system, path, path});
+        value = pick<std::uint64_t>(
+            {0, 1, 7, ~std::uint64_t{0}, shared_.system, shared_.system, shared_.system, path, path, path});
     } else if constexpr (std::is_same_v<T, std::int64_t>) {  // time, duration
         constexpr std::int64_t kSoon = 1'500'000'000;
         value = pick<std::int64_t>({kSoon, kSoon, kSoon, 0, 1, -1, std::numeric_limits<std::int64_t>::max(),
@@ -176,7 +182,8 @@ void Hostile::fill(T& value) {
         using Limits = std::numeric_limits<T>;
         value = pick<T>({0, 0.5F, 1, -1, 90, 1e38F, Limits::quiet_NaN(), -Limits::infinity()});
     } else if constexpr (std::is_same_v<T, timespec>) {
-        value = {pick<time_t>({0, 1, -1, std::numeric_limits<time_t>::max()}), pick({0L, -1L, 999'999'999L, 1L << 40})};
+        value = {pick<time_t>({0, 1, -1, std::numeric_limits<time_t>::max()}),
+                 pick({0L, -1L, 999'999'999L, 1L << 40})};
     } else if constexpr (std::is_array_v<T> && std::is_same_v<std::remove_extent_t<T>, char>) {
         const std::string name = "n" + std::to_string(below(40));
         std::strcpy(value, pick({name.c_str(), name.c_str(), name.c_str(), "", "UPPER", "a b", "\xff"}));
@@ -204,7 +211,8 @@ void Hostile::fillMembers(T& value) {
     });
 }
 
-// --- sense ----------------------------------------------------------------------------------------------------
+// --- sense
+// ----------------------------------------------------------------------------------------------------
 
 void Hostile::adjust(XrPosef& pose) {
     mostly(pose, kIdentity);
@@ -231,15 +239,29 @@ void Hostile::adjust(XrReferenceSpaceCreateInfo& info) {
 
 void Hostile::adjust(XrSwapchainCreateInfo& info) {
     constexpr std::uint32_t kHuge = std::numeric_limits<std::uint32_t>::max();
-    info.createFlags = pick<XrFlags64>({0, 0, 0, 1, 2, 3, ~XrFlags64{0}});
-    info.usageFlags = pick<XrFlags64>({1, 1, 2, 4, 0x11, 0x7f, 0, ~XrFlags64{0}});
-    info.format = pick<std::int64_t>({VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_D32_SFLOAT, 0, -1});
-    info.sampleCount = pick({1U, 1U, 1U, 2U, 0U, kHuge});
-    info.width = pick({16U, 16U, 64U, 1U, 0U, kHuge});
-    info.height = pick({16U, 16U, 64U, 1U, 0U, kHuge});
-    info.faceCount = pick({1U, 1U, 1U, 6U, 0U, kHuge});
-    info.arraySize = pick({1U, 1U, 2U, 0U, kHuge});
-    info.mipCount = pick({1U, 1U, 2U, 0U, kHuge});
+    const std::int64_t format = pick<std::int64_t>({VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_D32_SFLOAT, 0, -1});
+    info = {info.type, info.next, 0, XR_SWAPCHAIN_USAGE_SAMPLED_BIT, VK_FORMAT_R8G8B8A8_SRGB, 1, 16, 16,
+            1,         1,         1};
+    switch (below(16)) {
+        case 0:
+            return void(info.createFlags = pick<XrFlags64>({1, 2, 3, ~XrFlags64{0}}));
+        case 1:
+            return void(info.usageFlags = pick<XrFlags64>({0, 2, 4, 0x7f, ~XrFlags64{0}}));
+        case 2:
+            return void(info.format = format);
+        case 3:
+            return void(info.sampleCount = pick({0U, 2U, kHuge}));
+        case 4:
+            return void((once(2) ? info.width : info.height) = pick({0U, 1U, 17U, kHuge}));
+        case 5:
+            return void(info.faceCount = pick({0U, 2U, 6U, kHuge}));
+        case 6:
+            return void(info.arraySize = pick({0U, 2U, kHuge}));
+        case 7:
+            return void(info.mipCount = pick({0U, 5U, 6U, kHuge}));
+        default:
+            return;
+    }
 }
 
 void Hostile::adjust(XrFrameEndInfo& info) {
@@ -275,12 +297,13 @@ void Hostile::adjust(XrViewLocateInfo& info) {
 }
 
 void Hostile::adjust(XrActionCreateInfo& info) {
-    info.actionType = pick({XR_ACTION_TYPE_BOOLEAN_INPUT, XR_ACTION_TYPE_FLOAT_INPUT, XR_ACTION_TYPE_VECTOR2F_INPUT,
-                            XR_ACTION_TYPE_POSE_INPUT, XR_ACTION_TYPE_VIBRATION_OUTPUT, XR_ACTION_TYPE_MAX_ENUM});
+    info.actionType =
+        pick({XR_ACTION_TYPE_BOOLEAN_INPUT, XR_ACTION_TYPE_FLOAT_INPUT, XR_ACTION_TYPE_VECTOR2F_INPUT,
+              XR_ACTION_TYPE_POSE_INPUT, XR_ACTION_TYPE_VIBRATION_OUTPUT, XR_ACTION_TYPE_MAX_ENUM});
     auto* hands = newElements<XrPath>(2);
     hands[0] = paths_[0], hands[1] = paths_[1];
     mostly(info.subactionPaths, hands);
-    mostly(info.countSubactionPaths, info.subactionPaths == hands ? below(3) : 0);
+    mostly(info.countSubactionPaths, below(3));
 }
 
 void Hostile::adjust(XrInteractionProfileSuggestedBinding& info) {
@@ -304,11 +327,13 @@ void Hostile::adjust(XrVulkanDeviceCreateInfoKHR& info) {
 
 void Hostile::adjust(XrDebugUtilsMessengerCreateInfoEXT& info) {
     info.userCallback = once(4) ? nullptr : ignoreMessage;
-    info.messageSeverities = pick<XrFlags64>({XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT, 0, ~XrFlags64{0}});
+    info.messageSeverities =
+        pick<XrFlags64>({XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT, 0, ~XrFlags64{0}});
     mostly(info.messageTypes, XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT);
 }
 
-// --- calls ----------------------------------------------------------------------------------------------------
+// --- calls
+// ----------------------------------------------------------------------------------------------------
 
 struct Hostile::Row {
     const char* name;
@@ -343,25 +368,28 @@ void Hostile::keepOutput(T argument) {
 
 // Whether a frame was waited for: then xrWaitFrame would block, as it should.
 void Hostile::follow(std::string_view name, XrResult result) {
-    if (name == "xrWaitFrame" && XR_SUCCEEDED(result)) waited_ = true;
-    if (name == "xrBeginFrame" && (XR_SUCCEEDED(result) || result == XR_ERROR_CALL_ORDER_INVALID)) waited_ = false;
-    if ((name == "xrEndSession" || name == "xrDestroySession") && XR_SUCCEEDED(result)) waited_ = false;
+    if (name == "xrWaitFrame" && XR_SUCCEEDED(result)) shared_.waited = true;
+    if (name == "xrBeginFrame" && (XR_SUCCEEDED(result) || result == XR_ERROR_CALL_ORDER_INVALID))
+        shared_.waited = false;
+    if ((name == "xrEndSession" || name == "xrDestroySession") && XR_SUCCEEDED(result))
+        shared_.waited = false;
 }
 
 Hostile::Hostile(Surroundings& surroundings, unsigned seed, bool waits_for_frames)
     : shared_(surroundings), random_(seed), waits_for_frames_(waits_for_frames) {
     static const Row kRows[] = {
-#define MOCK_TEST_ROW(function, family, ...)                                                       \
-    {"xr" #function, [](Hostile& hostile, PFN_xrVoidFunction entry) {                              \
+#define MOCK_TEST_ROW(function, family, ...)                                                     \
+    {"xr" #function, [](Hostile& hostile, PFN_xrVoidFunction entry) {                            \
          hostile.call("xr" #function, reinterpret_cast<PFN_xr##function>(entry), Family::family, \
-                      {__VA_ARGS__});                                                              \
+                      {__VA_ARGS__});                                                            \
      }},
         MOCK_TEST_EVERY_FUNCTION(MOCK_TEST_ROW)
 #undef MOCK_TEST_ROW
     };
+    const PFN_xrGetInstanceProcAddr look_up = runtimeEntry();
     for (const Row& row : kRows) {
         PFN_xrVoidFunction entry = nullptr;
-        if (xrGetInstanceProcAddr(shared_.instance, row.name, &entry) == XR_SUCCESS) {
+        if (look_up(shared_.instance, row.name, &entry) == XR_SUCCESS) {
             functions_.emplace_back(&row, entry);
         }
     }
@@ -369,8 +397,8 @@ Hostile::Hostile(Surroundings& surroundings, unsigned seed, bool waits_for_frame
         memory_.push_back(std::make_unique<std::byte[]>(kBlockBytes));
     for (const char* each :
          {"/user/hand/left", "/user/hand/right", "/interaction_profiles/khr/simple_controller",
-          "/user/hand/left/input/select/click", "/user/hand/right/input/aim/pose", "/user/hand/left/output/haptic",
-          "/interaction_profiles/oculus/touch_controller", "/nobody"}) {
+          "/user/hand/left/input/select/click", "/user/hand/right/input/aim/pose",
+          "/user/hand/left/output/haptic", "/interaction_profiles/oculus/touch_controller", "/nobody"}) {
         xrStringToPath(shared_.instance, each, &paths_.emplace_back());
     }
     handles_[typeid(XrInstance)] = {shared_.instance};
@@ -390,9 +418,9 @@ void Hostile::trim(std::size_t most, XrResult(XRAPI_PTR* destroy)(H)) {
 void Hostile::callAny() {
     const auto& [row, entry] = functions_[below(static_cast<std::uint32_t>(functions_.size()))];
     const std::string_view name = row->name;
-    if (name == "xrWaitFrame" && (!waits_for_frames_ || waited_)) return;
+    if (name == "xrWaitFrame" && (!waits_for_frames_ || shared_.waited)) return;
     // These end what the others need, or take long.
-    const bool rare = name == "xrDestroySession" || name == "xrRequestExitSession" ||
+    const bool rare = name.starts_with("xrDestroy") || name == "xrRequestExitSession" ||
                       name == "xrCreateVulkanInstanceKHR" || name == "xrCreateVulkanDeviceKHR";
     if (rare && !once(10)) return;
     row->call(*this, entry);
@@ -400,6 +428,36 @@ void Hostile::callAny() {
     trim<XrSpace>(30, xrDestroySpace);
     trim<XrActionSet>(12, xrDestroyActionSet);
     trim<XrAction>(40, xrDestroyAction);
+}
+
+// A session with spaces, a swapchain and bound actions.
+void Hostile::furnish(XrSession session) {
+    const auto keep = [this]<class H>(H handle) { handles_[typeid(H)].push_back(handle); };
+    XrSpace space = XR_NULL_HANDLE;
+    const XrReferenceSpaceCreateInfo space_info{XR_TYPE_REFERENCE_SPACE_CREATE_INFO, nullptr,
+                                                XR_REFERENCE_SPACE_TYPE_LOCAL, kIdentity};
+    if (xrCreateReferenceSpace(session, &space_info, &space) == XR_SUCCESS) keep(space);
+    auto set_info = structOf<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
+    const std::string name = "set" + std::to_string(random_());
+    std::strcpy(set_info.actionSetName, name.c_str());
+    std::strcpy(set_info.localizedActionSetName, name.c_str());
+    XrActionSet set = XR_NULL_HANDLE;
+    if (xrCreateActionSet(shared_.instance, &set_info, &set) != XR_SUCCESS) return;
+    keep(set);
+    for (const XrActionType type :
+         {XR_ACTION_TYPE_BOOLEAN_INPUT, XR_ACTION_TYPE_FLOAT_INPUT, XR_ACTION_TYPE_VECTOR2F_INPUT,
+          XR_ACTION_TYPE_POSE_INPUT, XR_ACTION_TYPE_VIBRATION_OUTPUT}) {
+        auto info = structOf<XrActionCreateInfo>(XR_TYPE_ACTION_CREATE_INFO);
+        std::strcpy(info.actionName, ("a" + std::to_string(type)).c_str());
+        std::strcpy(info.localizedActionName, info.actionName);
+        info.actionType = type;
+        info.countSubactionPaths = 2;
+        info.subactionPaths = paths_.data();  // the hands
+        XrAction action = XR_NULL_HANDLE;
+        if (xrCreateAction(set, &info, &action) == XR_SUCCESS) keep(action);
+    }
+    const XrSessionActionSetsAttachInfo attach{XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO, nullptr, 1, &set};
+    xrAttachSessionActionSets(session, &attach);
 }
 
 void Hostile::behave() {
@@ -411,8 +469,10 @@ void Hostile::behave() {
             const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr,
                                           XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
             if (changed.state == XR_SESSION_STATE_READY) xrBeginSession(changed.session, &info);
-            if (changed.state == XR_SESSION_STATE_STOPPING) xrEndSession(changed.session), waited_ = false;
-            if (changed.state == XR_SESSION_STATE_EXITING) xrDestroySession(changed.session), waited_ = false;
+            if (changed.state == XR_SESSION_STATE_STOPPING)
+                xrEndSession(changed.session), shared_.waited = false;
+            if (changed.state == XR_SESSION_STATE_EXITING)
+                xrDestroySession(changed.session), shared_.waited = false;
         }
         event.type = XR_TYPE_EVENT_DATA_BUFFER;
     }
@@ -420,13 +480,14 @@ void Hostile::behave() {
     XrSession session = XR_NULL_HANDLE;
     if (xrCreateSession(shared_.instance, &info, &session) == XR_SUCCESS) {
         shared_.session = session;
-        waited_ = false;
+        shared_.waited = false;
+        furnish(session);
     }
     auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
-    if (!waited_) follow("xrWaitFrame", xrWaitFrame(shared_.session, nullptr, &state));
+    if (!shared_.waited) follow("xrWaitFrame", xrWaitFrame(shared_.session, nullptr, &state));
     follow("xrBeginFrame", xrBeginFrame(shared_.session, nullptr));
-    const XrFrameEndInfo end{XR_TYPE_FRAME_END_INFO, nullptr, state.predictedDisplayTime,
-                             XR_ENVIRONMENT_BLEND_MODE_OPAQUE, 0, nullptr};
+    const XrFrameEndInfo end{XR_TYPE_FRAME_END_INFO,           nullptr, state.predictedDisplayTime,
+                             XR_ENVIRONMENT_BLEND_MODE_OPAQUE, 0,       nullptr};
     xrEndFrame(shared_.session, &end);
 }
 

@@ -3,8 +3,6 @@
 // capacity says, a pointer leads to what its type says or is null); everything else is odd.
 #pragma once
 
-#include <openxr/openxr_reflection.h>
-
 #include <atomic>
 #include <memory>
 #include <random>
@@ -14,6 +12,8 @@
 #include <unordered_map>
 
 #include "every_function.h"
+
+#include <openxr/openxr_reflection.h>  // after client.h, which names the platform
 
 namespace mock_test {
 
@@ -39,6 +39,7 @@ struct Surroundings {
     XrSystemId system;
     XrGraphicsBindingVulkan2KHR binding;
     std::atomic<XrSession> session{XR_NULL_HANDLE};
+    std::atomic<bool> waited{false};  // for a frame that was not begun: xrWaitFrame would block, as it should
 };
 
 class Hostile {
@@ -52,6 +53,7 @@ class Hostile {
     void behave();
 
   private:
+    void furnish(XrSession session);
     struct Row;
     template <class... Arguments>
     void call(const char* name, XrResult(XRAPI_PTR* function)(Arguments...), Family family,
@@ -105,7 +107,6 @@ class Hostile {
     Surroundings& shared_;
     std::mt19937 random_;
     bool waits_for_frames_;
-    bool waited_ = false;
     std::vector<std::pair<const Row*, PFN_xrVoidFunction>> functions_;
     std::vector<std::unique_ptr<std::byte[]>> memory_;
     std::size_t next_memory_ = 0;

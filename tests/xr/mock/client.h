@@ -65,9 +65,9 @@ class MockTest : public testing::Test {
     void start();                                      // instance and system
     void startVulkan();                                // and Vulkan instance, physical device, device, queue
     void destroyVulkanInstance();
-    void startSession();                               // and a session, with a STAGE space
-    void startRunning();                               // and xrBeginSession
-    void startFocused();                               // and frames until FOCUSED
+    void startSession();  // and a session, with a STAGE space
+    void startRunning();  // and xrBeginSession
+    void startFocused();  // and frames until FOCUSED
 
     // The next event of the type that is waiting, skipping others.
     std::optional<XrEventDataBuffer> poll(XrStructureType type);

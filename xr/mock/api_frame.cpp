@@ -114,7 +114,9 @@ XrResult endFrame(Call& call, XrSession handle, const XrFrameEndInfo* info) {
     require(session.frames.begun, XR_ERROR_CALL_ORDER_INVALID, "no frame was begun");
     requireTime(info->displayTime);
     requireEnvironmentBlendMode(info->environmentBlendMode);
-    captureIfDue(call, session, checkFrame(call, session, *info));
+    const SubmittedFrame frame = checkFrame(call, session, *info);
+    observeFrame(call, session, frame);
+    captureIfDue(call, session, frame);
 
     session.frames.begun = false;
     session.progress.frame_ended = true;

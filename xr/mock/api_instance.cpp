@@ -41,6 +41,7 @@ void setUp(Instance& instance, std::int64_t now_ns) {
         instance.clock.is_virtual = name == "virtual";
     }
     if (!instance.clock.is_virtual) instance.clock.origin_ns = now_ns;
+    openLog();
     instance.created_ns = now_ns;
     if (const char* folder = std::getenv("XRMOCK_CAPTURE"); folder != nullptr)
         instance.capture_folder = folder;
@@ -82,6 +83,14 @@ void tellCreator(Call& call, const Instance& unborn, const std::string& reason) 
 }
 
 }  // namespace
+
+Instance::Instance() : Object(kType) {
+    ++runtime().instances;
+}
+
+Instance::~Instance() {
+    --runtime().instances;
+}
 
 XrResult enumerateApiLayerProperties(Call&, std::uint32_t capacity, std::uint32_t* count,
                                      XrApiLayerProperties* properties) {

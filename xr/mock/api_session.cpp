@@ -59,6 +59,7 @@ void enter(Session& session, XrSessionState state, std::int64_t now_ns) {
     session.instance.events.push(XrEventDataSessionStateChanged{XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED,
                                                                 nullptr, handle, state, now_ns},
                                  handle);
+    observeState(session, state, now_ns);
     if (state == XR_SESSION_STATE_STOPPING) releaseInput(session.input);
 }
 

@@ -32,10 +32,20 @@ struct Entry;
 template <Name kName, class... Arguments, XrResult (*kFunction)(Call&, Arguments...)>
 struct Entry<kName, kFunction> {
     static XRAPI_ATTR XrResult XRAPI_CALL call(Arguments... arguments) noexcept {
-        return guard(kName.text, [&](Call& context) {
-            if (const auto refusal = scriptedRefusal(context, subjectOf(arguments...))) return *refusal;
-            return kFunction(context, arguments...);
-        });
+        const std::uint64_t subject = subjectOf(arguments...);
+        return guard(
+            kName.text,
+            [&](Call& context) {
+                if (const auto refusal = scriptedRefusal(context, subject)) return *refusal;
+                return kFunction(context, arguments...);
+            },
+            [&](Call& context, XrResult result) {
+                Log* const log = runtime().log.get();
+                if (log == nullptr) return;
+                beginCallLine(*log, context, result, subject);
+                (describe(*log, XR_SUCCEEDED(result), arguments), ...);
+                endCallLine(*log, context);
+            });
     }
 };
 
@@ -174,7 +184,9 @@ bool isFunctionName(std::string_view name) {
 
 XRAPI_ATTR XrResult XRAPI_CALL getInstanceProcAddr(XrInstance instance, const char* name,
                                                    PFN_xrVoidFunction* function) noexcept {
-    return guard("xrGetInstanceProcAddr", [&](Call& call) { return lookUp(call, instance, name, function); });
+    return guard(
+        "xrGetInstanceProcAddr", [&](Call& call) { return lookUp(call, instance, name, function); },
+        [](Call&, XrResult) {});  // loaders ask for everything they know: not logged
 }
 
 }  // namespace xrmock

@@ -39,12 +39,13 @@ namespace detail {
 
 namespace {
 
-XrResult runBody(Call& call, XrResult (*body)(Call&, void*), void* arguments) {
+XrResult run(Call& call, const Invocation& invocation) {
     try {
-        const XrResult result = body(call, arguments);
+        const XrResult result = invocation.run(call, invocation.given);
         return XR_SUCCEEDED(result) && call.loss_pending ? XR_SESSION_LOSS_PENDING : result;
     } catch (const Refused& refused) {
         reportRefusal(call, refused.result, refused.reason);
+        observeRefusal(call, refused.result, refused.reason);
         return refused.result;
     } catch (const std::bad_alloc&) {
         return XR_ERROR_OUT_OF_MEMORY;
@@ -56,10 +57,11 @@ XrResult runBody(Call& call, XrResult (*body)(Call&, void*), void* arguments) {
 
 }  // namespace
 
-XrResult guarded(const char* function, XrResult (*body)(Call&, void*), void* arguments) noexcept {
+XrResult guarded(const char* function, const Invocation& invocation) noexcept {
     try {
         Call call(function);
-        const XrResult result = runBody(call, body, arguments);
+        const XrResult result = run(call, invocation);
+        invocation.finish(call, result, invocation.given);
         call.lock.unlock();
         deliver(call.deliveries);
         return result;

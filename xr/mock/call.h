@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "debug_messages.h"
 #include "handles.h"
+#include "log.h"
 
 namespace xrmock {
 
@@ -43,6 +45,8 @@ struct Runtime {
     std::mutex mutex;
     std::condition_variable changed;  // a frame was begun, a session stopped or went
     HandleTable handles;
+    std::unique_ptr<Log> log;   // null while nothing is logged
+    std::size_t instances = 0;  // live ones, and one that is being created
 };
 Runtime& runtime();
 
@@ -94,14 +98,26 @@ class Call {
 };
 
 namespace detail {
-// Runs the body, turns whatever it throws into a result, then delivers the messages without the lock.
-XrResult guarded(const char* function, XrResult (*body)(Call&, void*), void* arguments) noexcept;
+// What guard() was given, without its type.
+struct Invocation {
+    void* given;
+    XrResult (*run)(Call&, void*);
+    void (*finish)(Call&, XrResult, void*);
+};
+// Runs the body, turns whatever it throws into a result, finishes, then delivers the messages without the
+// lock.
+XrResult guarded(const char* function, const Invocation& invocation) noexcept;
 }  // namespace detail
 
-template <class Body>
-XrResult guard(const char* function, Body body) noexcept {
+// `body(call)` gives the result; `finish(call, result)` follows under the same lock.
+template <class Body, class Finish>
+XrResult guard(const char* function, Body body, Finish finish) noexcept {
+    std::pair<Body&, Finish&> given{body, finish};
+    using Given = decltype(given);
     return detail::guarded(
-        function, [](Call& call, void* arguments) { return (*static_cast<Body*>(arguments))(call); }, &body);
+        function,
+        {&given, [](Call& call, void* it) { return static_cast<Given*>(it)->first(call); },
+         [](Call& call, XrResult result, void* it) { static_cast<Given*>(it)->second(call, result); }});
 }
 
 }  // namespace xrmock

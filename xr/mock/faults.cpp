@@ -37,7 +37,8 @@ std::optional<XrResult> scriptedRefusal(Call& call, std::uint64_t handle) {
     std::erase_if(instance.faults, [&](const Fault& fault) { return isOver(fault, now_ns); });
     if (!result) return std::nullopt;
     call.subject = handle;
-    refuse(*result, "the scenario refuses this call");
+    reportRefusal(call, *result, "the scenario refuses this call");
+    return result;
 }
 
 }  // namespace xrmock

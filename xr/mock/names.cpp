@@ -33,4 +33,20 @@ std::string structureTypeName(XrStructureType type) {
 
 #undef XRMOCK_CASE
 
+namespace {
+constexpr std::string_view kStateNames[] = {"unknown", "idle",     "ready",        "synchronized", "visible",
+                                            "focused", "stopping", "loss_pending", "exiting"};
+}
+
+std::string sessionStateName(XrSessionState state) {
+    return std::string(kStateNames[static_cast<std::size_t>(state)]);
+}
+
+std::optional<XrSessionState> sessionStateNamed(std::string_view name) {
+    for (std::size_t i = 0; i < std::size(kStateNames); ++i) {
+        if (kStateNames[i] == name) return static_cast<XrSessionState>(i);
+    }
+    return std::nullopt;
+}
+
 }  // namespace xrmock

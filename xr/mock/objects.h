@@ -18,6 +18,7 @@
 #include "handles.h"
 #include "haptics.h"
 #include "input.h"
+#include "observers.h"
 #include "paths.h"
 #include "pose.h"
 #include "scenario.h"
@@ -37,12 +38,13 @@ struct Listener {
 };
 
 struct Statistics {
-    std::uint64_t submitted = 0, discarded = 0, missed = 0, captured = 0, haptic_pulses = 0;
+    std::uint64_t submitted = 0, discarded = 0, missed = 0, captured = 0, haptic_pulses = 0, refusals = 0;
 };
 
 struct Instance : Object {
     static constexpr XrObjectType kType = XR_OBJECT_TYPE_INSTANCE;
-    Instance() : Object(kType) {}
+    Instance();
+    ~Instance() override;
 
     std::set<std::string, std::less<>> extensions;
     Scenario scenario;

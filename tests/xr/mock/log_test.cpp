@@ -1,0 +1,131 @@
+// XRMOCK_LOG: what is written, that it repeats byte by byte, and what it costs.
+#include <chrono>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include <nlohmann/json.hpp>
+
+#include "client.h"
+
+namespace mock_test {
+namespace {
+
+using nlohmann::json;
+
+class Log : public MockTest {
+  protected:
+    // Plays a short scenario with a projection layer per frame; the text of its log.
+    std::string play(const std::string& name) {
+        setVariable("XRMOCK_LOG", file(name).string());
+        setScript(R"({"version": 2, "head": [{"t_s": 0, "position": [0, 1.6, 0]},
+            {"t_s": 2, "position": [0.3, 1.6, 0]}], "events": [{"frame": 6, "recenter": {}},
+            {"frame": 8, "session": "visible"}, {"frame": 9, "refuse": {"call": "xrLocateViews",
+            "result": "XR_ERROR_RUNTIME_FAILURE"}}]})");
+        startFocused();
+        auto info = swapchainInfo();
+        const Swapchain swapchain = createSwapchain(info);
+        for (int i = 0; i < 10; ++i)
+            projectionFrame(swapchain);
+        vkDeviceWaitIdle(vk_device_);
+        EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
+        instance_ = XR_NULL_HANDLE;
+        vkDestroyDevice(vk_device_, nullptr);
+        vk_device_ = VK_NULL_HANDLE;
+        destroyVulkanInstance();
+        return text(name);
+    }
+    void projectionFrame(const Swapchain& swapchain) {
+        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+        ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
+        ASSERT_EQ(beginFrame(), XR_SUCCESS);
+        std::array views{structOf<XrView>(XR_TYPE_VIEW), structOf<XrView>(XR_TYPE_VIEW)};
+        const XrViewLocateInfo locate{XR_TYPE_VIEW_LOCATE_INFO, nullptr,
+                                      XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, state.predictedDisplayTime,
+                                      stage_};
+        auto view_state = structOf<XrViewState>(XR_TYPE_VIEW_STATE);
+        std::uint32_t count = 0;
+        if (xrLocateViews(session_, &locate, &view_state, 2, &count, views.data()) != XR_SUCCESS) {
+            for (XrView& view : views)
+                view = {XR_TYPE_VIEW, nullptr, kIdentity, {-0.5F, 0.5F, 0.5F, -0.5F}};
+        }
+        cycle(swapchain.handle);
+        std::array<XrCompositionLayerProjectionView, 2> eyes{};
+        for (std::uint32_t eye = 0; eye < 2; ++eye) {
+            eyes[eye] = {XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW,
+                         nullptr,
+                         views[eye].pose,
+                         views[eye].fov,
+                         {swapchain.handle, {{0, 0}, {64, 48}}, eye}};
+        }
+        const XrCompositionLayerProjection layer{
+            XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, eyes.data()};
+        ASSERT_EQ(endFrame(state.predictedDisplayTime,
+                           {reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer)}),
+                  XR_SUCCESS);
+    }
+    std::string text(const std::string& name) {
+        std::ifstream in(file(name), std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    }
+    std::vector<json> lines(const std::string& log) {
+        std::vector<json> result;
+        std::istringstream in(log);
+        for (std::string line; std::getline(in, line);)
+            result.push_back(json::parse(line));
+        return result;
+    }
+};
+
+TEST_F(Log, TellsCallsAndFrames) {
+    int frames = 0, ends = 0, refused = 0, recentred = 0;
+    std::int64_t time = 0;
+    for (const json& line : lines(play("log.jsonl"))) {
+        if (line.contains("frame")) {
+            ++frames;
+            ASSERT_EQ(line["frame"], frames);
+            if (frames <= 3) continue;  // those of startFocused are empty
+            const json& view = line["layers"].at(0)["views"].at(1);
+            EXPECT_EQ(line["layers"][0]["type"], "projection");
+            EXPECT_EQ(view["image"]["rect"], (json::array({0, 0, 64, 48})));
+            EXPECT_EQ(view["image"]["array_index"], 1);
+            EXPECT_EQ(view["image"]["format"], VK_FORMAT_R8G8B8A8_SRGB);
+            EXPECT_EQ(view["pose"].size(), 7U);
+            continue;
+        }
+        EXPECT_GE(line["time"], time);
+        time = line["time"];
+        EXPECT_EQ(line["thread"], 1);
+        ends += line["call"] == "xrEndFrame";
+        refused += line["result"] == "XR_ERROR_RUNTIME_FAILURE";
+        recentred += line["call"] == "xrWaitFrame" && line["args"].back()["should_render"] == true;
+    }
+    EXPECT_EQ(frames, 13);
+    EXPECT_EQ(ends, 13);
+    EXPECT_EQ(refused, 1);
+    EXPECT_GT(recentred, 5);
+}
+
+TEST_F(Log, TwoRunsGiveTheSameBytes) {
+    const std::string first = play("first.jsonl");
+    EXPECT_GT(first.size(), 10'000U);
+    EXPECT_EQ(first, play("second.jsonl"));
+}
+
+TEST_F(Log, CostsLittle) {
+    setVariable("XRMOCK_LOG", file("log.jsonl").string());
+    startFocused();
+    const Swapchain swapchain = createSwapchain(swapchainInfo());
+    const auto start = std::chrono::steady_clock::now();
+    constexpr int kFrames = 500;
+    for (int i = 0; i < kFrames; ++i)
+        projectionFrame(swapchain);
+    const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
+    std::error_code error;
+    RecordProperty("frame_with_log_us", static_cast<int>(spent.count() / kFrames));
+    // Nine lines a frame of bounded length.
+    EXPECT_LT(std::filesystem::file_size(file("log.jsonl"), error) / kFrames, 4096U);
+}
+
+}  // namespace
+}  // namespace mock_test

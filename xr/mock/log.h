@@ -1,0 +1,105 @@
+// XRMOCK_LOG: JSON lines of the calls and of every submitted frame. Nothing is built while there is no log.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <type_traits>
+#include <vector>
+
+#include "json_line.h"
+#include "openxr_api.h"
+
+namespace xrmock {
+
+class Call;
+struct Session;
+struct SubmittedFrame;
+
+// Guarded by the runtime's mutex. Handles, instances and threads are numbered as they appear, so that two
+// runs on the virtual clock give the same bytes.
+class Log {
+  public:
+    explicit Log(const std::string& file_name);  // throws std::runtime_error
+
+    std::string nameOf(const char* kind, std::uint64_t handle);  // "space 2"
+    std::size_t threadNumber();
+    void write(JsonLine& line);
+    void flush();
+
+    std::map<std::uint64_t, std::uint64_t> pulses;  // of each session, written so far
+    std::int64_t last_time_ns = 0;                  // of calls whose instance is not there
+    JsonLine line;                                  // the one that is being written
+
+  private:
+    struct Close {
+        void operator()(std::FILE* file) const { std::fclose(file); }
+    };
+    std::unique_ptr<std::FILE, Close> file_;
+    std::map<std::uint64_t, std::string> names_;
+    std::map<std::string, std::uint64_t, std::less<>> counts_;
+    std::map<std::thread::id, std::size_t> threads_;
+};
+
+// The log of the environment, for an instance that is alone; others share what is there. Throws
+// std::runtime_error.
+void openLog();
+
+// {"call": ..., "result": ..., "time": ..., "thread": ..., and the beginning of "args": [
+void beginCallLine(Log& log, const Call& call, XrResult result, std::uint64_t subject);
+void endCallLine(Log& log, const Call& call);
+
+// With the haptic pulses that began since the last one.
+void logFrame(Log& log, const Session& session, const SubmittedFrame& frame);
+
+// What a line tells of one argument; nothing of those that are not listed here. Structures are read only from
+// calls that succeeded: then they are what the specification demands.
+template <class Argument>
+void describe(Log& log, bool, const Argument& argument) {
+    if constexpr (std::is_enum_v<Argument>) {
+        log.line.number(static_cast<std::int64_t>(argument));
+    } else if constexpr (std::is_arithmetic_v<Argument>) {
+        log.line.number(argument);
+    }
+}
+void describe(Log& log, bool succeeded, const char* text);
+void describe(Log& log, bool succeeded, const XrInstanceCreateInfo* info);
+void describe(Log& log, bool succeeded, const XrSessionBeginInfo* info);
+void describe(Log& log, bool succeeded, const XrReferenceSpaceCreateInfo* info);
+void describe(Log& log, bool succeeded, const XrActionSpaceCreateInfo* info);
+void describe(Log& log, bool succeeded, const XrViewLocateInfo* info);
+void describe(Log& log, bool succeeded, XrSpaceLocation* location);
+void describe(Log& log, bool succeeded, const XrSwapchainCreateInfo* info);
+void describe(Log& log, bool succeeded, XrFrameState* state);
+void describe(Log& log, bool succeeded, const XrFrameEndInfo* info);
+void describe(Log& log, bool succeeded, const XrActionSetCreateInfo* info);
+void describe(Log& log, bool succeeded, const XrActionCreateInfo* info);
+void describe(Log& log, bool succeeded, const XrActionStateGetInfo* info);
+void describe(Log& log, bool succeeded, XrActionStateBoolean* state);
+void describe(Log& log, bool succeeded, XrActionStateFloat* state);
+void describe(Log& log, bool succeeded, XrActionStateVector2f* state);
+void describe(Log& log, bool succeeded, const XrHapticActionInfo* info);
+void describe(Log& log, bool succeeded, const XrHapticBaseHeader* feedback);
+void describe(Log& log, bool succeeded, XrEventDataBuffer* event);
+
+#define XRMOCK_DESCRIBE_HANDLE(Type, kind)                                                          \
+    inline void describe(Log& log, bool, Type handle) {                                             \
+        log.line.text(log.nameOf(kind, reinterpret_cast<std::uintptr_t>(handle)));                  \
+    }                                                                                               \
+    inline void describe(Log& log, bool succeeded, Type* created) {                                 \
+        if (succeeded) log.line.text(log.nameOf(kind, reinterpret_cast<std::uintptr_t>(*created))); \
+    }
+XRMOCK_DESCRIBE_HANDLE(XrInstance, "instance")
+XRMOCK_DESCRIBE_HANDLE(XrSession, "session")
+XRMOCK_DESCRIBE_HANDLE(XrSpace, "space")
+XRMOCK_DESCRIBE_HANDLE(XrSwapchain, "swapchain")
+XRMOCK_DESCRIBE_HANDLE(XrActionSet, "action set")
+XRMOCK_DESCRIBE_HANDLE(XrAction, "action")
+XRMOCK_DESCRIBE_HANDLE(XrDebugUtilsMessengerEXT, "messenger")
+XRMOCK_DESCRIBE_HANDLE(XrHandTrackerEXT, "hand tracker")
+#undef XRMOCK_DESCRIBE_HANDLE
+
+}  // namespace xrmock

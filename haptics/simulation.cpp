@@ -45,23 +45,26 @@ void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
 }  // namespace
 
 Simulation::Simulation(const patient::Patient& patient, const SimulationSettings& settings)
-    : patient_(&patient), settings_(settings), gain_(outputGain(settings.profile, settings.output)) {
+    : patient_(&patient),
+      settings_(settings),
+      breath_(settings.breath.value_or(patient::BreathPlan{.rhythm = patient.package().breathing.signal})),
+      gain_(outputGain(settings.profile, settings.output)) {
     state_.hash.add(patient::digest(patient.package()));
     state_.hash.add(settings.scenario_digest);
     state_.hash.add(settings.seed);
     hashSettings(state_.hash, settings);
+    patient::hashPlan(state_.hash, breath_);
 }
 
 void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& events) noexcept {
-    const patient::BreathingSignal& signal = patient_->package().breathing.signal;
     takeCommands(input);
-    patient::stepBreathing(state_.breathing, signal, settings_.dt_s);
+    patient::stepBreathing(state_.breathing, breath_, settings_.dt_s);
     takePose(input.device);
 
     Vec3 force_patient_n{0.0};
     events.count = events.dropped = 0;
     if (state_.posed) {
-        const Surrogate breath = patient::surrogateAt(state_.breathing, signal, settings_.dt_s);
+        const Surrogate breath = patient::surrogateAt(state_.breathing, breath_, settings_.dt_s);
         const Vec3 axis = state_.patient_from_needle.direction(Vec3(0.0, 0.0, -1.0));
         stepNeedle(state_.needle, settings_.needle, *patient_, state_.patient_from_needle.position_m, axis,
                    breath, events);
@@ -79,10 +82,10 @@ void Simulation::takeCommands(const TickInput& input) noexcept {
     for (std::uint32_t i = 0; i < input.command_count && i < std::uint32_t(kMaxCommandsPerTick); ++i) {
         switch (input.commands[i].kind) {
             case CommandKind::holdBreath:
-                state_.breathing.hold_wanted = true;
+                patient::commandHold(state_.breathing, true);
                 break;
             case CommandKind::breathe:
-                state_.breathing.hold_wanted = false;
+                patient::commandHold(state_.breathing, false);
                 break;
             case CommandKind::rearm:
                 state_.output.faults = 0;
@@ -115,8 +118,7 @@ void Simulation::hashTick(const TickInput& input) noexcept {
         hash.add(std::uint64_t(input.commands[i].kind) | std::uint64_t(input.commands[i].value) << 32);
     }
     hash.add(state_.tick);
-    hash.add(state_.breathing.phase_ticks);
-    hash.add(std::uint64_t(state_.breathing.hold_wanted) | std::uint64_t(state_.breathing.held) << 1);
+    patient::hashBreathing(hash, state_.breathing);
     hashNeedle(hash, state_.needle);
     hash.add(state_.output.model_n);
     hash.add(state_.output.sent_n);

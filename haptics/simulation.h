@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "haptics/needle.h"
@@ -38,6 +39,7 @@ struct TickInput {
 struct SimulationSettings {
     double dt_s = 0.001;
     Pose patient_from_device;
+    std::optional<patient::BreathPlan> breath;  // absent: the patient's own rhythm, and he complies
     NeedleSettings needle;
     OutputSettings output;
     DeviceProfile profile;
@@ -93,6 +95,7 @@ class Simulation {
 
     const patient::Patient* patient_;
     SimulationSettings settings_;
+    patient::BreathPlan breath_;
     SimulationState state_;
     double gain_ = 1.0;
 };

@@ -19,6 +19,7 @@
 #include "patient/traversal.h"       // voxels along a segment
 #include "patient/tissue.h"          // the force table, labels, thresholds
 #include "patient/signal.h"          // the breath as a signal, counted in ticks
+#include "patient/recording.h"       // a recorded one
 #include "patient/breathing.h"       // what it moves: at a point, and as a table for pictures
 #include "patient/package.h"         // packages on disk, and the tissue at a point
 #include "patient/planning.h"        // reference paths

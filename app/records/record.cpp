@@ -24,7 +24,7 @@ constexpr std::array<char, 8> kMagic{'S', 'T', 'Y', 'L', 'R', 'E', 'C', '\n'};
 constexpr std::uint32_t kFrameMark = 0x4d415246;   // "FRAM"
 constexpr std::size_t kPrologueBytes = 8 + 4 + 4;  // magic, version, header size
 constexpr std::size_t kFrameHeadBytes = 4 + 4 + 4 + 8 + 8;
-constexpr std::uint32_t kMaxHeaderBytes = 4096;
+constexpr std::uint32_t kMaxHeaderBytes = 1 << 20;  // a recorded breath of an hour is a third of it
 constexpr std::uint32_t kMaxTickBytes = 7 * 8 + 3 * 4 + haptics::kMaxCommandsPerTick * 8;
 constexpr std::uintmax_t kMaxFileBytes = 2ull << 30;  // seven hours
 
@@ -87,6 +87,42 @@ void eachNumber(Settings& s, Visit visit) {
     visit(s.profile.force_peak_n), visit(s.profile.stiffness_n_per_m);
 }
 
+template <typename Plan, typename Visit>
+void eachBreathNumber(Plan& p, Visit visit) {
+    static_assert(sizeof p.rhythm == 2 * sizeof(double) && sizeof p.hold == 5 * sizeof(double),
+                  "a new number needs a place here and a new kRecordVersion");
+    visit(p.rhythm.period_s), visit(p.rhythm.amplitude);
+    visit(p.period_jitter), visit(p.depth_jitter), visit(p.sighs), visit(p.coughs);
+    visit(p.hold.creep_v), visit(p.hold.creep_s), visit(p.hold.missed), visit(p.hold.level_v),
+        visit(p.hold.limit_s);
+    visit(p.recording_dt_s);
+}
+
+void putBreath(ByteSink& sink, const std::optional<patient::BreathPlan>& breath) {
+    sink.u32(breath.has_value());
+    if (!breath) return;
+    sink.u64(breath->seed);
+    eachBreathNumber(*breath, [&](double v) { sink.f64(v); });
+    sink.u64(breath->recording_v.size());
+    for (const double v : breath->recording_v)
+        sink.f64(v);
+}
+
+// False where it does not fit what is left of the header.
+bool takeBreath(ByteSource& source, std::optional<patient::BreathPlan>& breath) {
+    const std::uint32_t there = source.u32();
+    if (there == 0) return source.ok();
+    breath.emplace();
+    breath->seed = source.u64();
+    eachBreathNumber(*breath, [&](double& v) { v = source.f64(); });
+    const std::uint64_t samples = source.u64();
+    if (there != 1 || samples > source.left() / sizeof(double)) return false;
+    breath->recording_v.resize(samples);
+    for (double& v : breath->recording_v)
+        v = source.f64();
+    return source.ok() && patient::isPlayable(*breath);
+}
+
 std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     std::vector<unsigned char> body;
     ByteSink sink(body);
@@ -95,6 +131,7 @@ std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     sink.u64(header.settings.seed);
     eachNumber(header.settings, [&](double v) { sink.f64(v); });
     putPose(sink, header.settings.patient_from_device);
+    putBreath(sink, header.settings.breath);
 
     std::vector<unsigned char> bytes(kMagic.begin(), kMagic.end());
     ByteSink prologue(bytes);
@@ -128,9 +165,11 @@ std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesy
     header.settings.seed = body.u64();
     eachNumber(header.settings, [&](double& v) { v = body.f64(); });
     header.settings.patient_from_device = takePose(body);
+    const bool breathes = takeBreath(body, header.settings.breath);
     header.settings.profile.name = "as recorded";
     header.settings.profile.source = "record";
-    if (!body.ok() || body.left() != 0) throw DataError(file, "header", "its size does not fit its version");
+    if (!body.ok() || !breathes || body.left() != 0)
+        throw DataError(file, "header", "its size or its breath does not fit its version");
     return summed.size() + 4;
 }
 

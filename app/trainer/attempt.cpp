@@ -1,19 +1,37 @@
 #include "app/trainer/attempt.h"
 
+#include <cmath>
+
 #include "app/trainer/hand.h"
 
 namespace stylet::trainer {
+
+namespace {
+
+patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBreath& scenario,
+                               std::uint64_t seed) {
+    patient::BreathPlan plan = scenario.plan;
+    plan.rhythm = package.breathing.signal;
+    plan.rhythm.period_s = scenario.period_s.value_or(plan.rhythm.period_s);
+    plan.rhythm.amplitude = scenario.amplitude.value_or(plan.rhythm.amplitude);
+    plan.seed = seed;
+    const double dome_travel_m = std::fabs(package.breathing.a1_m);
+    plan.hold.creep_v = dome_travel_m > 0.0 ? -scenario.creep_m / dome_travel_m : 0.0;
+    return plan;
+}
+
+}  // namespace
 
 Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
                     const patient::PlannedPath& path, std::uint64_t seed) {
     haptics::SimulationSettings settings;
     settings.patient_from_device = deviceBeside(patient.grid());
     settings.output.model_tangent_n_per_m = haptics::worstTangent(patient.package().tissues, settings.needle);
+    settings.breath = breathPlan(patient.package(), scenario.breath, seed);
     settings.scenario_digest = digest(scenario);
     settings.seed = seed;
-    return {
-        patient, settings,
-        scriptHand(scenario, path, patient.package().breathing.signal, settings.patient_from_device, seed)};
+    const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
+    return {patient, settings, scriptHand(scenario, path, breath_s, settings.patient_from_device, seed)};
 }
 
 }  // namespace stylet::trainer

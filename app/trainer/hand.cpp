@@ -147,7 +147,7 @@ class Script {
 
 }  // namespace
 
-Trace scriptHand(const Scenario& s, const patient::PlannedPath& path, const patient::BreathingSignal& signal,
+Trace scriptHand(const Scenario& s, const patient::PlannedPath& path, double longest_breath_s,
                  const Pose& patient_from_device, std::uint64_t seed) {
     Script script(s, path, patient_from_device, seed);
     for (const Stage& stage : s.stages)
@@ -160,7 +160,7 @@ Trace scriptHand(const Scenario& s, const patient::PlannedPath& path, const pati
                 break;
             case StageKind::hold:
                 script.command(CommandKind::holdBreath);
-                script.wait(signal.period_s + stage.seconds);
+                script.wait(longest_breath_s + stage.seconds);
                 break;
             case StageKind::breathe:
                 script.command(CommandKind::breathe);

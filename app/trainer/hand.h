@@ -9,10 +9,11 @@
 
 namespace stylet::trainer {
 
-// The same scenario, path and seed give the same trace, bit for bit. One sample a millisecond, device frame.
+// The same scenario, path and seed give the same trace, bit for bit. A commanded hold is waited for as long
+// as the longest breath lasts. One sample a millisecond, device frame.
 // Starts and stops follow the minimum-jerk step (Flash and Hogan 1985); physiological tremor is three sines
 // an axis between the scenario's frequencies (8-12 Hz, about 0.1 mm: Elble and Koller 1990).
-haptics::Trace scriptHand(const Scenario&, const patient::PlannedPath&, const patient::BreathingSignal&,
+haptics::Trace scriptHand(const Scenario&, const patient::PlannedPath&, double longest_breath_s,
                           const patient::Pose& patient_from_device, std::uint64_t seed);
 
 // Where a device would stand: beside the patient's right flank, its +z toward the trainee, +y up.

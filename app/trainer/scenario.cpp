@@ -48,6 +48,9 @@ struct Fields {
         }
         return *value;
     }
+    double numberOr(std::string_view key, double low, double high, double otherwise) const {
+        return table.contains(key) ? number(key, low, high) : otherwise;
+    }
     std::string text(std::string_view key) const {
         const auto value = table[key].value<std::string>();
         if (!value || value->empty()) refuse(key, "a text is needed");
@@ -118,6 +121,36 @@ std::vector<std::string> readMoments(const Fields& f) {
     return moments;
 }
 
+void readHold(const Fields& f, ScenarioBreath& breath) {
+    f.allowOnly({"creep_mm", "creep_s", "missed", "level", "limit_s"});
+    patient::HoldManner& hold = breath.plan.hold;
+    breath.creep_m = metres(f.numberOr("creep_mm", 0.0, 20.0, 0.0));
+    hold.creep_s = f.numberOr("creep_s", 1.0, kMaxSeconds, hold.creep_s);
+    hold.missed = f.numberOr("missed", 0.0, 0.9, 0.0);
+    hold.level_v = f.numberOr("level", 0.0, 1.0, 0.0);
+    hold.limit_s = f.numberOr("limit_s", 0.0, kMaxSeconds, 0.0);
+}
+
+ScenarioBreath readBreath(const Fields& f) {
+    f.allowOnly(
+        {"period_s", "amplitude", "period_jitter", "depth_jitter", "sighs", "coughs", "recording", "hold"});
+    ScenarioBreath breath;
+    if (f.table.contains("period_s")) breath.period_s = f.number("period_s", 1.0, 20.0);
+    if (f.table.contains("amplitude")) breath.amplitude = f.number("amplitude", 0.0, 2.0);
+    patient::BreathPlan& plan = breath.plan;
+    plan.period_jitter = f.numberOr("period_jitter", 0.0, 0.3, 0.0);
+    plan.depth_jitter = f.numberOr("depth_jitter", 0.0, 0.3, 0.0);
+    plan.sighs = f.numberOr("sighs", 0.0, 0.5, 0.0);
+    plan.coughs = f.numberOr("coughs", 0.0, 0.5, 0.0);
+    if (f.table.contains("recording")) {
+        for (const char* key : {"period_s", "period_jitter", "depth_jitter", "sighs", "coughs"})
+            if (f.table.contains(key)) f.refuse(key, "a recording breathes as it was recorded");
+        breath.recording = f.file.parent_path() / f.text("recording");
+    }
+    if (f.table.contains("hold")) readHold(f.sub("hold"), breath);
+    return breath;
+}
+
 toml::table parse(std::string_view text, const std::filesystem::path& file) {
     try {
         return toml::parse(text);
@@ -137,18 +170,26 @@ Scenario loadScenario(const std::filesystem::path& toml) {
     if (size > kMaxFileBytes) throw DataError(toml, "file", "larger than 1 MiB");
     std::ifstream stream(toml, std::ios::binary);
     const std::string text(std::istreambuf_iterator<char>(stream), {});
-    return parseScenario(text, toml);
+    Scenario scenario = parseScenario(text, toml);
+    if (!scenario.breath.recording.empty()) {
+        const patient::RecordedBreath recorded = patient::loadRecordedBreath(scenario.breath.recording);
+        scenario.breath.plan.recording_v = recorded.v;
+        scenario.breath.plan.recording_dt_s = recorded.dt_s;
+    }
+    return scenario;
 }
 
 Scenario parseScenario(std::string_view text, const std::filesystem::path& file) {
     const toml::table root = parse(text, file);
     const Fields top{file, "", root};
-    top.allowOnly({"name", "description", "moments", "approach_distance_mm", "start", "hand", "stage"});
+    top.allowOnly(
+        {"name", "description", "moments", "approach_distance_mm", "breath", "start", "hand", "stage"});
 
     Scenario s;
     s.name = top.text("name");
     s.moments = readMoments(top);
     s.approach_distance_m = metres(top.number("approach_distance_mm", 0.0, kMaxDistance_mm));
+    if (root.contains("breath")) s.breath = readBreath(top.sub("breath"));
     const Fields start = top.sub("start");
     start.allowOnly({"share", "deeper_mm"});
     s.start = readPlace(start);
@@ -179,6 +220,12 @@ std::uint64_t digest(const Scenario& s) {
     addPlace(s.start);
     for (double v : {s.ramp_s, s.tremor_m, s.tremor_low_hz, s.tremor_high_hz, s.approach_distance_m})
         hash.add(v);
+    for (const std::optional<double>& v : {s.breath.period_s, s.breath.amplitude}) {
+        hash.add(std::uint64_t(v.has_value()));
+        hash.add(v.value_or(0.0));
+    }
+    patient::hashPlan(hash, s.breath.plan);
+    hash.add(s.breath.creep_m);
     hash.add(std::uint64_t(s.moments.size()));
     for (const std::string& moment : s.moments)
         hash.add(std::string_view(moment));

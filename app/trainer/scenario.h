@@ -4,9 +4,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "patient/signal.h"
 
 namespace stylet::trainer {
 
@@ -20,7 +23,7 @@ struct Place {
 enum class StageKind : std::uint8_t {
     wait,    // stay for `seconds`
     move,    // along the path to `to`
-    hold,    // command a breath-hold; wait for a whole breath and `seconds` more, so that it has begun
+    hold,    // command a breath-hold; wait for the longest breath and `seconds` more, so that it has begun
     breathe  // end the hold
 };
 
@@ -32,6 +35,16 @@ struct Stage {
     friend bool operator==(const Stage&, const Stage&) = default;
 };
 
+// How the patient on the table breathes; what is absent is as in the patient's package.
+struct ScenarioBreath {
+    std::optional<double> period_s, amplitude;
+    // All but rhythm, creep and seed, which are the patient's and the attempt's.
+    patient::BreathPlan plan;
+    double creep_m = 0.0;  // of the dome over plan.hold.creep_s, toward the head
+    std::filesystem::path recording;
+    friend bool operator==(const ScenarioBreath&, const ScenarioBreath&) = default;
+};
+
 struct Scenario {
     std::string name;
     Place start;
@@ -40,13 +53,14 @@ struct Scenario {
     double tremor_low_hz = 8.0, tremor_high_hz = 10.0;
     double approach_distance_m = 0.0;  // off the skin: the moment "approach"
     std::vector<std::string> moments;  // "approach", or the first entry into a tissue
+    ScenarioBreath breath;
     std::vector<Stage> stages;
     friend bool operator==(const Scenario&, const Scenario&) = default;
 };
 
-// Throws patient::DataError: file, field, reason.
+// Throws patient::DataError: file, field, reason. Reads the recording it names too.
 Scenario loadScenario(const std::filesystem::path& toml);
-// The same by its contents; `file` is named when they are refused.
+// The same by its contents, without the recording; `file` is named when they are refused.
 Scenario parseScenario(std::string_view toml, const std::filesystem::path& file);
 
 // 64 bits over all of it.

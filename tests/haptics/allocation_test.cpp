@@ -30,11 +30,30 @@ void operator delete(void* p, std::size_t) noexcept {
 namespace stylet::haptics {
 namespace {
 
-TEST(Allocation, TenThousandTicksAllocateNothing) {
+// A breath of everything a patient may do, and a recorded one.
+patient::BreathPlan restless() {
+    patient::BreathPlan plan{.rhythm = {1.0, 1.0}};
+    plan.period_jitter = plan.depth_jitter = 0.1;
+    plan.sighs = plan.coughs = 0.2;
+    plan.hold = {-0.3, 24.0, 0.2, 0.1, 2.0};
+    return plan;
+}
+patient::BreathPlan recorded() {
+    patient::BreathPlan plan;
+    plan.recording_v = {0.0, 0.1, 0.3, 0.6, 0.9, 1.0, 0.8, 0.5, 0.3, 0.1};
+    return plan;
+}
+
+class Allocation : public testing::TestWithParam<patient::BreathPlan> {};
+INSTANTIATE_TEST_SUITE_P(Breaths, Allocation, testing::Values(patient::BreathPlan{}, restless(), recorded()));
+
+TEST_P(Allocation, TenThousandTicksAllocateNothing) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
     const Trace trace = test::scriptedTrace();
-    Simulation simulation(patient, {});
+    SimulationSettings settings;
+    settings.breath = GetParam();
+    Simulation simulation(patient, settings);
     SimulatedDevice device(trace, 0);
     LoopChannels channels;
     LoopStats stats;

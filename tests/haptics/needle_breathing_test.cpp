@@ -25,9 +25,10 @@ struct Breathing {
 template <typename PerTick>
 void breathe(Hand& hand, const PerTick& perTick) {
     patient::BreathingState state;
+    const patient::BreathPlan plan{.rhythm = hand.patient.package().breathing.signal};
     for (int i = 0; i < 4000; ++i) {
-        patient::stepBreathing(state, hand.patient.package().breathing.signal, 0.001);
-        hand.breath = patient::surrogateAt(state, hand.patient.package().breathing.signal, 0.001);
+        patient::stepBreathing(state, plan, 0.001);
+        hand.breath = patient::surrogateAt(state, plan, 0.001);
         hand.to(hand.state.tip_deformed_m);
         perTick();
     }

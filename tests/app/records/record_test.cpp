@@ -26,6 +26,13 @@ RecordHeader someHeader() {
     header.settings.patient_from_device.position_m = {0.1, -0.2, 0.3};
     header.settings.needle.max_force_n = 19.5;
     header.settings.profile.force_peak_n = 8.5;
+    patient::BreathPlan& breath = header.settings.breath.emplace();
+    breath.rhythm = {5.5, 0.9};
+    breath.hold = {-0.3, 20.0, 0.1, 0.05, 12.0};
+    breath.sighs = 0.02, breath.coughs = 0.01, breath.period_jitter = 0.1, breath.depth_jitter = 0.15;
+    breath.seed = 9;
+    breath.recording_dt_s = 0.125;
+    breath.recording_v = {0.0, 0.25, 0.5, 0.1};
     return header;
 }
 
@@ -122,6 +129,7 @@ TEST_F(RecordFile, GivesBackEveryBit) {
     EXPECT_EQ(record.header.settings.patient_from_device.position_m.z, 0.3);
     EXPECT_EQ(record.header.settings.needle.max_force_n, 19.5);
     EXPECT_EQ(record.header.settings.profile.force_peak_n, 8.5);
+    EXPECT_EQ(record.header.settings.breath, someHeader().settings.breath);
     ASSERT_EQ(record.inputs.size(), kTicks);
     for (std::uint64_t i = 0; i < kTicks; ++i)
         expectSameBits(record.inputs[i], someInput(i));

@@ -16,7 +16,7 @@ using patient::Vec3;
 
 struct Walk {
     patient::PlannedPath path;
-    patient::BreathingSignal signal{4.0, 1.0};
+    double breath_s = 4.0;
     Pose patient_from_device = deviceBeside({{100, 80, 60}, Vec3(0.004), Vec3(-0.2, -0.1, 1.0)});
 
     Walk() {
@@ -26,7 +26,7 @@ struct Walk {
     double length_m() const { return glm::length(path.target_m - path.entry_m); }
     Vec3 axis() const { return (path.target_m - path.entry_m) / length_m(); }
     haptics::Trace hand(const Scenario& s, std::uint64_t seed = 1) const {
-        return scriptHand(s, path, signal, patient_from_device, seed);
+        return scriptHand(s, path, breath_s, patient_from_device, seed);
     }
     double depthAt(const haptics::TraceSample& sample) const {
         return glm::dot((patient_from_device * sample.device_from_stylus).position_m - path.entry_m, axis());
@@ -103,7 +103,7 @@ TEST(Hand, TheDemoStaysOffTheSkinUntilTheHoldHasSurelyBegun) {
     ASSERT_EQ(trace.commands.size(), 2u);
     EXPECT_EQ(trace.commands[0].command.kind, haptics::CommandKind::holdBreath);
     EXPECT_EQ(trace.commands[1].command.kind, haptics::CommandKind::breathe);
-    const std::int64_t certain_ns = trace.commands[0].t_ns + std::int64_t(walk.signal.period_s * 1e9);
+    const std::int64_t certain_ns = trace.commands[0].t_ns + std::int64_t(walk.breath_s * 1e9);
     const std::int64_t breathe_ns = trace.commands[1].t_ns;
     for (const haptics::TraceSample& s : trace.samples) {
         if (s.t_ns < certain_ns || s.t_ns > breathe_ns) {

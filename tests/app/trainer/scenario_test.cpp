@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "patient/patient.h"
@@ -15,6 +16,18 @@ constexpr const char* kGood = R"(
 name = "good"
 moments = ["approach", "duct"]
 approach_distance_mm = 20.0
+[breath]
+period_s = 5.0
+period_jitter = 0.1
+depth_jitter = 0.12
+sighs = 0.02
+coughs = 0.01
+[breath.hold]
+creep_mm = 5.6
+creep_s = 20.0
+missed = 0.2
+level = 0.1
+limit_s = 15.0
 [start]
 deeper_mm = -50.0
 [hand]
@@ -61,6 +74,14 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_DOUBLE_EQ(s.approach_distance_m, 0.020);
     EXPECT_DOUBLE_EQ(s.start.deeper_m, -0.050);
     EXPECT_DOUBLE_EQ(s.tremor_m, 0.0001);
+    EXPECT_EQ(s.breath.period_s, 5.0);
+    EXPECT_FALSE(s.breath.amplitude);
+    EXPECT_EQ(s.breath.plan.period_jitter, 0.1);
+    EXPECT_EQ(s.breath.plan.depth_jitter, 0.12);
+    EXPECT_EQ(s.breath.plan.sighs, 0.02);
+    EXPECT_EQ(s.breath.plan.coughs, 0.01);
+    EXPECT_DOUBLE_EQ(s.breath.creep_m, 0.0056);
+    EXPECT_EQ(s.breath.plan.hold, (patient::HoldManner{0.0, 20.0, 0.2, 0.1, 15.0}));
     ASSERT_EQ(s.stages.size(), 2u);
     EXPECT_EQ(s.stages[0].kind, StageKind::hold);
     EXPECT_EQ(s.stages[1].kind, StageKind::move);
@@ -79,6 +100,14 @@ TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
     expectRefused("[start]\ndeeper_mm = -50.0", "", "start");
     expectRefused("deeper_mm = -50.0", "deeper_mm = -5000.0", "start.deeper_mm");
     expectRefused("deeper_mm = -50.0", "x_mm = 3.0", "start.x_mm");
+    expectRefused("period_s = 5.0", "period_s = 0.1", "breath.period_s");
+    expectRefused("period_s = 5.0", "recording = \"track.csv\"", "breath.period_jitter");
+    expectRefused("sighs = 0.02", "sighs = 2", "breath.sighs");
+    expectRefused("coughs = 0.01", "cough = 0.01", "breath.cough");
+    expectRefused("creep_mm = 5.6", "creep_mm = -5.6", "breath.hold.creep_mm");
+    expectRefused("creep_s = 20.0", "creep_s = 0", "breath.hold.creep_s");
+    expectRefused("missed = 0.2", "missed = 1.0", "breath.hold.missed");
+    expectRefused("limit_s = 15.0", "limit_s = nan", "breath.hold.limit_s");
     expectRefused("tremor_high_hz = 10.0", "tremor_high_hz = 7.0", "hand.tremor_high_hz");
     expectRefused("ramp_s = 0.4", "ramp_s = 0.0", "hand.ramp_s");
     expectRefused("do = \"hold\"", "do = \"jump\"", "stage[0].do");
@@ -99,6 +128,23 @@ TEST_F(ScenarioFile, DigestCoversContentNotLayout) {
     std::string faster = kGood;
     faster.replace(faster.find("13.0"), 4, "13.5");
     EXPECT_NE(digest(load(faster)), first);
+}
+
+TEST_F(ScenarioFile, BringsItsRecordingAlong) {
+    std::string text = kGood;
+    const std::size_t from = text.find("period_s"), to = text.find("[start]");
+    text.replace(from, to - from, "recording = \"track.csv\"\n");
+    EXPECT_THROW((void)load(text), patient::DataError);  // not there
+    std::ofstream track(folder_ / "track.csv");
+    track << "Frame;Timestamp;x;y;z\n";
+    for (int i = 0; i < 400; ++i)
+        track << i << ';' << i * 100 << ";0;0;" << 10.0 - 10.0 * std::cos(0.1 * i) << '\n';
+    track.close();
+    const Scenario s = load(text);
+    EXPECT_GT(s.breath.plan.recording_v.size(), 300u);
+    std::string other = text;
+    other.replace(other.find("[start]"), 0, "amplitude = 0.9\n");
+    EXPECT_NE(digest(load(other)), digest(s));
 }
 
 TEST(ShippedScenarios, LoadAndDifferOnlyInTheHold) {

@@ -1,0 +1,300 @@
+// The surrogate of a marker's track: its first principal axis, scaled by the median breath. What comes of it
+// is hashed: no libm transcendental.
+#include "patient/recording.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "patient/package.h"
+
+namespace stylet::patient {
+namespace {
+
+constexpr std::uintmax_t kMaxFileBytes = 16 << 20;
+constexpr std::size_t kMaxRows = 200'000;
+constexpr double kLongest_s = 3600.0, kFarthest_m = 10.0;
+constexpr double kDt_s = 0.1;
+constexpr double kWidestGap_s = 0.5;       // between rows that are believed
+constexpr double kMisdatedShare = 0.02;    // of all rows, at most
+constexpr double kLeastTravel_m = 0.0005;  // less is the camera's noise
+constexpr int kFewestBreaths = 2;
+constexpr double kTurn = 0.35;  // of the usual range: a rise or fall by so much is a breath's, less is not
+constexpr std::size_t kWindow = 80;  // samples that hold a whole breath
+
+struct Row {
+    double t_s = 0.0;
+    Vec3 p_m{0.0};
+    bool zero = false;
+};
+
+// One line, its fields between semicolons.
+class Line {
+  public:
+    explicit Line(std::string_view text) : rest_(text) {}
+    bool done() const { return ended_; }
+    std::string_view field() {
+        const std::size_t end = rest_.find(';');
+        const std::string_view field = rest_.substr(0, end);
+        ended_ = end == std::string_view::npos;
+        rest_ = ended_ ? std::string_view() : rest_.substr(end + 1);
+        return field;
+    }
+
+  private:
+    std::string_view rest_;
+    bool ended_ = false;
+};
+
+std::optional<double> number(std::string_view text) {
+    std::array<char, 40> copy;
+    if (text.empty() || text.size() > copy.size()) return std::nullopt;
+    std::copy(text.begin(), text.end(), copy.begin());
+    std::replace(copy.begin(), copy.begin() + std::ptrdiff_t(text.size()), ',', '.');
+    double value = 0.0;
+    const char* const end = copy.data() + text.size();
+    const auto [stop, error] = std::from_chars(copy.data(), end, value);
+    if (error != std::errc() || stop != end || !std::isfinite(value)) return std::nullopt;
+    return value;
+}
+
+class Reader {
+  public:
+    Reader(std::string_view text, const std::filesystem::path& file) : rest_(text), file_(file) {}
+
+    std::vector<Row> rows() {
+        checkHead();
+        std::vector<Row> rows;
+        while (!rest_.empty()) {
+            const std::string_view line = nextLine();
+            if (line.empty() && rest_.empty()) break;
+            if (rows.size() == kMaxRows) refuse("more than " + std::to_string(kMaxRows) + " rows");
+            rows.push_back(row(line));
+        }
+        return rows;
+    }
+
+  private:
+    [[noreturn]] void refuse(const std::string& reason) const {
+        throw DataError(file_, "line " + std::to_string(line_), reason);
+    }
+    std::string_view nextLine() {
+        ++line_;
+        const std::size_t end = rest_.find('\n');
+        std::string_view line = rest_.substr(0, end);
+        rest_ = end == std::string_view::npos ? std::string_view() : rest_.substr(end + 1);
+        if (line.ends_with('\r')) line.remove_suffix(1);
+        return line;
+    }
+    void checkHead() {
+        Line line(nextLine());
+        for (const std::string_view name : {"Frame", "Timestamp", "x", "y", "z"}) {
+            std::string_view field = line.done() ? std::string_view() : line.field();
+            if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
+                field = field.substr(1, field.size() - 2);
+            if (field != name) refuse("the columns are not Frame;Timestamp;x;y;z");
+        }
+        if (!line.done()) refuse("more columns than Frame;Timestamp;x;y;z");
+    }
+    Row row(std::string_view text) const {
+        Line line(text);
+        std::array<double, 5> values{};
+        for (double& value : values) {
+            const auto read = line.done() ? std::nullopt : number(line.field());
+            if (!read) refuse("not five numbers");
+            value = *read;
+        }
+        if (!line.done()) refuse("more than five numbers");
+        Row row{values[1] * 1e-3, Vec3(values[2], values[3], values[4]) * 1e-3, false};
+        for (int k = 0; k < 3; ++k)
+            if (!(std::fabs(row.p_m[k]) <= kFarthest_m)) refuse("a marker farther than 10 m");
+        if (!(row.t_s >= 0.0 && row.t_s <= kLongest_s)) refuse("a time outside one hour");
+        row.zero = std::all_of(values.begin(), values.end(), [](double v) { return v == 0.0; });
+        return row;
+    }
+
+    std::string_view rest_;
+    const std::filesystem::path& file_;
+    int line_ = 0;
+};
+
+// Rows in the order of time: what is dated before its predecessor, or far ahead of it, has a wrong date.
+std::vector<Row> inOrder(const std::vector<Row>& rows, const std::filesystem::path& file, int& misdated) {
+    std::vector<Row> kept{rows.front()};
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (rows[i].zero) throw DataError(file, "line " + std::to_string(i + 2), "a row of zeros inside");
+        if (i == 0) continue;
+        const double gap_s = rows[i].t_s - kept.back().t_s;
+        if (gap_s > 0.0 && gap_s <= kWidestGap_s)
+            kept.push_back(rows[i]);
+        else
+            ++misdated;
+    }
+    if (double(misdated) > kMisdatedShare * double(rows.size()))
+        throw DataError(file, "Timestamp",
+                        std::to_string(misdated) + " of " + std::to_string(rows.size()) +
+                            " rows break the order of time or leave a gap above 0.5 s");
+    return kept;
+}
+
+// The unit vector of the largest variance, by power iteration, toward +z.
+Vec3 principalAxis(const std::vector<Row>& rows) {
+    Vec3 mean(0.0);
+    for (const Row& row : rows)
+        mean += row.p_m / double(rows.size());
+    glm::dmat3 covariance(0.0);
+    for (const Row& row : rows)
+        covariance += glm::outerProduct(row.p_m - mean, row.p_m - mean);
+    // Begun along the column of the largest diagonal, which is never orthogonal to the axis sought.
+    int widest = 0;
+    for (int k = 1; k < 3; ++k)
+        if (covariance[k][k] > covariance[widest][widest]) widest = k;
+    Vec3 axis = covariance[widest];
+    for (int i = 0; i < 200; ++i) {
+        const double length = std::sqrt(axis.x * axis.x + axis.y * axis.y + axis.z * axis.z);
+        if (!(length > 0.0)) return {0.0, 0.0, 1.0};
+        axis = covariance * (axis / length);
+    }
+    const double length = std::sqrt(axis.x * axis.x + axis.y * axis.y + axis.z * axis.z);
+    return axis / (axis.z < 0.0 ? -length : length);
+}
+
+// Along `axis`, every kDt_s, and without the camera's last digit (binomial over five samples: 2 % less at
+// 0.3 Hz).
+std::vector<double> resampled(const std::vector<Row>& rows, const Vec3& axis) {
+    const auto along = [&](const Row& r) {
+        const Vec3 d = r.p_m - rows.front().p_m;
+        return d.x * axis.x + d.y * axis.y + d.z * axis.z;
+    };
+    std::vector<double> raw;
+    std::size_t i = 0;
+    for (std::size_t k = 0;; ++k) {
+        const double t_s = rows.front().t_s + double(k) * kDt_s;
+        if (t_s > rows.back().t_s) break;
+        while (i + 2 < rows.size() && rows[i + 1].t_s < t_s)
+            ++i;
+        const double f = (t_s - rows[i].t_s) / (rows[i + 1].t_s - rows[i].t_s);
+        raw.push_back(along(rows[i]) + f * (along(rows[i + 1]) - along(rows[i])));
+    }
+    std::vector<double> smooth(raw.size());
+    const auto at = [&](std::size_t k, int d) {
+        return raw[std::size_t(
+            std::clamp(std::ptrdiff_t(k) + d, std::ptrdiff_t(0), std::ptrdiff_t(raw.size()) - 1))];
+    };
+    for (std::size_t k = 0; k < raw.size(); ++k)
+        smooth[k] = (at(k, -2) + 4.0 * at(k, -1) + 6.0 * at(k, 0) + 4.0 * at(k, 1) + at(k, 2)) / 16.0;
+    return smooth;
+}
+
+double quantile(std::vector<double> values, double share) {
+    const auto nth = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+    std::nth_element(values.begin(), nth, values.end());
+    return *nth;
+}
+
+// The median over windows of what the signal covers in one: unmoved by a marker that shifts or drifts.
+double usualRange(const std::vector<double>& s) {
+    std::vector<double> ranges;
+    for (std::size_t begin = 0; begin == 0 || begin + kWindow <= s.size(); begin += kWindow / 4) {
+        const auto first = s.begin() + std::ptrdiff_t(begin);
+        const auto [low, high] =
+            std::minmax_element(first, first + std::ptrdiff_t(std::min(kWindow, s.size() - begin)));
+        ranges.push_back(*high - *low);
+    }
+    return quantile(ranges, 0.5);
+}
+
+struct Turns {
+    std::vector<std::size_t> exhale, inhale;  // samples, in turn, an exhale first and last
+};
+
+// The signal's lows and highs, a rise or fall of at least `turn` apart.
+Turns turnsOf(const std::vector<double>& s, double turn) {
+    Turns turns;
+    std::size_t low = 0, high = 0;
+    bool rising = false;  // a low is sought while false
+    bool begun = false;   // the first low counts only behind a fall
+    for (std::size_t i = 1; i < s.size(); ++i) {
+        if (s[i] > s[high]) high = i;
+        if (s[i] < s[low]) low = i;
+        if (!rising && s[i] - s[low] > turn) {
+            if (begun) turns.exhale.push_back(low);
+            rising = true;
+            high = i;
+        } else if (rising && s[high] - s[i] > turn) {
+            if (!turns.exhale.empty()) turns.inhale.push_back(high);
+            rising = false;
+            begun = true;
+            low = i;
+        }
+    }
+    // The last low is one only if a rise follows; an inhale behind it closes no breath.
+    if (turns.inhale.size() >= turns.exhale.size() && !turns.inhale.empty()) turns.inhale.pop_back();
+    return turns;
+}
+
+double medianAt(const std::vector<double>& s, const std::vector<std::size_t>& where) {
+    std::vector<double> values;
+    for (const std::size_t i : where)
+        values.push_back(s[i]);
+    return quantile(values, 0.5);
+}
+
+// From the first end-exhale to the last; over the last breath the level eases to the first's.
+std::vector<double> closedLoop(const std::vector<double>& v, const Turns& turns) {
+    const std::size_t begin = turns.exhale.front(), end = turns.exhale.back(),
+                      last = turns.exhale[turns.exhale.size() - 2];
+    std::vector<double> loop(v.begin() + std::ptrdiff_t(begin), v.begin() + std::ptrdiff_t(end));
+    const double step = v[begin] - v[end];
+    for (std::size_t i = last; i < end; ++i) {
+        const double t = double(i - last) / double(end - last);
+        loop[i - begin] += step * t * t * (3.0 - 2.0 * t);
+    }
+    return loop;
+}
+
+}  // namespace
+
+RecordedBreath loadRecordedBreath(const std::filesystem::path& csv) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(csv, error);
+    if (error) throw DataError(csv, "file", error.message());
+    if (size > kMaxFileBytes) throw DataError(csv, "file", "larger than 16 MiB");
+    std::ifstream stream(csv, std::ios::binary);
+    const std::string text(std::istreambuf_iterator<char>(stream), {});
+    return parseRecordedBreath(text, csv);
+}
+
+RecordedBreath parseRecordedBreath(std::string_view csv, const std::filesystem::path& file) {
+    std::vector<Row> rows = Reader(csv, file).rows();
+    RecordedBreath out;
+    while (!rows.empty() && rows.back().zero)
+        rows.pop_back(), ++out.zero_rows;
+    if (rows.size() < 20) throw DataError(file, "rows", "fewer than 20");
+    rows = inOrder(rows, file, out.misdated_rows);
+    const std::vector<double> s = resampled(rows, principalAxis(rows));
+    const double range_m = usualRange(s);
+    if (!(range_m >= kLeastTravel_m))
+        throw DataError(file, "x, y, z", "the marker moves by less than 0.5 mm");
+
+    const Turns turns = turnsOf(s, kTurn * range_m);
+    out.breaths = int(turns.exhale.size()) - 1;
+    if (out.breaths < kFewestBreaths) throw DataError(file, "rows", "fewer than two whole breaths");
+    const double low_m = medianAt(s, turns.exhale);
+    out.travel_m = medianAt(s, turns.inhale) - low_m;
+    std::vector<double> v, periods_s;
+    for (const double x : s)
+        v.push_back((x - low_m) / out.travel_m);
+    for (std::size_t i = 1; i < turns.exhale.size(); ++i)
+        periods_s.push_back(double(turns.exhale[i] - turns.exhale[i - 1]) * kDt_s);
+    out.period_s = quantile(periods_s, 0.5);
+    out.dt_s = kDt_s;
+    out.v = closedLoop(v, turns);
+    return out;
+}
+
+}  // namespace stylet::patient

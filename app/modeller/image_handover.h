@@ -19,4 +19,15 @@ struct ImageHandover {
 };
 static_assert(sizeof(ImageHandover) == 80);
 
+// What `stylet-register` leaves: this header, then three float32 a voxel, x fastest: where the voxel's tissue
+// lies in the other phase, less where it lies here, in millimetres along RAS.
+inline constexpr std::array<char, 8> kFieldMagic{'S', 'T', 'Y', 'L', 'F', 'L', 'D', '1'};
+
+struct FieldHandover {
+    std::array<char, 8> magic = kFieldMagic;
+    std::array<std::int64_t, 3> dims{};
+    std::array<double, 3> spacing_mm{};
+    std::array<double, 3> origin_mm{};
+};
+
 }  // namespace stylet::modeller

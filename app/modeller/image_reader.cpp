@@ -1,6 +1,7 @@
-// stylet-image-reader ct|labels PATH OUT: reads a hospital image with ITK, in a process of its own, because
-// the parsers underneath were not made for hostile files. The parent sets the limits (image_import.cpp),
-// takes the voxels from OUT and, if this program gives up, its one sentence from standard output.
+// stylet-image-reader ct|labels|phase PATH OUT: reads a hospital image with ITK, in a process of its own,
+// because the parsers underneath were not made for hostile files. The parent sets the limits
+// (image_import.cpp), takes the voxels from OUT and, if this program gives up, its one sentence from standard
+// output.
 #include <itkGDCMImageIO.h>
 #include <itkMetaDataObject.h>
 #include <itkNiftiImageIO.h>
@@ -261,6 +262,38 @@ RawImage readDicomFolder(const fs::path& folder) {
     return image;
 }
 
+// One phase of a 4D CT as one DICOM file of many frames. Such exports often name neither place nor spacing:
+// slices are then taken to be axial, from head to feet, and what ITK supposes (1 mm) holds for the spacing.
+RawImage readDicomFrames(const fs::path& file) {
+    const std::string name = file.filename().string();
+    auto io = itk::GDCMImageIO::New();
+    io->SetFileName(file.string());
+    io->SetMaxSizeLoadEntry(4096);
+    RawImage image;
+    try {
+        io->ReadImageInformation();
+        if (io->GetNumberOfDimensions() != 3 || io->GetDimensions(2) < 3)
+            refuse(name + ": a single slice; a phase is one volume");
+        for (unsigned d = 0; d < 3; ++d) {
+            image.dims[d] = std::int64_t(io->GetDimensions(d));
+            image.spacing[d] = io->GetSpacing(d);
+            image.origin[d] = io->GetOrigin(d);
+            image.axes[d] = axis(*io, d);
+        }
+        checkDims(image.dims, name);
+        std::string position;
+        if (!itk::ExposeMetaData<std::string>(io->GetMetaDataDictionary(), "0020|0032", position)) {
+            image.origin = {0.0, 0.0, 0.0};
+            image.axes = {V3{1.0, 0.0, 0.0}, V3{0.0, 1.0, 0.0}, V3{0.0, 0.0, -1.0}};
+        }
+        image.voxels.resize(std::size_t(image.dims[0] * image.dims[1] * image.dims[2]));
+        readVoxels(*io, false, name, image.voxels.data(), image.voxels.size());
+    } catch (const itk::ExceptionObject&) {
+        refuse(name + ": not a readable DICOM volume (damaged or cut short)");
+    }
+    return image;
+}
+
 // ITK fills up a file that is cut short with zeros and takes any header for ANALYZE: both are refused here.
 void checkNiftiFile(const fs::path& file, const std::string& name) {
     const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose);
@@ -367,14 +400,17 @@ ImageHandover toRas(const RawImage& in, std::vector<std::int16_t>& out) {
 
 int main(int argc, char** argv) {
     if (argc != 4) {
-        std::puts("usage: stylet-image-reader ct|labels PATH OUT");
+        std::puts("usage: stylet-image-reader ct|labels|phase PATH OUT");
         return 2;
     }
     try {
         itk::Object::GlobalWarningDisplayOff();
-        const bool labels = std::string(argv[1]) == "labels";
+        const std::string kind = argv[1];
         const fs::path path(argv[2]);
-        const RawImage image = fs::is_directory(path) ? readDicomFolder(path) : readNifti(path, labels);
+        const bool frames = kind == "phase" && !fs::is_directory(path) && looksLikeDicom(path);
+        const RawImage image = fs::is_directory(path) ? readDicomFolder(path)
+                               : frames               ? readDicomFrames(path)
+                                                      : readNifti(path, kind == "labels");
         std::vector<std::int16_t> voxels;
         const ImageHandover header = toRas(image, voxels);
         std::ofstream out(argv[3], std::ios::binary);

@@ -2,20 +2,15 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 
+#include "app/modeller/child_process.h"
 #include "patient/volume.h"
 
 namespace stylet::modeller {
 
-// Bad input, or a parser that gave up: what() is one sentence that names the file.
-class ImportError : public std::runtime_error {
-  public:
-    using std::runtime_error::runtime_error;
-};
-
-enum class ImageKind { ct, labels };
+// A phase may also be a DICOM file of many frames; one that names no spacing comes with 1 mm.
+enum class ImageKind { ct, labels, phase };
 
 struct ReaderLimits {
     std::filesystem::path program;  // empty: `stylet-image-reader` beside this program

@@ -245,7 +245,7 @@ TEST(ImportImage, TheChildIsHeldToItsLimits) {
     EXPECT_NE(refusal(temp / "ct", ImageKind::ct, tight), "");
     ReaderLimits absent = reader();
     absent.program = temp / "not-there";
-    EXPECT_NE(refusal(temp / "ct", ImageKind::ct, absent).find("the image reader is missing"),
+    EXPECT_NE(refusal(temp / "ct", ImageKind::ct, absent).find("the program is missing"),
               std::string::npos);
 }
 

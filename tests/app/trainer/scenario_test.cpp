@@ -138,7 +138,7 @@ TEST_F(ScenarioFile, BringsItsRecordingAlong) {
     std::ofstream track(folder_ / "track.csv");
     track << "Frame;Timestamp;x;y;z\n";
     for (int i = 0; i < 400; ++i)
-        track << i << ';' << i * 100 << ";0;0;" << 10.0 - 10.0 * std::cos(0.1 * i) << '\n';
+        track << i << ';' << i * 100 << ";1;0;" << 10.0 - 10.0 * std::cos(0.1 * i) << '\n';
     track.close();
     const Scenario s = load(text);
     EXPECT_GT(s.breath.plan.recording_v.size(), 300u);

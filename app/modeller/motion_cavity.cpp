@@ -1,0 +1,216 @@
+#include "app/modeller/motion_cavity.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stylet::modeller {
+
+using patient::Grid;
+using patient::Index3;
+using patient::Vec3;
+
+namespace {
+
+constexpr float kAir_hu = -400.0f, kBone_hu = 250.0f;
+constexpr int kAngles = 180;
+constexpr double kBoneWithin_m = 0.020;  // behind lung, where the wall is the chest's
+constexpr double kRibSpacing_m = 0.015;  // half of it, up and down
+constexpr double kSlopeOver_m = 0.020;   // of the wall, to go on by
+constexpr double kSteepest = 0.6;
+constexpr double kBeforeBone_m = 0.0015, kAroundSpine_m = 0.003;
+constexpr double kBeyondEdge_m = 0.010;
+constexpr std::size_t kLeastLung = 1000;
+
+// Distances from an upright axis, by angle and level.
+struct Rays {
+    Grid grid;
+    double x_m = 0.0, y_m = 0.0;
+    std::vector<double> lung_m, bone_m, edge_m, wall_m;  // bone behind lung; wall < 0: not known
+
+    std::size_t at(int angle, int z) const {
+        return std::size_t(z) * kAngles + std::size_t((angle % kAngles + kAngles) % kAngles);
+    }
+};
+
+Mask airOfAnyPhase(const std::vector<Phase>& phases) {
+    Mask air(phases.front().hu.grid);
+    for (const Phase& phase : phases)
+        for (std::size_t i = 0; i < air.voxels.size(); ++i)
+            air.voxels[i] |= phase.hu.voxels[i] < kAir_hu;
+    keepLargest(air);
+    return air;
+}
+
+Mask boneOfAll(const std::vector<Phase>& phases) {
+    Mask bone(phases.front().hu.grid);
+    for (std::size_t i = 0; i < bone.voxels.size(); ++i) {
+        float sum = 0.0f;
+        for (const Phase& phase : phases)
+            sum += phase.hu.voxels[i];
+        bone.voxels[i] = sum > kBone_hu * float(phases.size());
+    }
+    return bone;
+}
+
+Rays cast(const Mask& lung, const Mask& bone) {
+    Rays r;
+    r.grid = lung.grid;
+    std::size_t count = 0;
+    for (int z = 0; z < r.grid.dims.z; ++z)
+        for (int y = 0; y < r.grid.dims.y; ++y)
+            for (int x = 0; x < r.grid.dims.x; ++x)
+                if (lung[{x, y, z}]) {
+                    const Vec3 p = r.grid.centre({x, y, z});
+                    r.x_m += p.x, r.y_m += p.y, ++count;
+                }
+    if (count < kLeastLung) throw ImportError("the phases show no lung, so no cavity is found");
+    r.x_m /= double(count), r.y_m /= double(count);
+
+    const std::size_t rays = std::size_t(r.grid.dims.z) * kAngles;
+    r.lung_m.assign(rays, 0.0), r.bone_m.assign(rays, 1e3), r.edge_m.assign(rays, 0.0);
+    r.wall_m.assign(rays, -1.0);
+    const double step_m = 0.5 * std::min(r.grid.spacing_m.x, r.grid.spacing_m.y);
+    forEachSlab(r.grid.dims.z, [&](int z) {
+        for (int a = 0; a < kAngles; ++a) {
+            const double phi = a * 2.0 * std::numbers::pi / kAngles;
+            const std::size_t at = r.at(a, z);
+            for (double radius_m = 0.0;; radius_m += step_m) {
+                const Vec3 p(r.x_m + radius_m * std::cos(phi), r.y_m + radius_m * std::sin(phi),
+                             r.grid.origin_m.z + z * r.grid.spacing_m.z);
+                const Index3 i = r.grid.nearest(p);
+                if (!r.grid.contains(i)) break;
+                r.edge_m[at] = radius_m;
+                if (lung[i]) r.lung_m[at] = radius_m, r.bone_m[at] = 1e3;
+                if (bone[i] && r.bone_m[at] > 1e2) r.bone_m[at] = radius_m;
+            }
+        }
+    });
+    return r;
+}
+
+// The wall is known where a rib passes behind the lung, here or a little above or below.
+void findWall(Rays& r) {
+    const int reach = int(kRibSpacing_m / r.grid.spacing_m.z);
+    for (int z = 0; z < r.grid.dims.z; ++z)
+        for (int a = 0; a < kAngles; ++a) {
+            const std::size_t at = r.at(a, z);
+            if (r.lung_m[at] <= 0.0 || r.edge_m[at] - r.lung_m[at] < 0.003) continue;
+            for (int k = std::max(0, z - reach); k <= std::min(r.grid.dims.z - 1, z + reach); ++k) {
+                const double behind_m = r.bone_m[r.at(a, k)] - r.lung_m[at];
+                if (behind_m > 0.0 && behind_m < kBoneWithin_m) {
+                    r.wall_m[at] = r.lung_m[at];
+                    break;
+                }
+            }
+        }
+}
+
+// How much farther out the wall is per metre down, near the lowest level at which it is known.
+double slopeBelow(const Rays& r, int angle, int lowest) {
+    const int levels = std::max(2, int(kSlopeOver_m / r.grid.spacing_m.z));
+    double sum = 0.0;
+    int count = 0;
+    for (int a = angle - 6; a <= angle + 6; ++a) {
+        if (lowest + levels >= r.grid.dims.z) continue;
+        const double low_m = r.wall_m[r.at(a, lowest)], high_m = r.wall_m[r.at(a, lowest + levels)];
+        if (low_m > 0.0 && high_m > 0.0) sum += (low_m - high_m) / (levels * r.grid.spacing_m.z), ++count;
+    }
+    return count > 0 ? std::clamp(sum / count, -kSteepest, kSteepest) : 0.0;
+}
+
+// A wall at every angle and level.
+void completeWall(Rays& r) {
+    const std::vector<double> known_m = r.wall_m;
+    const Rays before = r;
+    for (int a = 0; a < kAngles; ++a) {
+        int lowest = -1, levels = 0;
+        for (int z = r.grid.dims.z - 1; z >= 0; --z)
+            if (known_m[r.at(a, z)] > 0.0) lowest = z, ++levels;
+        const bool open = levels < 5;
+        const double slope = open ? 0.0 : slopeBelow(before, a, lowest);
+        double last_m = -1.0;
+        for (int z = r.grid.dims.z - 1; z >= 0; --z) {
+            double& wall_m = r.wall_m[r.at(a, z)];
+            if (open) {
+                wall_m = r.edge_m[r.at(a, z)] + kBeyondEdge_m;
+            } else if (wall_m > 0.0) {
+                last_m = wall_m;
+            } else if (last_m > 0.0) {
+                wall_m = z < lowest ? known_m[r.at(a, lowest)] + slope * (lowest - z) * r.grid.spacing_m.z
+                                    : last_m;
+            } else {
+                // Above the highest level known: as there.
+                int k = z;
+                while (known_m[r.at(a, k)] <= 0.0)
+                    --k;
+                wall_m = known_m[r.at(a, k)];
+            }
+        }
+    }
+}
+
+void smoothWall(Rays& r) {
+    constexpr int kReach = 3;
+    const std::vector<double> old_m = r.wall_m;
+    for (int z = 0; z < r.grid.dims.z; ++z)
+        for (int a = 0; a < kAngles; ++a) {
+            double sum = 0.0;
+            int count = 0;
+            for (int k = std::max(0, z - kReach); k <= std::min(r.grid.dims.z - 1, z + kReach); ++k)
+                for (int b = a - kReach; b <= a + kReach; ++b)
+                    sum += old_m[r.at(b, k)], ++count;
+            double wall_m = sum / count;
+            const double bone_m = r.bone_m[r.at(a, z)];
+            if (bone_m < 1e2 && bone_m > 0.6 * wall_m) wall_m = std::min(wall_m, bone_m - kBeforeBone_m);
+            r.wall_m[r.at(a, z)] = wall_m;
+        }
+}
+
+double wallAt(const Rays& r, double phi, int z) {
+    const double at = phi * kAngles / (2.0 * std::numbers::pi), low = std::floor(at);
+    const double f = at - low;
+    return (1.0 - f) * r.wall_m[r.at(int(low), z)] + f * r.wall_m[r.at(int(low) + 1, z)];
+}
+
+}  // namespace
+
+Mask chestCavity(const std::vector<Phase>& phases) {
+    const Mask lung = airOfAnyPhase(phases);
+    Mask bone = boneOfAll(phases);
+    Rays rays = cast(lung, bone);
+    findWall(rays);
+    completeWall(rays);
+    smoothWall(rays);
+
+    keepLargest(bone);  // the spine; what is calcified in the lung moves with it
+    const FloatVolume to_spine = distanceTo(bone);
+    Mask cavity(lung.grid);
+    forEachSlab(cavity.grid.dims.z, [&](int z) {
+        for (int y = 0; y < cavity.grid.dims.y; ++y)
+            for (int x = 0; x < cavity.grid.dims.x; ++x) {
+                const Vec3 p = cavity.grid.centre({x, y, z});
+                const double dx = p.x - rays.x_m, dy = p.y - rays.y_m;
+                const double phi = std::atan2(dy, dx) + (dy < 0.0 ? 2.0 * std::numbers::pi : 0.0);
+                cavity[{x, y, z}] =
+                    std::hypot(dx, dy) < wallAt(rays, phi, z) && double(to_spine[{x, y, z}]) > kAroundSpine_m;
+            }
+    });
+    keepLargest(cavity);
+    return cavity;
+}
+
+FloatVolume levelOf(const Mask& mask) {
+    Mask outside(mask.grid);
+    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
+        outside.voxels[i] = mask.voxels[i] == 0;
+    FloatVolume level = distanceTo(mask);
+    const FloatVolume depth = distanceTo(outside);
+    const auto half =
+        float(0.5 * std::min({mask.grid.spacing_m.x, mask.grid.spacing_m.y, mask.grid.spacing_m.z}));
+    for (std::size_t i = 0; i < level.voxels.size(); ++i)
+        level.voxels[i] = mask.voxels[i] ? half - depth.voxels[i] : level.voxels[i] - half;
+    return level;
+}
+
+}  // namespace stylet::modeller

@@ -1,0 +1,268 @@
+// stylet-register FIXED MOVING MASK OUT FINEST: how the tissue of FIXED lies in MOVING, on one side of a
+// sliding interface. Diffeomorphic demons (Vercauteren et al. 2009) as ITK has them, coarse to fine, with one
+// change: the fields are smoothed within the mask only, so that what lies beyond the interface is no drag on
+// what slides along it. The three images are ImageHandovers; the voxels outside the mask carry one value,
+// which leaves no force there and keeps the normal part of the motion at the interface at rest.
+#include <itkDiffeomorphicDemonsRegistrationFilter.h>
+#include <itkImage.h>
+#include <itkMultiThreaderBase.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "app/modeller/image_handover.h"
+
+namespace {
+
+using stylet::modeller::FieldHandover;
+using stylet::modeller::ImageHandover;
+using stylet::modeller::kHandoverMagic;
+using stylet::modeller::kMaxImageVoxels;
+
+using Picture = itk::Image<float, 3>;
+using Field = itk::Image<itk::Vector<float, 3>, 3>;
+
+// What each level does: voxels merged a side, iterations.
+struct Level {
+    int shrink, iterations;
+};
+constexpr Level kLevels[] = {{4, 80}, {2, 40}, {1, 12}};
+constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;  // voxels of the level
+constexpr double kLongestStep = 1.5;                     // voxels, an iteration
+
+std::array<int, 3> sizeOf(const itk::ImageBase<3>& image) {
+    const auto size = image.GetLargestPossibleRegion().GetSize();
+    return {int(size[0]), int(size[1]), int(size[2])};
+}
+
+Picture::Pointer read(const std::string& file, ImageHandover& h) {
+    std::ifstream in(file, std::ios::binary);
+    if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kHandoverMagic)
+        throw std::runtime_error(file + ": not an image");
+    Picture::RegionType region;
+    Picture::SpacingType spacing;
+    Picture::PointType origin;
+    std::int64_t count = 1;
+    for (unsigned d = 0; d < 3; ++d) {
+        region.SetSize(d, itk::SizeValueType(h.dims[d]));
+        spacing[d] = h.spacing_mm[d];
+        origin[d] = h.origin_mm[d];
+        count *= h.dims[d];
+    }
+    if (count < 1 || count > kMaxImageVoxels) throw std::runtime_error(file + ": too large");
+    std::vector<std::int16_t> voxels(std::size_t(count), 0);
+    if (!in.read(reinterpret_cast<char*>(voxels.data()), count * 2))
+        throw std::runtime_error(file + ": cut short");
+    auto picture = Picture::New();
+    picture->SetRegions(region);
+    picture->SetSpacing(spacing);
+    picture->SetOrigin(origin);
+    picture->Allocate();
+    std::copy(voxels.begin(), voxels.end(), picture->GetBufferPointer());
+    return picture;
+}
+
+// The mean over cubes of `shrink` voxels; the grid's centres follow.
+Picture::Pointer shrunk(const Picture& in, int shrink) {
+    const auto dims = sizeOf(in);
+    Picture::RegionType region;
+    Picture::SpacingType spacing = in.GetSpacing();
+    Picture::PointType origin = in.GetOrigin();
+    std::array<int, 3> out_dims{};
+    for (unsigned d = 0; d < 3; ++d) {
+        out_dims[d] = std::max(1, dims[d] / shrink);
+        region.SetSize(d, itk::SizeValueType(out_dims[d]));
+        origin[d] += 0.5 * (shrink - 1) * spacing[d];
+        spacing[d] *= shrink;
+    }
+    auto out = Picture::New();
+    out->SetRegions(region);
+    out->SetSpacing(spacing);
+    out->SetOrigin(origin);
+    out->Allocate();
+    const float* from = in.GetBufferPointer();
+    float* to = out->GetBufferPointer();
+    for (int z = 0; z < out_dims[2]; ++z)
+        for (int y = 0; y < out_dims[1]; ++y)
+            for (int x = 0; x < out_dims[0]; ++x) {
+                double sum = 0.0;
+                for (int k = 0; k < shrink; ++k)
+                    for (int j = 0; j < shrink; ++j)
+                        for (int i = 0; i < shrink; ++i) {
+                            const int ix = std::min(dims[0] - 1, x * shrink + i),
+                                      iy = std::min(dims[1] - 1, y * shrink + j),
+                                      iz = std::min(dims[2] - 1, z * shrink + k);
+                            sum += double(from[(std::ptrdiff_t(iz) * dims[1] + iy) * dims[0] + ix]);
+                        }
+                *to++ = float(sum / (shrink * shrink * shrink));
+            }
+    return out;
+}
+
+// Gaussian of a few voxels along one axis, of `n` interleaved floats a voxel.
+void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3>& dims, unsigned axis,
+              double sigma) {
+    const int reach = int(std::ceil(3.0 * sigma));
+    std::vector<float> kernel(std::size_t(2 * reach + 1));
+    for (int i = -reach; i <= reach; ++i)
+        kernel[std::size_t(i + reach)] = float(std::exp(-0.5 * i * i / (sigma * sigma)));
+    const std::array<std::size_t, 3> strides{n, n * std::size_t(dims[0]), n * std::size_t(dims[0] * dims[1])};
+    const std::size_t stride = strides[axis];
+    const int length = dims[axis];
+    const auto lines = std::ptrdiff_t(values.size() / n / std::size_t(length));
+    auto threads = itk::MultiThreaderBase::New();
+    threads->ParallelizeArray(
+        0, itk::SizeValueType(lines),
+        [&](itk::SizeValueType line) {
+            // The line's first voxel: the two other axes, the lower one first.
+            const unsigned a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
+            const std::size_t start =
+                line % std::size_t(dims[a]) * strides[a] + line / std::size_t(dims[a]) * strides[b];
+            std::vector<float> out(std::size_t(length) * n, 0.0f);
+            for (int i = 0; i < length; ++i)
+                for (int k = std::max(-reach, -i); k <= std::min(reach, length - 1 - i); ++k)
+                    for (std::size_t c = 0; c < n; ++c)
+                        out[std::size_t(i) * n + c] +=
+                            kernel[std::size_t(k + reach)] * values[start + std::size_t(i + k) * stride + c];
+            for (int i = 0; i < length; ++i)
+                for (std::size_t c = 0; c < n; ++c)
+                    values[start + std::size_t(i) * stride + c] = out[std::size_t(i) * n + c];
+        },
+        nullptr);
+}
+
+// The weighted mean of the field under a Gaussian, the mask being the weight; beyond the mask the field goes
+// on as it is near it, so that pictures are pulled from where the tissue goes.
+void smoothWithin(Field& field, const Picture& mask, double sigma) {
+    const auto dims = sizeOf(field);
+    const std::size_t count = field.GetLargestPossibleRegion().GetNumberOfPixels();
+    std::vector<float> sum(4 * count);
+    auto* vectors = field.GetBufferPointer();
+    const float* weights = mask.GetBufferPointer();
+    for (std::size_t i = 0; i < count; ++i) {
+        const float w = std::max(weights[i], 1e-4f);
+        for (unsigned c = 0; c < 3; ++c)
+            sum[4 * i + c] = w * vectors[i][c];
+        sum[4 * i + 3] = w;
+    }
+    for (unsigned axis = 0; axis < 3; ++axis)
+        blurAxis(sum, 4, dims, axis, sigma);
+    for (std::size_t i = 0; i < count; ++i)
+        for (unsigned c = 0; c < 3; ++c)
+            vectors[i][c] = sum[4 * i + c] / sum[4 * i + 3];
+}
+
+class MaskedDemons : public itk::DiffeomorphicDemonsRegistrationFilter<Picture, Picture, Field> {
+  public:
+    using Self = MaskedDemons;
+    using Superclass = itk::DiffeomorphicDemonsRegistrationFilter<Picture, Picture, Field>;
+    using Pointer = itk::SmartPointer<Self>;
+    Picture::Pointer mask;
+  itkNewMacro(Self)
+
+      protected : void SmoothDisplacementField() override {
+        smoothWithin(*this->GetDisplacementField(), *mask, kSigmaField);
+    }
+    void SmoothUpdateField() override { smoothWithin(*this->GetUpdateBuffer(), *mask, kSigmaUpdate); }
+};
+
+// The coarse field on the grid of `like`, linear between voxels.
+Field::Pointer refined(const Field& coarse, const Picture& like) {
+    auto fine = Field::New();
+    fine->SetRegions(like.GetLargestPossibleRegion());
+    fine->SetSpacing(like.GetSpacing());
+    fine->SetOrigin(like.GetOrigin());
+    fine->Allocate();
+    const auto from = sizeOf(coarse), to = sizeOf(like);
+    const auto* in = coarse.GetBufferPointer();
+    auto* out = fine->GetBufferPointer();
+    const auto at = [&](int x, int y, int z) { return in[(std::ptrdiff_t(z) * from[1] + y) * from[0] + x]; };
+    for (int z = 0; z < to[2]; ++z)
+        for (int y = 0; y < to[1]; ++y)
+            for (int x = 0; x < to[0]; ++x) {
+                const std::array<int, 3> i{x, y, z};
+                std::array<int, 3> low{}, high{};
+                std::array<float, 3> f{};
+                for (unsigned d = 0; d < 3; ++d) {
+                    const double p =
+                        (like.GetOrigin()[d] + i[d] * like.GetSpacing()[d] - coarse.GetOrigin()[d]) /
+                        coarse.GetSpacing()[d];
+                    low[d] = std::clamp(int(std::floor(p)), 0, from[d] - 1);
+                    high[d] = std::min(low[d] + 1, from[d] - 1);
+                    f[d] = float(std::clamp(p - low[d], 0.0, 1.0));
+                }
+                itk::Vector<float, 3> sum(0.0f);
+                for (int corner = 0; corner < 8; ++corner) {
+                    const bool ux = (corner & 1) != 0, uy = (corner & 2) != 0, uz = (corner & 4) != 0;
+                    const float weight =
+                        (ux ? f[0] : 1.0f - f[0]) * (uy ? f[1] : 1.0f - f[1]) * (uz ? f[2] : 1.0f - f[2]);
+                    sum += at(ux ? high[0] : low[0], uy ? high[1] : low[1], uz ? high[2] : low[2]) * weight;
+                }
+                *out++ = sum;
+            }
+    return fine;
+}
+
+Field::Pointer registered(const Picture& fixed, const Picture& moving, const Picture& mask, int finest) {
+    Field::Pointer field;
+    for (const Level& level : kLevels) {
+        if (level.shrink < finest) break;
+        const auto level_fixed = shrunk(fixed, level.shrink);
+        auto demons = MaskedDemons::New();
+        demons->mask = shrunk(mask, level.shrink);
+        demons->SetFixedImage(level_fixed);
+        demons->SetMovingImage(shrunk(moving, level.shrink));
+        if (field) demons->SetInitialDisplacementField(refined(*field, *level_fixed));
+        demons->SetNumberOfIterations(itk::IdentifierType(level.iterations));
+        demons->SetMaximumUpdateStepLength(kLongestStep);
+        demons->SmoothUpdateFieldOn();
+        demons->SmoothDisplacementFieldOn();
+        demons->Update();
+        field = demons->GetOutput();
+        field->DisconnectPipeline();
+    }
+    return field;
+}
+
+void write(const Field& field, const std::string& file) {
+    FieldHandover h;
+    for (unsigned d = 0; d < 3; ++d) {
+        h.dims[d] = sizeOf(field)[d];
+        h.spacing_mm[d] = field.GetSpacing()[d];
+        h.origin_mm[d] = field.GetOrigin()[d];
+    }
+    std::ofstream out(file, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(&h), sizeof h);
+    out.write(reinterpret_cast<const char*>(field.GetBufferPointer()),
+              std::streamsize(field.GetLargestPossibleRegion().GetNumberOfPixels() * 3 * sizeof(float)));
+    if (!out.flush()) throw std::runtime_error("no room to hand the field over");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 6) {
+        std::puts("usage: stylet-register FIXED MOVING MASK OUT FINEST");
+        return 2;
+    }
+    try {
+        itk::Object::GlobalWarningDisplayOff();
+        ImageHandover grid, other;
+        const Picture::Pointer fixed = read(argv[1], grid), moving = read(argv[2], other);
+        if (grid.dims != other.dims) throw std::runtime_error("the images differ in size");
+        const Picture::Pointer mask = read(argv[3], other);
+        if (grid.dims != other.dims) throw std::runtime_error("the mask differs in size");
+        write(*registered(*fixed, *moving, *mask, std::stoi(argv[5])), argv[4]);
+        return 0;
+    } catch (const itk::ExceptionObject& e) {
+        std::puts(e.GetDescription());
+    } catch (const std::exception& e) {
+        std::puts(e.what());
+    }
+    return 1;
+}

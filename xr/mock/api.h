@@ -26,6 +26,7 @@ inline constexpr ExtensionEntry kExtensions[] = {
     {XR_EXT_CONFORMANCE_AUTOMATION_EXTENSION_NAME, XR_EXT_conformance_automation_SPEC_VERSION},
     {XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_visibility_mask_SPEC_VERSION},
     {XR_EXT_DEBUG_UTILS_EXTENSION_NAME, XR_EXT_debug_utils_SPEC_VERSION},
+    {XR_EXT_HAND_TRACKING_EXTENSION_NAME, XR_EXT_hand_tracking_SPEC_VERSION},
     {XR_EXT_LOCAL_FLOOR_EXTENSION_NAME, XR_EXT_local_floor_SPEC_VERSION},
     {XR_EXT_USER_PRESENCE_EXTENSION_NAME, XR_EXT_user_presence_SPEC_VERSION},
     {XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, XR_FB_display_refresh_rate_SPEC_VERSION},
@@ -138,6 +139,12 @@ XrResult setInputDeviceStateBool(Call&, XrSession, XrPath, XrPath, XrBool32);
 XrResult setInputDeviceStateFloat(Call&, XrSession, XrPath, XrPath, float);
 XrResult setInputDeviceStateVector2f(Call&, XrSession, XrPath, XrPath, XrVector2f);
 XrResult setInputDeviceLocation(Call&, XrSession, XrPath, XrPath, XrSpace, XrPosef);
+
+// XR_EXT_hand_tracking
+XrResult createHandTracker(Call&, XrSession, const XrHandTrackerCreateInfoEXT*, XrHandTrackerEXT*);
+XrResult destroyHandTracker(Call&, XrHandTrackerEXT);
+XrResult locateHandJoints(Call&, XrHandTrackerEXT, const XrHandJointsLocateInfoEXT*,
+                          XrHandJointLocationsEXT*);
 
 // XR_EXT_debug_utils
 XrResult setDebugUtilsObjectName(Call&, XrInstance, const XrDebugUtilsObjectNameInfoEXT*);

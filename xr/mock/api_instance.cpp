@@ -236,6 +236,12 @@ XrResult getSystemProperties(Call& call, XrInstance handle, XrSystemId system,
     if (presence != nullptr && instance.extensions.contains(XR_EXT_USER_PRESENCE_EXTENSION_NAME)) {
         presence->supportsUserPresence = XR_TRUE;
     }
+    auto* hands =
+        const_cast<XrSystemHandTrackingPropertiesEXT*>(findInChain<XrSystemHandTrackingPropertiesEXT>(
+            properties->next, XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT));
+    if (hands != nullptr && instance.extensions.contains(XR_EXT_HAND_TRACKING_EXTENSION_NAME)) {
+        hands->supportsHandTracking = instance.scenario.hand_tracking ? XR_TRUE : XR_FALSE;
+    }
     return XR_SUCCESS;
 }
 

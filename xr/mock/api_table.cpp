@@ -65,6 +65,7 @@ constexpr const char* kVulkan2 = XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME;
 constexpr const char* kTimespec = XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME;
 constexpr const char* kAutomation = XR_EXT_CONFORMANCE_AUTOMATION_EXTENSION_NAME;
 constexpr const char* kVisibilityMask = XR_KHR_VISIBILITY_MASK_EXTENSION_NAME;
+constexpr const char* kHands = XR_EXT_HAND_TRACKING_EXTENSION_NAME;
 constexpr const char* kDebug = XR_EXT_DEBUG_UTILS_EXTENSION_NAME;
 constexpr const char* kRefreshRate = XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME;
 
@@ -143,6 +144,9 @@ const Row kRows[] = {
     row<"xrSetInputDeviceStateFloatEXT", setInputDeviceStateFloat>(kAutomation),
     row<"xrSetInputDeviceStateVector2fEXT", setInputDeviceStateVector2f>(kAutomation),
     row<"xrSetInputDeviceLocationEXT", setInputDeviceLocation>(kAutomation),
+    row<"xrCreateHandTrackerEXT", createHandTracker>(kHands),
+    row<"xrDestroyHandTrackerEXT", destroyHandTracker>(kHands),
+    row<"xrLocateHandJointsEXT", locateHandJoints>(kHands),
     row<"xrSetDebugUtilsObjectNameEXT", setDebugUtilsObjectName>(kDebug),
     row<"xrCreateDebugUtilsMessengerEXT", createDebugUtilsMessenger>(kDebug),
     row<"xrDestroyDebugUtilsMessengerEXT", destroyDebugUtilsMessenger>(kDebug),

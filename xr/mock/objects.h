@@ -127,6 +127,13 @@ struct Space : Object {
     XrPath subaction_path = XR_NULL_PATH;
 };
 
+struct HandTracker : Object {
+    static constexpr XrObjectType kType = XR_OBJECT_TYPE_HAND_TRACKER_EXT;
+    explicit HandTracker(Session& owner, bool left) : Object(kType), session(owner), is_left(left) {}
+    Session& session;
+    bool is_left;
+};
+
 struct Swapchain : Object {
     static constexpr XrObjectType kType = XR_OBJECT_TYPE_SWAPCHAIN;
     explicit Swapchain(Session& owner, SwapchainImages gpu_images)

@@ -60,7 +60,7 @@ void readValues(const Field& field, const Reading& reading, User user, Device& d
 
 void readDevice(const Field& field, const Reading& reading, User user, Device& device) {
     if (isHand(user)) {
-        field.objectOf({"profile", "poses", "aim_from_grip", "values"});
+        field.objectOf({"profile", "poses", "grip_from_aim", "values"});
     } else {
         field.objectOf({"profile", "values"});
         if (!reading.is_message) field.required("profile");
@@ -69,9 +69,9 @@ void readDevice(const Field& field, const Reading& reading, User user, Device& d
         splice(device.profiles, readProfiles(field.at("profile"), reading, user), reading);
     }
     if (field.has("poses")) splice(device.grips, parsePoses(field.at("poses"), reading), reading);
-    if (field.has("aim_from_grip")) {
-        field.at("aim_from_grip").objectOf({"position", "orientation"});
-        device.grip_from_aim = inverse(parsePose(field.at("aim_from_grip")));
+    if (field.has("grip_from_aim")) {
+        field.at("grip_from_aim").objectOf({"position", "orientation"});
+        device.grip_from_aim = parsePose(field.at("grip_from_aim"));
     }
     if (field.has("values")) readValues(field.at("values"), reading, user, device);
 }

@@ -1,0 +1,225 @@
+// What the scenario's user holds and wears: connections, profiles, values and poses over time.
+#include <fstream>
+
+#include "actions_client.h"
+
+namespace mock_test {
+namespace {
+
+constexpr char kLeft[] = "/user/hand/left";
+constexpr char kRight[] = "/user/hand/right";
+constexpr XrTime kSecond = 1'000'000'000;
+
+class Devices : public Actions {
+  protected:
+    // A session in focus at a display time of at least this.
+    void runUntil(XrTime time) {
+        while (frame().predictedDisplayTime < time) {
+        }
+    }
+};
+
+TEST_F(Devices, ComeGoAndChange) {
+    setScript(R"({"version": 2, "refresh_hz": 100, "controllers": {
+        "left": {"profile": [{"t_s": 0, "profile": "/interaction_profiles/khr/simple_controller"},
+                             {"t_s": 1.5, "profile": null},
+                             {"t_s": 2, "profile": "/interaction_profiles/oculus/touch_controller"}],
+                 "poses": [{"t_s": 0, "position": [0, 1, 0]}]}},
+        "events": [{"t_s": 2.5, "interaction_profile": "/interaction_profiles/khr/simple_controller"}]})");
+    startFocused();
+    const XrActionSet set = actionSet("set");
+    const XrAction grip = action(set, "grip", XR_ACTION_TYPE_POSE_INPUT);
+    const XrAction menu = action(set, "menu", XR_ACTION_TYPE_BOOLEAN_INPUT);
+    for (const char* each : {kSimple, kTouch}) {
+        ASSERT_EQ(suggest(each, {{grip, "/user/hand/left/input/grip/pose"},
+                                 {menu, "/user/hand/left/input/menu/click"}}),
+                  XR_SUCCESS);
+    }
+    ASSERT_EQ(attach({set}), XR_SUCCESS);
+    const XrSpace space = actionSpace(grip);
+    EXPECT_EQ(profile(kLeft), "");
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    EXPECT_EQ(profile(kLeft), kSimple);
+    EXPECT_EQ(profile(kRight), "");
+    EXPECT_TRUE(poll(XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED).has_value());
+
+    runUntil(kSecond * 16 / 10);
+    EXPECT_EQ(profile(kLeft), kSimple);
+    EXPECT_TRUE(poseActive(grip));
+    EXPECT_EQ(locate(space, kSecond * 16 / 10).locationFlags, 0U);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    EXPECT_EQ(profile(kLeft), "");
+    EXPECT_FALSE(poseActive(grip) || boolean(menu).isActive);
+    EXPECT_TRUE(poll(XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED).has_value());
+
+    runUntil(kSecond * 21 / 10);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    EXPECT_EQ(profile(kLeft), kTouch);
+    EXPECT_TRUE(poseActive(grip) && boolean(menu).isActive);
+    EXPECT_NE(locate(space, kSecond * 21 / 10).locationFlags, 0U);
+
+    runUntil(kSecond * 26 / 10);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    EXPECT_EQ(profile(kLeft), kSimple);
+    EXPECT_EQ(profile(kRight), "");  // an empty hand takes nothing up
+}
+
+TEST_F(Devices, HeadAndGamepadHaveValuesOfTheirOwn) {
+    setScript(R"({"version": 2, "refresh_hz": 100, "controllers": {
+        "head": {"profile": "/interaction_profiles/htc/vive_pro",
+                 "values": [{"t_s": 1.2, "mute_mic/click": true}]},
+        "gamepad": {"profile": "/interaction_profiles/microsoft/xbox_controller",
+                    "values": [{"t_s": 0, "trigger_left/value": 0.25, "thumbstick_right/y": -1}]}}})");
+    startFocused();
+    const XrActionSet set = actionSet("set");
+    const XrPath head = path("/user/head"), gamepad = path("/user/gamepad");
+    const XrAction mute = action(set, "mute", XR_ACTION_TYPE_BOOLEAN_INPUT, {head, gamepad});
+    const XrAction trigger = action(set, "trigger", XR_ACTION_TYPE_FLOAT_INPUT);
+    const XrAction stick = action(set, "stick", XR_ACTION_TYPE_VECTOR2F_INPUT);
+    ASSERT_EQ(suggest("/interaction_profiles/htc/vive_pro", {{mute, "/user/head/input/mute_mic/click"}}),
+              XR_SUCCESS);
+    ASSERT_EQ(suggest("/interaction_profiles/microsoft/xbox_controller",
+                      {{trigger, "/user/gamepad/input/trigger_left"},
+                       {stick, "/user/gamepad/input/thumbstick_right"},
+                       {mute, "/user/gamepad/input/a/click"}}),
+              XR_SUCCESS);
+    ASSERT_EQ(attach({set}), XR_SUCCESS);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    EXPECT_EQ(profile("/user/head"), "/interaction_profiles/htc/vive_pro");
+    EXPECT_EQ(profile("/user/gamepad"), "/interaction_profiles/microsoft/xbox_controller");
+    EXPECT_EQ(profile("/user/treadmill"), "");
+    EXPECT_EQ(number(trigger).currentState, 0.25F);
+    EXPECT_EQ(vector(stick).currentState.y, -1.0F);
+    EXPECT_FALSE(boolean(mute, head).currentState);
+    runUntil(kSecond * 12 / 10);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    EXPECT_TRUE(boolean(mute, head).currentState);
+    EXPECT_TRUE(boolean(mute, gamepad).isActive);
+    EXPECT_FALSE(boolean(mute, gamepad).currentState);
+    EXPECT_EQ(boolean(mute, head).lastChangeTime, kSecond * 12 / 10);
+}
+
+// The time of a change is that of the device, not that of the synchronisation that saw it.
+TEST_F(Devices, ChangesHaveTheirTime) {
+    setScript(R"({"version": 2, "refresh_hz": 100, "controllers": {"left": {"values": [
+        {"t_s": 1.104, "select/click": true}, {"t_s": 1.106, "select/click": true},
+        {"t_s": 1.206, "select/click": false}, {"t_s": 1.207, "select/click": true}]}}})");
+    startFocused();
+    const XrActionSet set = actionSet("set");
+    const XrAction press = action(set, "press", XR_ACTION_TYPE_BOOLEAN_INPUT);
+    ASSERT_EQ(suggest(kSimple, {{press, "/user/hand/left/input/select/click"}}), XR_SUCCESS);
+    ASSERT_EQ(attach({set}), XR_SUCCESS);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    runUntil(kSecond * 115 / 100);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    EXPECT_TRUE(boolean(press).changedSinceLastSync);
+    EXPECT_EQ(boolean(press).lastChangeTime, 1'104'000'000);
+    runUntil(kSecond * 121 / 100);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    EXPECT_TRUE(boolean(press).currentState);
+    EXPECT_FALSE(boolean(press).changedSinceLastSync);
+    EXPECT_EQ(boolean(press).lastChangeTime, 1'104'000'000);
+}
+
+// Priorities conflict per source and hand, also when the sets are active on one hand only.
+TEST_F(Devices, ASetActiveOnOneHandTakesThatHandsSource) {
+    startFocused();
+    const XrPath left = path(kLeft), right = path(kRight);
+    const XrActionSet high = actionSet("high", 3), low = actionSet("low", 2);
+    const XrAction high_select = action(high, "high_select", XR_ACTION_TYPE_BOOLEAN_INPUT, {left, right});
+    const XrAction low_select = action(low, "low_select", XR_ACTION_TYPE_BOOLEAN_INPUT, {left, right});
+    const XrAction low_both = action(low, "low_both", XR_ACTION_TYPE_BOOLEAN_INPUT, {left, right});
+    ASSERT_EQ(suggest(kSimple, {{high_select, "/user/hand/left/input/select/click"},
+                                {high_select, "/user/hand/right/input/select/click"},
+                                {low_select, "/user/hand/left/input/select/click"},
+                                {low_select, "/user/hand/right/input/select/click"},
+                                {low_both, "/user/hand/left/input/select/click"},
+                                {low_both, "/user/hand/left/input/menu/click"},
+                                {low_both, "/user/hand/right/input/select/click"},
+                                {low_both, "/user/hand/right/input/menu/click"}}),
+              XR_SUCCESS);
+    ASSERT_EQ(attach({high, low}), XR_SUCCESS);
+    const auto syncWith = [&](const std::vector<XrActiveActionSet>& active) {
+        const XrActionsSyncInfo info{XR_TYPE_ACTIONS_SYNC_INFO, nullptr,
+                                     static_cast<std::uint32_t>(active.size()), active.data()};
+        ASSERT_EQ(xrSyncActions(session_, &info), XR_SUCCESS);
+    };
+    const auto activity = [&](XrAction each) {
+        return std::array<bool, 3>{boolean(each).isActive == XR_TRUE, boolean(each, left).isActive == XR_TRUE,
+                                   boolean(each, right).isActive == XR_TRUE};
+    };
+    using On = std::array<bool, 3>;  // without a subaction path, left, right
+    syncWith({{low, left}, {low, right}, {high, left}, {high, right}});
+    EXPECT_EQ(activity(high_select), (On{true, true, true}));
+    EXPECT_EQ(activity(low_select), (On{false, false, false}));
+    EXPECT_EQ(activity(low_both), (On{true, true, true}));
+    syncWith({{high, right}, {low, left}});
+    EXPECT_EQ(activity(high_select), (On{true, false, true}));
+    EXPECT_EQ(activity(low_select), (On{true, true, false}));
+    EXPECT_EQ(activity(low_both), (On{true, true, false}));
+    syncWith({{high, right}, {low, left}, {low, right}});
+    EXPECT_EQ(activity(low_select), (On{true, true, false}));
+    EXPECT_EQ(activity(low_both), (On{true, true, true}));
+}
+
+TEST_F(Devices, RecordedPosesMoveTheHand) {
+    std::ofstream(file("hand.csv")) << "t_s,x,y,z,qx,qy,qz,qw\n0,0,1,0,0,0,0,1\n1,1,1,0,0,0,0,1\r\n"
+                                       "2,1,1,0,0,0.7071067811865476,0,0.7071067811865476\n";
+    setScript(R"({"version": 2, "controllers": {"right": {"poses": {"csv": "hand.csv"}}}})");
+    startFocused();
+    const XrActionSet set = actionSet("set");
+    const XrAction grip = action(set, "grip", XR_ACTION_TYPE_POSE_INPUT);
+    ASSERT_EQ(suggest(kSimple, {{grip, "/user/hand/right/input/grip/pose"}}), XR_SUCCESS);
+    ASSERT_EQ(attach({set}), XR_SUCCESS);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    const XrSpace space = actionSpace(grip), tip = actionSpace(grip, XR_NULL_PATH, {{0, 0, 0, 1}, {0, 0, -1}});
+    EXPECT_FLOAT_EQ(locate(space, kSecond / 4).pose.position.x, 0.25F);
+    auto velocity = structOf<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
+    auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    location.next = &velocity;
+    ASSERT_EQ(xrLocateSpace(space, stage_, kSecond / 2, &location), XR_SUCCESS);
+    EXPECT_NEAR(velocity.linearVelocity.x, 1, 1e-6);
+    ASSERT_EQ(xrLocateSpace(tip, stage_, kSecond * 3 / 2, &location), XR_SUCCESS);
+    EXPECT_NEAR(velocity.angularVelocity.y, 1.570796, 1e-5);
+    // A metre along -z, turned by 45 degrees: the velocity is the cross product of the turning and the arm.
+    EXPECT_NEAR(velocity.linearVelocity.x, -1.570796 * std::sqrt(0.5), 1e-5);
+    EXPECT_NEAR(velocity.linearVelocity.z, 1.570796 * std::sqrt(0.5), 1e-5);
+}
+
+TEST_F(Devices, BadOnesAreRefused) {
+    const auto refusal = [&](const std::string& json) {
+        setScript(R"({"version": 2, )" + json + "}");
+        testing::internal::CaptureStderr();
+        EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE) << json;
+        const std::string output = testing::internal::GetCapturedStderr();
+        const std::string start = "xrmock: " + file("scenario.json").string() + ": ";
+        const std::size_t at = output.find(start);
+        return at == std::string::npos ? output : output.substr(at + start.size(), output.find('\n', at) - at - start.size());
+    };
+    EXPECT_EQ(refusal(R"("controllers": {"left": {"values": [{"t_s": 0, "select/clack": 1}]}})"),
+              "controllers.left.values[0].select/clack: unknown component");
+    EXPECT_EQ(refusal(R"("controllers": {"left": {"profile": "/interaction_profiles/htc/vive_pro"}})"),
+              "controllers.left.profile: not a profile of this user path");
+    EXPECT_EQ(refusal(R"("controllers": {"gamepad": {}})"), "controllers.gamepad: profile is missing");
+    EXPECT_EQ(refusal(R"("controllers": {"left": {"profile": []}})"),
+              "controllers.left.profile: at least one key expected");
+    EXPECT_EQ(refusal(R"("hands": {"left": {"curls": [{"t_s": 0, "index": 1.5}]}})"),
+              "hands.left.curls[0].index: a number from 0 to 1 expected");
+    EXPECT_EQ(refusal(R"("hands": {"left": {"joints": [{"t_s": 0, "joints": [[1]]}]}})"),
+              "hands.left.joints[0].joints: 26 joints expected");
+    const std::string heading = "t_s,x,y,z,qx,qy,qz,qw\n";
+    const auto csv = [&](const std::string& content) {
+        std::ofstream(file("bad.csv")) << content;
+        return refusal(R"("controllers": {"left": {"poses": {"csv": "bad.csv"}}})");
+    };
+    const std::string place = "controllers.left.poses.csv: bad.csv line ";
+    EXPECT_EQ(csv("t,x,y,z\n"), place + "1: the heading is not the one expected");
+    EXPECT_EQ(csv(heading), place + "1: at least one line below the heading expected");
+    EXPECT_EQ(csv(heading + "0,0,0,0,0,0,0\n"), place + "2: as many numbers as the heading has names expected");
+    EXPECT_EQ(csv(heading + "0,0,0,0,0,0,0,x\n"), place + "2: as many numbers as the heading has names expected");
+    EXPECT_EQ(csv(heading + "0,0,0,0,0,0,0,2\n"), place + "2: a unit quaternion x y z w expected");
+    EXPECT_EQ(csv(heading + "1,0,0,0,0,0,0,1\n1,0,0,0,0,0,0,1\n"), place + "3: later than the line before expected");
+}
+
+}  // namespace
+}  // namespace mock_test

@@ -89,11 +89,13 @@ class Actions : public MockTest {
         if (state.interactionProfile == XR_NULL_PATH) return {};
         char text[XR_MAX_PATH_LENGTH];
         std::uint32_t length = 0;
-        EXPECT_EQ(xrPathToString(instance_, state.interactionProfile, sizeof text, &length, text), XR_SUCCESS);
+        EXPECT_EQ(xrPathToString(instance_, state.interactionProfile, sizeof text, &length, text),
+                  XR_SUCCESS);
         return text;
     }
     XrSpace actionSpace(XrAction action, XrPath subaction = XR_NULL_PATH, XrPosef pose = kIdentity) {
-        const XrActionSpaceCreateInfo info{XR_TYPE_ACTION_SPACE_CREATE_INFO, nullptr, action, subaction, pose};
+        const XrActionSpaceCreateInfo info{XR_TYPE_ACTION_SPACE_CREATE_INFO, nullptr, action, subaction,
+                                           pose};
         XrSpace space = XR_NULL_HANDLE;
         EXPECT_EQ(xrCreateActionSpace(session_, &info, &space), XR_SUCCESS);
         return space;

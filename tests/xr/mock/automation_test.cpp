@@ -37,7 +37,8 @@ class Automation : public Actions {
 TEST_F(Automation, TakesControlFromTheScenario) {
     startFocused();
     const XrActionSet actions = actionSet("set");
-    const XrAction press = action(actions, "press", XR_ACTION_TYPE_BOOLEAN_INPUT, {path(kLeft), path(kRight)});
+    const XrAction press =
+        action(actions, "press", XR_ACTION_TYPE_BOOLEAN_INPUT, {path(kLeft), path(kRight)});
     ASSERT_EQ(suggest(kSimple, {{press, "/user/hand/left/input/select/click"},
                                 {press, "/user/hand/right/input/select/click"}}),
               XR_SUCCESS);
@@ -287,8 +288,8 @@ TEST_F(Automation, LocationsAreSetInAnySpace) {
     const XrActionSet actions = actionSet("set");
     const XrAction grip = action(actions, "grip", XR_ACTION_TYPE_POSE_INPUT);
     const XrAction aim = action(actions, "aim", XR_ACTION_TYPE_POSE_INPUT);
-    ASSERT_EQ(suggest(kSimple, {{grip, "/user/hand/left/input/grip/pose"},
-                                {aim, "/user/hand/left/input/aim/pose"}}),
+    ASSERT_EQ(suggest(kSimple,
+                      {{grip, "/user/hand/left/input/grip/pose"}, {aim, "/user/hand/left/input/aim/pose"}}),
               XR_SUCCESS);
     ASSERT_EQ(attach({actions}), XR_SUCCESS);
     const XrSpace grip_space = actionSpace(grip), aim_space = actionSpace(aim);

@@ -1,4 +1,5 @@
 // What the scenario's user holds and wears: connections, profiles, values and poses over time.
+#include <cmath>
 #include <fstream>
 
 #include "actions_client.h"
@@ -172,7 +173,8 @@ TEST_F(Devices, RecordedPosesMoveTheHand) {
     ASSERT_EQ(suggest(kSimple, {{grip, "/user/hand/right/input/grip/pose"}}), XR_SUCCESS);
     ASSERT_EQ(attach({set}), XR_SUCCESS);
     ASSERT_EQ(sync({set}), XR_SUCCESS);
-    const XrSpace space = actionSpace(grip), tip = actionSpace(grip, XR_NULL_PATH, {{0, 0, 0, 1}, {0, 0, -1}});
+    const XrSpace space = actionSpace(grip),
+                  tip = actionSpace(grip, XR_NULL_PATH, {{0, 0, 0, 1}, {0, 0, -1}});
     EXPECT_FLOAT_EQ(locate(space, kSecond / 4).pose.position.x, 0.25F);
     auto velocity = structOf<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
     auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
@@ -194,7 +196,9 @@ TEST_F(Devices, BadOnesAreRefused) {
         const std::string output = testing::internal::GetCapturedStderr();
         const std::string start = "xrmock: " + file("scenario.json").string() + ": ";
         const std::size_t at = output.find(start);
-        return at == std::string::npos ? output : output.substr(at + start.size(), output.find('\n', at) - at - start.size());
+        return at == std::string::npos
+                   ? output
+                   : output.substr(at + start.size(), output.find('\n', at) - at - start.size());
     };
     EXPECT_EQ(refusal(R"("controllers": {"left": {"values": [{"t_s": 0, "select/clack": 1}]}})"),
               "controllers.left.values[0].select/clack: unknown component");
@@ -215,10 +219,13 @@ TEST_F(Devices, BadOnesAreRefused) {
     const std::string place = "controllers.left.poses.csv: bad.csv line ";
     EXPECT_EQ(csv("t,x,y,z\n"), place + "1: the heading is not the one expected");
     EXPECT_EQ(csv(heading), place + "1: at least one line below the heading expected");
-    EXPECT_EQ(csv(heading + "0,0,0,0,0,0,0\n"), place + "2: as many numbers as the heading has names expected");
-    EXPECT_EQ(csv(heading + "0,0,0,0,0,0,0,x\n"), place + "2: as many numbers as the heading has names expected");
+    EXPECT_EQ(csv(heading + "0,0,0,0,0,0,0\n"),
+              place + "2: as many numbers as the heading has names expected");
+    EXPECT_EQ(csv(heading + "0,0,0,0,0,0,0,x\n"),
+              place + "2: as many numbers as the heading has names expected");
     EXPECT_EQ(csv(heading + "0,0,0,0,0,0,0,2\n"), place + "2: a unit quaternion x y z w expected");
-    EXPECT_EQ(csv(heading + "1,0,0,0,0,0,0,1\n1,0,0,0,0,0,0,1\n"), place + "3: later than the line before expected");
+    EXPECT_EQ(csv(heading + "1,0,0,0,0,0,0,1\n1,0,0,0,0,0,0,1\n"),
+              place + "3: later than the line before expected");
 }
 
 }  // namespace

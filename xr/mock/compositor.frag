@@ -92,9 +92,10 @@ void main() {
         return;
     }
     const float n = min(ceil(texels), kMostSamples);
+    const float spread = 1.0 - 1.0 / texels;  // a sample has the width of a texel already
     colour = vec4(0.0);
     for (float j = 0.5; j < n; ++j)
         for (float i = 0.5; i < n; ++i)
-            colour += bilinear(at + dx * (i / n - 0.5) + dy * (j / n - 0.5));
+            colour += bilinear(at + spread * (dx * (i / n - 0.5) + dy * (j / n - 0.5)));
     colour /= n * n;
 }

@@ -142,7 +142,7 @@ void MockTest::startVulkan() {
     VkInstanceCreateInfo instance_info{};
     instance_info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
     instance_info.pApplicationInfo = &application;
-    const bool validated = hasValidationLayer();
+    const bool validated = validated_ && hasValidationLayer();
     if (validated) {
         instance_info.pNext = &features;
         instance_info.enabledLayerCount = 1;

@@ -91,6 +91,7 @@ class MockTest : public testing::Test {
     XrGraphicsBindingVulkan2KHR binding() const;
     XrResult trySession(const void* binding, XrSession* session);
 
+    bool validated_ = true;                // by Vulkan's validation layer, where there is one
     std::vector<std::string> extensions_;  // for tryInstance; empty: all that are offered
     XrInstance instance_ = XR_NULL_HANDLE;
     XrSystemId system_ = XR_NULL_SYSTEM_ID;

@@ -18,11 +18,6 @@ Rgb rgb(const Rgba& c) {
     return {c[0], c[1], c[2]};
 }
 
-XrQuaternionf turned(double angle_rad, XrVector3f axis) {
-    const auto s = static_cast<float>(std::sin(angle_rad / 2));
-    return {axis.x * s, axis.y * s, axis.z * s, static_cast<float>(std::cos(angle_rad / 2))};
-}
-
 class Composition : public PictureTest {
   protected:
     // A head somewhere, turned; pixels of 0.01 in tangents.
@@ -36,46 +31,21 @@ class Composition : public PictureTest {
         view_ = createSpace(XR_REFERENCE_SPACE_TYPE_VIEW);
     }
 
-    Swapchain picture(std::uint32_t width, std::uint32_t height, const std::vector<Rgba>& texels,
-                      VkFormat format = VK_FORMAT_R8G8B8A8_SRGB) {
-        XrSwapchainCreateInfo info = swapchainInfo();
-        info.usageFlags |= XR_SWAPCHAIN_USAGE_TRANSFER_SRC_BIT;
-        info.width = width;
-        info.height = height;
-        info.format = format;
-        info.arraySize = static_cast<std::uint32_t>(texels.size() / (width * height));
-        const Swapchain swapchain = createSwapchain(info);
-        draw(swapchain, texels);
-        return swapchain;
-    }
     Swapchain solid(Rgba colour) { return picture(4, 4, std::vector(16, colour)); }
 
     XrCompositionLayerQuad quad(const Swapchain& swapchain, XrVector3f position, XrExtent2Df size) {
-        return {XR_TYPE_COMPOSITION_LAYER_QUAD, nullptr, 0, view_, XR_EYE_VISIBILITY_BOTH, whole(swapchain),
-                {{0, 0, 0, 1}, position},       size};
+        return quadLayer(view_, swapchain, {{0, 0, 0, 1}, position}, size);
     }
     XrCompositionLayerCylinderKHR cylinder(const Swapchain& swapchain, float radius, double angle,
                                            float aspect) {
-        return {XR_TYPE_COMPOSITION_LAYER_CYLINDER_KHR,
-                nullptr,
-                0,
-                view_,
-                XR_EYE_VISIBILITY_BOTH,
-                whole(swapchain),
-                kIdentity,
-                radius,
-                static_cast<float>(angle),
-                aspect};
-    }
-    static XrSwapchainSubImage whole(const Swapchain& swapchain, std::uint32_t layer = 0) {
-        return {swapchain.handle,
-                {{0, 0}, {static_cast<int>(swapchain.width), static_cast<int>(swapchain.height)}},
-                layer};
+        return cylinderLayer(view_, swapchain, radius, static_cast<float>(angle), aspect);
     }
 
     // What the two eyes see of these layers.
     template <class... Layers>
     std::array<Picture, 2> seen(const Layers&... layers) {
+        for (const char* name : {"seen_left.png", "seen_right.png"})
+            std::filesystem::remove(file(name));
         label("capture:seen");
         frame({reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layers)...});
         return {readPicture(file("seen_left.png")), readPicture(file("seen_right.png"))};
@@ -381,22 +351,6 @@ TEST_F(Composition, LeavesTheImagesAsTheyAre) {
     const Swapchain swapchain = picture(64, 48, texels);
     seen(quad(swapchain, {0, 0, -2}, {1, 1}));
     EXPECT_EQ(texelsOf(swapchain, swapchain.images[0], 1), texels);
-}
-
-// A picture with soft and hard edges and an alpha of its own.
-std::vector<Rgba> pattern(int width, int height, int cells) {
-    std::vector<Rgba> texels;
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            const bool light = (x * cells / width + y * cells / height) % 2 == 0;
-            const double u = double{x + 0.5} / width, v = double{y + 0.5} / height;
-            const double ring = std::hypot(u - 0.5, v - 0.5);
-            texels.push_back({static_cast<std::uint8_t>(255 * u), static_cast<std::uint8_t>(light ? 220 : 60),
-                              static_cast<std::uint8_t>(255 * (1 - v)),
-                              static_cast<std::uint8_t>(255 * std::clamp(1.5 - 3 * ring, 0.0, 1.0))});
-        }
-    }
-    return texels;
 }
 
 TEST_F(Composition, AgreesWithADoublePrecisionReference) {

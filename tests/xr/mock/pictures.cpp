@@ -1,5 +1,7 @@
 #include "pictures.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 
 // libstb has the functions; this header only declares them.
@@ -17,6 +19,52 @@ Picture readPicture(const std::filesystem::path& path) {
     std::memcpy(picture.pixels.data(), data, picture.pixels.size() * 3);
     stbi_image_free(data);
     return picture;
+}
+
+XrSwapchainSubImage whole(const Swapchain& swapchain, std::uint32_t layer) {
+    return {swapchain.handle,
+            {{0, 0}, {static_cast<int>(swapchain.width), static_cast<int>(swapchain.height)}},
+            layer};
+}
+
+XrCompositionLayerQuad quadLayer(XrSpace space, const Swapchain& swapchain, XrPosef pose,
+                                 XrExtent2Df size_m) {
+    return {XR_TYPE_COMPOSITION_LAYER_QUAD, nullptr,          0,    space,
+            XR_EYE_VISIBILITY_BOTH,         whole(swapchain), pose, size_m};
+}
+
+XrCompositionLayerCylinderKHR cylinderLayer(XrSpace space, const Swapchain& swapchain, float radius_m,
+                                            float angle_rad, float aspect_ratio) {
+    return {XR_TYPE_COMPOSITION_LAYER_CYLINDER_KHR,
+            nullptr,
+            0,
+            space,
+            XR_EYE_VISIBILITY_BOTH,
+            whole(swapchain),
+            kIdentity,
+            radius_m,
+            angle_rad,
+            aspect_ratio};
+}
+
+XrQuaternionf turned(double angle_rad, XrVector3f unit_axis) {
+    const auto s = static_cast<float>(std::sin(angle_rad / 2));
+    return {unit_axis.x * s, unit_axis.y * s, unit_axis.z * s, static_cast<float>(std::cos(angle_rad / 2))};
+}
+
+std::vector<Rgba> pattern(int width, int height, int cells) {
+    std::vector<Rgba> texels;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const bool light = (x * cells / width + y * cells / height) % 2 == 0;
+            const double u = double{x + 0.5} / width, v = double{y + 0.5} / height;
+            const double ring = std::hypot(u - 0.5, v - 0.5);
+            texels.push_back({static_cast<std::uint8_t>(255 * u), static_cast<std::uint8_t>(light ? 220 : 60),
+                              static_cast<std::uint8_t>(255 * (1 - v)),
+                              static_cast<std::uint8_t>(255 * std::clamp(1.5 - 3 * ring, 0.0, 1.0))});
+        }
+    }
+    return texels;
 }
 
 void PictureTest::TearDown() {
@@ -100,6 +148,19 @@ void PictureTest::makeStaging(std::size_t size) {
     }
     ASSERT_EQ(vkAllocateMemory(vk_device_, &allocate, nullptr, &staging_memory_), VK_SUCCESS);
     ASSERT_EQ(vkBindBufferMemory(vk_device_, staging_, staging_memory_, 0), VK_SUCCESS);
+}
+
+Swapchain PictureTest::picture(std::uint32_t width, std::uint32_t height, const std::vector<Rgba>& texels,
+                               VkFormat format) {
+    XrSwapchainCreateInfo info = swapchainInfo();
+    info.usageFlags |= XR_SWAPCHAIN_USAGE_TRANSFER_SRC_BIT;
+    info.width = width;
+    info.height = height;
+    info.format = format;
+    info.arraySize = static_cast<std::uint32_t>(texels.size() / (width * height));
+    const Swapchain swapchain = createSwapchain(info);
+    draw(swapchain, texels);
+    return swapchain;
 }
 
 void PictureTest::draw(const Swapchain& swapchain, const std::vector<Rgba>& texels) {

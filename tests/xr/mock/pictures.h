@@ -16,10 +16,22 @@ struct Picture {
 
 Picture readPicture(const std::filesystem::path& path);  // empty if there is none
 
+// The whole of a layer of a swapchain's images.
+XrSwapchainSubImage whole(const Swapchain& swapchain, std::uint32_t layer = 0);
+XrCompositionLayerQuad quadLayer(XrSpace space, const Swapchain& swapchain, XrPosef pose, XrExtent2Df size_m);
+XrCompositionLayerCylinderKHR cylinderLayer(XrSpace space, const Swapchain& swapchain, float radius_m,
+                                            float angle_rad, float aspect_ratio);
+XrQuaternionf turned(double angle_rad, XrVector3f unit_axis);
+// Soft and hard edges, and an alpha of its own.
+std::vector<Rgba> pattern(int width, int height, int cells);
+
 class PictureTest : public MockTest {
   protected:
     void TearDown() override;
 
+    // A swapchain that holds these texels; as many layers as they fill.
+    Swapchain picture(std::uint32_t width, std::uint32_t height, const std::vector<Rgba>& texels,
+                      VkFormat format = VK_FORMAT_R8G8B8A8_SRGB);
     // Acquires an image, copies the texels into it as they are, layer by layer, and releases it; does not
     // wait for the GPU.
     void draw(const Swapchain& swapchain, const std::vector<Rgba>& texels);

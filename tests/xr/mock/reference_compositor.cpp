@@ -117,9 +117,10 @@ Colour sample(const ReferenceLayer& layer, const Point& at, const std::optional<
     const double texels = std::max(std::hypot(dx[0] * layer.width, dx[1] * layer.height),
                                    std::hypot(dy[0] * layer.width, dy[1] * layer.height));
     const int n = texels <= 1.01 ? 1 : static_cast<int>(std::min(std::ceil(texels), 8.0));
+    const double spread = n == 1 ? 0 : 1 - 1 / texels;  // a sample has the width of a texel already
     for (int j = 0; j < n; ++j) {
         for (int i = 0; i < n; ++i) {
-            const double x = (i + 0.5) / n - 0.5, y = (j + 0.5) / n - 0.5;
+            const double x = spread * ((i + 0.5) / n - 0.5), y = spread * ((j + 0.5) / n - 0.5);
             addBilinear(layer, {at[0] + dx[0] * x + dy[0] * y, at[1] + dx[1] * x + dy[1] * y}, 1.0 / (n * n),
                         colour);
         }

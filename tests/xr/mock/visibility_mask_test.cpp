@@ -164,18 +164,9 @@ TEST_F(VisibilityMask, BlackensPicturesOnRequest) {
     setScript(scenarioWith(
         R"(, "pictures_through_lens": true, "lens": { "outline": [[-0.5, -0.25], [0.75, -0.25], [0.75, 0.5], [-0.5, 0.5]] })"));
     startFocused();
-    XrSwapchainCreateInfo info = swapchainInfo();
-    info.arraySize = 1;
-    const Swapchain white = createSwapchain(info);
-    draw(white, std::vector(64 * 48, Rgba{255, 255, 255, 255}));
-    const XrCompositionLayerQuad wall{XR_TYPE_COMPOSITION_LAYER_QUAD,
-                                      nullptr,
-                                      0,
-                                      createSpace(XR_REFERENCE_SPACE_TYPE_VIEW),
-                                      XR_EYE_VISIBILITY_BOTH,
-                                      {white.handle, {{0, 0}, {64, 48}}, 0},
-                                      {{0, 0, 0, 1}, {0, 0, -1}},
-                                      {9, 9}};
+    const Swapchain white = picture(4, 4, std::vector(16, Rgba{255, 255, 255, 255}));
+    const auto wall =
+        quadLayer(createSpace(XR_REFERENCE_SPACE_TYPE_VIEW), white, {{0, 0, 0, 1}, {0, 0, -1}}, {9, 9});
     label("capture:lens");
     frame({reinterpret_cast<const XrCompositionLayerBaseHeader*>(&wall)});
     const Picture left = readPicture(file("lens_left.png")), right = readPicture(file("lens_right.png"));

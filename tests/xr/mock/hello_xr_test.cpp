@@ -2,10 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
+#include <openxr/openxr.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -23,18 +26,21 @@ std::string freshFolder() {
     return mkdtemp(folder.data()) == nullptr ? std::string() : folder;
 }
 
-// hello_xr ends when its standard input does, so it gets a pipe that stays open.
-Outcome runHelloXr(const std::string& folder, const char* graphics = "Vulkan2") {
+// The body runs in a process of its own, whose output is the outcome's. It gets an input that stays open:
+// hello_xr ends when its own does.
+template <class Body>
+Outcome runApart(const std::string& folder, Body body) {
     int input[2];
     if (pipe(input) != 0) return {};
     const std::string log = folder + "/log.txt";
     const pid_t child = fork();
     if (child == 0) {
-        const int out = open(log.c_str(), O_CREAT | O_WRONLY, 0600);
+        const int out = open(log.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
         dup2(input[0], STDIN_FILENO);
         dup2(out, STDOUT_FILENO);
         dup2(out, STDERR_FILENO);
-        execlp("timeout", "timeout", "120", "hello_xr", "-g", graphics, nullptr);
+        body();
+        std::fflush(nullptr);
         _exit(127);
     }
     int status = 0;
@@ -44,6 +50,11 @@ Outcome runHelloXr(const std::string& folder, const char* graphics = "Vulkan2") 
     std::ostringstream text;
     text << std::ifstream(log).rdbuf();
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text.str()};
+}
+
+Outcome runHelloXr(const std::string& folder, const char* graphics) {
+    return runApart(folder,
+                    [&] { execlp("timeout", "timeout", "120", "hello_xr", "-g", graphics, nullptr); });
 }
 
 class HelloXr : public testing::Test {
@@ -60,10 +71,25 @@ class HelloXr : public testing::Test {
     }
     void TearDown() override {
         for (const char* name : {"XRMOCK_SCENARIO", "XRMOCK_CAPTURE", "XR_ENABLE_API_LAYERS",
-                                 "XR_CORE_VALIDATION_EXPORT_TYPE"}) {
+                                 "XR_CORE_VALIDATION_EXPORT_TYPE", "VK_INSTANCE_LAYERS"}) {
             unsetenv(name);
         }
-        std::filesystem::remove_all(folder_);
+        if (!folder_.empty()) std::filesystem::remove_all(folder_);
+    }
+    // Reaches the focus, submits 300 frames and leaves of its own accord.
+    void expectAWholeLife(const Outcome& outcome) {
+        EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
+        EXPECT_NE(outcome.output.find("VISIBLE->XR_SESSION_STATE_FOCUSED"), std::string::npos)
+            << outcome.output;
+        EXPECT_NE(outcome.output.find("IDLE->XR_SESSION_STATE_EXITING"), std::string::npos) << outcome.output;
+        EXPECT_NE(frames().find("\"submitted\": 300,"), std::string::npos) << frames();
+    }
+    static void enableCoreValidation() {
+        setenv("XR_ENABLE_API_LAYERS", "XR_APILAYER_LUNARG_core_validation", 1);
+        setenv("XR_CORE_VALIDATION_EXPORT_TYPE", "text", 1);
+    }
+    static bool coreValidationRan(const Outcome& outcome) {
+        return outcome.output.find("Core Validation output type: text") != std::string::npos;
     }
     std::string frames() const {
         std::ostringstream text;
@@ -74,29 +100,61 @@ class HelloXr : public testing::Test {
 };
 
 TEST_F(HelloXr, RunsThreeHundredFramesAndLeaves) {
-    const Outcome outcome = runHelloXr(folder_);
-    EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
-    EXPECT_NE(outcome.output.find("VISIBLE->XR_SESSION_STATE_FOCUSED"), std::string::npos) << outcome.output;
-    EXPECT_NE(outcome.output.find("IDLE->XR_SESSION_STATE_EXITING"), std::string::npos) << outcome.output;
-    EXPECT_NE(frames().find("\"submitted\": 300,"), std::string::npos) << frames();
-}
-
-TEST_F(HelloXr, BringsItsOwnVulkan) {
-    const Outcome outcome = runHelloXr(folder_, "Vulkan");  // XR_KHR_vulkan_enable
-    EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
-    EXPECT_NE(frames().find("\"submitted\": 300,"), std::string::npos) << frames();
+    for (const char* graphics : {"Vulkan2", "Vulkan"}) {
+        SCOPED_TRACE(graphics);
+        expectAWholeLife(runHelloXr(folder_, graphics));
+    }
 }
 
 TEST_F(HelloXr, PleasesCoreValidation) {
-    setenv("XR_ENABLE_API_LAYERS", "XR_APILAYER_LUNARG_core_validation", 1);
-    setenv("XR_CORE_VALIDATION_EXPORT_TYPE", "text", 1);
-    const Outcome outcome = runHelloXr(folder_);
-    if (outcome.output.find("Core Validation output type: text") == std::string::npos) {
+    enableCoreValidation();
+    for (const char* graphics : {"Vulkan2", "Vulkan"}) {
+        SCOPED_TRACE(graphics);
+        const Outcome outcome = runHelloXr(folder_, graphics);
+        if (!coreValidationRan(outcome)) {
+            GTEST_SKIP()
+                << "the core_validation layer (package openxr-layer-corevalidation) is not installed";
+        }
+        expectAWholeLife(outcome);
+        EXPECT_EQ(outcome.output.find("VUID"), std::string::npos) << outcome.output;
+    }
+}
+
+// The layer that found nothing above does find something when there is something.
+TEST_F(HelloXr, CoreValidationSeesAViolation) {
+    enableCoreValidation();
+    const Outcome outcome = runApart(folder_, [] {
+        XrInstanceCreateInfo info{};
+        info.type = XR_TYPE_INSTANCE_CREATE_INFO;
+        std::strcpy(info.applicationInfo.applicationName, "violator");
+        info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 0);
+        XrInstance instance = XR_NULL_HANDLE;
+        if (xrCreateInstance(&info, &instance) != XR_SUCCESS) return;
+        const XrSystemGetInfo wrong{XR_TYPE_VIEW, nullptr, XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY};
+        XrSystemId system = XR_NULL_SYSTEM_ID;
+        const XrResult result = xrGetSystem(instance, &wrong, &system);
+        std::fflush(nullptr);
+        _exit(result == XR_ERROR_VALIDATION_FAILURE ? 0 : 1);
+    });
+    if (!coreValidationRan(outcome)) {
         GTEST_SKIP() << "the core_validation layer (package openxr-layer-corevalidation) is not installed";
     }
     EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
-    EXPECT_EQ(outcome.output.find("VUID"), std::string::npos) << outcome.output;
-    EXPECT_NE(frames().find("\"submitted\": 300,"), std::string::npos) << frames();
+    EXPECT_NE(outcome.output.find("VUID-XrSystemGetInfo-type-type"), std::string::npos) << outcome.output;
+}
+
+TEST_F(HelloXr, PleasesVulkanValidation) {
+    setenv("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation", 1);
+    for (const char* graphics : {"Vulkan2", "Vulkan"}) {
+        SCOPED_TRACE(graphics);
+        const Outcome outcome = runHelloXr(folder_, graphics);
+        if (outcome.output.find("VK_LAYER_KHRONOS_validation") == std::string::npos) {
+            GTEST_SKIP() << "the Vulkan validation layer (package vulkan-validationlayers) is not installed";
+        }
+        expectAWholeLife(outcome);
+        EXPECT_EQ(outcome.output.find("Validation Error"), std::string::npos) << outcome.output;
+        EXPECT_EQ(outcome.output.find("VUID"), std::string::npos) << outcome.output;
+    }
 }
 
 }  // namespace

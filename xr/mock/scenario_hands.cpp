@@ -99,7 +99,7 @@ std::string jointsHeading() {
     std::string heading = "t_s";
     for (int joint = 0; joint < XR_HAND_JOINT_COUNT_EXT; ++joint) {
         for (const char* column : {"x", "y", "z", "qx", "qy", "qz", "qw", "r"})
-            heading += "," + std::to_string(joint) + column;
+            heading.append(",").append(std::to_string(joint)).append(column);
     }
     return heading;
 }

@@ -50,7 +50,7 @@ std::string eyePng(Call& call, Session& session, const SubmittedFrame& frame, st
 }
 
 void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame) {
-    if (session.capture_name.empty() || frame.layers.empty()) return;
+    if (session.capture_name.empty() || frame.layers.empty() || session.frames.begun_fate.dropped) return;
     try {
         captureEyes(call, session, frame);
     } catch (const Refused& refused) {

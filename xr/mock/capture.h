@@ -15,8 +15,9 @@ std::string captureName(const std::string& label);
 // performance how long that took. Throws std::runtime_error or Refused.
 std::string eyePng(Call& call, Session& session, const SubmittedFrame& frame, std::size_t eye);
 
-// Makes the pictures that are due with this frame: FOLDER/NAME_left.png and FOLDER/NAME_right.png. Waits for
-// the GPU. A picture that fails does not fail the frame: the application did nothing wrong.
+// Makes the pictures that are due with this frame, unless nobody will ever see it: FOLDER/NAME_left.png and
+// FOLDER/NAME_right.png. Waits for the GPU. A picture that fails does not fail the frame: the application did
+// nothing wrong.
 void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame);
 
 // FOLDER/frames.json: what the instance counted.

@@ -22,7 +22,7 @@ class Composition : public PictureTest {
   protected:
     // A head somewhere, turned; pixels of 0.01 in tangents.
     void begin(const std::string& more = "") {
-        setScript(R"({ "version": 1, "eyes": { "ipd_m": 0.06, "recommended_size": [200, 200],
+        setScript(R"({ "version": 2, "eyes": { "ipd_m": 0.06, "recommended_size": [200, 200],
             "left_fov_rad": [-0.7853981634, 0.7853981634, 0.7853981634, -0.7853981634],
             "right_fov_rad": [-0.7853981634, 0.7853981634, 0.7853981634, -0.7853981634] },
             "head": [ { "t_s": 0, "position": [0.3, 1.6, -0.2], "orientation": [0.1, 0.7, 0.1, 0.7] } ])" +
@@ -343,6 +343,15 @@ TEST_F(Composition, ALayerFollowsAHandAndGoesWithIt) {
     fixed.pose.position = {0.3F, 1.6F, -2.2F};
     const Picture in_hand = seen(shown)[0];
     EXPECT_EQ(in_hand.pixels, seen(fixed)[0].pixels);
+}
+
+TEST_F(Composition, ADroppedFrameIsNotSeen) {
+    begin(R"(, "events": [ { "frame": 5, "frames": { "dropped": true } } ])");
+    const auto red = quad(solid(kRed), {0, 0, -2}, {1, 1}), green = quad(solid(kGreen), {0, 0, -2}, {1, 1});
+    frame();  // 4
+    EXPECT_TRUE(seen(red)[0].pixels.empty());
+    frame({reinterpret_cast<const XrCompositionLayerBaseHeader*>(&green)});
+    EXPECT_EQ(readPicture(file("seen_left.png")).at(100, 100), rgb(kGreen));
 }
 
 TEST_F(Composition, LeavesTheImagesAsTheyAre) {

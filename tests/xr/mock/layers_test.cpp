@@ -100,6 +100,15 @@ TEST_F(ExtensionLayers, CylindersAreChecked) {
     EXPECT_EQ(submit(&layer), XR_ERROR_LAYER_INVALID);
 }
 
+TEST_F(ExtensionLayers, NeedTheirExtension) {
+    extensions_ = {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME};
+    begin();
+    const auto layer = cylinder();
+    EXPECT_EQ(submit(&layer), XR_ERROR_LAYER_INVALID);
+    // Without the extension nobody reads the structure.
+    EXPECT_EQ(submitDepth({XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR, nullptr, {}, 3, 2, 1, 1}), XR_SUCCESS);
+}
+
 TEST_F(ExtensionLayers, DepthIsChecked) {
     begin();
     XrCompositionLayerDepthInfoKHR depth{

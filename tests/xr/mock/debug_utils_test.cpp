@@ -145,6 +145,55 @@ TEST_F(DebugUtils, AChainedMessengerHearsCreationAndDestruction) {
     EXPECT_EQ(heardFrom("xrDestroyInstance"), 1);
 }
 
+struct Caller {
+    XrInstance instance;
+    int calls = 0;
+};
+
+XRAPI_ATTR XrBool32 XRAPI_CALL callBack(XrDebugUtilsMessageSeverityFlagsEXT, XrDebugUtilsMessageTypeFlagsEXT,
+                                        const XrDebugUtilsMessengerCallbackDataEXT*, void* caller) {
+    auto& self = *static_cast<Caller*>(caller);
+    XrPath path = XR_NULL_PATH;
+    EXPECT_EQ(xrStringToPath(self.instance, "/user/hand/left", &path), XR_SUCCESS);
+    ++self.calls;
+    return XR_FALSE;
+}
+
+TEST_F(DebugUtils, ACallbackMayCall) {
+    start();
+    Caller caller{instance_};
+    XrDebugUtilsMessengerCreateInfoEXT info = messengerInfo();
+    info.userCallback = callBack;
+    info.userData = &caller;
+    ASSERT_EQ(tryMessenger(info), XR_SUCCESS);
+    EXPECT_EQ(xrGetSystem(instance_, nullptr, nullptr), XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_GE(caller.calls, 1);
+}
+
+TEST_F(DebugUtils, ChecksTheMessagesItPassesOn) {
+    start();
+    const auto submit = load<PFN_xrSubmitDebugUtilsMessageEXT>(instance_, "xrSubmitDebugUtilsMessageEXT");
+    constexpr auto kInfo = XR_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT;
+    constexpr auto kGeneral = XR_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT;
+    auto data =
+        structOf<XrDebugUtilsMessengerCallbackDataEXT>(XR_TYPE_DEBUG_UTILS_MESSENGER_CALLBACK_DATA_EXT);
+    data.functionName = "here";
+    data.message = "words";
+    EXPECT_EQ(submit(instance_, kInfo, kGeneral, &data), XR_SUCCESS);
+    EXPECT_EQ(submit(instance_, kInfo | XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT, kGeneral, &data),
+              XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(submit(instance_, 2, kGeneral, &data), XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(submit(instance_, kInfo, XrDebugUtilsMessageTypeFlagsEXT{1} << 20, &data),
+              XR_ERROR_VALIDATION_FAILURE);
+    auto object = structOf<XrDebugUtilsObjectNameInfoEXT>(XR_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT);
+    data.objectCount = 1;
+    EXPECT_EQ(submit(instance_, kInfo, kGeneral, &data), XR_ERROR_VALIDATION_FAILURE);
+    data.objects = &object;
+    EXPECT_EQ(submit(instance_, kInfo, kGeneral, &data), XR_ERROR_VALIDATION_FAILURE);  // of unknown type
+    object.objectType = XR_OBJECT_TYPE_INSTANCE;
+    EXPECT_EQ(submit(instance_, kInfo, kGeneral, &data), XR_SUCCESS);
+}
+
 TEST_F(DebugUtils, ChecksWhatItIsGiven) {
     startSession();
     XrDebugUtilsMessengerCreateInfoEXT info = messengerInfo();

@@ -111,6 +111,56 @@ TEST_F(Negotiation, RefusesStrangers) {
     EXPECT_EQ(negotiate_(&loader_, &request_), XR_SUCCESS);
 }
 
+TEST_F(Negotiation, InstancesAreApart) {
+    ASSERT_EQ(negotiate_(&loader_, &request_), XR_SUCCESS);
+    const auto function = [&](XrInstance instance, const char* name) {
+        PFN_xrVoidFunction found = nullptr;
+        EXPECT_EQ(request_.getInstanceProcAddr(instance, name, &found), XR_SUCCESS) << name;
+        return found;
+    };
+    const auto create = reinterpret_cast<PFN_xrCreateInstance>(function(XR_NULL_HANDLE, "xrCreateInstance"));
+    const char* debug_utils = XR_EXT_DEBUG_UTILS_EXTENSION_NAME;
+    XrInstanceCreateInfo info{};
+    info.type = XR_TYPE_INSTANCE_CREATE_INFO;
+    std::strcpy(info.applicationInfo.applicationName, "twice");
+    info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 0);
+    info.enabledExtensionCount = 1;
+    info.enabledExtensionNames = &debug_utils;
+    XrInstance one = XR_NULL_HANDLE, other = XR_NULL_HANDLE;
+    ASSERT_EQ(create(&info, &one), XR_SUCCESS);
+    ASSERT_EQ(create(&info, &other), XR_SUCCESS);
+
+    const auto create_set = reinterpret_cast<PFN_xrCreateActionSet>(function(one, "xrCreateActionSet"));
+    XrActionSetCreateInfo set_info{};
+    set_info.type = XR_TYPE_ACTION_SET_CREATE_INFO;
+    std::strcpy(set_info.actionSetName, "same_name");
+    std::strcpy(set_info.localizedActionSetName, "Same name");
+    XrActionSet sets[2] = {};
+    EXPECT_EQ(create_set(one, &set_info, &sets[0]), XR_SUCCESS);
+    EXPECT_EQ(create_set(other, &set_info, &sets[1]), XR_SUCCESS);
+    const auto name =
+        reinterpret_cast<PFN_xrSetDebugUtilsObjectNameEXT>(function(one, "xrSetDebugUtilsObjectNameEXT"));
+    const XrDebugUtilsObjectNameInfoEXT name_info{XR_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT, nullptr,
+                                                  XR_OBJECT_TYPE_ACTION_SET,
+                                                  reinterpret_cast<std::uint64_t>(sets[1]), "the other's"};
+    EXPECT_EQ(name(one, &name_info), XR_ERROR_HANDLE_INVALID);
+    EXPECT_EQ(name(other, &name_info), XR_SUCCESS);
+    const auto to_path = reinterpret_cast<PFN_xrStringToPath>(function(one, "xrStringToPath"));
+    const auto to_string = reinterpret_cast<PFN_xrPathToString>(function(one, "xrPathToString"));
+    XrPath path = XR_NULL_PATH;
+    ASSERT_EQ(to_path(one, "/known/to/one", &path), XR_SUCCESS);
+    std::uint32_t count = 0;
+    EXPECT_EQ(to_string(one, path, 0, &count, nullptr), XR_SUCCESS);
+    EXPECT_EQ(to_string(other, path, 0, &count, nullptr), XR_ERROR_PATH_INVALID);
+
+    const auto destroy = reinterpret_cast<PFN_xrDestroyInstance>(function(one, "xrDestroyInstance"));
+    const auto destroy_set = reinterpret_cast<PFN_xrDestroyActionSet>(function(one, "xrDestroyActionSet"));
+    EXPECT_EQ(destroy(one), XR_SUCCESS);
+    EXPECT_EQ(destroy_set(sets[0]), XR_ERROR_HANDLE_INVALID);
+    EXPECT_EQ(destroy_set(sets[1]), XR_SUCCESS);
+    EXPECT_EQ(destroy(other), XR_SUCCESS);
+}
+
 TEST_F(Negotiation, EveryCoreFunctionIsThere) {
     ASSERT_EQ(negotiate_(&loader_, &request_), XR_SUCCESS);
     PFN_xrVoidFunction function = nullptr;

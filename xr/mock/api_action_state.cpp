@@ -6,6 +6,7 @@
 #include "api.h"
 #include "director.h"
 #include "objects.h"
+#include "openxr_later.h"
 #include "verify.h"
 
 namespace xrmock {
@@ -35,6 +36,26 @@ bool hasSubaction(const InputState& input, std::uint64_t set, XrPath path) {
     return std::any_of(input.actions.begin(), input.actions.end(), [&](const auto& entry) {
         return entry.second.set == set && entry.second.values.contains(path);
     });
+}
+
+// XR_EXT_active_action_set_priority.
+Priorities prioritiesOf(Call& call, const Session& session, const XrActionsSyncInfo& info) {
+    Priorities priorities;
+    const auto* given =
+        findInChain<XrActiveActionSetPrioritiesEXT>(info.next, XR_TYPE_ACTIVE_ACTION_SET_PRIORITIES_EXT);
+    if (given == nullptr ||
+        !session.instance.extensions.contains(XR_EXT_ACTIVE_ACTION_SET_PRIORITY_EXTENSION_NAME)) {
+        return priorities;
+    }
+    require(given->actionSetPriorityCount == 0 || given->actionSetPriorities != nullptr,
+            XR_ERROR_VALIDATION_FAILURE, "actionSetPriorities is null");
+    for (std::uint32_t i = 0; i < given->actionSetPriorityCount; ++i) {
+        const XrActiveActionSetPriorityEXT& each = given->actionSetPriorities[i];
+        const std::uint64_t set = call.live<ActionSet>(each.actionSet).handle;
+        require(priorities.emplace(set, each.priorityOverride).second, XR_ERROR_VALIDATION_FAILURE,
+                "an action set has two priorities");
+    }
+    return priorities;
 }
 
 const AttachedAction& hapticAction(Call& call, const Session& session, const XrHapticActionInfo* info) {
@@ -116,6 +137,7 @@ XrResult syncActions(Call& call, XrSession handle, const XrActionsSyncInfo* info
         }
         active.push_back({set.handle, each.subactionPath});
     }
+    const Priorities priorities = prioritiesOf(call, session, *info);
     if (session.progress.state != XR_SESSION_STATE_FOCUSED) {
         releaseInput(session.input);
         stopAllPulses(session.haptics, now_ns);
@@ -128,7 +150,7 @@ XrResult syncActions(Call& call, XrSession handle, const XrActionsSyncInfo* info
                                                  handle},
             handle);
     }
-    syncInput(session.input, sources, active, now_ns);
+    syncInput(session.input, sources, active, priorities, now_ns);
     return XR_SUCCESS;
 }
 

@@ -147,8 +147,9 @@ XrResult suggestInteractionProfileBindings(Call& call, XrInstance handle,
     require(info->countSuggestedBindings > 0 && info->suggestedBindings != nullptr,
             XR_ERROR_VALIDATION_FAILURE, "there are no suggested bindings");
     const std::string& profile_path = pathString(instance, info->interactionProfile);
-    const Profile* profile = findProfile(profile_path);
-    require(profile != nullptr, XR_ERROR_PATH_UNSUPPORTED, "not an interaction profile of OpenXR 1.0");
+    const Profile* profile = findProfile(profile_path, instance.extensions);
+    require(profile != nullptr, XR_ERROR_PATH_UNSUPPORTED,
+            "not an interaction profile of OpenXR 1.0 or an enabled extension");
     std::vector<SuggestedBinding> suggestions;
     for (std::uint32_t i = 0; i < info->countSuggestedBindings; ++i) {
         const XrActionSuggestedBinding& suggested = info->suggestedBindings[i];
@@ -158,7 +159,7 @@ XrResult suggestInteractionProfileBindings(Call& call, XrInstance handle,
         require(&action.set.instance == &instance, XR_ERROR_VALIDATION_FAILURE,
                 "an action is of another instance");
         const auto path = splitBindingPath(pathString(instance, suggested.binding));
-        require(path && hasComponent(*profile, *path), XR_ERROR_PATH_UNSUPPORTED,
+        require(path && hasComponent(*profile, *path, instance.extensions), XR_ERROR_PATH_UNSUPPORTED,
                 "the profile has no such binding path");
         suggestions.push_back({action.handle, suggested.binding});
     }
@@ -223,8 +224,8 @@ XrResult getInputSourceLocalizedName(Call& call, XrSession handle,
     const auto path = splitBindingPath(source);
     require(path.has_value(), XR_ERROR_PATH_UNSUPPORTED, "not the path of a source");
     const Profile* profile = session.input.profiles[static_cast<std::size_t>(path->user)];
-    require(profile != nullptr && hasComponent(*profile, *path), XR_ERROR_PATH_UNSUPPORTED,
-            "the current interaction profile has no such source");
+    require(profile != nullptr && hasComponent(*profile, *path, session.instance.extensions),
+            XR_ERROR_PATH_UNSUPPORTED, "the current interaction profile has no such source");
     return twoCallString(capacity, count, buffer, localizedName(*profile, *path, info->whichComponents));
 }
 

@@ -52,8 +52,9 @@ XrResult setInputDeviceActive(Call& call, XrSession handle, XrPath profile_path,
                               XrBool32 active) {
     Session& session = call.live<Session>(handle);
     const std::string& profile = pathString(session.instance, profile_path);
-    const Profile* known = findProfile(profile);
-    require(known != nullptr, XR_ERROR_PATH_UNSUPPORTED, "not an interaction profile of OpenXR 1.0");
+    const Profile* known = findProfile(profile, session.instance.extensions);
+    require(known != nullptr, XR_ERROR_PATH_UNSUPPORTED,
+            "not an interaction profile of OpenXR 1.0 or an enabled extension");
     const User user = requireUser(session.instance, top_level_path);
     require(!componentsOf(*known, user).empty(), XR_ERROR_PATH_UNSUPPORTED,
             "the interaction profile is not for this top level path");

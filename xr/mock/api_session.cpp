@@ -60,6 +60,7 @@ void enter(Session& session, XrSessionState state, std::int64_t now_ns) {
                                                                 nullptr, handle, state, now_ns},
                                  handle);
     observeState(session, state, now_ns);
+    if (state != XR_SESSION_STATE_FOCUSED) stopAllPulses(session.haptics, now_ns);
     if (state == XR_SESSION_STATE_STOPPING) releaseInput(session.input);
 }
 

@@ -21,10 +21,11 @@ bool isSetActive(const std::vector<ActiveSet>& active, std::uint64_t set, XrPath
 }
 
 std::map<Control, std::uint32_t> highestPriorities(const InputState& input,
-                                                   const std::vector<ActiveSet>& active) {
+                                                   const std::vector<ActiveSet>& active,
+                                                   const Priorities& priorities) {
     std::map<Control, std::uint32_t> highest;
     for (const auto& [handle, action] : input.actions) {
-        const std::uint32_t priority = input.set_priorities.at(action.set);
+        const std::uint32_t priority = priorities.at(action.set);
         for (const Binding& binding : action.bindings) {
             if (!isLive(input, binding) || !isSetActive(active, action.set, binding.user_path)) continue;
             for (const std::string& component : binding.components) {
@@ -102,10 +103,11 @@ bool updateProfiles(InputState& input, const Sources& sources, std::int64_t now_
 }
 
 void syncInput(InputState& input, const Sources& sources, const std::vector<ActiveSet>& active,
-               std::int64_t now_ns) {
-    const auto highest = highestPriorities(input, active);
+               Priorities priorities, std::int64_t now_ns) {
+    priorities.insert(input.set_priorities.begin(), input.set_priorities.end());
+    const auto highest = highestPriorities(input, active, priorities);
     for (auto& [handle, action] : input.actions) {
-        const std::uint32_t priority = input.set_priorities.at(action.set);
+        const std::uint32_t priority = priorities.at(action.set);
         const auto contributes = [&](const Binding& binding, XrPath subaction_path) {
             return isLive(input, binding) &&
                    (subaction_path == XR_NULL_PATH || subaction_path == binding.user_path) &&

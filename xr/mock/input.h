@@ -67,9 +67,11 @@ bool isLive(const InputState& input, const Binding& binding);
 
 // The current profiles from now on. True if one of them is another than before.
 bool updateProfiles(InputState& input, const Sources& sources, std::int64_t now_ns);
-// Reads the devices. Where two active sets want the same source, the higher priority has it.
+// Reads the devices. Where two active sets want the same source, the higher priority has it; priorities that
+// are not given are those that the sets were created with.
+using Priorities = std::map<std::uint64_t, std::uint32_t>;  // by action set handle
 void syncInput(InputState& input, const Sources& sources, const std::vector<ActiveSet>& active,
-               std::int64_t now_ns);
+               Priorities priorities, std::int64_t now_ns);
 // Makes every action inactive.
 void releaseInput(InputState& input);
 

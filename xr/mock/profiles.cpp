@@ -1,15 +1,17 @@
-// The table follows OpenXR 1.0, section 6.4, "Interaction Profile Paths".
+// The table follows OpenXR 1.0, section 6.4, "Interaction Profile Paths", and the chapters of the extensions.
 #include "profiles.h"
 
 #include <algorithm>
 #include <array>
 #include <iterator>
 
+#include "openxr_later.h"
+
 namespace xrmock {
 
 namespace {
 
-#define POSES "input/grip/pose input/aim/pose"
+#define POSES "input/grip/pose input/aim/pose input/palm_ext/pose"
 #define TRACKPAD "input/trackpad/x input/trackpad/y input/trackpad/click input/trackpad/touch "
 #define THUMBSTICK "input/thumbstick/x input/thumbstick/y input/thumbstick/click "
 
@@ -45,10 +47,28 @@ constexpr char kIndex[] =
     "input/thumbstick/touch " THUMBSTICK
     "input/trackpad/x input/trackpad/y input/trackpad/force input/trackpad/touch " POSES " output/haptic";
 
+#define COSMOS_BOTH                                                                     \
+    "input/shoulder/click input/squeeze/click input/trigger/click input/trigger/value " \
+    "input/thumbstick/touch " THUMBSTICK POSES " output/haptic"
+constexpr char kCosmosLeft[] = "input/x/click input/y/click input/menu/click " COSMOS_BOTH;
+constexpr char kCosmosRight[] = "input/a/click input/b/click input/system/click " COSMOS_BOTH;
+#define FOCUS3_BOTH                                                                                          \
+    "input/squeeze/click input/squeeze/touch input/squeeze/value input/trigger/click "                       \
+    "input/trigger/touch input/trigger/value input/thumbstick/touch input/thumbrest/touch " THUMBSTICK POSES \
+    " output/haptic"
+constexpr char kFocus3Left[] = "input/x/click input/y/click input/menu/click " FOCUS3_BOTH;
+constexpr char kFocus3Right[] = "input/a/click input/b/click input/system/click " FOCUS3_BOTH;
+#define HP_BOTH "input/menu/click input/squeeze/value input/trigger/value " THUMBSTICK POSES " output/haptic"
+constexpr char kHpLeft[] = "input/x/click input/y/click " HP_BOTH;
+constexpr char kHpRight[] = "input/a/click input/b/click " HP_BOTH;
+
 #undef POSES
 #undef TRACKPAD
 #undef THUMBSTICK
 #undef TOUCH_BOTH
+#undef COSMOS_BOTH
+#undef FOCUS3_BOTH
+#undef HP_BOTH
 
 constexpr User kLeft = User::left_hand;
 constexpr User kRight = User::right_hand;
@@ -63,6 +83,10 @@ constexpr ProfileDevice kGoDevices[] = {{kLeft, kGo}, {kRight, kGo}};
 constexpr ProfileDevice kTouchDevices[] = {{kLeft, kTouchLeft}, {kRight, kTouchRight}};
 constexpr ProfileDevice kIndexDevices[] = {{kLeft, kIndex}, {kRight, kIndex}};
 
+constexpr ProfileDevice kCosmosDevices[] = {{kLeft, kCosmosLeft}, {kRight, kCosmosRight}};
+constexpr ProfileDevice kFocus3Devices[] = {{kLeft, kFocus3Left}, {kRight, kFocus3Right}};
+constexpr ProfileDevice kHpDevices[] = {{kLeft, kHpLeft}, {kRight, kHpRight}};
+
 constexpr Profile kProfiles[] = {
     {"/interaction_profiles/khr/simple_controller", "Simple Controller", kSimpleDevices},
     {"/interaction_profiles/google/daydream_controller", "Daydream Controller", kDaydreamDevices},
@@ -73,6 +97,14 @@ constexpr Profile kProfiles[] = {
     {"/interaction_profiles/oculus/go_controller", "Go Controller", kGoDevices},
     {"/interaction_profiles/oculus/touch_controller", "Touch Controller", kTouchDevices},
     {"/interaction_profiles/valve/index_controller", "Index Controller", kIndexDevices},
+    {"/interaction_profiles/hp/mixed_reality_controller", "HP Mixed Reality Controller", kHpDevices,
+     XR_EXT_HP_MIXED_REALITY_CONTROLLER_EXTENSION_NAME},
+    {"/interaction_profiles/htc/vive_cosmos_controller", "Vive Cosmos Controller", kCosmosDevices,
+     XR_HTC_VIVE_COSMOS_CONTROLLER_INTERACTION_EXTENSION_NAME},
+    {"/interaction_profiles/htc/vive_focus3_controller", "Vive Focus 3 Controller", kFocus3Devices,
+     XR_HTC_VIVE_FOCUS3_CONTROLLER_INTERACTION_EXTENSION_NAME},
+    {"/interaction_profiles/samsung/odyssey_controller", "Odyssey Controller", kMotionDevices,
+     XR_EXT_SAMSUNG_ODYSSEY_CONTROLLER_EXTENSION_NAME},
 };
 
 // Calls visit(component) for each component until it returns true.
@@ -96,6 +128,13 @@ const Profile* findProfile(std::string_view path) {
     const auto* found = std::find_if(std::begin(kProfiles), std::end(kProfiles),
                                      [&](const Profile& profile) { return path == profile.path; });
     return found == std::end(kProfiles) ? nullptr : found;
+}
+
+const Profile* findProfile(std::string_view path, const Extensions& extensions) {
+    const Profile* profile = findProfile(path);
+    const bool usable =
+        profile != nullptr && (profile->extension == nullptr || extensions.contains(profile->extension));
+    return usable ? profile : nullptr;
 }
 
 std::string_view componentsOf(const Profile& profile, User user) {
@@ -122,7 +161,11 @@ std::optional<BindingPath> splitBindingPath(std::string_view path) {
     return std::nullopt;
 }
 
-bool hasComponent(const Profile& profile, const BindingPath& binding) {
+bool hasComponent(const Profile& profile, const BindingPath& binding, const Extensions& extensions) {
+    if (binding.component.starts_with("input/palm_ext") &&
+        !extensions.contains(XR_EXT_PALM_POSE_EXTENSION_NAME)) {
+        return false;
+    }
     const std::string below = binding.component + "/";
     // "input" alone is above every component but is no binding.
     return binding.component.find('/') != std::string::npos &&

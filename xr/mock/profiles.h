@@ -1,8 +1,9 @@
-// The interaction profiles of OpenXR 1.0 and the components each of them has.
+// The interaction profiles of OpenXR 1.0 and of extensions, and the components each of them has.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,9 +23,13 @@ struct Profile {
     const char* path;
     const char* title;
     std::span<const ProfileDevice> devices;
+    const char* extension = nullptr;  // that it takes; null: core
 };
+using Extensions = std::set<std::string, std::less<>>;  // the enabled ones
 
+// Of all that there are, null for none; and of those that the application may use.
 const Profile* findProfile(std::string_view path);
+const Profile* findProfile(std::string_view path, const Extensions& extensions);
 
 // Separated by blanks; empty if the profile is not for this user path.
 std::string_view componentsOf(const Profile& profile, User user);
@@ -39,7 +44,7 @@ struct BindingPath {
 std::optional<BindingPath> splitBindingPath(std::string_view path);
 
 // Whether the profile has this component, or one below it ("input/select" for "input/select/click").
-bool hasComponent(const Profile& profile, const BindingPath& binding);
+bool hasComponent(const Profile& profile, const BindingPath& binding, const Extensions& extensions);
 
 // The components that an action of this type reads when bound to this path: one, or x and y for a vector.
 // Empty when nothing there fits the type.

@@ -37,7 +37,7 @@ MaskChange parseMaskChange(const Field& field) {
 
 ProfileChange parseProfileChange(const Field& field) {
     const std::string profile = field.text();
-    if (findProfile(profile) == nullptr) field.fail("not a profile of OpenXR 1.0");
+    if (findProfile(profile) == nullptr) field.fail("not an interaction profile");
     return {profile};
 }
 

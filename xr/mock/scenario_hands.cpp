@@ -29,7 +29,7 @@ std::string readProfile(const Field& field, User user) {
     if (field.value.is_null()) return {};
     const std::string path = field.text();
     const Profile* profile = findProfile(path);
-    if (profile == nullptr) field.fail("not a profile of OpenXR 1.0");
+    if (profile == nullptr) field.fail("not an interaction profile");
     if (componentsOf(*profile, user).empty()) field.fail("not a profile of this user path");
     return path;
 }

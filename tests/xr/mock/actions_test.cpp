@@ -281,5 +281,107 @@ TEST_F(Actions, AttachedActionsOutliveTheirHandles) {
     EXPECT_EQ(location.locationFlags, 15U);
 }
 
+TEST_F(Actions, ProfilesOfExtensionsNeedTheExtension) {
+    constexpr char kHp[] = "/interaction_profiles/hp/mixed_reality_controller";
+    constexpr char kFocus3[] = "/interaction_profiles/htc/vive_focus3_controller";
+    for (const bool enabled : {false, true}) {
+        extensions_ = {"XR_KHR_vulkan_enable2"};
+        if (enabled) {
+            for (const char* each : {"XR_EXT_hp_mixed_reality_controller", "XR_EXT_palm_pose",
+                                     "XR_HTC_vive_focus3_controller_interaction"})
+                extensions_.push_back(each);
+        }
+        start();
+        const XrActionSet set = actionSet("set");
+        const XrAction press = action(set, "press", XR_ACTION_TYPE_BOOLEAN_INPUT);
+        const XrResult expected = enabled ? XR_SUCCESS : XR_ERROR_PATH_UNSUPPORTED;
+        EXPECT_EQ(suggest(kHp, {{press, "/user/hand/right/input/a/click"}}), expected);
+        EXPECT_EQ(suggest(kFocus3, {{press, "/user/hand/left/input/squeeze"}}), expected);
+        EXPECT_EQ(suggest(kSimple, {{press, "/user/hand/left/input/palm_ext/pose"}}), expected);
+        EXPECT_EQ(suggest(kTouch, {{press, "/user/hand/left/input/palm_ext"}}), expected);
+        // What OpenXR 1.1 added is not there.
+        EXPECT_EQ(suggest(kTouch, {{press, "/user/hand/left/input/trigger/proximity"}}),
+                  XR_ERROR_PATH_UNSUPPORTED);
+        EXPECT_EQ(suggest(kSimple, {{press, "/user/hand/left/input/grip_surface/pose"}}),
+                  XR_ERROR_PATH_UNSUPPORTED);
+        EXPECT_EQ(suggest("/interaction_profiles/samsung/odyssey_controller",
+                          {{press, "/user/hand/left/input/menu/click"}}),
+                  XR_ERROR_PATH_UNSUPPORTED);
+        ASSERT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
+        instance_ = XR_NULL_HANDLE;
+    }
+}
+
+// XR_EXT_palm_pose: +x through the palm as in the grip pose, -z along the straight index finger.
+TEST_F(Actions, ThePalmPoseTurnsTheGrip) {
+    startFocused();
+    const XrActionSet set = actionSet("set");
+    const XrAction palm = action(set, "palm", XR_ACTION_TYPE_POSE_INPUT);
+    ASSERT_EQ(suggest(kSimple, {{palm, "/user/hand/right/input/palm_ext/pose"}}), XR_SUCCESS);
+    ASSERT_EQ(attach({set}), XR_SUCCESS);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    const XrPosef at_rest = locate(actionSpace(palm)).pose;
+    const XrPosef ahead = locate(actionSpace(palm, XR_NULL_PATH, {{0, 0, 0, 1}, {1, 0, -1}})).pose;
+    EXPECT_NEAR(ahead.position.x - at_rest.position.x, 1, 1e-6);   // the grip's +x
+    EXPECT_NEAR(ahead.position.y - at_rest.position.y, -1, 1e-6);  // the grip's -y
+    EXPECT_NEAR(ahead.position.z - at_rest.position.z, 0, 1e-6);
+}
+
+TEST_F(Actions, TheTreadmillIsNoSubactionPath) {
+    start();
+    const XrActionSet set = actionSet("set");
+    XrAction result = XR_NULL_HANDLE;
+    EXPECT_EQ(tryAction(set, "a", "a", XR_ACTION_TYPE_BOOLEAN_INPUT, {path("/user/treadmill")}, &result),
+              XR_ERROR_PATH_UNSUPPORTED);
+    for (const char* each : {"/user/head", "/user/gamepad"}) {
+        EXPECT_EQ(tryAction(set, each + 6, each, XR_ACTION_TYPE_BOOLEAN_INPUT, {path(each)}, &result),
+                  XR_SUCCESS);
+    }
+}
+
+#ifdef XR_EXT_active_action_set_priority
+using Priority = XrActiveActionSetPriorityEXT;
+using PrioritiesInfo = XrActiveActionSetPrioritiesEXT;
+#else
+struct Priority {
+    XrActionSet actionSet;
+    std::uint32_t priorityOverride;
+};
+struct PrioritiesInfo {
+    XrStructureType type;
+    const void* next;
+    std::uint32_t actionSetPriorityCount;
+    const Priority* actionSetPriorities;
+};
+#endif
+
+TEST_F(Actions, PrioritiesHoldForOneSynchronisation) {
+    startFocused();
+    const XrActionSet low = actionSet("low", 1), high = actionSet("high", 2);
+    const XrAction low_select = action(low, "low_select", XR_ACTION_TYPE_BOOLEAN_INPUT);
+    const XrAction high_select = action(high, "high_select", XR_ACTION_TYPE_BOOLEAN_INPUT);
+    ASSERT_EQ(suggest(kSimple, {{low_select, "/user/hand/left/input/select/click"},
+                                {high_select, "/user/hand/left/input/select"}}),
+              XR_SUCCESS);
+    ASSERT_EQ(attach({low, high}), XR_SUCCESS);
+    const auto syncWith = [&](const std::vector<Priority>& priorities) {
+        const PrioritiesInfo given{static_cast<XrStructureType>(1000373000), nullptr,
+                                   static_cast<std::uint32_t>(priorities.size()), priorities.data()};
+        const XrActiveActionSet active[] = {{low, XR_NULL_PATH}, {high, XR_NULL_PATH}};
+        const XrActionsSyncInfo info{XR_TYPE_ACTIONS_SYNC_INFO, &given, 2, active};
+        return xrSyncActions(session_, &info);
+    };
+    ASSERT_EQ(syncWith({}), XR_SUCCESS);
+    EXPECT_TRUE(boolean(high_select).isActive && !boolean(low_select).isActive);
+    ASSERT_EQ(syncWith({{low, 3}}), XR_SUCCESS);
+    EXPECT_TRUE(!boolean(high_select).isActive && boolean(low_select).isActive);
+    ASSERT_EQ(syncWith({{low, 5}, {high, 5}}), XR_SUCCESS);
+    EXPECT_TRUE(boolean(high_select).isActive && boolean(low_select).isActive);
+    ASSERT_EQ(sync({low, high}), XR_SUCCESS);
+    EXPECT_TRUE(boolean(high_select).isActive && !boolean(low_select).isActive);
+    EXPECT_EQ(syncWith({{low, 3}, {low, 4}}), XR_ERROR_VALIDATION_FAILURE);
+    EXPECT_EQ(syncWith({{XR_NULL_HANDLE, 3}}), XR_ERROR_HANDLE_INVALID);
+}
+
 }  // namespace
 }  // namespace mock_test

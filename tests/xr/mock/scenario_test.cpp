@@ -42,7 +42,7 @@ TEST_F(Scenario, TellsFieldAndReason) {
     EXPECT_EQ(refusal(R"({"version": 1, "session": [{"t_s": 0, "state": "asleep"}]})"),
               "session[0].state: focused, visible, synchronized, stopped or exiting expected");
     EXPECT_EQ(refusal(R"({"version": 1, "controllers": {"profile": "/interaction_profiles/x/y"}})"),
-              "controllers.profile: not a profile of OpenXR 1.0");
+              "controllers.profile: not an interaction profile");
     EXPECT_EQ(refusal(R"({"version": 1, "eyes": {"left_fov_rad": [1, -1, 1, -1]}})"),
               "eyes.left_fov_rad: left < right and down < up expected");
     EXPECT_EQ(refusal(R"({"version": 1, "exit_after_frames": 0})"),

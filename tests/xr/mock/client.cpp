@@ -9,6 +9,13 @@
 
 #include "xr/mock/loader_interface.h"
 
+#ifdef __SANITIZE_THREAD__
+// They synchronize by atomics that ThreadSanitizer does not see.
+extern "C" const char* __tsan_default_suppressions() {
+    return "race:libVkLayer_khronos_validation.so\nrace:libvulkan_lvp.so\n";
+}
+#endif
+
 namespace mock_test {
 
 namespace {

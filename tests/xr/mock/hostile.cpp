@@ -471,7 +471,7 @@ void Hostile::behave() {
             if (changed.state == XR_SESSION_STATE_READY) xrBeginSession(changed.session, &info);
             if (changed.state == XR_SESSION_STATE_STOPPING)
                 xrEndSession(changed.session), shared_.waited = false;
-            if (changed.state == XR_SESSION_STATE_EXITING)
+            if (changed.state == XR_SESSION_STATE_EXITING || changed.state == XR_SESSION_STATE_LOSS_PENDING)
                 xrDestroySession(changed.session), shared_.waited = false;
         }
         event.type = XR_TYPE_EVENT_DATA_BUFFER;

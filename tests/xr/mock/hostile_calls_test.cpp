@@ -1,5 +1,7 @@
 // Every function with arguments that no sensible program gives, from one thread and from eight: nothing
 // crashes, every result is one that the specification lists for the function, and Vulkan stays content.
+#include <iterator>
+#include <random>
 #include <thread>
 
 #include "hostile.h"
@@ -26,6 +28,38 @@ TEST_F(HostileCalls, GetListedResults) {
             if (i % 4 == 0) hostile.behave();
             hostile.callAny();
         }
+    }
+}
+
+// Everything that a scenario can bring about, again and again, while calls and frames are logged.
+TEST_F(HostileCalls, GetListedResultsWhateverHappens) {
+    constexpr const char* kEvents[] = {
+        R"("session": "visible")",
+        R"("session": "stopped")",
+        R"("session": "focused")",
+        R"("session_loss": {"lost_after_s": 0.05})",
+        R"("session_loss": {"lost_after_s": 0})",
+        R"("recenter": {"delay_s": 0.1})",
+        R"("recenter": {"space": "stage", "pose_valid": false})",
+        R"("refresh_hz": 60)",
+        R"("user_presence": false)",
+        R"("user_presence": true)",
+        R"("frames": {"late": 3})",
+        R"("frames": {"not_rendered": true, "count": 2})",
+    };
+    std::mt19937 random(7);
+    std::string events;
+    for (int i = 0; i < 400; ++i) {
+        events += (i == 0 ? "{\"t_s\": " : ", {\"t_s\": ") + std::to_string(1 + i * 0.1) + ", " +
+                  kEvents[random() % std::size(kEvents)] + "}";
+    }
+    setScript("{\"version\": 2, \"headset\": \"simple\", \"events\": [" + events + "]}");
+    setVariable("XRMOCK_LOG", file("log.jsonl").string());
+    startAll();
+    Hostile hostile(surroundings_, 8);
+    for (int i = 0; i < 16'000 && !HasFailure(); ++i) {
+        if (i % 4 == 0) hostile.behave();
+        hostile.callAny();
     }
 }
 

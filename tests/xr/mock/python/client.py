@@ -68,11 +68,14 @@ class Client:
         return path
 
     def close(self):
+        """Safe to call again."""
         if self.instance:
             self.xr.xrDestroyInstance(self.instance)
+            self.instance = Instance()
         if self.painter:
             self.painter.close()
             vulkan.destroyInstance(self.vk_instance, None)
+            self.painter = None
 
 
 class SwapchainImages:

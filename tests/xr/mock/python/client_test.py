@@ -304,6 +304,53 @@ class SessionTest(MockRuntimeTest):
             duration=MIN_HAPTIC_DURATION, amplitude=0.5)), Result.SUCCESS)
         self.assertEqual(xr.xrStopHapticFeedback(handle, buzz), Result.SUCCESS)
 
+class LossTest(MockRuntimeTest):
+    def focus(self, client):
+        session = RunningSession(client)
+        session.begin()
+        for _ in range(3):
+            session.frame()
+        self.assertEqual(self.states(client, session)[-1], State.FOCUSED)
+        return session
+
+    def test_a_session_is_lost_and_another_made(self):
+        self.play(SCENARIO | {"version": 2, "events": [{"frame": 4, "session_loss": {"lost_after_s": 0.05}}]})
+        client = self.start()
+        session = self.focus(client)
+        pending = 0
+        with self.assertRaises(Failure) as caught:
+            for _ in range(20):
+                session.frame()
+                if State.LOSS_PENDING in self.states(client, session):
+                    self.assertEqual(client.xr.xrEnumerateReferenceSpaces(session.handle, 0, c_uint32(), None),
+                                     Result.SESSION_LOSS_PENDING)
+                    pending += 1
+        self.assertEqual(caught.exception.result, Result.ERROR_SESSION_LOST)
+        self.assertEqual(pending, 1)
+        self.refused(Result.ERROR_SESSION_LOST, session.frame)
+        client.xr.xrDestroySession(session.handle)
+        self.refused(Result.ERROR_HANDLE_INVALID, session.frame)
+        self.focus(client).frame()
+
+    def test_the_instance_is_lost_and_another_made(self):
+        self.play(SCENARIO | {"version": 2, "events": [{"frame": 4, "instance_loss": {"lost_after_s": 0.05}}]})
+        client = self.start()
+        session = self.focus(client)
+        announced, last_time = [], 0
+        with self.assertRaises(Failure) as caught:
+            for _ in range(20):
+                last_time = session.frame()[0].predictedDisplayTime
+                announced += [event for event in client.events() if isinstance(event, EventDataInstanceLossPending)]
+        self.assertEqual(caught.exception.result, Result.ERROR_INSTANCE_LOST)
+        self.assertEqual(len(announced), 1)
+        self.assertAlmostEqual(announced[0].lossTime, last_time, delta=2e7)
+        self.refused(Result.ERROR_INSTANCE_LOST, session.frame)
+        self.refused(Result.ERROR_INSTANCE_LOST, client.path, "/a")
+        client.xr.xrDestroySession(session.handle)
+        client.close()
+        self.play(SCENARIO)
+        self.focus(self.start()).frame()
+
 
 if __name__ == "__main__":
     unittest.main()

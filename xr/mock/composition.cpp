@@ -61,7 +61,8 @@ const SubmittedImage& imageFor(const SubmittedLayer& layer, std::size_t eye) {
 }
 
 // Nothing if the eye sees nothing of the layer wherever it looks. A projection layer is turned from the
-// submitted orientation into the eye's, and not moved: that would need the depth of what it shows.
+// submitted orientation into the eye's; where the two stand is not looked at: that would need the depth of
+// what the layer shows.
 std::optional<PaintConstants> paintConstants(const SubmittedLayer& layer, const Eye& eye,
                                              VkExtent2D picture) {
     const SubmittedImage& image = imageFor(layer, eye.index);
@@ -70,8 +71,7 @@ std::optional<PaintConstants> paintConstants(const SubmittedLayer& layer, const 
     const bool is_projection = layer.type == LayerType::projection;
     const Pose& space_from_layer =
         is_projection ? layer.views[eye.index].space_from_eye : layer.space_from_layer;
-    Pose layer_from_eye = inverse(*layer.stage_from_space * space_from_layer) * eye.stage_from_eye;
-    if (is_projection) layer_from_eye.position = {0, 0, 0};
+    const Pose layer_from_eye = inverse(*layer.stage_from_space * space_from_layer) * eye.stage_from_eye;
 
     PaintConstants constants{};
     constants.layer_from_eye = rows(layer_from_eye);

@@ -173,10 +173,10 @@ bool VulkanDevice::formatSupports(VkFormat format, VkFormatFeatureFlags features
 }
 
 std::vector<VkFormat> swapchainFormats(const VulkanDevice& device) {
-    constexpr VkFormat kPreferred[] = {VK_FORMAT_R8G8B8A8_SRGB,  VK_FORMAT_B8G8R8A8_SRGB,
-                                       VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_B8G8R8A8_UNORM,
-                                       VK_FORMAT_D32_SFLOAT,     VK_FORMAT_D24_UNORM_S8_UINT,
-                                       VK_FORMAT_D16_UNORM};
+    constexpr VkFormat kPreferred[] = {
+        VK_FORMAT_R8G8B8A8_SRGB,     VK_FORMAT_B8G8R8A8_SRGB,       VK_FORMAT_R8G8B8A8_UNORM,
+        VK_FORMAT_B8G8R8A8_UNORM,    VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_D32_SFLOAT,
+        VK_FORMAT_D24_UNORM_S8_UINT, VK_FORMAT_D32_SFLOAT_S8_UINT,  VK_FORMAT_D16_UNORM};
     std::vector<VkFormat> formats;
     for (const VkFormat format : kPreferred) {
         const VkFormatFeatureFlags needed =
@@ -198,6 +198,7 @@ VkImageAspectFlags aspectOf(VkFormat format) {
         case VK_FORMAT_D16_UNORM:
             return VK_IMAGE_ASPECT_DEPTH_BIT;
         case VK_FORMAT_D24_UNORM_S8_UINT:
+        case VK_FORMAT_D32_SFLOAT_S8_UINT:
             return VK_IMAGE_ASPECT_DEPTH_BIT | VK_IMAGE_ASPECT_STENCIL_BIT;
         default:
             return VK_IMAGE_ASPECT_COLOR_BIT;

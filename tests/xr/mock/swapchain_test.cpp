@@ -5,7 +5,7 @@ namespace {
 
 bool isDepth(std::int64_t format) {
     return format == VK_FORMAT_D32_SFLOAT || format == VK_FORMAT_D16_UNORM ||
-           format == VK_FORMAT_D24_UNORM_S8_UINT;
+           format == VK_FORMAT_D24_UNORM_S8_UINT || format == VK_FORMAT_D32_SFLOAT_S8_UINT;
 }
 
 class SwapchainRules : public MockTest {

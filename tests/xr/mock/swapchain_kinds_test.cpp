@@ -1,10 +1,10 @@
-// Swapchains of more than one sample: what they may be, and that compositions show them resolved.
+// Swapchains of more than one sample, and of more than 8 bits: compositions show them resolved and encoded.
 #include "pictures.h"
 
 namespace mock_test {
 namespace {
 
-class Multisampled : public PictureTest {
+class SwapchainKinds : public PictureTest {
   protected:
     void SetUp() override {
         PictureTest::SetUp();
@@ -79,7 +79,7 @@ class Multisampled : public PictureTest {
     VkCommandPool pool_ = VK_NULL_HANDLE;
 };
 
-TEST_F(Multisampled, EveryFormatMayBe) {
+TEST_F(SwapchainKinds, EveryFormatMayBeMultisampled) {
     std::array<XrViewConfigurationView, 2> views{};
     views.fill({XR_TYPE_VIEW_CONFIGURATION_VIEW, nullptr, 0, 0, 0, 0, 0, 0});
     std::uint32_t count = 0;
@@ -104,7 +104,21 @@ TEST_F(Multisampled, EveryFormatMayBe) {
     }
 }
 
-TEST_F(Multisampled, ImagesAreShownResolved) {
+TEST_F(SwapchainKinds, HalfFloatsAreLinear) {
+    XrSwapchainCreateInfo info = swapchainInfo();
+    info.format = VK_FORMAT_R16G16B16A16_SFLOAT;
+    const Swapchain swapchain = createSwapchain(info);
+    fill(swapchain, {{{0.2140411F, 1.5F, 0, 1}}, {{0, 0, 1, 1}}});  // sRGB 127.5 is 0.2140411
+    label("capture:half");
+    submitBothEyes(swapchain);
+    const Picture left = readPicture(file("half_left.png"));
+    ASSERT_EQ(left.width, 64);
+    EXPECT_NEAR(left.at(3, 3)[0], 127.5, 1);
+    EXPECT_EQ(left.at(3, 3)[1], 255);
+    EXPECT_EQ(readPicture(file("half_right.png")).at(3, 3), (Rgb{0, 0, 255}));
+}
+
+TEST_F(SwapchainKinds, SamplesAreShownResolved) {
     XrSwapchainCreateInfo info = swapchainInfo();
     info.sampleCount = 4;
     const Swapchain swapchain = createSwapchain(info);

@@ -50,8 +50,9 @@ void takeUp(std::array<Device, kUserCount>& devices, const std::string& profile,
     for (std::size_t hand = 0; hand < kHandCount; ++hand) {
         auto& profiles = devices[hand].profiles;
         if (textAt(profiles, from_s).empty()) continue;
-        forgetFrom(profiles, from_s);
-        profiles.push_back({from_s, profile});
+        const auto later = std::find_if(profiles.begin(), profiles.end(),
+                                        [&](const TextKey& key) { return key.t_s > from_s; });
+        profiles.insert(later, {from_s, profile});
     }
 }
 

@@ -60,7 +60,7 @@ struct TrackedHand {
 
 // Two simple controllers resting in front.
 std::array<Device, kUserCount> restingDevices();
-// The hands that hold something hold this (empty: nothing) from a time on.
+// The hands that hold something hold this (empty: nothing) from a time on, until the next key.
 void takeUp(std::array<Device, kUserCount>& devices, const std::string& profile, double from_s);
 
 // Linear between the keys; straight fingers without any.

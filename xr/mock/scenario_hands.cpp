@@ -176,6 +176,8 @@ void readControllers(const Field& field, const Reading& reading, Scenario& scena
         }
     }
     if (field.has("profile")) {
+        for (std::size_t hand = 0; hand < kHandCount; ++hand)
+            if (reading.is_message) forgetFrom(scenario.devices[hand].profiles, reading.now_s);
         takeUp(scenario.devices, readProfile(field.at("profile"), User::left_hand), reading.now_s);
     }
     for (std::size_t i = 0; i < std::size(kDeviceNames); ++i) {

@@ -1,6 +1,7 @@
 // What the scenario's user holds and wears: connections, profiles, values and poses over time.
 #include <cmath>
 #include <fstream>
+#include <random>
 
 #include "actions_client.h"
 
@@ -24,7 +25,8 @@ TEST_F(Devices, ComeGoAndChange) {
     setScript(R"({"version": 2, "refresh_hz": 100, "controllers": {
         "left": {"profile": [{"t_s": 0, "profile": "/interaction_profiles/khr/simple_controller"},
                              {"t_s": 1.5, "profile": null},
-                             {"t_s": 2, "profile": "/interaction_profiles/oculus/touch_controller"}],
+                             {"t_s": 2, "profile": "/interaction_profiles/oculus/touch_controller"},
+                             {"t_s": 3, "profile": "/interaction_profiles/oculus/touch_controller"}],
                  "poses": [{"t_s": 0, "position": [0, 1, 0]}]}},
         "events": [{"t_s": 2.5, "interaction_profile": "/interaction_profiles/khr/simple_controller"}]})");
     startFocused();
@@ -63,6 +65,9 @@ TEST_F(Devices, ComeGoAndChange) {
     ASSERT_EQ(sync({set}), XR_SUCCESS);
     EXPECT_EQ(profile(kLeft), kSimple);
     EXPECT_EQ(profile(kRight), "");  // an empty hand takes nothing up
+    runUntil(kSecond * 31 / 10);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    EXPECT_EQ(profile(kLeft), kTouch);
 }
 
 TEST_F(Devices, HeadAndGamepadHaveValuesOfTheirOwn) {
@@ -226,6 +231,43 @@ TEST_F(Devices, BadOnesAreRefused) {
     EXPECT_EQ(csv(heading + "0,0,0,0,0,0,0,2\n"), place + "2: a unit quaternion x y z w expected");
     EXPECT_EQ(csv(heading + "1,0,0,0,0,0,0,1\n1,0,0,0,0,0,0,1\n"),
               place + "3: later than the line before expected");
+}
+
+// Damaged devices and hands are refused or taken, never anything else; what is taken can be used.
+TEST_F(Devices, SurviveDamage) {
+    std::string joints;
+    for (int i = 0; i < XR_HAND_JOINT_COUNT_EXT; ++i)
+        joints += (i == 0 ? "[" : ",[") + std::to_string(i) + ",0,0,0,0,0,1,0.01]";
+    const std::string whole =
+        R"({"version":2,"controllers":{"profile":"/interaction_profiles/khr/simple_controller","left":{"poses":)"
+        R"([{"t_s":0,"position":[0,0,0]}],"grip_from_aim":{"position":[0,0,0]},"values":[{"t_s":1,)"
+        R"("select/click":true}],"profile":[{"t_s":0,"profile":null}]},"gamepad":{"profile":null}},"hands":)"
+        R"({"left":{"curls":[{"t_s":0,"index":0.5},{"t_s":1,"thumb":1}],"tracked":[{"t_s":1,"tracked":true}]},)"
+        R"("right":{"joints":[{"t_s":0,"joints":[)" +
+        joints + "]}]}}}";
+    std::mt19937 random(11);
+    testing::internal::CaptureStderr();
+    int taken = 0;
+    for (int i = 0; i < 300; ++i) {
+        std::string damaged = whole;
+        for (unsigned edits = random() % 3; edits > 0; --edits) {
+            const std::size_t at = random() % damaged.size();
+            if (random() % 2 == 0) {
+                damaged[at] = static_cast<char>(random() % 96 + 32);
+            } else {
+                damaged.insert(at, damaged.substr(random() % damaged.size(), random() % 16));
+            }
+        }
+        setScript(damaged);
+        const XrResult result = tryInstance();
+        EXPECT_TRUE(result == XR_SUCCESS || result == XR_ERROR_RUNTIME_FAILURE) << damaged;
+        taken += result == XR_SUCCESS;
+        if (result == XR_SUCCESS) xrDestroyInstance(instance_);
+        instance_ = XR_NULL_HANDLE;
+    }
+    testing::internal::GetCapturedStderr();
+    EXPECT_GT(taken, 50);
+    EXPECT_LT(taken, 250);
 }
 
 }  // namespace

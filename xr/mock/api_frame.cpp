@@ -45,6 +45,18 @@ void waitForTurn(Call& call, const Run& run) {
     });
 }
 
+// Frames wait for a control client's step while it has paused them.
+void waitForStep(Call& call, const Run& run) {
+    constexpr std::chrono::milliseconds kLookAgain{5};  // the control thread takes no lock to tell us
+    for (Session* session = goingOn(run); session != nullptr; session = goingOn(run)) {
+        Instance& instance = session->instance;
+        const std::int64_t now_ns = instance.clock.now(monotonicNs());
+        direct(instance, now_ns);
+        if (mayGoOn(instance, now_ns)) return;
+        runtime().changed.wait_for(call.lock, kLookAgain);
+    }
+}
+
 void sleepUntil(Call& call, const Run& run, std::int64_t wake_ns) {
     const std::chrono::steady_clock::time_point wake{std::chrono::nanoseconds(wake_ns)};
     runtime().changed.wait_until(call.lock, wake, [&] { return goingOn(run) == nullptr; });
@@ -65,6 +77,10 @@ XrResult waitFrame(Call& call, XrSession handle, const XrFrameWaitInfo* info, Xr
     requireStruct(state, XR_TYPE_FRAME_STATE);
     const Run run{session->handle, session->run};
     waitForTurn(call, run);
+    session = &sameRun(call, handle, run);
+
+    session->frames.waiting = true;
+    if (session->instance.control) waitForStep(call, run);
     session = &sameRun(call, handle, run);
 
     Instance& instance = session->instance;

@@ -42,6 +42,7 @@ void setUp(Instance& instance, std::int64_t now_ns) {
     }
     if (!instance.clock.is_virtual) instance.clock.origin_ns = now_ns;
     openLog();
+    openControl(instance);
     instance.created_ns = now_ns;
     if (const char* folder = std::getenv("XRMOCK_CAPTURE"); folder != nullptr)
         instance.capture_folder = folder;

@@ -148,6 +148,7 @@ void completeLosses(Instance& instance, std::int64_t now_ns) {
 }  // namespace
 
 void direct(Instance& instance, std::int64_t now_ns) {
+    serveControl(instance, now_ns);
     completeLosses(instance, now_ns);
     std::vector<Event>& events = instance.scenario.events;
     if (events.empty()) return;

@@ -66,6 +66,11 @@ class JsonLine {
         text_ += "null";
         return *this;
     }
+    JsonLine& raw(std::string_view json) {
+        separate();
+        text_ += json;
+        return *this;
+    }
     JsonLine& pose(const Pose& pose);  // [x, y, z, qx, qy, qz, qw]
 
     const std::string& str() const { return text_; }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -12,6 +13,8 @@
 
 #include "compositor.h"
 #include "conditions.h"
+#include "control.h"
+#include "control_requests.h"
 #include "events.h"
 #include "faults.h"
 #include "frame_loop.h"
@@ -50,6 +53,9 @@ struct Instance : Object {
     Scenario scenario;
     Conditions conditions;
     std::vector<Fault> faults;
+    std::unique_ptr<Control> control;  // null while nobody may control the run
+    Lockstep lockstep;
+    std::vector<Promise> promises;
     Clock clock;
     std::int64_t created_ns = 0;  // CLOCK_MONOTONIC
     std::string capture_folder;   // empty: nothing is captured

@@ -10,8 +10,9 @@ namespace xrmock {
 
 void observeState(Session&, XrSessionState, std::int64_t) {}
 
-void observeFrame(Call&, Session& session, const SubmittedFrame& frame) {
+void observeFrame(Call& call, Session& session, const SubmittedFrame& frame) {
     if (runtime().log) logFrame(*runtime().log, session, frame);
+    servePictures(call, session, frame);
 }
 
 void observeRefusal(const Call& call, XrResult result, const std::string&) {

@@ -77,7 +77,14 @@ SessionTarget targetAt(const std::vector<TargetKey>& keys, double t_s) {
 }
 
 void splice(std::vector<PoseKey>& keys, std::vector<PoseKey> read, const Reading& reading) {
+    constexpr double kKept_s = 10;  // of the past, when a client sends poses for hours
     if (!reading.is_message) keys.clear();
+    if (keys.size() > 1 && keys[1].t_s < reading.now_s - kKept_s) {
+        const auto kept = std::find_if(keys.begin() + 1, keys.end(), [&](const PoseKey& key) {
+            return key.t_s >= reading.now_s - kKept_s;
+        });
+        keys.erase(keys.begin(), kept - 1);
+    }
     holdFrom(keys, reading.now_s);
     forgetFrom(keys, read.front().t_s);  // the held one, when the first is for now
     keys.insert(keys.end(), read.begin(), read.end());

@@ -13,6 +13,7 @@
 #include "names.h"
 #include "objects.h"
 #include "profiles.h"
+#include "report.h"
 #include "two_call.h"
 #include "verify.h"
 
@@ -91,6 +92,7 @@ Instance::Instance() : Object(kType) {
 
 Instance::~Instance() {
     --runtime().instances;
+    std::erase(runtime().reported, this);
 }
 
 XrResult enumerateApiLayerProperties(Call&, std::uint32_t capacity, std::uint32_t* count,
@@ -133,6 +135,9 @@ XrResult createInstance(Call& call, const XrInstanceCreateInfo* info, XrInstance
         tellCreator(call, *instance, error.what());
         throw;
     }
+    instance->application = info->applicationInfo.applicationName;
+    runtime().reported.push_back(instance.get());
+    reportAtExit();
     *out = handleOf<XrInstance>(call.create(std::move(instance), nullptr));
     return XR_SUCCESS;
 }
@@ -140,6 +145,7 @@ XrResult createInstance(Call& call, const XrInstanceCreateInfo* info, XrInstance
 XrResult destroyInstance(Call& call, XrInstance handle) {
     Instance& instance = call.evenLost<Instance>(handle);
     if (!instance.capture_folder.empty()) writeStatistics(instance);
+    report(instance);
     const Statistics& counts = instance.statistics;
     post(call, instance,
          {XR_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT,

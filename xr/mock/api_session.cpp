@@ -59,7 +59,7 @@ void enter(Session& session, XrSessionState state, std::int64_t now_ns) {
     session.instance.events.push(XrEventDataSessionStateChanged{XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED,
                                                                 nullptr, handle, state, now_ns},
                                  handle);
-    observeState(session, state, now_ns);
+    observeState(session, state);
     if (state != XR_SESSION_STATE_FOCUSED) stopAllPulses(session.haptics, now_ns);
     if (state == XR_SESSION_STATE_STOPPING) releaseInput(session.input);
 }

@@ -45,8 +45,10 @@ struct Runtime {
     std::mutex mutex;
     std::condition_variable changed;  // a frame was begun, a session stopped or went
     HandleTable handles;
-    std::unique_ptr<Log> log;   // null while nothing is logged
-    std::size_t instances = 0;  // live ones, and one that is being created
+    std::unique_ptr<Log> log;               // null while nothing is logged
+    std::size_t instances = 0;              // live ones, and one that is being created
+    std::vector<const Instance*> reported;  // live ones: when they go, or when the process exits
+    std::uint64_t reports = 0;              // written so far
 };
 Runtime& runtime();
 

@@ -66,6 +66,8 @@ struct Instance : Object {
     bool graphics_requirements_asked = false;
     std::vector<VulkanInstance> vulkan_instances;
     Statistics statistics;
+    std::string first_refusal;
+    std::string application;  // its name
 };
 
 struct Messenger : Object {
@@ -101,6 +103,7 @@ struct Session : Object {
     Automation automation;
     InputState input;
     Haptics haptics;
+    std::uint64_t pulses_seen = 0;  // by the assertions
     std::vector<Label> labels;
     std::string capture_name;  // empty: the next frame is not captured
 };

@@ -1,5 +1,6 @@
 #include "observers.h"
 
+#include "assertions.h"
 #include "call.h"
 #include "log.h"
 #include "names.h"
@@ -8,17 +9,23 @@
 
 namespace xrmock {
 
-void observeState(Session&, XrSessionState, std::int64_t) {}
+void observeState(Session& session, XrSessionState state) {
+    assertState(session.instance, state);
+}
 
 void observeFrame(Call& call, Session& session, const SubmittedFrame& frame) {
     if (runtime().log) logFrame(*runtime().log, session, frame);
+    assertFrame(call, session, frame);
     servePictures(call, session, frame);
 }
 
-void observeRefusal(const Call& call, XrResult result, const std::string&) {
+void observeRefusal(const Call& call, XrResult result, const std::string& reason) {
     if (result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST) return;
     Object* subject = runtime().handles.find(call.subject);
-    if (subject != nullptr) ++const_cast<Instance*>(instanceOf(subject))->statistics.refusals;
+    if (subject == nullptr) return;
+    Instance& instance = *const_cast<Instance*>(instanceOf(subject));
+    if (instance.statistics.refusals++ > 0) return;
+    instance.first_refusal = std::string(call.function) + ": " + resultName(result) + ": " + reason;
 }
 
 }  // namespace xrmock

@@ -12,7 +12,7 @@ class Call;
 struct Session;
 struct SubmittedFrame;
 
-void observeState(Session& session, XrSessionState state, std::int64_t now_ns);
+void observeState(Session& session, XrSessionState state);
 // Inside xrEndFrame, while the frame's pointers hold.
 void observeFrame(Call& call, Session& session, const SubmittedFrame& frame);
 // A call that the runtime refused because the application did not keep to the specification.

@@ -26,7 +26,7 @@ void readSession(const Field& field, const Reading& reading, Scenario& scenario)
 
 // The fields that version 1 does not have.
 void refuseNewFields(const Field& root) {
-    for (const char* key : {"headset", "events", "refresh_rates_hz", "assertions", "hands"}) {
+    for (const char* key : {"headset", "events", "assertions", "hands"}) {
         if (root.has(key)) root.at(key).fail("only version 2 has this field");
     }
 }
@@ -48,7 +48,7 @@ Scenario parseScenario(const std::string& text, const std::string& file_name) {
     const nlohmann::json document = parseJson(text, file_name);
     const Field root{document, file_name, ""};
     root.objectOf({"version", "headset", "refresh_hz", "exit_after_frames", "eyes", "stage_bounds_m", "head",
-                   "controllers", "hands", "session", "events"});
+                   "controllers", "hands", "session", "events", "assertions"});
     if (root.required("version").integer(1, 2) == 1) refuseNewFields(root);
     const Reading reading{false, 0, std::filesystem::path(file_name).parent_path().string()};
     Scenario scenario;
@@ -74,6 +74,7 @@ Scenario parseScenario(const std::string& text, const std::string& file_name) {
     }
     if (root.has("stage_bounds_m")) scenario.stage_bounds_m = root.at("stage_bounds_m").numbers<2>(0.1, 1000);
     readTimelines(root, reading, scenario);
+    if (root.has("assertions")) scenario.assertions = parseAssertions(root.at("assertions"));
     return scenario;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "assertions.h"
 #include "devices.h"
 #include "scenario_events.h"
 #include "timeline.h"
@@ -37,6 +38,7 @@ struct Scenario {
     std::vector<TargetKey> session{{0, SessionTarget::focused}};
     std::optional<std::uint64_t> exit_after_frames;
     std::vector<Event> events;  // those that are not over yet
+    std::vector<Assertion> assertions;
 };
 
 Scenario parseScenario(const std::string& text, const std::string& file_name);  // throws FieldError

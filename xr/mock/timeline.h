@@ -40,11 +40,9 @@ SessionTarget targetAt(const std::vector<TargetKey>& keys, double t_s);
 // Puts newly read keys in the place of a timeline, or, those of a message, in the place of what was to come.
 template <class Key>
 void splice(std::vector<Key>& keys, std::vector<Key> read, const Reading& reading) {
-    if (reading.is_message) {
-        forgetFrom(keys, read.front().t_s);
-    } else {
-        keys.clear();
-    }
+    if (!reading.is_message) keys.clear();
+    if (read.empty()) return;
+    forgetFrom(keys, read.front().t_s);
     keys.insert(keys.end(), read.begin(), read.end());
 }
 // Poses move on from where they are now.

@@ -1,0 +1,142 @@
+// Assertions of a scenario and the report, as text and as JUnit.
+#include <fstream>
+#include <iterator>
+
+#include "client.h"
+
+namespace mock_test {
+namespace {
+
+class Report : public MockTest {
+  protected:
+    void assertions(const std::string& list, const std::string& more = "") {
+        setScript("{\"version\": 2, " + more + "\"assertions\": [" + list + "]}");
+        setVariable("XRMOCK_REPORT", file("report").string());
+    }
+    // Ends the run; the text of the report.
+    std::string finish() {
+        vkDeviceWaitIdle(vk_device_);
+        testing::internal::CaptureStderr();
+        EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
+        stderr_ = testing::internal::GetCapturedStderr();
+        instance_ = XR_NULL_HANDLE;
+        // Reports of one process are numbered.
+        for (const auto& entry : std::filesystem::directory_iterator(file(""))) {
+            if (entry.path().extension() == ".xml") xml_ = read(entry.path());
+            if (entry.path().extension() == ".txt") text_ = read(entry.path());
+        }
+        return text_;
+    }
+    static std::string read(const std::filesystem::path& path) {
+        std::ifstream in(path);
+        return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    }
+    void projectionFrame(const Swapchain& swapchain, float aside_m = 0) {
+        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+        ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
+        ASSERT_EQ(beginFrame(), XR_SUCCESS);
+        const std::array<XrView, 2> views = locateViews(stage_, state.predictedDisplayTime);
+        cycle(swapchain.handle);
+        std::array<XrCompositionLayerProjectionView, 2> eyes{};
+        for (std::uint32_t eye = 0; eye < 2; ++eye) {
+            eyes[eye] = {XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW,
+                         nullptr,
+                         views[eye].pose,
+                         views[eye].fov,
+                         {swapchain.handle, {{0, 0}, {64, 48}}, eye}};
+            eyes[eye].pose.position.x += aside_m;
+        }
+        const XrCompositionLayerProjection layer{
+            XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, eyes.data()};
+        ASSERT_EQ(endFrame(state.predictedDisplayTime,
+                           {reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer)}),
+                  XR_SUCCESS);
+    }
+    std::string stderr_, xml_, text_;
+};
+
+TEST_F(Report, WhatIsMetIsOk) {
+    assertions(R"({"frames_at_least": 5}, {"refusals_at_most": 0}, {"discarded_at_most": 0},
+        {"missed_at_most": 0}, {"every_frame_has": "projection", "frames": [4, 100]},
+        {"views_within": {"position_m": 1e-6, "angle_rad": 1e-5}}, {"format": 43},
+        {"states": ["ready", "synchronized", "visible", "focused"]})");
+    startFocused();
+    const Swapchain swapchain = createSwapchain(swapchainInfo());
+    for (int i = 0; i < 3; ++i)
+        projectionFrame(swapchain);
+    const std::string text = finish();
+    EXPECT_NE(text.find("mock test: 8 assertions, 0 failed"), std::string::npos) << text;
+    EXPECT_EQ(text.find("FAILED"), std::string::npos) << text;
+    EXPECT_EQ(stderr_, "");
+    EXPECT_NE(xml_.find("<testsuites name=\"xrmock\" tests=\"8\" failures=\"0\" errors=\"0\""),
+              std::string::npos)
+        << xml_;
+}
+
+TEST_F(Report, EveryDemandThatIsNotMetFailsWithItsReason) {
+    assertions(R"({"frames_at_least": 500}, {"refusals_at_most": 0}, {"discarded_at_most": 0},
+        {"missed_at_most": 0}, {"every_frame_has": "depth"},
+        {"name": "eyes <as> located", "views_within": {"position_m": 0.01, "angle_rad": 0.01}},
+        {"format": 50}, {"depth_range": {"near_m": [0, 1], "far_m": [1, 100]}},
+        {"states": ["focused", "stopping"]}, {"haptic_pulse": {"hand": "left", "from_s": 0, "to_s": 9}},
+        {"pixel": {"frame": 99, "eye": "left", "at": [0.5, 0.5], "rgb": [0, 0, 0]}})",
+               R"("events": [{"frame": 5, "frames": {"late": 2, "discarded": true}}], )");
+    startFocused();
+    const Swapchain swapchain = createSwapchain(swapchainInfo());
+    EXPECT_EQ(endFrame(1), XR_ERROR_CALL_ORDER_INVALID);
+    projectionFrame(swapchain, 0.5F);
+    XrFrameState state{XR_TYPE_FRAME_STATE, nullptr, 0, 0, 0};
+    EXPECT_EQ(waitFrame(&state), XR_SUCCESS);
+    EXPECT_EQ(beginFrame(), XR_FRAME_DISCARDED);
+    const std::string text = finish();
+    for (const char* line :
+         {"11 assertions, 11 failed", "frames_at_least (1): 4 frames instead of at least 500",
+          "refusals_at_most (2): 1 instead of at most 0; the first: xrEndFrame: "
+          "XR_ERROR_CALL_ORDER_INVALID: no frame was begun",
+          "discarded_at_most (3): 1 instead", "missed_at_most (4): 2 instead",
+          "every_frame_has (5): frame 3: there is no such layer",
+          "eyes <as> located: frame 4: left eye: 0.5 m and 0 rad from the located view",
+          "format (7): frame 4: left eye: format 43", "depth_range (8): frame 4: left eye: there is no depth",
+          "states (9): stopping was not reached", "haptic_pulse (10): 0 pulses",
+          "pixel (11): no frame to look at was submitted"}) {
+        EXPECT_NE(text.find(line), std::string::npos) << line << "\n\n" << text;
+    }
+    EXPECT_NE(stderr_.find("xrmock: FAILED format (7)"), std::string::npos);
+    EXPECT_NE(xml_.find("name=\"eyes &lt;as&gt; located\""), std::string::npos) << xml_;
+    EXPECT_NE(xml_.find("failures=\"11\""), std::string::npos);
+}
+
+TEST_F(Report, APixelOfAComposedEyeIsLookedAt) {
+    // Nothing was ever drawn into these images: what an eye sees of a quad's surroundings is black.
+    assertions(R"({"pixel": {"frame": 4, "eye": "right", "at": [0.01, 0.01], "rgb": [0, 0, 0]}},
+                  {"pixel": {"frame": 4, "eye": "right", "at": [0.01, 0.01], "rgb": [9, 0, 0], "tolerance": 8}})");
+    startFocused();
+    const Swapchain swapchain = createSwapchain(swapchainInfo());
+    cycle(swapchain.handle);
+    const XrCompositionLayerQuad quad{XR_TYPE_COMPOSITION_LAYER_QUAD,
+                                      nullptr,
+                                      0,
+                                      stage_,
+                                      XR_EYE_VISIBILITY_BOTH,
+                                      {swapchain.handle, {{0, 0}, {64, 48}}, 0},
+                                      {{0, 0, 0, 1}, {0, 1.6F, -5}},
+                                      {0.1F, 0.1F}};
+    frame({reinterpret_cast<const XrCompositionLayerBaseHeader*>(&quad)});
+    const std::string text = finish();
+    EXPECT_NE(text.find("ok      pixel (1)"), std::string::npos) << text;
+    EXPECT_NE(text.find("FAILED  pixel (2): frame 4: the pixel is 0, 0, 0"), std::string::npos) << text;
+}
+
+TEST_F(Report, BadAssertionsAreRefused) {
+    for (const char* list :
+         {R"({})", R"({"frames_at_least": -1})", R"({"format": 1, "states": []})",
+          R"({"states": ["asleep"]})", R"({"pixel": {"frame": 1}})", R"({"frames": [1, 2]})"}) {
+        assertions(list);
+        testing::internal::CaptureStderr();
+        EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE) << list;
+        EXPECT_NE(testing::internal::GetCapturedStderr().find(": assertions[0]"), std::string::npos) << list;
+    }
+}
+
+}  // namespace
+}  // namespace mock_test

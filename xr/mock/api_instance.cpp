@@ -5,6 +5,7 @@
 #include <cstring>
 #include <iterator>
 #include <memory>
+#include <stdexcept>
 #include <string_view>
 
 #include "api.h"
@@ -25,12 +26,7 @@ constexpr std::uint32_t kMaxViewSize = 4096;  // pixels; a headset that recommen
 
 void setUp(Instance& instance, std::int64_t now_ns) {
     if (const char* file = std::getenv("XRMOCK_SCENARIO"); file != nullptr && *file != '\0') {
-        try {
-            instance.scenario = loadScenario(file);
-        } catch (const FieldError& error) {
-            std::fprintf(stderr, "xrmock: %s\n", error.what());
-            throw;
-        }
+        instance.scenario = loadScenario(file);
     }
     instance.conditions.local = {{0, yawOnly(poseAt(instance.scenario.head, 0))}};
     if (const char* clock = std::getenv("XRMOCK_CLOCK"); clock != nullptr && *clock != '\0') {
@@ -131,7 +127,8 @@ XrResult createInstance(Call& call, const XrInstanceCreateInfo* info, XrInstance
     } catch (const Refused& refused) {
         tellCreator(call, *instance, refused.reason);
         throw;
-    } catch (const FieldError& error) {
+    } catch (const std::runtime_error& error) {  // one line that names the file and the reason
+        std::fprintf(stderr, "xrmock: %s\n", error.what());
         tellCreator(call, *instance, error.what());
         throw;
     }

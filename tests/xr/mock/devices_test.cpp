@@ -3,6 +3,8 @@
 #include <fstream>
 #include <random>
 
+#include <nlohmann/json.hpp>
+
 #include "actions_client.h"
 
 namespace mock_test {
@@ -231,6 +233,63 @@ TEST_F(Devices, BadOnesAreRefused) {
     EXPECT_EQ(csv(heading + "0,0,0,0,0,0,0,2\n"), place + "2: a unit quaternion x y z w expected");
     EXPECT_EQ(csv(heading + "1,0,0,0,0,0,0,1\n1,0,0,0,0,0,0,1\n"),
               place + "3: later than the line before expected");
+}
+
+// A vibration ends when the next one starts on its output, when its action is stopped, and with the focus.
+TEST_F(Devices, VibrationsAreRecordedPerOutput) {
+    setVariable("XRMOCK_LOG", file("log.jsonl").string());
+    startFocused();
+    const XrPath left = path(kLeft), right = path(kRight);
+    const XrActionSet set = actionSet("set");
+    const XrAction buzz = action(set, "buzz", XR_ACTION_TYPE_VIBRATION_OUTPUT, {left, right});
+    const XrAction other = action(set, "other", XR_ACTION_TYPE_VIBRATION_OUTPUT);
+    ASSERT_EQ(suggest(kSimple, {{buzz, "/user/hand/left/output/haptic"},
+                                {buzz, "/user/hand/right/output/haptic"},
+                                {other, "/user/hand/left/output/haptic"}}),
+              XR_SUCCESS);
+    ASSERT_EQ(attach({set}), XR_SUCCESS);
+    ASSERT_EQ(sync({set}), XR_SUCCESS);
+    const auto apply = [&](XrAction each, XrPath subaction, XrDuration duration, float amplitude) {
+        const XrHapticActionInfo info{XR_TYPE_HAPTIC_ACTION_INFO, nullptr, each, subaction};
+        const XrHapticVibration vibration{XR_TYPE_HAPTIC_VIBRATION, nullptr, duration, 200, amplitude};
+        ASSERT_EQ(
+            xrApplyHapticFeedback(session_, &info, reinterpret_cast<const XrHapticBaseHeader*>(&vibration)),
+            XR_SUCCESS);
+    };
+    const auto stop = [&](XrAction each, XrPath subaction) {
+        const XrHapticActionInfo info{XR_TYPE_HAPTIC_ACTION_INFO, nullptr, each, subaction};
+        ASSERT_EQ(xrStopHapticFeedback(session_, &info), XR_SUCCESS);
+    };
+    const XrTime before = frame().predictedDisplayTime;
+    apply(buzz, XR_NULL_PATH, 2 * kSecond, 0.25F);          // both hands
+    apply(other, XR_NULL_PATH, XR_MIN_HAPTIC_DURATION, 7);  // interrupts the left one
+    stop(buzz, left);                                       // plays nothing there any more
+    stop(other, XR_NULL_PATH);
+    apply(buzz, left, kSecond, 0.5F);
+    frame();
+
+    std::ifstream log(file("log.jsonl"));
+    std::vector<nlohmann::json> pulses;
+    for (std::string line; std::getline(log, line);) {
+        const auto entry = nlohmann::json::parse(line);
+        if (!entry.contains("haptic_pulses")) continue;
+        for (const auto& pulse : entry["haptic_pulses"])
+            pulses.push_back(pulse);
+    }
+    const auto expect = [&](std::size_t i, const char* name, const char* user, XrDuration lasts,
+                            double amplitude) {
+        EXPECT_EQ(pulses[i]["action"], name) << i;
+        EXPECT_EQ(pulses[i]["user"], user) << i;
+        EXPECT_EQ(pulses[i]["start"], before) << i;
+        EXPECT_EQ(pulses[i]["end"], before + lasts) << i;
+        EXPECT_EQ(pulses[i]["amplitude"], amplitude) << i;
+        EXPECT_EQ(pulses[i]["frequency_hz"], 200) << i;
+    };
+    ASSERT_EQ(pulses.size(), 4U);
+    expect(0, "buzz", kLeft, 0, 0.25);
+    expect(1, "buzz", kRight, 2 * kSecond, 0.25);
+    expect(2, "other", kLeft, 0, 1);
+    expect(3, "buzz", kLeft, kSecond, 0.5);
 }
 
 // Damaged devices and hands are refused or taken, never anything else; what is taken can be used.

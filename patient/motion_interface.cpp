@@ -1,0 +1,212 @@
+// Based on Kaczmarz 1937 (projection onto one linear condition after the other) for what interpolation
+// leaves.
+#include "patient/motion_interface.h"
+
+#include <algorithm>
+
+namespace stylet::patient {
+namespace {
+
+constexpr int kSweeps = 12;
+constexpr double kJustInside_m = 1e-7;
+
+double smoothStep(double from, double to, double x) noexcept {
+    const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
+    return s * s * (3.0 - 2.0 * s);
+}
+
+// The eight nodes around a point, their weights, and the level's gradient.
+struct Around {
+    std::array<std::size_t, 8> node{};
+    std::array<double, 8> weight{};
+    double level_m = 0.0;
+    Vec3 gradient{0.0};
+};
+
+Around lookAround(const MotionModel& m, const Vec3& p) {
+    const Vec3 at = glm::clamp(m.grid.toVoxels(p), Vec3(0.0), Vec3(m.grid.dims - 1));
+    const Index3 low = glm::min(Index3(at), m.grid.dims - 2);
+    const Vec3 share = at - Vec3(low);
+    Around around;
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        const Index3 up{int(corner & 1), int(corner >> 1 & 1), int(corner >> 2)};
+        Vec3 weight, rise;
+        for (int axis = 0; axis < 3; ++axis) {
+            weight[axis] = up[axis] ? share[axis] : 1.0 - share[axis];
+            rise[axis] = (up[axis] ? 1.0 : -1.0) / m.grid.spacing_m[axis];
+        }
+        const std::size_t node = m.grid.offset(low + up);
+        const double level = double(m.level_m[node]);
+        around.node[corner] = node;
+        around.weight[corner] = weight.x * weight.y * weight.z;
+        around.level_m += around.weight[corner] * level;
+        around.gradient += level * Vec3(rise.x * weight.y * weight.z, weight.x * rise.y * weight.z,
+                                        weight.x * weight.y * rise.z);
+    }
+    return around;
+}
+
+// Central differences, one-sided at the grid's ends.
+Vec3 gradientAtNode(const MotionModel& m, const Index3& i) {
+    Vec3 gradient;
+    for (int axis = 0; axis < 3; ++axis) {
+        Index3 low = i, high = i;
+        low[axis] = std::max(0, i[axis] - 1);
+        high[axis] = std::min(m.grid.dims[axis] - 1, i[axis] + 1);
+        gradient[axis] = double(m.level_m[m.grid.offset(high)] - m.level_m[m.grid.offset(low)]) /
+                         (m.grid.spacing_m[axis] * (high[axis] - low[axis]));
+    }
+    return gradient;
+}
+
+template <typename Visit>
+void forEachNode(const Grid& grid, const Visit& visit) {
+    Index3 i;
+    for (i.z = 0; i.z < grid.dims.z; ++i.z)
+        for (i.y = 0; i.y < grid.dims.y; ++i.y)
+            for (i.x = 0; i.x < grid.dims.x; ++i.x)
+                visit(i);
+}
+
+bool crossesCell(const MotionModel& m, const Index3& low) {
+    float least = m.level_m[m.grid.offset(low)], most = least;
+    for (int corner = 1; corner < 8; ++corner) {
+        const float level = m.level_m[m.grid.offset(low + Index3(corner & 1, corner >> 1 & 1, corner >> 2))];
+        least = std::min(least, level), most = std::max(most, level);
+    }
+    return least < 0.0f && most >= 0.0f;
+}
+
+using Values = std::array<float, 3>;
+
+Vec3 vectorOf(const Values& v) {
+    return {double(v[0]), double(v[1]), double(v[2])};
+}
+void set(Values& v, const Vec3& x) {
+    for (int axis = 0; axis < 3; ++axis)
+        v[std::size_t(axis)] = float(x[axis]);
+}
+
+// Takes the normal part of the interpolated field at one point from the nodes around it, as little as does.
+void straighten(MotionModel& m, const SurfacePoint& at, Values MotionCoefficients::* part) {
+    const Around around = lookAround(m, at.reference_m);
+    Vec3 value(0.0);
+    double squares = 0.0;
+    for (std::size_t k = 0; k < 8; ++k) {
+        value += around.weight[k] * vectorOf(m.slide[around.node[k]].*part);
+        squares += around.weight[k] * around.weight[k];
+    }
+    const Vec3 excess = glm::dot(value, at.normal) / squares * at.normal;
+    for (std::size_t k = 0; k < 8; ++k) {
+        Values& node = m.slide[around.node[k]].*part;
+        set(node, vectorOf(node) - around.weight[k] * excess);
+    }
+}
+
+bool onBorder(const Grid& grid, const Index3& i) {
+    return !grid.contains(i - 1) || !grid.contains(i + 1);
+}
+
+}  // namespace
+
+std::vector<SurfacePoint> cavitySurface(const MotionModel& m) {
+    std::vector<SurfacePoint> points;
+    if (m.empty()) return points;
+    forEachNode(m.grid, [&](const Index3& low) {
+        if (!m.grid.contains(low + 1) || !crossesCell(m, low)) return;
+        for (int corner = 0; corner < 8; ++corner) {
+            const Vec3 share = 0.25 + 0.5 * Vec3(corner & 1, corner >> 1 & 1, corner >> 2);
+            Vec3 p = m.grid.origin_m + m.grid.spacing_m * (Vec3(low) + share);
+            for (int step = 0; step < 4; ++step) {
+                const Around around = lookAround(m, p);
+                const double steepness2 = glm::dot(around.gradient, around.gradient);
+                if (steepness2 < 1e-6) break;
+                p -= around.level_m / steepness2 * around.gradient;
+            }
+            const Vec3 at = m.grid.toVoxels(p) - Vec3(low);
+            if (at.x < 0.0 || at.y < 0.0 || at.z < 0.0 || at.x > 1.0 || at.y > 1.0 || at.z > 1.0) continue;
+            const Around around = lookAround(m, p);
+            const double steepness = std::sqrt(glm::dot(around.gradient, around.gradient));
+            if (steepness < 1e-3 || std::fabs(around.level_m) > 1e-6) continue;
+            points.push_back({p, around.gradient / steepness});
+        }
+    });
+    return points;
+}
+
+void keepOutside(MotionModel& m, const std::vector<Vec3>& points_m, double margin_m) {
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+        bool done = true;
+        for (const Vec3& p : points_m) {
+            const Around around = lookAround(m, p);
+            if (around.level_m >= margin_m) continue;
+            done = false;
+            double squares = 0.0;
+            for (const double weight : around.weight)
+                squares += weight * weight;
+            // A hair more than is missing, so that sweeps end.
+            const double lift = (margin_m + 1e-5 - around.level_m) / squares;
+            for (std::size_t k = 0; k < 8; ++k)
+                m.level_m[around.node[k]] += float(lift * around.weight[k]);
+        }
+        if (done) return;
+    }
+}
+
+void makeTangential(MotionModel& m, double depth_m) {
+    if (m.empty()) return;
+    const Vec3 s = m.grid.spacing_m;
+    const double cell_m = std::max({s.x, s.y, s.z});
+    forEachNode(m.grid, [&](const Index3& i) {
+        const std::size_t at = m.grid.offset(i);
+        const double level = double(m.level_m[at]);
+        const double all_m = -2.0 * cell_m;  // every node of a cell that the surface crosses is nearer
+        const double share = smoothStep(std::min(-depth_m, all_m - cell_m), all_m, level);
+        const double kept = onBorder(m.grid, i) ? 0.0 : 1.0 - smoothStep(2.0 * cell_m, 5.0 * cell_m, level);
+        const Vec3 gradient = gradientAtNode(m, i);
+        const double steepness2 = glm::dot(gradient, gradient);
+        for (Values MotionCoefficients::* part : {&MotionCoefficients::a1_m, &MotionCoefficients::a2_m_s}) {
+            Vec3 value = vectorOf(m.slide[at].*part);
+            if (steepness2 > 1e-6) value -= share * glm::dot(value, gradient) / steepness2 * gradient;
+            set(m.slide[at].*part, kept * value);
+        }
+    });
+    const std::vector<SurfacePoint> surface = cavitySurface(m);
+    for (int sweep = 0; sweep < kSweeps; ++sweep)
+        for (const SurfacePoint& point : surface) {
+            straighten(m, point, &MotionCoefficients::a1_m);
+            straighten(m, point, &MotionCoefficients::a2_m_s);
+        }
+    forEachNode(m.grid, [&](const Index3& i) {
+        if (onBorder(m.grid, i)) m.slide[m.grid.offset(i)] = {};
+    });
+}
+
+InterfaceError measureInterface(const MotionModel& m, const Surrogate& now) {
+    InterfaceError error;
+    std::vector<double> all;
+    for (const SurfacePoint& point : cavitySurface(m)) {
+        const Vec3 inner = point.reference_m - kJustInside_m * point.normal;
+        const Vec3 outer = point.reference_m + kJustInside_m * point.normal;
+        const Vec3 moved = deformedFromReference(m, now, inner);
+        const Vec3 off = moved - deformedFromReference(m, now, outer);
+        const double slip = std::sqrt(glm::dot(off, off));
+        const double level = cavityLevel_m(m, now, moved);
+        error.worst_overlap_m = std::max(error.worst_overlap_m, level);
+        error.worst_gap_m = std::max(error.worst_gap_m, -level);
+        error.mean_m += std::fabs(level);
+        error.mean_slip_m += slip;
+        error.most_slip_m = std::max(error.most_slip_m, slip);
+        all.push_back(std::fabs(level));
+    }
+    error.points = all.size();
+    if (all.empty()) return error;
+    error.mean_m /= double(all.size());
+    error.mean_slip_m /= double(all.size());
+    const auto p99 = all.begin() + std::ptrdiff_t(0.99 * double(all.size() - 1));
+    std::nth_element(all.begin(), p99, all.end());
+    error.p99_m = *p99;
+    return error;
+}
+
+}  // namespace stylet::patient

@@ -1,0 +1,347 @@
+#include "patient/motion_template.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "patient/distance.h"
+#include "patient/motion_interface.h"
+
+namespace stylet::patient {
+namespace {
+
+constexpr double kWorkSpacing_m = 0.002;  // of the grid on which the cavity is shaped
+constexpr double kSmooth_m = 0.004;       // sigma of the rounding of its surface
+constexpr double kMostLevel_m = 0.060;
+constexpr double kHull_m = 0.015;  // gaps between organs narrower than twice this are closed
+constexpr double kSlot_m = 0.010;  // and slots narrower than twice this
+constexpr double kOffBone_m = 0.0015;
+constexpr double kMargin_m = 0.001;  // least level at the centre of a voxel of bone
+constexpr double kPad_m = 0.030;     // of nodes around the image
+constexpr double kFade_m = 0.060, kLeastFade_m = 0.035;
+constexpr double kRibRise = 0.67;
+
+// What each id is to a motion.
+struct Kinds {
+    std::array<bool, 256> fascia{}, bone{}, liver{}, organ{}, skin{}, wall{};
+};
+
+Kinds kindsOf(const std::vector<Label>& table) {
+    Kinds kinds;
+    for (const Label& label : table) {
+        kinds.fascia[label.id] = label.tissue == Tissue::fascia;
+        kinds.bone[label.id] = label.tissue == Tissue::bone;
+        kinds.liver[label.id] = label.tissue == Tissue::liver;
+        kinds.skin[label.id] = label.tissue == Tissue::skin;
+        kinds.organ[label.id] =
+            label.tissue == Tissue::air || label.tissue == Tissue::liver || label.abdominal;
+        kinds.wall[label.id] = kinds.fascia[label.id] || kinds.bone[label.id] || kinds.skin[label.id];
+    }
+    return kinds;
+}
+
+template <typename Visit>
+void forEachVoxel(const Grid& grid, const Visit& visit) {
+    Index3 i;
+    for (i.z = 0; i.z < grid.dims.z; ++i.z)
+        for (i.y = 0; i.y < grid.dims.y; ++i.y)
+            for (i.x = 0; i.x < grid.dims.x; ++i.x)
+                visit(i);
+}
+
+// Sizes that the fields are shaped by, in the reference.
+struct Body {
+    double liver_low_m = 1e9, liver_high_m = -1e9;                      // z
+    double left_m = 1e9, right_m = -1e9, back_m = 1e9, front_m = -1e9;  // at the liver's height
+    double spine_x_m = 0.0, spine_front_m = 0.0;
+    bool empty() const { return liver_low_m > liver_high_m; }
+    double middle() const { return 0.5 * (left_m + right_m); }
+};
+
+Body measureBody(const LabelVolume& labels, const Kinds& kinds) {
+    Body body;
+    const Grid& grid = labels.grid;
+    forEachVoxel(grid, [&](const Index3& i) {
+        if (!kinds.liver[labels[i]]) return;
+        const double z = grid.centre(i).z;
+        body.liver_low_m = std::min(body.liver_low_m, z), body.liver_high_m = std::max(body.liver_high_m, z);
+    });
+    const auto atLiver = [&](const auto& visit) {
+        forEachVoxel(grid, [&](const Index3& i) {
+            const Vec3 p = grid.centre(i);
+            if (labels[i] != 0 && p.z >= body.liver_low_m && p.z <= body.liver_high_m) visit(labels[i], p);
+        });
+    };
+    atLiver([&](std::uint8_t, const Vec3& p) {
+        body.left_m = std::min(body.left_m, p.x), body.right_m = std::max(body.right_m, p.x);
+        body.back_m = std::min(body.back_m, p.y), body.front_m = std::max(body.front_m, p.y);
+    });
+    const double half_depth_m = 0.5 * (body.front_m - body.back_m);
+    body.spine_front_m = body.back_m + 0.6 * half_depth_m;
+    body.spine_x_m = body.middle();
+    double front_m = -1e9, sum_x = 0.0;
+    std::size_t bones = 0;
+    atLiver([&](std::uint8_t id, const Vec3& p) {
+        if (!kinds.bone[id] || std::fabs(p.x - body.middle()) > 0.025 || p.y > body.back_m + half_depth_m)
+            return;
+        front_m = std::max(front_m, p.y), sum_x += p.x, ++bones;
+    });
+    if (bones > 0) body.spine_front_m = front_m, body.spine_x_m = sum_x / double(bones);
+    return body;
+}
+
+// What hangs together with the liver inside the fascia; empty where the fascia is missing or leaks.
+std::vector<bool> insideFascia(const LabelVolume& labels, const Kinds& kinds) {
+    const Grid& grid = labels.grid;
+    const bool lined = std::any_of(labels.voxels.begin(), labels.voxels.end(),
+                                   [&](std::uint8_t l) { return kinds.fascia[l]; });
+    if (!lined) return {};
+    std::vector<bool> inside(labels.voxels.size(), false);
+    std::vector<Index3> open;
+    forEachVoxel(grid, [&](const Index3& i) {
+        if (kinds.liver[labels[i]]) inside[grid.offset(i)] = true, open.push_back(i);
+    });
+    while (!open.empty()) {
+        const Index3 i = open.back();
+        open.pop_back();
+        for (int axis = 0; axis < 3; ++axis)
+            for (const int step : {-1, 1}) {
+                Index3 n = i;
+                n[axis] += step;
+                if (!grid.contains(n)) {
+                    if (axis != 2) return {};  // out of the body's side
+                    continue;
+                }
+                const std::size_t at = grid.offset(n);
+                if (kinds.skin[labels.voxels[at]]) return {};
+                if (inside[at] || kinds.wall[labels.voxels[at]]) continue;
+                inside[at] = true;
+                open.push_back(n);
+            }
+    }
+    return inside;
+}
+
+Grid workGrid(const Grid& image) {
+    Grid work = image;
+    for (int axis = 0; axis < 3; ++axis) {
+        const int stride = std::max(1, int(std::floor(kWorkSpacing_m / image.spacing_m[axis] + 0.5)));
+        work.spacing_m[axis] = image.spacing_m[axis] * stride;
+        work.dims[axis] = std::max(1, image.dims[axis] / stride);
+        work.origin_m[axis] = image.origin_m[axis] + 0.5 * (stride - 1) * image.spacing_m[axis];
+    }
+    return work;
+}
+
+Volume<std::uint8_t> within(const Volume<float>& distance_m, double reach_m, bool inverted) {
+    Volume<std::uint8_t> mask(distance_m.grid);
+    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
+        mask.voxels[i] = (double(distance_m.voxels[i]) <= reach_m) != inverted;
+    return mask;
+}
+
+// The cavity on the work grid, without bone.
+Volume<std::uint8_t> cavityMask(const LabelVolume& labels, const Kinds& kinds, int threads) {
+    Volume<std::uint8_t> mask(workGrid(labels.grid)), bone(mask.grid);
+    const std::vector<bool> inside = insideFascia(labels, kinds);
+    forEachVoxel(mask.grid, [&](const Index3& i) {
+        const Index3 source =
+            glm::clamp(labels.grid.nearest(mask.grid.centre(i)), Index3(0), labels.grid.dims - 1);
+        const std::size_t at = labels.grid.offset(source);
+        mask[i] = inside.empty() ? kinds.organ[labels.voxels[at]] : inside[at];
+        bone[i] = kinds.bone[labels.voxels[at]];
+    });
+    if (inside.empty()) {
+        mask = within(distanceTo(mask, Sites::all, threads), kHull_m, true);
+        mask = within(distanceTo(mask, Sites::all, threads), kHull_m, true);
+    }
+    const Volume<float> from_bone_m = distanceTo(bone, Sites::all, threads);
+    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
+        if (double(from_bone_m.voxels[i]) <= kOffBone_m) mask.voxels[i] = 0;
+    // Opened: no slot is left that is too narrow to slide in.
+    const Volume<std::uint8_t> outside = within(distanceTo(mask, Sites::all, threads), 0.0, true);
+    mask = within(distanceTo(outside, Sites::all, threads), kSlot_m, true);
+    return within(distanceTo(mask, Sites::all, threads), kSlot_m, false);
+}
+
+// Binomial passes along each axis until the variance is kSmooth_m's.
+void smooth(Volume<float>& volume) {
+    const Grid& grid = volume.grid;
+    std::vector<float> line;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double sigma = kSmooth_m / grid.spacing_m[axis];
+        const int passes = int(std::floor(2.0 * sigma * sigma + 0.5));
+        const std::size_t stride = axis == 0   ? 1
+                                   : axis == 1 ? std::size_t(grid.dims.x)
+                                               : std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
+        const std::size_t n = std::size_t(grid.dims[axis]);
+        line.resize(n + 2);
+        Index3 i;
+        Index3 ends = grid.dims;
+        ends[axis] = 1;
+        for (i.z = 0; i.z < ends.z; ++i.z)
+            for (i.y = 0; i.y < ends.y; ++i.y)
+                for (i.x = 0; i.x < ends.x; ++i.x) {
+                    float* const first = volume.voxels.data() + grid.offset(i);
+                    for (int pass = 0; pass < passes; ++pass) {
+                        for (std::size_t k = 0; k < n; ++k)
+                            line[k + 1] = first[k * stride];
+                        line[0] = line[1], line[n + 1] = line[n];
+                        for (std::size_t k = 0; k < n; ++k)
+                            first[k * stride] = 0.25f * line[k] + 0.5f * line[k + 1] + 0.25f * line[k + 2];
+                    }
+                }
+    }
+}
+
+// Signed distance to the mask's border, rounded.
+Volume<float> levelOf(const Volume<std::uint8_t>& mask, int threads) {
+    const Vec3 s = mask.grid.spacing_m;
+    const double half_m = 0.5 * std::min({s.x, s.y, s.z});
+    Volume<std::uint8_t> outside(mask.grid);
+    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
+        outside.voxels[i] = !mask.voxels[i];
+    Volume<float> level = distanceTo(mask, Sites::all, threads);
+    const Volume<float> depth = distanceTo(outside, Sites::all, threads);
+    for (std::size_t i = 0; i < level.voxels.size(); ++i) {
+        const double signed_m =
+            mask.voxels[i] ? half_m - double(depth.voxels[i]) : double(level.voxels[i]) - half_m;
+        level.voxels[i] = float(std::clamp(signed_m, -kMostLevel_m, kMostLevel_m));
+    }
+    smooth(level);
+    return level;
+}
+
+// Around the image, nodes on whole millimetres.
+Grid nodeGrid(const Grid& image, double spacing_m) {
+    Grid grid;
+    grid.spacing_m = Vec3(spacing_m);
+    for (int axis = 0; axis < 3; ++axis) {
+        grid.origin_m[axis] = std::floor((image.origin_m[axis] - kPad_m) * 1000.0) / 1000.0;
+        const double end_m = image.centre(image.dims - 1)[axis] + kPad_m;
+        grid.dims[axis] = 2 + int(std::floor((end_m - grid.origin_m[axis]) / spacing_m));
+    }
+    return grid;
+}
+
+// C1 from 0 at `from` to 1 at `to`; `from` may be the greater.
+double smoothStep(double from, double to, double x) noexcept {
+    const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
+    return s * s * (3.0 - 2.0 * s);
+}
+
+// The template's two fields at a point, before the slide is made tangential.
+class Fields {
+  public:
+    Fields(const Body& body, const MotionAmplitudes& a, const Grid& image, double v_ref, double node_m)
+        : body_(body), a_(a), low_m_(image.origin_m), high_m_(image.centre(image.dims - 1)), node_m_(node_m) {
+        const double v = std::clamp(v_ref, 0.0, 1.0);
+        full_low_m_ = body.liver_low_m - 0.003 - a.dome_m * (1.0 - v);
+        full_high_m_ = body.liver_high_m + 0.003 + a.dome_m * v;
+        // Rest is reached within the scan where that leaves room to fade, so that no air is drawn in.
+        const double least_m = std::max(kLeastFade_m, 2.2 * a.dome_m);
+        zero_low_m_ = std::min(full_low_m_ - least_m, std::max(full_low_m_ - kFade_m, low_m_.z));
+        zero_high_m_ = std::max(full_high_m_ + least_m, std::min(full_high_m_ + kFade_m, high_m_.z));
+    }
+
+    // `level_m` of the cavity: what would push against its wall is kept to its inner part.
+    Vec3 slide(const Vec3& p, double level_m) const {
+        const double inner = smoothStep(-0.008, -0.040, level_m);
+        return along(p.z) * freeOfSpine(p) * fadeOut(p) *
+               Vec3(-a_.lateral_m * inner, a_.anterior_m * inner, -a_.dome_m);
+    }
+    Vec3 slideLag(const Vec3& p) const {
+        return Vec3(0.0, 0.0, -along(p.z) * freeOfSpine(p) * fadeOut(p) * a_.hysteresis_m_s);
+    }
+
+    Vec3 wall(const Vec3& p) const {
+        const double half_width_m = 0.5 * (body_.right_m - body_.left_m);
+        const double side = std::clamp((p.x - body_.middle()) / half_width_m, -1.2, 1.2);
+        const double front = (p.y - body_.spine_front_m) / (body_.front_m - body_.spine_front_m);
+        const double liver_m = 0.5 * (body_.liver_low_m + body_.liver_high_m);
+        // The chest's front rises less than the belly's.
+        const double below = 1.0 - 0.7 * smoothStep(liver_m, body_.liver_high_m + 0.02, p.z);
+        // Nothing is drawn in through the scan's ends.
+        const double ends =
+            smoothStep(low_m_.z, low_m_.z + 0.04, p.z) * smoothStep(high_m_.z, high_m_.z - 0.04, p.z);
+        const Vec3 w(a_.rib_m * side, a_.belly_m * below * smoothStep(0.45, 0.95, front),
+                     kRibRise * a_.rib_m * side * side * ends);
+        return offSpine(p) * fadeOut(p) * w;
+    }
+
+  private:
+    double along(double z) const {
+        return smoothStep(zero_low_m_, full_low_m_, z) * smoothStep(zero_high_m_, full_high_m_, z);
+    }
+    // From the column's front and flanks.
+    double fromSpine_m(const Vec3& p, double half_width_m) const {
+        const double beside_m = std::max(0.0, std::fabs(p.x - body_.spine_x_m) - half_width_m);
+        const double before_m = std::max(0.0, p.y - body_.spine_front_m);
+        return std::sqrt(beside_m * beside_m + before_m * before_m);
+    }
+    double offSpine(const Vec3& p) const { return smoothStep(0.005, 0.050, fromSpine_m(p, 0.040)); }
+    // What lies on the column (great vessels, psoas) stays with it.
+    double freeOfSpine(const Vec3& p) const { return smoothStep(0.0, 0.022, fromSpine_m(p, 0.045)); }
+    // 1 in the image, 0 before the nodes end.
+    double fadeOut(const Vec3& p) const {
+        double share = 1.0;
+        const double reach_m = kPad_m - node_m_;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double beyond_m = std::max(low_m_[axis] - p[axis], p[axis] - high_m_[axis]);
+            share *= smoothStep(reach_m, 0.0, beyond_m);
+        }
+        return share;
+    }
+
+    Body body_;
+    MotionAmplitudes a_;
+    Vec3 low_m_, high_m_;
+    double node_m_;
+    double full_low_m_, full_high_m_, zero_low_m_, zero_high_m_;
+};
+
+std::array<float, 3> narrowed(const Vec3& v) {
+    // Steps of 2^-20 m, about 1 um: half the file, and nothing to feel.
+    const auto round = [](double x) { return float(std::floor(x * 0x1p20 + 0.5) * 0x1p-20); };
+    return {round(v.x), round(v.y), round(v.z)};
+}
+
+std::vector<Vec3> bonePoints(const LabelVolume& labels, const Kinds& kinds) {
+    std::vector<Vec3> points_m;
+    forEachVoxel(labels.grid, [&](const Index3& i) {
+        if (kinds.bone[labels[i]]) points_m.push_back(labels.grid.centre(i));
+    });
+    return points_m;
+}
+
+}  // namespace
+
+MotionModel motionTemplate(const LabelVolume& labels, const std::vector<Label>& table,
+                           const MotionAmplitudes& amplitudes, const Surrogate& reference, int threads) {
+    MotionModel m;
+    m.reference = reference;
+    m.dome_travel_m = amplitudes.dome_m;
+    const Kinds kinds = kindsOf(table);
+    const Body body = measureBody(labels, kinds);
+    if (body.empty()) return m;
+    const Volume<float> level = levelOf(cavityMask(labels, kinds, threads), threads);
+    m.grid = nodeGrid(labels.grid, amplitudes.spacing_m);
+    const Fields fields(body, amplitudes, labels.grid, reference.v, amplitudes.spacing_m);
+    forEachVoxel(m.grid, [&](const Index3& i) {
+        const Vec3 p = m.grid.centre(i);
+        const bool border = !m.grid.contains(i - 1) || !m.grid.contains(i + 1);
+        const double inner = border ? 0.0 : 1.0;
+        m.wall.push_back({narrowed(inner * fields.wall(p)), {}});
+        const double level_m = linearAt(level, p);
+        m.slide.push_back({narrowed(inner * fields.slide(p, level_m)), narrowed(inner * fields.slideLag(p))});
+        m.level_m.push_back(float(level_m));
+    });
+    keepOutside(m, bonePoints(labels, kinds), kMargin_m);
+    makeTangential(m);
+    for (MotionCoefficients& c : m.slide) {
+        c.a1_m = narrowed({double(c.a1_m[0]), double(c.a1_m[1]), double(c.a1_m[2])});
+        c.a2_m_s = narrowed({double(c.a2_m_s[0]), double(c.a2_m_s[1]), double(c.a2_m_s[2])});
+    }
+    return m;
+}
+
+}  // namespace stylet::patient

@@ -11,13 +11,9 @@ using patient::VoxelWalk;
 
 namespace {
 
-// 10 mm in one tick, a very fast hand, halved to 10 nm.
-constexpr int kInterfaceHalvings = 20;
-
 void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
            const Surrogate& breath) noexcept {
-    s.channel_reference_m =
-        patient::referenceFromDeformed(patient.package().breathing, breath, tip_deformed_m);
+    s.channel_reference_m = patient::referenceFromDeformed(patient.package().motion, breath, tip_deformed_m);
     const TissueSample x = patient.at(s.channel_reference_m, s.track);
     s.tissue = x.tissue;
     s.label = x.label;
@@ -32,17 +28,14 @@ void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
 
 // A straight way in the deformed patient, and where its points are in the reference.
 struct DeformedWay {
-    const patient::BreathingModel& breathing;
+    const patient::MotionModel& motion;
     const Surrogate& breath;
     Vec3 from_m, to_m;
     Vec3 anchor_m{0.0};  // residual of the inverse at the channel: kept, so that it never adds up
 
     Vec3 reference(double share) const noexcept {
         const Vec3 p = from_m + share * (to_m - from_m);
-        return anchor_m + patient::referenceFromDeformed(breathing, breath, p);
-    }
-    bool inside(double share) const noexcept {
-        return patient::cavityRho(breathing, from_m + share * (to_m - from_m)) < 1.0;
+        return anchor_m + patient::referenceFromDeformed(motion, breath, p);
     }
 };
 
@@ -61,17 +54,12 @@ void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const V
 // the reference jumps there, and what lies between is not on the way.
 void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const DeformedWay& course,
           double way_m, Way way) noexcept {
-    const bool begins_inside = course.inside(0.0);
-    if (begins_inside == course.inside(1.0))
-        return walk(s, solver, patient, course.reference(1.0), way_m, way);
-    double before = 0.0, after = 1.0;
-    for (int i = 0; i < kInterfaceHalvings; ++i) {
-        const double middle = 0.5 * (before + after);
-        (course.inside(middle) == begins_inside ? before : after) = middle;
-    }
-    walk(s, solver, patient, course.reference(before), way_m * before, way);
-    s.channel_reference_m = course.reference(after);
-    walk(s, solver, patient, course.reference(1.0), way_m * (1.0 - before), way);
+    const patient::SideChanges changes =
+        patient::sideChanges(course.motion, course.breath, course.from_m, course.to_m);
+    patient::forEachStretch(changes, [&](double begin, double end) {
+        if (begin > 0.0) s.channel_reference_m = course.reference(begin);
+        walk(s, solver, patient, course.reference(end), way_m * (end - begin), way);
+    });
 }
 
 // The lateral spring's reach before the channel is cut sideways.
@@ -89,11 +77,9 @@ void stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& p
     events.count = events.dropped = 0;
     if (!s.primed) prime(s, patient, tip_deformed_m, breath);
 
-    const patient::BreathingModel& breathing = patient.package().breathing;
-    const auto toReference = [&](const Vec3& p) {
-        return patient::referenceFromDeformed(breathing, breath, p);
-    };
-    const Vec3 channel_now = patient::deformedFromReference(breathing, breath, s.channel_reference_m);
+    const patient::MotionModel& motion = patient.package().motion;
+    const auto toReference = [&](const Vec3& p) { return patient::referenceFromDeformed(motion, breath, p); };
+    const Vec3 channel_now = patient::deformedFromReference(motion, breath, s.channel_reference_m);
     const Vec3 offset = tip_deformed_m - channel_now;
     // Of the channel, not of the hand: where the shaft turns about a tip that lags beside its channel, the
     // two differ.
@@ -102,13 +88,13 @@ void stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& p
     SectionSolver solver(s, settings, patient, events);
 
     if (s.phase == Phase::outside) {
-        walk(s, solver, patient, DeformedWay{breathing, breath, channel_now, tip_deformed_m}, ds, along);
+        walk(s, solver, patient, DeformedWay{motion, breath, channel_now, tip_deformed_m}, ds, along);
     } else {
         // The channel goes along with the breath; the tip moves in it along the axis.
         const Vec3 across = offset - ds * axis;
         const Vec3 anchor = s.channel_reference_m - toReference(channel_now);
         const Vec3 deepest = tip_deformed_m - across;
-        walk(s, solver, patient, DeformedWay{breathing, breath, channel_now, deepest, anchor}, ds, along);
+        walk(s, solver, patient, DeformedWay{motion, breath, channel_now, deepest, anchor}, ds, along);
         s.lateral_m = across;
         const double length = std::sqrt(glm::dot(across, across));
         const double reach = lateralReach(settings);
@@ -116,7 +102,7 @@ void stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& p
             s.lateral_cut_m += length - reach;
             s.lateral_m = across * (reach / length);
             const Vec3 cut_to = tip_deformed_m - s.lateral_m;
-            walk(s, solver, patient, DeformedWay{breathing, breath, deepest, cut_to, anchor}, 0.0,
+            walk(s, solver, patient, DeformedWay{motion, breath, deepest, cut_to, anchor}, 0.0,
                  Way::sideways);
         }
     }
@@ -178,6 +164,7 @@ void hashNeedle(patient::StateHash& hash, const NeedleState& s) noexcept {
     hash.add(s.channel_reference_m);
     hash.add(s.breath.v);
     hash.add(s.breath.rate_per_s);
+    hash.add(s.breath.creep_v);
 }
 
 }  // namespace stylet::haptics

@@ -47,7 +47,7 @@ void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
 Simulation::Simulation(const patient::Patient& patient, const SimulationSettings& settings)
     : patient_(&patient),
       settings_(settings),
-      breath_(settings.breath.value_or(patient::BreathPlan{.rhythm = patient.package().breathing.signal})),
+      breath_(settings.breath.value_or(patient::BreathPlan{.rhythm = patient.package().signal})),
       gain_(outputGain(settings.profile, settings.output)) {
     state_.hash.add(patient::digest(patient.package()));
     state_.hash.add(settings.scenario_digest);

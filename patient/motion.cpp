@@ -71,24 +71,6 @@ class Flow {
         return p;
     }
 
-  private:
-    struct Local {
-        Vec3 velocity{0.0}, push{0.0};  // of the drive, and of its change
-        Mat3 slope{0.0};                // of the velocity
-    };
-
-    // False beyond the grid, and for what is not a number.
-    bool find(const Vec3& p, Cell& cell) const noexcept {
-        const Vec3 at = (p - origin_m_) * per_m_;
-        if (!(at.x >= 0.0 && at.y >= 0.0 && at.z >= 0.0 && at.x < double(last_.x) && at.y < double(last_.y) &&
-              at.z < double(last_.z)))
-            return false;
-        const Index3 low{int(at.x), int(at.y), int(at.z)};
-        cell.first = std::size_t(low.z) * slice_ + std::size_t(low.y) * row_ + std::size_t(low.x);
-        cell.share = at - Vec3(low);
-        return true;
-    }
-
     Vec3 velocity(const Vec3& p) const noexcept {
         Cell cell;
         if (!find(p, cell)) return Vec3(0.0);
@@ -105,6 +87,24 @@ class Flow {
         addPair(0, low.y * low.z), addPair(row_, high.y * low.z);
         addPair(slice_, low.y * high.z), addPair(slice_ + row_, high.y * high.z);
         return Vec3(sum[0], sum[1], sum[2]) * drive_.v + Vec3(sum[3], sum[4], sum[5]) * drive_.rate;
+    }
+
+  private:
+    struct Local {
+        Vec3 velocity{0.0}, push{0.0};  // of the drive, and of its change
+        Mat3 slope{0.0};                // of the velocity
+    };
+
+    // False beyond the grid, and for what is not a number.
+    bool find(const Vec3& p, Cell& cell) const noexcept {
+        const Vec3 at = (p - origin_m_) * per_m_;
+        if (!(at.x >= 0.0 && at.y >= 0.0 && at.z >= 0.0 && at.x < double(last_.x) && at.y < double(last_.y) &&
+              at.z < double(last_.z)))
+            return false;
+        const Index3 low{int(at.x), int(at.y), int(at.z)};
+        cell.first = std::size_t(low.z) * slice_ + std::size_t(low.y) * row_ + std::size_t(low.x);
+        cell.share = at - Vec3(low);
+        return true;
     }
 
     Local localAt(const Vec3& p, const Drive& change) const noexcept {
@@ -141,6 +141,11 @@ class Flow {
 };
 
 }  // namespace
+
+Vec3 motionField_m(const MotionModel& m, MotionPart part, const Surrogate& now, const Vec3& p) noexcept {
+    if (m.empty()) return Vec3(0.0);
+    return Flow(m, part == MotionPart::wall ? m.wall : m.slide, driveOf(m, now)).velocity(p);
+}
 
 double cavityLevel_m(const MotionModel& m, const Vec3& p) noexcept {
     if (m.empty()) return 1.0;
@@ -230,7 +235,9 @@ SideChanges sideChanges(const MotionModel& m, const Surrogate& now, const Vec3& 
     // is not a number ends the loop.
     for (int look = 0; look < kMostLooks && share * length_m < length_m && changes.count < kMaxSideChanges;
          ++look) {
-        const double look_m = std::max(std::fabs(here) / kSteepestLevel, kShortestLook_m);
+        const double free_m = std::fabs(here) / kSteepestLevel;
+        if (free_m >= (1.0 - share) * length_m) break;
+        const double look_m = std::max(free_m, kShortestLook_m);
         const double next = std::min(1.0, share + look_m / length_m);
         const double there = level(next);
         if ((here < 0.0) != (there < 0.0)) {

@@ -61,6 +61,10 @@ Mat3 motionJacobian(const MotionModel&, const Surrogate& now, const Vec3& refere
 Vec3 motionVelocity_m_s(const MotionModel&, const Surrogate& now, double acceleration_per_s2,
                         const Vec3& reference_m) noexcept;
 
+// w itself at a point, metres per unit time of its flow: what a table of the motion is made from.
+enum class MotionPart { wall, slide };
+Vec3 motionField_m(const MotionModel&, MotionPart, const Surrogate& now, const Vec3& p) noexcept;
+
 // Distance to the cavity's surface, < 0 inside; of a point of the deformed patient in the second form.
 // Positive without nodes.
 double cavityLevel_m(const MotionModel&, const Vec3& reference_m) noexcept;

@@ -10,10 +10,10 @@ namespace stylet::patient {
 namespace {
 
 constexpr double kWorkSpacing_m = 0.002;  // of the grid on which the cavity is shaped
-constexpr double kSmooth_m = 0.004;       // sigma of the rounding of its surface
+constexpr double kSmooth_m = 0.005;       // sigma of the rounding of its surface
 constexpr double kMostLevel_m = 0.060;
 constexpr double kHull_m = 0.015;  // gaps between organs narrower than twice this are closed
-constexpr double kSlot_m = 0.010;  // and slots narrower than twice this
+constexpr double kSlot_m = 0.014;  // and slots narrower than twice this
 constexpr double kOffBone_m = 0.0015;
 constexpr double kMargin_m = 0.001;  // least level at the centre of a voxel of bone
 constexpr double kPad_m = 0.030;     // of nodes around the image
@@ -280,7 +280,7 @@ class Fields {
     }
     double offSpine(const Vec3& p) const { return smoothStep(0.005, 0.050, fromSpine_m(p, 0.040)); }
     // What lies on the column (great vessels, psoas) stays with it.
-    double freeOfSpine(const Vec3& p) const { return smoothStep(0.0, 0.022, fromSpine_m(p, 0.045)); }
+    double freeOfSpine(const Vec3& p) const { return smoothStep(0.0, 0.020, fromSpine_m(p, 0.040)); }
     // 1 in the image, 0 before the nodes end.
     double fadeOut(const Vec3& p) const {
         double share = 1.0;

@@ -156,8 +156,8 @@ T toVoxel(const std::filesystem::path& file, double value) {
 template <typename T>
 void readVoxels(const std::filesystem::path& file, ByteSource& in, const NiftiHeader& header,
                 std::vector<T>& voxels) {
-    if (std::is_integral_v<T> && header.type == kTypeOf<T> && !header.big_endian && header.slope == 1.0 &&
-        header.intercept == 0.0) {
+    const bool plain = header.slope == 1.0 && header.intercept == 0.0;
+    if (std::is_integral_v<T> && header.type == kTypeOf<T> && !header.big_endian && plain) {
         in.read(std::as_writable_bytes(std::span(voxels)), "voxels");
         return;
     }
@@ -169,7 +169,8 @@ void readVoxels(const std::filesystem::path& file, ByteSource& in, const NiftiHe
         in.read(std::span(chunk).first(now * size), "voxels");
         for (std::size_t i = 0; i < now; ++i) {
             const double stored = decoder(chunk.data() + i * size, header.big_endian);
-            voxels[done + i] = toVoxel<T>(file, stored * header.slope + header.intercept);
+            // Without a scale bit for bit: a zero keeps its sign.
+            voxels[done + i] = toVoxel<T>(file, plain ? stored : stored * header.slope + header.intercept);
         }
         done += now;
     }

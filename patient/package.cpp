@@ -14,6 +14,7 @@
 #include <fstream>
 
 #include "patient/hash.h"
+#include "patient/motion_io.h"
 #include "patient/nifti.h"
 #include "patient/package_toml.h"
 #include "patient/toml_reader.h"
@@ -26,6 +27,7 @@ namespace fs = std::filesystem;
 constexpr const char* kTomlName = "patient.toml";
 constexpr const char* kCtName = "ct.nii.gz";
 constexpr const char* kLabelsName = "labels.nii.gz";
+constexpr const char* kMotionName = "motion.nii.gz";
 constexpr const char* kColoursName = "labels.ctbl";
 constexpr double kGridTolerance_m = 1e-6;  // single precision of a millimetre value within a metre
 
@@ -104,8 +106,9 @@ void checkBeforeSaving(const Package& p, const fs::path& folder) {
         throw DataError(folder / kCtName, "voxels", "count does not fit the grid");
     // What is written must be what the loader takes.
     const Package again = parsePackageToml(toml, packageToml(p));
-    if (!(again.breathing.reference == p.breathing.reference))
-        throw DataError(toml, "reference_phase", "is not the breath in breathing.reference");
+    if (!(again.motion.reference == p.motion.reference))
+        throw DataError(toml, "reference_phase", "is not the breath in motion.reference");
+    checkMotion(folder / kMotionName, p.motion);
     checkLabelIds(folder / kLabelsName, p);
 }
 
@@ -129,6 +132,7 @@ Package loadPackage(const fs::path& folder) {
         grid->origin_m = exact.origin_m;
     }
     checkLabelIds(labels, p);
+    if (p.motion.grid.dims.x > 0) readMotion(folder / kMotionName, p.motion);
     return p;
 }
 
@@ -146,8 +150,9 @@ void savePackage(const Package& p, const fs::path& folder) {
         writeText(fresh / kColoursName, colourTable(p.label_table));
         writeNifti(fresh / kCtName, p.ct);
         writeNifti(fresh / kLabelsName, p.labels);
-        for (const char* file : {kTomlName, kColoursName, kCtName, kLabelsName})
-            flushToDisk(fresh / file);
+        if (!p.motion.empty()) writeMotion(fresh / kMotionName, p.motion);
+        for (const fs::directory_entry& file : fs::directory_iterator(fresh))
+            flushToDisk(file.path());
         flushToDisk(fresh);
         putInPlace(fresh, target);
         flushToDisk(target.parent_path());
@@ -179,27 +184,33 @@ void addLabels(StateHash& hash, const Package& p) {
     }
 }
 
-void addBreathing(StateHash& hash, const BreathingModel& m) {
-    for (const double v :
-         {m.a1_m, m.a2_m_s, m.outside_share, m.fade_rho, m.z_low_m, m.z_full_low_m, m.z_full_high_m,
-          m.z_high_m, m.reference.v, m.reference.rate_per_s, m.signal.period_s, m.signal.amplitude})
-        hash.add(v);
-    hash.add(std::uint64_t(m.cavity.size()));
-    for (const CavityKnot& k : m.cavity)
-        for (const double v : {k.z_m, k.x_m, k.y_m, k.rx_m, k.ry_m})
-            hash.add(v);
+void addMotion(StateHash& hash, const Package& p) {
+    const MotionModel& m = p.motion;
+    for (const double x :
+         {m.reference.v, m.reference.rate_per_s, m.reference.creep_v, m.v.low, m.v.high, m.rate_per_s.low,
+          m.rate_per_s.high, m.dome_travel_m, p.signal.period_s, p.signal.amplitude})
+        hash.add(x);
+    hash.add(std::uint64_t(m.level_m.size()));
+    if (m.empty()) return;
+    for (int axis = 0; axis < 3; ++axis)
+        hash.add(std::uint64_t(m.grid.dims[axis]));
+    hash.add(m.grid.spacing_m), hash.add(m.grid.origin_m);
+    static_assert(sizeof(MotionCoefficients) == 6 * sizeof(float));
+    hash.addBytes(std::as_bytes(std::span(m.wall)));
+    hash.addBytes(std::as_bytes(std::span(m.slide)));
+    hash.addBytes(std::as_bytes(std::span(m.level_m)));
 }
 
 }  // namespace
 
 std::uint64_t digest(const Package& p) {
     static_assert(std::endian::native == std::endian::little,
-                  "the CT's bytes are hashed as they lie in memory");
+                  "bytes of the volumes are hashed as they lie in memory");
     StateHash hash;
-    hash.add(std::string_view("stylet patient 1"));
+    hash.add(std::string_view("stylet patient 2"));
     addTissues(hash, p);
     addLabels(hash, p);
-    addBreathing(hash, p.breathing);
+    addMotion(hash, p);
     for (int axis = 0; axis < 3; ++axis)
         hash.add(std::uint64_t(p.ct.grid.dims[axis]));
     hash.add(p.ct.grid.spacing_m), hash.add(p.ct.grid.origin_m);

@@ -1,6 +1,7 @@
 // The patient package: a folder that 3D Slicer opens.
-//   patient.toml    tissue table, thresholds, label table with provenance, breathing, licence
+//   patient.toml    tissue table, thresholds, label table with provenance, breath, licence
 //   ct.nii.gz       int16 HU        labels.nii.gz  uint8 with labels.ctbl
+//   motion.nii.gz   how breath moves it (optional; see motion_io.h)
 //   paths.json      bookmarked reference paths (optional; see planning.h)
 #pragma once
 
@@ -8,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "patient/breathing.h"
+#include "patient/motion.h"
 #include "patient/tissue.h"
 
 namespace stylet::patient {
@@ -30,7 +31,8 @@ struct Package {
     TissueTable tissues{};
     Thresholds thresholds;
     std::string reference_phase = "exhale";  // "exhale", "inhale" or "v=0.35": the breath of the CT
-    BreathingModel breathing;
+    MotionModel motion;                      // how breath moves it
+    BreathingSignal signal;                  // the breath at rest
 };
 
 // What a package starts from: the [[tissue]] and [thresholds] tables of a TOML file

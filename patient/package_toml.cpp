@@ -70,7 +70,8 @@ TissueTable readTissues(TomlReader& root) {
 }
 
 constexpr double kReach_m = 10.0;
-constexpr const char* kFormat = "stylet patient 1";
+constexpr const char* kFormat = "stylet patient 2";
+constexpr const char* kFormatOfEllipses = "stylet patient 1";
 
 Label readLabel(TomlReader& in) {
     Label label;
@@ -129,52 +130,19 @@ Grid readGrid(TomlReader in) {
     return grid;
 }
 
-std::vector<CavityKnot> readCavity(TomlReader& in) {
-    const toml::array& entries = in.array("cavity");
-    if (entries.size() > 4096) in.refuse("cavity", "more than 4096 knots");
-    std::vector<CavityKnot> knots;
-    for (const toml::node& entry : entries) {
-        if (!entry.is_array()) in.refuse("cavity", "not a list of [z, x, y, rx, ry]");
-        const auto [z, x, y, rx, ry] = readNumbers<5>(in, "cavity", *entry.as_array());
-        if (!(rx >= 0.001 && ry >= 0.001)) in.refuse("cavity", "a half-axis is below 1 mm");
-        if (!knots.empty() && !(z > knots.back().z_m)) in.refuse("cavity", "z does not ascend");
-        knots.push_back({z, x, y, rx, ry});
-    }
-    return knots;
+SurrogateRange readRange(TomlReader& in, std::string_view low_key, std::string_view high_key, double most) {
+    const SurrogateRange range{in.number(low_key, -most, most), in.number(high_key, -most, most)};
+    if (!(range.low < range.high)) in.refuse(high_key, "not above " + std::string(low_key));
+    return range;
 }
 
-// The field's steepest slope over a breath must stay well below what four midpoint steps can follow.
-void checkMotion(const TomlReader& in, const BreathingModel& m) {
-    if (m.cavity.empty()) return;
-    if (!(m.z_low_m < m.z_full_low_m && m.z_full_low_m <= m.z_full_high_m && m.z_full_high_m < m.z_high_m))
-        in.refuse("z_low_m", "z_low < z_full_low <= z_full_high < z_high does not hold");
-    if (m.cavity.front().z_m > m.z_low_m || m.cavity.back().z_m < m.z_high_m)
-        in.refuse("cavity", "does not reach from z_low_m to z_high_m");
-    constexpr double kPi = 3.14159265358979323846, kSteepestSin4 = 1.2991;  // max of 4 sin^3 cos
-    const double most_v = std::max(m.signal.amplitude, m.reference.v);
-    const double most_rate = kSteepestSin4 * kPi / m.signal.period_s * m.signal.amplitude;
-    const double fall_m = std::min(m.z_full_low_m - m.z_low_m, m.z_high_m - m.z_full_high_m);
-    if (1.5 * (std::abs(m.a1_m) * most_v + std::abs(m.a2_m_s) * most_rate) > 1.5 * fall_m)
-        in.refuse("a1_m", "the motion falls off too steeply between z_full and z_low or z_high");
-}
-
-BreathingModel readBreathing(TomlReader in, const Surrogate& reference) {
-    BreathingModel m;
-    m.reference = reference;
-    m.signal.period_s = in.number("period_s", 0.5, 60.0);
-    m.signal.amplitude = in.number("amplitude", 0.0, 2.0);
-    m.a1_m = in.number("a1_m", -0.1, 0.1);
-    m.a2_m_s = in.number("a2_m_s", -0.1, 0.1);
-    m.outside_share = in.number("outside_share", 0.0, 1.0);
-    m.fade_rho = in.number("fade_rho", 1.001, 10.0);
-    m.z_low_m = in.number("z_low_m", -kReach_m, kReach_m);
-    m.z_full_low_m = in.number("z_full_low_m", -kReach_m, kReach_m);
-    m.z_full_high_m = in.number("z_full_high_m", -kReach_m, kReach_m);
-    m.z_high_m = in.number("z_high_m", -kReach_m, kReach_m);
-    m.cavity = readCavity(in);
-    checkMotion(in, m);
+void readBreathing(TomlReader in, Package& p) {
+    p.signal.period_s = in.number("period_s", 0.5, 60.0);
+    p.signal.amplitude = in.number("amplitude", 0.0, 2.0);
+    p.motion.v = readRange(in, "v_low", "v_high", 3.0);
+    p.motion.rate_per_s = readRange(in, "rate_low_per_s", "rate_high_per_s", 20.0);
+    p.motion.dome_travel_m = in.number("dome_travel_m", 0.0, 0.1);
     in.finish();
-    return m;
 }
 
 // "exhale", "inhale" or "v=0.35".
@@ -266,24 +234,15 @@ void writeLabels(TomlWriter& out, const Package& p) {
     }
 }
 
-void writeBreathing(TomlWriter& out, const BreathingModel& m) {
+void writeBreathing(TomlWriter& out, const Package& p) {
     out.line("\n[breathing]");
-    out.put("period_s", m.signal.period_s);
-    out.put("amplitude", m.signal.amplitude);
-    out.put("a1_m", m.a1_m);
-    out.put("a2_m_s", m.a2_m_s);
-    out.put("outside_share", m.outside_share);
-    out.put("fade_rho", m.fade_rho);
-    out.put("z_low_m", m.z_low_m);
-    out.put("z_full_low_m", m.z_full_low_m);
-    out.put("z_full_high_m", m.z_full_high_m);
-    out.put("z_high_m", m.z_high_m);
-    out.line("# z, x, y, rx, ry in metres");
-    out.line("cavity = [");
-    for (const CavityKnot& k : m.cavity)
-        out.line("    [" + numberText(k.z_m) + ", " + numberText(k.x_m) + ", " + numberText(k.y_m) + ", " +
-                 numberText(k.rx_m) + ", " + numberText(k.ry_m) + "],");
-    out.line("]");
+    out.put("period_s", p.signal.period_s);
+    out.put("amplitude", p.signal.amplitude);
+    out.put("v_low", p.motion.v.low);
+    out.put("v_high", p.motion.v.high);
+    out.put("rate_low_per_s", p.motion.rate_per_s.low);
+    out.put("rate_high_per_s", p.motion.rate_per_s.high);
+    out.put("dome_travel_m", p.motion.dome_travel_m);
 }
 
 }  // namespace
@@ -301,7 +260,10 @@ TissueDefaults parseTissueDefaults(const std::filesystem::path& file, std::strin
 Package parsePackageToml(const std::filesystem::path& file, std::string_view text) {
     const toml::table parsed = parseToml(file, text);
     TomlReader root(file, "", parsed);
-    if (root.text("format", 100) != kFormat) root.refuse("format", "not \"" + std::string(kFormat) + "\"");
+    const std::string format = root.text("format", 100);
+    if (format == kFormatOfEllipses)
+        root.refuse("format", "an older patient, who breathes in ellipses: make or import it again");
+    if (format != kFormat) root.refuse("format", "not \"" + std::string(kFormat) + "\"");
     Package p;
     p.name = root.text("name", 200);
     p.licence = root.text("licence", 2000);
@@ -311,7 +273,12 @@ Package parsePackageToml(const std::filesystem::path& file, std::string_view tex
     p.thresholds = readThresholds(root.child("thresholds"));
     p.tissues = readTissues(root);
     p.label_table = readLabels(root);
-    p.breathing = readBreathing(root.child("breathing"), readReference(root, p.reference_phase));
+    p.motion.reference = readReference(root, p.reference_phase);
+    readBreathing(root.child("breathing"), p);
+    if (root.has("motion_grid")) {
+        p.motion.grid = readGrid(root.child("motion_grid"));
+        p.motion.grid.dims = Index3(1);  // the volume tells its own
+    }
     root.finish();
     return p;
 }
@@ -326,9 +293,14 @@ std::string packageToml(const Package& p) {
     out.line("\n# Exact; the volumes' own headers hold single precision.\n[grid]");
     out.put("spacing_m", p.ct.grid.spacing_m);
     out.put("origin_m", p.ct.grid.origin_m);
+    if (p.motion.grid.dims.x > 0) {
+        out.line("\n# Of motion.nii.gz.\n[motion_grid]");
+        out.put("spacing_m", p.motion.grid.spacing_m);
+        out.put("origin_m", p.motion.grid.origin_m);
+    }
     writeTissues(out, p);
     writeLabels(out, p);
-    writeBreathing(out, p.breathing);
+    writeBreathing(out, p);
     return out.take();
 }
 

@@ -20,7 +20,9 @@
 #include "patient/tissue.h"          // the force table, labels, thresholds
 #include "patient/signal.h"          // the breath as a signal, counted in ticks
 #include "patient/recording.h"       // a recorded one
-#include "patient/breathing.h"       // what it moves: at a point, and as a table for pictures
+#include "patient/motion.h"            // what it moves: two velocity fields and their flows at a point
+#include "patient/motion_template.h"   // such fields for a patient of whom there is one CT
+#include "patient/motion_interface.h"  // where the two sides slide: made tangential, measured
 #include "patient/package.h"         // packages on disk, and the tissue at a point
 #include "patient/planning.h"        // reference paths
 #include "patient/hash.h"            // the state hash

@@ -30,19 +30,22 @@ constexpr double kSkinRoughness_m = 0.003;  // a slanting line leaves the voxeli
 template <typename Visit>
 void walkDeformed(const Patient& patient, const Surrogate& breath, const Vec3& a, const Vec3& direction,
                   double length_m, const Visit& visit) {
-    const BreathingModel& motion = patient.package().breathing;
-    const bool straight = motion.cavity.empty() || breath == motion.reference;
-    const int pieces = straight ? 1 : std::max(1, int(std::ceil(length_m / kChord_m)));
-    const double piece_m = length_m / pieces;
-    Vec3 from = referenceFromDeformed(motion, breath, a);
-    for (int i = 0; i < pieces; ++i) {
-        const Vec3 to = referenceFromDeformed(motion, breath, a + direction * (piece_m * (i + 1)));
-        // Where two sides slide past each other the line jumps in the reference; nothing between is on it.
-        const bool jump = !straight && glm::length(to - from) > 2.0 * piece_m;
-        for (VoxelWalk walk(patient.grid(), jump ? to : from, to); !walk.done(); walk.next())
-            if (!visit(walk.voxel(), piece_m * (i + walk.begin()), piece_m * (i + walk.end()))) return;
-        from = to;
-    }
+    const MotionModel& motion = patient.package().motion;
+    const bool straight = motion.empty() || breath == motion.reference;
+    bool going = true;
+    const auto walkStretch = [&](double begin, double end) {
+        const int pieces = straight ? 1 : std::max(1, int(std::ceil((end - begin) * length_m / kChord_m)));
+        const double begin_m = begin * length_m, piece_m = (end - begin) * length_m / pieces;
+        Vec3 from = referenceFromDeformed(motion, breath, a + direction * begin_m);
+        for (int i = 0; i < pieces && going; ++i) {
+            const double at_m = begin_m + piece_m * i;
+            const Vec3 to = referenceFromDeformed(motion, breath, a + direction * (at_m + piece_m));
+            for (VoxelWalk walk(patient.grid(), from, to); going && !walk.done(); walk.next())
+                going = visit(walk.voxel(), at_m + piece_m * walk.begin(), at_m + piece_m * walk.end());
+            from = to;
+        }
+    };
+    forEachStretch(sideChanges(motion, breath, a, a + direction * length_m), walkStretch);
 }
 
 enum class Verdict { kept, blocked, tooLong, poor };
@@ -198,7 +201,7 @@ bool betterPath(const PlannedPath& a, const PlannedPath& b) {
 
 PlanResult planPaths(const Patient& patient, const PlanSettings& settings,
                      const std::function<void(double)>& progress) {
-    const BreathingModel& motion = patient.package().breathing;
+    const MotionModel& motion = patient.package().motion;
     const std::vector<Vec3> targets_reference_m = ductCentreLine(patient, settings.target_spacing_m);
     if (targets_reference_m.empty()) return {};
     if (progress) progress(0.1);

@@ -54,8 +54,7 @@ Box deformedLiver(const Patient& patient, const Surrogate& breath) {
     const Package& p = patient.package();
     Box box;
     forEachVoxel(p.labels.grid, [&](const Index3& i) {
-        if (is_liver[p.labels[i]])
-            box.add(deformedFromReference(p.breathing, breath, p.labels.grid.centre(i)));
+        if (is_liver[p.labels[i]]) box.add(deformedFromReference(p.motion, breath, p.labels.grid.centre(i)));
     });
     return box;
 }
@@ -90,7 +89,7 @@ std::uint8_t markOf(const Patient& patient, const Index3& i) noexcept {
 Volume<std::uint8_t> markDeformed(const Patient& patient, const Surrogate& breath, const Grid& crop,
                                   int threads) {
     Volume<std::uint8_t> marks(crop);
-    const BreathingModel& motion = patient.package().breathing;
+    const MotionModel& motion = patient.package().motion;
     parallelFor(threads, std::size_t(crop.dims.z), [&](std::size_t z) {
         Index3 i{0, 0, int(z)};
         for (i.y = 0; i.y < crop.dims.y; ++i.y)

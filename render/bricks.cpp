@@ -16,58 +16,43 @@ Reach reach(int voxel, int bricks) {
     return {std::max(0, (voxel - 1) / kBrickVoxels), std::min(bricks - 1, (voxel + 1) / kBrickVoxels)};
 }
 
-// Which slices of the reference a slice of the deformed patient may show, and how far sideways its points may
-// move.
-struct SliceSource {
-    double z_low, z_high;
-    double shift_x = 0.0, shift_y = 0.0;
+constexpr double kRounding_m = 2e-5;  // of the tables' half floats
+
+struct Box {
+    patient::Vec3 low, high;
 };
 
-// Centre and half-axes change piecewise linearly, so their extremes over a range lie at rows or at its ends.
-void widen(SliceSource& source, const glm::vec4& here, const glm::vec4& there, double fade_rho) {
-    const auto shift = [&](int axis) {
-        const double radius_change = std::fabs(double(there[axis + 2]) - double(here[axis + 2]));
-        return std::fabs(double(there[axis]) - double(here[axis])) + fade_rho * radius_change;
+// Where the points of a box of the deformed patient come from, at most: linear interpolation stays within its
+// nodes.
+Box sourceOf(const DeformTables& tables, const Box& box) {
+    const patient::Index3 last = tables.grid.dims - 1;
+    const auto nodeAt = [&](const patient::Vec3& p, bool up) {
+        const patient::Vec3 at = glm::clamp(tables.grid.toVoxels(p), patient::Vec3(0.0), patient::Vec3(last));
+        return patient::Index3(up ? glm::ceil(at) : glm::floor(at));
     };
-    source.shift_x = std::max(source.shift_x, shift(0));
-    source.shift_y = std::max(source.shift_y, shift(1));
+    const patient::Index3 first = nodeAt(box.low, false), end = nodeAt(box.high, true);
+    glm::vec4 low_in(1e9f), high_in(-1e9f), low_out(1e9f), high_out(-1e9f);
+    patient::Index3 i;
+    for (i.z = first.z; i.z <= end.z; ++i.z)
+        for (i.y = first.y; i.y <= end.y; ++i.y)
+            for (i.x = first.x; i.x <= end.x; ++i.x) {
+                const std::size_t at = tables.grid.offset(i);
+                low_in = glm::min(low_in, tables.inside[at]), high_in = glm::max(high_in, tables.inside[at]);
+                low_out = glm::min(low_out, tables.outside[at]);
+                high_out = glm::max(high_out, tables.outside[at]);
+            }
+    glm::vec3 low(low_out), high(high_out);
+    if (high_in.w < 0.0f) low = glm::vec3(low_in), high = glm::vec3(high_in);
+    if (low_in.w < 0.0f) low = glm::min(low, glm::vec3(low_in)), high = glm::max(high, glm::vec3(high_in));
+    return {box.low + patient::Vec3(low) - kRounding_m, box.high + patient::Vec3(high) + kRounding_m};
 }
 
-SliceSource sliceSource(const BreathRows& breath, double z_low, double z_high) {
-    SliceSource source{z_low, z_high};
-    const int rows = int(breath.rows.size());
-    const auto row = [&](double z) { return (z - breath.z_begin_m) / breath.dz_m; };
-    const int first = std::clamp(int(std::floor(row(z_low))) - 1, 0, rows - 1);
-    const int last = std::clamp(int(std::ceil(row(z_high))) + 1, 0, rows - 1);
-    if (row(z_high) < 0.0 || row(z_low) > rows - 1) return source;
-    for (int i = first; i <= last; ++i) {
-        const gpu::BreathRow& r = breath.rows[std::size_t(i)];
-        source.z_low = std::min({source.z_low, double(r.z.x), double(r.z.y)});
-        source.z_high = std::max({source.z_high, double(r.z.x), double(r.z.y)});
-    }
-    const int from = std::clamp(int(std::floor(row(source.z_low))) - 1, 0, rows - 1);
-    const int to = std::clamp(int(std::ceil(row(source.z_high))) + 1, 0, rows - 1);
-    for (int i = first; i <= last; ++i)
-        for (int k = from; k <= to; ++k)
-            widen(source, breath.rows[std::size_t(i)].ellipse, breath.rows[std::size_t(k)].ellipse,
-                  breath.fade_rho);
-    return source;
-}
-
-// out(x, y) = any of `in` within +-rx, +-ry bricks; separable.
-void dilate(std::vector<std::uint8_t>& mask, int width, int height, int rx, int ry) {
-    std::vector<std::uint8_t> wide(mask.size(), 0);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            if (mask[std::size_t(y * width + x)])
-                for (int k = std::max(0, x - rx); k <= std::min(width - 1, x + rx); ++k)
-                    wide[std::size_t(y * width + k)] = 1;
-    std::fill(mask.begin(), mask.end(), std::uint8_t(0));
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            if (wide[std::size_t(y * width + x)])
-                for (int k = std::max(0, y - ry); k <= std::min(height - 1, y + ry); ++k)
-                    mask[std::size_t(k * width + x)] = 1;
+bool anyOccupied(const BrickGrid& grid, const patient::Index3& low, const patient::Index3& high) {
+    for (int z = low.z; z <= high.z; ++z)
+        for (int y = low.y; y <= high.y; ++y)
+            for (int x = low.x; x <= high.x; ++x)
+                if (grid.occupied[grid.offset(x, y, z)]) return true;
+    return false;
 }
 
 }  // namespace
@@ -97,27 +82,24 @@ void markOccupied(BrickGrid& grid, const patient::Index3& voxels, int z0, int z1
     }
 }
 
-BrickGrid deformOccupancy(const BrickGrid& reference, const patient::Grid& grid, const BreathRows& breath) {
+BrickGrid deformOccupancy(const BrickGrid& reference, const patient::Grid& grid, const DeformTables& tables) {
     BrickGrid deformed = reference;
-    const std::size_t slice = std::size_t(reference.dims.x) * std::size_t(reference.dims.y);
     const patient::Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
-    const double bottom = grid.origin_m.z - 0.5 * grid.spacing_m.z;
-    std::vector<std::uint8_t> mask(slice);
-    for (int z = 0; z < deformed.dims.z; ++z) {
-        const SliceSource source = sliceSource(breath, bottom + z * brick_m.z, bottom + (z + 1) * brick_m.z);
-        const int low =
-            std::clamp(int(std::floor((source.z_low - bottom) / brick_m.z)), 0, deformed.dims.z - 1);
-        const int high =
-            std::clamp(int(std::floor((source.z_high - bottom) / brick_m.z)), 0, deformed.dims.z - 1);
-        std::fill(mask.begin(), mask.end(), std::uint8_t(0));
-        for (int k = low; k <= high; ++k)
-            for (std::size_t i = 0; i < slice; ++i)
-                mask[i] |= reference.occupied[std::size_t(k) * slice + i];
-        dilate(mask, deformed.dims.x, deformed.dims.y, int(std::ceil(source.shift_x / brick_m.x)),
-               int(std::ceil(source.shift_y / brick_m.y)));
-        std::copy(mask.begin(), mask.end(),
-                  deformed.occupied.begin() + std::ptrdiff_t(std::size_t(z) * slice));
-    }
+    const patient::Vec3 corner_m = grid.origin_m - 0.5 * grid.spacing_m;
+    const patient::Vec3 last(reference.dims - 1);
+    patient::Index3 i;
+    for (i.z = 0; i.z < deformed.dims.z; ++i.z)
+        for (i.y = 0; i.y < deformed.dims.y; ++i.y)
+            for (i.x = 0; i.x < deformed.dims.x; ++i.x) {
+                const patient::Vec3 low_m = corner_m + brick_m * patient::Vec3(i);
+                const Box source = sourceOf(tables, {low_m, low_m + brick_m});
+                const auto brickOf = [&](const patient::Vec3& p) {
+                    const patient::Vec3 at = glm::floor((p - corner_m) / brick_m);
+                    return patient::Index3(glm::clamp(at, patient::Vec3(0.0), last));
+                };
+                deformed.occupied[deformed.offset(i.x, i.y, i.z)] =
+                    anyOccupied(reference, brickOf(source.low), brickOf(source.high));
+            }
     return deformed;
 }
 

@@ -29,7 +29,7 @@ void markOccupied(BrickGrid&, const patient::Index3& voxels, int z0, int z1, con
 
 // The same seen through the breath: a brick of the deformed patient is occupied when any point in it comes
 // from an occupied brick of the reference.
-BrickGrid deformOccupancy(const BrickGrid& reference, const patient::Grid&, const BreathRows&);
+BrickGrid deformOccupancy(const BrickGrid& reference, const patient::Grid&, const DeformTables&);
 
 // Chebyshev distance in bricks to the nearest occupied brick: 0 = occupied. All bricks nearer than it are
 // empty.

@@ -1,53 +1,117 @@
+// Based on Arsigny et al. 2006, "A Log-Euclidean Framework for Statistics on Diffeomorphisms".
 #include "render/deform.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <thread>
 
 namespace stylet::render {
 namespace {
 
-constexpr int kEntries = 256;
+using patient::Grid;
+using patient::Index3;
+using patient::MotionModel;
+using patient::MotionPart;
+using patient::Surrogate;
 
-glm::vec4 ellipseAt(const std::vector<patient::CavityKnot>& knots, double z_m) {
-    const auto above = std::find_if(knots.begin(), knots.end(), [&](const auto& k) { return k.z_m > z_m; });
-    const auto row = [](const patient::CavityKnot& k) { return glm::dvec4(k.x_m, k.y_m, k.rx_m, k.ry_m); };
-    if (above == knots.begin()) return glm::vec4(row(knots.front()));
-    if (above == knots.end()) return glm::vec4(row(knots.back()));
-    const auto below = above - 1;
-    return glm::vec4(glm::mix(row(*below), row(*above), (z_m - below->z_m) / (above->z_m - below->z_m)));
+using Table = std::vector<glm::vec4>;
+
+// Linear between nodes; beyond them the nearest value, which is zero for a displacement.
+glm::vec4 tableAt(const Grid& grid, const Table& table, const Vec3& p) {
+    const glm::vec3 at(glm::clamp(grid.toVoxels(p), Vec3(0.0), Vec3(grid.dims - 1)));
+    const Index3 low = glm::min(Index3(at), grid.dims - 2);
+    const glm::vec3 f = at - glm::vec3(low);
+    const glm::vec4* const n = table.data() + grid.offset(low);
+    const std::size_t row = std::size_t(grid.dims.x), slice = row * std::size_t(grid.dims.y);
+    const glm::vec4 near = glm::mix(glm::mix(n[0], n[1], f.x), glm::mix(n[row], n[row + 1], f.x), f.y);
+    const glm::vec4* const m = n + slice;
+    const glm::vec4 far = glm::mix(glm::mix(m[0], m[1], f.x), glm::mix(m[row], m[row + 1], f.x), f.y);
+    return glm::mix(near, far, f.z);
 }
 
-patient::BreathingTable stillTable(const patient::BreathingModel& model) {
-    patient::BreathingTable table;
-    table.z_begin_m = model.cavity.front().z_m;
-    table.dz_m = (model.cavity.back().z_m - model.cavity.front().z_m) / (kEntries - 1);
-    for (int i = 0; i < kEntries; ++i)
-        table.inside_reference_z_m.push_back(float(table.z_begin_m + i * table.dz_m));
-    table.outside_reference_z_m = table.inside_reference_z_m;
+template <typename Visit>
+void forEachNode(const Grid& grid, int threads, const Visit& visit) {
+    std::vector<std::jthread> workers;
+    for (int t = 0; t < threads; ++t)
+        workers.emplace_back([&, t] {
+            Index3 i;
+            for (i.z = t; i.z < grid.dims.z; i.z += threads)
+                for (i.y = 0; i.y < grid.dims.y; ++i.y)
+                    for (i.x = 0; i.x < grid.dims.x; ++i.x)
+                        visit(i, grid.offset(i));
+        });
+}
+
+// exp(-w) of one part: a midpoint step of 2^-squarings, then as many times itself after itself.
+Table backward(const MotionModel& model, MotionPart part, const Surrogate& now, const Grid& grid,
+               const DeformSettings& settings) {
+    const double step = 1.0 / double(1 << settings.squarings);
+    Table table(grid.voxelCount()), next(table.size());
+    forEachNode(grid, settings.threads, [&](const Index3& i, std::size_t at) {
+        const Vec3 p = grid.centre(i);
+        const Vec3 here = patient::motionField_m(model, part, now, p);
+        if (here == Vec3(0.0)) return;
+        const Vec3 middle = patient::motionField_m(model, part, now, p - 0.5 * step * here);
+        table[at] = glm::vec4(glm::vec3(-step * middle), 0.0f);
+    });
+    for (int k = 0; k < settings.squarings; ++k) {
+        forEachNode(grid, settings.threads, [&](const Index3& i, std::size_t at) {
+            const glm::vec4 own = table[at];
+            const bool still = own == glm::vec4(0.0f);
+            next[at] = still ? own : own + tableAt(grid, table, grid.centre(i) + Vec3(own));
+        });
+        table.swap(next);
+    }
     return table;
+}
+
+// The motion's own box.
+Grid tableGrid(const MotionModel& model, double spacing_m) {
+    Grid grid;
+    if (model.empty()) {
+        grid.dims = Index3(2);
+        grid.spacing_m = Vec3(1.0);
+        grid.origin_m = Vec3(-0.5);
+        return grid;
+    }
+    grid.origin_m = model.grid.origin_m;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double extent_m = model.grid.spacing_m[axis] * (model.grid.dims[axis] - 1);
+        const int cells = std::max(1, int(std::ceil(extent_m / spacing_m - 1e-9)));
+        grid.dims[axis] = cells + 1;
+        grid.spacing_m[axis] = extent_m / cells;
+    }
+    return grid;
 }
 
 }  // namespace
 
-BreathRows breathRows(const patient::BreathingModel& model, const patient::Surrogate& now) {
-    BreathRows breath;
-    breath.fade_rho = model.fade_rho;
-    if (model.cavity.size() < 2) {  // does not breathe: no z lies within these rows
-        breath.z_begin_m = 1e6;
-        breath.rows.assign(2, gpu::BreathRow{glm::vec4(0, 0, 1, 1), glm::vec4(0)});
-        return breath;
+DeformTables deformTables(const MotionModel& model, const Surrogate& now, const DeformSettings& settings) {
+    DeformTables tables;
+    tables.grid = tableGrid(model, settings.spacing_m);
+    const Grid& grid = tables.grid;
+    if (model.empty()) {
+        tables.inside.assign(grid.voxelCount(), glm::vec4(0.0f, 0.0f, 0.0f, 1.0f));
+        tables.outside.assign(grid.voxelCount(), glm::vec4(0.0f));
+        return tables;
     }
-    patient::BreathingTable table = patient::breathingTable(model, now, kEntries);
-    if (table.inside_reference_z_m.empty()) table = stillTable(model);
-    breath.z_begin_m = table.z_begin_m;
-    breath.dz_m = table.dz_m;
-    for (std::size_t i = 0; i < table.inside_reference_z_m.size(); ++i) {
-        const double z = table.z_begin_m + double(i) * table.dz_m;
-        const bool moves = z >= model.cavity.front().z_m && z <= model.cavity.back().z_m;
-        const float inside = moves ? table.inside_reference_z_m[i] : float(z);
-        const float outside = moves ? table.outside_reference_z_m[i] : float(z);
-        breath.rows.push_back({ellipseAt(model.cavity, z), glm::vec4(inside, outside, 0, 0)});
-    }
-    return breath;
+    tables.outside = backward(model, MotionPart::wall, now, grid, settings);
+    const Table slide = backward(model, MotionPart::slide, now, grid, settings);
+    tables.inside.resize(grid.voxelCount());
+    forEachNode(grid, settings.threads, [&](const Index3& i, std::size_t at) {
+        const glm::vec4 wall = tables.outside[at];
+        const Vec3 before = grid.centre(i) + Vec3(wall);
+        const glm::vec4 whole = wall + tableAt(grid, slide, before);
+        tables.inside[at] = glm::vec4(glm::vec3(whole), float(patient::cavityLevel_m(model, before)));
+    });
+    return tables;
+}
+
+Vec3 referenceFromTables(const DeformTables& tables, const Vec3& deformed_m) {
+    const glm::vec4 inside = tableAt(tables.grid, tables.inside, deformed_m);
+    if (inside.w < 0.0f) return deformed_m + Vec3(inside);
+    return deformed_m + Vec3(tableAt(tables.grid, tables.outside, deformed_m));
 }
 
 }  // namespace stylet::render

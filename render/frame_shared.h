@@ -37,7 +37,8 @@ struct FrameUniforms {
     vec4 grid_spacing;       // m; w: ray step in voxels of the smallest spacing
     vec4 grid_dims;          // voxels; w: extinction of a full stored opacity, 1/m
     vec4 brick_dims;         // bricks
-    vec4 breath;             // table: z_begin, 1/dz, entries; w: fade_rho
+    vec4 deform_scale;       // patient frame to texture coordinates of the deformation: scale, 1/m
+    vec4 deform_offset;      // and offset
 };
 
 // The body's material in the current look.
@@ -56,12 +57,6 @@ struct MeshPush {
     vec4 material;  // metallic, roughness; z: first eye; w: kShadowed or kThin, else 0
 };
 
-// One row of the breathing table, at z_begin + i * dz of the deformed patient.
-struct BreathRow {
-    vec4 ellipse;  // centre x, y; half-axes x, y of the cavity at this z
-    vec4 z;        // reference z inside, outside
-};
-
 // Counters, only written by the pipelines that count.
 struct Counters {
     uint samples, rays, skipped_bricks, terminated_rays;
@@ -70,10 +65,9 @@ struct Counters {
 
 #ifdef __cplusplus
 static_assert(sizeof(EyeUniforms) == 208 && offsetof(EyeUniforms, tangents) == 192);
-static_assert(sizeof(FrameUniforms) == 2 * 208 + 64 + 11 * 16 && offsetof(FrameUniforms, target) == 480);
+static_assert(sizeof(FrameUniforms) == 2 * 208 + 64 + 12 * 16 && offsetof(FrameUniforms, target) == 480);
 static_assert(sizeof(LookUniforms) == 32);
 static_assert(sizeof(MeshPush) == 96);
-static_assert(sizeof(BreathRow) == 32);
 static_assert(sizeof(Counters) == 32);
 }  // namespace stylet::render::gpu
 #endif

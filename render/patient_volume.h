@@ -1,4 +1,4 @@
-// The patient on the GPU: the classified volume of one look, the bricks one may leap over, the breath.
+// The patient on the GPU: the classified volume of one look, the bricks one may leap over, the deformation.
 #pragma once
 
 #include <optional>
@@ -16,26 +16,29 @@ class PatientVolume {
     // Classifies and uploads when the look is another one than last time (about a second for 24 million
     // voxels).
     void show(const LookStyle&);
-    // Recomputes the breath's rows and the bricks seen through it when the surrogate or the look changed.
+    // Recomputes the deformation and the bricks seen through it when the surrogate or the look changed.
     // `still`: the patient is as the CT saw him, and nothing is deformed.
     void breathe(const patient::Surrogate&, bool still);
 
     const patient::Patient& patient() const { return *patient_; }
     const GpuImage& classified() const { return classified_; }
     const Buffer& bricks() const { return brick_buffer_; }
-    const Buffer& breath() const { return breath_buffer_; }
-    const BreathRows& rows() const { return rows_; }
+    const GpuImage& inside() const { return inside_; }
+    const GpuImage& outside() const { return outside_; }
+    const patient::Grid& deformation() const { return tables_.grid; }
     patient::Index3 brickDims() const { return reference_.dims; }
     double backHeight() const { return back_m_; }  // y of the patient's back, where the table's pad begins, m
 
   private:
+    void uploadTables();
+
     const Gpu* gpu_;
     const patient::Patient* patient_;
     double back_m_ = 0.0;
-    GpuImage classified_;
-    Buffer brick_buffer_, breath_buffer_;
+    DeformTables tables_;
+    GpuImage classified_, inside_, outside_;
+    Buffer brick_buffer_;
     BrickGrid reference_;
-    BreathRows rows_;
     const LookStyle* shown_ = nullptr;
     std::optional<patient::Surrogate> breath_;
     bool still_ = false, stale_ = true;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr vk::Format kDepthFormat = vk::Format::eD32Sfloat;
 constexpr vk::Format kImageFormat = vk::Format::eR8G8B8A8Srgb;
-constexpr std::uint32_t kBindings = 7;
+constexpr std::uint32_t kBindings = 8;
 
 const ImageState kFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eAllCommands, {}};
 const ImageState kColourDrawn{
@@ -43,9 +43,10 @@ auto guarded(F&& f) {
 
 vk::raii::DescriptorSetLayout makeSetLayout(const Gpu& gpu) {
     using Type = vk::DescriptorType;
-    constexpr std::array types{Type::eUniformBuffer,        Type::eUniformBuffer, Type::eCombinedImageSampler,
-                               Type::eCombinedImageSampler, Type::eStorageBuffer, Type::eStorageBuffer,
-                               Type::eStorageBuffer};
+    constexpr std::array types{Type::eUniformBuffer,        Type::eUniformBuffer,
+                               Type::eCombinedImageSampler, Type::eCombinedImageSampler,
+                               Type::eStorageBuffer,        Type::eCombinedImageSampler,
+                               Type::eStorageBuffer,        Type::eCombinedImageSampler};
     static_assert(types.size() == kBindings);
     std::array<vk::DescriptorSetLayoutBinding, kBindings> bindings;
     for (std::uint32_t i = 0; i < kBindings; ++i)
@@ -58,8 +59,8 @@ vk::raii::DescriptorSetLayout makeSetLayout(const Gpu& gpu) {
 
 vk::raii::DescriptorPool makePool(const Gpu& gpu) {
     const std::array sizes{vk::DescriptorPoolSize{vk::DescriptorType::eUniformBuffer, 2},
-                           vk::DescriptorPoolSize{vk::DescriptorType::eCombinedImageSampler, 2},
-                           vk::DescriptorPoolSize{vk::DescriptorType::eStorageBuffer, 3}};
+                           vk::DescriptorPoolSize{vk::DescriptorType::eCombinedImageSampler, 4},
+                           vk::DescriptorPoolSize{vk::DescriptorType::eStorageBuffer, 2}};
     return gpu.device().createDescriptorPool({.flags = vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
                                               .maxSets = 1,
                                               .poolSizeCount = std::uint32_t(sizes.size()),
@@ -76,13 +77,14 @@ vk::raii::PipelineLayout makeLayout(const Gpu& gpu, vk::DescriptorSetLayout set)
 }
 
 // Outside the volume lies clear air.
-vk::raii::Sampler makeSampler(const Gpu& gpu, vk::Filter filter) {
-    const auto border = vk::SamplerAddressMode::eClampToBorder;
+constexpr auto kClearAir = vk::SamplerAddressMode::eClampToBorder;
+
+vk::raii::Sampler makeSampler(const Gpu& gpu, vk::Filter filter, vk::SamplerAddressMode beyond) {
     return gpu.device().createSampler({.magFilter = filter,
                                        .minFilter = filter,
-                                       .addressModeU = border,
-                                       .addressModeV = border,
-                                       .addressModeW = border,
+                                       .addressModeU = beyond,
+                                       .addressModeV = beyond,
+                                       .addressModeW = beyond,
                                        .borderColor = vk::BorderColor::eFloatTransparentBlack});
 }
 
@@ -114,7 +116,7 @@ struct Renderer::Impl {
     vk::raii::DescriptorPool pool;
     vk::raii::DescriptorSet set = nullptr;
     vk::raii::PipelineLayout layout;
-    vk::raii::Sampler linear, nearest;
+    vk::raii::Sampler linear, steady, nearest;
     vk::raii::QueryPool times;
     Buffer frame_buffer, look_buffer, counter_buffer;
     std::map<PipelineKey, vk::raii::Pipeline> pipelines;
@@ -143,8 +145,9 @@ Renderer::Impl::Impl(Gpu& g, const RenderSettings& s, const std::filesystem::pat
       set_layout(makeSetLayout(g)),
       pool(makePool(g)),
       layout(makeLayout(g, *set_layout)),
-      linear(makeSampler(g, vk::Filter::eLinear)),
-      nearest(makeSampler(g, vk::Filter::eNearest)),
+      linear(makeSampler(g, vk::Filter::eLinear, kClearAir)),
+      steady(makeSampler(g, vk::Filter::eLinear, vk::SamplerAddressMode::eClampToEdge)),
+      nearest(makeSampler(g, vk::Filter::eNearest, kClearAir)),
       times(g.device(), vk::QueryPoolCreateInfo{.queryType = vk::QueryType::eTimestamp, .queryCount = 2}),
       frame_buffer(g, sizeof(gpu::FrameUniforms), vk::BufferUsageFlagBits::eUniformBuffer),
       look_buffer(g, sizeof(gpu::LookUniforms), vk::BufferUsageFlagBits::eUniformBuffer),
@@ -192,7 +195,8 @@ void Renderer::Impl::bindResources() {
     // empty.
     bindImage(2, volume ? volume->classified() : depth, linear);
     bindBuffer(4, volume ? volume->bricks() : counter_buffer, Type::eStorageBuffer);
-    bindBuffer(5, volume ? volume->breath() : counter_buffer, Type::eStorageBuffer);
+    bindImage(5, volume ? volume->inside() : depth, steady);
+    bindImage(7, volume ? volume->outside() : depth, steady);
     gpu.device().updateDescriptorSets(writes, {});
 }
 
@@ -368,8 +372,8 @@ RenderStats Renderer::Impl::readStats(bool still) const {
 
 RenderStats Renderer::Impl::draw(const RenderScene& scene, const std::array<View, 2>& views,
                                  const StereoTarget& target) {
-    const bool still = settings.skips.still_breath && volume &&
-                       scene.breath == volume->patient().package().breathing.reference;
+    const bool still =
+        settings.skips.still_breath && volume && scene.breath == volume->patient().package().motion.reference;
     prepare(scene, views, target, still);
     const std::vector<EyePass> passes = passesFor(target);
     submitAndWait(gpu, [&](const vk::raii::CommandBuffer& commands) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "render/frame_shared.h"
 #include "render/memory.h"
 #include "render/mesh.h"
 #include "render/patient_volume.h"

@@ -27,13 +27,15 @@ gpu::EyeUniforms eyeUniforms(const View& view, const RenderScene& scene, const R
 void describeVolume(gpu::FrameUniforms& frame, const PatientVolume& volume, const RenderSettings& settings,
                     const LookStyle& look) {
     const patient::Grid& grid = volume.patient().grid();
-    const BreathRows& breath = volume.rows();
+    const patient::Grid& tables = volume.deformation();
+    // A node lies in the middle of its texel.
+    const Vec3 scale = 1.0 / (tables.spacing_m * Vec3(tables.dims));
     frame.grid_origin = glm::vec4(glm::vec3(grid.origin_m), 1.0f);
     frame.grid_spacing = glm::vec4(glm::vec3(grid.spacing_m), settings.ray_step_voxels);
     frame.grid_dims = glm::vec4(glm::vec3(grid.dims), float(look.full_extinction_per_m));
     frame.brick_dims = glm::vec4(glm::vec3(volume.brickDims()), 0.0f);
-    frame.breath = {float(breath.z_begin_m), float(1.0 / breath.dz_m), float(breath.rows.size()),
-                    float(breath.fade_rho)};
+    frame.deform_scale = glm::vec4(glm::vec3(scale), 0.0f);
+    frame.deform_offset = glm::vec4(glm::vec3(0.5 / Vec3(tables.dims) - tables.origin_m * scale), 0.0f);
 }
 
 }  // namespace

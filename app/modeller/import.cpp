@@ -7,7 +7,6 @@
 #include <cstdio>
 
 #include "app/modeller/import_body.h"
-#include "app/modeller/import_breathing.h"
 #include "app/modeller/import_ducts.h"
 #include "app/modeller/import_fascia.h"
 #include "app/modeller/import_thresholds.h"
@@ -26,7 +25,7 @@ using SourceLabels = patient::Volume<std::int16_t>;
 
 namespace {
 
-constexpr double kSkin_m = 0.002, kTravel_m = 0.015;
+constexpr double kSkin_m = 0.002;
 constexpr double kAirAround_m = 0.008, kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
 constexpr double kMostSide_m = 0.50;
 constexpr std::int16_t kAir_hu = -1024;
@@ -226,8 +225,8 @@ double litres(const Grid& g, std::size_t voxels) {
     return double(voxels) * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e3;
 }
 
-WallSurface addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const Mask& organs,
-                      const Mask& bones, std::vector<std::string>& notes) {
+void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const Mask& organs,
+               const Mask& bones, std::vector<std::string>& notes) {
     const FasciaInput input{ct, body, bones, organs};
     const WallSurface wall = fitWall(input);
     Mask free(labels.grid);
@@ -240,7 +239,6 @@ WallSurface addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body,
     paint(labels, surface, idOf("fascia"), true);
     notes.push_back(text("fascia: one voxel thick; %.2f ml of it taken from the liver's rim at the ribs",
                          1e3 * litres(labels.grid, over_liver)));
-    return wall;
 }
 
 void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes) {
@@ -329,11 +327,10 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
 
     say(settings, "fascia");
     const Mask bones = maskOf(p.labels, [](const Label& l) { return l.tissue == Tissue::bone; });
-    const Mask liver = maskOf(p.labels, isLiver);
     const Mask organs = maskOf(p.labels, [](const Label& l) {
         return isLung(l) || isLiver(l) || (l.abdominal && l.tissue == Tissue::soft);
     });
-    const WallSurface wall = addFascia(p.ct, p.labels, body, organs, bones, out.notes);
+    addFascia(p.ct, p.labels, body, organs, bones, out.notes);
 
     say(settings, "thresholds");
     p.thresholds = thresholdsOf(p.ct, p.labels, body);
@@ -341,9 +338,6 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
         say(settings, "ducts");
         addDucts(p.ct, p.labels, out.notes);
     }
-    say(settings, "breathing");
-    p.breathing = fitBreathing(wall, liver, organs, bones, kTravel_m);
-    p.breathing.reference.v = breath;
     p.reference_phase = settings.reference_phase;
 
     p.name = map.source.empty() ? "imported patient" : map.source;
@@ -352,6 +346,8 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
                    std::string(settings.grow_ducts ? ", virtual bile ducts added" : "");
     p.tissues = settings.defaults.tissues;
     fillTable(p, map, out.sources);
+    say(settings, "breath");
+    p.motion = patient::motionTemplate(p.labels, p.label_table, {}, {breath, 0.0});
     return out;
 }
 

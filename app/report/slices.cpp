@@ -159,7 +159,7 @@ std::vector<std::uint8_t> samplePlane(const Patient& patient, const patient::Sur
         for (int i = 0; i < pixels; ++i) {
             const Vec3 deformed =
                 plane.centre_m + pitch_m * ((i - half) * plane.right + (j - half) * plane.down);
-            const Vec3 p = referenceFromDeformed(package.breathing, breath, deformed);
+            const Vec3 p = referenceFromDeformed(package.motion, breath, deformed);
             const double grey = std::clamp(
                 (trilinear(package.ct, p) - kWindowLow_hu) / (kWindowHigh_hu - kWindowLow_hu), 0.0, 1.0);
             const std::uint8_t id = package.labels.nearestOr(p, 0);

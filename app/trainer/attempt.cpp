@@ -11,11 +11,11 @@ namespace {
 patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBreath& scenario,
                                std::uint64_t seed) {
     patient::BreathPlan plan = scenario.plan;
-    plan.rhythm = package.breathing.signal;
+    plan.rhythm = package.signal;
     plan.rhythm.period_s = scenario.period_s.value_or(plan.rhythm.period_s);
     plan.rhythm.amplitude = scenario.amplitude.value_or(plan.rhythm.amplitude);
     plan.seed = seed;
-    const double dome_travel_m = std::fabs(package.breathing.a1_m);
+    const double dome_travel_m = package.motion.dome_travel_m;
     plan.hold.creep_v = dome_travel_m > 0.0 ? -scenario.creep_m / dome_travel_m : 0.0;
     return plan;
 }

@@ -136,7 +136,7 @@ render::RenderScene FrameLoop::Impl::sceneOf(const haptics::TickOutput& shown) c
     scene.stage_from_patient = stage_from_patient;
     scene.breath = shown.breath;
     scene.patient_from_needle = shown.patient_from_needle;
-    const patient::BreathingModel& model = patient.package().breathing;
+    const patient::MotionModel& model = patient.package().motion;
     scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path.entry_reference_m),
                               patient::deformedFromReference(model, shown.breath, path.target_reference_m)};
     return scene;

@@ -80,8 +80,8 @@ bool fits(const patient::Patient& patient, const PlannedPath& path, const patien
     const patient::Package& package = patient.package();
     if (!(path.breath == breath) || glm::length(path.target_m - path.entry_m) < 0.001) return false;
     const patient::Label* label = patient.label(package.labels.nearestOr(path.target_reference_m, 0));
-    const patient::Vec3 entry = deformedFromReference(package.breathing, breath, path.entry_reference_m);
-    const patient::Vec3 target = deformedFromReference(package.breathing, breath, path.target_reference_m);
+    const patient::Vec3 entry = deformedFromReference(package.motion, breath, path.entry_reference_m);
+    const patient::Vec3 target = deformedFromReference(package.motion, breath, path.target_reference_m);
     return label && label->role == patient::Role::target && glm::length(entry - path.entry_m) < 0.001 &&
            glm::length(target - path.target_m) < 0.001;
 }

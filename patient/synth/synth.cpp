@@ -1,5 +1,6 @@
 #include "patient/synth/synth.h"
 
+#include "patient/motion_template.h"
 #include "patient/synth/ct.h"
 #include "patient/synth/painters.h"
 
@@ -19,24 +20,6 @@ Grid sectionGrid(double spacing_m) {
         grid.origin_m[k] = kLow_m[k] + 0.5 * spacing_m;
     }
     return grid;
-}
-
-// Liver, diaphragm and what lies next to them slide along the inside of the ribs; the wall stays.
-BreathingModel breathingModel(const Anatomy& a) {
-    BreathingModel b;
-    b.a1_m = -0.015;
-    b.a2_m_s = -0.001;
-    b.z_low_m = kLow_m[2];
-    b.z_full_low_m = -0.050 * a.scale.z;
-    b.z_full_high_m = (a.dome_right_mm - 4.0) * 0.001 * a.scale.z;
-    b.z_high_m = kLow_m[2] + kSize_m[2];
-    for (double z_m = b.z_low_m; z_m < b.z_high_m + 0.005; z_m += 0.010) {
-        const CageSection c = a.cage(z_m * 1000.0 / a.scale.z);
-        const double inset_mm = 1.0;
-        b.cavity.push_back({z_m, c.xc * 0.001 * a.scale.x, c.yc * 0.001 * a.scale.y,
-                            (c.a - inset_mm) * 0.001 * a.scale.x, (c.b - inset_mm) * 0.001 * a.scale.y});
-    }
-    return b;
 }
 
 }  // namespace
@@ -79,7 +62,8 @@ Package makeReferencePatient(const SynthSettings& settings) {
     package.tissues = settings.defaults.tissues;
     package.thresholds = settings.defaults.thresholds;
     package.reference_phase = "exhale";
-    package.breathing = breathingModel(a);
+    report("breath", 0.9);
+    package.motion = motionTemplate(package.labels, package.label_table, {}, {0.0, 0.0}, canvas.threads);
     report("done", 1.0);
     return package;
 }

@@ -4,6 +4,7 @@
 
 #include "haptics/haptics.h"
 #include "tests/bench/bench.h"
+#include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::bench {
@@ -16,10 +17,7 @@ patient::Package breathingSlabs() {
     patient::Package package = test::makeSlabs(
         {{skin, 0.002}, {soft, 0.018}, {fascia, 0.001}, {liver, 0.020}, {duct, 0.004}, {liver, 0.040}},
         0.001);
-    patient::BreathingModel& b = package.breathing;
-    b.a1_m = -0.015;
-    b.z_low_m = -0.3, b.z_full_low_m = -0.2, b.z_full_high_m = 0.2, b.z_high_m = 0.3;
-    b.cavity = {{-0.3, 0.0, 0.0, 0.3, 0.3}, {0.3, 0.0, 0.0, 0.3, 0.3}};
+    package.motion = test::makeShift(-0.015);
     return package;
 }
 

@@ -47,7 +47,7 @@ Stage bedside(render::Renderer& renderer, const patient::Patient& patient) {
     const Vec3 middle = grid.origin_m + 0.5 * grid.spacing_m * Vec3(grid.dims - 1);
     render::RenderScene scene;
     scene.stage_from_patient.position_m = Vec3(0.0, 1.0, 0.0) - middle;
-    scene.breath = patient.package().breathing.reference;
+    scene.breath = patient.package().motion.reference;
     scene.patient_from_needle =
         render::Pose{glm::angleAxis(1.2, Vec3(0, 1, 0)), middle + Vec3(0.08, 0.02, 0.0)};
     return {renderer, scene,

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::test {
@@ -38,12 +39,8 @@ patient::Package widen(const patient::Package& column, int n, double pitch_m) {
 }
 
 void letBreathe(patient::Package& package, double travel_m) {
-    patient::BreathingModel& b = package.breathing;
-    b.a1_m = travel_m;
-    b.outside_share = 0.0;
-    b.z_low_m = -0.3, b.z_full_low_m = -0.2, b.z_full_high_m = 0.2, b.z_high_m = 0.3;
-    b.cavity = {{-0.3, 0.0, 0.0, 0.3, 0.3}, {0.3, 0.0, 0.0, 0.3, 0.3}};
-    b.signal = {4.0, 1.0};
+    package.motion = makeShift(travel_m);
+    package.signal = {4.0, 1.0};
 }
 
 void Hand::to(const Vec3& tip_m) {

@@ -5,6 +5,7 @@
 
 #include "haptics/needle.h"
 #include "tests/haptics/column.h"
+#include "tests/support/motion.h"
 
 namespace stylet::haptics {
 namespace {
@@ -25,7 +26,7 @@ struct Breathing {
 template <typename PerTick>
 void breathe(Hand& hand, const PerTick& perTick) {
     patient::BreathingState state;
-    const patient::BreathPlan plan{.rhythm = hand.patient.package().breathing.signal};
+    const patient::BreathPlan plan{.rhythm = hand.patient.package().signal};
     for (int i = 0; i < 4000; ++i) {
         patient::stepBreathing(state, plan, 0.001);
         hand.breath = patient::surrogateAt(state, plan, 0.001);
@@ -98,7 +99,7 @@ TEST(NeedleBreathing, TheLiverSlidingPastIsCutSideways) {
         most_n = std::max(most_n, std::sqrt(f.y * f.y + f.z * f.z));
         // Where the tissue is looked up is where it is, less the spring's reach.
         const Vec3 back =
-            patient::deformedFromReference(b.package.breathing, hand.breath, hand.state.channel_reference_m);
+            patient::deformedFromReference(b.package.motion, hand.breath, hand.state.channel_reference_m);
         const Vec3 off = hand.state.tip_deformed_m - back;
         ASSERT_LE(std::sqrt(glm::dot(off, off)), 0.5 / 150.0 + 1e-5);
     });
@@ -112,11 +113,12 @@ TEST(NeedleBreathing, TheLiverSlidingPastIsCutSideways) {
 // reference, over a rib that it never meets.
 TEST(NeedleBreathing, NothingBetweenTwoSlidSidesIsOnTheWay) {
     Breathing b(-0.015);
-    for (patient::CavityKnot& knot : b.package.breathing.cavity) {
-        knot.x_m = 0.06;
-        knot.rx_m = 0.05;
-        knot.ry_m = 0.3;
-    }
+    b.package.motion = test::makeMotion(Vec3(0.3), 0.1, [](const Vec3& p) {
+        test::MotionPoint q;
+        q.slide_a1_m.z = -0.015;
+        q.level_m = 0.010 - p.x;
+        return q;
+    });
     b.package = test::widen(b.package, 80, 0.001);
     patient::LabelVolume& labels = b.package.labels;
     for (std::size_t i = 0; i < labels.voxels.size(); ++i) {
@@ -130,7 +132,7 @@ TEST(NeedleBreathing, NothingBetweenTwoSlidSidesIsOnTheWay) {
     hand.breath = {1.0, 0.0};
     hand.to(-0.004);
     hand.sweep(0.030);
-    EXPECT_NEAR(hand.state.channel_reference_m.z, 0.0152, 1e-4);
+    EXPECT_NEAR(hand.state.channel_reference_m.z, 0.0152, 1e-6);
     EXPECT_NEAR(hand.state.depth_m, 0.030, 1e-6);
     EXPECT_NEAR(hand.force(), 0.9, 1e-9);
     for (const NeedleEvent& e : hand.events)

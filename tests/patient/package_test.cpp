@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 #include <sstream>
 
+#include "patient/motion_io.h"
 #include "patient/nifti.h"
+#include "tests/support/motion.h"
 #include "tests/support/nifti_bytes.h"
 #include "tests/support/phantom.h"
 #include "tests/support/refused.h"
@@ -23,12 +26,13 @@ Package fullPackage() {
         test::makeSlabs({{Tissue::skin, 0.0021}, {Tissue::liver, 0.0077}, {Tissue::duct, 0.0035}}, 0.0007);
     p.name = "slabs \"of\" a \\ test\tünder\n\x01";
     p.reference_phase = "v=0.35";
-    BreathingModel& m = p.breathing;
-    m.a1_m = -0.02, m.a2_m_s = 0.001, m.outside_share = 0.1 + 0.2;
-    m.z_low_m = -0.15, m.z_full_low_m = -0.08, m.z_full_high_m = 0.06, m.z_high_m = 0.13;
-    m.cavity = {{-0.16, 0, 0.01, 0.13, 0.10}, {0.05, 1e-9, 0, 0.12, 0.09}, {0.14, 0, 0, 0.03, 1.0 / 30}};
-    m.reference = {0.35, 0.0};
-    m.signal = {10.0 / 3.0, 0.9};
+    p.motion = test::makeTurningBall(0.05, 0.3, 0.011);
+    p.motion.grid.spacing_m.x = 0.011 + 1e-9;  // nor this one
+    p.motion.slide[700].a2_m_s[1] = 1.0f / 3000.0f;
+    p.motion.reference = {0.35, 0.0};
+    p.motion.v = {-1.0 / 3.0, 1.2};
+    p.motion.rate_per_s = {-2.5, 3.5};
+    p.signal = {10.0 / 3.0, 0.9};
     return p;
 }
 
@@ -82,7 +86,8 @@ TEST_F(SavedPackage, ComesBackEqual) {
     EXPECT_EQ(back.labels.voxels, p.labels.voxels);
     EXPECT_EQ(back.tissues, p.tissues);
     EXPECT_EQ(back.thresholds, p.thresholds);
-    EXPECT_EQ(back.breathing, p.breathing);
+    EXPECT_EQ(back.motion, p.motion);
+    EXPECT_EQ(back.signal, p.signal);
     EXPECT_TRUE(sameTable(back.label_table, p.label_table));
     EXPECT_EQ(digest(back), digest(p));
 }
@@ -137,7 +142,7 @@ TEST_F(SavedPackage, UnknownKeysAreNamed) {
 }
 
 TEST_F(SavedPackage, BadValuesAreNamed) {
-    expectRefusedWith("stylet patient 1", "stylet patient 2", "format");
+    expectRefusedWith("stylet patient 2", "stylet patient 3", "format");
     expectRefusedWith("v=0.35", "v=nan", "reference_phase");
     expectRefusedWith("v=0.35", "v=-1", "reference_phase");
     expectRefusedWith("v=0.35", "v=0.3 ", "reference_phase");
@@ -165,15 +170,74 @@ TEST_F(SavedPackage, BadValuesAreNamed) {
 }
 
 TEST_F(SavedPackage, BadBreathingIsNamed) {
-    expectRefusedWith("a1_m = -0.02", "a1_m = -2", "breathing.a1_m");
-    expectRefusedWith("a1_m = -0.02", "a1_m = -0.1", "breathing.a1_m: the motion falls off too steeply");
-    expectRefusedWith("z_full_low_m = -0.08", "z_full_low_m = 0.07", "breathing.z_low_m");
-    expectRefusedWith("z_high_m = 0.13", "z_high_m = 0.15", "breathing.cavity");
-    expectRefusedWith("[0.05, 1e-09", "[-0.2, 1e-09", "breathing.cavity");
-    expectRefusedWith("0.12, 0.09]", "0.12, 0.0]", "breathing.cavity");
-    expectRefusedWith("0.12, 0.09]", "0.12]", "breathing.cavity");
-    expectRefusedWith("0.12, 0.09]", "0.12, inf]", "breathing.cavity");
     expectRefusedWith("period_s = 3", "period_s = -3", "breathing.period_s");
+    expectRefusedWith("amplitude = 0.9", "amplitude = 9", "breathing.amplitude");
+    expectRefusedWith("v_low = -0.3", "v_low = 1.3", "breathing.v_high: not above v_low");
+    expectRefusedWith("v_high = 1.2", "v_high = 12.0", "breathing.v_high");
+    expectRefusedWith("rate_high_per_s = 3.5", "rate_high_per_s = nan", "breathing.rate_high_per_s");
+    expectRefusedWith("dome_travel_m = 0.0", "dome_travel_m = 7.0", "breathing.dome_travel_m");
+}
+
+TEST_F(SavedPackage, APatientWhoBreathesInEllipsesIsRefusedInAWord) {
+    expectRefusedWith("stylet patient 2", "stylet patient 1", "format: an older patient");
+}
+
+// motion.nii.gz, spoiled in ways its reader must name.
+TEST_F(SavedPackage, BadMotionIsNamed) {
+    const auto expectMotionRefused = [&](const auto& spoil, const std::string& reason) {
+        MotionModel m = fullPackage().motion;
+        spoil(m);
+        writeMotion(folder_ / "motion.nii.gz", m);
+        expectRefused([&] { loadPackage(folder_); }, "motion.nii.gz", reason);
+    };
+    constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+    expectMotionRefused([](MotionModel& m) { m.slide[700].a1_m[2] = kNaN; }, "voxels: ");
+    expectMotionRefused([](MotionModel& m) { m.level_m[3] = kNaN; }, "voxels: ");
+    expectMotionRefused([](MotionModel& m) { m.wall[700].a2_m_s[0] = 0.2f; },
+                        "voxels: a motion beyond 100 mm");
+    expectMotionRefused([](MotionModel& m) { m.level_m[3] = 2.0f; }, "voxels: a level beyond 1 m");
+    expectMotionRefused([](MotionModel& m) { m.wall[1].a1_m[0] = 0.001f; }, "voxels: the field does not end");
+    expectMotionRefused([](MotionModel& m) { m.slide[700].a1_m[0] = 0.09f; }, "voxels: a field is too steep");
+    expectMotionRefused([](MotionModel& m) { m.grid.spacing_m.y *= 1.1; }, "spacing: differs");
+    expectMotionRefused([](MotionModel& m) { m.grid.origin_m.z += 0.001; }, "origin: differs");
+    expectMotionRefused(
+        [](MotionModel& m) {
+            m = test::makeMotion(Vec3(0.011), 0.011, [](const Vec3&) { return test::MotionPoint{}; });
+            m.grid.dims.x = 2;
+            for (auto* field : {&m.wall, &m.slide})
+                field->resize(m.grid.voxelCount());
+            m.level_m.resize(m.grid.voxelCount());
+            m.grid.spacing_m.x += 1e-9;
+            m.grid.origin_m = fullPackage().motion.grid.origin_m;
+        },
+        "dim: fewer than three nodes");
+    std::filesystem::remove(folder_ / "motion.nii.gz");
+    expectRefused([&] { loadPackage(folder_); }, "motion.nii.gz", "file: cannot be opened");
+}
+
+// The header of a vector volume, and what a scalar reader takes, are each other's refusals.
+TEST_F(SavedPackage, MotionMustBeAVectorVolume) {
+    fs::copy_file(folder_ / "ct.nii.gz", folder_ / "motion.nii.gz", fs::copy_options::overwrite_existing);
+    expectRefused([&] { loadPackage(folder_); }, "motion.nii.gz", "dim[5]");
+    savePackage(fullPackage(), folder_);
+    fs::copy_file(folder_ / "motion.nii.gz", folder_ / "ct.nii.gz", fs::copy_options::overwrite_existing);
+    expectRefused([&] { loadPackage(folder_); }, "ct.nii.gz", "dim[5]");
+}
+
+TEST_F(SavedPackage, WithoutMotionThereIsNoFile) {
+    Package p = fullPackage();
+    p.motion.grid = {};
+    p.motion.wall.clear(), p.motion.slide.clear(), p.motion.level_m.clear();
+    savePackage(p, folder_);
+    EXPECT_FALSE(fs::exists(folder_ / "motion.nii.gz"));
+    EXPECT_TRUE(loadPackage(folder_).motion.empty());
+}
+
+TEST_F(SavedPackage, UnsoundMotionIsNotSaved) {
+    Package p = fullPackage();
+    p.motion.slide[700].a1_m[0] = 0.09f;
+    expectRefused([&] { savePackage(p, folder_); }, "motion.nii.gz", "voxels: a field is too steep");
+    EXPECT_EQ(loadPackage(folder_).motion, fullPackage().motion);
 }
 
 TEST_F(SavedPackage, TomlThatIsNone) {
@@ -245,9 +309,12 @@ TEST(Digest, CoversWhatForcesDependOn) {
     with([](Package& p) { p.labels.voxels.back() = 1; });
     with([](Package& p) { p.ct.voxels[3] = 1; });
     with([](Package& p) { p.ct.grid.origin_m.x += 1e-9; });
-    with([](Package& p) { p.breathing.cavity[1].rx_m += 1e-9; });
-    with([](Package& p) { p.breathing.reference.v = 0.0; });
-    with([](Package& p) { p.breathing.signal.period_s = 5.0; });
+    with([](Package& p) { p.motion.wall[700].a1_m[0] += 1e-9f; });
+    with([](Package& p) { p.motion.slide[700].a2_m_s[2] += 1e-9f; });
+    with([](Package& p) { p.motion.level_m[700] += 1e-6f; });
+    with([](Package& p) { p.motion.v.high = 1.3; });
+    with([](Package& p) { p.motion.reference.v = 0.0; });
+    with([](Package& p) { p.signal.period_s = 5.0; });
     std::sort(digests.begin(), digests.end());
     EXPECT_EQ(std::unique(digests.begin(), digests.end()), digests.end());
 }

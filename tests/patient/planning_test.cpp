@@ -7,6 +7,7 @@
 #include <fstream>
 #include <functional>
 
+#include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 #include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
@@ -249,10 +250,13 @@ TEST(Planning, AVesselAtAnEdgeOfThePathBlocks) {
 TEST(Planning, JudgesThePatientInTheBreathAsked) {
     BoxTorso torso;
     torso.addRibs(-25, -7);
-    BreathingModel& m = torso.package().breathing;
-    m.a1_m = -16 * kMm;
-    m.z_low_m = -0.3, m.z_full_low_m = -0.2, m.z_full_high_m = 0.2, m.z_high_m = 0.3;
-    m.cavity = {{-0.31, -0.05, 0, 0.035, 0.055}, {0.31, -0.05, 0, 0.035, 0.055}};
+    MotionModel& m = torso.package().motion;
+    m = test::makeMotion(Vec3(0.3), 0.010, [](const Vec3& p) {
+        test::MotionPoint q;
+        q.slide_a1_m.z = -16 * kMm * test::rise(0.29, 0.2, std::fabs(p.z));
+        q.level_m = (std::hypot((p.x + 0.05) / 0.035, p.y / 0.055) - 1.0) * 0.035;
+        return q;
+    });
     PlanSettings settings = BoxTorso::fine();
     settings.breath = {1.0, 0.0};
     const PlanResult r = torso.plan(settings);

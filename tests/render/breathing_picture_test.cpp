@@ -2,73 +2,54 @@
 // patient::deformedFromReference puts it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "render/deform.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
+#include "tests/support/motion.h"
 
 namespace stylet::render {
 namespace {
 
-// What deform.glsl computes, in double precision.
-Vec3 twinOfShader(const BreathRows& breath, const Vec3& p) {
-    const auto rowAt = [&](double z) {
-        const double r =
-            std::clamp((z - breath.z_begin_m) / breath.dz_m, 0.0, double(breath.rows.size() - 1));
-        const std::size_t i = std::min(std::size_t(r), breath.rows.size() - 2);
-        const double f = r - double(i);
-        const auto mix = [&](const glm::vec4& a, const glm::vec4& b) {
-            return glm::mix(glm::dvec4(a), glm::dvec4(b), f);
-        };
-        return std::pair(mix(breath.rows[i].ellipse, breath.rows[i + 1].ellipse),
-                         mix(breath.rows[i].z, breath.rows[i + 1].z));
-    };
-    const double row = (p.z - breath.z_begin_m) / breath.dz_m;
-    if (row <= 0.0 || row >= double(breath.rows.size() - 1)) return p;
-    const auto [ellipse, zs] = rowAt(p.z);
-    const double u = (p.x - ellipse.x) / ellipse.z, w = (p.y - ellipse.y) / ellipse.w, rho = std::hypot(u, w);
-    if (rho >= breath.fade_rho) return p;
-    double z = zs.x;
-    if (rho >= 1.0) {
-        const double s = (breath.fade_rho - rho) / (breath.fade_rho - 1.0);
-        z = glm::mix(p.z, zs.y, s * s * (3.0 - 2.0 * s));
-    }
-    const auto there = rowAt(z).first;
-    return {there.x + u * there.z, there.y + w * there.w, z};
-}
-
-TEST(BreathRows, FollowTheModelInsideAndOutside) {
+TEST(DeformTables, AgreeWithThePointFunctions) {
     const patient::Package package = test::makeTrunk(0.01);
-    const patient::BreathingModel& model = package.breathing;
-    for (const double v : {0.0, 0.25, 1.0}) {
-        const patient::Surrogate now{v, 0.0};
-        const BreathRows rows = breathRows(model, now);
-        double worst_inside = 0.0, worst_outside = 0.0;
-        for (double x = -0.15; x <= 0.15; x += 0.0107)
-            for (double y = -0.10; y <= 0.10; y += 0.0113)
+    const patient::MotionModel& model = package.motion;
+    for (const patient::Surrogate now :
+         {patient::Surrogate{0.0, 0.0}, patient::Surrogate{0.25, 1.0}, patient::Surrogate{1.0, 0.0}}) {
+        const DeformTables tables = deformTables(model, now);
+        std::vector<double> errors_m;
+        for (double x = -0.15; x <= 0.15; x += 0.0047)
+            for (double y = -0.10; y <= 0.10; y += 0.0053)
                 for (double z = -0.119; z <= 0.119; z += 0.0037) {
                     const Vec3 p(x, y, z);
-                    const double rho = patient::cavityRho(model, p);
-                    if (std::fabs(rho - 1.0) < 0.01) continue;  // the two sides slide on each other there
-                    const double error =
-                        glm::length(twinOfShader(rows, p) - referenceFromDeformed(model, now, p));
-                    (rho < 1.0 ? worst_inside : worst_outside) =
-                        std::max(rho < 1.0 ? worst_inside : worst_outside, error);
+                    // The two sides slide on each other there.
+                    if (std::fabs(patient::cavityLevel_m(model, now, p)) < 3e-4) continue;
+                    const Vec3 off = referenceFromTables(tables, p) - referenceFromDeformed(model, now, p);
+                    errors_m.push_back(glm::length(off));
                 }
-        EXPECT_LT(worst_inside, 1e-4) << v;
-        EXPECT_LT(worst_outside, 3e-4)
-            << v;  // the faded share is applied to the displacement, not to the velocity
+        std::sort(errors_m.begin(), errors_m.end());
+        EXPECT_LT(errors_m[std::size_t(0.99 * double(errors_m.size()))], 1e-4) << now.v;
+        EXPECT_LT(errors_m.back(), 4e-4) << now.v;
     }
+}
+
+TEST(DeformTables, AreStillWithoutMotion) {
+    const DeformTables tables = deformTables({}, {1.0, 0.0});
+    EXPECT_EQ(referenceFromTables(tables, {0.1, -0.2, 3.0}), Vec3(0.1, -0.2, 3.0));
 }
 
 TEST(BreathingPicture, ABallInTheCavityMovesAsTheModelSays) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     patient::Package package = test::makeBall(patient::Tissue::bone, 0.015, 0.045, 0.002);
-    patient::BreathingModel& model = package.breathing;
-    model.a1_m = -0.020;
-    model.z_low_m = -0.058, model.z_full_low_m = -0.045, model.z_full_high_m = 0.025, model.z_high_m = 0.058;
-    model.cavity = {{-0.06, 0.0, 0.0, 0.05, 0.05}, {0.06, 0.0, 0.0, 0.05, 0.05}};
+    package.motion = test::makeMotion(Vec3(0.08), 0.005, [](const Vec3& p) {
+        test::MotionPoint q;
+        q.slide_a1_m.z = -0.020 * test::rise(-0.075, -0.045, p.z) * test::rise(0.075, 0.025, p.z);
+        q.level_m = std::hypot(p.x, p.y) - 0.05;
+        return q;
+    });
+    const patient::MotionModel& model = package.motion;
     const patient::Patient patient(package);
     Gpu gpu({.validation = true});
     Renderer renderer(gpu, {}, test::assetsFolder());

@@ -58,7 +58,7 @@ TEST(Bricks, SeenThroughTheBreathNothingVisibleIsLeaptOver) {
     for (const double v : {0.3, 1.0}) {
         const patient::Surrogate breath{v, 0.0};
         const BrickGrid deformed =
-            deformOccupancy(reference, package.ct.grid, breathRows(package.breathing, breath));
+            deformOccupancy(reference, package.ct.grid, deformTables(package.motion, breath));
         std::mt19937 random(3);
         std::uniform_real_distribution<double> any(0.0, 1.0);
         int visible = 0;
@@ -67,7 +67,7 @@ TEST(Bricks, SeenThroughTheBreathNothingVisibleIsLeaptOver) {
                 patient::Vec3(any(random), any(random), any(random)) * patient::Vec3(dims) - 0.5;
             const patient::Vec3 p = package.ct.grid.origin_m + package.ct.grid.spacing_m * in_voxels;
             const patient::Vec3 source =
-                package.ct.grid.toVoxels(referenceFromDeformed(package.breathing, breath, p));
+                package.ct.grid.toVoxels(referenceFromDeformed(package.motion, breath, p));
             const Index3 from = (Index3(glm::floor(source + 0.5))) / kBrickVoxels;
             if (!package.ct.grid.contains(Index3(glm::floor(source + 0.5)))) continue;
             const Index3 to = Index3(glm::floor(in_voxels + 0.5)) / kBrickVoxels;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <functional>
 
+#include "patient/motion_interface.h"
+#include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::test {
@@ -84,6 +86,21 @@ Material trunkAt(const Vec3& p) {
     return kMuscle;
 }
 
+// 20 mm caudal inside a cavity that narrows toward the head, its front wall out by 4 mm.
+patient::MotionModel trunkMotion() {
+    patient::MotionModel m = makeMotion(Vec3(0.19, 0.14, 0.15), 0.005, [](const Vec3& p) {
+        MotionPoint q;
+        const double narrow = 1.0 - 0.08 * rise(0.0, 0.12, p.z);
+        q.level_m = (std::hypot(p.x / (0.118 * narrow), p.y / (0.071 * narrow)) - 1.0) * 0.071;
+        q.slide_a1_m.z = -0.020 * rise(-0.11, -0.04, p.z) * rise(0.11, 0.03, p.z);
+        q.wall_a1_m.y = 0.004 * rise(0.0, 0.08, p.y) * rise(0.13, 0.11, p.y) * rise(0.14, 0.05, p.z) *
+                        rise(-0.14, -0.05, p.z);
+        return q;
+    });
+    patient::makeTangential(m);
+    return m;
+}
+
 }  // namespace
 
 patient::Package makeBall(Tissue tissue, double radius_m, double margin_m, double spacing_m) {
@@ -102,13 +119,7 @@ patient::Package makeBlock(Tissue tissue, const Vec3& size_m, double spacing_m) 
 patient::Package makeTrunk(double spacing_m) {
     patient::Package package = emptyPackage(Vec3(0.160, 0.110, 0.120), spacing_m);
     fill(package, trunkAt);
-    patient::BreathingModel& breathing = package.breathing;
-    breathing.a1_m = -0.020;
-    breathing.outside_share = 0.15;
-    breathing.z_low_m = -0.11, breathing.z_full_low_m = -0.04, breathing.z_full_high_m = 0.03;
-    breathing.z_high_m = 0.11;
-    breathing.cavity = {
-        {-0.12, 0.0, 0.0, 0.120, 0.072}, {0.0, 0.0, 0.0, 0.118, 0.071}, {0.12, 0.0, 0.0, 0.105, 0.065}};
+    package.motion = trunkMotion();
     return package;
 }
 

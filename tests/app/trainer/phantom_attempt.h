@@ -17,7 +17,7 @@ inline patient::Package ductPhantom() {
                                           {Tissue::duct, 0.006},
                                           {Tissue::liver, 0.020}},
                                          0.001);
-    package.breathing.signal.period_s = 1.0;
+    package.signal.period_s = 1.0;
     return package;
 }
 

@@ -23,7 +23,7 @@ class RunWithPictures : public testing::Test {
         const std::filesystem::path made =
             std::filesystem::directory_iterator(*command_ / "cache" / "stylet" / "patients")->path();
         patient::Package package = patient::loadPackage(made);
-        package.breathing.signal.period_s = 1.0;
+        package.signal.period_s = 1.0;
         patient::savePackage(package, *command_ / "quick");
         run_ = "run --headless --scenario '" + test::testScenario("short").string() + "' --patient '" +
                (*command_ / "quick").string() + "'";

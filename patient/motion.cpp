@@ -19,13 +19,14 @@ struct Drive {
     Drive operator-() const noexcept { return {-v, -rate}; }
 };
 
+// Written so that what is not a number is the lower end.
+double clampTo(const SurrogateRange& range, double x) noexcept {
+    return x > range.low ? std::min(x, range.high) : range.low;
+}
+
 Drive driveOf(const MotionModel& m, const Surrogate& now) noexcept {
-    // Written so that a surrogate that is not a number is the lower end.
-    const auto clamped = [](const SurrogateRange& range, double x) {
-        return x > range.low ? std::min(x, range.high) : range.low;
-    };
-    return {clamped(m.v, now.v) - m.reference.v + (now.creep_v - m.reference.creep_v),
-            clamped(m.rate_per_s, now.rate_per_s) - m.reference.rate_per_s};
+    return {clampTo(m.v, now.v) - m.reference.v + (now.creep_v - m.reference.creep_v),
+            clampTo(m.rate_per_s, now.rate_per_s) - m.reference.rate_per_s};
 }
 
 // The cell of a point and where in it the point lies.
@@ -214,7 +215,7 @@ Vec3 motionVelocity_m_s(const MotionModel& m, const Surrogate& now, double accel
     if (m.empty()) return Vec3(0.0);
     const auto within = [](const SurrogateRange& range, double x) { return x > range.low && x < range.high; };
     const Drive drive = driveOf(m, now);
-    const Drive change{within(m.v, now.v) ? now.rate_per_s : 0.0,
+    const Drive change{within(m.v, now.v) ? clampTo(m.rate_per_s, now.rate_per_s) : 0.0,
                        within(m.rate_per_s, now.rate_per_s) ? acceleration_per_s2 : 0.0};
     std::array<Vec3, 1> moved{Vec3(0.0)};
     Vec3 p = reference_m;

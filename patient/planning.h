@@ -32,7 +32,7 @@ struct PlannedPath {
 };
 
 // Counts up whenever planPaths finds or rates other paths in the same patient: stored ones are stale then.
-inline constexpr int kPlannerVersion = 2;
+inline constexpr int kPlannerVersion = 3;
 
 struct PlanResult {
     std::vector<PlannedPath> paths;  // the best path of each skin voxel, best first

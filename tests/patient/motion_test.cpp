@@ -1,0 +1,285 @@
+#include "patient/motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "patient/motion_interface.h"
+#include "tests/support/motion.h"
+
+namespace stylet::patient {
+namespace {
+
+using test::makeMotion;
+using test::MotionPoint;
+
+constexpr double kMm = 0.001;
+const Surrogate kFull{1.0, 0.0};
+
+double distance(const Vec3& a, const Vec3& b) {
+    return std::sqrt(glm::dot(a - b, a - b));
+}
+
+// A barrel that slides 15 mm down inside a shell whose front moves out by 5 mm, with hysteresis.
+MotionModel barrel(double scale = 1.0) {
+    MotionModel m = makeMotion(Vec3(0.17, 0.15, 0.19), 0.006, [&](const Vec3& p) {
+        MotionPoint q;
+        const double waist = 1.0 - 0.15 * (p.z / 0.15) * (p.z / 0.15);
+        q.level_m = (std::sqrt(p.x * p.x / 0.0144 + p.y * p.y / 0.0064) - waist) * 0.08;
+        const double along = test::rise(-0.17, -0.06, p.z) * test::rise(0.17, 0.06, p.z);
+        q.slide_a1_m = scale * along * Vec3(0.0, 0.003, -0.015);
+        q.slide_a2_m_s = scale * along * Vec3(0.0, 0.0, -0.001);
+        q.wall_a1_m.y = scale * 0.005 * test::rise(0.0, 0.08, p.y) * test::rise(0.145, 0.10, p.y) *
+                        test::rise(-0.17, -0.05, p.z) * test::rise(0.17, 0.05, p.z) *
+                        test::rise(0.16, 0.10, std::fabs(p.x));
+        return q;
+    });
+    makeTangential(m);
+    return m;
+}
+
+struct Anywhere {
+    std::mt19937 random{11};
+    Vec3 half_m{0.19, 0.17, 0.21};
+    double next(double half) { return half * (2.0 * double(random()) / 4294967296.0 - 1.0); }
+    Vec3 point() { return {next(half_m.x), next(half_m.y), next(half_m.z)}; }
+};
+
+const std::vector<Surrogate> kBreaths = {{0.0, 0.0}, {0.3, 1.2}, {1.0, 0.0}, {0.6, -1.5}, {1.2, 0.5}};
+
+TEST(Motion, AConstantFieldShifts) {
+    const MotionModel m = test::makeShift(-0.020);
+    EXPECT_NEAR(distance(deformedFromReference(m, kFull, Vec3(0.01, 0.02, 0.03)), Vec3(0.01, 0.02, 0.01)),
+                0.0, 1e-9);
+    EXPECT_NEAR(distance(referenceFromDeformed(m, {0.5, 0.0}, Vec3(0.0)), Vec3(0.0, 0.0, 0.01)), 0.0, 1e-9);
+}
+
+// exp of a rotation's field is the rotation; midpoint steps err by a 24th of the cubed angle a step.
+TEST(Motion, ARotatingFieldTurns) {
+    const MotionModel m = test::makeTurningBall(0.06, 0.3, 0.006);
+    Anywhere anywhere;
+    anywhere.half_m = Vec3(0.03);
+    for (const double v : {0.25, 1.0}) {
+        const double c = std::cos(0.3 * v), s = std::sin(0.3 * v);
+        for (int i = 0; i < 500; ++i) {
+            const Vec3 p = anywhere.point();
+            const Vec3 turned(c * p.x - s * p.y, s * p.x + c * p.y, p.z);
+            EXPECT_LT(distance(deformedFromReference(m, {v, 0.0}, p), turned), 0.015 * kMm);
+            EXPECT_LT(distance(referenceFromDeformed(m, {v, 0.0}, turned), p), 0.015 * kMm);
+        }
+        const Mat3 j = motionJacobian(m, {v, 0.0}, Vec3(0.01, 0.005, 0.0));
+        EXPECT_NEAR(j[0][0], c, 1e-3);
+        EXPECT_NEAR(j[0][1], s, 1e-3);
+        EXPECT_NEAR(glm::determinant(j), 1.0, 1e-3);
+    }
+}
+
+TEST(Motion, IsRelativeToTheBreathOfTheCtAndClamped) {
+    MotionModel m = test::makeShift(-0.020);
+    m.reference = {1.0, 0.0};
+    m.v = {0.0, 1.25};
+    EXPECT_EQ(deformedFromReference(m, m.reference, Vec3(0.01)), Vec3(0.01));
+    EXPECT_EQ(referenceFromDeformed(m, m.reference, Vec3(0.01)), Vec3(0.01));
+    EXPECT_NEAR(deformedFromReference(m, {0.0, 0.0}, Vec3(0.0)).z, 0.020, 1e-9);
+    EXPECT_EQ(deformedFromReference(m, {-7.0, 0.0}, Vec3(0.0)),
+              deformedFromReference(m, {0.0, 0.0}, Vec3(0.0)));
+    EXPECT_EQ(deformedFromReference(m, {9.0, 0.0}, Vec3(0.0)),
+              deformedFromReference(m, {1.25, 0.0}, Vec3(0.0)));
+    // A creep comes after the clamp: 5.6 mm toward the head at 20 mm of travel.
+    EXPECT_NEAR(deformedFromReference(m, {-7.0, 0.0, -0.28}, Vec3(0.0)).z, 0.0256, 1e-9);
+    m.rate_per_s = {-1.0, 2.0};
+    for (MotionCoefficients& c : m.slide)
+        c.a2_m_s[2] = c.a1_m[2] / 10.0f;
+    EXPECT_NEAR(deformedFromReference(m, {1.0, 50.0}, Vec3(0.0)).z, -0.004, 1e-9);
+    EXPECT_NEAR(deformedFromReference(m, {1.0, -50.0}, Vec3(0.0)).z, 0.002, 1e-9);
+}
+
+TEST(Motion, InverseBringsEveryPointBackOnItsSide) {
+    const MotionModel m = barrel();
+    Anywhere anywhere;
+    for (const Surrogate& breath : kBreaths) {
+        double worst_m = 0.0;
+        for (int i = 0; i < 20000; ++i) {
+            const Vec3 p = anywhere.point();
+            if (std::fabs(cavityLevel_m(m, p)) < 0.5 * kMm) continue;  // what gaps there are
+            const Vec3 q = deformedFromReference(m, breath, p);
+            worst_m = std::max(worst_m, distance(referenceFromDeformed(m, breath, q), p));
+            EXPECT_EQ(cavityLevel_m(m, breath, q) < 0.0, cavityLevel_m(m, p) < 0.0);
+        }
+        EXPECT_LT(worst_m, 0.1 * kMm) << breath.v;
+    }
+}
+
+TEST(Motion, JacobianIsTheDerivativeAndNeverFoldsAlsoAtThreeTimesLife) {
+    Anywhere anywhere;
+    for (const double scale : {1.0, 3.0}) {
+        const MotionModel m = barrel(scale);
+        constexpr double h = 1e-7;
+        int compared = 0;
+        for (const Surrogate& breath : kBreaths)
+            for (int i = 0; i < 4000; ++i) {
+                const Vec3 p = anywhere.point();
+                const Mat3 j = motionJacobian(m, breath, p);
+                ASSERT_GT(glm::determinant(j), 0.0);
+                if (std::fabs(cavityLevel_m(m, p)) < 1e-6) continue;
+                const Vec3 q = deformedFromReference(m, breath, p);
+                double worst = 0.0;
+                for (int axis = 0; axis < 3; ++axis) {
+                    Vec3 step(0.0);
+                    step[axis] = h;
+                    const Vec3 slope = (deformedFromReference(m, breath, p + step) - q) / h;
+                    worst = std::max(worst, distance(slope, j[axis]));
+                }
+                compared += worst < 1e-5;  // all but those whose flow meets a node's plane within h
+            }
+        EXPECT_GT(compared, 19900);
+    }
+}
+
+TEST(Motion, VelocityIsTheTimeDerivative) {
+    const MotionModel m = barrel();
+    Anywhere anywhere;
+    constexpr double h = 1e-5, kAcceleration = 2.0;
+    const Surrogate now{0.4, 1.1}, soon{0.4 + 1.1 * h, 1.1 + kAcceleration * h};
+    double fastest = 0.0;
+    for (int i = 0; i < 5000; ++i) {
+        const Vec3 p = anywhere.point();
+        const Vec3 v = motionVelocity_m_s(m, now, kAcceleration, p);
+        const Vec3 step = (deformedFromReference(m, soon, p) - deformedFromReference(m, now, p)) / h;
+        ASSERT_LT(distance(v, step), 1e-5);
+        fastest = std::max(fastest, distance(v, Vec3(0.0)));
+    }
+    EXPECT_GT(fastest, 0.012);
+    EXPECT_EQ(motionVelocity_m_s(m, {9.0, 50.0}, 5.0, Vec3(0.0)), Vec3(0.0));  // both parts clamped
+}
+
+TEST(Motion, SidesSlipAndLeaveNeitherGapNorOverlap) {
+    const MotionModel m = barrel();
+    for (const Surrogate& breath : kBreaths) {
+        const InterfaceError error = measureInterface(m, breath);
+        ASSERT_GT(error.points, 10000u);
+        EXPECT_LT(error.worst_gap_m, 0.5 * kMm) << breath.v;
+        EXPECT_LT(error.worst_overlap_m, 0.5 * kMm) << breath.v;
+        EXPECT_LT(error.p99_m, 0.1 * kMm) << breath.v;
+    }
+    EXPECT_GT(measureInterface(m, kFull).most_slip_m, 14.0 * kMm);
+    // Both sides ride with the wall: its front is 5 mm out.
+    const Vec3 in(0.0, 0.0795, 0.0), out(0.0, 0.0805, 0.0);
+    EXPECT_NEAR(deformedFromReference(m, kFull, in).y - in.y, 5.0 * kMm, 0.3 * kMm);
+    EXPECT_NEAR(deformedFromReference(m, kFull, out).y - out.y, 5.0 * kMm, 0.3 * kMm);
+}
+
+TEST(Motion, ChangesOfSideAreFoundOnAWayThroughTheBarrel) {
+    const MotionModel m = barrel();
+    const Vec3 from(0.0, 0.16, 0.02), to(0.0, -0.16, 0.02);
+    EXPECT_EQ(sideChanges(m, m.reference, from, to).count, 0);  // nothing has slid
+    const SideChanges changes = sideChanges(m, kFull, from, to);
+    ASSERT_EQ(changes.count, 2);
+    const double length_m = distance(from, to);
+    for (int i = 0; i < changes.count; ++i) {
+        const SideChange& c = changes.list[std::size_t(i)];
+        EXPECT_LE((c.after - c.before) * length_m, 1.001e-8);
+        const double before = cavityLevel_m(m, kFull, from + c.before * (to - from));
+        const double after = cavityLevel_m(m, kFull, from + c.after * (to - from));
+        EXPECT_EQ(before < 0.0, i == 1);
+        EXPECT_EQ(after < 0.0, i == 0);
+        const Vec3 jump = referenceFromDeformed(m, kFull, from + c.after * (to - from)) -
+                          referenceFromDeformed(m, kFull, from + c.before * (to - from));
+        EXPECT_GT(std::fabs(jump.z), 14.0 * kMm);
+    }
+    std::vector<double> ends;
+    forEachStretch(changes, [&](double begin, double end) { ends.push_back(begin), ends.push_back(end); });
+    EXPECT_EQ(ends.size(), 6u);
+    EXPECT_EQ(ends.front(), 0.0);
+    EXPECT_EQ(ends.back(), 1.0);
+    // No way at all, beside the surface, and of no length.
+    EXPECT_EQ(sideChanges(m, kFull, Vec3(0.0), Vec3(0.0)).count, 0);
+    EXPECT_EQ(sideChanges(m, kFull, Vec3(0.0), Vec3(0.01)).count, 0);
+}
+
+TEST(Motion, FarOutsideAndWithoutNodesNothingMoves) {
+    const MotionModel m = barrel();
+    for (const Vec3& p :
+         {Vec3(1e6, 0.0, 0.0), Vec3(-0.2, 0.1, 0.0), Vec3(0.0, 0.0, 1e300), Vec3(0.0, -3.0, 0.0)}) {
+        EXPECT_EQ(deformedFromReference(m, kFull, p), p);
+        EXPECT_EQ(referenceFromDeformed(m, kFull, p), p);
+        EXPECT_EQ(motionJacobian(m, kFull, p), Mat3(1.0));
+    }
+    const MotionModel none;
+    EXPECT_EQ(deformedFromReference(none, kFull, Vec3(0.1)), Vec3(0.1));
+    EXPECT_EQ(motionVelocity_m_s(none, {0.5, 1.0}, 0.0, Vec3(0.1)), Vec3(0.0));
+    EXPECT_GT(cavityLevel_m(none, Vec3(0.0)), 0.0);
+    EXPECT_EQ(sideChanges(none, kFull, Vec3(0.0), Vec3(1.0)).count, 0);
+}
+
+// Any surrogate, any jump, any point: finite, bounded, and back again.
+TEST(Motion, NoSignalMakesItUnsound) {
+    const MotionModel m = barrel();
+    Anywhere anywhere;
+    const double nan = std::numeric_limits<double>::quiet_NaN(), inf = HUGE_VAL;
+    const double wild[] = {nan, inf, -inf, 1e300, -1e300, 0.0, 0.7, -5.0, 40.0};
+    for (const double v : wild)
+        for (const double rate : wild) {
+            const Surrogate breath{v, rate};
+            for (int i = 0; i < 200; ++i) {
+                const Vec3 p = anywhere.point();
+                const Vec3 q = deformedFromReference(m, breath, p);
+                ASSERT_LT(distance(q, p), 40.0 * kMm);
+                ASSERT_LT(distance(motionVelocity_m_s(m, breath, 100.0, p), Vec3(0.0)), 1.0);
+                ASSERT_GT(glm::determinant(motionJacobian(m, breath, p)), 0.0);
+                if (std::fabs(cavityLevel_m(m, p)) < 1.0 * kMm) continue;
+                ASSERT_LT(distance(referenceFromDeformed(m, breath, q), p), 0.1 * kMm);
+            }
+        }
+    // A point that is none stays none, and does no harm.
+    for (const Vec3& p : {Vec3(nan, 0.0, 0.0), Vec3(inf, -inf, 0.0)}) {
+        EXPECT_FALSE(std::isfinite(deformedFromReference(m, kFull, p).x));
+        sideChanges(m, kFull, p, Vec3(0.0));
+        sideChanges(m, kFull, Vec3(0.0), p);
+    }
+}
+
+// A level that is the same everywhere, of one side only, or steps: no surface, or a poor one, but no harm.
+TEST(Motion, DegenerateCavitiesDoNoHarm) {
+    for (const double level : {-0.5, 0.0, 0.5}) {
+        MotionModel m = makeMotion(Vec3(0.05), 0.01, [&](const Vec3&) {
+            MotionPoint q;
+            q.slide_a1_m.z = 0.002;
+            q.level_m = level;
+            return q;
+        });
+        makeTangential(m);
+        EXPECT_TRUE(cavitySurface(m).empty());
+        EXPECT_EQ(measureInterface(m, kFull).points, 0u);
+        EXPECT_NEAR(deformedFromReference(m, kFull, Vec3(0.0)).z, level < 0.0 ? 0.002 : 0.0, 1e-6);
+        EXPECT_EQ(sideChanges(m, kFull, Vec3(-0.04), Vec3(0.04)).count, 0);
+    }
+    MotionModel chequered = makeMotion(Vec3(0.05), 0.01, [](const Vec3& p) {
+        MotionPoint q;
+        q.slide_a1_m.z = 0.002;
+        q.level_m = (int(std::floor((p.x + p.y + p.z) * 100.0 + 0.5)) & 1) != 0 ? 0.004 : -0.004;
+        return q;
+    });
+    makeTangential(chequered);
+    Anywhere anywhere;
+    for (int i = 0; i < 1000; ++i)
+        ASSERT_LT(distance(deformedFromReference(chequered, kFull, anywhere.point()), Vec3(0.0)), 1.0);
+    EXPECT_LE(sideChanges(chequered, kFull, Vec3(-0.05, 0.001, 0.002), Vec3(0.05, 0.002, 0.001)).count,
+              kMaxSideChanges);
+}
+
+TEST(MotionInterface, WhatIsToBeOutsideIsKeptOutside) {
+    MotionModel m = barrel();
+    const std::vector<Vec3> ribs = {{0.119, 0.0, 0.0}, {0.118, 0.01, 0.03}, {0.0, 0.079, 0.01}};
+    for (const Vec3& p : ribs)
+        ASSERT_LT(cavityLevel_m(m, p), 1.0 * kMm);
+    keepOutside(m, ribs, 1.0 * kMm);
+    for (const Vec3& p : ribs)
+        EXPECT_GE(cavityLevel_m(m, p), 0.999 * kMm);
+    EXPECT_LT(cavityLevel_m(m, Vec3(0.1, 0.0, 0.0)), 0.0);
+}
+
+}  // namespace
+}  // namespace stylet::patient

@@ -156,10 +156,18 @@ void direct(Instance& instance, std::int64_t now_ns) {
     const auto isDue = [&](const Event& event) {
         return event.frame ? *event.frame <= instance.conditions.frames_waited : event.t_s <= now_s;
     };
-    const auto later = std::stable_partition(events.begin(), events.end(), isDue);
-    std::vector<Event> due(events.begin(), later);
-    events.erase(events.begin(), later);
-    std::stable_sort(due.begin(), due.end(), [](const Event& a, const Event& b) { return a.t_s < b.t_s; });
+    if (std::none_of(events.begin(), events.end(), isDue)) return;
+    std::vector<Event> due, later;  // due ones in the order of their times
+    for (Event& event : events) {
+        if (!isDue(event)) {
+            later.push_back(std::move(event));
+            continue;
+        }
+        const auto after = std::upper_bound(due.begin(), due.end(), event.t_s,
+                                            [](double t_s, const Event& each) { return t_s < each.t_s; });
+        due.insert(after, std::move(event));
+    }
+    events = std::move(later);
     for (const Event& event : due)
         std::visit([&](const auto& action) { apply(instance, now_ns, action); }, event.action);
 }

@@ -265,6 +265,26 @@ TEST_F(ScenarioEvents, FramesAreLateDiscardedAndNotRendered) {
     EXPECT_EQ(endFrame(state.predictedDisplayTime), XR_SUCCESS);
 }
 
+TEST_F(ScenarioEvents, APictureIsCaptured) {
+    focusWith(R"({"frame": 5, "capture": "point"})");
+    const Swapchain swapchain = createSwapchain(swapchainInfo());
+    cycle(swapchain.handle);
+    const XrCompositionLayerQuad quad{XR_TYPE_COMPOSITION_LAYER_QUAD,
+                                      nullptr,
+                                      0,
+                                      stage_,
+                                      XR_EYE_VISIBILITY_BOTH,
+                                      {swapchain.handle, {{0, 0}, {64, 48}}, 0},
+                                      {{0, 0, 0, 1}, {0, 1.6F, -5}},
+                                      {1, 1}};
+    const auto* layer = reinterpret_cast<const XrCompositionLayerBaseHeader*>(&quad);
+    frame({layer});
+    EXPECT_FALSE(std::filesystem::exists(file("point_left.png")));
+    frame({layer});
+    EXPECT_TRUE(std::filesystem::exists(file("point_left.png")));
+    EXPECT_TRUE(std::filesystem::exists(file("point_right.png")));
+}
+
 TEST_F(ScenarioEvents, EventsComeInTheOrderOfTheirTimes) {
     focusWith(R"({"t_s": 1.06, "session": "focused"}, {"t_s": 1.05, "session": "visible"})");
     std::vector<XrSessionState> seen;

@@ -17,7 +17,7 @@ namespace xrmock {
 namespace {
 
 constexpr std::size_t kMaxPromises = 256;
-constexpr std::size_t kMaxPendingEvents = 100'000;
+constexpr std::size_t kMaxPendingEvents = 10'000;
 const std::string kSource = "request";
 
 Session* sessionOf(Instance& instance) {

@@ -13,6 +13,7 @@ namespace xrmock {
 namespace {
 
 constexpr double kMaxDelay_s = 3600;
+constexpr std::size_t kMaxEvents = 10'000;
 
 Recentring parseRecentring(const Field& field) {
     field.objectOf({"space", "pose", "pose_valid", "delay_s"});
@@ -189,7 +190,7 @@ std::array<LensOutline, 2> parseLens(const Field& field) {
 
 std::vector<Event> parseEvents(const Field& field, const Reading& reading) {
     std::vector<Event> events;
-    for (std::size_t i = 0; i < field.arraySize(); ++i)
+    for (std::size_t i = 0; i < field.arraySize(kMaxEvents); ++i)
         events.push_back(parseEvent(field.at(i), reading));
     return events;
 }

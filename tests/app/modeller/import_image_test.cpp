@@ -245,8 +245,7 @@ TEST(ImportImage, TheChildIsHeldToItsLimits) {
     EXPECT_NE(refusal(temp / "ct", ImageKind::ct, tight), "");
     ReaderLimits absent = reader();
     absent.program = temp / "not-there";
-    EXPECT_NE(refusal(temp / "ct", ImageKind::ct, absent).find("the program is missing"),
-              std::string::npos);
+    EXPECT_NE(refusal(temp / "ct", ImageKind::ct, absent).find("the program is missing"), std::string::npos);
 }
 
 // A reader taken over by the file it reads hands over whatever it likes.

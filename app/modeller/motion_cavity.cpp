@@ -19,7 +19,8 @@ constexpr double kRibSpacing_m = 0.015;  // half of it, up and down
 constexpr double kSlopeOver_m = 0.020;   // of the wall, to go on by
 constexpr double kSteepest = 0.6;
 constexpr double kBeforeBone_m = 0.0015, kAroundSpine_m = 0.003;
-constexpr double kBeyondEdge_m = 0.010;
+constexpr double kBeyondEdge_m = 0.010, kNearEdge_m = 0.003;
+constexpr double kClosedShare = 0.5;  // of the levels of lung at one angle, with a rib behind
 constexpr std::size_t kLeastLung = 1000;
 
 // Distances from an upright axis, by angle and level.
@@ -27,6 +28,7 @@ struct Rays {
     Grid grid;
     double x_m = 0.0, y_m = 0.0;
     std::vector<double> lung_m, bone_m, edge_m, wall_m;  // bone behind lung; wall < 0: not known
+    std::vector<unsigned char> open;                     // no wall in the picture
 
     std::size_t at(int angle, int z) const {
         return std::size_t(z) * kAngles + std::size_t((angle % kAngles + kAngles) % kAngles);
@@ -69,7 +71,7 @@ Rays cast(const Mask& lung, const Mask& bone) {
 
     const std::size_t rays = std::size_t(r.grid.dims.z) * kAngles;
     r.lung_m.assign(rays, 0.0), r.bone_m.assign(rays, 1e3), r.edge_m.assign(rays, 0.0);
-    r.wall_m.assign(rays, -1.0);
+    r.wall_m.assign(rays, -1.0), r.open.assign(rays, 0);
     const double step_m = 0.5 * std::min(r.grid.spacing_m.x, r.grid.spacing_m.y);
     forEachSlab(r.grid.dims.z, [&](int z) {
         for (int a = 0; a < kAngles; ++a) {
@@ -89,13 +91,17 @@ Rays cast(const Mask& lung, const Mask& bone) {
     return r;
 }
 
+bool reachesEdge(const Rays& r, std::size_t at) {
+    return r.lung_m[at] > 0.0 && r.edge_m[at] - r.lung_m[at] < kNearEdge_m;
+}
+
 // The wall is known where a rib passes behind the lung, here or a little above or below.
 void findWall(Rays& r) {
     const int reach = int(kRibSpacing_m / r.grid.spacing_m.z);
     for (int z = 0; z < r.grid.dims.z; ++z)
         for (int a = 0; a < kAngles; ++a) {
             const std::size_t at = r.at(a, z);
-            if (r.lung_m[at] <= 0.0 || r.edge_m[at] - r.lung_m[at] < 0.003) continue;
+            if (r.lung_m[at] <= 0.0 || reachesEdge(r, at)) continue;
             for (int k = std::max(0, z - reach); k <= std::min(r.grid.dims.z - 1, z + reach); ++k) {
                 const double behind_m = r.bone_m[r.at(a, k)] - r.lung_m[at];
                 if (behind_m > 0.0 && behind_m < kBoneWithin_m) {
@@ -119,33 +125,36 @@ double slopeBelow(const Rays& r, int angle, int lowest) {
     return count > 0 ? std::clamp(sum / count, -kSteepest, kSteepest) : 0.0;
 }
 
-// A wall at every angle and level.
+// Behind a mediastinum there are no ribs, though here and there a calcified node.
+bool isOpen(const Rays& r, const std::vector<double>& known_m, int angle) {
+    int levels = 0, with_lung = 0;
+    for (int z = 0; z < r.grid.dims.z; ++z) {
+        const std::size_t at = r.at(angle, z);
+        levels += known_m[at] > 0.0;
+        with_lung += r.lung_m[at] > 0.0 && !reachesEdge(r, at);
+    }
+    return levels < 5 || levels < kClosedShare * with_lung;
+}
+
+// A wall at every angle and level: from the head down, where it is not known it goes on as it last ran.
 void completeWall(Rays& r) {
-    const std::vector<double> known_m = r.wall_m;
-    const Rays before = r;
+    const Rays known = r;
     for (int a = 0; a < kAngles; ++a) {
-        int lowest = -1, levels = 0;
-        for (int z = r.grid.dims.z - 1; z >= 0; --z)
-            if (known_m[r.at(a, z)] > 0.0) lowest = z, ++levels;
-        const bool open = levels < 5;
-        const double slope = open ? 0.0 : slopeBelow(before, a, lowest);
-        double last_m = -1.0;
+        const bool open = isOpen(known, known.wall_m, a);
+        int last = r.grid.dims.z - 1;  // level at which it was last known; -1: it is not in the picture
+        while (last >= 0 && known.wall_m[r.at(a, last)] <= 0.0 && !reachesEdge(r, r.at(a, last)))
+            --last;
+        double slope = 0.0;
         for (int z = r.grid.dims.z - 1; z >= 0; --z) {
-            double& wall_m = r.wall_m[r.at(a, z)];
-            if (open) {
-                wall_m = r.edge_m[r.at(a, z)] + kBeyondEdge_m;
-            } else if (wall_m > 0.0) {
-                last_m = wall_m;
-            } else if (last_m > 0.0) {
-                wall_m = z < lowest ? known_m[r.at(a, lowest)] + slope * (lowest - z) * r.grid.spacing_m.z
-                                    : last_m;
-            } else {
-                // Above the highest level known: as there.
-                int k = z;
-                while (known_m[r.at(a, k)] <= 0.0)
-                    --k;
-                wall_m = known_m[r.at(a, k)];
-            }
+            const std::size_t at = r.at(a, z);
+            if (known.wall_m[at] > 0.0) last = z, slope = slopeBelow(known, a, z);
+            if (reachesEdge(r, at)) last = -1;
+            r.open[at] = open || last < 0;
+            if (r.open[at])
+                r.wall_m[at] = r.edge_m[at] + kBeyondEdge_m;
+            else
+                r.wall_m[at] =
+                    known.wall_m[r.at(a, last)] + slope * std::max(0, last - z) * r.grid.spacing_m.z;
         }
     }
 }
@@ -162,7 +171,8 @@ void smoothWall(Rays& r) {
                     sum += old_m[r.at(b, k)], ++count;
             double wall_m = sum / count;
             const double bone_m = r.bone_m[r.at(a, z)];
-            if (bone_m < 1e2 && bone_m > 0.6 * wall_m) wall_m = std::min(wall_m, bone_m - kBeforeBone_m);
+            if (!r.open[r.at(a, z)] && bone_m < 1e2 && bone_m > 0.6 * wall_m)
+                wall_m = std::min(wall_m, bone_m - kBeforeBone_m);
             r.wall_m[r.at(a, z)] = wall_m;
         }
 }

@@ -248,7 +248,7 @@ void regress(const std::vector<NodeVelocities>& phases, const std::vector<Surrog
     const bool both = det > 1e-3 * vv * rr;
     if (!(vv > 0.0)) throw ImportError("the surrogate is the same in every phase");
     for (const auto& [field, to] : {std::pair{&NodeVelocities::wall_m, &MotionModel::wall},
-                                   std::pair{&NodeVelocities::slide_m, &MotionModel::slide}})
+                                    std::pair{&NodeVelocities::slide_m, &MotionModel::slide}})
         for (std::size_t i = 0; i < (m.*to).size(); ++i) {
             Vec3 wv(0.0), wr(0.0);
             for (std::size_t p = 0; p < phases.size(); ++p)

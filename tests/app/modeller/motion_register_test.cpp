@@ -1,0 +1,94 @@
+// What needs the programs built on ITK.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "app/modeller/motion_cavity.h"
+#include "app/modeller/motion_fit.h"
+#include "tests/app/modeller/chest.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::modeller {
+namespace {
+
+using patient::Vec3;
+
+std::filesystem::path program(const char* name) {
+    const char* bin = std::getenv("STYLET_BIN");
+    return std::filesystem::path(bin ? bin : ".") / name;
+}
+
+RegisterSettings registration(int finest) {
+    RegisterSettings settings;
+    settings.program = program("stylet-register");
+    settings.finest = finest;
+    return settings;
+}
+
+TEST(Registration, KeepsTheSlideAtTheInterface) {
+    const test::ChestSettings chest{.travel_m = 0.006, .phases = 2};
+    const Phase fixed = test::chestPhase(chest, 0), moving = test::chestPhase(chest, 1);
+    Mask inside(fixed.hu.grid), outside(fixed.hu.grid);
+    for (int z = 0; z < inside.grid.dims.z; ++z)
+        for (int y = 0; y < inside.grid.dims.y; ++y)
+            for (int x = 0; x < inside.grid.dims.x; ++x) {
+                const Vec3 p = inside.grid.centre({x, y, z});
+                inside[{x, y, z}] = std::hypot(p.x, p.y) < 0.068;
+                outside[{x, y, z}] = !inside[{x, y, z}];
+            }
+    const VectorField slide = registerPhases(fixed.hu, moving.hu, inside, registration(1));
+    const VectorField wall = registerPhases(fixed.hu, moving.hu, outside, registration(1));
+    // All around, 5 mm either side of the interface, and in the middle.
+    for (int a = 0; a < 12; ++a) {
+        const double phi = a * 0.5236, z_m = -0.012 + 0.004 * (a % 5);
+        const Vec3 way(std::cos(phi), std::sin(phi), 0.0);
+        EXPECT_NEAR(vectorAt(slide, 0.063 * way + Vec3(0, 0, z_m)).z, -0.006, 0.0012) << a;
+        EXPECT_NEAR(vectorAt(wall, 0.073 * way + Vec3(0, 0, z_m)).z, 0.0, 0.0006) << a;
+    }
+    EXPECT_NEAR(vectorAt(slide, Vec3(0.0)).z, -0.006, 0.0006);
+}
+
+TEST(Registration, OfAFolderThatIsNoneIsRefused) {
+    const test::TempFolder folder;
+    FitSettings settings;
+    settings.phases.reader.program = program("stylet-image-reader");
+    settings.registration = registration(4);
+    settings.phases.folder = folder / "none";
+    EXPECT_THROW((void)fitMotion(settings), ImportError);
+    settings.phases.folder = folder.path();
+    EXPECT_THROW((void)fitMotion(settings), ImportError);  // too few
+    for (int i = 0; i < 4; ++i)
+        std::ofstream(folder / ("phase" + std::to_string(i) + ".dcm")) << std::string(400, 'x');
+    try {
+        (void)fitMotion(settings);
+        FAIL() << "junk was taken for a phase";
+    } catch (const ImportError& e) {
+        EXPECT_NE(std::string(e.what()).find("phase0.dcm"), std::string::npos) << e.what();
+    }
+}
+
+TEST(RealMotion, TheDomeOfALeftOutPhaseIsPredictedWithinAVoxel) {
+    const char* data = std::getenv("STYLET_DATA");
+    if (!data) GTEST_SKIP() << "STYLET_DATA is not set: no 4D CT";
+    FitSettings settings;
+    settings.phases.folder = std::filesystem::path(data) / "4dct_118";
+    settings.phases.reader.program = program("stylet-image-reader");
+    settings.registration = registration(4);
+    const FittedMotion fitted = fitMotion(settings);
+    ASSERT_EQ(fitted.phases.size(), 10u);
+    EXPECT_EQ(fitted.reference, 3u);  // file 4 is end-exhale
+    EXPECT_EQ(fitted.phases[7].surrogate.v, 1.0);
+    EXPECT_GT(fitted.columns, 2000u);
+    for (std::size_t p = 0; p < 10; ++p) {
+        if (p == fitted.reference) continue;
+        const PhaseReport& r = fitted.phases[p];
+        EXPECT_LT(r.left_out.mean_abs_m, fitted.voxel_m.z) << r.name;
+        EXPECT_LT(r.left_out.slice_mean_abs_m, fitted.voxel_m.z) << r.name;
+        EXPECT_LT(r.left_out.mean_abs_m, 0.6 * r.still.mean_abs_m) << r.name;
+    }
+    EXPECT_LT(fitted.phases[7].dome_m, -0.006);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

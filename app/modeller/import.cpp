@@ -54,20 +54,6 @@ void checkSameGrid(const Grid& ct, const Grid& labels) {
     }
 }
 
-double referenceBreath(const std::string& phase) {
-    if (phase == "inhale") return 1.0;
-    if (phase == "exhale") return 0.0;
-    double v = -1.0;
-    if (phase.rfind("v=", 0) == 0) {
-        const auto [end, error] = std::from_chars(phase.data() + 2, phase.data() + phase.size(), v);
-        if (error != std::errc() || end != phase.data() + phase.size()) v = -1.0;
-    }
-    if (!(v >= 0.0 && v <= 1.0))
-        throw ImportError("reference phase \"" + phase +
-                          "\" is not inhale, exhale or v=X with X from 0 to 1");
-    return v;
-}
-
 // The source's ids that become a label, as a look-up from source id.
 std::vector<std::uint8_t> targetTableOf(const std::vector<SourceLabel>& sources, const LabelMap& map) {
     std::vector<std::uint8_t> target(32768, 0);
@@ -278,6 +264,20 @@ void say(const ImportSettings& s, std::string_view stage) {
 }
 
 }  // namespace
+
+double referenceBreath(const std::string& phase) {
+    if (phase == "inhale") return 1.0;
+    if (phase == "exhale") return 0.0;
+    double v = -1.0;
+    if (phase.rfind("v=", 0) == 0) {
+        const auto [end, error] = std::from_chars(phase.data() + 2, phase.data() + phase.size(), v);
+        if (error != std::errc() || end != phase.data() + phase.size()) v = -1.0;
+    }
+    if (!(v >= 0.0 && v <= 1.0))
+        throw ImportError("reference phase \"" + phase +
+                          "\" is not inhale, exhale or v=X with X from 0 to 1");
+    return v;
+}
 
 std::vector<SourceLabel> listSources(const CtVolume& ct, const SourceLabels& labels, const LabelMap& map) {
     std::vector<double> count(32768, 0.0), sum(32768, 0.0);

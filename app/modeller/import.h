@@ -37,6 +37,9 @@ struct Imported {
     std::vector<std::string> notes;  // one line each: what was found, made or left out
 };
 
+// v of "inhale", "exhale" or "v=X", X from 0 to 1. Throws ImportError.
+double referenceBreath(const std::string& phase);
+
 // Every id of the source, whether mapped or not, with its volume and mean. `target` of an unmapped id is
 // empty.
 std::vector<SourceLabel> listSources(const patient::CtVolume& ct, const patient::Volume<std::int16_t>& labels,

@@ -20,7 +20,8 @@ constexpr double kSlopeOver_m = 0.020;   // of the wall, to go on by
 constexpr double kSteepest = 0.6;
 constexpr double kBeforeBone_m = 0.0015, kAroundSpine_m = 0.003;
 constexpr double kBeyondEdge_m = 0.010, kNearEdge_m = 0.003;
-constexpr double kClosedShare = 0.5;  // of the levels of lung at one angle, with a rib behind
+constexpr double kClosedShare = 0.6;  // of the levels of lung about an angle, with a rib behind
+constexpr int kAround = 8;            // angles either side that decide with it
 constexpr std::size_t kLeastLung = 1000;
 
 // Distances from an upright axis, by angle and level.
@@ -126,24 +127,26 @@ double slopeBelow(const Rays& r, int angle, int lowest) {
 }
 
 // Behind a mediastinum there are no ribs, though here and there a calcified node.
-bool isOpen(const Rays& r, const std::vector<double>& known_m, int angle) {
+bool isOpen(const Rays& r, int angle) {
     int levels = 0, with_lung = 0;
-    for (int z = 0; z < r.grid.dims.z; ++z) {
-        const std::size_t at = r.at(angle, z);
-        levels += known_m[at] > 0.0;
-        with_lung += r.lung_m[at] > 0.0 && !reachesEdge(r, at);
-    }
-    return levels < 5 || levels < kClosedShare * with_lung;
+    for (int a = angle - kAround; a <= angle + kAround; ++a)
+        for (int z = 0; z < r.grid.dims.z; ++z) {
+            const std::size_t at = r.at(a, z);
+            levels += r.wall_m[at] > 0.0;
+            with_lung += r.lung_m[at] > 0.0 && !reachesEdge(r, at);
+        }
+    return levels == 0 || levels < kClosedShare * with_lung;
 }
 
 // A wall at every angle and level: from the head down, where it is not known it goes on as it last ran.
 void completeWall(Rays& r) {
     const Rays known = r;
     for (int a = 0; a < kAngles; ++a) {
-        const bool open = isOpen(known, known.wall_m, a);
+        const bool open = isOpen(known, a);
         int last = r.grid.dims.z - 1;  // level at which it was last known; -1: it is not in the picture
         while (last >= 0 && known.wall_m[r.at(a, last)] <= 0.0 && !reachesEdge(r, r.at(a, last)))
             --last;
+        if (last >= 0 && known.wall_m[r.at(a, last)] <= 0.0) last = -1;
         double slope = 0.0;
         for (int z = r.grid.dims.z - 1; z >= 0; --z) {
             const std::size_t at = r.at(a, z);

@@ -6,7 +6,6 @@
 #include <fstream>
 
 #include "app/modeller/motion_cavity.h"
-#include "patient/package.h"
 
 namespace stylet::modeller {
 
@@ -21,6 +20,9 @@ namespace {
 constexpr double kMargin_m = 0.030;  // beyond the pictures, where the fields fade out
 constexpr float kLeastWeight = 0.02f;
 constexpr int kRelaxations = 200;
+constexpr int kLevelPasses = 6;
+// What was registered slides along the wall by itself: only the nodes that make up the surface are corrected.
+constexpr double kNormalDepth_m = 0.0;
 constexpr float kOutside_hu = -1000.0f;
 
 double smoothStep(double x) {
@@ -157,6 +159,21 @@ NodeVelocities velocitiesOf(const Phase& fixed, const Phase& moving, const Mask&
     return out;
 }
 
+// The nodes' level without the voxels' steps.
+void smoothLevel(MotionModel& m) {
+    const std::size_t strides[3] = {1, std::size_t(m.grid.dims.x),
+                                    std::size_t(m.grid.dims.x) * std::size_t(m.grid.dims.y)};
+    for (int pass = 0; pass < kLevelPasses; ++pass)
+        for (int d = 0; d < 3; ++d) {
+            const std::vector<float> old = m.level_m;
+            eachNode(m.grid, [&](const Index3& i, std::size_t at) {
+                const std::size_t low = i[d] > 0 ? at - strides[d] : at,
+                                  high = i[d] + 1 < m.grid.dims[d] ? at + strides[d] : at;
+                m.level_m[at] = 0.25f * old[low] + 0.5f * old[at] + 0.25f * old[high];
+            });
+        }
+}
+
 MotionModel emptyModel(const Grid& nodes, const Mask& cavity, const Surrogate& reference) {
     MotionModel m;
     m.grid = nodes;
@@ -169,6 +186,7 @@ MotionModel emptyModel(const Grid& nodes, const Mask& cavity, const Surrogate& r
     eachNode(nodes, [&](const Index3& i, std::size_t at) {
         m.level_m[at] = valueAt(level, glm::clamp(nodes.centre(i), low, high), 0.0f);
     });
+    smoothLevel(m);
     return m;
 }
 
@@ -197,6 +215,17 @@ Residual residualOf(const MotionModel& m, const Surrogate& now, const DomeMap& f
     std::nth_element(all_m.begin(), p95, all_m.end());
     r.p95_m = *p95;
     return r;
+}
+
+// How far the dome goes from end-exhale to end-inhale.
+double travelOf(const MotionModel& m, const DomeMap& reference, const DomeColumns& judged) {
+    double sum_m = 0.0;
+    for (const auto& [x, y] : judged.columns) {
+        const Vec3 p(reference.grid.origin_m.x + x * reference.grid.spacing_m.x,
+                     reference.grid.origin_m.y + y * reference.grid.spacing_m.y, double(reference.at(x, y)));
+        sum_m += p.z - deformedFromReference(m, {m.v.high, 0.0}, p).z;
+    }
+    return std::max(0.0, sum_m / double(judged.columns.size()) / (m.v.high - m.reference.v));
 }
 
 double domeHeight(const DomeMap& map, const DomeMap& reference, const DomeColumns& judged) {
@@ -297,15 +326,19 @@ FittedMotion fitMotion(const FitSettings& settings) {
     velocities[out.reference] = {std::vector<Vec3>(nodes.voxelCount()),
                                  std::vector<Vec3>(nodes.voxelCount())};
 
-    out.model = emptyModel(nodes, cavity, driven[out.reference]);
+    // A package's frame is a breath at rest.
+    out.model = emptyModel(nodes, cavity, {driven[out.reference].v, 0.0});
     MotionModel left_out = out.model;
     regress(velocities, driven, out.reference, phases.size(), out.model);
+    makeTangential(out.model, kNormalDepth_m);
     out.model.v = rangeOf(driven, &Surrogate::v);
     out.model.rate_per_s = rangeOf(driven, &Surrogate::rate_per_s);
+    out.model.dome_travel_m = travelOf(out.model, domes[out.reference], judged);
     // A phase at the end of the range is judged beyond the others', as it is.
     left_out.v = left_out.rate_per_s = {-1e3, 1e3};
     for (std::size_t p = 0; p < phases.size(); ++p) {
         regress(velocities, driven, out.reference, p, left_out);
+        makeTangential(left_out, kNormalDepth_m);
         const DomeMap &from = domes[out.reference], &to = domes[p];
         PhaseReport& report = out.phases[p];
         report.name = phases[p].name;
@@ -315,6 +348,7 @@ FittedMotion fitMotion(const FitSettings& settings) {
         report.fitted = residualOf(out.model, driven[p], from, to, judged);
         report.left_out = residualOf(left_out, driven[p], from, to, judged);
     }
+    out.reference_hu = fixed.hu;
     out.voxel_m = fixed.hu.grid.spacing_m;
     out.columns = judged.columns.size();
     return out;

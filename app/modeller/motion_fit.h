@@ -4,7 +4,7 @@
 #pragma once
 
 #include "app/modeller/dome.h"
-#include "patient/motion.h"
+#include "patient/patient.h"
 
 namespace stylet::modeller {
 
@@ -35,6 +35,7 @@ struct PhaseReport {
 struct FittedMotion {
     patient::MotionModel model;
     std::size_t reference = 0;  // the phase at end-exhale: the frame
+    FloatVolume reference_hu;
     std::vector<PhaseReport> phases;
     patient::Vec3 voxel_m{0.0};
     std::size_t columns = 0;  // judged

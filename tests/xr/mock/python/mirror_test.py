@@ -1,4 +1,4 @@
-"""The mirror shows a run of hello_xr: the eyes as they were composed, live, and what is left when the run ends.
+"""The mirror shows a run of hello_xr: both eyes as they were composed, live; and says when the run has ended.
 
 Needs hello_xr, Xvfb and tkinter; without one of them it is skipped (77).
 """

@@ -106,8 +106,10 @@ XrResult waitFrame(Call& call, XrSession handle, const XrFrameWaitInfo* info, Xr
     session = &runningSession(call, handle);
     state->predictedDisplayTime = plan.display_ns;
     state->predictedDisplayPeriod = period_ns;
-    state->shouldRender = fate.should_render && (session->progress.state == XR_SESSION_STATE_VISIBLE ||
-                                                 session->progress.state == XR_SESSION_STATE_FOCUSED);
+    const XrSessionState session_state = session->progress.state;
+    session->frames.fate.should_render = fate.should_render && (session_state == XR_SESSION_STATE_VISIBLE ||
+                                                                session_state == XR_SESSION_STATE_FOCUSED);
+    state->shouldRender = session->frames.fate.should_render;
     return XR_SUCCESS;
 }
 

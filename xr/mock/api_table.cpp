@@ -181,9 +181,9 @@ XrResult lookUp(Call& call, XrInstance handle, const char* name, PFN_xrVoidFunct
 
 }  // namespace
 
-bool isFunctionName(std::string_view name) {
+bool isRefusable(std::string_view name) {
     return std::any_of(std::begin(kRows), std::end(kRows),
-                       [&](const Row& each) { return name == each.name; });
+                       [&](const Row& each) { return name == each.name && !needsNoInstance(each.name); });
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL getInstanceProcAddr(XrInstance instance, const char* name,

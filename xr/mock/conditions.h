@@ -16,7 +16,7 @@ enum class Loss { none, pending, lost };
 // What becomes of one frame.
 struct FrameFate {
     std::uint32_t late_refreshes = 0;  // xrWaitFrame skips so many refreshes, as after a stall
-    bool should_render = true;         // false: XrFrameState::shouldRender is false in any state
+    bool should_render = true;         // false: XrFrameState::shouldRender is false, whatever the state
     bool discarded = false;            // xrBeginFrame gives XR_FRAME_DISCARDED
     bool dropped = false;              // xrEndFrame takes it and it is never shown
 };

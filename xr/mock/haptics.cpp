@@ -9,9 +9,7 @@ namespace {
 template <class Chosen>
 void cut(Haptics& haptics, std::int64_t now_ns, Chosen chosen) {
     for (HapticPulse& pulse : haptics.pulses) {
-        if (pulse.end_ns <= now_ns || !chosen(pulse)) continue;
-        pulse.end_ns = now_ns;
-        pulse.cut_short = true;
+        if (pulse.end_ns > now_ns && chosen(pulse)) pulse.end_ns = now_ns;
     }
 }
 

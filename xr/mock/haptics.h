@@ -19,7 +19,6 @@ struct HapticPulse {
     std::int64_t start_ns = 0, end_ns = 0;  // XrTime; the end moves when it is stopped or interrupted
     double frequency_hz = 0;                // 0: the application left it open
     double amplitude = 0;                   // 0 to 1
-    bool cut_short = false;                 // stopped or interrupted
 };
 
 struct Haptics {

@@ -14,7 +14,8 @@ std::optional<XrResult> resultNamed(std::string_view name);
 std::string structureTypeName(XrStructureType type);
 std::string sessionStateName(XrSessionState state);  // "focused"
 std::optional<XrSessionState> sessionStateNamed(std::string_view name);
-// Whether the runtime offers a function of this name, with whatever extension.
-bool isFunctionName(std::string_view name);
+// Whether a scenario may refuse the function: the runtime offers it, with whatever extension, and it is about
+// an instance or what belongs to one.
+bool isRefusable(std::string_view name);
 
 }  // namespace xrmock

@@ -33,6 +33,12 @@ void refuseNewFields(const Field& root) {
 
 }  // namespace
 
+void offerRefreshRate(Scenario& scenario, double hz) {
+    auto& rates = scenario.refresh_rates_hz;
+    const auto place = std::lower_bound(rates.begin(), rates.end(), hz);
+    if (place == rates.end() || *place != hz) rates.insert(place, hz);
+}
+
 void readTimelines(const Field& root, const Reading& reading, Scenario& scenario) {
     if (root.has("head")) splice(scenario.head, parsePoses(root.at("head"), reading), reading);
     if (root.has("controllers")) readControllers(root.at("controllers"), reading, scenario);
@@ -40,6 +46,12 @@ void readTimelines(const Field& root, const Reading& reading, Scenario& scenario
     if (root.has("session")) readSession(root.at("session"), reading, scenario);
     if (root.has("events")) {
         std::vector<Event> events = parseEvents(root.at("events"), reading);
+        for (const Event& event : events) {
+            // A display does not change to a rate that it does not have.
+            if (const auto* change = std::get_if<RefreshRateChange>(&event.action)) {
+                offerRefreshRate(scenario, change->hz);
+            }
+        }
         scenario.events.insert(scenario.events.end(), events.begin(), events.end());
     }
 }
@@ -59,10 +71,8 @@ Scenario parseScenario(const std::string& text, const std::string& file_name) {
     }
     if (root.has("refresh_hz")) {
         scenario.refresh_hz = root.at("refresh_hz").number(1, 1000);
-        auto& rates = scenario.refresh_rates_hz;
-        if (!root.has("headset")) rates.clear();
-        const auto place = std::lower_bound(rates.begin(), rates.end(), scenario.refresh_hz);
-        if (place == rates.end() || *place != scenario.refresh_hz) rates.insert(place, scenario.refresh_hz);
+        if (!root.has("headset")) scenario.refresh_rates_hz.clear();
+        offerRefreshRate(scenario, scenario.refresh_hz);
     }
     if (root.has("exit_after_frames")) {
         scenario.exit_after_frames = root.at("exit_after_frames").integer(1, 1'000'000'000);

@@ -44,6 +44,9 @@ struct Scenario {
 Scenario parseScenario(const std::string& text, const std::string& file_name);  // throws FieldError
 Scenario loadScenario(const std::string& file_name);                            // throws FieldError
 
+// The rate is among those that the headset offers from now on.
+void offerRefreshRate(Scenario& scenario, double hz);
+
 // What both a scenario and a control message may hold: the user and the runtime, from now on.
 void readTimelines(const Field& root, const Reading& reading, Scenario& scenario);  // throws FieldError
 

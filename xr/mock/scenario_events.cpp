@@ -38,7 +38,9 @@ MaskChange parseMaskChange(const Field& field) {
 
 ProfileChange parseProfileChange(const Field& field) {
     const std::string profile = field.text();
-    if (findProfile(profile) == nullptr) field.fail("not an interaction profile");
+    const Profile* found = findProfile(profile);
+    if (found == nullptr) field.fail("not an interaction profile");
+    if (componentsOf(*found, User::left_hand).empty()) field.fail("not a profile of hands");
     return {profile};
 }
 
@@ -57,8 +59,9 @@ Refusal parseRefusal(const Field& field) {
     field.objectOf({"call", "result", "nth", "times", "for_s"});
     Refusal refusal;
     refusal.function = field.required("call").text();
-    if (!isFunctionName(refusal.function))
-        field.at("call").fail("a function that the runtime offers expected");
+    if (!isRefusable(refusal.function)) {
+        field.at("call").fail("a function that the runtime offers to an instance expected");
+    }
     const std::string result = field.required("result").text();
     const std::optional<XrResult> named = resultNamed(result);
     if (!named || XR_SUCCEEDED(*named))

@@ -170,7 +170,7 @@ TEST_F(Control, SaysWhatIsWrong) {
         {R"({"apply": {"events": [{"recenter": {}, "session": "visible"}]}})",
          "request: apply.events[0]: one event at a time expected, not recenter and session"},
         {R"({"apply": {"events": [{"refuse": {"call": "xrFly", "result": "XR_ERROR_RUNTIME_FAILURE"}}]}})",
-         "request: apply.events[0].refuse.call: a function that the runtime offers expected"},
+         "request: apply.events[0].refuse.call: a function that the runtime offers to an instance expected"},
         {R"({"step": 0})", "request: step: a number from 1 to 1e+06 expected"},
         {R"({"wait": {"session_state": "asleep"}})",
          "request: wait.session_state: the name of a session state expected"},

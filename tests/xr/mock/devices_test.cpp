@@ -211,6 +211,9 @@ TEST_F(Devices, BadOnesAreRefused) {
               "controllers.left.values[0].select/clack: unknown component");
     EXPECT_EQ(refusal(R"("controllers": {"left": {"profile": "/interaction_profiles/htc/vive_pro"}})"),
               "controllers.left.profile: not a profile of this user path");
+    EXPECT_EQ(
+        refusal(R"("events": [{"t_s": 0, "interaction_profile": "/interaction_profiles/htc/vive_pro"}])"),
+        "events[0].interaction_profile: not a profile of hands");
     EXPECT_EQ(refusal(R"("controllers": {"gamepad": {}})"), "controllers.gamepad: profile is missing");
     EXPECT_EQ(refusal(R"("controllers": {"left": {"profile": []}})"),
               "controllers.left.profile: at least one key expected");

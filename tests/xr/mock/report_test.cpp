@@ -106,6 +106,38 @@ TEST_F(Report, EveryDemandThatIsNotMetFailsWithItsReason) {
     EXPECT_NE(xml_.find("failures=\"11\""), std::string::npos);
 }
 
+// A frame may be waited for before the one before it is ended: it is looked at as it was to be rendered then,
+// not as the session has become since.
+TEST_F(Report, FramesThatWereNotToBeRenderedAreNotLookedAt) {
+    assertions(R"({"every_frame_has": "quad"})");
+    startRunning();
+    const Swapchain swapchain = createSwapchain(swapchainInfo());
+    cycle(swapchain.handle);
+    const XrCompositionLayerQuad quad{XR_TYPE_COMPOSITION_LAYER_QUAD,
+                                      nullptr,
+                                      0,
+                                      stage_,
+                                      XR_EYE_VISIBILITY_BOTH,
+                                      {swapchain.handle, {{0, 0}, {64, 48}}, 0},
+                                      {{0, 0, 0, 1}, {0, 1.6F, -5}},
+                                      {0.1F, 0.1F}};
+    auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
+    for (int i = 0; i < 6; ++i) {
+        auto next = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+        ASSERT_EQ(beginFrame(), XR_SUCCESS);
+        ASSERT_EQ(waitFrame(&next), XR_SUCCESS);
+        std::vector<const XrCompositionLayerBaseHeader*> layers;
+        if (state.shouldRender)
+            layers.push_back(reinterpret_cast<const XrCompositionLayerBaseHeader*>(&quad));
+        ASSERT_EQ(endFrame(state.predictedDisplayTime, layers), XR_SUCCESS);
+        state = next;
+    }
+    EXPECT_TRUE(state.shouldRender);
+    const std::string text = finish();
+    EXPECT_NE(text.find("ok      every_frame_has (1)"), std::string::npos) << text;
+}
+
 TEST_F(Report, APixelOfAComposedEyeIsLookedAt) {
     // Nothing was ever drawn into these images: what an eye sees of a quad's surroundings is black.
     assertions(R"({"pixel": {"frame": 4, "eye": "right", "at": [0.01, 0.01], "rgb": [0, 0, 0]}},

@@ -149,6 +149,29 @@ TEST_F(ScenarioEvents, TheRefreshRateChanges) {
     EXPECT_EQ(event->toDisplayRefreshRate, 60);
 }
 
+TEST_F(ScenarioEvents, RatesThatAScenarioChangesToAreOffered) {
+    focusWith(R"({"frame": 400, "refresh_hz": 72})");
+    const auto enumerate =
+        load<PFN_xrEnumerateDisplayRefreshRatesFB>(instance_, "xrEnumerateDisplayRefreshRatesFB");
+    std::array<float, 4> rates{};
+    std::uint32_t count = 0;
+    ASSERT_EQ(enumerate(session_, 4, &count, rates.data()), XR_SUCCESS);
+    EXPECT_EQ(count, 2U);
+    EXPECT_EQ(rates[0], 72);
+    EXPECT_EQ(rates[1], 90);
+}
+
+TEST_F(ScenarioEvents, OnlyCallsOfAnInstanceCanBeRefused) {
+    for (const char* call : {"xrCreateInstance", "xrGetInstanceProcAddr", "xrFly"}) {
+        setScript(R"({"version": 2, "events": [{"t_s": 0, "refuse": {"call": ")" + std::string(call) +
+                  R"(", "result": "XR_ERROR_RUNTIME_FAILURE"}}]})");
+        testing::internal::CaptureStderr();
+        EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE);
+        EXPECT_NE(testing::internal::GetCapturedStderr().find("events[0].refuse.call: "), std::string::npos)
+            << call;
+    }
+}
+
 TEST_F(ScenarioEvents, TheApplicationRequestsARefreshRate) {
     setScript(R"({"version": 2, "headset": "simple"})");
     startFocused();

@@ -10,7 +10,7 @@ namespace stylet::patient {
 namespace {
 
 constexpr double kWorkSpacing_m = 0.002;  // of the grid on which the cavity is shaped
-constexpr double kSmooth_m = 0.005;       // sigma of the rounding of its surface
+constexpr double kSmooth_m = 0.006;       // sigma of the rounding of its surface
 constexpr double kMostLevel_m = 0.060;
 constexpr double kHull_m = 0.015;  // gaps between organs narrower than twice this are closed
 constexpr double kSlot_m = 0.014;  // and slots narrower than twice this
@@ -19,6 +19,8 @@ constexpr double kMargin_m = 0.001;  // least level at the centre of a voxel of 
 constexpr double kPad_m = 0.030;     // of nodes around the image
 constexpr double kFade_m = 0.060, kLeastFade_m = 0.035;
 constexpr double kRibRise = 0.67;
+constexpr double kSteepest = 1.35;  // of the slide, per metre and unit of v
+constexpr int kFlattenSweeps = 200;
 
 // What each id is to a motion.
 struct Kinds {
@@ -305,6 +307,64 @@ std::array<float, 3> narrowed(const Vec3& v) {
     return {round(v.x), round(v.y), round(v.z)};
 }
 
+// Little slides where the surface bends sharply along the slide (along z, that is) or lies across it: 1 on
+// straight walls, 0 where the radius is below 15 mm or the wall leans by more than 40 degrees.
+Volume<float> ease(const MotionModel& m) {
+    Volume<float> level(m.grid), share(m.grid, 1.0f);
+    level.voxels = m.level_m;
+    smooth(level);
+    const double cell_m = m.grid.spacing_m.z;
+    const auto normalAt = [&](const Index3& i) {
+        Vec3 g;
+        for (int axis = 0; axis < 3; ++axis) {
+            Index3 low = i, high = i;
+            --low[axis], ++high[axis];
+            g[axis] = double(level[high] - level[low]) / m.grid.spacing_m[axis];
+        }
+        return g / std::sqrt(glm::dot(g, g) + 1e-6);
+    };
+    forEachVoxel(m.grid, [&](const Index3& i) {
+        if (!m.grid.contains(i - 2) || !m.grid.contains(i + 2)) return;
+        if (std::fabs(double(level[i])) > 2.0 * cell_m) return;
+        const Vec3 bend = normalAt({i.x, i.y, i.z + 1}) - normalAt({i.x, i.y, i.z - 1});
+        const double per_m = std::sqrt(glm::dot(bend, bend)) / (2.0 * cell_m);
+        const double lean = std::fabs(normalAt(i).z);
+        share[i] =
+            float((1.0 - smoothStep(1.0 / 0.060, 1.0 / 0.015, per_m)) * (1.0 - smoothStep(0.25, 0.65, lean)));
+    });
+    for (int pass = 0; pass < 4; ++pass)
+        smooth(share);
+    for (float& x : share.voxels)
+        x = float(smoothStep(0.4, 1.0, double(x)));
+    return share;
+}
+
+// Draws neighbours together until no edge is steeper than `most` per metre: a rough cavity costs slip, and
+// some of its closeness, but never the package.
+void flatten(MotionModel& m, double most) {
+    const std::size_t strides[3] = {1, std::size_t(m.grid.dims.x),
+                                    std::size_t(m.grid.dims.x) * std::size_t(m.grid.dims.y)};
+    bool steep = true;
+    for (int sweep = 0; sweep < kFlattenSweeps && steep; ++sweep) {
+        steep = false;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double most_m = most * m.grid.spacing_m[axis];
+            for (std::size_t at = strides[axis]; at < m.slide.size(); ++at) {
+                MotionCoefficients &a = m.slide[at - strides[axis]], &b = m.slide[at];
+                double change_m = 0.0;
+                for (std::size_t c = 0; c < 3; ++c)
+                    change_m = std::max(change_m, std::fabs(double(b.a1_m[c]) - double(a.a1_m[c])));
+                if (change_m <= most_m) continue;
+                steep = true;
+                // Both shrink, so that what stands still goes on standing.
+                for (MotionCoefficients* n : {&a, &b})
+                    for (std::size_t c = 0; c < 3; ++c)
+                        n->a1_m[c] *= 0.95f, n->a2_m_s[c] *= 0.95f;
+            }
+        }
+    }
+}
+
 std::vector<Vec3> bonePoints(const LabelVolume& labels, const Kinds& kinds) {
     std::vector<Vec3> points_m;
     forEachVoxel(labels.grid, [&](const Index3& i) {
@@ -336,7 +396,14 @@ MotionModel motionTemplate(const LabelVolume& labels, const std::vector<Label>& 
         m.level_m.push_back(float(level_m));
     });
     keepOutside(m, bonePoints(labels, kinds), kMargin_m);
+    const Volume<float> share = ease(m);
+    for (std::size_t i = 0; i < m.slide.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c) {
+            m.slide[i].a1_m[c] *= share.voxels[i];
+            m.slide[i].a2_m_s[c] *= share.voxels[i];
+        }
     makeTangential(m);
+    flatten(m, kSteepest);
     for (MotionCoefficients& c : m.slide) {
         c.a1_m = narrowed({double(c.a1_m[0]), double(c.a1_m[1]), double(c.a1_m[2])});
         c.a2_m_s = narrowed({double(c.a2_m_s[0]), double(c.a2_m_s[1]), double(c.a2_m_s[2])});

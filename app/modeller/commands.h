@@ -8,6 +8,7 @@ namespace stylet::modeller {
 void addSynth(CLI::App&);
 void addCheck(CLI::App&);
 void addSlices(CLI::App&);
+void addFilm(CLI::App&);
 void addMotion(CLI::App&);
 
 }  // namespace stylet::modeller

@@ -125,5 +125,46 @@ TEST(ReferencePatient, LiverMovesWithTheBreathRibsALittleAndTheSpineNot) {
     EXPECT_EQ(spine_m, 0.0);
 }
 
+// At 15 mm of the dome: slip at the flank's pleura, nothing torn, nothing folded.
+TEST(ReferencePatient, SidesSlipAtTheFlankWithoutGapOrFold) {
+    const Package p = makeReferencePatient(settings(1, 3.0, 2));
+    const Surrogate inhale{1.0, 0.0};
+    const InterfaceError error = measureInterface(p.motion, inhale);
+    EXPECT_LT(error.worst_gap_m, 0.0005);
+    EXPECT_LT(error.worst_overlap_m, 0.0005);
+    EXPECT_LT(error.mean_m, 0.0001);
+
+    std::size_t flank = 0;
+    double least_m = 1.0;
+    for (const SurfacePoint& s : cavitySurface(p.motion)) {
+        // Beside the liver, right of the column.
+        if (s.reference_m.x < 0.08 || s.reference_m.z < 0.0 || s.reference_m.z > 0.10) continue;
+        const Vec3 in = s.reference_m - 0.005 * s.normal, out = s.reference_m + 0.005 * s.normal;
+        const Vec3 slip = deformedFromReference(p.motion, inhale, in) - in -
+                          (deformedFromReference(p.motion, inhale, out) - out);
+        least_m = std::min(least_m, glm::length(slip));
+        ++flank;
+    }
+    EXPECT_GT(flank, 1000u);
+    EXPECT_GE(least_m, 0.008);
+
+    MotionModel thrice = p.motion;
+    for (std::vector<MotionCoefficients>* field : {&thrice.wall, &thrice.slide})
+        for (MotionCoefficients& c : *field)
+            for (std::size_t i = 0; i < 3; ++i)
+                c.a1_m[i] *= 3.0f, c.a2_m_s[i] *= 3.0f;
+    const Grid& grid = thrice.grid;
+    for (const MotionModel* m : {&p.motion, static_cast<const MotionModel*>(&thrice)}) {
+        double least = 1.0;
+        for (std::size_t i = 0; i < grid.voxelCount(); i += 5) {
+            const std::size_t nx = std::size_t(grid.dims.x), ny = std::size_t(grid.dims.y);
+            const Index3 node(int(i % nx), int(i / nx % ny), int(i / nx / ny));
+            const Vec3 at = grid.centre(node) + 0.37 * grid.spacing_m;
+            least = std::min(least, glm::determinant(motionJacobian(*m, inhale, at)));
+        }
+        EXPECT_GT(least, 0.0);
+    }
+}
+
 }  // namespace
 }  // namespace stylet::patient::synth

@@ -127,7 +127,7 @@ TEST(ReferencePatient, LiverMovesWithTheBreathRibsALittleAndTheSpineNot) {
 
 // At 15 mm of the dome: slip at the flank's pleura, nothing torn, nothing folded.
 TEST(ReferencePatient, SidesSlipAtTheFlankWithoutGapOrFold) {
-    const Package p = makeReferencePatient(settings(1, 3.0, 2));
+    const Package p = makeReferencePatient(settings(1, 2.0, 2));
     const Surrogate inhale{1.0, 0.0};
     const InterfaceError error = measureInterface(p.motion, inhale);
     EXPECT_LT(error.worst_gap_m, 0.0005);

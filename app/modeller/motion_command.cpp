@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -121,7 +122,7 @@ void addAmplitudes(CLI::App& command, Options& o) {
     const auto add = [&](const char* name, double& mm, double most, const char* what) {
         command.add_option(name, mm, what)->check(CLI::Range(0.0, most))->capture_default_str();
     };
-    add("--dome-mm", o.dome_mm, 40.0, "template: dome and liver toward the feet, end-exhale to end-inhale");
+    add("--dome-mm", o.dome_mm, 25.0, "template: dome and liver toward the feet, end-exhale to end-inhale");
     add("--anterior-mm", o.anterior_mm, 15.0, "template: the same to the front");
     add("--lateral-mm", o.lateral_mm, 10.0, "template: the same to the left");
     add("--rib-mm", o.rib_mm, 6.0, "template: ribs outward");

@@ -13,6 +13,9 @@ namespace stylet::modeller {
 
 namespace {
 
+constexpr double kFarOnUsualNodes_m = 0.018;
+constexpr double kFarthest_m = 0.030;  // that any breath takes a template's dome
+
 struct Options {
     FitSettings fit;
     bool from_template = false;
@@ -110,7 +113,11 @@ void runTemplate(const Options& o) {
     patient::MotionAmplitudes a;
     a.dome_m = 1e-3 * o.dome_mm, a.anterior_m = 1e-3 * o.anterior_mm, a.lateral_m = 1e-3 * o.lateral_mm;
     a.rib_m = 1e-3 * o.rib_mm, a.belly_m = 1e-3 * o.belly_mm;
+    // The field ends within a few nodes outside the cavity: what goes far needs them wider.
+    a.spacing_m *= std::max(1.0, a.dome_m / kFarOnUsualNodes_m);
     p.motion = patient::motionTemplate(p.labels, p.label_table, a, {referenceBreath(p.reference_phase), 0.0});
+    // A sigh adds less to what is deep at rest; and a field that goes farther were too steep for its flow.
+    p.motion.v.high = std::min(p.motion.v.high, std::max(1.0, kFarthest_m / a.dome_m));
     if (p.motion.empty()) throw patient::DataError(o.package, "label", "none is liver: no template fits");
     patient::savePackage(p, o.out);
     std::printf("%s: %d x %d x %d nodes, reference %s, dome %.1f mm\n", o.out.c_str(), p.motion.grid.dims.x,

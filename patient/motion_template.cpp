@@ -356,10 +356,12 @@ void flatten(MotionModel& m, double most) {
                     change_m = std::max(change_m, std::fabs(double(b.a1_m[c]) - double(a.a1_m[c])));
                 if (change_m <= most_m) continue;
                 steep = true;
-                // Both shrink, so that what stands still goes on standing.
-                for (MotionCoefficients* n : {&a, &b})
-                    for (std::size_t c = 0; c < 3; ++c)
-                        n->a1_m[c] *= 0.95f, n->a2_m_s[c] *= 0.95f;
+                // Their mean stays, so that one spike does not wear down all around it.
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const float a1 = 0.1f * (b.a1_m[c] - a.a1_m[c]), a2 = 0.1f * (b.a2_m_s[c] - a.a2_m_s[c]);
+                    a.a1_m[c] += a1, b.a1_m[c] -= a1;
+                    a.a2_m_s[c] += a2, b.a2_m_s[c] -= a2;
+                }
             }
         }
     }

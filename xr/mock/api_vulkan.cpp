@@ -31,10 +31,15 @@ void remember(Instance& instance, VulkanInstance vulkan) {
     instance.vulkan_instances.push_back(std::move(vulkan));
 }
 
-VkPhysicalDevice chosenDevice(VulkanInstance& vulkan) {
-    vulkan.physical_device = choosePhysicalDevice(vulkan);
-    require(vulkan.physical_device != VK_NULL_HANDLE, XR_ERROR_RUNTIME_FAILURE, "Vulkan offers no device");
-    return vulkan.physical_device;
+// Handles of destroyed Vulkan instances are given out again, those of their GPUs too: a GPU is of the
+// instance that was asked about last.
+VkPhysicalDevice chosenDevice(Instance& instance, VulkanInstance& vulkan) {
+    const VkPhysicalDevice chosen = choosePhysicalDevice(vulkan);
+    require(chosen != VK_NULL_HANDLE, XR_ERROR_RUNTIME_FAILURE, "Vulkan offers no device");
+    for (VulkanInstance& each : instance.vulkan_instances) {
+        if (each.physical_device == chosen) each.physical_device = VK_NULL_HANDLE;
+    }
+    return vulkan.physical_device = chosen;
 }
 
 std::uint32_t apiVersionOf(const VkInstanceCreateInfo& info) {
@@ -79,7 +84,7 @@ XrResult getVulkanGraphicsDevice2(Call& call, XrInstance handle, const XrVulkanG
     requireStruct(info, XR_TYPE_VULKAN_GRAPHICS_DEVICE_GET_INFO_KHR);
     requireSystem(info->systemId);
     require(device != nullptr, XR_ERROR_VALIDATION_FAILURE, "vulkanPhysicalDevice is null");
-    *device = chosenDevice(madeHere(instance, info->vulkanInstance));
+    *device = chosenDevice(instance, madeHere(instance, info->vulkanInstance));
     return XR_SUCCESS;
 }
 
@@ -134,13 +139,13 @@ XrResult getVulkanGraphicsDevice(Call& call, XrInstance handle, XrSystemId syste
             "vkInstance or vkPhysicalDevice is null");
     for (VulkanInstance& each : instance.vulkan_instances) {
         if (each.instance != vulkan_instance) continue;
-        *device = chosenDevice(each);
+        *device = chosenDevice(instance, each);
         return XR_SUCCESS;
     }
     VulkanInstance vulkan{vulkan_instance, loaderInUse()};
     require(vulkan.getInstanceProcAddr != nullptr, XR_ERROR_RUNTIME_FAILURE, "no Vulkan loader is in use");
     vulkan.made_here = false;
-    *device = chosenDevice(vulkan);
+    *device = chosenDevice(instance, vulkan);
     instance.vulkan_instances.push_back(std::move(vulkan));
     return XR_SUCCESS;
 }

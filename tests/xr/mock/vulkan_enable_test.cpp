@@ -1,4 +1,7 @@
 // XR_KHR_vulkan_enable, and what the two Vulkan extensions demand of each other's objects.
+#include <cstdint>
+#include <string_view>
+
 #include "client.h"
 
 namespace mock_test {
@@ -138,6 +141,71 @@ TEST_F(VulkanEnable, AStrangeDeviceIsNoHandle) {
     for (const auto other : {VkPhysicalDevice{VK_NULL_HANDLE}, reinterpret_cast<VkPhysicalDevice>(0x5678)}) {
         info.vulkanPhysicalDevice = other;
         EXPECT_EQ(create(instance_, &info, &device, &result), XR_ERROR_HANDLE_INVALID);
+    }
+}
+
+// A Vulkan whose instances all have the same GPU, as if each had got the memory of one that was destroyed.
+namespace reused {
+
+const auto kGpu = reinterpret_cast<VkPhysicalDevice>(0x77);
+std::uintptr_t instances = 0;           // made so far; the newest handle
+VkInstance asked_for_device = nullptr;  // whose vkCreateDevice was looked up last
+
+VkResult createInstance(const VkInstanceCreateInfo*, const VkAllocationCallbacks*, VkInstance* out) {
+    *out = reinterpret_cast<VkInstance>(++instances);
+    return VK_SUCCESS;
+}
+VkResult enumerateDevices(VkInstance, std::uint32_t* count, VkPhysicalDevice* devices) {
+    *count = 1;
+    if (devices != nullptr) *devices = kGpu;
+    return VK_SUCCESS;
+}
+void properties(VkPhysicalDevice, VkPhysicalDeviceProperties* out) {
+    *out = {};
+}
+VkResult createDevice(VkPhysicalDevice, const VkDeviceCreateInfo*, const VkAllocationCallbacks*, VkDevice*) {
+    return VK_ERROR_INITIALIZATION_FAILED;
+}
+PFN_vkVoidFunction lookUp(VkInstance instance, const char* name) {
+    const std::string_view function = name;
+    if (function == "vkCreateInstance") return reinterpret_cast<PFN_vkVoidFunction>(createInstance);
+    if (function == "vkEnumeratePhysicalDevices")
+        return reinterpret_cast<PFN_vkVoidFunction>(enumerateDevices);
+    if (function == "vkGetPhysicalDeviceProperties") return reinterpret_cast<PFN_vkVoidFunction>(properties);
+    asked_for_device = instance;
+    return reinterpret_cast<PFN_vkVoidFunction>(createDevice);
+}
+
+}  // namespace reused
+
+TEST_F(VulkanEnable, ADestroyedInstanceIsNotAskedForTheDevice) {
+    start();
+    const VkInstanceCreateInfo vulkan_info{};
+    auto info = structOf<XrVulkanInstanceCreateInfoKHR>(XR_TYPE_VULKAN_INSTANCE_CREATE_INFO_KHR);
+    info.systemId = system_;
+    info.pfnGetInstanceProcAddr = reused::lookUp;
+    info.vulkanCreateInfo = &vulkan_info;
+    auto get_info = structOf<XrVulkanGraphicsDeviceGetInfoKHR>(XR_TYPE_VULKAN_GRAPHICS_DEVICE_GET_INFO_KHR);
+    get_info.systemId = system_;
+    const VkDeviceCreateInfo device_info{};
+    auto make = structOf<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
+    make.systemId = system_;
+    make.pfnGetInstanceProcAddr = reused::lookUp;
+    make.vulkanCreateInfo = &device_info;
+    for (int i = 0; i < 2; ++i) {
+        VkResult result = VK_SUCCESS;
+        ASSERT_EQ(load<PFN_xrCreateVulkanInstanceKHR>(instance_, "xrCreateVulkanInstanceKHR")(
+                      instance_, &info, &get_info.vulkanInstance, &result),
+                  XR_SUCCESS);
+        ASSERT_EQ(load<PFN_xrGetVulkanGraphicsDevice2KHR>(instance_, "xrGetVulkanGraphicsDevice2KHR")(
+                      instance_, &get_info, &make.vulkanPhysicalDevice),
+                  XR_SUCCESS);
+        VkDevice device = VK_NULL_HANDLE;
+        ASSERT_EQ(load<PFN_xrCreateVulkanDeviceKHR>(instance_, "xrCreateVulkanDeviceKHR")(instance_, &make,
+                                                                                          &device, &result),
+                  XR_SUCCESS);
+        EXPECT_EQ(result, VK_ERROR_INITIALIZATION_FAILED);
+        EXPECT_EQ(reused::asked_for_device, get_info.vulkanInstance);
     }
 }
 

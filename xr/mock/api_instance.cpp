@@ -272,7 +272,9 @@ XrResult getViewConfigurationProperties(Call& call, XrInstance handle, XrSystemI
                                         XrViewConfigurationProperties* properties) {
     call.live<Instance>(handle);
     requireSystem(system);
-    requireViewConfiguration(views);
+    // Unknown values too: conformance suites until 2025 take no other result here.
+    require(views == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED,
+            "only primary stereo is offered");
     requireStruct(properties, XR_TYPE_VIEW_CONFIGURATION_PROPERTIES);
     properties->viewConfigurationType = views;
     properties->fovMutable = XR_FALSE;

@@ -157,6 +157,12 @@ TEST_F(Instance, DescribesOneStereoSystem) {
     EXPECT_EQ(xrEnumerateViewConfigurationViews(instance_, system_, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_MONO,
                                                 0, &count, nullptr),
               XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED);
+    XrViewConfigurationProperties stereo{XR_TYPE_VIEW_CONFIGURATION_PROPERTIES, nullptr, kStereo, XR_TRUE};
+    EXPECT_EQ(xrGetViewConfigurationProperties(instance_, system_, kStereo, &stereo), XR_SUCCESS);
+    EXPECT_EQ(stereo.fovMutable, XrBool32{XR_FALSE});
+    EXPECT_EQ(
+        xrGetViewConfigurationProperties(instance_, system_, XR_VIEW_CONFIGURATION_TYPE_MAX_ENUM, &stereo),
+        XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED);
     EXPECT_EQ(xrEnumerateViewConfigurationViews(instance_, system_, kStereo, 2, nullptr, views.data()),
               XR_ERROR_VALIDATION_FAILURE);
     XrEnvironmentBlendMode mode;

@@ -45,7 +45,8 @@ void waitForTurn(Call& call, const Run& run) {
     });
 }
 
-// Frames wait for a control client's step while it has paused them.
+// Frames wait for a control client's step while it has paused them. The refreshes that pass meanwhile are not
+// the application's: its pace starts anew.
 void waitForStep(Call& call, const Run& run) {
     constexpr std::chrono::milliseconds kLookAgain{5};  // the control thread takes no lock to tell us
     for (Session* session = goingOn(run); session != nullptr; session = goingOn(run)) {
@@ -53,6 +54,7 @@ void waitForStep(Call& call, const Run& run) {
         const std::int64_t now_ns = instance.clock.now(monotonicNs());
         direct(instance, now_ns);
         if (mayGoOn(instance, now_ns)) return;
+        session->frames.paced = false;
         runtime().changed.wait_for(call.lock, kLookAgain);
     }
 }

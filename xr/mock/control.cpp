@@ -115,6 +115,11 @@ void Control::reply(std::uint64_t id, const std::string& line) {
     wake();
 }
 
+bool Control::isConnected(std::uint64_t client) {
+    const std::lock_guard guard(mutex_);
+    return clients_.contains(client);
+}
+
 void Control::wake() {
     const std::uint64_t one = 1;
     [[maybe_unused]] const auto written = ::write(waker_, &one, sizeof one);  // full: it is awake already

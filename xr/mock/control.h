@@ -31,6 +31,8 @@ class Control {
     std::vector<Request> takeRequests();
     // Any thread. A line without its end; a client that went or that does not read loses it.
     void reply(std::uint64_t client, const std::string& line);
+    // Any thread. False once the client has hung up.
+    bool isConnected(std::uint64_t client);
     const std::string& path() const { return path_; }
 
   private:

@@ -101,11 +101,19 @@ void parseWait(const Field& field, Promise& promise) {
     }
 }
 
+// Whether one more promise may be made. Those to clients that have hung up count no more.
+bool mayPromise(Instance& instance) {
+    if (instance.promises.size() < kMaxPromises) return true;
+    std::erase_if(instance.promises, [&](const Promise& promise) {
+        return instance.control && !instance.control->isConnected(promise.client);
+    });
+    return instance.promises.size() < kMaxPromises;
+}
+
 // Empty: a promise was made instead.
 std::string serve(const Field& root, Promise promise, Instance& instance, std::int64_t now_ns) {
     root.objectOf({"id", "apply", "get", "pause", "step", "wait", "picture"});
     if (root.value.size() != (root.has("id") ? 2U : 1U)) root.fail("one request a line expected");
-    if (instance.promises.size() >= kMaxPromises) root.fail("too many requests are waiting");
     if (root.has("apply")) {
         applyFragment(root.at("apply"), instance, now_ns);
         return beginReply(promise.id, true).close('}').str();
@@ -118,6 +126,7 @@ std::string serve(const Field& root, Promise promise, Instance& instance, std::i
         instance.lockstep = {root.at("pause").boolean(), 0};
         return beginReply(promise.id, true).close('}').str();
     }
+    if (!mayPromise(instance)) root.fail("too many requests are waiting");
     if (root.has("step")) {
         instance.lockstep.steps += root.at("step").integer(1, 1'000'000);
         instance.lockstep.paused = true;

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <thread>
 
 #include <nlohmann/json.hpp>
@@ -236,6 +237,55 @@ TEST_F(Control, ASocketOfAKilledRunIsReplaced) {
     ::close(dead);
     ASSERT_TRUE(std::filesystem::exists(socket_));
     EXPECT_EQ(tryInstance(), XR_SUCCESS);
+}
+
+TEST_F(Control, WhoHasHungUpIsNotWaitedFor) {
+    startFrames();
+    for (int i = 0; i < 300; ++i)
+        Wire(socket_).send("{\"wait\": {\"frame\": 1000000000}}\n");
+    Wire wire(socket_);
+    const std::uint64_t frame = wire.ask(R"({"get": "state"})")["frame"];
+    const json reply = wire.ask("{\"wait\": {\"frame\": " + std::to_string(frame + 5) + "}}");
+    EXPECT_EQ(reply["ok"], true) << reply;
+}
+
+TEST_F(Control, APauseMissesNoRefreshes) {
+    setVariable("XRMOCK_CLOCK", "real");
+    startFrames();
+    Wire wire(socket_);
+    wire.ask(R"({"pause": true})");
+    const std::uint64_t missed = wire.ask(R"({"step": 1})")["statistics"]["missed"];
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    EXPECT_EQ(wire.ask(R"({"step": 1})")["statistics"]["missed"], missed);
+}
+
+TEST_F(Control, ThePythonClientAsAModule) {
+    startFrames();
+    std::ofstream(file("script.py")) << R"(
+import sys, xrmock
+with xrmock.Client(sys.argv[1], connect_within_s=5) as mock:
+    try:
+        mock.wait(frame=10**9, timeout_s=0.1)
+        sys.exit("not reached")
+    except TimeoutError:
+        pass
+    mock.pause()
+    mock.step()
+    mock.head((1, 1.7, 0))
+    mock.controller("left", position=(0, 1, -0.4), select_click=True)
+    assert mock.state()["head"][:2] == [1, 1.7]
+    try:
+        mock.controller("left", menu_clack=True)
+        sys.exit("not refused")
+    except xrmock.MockError as error:
+        assert "menu/clack: unknown component" in str(error), error
+    mock.resume()
+)";
+    const std::string module = std::string(STYLET_SOURCE_DIR) + "/xr/mock/python";
+    EXPECT_EQ(std::system(("PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=" + module + " python3 " +
+                           file("script.py").string() + " " + socket_)
+                              .c_str()),
+              0);
 }
 
 TEST_F(Control, ThePythonClientDoesItAll) {

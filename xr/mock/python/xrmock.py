@@ -27,7 +27,10 @@ class MockError(Exception):
 
 
 class Client:
-    """A connection. A request is answered at the application's next call, at the latest after the timeout."""
+    """A connection. Requests are answered at the application's next calls.
+
+    Waiting for a reply ends with TimeoutError after timeout_s; the connection stays usable.
+    """
 
     def __init__(self, path, timeout_s=10.0, connect_within_s=0.0):
         deadline = time.monotonic() + connect_within_s
@@ -42,7 +45,8 @@ class Client:
                 if time.monotonic() >= deadline:
                     raise
                 time.sleep(0.02)
-        self._lines = self._socket.makefile("r", encoding="utf-8", newline="\n")
+        self._timeout_s = timeout_s
+        self._received = b""
         self._last_id = 0
 
     def __enter__(self):
@@ -52,7 +56,6 @@ class Client:
         self.close()
 
     def close(self):
-        self._lines.close()
         self._socket.close()
 
     def send(self, **request):
@@ -62,18 +65,29 @@ class Client:
         self._socket.sendall(line.encode())
         return self._last_id
 
-    def receive(self, request_id):
+    def receive(self, request_id, timeout_s=None):
         """The reply to a request. Replies to others that come before it are passed over."""
+        deadline = time.monotonic() + (self._timeout_s if timeout_s is None else timeout_s)
         while True:
-            line = self._lines.readline()
-            if not line:
-                raise ConnectionError("the runtime has gone")
-            reply = json.loads(line)
+            reply = json.loads(self._line(deadline))
             if reply.get("id") not in (request_id, None):
                 continue
             if not reply.get("ok"):
-                raise MockError(reply.get("error", line))
+                raise MockError(reply.get("error", "no reason was given"))
             return reply
+
+    def _line(self, deadline):
+        while b"\n" not in self._received:
+            self._socket.settimeout(max(deadline - time.monotonic(), 1e-3))
+            try:
+                received = self._socket.recv(1 << 16)
+            finally:
+                self._socket.settimeout(self._timeout_s)
+            if not received:
+                raise ConnectionError("the runtime has gone")
+            self._received += received
+        line, self._received = self._received.split(b"\n", 1)
+        return line
 
     def request(self, **request):
         return self.receive(self.send(**request))
@@ -92,9 +106,9 @@ class Client:
         """Lets so many frames go; returns when the application waits for the next one."""
         return self.request(step=frames)
 
-    def wait(self, **condition):
+    def wait(self, timeout_s=None, **condition):
         """wait(frame=300), wait(t_s=2.5), wait(session_state="focused") or wait(haptic_pulses=1)."""
-        return self.request(wait=condition)
+        return self.receive(self.send(wait=condition), timeout_s)
 
     def picture(self, eye="left"):
         """The bytes of a PNG file of what the eye sees of the next frame."""
@@ -111,7 +125,17 @@ class Client:
         key = {"position": list(position), "orientation": list(orientation)}
         return self.apply({"head": [key]})
 
+    def controller(self, hand, position=None, orientation=(0, 0, 0, 1), **values):
+        """controller("left", position=(0, 1, -0.4)), controller("right", trigger_value=0.7, a_click=True)."""
+        fragment = {}
+        if position is not None:
+            fragment["poses"] = [{"position": list(position), "orientation": list(orientation)}]
+        if values:
+            fragment["values"] = [{"/".join(name.rsplit("_", 1)): value for name, value in values.items()}]
+        return self.apply({"controllers": {hand: fragment}})
+
     def recenter(self, **how):
+        """recenter(), recenter(space="stage", pose={"position": [1, 0, 0]}, pose_valid=False, delay_s=0.5)."""
         return self.event(recenter=how)
 
     def session(self, state):
@@ -134,6 +158,7 @@ class Client:
         return self.event(instance_loss={"lost_after_s": lost_after_s})
 
     def refuse(self, call, result, **how):
+        """refuse("xrEndFrame", "XR_ERROR_OUT_OF_MEMORY", nth=2, times=3), or for_s=1.5."""
         return self.event(refuse={"call": call, "result": result, **how})
 
 

@@ -41,11 +41,8 @@ DepthRange parseDepth(const Field& field) {
 
 PulseWithin parsePulse(const Field& field) {
     field.objectOf({"hand", "from_s", "to_s", "at_least", "amplitude_at_least"});
-    PulseWithin pulse{{},
-                      field.required("from_s").number(0, kMaxNumber),
-                      field.required("to_s").number(0, kMaxNumber),
-                      1,
-                      0};
+    const double from_s = field.required("from_s").number(0, kMaxNumber);
+    PulseWithin pulse{{}, from_s, field.required("to_s").number(from_s, kMaxNumber), 1, 0};
     if (field.has("hand")) pulse.user = static_cast<User>(field.at("hand").oneOf({"left", "right"}));
     if (field.has("at_least")) pulse.at_least = field.at("at_least").integer(1, kMaxPulses);
     if (field.has("amplitude_at_least")) {
@@ -67,6 +64,7 @@ PixelIs parsePixel(const Field& field) {
 
 StatesReached parseStates(const Field& field) {
     StatesReached reached;
+    if (field.arraySize() == 0) field.fail("at least one state expected");
     for (std::size_t i = 0; i < field.arraySize(1000); ++i) {
         const auto state = sessionStateNamed(field.at(i).text());
         if (!state) field.at(i).fail("the name of a session state expected");
@@ -99,6 +97,11 @@ constexpr const char* kKinds[] = {"frames_at_least", "discarded_at_most",
                                   "haptic_pulse",    "pixel",
                                   "states"};
 
+template <class Demand>
+constexpr bool kLooksAtEveryFrame =
+    std::is_same_v<Demand, EveryFrameHas> || std::is_same_v<Demand, ViewsWithin> ||
+    std::is_same_v<Demand, FormatIs> || std::is_same_v<Demand, DepthRange>;
+
 Assertion parseAssertion(const Field& field, std::size_t index) {
     field.object();
     Assertion assertion;
@@ -115,9 +118,16 @@ Assertion parseAssertion(const Field& field, std::size_t index) {
     parseDemand(field.at(kind), kind, assertion);
     assertion.name = field.has("name") ? field.at("name").text() : sentence(kind, " (", index + 1, ")");
     if (field.has("frames")) {
-        const auto frames = field.at("frames").numbers<2>(1, kMaxNumber);
-        assertion.first_frame = static_cast<std::uint64_t>(frames[0]);
-        assertion.last_frame = static_cast<std::uint64_t>(frames[1]);
+        const Field frames = field.at("frames");
+        const bool counts =
+            std::visit([](const auto& demand) { return kLooksAtEveryFrame<std::decay_t<decltype(demand)>>; },
+                       assertion.demand);
+        if (!counts) {
+            frames.fail("only for demands that look at every frame");
+        }
+        if (frames.arraySize() != 2) frames.fail("the first and the last frame expected");
+        assertion.first_frame = frames.at(0).integer(1, kMostFrames);
+        assertion.last_frame = frames.at(1).integer(assertion.first_frame, kMostFrames);
     }
     return assertion;
 }
@@ -181,6 +191,7 @@ std::string check(const DepthRange& demand, const Look& look) {
         const double near_m = std::min(depth->near_z_m, depth->far_z_m);
         const double far_m = std::max(depth->near_z_m, depth->far_z_m);
         const auto within = [](double value, const std::array<double, 2>& range) {
+            value = std::min(value, kMaxNumber);  // planes may be infinitely far
             return value >= range[0] && value <= range[1];
         };
         if (within(near_m, demand.near_m) && within(far_m, demand.far_m)) return {};
@@ -203,17 +214,13 @@ std::string check(const PixelIs& demand, const Look& look) {
     return {};
 }
 
-template <class Demand>
-constexpr bool kLooksAtFrames =
-    std::is_same_v<Demand, EveryFrameHas> || std::is_same_v<Demand, ViewsWithin> ||
-    std::is_same_v<Demand, FormatIs> || std::is_same_v<Demand, DepthRange> || std::is_same_v<Demand, PixelIs>;
-
 void assertOn(Assertion& assertion, const Look& look) {
     std::visit(
         [&](const auto& demand) {
             using Demand = std::decay_t<decltype(demand)>;
-            if constexpr (kLooksAtFrames<Demand>) {
-                if constexpr (std::is_same_v<Demand, PixelIs>) {
+            constexpr bool kIsPixel = std::is_same_v<Demand, PixelIs>;
+            if constexpr (kIsPixel || kLooksAtEveryFrame<Demand>) {
+                if constexpr (kIsPixel) {
                     if (look.frame.number != demand.frame) return;
                 }
                 ++assertion.checked;

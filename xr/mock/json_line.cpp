@@ -1,26 +1,20 @@
 #include "json_line.h"
 
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
 namespace xrmock {
 
 JsonLine& JsonLine::text(std::string_view value) {
-    constexpr char kDigits[] = "0123456789abcdef";
     separate();
-    text_ += '"';
-    for (const char c : value) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (c == '"' || c == '\\') {
-            text_ += '\\';
-            text_ += c;
-        } else if (byte < 0x20 ||
-                   byte >= 0x7f) {  // names may hold any bytes: each as the character of its number
-            text_ += "\\u00";
-            text_ += kDigits[byte >> 4];
-            text_ += kDigits[byte & 15];
-        } else {
-            text_ += c;
-        }
+    const bool is_plain = std::all_of(value.begin(), value.end(),
+                                      [](char c) { return c >= ' ' && c < '\x7f' && c != '"' && c != '\\'; });
+    if (is_plain) {
+        text_.append("\"").append(value).append("\"");
+    } else {  // names may hold any bytes: those that are no UTF-8 are replaced
+        text_ += nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     }
-    text_ += '"';
     return *this;
 }
 

@@ -92,6 +92,16 @@ void logLayer(Log& log, const SubmittedLayer& layer) {
     log.line.close('}');
 }
 
+// The action and the subaction path, null for all, of a call that succeeded.
+void describeAction(Log& log, XrAction action, XrPath path) {
+    const auto& described = static_cast<const Action&>(*runtime().handles.find(numberOf(action)));
+    const std::string* text = described.set.instance.paths.toString(path);
+    log.line.key("action");
+    describe(log, true, action);
+    log.line.key("path");
+    text == nullptr ? log.line.null() : log.line.text(*text);
+}
+
 }  // namespace
 
 Log::Log(const std::string& file_name) : file_(std::fopen(file_name.c_str(), "wb")) {
@@ -198,9 +208,9 @@ void describe(Log& log, bool succeeded, const XrReferenceSpaceCreateInfo* info) 
 
 void describe(Log& log, bool succeeded, const XrActionSpaceCreateInfo* info) {
     if (!succeeded) return;
-    log.line.open('{').key("action");
-    describe(log, true, info->action);
-    log.line.key("path").number(info->subactionPath).key("pose");
+    log.line.open('{');
+    describeAction(log, info->action, info->subactionPath);
+    log.line.key("pose");
     poseOf(log, info->poseInActionSpace);
     log.line.close('}');
 }
@@ -249,9 +259,9 @@ void describe(Log& log, bool succeeded, const XrActionCreateInfo* info) {
 
 void describe(Log& log, bool succeeded, const XrActionStateGetInfo* info) {
     if (!succeeded) return;
-    log.line.open('{').key("action");
-    describe(log, true, info->action);
-    log.line.key("path").number(info->subactionPath).close('}');
+    log.line.open('{');
+    describeAction(log, info->action, info->subactionPath);
+    log.line.close('}');
 }
 
 void describe(Log& log, bool succeeded, XrActionStateBoolean* state) {
@@ -275,9 +285,9 @@ void describe(Log& log, bool succeeded, XrActionStateVector2f* state) {
 
 void describe(Log& log, bool succeeded, const XrHapticActionInfo* info) {
     if (!succeeded) return;
-    log.line.open('{').key("action");
-    describe(log, true, info->action);
-    log.line.key("path").number(info->subactionPath).close('}');
+    log.line.open('{');
+    describeAction(log, info->action, info->subactionPath);
+    log.line.close('}');
 }
 
 void describe(Log& log, bool succeeded, const XrHapticBaseHeader* feedback) {

@@ -11,9 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "assertions.h"
 #include "call.h"
 #include "control.h"
+#include "json_line.h"
 #include "objects.h"
 
 namespace xrmock {
@@ -24,7 +27,8 @@ using Verdicts = std::vector<std::pair<std::string, std::string>>;  // name, why
 
 std::string escaped(const std::string& text) {
     std::string xml;
-    for (const char c : text) {
+    // An application may have any bytes for a name; through JSON they are UTF-8.
+    for (const char c : nlohmann::json::parse(JsonLine().text(text).str()).get<std::string>()) {
         switch (c) {
             case '&':
                 xml += "&amp;";
@@ -59,6 +63,11 @@ std::size_t failuresOf(const Verdicts& verdicts) {
     return failures;
 }
 
+void finish(std::ofstream& out, const std::string& file) {
+    out.close();
+    if (!out) std::fprintf(stderr, "xrmock: XRMOCK_REPORT: %s cannot be written\n", file.c_str());
+}
+
 void writeText(const std::string& file, const Instance& instance, const Verdicts& verdicts) {
     std::ofstream out(file);
     out << instance.application << ": " << verdicts.size() << " assertions, " << failuresOf(verdicts)
@@ -69,6 +78,7 @@ void writeText(const std::string& file, const Instance& instance, const Verdicts
     for (const auto& [name, failure] : verdicts)
         out << (failure.empty() ? "ok      " : "FAILED  ") << name << (failure.empty() ? "" : ": ") << failure
             << '\n';
+    finish(out, file);
 }
 
 void writeJUnit(const std::string& file, const Instance& instance, const Verdicts& verdicts) {
@@ -94,6 +104,7 @@ void writeJUnit(const std::string& file, const Instance& instance, const Verdict
         }
     }
     out << "  </testsuite>\n</testsuites>\n";
+    finish(out, file);
 }
 
 // Those that are there when the process ends.

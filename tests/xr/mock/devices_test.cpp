@@ -272,9 +272,10 @@ TEST_F(Devices, VibrationsAreRecordedPerOutput) {
     frame();
 
     std::ifstream log(file("log.jsonl"));
-    std::vector<nlohmann::json> pulses;
+    std::vector<nlohmann::json> pulses, paths;
     for (std::string line; std::getline(log, line);) {
         const auto entry = nlohmann::json::parse(line);
+        if (entry.value("call", "") == "xrApplyHapticFeedback") paths.push_back(entry["args"][1]["path"]);
         if (!entry.contains("haptic_pulses")) continue;
         for (const auto& pulse : entry["haptic_pulses"])
             pulses.push_back(pulse);
@@ -288,6 +289,7 @@ TEST_F(Devices, VibrationsAreRecordedPerOutput) {
         EXPECT_EQ(pulses[i]["amplitude"], amplitude) << i;
         EXPECT_EQ(pulses[i]["frequency_hz"], 200) << i;
     };
+    EXPECT_EQ(paths, (std::vector<nlohmann::json>{nullptr, nullptr, kLeft}));
     ASSERT_EQ(pulses.size(), 4U);
     expect(0, "buzz", kLeft, 0, 0.25);
     expect(1, "buzz", kRight, 2 * kSecond, 0.25);

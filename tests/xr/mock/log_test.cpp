@@ -78,7 +78,7 @@ class Log : public MockTest {
 };
 
 TEST_F(Log, TellsCallsAndFrames) {
-    int frames = 0, ends = 0, refused = 0, recentred = 0;
+    int frames = 0, ends = 0, refused = 0, rendered = 0;
     std::int64_t time = 0;
     for (const json& line : lines(play("log.jsonl"))) {
         if (line.contains("frame")) {
@@ -98,12 +98,28 @@ TEST_F(Log, TellsCallsAndFrames) {
         EXPECT_EQ(line["thread"], 1);
         ends += line["call"] == "xrEndFrame";
         refused += line["result"] == "XR_ERROR_RUNTIME_FAILURE";
-        recentred += line["call"] == "xrWaitFrame" && line["args"].back()["should_render"] == true;
+        rendered += line["call"] == "xrWaitFrame" && line["args"].back()["should_render"] == true;
     }
     EXPECT_EQ(frames, 13);
     EXPECT_EQ(ends, 13);
     EXPECT_EQ(refused, 1);
-    EXPECT_GT(recentred, 5);
+    EXPECT_GT(rendered, 5);
+}
+
+TEST_F(Log, TextsOfAnyBytesAreLogged) {
+    setVariable("XRMOCK_LOG", file("log.jsonl").string());
+    startSession();
+    XrPath path = XR_NULL_PATH;
+    EXPECT_EQ(xrStringToPath(instance_, "/\"na\xc3\xafve\\", &path), XR_ERROR_PATH_FORMAT_INVALID);
+    EXPECT_EQ(xrStringToPath(instance_, "/\xff\n", &path), XR_ERROR_PATH_FORMAT_INVALID);
+    EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
+    instance_ = XR_NULL_HANDLE;
+    std::vector<std::string> texts;
+    for (const json& line : lines(text("log.jsonl"))) {
+        if (line["call"] == "xrStringToPath") texts.push_back(line["args"][1]);
+    }
+    const std::vector<std::string> expected{"/\"na\xc3\xafve\\", "/\xef\xbf\xbd\n"};
+    EXPECT_EQ(texts, expected);
 }
 
 TEST_F(Log, TwoRunsGiveTheSameBytes) {

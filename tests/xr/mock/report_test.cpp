@@ -159,10 +159,24 @@ TEST_F(Report, APixelOfAComposedEyeIsLookedAt) {
     EXPECT_NE(text.find("FAILED  pixel (2): frame 4: the pixel is 0, 0, 0"), std::string::npos) << text;
 }
 
+TEST_F(Report, AReportThatCannotBeWrittenIsMissed) {
+    assertions(R"({"frames_at_least": 0})");
+    setVariable("XRMOCK_REPORT", file("nowhere/report").string());
+    ASSERT_EQ(tryInstance(), XR_SUCCESS);
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
+    instance_ = XR_NULL_HANDLE;
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find("nowhere/report"), std::string::npos) << said;
+    EXPECT_NE(said.find("cannot be written"), std::string::npos) << said;
+}
+
 TEST_F(Report, BadAssertionsAreRefused) {
     for (const char* list :
          {R"({})", R"({"frames_at_least": -1})", R"({"format": 1, "states": []})",
-          R"({"states": ["asleep"]})", R"({"pixel": {"frame": 1}})", R"({"frames": [1, 2]})"}) {
+          R"({"states": ["asleep"]})", R"({"pixel": {"frame": 1}})", R"({"frames": [1, 2]})",
+          R"({"states": []})", R"({"format": 43, "frames": [9, 2]})", R"({"format": 43, "frames": [1.5, 2]})",
+          R"({"frames_at_least": 1, "frames": [1, 2]})", R"({"haptic_pulse": {"from_s": 2, "to_s": 1}})"}) {
         assertions(list);
         testing::internal::CaptureStderr();
         EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE) << list;

@@ -94,8 +94,9 @@ XrResult setInputDeviceLocation(Call& call, XrSession handle, XrPath top_level_p
     Session& session = call.live<Session>(handle);
     const User user = requireUser(session.instance, top_level_path);
     const std::string component = requireSource(session.instance, user, source_path);
-    require(isHand(user) && component.ends_with("/pose"), XR_ERROR_PATH_UNSUPPORTED,
-            "only the poses of a hand can be set");
+    require(isHand(user) && (component == "input/grip/pose" || component == "input/aim/pose" ||
+                             component == "input/palm_ext/pose"),
+            XR_ERROR_PATH_UNSUPPORTED, "only the poses of a hand can be set");
     const Space& space = call.live<Space>(space_handle);
     require(&space.session == &session, XR_ERROR_VALIDATION_FAILURE, "the space is of another session");
     require(isValid(pose), XR_ERROR_POSE_INVALID, "pose is not a pose");

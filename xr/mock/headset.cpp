@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
-// Where the library lies, or the folder above it that has headsets: an installed tree or a build tree.
+// Beside the library, in an installed tree as in a build tree.
 std::filesystem::path headsetFolder() {
     Dl_info library{};
     if (dladdr(reinterpret_cast<const void*>(&loadHeadset), &library) == 0 || library.dli_fname == nullptr) {
@@ -48,9 +48,10 @@ void readRefreshRates(const Field& field, Scenario& scenario) {
 void readEyes(const Field& field, Scenario& scenario) {
     if (field.has("ipd_m")) scenario.ipd_m = field.at("ipd_m").number(0, 1);
     if (field.has("recommended_size")) {
-        const auto size = field.at("recommended_size").numbers<2>(1, kMaxImageSize);
-        scenario.width = static_cast<std::uint32_t>(size[0]);
-        scenario.height = static_cast<std::uint32_t>(size[1]);
+        const Field size = field.at("recommended_size");
+        if (size.arraySize() != 2) size.fail("2 numbers expected");
+        scenario.width = static_cast<std::uint32_t>(size.at(0).integer(1, kMaxImageSize));
+        scenario.height = static_cast<std::uint32_t>(size.at(1).integer(1, kMaxImageSize));
     }
     if (field.has("left_fov_rad")) scenario.eye_fov[0] = parseFov(field.at("left_fov_rad"), 1);
     if (field.has("right_fov_rad")) scenario.eye_fov[1] = parseFov(field.at("right_fov_rad"), 1);

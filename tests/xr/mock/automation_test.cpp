@@ -124,6 +124,7 @@ TEST_F(Automation, RefusesForeignPaths) {
     EXPECT_EQ(set(kLeft, "/input/trigger", XrVector2f{0, 0}), XR_ERROR_PATH_UNSUPPORTED);
     EXPECT_EQ(set(kLeft, "/input/trigger/value", std::nanf("")), XR_ERROR_VALIDATION_FAILURE);
     EXPECT_EQ(place(kLeft, "/input/select/click", stage_, kIdentity), XR_ERROR_PATH_UNSUPPORTED);
+    EXPECT_EQ(place(kLeft, "/input/elbow/pose", stage_, kIdentity), XR_ERROR_PATH_UNSUPPORTED);
     EXPECT_EQ(place(kLeft, "/input/grip/pose", stage_, {{0, 0, 0, 0}, {}}), XR_ERROR_POSE_INVALID);
     EXPECT_EQ(place(kLeft, "/input/grip/pose", XR_NULL_HANDLE, kIdentity), XR_ERROR_HANDLE_INVALID);
     const auto set_active = load<PFN_xrSetInputDeviceActiveEXT>(instance_, "xrSetInputDeviceActiveEXT");

@@ -1,6 +1,7 @@
 #include "control_requests.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 
 #include "call.h"
@@ -228,11 +229,13 @@ bool mayGoOn(Instance& instance, std::int64_t now_ns) {
 
 void servePictures(Call& call, Session& session, const SubmittedFrame& frame) {
     Instance& instance = session.instance;
+    std::array<std::string, 2> pngs;  // however many ask, an eye is composed once
     for (const Promise& promise : instance.promises) {
         if (!promise.eye) continue;
         std::string reply;
         try {
-            const std::string png = eyePng(call, session, frame, *promise.eye);
+            std::string& png = pngs.at(*promise.eye);
+            if (png.empty()) png = eyePng(call, session, frame, *promise.eye);
             reply = beginReply(promise.id, true)
                         .key("frame")
                         .number(frame.number)

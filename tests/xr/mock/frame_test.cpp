@@ -8,9 +8,9 @@
 namespace mock_test {
 namespace {
 
-// Stops at 1.1 s and goes on at 1.2 s; on the wall clock the same counts from xrCreateInstance.
+// Stops at 1.1 s and goes on at 2.1 s; on the wall clock the same counts from xrCreateInstance.
 constexpr char kStopAndGo[] = R"({"version": 1, "refresh_hz": 100, "session": [
-    {"t_s": 1.1, "state": "stopped"}, {"t_s": 1.2, "state": "focused"}]})";
+    {"t_s": 1.1, "state": "stopped"}, {"t_s": 2.1, "state": "focused"}]})";
 
 class Frames : public MockTest {
   protected:

@@ -31,17 +31,20 @@ std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns
             stage_from_head * Pose{{0, -sine, 0, cosine}, {half_m, 0, 0}}};
 }
 
-std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns) {
+namespace {
+
+// Where the space is at the time, from origins where they stand at another.
+std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns, std::int64_t origins_ns) {
     const Instance& instance = space.session.instance;
     switch (int{space.reference}) {
         case XR_REFERENCE_SPACE_TYPE_VIEW:
             return stageFromHead(instance, time_ns) * space.origin_from_space;
         case XR_REFERENCE_SPACE_TYPE_LOCAL:
-            return stageFromLocal(instance, time_ns) * space.origin_from_space;
+            return stageFromLocal(instance, origins_ns) * space.origin_from_space;
         case XR_REFERENCE_SPACE_TYPE_STAGE:
-            return originAt(instance.conditions.stage, time_ns) * space.origin_from_space;
+            return originAt(instance.conditions.stage, origins_ns) * space.origin_from_space;
         case XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT:
-            return stageFromLocalFloor(instance, time_ns) * space.origin_from_space;
+            return stageFromLocalFloor(instance, origins_ns) * space.origin_from_space;
         default:
             break;
     }
@@ -51,19 +54,31 @@ std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns) {
     return *stage_from_action * space.origin_from_space;
 }
 
-std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::int64_t time_ns) {
-    const std::optional<Pose> stage_from_base = stageFromSpace(base, time_ns);
-    const std::optional<Pose> stage_from_space = stageFromSpace(space, time_ns);
+std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::int64_t time_ns,
+                                  std::int64_t origins_ns) {
+    const std::optional<Pose> stage_from_base = stageFromSpace(base, time_ns, origins_ns);
+    const std::optional<Pose> stage_from_space = stageFromSpace(space, time_ns, origins_ns);
     if (!stage_from_base || !stage_from_space) return std::nullopt;
     return inverse(*stage_from_base) * *stage_from_space;
 }
 
+}  // namespace
+
+std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns) {
+    return stageFromSpace(space, time_ns, time_ns);
+}
+
+std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::int64_t time_ns) {
+    return baseFromSpace(base, space, time_ns, time_ns);
+}
+
+// Recentring is no motion.
 std::optional<Velocity> velocityInBase(const Space& base, const Space& space, std::int64_t time_ns) {
     constexpr std::int64_t kStepNs = 500'000;  // central difference over a millisecond
     constexpr double kPerSecond = 1e9 / (2.0 * kStepNs);
     time_ns = std::min(time_ns, std::numeric_limits<std::int64_t>::max() - kStepNs);
-    const std::optional<Pose> before = baseFromSpace(base, space, time_ns - kStepNs);
-    const std::optional<Pose> after = baseFromSpace(base, space, time_ns + kStepNs);
+    const std::optional<Pose> before = baseFromSpace(base, space, time_ns - kStepNs, time_ns);
+    const std::optional<Pose> after = baseFromSpace(base, space, time_ns + kStepNs, time_ns);
     if (!before || !after) return std::nullopt;
     Velocity velocity{{}, rotationBetween(*before, *after)};
     for (std::size_t i = 0; i < 3; ++i) {

@@ -122,6 +122,23 @@ TEST_F(ScenarioEvents, LocalIsRecentredAtItsChangeTime) {
     EXPECT_NEAR(locate(local, stage_, event->changeTime).pose.orientation.y, std::sqrt(0.5), 1e-6);
 }
 
+TEST_F(ScenarioEvents, NothingMovesWhenASpaceIsRecentred) {
+    focusWith(R"({"frame": 5, "recenter": {"delay_s": 0.1, "pose": {"position": [1, 1.6, 0]}}})");
+    const XrSpace local = createSpace(XR_REFERENCE_SPACE_TYPE_LOCAL);
+    frameNumber(5);
+    const auto event =
+        next<XrEventDataReferenceSpaceChangePending>(XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING);
+    ASSERT_TRUE(event);
+    auto velocity = structOf<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
+    auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    location.next = &velocity;
+    ASSERT_EQ(xrLocateSpace(stage_, local, event->changeTime, &location), XR_SUCCESS);
+    EXPECT_EQ(location.pose.position.x, -1);
+    EXPECT_EQ(velocity.velocityFlags,
+              XrSpaceVelocityFlags{XR_SPACE_VELOCITY_LINEAR_VALID_BIT | XR_SPACE_VELOCITY_ANGULAR_VALID_BIT});
+    EXPECT_EQ(velocity.linearVelocity.x, 0);
+}
+
 TEST_F(ScenarioEvents, StageIsRecentredBelowTheHeadWithoutAPose) {
     focusWith(R"({"frame": 4, "recenter": {"space": "stage", "pose_valid": false}})",
               R"("head": [{"t_s": 0, "position": [0, 1.6, 0]}, {"t_s": 10, "position": [10, 1.6, 0]}], )");

@@ -93,7 +93,6 @@ XrResult waitFrame(Call& call, XrSession handle, const XrFrameWaitInfo* info, Xr
     const std::int64_t period_ns = refreshPeriodNs(instance.scenario);
     const FramePlan plan =
         planFrame(session->frames, instance.clock, monotonicNs(), period_ns, fate.late_refreshes);
-    session->frames.waiting = true;
     if (!instance.clock.is_virtual) sleepUntil(call, run, plan.wake_ns);
     session = &sameRun(call, handle, run);
 

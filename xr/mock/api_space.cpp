@@ -127,6 +127,8 @@ XrResult locateViews(Call& call, XrSession handle, const XrViewLocateInfo* info,
     requireStruct(info, XR_TYPE_VIEW_LOCATE_INFO);
     requireStruct(state, XR_TYPE_VIEW_STATE);
     requireViewConfiguration(info->viewConfigurationType);
+    require(session.run > 0, XR_ERROR_VALIDATION_FAILURE,
+            "xrBeginSession was not given this view configuration");
     requireTime(info->displayTime);
     const Space& base = call.live<Space>(info->space);
     require(&base.session == &session, XR_ERROR_VALIDATION_FAILURE, "the space is of another session");

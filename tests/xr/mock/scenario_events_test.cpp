@@ -351,7 +351,7 @@ TEST_F(ScenarioEvents, AHeadsetIsFoundBesideTheLibraryOrByPath) {
         "left_fov_deg": [-50, 40, 45, -45], "ipd_m": 0.07, "refresh_rates_hz": [80, 120],
         "tracking_extent_m": [2, 4], "lens": {"radius": 1}})";
     setScript(R"({"version": 2, "headset": "./mine.json"})");
-    startSession();
+    startRunning();
     auto properties = structOf<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
     ASSERT_EQ(xrGetSystemProperties(instance_, system_, &properties), XR_SUCCESS);
     EXPECT_STREQ(properties.systemName, "Mine");

@@ -85,6 +85,9 @@ TEST_F(Space, EyesSitBesideTheHead) {
                           1'000'000'000, stage_};
     std::array<XrView, 2> views{structOf<XrView>(XR_TYPE_VIEW), structOf<XrView>(XR_TYPE_VIEW)};
     std::uint32_t count = 0;
+    EXPECT_EQ(xrLocateViews(session_, &info, &state, 0, &count, nullptr), XR_ERROR_VALIDATION_FAILURE);
+    const XrSessionBeginInfo begin_info{XR_TYPE_SESSION_BEGIN_INFO, nullptr, info.viewConfigurationType};
+    ASSERT_EQ(xrBeginSession(session_, &begin_info), XR_SUCCESS);
     ASSERT_EQ(xrLocateViews(session_, &info, &state, 0, &count, nullptr), XR_SUCCESS);
     ASSERT_EQ(count, 2U);
     EXPECT_EQ(xrLocateViews(session_, &info, &state, 1, &count, views.data()), XR_ERROR_SIZE_INSUFFICIENT);

@@ -80,6 +80,8 @@ void checkQueue(const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& 
     require(binding.queueFamilyIndex < count &&
                 binding.queueIndex < families[binding.queueFamilyIndex].queueCount,
             XR_ERROR_GRAPHICS_DEVICE_INVALID, "the GPU has no such queue");
+    require((families[binding.queueFamilyIndex].queueFlags & VK_QUEUE_GRAPHICS_BIT) != 0,
+            XR_ERROR_GRAPHICS_DEVICE_INVALID, "the queue has no graphics");
 }
 
 }  // namespace

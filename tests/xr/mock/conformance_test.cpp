@@ -42,7 +42,15 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL hookedDeviceProcAddr(VkDevice device, c
     if (wanted == "vkDeviceWaitIdle") return reinterpret_cast<PFN_vkVoidFunction>(countedDeviceWait);
     return real(device, name);
 }
+bool compute_only = false;  // every queue of the GPU
+VKAPI_ATTR void VKAPI_CALL computeFamily(VkPhysicalDevice, std::uint32_t* count,
+                                         VkQueueFamilyProperties* families) {
+    *count = 1;
+    if (families != nullptr) *families = {VK_QUEUE_COMPUTE_BIT, 1, 0, {1, 1, 1}};
+}
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL hookedInstanceProcAddr(VkInstance instance, const char* name) {
+    if (compute_only && std::string_view(name) == "vkGetPhysicalDeviceQueueFamilyProperties")
+        return reinterpret_cast<PFN_vkVoidFunction>(computeFamily);
     if (std::string_view(name) == "vkGetDeviceProcAddr")
         return reinterpret_cast<PFN_vkVoidFunction>(hookedDeviceProcAddr);
     return vkGetInstanceProcAddr(instance, name);
@@ -128,6 +136,16 @@ TEST_F(QueueUse, IsWhereTheApplicationExpectsIt) {
                   EXPECT_EQ(xrDestroySession(session_), XR_SUCCESS);
               }),
               0);
+}
+
+// XR_KHR_vulkan_enable2, "Queue Selection".
+TEST_F(QueueUse, TheQueueHasGraphics) {
+    startHooked();
+    const XrGraphicsBindingVulkan2KHR graphics = binding();
+    compute_only = true;
+    EXPECT_EQ(trySession(&graphics, &session_), XR_ERROR_GRAPHICS_DEVICE_INVALID);
+    compute_only = false;
+    EXPECT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
 }
 
 // --- xrGetInstanceProcAddr

@@ -104,7 +104,7 @@ void describeAction(Log& log, XrAction action, XrPath path) {
 
 }  // namespace
 
-Log::Log(const std::string& file_name) : file_(std::fopen(file_name.c_str(), "wb")) {
+Log::Log(const std::string& file_name) : file_name_(file_name), file_(std::fopen(file_name.c_str(), "wb")) {
     if (!file_) throw std::runtime_error("XRMOCK_LOG: " + file_name + " cannot be written");
     std::setvbuf(file_.get(), nullptr, _IOFBF, kBufferBytes);
 }
@@ -133,8 +133,14 @@ void Log::flush() {
 void openLog() {
     if (runtime().instances > 1) return;
     const char* file = std::getenv("XRMOCK_LOG");
-    const bool wanted = file != nullptr && *file != '\0';
-    runtime().log = wanted ? std::make_unique<Log>(file) : nullptr;
+    const std::string name = file == nullptr ? "" : file;
+    std::unique_ptr<Log>& log = runtime().log;
+    if (log && log->fileName() == name) {
+        log->last_time_ns = 0;
+        return;
+    }
+    log.reset();  // what it still holds is written before another one may open the same file
+    if (!name.empty()) log = std::make_unique<Log>(name);
 }
 
 void beginCallLine(Log& log, const Call& call, XrResult result, std::uint64_t subject) {

@@ -29,6 +29,7 @@ class Log {
     std::size_t threadNumber();
     void write(JsonLine& line);
     void flush();
+    const std::string& fileName() const { return file_name_; }
 
     std::map<std::uint64_t, std::uint64_t> pulses;  // of each session, written so far
     std::int64_t last_time_ns = 0;                  // of calls whose instance is not there
@@ -38,14 +39,15 @@ class Log {
     struct Close {
         void operator()(std::FILE* file) const { std::fclose(file); }
     };
+    std::string file_name_;
     std::unique_ptr<std::FILE, Close> file_;
     std::map<std::uint64_t, std::string> names_;
     std::map<std::string, std::uint64_t, std::less<>> counts_;
     std::map<std::thread::id, std::size_t> threads_;
 };
 
-// The log of the environment, for an instance that is alone; others share what is there. Throws
-// std::runtime_error.
+// The log of the environment. An application that makes another instance goes on in the same file, and those
+// that are there together share it. Throws std::runtime_error.
 void openLog();
 
 // {"call": ..., "result": ..., "time": ..., "thread": ..., and the beginning of "args": [

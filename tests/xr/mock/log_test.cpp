@@ -128,6 +128,19 @@ TEST_F(Log, TwoRunsGiveTheSameBytes) {
     EXPECT_EQ(first, play("second.jsonl"));
 }
 
+TEST_F(Log, AnotherInstanceGoesOnInTheSameFile) {
+    const std::string first = play("log.jsonl");
+    const std::string both = play("log.jsonl");
+    EXPECT_TRUE(both.starts_with(first));
+    int instances = 0, frames = 0;
+    for (const json& line : lines(both)) {
+        instances += line.value("call", "") == "xrCreateInstance";
+        frames += line.contains("frame");
+    }
+    EXPECT_EQ(instances, 2);
+    EXPECT_EQ(frames, 26);
+}
+
 TEST_F(Log, CostsLittle) {
     setVariable("XRMOCK_LOG", file("log.jsonl").string());
     startFocused();

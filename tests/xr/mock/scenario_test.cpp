@@ -49,8 +49,7 @@ TEST_F(Scenario, TellsFieldAndReason) {
               "exit_after_frames: a number from 1 to 1e+09 expected");
     EXPECT_NE(refusal("{\"version\": 1").find("document: "), std::string::npos);
     EXPECT_NE(refusal("{\"version\": 1e999}").find("document: "), std::string::npos);
-    EXPECT_NE(refusal(R"({"version": 1, "head": 1})").find("head: an array expected"),
-              std::string::npos);
+    EXPECT_NE(refusal(R"({"version": 1, "head": 1})").find("head: an array expected"), std::string::npos);
 }
 
 TEST_F(Scenario, AMissingFileAndABadClockAreRefused) {

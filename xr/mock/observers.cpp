@@ -16,7 +16,7 @@ void observeState(Session& session, XrSessionState state) {
 void observeFrame(Call& call, Session& session, const SubmittedFrame& frame) {
     if (runtime().log) logFrame(*runtime().log, session, frame);
     assertFrame(call, session, frame);
-    servePictures(call, session, frame);
+    if (!session.frames.begun_fate.dropped) servePictures(call, session, frame);
 }
 
 void observeRefusal(const Call& call, XrResult result, const std::string& reason) {

@@ -215,6 +215,15 @@ TEST_F(Control, GivesAPictureOfTheNextFrame) {
     EXPECT_TRUE(reply["png"].get<std::string>().starts_with("iVBORw0KGgo"));  // the signature of PNG
 }
 
+TEST_F(Control, GivesNoPictureOfAFrameThatIsNotShown) {
+    setScript(R"({"version": 2, "events": [{"frame": 1, "frames": {"dropped": true, "count": 1000}}]})");
+    startFrames();
+    Wire wire(socket_);
+    const json reply = wire.ask(R"({"picture": {"eye": "left"}})");
+    ASSERT_EQ(reply["ok"], true) << reply;
+    EXPECT_GT(reply["frame"].get<int>(), 1000);
+}
+
 TEST_F(Control, ASocketThatIsInUseIsLeftAlone) {
     const int live = ::socket(AF_UNIX, SOCK_STREAM, 0);
     sockaddr_un address{};

@@ -1,13 +1,59 @@
-// A haptic device as the loop sees it. Drivers are in devices/.
+// A haptic device as the loop sees it: what it can do, what it says, what it is told. Drivers are in
+// devices/.
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
-#include "haptics/output.h"
+#include "haptics/realtime.h"
+#include "patient/geometry.h"
 
 namespace stylet::haptics {
 
-struct DeviceState;
+using patient::Pose;
+using patient::Quat;
+using patient::Vec3;
+
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+// The capability record. Every figure is cited in `source` or unknown (NaN, never a guess); what is unknown
+// is taken to be that of the weakest device we know (Touch: 3.3 N, 400 N/m).
+struct DeviceProfile {
+    const char* name = "paper";
+    double force_peak_n = 22.0;
+    double stiffness_n_per_m = 1000.0;  // recommended, K_dev
+    const char* source = "Mastmeyer et al. 2017: Phantom Premium class, 22 N";
+
+    int force_axes = 3;  // 0: input only
+    int torque_axes = 0;
+    bool senses_rotation = true;
+    bool has_dead_man = false;     // says in its flags whether a hand holds it
+    bool force_calibrated = true;  // newtons on the bus are newtons at the grip
+    double force_continuous_n = kUnknown;
+    double rate_hz = 1000.0;
+    // The bare mechanism: stability (model, section 4) is judged by these, never by a rendered damping.
+    double mass_kg = kUnknown;
+    double damping_n_s_per_m = kUnknown;  // physical
+    double friction_n = kUnknown;         // Coulomb
+    double resolution_m = kUnknown;       // of its encoders, at the tip
+    // Where the tip can go: a ball in the device frame.
+    Vec3 workspace_centre_m{0.0};
+    double workspace_radius_m = kUnknown;
+};
+
+// DeviceState::flags. Force flows only while every bit the loop needs is set (output.h).
+enum DeviceFlag : std::uint32_t {
+    kDeviceReady = 1u << 0,   // connected, homed, calibrated, motors on
+    kDeviceHandOn = 1u << 1,  // the dead-man is held, or the device has none
+};
+
+// The device as read in one tick.
+struct DeviceState {
+    Pose device_from_stylus;  // needle tool: stylus = needle frame (tip at origin, +z to the hub)
+    std::uint32_t buttons = 0;
+    std::uint32_t fresh = 1;  // 0: nothing new since the last read
+    std::uint32_t flags = kDeviceReady | kDeviceHandOn;
+};
 
 class HapticDevice {
   public:

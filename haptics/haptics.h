@@ -3,11 +3,12 @@
 
 // In order of use.
 // clang-format off
+#include "haptics/tool.h"        // the five tools, what a model says of a tick
 #include "haptics/needle.h"      // the needle: state, step, force
 #include "haptics/exact.h"       // the same force in closed form along straight paths: oracle and study
+#include "haptics/device.h"      // a device: what it can do, what it says
 #include "haptics/output.h"      // device gain, limits, faults
 #include "haptics/simulation.h"  // one tick of everything hashed
-#include "haptics/device.h"      // a device as the loop sees it
 #include "haptics/trace.h"       // device traces: recorded or scripted hands
 #include "haptics/rings.h"       // rings and snapshots between threads
 #include "haptics/loop.h"        // the loop

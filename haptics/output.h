@@ -4,18 +4,10 @@
 
 #include <cstdint>
 
+#include "haptics/device.h"
 #include "haptics/needle.h"
 
 namespace stylet::haptics {
-
-// What a device can do. Cited in the profile's source field; NaN = unknown, and then taken to be that of the
-// weakest device we know (Touch: 3.3 N, 400 N/m).
-struct DeviceProfile {
-    const char* name = "paper";
-    double force_peak_n = 22.0;
-    double stiffness_n_per_m = 1000.0;  // recommended, K_dev
-    const char* source = "Mastmeyer et al. 2017: Phantom Premium class, 22 N";
-};
 
 struct OutputSettings {
     double rate_limit_n_per_s = 2000.0;     // falls of a puncture pass within 1 ms; see haptics/README.md

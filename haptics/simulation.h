@@ -7,17 +7,11 @@
 #include <optional>
 #include <span>
 
+#include "haptics/device.h"
 #include "haptics/needle.h"
 #include "haptics/output.h"
 
 namespace stylet::haptics {
-
-// The device as read in one tick.
-struct DeviceState {
-    Pose device_from_stylus;  // needle tool: stylus = needle frame (tip at origin, +z to the hub)
-    std::uint32_t buttons = 0;
-    std::uint32_t fresh = 1;  // 0: nothing new since the last read
-};
 
 enum class CommandKind : std::uint32_t { holdBreath, breathe, rearm, marker };
 

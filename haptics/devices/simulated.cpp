@@ -7,7 +7,7 @@ SimulatedDevice::SimulatedDevice(const Trace& trace, std::int64_t start_ns, cons
 
 DeviceState SimulatedDevice::read(std::int64_t now_ns) noexcept {
     const TraceSample sample = sampleAt(*trace_, now_ns - start_ns_, cursor_);
-    return {sample.device_from_stylus, sample.buttons, 1};
+    return {.device_from_stylus = sample.device_from_stylus, .buttons = sample.buttons};
 }
 
 }  // namespace stylet::haptics

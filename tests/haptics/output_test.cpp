@@ -58,7 +58,7 @@ TEST(Output, ThePunctureOfAFasciaPassesInOneTick) {
 
 TEST(Output, GainThenDeviceClamp) {
     OutputState state;
-    const DeviceProfile touch{"touch", 3.3, 400.0, ""};
+    const DeviceProfile touch{.name = "touch", .force_peak_n = 3.3, .stiffness_n_per_m = 400.0};
     state.model_n = {0.0, 20.0, 0.0};
     EXPECT_NEAR(stepOutput(state, plain(), touch, 0.1, {0.0, 20.0, 0.0}, kDt_s).y, 2.0, 1e-12);
     EXPECT_NEAR(stepOutput(state, plain(), touch, 0.5, {0.0, 20.0, 0.0}, kDt_s).y, 3.3, 1e-12);

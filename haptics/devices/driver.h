@@ -22,18 +22,22 @@ enum class DeviceStage : std::uint8_t {
 class Driver {
   public:
     virtual ~Driver() = default;
+    // All on the device's thread. What open() or exchange() returned ready for, final from then on.
     virtual const DeviceProfile& profile() const noexcept = 0;
 
-    // All below: the device's thread. May block, each call at most `kDriverDeadline_ns` (firmware loading
-    // excepted: it has a deadline a chunk and asks `stopping`).
+    // All below may block, each call at most `kDriverDeadline_ns`: a long job (firmware) is cut into
+    // exchanges. What they throw counts as failed.
 
     // Finds and claims the hardware. Returns the stage reached: absent, failed (with `why`), or on the way to
     // ready.
     virtual DeviceStage open(std::string& why) = 0;
-    // One exchange: sends the force, takes the newest state. `state.fresh` says whether it is new. Returns
-    // the stage after it; failed means that the connection is gone, with `why`.
+    // One exchange: sends the force, takes the newest state. `state` comes with the last pose and buttons,
+    // the ready and hand bits set and fresh = 0: set fresh when it is new; clear the hand's bit where the
+    // device has a dead-man and nobody holds it (the ready bit follows the stage). Returns the stage after
+    // it, `why` saying what is waited for; failed or absent means that the connection is gone. The force is
+    // zero at every stage but ready.
     virtual DeviceStage exchange(const Vec3& force_n, DeviceState& state, std::string& why) = 0;
-    // Zero force where the bus still listens, then lets go. On every way out.
+    // Zero force where the bus still listens, then lets go. On every way out, a failed open() included.
     virtual void close() noexcept = 0;
 };
 

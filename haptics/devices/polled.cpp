@@ -1,0 +1,268 @@
+#include "haptics/devices/polled.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+namespace stylet::haptics {
+
+namespace {
+
+// stop() is heard within this, however long the next look is away.
+constexpr std::int64_t kNap_ns = 20'000'000;
+
+bool isFinite(const Vec3& v) noexcept {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+bool isOpen(DeviceStage stage) noexcept {
+    return stage != DeviceStage::absent && stage != DeviceStage::failed;
+}
+
+bool same(double a, double b) noexcept {
+    return a == b || (std::isnan(a) && std::isnan(b));
+}
+
+// What the output stage was set up with.
+bool sameLimits(const DeviceProfile& a, const DeviceProfile& b) noexcept {
+    return a.force_axes == b.force_axes && same(a.force_peak_n, b.force_peak_n) &&
+           same(a.force_continuous_n, b.force_continuous_n) && same(a.stiffness_n_per_m, b.stiffness_n_per_m);
+}
+
+std::int64_t periodOf(const DeviceProfile& profile) noexcept {
+    const double rate_hz = std::isnan(profile.rate_hz) ? 1000.0 : std::clamp(profile.rate_hz, 1.0, 4000.0);
+    return std::llround(1e9 / rate_hz);
+}
+
+// Whatever a driver throws, as a failure with a reason.
+template <typename Call>
+DeviceStage guarded(std::string& why, const Call& call) noexcept {
+    try {
+        return call();
+    } catch (const std::exception& e) {
+        why = e.what();
+    } catch (...) {
+        why = "the driver threw something that is no exception";
+    }
+    return DeviceStage::failed;
+}
+
+}  // namespace
+
+const char* nameOf(DeviceStage stage) noexcept {
+    switch (stage) {
+        case DeviceStage::absent:
+            return "absent";
+        case DeviceStage::opening:
+            return "opening";
+        case DeviceStage::needsFirmware:
+            return "needs firmware";
+        case DeviceStage::needsHoming:
+            return "needs homing";
+        case DeviceStage::ready:
+            return "ready";
+        case DeviceStage::failed:
+            return "failed";
+    }
+    return "unknown";
+}
+
+PolledDevice::PolledDevice(std::unique_ptr<Driver> driver, const Clock& clock, const PolledSettings& settings)
+    : driver_(std::move(driver)),
+      clock_(clock),
+      settings_(settings),
+      first_profile_(driver_->profile()),
+      profile_(first_profile_),
+      retry_ns_(now()),
+      backoff_ns_(settings.backoff_first_ns) {
+    last_.flags = 0;
+    last_.fresh = 0;
+    states_.publish(last_);
+}
+
+PolledDevice::~PolledDevice() {
+    stop();
+}
+
+const DeviceProfile& PolledDevice::profile() const noexcept {
+    return profile_known_.load(std::memory_order_acquire) ? profile_ : first_profile_;
+}
+
+DeviceState PolledDevice::read(std::int64_t) noexcept {
+    DeviceState state;
+    if (!states_.read(state)) state.fresh = 0;
+    return state;
+}
+
+void PolledDevice::send(const Vec3& force_n) noexcept {
+    forces_.publish(force_n);
+}
+
+void PolledDevice::start() {
+    stop_.store(false);
+    thread_ = std::thread([this] { run(); });
+}
+
+void PolledDevice::stop() {
+    stop_.store(true);
+    if (thread_.joinable()) thread_.join();
+    letGo();
+}
+
+void PolledDevice::letGo() noexcept {
+    if (!open_) return;
+    driver_->close();
+    open_ = false;
+    enter(DeviceStage::absent, "closed");
+    publishLost();
+}
+
+void PolledDevice::run() noexcept {
+    if (settings_.atThreadStart) settings_.atThreadStart();
+    while (!stop_.load(std::memory_order_acquire)) {
+        const std::int64_t due_ns = poll(), now_ns = now();
+        if (due_ns > now_ns) clock_.sleepUntil_ns(clock_.context, std::min(due_ns, now_ns + kNap_ns));
+    }
+    letGo();
+}
+
+std::int64_t PolledDevice::poll() noexcept {
+    const std::int64_t now_ns = now();
+    return open_ ? exchange(now_ns) : open(now_ns);
+}
+
+std::int64_t PolledDevice::open(std::int64_t now_ns) {
+    // A clock that was set back must not put the next look off.
+    retry_ns_ = std::min(retry_ns_, now_ns + settings_.backoff_most_ns);
+    if (now_ns < retry_ns_) return retry_ns_;
+    opens_.fetch_add(1, std::memory_order_relaxed);
+    std::string why;
+    const DeviceStage stage = admit(callOpen(why), why);
+    if (!isOpen(stage)) return lose(stage, why);
+    open_ = true;
+    enter(stage, why);
+    due_ns_ = now();
+    return due_ns_;
+}
+
+std::int64_t PolledDevice::exchange(std::int64_t now_ns) {
+    const std::int64_t period_ns = periodOf(driver_->profile());
+    // Early by more than a period: the clock was set back.
+    if (now_ns < due_ns_ && due_ns_ - now_ns <= period_ns) return due_ns_;
+
+    std::string why;
+    DeviceState state{.device_from_stylus = last_.device_from_stylus, .buttons = last_.buttons, .fresh = 0};
+    const DeviceStage stage = admit(callExchange(heardForce(now_ns), state, why), why);
+    exchanges_.fetch_add(1, std::memory_order_relaxed);
+    if (!isOpen(stage)) return lose(stage, why);
+
+    enter(stage, why);
+    publish(state);
+    const std::int64_t after_ns = now();
+    if (stage == DeviceStage::ready && after_ns - ready_ns_ > settings_.sound_ns)
+        backoff_ns_ = settings_.backoff_first_ns;
+    due_ns_ += period_ns;
+    if (due_ns_ < after_ns || due_ns_ > after_ns + period_ns) due_ns_ = after_ns;
+    return due_ns_;
+}
+
+DeviceStage PolledDevice::callOpen(std::string& why) noexcept {
+    call_ns_.store(now(), std::memory_order_relaxed);
+    const DeviceStage stage = guarded(why, [&] { return driver_->open(why); });
+    call_ns_.store(0, std::memory_order_relaxed);
+    return stage;
+}
+
+DeviceStage PolledDevice::callExchange(const Vec3& force_n, DeviceState& state, std::string& why) noexcept {
+    call_ns_.store(now(), std::memory_order_relaxed);
+    const DeviceStage stage = guarded(why, [&] { return driver_->exchange(force_n, state, why); });
+    call_ns_.store(0, std::memory_order_relaxed);
+    return stage;
+}
+
+// What goes to the bus: the loop's newest word, while it speaks, to a device that was ready when it spoke.
+Vec3 PolledDevice::heardForce(std::int64_t now_ns) noexcept {
+    if (forces_.read(force_n_)) {
+        heard_ns_ = now_ns;
+        silent_ = let_go_ = false;
+    } else if (!silent_ && (now_ns - heard_ns_ >= kSilence_ns || now_ns < heard_ns_)) {
+        silent_ = let_go_ = true;
+        if (stage() == DeviceStage::ready) silences_.fetch_add(1, std::memory_order_relaxed);
+    }
+    return stage() == DeviceStage::ready && !silent_ && isFinite(force_n_) ? force_n_ : Vec3(0.0);
+}
+
+// Ready for the first time fixes the profile; what was sent before does not count.
+DeviceStage PolledDevice::admit(DeviceStage stage, std::string& why) {
+    if (stage != DeviceStage::ready || this->stage() == DeviceStage::ready) return stage;
+    if (!profile_known_.load(std::memory_order_relaxed)) {
+        profile_ = driver_->profile();
+        profile_known_.store(true, std::memory_order_release);
+    } else if (!sameLimits(profile_, driver_->profile())) {
+        why = "a device with other limits answered; close the session and open it anew";
+        return DeviceStage::failed;
+    }
+    forces_.read(force_n_);
+    silent_ = true;
+    let_go_ = false;
+    ready_ns_ = now();
+    return stage;
+}
+
+// That a flag has changed is news even where the driver has none.
+void PolledDevice::publish(DeviceState state) noexcept {
+    if (stage() != DeviceStage::ready || let_go_) state.flags &= ~std::uint32_t(kDeviceReady);
+    if (state.fresh == 0 && state.flags == last_.flags) return;
+    state.fresh = 1;
+    last_ = state;
+    states_.publish(state);
+}
+
+// Where it was last, with no flag set.
+void PolledDevice::publishLost() noexcept {
+    DeviceState state = last_;
+    state.flags = 0;
+    state.fresh = 0;
+    publish(state);
+}
+
+void PolledDevice::enter(DeviceStage stage, const std::string& why) {
+    if (stage == this->stage() && why == why_) return;
+    const std::lock_guard lock(report_mutex_);
+    why_ = why;
+    stage_.store(stage, std::memory_order_release);
+}
+
+std::int64_t PolledDevice::lose(DeviceStage stage, const std::string& why) {
+    const bool was_open = open_;
+    if (was_open || stage == DeviceStage::failed) driver_->close();
+    open_ = false;
+    enter(stage, why);
+    publishLost();
+    if (was_open || stage == DeviceStage::failed) failures_.fetch_add(1, std::memory_order_relaxed);
+    if (stage == DeviceStage::absent) {
+        retry_ns_ = now() + settings_.look_again_ns;
+    } else {
+        retry_ns_ = now() + backoff_ns_;
+        backoff_ns_ = std::min(2 * backoff_ns_, settings_.backoff_most_ns);
+    }
+    return retry_ns_;
+}
+
+DeviceReport PolledDevice::report() const {
+    DeviceReport report;
+    {
+        const std::lock_guard lock(report_mutex_);
+        report.stage = stage();
+        report.why = why_;
+    }
+    const std::int64_t call_ns = call_ns_.load(std::memory_order_relaxed);
+    if (call_ns != 0 && now() - call_ns > kDriverDeadline_ns) report.blocked_ns = now() - call_ns;
+    report.exchanges = exchanges_.load(std::memory_order_relaxed);
+    report.opens = opens_.load(std::memory_order_relaxed);
+    report.failures = failures_.load(std::memory_order_relaxed);
+    report.silences = silences_.load(std::memory_order_relaxed);
+    return report;
+}
+
+}  // namespace stylet::haptics

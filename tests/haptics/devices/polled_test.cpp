@@ -1,0 +1,438 @@
+#include "haptics/devices/polled.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <new>
+#include <stdexcept>
+#include <vector>
+
+namespace stylet::haptics {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+// Time passes only when somebody sleeps or a test says so.
+struct VirtualTime {
+    std::atomic<std::int64_t> now_ns{1'000'000'000};
+    Clock clock() {
+        return {this, [](void* c) noexcept { return static_cast<VirtualTime*>(c)->now_ns.load(); },
+                [](void* c, std::int64_t t) noexcept {
+                    auto& now = static_cast<VirtualTime*>(c)->now_ns;
+                    now.store(std::max(now.load(), t));
+                }};
+    }
+};
+
+// What the test has it do; by default a device that is ready at once and stands still.
+struct Script {
+    std::function<DeviceStage(std::string&)> open = [](std::string&) { return DeviceStage::ready; };
+    std::function<DeviceStage(const Vec3&, DeviceState&, std::string&)> exchange =
+        [](const Vec3&, DeviceState& state, std::string&) {
+            state.fresh = 1;
+            return DeviceStage::ready;
+        };
+    DeviceProfile profile{.name = "scripted", .force_peak_n = 8.0, .source = "test"};
+    std::vector<Vec3> forces;  // as the bus got them
+    int opened = 0, closed = 0;
+};
+
+class ScriptedDriver final : public Driver {
+  public:
+    explicit ScriptedDriver(Script& script) : script_(&script) {}
+    const DeviceProfile& profile() const noexcept override { return script_->profile; }
+    DeviceStage open(std::string& why) override {
+        ++script_->opened;
+        return script_->open(why);
+    }
+    DeviceStage exchange(const Vec3& force_n, DeviceState& state, std::string& why) override {
+        script_->forces.push_back(force_n);
+        return script_->exchange(force_n, state, why);
+    }
+    void close() noexcept override { ++script_->closed; }
+
+  private:
+    Script* script_;
+};
+
+struct Polled : testing::Test {
+    Script script;
+    VirtualTime time;
+    PolledDevice device{std::make_unique<ScriptedDriver>(script), time.clock()};
+
+    // Polls whenever due for `span_ns`, sending `force_n` before each exchange.
+    void pollFor(std::int64_t span_ns, const Vec3* force_n = nullptr) {
+        const std::int64_t end_ns = time.now_ns + span_ns;
+        while (time.now_ns < end_ns) {
+            if (force_n) device.send(*force_n);
+            time.now_ns = std::min(end_ns, std::max(device.poll(), time.now_ns.load()));
+        }
+    }
+    DeviceState read() { return device.read(0); }
+    bool ready() { return (read().flags & kDeviceReady) != 0; }
+};
+
+const Vec3 kPush{1.0, -2.0, 0.5};
+
+TEST_F(Polled, SaysNothingBeforeTheFirstPoll) {
+    EXPECT_EQ(device.stage(), DeviceStage::absent);
+    const DeviceState state = read();
+    EXPECT_EQ(state.fresh, 0u);
+    EXPECT_EQ(state.flags, 0u);
+    EXPECT_EQ(script.opened, 0);
+}
+
+TEST_F(Polled, ExchangesOnceAPeriodAndPassesForceAndPose) {
+    script.exchange = [](const Vec3&, DeviceState& state, std::string&) {
+        state.device_from_stylus.position_m = {0.1, 0.2, 0.3};
+        state.buttons = 5;
+        state.fresh = 1;
+        return DeviceStage::ready;
+    };
+    device.send(kPush);  // what was sent before it was ready does not count
+    pollFor(10 * kMs);
+    EXPECT_THAT(script.forces, testing::Each(Vec3(0.0)));
+    script.forces.clear();
+    pollFor(100 * kMs, &kPush);
+    EXPECT_NEAR(double(script.forces.size()), 100.0, 1.0);
+    EXPECT_THAT(script.forces, testing::Each(kPush));
+    const DeviceState state = read();
+    EXPECT_EQ(state.device_from_stylus.position_m, Vec3(0.1, 0.2, 0.3));
+    EXPECT_EQ(state.buttons, 5u);
+    EXPECT_EQ(state.fresh, 1u);
+    EXPECT_EQ(state.flags, std::uint32_t(kDeviceReady | kDeviceHandOn));
+    EXPECT_EQ(read().fresh, 0u);
+    EXPECT_EQ(read().device_from_stylus.position_m, Vec3(0.1, 0.2, 0.3));
+}
+
+TEST_F(Polled, KeepsToTheRateOfTheDevice) {
+    script.profile.rate_hz = 250.0;
+    pollFor(100 * kMs);
+    EXPECT_NEAR(double(script.forces.size()), 25.0, 1.0);
+}
+
+TEST_F(Polled, AnAbsentDeviceIsLookedForAgain) {
+    bool plugged = false;
+    script.open = [&](std::string& why) {
+        why = "none of 0403:cb48";
+        return plugged ? DeviceStage::ready : DeviceStage::absent;
+    };
+    pollFor(2001 * kMs);
+    EXPECT_EQ(script.opened, 5);  // every half second
+    EXPECT_EQ(script.closed, 0);
+    EXPECT_EQ(device.report().why, "none of 0403:cb48");
+    EXPECT_EQ(device.report().failures, 0u);
+    plugged = true;
+    pollFor(501 * kMs);
+    EXPECT_EQ(device.stage(), DeviceStage::ready);
+    EXPECT_TRUE(ready());
+}
+
+TEST_F(Polled, FailuresBackOffAndAreForgottenOnceItHasBeenSound) {
+    std::vector<std::int64_t> tries;
+    script.open = [&](std::string& why) {
+        tries.push_back(time.now_ns);
+        why = "no permission";
+        return DeviceStage::failed;
+    };
+    pollFor(30'000 * kMs);
+    ASSERT_EQ(tries.size(), 8u);  // 0, 0.25, 0.75, 1.75, 3.75, 7.75, 15.75, 23.75 s
+    const std::int64_t gaps_ms[] = {250, 500, 1000, 2000, 4000, 8000, 8000};
+    for (std::size_t i = 0; i < 7; ++i)
+        EXPECT_EQ(tries[i + 1] - tries[i], gaps_ms[i] * kMs);
+    EXPECT_EQ(script.closed, 8);
+    EXPECT_EQ(device.report().failures, 8u);
+    EXPECT_EQ(device.report().why, "no permission");
+
+    // Lost again soon after it was ready: still the longest wait. Sound for two seconds: the shortest.
+    script.open = [&](std::string&) { return DeviceStage::ready; };
+    script.exchange = [&](const Vec3&, DeviceState&, std::string& why) {
+        why = "gone";
+        return script.forces.size() < 1000 ? DeviceStage::ready : DeviceStage::failed;
+    };
+    pollFor(10'000 * kMs);
+    EXPECT_EQ(device.stage(), DeviceStage::failed);
+    const int opened = script.opened;
+    script.exchange = Script().exchange;
+    pollFor(3'000 * kMs);
+    EXPECT_EQ(script.opened, opened + 1);
+    EXPECT_EQ(device.stage(), DeviceStage::ready);
+    script.exchange = [](const Vec3&, DeviceState&, std::string&) { return DeviceStage::failed; };
+    pollFor(300 * kMs);
+    EXPECT_EQ(script.opened, opened + 2);
+}
+
+TEST_F(Polled, UnpluggedItLosesItsFlagsAndKeepsItsPose) {
+    bool plugged = true;
+    script.open = [&](std::string&) { return plugged ? DeviceStage::ready : DeviceStage::absent; };
+    script.exchange = [&](const Vec3&, DeviceState& state, std::string& why) {
+        state.device_from_stylus.position_m = {0.0, 0.0, 0.11};
+        state.fresh = 1;
+        why = plugged ? "" : "unplugged";
+        return plugged ? DeviceStage::ready : DeviceStage::failed;
+    };
+    pollFor(50 * kMs, &kPush);
+    ASSERT_TRUE(ready());
+    plugged = false;
+    pollFor(2 * kMs, &kPush);
+    DeviceState state = read();
+    EXPECT_EQ(state.flags, 0u);
+    EXPECT_EQ(state.fresh, 1u);  // that it is gone is news, once
+    EXPECT_EQ(read().fresh, 0u);
+    EXPECT_EQ(state.device_from_stylus.position_m, Vec3(0.0, 0.0, 0.11));
+    EXPECT_EQ(script.closed, 1);
+    EXPECT_EQ(device.report().why, "unplugged");
+    EXPECT_EQ(device.report().failures, 1u);
+
+    plugged = true;
+    device.send(kPush);
+    script.forces.clear();
+    pollFor(1000 * kMs);
+    EXPECT_TRUE(ready());
+    EXPECT_THAT(script.forces, testing::Each(Vec3(0.0)));
+    pollFor(2 * kMs, &kPush);
+    EXPECT_EQ(script.forces.back(), kPush);
+}
+
+TEST_F(Polled, ForceFlowsAtNoStageButReady) {
+    DeviceStage stage = DeviceStage::needsFirmware;
+    script.open = [&](std::string&) { return DeviceStage::opening; };
+    script.exchange = [&](const Vec3&, DeviceState& state, std::string& why) {
+        why = "pull the grip out, then push it in";
+        state.fresh = 1;
+        return stage;
+    };
+    for (const DeviceStage waiting : {DeviceStage::needsFirmware, DeviceStage::needsHoming}) {
+        stage = waiting;
+        pollFor(30 * kMs, &kPush);
+        EXPECT_EQ(device.stage(), waiting);
+        EXPECT_EQ(device.report().why, "pull the grip out, then push it in");
+        EXPECT_FALSE(ready());
+        EXPECT_THAT(script.forces, testing::Each(Vec3(0.0)));
+    }
+    stage = DeviceStage::ready;
+    pollFor(30 * kMs, &kPush);
+    EXPECT_TRUE(ready());
+    EXPECT_EQ(script.forces.back(), kPush);
+    stage = DeviceStage::needsHoming;  // it dropped its homing bit
+    pollFor(2 * kMs, &kPush);
+    EXPECT_FALSE(ready());
+    script.forces.clear();
+    pollFor(30 * kMs, &kPush);
+    EXPECT_THAT(script.forces, testing::Each(Vec3(0.0)));
+}
+
+TEST_F(Polled, ASilentLoopMeansZeroForceAndIsTold) {
+    pollFor(50 * kMs, &kPush);
+    script.forces.clear();
+    pollFor(19 * kMs);  // nothing is sent
+    EXPECT_EQ(script.forces[13], kPush);
+    EXPECT_EQ(script.forces[16], Vec3(0.0));
+    EXPECT_FALSE(ready());
+    EXPECT_EQ(device.stage(), DeviceStage::ready);  // the device itself is well
+    EXPECT_EQ(device.report().silences, 1u);
+    pollFor(1000 * kMs);
+    EXPECT_EQ(device.report().silences, 1u);
+    EXPECT_FALSE(ready());
+
+    pollFor(2 * kMs, &kPush);
+    EXPECT_EQ(script.forces.back(), kPush);
+    EXPECT_TRUE(ready());
+}
+
+TEST_F(Polled, ADeviceNobodyHasSpokenToYetIsReady) {
+    pollFor(500 * kMs);
+    EXPECT_TRUE(ready());
+    EXPECT_EQ(device.report().silences, 0u);
+}
+
+TEST_F(Polled, WhatIsNotFiniteIsZero) {
+    const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity()};
+    for (const double value : bad) {
+        const Vec3 force{0.0, value, 0.0};
+        pollFor(20 * kMs, &force);
+        EXPECT_THAT(script.forces, testing::Each(Vec3(0.0)));
+    }
+}
+
+TEST_F(Polled, WhatADriverThrowsIsAFailureWithAReason) {
+    const std::function<DeviceStage()> throws[] = {
+        []() -> DeviceStage { throw std::runtime_error("bus said no"); },
+        []() -> DeviceStage { throw std::bad_alloc(); },
+        []() -> DeviceStage { throw 7; },
+    };
+    const char* reasons[] = {"bus said no", "bad_alloc", "no exception"};
+    for (int i = 0; i < 3; ++i) {
+        script.exchange = [&](const Vec3&, DeviceState&, std::string&) { return throws[i](); };
+        script.open = [](std::string&) { return DeviceStage::ready; };
+        while (device.stage() == DeviceStage::failed)
+            pollFor(100 * kMs);
+        pollFor(2 * kMs);
+        EXPECT_EQ(device.stage(), DeviceStage::failed);
+        EXPECT_THAT(device.report().why, testing::HasSubstr(reasons[i]));
+        script.open = [&](std::string&) { return throws[i](); };
+        pollFor(10'000 * kMs);
+        EXPECT_THAT(device.report().why, testing::HasSubstr(reasons[i]));
+        script.exchange = Script().exchange;
+        script.open = Script().open;
+        pollFor(10'000 * kMs);
+        ASSERT_EQ(device.stage(), DeviceStage::ready);
+    }
+    EXPECT_EQ(script.closed, script.opened - 1);
+}
+
+TEST_F(Polled, AClockThatJumpsMakesForceZeroAndHoldsNothingUp) {
+    pollFor(50 * kMs, &kPush);
+    for (const std::int64_t jump_ns : {3600'000 * kMs, -3600'000 * kMs, -50 * kMs}) {
+        time.now_ns += jump_ns;
+        script.forces.clear();
+        pollFor(5 * kMs);
+        ASSERT_GE(script.forces.size(), 5u) << jump_ns;
+        EXPECT_THAT(script.forces, testing::Each(Vec3(0.0))) << jump_ns;
+        pollFor(50 * kMs, &kPush);
+        EXPECT_NEAR(double(script.forces.size()), 55.0, 2.0) << jump_ns;
+        EXPECT_EQ(script.forces.back(), kPush);
+    }
+    // Set back while it waits for the next try.
+    script.exchange = [](const Vec3&, DeviceState&, std::string&) { return DeviceStage::failed; };
+    pollFor(5 * kMs);
+    script.exchange = Script().exchange;
+    time.now_ns -= 3600'000 * kMs;
+    pollFor(8'000 * kMs + 10 * kMs);
+    EXPECT_EQ(device.stage(), DeviceStage::ready);
+}
+
+TEST_F(Polled, TheProfileIsFixedWhenFirstReadyAndAnotherIsRefused) {
+    script.profile.force_peak_n = kUnknown;
+    script.open = [&](std::string&) {
+        script.profile.force_peak_n = 3.3;  // as a bridge learns it from its peer
+        return DeviceStage::ready;
+    };
+    EXPECT_EQ(device.profile().force_peak_n, 8.0);
+    pollFor(5 * kMs);
+    EXPECT_EQ(device.profile().force_peak_n, 3.3);
+
+    script.exchange = [](const Vec3&, DeviceState&, std::string&) { return DeviceStage::failed; };
+    pollFor(5 * kMs);
+    script.exchange = Script().exchange;
+    script.open = [&](std::string&) {
+        script.profile.force_peak_n = 22.0;
+        return DeviceStage::ready;
+    };
+    pollFor(1000 * kMs);
+    EXPECT_EQ(device.stage(), DeviceStage::failed);
+    EXPECT_THAT(device.report().why, testing::HasSubstr("other limits"));
+    EXPECT_EQ(device.profile().force_peak_n, 3.3);
+}
+
+TEST_F(Polled, EveryStageHasAName) {
+    for (int i = 0; i <= int(DeviceStage::failed); ++i)
+        EXPECT_STRNE(nameOf(DeviceStage(i)), "unknown");
+}
+
+// With threads: the wall's clock.
+Clock wallClock() {
+    return {
+        nullptr,
+        [](void*) noexcept {
+            return std::int64_t(std::chrono::steady_clock::now().time_since_epoch() /
+                                std::chrono::nanoseconds(1));
+        },
+        [](void*, std::int64_t t) noexcept {
+            std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(t)));
+        }};
+}
+
+void nap(int ms) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+}
+
+TEST(PolledThread, PassesWholeStatesAndForcesBetweenThreads) {
+    std::atomic<int> torn{0}, forces{0};
+    Script script;
+    double n = 0.0;
+    script.exchange = [&](const Vec3& f, DeviceState& state, std::string&) {
+        torn += f.x != f.y || f.y != f.z;
+        forces += f.x != 0.0;
+        state.device_from_stylus.position_m = Vec3(++n);
+        state.fresh = 1;
+        return DeviceStage::ready;
+    };
+    PolledDevice device(std::make_unique<ScriptedDriver>(script), wallClock());
+    device.start();
+    double last = 0.0;
+    for (int i = 1; i <= 300; ++i) {
+        const DeviceState state = device.read(0);
+        const Vec3& p = state.device_from_stylus.position_m;
+        EXPECT_TRUE(p.x == p.y && p.y == p.z);
+        EXPECT_GE(p.x, last);
+        last = p.x;
+        device.send(Vec3(double(i)));
+        nap(1);
+    }
+    device.stop();
+    EXPECT_EQ(torn, 0);
+    EXPECT_GT(forces, 50);
+    EXPECT_GT(last, 50.0);
+    EXPECT_EQ(script.closed, 1);
+    EXPECT_EQ(device.read(0).flags, 0u);
+    device.stop();
+    EXPECT_EQ(script.closed, 1);
+    device.start();  // and once more
+    while (device.stage() != DeviceStage::ready)
+        nap(1);
+}
+
+TEST(PolledThread, ABlockedDriverHoldsUpNobodyButItself) {
+    std::atomic<bool> blocked{false};
+    Script script;
+    script.exchange = [&](const Vec3&, DeviceState& state, std::string&) {
+        while (blocked)
+            nap(1);
+        state.fresh = 1;
+        return DeviceStage::ready;
+    };
+    PolledDevice device(std::make_unique<ScriptedDriver>(script), wallClock());
+    device.start();
+    while (device.stage() != DeviceStage::ready)
+        nap(1);
+    blocked = true;
+    nap(150);
+    device.read(0);
+    std::int64_t worst_ns = 0;
+    const Clock clock = wallClock();
+    for (int i = 0; i < 1000; ++i) {
+        const std::int64_t began_ns = clock.now_ns(nullptr);
+        EXPECT_EQ(device.read(0).fresh, 0u);  // which is what the loop's watchdog counts
+        device.send(kPush);
+        worst_ns = std::max(worst_ns, clock.now_ns(nullptr) - began_ns);
+    }
+    EXPECT_LT(worst_ns, 100 * kMs);
+    EXPECT_GE(device.report().blocked_ns, kDriverDeadline_ns);
+    blocked = false;
+    while (device.read(0).fresh == 0)
+        nap(1);
+    EXPECT_EQ(device.report().blocked_ns, 0);
+}
+
+TEST(PolledThread, StopIsHeardWhileItWaitsForADevice) {
+    Script script;
+    script.open = [](std::string&) { return DeviceStage::absent; };
+    const Clock clock = wallClock();
+    PolledSettings settings;
+    settings.look_again_ns = 3600'000 * kMs;
+    PolledDevice device(std::make_unique<ScriptedDriver>(script), clock, settings);
+    device.start();
+    nap(30);
+    const std::int64_t began_ns = clock.now_ns(nullptr);
+    device.stop();
+    EXPECT_LT(clock.now_ns(nullptr) - began_ns, 2'000 * kMs);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

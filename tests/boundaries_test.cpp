@@ -25,7 +25,9 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
 // The public headers a module offers: its umbrella and what that includes.
 const std::map<std::string, std::vector<std::string>> kUmbrellas = {
     {"patient", {"patient/patient.h", "patient/synth/synth.h"}},
-    {"haptics", {"haptics/haptics.h", "haptics/devices/simulated.h"}},
+    {"haptics",
+     {"haptics/haptics.h", "haptics/devices/replay.h", "haptics/devices/simulated.h",
+      "haptics/devices/profiles.h"}},
     {"render", {"render/render.h"}},
     {"xr", {"xr/xr.h"}},
 };

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "app/trainer/platform_linux.h"
-#include "haptics/devices/simulated.h"
+#include "haptics/devices/replay.h"
 
 namespace stylet::trainer {
 
@@ -122,7 +122,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
         const std::string refused = askForRealTime();
         if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
         const std::int64_t begin_ns = clock.now_ns(clock.context);
-        haptics::SimulatedDevice device(attempt.hand, 0, attempt.simulation.profile);
+        haptics::ReplayDevice device(attempt.hand, 0, attempt.simulation.profile);
         totals.haptics = runLoop(simulation, device, channels, clock);
         totals.elapsed_s = double(clock.now_ns(clock.context) - begin_ns) * 1e-9;
     });
@@ -162,7 +162,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
 LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictures> pictures, double fps,
                    const Clock& clock) {
     haptics::Simulation simulation(attempt.patient, attempt.simulation);
-    haptics::SimulatedDevice device(attempt.hand, 0, attempt.simulation.profile);
+    haptics::ReplayDevice device(attempt.hand, 0, attempt.simulation.profile);
     LoopChannels channels;
     LoopTotals totals;
     CommandFeed commands(attempt.hand);

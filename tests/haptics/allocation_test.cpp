@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "haptics/devices/simulated.h"
+#include "haptics/devices/replay.h"
 #include "tests/haptics/scripted.h"
 
 namespace {
@@ -54,7 +54,7 @@ TEST_P(Allocation, TenThousandTicksAllocateNothing) {
     SimulationSettings settings;
     settings.breath = GetParam();
     Simulation simulation(patient, settings);
-    SimulatedDevice device(trace, 0);
+    ReplayDevice device(trace, 0);
     LoopChannels channels;
     LoopStats stats;
     TickRecord record;

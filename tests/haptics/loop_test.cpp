@@ -7,7 +7,7 @@
 #include <memory>
 #include <thread>
 
-#include "haptics/devices/simulated.h"
+#include "haptics/devices/replay.h"
 #include "tests/haptics/scripted.h"
 
 namespace stylet::haptics {
@@ -49,7 +49,7 @@ TEST(Loop, TicksOnTimeAndTimesItsStep) {
     LoopChannels channels;
     MockClock mock;
     mock.channels = &channels;
-    SimulatedDevice device(b.trace, 0);
+    ReplayDevice device(b.trace, 0);
     const LoopStats stats = runLoop(simulation, device, channels, mock.clock());
     EXPECT_EQ(stats.ticks, 100u);
     EXPECT_EQ(stats.late_ticks, 0u);
@@ -79,7 +79,7 @@ TEST(Loop, ALateTickIsCountedNeverStretchedOrMadeUp) {
         mock.channels = &channels;
         mock.oversleep_at = 40;
         mock.oversleep_ns = oversleep_ns;
-        SimulatedDevice device(b.trace, 0);
+        ReplayDevice device(b.trace, 0);
         const std::int64_t began = mock.now;
         const LoopStats stats = runLoop(simulation, device, channels, mock.clock());
         EXPECT_EQ(stats.ticks, 100u);
@@ -96,7 +96,7 @@ TEST(Loop, CommandsAreTakenEightATickAndLoggedWithIt) {
     Simulation simulation(b.patient, {});
     LoopChannels channels;
     LoopStats stats;
-    SimulatedDevice device(b.trace, 0);
+    ReplayDevice device(b.trace, 0);
     for (std::uint32_t i = 0; i < 10; ++i)
         ASSERT_TRUE(channels.commands.push({CommandKind::marker, i}));
     loopTick(simulation, device, channels, stats, 0);
@@ -113,7 +113,7 @@ TEST(Loop, AFullRingIsAFaultOfTheLoopAndNotOfTheState) {
     Simulation simulation(b.patient, {});
     LoopChannels channels;
     LoopStats stats;
-    SimulatedDevice device(b.trace, 0);
+    ReplayDevice device(b.trace, 0);
     for (int i = 0; i < 4096; ++i)
         loopTick(simulation, device, channels, stats, std::int64_t(i) * 1000000);
     EXPECT_EQ(stats.faults, 0u);
@@ -134,7 +134,7 @@ TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
     LoopStats stats;
     std::atomic<std::uint64_t> taken{0};
     std::thread loop([&] {
-        SimulatedDevice device(b.trace, 0);
+        ReplayDevice device(b.trace, 0);
         for (int i = 0; i < test::kScriptedTicks; ++i) {
             while (std::uint64_t(i) > taken.load() + 4000)
                 std::this_thread::yield();

@@ -1,0 +1,15 @@
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "haptics/devices/replay.h"
+#include "patient/patient.h"
+
+// A trace or a DataError; anything else is a bug.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    try {
+        stylet::haptics::parseTrace("fuzz.csv", {reinterpret_cast<const char*>(data), size});
+    } catch (const stylet::patient::DataError&) {
+    }
+    return 0;
+}

@@ -6,6 +6,8 @@
 #include "haptics/tool.h"        // the five tools, what a model says of a tick
 #include "haptics/needle.h"      // the needle: state, step, force
 #include "haptics/exact.h"       // the same force in closed form along straight paths: oracle and study
+#include "haptics/guide.h"       // the rail that keeps a needle on one line
+#include "haptics/toolbox.h"     // the tool in hand, the change of tools
 #include "haptics/device.h"      // a device: what it can do, what it says
 #include "haptics/output.h"      // device gain, limits, faults
 #include "haptics/simulation.h"  // one tick of everything hashed

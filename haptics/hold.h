@@ -37,6 +37,10 @@ struct HoldCurve {
     double force_n(double depth_m) const noexcept {
         return (a2_n_per_m2 * depth_m + a1_n_per_m) * depth_m + a0_n;
     }
+    // The work done by f from the border to d.
+    double energy_j(double depth_m) const noexcept {
+        return ((a2_n_per_m2 / 3.0 * depth_m + a1_n_per_m / 2.0) * depth_m + a0_n) * depth_m;
+    }
     // At most 2 k_B - a1, at d*.
     double tangent_n_per_m(double depth_m) const noexcept { return 2.0 * a2_n_per_m2 * depth_m + a1_n_per_m; }
 };

@@ -1,5 +1,8 @@
 #include "haptics/needle.h"
 
+#include <algorithm>
+
+#include "haptics/hold.h"
 #include "haptics/needle_section.h"
 
 namespace stylet::haptics {
@@ -62,6 +65,26 @@ void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const D
     });
 }
 
+// Behind one border; against bone the force, and with it the slope of the energy, ends at the model's
+// maximum.
+double holdEnergy(const Hold& hold, const NeedleSettings& settings, const Patient& patient) noexcept {
+    if (hold.depth_m <= 0.0) return 0.0;
+    const patient::TissueRow& row = patient.row(hold.border.to);
+    const HoldCurve curve = holdCurve(row, hold.a0_n, settings.a1_share);
+    if (!isRigid(row)) return curve.energy_j(hold.depth_m);
+    const double most_n = std::max(settings.max_force_n, hold.a0_n);
+    const double rise_m = std::min(hold.depth_m, (most_n - hold.a0_n) / row.stiffness_n_per_m);
+    return curve.energy_j(rise_m) + most_n * (hold.depth_m - rise_m);
+}
+
+// The force may step with any of these; a border met and held is continuous.
+bool mayStep(const NeedleEvents& events) noexcept {
+    bool steps = events.dropped > 0;
+    for (int i = 0; i < events.count; ++i)
+        steps = steps || events.list[std::size_t(i)].kind != NeedleEventKind::border;
+    return steps;
+}
+
 // The lateral spring's reach before the channel is cut sideways.
 double lateralReach(const NeedleSettings& settings) noexcept {
     return settings.lateral_stiffness_n_per_m > 0.0
@@ -71,15 +94,20 @@ double lateralReach(const NeedleSettings& settings) noexcept {
 
 }  // namespace
 
-void stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& patient,
-                const Vec3& tip_deformed_m, const Vec3& axis, const Surrogate& breath,
-                NeedleEvents& events) noexcept {
+ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& patient,
+                     const Vec3& tip_deformed_m, const Vec3& axis, const Surrogate& breath,
+                     NeedleEvents& events) noexcept {
     events.count = events.dropped = 0;
     if (!s.primed) prime(s, patient, tip_deformed_m, breath);
 
     const patient::MotionModel& motion = patient.package().motion;
     const auto toReference = [&](const Vec3& p) { return patient::referenceFromDeformed(motion, breath, p); };
     const Vec3 channel_now = patient::deformedFromReference(motion, breath, s.channel_reference_m);
+    const Tissue tissue_before = s.tissue;
+    ToolForce out;
+    if (s.phase != Phase::outside && !(breath == s.breath))
+        out.tissue_moved_m =
+            channel_now - patient::deformedFromReference(motion, s.breath, s.channel_reference_m);
     const Vec3 offset = tip_deformed_m - channel_now;
     // Of the channel, not of the hand: where the shaft turns about a tip that lags beside its channel, the
     // two differ.
@@ -113,10 +141,24 @@ void stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& p
     s.tip_deformed_m = tip_deformed_m;
     s.breath = breath;
     s.force_n = solver.force();
+
+    out.force_n = needleForce(s, settings, axis);
+    out.energy_j = axialEnergy(s, settings, patient) +
+                   0.5 * settings.lateral_stiffness_n_per_m * glm::dot(s.lateral_m, s.lateral_m);
+    out.event = s.tissue != tissue_before || mayStep(events);
+    return out;
 }
 
 Vec3 needleForce(const NeedleState& s, const NeedleSettings& settings, const Vec3& axis) noexcept {
     return -s.force_n * axis - settings.lateral_stiffness_n_per_m * s.lateral_m;
+}
+
+double axialEnergy(const NeedleState& s, const NeedleSettings& settings, const Patient& patient) noexcept {
+    if (s.phase == Phase::outside) return 0.0;
+    double energy_j = 0.5 * patient.row(s.tissue).stiffness_n_per_m * s.extension_m * s.extension_m;
+    if (s.phase == Phase::held) energy_j += holdEnergy(s.hold, settings, patient);
+    if (s.bone_over_hold) energy_j += holdEnergy(s.under_bone, settings, patient);
+    return energy_j;
 }
 
 double proxyDistance(const NeedleState& s) noexcept {

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "haptics/realtime.h"
+#include "haptics/tool.h"
 #include "patient/patient.h"
 
 namespace stylet::haptics {
@@ -111,12 +112,16 @@ struct NeedleEvents {
 
 // Haptics thread. noexcept, no allocation. Moves the tip to `tip_deformed_m` with the shaft's axis (unit,
 // INTO the body) and solves every border on the way; leaves the axial force, > 0 against insertion, in the
-// state.
-void stepNeedle(NeedleState&, const NeedleSettings&, const patient::Patient&, const Vec3& tip_deformed_m,
-                const Vec3& axis, const patient::Surrogate& breath,
-                NeedleEvents&) noexcept STYLET_NONBLOCKING;
+// state. Returns what the hand gets, patient frame: that force and the lateral spring's.
+ToolForce stepNeedle(NeedleState&, const NeedleSettings&, const patient::Patient&, const Vec3& tip_deformed_m,
+                     const Vec3& axis, const patient::Surrogate& breath,
+                     NeedleEvents&) noexcept STYLET_NONBLOCKING;
 // The force on the needle in the patient frame: -force * axis - lateral spring.
 Vec3 needleForce(const NeedleState&, const NeedleSettings&, const Vec3& axis) noexcept STYLET_NONBLOCKING;
+// What the axial springs hold: k e^2 / 2 in pass; while held also the integral of Eq. 1 over the tip's way
+// behind the border, the spring of the tissue before it being kept as it was.
+double axialEnergy(const NeedleState&, const NeedleSettings&,
+                   const patient::Patient&) noexcept STYLET_NONBLOCKING;
 // Proxy behind tip: from the border while held, e otherwise.
 double proxyDistance(const NeedleState&) noexcept STYLET_NONBLOCKING;
 void hashNeedle(patient::StateHash&, const NeedleState&) noexcept STYLET_NONBLOCKING;

@@ -30,11 +30,7 @@ Quat unit(const Quat& q) noexcept {
 void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
     hash.add(s.dt_s);
     hash.add(s.patient_from_device);
-    hash.add(s.needle.a1_share);
-    hash.add(s.needle.cut_reach_m);
-    hash.add(s.needle.max_force_n);
-    hash.add(s.needle.lateral_stiffness_n_per_m);
-    hash.add(s.needle.lateral_force_n);
+    hashToolSettings(hash, s.tools);
     hash.add(s.output.rate_limit_n_per_s);
     hash.add(s.output.model_force_n);
     hash.add(s.output.model_tangent_n_per_m);
@@ -49,6 +45,7 @@ Simulation::Simulation(const patient::Patient& patient, const SimulationSettings
       settings_(settings),
       breath_(settings.breath.value_or(patient::BreathPlan{.rhythm = patient.package().signal})),
       gain_(outputGain(settings.profile, settings.output)) {
+    state_.tools.in_hand = settings.tools.first;
     state_.hash.add(patient::digest(patient.package()));
     state_.hash.add(settings.scenario_digest);
     state_.hash.add(settings.seed);
@@ -57,28 +54,28 @@ Simulation::Simulation(const patient::Patient& patient, const SimulationSettings
 }
 
 void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& events) noexcept {
-    takeCommands(input);
+    const bool taken = takeCommands(input);
     patient::stepBreathing(state_.breathing, breath_, settings_.dt_s);
     takePose(input.device);
 
-    Vec3 force_patient_n{0.0};
+    const Surrogate breath = patient::surrogateAt(state_.breathing, breath_, settings_.dt_s);
+    ToolForce force;
     events.count = events.dropped = 0;
-    if (state_.posed) {
-        const Surrogate breath = patient::surrogateAt(state_.breathing, breath_, settings_.dt_s);
-        const Vec3 axis = state_.patient_from_needle.direction(Vec3(0.0, 0.0, -1.0));
-        stepNeedle(state_.needle, settings_.needle, *patient_, state_.patient_from_needle.position_m, axis,
-                   breath, events);
-        force_patient_n = needleForce(state_.needle, settings_.needle, axis);
-    }
-    const Vec3 force_device_n = settings_.patient_from_device.inverse().direction(force_patient_n);
+    if (state_.posed)
+        force =
+            stepTools(state_.tools, settings_.tools, *patient_, state_.patient_from_stylus, breath, events);
+    force.event = force.event || taken;
+    const Vec3 force_device_n = settings_.patient_from_device.inverse().direction(force.force_n);
     stepOutput(state_.output, settings_.output, settings_.profile, gain_, force_device_n, settings_.dt_s);
 
     ++state_.tick;
     hashTick(input);
-    describe(out);
+    describe(force, breath, out);
 }
 
-void Simulation::takeCommands(const TickInput& input) noexcept {
+// True when another tool is in hand now.
+bool Simulation::takeCommands(const TickInput& input) noexcept {
+    bool taken = false;
     for (std::uint32_t i = 0; i < input.command_count && i < std::uint32_t(kMaxCommandsPerTick); ++i) {
         switch (input.commands[i].kind) {
             case CommandKind::holdBreath:
@@ -90,10 +87,19 @@ void Simulation::takeCommands(const TickInput& input) noexcept {
             case CommandKind::rearm:
                 state_.output.faults = 0;
                 break;
+            case CommandKind::tool:
+                taken = takeTool(state_.tools, Tool(input.commands[i].value)) || taken;
+                break;
+            case CommandKind::park:
+                parkProbe(state_.tools, *patient_,
+                          patient::surrogateAt(state_.breathing, breath_, settings_.dt_s),
+                          input.commands[i].value != 0);
+                break;
             case CommandKind::marker:
                 break;
         }
     }
+    return taken;
 }
 
 void Simulation::takePose(const DeviceState& device) noexcept {
@@ -105,7 +111,7 @@ void Simulation::takePose(const DeviceState& device) noexcept {
         return;
     }
     const Pose stylus{unit(device.device_from_stylus.rotation), device.device_from_stylus.position_m};
-    state_.patient_from_needle = settings_.patient_from_device * stylus;
+    state_.patient_from_stylus = settings_.patient_from_device * stylus;
     state_.posed = true;
 }
 
@@ -113,26 +119,33 @@ void Simulation::hashTick(const TickInput& input) noexcept {
     StateHash& hash = state_.hash;
     hash.add(input.device.device_from_stylus);
     hash.add(std::uint64_t(input.device.buttons) | std::uint64_t(input.device.fresh) << 32);
-    hash.add(std::uint64_t(input.command_count));
+    hash.add(std::uint64_t(input.device.flags) | std::uint64_t(input.command_count) << 32);
     for (std::uint32_t i = 0; i < input.command_count && i < std::uint32_t(kMaxCommandsPerTick); ++i) {
         hash.add(std::uint64_t(input.commands[i].kind) | std::uint64_t(input.commands[i].value) << 32);
     }
     hash.add(state_.tick);
     patient::hashBreathing(hash, state_.breathing);
-    hashNeedle(hash, state_.needle);
+    hashTools(hash, state_.tools);
     hash.add(state_.output.model_n);
     hash.add(state_.output.sent_n);
     hash.add(std::uint64_t(state_.output.faults) | std::uint64_t(state_.output.limited) << 32);
-    hash.add(state_.patient_from_needle);
+    hash.add(state_.patient_from_stylus);
     hash.add(std::uint64_t(state_.posed) | std::uint64_t(state_.stale_ticks) << 1);
 }
 
-void Simulation::describe(TickOutput& out) const noexcept {
-    const NeedleState& needle = state_.needle;
+void Simulation::describe(const ToolForce& force, const Surrogate& breath, TickOutput& out) const noexcept {
+    const ToolState& tools = state_.tools;
+    const NeedleState& needle = tools.needle;
     out.tick = state_.tick;
-    out.patient_from_needle = state_.patient_from_needle;
+    out.tool = tools.in_hand;
+    out.patient_from_tool = tools.patient_from_tool;
+    out.tool_force = force;
+    out.patient_from_needle = tools.patient_from_needle;
+    out.needle_in_guide = tools.guide.snapped;
+    out.probe_parked = tools.probe.parked;
+    out.patient_from_probe = tools.probe.patient_from_probe;
     out.tip_reference_m = needle.channel_reference_m;
-    out.breath = needle.breath;
+    out.breath = breath;
     out.breath_held = state_.breathing.held;
     out.phase = needle.phase;
     out.tissue = needle.tissue;

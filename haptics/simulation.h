@@ -8,17 +8,25 @@
 #include <span>
 
 #include "haptics/device.h"
-#include "haptics/needle.h"
 #include "haptics/output.h"
+#include "haptics/toolbox.h"
 
 namespace stylet::haptics {
 
-enum class CommandKind : std::uint32_t { holdBreath, breathe, rearm, marker };
+enum class CommandKind : std::uint32_t {
+    holdBreath,
+    breathe,
+    rearm,
+    marker,
+    tool,  // value: the Tool to take in hand
+    park   // value: 1 leaves the probe where it is held, 0 takes it off the skin
+};
+inline constexpr CommandKind kLastCommandKind = CommandKind::park;
 
 // A command takes effect in the tick that pops it; that tick is logged with it.
 struct Command {
     CommandKind kind = CommandKind::marker;
-    std::uint32_t value = 0;  // marker: the scenario's moment
+    std::uint32_t value = 0;  // marker: the scenario's moment; tool and park: see there
 };
 inline constexpr int kMaxCommandsPerTick = 8;
 // A device with nothing new for so long is taken to be lost.
@@ -34,7 +42,7 @@ struct SimulationSettings {
     double dt_s = 0.001;
     Pose patient_from_device;
     std::optional<patient::BreathPlan> breath;  // absent: the patient's own rhythm, and he complies
-    NeedleSettings needle;
+    ToolSettings tools;
     OutputSettings output;
     DeviceProfile profile;
     std::uint64_t scenario_digest = 0;  // folded into the hash first, with the package's digest
@@ -44,9 +52,9 @@ struct SimulationSettings {
 struct SimulationState {
     std::uint64_t tick = 0;
     patient::BreathingState breathing;
-    NeedleState needle;
+    ToolState tools;
     OutputState output;
-    Pose patient_from_needle;  // last tick; a pose that cannot be is refused, the last good one stays
+    Pose patient_from_stylus;  // a pose that cannot be is refused, the last good one stays
     bool posed = false;        // there has been a good pose
     std::uint32_t stale_ticks = 0;
     patient::StateHash hash;  // running: covers every tick so far
@@ -55,7 +63,13 @@ struct SimulationState {
 // What the picture and the session may know of a tick. Trivially copyable: it travels in snapshots and rings.
 struct TickOutput {
     std::uint64_t tick = 0;
-    Pose patient_from_needle;
+    Tool tool = Tool::needle;  // in hand
+    Pose patient_from_tool;    // as held; tip at the origin, +z toward the hand
+    ToolForce tool_force;      // of the model, patient frame
+    Pose patient_from_needle;  // on the rail while it is snapped in; the last one while another tool is held
+    bool needle_in_guide = false;
+    bool probe_parked = false;
+    Pose patient_from_probe;    // of the parked one
     Vec3 tip_reference_m{0.0};  // where the needle's tissue is looked up
     patient::Surrogate breath;
     bool breath_held = false;
@@ -82,10 +96,10 @@ class Simulation {
     double gain() const noexcept { return gain_; }
 
   private:
-    void takeCommands(const TickInput&) noexcept;
+    bool takeCommands(const TickInput&) noexcept;
     void takePose(const DeviceState&) noexcept;
     void hashTick(const TickInput&) noexcept;
-    void describe(TickOutput&) const noexcept;
+    void describe(const ToolForce&, const patient::Surrogate& breath, TickOutput&) const noexcept;
 
     const patient::Patient* patient_;
     SimulationSettings settings_;

@@ -25,7 +25,7 @@ constexpr std::uint32_t kFrameMark = 0x4d415246;   // "FRAM"
 constexpr std::size_t kPrologueBytes = 8 + 4 + 4;  // magic, version, header size
 constexpr std::size_t kFrameHeadBytes = 4 + 4 + 4 + 8 + 8;
 constexpr std::uint32_t kMaxHeaderBytes = 1 << 20;  // a recorded breath of an hour is a third of it
-constexpr std::uint32_t kMaxTickBytes = 7 * 8 + 3 * 4 + haptics::kMaxCommandsPerTick * 8;
+constexpr std::uint32_t kMaxTickBytes = 7 * 8 + 4 * 4 + haptics::kMaxCommandsPerTick * 8;
 constexpr std::uintmax_t kMaxFileBytes = 2ull << 30;  // seven hours
 
 std::uint32_t checksum(std::span<const unsigned char> bytes) {
@@ -52,6 +52,7 @@ void putTick(ByteSink& sink, const TickInput& input) {
     putPose(sink, input.device.device_from_stylus);
     sink.u32(input.device.buttons);
     sink.u32(input.device.fresh);
+    sink.u32(input.device.flags);
     sink.u32(input.command_count);
     for (std::uint32_t i = 0; i < input.command_count; ++i) {
         sink.u32(static_cast<std::uint32_t>(input.commands[i].kind));
@@ -64,11 +65,12 @@ bool takeTick(ByteSource& source, TickInput& input) {
     input.device.device_from_stylus = takePose(source);
     input.device.buttons = source.u32();
     input.device.fresh = source.u32();
+    input.device.flags = source.u32();
     input.command_count = source.u32();
     if (input.command_count > haptics::kMaxCommandsPerTick) return false;
     for (std::uint32_t i = 0; i < input.command_count; ++i) {
         const std::uint32_t kind = source.u32();
-        if (kind > static_cast<std::uint32_t>(haptics::CommandKind::marker)) return false;
+        if (kind > static_cast<std::uint32_t>(haptics::kLastCommandKind)) return false;
         input.commands[i].kind = static_cast<haptics::CommandKind>(kind);
         input.commands[i].value = source.u32();
     }
@@ -79,10 +81,9 @@ bool takeTick(ByteSource& source, TickInput& input) {
 template <typename Settings, typename Visit>
 void eachNumber(Settings& s, Visit visit) {
     visit(s.dt_s);
-    static_assert(sizeof s.needle == 5 * sizeof(double) && sizeof s.output == 3 * sizeof(double),
+    static_assert(sizeof s.output == 3 * sizeof(double),
                   "a new setting needs a place here and a new kRecordVersion");
-    visit(s.needle.a1_share), visit(s.needle.cut_reach_m), visit(s.needle.max_force_n);
-    visit(s.needle.lateral_stiffness_n_per_m), visit(s.needle.lateral_force_n);
+    haptics::eachToolNumber(s.tools, visit);
     visit(s.output.rate_limit_n_per_s), visit(s.output.model_force_n), visit(s.output.model_tangent_n_per_m);
     visit(s.profile.force_peak_n), visit(s.profile.stiffness_n_per_m);
 }
@@ -129,6 +130,7 @@ std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     sink.u64(header.package_digest);
     sink.u64(header.settings.scenario_digest);
     sink.u64(header.settings.seed);
+    sink.u32(static_cast<std::uint32_t>(header.settings.tools.first));
     eachNumber(header.settings, [&](double v) { sink.f64(v); });
     putPose(sink, header.settings.patient_from_device);
     putBreath(sink, header.settings.breath);
@@ -163,13 +165,15 @@ std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesy
     header.package_digest = body.u64();
     header.settings.scenario_digest = body.u64();
     header.settings.seed = body.u64();
+    const std::uint32_t first = body.u32();
+    header.settings.tools.first = static_cast<haptics::Tool>(first);
     eachNumber(header.settings, [&](double& v) { v = body.f64(); });
     header.settings.patient_from_device = takePose(body);
     const bool breathes = takeBreath(body, header.settings.breath);
     header.settings.profile.name = "as recorded";
     header.settings.profile.source = "record";
-    if (!body.ok() || !breathes || body.left() != 0)
-        throw DataError(file, "header", "its size or its breath does not fit its version");
+    if (!body.ok() || !breathes || body.left() != 0 || first >= std::uint32_t(haptics::kToolCount))
+        throw DataError(file, "header", "its size, tool or breath does not fit its version");
     return summed.size() + 4;
 }
 

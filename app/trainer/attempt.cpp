@@ -26,7 +26,7 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
                     const patient::PlannedPath& path, std::uint64_t seed) {
     haptics::SimulationSettings settings;
     settings.patient_from_device = deviceBeside(patient.grid());
-    settings.output.model_tangent_n_per_m = haptics::worstTangent(patient.package().tissues, settings.needle);
+    settings.output.model_tangent_n_per_m = haptics::worstTangent(patient.package().tissues, settings.tools.needle);
     settings.breath = breathPlan(patient.package(), scenario.breath, seed);
     settings.scenario_digest = digest(scenario);
     settings.seed = seed;

@@ -43,7 +43,7 @@ Outcome play(const patient::Package& package, const SimulationSettings& settings
 }
 
 // The same on every compiler, build type and machine. Changed only with the model, and then on purpose.
-constexpr std::uint64_t kExpectedTick = 6000, kExpectedHash = 0x07647c9907bd39b6ull;
+constexpr std::uint64_t kExpectedTick = 6000, kExpectedHash = 0x37cd8f1a1055b32dull;
 
 TEST(Simulation, TheScriptEndsInItsHash) {
     const Outcome result = play(test::scriptedPackage());
@@ -80,6 +80,12 @@ TEST(Simulation, EveryBitOfTheFoldCounts) {
               hash);
     EXPECT_NE(play(package, {},
                    [&](int i, TickInput& in) {
+                       if (i == 777) in.device.flags = kDeviceReady;
+                   })
+                  .hash,
+              hash);
+    EXPECT_NE(play(package, {},
+                   [&](int i, TickInput& in) {
                        if (i == 777) in.commands[in.command_count++] = {CommandKind::marker, 3};
                    })
                   .hash,
@@ -92,7 +98,13 @@ TEST(Simulation, EveryBitOfTheFoldCounts) {
     settings.scenario_digest = 1;
     EXPECT_NE(play(package, settings).hash, hash);
     settings = {};
-    settings.needle.a1_share = flipped(settings.needle.a1_share);
+    settings.tools.first = Tool::guide;
+    EXPECT_NE(play(package, settings).hash, hash);
+    settings = {};
+    settings.tools.guide.release_n = flipped(settings.tools.guide.release_n);
+    EXPECT_NE(play(package, settings).hash, hash);
+    settings = {};
+    settings.tools.needle.a1_share = flipped(settings.tools.needle.a1_share);
     EXPECT_NE(play(package, settings).hash, hash);
 
     patient::Package other = package;
@@ -118,7 +130,7 @@ TEST(Simulation, APoseThatCannotBeNeverReachesTheModel) {
         input.device.device_from_stylus = pose;
         simulation.step(input, out, events);  // before any good one
         EXPECT_EQ(out.faults, kFaultNotFinite);
-        EXPECT_FALSE(simulation.state().needle.primed);
+        EXPECT_FALSE(simulation.state().tools.needle.primed);
 
         input.device.device_from_stylus = {test::kAlongX, {-0.001, 0.0, 0.0}};
         input.command_count = 1;

@@ -24,7 +24,9 @@ RecordHeader someHeader() {
     header.settings.scenario_digest = 0xfedcba9876543210ull;
     header.settings.seed = 42;
     header.settings.patient_from_device.position_m = {0.1, -0.2, 0.3};
-    header.settings.needle.max_force_n = 19.5;
+    header.settings.tools.first = haptics::Tool::probe;
+    header.settings.tools.needle.max_force_n = 19.5;
+    header.settings.tools.guide.release_n = 4.25;
     header.settings.profile.force_peak_n = 8.5;
     patient::BreathPlan& breath = header.settings.breath.emplace();
     breath.rhythm = {5.5, 0.9};
@@ -60,10 +62,12 @@ TickInput someInput(std::uint64_t i) {
     input.device.device_from_stylus.position_m = {std::bit_cast<double>(bits()), -0.0, double(i)};
     input.device.buttons = std::uint32_t(bits());
     input.device.fresh = i % 3 != 0;
+    input.device.flags = std::uint32_t(bits());
     if (i % 100 == 5) {
-        input.command_count = 2;
+        input.command_count = 3;
         input.commands[0] = {haptics::CommandKind::holdBreath, 0};
         input.commands[1] = {haptics::CommandKind::marker, std::uint32_t(i)};
+        input.commands[2] = {haptics::kLastCommandKind, 1};
     }
     return input;
 }
@@ -84,6 +88,7 @@ void expectSameBits(const TickInput& a, const TickInput& b) {
         EXPECT_EQ(bits(p.rotation[k]), bits(q.rotation[k]));
     EXPECT_EQ(a.device.buttons, b.device.buttons);
     EXPECT_EQ(a.device.fresh, b.device.fresh);
+    EXPECT_EQ(a.device.flags, b.device.flags);
     ASSERT_EQ(a.command_count, b.command_count);
     for (std::uint32_t c = 0; c < a.command_count; ++c) {
         EXPECT_EQ(a.commands[c].kind, b.commands[c].kind);
@@ -127,7 +132,9 @@ TEST_F(RecordFile, GivesBackEveryBit) {
     EXPECT_EQ(record.header.settings.scenario_digest, someHeader().settings.scenario_digest);
     EXPECT_EQ(record.header.settings.seed, 42u);
     EXPECT_EQ(record.header.settings.patient_from_device.position_m.z, 0.3);
-    EXPECT_EQ(record.header.settings.needle.max_force_n, 19.5);
+    EXPECT_EQ(record.header.settings.tools.first, haptics::Tool::probe);
+    EXPECT_EQ(record.header.settings.tools.needle.max_force_n, 19.5);
+    EXPECT_EQ(record.header.settings.tools.guide.release_n, 4.25);
     EXPECT_EQ(record.header.settings.profile.force_peak_n, 8.5);
     EXPECT_EQ(record.header.settings.breath, someHeader().settings.breath);
     ASSERT_EQ(record.inputs.size(), kTicks);
@@ -220,19 +227,19 @@ TEST_F(RecordFile, CutsExtraBytes) {
 }
 
 TEST_F(RecordFile, LoadsOrRefusesEveryTruncation) {
-    for (std::size_t size = 0; size < bytes_.size(); size += size < 400 ? 1 : 997) {
+    for (std::size_t size = 0; size < bytes_.size(); size += size < 600 ? 1 : 997) {
         rewrite(bytes_.substr(0, size));
         try {
             const Record record = loadRecord(folder_);
             EXPECT_EQ(record.inputs.size() % kFrameTicks, 0u);
         } catch (const DataError&) {
-            EXPECT_LT(size, 400u) << "only the header may be refused";
+            EXPECT_LT(size, 600u) << "only the header may be refused";
         }
     }
 }
 
 TEST_F(RecordFile, NeverTakesAFlippedByteForATick) {
-    for (std::size_t at = 0; at < bytes_.size(); at += at < 400 ? 1 : 499) {
+    for (std::size_t at = 0; at < bytes_.size(); at += at < 600 ? 1 : 499) {
         std::string bytes = bytes_;
         bytes[at] = char(bytes[at] ^ 0x10);
         rewrite(bytes);
@@ -241,7 +248,7 @@ TEST_F(RecordFile, NeverTakesAFlippedByteForATick) {
             EXPECT_GT(record.torn_bytes, 0u) << "byte " << at;
             EXPECT_LT(record.inputs.size(), kTicks);
         } catch (const DataError&) {
-            EXPECT_LT(at, 400u);
+            EXPECT_LT(at, 600u);
         }
     }
 }

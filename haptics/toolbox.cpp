@@ -1,0 +1,114 @@
+#include "haptics/toolbox.h"
+
+namespace stylet::haptics {
+
+using patient::Patient;
+using patient::StateHash;
+using patient::Surrogate;
+
+namespace {
+
+// Stylus and probe have their tips in common; the probe's +z points the other way, into the body.
+const Pose kStylusFromProbe{{0.0, 1.0, 0.0, 0.0}, Vec3(0.0)};
+
+bool isOutside(const Patient& patient, const Surrogate& breath, const Vec3& tip_m) noexcept {
+    const Vec3 reference_m = patient::referenceFromDeformed(patient.package().motion, breath, tip_m);
+    return patient.at(reference_m, {}).tissue == Tissue::air;
+}
+
+// Returns how far the breath has carried the probe.
+Vec3 carryProbe(ParkedProbe& probe, const Patient& patient, const Surrogate& breath) noexcept {
+    if (!probe.parked) return Vec3(0.0);
+    const Vec3 now = patient::deformedFromReference(patient.package().motion, breath, probe.skin_reference_m);
+    const Vec3 moved = now - probe.patient_from_probe.position_m;
+    probe.patient_from_probe.position_m = now;
+    return moved;
+}
+
+ToolForce stepHeldNeedle(ToolState& s, const ToolSettings& settings, const Patient& patient,
+                         const Surrogate& breath, const Vec3& probe_moved_m, NeedleEvents& events) noexcept {
+    Guided guided{s.patient_from_tool};
+    const bool railed = s.probe.parked && (s.in_hand == Tool::guide || s.guide.snapped);
+    if (railed) {
+        const Pose patient_from_guide = s.probe.patient_from_probe * settings.guide.probe_from_guide;
+        guided = stepGuide(s.guide, settings.guide, patient_from_guide, s.patient_from_tool,
+                           s.needle.phase == Phase::outside);
+    } else {
+        s.guide = {};
+    }
+    s.patient_from_needle = guided.patient_from_needle;
+    const Vec3 axis = s.patient_from_needle.direction(Vec3(0.0, 0.0, -1.0));
+    ToolForce force = stepNeedle(s.needle, settings.needle, patient, s.patient_from_needle.position_m, axis,
+                                 breath, events);
+    const Vec3 carried_m = probe_moved_m - axis * glm::dot(probe_moved_m, axis);
+    if (railed && s.needle.phase == Phase::outside) force.tissue_moved_m = carried_m;
+    if (s.guide.snapped) {
+        // What pushes the needle sideways is the rail's to bear: the hand feels the rail.
+        force.force_n = -s.needle.force_n * axis;
+        force.energy_j = axialEnergy(s.needle, settings.needle, patient);
+        force.tissue_moved_m = axis * glm::dot(force.tissue_moved_m, axis) + carried_m;
+    }
+    force.force_n += guided.force_n;
+    force.energy_j += guided.energy_j;
+    force.event = force.event || guided.event;
+    return force;
+}
+
+}  // namespace
+
+bool takeTool(ToolState& s, Tool tool) noexcept {
+    if (tool == s.in_hand || std::uint32_t(tool) >= std::uint32_t(kToolCount)) return false;
+    const bool keeps_needle = holdsNeedle(s.in_hand) && holdsNeedle(tool);
+    if (s.needle.phase != Phase::outside && !keeps_needle) return false;
+    if (tool == Tool::probe) s.probe.parked = false;
+    if (!holdsNeedle(tool)) s.guide = {};
+    s.in_hand = tool;
+    s.waits = s.waits || !keeps_needle;
+    return true;
+}
+
+void parkProbe(ToolState& s, const Patient& patient, const Surrogate& breath, bool stay) noexcept {
+    if (!stay) {
+        s.probe.parked = false;
+        return;
+    }
+    if (s.in_hand != Tool::probe || s.waits) return;
+    s.probe.parked = true;
+    s.probe.patient_from_probe = s.patient_from_tool * kStylusFromProbe;
+    s.probe.skin_reference_m = patient::referenceFromDeformed(patient.package().motion, breath,
+                                                              s.probe.patient_from_probe.position_m);
+}
+
+ToolForce stepTools(ToolState& s, const ToolSettings& settings, const Patient& patient,
+                    const Pose& patient_from_stylus, const Surrogate& breath, NeedleEvents& events) noexcept {
+    s.patient_from_tool = patient_from_stylus;
+    events.count = events.dropped = 0;
+    const Vec3 probe_moved_m = carryProbe(s.probe, patient, breath);
+    if (s.waits) {
+        if (!isOutside(patient, breath, patient_from_stylus.position_m)) return {};
+        s.waits = false;
+    }
+    if (holdsNeedle(s.in_hand)) return stepHeldNeedle(s, settings, patient, breath, probe_moved_m, events);
+    return {};
+}
+
+void hashTools(StateHash& hash, const ToolState& s) noexcept {
+    hash.add(std::uint64_t(s.in_hand) | std::uint64_t(s.waits) << 8 | std::uint64_t(s.guide.snapped) << 9 |
+             std::uint64_t(s.probe.parked) << 10);
+    hash.add(s.patient_from_tool);
+    if (s.probe.parked) {
+        hash.add(s.probe.skin_reference_m);
+        hash.add(s.probe.patient_from_probe);
+    }
+    if (!holdsNeedle(s.in_hand)) return;
+    hash.add(s.patient_from_needle);
+    hash.add(s.guide.across_m);
+    hashNeedle(hash, s.needle);
+}
+
+void hashToolSettings(StateHash& hash, const ToolSettings& s) noexcept {
+    hash.add(std::uint64_t(s.first));
+    eachToolNumber(s, [&](double v) { hash.add(v); });
+}
+
+}  // namespace stylet::haptics

@@ -1,0 +1,66 @@
+// The five tools of one hand: which is held, what it meets in a tick. An idle tool costs nothing.
+#pragma once
+
+#include "haptics/guide.h"
+#include "haptics/needle.h"
+#include "haptics/tool.h"
+
+namespace stylet::haptics {
+
+struct ToolSettings {
+    Tool first = Tool::needle;  // in hand at the start
+    NeedleSettings needle;
+    GuideSettings guide;
+};
+
+// A probe that was let go of: it keeps its orientation and rides the skin under it, its guide with it.
+struct ParkedProbe {
+    bool parked = false;
+    Vec3 skin_reference_m{0.0};  // under the face's centre
+    Pose patient_from_probe;
+};
+
+// Every number of the settings in one order, for hash and record; `first` apart.
+template <typename Settings, typename Visit>
+void eachToolNumber(Settings& s, const Visit& visit) {
+    static_assert(sizeof s.needle == 5 * sizeof(double) && sizeof s.guide == (7 + 6) * sizeof(double),
+                  "a new setting needs a place here and a new kRecordVersion");
+    visit(s.needle.a1_share), visit(s.needle.cut_reach_m), visit(s.needle.max_force_n);
+    visit(s.needle.lateral_stiffness_n_per_m), visit(s.needle.lateral_force_n);
+    auto& rail = s.guide.probe_from_guide;
+    visit(rail.rotation.w), visit(rail.rotation.x), visit(rail.rotation.y), visit(rail.rotation.z);
+    visit(rail.position_m.x), visit(rail.position_m.y), visit(rail.position_m.z);
+    visit(s.guide.length_m), visit(s.guide.stiffness_n_per_m), visit(s.guide.catch_m);
+    visit(s.guide.reach_m), visit(s.guide.catch_cosine), visit(s.guide.release_n);
+}
+
+struct ToolState {
+    Tool in_hand = Tool::needle;
+    bool waits = false;  // taken up inside the body: nothing is felt until it has been outside
+    Pose patient_from_tool;
+    Pose patient_from_needle;  // the same, but on the rail in the guide; the last one while another is held
+    NeedleState needle;
+    GuideState guide;
+    ParkedProbe probe;
+};
+
+constexpr bool holdsNeedle(Tool tool) noexcept {
+    return tool == Tool::guide || tool == Tool::needle;
+}
+
+// All below: haptics thread. noexcept, no allocation.
+
+// Takes `tool` in hand. False when it was there already, or cannot be: a needle in the body is drawn out
+// first.
+bool takeTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
+// The probe in hand is let go of where it is (`stay`), or a parked one is taken off the skin.
+void parkProbe(ToolState&, const patient::Patient&, const patient::Surrogate& breath,
+               bool stay) noexcept STYLET_NONBLOCKING;
+// One tick of the tool in hand, patient frame.
+ToolForce stepTools(ToolState&, const ToolSettings&, const patient::Patient&, const Pose& patient_from_stylus,
+                    const patient::Surrogate& breath, NeedleEvents&) noexcept STYLET_NONBLOCKING;
+
+void hashTools(patient::StateHash&, const ToolState&) noexcept STYLET_NONBLOCKING;
+void hashToolSettings(patient::StateHash&, const ToolSettings&) noexcept;
+
+}  // namespace stylet::haptics

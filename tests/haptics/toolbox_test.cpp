@@ -1,0 +1,170 @@
+#include "haptics/toolbox.h"
+
+#include <gtest/gtest.h>
+
+#include "haptics/simulation.h"
+#include "tests/haptics/scripted.h"
+
+namespace stylet::haptics {
+namespace {
+
+using enum Tissue;
+
+// A hand at the device of a still patient; its needle goes along +x.
+struct Bench {
+    explicit Bench(double travel_m = 0.0, Tool first = Tool::needle)
+        : package(test::makeColumn({{skin, 0.002}, {soft, 0.012}, {liver, 0.04}})), patient(package) {
+        if (travel_m != 0.0) test::letBreathe(package, travel_m);
+        settings.tools.first = first;
+        simulation.emplace(patient, settings);
+    }
+    void command(CommandKind kind, std::uint32_t value) {
+        input.commands[input.command_count++] = {kind, value};
+    }
+    void take(Tool tool) { command(CommandKind::tool, std::uint32_t(tool)); }
+    void to(const Vec3& tip_m) {
+        input.device.device_from_stylus = {test::kAlongX, tip_m};
+        simulation->step(input, out, events);
+        input.command_count = 0;
+    }
+    void to(double x_m) { to({x_m, 0.0003, 0.0002}); }
+    void sweep(double x_m) {
+        Vec3 tip = input.device.device_from_stylus.position_m;
+        while (std::fabs(x_m - tip.x) > 1e-9) {
+            tip.x += std::clamp(x_m - tip.x, -0.00009, 0.00009);
+            to(tip);
+        }
+    }
+    patient::Package package;
+    patient::Patient patient;
+    SimulationSettings settings;
+    std::optional<Simulation> simulation;
+    TickInput input;
+    TickOutput out;
+    NeedleEvents events;
+};
+
+TEST(Toolbox, AToolIsTakenByCommandInTheTickThatPopsIt) {
+    Bench b;
+    b.to(-0.005);
+    EXPECT_EQ(b.out.tool, Tool::needle);
+    EXPECT_FALSE(b.out.tool_force.event);
+    b.take(Tool::finger);
+    b.to(-0.005);
+    EXPECT_EQ(b.out.tool, Tool::finger);
+    EXPECT_TRUE(b.out.tool_force.event);
+    b.take(Tool::finger);  // is there already
+    b.to(-0.005);
+    EXPECT_FALSE(b.out.tool_force.event);
+    b.command(CommandKind::tool, 77);  // no such tool
+    b.to(-0.005);
+    EXPECT_EQ(b.out.tool, Tool::finger);
+}
+
+TEST(Toolbox, ANeedleInTheBodyIsDrawnOutBeforeAnotherToolIsTaken) {
+    Bench b;
+    b.to(-0.005);
+    b.sweep(0.010);
+    b.take(Tool::finger);
+    b.to(0.010);
+    EXPECT_EQ(b.out.tool, Tool::needle);
+    EXPECT_NEAR(b.out.force_n, 0.7, 1e-9);
+    b.take(Tool::guide);  // the same needle
+    b.to(0.010);
+    EXPECT_EQ(b.out.tool, Tool::guide);
+    EXPECT_NEAR(b.out.force_n, 0.7, 1e-9);
+    b.sweep(-0.005);
+    b.take(Tool::finger);
+    b.to(-0.005);
+    EXPECT_EQ(b.out.tool, Tool::finger);
+}
+
+TEST(Toolbox, ANeedleTakenUpInsideTheBodyIsNotFeltUntilItHasBeenOutside) {
+    Bench b(0.0, Tool::scalpel);
+    b.to(0.010);
+    b.take(Tool::needle);
+    b.to(0.010);
+    b.sweep(0.020);
+    EXPECT_EQ(b.out.phase, Phase::outside);
+    EXPECT_EQ(b.out.tool_force.force_n, Vec3(0.0));
+    b.sweep(-0.005);
+    b.sweep(0.0005);
+    EXPECT_EQ(b.out.phase, Phase::held);
+    EXPECT_LT(b.out.tool_force.force_n.x, 0.0);
+}
+
+TEST(Toolbox, AnIdleNeedleKeepsItsCutsAndCostsTheHashNothing) {
+    Bench b;
+    b.to(-0.005);
+    b.sweep(0.010);
+    b.sweep(-0.005);
+    const int cuts = b.simulation->state().tools.needle.cut_count;
+    EXPECT_GT(cuts, 0);
+    b.take(Tool::finger);
+    b.to(-0.005);
+    b.take(Tool::needle);
+    b.to(-0.006);
+    EXPECT_EQ(b.simulation->state().tools.needle.cut_count, cuts);
+    b.sweep(0.0005);
+    EXPECT_EQ(b.out.phase, Phase::pass);  // through the same hole
+}
+
+TEST(Toolbox, TheSameTicksWithAnotherToolEndInAnotherHash) {
+    Bench a, b(0.0, Tool::finger);
+    for (int i = 0; i < 10; ++i)
+        a.to(-0.005), b.to(-0.005);
+    EXPECT_NE(a.out.state_hash, b.out.state_hash);
+}
+
+TEST(Toolbox, AParkedProbeRidesTheBreath) {
+    Bench b(-0.012, Tool::probe);
+    b.to({0.0, 0.0, 0.010});
+    b.command(CommandKind::park, 1);
+    b.to({0.0, 0.0, 0.010});
+    EXPECT_TRUE(b.out.probe_parked);
+    EXPECT_NEAR(b.out.patient_from_probe.direction({0.0, 0.0, 1.0}).x, 1.0, 1e-12);  // +z into the body
+    const Vec3 before = b.out.patient_from_probe.position_m;
+    double most_m = 0.0;
+    for (int i = 0; i < 4000; ++i) {
+        b.to(-0.05);
+        most_m = std::max(most_m, before.z - b.out.patient_from_probe.position_m.z);
+    }
+    EXPECT_NEAR(most_m, 0.012, 1e-4);
+    EXPECT_NEAR(b.out.patient_from_probe.position_m.z, before.z, 1e-4);
+    b.take(Tool::needle);
+    b.command(CommandKind::park, 1);  // not in hand
+    b.to(-0.05);
+    EXPECT_TRUE(b.out.probe_parked);
+    b.command(CommandKind::park, 0);
+    b.to(-0.05);
+    EXPECT_FALSE(b.out.probe_parked);
+}
+
+// The rail stands along the needle's way in: pushed sideways in it, the needle does not move in the tissue.
+TEST(Toolbox, InTheGuideTheHandFeelsTheRailAndTheNeedleStaysOnIt) {
+    Bench b(0.0, Tool::probe);
+    b.settings.tools.guide.probe_from_guide = {{0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, -0.002}};
+    b.simulation.emplace(b.patient, b.settings);
+    b.to(-0.001);
+    b.command(CommandKind::park, 1);
+    b.to(-0.001);
+    b.take(Tool::guide);
+    b.to(-0.02);
+    EXPECT_TRUE(b.out.needle_in_guide);
+    b.take(Tool::needle);
+    b.to(-0.02);
+    b.sweep(0.010);
+    EXPECT_TRUE(b.out.needle_in_guide);
+    b.to({0.010, 0.0043, 0.0002});
+    EXPECT_NEAR(b.out.tool_force.force_n.y, -1000.0 * 0.004, 1e-9);
+    EXPECT_NEAR(b.out.tool_force.force_n.x, -0.7, 1e-9);
+    EXPECT_NEAR(b.out.tool_force.energy_j, 0.5 * 1000.0 * 0.004 * 0.004 + 0.5 * 0.7 * 0.7 / 1000.0, 1e-9);
+    EXPECT_NEAR(b.out.patient_from_needle.position_m.y, 0.0003, 1e-12);
+    EXPECT_EQ(b.out.lateral_cut_m, 0.0);
+    b.command(CommandKind::park, 0);  // the probe is taken away: the needle stands free
+    b.to(0.010);
+    EXPECT_FALSE(b.out.needle_in_guide);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

@@ -1,0 +1,59 @@
+// What the Falcon's running firmware speaks: 16 bytes each way, one reply to each write.
+//
+// Facts from libnifalcon's FalconFirmwareNovintSDK.cpp. Byte 0 '<'; 1-12 three int16 as four nibbles each,
+// the least significant first, a nibble sent as 'A' + nibble; 13 'A' + flags; 14 unknown; 15 '>'. There is no
+// checksum and no sequence number.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace stylet::haptics::falcon {
+
+inline constexpr std::size_t kPacketBytes = 16;
+using Packet = std::array<std::uint8_t, kPacketBytes>;
+
+// The colours are those of libnifalcon's code; its comments disagree (unproven).
+enum Led : std::uint8_t { kLedGreen = 0x02, kLedBlue = 0x04, kLedRed = 0x08 };
+enum Button : std::uint8_t {
+    kButtonRight = 0x01,    // plus
+    kButtonForward = 0x02,  // lightning
+    kButtonCentre = 0x04,
+    kButtonLeft = 0x08,  // minus
+};
+inline constexpr std::uint8_t kHomedAll = 0x7;  // top, right, left encoder
+
+// To the device.
+struct Command {
+    std::array<std::int16_t, 3> motors{};
+    bool homing = true;  // left out of one packet, the device forgets where its zero is
+    std::uint8_t leds = 0;
+};
+Packet encode(const Command&) noexcept;
+
+// From the device.
+struct Reply {
+    std::array<std::int16_t, 3> encoders{};
+    std::uint8_t buttons = 0, homed = 0;
+};
+// Nothing unless every byte can be what the firmware sends.
+std::optional<Reply> decode(const Packet&) noexcept;
+
+// Finds replies in a stream that may begin anywhere and lose or repeat bytes: '<' occurs only first.
+class PacketReader {
+  public:
+    // The newest whole reply in `bytes` and what came before them.
+    std::optional<Reply> push(std::span<const std::uint8_t> bytes) noexcept;
+    void clear() noexcept { count_ = 0; }
+    std::uint64_t refused() const noexcept { return refused_; }  // packets begun that were none
+
+  private:
+    Packet packet_{};
+    std::size_t count_ = 0;
+    std::uint64_t refused_ = 0;
+};
+
+}  // namespace stylet::haptics::falcon

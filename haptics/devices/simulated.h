@@ -1,0 +1,81 @@
+// A device and the hand on it, as physics: what the force does to them comes back as motion. For rehearsing
+// without hardware and for the stability campaign (tests/bench/stress.h).
+//
+//   m a = F_motor + w + k (x_want - x) + b_hand (v_want - v) - b_phys v - f_c v/|v|
+//
+// One body in translation; the rotation is the wanted one (a hand turns a stylus whatever three motors do).
+#pragma once
+
+#include <array>
+
+#include "haptics/device.h"
+#include "haptics/trace.h"
+
+namespace stylet::haptics {
+
+// The hand between its intention and the grip: it adds mass, and a spring and damper to where it wants to be.
+struct HandModel {
+    double mass_kg = 0.0, damping_n_s_per_m = 0.0, stiffness_n_per_m = 0.0;
+};
+// The ends of the range in shared use for haptic stability (model, section 4).
+inline constexpr HandModel kNoHand{}, kLightHand{0.2, 2.0, 100.0}, kFirmHand{0.2, 10.0, 500.0};
+
+struct SimulatedBody {
+    double mass_kg = 0.1;  // of the device, at the tip
+    double damping_n_s_per_m = 0.005;
+    double friction_n = 0.0;
+    double resolution_m = 0.0;  // encoders read whole multiples of it along each axis; 0: exact
+    HandModel hand{};
+    double delay_s = 0.0;        // from send() to the motor; at most kMaxWaiting sends
+    double jitter_s = 0.0;       // reads are late by up to so much, evenly; less than the tick
+    Vec3 weight_n{0.0};          // what the device's balance leaves
+    Vec3 velocity_m_per_s{0.0};  // at the begin
+    std::uint64_t seed = 0;      // of the jitter
+};
+// What is unknown of a device is taken for the worst of the Phantom class: lightest, least damped, without
+// friction and with the coarsest encoder.
+SimulatedBody simulatedBody(const DeviceProfile&, const HandModel&) noexcept;
+
+// The truth behind the encoders.
+struct BodyState {
+    Vec3 position_m{0.0}, velocity_m_per_s{0.0};
+    Vec3 motor_n{0.0};            // now at work
+    double motor_work_j = 0.0;    // by the motor, since the begin
+    double lost_j = 0.0;          // in the device's own damping and friction, since the begin
+    Vec3 motor_impulse_n_s{0.0};  // since the begin
+};
+
+class SimulatedDevice final : public HapticDevice {
+  public:
+    static constexpr int kMaxWaiting = 128;
+    // `wanted` is where the hand wants to be; it begins there. The trace must outlive the device.
+    SimulatedDevice(const Trace& wanted, const DeviceProfile&, const SimulatedBody&);
+    const DeviceProfile& profile() const noexcept override { return profile_; }
+    DeviceState read(std::int64_t now_ns) noexcept override;
+    void send(const Vec3& force_n) noexcept override;
+    const BodyState& body() const noexcept { return state_; }
+
+  private:
+    struct Waiting {
+        double at_s = 0.0;
+        Vec3 force_n{0.0};
+    };
+    void begin(double now_s) noexcept;
+    void advance(double to_s) noexcept;
+    void coast(double to_s, const Vec3& target_m, const Vec3& target_velocity_m_per_s) noexcept;
+    void step(double h_s, const Vec3& target_m, const Vec3& target_velocity_m_per_s) noexcept;
+
+    const Trace* wanted_;
+    DeviceProfile profile_;
+    SimulatedBody body_;
+    BodyState state_;
+    double time_s_ = 0.0, target_time_s_ = 0.0;
+    Vec3 target_m_{0.0};
+    bool begun_ = false;
+    std::uint64_t draws_ = 0;
+    std::size_t cursor_ = 0;
+    std::array<Waiting, kMaxWaiting> waiting_{};
+    int first_ = 0, waiting_count_ = 0;
+};
+
+}  // namespace stylet::haptics

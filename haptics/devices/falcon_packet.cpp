@@ -50,6 +50,7 @@ std::optional<Reply> PacketReader::push(std::span<const std::uint8_t> bytes) noe
             if (count_ != 0) ++refused_;
             count_ = 0;
         } else if (count_ == 0) {
+            ++refused_;
             continue;
         }
         packet_[count_++] = byte;
@@ -61,6 +62,11 @@ std::optional<Reply> PacketReader::push(std::span<const std::uint8_t> bytes) noe
             ++refused_;
     }
     return newest;
+}
+
+void PacketReader::clear() noexcept {
+    if (count_ != 0) ++refused_;
+    count_ = 0;
 }
 
 }  // namespace stylet::haptics::falcon

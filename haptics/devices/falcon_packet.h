@@ -47,8 +47,10 @@ class PacketReader {
   public:
     // The newest whole reply in `bytes` and what came before them.
     std::optional<Reply> push(std::span<const std::uint8_t> bytes) noexcept;
-    void clear() noexcept { count_ = 0; }
-    std::uint64_t refused() const noexcept { return refused_; }  // packets begun that were none
+    // What was begun is given up.
+    void clear() noexcept;
+    // Grows with every byte and packet that was none of a reply's.
+    std::uint64_t refused() const noexcept { return refused_; }
 
   private:
     Packet packet_{};

@@ -77,15 +77,17 @@ TEST(FalconPacket, WhatTheFirmwareCannotSendIsRefused) {
 TEST(FalconPacket, TheReaderFindsItsPlaceAgain) {
     PacketReader reader;
     EXPECT_FALSE(reader.push(stream("AAAA>PPPA")));  // the end of something
+    EXPECT_EQ(reader.refused(), 9u);
     EXPECT_FALSE(reader.push(stream("<JFKPAAAA")));
     EXPECT_EQ(reader.push(stream("PPPPAA>"))->encoders[0], -1447);
-    EXPECT_EQ(reader.refused(), 0u);
+    EXPECT_EQ(reader.refused(), 9u);
     // A byte lost, a byte doubled, then a whole one.
     EXPECT_FALSE(reader.push(stream("<JFKAAAAPPPPAA>")));
     EXPECT_EQ(reader.push(stream("<BAAAAAAAAAAAAA>"))->encoders[0], 1);
+    EXPECT_EQ(reader.refused(), 10u);
     EXPECT_FALSE(reader.push(stream("<JJFKPAAAAPPPPAA>")));
+    EXPECT_EQ(reader.refused(), 12u);  // the packet, and the byte behind its sixteenth
     EXPECT_EQ(reader.push(stream("<CAAAAAAAAAAAAA>"))->encoders[0], 2);
-    EXPECT_EQ(reader.refused(), 2u);
     // Two at once: the newer.
     EXPECT_EQ(reader.push(stream("<BAAAAAAAAAAAAA><CAAAAAAAAAAAAA><DA"))->encoders[0], 2);
     reader.clear();

@@ -1,0 +1,267 @@
+#include "haptics/devices/falcon.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+namespace stylet::haptics::falcon {
+
+namespace {
+
+constexpr double kCountsPerNewtonMetre = 10'000.0;
+constexpr double kMostCounts = 4095.0;
+constexpr double kMostForce_n = 8.0;
+
+// Some 0.6 s; the public driver polls a thousand times.
+constexpr int kMostProbes = 60;
+constexpr int kMostLoads = 10;
+constexpr int kWait_ms = 3;
+constexpr std::int64_t kReply_ns = 4'000'000, kProbe_ns = 10'000'000;
+// One garbled reply must not home it: its zero would be wrong, and its forces wild.
+constexpr int kHomedReplies = 10;
+// No hand is that fast: 4.7 m/s along the axis. A garbled count that passes as one is caught here.
+constexpr double kMostCountsPerMs = 100.0;
+
+bool isFinite(const Vec3& v) noexcept {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+bool jumped(const Counts& from, const Counts& to, std::int64_t elapsed_ns) noexcept {
+    const double most = kMostCountsPerMs * (1.0 + double(elapsed_ns) * 1e-6);
+    for (std::size_t i = 0; i < 3; ++i)
+        if (std::abs(int(to[i]) - int(from[i])) > most) return true;
+    return false;
+}
+
+}  // namespace
+
+DeviceProfile profileOf(const Calibration& calibration) noexcept {
+    DeviceProfile p;
+    p.name = "falcon";
+    p.force_peak_n = kMostForce_n;
+    p.stiffness_n_per_m = 3000.0;
+    p.source =
+        "CHAI3D 3.3, CDeltaDevices.cpp: 8 N, 3000 N/m, radius 40 mm; resolution from libnifalcon's geometry";
+    p.senses_rotation = false;
+    p.force_calibrated = calibration.measured;
+    p.resolution_m = 42e-6;
+    p.workspace_centre_m = {0.0, 0.0, 0.1225};  // the middle of the usable 75 to 170 mm
+    p.workspace_radius_m = 0.040;
+    return p;
+}
+
+std::array<std::int16_t, 3> motorsFor(const Vec3& force_n, const Vec3& grip_m,
+                                      const Calibration& calibration) noexcept {
+    if (!isFinite(force_n)) return {};
+    const double length = std::sqrt(glm::dot(force_n, force_n));
+    const Vec3 wanted = length > kMostForce_n ? force_n * (kMostForce_n / length) : force_n;
+    const auto torques_n_m = torquesFor(wanted / calibration.measured_per_asked, grip_m);
+    if (!torques_n_m || !isFinite(*torques_n_m)) return {};
+    Vec3 counts = -kCountsPerNewtonMetre * *torques_n_m;
+    const double most = std::max({std::fabs(counts.x), std::fabs(counts.y), std::fabs(counts.z)});
+    if (most > kMostCounts) counts *= kMostCounts / most;
+    return {std::int16_t(std::lround(counts.x)), std::int16_t(std::lround(counts.y)),
+            std::int16_t(std::lround(counts.z))};
+}
+
+FalconDriver::FalconDriver(std::unique_ptr<FtdiBus> bus, const Clock& clock, Settings settings)
+    : bus_(std::move(bus)),
+      clock_(clock),
+      settings_(std::move(settings)),
+      profile_(profileOf(settings_.calibration)),
+      loader_(*bus_, clock) {}
+
+FalconDriver::~FalconDriver() {
+    close();
+}
+
+DeviceStage FalconDriver::open(std::string& why) {
+    const DeviceStage stage = bus_->open(why);
+    if (stage == DeviceStage::absent) loads_ = 0;
+    if (stage != DeviceStage::opening) return stage;
+    open_ = true;
+    step_ = Step::probe;
+    probes_ = 0;
+    homed_ = behind_ = false;
+    homed_replies_ = 0;
+    reader_.clear();
+    const BusResult purged = bus_->control(kFtdiReset, kPurgeReceived, why);
+    if (purged == BusResult::ok && bus_->control(kFtdiReset, kPurgeToSend, why) == BusResult::ok &&
+        setNormalMode(*bus_, why) == BusResult::ok)
+        return DeviceStage::opening;
+    if (why.empty()) why = "its chip could not be set";
+    return DeviceStage::failed;
+}
+
+DeviceStage FalconDriver::exchange(const Vec3& force_n, DeviceState& state, std::string& why) {
+    switch (step_) {
+        case Step::probe:
+            return probe(why);
+        case Step::load:
+            return load(why);
+        case Step::run:
+            return run(force_n, state, why);
+    }
+    return DeviceStage::failed;
+}
+
+void FalconDriver::close() noexcept {
+    if (!open_) return;
+    open_ = false;
+    try {
+        // More than one: the first may end a packet that was cut short.
+        std::string why;
+        BusBytes ignored;
+        for (int i = 0; i < 3 && step_ == Step::run; ++i) {
+            if (bus_->write(encode({}), kWait_ms, why) == BusResult::lost) break;
+            bus_->read(ignored, kWait_ms, why);
+        }
+    } catch (...) {
+        // Nothing more can be done for it.
+    }
+    bus_->close();
+}
+
+// Firmware answers an empty command; without any the chip only tells its status.
+DeviceStage FalconDriver::probe(std::string& why) {
+    std::optional<Reply> reply;
+    if (talk({}, now() + kProbe_ns, reply, why) == BusResult::lost) return lose(why);
+    if (reply) {
+        step_ = Step::run;
+        loads_ = 0;
+        heard_ns_ = now();
+        trouble_ = Trouble::none;
+        return DeviceStage::needsHoming;
+    }
+    if (++probes_ < kMostProbes) return DeviceStage::opening;
+    if (settings_.firmware.image.empty()) {
+        why = "it has no firmware, which it loses with its power: name the vendor's file";
+    } else if (loads_ >= kMostLoads) {
+        why = "its firmware could not be loaded in ten tries: unplug it, check its power supply, plug it in";
+    } else {
+        step_ = Step::load;
+        loader_.begin();
+    }
+    return DeviceStage::needsFirmware;
+}
+
+DeviceStage FalconDriver::load(std::string& why) {
+    switch (loader_.step(settings_.firmware.image, why)) {
+        case FirmwareLoader::Outcome::going:
+            why = "loading its firmware";
+            return DeviceStage::needsFirmware;
+        case FirmwareLoader::Outcome::done:
+            step_ = Step::probe;
+            probes_ = 0;
+            ++loads_;
+            return DeviceStage::opening;
+        case FirmwareLoader::Outcome::failed:
+            // Closed and opened again by PolledDevice, which helps it.
+            ++loads_;
+            why = "loading its firmware: " + why;
+            return DeviceStage::failed;
+        case FirmwareLoader::Outcome::lost:
+            break;
+    }
+    return lose(why);
+}
+
+DeviceStage FalconDriver::run(const Vec3& force_n, DeviceState& state, std::string& why) {
+    const std::int64_t begin_ns = now();
+    if (heard_ns_ > begin_ns) heard_ns_ = begin_ns - kReplyDeadline_ns;  // the clock was set back
+    Command command{.leds = homed_ ? kLedGreen : kLedRed};
+    if (homed_ && begin_ns - heard_ns_ < kReplyDeadline_ns)
+        command.motors = motorsFor(force_n, grip_m_, settings_.calibration);
+
+    std::optional<Reply> reply;
+    const std::uint64_t refused = reader_.refused();
+    if (talk(command, begin_ns + kReply_ns, reply, why) == BusResult::lost) return lose(why);
+    if (reply) {
+        if (take(*reply, now(), state)) heard_ns_ = now();
+    } else {
+        trouble_ = reader_.refused() != refused ? Trouble::garbled : Trouble::silent;
+    }
+    if (now() - heard_ns_ > kGiveUp_ns) return giveUp(why);
+    if (homed_) return DeviceStage::ready;
+    why = "pull its grip all the way out, then push it all the way in";
+    return DeviceStage::needsHoming;
+}
+
+// One command and the newest reply that comes until then.
+BusResult FalconDriver::talk(const Command& command, std::int64_t until_ns, std::optional<Reply>& reply,
+                             std::string& why) {
+    if (behind_) {
+        // A reply that comes now would be the last one's, and every one after it too.
+        reader_.clear();
+        if (bus_->control(kFtdiReset, kPurgeReceived, why) == BusResult::lost) return BusResult::lost;
+    }
+    BusResult result = bus_->write(encode(command), kWait_ms, why);
+    // Bounded in turns as well: the clock may be set back meanwhile.
+    for (int turn = 0; turn < 20 && result == BusResult::ok && !reply; ++turn) {
+        BusBytes got;
+        if (bus_->read(got, kWait_ms, why) == BusResult::lost) return BusResult::lost;
+        reply = reader_.push(got.span());
+        if (now() >= until_ns) break;
+    }
+    behind_ = !reply;
+    return result;
+}
+
+// Whether the reply can be true. Until all three encoders have found their zero there is no position.
+bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& state) noexcept {
+    if (reply.homed != kHomedAll) {
+        homed_ = false;
+        homed_replies_ = 0;
+        trouble_ = Trouble::none;
+        return true;
+    }
+    // Time makes no jump good, only silence does: then the hand had as long to move.
+    if (trouble_ != Trouble::jumped) silence_ns_ = now_ns - heard_ns_;
+    if (homed_replies_ > 0 && jumped(counts_, reply.encoders, silence_ns_)) {
+        trouble_ = Trouble::jumped;
+        return false;
+    }
+    const auto grip = gripFromAngles(anglesFromCounts(reply.encoders), grip_m_);
+    if (!grip) {
+        trouble_ = Trouble::impossible;
+        return false;
+    }
+    homed_replies_ = std::min(homed_replies_ + 1, kHomedReplies);
+    homed_ = homed_replies_ == kHomedReplies;
+    trouble_ = Trouble::none;
+    counts_ = reply.encoders;
+    grip_m_ = *grip;
+    if (!homed_) return true;
+    state.device_from_stylus = {Quat{1.0, 0.0, 0.0, 0.0}, *grip};
+    state.buttons = reply.buttons;
+    state.fresh = 1;
+    return true;
+}
+
+DeviceStage FalconDriver::lose(std::string& why) {
+    loads_ = 0;
+    if (why.empty()) why = "the connection was lost";
+    return DeviceStage::failed;
+}
+
+DeviceStage FalconDriver::giveUp(std::string& why) const {
+    switch (trouble_) {
+        case Trouble::none:
+        case Trouble::silent:
+            why = "it stopped answering";
+            break;
+        case Trouble::garbled:
+            why = "its answers are garbled";
+            break;
+        case Trouble::jumped:
+            why = "its encoders jumped faster than any hand";
+            break;
+        case Trouble::impossible:
+            why = "its encoders tell of a pose that it cannot have";
+            break;
+    }
+    return DeviceStage::failed;
+}
+
+}  // namespace stylet::haptics::falcon

@@ -1,0 +1,88 @@
+#include "haptics/devices/falcon_calibration.h"
+
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "patient/patient.h"
+
+namespace stylet::haptics::falcon {
+
+namespace {
+
+using patient::DataError;
+
+// The public driver's gain is thought to be off by up to four; ten says that something else is wrong.
+constexpr double kLeast = 0.1, kMost = 10.0;
+constexpr std::uintmax_t kMostBytes = 16 * 1024;
+constexpr std::size_t kMostText = 400;
+
+}  // namespace
+
+double fitCalibration(std::span<const CalibrationReading> readings, const std::string& axis) {
+    if (readings.size() < 2) throw DataError("calibration", axis, "needs two readings or more");
+    double products = 0.0, squares = 0.0;
+    for (const CalibrationReading& r : readings) {
+        if (!std::isfinite(r.asked_n) || !std::isfinite(r.measured_n) || r.asked_n == 0.0)
+            throw DataError("calibration", axis, "a reading must be a number, of a force that is not zero");
+        products += r.asked_n * r.measured_n;
+        squares += r.asked_n * r.asked_n;
+    }
+    const double slope = products / squares;
+    if (!(slope >= kLeast && slope <= kMost))
+        throw DataError("calibration", axis,
+                        "measures less than a tenth or more than ten times what was asked");
+    for (const CalibrationReading& r : readings)
+        if (std::fabs(r.measured_n - slope * r.asked_n) > 0.2 * std::fabs(slope * r.asked_n))
+            throw DataError("calibration", axis, "the readings lie on no line through zero: measure again");
+    return slope;
+}
+
+Calibration loadCalibration(const std::filesystem::path& file) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (error) throw DataError(file, "calibration", error.message());
+    if (size > kMostBytes) throw DataError(file, "calibration", "longer than 16 KiB");
+    std::ifstream in(file);
+    toml::table table;
+    try {
+        table = toml::parse(in);
+    } catch (const toml::parse_error& e) {
+        std::ostringstream where;
+        where << e.description() << " (line " << e.source().begin.line << ")";
+        throw DataError(file, "calibration", where.str());
+    }
+    for (const auto& [key, value] : table)
+        if (key != "device" && key != "measured_per_asked" && key != "how")
+            throw DataError(file, std::string(key.str()), "unknown");
+    if (table["device"].value<std::string>() != "falcon")
+        throw DataError(file, "device", "must be \"falcon\"");
+    const toml::array* gains = table["measured_per_asked"].as_array();
+    if (!gains || gains->size() != 3)
+        throw DataError(file, "measured_per_asked", "must be three numbers: x, y, z");
+    Calibration calibration;
+    calibration.measured = true;
+    for (int i = 0; i < 3; ++i) {
+        const double gain = gains->get(std::size_t(i))->value<double>().value_or(std::nan(""));
+        if (!(gain >= kLeast && gain <= kMost))
+            throw DataError(file, "measured_per_asked", "must be numbers from 0.1 to 10");
+        calibration.measured_per_asked[i] = gain;
+    }
+    calibration.how = table["how"].value_or(std::string());
+    if (calibration.how.size() > kMostText) throw DataError(file, "how", "longer than 400 bytes");
+    return calibration;
+}
+
+void saveCalibration(const std::filesystem::path& file, const Calibration& calibration) {
+    const patient::Vec3& gain = calibration.measured_per_asked;
+    const toml::table table{{"device", "falcon"},
+                            {"measured_per_asked", toml::array{gain.x, gain.y, gain.z}},
+                            {"how", calibration.how}};
+    std::ofstream out(file);
+    out << table << '\n';
+    if (!out.flush()) throw DataError(file, "calibration", "could not be written");
+}
+
+}  // namespace stylet::haptics::falcon

@@ -1,0 +1,397 @@
+#include "haptics/devices/falcon.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "patient/synth/random.h"
+#include "tests/haptics/devices/falcon_world.h"
+
+namespace stylet::haptics::falcon {
+namespace {
+
+using test::FalconWorld;
+using test::kMs;
+using testing::HasSubstr;
+
+std::vector<std::uint8_t> someImage() {
+    patient::synth::Random random(3, 0);
+    std::vector<std::uint8_t> image(7914);
+    for (std::uint8_t& byte : image)
+        byte = std::uint8_t(random.bits());
+    return image;
+}
+
+// What the grip feels of motor counts, by virtual work and the closed form alone.
+Vec3 forceOf(const std::array<int, 3>& motors, const Vec3& grip_m) {
+    constexpr double h = 1e-6;
+    Vec3 force(0.0);
+    for (int j = 0; j < 3; ++j) {
+        Vec3 d(0.0);
+        d[j] = h;
+        const Vec3 turn = (*anglesAt(grip_m + d) - *anglesAt(grip_m - d)) / (2.0 * h);
+        for (int i = 0; i < 3; ++i)
+            force[j] += -motors[std::size_t(i)] / 10'000.0 * turn[i];
+    }
+    return force;
+}
+
+std::array<int, 3> countsAt(const Vec3& grip_m) {
+    const Angles angles = anglesAt(grip_m).value();
+    std::array<int, 3> counts{};
+    for (int i = 0; i < 3; ++i)
+        counts[std::size_t(i)] = int(std::lround(countsFromRadians(angles[i])));
+    return counts;
+}
+
+TEST(Falcon, NeedsHomingThenIsReadyAndPushesWhatItIsTold) {
+    FalconWorld w;
+    w.runFor(50 * kMs);
+    EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
+    EXPECT_THAT(w.why(), HasSubstr("pull its grip"));
+    w.arm();
+    w.runFor(50 * kMs);
+    EXPECT_FALSE(w.armed);  // the loop's own fault: not ready
+    EXPECT_EQ(w.pushed_ns, 0);
+
+    const Vec3 grip{0.01, -0.02, 0.12};
+    w.falcon.holdAt(countsAt(grip));
+    w.falcon.press(kButtonCentre);
+    w.falcon.home();
+    w.runFor(50 * kMs);
+    EXPECT_EQ(w.device.stage(), DeviceStage::ready);
+    EXPECT_NEAR(glm::length(w.grip_m - grip), 0.0, 50e-6);  // a count or so
+    EXPECT_EQ(w.buttons, std::uint32_t(kButtonCentre));
+    EXPECT_EQ(w.pushed_ns, 0);
+    w.force_n = {1.0, -2.0, 3.0};
+    w.arm();
+    w.runFor(50 * kMs);
+    EXPECT_NEAR(glm::length(forceOf(w.falcon.motors(), grip) - w.force_n), 0.0, 0.02);
+    EXPECT_EQ(w.falcon.leds(), kLedGreen);
+    EXPECT_EQ(w.falcon.bad_packets, 0);
+    EXPECT_EQ(w.stale_ticks, 0);
+}
+
+TEST(Falcon, KeepsPace) {
+    FalconWorld w;
+    w.bringUp();
+    const int before = w.falcon.packets;
+    w.runFor(1000 * kMs);
+    EXPECT_GE(w.falcon.packets - before, 950);
+}
+
+TEST(Falcon, EveryWayOutEndsInZero) {
+    {
+        FalconWorld w;
+        w.bringUp();
+        ASSERT_TRUE(w.falcon.pushes());
+        w.device.stop();
+        w.pass(kMs);
+        EXPECT_FALSE(w.falcon.pushes());
+        EXPECT_EQ(w.falcon.bad_packets, 0);
+        EXPECT_FALSE(w.ready);
+    }
+    // The driver alone, in the middle of it.
+    FalconWorld w;
+    w.runFor(50 * kMs);
+    w.device.stop();
+    FalconDriver* driver = new FalconDriver(std::make_unique<test::EmulatedBus>(w), w.clock(), {});
+    std::string why;
+    DeviceState state;
+    ASSERT_EQ(driver->open(why), DeviceStage::opening);
+    w.falcon.home();
+    for (int i = 0; i < 50; ++i)
+        driver->exchange({0.0, 0.0, 3.0}, state, why);
+    ASSERT_TRUE(w.falcon.pushes());
+    delete driver;
+    EXPECT_FALSE(w.falcon.pushes());
+}
+
+TEST(Falcon, ALoopThatStandsMeansZeroWithin20Ms) {
+    FalconWorld w;
+    w.bringUp();
+    ASSERT_TRUE(w.falcon.pushes());
+    w.loop_stands = true;
+    const std::int64_t begin_ns = w.now_ns;
+    w.runFor(100 * kMs);
+    EXPECT_LE(w.pushed_ns - begin_ns, 20 * kMs);
+    EXPECT_EQ(w.device.report().silences, 1u);
+    EXPECT_EQ(w.fault, "not ready");  // it is told
+}
+
+struct Injection {
+    const char* name;
+    std::function<void(FalconWorld&)> begin, end;
+    const char* cause;  // in the driver's words
+};
+
+// Faults that stay: zero force within 20 ms of the last good reply, a cause, and all well after it has gone.
+TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
+    const auto corrupt = [](int byte, int mask) {
+        return [=](FalconWorld& w) {
+            w.falcon.faults.xor_count = 1 << 30;
+            w.falcon.faults.xor_byte = byte;
+            w.falcon.faults.xor_mask = std::uint8_t(mask);
+        };
+    };
+    const auto nothing = [](FalconWorld& w) { w.falcon.faults = {}; };
+    const Injection injections[] = {
+        {"silent", [](FalconWorld& w) { w.falcon.faults.silent = true; }, nothing, "stopped answering"},
+        {"mute", [](FalconWorld& w) { w.falcon.faults.mute = true; }, nothing, "stopped answering"},
+        {"drop", [](FalconWorld& w) { w.falcon.faults.drop = 1 << 30; }, nothing, "stopped answering"},
+        {"cut", [](FalconWorld& w) { w.falcon.faults.cut = 1 << 30; }, nothing, "garbled"},
+        {"first byte", corrupt(0, 0x02), nothing, "garbled"},
+        {"letter", corrupt(5, 0x80), nothing, "garbled"},
+        {"end", corrupt(15, 0x01), nothing, "garbled"},
+        {"jump", [](FalconWorld& w) { w.falcon.holdAt({0, -516, -516}); },
+         [](FalconWorld& w) { w.falcon.holdAt({-516, -516, -516}); }, "jumped"},
+        {"impossible", [](FalconWorld& w) { w.falcon.holdAt({-516, -516, 32000}); },
+         [](FalconWorld& w) { w.falcon.holdAt({-516, -516, -516}); }, "jumped"},
+        {"unhomed", [](FalconWorld& w) { w.falcon.unhome(); }, [](FalconWorld& w) { w.falcon.home(); },
+         "pull its grip"},
+        {"power lost", [](FalconWorld& w) { w.falcon.powerCycle(); },
+         [](FalconWorld& w) { w.falcon = test::FalconEmulator(true); }, "stopped answering"},
+    };
+    for (const Injection& injection : injections) {
+        SCOPED_TRACE(injection.name);
+        FalconWorld w;
+        w.bringUp();
+        ASSERT_TRUE(w.falcon.pushes());
+        ASSERT_EQ(w.fault, "");
+        const std::int64_t begin_ns = w.now_ns;
+        injection.begin(w);
+        w.runFor(20 * kMs);
+        EXPECT_LE(w.pushed_ns - begin_ns, 18 * kMs);
+        EXPECT_FALSE(w.falcon.pushes());
+        w.runFor(10 * kMs);
+        EXPECT_NE(w.fault, "");
+        w.runFor(250 * kMs);
+        EXPECT_THAT(w.why(), HasSubstr(injection.cause));
+        EXPECT_LE(w.pushed_ns - begin_ns, 18 * kMs);
+
+        injection.end(w);
+        w.runFor(1500 * kMs);
+        w.falcon.home();
+        w.runFor(1500 * kMs);
+        EXPECT_EQ(w.device.stage(), DeviceStage::ready);
+        EXPECT_FALSE(w.falcon.pushes());  // re-arming is an act of the user's
+        w.arm();
+        w.runFor(50 * kMs);
+        EXPECT_TRUE(w.falcon.pushes());
+        EXPECT_EQ(w.fault, "");
+    }
+}
+
+// With no way to the device nothing can be sent; the loop still knows within 20 ms, and by name.
+TEST(Falcon, UnpluggedInTheMiddleOfAWriteItIsNamedAndComesBack) {
+    for (int bytes = 0; bytes <= 16; ++bytes) {
+        SCOPED_TRACE(bytes);
+        FalconWorld w;
+        w.bringUp();
+        w.falcon.faults.unplug_after_bytes = bytes;
+        w.runFor(20 * kMs);
+        EXPECT_FALSE(w.armed);
+        EXPECT_EQ(w.fault, "not ready");
+        EXPECT_THAT(w.why(), HasSubstr("unplugged"));
+        w.falcon = test::FalconEmulator(true);
+        w.runFor(1000 * kMs);
+        w.falcon.home();
+        w.runFor(100 * kMs);
+        EXPECT_EQ(w.device.stage(), DeviceStage::ready);
+        EXPECT_TRUE(w.ready);
+    }
+}
+
+TEST(Falcon, ADeafPipeIsGivenUpAndZeroComesFirstWhenItHearsAgain) {
+    FalconWorld w;
+    w.bringUp();
+    w.falcon.faults.deaf = true;
+    w.runFor(30 * kMs);
+    EXPECT_EQ(w.fault, "stale input");
+    w.falcon.faults.deaf = false;
+    w.runFor(5 * kMs);
+    EXPECT_FALSE(w.falcon.pushes());
+}
+
+// What one lost or changed reply may do: nothing that a hand would notice.
+TEST(Falcon, OneBadReplyIsRiddenThrough) {
+    const std::function<void(FalconWorld&)> blips[] = {
+        [](FalconWorld& w) { w.falcon.faults.drop = 1; },
+        [](FalconWorld& w) { w.falcon.faults.repeat = 1; },
+        [](FalconWorld& w) { w.falcon.faults.cut = 1; },
+        [](FalconWorld& w) { w.falcon.faults.late = 1; },
+        [](FalconWorld& w) {
+            w.falcon.faults.xor_count = 1;
+            w.falcon.faults.xor_byte = 4;
+            w.falcon.faults.xor_mask = 0x04;
+        },
+    };
+    for (const auto& blip : blips) {
+        FalconWorld w;
+        w.bringUp();
+        const Vec3 grip = w.grip_m;
+        for (int i = 0; i < 20; ++i) {
+            blip(w);
+            w.runFor(20 * kMs);
+            EXPECT_TRUE(w.armed) << w.fault;
+            EXPECT_EQ(w.grip_m, grip);
+            EXPECT_TRUE(w.falcon.pushes());
+        }
+        EXPECT_EQ(w.device.report().failures, 0u);
+    }
+}
+
+// After a late reply the next ones must not stay one behind.
+TEST(Falcon, LateRepliesDoNotPileUp) {
+    FalconWorld w;
+    w.bringUp();
+    w.falcon.faults.late = 1;
+    w.runFor(20 * kMs);
+    const Vec3 moved{0.002, 0.001, 0.112};
+    w.falcon.holdAt(countsAt(moved));
+    w.runFor(3 * kMs);
+    EXPECT_NEAR(glm::length(w.grip_m - moved), 0.0, 50e-6);
+}
+
+TEST(Falcon, AGarbledFlagDoesNotHomeIt) {
+    FalconWorld w;
+    w.runFor(50 * kMs);
+    w.falcon.faults.xor_count = 5;
+    w.falcon.faults.xor_byte = 13;
+    w.falcon.faults.xor_mask = 0xF0;  // 'A' becomes 'A' + 0x70: all three bits
+    w.runFor(50 * kMs);
+    EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
+    w.falcon.home();
+    w.runFor(4 * kMs);  // all bits, but not yet for long
+    EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
+    EXPECT_FALSE(w.ready);
+    w.runFor(30 * kMs);
+    EXPECT_TRUE(w.ready);
+}
+
+TEST(Falcon, AClockThatJumpsStopsNothingForLong) {
+    for (const std::int64_t jump_ns : {3'600'000 * kMs, -3'600'000 * kMs, 50 * kMs, -50 * kMs}) {
+        SCOPED_TRACE(jump_ns);
+        FalconWorld w;
+        w.bringUp();
+        w.clock_error_ns += jump_ns;
+        w.runFor(30 * kMs);
+        EXPECT_TRUE(w.armed) << w.fault << w.why();
+        EXPECT_TRUE(w.falcon.pushes());
+        EXPECT_EQ(w.device.report().failures, 0u);
+    }
+}
+
+TEST(Falcon, FirmwareIsLoadedWhereThereIsNone) {
+    FalconWorld w(false, {.firmware = {someImage(), ""}});
+    while (w.device.stage() != DeviceStage::needsFirmware && w.now_ns < 5000 * kMs)
+        w.runFor(10 * kMs);
+    w.runFor(10 * kMs);
+    EXPECT_EQ(w.why(), "loading its firmware");
+    w.runFor(5000 * kMs);
+    EXPECT_TRUE(w.falcon.hasFirmware());
+    EXPECT_EQ(w.falcon.image(), someImage());
+    EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
+    EXPECT_EQ(w.device.report().failures, 0u);
+    w.falcon.home();
+    w.runFor(100 * kMs);
+    EXPECT_TRUE(w.ready);
+    EXPECT_EQ(w.pushed_ns, 0);
+}
+
+TEST(Falcon, LoadingSurvivesItsUsualFailures) {
+    const std::function<void(FalconWorld&)> failures[] = {
+        [](FalconWorld& w) { w.falcon.faults.wrong_echoes = 1; },
+        [](FalconWorld& w) { w.falcon.faults.no_echoes = 1; },
+        [](FalconWorld& w) { w.falcon.faults.never_greets = true; },
+    };
+    for (const auto& fail : failures) {
+        FalconWorld w(false, {.firmware = {someImage(), ""}});
+        fail(w);
+        w.runFor(3000 * kMs);
+        w.falcon.faults = {};
+        w.runFor(20'000 * kMs);
+        EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming) << w.why();
+    }
+}
+
+TEST(Falcon, LoadingThatNeverWorksEndsInAWordToTheUser) {
+    FalconWorld w(false, {.firmware = {someImage(), ""}});
+    w.falcon.image_bytes = 9999;  // takes the image and does not run
+    w.runFor(120'000 * kMs);
+    EXPECT_EQ(w.device.stage(), DeviceStage::needsFirmware);
+    EXPECT_THAT(w.why(), HasSubstr("power supply"));
+    // Unplugged, plugged in: it is tried again.
+    w.plugged = false;
+    w.falcon.faults.unplugged = true;
+    w.runFor(1000 * kMs);
+    w.plugged = true;
+    w.falcon = test::FalconEmulator(false);
+    w.runFor(20'000 * kMs);
+    EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
+}
+
+TEST(Falcon, WithoutFirmwareAndWithoutAFileItSaysSo) {
+    FalconWorld w(false);
+    w.runFor(2000 * kMs);
+    EXPECT_EQ(w.device.stage(), DeviceStage::needsFirmware);
+    EXPECT_THAT(w.why(), HasSubstr("name the vendor's file"));
+    w.falcon = test::FalconEmulator(true);  // somebody else loaded it
+    w.falcon.control(3, 2);
+    w.runFor(200 * kMs);
+    EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
+}
+
+TEST(FalconMotors, AreLimitedAsAWholeAndGoTheRightWay) {
+    patient::synth::Random random(11, 0);
+    int limited = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3 grip{random.uniform(-0.04, 0.04), random.uniform(-0.04, 0.04), random.uniform(0.08, 0.16)};
+        const Vec3 force = random.jitter3(30.0);
+        const auto motors = motorsFor(force, grip, {});
+        const std::array<int, 3> counts{motors[0], motors[1], motors[2]};
+        int most = 0;
+        for (const int count : counts)
+            most = std::max(most, std::abs(count));
+        EXPECT_LE(most, 4095);
+        limited += most >= 4094;
+        const Vec3 made = forceOf(counts, grip);
+        const double length = glm::length(force);
+        EXPECT_LE(glm::length(made), 8.02);
+        // Rounding a count turns a force by far less than a degree, but for the smallest.
+        if (length > 1.0) {
+            EXPECT_GT(glm::dot(made, force) / glm::length(made) / length, 0.9999);
+        }
+    }
+    EXPECT_GT(limited, 20);
+}
+
+TEST(FalconMotors, FollowTheCalibration) {
+    const Calibration twice{.measured_per_asked = {2.0, 1.0, 0.5}, .measured = true, .how = ""};
+    const auto counts = [](const std::array<std::int16_t, 3>& m) {
+        return std::array<int, 3>{m[0], m[1], m[2]};
+    };
+    const Vec3 made = forceOf(counts(motorsFor({2.0, 2.0, 2.0}, kCentre_m, twice)), kCentre_m);
+    EXPECT_NEAR(made.x, 1.0, 0.01);
+    EXPECT_NEAR(made.y, 2.0, 0.01);
+    EXPECT_NEAR(made.z, 4.0, 0.01);
+    EXPECT_TRUE(profileOf(twice).force_calibrated);
+    EXPECT_FALSE(profileOf({}).force_calibrated);
+    EXPECT_EQ(profileOf({}).force_peak_n, 8.0);
+}
+
+TEST(FalconMotors, AreZeroForWhatCannotBe) {
+    const std::array<std::int16_t, 3> zero{};
+    const double inf = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(motorsFor({std::nan(""), 0.0, 0.0}, kCentre_m, {}), zero);
+    EXPECT_EQ(motorsFor({0.0, inf, 0.0}, kCentre_m, {}), zero);
+    EXPECT_EQ(motorsFor({0.0, 0.0, 1.0}, {0.0, 0.0, 0.5}, {}), zero);
+    EXPECT_EQ(motorsFor({0.0, 0.0, 1.0}, {std::nan(""), 0.0, 0.1}, {}), zero);
+    EXPECT_EQ(motorsFor(Vec3(0.0), kCentre_m, {}), zero);
+}
+
+}  // namespace
+}  // namespace stylet::haptics::falcon

@@ -1,0 +1,159 @@
+// A Falcon, its driver and a loop on one thread in virtual time: every wait of the bus lets time pass, and at
+// every millisecond of it the loop ticks.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "haptics/devices/falcon.h"
+#include "haptics/devices/polled.h"
+#include "tests/support/falcon_emulator.h"
+
+namespace stylet::test {
+
+inline constexpr std::int64_t kMs = 1'000'000;
+
+struct FalconWorld;
+
+// The driver's bus over the emulator, with the waits of a real one.
+class EmulatedBus final : public haptics::FtdiBus {
+  public:
+    explicit EmulatedBus(FalconWorld& world) : world_(&world) {}
+    haptics::DeviceStage open(std::string& why) override;
+    haptics::BusResult control(std::uint8_t request, std::uint16_t value, std::string& why) override;
+    haptics::BusResult write(std::span<const std::uint8_t>, int wait_ms, std::string& why) override;
+    haptics::BusResult read(haptics::BusBytes&, int wait_ms, std::string& why) override;
+    void close() noexcept override;
+
+  private:
+    FalconWorld* world_;
+};
+
+struct FalconWorld {
+    explicit FalconWorld(bool has_firmware = true, haptics::falcon::Settings settings = {})
+        : falcon(has_firmware),
+          device(std::make_unique<haptics::falcon::FalconDriver>(std::make_unique<EmulatedBus>(*this),
+                                                                 clock(), std::move(settings)),
+                 clock()) {}
+
+    haptics::Clock clock() {
+        return {this,
+                [](void* w) noexcept {
+                    const auto& world = *static_cast<FalconWorld*>(w);
+                    return world.now_ns + world.clock_error_ns;
+                },
+                [](void* w, std::int64_t t) noexcept {
+                    auto& world = *static_cast<FalconWorld*>(w);
+                    world.pass(t - world.now_ns - world.clock_error_ns);
+                }};
+    }
+
+    // What the loop and its output stage do with a device: 20 ticks of nothing new, or a device that is not
+    // ready, is a fault that stands until it is re-armed.
+    void tick() {
+        const haptics::DeviceState state = device.read(now_ns);
+        stale_ticks = state.fresh != 0 ? 0 : stale_ticks + 1;
+        if (state.fresh != 0) grip_m = state.device_from_stylus.position_m;
+        ready = (state.flags & haptics::kDeviceReady) != 0;
+        buttons = state.buttons;
+        if (armed && (stale_ticks >= 20 || !ready)) {
+            armed = false;
+            fault = ready ? "stale input" : "not ready";
+        }
+        if (!loop_stands) device.send(armed ? force_n : haptics::Vec3(0.0));
+    }
+    void pass(std::int64_t span_ns) {
+        for (const std::int64_t end_ns = now_ns + span_ns; now_ns < end_ns;) {
+            now_ns = std::min(end_ns, (now_ns / kMs + 1) * kMs);
+            if (falcon.pushes()) pushed_ns = now_ns;
+            if (now_ns % kMs == 0) tick();
+        }
+    }
+    void runFor(std::int64_t span_ns) {
+        for (const std::int64_t end_ns = now_ns + span_ns; now_ns < end_ns;) {
+            const std::int64_t due_ns = device.poll() - clock_error_ns;
+            pass(std::clamp(due_ns - now_ns, std::int64_t(0), end_ns - now_ns));
+        }
+    }
+    // Homed, armed, pushing.
+    void bringUp() {
+        runFor(50 * kMs);
+        falcon.home();
+        runFor(50 * kMs);
+        arm();
+        runFor(50 * kMs);
+    }
+    void arm() {
+        armed = true;
+        stale_ticks = 0;
+        fault.clear();
+    }
+    std::string why() const { return device.report().why; }
+
+    FalconEmulator falcon;
+    bool plugged = true;
+    std::int64_t now_ns = 1'000 * kMs, pushed_ns = 0;
+    std::int64_t clock_error_ns = 0;  // what the driver's clock is off by
+    // The loop.
+    haptics::Vec3 force_n{0.0, 0.0, -2.0}, grip_m{0.0};
+    bool armed = false, ready = false, loop_stands = false;
+    int stale_ticks = 0;
+    std::uint32_t buttons = 0;
+    std::string fault;
+    haptics::PolledDevice device;  // last: it is the first to go
+};
+
+inline haptics::DeviceStage EmulatedBus::open(std::string& why) {
+    world_->pass(kMs);
+    if (world_->plugged && !world_->falcon.faults.unplugged) return haptics::DeviceStage::opening;
+    why = "none is plugged in";
+    return haptics::DeviceStage::absent;
+}
+
+inline haptics::BusResult EmulatedBus::control(std::uint8_t request, std::uint16_t value, std::string& why) {
+    world_->pass(kMs / 8);
+    if (world_->falcon.faults.unplugged) {
+        why = "it was unplugged";
+        return haptics::BusResult::lost;
+    }
+    world_->falcon.control(request, value);
+    return haptics::BusResult::ok;
+}
+
+inline haptics::BusResult EmulatedBus::write(std::span<const std::uint8_t> bytes, int wait_ms,
+                                             std::string& why) {
+    if (world_->falcon.faults.deaf) {
+        world_->pass(wait_ms * kMs);
+        return haptics::BusResult::late;
+    }
+    world_->pass(kMs / 8);
+    world_->falcon.bulkOut(bytes, world_->now_ns);
+    if (!world_->falcon.faults.unplugged) return haptics::BusResult::ok;
+    why = "it was unplugged";
+    return haptics::BusResult::lost;
+}
+
+inline haptics::BusResult EmulatedBus::read(haptics::BusBytes& got, int wait_ms, std::string& why) {
+    FalconEmulator& falcon = world_->falcon;
+    got.count = 0;
+    if (falcon.faults.mute) {
+        world_->pass(wait_ms * kMs);
+        return haptics::BusResult::late;
+    }
+    world_->pass(falcon.hasData() ? kMs / 2 : std::min(falcon.latencyMs(), wait_ms) * kMs);
+    if (falcon.faults.unplugged) {
+        why = "it was unplugged";
+        return haptics::BusResult::lost;
+    }
+    const std::vector<std::uint8_t> packet = falcon.bulkIn();
+    got.count = packet.size() - 2;
+    std::copy(packet.begin() + 2, packet.end(), got.bytes.begin());
+    return haptics::BusResult::ok;
+}
+
+inline void EmulatedBus::close() noexcept {
+    world_->pass(kMs / 8);
+}
+
+}  // namespace stylet::test

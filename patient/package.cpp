@@ -170,6 +170,8 @@ void addTissues(StateHash& hash, const Package& p) {
         hash.add(row.cut_force_n), hash.add(row.friction_n), hash.add(row.stiffness_n_per_m);
         hash.add(std::uint64_t(row.membrane)), hash.add(std::uint64_t(row.role));
     }
+    for (const Elasticity& e : p.elasticity)
+        hash.add(e.young_pa);
     hash.add(p.thresholds.t0_hu), hash.add(p.thresholds.t1_hu);
     hash.add(p.thresholds.t2_sensitive_hu), hash.add(p.thresholds.t2_specific_hu);
 }
@@ -207,7 +209,7 @@ std::uint64_t digest(const Package& p) {
     static_assert(std::endian::native == std::endian::little,
                   "bytes of the volumes are hashed as they lie in memory");
     StateHash hash;
-    hash.add(std::string_view("stylet patient 2"));
+    hash.add(std::string_view("stylet patient 3"));
     addTissues(hash, p);
     addLabels(hash, p);
     addMotion(hash, p);

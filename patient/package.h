@@ -29,6 +29,7 @@ struct Package {
     LabelVolume labels;  // same grid
     std::vector<Label> label_table;
     TissueTable tissues{};
+    ElasticityTable elasticity{};
     Thresholds thresholds;
     std::string reference_phase = "exhale";  // "exhale", "inhale" or "v=0.35": the breath of the CT
     MotionModel motion;                      // how breath moves it
@@ -39,6 +40,7 @@ struct Package {
 // (assets/tissue/ptcd.toml).
 struct TissueDefaults {
     TissueTable tissues{};
+    ElasticityTable elasticity{};
     Thresholds thresholds;
 };
 TissueDefaults loadTissueDefaults(const std::filesystem::path& toml);

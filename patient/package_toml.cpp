@@ -13,6 +13,7 @@
 namespace stylet::patient {
 namespace {
 
+constexpr double kSoftest_pa = 10.0;  // softer than any tissue: a number below it has lost its unit
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Tissue readTissueName(TomlReader& in, std::string_view key) {
@@ -51,27 +52,31 @@ TissueRow readRow(TomlReader& in) {
     row.membrane = in.flag("membrane");
     if (row.stiffness_n_per_m == 0.0 && (row.cut_force_n > 0.0 || row.friction_n > 0.0))
         in.refuse("stiffness_n_per_m", "zero, but the tissue has a force");
-    in.finish();
     return row;
 }
 
-TissueTable readTissues(TomlReader& root) {
-    TissueTable table{};
+Elasticity readElasticity(TomlReader& in) {
+    return {in.number("young_pa", kSoftest_pa, kInfinity), in.text("young_source", 1000)};
+}
+
+void readTissues(TomlReader& root, TissueTable& table, ElasticityTable& elasticity) {
     std::array<bool, kTissueCount> seen{};
     for (TomlReader& in : root.children("tissue", kTissueCount)) {
         const auto index = std::size_t(readTissueName(in, "name"));
         if (seen[index]) in.refuse("name", "given twice");
         seen[index] = true;
         table[index] = readRow(in);
+        elasticity[index] = readElasticity(in);
+        in.finish();
     }
     for (std::size_t t = 0; t < seen.size(); ++t)
         if (!seen[t]) root.refuse("tissue", "no row named \"" + std::string(tissueName(Tissue(t))) + "\"");
-    return table;
 }
 
 constexpr double kReach_m = 10.0;
-constexpr const char* kFormat = "stylet patient 2";
+constexpr const char* kFormat = "stylet patient 3";
 constexpr const char* kFormatOfEllipses = "stylet patient 1";
+constexpr const char* kFormatWithoutElasticity = "stylet patient 2";
 
 Label readLabel(TomlReader& in) {
     Label label;
@@ -217,6 +222,8 @@ void writeTissues(TomlWriter& out, const Package& p) {
         out.put("friction_n", row.friction_n);
         out.put("stiffness_n_per_m", row.stiffness_n_per_m);
         out.put("membrane", row.membrane);
+        out.put("young_pa", p.elasticity[std::size_t(t)].young_pa);
+        out.put("young_source", p.elasticity[std::size_t(t)].source);
     }
 }
 
@@ -252,7 +259,7 @@ TissueDefaults parseTissueDefaults(const std::filesystem::path& file, std::strin
     TomlReader root(file, "", parsed);
     TissueDefaults defaults;
     defaults.thresholds = readThresholds(root.child("thresholds"));
-    defaults.tissues = readTissues(root);
+    readTissues(root, defaults.tissues, defaults.elasticity);
     root.finish();
     return defaults;
 }
@@ -263,6 +270,8 @@ Package parsePackageToml(const std::filesystem::path& file, std::string_view tex
     const std::string format = root.text("format", 100);
     if (format == kFormatOfEllipses)
         root.refuse("format", "an older patient, who breathes in ellipses: make or import it again");
+    if (format == kFormatWithoutElasticity)
+        root.refuse("format", "an older patient, whose tissues have no elasticity: make or import it again");
     if (format != kFormat) root.refuse("format", "not \"" + std::string(kFormat) + "\"");
     Package p;
     p.name = root.text("name", 200);
@@ -271,7 +280,7 @@ Package parsePackageToml(const std::filesystem::path& file, std::string_view tex
     p.reference_phase = root.text("reference_phase", 40);
     p.ct.grid = p.labels.grid = readGrid(root.child("grid"));
     p.thresholds = readThresholds(root.child("thresholds"));
-    p.tissues = readTissues(root);
+    readTissues(root, p.tissues, p.elasticity);
     p.label_table = readLabels(root);
     p.motion.reference = readReference(root, p.reference_phase);
     readBreathing(root.child("breathing"), p);

@@ -29,6 +29,15 @@ struct TissueRow {
 };
 using TissueTable = std::array<TissueRow, kTissueCount>;
 
+// How a tissue gives way under a hand: Young's modulus at small strain, and where the number is from.
+// Infinite: rigid. The row of air stands for lung and gas inside the body.
+struct Elasticity {
+    double young_pa = 0.0;
+    std::string source;
+    friend bool operator==(const Elasticity&, const Elasticity&) = default;
+};
+using ElasticityTable = std::array<Elasticity, kTissueCount>;
+
 // Lower bounds of the classes, HU: air < t0 <= skin < t1 <= soft < t2 <= bone.
 struct Thresholds {
     double t0_hu = -500.0;

@@ -345,6 +345,7 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
     p.provenance = "imported by stylet-model from a CT and its segmentation" +
                    std::string(settings.grow_ducts ? ", virtual bile ducts added" : "");
     p.tissues = settings.defaults.tissues;
+    p.elasticity = settings.defaults.elasticity;
     fillTable(p, map, out.sources);
     say(settings, "breath");
     p.motion = patient::motionTemplate(p.labels, p.label_table, {}, {breath, 0.0});

@@ -69,6 +69,7 @@ patient::Package packageOf(const FittedMotion& fitted) {
     p.labels = patient::LabelVolume(p.ct.grid);
     const patient::TissueDefaults defaults = tissueDefaults();
     p.tissues = defaults.tissues;
+    p.elasticity = defaults.elasticity;
     p.thresholds = defaults.thresholds;
     return p;
 }

@@ -60,6 +60,7 @@ Package makeReferencePatient(const SynthSettings& settings) {
     package.labels = std::move(canvas.labels);
     package.label_table = labelTable();
     package.tissues = settings.defaults.tissues;
+    package.elasticity = settings.defaults.elasticity;
     package.thresholds = settings.defaults.thresholds;
     package.reference_phase = "exhale";
     report("breath", 0.9);

@@ -16,6 +16,7 @@ patient::Package makeColumn(const Layers& layers, double pitch_m) {
     }
     patient::Package package;
     package.tissues = tissueDefaults().tissues;
+    package.elasticity = tissueDefaults().elasticity;
     package.thresholds = tissueDefaults().thresholds;
     package.label_table = tissueLabels();
     const patient::Grid grid{{int(column.size()), 1, 1}, {pitch_m, 0.08, 0.08}, {0.5 * pitch_m, 0.0, 0.0}};

@@ -85,6 +85,7 @@ TEST_F(SavedPackage, ComesBackEqual) {
     EXPECT_EQ(back.ct.voxels, p.ct.voxels);
     EXPECT_EQ(back.labels.voxels, p.labels.voxels);
     EXPECT_EQ(back.tissues, p.tissues);
+    EXPECT_EQ(back.elasticity, p.elasticity);
     EXPECT_EQ(back.thresholds, p.thresholds);
     EXPECT_EQ(back.motion, p.motion);
     EXPECT_EQ(back.signal, p.signal);
@@ -142,7 +143,7 @@ TEST_F(SavedPackage, UnknownKeysAreNamed) {
 }
 
 TEST_F(SavedPackage, BadValuesAreNamed) {
-    expectRefusedWith("stylet patient 2", "stylet patient 3", "format");
+    expectRefusedWith("stylet patient 3", "stylet patient 4", "format");
     expectRefusedWith("v=0.35", "v=nan", "reference_phase");
     expectRefusedWith("v=0.35", "v=-1", "reference_phase");
     expectRefusedWith("v=0.35", "v=0.3 ", "reference_phase");
@@ -158,6 +159,10 @@ TEST_F(SavedPackage, BadValuesAreNamed) {
     expectRefusedWith("name = \"skin\"", "name = \"hair\"", "tissue[1].name");
     expectRefusedWith("role = \"pass\"", "role = \"fail\"", "tissue[0].role");
     expectRefusedWith("membrane = true", "membrane = 1", "tissue[1].membrane");
+    expectRefusedWith("young_pa = 8000.0", "young_pa = 8.0", "tissue[1].young_pa");
+    expectRefusedWith("young_pa = 8000.0", "young_pa = nan", "tissue[1].young_pa");
+    expectRefusedWith("young_pa = 8000.0", "", "tissue[1].young_pa: missing");
+    expectRefusedWith("young_source", "young_book", "tissue[0].young_source: missing");
     expectRefusedWith("id = 2", "id = 1", "label[1].id");
     expectRefusedWith("id = 2", "id = 0", "label[1].id");
     expectRefusedWith("id = 2", "id = 256", "label[1].id");
@@ -178,8 +183,10 @@ TEST_F(SavedPackage, BadBreathingIsNamed) {
     expectRefusedWith("dome_travel_m = 0.0", "dome_travel_m = 7.0", "breathing.dome_travel_m");
 }
 
-TEST_F(SavedPackage, APatientWhoBreathesInEllipsesIsRefusedInAWord) {
-    expectRefusedWith("stylet patient 2", "stylet patient 1", "format: an older patient");
+TEST_F(SavedPackage, OlderPatientsAreRefusedInAWord) {
+    expectRefusedWith("stylet patient 3", "stylet patient 2",
+                      "format: an older patient, whose tissues have no elasticity");
+    expectRefusedWith("stylet patient 3", "stylet patient 1", "format: an older patient");
 }
 
 // motion.nii.gz, spoiled in ways its reader must name.
@@ -302,6 +309,7 @@ TEST(Digest, CoversWhatForcesDependOn) {
     };
     with([](Package& p) { p.tissues[4].friction_n += 1e-12; });
     with([](Package& p) { p.tissues[0].membrane = true; });
+    with([](Package& p) { p.elasticity[2].young_pa += 1e-9; });
     with([](Package& p) { p.thresholds.t2_specific_hu += 1; });
     with([](Package& p) { p.label_table[0].tissue = Tissue::bone; });
     with([](Package& p) { p.label_table[0].abdominal = true; });

@@ -76,6 +76,14 @@ TEST(Tissue, ShippedTableIsTableOne) {
     EXPECT_EQ(t[std::size_t(Tissue::liver)], (TissueRow{0.3, 0.9, 1200.0, false, Role::pass}));
     EXPECT_EQ(t[std::size_t(Tissue::vessel)], (TissueRow{1.05, 0.75, 1100.0, false, Role::risk}));
     EXPECT_EQ(t[std::size_t(Tissue::duct)], (TissueRow{1.2, 0.5, 1000.0, false, Role::target}));
+
+    // Every tissue says how it yields, and whence that is known; only bone is rigid.
+    for (int i = 0; i < kTissueCount; ++i) {
+        const Elasticity& e = test::tissueDefaults().elasticity[std::size_t(i)];
+        EXPECT_EQ(std::isinf(e.young_pa), Tissue(i) == Tissue::bone) << tissueName(Tissue(i));
+        EXPECT_GE(e.young_pa, 500.0) << tissueName(Tissue(i));
+        EXPECT_GT(e.source.size(), 10u) << tissueName(Tissue(i));
+    }
 }
 
 TEST(Slabs, BordersLieWhereTheyShould) {

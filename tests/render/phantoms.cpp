@@ -33,6 +33,7 @@ patient::Package emptyPackage(const Vec3& half_m, double spacing_m) {
     package.licence = "CC0-1.0";
     package.provenance = "tests/render/phantoms.cpp";
     package.tissues = tissueDefaults().tissues;
+    package.elasticity = tissueDefaults().elasticity;
     package.thresholds = tissueDefaults().thresholds;
     package.label_table = tissueLabels();
     package.ct = patient::CtVolume(grid);

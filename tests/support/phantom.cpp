@@ -74,6 +74,7 @@ patient::Package makeSlabs(const std::vector<std::pair<Tissue, double>>& layers_
     package.licence = "CC0-1.0";
     package.provenance = "tests/support/phantom.cpp";
     package.tissues = tissueDefaults().tissues;
+    package.elasticity = tissueDefaults().elasticity;
     package.thresholds = tissueDefaults().thresholds;
     package.ct = patient::CtVolume(grid);
     package.labels = patient::LabelVolume(grid);

@@ -17,8 +17,10 @@ ImportSettings settings() {
     ImportSettings s;
     s.grow_ducts = true;
     s.spacing_m = 0.002;
-    for (int t = 0; t < patient::kTissueCount; ++t)
+    for (int t = 0; t < patient::kTissueCount; ++t) {
         s.defaults.tissues[std::size_t(t)] = {0.1 * t, 0.2 * t, 100.0 * t, t == 1, patient::Role::pass};
+        s.defaults.elasticity[std::size_t(t)] = {1000.0 + t, "a guess"};
+    }
     return s;
 }
 

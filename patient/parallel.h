@@ -1,4 +1,4 @@
-// Internal: the same work on several threads; results must not depend on who does what.
+// The same work on several threads; results must not depend on who does what.
 #pragma once
 
 #include <algorithm>

@@ -27,4 +27,6 @@
 #include "patient/skin.h"            // the surface as a smooth signed distance
 #include "patient/planning.h"        // reference paths
 #include "patient/hash.h"            // the state hash
+#include "patient/spline.h"          // smooth look-up between the nodes of a grid
+#include "patient/parallel.h"        // work on several threads, at load
 #include "patient/transcendental.h"  // exp, sin and cos with the same bits on every machine

@@ -1,4 +1,4 @@
-// Internal: quadratic B-splines over the nodes of a grid: once differentiable, no overshoot, linear functions
+// Quadratic B-splines over the nodes of a grid: once differentiable, no overshoot, linear functions
 // are kept. A point costs 27 nodes.
 #pragma once
 

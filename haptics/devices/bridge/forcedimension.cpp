@@ -1,0 +1,120 @@
+// A bridge to Force Dimension's omega, sigma, delta and lambda through libdhd, compiled only where that SDK
+// is installed. Facts from its public header (SDK 3.7 and later) and its Python documentation: metres,
+// newtons, rotation by rows, a firmware watchdog in multiples of 125 us that switches the forces off, -1 on
+// errors. Forces and stiffness per type as CHAI3D lists them. Unproven without hardware: the handle lies
+// along +z of the wrist's frame.
+#include <dhdc.h>
+
+#include <atomic>
+#include <glm/gtc/quaternion.hpp>
+#include <thread>
+
+#include "haptics/devices/bridge/server.h"
+
+namespace stylet::haptics::bridge {
+namespace {
+
+constexpr unsigned char kWatchdog = 120;  // * 125 us = 15 ms
+
+struct Known {
+    int type;
+    double force_peak_n, stiffness_n_per_m;
+};
+constexpr Known kKnown[] = {
+    {DHD_DEVICE_OMEGA3, 12.0, 5000.0},        {DHD_DEVICE_OMEGA33, 12.0, 5000.0},
+    {DHD_DEVICE_OMEGA33_LEFT, 12.0, 5000.0},  {DHD_DEVICE_OMEGA331, 12.0, 5000.0},
+    {DHD_DEVICE_OMEGA331_LEFT, 12.0, 5000.0}, {DHD_DEVICE_SIGMA331, 12.0, 4000.0},
+    {DHD_DEVICE_SIGMA331_LEFT, 12.0, 4000.0}, {DHD_DEVICE_FALCON, 8.0, 3000.0},
+};
+
+class ForceDimension final : public Sdk {
+  public:
+    bool open(Capabilities& capabilities, std::string& why) override {
+        if (dhdOpen() < 0) return failed(why);
+        open_ = true;
+        const char* name = dhdGetSystemName();
+        putText(capabilities.name, name ? name : "Force Dimension device");
+        DeviceProfile& profile = capabilities.profile;
+        profile.force_peak_n = 3.3;
+        profile.stiffness_n_per_m = 400.0;
+        putText(capabilities.source, "a type not listed: taken for the weakest");
+        for (const Known& known : kKnown) {
+            if (known.type != dhdGetSystemType()) continue;
+            profile.force_peak_n = known.force_peak_n;
+            profile.stiffness_n_per_m = known.stiffness_n_per_m;
+            putText(capabilities.source, "CHAI3D's table of Force Dimension devices");
+        }
+        profile.senses_rotation = dhdHasWrist();
+        profile.torque_axes = dhdHasActiveWrist() ? 3 : 0;
+        profile.force_axes = 3;
+        peak_n_ = profile.force_peak_n;
+
+        // Forces end in the firmware when this process does.
+        dhdEnableExpertMode();
+        const bool guarded = dhdSetWatchdog(kWatchdog) >= 0;
+        dhdDisableExpertMode();
+        return guarded || failed(why);
+    }
+
+    bool start(Servo& servo, std::string& why) override {
+        servo_ = &servo;
+        if (dhdEnableForce(DHD_ON) < 0) return failed(why);
+        running_.store(true);
+        thread_ = std::thread([this] {
+            while (running_.load() && tick()) {
+            }
+        });
+        return true;
+    }
+
+    void stop() noexcept override {
+        running_.store(false);
+        if (thread_.joinable()) thread_.join();
+        if (!open_) return;
+        dhdSetForceAndTorque(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        dhdEnableForce(DHD_OFF);
+        dhdClose();
+        open_ = false;
+    }
+
+  private:
+    static bool failed(std::string& why) {
+        why = dhdErrorGetLastStr();
+        return false;
+    }
+
+    // Paced by the bus, up to 4 kHz.
+    bool tick() {
+        Vec3 p(0.0);
+        double rows[3][3] = {};
+        int status[DHD_MAX_STATUS] = {};
+        if (dhdGetPositionAndOrientationFrame(&p.x, &p.y, &p.z, rows) < 0 || dhdGetStatus(status) < 0)
+            return lost();
+        const glm::dmat3 rotation(rows[0][0], rows[1][0], rows[2][0], rows[0][1], rows[1][1], rows[2][1],
+                                  rows[0][2], rows[1][2], rows[2][2]);
+        MotorStage motors = status[DHD_STATUS_FORCE] ? MotorStage::on : MotorStage::off;
+        if (!status[DHD_STATUS_RESET]) motors = MotorStage::needsHoming;
+        const Pose pose{glm::normalize(glm::quat_cast(rotation)), p};
+        const Vec3 f = servo_->tick({monotonic_ns(), pose, dhdGetButtonMask(), motors, true}, peak_n_);
+        return dhdSetForceAndTorque(f.x, f.y, f.z, 0.0, 0.0, 0.0) >= 0 || lost();
+    }
+
+    bool lost() {
+        servo_->fail(dhdErrorGetLastStr());
+        return false;
+    }
+
+    Servo* servo_ = nullptr;
+    double peak_n_ = 0.0;
+    bool open_ = false;
+    std::atomic<bool> running_{false};
+    std::thread thread_;
+};
+
+}  // namespace
+}  // namespace stylet::haptics::bridge
+
+int main(int argc, char** argv) {
+    stylet::haptics::bridge::ForceDimension sdk;
+    return stylet::haptics::bridge::bridgeMain(sdk, argc, argv);
+}

@@ -1,0 +1,62 @@
+// Stylet's side of a conversation with a bridge: bytes and times in, bytes and states out. No I/O, no clock,
+// no allocation, so that tests run years of it; bridge.h puts it on a socket.
+#pragma once
+
+#include "haptics/devices/bridge/protocol.h"
+
+namespace stylet::haptics::bridge {
+
+// One connection's. A fault stays: make the next connection with a new Link. Times are CLOCK_MONOTONIC, which
+// both sides share.
+class Link {
+  public:
+    // What to send: first hello, then forces once `capabilities` are there, bye last.
+    FrameBytes hello() noexcept;
+    FrameBytes force(const Vec3& force_n, std::int64_t now_ns) noexcept;
+    FrameBytes bye(const char* reason) noexcept;
+
+    // What came in, in pieces of any length.
+    void receive(std::span<const std::uint8_t>, std::int64_t now_ns) noexcept;
+    // Silence is a fault. Call after receive(): our own pauses are not the bridge's.
+    void watch(std::int64_t now_ns) noexcept;
+
+    LinkFault fault() const noexcept { return fault_; }
+    const char* reason() const noexcept { return bye_.reason.data(); }  // of LinkFault::bye
+    bool introduced() const noexcept { return introduced_; }            // the capabilities have come
+    const Capabilities& capabilities() const noexcept { return capabilities_; }
+    // The newest state; true when its sample is newer than at the last call.
+    bool take(State&) noexcept;
+
+    struct Counts {
+        std::uint64_t states = 0;
+        std::uint64_t repeated = 0;  // frames come twice or out of order: ignored
+        std::uint64_t lost = 0;      // sequence numbers that never came
+    };
+    const Counts& counts() const noexcept { return counts_; }
+
+  private:
+    void handle(const Frame&, std::int64_t now_ns) noexcept;
+    void handleState(const Frame&, std::int64_t now_ns) noexcept;
+    void fail(LinkFault fault) noexcept {
+        if (fault_ == LinkFault::none) fault_ = fault;
+    }
+
+    static constexpr std::uint32_t kRemembered = 64;  // forces whose answers are still taken
+
+    LinkFault fault_ = LinkFault::none;
+    bool introduced_ = false, fresh_ = false;
+    std::uint32_t sent_ = 0, seen_ = 0;  // sequence numbers; each side counts from 1
+    std::array<std::int64_t, kRemembered> sent_ns_{};
+    std::uint32_t first_force_ = 0;
+    bool waiting_ = false;
+    std::int64_t asked_ns_ = 0;  // the oldest force since the last answer, while waiting for one
+    std::int64_t watched_ns_ = 0;
+    std::array<std::uint8_t, kMostFrameBytes> buffer_{};
+    std::size_t held_ = 0;
+    Capabilities capabilities_;
+    State state_;
+    Bye bye_;
+    Counts counts_;
+};
+
+}  // namespace stylet::haptics::bridge

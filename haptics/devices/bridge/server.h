@@ -1,0 +1,95 @@
+// The bridge's side: what a program around a closed SDK is made of. The SDK's servo thread calls
+// Servo::tick(); serve() talks to Stylet on a thread of its own, so that neither a slow socket nor a dead
+// trainer can hold a force on the device.
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "haptics/devices/bridge/protocol.h"
+#include "haptics/rings.h"
+
+namespace stylet::haptics::bridge {
+
+// The device as the SDK read it in one servo tick. Metres, newtons, the device's own frame.
+struct Sample {
+    std::int64_t sampled_ns = 0;  // CLOCK_MONOTONIC
+    Pose device_from_stylus;
+    std::uint32_t buttons = 0;
+    MotorStage motors = MotorStage::on;
+    bool hand_on = true;
+};
+
+std::int64_t monotonic_ns() noexcept;
+
+class Servo {
+  public:
+    // Servo thread. Wait-free. Publishes the sample and returns the force to apply in this tick, at most
+    // `force_peak_n`: zero while no force younger than 15 ms is there, and from then on until one of exactly
+    // zero has come.
+    Vec3 tick(const Sample&, double force_peak_n) noexcept;
+    // SDK's threads. The device is lost; `why` must outlive everything.
+    void fail(const char* why) noexcept { failure_.store(why); }
+
+    // Server's thread.
+    void command(const Force& force) noexcept { commands_.publish({force, true}); }
+    void release() noexcept { commands_.publish({}); }  // Stylet is gone: zero now
+    bool newest(Sample&, bool& watchdog) noexcept;      // false while there was none
+    const char* failure() const noexcept { return failure_.load(); }
+
+  private:
+    struct Command {
+        Force force;
+        bool live = false;
+    };
+    struct Published {
+        Sample sample;
+        bool watchdog = true, any = false;
+    };
+    Snapshot<Command> commands_;
+    Snapshot<Published> samples_;
+    std::atomic<const char*> failure_{nullptr};
+    bool tripped_ = true;  // servo thread's
+};
+
+// One connection: bytes in, bytes out. No I/O.
+class Session {
+  public:
+    Session(const Capabilities& capabilities, Servo& servo) : capabilities_(capabilities), servo_(servo) {}
+    // Takes what came, appends what to answer. False: hang up after sending that.
+    bool receive(std::span<const std::uint8_t>, std::vector<std::uint8_t>& out);
+    // Appends a bye.
+    void end(const char* reason, std::vector<std::uint8_t>& out);
+
+  private:
+    bool handle(const Frame&, std::vector<std::uint8_t>& out);
+    bool refuse(LinkFault fault, std::vector<std::uint8_t>& out);
+
+    const Capabilities& capabilities_;
+    Servo& servo_;
+    std::vector<std::uint8_t> held_;
+    std::uint32_t sent_ = 0, seen_ = 0;
+    bool greeted_ = false;
+};
+
+// What a vendor's SDK is made to do.
+class Sdk {
+  public:
+    virtual ~Sdk() = default;
+    // Finds the device, fills in what it can do.
+    virtual bool open(Capabilities&, std::string& why) = 0;
+    // Its servo thread calls servo.tick() and applies what that returns, until stop().
+    virtual bool start(Servo&, std::string& why) = 0;
+    // Zero force, then lets go. On every way out.
+    virtual void stop() noexcept = 0;
+};
+
+// Opens the SDK and serves one Stylet after the other until `stop`, or until the device is lost: then the
+// reason is returned, and an empty text otherwise.
+std::string serve(Sdk&, const std::string& socket_path, const std::atomic<bool>& stop);
+
+// main() of a bridge: NAME [--socket PATH], until SIGINT, SIGTERM or SIGHUP.
+int bridgeMain(Sdk&, int argc, char** argv);
+
+}  // namespace stylet::haptics::bridge

@@ -1,0 +1,300 @@
+#include "haptics/devices/bridge/server.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <thread>
+#include <vector>
+
+#include "haptics/devices/bridge.h"
+#include "tests/support/bridge_simulated.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::haptics::bridge {
+namespace {
+
+constexpr std::int64_t kTick_ns = 1'000'000;
+
+struct ServoRun {
+    Vec3 tick() {
+        now_ns += kTick_ns;
+        return servo.tick({now_ns, {}, 0, MotorStage::on, true}, 3.3);
+    }
+    void command(const Vec3& force_n) { servo.command({now_ns, force_n}); }
+    bool watchdog() {
+        Sample sample;
+        bool tripped = false;
+        EXPECT_TRUE(servo.newest(sample, tripped));
+        return tripped;
+    }
+    Servo servo;
+    std::int64_t now_ns = 1'000'000'000;
+};
+
+TEST(BridgeServo, HoldsZeroUntilAZeroHasCome) {
+    ServoRun run;
+    EXPECT_EQ(run.tick(), Vec3(0.0));
+    run.command({0.0, 0.0, 1.0});
+    EXPECT_EQ(run.tick(), Vec3(0.0));
+    EXPECT_TRUE(run.watchdog());
+    run.command({0.0, 0.0, 0.0});
+    EXPECT_EQ(run.tick(), Vec3(0.0));
+    EXPECT_FALSE(run.watchdog());
+    run.command({0.0, 0.0, 1.0});
+    EXPECT_EQ(run.tick(), Vec3(0.0, 0.0, 1.0));
+}
+
+TEST(BridgeServo, FifteenMillisecondsOfSilenceTakeTheForce) {
+    ServoRun run;
+    run.command({0.0, 0.0, 0.0});
+    run.tick();
+    run.command({1.0, 0.0, 0.0});
+    for (int i = 1; i <= 15; ++i)
+        EXPECT_EQ(run.tick(), Vec3(1.0, 0.0, 0.0)) << i;
+    EXPECT_EQ(run.tick(), Vec3(0.0));
+    run.command({1.0, 0.0, 0.0});  // back, but a zero is wanted first
+    EXPECT_EQ(run.tick(), Vec3(0.0));
+    EXPECT_TRUE(run.watchdog());
+}
+
+TEST(BridgeServo, AForceFromTheFutureOrALongPastIsNone) {
+    ServoRun run;
+    run.command({0.0, 0.0, 0.0});
+    run.tick();
+    run.servo.command({run.now_ns + 1'000 * kTick_ns, {1.0, 0.0, 0.0}});
+    EXPECT_EQ(run.tick(), Vec3(0.0));
+    run.command({0.0, 0.0, 0.0});
+    run.tick();
+    run.servo.command({run.now_ns - 30 * kTick_ns, {1.0, 0.0, 0.0}});
+    EXPECT_EQ(run.tick(), Vec3(0.0));
+}
+
+TEST(BridgeServo, TheDevicesPeakIsKeptWithTheDirection) {
+    ServoRun run;
+    run.command({0.0, 0.0, 0.0});
+    run.tick();
+    run.command({30.0, 40.0, 0.0});
+    const Vec3 sent_n = run.tick();
+    EXPECT_NEAR(sent_n.x, 3.3 * 0.6, 1e-12);
+    EXPECT_NEAR(sent_n.y, 3.3 * 0.8, 1e-12);
+}
+
+TEST(BridgeServo, AReleaseIsZeroInTheNextTick) {
+    ServoRun run;
+    run.command({0.0, 0.0, 0.0});
+    run.tick();
+    run.command({1.0, 0.0, 0.0});
+    run.tick();
+    run.servo.release();
+    EXPECT_EQ(run.tick(), Vec3(0.0));
+}
+
+struct Conversation {
+    Conversation() { putText(capabilities.name, "x"), capabilities.profile.force_peak_n = 3.3; }
+    // What the session answers to a frame.
+    LinkFault say(const FrameBytes& bytes, Frame& answer) {
+        out.clear();
+        on = session.receive(bytes.span(), out);
+        return readFrame(out, answer);
+    }
+    std::string lastWords(std::span<const std::uint8_t> bytes) {
+        out.clear();
+        on = session.receive(bytes, out);
+        Frame frame;
+        Bye bye;
+        EXPECT_EQ(readFrame(out, frame), LinkFault::none);
+        EXPECT_EQ(parse(frame, bye), LinkFault::none);
+        return bye.reason.data();
+    }
+    Capabilities capabilities;
+    Servo servo;
+    Session session{capabilities, servo};
+    std::vector<std::uint8_t> out;
+    bool on = true;
+};
+
+TEST(BridgeSession, GreetsAndAnswersEachForceWithTheNewestSample) {
+    Conversation talk;
+    Frame frame;
+    ASSERT_EQ(talk.say(encode(1, Hello{}), frame), LinkFault::none);
+    EXPECT_EQ(frame.type, FrameType::capabilities);
+    ASSERT_EQ(talk.say(encode(2, Force{}), frame), LinkFault::none);
+    EXPECT_EQ(frame.bytes, 0u);  // no sample yet: nothing to say
+    talk.servo.tick({7, {Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.1, 0.2, 0.3)}, 5, MotorStage::on, true}, 3.3);
+    ASSERT_EQ(talk.say(encode(3, Force{}), frame), LinkFault::none);
+    State state;
+    ASSERT_EQ(parse(frame, state), LinkFault::none);
+    EXPECT_EQ(state.answers, 3u);
+    EXPECT_EQ(state.sampled_ns, 7);
+    EXPECT_EQ(state.device_from_stylus.position_m, Vec3(0.1, 0.2, 0.3));
+    EXPECT_EQ(state.buttons, 5u);
+    EXPECT_EQ(frame.sequence, 2u);
+}
+
+TEST(BridgeSession, RefusesWithAReason) {
+    FrameBytes newer = encode(1, Hello{2, 3});
+    EXPECT_EQ(Conversation().lastWords(newer.span()), describe(LinkFault::version));
+    FrameBytes early = encode(1, Force{});
+    EXPECT_EQ(Conversation().lastWords(early.span()), describe(LinkFault::unasked));
+    FrameBytes flipped = encode(1, Hello{});
+    flipped.bytes[9] ^= 1;
+    EXPECT_EQ(Conversation().lastWords(flipped.span()), describe(LinkFault::checksum));
+    const std::uint8_t noise[] = {'G', 'E', 'T', ' '};
+    EXPECT_EQ(Conversation().lastWords(noise), describe(LinkFault::magic));
+    Conversation talk;
+    Frame frame;
+    talk.say(encode(1, Hello{}), frame);
+    EXPECT_EQ(talk.lastWords(encode(2, Force{0, {std::nan(""), 0.0, 0.0}}).span()),
+              describe(LinkFault::value));
+    EXPECT_FALSE(talk.on);
+}
+
+TEST(BridgeSession, TakesFramesInPiecesAndIgnoresRepeats) {
+    Conversation talk;
+    talk.servo.tick({7, {}, 0, MotorStage::on, true}, 3.3);
+    std::vector<std::uint8_t> in;
+    for (const FrameBytes& frame :
+         {encode(1, Hello{}), encode(2, Force{}), encode(2, Force{}), encode(3, Force{})})
+        in.insert(in.end(), frame.span().begin(), frame.span().end());
+    for (const std::uint8_t byte : in)
+        ASSERT_TRUE(talk.session.receive({&byte, 1}, talk.out));
+    EXPECT_EQ(talk.out.size(), 256u + 2 * 96u);
+}
+
+// serve() on a thread, with the driver as its trainer.
+class BridgeServe : public testing::Test {
+  protected:
+    void SetUp() override { start(); }
+    void TearDown() override { finish(); }
+    void start() {
+        stop.store(false);
+        thread = std::thread([this] { why = serve(sdk, path, stop); });
+        waitFor([this] { return std::filesystem::exists(path) && sdk.ticks() > 0; });
+    }
+    std::string finish() {
+        stop.store(true);
+        if (thread.joinable()) thread.join();
+        return why;
+    }
+    static bool waitFor(const std::function<bool()>& what) {
+        for (int i = 0; i < 3000 && !what(); ++i)
+            usleep(1000);
+        return what();
+    }
+    // Exchanges until the force arrives at the motors.
+    void press(BridgeDriver& driver) {
+        std::string reason;
+        DeviceState state;
+        for (int i = 0; i < 200 && sdk.motor_n() == 0.0; ++i) {
+            const DeviceStage stage = driver.exchange({0.0, 0.0, pressing ? 1.0 : 0.0}, state, reason);
+            ASSERT_NE(stage, DeviceStage::failed) << reason;
+            pressing = stage == DeviceStage::ready;
+            usleep(1000);
+        }
+        ASSERT_EQ(sdk.motor_n(), 1.0);
+    }
+
+    test::TempFolder folder;
+    std::string path = folder / "bridge.sock";
+    test::SimulatedSdk sdk;
+    std::atomic<bool> stop{false};
+    std::string why;
+    std::thread thread;
+    bool pressing = false;
+};
+
+TEST_F(BridgeServe, TheDriverReadsWhatTheSdkReads) {
+    BridgeDriver driver({.socket_path = path});
+    ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
+    EXPECT_STREQ(driver.profile().name, "simulated Touch");
+    EXPECT_EQ(driver.profile().stiffness_n_per_m, 400.0);
+    press(driver);
+    DeviceState state;
+    std::string reason;
+    EXPECT_EQ(driver.exchange({0.0, 0.0, 1.0}, state, reason), DeviceStage::ready);
+    EXPECT_EQ(state.flags, kDeviceReady | kDeviceHandOn);
+    const Vec3 p = state.device_from_stylus.position_m;
+    EXPECT_NEAR(std::hypot(p.x, p.y), 0.02, 1e-9);
+}
+
+TEST_F(BridgeServe, AClosedTrainerAndASilentOneEndInZeroForce) {
+    BridgeDriver driver({.socket_path = path});
+    ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
+    press(driver);
+    driver.close();
+    EXPECT_TRUE(waitFor([this] { return sdk.motor_n() == 0.0; }));
+
+    pressing = false;
+    ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
+    press(driver);
+    const std::int64_t spoke_ns = monotonic_ns();  // and not a word more
+    ASSERT_TRUE(waitFor([this] { return sdk.motor_n() == 0.0; }));
+    EXPECT_LE(sdk.last_force_ns() - spoke_ns, kSilent_ns);
+    DeviceState state;
+    std::string reason;
+    EXPECT_EQ(driver.exchange({0.0, 0.0, 1.0}, state, reason), DeviceStage::opening);
+    EXPECT_EQ(reason, "the bridge's watchdog took the force");
+    EXPECT_EQ(state.flags, kDeviceHandOn);
+}
+
+TEST_F(BridgeServe, AnUnpluggedDeviceIsNamed) {
+    BridgeDriver driver({.socket_path = path});
+    ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
+    press(driver);
+    sdk.unplug();
+    thread.join();
+    EXPECT_EQ(why, "the device was unplugged");
+    DeviceState state;
+    std::string reason;
+    EXPECT_EQ(driver.exchange({}, state, reason), DeviceStage::failed);
+    EXPECT_EQ(reason, "the bridge closed: the device was unplugged");
+    EXPECT_EQ(driver.open(reason), DeviceStage::absent);
+}
+
+TEST_F(BridgeServe, OneTrainerAtATime) {
+    BridgeDriver first({.socket_path = path}), second({.socket_path = path});
+    ASSERT_EQ(first.open(why), DeviceStage::opening) << why;
+    std::string reason;
+    EXPECT_EQ(second.open(reason), DeviceStage::failed);
+    EXPECT_EQ(reason, "the bridge closed: another trainer is connected");
+    press(first);
+}
+
+TEST_F(BridgeServe, OneBridgeAtATimeAndADeadOnesSocketIsReplaced) {
+    std::atomic<bool> never{true};
+    test::SimulatedSdk other;
+    EXPECT_EQ(serve(other, path, never), path + ": another bridge listens there");
+    finish();
+    EXPECT_FALSE(std::filesystem::exists(path));
+
+    const std::string left = folder / "left.sock";
+    {
+        // A socket whose process died stays in the file system.
+        sockaddr_un address{};
+        address.sun_family = AF_UNIX;
+        std::snprintf(address.sun_path, sizeof address.sun_path, "%s", left.c_str());
+        const int dead = ::socket(AF_UNIX, SOCK_STREAM, 0);
+        ASSERT_EQ(::bind(dead, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+        ::close(dead);
+    }
+    EXPECT_EQ(serve(other, left, never), "");
+    std::ofstream(folder / "file.sock") << "not a socket";
+    EXPECT_NE(serve(other, folder / "file.sock", never), "");
+    EXPECT_TRUE(std::filesystem::exists(folder / "file.sock"));
+}
+
+TEST_F(BridgeServe, AMissingDeviceIsNamed) {
+    finish();
+    sdk.missing.store(true);
+    EXPECT_EQ(serve(sdk, path, stop), "no device is plugged in");
+    EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+}  // namespace
+}  // namespace stylet::haptics::bridge

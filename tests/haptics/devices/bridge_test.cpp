@@ -1,0 +1,274 @@
+#include "haptics/devices/bridge.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "haptics/devices/polled.h"
+#include "tests/support/bridge_emulator.h"
+#include "tests/support/temp_folder.h"
+
+extern char** environ;
+
+namespace stylet::haptics {
+namespace {
+
+using test::BridgeFault;
+using test::BridgeScript;
+using test::BridgeServer;
+
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
+
+class BridgeDriverTest : public testing::Test {
+  protected:
+    // Opens, then exchanges once a millisecond, pressing where it may, until that fails. Returns why.
+    std::string pressUntilItFails(BridgeDriver& driver, int most = 400) {
+        std::string why;
+        if (driver.open(why) != DeviceStage::opening) return why;
+        DeviceStage stage = DeviceStage::opening;
+        for (int i = 0; i < most; ++i) {
+            stage = driver.exchange({0.0, 0.0, stage == DeviceStage::ready ? 1.0 : 0.0}, state, why);
+            failed_ns = test::monotonicNow_ns();
+            if (stage == DeviceStage::failed) return why;
+            ready = ready || stage == DeviceStage::ready;
+            usleep(1000);
+        }
+        return "did not fail";
+    }
+
+    test::TempFolder folder;
+    std::string path = folder / "bridge.sock";
+    DeviceState state;
+    std::int64_t failed_ns = 0;
+    bool ready = false;
+};
+
+TEST_F(BridgeDriverTest, WithoutABridgeTheDeviceIsAbsent) {
+    BridgeDriver driver({.socket_path = path});
+    std::string why;
+    EXPECT_EQ(driver.open(why), DeviceStage::absent);
+    EXPECT_EQ(why, "no bridge listens on " + path);
+    EXPECT_EQ(driver.profile().force_peak_n, 3.3);  // the weakest until one answers
+    BridgeDriver long_path({.socket_path = std::string(200, 'x')});
+    EXPECT_EQ(long_path.open(why), DeviceStage::failed);
+}
+
+TEST_F(BridgeDriverTest, ReadsTheEmulatorAndPressesOnIt) {
+    BridgeServer server(path, {});
+    BridgeDriver driver({.socket_path = path});
+    EXPECT_EQ(pressUntilItFails(driver, 50), "did not fail");
+    EXPECT_TRUE(ready);
+    EXPECT_STREQ(driver.profile().name, "emulated Touch");
+    EXPECT_STREQ(driver.profile().source, "emulator");
+    EXPECT_EQ(state.device_from_stylus.position_m, Vec3(0.0, 0.0, 0.1));
+    EXPECT_EQ(state.flags, kDeviceReady | kDeviceHandOn);
+    driver.close();
+    for (int i = 0; i < 1000 && !server.byed(); ++i)
+        usleep(1000);
+    EXPECT_TRUE(server.byed());
+    EXPECT_EQ(server.motor_n(), 0.0);
+}
+
+TEST_F(BridgeDriverTest, EveryFaultIsAFailureWithItsName) {
+    const std::pair<BridgeFault, const char*> cases[] = {
+        {BridgeFault::drop, "nothing from the bridge for 15 ms"},
+        {BridgeFault::stall, "nothing from the bridge for 15 ms"},
+        {BridgeFault::hangUp, "the bridge is gone"},
+        {BridgeFault::notFinite, "a value that is not finite or cannot be"},
+        {BridgeFault::future, "a sample's time went back or is in the future"},
+        {BridgeFault::past, "a sample's time went back or is in the future"},
+        {BridgeFault::frozen, "no new sample from the device for 15 ms"},
+        {BridgeFault::tooLong, "a frame of the wrong length"},
+        {BridgeFault::version, "another version of the protocol"},
+        {BridgeFault::garbage, "a frame does not begin with STBG"},
+    };
+    for (const auto& [fault, name] : cases) {
+        BridgeServer server(path,
+                            {.fault = fault, .from_answer = 20, .answers = 1000, .stall_ns = 1'000'000'000});
+        BridgeDriver driver({.socket_path = path});
+        EXPECT_EQ(pressUntilItFails(driver), name);
+        EXPECT_TRUE(ready);
+        driver.close();
+    }
+}
+
+// How long from the first faulty answer to the failure. The machine may be busy: the median of some runs.
+TEST_F(BridgeDriverTest, AFaultIsKnownWithin20Ms) {
+    for (const BridgeFault fault :
+         {BridgeFault::drop, BridgeFault::stall, BridgeFault::hangUp, BridgeFault::corrupt}) {
+        std::vector<double> times_ms;
+        for (std::uint32_t run = 0; run < 7; ++run) {
+            BridgeServer server(path, {.fault = fault,
+                                       .from_answer = 20,
+                                       .answers = 1000,
+                                       .stall_ns = 1'000'000'000,
+                                       .seed = 10 + run});
+            BridgeDriver driver({.socket_path = path});
+            ASSERT_NE(pressUntilItFails(driver), "did not fail");
+            times_ms.push_back(1e-6 * double(failed_ns - server.fault_began_ns()));
+        }
+        std::sort(times_ms.begin(), times_ms.end());
+        EXPECT_LE(times_ms[times_ms.size() / 2], 20.0) << int(fault);
+        RecordProperty("median_us_of_fault_" + std::to_string(int(fault)),
+                       int(1e3 * times_ms[times_ms.size() / 2]));
+    }
+}
+
+TEST_F(BridgeDriverTest, AnotherDeviceIsNotTakenForTheFirst) {
+    BridgeDriver driver({.socket_path = path});
+    std::string why;
+    {
+        BridgeServer server(path, {});
+        ASSERT_EQ(driver.open(why), DeviceStage::opening);
+        driver.close();
+    }
+    BridgeServer server(path, {.name = "a stronger one"});
+    EXPECT_EQ(driver.open(why), DeviceStage::failed);
+    EXPECT_EQ(why, "another device answers: a stronger one");
+    EXPECT_STREQ(driver.profile().name, "emulated Touch");
+}
+
+// A bridge's process, killed at the end of its scope.
+class Process {
+  public:
+    explicit Process(std::vector<std::string> arguments) {
+        std::vector<char*> argv;
+        for (std::string& argument : arguments)
+            argv.push_back(argument.data());
+        argv.push_back(nullptr);
+        if (posix_spawn(&id_, argv[0], nullptr, nullptr, argv.data(), environ) != 0) id_ = -1;
+    }
+    ~Process() { end(SIGKILL); }
+    Process(const Process&) = delete;
+    Process& operator=(const Process&) = delete;
+    void signal(int number) const { ::kill(id_, number); }
+    int end(int number) {
+        int status = 0;
+        if (id_ > 0) {
+            ::kill(id_, number);
+            ::waitpid(id_, &status, 0);
+        }
+        id_ = -1;
+        return status;
+    }
+    bool running() const { return ::kill(id_, 0) == 0; }
+
+  private:
+    pid_t id_ = -1;
+};
+
+const Clock kClock = {nullptr, [](void*) noexcept { return test::monotonicNow_ns(); },
+                      [](void*, std::int64_t t_ns) noexcept {
+                          const std::int64_t left_ns = t_ns - test::monotonicNow_ns();
+                          if (left_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left_ns));
+                      }};
+
+// The device as the loop has it, read and pressed once a millisecond on this thread.
+class BridgeProcessTest : public testing::Test {
+  protected:
+    void SetUp() override { state.flags = 0; }
+    std::unique_ptr<PolledDevice> start() {
+        PolledSettings settings;
+        settings.look_again_ns = 5 * kMillisecond_ns;
+        settings.backoff_first_ns = 20 * kMillisecond_ns;
+        settings.backoff_most_ns = 80 * kMillisecond_ns;
+        auto device = std::make_unique<PolledDevice>(
+            std::make_unique<BridgeDriver>(BridgeSettings{.socket_path = path}), kClock, settings);
+        device->start();
+        return device;
+    }
+    // Ticks until `what`; false after ten seconds.
+    bool tickUntil(PolledDevice& device, const std::function<bool()>& what) {
+        for (int i = 0; i < 10'000; ++i) {
+            state = device.read(test::monotonicNow_ns());
+            if (what()) return true;
+            device.send({0.0, 0.0, isReady() ? 1.0 : 0.0});
+            usleep(1000);
+        }
+        return false;
+    }
+    bool isReady() const { return state.flags & kDeviceReady; }
+
+    test::TempFolder folder;
+    std::string path = folder / "bridge.sock";
+    DeviceState state;
+};
+
+TEST_F(BridgeProcessTest, KilledInTheMiddleOfAFrameTheForceIsGoneWithin20Ms) {
+    std::vector<double> times_ms;
+    for (int run = 0; run < 5; ++run) {
+        const auto device = start();
+        Process bridge({STYLET_BRIDGE_EMULATOR, path, "60"});
+        state.flags = 0;
+        ASSERT_TRUE(tickUntil(*device, [&] { return isReady(); })) << device->report().why;
+        std::int64_t alive_ns = test::monotonicNow_ns();
+        // The last exchange that succeeded bounds the moment of the kill from below.
+        std::uint64_t exchanges = 0;
+        ASSERT_TRUE(tickUntil(*device, [&] {
+            const DeviceReport report = device->report();
+            if (report.stage == DeviceStage::ready && report.exchanges != exchanges) {
+                exchanges = report.exchanges;
+                alive_ns = test::monotonicNow_ns();
+            }
+            return !isReady();
+        }));
+        times_ms.push_back(1e-6 * double(test::monotonicNow_ns() - alive_ns));
+        const std::string why = device->report().why;
+        EXPECT_TRUE(why.starts_with("the bridge is gone") || why.starts_with("no bridge listens")) << why;
+        EXPECT_NE(bridge.end(0), 0);  // it killed itself
+    }
+    std::sort(times_ms.begin(), times_ms.end());
+    EXPECT_LE(times_ms[2], 20.0);
+    RecordProperty("median_us", int(1e3 * times_ms[2]));
+}
+
+TEST_F(BridgeProcessTest, ComesBackWithTheBridgeAfterBackingOff) {
+    const auto device = start();
+    auto bridge =
+        std::make_unique<Process>(std::vector<std::string>{STYLET_BRIDGE_SIMULATED, "--socket", path});
+    ASSERT_TRUE(tickUntil(*device, [&] { return isReady(); })) << device->report().why;
+    EXPECT_STREQ(device->profile().name, "simulated Touch");
+    for (int i = 0; i < 2; ++i) {
+        bridge->end(SIGKILL);
+        ASSERT_TRUE(tickUntil(*device, [&] { return !isReady(); }));
+        const std::uint64_t opens = device->report().opens;
+        // Gone for a while: it looks for it, but not all the time.
+        const std::int64_t until_ns = test::monotonicNow_ns() + 200 * kMillisecond_ns;
+        tickUntil(*device, [&] { return test::monotonicNow_ns() > until_ns; });
+        EXPECT_LE(device->report().opens - opens, 41u);
+        bridge =
+            std::make_unique<Process>(std::vector<std::string>{STYLET_BRIDGE_SIMULATED, "--socket", path});
+        ASSERT_TRUE(tickUntil(*device, [&] { return isReady(); })) << device->report().why;
+    }
+    EXPECT_EQ(bridge->end(SIGTERM), 0);
+    EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST_F(BridgeProcessTest, AStoppedBridgeIsSilentAndComesBackWhenItRunsOn) {
+    Process bridge({STYLET_BRIDGE_SIMULATED, "--socket", path});
+    const auto device = start();
+    ASSERT_TRUE(tickUntil(*device, [&] { return isReady(); })) << device->report().why;
+    bridge.signal(SIGSTOP);
+    std::string why;
+    ASSERT_TRUE(tickUntil(*device, [&] {
+        const DeviceReport report = device->report();
+        if (report.stage == DeviceStage::failed && why.empty()) why = report.why;
+        return !isReady() && !why.empty();
+    }));
+    EXPECT_EQ(why, "nothing from the bridge for 15 ms");
+    bridge.signal(SIGCONT);
+    EXPECT_TRUE(tickUntil(*device, [&] { return isReady(); })) << device->report().why;
+}
+
+}  // namespace
+}  // namespace stylet::haptics

@@ -1,0 +1,110 @@
+// The other end of haptics/devices/bridge/README.md, written from that page alone: it shares no header with
+// the driver, and its checksum is zlib's. Faults are put in on purpose.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace stylet::test {
+
+enum class BridgeFault {
+    none,
+    drop,       // answers are not sent
+    duplicate,  // sent twice
+    corrupt,    // one bit is turned over
+    stall,      // withheld, then sent all at once
+    hangUp,     // half a frame, then the connection is closed
+    notFinite,  // a NaN with a good checksum
+    farAway,    // a position outside every room
+    notAUnit,   // a quaternion of length 2
+    future,     // the bridge's clock jumps a second ahead
+    past,       // a second back
+    frozen,     // the device gives no new sample
+    tooLong,    // a length of 65,535
+    version,    // version 2
+    unasked,    // answers a force that was never sent
+    garbage,    // noise
+};
+inline constexpr int kBridgeFaultCount = int(BridgeFault::garbage) + 1;
+
+struct BridgeScript {
+    BridgeFault fault = BridgeFault::none;
+    std::uint64_t from_answer = 0, answers = 1;  // the faulty answers
+    std::int64_t stall_ns = 0;
+    std::uint32_t seed = 1;
+    std::array<double, 3> position_m{0.0, 0.0, 0.1};
+    double force_peak_n = 3.3;
+    std::string name = "emulated Touch";
+};
+
+// Bytes and times in, bytes out.
+class BridgeEmulator {
+  public:
+    explicit BridgeEmulator(const BridgeScript& script) : script_(script), noise_(script.seed) {}
+    // Takes what the driver sent, appends what to answer. False: close the connection after that.
+    bool receive(std::span<const std::uint8_t> bytes, std::int64_t now_ns, std::vector<std::uint8_t>& out);
+    // Appends withheld answers whose time has come.
+    void release(std::int64_t now_ns, std::vector<std::uint8_t>& out);
+
+    // What the motors do: zero after 15 ms without a force, and then until a zero has come.
+    std::array<double, 3> motors_n(std::int64_t now_ns);
+    std::uint64_t answered() const { return answered_; }
+    std::int64_t fault_began_ns() const { return fault_began_ns_; }  // 0: not yet
+    const std::string& complaint() const { return complaint_; }      // about the driver's bytes
+    bool byed() const { return byed_; }
+
+  private:
+    bool frame(std::span<const std::uint8_t> bytes, std::int64_t now_ns, std::vector<std::uint8_t>& out);
+    bool answer(std::uint32_t force, std::int64_t now_ns, std::vector<std::uint8_t>& out);
+    std::vector<std::uint8_t> sealed(std::uint8_t type, std::vector<std::uint8_t> payload);
+    std::vector<std::uint8_t> capabilities();
+    std::vector<std::uint8_t> state(std::uint32_t force, std::int64_t now_ns);
+    std::uint32_t random();
+
+    BridgeScript script_;
+    std::vector<std::uint8_t> in_, withheld_;
+    std::int64_t release_ns_ = 0, fault_began_ns_ = 0, frozen_ns_ = 0;
+    std::uint32_t sent_ = 0, noise_, last_in_ = 0;
+    std::uint64_t answered_ = 0;
+    bool greeted_ = false, byed_ = false, tripped_ = true;
+    std::array<double, 3> force_n_{};
+    std::int64_t force_ns_ = -1;
+    std::string complaint_;
+};
+
+std::int64_t monotonicNow_ns();
+
+// The same on a UNIX socket, on a thread of its own; one connection after the other, each with the script
+// from its start.
+class BridgeServer {
+  public:
+    BridgeServer(const std::string& path, const BridgeScript&);
+    ~BridgeServer();
+    BridgeServer(const BridgeServer&) = delete;
+    BridgeServer& operator=(const BridgeServer&) = delete;
+
+    std::int64_t fault_began_ns() const { return fault_began_ns_.load(); }
+    double motor_n() const { return motor_n_.load(); }  // size of the motors' force
+    int connections() const { return connections_.load(); }
+    bool byed() const { return byed_.load(); }
+
+  private:
+    void run();
+    void converse(int client);
+
+    BridgeScript script_;
+    int listener_ = -1;
+    std::atomic<bool> stop_{false}, byed_{false};
+    std::atomic<std::int64_t> fault_began_ns_{0};
+    std::atomic<double> motor_n_{0.0};
+    std::atomic<int> connections_{0};
+    std::thread thread_;
+};
+
+}  // namespace stylet::test

@@ -1,0 +1,41 @@
+// stylet-bridge-emulator PATH ANSWERS: the emulated bridge as a process that is killed by SIGKILL after so
+// many answers, in the middle of the next one. 0: never.
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <vector>
+
+#include "tests/support/bridge_emulator.h"
+
+int main(int argc, char** argv) {
+    if (argc != 3) return 2;
+    const auto answers = std::strtoull(argv[2], nullptr, 10);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, argv[1], sizeof address.sun_path - 1);
+    const int listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    ::unlink(argv[1]);
+    if (::bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) return 1;
+    if (::listen(listener, 4) != 0) return 1;
+    while (true) {
+        const int client = ::accept(listener, nullptr, nullptr);
+        if (client < 0) return 1;
+        stylet::test::BridgeEmulator emulator({});
+        std::vector<std::uint8_t> out;
+        std::uint8_t bytes[4096];
+        for (bool on = true; on;) {
+            const ssize_t got = ::recv(client, bytes, sizeof bytes, 0);
+            if (got <= 0) break;
+            on = emulator.receive({bytes, std::size_t(got)}, stylet::test::monotonicNow_ns(), out);
+            const bool dies = answers != 0 && emulator.answered() > answers;
+            ::send(client, out.data(), dies ? out.size() / 2 : out.size(), MSG_NOSIGNAL);
+            if (dies) std::raise(SIGKILL);
+            out.clear();
+        }
+        ::close(client);
+    }
+}

@@ -1,0 +1,35 @@
+// A vendor's SDK as bridge/server.h wants it, without a vendor: a servo thread at 1 kHz that moves the stylus
+// on a circle of 20 mm once a second, whatever the force.
+#pragma once
+
+#include <atomic>
+#include <thread>
+
+#include "haptics/devices/bridge/server.h"
+
+namespace stylet::test {
+
+class SimulatedSdk final : public haptics::bridge::Sdk {
+  public:
+    ~SimulatedSdk() override { stop(); }
+    bool open(haptics::bridge::Capabilities&, std::string& why) override;
+    bool start(haptics::bridge::Servo&, std::string& why) override;
+    void stop() noexcept override;
+
+    double motor_n() const { return motor_n_.load(); }
+    std::uint64_t ticks() const { return ticks_.load(); }
+    std::int64_t last_force_ns() const { return last_force_ns_.load(); }  // when the motors last had one
+    void unplug() { unplugged_.store(true); }
+    std::atomic<bool> missing{false};  // set before serve(): open() fails
+
+  private:
+    void run();
+    haptics::bridge::Servo* servo_ = nullptr;
+    std::atomic<bool> running_{false}, unplugged_{false};
+    std::atomic<double> motor_n_{0.0};
+    std::atomic<std::uint64_t> ticks_{0};
+    std::atomic<std::int64_t> last_force_ns_{0};
+    std::thread thread_;
+};
+
+}  // namespace stylet::test

@@ -1,0 +1,7 @@
+// stylet-bridge-simulated [--socket PATH]: the reference bridge around the simulated SDK.
+#include "tests/support/bridge_simulated.h"
+
+int main(int argc, char** argv) {
+    stylet::test::SimulatedSdk sdk;
+    return stylet::haptics::bridge::bridgeMain(sdk, argc, argv);
+}

@@ -62,3 +62,21 @@ function(stylet_test name)
     set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
         ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
 endfunction()
+
+# stylet_device_test(...): as stylet_test; umockdev stands between the program and sysfs and device nodes. By hand:
+# umockdev-wrapper build/release/tests/NAME.
+function(stylet_device_test name)
+    stylet_test(${name} ${ARGN})
+    set(preload libumockdev-preload.so.0)
+    # A sanitizer's runtime must be loaded first.
+    foreach(pair address=libasan.so thread=libtsan.so)
+        string(REPLACE "=" ";" pair ${pair})
+        list(POP_FRONT pair sanitizer)
+        if(STYLET_SANITIZE MATCHES ${sanitizer} AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+            execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=${pair}
+                OUTPUT_VARIABLE runtime OUTPUT_STRIP_TRAILING_WHITESPACE)
+            string(PREPEND preload "${runtime}:")
+        endif()
+    endforeach()
+    set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT "LD_PRELOAD=${preload}")
+endfunction()

@@ -1,0 +1,34 @@
+#include "haptics/devices/permission_linux.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace stylet::haptics {
+
+std::string accessProblem(const std::string& node) {
+    if (faccessat(AT_FDCWD, node.c_str(), R_OK | W_OK, AT_EACCESS) == 0) return {};
+    return accessProblem(node, errno);
+}
+
+std::string accessProblem(const std::string& node, int error) {
+    switch (error) {
+        case EACCES:
+        case EPERM:
+            return "no permission for " + node +
+                   ": run \"sudo cp packaging/udev/*.rules /etc/udev/rules.d/ && sudo udevadm control "
+                   "--reload\" and plug the device in again";
+        case EBUSY:
+            return node + " is in use: close the other program that holds the device";
+        case ENOENT:
+        case ENODEV:
+        case ENXIO:
+            return node + " is gone: plug the device in again";
+        default:
+            return node + " cannot be opened: " + std::strerror(error);
+    }
+}
+
+}  // namespace stylet::haptics

@@ -1,0 +1,436 @@
+// The driver against an emulated board.
+#include "haptics/devices/woodenhaptics.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <thread>
+
+#include "haptics/devices/polled.h"
+#include "tests/haptics/devices/wooden_json.h"
+#include "tests/support/woodenhaptics_emulator.h"
+
+namespace stylet::haptics {
+namespace {
+
+using test::HidNode;
+using test::WoodenHapticsEmulator;
+using Fault = WoodenHapticsEmulator::Fault;
+
+const Vec3 kPush_n{0.3, 0.2, -0.4};
+
+// A force may reach the board for so many commands of 5 ms after a fault.
+constexpr std::uint64_t kCommandsUntilZero = 4;
+
+class WoodenHapticsDriver : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (!test::underUmockdev()) GTEST_SKIP() << "not run under umockdev";
+    }
+    static WoodenModel model(const std::string& gravity = "0") {
+        return parseWoodenModel(test::woodenJson("g_constant", gravity), "arm.json");
+    }
+    static WoodenModel modelWithWrist() {
+        WoodenModel m = model();
+        m.counts_per_turn = {2000, 2000, 2000, 1024, 1024, 1024};
+        return m;
+    }
+
+    DeviceStage exchange(Driver& driver, const Vec3& force_n = Vec3{0.0}) {
+        state_.fresh = 0;
+        why_.clear();
+        stage_ = driver.exchange(stage_ == DeviceStage::ready ? force_n : Vec3{0.0}, state_, why_);
+        return stage_;
+    }
+    // Exchanges until the stage is reached; their number, -1 when it is not.
+    int until(Driver& driver, DeviceStage wanted, int most, const Vec3& force_n = Vec3{0.0}) {
+        for (int i = 1; i <= most; ++i)
+            if (exchange(driver, force_n) == wanted) return i;
+        return -1;
+    }
+    // Exchanges that brought something new: a busy machine lets some pass without.
+    void hear(Driver& driver, int reports, const Vec3& force_n = Vec3{0.0}) {
+        for (int i = 0; i < 400 && reports > 0; ++i) {
+            ASSERT_EQ(exchange(driver, force_n), DeviceStage::ready) << why_;
+            reports -= int(state_.fresh);
+        }
+        ASSERT_EQ(reports, 0);
+    }
+    // Until the board has said that its button is not pressed.
+    void openAndWait(Driver& driver) {
+        ASSERT_EQ(driver.open(why_), DeviceStage::opening) << why_;
+        for (int heard = 0, i = 0; heard < 5 && i < 400; ++i) {
+            ASSERT_EQ(exchange(driver), DeviceStage::needsHoming) << why_;
+            heard += why_.find("press the button") != std::string::npos;
+        }
+    }
+    void makeReady(Driver& driver, WoodenHapticsEmulator& board) {
+        openAndWait(driver);
+        board.pressButton();
+        ASSERT_GT(until(driver, DeviceStage::ready, 400), 0) << why_;
+    }
+
+    DeviceState state_;
+    std::string why_;
+    DeviceStage stage_ = DeviceStage::absent;
+};
+
+TEST_F(WoodenHapticsDriver, IsAbsentWithoutABoard) {
+    const HidNode another({0x1234, 0x0007, "mbed.org", "HID DEVICE", {0x05, 0x01}});
+    WoodenHaptics driver(model());
+    EXPECT_EQ(driver.open(why_), DeviceStage::absent);
+    EXPECT_NE(why_.find("1234:0006"), std::string::npos) << why_;
+    driver.close();
+}
+
+TEST_F(WoodenHapticsDriver, GivesNoCurrentBeforeItIsHomed) {
+    WoodenHapticsEmulator board;
+    board.moveTo({123, -456, 789});
+    WoodenHaptics driver(model("9.81"));
+    ASSERT_EQ(driver.open(why_), DeviceStage::opening);
+    for (int i = 0; i < 50; ++i)
+        ASSERT_EQ(driver.exchange(kPush_n, state_, why_), DeviceStage::needsHoming);
+    EXPECT_EQ(board.seen().powered, 0u);
+    EXPECT_GT(board.seen().commands, 10u);
+}
+
+TEST_F(WoodenHapticsDriver, TheButtonHomesItToTheModelsCounts) {
+    WoodenHapticsEmulator board;
+    board.moveTo({123, -456, 789});
+    WoodenHaptics driver(model());
+    makeReady(driver, board);
+    hear(driver, 1);
+    EXPECT_GE(board.seen().calibrations, 1u);
+    EXPECT_FALSE(board.seen().malformed);
+
+    // The calibration's counts: 0, -10, 6000.
+    const Vec3 t{0.0, 10.0 / 2000 * 2 * std::numbers::pi * 0.011 / 0.120,
+                 3.0 * 2 * std::numbers::pi * 0.012 / 0.125};
+    const double out = 0.205 * std::sin(t.y) + 0.245 * std::sin(t.z) - 0.220;
+    const double up = 0.205 * std::cos(t.y) - 0.245 * std::cos(t.z);
+    EXPECT_NEAR(state_.device_from_stylus.position_m.x, 0.0, 1e-12);
+    EXPECT_NEAR(state_.device_from_stylus.position_m.y, up, 1e-12) << "up is the device's +y";
+    EXPECT_NEAR(state_.device_from_stylus.position_m.z, out, 1e-12) << "out is the device's +z";
+}
+
+// The button stays set until a calibration: one that was pressed before the program came is not meant for it.
+TEST_F(WoodenHapticsDriver, AnOldPressOfTheButtonDoesNotHome) {
+    WoodenHapticsEmulator board;
+    board.moveTo({123, -456, 789});
+    board.pressButton();
+    WoodenHaptics driver(model());
+    openAndWait(driver);
+    for (int i = 0; i < 30; ++i)
+        ASSERT_EQ(exchange(driver), DeviceStage::needsHoming) << why_;
+    board.pressButton();
+    EXPECT_GT(until(driver, DeviceStage::ready, 400), 0);
+    EXPECT_EQ(board.seen().powered, 0u);
+}
+
+TEST_F(WoodenHapticsDriver, ForcesBecomeTheMotorsCurrents) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model());
+    makeReady(driver, board);
+    hear(driver, 2, kPush_n);
+    const std::array<int, 3> ma = board.seen().motor_ma;
+    // The base's frame: x out is the device's z, y the device's x, z up the device's y.
+    const Vec3 t = armAngles_rad(model(), {0, -10, 6000, 0, 0, 0});
+    const Vec3 torque = glm::transpose(armJacobian(model(), t)) * Vec3{-0.4, 0.3, 0.2};
+    EXPECT_NEAR(ma[0], 1000.0 * torque.x * 0.010 / 0.160 / 0.0259, 1.0);
+    EXPECT_NEAR(ma[1], -1000.0 * torque.y * 0.011 / 0.120 / 0.026, 1.0);
+    EXPECT_NEAR(ma[2], 1000.0 * torque.z * 0.012 / 0.125 / 0.027, 1.0);
+    EXPECT_NE(ma[0], 0);
+}
+
+TEST_F(WoodenHapticsDriver, CurrentsStayWithinTwoAmperesWhateverTheForce) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model("9.81"));
+    makeReady(driver, board);
+    for (const double n : {1e3, -1e9, 1e300, double(NAN), double(INFINITY)})
+        hear(driver, 2, Vec3{n, -n, n});
+    EXPECT_EQ(board.seen().largest_ma, 2000);
+}
+
+TEST_F(WoodenHapticsDriver, AForceThatIsNoNumberIsNotSent) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model());
+    makeReady(driver, board);
+    hear(driver, 10, Vec3{0.1, NAN, INFINITY});
+    EXPECT_EQ(board.seen().powered, 0u);
+}
+
+TEST_F(WoodenHapticsDriver, CountsRunOverTheEndsOfTheirSixteenBits) {
+    WoodenModel m = model();
+    m.calibration_counts = {32000, 0, 0, 0, 0, 0};
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(m);
+    makeReady(driver, board);
+    hear(driver, 1);
+    for (const int counts : {32400, 32760, 33100, 33500}) {
+        board.moveTo({std::int16_t(std::uint16_t(counts)), 0, 0});
+        hear(driver, 2);
+    }
+    const double a = 33500 * 2 * std::numbers::pi / 2000 * 0.010 / 0.160;
+    EXPECT_NEAR(state_.device_from_stylus.position_m.z, -0.220, 1e-12);
+    EXPECT_NEAR(armAngles_rad(m, {33500, 0, 0, 0, 0, 0}).x, a, 1e-12);
+    // Reach is zero with both arms along the axis: lift the forearm to see the turn.
+    for (int c = 0; c <= 4000; c += 400) {
+        board.moveTo({std::int16_t(std::uint16_t(33500)), 0, std::int16_t(c)});
+        hear(driver, 2);
+    }
+    const double reach = 0.245 * std::sin(2.0 * 2 * std::numbers::pi * 0.012 / 0.125);
+    EXPECT_NEAR(state_.device_from_stylus.position_m.x, std::sin(a) * reach, 1e-9);
+    EXPECT_NEAR(state_.device_from_stylus.position_m.z, std::cos(a) * reach - 0.220, 1e-9);
+}
+
+TEST_F(WoodenHapticsDriver, TheWristTurnsTheNeedleAndItsButtonIsHeard) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(modelWithWrist());
+    EXPECT_TRUE(driver.profile().senses_rotation);
+    makeReady(driver, board);
+    hear(driver, 1);
+    const Vec3 before = state_.device_from_stylus.direction({0.0, 0.0, 1.0});
+    board.turnWristTo({0, 128, 0});  // an eighth of a turn
+    hear(driver, 2);
+    const Vec3 after = state_.device_from_stylus.direction({0.0, 0.0, 1.0});
+    EXPECT_NEAR(glm::dot(before, after), std::sqrt(0.5), 1e-9);
+    EXPECT_EQ(state_.buttons, 0u);
+    board.turnWristTo({10000, 128, 0});
+    hear(driver, 2);
+    EXPECT_EQ(state_.buttons, 1u);
+    EXPECT_NEAR(glm::dot(after, state_.device_from_stylus.direction({0.0, 0.0, 1.0})), 1.0, 1e-12);
+}
+
+TEST_F(WoodenHapticsDriver, PressedAgainItIsHomedAgainWithoutForce) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model());
+    makeReady(driver, board);
+    hear(driver, 1, kPush_n);
+    const std::uint64_t calibrations = board.seen().calibrations;
+    board.pressButton();
+    EXPECT_GT(until(driver, DeviceStage::needsHoming, 400, kPush_n), 0);
+    const std::uint64_t powered = board.seen().powered;
+    EXPECT_GT(until(driver, DeviceStage::ready, 400), 0);
+    EXPECT_EQ(board.seen().powered, powered);
+    EXPECT_GT(board.seen().calibrations, calibrations);
+}
+
+TEST_F(WoodenHapticsDriver, ClosingSendsZeroFirst) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model("9.81"));
+    makeReady(driver, board);
+    hear(driver, 2, kPush_n);
+    EXPECT_NE(board.seen().motor_ma, (std::array<int, 3>{}));
+    driver.close();
+    for (int i = 0; i < 200 && board.seen().motor_ma != std::array<int, 3>{}; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{}));
+}
+
+// Each fault: how the driver takes it, and that no current flows for longer than four commands of 5 ms.
+class WoodenHapticsFaults : public WoodenHapticsDriver {
+  protected:
+    // Injects, goes on pushing, and returns what was powered meanwhile.
+    std::uint64_t pushThrough(Driver& driver, WoodenHapticsEmulator& board, Fault fault, int exchanges) {
+        hear(driver, 2, kPush_n);
+        const std::uint64_t before = board.seen().powered;
+        EXPECT_GT(before, 0u);
+        board.inject(fault);
+        for (int i = 0; i < exchanges && stage_ == DeviceStage::ready; ++i)
+            exchange(driver, kPush_n);
+        return board.seen().powered - before;
+    }
+};
+
+TEST_F(WoodenHapticsFaults, DroppedReportsEndTheForceAndThenTheConnection) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model("9.81"));
+    makeReady(driver, board);
+    const std::uint64_t powered = pushThrough(driver, board, Fault::drop, 10);
+    EXPECT_LE(powered, kCommandsUntilZero);
+    EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{}));
+    EXPECT_EQ(stage_, DeviceStage::ready) << "a moment's silence is not the end";
+    EXPECT_NE(why_.find("gives no reports"), std::string::npos) << why_;
+
+    board.inject(Fault::none);
+    hear(driver, 3, kPush_n);
+    EXPECT_EQ(why_, "");
+    EXPECT_NE(board.seen().motor_ma, (std::array<int, 3>{})) << "it speaks again";
+
+    board.inject(Fault::drop);
+    EXPECT_GT(until(driver, DeviceStage::failed, 60, kPush_n), 0);
+    EXPECT_NE(why_.find("gives no reports"), std::string::npos) << why_;
+    driver.close();
+}
+
+TEST_F(WoodenHapticsFaults, DuplicatesChangeNothing) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model());
+    makeReady(driver, board);
+    hear(driver, 1);
+    const Pose before = state_.device_from_stylus;
+    board.inject(Fault::duplicate);
+    for (int i = 0; i < 50; ++i) {
+        hear(driver, 1);
+        ASSERT_EQ(state_.device_from_stylus.position_m, before.position_m);
+    }
+}
+
+TEST_F(WoodenHapticsFaults, CorruptEncodersAreNotBelieved) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model());
+    makeReady(driver, board);
+    hear(driver, 1);
+    const Vec3 before = state_.device_from_stylus.position_m;
+    EXPECT_LE(pushThrough(driver, board, Fault::corrupt, 20), kCommandsUntilZero + 1);
+    EXPECT_EQ(state_.device_from_stylus.position_m, before);
+    EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
+    EXPECT_GT(until(driver, DeviceStage::failed, 60, kPush_n), 0);
+    EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
+}
+
+TEST_F(WoodenHapticsFaults, CutReportsAreNotBelieved) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model());
+    makeReady(driver, board);
+    EXPECT_LE(pushThrough(driver, board, Fault::cut, 20), kCommandsUntilZero + 1);
+    EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
+    EXPECT_GT(until(driver, DeviceStage::failed, 60, kPush_n), 0);
+}
+
+TEST_F(WoodenHapticsFaults, ADeafBoardIsLostWithinAQuarterOfASecond) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model());
+    makeReady(driver, board);
+    pushThrough(driver, board, Fault::deaf, 0);
+    const int exchanges = until(driver, DeviceStage::failed, 60, kPush_n);
+    EXPECT_GT(exchanges, 40);
+    EXPECT_NE(why_.find("gives no reports"), std::string::npos) << why_;
+}
+
+TEST_F(WoodenHapticsFaults, UnpluggedItFailsAtOnceAndComesBack) {
+    WoodenHaptics driver(model());
+    {
+        WoodenHapticsEmulator board;
+        makeReady(driver, board);
+        hear(driver, 1, kPush_n);
+        board.unplug();
+        EXPECT_EQ(exchange(driver, kPush_n), DeviceStage::failed);
+        EXPECT_NE(why_.find("/dev/hidraw"), std::string::npos) << why_;
+        driver.close();
+        EXPECT_EQ(driver.open(why_), DeviceStage::absent);
+    }
+    WoodenHapticsEmulator again;
+    stage_ = DeviceStage::absent;
+    makeReady(driver, again);
+    hear(driver, 1, kPush_n);
+}
+
+TEST_F(WoodenHapticsFaults, UnpluggedMidWriteItFailsWithAReason) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model());
+    makeReady(driver, board);
+    hear(driver, 1, kPush_n);
+    std::thread hand([&] { board.unplugMidWrite(50); });
+    const int exchanges = until(driver, DeviceStage::failed, 200, kPush_n);
+    hand.join();
+    EXPECT_GT(exchanges, 0);
+    EXPECT_NE(why_.find("/dev/hidraw"), std::string::npos) << why_;
+    driver.close();
+}
+
+// Whatever comes, in any order: never more than 2 A, never a pose that is no pose, and silence ends the
+// force.
+TEST_F(WoodenHapticsFaults, AnyMixtureOfFaultsStaysSafe) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model("9.81"));
+    makeReady(driver, board);
+    std::mt19937 random(11);
+    const std::array<Fault, 6> kinds{Fault::none,      Fault::none,    Fault::drop,
+                                     Fault::duplicate, Fault::corrupt, Fault::cut};
+    for (int i = 0; i < 800; ++i) {
+        if (i % 5 == 0) board.inject(kinds[random() % kinds.size()]);
+        if (exchange(driver, 30.0 * kPush_n) == DeviceStage::failed) {
+            EXPECT_NE(why_, "");
+            driver.close();
+            stage_ = DeviceStage::absent;
+            board.inject(Fault::none);
+            makeReady(driver, board);
+        }
+        const Pose& pose = state_.device_from_stylus;
+        ASSERT_LT(glm::dot(pose.position_m, pose.position_m), 1.0);
+        ASSERT_NEAR(glm::dot(pose.rotation, pose.rotation), 1.0, 1e-9);
+    }
+    EXPECT_LE(board.seen().largest_ma, 2000);
+    EXPECT_FALSE(board.seen().malformed);
+}
+
+// The same behind PolledDevice, with the loop's calls at its pace.
+class PolledWoodenHaptics : public WoodenHapticsDriver {
+  protected:
+    static std::int64_t now_ns(void* = nullptr) noexcept {
+        return std::chrono::steady_clock::now().time_since_epoch().count();
+    }
+    static void sleepUntil_ns(void*, std::int64_t t_ns) noexcept {
+        std::this_thread::sleep_for(std::chrono::nanoseconds(t_ns - now_ns()));
+    }
+    // Ticks of the loop until `done`; false when it takes more than ten seconds.
+    bool loop(PolledDevice& device, const auto& done) {
+        for (int tick = 0; tick < 10'000; ++tick) {
+            state_ = device.read(now_ns());
+            if (done()) return true;
+            device.send(kPush_n);
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        return false;
+    }
+    bool loopUntil(PolledDevice& device, DeviceStage stage) {
+        return loop(device, [&] { return device.stage() == stage; });
+    }
+    void home(PolledDevice& device, WoodenHapticsEmulator& board) {
+        ASSERT_TRUE(loopUntil(device, DeviceStage::needsHoming)) << device.report().why;
+        const std::uint64_t told = board.seen().commands;
+        ASSERT_TRUE(loop(device, [&] { return board.seen().commands > told + 5; }));
+        board.pressButton();
+        ASSERT_TRUE(loopUntil(device, DeviceStage::ready)) << device.report().why;
+        ASSERT_TRUE(loop(device, [&] { return board.seen().motor_ma != std::array<int, 3>{}; }));
+    }
+
+    const Clock clock_{nullptr, now_ns, sleepUntil_ns};
+    const PolledSettings quick_{.look_again_ns = 20'000'000, .backoff_first_ns = 20'000'000};
+};
+
+TEST_F(PolledWoodenHaptics, ALoopThatFallsSilentLeavesNoCurrent) {
+    WoodenHapticsEmulator board;
+    PolledDevice device(std::make_unique<WoodenHaptics>(model()), clock_, quick_);
+    device.start();
+    home(device, board);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{}));
+    EXPECT_EQ(device.report().silences, 1u);
+    device.stop();
+    EXPECT_EQ(device.stage(), DeviceStage::absent);
+}
+
+TEST_F(PolledWoodenHaptics, PulledAndPluggedInAgainItWantsToBeHomed) {
+    PolledDevice device(std::make_unique<WoodenHaptics>(model()), clock_, quick_);
+    device.start();
+    {
+        WoodenHapticsEmulator board;
+        home(device, board);
+        board.unplug();
+        EXPECT_TRUE(loop(device, [&] { return (state_.flags & kDeviceReady) == 0; }));
+        EXPECT_TRUE(loopUntil(device, DeviceStage::absent)) << device.report().why;
+        EXPECT_NE(device.report().why.find("1234:0006"), std::string::npos);
+        EXPECT_GE(device.report().failures, 1u);
+    }
+    WoodenHapticsEmulator again;
+    home(device, again);
+    EXPECT_NE(state_.flags & kDeviceReady, 0u);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

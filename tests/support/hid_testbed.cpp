@@ -1,0 +1,177 @@
+#include "tests/support/hid_testbed.h"
+
+#include <fcntl.h>
+#include <linux/hidraw.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <umockdev.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+#include <thread>
+
+namespace stylet::test {
+
+namespace {
+
+std::string formatted(const char* format, unsigned a, unsigned b, unsigned c = 0) {
+    char text[128];
+    std::snprintf(text, sizeof text, format, a, b, c);
+    return text;
+}
+
+std::string hexOf(const std::vector<unsigned char>& bytes) {
+    std::string text;
+    for (const unsigned char byte : bytes)
+        text += formatted("%02X", byte, 0);
+    return text;
+}
+
+// The places of a USB device with one HID interface below /sys, from the device itself to its node.
+std::array<std::string, 4> placesOf(const HidIdentity& id, int number) {
+    const unsigned n = unsigned(number);
+    const std::string usb = formatted("/devices/usb1/1-%u", n + 1, 0);
+    const std::string interface = usb + formatted("/1-%u:1.0", n + 1, 0);
+    const std::string hid = interface + formatted("/0003:%04X:%04X.%04X", id.vendor, id.product, n + 1);
+    return {usb, interface, hid, hid + "/hidraw/" + formatted("hidraw%u", n, 0)};
+}
+
+// What the kernel tells of them, in umockdev's notation.
+std::string describe(const HidIdentity& id, int number) {
+    const auto [usb, interface, hid, raw] = placesOf(id, number);
+    const std::string node = "hidraw" + std::to_string(number);
+    const std::string hid_id = formatted("HID_ID=0003:%08X:%08X", id.vendor, id.product);
+    return "P: " + raw + "\nN: " + node + "\nE: DEVNAME=/dev/" + node +
+           "\nE: SUBSYSTEM=hidraw\nE: MAJOR=247\nE: MINOR=" + std::to_string(number) +
+           "\nL: device=../../../" + hid.substr(hid.rfind('/') + 1) + "\n\n" +  //
+           "P: " + hid + "\nE: SUBSYSTEM=hid\nE: DRIVER=hid-generic\nE: " + hid_id +
+           "\nE: HID_NAME=" + id.name +
+           "\nE: HID_UNIQ=\nH: report_descriptor=" + hexOf(id.report_descriptor) +
+           "\nA: uevent=DRIVER=hid-generic\\n" + hid_id + "\\nHID_NAME=" + id.name +
+           "\\nHID_UNIQ=\\n\n\n" +  //
+           "P: " + interface +
+           "\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_interface\nA: bInterfaceNumber=00\n\n" +  //
+           "P: " + usb + "\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nA: idVendor=" +
+           formatted("%04x\nA: idProduct=%04x", id.vendor, id.product) + "\nA: manufacturer=" + id.maker +
+           "\nA: product=" + id.name + "\nA: bcdDevice=0100\n\n";
+}
+
+// hidapi asks one thing of a node: that it knows its descriptor's size.
+gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer size) {
+    if (umockdev_ioctl_client_get_request(client) != HIDIOCGRDESCSIZE) return FALSE;
+    UMockdevIoctlData* to =
+        umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(int), nullptr);
+    umockdev_ioctl_data_update(to, 0, static_cast<guint8*>(size), sizeof(int));
+    g_object_unref(to);
+    umockdev_ioctl_client_complete(client, 0, 0);
+    return TRUE;
+}
+
+}  // namespace
+
+// One a process: it is where the wrapped calls look.
+struct HidNode::Testbed {
+    UMockdevTestbed* bed = umockdev_testbed_new();
+    UMockdevIoctlBase* handler = umockdev_ioctl_base_new();
+    int descriptor_size = 0;
+    int plugged = 0;  // ever: umockdev does not take a number twice
+
+    Testbed() { g_signal_connect(handler, "handle-ioctl", G_CALLBACK(onIoctl), &descriptor_size); }
+    ~Testbed() {
+        g_object_unref(handler);
+        g_object_unref(bed);
+    }
+    // Handler first: a driver that looks for devices must not find one without.
+    void add(const HidIdentity& id, int number, const std::string& path) {
+        GError* error = nullptr;
+        descriptor_size = int(id.report_descriptor.size());
+        if (umockdev_testbed_attach_ioctl(bed, path.c_str(), handler, &error) &&
+            umockdev_testbed_add_from_string(bed, describe(id, number).c_str(), &error))
+            return;
+        throw std::runtime_error(error->message);
+    }
+
+    static Testbed& shared() {
+        static Testbed testbed;
+        return testbed;
+    }
+};
+
+bool underUmockdev() {
+    const char* preload = std::getenv("LD_PRELOAD");
+    return preload && std::strstr(preload, "libumockdev-preload");
+}
+
+HidNode::HidNode(const HidIdentity& id) : testbed_(&Testbed::shared()) {
+    const int number = testbed_->plugged++;
+    path_ = "/dev/hidraw" + std::to_string(number);
+    for (const std::string& place : placesOf(id, number))
+        sys_paths_.push_back("/sys" + place);
+    testbed_->add(id, number, path_);
+    far_ = umockdev_testbed_get_dev_fd(testbed_->bed, path_.c_str());
+    termios raw{};
+    tcgetattr(far_, &raw);
+    cfmakeraw(&raw);
+    tcsetattr(far_, TCSANOW, &raw);
+    near_ = ioctl(far_, TIOCGPTPEER, O_RDWR | O_NOCTTY | O_NONBLOCK);
+    if (near_ < 0) throw std::runtime_error("the node has no other end");
+}
+
+HidNode::~HidNode() {
+    unplug();
+}
+
+// A terminal delivers a moment after the write: until then its queue looks empty.
+bool HidNode::send(std::span<const unsigned char> report) {
+    std::this_thread::sleep_until(delivered_);
+    for (int waited_ms = 0; waited_ms < 1000; ++waited_ms) {
+        int waiting = 0;
+        if (far_ < 0 || ioctl(near_, FIONREAD, &waiting) != 0) return false;
+        if (waiting == 0) {
+            const bool whole = write(far_, report.data(), report.size()) == ssize_t(report.size());
+            delivered_ = std::chrono::steady_clock::now() + std::chrono::microseconds(1500);
+            return whole;
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+}
+
+std::optional<std::vector<unsigned char>> HidNode::receive(std::size_t bytes, int timeout_ms) {
+    while (pending_.size() < bytes) {
+        pollfd waiting{far_, POLLIN, 0};
+        if (far_ < 0 || poll(&waiting, 1, timeout_ms) <= 0) return std::nullopt;
+        unsigned char chunk[256];
+        const ssize_t count = read(far_, chunk, sizeof chunk);
+        if (count <= 0) return std::nullopt;
+        pending_.insert(pending_.end(), chunk, chunk + count);
+    }
+    const auto end = pending_.begin() + std::ptrdiff_t(bytes);
+    std::vector<unsigned char> taken(pending_.begin(), end);
+    pending_.erase(pending_.begin(), end);
+    return taken;
+}
+
+void HidNode::block() {
+    const unsigned char filler = 0;
+    while (write(near_, &filler, 1) == 1) {
+    }
+}
+
+void HidNode::unplug() {
+    if (far_ < 0) return;
+    close(near_);
+    close(far_);
+    near_ = far_ = -1;
+    // umockdev leaves the places below a device where they are: from the node up.
+    for (; !sys_paths_.empty(); sys_paths_.pop_back())
+        umockdev_testbed_remove_device(testbed_->bed, sys_paths_.back().c_str());
+}
+
+}  // namespace stylet::test

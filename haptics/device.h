@@ -2,6 +2,7 @@
 // devices/.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -16,8 +17,13 @@ using patient::Vec3;
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// The capability record. Every figure is cited in `source` or unknown (NaN, never a guess); what is unknown
-// is taken to be that of the weakest device we know (Touch: 3.3 N, 400 N/m).
+// What is unknown is taken to be that of the weakest device we know (3D Systems' data sheet of the Touch).
+inline constexpr double kWeakestForce_n = 3.3, kWeakestStiffness_n_per_m = 400.0, kLightestMass_kg = 0.045;
+inline double knownOr(double value, double otherwise) noexcept {
+    return std::isnan(value) ? otherwise : value;
+}
+
+// The capability record. Every figure is cited in `source` or unknown (NaN, never a guess).
 struct DeviceProfile {
     const char* name = "paper";
     double force_peak_n = 22.0;
@@ -36,6 +42,8 @@ struct DeviceProfile {
     double damping_n_s_per_m = kUnknown;  // physical
     double friction_n = kUnknown;         // Coulomb
     double resolution_m = kUnknown;       // of its encoders, at the tip
+    // From send() to the motion it causes being read, beyond the loop's own tick: bus, driver, filters.
+    double delay_s = 0.0;
     // Where the tip can go: a ball in the device frame.
     Vec3 workspace_centre_m{0.0};
     double workspace_radius_m = kUnknown;

@@ -9,7 +9,9 @@
 #include "haptics/guide.h"       // the rail that keeps a needle on one line
 #include "haptics/toolbox.h"     // the tool in hand, the change of tools
 #include "haptics/device.h"      // a device: what it can do, what it says
-#include "haptics/output.h"      // device gain, limits, faults
+#include "haptics/safety.h"      // when a device may push at all; every fault by name
+#include "haptics/passivity.h"   // energy: observer and controller
+#include "haptics/output.h"      // the one output stage: rate, gain, ramp, passivity, clamp
 #include "haptics/simulation.h"  // one tick of everything hashed
 #include "haptics/trace.h"       // device traces: recorded or scripted hands
 #include "haptics/rings.h"       // rings and snapshots between threads

@@ -9,14 +9,6 @@ namespace stylet::haptics {
 
 namespace {
 
-// What an unknown device is taken for: the Touch, the weakest of the profiles (3D Systems' data sheet).
-constexpr double kWeakestForce_n = 3.3;
-constexpr double kWeakestStiffness_n_per_m = 400.0;
-
-double known(double value, double otherwise) noexcept {
-    return std::isnan(value) ? otherwise : value;
-}
-
 bool isFinite(const Vec3& v) noexcept {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
@@ -29,6 +21,39 @@ Vec3 clampLength(const Vec3& v, double limit, bool& limited) noexcept {
     return v * (limit / length);
 }
 
+// Toward `wanted_n` by at most `step_n`.
+void limitRate(OutputState& s, const Vec3& wanted_n, double step_n) noexcept {
+    bool cut = false;
+    const Vec3 change = clampLength(wanted_n - s.model_n, step_n, cut);
+    s.model_n = cut ? s.model_n + change : wanted_n;
+    s.limited = s.limited || cut;
+}
+
+// The steepest the controller may be, N per m of a tick's way. Against the bare mechanism's mass a quarter of
+// what a held force can stop in one tick, so that it ends no motion in less than four.
+double steadiest(const DeviceProfile& profile, int delay_ticks, double dt_s) noexcept {
+    return 0.25 * knownOr(profile.mass_kg, kLightestMass_kg) / (dt_s * dt_s * (1.0 + delay_ticks));
+}
+
+int delayTicks(const DeviceProfile& profile, double dt_s) noexcept {
+    const double ticks = std::floor(knownOr(profile.delay_s, 0.0) / dt_s + 0.5);
+    return int(std::clamp(ticks, 0.0, double(kMaxDelayTicks)));
+}
+
+// What this tick brought; a model that gave no numbers has not moved its springs.
+Motion motionOf(const OutputState& s, const OutputTick& tick, const Vec3& modelled_n, bool finite) noexcept {
+    Motion motion;
+    motion.model_n = modelled_n;
+    motion.energy_j = s.passivity.energy_j;
+    if (s.moved) motion.tip_moved_m = tick.tip_m - s.tip_m;
+    if (finite) {
+        motion.tissue_moved_m = tick.tool.tissue_moved_m;
+        motion.energy_j = tick.tool.energy_j;
+        motion.event = tick.tool.event;
+    }
+    return motion;
+}
+
 }  // namespace
 
 double worstTangent(const patient::TissueTable& table, const NeedleSettings& needle) noexcept {
@@ -39,22 +64,50 @@ double worstTangent(const patient::TissueTable& table, const NeedleSettings& nee
 }
 
 double outputGain(const DeviceProfile& profile, const OutputSettings& settings) noexcept {
-    const double stiffness = known(profile.stiffness_n_per_m, kWeakestStiffness_n_per_m);
-    const double force = known(profile.force_peak_n, kWeakestForce_n);
+    const double stiffness = knownOr(profile.stiffness_n_per_m, kWeakestStiffness_n_per_m);
+    const double force = knownOr(profile.force_peak_n, kWeakestForce_n);
     return std::min({1.0, stiffness / settings.model_tangent_n_per_m, force / settings.model_force_n});
 }
 
 Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProfile& profile, double gain,
-                const Vec3& force_n, double dt_s) noexcept {
-    if (!isFinite(force_n)) s.faults |= kFaultNotFinite;
-    const Vec3 wanted = (s.faults & kFaultsZeroForce) != 0 ? Vec3(0.0) : force_n;
-
+                const OutputTick& tick, double dt_s) noexcept {
     s.limited = false;
-    const Vec3 change = clampLength(wanted - s.model_n, settings.rate_limit_n_per_s * dt_s, s.limited);
-    s.model_n = s.limited ? s.model_n + change : wanted;
+    const ToolForce& tool = tick.tool;
+    const bool finite =
+        isFinite(tool.force_n) && isFinite(tool.tissue_moved_m) && std::isfinite(tool.energy_j);
+    if (finite) limitRate(s, tool.force_n, settings.rate_limit_n_per_s * dt_s);
     const Vec3 modelled = clampLength(s.model_n, settings.model_force_n, s.limited);
-    s.sent_n = clampLength(gain * modelled, known(profile.force_peak_n, kWeakestForce_n), s.limited);
+
+    const WallForce wall = workspaceWall(profile, tick.tip_m);
+    const double peak_n = knownOr(profile.force_peak_n, kWeakestForce_n);
+    const Vec3 at_full = clampLength(gain * modelled + wall.force_n, peak_n, s.limited);
+    stepSafety(s.safety, tick.unmet | (finite ? 0u : std::uint32_t(kFaultBadForce)),
+               std::sqrt(glm::dot(at_full, at_full)), dt_s);
+    const double level = s.safety.level;
+
+    Motion motion = motionOf(s, tick, modelled, finite);
+    motion.wall_energy_j = wall.energy_j;
+    s.tip_m = tick.tip_m;
+    s.moved = true;
+    const int delay = delayTicks(profile, dt_s);
+    observe(s.passivity, motion, delay);
+    if (level == 0.0) s.passivity.shortfall_j = 0.0;
+    s.controller_n =
+        settings.controller_share * takeBack(s.passivity, motion, delay, steadiest(profile, delay, dt_s));
+
+    s.sent_n = clampLength(level * at_full + s.controller_n, level * peak_n, s.limited);
+    remember(s.passivity, {s.sent_n, level * wall.force_n, level * gain, level});
     return s.sent_n;
+}
+
+void hashOutput(patient::StateHash& hash, const OutputState& s) noexcept {
+    hashSafety(hash, s.safety);
+    hashPassivity(hash, s.passivity);
+    hash.add(s.model_n);
+    hash.add(s.tip_m);
+    hash.add(s.controller_n);
+    hash.add(s.sent_n);
+    hash.add(std::uint64_t(s.moved) | std::uint64_t(s.limited) << 1);
 }
 
 }  // namespace stylet::haptics

@@ -9,23 +9,13 @@ using patient::Surrogate;
 
 namespace {
 
-// No hand is further from the patient than this; a pose beyond it is a device gone wrong.
-constexpr double kFarthest_m = 10.0;
-// How far a rotation's length may be from 1: single-precision drivers stay far inside.
-constexpr double kUnitTolerance = 1e-3;
-
-bool isPose(const Pose& pose) noexcept {
-    const Vec3& p = pose.position_m;
-    const double norm2 = glm::dot(pose.rotation, pose.rotation);
-    // Written so that NaN fails.
-    return std::fabs(p.x) <= kFarthest_m && std::fabs(p.y) <= kFarthest_m && std::fabs(p.z) <= kFarthest_m &&
-           std::fabs(norm2 - 1.0) <= kUnitTolerance;
-}
-
 Quat unit(const Quat& q) noexcept {
     const double norm = std::sqrt(glm::dot(q, q));
     return {q.w / norm, q.x / norm, q.y / norm, q.z / norm};
 }
+
+// With one of these the last good pose stays.
+constexpr std::uint32_t kNoPose = kFaultBadPose | kFaultOutOfReach;
 
 void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
     hash.add(s.dt_s);
@@ -34,8 +24,13 @@ void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
     hash.add(s.output.rate_limit_n_per_s);
     hash.add(s.output.model_force_n);
     hash.add(s.output.model_tangent_n_per_m);
+    hash.add(s.output.controller_share);
     hash.add(s.profile.force_peak_n);
     hash.add(s.profile.stiffness_n_per_m);
+    hash.add(s.profile.mass_kg);
+    hash.add(s.profile.delay_s);
+    hash.add(s.profile.workspace_centre_m);
+    hash.add(s.profile.workspace_radius_m);
 }
 
 }  // namespace
@@ -56,7 +51,10 @@ Simulation::Simulation(const patient::Patient& patient, const SimulationSettings
 void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& events) noexcept {
     const bool taken = takeCommands(input);
     patient::stepBreathing(state_.breathing, breath_, settings_.dt_s);
-    takePose(input.device);
+    OutputTick tick;
+    tick.unmet = takePose(input.device);
+    const bool refused = (tick.unmet & kNoPose) != 0;
+    tick.tip_m = refused ? state_.output.tip_m : input.device.device_from_stylus.position_m;
 
     const Surrogate breath = patient::surrogateAt(state_.breathing, breath_, settings_.dt_s);
     ToolForce force;
@@ -65,8 +63,11 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
         force =
             stepTools(state_.tools, settings_.tools, *patient_, state_.patient_from_stylus, breath, events);
     force.event = force.event || taken;
-    const Vec3 force_device_n = settings_.patient_from_device.inverse().direction(force.force_n);
-    stepOutput(state_.output, settings_.output, settings_.profile, gain_, force_device_n, settings_.dt_s);
+    const Pose device_from_patient = settings_.patient_from_device.inverse();
+    tick.tool = force;
+    tick.tool.force_n = device_from_patient.direction(force.force_n);
+    tick.tool.tissue_moved_m = device_from_patient.direction(force.tissue_moved_m);
+    stepOutput(state_.output, settings_.output, settings_.profile, gain_, tick, settings_.dt_s);
 
     ++state_.tick;
     hashTick(input);
@@ -85,7 +86,10 @@ bool Simulation::takeCommands(const TickInput& input) noexcept {
                 patient::commandHold(state_.breathing, false);
                 break;
             case CommandKind::rearm:
-                state_.output.faults = 0;
+                rearm(state_.output.safety);
+                break;
+            case CommandKind::focus:
+                state_.output.safety.focused = input.commands[i].value != 0;
                 break;
             case CommandKind::tool:
                 taken = takeTool(state_.tools, Tool(input.commands[i].value)) || taken;
@@ -102,17 +106,14 @@ bool Simulation::takeCommands(const TickInput& input) noexcept {
     return taken;
 }
 
-void Simulation::takePose(const DeviceState& device) noexcept {
-    state_.stale_ticks = device.fresh != 0 ? 0 : state_.stale_ticks + 1;
-    if (double(state_.stale_ticks) * settings_.dt_s >= kStaleInput_s)
-        state_.output.faults |= kFaultStaleInput;
-    if (!isPose(device.device_from_stylus)) {
-        state_.output.faults |= kFaultNotFinite;
-        return;
-    }
+// Returns what stands against force.
+std::uint32_t Simulation::takePose(const DeviceState& device) noexcept {
+    const std::uint32_t unmet = checkDevice(state_.output.safety, settings_.profile, device, settings_.dt_s);
+    if ((unmet & kNoPose) != 0) return unmet;
     const Pose stylus{unit(device.device_from_stylus.rotation), device.device_from_stylus.position_m};
     state_.patient_from_stylus = settings_.patient_from_device * stylus;
     state_.posed = true;
+    return unmet;
 }
 
 void Simulation::hashTick(const TickInput& input) noexcept {
@@ -126,11 +127,9 @@ void Simulation::hashTick(const TickInput& input) noexcept {
     hash.add(state_.tick);
     patient::hashBreathing(hash, state_.breathing);
     hashTools(hash, state_.tools);
-    hash.add(state_.output.model_n);
-    hash.add(state_.output.sent_n);
-    hash.add(std::uint64_t(state_.output.faults) | std::uint64_t(state_.output.limited) << 32);
+    hashOutput(hash, state_.output);
     hash.add(state_.patient_from_stylus);
-    hash.add(std::uint64_t(state_.posed) | std::uint64_t(state_.stale_ticks) << 1);
+    hash.add(std::uint64_t(state_.posed));
 }
 
 void Simulation::describe(const ToolForce& force, const Surrogate& breath, TickOutput& out) const noexcept {
@@ -155,7 +154,11 @@ void Simulation::describe(const ToolForce& force, const Surrogate& breath, TickO
     out.extension_m = proxyDistance(needle);
     out.lateral_cut_m = needle.lateral_cut_m;
     out.sent_device_n = state_.output.sent_n;
-    out.faults = state_.output.faults;
+    out.controller_device_n = state_.output.controller_n;
+    out.stage = state_.output.safety.stage;
+    out.level = state_.output.safety.level;
+    out.faults = state_.output.safety.faults;
+    out.awaited = state_.output.safety.awaited;
     out.state_hash = state_.hash.value();
 }
 

@@ -16,21 +16,20 @@ namespace stylet::haptics {
 enum class CommandKind : std::uint32_t {
     holdBreath,
     breathe,
-    rearm,
+    rearm,  // the explicit act after a fault (safety.h)
     marker,
     tool,  // value: the Tool to take in hand
-    park   // value: 1 leaves the probe where it is held, 0 takes it off the skin
+    park,  // value: 1 leaves the probe where it is held, 0 takes it off the skin
+    focus  // value: 0 takes the force away: the session is not seen or the headset is off
 };
-inline constexpr CommandKind kLastCommandKind = CommandKind::park;
+inline constexpr CommandKind kLastCommandKind = CommandKind::focus;
 
 // A command takes effect in the tick that pops it; that tick is logged with it.
 struct Command {
     CommandKind kind = CommandKind::marker;
-    std::uint32_t value = 0;  // marker: the scenario's moment; tool and park: see there
+    std::uint32_t value = 0;  // marker: the scenario's moment; others: see there
 };
 inline constexpr int kMaxCommandsPerTick = 8;
-// A device with nothing new for so long is taken to be lost.
-inline constexpr double kStaleInput_s = 0.020;
 
 struct TickInput {
     DeviceState device;
@@ -56,8 +55,7 @@ struct SimulationState {
     OutputState output;
     Pose patient_from_stylus;  // a pose that cannot be is refused, the last good one stays
     bool posed = false;        // there has been a good pose
-    std::uint32_t stale_ticks = 0;
-    patient::StateHash hash;  // running: covers every tick so far
+    patient::StateHash hash;   // running: covers every tick so far
 };
 
 // What the picture and the session may know of a tick. Trivially copyable: it travels in snapshots and rings.
@@ -79,8 +77,12 @@ struct TickOutput {
     double depth_m = 0.0, force_n = 0.0;  // axial, model
     double extension_m = 0.0;             // proxy behind tip
     double lateral_cut_m = 0.0;
-    Vec3 sent_device_n{0.0};  // after the output stage, device frame
-    std::uint32_t faults = 0;
+    Vec3 sent_device_n{0.0};        // after the output stage, device frame
+    Vec3 controller_device_n{0.0};  // the passivity controller's part of it
+    ForceStage stage = ForceStage::waiting;
+    double level = 0.0;         // share of the force that is sent
+    std::uint32_t faults = 0;   // Fault bits
+    std::uint32_t awaited = 0;  // Fault bits that keep the force from beginning
     std::uint64_t state_hash = 0;
 };
 
@@ -97,7 +99,7 @@ class Simulation {
 
   private:
     bool takeCommands(const TickInput&) noexcept;
-    void takePose(const DeviceState&) noexcept;
+    std::uint32_t takePose(const DeviceState&) noexcept;
     void hashTick(const TickInput&) noexcept;
     void describe(const ToolForce&, const patient::Surrogate& breath, TickOutput&) const noexcept;
 

@@ -81,11 +81,15 @@ bool takeTick(ByteSource& source, TickInput& input) {
 template <typename Settings, typename Visit>
 void eachNumber(Settings& s, Visit visit) {
     visit(s.dt_s);
-    static_assert(sizeof s.output == 3 * sizeof(double),
+    static_assert(sizeof s.output == 4 * sizeof(double),
                   "a new setting needs a place here and a new kRecordVersion");
     haptics::eachToolNumber(s.tools, visit);
     visit(s.output.rate_limit_n_per_s), visit(s.output.model_force_n), visit(s.output.model_tangent_n_per_m);
+    visit(s.output.controller_share);
     visit(s.profile.force_peak_n), visit(s.profile.stiffness_n_per_m);
+    visit(s.profile.mass_kg), visit(s.profile.delay_s), visit(s.profile.workspace_radius_m);
+    for (int i = 0; i < 3; ++i)
+        visit(s.profile.workspace_centre_m[i]);
 }
 
 template <typename Plan, typename Visit>

@@ -120,7 +120,7 @@ TEST(Loop, AFullRingIsAFaultOfTheLoopAndNotOfTheState) {
     loopTick(simulation, device, channels, stats, 4096000000);
     EXPECT_EQ(stats.faults, kFaultRingFull);
     EXPECT_EQ(channels.records.dropped(), 1u);
-    EXPECT_EQ(simulation.state().output.faults, 0u);
+    EXPECT_EQ(simulation.state().output.safety.faults, 0u);
     TickOutput latest;
     channels.latest.read(latest);
     EXPECT_EQ(latest.faults, kFaultRingFull);

@@ -37,55 +37,133 @@ TEST(Output, TheGainIsTheSmallestOfItsThreeBounds) {
     EXPECT_DOUBLE_EQ(outputGain({"unknown", kNan, kNan, ""}, s), 3.3 / 22.0);
 }
 
-TEST(Output, TheRateLimitIsReachedAndHeld) {
+// A stage that has risen to full force.
+struct Stage {
+    explicit Stage(const OutputSettings& s = plain(), const DeviceProfile& p = {}, double g = 1.0)
+        : settings(s), profile(p), gain(g) {
+        for (int i = 0; i < 1600; ++i)
+            send(Vec3(0.0));
+        EXPECT_EQ(state.safety.level, 1.0);
+    }
+    Vec3 send(const Vec3& force_n) {
+        tick.tool.force_n = force_n;
+        return stepOutput(state, settings, profile, gain, tick, kDt_s);
+    }
+
+    OutputSettings settings;
+    DeviceProfile profile;
+    double gain;
     OutputState state;
+    OutputTick tick;
+};
+
+TEST(Output, TheRateLimitIsReachedAndHeld) {
+    Stage stage;
     const Vec3 wanted{3.0, 4.0, 0.0};
-    Vec3 sent = stepOutput(state, plain(), {}, 1.0, wanted, kDt_s);
+    Vec3 sent = stage.send(wanted);
     EXPECT_NEAR(sent.x, 1.2, 1e-12);  // 2 N of the 5 along the way
     EXPECT_NEAR(sent.y, 1.6, 1e-12);
-    EXPECT_TRUE(state.limited);
-    stepOutput(state, plain(), {}, 1.0, wanted, kDt_s);
-    sent = stepOutput(state, plain(), {}, 1.0, wanted, kDt_s);
+    EXPECT_TRUE(stage.state.limited);
+    stage.send(wanted);
+    sent = stage.send(wanted);
     EXPECT_EQ(sent, wanted);
-    EXPECT_FALSE(state.limited);
+    EXPECT_FALSE(stage.state.limited);
 }
 
 TEST(Output, ThePunctureOfAFasciaPassesInOneTick) {
-    OutputState state;
-    state.model_n = {2.5, 0.0, 0.0};
-    EXPECT_EQ(stepOutput(state, plain(), {}, 1.0, {0.9, 0.0, 0.0}, kDt_s).x, 0.9);
+    Stage stage;
+    stage.state.model_n = {2.5, 0.0, 0.0};
+    EXPECT_EQ(stage.send({0.9, 0.0, 0.0}).x, 0.9);
 }
 
 TEST(Output, GainThenDeviceClamp) {
-    OutputState state;
-    const DeviceProfile touch{.name = "touch", .force_peak_n = 3.3, .stiffness_n_per_m = 400.0};
-    state.model_n = {0.0, 20.0, 0.0};
-    EXPECT_NEAR(stepOutput(state, plain(), touch, 0.1, {0.0, 20.0, 0.0}, kDt_s).y, 2.0, 1e-12);
-    EXPECT_NEAR(stepOutput(state, plain(), touch, 0.5, {0.0, 20.0, 0.0}, kDt_s).y, 3.3, 1e-12);
-    EXPECT_TRUE(state.limited);
-    state.model_n = {0.0, 30.0, 0.0};  // beyond the model's own largest force
-    EXPECT_NEAR(stepOutput(state, plain(), {"strong", 100.0, 1e4, ""}, 1.0, {0.0, 30.0, 0.0}, kDt_s).y, 22.0,
-                1e-12);
+    const DeviceProfile touch{.name = "touch", .force_peak_n = 3.3, .stiffness_n_per_m = 400.0, .source = ""};
+    Stage soft(plain(), touch, 0.1), stiff(plain(), touch, 0.5);
+    soft.state.model_n = stiff.state.model_n = {0.0, 20.0, 0.0};
+    EXPECT_NEAR(soft.send({0.0, 20.0, 0.0}).y, 2.0, 1e-12);
+    EXPECT_NEAR(stiff.send({0.0, 20.0, 0.0}).y, 3.3, 1e-12);
+    EXPECT_TRUE(stiff.state.limited);
+    Stage strong(plain(), {"strong", 100.0, 1e4, ""});
+    strong.state.model_n = {0.0, 30.0, 0.0};  // beyond the model's own largest force
+    EXPECT_NEAR(strong.send({0.0, 30.0, 0.0}).y, 22.0, 1e-12);
 }
 
-TEST(Output, AForceThatIsNoNumberEndsInZeroAtTheRateLimit) {
+TEST(Output, AForceThatIsNoNumberEndsInZeroFromTheLastGoodOne) {
     for (const double bad : {kNan, HUGE_VAL, -HUGE_VAL}) {
-        OutputState state;
-        state.model_n = {5.0, 0.0, 0.0};
-        EXPECT_NEAR(stepOutput(state, plain(), {}, 1.0, {bad, 0.0, 0.0}, kDt_s).x, 3.0, 1e-12);
-        EXPECT_EQ(state.faults, kFaultNotFinite);
-        EXPECT_NEAR(stepOutput(state, plain(), {}, 1.0, {5.0, 0.0, 0.0}, kDt_s).x, 1.0, 1e-12);
-        EXPECT_EQ(stepOutput(state, plain(), {}, 1.0, {5.0, 0.0, 0.0}, kDt_s).x, 0.0);
-        EXPECT_EQ(stepOutput(state, plain(), {}, 1.0, {5.0, 0.0, 0.0}, kDt_s).x, 0.0);  // until re-armed
-        state.faults = 0;
-        EXPECT_NEAR(stepOutput(state, plain(), {}, 1.0, {5.0, 0.0, 0.0}, kDt_s).x, 2.0, 1e-12);
+        for (const int field : {0, 1, 2}) {
+            Stage stage;
+            stage.state.model_n = {5.0, 0.0, 0.0};
+            EXPECT_EQ(stage.send({5.0, 0.0, 0.0}).x, 5.0);
+            if (field == 1) stage.tick.tool.tissue_moved_m.y = bad;
+            if (field == 2) stage.tick.tool.energy_j = bad;
+            const Vec3 force{field == 0 ? bad : 5.0, 0.0, 0.0};
+            double last = 5.0;
+            for (int i = 0; i < 15; ++i) {
+                const double sent = stage.send(force).x;
+                EXPECT_NEAR(sent, 5.0 * (14 - i) / 15.0, 1e-9);
+                EXPECT_LE(sent, last);
+                last = sent;
+            }
+            EXPECT_EQ(stage.state.safety.faults, kFaultBadForce);
+            stage.tick.tool = {};
+            for (int i = 0; i < 3000; ++i)
+                EXPECT_EQ(stage.send({5.0, 0.0, 0.0}), Vec3(0.0));  // until re-armed
+        }
     }
 }
 
+// Needle and hand as they are, the tissue carries its springs: what the controller adds is K dx / 2 of what
+// is sent.
+TEST(Output, TheControllerLeadsTheScaledSpring) {
+    Stage stage(plain(), {}, 0.5);
+    const double k = 1000.0, dx = 20e-6;
+    for (int i = 1; i <= 100; ++i) {
+        stage.tick.tip_m.x = i * dx;
+        stage.tick.tool.energy_j = 0.5 * k * i * i * dx * dx;
+        const double sent = stage.send({-k * i * dx, 0.0, 0.0}).x;
+        EXPECT_NEAR(stage.state.controller_n.x, -0.5 * 0.5 * k * dx, 1e-12);
+        EXPECT_NEAR(sent, -0.5 * k * (i * dx + 0.5 * dx), 1e-12);
+    }
+    OutputSettings watching = plain();
+    watching.controller_share = 0.0;
+    Stage off(watching);
+    off.tick.tip_m.x = dx;
+    off.tick.tool.energy_j = 0.5 * k * dx * dx;
+    EXPECT_EQ(off.send({-k * dx, 0.0, 0.0}).x, -k * dx);
+    EXPECT_GT(off.state.passivity.shortfall_j, 0.0);
+}
+
+TEST(Output, TheControllerStaysBelowWhatTheBareMassCanBear) {
+    Stage stage;
+    stage.state.passivity.shortfall_j = 1.0;
+    stage.tick.tip_m.y = 1e-6;
+    // A quarter of m / T^2, for the lightest device.
+    EXPECT_NEAR(stage.send(Vec3(0.0)).y, -0.25 * kLightestMass_kg / (kDt_s * kDt_s) * 1e-6, 1e-12);
+    stage.tick.tip_m.y = 0.0009;
+    EXPECT_NEAR(stage.send(Vec3(0.0)).y, -10.1, 0.1);
+    stage.profile.force_peak_n = 8.0;
+    stage.state.passivity.shortfall_j = 1.0;
+    stage.tick.tip_m.y = 0.0018;
+    EXPECT_NEAR(stage.send(Vec3(0.0)).y, -8.0, 1e-12);
+}
+
+TEST(Output, TheWallPushesBackIntoTheWorkspace) {
+    DeviceProfile small;
+    small.workspace_radius_m = 0.04;
+    Stage stage(plain(), small);
+    for (double x = 0.0; x <= 0.0401; x += 0.0002) {
+        stage.tick.tip_m.x = x;
+        stage.send(Vec3(0.0));
+    }
+    stage.send(Vec3(0.0));
+    EXPECT_NEAR(stage.state.sent_n.x, -200.0 * 0.004, 0.01);
+}
+
+// Outside the hashed state: the loop's business.
 TEST(Output, AFullRingDoesNotTakeTheForceAway) {
-    OutputState state;
-    state.faults = kFaultRingFull;
-    EXPECT_EQ(stepOutput(state, plain(), {}, 1.0, {1.0, 0.0, 0.0}, kDt_s).x, 1.0);
+    Stage stage;
+    stage.state.safety.faults = kFaultRingFull;
+    EXPECT_EQ(stage.send({1.0, 0.0, 0.0}).x, 1.0);
 }
 
 }  // namespace

@@ -1,0 +1,59 @@
+// Keeps what the hand feels from giving back more energy than it was given.
+// Based on Hannaford and Ryu, "Time-Domain Passivity Control of Haptic Interfaces", IEEE Trans. Robotics and
+// Automation 18(1), 2002, with two changes (model, section 4). The observer works on motion RELATIVE to the
+// tissue and against the energy S in the model's springs, so that the breath may push a hand that rests. And
+// it keeps no reserve: what friction took in one tick does not pay for the next, only debts are carried.
+//
+// A spring K held over a tick T while the tip moves dx gives K dx^2 / 2 too much; the controller's answer is
+// then K dx / 2, the force half a tick ahead: the damping K T / 2 of Colgate and Schenkel's condition.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "haptics/realtime.h"
+#include "patient/hash.h"
+
+namespace stylet::haptics {
+
+using patient::Vec3;
+
+// Longest delay of a device that is accounted for.
+inline constexpr int kMaxDelayTicks = 16;
+
+// What a device was told in one tick: all of it, and the wall's part. The scales say what share of the
+// model's force (gain and ramp) and of the wall's that is: their springs are scaled alike. A ramp that goes
+// on scales the springs, not the hand's account: only motion counts.
+struct SentForce {
+    Vec3 force_n{0.0}, wall_n{0.0};
+    double scale = 0.0, wall_scale = 0.0;
+};
+
+// What one tick brought. Vectors in one frame, any.
+struct Motion {
+    Vec3 tip_moved_m{0.0}, tissue_moved_m{0.0};
+    Vec3 model_n{0.0};           // the model's force, unscaled
+    double energy_j = 0.0;       // S, unscaled
+    double wall_energy_j = 0.0;  // unscaled
+    bool event = false;          // the springs are no longer those of the last tick
+};
+
+struct PassivityState {
+    std::array<SentForce, kMaxDelayTicks + 1> sent{};  // a ring
+    std::uint32_t newest = 0;
+    Vec3 model_n{0.0};  // of the last tick
+    double energy_j = 0.0, wall_energy_j = 0.0;
+    double shortfall_j = 0.0;  // what was given too much and is not yet taken back
+};
+
+// All: haptics thread, noexcept, no allocation, in this order each tick.
+// The observer. The force of `delay_ticks` ago, at most kMaxDelayTicks, acted on this motion.
+void observe(PassivityState&, const Motion&, int delay_ticks) noexcept STYLET_NONBLOCKING;
+// The controller: the force that takes the shortfall back if the tip goes on as it went, with at most
+// `most_n_per_m` times that way.
+Vec3 takeBack(const PassivityState&, const Motion&, int delay_ticks,
+              double most_n_per_m) noexcept STYLET_NONBLOCKING;
+void remember(PassivityState&, const SentForce&) noexcept STYLET_NONBLOCKING;
+void hashPassivity(patient::StateHash&, const PassivityState&) noexcept STYLET_NONBLOCKING;
+
+}  // namespace stylet::haptics

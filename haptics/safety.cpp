@@ -1,0 +1,151 @@
+#include "haptics/safety.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace stylet::haptics {
+
+namespace {
+
+constexpr std::array<FaultText, 10> kTexts{{
+    {kFaultBadForce, "bad-force", "a force model gave something that is no number"},
+    {kFaultStaleInput, "stale-input", "the device said nothing new for 20 ms"},
+    {kFaultRingFull, "ring-full", "the session was too slow: ticks were not recorded"},
+    {kFaultBadPose, "bad-pose", "the device reported a pose that cannot be"},
+    {kFaultOutOfReach, "out-of-reach", "the device reported a place its mechanism cannot reach"},
+    {kFaultOverSpeed, "over-speed", "the device moved faster than 1 m/s"},
+    {kFaultDeviceLost, "device-lost", "the device is not ready: unplugged, failed or not homed"},
+    {kFaultHandOff, "hand-off", "no hand holds the device"},
+    {kFaultNotFocused, "not-focused", "the headset is off, or another program has the focus"},
+    {kWaitsForSmallForce, "in-contact", "the tool touches the patient: draw it back"},
+}};
+
+// No hand is further from its device than this; a pose beyond it is a device gone wrong.
+constexpr double kFarthest_m = 10.0;
+// How far a rotation's length may be from 1: single-precision drivers stay far inside.
+constexpr double kUnitTolerance = 1e-3;
+// Waiting ends a rounding early, never a tick late.
+constexpr double kSameTime_s = 1e-9;
+constexpr double kNothing = 1e-9;  // a level that is zero but for rounding
+// The wall begins a tenth of the radius before the workspace's end, and is soft beside any tissue.
+constexpr double kWallShare = 0.1, kWall_n_per_m = 200.0, kWallForce_n = 1.0;
+
+bool isArmed(ForceStage stage) noexcept {
+    return stage == ForceStage::rising || stage == ForceStage::on;
+}
+
+double distance(const Vec3& a, const Vec3& b) noexcept {
+    const Vec3 d = a - b;
+    return std::sqrt(glm::dot(d, d));
+}
+
+// Speed over the time since the last fresh pose: a silence followed by one large step is no leap.
+void measure(SafetyState& s, const DeviceState& device, bool good, double dt_s) noexcept {
+    s.silence_s += dt_s;
+    if (device.fresh == 0 || !good) return;
+    const Vec3& tip_m = device.device_from_stylus.position_m;
+    s.speed_m_s = s.placed ? distance(tip_m, s.tip_m) / s.silence_s : 0.0;
+    s.tip_m = tip_m;
+    s.silence_s = 0.0;
+    s.placed = true;
+}
+
+}  // namespace
+
+std::span<const FaultText> faultTexts() noexcept {
+    return kTexts;
+}
+
+bool isPose(const Pose& pose) noexcept {
+    const Vec3& p = pose.position_m;
+    const double norm2 = glm::dot(pose.rotation, pose.rotation);
+    // Written so that NaN fails.
+    return std::fabs(p.x) <= kFarthest_m && std::fabs(p.y) <= kFarthest_m && std::fabs(p.z) <= kFarthest_m &&
+           std::fabs(norm2 - 1.0) <= kUnitTolerance;
+}
+
+std::uint32_t checkDevice(SafetyState& s, const DeviceProfile& profile, const DeviceState& device,
+                          double dt_s) noexcept {
+    const bool good = isPose(device.device_from_stylus);
+    measure(s, device, good, dt_s);
+    std::uint32_t unmet = 0;
+    if (!good) unmet |= kFaultBadPose;
+    if ((device.flags & kDeviceReady) == 0) unmet |= kFaultDeviceLost;
+    if ((device.flags & kDeviceHandOn) == 0) unmet |= kFaultHandOff;
+    if (!s.focused) unmet |= kFaultNotFocused;
+    if (s.silence_s > kStaleInput_s - kSameTime_s) unmet |= kFaultStaleInput;
+    if (s.speed_m_s > (isArmed(s.stage) ? kOverSpeed_m_s : kSlowEnough_m_s)) unmet |= kFaultOverSpeed;
+    // False where the radius is unknown.
+    if (good && distance(device.device_from_stylus.position_m, profile.workspace_centre_m) >
+                    kReach * profile.workspace_radius_m)
+        unmet |= kFaultOutOfReach;
+    return unmet;
+}
+
+void stepSafety(SafetyState& s, std::uint32_t unmet, double force_n, double dt_s) noexcept {
+    if (isArmed(s.stage) && unmet != 0) {
+        s.faults |= unmet;
+        s.stage = ForceStage::fading;
+    }
+    s.awaited = 0;
+    switch (s.stage) {
+        case ForceStage::waiting:
+            // Written so that NaN waits.
+            s.awaited = unmet | (force_n <= kSmallForce_n ? 0u : std::uint32_t(kWaitsForSmallForce));
+            s.settled_s = s.awaited == 0 ? s.settled_s + dt_s : 0.0;
+            if (s.settled_s > kSettle_s - kSameTime_s) s.stage = ForceStage::rising;
+            break;
+        case ForceStage::rising:
+        case ForceStage::on:
+            if (s.silence_s > kStaleFrom_s) {
+                s.level = std::max(0.0, s.level - dt_s / kStaleFade_s);
+            } else {
+                s.level = std::min(1.0, s.level + dt_s / kStartRamp_s);
+            }
+            s.stage = s.level < 1.0 ? ForceStage::rising : ForceStage::on;
+            break;
+        case ForceStage::fading:
+            s.faults |= unmet;
+            s.level -= dt_s / kFade_s;
+            if (s.level > kNothing) break;
+            s.level = 0.0;
+            s.stage = ForceStage::off;
+            break;
+        case ForceStage::off:
+            break;
+    }
+}
+
+void rearm(SafetyState& s) noexcept {
+    if (s.stage != ForceStage::off) return;
+    s.stage = ForceStage::waiting;
+    s.faults = 0;
+    s.settled_s = 0.0;
+}
+
+void hashSafety(patient::StateHash& hash, const SafetyState& s) noexcept {
+    hash.add(std::uint64_t(s.stage) | std::uint64_t(s.focused) << 8 | std::uint64_t(s.placed) << 9 |
+             std::uint64_t(s.faults) << 32);
+    hash.add(std::uint64_t(s.awaited));
+    hash.add(s.level);
+    hash.add(s.settled_s);
+    hash.add(s.tip_m);
+    hash.add(s.silence_s);
+    hash.add(s.speed_m_s);
+}
+
+WallForce workspaceWall(const DeviceProfile& profile, const Vec3& tip_m) noexcept {
+    const Vec3 out = tip_m - profile.workspace_centre_m;
+    const double from_centre = std::sqrt(glm::dot(out, out));
+    const double in_wall = from_centre - (1.0 - kWallShare) * profile.workspace_radius_m;
+    if (!(in_wall > 0.0)) return {};  // also where the radius is unknown
+    const double stiffness =
+        std::min(kWall_n_per_m, 0.25 * knownOr(profile.stiffness_n_per_m, kWeakestStiffness_n_per_m));
+    const double pressed = std::min(in_wall, kWallForce_n / stiffness);
+    const Vec3 inward = out * (-1.0 / from_centre);
+    return {stiffness * pressed * inward,
+            0.5 * stiffness * pressed * pressed + kWallForce_n * (in_wall - pressed)};
+}
+
+}  // namespace stylet::haptics

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "haptics/devices/profiles.h"
+
 namespace stylet::haptics::falcon {
 
 namespace {
@@ -37,18 +39,10 @@ bool jumped(const Counts& from, const Counts& to, std::int64_t elapsed_ns) noexc
 }  // namespace
 
 DeviceProfile profileOf(const Calibration& calibration) noexcept {
-    DeviceProfile p;
-    p.name = "falcon";
-    p.force_peak_n = kMostForce_n;
-    p.stiffness_n_per_m = 3000.0;
-    p.source =
-        "CHAI3D 3.3, CDeltaDevices.cpp: 8 N, 3000 N/m, radius 40 mm; resolution from libnifalcon's geometry";
-    p.senses_rotation = false;
-    p.force_calibrated = calibration.measured;
-    p.resolution_m = 42e-6;
-    p.workspace_centre_m = {0.0, 0.0, 0.1225};  // the middle of the usable 75 to 170 mm
-    p.workspace_radius_m = 0.040;
-    return p;
+    DeviceProfile profile = *findProfile("falcon");
+    profile.force_calibrated = calibration.measured;
+    profile.workspace_centre_m = {0.0, 0.0, 0.1225};  // the middle of the usable 75 to 170 mm
+    return profile;
 }
 
 std::array<std::int16_t, 3> motorsFor(const Vec3& force_n, const Vec3& grip_m,
@@ -83,7 +77,7 @@ DeviceStage FalconDriver::open(std::string& why) {
     open_ = true;
     step_ = Step::probe;
     probes_ = 0;
-    homed_ = behind_ = false;
+    homed_ = behind_ = jumping_ = false;
     homed_replies_ = 0;
     reader_.clear();
     const BusResult purged = bus_->control(kFtdiReset, kPurgeReceived, why);
@@ -180,7 +174,7 @@ DeviceStage FalconDriver::run(const Vec3& force_n, DeviceState& state, std::stri
     if (reply) {
         if (take(*reply, now(), state)) heard_ns_ = now();
     } else {
-        trouble_ = reader_.refused() != refused ? Trouble::garbled : Trouble::silent;
+        note(reader_.refused() != refused ? Trouble::garbled : Trouble::silent);
     }
     if (now() - heard_ns_ > kGiveUp_ns) return giveUp(why);
     if (homed_) return DeviceStage::ready;
@@ -217,14 +211,15 @@ bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& st
         return true;
     }
     // Time makes no jump good, only silence does: then the hand had as long to move.
-    if (trouble_ != Trouble::jumped) silence_ns_ = now_ns - heard_ns_;
-    if (homed_replies_ > 0 && jumped(counts_, reply.encoders, silence_ns_)) {
-        trouble_ = Trouble::jumped;
+    if (!jumping_) silence_ns_ = now_ns - heard_ns_;
+    jumping_ = homed_replies_ > 0 && jumped(counts_, reply.encoders, silence_ns_);
+    if (jumping_) {
+        note(Trouble::jumped);
         return false;
     }
     const auto grip = gripFromAngles(anglesFromCounts(reply.encoders), grip_m_);
     if (!grip) {
-        trouble_ = Trouble::impossible;
+        note(Trouble::impossible);
         return false;
     }
     homed_replies_ = std::min(homed_replies_ + 1, kHomedReplies);
@@ -237,6 +232,11 @@ bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& st
     state.buttons = reply.buttons;
     state.fresh = 1;
     return true;
+}
+
+// The first thing that was wrong since all was well; silence may have followed from it.
+void FalconDriver::note(Trouble trouble) noexcept {
+    if (trouble_ == Trouble::none || trouble_ == Trouble::silent) trouble_ = trouble;
 }
 
 DeviceStage FalconDriver::lose(std::string& why) {

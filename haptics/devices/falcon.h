@@ -54,7 +54,7 @@ class FalconDriver final : public Driver {
 
   private:
     enum class Step : std::uint8_t { probe, load, run };
-    // What was last wrong with what it sends, for the user.
+    // What is wrong with what it sends, for the user.
     enum class Trouble : std::uint8_t { none, silent, garbled, jumped, impossible };
 
     DeviceStage probe(std::string& why);
@@ -62,6 +62,7 @@ class FalconDriver final : public Driver {
     DeviceStage run(const Vec3& force_n, DeviceState&, std::string& why);
     BusResult talk(const Command&, std::int64_t until_ns, std::optional<Reply>&, std::string& why);
     bool take(const Reply&, std::int64_t now_ns, DeviceState&) noexcept;
+    void note(Trouble) noexcept;
     DeviceStage lose(std::string& why);
     DeviceStage giveUp(std::string& why) const;
     std::int64_t now() const noexcept { return clock_.now_ns(clock_.context); }
@@ -79,6 +80,7 @@ class FalconDriver final : public Driver {
     bool homed_ = false;
     int homed_replies_ = 0;
     Trouble trouble_ = Trouble::none;
+    bool jumping_ = false;         // the last reply was too far from the last good one
     bool behind_ = false;          // a reply may still be under way
     std::int64_t heard_ns_ = 0;    // the last good reply
     std::int64_t silence_ns_ = 0;  // before the last reply that was no jump

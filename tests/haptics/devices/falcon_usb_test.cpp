@@ -1,0 +1,185 @@
+// The very driver, over libusb, down to the kernel's requests: umockdev answers them. Few pairs a second and
+// no real time, so what hangs on milliseconds is in falcon_test.cpp.
+#include "haptics/devices/falcon_usb.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+#include <thread>
+
+#include "haptics/devices/falcon.h"
+#include "haptics/devices/polled.h"
+#include "tests/support/falcon_testbed.h"
+
+namespace stylet::haptics::falcon {
+namespace {
+
+using test::FalconEmulator;
+using testing::HasSubstr;
+
+constexpr std::int64_t kMs = 1'000'000;
+
+Clock wallClock() {
+    return {
+        nullptr,
+        [](void*) noexcept {
+            return std::int64_t(std::chrono::steady_clock::now().time_since_epoch() /
+                                std::chrono::nanoseconds(1));
+        },
+        [](void*, std::int64_t t) noexcept {
+            std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(t)));
+        }};
+}
+
+struct FalconUsb : testing::Test {
+    void SetUp() override {
+        if (!test::FalconTestbed::works()) GTEST_SKIP() << "umockdev's library is not preloaded: use ctest";
+    }
+    static PolledDevice device(Settings settings = {}) {
+        PolledSettings polled;
+        polled.look_again_ns = polled.backoff_first_ns = 50 * kMs;
+        polled.backoff_most_ns = 100 * kMs;
+        return {std::make_unique<FalconDriver>(usbBus(), wallClock(), std::move(settings)), wallClock(),
+                polled};
+    }
+    // As the loop would, until `done` or 20 s.
+    static bool loop(PolledDevice& device, const Vec3& force_n,
+                     const std::function<bool(const DeviceState&)>& done) {
+        for (int i = 0; i < 20'000; ++i) {
+            const DeviceState state = device.read(0);
+            device.send(force_n);
+            if (done(state)) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        return false;
+    }
+    static bool reaches(PolledDevice& device, DeviceStage stage) {
+        return loop(device, Vec3(0.0), [&](const DeviceState&) { return device.stage() == stage; });
+    }
+    static bool isReady(const DeviceState& state) { return (state.flags & kDeviceReady) != 0; }
+};
+
+TEST_F(FalconUsb, IsFoundByItsNumbers) {
+    test::FalconTestbed bed(true);
+    EXPECT_TRUE(falconPlaces().empty());
+    bed.plugIn();
+    EXPECT_EQ(falconPlaces(), std::vector<std::string>{"1-3"});
+    std::string why;
+    EXPECT_EQ(usbBus("1-3")->open(why), DeviceStage::opening) << why;
+    EXPECT_EQ(usbBus("1-4")->open(why), DeviceStage::absent);
+    EXPECT_THAT(why, HasSubstr("no Falcon"));
+}
+
+TEST_F(FalconUsb, HomesPushesAndEndsInZero) {
+    test::FalconTestbed bed(true);
+    bed.plugIn();
+    PolledDevice falcon = device();
+    falcon.start();
+    ASSERT_TRUE(reaches(falcon, DeviceStage::needsHoming)) << falcon.report().why;
+    bed.with([](FalconEmulator& f) { f.home(); });
+    Vec3 grip(0.0);
+    ASSERT_TRUE(loop(falcon, Vec3(0.0), [&](const DeviceState& state) {
+        grip = state.device_from_stylus.position_m;
+        return isReady(state);
+    })) << falcon.report().why;
+    EXPECT_NEAR(grip.z, 0.11, 1e-4);
+    ASSERT_TRUE(loop(falcon, {0.0, 0.0, -2.0}, [&](const DeviceState&) {
+        return bed.with([](FalconEmulator& f) { return f.pushes(); });
+    }));
+    const auto expected = motorsFor({0.0, 0.0, -2.0}, grip, {});
+    bed.with([&](FalconEmulator& f) {
+        EXPECT_EQ(f.motors(), (std::array<int, 3>{expected[0], expected[1], expected[2]}));
+        EXPECT_EQ(f.bad_packets, 0);
+    });
+    falcon.stop();
+    bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.pushes()); });
+}
+
+TEST_F(FalconUsb, FirmwareGoesThroughTheCable) {
+    test::FalconTestbed bed(false);
+    bed.with([](FalconEmulator& f) { f.image_bytes = 1000; });
+    bed.plugIn();
+    std::vector<std::uint8_t> image(1000);
+    for (std::size_t i = 0; i < image.size(); ++i)
+        image[i] = std::uint8_t(i * 7 + i / 256);
+    PolledDevice falcon = device({.firmware = {image, ""}});
+    falcon.start();
+    ASSERT_TRUE(reaches(falcon, DeviceStage::needsHoming)) << falcon.report().why;
+    bed.with([&](FalconEmulator& f) { EXPECT_EQ(f.image(), image); });
+}
+
+TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
+    struct Injection {
+        const char* name;
+        std::function<void(FalconEmulator&)> begin;
+        const char* cause;
+        bool hears;  // zero can reach it
+    };
+    const Injection injections[] = {
+        {"silent", [](FalconEmulator& f) { f.faults.silent = true; }, "stopped answering", true},
+        {"mute", [](FalconEmulator& f) { f.faults.mute = true; }, "stopped answering", true},
+        {"deaf", [](FalconEmulator& f) { f.faults.deaf = true; }, "stopped answering", false},
+        {"corrupt",
+         [](FalconEmulator& f) {
+             f.faults.xor_count = 1 << 30;
+             f.faults.xor_byte = 6;
+             f.faults.xor_mask = 0x80;
+         },
+         "garbled", true},
+        {"jump", [](FalconEmulator& f) { f.holdAt({30000, -516, -516}); }, "its encoders", true},
+        {"unplugged", [](FalconEmulator& f) { f.faults.unplug_after_bytes = 7; }, "unplugged", false},
+    };
+    test::FalconTestbed bed(true);
+    bed.plugIn();
+    PolledDevice falcon = device();
+    falcon.start();
+    for (const Injection& injection : injections) {
+        SCOPED_TRACE(injection.name);
+        ASSERT_TRUE(reaches(falcon, DeviceStage::needsHoming)) << falcon.report().why;
+        bed.with([](FalconEmulator& f) { f.home(); });
+        ASSERT_TRUE(reaches(falcon, DeviceStage::ready)) << falcon.report().why;
+        ASSERT_TRUE(loop(falcon, {0.0, 0.0, -2.0}, [&](const DeviceState&) {
+            return bed.with([](FalconEmulator& f) { return f.pushes(); });
+        }));
+        bed.with(injection.begin);
+        std::string why;
+        bool zero = false;
+        ASSERT_TRUE(loop(falcon, {0.0, 0.0, -2.0}, [&](const DeviceState&) {
+            zero = zero || bed.with([](FalconEmulator& f) { return !f.pushes(); });
+            why = falcon.report().why;
+            return falcon.stage() == DeviceStage::failed;
+        }));
+        EXPECT_THAT(why, HasSubstr(injection.cause));
+        EXPECT_FALSE(isReady(falcon.read(0)));
+        if (injection.hears) {
+            EXPECT_TRUE(zero);
+        }
+        bed.with([](FalconEmulator& f) {
+            f = FalconEmulator(true);
+            f.control(3, 2);
+        });
+    }
+}
+
+TEST_F(FalconUsb, ComesBackWhenPluggedInAgain) {
+    test::FalconTestbed bed(true);
+    PolledDevice falcon = device();
+    falcon.start();
+    ASSERT_TRUE(loop(falcon, Vec3(0.0), [&](const DeviceState&) { return falcon.report().opens > 0; }));
+    EXPECT_EQ(falcon.stage(), DeviceStage::absent);
+    for (int i = 0; i < 3; ++i) {
+        bed.with([](FalconEmulator& f) { f = FalconEmulator(true); });
+        bed.plugIn();
+        ASSERT_TRUE(reaches(falcon, DeviceStage::needsHoming)) << falcon.report().why;
+        bed.with([](FalconEmulator& f) { f.home(); });
+        ASSERT_TRUE(reaches(falcon, DeviceStage::ready)) << falcon.report().why;
+        bed.plugOut();
+        ASSERT_TRUE(reaches(falcon, DeviceStage::absent)) << falcon.report().why;
+        EXPECT_FALSE(isReady(falcon.read(0)));
+    }
+}
+
+}  // namespace
+}  // namespace stylet::haptics::falcon

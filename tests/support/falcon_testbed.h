@@ -1,0 +1,56 @@
+// A USB bus that exists only for programs under umockdev's preload library, with a Falcon to plug in and out:
+// the kernel's usbfs requests on one side, the emulator's bytes on the other.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "tests/support/falcon_emulator.h"
+
+typedef struct _UMockdevTestbed UMockdevTestbed;
+typedef struct _UMockdevIoctlBase UMockdevIoctlBase;
+typedef struct _UMockdevIoctlClient UMockdevIoctlClient;
+typedef struct _UMockdevIoctlData UMockdevIoctlData;
+
+namespace stylet::test {
+
+class FalconTestbed {
+  public:
+    // Whether the preload library is there; without it nothing here works.
+    static bool works();
+
+    explicit FalconTestbed(bool has_firmware);
+    ~FalconTestbed();
+    FalconTestbed(const FalconTestbed&) = delete;
+    FalconTestbed& operator=(const FalconTestbed&) = delete;
+
+    void plugIn();
+    void plugOut();
+    // The emulator, with the requests held off.
+    template <typename Call>
+    auto with(const Call& call) {
+        const std::lock_guard lock(mutex_);
+        return call(falcon_);
+    }
+
+  private:
+    struct Urb;
+    static int onRequest(UMockdevIoctlBase*, UMockdevIoctlClient*, void* self);
+    bool handle(UMockdevIoctlClient*);
+    void submit(UMockdevIoctlClient*);
+    void reap(UMockdevIoctlClient*);
+    bool finish(Urb&);
+
+    std::mutex mutex_;
+    FalconEmulator falcon_;
+    UMockdevTestbed* testbed_;
+    UMockdevIoctlBase* handler_;
+    std::map<std::uint64_t, std::unique_ptr<Urb>> urbs_;  // by the client's address
+    std::uint64_t submitted_ = 0;
+    bool plugged_ = false;
+    int devices_ = 3;  // each gets a number of its own
+};
+
+}  // namespace stylet::test

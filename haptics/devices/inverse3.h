@@ -1,0 +1,53 @@
+// Haply's Inverse3 with a VerseGrip, through Haply's service on this machine: a WebSocket of JSON messages,
+// one state for each command. Facts as in inverse3_messages.h; commands last for one tick of the service,
+// which goes idle when they stop: that is its own dead-man, its length not documented.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "haptics/devices/driver.h"
+
+namespace stylet::haptics {
+
+namespace inverse3 {
+struct Update;
+}
+
+struct Inverse3Settings {
+    std::string address = {};  // a loopback address; empty: 127.0.0.1, then ::1
+    unsigned short port = 10001;
+    enum class Spelling { byVersion, vector, values } spelling = Spelling::byVersion;
+    // No figure is published: the weakest device's until the user has read the data sheet.
+    double force_peak_n = 3.3;
+    double stiffness_n_per_m = 400.0;
+    std::int64_t answer_ns = 4'000'000;     // an exchange waits so long for its answer
+    std::int64_t silent_ns = 15'000'000;    // without an answer the connection counts as lost
+    std::int64_t greeting_ns = 80'000'000;  // for the whole of open()
+};
+
+class Inverse3Driver final : public Driver {
+  public:
+    explicit Inverse3Driver(const Inverse3Settings& = {});
+    ~Inverse3Driver() override;
+
+    const DeviceProfile& profile() const noexcept override { return profile_; }
+    DeviceStage open(std::string& why) override;
+    DeviceStage exchange(const Vec3& force_n, DeviceState& state, std::string& why) override;
+    void close() noexcept override;
+
+  private:
+    struct Connection;
+    DeviceStage connect(const std::string& address, std::int64_t deadline_ns, std::string& why);
+    DeviceStage takeInventory(std::int64_t deadline_ns, std::string& why);
+    DeviceStage judge(const inverse3::Update&, DeviceState&, std::string& why) const;
+    DeviceStage fail(std::string& why, const std::string& reason);
+
+    Inverse3Settings settings_;
+    DeviceProfile profile_;
+    std::string device_id_;  // of the first that was opened: no other is taken for it
+    bool known_ = false, has_grip_ = false;
+    std::unique_ptr<Connection> connection_;
+};
+
+}  // namespace stylet::haptics

@@ -1,0 +1,31 @@
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "haptics/devices/inverse3_messages.h"
+
+// A message is taken with values that can be, or refused with a reason; an id that passed needs no escaping.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet::haptics;
+    const std::string_view text(reinterpret_cast<const char*>(data), size);
+    std::string why;
+    const auto update = inverse3::parseUpdate(text, why);
+    if (update.has_value() != why.empty()) std::abort();
+    if (update) {
+        const Pose pose = inverse3::stylusPose(*update);
+        if (!(glm::length(pose.position_m) <= inverse3::kFarthest_m)) std::abort();
+        if (!(std::fabs(glm::length(pose.rotation) - 1.0) < 1e-9)) std::abort();
+        if (update->present) {
+            std::string command;
+            inverse3::writeForce(command, update->device_id, {0.0, 0.0, 1.0}, inverse3::Spelling::vector);
+            // No quote, brace or backslash came in with the id.
+            if (command.size() != update->device_id.size() + 94 || command.find('\\') != command.npos)
+                std::abort();
+        }
+    }
+    inverse3::spellingOf(text);
+    return 0;
+}

@@ -1,0 +1,139 @@
+#include "haptics/devices/inverse3_messages.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace stylet::haptics::inverse3 {
+namespace {
+
+// After the documentation's examples; the newer has what only 3.5 sends.
+const std::string kOlder =
+    R"({"inverse3":[{"device_id":"04BA","config":{"type":"inverse3","handedness":"right"},)"
+    R"("state":{"cursor_position":{"x":0.07842738,"y":-0.14836666,"z":0.14297646},"mode":"idle"},)"
+    R"("status":{"calibrated":false,"in_use":false,"power_supply":true,"ready":true,"started":true}}],)"
+    R"("verse_grip":[{"device_id":"61548","state":{"button":true,"hall":0,)"
+    R"("orientation":{"x":-0.5019531,"y":0.8632202,"z":-0.048095703,"w":-0.022338867}}}]})";
+const std::string kNewer =
+    R"({"session_id":7,"inverse3":[{"device_id":"049D","state":{"cursor_position":{"x":0.0,"y":-0.12,"z":0.15},)"
+    R"("control_mode":"idle"}}],"wireless_verse_grip":[{"device_id":"8","state":{"buttons":{"a":true,"b":false,)"
+    R"("c":true},"orientation":{"w":1.0,"x":0.0,"y":0.0,"z":0.0}}}]})";
+
+std::string replaced(std::string text, const std::string& what, const std::string& with) {
+    const std::size_t at = text.find(what);
+    EXPECT_NE(at, std::string::npos) << what;
+    return text.replace(at, what.size(), with);
+}
+
+std::string refusal(const std::string& text) {
+    std::string why;
+    return parseUpdate(text, why) ? "" : why;
+}
+
+TEST(Inverse3Messages, ReadsTheOlderInventory) {
+    std::string why;
+    const auto update = parseUpdate(kOlder, why);
+    ASSERT_TRUE(update) << why;
+    EXPECT_TRUE(update->present);
+    EXPECT_EQ(update->device_id, "04BA");
+    EXPECT_EQ(update->cursor_m, Vec3(0.07842738, -0.14836666, 0.14297646));
+    EXPECT_FALSE(update->calibrated);
+    EXPECT_TRUE(update->ready && update->powered && update->grip_present);
+    EXPECT_EQ(update->buttons, 1u);
+    EXPECT_FALSE(update->has_session);
+    EXPECT_NEAR(glm::length(update->device_from_grip), 1.0, 1e-15);
+}
+
+TEST(Inverse3Messages, ReadsTheNewerInventory) {
+    std::string why;
+    const auto update = parseUpdate(kNewer, why);
+    ASSERT_TRUE(update) << why;
+    EXPECT_EQ(update->device_id, "049D");
+    EXPECT_TRUE(update->calibrated && update->ready && update->powered);  // not said: well
+    EXPECT_EQ(update->buttons, 5u);
+    EXPECT_TRUE(update->has_session);
+}
+
+TEST(Inverse3Messages, TheStylusLiesAlongTheGrip) {
+    Update update;
+    update.cursor_m = {0.1, 0.2, 0.3};
+    update.grip_present = true;
+    const Pose straight = stylusPose(update);
+    // The grip points along its +y, the needle's tip along -z.
+    EXPECT_NEAR(glm::distance(straight.direction({0.0, 0.0, -1.0}), Vec3(0.0, 1.0, 0.0)), 0.0, 1e-15);
+    EXPECT_EQ(straight.position_m, Vec3(0.1, 0.2, 0.3));
+    update.device_from_grip = Quat(0.70710678118654752, 0.0, 0.0, -0.70710678118654752);  // y to x
+    EXPECT_NEAR(glm::distance(stylusPose(update).direction({0.0, 0.0, -1.0}), Vec3(1.0, 0.0, 0.0)), 0.0,
+                1e-15);
+    update.grip_present = false;
+    EXPECT_EQ(stylusPose(update).rotation, Quat(1.0, 0.0, 0.0, 0.0));
+}
+
+TEST(Inverse3Messages, AServiceWithoutADeviceSaysSo) {
+    std::string why;
+    for (const char* text : {"{}", R"({"inverse3":[]})", R"({"inverse3":null,"verse_grip":[]})"}) {
+        const auto update = parseUpdate(text, why);
+        ASSERT_TRUE(update) << why;
+        EXPECT_FALSE(update->present);
+    }
+}
+
+TEST(Inverse3Messages, EachBadFieldIsNamed) {
+    const char* position = "inverse3: state.cursor_position";
+    EXPECT_EQ(refusal(replaced(kNewer, "\"y\":-0.12", "\"y\":1e6")), position);
+    EXPECT_EQ(refusal(replaced(kNewer, "\"y\":-0.12", "\"y\":\"0\"")), position);
+    EXPECT_EQ(refusal(replaced(kNewer, "\"y\":-0.12", "\"y\":null")), position);
+    EXPECT_EQ(refusal(replaced(kNewer, "\"y\":-0.12,", "")), position);
+    EXPECT_EQ(refusal(replaced(kNewer, "cursor_position", "cursor_velocity")), position);
+    EXPECT_EQ(refusal(replaced(kNewer, "049D", "04\\\"9D")), "inverse3: device_id");
+    EXPECT_EQ(refusal(replaced(kNewer, "\"049D\"", "49")), "inverse3: device_id");
+    EXPECT_EQ(refusal(replaced(kNewer, "049D", "")), "inverse3: device_id");
+    EXPECT_EQ(refusal(replaced(kNewer, "\"w\":1.0", "\"w\":2.0")), "wireless_verse_grip: state.orientation");
+    EXPECT_EQ(refusal(R"({"inverse3":{}})"), "inverse3");
+    EXPECT_EQ(refusal(R"({"inverse3":[7]})"), "inverse3");
+    EXPECT_EQ(refusal(R"({"verse_grip":3})"), "verse_grip");
+    std::string many = R"({"inverse3":[{})";
+    for (int i = 0; i < 16; ++i)
+        many += ",{}";
+    EXPECT_EQ(refusal(many + "]}"), "inverse3");
+}
+
+TEST(Inverse3Messages, WhatIsNoJsonWithinTheBoundsIsRefused) {
+    const char* why = "no JSON within the bounds";
+    for (const std::string& text : {std::string(), std::string("7"), std::string("[]"), kNewer + "x",
+                                    kNewer.substr(0, kNewer.size() - 1), replaced(kNewer, "-0.12", "NaN"),
+                                    replaced(kNewer, "-0.12", "1e999"), std::string(100'000, '['),
+                                    R"({"a":)" + std::string(20, '[') + std::string(20, ']') + "}",
+                                    "{\"a\":\"" + std::string(300'000, 'x') + "\"}",
+                                    std::string("{\"a\":\"\xFF\"}"), std::string("{\"a\":\"\0\"}", 9)})
+        EXPECT_EQ(refusal(text), why) << text.substr(0, 60);
+    // Brackets inside strings are none.
+    std::string ignored;
+    EXPECT_TRUE(parseUpdate(R"({"a":"\"[[[[[[[[[[[[[[[[[[[[[["})", ignored)) << ignored;
+}
+
+TEST(Inverse3Messages, TheVersionDecidesTheSpelling) {
+    EXPECT_EQ(spellingOf(R"({"project_version":"3.5.0.0"})"), Spelling::vector);
+    EXPECT_EQ(spellingOf(R"({"ok":true,"data":{"project_version":"3.12.1"}})"), Spelling::vector);
+    EXPECT_EQ(spellingOf(R"({"project_version":"4.0.0"})"), Spelling::vector);
+    EXPECT_EQ(spellingOf(R"({"project_version":"3.1.1.0"})"), Spelling::values);
+    EXPECT_EQ(spellingOf(R"({"project_version":"3.4"})"), Spelling::values);
+    for (const char* text : {"", "3.5", "{}", R"({"project_version":3.5})", R"({"project_version":"3"})",
+                             R"({"project_version":"x.5"})", R"({"project_version":"99999999999.1"})"})
+        EXPECT_FALSE(spellingOf(text)) << text;
+}
+
+TEST(Inverse3Messages, WritesTheCommandByteForByte) {
+    std::string text;
+    writeForce(text, "049D", {0.0, -0.25, 1.5}, Spelling::vector);
+    EXPECT_EQ(
+        text,
+        R"({"inverse3":[{"device_id":"049D","commands":{"set_cursor_force":{"vector":{"x":0,"y":-0.25,"z":1.5}}}}]})");
+    writeForce(text, "049D", {1e-7, 0.0, 0.0}, Spelling::values);
+    EXPECT_EQ(
+        text,
+        R"({"inverse3":[{"device_id":"049D","commands":{"set_cursor_force":{"values":{"x":1e-07,"y":0,"z":0}}}}]})");
+}
+
+}  // namespace
+}  // namespace stylet::haptics::inverse3

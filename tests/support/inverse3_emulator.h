@@ -1,0 +1,100 @@
+// Haply's Inverse Service as its documentation describes it: a WebSocket (RFC 6455) on a loopback port,
+// written down to the bytes without any library, and GET /version beside it. Faults are put in on purpose.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace stylet::test {
+
+enum class Inverse3Fault {
+    none,
+    drop,        // messages are not answered
+    duplicate,   // answered twice
+    stall,       // answered late, all at once
+    cut,         // half of a WebSocket frame, then the connection is reset
+    close,       // a close frame
+    brokenJson,  // a message that ends early
+    flipped,     // one bit of the text turned over
+    notFinite,   // NaN
+    huge,        // 1e999
+    farAway,     // a position outside every room
+    wrongType,   // a position of strings
+    noPosition,
+    notAUnit,   // a quaternion of length 2
+    deep,       // a hundred thousand brackets
+    big,        // a message of 300 KiB
+    binary,     // a binary message
+    masked,     // a frame as only clients may send
+    unplugged,  // the device is in the list no more
+    otherDevice,
+    uncalibrated,
+    noPower,
+    gripGone,
+    pings,      // control frames before the answer
+    fragments,  // the answer in pieces of 100 bytes
+};
+inline constexpr int kInverse3FaultCount = int(Inverse3Fault::fragments) + 1;
+
+struct Inverse3Script {
+    Inverse3Fault fault = Inverse3Fault::none;
+    std::uint64_t from_answer = 0, answers = 1'000'000'000;
+    int stall_ms = 1000;
+    std::string version = "3.5.0.0";  // empty: GET /version is not found
+    bool data_envelope = false;       // 3.5 wraps what GET answers
+    std::string device_id = "049D";
+    bool device = true, grip = true;
+    std::array<double, 3> cursor_m{0.01, -0.12, 0.15};
+    std::array<double, 4> grip_wxyz{1.0, 0.0, 0.0, 0.0};
+};
+
+class Inverse3Emulator {
+  public:
+    explicit Inverse3Emulator(const Inverse3Script&);
+    ~Inverse3Emulator();
+    Inverse3Emulator(const Inverse3Emulator&) = delete;
+    Inverse3Emulator& operator=(const Inverse3Emulator&) = delete;
+
+    unsigned short port() const { return port_; }
+    // The last force commanded in the spelling that this version wants; NaN before the first.
+    std::array<double, 3> force_n() const;
+    std::uint64_t answered() const { return answered_.load(); }
+    std::int64_t fault_began_ns() const { return fault_began_ns_.load(); }
+    int connections() const { return connections_.load(); }
+    std::string complaint() const;  // about the driver's bytes
+
+  private:
+    void run();
+    void serve(int client);
+    void converse(int client);
+    bool answer(int client);
+    std::string state(bool inventory, Inverse3Fault) const;
+    void command(const std::string& message);
+    void complain(const std::string& what);
+
+    Inverse3Script script_;
+    int listener_ = -1;
+    unsigned short port_ = 0;
+    mutable std::mutex mutex_;
+    std::array<double, 3> force_n_;
+    std::string complaint_;
+    std::vector<std::uint8_t> withheld_;
+    std::int64_t release_ns_ = 0;
+    std::atomic<bool> stop_{false};
+    std::atomic<int> connections_{0};
+    std::atomic<std::uint64_t> answered_{0};
+    std::atomic<std::int64_t> fault_began_ns_{0};
+    std::thread thread_;
+};
+
+// The two pieces of RFC 6455 that its text gives examples of.
+std::string webSocketAccept(const std::string& key);
+std::vector<std::uint8_t> unmask(std::span<const std::uint8_t> frame);  // payload of a short client frame
+
+}  // namespace stylet::test

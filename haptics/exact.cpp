@@ -16,8 +16,8 @@ namespace {
 class PathSolver {
   public:
     PathSolver(const patient::TissueTable& table, const std::vector<Segment>& segments, double length_m,
-               const NeedleSettings& settings)
-        : table_(table), settings_(settings), length_m_(length_m) {
+               const NeedleSettings& settings, Bone bone)
+        : table_(table), settings_(settings), length_m_(length_m), bone_(bone) {
         if (segments.empty() || segments.front().tissue != Tissue::air) segments_.push_back({});
         for (const Segment& s : segments) {
             if (s.begin_m <= length_m) segments_.push_back(s);
@@ -143,6 +143,7 @@ class PathSolver {
         const double k = row(j).stiffness_n_per_m;
         const double most_n = std::max(settings_.max_force_n, f_n_);
         const double begin_m = x_m_;
+        if (bone_ == Bone::maximumAtOnce) f_n_ = most_n;
         piece(std::min(length_m_, x_m_ + (most_n - f_n_) / k), k, 0.0, Phase::held);
         f_n_ += k * (x_m_ - begin_m);
         piece(length_m_, 0.0, 0.0, Phase::held);
@@ -179,6 +180,7 @@ class PathSolver {
     const patient::TissueTable& table_;
     const NeedleSettings& settings_;
     double length_m_;
+    Bone bone_;
     std::vector<Segment> segments_;
     std::vector<Segment> cuts_;
     ExactForce out_;
@@ -205,8 +207,8 @@ std::vector<Segment> segmentsAlong(const patient::Patient& patient, const Vec3& 
 }
 
 ExactForce solveExact(const patient::TissueTable& table, const std::vector<Segment>& segments,
-                      double length_m, const NeedleSettings& settings) {
-    return PathSolver(table, segments, length_m, settings).solve();
+                      double length_m, const NeedleSettings& settings, Bone bone) {
+    return PathSolver(table, segments, length_m, settings, bone).solve();
 }
 
 double ExactForce::at(double depth_m) const {

@@ -41,9 +41,11 @@ struct ExactForce {
 // The tissues along a straight path from entry to end in the reference (track flags as the needle would set
 // them).
 std::vector<Segment> segmentsAlong(const patient::Patient&, const Vec3& entry_m, const Vec3& end_m);
-// The needle comes from the air: a path that begins in tissue meets its skin at depth 0. Bone is held for
-// ever: the force rises with its stiffness to `max_force_n` and stays there to the path's end.
+// Bone is held for ever. Its force rises with its stiffness to `max_force_n` and stays there to the path's
+// end, as for a hand; the study has that maximum at once, as the paper does.
+enum class Bone { rises, maximumAtOnce };
+// The needle comes from the air: a path that begins in tissue meets its skin at depth 0.
 ExactForce solveExact(const patient::TissueTable&, const std::vector<Segment>&, double length_m,
-                      const NeedleSettings&);
+                      const NeedleSettings&, Bone = Bone::rises);
 
 }  // namespace stylet::haptics

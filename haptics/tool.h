@@ -1,7 +1,9 @@
 // The five tools, and what the model of each says of a tick.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "patient/geometry.h"
 
@@ -10,6 +12,8 @@ namespace stylet::haptics {
 // In the order of the procedure. The guide steers the needle; the probe stays where it is parked.
 enum class Tool : std::uint8_t { finger, probe, scalpel, guide, needle };
 inline constexpr int kToolCount = 5;
+inline constexpr std::array<std::string_view, kToolCount> kToolNames{"finger", "probe", "scalpel", "guide",
+                                                                     "needle"};
 
 // One tick of a tool, patient frame. The output stage's observer needs the last three (model, section 4).
 struct ToolForce {

@@ -8,9 +8,6 @@ using patient::Surrogate;
 
 namespace {
 
-// Stylus and probe have their tips in common; the probe's +z points the other way, into the body.
-const Pose kStylusFromProbe{{0.0, 1.0, 0.0, 0.0}, Vec3(0.0)};
-
 bool isOutside(const Patient& patient, const Surrogate& breath, const Vec3& tip_m) noexcept {
     const Vec3 reference_m = patient::referenceFromDeformed(patient.package().motion, breath, tip_m);
     return patient.at(reference_m, {}).tissue == Tissue::air;

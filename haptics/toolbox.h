@@ -13,6 +13,9 @@ struct ToolSettings {
     GuideSettings guide;
 };
 
+// Stylus and probe have their tips in common; the probe's +z points the other way, into the body.
+inline const Pose kStylusFromProbe{{0.0, 1.0, 0.0, 0.0}, Vec3(0.0)};
+
 // A probe that was let go of: it keeps its orientation and rides the skin under it, its guide with it.
 struct ParkedProbe {
     bool parked = false;

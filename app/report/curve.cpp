@@ -6,7 +6,8 @@
 #include <cstdio>
 #include <fstream>
 
-#include "app/report/canvas.h"
+#include "app/report/bands.h"
+#include "app/report/chart.h"
 
 namespace stylet::report {
 
@@ -16,7 +17,6 @@ namespace {
 
 constexpr int kWidth = 1280, kHeight = 720;
 constexpr double kLeft = 88, kRight = 32, kTop = 108, kBottom = 76;
-constexpr Colour kPaper{1, 1, 1}, kInk{0.13, 0.15, 0.18}, kGrid{0.80, 0.82, 0.85}, kMuted{0.45, 0.48, 0.52};
 constexpr Colour kIn{0.75, 0.16, 0.14}, kOut{0.20, 0.38, 0.62};
 
 const char* phaseName(haptics::Phase phase) {
@@ -29,28 +29,6 @@ const char* phaseName(haptics::Phase phase) {
             break;
     }
     return "outside";
-}
-
-Colour bandColour(Tissue tissue) {
-    switch (tissue) {
-        case Tissue::air:
-            return {0.88, 0.93, 0.97};
-        case Tissue::skin:
-            return {0.96, 0.84, 0.76};
-        case Tissue::soft:
-            return {0.99, 0.95, 0.80};
-        case Tissue::bone:
-            return {0.90, 0.88, 0.84};
-        case Tissue::fascia:
-            return {0.86, 0.84, 0.95};
-        case Tissue::liver:
-            return {0.95, 0.83, 0.81};
-        case Tissue::vessel:
-            return {0.80, 0.86, 0.97};
-        case Tissue::duct:
-            return {0.82, 0.93, 0.80};
-    }
-    return kPaper;
 }
 
 // Data coordinates to pixels.

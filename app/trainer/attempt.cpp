@@ -26,12 +26,14 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
                     const patient::PlannedPath& path, std::uint64_t seed) {
     haptics::SimulationSettings settings;
     settings.patient_from_device = deviceBeside(patient.grid());
-    settings.output.model_tangent_n_per_m = haptics::worstTangent(patient.package().tissues, settings.tools.needle);
+    settings.output.model_tangent_n_per_m =
+        haptics::worstTangent(patient.package().tissues, settings.tools.needle);
+    settings.tools.first = scenario.tool;
     settings.breath = breathPlan(patient.package(), scenario.breath, seed);
     settings.scenario_digest = digest(scenario);
     settings.seed = seed;
     const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
-    return {patient, settings, scriptHand(scenario, path, breath_s, settings.patient_from_device, seed)};
+    return {patient, settings, scriptHand(scenario, path, breath_s, settings, seed)};
 }
 
 }  // namespace stylet::trainer

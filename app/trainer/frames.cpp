@@ -135,7 +135,7 @@ render::RenderScene FrameLoop::Impl::sceneOf(const haptics::TickOutput& shown) c
     render::RenderScene scene;
     scene.stage_from_patient = stage_from_patient;
     scene.breath = shown.breath;
-    scene.patient_from_needle = shown.patient_from_needle;
+    if (haptics::holdsNeedle(shown.tool)) scene.patient_from_needle = shown.patient_from_needle;
     const patient::MotionModel& model = patient.package().motion;
     scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path.entry_reference_m),
                               patient::deformedFromReference(model, shown.breath, path.target_reference_m)};

@@ -88,68 +88,113 @@ class Tremor {
     double amplitude_m_;
 };
 
+// Where a hand is on the way: how deep along the path, how far beside it.
+using Offset = Vec3;  // deep, headward, frontward
+
 // Writes samples as the stages are played one after the other.
 class Script {
   public:
-    Script(const Scenario& s, const patient::PlannedPath& path, const Pose& patient_from_device,
+    Script(const Scenario& s, const patient::PlannedPath& path, const haptics::SimulationSettings& settings,
            std::uint64_t seed)
         : path_(path),
           length_m_(glm::length(path.target_m - path.entry_m)),
           axis_((path.target_m - path.entry_m) / length_m_),
-          device_from_patient_(patient_from_device.inverse()),
+          headward_(across(Vec3(0, 0, 1), Vec3(1, 0, 0))),
+          frontward_(glm::normalize(glm::cross(headward_, axis_))),
+          device_from_patient_(settings.patient_from_device.inverse()),
+          guide_from_stylus_(guideFromStylus(settings.tools.guide.probe_from_guide)),
           tremor_(s, seed),
           ramp_s_(s.ramp_s),
           name_(s.name),
-          depth_m_(depthOf(s.start)) {}
+          tool_(s.tool) {
+        if (frontward_.y < 0.0) frontward_ = -frontward_;
+        at_ = offsetOf(s.start);
+    }
 
     void wait(double seconds) {
         const auto samples = std::int64_t(std::ceil(seconds * 1000.0));
         for (std::int64_t i = 0; i < samples; ++i)
-            add(depth_m_);
+            add(at_);
     }
     void move(const Place& to, double speed_m_s) {
-        const double way = depthOf(to) - depth_m_;
-        const Glide glide(std::fabs(way), speed_m_s, ramp_s_);
-        const double sign = way < 0.0 ? -1.0 : 1.0;
+        const Offset way = offsetOf(to) - at_;
+        const double length = glm::length(way);
+        const Glide glide(length, speed_m_s, ramp_s_);
+        const Offset direction = length > 0.0 ? way / length : Offset(0.0);
         const auto samples = std::int64_t(std::ceil(glide.duration_s() * 1000.0));
         for (std::int64_t i = 1; i <= samples; ++i)
-            add(depth_m_ + sign * glide.at(double(i) * 0.001));
-        depth_m_ += way;
+            add(at_ + direction * glide.at(double(i) * 0.001));
+        at_ += way;
     }
-    void command(CommandKind kind) {
-        trace_.commands.push_back({std::int64_t(trace_.samples.size()) * kSample_ns, {kind, 0}});
+    // The hand turns the new tool the way it is held.
+    void take(haptics::Tool tool, double seconds) {
+        command(CommandKind::tool, std::uint32_t(tool));
+        const haptics::Tool last = tool_;
+        tool_ = tool;
+        const auto samples = std::int64_t(std::ceil(seconds * 1000.0));
+        for (std::int64_t i = 1; i <= samples; ++i) {
+            const double t = double(i) / double(samples), share = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+            const Pose from = held(last, at_), to = held(tool, at_);
+            add({glm::slerp(from.rotation, to.rotation, share),
+                 glm::mix(from.position_m, to.position_m, share)});
+        }
+    }
+    void command(CommandKind kind, std::uint32_t value = 0) {
+        trace_.commands.push_back({now_ns(), {kind, value}});
     }
     Trace take() {
-        add(depth_m_);
+        add(at_);
         return std::move(trace_);
     }
 
   private:
-    double depthOf(const Place& p) const { return p.share * length_m_ + p.deeper_m; }
-    void add(double depth_m) {
+    // The part of `v` across the path, or of `otherwise` where `v` lies along it.
+    Vec3 across(const Vec3& v, const Vec3& otherwise) const {
+        const Vec3 part = v - axis_ * glm::dot(v, axis_);
+        const Vec3 other = otherwise - axis_ * glm::dot(otherwise, axis_);
+        return glm::normalize(glm::length(part) > 0.1 ? part : other);
+    }
+    // A probe is held so that its guide's line is the path, its face where a needle's tip would be.
+    static Pose guideFromStylus(const Pose& probe_from_guide) {
+        const Vec3 in = probe_from_guide.direction({0, 0, -1});
+        const double mouth_to_face_m = -probe_from_guide.position_m.z / in.z;
+        const Pose guide_from_tip{{1, 0, 0, 0}, {0, 0, -mouth_to_face_m}};
+        return guide_from_tip.inverse() * probe_from_guide.inverse() * haptics::kStylusFromProbe.inverse();
+    }
+    Offset offsetOf(const Place& p) const {
+        return {p.share * length_m_ + p.deeper_m, p.headward_m, p.frontward_m};
+    }
+    std::int64_t now_ns() const { return std::int64_t(trace_.samples.size()) * kSample_ns; }
+    Pose held(haptics::Tool tool, const Offset& at) const {
+        const Vec3 tip = path_.entry_m + axis_ * at.x + headward_ * at.y + frontward_ * at.z +
+                         tremor_.at(double(now_ns()) * 1e-9);
+        const Pose needle = needlePose(tip, axis_);
+        return tool == haptics::Tool::probe ? needle * guide_from_stylus_ : needle;
+    }
+    void add(const Offset& at) { add(held(tool_, at)); }
+    void add(const Pose& patient_from_stylus) {
         if (trace_.samples.size() >= kMaxSamples)
             throw patient::DataError(name_, "stage", "together they last more than an hour");
-        const std::int64_t t_ns = std::int64_t(trace_.samples.size()) * kSample_ns;
-        const Vec3 tip = path_.entry_m + axis_ * depth_m + tremor_.at(double(t_ns) * 1e-9);
-        trace_.samples.push_back({t_ns, device_from_patient_ * needlePose(tip, axis_), 0});
+        trace_.samples.push_back({now_ns(), device_from_patient_ * patient_from_stylus, 0});
     }
 
     const patient::PlannedPath& path_;
     double length_m_;
-    Vec3 axis_;
-    Pose device_from_patient_;
+    Vec3 axis_, headward_, frontward_;
+    Pose device_from_patient_, guide_from_stylus_;
     Tremor tremor_;
     double ramp_s_;
     std::string name_;
-    double depth_m_;
+    haptics::Tool tool_;
+    Offset at_{0.0};
     Trace trace_;
 };
 
 }  // namespace
 
 Trace scriptHand(const Scenario& s, const patient::PlannedPath& path, double longest_breath_s,
-                 const Pose& patient_from_device, std::uint64_t seed) {
-    Script script(s, path, patient_from_device, seed);
+                 const haptics::SimulationSettings& settings, std::uint64_t seed) {
+    Script script(s, path, settings, seed);
     for (const Stage& stage : s.stages)
         switch (stage.kind) {
             case StageKind::wait:
@@ -164,6 +209,15 @@ Trace scriptHand(const Scenario& s, const patient::PlannedPath& path, double lon
                 break;
             case StageKind::breathe:
                 script.command(CommandKind::breathe);
+                break;
+            case StageKind::take:
+                script.take(stage.tool, stage.seconds);
+                break;
+            case StageKind::park:
+                script.command(CommandKind::park, 1);
+                break;
+            case StageKind::lift:
+                script.command(CommandKind::park, 0);
                 break;
         }
     return script.take();

@@ -14,7 +14,7 @@ namespace stylet::trainer {
 // Starts and stops follow the minimum-jerk step (Flash and Hogan 1985); physiological tremor is three sines
 // an axis between the scenario's frequencies (8-12 Hz, about 0.1 mm: Elble and Koller 1990).
 haptics::Trace scriptHand(const Scenario&, const patient::PlannedPath&, double longest_breath_s,
-                          const patient::Pose& patient_from_device, std::uint64_t seed);
+                          const haptics::SimulationSettings&, std::uint64_t seed);
 
 // Where a device would stand: beside the patient's right flank, its +z toward the trainee, +y up.
 patient::Pose deviceBeside(const patient::Grid&);

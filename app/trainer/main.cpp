@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "app/trainer/curves.h"
 #include "app/trainer/replay.h"
 #include "app/trainer/run.h"
 
@@ -36,6 +37,12 @@ void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
     replay->add_flag("--fast", o.fast, "as fast as it goes");
 }
 
+void addCurves(CLI::App& app, stylet::trainer::CurvesOptions& o) {
+    CLI::App* curves = app.add_subcommand("curves", "pictures of what the force table feels like");
+    curves->add_option("--table", o.table, "TOML with [[tissue]] and [thresholds]; default: the shipped one");
+    curves->add_option("--out", o.out, "folder for the pictures")->required();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -45,17 +52,20 @@ int main(int argc, char** argv) {
     // Optional to the parser, so that a stray word is named before the missing command is.
     app.require_subcommand(0, 1);
     app.callback([&app] {
-        if (app.get_subcommands().empty()) throw CLI::RequiredError("A command: run or replay");
+        if (app.get_subcommands().empty()) throw CLI::RequiredError("A command: run, replay or curves");
     });
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::trainer::RunOptions run_options;
     stylet::trainer::ReplayOptions replay_options;
+    stylet::trainer::CurvesOptions curves_options;
     addRun(app, run_options);
     addReplay(app, replay_options);
+    addCurves(app, curves_options);
     CLI11_PARSE(app, argc, argv);
     try {
-        return app.got_subcommand("run") ? stylet::trainer::run(run_options)
-                                         : stylet::trainer::replay(replay_options);
+        if (app.got_subcommand("run")) return stylet::trainer::run(run_options);
+        if (app.got_subcommand("curves")) return stylet::trainer::curves(curves_options);
+        return stylet::trainer::replay(replay_options);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "stylet: %s\n", e.what());
         return 2;

@@ -74,26 +74,44 @@ Place readPlace(const Fields& f) {
         place.deeper_m = metres(f.number("deeper_mm", -kMaxDistance_mm, kMaxDistance_mm));
     if (!f.table.contains("share") && !f.table.contains("deeper_mm"))
         f.refuse("share", "share or deeper_mm is needed");
+    place.headward_m = metres(f.numberOr("headward_mm", -kMaxDistance_mm, kMaxDistance_mm, 0.0));
+    place.frontward_m = metres(f.numberOr("frontward_mm", -kMaxDistance_mm, kMaxDistance_mm, 0.0));
     return place;
+}
+
+haptics::Tool readTool(const Fields& f) {
+    const std::string name = f.text("tool");
+    for (int i = 0; i < haptics::kToolCount; ++i)
+        if (haptics::kToolNames[std::size_t(i)] == name) return haptics::Tool(i);
+    f.refuse("tool", "\"" + name + "\" is none of finger, probe, scalpel, guide, needle");
 }
 
 Stage readStage(const Fields& f) {
     Stage stage;
     const std::string kind = f.text("do");
     if (kind == "move") {
-        f.allowOnly({"do", "share", "deeper_mm", "speed_mm_s"});
+        f.allowOnly({"do", "share", "deeper_mm", "headward_mm", "frontward_mm", "speed_mm_s"});
         stage.kind = StageKind::move;
         stage.to = readPlace(f);
         stage.speed_m_s = metres(f.number("speed_mm_s", 0.1, kMaxSpeed_mm_s));
         return stage;
     }
-    if (kind == "breathe") {
+    if (kind == "take") {
+        f.allowOnly({"do", "tool", "seconds"});
+        stage.kind = StageKind::take;
+        stage.tool = readTool(f);
+        stage.seconds = f.number("seconds", 0.1, kMaxSeconds);
+        return stage;
+    }
+    if (kind == "breathe" || kind == "park" || kind == "lift") {
         f.allowOnly({"do"});
-        stage.kind = StageKind::breathe;
+        stage.kind = kind == "breathe" ? StageKind::breathe
+                     : kind == "park"  ? StageKind::park
+                                       : StageKind::lift;
         return stage;
     }
     if (kind != "wait" && kind != "hold")
-        f.refuse("do", "\"" + kind + "\" is none of wait, move, hold, breathe");
+        f.refuse("do", "\"" + kind + "\" is none of wait, move, hold, breathe, take, park, lift");
     f.allowOnly({"do", "seconds"});
     stage.kind = kind == "hold" ? StageKind::hold : StageKind::wait;
     stage.seconds = f.number("seconds", 0.0, kMaxSeconds);
@@ -182,16 +200,17 @@ Scenario loadScenario(const std::filesystem::path& toml) {
 Scenario parseScenario(std::string_view text, const std::filesystem::path& file) {
     const toml::table root = parse(text, file);
     const Fields top{file, "", root};
-    top.allowOnly(
-        {"name", "description", "moments", "approach_distance_mm", "breath", "start", "hand", "stage"});
+    top.allowOnly({"name", "description", "moments", "approach_distance_mm", "tool", "breath", "start",
+                   "hand", "stage"});
 
     Scenario s;
     s.name = top.text("name");
     s.moments = readMoments(top);
     s.approach_distance_m = metres(top.number("approach_distance_mm", 0.0, kMaxDistance_mm));
+    if (root.contains("tool")) s.tool = readTool(top);
     if (root.contains("breath")) s.breath = readBreath(top.sub("breath"));
     const Fields start = top.sub("start");
-    start.allowOnly({"share", "deeper_mm"});
+    start.allowOnly({"share", "deeper_mm", "headward_mm", "frontward_mm"});
     s.start = readPlace(start);
 
     const Fields hand = top.sub("hand");
@@ -215,8 +234,12 @@ Scenario parseScenario(std::string_view text, const std::filesystem::path& file)
 
 std::uint64_t digest(const Scenario& s) {
     patient::StateHash hash;
-    const auto addPlace = [&](const Place& p) { hash.add(p.share), hash.add(p.deeper_m); };
+    const auto addPlace = [&](const Place& p) {
+        for (double v : {p.share, p.deeper_m, p.headward_m, p.frontward_m})
+            hash.add(v);
+    };
     hash.add(std::string_view(s.name));
+    hash.add(std::uint64_t(s.tool));
     addPlace(s.start);
     for (double v : {s.ramp_s, s.tremor_m, s.tremor_low_hz, s.tremor_high_hz, s.approach_distance_m})
         hash.add(v);
@@ -235,6 +258,7 @@ std::uint64_t digest(const Scenario& s) {
         hash.add(stage.seconds);
         addPlace(stage.to);
         hash.add(stage.speed_m_s);
+        hash.add(std::uint64_t(stage.tool));
     }
     return hash.value();
 }

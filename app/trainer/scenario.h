@@ -9,29 +9,36 @@
 #include <string_view>
 #include <vector>
 
+#include "haptics/tool.h"
 #include "patient/signal.h"
 
 namespace stylet::trainer {
 
-// A place on the planned path: `share` of the way from skin (0) to target (1), and so much deeper.
+// A place on the planned path: `share` of the way from skin (0) to target (1), so much deeper, and so much
+// beside it, across the path toward the patient's head and front.
 struct Place {
     double share = 0.0;
     double deeper_m = 0.0;
+    double headward_m = 0.0, frontward_m = 0.0;
     friend bool operator==(const Place&, const Place&) = default;
 };
 
 enum class StageKind : std::uint8_t {
-    wait,    // stay for `seconds`
-    move,    // along the path to `to`
-    hold,    // command a breath-hold; wait for the longest breath and `seconds` more, so that it has begun
-    breathe  // end the hold
+    wait,     // stay for `seconds`
+    move,     // along the path to `to`
+    hold,     // command a breath-hold; wait for the longest breath and `seconds` more, so that it has begun
+    breathe,  // end the hold
+    take,     // another tool in hand, within `seconds`
+    park,     // leave the probe where it is held
+    lift      // take the parked probe off the skin
 };
 
 struct Stage {
     StageKind kind = StageKind::wait;
     double seconds = 0.0;
     Place to;
-    double speed_m_s = 0.0;  // cruising; starts and stops are smooth
+    double speed_m_s = 0.0;                      // cruising; starts and stops are smooth
+    haptics::Tool tool = haptics::Tool::needle;  // of take
     friend bool operator==(const Stage&, const Stage&) = default;
 };
 
@@ -47,6 +54,7 @@ struct ScenarioBreath {
 
 struct Scenario {
     std::string name;
+    haptics::Tool tool = haptics::Tool::needle;  // in hand at the start
     Place start;
     double ramp_s = 0.4;       // from rest to cruising speed and back
     double tremor_m = 0.0001;  // largest excursion

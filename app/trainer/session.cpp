@@ -51,7 +51,8 @@ void Session::take(const TickRecord& record) {
     }
     recent_.push_back(now);
     if (recent_.size() > kRecentTicks) recent_.pop_front();
-    if (glm::dot(now.patient_from_needle.position_m - entry_m_, axis_) >= -approach_distance_m_)
+    if (haptics::holdsNeedle(now.tool) &&
+        glm::dot(now.patient_from_needle.position_m - entry_m_, axis_) >= -approach_distance_m_)
         note("approach", now);
     settleEvents();
 }

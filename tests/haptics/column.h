@@ -36,6 +36,7 @@ struct Hand {
     const patient::Patient& patient;
     haptics::NeedleSettings settings;
     haptics::NeedleState state;
+    haptics::ToolForce last;
     patient::Vec3 axis{1.0, 0.0, 0.0};
     patient::Surrogate breath;
     std::vector<haptics::NeedleEvent> events;

@@ -139,6 +139,64 @@ TEST(NeedleBreathing, NothingBetweenTwoSlidSidesIsOnTheWay) {
         EXPECT_NE(e.border.to, bone);
 }
 
+// A hole is a place in the tissue: it goes along with the breath, across the needle here.
+TEST(NeedleBreathing, CutBordersGoAlongWithTheBreath) {
+    const Breathing b(-0.010);
+    const patient::Patient patient(b.package);
+    const auto cutsAt = [&](double v, double z_m) {
+        Hand hand(patient);
+        hand.to(-0.004);
+        hand.sweep(0.020);
+        hand.sweep(-0.004);
+        hand.breath = {v, 0.0};
+        hand.to({-0.004, 0.0003, z_m});
+        hand.events.clear();
+        hand.sweep(0.020);
+        return hand.of(NeedleEventKind::puncture).size();
+    };
+    EXPECT_EQ(cutsAt(0.0, 0.0002), 0u);           // the same hole
+    EXPECT_EQ(cutsAt(0.6, 0.0002), 1u);           // the hole is 6 mm down
+    EXPECT_EQ(cutsAt(0.6, 0.0002 - 0.006), 0u);   // there it is
+    EXPECT_EQ(cutsAt(0.6, 0.0002 - 0.0041), 1u);  // beside it
+}
+
+// Held on the liver's capsule (a table that makes it hold), along the breath: the surface comes and goes.
+TEST(NeedleBreathing, AHeldSurfaceGoesAlongWithTheBreath) {
+    Breathing b(0.004);
+    b.package.tissues[std::size_t(liver)].cut_force_n = 2.0;
+    b.package = test::widen(b.package, 120, 0.001);
+    for (std::size_t i = 0; i < b.package.labels.voxels.size(); ++i) {
+        // Layers along z instead: soft, then liver above z = 0.
+        const patient::Grid& g = b.package.labels.grid;
+        const int z = int(i) / (g.dims.x * g.dims.y);
+        b.package.labels.voxels[i] = std::uint8_t(g.centre({0, 0, z}).z > 0.0 ? liver : soft);
+    }
+    const patient::Patient patient(b.package);
+    Hand hand(patient);
+    hand.axis = {0.0, 0.0, 1.0};
+    hand.breath = {0.5, 0.0};
+    hand.to({0.020, 0.0, -0.065});
+    for (int i = 0; i <= 680; ++i)
+        hand.to({0.020, 0.0, -0.065 + 0.0001 * i});
+    // 0.5 of 4 mm up, and 1 mm behind it.
+    ASSERT_EQ(hand.state.phase, Phase::held);
+    const double behind_m = hand.state.hold.depth_m, k = 1200.0, rise_n = 2.0 - 0.7;
+    ASSERT_NEAR(behind_m, 0.001, 2e-5);
+    const auto curve = [&](double d) { return 0.7 + 0.5 * k * d + 0.5 * k * k / rise_n * d * d; };
+    const Vec3 tip = hand.state.tip_deformed_m;
+    hand.breath = {0.6, 0.0};  // the surface goes 0.4 mm up, away from the tip
+    hand.to(tip);
+    EXPECT_NEAR(hand.state.hold.depth_m, behind_m - 0.0004, 2e-5);
+    EXPECT_NEAR(hand.force(), curve(hand.state.hold.depth_m), 1e-9);
+    EXPECT_NEAR(hand.last.tissue_moved_m.z, 0.0004, 2e-5);
+    hand.breath = {0.4, 0.0};  // and comes
+    hand.to(tip);
+    EXPECT_EQ(hand.of(NeedleEventKind::puncture).size(), 2u);  // soft and liver
+    EXPECT_NEAR(hand.last.tissue_moved_m.z, -0.0008, 2e-5);
+    hand.to(tip);
+    EXPECT_EQ(hand.last.tissue_moved_m, Vec3(0.0));
+}
+
 TEST(NeedleBreathing, TheSkinComesToAStillHand) {
     const Breathing b(0.0);
     patient::Package package = b.package;

@@ -2,47 +2,18 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
-#include "tests/haptics/column.h"
+#include "tests/haptics/random_column.h"
 
 namespace stylet::haptics {
 namespace {
 
+using test::below;
 using test::Hand;
-using Random = std::mt19937_64;
-
-double uniform(Random& random, double low, double high) {
-    return low + (high - low) * (double(random() >> 11) * 0x1p-53);
-}
-int below(Random& random, int n) {
-    return int(random() % std::uint64_t(n));
-}
-
-patient::TissueTable randomTable(Random& random) {
-    patient::TissueTable table{};
-    for (int t = 1; t < patient::kTissueCount; ++t) {
-        patient::TissueRow& row = table[std::size_t(t)];
-        row.cut_force_n = Tissue(t) == Tissue::bone ? HUGE_VAL : uniform(random, 0.05, 3.0);
-        row.friction_n = uniform(random, 0.05, 2.0);
-        row.stiffness_n_per_m = uniform(random, 300.0, 3000.0);
-        row.membrane = below(random, 3) == 0;
-    }
-    return table;
-}
-
-test::Layers randomLayers(Random& random) {
-    test::Layers layers;
-    for (int i = 0; i < 14; ++i) {
-        // Bone is rare, or few paths would get past it.
-        Tissue t = Tissue(below(random, patient::kTissueCount));
-        if (t == Tissue::bone && below(random, 4) != 0) t = Tissue::liver;
-        const int voxels = below(random, 3) == 0 ? 1 + below(random, 8) : 5 + below(random, 50);
-        layers.push_back({t, 0.0001 * voxels});
-    }
-    layers.push_back({Tissue::soft, 0.01});
-    return layers;
-}
+using test::Random;
+using test::randomLayers;
+using test::randomTable;
+using test::uniform;
 
 double distanceToEvent(const ExactForce& exact, double depth_m) {
     double nearest = HUGE_VAL;

@@ -26,7 +26,9 @@ struct Walk {
     double length_m() const { return glm::length(path.target_m - path.entry_m); }
     Vec3 axis() const { return (path.target_m - path.entry_m) / length_m(); }
     haptics::Trace hand(const Scenario& s, std::uint64_t seed = 1) const {
-        return scriptHand(s, path, breath_s, patient_from_device, seed);
+        haptics::SimulationSettings settings;
+        settings.patient_from_device = patient_from_device;
+        return scriptHand(s, path, breath_s, settings, seed);
     }
     double depthAt(const haptics::TraceSample& sample) const {
         return glm::dot((patient_from_device * sample.device_from_stylus).position_m - path.entry_m, axis());
@@ -112,6 +114,54 @@ TEST(Hand, TheDemoStaysOffTheSkinUntilTheHoldHasSurelyBegun) {
     }
     EXPECT_GT(trace.samples.back().t_ns, std::int64_t(25e9));
     EXPECT_LT(trace.samples.back().t_ns, std::int64_t(40e9));
+}
+
+TEST(Hand, GoesBesideThePathTowardHeadAndFront) {
+    const Walk walk;
+    Scenario s = straightIn();
+    s.stages[0].to = {0.0, -0.020, 0.006, 0.002};
+    const haptics::Trace trace = walk.hand(s);
+    const Vec3 moved = (walk.patient_from_device * trace.samples.back().device_from_stylus).position_m -
+                       (walk.patient_from_device * trace.samples.front().device_from_stylus).position_m;
+    EXPECT_NEAR(glm::dot(moved, walk.axis()), 0.0, 1e-12);
+    EXPECT_NEAR(glm::length(moved), std::sqrt(0.006 * 0.006 + 0.002 * 0.002), 1e-9);
+    EXPECT_GT(moved.z, 0.005);
+    EXPECT_GT(moved.y, 0.0);
+}
+
+// Tool by tool through the guide: the probe is parked with its rail on the path, the needle then follows it.
+TEST(Hand, HoldsTheProbeSoThatItsGuideIsOnThePath) {
+    const Walk walk;
+    Scenario s = straightIn();
+    s.tool = haptics::Tool::probe;
+    Stage wait, park, take;
+    wait.seconds = 0.01;
+    park.kind = StageKind::park;
+    take.kind = StageKind::take;
+    take.tool = haptics::Tool::guide;
+    take.seconds = 0.5;
+    s.stages = {wait, park, take};
+    const haptics::Trace trace = walk.hand(s);
+    ASSERT_EQ(trace.commands.size(), 2u);
+    EXPECT_EQ(trace.commands[0].command.kind, haptics::CommandKind::park);
+    EXPECT_EQ(trace.commands[1].command.value, std::uint32_t(haptics::Tool::guide));
+
+    const Pose patient_from_probe =
+        walk.patient_from_device * trace.samples.front().device_from_stylus * haptics::kStylusFromProbe;
+    EXPECT_GT(glm::dot(patient_from_probe.direction({0, 0, 1}), walk.axis()), 0.9);  // 25 degrees off
+    const Pose rail = patient_from_probe * haptics::GuideSettings{}.probe_from_guide;
+    EXPECT_LT(glm::length(glm::cross(rail.position_m - walk.path.entry_m, walk.axis())), 1e-12);
+    EXPECT_LT(glm::length(rail.direction({0, 0, 1}) + walk.axis()), 1e-12);
+    // The face's plane meets the path where the tip is told to be.
+    const Vec3 tip = walk.path.entry_m - 0.020 * walk.axis();
+    EXPECT_NEAR((patient_from_probe.inverse() * tip).z, 0.0, 1e-12);
+    EXPECT_NEAR(walk.depthAt(trace.samples.back()), -0.020, 1e-12);  // the needle's tip itself
+
+    double fastest_m = 0.0;
+    for (std::size_t i = 1; i < trace.samples.size(); ++i)
+        fastest_m = std::max(fastest_m, glm::length(trace.samples[i].device_from_stylus.position_m -
+                                                    trace.samples[i - 1].device_from_stylus.position_m));
+    EXPECT_LT(fastest_m, 0.0002);  // no leap between two ways to hold a tool
 }
 
 TEST(Hand, RefusesAScenarioOfMoreThanAnHour) {

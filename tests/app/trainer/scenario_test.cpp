@@ -14,6 +14,7 @@ namespace {
 
 constexpr const char* kGood = R"(
 name = "good"
+tool = "finger"
 moments = ["approach", "duct"]
 approach_distance_mm = 20.0
 [breath]
@@ -43,6 +44,20 @@ do = "move"
 share = 1.0
 deeper_mm = 1.0
 speed_mm_s = 13.0
+[[stage]]
+do = "take"
+tool = "probe"
+seconds = 0.8
+[[stage]]
+do = "move"
+share = 0.0
+headward_mm = 5.0
+frontward_mm = -3.0
+speed_mm_s = 20.0
+[[stage]]
+do = "park"
+[[stage]]
+do = "lift"
 )";
 
 class ScenarioFile : public testing::Test {
@@ -82,12 +97,20 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_EQ(s.breath.plan.coughs, 0.01);
     EXPECT_DOUBLE_EQ(s.breath.creep_m, 0.0056);
     EXPECT_EQ(s.breath.plan.hold, (patient::HoldManner{0.0, 20.0, 0.2, 0.1, 15.0}));
-    ASSERT_EQ(s.stages.size(), 2u);
+    EXPECT_EQ(s.tool, haptics::Tool::finger);
+    ASSERT_EQ(s.stages.size(), 6u);
     EXPECT_EQ(s.stages[0].kind, StageKind::hold);
     EXPECT_EQ(s.stages[1].kind, StageKind::move);
     EXPECT_DOUBLE_EQ(s.stages[1].to.share, 1.0);
     EXPECT_DOUBLE_EQ(s.stages[1].to.deeper_m, 0.001);
     EXPECT_DOUBLE_EQ(s.stages[1].speed_m_s, 0.013);
+    EXPECT_EQ(s.stages[2].kind, StageKind::take);
+    EXPECT_EQ(s.stages[2].tool, haptics::Tool::probe);
+    EXPECT_DOUBLE_EQ(s.stages[2].seconds, 0.8);
+    EXPECT_DOUBLE_EQ(s.stages[3].to.headward_m, 0.005);
+    EXPECT_DOUBLE_EQ(s.stages[3].to.frontward_m, -0.003);
+    EXPECT_EQ(s.stages[4].kind, StageKind::park);
+    EXPECT_EQ(s.stages[5].kind, StageKind::lift);
 }
 
 TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
@@ -115,6 +138,12 @@ TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
     expectRefused("speed_mm_s = 13.0", "", "stage[1].speed_mm_s");
     expectRefused("speed_mm_s = 13.0", "speed_mm_s = inf", "stage[1].speed_mm_s");
     expectRefused("share = 1.0\ndeeper_mm = 1.0", "", "stage[1].share");
+    expectRefused("tool = \"finger\"", "tool = \"spoon\"", "tool");
+    expectRefused("tool = \"probe\"", "tool = 3", "stage[2].tool");
+    expectRefused("tool = \"probe\"", "", "stage[2].tool");
+    expectRefused("seconds = 0.8", "seconds = 0.0", "stage[2].seconds");
+    expectRefused("headward_mm = 5.0", "headward_mm = 5000.0", "stage[3].headward_mm");
+    expectRefused("do = \"park\"", "do = \"park\"\nseconds = 1.0", "stage[4].seconds");
     expectRefused("share = 1.0", "shore = 1.0", "stage[1].shore");
 }
 
@@ -128,6 +157,12 @@ TEST_F(ScenarioFile, DigestCoversContentNotLayout) {
     std::string faster = kGood;
     faster.replace(faster.find("13.0"), 4, "13.5");
     EXPECT_NE(digest(load(faster)), first);
+    std::string aside = kGood;
+    aside.replace(aside.find("headward_mm = 5.0"), 17, "headward_mm = 5.5");
+    EXPECT_NE(digest(load(aside)), first);
+    std::string other = kGood;
+    other.replace(other.find("\"probe\""), 7, "\"guide\"");
+    EXPECT_NE(digest(load(other)), first);
 }
 
 TEST_F(ScenarioFile, BringsItsRecordingAlong) {

@@ -1,0 +1,48 @@
+// What a force table feels like: for each tissue the force over the depth behind its border, in and out; and
+// two needles compared along one path.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "haptics/exact.h"
+
+namespace stylet::report {
+
+struct DepthForce {
+    double depth_m = 0.0;  // behind the tissue's border
+    double force_n = 0.0;
+};
+
+// A needle through `before` into `tissue` and out again, as sampled at 1 kHz and 10 mm/s.
+struct TissueCurve {
+    haptics::Tissue before = haptics::Tissue::air, tissue = haptics::Tissue::skin;
+    std::vector<DepthForce> in, out;
+    // The exact solver's way in with a1 = 0 and a1 = k: the bounds of Eq. 1.
+    std::vector<DepthForce> least_a1, most_a1;
+    bool cut = false;  // with a hold, at:
+    DepthForce cut_at;
+};
+
+// One a tissue but air, each entered from what lies before it on the way to a bile duct.
+std::vector<TissueCurve> tissueCurves(const patient::TissueTable&, const haptics::NeedleSettings&);
+// Throws patient::DataError.
+void drawTissueCurves(const std::vector<TissueCurve>&, const patient::TissueTable&,
+                      const std::filesystem::path& png);
+
+// Two needles along the same path, a stretch of it in each remark.
+struct Remark {
+    double begin_m = 0.0, end_m = 0.0;
+    std::string title, text;
+};
+struct Comparison {
+    std::string title, first_name, second_name;
+    std::vector<haptics::Segment> tissues;  // of the first, for the bands
+    double length_m = 0.0;
+    std::vector<DepthForce> first, second;
+    std::vector<Remark> remarks;
+};
+void drawComparison(const Comparison&, const std::filesystem::path& png);
+
+}  // namespace stylet::report

@@ -1,0 +1,287 @@
+// The rules of the model's section 3 one by one, where needle_test.cpp has no case of its own.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "haptics/exact.h"
+#include "tests/haptics/random_column.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::haptics {
+namespace {
+
+using enum Tissue;
+using test::Hand;
+using test::Layers;
+
+// A needle 5 mm before the first border.
+struct Puncture {
+    explicit Puncture(const Layers& layers)
+        : package(test::makeColumn(layers)), patient(package), hand(patient) {
+        hand.to(-0.005);
+    }
+    const NeedleEvent& last() const { return hand.events.back(); }
+    patient::Package package;
+    patient::Patient patient;
+    Hand hand;
+};
+
+const Layers kTorso{{skin, 0.002}, {soft, 0.02},  {fascia, 0.003},
+                    {liver, 0.03}, {duct, 0.004}, {liver, 0.02}};
+
+TEST(NeedleRules, TheExtensionIsKeptSoTheSustainedForceKeepsItsBits) {
+    Puncture p(kTorso);
+    p.hand.sweep(0.031);
+    const double force_n = p.hand.force();
+    EXPECT_EQ(p.hand.state.extension_m, 0.9 / 1200.0);
+    for (int i = 0; i < 2000; ++i) {
+        p.hand.to(0.031 + 0.00001 * i);
+        ASSERT_EQ(p.hand.force(), force_n);
+    }
+}
+
+TEST(NeedleRules, OneTickThroughTheWholeTorsoMeetsEveryBorder) {
+    Puncture leap(kTorso), creep(kTorso);
+    leap.hand.to(0.065);
+    creep.hand.sweep(0.065, 0.00001);
+    ASSERT_EQ(leap.hand.events.size(), creep.hand.events.size());
+    for (std::size_t i = 0; i < leap.hand.events.size(); ++i) {
+        EXPECT_EQ(leap.hand.events[i].kind, creep.hand.events[i].kind);
+        EXPECT_NEAR(leap.hand.events[i].tenting_m, creep.hand.events[i].tenting_m, 1e-9);
+        EXPECT_NEAR(leap.hand.events[i].force_after_n, creep.hand.events[i].force_after_n, 1e-9);
+    }
+    EXPECT_NEAR(leap.hand.force(), creep.hand.force(), 1e-9);
+}
+
+// Duct 0.5 N -> liver 0.9 N: (0.9 - 0.5) / 1.2 = 0.333 mm.
+TEST(NeedleRules, ARiseWithoutAHoldBuilds) {
+    Puncture p(kTorso);
+    p.hand.sweep(0.059 - 1e-6);
+    ASSERT_NEAR(p.hand.force(), 0.5, 1e-9);
+    p.hand.sweep(0.059 + 0.0001);
+    EXPECT_EQ(p.hand.state.tissue, liver);
+    EXPECT_NEAR(p.hand.force(), 0.5 + 0.12, 1e-9);
+    p.hand.sweep(0.059 + 0.4 / 1200.0 - 1e-6);
+    EXPECT_LT(p.hand.force(), 0.9);
+    p.hand.sweep(0.059 + 0.4 / 1200.0 + 1e-6);
+    EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
+}
+
+// A clipped corner was never cut; met again on the way in with a pull, it holds from that.
+TEST(NeedleRules, ABorderMetWithAPullHoldsFromThere) {
+    Puncture p({{skin, 0.002}, {liver, 0.02}, {duct, 0.0002}, {liver, 0.02}});
+    p.hand.sweep(0.030);
+    p.hand.sweep(0.02195);
+    ASSERT_NEAR(p.hand.force(), -0.5 - 0.06, 1e-9);  // the duct's friction, then 0.05 mm of liver
+    p.hand.sweep(0.0221);
+    ASSERT_EQ(p.hand.state.phase, Phase::held);
+    const double a0 = -0.5, a2 = 1000.0 * 500.0 / (1.2 - a0);
+    EXPECT_NEAR(p.hand.state.hold.a0_n, a0, 1e-9);
+    EXPECT_NEAR(p.hand.force(), a0 + 500.0 * 0.0001 + a2 * 1e-8, 1e-9);
+    p.hand.sweep(0.0223);
+    const double far_n = a0 + 500.0 * 0.0002 + a2 * 4e-8;
+    EXPECT_NEAR(p.hand.events[p.hand.events.size() - 2].force_before_n, far_n, 1e-9);
+    EXPECT_NEAR(p.hand.force(), far_n + 0.12, 1e-9);
+}
+
+TEST(NeedleRules, EveryShareOfA1FollowsItsCurve) {
+    for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+        Puncture p(kTorso);
+        p.hand.settings.a1_share = share;
+        const double border_m = 0.022, cut_m = 0.0018, a0 = 0.7, t = 2.5;
+        p.hand.sweep(border_m);
+        EXPECT_NEAR(p.hand.force(), a0, 1e-9);
+        for (const double part : {0.1, 0.25, 0.5, 0.9}) {
+            p.hand.sweep(border_m + part * cut_m);
+            EXPECT_NEAR(p.hand.force(), a0 + (t - a0) * ((1.0 - share) * part * part + share * part), 1e-9);
+        }
+        const double h = 1e-7;
+        p.hand.to(border_m + cut_m - 2.0 * h);
+        const double below_n = p.hand.force();
+        p.hand.to(border_m + cut_m - h);
+        EXPECT_NEAR((p.hand.force() - below_n) / h, (2.0 - share) * 1000.0, 0.5);
+        p.hand.to(border_m + cut_m + h);
+        EXPECT_NEAR(p.last().force_before_n, 2.5, 1e-9);
+        EXPECT_NEAR(p.last().tenting_m, cut_m, 1e-12);
+    }
+}
+
+TEST(NeedleRules, AirBehindAThinMembraneIsMetAtItsCut) {
+    Puncture p({{skin, 0.002}, {soft, 0.02}, {fascia, 0.0002}, {air, 0.01}, {soft, 0.01}});
+    p.hand.sweep(0.0238 - 1e-6);
+    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    EXPECT_NEAR(p.hand.force(), 2.5, 0.01);
+    p.hand.sweep(0.0238 + 1e-6);
+    EXPECT_EQ(p.hand.force(), 0.0);
+    EXPECT_EQ(p.hand.state.tissue, air);
+    EXPECT_EQ(p.last().border.to, air);
+    EXPECT_EQ(p.last().role, patient::Role::risk);
+    EXPECT_NEAR(p.last().border.reference_m.x, 0.0222, 1e-9);
+}
+
+// The border met first decides: bone queued behind a membrane would have been cut with it.
+TEST(NeedleRules, BoneIsNeverQueued) {
+    Puncture p({{skin, 0.002}, {soft, 0.01}, {fascia, 0.0002}, {liver, 0.0003}, {bone, 0.01}});
+    p.hand.sweep(0.0125 + 1e-6);
+    ASSERT_EQ(p.hand.state.queued_count, 1);  // the liver
+    const double there_n = p.hand.force();
+    p.hand.sweep(0.0125 + 0.010);
+    EXPECT_NEAR(p.hand.force(), there_n + 2000.0 * 0.010, 0.01);
+    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's
+}
+
+// Past the fascia by the liver alone, as on a subcostal path: contrast in a vessel is bone before and soft
+// behind.
+TEST(NeedleRules, TheLiverProvesTheFasciaPassedUntilItIsLeft) {
+    patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.02}, {liver, 0.02}, {soft, 0.01}});
+    for (int i = 430; i < 520; ++i) {
+        package.labels[{i, 0, 0}] = 0;
+        package.ct[{i, 0, 0}] = 250;  // between the sensitive and the specific threshold
+    }
+    const patient::Patient patient(package);
+    Hand hand(patient);
+    hand.to(-0.005);
+    hand.sweep(0.030);
+    EXPECT_TRUE(hand.state.track.past_fascia);
+    hand.sweep(0.0475);
+    EXPECT_EQ(hand.state.tissue, soft);
+    hand.sweep(0.021);
+    EXPECT_FALSE(hand.state.track.past_fascia);
+    EXPECT_TRUE(hand.state.track.past_skin);
+    EXPECT_EQ(patient.at(Vec3(0.045, 0.0, 0.0), hand.state.track).tissue, bone);
+}
+
+// "This only lowers the force at once", in and out, whatever the table.
+TEST(NeedleRules, AChangeOfTissueOnlyLowersTheForce) {
+    std::size_t changes = 0;
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+        test::Random random(seed);
+        patient::Package package = test::makeColumn(test::randomLayers(random));
+        package.tissues = test::randomTable(random);
+        const patient::Patient patient(package);
+        Hand hand(patient);
+        hand.to(-0.003);
+        const double step_m = 0.00001;
+        for (int leg = 0; leg < 6; ++leg) {
+            const double goal_m = test::uniform(random, 0.004, 0.04);
+            while (std::fabs(hand.state.tip_deformed_m.x - goal_m) > step_m) {
+                const Tissue before = hand.state.tissue;
+                const Phase phase = hand.state.phase;
+                const double before_n = hand.force(), way_m = goal_m - hand.state.tip_deformed_m.x;
+                hand.events.clear();
+                hand.to(hand.state.tip_deformed_m.x + std::copysign(step_m, way_m));
+                for (const NeedleEvent& e : hand.events)
+                    ASSERT_LE(std::fabs(e.force_after_n), std::fabs(e.force_before_n) + 1e-9);
+                if (hand.state.tissue == before || phase != Phase::pass || hand.state.phase != Phase::pass)
+                    continue;
+                ASSERT_LE(std::fabs(hand.force()), std::fabs(before_n) + 3000.0 * step_m) << seed;
+                ++changes;
+            }
+        }
+    }
+    EXPECT_GT(changes, 2000u);
+}
+
+// ---- what the output stage is told
+// ----------------------------------------------------------------------------
+
+struct Ledger {
+    double shortfall_j = 0.0;  // energy that came from nowhere, in one tick
+    double spent_j = 0.0;      // work of the hand that is in no spring
+};
+
+// Work of the hand over one tick by the trapezoid, against the springs' gain.
+void account(Ledger& ledger, const ToolForce& before, const ToolForce& after, const Vec3& moved_m) {
+    const Vec3 mean_n = 0.5 * (before.force_n + after.force_n);
+    const double work_j = -glm::dot(mean_n, moved_m - after.tissue_moved_m);
+    ledger.spent_j += work_j - (after.energy_j - before.energy_j);
+    ledger.shortfall_j = std::max(ledger.shortfall_j, after.energy_j - before.energy_j - work_j);
+}
+
+TEST(NeedleEnergy, IsTheIntegralOfTheForceWhileHeldAndTheSpringInPass) {
+    Puncture p(kTorso);
+    p.hand.sweep(0.0005);
+    const double a2 = 800.0 * 400.0 / 0.7;
+    EXPECT_NEAR(axialEnergy(p.hand.state, p.hand.settings, p.patient),
+                400.0 / 2.0 * 0.0005 * 0.0005 + a2 / 3.0 * 0.0005 * 0.0005 * 0.0005, 1e-12);
+    p.hand.sweep(0.015);
+    EXPECT_NEAR(axialEnergy(p.hand.state, p.hand.settings, p.patient), 0.7 * 0.7 / 2000.0, 1e-12);
+    p.hand.to({0.015, 0.0003 + 0.002, 0.0002});
+    EXPECT_NEAR(p.hand.last.energy_j, 0.7 * 0.7 / 2000.0 + 0.5 * 150.0 * 0.002 * 0.002, 1e-12);
+    EXPECT_NEAR(p.hand.last.force_n.y, -0.3, 1e-9);
+}
+
+TEST(NeedleEnergy, AgainstBoneItGoesOnAtTheMaximum) {
+    Puncture p({{skin, 0.002}, {soft, 0.01}, {bone, 0.05}});
+    p.hand.sweep(0.012);
+    const double before_j = p.hand.last.energy_j;
+    p.hand.sweep(0.012 + 0.020);
+    const double rise_m = (22.0 - 0.7) / 2000.0;
+    EXPECT_NEAR(p.hand.last.energy_j - before_j, 0.5 * (0.7 + 22.0) * rise_m + 22.0 * (0.020 - rise_m), 1e-9);
+}
+
+// Between events the springs take no more than the hand puts in, whatever it does: no tick creates energy.
+TEST(NeedleEnergy, BetweenEventsNoneComesFromNowhere) {
+    Ledger ledger;
+    for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+        test::Random random(seed);
+        patient::Package package = test::makeColumn(test::randomLayers(random));
+        package.tissues = test::randomTable(random);
+        const patient::Patient patient(package);
+        Hand hand(patient);
+        hand.settings.a1_share = test::uniform(random, 0.0, 1.0);
+        Vec3 tip{-0.001, 0.0, 0.0};
+        double speed_m = 0.0;
+        hand.to(tip);
+        for (int i = 0; i < 4000; ++i) {
+            speed_m = std::clamp(speed_m + test::uniform(random, -2e-6, 2.2e-6), -2e-5, 2e-5);
+            const Vec3 move{speed_m, test::uniform(random, -5e-6, 5e-6), test::uniform(random, -5e-6, 5e-6)};
+            const ToolForce before = hand.last;
+            tip += move;
+            hand.to(tip);
+            if (!hand.last.event) account(ledger, before, hand.last, move);
+        }
+    }
+    // The trapezoid's own error in the tick in which a clamp sets in: k ds^2 / 2.
+    EXPECT_LT(ledger.shortfall_j, 0.5 * 3000.0 * 2e-5 * 2e-5);
+    EXPECT_GT(ledger.spent_j, 0.01);
+}
+
+TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStep) {
+    std::size_t steps = 0;
+    for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+        test::Random random(seed);
+        patient::Package package = test::makeColumn(test::randomLayers(random));
+        package.tissues = test::randomTable(random);
+        const patient::Patient patient(package);
+        Hand hand(patient);
+        hand.to(-0.001);
+        for (const double goal_m : {0.012, 0.006, 0.03, 0.01, 0.035, -0.004}) {
+            const double step_m = 0.00002;
+            while (std::fabs(goal_m - hand.state.tip_deformed_m.x) > step_m) {
+                const double before_n = hand.force();
+                hand.to(hand.state.tip_deformed_m.x +
+                        std::copysign(step_m, goal_m - hand.state.tip_deformed_m.x));
+                if (std::fabs(hand.force() - before_n) < 2.0 * 3000.0 * step_m + 1e-6) continue;
+                ASSERT_TRUE(hand.last.event) << seed << " at " << hand.state.tip_deformed_m.x;
+                ++steps;
+            }
+        }
+    }
+    EXPECT_GT(steps, 500u);
+}
+
+// ---- bone in the study
+// ----------------------------------------------------------------------------------------
+
+TEST(NeedleRules, TheStudyMeetsBoneAtItsMaximumAtOnce) {
+    const std::vector<Segment> path{{0.0, air, 0}, {0.01, skin, 1}, {0.012, soft, 2}, {0.022, bone, 3}};
+    const ExactForce e = solveExact(test::tissueDefaults().tissues, path, 0.03, {}, Bone::maximumAtOnce);
+    EXPECT_NEAR(e.at(0.022 - 1e-9), 0.7, 1e-9);
+    EXPECT_EQ(e.at(0.022 + 1e-9), 22.0);
+    EXPECT_EQ(e.at(0.03), 22.0);
+    EXPECT_EQ(e.pieces.back().end_m, 0.03);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

@@ -216,9 +216,9 @@ LinkFault parse(const Frame& frame, Capabilities& capabilities) noexcept {
     p.resolution_m = in.real();
     p.workspace_centre_m = in.vector();
     p.workspace_radius_m = in.real();
-    const bool texts = in.text(capabilities.name) & in.text(capabilities.source);
+    const bool name = in.text(capabilities.name), source = in.text(capabilities.source);
     if (capabilities.version != kVersion) return LinkFault::version;
-    return texts && !reserved && possible(p) ? LinkFault::none : LinkFault::value;
+    return name && source && !reserved && possible(p) ? LinkFault::none : LinkFault::value;
 }
 
 LinkFault parse(const Frame& frame, Force& force) noexcept {

@@ -22,18 +22,13 @@ constexpr int kWait_ms = 3;
 constexpr std::int64_t kReply_ns = 4'000'000, kProbe_ns = 10'000'000;
 // One garbled reply must not home it: its zero would be wrong, and its forces wild.
 constexpr int kHomedReplies = 10;
-// No hand is that fast: 4.7 m/s along the axis. A garbled count that passes as one is caught here.
-constexpr double kMostCountsPerMs = 100.0;
+// A garbled count may pass as a count. A hand is taken to go on as it went, give or take this: 600 m/s^2, six
+// times what the motors and a blow of the hand can do, and a millisecond of doubt about when it was read.
+constexpr double kMostSwervePerMs = 40.0;
+constexpr double kMostStraightOn_ms = 5.0;
 
 bool isFinite(const Vec3& v) noexcept {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-bool jumped(const Counts& from, const Counts& to, std::int64_t elapsed_ns) noexcept {
-    const double most = kMostCountsPerMs * (1.0 + double(elapsed_ns) * 1e-6);
-    for (std::size_t i = 0; i < 3; ++i)
-        if (std::abs(int(to[i]) - int(from[i])) > most) return true;
-    return false;
 }
 
 }  // namespace
@@ -210,10 +205,8 @@ bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& st
         trouble_ = Trouble::none;
         return true;
     }
-    // Time makes no jump good, only silence does: then the hand had as long to move.
-    if (!jumping_) silence_ns_ = now_ns - heard_ns_;
-    jumping_ = homed_replies_ > 0 && jumped(counts_, reply.encoders, silence_ns_);
-    if (jumping_) {
+    const double elapsed_ms = double(now_ns - heard_ns_) * 1e-6;
+    if (homed_replies_ > 0 && !follows(reply.encoders, elapsed_ms)) {
         note(Trouble::jumped);
         return false;
     }
@@ -225,6 +218,11 @@ bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& st
     homed_replies_ = std::min(homed_replies_ + 1, kHomedReplies);
     homed_ = homed_replies_ == kHomedReplies;
     trouble_ = Trouble::none;
+    for (int i = 0; i < 3; ++i) {
+        const auto leg = std::size_t(i);
+        const bool steady = homed_replies_ > 1 && elapsed_ms > 0.2 && elapsed_ms < kMostStraightOn_ms;
+        rates_[i] = steady ? (reply.encoders[leg] - counts_[leg]) / elapsed_ms : 0.0;
+    }
     counts_ = reply.encoders;
     grip_m_ = *grip;
     if (!homed_) return true;
@@ -232,6 +230,19 @@ bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& st
     state.buttons = reply.buttons;
     state.fresh = 1;
     return true;
+}
+
+// Whether a hand can have got there. Time makes no jump good, only silence does: then it had as long to move.
+bool FalconDriver::follows(const Counts& counts, double elapsed_ms) noexcept {
+    if (!jumping_) silence_ms_ = std::max(1.0, elapsed_ms);
+    jumping_ = false;
+    for (int i = 0; i < 3; ++i) {
+        const auto leg = std::size_t(i);
+        const double expected = counts_[leg] + rates_[i] * std::min(elapsed_ms, kMostStraightOn_ms);
+        const double doubt = kMostSwervePerMs * silence_ms_ + std::fabs(rates_[i]);
+        jumping_ = jumping_ || std::fabs(counts[leg] - expected) > doubt;
+    }
+    return !jumping_;
 }
 
 // The first thing that was wrong since all was well; silence may have followed from it.

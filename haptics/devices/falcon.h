@@ -62,6 +62,7 @@ class FalconDriver final : public Driver {
     DeviceStage run(const Vec3& force_n, DeviceState&, std::string& why);
     BusResult talk(const Command&, std::int64_t until_ns, std::optional<Reply>&, std::string& why);
     bool take(const Reply&, std::int64_t now_ns, DeviceState&) noexcept;
+    bool follows(const Counts&, double elapsed_ms) noexcept;
     void note(Trouble) noexcept;
     DeviceStage lose(std::string& why);
     DeviceStage giveUp(std::string& why) const;
@@ -80,11 +81,12 @@ class FalconDriver final : public Driver {
     bool homed_ = false;
     int homed_replies_ = 0;
     Trouble trouble_ = Trouble::none;
-    bool jumping_ = false;         // the last reply was too far from the last good one
-    bool behind_ = false;          // a reply may still be under way
-    std::int64_t heard_ns_ = 0;    // the last good reply
-    std::int64_t silence_ns_ = 0;  // before the last reply that was no jump
+    bool jumping_ = false;       // the last reply was too far from the last good one
+    bool behind_ = false;        // a reply may still be under way
+    std::int64_t heard_ns_ = 0;  // the last good reply
+    double silence_ms_ = 1.0;    // before the last reply that was no jump
     Counts counts_{};
+    Vec3 rates_{0.0};  // counts a ms
     Vec3 grip_m_ = kCentre_m;
 };
 

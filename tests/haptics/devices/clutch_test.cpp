@@ -1,0 +1,162 @@
+#include "haptics/devices/clutch.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "haptics/devices/profiles.h"
+#include "patient/synth/random.h"
+
+namespace stylet::haptics {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::uint32_t kButton = 4;
+
+// A grip that goes where the test puts it.
+class Grip final : public HapticDevice {
+  public:
+    const DeviceProfile& profile() const noexcept override { return profile_; }
+    DeviceState read(std::int64_t) noexcept override { return state; }
+    void send(const Vec3& force_n) noexcept override { sent_n = force_n; }
+    DeviceState state;
+    Vec3 sent_n{0.0};
+
+  private:
+    DeviceProfile profile_ = *findProfile("falcon");
+};
+
+struct Clutched : testing::Test {
+    Grip grip;
+    ClutchedDevice device{grip, {}, Quat{1.0, 0.0, 0.0, 0.0}};
+    std::int64_t now_ns = 0;
+
+    // Straight to `to`, a millimetre a tick or less; returns how far the tip ever moved in a tick.
+    double moveTo(const Vec3& to, std::uint32_t buttons) {
+        double most = 0.0;
+        const Vec3 from = grip.state.device_from_stylus.position_m;
+        const int ticks = int(std::ceil(glm::length(to - from) / 0.001)) + 1;
+        for (int i = 1; i <= ticks; ++i) {
+            const Vec3 before = tip();
+            grip.state.device_from_stylus.position_m = from + (to - from) * (double(i) / ticks);
+            grip.state.buttons = buttons;
+            read();
+            most = std::max(most, glm::length(tip() - before));
+        }
+        return most;
+    }
+    DeviceState read() {
+        last = device.read(now_ns += kMs);
+        return last;
+    }
+    Vec3 tip() const { return last.device_from_stylus.position_m; }
+    Vec3 sent(const Vec3& force_n) {
+        device.send(force_n);
+        return grip.sent_n;
+    }
+    DeviceState last;
+};
+
+TEST_F(Clutched, UntouchedItIsTheGripMillimetreForMillimetre) {
+    grip.state.device_from_stylus.position_m = {0.01, 0.02, 0.12};
+    read();
+    moveTo({0.0, -0.01, 0.10}, 0);
+    EXPECT_NEAR(glm::length(tip() - Vec3(0.0, -0.01, 0.10)), 0.0, 1e-15);
+    EXPECT_EQ(last.flags, grip.state.flags);
+}
+
+// 90 mm with a device that has 80: the second stroke goes on where the first ended.
+TEST_F(Clutched, TwoStrokesMakeAPathLongerThanTheDevice) {
+    const Vec3 near(0.0, 0.0, 0.1575), far(0.0, 0.0, 0.0900);
+    grip.state.device_from_stylus.position_m = near;
+    read();
+    EXPECT_LE(moveTo(far, 0), 0.001 + 1e-12);
+    const Vec3 held = tip();
+    EXPECT_EQ(moveTo(near + Vec3(0.01, -0.005, 0.0), kButton), 0.0);  // sideways as well
+    EXPECT_EQ(tip(), held);
+    EXPECT_EQ(moveTo(near + Vec3(0.01, -0.005, 0.0), 0), 0.0);  // let go
+    EXPECT_LE(moveTo(near + Vec3(0.01, -0.005, -0.0225), 0), 0.001 + 1e-12);
+    EXPECT_NEAR(tip().z, near.z - 0.090, 1e-12);
+    EXPECT_NEAR(tip().x, 0.0, 1e-12);
+    EXPECT_NEAR(tip().y, 0.0, 1e-12);
+}
+
+TEST_F(Clutched, NoForceWhileItIsHeldAndASlowReturn) {
+    for (int i = 0; i < 250; ++i)
+        read();
+    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0, 0.0, 3.0));
+    grip.state.buttons = kButton;
+    read();
+    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0));
+    grip.state.buttons = 0;
+    double last_n = 0.0;
+    for (int i = 1; i <= 200; ++i) {
+        read();
+        const double n = sent({0.0, 0.0, 3.0}).z;
+        EXPECT_NEAR(n, 3.0 * i / 200.0, 1e-9);
+        EXPECT_LE(n - last_n, 0.0151);
+        last_n = n;
+    }
+    EXPECT_NEAR(last_n, 3.0, 1e-9);
+}
+
+TEST_F(Clutched, LostAndFoundTheNeedleIsWhereItWas) {
+    grip.state.device_from_stylus.position_m = {0.0, 0.0, 0.13};
+    read();
+    moveTo({0.0, 0.0, 0.10}, 0);
+    grip.state.flags = 0;
+    grip.state.device_from_stylus.position_m = {0.03, 0.0, 0.16};
+    read();
+    EXPECT_EQ(tip(), Vec3(0.0, 0.0, 0.10));
+    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0));
+    grip.state.flags = kDeviceReady | kDeviceHandOn;
+    read();
+    EXPECT_EQ(tip(), Vec3(0.0, 0.0, 0.10));
+    moveTo({0.03, 0.0, 0.15}, 0);
+    EXPECT_NEAR(tip().z, 0.09, 1e-12);
+}
+
+TEST_F(Clutched, TurnsAboutItsTipAsItIsTold) {
+    read();
+    const Vec3 before = tip();
+    const Quat turned{0.6, 0.0, 0.8, 0.0};
+    device.turn(turned);
+    read();
+    EXPECT_EQ(last.device_from_stylus.rotation, turned);
+    EXPECT_EQ(tip(), before);
+}
+
+TEST_F(Clutched, KeepsItsProfileButForTheWorkspace) {
+    EXPECT_EQ(device.profile().force_peak_n, 8.0);
+    EXPECT_TRUE(std::isnan(device.profile().workspace_radius_m));
+}
+
+TEST(Placement, PutsTheEntryAtTheNearEndAndThePathThroughTheMiddle) {
+    patient::synth::Random random(2, 0);
+    DeviceProfile profile = *findProfile("falcon");
+    profile.workspace_centre_m = {0.0, 0.0, 0.1225};
+    for (int i = 0; i < 200; ++i) {
+        const Vec3 axis = i == 0 ? Vec3(0.0, 1.0, 0.0) : glm::normalize(random.jitter3(1.0));
+        const Vec3 across = glm::normalize(glm::cross(axis, Vec3(0.3, 0.5, 0.7)));
+        const Pose at_entry{glm::quat_cast(glm::dmat3(across, glm::cross(axis, across), axis)),
+                            random.jitter3(0.3)};
+        const Pose patient_from_device = placeAlong(profile, at_entry);
+        EXPECT_NEAR(glm::length(patient_from_device.rotation), 1.0, 1e-12);
+        const Pose device_from_patient = patient_from_device.inverse();
+        // Pushed toward the base, the needle goes in.
+        EXPECT_NEAR(glm::length(device_from_patient.direction(axis) - Vec3(0.0, 0.0, 1.0)), 0.0, 1e-12);
+        const Vec3 entry = device_from_patient * at_entry.position_m;
+        EXPECT_NEAR(glm::length(entry - (profile.workspace_centre_m + Vec3(0.0, 0.0, 0.025))), 0.0, 1e-12);
+        // 65 mm deep in one stroke, inside the workspace.
+        const Vec3 deep = device_from_patient * (at_entry.position_m - 0.065 * axis);
+        EXPECT_LE(glm::length(deep - profile.workspace_centre_m), profile.workspace_radius_m + 1e-12);
+        // The patient's front is up, or his head where the needle comes from the front.
+        const Vec3 up = std::fabs(axis.y) < 0.9 ? Vec3(0.0, 1.0, 0.0) : Vec3(0.0, 0.0, 1.0);
+        EXPECT_GT(device_from_patient.direction(up).y, 0.3);
+        EXPECT_NEAR(device_from_patient.direction(up).x, 0.0, 1e-12);
+    }
+}
+
+}  // namespace
+}  // namespace stylet::haptics

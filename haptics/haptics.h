@@ -4,6 +4,7 @@
 // In order of use.
 // clang-format off
 #include "haptics/tool.h"        // the five tools, what a model says of a tick
+#include "haptics/incision.h"    // what the scalpel opened
 #include "haptics/needle.h"      // the needle: state, step, force
 #include "haptics/exact.h"       // the same force in closed form along straight paths: oracle and study
 #include "haptics/guide.h"       // the rail that keeps a needle on one line

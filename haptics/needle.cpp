@@ -96,7 +96,7 @@ double lateralReach(const NeedleSettings& settings) noexcept {
 
 ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& patient,
                      const Vec3& tip_deformed_m, const Vec3& axis, const Surrogate& breath,
-                     NeedleEvents& events) noexcept {
+                     NeedleEvents& events, const Incisions& incisions) noexcept {
     events.count = events.dropped = 0;
     if (!s.primed) prime(s, patient, tip_deformed_m, breath);
 
@@ -113,7 +113,7 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     // two differ.
     const double ds = glm::dot(offset, axis);
     const Way along = ds > 0.0 ? Way::advance : Way::withdraw;
-    SectionSolver solver(s, settings, patient, events);
+    SectionSolver solver(s, settings, patient, events, incisions);
 
     if (s.phase == Phase::outside) {
         walk(s, solver, patient, DeformedWay{motion, breath, channel_now, tip_deformed_m}, ds, along);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "haptics/incision.h"
 #include "haptics/realtime.h"
 #include "haptics/tool.h"
 #include "patient/patient.h"
@@ -112,10 +113,11 @@ struct NeedleEvents {
 
 // Haptics thread. noexcept, no allocation. Moves the tip to `tip_deformed_m` with the shaft's axis (unit,
 // INTO the body) and solves every border on the way; leaves the axial force, > 0 against insertion, in the
-// state. Returns what the hand gets, patient frame: that force and the lateral spring's.
+// state. At an incision the body's surface does not hold. Returns what the hand gets, patient frame: that
+// force and the lateral spring's.
 ToolForce stepNeedle(NeedleState&, const NeedleSettings&, const patient::Patient&, const Vec3& tip_deformed_m,
-                     const Vec3& axis, const patient::Surrogate& breath,
-                     NeedleEvents&) noexcept STYLET_NONBLOCKING;
+                     const Vec3& axis, const patient::Surrogate& breath, NeedleEvents&,
+                     const Incisions& incisions = {}) noexcept STYLET_NONBLOCKING;
 // The force on the needle in the patient frame: -force * axis - lateral spring.
 Vec3 needleForce(const NeedleState&, const NeedleSettings&, const Vec3& axis) noexcept STYLET_NONBLOCKING;
 // What the axial springs hold: k e^2 / 2 in pass; while held also the integral of Eq. 1 over the tip's way

@@ -143,7 +143,13 @@ bool SectionSolver::isCut(const Border& border) const noexcept {
 bool SectionSolver::holds(const Border& border, double force_n) const noexcept {
     const TissueRow& b = row(border.to);
     if (isRigid(b)) return true;
-    return border.from != border.to && resists(b, force_n) && !isCut(border);
+    return border.from != border.to && resists(b, force_n) && !isCut(border) && !isIncised(border);
+}
+
+// Skin, or whatever tissue the surface is made of where voxels leave the skin's rim out.
+bool SectionSolver::isIncised(const Border& border) const noexcept {
+    const bool surface = border.to == Tissue::skin || s_.phase == Phase::outside;
+    return surface && incisions_.count > 0 && isOpen(incisions_, border.reference_m, settings_.cut_reach_m);
 }
 
 void SectionSolver::meet(const Border& border) noexcept {

@@ -12,8 +12,8 @@ enum class Way { advance, withdraw, sideways };
 class SectionSolver {
   public:
     SectionSolver(NeedleState& state, const NeedleSettings& settings, const patient::Patient& patient,
-                  NeedleEvents& events) noexcept
-        : s_(state), settings_(settings), patient_(patient), events_(events) {}
+                  NeedleEvents& events, const Incisions& incisions) noexcept
+        : s_(state), settings_(settings), patient_(patient), events_(events), incisions_(incisions) {}
 
     // Haptics thread. Enters the voxel `sample` at `at_reference_m` and moves `way_m` along the axis inside
     // it.
@@ -32,6 +32,7 @@ class SectionSolver {
     Border borderTo(const patient::TissueSample&, const Vec3& at_reference_m) const noexcept;
     bool holds(const Border&, double force_n) const noexcept;
     bool isCut(const Border&) const noexcept;
+    bool isIncised(const Border&) const noexcept;
     void meet(const Border&) noexcept;
     void hold(const Border&, double force_n) noexcept;
     void enter(const Border&, double force_n, NeedleEventKind) noexcept;
@@ -61,6 +62,7 @@ class SectionSolver {
     const NeedleSettings& settings_;
     const patient::Patient& patient_;
     NeedleEvents& events_;
+    const Incisions& incisions_;
 };
 
 }  // namespace stylet::haptics

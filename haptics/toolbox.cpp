@@ -36,7 +36,7 @@ ToolForce stepHeldNeedle(ToolState& s, const ToolSettings& settings, const Patie
     s.patient_from_needle = guided.patient_from_needle;
     const Vec3 axis = s.patient_from_needle.direction(Vec3(0.0, 0.0, -1.0));
     ToolForce force = stepNeedle(s.needle, settings.needle, patient, s.patient_from_needle.position_m, axis,
-                                 breath, events);
+                                 breath, events, s.incisions);
     const Vec3 carried_m = probe_moved_m - axis * glm::dot(probe_moved_m, axis);
     if (railed && s.needle.phase == Phase::outside) force.tissue_moved_m = carried_m;
     if (s.guide.snapped) {
@@ -97,6 +97,7 @@ void hashTools(StateHash& hash, const ToolState& s) noexcept {
         hash.add(s.probe.skin_reference_m);
         hash.add(s.probe.patient_from_probe);
     }
+    if (s.incisions.count > 0) hashIncisions(hash, s.incisions);
     if (!holdsNeedle(s.in_hand)) return;
     hash.add(s.patient_from_needle);
     hash.add(s.guide.across_m);

@@ -45,6 +45,7 @@ struct ToolState {
     NeedleState needle;
     GuideState guide;
     ParkedProbe probe;
+    Incisions incisions;
 };
 
 constexpr bool holdsNeedle(Tool tool) noexcept {

@@ -46,7 +46,7 @@ void letBreathe(patient::Package& package, double travel_m) {
 
 void Hand::to(const Vec3& tip_m) {
     haptics::NeedleEvents step;
-    last = haptics::stepNeedle(state, settings, patient, tip_m, axis, breath, step);
+    last = haptics::stepNeedle(state, settings, patient, tip_m, axis, breath, step, incisions);
     events.insert(events.end(), step.list.begin(), step.list.begin() + step.count);
 }
 

@@ -35,6 +35,7 @@ struct Hand {
 
     const patient::Patient& patient;
     haptics::NeedleSettings settings;
+    haptics::Incisions incisions;
     haptics::NeedleState state;
     haptics::ToolForce last;
     patient::Vec3 axis{1.0, 0.0, 0.0};

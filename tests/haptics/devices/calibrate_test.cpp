@@ -1,0 +1,104 @@
+#include "haptics/devices/calibrate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/devices/falcon.h"
+#include "patient/patient.h"
+
+namespace stylet::haptics::falcon {
+namespace {
+
+// A Falcon whose newtons are not newtons, on a scale that a person reads to the gram.
+class OnAScale final : public HapticDevice {
+  public:
+    const DeviceProfile& profile() const noexcept override { return profile_; }
+    DeviceState read(std::int64_t) noexcept override {
+        DeviceState state;
+        state.device_from_stylus.position_m = profile_.workspace_centre_m;
+        state.flags = ++reads > lost_after ? 0 : state.flags;
+        return state;
+    }
+    void send(const Vec3& force_n) noexcept override {
+        most_rise_n = std::max(most_rise_n, glm::length(force_n) - glm::length(sent_n));
+        most_n = std::max(most_n, glm::length(force_n));
+        sent_n = force_n;
+    }
+    double grams() const {
+        const double newtons =
+            gains.x * std::fabs(sent_n.x) + gains.y * std::fabs(sent_n.y) + gains.z * sent_n.z;
+        return std::round(250.0 + newtons / 9.80665e-3);
+    }
+
+    Vec3 gains{1.0}, sent_n{0.0};
+    double most_n = 0.0, most_rise_n = 0.0;
+    std::int64_t reads = 0, lost_after = 1LL << 60;
+
+  private:
+    DeviceProfile profile_ = profileOf({});
+};
+
+struct Calibrating : testing::Test {
+    OnAScale device;
+    std::int64_t now_ns = 0, asked_ns = 0;
+    std::vector<std::string> said;
+    bool stopped = false;
+    Clock clock{this, [](void* c) noexcept { return static_cast<Calibrating*>(c)->now_ns; },
+                [](void* c, std::int64_t t) noexcept { static_cast<Calibrating*>(c)->now_ns = t; }};
+    CalibrationTalk talk{[this](const std::string& text) {
+                             said.push_back(text);
+                             asked_ns = now_ns;
+                         },
+                         [this]() -> std::optional<double> {
+                             if (now_ns - asked_ns < 3'000'000'000) return std::nullopt;
+                             return device.grams();
+                         },
+                         [this] { return stopped; }};
+    std::string refusal() {
+        try {
+            calibrate(device, clock, talk);
+        } catch (const patient::DataError& e) {
+            return e.what();
+        }
+        return "";
+    }
+};
+
+TEST_F(Calibrating, FindsTheGainsOfAllAxesGently) {
+    device.gains = {2.0, 0.6, 1.5};
+    const Calibration calibration = calibrate(device, clock, talk);
+    EXPECT_TRUE(calibration.measured);
+    EXPECT_NEAR(calibration.measured_per_asked.x, 2.0, 0.005);
+    EXPECT_NEAR(calibration.measured_per_asked.y, 0.6, 0.005);
+    EXPECT_NEAR(calibration.measured_per_asked.z, 1.5, 0.005);
+    EXPECT_LE(device.most_n, 3.0 + 1e-9);
+    EXPECT_LE(device.most_rise_n, 0.005);
+    EXPECT_EQ(device.sent_n, Vec3(0.0));
+    EXPECT_EQ(said.size(), 15u);
+    // With it, the motors are told what makes the force that is asked for.
+    const auto plain = motorsFor({0.0, 0.0, 3.0}, kCentre_m, {}),
+               mended = motorsFor({0.0, 0.0, 3.0}, kCentre_m, calibration);
+    EXPECT_NEAR(double(plain[0]) / mended[0], 1.5, 0.02);
+}
+
+TEST_F(Calibrating, EndsInZeroForceWithAReasonWhenTheDeviceIsLostOrTheUserStops) {
+    device.lost_after = 12'000;
+    EXPECT_THAT(refusal(), testing::HasSubstr("y"));
+    EXPECT_EQ(device.sent_n, Vec3(0.0));
+    EXPECT_GT(device.most_n, 0.5);
+    device.lost_after = 1LL << 60;
+    stopped = true;
+    EXPECT_THAT(refusal(), testing::HasSubstr("stopped"));
+    EXPECT_EQ(device.sent_n, Vec3(0.0));
+}
+
+TEST_F(Calibrating, ReadingsThatCannotBeAreRefused) {
+    device.gains = {1.0, 0.0, 1.0};
+    EXPECT_THAT(refusal(), testing::HasSubstr("y"));
+}
+
+}  // namespace
+}  // namespace stylet::haptics::falcon

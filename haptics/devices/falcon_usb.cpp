@@ -3,6 +3,10 @@
 #include <libusb.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+
+#include "haptics/devices/permission_linux.h"
 
 namespace stylet::haptics::falcon {
 
@@ -41,12 +45,16 @@ bool isFalcon(libusb_device* device) {
     return libusb_get_device_descriptor(device, &d) == 0 && d.idVendor == kVendor && d.idProduct == kProduct;
 }
 
-std::string placeOf(libusb_device* device) {
-    std::uint8_t ports[8];
-    const int depth = libusb_get_port_numbers(device, ports, 8);
-    std::string place = std::to_string(libusb_get_bus_number(device));
+UsbPlace placeOf(libusb_device* device) {
+    std::array<std::uint8_t, 8> ports{};
+    const int depth = libusb_get_port_numbers(device, ports.data(), int(ports.size()));
+    const int bus = libusb_get_bus_number(device);
+    UsbPlace place{.port = std::to_string(bus), .node = {}};
     for (int i = 0; i < depth; ++i)
-        place += (i == 0 ? '-' : '.') + std::to_string(ports[i]);
+        place.port += (i == 0 ? '-' : '.') + std::to_string(ports[std::size_t(i)]);
+    std::array<char, 32> node{};
+    std::snprintf(node.data(), node.size(), "/dev/bus/usb/%03d/%03d", bus, libusb_get_device_address(device));
+    place.node = node.data();
     return place;
 }
 
@@ -67,7 +75,7 @@ BusResult resultOf(const char* what, int error, std::string& why) {
 
 class UsbBus final : public FtdiBus {
   public:
-    explicit UsbBus(const std::string& place) : place_(place) {}
+    explicit UsbBus(const std::string& port) : port_(port) {}
     ~UsbBus() override { close(); }
     UsbBus(const UsbBus&) = delete;
     UsbBus& operator=(const UsbBus&) = delete;
@@ -79,7 +87,7 @@ class UsbBus final : public FtdiBus {
         if (list.count < 0) return fail("looking for it", int(list.count), why);
         libusb_device** const end = list.devices + list.count;
         libusb_device** const found = std::find_if(list.devices, end, [&](libusb_device* d) {
-            return isFalcon(d) && (place_.empty() || placeOf(d) == place_);
+            return isFalcon(d) && (port_.empty() || placeOf(d).port == port_);
         });
         if (found == end) {
             why = "no Falcon (USB 0403:cb48) is plugged in";
@@ -150,18 +158,18 @@ class UsbBus final : public FtdiBus {
     }
 
     Context context_;
-    std::string place_;
+    std::string port_;
     libusb_device_handle* handle_ = nullptr;
 };
 
 }  // namespace
 
-std::unique_ptr<FtdiBus> usbBus(const std::string& place) {
-    return std::make_unique<UsbBus>(place);
+std::unique_ptr<FtdiBus> usbBus(const std::string& port) {
+    return std::make_unique<UsbBus>(port);
 }
 
-std::vector<std::string> falconPlaces() {
-    std::vector<std::string> places;
+std::vector<UsbPlace> findFalcons() {
+    std::vector<UsbPlace> places;
     const Context context;
     if (context.error != 0) return places;
     const DeviceList list(context.usb);

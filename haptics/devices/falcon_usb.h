@@ -9,10 +9,14 @@
 
 namespace stylet::haptics::falcon {
 
-// The first Falcon found, or the one at `place` ("bus-port.port", as `falconPlaces` gives it).
-std::unique_ptr<FtdiBus> usbBus(const std::string& place = "");
+// The first Falcon found, or the one at `port` ("bus-port.port").
+std::unique_ptr<FtdiBus> usbBus(const std::string& port = "");
 
-// Where Falcons are plugged in now.
-std::vector<std::string> falconPlaces();
+// Those plugged in now.
+struct UsbPlace {
+    std::string port;  // "1-3.2"
+    std::string node;  // "/dev/bus/usb/001/004"
+};
+std::vector<UsbPlace> findFalcons();
 
 }  // namespace stylet::haptics::falcon

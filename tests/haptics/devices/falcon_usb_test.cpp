@@ -63,9 +63,11 @@ struct FalconUsb : testing::Test {
 
 TEST_F(FalconUsb, IsFoundByItsNumbers) {
     test::FalconTestbed bed(true);
-    EXPECT_TRUE(falconPlaces().empty());
+    EXPECT_TRUE(findFalcons().empty());
     bed.plugIn();
-    EXPECT_EQ(falconPlaces(), std::vector<std::string>{"1-3"});
+    ASSERT_EQ(findFalcons().size(), 1u);
+    EXPECT_EQ(findFalcons()[0].port, "1-3");
+    EXPECT_EQ(findFalcons()[0].node, "/dev/bus/usb/001/004");
     std::string why;
     EXPECT_EQ(usbBus("1-3")->open(why), DeviceStage::opening) << why;
     EXPECT_EQ(usbBus("1-4")->open(why), DeviceStage::absent);

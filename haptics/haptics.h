@@ -8,6 +8,9 @@
 #include "haptics/needle.h"      // the needle: state, step, force
 #include "haptics/exact.h"       // the same force in closed form along straight paths: oracle and study
 #include "haptics/guide.h"       // the rail that keeps a needle on one line
+#include "haptics/touch.h"       // what lies under the skin, for whatever presses on it
+#include "haptics/pad.h"         // a pad of proxies on the skin
+#include "haptics/finger.h"      // the palpating finger
 #include "haptics/toolbox.h"     // the tool in hand, the change of tools
 #include "haptics/device.h"      // a device: what it can do, what it says
 #include "haptics/safety.h"      // when a device may push at all; every fault by name

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "app/trainer/curves.h"
+#include "app/trainer/palpate.h"
 #include "app/trainer/replay.h"
 #include "app/trainer/run.h"
 
@@ -43,6 +44,18 @@ void addCurves(CLI::App& app, stylet::trainer::CurvesOptions& o) {
     curves->add_option("--out", o.out, "folder for the pictures")->required();
 }
 
+void addPalpate(CLI::App& app, stylet::trainer::PalpateOptions& o) {
+    CLI::App* palpate = app.add_subcommand("palpate", "the right flank under the finger: ribs and gaps");
+    palpate->add_option("--out", o.out, "folder for the picture and its numbers")->required();
+    palpate->add_option("--patient", o.patient,
+                        "patient package; default: the reference patient of the seed");
+    palpate->add_option("--seed", o.seed, "seed of a reference patient")->capture_default_str();
+    palpate->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
+        ->check(CLI::Range(0.5, 5.0))
+        ->capture_default_str();
+    palpate->add_flag("--breathing", o.breathing, "while the patient breathes; default: the breath held");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -52,7 +65,7 @@ int main(int argc, char** argv) {
     // Optional to the parser, so that a stray word is named before the missing command is.
     app.require_subcommand(0, 1);
     app.callback([&app] {
-        if (app.get_subcommands().empty()) throw CLI::RequiredError("A command: run, replay or curves");
+        if (app.get_subcommands().empty()) throw CLI::RequiredError("A command: run, replay, curves or palpate");
     });
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::trainer::RunOptions run_options;
@@ -61,9 +74,12 @@ int main(int argc, char** argv) {
     addRun(app, run_options);
     addReplay(app, replay_options);
     addCurves(app, curves_options);
+    stylet::trainer::PalpateOptions palpate_options;
+    addPalpate(app, palpate_options);
     CLI11_PARSE(app, argc, argv);
     try {
         if (app.got_subcommand("run")) return stylet::trainer::run(run_options);
+        if (app.got_subcommand("palpate")) return stylet::trainer::palpate(palpate_options);
         if (app.got_subcommand("curves")) return stylet::trainer::curves(curves_options);
         return stylet::trainer::replay(replay_options);
     } catch (const std::exception& e) {

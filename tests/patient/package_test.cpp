@@ -159,9 +159,9 @@ TEST_F(SavedPackage, BadValuesAreNamed) {
     expectRefusedWith("name = \"skin\"", "name = \"hair\"", "tissue[1].name");
     expectRefusedWith("role = \"pass\"", "role = \"fail\"", "tissue[0].role");
     expectRefusedWith("membrane = true", "membrane = 1", "tissue[1].membrane");
-    expectRefusedWith("young_pa = 8000.0", "young_pa = 8.0", "tissue[1].young_pa");
-    expectRefusedWith("young_pa = 8000.0", "young_pa = nan", "tissue[1].young_pa");
-    expectRefusedWith("young_pa = 8000.0", "", "tissue[1].young_pa: missing");
+    expectRefusedWith("young_pa = 70000.0", "young_pa = 7.0", "tissue[1].young_pa");
+    expectRefusedWith("young_pa = 70000.0", "young_pa = nan", "tissue[1].young_pa");
+    expectRefusedWith("young_pa = 70000.0", "", "tissue[1].young_pa: missing");
     expectRefusedWith("young_source", "young_book", "tissue[0].young_source: missing");
     expectRefusedWith("id = 2", "id = 1", "label[1].id");
     expectRefusedWith("id = 2", "id = 0", "label[1].id");

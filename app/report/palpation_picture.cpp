@@ -1,0 +1,181 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include "app/report/canvas.h"
+#include "app/report/palpation.h"
+
+namespace stylet::report {
+
+namespace {
+
+constexpr double kSpot = 13.0;  // pixels a spot
+constexpr int kMargin = 64, kTop = 96, kBelow = 74, kBar = 18, kProfile = 300, kGap = 96;
+constexpr Colour kPaper{1.0, 1.0, 1.0}, kInk{0.12, 0.13, 0.15}, kGrey{0.45, 0.47, 0.50};
+constexpr Colour kBone{1.0, 1.0, 1.0}, kBand{0.90, 0.87, 0.80}, kLine{0.13, 0.33, 0.60};
+
+// Dark and cold is soft, bright and warm is stiff; even steps of lightness.
+Colour heat(double share) {
+    constexpr std::array<Colour, 6> kStops{{{0.05, 0.03, 0.20},
+                                            {0.30, 0.07, 0.42},
+                                            {0.55, 0.15, 0.41},
+                                            {0.80, 0.27, 0.30},
+                                            {0.96, 0.50, 0.15},
+                                            {0.98, 0.85, 0.35}}};
+    const double at = std::clamp(share, 0.0, 1.0) * double(kStops.size() - 1);
+    const auto low = std::min(std::size_t(at), kStops.size() - 2);
+    const double t = at - double(low);
+    const Colour &a = kStops[low], &b = kStops[low + 1];
+    return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)};
+}
+
+std::string formatted(const char* format, double value) {
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), format, value);
+    return text.data();
+}
+
+const PalpatedSpot& spotAt(const PalpationMap& map, int column, int row) {
+    return map.spots[std::size_t(row * map.columns + column)];
+}
+
+// What 98 of 100 spots stay below, N/m; a quarter of it is round.
+double scaleOf(const PalpationMap& map) {
+    std::vector<double> k;
+    for (const PalpatedSpot& s : map.spots)
+        if (s.on_skin) k.push_back(s.stiffness_n_per_m);
+    if (k.empty()) return 1.0;
+    const auto nth = k.begin() + std::ptrdiff_t(0.98 * double(k.size() - 1));
+    std::nth_element(k.begin(), nth, k.end());
+    return 40.0 * std::ceil(*nth / 40.0);
+}
+
+class Sheet {
+  public:
+    Sheet(const PalpationMap& map, const std::string& title)
+        : map_(map),
+          wide_(map.columns * kSpot),
+          high_(map.rows * kSpot),
+          most_(scaleOf(map)),
+          profile_x_(kMargin + wide_ + kBar + 2 * kGap),
+          canvas_(int(profile_x_) + kProfile + kMargin, int(kTop + high_) + kBelow, kPaper) {
+        canvas_.text({kMargin, 38}, title, {21, kInk, Align::left, true});
+    }
+
+    void drawMap() {
+        for (int row = 0; row < map_.rows; ++row)
+            for (int column = 0; column < map_.columns; ++column) {
+                const PalpatedSpot& s = spotAt(map_, column, row);
+                if (s.on_skin)
+                    canvas_.rectangle(x(column), y(row), kSpot + 0.5, kSpot + 0.5,
+                                      heat(s.stiffness_n_per_m / most_));
+            }
+        outlineBones();
+        const TextStyle label{14, kGrey, Align::centre};
+        canvas_.text({kMargin, kTop - 12}, "Stiffness under the finger; ribs outlined",
+                     {15, kInk, Align::left, true});
+        canvas_.text({kMargin + 0.5 * wide_, kTop + high_ + 22},
+                     "front  -  right flank, seen from the right  -  back", label);
+        canvas_.textUpward({kMargin - 14, kTop + 0.5 * high_}, "foot  -  head", label);
+        const double bar = 0.020 / map_.pitch_m * kSpot;
+        canvas_.line({kMargin + 8, kTop + high_ - 12}, {kMargin + 8 + bar, kTop + high_ - 12}, 3, kBone);
+        canvas_.text({kMargin + 8 + 0.5 * bar, kTop + high_ - 19}, "20 mm", {12, kBone, Align::centre});
+    }
+
+    void drawScale() {
+        const double left = kMargin + wide_ + 20;
+        constexpr int kSteps = 100;
+        for (int i = 0; i < kSteps; ++i)
+            canvas_.rectangle(left, kTop + high_ * i / kSteps, kBar, high_ / kSteps + 0.6,
+                              heat(1.0 - (i + 0.5) / kSteps));
+        for (int i = 0; i <= 4; ++i)
+            canvas_.text({left + kBar + 6, kTop + high_ * (1.0 - 0.25 * i) + 5},
+                         formatted("%.2f", 0.25e-3 * i * most_), {13, kInk});
+        canvas_.text({left, kTop - 12}, "N/mm", {13, kInk});
+    }
+
+    // Along the middle column: what is felt in sliding from the head down.
+    void drawProfile() {
+        const int column = map_.columns / 2;
+        const auto at = [&](double k) { return profile_x_ + kProfile * std::min(k / most_, 1.0); };
+        std::vector<Point> line;
+        for (int row = 0; row < map_.rows; ++row) {
+            const PalpatedSpot& s = spotAt(map_, column, row);
+            if (!s.on_skin) continue;
+            if (s.over_bone) canvas_.rectangle(profile_x_, y(row), kProfile, kSpot + 0.5, kBand);
+            line.push_back({at(s.stiffness_n_per_m), y(row) + 0.5 * kSpot});
+        }
+        for (int i = 0; i <= 4; ++i) {
+            const double grid = at(0.25 * i * most_);
+            canvas_.line({grid, kTop}, {grid, kTop + high_}, 1, kGrey.faded(0.35));
+            canvas_.text({grid, kTop + high_ + 22},
+                         formatted(i < 4 ? "%.2f" : "%.2f N/mm", 0.25e-3 * i * most_),
+                         {13, kInk, Align::centre});
+        }
+        canvas_.polyline(line, 2.5, kLine);
+        canvas_.text({profile_x_, kTop - 12}, "Along the middle line; bands: a rib",
+                     {15, kInk, Align::left, true});
+    }
+
+    void drawJudgement() {
+        const std::string text = formatted("Pearson r against the rib mask %.2f", map_.pearson) +
+                                 formatted("   |   middle of a rib %.3f", 1e-3 * map_.rib_n_per_m) +
+                                 formatted(", of a gap %.3f N/mm", 1e-3 * map_.gap_n_per_m) +
+                                 formatted(": %.1f to 1", map_.ribOverGap()) +
+                                 formatted("   |   all spots %.1f to 1", map_.rib_over_gap_everywhere);
+        canvas_.text({kMargin, 64}, text, {14, kGrey});
+    }
+
+    void save(const std::filesystem::path& png) const { canvas_.savePng(png); }
+
+  private:
+    double x(int column) const { return kMargin + column * kSpot; }
+    double y(int row) const { return kTop + row * kSpot; }
+    bool bone(int column, int row) const {
+        return column >= 0 && row >= 0 && column < map_.columns && row < map_.rows &&
+               spotAt(map_, column, row).over_bone;
+    }
+    void outlineBones() {
+        for (int row = 0; row <= map_.rows; ++row)
+            for (int column = 0; column <= map_.columns; ++column) {
+                if (bone(column, row) != bone(column - 1, row) && row < map_.rows)
+                    canvas_.line({x(column), y(row)}, {x(column), y(row + 1)}, 1.6, kBone);
+                if (bone(column, row) != bone(column, row - 1) && column < map_.columns)
+                    canvas_.line({x(column), y(row)}, {x(column + 1), y(row)}, 1.6, kBone);
+            }
+    }
+
+    const PalpationMap& map_;
+    double wide_, high_, most_, profile_x_;
+    Canvas canvas_;
+};
+
+}  // namespace
+
+void writePalpationCsv(const PalpationMap& map, const std::filesystem::path& file) {
+    std::ofstream out(file, std::ios::binary);
+    out << "y_m,z_m,x_m,stiffness_n_per_m,over_bone,bone_share,breath_v\n";
+    for (const PalpatedSpot& s : map.spots) {
+        if (!s.on_skin) continue;
+        std::array<char, 160> line{};
+        std::snprintf(line.data(), line.size(), "%.5f,%.5f,%.5f,%.3f,%d,%.3f,%.4f\n", s.reference_m.y,
+                      s.reference_m.z, s.reference_m.x, s.stiffness_n_per_m, int(s.over_bone), s.bone_share,
+                      s.breath_v);
+        out << line.data();
+    }
+    out.close();
+    if (!out) throw patient::DataError(file, "file", "cannot be written");
+}
+
+void drawPalpation(const PalpationMap& map, const std::string& title, const std::filesystem::path& png) {
+    Sheet sheet(map, title);
+    sheet.drawMap();
+    sheet.drawScale();
+    sheet.drawProfile();
+    sheet.drawJudgement();
+    sheet.save(png);
+}
+
+}  // namespace stylet::report

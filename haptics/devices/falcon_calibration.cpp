@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 
 #include "patient/patient.h"
@@ -46,9 +47,14 @@ Calibration loadCalibration(const std::filesystem::path& file) {
     if (error) throw DataError(file, "calibration", error.message());
     if (size > kMostBytes) throw DataError(file, "calibration", "longer than 16 KiB");
     std::ifstream in(file);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    return parseCalibration(text, file);
+}
+
+Calibration parseCalibration(std::string_view text, const std::filesystem::path& file) {
     toml::table table;
     try {
-        table = toml::parse(in);
+        table = toml::parse(text);
     } catch (const toml::parse_error& e) {
         std::ostringstream where;
         where << e.description() << " (line " << e.source().begin.line << ")";

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "patient/geometry.h"
 
@@ -27,6 +28,8 @@ double fitCalibration(std::span<const CalibrationReading>, const std::string& ax
 
 // TOML; refuses by throwing patient::DataError with file, field and reason.
 Calibration loadCalibration(const std::filesystem::path&);
+// `file` is only named in refusals.
+Calibration parseCalibration(std::string_view text, const std::filesystem::path& file);
 void saveCalibration(const std::filesystem::path&, const Calibration&);
 
 }  // namespace stylet::haptics::falcon

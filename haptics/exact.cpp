@@ -13,24 +13,25 @@ using patient::TissueRow;
 
 namespace {
 
+// `segments` begin in air and within the length; `cuts` and `out` are empty.
 class PathSolver {
   public:
-    PathSolver(const patient::TissueTable& table, const std::vector<Segment>& segments, double length_m,
-               const NeedleSettings& settings, Bone bone)
-        : table_(table), settings_(settings), length_m_(length_m), bone_(bone) {
-        if (segments.empty() || segments.front().tissue != Tissue::air) segments_.push_back({});
-        for (const Segment& s : segments) {
-            if (s.begin_m <= length_m) segments_.push_back(s);
-        }
-        inside_from_ =
-            std::size_t(std::find_if(segments_.begin(), segments_.end(),
-                                     [](const Segment& s) {
-                                         return s.tissue != Tissue::air && s.tissue != Tissue::skin;
-                                     }) -
-                        segments_.begin());
+    PathSolver(const patient::TissueTable& table, const NeedleSettings& settings, Bone bone,
+               const std::vector<Segment>& segments, double length_m, std::vector<Segment>& cuts,
+               ExactForce& out)
+        : table_(table),
+          settings_(settings),
+          bone_(bone),
+          segments_(segments),
+          length_m_(length_m),
+          cuts_(cuts),
+          out_(out) {
+        while (inside_from_ < segments_.size() && (segments_[inside_from_].tissue == Tissue::air ||
+                                                   segments_[inside_from_].tissue == Tissue::skin))
+            ++inside_from_;
     }
 
-    ExactForce solve() {
+    void solve() {
         while (next_ < segments_.size()) {
             passUntil(segments_[next_].begin_m);
             const std::size_t j = next_++;
@@ -43,7 +44,6 @@ class PathSolver {
             }
         }
         passUntil(length_m_);
-        return std::move(out_);
     }
 
   private:
@@ -179,36 +179,60 @@ class PathSolver {
 
     const patient::TissueTable& table_;
     const NeedleSettings& settings_;
-    double length_m_;
     Bone bone_;
-    std::vector<Segment> segments_;
-    std::vector<Segment> cuts_;
-    ExactForce out_;
+    const std::vector<Segment>& segments_;
+    double length_m_;
+    std::vector<Segment>& cuts_;
+    ExactForce& out_;
     double x_m_ = 0.0, f_n_ = 0.0;
     Tissue tissue_ = Tissue::air;
     std::size_t next_ = 1, inside_from_ = 0;
 };
 
+void beginInAir(std::vector<Segment>& path) {
+    if (path.empty() || path.front().tissue != Tissue::air) path.insert(path.begin(), Segment{});
+}
+
 }  // namespace
 
-std::vector<Segment> segmentsAlong(const patient::Patient& patient, const Vec3& entry_m, const Vec3& end_m) {
+void segmentsAlong(const patient::TissueMap& map, const Vec3& entry_m, const Vec3& end_m,
+                   patient::VoxelPath& path, std::vector<Segment>& segments) {
     const Vec3 way = end_m - entry_m;
     const double length_m = std::sqrt(glm::dot(way, way));
-    std::vector<Segment> segments;
+    segments.clear();
     patient::TrackFlags flags;
-    for (patient::VoxelWalk walk(patient.grid(), entry_m, end_m); !walk.done(); walk.next()) {
-        const patient::TissueSample x = patient.at(walk.voxel(), flags);
-        flags = patient.flagsAfterEntering(x, flags);
-        if (segments.empty() || segments.back().tissue != x.tissue || segments.back().label != x.label) {
-            segments.push_back({walk.begin() * length_m, x.tissue, x.label});
-        }
+    int last = -1;
+    for (const patient::VoxelPath::Visit& visit : path.along(map.grid(), entry_m, end_m)) {
+        const patient::TissueMap::Code code = map.code(visit);
+        if (code == last) continue;
+        last = code;
+        const patient::TissueSample x = map.sample(code, flags);
+        flags = map.flagsAfterEntering(code, flags);
+        if (segments.empty() || segments.back().tissue != x.tissue || segments.back().label != x.label)
+            segments.push_back({visit.begin * length_m, x.tissue, x.label});
     }
-    return segments;
 }
 
 ExactForce solveExact(const patient::TissueTable& table, const std::vector<Segment>& segments,
                       double length_m, const NeedleSettings& settings, Bone bone) {
-    return PathSolver(table, segments, length_m, settings, bone).solve();
+    std::vector<Segment> path = segments, cuts;
+    std::erase_if(path, [&](const Segment& s) { return s.begin_m > length_m; });
+    ExactForce force;
+    beginInAir(path);
+    PathSolver(table, settings, bone, path, length_m, cuts, force).solve();
+    return force;
+}
+
+const ExactForce& ExactSolver::solve(const Vec3& entry_m, const Vec3& end_m) {
+    const Vec3 way = end_m - entry_m;
+    segmentsAlong(map_, entry_m, end_m, path_, segments_);
+    beginInAir(segments_);
+    cuts_.clear();
+    force_.pieces.clear();
+    force_.events.clear();
+    PathSolver(map_.tissues(), settings_, bone_, segments_, std::sqrt(glm::dot(way, way)), cuts_, force_)
+        .solve();
+    return force_;
 }
 
 double ExactForce::at(double depth_m) const {

@@ -39,13 +39,34 @@ struct ExactForce {
 };
 
 // The tissues along a straight path from entry to end in the reference (track flags as the needle would set
-// them).
-std::vector<Segment> segmentsAlong(const patient::Patient&, const Vec3& entry_m, const Vec3& end_m);
+// them), written over `segments`; `path` is working space.
+void segmentsAlong(const patient::TissueMap&, const Vec3& entry_m, const Vec3& end_m,
+                   patient::VoxelPath& path, std::vector<Segment>& segments);
+
 // Bone is held for ever. Its force rises with its stiffness to `max_force_n` and stays there to the path's
 // end, as for a hand; the study has that maximum at once, as the paper does.
 enum class Bone { rises, maximumAtOnce };
 // The needle comes from the air: a path that begins in tissue meets its skin at depth 0.
 ExactForce solveExact(const patient::TissueTable&, const std::vector<Segment>&, double length_m,
                       const NeedleSettings&, Bone = Bone::rises);
+
+// The same for path after path through one patient; allocates only while its buffers still grow. One a
+// thread.
+class ExactSolver {
+  public:
+    // The map must outlive the solver.
+    ExactSolver(const patient::TissueMap& map, const NeedleSettings& settings, Bone bone = Bone::rises)
+        : map_(map), settings_(settings), bone_(bone) {}
+    // From entry to end in the reference. What is returned stands until the next call.
+    const ExactForce& solve(const Vec3& entry_m, const Vec3& end_m);
+
+  private:
+    const patient::TissueMap& map_;
+    NeedleSettings settings_;
+    Bone bone_;
+    patient::VoxelPath path_;
+    std::vector<Segment> segments_, cuts_;
+    ExactForce force_;
+};
 
 }  // namespace stylet::haptics

@@ -25,6 +25,7 @@
 #include "patient/motion_interface.h"  // where the two sides slide: made tangential, measured
 #include "patient/package.h"         // packages on disk, and the tissue at a point
 #include "patient/skin.h"            // the surface as a smooth signed distance
+#include "patient/tissue_map.h"    // the tissue of all voxels, for walks along many paths
 #include "patient/planning.h"        // reference paths
 #include "patient/hash.h"            // the state hash
 #include "patient/spline.h"          // smooth look-up between the nodes of a grid

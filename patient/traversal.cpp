@@ -67,4 +67,47 @@ void VoxelWalk::next() noexcept {
     findExit();
 }
 
+const std::vector<VoxelPath::Visit>& VoxelPath::along(const Grid& grid, const Vec3& a, const Vec3& b) {
+    const VoxelWalk walk(grid, a, b);
+    const Index3 count = walk.left_, step = walk.step_, first = walk.voxel_;
+    for (int axis = 0; axis < 3; ++axis) {
+        std::vector<double>& crossings = crossings_[axis];
+        crossings.resize(std::size_t(count[axis]) + 1);
+        const double start = walk.start_[axis], way = walk.way_[axis];
+        const double border = first[axis] + (step[axis] > 0 ? 1.0 : 0.0);
+        for (int i = 0; i < count[axis]; ++i)
+            crossings[std::size_t(i)] = std::min((border + double(i * step[axis]) - start) / way, 1.0);
+        crossings.back() = 2.0;
+    }
+
+    const std::size_t steps = std::size_t(count.x) + std::size_t(count.y) + std::size_t(count.z);
+    visits_.resize(steps + 1);
+    const std::int64_t row = grid.dims.x, slab = row * grid.dims.y;
+    const std::int64_t dx = step.x, dy = step.y * row, dz = step.z * slab;
+    std::int64_t offset = first.z * slab + first.y * row + first.x;
+    const double *x = crossings_[0].data(), *y = crossings_[1].data(), *z = crossings_[2].data();
+    double begin = 0.0;
+    visits_[0] = {offset, begin};
+    // Without a branch: which face comes next cannot be predicted.
+    for (std::size_t i = 1; i <= steps; ++i) {
+        const double tx = *x, ty = *y, tz = *z;
+        const bool x_first = tx <= ty, z_first = tz < (x_first ? tx : ty);
+        const bool by_x = x_first & !z_first, by_y = !x_first & !z_first;
+        const double at = z_first ? tz : x_first ? tx : ty;
+        begin = std::max(begin, at);
+        x += by_x;
+        y += by_y;
+        z += z_first;
+        offset += z_first ? dz : by_x ? dx : dy;
+        visits_[i] = {offset, begin};
+    }
+    // A path with both ends in the grid stays in it.
+    if (!grid.contains(first) || !grid.contains(first + count * step)) {
+        std::size_t i = 0;
+        for (VoxelWalk w(grid, a, b); !w.done(); w.next(), ++i)
+            if (!grid.contains(w.voxel())) visits_[i].offset = kOutside;
+    }
+    return visits_;
+}
+
 }  // namespace stylet::patient

@@ -3,6 +3,9 @@
 // crossings are computed afresh from whole borders instead of summed, so that the walk ends where it should.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "patient/geometry.h"
 
 namespace stylet::patient {
@@ -25,6 +28,7 @@ class VoxelWalk {
     double end() const noexcept { return end_; }
 
   private:
+    friend class VoxelPath;
     double crossing(int axis) const noexcept;
     void findExit() noexcept;
 
@@ -34,6 +38,22 @@ class VoxelWalk {
     double begin_ = 0.0, end_ = 1.0;
     int axis_ = -1;
     bool done_ = false;
+};
+
+// The same walk, whole: for callers with millions of paths. Keeps its buffers from path to path.
+class VoxelPath {
+  public:
+    static constexpr std::int64_t kOutside = -1;
+    struct Visit {
+        std::int64_t offset;  // of the voxel in the grid, kOutside beyond it
+        double begin;         // as VoxelWalk's
+    };
+    // The visits from a to b, until the next call: as many as VoxelWalk has, in its order, bit for bit.
+    const std::vector<Visit>& along(const Grid& grid, const Vec3& a, const Vec3& b);
+
+  private:
+    std::vector<double> crossings_[3];  // of each axis, ascending, a 2 behind the last
+    std::vector<Visit> visits_;
 };
 
 }  // namespace stylet::patient

@@ -32,19 +32,20 @@ double uniform(Random& random, double low, double high) {
     return low + (high - low) * (double(random() >> 11) * 0x1p-53);
 }
 
-Path makePath(const patient::Patient& patient, const Vec3& entry_m, const Vec3& end_m) {
+Path makePath(ExactSolver& solver, const Vec3& entry_m, const Vec3& end_m) {
     Path path;
     const Vec3 way = end_m - entry_m;
     path.length_m = std::sqrt(glm::dot(way, way));
     path.entry_m = entry_m;
     path.axis = way / path.length_m;
-    path.exact =
-        solveExact(patient.package().tissues, segmentsAlong(patient, entry_m, end_m), path.length_m, {});
+    path.exact = solver.solve(entry_m, end_m);
     return path;
 }
 
 // Up to 40 degrees off the layers' normal, from 8 mm before the skin.
 std::vector<Path> slabPaths(const patient::Patient& patient, int count) {
+    const patient::TissueMap map(patient);
+    ExactSolver solver(map, {});
     Random random(1);
     std::vector<Path> paths;
     while (int(paths.size()) < count) {
@@ -56,7 +57,7 @@ std::vector<Path> slabPaths(const patient::Patient& patient, int count) {
         // Inside the slabs' width, or the path would leave them for the air beside.
         if (std::fabs(end.y) < test::kSlabHalfWidth_m * 0.98 &&
             std::fabs(end.z) < test::kSlabHalfWidth_m * 0.98) {
-            paths.push_back(makePath(patient, entry, end));
+            paths.push_back(makePath(solver, entry, end));
         }
     }
     return paths;
@@ -66,6 +67,8 @@ std::vector<Path> slabPaths(const patient::Patient& patient, int count) {
 std::vector<Path> patientPaths(const patient::Patient& patient, int count) {
     const patient::Package& package = patient.package();
     const patient::Grid& grid = package.ct.grid;
+    const patient::TissueMap map(patient);
+    ExactSolver solver(map, {});
     Random random(2);
     std::vector<Vec3> liver;
     for (std::size_t i = 0; i < package.labels.voxels.size(); ++i) {
@@ -81,7 +84,7 @@ std::vector<Path> patientPaths(const patient::Patient& patient, int count) {
         const Vec3 away = out / std::sqrt(glm::dot(out, out));
         const Vec3 entry = target + away * 0.090;
         if (patient.at(entry, {}).tissue != Tissue::air) continue;
-        Path path = makePath(patient, entry, target);
+        Path path = makePath(solver, entry, target);
         // The study's paths are planned clear of bone; pressing on it only measures its spring.
         const bool bone = std::any_of(path.exact.events.begin(), path.exact.events.end(),
                                       [](const ExactEvent& e) { return e.tissue == Tissue::bone; });

@@ -142,8 +142,10 @@ TEST(Exact, SegmentsFollowTheTrack) {
         package.ct[i] = 250;
         package.labels[i] = 0;
     }
-    const std::vector<Segment> segments =
-        segmentsAlong(patient::Patient(package), {-0.010, 0.0, 0.0}, {0.022, 0.0, 0.0});
+    patient::VoxelPath path;
+    std::vector<Segment> segments;
+    const patient::TissueMap map{patient::Patient(package)};
+    segmentsAlong(map, {-0.010, 0.0, 0.0}, {0.022, 0.0, 0.0}, path, segments);
     std::vector<Tissue> tissues;
     for (const Segment& s : segments)
         tissues.push_back(s.tissue);

@@ -48,8 +48,9 @@ void compare(const patient::Patient& patient, const Vec3& entry, const Vec3& end
     hand.axis = way / length_m;
     hand.settings.a1_share = uniform(random, 0.0, 1.0);
     hand.settings.cut_reach_m = 0.00153;  // off the layers' lattice
-    const ExactForce exact =
-        solveExact(patient.package().tissues, segmentsAlong(patient, entry, end), length_m, hand.settings);
+    const patient::TissueMap map(patient);
+    ExactSolver solver(map, hand.settings);
+    const ExactForce& exact = solver.solve(entry, end);
 
     hand.to(entry);
     double depth_m = 0.0, worst_n = 0.0;

@@ -49,6 +49,15 @@ void expectSound(const Grid& grid, const Vec3& a, const Vec3& b) {
         const Index3 d = visits[i].voxel - visits[i - 1].voxel;
         EXPECT_EQ(std::abs(d.x) + std::abs(d.y) + std::abs(d.z), 1);
     }
+
+    VoxelPath path;
+    const std::vector<VoxelPath::Visit>& whole = path.along(grid, a, b);
+    ASSERT_EQ(whole.size(), visits.size());
+    for (std::size_t i = 0; i < visits.size(); ++i) {
+        EXPECT_EQ(whole[i].begin, visits[i].begin);
+        EXPECT_EQ(whole[i].offset, grid.contains(visits[i].voxel) ? std::int64_t(grid.offset(visits[i].voxel))
+                                                                  : VoxelPath::kOutside);
+    }
 }
 
 TEST(VoxelWalk, RandomSegmentsInsideAndFarOutside) {

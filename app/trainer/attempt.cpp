@@ -1,6 +1,7 @@
 #include "app/trainer/attempt.h"
 
 #include <cmath>
+#include <glm/common.hpp>
 
 #include "app/trainer/hand.h"
 
@@ -20,10 +21,11 @@ patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBr
     return plan;
 }
 
-}  // namespace
+// What a needle needs outside the skin to be set on it.
+constexpr double kRoomOutside_m = 0.02;
 
-Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
-                    const patient::PlannedPath& path, std::uint64_t seed) {
+haptics::SimulationSettings settingsFor(const patient::Patient& patient, const Scenario& scenario,
+                                        std::uint64_t seed) {
     haptics::SimulationSettings settings;
     settings.patient_from_device = deviceBeside(patient.grid());
     settings.output.model_tangent_n_per_m =
@@ -32,8 +34,28 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
     settings.breath = breathPlan(patient.package(), scenario.breath, seed);
     settings.scenario_digest = digest(scenario);
     settings.seed = seed;
+    return settings;
+}
+
+}  // namespace
+
+Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
+                    const patient::PlannedPath& path, std::uint64_t seed) {
+    const haptics::SimulationSettings settings = settingsFor(patient, scenario, seed);
     const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
     return {patient, settings, scriptHand(scenario, path, breath_s, settings, seed)};
+}
+
+Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenario,
+                        const patient::PlannedPath& path, std::uint64_t seed,
+                        const haptics::DeviceProfile& profile) {
+    haptics::SimulationSettings settings = settingsFor(patient, scenario, seed);
+    settings.profile = profile;
+    const double middle = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
+    patient::Pose& stand = settings.patient_from_device;
+    stand.position_m =
+        glm::mix(path.entry_m, path.target_m, middle) - stand.direction(profile.workspace_centre_m);
+    return {patient, settings, {}};
 }
 
 }  // namespace stylet::trainer

@@ -12,11 +12,14 @@ namespace stylet::trainer {
 struct Attempt {
     const patient::Patient& patient;
     haptics::SimulationSettings simulation;
-    haptics::Trace hand;
+    haptics::Trace hand;  // empty: the user's
 };
 
 // The scenario's hand along `path`, its device beside the patient.
 Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                     std::uint64_t seed);
+// The user's hand: no trace, and the device stands where the path lies in its workspace.
+Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
+                        std::uint64_t seed, const haptics::DeviceProfile&);
 
 }  // namespace stylet::trainer

@@ -71,15 +71,18 @@ std::int64_t tickOf(const Attempt& attempt) {
 }
 
 // The session's thread: commands out at their time, records in, until hand and commands have come to their
-// end. The hand moves with the loop's time, tick * dt, so that is what counts here too: a late loop is waited
-// for.
+// end, or the user to his. The hand moves with the loop's time, tick * dt, so that is what counts here too: a
+// late loop is waited for.
 void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& session,
-                 LoopChannels& channels, MomentQueue& moments, const Clock& clock) {
+                 LoopChannels& channels, MomentQueue& moments, const Clock& clock, const LiveHand* live) {
     CommandFeed commands(attempt.hand);
     const std::int64_t dt_ns = tickOf(attempt);
     std::int64_t hand_ns = 0;
-    while (!stop.stop_requested() &&
-           (hand_ns < durationOf(attempt.hand) || !commands.done(channels.commands))) {
+    const auto over = [&] {
+        return live ? live->over(double(hand_ns) * 1e-9)
+                    : hand_ns >= durationOf(attempt.hand) && commands.done(channels.commands);
+    };
+    while (!stop.stop_requested() && !over()) {
         commands.until(hand_ns, channels.commands);
         clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
         session.drain(channels);
@@ -108,7 +111,7 @@ void FrameSource::close() {
 }
 
 LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<Pictures> pictures,
-                       const Clock& clock) {
+                       const Clock& clock, const LiveHand* live) {
     haptics::Simulation simulation(attempt.patient, attempt.simulation);
     LoopChannels channels;
     MomentQueue moments;
@@ -122,13 +125,14 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
         const std::string refused = askForRealTime();
         if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
         const std::int64_t begin_ns = clock.now_ns(clock.context);
-        haptics::ReplayDevice device(attempt.hand, 0, attempt.simulation.profile);
+        haptics::ReplayDevice scripted(attempt.hand, 0, attempt.simulation.profile);
+        haptics::HapticDevice& device = live ? live->device : scripted;
         totals.haptics = runLoop(simulation, device, channels, clock);
         totals.elapsed_s = double(clock.now_ns(clock.context) - begin_ns) * 1e-9;
     });
     std::jthread session_thread([&](const std::stop_token& stop) {
         try {
-            sessionLoop(stop, attempt, session, channels, moments, clock);
+            sessionLoop(stop, attempt, session, channels, moments, clock, live);
         } catch (...) {
             failure = std::current_exception();
         }

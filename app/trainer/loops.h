@@ -2,6 +2,7 @@
 // virtual clock one thread plays all three, tick by tick, with the same calls.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "app/trainer/attempt.h"
@@ -17,9 +18,16 @@ struct LoopTotals {
     PictureTotals pictures;
 };
 
+// The user's hand on a device, in place of the attempt's trace.
+struct LiveHand {
+    haptics::HapticDevice& device;
+    std::function<bool(double elapsed_s)> over;  // session thread, often: the attempt is to end
+};
+
 // Haptics and session on threads of their own, frames on the caller's as fast as the runtime takes them;
 // moments are drawn before anything else, and all of them before the loop returns. `clock` must be steady.
-LoopTotals runRealTime(const Attempt&, Session&, std::optional<Pictures>, const haptics::Clock& clock);
+LoopTotals runRealTime(const Attempt&, Session&, std::optional<Pictures>, const haptics::Clock& clock,
+                       const LiveHand* live = nullptr);
 
 // One thread, virtual time; `fps` frames a simulated second besides the moments. The same inputs every time.
 // The clock only times the steps.

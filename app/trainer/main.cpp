@@ -4,11 +4,30 @@
 #include <exception>
 
 #include "app/trainer/curves.h"
+#include "app/trainer/devices.h"
 #include "app/trainer/palpate.h"
 #include "app/trainer/replay.h"
 #include "app/trainer/run.h"
 
 namespace {
+
+// Files and addresses that some devices need.
+void addDeviceOptions(CLI::App& app, stylet::haptics::DeviceOptions& o) {
+    app.add_option("--device-model", o.model, "woodenhaptics: the JSON file of its dimensions");
+    app.add_option("--firmware", o.firmware, "falcon: the firmware image it is loaded with");
+    app.add_option("--calibration", o.calibration, "falcon: its calibration of newtons per count");
+    app.add_option("--socket", o.socket, "bridge: the socket it listens on, when not the usual one");
+}
+
+void addHand(CLI::App& run, stylet::trainer::RunOptions& o) {
+    run.add_option("--device", o.device,
+                   "whose hand: scripted, replay, or a device that \"stylet devices\" lists")
+        ->capture_default_str();
+    run.add_option("--trace", o.trace, "replay: the hand's CSV file");
+    run.add_option("--seconds", o.seconds, "a device: ends after so long (default: with Ctrl-C)")
+        ->check(CLI::Range(0.1, 86400.0));
+    addDeviceOptions(run, o.device_options);
+}
 
 void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     CLI::App* run = app.add_subcommand("run", "a scripted attempt: patient, needle, pictures, summary");
@@ -28,10 +47,13 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
         ->check(CLI::Range(0.0, 1000.0));
     run->add_flag("--stats", o.stats, "print what the pictures did not need to draw");
     run->add_flag("--validation", o.validation, "Vulkan validation and synchronisation layers");
+    addHand(*run, o);
 }
 
 void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
     CLI::App* replay = app.add_subcommand("replay", "compute a record again and compare its hashes");
+    replay->add_option("--save-hand", o.save_hand,
+                       "also write the recorded hand as CSV, for --device replay");
     replay->add_option("record", o.record, "the record's folder")->required();
     replay->add_option("--out", o.out, "folder for summary and pictures")->required();
     replay->add_option("--patient", o.patient, "patient package, if it has moved");
@@ -56,6 +78,18 @@ void addPalpate(CLI::App& app, stylet::trainer::PalpateOptions& o) {
     palpate->add_flag("--breathing", o.breathing, "while the patient breathes; default: the breath held");
 }
 
+struct DevicesOptions {
+    stylet::haptics::DeviceOptions options;
+    bool json = false;
+};
+
+void addDevices(CLI::App& app, DevicesOptions& o) {
+    CLI::App* devices =
+        app.add_subcommand("devices", "which devices there are, in which state, with which limits");
+    devices->add_flag("--json", o.json, "for programs");
+    addDeviceOptions(*devices, o.options);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -65,7 +99,8 @@ int main(int argc, char** argv) {
     // Optional to the parser, so that a stray word is named before the missing command is.
     app.require_subcommand(0, 1);
     app.callback([&app] {
-        if (app.get_subcommands().empty()) throw CLI::RequiredError("A command: run, replay, curves or palpate");
+        if (app.get_subcommands().empty())
+            throw CLI::RequiredError("A command: run, replay, curves, palpate or devices");
     });
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::trainer::RunOptions run_options;
@@ -76,12 +111,17 @@ int main(int argc, char** argv) {
     addCurves(app, curves_options);
     stylet::trainer::PalpateOptions palpate_options;
     addPalpate(app, palpate_options);
+    DevicesOptions devices_options;
+    addDevices(app, devices_options);
     CLI11_PARSE(app, argc, argv);
     try {
         if (app.got_subcommand("run")) return stylet::trainer::run(run_options);
         if (app.got_subcommand("palpate")) return stylet::trainer::palpate(palpate_options);
         if (app.got_subcommand("curves")) return stylet::trainer::curves(curves_options);
-        return stylet::trainer::replay(replay_options);
+        if (app.got_subcommand("replay")) return stylet::trainer::replay(replay_options);
+        std::fputs(stylet::trainer::describeDevices(devices_options.options, devices_options.json).c_str(),
+                   stdout);
+        return 0;
     } catch (const std::exception& e) {
         std::fprintf(stderr, "stylet: %s\n", e.what());
         return 2;

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 
@@ -18,6 +19,8 @@ namespace {
 
 constexpr int kPriority = 80;  // above the kernel's threaded interrupts (50)
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+volatile std::sig_atomic_t was_interrupted = 0;
 
 template <clockid_t kClock>
 std::int64_t now(void*) noexcept {
@@ -57,6 +60,18 @@ std::string askForRealTime() {
     return "no " + refused + ": the 1 kHz loop may be late. Put the lines \"" + user +
            " - rtprio 90\" and \"" + user +
            " - memlock unlimited\" into /etc/security/limits.d/stylet.conf and log in again.";
+}
+
+void catchInterrupts() noexcept {
+    struct sigaction action{};
+    action.sa_handler = [](int) { was_interrupted = 1; };
+    action.sa_flags = int(SA_RESETHAND | SA_RESTART);
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+}
+
+bool interrupted() noexcept {
+    return was_interrupted != 0;
 }
 
 bool stderrIsWatched() noexcept {

@@ -19,6 +19,11 @@ haptics::Clock workClock() noexcept;
 // was refused and how to allow it.
 std::string askForRealTime();
 
+// From now on Ctrl-C (SIGINT, and SIGTERM) asks the program to end; a second one ends it. `interrupted` says
+// whether it was asked.
+void catchInterrupts() noexcept;
+bool interrupted() noexcept;
+
 // A person watches what is written to stderr.
 bool stderrIsWatched() noexcept;
 

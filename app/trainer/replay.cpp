@@ -4,8 +4,10 @@
 #include <cstdio>
 
 #include "app/records/replay.h"
+#include "app/trainer/hand.h"
 #include "app/trainer/platform_linux.h"
 #include "app/trainer/results.h"
+#include "haptics/devices/replay.h"
 
 namespace stylet::trainer {
 
@@ -38,6 +40,25 @@ void reportOutcome(const records::Record& record, const records::ReplayResult& r
                     records::hexOf(record.info.end->state_hash).c_str());
 }
 
+// The recorded poses as a trace of the device that a replay has, beside the patient. A pose that never came
+// is left out: a trace holds the last.
+haptics::Trace handOf(const records::Record& record, const patient::Pose& patient_from_replayed) {
+    const patient::Pose& patient_from_recorded = record.header.settings.patient_from_device;
+    const bool same = patient_from_recorded.position_m == patient_from_replayed.position_m &&
+                      patient_from_recorded.rotation == patient_from_replayed.rotation;
+    const patient::Pose replayed_from_recorded = patient_from_replayed.inverse() * patient_from_recorded;
+    haptics::Trace hand;
+    for (std::size_t i = 0; i < record.inputs.size(); ++i) {
+        const haptics::DeviceState& device = record.inputs[i].device;
+        if (device.fresh == 0 && !hand.samples.empty()) continue;
+        hand.samples.push_back(
+            {std::llround(double(i) * record.header.settings.dt_s * 1e9),
+             same ? device.device_from_stylus : replayed_from_recorded * device.device_from_stylus,
+             device.buttons});
+    }
+    return hand;
+}
+
 }  // namespace
 
 int replay(const ReplayOptions& options) {
@@ -49,6 +70,8 @@ int replay(const ReplayOptions& options) {
     const std::filesystem::path folder = options.patient.empty() ? info.patient_folder : options.patient;
     const patient::Package package = patient::loadPackage(folder);
     const patient::Patient patient(package);
+    if (!options.save_hand.empty())
+        haptics::saveTrace(handOf(record, deviceBeside(patient.grid())), options.save_hand);
 
     Session session(patient, info.path, info.moments, info.approach_distance_m, nullptr);
     const haptics::Clock clock = monotonicClock();
@@ -71,8 +94,8 @@ int replay(const ReplayOptions& options) {
     totals.haptics.ticks = result.ticks;
     totals.elapsed_s = double(result.ticks) * record.header.settings.dt_s;
     const AttemptFacts facts{
-        info.patient_name,          folder, info.scenario, info.seed, "replay", info.path,
-        record.header.settings.dt_s};
+        info.patient_name,           folder,  info.scenario, info.seed, "replay", info.path,
+        record.header.settings.dt_s, "record"};
     writeResults(patient, facts, session.log(), totals, options.out);
     reportOutcome(record, result);
     return result.equal() ? 0 : 1;

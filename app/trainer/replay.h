@@ -9,7 +9,8 @@ struct ReplayOptions {
     std::filesystem::path record;   // the record's folder, or the attempt's that holds it
     std::filesystem::path patient;  // empty: the one the record names
     std::filesystem::path out;
-    bool fast = false;  // as fast as it goes; else at the pace it was recorded
+    std::filesystem::path save_hand;  // a CSV file for the recorded hand; empty: none
+    bool fast = false;                // as fast as it goes; else at the pace it was recorded
 };
 
 // 0 when every recorded hash is met, 1 when not. Throws patient::DataError.

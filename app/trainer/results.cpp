@@ -49,6 +49,7 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
             {"scenario", facts.scenario},
             {"seed", facts.seed},
             {"clock", facts.clock},
+            {"device", facts.device},
             {"target_hit", log.target_hit()},
             {"path", {{"length_m", facts.path.length_m}, {"quality", facts.path.quality}}},
             {"moments", moments},

@@ -4,8 +4,10 @@
 #include <set>
 
 #include "app/installation.h"
+#include "app/trainer/live_hand.h"
 #include "app/trainer/patient_source.h"
 #include "app/trainer/platform_linux.h"
+#include "haptics/devices/replay.h"
 
 namespace stylet::trainer {
 
@@ -14,6 +16,8 @@ using patient::DataError;
 namespace {
 
 constexpr const char* kRuntimeVariable = "XR_RUNTIME_JSON";
+constexpr const char* kScripted = "scripted";
+constexpr const char* kReplay = "replay";
 
 // The mock runtime's manifest beside this program: in a build tree, or installed.
 std::filesystem::path bundledRuntime() {
@@ -47,6 +51,51 @@ std::string scenariosIn(const std::filesystem::path& folder) {
     return list;
 }
 
+bool isLive(const RunOptions& options) {
+    return options.device != kScripted && options.device != kReplay;
+}
+
+// What goes together on the command line, before anything is made.
+void checkHand(const RunOptions& options) {
+    const auto refuse = [&](const char* option, const std::string& reason) {
+        throw DataError(options.device, option, reason);
+    };
+    if (isLive(options) && options.fast) refuse("--fast", "a hand on a device moves in real time");
+    if (!isLive(options) && options.seconds) refuse("--seconds", "only a hand on a device needs an end");
+    if (options.device == kReplay && options.trace.empty()) refuse("--trace", "missing: the hand's CSV file");
+    if (options.device != kReplay && !options.trace.empty()) refuse("--trace", "only for --device replay");
+    if (isLive(options)) haptics::makeDriver(options.device, options.device_options, monotonicClock());
+}
+
+// The attempt as scripted, or with the hand of a trace in its place.
+Attempt handOf(const RunOptions& options, Attempt attempt) {
+    if (options.device == kReplay) attempt.hand = haptics::loadTrace(options.trace);
+    return attempt;
+}
+
+// The user's device once it is ready, null for any other hand.
+std::unique_ptr<LiveDevice> readyDevice(const RunOptions& options, const haptics::Clock& clock) {
+    if (!isLive(options)) return nullptr;
+    catchInterrupts();
+    auto live = std::make_unique<LiveDevice>(options.device, options.device_options, clock);
+    if (!live->waitUntilReady(interrupted))
+        throw DataError(options.device, "device", "given up before it was ready");
+    return live;
+}
+
+LoopTotals runLive(const RunOptions& options, LiveDevice& live_device, const Attempt& attempt,
+                   Session& session, std::optional<Pictures> pictures, const haptics::Clock& clock) {
+    if (!options.seconds) std::fprintf(stderr, "stylet: the hand is yours; end with Ctrl-C\n");
+    haptics::PolledDevice& device = live_device.device();
+    const LiveHand live{device, [&](double elapsed_s) {
+                            live_device.tellNews();
+                            return interrupted() || elapsed_s >= options.seconds.value_or(elapsed_s + 1.0);
+                        }};
+    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &live);
+    device.stop();
+    return totals;
+}
+
 }  // namespace
 
 std::filesystem::path scenarioFile(const std::string& name) {
@@ -76,6 +125,7 @@ std::optional<Pictures> picturesFor(const patient::Patient& patient, const patie
 }
 
 int run(const RunOptions& options) {
+    checkHand(options);
     needFolder(options.out, "--out");
     const Scenario scenario = loadScenario(scenarioFile(options.scenario));
     const OpenedPatient opened = openPatient(
@@ -83,14 +133,19 @@ int run(const RunOptions& options) {
     const patient::Patient patient(opened.package);
     // Paths are planned for the breath that a commanded hold ends in: end-exhale.
     const patient::PlannedPath path = bestPath(patient, opened.folder, patient::Surrogate{});
-    const Attempt attempt = makeAttempt(patient, scenario, path, options.seed);
+    const haptics::Clock clock = monotonicClock();
+    const auto device = readyDevice(options, clock);
+    const Attempt attempt =
+        device ? makeLiveAttempt(patient, scenario, path, options.seed, device->device().profile())
+               : handOf(options, makeAttempt(patient, scenario, path, options.seed));
     const AttemptFacts facts{opened.package.name,
                              opened.folder,
                              scenario.name,
                              options.seed,
                              options.fast ? "virtual" : "real time",
                              path,
-                             attempt.simulation.dt_s};
+                             attempt.simulation.dt_s,
+                             options.device};
 
     auto pictures = picturesFor(patient, path, options);
     records::RecordWriter record(
@@ -98,9 +153,10 @@ int run(const RunOptions& options) {
         recordInfo(facts, scenario,
                    haptics::outputGain(attempt.simulation.profile, attempt.simulation.output)));
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record);
-    const LoopTotals totals =
-        options.fast ? runFast(attempt, session, std::move(pictures), options.fps.value_or(0.0), workClock())
-                     : runRealTime(attempt, session, std::move(pictures), monotonicClock());
+    const LoopTotals totals = device ? runLive(options, *device, attempt, session, std::move(pictures), clock)
+                              : options.fast ? runFast(attempt, session, std::move(pictures),
+                                                       options.fps.value_or(0.0), workClock())
+                                             : runRealTime(attempt, session, std::move(pictures), clock);
     record.finish();
     if (record.lost())
         std::fprintf(stderr, "stylet: the record ends at tick %llu: the next was lost to a full ring\n",

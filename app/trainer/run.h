@@ -9,6 +9,7 @@
 #include "app/trainer/loops.h"
 #include "app/trainer/results.h"
 #include "app/trainer/scenario.h"
+#include "haptics/devices/devices.h"
 
 namespace stylet::trainer {
 
@@ -22,6 +23,12 @@ struct RunOptions {
     bool fast = false;          // virtual clock
     std::optional<double> fps;  // virtual clock: frames a simulated second, default 0; real time: 0 = none
     bool stats = false, validation = false;
+    // "scripted": the scenario's hand. "replay": the trace's. Else the user's, on a device of that kind,
+    // until Ctrl-C or for so many seconds.
+    std::string device = "scripted";
+    haptics::DeviceOptions device_options;
+    std::filesystem::path trace;
+    std::optional<double> seconds;
 };
 
 // The exit status of the command. Throws patient::DataError.

@@ -17,6 +17,7 @@ constexpr int kReplyWait_ms = 5;
 constexpr int kMissedZero = 3;   // 15 ms: no current any more
 constexpr int kMissedLost = 50;  // 250 ms
 constexpr int kMostWaiting = 64;
+constexpr int kZerosAtEnd = 3;
 
 // A body that seems to turn further between two reports did not: its encoder or the report is wrong.
 constexpr double kMostTurn_rad = 0.2;
@@ -88,8 +89,12 @@ DeviceStage WoodenHaptics::open(std::string& why) {
 
 void WoodenHaptics::close() noexcept {
     if (!port_.isOpen()) return;
+    // The board reads a command only once its report was taken.
     std::string ignored;
-    port_.write(encodeWoodenCurrents({0, 0, 0}), ignored);
+    WoodenReport report;
+    for (int i = 0; i < kZerosAtEnd; ++i)
+        if (!port_.write(encodeWoodenCurrents({0, 0, 0}), ignored) || hear(report, ignored) == Heard::lost)
+            break;
     port_.close();
 }
 

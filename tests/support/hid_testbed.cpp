@@ -119,7 +119,9 @@ HidNode::HidNode(const HidIdentity& id) : testbed_(&Testbed::shared()) {
     tcgetattr(far_, &raw);
     cfmakeraw(&raw);
     tcsetattr(far_, TCSANOW, &raw);
-    near_ = ioctl(far_, TIOCGPTPEER, O_RDWR | O_NOCTTY | O_NONBLOCK);
+    near_ = ioctl(far_, TIOCGPTPEER, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    // A program that the test starts must not keep this end open.
+    fcntl(far_, F_SETFD, FD_CLOEXEC);
     if (near_ < 0) throw std::runtime_error("the node has no other end");
 }
 

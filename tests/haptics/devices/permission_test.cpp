@@ -35,9 +35,9 @@ TEST(Permission, ANodeIsTriedWithoutOpeningIt) {
     chmod(node.c_str(), 0600);
     chmod(folder.path().c_str(), 0755);
     constexpr uid_t kNobody = 65534;
-    ASSERT_EQ(seteuid(kNobody), 0);
+    ASSERT_EQ(setresuid(kNobody, 0, 0), 0);
     const std::string problem = accessProblem(node);
-    ASSERT_EQ(seteuid(0), 0);
+    ASSERT_EQ(setresuid(0, 0, 0), 0);
     EXPECT_NE(problem.find("no permission for " + node), std::string::npos) << problem;
 }
 

@@ -226,7 +226,7 @@ TEST_F(WoodenHapticsDriver, ClosingSendsZeroFirst) {
     EXPECT_NE(board.seen().motor_ma, (std::array<int, 3>{}));
     driver.close();
     for (int i = 0; i < 200 && board.seen().motor_ma != std::array<int, 3>{}; ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
     EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{}));
 }
 

@@ -1,0 +1,49 @@
+#include "app/trainer/live_hand.h"
+
+#include <cstdio>
+
+#include "app/trainer/platform_linux.h"
+
+namespace stylet::trainer {
+
+namespace {
+
+constexpr std::int64_t kLook_ns = 20'000'000;
+
+// The loop's thread says it too, and once is enough.
+void takeRealTime() {
+    askForRealTime();
+}
+
+}  // namespace
+
+LiveDevice::LiveDevice(const std::string& kind, const haptics::DeviceOptions& options,
+                       const haptics::Clock& clock)
+    : kind_(kind),
+      clock_(clock),
+      device_(haptics::makeDriver(kind, options, clock), clock,
+              haptics::PolledSettings{.atThreadStart = takeRealTime}) {
+    device_.start();
+}
+
+bool LiveDevice::waitUntilReady(const std::function<bool()>& given_up) {
+    while (device_.stage() != haptics::DeviceStage::ready) {
+        tellNews();
+        if (given_up()) return false;
+        clock_.sleepUntil_ns(clock_.context, clock_.now_ns(clock_.context) + kLook_ns);
+    }
+    tellNews();
+    return true;
+}
+
+void LiveDevice::tellNews() {
+    const haptics::DeviceReport report = device_.report();
+    std::string text = haptics::nameOf(report.stage);
+    if (!report.why.empty()) text += ": " + report.why;
+    if (report.blocked_ns > 0) text += " (it has not answered for a while)";
+    if (text == told_) return;
+    std::fprintf(stderr, "stylet: %s: %s\n", kind_.c_str(), text.c_str());
+    told_ = text;
+}
+
+}  // namespace stylet::trainer

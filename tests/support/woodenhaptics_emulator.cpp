@@ -74,8 +74,11 @@ void WoodenHapticsEmulator::run() {
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
             continue;
         }
-        const auto command = node_.receive(kCommandBytes, 10);
+        auto command = node_.receive(kCommandBytes, 10);
         if (!command) continue;
+        // Of several that wait, the newest counts.
+        while (auto newer = node_.receive(kCommandBytes, 0))
+            command = std::move(newer);
         obey(*command);
         if (fault_.load() != Fault::drop) answered = report();
     }

@@ -19,4 +19,5 @@
 #include "haptics/simulation.h"  // one tick of everything hashed
 #include "haptics/trace.h"       // device traces: recorded or scripted hands
 #include "haptics/rings.h"       // rings and snapshots between threads
+#include "haptics/flight_recorder.h"  // two seconds of history when a fault comes
 #include "haptics/loop.h"        // the loop

@@ -31,12 +31,16 @@ void loopTick(Simulation& simulation, HapticDevice& device, LoopChannels& channe
     // The frame loop sees what the record cannot hold: that it has a gap.
     record.output.faults |= stats.faults & kFaultRingFull;
     channels.latest.publish(record.output);
+    channels.flights.log(record);
 }
 
 LoopStats runLoop(Simulation& simulation, HapticDevice& device, LoopChannels& channels,
                   const Clock& clock) noexcept {
     const std::int64_t period_ns = std::llround(simulation.settings().dt_s * 1e9);
     std::int64_t deadline_ns = clock.now_ns(clock.context);
+    const std::uint64_t warm_up = std::uint64_t(kWarmUp_s / simulation.settings().dt_s);
+    const auto pageFaults = [&] { return clock.pageFaults ? clock.pageFaults(clock.context) : 0; };
+    std::uint64_t faults_before = 0;
     LoopStats stats;
     while (!channels.stop.load(std::memory_order_acquire)) {
         const std::int64_t late_ns = clock.now_ns(clock.context) - deadline_ns;
@@ -45,9 +49,11 @@ LoopStats runLoop(Simulation& simulation, HapticDevice& device, LoopChannels& ch
             deadline_ns += late_ns / period_ns * period_ns;
         }
         loopTick(simulation, device, channels, stats, std::int64_t(stats.ticks) * period_ns, clock);
+        if (stats.ticks == warm_up) faults_before = pageFaults();
         deadline_ns += period_ns;
         clock.sleepUntil_ns(clock.context, deadline_ns);
     }
+    if (stats.ticks > warm_up) stats.page_faults = pageFaults() - faults_before;
     return stats;
 }
 

@@ -5,23 +5,21 @@
 #include <cstdint>
 
 #include "haptics/device.h"
+#include "haptics/flight_recorder.h"
 #include "haptics/rings.h"
 #include "haptics/simulation.h"
 
 namespace stylet::haptics {
 
-// The loop's only access to time, given by app/. Both are called on the haptics thread.
+// The loop's only access to time, given by app/. All are called on the haptics thread.
 struct Clock {
     void* context = nullptr;
     std::int64_t (*now_ns)(void* context) noexcept = nullptr;
     void (*sleepUntil_ns)(void* context, std::int64_t t_ns) noexcept = nullptr;
+    // Of the calling thread so far; may be absent.
+    std::uint64_t (*pageFaults)(void* context) noexcept = nullptr;
 };
 
-// One tick as the session gets it: what went in and what came out.
-struct TickRecord {
-    TickInput input;
-    TickOutput output;
-};
 struct EventRecord {
     std::uint64_t tick = 0;
     NeedleEvent event;
@@ -31,13 +29,18 @@ struct LoopStats {
     std::uint64_t ticks = 0, late_ticks = 0;  // late: woke more than one period after its deadline
     double max_step_us = 0.0;                 // of step() alone, device I/O not counted
     std::uint32_t faults = 0;                 // every bit ever seen
+    std::uint64_t page_faults = 0;            // after the first kWarmUp_s
 };
+inline constexpr double kWarmUp_s = 0.5;
 
 struct LoopChannels {
+    explicit LoopChannels(double dt_s = 0.001) : flights(dt_s) {}
+
     Ring<Command> commands{64};      // session -> haptics
     Ring<TickRecord> records{4096};  // haptics -> session
     Ring<EventRecord> events{1024};  // haptics -> session
     Snapshot<TickOutput> latest;     // haptics -> frame loop
+    FlightRecorder flights;          // haptics -> session, after a fault
     std::atomic<bool> stop{false};
 };
 

@@ -10,17 +10,18 @@
 
 namespace stylet::haptics {
 
-// A set bit stays until the run is re-armed. All but kFaultRingFull take the force away.
+// Causes. A set bit stays until the run is re-armed (CommandKind::rearm). All but kFaultRingFull take the
+// force away.
 enum Fault : std::uint32_t {
-    kFaultBadForce = 1u << 0,
-    kFaultStaleInput = 1u << 1,
-    kFaultRingFull = 1u << 2,  // the loop's alone: the session's pace must not enter the hashed state
-    kFaultBadPose = 1u << 3,
-    kFaultOutOfReach = 1u << 4,
-    kFaultOverSpeed = 1u << 5,
-    kFaultDeviceLost = 1u << 6,
-    kFaultHandOff = 1u << 7,
-    kFaultNotFocused = 1u << 8,
+    kFaultBadForce = 1u << 0,       // a model's force, energy or tissue motion is not finite
+    kFaultStaleInput = 1u << 1,     // kStaleInput_s without a fresh good pose
+    kFaultRingFull = 1u << 2,       // the loop's alone: the session's pace must not enter the hashed state
+    kFaultBadPose = 1u << 3,        // isPose() says no
+    kFaultOutOfReach = 1u << 4,     // beyond kReach radii of a known workspace
+    kFaultOverSpeed = 1u << 5,      // kOverSpeed_m_s; once off, anything above kSlowEnough_m_s
+    kFaultDeviceLost = 1u << 6,     // kDeviceReady is not set
+    kFaultHandOff = 1u << 7,        // kDeviceHandOn is not set
+    kFaultNotFocused = 1u << 8,     // by command: CommandKind::focus
     kWaitsForSmallForce = 1u << 9,  // never a fault: only a reason why the force has not begun
 };
 struct FaultText {

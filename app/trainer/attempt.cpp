@@ -25,8 +25,9 @@ patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBr
 constexpr double kRoomOutside_m = 0.02;
 
 haptics::SimulationSettings settingsFor(const patient::Patient& patient, const Scenario& scenario,
-                                        std::uint64_t seed) {
+                                        std::uint64_t seed, double rate_hz) {
     haptics::SimulationSettings settings;
+    settings.dt_s = std::round(1e9 / rate_hz) / 1e9;
     settings.patient_from_device = deviceBeside(patient.grid());
     settings.output.model_tangent_n_per_m =
         haptics::worstTangent(patient.package().tissues, settings.tools.needle);
@@ -40,16 +41,16 @@ haptics::SimulationSettings settingsFor(const patient::Patient& patient, const S
 }  // namespace
 
 Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
-                    const patient::PlannedPath& path, std::uint64_t seed) {
-    const haptics::SimulationSettings settings = settingsFor(patient, scenario, seed);
+                    const patient::PlannedPath& path, std::uint64_t seed, double rate_hz) {
+    const haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
     const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
     return {patient, settings, scriptHand(scenario, path, breath_s, settings, seed)};
 }
 
 Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenario,
                         const patient::PlannedPath& path, std::uint64_t seed,
-                        const haptics::DeviceProfile& profile) {
-    haptics::SimulationSettings settings = settingsFor(patient, scenario, seed);
+                        const haptics::DeviceProfile& profile, double rate_hz) {
+    haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
     settings.profile = profile;
     const double middle = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
     patient::Pose& stand = settings.patient_from_device;

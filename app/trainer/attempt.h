@@ -15,11 +15,12 @@ struct Attempt {
     haptics::Trace hand;  // empty: the user's
 };
 
-// The scenario's hand along `path`, its device beside the patient.
+// The scenario's hand along `path`, its device beside the patient. The period of a tick is `rate_hz`'s, in
+// whole nanoseconds.
 Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
-                    std::uint64_t seed);
+                    std::uint64_t seed, double rate_hz = 1000.0);
 // The user's hand: no trace, and the device stands where the path lies in its workspace.
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
-                        std::uint64_t seed, const haptics::DeviceProfile&);
+                        std::uint64_t seed, const haptics::DeviceProfile&, double rate_hz = 1000.0);
 
 }  // namespace stylet::trainer

@@ -99,6 +99,7 @@ struct FrameLoop::Impl {
     std::optional<render::Gpu> gpu;
     xr::Session session;
     std::optional<render::Renderer> renderer;
+    bool focused = false;
     FrameTotals totals;
     std::vector<double> frame_ms;
 };
@@ -178,6 +179,7 @@ bool FrameLoop::frame(const haptics::TickOutput& shown, const std::string& momen
     const int tries = moment.empty() ? 1 : kMomentTries;
     for (int tried = 0; tried < tries; ++tried) {
         const xr::SessionPhase phase = loop.session.poll();
+        loop.focused = phase == xr::SessionPhase::focused;
         if (phase == xr::SessionPhase::exiting || phase == xr::SessionPhase::lossPending) return false;
         if (!loop.session.running()) {
             if (!loop.virtual_clock) std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -189,6 +191,10 @@ bool FrameLoop::frame(const haptics::TickOutput& shown, const std::string& momen
         std::fprintf(stderr, "stylet: no picture of the moment \"%s\": the runtime is not showing pictures\n",
                      moment.c_str());
     return true;
+}
+
+bool FrameLoop::focused() const {
+    return impl_->focused;
 }
 
 FrameTotals FrameLoop::totals() const {

@@ -41,6 +41,8 @@ class FrameLoop {
     // One frame of what `shown` says; a non-empty moment is captured under that name. False when the session
     // ended.
     bool frame(const haptics::TickOutput& shown, const std::string& moment);
+    // As of the last frame: the session has the focus, which a headset taken off loses.
+    bool focused() const;
     FrameTotals totals() const;
 
   private:

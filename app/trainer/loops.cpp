@@ -70,12 +70,36 @@ std::int64_t tickOf(const Attempt& attempt) {
     return std::llround(attempt.simulation.dt_s * 1e9);
 }
 
+// What the trainee does about the force: the focus as the frame loop sees it, and the act of re-arming. Says
+// on stderr why the force is gone, once a fault.
+class ForceFeed {
+  public:
+    // `focused` is what the simulation has been told.
+    explicit ForceFeed(bool focused) : told_(focused) {}
+    void pass(bool focused, Session& session, haptics::Ring<haptics::Command>& ring) {
+        if (focused != told_ && ring.push({haptics::CommandKind::focus, focused ? 1u : 0u})) told_ = focused;
+        if (session.takeRearm()) ring.push({haptics::CommandKind::rearm, 0});
+        const std::uint32_t fresh = session.log().faults & ~said_ & ~std::uint32_t(haptics::kFaultRingFull);
+        said_ |= fresh;
+        for (const haptics::FaultText& fault : haptics::faultTexts())
+            if ((fresh & fault.bit) != 0)
+                std::fprintf(stderr, "stylet: the force is off: %s; the device's first button re-arms\n",
+                             fault.text);
+    }
+
+  private:
+    bool told_;
+    std::uint32_t said_ = 0;
+};
+
 // The session's thread: commands out at their time, records in, until hand and commands have come to their
 // end, or the user to his. The hand moves with the loop's time, tick * dt, so that is what counts here too: a
 // late loop is waited for.
 void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& session,
-                 LoopChannels& channels, MomentQueue& moments, const Clock& clock, const LiveHand* live) {
+                 LoopChannels& channels, MomentQueue& moments, const std::atomic<bool>& focused,
+                 const Clock& clock, const LiveHand* live) {
     CommandFeed commands(attempt.hand);
+    ForceFeed force(focused.load());
     const std::int64_t dt_ns = tickOf(attempt);
     std::int64_t hand_ns = 0;
     const auto over = [&] {
@@ -86,6 +110,7 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
         commands.until(hand_ns, channels.commands);
         clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
         session.drain(channels);
+        force.pass(focused.load(), session, channels.commands);
         moments.add(session.newMoments());
         hand_ns = std::int64_t(session.log().last_tick) * dt_ns;
     }
@@ -113,10 +138,13 @@ void FrameSource::close() {
 LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<Pictures> pictures,
                        const Clock& clock, const LiveHand* live) {
     haptics::Simulation simulation(attempt.patient, attempt.simulation);
-    LoopChannels channels;
+    LoopChannels channels(attempt.simulation.dt_s);
     MomentQueue moments;
     LoopTotals totals;
     std::atomic<bool> ended{false};
+    const bool worn = pictures.has_value();
+    std::atomic<bool> focused{!worn};
+    if (worn) channels.commands.push({haptics::CommandKind::focus, 0});
     std::exception_ptr failure;
 
     // When something throws here, each thread is told to stop, then joined.
@@ -132,7 +160,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     });
     std::jthread session_thread([&](const std::stop_token& stop) {
         try {
-            sessionLoop(stop, attempt, session, channels, moments, clock, live);
+            sessionLoop(stop, attempt, session, channels, moments, focused, clock, live);
         } catch (...) {
             failure = std::current_exception();
         }
@@ -151,9 +179,11 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
             frames.show(latest, "");
         else
             clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
+        focused.store(!worn || frames.focused());
     }
     session_thread.join();
     haptics_thread.join();
+    channels.flights.finish();
     if (failure) std::rethrow_exception(failure);
     session.drain(channels);
     moments.add(session.newMoments());
@@ -167,9 +197,10 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
                    const Clock& clock) {
     haptics::Simulation simulation(attempt.patient, attempt.simulation);
     haptics::ReplayDevice device(attempt.hand, 0, attempt.simulation.profile);
-    LoopChannels channels;
+    LoopChannels channels(attempt.simulation.dt_s);
     LoopTotals totals;
     CommandFeed commands(attempt.hand);
+    ForceFeed force(true);
     FrameSource frames(std::move(pictures));
     const std::int64_t dt_ns = tickOf(attempt);
     double next_frame_s = 0.0;
@@ -179,6 +210,7 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
         commands.until(now_ns, channels.commands);
         loopTick(simulation, device, channels, totals.haptics, now_ns, clock);
         session.drain(channels);
+        force.pass(true, session, channels.commands);
         for (const Moment& moment : session.newMoments())
             frames.show(moment.shown, moment.name);
         if (!frames.open() || fps <= 0.0 || double(now_ns) * 1e-9 < next_frame_s) continue;
@@ -186,6 +218,8 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
         frames.show(latest, "");
         next_frame_s += 1.0 / fps;
     }
+    channels.flights.finish();
+    session.drain(channels);
     totals.elapsed_s = double(totals.haptics.ticks) * attempt.simulation.dt_s;
     totals.pictures = frames.totals();
     return totals;

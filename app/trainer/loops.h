@@ -26,11 +26,12 @@ struct LiveHand {
 
 // Haptics and session on threads of their own, frames on the caller's as fast as the runtime takes them;
 // moments are drawn before anything else, and all of them before the loop returns. `clock` must be steady.
+// With pictures the force follows the focus: it begins when the headset has it, and goes with it.
 LoopTotals runRealTime(const Attempt&, Session&, std::optional<Pictures>, const haptics::Clock& clock,
                        const LiveHand* live = nullptr);
 
-// One thread, virtual time; `fps` frames a simulated second besides the moments. The same inputs every time.
-// The clock only times the steps.
+// One thread, virtual time; `fps` frames a simulated second besides the moments. The same inputs every time:
+// nobody wears the headset, so the focus does not enter. The clock only times the steps.
 LoopTotals runFast(const Attempt&, Session&, std::optional<Pictures>, double fps,
                    const haptics::Clock& clock);
 
@@ -39,6 +40,8 @@ class FrameSource {
   public:
     explicit FrameSource(std::optional<Pictures> pictures) : pictures_(std::move(pictures)) {}
     bool open() const { return pictures_.has_value(); }
+    // There are pictures, and who wears the headset sees them.
+    bool focused() const { return pictures_ && (!pictures_->focused || pictures_->focused()); }
     void show(const haptics::TickOutput&, const std::string& moment);
     PictureTotals totals() const { return pictures_ ? pictures_->totals() : last_; }
 

@@ -40,6 +40,9 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
         ->check(CLI::Range(0.5, 5.0))
         ->capture_default_str();
+    run->add_option("--rate-hz", o.rate_hz, "ticks a second of the haptics loop")
+        ->check(CLI::Range(1000.0, 4000.0))
+        ->capture_default_str();
     run->add_option("--out", o.out, "folder for summary, pictures and record")->required();
     run->add_flag("--headless", o.headless, "use the bundled mock runtime unless XR_RUNTIME_JSON names one");
     run->add_flag("--fast", o.fast, "virtual clock: as fast as it goes, the same hash every time");

@@ -35,6 +35,7 @@ struct PictureTotals {
 struct Pictures {
     std::function<bool(const haptics::TickOutput& shown, const std::string& moment)> frame;
     std::function<PictureTotals()> totals;
+    std::function<bool()> focused = nullptr;  // as of the last frame; absent: always
 };
 
 // Empty when no pictures can be made; then `why_not` is one line: what was looked for, where, what was

@@ -38,7 +38,7 @@ std::optional<Pictures> openPictures(const patient::Patient& patient, const pati
         return Pictures{[loop](const haptics::TickOutput& shown, const std::string& moment) {
                             return loop->frame(shown, moment);
                         },
-                        [loop] { return totalsOf(*loop); }};
+                        [loop] { return totalsOf(*loop); }, [loop] { return loop->focused(); }};
     } catch (const std::runtime_error& e) {
         why_not = e.what();
         return std::nullopt;

@@ -35,31 +35,49 @@ void sleepUntil(void*, std::int64_t t_ns) noexcept {
     }
 }
 
+std::uint64_t pageFaults(void*) noexcept {
+    rusage usage{};
+    getrusage(RUSAGE_THREAD, &usage);
+    return std::uint64_t(usage.ru_minflt) + std::uint64_t(usage.ru_majflt);
+}
+
+// More than the loop's calls go down. Where memory cannot be locked, this much has at least been touched.
+void touchStack() noexcept {
+    constexpr std::size_t kStack = 256 * 1024, kPage = 4096;
+    [[maybe_unused]] volatile unsigned char stack[kStack];
+    for (std::size_t i = 0; i < kStack; i += kPage)
+        stack[i] = 0;
+}
+
 }  // namespace
 
 haptics::Clock monotonicClock() noexcept {
-    return {nullptr, now<CLOCK_MONOTONIC>, sleepUntil};
+    return {nullptr, now<CLOCK_MONOTONIC>, sleepUntil, pageFaults};
 }
 
 haptics::Clock workClock() noexcept {
-    return {nullptr, now<CLOCK_THREAD_CPUTIME_ID>, nullptr};
+    return {nullptr, now<CLOCK_THREAD_CPUTIME_ID>, nullptr, nullptr};
 }
 
 std::string askForRealTime() {
-    std::string refused;
+    touchStack();
+    const std::string user = environment("USER").empty() ? "*" : environment("USER");
+    std::string refused, lines;
     sched_param parameter{};
     parameter.sched_priority = kPriority;
-    if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter))
+    if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter)) {
         refused = std::string("real-time priority (") + std::strerror(error) + ")";
+        lines = "\"" + user + " - rtprio 90\"";
+    }
     // What is mapped now is all the loop ever touches; later allocations belong to others and stay pageable.
-    if (mlockall(MCL_CURRENT) != 0)
+    if (mlockall(MCL_CURRENT) != 0) {
         refused +=
             std::string(refused.empty() ? "" : " and ") + "locked memory (" + std::strerror(errno) + ")";
+        lines += std::string(lines.empty() ? "" : " and ") + "\"" + user + " - memlock unlimited\"";
+    }
     if (refused.empty()) return {};
-    const std::string user = environment("USER").empty() ? "*" : environment("USER");
-    return "no " + refused + ": the 1 kHz loop may be late. Put the lines \"" + user +
-           " - rtprio 90\" and \"" + user +
-           " - memlock unlimited\" into /etc/security/limits.d/stylet.conf and log in again.";
+    return "no " + refused + ": the haptics loop may be late. Put " + lines +
+           ", a line each, into /etc/security/limits.d/stylet.conf and log in again.";
 }
 
 void catchInterrupts() noexcept {

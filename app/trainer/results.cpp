@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <glm/geometric.hpp>
@@ -9,6 +10,7 @@
 
 #include "app/report/curve.h"
 #include "app/report/slices.h"
+#include "app/trainer/flight.h"
 
 namespace stylet::trainer {
 
@@ -32,6 +34,14 @@ json punctureJson(const patient::Patient& patient, const haptics::EventRecord& r
             {"force_before_n", event.force_before_n},
             {"force_after_n", event.force_after_n},
             {"tick", record.tick}};
+}
+
+json controllerJson(const ControllerLog& c) {
+    const double ticks = std::max(1.0, double(c.contact_ticks));
+    return {{"contact_ticks", c.contact_ticks},
+            {"felt_share", double(c.felt_ticks) / ticks},
+            {"peak_n", c.peak_n},
+            {"rms_n", std::sqrt(c.sum_n2 / ticks)}};
 }
 
 json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, const SessionLog& log,
@@ -60,7 +70,10 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
              {{"ticks", haptics.ticks},
               {"rate_hz", totals.elapsed_s > 0.0 ? double(haptics.ticks) / totals.elapsed_s : 0.0},
               {"late_ticks", haptics.late_ticks},
+              {"page_faults", haptics.page_faults},
               {"faults", haptics.faults | log.faults},
+              {"fault_names", faultNames(haptics.faults | log.faults)},
+              {"controller", controllerJson(log.controller)},
               {"max_step_us", haptics.max_step_us}}},
             {"frames", totals.pictures.frames},
             {"validation_messages", totals.pictures.validation_messages},
@@ -126,6 +139,8 @@ void writeResults(const patient::Patient& patient, const AttemptFacts& facts, co
                       folder / "force-depth.png");
     if (const haptics::TickOutput* tick = sliceTick(log))
         report::drawSlices(patient, needlePicture(facts, log, *tick), folder / "slices.png");
+    for (std::size_t i = 0; i < log.flights.size(); ++i)
+        writeFlight(log.flights[i], facts.dt_s, folder / ("flight-" + std::to_string(i + 1) + ".csv"));
     writeText(folder / "summary.json",
               summaryJson(patient, facts, log, totals).dump(2, ' ', false, json::error_handler_t::replace));
 }
@@ -147,6 +162,9 @@ void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTo
                 static_cast<unsigned long long>(totals.haptics.late_ticks), totals.haptics.max_step_us,
                 static_cast<unsigned long long>(totals.pictures.frames),
                 records::hexOf(log.state_hash).c_str());
+    const std::uint32_t faults = totals.haptics.faults | log.faults;
+    for (const haptics::FaultText& fault : haptics::faultTexts())
+        if ((faults & fault.bit) != 0) std::printf("  fault %s: %s\n", fault.name, fault.text);
     if (skips)
         for (const auto& [name, count] : totals.pictures.skips)
             std::printf("  skipped: %-20s %llu\n", name.c_str(), static_cast<unsigned long long>(count));

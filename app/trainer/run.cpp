@@ -136,8 +136,9 @@ int run(const RunOptions& options) {
     const haptics::Clock clock = monotonicClock();
     const auto device = readyDevice(options, clock);
     const Attempt attempt =
-        device ? makeLiveAttempt(patient, scenario, path, options.seed, device->device().profile())
-               : handOf(options, makeAttempt(patient, scenario, path, options.seed));
+        device ? makeLiveAttempt(patient, scenario, path, options.seed, device->device().profile(),
+                                 options.rate_hz)
+               : handOf(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz));
     const AttemptFacts facts{opened.package.name,
                              opened.folder,
                              scenario.name,

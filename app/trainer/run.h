@@ -19,6 +19,7 @@ struct RunOptions {
     std::uint64_t seed = 1;
     std::filesystem::path out;
     double spacing_mm = 1.0;    // of a reference patient made here
+    double rate_hz = 1000.0;    // of the haptics loop
     bool headless = false;      // the bundled mock runtime unless XR_RUNTIME_JSON names another
     bool fast = false;          // virtual clock
     std::optional<double> fps;  // virtual clock: frames a simulated second, default 0; real time: 0 = none

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <utility>
 
 namespace stylet::trainer {
 
@@ -13,6 +14,7 @@ using haptics::TickRecord;
 
 namespace {
 
+constexpr std::uint32_t kRearmButton = 1u << 0;
 constexpr std::size_t kRecentTicks = 4096;  // as many as the ring between the threads holds
 
 }  // namespace
@@ -34,6 +36,26 @@ void Session::drain(haptics::LoopChannels& channels) {
     EventRecord event;
     while (channels.events.pop(event))
         take(event);
+    std::vector<TickRecord> flight;
+    while (channels.flights.take(flight))
+        if (log_.flights.size() < kMaxFlights) log_.flights.push_back(flight);
+}
+
+bool Session::takeRearm() {
+    return std::exchange(rearm_, false);
+}
+
+void Session::watchForce(const TickRecord& record) {
+    const bool pressed = (record.input.device.buttons & kRearmButton) != 0;
+    if (pressed && !pressed_ && record.output.stage == haptics::ForceStage::off) rearm_ = true;
+    pressed_ = pressed;
+    if (record.output.tool_force.force_n == patient::Vec3(0.0)) return;
+    ControllerLog& controller = log_.controller;
+    const double added_n = glm::length(record.output.controller_device_n);
+    ++controller.contact_ticks;
+    controller.felt_ticks += added_n > kFelt_n;
+    controller.peak_n = std::max(controller.peak_n, added_n);
+    controller.sum_n2 += added_n * added_n;
 }
 
 void Session::take(const TickRecord& record) {
@@ -43,6 +65,7 @@ void Session::take(const TickRecord& record) {
     log_.last_tick = now.tick;
     log_.state_hash = now.state_hash;
     log_.faults |= now.faults;
+    watchForce(record);
     log_.lateral_cut_m = now.lateral_cut_m;
     log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(now.force_n));
     if (now.phase != haptics::Phase::outside) {

@@ -21,6 +21,15 @@ struct Moment {
     haptics::TickOutput shown;
 };
 
+// What the passivity controller added, over the ticks in contact.
+struct ControllerLog {
+    std::uint64_t contact_ticks = 0;
+    std::uint64_t felt_ticks = 0;  // more than kFelt_n
+    double peak_n = 0.0;
+    double sum_n2 = 0.0;
+};
+inline constexpr double kFelt_n = 0.001;
+
 struct SessionLog {
     std::vector<report::ForceSample> curve;       // every tick inside the body
     std::vector<haptics::EventRecord> punctures;  // cuts and entries, in order
@@ -33,9 +42,13 @@ struct SessionLog {
     std::uint64_t ticks = 0;  // received
     std::uint64_t last_tick = 0;
     std::uint64_t state_hash = 0;
-    std::uint32_t faults = 0;
+    std::uint32_t faults = 0;  // every bit ever seen
+    ControllerLog controller;
+    std::vector<std::vector<haptics::TickRecord>> flights;  // of the first kMaxFlights faults
     bool target_hit() const { return target_cut.has_value(); }
 };
+
+inline constexpr std::size_t kMaxFlights = 16;
 
 class Session {
   public:
@@ -51,11 +64,15 @@ class Session {
     void take(const haptics::TickRecord&);
     void take(const haptics::EventRecord&);
 
+    // The explicit act after a fault: the device's first button was pressed while the force was off. Once a
+    // press.
+    bool takeRearm();
     // Moments found since the last call, each exactly once.
     std::vector<Moment> newMoments();
     const SessionLog& log() const { return log_; }
 
   private:
+    void watchForce(const haptics::TickRecord&);
     void settleEvents();
     void onEvent(const haptics::EventRecord&, const haptics::TickOutput&);
     void note(const std::string& moment, const haptics::TickOutput&);
@@ -69,6 +86,7 @@ class Session {
     std::deque<haptics::TickOutput> recent_;  // to look an event's tick up in
     std::deque<haptics::EventRecord> unsettled_;
     std::size_t handed_out_ = 0;
+    bool pressed_ = false, rearm_ = false;
     SessionLog log_;
 };
 

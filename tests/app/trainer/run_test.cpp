@@ -72,6 +72,7 @@ TEST_F(Run, TheSummaryHoldsEveryField) {
     for (const char* field : {"ticks", "rate_hz", "late_ticks", "faults", "max_step_us"})
         EXPECT_TRUE(s.at("haptics").at(field).is_number()) << field;
     EXPECT_EQ(s.at("haptics").at("faults"), 0);
+    EXPECT_EQ(s.at("haptics").at("fault_names"), "none");
     EXPECT_EQ(s.at("haptics").at("late_ticks"), 0);
     EXPECT_EQ(s.at("frames"), 0);
     EXPECT_EQ(hashOf(*demo_).size(), 16u);
@@ -85,6 +86,16 @@ TEST_F(Run, TheSummaryHoldsEveryField) {
         EXPECT_LE(puncture.at("force_before_n").get<double>(), s.at("peak_force_n").get<double>() + 1e-12);
     }
     EXPECT_EQ(s.at("punctures").at(0).at("tissue"), "skin");
+}
+
+// Nobody feels the passivity controller in an ordinary puncture: people notice 0.145 N.
+TEST_F(Run, TheControllerIsNotFeltInTheDemo) {
+    const json& controller = demo_->summary.at("haptics").at("controller");
+    EXPECT_GT(controller.at("contact_ticks").get<int>(), 5000);
+    EXPECT_GT(controller.at("peak_n").get<double>(), 0.0);  // it is at work
+    EXPECT_LT(controller.at("peak_n").get<double>(), 0.02);
+    EXPECT_LT(controller.at("rms_n").get<double>(), 0.002);
+    EXPECT_LT(controller.at("felt_share").get<double>(), 0.1);  // more than 1 mN
 }
 
 TEST_F(Run, TheSameCommandEndsInTheSameHash) {

@@ -1,0 +1,109 @@
+#include "app/trainer/flight.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "app/trainer/platform_linux.h"
+#include "tests/app/trainer/phantom_attempt.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+using test::ductPath;
+using test::ductPhantom;
+using test::shortScenario;
+
+// The short attempt's first seconds; a leap of the device takes the force away at each of `leaps_s`, a press
+// of its button is the act of re-arming.
+Attempt leapingAttempt(const patient::Patient& patient, double seconds, const std::vector<double>& leaps_s,
+                       const std::vector<double>& presses_s) {
+    Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
+    attempt.hand.samples.resize(std::size_t(seconds * 1000.0));
+    for (const double t_s : leaps_s)
+        attempt.hand.samples[std::size_t(t_s * 1000.0)].device_from_stylus.position_m.x += 0.1;
+    for (const double t_s : presses_s)
+        for (std::size_t i = 0; i < 100; ++i)
+            attempt.hand.samples[std::size_t(t_s * 1000.0) + i].buttons = 1;
+    return attempt;
+}
+
+SessionLog play(const patient::Patient& patient, const Attempt& attempt) {
+    Session session(patient, ductPath(), {}, 0.0, nullptr);
+    runFast(attempt, session, std::nullopt, 0.0, {});
+    return session.log();
+}
+
+TEST(Flight, TheButtonRearmsAndEveryFaultIsAFlight) {
+    const patient::Package package = ductPhantom();
+    const patient::Patient patient(package);
+    const SessionLog once = play(patient, leapingAttempt(patient, 4.0, {1.0, 3.0}, {}));
+    EXPECT_EQ(once.faults, haptics::kFaultOverSpeed);
+    EXPECT_EQ(once.flights.size(), 1u);  // already off at the second leap
+    const SessionLog twice = play(patient, leapingAttempt(patient, 4.0, {1.0, 3.0}, {2.0}));
+    EXPECT_EQ(twice.flights.size(), 2u);
+    const SessionLog never = play(patient, leapingAttempt(patient, 4.0, {}, {2.0}));
+    EXPECT_EQ(never.faults, 0u);
+    EXPECT_TRUE(never.flights.empty());
+}
+
+TEST(Flight, TheFileTellsTheFaultTickByTick) {
+    const patient::Package package = ductPhantom();
+    const patient::Patient patient(package);
+    const SessionLog log = play(patient, leapingAttempt(patient, 3.0, {2.5}, {}));
+    ASSERT_EQ(log.flights.size(), 1u);
+    test::TempFolder folder;
+    const std::filesystem::path csv = folder / "flight.csv";
+    writeFlight(log.flights.front(), 0.001, csv);
+    std::ifstream stream(csv);
+    std::string line, fault_line;
+    std::size_t lines = 0, commas = 0;
+    while (std::getline(stream, line)) {
+        const std::size_t here = std::size_t(std::count(line.begin(), line.end(), ','));
+        if (lines++ == 0) commas = here;
+        EXPECT_EQ(here, commas);
+        if (line.starts_with("0,")) fault_line = line;
+    }
+    EXPECT_EQ(lines, 2101u);
+    EXPECT_TRUE(fault_line.starts_with("0,2501,fading,")) << fault_line;
+    EXPECT_NE(fault_line.find(",over-speed,"), std::string::npos) << fault_line;
+    EXPECT_TRUE(line.empty() || line.find(",off,0,over-speed,") != std::string::npos) << line;
+}
+
+TEST(Flight, BitsHaveNames) {
+    EXPECT_EQ(faultNames(0), "none");
+    EXPECT_EQ(faultNames(haptics::kFaultBadPose | haptics::kFaultStaleInput), "stale-input+bad-pose");
+}
+
+// A headset that is put on, and taken off again.
+TEST(Focus, TheForceComesAndGoesWithIt) {
+    const patient::Package package = ductPhantom();
+    const patient::Patient patient(package);
+    const Attempt attempt = leapingAttempt(patient, 2.5, {}, {});
+    std::uint64_t shown_tick = 0;
+    const haptics::Clock clock = monotonicClock();
+    Pictures headset{[&](const haptics::TickOutput& shown, const std::string&) {
+                         shown_tick = shown.tick;
+                         clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + 5'000'000);
+                         return true;
+                     },
+                     [] { return PictureTotals{}; }, [&] { return shown_tick > 300 && shown_tick < 1500; }};
+    Session session(patient, ductPath(), {}, 0.0, nullptr);
+    runRealTime(attempt, session, std::move(headset), clock);
+    const SessionLog& log = session.log();
+    EXPECT_EQ(log.faults & ~std::uint32_t(haptics::kFaultRingFull), haptics::kFaultNotFocused);
+    ASSERT_EQ(log.flights.size(), 1u);
+    for (const haptics::TickRecord& record : log.flights.front()) {
+        if (record.output.tick >= 100 && record.output.tick <= 300) {
+            EXPECT_EQ(record.output.stage, haptics::ForceStage::waiting);
+            EXPECT_EQ(record.output.awaited, haptics::kFaultNotFocused);
+        }
+    }
+    EXPECT_EQ(log.flights.front().back().output.stage, haptics::ForceStage::off);
+    EXPECT_EQ(log.flights.front().back().output.sent_device_n, patient::Vec3(0.0));
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -1,0 +1,32 @@
+// Faults injected by the million: how long the last of each kind's force lasts.
+#include <cstdio>
+
+#include "tests/bench/bench.h"
+#include "tests/haptics/fault_injection.h"
+
+namespace stylet::bench {
+namespace {
+
+void addRow(std::vector<Row>& rows, const char* where, const test::InjectionTotals& totals, double time_ms) {
+    char note[200];
+    std::snprintf(note, sizeof note, "%s: %llu injections, %llu failed; %s", where,
+                  static_cast<unsigned long long>(totals.injections),
+                  static_cast<unsigned long long>(totals.failures),
+                  totals.failures > 0 ? totals.first_failure.c_str() : "each in time and by name");
+    rows.push_back({"haptics.fault_injection", "injections", double(totals.injections), time_ms,
+                    1e3 * totals.slowest(), "ms to zero force", "20 ms", note});
+}
+
+void run(std::vector<Row>& rows) {
+    auto began = std::chrono::steady_clock::now();
+    const test::InjectionTotals stage = test::injectIntoOutput(1'000'000, 11);
+    addRow(rows, "output stage", stage, elapsed_ms(began));
+    began = std::chrono::steady_clock::now();
+    const test::InjectionTotals whole = test::injectIntoSimulation(100'000, 12);
+    addRow(rows, "whole simulation", whole, elapsed_ms(began));
+}
+
+const Registration registration("haptics.fault_injection", run);
+
+}  // namespace
+}  // namespace stylet::bench

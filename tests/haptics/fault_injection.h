@@ -1,0 +1,44 @@
+// Faults put into a running output stage, and into a whole simulation, at random moments: every one has to
+// end in zero force within 20 ms, and to leave its name. Shared by test and bench.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "haptics/haptics.h"
+
+namespace stylet::test {
+
+enum class Injected : std::uint8_t {
+    unplugged,
+    handOff,
+    focusLost,
+    poseNotFinite,
+    rotationNotUnit,
+    farAway,
+    leap,
+    outOfReach,
+    silence,
+    forceNotFinite,  // the last three are the model's: only into the output stage
+    tissueNotFinite,
+    energyNotFinite
+};
+inline constexpr int kInjectedCount = 12;
+const char* injectedName(Injected);
+
+struct InjectionTotals {
+    std::uint64_t injections = 0, failures = 0;
+    std::array<std::uint64_t, kInjectedCount> by_cause{};
+    std::array<double, kInjectedCount> slowest_s{};  // from the first bad tick to the last force
+    double slowest() const;
+    std::string first_failure;
+};
+
+// At 1, 2 and 4 kHz, on three devices, at any level of the start ramp, lasting from one tick to for ever, the
+// springs and the breath moving on.
+InjectionTotals injectIntoOutput(std::uint64_t count, std::uint64_t seed);
+// The same at 1 kHz through needle, breath and registration, all along the scripted puncture.
+InjectionTotals injectIntoSimulation(std::uint64_t count, std::uint64_t seed);
+
+}  // namespace stylet::test

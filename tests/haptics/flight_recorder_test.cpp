@@ -1,0 +1,104 @@
+#include "haptics/flight_recorder.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace stylet::haptics {
+namespace {
+
+// Ticks counted from 1, with faults from `from` on.
+void log(FlightRecorder& recorder, std::uint64_t first, std::uint64_t last, std::uint32_t faults = 0) {
+    TickRecord record;
+    record.output.faults = faults;
+    for (std::uint64_t tick = first; tick <= last; ++tick) {
+        record.output.tick = tick;
+        record.input.device.buttons = std::uint32_t(tick);
+        recorder.log(record);
+    }
+}
+
+TEST(FlightRecorder, KeepsTwoSecondsBeforeAFaultAndATenthAfter) {
+    FlightRecorder recorder(0.001);
+    std::vector<TickRecord> flight;
+    log(recorder, 1, 10000);
+    EXPECT_FALSE(recorder.take(flight));
+    log(recorder, 10001, 10100, kFaultBadPose);
+    EXPECT_FALSE(recorder.take(flight));
+    log(recorder, 10101, 10101, kFaultBadPose);
+    ASSERT_TRUE(recorder.take(flight));
+    ASSERT_EQ(flight.size(), 2100u);
+    for (std::size_t i = 0; i < flight.size(); ++i)
+        ASSERT_EQ(flight[i].output.tick, 8002 + i);
+    EXPECT_EQ(flight.front().input.device.buttons, 8002u);
+    EXPECT_FALSE(recorder.take(flight));
+    log(recorder, 10102, 20000, kFaultBadPose);  // the same fault goes on
+    EXPECT_FALSE(recorder.take(flight));
+    log(recorder, 20001, 20500);  // re-armed
+    log(recorder, 20501, 20700, kFaultBadPose);
+    EXPECT_TRUE(recorder.take(flight));
+}
+
+TEST(FlightRecorder, AnotherBitIsAnotherFlightAndAShortSessionAShortOne) {
+    FlightRecorder recorder(0.00025);
+    std::vector<TickRecord> flight;
+    log(recorder, 1, 10);
+    log(recorder, 11, 411, kFaultHandOff);
+    ASSERT_TRUE(recorder.take(flight));
+    EXPECT_EQ(flight.size(), 411u);
+    log(recorder, 412, 900, kFaultHandOff | kFaultDeviceLost);
+    EXPECT_TRUE(recorder.take(flight));
+    EXPECT_EQ(flight.front().output.tick, 412u);
+}
+
+TEST(FlightRecorder, AnUntakenFlightIsKeptAndTheNextCounted) {
+    FlightRecorder recorder(0.001);
+    std::vector<TickRecord> flight;
+    log(recorder, 1, 200, kFaultBadPose);
+    log(recorder, 201, 300);
+    log(recorder, 301, 500, kFaultBadForce);
+    EXPECT_EQ(recorder.missed(), 1u);
+    ASSERT_TRUE(recorder.take(flight));
+    EXPECT_EQ(flight.front().output.tick, 1u);
+}
+
+TEST(FlightRecorder, AtTheEndARunningCountdownIsAFlight) {
+    FlightRecorder recorder(0.001);
+    std::vector<TickRecord> flight;
+    log(recorder, 1, 50);
+    recorder.finish();
+    EXPECT_FALSE(recorder.take(flight));
+    log(recorder, 51, 60, kFaultOverSpeed);
+    recorder.finish();
+    ASSERT_TRUE(recorder.take(flight));
+    EXPECT_EQ(flight.size(), 60u);
+}
+
+// For ThreadSanitizer: one thread logs, another takes.
+TEST(FlightRecorder, ManyFlightsBetweenTwoThreads) {
+    FlightRecorder recorder(0.01);
+    std::atomic<bool> ended{false};
+    std::thread haptics([&] {
+        for (std::uint64_t i = 0; i < 300; ++i)
+            log(recorder, 100 * i + 1, 100 * i + 100, i % 2 == 0 ? kFaultBadPose : 0u);
+        ended.store(true);
+    });
+    std::vector<TickRecord> flight;
+    std::uint64_t taken = 0;
+    const auto takeAll = [&] {
+        while (recorder.take(flight)) {
+            ++taken;
+            for (std::size_t i = 1; i < flight.size(); ++i)
+                ASSERT_EQ(flight[i].output.tick, flight[i - 1].output.tick + 1);
+        }
+    };
+    while (!ended.load())
+        takeAll();
+    haptics.join();
+    takeAll();
+    EXPECT_EQ(taken + recorder.missed(), 150u);
+    EXPECT_GE(taken, 1u);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 namespace stylet::test {
@@ -183,6 +184,9 @@ std::vector<std::uint8_t> BridgeEmulator::state(std::uint32_t force, std::int64_
     if (fault == BridgeFault::past) sampled_ns -= 1'000'000'000;
     if (fault == BridgeFault::frozen) sampled_ns = frozen_ns_ == 0 ? frozen_ns_ = now_ns : frozen_ns_;
     std::array<double, 3> position = script_.position_m;
+    if (moving_ns_ == 0) moving_ns_ = now_ns;
+    const double turns = 1e-9 * double(now_ns - moving_ns_) / script_.period_s;
+    position[2] -= 0.5 * script_.stroke_m * (1.0 - std::cos(2.0 * std::numbers::pi * turns));
     if (fault == BridgeFault::notFinite) position[random() % 3] = std::numeric_limits<double>::quiet_NaN();
     if (fault == BridgeFault::farAway) position[0] = 1e6;
 

@@ -39,6 +39,7 @@ struct BridgeScript {
     std::int64_t stall_ns = 0;
     std::uint32_t seed = 1;
     std::array<double, 3> position_m{0.0, 0.0, 0.1};
+    double stroke_m = 0.0, period_s = 1.0;  // it goes down z by the stroke and back
     double force_peak_n = 3.3;
     std::string name = "emulated Touch";
 };
@@ -69,7 +70,7 @@ class BridgeEmulator {
 
     BridgeScript script_;
     std::vector<std::uint8_t> in_, withheld_;
-    std::int64_t release_ns_ = 0, fault_began_ns_ = 0, frozen_ns_ = 0;
+    std::int64_t release_ns_ = 0, fault_began_ns_ = 0, frozen_ns_ = 0, moving_ns_ = 0;
     std::uint32_t sent_ = 0, noise_, last_in_ = 0;
     std::uint64_t answered_ = 0;
     bool greeted_ = false, byed_ = false, tripped_ = true;

@@ -1,5 +1,6 @@
-// stylet-bridge-emulator PATH ANSWERS: the emulated bridge as a process that is killed by SIGKILL after so
-// many answers, in the middle of the next one. 0: never.
+// stylet-bridge-emulator PATH ANSWERS STROKE_M: the emulated bridge as a process that is killed by SIGKILL
+// after so many answers, in the middle of the next one. The stylus moves by the stroke and back in two
+// seconds.
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -12,7 +13,7 @@
 #include "tests/support/bridge_emulator.h"
 
 int main(int argc, char** argv) {
-    if (argc != 3) return 2;
+    if (argc != 4) return 2;
     const auto answers = std::strtoull(argv[2], nullptr, 10);
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -24,14 +25,17 @@ int main(int argc, char** argv) {
     while (true) {
         const int client = ::accept(listener, nullptr, nullptr);
         if (client < 0) return 1;
-        stylet::test::BridgeEmulator emulator({});
+        stylet::test::BridgeScript script;
+        script.stroke_m = std::strtod(argv[3], nullptr);
+        script.period_s = 2.0;
+        stylet::test::BridgeEmulator emulator(script);
         std::vector<std::uint8_t> out;
         std::uint8_t bytes[4096];
         for (bool on = true; on;) {
             const ssize_t got = ::recv(client, bytes, sizeof bytes, 0);
             if (got <= 0) break;
             on = emulator.receive({bytes, std::size_t(got)}, stylet::test::monotonicNow_ns(), out);
-            const bool dies = answers != 0 && emulator.answered() > answers;
+            const bool dies = emulator.answered() > answers;
             ::send(client, out.data(), dies ? out.size() / 2 : out.size(), MSG_NOSIGNAL);
             if (dies) std::raise(SIGKILL);
             out.clear();

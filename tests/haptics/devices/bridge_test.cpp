@@ -15,7 +15,9 @@
 #include <vector>
 
 #include "haptics/devices/polled.h"
+#include "haptics/haptics.h"
 #include "tests/support/bridge_emulator.h"
+#include "tests/support/phantom.h"
 #include "tests/support/temp_folder.h"
 
 extern char** environ;
@@ -208,7 +210,7 @@ TEST_F(BridgeProcessTest, KilledInTheMiddleOfAFrameTheForceIsGoneWithin20Ms) {
     std::vector<double> times_ms;
     for (int run = 0; run < 5; ++run) {
         const auto device = start();
-        Process bridge({STYLET_BRIDGE_EMULATOR, path, "60"});
+        Process bridge({STYLET_BRIDGE_EMULATOR, path, "60", "0"});
         state.flags = 0;
         ASSERT_TRUE(tickUntil(*device, [&] { return isReady(); })) << device->report().why;
         std::int64_t alive_ns = test::monotonicNow_ns();
@@ -230,6 +232,54 @@ TEST_F(BridgeProcessTest, KilledInTheMiddleOfAFrameTheForceIsGoneWithin20Ms) {
     std::sort(times_ms.begin(), times_ms.end());
     EXPECT_LE(times_ms[2], 20.0);
     RecordProperty("median_us", int(1e3 * times_ms[2]));
+}
+
+// The same with the needle in tissue and the loop around it: the force that was being sent is zero 20 ticks
+// after the device last said something, with a named fault.
+TEST_F(BridgeProcessTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
+    using enum Tissue;
+    const patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.060}}, 0.001);
+    const patient::Patient patient(package);
+    // The needle goes down the device's z and along the patient's x; it begins 5 mm outside.
+    SimulationSettings settings;
+    settings.patient_from_device.rotation = {0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
+    settings.patient_from_device.position_m = {0.095, 0.0, 0.0};
+    const auto device = start();
+    Process bridge({STYLET_BRIDGE_EMULATOR, path, "2600", "0.030"});
+    settings.profile = device->profile();
+
+    Simulation simulation(patient, settings);
+    LoopChannels channels;
+    LoopStats stats;
+    std::thread loop([&] { stats = runLoop(simulation, *device, channels, kClock); });
+    double before_n = 0.0;
+    int last_fresh = 0, zero = 0, tick = 0;
+    bool was_ready = false;
+    std::uint32_t faults = 0;
+    for (int i = 0; i < 30'000 && zero == 0; ++i) {
+        TickRecord record;
+        while (zero == 0 && channels.records.pop(record)) {
+            ++tick;
+            const double sent_n = glm::length(record.output.sent_device_n);
+            const bool lost = was_ready && !(record.input.device.flags & kDeviceReady);
+            was_ready = was_ready || (record.input.device.flags & kDeviceReady);
+            if (record.input.device.fresh != 0 && !lost) {
+                last_fresh = tick;
+                before_n = std::max(before_n, sent_n);
+            }
+            faults |= record.output.faults;
+            if (lost && sent_n == 0.0) zero = tick;
+        }
+        usleep(1000);
+    }
+    channels.stop.store(true);
+    loop.join();
+    EXPECT_NE(bridge.end(0), 0);  // it killed itself
+    ASSERT_NE(zero, 0) << device->report().why;
+    EXPECT_GT(before_n, 0.05);  // 0.7 N of the model, a tenth of it on so soft a device
+    EXPECT_LE(zero - last_fresh, 20);
+    RecordProperty("ticks_to_zero", zero - last_fresh);
+    EXPECT_NE(faults & (kFaultDeviceLost | kFaultStaleInput), 0u);
 }
 
 TEST_F(BridgeProcessTest, ComesBackWithTheBridgeAfterBackingOff) {

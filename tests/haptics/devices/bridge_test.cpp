@@ -241,6 +241,7 @@ TEST_F(BridgeProcessTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
     const patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.060}}, 0.001);
     const patient::Patient patient(package);
     // The needle goes down the device's z and along the patient's x; it begins 5 mm outside.
+    constexpr double kLoad_n = 0.05;  // 0.7 N of the model, a tenth of it on so soft a device
     SimulationSettings settings;
     settings.patient_from_device.rotation = {0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
     settings.patient_from_device.position_m = {0.095, 0.0, 0.0};
@@ -254,21 +255,20 @@ TEST_F(BridgeProcessTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
     std::thread loop([&] { stats = runLoop(simulation, *device, channels, kClock); });
     double before_n = 0.0;
     int last_fresh = 0, zero = 0, tick = 0;
-    bool was_ready = false;
     std::uint32_t faults = 0;
     for (int i = 0; i < 30'000 && zero == 0; ++i) {
         TickRecord record;
         while (zero == 0 && channels.records.pop(record)) {
             ++tick;
             const double sent_n = glm::length(record.output.sent_device_n);
-            const bool lost = was_ready && !(record.input.device.flags & kDeviceReady);
-            was_ready = was_ready || (record.input.device.flags & kDeviceReady);
-            if (record.input.device.fresh != 0 && !lost) {
-                last_fresh = tick;
-                before_n = std::max(before_n, sent_n);
-            }
-            faults |= record.output.faults;
-            if (lost && sent_n == 0.0) zero = tick;
+            const bool ready = record.input.device.flags & kDeviceReady;
+            faults = record.output.faults;
+            if (ready) before_n = std::max(before_n, sent_n);
+            if (ready && record.input.device.fresh != 0) last_fresh = tick;
+            const bool loaded = before_n > kLoad_n;
+            if (loaded && !ready && sent_n == 0.0) zero = tick;
+            // On a busy machine the bridge may seem silent before there is a load: begun anew.
+            if (!loaded && faults != 0 && ready) channels.commands.push({CommandKind::rearm, 0});
         }
         usleep(1000);
     }
@@ -276,7 +276,6 @@ TEST_F(BridgeProcessTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
     loop.join();
     EXPECT_NE(bridge.end(0), 0);  // it killed itself
     ASSERT_NE(zero, 0) << device->report().why;
-    EXPECT_GT(before_n, 0.05);  // 0.7 N of the model, a tenth of it on so soft a device
     EXPECT_LE(zero - last_fresh, 20);
     RecordProperty("ticks_to_zero", zero - last_fresh);
     EXPECT_NE(faults & (kFaultDeviceLost | kFaultStaleInput), 0u);

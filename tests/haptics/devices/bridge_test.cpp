@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "haptics/devices/bridge/protocol.h"
 #include "haptics/devices/polled.h"
 #include "haptics/haptics.h"
 #include "tests/support/bridge_emulator.h"
@@ -48,6 +49,18 @@ class BridgeDriverTest : public testing::Test {
         return "did not fail";
     }
 
+    // On a busy machine the emulator itself may be silent for 15 ms: then again.
+    std::string pressUntil(const std::string& wanted, const BridgeScript& script, int most = 400) {
+        std::string why;
+        for (int i = 0; i < 10 && why != wanted; ++i) {
+            BridgeServer server(path, script);
+            BridgeDriver driver({.socket_path = path});
+            why = pressUntilItFails(driver, most);
+            if (why != describe(bridge::LinkFault::silent)) break;
+        }
+        return why;
+    }
+
     test::TempFolder folder;
     std::string path = folder / "bridge.sock";
     DeviceState state;
@@ -66,10 +79,11 @@ TEST_F(BridgeDriverTest, WithoutABridgeTheDeviceIsAbsent) {
 }
 
 TEST_F(BridgeDriverTest, ReadsTheEmulatorAndPressesOnIt) {
+    EXPECT_EQ(pressUntil("did not fail", {}, 50), "did not fail");
+    EXPECT_TRUE(ready);
     BridgeServer server(path, {});
     BridgeDriver driver({.socket_path = path});
-    EXPECT_EQ(pressUntilItFails(driver, 50), "did not fail");
-    EXPECT_TRUE(ready);
+    pressUntilItFails(driver, 5);
     EXPECT_STREQ(driver.profile().name, "emulated Touch");
     EXPECT_STREQ(driver.profile().source, "emulator");
     EXPECT_EQ(state.device_from_stylus.position_m, Vec3(0.0, 0.0, 0.1));
@@ -95,12 +109,10 @@ TEST_F(BridgeDriverTest, EveryFaultIsAFailureWithItsName) {
         {BridgeFault::garbage, "a frame does not begin with STBG"},
     };
     for (const auto& [fault, name] : cases) {
-        BridgeServer server(path,
-                            {.fault = fault, .from_answer = 20, .answers = 1000, .stall_ns = 1'000'000'000});
-        BridgeDriver driver({.socket_path = path});
-        EXPECT_EQ(pressUntilItFails(driver), name);
+        const BridgeScript script = {
+            .fault = fault, .from_answer = 20, .answers = 1000, .stall_ns = 1'000'000'000};
+        EXPECT_EQ(pressUntil(name, script), name);
         EXPECT_TRUE(ready);
-        driver.close();
     }
 }
 

@@ -1,6 +1,6 @@
 // Speed against error. A bench is a function that appends rows; it registers itself under its name:
 //   const bench::Registration registration("haptics.sampling_step", run);
-// `stylet-bench [--only PREFIX] [--out FILE.json]` runs those whose name begins with PREFIX.
+// `stylet-bench [--only PREFIX] [--long] [--out FILE.json]` runs those whose name begins with PREFIX.
 #pragma once
 
 #include <algorithm>
@@ -27,6 +27,10 @@ using Bench = void (*)(std::vector<Row>&);
 struct Registration {
     Registration(const char* name, Bench);
 };
+
+// --long: as long as a claim needs, where the usual form only shows that it works.
+bool longForm();
+void setLongForm(bool);
 
 inline double elapsed_ms(std::chrono::steady_clock::time_point since) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - since).count();

@@ -10,6 +10,8 @@
 namespace stylet::bench {
 namespace {
 
+bool long_form = false;
+
 std::vector<std::pair<std::string, Bench>>& registry() {
     static std::vector<std::pair<std::string, Bench>> benches;
     return benches;
@@ -71,21 +73,32 @@ Registration::Registration(const char* name, Bench bench) {
     registry().emplace_back(name, bench);
 }
 
+bool longForm() {
+    return long_form;
+}
+void setLongForm(bool on) {
+    long_form = on;
+}
+
 }  // namespace stylet::bench
 
 int main(int argc, char** argv) {
     std::string only, out;
+    bool is_long = false;
     for (int i = 1; i < argc; ++i) {
         const std::string_view option = argv[i];
         if (i + 1 < argc && option == "--only") {
             only = argv[++i];
         } else if (i + 1 < argc && option == "--out") {
             out = argv[++i];
+        } else if (option == "--long") {
+            is_long = true;
         } else {
-            std::fprintf(stderr, "usage: stylet-bench [--only PREFIX] [--out FILE.json]\n");
+            std::fprintf(stderr, "usage: stylet-bench [--only PREFIX] [--long] [--out FILE.json]\n");
             return 2;
         }
     }
+    stylet::bench::setLongForm(is_long);
     try {
         return stylet::bench::run(only, out);
     } catch (const std::exception& e) {

@@ -1,0 +1,187 @@
+// The loop in real time while lavapipe renders on every core, in turns with cyclictest at the same priority
+// under the same load: what the machine lets anyone have is the yardstick, for both share one host.
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <thread>
+
+#include "app/trainer/platform_linux.h"
+#include "haptics/haptics.h"
+#include "patient/synth/synth.h"
+#include "tests/bench/bench.h"
+#include "tests/render/pictures.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::bench {
+namespace {
+
+using namespace haptics;
+
+constexpr int kAlternations = 3;
+constexpr std::int64_t kPeriod_ns = 1'000'000;
+
+// A needle that goes 80 mm in and out again at up to 40 mm/s.
+class InAndOut final : public HapticDevice {
+  public:
+    explicit InAndOut(const Vec3& skin_m) : skin_m_(skin_m) {}
+    const DeviceProfile& profile() const noexcept override { return profile_; }
+    DeviceState read(std::int64_t now_ns) noexcept override {
+        const double depth_m = 0.035 - 0.045 * std::cos(0.9 * 1e-9 * double(now_ns));
+        DeviceState state;
+        state.device_from_stylus = {
+            Quat(0.70710678118654752, 0.0, 0.70710678118654752, 0.0),  // hub to the right
+            skin_m_ - Vec3(depth_m, 0.0, 0.0)};
+        return state;
+    }
+    void send(const Vec3&) noexcept override {}
+
+  private:
+    Vec3 skin_m_;
+    DeviceProfile profile_;
+};
+
+// The monotonic clock; sees each tick end before or after the next deadline.
+struct WatchedClock {
+    Clock clock = trainer::monotonicClock();
+    std::uint64_t ticks = 0, late = 0;
+    std::vector<double> wake_us;  // after the deadline
+    static std::int64_t now(void* self) noexcept {
+        const Clock& c = static_cast<WatchedClock*>(self)->clock;
+        return c.now_ns(c.context);
+    }
+    static void sleepUntil(void* self, std::int64_t t_ns) noexcept {
+        WatchedClock& w = *static_cast<WatchedClock*>(self);
+        ++w.ticks;
+        w.late += w.clock.now_ns(w.clock.context) > t_ns;
+        w.clock.sleepUntil_ns(w.clock.context, t_ns);
+        if (w.wake_us.size() < w.wake_us.capacity())
+            w.wake_us.push_back(1e-3 * double(w.clock.now_ns(w.clock.context) - t_ns));
+    }
+};
+
+struct Late {
+    double share = 0.0;  // of ticks that ended after their next deadline
+    double median_us = 0.0, p99_us = 0.0;
+};
+
+Late ourLoop(const patient::Patient& patient, const Vec3& skin_m, double seconds) {
+    Simulation simulation(patient, {});
+    InAndOut device(skin_m);
+    LoopChannels channels;
+    WatchedClock watched;
+    watched.wake_us.reserve(std::size_t(seconds * 1100.0));
+    std::string refused;
+    std::thread haptics([&] {
+        refused = trainer::askForRealTime();
+        runLoop(simulation, device, channels, {&watched, WatchedClock::now, WatchedClock::sleepUntil});
+    });
+    const auto began = std::chrono::steady_clock::now();
+    TickRecord record;
+    EventRecord event;
+    while (elapsed_ms(began) < 1e3 * seconds) {
+        while (channels.records.pop(record)) {
+        }
+        while (channels.events.pop(event)) {
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    channels.stop.store(true);
+    haptics.join();
+    if (!refused.empty()) throw std::runtime_error(refused);
+    return {double(watched.late) / double(watched.ticks), quantile(watched.wake_us, 0.5),
+            quantile(watched.wake_us, 0.99)};
+}
+
+// cyclictest's ticks that woke a period or more after their deadline. Throws when it cannot be run.
+Late cyclictest(double seconds) {
+    char command[160];
+    std::snprintf(command, sizeof command, "cyclictest -q -m -t 1 -p 80 -i 1000 -D %d -h 1000 2>&1",
+                  int(seconds));
+    std::FILE* pipe = popen(command, "r");
+    if (!pipe) throw std::runtime_error("cyclictest cannot be started");
+    std::vector<double> counts;  // by microsecond
+    double total = 0.0, over = 0.0;
+    char line[256];
+    while (std::fgets(line, sizeof line, pipe)) {
+        double us = 0.0, count = 0.0;
+        if (std::sscanf(line, "# Histogram Overflows: %lf", &count) == 1)
+            over = count;
+        else if (std::sscanf(line, "%lf %lf", &us, &count) == 2)
+            counts.push_back(count), total += count;
+    }
+    if (pclose(pipe) != 0 || total == 0.0) throw std::runtime_error("cyclictest failed: install rt-tests");
+    total += over;
+    const auto below = [&](double share) {
+        double sum = 0.0;
+        std::size_t us = 0;
+        while (us < counts.size() && (sum += counts[us]) < share * total)
+            ++us;
+        return double(us);
+    };
+    return {over / total, below(0.5), below(0.99)};
+}
+
+// Draws both eyes without a pause until it is told to stop.
+class RenderLoad {
+  public:
+    explicit RenderLoad(const patient::Patient& patient)
+        : gpu_({}), renderer_(gpu_, {}, test::assetsFolder()) {
+        renderer_.setPatient(patient);
+        const patient::Grid& grid = patient.grid();
+        scene_.stage_from_patient.position_m =
+            Vec3(0.0, 1.0, 0.0) - grid.origin_m - 0.5 * grid.spacing_m * Vec3(grid.dims - 1);
+        eyes_ = test::stereo(test::lookAt(Vec3(0.35, 1.35, 0.25), Vec3(0.03, 1.0, 0.0), 0.42f), 0.063);
+        draw();
+        thread_ = std::jthread([this](const std::stop_token& stop) {
+            while (!stop.stop_requested())
+                draw();
+        });
+    }
+
+  private:
+    void draw() {
+        scene_.breath.v = scene_.breath.v < 1.0 ? scene_.breath.v + 0.01 : 0.0;
+        renderer_.drawToImages(scene_, eyes_, 640, 640);
+    }
+    render::Gpu gpu_;
+    render::Renderer renderer_;
+    render::RenderScene scene_;
+    std::array<render::View, 2> eyes_;
+    std::jthread thread_;
+};
+
+void run(std::vector<Row>& rows) {
+    if (const std::string why = test::noGpuReason(); !why.empty()) {
+        std::fprintf(stderr, "haptics.loop: %s\n", why.c_str());
+        return;
+    }
+    const double seconds = longForm() ? 60.0 : 10.0;
+    patient::synth::SynthSettings settings;
+    settings.spacing_m = 0.002;
+    settings.defaults = test::tissueDefaults();
+    const patient::Package package = patient::synth::makeReferencePatient(settings);
+    const patient::Patient patient(package);
+    const patient::Grid& grid = patient.grid();
+    Vec3 skin_m = grid.centre({grid.dims.x - 1, grid.dims.y / 2, grid.dims.z / 2});
+    while (patient.at(skin_m, {}).tissue == Tissue::air && skin_m.x > grid.origin_m.x)
+        skin_m.x -= 0.0005;
+
+    const RenderLoad load(patient);
+    for (int i = 1; i <= kAlternations; ++i) {
+        const Late ours = ourLoop(patient, skin_m, seconds), theirs = cyclictest(seconds);
+        char note[160];
+        std::snprintf(
+            note, sizeof note,
+            "late: %.3f %%, cyclictest %.3f %%; woken after %.0f us (p99 %.0f), cyclictest %.0f (p99 %.0f)",
+            1e2 * ours.share, 1e2 * theirs.share, ours.median_us, ours.p99_us, theirs.median_us,
+            theirs.p99_us);
+        rows.push_back({"haptics.loop", "alternation", double(i), 1e-3 * ours.median_us, 1e2 * ours.share,
+                        "% late", "cyclictest, same priority, while lavapipe renders", note});
+    }
+}
+
+const Registration registration("haptics.loop", run);
+
+}  // namespace
+}  // namespace stylet::bench

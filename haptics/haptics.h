@@ -11,6 +11,8 @@
 #include "haptics/touch.h"       // what lies under the skin, for whatever presses on it
 #include "haptics/pad.h"         // a pad of proxies on the skin
 #include "haptics/finger.h"      // the palpating finger
+#include "haptics/probe.h"       // the ultrasound probe, held and parked
+#include "haptics/scalpel.h"     // the scalpel, which opens incisions
 #include "haptics/toolbox.h"     // the tool in hand, the change of tools
 #include "haptics/device.h"      // a device: what it can do, what it says
 #include "haptics/safety.h"      // when a device may push at all; every fault by name

@@ -35,11 +35,13 @@ void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
 
 }  // namespace
 
-Simulation::Simulation(const patient::Patient& patient, const SimulationSettings& settings)
+Simulation::Simulation(const patient::Patient& patient, const SimulationSettings& settings,
+                       const TouchMap* touch)
     : patient_(&patient),
       settings_(settings),
       breath_(settings.breath.value_or(patient::BreathPlan{.rhythm = patient.package().signal})),
       gain_(outputGain(settings.profile, settings.output)) {
+    if (touch) touch_.emplace(*touch);
     state_.tools.in_hand = settings.tools.first;
     state_.hash.add(patient::digest(patient.package()));
     state_.hash.add(settings.scenario_digest);
@@ -60,8 +62,8 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
     ToolForce force;
     events.count = events.dropped = 0;
     if (state_.posed)
-        force =
-            stepTools(state_.tools, settings_.tools, *patient_, state_.patient_from_stylus, breath, events);
+        force = stepTools(state_.tools, settings_.tools, touch(), *patient_, state_.patient_from_stylus,
+                          breath, events);
     force.event = force.event || taken;
     const Pose device_from_patient = settings_.patient_from_device.inverse();
     tick.tool = force;
@@ -95,7 +97,7 @@ bool Simulation::takeCommands(const TickInput& input) noexcept {
                 taken = takeTool(state_.tools, Tool(input.commands[i].value)) || taken;
                 break;
             case CommandKind::park:
-                parkProbe(state_.tools, *patient_,
+                parkProbe(state_.tools, touch(), *patient_,
                           patient::surrogateAt(state_.breathing, breath_, settings_.dt_s),
                           input.commands[i].value != 0);
                 break;
@@ -143,6 +145,8 @@ void Simulation::describe(const ToolForce& force, const Surrogate& breath, TickO
     out.needle_in_guide = tools.guide.snapped;
     out.probe_parked = tools.probe.parked;
     out.patient_from_probe = tools.probe.patient_from_probe;
+    out.probe_touching_share = tools.held_probe.touching_share;
+    out.probe_pressure_pa = tools.held_probe.pressure_pa;
     out.tip_reference_m = needle.channel_reference_m;
     out.breath = breath;
     out.breath_held = state_.breathing.held;

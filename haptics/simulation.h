@@ -29,6 +29,10 @@ struct Command {
     CommandKind kind = CommandKind::marker;
     std::uint32_t value = 0;  // marker: the scenario's moment; others: see there
 };
+// A run in which one is given needs a TouchMap.
+constexpr bool takesToolOnSkin(const Command& c) noexcept {
+    return c.kind == CommandKind::tool && c.value < std::uint32_t(kToolCount) && pressesOnSkin(Tool(c.value));
+}
 inline constexpr int kMaxCommandsPerTick = 8;
 
 struct TickInput {
@@ -67,7 +71,9 @@ struct TickOutput {
     Pose patient_from_needle;  // on the rail while it is snapped in; the last one while another tool is held
     bool needle_in_guide = false;
     bool probe_parked = false;
-    Pose patient_from_probe;    // of the parked one
+    Pose patient_from_probe;            // of the parked one
+    double probe_touching_share = 0.0;  // of the face of the probe in hand: the rest shows nothing
+    double probe_pressure_pa = 0.0;
     Vec3 tip_reference_m{0.0};  // where the needle's tissue is looked up
     patient::Surrogate breath;
     bool breath_held = false;
@@ -88,7 +94,9 @@ struct TickOutput {
 
 class Simulation {
   public:
-    Simulation(const patient::Patient&, const SimulationSettings&);
+    // `touch`: what finger, probe and scalpel press on; without it they feel nothing. While none of them is
+    // taken the hash is the same with and without.
+    Simulation(const patient::Patient&, const SimulationSettings&, const TouchMap* touch = nullptr);
 
     // Haptics thread. noexcept, no allocation, no lock, no I/O.
     void step(const TickInput&, TickOutput&, NeedleEvents&) noexcept STYLET_NONBLOCKING;
@@ -103,7 +111,10 @@ class Simulation {
     void hashTick(const TickInput&) noexcept;
     void describe(const ToolForce&, const patient::Surrogate& breath, TickOutput&) const noexcept;
 
+    const TouchTools* touch() const noexcept { return touch_ ? &*touch_ : nullptr; }
+
     const patient::Patient* patient_;
+    std::optional<TouchTools> touch_;
     SimulationSettings settings_;
     patient::BreathPlan breath_;
     SimulationState state_;

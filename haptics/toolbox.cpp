@@ -14,9 +14,16 @@ bool isOutside(const Patient& patient, const Surrogate& breath, const Vec3& tip_
 }
 
 // Returns how far the breath has carried the probe.
-Vec3 carryProbe(ParkedProbe& probe, const Patient& patient, const Surrogate& breath) noexcept {
+Vec3 carryProbe(ParkedProbe& probe, const TouchTools* touch, const Patient& patient,
+                const Surrogate& breath) noexcept {
     if (!probe.parked) return Vec3(0.0);
-    const Vec3 now = patient::deformedFromReference(patient.package().motion, breath, probe.skin_reference_m);
+    const patient::MotionModel& motion = patient.package().motion;
+    if (touch) {
+        const Vec3 ridden = rideSkin(probe.rider, *touch->map, motion, breath);
+        probe.patient_from_probe.position_m = probe.rider.at_m;
+        return ridden;
+    }
+    const Vec3 now = patient::deformedFromReference(motion, breath, probe.skin_reference_m);
     const Vec3 moved = now - probe.patient_from_probe.position_m;
     probe.patient_from_probe.position_m = now;
     return moved;
@@ -51,6 +58,26 @@ ToolForce stepHeldNeedle(ToolState& s, const ToolSettings& settings, const Patie
     return force;
 }
 
+ToolForce stepOnSkin(ToolState& s, const TouchTools& touch, const Patient& patient,
+                     const Surrogate& breath) noexcept {
+    const patient::MotionModel& motion = patient.package().motion;
+    switch (s.in_hand) {
+        case Tool::finger:
+            return stepFinger(s.finger, touch.finger, touch.finger_pad, *touch.map, motion,
+                              s.patient_from_tool, breath);
+        case Tool::probe:
+            return stepProbe(s.held_probe, touch.probe, touch.probe_pad, *touch.map, motion,
+                             s.patient_from_tool, breath);
+        case Tool::scalpel:
+            return stepScalpel(s.scalpel, s.incisions, touch.scalpel, *touch.map, motion, s.patient_from_tool,
+                               breath);
+        case Tool::guide:
+        case Tool::needle:
+            break;
+    }
+    return {};
+}
+
 }  // namespace
 
 bool takeTool(ToolState& s, Tool tool) noexcept {
@@ -60,11 +87,15 @@ bool takeTool(ToolState& s, Tool tool) noexcept {
     if (tool == Tool::probe) s.probe.parked = false;
     if (!holdsNeedle(tool)) s.guide = {};
     s.in_hand = tool;
+    s.finger = {};
+    s.held_probe = {};
+    s.scalpel = {};
     s.waits = s.waits || !keeps_needle;
     return true;
 }
 
-void parkProbe(ToolState& s, const Patient& patient, const Surrogate& breath, bool stay) noexcept {
+void parkProbe(ToolState& s, const TouchTools* touch, const Patient& patient, const Surrogate& breath,
+               bool stay) noexcept {
     if (!stay) {
         s.probe.parked = false;
         return;
@@ -72,21 +103,24 @@ void parkProbe(ToolState& s, const Patient& patient, const Surrogate& breath, bo
     if (s.in_hand != Tool::probe || s.waits) return;
     s.probe.parked = true;
     s.probe.patient_from_probe = s.patient_from_tool * kStylusFromProbe;
-    s.probe.skin_reference_m = patient::referenceFromDeformed(patient.package().motion, breath,
-                                                              s.probe.patient_from_probe.position_m);
+    const patient::MotionModel& motion = patient.package().motion;
+    const Vec3 face_m = s.probe.patient_from_probe.position_m;
+    s.probe.skin_reference_m = patient::referenceFromDeformed(motion, breath, face_m);
+    if (touch) s.probe.rider = parkOnSkin(*touch->map, motion, breath, face_m);
 }
 
-ToolForce stepTools(ToolState& s, const ToolSettings& settings, const Patient& patient,
-                    const Pose& patient_from_stylus, const Surrogate& breath, NeedleEvents& events) noexcept {
+ToolForce stepTools(ToolState& s, const ToolSettings& settings, const TouchTools* touch,
+                    const Patient& patient, const Pose& patient_from_stylus, const Surrogate& breath,
+                    NeedleEvents& events) noexcept {
     s.patient_from_tool = patient_from_stylus;
     events.count = events.dropped = 0;
-    const Vec3 probe_moved_m = carryProbe(s.probe, patient, breath);
+    const Vec3 probe_moved_m = carryProbe(s.probe, touch, patient, breath);
     if (s.waits) {
         if (!isOutside(patient, breath, patient_from_stylus.position_m)) return {};
         s.waits = false;
     }
     if (holdsNeedle(s.in_hand)) return stepHeldNeedle(s, settings, patient, breath, probe_moved_m, events);
-    return {};
+    return touch ? stepOnSkin(s, *touch, patient, breath) : ToolForce{};
 }
 
 void hashTools(StateHash& hash, const ToolState& s) noexcept {
@@ -98,6 +132,9 @@ void hashTools(StateHash& hash, const ToolState& s) noexcept {
         hash.add(s.probe.patient_from_probe);
     }
     if (s.incisions.count > 0) hashIncisions(hash, s.incisions);
+    if (s.in_hand == Tool::finger) hashPad(hash, s.finger.pad);
+    if (s.in_hand == Tool::probe) hashPad(hash, s.held_probe.pad);
+    if (s.in_hand == Tool::scalpel) hashScalpel(hash, s.scalpel);
     if (!holdsNeedle(s.in_hand)) return;
     hash.add(s.patient_from_needle);
     hash.add(s.guide.across_m);

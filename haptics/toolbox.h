@@ -1,8 +1,11 @@
 // The five tools of one hand: which is held, what it meets in a tick. An idle tool costs nothing.
 #pragma once
 
+#include "haptics/finger.h"
 #include "haptics/guide.h"
 #include "haptics/needle.h"
+#include "haptics/probe.h"
+#include "haptics/scalpel.h"
 #include "haptics/tool.h"
 
 namespace stylet::haptics {
@@ -13,13 +16,35 @@ struct ToolSettings {
     GuideSettings guide;
 };
 
+constexpr bool holdsNeedle(Tool tool) noexcept {
+    return tool == Tool::guide || tool == Tool::needle;
+}
+// Finger, probe and scalpel: they need a TouchMap of the patient, and feel nothing without.
+constexpr bool pressesOnSkin(Tool tool) noexcept {
+    return !holdsNeedle(tool);
+}
+
+// What presses on the skin, with its pads made once. The settings are the program's: they are in no record.
+struct TouchTools {
+    explicit TouchTools(const TouchMap& of) noexcept
+        : map(&of), finger_pad(fingerPad(finger)), probe_pad(probePad(probe)) {}
+
+    const TouchMap* map;
+    FingerSettings finger;
+    ProbeSettings probe;
+    ScalpelSettings scalpel;
+    Pad finger_pad, probe_pad;
+};
+
 // Stylus and probe have their tips in common; the probe's +z points the other way, into the body.
 inline const Pose kStylusFromProbe{{0.0, 1.0, 0.0, 0.0}, Vec3(0.0)};
 
-// A probe that was let go of: it keeps its orientation and rides the skin under it, its guide with it.
+// A probe that was let go of: it keeps its orientation and rides the skin along its normal, its guide with it
+// (without a map of the skin it goes wherever the point under it goes).
 struct ParkedProbe {
     bool parked = false;
     Vec3 skin_reference_m{0.0};  // under the face's centre
+    SkinRider rider;
     Pose patient_from_probe;
 };
 
@@ -46,11 +71,10 @@ struct ToolState {
     GuideState guide;
     ParkedProbe probe;
     Incisions incisions;
+    FingerState finger;
+    ProbeState held_probe;
+    ScalpelState scalpel;
 };
-
-constexpr bool holdsNeedle(Tool tool) noexcept {
-    return tool == Tool::guide || tool == Tool::needle;
-}
 
 // All below: haptics thread. noexcept, no allocation.
 
@@ -58,11 +82,12 @@ constexpr bool holdsNeedle(Tool tool) noexcept {
 // first.
 bool takeTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
 // The probe in hand is let go of where it is (`stay`), or a parked one is taken off the skin.
-void parkProbe(ToolState&, const patient::Patient&, const patient::Surrogate& breath,
+void parkProbe(ToolState&, const TouchTools*, const patient::Patient&, const patient::Surrogate& breath,
                bool stay) noexcept STYLET_NONBLOCKING;
-// One tick of the tool in hand, patient frame.
-ToolForce stepTools(ToolState&, const ToolSettings&, const patient::Patient&, const Pose& patient_from_stylus,
-                    const patient::Surrogate& breath, NeedleEvents&) noexcept STYLET_NONBLOCKING;
+// One tick of the tool in hand, patient frame. Without `touch` only the needle is felt.
+ToolForce stepTools(ToolState&, const ToolSettings&, const TouchTools* touch, const patient::Patient&,
+                    const Pose& patient_from_stylus, const patient::Surrogate& breath,
+                    NeedleEvents&) noexcept STYLET_NONBLOCKING;
 
 void hashTools(patient::StateHash&, const ToolState&) noexcept STYLET_NONBLOCKING;
 void hashToolSettings(patient::StateHash&, const ToolSettings&) noexcept;

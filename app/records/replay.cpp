@@ -2,13 +2,30 @@
 
 namespace stylet::records {
 
+namespace {
+
+constexpr int kThreads = 2;  // at load; they do not change the map
+
+// What finger, probe and scalpel press on, where the record takes one of them.
+std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient, const Record& record) {
+    bool presses = haptics::pressesOnSkin(record.header.settings.tools.first);
+    for (const haptics::TickInput& input : record.inputs)
+        for (std::uint32_t i = 0; i < input.command_count; ++i)
+            presses = presses || haptics::takesToolOnSkin(input.commands[i]);
+    if (!presses) return std::nullopt;
+    return haptics::makeTouchMap(patient, patient::makeSkin(patient, kThreads), kThreads);
+}
+
+}  // namespace
+
 ReplayResult replay(const patient::Patient& patient, const Record& record, const EachTick& each) {
     const std::uint64_t digest = patient::digest(patient.package());
     if (digest != record.header.package_digest)
         throw patient::DataError(record.info.patient_folder, "digest",
                                  "this patient is " + hexOf(digest) + ", the record was made on " +
                                      hexOf(record.header.package_digest));
-    haptics::Simulation simulation(patient, record.header.settings);
+    const std::optional<haptics::TouchMap> touch = touchMapFor(patient, record);
+    haptics::Simulation simulation(patient, record.header.settings, touch ? &*touch : nullptr);
     ReplayResult result;
     haptics::TickOutput output;
     haptics::NeedleEvents events;

@@ -2,12 +2,15 @@
 
 #include <cmath>
 #include <glm/common.hpp>
+#include <utility>
 
 #include "app/trainer/hand.h"
 
 namespace stylet::trainer {
 
 namespace {
+
+constexpr int kThreads = 2;  // at load; they do not change the map
 
 patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBreath& scenario,
                                std::uint64_t seed) {
@@ -38,13 +41,25 @@ haptics::SimulationSettings settingsFor(const patient::Patient& patient, const S
     return settings;
 }
 
+std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient,
+                                             const haptics::SimulationSettings& settings,
+                                             const haptics::Trace& hand) {
+    bool presses = haptics::pressesOnSkin(settings.tools.first);
+    for (const haptics::TraceCommand& c : hand.commands)
+        presses = presses || haptics::takesToolOnSkin(c.command);
+    if (!presses) return std::nullopt;
+    return haptics::makeTouchMap(patient, patient::makeSkin(patient, kThreads), kThreads);
+}
+
 }  // namespace
 
 Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
                     const patient::PlannedPath& path, std::uint64_t seed, double rate_hz) {
     const haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
     const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
-    return {patient, settings, scriptHand(scenario, path, breath_s, settings, seed)};
+    haptics::Trace hand = scriptHand(scenario, path, breath_s, settings, seed);
+    std::optional<haptics::TouchMap> touch = touchMapFor(patient, settings, hand);
+    return {patient, settings, std::move(hand), std::move(touch)};
 }
 
 Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenario,
@@ -56,7 +71,7 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
     patient::Pose& stand = settings.patient_from_device;
     stand.position_m =
         glm::mix(path.entry_m, path.target_m, middle) - stand.direction(profile.workspace_centre_m);
-    return {patient, settings, {}};
+    return {patient, settings, {}, touchMapFor(patient, settings, {})};
 }
 
 }  // namespace stylet::trainer

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "app/trainer/scenario.h"
 #include "haptics/trace.h"
@@ -12,7 +13,10 @@ namespace stylet::trainer {
 struct Attempt {
     const patient::Patient& patient;
     haptics::SimulationSettings simulation;
-    haptics::Trace hand;  // empty: the user's
+    haptics::Trace hand;                     // empty: the user's
+    std::optional<haptics::TouchMap> touch;  // where a tool is taken that presses on the skin
+
+    const haptics::TouchMap* touchMap() const noexcept { return touch ? &*touch : nullptr; }
 };
 
 // The scenario's hand along `path`, its device beside the patient. The period of a tick is `rate_hz`'s, in

@@ -137,7 +137,7 @@ void FrameSource::close() {
 
 LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<Pictures> pictures,
                        const Clock& clock, const LiveHand* live) {
-    haptics::Simulation simulation(attempt.patient, attempt.simulation);
+    haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
     LoopChannels channels(attempt.simulation.dt_s);
     MomentQueue moments;
     LoopTotals totals;
@@ -195,7 +195,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
 
 LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictures> pictures, double fps,
                    const Clock& clock) {
-    haptics::Simulation simulation(attempt.patient, attempt.simulation);
+    haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
     haptics::ReplayDevice device(attempt.hand, 0, attempt.simulation.profile);
     LoopChannels channels(attempt.simulation.dt_s);
     LoopTotals totals;

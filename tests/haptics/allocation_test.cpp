@@ -7,6 +7,8 @@
 
 #include "haptics/devices/replay.h"
 #include "tests/haptics/scripted.h"
+#include "tests/support/motion.h"
+#include "tests/support/phantom.h"
 
 namespace {
 std::atomic<std::uint64_t> allocations{0};
@@ -74,6 +76,37 @@ TEST_P(Allocation, TenThousandTicksAllocateNothing) {
     // The counter counts (a plain new and delete may be optimised away).
     ::operator delete(::operator new(4));
     EXPECT_EQ(allocations.load() - before, 1u);
+}
+
+TEST(Allocation, ToolsOnTheSkinAllocateNothing) {
+    patient::Package package = test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::soft, 0.048}}, 0.001);
+    package.motion = test::makeShift(-0.010);
+    const patient::Patient patient(package);
+    const TouchMap map = makeTouchMap(patient, makeSkin(patient, 1), 1);
+    Simulation simulation(patient, {}, &map);
+    TickInput input;
+    TickOutput out;
+    NeedleEvents events;
+    double felt_n = 0.0;
+    int incisions = 0;
+
+    const std::uint64_t before = allocations.load();
+    for (int i = 0; i < 9000; ++i) {
+        // 1.5 s with each tool, twice: in by 5 mm, along the skin, out.
+        const double share = double(i % 1500) / 1500.0;
+        input.command_count = 0;
+        if (i % 1500 == 0)
+            input.commands[input.command_count++] = {CommandKind::tool, std::uint32_t(i / 1500 % 3)};
+        if (i % 1500 == 1400) input.commands[input.command_count++] = {CommandKind::park, 1};
+        input.device.device_from_stylus = {test::kAlongX,
+                                           {0.025 * std::sin(3.14159 * share) - 0.020, 0.0, 0.010 * share}};
+        simulation.step(input, out, events);
+        felt_n = std::max(felt_n, glm::length(out.tool_force.force_n));
+        incisions = simulation.state().tools.incisions.count;
+    }
+    EXPECT_EQ(allocations.load() - before, 0u);
+    EXPECT_GT(felt_n, 0.2);
+    EXPECT_GE(incisions, 1);
 }
 
 }  // namespace

@@ -1,0 +1,119 @@
+#include "haptics/probe.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/motion.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::haptics {
+namespace {
+
+using patient::Quat;
+using patient::Surrogate;
+using enum patient::Tissue;
+
+// The tool's +z along -x, out of a patient whose slabs begin at x = 0; the array (+x) along +z.
+const Quat kFacingX{0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
+
+struct Scanned {
+    explicit Scanned(double travel_m = 0.0) {
+        if (travel_m != 0.0) package.motion = test::makeShift(travel_m);
+    }
+    ToolForce pressed(double depth_m, double z_m = 0.0, const Quat& turn = {1.0, 0.0, 0.0, 0.0}) {
+        return stepProbe(state, settings, pad, map, package.motion, {turn * kFacingX, {depth_m, 0.0, z_m}},
+                         breath);
+    }
+    patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.058}}, 0.001);
+    patient::Patient patient{package};
+    TouchMap map = makeTouchMap(patient, makeSkin(patient, 2), 2);
+    ProbeSettings settings{.length_m = 0.030};  // the slabs are 40 mm wide
+    Pad pad = probePad(settings);
+    ProbeState state;
+    Surrogate breath;
+};
+
+TEST(Probe, TouchesFromTheMiddleOutward) {
+    Scanned s;
+    EXPECT_EQ(s.pressed(-0.0001).force_n, Vec3(0.0));
+    EXPECT_EQ(s.state.touching_share, 0.0);
+    s.pressed(0.0004);
+    const double light = s.state.touching_share;
+    EXPECT_GT(light, 0.2);
+    EXPECT_LT(light, 0.8);
+    // The cylinder's sagitta over 15 mm is 1.9 mm: from there on the whole face touches.
+    s.pressed(0.0022);
+    EXPECT_EQ(s.state.touching_share, 1.0);
+}
+
+TEST(Probe, PressureIsForceOverArea) {
+    Scanned s;
+    const double area_m2 = s.settings.length_m * s.settings.width_m;
+    const ToolForce f = s.pressed(0.006);
+    EXPECT_NEAR(s.state.pressure_pa * area_m2, -f.force_n.x, 1e-4 * -f.force_n.x);
+    // Layers as springs: the mean depth of the face times the pad's stiffness.
+    double mean_m = 0.006;
+    for (int i = 0; i < s.pad.count; ++i)
+        mean_m -= s.pad.points_m[std::size_t(i)].z / s.pad.count;
+    const auto young = [&](patient::Tissue t) { return s.package.elasticity[std::size_t(t)].young_pa; };
+    const double k = area_m2 / (0.002 / young(skin) + 0.038 / young(soft));
+    EXPECT_NEAR(-f.force_n.x / (k * mean_m), 1.0, 1e-3);
+    EXPECT_LT(glm::length(f.torque_n_m), 1e-5);
+}
+
+TEST(Probe, ATiltedOneLosesContactAtOneEnd) {
+    Scanned s;
+    s.pressed(0.003, 0.0, glm::angleAxis(0.35, Vec3(0.0, 1.0, 0.0)));
+    EXPECT_GT(s.state.touching_share, 0.3);
+    EXPECT_LT(s.state.touching_share, 0.9);
+}
+
+TEST(Probe, SlidesOnGel) {
+    Scanned s;
+    const double normal_n = -s.pressed(0.004).force_n.x;
+    ToolForce f;
+    for (int i = 1; i <= 50; ++i)
+        f = s.pressed(0.004, 1e-4 * i);
+    EXPECT_NEAR(-f.force_n.z / (s.settings.pad.friction * normal_n), 1.0, 1e-3);
+}
+
+// A patient whose chest rises by `travel_m` along x with v: the skin goes out and in.
+patient::MotionModel chestRise(double travel_m) {
+    return test::makeMotion(Vec3(0.2), 0.01, [&](const Vec3& p) {
+        test::MotionPoint m;
+        const double fade = test::rise(0.19, 0.1, std::fabs(p.x)) * test::rise(0.19, 0.1, std::fabs(p.y)) *
+                            test::rise(0.19, 0.1, std::fabs(p.z));
+        m.wall_a1_m = {-travel_m * fade, 0.0, 0.0};
+        m.level_m = 1.0;
+        return m;
+    });
+}
+
+TEST(ParkedProbe, RidesTheSkinAlongItsNormal) {
+    Scanned s;
+    const patient::MotionModel motion = chestRise(0.008);
+    Surrogate breath{0.2, 0.0, 0.0};
+    const Vec3 at_m{0.002 - 0.2 * 0.008, 0.001, 0.003};
+    SkinRider rider = parkOnSkin(s.map, motion, breath, at_m);
+    EXPECT_NEAR(rider.level_m, -0.002, 1e-5);
+    EXPECT_NEAR(glm::length(rider.outward - Vec3(-1.0, 0.0, 0.0)), 0.0, 1e-4);
+    Vec3 ridden_m(0.0);
+    for (int i = 0; i < 800; ++i) {
+        breath.v = 0.2 + 0.001 * i;
+        ridden_m += rideSkin(rider, s.map, motion, breath);
+        // As deep in the skin as it was.
+        EXPECT_NEAR(touchAt(s.map, referenceFromDeformed(motion, breath, rider.at_m)).level_m, rider.level_m,
+                    1e-6);
+    }
+    EXPECT_NEAR(ridden_m.x, -0.008 * 0.799, 1e-4);
+    EXPECT_LT(std::fabs(ridden_m.y) + std::fabs(ridden_m.z), 1e-5);
+}
+
+TEST(ParkedProbe, DoesNotGoAlongWithSkinThatSlidesUnderIt) {
+    Scanned s(-0.010);
+    SkinRider rider = parkOnSkin(s.map, s.package.motion, {}, {0.003, 0.0, 0.0});
+    for (int i = 0; i <= 100; ++i)
+        EXPECT_LT(glm::length(rideSkin(rider, s.map, s.package.motion, {0.01 * i, 0.0, 0.0})), 1e-6);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

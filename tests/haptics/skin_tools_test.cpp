@@ -1,0 +1,114 @@
+// Finger, probe and scalpel in the tick: taken by command, felt, hashed.
+#include <gtest/gtest.h>
+
+#include "haptics/simulation.h"
+#include "tests/support/motion.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::haptics {
+namespace {
+
+using enum patient::Tissue;
+
+const patient::Quat kFacingX{0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
+
+struct Theatre {
+    explicit Theatre(Tool first, bool with_map = true, double travel_m = 0.0)
+        : package(test::makeSlabs({{skin, 0.002}, {soft, 0.012}, {liver, 0.046}}, 0.001)) {
+        if (travel_m != 0.0) package.motion = test::makeShift(travel_m);
+        map = makeTouchMap(patient, makeSkin(patient, 2), 2);
+        settings.tools.first = first;
+        simulation.emplace(patient, settings, with_map ? &map : nullptr);
+        to({-0.02, 0.0, 0.0});
+    }
+    void command(CommandKind kind, std::uint32_t value) {
+        input.commands[input.command_count++] = {kind, value};
+    }
+    void to(const Vec3& tip_m) {
+        input.device.device_from_stylus = {kFacingX, tip_m};
+        simulation->step(input, out, events);
+        input.command_count = 0;
+        punctures += events.count;
+    }
+    void sweep(const Vec3& tip_m) {
+        const Vec3 from = input.device.device_from_stylus.position_m;
+        const int steps = 1 + int(glm::length(tip_m - from) / 5e-5);
+        for (int i = 1; i <= steps; ++i)
+            to(from + (tip_m - from) * (double(i) / steps));
+    }
+    // Away from the skin, and back with another tool.
+    void take(Tool tool) {
+        sweep({-0.02, 0.0, 0.0});
+        command(CommandKind::tool, std::uint32_t(tool));
+        to({-0.02, 0.0, 0.0});
+    }
+
+    patient::Package package;
+    patient::Patient patient{package};
+    TouchMap map;
+    SimulationSettings settings;
+    std::optional<Simulation> simulation;
+    TickInput input;
+    TickOutput out;
+    NeedleEvents events;
+    int punctures = 0;
+};
+
+TEST(SkinTools, AreFeltOnceTaken) {
+    Theatre t(Tool::needle);
+    for (const Tool tool : {Tool::finger, Tool::probe, Tool::scalpel}) {
+        t.take(tool);
+        EXPECT_EQ(t.out.tool, tool);
+        EXPECT_EQ(t.out.tool_force.force_n, Vec3(0.0));
+        t.sweep({0.004, 0.0, 0.0});
+        EXPECT_LT(t.out.tool_force.force_n.x, -0.05) << int(tool);
+        EXPECT_GT(t.out.tool_force.energy_j, 0.0);
+        EXPECT_LT(t.out.sent_device_n.x, 0.0);
+    }
+    Theatre without(Tool::finger, false);
+    without.sweep({0.004, 0.0, 0.0});
+    EXPECT_EQ(without.out.tool_force.force_n, Vec3(0.0));
+}
+
+TEST(SkinTools, AnIncisionSparesTheNeedleTheSkin) {
+    Theatre whole(Tool::needle);
+    whole.sweep({0.0005, 0.0, 0.001});
+    EXPECT_EQ(whole.out.phase, Phase::held);
+    EXPECT_NEAR(whole.out.force_n, 0.3143, 1e-3);  // of the 0.7 N at 0.875 mm (Eq. 1)
+
+    Theatre cut(Tool::scalpel);
+    cut.sweep({0.004, 0.0, 0.0});
+    cut.take(Tool::needle);
+    cut.sweep({0.0005, 0.0, 0.001});
+    EXPECT_EQ(cut.out.phase, Phase::pass);
+    EXPECT_LE(cut.out.force_n, 0.7);
+}
+
+TEST(SkinTools, AParkedProbeRidesTheSkinInTheTick) {
+    Theatre t(Tool::probe, true, -0.010);
+    t.sweep({0.003, 0.0, 0.0});
+    EXPECT_GT(t.out.probe_touching_share, 0.3);
+    EXPECT_GT(t.out.probe_pressure_pa, 100.0);
+    t.command(CommandKind::park, 1);
+    t.to({0.003, 0.0, 0.0});
+    ASSERT_TRUE(t.out.probe_parked);
+    const Vec3 parked_m = t.out.patient_from_probe.position_m;
+    for (int i = 0; i < 4000; ++i)  // a breath that slides the skin along under it
+        t.to({-0.02, 0.0, 0.0});
+    EXPECT_LT(glm::length(t.out.patient_from_probe.position_m - parked_m), 1e-5);
+}
+
+TEST(SkinTools, OfNoUseTheyLeaveTheHashAlone) {
+    Theatre with(Tool::needle, true), without(Tool::needle, false);
+    with.sweep({0.020, 0.0, 0.0}), without.sweep({0.020, 0.0, 0.0});
+    EXPECT_EQ(with.out.state_hash, without.out.state_hash);
+    Theatre felt(Tool::finger, true), numb(Tool::finger, false);
+    felt.sweep({0.004, 0.0, 0.0}), numb.sweep({0.004, 0.0, 0.0});
+    EXPECT_NE(felt.out.state_hash, numb.out.state_hash);
+    Theatre again(Tool::finger, true);
+    again.sweep({0.004, 0.0, 0.0});
+    EXPECT_EQ(felt.out.state_hash, again.out.state_hash);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

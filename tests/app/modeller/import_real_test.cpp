@@ -7,6 +7,7 @@
 
 #include "app/modeller/import.h"
 #include "app/modeller/voxel_tools.h"
+#include "app/report/palpation.h"
 #include "patient/patient.h"
 #include "tests/app/trainer/command.h"
 #include "tests/support/temp_folder.h"
@@ -69,6 +70,20 @@ class ImportReal : public testing::Test {
     static inline Imported* imported_ = nullptr;
     static inline test::Command* command_ = nullptr;
 };
+
+TEST_F(ImportReal, RibsAreBumpsUnderTheFinger) {
+    const patient::Patient patient(imported_->package);
+    const patient::Skin skin = makeSkin(patient, 2);
+    const haptics::TouchMap touch = haptics::makeTouchMap(patient, skin, 2);
+    for (const bool breathing : {false, true}) {
+        report::PalpationSettings settings;
+        settings.breathing = breathing;
+        const report::PalpationMap map = report::palpate(patient, skin, touch, settings);
+        EXPECT_GE(map.pearson, 0.7) << breathing;
+        EXPECT_GE(map.ribOverGap(), 3.0) << breathing;
+        EXPECT_GE(map.rib_over_gap_everywhere, 3.0) << breathing;
+    }
+}
 
 TEST_F(ImportReal, VolumesAreThePublishedOnes) {
     // These three are no measurements of ours: they stand in the published description of the data.

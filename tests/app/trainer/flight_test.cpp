@@ -82,14 +82,16 @@ TEST(Focus, TheForceComesAndGoesWithIt) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);
     const Attempt attempt = leapingAttempt(patient, 2.5, {}, {});
-    std::uint64_t shown_tick = 0;
+    std::uint64_t shown_tick = 0, worn_since = 0;
     const haptics::Clock clock = monotonicClock();
     Pictures headset{[&](const haptics::TickOutput& shown, const std::string&) {
                          shown_tick = shown.tick;
+                         if (worn_since == 0 && shown_tick > 300) worn_since = shown_tick;
                          clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + 5'000'000);
                          return true;
                      },
-                     [] { return PictureTotals{}; }, [&] { return shown_tick > 300 && shown_tick < 1500; }};
+                     [] { return PictureTotals{}; },
+                     [&] { return worn_since > 0 && shown_tick < worn_since + 600; }};
     Session session(patient, ductPath(), {}, 0.0, nullptr);
     runRealTime(attempt, session, std::move(headset), clock);
     const SessionLog& log = session.log();

@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <utility>
 
 #include "app/trainer/hand.h"
+#include "haptics/devices/clutch.h"
 
 namespace stylet::trainer {
 
@@ -24,7 +26,7 @@ patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBr
     return plan;
 }
 
-// What a needle needs outside the skin to be set on it.
+// What a needle needs outside the skin to be set on it, where the device's workspace is not known.
 constexpr double kRoomOutside_m = 0.02;
 
 haptics::SimulationSettings settingsFor(const patient::Patient& patient, const Scenario& scenario,
@@ -67,10 +69,13 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
                         const haptics::DeviceProfile& profile, double rate_hz) {
     haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
     settings.profile = profile;
-    const double middle = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
-    patient::Pose& stand = settings.patient_from_device;
-    stand.position_m =
-        glm::mix(path.entry_m, path.target_m, middle) - stand.direction(profile.workspace_centre_m);
+    const patient::Pose at_entry = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
+    if (!std::isnan(profile.workspace_radius_m)) {
+        settings.patient_from_device = haptics::placeAlong(profile, at_entry);
+    } else {
+        const double middle = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
+        settings.patient_from_device.position_m = glm::mix(path.entry_m, path.target_m, middle);
+    }
     return {patient, settings, {}, touchMapFor(patient, settings, {})};
 }
 

@@ -23,7 +23,8 @@ struct Attempt {
 // whole nanoseconds.
 Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                     std::uint64_t seed, double rate_hz = 1000.0);
-// The user's hand: no trace, and the device stands where the path lies in its workspace.
+// The user's hand: no trace, and the device stands so that its +z is out of the body along the path, which
+// begins near that end of its workspace; where that is not known, beside the patient.
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                         std::uint64_t seed, const haptics::DeviceProfile&, double rate_hz = 1000.0);
 

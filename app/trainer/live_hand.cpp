@@ -36,6 +36,14 @@ bool LiveDevice::waitUntilReady(const std::function<bool()>& given_up) {
     return true;
 }
 
+haptics::HapticDevice& LiveDevice::aimed(const patient::Quat& device_from_needle) {
+    if (device_.profile().senses_rotation) return device_;
+    // The Falcon's centre button, else the one button that there is.
+    haptics::ClutchSettings clutch;
+    if (kind_ != "falcon") clutch.button = 1u;
+    return clutched_.emplace(device_, clutch, device_from_needle);
+}
+
 void LiveDevice::tellNews() {
     const haptics::DeviceReport report = device_.report();
     std::string text = haptics::nameOf(report.stage);

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
+#include "haptics/devices/clutch.h"
 #include "haptics/devices/devices.h"
 #include "haptics/devices/polled.h"
 
@@ -19,12 +21,18 @@ class LiveDevice {
     bool waitUntilReady(const std::function<bool()>& given_up);
     // Says on stderr what became of it since the last time.
     void tellNews();
-    haptics::PolledDevice& device() { return device_; }
+    const haptics::DeviceProfile& profile() const { return device_.profile(); }
+    // The device, to be given to the loop. One that senses no orientation has the needle's from here on, and
+    // a clutch (haptics/devices/clutch.h).
+    haptics::HapticDevice& aimed(const patient::Quat& device_from_needle);
+    // Zero force, and the end.
+    void stop() { device_.stop(); }
 
   private:
     std::string kind_, told_;
     haptics::Clock clock_;
     haptics::PolledDevice device_;
+    std::optional<haptics::ClutchedDevice> clutched_;
 };
 
 }  // namespace stylet::trainer

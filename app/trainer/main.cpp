@@ -16,6 +16,8 @@ void addDeviceOptions(CLI::App& app, stylet::haptics::DeviceOptions& o) {
     app.add_option("--device-model", o.model, "woodenhaptics: the JSON file of its dimensions");
     app.add_option("--firmware", o.firmware, "falcon: the firmware image it is loaded with");
     app.add_option("--calibration", o.calibration, "falcon: its calibration of newtons per count");
+    app.add_option("--device-force-n", o.force_peak_n, "inverse3: its largest force, from the data sheet")
+        ->check(CLI::Range(0.1, 30.0));
     app.add_option("--socket", o.socket, "bridge: the socket it listens on, when not the usual one");
 }
 

@@ -1,9 +1,11 @@
 #include "app/trainer/run.h"
 
 #include <cstdio>
+#include <glm/geometric.hpp>
 #include <set>
 
 #include "app/installation.h"
+#include "app/trainer/hand.h"
 #include "app/trainer/live_hand.h"
 #include "app/trainer/patient_source.h"
 #include "app/trainer/platform_linux.h"
@@ -83,16 +85,32 @@ std::unique_ptr<LiveDevice> readyDevice(const RunOptions& options, const haptics
     return live;
 }
 
-LoopTotals runLive(const RunOptions& options, LiveDevice& live_device, const Attempt& attempt,
-                   Session& session, std::optional<Pictures> pictures, const haptics::Clock& clock) {
+// An attempt on the user's device, and what the loop is given of it.
+struct Live {
+    LiveDevice* device;
+    haptics::HapticDevice* hand;
+};
+
+Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
+                    const Scenario& scenario, const patient::PlannedPath& path) {
+    Attempt attempt =
+        makeLiveAttempt(patient, scenario, path, options.seed, live.device->profile(), options.rate_hz);
+    const patient::Pose needle = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
+    live.hand =
+        &live.device->aimed(attempt.simulation.patient_from_device.inverse().rotation * needle.rotation);
+    attempt.simulation.profile = live.hand->profile();
+    return attempt;
+}
+
+LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& attempt, Session& session,
+                   std::optional<Pictures> pictures, const haptics::Clock& clock) {
     if (!options.seconds) std::fprintf(stderr, "stylet: the hand is yours; end with Ctrl-C\n");
-    haptics::PolledDevice& device = live_device.device();
-    const LiveHand live{device, [&](double elapsed_s) {
-                            live_device.tellNews();
+    const LiveHand hand{*live.hand, [&](double elapsed_s) {
+                            live.device->tellNews();
                             return interrupted() || elapsed_s >= options.seconds.value_or(elapsed_s + 1.0);
                         }};
-    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &live);
-    device.stop();
+    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand);
+    live.device->stop();
     return totals;
 }
 
@@ -135,9 +153,9 @@ int run(const RunOptions& options) {
     const patient::PlannedPath path = bestPath(patient, opened.folder, patient::Surrogate{});
     const haptics::Clock clock = monotonicClock();
     const auto device = readyDevice(options, clock);
+    Live live{device.get(), nullptr};
     const Attempt attempt =
-        device ? makeLiveAttempt(patient, scenario, path, options.seed, device->device().profile(),
-                                 options.rate_hz)
+        device ? liveAttempt(options, live, patient, scenario, path)
                : handOf(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz));
     const AttemptFacts facts{opened.package.name,
                              opened.folder,
@@ -154,7 +172,7 @@ int run(const RunOptions& options) {
         recordInfo(facts, scenario,
                    haptics::outputGain(attempt.simulation.profile, attempt.simulation.output)));
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record);
-    const LoopTotals totals = device ? runLive(options, *device, attempt, session, std::move(pictures), clock)
+    const LoopTotals totals = device ? runLive(options, live, attempt, session, std::move(pictures), clock)
                               : options.fast ? runFast(attempt, session, std::move(pictures),
                                                        options.fps.value_or(0.0), workClock())
                                              : runRealTime(attempt, session, std::move(pictures), clock);

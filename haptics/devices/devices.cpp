@@ -7,6 +7,14 @@
 #include "haptics/devices/bridge.h"
 #include "haptics/devices/permission_linux.h"
 #include "haptics/devices/profiles.h"
+#include "haptics/devices/service_linux.h"
+#ifdef STYLET_LIBUSB
+#include "haptics/devices/falcon.h"
+#include "haptics/devices/falcon_usb.h"
+#endif
+#ifdef STYLET_INVERSE3
+#include "haptics/devices/inverse3.h"
+#endif
 #ifdef STYLET_HIDAPI
 #include "haptics/devices/spacemouse.h"
 #include "haptics/devices/woodenhaptics.h"
@@ -98,6 +106,75 @@ constexpr decltype(Entry::make) makeWooden = nullptr, makeCap = nullptr;
 
 #endif
 
+#ifdef STYLET_LIBUSB
+
+constexpr const char* kNoUsb = nullptr;
+
+void findFalconsThere(const DeviceOptions&, std::vector<FoundDevice>& found) {
+    for (const falcon::UsbPlace& place : falcon::findFalcons())
+        found.push_back({"falcon", place.node,
+                         "Novint Falcon at usb " + place.port + "; after each power-up it needs --firmware",
+                         accessProblem(place.node)});
+}
+
+falcon::Calibration falconCalibration(const DeviceOptions& options) {
+    return options.calibration.empty() ? falcon::Calibration{} : falcon::loadCalibration(options.calibration);
+}
+
+DeviceProfile falconProfile(const DeviceOptions& options) {
+    return falcon::profileOf(falconCalibration(options));
+}
+
+std::unique_ptr<Driver> makeFalcon(const DeviceOptions& options, const Clock& clock) {
+    falcon::Settings settings;
+    if (!options.firmware.empty()) settings.firmware = falcon::loadFirmwareFile(options.firmware);
+    settings.calibration = falconCalibration(options);
+    return std::make_unique<falcon::FalconDriver>(falcon::usbBus(), clock, std::move(settings));
+}
+
+#else
+
+constexpr const char* kNoUsb = "libusb-1.0-0-dev";
+constexpr decltype(Entry::find) findFalconsThere = nullptr;
+constexpr decltype(Entry::profile) falconProfile = nullptr;
+constexpr decltype(Entry::make) makeFalcon = nullptr;
+
+#endif
+
+#ifdef STYLET_INVERSE3
+
+constexpr const char* kNoBoost = nullptr;
+
+Inverse3Settings inverse3Settings(const DeviceOptions& options) {
+    Inverse3Settings settings;
+    settings.force_peak_n = options.force_peak_n.value_or(settings.force_peak_n);
+    return settings;
+}
+
+void findInverse3(const DeviceOptions& options, std::vector<FoundDevice>& found) {
+    const std::uint16_t port = inverse3Settings(options).port;
+    if (listensOn(port))
+        found.push_back(
+            {"inverse3", "localhost:" + std::to_string(port), "Haply's service, by its port", ""});
+}
+
+DeviceProfile inverse3Profile(const DeviceOptions& options) {
+    return Inverse3Driver(inverse3Settings(options)).profile();
+}
+
+std::unique_ptr<Driver> makeInverse3(const DeviceOptions& options, const Clock&) {
+    return std::make_unique<Inverse3Driver>(inverse3Settings(options));
+}
+
+#else
+
+constexpr const char* kNoBoost = "libboost-dev";
+constexpr decltype(Entry::find) findInverse3 = nullptr;
+constexpr decltype(Entry::profile) inverse3Profile = nullptr;
+constexpr decltype(Entry::make) makeInverse3 = nullptr;
+
+#endif
+
 std::string socketOf(const DeviceOptions& options) {
     return options.socket.empty() ? bridgeSocketPath() : options.socket;
 }
@@ -121,6 +198,7 @@ std::unique_ptr<Driver> makeBridge(const DeviceOptions& options, const Clock&) {
 }
 
 constexpr std::array kEntries{
+    Entry{{"falcon", "Novint Falcon (USB)", kNoUsb}, findFalconsThere, falconProfile, makeFalcon},
     Entry{{"woodenhaptics", "WoodenHaptics or Polhem v1, open hardware (USB HID)", kNoHid},
           findWooden,
           woodenProfile,
@@ -129,6 +207,10 @@ constexpr std::array kEntries{
           findCaps,
           capProfile,
           makeCap},
+    Entry{{"inverse3", "Haply Inverse3 with VerseGrip, through Haply's service", kNoBoost},
+          findInverse3,
+          inverse3Profile,
+          makeInverse3},
     Entry{{"bridge", "a device behind a closed SDK, in a process of its own", nullptr},
           findBridge,
           bridgeProfile,

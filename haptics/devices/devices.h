@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,10 +16,11 @@ namespace stylet::haptics {
 
 // Files and addresses of the user's that some devices need.
 struct DeviceOptions {
-    std::filesystem::path model{};        // woodenhaptics: the JSON file of its dimensions
-    std::filesystem::path firmware{};     // falcon: never bundled, its licence forbids it
-    std::filesystem::path calibration{};  // falcon: newtons per count, as measured
-    std::string socket{};                 // bridge: empty is its usual place
+    std::filesystem::path model{};         // woodenhaptics: the JSON file of its dimensions
+    std::filesystem::path firmware{};      // falcon: never bundled, its licence forbids it
+    std::filesystem::path calibration{};   // falcon: newtons per count, as measured
+    std::string socket{};                  // bridge: empty is its usual place
+    std::optional<double> force_peak_n{};  // inverse3: from its data sheet; none is published
 };
 
 struct DeviceKind {

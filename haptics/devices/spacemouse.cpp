@@ -9,6 +9,7 @@ namespace {
 constexpr std::size_t kLargestReport = 64;
 constexpr int kMostWaiting = 64;
 constexpr int kMostMalformed = 20;
+constexpr double kFromTheEnd_m = 0.005;  // where the needle begins
 // A cap away from rest reports at least every 16 ms (wireless): silent for so long, it was lost.
 constexpr std::int64_t kSilent_ns = 150'000'000;
 
@@ -36,7 +37,10 @@ DeviceProfile spaceMouseProfile(const RateSettings& rate) noexcept {
 }
 
 SpaceMouse::SpaceMouse(const Clock& clock, const RateSettings& rate)
-    : clock_(clock), rate_(rate), profile_(spaceMouseProfile(rate)) {}
+    : clock_(clock),
+      rate_(rate),
+      profile_(spaceMouseProfile(rate)),
+      device_from_stylus_{.position_m = {0.0, 0.0, rate.reach_m - kFromTheEnd_m}} {}
 
 DeviceStage SpaceMouse::open(std::string& why) {
     const std::vector<HidEntry> entries = listHid();

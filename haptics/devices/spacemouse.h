@@ -30,7 +30,8 @@ class SpaceMouse final : public Driver {
     DeviceProfile profile_;
     HidPort port_;
     SpaceMouseInput input_;
-    patient::Pose device_from_stylus_;  // stays where it was while the device is away
+    // Begins at the end toward the user, outside the patient; stays where it was while the device is away.
+    patient::Pose device_from_stylus_;
     std::int64_t last_ns_ = 0, heard_ns_ = 0;
     int malformed_ = 0;  // in a row
 };

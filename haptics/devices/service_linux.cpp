@@ -1,0 +1,35 @@
+#include "haptics/devices/service_linux.h"
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+namespace stylet::haptics {
+
+// A line: number, local address and port in hexadecimal, remote ones, state; 0A is LISTEN (proc(5)).
+bool listensOn(std::uint16_t port, std::string_view table) {
+    std::istringstream lines{std::string(table)};
+    for (std::string line; std::getline(lines, line);) {
+        std::array<char, 48> local{}, remote{};
+        unsigned state = 0, local_port = 0;
+        if (std::sscanf(line.c_str(), "%*s %47s %47s %x", local.data(), remote.data(), &state) != 3) continue;
+        const std::string address = local.data();
+        const std::size_t colon = address.rfind(':');
+        if (colon == std::string::npos || std::sscanf(address.c_str() + colon + 1, "%x", &local_port) != 1)
+            continue;
+        if (state == 0x0A && local_port == port) return true;
+    }
+    return false;
+}
+
+bool listensOn(std::uint16_t port) {
+    for (const char* file : {"/proc/net/tcp", "/proc/net/tcp6"}) {
+        std::ostringstream text;
+        text << std::ifstream(file).rdbuf();
+        if (listensOn(port, text.str())) return true;
+    }
+    return false;
+}
+
+}  // namespace stylet::haptics

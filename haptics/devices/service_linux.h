@@ -1,0 +1,15 @@
+// Services on this machine, without asking them anything.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace stylet::haptics {
+
+// Does any program listen on this TCP port?
+bool listensOn(std::uint16_t port);
+// The same by the text of /proc/net/tcp or tcp6.
+bool listensOn(std::uint16_t port, std::string_view proc_net_tcp);
+
+}  // namespace stylet::haptics

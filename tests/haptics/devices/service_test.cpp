@@ -1,0 +1,40 @@
+#include "haptics/devices/service_linux.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace stylet::haptics {
+namespace {
+
+TEST(Service, ReadsTheKernelsTable) {
+    const char* table =
+        "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode\n"
+        "   0: 0100007F:2711 00000000:0000 0A 00000000:00000000 00:00000000 00000000  1000        0 1 1 0\n"
+        "   1: 0100007F:1F90 0100007F:2712 01 00000000:00000000 00:00000000 00000000  1000        0 2 1 0\n";
+    EXPECT_TRUE(listensOn(10001, table));
+    EXPECT_FALSE(listensOn(8080, table)) << "connected, not listening";
+    EXPECT_FALSE(listensOn(10002, table)) << "somebody else's end";
+    EXPECT_TRUE(listensOn(10001, "0: 00000000000000000000000001000000:2711 0:0 0A\n"));
+    EXPECT_FALSE(listensOn(10001, ""));
+    EXPECT_FALSE(listensOn(10001, "0: 2711 0A\n0: x:y z:w 0A\n"));
+}
+
+TEST(Service, SeesASocketThatListens) {
+    const int listening = socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    ASSERT_EQ(bind(listening, reinterpret_cast<sockaddr*>(&address), size), 0);
+    ASSERT_EQ(getsockname(listening, reinterpret_cast<sockaddr*>(&address), &size), 0);
+    const std::uint16_t port = ntohs(address.sin_port);
+    EXPECT_FALSE(listensOn(port));
+    ASSERT_EQ(listen(listening, 1), 0);
+    EXPECT_TRUE(listensOn(port));
+    close(listening);
+}
+
+}  // namespace
+}  // namespace stylet::haptics

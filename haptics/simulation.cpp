@@ -76,7 +76,7 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
     describe(force, breath, out);
 }
 
-// True when another tool is in hand now.
+// True when a tool was taken or let go of.
 bool Simulation::takeCommands(const TickInput& input) noexcept {
     bool taken = false;
     for (std::uint32_t i = 0; i < input.command_count && i < std::uint32_t(kMaxCommandsPerTick); ++i) {
@@ -100,6 +100,7 @@ bool Simulation::takeCommands(const TickInput& input) noexcept {
                 parkProbe(state_.tools, touch(), *patient_,
                           patient::surrogateAt(state_.breathing, breath_, settings_.dt_s),
                           input.commands[i].value != 0);
+                taken = true;
                 break;
             case CommandKind::marker:
                 break;

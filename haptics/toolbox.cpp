@@ -97,10 +97,12 @@ bool takeTool(ToolState& s, Tool tool) noexcept {
 void parkProbe(ToolState& s, const TouchTools* touch, const Patient& patient, const Surrogate& breath,
                bool stay) noexcept {
     if (!stay) {
+        s.waits = s.waits || (s.probe.parked && s.in_hand == Tool::probe);  // in hand again
         s.probe.parked = false;
         return;
     }
-    if (s.in_hand != Tool::probe || s.waits) return;
+    if (s.in_hand != Tool::probe || s.waits || s.probe.parked) return;
+    s.held_probe = {};
     s.probe.parked = true;
     s.probe.patient_from_probe = s.patient_from_tool * kStylusFromProbe;
     const patient::MotionModel& motion = patient.package().motion;
@@ -119,6 +121,7 @@ ToolForce stepTools(ToolState& s, const ToolSettings& settings, const TouchTools
         if (!isOutside(patient, breath, patient_from_stylus.position_m)) return {};
         s.waits = false;
     }
+    if (s.in_hand == Tool::probe && s.probe.parked) return {};  // the hand is empty
     if (holdsNeedle(s.in_hand)) return stepHeldNeedle(s, settings, patient, breath, probe_moved_m, events);
     return touch ? stepOnSkin(s, *touch, patient, breath) : ToolForce{};
 }

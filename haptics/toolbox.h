@@ -81,7 +81,8 @@ struct ToolState {
 // Takes `tool` in hand. False when it was there already, or cannot be: a needle in the body is drawn out
 // first.
 bool takeTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
-// The probe in hand is let go of where it is (`stay`), or a parked one is taken off the skin.
+// The probe in hand is let go of where it is (`stay`), and the hand is empty; or a parked one is taken off
+// the skin.
 void parkProbe(ToolState&, const TouchTools*, const patient::Patient&, const patient::Surrogate& breath,
                bool stay) noexcept STYLET_NONBLOCKING;
 // One tick of the tool in hand, patient frame. Without `touch` only the needle is felt.

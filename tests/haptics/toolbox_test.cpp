@@ -4,6 +4,7 @@
 
 #include "haptics/simulation.h"
 #include "tests/haptics/scripted.h"
+#include "tests/support/phantom.h"
 
 namespace stylet::haptics {
 namespace {
@@ -138,6 +139,38 @@ TEST(Toolbox, AParkedProbeRidesTheBreath) {
     b.command(CommandKind::park, 0);
     b.to(-0.05);
     EXPECT_FALSE(b.out.probe_parked);
+}
+
+TEST(Toolbox, AProbeLetGoOfLeavesTheHandEmpty) {
+    const patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.030}}, 0.001);
+    const patient::Patient patient(package);
+    const TouchMap map = makeTouchMap(patient, patient::makeSkin(patient, 2), 2);
+    SimulationSettings settings;
+    settings.tools.first = Tool::probe;
+    Simulation simulation(patient, settings, &map);
+    TickInput input;
+    TickOutput out;
+    NeedleEvents events;
+    const auto to = [&](double x_m) {
+        input.device.device_from_stylus = {test::kAlongX, {x_m, 0.0, 0.0}};
+        simulation.step(input, out, events);
+        input.command_count = 0;
+    };
+    const auto park = [&](std::uint32_t stay) {
+        input.commands[0] = {CommandKind::park, stay};
+        input.command_count = 1;
+    };
+    for (int i = 0; i <= 300; ++i)
+        to(-0.010 + 0.00004 * i);
+    EXPECT_LT(out.tool_force.force_n.x, -0.05);
+    park(1), to(0.002);
+    EXPECT_TRUE(out.probe_parked && out.tool_force.event);
+    EXPECT_EQ(out.tool_force.force_n, Vec3(0.0));
+    park(0), to(0.002);  // in hand again, inside
+    EXPECT_FALSE(out.probe_parked);
+    EXPECT_EQ(out.tool_force.force_n, Vec3(0.0));
+    to(-0.010), to(0.002);
+    EXPECT_LT(out.tool_force.force_n.x, -0.05);
 }
 
 // The rail stands along the needle's way in: pushed sideways in it, the needle does not move in the tissue.

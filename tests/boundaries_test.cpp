@@ -26,9 +26,9 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
 const std::map<std::string, std::vector<std::string>> kUmbrellas = {
     {"patient", {"patient/patient.h", "patient/synth/synth.h"}},
     {"haptics",
-     {"haptics/haptics.h", "haptics/devices/clutch.h", "haptics/devices/devices.h",
-      "haptics/devices/polled.h", "haptics/devices/replay.h", "haptics/devices/simulated.h",
-      "haptics/devices/profiles.h"}},
+     {"haptics/haptics.h", "haptics/devices/calibrate.h", "haptics/devices/clutch.h",
+      "haptics/devices/devices.h", "haptics/devices/polled.h", "haptics/devices/replay.h",
+      "haptics/devices/simulated.h", "haptics/devices/profiles.h"}},
     {"render", {"render/render.h"}},
     {"xr", {"xr/xr.h"}},
 };

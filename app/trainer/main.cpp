@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "app/trainer/calibrate.h"
 #include "app/trainer/curves.h"
 #include "app/trainer/devices.h"
 #include "app/trainer/palpate.h"
@@ -86,12 +87,15 @@ void addPalpate(CLI::App& app, stylet::trainer::PalpateOptions& o) {
 struct DevicesOptions {
     stylet::haptics::DeviceOptions options;
     bool json = false;
+    std::filesystem::path calibrate;
 };
 
 void addDevices(CLI::App& app, DevicesOptions& o) {
     CLI::App* devices =
         app.add_subcommand("devices", "which devices there are, in which state, with which limits");
     devices->add_flag("--json", o.json, "for programs");
+    devices->add_option("--calibrate", o.calibrate,
+                        "falcon: measure its newtons with a kitchen scale, into this file");
     addDeviceOptions(*devices, o.options);
 }
 
@@ -124,6 +128,10 @@ int main(int argc, char** argv) {
         if (app.got_subcommand("palpate")) return stylet::trainer::palpate(palpate_options);
         if (app.got_subcommand("curves")) return stylet::trainer::curves(curves_options);
         if (app.got_subcommand("replay")) return stylet::trainer::replay(replay_options);
+        if (!devices_options.calibrate.empty()) {
+            stylet::trainer::calibrateFalcon(devices_options.options, devices_options.calibrate);
+            return 0;
+        }
         std::fputs(stylet::trainer::describeDevices(devices_options.options, devices_options.json).c_str(),
                    stdout);
         return 0;

@@ -1,11 +1,13 @@
 #include "app/trainer/platform_linux.h"
 
+#include <poll.h>
 #include <pthread.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -90,6 +92,17 @@ void catchInterrupts() noexcept {
 
 bool interrupted() noexcept {
     return was_interrupted != 0;
+}
+
+bool takeTyped(std::string& text) {
+    pollfd in{STDIN_FILENO, POLLIN, 0};
+    while (poll(&in, 1, 0) > 0) {
+        std::array<char, 256> bytes{};
+        const ssize_t count = read(STDIN_FILENO, bytes.data(), bytes.size());
+        if (count <= 0) return false;
+        text.append(bytes.data(), std::size_t(count));
+    }
+    return true;
 }
 
 bool stderrIsWatched() noexcept {

@@ -24,6 +24,9 @@ std::string askForRealTime();
 void catchInterrupts() noexcept;
 bool interrupted() noexcept;
 
+// Adds what has been typed since the last call, without waiting. False once stdin has ended.
+bool takeTyped(std::string& text);
+
 // A person watches what is written to stderr.
 bool stderrIsWatched() noexcept;
 

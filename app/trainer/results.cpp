@@ -60,6 +60,7 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
             {"seed", facts.seed},
             {"clock", facts.clock},
             {"device", facts.device},
+            {"firmware_sha256", facts.firmware_sha256},
             {"target_hit", log.target_hit()},
             {"path", {{"length_m", facts.path.length_m}, {"quality", facts.path.quality}}},
             {"moments", moments},

@@ -18,7 +18,8 @@ struct AttemptFacts {
     std::string clock;  // "real time", "virtual", "replay"
     patient::PlannedPath path;
     double dt_s = 0.001;
-    std::string device;  // what moved the needle: "scripted", "replay", or a device's name
+    std::string device;             // what moved the needle: "scripted", "replay", or a device's name
+    std::string firmware_sha256{};  // of the image that the device was given, if any
 };
 
 // Writes summary.json, force-depth.csv, force-depth.png and, when the needle met the body, slices.png.

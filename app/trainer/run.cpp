@@ -164,7 +164,8 @@ int run(const RunOptions& options) {
                              options.fast ? "virtual" : "real time",
                              path,
                              attempt.simulation.dt_s,
-                             options.device};
+                             options.device,
+                             haptics::firmwareDigest(options.device_options)};
 
     auto pictures = picturesFor(patient, path, options);
     records::RecordWriter record(

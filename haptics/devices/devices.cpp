@@ -257,6 +257,10 @@ DeviceProfile profileOfKind(std::string_view kind, const DeviceOptions& options)
     return usable(kind).profile(options);
 }
 
+std::string firmwareDigest(const DeviceOptions& options) {
+    return options.firmware.empty() ? "" : falcon::loadFirmwareFile(options.firmware).sha256;
+}
+
 std::unique_ptr<Driver> makeDriver(std::string_view kind, const DeviceOptions& options, const Clock& clock) {
     return usable(kind).make(options, clock);
 }

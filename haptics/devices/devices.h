@@ -44,6 +44,10 @@ std::vector<FoundDevice> findDevices(const DeviceOptions&);
 // Throws patient::DataError.
 DeviceProfile profileOfKind(std::string_view kind, const DeviceOptions&);
 
+// SHA-256 of the firmware image that the options name, for the record; empty where they name none. Throws
+// patient::DataError.
+std::string firmwareDigest(const DeviceOptions&);
+
 // The driver, for PolledDevice. Throws patient::DataError: no such kind, not in this build, or a file that is
 // missing or bad. The clock is used on the device's thread.
 std::unique_ptr<Driver> makeDriver(std::string_view kind, const DeviceOptions&, const Clock&);

@@ -54,7 +54,7 @@ void calibrateFalcon(const haptics::DeviceOptions& options, const std::filesyste
                                                 },
                                                 [&] { return typed.number(); },
                                                 [&] { return interrupted() || typed.ended(); }};
-    haptics::falcon::saveCalibration(file, haptics::falcon::calibrate(live.device(), clock, talk));
+    haptics::falcon::saveCalibration(file, haptics::falcon::calibrate(live.bare(), clock, talk));
     std::printf("Written: %s; name it with --calibration\n", file.c_str());
 }
 

@@ -21,6 +21,8 @@ class LiveDevice {
     bool waitUntilReady(const std::function<bool()>& given_up);
     // Says on stderr what became of it since the last time.
     void tellNews();
+    // As it is, the grip's own place and no clutch.
+    haptics::HapticDevice& bare() { return device_; }
     const haptics::DeviceProfile& profile() const { return device_.profile(); }
     // The device, to be given to the loop. One that senses no orientation has the needle's from here on, and
     // a clutch (haptics/devices/clutch.h).

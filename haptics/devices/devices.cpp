@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "haptics/devices/bridge.h"
+#include "haptics/devices/falcon_firmware.h"
 #include "haptics/devices/permission_linux.h"
 #include "haptics/devices/profiles.h"
 #include "haptics/devices/service_linux.h"

@@ -5,12 +5,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <thread>
 
+#include "haptics/devices/devices.h"
 #include "haptics/devices/falcon.h"
 #include "haptics/devices/polled.h"
+#include "patient/patient.h"
 #include "tests/support/falcon_testbed.h"
 
 namespace stylet::haptics::falcon {
@@ -72,6 +75,22 @@ TEST_F(FalconUsb, IsFoundByItsNumbers) {
     EXPECT_EQ(usbBus("1-3")->open(why), DeviceStage::opening) << why;
     EXPECT_EQ(usbBus("1-4")->open(why), DeviceStage::absent);
     EXPECT_THAT(why, HasSubstr("no Falcon"));
+}
+
+TEST_F(FalconUsb, IsAmongTheDevicesThatAUserCanName) {
+    test::FalconTestbed bed(true);
+    bed.plugIn();
+    const std::vector<FoundDevice> all = findDevices({});
+    const auto found =
+        std::find_if(all.begin(), all.end(), [](const FoundDevice& f) { return f.kind == "falcon"; });
+    ASSERT_NE(found, all.end());
+    EXPECT_EQ(found->problem, "");
+    EXPECT_EQ(profileOfKind("falcon", {}).force_peak_n, 8.0);
+    std::string why;
+    const auto driver = makeDriver("falcon", {}, wallClock());
+    EXPECT_EQ(driver->open(why), DeviceStage::opening) << why;
+    EXPECT_THROW(makeDriver("falcon", {.firmware = "/nonexistent"}, wallClock()), patient::DataError);
+    EXPECT_THROW(makeDriver("falcon", {.calibration = "/nonexistent"}, wallClock()), patient::DataError);
 }
 
 TEST_F(FalconUsb, HomesPushesAndEndsInZero) {

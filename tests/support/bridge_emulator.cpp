@@ -203,7 +203,7 @@ std::vector<std::uint8_t> BridgeEmulator::state(std::uint32_t force, std::int64_
     put(p, std::uint32_t(0));
     auto bytes = sealed(4, p);
     const auto reseal = [&bytes] {
-        bytes.resize(bytes.size() - 4);
+        bytes.erase(bytes.end() - 4, bytes.end());
         put(bytes, checksum(bytes));
     };
     if (fault == BridgeFault::tooLong) bytes[6] = bytes[7] = 0xFF, reseal();

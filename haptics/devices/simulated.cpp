@@ -108,13 +108,14 @@ void SimulatedDevice::coast(double to_s, const Vec3& target_m, const Vec3& targe
 
 // `target_m` and the velocity are those of the step's middle.
 void SimulatedDevice::step(double h, const Vec3& target_m, const Vec3& target_velocity) noexcept {
-    const double mass = body_.mass_kg + body_.hand.mass_kg;
-    const double damping = body_.damping_n_s_per_m + body_.hand.damping_n_s_per_m;
-    const double stiffness = body_.hand.stiffness_n_per_m;
+    const HandModel& hand = time_s_ < body_.let_go_s ? body_.hand : kNoHand;
+    const double mass = body_.mass_kg + hand.mass_kg;
+    const double damping = body_.damping_n_s_per_m + hand.damping_n_s_per_m;
+    const double stiffness = hand.stiffness_n_per_m;
     const double implicit = 0.5 * h * damping / mass + 0.25 * h * h * stiffness / mass;
     const Vec3 before = state_.velocity_m_per_s;
     const Vec3 driven = state_.motor_n + body_.weight_n + stiffness * (target_m - state_.position_m) +
-                        body_.hand.damping_n_s_per_m * target_velocity;
+                        hand.damping_n_s_per_m * target_velocity;
     const Vec3 free = ((1.0 - implicit) * before + (h / mass) * driven) / (1.0 + implicit);
     const double speed = length(free), brake = h * body_.friction_n / (mass * (1.0 + implicit));
     const Vec3 after = speed > brake ? free * (1.0 - brake / speed) : Vec3(0.0);

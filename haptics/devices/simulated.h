@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 
 #include "haptics/device.h"
 #include "haptics/trace.h"
@@ -26,6 +27,7 @@ struct SimulatedBody {
     double friction_n = 0.0;
     double resolution_m = 0.0;  // encoders read whole multiples of it along each axis; 0: exact
     HandModel hand{};
+    double let_go_s = std::numeric_limits<double>::infinity();  // from then on there is no hand
     double delay_s = 0.0;        // from send() to the motor; at most kMaxWaiting sends
     double jitter_s = 0.0;       // reads are late by up to so much, evenly; less than the tick
     Vec3 weight_n{0.0};          // what the device's balance leaves

@@ -92,6 +92,14 @@ TEST(SimulatedDevice, TheHandGoesWhereItWantsToBe) {
     EXPECT_NEAR(device.body().position_m.x, 0.02, 2e-5);
 }
 
+TEST(SimulatedDevice, AHandThatLetsGoLeavesTheDeviceAlone) {
+    const Trace trace = resting();
+    SimulatedDevice device(trace, {},
+                           {.mass_kg = 0.05, .damping_n_s_per_m = 0.0, .hand = kFirmHand, .let_go_s = 0.5});
+    run(device, 600, [](int, const Vec3&) { return Vec3(-1.0, 0.0, 0.0); }, kNothing);
+    EXPECT_NEAR(device.body().velocity_m_per_s.x, -1.0 / 0.05 * 0.1, 1e-3);  // from rest, 0.1 s long
+}
+
 TEST(SimulatedDevice, EncodersReadWholeCounts) {
     const Trace trace = resting();
     SimulatedDevice device(trace, {},

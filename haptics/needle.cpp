@@ -104,6 +104,7 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     const auto toReference = [&](const Vec3& p) { return patient::referenceFromDeformed(motion, breath, p); };
     const Vec3 channel_now = patient::deformedFromReference(motion, breath, s.channel_reference_m);
     const Tissue tissue_before = s.tissue;
+    const bool held_before = s.phase == Phase::held;
     ToolForce out;
     if (s.phase != Phase::outside && !(breath == s.breath))
         out.tissue_moved_m =
@@ -145,7 +146,9 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     out.force_n = needleForce(s, settings, axis);
     out.energy_j = axialEnergy(s, settings, patient) +
                    0.5 * settings.lateral_stiffness_n_per_m * glm::dot(s.lateral_m, s.lateral_m);
-    out.event = s.tissue != tissue_before || mayStep(events);
+    // A slanted border that was slid along may be left before its hold is drawn back.
+    const bool let_go = held_before && s.phase == Phase::pass;
+    out.event = s.tissue != tissue_before || let_go || mayStep(events);
     return out;
 }
 

@@ -50,7 +50,45 @@ void run(std::vector<Row>& rows) {
     }
 }
 
+// The hand with each tool as in a procedure: at 20 mm/s into the skin and 30 mm beyond for what punctures, 3
+// mm for what presses, sliding all the while, then back.
+void stepTool(const patient::Patient& patient, Tool tool, const char* name, std::vector<Row>& rows) {
+    SimulationSettings settings;
+    settings.tools.first = tool;
+    Simulation simulation(patient, settings);
+    TickInput input;
+    input.device.device_from_stylus.rotation = {0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
+    TickOutput out;
+    NeedleEvents events;
+    std::vector<double> times_us;
+    const double deepest_m = holdsNeedle(tool) ? 0.030 : 0.003;
+    double x_m = -0.005, way_m = 20e-6;
+    for (int i = 0; i < 60000; ++i) {
+        x_m += way_m;
+        if (x_m > deepest_m) way_m = -20e-6;
+        if (x_m < -0.005) way_m = 20e-6;
+        input.device.device_from_stylus.position_m = {x_m, 0.004 * std::sin(0.001 * i), 0.0};
+        const auto began = std::chrono::steady_clock::now();
+        simulation.step(input, out, events);
+        times_us.push_back(1e3 * elapsed_ms(began));
+    }
+    char note[96];
+    std::snprintf(note, sizeof note, "median %.2f us, p99.9 %.2f us", median(times_us),
+                  quantile(times_us, 0.999));
+    rows.push_back({std::string("haptics.step.") + name, "rate [Hz]", 1000.0, 1e-3 * median(times_us),
+                    quantile(times_us, 0.999), "us p99.9", "1,000 us of a tick", note});
+}
+
+void runTools(std::vector<Row>& rows) {
+    const patient::Package package = breathingSlabs();
+    const patient::Patient patient(package);
+    constexpr const char* kNames[kToolCount]{"finger", "probe", "scalpel", "guide", "needle"};
+    for (int tool = 0; tool < kToolCount; ++tool)
+        stepTool(patient, Tool(tool), kNames[tool], rows);
+}
+
 const Registration registration("haptics.step", run);
+const Registration tools_registration("haptics.step.tools", runTools);
 
 }  // namespace
 }  // namespace stylet::bench

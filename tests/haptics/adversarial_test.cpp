@@ -1,0 +1,271 @@
+// What no hand does and a broken device might, and what geometry does at its worst.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "haptics/devices/profiles.h"
+#include "haptics/devices/simulated.h"
+#include "tests/haptics/column.h"
+#include "tests/haptics/scripted.h"
+
+namespace stylet::haptics {
+namespace {
+
+using enum Tissue;
+using test::Hand;
+
+double length(const Vec3& v) {
+    return std::sqrt(glm::dot(v, v));
+}
+
+// A simulation fed by hand, tick by tick; every tick is checked for what must always hold.
+struct Fed {
+    explicit Fed(const patient::Package& package) : patient(package), simulation(patient, {}) {
+        input.device.device_from_stylus.rotation = test::kAlongX;
+    }
+    void tick() {
+        simulation.step(input, out, events);
+        const Vec3& f = out.sent_device_n;
+        ASSERT_TRUE(std::isfinite(f.x) && std::isfinite(f.y) && std::isfinite(f.z));
+        ASSERT_LE(length(f), simulation.settings().profile.force_peak_n * (1.0 + 1e-12));
+        ASSERT_TRUE(std::isfinite(out.tool_force.energy_j));
+    }
+    void to(const Vec3& tip_m) {
+        input.device.device_from_stylus.position_m = tip_m;
+        tick();
+    }
+    void rearm() {
+        input.commands[input.command_count++] = {CommandKind::rearm, 0};
+        tick();
+        input.command_count = 0;
+    }
+    // Outside, with its start ramp behind it.
+    void settle() {
+        for (int i = 0; i < 2000; ++i)
+            to({-0.010, 0.0003, 0.0002});
+    }
+    patient::Patient patient;
+    Simulation simulation;
+    TickInput input;
+    TickOutput out;
+    NeedleEvents events;
+};
+
+TEST(Adversarial, Teleports) {
+    const patient::Package package = test::scriptedPackage();
+    Fed fed(package);
+    fed.settle();
+    std::mt19937_64 random(5);
+    const auto uniform = [&](double low, double high) {
+        return low + (high - low) * (double(random() >> 11) * 0x1p-53);
+    };
+    for (int i = 0; i < 20000; ++i) {
+        // Anywhere in reach, and now and then to the far corners of what a pose may be.
+        const double reach = i % 50 == 0 ? 9.9 : 0.08;
+        fed.to({uniform(-reach, reach), uniform(-reach, reach), uniform(-reach, reach)});
+        if (i % 100 == 99) fed.rearm();
+    }
+    EXPECT_LE(fed.events.count, kMaxStepEvents);
+    // Back outside it is as if nothing had been.
+    fed.to({-0.010, 0.0003, 0.0002});
+    fed.rearm();
+    fed.settle();
+    EXPECT_EQ(fed.out.phase, Phase::outside);
+    EXPECT_EQ(length(fed.out.sent_device_n), 0.0);
+}
+
+TEST(Adversarial, PosesThatCannotBe) {
+    const patient::Package package = test::scriptedPackage();
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = HUGE_VAL;
+    const Pose good{test::kAlongX, {0.020, 0.0003, 0.0002}};
+    const Quat q = test::kAlongX;
+    for (const Pose& bad :
+         {Pose{q, {kNan, 0.0, 0.0}}, Pose{q, {0.0, 0.0, -kInf}}, Pose{q, {0.0, 1e300, 0.0}},
+          Pose{{kNan, 0.0, 0.0, 0.0}, good.position_m}, Pose{{0.0, 0.0, 0.0, 0.0}, good.position_m},
+          Pose{{2.0, 0.0, 0.0, 0.0}, good.position_m}, Pose{{kInf, 0.0, 0.0, 0.0}, good.position_m}}) {
+        Fed fed(package);
+        fed.settle();
+        for (int i = 0; i <= 300; ++i)
+            fed.to({-0.010 + 0.0001 * i, 0.0003, 0.0002});
+        ASSERT_GT(length(fed.out.sent_device_n), 0.1);
+        const Vec3 before = fed.out.patient_from_tool.position_m;
+        fed.input.device.device_from_stylus = bad;
+        fed.tick();
+        EXPECT_NE(fed.out.faults, 0u);
+        EXPECT_EQ(fed.out.patient_from_tool.position_m, before);  // the last good one stays
+        for (int i = 0; i < 20; ++i)
+            fed.tick();
+        EXPECT_EQ(length(fed.out.sent_device_n), 0.0);
+        // A good pose alone does not bring the force back.
+        fed.input.device.device_from_stylus = good;
+        fed.tick();
+        EXPECT_EQ(length(fed.out.sent_device_n), 0.0);
+        EXPECT_NE(fed.out.faults, 0u);
+    }
+}
+
+// 50 mm/s onto bone, by a firm hand on each device: stopped as its stiffness says, and still afterwards.
+TEST(Adversarial, FastOntoBone) {
+    const patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.012}, {bone, 0.080}}, 0.0005);
+    const patient::Patient patient(package);
+    for (const DeviceProfile& profile : deviceProfiles()) {
+        Trace wanted;
+        const auto at = [&](double t_s, double x_m) {
+            wanted.samples.push_back({std::int64_t(t_s * 1e9), {test::kAlongX, {x_m, 0.0003, 0.0002}}, 0});
+        };
+        at(0.0, -0.010), at(2.0, -0.010), at(2.6, 0.020), at(5.0, 0.020);
+        SimulationSettings settings;
+        settings.profile = profile;
+        settings.profile.workspace_radius_m = kUnknown;
+        Simulation simulation(patient, settings);
+        SimulatedBody body = simulatedBody(profile, kFirmHand);
+        body.delay_s = 0.0005;
+        SimulatedDevice device(wanted, settings.profile, body);
+        TickInput input;
+        TickOutput out;
+        NeedleEvents events;
+        double deepest_m = 0.0, moved_m = 0.0;
+        bool on_bone = false;
+        for (int i = 0; i < 5000; ++i) {
+            input.device = device.read(std::int64_t(i) * 1000000);
+            simulation.step(input, out, events);
+            device.send(out.sent_device_n);
+            deepest_m = std::max(deepest_m, device.body().position_m.x);
+            on_bone = on_bone || (out.phase == Phase::held && out.depth_m > 0.0141);
+            if (i == 4000) moved_m = device.body().position_m.x;
+        }
+        EXPECT_TRUE(on_bone) << profile.name;
+        EXPECT_EQ(out.faults, 0u) << profile.name;
+        // 6 mm of the hand's spring against the bone's: no deeper than the hand wanted, give or take its
+        // swing.
+        EXPECT_LT(deepest_m, 0.021) << profile.name;
+        EXPECT_NEAR(device.body().position_m.x, moved_m, 1e-4) << profile.name;
+        EXPECT_LT(length(device.body().velocity_m_per_s), 2e-3) << profile.name;
+    }
+}
+
+// To a hair of the cut and back, a thousand times: one cut, at its depth, and Eq. 1 both ways.
+TEST(Adversarial, ReversalAtTheCut) {
+    const patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.020}});
+    const patient::Patient patient(package);
+    Hand hand(patient);
+    hand.to(-0.001);
+    hand.sweep(0.000875 - 1e-9);
+    const double brink_n = hand.force();
+    EXPECT_NEAR(brink_n, 0.7, 1e-5);
+    for (int i = 0; i < 1000; ++i) {
+        hand.to(0.000875 - 2e-9 - 1e-6 * (i % 7));
+        hand.to(0.000875 - 1e-9);
+        ASSERT_NEAR(hand.force(), brink_n, 1e-9);
+    }
+    EXPECT_TRUE(hand.of(NeedleEventKind::puncture).empty());
+    hand.to(0.000875 + 1e-9);
+    ASSERT_EQ(hand.of(NeedleEventKind::puncture).size(), 1u);
+    for (int i = 0; i < 1000; ++i) {
+        hand.to(0.000875 - 1e-9);
+        ASSERT_NEAR(hand.force(), 0.7, 1e-5);
+        hand.to(0.000875 + 1e-9);
+    }
+    EXPECT_EQ(hand.of(NeedleEventKind::puncture).size(), 1u);
+    EXPECT_EQ(hand.state.phase, Phase::pass);
+}
+
+// Along a border, on it, and beside it by what rounding leaves: the force does not chatter.
+TEST(Adversarial, GrazingBorders) {
+    const patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.010}, {liver, 0.030}}, 0.001);
+    const patient::Patient patient(package);
+    for (const double beside_m : {-1e-9, -1e-15, 0.0, 1e-15, 1e-9}) {
+        Hand hand(patient);
+        const double border_m = 0.012;
+        hand.to(-0.001);
+        hand.sweep(border_m + beside_m);
+        // The shaft turned along the border: 20 mm in it.
+        hand.axis = {0.0, 0.0, 1.0};
+        double before_n = hand.force();
+        std::size_t steps = 0;
+        for (int i = 1; i <= 400; ++i) {
+            const std::size_t events = hand.events.size();
+            hand.to(Vec3(border_m + beside_m, 0.0003, 0.0002 + 0.00005 * i));
+            ASSERT_TRUE(std::isfinite(hand.force()));
+            ASSERT_LE(std::fabs(hand.force()), 0.9 + 1e-9);
+            // The springs alone: 1,200 N/m at most, and what Eq. 1 is steeper by.
+            if (hand.events.size() == events)
+                steps += std::fabs(hand.force() - before_n) > 2.0 * 1200.0 * 0.00005;
+            before_n = hand.force();
+        }
+        EXPECT_EQ(steps, 0u) << beside_m;
+        EXPECT_LT(hand.events.size(), 12u) << beside_m;
+    }
+}
+
+TEST(Adversarial, PathsOfNoLength) {
+    const patient::Package package = test::scriptedPackage();
+    const patient::Patient patient(package);
+    const Vec3 inside{0.0145, 0.0, 0.0}, border{0.014, 0.0, 0.0};
+    for (const Vec3& p : {inside, border}) {
+        const auto segments = segmentsAlong(patient, p, p);
+        const ExactForce exact = solveExact(patient.package().tissues, segments, 0.0, {});
+        EXPECT_TRUE(std::isfinite(exact.at(0.0)));
+        EXPECT_TRUE(std::isfinite(exact.at(1.0)));
+    }
+    // A hand that never moves, wherever it begins; a needle without direction of travel.
+    for (const double x : {-0.01, 0.0, 0.001, 0.014, 0.0145, 0.1}) {
+        Hand hand(patient);
+        for (int i = 0; i < 100; ++i)
+            hand.to(x);
+        EXPECT_EQ(hand.force(), 0.0) << x;
+    }
+}
+
+// More borders than any list holds: counted, in order, never lost in memory; and the needle comes out again.
+TEST(Adversarial, AThousandThinLayers) {
+    test::Layers layers{{skin, 0.0002}};
+    for (int i = 0; i < 1000; ++i)
+        layers.push_back({i % 2 == 0 ? fascia : liver, 0.0001});
+    layers.push_back({soft, 0.005});
+    const patient::Package package = test::makeColumn(layers);
+    const patient::Patient patient(package);
+    for (const double step_m : {0.00002, 0.0005, 0.02, 0.1}) {
+        Hand hand(patient);
+        hand.to(-0.001);
+        double most_n = 0.0;
+        while (hand.state.tip_deformed_m.x < 0.104) {
+            const double x = std::min(0.104, hand.state.tip_deformed_m.x + step_m);
+            haptics::NeedleEvents events;
+            stepNeedle(hand.state, hand.settings, patient, {x, 0.0003, 0.0002}, hand.axis, {}, events);
+            ASSERT_LE(hand.state.queued_count, kMaxQueuedBorders);
+            ASSERT_LE(hand.state.cut_count, kMaxCutBorders);
+            ASSERT_TRUE(std::isfinite(hand.force()));
+            most_n = std::max(most_n, std::fabs(hand.force()));
+        }
+        EXPECT_LE(most_n, 2.5 + 1e-9) << step_m;
+        EXPECT_EQ(hand.state.tissue, soft) << step_m;
+        EXPECT_NEAR(hand.force(), 0.7, 1e-9) << step_m;
+        hand.to(-0.010);
+        EXPECT_EQ(hand.state.phase, Phase::outside) << step_m;
+        EXPECT_EQ(hand.force(), 0.0) << step_m;
+    }
+}
+
+// One tick through all of them: what does not fit into its list of events is counted.
+TEST(Adversarial, AJumpThroughAThousandLayersIsOneTick) {
+    test::Layers layers{{skin, 0.0002}};
+    for (int i = 0; i < 1000; ++i)
+        layers.push_back({i % 3 == 0 ? liver : i % 3 == 1 ? duct : vessel, 0.0001});
+    const patient::Package package = test::makeColumn(layers);
+    Fed fed(package);
+    fed.settle();
+    for (int i = 0; i < 100; ++i) {
+        fed.to({0.09, 0.0003, 0.0002});
+        EXPECT_EQ(fed.events.count, kMaxStepEvents);
+        EXPECT_GT(fed.events.dropped, 0);
+        fed.to({-0.01, 0.0003, 0.0002});
+        EXPECT_EQ(fed.out.phase, Phase::outside);
+    }
+}
+
+}  // namespace
+}  // namespace stylet::haptics

@@ -147,7 +147,7 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     out.energy_j = axialEnergy(s, settings, patient) +
                    0.5 * settings.lateral_stiffness_n_per_m * glm::dot(s.lateral_m, s.lateral_m);
     // A slanted border that was slid along may be left before its hold is drawn back.
-    const bool let_go = held_before && s.phase == Phase::pass;
+    const bool let_go = held_before && s.phase != Phase::held;
     out.event = s.tissue != tissue_before || let_go || mayStep(events);
     return out;
 }

@@ -29,14 +29,22 @@ void limitRate(OutputState& s, const Vec3& wanted_n, double step_n) noexcept {
     s.limited = s.limited || cut;
 }
 
-// The steepest the controller may be, N per m of a tick's way. Against the bare mechanism's mass a quarter of
-// what a held force can stop in one tick, so that it ends no motion in less than four.
-double steadiest(const DeviceProfile& profile, int delay_ticks, double dt_s) noexcept {
-    return 0.25 * knownOr(profile.mass_kg, kLightestMass_kg) / (dt_s * dt_s * (1.0 + delay_ticks));
+// The steepest the controller may be, N per m of a tick's way: twice what the steepest spring can owe
+// (Colgate and Schenkel's K (T/2 + t_d), over T), and against the bare mechanism's mass a quarter of what a
+// held force can stop in one tick, so that it ends no motion in less than four.
+double steadiest(const DeviceProfile& profile, double tangent_n_per_m, int delay_ticks,
+                 double dt_s) noexcept {
+    const double by_mass =
+        0.25 * knownOr(profile.mass_kg, kLightestMass_kg) / (dt_s * dt_s * (1.0 + delay_ticks));
+    return std::min(by_mass, 2.0 * tangent_n_per_m * (0.5 + delay_ticks));
 }
 
+// The controller's force changes by less than a hand can tell in a tick (0.145 N, the study's threshold).
+constexpr double kControllerStep_n = 0.1;
+
+// Rounded up: a delay that is not accounted for is a debt that nobody sees.
 int delayTicks(const DeviceProfile& profile, double dt_s) noexcept {
-    const double ticks = std::floor(knownOr(profile.delay_s, 0.0) / dt_s + 0.5);
+    const double ticks = std::ceil(knownOr(profile.delay_s, 0.0) / dt_s - 1e-9);
     return int(std::clamp(ticks, 0.0, double(kMaxDelayTicks)));
 }
 
@@ -92,11 +100,16 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     const int delay = delayTicks(profile, dt_s);
     observe(s.passivity, motion, delay);
     if (level == 0.0) s.passivity.shortfall_j = 0.0;
-    s.controller_n =
-        settings.controller_share * takeBack(s.passivity, motion, delay, steadiest(profile, delay, dt_s));
+    const double tangent_n_per_m = gain * settings.model_tangent_n_per_m;
+    const Vec3 answer =
+        settings.controller_share *
+        takeBack(s.passivity, motion, delay, steadiest(profile, tangent_n_per_m, delay, dt_s));
+    bool smoothed = false;
+    s.controller_n += clampLength(answer - s.controller_n, kControllerStep_n, smoothed);
 
     s.sent_n = clampLength(level * at_full + s.controller_n, level * peak_n, s.limited);
-    remember(s.passivity, {s.sent_n, level * wall.force_n, level * gain, level});
+    s.controller_n = s.sent_n - level * at_full;
+    remember(s.passivity, {s.sent_n, level * wall.force_n, level * gain, level, s.controller_n});
     return s.sent_n;
 }
 

@@ -11,36 +11,108 @@ const SentForce& acting(const PassivityState& s, int delay_ticks) noexcept {
     return s.sent[(s.newest + size - std::uint32_t(delay_ticks)) % size];
 }
 
-Vec3 relative(const Motion& m) noexcept {
-    return m.tip_moved_m - m.tissue_moved_m;
+// Takes note of the tip's motion; returns what of it counts.
+Vec3 noteMotion(PassivityState& s, const Vec3& moved_m) noexcept {
+    constexpr std::uint32_t kLongest = 1u << 20;
+    Vec3 counts_m = moved_m;
+    for (int k = 0; k < 3; ++k) {
+        const std::size_t i = std::size_t(k);
+        if (moved_m[k] == 0.0) {
+            s.still[i] = std::min(s.still[i] + 1, kLongest);
+            continue;
+        }
+        const std::int32_t sense = moved_m[k] > 0.0 ? 1 : -1;
+        if (sense == -s.sense[i]) counts_m[k] = 0.0;
+        s.sense[i] = sense;
+        s.told_m[k] = counts_m[k];
+        s.spread[i] = s.still[i] + 1;
+        s.still[i] = 0;
+    }
+    return counts_m;
+}
+
+// By the hand, on this tick's motion, against what acted.
+struct Work {
+    double springs_j = 0.0, wall_j = 0.0, controller_j = 0.0;
+    double bunched_j = 0.0;  // what a spring owes for a count told at once beyond the same way in even steps
+};
+
+Work workOf(const PassivityState& s, const Motion& m, const Vec3& moved_m, int delay_ticks) noexcept {
+    const SentForce& now = acting(s, delay_ticks);
+    Work work;
+    // The tissue moves evenly.
+    work.springs_j = glm::dot(now.force_n - now.wall_n - now.controller_n, m.tissue_moved_m);
+    work.controller_j = glm::dot(now.controller_n, m.tissue_moved_m);
+    for (int k = 0; k < 3; ++k) {
+        if (moved_m[k] == 0.0) continue;
+        const int ticks = int(std::min<std::uint32_t>(s.spread[std::size_t(k)], kMaxSpreadTicks));
+        double all_n = 0.0, wall_n = 0.0, controller_n = 0.0;
+        for (int i = 0; i < ticks; ++i) {
+            const SentForce& f = acting(s, delay_ticks + i);
+            all_n += f.force_n[k], wall_n += f.wall_n[k], controller_n += f.controller_n[k];
+        }
+        const double way_m = moved_m[k] / double(ticks);
+        work.springs_j -= (all_n - wall_n - controller_n) * way_m;
+        work.wall_j -= wall_n * way_m;
+        work.controller_j -= controller_n * way_m;
+        const double stiffer_j = -0.5 * now.scale * (m.model_n[k] - s.model_n[k]) * moved_m[k];
+        work.bunched_j += stiffer_j * (1.0 - 1.0 / double(ticks));
+    }
+    return work;
+}
+
+// How fast the tip goes, as far as is known, and over how many ticks its next count is spread.
+struct Pace {
+    Vec3 way_m{0.0};  // in a tick
+    double ticks = 1.0;
+};
+
+Pace paceNow(const PassivityState& s, const Vec3& tissue_moved_m) noexcept {
+    Pace pace;
+    const double tissue2 = glm::dot(tissue_moved_m, tissue_moved_m);
+    double ticks = tissue2, all = tissue2;
+    for (int k = 0; k < 3; ++k) {
+        const std::size_t i = std::size_t(k);
+        // No count for longer than the last one took means slower; for twice as long, at rest.
+        if (s.still[i] >= 2 * s.spread[i]) continue;
+        pace.way_m[k] = s.told_m[k] / double(std::max(s.spread[i], s.still[i] + 1));
+        const double way2 = pace.way_m[k] * pace.way_m[k];
+        ticks += way2 * double(s.spread[i]);
+        all += way2;
+    }
+    pace.way_m -= tissue_moved_m;
+    if (all > 0.0) pace.ticks = ticks / all;
+    return pace;
 }
 
 }  // namespace
 
 void observe(PassivityState& s, const Motion& m, int delay_ticks) noexcept {
+    const Vec3 moved_m = noteMotion(s, m.tip_moved_m);
+    const Work work = workOf(s, m, moved_m, delay_ticks);
     const SentForce& force = acting(s, delay_ticks);
-    const Vec3 along = relative(m);
-    // By the hand (and by the breath, which moves the tissue) against what was sent.
-    const double work_j =
-        -glm::dot(force.force_n - force.wall_n, along) - glm::dot(force.wall_n, m.tip_moved_m);
     // At an event the springs are exchanged: neither a rise of S (a softer tissue under the same force) nor
     // its fall (a cut) is the hand's doing. What is, is the work against the model's mean force.
-    const double stored_j = m.event ? -0.5 * glm::dot(s.model_n + m.model_n, along) : m.energy_j - s.energy_j;
+    const Vec3 mean_n = 0.5 * (s.model_n + m.model_n);
+    const double stored_j = m.event ? -glm::dot(mean_n, moved_m - m.tissue_moved_m)
+                                    : m.energy_j - s.energy_j + glm::dot(mean_n, m.tip_moved_m - moved_m);
     const double wall_j = m.wall_energy_j - s.wall_energy_j;
+    const double given_j = force.scale * stored_j - work.springs_j - std::max(0.0, work.bunched_j) +
+                           force.wall_scale * wall_j - work.wall_j;
     s.shortfall_j =
-        std::max(0.0, s.shortfall_j + force.scale * stored_j + force.wall_scale * wall_j - work_j);
+        std::max(0.0, s.shortfall_j + (given_j > 0.0 ? kMargin * given_j : given_j) - work.controller_j);
     s.model_n = m.model_n;
     s.energy_j = m.energy_j;
     s.wall_energy_j = m.wall_energy_j;
 }
 
 Vec3 takeBack(const PassivityState& s, const Motion& m, int delay_ticks, double most_n_per_m) noexcept {
-    const Vec3 along = relative(m);
-    const double way2 = glm::dot(along, along);
+    const Pace pace = paceNow(s, m.tissue_moved_m);
+    const double way2 = glm::dot(pace.way_m, pace.way_m);
     if (s.shortfall_j <= 0.0 || way2 <= 0.0) return Vec3(0.0);
     // Behind a delay as many answers are on their way as it has ticks: each pays its share.
-    const double share_j = s.shortfall_j / (1.0 + delay_ticks);
-    return -std::min(share_j / way2, most_n_per_m) * along;
+    const double share_j = s.shortfall_j / (pace.ticks + delay_ticks);
+    return -std::min(share_j / way2, most_n_per_m) * pace.way_m;
 }
 
 void remember(PassivityState& s, const SentForce& sent) noexcept {
@@ -58,6 +130,11 @@ void hashPassivity(patient::StateHash& hash, const PassivityState& s) noexcept {
     hash.add(s.energy_j);
     hash.add(s.wall_energy_j);
     hash.add(s.shortfall_j);
+    hash.add(sent.controller_n);
+    hash.add(s.told_m);
+    for (std::size_t i = 0; i < 3; ++i)
+        hash.add(std::uint64_t(s.spread[i]) | std::uint64_t(s.still[i]) << 32),
+            hash.add(std::uint64_t(s.sense[i] + 1));
 }
 
 }  // namespace stylet::haptics

@@ -6,6 +6,12 @@
 //
 // A spring K held over a tick T while the tip moves dx gives K dx^2 / 2 too much; the controller's answer is
 // then K dx / 2, the force half a tick ahead: the damping K T / 2 of Colgate and Schenkel's condition.
+//
+// An encoder tells a slow motion late and all at once. What it tells after n still ticks is taken to have
+// happened evenly over them: under the forces of all of them, owing a nth of what one tick's motion would;
+// and the answer is spread over the n ticks until the next count is due. Otherwise a count would owe n times
+// too much, and the answer to it would be a kick. The first count back after still ticks is the same edge
+// crossed again: no way at all.
 #pragma once
 
 #include <array>
@@ -18,8 +24,12 @@ namespace stylet::haptics {
 
 using patient::Vec3;
 
+// So much more is asked back than was seen: jitter, and what an encoder keeps to itself, are not seen.
+inline constexpr double kMargin = 1.25;
 // Longest delay of a device that is accounted for.
 inline constexpr int kMaxDelayTicks = 16;
+// A count after so many still ticks, and any later one, is spread over so many.
+inline constexpr int kMaxSpreadTicks = 48;
 
 // What a device was told in one tick: all of it, and the wall's part. The scales say what share of the
 // model's force (gain and ramp) and of the wall's that is: their springs are scaled alike. A ramp that goes
@@ -27,6 +37,7 @@ inline constexpr int kMaxDelayTicks = 16;
 struct SentForce {
     Vec3 force_n{0.0}, wall_n{0.0};
     double scale = 0.0, wall_scale = 0.0;
+    Vec3 controller_n{0.0};  // the controller's part of it
 };
 
 // What one tick brought. Vectors in one frame, any.
@@ -39,11 +50,15 @@ struct Motion {
 };
 
 struct PassivityState {
-    std::array<SentForce, kMaxDelayTicks + 1> sent{};  // a ring
+    std::array<SentForce, kMaxDelayTicks + kMaxSpreadTicks> sent{};  // a ring
     std::uint32_t newest = 0;
     Vec3 model_n{0.0};  // of the last tick
     double energy_j = 0.0, wall_energy_j = 0.0;
     double shortfall_j = 0.0;  // what was given too much and is not yet taken back
+    // Each axis of the tip: the last motion, the ticks it is spread over, the ticks since.
+    Vec3 told_m{0.0};
+    std::array<std::uint32_t, 3> spread{1, 1, 1}, still{};
+    std::array<std::int32_t, 3> sense{};  // which way the last count went
 };
 
 // All: haptics thread, noexcept, no allocation, in this order each tick.

@@ -11,11 +11,7 @@ namespace {
 
 constexpr double kStep_s = 1e-4;
 // Worst of the Phantom class: see profiles.cpp.
-constexpr double kLightest_kg = 0.045, kLeastDamped_n_s_per_m = 0.005, kCoarsest_m = 55e-6;
-
-double knownElse(double value, double otherwise) noexcept {
-    return std::isnan(value) ? otherwise : value;
-}
+constexpr double kLeastDamped_n_s_per_m = 0.005, kCoarsest_m = 55e-6;
 
 // Steele, Lea, Flood 2014 (SplitMix64), to [0, 1).
 double draw(std::uint64_t seed, std::uint64_t index) noexcept {
@@ -33,10 +29,11 @@ double length(const Vec3& v) noexcept {
 
 SimulatedBody simulatedBody(const DeviceProfile& p, const HandModel& hand) noexcept {
     SimulatedBody body;
-    body.mass_kg = knownElse(p.mass_kg, kLightest_kg);
-    body.damping_n_s_per_m = knownElse(p.damping_n_s_per_m, kLeastDamped_n_s_per_m);
-    body.friction_n = knownElse(p.friction_n, 0.0);
-    body.resolution_m = knownElse(p.resolution_m, kCoarsest_m);
+    body.mass_kg = knownOr(p.mass_kg, kLightestMass_kg);
+    body.damping_n_s_per_m = knownOr(p.damping_n_s_per_m, kLeastDamped_n_s_per_m);
+    body.friction_n = knownOr(p.friction_n, 0.0);
+    body.resolution_m = knownOr(p.resolution_m, kCoarsest_m);
+    body.delay_s = p.delay_s;
     body.hand = hand;
     return body;
 }
@@ -67,20 +64,21 @@ void SimulatedDevice::send(const Vec3& force_n) noexcept {
         first_ = (first_ + 1) % kMaxWaiting;
         --waiting_count_;
     }
-    waiting_[std::size_t((first_ + waiting_count_++) % kMaxWaiting)] = {time_s_ + body_.delay_s, force_n};
+    waiting_[std::size_t((first_ + waiting_count_++) % kMaxWaiting)] = {state_.time_s + body_.delay_s,
+                                                                        force_n};
 }
 
 void SimulatedDevice::begin(double now_s) noexcept {
     const TraceSample wanted = sampleAt(*wanted_, std::llround(now_s * 1e9), cursor_);
     state_.position_m = target_m_ = wanted.device_from_stylus.position_m;
     state_.velocity_m_per_s = body_.velocity_m_per_s;
-    time_s_ = target_time_s_ = now_s;
+    state_.time_s = target_time_s_ = now_s;
     begun_ = true;
 }
 
 // To `to_s`, each waiting force taking over at its time.
 void SimulatedDevice::advance(double to_s) noexcept {
-    if (to_s <= time_s_) return;
+    if (to_s <= state_.time_s) return;
     const Vec3 target = sampleAt(*wanted_, std::llround(to_s * 1e9), cursor_).device_from_stylus.position_m;
     const Vec3 target_velocity = (target - target_m_) / (to_s - target_time_s_);
     while (waiting_count_ > 0 && waiting_[std::size_t(first_)].at_s < to_s) {
@@ -97,18 +95,18 @@ void SimulatedDevice::advance(double to_s) noexcept {
 
 // Under one motor force. `target_m` is the wanted place at the end.
 void SimulatedDevice::coast(double to_s, const Vec3& target_m, const Vec3& target_velocity) noexcept {
-    const double duration_s = to_s - time_s_;
+    const double duration_s = to_s - state_.time_s;
     if (duration_s <= 0.0) return;
     const int steps = int(std::ceil(duration_s / kStep_s));
     const double h = duration_s / steps;
     for (int i = 0; i < steps; ++i)
         step(h, target_m - (double(steps - i) - 0.5) * h * target_velocity, target_velocity);
-    time_s_ = to_s;
+    state_.time_s = to_s;
 }
 
 // `target_m` and the velocity are those of the step's middle.
 void SimulatedDevice::step(double h, const Vec3& target_m, const Vec3& target_velocity) noexcept {
-    const HandModel& hand = time_s_ < body_.let_go_s ? body_.hand : kNoHand;
+    const HandModel& hand = state_.time_s < body_.let_go_s ? body_.hand : kNoHand;
     const double mass = body_.mass_kg + hand.mass_kg;
     const double damping = body_.damping_n_s_per_m + hand.damping_n_s_per_m;
     const double stiffness = hand.stiffness_n_per_m;

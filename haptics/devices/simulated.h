@@ -40,6 +40,7 @@ SimulatedBody simulatedBody(const DeviceProfile&, const HandModel&) noexcept;
 
 // The truth behind the encoders.
 struct BodyState {
+    double time_s = 0.0;  // jitter included
     Vec3 position_m{0.0}, velocity_m_per_s{0.0};
     Vec3 motor_n{0.0};            // now at work
     double motor_work_j = 0.0;    // by the motor, since the begin
@@ -71,7 +72,7 @@ class SimulatedDevice final : public HapticDevice {
     DeviceProfile profile_;
     SimulatedBody body_;
     BodyState state_;
-    double time_s_ = 0.0, target_time_s_ = 0.0;
+    double target_time_s_ = 0.0;
     Vec3 target_m_{0.0};
     bool begun_ = false;
     std::uint64_t draws_ = 0;

@@ -84,10 +84,6 @@ const std::vector<Sequence>& sequences() {
     return list;
 }
 
-double knownOr(double value, double otherwise) {
-    return std::isnan(value) ? otherwise : value;
-}
-
 // The minimum-jerk step (Flash and Hogan 1985) from 0 to 1.
 double step01(double t) {
     const double s = std::clamp(t, 0.0, 1.0);
@@ -199,12 +195,13 @@ Staged stage(const StressCase& c, const Tissues& tissues, bool controller) {
     s.profile.friction_n = c.friction_n;
     s.profile.resolution_m = c.resolution_m;
     s.profile.workspace_radius_m = kUnknown;
+    s.profile.delay_s = c.delay_s;
 
     s.settings.dt_s = 1.0 / c.rate_hz;
     s.settings.profile = s.profile;
     s.settings.output = tissues.output();
     s.settings.breath = patient::BreathPlan{.rhythm = {c.breath_period_s, c.breath_amplitude}};
-    (void)controller;
+    s.settings.output.controller_share = controller ? 1.0 : 0.0;
 
     s.body = simulatedBody(s.profile, c.hand == HandKind::firm ? kFirmHand : kLightHand);
     s.body.delay_s = c.delay_s;

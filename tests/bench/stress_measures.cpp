@@ -32,7 +32,7 @@ double amplitude(const double* begin, const double* end) {
 
 }  // namespace
 
-Cycle findCycle(const std::vector<double>& position_m, double dt_s) {
+Cycle findCycle(const std::vector<double>& position_m, double dt_s, double wide_m) {
     // Twice: the breath's bend within the window would still be felt.
     const std::vector<double> fast = withoutSlow(withoutSlow(position_m, dt_s), dt_s);
     if (fast.size() < 16) return {};
@@ -46,7 +46,7 @@ Cycle findCycle(const std::vector<double>& position_m, double dt_s) {
         crossings += (p[-1] < 0.0) != (*p < 0.0);
     cycle.hz = 0.5 * crossings / (double(end - middle) * dt_s);
     const bool dies_away = cycle.amplitude_m < 0.7 * amplitude(begin, middle);
-    cycle.lasts = cycle.amplitude_m > kCycle_m && cycle.hz > kCycle_hz && !dies_away;
+    cycle.lasts = cycle.amplitude_m > wide_m && cycle.hz > kCycle_hz && !dies_away;
     return cycle;
 }
 

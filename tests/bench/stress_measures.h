@@ -13,19 +13,25 @@ namespace stylet::stress {
 using haptics::Vec3;
 
 // Limits, each with its reason.
-inline constexpr double kStep_n = 0.145;   // perceptible, the study's threshold
-inline constexpr double kCycle_m = 20e-6;  // a fingertip feels 10 to 30 um at 20 to 50 Hz
-inline constexpr double kCycle_hz = 5.0;   // below it is a hand's own swaying
+inline constexpr double kStep_n = 0.145;  // perceptible, the study's threshold
+// A fingertip feels 10 to 30 um at 20 to 50 Hz. One and a half encoder counts are added: of three counts from
+// end to end the first is the edge crossed on the way there, and two more are needed for a pace that could be
+// answered. What stays within them only the device's own friction can end (K <= 2 f_c / Delta).
+inline constexpr double kCycle_m = 20e-6, kCycle_counts = 1.5;
+// Fed by more than so much of its energy a second: less takes over 4 s to double it, where the least damped
+// and lightest mechanism without any friction (0.005 N s/m, 45 g) halves it in 6.
+inline constexpr double kFed_per_s = 0.2;
+inline constexpr double kCycle_hz = 5.0;  // below it is a hand's own swaying
 inline constexpr double kCycleWindow_s =
     1.0;  // the last of a case, a second or more after the hand came to rest
 
 // An oscillation that lasts.
 struct Cycle {
     double amplitude_m = 0.0, hz = 0.0;
-    bool lasts = false;  // above kCycle_m and kCycle_hz, and not dying away
+    bool lasts = false;  // wider than asked, faster than kCycle_hz, and not dying away
 };
 // Of an evenly sampled position. What is slower than kCycle_hz is taken off first.
-Cycle findCycle(const std::vector<double>& position_m, double dt_s);
+Cycle findCycle(const std::vector<double>& position_m, double dt_s, double wide_m = kCycle_m);
 
 // Energy that comes from nowhere. Balance = work of the motor on what it moves, relative to the tissue, plus
 // the rise of the model's stored energy as the device renders it, less what the device's own physical damping

@@ -60,7 +60,8 @@ class Judge {
 
     void take(const Simulation& simulation, const TickOutput& out, const BodyState& body, bool resting,
               bool last_window) {
-        Moment now{out, body, tissueAt(patient_, out.breath), gain_ * level(simulation), 0.0};
+        Moment now{out, body, tissueAt(patient_, out.breath), gain_ * simulation.state().output.safety.level,
+                   0.0};
         const NeedleState& needle = simulation.state().tools.needle;
         now.lateral_j = 0.5 * staged_.settings.tools.needle.lateral_stiffness_n_per_m *
                         glm::dot(needle.lateral_m, needle.lateral_m);
@@ -75,7 +76,11 @@ class Judge {
         }
         if (last_window) {
             if (track_m_.empty()) fed_before_j_ = fed_j_;
-            track_m_.push_back(glm::dot(body.position_m - now.tissue_m, staged_.axis));
+            events_ += out.tool_force.event;
+            // Where it was at the tick's own time: a body on the move would seem to shake with the jitter.
+            const double late_s = body.time_s - double(result_.ticks - 1) / case_.rate_hz;
+            const Vec3 at_m = body.position_m - late_s * body.velocity_m_per_s;
+            track_m_.push_back(glm::dot(at_m - now.tissue_m, staged_.axis));
         }
         last_ = now;
         has_last_ = true;
@@ -88,15 +93,15 @@ class Judge {
         result_.rise_limit_j = 2.0 * most_n_ * case_.resolution_m +
                                tangent_n_per_m_ * fastest_m_s_ * fastest_m_s_ * lag_s * lag_s + 20e-6;
         result_.forced_share = rest_ticks_ > 0 ? double(forced_ticks_) / double(rest_ticks_) : 0.0;
-        result_.cycle = findCycle(track_m_, 1.0 / case_.rate_hz);
-        // Fed by more than a twentieth of the energy in it.
+        result_.cycle =
+            findCycle(track_m_, 1.0 / case_.rate_hz, kCycle_m + kCycle_counts * case_.resolution_m);
         const double swing_j = 0.5 * tangent_n_per_m_ * result_.cycle.amplitude_m * result_.cycle.amplitude_m;
-        result_.cycle_is_fed = fed_j_ - fed_before_j_ > 0.05 * swing_j;
+        result_.cycle_is_fed = fed_j_ - fed_before_j_ > kFed_per_s * kCycleWindow_s * swing_j &&
+                               events_ < 0.5 * result_.cycle.hz * kCycleWindow_s;
         return result_;
     }
 
   private:
-    static double level(const Simulation&) { return 1.0; }
     double ratio(double damping_n_s_per_m) const {
         return tangent_n_per_m_ / (2.0 * damping_n_s_per_m * case_.rate_hz);
     }
@@ -139,7 +144,7 @@ class Judge {
     EnergyBalance balance_;
     Moment last_;
     bool has_last_ = false;
-    int falling_ticks_ = 0;
+    int falling_ticks_ = 0, events_ = 0;
     std::uint64_t rest_ticks_ = 0, forced_ticks_ = 0;
     std::vector<double> track_m_;
     double fed_j_ = 0.0, fed_before_j_ = 0.0;

@@ -121,8 +121,9 @@ TEST(Output, TheControllerLeadsTheScaledSpring) {
         stage.tick.tip_m.x = i * dx;
         stage.tick.tool.energy_j = 0.5 * k * i * i * dx * dx;
         const double sent = stage.send({-k * i * dx, 0.0, 0.0}).x;
-        EXPECT_NEAR(stage.state.controller_n.x, -0.5 * 0.5 * k * dx, 1e-12);
-        EXPECT_NEAR(sent, -0.5 * k * (i * dx + 0.5 * dx), 1e-12);
+        if (i < 20) continue;  // out of rest
+        EXPECT_NEAR(stage.state.controller_n.x, -kMargin * 0.5 * 0.5 * k * dx, 1e-9);
+        EXPECT_NEAR(sent, -0.5 * k * (i * dx + kMargin * 0.5 * dx), 1e-9);
     }
     OutputSettings watching = plain();
     watching.controller_share = 0.0;
@@ -133,18 +134,42 @@ TEST(Output, TheControllerLeadsTheScaledSpring) {
     EXPECT_GT(off.state.passivity.shortfall_j, 0.0);
 }
 
+// Owing a joule: what it does about it.
+Stage owing(double tangent_n_per_m) {
+    OutputSettings settings = plain();
+    settings.model_tangent_n_per_m = tangent_n_per_m;
+    Stage stage(settings);
+    stage.state.passivity.shortfall_j = 1.0;
+    stage.state.passivity.still = {};
+    return stage;
+}
+
 TEST(Output, TheControllerStaysBelowWhatTheBareMassCanBear) {
-    Stage stage;
-    stage.state.passivity.shortfall_j = 1.0;
-    stage.tick.tip_m.y = 1e-6;
+    Stage steep = owing(1e6);
+    steep.tick.tip_m.y = 1e-6;
     // A quarter of m / T^2, for the lightest device.
-    EXPECT_NEAR(stage.send(Vec3(0.0)).y, -0.25 * kLightestMass_kg / (kDt_s * kDt_s) * 1e-6, 1e-12);
-    stage.tick.tip_m.y = 0.0009;
-    EXPECT_NEAR(stage.send(Vec3(0.0)).y, -10.1, 0.1);
-    stage.profile.force_peak_n = 8.0;
-    stage.state.passivity.shortfall_j = 1.0;
-    stage.tick.tip_m.y = 0.0018;
-    EXPECT_NEAR(stage.send(Vec3(0.0)).y, -8.0, 1e-12);
+    EXPECT_NEAR(steep.send(Vec3(0.0)).y, -0.25 * kLightestMass_kg / (kDt_s * kDt_s) * 1e-6, 1e-12);
+}
+
+TEST(Output, TheControllerIsNoSteeperThanTheSteepestSpringCanOwe) {
+    Stage soft = owing(1000.0);
+    soft.tick.tip_m.y = 1e-6;
+    EXPECT_NEAR(soft.send(Vec3(0.0)).y, -1000.0 * 1e-6, 1e-12);  // twice K/2
+    Stage late = owing(1000.0);
+    late.profile.delay_s = 1.2 * kDt_s;  // counts as two ticks
+    late.tick.tip_m.y = 1e-6;
+    EXPECT_NEAR(late.send(Vec3(0.0)).y, -0.25 * kLightestMass_kg / (3.0 * kDt_s * kDt_s) * 1e-6, 1e-12);
+}
+
+TEST(Output, TheControllerKicksNobody) {
+    Stage stage = owing(1e6);
+    double last = 0.0;
+    for (int i = 1; i <= 100; ++i) {
+        stage.tick.tip_m.y = i % 10 < 5 ? 0.001 : -0.001;
+        const double sent = stage.send(Vec3(0.0)).y;
+        EXPECT_LE(std::fabs(sent - last), 0.1 + 1e-12);
+        last = sent;
+    }
 }
 
 TEST(Output, TheWallPushesBackIntoTheWorkspace) {
@@ -155,7 +180,8 @@ TEST(Output, TheWallPushesBackIntoTheWorkspace) {
         stage.tick.tip_m.x = x;
         stage.send(Vec3(0.0));
     }
-    stage.send(Vec3(0.0));
+    for (int i = 0; i < 100; ++i)
+        stage.send(Vec3(0.0));
     EXPECT_NEAR(stage.state.sent_n.x, -200.0 * 0.004, 0.01);
 }
 

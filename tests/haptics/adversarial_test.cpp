@@ -206,7 +206,9 @@ TEST(Adversarial, PathsOfNoLength) {
     const patient::Patient patient(package);
     const Vec3 inside{0.0145, 0.0, 0.0}, border{0.014, 0.0, 0.0};
     for (const Vec3& p : {inside, border}) {
-        const auto segments = segmentsAlong(patient, p, p);
+        patient::VoxelPath path;
+        std::vector<Segment> segments;
+        segmentsAlong(patient::TissueMap(patient), p, p, path, segments);
         const ExactForce exact = solveExact(patient.package().tissues, segments, 0.0, {});
         EXPECT_TRUE(std::isfinite(exact.at(0.0)));
         EXPECT_TRUE(std::isfinite(exact.at(1.0)));

@@ -30,6 +30,7 @@ void add(Tally& t, const CaseResult& r) {
     t.steps += r.stepFails();
     t.faulted += r.faults != 0;
     t.idle += r.forced_share < 0.05;
+    t.unjudged += !r.cycle_judged;
     t.worst_rise_j = std::max(t.worst_rise_j, r.rise_j);
     t.worst_rise_over_limit = std::max(t.worst_rise_over_limit, r.rise_j / r.rise_limit_j);
     t.worst_step_n = std::max(t.worst_step_n, r.step_n);
@@ -67,6 +68,7 @@ Json toJson(const Tally& t) {
             {"worst_step_n", t.worst_step_n},
             {"faulted", t.faulted},
             {"without_force", t.idle},
+            {"cycle_not_judged", t.unjudged},
             {"worst_tangent_over_bound_bare", t.most_bare_ratio},
             {"worst_tangent_over_bound_held", t.most_held_ratio},
             {"above_bound_bare", t.active_bare},
@@ -143,8 +145,10 @@ void printTable(const std::vector<Judged>& off, const std::vector<Judged>& on,
         "worst tangent over 2b/T, b physical: bare up to %.0f, above 1 in %d of %d cases; with the hand "
         "up to %.2f, above 1 in %d\n",
         t.most_bare_ratio, t.active_bare, t.cases, t.most_held_ratio, t.active_held);
-    std::printf("%d of %d cases had no force at rest; %.3g ticks with the controller on, %.3g off\n", t.idle,
-                t.cases, double(t.ticks), double(tally(off).ticks));
+    std::printf(
+        "%d of %d cases had no force at rest, %d an event in the window for limit cycles; %.3g ticks with "
+        "the controller on, %.3g off\n",
+        t.idle, t.cases, t.unjudged, double(t.ticks), double(tally(off).ticks));
     for (const StillHand& s : still)
         std::printf(
             "still hand, %s on %s at %d Hz: the breath is felt as %.3f N with the controller, %.3f N "

@@ -16,7 +16,7 @@ struct Judged {
 // One cell of the table: a controller setting and a kind of hand.
 struct Tally {
     int cases = 0, failed = 0;
-    int not_finite = 0, energy = 0, cycles = 0, steps = 0, faulted = 0, idle = 0;
+    int not_finite = 0, energy = 0, cycles = 0, steps = 0, faulted = 0, idle = 0, unjudged = 0;
     double worst_rise_j = 0.0, worst_rise_over_limit = 0.0;
     double widest_cycle_m = 0.0, slowest_hz = 0.0, fastest_hz = 0.0;
     double worst_step_n = 0.0;

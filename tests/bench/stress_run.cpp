@@ -96,8 +96,8 @@ class Judge {
         result_.cycle =
             findCycle(track_m_, 1.0 / case_.rate_hz, kCycle_m + kCycle_counts * case_.resolution_m);
         const double swing_j = 0.5 * tangent_n_per_m_ * result_.cycle.amplitude_m * result_.cycle.amplitude_m;
-        result_.cycle_is_fed = fed_j_ - fed_before_j_ > kFed_per_s * kCycleWindow_s * swing_j &&
-                               events_ < 0.5 * result_.cycle.hz * kCycleWindow_s;
+        result_.cycle_is_fed = fed_j_ - fed_before_j_ > kFed_per_s * kCycleWindow_s * swing_j;
+        result_.cycle_judged = events_ == 0;
         return result_;
     }
 

@@ -34,6 +34,7 @@ Vec3 noteMotion(PassivityState& s, const Vec3& moved_m) noexcept {
 // By the hand, on this tick's motion, against what acted.
 struct Work {
     double springs_j = 0.0, wall_j = 0.0, controller_j = 0.0;
+    double slow = 0.0;       // 0: told each tick, to 1: counts far apart
     double bunched_j = 0.0;  // what a spring owes for a count told at once beyond the same way in even steps
 };
 
@@ -43,6 +44,7 @@ Work workOf(const PassivityState& s, const Motion& m, const Vec3& moved_m, int d
     // The tissue moves evenly.
     work.springs_j = glm::dot(now.force_n - now.wall_n - now.controller_n, m.tissue_moved_m);
     work.controller_j = glm::dot(now.controller_n, m.tissue_moved_m);
+    double told2 = 0.0, late2 = 0.0;
     for (int k = 0; k < 3; ++k) {
         if (moved_m[k] == 0.0) continue;
         const int ticks = int(std::min<std::uint32_t>(s.spread[std::size_t(k)], kMaxSpreadTicks));
@@ -56,8 +58,12 @@ Work workOf(const PassivityState& s, const Motion& m, const Vec3& moved_m, int d
         work.wall_j -= wall_n * way_m;
         work.controller_j -= controller_n * way_m;
         const double stiffer_j = -0.5 * now.scale * (m.model_n[k] - s.model_n[k]) * moved_m[k];
-        work.bunched_j += stiffer_j * (1.0 - 1.0 / double(ticks));
+        const double late = 1.0 - 1.0 / double(ticks);
+        work.bunched_j += stiffer_j * late;
+        told2 += moved_m[k] * moved_m[k];
+        late2 += moved_m[k] * moved_m[k] * late;
     }
+    if (told2 > 0.0) work.slow = late2 / told2;
     return work;
 }
 
@@ -99,8 +105,8 @@ void observe(PassivityState& s, const Motion& m, int delay_ticks) noexcept {
     const double wall_j = m.wall_energy_j - s.wall_energy_j;
     const double given_j = force.scale * stored_j - work.springs_j - std::max(0.0, work.bunched_j) +
                            force.wall_scale * wall_j - work.wall_j;
-    s.shortfall_j =
-        std::max(0.0, s.shortfall_j + (given_j > 0.0 ? kMargin * given_j : given_j) - work.controller_j);
+    const double margin = given_j > 0.0 ? kMargin + (kSlowMargin - kMargin) * work.slow : 1.0;
+    s.shortfall_j = std::max(0.0, s.shortfall_j + margin * given_j - work.controller_j);
     s.model_n = m.model_n;
     s.energy_j = m.energy_j;
     s.wall_energy_j = m.wall_energy_j;

@@ -24,8 +24,9 @@ namespace stylet::haptics {
 
 using patient::Vec3;
 
-// So much more is asked back than was seen: jitter, and what an encoder keeps to itself, are not seen.
-inline constexpr double kMargin = 1.25;
+// So much more is asked back than was seen: jitter is not seen, and of a slow swing over few counts only
+// about half (the edges where it turns).
+inline constexpr double kMargin = 1.25, kSlowMargin = 2.5;
 // Longest delay of a device that is accounted for.
 inline constexpr int kMaxDelayTicks = 16;
 // A count after so many still ticks, and any later one, is spread over so many.

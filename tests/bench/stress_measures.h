@@ -18,8 +18,8 @@ inline constexpr double kStep_n = 0.145;  // perceptible, the study's threshold
 // end to end the first is the edge crossed on the way there, and two more are needed for a pace that could be
 // answered. What stays within them only the device's own friction can end (K <= 2 f_c / Delta).
 inline constexpr double kCycle_m = 20e-6, kCycle_counts = 1.5;
-// Fed by more than so much of its energy a second: less takes over 4 s to double it, where the least damped
-// and lightest mechanism without any friction (0.005 N s/m, 45 g) halves it in 6.
+// Fed by more than the device's own damping and friction take, and by more than so much of its energy a
+// second: else it dies away, if slowly.
 inline constexpr double kFed_per_s = 0.2;
 inline constexpr double kCycle_hz = 5.0;  // below it is a hand's own swaying
 inline constexpr double kCycleWindow_s =

@@ -75,7 +75,7 @@ class Judge {
             forced_ticks_ += length(out.sent_device_n) > 1e-3;
         }
         if (last_window) {
-            if (track_m_.empty()) fed_before_j_ = fed_j_;
+            if (track_m_.empty()) fed_before_j_ = fed_j_, lost_before_j_ = body.lost_j;
             events_ += out.tool_force.event;
             // Where it was at the tick's own time: a body on the move would seem to shake with the jitter.
             const double late_s = body.time_s - double(result_.ticks - 1) / case_.rate_hz;
@@ -96,7 +96,8 @@ class Judge {
         result_.cycle =
             findCycle(track_m_, 1.0 / case_.rate_hz, kCycle_m + kCycle_counts * case_.resolution_m);
         const double swing_j = 0.5 * tangent_n_per_m_ * result_.cycle.amplitude_m * result_.cycle.amplitude_m;
-        result_.cycle_is_fed = fed_j_ - fed_before_j_ > kFed_per_s * kCycleWindow_s * swing_j;
+        const double fed_j = fed_j_ - fed_before_j_, lost_j = last_.body.lost_j - lost_before_j_;
+        result_.cycle_is_fed = fed_j > lost_j && fed_j > kFed_per_s * kCycleWindow_s * swing_j;
         result_.cycle_judged = events_ == 0;
         return result_;
     }
@@ -123,7 +124,8 @@ class Judge {
         // An event's fall takes as many ticks as the rate limit says.
         if (now.out.tool_force.event) {
             const double fall_n = length(now.out.tool_force.force_n - last_.out.tool_force.force_n);
-            falling_ticks_ = 2 + int(fall_n / (staged_.settings.output.rate_limit_n_per_s * dt_s));
+            falling_ticks_ = std::max(falling_ticks_,
+                                      2 + int(fall_n / (staged_.settings.output.rate_limit_n_per_s * dt_s)));
         }
         if (falling_ticks_ > 0) {
             --falling_ticks_;
@@ -147,7 +149,7 @@ class Judge {
     int falling_ticks_ = 0, events_ = 0;
     std::uint64_t rest_ticks_ = 0, forced_ticks_ = 0;
     std::vector<double> track_m_;
-    double fed_j_ = 0.0, fed_before_j_ = 0.0;
+    double fed_j_ = 0.0, fed_before_j_ = 0.0, lost_before_j_ = 0.0;
     double most_n_ = 0.0, fastest_m_s_ = 0.0;
 };
 

@@ -1,25 +1,51 @@
 #include "haptics/guide.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace stylet::haptics {
 
 namespace {
 
-// Force toward the line at `r_m` beside it, and the work done to get there. The potential is the same for a
-// free needle and a snapped one within the catch, so snapping in adds no energy.
+// A free needle beside the rail feels it up to so far beyond its ends: that a force does not begin at once.
+constexpr double kFade_m = 0.010;
+
+// What it costs to get from the line over the crest, out of the rail's reach.
+double crestEnergy(const GuideSettings& s) noexcept {
+    return 0.5 * s.stiffness_n_per_m * s.catch_m * std::max(s.catch_m, s.reach_m);
+}
+
+// Force toward the line at `r_m` beside it, and the energy there against that of a needle far away. The
+// potential is the same for a free needle and a snapped one within the catch, so snapping in adds none.
 struct Detent {
     double force_n = 0.0, energy_j = 0.0;
 };
 
+Detent snappedDetent(const GuideSettings& s, double r_m) noexcept {
+    const double k = s.stiffness_n_per_m;
+    return {k * r_m, 0.5 * k * r_m * r_m - crestEnergy(s)};
+}
+
 Detent freeDetent(const GuideSettings& s, double r_m) noexcept {
-    const double k = s.stiffness_n_per_m, c = s.catch_m;
-    if (r_m <= c) return {k * r_m, 0.5 * k * r_m * r_m};
-    const double fall_m = s.reach_m - c;
-    if (fall_m <= 0.0) return {0.0, 0.5 * k * c * c};
-    const double past_m = (r_m < s.reach_m ? r_m : s.reach_m) - c;
-    const double left = 1.0 - past_m / fall_m;
-    return {k * c * left, 0.5 * k * c * c + 0.5 * k * c * past_m * (1.0 + left)};
+    const double c = s.catch_m, fall_m = s.reach_m - c;
+    if (r_m <= c) return snappedDetent(s, r_m);
+    if (r_m >= s.reach_m) return {};
+    const double left = (s.reach_m - r_m) / fall_m, crest_n = s.stiffness_n_per_m * c;
+    return {crest_n * left, -0.5 * crest_n * fall_m * left * left};
+}
+
+// 1 along the rail, 0 from kFade_m beyond its ends; C1.
+struct Fade {
+    double share = 0.0, slope_per_m = 0.0;
+};
+
+Fade fadeAt(const GuideSettings& s, double height_m) noexcept {
+    const double beyond_m = std::max(-height_m, height_m - s.length_m);
+    if (beyond_m <= 0.0) return {1.0, 0.0};
+    if (beyond_m >= kFade_m) return {};
+    const double t = 1.0 - beyond_m / kFade_m;
+    return {t * t * (3.0 - 2.0 * t),
+            std::copysign(6.0 * t * (1.0 - t) / kFade_m, s.length_m - 2.0 * height_m)};
 }
 
 }  // namespace
@@ -44,16 +70,25 @@ Guided stepGuide(GuideState& state, const GuideSettings& s, const Pose& patient_
     if (out.event) state.snapped = !state.snapped;
 
     Detent detent;
+    double along_n = 0.0;
     if (state.snapped) {
         out.patient_from_needle = {patient_from_guide.rotation,
                                    patient_from_guide.position_m + height_m * rail};
-        detent = {s.stiffness_n_per_m * r_m, 0.5 * s.stiffness_n_per_m * r_m * r_m};
-    } else if (free && at_rail) {
-        detent = freeDetent(s, r_m);
+        detent = snappedDetent(s, r_m);
+    } else {
+        const Detent whole = freeDetent(s, r_m);
+        const Fade fade = fadeAt(s, height_m);
+        const bool felt = whole.energy_j * fade.share < 0.0;
+        out.event = out.event || (felt && free != state.free);
+        if (free) {
+            detent = {fade.share * whole.force_n, fade.share * whole.energy_j};
+            along_n = -fade.slope_per_m * whole.energy_j;
+        }
     }
-    state.across_m = across;
+    state.free = free;
     out.energy_j = detent.energy_j;
-    if (r_m > 0.0) out.force_n = -(detent.force_n / r_m) * across;
+    out.force_n = along_n * rail;
+    if (r_m > 0.0) out.force_n -= (detent.force_n / r_m) * across;
     return out;
 }
 

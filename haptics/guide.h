@@ -1,5 +1,6 @@
 // The needle guide: a rail on the ultrasound probe that keeps the needle on one line of its picture.
-// Across the line it is a spring that gives a click as the needle snaps in; along it nothing is felt.
+// Across the line it is a spring that gives a click as the needle snaps in; along it nothing is felt, save
+// where it draws a free needle in at its ends.
 #pragma once
 
 #include "haptics/realtime.h"
@@ -26,15 +27,15 @@ struct GuideSettings {
 
 struct GuideState {
     bool snapped = false;
-    Vec3 across_m{0.0};  // hand minus line, across the rail, patient frame
+    bool free = true;  // as told in the last tick
 };
 
 // What the rail makes of a hand.
 struct Guided {
     Pose patient_from_needle;  // on the line while snapped, else the hand's own
-    Vec3 force_n{0.0};         // on the hand, across the line
-    double energy_j = 0.0;     // in the rail's spring
-    bool event = false;        // snapped in or out
+    Vec3 force_n{0.0};         // on the hand
+    double energy_j = 0.0;     // in the rail's spring; 0 out of its reach, less within
+    bool event = false;        // snapped in or out, or a needle felt beside it went in or came out
 };
 
 // Haptics thread. noexcept, no allocation. One tick of a needle held as `patient_from_stylus`. Only a needle

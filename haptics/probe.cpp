@@ -30,9 +30,10 @@ ToolForce stepProbe(ProbeState& s, const ProbeSettings& settings, const Pad& pad
 }
 
 SkinRider parkOnSkin(const TouchMap& map, const MotionModel& motion, const Surrogate& breath,
-                     const Vec3& at_m) noexcept {
+                     const Pose& patient_from_tool) noexcept {
+    const Vec3 at_m = patient_from_tool.position_m;
     Carried toReference = carriedAt(motion, breath, at_m);
-    addSlope(toReference, motion, breath, Mat3(1.0));
+    addSlope(toReference, motion, breath, glm::mat3_cast(patient_from_tool.rotation));
     const TouchPoint t = touchAt(map, toReference.at_reference_m);
     const Vec3 outward = glm::transpose(toReference.slope) * t.level_slope;
     const double length = std::sqrt(glm::dot(outward, outward));

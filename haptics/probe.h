@@ -36,8 +36,9 @@ struct SkinRider {
     double level_m = 0.0;  // of the skin there
 };
 // Haptics thread, both. noexcept, no allocation.
+// The frame of the tool as in stepProbe().
 SkinRider parkOnSkin(const TouchMap&, const patient::MotionModel&, const patient::Surrogate&,
-                     const Vec3& at_m) noexcept STYLET_NONBLOCKING;
+                     const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
 // Returns how far the skin has taken it.
 Vec3 rideSkin(SkinRider&, const TouchMap&, const patient::MotionModel&,
               const patient::Surrogate&) noexcept STYLET_NONBLOCKING;

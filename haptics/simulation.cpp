@@ -54,7 +54,8 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
     const bool taken = takeCommands(input);
     patient::stepBreathing(state_.breathing, breath_, settings_.dt_s);
     OutputTick tick;
-    tick.unmet = takePose(input.device);
+    bool leapt = false;
+    tick.unmet = takePose(input.device, leapt);
     const bool refused = (tick.unmet & kNoPose) != 0;
     tick.tip_m = refused ? state_.output.tip_m : input.device.device_from_stylus.position_m;
 
@@ -64,7 +65,7 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
     if (state_.posed)
         force = stepTools(state_.tools, settings_.tools, touch(), *patient_, state_.patient_from_stylus,
                           breath, events);
-    force.event = force.event || taken;
+    force.event = force.event || taken || leapt;
     const Pose device_from_patient = settings_.patient_from_device.inverse();
     tick.tool = force;
     tick.tool.force_n = device_from_patient.direction(force.force_n);
@@ -97,10 +98,10 @@ bool Simulation::takeCommands(const TickInput& input) noexcept {
                 taken = takeTool(state_.tools, Tool(input.commands[i].value)) || taken;
                 break;
             case CommandKind::park:
-                parkProbe(state_.tools, touch(), *patient_,
-                          patient::surrogateAt(state_.breathing, breath_, settings_.dt_s),
-                          input.commands[i].value != 0);
-                taken = true;
+                taken = parkProbe(state_.tools, touch(), *patient_,
+                                  patient::surrogateAt(state_.breathing, breath_, settings_.dt_s),
+                                  input.commands[i].value != 0) ||
+                        taken;
                 break;
             case CommandKind::marker:
                 break;
@@ -110,9 +111,14 @@ bool Simulation::takeCommands(const TickInput& input) noexcept {
 }
 
 // Returns what stands against force.
-std::uint32_t Simulation::takePose(const DeviceState& device) noexcept {
+std::uint32_t Simulation::takePose(const DeviceState& device, bool& leapt) noexcept {
     const std::uint32_t unmet = checkDevice(state_.output.safety, settings_.profile, device, settings_.dt_s);
     if ((unmet & kNoPose) != 0) return unmet;
+    // Faster than any hand that means it: no way through the patient, and no stab.
+    if (state_.posed && state_.output.safety.speed_m_s > kOverSpeed_m_s) {
+        leapt = leap(state_.tools);
+        if (!leapt) return unmet;
+    }
     const Pose stylus{unit(device.device_from_stylus.rotation), device.device_from_stylus.position_m};
     state_.patient_from_stylus = settings_.patient_from_device * stylus;
     state_.posed = true;

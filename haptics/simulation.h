@@ -57,9 +57,10 @@ struct SimulationState {
     patient::BreathingState breathing;
     ToolState tools;
     OutputState output;
-    Pose patient_from_stylus;  // a pose that cannot be is refused, the last good one stays
-    bool posed = false;        // there has been a good pose
-    patient::StateHash hash;   // running: covers every tick so far
+    // A pose that cannot be is refused, and a leap with the needle in the body: the last good one stays.
+    Pose patient_from_stylus;
+    bool posed = false;       // there has been a good pose
+    patient::StateHash hash;  // running: covers every tick so far
 };
 
 // What the picture and the session may know of a tick. Trivially copyable: it travels in snapshots and rings.
@@ -107,7 +108,7 @@ class Simulation {
 
   private:
     bool takeCommands(const TickInput&) noexcept;
-    std::uint32_t takePose(const DeviceState&) noexcept;
+    std::uint32_t takePose(const DeviceState&, bool& leapt) noexcept;
     void hashTick(const TickInput&) noexcept;
     void describe(const ToolForce&, const patient::Surrogate& breath, TickOutput&) const noexcept;
 

@@ -8,9 +8,30 @@ using patient::Surrogate;
 
 namespace {
 
-bool isOutside(const Patient& patient, const Surrogate& breath, const Vec3& tip_m) noexcept {
-    const Vec3 reference_m = patient::referenceFromDeformed(patient.package().motion, breath, tip_m);
-    return patient.at(reference_m, {}).tissue == Tissue::air;
+// The tool in hand touches nothing. Gas in the body is labelled, the air outside is not.
+bool isOutside(const ToolState& s, const TouchTools* touch, const Patient& patient,
+               const Surrogate& breath) noexcept {
+    const patient::MotionModel& motion = patient.package().motion;
+    const Pose& tool = s.patient_from_tool;
+    const Vec3 reference_m = patient::referenceFromDeformed(motion, breath, tool.position_m);
+    const patient::TissueSample x = patient.at(reference_m, {});
+    if (x.tissue != Tissue::air || x.label != 0) return false;
+    if (holdsNeedle(s.in_hand) || !touch) return true;
+    if (s.in_hand == Tool::scalpel) return touchAt(*touch->map, reference_m).level_m >= 0.0;
+    PadState pad;
+    const bool finger = s.in_hand == Tool::finger;
+    return stepPad(pad, finger ? touch->finger_pad : touch->probe_pad,
+                   finger ? touch->finger.pad : touch->probe.pad, *touch->map, motion, tool, breath)
+               .touching == 0;
+}
+
+// What the hand knew is forgotten: it feels again once it has been outside.
+void beginAnew(ToolState& s) noexcept {
+    s.finger = {};
+    s.held_probe = {};
+    s.scalpel = {};
+    s.needle.primed = false;
+    s.waits = true;
 }
 
 // Returns how far the breath has carried the probe.
@@ -44,13 +65,13 @@ ToolForce stepHeldNeedle(ToolState& s, const ToolSettings& settings, const Patie
     const Vec3 axis = s.patient_from_needle.direction(Vec3(0.0, 0.0, -1.0));
     ToolForce force = stepNeedle(s.needle, settings.needle, patient, s.patient_from_needle.position_m, axis,
                                  breath, events, s.incisions);
-    const Vec3 carried_m = probe_moved_m - axis * glm::dot(probe_moved_m, axis);
-    if (railed && s.needle.phase == Phase::outside) force.tissue_moved_m = carried_m;
+    if (railed && s.needle.phase == Phase::outside) force.tissue_moved_m = probe_moved_m;
     if (s.guide.snapped) {
         // What pushes the needle sideways is the rail's to bear: the hand feels the rail.
         force.force_n = -s.needle.force_n * axis;
         force.energy_j = axialEnergy(s.needle, settings.needle, patient);
-        force.tissue_moved_m = axis * glm::dot(force.tissue_moved_m, axis) + carried_m;
+        // Along the needle the tissue's, across it the rail's.
+        force.tissue_moved_m = probe_moved_m + axis * glm::dot(force.tissue_moved_m - probe_moved_m, axis);
     }
     force.force_n += guided.force_n;
     force.energy_j += guided.energy_j;
@@ -87,28 +108,34 @@ bool takeTool(ToolState& s, Tool tool) noexcept {
     if (tool == Tool::probe) s.probe.parked = false;
     if (!holdsNeedle(tool)) s.guide = {};
     s.in_hand = tool;
-    s.finger = {};
-    s.held_probe = {};
-    s.scalpel = {};
-    s.waits = s.waits || !keeps_needle;
+    if (!keeps_needle) beginAnew(s);
     return true;
 }
 
-void parkProbe(ToolState& s, const TouchTools* touch, const Patient& patient, const Surrogate& breath,
+bool leap(ToolState& s) noexcept {
+    if (s.needle.phase != Phase::outside) return false;
+    beginAnew(s);
+    return true;
+}
+
+bool parkProbe(ToolState& s, const TouchTools* touch, const Patient& patient, const Surrogate& breath,
                bool stay) noexcept {
     if (!stay) {
-        s.waits = s.waits || (s.probe.parked && s.in_hand == Tool::probe);  // in hand again
+        const bool guides = s.guide.snapped && s.needle.phase != Phase::outside;
+        if (!s.probe.parked || guides) return false;
+        s.waits = s.waits || s.in_hand == Tool::probe;  // in hand again
         s.probe.parked = false;
-        return;
+        return true;
     }
-    if (s.in_hand != Tool::probe || s.waits || s.probe.parked) return;
+    if (s.in_hand != Tool::probe || s.waits || s.probe.parked) return false;
     s.held_probe = {};
     s.probe.parked = true;
     s.probe.patient_from_probe = s.patient_from_tool * kStylusFromProbe;
     const patient::MotionModel& motion = patient.package().motion;
     const Vec3 face_m = s.probe.patient_from_probe.position_m;
     s.probe.skin_reference_m = patient::referenceFromDeformed(motion, breath, face_m);
-    if (touch) s.probe.rider = parkOnSkin(*touch->map, motion, breath, face_m);
+    if (touch) s.probe.rider = parkOnSkin(*touch->map, motion, breath, s.patient_from_tool);
+    return true;
 }
 
 ToolForce stepTools(ToolState& s, const ToolSettings& settings, const TouchTools* touch,
@@ -117,9 +144,10 @@ ToolForce stepTools(ToolState& s, const ToolSettings& settings, const TouchTools
     s.patient_from_tool = patient_from_stylus;
     events.count = events.dropped = 0;
     const Vec3 probe_moved_m = carryProbe(s.probe, touch, patient, breath);
+    s.waits = s.waits && !isOutside(s, touch, patient, breath);
     if (s.waits) {
-        if (!isOutside(patient, breath, patient_from_stylus.position_m)) return {};
-        s.waits = false;
+        if (holdsNeedle(s.in_hand)) s.patient_from_needle = patient_from_stylus;
+        return {};
     }
     if (s.in_hand == Tool::probe && s.probe.parked) return {};  // the hand is empty
     if (holdsNeedle(s.in_hand)) return stepHeldNeedle(s, settings, patient, breath, probe_moved_m, events);
@@ -128,7 +156,7 @@ ToolForce stepTools(ToolState& s, const ToolSettings& settings, const TouchTools
 
 void hashTools(StateHash& hash, const ToolState& s) noexcept {
     hash.add(std::uint64_t(s.in_hand) | std::uint64_t(s.waits) << 8 | std::uint64_t(s.guide.snapped) << 9 |
-             std::uint64_t(s.probe.parked) << 10);
+             std::uint64_t(s.probe.parked) << 10 | std::uint64_t(s.guide.free) << 11);
     hash.add(s.patient_from_tool);
     if (s.probe.parked) {
         hash.add(s.probe.skin_reference_m);
@@ -140,7 +168,6 @@ void hashTools(StateHash& hash, const ToolState& s) noexcept {
     if (s.in_hand == Tool::scalpel) hashScalpel(hash, s.scalpel);
     if (!holdsNeedle(s.in_hand)) return;
     hash.add(s.patient_from_needle);
-    hash.add(s.guide.across_m);
     hashNeedle(hash, s.needle);
 }
 

@@ -64,7 +64,7 @@ void eachToolNumber(Settings& s, const Visit& visit) {
 
 struct ToolState {
     Tool in_hand = Tool::needle;
-    bool waits = false;  // taken up inside the body: nothing is felt until it has been outside
+    bool waits = true;  // at the start, taken up or after a leap: nothing is felt until it has been outside
     Pose patient_from_tool;
     Pose patient_from_needle;  // the same, but on the rail in the guide; the last one while another is held
     NeedleState needle;
@@ -82,9 +82,12 @@ struct ToolState {
 // first.
 bool takeTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
 // The probe in hand is let go of where it is (`stay`), and the hand is empty; or a parked one is taken off
-// the skin.
-void parkProbe(ToolState&, const TouchTools*, const patient::Patient&, const patient::Surrogate& breath,
+// the skin, unless its rail guides a needle in the body. False when nothing came of it.
+bool parkProbe(ToolState&, const TouchTools*, const patient::Patient&, const patient::Surrogate& breath,
                bool stay) noexcept STYLET_NONBLOCKING;
+// The hand was not where it is now a tick ago, and went no way: a tool outside the body is as if taken up
+// here. False where that cannot be, with a needle in the body.
+bool leap(ToolState&) noexcept STYLET_NONBLOCKING;
 // One tick of the tool in hand, patient frame. Without `touch` only the needle is felt.
 ToolForce stepTools(ToolState&, const ToolSettings&, const TouchTools* touch, const patient::Patient&,
                     const Pose& patient_from_stylus, const patient::Surrogate& breath,

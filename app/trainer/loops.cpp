@@ -96,10 +96,9 @@ class ForceFeed {
 // end, or the user to his. The hand moves with the loop's time, tick * dt, so that is what counts here too: a
 // late loop is waited for.
 void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& session,
-                 LoopChannels& channels, MomentQueue& moments, const std::atomic<bool>& focused,
-                 const Clock& clock, const LiveHand* live) {
+                 LoopChannels& channels, MomentQueue& moments, ForceFeed force,
+                 const std::atomic<bool>& focused, const Clock& clock, const LiveHand* live) {
     CommandFeed commands(attempt.hand);
-    ForceFeed force(focused.load());
     const std::int64_t dt_ns = tickOf(attempt);
     std::int64_t hand_ns = 0;
     const auto over = [&] {
@@ -160,7 +159,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     });
     std::jthread session_thread([&](const std::stop_token& stop) {
         try {
-            sessionLoop(stop, attempt, session, channels, moments, focused, clock, live);
+            sessionLoop(stop, attempt, session, channels, moments, ForceFeed(!worn), focused, clock, live);
         } catch (...) {
             failure = std::current_exception();
         }

@@ -258,14 +258,16 @@ TEST(Adversarial, AJumpThroughAThousandLayersIsOneTick) {
     for (int i = 0; i < 1000; ++i)
         layers.push_back({i % 3 == 0 ? liver : i % 3 == 1 ? duct : vessel, 0.0001});
     const patient::Package package = test::makeColumn(layers);
-    Fed fed(package);
-    fed.settle();
+    const patient::Patient patient(package);
+    Hand hand(patient);
+    hand.to(-0.01);
     for (int i = 0; i < 100; ++i) {
-        fed.to({0.09, 0.0003, 0.0002});
-        EXPECT_EQ(fed.events.count, kMaxStepEvents);
-        EXPECT_GT(fed.events.dropped, 0);
-        fed.to({-0.01, 0.0003, 0.0002});
-        EXPECT_EQ(fed.out.phase, Phase::outside);
+        NeedleEvents events;
+        stepNeedle(hand.state, hand.settings, patient, {0.09, 0.0003, 0.0002}, hand.axis, {}, events);
+        EXPECT_EQ(events.count, kMaxStepEvents);
+        EXPECT_GT(events.dropped, 0);
+        hand.to(-0.01);
+        EXPECT_EQ(hand.state.phase, Phase::outside);
     }
 }
 

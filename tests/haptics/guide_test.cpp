@@ -76,6 +76,54 @@ TEST(Guide, NoEnergyComesFromTheRail) {
     EXPECT_TRUE(rail.state.snapped);
 }
 
+// Nothing is stored where nothing is felt: carried past the rail's ends far beside it, a needle owes nothing.
+TEST(Guide, FarFromTheLineThereIsNoEnergy) {
+    for (const double z_m : {-0.1, -0.005, -1e-6, 1e-6, 0.03, 0.06 - 1e-6, 0.06 + 1e-6, 0.065, 0.2}) {
+        Rail rail;
+        const Guided far = rail.at({0.3, 0.0, z_m});
+        EXPECT_EQ(far.energy_j, 0.0) << z_m;
+        EXPECT_EQ(far.force_n, Vec3(0.0)) << z_m;
+    }
+}
+
+TEST(Guide, TheRailsEndsFadeByTheirEnergy) {
+    for (const double r : {0.0016, 0.003, 0.0055}) {
+        Rail rail;
+        rail.settings.catch_cosine = 2.0;  // never caught
+        Vec3 last = rail.at({r, 0.0, -0.02}).force_n;
+        EXPECT_EQ(last, Vec3(0.0));
+        for (int i = -1999; i <= 8000; ++i) {
+            const double z = 1e-5 * i, h = 1e-7;
+            const Guided here = rail.at({r, 0.0, z});
+            EXPECT_FALSE(here.event);
+            ASSERT_LT(glm::length(here.force_n - last), 0.005) << z;
+            if (i % 50 == 0) {
+                const double slope =
+                    (rail.at({r, 0.0, z + h}).energy_j - rail.at({r, 0.0, z - h}).energy_j) / (2.0 * h);
+                EXPECT_NEAR(here.force_n.z, -slope, 1e-3) << z;
+            }
+            last = here.force_n;
+        }
+        EXPECT_EQ(last, Vec3(0.0));
+    }
+}
+
+// The rail lets go of a needle that goes in beside it, and has it again when it is out: both are told.
+TEST(Guide, ToldWhenTheNeedleIsNoLongerFree) {
+    Rail rail;
+    rail.acrossForce(0.003);
+    rail.free = false;
+    const Guided in = rail.at({0.003, 0.0, 0.03});
+    EXPECT_EQ(in.force_n, Vec3(0.0));
+    EXPECT_TRUE(in.event);
+    EXPECT_FALSE(rail.at({0.003, 0.0, 0.03}).event);
+    rail.free = true;
+    EXPECT_TRUE(rail.at({0.003, 0.0, 0.03}).event);
+    rail.at({0.007, 0.0, 0.03});
+    rail.free = false;
+    EXPECT_FALSE(rail.at({0.007, 0.0, 0.03}).event);  // nothing was felt there
+}
+
 TEST(Guide, SnapsInOnlyAlongItsLengthAndFreeAndAligned) {
     const double half = 0.5 * 25.0 * 3.14159265358979 / 180.0;
     const Quat tilted{std::cos(half), std::sin(half), 0.0, 0.0};

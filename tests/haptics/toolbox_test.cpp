@@ -19,6 +19,10 @@ struct Bench {
         settings.tools.first = first;
         simulation.emplace(patient, settings);
     }
+    Bench(const patient::Package& of, Tool first) : package(of), patient(package) {
+        settings.tools.first = first;
+        simulation.emplace(patient, settings);
+    }
     void command(CommandKind kind, std::uint32_t value) {
         input.commands[input.command_count++] = {kind, value};
     }
@@ -110,6 +114,113 @@ TEST(Toolbox, AnIdleNeedleKeepsItsCutsAndCostsTheHashNothing) {
     EXPECT_EQ(b.out.phase, Phase::pass);  // through the same hole
 }
 
+// Laid down on one side and taken up on the other it has not gone through the patient.
+TEST(Toolbox, ANeedleTakenUpElsewhereHasNotGoneThere) {
+    Bench b;
+    b.to(-0.005);
+    b.take(Tool::finger);
+    b.to(-0.005);
+    b.to({-0.005, 0.1, 0.0}), b.to({0.060, 0.1, 0.0}), b.to({0.060, 0.0, 0.0});
+    b.take(Tool::needle);
+    b.to(0.060);
+    EXPECT_EQ(b.events.count, 0);
+    EXPECT_EQ(b.out.phase, Phase::outside);
+    EXPECT_EQ(b.simulation->state().tools.needle.cut_count, 0);
+}
+
+// The device told nonsense for a tick: a place within its reach, behind the patient.
+TEST(Toolbox, ALeapOutsideIsNoWayThroughThePatient) {
+    Bench b;
+    b.to(-0.005);
+    for (const double x_m : {0.060, -0.005}) {
+        b.to(x_m);
+        EXPECT_EQ(b.events.count, 0) << x_m;
+        EXPECT_EQ(b.out.phase, Phase::outside) << x_m;
+    }
+    EXPECT_EQ(b.simulation->state().tools.needle.cut_count, 0);
+    b.to(0.020);  // into the middle: not felt until it has been outside
+    b.sweep(0.022);
+    EXPECT_EQ(b.out.phase, Phase::outside);
+    EXPECT_EQ(b.out.tool_force.force_n, Vec3(0.0));
+    b.sweep(-0.005);
+    b.sweep(0.0005);
+    EXPECT_EQ(b.out.phase, Phase::held);
+}
+
+TEST(Toolbox, ALeapOfANeedleInTheBodyIsNotBelieved) {
+    Bench b;
+    b.to(-0.005);
+    b.sweep(0.010);
+    const double force_n = b.out.force_n, depth_m = b.out.depth_m;
+    b.to(0.050);
+    EXPECT_EQ(b.events.count, 0);
+    EXPECT_EQ(b.out.depth_m, depth_m);
+    b.to(0.010), b.to(0.010);
+    EXPECT_EQ(b.out.depth_m, depth_m);
+    EXPECT_NEAR(b.out.force_n, force_n, 1e-9);
+}
+
+TEST(Toolbox, ANeedleThatBeginsInsideIsNotFelt) {
+    Bench b;
+    b.to(0.010);
+    b.sweep(0.012);
+    EXPECT_EQ(b.out.phase, Phase::outside);
+    EXPECT_EQ(b.out.tool_force.force_n, Vec3(0.0));
+}
+
+TEST(Toolbox, GasInTheBodyIsNotOutside) {
+    patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.018}, {air, 0.010}, {soft, 0.02}});
+    patient::Label lung;
+    lung.id = 40, lung.name = "lung", lung.tissue = air;
+    package.label_table.push_back(lung);
+    for (std::size_t i = 200; i < 300; ++i)
+        package.labels.voxels[i] = lung.id;
+    Bench b(package, Tool::scalpel);
+    b.to(0.025);
+    b.take(Tool::needle);
+    b.to(0.025);
+    b.sweep(0.035);
+    EXPECT_EQ(b.out.phase, Phase::outside);
+    EXPECT_EQ(b.out.tool_force.force_n, Vec3(0.0));
+}
+
+TEST(Toolbox, ACommandThatDoesNothingIsNoEvent) {
+    Bench b;
+    b.to(-0.005);
+    for (const std::uint32_t stay : {0u, 1u}) {  // there is no probe in hand, and none parked
+        b.command(CommandKind::park, stay);
+        b.to(-0.005);
+        EXPECT_FALSE(b.out.tool_force.event) << stay;
+    }
+}
+
+// The breath carries probe and rail along z; the needle leans that way too, beside the rail.
+TEST(Toolbox, ARailThatMovesMovesWhatTheHandFeelsOfIt) {
+    Bench b(-0.012, Tool::probe);
+    b.to(-0.001);
+    b.command(CommandKind::park, 1);
+    b.to(-0.001);
+    b.take(Tool::guide);
+    const double half = 0.5 * 0.3;
+    b.input.device.device_from_stylus = {Quat{std::cos(half), 0.0, std::sin(half), 0.0} * test::kAlongX,
+                                         {-0.05, 0.1, 0.0}};
+    const auto still = [&] {
+        b.simulation->step(b.input, b.out, b.events);
+        b.input.command_count = 0;
+    };
+    still();
+    Vec3 before = b.out.patient_from_probe.position_m;
+    double moved_m = 0.0;
+    for (int i = 0; i < 1000; ++i) {
+        still();
+        const Vec3 now = b.out.patient_from_probe.position_m;
+        ASSERT_LT(glm::length(b.out.tool_force.tissue_moved_m - (now - before)), 1e-12) << i;
+        moved_m += glm::length(now - before);
+        before = now;
+    }
+    EXPECT_GT(moved_m, 0.002);
+}
+
 TEST(Toolbox, TheSameTicksWithAnotherToolEndInAnotherHash) {
     Bench a, b(0.0, Tool::finger);
     for (int i = 0; i < 10; ++i)
@@ -119,9 +230,9 @@ TEST(Toolbox, TheSameTicksWithAnotherToolEndInAnotherHash) {
 
 TEST(Toolbox, AParkedProbeRidesTheBreath) {
     Bench b(-0.012, Tool::probe);
-    b.to({0.0, 0.0, 0.010});
+    b.to({-0.001, 0.0, 0.010});
     b.command(CommandKind::park, 1);
-    b.to({0.0, 0.0, 0.010});
+    b.to({-0.001, 0.0, 0.010});
     EXPECT_TRUE(b.out.probe_parked);
     EXPECT_NEAR(b.out.patient_from_probe.direction({0.0, 0.0, 1.0}).x, 1.0, 1e-12);  // +z into the body
     const Vec3 before = b.out.patient_from_probe.position_m;
@@ -169,7 +280,10 @@ TEST(Toolbox, AProbeLetGoOfLeavesTheHandEmpty) {
     park(0), to(0.002);  // in hand again, inside
     EXPECT_FALSE(out.probe_parked);
     EXPECT_EQ(out.tool_force.force_n, Vec3(0.0));
-    to(-0.010), to(0.002);
+    for (int i = 0; i < 300; ++i)
+        to(0.002 - 0.00004 * i);
+    for (int i = 0; i <= 300; ++i)
+        to(-0.010 + 0.00004 * i);
     EXPECT_LT(out.tool_force.force_n.x, -0.05);
 }
 
@@ -188,14 +302,26 @@ TEST(Toolbox, InTheGuideTheHandFeelsTheRailAndTheNeedleStaysOnIt) {
     b.to(-0.02);
     b.sweep(0.010);
     EXPECT_TRUE(b.out.needle_in_guide);
-    b.to({0.010, 0.0043, 0.0002});
+    for (int i = 1; i <= 40; ++i)
+        b.to({0.010, 0.0003 + 1e-4 * i, 0.0002});
     EXPECT_NEAR(b.out.tool_force.force_n.y, -1000.0 * 0.004, 1e-9);
     EXPECT_NEAR(b.out.tool_force.force_n.x, -0.7, 1e-9);
-    EXPECT_NEAR(b.out.tool_force.energy_j, 0.5 * 1000.0 * 0.004 * 0.004 + 0.5 * 0.7 * 0.7 / 1000.0, 1e-9);
+    const double crest_j = 0.5 * 1000.0 * 0.0015 * 0.006;  // S is counted from outside the rail's reach
+    EXPECT_NEAR(b.out.tool_force.energy_j, 0.5 * 1000.0 * 0.004 * 0.004 - crest_j + 0.5 * 0.7 * 0.7 / 1000.0,
+                1e-9);
     EXPECT_NEAR(b.out.patient_from_needle.position_m.y, 0.0003, 1e-12);
     EXPECT_EQ(b.out.lateral_cut_m, 0.0);
-    b.command(CommandKind::park, 0);  // the probe is taken away: the needle stands free
-    b.to(0.010);
+    b.command(CommandKind::park, 0);  // not while the needle is in the body: it would jump to the hand
+    b.to({0.010, 0.0043, 0.0002});
+    EXPECT_TRUE(b.out.probe_parked && b.out.needle_in_guide);
+    EXPECT_FALSE(b.out.tool_force.event);
+    EXPECT_EQ(b.out.lateral_cut_m, 0.0);
+    for (int i = 39; i >= 0; --i)
+        b.to({0.010, 0.0003 + 1e-4 * i, 0.0002});
+    b.sweep(-0.02);
+    b.command(CommandKind::park, 0);  // the probe is taken away: the needle is the hand's
+    b.to(-0.02);
+    EXPECT_TRUE(b.out.tool_force.event);
     EXPECT_FALSE(b.out.needle_in_guide);
 }
 

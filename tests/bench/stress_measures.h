@@ -14,10 +14,11 @@ using haptics::Vec3;
 
 // Limits, each with its reason.
 inline constexpr double kStep_n = 0.145;  // perceptible, the study's threshold
-// A fingertip feels 10 to 30 um at 20 to 50 Hz. One and a half encoder counts are added: of three counts from
-// end to end the first is the edge crossed on the way there, and two more are needed for a pace that could be
-// answered. What stays within them only the device's own friction can end (K <= 2 f_c / Delta).
-inline constexpr double kCycle_m = 20e-6, kCycle_counts = 1.5;
+// A fingertip feels 10 to 30 um at 20 to 50 Hz. Two and a half encoder counts are added, five from end to
+// end: an edge is lost at each turn, and a pace needs two more. Swings of up to 2.4 counts were seen whose
+// size did not change with the controller's gain (weak devices, bare, without any friction, 0.02 N): only the
+// device's own friction can end what stays within the encoder (K <= 2 f_c / Delta).
+inline constexpr double kCycle_m = 20e-6, kCycle_counts = 2.5;
 // Fed by more than the device's own damping and friction take, and by more than so much of its energy a
 // second: else it dies away, if slowly.
 inline constexpr double kFed_per_s = 0.2;

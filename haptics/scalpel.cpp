@@ -138,6 +138,7 @@ ToolForce stepScalpel(ScalpelState& s, Incisions& incisions, const ScalpelSettin
         force.force_n = back * (-settings.stiffness_n_per_m * stretch);
         force.energy_j = 0.5 * settings.stiffness_n_per_m * glm::dot(stretch, stretch);
     } else {
+        force.event = force.event || s.cutting;  // what held the blade lets go
         s.touching = s.cutting = false;
         s.incision = -1;
     }

@@ -97,6 +97,26 @@ TEST(Scalpel, ADrawnBladeOpensTheWayItWent) {
     EXPECT_EQ(s.incisions.count, 1);
 }
 
+// The blade is held by what it cuts until its point is out: that step is told.
+TEST(Scalpel, LeavingTheSkinIsAnEventWhereTheForceSteps) {
+    for (const double beside_m : {0.0, 0.004}) {
+        Surgeon s;
+        s.sweep(0.003, 0.0);
+        Vec3 before_n = s.force.force_n;
+        double most_n = 0.0;
+        for (int i = 1; i <= 200; ++i) {
+            const ToolForce f = s.to(0.003 - 2e-5 * i, beside_m * i / 200.0);
+            const double step_n = glm::length(f.force_n - before_n);
+            // The spring's own: 800 N/m over at most 28 um.
+            EXPECT_TRUE(step_n <= 0.03 || f.event) << i;
+            most_n = std::max(most_n, step_n);
+            before_n = f.force_n;
+        }
+        EXPECT_GT(most_n, 0.2);
+        EXPECT_EQ(before_n, Vec3(0.0));
+    }
+}
+
 TEST(Scalpel, DoesNotCutBone) {
     Surgeon s({{skin, 0.002}, {soft, 0.004}, {bone, 0.010}});
     s.sweep(0.009, 0.0);  // 3 mm behind the bone's surface

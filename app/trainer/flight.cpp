@@ -14,13 +14,12 @@ using haptics::TickRecord;
 constexpr std::array<const char*, 5> kStages{"waiting", "rising", "on", "fading", "off"};
 
 std::uint64_t faultTick(const std::vector<TickRecord>& flight) {
-    std::uint64_t tick = flight.front().output.tick;
     std::uint32_t before = flight.front().output.faults;
     for (const TickRecord& record : flight) {
-        if ((record.output.faults & ~before) != 0) tick = record.output.tick;
+        if ((record.output.faults & ~before) != 0) return record.output.tick;
         before = record.output.faults;
     }
-    return tick;
+    return flight.front().output.tick;
 }
 
 void writeVector(std::ofstream& stream, const patient::Vec3& v) {

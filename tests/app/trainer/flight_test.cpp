@@ -49,6 +49,23 @@ TEST(Flight, TheButtonRearmsAndEveryFaultIsAFlight) {
     EXPECT_TRUE(never.flights.empty());
 }
 
+// One fault brings the next: a lost device is soon a silent one.
+TEST(Flight, TimeZeroIsTheFirstFault) {
+    std::vector<haptics::TickRecord> flight(10);
+    for (std::size_t i = 0; i < flight.size(); ++i) {
+        flight[i].output.tick = 100 + i;
+        if (i >= 4) flight[i].output.faults |= haptics::kFaultDeviceLost;
+        if (i >= 7) flight[i].output.faults |= haptics::kFaultStaleInput;
+    }
+    test::TempFolder folder;
+    writeFlight(flight, 0.001, folder / "flight.csv");
+    std::ifstream stream(folder / "flight.csv");
+    std::string line;
+    while (std::getline(stream, line) && line.find(",104,") == std::string::npos) {
+    }
+    EXPECT_EQ(line.substr(0, line.find(',')), "0");
+}
+
 TEST(Flight, TheFileTellsTheFaultTickByTick) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);

@@ -66,7 +66,8 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
 
 Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenario,
                         const patient::PlannedPath& path, std::uint64_t seed,
-                        const haptics::DeviceProfile& profile, double rate_hz) {
+                        const haptics::DeviceProfile& profile, const patient::Pose& device_from_grip,
+                        double rate_hz) {
     haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
     settings.profile = profile;
     const patient::Pose at_entry = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
@@ -74,7 +75,9 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
         settings.patient_from_device = haptics::placeAlong(profile, at_entry);
     } else {
         const double middle = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
-        settings.patient_from_device.position_m = glm::mix(path.entry_m, path.target_m, middle);
+        patient::Pose& placed = settings.patient_from_device;
+        placed.position_m =
+            glm::mix(path.entry_m, path.target_m, middle) - placed.rotation * device_from_grip.position_m;
     }
     return {patient, settings, {}, touchMapFor(patient, settings, {})};
 }

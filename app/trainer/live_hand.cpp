@@ -36,6 +36,10 @@ bool LiveDevice::waitUntilReady(const std::function<bool()>& given_up) {
     return true;
 }
 
+patient::Pose LiveDevice::grip() {
+    return device_.read(clock_.now_ns(clock_.context)).device_from_stylus;
+}
+
 haptics::HapticDevice& LiveDevice::aimed(const patient::Quat& device_from_needle) {
     if (device_.profile().senses_rotation) return device_;
     // The Falcon's centre button, else the one button that there is.

@@ -24,6 +24,8 @@ class LiveDevice {
     // As it is, the grip's own place and no clutch.
     haptics::HapticDevice& bare() { return device_; }
     const haptics::DeviceProfile& profile() const { return device_.profile(); }
+    // Where the grip is now. Before the loop has the device.
+    patient::Pose grip();
     // The device, to be given to the loop. One that senses no orientation has the needle's from here on, and
     // a clutch (haptics/devices/clutch.h).
     haptics::HapticDevice& aimed(const patient::Quat& device_from_needle);

@@ -93,8 +93,8 @@ struct Live {
 
 Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                     const Scenario& scenario, const patient::PlannedPath& path) {
-    Attempt attempt =
-        makeLiveAttempt(patient, scenario, path, options.seed, live.device->profile(), options.rate_hz);
+    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, live.device->profile(),
+                                      live.device->grip(), options.rate_hz);
     const patient::Pose needle = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
     live.hand =
         &live.device->aimed(attempt.simulation.patient_from_device.inverse().rotation * needle.rotation);

@@ -18,6 +18,9 @@ namespace stylet::haptics {
 
 namespace {
 
+// In one go. Each force has one answer of 96 bytes: 64 KiB are nobody's answers.
+constexpr int kMostReads = 16;
+
 std::int64_t monotonic_ns() noexcept {
     timespec t{};
     clock_gettime(CLOCK_MONOTONIC, &t);
@@ -55,8 +58,8 @@ std::string bridgeSocketPath() {
 BridgeDriver::BridgeDriver(const BridgeSettings& settings) : settings_(settings) {
     if (settings_.socket_path.empty()) settings_.socket_path = bridgeSocketPath();
     profile_.name = "bridge";
-    profile_.force_peak_n = 3.3;
-    profile_.stiffness_n_per_m = 400.0;
+    profile_.force_peak_n = kWeakestForce_n;
+    profile_.stiffness_n_per_m = kWeakestStiffness_n_per_m;
     profile_.source = "no bridge has answered yet: taken for a Touch";
 }
 
@@ -127,7 +130,12 @@ DeviceStage BridgeDriver::exchange(const Vec3& force_n, DeviceState& state, std:
         if (state.fresh || left_ns <= 0) break;
         waitReadable(socket_, left_ns);
     }
-    const bool any = link_->counts().states > 0, on = any && said.motors == bridge::MotorStage::on;
+    if (link_->counts().states == 0) {
+        state.flags = 0;
+        why = "the bridge has not answered yet";
+        return DeviceStage::opening;
+    }
+    const bool on = said.motors == bridge::MotorStage::on;
     state.device_from_stylus = said.device_from_stylus;
     state.buttons = said.buttons;
     state.flags = (on && !said.watchdog ? kDeviceReady : 0u) |
@@ -136,8 +144,7 @@ DeviceStage BridgeDriver::exchange(const Vec3& force_n, DeviceState& state, std:
     if (on) why = "the bridge's watchdog took the force";
     if (said.motors == bridge::MotorStage::off) why = "the device has switched its motors off";
     if (said.motors == bridge::MotorStage::needsHoming) why = "calibrate the device as its maker says";
-    return any && said.motors == bridge::MotorStage::needsHoming ? DeviceStage::needsHoming
-                                                                 : DeviceStage::opening;
+    return said.motors == bridge::MotorStage::needsHoming ? DeviceStage::needsHoming : DeviceStage::opening;
 }
 
 // Nothing can be sent any more. Its last words may say why.
@@ -149,7 +156,7 @@ DeviceStage BridgeDriver::refused(std::string& why) {
 // False when the connection is gone. What had come before is taken first: it may be the reason.
 bool BridgeDriver::receive(std::string& why) {
     std::array<std::uint8_t, 4096> bytes;
-    while (true) {
+    for (int turn = 0; turn < kMostReads; ++turn) {
         const ssize_t got = ::recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
         if (got > 0) {
             link_->receive({bytes.data(), std::size_t(got)}, monotonic_ns());
@@ -164,6 +171,8 @@ bool BridgeDriver::receive(std::string& why) {
             return false;
         }
     }
+    fail(why, "a flood from the bridge: more than can be answers");
+    return false;
 }
 
 bool BridgeDriver::sound(std::string& why) {

@@ -148,7 +148,7 @@ constexpr const char* kNoBoost = nullptr;
 
 Inverse3Settings inverse3Settings(const DeviceOptions& options) {
     Inverse3Settings settings;
-    settings.force_peak_n = options.force_peak_n.value_or(settings.force_peak_n);
+    settings.force_peak_n = options.force_peak_n;
     return settings;
 }
 

@@ -25,6 +25,9 @@ namespace {
 
 constexpr std::size_t kMostVersionBytes = 16 * 1024;
 constexpr std::int64_t kFarewell_ns = 10'000'000;
+// In one go. A service answers each command once: 1 MiB is more than a thousand answers.
+constexpr std::size_t kMostAtOnce_bytes = 1024 * 1024;
+constexpr int kMostHandlers = 1000;
 
 std::int64_t monotonic_ns() noexcept {
     timespec t{};
@@ -53,6 +56,13 @@ beast::error_code await(asio::io_context& io, std::int64_t deadline_ns, const St
     return **result;
 }
 
+// What is ready to run, and no more than that: a flood of pings is ready without end.
+void runSome(asio::io_context& io) {
+    io.restart();
+    for (int i = 0; i < kMostHandlers && io.poll_one() > 0;)
+        ++i;
+}
+
 // The body of GET `target`, empty when there is none.
 std::string get(asio::io_context& io, const tcp::endpoint& endpoint, const char* target,
                 std::int64_t deadline_ns) {
@@ -71,8 +81,7 @@ std::string get(asio::io_context& io, const tcp::endpoint& endpoint, const char*
         // What is pending refers to what is about to go.
         beast::error_code ignored;
         stream.socket().close(ignored);
-        io.restart();
-        io.poll();
+        runSome(io);
         return {};
     }
     return parser.get().body();
@@ -114,15 +123,21 @@ struct Inverse3Driver::Connection {
         });
     }
     bool waitForMessage(std::int64_t deadline_ns) {
-        io.restart();
-        io.poll();
+        runSome(io);
         runUntil(io, deadline_ns, [this] { return arrived || error; });
         return arrived && !error;
     }
     // Takes the messages that have arrived; the newest counts. False: one was no good.
     bool takeAll(bool& any, std::string& why) {
-        for (; waitForMessage(0); any = true)
+        std::size_t bytes = 0;
+        for (; waitForMessage(0); any = true) {
+            bytes += incoming.size();
+            if (bytes > kMostAtOnce_bytes) {
+                why = "one too many at once: a flood";
+                return false;
+            }
             if (!take(why)) return false;
+        }
         return true;
     }
     bool take(std::string& why) {
@@ -146,9 +161,11 @@ struct Inverse3Driver::Connection {
 
 Inverse3Driver::Inverse3Driver(const Inverse3Settings& settings) : settings_(settings) {
     profile_.name = "inverse3";
-    profile_.force_peak_n = settings.force_peak_n;
-    profile_.stiffness_n_per_m = settings.stiffness_n_per_m;
-    profile_.source = "force and stiffness as set by the user: Haply publishes none";
+    profile_.force_peak_n = settings.force_peak_n.value_or(kWeakestForce_n);
+    profile_.stiffness_n_per_m = kWeakestStiffness_n_per_m;
+    profile_.source = settings.force_peak_n
+                          ? "force as set by the user; stiffness: the weakest device's; Haply publishes none"
+                          : "the weakest device's limits: Haply publishes none, the user has set none";
     profile_.senses_rotation = false;
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "haptics/devices/driver.h"
@@ -18,9 +19,8 @@ struct Inverse3Settings {
     std::string address = {};  // a loopback address; empty: 127.0.0.1, then ::1
     unsigned short port = 10001;
     enum class Spelling { byVersion, vector, values } spelling = Spelling::byVersion;
-    // No figure is published: the weakest device's until the user has read the data sheet.
-    double force_peak_n = 3.3;
-    double stiffness_n_per_m = 400.0;
+    // No figure is published: unset, the weakest device's until the user has read the data sheet.
+    std::optional<double> force_peak_n = {};
     std::int64_t answer_ns = 4'000'000;     // an exchange waits so long for its answer
     std::int64_t silent_ns = 15'000'000;    // without an answer the connection counts as lost
     std::int64_t greeting_ns = 80'000'000;  // for the whole of open()

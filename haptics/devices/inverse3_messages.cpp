@@ -125,7 +125,7 @@ bool readGrip(const Json& document, Update& update, std::string& why) {
         if (grip == nullptr) continue;
         why += ": state.orientation";
         const Json& state = member(*grip, "state");
-        if (!readRotation(member(state, "orientation"), update.device_from_grip)) return false;
+        if (!readRotation(member(state, "orientation"), update.haply_from_grip)) return false;
         update.buttons = readButtons(state);
         update.grip_present = true;
         return true;
@@ -180,18 +180,20 @@ void writeForce(std::string& text, std::string_view device_id, const Vec3& force
     text += R"(":{"x":)";
     appendNumber(text, force_n.x);
     text += R"(,"y":)";
-    appendNumber(text, force_n.y);
+    appendNumber(text, 0.0 - force_n.z);  // never "-0"
     text += R"(,"z":)";
-    appendNumber(text, force_n.z);
+    appendNumber(text, force_n.y);
     text += "}}}}]}";
 }
 
 Pose stylusPose(const Update& update) noexcept {
-    // A quarter turn about x takes the stylus' +z to the grip's -y.
+    // A quarter turn about x takes the stylus' +z to the grip's -y, and one back Haply's z to the device's y.
     constexpr double kHalf = 0.70710678118654752;
-    const Quat grip_from_stylus(kHalf, kHalf, 0.0, 0.0);
-    if (!update.grip_present) return {Quat(1.0, 0.0, 0.0, 0.0), update.cursor_m};
-    return {update.device_from_grip * grip_from_stylus, update.cursor_m};
+    const Quat grip_from_stylus(kHalf, kHalf, 0.0, 0.0), device_from_haply(kHalf, -kHalf, 0.0, 0.0);
+    const Vec3& c = update.cursor_m;
+    const Vec3 cursor_device_m(c.x, c.z, 0.0 - c.y);
+    if (!update.grip_present) return {Quat(1.0, 0.0, 0.0, 0.0), cursor_device_m};
+    return {device_from_haply * update.haply_from_grip * grip_from_stylus, cursor_device_m};
 }
 
 }  // namespace stylet::haptics::inverse3

@@ -1,5 +1,7 @@
 // The JSON of Haply's Inverse Service, versions 3.1 to 3.5. No I/O.
-// Facts from docs.haply.co (inverseSDK/service: websocket-protocol, control-commands, http; 3.1.1 and 3.5).
+// Facts from docs.haply.co (inverseSDK/service: websocket-protocol, control-commands, http, commons/basis;
+// 3.1.1 and 3.5). Haply's frame, which a session keeps that sets no basis: x right, y forward, z up. The
+// device frame: x right, y up, z toward the user.
 // Unproven without hardware: that services before 3.5 want `values` and do not send a session_id, and that
 // the grip points along its +y.
 #pragma once
@@ -27,12 +29,12 @@ enum class Spelling { vector, values };
 struct Update {
     bool present = false;  // there is an Inverse3
     std::string device_id;
-    Vec3 cursor_m{0.0};
+    Vec3 cursor_m{0.0};  // Haply's frame
     // From `status`; a service that does not say is taken to be well.
     bool calibrated = true, ready = true, powered = true;
 
     bool grip_present = false;
-    Quat device_from_grip{1.0, 0.0, 0.0, 0.0};
+    Quat haply_from_grip{1.0, 0.0, 0.0, 0.0};
     std::uint32_t buttons = 0;  // a, b, c or button_0 ... as bits from the lowest
 
     bool has_session = false;  // session_id is there
@@ -45,10 +47,11 @@ std::optional<Update> parseUpdate(std::string_view text, std::string& why);
 // The spelling that a service of this /version document wants; empty when the document names no version.
 std::optional<Spelling> spellingOf(std::string_view version_document);
 
-// One command: the force on the cursor, N. `device_id` is one that parseUpdate() let pass.
+// One command: the force on the cursor, N, given in the device frame and written in Haply's. `device_id` is
+// one that parseUpdate() let pass.
 void writeForce(std::string& text, std::string_view device_id, const Vec3& force_n, Spelling);
 
-// The stylus (tip at origin, +z to the hub) as held in the grip, which points along its +y.
+// The stylus (tip at origin, +z to the hub) as held in the grip, which points along its +y; device frame.
 Pose stylusPose(const Update&) noexcept;
 
 }  // namespace stylet::haptics::inverse3

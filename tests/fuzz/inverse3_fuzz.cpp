@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (!(std::fabs(glm::length(pose.rotation) - 1.0) < 1e-9)) std::abort();
         if (update->present) {
             std::string command;
-            inverse3::writeForce(command, update->device_id, {0.0, 0.0, 1.0}, inverse3::Spelling::vector);
+            inverse3::writeForce(command, update->device_id, {0.0, 1.0, 0.0}, inverse3::Spelling::vector);
             // No quote, brace or backslash came in with the id.
             if (command.size() != update->device_id.size() + 94 || command.find('\\') != command.npos)
                 std::abort();

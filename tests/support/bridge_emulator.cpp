@@ -168,8 +168,8 @@ std::vector<std::uint8_t> BridgeEmulator::sealed(std::uint8_t type, std::vector<
 std::vector<std::uint8_t> BridgeEmulator::capabilities() {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     std::vector<std::uint8_t> p{1, 3, 0, 1 | 4, 0, 0, 0, 0};
-    for (const double value :
-         {script_.force_peak_n, 0.88, 400.0, 1000.0, nan, nan, nan, 5.5e-5, 0.0, 0.0, 0.1, 0.08})
+    for (const double value : {script_.force_peak_n, 0.88, 400.0, 1000.0, nan, nan, nan, 5.5e-5, 0.0, 0.0,
+                               0.1, script_.workspace_radius_m})
         put(p, value);
     putText(p, script_.name, 40);
     putText(p, "emulator", 96);

@@ -41,6 +41,7 @@ struct BridgeScript {
     std::array<double, 3> position_m{0.0, 0.0, 0.1};
     double stroke_m = 0.0, period_s = 1.0;  // it goes down z by the stroke and back
     double force_peak_n = 3.3;
+    double workspace_radius_m = 0.08;
     std::string name = "emulated Touch";
 };
 

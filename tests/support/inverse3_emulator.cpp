@@ -319,8 +319,18 @@ bool Inverse3Emulator::answer(int client) {
         ::setsockopt(client, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
         return false;
     }
+    if (fault == Inverse3Fault::flood) return flood(client, out);
     sendAll(client, out);
     return fault != Inverse3Fault::close;
+}
+
+bool Inverse3Emulator::flood(int client, const std::vector<std::uint8_t>& message) {
+    std::vector<std::uint8_t> many;
+    for (int i = 0; i < 100; ++i)
+        many.insert(many.end(), message.begin(), message.end());
+    while (!stop_.load() && now_ns() - fault_began_ns_.load() < 3'000'000'000)
+        if (::send(client, many.data(), many.size(), MSG_NOSIGNAL) != ssize_t(many.size())) return false;
+    return true;
 }
 
 // As the documentation's examples, of 3.1 and of 3.5.

@@ -39,8 +39,9 @@ enum class Inverse3Fault {
     gripGone,
     pings,      // control frames before the answer
     fragments,  // the answer in pieces of 100 bytes
+    flood,      // good answers without end, for three seconds
 };
-inline constexpr int kInverse3FaultCount = int(Inverse3Fault::fragments) + 1;
+inline constexpr int kInverse3FaultCount = int(Inverse3Fault::flood) + 1;
 
 struct Inverse3Script {
     Inverse3Fault fault = Inverse3Fault::none;
@@ -74,6 +75,7 @@ class Inverse3Emulator {
     void serve(int client);
     void converse(int client);
     bool answer(int client);
+    bool flood(int client, const std::vector<std::uint8_t>& message);
     std::string state(bool inventory, Inverse3Fault) const;
     void command(const std::string& message);
     void complain(const std::string& what);

@@ -1,14 +1,14 @@
 // A bridge to Force Dimension's omega, sigma, delta and lambda through libdhd, compiled only where that SDK
 // is installed. Facts from its public header (SDK 3.7 and later) and its Python documentation: metres,
 // newtons, rotation by rows, a firmware watchdog in multiples of 125 us that switches the forces off, -1 on
-// errors. Forces and stiffness per type as CHAI3D lists them. Unproven without hardware: the handle lies
-// along +z of the wrist's frame.
+// errors. Force, stiffness and workspace per type as CHAI3D lists them. Unproven without hardware: the middle
+// of the workspace is the origin, and a wrist that is not turned holds the handle along the SDK's x.
 #include <dhdc.h>
 
 #include <atomic>
-#include <glm/gtc/quaternion.hpp>
 #include <thread>
 
+#include "haptics/devices/bridge/forcedimension_frame.h"
 #include "haptics/devices/bridge/server.h"
 
 namespace stylet::haptics::bridge {
@@ -18,13 +18,15 @@ constexpr unsigned char kWatchdog = 120;  // * 125 us = 15 ms
 
 struct Known {
     int type;
-    double force_peak_n, stiffness_n_per_m;
+    double force_peak_n, stiffness_n_per_m, workspace_radius_m;
 };
 constexpr Known kKnown[] = {
-    {DHD_DEVICE_OMEGA3, 12.0, 5000.0},        {DHD_DEVICE_OMEGA33, 12.0, 5000.0},
-    {DHD_DEVICE_OMEGA33_LEFT, 12.0, 5000.0},  {DHD_DEVICE_OMEGA331, 12.0, 5000.0},
-    {DHD_DEVICE_OMEGA331_LEFT, 12.0, 5000.0}, {DHD_DEVICE_SIGMA331, 12.0, 4000.0},
-    {DHD_DEVICE_SIGMA331_LEFT, 12.0, 4000.0}, {DHD_DEVICE_FALCON, 8.0, 3000.0},
+    {DHD_DEVICE_DELTA3, 20.0, 5000.0, 0.15},        {DHD_DEVICE_OMEGA3, 12.0, 5000.0, 0.075},
+    {DHD_DEVICE_OMEGA33, 12.0, 5000.0, 0.075},      {DHD_DEVICE_OMEGA33_LEFT, 12.0, 5000.0, 0.075},
+    {DHD_DEVICE_OMEGA331, 12.0, 5000.0, 0.075},     {DHD_DEVICE_OMEGA331_LEFT, 12.0, 5000.0, 0.075},
+    {DHD_DEVICE_SIGMA331, 12.0, 4000.0, 0.09},      {DHD_DEVICE_SIGMA331_LEFT, 12.0, 4000.0, 0.09},
+    {DHD_DEVICE_LAMBDA331, 12.0, 8000.0, kUnknown}, {DHD_DEVICE_LAMBDA331_LEFT, 12.0, 8000.0, kUnknown},
+    {DHD_DEVICE_FALCON, 8.0, 3000.0, 0.04},
 };
 
 class ForceDimension final : public Sdk {
@@ -35,13 +37,14 @@ class ForceDimension final : public Sdk {
         const char* name = dhdGetSystemName();
         putText(capabilities.name, name ? name : "Force Dimension device");
         DeviceProfile& profile = capabilities.profile;
-        profile.force_peak_n = 3.3;
-        profile.stiffness_n_per_m = 400.0;
+        profile.force_peak_n = kWeakestForce_n;
+        profile.stiffness_n_per_m = kWeakestStiffness_n_per_m;
         putText(capabilities.source, "a type not listed: taken for the weakest");
         for (const Known& known : kKnown) {
             if (known.type != dhdGetSystemType()) continue;
             profile.force_peak_n = known.force_peak_n;
             profile.stiffness_n_per_m = known.stiffness_n_per_m;
+            profile.workspace_radius_m = known.workspace_radius_m;
             putText(capabilities.source, "CHAI3D's table of Force Dimension devices");
         }
         profile.senses_rotation = dhdHasWrist();
@@ -90,12 +93,10 @@ class ForceDimension final : public Sdk {
         int status[DHD_MAX_STATUS] = {};
         if (dhdGetPositionAndOrientationFrame(&p.x, &p.y, &p.z, rows) < 0 || dhdGetStatus(status) < 0)
             return lost();
-        const glm::dmat3 rotation(rows[0][0], rows[1][0], rows[2][0], rows[0][1], rows[1][1], rows[2][1],
-                                  rows[0][2], rows[1][2], rows[2][2]);
         MotorStage motors = status[DHD_STATUS_FORCE] ? MotorStage::on : MotorStage::off;
         if (!status[DHD_STATUS_RESET]) motors = MotorStage::needsHoming;
-        const Pose pose{glm::normalize(glm::quat_cast(rotation)), p};
-        const Vec3 f = servo_->tick({monotonic_ns(), pose, dhdGetButtonMask(), motors, true}, peak_n_);
+        const Vec3 f = dhdFromBridge(servo_->tick(
+            {monotonic_ns(), stylusFromDhd(p, rows), dhdGetButtonMask(), motors, true}, peak_n_));
         return dhdSetForceAndTorque(f.x, f.y, f.z, 0.0, 0.0, 0.0) >= 0 || lost();
     }
 

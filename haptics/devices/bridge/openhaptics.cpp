@@ -56,8 +56,10 @@ class OpenHaptics final : public Sdk {
 
     void stop() noexcept override {
         if (running_) {
-            hdStopScheduler();
+            // The last frame that the servo runs is zero, and has run when this returns.
             hdUnschedule(tick_);
+            hdScheduleSynchronous(&OpenHaptics::zero, this, HD_MAX_SCHEDULER_PRIORITY);
+            hdStopScheduler();
             hdDisable(HD_FORCE_OUTPUT);
             running_ = false;
         }
@@ -98,6 +100,15 @@ class OpenHaptics final : public Sdk {
     }
 
     static HDCallbackCode HDCALLBACK tick(void* self) { return static_cast<OpenHaptics*>(self)->tickOnce(); }
+
+    static HDCallbackCode HDCALLBACK zero(void* self) {
+        const HHD handle = static_cast<OpenHaptics*>(self)->handle_;
+        const std::array<HDdouble, 3> none{};
+        hdBeginFrame(handle);
+        hdSetDoublev(HD_CURRENT_FORCE, none.data());
+        hdEndFrame(handle);
+        return HD_CALLBACK_DONE;
+    }
 
     HDCallbackCode tickOnce() {
         hdBeginFrame(handle_);

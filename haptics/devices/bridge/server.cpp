@@ -187,16 +187,14 @@ class Server {
         session_ = std::make_unique<Session>(capabilities_, servo_);
     }
 
+    // One read a turn: a trainer that floods keeps run() from neither its stop nor the device's failure.
     bool converse() {
         std::uint8_t bytes[4096];
-        while (true) {
-            const ssize_t got = ::recv(client_, bytes, sizeof bytes, 0);
-            if (got < 0 && errno == EINTR) continue;
-            if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return true;
-            if (got <= 0) return false;
-            const bool on = session_->receive({bytes, std::size_t(got)}, out_);
-            if (!flush() || !on) return false;
-        }
+        const ssize_t got = ::recv(client_, bytes, sizeof bytes, 0);
+        if (got < 0) return errno == EINTR || errno == EAGAIN || errno == EWOULDBLOCK;
+        if (got == 0) return false;
+        const bool on = session_->receive({bytes, std::size_t(got)}, out_);
+        return flush() && on;
     }
 
     // A trainer that lets the socket fill up has stopped reading: as good as gone.

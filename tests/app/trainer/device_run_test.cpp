@@ -10,6 +10,7 @@
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
 #include "tests/haptics/devices/wooden_json.h"
+#include "tests/support/bridge_emulator.h"
 #include "tests/support/spacemouse_emulator.h"
 #include "tests/support/woodenhaptics_emulator.h"
 
@@ -150,6 +151,22 @@ TEST_F(DeviceRun, AWoodenHapticsIsWaitedForUntilItIsHomed) {
     for (int i = 0; i < 200 && board.seen().motor_ma != std::array<int, 3>{}; ++i)
         nap(50);
     EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{})) << "zero is the last it was told";
+}
+
+// A device that does not say how far it reaches and whose origin is far from the hand: the path is where the
+// hand is. The hand goes out of the body (+z, to the patient's right), comes back and punctures the skin.
+TEST_F(DeviceRun, ThePathIsWhereTheHandIsWhenTheReachIsUnknown) {
+    const std::string socket = (*command_ / "bridge.sock").string();
+    const test::BridgeServer bridge(socket, {.position_m = {0.5, -0.4, 0.6},
+                                             .stroke_m = -0.2,
+                                             .period_s = 4.0,
+                                             .workspace_radius_m = std::nan("")});
+    const Outcome live = command_->run(run("--device bridge --socket '" + socket + "' --seconds 5"));
+    ASSERT_EQ(live.status, 0) << live.err;
+    EXPECT_NE(live.err.find("stylet: bridge: ready"), std::string::npos) << live.err;
+    EXPECT_EQ(live.summary.at("device"), "bridge");
+    EXPECT_FALSE(live.summary.at("punctures").empty());
+    EXPECT_EQ(bridge.motor_n(), 0.0);
 }
 
 TEST_F(DeviceRun, UnpluggedMidRunItIsAFaultWithAName) {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -136,6 +138,57 @@ TEST_F(BridgeDriverTest, AFaultIsKnownWithin20Ms) {
         RecordProperty("median_us_of_fault_" + std::to_string(int(fault)),
                        int(1e3 * times_ms[times_ms.size() / 2]));
     }
+}
+
+// Until the first answer nobody knows where the device is: the pose is left alone and nothing is news.
+TEST_F(BridgeDriverTest, BeforeTheFirstAnswerThereIsNoPose) {
+    BridgeServer server(path, {.fault = BridgeFault::drop, .from_answer = 0, .answers = 1000});
+    BridgeDriver driver({.socket_path = path});
+    std::string why;
+    ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
+    state = {.device_from_stylus = {Quat(0.0, 1.0, 0.0, 0.0), {0.1, 0.2, 0.3}}, .buttons = 5, .fresh = 0};
+    EXPECT_EQ(driver.exchange({}, state, why), DeviceStage::opening);
+    EXPECT_EQ(why, "the bridge has not answered yet");
+    EXPECT_EQ(state.device_from_stylus.position_m, Vec3(0.1, 0.2, 0.3));
+    EXPECT_EQ(state.device_from_stylus.rotation, Quat(0.0, 1.0, 0.0, 0.0));
+    EXPECT_EQ(state.buttons, 5u);
+    EXPECT_EQ(state.fresh, 0u);
+    EXPECT_EQ(state.flags, 0u);
+}
+
+// Sends one good frame, over and over, as fast as it can, until `until_ns` or the other side hangs up.
+void floodOnce(int listener, std::int64_t until_ns) {
+    const int client = ::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC);
+    bridge::Capabilities capabilities;
+    bridge::putText(capabilities.name, "a flood");
+    const bridge::FrameBytes frame = encode(1, capabilities);
+    std::vector<std::uint8_t> many;
+    for (int i = 0; i < 100; ++i)
+        many.insert(many.end(), frame.span().begin(), frame.span().end());
+    while (test::monotonicNow_ns() < until_ns &&
+           ::send(client, many.data(), many.size(), MSG_NOSIGNAL) == ssize_t(many.size())) {
+    }
+    ::close(client);
+}
+
+TEST_F(BridgeDriverTest, AFloodIsAFailureAndHoldsNobodyUp) {
+    const int listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+    ASSERT_LT(path.copy(address.sun_path, sizeof address.sun_path - 1), sizeof address.sun_path - 1);
+    ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    ASSERT_EQ(::listen(listener, 1), 0);
+    const std::int64_t began_ns = test::monotonicNow_ns();
+    std::thread flood([&] { floodOnce(listener, began_ns + 5000 * kMillisecond_ns); });
+    std::string why;
+    {
+        BridgeDriver driver({.socket_path = path});
+        why = pressUntilItFails(driver);
+        failed_ns = test::monotonicNow_ns();
+    }
+    flood.join();
+    ::close(listener);
+    EXPECT_EQ(why, "a flood from the bridge: more than can be answers");
+    EXPECT_LT(failed_ns - began_ns, 2000 * kMillisecond_ns);
 }
 
 TEST_F(BridgeDriverTest, AnotherDeviceIsNotTakenForTheFirst) {

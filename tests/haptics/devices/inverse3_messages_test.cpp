@@ -41,7 +41,7 @@ TEST(Inverse3Messages, ReadsTheOlderInventory) {
     EXPECT_TRUE(update->ready && update->powered && update->grip_present);
     EXPECT_EQ(update->buttons, 1u);
     EXPECT_FALSE(update->has_session);
-    EXPECT_NEAR(glm::length(update->device_from_grip), 1.0, 1e-15);
+    EXPECT_NEAR(glm::length(update->haply_from_grip), 1.0, 1e-15);
 }
 
 TEST(Inverse3Messages, ReadsTheNewerInventory) {
@@ -54,19 +54,37 @@ TEST(Inverse3Messages, ReadsTheNewerInventory) {
     EXPECT_TRUE(update->has_session);
 }
 
+// Haply: x right, y forward (away from the user), z up. Device: x right, y up, z toward the user.
 TEST(Inverse3Messages, TheStylusLiesAlongTheGrip) {
+    constexpr double kHalf = 0.70710678118654752;
+    const auto needle = [](const Update& update) { return stylusPose(update).direction({0.0, 0.0, -1.0}); };
     Update update;
     update.cursor_m = {0.1, 0.2, 0.3};
     update.grip_present = true;
-    const Pose straight = stylusPose(update);
-    // The grip points along its +y, the needle's tip along -z.
-    EXPECT_NEAR(glm::distance(straight.direction({0.0, 0.0, -1.0}), Vec3(0.0, 1.0, 0.0)), 0.0, 1e-15);
-    EXPECT_EQ(straight.position_m, Vec3(0.1, 0.2, 0.3));
-    update.device_from_grip = Quat(0.70710678118654752, 0.0, 0.0, -0.70710678118654752);  // y to x
-    EXPECT_NEAR(glm::distance(stylusPose(update).direction({0.0, 0.0, -1.0}), Vec3(1.0, 0.0, 0.0)), 0.0,
-                1e-15);
+    // The grip points along its +y, the needle's tip along -z: forward.
+    EXPECT_NEAR(glm::distance(needle(update), Vec3(0.0, 0.0, -1.0)), 0.0, 1e-15);
+    EXPECT_EQ(stylusPose(update).position_m, Vec3(0.1, 0.3, -0.2));
+    update.haply_from_grip = Quat(kHalf, 0.0, 0.0, -kHalf);  // y to x: to the right
+    EXPECT_NEAR(glm::distance(needle(update), Vec3(1.0, 0.0, 0.0)), 0.0, 1e-15);
+    update.haply_from_grip = Quat(kHalf, kHalf, 0.0, 0.0);  // y to z: up
+    EXPECT_NEAR(glm::distance(needle(update), Vec3(0.0, 1.0, 0.0)), 0.0, 1e-15);
     update.grip_present = false;
     EXPECT_EQ(stylusPose(update).rotation, Quat(1.0, 0.0, 0.0, 0.0));
+    EXPECT_EQ(stylusPose(update).position_m, Vec3(0.1, 0.3, -0.2));
+}
+
+// A push toward the user's right, up, or toward the user arrives as that.
+TEST(Inverse3Messages, TheForceIsWrittenInHaplysFrame) {
+    const std::pair<Vec3, const char*> cases[] = {
+        {{2.0, 0.0, 0.0}, R"({"x":2,"y":0,"z":0})"},
+        {{0.0, 2.0, 0.0}, R"({"x":0,"y":0,"z":2})"},
+        {{0.0, 0.0, 2.0}, R"({"x":0,"y":-2,"z":0})"},
+    };
+    for (const auto& [force_n, written] : cases) {
+        std::string text;
+        writeForce(text, "049D", force_n, Spelling::vector);
+        EXPECT_NE(text.find(written), std::string::npos) << text;
+    }
 }
 
 TEST(Inverse3Messages, AServiceWithoutADeviceSaysSo) {
@@ -125,7 +143,7 @@ TEST(Inverse3Messages, TheVersionDecidesTheSpelling) {
 
 TEST(Inverse3Messages, WritesTheCommandByteForByte) {
     std::string text;
-    writeForce(text, "049D", {0.0, -0.25, 1.5}, Spelling::vector);
+    writeForce(text, "049D", {0.0, 1.5, 0.25}, Spelling::vector);
     EXPECT_EQ(
         text,
         R"({"inverse3":[{"device_id":"049D","commands":{"set_cursor_force":{"vector":{"x":0,"y":-0.25,"z":1.5}}}}]})");

@@ -77,15 +77,15 @@ TEST_F(Inverse3DriverTest, BothSpellingsByVersion) {
         EXPECT_EQ(press(driver, 20), "did not fail") << version;
         EXPECT_EQ(stage, DeviceStage::ready);
         EXPECT_EQ(emulator.complaint(), "") << version;
-        EXPECT_EQ(emulator.force_n(), (std::array<double, 3>{0.0, 0.0, 1.25})) << version;
+        EXPECT_EQ(emulator.force_n(), (std::array<double, 3>{0.0, -1.25, 0.0})) << version;
         EXPECT_EQ(state.flags, kDeviceReady | kDeviceHandOn);
         EXPECT_EQ(state.buttons, std::string(version) >= "3.5" ? 5u : 1u);
-        EXPECT_EQ(state.device_from_stylus.position_m, Vec3(0.01, -0.12, 0.15));
+        EXPECT_EQ(state.device_from_stylus.position_m, Vec3(0.01, 0.15, 0.12));
         EXPECT_TRUE(driver.profile().senses_rotation);
         driver.close();
-        for (int i = 0; i < 1000 && emulator.force_n()[2] != 0.0; ++i)
+        for (int i = 0; i < 1000 && emulator.force_n()[1] != 0.0; ++i)
             usleep(1000);
-        EXPECT_EQ(emulator.force_n()[2], 0.0);
+        EXPECT_EQ(emulator.force_n()[1], 0.0);
     }
 }
 
@@ -153,6 +153,7 @@ TEST_F(Inverse3DriverTest, EveryFaultIsAFailureWithItsName) {
         {Inverse3Fault::masked, "the service is gone"},
         {Inverse3Fault::unplugged, "the Inverse3 was unplugged"},
         {Inverse3Fault::otherDevice, "the Inverse3 was unplugged"},
+        {Inverse3Fault::flood, json + "one too many at once: a flood"},
     };
     for (const auto& [fault, name] : cases) {
         Inverse3Emulator emulator({.fault = fault, .from_answer = 15});
@@ -199,7 +200,7 @@ TEST_F(Inverse3DriverTest, WhatTheUserCanMendHoldsTheForceBack) {
         EXPECT_EQ(stage,
                   fault == Inverse3Fault::uncalibrated ? DeviceStage::needsHoming : DeviceStage::opening);
         EXPECT_EQ(state.flags & kDeviceReady, 0u);
-        EXPECT_EQ(emulator.force_n()[2], 0.0);
+        EXPECT_EQ(emulator.force_n()[1], 0.0);
     }
 }
 

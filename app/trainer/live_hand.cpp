@@ -40,6 +40,22 @@ patient::Pose LiveDevice::grip() {
     return device_.read(clock_.now_ns(clock_.context)).device_from_stylus;
 }
 
+std::uint32_t LiveDevice::rearmButton() const {
+    // The Falcon has four, the third of which is its clutch. Of the others only those that sense rotation
+    // have their one button free.
+    return kind_ == "falcon" || !clutched_ ? 1u : 0u;
+}
+
+std::string LiveDevice::rearmAct() const {
+    return rearmButton() != 0 ? "the device's first button, or Enter here," : "Enter here";
+}
+
+bool LiveDevice::takeRearmKey() {
+    std::string typed;
+    typing_ = typing_ && takeTyped(typed);
+    return typed.find('\n') != std::string::npos;
+}
+
 haptics::HapticDevice& LiveDevice::aimed(const patient::Quat& device_from_needle) {
     if (device_.profile().senses_rotation) return device_;
     // The Falcon's centre button, else the one button that there is.
@@ -53,6 +69,9 @@ void LiveDevice::tellNews() {
     std::string text = haptics::nameOf(report.stage);
     if (!report.why.empty()) text += ": " + report.why;
     if (report.blocked_ns > 0) text += " (it has not answered for a while)";
+    if (report.silences > 0)
+        text += " (the loop was silent for 15 ms, " + std::to_string(report.silences) +
+                " times so far, which ends the force)";
     if (text == told_) return;
     std::fprintf(stderr, "stylet: %s: %s\n", kind_.c_str(), text.c_str());
     told_ = text;

@@ -29,11 +29,18 @@ class LiveDevice {
     // The device, to be given to the loop. One that senses no orientation has the needle's from here on, and
     // a clutch (haptics/devices/clutch.h).
     haptics::HapticDevice& aimed(const patient::Quat& device_from_needle);
+    // The button that asks for the force again after a fault, never the clutch's; 0 where there is none.
+    std::uint32_t rearmButton() const;
+    // In words, with the key that does it on any device.
+    std::string rearmAct() const;
+    // The key was pressed since the last call: Enter. Session thread.
+    bool takeRearmKey();
     // Zero force, and the end.
     void stop() { device_.stop(); }
 
   private:
     std::string kind_, told_;
+    bool typing_ = true;  // stdin has not ended
     haptics::Clock clock_;
     haptics::PolledDevice device_;
     std::optional<haptics::ClutchedDevice> clutched_;

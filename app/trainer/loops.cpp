@@ -75,19 +75,21 @@ std::int64_t tickOf(const Attempt& attempt) {
 class ForceFeed {
   public:
     // `focused` is what the simulation has been told.
-    explicit ForceFeed(bool focused) : told_(focused) {}
+    explicit ForceFeed(bool focused, const LiveHand* live = nullptr) : live_(live), told_(focused) {}
     void pass(bool focused, Session& session, haptics::Ring<haptics::Command>& ring) {
         if (focused != told_ && ring.push({haptics::CommandKind::focus, focused ? 1u : 0u})) told_ = focused;
-        if (session.takeRearm()) ring.push({haptics::CommandKind::rearm, 0});
+        const bool asked = live_ && live_->rearm();
+        if (session.takeRearm() || asked) ring.push({haptics::CommandKind::rearm, 0});
         const std::uint32_t fresh = session.log().faults & ~said_ & ~std::uint32_t(haptics::kFaultRingFull);
         said_ |= fresh;
         for (const haptics::FaultText& fault : haptics::faultTexts())
             if ((fresh & fault.bit) != 0)
-                std::fprintf(stderr, "stylet: the force is off: %s; the device's first button re-arms\n",
-                             fault.text);
+                std::fprintf(stderr, "stylet: the force is off: %s; %s re-arms\n", fault.text,
+                             live_ ? live_->rearm_act.c_str() : "the device's first button");
     }
 
   private:
+    const LiveHand* live_;
     bool told_;
     std::uint32_t said_ = 0;
 };
@@ -159,7 +161,8 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     });
     std::jthread session_thread([&](const std::stop_token& stop) {
         try {
-            sessionLoop(stop, attempt, session, channels, moments, ForceFeed(!worn), focused, clock, live);
+            sessionLoop(stop, attempt, session, channels, moments, ForceFeed(!worn, live), focused, clock,
+                        live);
         } catch (...) {
             failure = std::current_exception();
         }

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 
 #include "app/trainer/attempt.h"
 #include "app/trainer/pictures.h"
@@ -22,6 +23,8 @@ struct LoopTotals {
 struct LiveHand {
     haptics::HapticDevice& device;
     std::function<bool(double elapsed_s)> over;  // session thread, often: the attempt is to end
+    std::function<bool()> rearm;                 // session thread, often: the user asks for the force again
+    std::string rearm_act;                       // what he does for it: "pressing Enter", ...
 };
 
 // Haptics and session on threads of their own, frames on the caller's as fast as the runtime takes them;

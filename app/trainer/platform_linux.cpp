@@ -86,8 +86,12 @@ void catchInterrupts() noexcept {
     struct sigaction action{};
     action.sa_handler = [](int) { was_interrupted = 1; };
     action.sa_flags = int(SA_RESETHAND | SA_RESTART);
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
+    // A device keeps its last force when its program dies, and when it is merely stopped (SIGTSTP).
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP})
+        sigaction(signal, &action, nullptr);
+    // A closed pipe or a terminal that is another's is an error of the call, not the end.
+    for (const int signal : {SIGPIPE, SIGTTIN, SIGTTOU})
+        std::signal(signal, SIG_IGN);
 }
 
 bool interrupted() noexcept {

@@ -19,8 +19,8 @@ haptics::Clock workClock() noexcept;
 // was refused and how to allow it.
 std::string askForRealTime();
 
-// From now on Ctrl-C (SIGINT, and SIGTERM) asks the program to end; a second one ends it. `interrupted` says
-// whether it was asked.
+// From now on whatever ends or stops a program from its terminal (Ctrl-C, Ctrl-\, Ctrl-Z, hanging up) and
+// SIGTERM ask it to end; the same a second time is obeyed at once. `interrupted` says whether it was asked.
 void catchInterrupts() noexcept;
 bool interrupted() noexcept;
 

@@ -105,10 +105,13 @@ Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patien
 LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& attempt, Session& session,
                    std::optional<Pictures> pictures, const haptics::Clock& clock) {
     if (!options.seconds) std::fprintf(stderr, "stylet: the hand is yours; end with Ctrl-C\n");
-    const LiveHand hand{*live.hand, [&](double elapsed_s) {
+    const LiveHand hand{*live.hand,
+                        [&](double elapsed_s) {
                             live.device->tellNews();
                             return interrupted() || elapsed_s >= options.seconds.value_or(elapsed_s + 1.0);
-                        }};
+                        },
+                        [&] { return live.device->takeRearmKey(); }, live.device->rearmAct()};
+    session.setRearmButton(live.device->rearmButton());
     const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand);
     live.device->stop();
     return totals;

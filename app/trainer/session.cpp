@@ -14,7 +14,6 @@ using haptics::TickRecord;
 
 namespace {
 
-constexpr std::uint32_t kRearmButton = 1u << 0;
 constexpr std::size_t kRecentTicks = 4096;  // as many as the ring between the threads holds
 
 }  // namespace
@@ -46,7 +45,7 @@ bool Session::takeRearm() {
 }
 
 void Session::watchForce(const TickRecord& record) {
-    const bool pressed = (record.input.device.buttons & kRearmButton) != 0;
+    const bool pressed = (record.input.device.buttons & rearm_button_) != 0;
     if (pressed && !pressed_ && record.output.stage == haptics::ForceStage::off) rearm_ = true;
     pressed_ = pressed;
     if (record.output.tool_force.force_n == patient::Vec3(0.0)) return;

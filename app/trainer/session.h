@@ -64,9 +64,11 @@ class Session {
     void take(const haptics::TickRecord&);
     void take(const haptics::EventRecord&);
 
-    // The explicit act after a fault: the device's first button was pressed while the force was off. Once a
-    // press.
+    // The explicit act after a fault: the device's re-arming button was pressed while the force was off. Once
+    // a press.
     bool takeRearm();
+    // Its bit; the first one until told.
+    void setRearmButton(std::uint32_t button) { rearm_button_ = button; }
     // Moments found since the last call, each exactly once.
     std::vector<Moment> newMoments();
     const SessionLog& log() const { return log_; }
@@ -86,6 +88,7 @@ class Session {
     std::deque<haptics::TickOutput> recent_;  // to look an event's tick up in
     std::deque<haptics::EventRecord> unsettled_;
     std::size_t handed_out_ = 0;
+    std::uint32_t rearm_button_ = 1u << 0;
     bool pressed_ = false, rearm_ = false;
     SessionLog log_;
 };

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 
+#include "haptics/safety.h"
+
 namespace stylet::haptics {
 
 void stepClutch(ClutchState& s, const ClutchSettings& settings, const Quat& device_from_needle, double dt_s,
@@ -40,6 +42,8 @@ ClutchedDevice::ClutchedDevice(HapticDevice& inner, const ClutchSettings& settin
     : inner_(&inner),
       settings_(settings),
       profile_(inner.profile()),
+      reach_centre_m_(profile_.workspace_centre_m),
+      reach_m_(kReach * profile_.workspace_radius_m),
       device_from_needle_(device_from_needle) {
     profile_.workspace_radius_m = kUnknown;
     turned_.publish(device_from_needle);
@@ -48,6 +52,9 @@ ClutchedDevice::ClutchedDevice(HapticDevice& inner, const ClutchSettings& settin
 DeviceState ClutchedDevice::read(std::int64_t now_ns) noexcept {
     turned_.read(device_from_needle_);
     DeviceState state = inner_->read(now_ns);
+    const Vec3 out_m = state.device_from_stylus.position_m - reach_centre_m_;
+    // False where the reach is unknown.
+    if (std::sqrt(glm::dot(out_m, out_m)) > reach_m_) state.flags &= ~std::uint32_t(kDeviceReady);
     stepClutch(state_, settings_, device_from_needle_, double(now_ns - last_ns_) * 1e-9, state);
     last_ns_ = now_ns;
     return state;

@@ -1,7 +1,7 @@
 // How a small device drives a long needle. The Falcon reaches 80 mm and senses no orientation; a path has up
 // to 90 mm and a direction.
 //
-// Direction: the guide's, the controller's or the planned path's, whatever was last told. Motion: millimetre
+// Direction: whatever was last told, so far the planned path's. Motion: millimetre
 // for millimetre, never scaled, because force per millimetre is what is trained. Length: while the clutch
 // button is held the needle stays where it is, without force, and the grip is drawn back; let go, the needle
 // goes on from there, and the force comes back slowly. Placement: the path along the device's longest way,
@@ -39,7 +39,12 @@ void stepClutch(ClutchState&, const ClutchSettings&, const Quat& device_from_nee
 Pose placeAlong(const DeviceProfile&, const Pose& patient_from_needle_at_entry,
                 double before_m = 0.015) noexcept;
 
-// Any device behind that rule. It leaves the workspace unknown: the needle's place is not the grip's.
+// Any device behind that rule. Its profile leaves the workspace unknown, for the needle's place is not the
+// grip's; the grip's is judged here: where its mechanism cannot be (kReach) it counts as not ready. There is
+// no soft wall: the mechanism's own stop ends the grip's way.
+//
+// The clutch's share of the force is taken after the output stage, so records hold the force before it. It is
+// at most 1, and 0 at once with the clutch, so the hand never gets more than what is recorded.
 class ClutchedDevice final : public HapticDevice {
   public:
     // The inner device must outlive it.
@@ -54,6 +59,8 @@ class ClutchedDevice final : public HapticDevice {
     HapticDevice* inner_;
     ClutchSettings settings_;
     DeviceProfile profile_;
+    Vec3 reach_centre_m_;
+    double reach_m_;  // NaN: unknown
     Snapshot<Quat> turned_;
     // Haptics thread.
     Quat device_from_needle_;

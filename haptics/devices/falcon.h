@@ -1,5 +1,5 @@
 // The Novint Falcon: three motors and three encoders behind an FTDI chip. No orientation: that comes from
-// elsewhere (placed.h). See README.md for firmware, homing and calibration.
+// elsewhere (clutch.h). See README.md for firmware, homing and calibration.
 //
 // Facts from libnifalcon (BSD), file by file in the headers of its parts: falcon_kinematics.h,
 // falcon_packet.h, falcon_firmware.h, ftdi_bus.h. What the device does when the host stops sending is not

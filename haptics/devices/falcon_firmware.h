@@ -26,7 +26,8 @@ Firmware loadFirmwareFile(const std::filesystem::path&);
 // How the chip is set for the running firmware.
 BusResult setNormalMode(FtdiBus&, std::string& why);
 
-// Loads an image in steps of at most 100 ms, so that its caller is never away for long.
+// Loads an image in steps, so that its caller is never away for long: a greeting may take 250 ms, any other
+// step 100.
 class FirmwareLoader {
   public:
     enum class Outcome : std::uint8_t { going, done, failed, lost };

@@ -161,7 +161,9 @@ DeviceStage WoodenHaptics::take(const WoodenReport& with_button, DeviceState& st
     const WoodenReport report = withoutButton(with_button, pressed);
     if (homing_ != Homing::done) return home(report, why);
     if (report.info == 1) {
-        homing_ = Homing::awaitButton;
+        // The arm may be anywhere: only a press after this one homes it.
+        homing_ = Homing::clearButton;
+        homing_tries_ = 0;
         return home(report, why);
     }
     if (!follow(report)) {

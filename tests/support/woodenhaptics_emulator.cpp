@@ -66,6 +66,11 @@ WoodenHapticsEmulator::Seen WoodenHapticsEmulator::seen() const {
     return seen_;
 }
 
+std::array<std::int16_t, 6> WoodenHapticsEmulator::encoders() const {
+    const std::lock_guard lock(mutex_);
+    return encoders_;
+}
+
 void WoodenHapticsEmulator::run() {
     bool answered = report();
     while (!stop_.load()) {
@@ -110,7 +115,8 @@ bool WoodenHapticsEmulator::report() {
     {
         const std::lock_guard lock(mutex_);
         for (std::size_t i = 0; i < 7; ++i) {
-            unsigned value = i < 6 ? unsigned(std::uint16_t(encoders_[i])) : unsigned(button_);
+            unsigned value = i < 6 ? unsigned(std::uint16_t(encoders_[i]))
+                                   : unsigned(garbled_button_.exchange(false) || button_);
             if (fault == Fault::corrupt && i < 6) value = (noise_ = noise_ * 1664525u + 1013904223u) >> 16;
             bytes[2 * i] = static_cast<unsigned char>(value % 256);
             bytes[2 * i + 1] = static_cast<unsigned char>(value / 256 % 256);

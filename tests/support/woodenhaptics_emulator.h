@@ -30,6 +30,8 @@ class WoodenHapticsEmulator {
     void turnWristTo(const std::array<std::int16_t, 3>& encoders);  // d, e, f
     void pressButton();
     void inject(Fault fault) { fault_.store(fault); }
+    void injectButton() { garbled_button_.store(true); }  // in one report
+    std::array<std::int16_t, 6> encoders() const;
     void unplug();
     // Lets the driver's next write block, then pulls the plug.
     void unplugMidWrite(int after_ms);
@@ -56,6 +58,7 @@ class WoodenHapticsEmulator {
     Seen seen_;
     std::uint32_t noise_ = 1;
     std::atomic<Fault> fault_{Fault::none};
+    std::atomic<bool> garbled_button_{false};
     std::atomic<bool> stop_{false};
     std::thread thread_;
 };

@@ -34,9 +34,11 @@ class Command {
     Outcome run(const std::string& arguments) {
         return runInto(folder_ / ("out" + std::to_string(++runs_)), arguments);
     }
-    Outcome runInto(const std::filesystem::path& out, const std::string& arguments) {
+    // The process number of the program goes into `number`, where one is named, for who wants to signal it.
+    Outcome runInto(const std::filesystem::path& out, const std::string& arguments,
+                    const std::filesystem::path& number = {}) {
         out_ = out;
-        std::string line;
+        std::string line = number.empty() ? "" : "echo $$ >'" + number.string() + "'; exec env ";
         for (const auto& [name, value] : variables_)
             line += name + "='" + value + "' ";
         const std::filesystem::path std_out = folder_ / "stdout", std_err = folder_ / "stderr";

@@ -24,10 +24,15 @@ class Grip final : public HapticDevice {
     Vec3 sent_n{0.0};
 
   private:
-    DeviceProfile profile_ = *findProfile("falcon");
+    DeviceProfile profile_ = [] {
+        DeviceProfile profile = *findProfile("falcon");
+        profile.workspace_centre_m = {0.0, 0.0, 0.1225};
+        return profile;
+    }();
 };
 
 struct Clutched : testing::Test {
+    Clutched() { grip.state.device_from_stylus.position_m = grip.profile().workspace_centre_m; }
     Grip grip;
     ClutchedDevice device{grip, {}, Quat{1.0, 0.0, 0.0, 0.0}};
     std::int64_t now_ns = 0;
@@ -115,6 +120,32 @@ TEST_F(Clutched, LostAndFoundTheNeedleIsWhereItWas) {
     EXPECT_EQ(tip(), Vec3(0.0, 0.0, 0.10));
     moveTo({0.03, 0.0, 0.15}, 0);
     EXPECT_NEAR(tip().z, 0.09, 1e-12);
+}
+
+// Drawn back with the clutch the needle may be anywhere; the grip may not.
+TEST_F(Clutched, AGripBeyondItsMechanismIsNotReadyWhereverTheNeedleIs) {
+    const Vec3 near(0.0, 0.0, 0.16), far(0.0, 0.0, 0.09);
+    grip.state.device_from_stylus.position_m = near;
+    read();
+    for (int stroke = 0; stroke < 3; ++stroke) {
+        moveTo(far, 0);
+        moveTo(near, kButton);
+    }
+    moveTo(near, 0);
+    EXPECT_NEAR(tip().z, -0.05, 5e-3);  // no place for a grip
+    EXPECT_EQ(last.flags, grip.state.flags);
+    for (int i = 0; i < 250; ++i)
+        read();
+    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0, 0.0, 3.0));
+    const Vec3 before = tip();
+    grip.state.device_from_stylus.position_m = {0.0, 0.0, 0.1225 + 0.061};
+    read();
+    EXPECT_EQ(last.flags & kDeviceReady, 0u);
+    EXPECT_EQ(tip(), before);
+    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0));
+    grip.state.device_from_stylus.position_m = {0.0, 0.0, 0.1225 + 0.059};
+    read();
+    EXPECT_NE(last.flags & kDeviceReady, 0u);
 }
 
 TEST_F(Clutched, TurnsAboutItsTipAsItIsTold) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -54,7 +55,7 @@ TEST(Falcon, NeedsHomingThenIsReadyAndPushesWhatItIsTold) {
     EXPECT_THAT(w.why(), HasSubstr("pull its grip"));
     w.arm();
     w.runFor(50 * kMs);
-    EXPECT_FALSE(w.armed);  // the loop's own fault: not ready
+    EXPECT_FALSE(w.armed());  // the loop's own fault: not ready
     EXPECT_EQ(w.pushed_ns, 0);
 
     const Vec3 grip{0.01, -0.02, 0.12};
@@ -72,7 +73,8 @@ TEST(Falcon, NeedsHomingThenIsReadyAndPushesWhatItIsTold) {
     EXPECT_NEAR(glm::length(forceOf(w.falcon.motors(), grip) - w.force_n), 0.0, 0.02);
     EXPECT_EQ(w.falcon.leds(), kLedGreen);
     EXPECT_EQ(w.falcon.bad_packets, 0);
-    EXPECT_EQ(w.stale_ticks, 0);
+    EXPECT_LT(w.safety.silence_s, 0.003);
+    EXPECT_EQ(w.fault(), "");
 }
 
 TEST(Falcon, KeepsPace) {
@@ -119,7 +121,7 @@ TEST(Falcon, ALoopThatStandsMeansZeroWithin20Ms) {
     w.runFor(100 * kMs);
     EXPECT_LE(w.pushed_ns - begin_ns, 20 * kMs);
     EXPECT_EQ(w.device.report().silences, 1u);
-    EXPECT_EQ(w.fault, "not ready");  // it is told
+    EXPECT_THAT(w.fault(), HasSubstr("device-lost"));  // it is told
 }
 
 struct Injection {
@@ -160,14 +162,14 @@ TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
         FalconWorld w;
         w.bringUp();
         ASSERT_TRUE(w.falcon.pushes());
-        ASSERT_EQ(w.fault, "");
+        ASSERT_EQ(w.fault(), "");
         const std::int64_t begin_ns = w.now_ns;
         injection.begin(w);
         w.runFor(20 * kMs);
         EXPECT_LE(w.pushed_ns - begin_ns, 18 * kMs);
         EXPECT_FALSE(w.falcon.pushes());
         w.runFor(10 * kMs);
-        EXPECT_NE(w.fault, "");
+        EXPECT_NE(w.fault(), "");
         w.runFor(250 * kMs);
         EXPECT_THAT(w.why(), HasSubstr(injection.cause));
         EXPECT_LE(w.pushed_ns - begin_ns, 18 * kMs);
@@ -181,7 +183,7 @@ TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
         w.arm();
         w.runFor(50 * kMs);
         EXPECT_TRUE(w.falcon.pushes());
-        EXPECT_EQ(w.fault, "");
+        EXPECT_EQ(w.fault(), "");
     }
 }
 
@@ -193,8 +195,8 @@ TEST(Falcon, UnpluggedInTheMiddleOfAWriteItIsNamedAndComesBack) {
         w.bringUp();
         w.falcon.faults.unplug_after_bytes = bytes;
         w.runFor(20 * kMs);
-        EXPECT_FALSE(w.armed);
-        EXPECT_EQ(w.fault, "not ready");
+        EXPECT_FALSE(w.armed());
+        EXPECT_THAT(w.fault(), HasSubstr("device-lost"));
         EXPECT_THAT(w.why(), HasSubstr("unplugged"));
         w.falcon = test::FalconEmulator(true);
         w.runFor(1000 * kMs);
@@ -210,7 +212,7 @@ TEST(Falcon, ADeafPipeIsGivenUpAndZeroComesFirstWhenItHearsAgain) {
     w.bringUp();
     w.falcon.faults.deaf = true;
     w.runFor(30 * kMs);
-    EXPECT_EQ(w.fault, "stale input");
+    EXPECT_EQ(w.fault(), "stale-input");
     w.falcon.faults.deaf = false;
     w.runFor(5 * kMs);
     EXPECT_FALSE(w.falcon.pushes());
@@ -236,7 +238,7 @@ TEST(Falcon, OneBadReplyIsRiddenThrough) {
         for (int i = 0; i < 20; ++i) {
             blip(w);
             w.runFor(20 * kMs);
-            EXPECT_TRUE(w.armed) << w.fault;
+            EXPECT_TRUE(w.armed()) << w.fault();
             EXPECT_EQ(w.grip_m, grip);
             EXPECT_TRUE(w.falcon.pushes());
         }
@@ -279,14 +281,15 @@ TEST(Falcon, AClockThatJumpsStopsNothingForLong) {
         w.bringUp();
         w.clock_error_ns += jump_ns;
         w.runFor(30 * kMs);
-        EXPECT_TRUE(w.armed) << w.fault << w.why();
+        EXPECT_TRUE(w.armed()) << w.fault() << w.why();
         EXPECT_TRUE(w.falcon.pushes());
         EXPECT_EQ(w.device.report().failures, 0u);
     }
 }
 
-// Faster than safety lets through: 40 mm to and fro twelve times a second, up to 1.5 m/s and 11 g.
-TEST(Falcon, AFastHandIsNoFault) {
+// Faster than safety lets through, which is not the driver's to judge: 40 mm to and fro twelve times a
+// second, up to 1.5 m/s and 11 g.
+TEST(Falcon, AFastHandIsNoFaultOfTheDriver) {
     FalconWorld w;
     w.falcon.holdAt(countsAt({0.0, 0.0, 0.12}));
     w.bringUp();
@@ -297,8 +300,9 @@ TEST(Falcon, AFastHandIsNoFault) {
         w.falcon.holdAt(countsAt(grip));
         w.runFor(kMs);
         worst_m = std::max(worst_m, glm::length(w.grip_m - grip));
-        ASSERT_TRUE(w.armed) << w.fault << i;
+        ASSERT_EQ(w.safety.faults & ~std::uint32_t(kFaultOverSpeed), 0u) << w.fault() << i;
     }
+    EXPECT_EQ(w.fault(), "over-speed");
     EXPECT_LT(worst_m, 0.004);  // one or two replies ago
     EXPECT_EQ(w.device.report().failures, 0u);
 }
@@ -318,7 +322,7 @@ TEST(Falcon, AnyFaultAtAnyMomentEndsInZeroForceAndHeals) {
     FalconWorld w;
     w.falcon.holdAt(countsAt(grip));
     w.bringUp();
-    int stood = 0;
+    std::array<int, 11> stood{};
     for (int i = 0; i < kInjections; ++i) {
         const int kind = int(random.uniform(0.0, 11.0));
         const auto length_ns = std::int64_t(random.uniform(0.0, 60.0) * 1e6);
@@ -362,12 +366,15 @@ TEST(Falcon, AnyFaultAtAnyMomentEndsInZeroForceAndHeals) {
                 break;
         }
         const std::int64_t begin_ns = w.now_ns;
-        const bool lasts = kind == 0 || kind == 1 || kind == 10;
         w.runFor(length_ns);
-        if (lasts && length_ns > 20 * kMs) {
-            ++stood;
+        // Those counted in replies last as many ms at least. A garbled byte may be one that no reply needs.
+        const bool counted = kind == 2 || kind == 4;
+        const std::int64_t stood_ns = counted ? std::min<std::int64_t>(length_ns, count * kMs) : length_ns;
+        if ((kind == 0 || kind == 1 || kind == 10 || counted) && stood_ns > 20 * kMs) {
+            ++stood[std::size_t(kind)];
+            // Ended by itself, it may push again once re-armed only.
             ASSERT_LE(w.pushed_ns - begin_ns, 19 * kMs) << "kind " << kind << " of " << i;
-            ASSERT_TRUE(length_ns < 26 * kMs || w.fault != "") << "kind " << kind << " of " << i;
+            ASSERT_TRUE(stood_ns < 26 * kMs || w.fault() != "") << "kind " << kind << " of " << i;
         }
         // A quarter of the count's second letter is the most that can pass.
         ASSERT_LT(glm::length(w.grip_m - grip), 0.0016) << "kind " << kind << " of " << i;
@@ -380,11 +387,12 @@ TEST(Falcon, AnyFaultAtAnyMomentEndsInZeroForceAndHeals) {
         w.runFor(30 * kMs);
         w.arm();
         w.runFor(std::int64_t(random.uniform(15.0, 30.0) * 1e6));
-        ASSERT_EQ(w.fault, "") << "kind " << kind << " of " << i << ": " << w.why();
+        ASSERT_EQ(w.fault(), "") << "kind " << kind << " of " << i << ": " << w.why();
         ASSERT_TRUE(w.falcon.pushes());
         ASSERT_LT(glm::length(w.grip_m - grip), 50e-6) << "kind " << kind << " of " << i;
     }
-    EXPECT_GT(stood, kInjections / 10);
+    for (const std::size_t kind : {0u, 1u, 2u, 4u, 10u})
+        EXPECT_GT(stood[kind], kInjections / 50) << kind;
 }
 
 TEST(Falcon, FirmwareIsLoadedWhereThereIsNone) {

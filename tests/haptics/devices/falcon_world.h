@@ -8,6 +8,7 @@
 
 #include "haptics/devices/falcon.h"
 #include "haptics/devices/polled.h"
+#include "haptics/safety.h"
 #include "tests/support/falcon_emulator.h"
 
 namespace stylet::test {
@@ -49,19 +50,15 @@ struct FalconWorld {
                 }};
     }
 
-    // What the loop and its output stage do with a device: 20 ticks of nothing new, or a device that is not
-    // ready, is a fault that stands until it is re-armed.
+    // What the loop and its output stage do with a device, with `force_n` for the model's force.
     void tick() {
         const haptics::DeviceState state = device.read(now_ns);
-        stale_ticks = state.fresh != 0 ? 0 : stale_ticks + 1;
         if (state.fresh != 0) grip_m = state.device_from_stylus.position_m;
         ready = (state.flags & haptics::kDeviceReady) != 0;
         buttons = state.buttons;
-        if (armed && (stale_ticks >= 20 || !ready)) {
-            armed = false;
-            fault = ready ? "stale input" : "not ready";
-        }
-        if (!loop_stands) device.send(armed ? force_n : haptics::Vec3(0.0));
+        const std::uint32_t unmet = haptics::checkDevice(safety, device.profile(), state, 1e-3);
+        haptics::stepSafety(safety, unmet, glm::length(force_n), 1e-3);
+        if (!loop_stands) device.send(safety.level * force_n);
     }
     void pass(std::int64_t span_ns) {
         for (const std::int64_t end_ns = now_ns + span_ns; now_ns < end_ns;) {
@@ -84,10 +81,22 @@ struct FalconWorld {
         arm();
         runFor(50 * kMs);
     }
+    // The user re-arms, and the force has risen: the wait and the ramp of 1.5 s are taken as over.
     void arm() {
-        armed = true;
-        stale_ticks = 0;
-        fault.clear();
+        haptics::rearm(safety);
+        if (safety.stage != haptics::ForceStage::waiting) return;
+        safety.stage = haptics::ForceStage::on;
+        safety.level = 1.0;
+    }
+    bool armed() const {
+        return safety.stage == haptics::ForceStage::rising || safety.stage == haptics::ForceStage::on;
+    }
+    // Every standing fault's name.
+    std::string fault() const {
+        std::string names;
+        for (const haptics::FaultText& text : haptics::faultTexts())
+            if ((safety.faults & text.bit) != 0) names += std::string(names.empty() ? "" : ", ") + text.name;
+        return names;
     }
     std::string why() const { return device.report().why; }
 
@@ -97,10 +106,9 @@ struct FalconWorld {
     std::int64_t clock_error_ns = 0;  // what the driver's clock is off by
     // The loop.
     haptics::Vec3 force_n{0.0, 0.0, -2.0}, grip_m{0.0};
-    bool armed = false, ready = false, loop_stands = false;
-    int stale_ticks = 0;
+    haptics::SafetyState safety;
+    bool ready = false, loop_stands = false;
     std::uint32_t buttons = 0;
-    std::string fault;
     haptics::PolledDevice device;  // last: it is the first to go
 };
 

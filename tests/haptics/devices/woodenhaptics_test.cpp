@@ -204,18 +204,19 @@ TEST_F(WoodenHapticsDriver, TheWristTurnsTheNeedleAndItsButtonIsHeard) {
     EXPECT_NEAR(glm::dot(after, state_.device_from_stylus.direction({0.0, 0.0, 1.0})), 1.0, 1e-12);
 }
 
-TEST_F(WoodenHapticsDriver, PressedAgainItIsHomedAgainWithoutForce) {
+TEST_F(WoodenHapticsDriver, PressedWhileReadyItLetsGoAndASecondPressHomesIt) {
     WoodenHapticsEmulator board;
     WoodenHaptics driver(model());
     makeReady(driver, board);
     hear(driver, 1, kPush_n);
-    const std::uint64_t calibrations = board.seen().calibrations;
     board.pressButton();
     EXPECT_GT(until(driver, DeviceStage::needsHoming, 400, kPush_n), 0);
     const std::uint64_t powered = board.seen().powered;
+    for (int i = 0; i < 50; ++i)
+        ASSERT_EQ(exchange(driver, kPush_n), DeviceStage::needsHoming) << why_;
+    board.pressButton();
     EXPECT_GT(until(driver, DeviceStage::ready, 400), 0);
     EXPECT_EQ(board.seen().powered, powered);
-    EXPECT_GT(board.seen().calibrations, calibrations);
 }
 
 TEST_F(WoodenHapticsDriver, ClosingSendsZeroFirst) {
@@ -290,6 +291,21 @@ TEST_F(WoodenHapticsFaults, CorruptEncodersAreNotBelieved) {
     EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
     EXPECT_GT(until(driver, DeviceStage::failed, 60, kPush_n), 0);
     EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
+}
+
+// A single garbled word that reads as the button's must not set the encoders to the parked arm's.
+TEST_F(WoodenHapticsFaults, AGarbledButtonDoesNotHomeItWhereItIs) {
+    WoodenHapticsEmulator board;
+    WoodenHaptics driver(model());
+    makeReady(driver, board);
+    hear(driver, 1);
+    const std::array<std::int16_t, 6> before = board.encoders();
+    board.injectButton();
+    EXPECT_GT(until(driver, DeviceStage::needsHoming, 400, kPush_n), 0);
+    for (int i = 0; i < 100; ++i)
+        ASSERT_EQ(exchange(driver, kPush_n), DeviceStage::needsHoming) << why_;
+    EXPECT_EQ(board.encoders(), before);
+    EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{}));
 }
 
 TEST_F(WoodenHapticsFaults, CutReportsAreNotBelieved) {

@@ -170,15 +170,18 @@ TEST_F(DeviceRun, ThePathIsWhereTheHandIsWhenTheReachIsUnknown) {
 }
 
 TEST_F(DeviceRun, UnpluggedMidRunItIsAFaultWithAName) {
+    const std::filesystem::path out = *command_ / "unplugged";
     Outcome live;
     {
         SpaceMouseEmulator cap(SpaceMouseEmulator::Age::recent);
-        const Meanwhile hand([&](const std::atomic<bool>&) {
+        const Meanwhile hand([&](const std::atomic<bool>& over) {
             cap.push({0, 0, 0, 0, 0, 0});
+            while (!over.load() && !std::filesystem::exists(out / "record"))
+                nap(10);
             nap(1500);
             cap.unplug();
         });
-        live = command_->run(run("--device spacemouse --seconds 3"));
+        live = command_->runInto(out, run("--device spacemouse --seconds 3"));
     }
     ASSERT_EQ(live.status, 0) << live.err;
     EXPECT_NE(live.err.find("/dev/hidraw"), std::string::npos) << live.err;

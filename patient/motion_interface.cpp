@@ -1,5 +1,5 @@
-// Based on Kaczmarz 1937 (projection onto one linear condition after the other) for what interpolation
-// leaves.
+// Based on Kaczmarz 1937 (projection onto one linear condition after the other), under-relaxed after Censor,
+// Eggermont and Gordon 1983, for what interpolation leaves.
 #include "patient/motion_interface.h"
 
 #include <algorithm>
@@ -8,6 +8,9 @@ namespace stylet::patient {
 namespace {
 
 constexpr int kSweeps = 12;
+constexpr double kFadeCells = 8.0;  // outside the surface, where the slide has ended
+constexpr double kLiftAlong_m = 0.050, kLiftAcross_m = 0.015;
+constexpr int kLifts = 6;
 constexpr double kJustInside_m = 1e-7;
 
 double smoothStep(double from, double to, double x) noexcept {
@@ -87,8 +90,9 @@ void set(Values& v, const Vec3& x) {
         v[std::size_t(axis)] = float(x[axis]);
 }
 
-// Takes the normal part of the interpolated field at one point from the nodes around it, as little as does.
-void straighten(MotionModel& m, const SurfacePoint& at, Values MotionCoefficients::* part) {
+// Takes `share` of the normal part of the interpolated field at one point from the nodes around it, as little
+// as does.
+void straighten(MotionModel& m, const SurfacePoint& at, Values MotionCoefficients::* part, double share) {
     const Around around = lookAround(m, at.reference_m);
     Vec3 value(0.0);
     double squares = 0.0;
@@ -96,7 +100,7 @@ void straighten(MotionModel& m, const SurfacePoint& at, Values MotionCoefficient
         value += around.weight[k] * vectorOf(m.slide[around.node[k]].*part);
         squares += around.weight[k] * around.weight[k];
     }
-    const Vec3 excess = glm::dot(value, at.normal) / squares * at.normal;
+    const Vec3 excess = share * glm::dot(value, at.normal) / squares * at.normal;
     for (std::size_t k = 0; k < 8; ++k) {
         Values& node = m.slide[around.node[k]].*part;
         set(node, vectorOf(node) - around.weight[k] * excess);
@@ -134,7 +138,41 @@ std::vector<SurfacePoint> cavitySurface(const MotionModel& m) {
     return points;
 }
 
+namespace {
+
+// Lifts the level by what is missing at each point, less and less to kLiftAcross_m and kLiftAlong_m away.
+// False where nothing was missing.
+bool lift(MotionModel& m, const std::vector<Vec3>& points_m, double margin_m) {
+    const Vec3 reach_m(kLiftAcross_m, kLiftAcross_m, kLiftAlong_m);
+    std::vector<float> lifts(m.level_m.size(), 0.0f);
+    bool any = false;
+    for (const Vec3& p : points_m) {
+        const double missing_m = margin_m - lookAround(m, p).level_m;
+        if (missing_m <= 0.0) continue;
+        any = true;
+        const Index3 low = glm::max(Index3(glm::ceil(m.grid.toVoxels(p - reach_m))), Index3(0));
+        const Index3 high = glm::min(Index3(glm::floor(m.grid.toVoxels(p + reach_m))), m.grid.dims - 1);
+        Index3 i;
+        for (i.z = low.z; i.z <= high.z; ++i.z)
+            for (i.y = low.y; i.y <= high.y; ++i.y)
+                for (i.x = low.x; i.x <= high.x; ++i.x) {
+                    const Vec3 away = (m.grid.centre(i) - p) / reach_m;
+                    const double near = 1.0 - glm::dot(away, away);
+                    if (near <= 0.0) continue;
+                    float& highest = lifts[m.grid.offset(i)];
+                    highest = std::max(highest, float(missing_m * near * near));
+                }
+    }
+    for (std::size_t i = 0; i < lifts.size(); ++i)
+        m.level_m[i] += lifts[i];
+    return any;
+}
+
+}  // namespace
+
 void keepOutside(MotionModel& m, const std::vector<Vec3>& points_m, double margin_m) {
+    for (int sweep = 0; sweep < kLifts && lift(m, points_m, margin_m); ++sweep) {
+    }
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
         bool done = true;
         for (const Vec3& p : points_m) {
@@ -162,7 +200,8 @@ void makeTangential(MotionModel& m, double depth_m) {
         const double level = double(m.level_m[at]);
         const double all_m = -2.0 * cell_m;  // every node of a cell that the surface crosses is nearer
         const double share = smoothStep(std::min(-depth_m, all_m - cell_m), all_m, level);
-        const double kept = onBorder(m.grid, i) ? 0.0 : 1.0 - smoothStep(2.0 * cell_m, 5.0 * cell_m, level);
+        const double kept =
+            onBorder(m.grid, i) ? 0.0 : 1.0 - smoothStep(2.0 * cell_m, kFadeCells * cell_m, level);
         const Vec3 gradient = gradientAtNode(m, i);
         const double steepness2 = glm::dot(gradient, gradient);
         for (Values MotionCoefficients::* part : {&MotionCoefficients::a1_m, &MotionCoefficients::a2_m_s}) {
@@ -172,11 +211,15 @@ void makeTangential(MotionModel& m, double depth_m) {
         }
     });
     const std::vector<SurfacePoint> surface = cavitySurface(m);
-    for (int sweep = 0; sweep < kSweeps; ++sweep)
+    // The surface has kinks where cells meet, so no field is tangential everywhere. Less of it sweep by sweep
+    // ends near the least squares; all of it each time would leave every cell as its last point wants it.
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+        const double share = 1.0 / (1.0 + sweep);
         for (const SurfacePoint& point : surface) {
-            straighten(m, point, &MotionCoefficients::a1_m);
-            straighten(m, point, &MotionCoefficients::a2_m_s);
+            straighten(m, point, &MotionCoefficients::a1_m, share);
+            straighten(m, point, &MotionCoefficients::a2_m_s, share);
         }
+    }
     forEachNode(m.grid, [&](const Index3& i) {
         if (onBorder(m.grid, i)) m.slide[m.grid.offset(i)] = {};
     });
@@ -207,6 +250,43 @@ InterfaceError measureInterface(const MotionModel& m, const Surrogate& now) {
     std::nth_element(all.begin(), p99, all.end());
     error.p99_m = *p99;
     return error;
+}
+
+InterfaceError worstInterface(const MotionModel& m) {
+    InterfaceError worst;
+    for (const Surrogate& breath : farthestBreaths(m)) {
+        const InterfaceError e = measureInterface(m, breath);
+        worst.points = e.points;
+        for (double InterfaceError::* const what :
+             {&InterfaceError::mean_m, &InterfaceError::p99_m, &InterfaceError::worst_gap_m,
+              &InterfaceError::worst_overlap_m, &InterfaceError::mean_slip_m, &InterfaceError::most_slip_m})
+            worst.*what = std::max(worst.*what, e.*what);
+    }
+    return worst;
+}
+
+std::array<Surrogate, 4> farthestBreaths(const MotionModel& m) {
+    return {Surrogate{m.v.low, m.rate_per_s.low}, Surrogate{m.v.low, m.rate_per_s.high},
+            Surrogate{m.v.high, m.rate_per_s.low}, Surrogate{m.v.high, m.rate_per_s.high}};
+}
+
+double leastJacobian(const MotionModel& model, double times) {
+    MotionModel m = model;
+    m.v = m.rate_per_s = {-1e6, 1e6};
+    double least = 1.0;
+    for (const Surrogate& end : farthestBreaths(model)) {
+        const Surrogate now{m.reference.v + times * (end.v - m.reference.v),
+                            m.reference.rate_per_s + times * (end.rate_per_s - m.reference.rate_per_s),
+                            m.reference.creep_v};
+        forEachNode(m.grid, [&](const Index3& low) {
+            if (!m.grid.contains(low + 1)) return;
+            for (const double share : {0.25, 0.75}) {
+                const Vec3 p = m.grid.origin_m + m.grid.spacing_m * (Vec3(low) + share);
+                least = std::min(least, glm::determinant(motionJacobian(m, now, p)));
+            }
+        });
+    }
+    return least;
 }
 
 }  // namespace stylet::patient

@@ -15,6 +15,7 @@ struct SurfacePoint {
 std::vector<SurfacePoint> cavitySurface(const MotionModel&);
 
 // Raises the level until it is at least `margin_m` at every one of `points_m`: what lies there is outside.
+// Raised far along z and little across, so that the surface passes rib after rib smoothly, as it slides.
 void keepOutside(MotionModel&, const std::vector<Vec3>& points_m, double margin_m);
 
 // Makes `slide` tangential: takes the part along the level's gradient from every node near the surface and
@@ -30,5 +31,13 @@ struct InterfaceError {
     double mean_slip_m = 0.0, most_slip_m = 0.0;  // of the two sides past each other
 };
 InterfaceError measureInterface(const MotionModel&, const Surrogate& now);
+
+// The four ends of what v and v' are clamped to, and the worst of each number over them.
+std::array<Surrogate, 4> farthestBreaths(const MotionModel&);
+InterfaceError worstInterface(const MotionModel&);
+
+// The least determinant of the Jacobian over two points of every cell and the farthest breaths, were the
+// motion `times` as far.
+double leastJacobian(const MotionModel&, double times);
 
 }  // namespace stylet::patient

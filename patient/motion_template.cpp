@@ -18,8 +18,10 @@ constexpr double kOffBone_m = 0.0015;
 constexpr double kMargin_m = 0.001;  // least level at the centre of a voxel of bone
 constexpr double kPad_m = 0.030;     // of nodes around the image
 constexpr double kFade_m = 0.060, kLeastFade_m = 0.035;
+constexpr double kShear = 1.6;         // metres beside the spine to a metre of travel, at least
+constexpr double kFarthest_m = 0.028;  // that any breath takes the dome
 constexpr double kRibRise = 0.67;
-constexpr double kSteepest = 1.35;  // of the slide, per metre and unit of v
+constexpr double kSteepest = 1.5;  // of the slide, per metre and unit of v
 constexpr int kFlattenSweeps = 200;
 
 // What each id is to a motion.
@@ -213,14 +215,15 @@ Volume<float> levelOf(const Volume<std::uint8_t>& mask, int threads) {
     return level;
 }
 
-// Around the image, nodes on whole millimetres.
-Grid nodeGrid(const Grid& image, double spacing_m) {
+// Around the image, and along z at least from `low_m` to `high_m`; nodes on whole millimetres.
+Grid nodeGrid(const Grid& image, double spacing_m, double low_m, double high_m) {
     Grid grid;
     grid.spacing_m = Vec3(spacing_m);
+    Vec3 low = image.origin_m - kPad_m, high = image.centre(image.dims - 1) + kPad_m;
+    low.z = std::min(low.z, low_m - spacing_m), high.z = std::max(high.z, high_m + spacing_m);
     for (int axis = 0; axis < 3; ++axis) {
-        grid.origin_m[axis] = std::floor((image.origin_m[axis] - kPad_m) * 1000.0) / 1000.0;
-        const double end_m = image.centre(image.dims - 1)[axis] + kPad_m;
-        grid.dims[axis] = 2 + int(std::floor((end_m - grid.origin_m[axis]) / spacing_m));
+        grid.origin_m[axis] = std::floor(low[axis] * 1000.0) / 1000.0;
+        grid.dims[axis] = 2 + int(std::floor((high[axis] - grid.origin_m[axis]) / spacing_m));
     }
     return grid;
 }
@@ -248,12 +251,16 @@ class Fields {
     // `level_m` of the cavity: what would push against its wall is kept to its inner part.
     Vec3 slide(const Vec3& p, double level_m) const {
         const double inner = smoothStep(-0.008, -0.040, level_m);
-        return along(p.z) * freeOfSpine(p) * fadeOut(p) *
+        return along(p.z) * freeOfSpine(p) * fadeOut(p, 2) *
                Vec3(-a_.lateral_m * inner, a_.anterior_m * inner, -a_.dome_m);
     }
     Vec3 slideLag(const Vec3& p) const {
-        return Vec3(0.0, 0.0, -along(p.z) * freeOfSpine(p) * fadeOut(p) * a_.hysteresis_m_s);
+        return Vec3(0.0, 0.0, -along(p.z) * freeOfSpine(p) * fadeOut(p, 2) * a_.hysteresis_m_s);
     }
+
+    // Along z nothing slides below and above.
+    double zeroLow_m() const { return zero_low_m_; }
+    double zeroHigh_m() const { return zero_high_m_; }
 
     Vec3 wall(const Vec3& p) const {
         const double half_width_m = 0.5 * (body_.right_m - body_.left_m);
@@ -267,7 +274,7 @@ class Fields {
             smoothStep(low_m_.z, low_m_.z + 0.04, p.z) * smoothStep(high_m_.z, high_m_.z - 0.04, p.z);
         const Vec3 w(a_.rib_m * side, a_.belly_m * below * smoothStep(0.45, 0.95, front),
                      kRibRise * a_.rib_m * side * side * ends);
-        return offSpine(p) * fadeOut(p) * w;
+        return offSpine(p) * fadeOut(p, 3) * w;
     }
 
   private:
@@ -282,12 +289,14 @@ class Fields {
     }
     double offSpine(const Vec3& p) const { return smoothStep(0.005, 0.050, fromSpine_m(p, 0.040)); }
     // What lies on the column (great vessels, psoas) stays with it.
-    double freeOfSpine(const Vec3& p) const { return smoothStep(0.0, 0.020, fromSpine_m(p, 0.040)); }
-    // 1 in the image, 0 before the nodes end.
-    double fadeOut(const Vec3& p) const {
+    double freeOfSpine(const Vec3& p) const {
+        return smoothStep(0.0, std::max(0.020, kShear * a_.dome_m), fromSpine_m(p, 0.040));
+    }
+    // 1 in the image, 0 before the nodes end, along the first `axes` axes.
+    double fadeOut(const Vec3& p, int axes) const {
         double share = 1.0;
         const double reach_m = kPad_m - node_m_;
-        for (int axis = 0; axis < 3; ++axis) {
+        for (int axis = 0; axis < axes; ++axis) {
             const double beyond_m = std::max(low_m_[axis] - p[axis], p[axis] - high_m_[axis]);
             share *= smoothStep(reach_m, 0.0, beyond_m);
         }
@@ -382,12 +391,14 @@ MotionModel motionTemplate(const LabelVolume& labels, const std::vector<Label>& 
     MotionModel m;
     m.reference = reference;
     m.dome_travel_m = amplitudes.dome_m;
+    // A sigh adds less to what is deep at rest.
+    m.v.high = std::min(m.v.high, std::max(1.0, kFarthest_m / amplitudes.dome_m));
     const Kinds kinds = kindsOf(table);
     const Body body = measureBody(labels, kinds);
     if (body.empty()) return m;
     const Volume<float> level = levelOf(cavityMask(labels, kinds, threads), threads);
-    m.grid = nodeGrid(labels.grid, amplitudes.spacing_m);
     const Fields fields(body, amplitudes, labels.grid, reference.v, amplitudes.spacing_m);
+    m.grid = nodeGrid(labels.grid, amplitudes.spacing_m, fields.zeroLow_m(), fields.zeroHigh_m());
     forEachVoxel(m.grid, [&](const Index3& i) {
         const Vec3 p = m.grid.centre(i);
         const bool border = !m.grid.contains(i - 1) || !m.grid.contains(i + 1);

@@ -13,9 +13,6 @@ namespace stylet::modeller {
 
 namespace {
 
-constexpr double kFarOnUsualNodes_m = 0.018;
-constexpr double kFarthest_m = 0.030;  // that any breath takes a template's dome
-
 struct Options {
     FitSettings fit;
     bool from_template = false;
@@ -50,10 +47,12 @@ void printTable(const FittedMotion& fitted) {
 }
 
 void printInterface(const patient::MotionModel& model) {
-    const patient::InterfaceError e = measureInterface(model, {model.v.high, 0.0});
+    const patient::InterfaceError e = worstInterface(model);
     std::printf(
-        "at v = %.2f: the sides slip by %.1f mm (most %.1f); gaps up to %.2f, overlaps up to %.2f mm\n",
-        model.v.high, e.mean_slip_m * 1e3, e.most_slip_m * 1e3, e.worst_gap_m * 1e3, e.worst_overlap_m * 1e3);
+        "over v = %.2f to %.2f: the sides slip by %.1f mm (most %.1f); gaps up to %.2f, overlaps up to "
+        "%.2f mm; least Jacobian %.2f, at three times life %.2f\n",
+        model.v.low, model.v.high, e.mean_slip_m * 1e3, e.most_slip_m * 1e3, e.worst_gap_m * 1e3,
+        e.worst_overlap_m * 1e3, leastJacobian(model, 1.0), leastJacobian(model, 3.0));
 }
 
 // The reference phase as a patient without labels, for pictures of the motion.
@@ -114,11 +113,7 @@ void runTemplate(const Options& o) {
     patient::MotionAmplitudes a;
     a.dome_m = 1e-3 * o.dome_mm, a.anterior_m = 1e-3 * o.anterior_mm, a.lateral_m = 1e-3 * o.lateral_mm;
     a.rib_m = 1e-3 * o.rib_mm, a.belly_m = 1e-3 * o.belly_mm;
-    // The field ends within a few nodes outside the cavity: what goes far needs them wider.
-    a.spacing_m *= std::max(1.0, a.dome_m / kFarOnUsualNodes_m);
     p.motion = patient::motionTemplate(p.labels, p.label_table, a, {referenceBreath(p.reference_phase), 0.0});
-    // A sigh adds less to what is deep at rest; and a field that goes farther were too steep for its flow.
-    p.motion.v.high = std::min(p.motion.v.high, std::max(1.0, kFarthest_m / a.dome_m));
     if (p.motion.empty()) throw patient::DataError(o.package, "label", "none is liver: no template fits");
     patient::savePackage(p, o.out);
     std::printf("%s: %d x %d x %d nodes, reference %s, dome %.1f mm\n", o.out.c_str(), p.motion.grid.dims.x,

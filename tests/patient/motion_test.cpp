@@ -281,5 +281,41 @@ TEST(MotionInterface, WhatIsToBeOutsideIsKeptOutside) {
     EXPECT_LT(cavityLevel_m(m, Vec3(0.1, 0.0, 0.0)), 0.0);
 }
 
+// Ribs that stand 3 mm into the barrel, 24 mm apart: the surface passes them and still lets it slide.
+TEST(MotionInterface, ACageOfRibsIsPassedSmoothly) {
+    MotionModel m = barrel();
+    std::vector<Vec3> ribs;
+    for (double z = -0.096; z <= 0.1; z += 0.024)
+        for (int k = 0; k < 360; ++k) {
+            const double phi = 0.0174533 * k;
+            const double radius = std::sqrt(1.0 - 0.15 * (z / 0.15) * (z / 0.15) - 0.04);
+            ribs.push_back({0.12 * radius * std::cos(phi), 0.08 * radius * std::sin(phi), z});
+        }
+    keepOutside(m, ribs, 1.0 * kMm);
+    makeTangential(m);
+    for (const Vec3& p : ribs)
+        ASSERT_GE(cavityLevel_m(m, p), 0.99 * kMm);
+    const InterfaceError error = measureInterface(m, kFull);
+    EXPECT_LT(error.worst_gap_m, 0.4 * kMm);
+    EXPECT_LT(error.worst_overlap_m, 0.4 * kMm);
+    EXPECT_GT(error.most_slip_m, 14.0 * kMm);
+}
+
+// 1 + the field's slope where one axis is squeezed evenly: exp(-0.3), three times exp(-0.9).
+TEST(MotionInterface, TheLeastJacobianIsThatOfTheFarthestBreath) {
+    MotionModel m = makeMotion(Vec3(0.12), 0.006, [](const Vec3& p) {
+        MotionPoint q;
+        const double near = test::rise(0.11, 0.10, std::fabs(p.x)) * test::rise(0.11, 0.10, std::fabs(p.y));
+        q.slide_a1_m.z =
+            near * std::clamp(-0.3 * p.z, -0.006, 0.006) * test::rise(0.11, 0.04, std::fabs(p.z));
+        return q;
+    });
+    m.v = {0.0, 1.0};
+    EXPECT_NEAR(leastJacobian(m, 1.0), std::exp(-0.3), 0.01);
+    EXPECT_NEAR(leastJacobian(m, 3.0), std::exp(-0.9), 0.01);
+    m.v = {0.0, 0.5};
+    EXPECT_NEAR(leastJacobian(m, 1.0), std::exp(-0.15), 0.005);
+}
+
 }  // namespace
 }  // namespace stylet::patient

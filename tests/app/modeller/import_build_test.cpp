@@ -225,6 +225,9 @@ TEST(ImportBuild, BreathingCarriesTheLiverAndLeavesTheRibs) {
             }
     EXPECT_LT(double(liver_out), 0.02 * double(count("liver")));
     EXPECT_EQ(bone_in, 0u);
+    const patient::InterfaceError error = patient::worstInterface(m);
+    EXPECT_LT(std::max(error.worst_gap_m, error.worst_overlap_m), 0.0005);
+    EXPECT_GT(patient::leastJacobian(m, 3.0), 0.0);
 }
 
 }  // namespace

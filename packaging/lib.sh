@@ -16,8 +16,8 @@ as_root() {
     fi
 }
 
-# install_packages SECTION...: installs what the sections name and this machine lacks.
-install_packages() {
+# find_missing SECTION...: what the sections name and this machine lacks, in MISSING.
+find_missing() {
     local section name
     MISSING=()
     for section in "$@"; do
@@ -26,6 +26,11 @@ install_packages() {
             dpkg-query -W -f='${db:Status-Status}' "$name" 2>/dev/null | grep -qx installed || MISSING+=("$name")
         done <"$ROOT/packaging/packages/$section"
     done
+}
+
+# install_packages SECTION...: installs what is missing.
+install_packages() {
+    find_missing "$@"
     [ ${#MISSING[@]} = 0 ] && return
     command -v apt-get >/dev/null || die "this is not Debian; please install: ${MISSING[*]}"
     say "installing ${#MISSING[@]} packages: ${MISSING[*]}"

@@ -288,9 +288,12 @@ class Fields {
         return std::sqrt(beside_m * beside_m + before_m * before_m);
     }
     double offSpine(const Vec3& p) const { return smoothStep(0.005, 0.050, fromSpine_m(p, 0.040)); }
-    // What lies on the column (great vessels, psoas) stays with it.
+    // What lies on the column (great vessels, psoas) is held back by it. The slide falls off over so many
+    // millimetres that nodes and tables follow it.
     double freeOfSpine(const Vec3& p) const {
-        return smoothStep(0.0, std::max(0.020, kShear * a_.dome_m), fromSpine_m(p, 0.040));
+        constexpr double kWithin_m = 0.020;
+        return smoothStep(0.0, kWithin_m + std::max(0.020, kShear * a_.dome_m),
+                          fromSpine_m(p + Vec3(0.0, kWithin_m, 0.0), 0.040 - kWithin_m));
     }
     // 1 in the image, 0 before the nodes end, along the first `axes` axes.
     double fadeOut(const Vec3& p, int axes) const {

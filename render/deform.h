@@ -1,6 +1,5 @@
 // The breath as pictures read it: where each point of the deformed patient came from, as two tables over a
-// grid, made by scaling and squaring. Based on Arsigny et al. 2006. Agrees with
-// patient::referenceFromDeformed to 0.1 mm.
+// grid. Agrees with patient::referenceFromDeformed to 0.1 mm.
 #pragma once
 
 #include <vector>
@@ -14,9 +13,9 @@ namespace stylet::render {
 using patient::Vec3;
 
 struct DeformSettings {
-    double spacing_m = 0.004;
-    int squarings = 2;
-    int threads = 2;
+    double spacing_m = 0.003;
+    int steps = 3;    // midpoint steps of each flow
+    int threads = 0;  // 0: half the machine's
 };
 
 // x-fastest. Linear between nodes, nothing moves beyond them. Always usable: at least two nodes along each

@@ -1,5 +1,6 @@
-// The breath at a point and as tables: grid, steps, squarings and storage against time, and the error against
-// the converged field.
+// The breath at a point and as tables: what it costs, and how far it is from the converged field. Two errors,
+// apart: of modelling, that of wider nodes against nodes of 2 mm; and of numerics, that of steps, squarings
+// and storage against the same model in 64 steps of double precision.
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -9,7 +10,8 @@
 #include "tests/bench/bench.h"
 #include "tests/support/phantom.h"
 #ifdef STYLET_BENCH_TABLES
-#include "render/deform.h"
+#include "tests/render/deform_points.h"
+#include "tests/render/pictures.h"
 #endif
 
 namespace stylet::bench {
@@ -20,14 +22,23 @@ using namespace patient;
 constexpr double kFinest_m = 0.002;
 constexpr double kBand_m = 0.010;
 const Surrogate kNow{0.9, 0.6};
+const Surrogate kDeepest{1.5, 0.0};  // that any breath is clamped to
 constexpr int kPoints = 40000;
+
+constexpr int kManySteps = 64;
+
+// What an inverse is held against: where points of the deformed patient come from by one model.
+struct Truth {
+    const char* name;
+    std::vector<Vec3> reference_m;
+    std::vector<double> level_m;  // of the deformed point
+};
 
 struct Probe {
     Package package;
-    MotionModel fine;  // the converged field
+    MotionModel usual;  // as shipped
     std::vector<Vec3> points_m;
-    std::vector<Vec3> truth_m;    // where they came from
-    std::vector<double> level_m;  // of the deformed point, in `fine`
+    Truth finest, own, deepest;  // by nodes of 2 mm, and by the usual ones now and in the deepest breath
 };
 
 MotionModel templateAt(const Package& p, double spacing_m) {
@@ -37,17 +48,27 @@ MotionModel templateAt(const Package& p, double spacing_m) {
 }
 
 // exp(-w) by `steps` midpoint steps of the model's own fields.
-Vec3 inverseBySteps(const MotionModel& m, const Vec3& deformed_m, int steps) {
+Vec3 inverseBySteps(const MotionModel& m, const Surrogate& now, const Vec3& deformed_m, int steps) {
     const auto back = [&](MotionPart part, Vec3 p) {
         const double h = 1.0 / steps;
         for (int i = 0; i < steps; ++i) {
-            const Vec3 middle = p - 0.5 * h * motionField_m(m, part, kNow, p);
-            p -= h * motionField_m(m, part, kNow, middle);
+            const Vec3 middle = p - 0.5 * h * motionField_m(m, part, now, p);
+            p -= h * motionField_m(m, part, now, middle);
         }
         return p;
     };
     const Vec3 p = back(MotionPart::wall, deformed_m);
     return cavityLevel_m(m, p) < 0.0 ? back(MotionPart::slide, p) : p;
+}
+
+Truth truthOf(const char* name, const MotionModel& m, const Surrogate& now,
+              const std::vector<Vec3>& points_m) {
+    Truth truth{name, {}, {}};
+    for (const Vec3& p : points_m) {
+        truth.reference_m.push_back(inverseBySteps(m, now, p, kManySteps));
+        truth.level_m.push_back(cavityLevel_m(m, now, p));
+    }
+    return truth;
 }
 
 Probe makeProbe() {
@@ -56,17 +77,19 @@ Probe makeProbe() {
     settings.spacing_m = 0.002;
     settings.defaults = test::tissueDefaults();
     probe.package = synth::makeReferencePatient(settings);
-    probe.fine = templateAt(probe.package, kFinest_m);
+    probe.usual = templateAt(probe.package, MotionAmplitudes{}.spacing_m);
     const Grid& grid = probe.package.labels.grid;
     std::mt19937 random(5);
     while (int(probe.points_m.size()) < kPoints) {
         const auto share = [&] { return double(random()) / 4294967296.0; };
         const Vec3 p = grid.origin_m + grid.spacing_m * Vec3(grid.dims - 1) * Vec3(share(), share(), share());
-        if (probe.package.labels.nearestOr(p, 0) == 0) continue;  // in the body
-        probe.points_m.push_back(p);
-        probe.truth_m.push_back(inverseBySteps(probe.fine, p, 64));
-        probe.level_m.push_back(cavityLevel_m(probe.fine, kNow, p));
+        if (probe.package.labels.nearestOr(p, 0) != 0) probe.points_m.push_back(p);  // in the body
     }
+    const MotionModel fine = templateAt(probe.package, kFinest_m);
+    probe.finest = truthOf("nodes of 2 mm, 64 steps, double", fine, kNow, probe.points_m);
+    probe.own = truthOf("the same model, 64 steps, double", probe.usual, kNow, probe.points_m);
+    probe.deepest =
+        truthOf("the same model, 64 steps, double, v = 1.5", probe.usual, kDeepest, probe.points_m);
     return probe;
 }
 
@@ -75,28 +98,33 @@ const Probe& probe() {
     return made;
 }
 
+std::string summary(const std::vector<double>& errors_mm) {
+    double sum_mm = 0.0;
+    for (const double e : errors_mm)
+        sum_mm += e;
+    char text[80];
+    std::snprintf(text, sizeof text, "mean %.4f p99 %.4f max %.3f", sum_mm / double(errors_mm.size()),
+                  quantile(errors_mm, 0.99), quantile(errors_mm, 1.0));
+    return text;
+}
+
 // The error away from the surface decides; what it is within 10 mm of it, and over all, is noted.
 void report(std::vector<Row>& rows, const std::string& name, const std::string& knob, double value,
-            double time_ms, const std::string& time_of, const std::vector<Vec3>& found_m) {
+            double time_ms, const std::string& time_of, const std::vector<Vec3>& found_m,
+            const Truth& truth) {
     std::vector<double> away_mm, band_mm, whole_mm;
-    double sum_mm = 0.0;
-    const Probe& p = probe();
     for (std::size_t i = 0; i < found_m.size(); ++i) {
-        const double error_mm = 1e3 * glm::length(found_m[i] - p.truth_m[i]);
-        (std::fabs(p.level_m[i]) > kBand_m ? away_mm : band_mm).push_back(error_mm);
+        const double error_mm = 1e3 * glm::length(found_m[i] - truth.reference_m[i]);
+        (std::fabs(truth.level_m[i]) > kBand_m ? away_mm : band_mm).push_back(error_mm);
         whole_mm.push_back(error_mm);
-        sum_mm += error_mm;
     }
-    char note[200];
-    std::snprintf(note, sizeof note, "%s; whole mean %.4f p99 %.3f max %.2f; 10 mm band p50 %.4f p99 %.3f mm",
-                  time_of.c_str(), sum_mm / double(whole_mm.size()), quantile(whole_mm, 0.99),
-                  quantile(whole_mm, 1.0), median(band_mm), quantile(band_mm, 0.99));
-    rows.push_back({name, knob, value, time_ms, quantile(away_mm, 0.99), "mm p99",
-                    "2 mm nodes, 64 steps, double", note});
+    rows.push_back({name, knob, value, time_ms, quantile(away_mm, 0.99), "mm p99", truth.name,
+                    time_of + "; whole " + summary(whole_mm) + "; 10 mm band " + summary(band_mm) + " mm"});
 }
 
 template <typename Inverse>
-void inverseRow(std::vector<Row>& rows, const std::string& knob, double value, const Inverse& inverse) {
+void inverseRow(std::vector<Row>& rows, const std::string& knob, double value, const Truth& truth,
+                const Inverse& inverse) {
     const Probe& p = probe();
     std::vector<Vec3> found_m;
     std::vector<double> times_ns;
@@ -110,7 +138,7 @@ void inverseRow(std::vector<Row>& rows, const std::string& knob, double value, c
     }
     char time_of[80];
     std::snprintf(time_of, sizeof time_of, "median %.0f ns a point", median(times_ns));
-    report(rows, "patient.point_inverse", knob, value, 1e-6 * median(times_ns), time_of, found_m);
+    report(rows, "patient.point_inverse", knob, value, 1e-6 * median(times_ns), time_of, found_m, truth);
 }
 
 // Coefficients in steps of `step_m`, as 16-bit integers would hold them.
@@ -126,46 +154,128 @@ MotionModel coarsened(MotionModel m, double step_m) {
 }
 
 void runInverse(std::vector<Row>& rows) {
+    const Probe& p = probe();
     for (const double spacing_mm : {3.0, 4.0, 5.0, 6.0, 8.0, 10.0}) {
-        const MotionModel m = templateAt(probe().package, 1e-3 * spacing_mm);
-        inverseRow(rows, "nodes [mm]", spacing_mm,
-                   [&](const Vec3& p) { return referenceFromDeformed(m, kNow, p); });
+        const MotionModel m = templateAt(p.package, 1e-3 * spacing_mm);
+        inverseRow(rows, "nodes [mm]", spacing_mm, p.finest,
+                   [&](const Vec3& x) { return referenceFromDeformed(m, kNow, x); });
     }
-    const MotionModel m = templateAt(probe().package, MotionAmplitudes{}.spacing_m);
-    for (const int steps : {1, 2, 4, 8})
-        inverseRow(rows, "steps at 6 mm", steps, [&](const Vec3& p) { return inverseBySteps(m, p, steps); });
+    for (const int steps : {1, 2, 3, 4, 8, 16})
+        inverseRow(rows, "steps", steps, p.own,
+                   [&](const Vec3& x) { return inverseBySteps(p.usual, kNow, x, steps); });
+    for (const int steps : {2, 3, 4, 8})
+        inverseRow(rows, "steps, deepest breath", steps, p.deepest,
+                   [&](const Vec3& x) { return inverseBySteps(p.usual, kDeepest, x, steps); });
+    // In many steps, so that only what is stored differs.
     for (const double step_um : {1.0, 2.0, 10.0, 50.0}) {
-        const MotionModel stored = coarsened(m, 1e-6 * step_um);
-        inverseRow(rows, "stored to [um]", step_um,
-                   [&](const Vec3& p) { return referenceFromDeformed(stored, kNow, p); });
+        const MotionModel stored = coarsened(p.usual, 1e-6 * step_um);
+        inverseRow(rows, "stored to [um]", step_um, p.own,
+                   [&](const Vec3& x) { return inverseBySteps(stored, kNow, x, kManySteps); });
     }
 }
 const Registration inverse_registration("patient.point_inverse", runInverse);
 
 #ifdef STYLET_BENCH_TABLES
-void tableRow(std::vector<Row>& rows, const std::string& knob, double value,
-              const render::DeformSettings& settings) {
-    const MotionModel m = templateAt(probe().package, MotionAmplitudes{}.spacing_m);
+// The other way to a table: `squarings` squarings of one midpoint step, over the tables' own grid (Arsigny et
+// al. 2006).
+render::DeformTables squaredTables(const MotionModel& m, const Grid& grid, int squarings) {
+    const auto forEachNode = [&](const auto& visit) {
+        Index3 i;
+        for (i.z = 0; i.z < grid.dims.z; ++i.z)
+            for (i.y = 0; i.y < grid.dims.y; ++i.y)
+                for (i.x = 0; i.x < grid.dims.x; ++i.x)
+                    visit(grid.offset(i), grid.centre(i));
+    };
+    // w = -1: read as the inside, whose table it is.
+    const auto squared = [&](MotionPart part) {
+        const double step = 1.0 / (1 << squarings);
+        render::DeformTables table{grid, std::vector<glm::vec4>(grid.voxelCount(), {0, 0, 0, -1}), {}};
+        forEachNode([&](std::size_t at, const Vec3& p) {
+            const Vec3 here = motionField_m(m, part, kNow, p);
+            if (here == Vec3(0.0)) return;
+            const Vec3 middle = motionField_m(m, part, kNow, p - 0.5 * step * here);
+            table.inside[at] = glm::vec4(glm::vec3(-step * middle), -1.0f);
+        });
+        for (int k = 0; k < squarings; ++k) {
+            std::vector<glm::vec4> next = table.inside;
+            forEachNode([&](std::size_t at, const Vec3& p) {
+                const Vec3 own(table.inside[at]);
+                if (own != Vec3(0.0))
+                    next[at] = glm::vec4(glm::vec3(referenceFromTables(table, p + own) - p), -1.0f);
+            });
+            table.inside.swap(next);
+        }
+        return table;
+    };
+    const render::DeformTables wall = squared(MotionPart::wall), slide = squared(MotionPart::slide);
+    render::DeformTables tables{grid, wall.inside, wall.inside};
+    forEachNode([&](std::size_t at, const Vec3& p) {
+        const Vec3 before = p + Vec3(wall.inside[at]);
+        tables.inside[at] =
+            glm::vec4(glm::vec3(referenceFromTables(slide, before) - p), float(cavityLevel_m(m, before)));
+    });
+    return tables;
+}
+
+template <typename Make>
+void tableRow(std::vector<Row>& rows, const std::string& knob, double value, const Make& make) {
+    const Probe& p = probe();
     std::vector<double> times_ms;
     render::DeformTables tables;
     for (int i = 0; i < 3; ++i) {
         const auto began = std::chrono::steady_clock::now();
-        tables = render::deformTables(m, kNow, settings);
+        tables = make(p.usual);
         times_ms.push_back(elapsed_ms(began));
     }
     std::vector<Vec3> found_m;
-    for (const Vec3& p : probe().points_m)
-        found_m.push_back(render::referenceFromTables(tables, p));
-    char time_of[80];
-    std::snprintf(time_of, sizeof time_of, "%zu nodes", tables.inside.size());
-    report(rows, "patient.breathing", knob, value, median(times_ms), time_of, found_m);
+    for (const Vec3& x : p.points_m)
+        found_m.push_back(render::referenceFromTables(tables, x));
+    report(rows, "patient.breathing", knob, value, median(times_ms),
+           std::to_string(tables.inside.size()) + " nodes, one thread", found_m, p.own);
+}
+
+// The tables made, uploaded as half floats and read by the device's filter.
+void gpuRow(std::vector<Row>& rows) {
+    if (const std::string why = test::noGpuReason(); !why.empty()) {
+        std::fprintf(stderr, "patient.breathing: %s\n", why.c_str());
+        return;
+    }
+    Probe p = probe();
+    p.package.motion = p.usual;
+    const Patient patient(p.package);
+    const render::Gpu gpu({});
+    render::PatientVolume volume(gpu, patient);
+    std::vector<double> frame_ms, tables_ms;
+    for (int i = 0; i < 5; ++i) {
+        const Surrogate now{kNow.v - 0.1 * (4 - i), kNow.rate_per_s};
+        auto began = std::chrono::steady_clock::now();
+        volume.breathe(now, false);
+        frame_ms.push_back(elapsed_ms(began));
+        began = std::chrono::steady_clock::now();
+        (void)render::deformTables(p.usual, now);
+        tables_ms.push_back(elapsed_ms(began));
+    }
+    char note[200];
+    std::snprintf(note, sizeof note, "%s: tables %.1f ms, upload and bricks %.1f ms a breath seen",
+                  gpu.name().c_str(), median(tables_ms), median(frame_ms) - median(tables_ms));
+    report(rows, "patient.breathing", "on the GPU: table [mm]", 1e3 * render::DeformSettings{}.spacing_m,
+           median(frame_ms), note, test::referenceOnGpu(gpu, volume, p.points_m), p.own);
 }
 
 void runTables(std::vector<Row>& rows) {
-    for (const double spacing_mm : {3.0, 4.0, 5.0, 6.0, 8.0})
-        tableRow(rows, "table [mm]", spacing_mm, {.spacing_m = 1e-3 * spacing_mm});
+    for (const double spacing_mm : {2.0, 3.0, 4.0, 5.0, 6.0, 8.0})
+        tableRow(rows, "table [mm]", spacing_mm, [&](const MotionModel& m) {
+            return render::deformTables(m, kNow, {.spacing_m = 1e-3 * spacing_mm, .threads = 1});
+        });
+    for (const int steps : {1, 2, 3, 4, 8})
+        tableRow(rows, "steps a node", steps, [&](const MotionModel& m) {
+            return render::deformTables(m, kNow, {.steps = steps, .threads = 1});
+        });
+    const Grid grid = render::deformTables(probe().usual, kNow).grid;
     for (const int squarings : {0, 1, 2, 3, 5})
-        tableRow(rows, "squarings", squarings, {.squarings = squarings});
+        tableRow(rows, "squarings instead", squarings,
+                 [&](const MotionModel& m) { return squaredTables(m, grid, squarings); });
+    gpuRow(rows);
 }
 const Registration tables_registration("patient.breathing", runTables);
 #endif

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "render/deform.h"
+#include "tests/render/deform_points.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 #include "tests/support/motion.h"
@@ -33,6 +34,37 @@ TEST(DeformTables, AgreeWithThePointFunctions) {
         EXPECT_LT(errors_m[std::size_t(0.99 * double(errors_m.size()))], 1e-4) << now.v;
         EXPECT_LT(errors_m.back(), 4e-4) << now.v;
     }
+}
+
+// The shader's own reading: half floats, and the device's filter.
+TEST(DeformTables, AreReadByTheGpuAsThePointFunctionsSay) {
+    if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
+    const patient::Package package = test::makeTrunk(0.01);
+    const patient::Patient patient(package);
+    Gpu gpu({.validation = true});
+    PatientVolume volume(gpu, patient);
+    const patient::Surrogate now{0.9, 0.5};
+    volume.breathe(now, false);
+    std::vector<Vec3> points_m;
+    for (double x = -0.15; x <= 0.15; x += 0.0083)
+        for (double y = -0.10; y <= 0.10; y += 0.0079)
+            for (double z = -0.119; z <= 0.119; z += 0.0067)
+                if (std::fabs(patient::cavityLevel_m(package.motion, now, Vec3(x, y, z))) > 3e-4)
+                    points_m.emplace_back(x, y, z);
+    const std::vector<Vec3> found_m = test::referenceOnGpu(gpu, volume, points_m);
+    ASSERT_EQ(found_m.size(), points_m.size());
+    std::vector<double> errors_m;
+    double most_m = 0.0;
+    for (std::size_t i = 0; i < points_m.size(); ++i) {
+        const Vec3 truth_m = referenceFromDeformed(package.motion, now, points_m[i]);
+        errors_m.push_back(glm::length(found_m[i] - truth_m));
+        most_m = std::max(most_m, glm::length(truth_m - points_m[i]));
+    }
+    std::sort(errors_m.begin(), errors_m.end());
+    EXPECT_GT(most_m, 0.010);
+    EXPECT_LT(errors_m[std::size_t(0.99 * double(errors_m.size()))], 1e-4);
+    EXPECT_LT(errors_m.back(), 4e-4);
+    EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
 TEST(DeformTables, AreStillWithoutMotion) {

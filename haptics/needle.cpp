@@ -14,9 +14,15 @@ using patient::VoxelWalk;
 
 namespace {
 
+void lookAt(NeedleState& s, const patient::MotionModel& motion, const Surrogate& breath,
+            const Vec3& deformed_m) noexcept {
+    s.channel_side = patient::sideOf(motion, breath, deformed_m);
+    s.channel_reference_m = patient::referenceFromDeformed(motion, breath, s.channel_side, deformed_m);
+}
+
 void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
            const Surrogate& breath) noexcept {
-    s.channel_reference_m = patient::referenceFromDeformed(patient.package().motion, breath, tip_deformed_m);
+    lookAt(s, patient.package().motion, breath, tip_deformed_m);
     const TissueSample x = patient.at(s.channel_reference_m, s.track);
     s.tissue = x.tissue;
     s.label = x.label;
@@ -29,16 +35,15 @@ void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
     s.primed = true;
 }
 
-// A straight way in the deformed patient, and where its points are in the reference.
+// A straight way in the deformed patient.
 struct DeformedWay {
     const patient::MotionModel& motion;
     const Surrogate& breath;
     Vec3 from_m, to_m;
     Vec3 anchor_m{0.0};  // residual of the inverse at the channel: kept, so that it never adds up
 
-    Vec3 reference(double share) const noexcept {
-        const Vec3 p = from_m + share * (to_m - from_m);
-        return anchor_m + patient::referenceFromDeformed(motion, breath, p);
+    Vec3 reference(double share, patient::Side side) const noexcept {
+        return patient::referenceFromDeformed(motion, breath, side, from_m + share * (to_m - from_m));
     }
 };
 
@@ -55,13 +60,23 @@ void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const V
 
 // The same along a way that may cross the cavity's surface, where the two sides have slid past each other:
 // the reference jumps there, and what lies between is not on the way.
-void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const DeformedWay& course,
-          double way_m, Way way) noexcept {
+void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, DeformedWay& course, double way_m,
+          Way way) noexcept {
     const patient::SideChanges changes =
         patient::sideChanges(course.motion, course.breath, course.from_m, course.to_m);
+    const auto jump = [&](double share, patient::Side side) {
+        s.channel_side = side;
+        s.channel_reference_m = course.reference(share, side);
+        course.anchor_m = Vec3(0.0);
+    };
+    // The breath may have taken the channel's point over the other side's edge.
+    if (changes.first != s.channel_side) jump(0.0, changes.first);
     patient::forEachStretch(changes, [&](double begin, double end) {
-        if (begin > 0.0) s.channel_reference_m = course.reference(begin);
-        walk(s, solver, patient, course.reference(end), way_m * (end - begin), way);
+        if (begin > 0.0)
+            jump(begin,
+                 s.channel_side == patient::Side::inside ? patient::Side::outside : patient::Side::inside);
+        walk(s, solver, patient, course.anchor_m + course.reference(end, s.channel_side),
+             way_m * (end - begin), way);
     });
 }
 
@@ -101,14 +116,14 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     if (!s.primed) prime(s, patient, tip_deformed_m, breath);
 
     const patient::MotionModel& motion = patient.package().motion;
-    const auto toReference = [&](const Vec3& p) { return patient::referenceFromDeformed(motion, breath, p); };
-    const Vec3 channel_now = patient::deformedFromReference(motion, breath, s.channel_reference_m);
+    const Vec3 channel_now =
+        patient::deformedFromReference(motion, breath, s.channel_side, s.channel_reference_m);
     const Tissue tissue_before = s.tissue;
     const bool held_before = s.phase == Phase::held;
     ToolForce out;
     if (s.phase != Phase::outside && !(breath == s.breath))
-        out.tissue_moved_m =
-            channel_now - patient::deformedFromReference(motion, s.breath, s.channel_reference_m);
+        out.tissue_moved_m = channel_now - patient::deformedFromReference(motion, s.breath, s.channel_side,
+                                                                          s.channel_reference_m);
     const Vec3 offset = tip_deformed_m - channel_now;
     // Of the channel, not of the hand: where the shaft turns about a tip that lags beside its channel, the
     // two differ.
@@ -116,27 +131,29 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     const Way along = ds > 0.0 ? Way::advance : Way::withdraw;
     SectionSolver solver(s, settings, patient, events, incisions);
 
+    DeformedWay course{motion, breath, channel_now, tip_deformed_m};
     if (s.phase == Phase::outside) {
-        walk(s, solver, patient, DeformedWay{motion, breath, channel_now, tip_deformed_m}, ds, along);
+        walk(s, solver, patient, course, ds, along);
     } else {
         // The channel goes along with the breath; the tip moves in it along the axis.
         const Vec3 across = offset - ds * axis;
-        const Vec3 anchor = s.channel_reference_m - toReference(channel_now);
-        const Vec3 deepest = tip_deformed_m - across;
-        walk(s, solver, patient, DeformedWay{motion, breath, channel_now, deepest, anchor}, ds, along);
+        course.anchor_m = s.channel_reference_m -
+                          patient::referenceFromDeformed(motion, breath, s.channel_side, channel_now);
+        course.to_m = tip_deformed_m - across;
+        walk(s, solver, patient, course, ds, along);
         s.lateral_m = across;
         const double length = std::sqrt(glm::dot(across, across));
         const double reach = lateralReach(settings);
         if (s.phase != Phase::outside && length > reach) {
             s.lateral_cut_m += length - reach;
             s.lateral_m = across * (reach / length);
-            const Vec3 cut_to = tip_deformed_m - s.lateral_m;
-            walk(s, solver, patient, DeformedWay{motion, breath, deepest, cut_to, anchor}, 0.0,
-                 Way::sideways);
+            course.from_m = course.to_m;
+            course.to_m = tip_deformed_m - s.lateral_m;
+            walk(s, solver, patient, course, 0.0, Way::sideways);
         }
     }
     if (s.phase == Phase::outside) {
-        s.channel_reference_m = toReference(tip_deformed_m);
+        lookAt(s, motion, breath, tip_deformed_m);
         s.lateral_m = Vec3(0.0);
     }
     s.tip_deformed_m = tip_deformed_m;
@@ -187,7 +204,8 @@ void hashHold(patient::StateHash& hash, const Hold& h) noexcept {
 void hashNeedle(patient::StateHash& hash, const NeedleState& s) noexcept {
     hash.add(std::uint64_t(s.phase) | std::uint64_t(s.tissue) << 8 | std::uint64_t(s.label) << 16 |
              std::uint64_t(s.track.past_skin) << 24 | std::uint64_t(s.track.past_fascia) << 25 |
-             std::uint64_t(s.bone_over_hold) << 26 | std::uint64_t(s.primed) << 27);
+             std::uint64_t(s.bone_over_hold) << 26 | std::uint64_t(s.primed) << 27 |
+             std::uint64_t(s.channel_side) << 28);
     hash.add(s.extension_m);
     hash.add(s.force_n);
     hash.add(s.depth_m);

@@ -184,12 +184,29 @@ double cavityLevel_m(const MotionModel& m, const Surrogate& now, const Vec3& def
     return cavityLevel_m(m, Flow(m, m.wall, -drive).carry(deformed_m));
 }
 
-Vec3 deformedFromReference(const MotionModel& m, const Surrogate& now, const Vec3& reference_m) noexcept {
+Side sideOf(const MotionModel& m, const Surrogate& now, const Vec3& deformed_m) noexcept {
+    return cavityLevel_m(m, now, deformed_m) < 0.0 ? Side::inside : Side::outside;
+}
+
+Vec3 deformedFromReference(const MotionModel& m, const Surrogate& now, Side side,
+                           const Vec3& reference_m) noexcept {
     const Drive drive = driveOf(m, now);
     if (m.empty() || drive.still()) return reference_m;
-    Vec3 p = reference_m;
-    if (cavityLevel_m(m, p) < 0.0) p = Flow(m, m.slide, drive).carry(p);
+    const Vec3 p = side == Side::inside ? Flow(m, m.slide, drive).carry(reference_m) : reference_m;
     return Flow(m, m.wall, drive).carry(p);
+}
+
+Vec3 referenceFromDeformed(const MotionModel& m, const Surrogate& now, Side side,
+                           const Vec3& deformed_m) noexcept {
+    const Drive drive = driveOf(m, now);
+    if (m.empty() || drive.still()) return deformed_m;
+    const Vec3 p = Flow(m, m.wall, -drive).carry(deformed_m);
+    return side == Side::inside ? Flow(m, m.slide, -drive).carry(p) : p;
+}
+
+Vec3 deformedFromReference(const MotionModel& m, const Surrogate& now, const Vec3& reference_m) noexcept {
+    const bool inside = cavityLevel_m(m, reference_m) < 0.0;
+    return deformedFromReference(m, now, inside ? Side::inside : Side::outside, reference_m);
 }
 
 Vec3 referenceFromDeformed(const MotionModel& m, const Surrogate& now, const Vec3& deformed_m) noexcept {
@@ -227,11 +244,12 @@ Vec3 motionVelocity_m_s(const MotionModel& m, const Surrogate& now, double accel
 SideChanges sideChanges(const MotionModel& m, const Surrogate& now, const Vec3& from_m,
                         const Vec3& to_m) noexcept {
     SideChanges changes;
-    if (m.empty() || driveOf(m, now).still()) return changes;
     const Vec3 way = to_m - from_m;
     const double length_m = std::sqrt(glm::dot(way, way));
     const auto level = [&](double share) { return cavityLevel_m(m, now, from_m + share * way); };
     double share = 0.0, here = level(0.0);
+    changes.first = here < 0.0 ? Side::inside : Side::outside;
+    if (m.empty() || driveOf(m, now).still()) return changes;
     // As far as the level allows without meeting its zero, but no shorter than is worth a look. A length that
     // is not a number ends the loop.
     for (int look = 0; look < kMostLooks && share * length_m < length_m && changes.count < kMaxSideChanges;

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "patient/geometry.h"
@@ -61,6 +62,14 @@ Mat3 motionJacobian(const MotionModel&, const Surrogate& now, const Vec3& refere
 Vec3 motionVelocity_m_s(const MotionModel&, const Surrogate& now, double acceleration_per_s2,
                         const Vec3& reference_m) noexcept;
 
+// The same for a point that is known to lie on this side. What lies within a gap or an overlap of the sides
+// (fractions of a millimetre) changes sides on its way there and back: whoever keeps such a point keeps its
+// side beside it.
+enum class Side : std::uint8_t { outside, inside };
+Side sideOf(const MotionModel&, const Surrogate& now, const Vec3& deformed_m) noexcept;
+Vec3 deformedFromReference(const MotionModel&, const Surrogate& now, Side, const Vec3& reference_m) noexcept;
+Vec3 referenceFromDeformed(const MotionModel&, const Surrogate& now, Side, const Vec3& deformed_m) noexcept;
+
 // w itself at a point, metres per unit time of its flow: what a table of the motion is made from.
 enum class MotionPart { wall, slide };
 Vec3 motionField_m(const MotionModel&, MotionPart, const Surrogate& now, const Vec3& p) noexcept;
@@ -78,10 +87,11 @@ struct SideChange {
 };
 inline constexpr int kMaxSideChanges = 16;  // more are left out
 struct SideChanges {
+    Side first = Side::outside;  // where the way begins
     int count = 0;
     std::array<SideChange, kMaxSideChanges> list{};
 };
-// In order. None where nothing moves now.
+// In order. No changes where nothing moves now.
 SideChanges sideChanges(const MotionModel&, const Surrogate& now, const Vec3& from_m,
                         const Vec3& to_m) noexcept;
 

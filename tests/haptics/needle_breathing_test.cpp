@@ -139,6 +139,38 @@ TEST(NeedleBreathing, NothingBetweenTwoSlidSidesIsOnTheWay) {
         EXPECT_NE(e.border.to, bone);
 }
 
+// Fitted fields leave gaps and overlaps of fractions of a millimetre where the sides meet. A needle that goes
+// slowly through one is on one side or the other in every tick, and is not torn from its channel.
+TEST(NeedleBreathing, AGapOrAnOverlapOfTheSidesIsCrossedLikeAnyTissue) {
+    for (const double off_m : {-0.0004, 0.0004}) {
+        Breathing b(-0.015);
+        b.package.motion = test::makeMotion(Vec3(0.3), 0.1, [&](const Vec3& p) {
+            test::MotionPoint q;
+            q.slide_a1_m = Vec3(off_m, 0.0, -0.015);
+            q.level_m = 0.020 - p.x;
+            return q;
+        });
+        b.package = test::widen(b.package, 80, 0.001);
+        const patient::Patient patient(b.package);
+        Hand hand(patient);
+        hand.breath = {1.0, 0.0};
+        hand.to(-0.004);
+        for (int i = 0; i <= 3400; ++i) {
+            hand.to(Vec3(-0.004 + 1e-5 * i, 0.0, 0.0));
+            ASSERT_LT(std::sqrt(glm::dot(hand.state.lateral_m, hand.state.lateral_m)), 1e-6) << i;
+        }
+        EXPECT_NEAR(hand.state.channel_reference_m.z, 0.015, 1e-6);
+        EXPECT_NEAR(hand.state.channel_reference_m.x, 0.030 - off_m, 1e-6);
+        EXPECT_NEAR(hand.state.depth_m, 0.030, 1e-6);
+        EXPECT_EQ(hand.state.lateral_cut_m, 0.0);
+        EXPECT_NEAR(hand.force(), 0.9, 1e-9);
+        // And in the breath, held in the gap: not farther than the spring reaches.
+        breathe(hand, [&] {
+            ASSERT_LE(std::sqrt(glm::dot(hand.state.lateral_m, hand.state.lateral_m)), 0.5 / 150.0 + 1e-9);
+        });
+    }
+}
+
 // A hole is a place in the tissue: it goes along with the breath, across the needle here.
 TEST(NeedleBreathing, CutBordersGoAlongWithTheBreath) {
     const Breathing b(-0.010);

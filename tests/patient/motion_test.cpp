@@ -199,6 +199,27 @@ TEST(Motion, ChangesOfSideAreFoundOnAWayThroughTheBarrel) {
     EXPECT_EQ(sideChanges(m, kFull, Vec3(0.0), Vec3(0.01)).count, 0);
 }
 
+// Where the sides overlap, a point that is kept with its side comes back to where it was.
+TEST(Motion, APointKeptWithItsSideStaysThere) {
+    const MotionModel m = makeMotion(Vec3(0.1), 0.01, [](const Vec3& p) {
+        MotionPoint q;
+        q.level_m = p.x;
+        q.slide_a1_m = Vec3(0.001, 0.0, -0.015) * test::rise(0.09, 0.04, std::fabs(p.x)) *
+                       test::rise(0.09, 0.04, std::fabs(p.y)) * test::rise(0.09, 0.04, std::fabs(p.z));
+        return q;
+    });
+    const Vec3 inside(-0.0005, 0.0, 0.0);
+    const Vec3 moved = deformedFromReference(m, kFull, Side::inside, inside);
+    EXPECT_EQ(moved, deformedFromReference(m, kFull, inside));
+    EXPECT_GT(moved.x, 0.0);  // over the edge
+    EXPECT_EQ(sideOf(m, kFull, moved), Side::outside);
+    EXPECT_EQ(referenceFromDeformed(m, kFull, moved), moved);
+    EXPECT_LT(distance(referenceFromDeformed(m, kFull, Side::inside, moved), inside), 0.001 * kMm);
+    EXPECT_EQ(referenceFromDeformed(m, kFull, Side::outside, moved), moved);
+    EXPECT_EQ(sideChanges(m, kFull, inside, moved).first, Side::inside);
+    EXPECT_EQ(sideChanges(m, m.reference, moved, inside).first, Side::outside);
+}
+
 TEST(Motion, FarOutsideAndWithoutNodesNothingMoves) {
     const MotionModel m = barrel();
     for (const Vec3& p :

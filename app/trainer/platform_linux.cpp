@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -22,7 +23,8 @@ namespace {
 constexpr int kPriority = 80;  // above the kernel's threaded interrupts (50)
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-volatile std::sig_atomic_t was_interrupted = 0;
+std::atomic<int> was_interrupted{0};  // read by other threads than the one that is interrupted
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may store it");
 
 template <clockid_t kClock>
 std::int64_t now(void*) noexcept {

@@ -119,7 +119,8 @@ struct Inverse3Driver::Connection {
         writing = true;
         socket.async_write(asio::buffer(outgoing), [this](beast::error_code failed, std::size_t) {
             writing = false;
-            if (failed) error = failed;
+            // A failing read cancels the write: its own error is the cause.
+            if (failed && failed != asio::error::operation_aborted && !error) error = failed;
         });
     }
     bool waitForMessage(std::int64_t deadline_ns) {

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -67,7 +68,8 @@ gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer size)
     if (umockdev_ioctl_client_get_request(client) != HIDIOCGRDESCSIZE) return FALSE;
     UMockdevIoctlData* to =
         umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(int), nullptr);
-    umockdev_ioctl_data_update(to, 0, static_cast<guint8*>(size), sizeof(int));
+    int value = *static_cast<std::atomic<int>*>(size);
+    umockdev_ioctl_data_update(to, 0, reinterpret_cast<guint8*>(&value), sizeof value);
     g_object_unref(to);
     umockdev_ioctl_client_complete(client, 0, 0);
     return TRUE;
@@ -79,8 +81,8 @@ gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer size)
 struct HidNode::Testbed {
     UMockdevTestbed* bed = umockdev_testbed_new();
     UMockdevIoctlBase* handler = umockdev_ioctl_base_new();
-    int descriptor_size = 0;
-    int plugged = 0;  // ever: umockdev does not take a number twice
+    std::atomic<int> descriptor_size{0};  // read on umockdev's thread
+    int plugged = 0;                      // ever: umockdev does not take a number twice
 
     Testbed() { g_signal_connect(handler, "handle-ioctl", G_CALLBACK(onIoctl), &descriptor_size); }
     ~Testbed() {

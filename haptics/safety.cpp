@@ -28,8 +28,8 @@ constexpr double kUnitTolerance = 1e-3;
 // Waiting ends a rounding early, never a tick late.
 constexpr double kSameTime_s = 1e-9;
 constexpr double kNothing = 1e-9;  // a level that is zero but for rounding
-// The wall begins a tenth of the radius before the workspace's end, and is soft beside any tissue.
-constexpr double kWallShare = 0.1, kWall_n_per_m = 200.0, kWallForce_n = 1.0;
+// The wall is soft beside any tissue.
+constexpr double kWall_n_per_m = 200.0, kWallForce_n = 1.0;
 
 bool isArmed(ForceStage stage) noexcept {
     return stage == ForceStage::rising || stage == ForceStage::on;

@@ -80,8 +80,9 @@ void stepSafety(SafetyState&, std::uint32_t unmet, double force_n, double dt_s) 
 void rearm(SafetyState&) noexcept STYLET_NONBLOCKING;
 void hashSafety(patient::StateHash&, const SafetyState&) noexcept STYLET_NONBLOCKING;
 
-// A soft wall around the workspace, device frame, within the last share of its radius: force inward and the
-// energy in it. Nothing where the workspace is unknown.
+// A soft wall around the workspace, device frame, within the last kWallShare of its radius: force inward and
+// the energy in it. Nothing where the workspace is unknown.
+inline constexpr double kWallShare = 0.1;
 struct WallForce {
     Vec3 force_n{0.0};
     double energy_j = 0.0;

@@ -50,10 +50,14 @@ std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient,
     for (const haptics::TraceCommand& c : hand.commands)
         presses = presses || haptics::takesToolOnSkin(c.command);
     if (!presses) return std::nullopt;
-    return haptics::makeTouchMap(patient, patient::makeSkin(patient, kThreads), kThreads);
+    return touchMapOf(patient);
 }
 
 }  // namespace
+
+haptics::TouchMap touchMapOf(const patient::Patient& patient) {
+    return haptics::makeTouchMap(patient, patient::makeSkin(patient, kThreads), kThreads);
+}
 
 Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
                     const patient::PlannedPath& path, std::uint64_t seed, double rate_hz) {
@@ -65,7 +69,7 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
 }
 
 Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenario,
-                        const patient::PlannedPath& path, std::uint64_t seed,
+                        const patient::PlannedPath& path, std::uint64_t seed, haptics::TouchMap touch,
                         const haptics::DeviceProfile& profile, const patient::Pose& device_from_grip,
                         double rate_hz) {
     haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
@@ -79,7 +83,7 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
         placed.position_m =
             glm::mix(path.entry_m, path.target_m, middle) - placed.rotation * device_from_grip.position_m;
     }
-    return {patient, settings, {}, touchMapFor(patient, settings, {})};
+    return {patient, settings, {}, std::move(touch)};
 }
 
 }  // namespace stylet::trainer

@@ -23,11 +23,13 @@ struct Attempt {
 // whole nanoseconds.
 Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                     std::uint64_t seed, double rate_hz = 1000.0);
-// The user's hand: no trace, and the device stands so that its +z is out of the body along the path, which
-// begins near that end of its workspace; where that is not known, as beside the patient, with the path's
-// middle where the grip is (`device_from_grip`, once it is ready).
+// What the tools that press on the skin feel of a patient; a second or more.
+haptics::TouchMap touchMapOf(const patient::Patient&);
+// The user's hand: no trace, every tool to be taken up, and the device stands so that its +z is out of the
+// body along the path, which begins near that end of its workspace; where that is not known, as beside the
+// patient, with the path's middle where the grip is (`device_from_grip`, once it is ready).
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
-                        std::uint64_t seed, const haptics::DeviceProfile&,
+                        std::uint64_t seed, haptics::TouchMap, const haptics::DeviceProfile&,
                         const patient::Pose& device_from_grip, double rate_hz = 1000.0);
 
 }  // namespace stylet::trainer

@@ -102,7 +102,7 @@ class Script {
           headward_(across(Vec3(0, 0, 1), Vec3(1, 0, 0))),
           frontward_(glm::normalize(glm::cross(headward_, axis_))),
           device_from_patient_(settings.patient_from_device.inverse()),
-          guide_from_stylus_(guideFromStylus(settings.tools.guide.probe_from_guide)),
+          guide_(settings.tools.guide),
           tremor_(s, seed),
           ramp_s_(s.ramp_s),
           name_(s.name),
@@ -154,13 +154,6 @@ class Script {
         const Vec3 other = otherwise - axis_ * glm::dot(otherwise, axis_);
         return glm::normalize(glm::length(part) > 0.1 ? part : other);
     }
-    // A probe is held so that its guide's line is the path, its face where a needle's tip would be.
-    static Pose guideFromStylus(const Pose& probe_from_guide) {
-        const Vec3 in = probe_from_guide.direction({0, 0, -1});
-        const double mouth_to_face_m = -probe_from_guide.position_m.z / in.z;
-        const Pose guide_from_tip{{1, 0, 0, 0}, {0, 0, -mouth_to_face_m}};
-        return guide_from_tip.inverse() * probe_from_guide.inverse() * haptics::kStylusFromProbe.inverse();
-    }
     Offset offsetOf(const Place& p) const {
         return {p.share * length_m_ + p.deeper_m, p.headward_m, p.frontward_m};
     }
@@ -168,8 +161,7 @@ class Script {
     Pose held(haptics::Tool tool, const Offset& at) const {
         const Vec3 tip = path_.entry_m + axis_ * at.x + headward_ * at.y + frontward_ * at.z +
                          tremor_.at(double(now_ns()) * 1e-9);
-        const Pose needle = needlePose(tip, axis_);
-        return tool == haptics::Tool::probe ? needle * guide_from_stylus_ : needle;
+        return heldLike(needlePose(tip, axis_), tool, guide_);
     }
     void add(const Offset& at) { add(held(tool_, at)); }
     void add(const Pose& patient_from_stylus) {
@@ -181,7 +173,8 @@ class Script {
     const patient::PlannedPath& path_;
     double length_m_;
     Vec3 axis_, headward_, frontward_;
-    Pose device_from_patient_, guide_from_stylus_;
+    Pose device_from_patient_;
+    haptics::GuideSettings guide_;
     Tremor tremor_;
     double ramp_s_;
     std::string name_;
@@ -229,6 +222,17 @@ Pose deviceBeside(const patient::Grid& grid) {
     // Columns: the device's x, y, z in the patient frame (feet, front, right).
     const glm::dmat3 axes(Vec3(0, 0, -1), Vec3(0, 1, 0), Vec3(1, 0, 0));
     return {glm::quat_cast(axes), Vec3(last.x + kStandOff_m, middle.y, middle.z)};
+}
+
+Pose heldLike(const Pose& patient_from_needle, haptics::Tool tool, const haptics::GuideSettings& guide) {
+    if (tool != haptics::Tool::probe) return patient_from_needle;
+    const Pose& probe_from_guide = guide.probe_from_guide;
+    const Vec3 in = probe_from_guide.direction({0, 0, -1});
+    const double mouth_to_face_m = -probe_from_guide.position_m.z / in.z;
+    const Pose guide_from_tip{{1, 0, 0, 0}, {0, 0, -mouth_to_face_m}};
+    const Pose guide_from_stylus =
+        guide_from_tip.inverse() * probe_from_guide.inverse() * haptics::kStylusFromProbe.inverse();
+    return patient_from_needle * guide_from_stylus;
 }
 
 Pose needlePose(const Vec3& tip_m, const Vec3& axis) {

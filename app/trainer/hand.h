@@ -19,6 +19,11 @@ haptics::Trace scriptHand(const Scenario&, const patient::PlannedPath&, double l
 // Where a device would stand: beside the patient's right flank, its +z toward the trainee, +y up.
 patient::Pose deviceBeside(const patient::Grid&);
 
+// How a tool is held where a needle would be held so: like it, but a probe so that its guide's line is the
+// needle's, its face where the tip would be.
+patient::Pose heldLike(const patient::Pose& patient_from_needle, haptics::Tool,
+                       const haptics::GuideSettings&);
+
 // Needle pose with the tip at `tip_m` and the shaft pointing INTO the body along `axis` (unit).
 patient::Pose needlePose(const patient::Vec3& tip_m, const patient::Vec3& axis);
 

@@ -40,28 +40,32 @@ patient::Pose LiveDevice::grip() {
     return device_.read(clock_.now_ns(clock_.context)).device_from_stylus;
 }
 
-std::uint32_t LiveDevice::rearmButton() const {
-    // The Falcon has four, the third of which is its clutch. Of the others only those that sense rotation
-    // have their one button free.
-    return kind_ == "falcon" || !clutched_ ? 1u : 0u;
+UserButtons LiveDevice::buttons() const {
+    // The Falcon's third is its clutch. Of the others' only those that sense no rotation have one: the first.
+    if (kind_ == "falcon") return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 3};
+    return {.rearm = clutched_ ? 0u : 1u << 0, .next = 1u << 1, .breath = 1u << 2};
 }
 
 std::string LiveDevice::rearmAct() const {
-    return rearmButton() != 0 ? "the device's first button, or Enter here," : "Enter here";
+    return buttons().rearm != 0 ? "the device's first button, or Enter here," : "Enter here";
 }
 
-bool LiveDevice::takeRearmKey() {
-    std::string typed;
-    typing_ = typing_ && takeTyped(typed);
-    return typed.find('\n') != std::string::npos;
+std::string LiveDevice::typed() {
+    std::string text;
+    typing_ = typing_ && takeTyped(text);
+    return text;
 }
 
-haptics::HapticDevice& LiveDevice::aimed(const patient::Quat& device_from_needle) {
+haptics::HapticDevice& LiveDevice::aimed(const patient::Pose& held) {
     if (device_.profile().senses_rotation) return device_;
     // The Falcon's centre button, else the one button that there is.
     haptics::ClutchSettings clutch;
     if (kind_ != "falcon") clutch.button = 1u;
-    return clutched_.emplace(device_, clutch, device_from_needle);
+    return clutched_.emplace(device_, clutch, held);
+}
+
+void LiveDevice::hold(const patient::Pose& held) {
+    if (clutched_) clutched_->hold(held);
 }
 
 void LiveDevice::tellNews() {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "app/trainer/commands.h"
 #include "haptics/devices/clutch.h"
 #include "haptics/devices/devices.h"
 #include "haptics/devices/polled.h"
@@ -26,15 +27,18 @@ class LiveDevice {
     const haptics::DeviceProfile& profile() const { return device_.profile(); }
     // Where the grip is now. Before the loop has the device.
     patient::Pose grip();
-    // The device, to be given to the loop. One that senses no orientation has the needle's from here on, and
-    // a clutch (haptics/devices/clutch.h).
-    haptics::HapticDevice& aimed(const patient::Quat& device_from_needle);
-    // The button that asks for the force again after a fault, never the clutch's; 0 where there is none.
-    std::uint32_t rearmButton() const;
+    // The device, to be given to the loop. One that senses no orientation has the tool's from here on, and a
+    // clutch (haptics/devices/clutch.h).
+    haptics::HapticDevice& aimed(const patient::Pose& held);
+    // Such a device holds the tool so from now on (ClutchedDevice::hold); any other is as its user holds it.
+    // One thread.
+    void hold(const patient::Pose& held);
+    // What its buttons mean, none of them the clutch. Once aimed.
+    UserButtons buttons() const;
     // In words, with the key that does it on any device.
     std::string rearmAct() const;
-    // The key was pressed since the last call: Enter. Session thread.
-    bool takeRearmKey();
+    // What was typed since the last call. Session thread.
+    std::string typed();
     // Zero force, and the end.
     void stop() { device_.stop(); }
 

@@ -9,6 +9,7 @@
 #include <stop_token>
 #include <thread>
 
+#include "app/trainer/force_feed.h"
 #include "app/trainer/platform_linux.h"
 #include "haptics/devices/replay.h"
 
@@ -69,30 +70,6 @@ std::int64_t durationOf(const haptics::Trace& trace) {
 std::int64_t tickOf(const Attempt& attempt) {
     return std::llround(attempt.simulation.dt_s * 1e9);
 }
-
-// What the trainee does about the force: the focus as the frame loop sees it, and the act of re-arming. Says
-// on stderr why the force is gone, once a fault.
-class ForceFeed {
-  public:
-    // `focused` is what the simulation has been told.
-    explicit ForceFeed(bool focused, const LiveHand* live = nullptr) : live_(live), told_(focused) {}
-    void pass(bool focused, Session& session, haptics::Ring<haptics::Command>& ring) {
-        if (focused != told_ && ring.push({haptics::CommandKind::focus, focused ? 1u : 0u})) told_ = focused;
-        const bool asked = live_ && live_->rearm();
-        if (session.takeRearm() || asked) ring.push({haptics::CommandKind::rearm, 0});
-        const std::uint32_t fresh = session.log().faults & ~said_ & ~std::uint32_t(haptics::kFaultRingFull);
-        said_ |= fresh;
-        for (const haptics::FaultText& fault : haptics::faultTexts())
-            if ((fresh & fault.bit) != 0)
-                std::fprintf(stderr, "stylet: the force is off: %s; %s re-arms\n", fault.text,
-                             live_ ? live_->rearm_act.c_str() : "the device's first button");
-    }
-
-  private:
-    const LiveHand* live_;
-    bool told_;
-    std::uint32_t said_ = 0;
-};
 
 // The session's thread: commands out at their time, records in, until hand and commands have come to their
 // end, or the user to his. The hand moves with the loop's time, tick * dt, so that is what counts here too: a
@@ -161,8 +138,8 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     });
     std::jthread session_thread([&](const std::stop_token& stop) {
         try {
-            sessionLoop(stop, attempt, session, channels, moments, ForceFeed(!worn, live), focused, clock,
-                        live);
+            sessionLoop(stop, attempt, session, channels, moments,
+                        ForceFeed(!worn, attempt.simulation.dt_s, live), focused, clock, live);
         } catch (...) {
             failure = std::current_exception();
         }
@@ -202,7 +179,7 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
     LoopChannels channels(attempt.simulation.dt_s);
     LoopTotals totals;
     CommandFeed commands(attempt.hand);
-    ForceFeed force(true);
+    ForceFeed force(true, attempt.simulation.dt_s);
     FrameSource frames(std::move(pictures));
     const std::int64_t dt_ns = tickOf(attempt);
     double next_frame_s = 0.0;

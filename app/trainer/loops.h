@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/trainer/attempt.h"
+#include "app/trainer/commands.h"
 #include "app/trainer/pictures.h"
 #include "app/trainer/session.h"
 #include "haptics/loop.h"
@@ -23,8 +24,10 @@ struct LoopTotals {
 struct LiveHand {
     haptics::HapticDevice& device;
     std::function<bool(double elapsed_s)> over;  // session thread, often: the attempt is to end
-    std::function<bool()> rearm;                 // session thread, often: the user asks for the force again
-    std::string rearm_act;                       // what he does for it: "pressing Enter", ...
+    std::function<std::string()> typed;          // session thread, often: what was typed since the last time
+    std::function<void(haptics::Tool)> hold;     // session thread, often: this is the tool in hand
+    UserButtons buttons;
+    std::string rearm_act;  // what re-arms: "Enter here", ...
 };
 
 // Haptics and session on threads of their own, frames on the caller's as fast as the runtime takes them;

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "app/trainer/calibrate.h"
+#include "app/trainer/commands.h"
 #include "app/trainer/curves.h"
 #include "app/trainer/devices.h"
 #include "app/trainer/palpate.h"
@@ -54,6 +55,7 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_flag("--stats", o.stats, "print what the pictures did not need to draw");
     run->add_flag("--validation", o.validation, "Vulkan validation and synchronisation layers");
     addHand(*run, o);
+    run->footer(stylet::trainer::describeWords());
 }
 
 void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "app/installation.h"
+#include "app/trainer/force_feed.h"
 #include "app/trainer/hand.h"
 #include "app/trainer/live_hand.h"
 #include "app/trainer/patient_source.h"
@@ -75,9 +76,8 @@ Attempt handOf(const RunOptions& options, Attempt attempt) {
     return attempt;
 }
 
-// The user's device once it is ready, null for any other hand.
+// The user's device once it is ready.
 std::unique_ptr<LiveDevice> readyDevice(const RunOptions& options, const haptics::Clock& clock) {
-    if (!isLive(options)) return nullptr;
     catchInterrupts();
     auto live = std::make_unique<LiveDevice>(options.device, options.device_options, clock);
     if (!live->waitUntilReady(interrupted))
@@ -85,33 +85,49 @@ std::unique_ptr<LiveDevice> readyDevice(const RunOptions& options, const haptics
     return live;
 }
 
-// An attempt on the user's device, and what the loop is given of it.
+// An attempt on the user's device, and how a tool is held where the device does not say it.
 struct Live {
-    LiveDevice* device;
-    haptics::HapticDevice* hand;
+    std::unique_ptr<LiveDevice> device;
+    haptics::HapticDevice* aimed = nullptr;  // of `device`
+    patient::Quat device_from_needle{};
+    haptics::GuideSettings guide;
+
+    // In the device's axes, seen from a needle's tip.
+    patient::Pose held(haptics::Tool tool) const { return heldLike({device_from_needle, {}}, tool, guide); }
 };
 
 Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
-                    const Scenario& scenario, const patient::PlannedPath& path) {
-    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, live.device->profile(),
-                                      live.device->grip(), options.rate_hz);
+                    const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock) {
+    haptics::TouchMap touch = touchMapOf(patient);  // first: a device that is ready may be moved
+    live.device = readyDevice(options, clock);
+    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, std::move(touch),
+                                      live.device->profile(), live.device->grip(), options.rate_hz);
+    haptics::SimulationSettings& settings = attempt.simulation;
     const patient::Pose needle = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
-    live.hand =
-        &live.device->aimed(attempt.simulation.patient_from_device.inverse().rotation * needle.rotation);
-    attempt.simulation.profile = live.hand->profile();
+    live.device_from_needle = settings.patient_from_device.inverse().rotation * needle.rotation;
+    live.guide = settings.tools.guide;
+    live.aimed = &live.device->aimed(live.held(scenario.tool));
+    settings.profile = live.aimed->profile();
     return attempt;
 }
 
 LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& attempt, Session& session,
                    std::optional<Pictures> pictures, const haptics::Clock& clock) {
-    if (!options.seconds) std::fprintf(stderr, "stylet: the hand is yours; end with Ctrl-C\n");
-    const LiveHand hand{*live.hand,
+    const UserButtons buttons = live.device->buttons();
+    sayOnStderr("the hand is yours, with the " +
+                std::string(haptics::kToolNames[std::size_t(attempt.simulation.tools.first)]) +
+                "; \"help\" and Enter list what can be said; " + describe(buttons) +
+                (options.seconds ? "" : "; end with Ctrl-C"));
+    const LiveHand hand{*live.aimed,
                         [&](double elapsed_s) {
                             live.device->tellNews();
                             return interrupted() || elapsed_s >= options.seconds.value_or(elapsed_s + 1.0);
                         },
-                        [&] { return live.device->takeRearmKey(); }, live.device->rearmAct()};
-    session.setRearmButton(live.device->rearmButton());
+                        [&] { return live.device->typed(); },
+                        [&](haptics::Tool tool) { live.device->hold(live.held(tool)); },
+                        buttons,
+                        live.device->rearmAct()};
+    session.setRearmButton(buttons.rearm);
     const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand);
     live.device->stop();
     return totals;
@@ -155,11 +171,11 @@ int run(const RunOptions& options) {
     // Paths are planned for the breath that a commanded hold ends in: end-exhale.
     const patient::PlannedPath path = bestPath(patient, opened.folder, patient::Surrogate{});
     const haptics::Clock clock = monotonicClock();
-    const auto device = readyDevice(options, clock);
-    Live live{device.get(), nullptr};
+    Live live;
     const Attempt attempt =
-        device ? liveAttempt(options, live, patient, scenario, path)
-               : handOf(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz));
+        isLive(options)
+            ? liveAttempt(options, live, patient, scenario, path, clock)
+            : handOf(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz));
     const AttemptFacts facts{opened.package.name,
                              opened.folder,
                              scenario.name,
@@ -176,10 +192,11 @@ int run(const RunOptions& options) {
         recordInfo(facts, scenario,
                    haptics::outputGain(attempt.simulation.profile, attempt.simulation.output)));
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record);
-    const LoopTotals totals = device ? runLive(options, live, attempt, session, std::move(pictures), clock)
-                              : options.fast ? runFast(attempt, session, std::move(pictures),
-                                                       options.fps.value_or(0.0), workClock())
-                                             : runRealTime(attempt, session, std::move(pictures), clock);
+    const LoopTotals totals =
+        live.device ? runLive(options, live, attempt, session, std::move(pictures), clock)
+        : options.fast
+            ? runFast(attempt, session, std::move(pictures), options.fps.value_or(0.0), workClock())
+            : runRealTime(attempt, session, std::move(pictures), clock);
     record.finish();
     if (record.lost())
         std::fprintf(stderr, "stylet: the record ends at tick %llu: the next was lost to a full ring\n",

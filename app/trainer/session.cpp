@@ -44,10 +44,24 @@ bool Session::takeRearm() {
     return std::exchange(rearm_, false);
 }
 
-void Session::watchForce(const TickRecord& record) {
-    const bool pressed = (record.input.device.buttons & rearm_button_) != 0;
-    if (pressed && !pressed_ && record.output.stage == haptics::ForceStage::off) rearm_ = true;
+// What he does, and what he has to be told.
+void Session::watchUser(const TickRecord& record) {
+    const TickOutput& now = record.output;
+    const TickOutput before = recent_.empty() ? TickOutput{} : recent_.back();
+    const std::uint32_t pressed = record.input.device.buttons;
+    // A button that is held as the attempt begins was not pressed.
+    const std::uint32_t fresh = recent_.empty() ? 0 : pressed & ~pressed_;
     pressed_ = pressed;
+    newly_pressed_ |= fresh;
+    if ((fresh & rearm_button_) != 0 && now.stage == haptics::ForceStage::off) rearm_ = true;
+    for (std::uint32_t i = 0; i < record.input.command_count; ++i)
+        taken_.push_back({record.input.commands[i], before, now});
+    new_faults_ |= now.faults & ~before.faults;
+    log_.awaited_ticks = now.awaited != 0 && now.awaited == log_.awaited ? log_.awaited_ticks + 1 : 0;
+    log_.awaited = now.awaited;
+}
+
+void Session::watchForce(const TickRecord& record) {
     if (record.output.tool_force.force_n == patient::Vec3(0.0)) return;
     ControllerLog& controller = log_.controller;
     const double added_n = glm::length(record.output.controller_device_n);
@@ -64,6 +78,7 @@ void Session::take(const TickRecord& record) {
     log_.last_tick = now.tick;
     log_.state_hash = now.state_hash;
     log_.faults |= now.faults;
+    watchUser(record);
     watchForce(record);
     log_.lateral_cut_m = now.lateral_cut_m;
     log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(now.force_n));

@@ -6,6 +6,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/records/record.h"
@@ -30,6 +31,12 @@ struct ControllerLog {
 };
 inline constexpr double kFelt_n = 0.001;
 
+// A command in the tick that took it, with what was before.
+struct Taken {
+    haptics::Command command;
+    haptics::TickOutput before, after;
+};
+
 struct SessionLog {
     std::vector<report::ForceSample> curve;       // every tick inside the body
     std::vector<haptics::EventRecord> punctures;  // cuts and entries, in order
@@ -42,7 +49,9 @@ struct SessionLog {
     std::uint64_t ticks = 0;  // received
     std::uint64_t last_tick = 0;
     std::uint64_t state_hash = 0;
-    std::uint32_t faults = 0;  // every bit ever seen
+    std::uint32_t faults = 0;         // every bit ever seen
+    std::uint32_t awaited = 0;        // of the newest tick: what keeps the force from beginning
+    std::uint64_t awaited_ticks = 0;  // for so long the same
     ControllerLog controller;
     std::vector<std::vector<haptics::TickRecord>> flights;  // of the first kMaxFlights faults
     bool target_hit() const { return target_cut.has_value(); }
@@ -69,11 +78,18 @@ class Session {
     bool takeRearm();
     // Its bit; the first one until told.
     void setRearmButton(std::uint32_t button) { rearm_button_ = button; }
+    // Buttons pressed, commands taken and faults that came (again, after re-arming) since the last call.
+    std::uint32_t takePressed() { return std::exchange(newly_pressed_, 0); }
+    std::vector<Taken> takeCommands() { return std::exchange(taken_, {}); }
+    std::uint32_t takeFaults() { return std::exchange(new_faults_, 0); }
+    // The newest tick; null before the first.
+    const haptics::TickOutput* newest() const { return recent_.empty() ? nullptr : &recent_.back(); }
     // Moments found since the last call, each exactly once.
     std::vector<Moment> newMoments();
     const SessionLog& log() const { return log_; }
 
   private:
+    void watchUser(const haptics::TickRecord&);
     void watchForce(const haptics::TickRecord&);
     void settleEvents();
     void onEvent(const haptics::EventRecord&, const haptics::TickOutput&);
@@ -89,7 +105,9 @@ class Session {
     std::deque<haptics::EventRecord> unsettled_;
     std::size_t handed_out_ = 0;
     std::uint32_t rearm_button_ = 1u << 0;
-    bool pressed_ = false, rearm_ = false;
+    std::uint32_t pressed_ = 0, newly_pressed_ = 0, new_faults_ = 0;
+    bool rearm_ = false;
+    std::vector<Taken> taken_;
     SessionLog log_;
 };
 

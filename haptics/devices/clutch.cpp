@@ -8,7 +8,15 @@
 
 namespace stylet::haptics {
 
-void stepClutch(ClutchState& s, const ClutchSettings& settings, const Quat& device_from_needle, double dt_s,
+namespace {
+
+constexpr double kTurn_rad_per_s = 1.0, kMove_m_per_s = 0.1;
+// Between the path's entry and the wall: to set a tool on the skin.
+constexpr double kRoomOutside_m = 0.011;
+
+}  // namespace
+
+void stepClutch(ClutchState& s, const ClutchSettings& settings, const Pose& held, double dt_s,
                 DeviceState& state) noexcept {
     const Vec3 grip_m = state.device_from_stylus.position_m;
     const bool ready = (state.flags & kDeviceReady) != 0;
@@ -20,42 +28,56 @@ void stepClutch(ClutchState& s, const ClutchSettings& settings, const Quat& devi
     if (engaged && !s.engaged) s.tip_from_grip_m = s.tip_m - grip_m;
     s.engaged = engaged;
     if (engaged) s.tip_m = grip_m + s.tip_from_grip_m;
-    const double rise = settings.force_back_s > 0.0 ? std::max(dt_s, 0.0) / settings.force_back_s : 1.0;
+    const double rise = settings.force_back_s > 0.0 ? dt_s / settings.force_back_s : 1.0;
     s.force_share = engaged ? std::min(1.0, s.force_share + rise) : 0.0;
-    state.device_from_stylus = {device_from_needle, s.tip_m};
+    state.device_from_stylus = {held.rotation, s.tip_m + held.position_m};
 }
 
-Pose placeAlong(const DeviceProfile& profile, const Pose& patient_from_needle, double before_m) noexcept {
+Pose turnToward(const Pose& now, const Pose& wanted, double dt_s) noexcept {
+    const double cosine = std::min(1.0, std::fabs(glm::dot(now.rotation, wanted.rotation)));
+    const double angle_rad = 2.0 * std::acos(cosine), step_rad = kTurn_rad_per_s * dt_s;
+    const Vec3 way_m = wanted.position_m - now.position_m;
+    const double length_m = std::sqrt(glm::dot(way_m, way_m)), step_m = kMove_m_per_s * dt_s;
+    Pose next = wanted;
+    if (angle_rad > step_rad)
+        next.rotation = glm::normalize(glm::slerp(now.rotation, wanted.rotation, step_rad / angle_rad));
+    if (length_m > step_m) next.position_m = now.position_m + way_m * (step_m / length_m);
+    return next;
+}
+
+Pose placeAlong(const DeviceProfile& profile, const Pose& patient_from_needle) noexcept {
     // Columns: the device's axes in the patient.
     const Vec3 z = patient_from_needle.direction({0.0, 0.0, 1.0});
     const Vec3 front(0.0, 1.0, 0.0), head(0.0, 0.0, 1.0);
     const Vec3 up = std::fabs(glm::dot(z, front)) < 0.9 ? front : head;
     const Vec3 y = glm::normalize(up - z * glm::dot(z, up));
     const Quat patient_from_device = glm::quat_cast(glm::dmat3(glm::cross(y, z), y, z));
-    const Vec3 entry_device =
-        profile.workspace_centre_m + Vec3(0.0, 0.0, profile.workspace_radius_m - before_m);
+    const double reach_m = (1.0 - kWallShare) * profile.workspace_radius_m - kRoomOutside_m;
+    const Vec3 entry_device = profile.workspace_centre_m + Vec3(0.0, 0.0, reach_m);
     return {patient_from_device, patient_from_needle.position_m - patient_from_device * entry_device};
 }
 
-ClutchedDevice::ClutchedDevice(HapticDevice& inner, const ClutchSettings& settings,
-                               const Quat& device_from_needle)
+ClutchedDevice::ClutchedDevice(HapticDevice& inner, const ClutchSettings& settings, const Pose& held)
     : inner_(&inner),
       settings_(settings),
       profile_(inner.profile()),
       reach_centre_m_(profile_.workspace_centre_m),
       reach_m_(kReach * profile_.workspace_radius_m),
-      device_from_needle_(device_from_needle) {
+      held_(held),
+      held_in_the_end_(held) {
     profile_.workspace_radius_m = kUnknown;
-    turned_.publish(device_from_needle);
 }
 
 DeviceState ClutchedDevice::read(std::int64_t now_ns) noexcept {
-    turned_.read(device_from_needle_);
+    const double dt_s = std::max(0.0, double(now_ns - last_ns_) * 1e-9);
+    Pose wanted;
+    if (wanted_.read(wanted)) held_in_the_end_ = wanted;
+    held_ = turnToward(held_, held_in_the_end_, dt_s);
     DeviceState state = inner_->read(now_ns);
     const Vec3 out_m = state.device_from_stylus.position_m - reach_centre_m_;
     // False where the reach is unknown.
     if (std::sqrt(glm::dot(out_m, out_m)) > reach_m_) state.flags &= ~std::uint32_t(kDeviceReady);
-    stepClutch(state_, settings_, device_from_needle_, double(now_ns - last_ns_) * 1e-9, state);
+    stepClutch(state_, settings_, held_, dt_s, state);
     last_ns_ = now_ns;
     return state;
 }

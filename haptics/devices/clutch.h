@@ -1,11 +1,11 @@
 // How a small device drives a long needle. The Falcon reaches 80 mm and senses no orientation; a path has up
 // to 90 mm and a direction.
 //
-// Direction: whatever was last told, so far the planned path's. Motion: millimetre
-// for millimetre, never scaled, because force per millimetre is what is trained. Length: while the clutch
-// button is held the needle stays where it is, without force, and the grip is drawn back; let go, the needle
-// goes on from there, and the force comes back slowly. Placement: the path along the device's longest way,
-// its entry near the end toward the hand.
+// Direction: as it is told for the tool in hand, so that a needle lies along the planned path and a probe has
+// its guide there. Motion: millimetre for millimetre, never scaled, because force per millimetre is what is
+// trained. Length: while the clutch button is held the needle stays where it is, without force, and the grip
+// is drawn back; let go, the needle goes on from there, and the force comes back slowly. Placement: the path
+// along the device's longest way, its entry near the end toward the hand.
 #pragma once
 
 #include <cstdint>
@@ -28,16 +28,20 @@ struct ClutchState {
     double force_share = 0.0;   // of what is sent
 };
 
-// Haptics thread. One read of a device: `state` has the grip's pose and leaves with the needle's. Lost and
-// found again, the needle is where it was, as after a clutch.
-void stepClutch(ClutchState&, const ClutchSettings&, const Quat& device_from_needle, double dt_s,
+// Haptics thread. One read of a device: `state` has the grip's pose and leaves with the tool's. `held`, in
+// the device's axes: how the tool is turned, and where its tip is from a needle's. Lost and found again, the
+// needle is where it was, as after a clutch.
+void stepClutch(ClutchState&, const ClutchSettings&, const Pose& held, double dt_s,
                 DeviceState& state) noexcept STYLET_NONBLOCKING;
 
+// From `now` toward `wanted`, as far as a hand would turn and move a tool in `dt_s`: a tool that touches
+// something is not torn through it.
+Pose turnToward(const Pose& now, const Pose& wanted, double dt_s) noexcept STYLET_NONBLOCKING;
+
 // patient_from_device for a device without a place of its own in the room: the needle's axis along the
-// device's z (toward the user), the patient's front up, and the tip at the path's entry when the grip is
-// `before_m` short of the workspace's near end. The profile's workspace must be known.
-Pose placeAlong(const DeviceProfile&, const Pose& patient_from_needle_at_entry,
-                double before_m = 0.015) noexcept;
+// device's z (toward the user), the patient's front up, and the path's entry near the workspace's near end,
+// the soft wall and some room before it left free. The profile's workspace must be known.
+Pose placeAlong(const DeviceProfile&, const Pose& patient_from_needle_at_entry) noexcept;
 
 // Any device behind that rule. Its profile leaves the workspace unknown, for the needle's place is not the
 // grip's; the grip's is judged here: where its mechanism cannot be (kReach) it counts as not ready. There is
@@ -48,12 +52,13 @@ Pose placeAlong(const DeviceProfile&, const Pose& patient_from_needle_at_entry,
 class ClutchedDevice final : public HapticDevice {
   public:
     // The inner device must outlive it.
-    ClutchedDevice(HapticDevice& inner, const ClutchSettings&, const Quat& device_from_needle);
+    ClutchedDevice(HapticDevice& inner, const ClutchSettings&, const Pose& held);
     const DeviceProfile& profile() const noexcept override { return profile_; }
     DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override;
     void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override;
     // Session or frame loop, one thread. Wait-free.
-    void turn(const Quat& device_from_needle) noexcept { turned_.publish(device_from_needle); }
+    // The tool is turned so from now on, not at once.
+    void hold(const Pose& held) noexcept { wanted_.publish(held); }
 
   private:
     HapticDevice* inner_;
@@ -61,9 +66,9 @@ class ClutchedDevice final : public HapticDevice {
     DeviceProfile profile_;
     Vec3 reach_centre_m_;
     double reach_m_;  // NaN: unknown
-    Snapshot<Quat> turned_;
+    Snapshot<Pose> wanted_;
     // Haptics thread.
-    Quat device_from_needle_;
+    Pose held_, held_in_the_end_;
     ClutchState state_;
     std::int64_t last_ns_ = 0;
 };

@@ -186,7 +186,7 @@ std::vector<std::uint8_t> BridgeEmulator::state(std::uint32_t force, std::int64_
     std::array<double, 3> position = script_.position_m;
     if (moving_ns_ == 0) moving_ns_ = now_ns;
     const double turns = 1e-9 * double(now_ns - moving_ns_) / script_.period_s;
-    position[2] -= 0.5 * script_.stroke_m * (1.0 - std::cos(2.0 * std::numbers::pi * turns));
+    position[2] += out_m_ - 0.5 * script_.stroke_m * (1.0 - std::cos(2.0 * std::numbers::pi * turns));
     if (fault == BridgeFault::notFinite) position[random() % 3] = std::numeric_limits<double>::quiet_NaN();
     if (fault == BridgeFault::farAway) position[0] = 1e6;
 
@@ -199,7 +199,7 @@ std::vector<std::uint8_t> BridgeEmulator::state(std::uint32_t force, std::int64_
         put(p, value);
     for (const double value : {fault == BridgeFault::notAUnit ? 2.0 : 1.0, 0.0, 0.0, 0.0})
         put(p, value);
-    put(p, std::uint32_t(0));
+    put(p, buttons_);
     put(p, std::uint32_t(0));
     auto bytes = sealed(4, p);
     const auto reseal = [&bytes] {
@@ -253,6 +253,7 @@ void BridgeServer::converse(int client) {
         const ssize_t got = ::recv(client, bytes, sizeof bytes, 0);
         const std::int64_t now_ns = monotonicNow_ns();
         if (got == 0) break;
+        emulator.hold(out_m_.load(), buttons_.load());
         if (got > 0) on = emulator.receive({bytes, std::size_t(got)}, now_ns, out);
         emulator.release(now_ns, out);
         motor_n_.store(size(emulator.motors_n(now_ns)));

@@ -54,6 +54,9 @@ class BridgeEmulator {
     // Appends withheld answers whose time has come.
     void release(std::int64_t now_ns, std::vector<std::uint8_t>& out);
 
+    // The hand: what it adds to the script's position, and presses.
+    void hold(double out_m, std::uint32_t buttons) { out_m_ = out_m, buttons_ = buttons; }
+
     // What the motors do: zero after 15 ms without a force, and then until a zero has come.
     std::array<double, 3> motors_n(std::int64_t now_ns);
     std::uint64_t answered() const { return answered_; }
@@ -77,6 +80,8 @@ class BridgeEmulator {
     bool greeted_ = false, byed_ = false, tripped_ = true;
     std::array<double, 3> force_n_{};
     std::int64_t force_ns_ = -1;
+    double out_m_ = 0.0;
+    std::uint32_t buttons_ = 0;
     std::string complaint_;
 };
 
@@ -91,6 +96,8 @@ class BridgeServer {
     BridgeServer(const BridgeServer&) = delete;
     BridgeServer& operator=(const BridgeServer&) = delete;
 
+    // The hand, from now on: so far along +z from the script's position, with these buttons pressed.
+    void hold(double out_m, std::uint32_t buttons = 0) { out_m_.store(out_m), buttons_.store(buttons); }
     std::int64_t fault_began_ns() const { return fault_began_ns_.load(); }
     double motor_n() const { return motor_n_.load(); }  // size of the motors' force
     int connections() const { return connections_.load(); }
@@ -104,7 +111,8 @@ class BridgeServer {
     int listener_ = -1;
     std::atomic<bool> stop_{false}, byed_{false};
     std::atomic<std::int64_t> fault_began_ns_{0};
-    std::atomic<double> motor_n_{0.0};
+    std::atomic<double> motor_n_{0.0}, out_m_{0.0};
+    std::atomic<std::uint32_t> buttons_{0};
     std::atomic<int> connections_{0};
     std::thread thread_;
 };

@@ -1,12 +1,19 @@
 // `stylet devices` and `stylet run --device`, as a user calls them, with emulated devices plugged in.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <map>
 #include <thread>
 
+#include "app/records/replay.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
 #include "tests/haptics/devices/wooden_json.h"
@@ -158,6 +165,122 @@ TEST_F(DeviceRun, AWoodenHapticsIsWaitedForUntilItIsHomed) {
     for (int i = 0; i < 200 && board.seen().motor_ma != std::array<int, 3>{}; ++i)
         nap(50);
     EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{})) << "zero is the last it was told";
+}
+
+// The user's side of an attempt on the emulated bridge: words down a pipe that is the program's stdin, and a
+// hand along the path. Its entry is at out = 0; out of the body is positive.
+class User {
+  public:
+    User(test::BridgeServer& bridge, std::filesystem::path pipe, std::filesystem::path record)
+        : bridge_(bridge), pipe_(std::move(pipe)), record_(std::move(record)) {
+        ::mkfifo(pipe_.c_str(), 0600);
+    }
+    ~User() {
+        if (words_ >= 0) ::close(words_);
+    }
+    // Until the attempt runs.
+    void begin() {
+        words_ = ::open(pipe_.c_str(), O_WRONLY | O_CLOEXEC);
+        while (!over() && !std::filesystem::exists(record_))
+            nap(10);
+        nap(300);
+    }
+    void say(const std::string& word) {
+        const std::string line = word + "\n";
+        EXPECT_EQ(::write(words_, line.c_str(), line.size()), ssize_t(line.size()));
+        nap(60);
+    }
+    void press(std::uint32_t button) {
+        bridge_.hold(out_m_, button);
+        nap(60);
+        bridge_.hold(out_m_);
+        nap(60);
+    }
+    void move(double to_mm) {
+        const double step_m = to_mm * 1e-3 > out_m_ ? 0.0005 : -0.0005;
+        while (!over() && std::fabs(out_m_ - to_mm * 1e-3) > 0.0003) {
+            bridge_.hold(out_m_ += step_m);
+            nap(3);
+        }
+        nap(60);
+    }
+    bool over() const { return over_.load(); }
+    void end() { over_.store(true); }
+
+  private:
+    test::BridgeServer& bridge_;
+    std::filesystem::path pipe_, record_;
+    int words_ = -1;
+    double out_m_ = 0.008;
+    std::atomic<bool> over_{false};
+};
+
+// What a user does with five tools and one device, told by words and by buttons, in the record too.
+TEST_F(DeviceRun, EveryToolIsTakenUpByWordOrButton) {
+    const std::string socket = (*command_ / "tools.sock").string();
+    const std::filesystem::path out = *command_ / "tools", pipe = *command_ / "words";
+    // As haptics/devices/clutch.h places a path: 11 mm before the wall, which is a tenth of the radius.
+    test::BridgeServer bridge(socket,
+                              {.position_m = {0.0, 0.0, 0.1 + 0.09 - 0.011}, .workspace_radius_m = 0.1});
+    bridge.hold(0.008);
+    User user(bridge, pipe, out / "record");
+    Outcome live;
+    {
+        const Meanwhile hand([&](const std::atomic<bool>&) {
+            user.begin();
+            user.say("finger");
+            user.move(-6);
+            user.move(35);
+            user.press(2);  // the probe
+            user.move(-4);
+            user.press(2);  // parked, and the scalpel
+            user.move(35);
+            user.move(-4);
+            user.move(35);
+            user.say("lift");
+            user.say("hold");
+            user.press(2);  // the guide
+            user.say("needle");
+            user.move(-25);
+            user.say("finger");
+            user.press(4);  // breathes again
+            user.say("scissors");
+            user.move(8);
+            kill(std::atoi(test::textOf(*command_ / "number").c_str()), SIGINT);
+        });
+        live = command_->runInto(
+            out, run("--device bridge --seconds 60 --socket '" + socket + "' <'" + pipe.string() + "'"),
+            *command_ / "number");
+        user.end();
+    }
+    ASSERT_EQ(live.status, 0) << live.err;
+    std::size_t at = 0;
+    for (const char* words :
+         {"the hand is yours, with the needle", "button 2 takes the next tool", "the finger is in hand",
+          "the probe is in hand", "the probe stays where it is", "the scalpel is in hand",
+          "the probe is taken off", "asked to hold his breath", "the guide is in hand",
+          "the needle is in hand", "the needle stays in hand: it is in the body", "the patient may breathe",
+          "\"scissors\" is no word"}) {
+        const std::size_t found = live.err.find(words, at);
+        ASSERT_NE(found, std::string::npos) << words << " is missing, or out of order, in:\n" << live.err;
+        at = found;
+    }
+    EXPECT_EQ(bridge.motor_n(), 0.0);
+
+    const records::Record record = records::loadRecord(out / "record");
+    const patient::Package package = patient::loadPackage(record.info.patient_folder);
+    const patient::Patient patient(package);
+    std::map<haptics::Tool, double> felt_n;
+    const records::ReplayResult again = records::replay(
+        patient, record,
+        [&](const haptics::TickInput&, const haptics::TickOutput& now, const haptics::NeedleEvents&) {
+            felt_n[now.tool] = std::max(felt_n[now.tool], glm::length(now.tool_force.force_n));
+        });
+    EXPECT_TRUE(again.equal());
+    EXPECT_EQ(records::hexOf(again.state_hash), live.summary.at("state_hash"));
+    for (const haptics::Tool tool :
+         {haptics::Tool::finger, haptics::Tool::probe, haptics::Tool::scalpel, haptics::Tool::needle})
+        EXPECT_GT(felt_n[tool], 0.05) << haptics::kToolNames[std::size_t(tool)];
 }
 
 // A device that does not say how far it reaches and whose origin is far from the hand: the path is where the

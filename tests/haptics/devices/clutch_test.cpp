@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "haptics/devices/profiles.h"
+#include "haptics/safety.h"
 #include "patient/synth/random.h"
 
 namespace stylet::haptics {
@@ -34,7 +35,7 @@ class Grip final : public HapticDevice {
 struct Clutched : testing::Test {
     Clutched() { grip.state.device_from_stylus.position_m = grip.profile().workspace_centre_m; }
     Grip grip;
-    ClutchedDevice device{grip, {}, Quat{1.0, 0.0, 0.0, 0.0}};
+    ClutchedDevice device{grip, {}, Pose{}};
     std::int64_t now_ns = 0;
 
     // Straight to `to`, a millimetre a tick or less; returns how far the tip ever moved in a tick.
@@ -148,19 +149,46 @@ TEST_F(Clutched, AGripBeyondItsMechanismIsNotReadyWhereverTheNeedleIs) {
     EXPECT_NE(last.flags & kDeviceReady, 0u);
 }
 
-TEST_F(Clutched, TurnsAboutItsTipAsItIsTold) {
+// A probe is held otherwise than a needle: the tool is turned in the hand, slowly, about where a needle's tip
+// would be, and the grip goes on as before.
+TEST_F(Clutched, AnotherToolIsTurnedToSlowly) {
     read();
     const Vec3 before = tip();
-    const Quat turned{0.6, 0.0, 0.8, 0.0};
-    device.turn(turned);
-    read();
-    EXPECT_EQ(last.device_from_stylus.rotation, turned);
-    EXPECT_EQ(tip(), before);
+    const Pose wanted{{0.6, 0.0, 0.8, 0.0}, {0.03, 0.0, -0.01}};  // 106 degrees
+    device.hold(wanted);
+    Pose last_pose = last.device_from_stylus;
+    for (int i = 0; i < 2000; ++i) {
+        const Pose now = read().device_from_stylus;
+        const double cosine = std::fabs(glm::dot(now.rotation, last_pose.rotation));
+        EXPECT_LE(2.0 * std::acos(std::min(1.0, cosine)), 0.001 + 1e-6);
+        EXPECT_LE(glm::length(now.position_m - last_pose.position_m), 0.0001 + 1e-12);
+        EXPECT_NEAR(glm::length(now.rotation), 1.0, 1e-12);
+        last_pose = now;
+    }
+    EXPECT_EQ(last_pose.rotation, wanted.rotation);
+    EXPECT_NEAR(glm::length(tip() - (before + wanted.position_m)), 0.0, 1e-15);
+    moveTo(before + Vec3(0.0, 0.0, -0.02), 0);
+    EXPECT_NEAR(glm::length(tip() - (before + wanted.position_m + Vec3(0.0, 0.0, -0.02))), 0.0, 1e-12);
+    device.hold(Pose{});
+    for (int i = 0; i < 2000; ++i)
+        read();
+    EXPECT_EQ(last.device_from_stylus.rotation, Quat(1.0, 0.0, 0.0, 0.0));
 }
 
 TEST_F(Clutched, KeepsItsProfileButForTheWorkspace) {
     EXPECT_EQ(device.profile().force_peak_n, 8.0);
     EXPECT_TRUE(std::isnan(device.profile().workspace_radius_m));
+}
+
+// Nothing pushes back before the skin does.
+TEST(Placement, LeavesTheWallAndRoomBeforeIt) {
+    for (const double radius_m : {0.03, 0.08, 0.2, 0.4}) {
+        DeviceProfile profile = *findProfile("falcon");
+        profile.workspace_radius_m = radius_m;
+        const Pose device_from_patient = placeAlong(profile, Pose{}).inverse();
+        EXPECT_EQ(workspaceWall(profile, device_from_patient * Vec3(0.0, 0.0, 0.01)).energy_j, 0.0);
+        EXPECT_GT(workspaceWall(profile, device_from_patient * Vec3(0.0, 0.0, 0.012)).energy_j, 0.0);
+    }
 }
 
 TEST(Placement, PutsTheEntryAtTheNearEndAndThePathThroughTheMiddle) {

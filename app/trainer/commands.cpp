@@ -1,0 +1,159 @@
+#include "app/trainer/commands.h"
+
+#include <array>
+#include <utility>
+
+namespace stylet::trainer {
+
+using haptics::Command;
+using haptics::CommandKind;
+using haptics::TickOutput;
+using haptics::Tool;
+
+namespace {
+
+// Longer than any word: what was typed is no command.
+constexpr std::size_t kLongestLine = 256;
+
+enum class Act : std::uint8_t { command, next, list };
+struct Word {
+    std::string_view word, what;
+    Act act = Act::command;
+    Command command{};
+};
+
+constexpr Command toolCommand(Tool tool) {
+    return {CommandKind::tool, std::uint32_t(tool)};
+}
+
+constexpr std::array kWords{
+    Word{"finger", "the finger that palpates", Act::command, toolCommand(Tool::finger)},
+    Word{"probe", "the ultrasound probe", Act::command, toolCommand(Tool::probe)},
+    Word{"scalpel", "the scalpel", Act::command, toolCommand(Tool::scalpel)},
+    Word{"guide", "the needle, to be snapped into the parked probe's guide", Act::command,
+         toolCommand(Tool::guide)},
+    Word{"needle", "the needle", Act::command, toolCommand(Tool::needle)},
+    Word{"next", "the procedure's next tool; a probe in hand is parked", Act::next},
+    Word{"park", "leave the probe in hand where it is", Act::command, {CommandKind::park, 1}},
+    Word{"lift", "take the parked probe off the skin", Act::command, {CommandKind::park, 0}},
+    Word{"hold", "ask for a breath-hold", Act::command, {CommandKind::holdBreath, 0}},
+    Word{"breathe", "let the patient breathe again", Act::command, {CommandKind::breathe, 0}},
+    Word{"rearm",
+         "the force again after a fault; a line without a word does the same",
+         Act::command,
+         {CommandKind::rearm, 0}},
+    Word{"help", "these words", Act::list},
+};
+
+std::string_view trimmed(std::string_view line) {
+    constexpr std::string_view kBlank = " \t\r";
+    const std::size_t first = line.find_first_not_of(kBlank);
+    if (first == std::string_view::npos) return {};
+    return line.substr(first, line.find_last_not_of(kBlank) - first + 1);
+}
+
+Tool after(Tool tool) {
+    return Tool((int(tool) + 1) % haptics::kToolCount);
+}
+
+void addNext(const TickOutput& now, std::vector<Command>& commands) {
+    if (now.tool == Tool::probe && !now.probe_parked) commands.push_back({CommandKind::park, 1});
+    commands.push_back(toolCommand(after(now.tool)));
+}
+
+std::string nameOf(Tool tool) {
+    return std::string(haptics::kToolNames[std::size_t(tool)]);
+}
+
+std::string outcomeOfTool(Tool asked, const TickOutput& before, const TickOutput& now) {
+    if (now.tool == asked && before.tool == asked)
+        return now.probe_parked && asked == Tool::probe ? "the probe is parked: \"lift\" takes it in hand"
+                                                        : "the " + nameOf(asked) + " is in hand already";
+    if (now.tool == asked) return "the " + nameOf(asked) + " is in hand";
+    return "the " + nameOf(now.tool) + " stays in hand: it is in the body, draw it out first";
+}
+
+std::string outcomeOfPark(bool stay, const TickOutput& before, const TickOutput& now) {
+    if (stay && now.probe_parked)
+        return before.probe_parked ? "the probe is parked already" : "the probe stays where it is";
+    if (stay)
+        return before.tool == Tool::probe ? "the probe is not parked: lift it off the skin once, then set it"
+                                          : "no probe is in hand";
+    if (now.probe_parked) return "the probe stays: its rail guides a needle in the body";
+    return before.probe_parked ? "the probe is taken off" : "no probe is parked";
+}
+
+}  // namespace
+
+std::string describeWords() {
+    std::string text = "With a device, a word and Enter:\n";
+    for (const Word& word : kWords)
+        text += "  " + std::string(word.word) + std::string(10 - word.word.size(), ' ') +
+                std::string(word.what) + "\n";
+    return text;
+}
+
+std::string describe(const UserButtons& buttons) {
+    std::string text;
+    const auto add = [&](std::uint32_t bit, const char* what) {
+        if (bit == 0) return;
+        int number = 1;
+        while (bit >>= 1)
+            ++number;
+        text += std::string(text.empty() ? "" : ", ") + "button " + std::to_string(number) + " " + what;
+    };
+    add(buttons.rearm, "re-arms");
+    add(buttons.next, "takes the next tool");
+    add(buttons.breath, "holds the breath and lets it go");
+    return text;
+}
+
+std::vector<Command> UserCommands::take(std::string_view typed, std::uint32_t pressed,
+                                        const TickOutput& now) {
+    std::vector<Command> commands;
+    waiting_ += typed;
+    for (std::size_t end; (end = waiting_.find('\n')) != std::string::npos; waiting_.erase(0, end + 1))
+        takeLine(trimmed(std::string_view(waiting_).substr(0, end)), now, commands);
+    if (waiting_.size() > kLongestLine) waiting_.resize(kLongestLine);
+    if ((pressed & buttons_.next) != 0) addNext(now, commands);
+    if ((pressed & buttons_.breath) != 0)
+        commands.push_back({holds_ ? CommandKind::breathe : CommandKind::holdBreath, 0});
+    for (const Command& command : commands)
+        if (command.kind == CommandKind::holdBreath || command.kind == CommandKind::breathe)
+            holds_ = command.kind == CommandKind::holdBreath;
+    return commands;
+}
+
+void UserCommands::takeLine(std::string_view line, const TickOutput& now, std::vector<Command>& commands) {
+    if (line.empty()) line = "rearm";
+    for (const Word& word : kWords) {
+        if (line != word.word) continue;
+        if (word.act == Act::command) commands.push_back(word.command);
+        if (word.act == Act::next) addNext(now, commands);
+        if (word.act == Act::list) say_(describeWords());
+        return;
+    }
+    say_("\"" + std::string(line.substr(0, 40)) + "\" is no word known here: \"help\" lists them");
+}
+
+std::string outcomeOf(const Command& command, const TickOutput& before, const TickOutput& now) {
+    switch (command.kind) {
+        case CommandKind::tool:
+            return outcomeOfTool(Tool(command.value), before, now);
+        case CommandKind::park:
+            return outcomeOfPark(command.value != 0, before, now);
+        case CommandKind::holdBreath:
+            return "the patient is asked to hold his breath";
+        case CommandKind::breathe:
+            return "the patient may breathe";
+        case CommandKind::rearm:
+            return before.stage == haptics::ForceStage::off ? "re-armed: the force rises again"
+                                                            : "there is no fault to re-arm after";
+        case CommandKind::marker:
+        case CommandKind::focus:
+            break;
+    }
+    return {};
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,66 @@
+#include "app/trainer/force_feed.h"
+
+#include <cstdio>
+
+#include "app/trainer/loops.h"
+
+namespace stylet::trainer {
+
+using haptics::Command;
+using haptics::CommandKind;
+
+namespace {
+
+// The start takes a few hundredths of a second; what lasts longer wants the user to do something.
+constexpr double kPatience_s = 1.0;
+
+std::string textsOf(std::uint32_t bits) {
+    std::string text;
+    for (const haptics::FaultText& fault : haptics::faultTexts())
+        if ((bits & fault.bit) != 0) text += (text.empty() ? "" : "; ") + std::string(fault.text);
+    return text;
+}
+
+}  // namespace
+
+void sayOnStderr(const std::string& text) {
+    std::fprintf(stderr, "stylet: %s\n", text.c_str());
+}
+
+ForceFeed::ForceFeed(bool focused, double dt_s, const LiveHand* live, Say say)
+    : live_(live), dt_s_(dt_s), say_(std::move(say)), told_focus_(focused) {
+    if (live) user_.emplace(live->buttons, say_);
+}
+
+void ForceFeed::pass(bool focused, Session& session, haptics::Ring<Command>& ring) {
+    if (focused != told_focus_ && ring.push({CommandKind::focus, focused ? 1u : 0u})) told_focus_ = focused;
+    if (session.takeRearm()) waiting_.push_back({CommandKind::rearm, 0});
+    if (const haptics::TickOutput* now = session.newest(); live_ && now) {
+        for (const Command& asked : user_->take(live_->typed(), session.takePressed(), *now))
+            waiting_.push_back(asked);
+        live_->hold(now->tool);
+    }
+    while (!waiting_.empty() && ring.push(waiting_.front()))
+        waiting_.pop_front();
+    tell(session);
+}
+
+void ForceFeed::tell(Session& session) {
+    for (const Taken& taken : session.takeCommands())
+        if (const std::string text = outcomeOf(taken.command, taken.before, taken.after);
+            live_ && !text.empty())
+            say_(text);
+    // A full ring takes no force away; the record says where it ends.
+    const std::uint32_t faults = session.takeFaults() & ~std::uint32_t(haptics::kFaultRingFull);
+    for (const haptics::FaultText& fault : haptics::faultTexts())
+        if ((faults & fault.bit) != 0)
+            say_("the force is off: " + std::string(fault.text) + "; " +
+                 (live_ ? live_->rearm_act : "the device's first button") + " re-arms");
+    const SessionLog& log = session.log();
+    if (log.awaited == 0) told_awaited_ = 0;
+    if (log.awaited == told_awaited_ || double(log.awaited_ticks) * dt_s_ <= kPatience_s) return;
+    told_awaited_ = log.awaited;
+    say_("the force waits: " + textsOf(log.awaited));
+}
+
+}  // namespace stylet::trainer

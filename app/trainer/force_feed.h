@@ -1,0 +1,39 @@
+// What the user does about the force, and what he is told of it: the focus as the frame loop sees it, the act
+// of re-arming, on a device his words and buttons; faults, and what the force waits for.
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "app/trainer/commands.h"
+#include "app/trainer/session.h"
+#include "haptics/loop.h"
+
+namespace stylet::trainer {
+
+struct LiveHand;
+
+// A line on stderr, "stylet: ".
+void sayOnStderr(const std::string&);
+
+// Session thread, all of it.
+class ForceFeed {
+  public:
+    // `focused` is what the simulation has been told. A live hand must outlive it.
+    ForceFeed(bool focused, double dt_s, const LiveHand* live = nullptr, Say say = sayOnStderr);
+    // Commands out, news told; after each Session::drain().
+    void pass(bool focused, Session&, haptics::Ring<haptics::Command>&);
+
+  private:
+    void tell(Session&);
+
+    const LiveHand* live_;
+    double dt_s_;
+    Say say_;
+    bool told_focus_;
+    std::optional<UserCommands> user_;
+    std::deque<haptics::Command> waiting_;  // for room in the ring
+    std::uint32_t told_awaited_ = 0;
+};
+
+}  // namespace stylet::trainer

@@ -1,0 +1,116 @@
+#include "app/trainer/commands.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stylet::trainer {
+namespace {
+
+using haptics::Command;
+using haptics::CommandKind;
+using haptics::TickOutput;
+using haptics::Tool;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+MATCHER_P2(Asks, kind, value, "") {
+    return arg.kind == kind && arg.value == std::uint32_t(value);
+}
+
+struct Spoken : testing::Test {
+    std::vector<Command> typed(std::string_view text) { return user.take(text, 0, now); }
+    std::vector<Command> pressed(std::uint32_t buttons) { return user.take("", buttons, now); }
+    std::vector<std::string> said;
+    UserCommands user{{.rearm = 1, .next = 2, .breath = 8},
+                      [this](const std::string& text) { said.push_back(text); }};
+    TickOutput now;
+};
+
+TEST_F(Spoken, EachWordIsACommandOnceItsLineHasEnded) {
+    EXPECT_THAT(typed("finger\n"), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
+    EXPECT_THAT(typed("probe\nscalpel\n guide \r\nneedle\n"),
+                ElementsAre(Asks(CommandKind::tool, Tool::probe), Asks(CommandKind::tool, Tool::scalpel),
+                            Asks(CommandKind::tool, Tool::guide), Asks(CommandKind::tool, Tool::needle)));
+    EXPECT_THAT(
+        typed("park\nlift\nhold\nbreathe\nrearm\n\n"),
+        ElementsAre(Asks(CommandKind::park, 1), Asks(CommandKind::park, 0), Asks(CommandKind::holdBreath, 0),
+                    Asks(CommandKind::breathe, 0), Asks(CommandKind::rearm, 0), Asks(CommandKind::rearm, 0)));
+    EXPECT_THAT(typed("nee"), IsEmpty());
+    EXPECT_THAT(typed("dle"), IsEmpty());
+    EXPECT_THAT(typed("\n"), ElementsAre(Asks(CommandKind::tool, Tool::needle)));
+    EXPECT_THAT(said, IsEmpty());
+}
+
+TEST_F(Spoken, WhatIsNoWordIsSaidAndDoesNothing) {
+    EXPECT_THAT(typed("needles\n"), IsEmpty());
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_THAT(said[0], HasSubstr("\"needles\""));
+    // However much comes without an end.
+    for (int i = 0; i < 1000; ++i)
+        EXPECT_THAT(typed(std::string(1000, 'x')), IsEmpty());
+    EXPECT_THAT(typed("\npark\n"), ElementsAre(Asks(CommandKind::park, 1)));
+    ASSERT_EQ(said.size(), 2u);
+    EXPECT_LT(said[1].size(), 200u);
+}
+
+TEST_F(Spoken, HelpNamesEveryTool) {
+    EXPECT_THAT(typed("help\n"), IsEmpty());
+    ASSERT_EQ(said.size(), 1u);
+    for (const std::string_view tool : haptics::kToolNames)
+        EXPECT_THAT(said[0], HasSubstr("  " + std::string(tool) + " "));
+}
+
+TEST_F(Spoken, TheNextButtonWalksThroughTheProcedure) {
+    now.tool = Tool::finger;
+    EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::probe)));
+    now.tool = Tool::probe;
+    EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::park, 1), Asks(CommandKind::tool, Tool::scalpel)));
+    now.probe_parked = true;
+    EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::scalpel)));
+    now.tool = Tool::needle;
+    EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
+    EXPECT_THAT(pressed(1 | 4), IsEmpty()) << "re-arming is the session's, the rest nobody's";
+}
+
+TEST_F(Spoken, TheBreathButtonTakesTurnsWithTheWords) {
+    EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::holdBreath, 0)));
+    EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::breathe, 0)));
+    typed("hold\n");
+    EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::breathe, 0)));
+}
+
+TEST(Outcome, SaysWhatCameOfIt) {
+    TickOutput before, after;
+    const Command scalpel{CommandKind::tool, std::uint32_t(Tool::scalpel)};
+    const Command park{CommandKind::park, 1}, lift{CommandKind::park, 0};
+    before.tool = after.tool = Tool::needle;
+    EXPECT_EQ(outcomeOf(scalpel, before, after),
+              "the needle stays in hand: it is in the body, draw it out first");
+    after.tool = Tool::scalpel;
+    EXPECT_EQ(outcomeOf(scalpel, before, after), "the scalpel is in hand");
+    EXPECT_EQ(outcomeOf(scalpel, after, after), "the scalpel is in hand already");
+    EXPECT_EQ(outcomeOf(park, before, after), "no probe is in hand");
+    EXPECT_EQ(outcomeOf(lift, before, after), "no probe is parked");
+    before.tool = after.tool = Tool::probe;
+    EXPECT_THAT(outcomeOf(park, before, after), HasSubstr("not parked"));
+    after.probe_parked = true;
+    EXPECT_EQ(outcomeOf(park, before, after), "the probe stays where it is");
+    EXPECT_THAT(outcomeOf(lift, after, after), HasSubstr("its rail guides a needle"));
+    EXPECT_EQ(outcomeOf(lift, after, before), "the probe is taken off");
+    EXPECT_THAT(outcomeOf({CommandKind::tool, std::uint32_t(Tool::probe)}, after, after), HasSubstr("lift"));
+    EXPECT_EQ(outcomeOf({CommandKind::marker, 1}, before, after), "");
+    before.stage = haptics::ForceStage::off;
+    EXPECT_THAT(outcomeOf({CommandKind::rearm, 0}, before, after), HasSubstr("re-armed"));
+    before.stage = haptics::ForceStage::on;
+    EXPECT_THAT(outcomeOf({CommandKind::rearm, 0}, before, after), HasSubstr("no fault"));
+}
+
+TEST(Buttons, AreCountedFromOneForAPerson) {
+    EXPECT_EQ(describe({.rearm = 1, .next = 2, .breath = 8}),
+              "button 1 re-arms, button 2 takes the next tool, button 4 holds the breath and lets it go");
+    EXPECT_EQ(describe({.rearm = 0}), "");
+}
+
+}  // namespace
+}  // namespace stylet::trainer

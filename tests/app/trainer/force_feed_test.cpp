@@ -1,0 +1,127 @@
+#include "app/trainer/force_feed.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/trainer/loops.h"
+#include "haptics/devices/replay.h"
+#include "tests/app/trainer/phantom_attempt.h"
+
+namespace stylet::trainer {
+namespace {
+
+using haptics::Command;
+using haptics::CommandKind;
+using haptics::ForceStage;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kDt_s = 0.001;
+
+struct Feed : testing::Test {
+    // Ticks in a row, all of them the same.
+    void ticks(int count, std::uint32_t faults, std::uint32_t awaited, std::uint32_t buttons = 0) {
+        for (int i = 0; i < count; ++i) {
+            haptics::TickRecord record;
+            record.input.device.buttons = buttons;
+            record.output.tick = ++tick_;
+            record.output.faults = faults;
+            record.output.awaited = awaited;
+            record.output.stage = faults != 0 ? ForceStage::off : ForceStage::on;
+            session.take(record);
+        }
+        feed.pass(true, session, ring);
+    }
+    std::vector<std::uint32_t> asked() {
+        std::vector<std::uint32_t> kinds;
+        for (Command c; ring.pop(c);)
+            kinds.push_back(std::uint32_t(c.kind));
+        return kinds;
+    }
+    std::vector<std::string> heard() { return std::exchange(said, {}); }
+
+    patient::Package package = test::ductPhantom();
+    patient::Patient patient{package};
+    Session session{patient, test::ductPath(), {}, 0.0, nullptr};
+    haptics::Ring<Command> ring{4};
+    std::vector<std::string> said;
+    ForceFeed feed{true, kDt_s, nullptr, [this](const std::string& text) { said.push_back(text); }};
+
+  private:
+    std::uint64_t tick_ = 0;
+};
+
+TEST_F(Feed, AFaultIsToldOnceAndAgainAfterRearming) {
+    ticks(10, 0, 0);
+    EXPECT_THAT(heard(), IsEmpty());
+    ticks(10, haptics::kFaultHandOff, 0);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("no hand holds the device")));
+    ticks(10, haptics::kFaultHandOff, 0);
+    EXPECT_THAT(heard(), IsEmpty());
+    ticks(10, haptics::kFaultHandOff | haptics::kFaultStaleInput, 0);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("nothing new")));
+    ticks(10, 0, 0);  // re-armed
+    ticks(10, haptics::kFaultHandOff, 0);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("no hand holds the device")));
+}
+
+TEST_F(Feed, AFaultBetweenTwoLooksIsTold) {
+    for (const std::uint32_t faults : {0u, std::uint32_t(haptics::kFaultOverSpeed), 0u}) {
+        haptics::TickRecord record;
+        record.output.faults = faults;
+        session.take(record);
+    }
+    feed.pass(true, session, ring);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("faster than 1 m/s")));
+}
+
+TEST_F(Feed, WhatTheForceWaitsForIsToldWhenItLasts) {
+    ticks(900, 0, haptics::kWaitsForSmallForce);
+    EXPECT_THAT(heard(), IsEmpty());
+    ticks(200, 0, haptics::kWaitsForSmallForce);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("the force waits: the tool touches the patient")));
+    ticks(5000, 0, haptics::kWaitsForSmallForce);
+    EXPECT_THAT(heard(), IsEmpty());
+    ticks(1100, 0, haptics::kFaultHandOff | haptics::kFaultStaleInput);
+    EXPECT_THAT(heard(), ElementsAre(testing::AllOf(HasSubstr("no hand"), HasSubstr("nothing new"))));
+    ticks(1, 0, 0);
+    ticks(1100, 0, haptics::kWaitsForSmallForce);
+    EXPECT_EQ(heard().size(), 1u);
+}
+
+TEST_F(Feed, TheRearmingButtonCountsWhileTheForceIsOff) {
+    ticks(1, 0, 0);
+    ticks(5, 0, 0, 1);
+    ticks(5, haptics::kFaultHandOff, 0, 1);  // held all the time
+    EXPECT_THAT(asked(), IsEmpty());
+    ticks(5, haptics::kFaultHandOff, 0, 0);
+    ticks(5, haptics::kFaultHandOff, 0, 1);
+    EXPECT_THAT(asked(), ElementsAre(std::uint32_t(CommandKind::rearm)));
+}
+
+TEST_F(Feed, WordsWaitForRoomInTheRing) {
+    std::string typed = "hold\nbreathe\nhold\nbreathe\nhold\nbreathe\nnonsense\n";
+    std::vector<haptics::Tool> held;
+    const haptics::Trace trace{{{}}, {}};
+    haptics::ReplayDevice device(trace, 0);
+    const LiveHand live{device,
+                        {},
+                        [&] { return std::exchange(typed, {}); },
+                        [&](haptics::Tool tool) { held.push_back(tool); },
+                        {},
+                        "Enter here"};
+    ForceFeed feed_of_live{true, kDt_s, &live, [this](const std::string& text) { said.push_back(text); }};
+    feed_of_live.pass(true, session, ring);
+    EXPECT_THAT(asked(), IsEmpty()) << "before the first tick nothing is known";
+    ticks(1, 0, 0);
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(asked().size(), 4u);
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(asked().size(), 2u);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("nonsense")));
+    EXPECT_THAT(held, ElementsAre(haptics::Tool::needle, haptics::Tool::needle));
+}
+
+}  // namespace
+}  // namespace stylet::trainer

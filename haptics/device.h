@@ -68,9 +68,9 @@ class HapticDevice {
     virtual ~HapticDevice() = default;
     virtual const DeviceProfile& profile() const noexcept = 0;
     // Haptics thread. The newest state; `now_ns` is the loop's time.
-    virtual DeviceState read(std::int64_t now_ns) noexcept = 0;
+    virtual DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING = 0;
     // Haptics thread. Force in the device frame, N. Called from the output stage's one call site.
-    virtual void send(const Vec3& force_n) noexcept = 0;
+    virtual void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING = 0;
 };
 
 }  // namespace stylet::haptics

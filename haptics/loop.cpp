@@ -5,7 +5,7 @@
 namespace stylet::haptics {
 
 void loopTick(Simulation& simulation, HapticDevice& device, LoopChannels& channels, LoopStats& stats,
-              std::int64_t t_ns, const Clock& clock) noexcept {
+              std::int64_t t_ns, const Clock& clock, std::int64_t due_ns) noexcept {
     TickRecord record;
     record.input.device = device.read(t_ns);
     while (record.input.command_count < std::uint32_t(kMaxCommandsPerTick) &&
@@ -21,6 +21,7 @@ void loopTick(Simulation& simulation, HapticDevice& device, LoopChannels& channe
         if (step_us > stats.max_step_us) stats.max_step_us = step_us;
     }
     device.send(record.output.sent_device_n);
+    if (clock.now_ns && clock.now_ns(clock.context) > due_ns) ++stats.late_ticks;
 
     bool whole = channels.records.push(record) && events.dropped == 0;
     for (int i = 0; i < events.count; ++i) {
@@ -43,12 +44,10 @@ LoopStats runLoop(Simulation& simulation, HapticDevice& device, LoopChannels& ch
     std::uint64_t faults_before = 0;
     LoopStats stats;
     while (!channels.stop.load(std::memory_order_acquire)) {
+        const std::int64_t due_ns = deadline_ns + period_ns;
         const std::int64_t late_ns = clock.now_ns(clock.context) - deadline_ns;
-        if (late_ns > period_ns) {
-            ++stats.late_ticks;
-            deadline_ns += late_ns / period_ns * period_ns;
-        }
-        loopTick(simulation, device, channels, stats, std::int64_t(stats.ticks) * period_ns, clock);
+        if (late_ns > period_ns) deadline_ns += late_ns / period_ns * period_ns;
+        loopTick(simulation, device, channels, stats, std::int64_t(stats.ticks) * period_ns, clock, due_ns);
         if (stats.ticks == warm_up) faults_before = pageFaults();
         deadline_ns += period_ns;
         clock.sleepUntil_ns(clock.context, deadline_ns);

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 
 #include "haptics/device.h"
 #include "haptics/flight_recorder.h"
@@ -26,7 +27,7 @@ struct EventRecord {
 };
 
 struct LoopStats {
-    std::uint64_t ticks = 0, late_ticks = 0;  // late: woke more than one period after its deadline
+    std::uint64_t ticks = 0, late_ticks = 0;  // late: the force was sent after the next tick's deadline
     double max_step_us = 0.0;                 // of step() alone, device I/O not counted
     std::uint32_t faults = 0;                 // every bit ever seen
     std::uint64_t page_faults = 0;            // after the first kWarmUp_s
@@ -45,9 +46,11 @@ struct LoopChannels {
 };
 
 // One tick: reads the device, takes the commands waiting, steps, sends, publishes. `t_ns` is the loop's time,
-// tick * dt from its start. With a clock the step is timed. Haptics thread. noexcept, no allocation, no lock.
+// tick * dt from its start. With a clock the step is timed, and late when its force is sent after `due_ns` of
+// that clock. Haptics thread. noexcept, no allocation, no lock.
+inline constexpr std::int64_t kNeverDue_ns = std::numeric_limits<std::int64_t>::max();
 void loopTick(Simulation&, HapticDevice&, LoopChannels&, LoopStats&, std::int64_t t_ns,
-              const Clock& clock = {}) noexcept;
+              const Clock& clock = {}, std::int64_t due_ns = kNeverDue_ns) noexcept STYLET_NONBLOCKING;
 
 // Ticks at absolute deadlines until `stop`. A late tick is counted, never stretched or made up: the deadlines
 // it slept through are gone, and the loop's time stays tick * dt behind its start.

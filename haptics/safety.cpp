@@ -8,7 +8,7 @@ namespace stylet::haptics {
 
 namespace {
 
-constexpr std::array<FaultText, 10> kTexts{{
+constexpr std::array<FaultText, 11> kTexts{{
     {kFaultBadForce, "bad-force", "a force model gave something that is no number"},
     {kFaultStaleInput, "stale-input", "the device said nothing new for 20 ms"},
     {kFaultRingFull, "ring-full", "the session was too slow: ticks were not recorded"},
@@ -19,6 +19,7 @@ constexpr std::array<FaultText, 10> kTexts{{
     {kFaultHandOff, "hand-off", "no hand holds the device"},
     {kFaultNotFocused, "not-focused", "the headset is off, or another program has the focus"},
     {kWaitsForSmallForce, "in-contact", "the tool touches the patient: draw it back"},
+    {kWaitsOffWall, "at-wall", "the grip is at the end of its reach: move it inward"},
 }};
 
 // No hand is further from its device than this; a pose beyond it is a device gone wrong.
@@ -49,6 +50,12 @@ void measure(SafetyState& s, const DeviceState& device, bool good, double dt_s) 
     s.tip_m = tip_m;
     s.silence_s = 0.0;
     s.placed = true;
+}
+
+// What is no small force, or no number, and whose it is.
+std::uint32_t largeForce(double force_n, double wall_n) noexcept {
+    if (force_n <= kSmallForce_n) return 0;
+    return wall_n > kSmallForce_n ? kWaitsOffWall : kWaitsForSmallForce;
 }
 
 }  // namespace
@@ -83,7 +90,7 @@ std::uint32_t checkDevice(SafetyState& s, const DeviceProfile& profile, const De
     return unmet;
 }
 
-void stepSafety(SafetyState& s, std::uint32_t unmet, double force_n, double dt_s) noexcept {
+void stepSafety(SafetyState& s, std::uint32_t unmet, double force_n, double wall_n, double dt_s) noexcept {
     if (isArmed(s.stage) && unmet != 0) {
         s.faults |= unmet;
         s.stage = ForceStage::fading;
@@ -91,8 +98,7 @@ void stepSafety(SafetyState& s, std::uint32_t unmet, double force_n, double dt_s
     s.awaited = 0;
     switch (s.stage) {
         case ForceStage::waiting:
-            // Written so that NaN waits.
-            s.awaited = unmet | (force_n <= kSmallForce_n ? 0u : std::uint32_t(kWaitsForSmallForce));
+            s.awaited = unmet | largeForce(force_n, wall_n);
             s.settled_s = s.awaited == 0 ? s.settled_s + dt_s : 0.0;
             if (s.settled_s > kSettle_s - kSameTime_s) s.stage = ForceStage::rising;
             break;

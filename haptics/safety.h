@@ -13,16 +13,18 @@ namespace stylet::haptics {
 // Causes. A set bit stays until the run is re-armed (CommandKind::rearm). All but kFaultRingFull take the
 // force away.
 enum Fault : std::uint32_t {
-    kFaultBadForce = 1u << 0,       // a model's force, energy or tissue motion is not finite
-    kFaultStaleInput = 1u << 1,     // kStaleInput_s without a fresh good pose
-    kFaultRingFull = 1u << 2,       // the loop's alone: the session's pace must not enter the hashed state
-    kFaultBadPose = 1u << 3,        // isPose() says no
-    kFaultOutOfReach = 1u << 4,     // beyond kReach radii of a known workspace
-    kFaultOverSpeed = 1u << 5,      // kOverSpeed_m_s; once off, anything above kSlowEnough_m_s
-    kFaultDeviceLost = 1u << 6,     // kDeviceReady is not set
-    kFaultHandOff = 1u << 7,        // kDeviceHandOn is not set
-    kFaultNotFocused = 1u << 8,     // by command: CommandKind::focus
-    kWaitsForSmallForce = 1u << 9,  // never a fault: only a reason why the force has not begun
+    kFaultBadForce = 1u << 0,    // a model's force, energy or tissue motion is not finite
+    kFaultStaleInput = 1u << 1,  // kStaleInput_s without a fresh good pose
+    kFaultRingFull = 1u << 2,    // the loop's alone: the session's pace must not enter the hashed state
+    kFaultBadPose = 1u << 3,     // isPose() says no
+    kFaultOutOfReach = 1u << 4,  // beyond kReach radii of a known workspace
+    kFaultOverSpeed = 1u << 5,   // kOverSpeed_m_s; once off, anything above kSlowEnough_m_s
+    kFaultDeviceLost = 1u << 6,  // kDeviceReady is not set
+    kFaultHandOff = 1u << 7,     // kDeviceHandOn is not set
+    kFaultNotFocused = 1u << 8,  // by command: CommandKind::focus
+    // Never faults: only reasons why the force has not begun.
+    kWaitsForSmallForce = 1u << 9,
+    kWaitsOffWall = 1u << 10,
 };
 struct FaultText {
     Fault bit;
@@ -74,8 +76,10 @@ bool isPose(const Pose&) noexcept STYLET_NONBLOCKING;
 // The Fault bits that stand against force in this tick, as far as the device and the focus go.
 std::uint32_t checkDevice(SafetyState&, const DeviceProfile&, const DeviceState&,
                           double dt_s) noexcept STYLET_NONBLOCKING;
-// Moves stage and level. `unmet`: all bits of this tick; `force_n`: what the device would get at level 1.
-void stepSafety(SafetyState&, std::uint32_t unmet, double force_n, double dt_s) noexcept STYLET_NONBLOCKING;
+// Moves stage and level. `unmet`: all bits of this tick; `force_n`: what the device would get at level 1,
+// `wall_n` the wall's part of it.
+void stepSafety(SafetyState&, std::uint32_t unmet, double force_n, double wall_n,
+                double dt_s) noexcept STYLET_NONBLOCKING;
 // The explicit act. It counts only once the force is gone; the force then waits, and rises anew.
 void rearm(SafetyState&) noexcept STYLET_NONBLOCKING;
 void hashSafety(patient::StateHash&, const SafetyState&) noexcept STYLET_NONBLOCKING;

@@ -163,6 +163,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     session_thread.join();
     haptics_thread.join();
     channels.flights.finish();
+    totals.flights_missed = channels.flights.missed();
     if (failure) std::rethrow_exception(failure);
     session.drain(channels);
     moments.add(session.newMoments());
@@ -198,6 +199,7 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
         next_frame_s += 1.0 / fps;
     }
     channels.flights.finish();
+    totals.flights_missed = channels.flights.missed();
     session.drain(channels);
     totals.elapsed_s = double(totals.haptics.ticks) * attempt.simulation.dt_s;
     totals.pictures = frames.totals();

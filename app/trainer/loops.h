@@ -16,7 +16,8 @@ namespace stylet::trainer {
 
 struct LoopTotals {
     haptics::LoopStats haptics;
-    double elapsed_s = 0.0;  // by the clock the loop ran on
+    double elapsed_s = 0.0;            // by the clock the loop ran on
+    std::uint64_t flights_missed = 0;  // faults whose history found the last one not yet taken
     PictureTotals pictures;
 };
 

@@ -74,6 +74,8 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
               {"page_faults", haptics.page_faults},
               {"faults", haptics.faults | log.faults},
               {"fault_names", faultNames(haptics.faults | log.faults)},
+              {"flights", log.flights.size()},
+              {"flights_lost", totals.flights_missed + log.more_flights},
               {"controller", controllerJson(log.controller)},
               {"max_step_us", haptics.max_step_us}}},
             {"frames", totals.pictures.frames},
@@ -166,6 +168,9 @@ void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTo
     const std::uint32_t faults = totals.haptics.faults | log.faults;
     for (const haptics::FaultText& fault : haptics::faultTexts())
         if ((faults & fault.bit) != 0) std::printf("  fault %s: %s\n", fault.name, fault.text);
+    if (const std::uint64_t lost = totals.flights_missed + log.more_flights)
+        std::printf("  %llu more faults without a history of their own\n",
+                    static_cast<unsigned long long>(lost));
     if (skips)
         for (const auto& [name, count] : totals.pictures.skips)
             std::printf("  skipped: %-20s %llu\n", name.c_str(), static_cast<unsigned long long>(count));

@@ -37,7 +37,10 @@ void Session::drain(haptics::LoopChannels& channels) {
         take(event);
     std::vector<TickRecord> flight;
     while (channels.flights.take(flight))
-        if (log_.flights.size() < kMaxFlights) log_.flights.push_back(flight);
+        if (log_.flights.size() < kMaxFlights)
+            log_.flights.push_back(flight);
+        else
+            ++log_.more_flights;
 }
 
 bool Session::takeRearm() {

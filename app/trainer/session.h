@@ -54,6 +54,7 @@ struct SessionLog {
     std::uint64_t awaited_ticks = 0;  // for so long the same
     ControllerLog controller;
     std::vector<std::vector<haptics::TickRecord>> flights;  // of the first kMaxFlights faults
+    std::uint64_t more_flights = 0;                         // that were not kept
     bool target_hit() const { return target_cut.has_value(); }
 };
 

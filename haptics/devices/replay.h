@@ -16,8 +16,8 @@ class ReplayDevice final : public HapticDevice {
     ReplayDevice(const Trace&, std::int64_t start_ns, const DeviceProfile& = {});
     const DeviceProfile& profile() const noexcept override { return profile_; }
     // At a sample's time the very pose that was recorded, bit for bit; linear between.
-    DeviceState read(std::int64_t now_ns) noexcept override;
-    void send(const Vec3& force_n) noexcept override { force_n_ = force_n; }
+    DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override;
+    void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override { force_n_ = force_n; }
     const Vec3& force() const noexcept { return force_n_; }
 
   private:

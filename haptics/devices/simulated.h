@@ -54,8 +54,8 @@ class SimulatedDevice final : public HapticDevice {
     // `wanted` is where the hand wants to be; it begins there. The trace must outlive the device.
     SimulatedDevice(const Trace& wanted, const DeviceProfile&, const SimulatedBody&);
     const DeviceProfile& profile() const noexcept override { return profile_; }
-    DeviceState read(std::int64_t now_ns) noexcept override;
-    void send(const Vec3& force_n) noexcept override;
+    DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override;
+    void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override;
     const BodyState& body() const noexcept { return state_; }
 
   private:

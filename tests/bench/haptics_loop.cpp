@@ -26,7 +26,7 @@ class InAndOut final : public HapticDevice {
   public:
     explicit InAndOut(const Vec3& skin_m) : skin_m_(skin_m) {}
     const DeviceProfile& profile() const noexcept override { return profile_; }
-    DeviceState read(std::int64_t now_ns) noexcept override {
+    DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override {
         const double depth_m = 0.035 - 0.045 * std::cos(0.9 * 1e-9 * double(now_ns));
         DeviceState state;
         state.device_from_stylus = {
@@ -34,17 +34,16 @@ class InAndOut final : public HapticDevice {
             skin_m_ - Vec3(depth_m, 0.0, 0.0)};
         return state;
     }
-    void send(const Vec3&) noexcept override {}
+    void send(const Vec3&) noexcept STYLET_NONBLOCKING override {}
 
   private:
     Vec3 skin_m_;
     DeviceProfile profile_;
 };
 
-// The monotonic clock; sees each tick end before or after the next deadline.
+// The monotonic clock, and how late it wakes.
 struct WatchedClock {
     Clock clock = trainer::monotonicClock();
-    std::uint64_t ticks = 0, late = 0;
     std::vector<double> wake_us;  // after the deadline
     static std::int64_t now(void* self) noexcept {
         const Clock& c = static_cast<WatchedClock*>(self)->clock;
@@ -52,8 +51,6 @@ struct WatchedClock {
     }
     static void sleepUntil(void* self, std::int64_t t_ns) noexcept {
         WatchedClock& w = *static_cast<WatchedClock*>(self);
-        ++w.ticks;
-        w.late += w.clock.now_ns(w.clock.context) > t_ns;
         w.clock.sleepUntil_ns(w.clock.context, t_ns);
         if (w.wake_us.size() < w.wake_us.capacity())
             w.wake_us.push_back(1e-3 * double(w.clock.now_ns(w.clock.context) - t_ns));
@@ -61,7 +58,7 @@ struct WatchedClock {
 };
 
 struct Late {
-    double share = 0.0;  // of ticks that ended after their next deadline
+    double share = 0.0;  // of ticks whose force was sent after the next deadline
     double median_us = 0.0, p99_us = 0.0;
 };
 
@@ -72,9 +69,11 @@ Late ourLoop(const patient::Patient& patient, const Vec3& skin_m, double seconds
     WatchedClock watched;
     watched.wake_us.reserve(std::size_t(seconds * 1100.0));
     std::string refused;
+    LoopStats stats;
     std::thread haptics([&] {
         refused = trainer::askForRealTime();
-        runLoop(simulation, device, channels, {&watched, WatchedClock::now, WatchedClock::sleepUntil});
+        stats =
+            runLoop(simulation, device, channels, {&watched, WatchedClock::now, WatchedClock::sleepUntil});
     });
     const auto began = std::chrono::steady_clock::now();
     TickRecord record;
@@ -89,7 +88,7 @@ Late ourLoop(const patient::Patient& patient, const Vec3& skin_m, double seconds
     channels.stop.store(true);
     haptics.join();
     if (!refused.empty()) throw std::runtime_error(refused);
-    return {double(watched.late) / double(watched.ticks), quantile(watched.wake_us, 0.5),
+    return {double(stats.late_ticks) / double(stats.ticks), quantile(watched.wake_us, 0.5),
             quantile(watched.wake_us, 0.99)};
 }
 

@@ -91,6 +91,36 @@ TEST(Loop, ALateTickIsCountedNeverStretchedOrMadeUp) {
     }
 }
 
+// Woken in time, but its force came after the next tick's deadline.
+TEST(Loop, ATickIsLateByTheTimeItsForceIsSent) {
+    class Slow final : public HapticDevice {
+      public:
+        Slow(MockClock& clock, std::int64_t most_ns) : clock_(clock), most_ns_(most_ns) {}
+        const DeviceProfile& profile() const noexcept override { return profile_; }
+        DeviceState read(std::int64_t) noexcept STYLET_NONBLOCKING override { return {}; }
+        void send(const Vec3&) noexcept STYLET_NONBLOCKING override {
+            if (++sent_ % 10 == 0) clock_.now += most_ns_;
+        }
+
+      private:
+        MockClock& clock_;
+        std::int64_t most_ns_;
+        int sent_ = 0;
+        DeviceProfile profile_;
+    };
+    Bench b;
+    for (const std::int64_t most_ns : {std::int64_t(900'000), std::int64_t(1'100'000)}) {
+        Simulation simulation(b.patient, {});
+        LoopChannels channels;
+        MockClock mock;
+        mock.channels = &channels;
+        Slow device(mock, most_ns);
+        const LoopStats stats = runLoop(simulation, device, channels, mock.clock());
+        EXPECT_EQ(stats.ticks, 100u);
+        EXPECT_EQ(stats.late_ticks, most_ns > 1'000'000 ? 10u : 0u);
+    }
+}
+
 TEST(Loop, CommandsAreTakenEightATickAndLoggedWithIt) {
     Bench b;
     Simulation simulation(b.patient, {});

@@ -19,7 +19,7 @@ struct Watched {
 
     void tick() {
         const std::uint32_t unmet = checkDevice(safety, profile, device, dt_s);
-        stepSafety(safety, unmet, force_n, dt_s);
+        stepSafety(safety, unmet, force_n, wall_n, dt_s);
     }
     void run(double seconds) {
         for (int i = 0; i < std::lround(seconds / dt_s); ++i)
@@ -36,7 +36,7 @@ struct Watched {
     SafetyState safety;
     DeviceProfile profile;
     DeviceState device;
-    double force_n = 0.0;
+    double force_n = 0.0, wall_n = 0.0;
 };
 
 TEST(Safety, EveryBitHasANameAndAText) {
@@ -49,7 +49,7 @@ TEST(Safety, EveryBitHasANameAndAText) {
         EXPECT_TRUE(names.insert(t.name).second);
         EXPECT_GT(std::strlen(t.text), 10u);
     }
-    EXPECT_EQ(bits, 2u * kWaitsForSmallForce - 1u);
+    EXPECT_EQ(bits, 2u * kWaitsOffWall - 1u);
 }
 
 TEST(Safety, ForceRisesOverItsTimeAtEveryRate) {
@@ -83,6 +83,17 @@ TEST(Safety, NothingBeginsInContact) {
         w.run(1.0);
         EXPECT_EQ(w.safety.level, 1.0);
     }
+}
+
+TEST(Safety, AWallThatPushesIsNotThePatient) {
+    Watched w;
+    w.force_n = 0.5;
+    w.wall_n = 0.3;
+    w.run(1.0);
+    EXPECT_EQ(w.safety.awaited, kWaitsOffWall);
+    w.wall_n = 0.1;
+    w.run(1.0);
+    EXPECT_EQ(w.safety.awaited, kWaitsForSmallForce);
 }
 
 TEST(Safety, ADeviceThatIsNotThereYetIsAwaitedNotFaulted) {

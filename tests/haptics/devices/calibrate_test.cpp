@@ -16,13 +16,13 @@ namespace {
 class OnAScale final : public HapticDevice {
   public:
     const DeviceProfile& profile() const noexcept override { return profile_; }
-    DeviceState read(std::int64_t) noexcept override {
+    DeviceState read(std::int64_t) noexcept STYLET_NONBLOCKING override {
         DeviceState state;
         state.device_from_stylus.position_m = profile_.workspace_centre_m;
         state.flags = ++reads > lost_after ? 0 : state.flags;
         return state;
     }
-    void send(const Vec3& force_n) noexcept override {
+    void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override {
         most_rise_n = std::max(most_rise_n, glm::length(force_n) - glm::length(sent_n));
         most_n = std::max(most_n, glm::length(force_n));
         sent_n = force_n;

@@ -19,8 +19,8 @@ constexpr std::uint32_t kButton = 4;
 class Grip final : public HapticDevice {
   public:
     const DeviceProfile& profile() const noexcept override { return profile_; }
-    DeviceState read(std::int64_t) noexcept override { return state; }
-    void send(const Vec3& force_n) noexcept override { sent_n = force_n; }
+    DeviceState read(std::int64_t) noexcept STYLET_NONBLOCKING override { return state; }
+    void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override { sent_n = force_n; }
     DeviceState state;
     Vec3 sent_n{0.0};
 

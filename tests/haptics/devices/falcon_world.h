@@ -57,7 +57,7 @@ struct FalconWorld {
         ready = (state.flags & haptics::kDeviceReady) != 0;
         buttons = state.buttons;
         const std::uint32_t unmet = haptics::checkDevice(safety, device.profile(), state, 1e-3);
-        haptics::stepSafety(safety, unmet, glm::length(force_n), 1e-3);
+        haptics::stepSafety(safety, unmet, glm::length(force_n), 0.0, 1e-3);
         if (!loop_stands) device.send(safety.level * force_n);
     }
     void pass(std::int64_t span_ns) {

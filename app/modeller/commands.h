@@ -8,7 +8,6 @@ namespace stylet::modeller {
 void addSynth(CLI::App&);
 void addCheck(CLI::App&);
 void addSlices(CLI::App&);
-void addFilm(CLI::App&);
 void addMotion(CLI::App&);
 
 }  // namespace stylet::modeller

@@ -10,12 +10,11 @@ int main(int argc, char** argv) {
     app.require_subcommand(0, 1);
     app.callback([&app] {
         if (app.get_subcommands().empty())
-            throw CLI::RequiredError("A command: synth, check, slices, film, import or motion");
+            throw CLI::RequiredError("A command: synth, check, slices, import or motion");
     });
     stylet::modeller::addSynth(app);
     stylet::modeller::addCheck(app);
     stylet::modeller::addSlices(app);
-    stylet::modeller::addFilm(app);
     stylet::modeller::addImport(app);
     stylet::modeller::addMotion(app);
     try {

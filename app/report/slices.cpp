@@ -149,16 +149,16 @@ std::array<SlicePlane, 3> slicePlanes(const NeedlePicture& needle) {
 }
 
 std::vector<std::uint8_t> samplePlane(const Patient& patient, const patient::Surrogate& breath,
-                                      const SlicePlane& plane, int pixels,
+                                      const SlicePlane& plane, int width, int height,
                                       std::array<std::size_t, 256>& seen) {
     const patient::Package& package = patient.package();
     std::vector<std::uint8_t> rgb;
-    rgb.reserve(std::size_t(pixels) * std::size_t(pixels) * 3);
-    const double pitch_m = plane.width_m / pixels, half = 0.5 * (pixels - 1);
-    for (int j = 0; j < pixels; ++j)
-        for (int i = 0; i < pixels; ++i) {
+    rgb.reserve(std::size_t(width) * std::size_t(height) * 3);
+    const double pitch_m = plane.width_m / width, half_x = 0.5 * (width - 1), half_y = 0.5 * (height - 1);
+    for (int j = 0; j < height; ++j)
+        for (int i = 0; i < width; ++i) {
             const Vec3 deformed =
-                plane.centre_m + pitch_m * ((i - half) * plane.right + (j - half) * plane.down);
+                plane.centre_m + pitch_m * ((i - half_x) * plane.right + (j - half_y) * plane.down);
             const Vec3 p = referenceFromDeformed(package.motion, breath, deformed);
             const double grey = std::clamp(
                 (trilinear(package.ct, p) - kWindowLow_hu) / (kWindowHigh_hu - kWindowLow_hu), 0.0, 1.0);
@@ -186,7 +186,8 @@ void drawSlices(const Patient& patient, const NeedlePicture& needle, const std::
     for (const SlicePlane& plane : planes) {
         const Panel panel{plane, x, kHeader};
         canvas.text({x, kHeader - 14}, plane.title, {16, kWhite, Align::left, false});
-        canvas.image(x, kHeader, kPixels, kPixels, samplePlane(patient, needle.breath, plane, kPixels, seen));
+        canvas.image(x, kHeader, kPixels, kPixels,
+                     samplePlane(patient, needle.breath, plane, kPixels, kPixels, seen));
         canvas.clip(x, kHeader, kPixels, kPixels);
         drawNeedle(canvas, panel, needle);
         drawScale(canvas, panel);

@@ -11,7 +11,7 @@
 
 namespace stylet::report {
 
-// A square of the deformed patient; `right` and `down` are unit vectors of the picture.
+// A piece of the deformed patient; `right` and `down` are unit vectors of the picture.
 struct SlicePlane {
     std::string title;
     patient::Vec3 centre_m{0.0}, right{-1.0, 0.0, 0.0}, down{0.0, 0.0, -1.0};
@@ -34,10 +34,10 @@ inline constexpr double kWindowLow_hu = -150.0, kWindowHigh_hu = 250.0;
 // along it.
 std::array<SlicePlane, 3> slicePlanes(const NeedlePicture&);
 
-// The plane in `pixels` x `pixels` RGB triples: windowed CT with labels as tints. Each label met is counted
-// in `seen`.
+// The plane in `width` x `height` RGB triples: windowed CT with labels as tints. Each label met is counted in
+// `seen`.
 std::vector<std::uint8_t> samplePlane(const patient::Patient&, const patient::Surrogate&, const SlicePlane&,
-                                      int pixels, std::array<std::size_t, 256>& seen);
+                                      int width, int height, std::array<std::size_t, 256>& seen);
 
 // Throws patient::DataError.
 void drawSlices(const patient::Patient&, const NeedlePicture&, const std::filesystem::path& png);

@@ -14,18 +14,6 @@ namespace {
 
 constexpr int kThreads = 2;  // at load; they do not change the map
 
-patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBreath& scenario,
-                               std::uint64_t seed) {
-    patient::BreathPlan plan = scenario.plan;
-    plan.rhythm = package.signal;
-    plan.rhythm.period_s = scenario.period_s.value_or(plan.rhythm.period_s);
-    plan.rhythm.amplitude = scenario.amplitude.value_or(plan.rhythm.amplitude);
-    plan.seed = seed;
-    const double dome_travel_m = package.motion.dome_travel_m;
-    plan.hold.creep_v = dome_travel_m > 0.0 ? -scenario.creep_m / dome_travel_m : 0.0;
-    return plan;
-}
-
 // What a needle needs outside the skin to be set on it, where the device's workspace is not known.
 constexpr double kRoomOutside_m = 0.02;
 
@@ -57,6 +45,18 @@ std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient,
 
 haptics::TouchMap touchMapOf(const patient::Patient& patient) {
     return haptics::makeTouchMap(patient, patient::makeSkin(patient, kThreads), kThreads);
+}
+
+patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBreath& scenario,
+                               std::uint64_t seed) {
+    patient::BreathPlan plan = scenario.plan;
+    plan.rhythm = package.signal;
+    plan.rhythm.period_s = scenario.period_s.value_or(plan.rhythm.period_s);
+    plan.rhythm.amplitude = scenario.amplitude.value_or(plan.rhythm.amplitude);
+    plan.seed = seed;
+    const double dome_travel_m = package.motion.dome_travel_m;
+    plan.hold.creep_v = dome_travel_m > 0.0 ? -scenario.creep_m / dome_travel_m : 0.0;
+    return plan;
 }
 
 Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,

@@ -19,6 +19,9 @@ struct Attempt {
     const haptics::TouchMap* touchMap() const noexcept { return touch ? &*touch : nullptr; }
 };
 
+// How a patient breathes in a scenario.
+patient::BreathPlan breathPlan(const patient::Package&, const ScenarioBreath&, std::uint64_t seed);
+
 // The scenario's hand along `path`, its device beside the patient. The period of a tick is `rate_hz`'s, in
 // whole nanoseconds.
 Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,

@@ -7,6 +7,7 @@
 #include "app/trainer/commands.h"
 #include "app/trainer/curves.h"
 #include "app/trainer/devices.h"
+#include "app/trainer/film.h"
 #include "app/trainer/palpate.h"
 #include "app/trainer/replay.h"
 #include "app/trainer/run.h"
@@ -86,6 +87,26 @@ void addPalpate(CLI::App& app, stylet::trainer::PalpateOptions& o) {
     palpate->add_flag("--breathing", o.breathing, "while the patient breathes; default: the breath held");
 }
 
+void addFilm(CLI::App& app, stylet::trainer::FilmOptions& o) {
+    CLI::App* film =
+        app.add_subcommand("film", "a scenario's breath: dome and signal, coronal and stereo film");
+    film->add_option("--out", o.out, "folder for table, curve and pictures")->required();
+    film->add_option("--scenario", o.scenario, "name in assets/scenarios, or a .toml file")
+        ->capture_default_str();
+    film->add_option("--patient", o.patient, "patient package; default: the reference patient of the seed");
+    film->add_option("--seed", o.seed, "seed of patient and breath")->capture_default_str();
+    film->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
+        ->check(CLI::Range(0.5, 5.0))
+        ->capture_default_str();
+    film->add_option("--recording", o.recording, "CSV of a marker's track in place of the scenario's rhythm");
+    film->add_option("--frames", o.frames, "pictures of the film")
+        ->check(CLI::Range(1, 120))
+        ->capture_default_str();
+    film->add_option("--seconds", o.seconds, "of the film; default: one breath")
+        ->check(CLI::Range(0.1, 600.0));
+    film->add_flag("!--no-stereo", o.stereo, "coronal slices only");
+}
+
 struct DevicesOptions {
     stylet::haptics::DeviceOptions options;
     bool json = false;
@@ -111,7 +132,7 @@ int main(int argc, char** argv) {
     app.require_subcommand(0, 1);
     app.callback([&app] {
         if (app.get_subcommands().empty())
-            throw CLI::RequiredError("A command: run, replay, curves, palpate or devices");
+            throw CLI::RequiredError("A command: run, replay, curves, palpate, film or devices");
     });
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::trainer::RunOptions run_options;
@@ -122,12 +143,15 @@ int main(int argc, char** argv) {
     addCurves(app, curves_options);
     stylet::trainer::PalpateOptions palpate_options;
     addPalpate(app, palpate_options);
+    stylet::trainer::FilmOptions film_options;
+    addFilm(app, film_options);
     DevicesOptions devices_options;
     addDevices(app, devices_options);
     CLI11_PARSE(app, argc, argv);
     try {
         if (app.got_subcommand("run")) return stylet::trainer::run(run_options);
         if (app.got_subcommand("palpate")) return stylet::trainer::palpate(palpate_options);
+        if (app.got_subcommand("film")) return stylet::trainer::film(film_options);
         if (app.got_subcommand("curves")) return stylet::trainer::curves(curves_options);
         if (app.got_subcommand("replay")) return stylet::trainer::replay(replay_options);
         if (!devices_options.calibrate.empty()) {

@@ -3,6 +3,7 @@
 // answers.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -42,5 +43,18 @@ struct Pictures {
 // missing.
 std::optional<Pictures> openPictures(const patient::Patient&, const patient::PlannedPath&,
                                      const PictureSettings&, std::string& why_not);
+
+// Both eyes of a head that keeps still, of a patient whose only motion is the breath: no runtime has a part
+// in it. One thread.
+struct EyePicture {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;  // packed triples, rows from the top
+};
+struct StereoView {
+    std::function<std::array<EyePicture, 2>(const patient::Surrogate&)> draw;
+    std::string gpu;
+};
+std::optional<StereoView> openStereo(const patient::Patient&, const patient::PlannedPath&,
+                                     const std::filesystem::path& assets, std::string& why_not);
 
 }  // namespace stylet::trainer

@@ -189,12 +189,16 @@ Scenario loadScenario(const std::filesystem::path& toml) {
     std::ifstream stream(toml, std::ios::binary);
     const std::string text(std::istreambuf_iterator<char>(stream), {});
     Scenario scenario = parseScenario(text, toml);
-    if (!scenario.breath.recording.empty()) {
-        const patient::RecordedBreath recorded = patient::loadRecordedBreath(scenario.breath.recording);
-        scenario.breath.plan.recording_v = recorded.v;
-        scenario.breath.plan.recording_dt_s = recorded.dt_s;
-    }
+    if (!scenario.breath.recording.empty())
+        breatheAsRecorded(scenario.breath, std::filesystem::path(scenario.breath.recording));
     return scenario;
+}
+
+void breatheAsRecorded(ScenarioBreath& breath, const std::filesystem::path& csv) {
+    const patient::RecordedBreath recorded = patient::loadRecordedBreath(csv);
+    breath.recording = csv;
+    breath.plan.recording_v = recorded.v;
+    breath.plan.recording_dt_s = recorded.dt_s;
 }
 
 Scenario parseScenario(std::string_view text, const std::filesystem::path& file) {

@@ -71,6 +71,9 @@ Scenario loadScenario(const std::filesystem::path& toml);
 // The same by its contents, without the recording; `file` is named when they are refused.
 Scenario parseScenario(std::string_view toml, const std::filesystem::path& file);
 
+// A recording in place of the rhythm. Throws patient::DataError.
+void breatheAsRecorded(ScenarioBreath&, const std::filesystem::path& csv);
+
 // 64 bits over all of it.
 std::uint64_t digest(const Scenario&);
 

@@ -59,7 +59,7 @@ TEST(SamplePlane, ShowsWindowedCtAndTintsTheTarget) {
     plane.width_m = 0.030;
     std::array<std::size_t, 256> seen{};
     const int n = 60;
-    const std::vector<std::uint8_t> rgb = samplePlane(patient, {}, plane, n, seen);
+    const std::vector<std::uint8_t> rgb = samplePlane(patient, {}, plane, n, n, seen);
     ASSERT_EQ(rgb.size(), std::size_t(3 * n * n));
     const std::size_t duct = std::size_t(Tissue::duct), soft = std::size_t(Tissue::soft);
     EXPECT_EQ(seen[duct] + seen[soft], std::size_t(n * n));

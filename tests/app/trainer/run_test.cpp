@@ -9,6 +9,7 @@
 
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
+#include "tests/app/trainer/marker.h"
 
 namespace stylet::trainer {
 namespace {
@@ -109,6 +110,39 @@ TEST_F(Run, ItsRecordReplaysToItsHash) {
     EXPECT_EQ(replay.summary.at("punctures"), demo_->summary.at("punctures"));
     EXPECT_EQ(test::textOf(command_->out() / "force-depth.csv"),
               test::textOf(demo_folder_ / "force-depth.csv"));
+}
+
+// The demo in the breath of a marker's track, and as it is replayed without the file.
+TEST_F(Run, ARecordedBreathReplaysToItsHash) {
+    const auto demoBreathing = [&](const std::string& name, const std::filesystem::path& recording) {
+        const std::filesystem::path file = *command_ / (name + ".toml");
+        std::ofstream(file) << test::textOf(test::assets() / "scenarios" / "demo.toml")
+                            << "\n[breath]\nrecording = \"" << recording.string() << "\"\n";
+        return command_->run("run --headless --fast --scenario '" + file.string() + "'" + kSmall);
+    };
+    const auto expectReplayed = [&](const Outcome& outcome, const std::filesystem::path& record) {
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>()) << outcome.out;
+        const Outcome replay = command_->run("replay '" + record.string() + "' --fast");
+        EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+        EXPECT_EQ(hashOf(replay), hashOf(outcome));
+    };
+    const std::filesystem::path marker = *command_ / "marker.csv", other = *command_ / "other.csv";
+    test::writeMarker(marker, 4.0);
+    test::writeMarker(other, 4.1);
+    const Outcome recorded = demoBreathing("recorded", "marker.csv");
+    const std::filesystem::path record = command_->out() / "record";
+    EXPECT_NE(hashOf(recorded), hashOf(*demo_));
+    EXPECT_NE(hashOf(demoBreathing("other", "other.csv")), hashOf(recorded));
+    EXPECT_EQ(hashOf(demoBreathing("again", "marker.csv")), hashOf(recorded));
+    std::filesystem::remove(marker);
+    expectReplayed(recorded, record);
+
+    const char* data = std::getenv("STYLET_DATA");
+    if (!data) GTEST_SKIP() << "STYLET_DATA is not set: no recording but the made one was played";
+    const Outcome real =
+        demoBreathing("real", std::filesystem::path(data) / "breathing/201205181211-LAC-1-N-320-6.csv");
+    expectReplayed(real, command_->out() / "record");
 }
 
 TEST_F(Run, OneBitOfOneTableValueChangesTheHashAndRefusesTheRecord) {

@@ -1,0 +1,109 @@
+#include "app/report/film.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstdio>
+
+#include "app/report/canvas.h"
+#include "app/report/slices.h"
+
+namespace stylet::report {
+
+using patient::Vec3;
+
+namespace {
+
+constexpr double kPixel_m = 0.0006;
+constexpr double kAboveMark_m = 0.010;  // a CT in inspiration may end below where the dome then rises to
+constexpr int kGap = 6, kHeader = 64, kCaption = 34;
+constexpr double kScreen = 1.6;  // width over height
+constexpr Colour kDark{0.07, 0.08, 0.09}, kWhite{0.94, 0.95, 0.96};
+constexpr std::array<double, 3> kSurface{255.0, 170.0, 60.0}, kMark{90.0, 230.0, 255.0};
+constexpr int kDash = 8;
+
+void blend(std::uint8_t* pixel, const std::array<double, 3>& colour, double share) {
+    for (std::size_t c = 0; c < 3; ++c)
+        pixel[c] = std::uint8_t(std::lround(pixel[c] + share * (colour[c] - pixel[c])));
+}
+
+void drawFrame(Canvas& canvas, double x, double y, const FilmFrame& frame) {
+    canvas.image(x, y, frame.width, frame.height, frame.rgb);
+    canvas.rectangle(x, y + frame.height, frame.width, kCaption, kDark);
+    canvas.text({x + 12, y + frame.height + 23}, frame.caption, {16, kWhite, Align::left, false});
+}
+
+}  // namespace
+
+FilmFrame coronalFrame(const patient::Patient& patient, const patient::Surrogate& breath, double y_m,
+                       double mark_z_m) {
+    const patient::Grid& grid = patient.grid();
+    const Vec3 low = grid.origin_m;
+    Vec3 high = grid.centre(grid.dims - 1);
+    high.z = std::max(high.z, mark_z_m + kAboveMark_m);
+    FilmFrame frame{int((high.x - low.x) / kPixel_m), int((high.z - low.z) / kPixel_m), {}, {}};
+    const Vec3 middle = 0.5 * (low + high);
+    const SlicePlane plane{"", Vec3(middle.x, y_m, middle.z), Vec3(-1, 0, 0), Vec3(0, 0, -1),
+                           frame.width * kPixel_m};
+    std::array<std::size_t, 256> seen{};
+    frame.rgb = samplePlane(patient, breath, plane, frame.width, frame.height, seen);
+    const patient::MotionModel& motion = patient.package().motion;
+    if (motion.empty()) return frame;
+    const auto z = [&](int v) { return middle.z - (v - 0.5 * (frame.height - 1)) * kPixel_m; };
+    for (int v = 0; v < frame.height; ++v)
+        for (int u = 0; u < frame.width; ++u) {
+            std::uint8_t* const pixel =
+                &frame.rgb[(std::size_t(v) * std::size_t(frame.width) + std::size_t(u)) * 3];
+            const Vec3 p(middle.x - (u - 0.5 * (frame.width - 1)) * kPixel_m, y_m, z(v));
+            if (std::fabs(cavityLevel_m(motion, breath, p)) < 0.5 * kPixel_m) blend(pixel, kSurface, 0.7);
+            if (std::fabs(z(v) - mark_z_m) <= 0.5 * kPixel_m && u / kDash % 2 == 0) blend(pixel, kMark, 0.8);
+        }
+    return frame;
+}
+
+FilmFrame besideEachOther(const FilmFrame& left, const FilmFrame& right) {
+    assert(left.height == right.height);
+    FilmFrame both{left.width + right.width, left.height, {}, left.caption};
+    for (int v = 0; v < both.height; ++v)
+        for (const FilmFrame* eye : {&left, &right}) {
+            const auto row = eye->rgb.begin() + std::ptrdiff_t(v) * eye->width * 3;
+            both.rgb.insert(both.rgb.end(), row, row + std::ptrdiff_t(eye->width) * 3);
+        }
+    return both;
+}
+
+int sheetColumns(int frames, int width, int height) {
+    int best = 1;
+    double least = 1e9;
+    for (int columns = 1; columns <= frames; ++columns) {
+        const int rows = (frames + columns - 1) / columns;
+        const double shape = std::fabs(std::log(double(columns) * width / (double(rows) * height) / kScreen));
+        const double cost = shape + 4.0 * (columns * rows - frames) / frames;
+        if (cost < least) least = cost, best = columns;
+    }
+    return best;
+}
+
+void writeFilm(const std::vector<FilmFrame>& frames, const std::string& title,
+               const std::filesystem::path& folder, const std::string& name) {
+    assert(!frames.empty());
+    const int width = frames.front().width, height = frames.front().height + kCaption;
+    const int columns = sheetColumns(int(frames.size()), width, height);
+    const int rows = (int(frames.size()) + columns - 1) / columns;
+    Canvas sheet(columns * (width + kGap) + kGap, kHeader + rows * (height + kGap), kDark);
+    sheet.text({kGap + 12, 42}, title, {24, kWhite, Align::left, true});
+    for (int i = 0; i < int(frames.size()); ++i) {
+        const FilmFrame& frame = frames[std::size_t(i)];
+        drawFrame(sheet, kGap + double(i % columns) * (width + kGap),
+                  kHeader + double(i / columns) * (height + kGap), frame);
+        Canvas alone(width, height, kDark);
+        drawFrame(alone, 0, 0, frame);
+        std::array<char, 16> number{};
+        std::snprintf(number.data(), number.size(), "-%03d.png", i);
+        alone.savePng(folder / (name + number.data()));
+    }
+    sheet.savePng(folder / (name + ".png"));
+}
+
+}  // namespace stylet::report

@@ -1,0 +1,116 @@
+#include "app/report/breath.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/report/film.h"
+#include "tests/support/motion.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::report {
+namespace {
+
+using patient::Tissue;
+using patient::Vec3;
+
+// The dome as a line of v plus a lag of the rate: an ellipse.
+std::vector<BreathSample> ellipse(double lag_m_s) {
+    std::vector<BreathSample> samples;
+    for (int i = 0; i < 360; ++i) {
+        const double turn = i * 2.0 * 3.14159265358979323846 / 360.0;
+        BreathSample s;
+        s.t_s = 0.01 * i;
+        s.breath = {0.5 - 0.5 * std::cos(turn), std::sin(turn)};
+        s.dome_m = 0.015 * s.breath.v + lag_m_s * s.breath.rate_per_s;
+        samples.push_back(s);
+    }
+    return samples;
+}
+
+TEST(DomeFollows, IsTheLineThroughTheSamples) {
+    const DomeFollows straight = domeFollows(ellipse(0.0));
+    EXPECT_NEAR(straight.correlation, 1.0, 1e-12);
+    EXPECT_NEAR(straight.per_v_m, 0.015, 1e-12);
+    EXPECT_NEAR(straight.travel_m, 0.015, 1e-12);
+    EXPECT_NEAR(straight.off_line_m, 0.0, 1e-9);
+    // v and its rate are uncorrelated over a turn: the line stays, the root mean square of the rest is lag /
+    // sqrt 2.
+    const DomeFollows lagging = domeFollows(ellipse(0.001));
+    EXPECT_NEAR(lagging.per_v_m, 0.015, 1e-12);
+    EXPECT_NEAR(lagging.off_line_m, 0.001 / std::sqrt(2.0), 1e-9);
+    EXPECT_NEAR(lagging.correlation, 1.0 / std::hypot(1.0, 0.001 / 0.0075), 1e-9);
+}
+
+TEST(DomeFollows, LeavesOutWhatIsHeld) {
+    std::vector<BreathSample> samples = ellipse(0.0);
+    for (const double dome_m : {-0.001, -0.004}) {
+        samples.push_back({4.0, {}, true, dome_m});
+    }
+    const DomeFollows follows = domeFollows(samples);
+    EXPECT_NEAR(follows.per_v_m, 0.015, 1e-12);
+    EXPECT_EQ(follows.held_from_m, -0.004);
+    EXPECT_EQ(follows.held_to_m, -0.001);
+    EXPECT_EQ(domeFollows({}).correlation, 0.0);
+}
+
+// A block of liver that goes 20 mm along z.
+patient::Package movingBlock(double travel_m) {
+    patient::Package package = test::makeSlabs({{Tissue::liver, 0.020}, {Tissue::soft, 0.020}}, 0.001);
+    package.motion = test::makeShift(travel_m);
+    return package;
+}
+
+TEST(DomePoint, IsTheTopOfTheLiverAndFallsWithTheBreath) {
+    const patient::Package package = movingBlock(-0.012);
+    const patient::Patient patient(package);
+    const Vec3 dome = domePoint(patient);
+    const patient::Grid& grid = package.labels.grid;
+    EXPECT_EQ(dome.z, grid.centre(grid.dims - 1).z);
+    EXPECT_GT(dome.x, 0.0);
+    EXPECT_LT(dome.x, 0.020);
+    EXPECT_NEAR(domeBelowExhale_m(patient, {1.0, 0.0}, dome), 0.012, 1e-6);
+    EXPECT_EQ(domeBelowExhale_m(patient, {}, dome), 0.0);
+}
+
+TEST(DomePoint, WithoutALiverIsWhatMovesFarthest) {
+    patient::Package package = movingBlock(-0.012);
+    std::fill(package.labels.voxels.begin(), package.labels.voxels.end(), std::uint8_t(0));
+    const patient::Patient patient(package);
+    EXPECT_NEAR(domeBelowExhale_m(patient, {1.0, 0.0}, domePoint(patient)), 0.012, 1e-6);
+}
+
+TEST(CoronalFrame, MovesWithTheBreath) {
+    const patient::Package package = movingBlock(-0.012);
+    const patient::Patient patient(package);
+    const double beyond_m = -1.0;  // no mark
+    const FilmFrame still = coronalFrame(patient, {}, 0.0, beyond_m);
+    const FilmFrame moved = coronalFrame(patient, {1.0, 0.0}, 0.0, beyond_m);
+    ASSERT_EQ(still.rgb.size(), std::size_t(still.width) * std::size_t(still.height) * 3);
+    // 12 mm toward the feet are 20 pixels of 0.6 mm down: the top of the block leaves air behind.
+    const auto grey = [](const FilmFrame& f, int row) {
+        int brightest = 0;
+        for (int u = 0; u < f.width; ++u)
+            brightest = std::max(brightest, int(f.rgb[std::size_t(row * f.width + u) * 3]));
+        return brightest;
+    };
+    EXPECT_GT(grey(still, 15), 60);
+    EXPECT_LT(grey(moved, 15), 20);
+    EXPECT_GT(grey(moved, 25), 60);
+}
+
+TEST(SheetColumns, LeaveNoColumnEmptyAndFillTheSheet) {
+    EXPECT_EQ(sheetColumns(24, 600, 480), 6);
+    EXPECT_EQ(sheetColumns(1, 600, 480), 1);
+    for (int frames = 1; frames <= 120; ++frames) {
+        const int columns = sheetColumns(frames, 1280, 674);
+        ASSERT_GE(columns, 1);
+        ASSERT_LE(columns, frames);
+        const int rows = (frames + columns - 1) / columns;
+        EXPECT_LT(rows * columns - frames, columns) << frames;
+    }
+}
+
+}  // namespace
+}  // namespace stylet::report

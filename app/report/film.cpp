@@ -92,7 +92,10 @@ void writeFilm(const std::vector<FilmFrame>& frames, const std::string& title,
     const int columns = sheetColumns(int(frames.size()), width, height);
     const int rows = (int(frames.size()) + columns - 1) / columns;
     Canvas sheet(columns * (width + kGap) + kGap, kHeader + rows * (height + kGap), kDark);
-    sheet.text({kGap + 12, 42}, title, {24, kWhite, Align::left, true});
+    TextStyle heading{24, kWhite, Align::left, true};
+    const double room = columns * (width + kGap) - 24.0;
+    heading.size *= std::min(1.0, room / sheet.textWidth(title, heading));
+    sheet.text({kGap + 12, 42}, title, heading);
     for (int i = 0; i < int(frames.size()); ++i) {
         const FilmFrame& frame = frames[std::size_t(i)];
         drawFrame(sheet, kGap + double(i % columns) * (width + kGap),

@@ -35,17 +35,22 @@ void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
     s.primed = true;
 }
 
-// A straight way in the deformed patient.
-struct DeformedWay {
-    const patient::MotionModel& motion;
-    const Surrogate& breath;
-    Vec3 from_m, to_m;
-    Vec3 anchor_m{0.0};  // residual of the inverse at the channel: kept, so that it never adds up
+// A way so short, this far from where the sides of the breath slide past each other, is straight in the
+// reference too.
+constexpr double kShortWay_m = 0.0005, kClearOfSides_m = 0.001;
 
-    Vec3 reference(double share, patient::Side side) const noexcept {
-        return patient::referenceFromDeformed(motion, breath, side, from_m + share * (to_m - from_m));
-    }
-};
+double lengthOf(const Vec3& v) noexcept {
+    return std::sqrt(glm::dot(v, v));
+}
+
+// Written so that what is not a number is neither.
+bool isShortAndClear(const NeedleState& s, const Vec3& way_m) noexcept {
+    const patient::LocalMotion& near = s.channel_motion;
+    const bool inside = s.channel_side == patient::Side::inside;
+    const double gone_m = lengthOf(s.channel_reference_m - near.reference_m);
+    return near.side == s.channel_side && gone_m + lengthOf(way_m) <= kShortWay_m &&
+           (inside ? -near.level_m : near.level_m) >= kClearOfSides_m;
+}
 
 // Every voxel from the present channel point to `to_reference_m`, each with its share of `way_m`.
 void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const Vec3& to_reference_m,
@@ -58,26 +63,62 @@ void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const V
     s.channel_reference_m = to_reference_m;
 }
 
+// The channel in the deformed patient in one tick.
+struct Course {
+    const patient::MotionModel& motion;
+    const Surrogate& breath;
+    Vec3 at_m;
+
+    Vec3 reference(const NeedleState& s, const Vec3& deformed_m) const noexcept {
+        return patient::referenceFromDeformed(motion, breath, s.channel_side, deformed_m);
+    }
+};
+
 // The same along a way that may cross the cavity's surface, where the two sides have slid past each other:
 // the reference jumps there, and what lies between is not on the way.
-void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, DeformedWay& course, double way_m,
-          Way way) noexcept {
-    const patient::SideChanges changes =
-        patient::sideChanges(course.motion, course.breath, course.from_m, course.to_m);
+void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Patient& patient, const Course& course,
+                     const Vec3& to_m, double way_m, Way way) noexcept {
+    // The residual of the inverse at the channel: kept, so that it never adds up.
+    Vec3 anchor_m = s.channel_reference_m - course.reference(s, course.at_m);
+    const auto pointAt = [&](double share) { return course.at_m + share * (to_m - course.at_m); };
     const auto jump = [&](double share, patient::Side side) {
         s.channel_side = side;
-        s.channel_reference_m = course.reference(share, side);
-        course.anchor_m = Vec3(0.0);
+        s.channel_reference_m = course.reference(s, pointAt(share));
+        anchor_m = Vec3(0.0);
     };
+    const patient::SideChanges changes =
+        patient::sideChanges(course.motion, course.breath, course.at_m, to_m);
     // The breath may have taken the channel's point over the other side's edge.
     if (changes.first != s.channel_side) jump(0.0, changes.first);
     patient::forEachStretch(changes, [&](double begin, double end) {
         if (begin > 0.0)
             jump(begin,
                  s.channel_side == patient::Side::inside ? patient::Side::outside : patient::Side::inside);
-        walk(s, solver, patient, course.anchor_m + course.reference(end, s.channel_side),
-             way_m * (end - begin), way);
+        walk(s, solver, patient, anchor_m + course.reference(s, pointAt(end)), way_m * (end - begin), way);
     });
+}
+
+void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, Course& course, const Vec3& to_m,
+          double way_m, Way way) noexcept {
+    const Vec3 step_m = to_m - course.at_m;
+    if (isShortAndClear(s, step_m)) {
+        const Vec3 to_reference_m = s.channel_reference_m + s.channel_motion.reference_from_deformed * step_m;
+        walk(s, solver, patient, to_reference_m, way_m, way);
+    } else {
+        walkAcrossSides(s, solver, patient, course, to_m, way_m, way);
+    }
+    course.at_m = to_m;
+}
+
+// Outside the channel is where the tip is.
+void followTip(NeedleState& s, const Course& course, const Vec3& tip_deformed_m) noexcept {
+    const Vec3 step_m = tip_deformed_m - course.at_m;
+    if (isShortAndClear(s, step_m)) {
+        s.channel_reference_m += s.channel_motion.reference_from_deformed * step_m;
+    } else {
+        lookAt(s, course.motion, course.breath, tip_deformed_m);
+    }
+    s.lateral_m = Vec3(0.0);
 }
 
 // Behind one border; against bone the force, and with it the slope of the energy, ends at the model's
@@ -116,46 +157,36 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     if (!s.primed) prime(s, patient, tip_deformed_m, breath);
 
     const patient::MotionModel& motion = patient.package().motion;
-    const Vec3 channel_now =
-        patient::deformedFromReference(motion, breath, s.channel_side, s.channel_reference_m);
+    Course course{motion, breath,
+                  patient::follow(s.channel_motion, motion, breath, s.channel_side, s.channel_reference_m)};
     const Tissue tissue_before = s.tissue;
     const bool held_before = s.phase == Phase::held;
     ToolForce out;
     if (s.phase != Phase::outside && !(breath == s.breath))
-        out.tissue_moved_m = channel_now - patient::deformedFromReference(motion, s.breath, s.channel_side,
-                                                                          s.channel_reference_m);
-    const Vec3 offset = tip_deformed_m - channel_now;
+        out.tissue_moved_m = course.at_m - (s.tip_deformed_m - s.lateral_m);
+    const Vec3 offset = tip_deformed_m - course.at_m;
     // Of the channel, not of the hand: where the shaft turns about a tip that lags beside its channel, the
     // two differ.
     const double ds = glm::dot(offset, axis);
     const Way along = ds > 0.0 ? Way::advance : Way::withdraw;
     SectionSolver solver(s, settings, patient, events, incisions);
 
-    DeformedWay course{motion, breath, channel_now, tip_deformed_m};
     if (s.phase == Phase::outside) {
-        walk(s, solver, patient, course, ds, along);
+        walk(s, solver, patient, course, tip_deformed_m, ds, along);
     } else {
         // The channel goes along with the breath; the tip moves in it along the axis.
         const Vec3 across = offset - ds * axis;
-        course.anchor_m = s.channel_reference_m -
-                          patient::referenceFromDeformed(motion, breath, s.channel_side, channel_now);
-        course.to_m = tip_deformed_m - across;
-        walk(s, solver, patient, course, ds, along);
+        walk(s, solver, patient, course, tip_deformed_m - across, ds, along);
         s.lateral_m = across;
-        const double length = std::sqrt(glm::dot(across, across));
+        const double length = lengthOf(across);
         const double reach = lateralReach(settings);
         if (s.phase != Phase::outside && length > reach) {
             s.lateral_cut_m += length - reach;
             s.lateral_m = across * (reach / length);
-            course.from_m = course.to_m;
-            course.to_m = tip_deformed_m - s.lateral_m;
-            walk(s, solver, patient, course, 0.0, Way::sideways);
+            walk(s, solver, patient, course, tip_deformed_m - s.lateral_m, 0.0, Way::sideways);
         }
     }
-    if (s.phase == Phase::outside) {
-        lookAt(s, motion, breath, tip_deformed_m);
-        s.lateral_m = Vec3(0.0);
-    }
+    if (s.phase == Phase::outside) followTip(s, course, tip_deformed_m);
     s.tip_deformed_m = tip_deformed_m;
     s.breath = breath;
     s.force_n = solver.force();
@@ -205,26 +236,26 @@ void hashNeedle(patient::StateHash& hash, const NeedleState& s) noexcept {
     hash.add(std::uint64_t(s.phase) | std::uint64_t(s.tissue) << 8 | std::uint64_t(s.label) << 16 |
              std::uint64_t(s.track.past_skin) << 24 | std::uint64_t(s.track.past_fascia) << 25 |
              std::uint64_t(s.bone_over_hold) << 26 | std::uint64_t(s.primed) << 27 |
-             std::uint64_t(s.channel_side) << 28);
+             std::uint64_t(s.channel_side) << 28 | std::uint64_t(s.channel_motion.side) << 29);
     hash.add(s.extension_m);
     hash.add(s.force_n);
     hash.add(s.depth_m);
     hash.add(s.past_skin_depth_m);
     hash.add(s.past_fascia_depth_m);
-    hashHold(hash, s.hold);
-    hashHold(hash, s.under_bone);
+    if (s.phase == Phase::held) hashHold(hash, s.hold);
+    if (s.bone_over_hold) hashHold(hash, s.under_bone);
     hash.add(std::uint64_t(s.queued_count));
     for (int i = 0; i < s.queued_count; ++i)
         hashBorder(hash, s.queued[std::size_t(i)]);
-    hash.add(std::uint64_t(s.cut_count));
-    for (int i = 0; i < s.cut_count; ++i) {
-        hash.add(s.cut[std::size_t(i)].reference_m);
-        hash.add(std::uint64_t(s.cut[std::size_t(i)].to));
-    }
+    hash.add(s.cuts.value());
     hash.add(s.lateral_m);
     hash.add(s.lateral_cut_m);
     hash.add(s.tip_deformed_m);
     hash.add(s.channel_reference_m);
+    // What it is about says all of the motion there.
+    hash.add(s.channel_motion.reference_m);
+    hash.add(s.channel_motion.v);
+    hash.add(s.channel_motion.rate_per_s);
     hash.add(s.breath.v);
     hash.add(s.breath.rate_per_s);
     hash.add(s.breath.creep_v);

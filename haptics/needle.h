@@ -70,12 +70,14 @@ struct NeedleState {
     std::array<Border, kMaxQueuedBorders> queued{};
     int cut_count = 0;  // cut borders stay, in reference space
     std::array<CutBorder, kMaxCutBorders> cut{};
+    patient::StateHash cuts;  // of all that were ever remembered: a tick does not hash the list anew
 
     Vec3 lateral_m{0.0};                                  // tip minus channel, across the axis, patient frame
     double lateral_cut_m = 0.0;                           // how far the channel was cut sideways, in all
     Vec3 tip_deformed_m{0.0};                             // of the last step
     Vec3 channel_reference_m{0.0};                        // where tissue is looked up
     patient::Side channel_side = patient::Side::outside;  // of the cavity, on which that point lies
+    patient::LocalMotion channel_motion;                  // how the breath carries it
     patient::Surrogate breath;                            // of the last step
     bool primed = false;                                  // a first step has set the above
 };

@@ -246,6 +246,8 @@ void SectionSolver::remember(const Border& border) noexcept {
         --s_.cut_count;
     }
     s_.cut[std::size_t(s_.cut_count++)] = {border.reference_m, border.to};
+    s_.cuts.add(border.reference_m);
+    s_.cuts.add(std::uint64_t(border.to));
 }
 
 // ---- motion

@@ -3,6 +3,9 @@
 #include "patient/motion.h"
 
 #include <algorithm>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 namespace stylet::patient {
 namespace {
@@ -29,10 +32,47 @@ Drive driveOf(const MotionModel& m, const Surrogate& now) noexcept {
             clampTo(m.rate_per_s, now.rate_per_s) - m.reference.rate_per_s};
 }
 
-// The cell of a point and where in it the point lies.
-struct Cell {
-    std::size_t first = 0;
-    Vec3 share{0.0};
+// Two components at once: the compiler does not find these by itself.
+using Two = double __attribute__((vector_size(2 * sizeof(double))));
+
+Two twoAt(const float* from) noexcept {
+#ifdef __SSE2__
+    return Two(_mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)))));
+#else
+    return Two{double(from[0]), double(from[1])};
+#endif
+}
+
+// a1 and a2 of a point: (a1x, a1y), (a1z, a2x), (a2y, a2z).
+struct Six {
+    Two part[3];
+
+    static Six at(const MotionCoefficients* node) noexcept {
+        static_assert(sizeof(MotionCoefficients) == 6 * sizeof(float));
+        const float* const c = node->a1_m.data();
+        return {{twoAt(c), twoAt(c + 2), twoAt(c + 4)}};
+    }
+    Vec3 under(const Drive& d) const noexcept {
+        return Vec3(part[0][0], part[0][1], part[1][0]) * d.v +
+               Vec3(part[1][1], part[2][0], part[2][1]) * d.rate;
+    }
+};
+
+Six operator-(const Six& a, const Six& b) noexcept {
+    return {{a.part[0] - b.part[0], a.part[1] - b.part[1], a.part[2] - b.part[2]}};
+}
+Six along(const Six& from, const Six& way, double share) noexcept {
+    return {{from.part[0] + share * way.part[0], from.part[1] + share * way.part[1],
+             from.part[2] + share * way.part[2]}};
+}
+Six between(const Six& low, const Six& high, double share) noexcept {
+    return along(low, high - low, share);
+}
+
+// What becomes of a small change of place under a small change of the drive.
+struct Change {
+    Vec3 moved_m{0.0};
+    Drive drive{};
 };
 
 // One field under one drive.
@@ -55,17 +95,18 @@ class Flow {
         return p;
     }
 
-    // The same for p and for small changes d of it, while the drive itself changes by `change`.
+    // The same for p and for small changes of it, each with a change of the drive.
     template <std::size_t N>
-    Vec3 carry(Vec3 p, std::array<Vec3, N>& d, const Drive& change) const noexcept {
+    Vec3 carry(Vec3 p, std::array<Change, N>& changes) const noexcept {
         constexpr double kStep = 1.0 / kFlowSteps;
         for (int i = 0; i < kFlowSteps; ++i) {
-            const Local here = localAt(p, change);
+            const Local here = localAt(p);
             const Vec3 middle = p + 0.5 * kStep * here.velocity;
-            const Local there = localAt(middle, change);
-            for (Vec3& v : d) {
-                const Vec3 half = v + 0.5 * kStep * (here.slope * v + here.push);
-                v += kStep * (there.slope * half + there.push);
+            const Local there = localAt(middle);
+            for (Change& c : changes) {
+                const Vec3 half =
+                    c.moved_m + 0.5 * kStep * (here.slope * c.moved_m + here.field.under(c.drive));
+                c.moved_m += kStep * (there.slope * half + there.field.under(c.drive));
             }
             p += kStep * there.velocity;
         }
@@ -75,25 +116,25 @@ class Flow {
     Vec3 velocity(const Vec3& p) const noexcept {
         Cell cell;
         if (!find(p, cell)) return Vec3(0.0);
-        const Vec3 high = cell.share, low = 1.0 - high;
-        double sum[6] = {};
-        const auto addPair = [&](std::size_t at, double weight) {
-            const MotionCoefficients* const n = field_ + cell.first + at;
-            const double left = weight * low.x, right = weight * high.x;
-            for (std::size_t c = 0; c < 3; ++c) {
-                sum[c] += left * double(n[0].a1_m[c]) + right * double(n[1].a1_m[c]);
-                sum[c + 3] += left * double(n[0].a2_m_s[c]) + right * double(n[1].a2_m_s[c]);
-            }
+        const Vec3& share = cell.share;
+        const auto row = [&](std::size_t at) {
+            return between(Six::at(cell.first + at), Six::at(cell.first + at + 1), share.x);
         };
-        addPair(0, low.y * low.z), addPair(row_, high.y * low.z);
-        addPair(slice_, low.y * high.z), addPair(slice_ + row_, high.y * high.z);
-        return Vec3(sum[0], sum[1], sum[2]) * drive_.v + Vec3(sum[3], sum[4], sum[5]) * drive_.rate;
+        const Six near = between(row(0), row(row_), share.y);
+        const Six far = between(row(slice_), row(slice_ + row_), share.y);
+        return between(near, far, share.z).under(drive_);
     }
 
   private:
+    // The first node of a point's cell and where in it the point lies.
+    struct Cell {
+        const MotionCoefficients* first = nullptr;
+        Vec3 share{0.0};
+    };
     struct Local {
-        Vec3 velocity{0.0}, push{0.0};  // of the drive, and of its change
-        Mat3 slope{0.0};                // of the velocity
+        Six field{};
+        Vec3 velocity{0.0};
+        Mat3 slope{0.0};  // of the velocity
     };
 
     // False beyond the grid, and for what is not a number.
@@ -103,34 +144,34 @@ class Flow {
               at.z < double(last_.z)))
             return false;
         const Index3 low{int(at.x), int(at.y), int(at.z)};
-        cell.first = std::size_t(low.z) * slice_ + std::size_t(low.y) * row_ + std::size_t(low.x);
+        cell.first = field_ + std::size_t(low.z) * slice_ + std::size_t(low.y) * row_ + std::size_t(low.x);
         cell.share = at - Vec3(low);
         return true;
     }
 
-    Local localAt(const Vec3& p, const Drive& change) const noexcept {
+    Local localAt(const Vec3& p) const noexcept {
         Local local;
         Cell cell;
         if (!find(p, cell)) return local;
-        for (int corner = 0; corner < 8; ++corner) {
-            const int up[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-            Vec3 weight, rise;
-            for (int axis = 0; axis < 3; ++axis) {
-                weight[axis] = up[axis] ? cell.share[axis] : 1.0 - cell.share[axis];
-                rise[axis] = up[axis] ? per_m_[axis] : -per_m_[axis];
-            }
-            const MotionCoefficients& n = field_[cell.first + std::size_t(up[2]) * slice_ +
-                                                 std::size_t(up[1]) * row_ + std::size_t(up[0])];
-            const Vec3 a1(double(n.a1_m[0]), double(n.a1_m[1]), double(n.a1_m[2]));
-            const Vec3 a2(double(n.a2_m_s[0]), double(n.a2_m_s[1]), double(n.a2_m_s[2]));
-            const Vec3 w = a1 * drive_.v + a2 * drive_.rate;
-            const double share = weight.x * weight.y * weight.z;
-            local.velocity += share * w;
-            local.push += share * (a1 * change.v + a2 * change.rate);
-            local.slope[0] += w * (rise.x * weight.y * weight.z);
-            local.slope[1] += w * (weight.x * rise.y * weight.z);
-            local.slope[2] += w * (weight.x * weight.y * rise.z);
-        }
+        const Vec3& share = cell.share;
+        struct Face {
+            Six value, by_x, by_y;
+        };
+        const auto face = [&](std::size_t at) {
+            const MotionCoefficients* const n = cell.first + at;
+            const Six low = Six::at(n), high = Six::at(n + row_);
+            const Six low_x = Six::at(n + 1) - low, high_x = Six::at(n + row_ + 1) - high;
+            const Six low_value = along(low, low_x, share.x), high_value = along(high, high_x, share.x);
+            const Six by_y = high_value - low_value;
+            return Face{along(low_value, by_y, share.y), between(low_x, high_x, share.y), by_y};
+        };
+        const Face near = face(0), far = face(slice_);
+        const Six by_z = far.value - near.value;
+        local.field = along(near.value, by_z, share.z);
+        local.velocity = local.field.under(drive_);
+        local.slope[0] = between(near.by_x, far.by_x, share.z).under(drive_) * per_m_.x;
+        local.slope[1] = between(near.by_y, far.by_y, share.z).under(drive_) * per_m_.y;
+        local.slope[2] = by_z.under(drive_) * per_m_.z;
         return local;
     }
 
@@ -216,29 +257,73 @@ Vec3 referenceFromDeformed(const MotionModel& m, const Surrogate& now, const Vec
     return cavityLevel_m(m, p) < 0.0 ? Flow(m, m.slide, -drive).carry(p) : p;
 }
 
+namespace {
+
+// The slide where it acts, then the wall.
+template <std::size_t N>
+Vec3 carryAll(const MotionModel& m, const Drive& drive, Side side, Vec3 p,
+              std::array<Change, N>& changes) noexcept {
+    if (side == Side::inside) p = Flow(m, m.slide, drive).carry(p, changes);
+    return Flow(m, m.wall, drive).carry(p, changes);
+}
+
+Side sideOfReference(const MotionModel& m, const Vec3& reference_m) noexcept {
+    return cavityLevel_m(m, reference_m) < 0.0 ? Side::inside : Side::outside;
+}
+
+double lengthOf(const Vec3& v) noexcept {
+    return std::sqrt(glm::dot(v, v));
+}
+
+}  // namespace
+
 Mat3 motionJacobian(const MotionModel& m, const Surrogate& now, const Vec3& reference_m) noexcept {
-    std::array<Vec3, 3> columns{Vec3(1.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Vec3(0.0, 0.0, 1.0)};
+    std::array<Change, 3> axes{Change{Vec3(1.0, 0.0, 0.0)}, {Vec3(0.0, 1.0, 0.0)}, {Vec3(0.0, 0.0, 1.0)}};
     const Drive drive = driveOf(m, now);
-    if (!m.empty() && !drive.still()) {
-        Vec3 p = reference_m;
-        if (cavityLevel_m(m, p) < 0.0) p = Flow(m, m.slide, drive).carry(p, columns, {});
-        Flow(m, m.wall, drive).carry(p, columns, {});
-    }
-    return {columns[0], columns[1], columns[2]};
+    if (!m.empty() && !drive.still()) carryAll(m, drive, sideOfReference(m, reference_m), reference_m, axes);
+    return {axes[0].moved_m, axes[1].moved_m, axes[2].moved_m};
 }
 
 Vec3 motionVelocity_m_s(const MotionModel& m, const Surrogate& now, double acceleration_per_s2,
                         const Vec3& reference_m) noexcept {
     if (m.empty()) return Vec3(0.0);
     const auto within = [](const SurrogateRange& range, double x) { return x > range.low && x < range.high; };
+    std::array<Change, 1> change{Change{Vec3(0.0),
+                                        {within(m.v, now.v) ? clampTo(m.rate_per_s, now.rate_per_s) : 0.0,
+                                         within(m.rate_per_s, now.rate_per_s) ? acceleration_per_s2 : 0.0}}};
+    carryAll(m, driveOf(m, now), sideOfReference(m, reference_m), reference_m, change);
+    return change[0].moved_m;
+}
+
+Vec3 follow(LocalMotion& about, const MotionModel& m, const Surrogate& now, Side side,
+            const Vec3& reference_m, const LocalReach& reach) noexcept {
     const Drive drive = driveOf(m, now);
-    const Drive change{within(m.v, now.v) ? clampTo(m.rate_per_s, now.rate_per_s) : 0.0,
-                       within(m.rate_per_s, now.rate_per_s) ? acceleration_per_s2 : 0.0};
-    std::array<Vec3, 1> moved{Vec3(0.0)};
+    const Vec3 way = reference_m - about.reference_m;
+    const Vec3 breathed =
+        about.by_v_m * (drive.v - about.v) + about.by_rate_m_s * (drive.rate - about.rate_per_s);
+    // Written so that what is not a number is far.
+    const bool near = about.known && side == about.side && lengthOf(way) <= reach.tissue_m &&
+                      lengthOf(breathed) <= reach.breath_m;
+    if (near) return about.deformed_m + about.deformed_from_reference * way + breathed;
+
+    about = {.known = true, .side = side, .reference_m = reference_m, .v = drive.v, .rate_per_s = drive.rate};
+    std::array<Change, 5> changes{Change{Vec3(1.0, 0.0, 0.0)},
+                                  {Vec3(0.0, 1.0, 0.0)},
+                                  {Vec3(0.0, 0.0, 1.0)},
+                                  {Vec3(0.0), {1.0, 0.0}},
+                                  {Vec3(0.0), {0.0, 1.0}}};
     Vec3 p = reference_m;
-    if (cavityLevel_m(m, p) < 0.0) p = Flow(m, m.slide, drive).carry(p, moved, change);
-    Flow(m, m.wall, drive).carry(p, moved, change);
-    return moved[0];
+    if (!m.empty()) {
+        if (side == Side::inside) p = Flow(m, m.slide, drive).carry(p, changes);
+        about.level_m = cavityLevel_m(m, p);
+        p = Flow(m, m.wall, drive).carry(p, changes);
+    }
+    about.deformed_m = p;
+    about.deformed_from_reference = {changes[0].moved_m, changes[1].moved_m, changes[2].moved_m};
+    about.reference_from_deformed = glm::inverse(about.deformed_from_reference);
+    about.by_v_m = changes[3].moved_m;
+    about.by_rate_m_s = changes[4].moved_m;
+    return p;
 }
 
 SideChanges sideChanges(const MotionModel& m, const Surrogate& now, const Vec3& from_m,

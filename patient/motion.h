@@ -70,6 +70,26 @@ Side sideOf(const MotionModel&, const Surrogate& now, const Vec3& deformed_m) no
 Vec3 deformedFromReference(const MotionModel&, const Surrogate& now, Side, const Vec3& reference_m) noexcept;
 Vec3 referenceFromDeformed(const MotionModel&, const Surrogate& now, Side, const Vec3& deformed_m) noexcept;
 
+// The motion about one point of the tissue and one breath, to first order: what follows a point from tick to
+// tick asks the fields anew only where either has changed by much.
+struct LocalMotion {
+    bool known = false;
+    Side side = Side::outside;
+    Vec3 reference_m{0.0}, deformed_m{0.0};
+    Mat3 deformed_from_reference{1.0}, reference_from_deformed{1.0};  // slopes
+    double v = 0.0, rate_per_s = 0.0;                                 // against the breath of the CT
+    Vec3 by_v_m{0.0}, by_rate_m_s{0.0};
+    double level_m = 1.0;  // of the cavity's surface, where sideOf() looks
+};
+// How far the point may be from the one known, and the breath have carried it since.
+struct LocalReach {
+    double tissue_m = 1e-4, breath_m = 3e-4;
+};
+// As deformedFromReference, within micrometres. Makes `about` anew where the point or the breath is out of
+// its reach: twice the cost of deformedFromReference, else a twentieth.
+Vec3 follow(LocalMotion& about, const MotionModel&, const Surrogate& now, Side, const Vec3& reference_m,
+            const LocalReach& = {}) noexcept;
+
 // w itself at a point, metres per unit time of its flow: what a table of the motion is made from.
 enum class MotionPart { wall, slide };
 Vec3 motionField_m(const MotionModel&, MotionPart, const Surrogate& now, const Vec3& p) noexcept;

@@ -47,18 +47,25 @@ MotionModel templateAt(const Package& p, double spacing_m) {
     return motionTemplate(p.labels, p.label_table, amplitudes, {});
 }
 
-// exp(-w) by `steps` midpoint steps of the model's own fields.
+// exp(unit_s * w) of one part by `steps` midpoint steps of the model's own field.
+Vec3 flowBySteps(const MotionModel& m, MotionPart part, const Surrogate& now, Vec3 p, int steps,
+                 double unit_s) {
+    const double h = unit_s / steps;
+    for (int i = 0; i < steps; ++i) {
+        const Vec3 middle = p + 0.5 * h * motionField_m(m, part, now, p);
+        p += h * motionField_m(m, part, now, middle);
+    }
+    return p;
+}
+
 Vec3 inverseBySteps(const MotionModel& m, const Surrogate& now, const Vec3& deformed_m, int steps) {
-    const auto back = [&](MotionPart part, Vec3 p) {
-        const double h = 1.0 / steps;
-        for (int i = 0; i < steps; ++i) {
-            const Vec3 middle = p - 0.5 * h * motionField_m(m, part, now, p);
-            p -= h * motionField_m(m, part, now, middle);
-        }
-        return p;
-    };
-    const Vec3 p = back(MotionPart::wall, deformed_m);
-    return cavityLevel_m(m, p) < 0.0 ? back(MotionPart::slide, p) : p;
+    const Vec3 p = flowBySteps(m, MotionPart::wall, now, deformed_m, steps, -1.0);
+    return cavityLevel_m(m, p) < 0.0 ? flowBySteps(m, MotionPart::slide, now, p, steps, -1.0) : p;
+}
+
+Vec3 forwardBySteps(const MotionModel& m, const Surrogate& now, Side side, Vec3 p, int steps) {
+    if (side == Side::inside) p = flowBySteps(m, MotionPart::slide, now, p, steps, 1.0);
+    return flowBySteps(m, MotionPart::wall, now, p, steps, 1.0);
 }
 
 Truth truthOf(const char* name, const MotionModel& m, const Surrogate& now,
@@ -174,6 +181,60 @@ void runInverse(std::vector<Row>& rows) {
     }
 }
 const Registration inverse_registration("patient.point_inverse", runInverse);
+
+// What a needle's channel asks of the breath in a tick: where a point is now, and which point lies 20 um on.
+// Paths of 10 mm from points all over the body, each point followed from tick to tick.
+void runFollow(std::vector<Row>& rows) {
+    constexpr int kPaths = 400, kTicks = 500, kLook = 10;
+    const Probe& p = probe();
+    const BreathPlan plan{.rhythm = p.package.signal};
+    BreathingState state;
+    std::array<Surrogate, kTicks> breath;
+    for (int i = 0; i < 1250; ++i)
+        stepBreathing(state, plan, 0.001);
+    for (Surrogate& now : breath) {  // the deeper half of breathing in
+        stepBreathing(state, plan, 0.001);
+        now = surrogateAt(state, plan, 0.001);
+    }
+    for (const double reach_mm : {0.0, 0.05, 0.1, 0.2, 0.4, 0.8}) {
+        const LocalReach reach{1e-3 * reach_mm, 3e-3 * reach_mm};
+        std::vector<double> times_ns, errors_mm;
+        double anew = 0.0;
+        std::array<Vec3, kTicks> point_m;
+        for (int path = 0; path < kPaths; ++path) {
+            const std::size_t from = std::size_t(path) * (p.points_m.size() / kPaths);
+            Vec3 point = p.points_m[from], target_m = point;
+            const Side side = cavityLevel_m(p.usual, point) < 0.0 ? Side::inside : Side::outside;
+            LocalMotion about;
+            Vec3 at_m = follow(about, p.usual, breath[0], side, point, reach), known = point;
+            const Vec3 step_m = 20e-6 * glm::normalize(p.points_m[from + 1] - point);
+            target_m = at_m;
+            const auto began = std::chrono::steady_clock::now();
+            for (std::size_t tick = 0; tick < kTicks; ++tick) {
+                at_m = follow(about, p.usual, breath[tick], side, point, reach);
+                target_m += step_m;
+                point += about.reference_from_deformed * (target_m - at_m);
+                point_m[tick] = point;
+                anew += about.reference_m != known;
+                known = about.reference_m;
+            }
+            times_ns.push_back(1e6 * elapsed_ms(began) / kTicks);
+            for (std::size_t tick = kLook - 1; tick < kTicks; tick += kLook) {
+                const Vec3 there = forwardBySteps(p.usual, breath[tick], side, point_m[tick], kManySteps);
+                const Vec3 start = p.points_m[from];
+                target_m =
+                    follow(about, p.usual, breath[0], side, start, {-1.0, -1.0}) + double(tick + 1) * step_m;
+                errors_mm.push_back(1e3 * glm::length(there - target_m));
+            }
+        }
+        char note[200];
+        std::snprintf(note, sizeof note, "median %.0f ns a tick; made anew in %.0f %% of ticks; %s mm",
+                      median(times_ns), 100.0 * anew / (kPaths * kTicks), summary(errors_mm).c_str());
+        rows.push_back({"patient.follow", "reach in the tissue [mm]", reach_mm, 1e-6 * median(times_ns),
+                        quantile(errors_mm, 0.99), "mm p99", "64 steps, double, each tick", note});
+    }
+}
+const Registration follow_registration("patient.follow", runFollow);
 
 #ifdef STYLET_BENCH_TABLES
 // The other way to a table: `squarings` squarings of one midpoint step, over the tables' own grid (Arsigny et

@@ -11,6 +11,7 @@ namespace stylet::haptics {
 namespace {
 
 using enum Tissue;
+using patient::Surrogate;
 using test::Hand;
 
 // Layers along x that breathe along z, needle along `axis`.
@@ -107,6 +108,47 @@ TEST(NeedleBreathing, TheLiverSlidingPastIsCutSideways) {
     // 15 mm one way less the reach, then back over it from the other end.
     const double reach = 0.5 / 150.0;
     EXPECT_NEAR(hand.state.lateral_cut_m, (0.015 - reach) + (0.015 - 2.0 * reach), 1e-4);
+}
+
+// What the channel is told of the field is to first order about where and when it was asked last: neither
+// place nor depth may drift from that.
+TEST(NeedleBreathing, TheChannelKeepsItsPlaceInAFieldThatBends) {
+    Breathing b(0.0);
+    b.package.motion = test::makeBending();
+    const patient::MotionModel& motion = b.package.motion;
+    const patient::Patient patient(b.package);
+    Hand hand(patient);
+    patient::BreathingState breathing;
+    const patient::BreathPlan plan{};
+    double tip_m = -0.004, depth_m = 0.0, worst_m = 0.0;
+    const NeedleState& s = hand.state;
+    hand.to(tip_m);
+    for (int tick = 0; tick < 12000; ++tick) {
+        // In, then between 5 and 35 mm at 20 mm/s, three breaths long.
+        const bool in = tick < 1950 || (tick - 1950) / 1500 % 2 == 1;
+        tip_m += in ? 20e-6 : -20e-6;
+        const Vec3 before = s.tip_deformed_m - s.lateral_m;
+        const Vec3 tissue = s.channel_reference_m;
+        const patient::Side side = s.channel_side;
+        const Surrogate breath = hand.breath;
+        const bool embedded = s.phase != Phase::outside;
+        const double was_m = s.depth_m;
+        patient::stepBreathing(breathing, plan, 0.001);
+        hand.breath = patient::surrogateAt(breathing, plan, 0.001);
+        hand.to(tip_m);
+        if (!embedded) continue;
+        const Vec3 carried = patient::deformedFromReference(motion, hand.breath, side, tissue) -
+                             patient::deformedFromReference(motion, breath, side, tissue);
+        depth_m += glm::dot(Vec3(tip_m, 0.0003, 0.0002) - before - carried, hand.axis) - (s.depth_m - was_m);
+        const Vec3 off =
+            patient::deformedFromReference(motion, hand.breath, s.channel_side, s.channel_reference_m) -
+            (s.tip_deformed_m - s.lateral_m);
+        worst_m = std::max(worst_m, std::sqrt(glm::dot(off, off)));
+    }
+    EXPECT_NE(s.phase, Phase::outside);
+    EXPECT_LT(worst_m, 5e-6);
+    EXPECT_LT(std::fabs(depth_m), 10e-6);
+    EXPECT_GT(s.lateral_cut_m, 0.005);
 }
 
 // At the cavity's surface, x = 10 mm, the inside has slid 15 mm: the way jumps from z = 0 to z = 15 mm in the

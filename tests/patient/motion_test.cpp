@@ -155,6 +155,71 @@ TEST(Motion, VelocityIsTheTimeDerivative) {
     EXPECT_EQ(motionVelocity_m_s(m, {9.0, 50.0}, 5.0, Vec3(0.0)), Vec3(0.0));  // both parts clamped
 }
 
+// Points that go 60 um a tick through the barrel while it breathes, each always followed from the tick
+// before.
+TEST(Motion, APointIsFollowedWithinMicrometres) {
+    const MotionModel m = barrel();
+    Anywhere anywhere;
+    BreathingState breathing;
+    int anew = 0, ticks = 0;
+    double worst_m = 0.0, sum_m = 0.0;
+    for (int point = 0; point < 40; ++point) {
+        Vec3 p = anywhere.point();
+        const Vec3 to = anywhere.point() - p;
+        const Vec3 step = 60e-6 / std::sqrt(glm::dot(to, to)) * to;
+        const Side side = cavityLevel_m(m, p) < 0.0 ? Side::inside : Side::outside;
+        LocalMotion about;
+        Vec3 known(-1.0);
+        for (int tick = 0; tick < 1000; ++tick) {
+            p += step;
+            stepBreathing(breathing, {}, 0.001);
+            const Surrogate now = surrogateAt(breathing, {}, 0.001);
+            const double error_m =
+                distance(follow(about, m, now, side, p), deformedFromReference(m, now, side, p));
+            worst_m = std::max(worst_m, error_m), sum_m += error_m;
+            anew += about.reference_m != known;
+            known = about.reference_m;
+            ++ticks;
+        }
+    }
+    EXPECT_LT(worst_m, 10e-6);
+    EXPECT_LT(sum_m / ticks, 0.2e-6);
+    EXPECT_GT(anew, 0.2 * ticks);
+    EXPECT_LT(anew, 0.6 * ticks);  // two steps of 60 um are out of reach
+}
+
+TEST(Motion, WhatIsFollowedIsMadeAnewOutOfReach) {
+    const MotionModel m = barrel();
+    const Vec3 p(0.02, 0.01, 0.03);
+    const Surrogate now{0.6, 0.4};
+    LocalMotion about;
+    const auto isAnew = [&](const Surrogate& breath, Side side, const Vec3& at) {
+        LocalMotion then = about;
+        const Vec3 found = follow(then, m, breath, side, at);
+        const bool anew = then.reference_m != about.reference_m || then.v != about.v ||
+                          then.rate_per_s != about.rate_per_s || then.side != about.side;
+        const double error_m = distance(found, deformedFromReference(m, breath, side, at));
+        EXPECT_LT(error_m, anew ? 1e-15 : 1e-6);
+        return anew;
+    };
+    EXPECT_TRUE(isAnew(now, Side::inside, p));
+    follow(about, m, now, Side::inside, p);
+    EXPECT_FALSE(isAnew(now, Side::inside, p));
+    EXPECT_TRUE(isAnew(now, Side::outside, p));
+    EXPECT_FALSE(isAnew(now, Side::inside, p + Vec3(0.0, 0.00009, 0.0)));
+    EXPECT_TRUE(isAnew(now, Side::inside, p + Vec3(0.0, 0.00011, 0.0)));
+    EXPECT_FALSE(isAnew({0.601, 0.4}, Side::inside, p));  // 15 um of breath
+    EXPECT_TRUE(isAnew({0.64, 0.4}, Side::inside, p));    // 0.6 mm
+    const Mat3 j = motionJacobian(m, now, p), found = about.deformed_from_reference;
+    for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_LT(distance(j[axis], found[axis]), 1e-15);
+        EXPECT_LT(distance(about.reference_from_deformed * found[axis], Mat3(1.0)[axis]), 1e-14);
+    }
+    EXPECT_LT(distance(motionVelocity_m_s(m, now, 0.7, p), 0.4 * about.by_v_m + 0.7 * about.by_rate_m_s),
+              1e-15);
+    EXPECT_NEAR(about.level_m, cavityLevel_m(m, now, about.deformed_m), 0.1 * kMm);
+}
+
 TEST(Motion, SidesSlipAndLeaveNeitherGapNorOverlap) {
     const MotionModel m = barrel();
     for (const Surrogate& breath : kBreaths) {

@@ -55,4 +55,15 @@ patient::MotionModel makeTurningBall(double radius_m, double angle_rad, double s
     });
 }
 
+patient::MotionModel makeBending() {
+    return makeMotion(Vec3(0.12), 0.006, [](const Vec3& p) {
+        MotionPoint q;
+        q.slide_a1_m = {0.004 * std::sin(40.0 * p.z), 0.003 * std::cos(35.0 * p.x),
+                        -0.015 * std::cos(25.0 * p.x)};
+        q.slide_a2_m_s = {0.0, 0.001 * std::sin(30.0 * p.z), 0.001};
+        q.wall_a1_m = {0.003 * std::cos(30.0 * p.x), 0.002 * std::sin(30.0 * p.x), 0.0};
+        return q;
+    });
+}
+
 }  // namespace stylet::test

@@ -28,4 +28,7 @@ double rise(double from, double to, double x);
 // Inside of a sphere about the origin that turns about z; the rest stands still.
 patient::MotionModel makeTurningBall(double radius_m, double angle_rad, double spacing_m);
 
+// Stretches, shears and turns by turns within 0.12 m of the origin, all of it inside; steeper than a patient.
+patient::MotionModel makeBending();
+
 }  // namespace stylet::test

@@ -9,10 +9,6 @@ namespace stylet::haptics {
 
 namespace {
 
-bool isFinite(const Vec3& v) noexcept {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 // The nearest vector no longer than `limit`.
 Vec3 clampLength(const Vec3& v, double limit, bool& limited) noexcept {
     const double length = std::sqrt(glm::dot(v, v));

@@ -40,6 +40,7 @@ class Typed {
 void calibrateFalcon(const haptics::DeviceOptions& options, const std::filesystem::path& file) {
     haptics::DeviceOptions plain = options;
     plain.calibration.clear();  // it is what is measured
+    haptics::falcon::checkCalibrationFile(file);
     catchInterrupts();
     const haptics::Clock clock = monotonicClock();
     LiveDevice live("falcon", plain, clock);

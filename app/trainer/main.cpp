@@ -21,6 +21,7 @@ void addDeviceOptions(CLI::App& app, stylet::haptics::DeviceOptions& o) {
     app.add_option("--calibration", o.calibration, "falcon: its calibration of newtons per count");
     app.add_option("--device-force-n", o.force_peak_n, "inverse3: its largest force, from the data sheet")
         ->check(CLI::Range(0.1, 30.0));
+    app.add_option("--port", o.port, "inverse3: the port of Haply's service, when not the usual one");
     app.add_option("--socket", o.socket, "bridge: the socket it listens on, when not the usual one");
 }
 

@@ -15,6 +15,8 @@ constexpr double kForces_n[] = {1.0, 2.0, 3.0};
 constexpr double kRise_n_per_s = 1.0;
 constexpr double kDt_s = 0.001;
 constexpr double kNewtonsPerGram = 9.80665e-3;  // standard gravity
+constexpr int kMostTries = 5;                   // of an axis
+constexpr double kLongestStart_s = 10.0;        // of the force, which takes 1.5
 
 struct Axis {
     int index;
@@ -27,6 +29,17 @@ constexpr Axis kAxes[] = {
     {2, 1.0, "z", "Lay the Falcon face down across two stacks of books"},
     {0, -1.0, "x", "Lay the Falcon on its left side"},
 };
+
+// A fault, in words, while the device was to push.
+struct Faulted {
+    std::string text;
+};
+
+std::string textOf(std::uint32_t bits) {
+    for (const FaultText& fault : faultTexts())
+        if ((bits & fault.bit) != 0) return fault.text;
+    return "the force does not begin";
+}
 
 // Presses down one axis at a time, at 1 kHz, until an answer comes.
 class Press {
@@ -41,18 +54,26 @@ class Press {
     Press& operator=(const Press&) = delete;
     ~Press() { device_.send(Vec3(0.0)); }
 
-    // Brings the force there, asks, and holds it until there is an answer.
+    // Brings the force there, asks, and holds it until there is an answer. Throws Faulted.
     double ask(const Axis& axis, double force_n, const std::string& question) {
         while (std::fabs(force_n - held_n_) > 1e-9)
             tick(axis,
                  held_n_ + std::clamp(force_n - held_n_, -kRise_n_per_s * kDt_s, kRise_n_per_s * kDt_s));
-        while (force_n != 0.0 && output_.safety.stage != ForceStage::on)
+        for (double waited_s = 0.0; force_n != 0.0 && output_.safety.stage != ForceStage::on;
+             waited_s += kDt_s) {
+            if (waited_s > kLongestStart_s) throw Faulted{textOf(output_.safety.awaited)};
             tick(axis, force_n);
+        }
         talk_.say(question);
         for (;;) {
             tick(axis, force_n);
             if (const auto answer = talk_.heard()) return *answer;
         }
+    }
+    // Nothing is asked of the device any more.
+    void letGo() {
+        held_n_ = 0.0;
+        device_.send(Vec3(0.0));
     }
     double sent_n(const Axis& axis) const { return axis.down * output_.sent_n[axis.index]; }
 
@@ -67,17 +88,18 @@ class Press {
         tick.tool.force_n[axis.index] = axis.down * force_n;
         tick.tool.event = true;  // a weight, no spring: there is no energy to keep account of
         device_.send(stepOutput(output_, settings_, device_.profile(), 1.0, tick, kDt_s));
-        refuse(axis);
+        refuse(axis, force_n);
         t_ns_ += 1'000'000;
         // A late tick is not made up for: a burst of them would look like a silent device.
         next_ns_ = std::max(next_ns_, clock_.now_ns(clock_.context)) + 1'000'000;
         clock_.sleepUntil_ns(clock_.context, next_ns_);
     }
-    void refuse(const Axis& axis) const {
+    void refuse(const Axis& axis, double force_n) {
         if (talk_.stop()) throw patient::DataError("calibration", axis.name, "stopped");
-        for (const FaultText& fault : faultTexts())
-            if ((output_.safety.faults & fault.bit) != 0)
-                throw patient::DataError("calibration", axis.name, fault.text);
+        if (output_.safety.faults == 0) return;
+        const std::string text = textOf(output_.safety.faults);
+        rearm(output_.safety);  // once the force is gone
+        if (force_n != 0.0) throw Faulted{text};
     }
 
     HapticDevice& device_;
@@ -90,25 +112,37 @@ class Press {
     std::int64_t t_ns_ = 0, next_ns_;
 };
 
+double measure(Press& press, const Axis& axis) {
+    const double rest_g =
+        press.ask(axis, 0.0,
+                  std::string(axis.pose) +
+                      ", and raise a scale until the grip rests on it in the middle of its reach. How many "
+                      "grams?");
+    std::vector<CalibrationReading> readings;
+    for (const double force_n : kForces_n) {
+        const double grams = press.ask(axis, force_n, "And now, how many grams?");
+        readings.push_back({press.sent_n(axis), (grams - rest_g) * kNewtonsPerGram});
+    }
+    press.ask(axis, 0.0, "It lets go. Type any number to go on.");
+    return fitCalibration(readings, axis.name);
+}
+
 }  // namespace
 
 Calibration calibrate(HapticDevice& device, const Clock& clock, const CalibrationTalk& talk) {
     Calibration calibration;
     Press press(device, clock, talk);
-    for (const Axis& axis : kAxes) {
-        const double rest_g = press.ask(
-            axis, 0.0,
-            std::string(axis.pose) +
-                ", and raise a scale until the grip rests on it in the middle of its reach. How many "
-                "grams?");
-        std::vector<CalibrationReading> readings;
-        for (const double force_n : kForces_n) {
-            const double grams = press.ask(axis, force_n, "And now, how many grams?");
-            readings.push_back({press.sent_n(axis), (grams - rest_g) * kNewtonsPerGram});
+    for (const Axis& axis : kAxes)
+        for (int tries = 1;; ++tries) {
+            try {
+                calibration.measured_per_asked[axis.index] = measure(press, axis);
+                break;
+            } catch (const Faulted& fault) {
+                press.letGo();
+                if (tries == kMostTries) throw patient::DataError("calibration", axis.name, fault.text);
+                talk.say("The force is off: " + fault.text + ". This axis once more.");
+            }
         }
-        press.ask(axis, 0.0, "It lets go. Type any number to go on.");
-        calibration.measured_per_asked[axis.index] = fitCalibration(readings, axis.name);
-    }
     calibration.measured = true;
     calibration.how = "kitchen scale, 1 to 3 N down each axis";
     return calibration;

@@ -20,7 +20,9 @@ struct CalibrationTalk {
 };
 
 // Grams on the scale at each force; three forces on each of three axes. `device` must run with a calibration
-// of ones. Throws patient::DataError: the device failed (named), the readings do not fit, or it was stopped.
+// of ones. A fault ends the force and begins the axis anew, the finished ones stay; where nothing is asked of
+// the device it costs nothing. Throws patient::DataError: the device failed again and again (named), the
+// readings do not fit, or it was stopped.
 Calibration calibrate(HapticDevice& device, const Clock&, const CalibrationTalk&);
 
 }  // namespace stylet::haptics::falcon

@@ -111,11 +111,16 @@ constexpr decltype(Entry::make) makeWooden = nullptr, makeCap = nullptr;
 
 constexpr const char* kNoUsb = nullptr;
 
-void findFalconsThere(const DeviceOptions&, std::vector<FoundDevice>& found) {
-    for (const falcon::UsbPlace& place : falcon::findFalcons())
-        found.push_back({"falcon", place.node,
-                         "Novint Falcon at usb " + place.port + "; after each power-up it needs --firmware",
-                         accessProblem(place.node)});
+// Nothing is opened, so whether it has its firmware already is not known.
+void findFalconsThere(const DeviceOptions& options, std::vector<FoundDevice>& found) {
+    const std::string unless =
+        options.firmware.empty() ? "after each power-up it needs its firmware: name your copy with --firmware"
+                                 : "";
+    for (const falcon::UsbPlace& place : falcon::findFalcons()) {
+        const std::string problem = accessProblem(place.node);
+        found.push_back(
+            {"falcon", place.node, "Novint Falcon at usb " + place.port, problem.empty() ? unless : problem});
+    }
 }
 
 falcon::Calibration falconCalibration(const DeviceOptions& options) {
@@ -149,6 +154,7 @@ constexpr const char* kNoBoost = nullptr;
 Inverse3Settings inverse3Settings(const DeviceOptions& options) {
     Inverse3Settings settings;
     settings.force_peak_n = options.force_peak_n;
+    if (options.port) settings.port = *options.port;
     return settings;
 }
 
@@ -183,8 +189,11 @@ std::string socketOf(const DeviceOptions& options) {
 void findBridge(const DeviceOptions& options, std::vector<FoundDevice>& found) {
     const std::string socket = socketOf(options);
     std::error_code error;
-    if (std::filesystem::is_socket(socket, error))
-        found.push_back({"bridge", socket, "a bridge's socket", accessProblem(socket)});
+    if (!std::filesystem::is_socket(socket, error)) return;
+    std::string problem = accessProblem(socket);
+    if (problem.empty() && !listensOn(socket))
+        problem = "left behind, nobody listens: start the bridge again";
+    found.push_back({"bridge", socket, "a bridge's socket", problem});
 }
 
 DeviceProfile bridgeProfile(const DeviceOptions&) {

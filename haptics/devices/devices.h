@@ -1,6 +1,7 @@
 // Every device that a user can name: what is plugged in, what stands in the way, and its driver.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -20,6 +21,7 @@ struct DeviceOptions {
     std::filesystem::path firmware{};      // falcon: never bundled, its licence forbids it
     std::filesystem::path calibration{};   // falcon: newtons per count, as measured
     std::string socket{};                  // bridge: empty is its usual place
+    std::optional<std::uint16_t> port{};   // inverse3: its service's, when not the usual one
     std::optional<double> force_peak_n{};  // inverse3: from its data sheet; none is published
 };
 

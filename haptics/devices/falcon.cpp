@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kCountsPerNewtonMetre = 10'000.0;
 constexpr double kMostCounts = 4095.0;
-constexpr double kMostForce_n = 8.0;
 
 // Some 0.6 s; the public driver polls a thousand times.
 constexpr int kMostProbes = 60;
@@ -26,10 +25,6 @@ constexpr int kHomedReplies = 10;
 // times what the motors and a blow of the hand can do, and a millisecond of doubt about when it was read.
 constexpr double kMostSwervePerMs = 40.0;
 constexpr double kMostStraightOn_ms = 5.0;
-
-bool isFinite(const Vec3& v) noexcept {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 }  // namespace
 
@@ -44,7 +39,8 @@ std::array<std::int16_t, 3> motorsFor(const Vec3& force_n, const Vec3& grip_m,
                                       const Calibration& calibration) noexcept {
     if (!isFinite(force_n)) return {};
     const double length = std::sqrt(glm::dot(force_n, force_n));
-    const Vec3 wanted = length > kMostForce_n ? force_n * (kMostForce_n / length) : force_n;
+    const double most_n = findProfile("falcon")->force_peak_n;
+    const Vec3 wanted = length > most_n ? force_n * (most_n / length) : force_n;
     const auto torques_n_m = torquesFor(wanted / calibration.measured_per_asked, grip_m);
     if (!torques_n_m || !isFinite(*torques_n_m)) return {};
     Vec3 counts = -kCountsPerNewtonMetre * *torques_n_m;

@@ -20,6 +20,10 @@ constexpr double kLeast = 0.1, kMost = 10.0;
 constexpr std::uintmax_t kMostBytes = 16 * 1024;
 constexpr std::size_t kMostText = 400;
 
+std::filesystem::path besideIt(const std::filesystem::path& file) {
+    return file.string() + ".new";
+}
+
 }  // namespace
 
 double fitCalibration(std::span<const CalibrationReading> readings, const std::string& axis) {
@@ -86,9 +90,21 @@ void saveCalibration(const std::filesystem::path& file, const Calibration& calib
     const toml::table table{{"device", "falcon"},
                             {"measured_per_asked", toml::array{gain.x, gain.y, gain.z}},
                             {"how", calibration.how}};
-    std::ofstream out(file);
+    const std::filesystem::path fresh = besideIt(file);
+    std::ofstream out(fresh);
     out << table << '\n';
-    if (!out.flush()) throw DataError(file, "calibration", "could not be written");
+    std::error_code error;
+    if (out.flush()) std::filesystem::rename(fresh, file, error);
+    if (!out || error) throw DataError(file, "calibration", "could not be written");
+}
+
+void checkCalibrationFile(const std::filesystem::path& file) {
+    const std::filesystem::path fresh = besideIt(file);
+    const bool opens = bool(std::ofstream(fresh));
+    std::error_code error;
+    std::filesystem::remove(fresh, error);
+    if (!opens || std::filesystem::is_directory(file, error))
+        throw DataError(file, "calibration", "cannot be written");
 }
 
 }  // namespace stylet::haptics::falcon

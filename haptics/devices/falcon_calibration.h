@@ -30,6 +30,9 @@ double fitCalibration(std::span<const CalibrationReading>, const std::string& ax
 Calibration loadCalibration(const std::filesystem::path&);
 // `file` is only named in refusals.
 Calibration parseCalibration(std::string_view text, const std::filesystem::path& file);
+// The file is replaced in one step: a calibration that cannot be written leaves the old one.
 void saveCalibration(const std::filesystem::path&, const Calibration&);
+// Throws where that could not be written.
+void checkCalibrationFile(const std::filesystem::path&);
 
 }  // namespace stylet::haptics::falcon

@@ -58,12 +58,11 @@ UsbPlace placeOf(libusb_device* device) {
     return place;
 }
 
-std::string reason(const char* what, int error) {
-    std::string text = std::string(what) + ": " + libusb_error_name(error);
-    if (error == LIBUSB_ERROR_ACCESS)
-        text += "; you may not use it: install the udev rules of packaging/udev";
-    if (error == LIBUSB_ERROR_BUSY) text += "; another program holds it";
-    return text;
+// `node` where there is one: what stands in its way has a remedy.
+std::string reason(const char* what, int error, const std::string& node = {}) {
+    if (!node.empty() && error == LIBUSB_ERROR_ACCESS) return accessProblem(node, EACCES);
+    if (!node.empty() && error == LIBUSB_ERROR_BUSY) return accessProblem(node, EBUSY);
+    return std::string(what) + ": " + libusb_error_name(error);
 }
 
 BusResult resultOf(const char* what, int error, std::string& why) {
@@ -93,14 +92,15 @@ class UsbBus final : public FtdiBus {
             why = "no Falcon (USB 0403:cb48) is plugged in";
             return DeviceStage::absent;
         }
+        const std::string node = placeOf(*found).node;
         if (const int error = libusb_open(*found, &handle_); error != 0)
-            return fail("opening it", error, why);
+            return fail("opening it", error, why, node);
         // Not supported everywhere, and no kernel driver takes this product.
         libusb_set_auto_detach_kernel_driver(handle_, 1);
         if (const int error = libusb_claim_interface(handle_, 0); error != 0) {
             libusb_close(handle_);
             handle_ = nullptr;
-            return fail("claiming it", error, why);
+            return fail("claiming it", error, why, node);
         }
         return DeviceStage::opening;
     }
@@ -148,8 +148,8 @@ class UsbBus final : public FtdiBus {
     }
 
   private:
-    static DeviceStage fail(const char* what, int error, std::string& why) {
-        why = reason(what, error);
+    static DeviceStage fail(const char* what, int error, std::string& why, const std::string& node = {}) {
+        why = reason(what, error, node);
         return DeviceStage::failed;
     }
     static BusResult closed(std::string& why) {

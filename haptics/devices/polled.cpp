@@ -11,10 +11,6 @@ namespace {
 // stop() is heard within this, however long the next look is away.
 constexpr std::int64_t kNap_ns = 20'000'000;
 
-bool isFinite(const Vec3& v) noexcept {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 bool isOpen(DeviceStage stage) noexcept {
     return stage != DeviceStage::absent && stage != DeviceStage::failed;
 }

@@ -32,4 +32,27 @@ bool listensOn(std::uint16_t port) {
     return false;
 }
 
+// A line: number, references, protocol, flags, type, state, inode, path; the flag 0x10000 is a listener's
+// (__SO_ACCEPTCON). The path is as its program gave it, perhaps from its own folder.
+bool listensOn(const std::string& socket, std::string_view table) {
+    const auto nameOf = [](const std::string& path) { return path.substr(path.rfind('/') + 1); };
+    std::istringstream lines{std::string(table)};
+    for (std::string line; std::getline(lines, line);) {
+        unsigned flags = 0;
+        int at = 0;
+        if (std::sscanf(line.c_str(), "%*s %*s %*s %x %*s %*s %*s %n", &flags, &at) != 1 || at == 0) continue;
+        const std::string path = line.substr(std::size_t(at));
+        if ((flags & 0x10000u) == 0 || path.empty()) continue;
+        const bool from_elsewhere = path[0] != '/' && path[0] != '@';
+        if (path == socket || (from_elsewhere && nameOf(path) == nameOf(socket))) return true;
+    }
+    return false;
+}
+
+bool listensOn(const std::string& socket) {
+    std::ostringstream text;
+    text << std::ifstream("/proc/net/unix").rdbuf();
+    return listensOn(socket, text.str());
+}
+
 }  // namespace stylet::haptics

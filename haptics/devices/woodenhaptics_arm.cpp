@@ -5,6 +5,8 @@
 #include <glm/gtc/quaternion.hpp>
 #include <numbers>
 
+#include "haptics/device.h"
+
 namespace stylet::haptics {
 
 namespace {
@@ -71,7 +73,7 @@ Vec3 armGravityTorque_n_m(const WoodenModel& m, const Vec3& t) noexcept {
 }
 
 ArmCurrents armCurrents(const WoodenModel& m, const Vec3& angles_rad, const Vec3& force_n) noexcept {
-    const bool finite = std::isfinite(force_n.x) && std::isfinite(force_n.y) && std::isfinite(force_n.z);
+    const bool finite = isFinite(force_n);
     const Vec3 force_torque = finite ? glm::transpose(armJacobian(m, angles_rad)) * force_n : Vec3{0.0};
     const Vec3 hold_torque = armGravityTorque_n_m(m, angles_rad);
     Vec3 hold_a{0.0}, force_a{0.0};

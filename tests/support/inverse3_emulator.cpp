@@ -336,7 +336,8 @@ bool Inverse3Emulator::flood(int client, const std::vector<std::uint8_t>& messag
 // As the documentation's examples, of 3.1 and of 3.5.
 std::string Inverse3Emulator::state(bool inventory, Inverse3Fault fault) const {
     const bool recent = !script_.version.empty() && script_.version >= "3.5";
-    std::string position = vector(script_.cursor_m);
+    std::string position =
+        vector({script_.cursor_m[0], script_.cursor_m[1] - out_m_.load(), script_.cursor_m[2]});
     switch (fault) {
         case Inverse3Fault::notFinite:
             position = R"({"x":NaN,"y":0,"z":0})";

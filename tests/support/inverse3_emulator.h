@@ -63,6 +63,8 @@ class Inverse3Emulator {
     Inverse3Emulator& operator=(const Inverse3Emulator&) = delete;
 
     unsigned short port() const { return port_; }
+    // The hand, from now on: so far toward the user (-y) from the script's place.
+    void hold(double out_m) { out_m_.store(out_m); }
     // The last force commanded in the spelling that this version wants; NaN before the first.
     std::array<double, 3> force_n() const;
     std::uint64_t answered() const { return answered_.load(); }
@@ -89,6 +91,7 @@ class Inverse3Emulator {
     std::vector<std::uint8_t> withheld_;
     std::int64_t release_ns_ = 0;
     std::atomic<bool> stop_{false};
+    std::atomic<double> out_m_{0.0};
     std::atomic<int> connections_{0};
     std::atomic<std::uint64_t> answered_{0};
     std::atomic<std::int64_t> fault_began_ns_{0};

@@ -5,6 +5,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -18,6 +20,7 @@
 #include "tests/app/trainer/command.h"
 #include "tests/haptics/devices/wooden_json.h"
 #include "tests/support/bridge_emulator.h"
+#include "tests/support/inverse3_emulator.h"
 #include "tests/support/spacemouse_emulator.h"
 #include "tests/support/woodenhaptics_emulator.h"
 
@@ -297,6 +300,67 @@ TEST_F(DeviceRun, ThePathIsWhereTheHandIsWhenTheReachIsUnknown) {
     EXPECT_EQ(live.summary.at("device"), "bridge");
     EXPECT_FALSE(live.summary.at("punctures").empty());
     EXPECT_EQ(bridge.motor_n(), 0.0);
+}
+
+// Through Haply's service: listed by its port, moved by the hand, told zero in the end.
+TEST_F(DeviceRun, AnInverse3IsListedAndPunctures) {
+    test::Inverse3Emulator service({});
+    const std::string port = " --port " + std::to_string(service.port());
+    const json list = json::parse(output("devices --json" + port)).at("devices");
+    const auto kind =
+        std::find_if(list.begin(), list.end(), [](const json& k) { return k.at("name") == "inverse3"; });
+    ASSERT_NE(kind, list.end());
+    if (!kind->at("built")) GTEST_SKIP() << "this build has no Boost";
+    ASSERT_EQ(kind->at("found").size(), 1u);
+    EXPECT_EQ(kind->at("found").at(0).at("place"), "localhost:" + std::to_string(service.port()));
+    EXPECT_EQ(kind->at("found").at(0).at("problem"), "");
+    EXPECT_NE(output("devices" + port).find("inverse3: Haply Inverse3"), std::string::npos);
+
+    const std::filesystem::path out = *command_ / "inverse3";
+    std::atomic<double> most_n{0.0};
+    Outcome live;
+    {
+        const Meanwhile hand([&](const std::atomic<bool>& over) {
+            while (!over.load() && !std::filesystem::exists(out / "record"))
+                nap(10);
+            // The path is about the hand: out of the body, until the force has risen, and in again.
+            double out_m = 0.0;
+            const auto move = [&](double to_m) {
+                while (!over.load() && std::fabs(out_m - to_m) > 5e-4) {
+                    service.hold(out_m += to_m > out_m ? 5e-4 : -5e-4);
+                    nap(2);
+                    const auto force_n = service.force_n();
+                    most_n.store(std::max(most_n.load(), std::hypot(force_n[0], force_n[1], force_n[2])));
+                }
+            };
+            move(0.2);
+            nap(1800);
+            move(0.0);
+            move(0.2);
+            kill(std::atoi(test::textOf(*command_ / "number").c_str()), SIGINT);
+        });
+        live = command_->runInto(out, run("--device inverse3 --seconds 60" + port), *command_ / "number");
+    }
+    ASSERT_EQ(live.status, 0) << live.err;
+    EXPECT_EQ(live.summary.at("device"), "inverse3");
+    EXPECT_FALSE(live.summary.at("punctures").empty()) << live.err;
+    EXPECT_GT(most_n.load(), 0.05);
+    EXPECT_EQ(service.force_n(), (std::array<double, 3>{}));
+    EXPECT_EQ(service.complaint(), "");
+    const Outcome again = command_->run("replay '" + out.string() + "' --fast");
+    ASSERT_EQ(again.status, 0) << again.out << again.err;
+    EXPECT_EQ(again.summary.at("state_hash"), live.summary.at("state_hash"));
+}
+
+TEST_F(DeviceRun, ABridgeIsListedWhileItListens) {
+    const std::string socket = (*command_ / "listed.sock").string();
+    {
+        const test::BridgeServer bridge(socket, {});
+        EXPECT_NE(
+            output("devices --socket '" + socket + "'").find(socket + ": a bridge's socket: can be used"),
+            std::string::npos);
+    }
+    EXPECT_NE(output("devices --socket '" + socket + "'").find("nobody listens"), std::string::npos);
 }
 
 TEST_F(DeviceRun, UnpluggedMidRunItIsAFaultWithAName) {

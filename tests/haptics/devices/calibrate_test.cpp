@@ -8,6 +8,7 @@
 
 #include "haptics/devices/falcon.h"
 #include "patient/patient.h"
+#include "tests/support/temp_folder.h"
 
 namespace stylet::haptics::falcon {
 namespace {
@@ -19,7 +20,7 @@ class OnAScale final : public HapticDevice {
     DeviceState read(std::int64_t) noexcept STYLET_NONBLOCKING override {
         DeviceState state;
         state.device_from_stylus.position_m = profile_.workspace_centre_m;
-        state.flags = ++reads > lost_after ? 0 : state.flags;
+        state.flags = ++reads > lost_after && reads <= found_after ? 0 : state.flags;
         return state;
     }
     void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override {
@@ -35,7 +36,7 @@ class OnAScale final : public HapticDevice {
 
     Vec3 gains{1.0}, sent_n{0.0};
     double most_n = 0.0, most_rise_n = 0.0;
-    std::int64_t reads = 0, lost_after = 1LL << 60;
+    std::int64_t reads = 0, lost_after = 1LL << 60, found_after = 1LL << 60;
 
   private:
     DeviceProfile profile_ = profileOf({});
@@ -89,10 +90,50 @@ TEST_F(Calibrating, EndsInZeroForceWithAReasonWhenTheDeviceIsLostOrTheUserStops)
     EXPECT_THAT(refusal(), testing::HasSubstr("y"));
     EXPECT_EQ(device.sent_n, Vec3(0.0));
     EXPECT_GT(device.most_n, 0.5);
+    EXPECT_THAT(said, testing::Contains(testing::HasSubstr("not ready")).Times(4));
     device.lost_after = 1LL << 60;
     stopped = true;
     EXPECT_THAT(refusal(), testing::HasSubstr("stopped"));
     EXPECT_EQ(device.sent_n, Vec3(0.0));
+}
+
+TEST_F(Calibrating, AFaultCostsTheAxisItComesIn) {
+    device.gains = {2.0, 0.6, 1.5};
+    device.lost_after = 25'000;  // the second axis pushes
+    device.found_after = 25'100;
+    const Calibration calibration = calibrate(device, clock, talk);
+    EXPECT_NEAR(calibration.measured_per_asked.x, 2.0, 0.005);
+    EXPECT_NEAR(calibration.measured_per_asked.y, 0.6, 0.005);
+    EXPECT_NEAR(calibration.measured_per_asked.z, 1.5, 0.005);
+    EXPECT_THAT(said, testing::Contains(testing::HasSubstr("This axis once more")).Times(1));
+    EXPECT_GT(said.size(), 16u);
+    EXPECT_LT(said.size(), 22u) << "the first axis is kept";
+    EXPECT_LE(device.most_rise_n, 0.005);
+}
+
+TEST_F(Calibrating, AFaultWhileNothingIsAskedOfItCostsNothing) {
+    device.lost_after = 1'000;
+    device.found_after = 1'500;
+    EXPECT_TRUE(calibrate(device, clock, talk).measured);
+    EXPECT_EQ(said.size(), 15u);
+}
+
+TEST(CalibrationFile, IsReplacedInOneStepAndTriedBefore) {
+    const test::TempFolder folder;
+    const std::filesystem::path file = folder / "falcon.toml";
+    checkCalibrationFile(file);
+    EXPECT_FALSE(std::filesystem::exists(file));
+    Calibration calibration;
+    calibration.measured_per_asked = {1.0, 2.0, 3.0};
+    saveCalibration(file, calibration);
+    checkCalibrationFile(file);
+    EXPECT_EQ(loadCalibration(file).measured_per_asked.z, 3.0) << "the trial leaves it";
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1)
+        << "nothing beside it";
+    const std::filesystem::path nowhere = folder / "none" / "falcon.toml";
+    EXPECT_THROW(checkCalibrationFile(nowhere), patient::DataError);
+    EXPECT_THROW(saveCalibration(nowhere, calibration), patient::DataError);
+    EXPECT_THROW(checkCalibrationFile(folder.path()), patient::DataError) << "a folder";
 }
 
 TEST_F(Calibrating, ReadingsThatCannotBeAreRefused) {

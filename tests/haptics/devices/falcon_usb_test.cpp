@@ -80,11 +80,13 @@ TEST_F(FalconUsb, IsFoundByItsNumbers) {
 TEST_F(FalconUsb, IsAmongTheDevicesThatAUserCanName) {
     test::FalconTestbed bed(true);
     bed.plugIn();
-    const std::vector<FoundDevice> all = findDevices({});
-    const auto found =
-        std::find_if(all.begin(), all.end(), [](const FoundDevice& f) { return f.kind == "falcon"; });
-    ASSERT_NE(found, all.end());
-    EXPECT_EQ(found->problem, "");
+    const auto problem = [](const DeviceOptions& options) {
+        for (const FoundDevice& found : findDevices(options))
+            if (found.kind == "falcon") return found.problem;
+        return std::string("not found");
+    };
+    EXPECT_THAT(problem({}), HasSubstr("--firmware"));
+    EXPECT_EQ(problem({.firmware = "image.bin"}), "");
     EXPECT_EQ(profileOfKind("falcon", {}).force_peak_n, 8.0);
     std::string why;
     const auto driver = makeDriver("falcon", {}, wallClock());

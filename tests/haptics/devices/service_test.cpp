@@ -21,6 +21,22 @@ TEST(Service, ReadsTheKernelsTable) {
     EXPECT_FALSE(listensOn(10001, "0: 2711 0A\n0: x:y z:w 0A\n"));
 }
 
+TEST(Service, ReadsTheKernelsTableOfSockets) {
+    const char* table =
+        "Num       RefCount Protocol Flags    Type St Inode Path\n"
+        "0000000000000000: 00000002 00000000 00010000 0001 01 17 /run/user/1/stylet-bridge.sock\n"
+        "0000000000000000: 00000003 00000000 00000000 0001 03 18 /run/user/1/connected.sock\n"
+        "0000000000000000: 00000002 00000000 00010000 0001 01 19 here.sock\n"
+        "0000000000000000: 00000002 00000000 00010000 0001 01 20\n";
+    EXPECT_TRUE(listensOn(std::string("/run/user/1/stylet-bridge.sock"), table));
+    EXPECT_FALSE(listensOn(std::string("/run/user/2/stylet-bridge.sock"), table));
+    EXPECT_FALSE(listensOn(std::string("/run/user/1/connected.sock"), table));
+    EXPECT_TRUE(listensOn(std::string("/home/me/here.sock"), table)) << "from its program's folder";
+    EXPECT_FALSE(listensOn(std::string("here"), table));
+    EXPECT_FALSE(listensOn(std::string(), table));
+    EXPECT_FALSE(listensOn(std::string("x"), "x x x\n"));
+}
+
 TEST(Service, SeesASocketThatListens) {
     const int listening = socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in address{};

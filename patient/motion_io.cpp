@@ -79,8 +79,9 @@ void checkMotion(const std::filesystem::path& file, const MotionModel& m) {
     checkSteepness(file, m);
 }
 
-void readMotion(const std::filesystem::path& file, MotionModel& m) {
-    const Volume<float> stored = readNiftiVectors(file, kMotionComponents);
+namespace {
+
+void take(const std::filesystem::path& file, const Volume<float>& stored, MotionModel& m) {
     for (int axis = 0; axis < 3; ++axis) {
         const double extent_m = stored.grid.spacing_m[axis] * stored.grid.dims[axis];
         if (!(std::abs(stored.grid.spacing_m[axis] / m.grid.spacing_m[axis] - 1.0) * extent_m <=
@@ -103,6 +104,16 @@ void readMotion(const std::filesystem::path& file, MotionModel& m) {
         }
     m.level_m.assign(values + 12 * nodes, values + 13 * nodes);
     checkMotion(file, m);
+}
+
+}  // namespace
+
+void readMotion(const std::filesystem::path& file, MotionModel& m) {
+    take(file, readNiftiVectors(file, kMotionComponents), m);
+}
+
+void parseMotion(const std::filesystem::path& file, std::span<const std::byte> bytes, MotionModel& m) {
+    take(file, parseNiftiVectors(file, bytes, kMotionComponents), m);
 }
 
 void writeMotion(const std::filesystem::path& file, const MotionModel& m) {

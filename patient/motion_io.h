@@ -3,7 +3,9 @@
 // patient.toml, exactly.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
 
 #include "patient/motion.h"
 
@@ -13,6 +15,8 @@ inline constexpr int kMotionComponents = 13;
 
 // Fills fields and level of `model`, whose other members patient.toml has given. Throws DataError.
 void readMotion(const std::filesystem::path& file, MotionModel& model);
+// The same from memory, gzip or not; `file` is only named in refusals.
+void parseMotion(const std::filesystem::path& file, std::span<const std::byte> bytes, MotionModel& model);
 void writeMotion(const std::filesystem::path& file, const MotionModel&);
 
 // What a flow of four midpoint steps needs: sizes that fit, finite values within 0.1 m and 1 m, fields that

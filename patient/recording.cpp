@@ -22,6 +22,7 @@ constexpr double kDt_s = 0.1;
 constexpr double kWidestGap_s = 0.5;       // between rows that are believed
 constexpr double kMisdatedShare = 0.02;    // of all rows, at most
 constexpr double kLeastTravel_m = 0.0005;  // less is the camera's noise
+constexpr double kMost_v = 20.0;           // no sigh is so deep
 constexpr int kFewestBreaths = 2;
 constexpr double kTurn = 0.35;  // of the usual range: a rise or fall by so much is a breath's, less is not
 constexpr std::size_t kWindow = 80;  // samples that hold a whole breath
@@ -287,8 +288,11 @@ RecordedBreath parseRecordedBreath(std::string_view csv, const std::filesystem::
     const double low_m = medianAt(s, turns.exhale);
     out.travel_m = medianAt(s, turns.inhale) - low_m;
     std::vector<double> v, periods_s;
-    for (const double x : s)
+    for (const double x : s) {
         v.push_back((x - low_m) / out.travel_m);
+        if (!(std::fabs(v.back()) <= kMost_v))
+            throw DataError(file, "x, y, z", "the marker leaps: farther than twenty breaths are deep");
+    }
     for (std::size_t i = 1; i < turns.exhale.size(); ++i)
         periods_s.push_back(double(turns.exhale[i] - turns.exhale[i - 1]) * kDt_s);
     out.period_s = quantile(periods_s, 0.5);

@@ -93,9 +93,12 @@ void runFit(Options& o) {
                      int(stage.size()), stage.data());
     };
     o.fit.progress = o.fit.phases.progress = say;
+    patient::Package p = o.package.empty() ? patient::Package{} : patient::loadPackage(o.package);
     const FittedMotion fitted = fitMotion(o.fit);
-    patient::Package p = o.package.empty() ? packageOf(fitted) : patient::loadPackage(o.package);
-    if (!o.package.empty()) checkPlace(o, p, fitted.reference_hu);
+    if (o.package.empty())
+        p = packageOf(fitted);
+    else
+        checkPlace(o, p, fitted.reference_hu);
     p.motion = fitted.model;
     char phase[32];
     std::snprintf(phase, sizeof phase, "v=%.17g", fitted.model.reference.v);

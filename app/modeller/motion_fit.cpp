@@ -332,7 +332,9 @@ FittedMotion fitMotion(const FitSettings& settings) {
     regress(velocities, driven, out.reference, phases.size(), out.model);
     makeTangential(out.model, kNormalDepth_m);
     out.model.v = rangeOf(driven, &Surrogate::v);
-    out.model.rate_per_s = rangeOf(driven, &Surrogate::rate_per_s);
+    // Where it is the same in every phase nothing hangs on it.
+    if (const auto rates = rangeOf(driven, &Surrogate::rate_per_s); rates.low < rates.high)
+        out.model.rate_per_s = rates;
     out.model.dome_travel_m = travelOf(out.model, domes[out.reference], judged);
     // A phase at the end of the range is judged beyond the others', as it is.
     left_out.v = left_out.rate_per_s = {-1e3, 1e3};

@@ -117,6 +117,11 @@ TEST(RecordedBreath, RefusesWhatIsNone) {
     csv.insert(csv.find('\n', 5000) + 1, "0;0;0;0;0\r\n");
     expectRefused(csv, "line");
 
+    std::string leap = kHead;  // one row of several metres
+    for (int i = 0; i < 500; ++i)
+        leap += rowAt(i * 100.0, 0.0, 0.0, i == 250 ? 7024.0 : 60.0 + 12.0 * std::sin(0.12 * i));
+    expectRefused(leap, "x, y, z");
+
     // A gap of three seconds; time that stands still; a marker that does.
     std::string gap = kHead, still = kHead, rigid = kHead;
     for (int i = 0; i < 300; ++i) {

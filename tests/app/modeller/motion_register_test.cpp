@@ -1,12 +1,15 @@
 // What needs the programs built on ITK.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 
 #include "app/modeller/motion_cavity.h"
 #include "app/modeller/motion_fit.h"
+#include "patient/nifti.h"
 #include "tests/app/modeller/chest.h"
+#include "tests/support/phantom.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::modeller {
@@ -66,6 +69,79 @@ TEST(Registration, OfAFolderThatIsNoneIsRefused) {
     } catch (const ImportError& e) {
         EXPECT_NE(std::string(e.what()).find("phase0.dcm"), std::string::npos) << e.what();
     }
+}
+
+// The command itself: what a 4D CT shows goes into a package that lies where it does, and nothing else does.
+class MotionPackage : public testing::Test {
+  protected:
+    static constexpr test::ChestSettings kChest{.travel_m = 0.008, .phases = 4};
+
+    MotionPackage() {
+        std::filesystem::create_directory(folder_ / "phases");
+        std::ofstream signal(folder_ / "signal.csv");
+        signal << "phase,v,rate_per_s\n";
+        for (int p = 0; p < kChest.phases; ++p) {
+            const Phase phase = test::chestPhase(kChest, p);
+            patient::CtVolume stored(phase.hu.grid);
+            for (std::size_t i = 0; i < stored.voxels.size(); ++i)
+                stored.voxels[i] = std::int16_t(std::lround(phase.hu.voxels[i]));
+            if (p == 0) package_.ct = stored;
+            patient::writeNifti(folder_ / ("phases/" + phase.name + ".nii.gz"), stored);
+            signal << p << ',' << test::breathOf(p, kChest.phases) << ",0\n";
+        }
+        package_.name = "chest";
+        package_.licence = "none";
+        package_.provenance = "made";
+        package_.labels = patient::LabelVolume(package_.ct.grid);
+        package_.label_table = test::tissueLabels();
+        for (patient::Label& label : package_.label_table)
+            label.provenance = "made";
+        for (int z = 0; z < 10; ++z)
+            package_.labels[{30, 30, z}] = 4;
+        package_.tissues = test::tissueDefaults().tissues;
+        package_.elasticity = test::tissueDefaults().elasticity;
+        package_.thresholds = test::tissueDefaults().thresholds;
+    }
+    int fit(const std::filesystem::path& package, int finest) {
+        return std::system((program("stylet-model").string() + " motion --finest " + std::to_string(finest) +
+                            " --phases '" + (folder_ / "phases").string() + "' --signal '" +
+                            (folder_ / "signal.csv").string() + "' --package '" + package.string() +
+                            "' --out '" + (folder_ / "out").string() + "' >'" + (folder_ / "table").string() +
+                            "' 2>'" + (folder_ / "why").string() + "'")
+                               .c_str());
+    }
+    std::string textOf(const char* name) const {
+        std::ifstream in(folder_ / name);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+
+    const test::TempFolder folder_;
+    patient::Package package_;
+};
+
+TEST_F(MotionPackage, TakesTheFittedMotionAndKeepsWhatItIs) {
+    patient::savePackage(package_, folder_ / "in");
+    ASSERT_EQ(fit(folder_ / "in", 2), 0) << textOf("why");
+    const patient::Package out = patient::loadPackage(folder_ / "out");
+    EXPECT_EQ(out.name, package_.name);
+    EXPECT_EQ(out.ct.voxels, package_.ct.voxels);
+    EXPECT_EQ(out.labels.voxels, package_.labels.voxels);
+    EXPECT_EQ(out.reference_phase, "exhale");
+    EXPECT_EQ(out.motion.reference.v, 0.0);
+    // The dome goes 8 mm down at end-inhale, the ribs around it do not.
+    EXPECT_NEAR(out.motion.dome_travel_m, 0.008, 0.0015);
+    EXPECT_NEAR(deformedFromReference(out.motion, {1.0, 0.0}, Vec3(0.0)).z, -0.008, 0.0015);
+    EXPECT_NEAR(deformedFromReference(out.motion, {1.0, 0.0}, Vec3(0.078, 0.0, 0.0)).z, 0.0, 0.001);
+    EXPECT_NE(textOf("table").find("the frame of the model"), std::string::npos) << textOf("table");
+}
+
+TEST_F(MotionPackage, ThatLiesElsewhereIsRefused) {
+    package_.ct.grid.origin_m.z += 1.0;
+    package_.labels.grid = package_.ct.grid;
+    patient::savePackage(package_, folder_ / "in");
+    EXPECT_NE(fit(folder_ / "in", 4), 0);
+    EXPECT_NE(textOf("why").find("lies elsewhere"), std::string::npos) << textOf("why");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
 }
 
 TEST(RealMotion, TheDomeOfALeftOutPhaseIsPredictedWithinAVoxel) {

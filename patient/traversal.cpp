@@ -67,42 +67,76 @@ void VoxelWalk::next() noexcept {
     findExit();
 }
 
+namespace {
+
+using Two = double __attribute__((vector_size(2 * sizeof(double))));
+
+// VoxelWalk's crossing() for every border of one axis, two at a time; `end` behind the last.
+void cross(double border, double step, double start, double way, double end, std::size_t count,
+           std::vector<double>& crossings) {
+    crossings.resize(count + 2);
+    double* out = crossings.data();
+    Two at = {border, border + step};
+    for (std::size_t i = 0; i < count; i += 2, at += 2.0 * step) {
+        const Two share = (at - start) / way;
+        out[i] = std::min(share[0], 1.0);
+        out[i + 1] = std::min(share[1], 1.0);
+    }
+    out[count] = end;
+}
+
+// Which visit comes next cannot be predicted, so that is done without branches: border by border of the axis
+// with the most of them, between two of which the other axes have hardly ever more than one each.
+template <int kMain>
+void merge(const std::vector<double> (&crossings)[3], const std::int64_t (&step)[3], std::int64_t offset,
+           VoxelPath::Visit* out) {
+    constexpr int kA = kMain == 0 ? 1 : 0, kB = kMain == 2 ? 1 : 2;
+    const double *a = crossings[kA].data(), *b = crossings[kB].data();
+    const std::int64_t by_a = step[kA], by_b = step[kB];
+    // On a tie the lower axis is the first.
+    const auto aIsDue = [&](double until) { return kA < kMain ? *a <= until : *a < until; };
+    const auto bIsDue = [&](double until) { return kB < kMain ? *b <= until : *b < until; };
+    *out++ = {offset, 0.0};
+    for (const double until : crossings[kMain]) {
+        do {
+            const double at_a = *a, at_b = *b;
+            const std::int64_t a_due = aIsDue(until), b_due = bIsDue(until), a_first = at_a <= at_b;
+            out[0] = {offset + by_b + ((by_a - by_b) & -a_first), std::min(at_a, at_b)};
+            out[1] = {offset + by_a + by_b, std::max(at_a, at_b)};
+            out += a_due + b_due;
+            offset += (by_a & -a_due) + (by_b & -b_due);
+            a += a_due, b += b_due;
+        } while (aIsDue(until) || bIsDue(until));
+        offset += step[kMain];
+        *out++ = {offset, until};
+    }
+}
+
+}  // namespace
+
 const std::vector<VoxelPath::Visit>& VoxelPath::along(const Grid& grid, const Vec3& a, const Vec3& b) {
     const VoxelWalk walk(grid, a, b);
-    const Index3 count = walk.left_, step = walk.step_, first = walk.voxel_;
+    const Index3 count = walk.left_, first = walk.voxel_;
+    const int main = count.x >= count.y ? (count.x >= count.z ? 0 : 2) : (count.y >= count.z ? 1 : 2);
+    const std::int64_t row = grid.dims.x, slab = row * grid.dims.y;
+    const std::int64_t step[3] = {walk.step_.x, walk.step_.y * row, walk.step_.z * slab};
     for (int axis = 0; axis < 3; ++axis) {
-        std::vector<double>& crossings = crossings_[axis];
-        crossings.resize(std::size_t(count[axis]) + 1);
-        const double start = walk.start_[axis], way = walk.way_[axis];
-        const double border = first[axis] + (step[axis] > 0 ? 1.0 : 0.0);
-        for (int i = 0; i < count[axis]; ++i)
-            crossings[std::size_t(i)] = std::min((border + double(i * step[axis]) - start) / way, 1.0);
-        crossings.back() = 2.0;
+        const double border = first[axis] + (walk.step_[axis] > 0 ? 1.0 : 0.0);
+        // Past every other crossing, and on the main axis the last of all.
+        cross(border, walk.step_[axis], walk.start_[axis], walk.way_[axis], axis == main ? 2.0 : 3.0,
+              std::size_t(count[axis]), crossings_[axis]);
+        if (axis == main) crossings_[axis].resize(std::size_t(count[axis]) + 1);
     }
 
     const std::size_t steps = std::size_t(count.x) + std::size_t(count.y) + std::size_t(count.z);
+    visits_.resize(steps + 4);  // the merge writes ahead
+    const std::int64_t offset = first.z * slab + first.y * row + first.x;
+    (main == 0 ? merge<0> : main == 1 ? merge<1> : merge<2>)(crossings_, step, offset, visits_.data());
     visits_.resize(steps + 1);
-    const std::int64_t row = grid.dims.x, slab = row * grid.dims.y;
-    const std::int64_t dx = step.x, dy = step.y * row, dz = step.z * slab;
-    std::int64_t offset = first.z * slab + first.y * row + first.x;
-    const double *x = crossings_[0].data(), *y = crossings_[1].data(), *z = crossings_[2].data();
-    double begin = 0.0;
-    visits_[0] = {offset, begin};
-    // Without a branch: which face comes next cannot be predicted.
-    for (std::size_t i = 1; i <= steps; ++i) {
-        const double tx = *x, ty = *y, tz = *z;
-        const bool x_first = tx <= ty, z_first = tz < (x_first ? tx : ty);
-        const bool by_x = x_first & !z_first, by_y = !x_first & !z_first;
-        const double at = z_first ? tz : x_first ? tx : ty;
-        begin = std::max(begin, at);
-        x += by_x;
-        y += by_y;
-        z += z_first;
-        offset += z_first ? dz : by_x ? dx : dy;
-        visits_[i] = {offset, begin};
-    }
+    for (std::size_t i = 1; i <= steps && visits_[i].begin < 0.0; ++i)  // by rounding
+        visits_[i].begin = 0.0;
     // A path with both ends in the grid stays in it.
-    if (!grid.contains(first) || !grid.contains(first + count * step)) {
+    if (!grid.contains(first) || !grid.contains(first + count * walk.step_)) {
         std::size_t i = 0;
         for (VoxelWalk w(grid, a, b); !w.done(); w.next(), ++i)
             if (!grid.contains(w.voxel())) visits_[i].offset = kOutside;

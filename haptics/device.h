@@ -57,6 +57,7 @@ struct DeviceProfile {
 enum DeviceFlag : std::uint32_t {
     kDeviceReady = 1u << 0,   // connected, homed, calibrated, motors on
     kDeviceHandOn = 1u << 1,  // the dead-man is held, or the device has none
+    kDeviceClutch = 1u << 2,  // never needed: the tip is not where the grip is, see DeviceState
 };
 
 // The device as read in one tick.
@@ -65,6 +66,14 @@ struct DeviceState {
     std::uint32_t buttons = 0;
     std::uint32_t fresh = 1;  // 0: nothing new since the last read
     std::uint32_t flags = kDeviceReady | kDeviceHandOn;
+    // With kDeviceClutch only. Workspace and wall are the grip's, and so is the work that a force does.
+    Vec3 grip_at_m{0.0};       // device frame
+    double force_share = 1.0;  // of the model's force: 0 while the clutch is held
+
+    Vec3 grip_m() const noexcept {
+        return (flags & kDeviceClutch) != 0 ? grip_at_m : device_from_stylus.position_m;
+    }
+    double share() const noexcept { return (flags & kDeviceClutch) != 0 ? force_share : 1.0; }
 };
 
 class HapticDevice {

@@ -49,7 +49,7 @@ Motion motionOf(const OutputState& s, const OutputTick& tick, const Vec3& modell
     Motion motion;
     motion.model_n = modelled_n;
     motion.energy_j = s.passivity.energy_j;
-    if (s.moved) motion.tip_moved_m = tick.tip_m - s.tip_m;
+    if (s.moved) motion.tip_moved_m = tick.grip_m - s.grip_m;
     if (finite) {
         motion.tissue_moved_m = tick.tool.tissue_moved_m;
         motion.energy_j = tick.tool.energy_j;
@@ -82,30 +82,33 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     if (finite) limitRate(s, tool.force_n, settings.rate_limit_n_per_s * dt_s);
     const Vec3 modelled = clampLength(s.model_n, settings.model_force_n, s.limited);
 
-    const WallForce wall = workspaceWall(profile, tick.tip_m);
+    // Of a spring that the clutch takes away nothing is left, nor owed.
+    const double scale = gain * tick.share;
+    const WallForce wall = workspaceWall(profile, tick.grip_m);
     const double peak_n = knownOr(profile.force_peak_n, kWeakestForce_n);
-    const Vec3 at_full = clampLength(gain * modelled + wall.force_n, peak_n, s.limited);
+    const Vec3 at_full = clampLength(scale * modelled + wall.force_n, peak_n, s.limited);
     stepSafety(s.safety, tick.unmet | (finite ? 0u : std::uint32_t(kFaultBadForce)),
                std::sqrt(glm::dot(at_full, at_full)), std::sqrt(glm::dot(wall.force_n, wall.force_n)), dt_s);
     const double level = s.safety.level;
 
     Motion motion = motionOf(s, tick, modelled, finite);
     motion.wall_energy_j = wall.energy_j;
-    s.tip_m = tick.tip_m;
+    s.grip_m = tick.grip_m;
+    s.share = tick.share;
     s.moved = true;
     const int delay = delayTicks(profile, dt_s);
     observe(s.passivity, motion, delay);
-    if (level == 0.0) s.passivity.shortfall_j = 0.0;
+    if (level * tick.share == 0.0) s.passivity.shortfall_j = 0.0;
     const double tangent_n_per_m = gain * settings.model_tangent_n_per_m;
     const Vec3 answer =
-        settings.controller_share *
+        settings.controller_share * tick.share *
         takeBack(s.passivity, motion, delay, steadiest(profile, tangent_n_per_m, delay, dt_s));
     bool smoothed = false;
     s.controller_n += clampLength(answer - s.controller_n, kControllerStep_n, smoothed);
 
     s.sent_n = clampLength(level * at_full + s.controller_n, level * peak_n, s.limited);
     s.controller_n = s.sent_n - level * at_full;
-    remember(s.passivity, {s.sent_n, level * wall.force_n, level * gain, level, s.controller_n});
+    remember(s.passivity, {s.sent_n, level * wall.force_n, level * scale, level, s.controller_n});
     return s.sent_n;
 }
 
@@ -113,7 +116,7 @@ void hashOutput(patient::StateHash& hash, const OutputState& s) noexcept {
     hashSafety(hash, s.safety);
     hashPassivity(hash, s.passivity);
     hash.add(s.model_n);
-    hash.add(s.tip_m);
+    hash.add(s.grip_m);
     hash.add(s.controller_n);
     hash.add(s.sent_n);
     hash.add(std::uint64_t(s.moved) | std::uint64_t(s.limited) << 1);

@@ -23,7 +23,8 @@ struct OutputSettings {
 // One tick, device frame.
 struct OutputTick {
     ToolForce tool;
-    Vec3 tip_m{0.0};
+    Vec3 grip_m{0.0};         // what the device moves: the tip, where no clutch is between them
+    double share = 1.0;       // of the model's force: the clutch's
     std::uint32_t unmet = 0;  // Fault bits of checkDevice()
 };
 
@@ -31,7 +32,8 @@ struct OutputState {
     SafetyState safety;
     PassivityState passivity;
     Vec3 model_n{0.0};       // after the rate limit, before gain and device
-    Vec3 tip_m{0.0};         // of the last tick
+    Vec3 grip_m{0.0};        // of the last tick
+    double share = 1.0;      // of the last tick
     bool moved = false;      // there has been one
     Vec3 controller_n{0.0};  // the controller's part of what was sent
     Vec3 sent_n{0.0};

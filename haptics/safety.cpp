@@ -74,7 +74,9 @@ bool isPose(const Pose& pose) noexcept {
 
 std::uint32_t checkDevice(SafetyState& s, const DeviceProfile& profile, const DeviceState& device,
                           double dt_s) noexcept {
-    const bool good = isPose(device.device_from_stylus);
+    // Written so that NaN fails.
+    const bool good = isPose(device.device_from_stylus) && isFinite(device.grip_m()) &&
+                      device.share() >= 0.0 && device.share() <= 1.0;
     measure(s, device, good, dt_s);
     std::uint32_t unmet = 0;
     if (!good) unmet |= kFaultBadPose;
@@ -84,8 +86,7 @@ std::uint32_t checkDevice(SafetyState& s, const DeviceProfile& profile, const De
     if (s.silence_s > kStaleInput_s - kSameTime_s) unmet |= kFaultStaleInput;
     if (s.speed_m_s > (isArmed(s.stage) ? kOverSpeed_m_s : kSlowEnough_m_s)) unmet |= kFaultOverSpeed;
     // False where the radius is unknown.
-    if (good && distance(device.device_from_stylus.position_m, profile.workspace_centre_m) >
-                    kReach * profile.workspace_radius_m)
+    if (good && distance(device.grip_m(), profile.workspace_centre_m) > kReach * profile.workspace_radius_m)
         unmet |= kFaultOutOfReach;
     return unmet;
 }

@@ -57,7 +57,8 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
     bool leapt = false;
     tick.unmet = takePose(input.device, leapt);
     const bool refused = (tick.unmet & kNoPose) != 0;
-    tick.tip_m = refused ? state_.output.tip_m : input.device.device_from_stylus.position_m;
+    tick.grip_m = refused ? state_.output.grip_m : input.device.grip_m();
+    tick.share = refused ? state_.output.share : input.device.share();
 
     const Surrogate breath = patient::surrogateAt(state_.breathing, breath_, settings_.dt_s);
     ToolForce force;
@@ -130,6 +131,10 @@ void Simulation::hashTick(const TickInput& input) noexcept {
     hash.add(input.device.device_from_stylus);
     hash.add(std::uint64_t(input.device.buttons) | std::uint64_t(input.device.fresh) << 32);
     hash.add(std::uint64_t(input.device.flags) | std::uint64_t(input.command_count) << 32);
+    if ((input.device.flags & kDeviceClutch) != 0) {
+        hash.add(input.device.grip_at_m);
+        hash.add(input.device.force_share);
+    }
     for (std::uint32_t i = 0; i < input.command_count && i < std::uint32_t(kMaxCommandsPerTick); ++i) {
         hash.add(std::uint64_t(input.commands[i].kind) | std::uint64_t(input.commands[i].value) << 32);
     }

@@ -53,6 +53,11 @@ void putTick(ByteSink& sink, const TickInput& input) {
     sink.u32(input.device.buttons);
     sink.u32(input.device.fresh);
     sink.u32(input.device.flags);
+    if ((input.device.flags & haptics::kDeviceClutch) != 0) {
+        for (int i = 0; i < 3; ++i)
+            sink.f64(input.device.grip_at_m[i]);
+        sink.f64(input.device.force_share);
+    }
     sink.u32(input.command_count);
     for (std::uint32_t i = 0; i < input.command_count; ++i) {
         sink.u32(static_cast<std::uint32_t>(input.commands[i].kind));
@@ -66,6 +71,11 @@ bool takeTick(ByteSource& source, TickInput& input) {
     input.device.buttons = source.u32();
     input.device.fresh = source.u32();
     input.device.flags = source.u32();
+    if ((input.device.flags & haptics::kDeviceClutch) != 0) {
+        for (int i = 0; i < 3; ++i)
+            input.device.grip_at_m[i] = source.f64();
+        input.device.force_share = source.f64();
+    }
     input.command_count = source.u32();
     if (input.command_count > haptics::kMaxCommandsPerTick) return false;
     for (std::uint32_t i = 0; i < input.command_count; ++i) {

@@ -83,7 +83,7 @@ class Press {
         const DeviceState state = device_.read(t_ns_);
         if (state.fresh != 0) tip_m_ = state.device_from_stylus.position_m;
         OutputTick tick;
-        tick.tip_m = tip_m_;
+        tick.grip_m = tip_m_;
         tick.unmet = checkDevice(output_.safety, device_.profile(), state, kDt_s);
         tick.tool.force_n[axis.index] = axis.down * force_n;
         tick.tool.event = true;  // a weight, no spring: there is no energy to keep account of

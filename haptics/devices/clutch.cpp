@@ -31,6 +31,9 @@ void stepClutch(ClutchState& s, const ClutchSettings& settings, const Pose& held
     const double rise = settings.force_back_s > 0.0 ? dt_s / settings.force_back_s : 1.0;
     s.force_share = engaged ? std::min(1.0, s.force_share + rise) : 0.0;
     state.device_from_stylus = {held.rotation, s.tip_m + held.position_m};
+    state.grip_at_m = grip_m;
+    state.force_share = s.force_share;
+    state.flags |= kDeviceClutch;
 }
 
 Pose turnToward(const Pose& now, const Pose& wanted, double dt_s) noexcept {
@@ -58,15 +61,7 @@ Pose placeAlong(const DeviceProfile& profile, const Pose& patient_from_needle) n
 }
 
 ClutchedDevice::ClutchedDevice(HapticDevice& inner, const ClutchSettings& settings, const Pose& held)
-    : inner_(&inner),
-      settings_(settings),
-      profile_(inner.profile()),
-      reach_centre_m_(profile_.workspace_centre_m),
-      reach_m_(kReach * profile_.workspace_radius_m),
-      held_(held),
-      held_in_the_end_(held) {
-    profile_.workspace_radius_m = kUnknown;
-}
+    : inner_(&inner), settings_(settings), held_(held), held_in_the_end_(held) {}
 
 DeviceState ClutchedDevice::read(std::int64_t now_ns) noexcept {
     const double dt_s = std::max(0.0, double(now_ns - last_ns_) * 1e-9);
@@ -74,16 +69,9 @@ DeviceState ClutchedDevice::read(std::int64_t now_ns) noexcept {
     if (wanted_.read(wanted)) held_in_the_end_ = wanted;
     held_ = turnToward(held_, held_in_the_end_, dt_s);
     DeviceState state = inner_->read(now_ns);
-    const Vec3 out_m = state.device_from_stylus.position_m - reach_centre_m_;
-    // False where the reach is unknown.
-    if (std::sqrt(glm::dot(out_m, out_m)) > reach_m_) state.flags &= ~std::uint32_t(kDeviceReady);
     stepClutch(state_, settings_, held_, dt_s, state);
     last_ns_ = now_ns;
     return state;
-}
-
-void ClutchedDevice::send(const Vec3& force_n) noexcept {
-    inner_->send(force_n * state_.force_share);
 }
 
 }  // namespace stylet::haptics

@@ -43,19 +43,15 @@ Pose turnToward(const Pose& now, const Pose& wanted, double dt_s) noexcept STYLE
 // the soft wall and some room before it left free. The profile's workspace must be known.
 Pose placeAlong(const DeviceProfile&, const Pose& patient_from_needle_at_entry) noexcept;
 
-// Any device behind that rule. Its profile leaves the workspace unknown, for the needle's place is not the
-// grip's; the grip's is judged here: where its mechanism cannot be (kReach) it counts as not ready. There is
-// no soft wall: the mechanism's own stop ends the grip's way.
-//
-// The clutch's share of the force is taken after the output stage, so records hold the force before it. It is
-// at most 1, and 0 at once with the clutch, so the hand never gets more than what is recorded.
+// Any device behind that rule. It says where the grip is beside the tip, and the share of the force that the
+// clutch leaves (DeviceState): the output stage keeps wall, reach and account by them.
 class ClutchedDevice final : public HapticDevice {
   public:
     // The inner device must outlive it.
     ClutchedDevice(HapticDevice& inner, const ClutchSettings&, const Pose& held);
-    const DeviceProfile& profile() const noexcept override { return profile_; }
+    const DeviceProfile& profile() const noexcept override { return inner_->profile(); }
     DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override;
-    void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override;
+    void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override { inner_->send(force_n); }
     // Session or frame loop, one thread. Wait-free.
     // The tool is turned so from now on, not at once.
     void hold(const Pose& held) noexcept { wanted_.publish(held); }
@@ -63,9 +59,6 @@ class ClutchedDevice final : public HapticDevice {
   private:
     HapticDevice* inner_;
     ClutchSettings settings_;
-    DeviceProfile profile_;
-    Vec3 reach_centre_m_;
-    double reach_m_;  // NaN: unknown
     Snapshot<Pose> wanted_;
     // Haptics thread.
     Pose held_, held_in_the_end_;

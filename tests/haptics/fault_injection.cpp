@@ -149,7 +149,7 @@ struct Bench {
         if (injection) injection->into(read), injection->into(now.tool);
         if (injection && injection->what == Injected::focusLost) state.safety.focused = false;
         now.unmet = checkDevice(state.safety, profile, read, dt_s());
-        now.tip_m = isPose(read.device_from_stylus) ? read.device_from_stylus.position_m : state.tip_m;
+        now.grip_m = isPose(read.device_from_stylus) ? read.device_from_stylus.position_m : state.grip_m;
         return stepOutput(state, settings, profile, gain, now, dt_s());
     }
 };

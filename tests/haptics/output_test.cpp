@@ -118,7 +118,7 @@ TEST(Output, TheControllerLeadsTheScaledSpring) {
     Stage stage(plain(), {}, 0.5);
     const double k = 1000.0, dx = 20e-6;
     for (int i = 1; i <= 100; ++i) {
-        stage.tick.tip_m.x = i * dx;
+        stage.tick.grip_m.x = i * dx;
         stage.tick.tool.energy_j = 0.5 * k * i * i * dx * dx;
         const double sent = stage.send({-k * i * dx, 0.0, 0.0}).x;
         if (i < 20) continue;  // out of rest
@@ -128,7 +128,7 @@ TEST(Output, TheControllerLeadsTheScaledSpring) {
     OutputSettings watching = plain();
     watching.controller_share = 0.0;
     Stage off(watching);
-    off.tick.tip_m.x = dx;
+    off.tick.grip_m.x = dx;
     off.tick.tool.energy_j = 0.5 * k * dx * dx;
     EXPECT_EQ(off.send({-k * dx, 0.0, 0.0}).x, -k * dx);
     EXPECT_GT(off.state.passivity.shortfall_j, 0.0);
@@ -146,18 +146,18 @@ Stage owing(double tangent_n_per_m) {
 
 TEST(Output, TheControllerStaysBelowWhatTheBareMassCanBear) {
     Stage steep = owing(1e6);
-    steep.tick.tip_m.y = 1e-6;
+    steep.tick.grip_m.y = 1e-6;
     // A quarter of m / T^2, for the lightest device.
     EXPECT_NEAR(steep.send(Vec3(0.0)).y, -0.25 * kLightestMass_kg / (kDt_s * kDt_s) * 1e-6, 1e-12);
 }
 
 TEST(Output, TheControllerIsNoSteeperThanTheSteepestSpringCanOwe) {
     Stage soft = owing(1000.0);
-    soft.tick.tip_m.y = 1e-6;
+    soft.tick.grip_m.y = 1e-6;
     EXPECT_NEAR(soft.send(Vec3(0.0)).y, -1000.0 * 1e-6, 1e-12);  // twice K/2
     Stage late = owing(1000.0);
     late.profile.delay_s = 1.2 * kDt_s;  // counts as two ticks
-    late.tick.tip_m.y = 1e-6;
+    late.tick.grip_m.y = 1e-6;
     EXPECT_NEAR(late.send(Vec3(0.0)).y, -0.25 * kLightestMass_kg / (3.0 * kDt_s * kDt_s) * 1e-6, 1e-12);
 }
 
@@ -165,7 +165,7 @@ TEST(Output, TheControllerKicksNobody) {
     Stage stage = owing(1e6);
     double last = 0.0;
     for (int i = 1; i <= 100; ++i) {
-        stage.tick.tip_m.y = i % 10 < 5 ? 0.001 : -0.001;
+        stage.tick.grip_m.y = i % 10 < 5 ? 0.001 : -0.001;
         const double sent = stage.send(Vec3(0.0)).y;
         EXPECT_LE(std::fabs(sent - last), 0.1 + 1e-12);
         last = sent;
@@ -177,7 +177,7 @@ TEST(Output, TheWallPushesBackIntoTheWorkspace) {
     small.workspace_radius_m = 0.04;
     Stage stage(plain(), small);
     for (double x = 0.0; x <= 0.0401; x += 0.0002) {
-        stage.tick.tip_m.x = x;
+        stage.tick.grip_m.x = x;
         stage.send(Vec3(0.0));
     }
     for (int i = 0; i < 100; ++i)
@@ -186,6 +186,28 @@ TEST(Output, TheWallPushesBackIntoTheWorkspace) {
 }
 
 // Outside the hashed state: the loop's business.
+// The model's spring is let go of at once, wall and limits stay; nothing is owed for what was let go of.
+TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
+    DeviceProfile profile;
+    profile.workspace_radius_m = 0.1;
+    Stage stage(plain(), profile);
+    stage.tick.grip_m = {0.091, 0.0, 0.0};
+    for (int i = 0; i < 500; ++i)
+        stage.send({0.0, 2.0, 0.0});
+    EXPECT_NEAR(stage.state.sent_n.x, -0.2, 0.01);
+    EXPECT_NEAR(stage.state.sent_n.y, 2.0, 0.01);
+    stage.tick.share = 0.5;
+    EXPECT_NEAR(stage.send({0.0, 2.0, 0.0}).y, 1.0, 0.01);
+    stage.tick.share = 0.0;
+    for (int i = 0; i < 500; ++i) {
+        stage.tick.grip_m.y = 1e-5 * i;  // drawn back along the wall, the tip stays
+        EXPECT_LT(std::fabs(stage.send({0.0, 2.0, 0.0}).y), 0.02) << i;
+    }
+    EXPECT_EQ(stage.state.controller_n.y, 0.0);
+    EXPECT_EQ(stage.state.passivity.shortfall_j, 0.0);
+    EXPECT_LT(stage.state.sent_n.x, -0.1);
+}
+
 TEST(Output, AFullRingDoesNotTakeTheForceAway) {
     Stage stage;
     stage.state.safety.faults = kFaultRingFull;

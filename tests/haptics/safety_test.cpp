@@ -117,6 +117,16 @@ struct Cause {
     void (*make)(Watched&);
 };
 const Cause kCauses[] = {
+    {"clutch says nonsense", kFaultBadPose,
+     [](Watched& w) {
+         w.device.flags |= kDeviceClutch;
+         w.device.force_share = 1.5;
+     }},
+    {"clutched grip nowhere", kFaultBadPose,
+     [](Watched& w) {
+         w.device.flags |= kDeviceClutch;
+         w.device.grip_at_m.y = kNan;
+     }},
     {"unplugged", kFaultDeviceLost, [](Watched& w) { w.device.flags &= ~std::uint32_t(kDeviceReady); }},
     {"let go", kFaultHandOff, [](Watched& w) { w.device.flags &= ~std::uint32_t(kDeviceHandOn); }},
     {"headset off", kFaultNotFocused, [](Watched& w) { w.safety.focused = false; }},

@@ -63,6 +63,10 @@ TickInput someInput(std::uint64_t i) {
     input.device.buttons = std::uint32_t(bits());
     input.device.fresh = i % 3 != 0;
     input.device.flags = std::uint32_t(bits());
+    if ((input.device.flags & haptics::kDeviceClutch) != 0) {
+        input.device.grip_at_m = {double(i), std::bit_cast<double>(bits()), -0.0};
+        input.device.force_share = std::bit_cast<double>(bits());
+    }
     if (i % 100 == 5) {
         input.command_count = 3;
         input.commands[0] = {haptics::CommandKind::holdBreath, 0};
@@ -89,6 +93,11 @@ void expectSameBits(const TickInput& a, const TickInput& b) {
     EXPECT_EQ(a.device.buttons, b.device.buttons);
     EXPECT_EQ(a.device.fresh, b.device.fresh);
     EXPECT_EQ(a.device.flags, b.device.flags);
+    for (int k = 0; k < 3; ++k)
+        EXPECT_EQ(std::bit_cast<std::uint64_t>(a.device.grip_at_m[k]),
+                  std::bit_cast<std::uint64_t>(b.device.grip_at_m[k]));
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(a.device.force_share),
+              std::bit_cast<std::uint64_t>(b.device.force_share));
     ASSERT_EQ(a.command_count, b.command_count);
     for (std::uint32_t c = 0; c < a.command_count; ++c) {
         EXPECT_EQ(a.commands[c].kind, b.commands[c].kind);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "haptics/devices/profiles.h"
+#include "haptics/output.h"
 #include "haptics/safety.h"
 #include "patient/synth/random.h"
 
@@ -69,7 +70,9 @@ TEST_F(Clutched, UntouchedItIsTheGripMillimetreForMillimetre) {
     read();
     moveTo({0.0, -0.01, 0.10}, 0);
     EXPECT_NEAR(glm::length(tip() - Vec3(0.0, -0.01, 0.10)), 0.0, 1e-15);
-    EXPECT_EQ(last.flags, grip.state.flags);
+    EXPECT_EQ(last.flags, grip.state.flags | kDeviceClutch);
+    EXPECT_EQ(last.grip_m(), grip.state.device_from_stylus.position_m);
+    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0, 0.0, 3.0)) << "what the output stage says";
 }
 
 // 90 mm with a device that has 80: the second stroke goes on where the first ended.
@@ -91,20 +94,12 @@ TEST_F(Clutched, TwoStrokesMakeAPathLongerThanTheDevice) {
 TEST_F(Clutched, NoForceWhileItIsHeldAndASlowReturn) {
     for (int i = 0; i < 250; ++i)
         read();
-    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0, 0.0, 3.0));
+    EXPECT_EQ(last.share(), 1.0);
     grip.state.buttons = kButton;
-    read();
-    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0));
+    EXPECT_EQ(read().share(), 0.0);
     grip.state.buttons = 0;
-    double last_n = 0.0;
-    for (int i = 1; i <= 200; ++i) {
-        read();
-        const double n = sent({0.0, 0.0, 3.0}).z;
-        EXPECT_NEAR(n, 3.0 * i / 200.0, 1e-9);
-        EXPECT_LE(n - last_n, 0.0151);
-        last_n = n;
-    }
-    EXPECT_NEAR(last_n, 3.0, 1e-9);
+    for (int i = 1; i <= 200; ++i)
+        EXPECT_NEAR(read().share(), i / 200.0, 1e-9);
 }
 
 TEST_F(Clutched, LostAndFoundTheNeedleIsWhereItWas) {
@@ -115,7 +110,7 @@ TEST_F(Clutched, LostAndFoundTheNeedleIsWhereItWas) {
     grip.state.device_from_stylus.position_m = {0.03, 0.0, 0.16};
     read();
     EXPECT_EQ(tip(), Vec3(0.0, 0.0, 0.10));
-    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0));
+    EXPECT_EQ(last.share(), 0.0);
     grip.state.flags = kDeviceReady | kDeviceHandOn;
     read();
     EXPECT_EQ(tip(), Vec3(0.0, 0.0, 0.10));
@@ -123,9 +118,9 @@ TEST_F(Clutched, LostAndFoundTheNeedleIsWhereItWas) {
     EXPECT_NEAR(tip().z, 0.09, 1e-12);
 }
 
-// Drawn back with the clutch the needle may be anywhere; the grip may not.
-TEST_F(Clutched, AGripBeyondItsMechanismIsNotReadyWhereverTheNeedleIs) {
-    const Vec3 near(0.0, 0.0, 0.16), far(0.0, 0.0, 0.09);
+// Drawn back with the clutch the needle may be anywhere; the grip may not, and the wall is the grip's.
+TEST_F(Clutched, ReachAndWallAreTheGripsWhereverTheNeedleIs) {
+    const Vec3 near(0.0, 0.0, 0.155), far(0.0, 0.0, 0.09);
     grip.state.device_from_stylus.position_m = near;
     read();
     for (int stroke = 0; stroke < 3; ++stroke) {
@@ -133,20 +128,29 @@ TEST_F(Clutched, AGripBeyondItsMechanismIsNotReadyWhereverTheNeedleIs) {
         moveTo(near, kButton);
     }
     moveTo(near, 0);
-    EXPECT_NEAR(tip().z, -0.05, 5e-3);  // no place for a grip
-    EXPECT_EQ(last.flags, grip.state.flags);
-    for (int i = 0; i < 250; ++i)
-        read();
-    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0, 0.0, 3.0));
-    const Vec3 before = tip();
+    EXPECT_NEAR(tip().z, -0.04, 5e-3);  // no place for a grip
+    SafetyState safety;
+    EXPECT_EQ(checkDevice(safety, device.profile(), last, 1e-3), 0u);
+    OutputState output;
+    const auto wall_n = [&] {
+        OutputTick tick;
+        tick.grip_m = last.grip_m();
+        tick.share = last.share();
+        Vec3 force_n(0.0);
+        for (int i = 0; i < 4000; ++i)
+            force_n = stepOutput(output, {}, device.profile(), 1.0, tick, 1e-3);
+        return force_n;
+    };
+    EXPECT_EQ(wall_n(), Vec3(0.0));
+    moveTo({0.0, 0.0, 0.1225 + 0.039}, kButton);  // 3 mm into the wall: 0.6 N, with the clutch held too
+    EXPECT_EQ(last.share(), 0.0);
+    EXPECT_NEAR(wall_n().z, -0.6, 1e-3);
     grip.state.device_from_stylus.position_m = {0.0, 0.0, 0.1225 + 0.061};
     read();
-    EXPECT_EQ(last.flags & kDeviceReady, 0u);
-    EXPECT_EQ(tip(), before);
-    EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0));
+    EXPECT_EQ(checkDevice(safety, device.profile(), last, 1.0), kFaultOutOfReach);
     grip.state.device_from_stylus.position_m = {0.0, 0.0, 0.1225 + 0.059};
     read();
-    EXPECT_NE(last.flags & kDeviceReady, 0u);
+    EXPECT_EQ(checkDevice(safety, device.profile(), last, 1.0), 0u);
 }
 
 // A probe is held otherwise than a needle: the tool is turned in the hand, slowly, about where a needle's tip
@@ -175,9 +179,9 @@ TEST_F(Clutched, AnotherToolIsTurnedToSlowly) {
     EXPECT_EQ(last.device_from_stylus.rotation, Quat(1.0, 0.0, 0.0, 0.0));
 }
 
-TEST_F(Clutched, KeepsItsProfileButForTheWorkspace) {
+TEST_F(Clutched, IsTheDeviceThatItIs) {
     EXPECT_EQ(device.profile().force_peak_n, 8.0);
-    EXPECT_TRUE(std::isnan(device.profile().workspace_radius_m));
+    EXPECT_EQ(device.profile().workspace_radius_m, 0.04);
 }
 
 // Nothing pushes back before the skin does.

@@ -1,16 +1,7 @@
 #include "haptics/devices/bridge.h"
 
-#include <poll.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <time.h>
-#include <unistd.h>
-
-#include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 
 #include "haptics/devices/bridge/link.h"
 
@@ -21,41 +12,15 @@ namespace {
 // In one go. Each force has one answer of 96 bytes: 64 KiB are nobody's answers.
 constexpr int kMostReads = 16;
 
-std::int64_t monotonic_ns() noexcept {
-    timespec t{};
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return std::int64_t(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
-}
-
-void waitReadable(int socket, std::int64_t for_ns) noexcept {
-    pollfd wait{socket, POLLIN, 0};
-    const timespec limit{time_t(for_ns / 1'000'000'000), long(for_ns % 1'000'000'000)};
-    ppoll(&wait, 1, &limit, nullptr);
-}
-
-// Whole or not at all: a bridge that lets the socket fill up has been silent for long.
-bool sendWhole(int socket, std::span<const std::uint8_t> bytes) noexcept {
-    const ssize_t sent = ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-    return sent == ssize_t(bytes.size());
-}
-
-// Whoever else could have put a socket there must not move a trainee's hand.
-bool trusted(int socket) noexcept {
-    ucred peer{};
-    socklen_t size = sizeof peer;
-    return getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
-           (peer.uid == geteuid() || peer.uid == 0);
-}
-
 }  // namespace
 
 std::string bridgeSocketPath() {
     if (const char* path = std::getenv("STYLET_BRIDGE_SOCKET")) return path;
-    const char* folder = std::getenv("XDG_RUNTIME_DIR");
-    return (folder ? std::string(folder) : "/run/user/" + std::to_string(geteuid())) + "/stylet-bridge.sock";
+    return userSocketFolder() + "/stylet-bridge.sock";
 }
 
-BridgeDriver::BridgeDriver(const BridgeSettings& settings) : settings_(settings) {
+BridgeDriver::BridgeDriver(const Clock& clock, const BridgeSettings& settings)
+    : clock_(clock), settings_(settings) {
     if (settings_.socket_path.empty()) settings_.socket_path = bridgeSocketPath();
     profile_.name = "bridge";
     profile_.force_peak_n = kWeakestForce_n;
@@ -76,34 +41,27 @@ DeviceStage BridgeDriver::open(std::string& why) {
 }
 
 DeviceStage BridgeDriver::connect(std::string& why) {
-    const std::string& path = settings_.socket_path;
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    if (path.size() >= sizeof address.sun_path) return fail(why, path + ": too long for a socket's path");
-    std::memcpy(address.sun_path, path.c_str(), path.size());
-
-    socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (socket_ < 0) return fail(why, std::string("no socket: ") + std::strerror(errno));
-    if (::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-        const int error = errno;
-        fail(why, path + ": " + std::strerror(error));
-        if (error != ENOENT && error != ECONNREFUSED) return DeviceStage::failed;
-        why = "no bridge listens on " + path;
-        return DeviceStage::absent;
+    switch (socket_.connect(settings_.socket_path, why)) {
+        case LocalSocket::Connected::yes:
+            return DeviceStage::opening;
+        case LocalSocket::Connected::nobodyListens:
+            why = "no bridge listens on " + settings_.socket_path;
+            return DeviceStage::absent;
+        case LocalSocket::Connected::failed:
+            break;
     }
-    if (!trusted(socket_)) return fail(why, path + ": the bridge runs as another user");
-    return DeviceStage::opening;
+    return DeviceStage::failed;
 }
 
 DeviceStage BridgeDriver::greet(std::string& why) {
-    const std::int64_t deadline_ns = monotonic_ns() + settings_.greeting_ns;
-    if (!sendWhole(socket_, link_->hello().span())) return refused(why);
+    const std::int64_t deadline_ns = now() + settings_.greeting_ns;
+    if (!socket_.sendWhole(link_->hello().span())) return refused(why);
     while (!link_->introduced()) {
         if (!receive(why) || !sound(why)) return DeviceStage::failed;
-        const std::int64_t left_ns = deadline_ns - monotonic_ns();
+        const std::int64_t left_ns = deadline_ns - now();
         if (link_->introduced()) break;
         if (left_ns <= 0) return fail(why, "the bridge does not introduce itself");
-        waitReadable(socket_, left_ns);
+        socket_.waitReadable(left_ns);
     }
     const bridge::Capabilities& said = link_->capabilities();
     if (name_.empty()) {
@@ -120,15 +78,15 @@ DeviceStage BridgeDriver::greet(std::string& why) {
 }
 
 DeviceStage BridgeDriver::exchange(const Vec3& force_n, DeviceState& state, std::string& why) {
-    const std::int64_t began_ns = monotonic_ns();
-    if (!sendWhole(socket_, link_->force(force_n, began_ns).span())) return refused(why);
+    const std::int64_t began_ns = now();
+    if (!socket_.sendWhole(link_->force(force_n, began_ns).span())) return refused(why);
     bridge::State said;
     while (true) {
         if (!receive(why) || !sound(why)) return DeviceStage::failed;
         state.fresh = link_->take(said);
-        const std::int64_t left_ns = began_ns + settings_.answer_ns - monotonic_ns();
+        const std::int64_t left_ns = began_ns + settings_.answer_ns - now();
         if (state.fresh || left_ns <= 0) break;
-        waitReadable(socket_, left_ns);
+        socket_.waitReadable(left_ns);
     }
     if (link_->counts().states == 0) {
         state.flags = 0;
@@ -156,19 +114,19 @@ DeviceStage BridgeDriver::refused(std::string& why) {
 // False when the connection is gone. What had come before is taken first: it may be the reason.
 bool BridgeDriver::receive(std::string& why) {
     std::array<std::uint8_t, 4096> bytes;
+    std::span<const std::uint8_t> got;
     for (int turn = 0; turn < kMostReads; ++turn) {
-        const ssize_t got = ::recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
-        if (got > 0) {
-            link_->receive({bytes.data(), std::size_t(got)}, monotonic_ns());
-            if (link_->fault() != bridge::LinkFault::none) return sound(why);
-        } else if (got < 0 && errno == EINTR) {
-            continue;
-        } else if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
-            return true;
-        } else {
-            fail(why, got == 0 ? "the bridge is gone"
-                               : std::string("the bridge is gone: ") + std::strerror(errno));
-            return false;
+        std::string reason;
+        switch (socket_.receive(bytes, got, reason)) {
+            case LocalSocket::Received::bytes:
+                link_->receive(got, now());
+                if (link_->fault() != bridge::LinkFault::none) return sound(why);
+                break;
+            case LocalSocket::Received::nothingYet:
+                return true;
+            case LocalSocket::Received::ended:
+                fail(why, "the bridge is gone" + (reason.empty() ? "" : ": " + reason));
+                return false;
         }
     }
     fail(why, "a flood from the bridge: more than can be answers");
@@ -176,7 +134,7 @@ bool BridgeDriver::receive(std::string& why) {
 }
 
 bool BridgeDriver::sound(std::string& why) {
-    link_->watch(monotonic_ns());
+    link_->watch(now());
     const bridge::LinkFault fault = link_->fault();
     if (fault == bridge::LinkFault::none) return true;
     std::string reason = bridge::describe(fault);
@@ -192,13 +150,12 @@ DeviceStage BridgeDriver::fail(std::string& why, const std::string& reason) {
 }
 
 void BridgeDriver::close() noexcept {
-    if (socket_ < 0) return;
+    if (!socket_.isOpen()) return;
     if (link_) {
-        sendWhole(socket_, link_->force(Vec3(0.0), monotonic_ns()).span());
-        sendWhole(socket_, link_->bye("closed by Stylet").span());
+        socket_.sendWhole(link_->force(Vec3(0.0), now()).span());
+        socket_.sendWhole(link_->bye("closed by Stylet").span());
     }
-    ::close(socket_);
-    socket_ = -1;
+    socket_.close();
     link_.reset();
 }
 

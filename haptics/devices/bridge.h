@@ -6,6 +6,8 @@
 #include <string>
 
 #include "haptics/devices/driver.h"
+#include "haptics/devices/local_socket_linux.h"
+#include "haptics/loop.h"
 
 namespace stylet::haptics {
 
@@ -24,7 +26,8 @@ std::string bridgeSocketPath();
 
 class BridgeDriver final : public Driver {
   public:
-    explicit BridgeDriver(const BridgeSettings& = {});
+    // The clock is CLOCK_MONOTONIC, which the bridge shares.
+    explicit BridgeDriver(const Clock&, const BridgeSettings& = {});
     ~BridgeDriver() override;
 
     // Before the first greeting, the weakest device we know; afterwards what the bridge said.
@@ -43,8 +46,11 @@ class BridgeDriver final : public Driver {
     bool receive(std::string& why);
     bool sound(std::string& why);
 
+    std::int64_t now() const noexcept { return clock_.now_ns(clock_.context); }
+
+    Clock clock_;
     BridgeSettings settings_;
-    int socket_ = -1;
+    LocalSocket socket_;
     std::unique_ptr<bridge::Link> link_;  // of this connection
     std::string name_, source_;           // that `profile_` points to
     DeviceProfile profile_;

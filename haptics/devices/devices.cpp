@@ -166,11 +166,11 @@ void findInverse3(const DeviceOptions& options, std::vector<FoundDevice>& found)
 }
 
 DeviceProfile inverse3Profile(const DeviceOptions& options) {
-    return Inverse3Driver(inverse3Settings(options)).profile();
+    return Inverse3Driver({}, inverse3Settings(options)).profile();
 }
 
-std::unique_ptr<Driver> makeInverse3(const DeviceOptions& options, const Clock&) {
-    return std::make_unique<Inverse3Driver>(inverse3Settings(options));
+std::unique_ptr<Driver> makeInverse3(const DeviceOptions& options, const Clock& clock) {
+    return std::make_unique<Inverse3Driver>(clock, inverse3Settings(options));
 }
 
 #else
@@ -203,8 +203,8 @@ DeviceProfile bridgeProfile(const DeviceOptions&) {
             .source = "the bridge tells once it is connected"};
 }
 
-std::unique_ptr<Driver> makeBridge(const DeviceOptions& options, const Clock&) {
-    return std::make_unique<BridgeDriver>(BridgeSettings{.socket_path = socketOf(options)});
+std::unique_ptr<Driver> makeBridge(const DeviceOptions& options, const Clock& clock) {
+    return std::make_unique<BridgeDriver>(clock, BridgeSettings{.socket_path = socketOf(options)});
 }
 
 constexpr std::array kEntries{

@@ -1,7 +1,5 @@
 #include "haptics/devices/inverse3.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -29,17 +27,15 @@ constexpr std::int64_t kFarewell_ns = 10'000'000;
 constexpr std::size_t kMostAtOnce_bytes = 1024 * 1024;
 constexpr int kMostHandlers = 1000;
 
-std::int64_t monotonic_ns() noexcept {
-    timespec t{};
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return std::int64_t(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
+std::int64_t nowOn(const Clock& clock) noexcept {
+    return clock.now_ns(clock.context);
 }
 
 // Runs what is pending until `done`; false when the time is up first.
 template <typename Done>
-bool runUntil(asio::io_context& io, std::int64_t deadline_ns, const Done& done) {
+bool runUntil(asio::io_context& io, const Clock& clock, std::int64_t deadline_ns, const Done& done) {
     while (!done()) {
-        const std::int64_t left_ns = deadline_ns - monotonic_ns();
+        const std::int64_t left_ns = deadline_ns - nowOn(clock);
         if (left_ns <= 0) return false;
         io.restart();
         io.run_one_for(std::chrono::nanoseconds(left_ns));
@@ -49,10 +45,11 @@ bool runUntil(asio::io_context& io, std::int64_t deadline_ns, const Done& done) 
 
 // One operation with a deadline. Its error, timed_out where it had none by then.
 template <typename Start>
-beast::error_code await(asio::io_context& io, std::int64_t deadline_ns, const Start& start) {
+beast::error_code await(asio::io_context& io, const Clock& clock, std::int64_t deadline_ns,
+                        const Start& start) {
     const auto result = std::make_shared<std::optional<beast::error_code>>();
     start([result](beast::error_code error, auto&&...) { *result = error; });
-    if (!runUntil(io, deadline_ns, [&] { return result->has_value(); })) return asio::error::timed_out;
+    if (!runUntil(io, clock, deadline_ns, [&] { return result->has_value(); })) return asio::error::timed_out;
     return **result;
 }
 
@@ -64,7 +61,7 @@ void runSome(asio::io_context& io) {
 }
 
 // The body of GET `target`, empty when there is none.
-std::string get(asio::io_context& io, const tcp::endpoint& endpoint, const char* target,
+std::string get(asio::io_context& io, const Clock& clock, const tcp::endpoint& endpoint, const char* target,
                 std::int64_t deadline_ns) {
     beast::tcp_stream stream(io);
     beast::flat_buffer buffer(kMostVersionBytes);
@@ -74,9 +71,9 @@ std::string get(asio::io_context& io, const tcp::endpoint& endpoint, const char*
     http::response_parser<http::string_body> parser;
     parser.body_limit(kMostVersionBytes);
     parser.header_limit(4096);
-    if (await(io, deadline_ns, [&](auto done) { stream.async_connect(endpoint, done); }) ||
-        await(io, deadline_ns, [&](auto done) { http::async_write(stream, request, done); }) ||
-        await(io, deadline_ns, [&](auto done) { http::async_read(stream, buffer, parser, done); }) ||
+    if (await(io, clock, deadline_ns, [&](auto done) { stream.async_connect(endpoint, done); }) ||
+        await(io, clock, deadline_ns, [&](auto done) { http::async_write(stream, request, done); }) ||
+        await(io, clock, deadline_ns, [&](auto done) { http::async_read(stream, buffer, parser, done); }) ||
         parser.get().result() != http::status::ok) {
         // What is pending refers to what is about to go.
         beast::error_code ignored;
@@ -91,6 +88,9 @@ std::string get(asio::io_context& io, const tcp::endpoint& endpoint, const char*
 
 // One read and at most one write are pending at any time.
 struct Inverse3Driver::Connection {
+    explicit Connection(const Clock& time) : clock(time) {}
+
+    Clock clock;
     asio::io_context io{1};
     websocket::stream<beast::tcp_stream> socket{io};
     beast::flat_buffer incoming{inverse3::kMostBytes};
@@ -112,7 +112,7 @@ struct Inverse3Driver::Connection {
     }
     // Skipped while the last one is still on its way: only the newest force matters.
     void send(const std::string& device_id, const Vec3& force_n) {
-        const std::int64_t now_ns = monotonic_ns();
+        const std::int64_t now_ns = nowOn(clock);
         if (!std::exchange(waiting, true)) asked_ns = now_ns;
         if (writing) return;
         inverse3::writeForce(outgoing, device_id, force_n, spelling);
@@ -125,7 +125,7 @@ struct Inverse3Driver::Connection {
     }
     bool waitForMessage(std::int64_t deadline_ns) {
         runSome(io);
-        runUntil(io, deadline_ns, [this] { return arrived || error; });
+        runUntil(io, clock, deadline_ns, [this] { return arrived || error; });
         return arrived && !error;
     }
     // Takes the messages that have arrived; the newest counts. False: one was no good.
@@ -160,7 +160,8 @@ struct Inverse3Driver::Connection {
     }
 };
 
-Inverse3Driver::Inverse3Driver(const Inverse3Settings& settings) : settings_(settings) {
+Inverse3Driver::Inverse3Driver(const Clock& clock, const Inverse3Settings& settings)
+    : clock_(clock), settings_(settings) {
     profile_.name = "inverse3";
     profile_.force_peak_n = settings.force_peak_n.value_or(kWeakestForce_n);
     profile_.stiffness_n_per_m = kWeakestStiffness_n_per_m;
@@ -176,7 +177,7 @@ Inverse3Driver::~Inverse3Driver() {
 
 DeviceStage Inverse3Driver::open(std::string& why) {
     close();
-    const std::int64_t deadline_ns = monotonic_ns() + settings_.greeting_ns;
+    const std::int64_t deadline_ns = nowOn(clock_) + settings_.greeting_ns;
     const bool given = !settings_.address.empty();
     DeviceStage stage = connect(given ? settings_.address : "127.0.0.1", deadline_ns, why);
     if (stage == DeviceStage::absent && !given) stage = connect("::1", deadline_ns, why);
@@ -190,10 +191,10 @@ DeviceStage Inverse3Driver::connect(const std::string& address, std::int64_t dea
     if (error || !host.is_loopback()) return fail(why, address + " is no address of this machine itself");
     const tcp::endpoint endpoint(host, settings_.port);
 
-    connection_ = std::make_unique<Connection>();
+    connection_ = std::make_unique<Connection>(clock_);
     Connection& c = *connection_;
     auto& stream = beast::get_lowest_layer(c.socket);
-    error = await(c.io, deadline_ns, [&](auto done) { stream.async_connect(endpoint, done); });
+    error = await(c.io, clock_, deadline_ns, [&](auto done) { stream.async_connect(endpoint, done); });
     if (error) {
         fail(why, "Haply's service does not answer on port " + std::to_string(settings_.port) + ": " +
                       error.message());
@@ -201,7 +202,8 @@ DeviceStage Inverse3Driver::connect(const std::string& address, std::int64_t dea
     }
     stream.socket().set_option(tcp::no_delay(true), error);
     c.socket.read_message_max(inverse3::kMostBytes);
-    error = await(c.io, deadline_ns, [&](auto done) { c.socket.async_handshake("localhost", "/", done); });
+    error = await(c.io, clock_, deadline_ns,
+                  [&](auto done) { c.socket.async_handshake("localhost", "/", done); });
     if (error) return fail(why, "what answers is no WebSocket: " + error.message());
     c.socket.text(true);
     c.read();
@@ -222,7 +224,7 @@ DeviceStage Inverse3Driver::takeInventory(std::int64_t deadline_ns, std::string&
     using Wanted = Inverse3Settings::Spelling;
     if (settings_.spelling == Wanted::byVersion) {
         const auto endpoint = beast::get_lowest_layer(c.socket).socket().remote_endpoint();
-        const auto spelling = inverse3::spellingOf(get(c.io, endpoint, "/version", deadline_ns));
+        const auto spelling = inverse3::spellingOf(get(c.io, clock_, endpoint, "/version", deadline_ns));
         c.spelling =
             spelling.value_or(c.newest.has_session ? inverse3::Spelling::vector : inverse3::Spelling::values);
     } else {
@@ -239,7 +241,7 @@ DeviceStage Inverse3Driver::takeInventory(std::int64_t deadline_ns, std::string&
 
 DeviceStage Inverse3Driver::exchange(const Vec3& force_n, DeviceState& state, std::string& why) {
     Connection& c = *connection_;
-    const std::int64_t began_ns = monotonic_ns();
+    const std::int64_t began_ns = nowOn(clock_);
     // Late answers first, so that none is taken for the one to this force.
     bool any = false;
     std::string what;
@@ -252,7 +254,7 @@ DeviceStage Inverse3Driver::exchange(const Vec3& force_n, DeviceState& state, st
     if (!good) return fail(why, "a message of the service: " + what);
     if (c.error) return fail(why, c.lost());
     state.fresh = any;
-    if (c.waiting && monotonic_ns() - c.asked_ns >= settings_.silent_ns)
+    if (c.waiting && nowOn(clock_) - c.asked_ns >= settings_.silent_ns)
         return fail(
             why, "nothing from the service for " + std::to_string(settings_.silent_ns / 1'000'000) + " ms");
     if (!c.newest.present || c.newest.device_id != device_id_) return fail(why, "the Inverse3 was unplugged");
@@ -288,12 +290,12 @@ void Inverse3Driver::close() noexcept {
     if (!connection_) return;
     try {
         Connection& c = *connection_;
-        const std::int64_t deadline_ns = monotonic_ns() + kFarewell_ns;
+        const std::int64_t deadline_ns = nowOn(clock_) + kFarewell_ns;
         if (c.socket.is_open() && !c.error && !device_id_.empty()) {
             const auto written = [&] { return !c.writing || c.error; };
-            if (runUntil(c.io, deadline_ns, written) && !c.error) {
+            if (runUntil(c.io, clock_, deadline_ns, written) && !c.error) {
                 c.send(device_id_, Vec3(0.0));
-                runUntil(c.io, deadline_ns, written);
+                runUntil(c.io, clock_, deadline_ns, written);
             }
             beast::error_code ignored;
             beast::get_lowest_layer(c.socket).socket().shutdown(tcp::socket::shutdown_send, ignored);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "haptics/devices/driver.h"
+#include "haptics/loop.h"
 
 namespace stylet::haptics {
 
@@ -28,7 +29,7 @@ struct Inverse3Settings {
 
 class Inverse3Driver final : public Driver {
   public:
-    explicit Inverse3Driver(const Inverse3Settings& = {});
+    explicit Inverse3Driver(const Clock&, const Inverse3Settings& = {});
     ~Inverse3Driver() override;
 
     const DeviceProfile& profile() const noexcept override { return profile_; }
@@ -43,6 +44,7 @@ class Inverse3Driver final : public Driver {
     DeviceStage judge(const inverse3::Update&, DeviceState&, std::string& why) const;
     DeviceStage fail(std::string& why, const std::string& reason);
 
+    Clock clock_;
     Inverse3Settings settings_;
     DeviceProfile profile_;
     std::string device_id_;  // of the first that was opened: no other is taken for it

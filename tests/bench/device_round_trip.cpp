@@ -10,6 +10,7 @@
 #ifdef STYLET_INVERSE3
 #include "haptics/devices/inverse3.h"
 #include "tests/support/inverse3_emulator.h"
+#include "tests/support/wall_clock.h"
 #endif
 
 namespace stylet::bench {
@@ -49,11 +50,11 @@ void measure(std::vector<Row>& rows, const char* name, Driver& driver, int rate_
 void run(std::vector<Row>& rows) {
     const test::TempFolder folder;
     test::BridgeServer bridge(folder / "bridge.sock", {});
-    BridgeDriver bridge_driver({.socket_path = folder / "bridge.sock"});
+    BridgeDriver bridge_driver(test::kWallClock, {.socket_path = folder / "bridge.sock"});
     measure(rows, "haptics.device_round_trip.bridge", bridge_driver, 1000);
 #ifdef STYLET_INVERSE3
     test::Inverse3Emulator service({});
-    Inverse3Driver inverse3({.port = service.port()});
+    Inverse3Driver inverse3(test::kWallClock, {.port = service.port()});
     measure(rows, "haptics.device_round_trip.inverse3", inverse3, 1000);
 #endif
 }

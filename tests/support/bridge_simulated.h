@@ -5,7 +5,7 @@
 #include <atomic>
 #include <thread>
 
-#include "haptics/devices/bridge/server.h"
+#include "haptics/devices/bridge/serve_linux.h"
 
 namespace stylet::test {
 

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "haptics/devices/bridge/forcedimension_frame.h"
-#include "haptics/devices/bridge/server.h"
+#include "haptics/devices/bridge/serve_linux.h"
 
 namespace stylet::haptics::bridge {
 namespace {

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 
-#include "haptics/devices/bridge/server.h"
+#include "haptics/devices/bridge/serve_linux.h"
 
 namespace stylet::haptics::bridge {
 namespace {

@@ -1,6 +1,6 @@
 // The bridge's side: what a program around a closed SDK is made of. The SDK's servo thread calls
-// Servo::tick(); serve() talks to Stylet on a thread of its own, so that neither a slow socket nor a dead
-// trainer can hold a force on the device.
+// Servo::tick(); serve() (serve_linux.h) talks to Stylet on a thread of its own, so that neither a slow
+// socket nor a dead trainer can hold a force on the device.
 #pragma once
 
 #include <atomic>
@@ -20,8 +20,6 @@ struct Sample {
     MotorStage motors = MotorStage::on;
     bool hand_on = true;
 };
-
-std::int64_t monotonic_ns() noexcept;
 
 class Servo {
   public:
@@ -72,24 +70,5 @@ class Session {
     std::uint32_t sent_ = 0, seen_ = 0;
     bool greeted_ = false;
 };
-
-// What a vendor's SDK is made to do.
-class Sdk {
-  public:
-    virtual ~Sdk() = default;
-    // Finds the device, fills in what it can do.
-    virtual bool open(Capabilities&, std::string& why) = 0;
-    // Its servo thread calls servo.tick() and applies what that returns, until stop().
-    virtual bool start(Servo&, std::string& why) = 0;
-    // Zero force, then lets go. On every way out.
-    virtual void stop() noexcept = 0;
-};
-
-// Opens the SDK and serves one Stylet after the other until `stop`, or until the device is lost: then the
-// reason is returned, and an empty text otherwise.
-std::string serve(Sdk&, const std::string& socket_path, const std::atomic<bool>& stop);
-
-// main() of a bridge: NAME [--socket PATH], until SIGINT, SIGTERM or SIGHUP.
-int bridgeMain(Sdk&, int argc, char** argv);
 
 }  // namespace stylet::haptics::bridge

@@ -22,6 +22,7 @@
 #include "tests/support/bridge_emulator.h"
 #include "tests/support/phantom.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/wall_clock.h"
 
 extern char** environ;
 
@@ -56,7 +57,7 @@ class BridgeDriverTest : public testing::Test {
         std::string why;
         for (int i = 0; i < 10 && why != wanted; ++i) {
             BridgeServer server(path, script);
-            BridgeDriver driver({.socket_path = path});
+            BridgeDriver driver(test::kWallClock, {.socket_path = path});
             why = pressUntilItFails(driver, most);
             if (why != describe(bridge::LinkFault::silent)) break;
         }
@@ -71,12 +72,12 @@ class BridgeDriverTest : public testing::Test {
 };
 
 TEST_F(BridgeDriverTest, WithoutABridgeTheDeviceIsAbsent) {
-    BridgeDriver driver({.socket_path = path});
+    BridgeDriver driver(test::kWallClock, {.socket_path = path});
     std::string why;
     EXPECT_EQ(driver.open(why), DeviceStage::absent);
     EXPECT_EQ(why, "no bridge listens on " + path);
     EXPECT_EQ(driver.profile().force_peak_n, 3.3);  // the weakest until one answers
-    BridgeDriver long_path({.socket_path = std::string(200, 'x')});
+    BridgeDriver long_path(test::kWallClock, {.socket_path = std::string(200, 'x')});
     EXPECT_EQ(long_path.open(why), DeviceStage::failed);
 }
 
@@ -84,7 +85,7 @@ TEST_F(BridgeDriverTest, ReadsTheEmulatorAndPressesOnIt) {
     EXPECT_EQ(pressUntil("did not fail", {}, 50), "did not fail");
     EXPECT_TRUE(ready);
     BridgeServer server(path, {});
-    BridgeDriver driver({.socket_path = path});
+    BridgeDriver driver(test::kWallClock, {.socket_path = path});
     pressUntilItFails(driver, 5);
     EXPECT_STREQ(driver.profile().name, "emulated Touch");
     EXPECT_STREQ(driver.profile().source, "emulator");
@@ -129,7 +130,7 @@ TEST_F(BridgeDriverTest, AFaultIsKnownWithin20Ms) {
                                        .answers = 1000,
                                        .stall_ns = 1'000'000'000,
                                        .seed = 10 + run});
-            BridgeDriver driver({.socket_path = path});
+            BridgeDriver driver(test::kWallClock, {.socket_path = path});
             ASSERT_NE(pressUntilItFails(driver), "did not fail");
             times_ms.push_back(1e-6 * double(failed_ns - server.fault_began_ns()));
         }
@@ -143,7 +144,7 @@ TEST_F(BridgeDriverTest, AFaultIsKnownWithin20Ms) {
 // Until the first answer nobody knows where the device is: the pose is left alone and nothing is news.
 TEST_F(BridgeDriverTest, BeforeTheFirstAnswerThereIsNoPose) {
     BridgeServer server(path, {.fault = BridgeFault::drop, .from_answer = 0, .answers = 1000});
-    BridgeDriver driver({.socket_path = path});
+    BridgeDriver driver(test::kWallClock, {.socket_path = path});
     std::string why;
     ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
     state = {.device_from_stylus = {Quat(0.0, 1.0, 0.0, 0.0), {0.1, 0.2, 0.3}}, .buttons = 5, .fresh = 0};
@@ -181,7 +182,7 @@ TEST_F(BridgeDriverTest, AFloodIsAFailureAndHoldsNobodyUp) {
     std::thread flood([&] { floodOnce(listener, began_ns + 5000 * kMillisecond_ns); });
     std::string why;
     {
-        BridgeDriver driver({.socket_path = path});
+        BridgeDriver driver(test::kWallClock, {.socket_path = path});
         why = pressUntilItFails(driver);
         failed_ns = test::monotonicNow_ns();
     }
@@ -192,7 +193,7 @@ TEST_F(BridgeDriverTest, AFloodIsAFailureAndHoldsNobodyUp) {
 }
 
 TEST_F(BridgeDriverTest, AnotherDeviceIsNotTakenForTheFirst) {
-    BridgeDriver driver({.socket_path = path});
+    BridgeDriver driver(test::kWallClock, {.socket_path = path});
     std::string why;
     {
         BridgeServer server(path, {});
@@ -234,12 +235,6 @@ class Process {
     pid_t id_ = -1;
 };
 
-const Clock kClock = {nullptr, [](void*) noexcept { return test::monotonicNow_ns(); },
-                      [](void*, std::int64_t t_ns) noexcept {
-                          const std::int64_t left_ns = t_ns - test::monotonicNow_ns();
-                          if (left_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left_ns));
-                      }};
-
 // The device as the loop has it, read and pressed once a millisecond on this thread.
 class BridgeProcessTest : public testing::Test {
   protected:
@@ -250,7 +245,8 @@ class BridgeProcessTest : public testing::Test {
         settings.backoff_first_ns = 20 * kMillisecond_ns;
         settings.backoff_most_ns = 80 * kMillisecond_ns;
         auto device = std::make_unique<PolledDevice>(
-            std::make_unique<BridgeDriver>(BridgeSettings{.socket_path = path}), kClock, settings);
+            std::make_unique<BridgeDriver>(test::kWallClock, BridgeSettings{.socket_path = path}),
+            test::kWallClock, settings);
         device->start();
         return device;
     }
@@ -317,7 +313,7 @@ TEST_F(BridgeProcessTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
     Simulation simulation(patient, settings);
     LoopChannels channels;
     LoopStats stats;
-    std::thread loop([&] { stats = runLoop(simulation, *device, channels, kClock); });
+    std::thread loop([&] { stats = runLoop(simulation, *device, channels, test::kWallClock); });
     double before_n = 0.0;
     int last_fresh = 0, zero = 0, tick = 0;
     std::uint32_t faults = 0;

@@ -14,6 +14,7 @@
 
 #include "haptics/devices/polled.h"
 #include "tests/support/inverse3_emulator.h"
+#include "tests/support/wall_clock.h"
 
 namespace stylet::haptics {
 namespace {
@@ -21,10 +22,6 @@ namespace {
 using test::Inverse3Emulator;
 using test::Inverse3Fault;
 using test::Inverse3Script;
-
-std::int64_t now_ns() {
-    return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
 
 // The emulator is held against the examples in the text of RFC 6455.
 TEST(Inverse3Emulator, AgreesWithTheExamplesOfRfc6455) {
@@ -43,7 +40,7 @@ class Inverse3DriverTest : public testing::Test {
         for (int i = 0; i < ticks; ++i) {
             why.clear();
             stage = driver.exchange({0.0, 0.0, stage == DeviceStage::ready ? 1.25 : 0.0}, state, why);
-            failed_ns = now_ns();
+            failed_ns = test::wallNow_ns();
             if (stage == DeviceStage::failed) return why;
             fresh += state.fresh;
             was_ready = was_ready || stage == DeviceStage::ready;
@@ -73,7 +70,7 @@ TEST_F(Inverse3DriverTest, BothSpellingsByVersion) {
     for (const auto& [version, data] :
          {Case{"3.5.0.0", false}, {"3.5.2", true}, {"3.1.1.0", false}, {"", false}}) {
         Inverse3Emulator emulator({.version = version, .data_envelope = data});
-        Inverse3Driver driver(at(emulator));
+        Inverse3Driver driver(test::kWallClock, at(emulator));
         EXPECT_EQ(press(driver, 20), "did not fail") << version;
         EXPECT_EQ(stage, DeviceStage::ready);
         EXPECT_EQ(emulator.complaint(), "") << version;
@@ -93,14 +90,14 @@ TEST_F(Inverse3DriverTest, ASpellingCanBeSet) {
     Inverse3Emulator emulator({.version = "3.5.0.0"});
     Inverse3Settings settings = at(emulator);
     settings.spelling = Inverse3Settings::Spelling::values;
-    Inverse3Driver driver(settings);
+    Inverse3Driver driver(test::kWallClock, settings);
     press(driver, 3);
     EXPECT_NE(emulator.complaint().find("values"), std::string::npos);
 }
 
 TEST_F(Inverse3DriverTest, OnlyThisMachineIsAsked) {
     for (const char* address : {"192.168.1.7", "0.0.0.0", "::", "8.8.8.8", "localhost", "not an address"}) {
-        Inverse3Driver driver({.address = address});
+        Inverse3Driver driver(test::kWallClock, {.address = address});
         std::string why;
         EXPECT_EQ(driver.open(why), DeviceStage::failed);
         EXPECT_EQ(why, std::string(address) + " is no address of this machine itself");
@@ -113,20 +110,20 @@ TEST_F(Inverse3DriverTest, WithoutAServiceOrADeviceItIsAbsent) {
         Inverse3Emulator gone({});
         port = gone.port();
     }
-    Inverse3Driver nobody({.port = port});
+    Inverse3Driver nobody(test::kWallClock, {.port = port});
     std::string why;
     EXPECT_EQ(nobody.open(why), DeviceStage::absent);
     EXPECT_TRUE(why.starts_with("Haply's service does not answer")) << why;
 
     Inverse3Emulator empty({.device = false});
-    Inverse3Driver driver(at(empty));
+    Inverse3Driver driver(test::kWallClock, at(empty));
     EXPECT_EQ(driver.open(why), DeviceStage::absent);
     EXPECT_EQ(why, "Haply's service runs, no Inverse3 is plugged in");
 }
 
 TEST_F(Inverse3DriverTest, WithoutAGripItSensesNoRotation) {
     Inverse3Emulator emulator({.grip = false});
-    Inverse3Driver driver(at(emulator));
+    Inverse3Driver driver(test::kWallClock, at(emulator));
     EXPECT_EQ(press(driver, 10), "did not fail");
     EXPECT_FALSE(driver.profile().senses_rotation);
     EXPECT_EQ(stage, DeviceStage::ready);
@@ -157,7 +154,7 @@ TEST_F(Inverse3DriverTest, EveryFaultIsAFailureWithItsName) {
     };
     for (const auto& [fault, name] : cases) {
         Inverse3Emulator emulator({.fault = fault, .from_answer = 15});
-        Inverse3Driver driver(at(emulator));
+        Inverse3Driver driver(test::kWallClock, at(emulator));
         was_ready = false;
         const std::string why = press(driver);
         EXPECT_TRUE(why.starts_with(name)) << why << " instead of " << name;
@@ -170,7 +167,7 @@ TEST_F(Inverse3DriverTest, WhatIsNoFaultIsSurvived) {
     for (const Inverse3Fault fault :
          {Inverse3Fault::duplicate, Inverse3Fault::pings, Inverse3Fault::fragments}) {
         Inverse3Emulator emulator({.fault = fault, .from_answer = 5});
-        Inverse3Driver driver(at(emulator));
+        Inverse3Driver driver(test::kWallClock, at(emulator));
         fresh = 0;
         EXPECT_EQ(press(driver, 100), "did not fail") << int(fault);
         EXPECT_EQ(stage, DeviceStage::ready);
@@ -179,7 +176,7 @@ TEST_F(Inverse3DriverTest, WhatIsNoFaultIsSurvived) {
     // One answer left out, and one that comes 8 ms late.
     for (const Inverse3Fault fault : {Inverse3Fault::drop, Inverse3Fault::stall}) {
         Inverse3Emulator emulator({.fault = fault, .from_answer = 20, .answers = 1, .stall_ms = 8});
-        Inverse3Driver driver(at(emulator));
+        Inverse3Driver driver(test::kWallClock, at(emulator));
         EXPECT_EQ(press(driver, 100), "did not fail") << int(fault);
         EXPECT_EQ(stage, DeviceStage::ready);
     }
@@ -194,7 +191,7 @@ TEST_F(Inverse3DriverTest, WhatTheUserCanMendHoldsTheForceBack) {
     };
     for (const auto& [fault, why] : cases) {
         Inverse3Emulator emulator({.fault = fault, .from_answer = 10});
-        Inverse3Driver driver(at(emulator));
+        Inverse3Driver driver(test::kWallClock, at(emulator));
         EXPECT_EQ(press(driver, 40), "did not fail");
         EXPECT_EQ(last_why, why);
         EXPECT_EQ(stage,
@@ -211,7 +208,7 @@ TEST_F(Inverse3DriverTest, AFaultIsKnownWithin20Ms) {
         std::vector<double> times_ms;
         for (int run = 0; run < 7; ++run) {
             Inverse3Emulator emulator({.fault = fault, .from_answer = 15});
-            Inverse3Driver driver({.port = emulator.port()});
+            Inverse3Driver driver(test::kWallClock, {.port = emulator.port()});
             ASSERT_NE(press(driver), "did not fail");
             times_ms.push_back(1e-6 * double(failed_ns - emulator.fault_began_ns()));
         }
@@ -223,20 +220,16 @@ TEST_F(Inverse3DriverTest, AFaultIsKnownWithin20Ms) {
 }
 
 TEST(Inverse3Polled, ComesBackAfterTheServiceWasCutOff) {
-    const Clock clock = {nullptr, [](void*) noexcept { return now_ns(); },
-                         [](void*, std::int64_t t_ns) noexcept {
-                             const std::int64_t left_ns = t_ns - now_ns();
-                             if (left_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left_ns));
-                         }};
     PolledSettings settings;
     settings.look_again_ns = settings.backoff_first_ns = 10'000'000;
     Inverse3Emulator emulator({.fault = Inverse3Fault::cut, .from_answer = 30, .answers = 2});
-    PolledDevice device(std::make_unique<Inverse3Driver>(Inverse3Settings{.port = emulator.port()}), clock,
-                        settings);
+    PolledDevice device(
+        std::make_unique<Inverse3Driver>(test::kWallClock, Inverse3Settings{.port = emulator.port()}),
+        test::kWallClock, settings);
     device.start();
     bool ready = false, lost = false, back = false;
     for (int i = 0; i < 10'000 && !back; ++i) {
-        const bool now_ready = device.read(now_ns()).flags & kDeviceReady;
+        const bool now_ready = device.read(test::wallNow_ns()).flags & kDeviceReady;
         lost = lost || (ready && !now_ready);
         back = lost && now_ready && emulator.answered() > 40;
         ready = now_ready;

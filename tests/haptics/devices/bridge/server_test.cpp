@@ -1,4 +1,4 @@
-#include "haptics/devices/bridge/server.h"
+#include "haptics/devices/bridge/serve_linux.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -15,6 +15,7 @@
 #include "haptics/devices/bridge.h"
 #include "tests/support/bridge_simulated.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/wall_clock.h"
 
 namespace stylet::haptics::bridge {
 namespace {
@@ -213,7 +214,7 @@ class BridgeServe : public testing::Test {
 };
 
 TEST_F(BridgeServe, TheDriverReadsWhatTheSdkReads) {
-    BridgeDriver driver({.socket_path = path});
+    BridgeDriver driver(test::kWallClock, {.socket_path = path});
     ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
     EXPECT_STREQ(driver.profile().name, "simulated Touch");
     EXPECT_EQ(driver.profile().stiffness_n_per_m, 400.0);
@@ -226,7 +227,7 @@ TEST_F(BridgeServe, TheDriverReadsWhatTheSdkReads) {
 }
 
 TEST_F(BridgeServe, AClosedTrainerAndASilentOneEndInZeroForce) {
-    BridgeDriver driver({.socket_path = path});
+    BridgeDriver driver(test::kWallClock, {.socket_path = path});
     ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
     press(driver);
     driver.close();
@@ -246,7 +247,7 @@ TEST_F(BridgeServe, AClosedTrainerAndASilentOneEndInZeroForce) {
 }
 
 TEST_F(BridgeServe, AnUnpluggedDeviceIsNamed) {
-    BridgeDriver driver({.socket_path = path});
+    BridgeDriver driver(test::kWallClock, {.socket_path = path});
     ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
     press(driver);
     sdk.unplug();
@@ -260,7 +261,8 @@ TEST_F(BridgeServe, AnUnpluggedDeviceIsNamed) {
 }
 
 TEST_F(BridgeServe, OneTrainerAtATime) {
-    BridgeDriver first({.socket_path = path}), second({.socket_path = path});
+    BridgeDriver first(test::kWallClock, {.socket_path = path}),
+        second(test::kWallClock, {.socket_path = path});
     ASSERT_EQ(first.open(why), DeviceStage::opening) << why;
     std::string reason;
     EXPECT_EQ(second.open(reason), DeviceStage::failed);

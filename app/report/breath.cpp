@@ -18,6 +18,8 @@ using patient::Vec3;
 namespace {
 
 constexpr int kWidth = 1500, kHeight = 560;
+constexpr std::int16_t kTissue_hu = -300;  // half way from lung
+constexpr double kOffWall_m = 0.015;
 constexpr Colour kDome{0.13, 0.33, 0.60}, kSignal{0.85, 0.45, 0.10}, kHeld{0.90, 0.93, 0.88},
     kFree{0.13, 0.33, 0.60, 0.55}, kHold{0.30, 0.60, 0.25};
 
@@ -69,7 +71,6 @@ void legend(Canvas& canvas, double x, double y, Colour colour, const std::string
 
 Vec3 domePoint(const patient::Patient& patient) {
     const patient::LabelVolume& labels = patient.package().labels;
-    const patient::MotionModel& motion = patient.package().motion;
     Index3 i;
     for (i.z = labels.grid.dims.z - 1; i.z >= 0; --i.z)
         for (i.y = 0; i.y < labels.grid.dims.y; ++i.y)
@@ -77,16 +78,19 @@ Vec3 domePoint(const patient::Patient& patient) {
                 const patient::Label* const label = patient.label(labels[i]);
                 if (label && label->tissue == patient::Tissue::liver) return labels.grid.centre(i);
             }
-    Vec3 farthest = patient.grid().centre(patient.grid().dims / 2);
+    const patient::CtVolume& ct = patient.package().ct;
+    Vec3 farthest = ct.grid.centre(ct.grid.dims / 2);
     double most_m = 0.0;
-    for (i.z = 0; i.z < motion.grid.dims.z; ++i.z)
-        for (i.y = 0; i.y < motion.grid.dims.y; ++i.y)
-            for (i.x = 0; i.x < motion.grid.dims.x; ++i.x) {
-                const Vec3 p = motion.grid.centre(i);
-                if (!patient.grid().contains(patient.grid().nearest(p))) continue;
-                const double down_m = domeBelowExhale_m(patient, {1.0, 0.0}, p);
-                if (down_m > most_m) most_m = down_m, farthest = p;
-            }
+    for (i.y = 0; i.y < ct.grid.dims.y; ++i.y)
+        for (i.x = 0; i.x < ct.grid.dims.x; ++i.x) {
+            for (i.z = 0; i.z < ct.grid.dims.z && ct[i] >= kTissue_hu;)
+                ++i.z;
+            const Vec3 top = ct.grid.centre(i - Index3(0, 0, 1));
+            if (i.z == 0 || i.z == ct.grid.dims.z) continue;
+            if (cavityLevel_m(patient.package().motion, top) > -kOffWall_m) continue;
+            const double down_m = domeBelowExhale_m(patient, {1.0, 0.0}, top);
+            if (down_m > most_m) most_m = down_m, farthest = top;
+        }
     return farthest;
 }
 
@@ -158,8 +162,8 @@ void drawBreath(const std::vector<BreathSample>& samples, const std::string& tit
     }
     course.trace(driven, 2.0, kSignal);
     course.trace(dome, 2.5, kDome);
-    legend(canvas, 84, 80, kDome, "top of the liver");
-    legend(canvas, 260, 80, kSignal, signal + formatted(", times %.1f mm", per_v_mm));
+    legend(canvas, 84, 80, kDome, "dome");
+    legend(canvas, 200, 80, kSignal, signal + formatted(", times %.1f mm", per_v_mm));
 
     Panel loop(canvas, {1080, 96, 390, 390}, rangeOver(samples, 5, v), mm);
     loop.axes("signal v", "toward the feet [mm]");

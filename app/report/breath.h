@@ -17,7 +17,7 @@ struct BreathSample {
 };
 
 // Where the motion is looked at, reference patient: the top of the liver; where nothing is labelled as liver
-// the node that moves farthest.
+// the place within the cavity, on what is tissue all the way from the feet, that goes down farthest.
 patient::Vec3 domePoint(const patient::Patient&);
 // How far that point lies below its place at end-exhale.
 double domeBelowExhale_m(const patient::Patient&, const patient::Surrogate&, const patient::Vec3& dome_m);

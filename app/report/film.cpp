@@ -15,7 +15,8 @@ using patient::Vec3;
 
 namespace {
 
-constexpr double kPixel_m = 0.0006;
+constexpr double kWidestPixel_m = 0.0006;
+constexpr double kFewestPixels = 480;   // across
 constexpr double kAboveMark_m = 0.010;  // a CT in inspiration may end below where the dome then rises to
 constexpr int kGap = 6, kHeader = 64, kCaption = 34;
 constexpr double kScreen = 1.6;  // width over height
@@ -42,22 +43,23 @@ FilmFrame coronalFrame(const patient::Patient& patient, const patient::Surrogate
     const Vec3 low = grid.origin_m;
     Vec3 high = grid.centre(grid.dims - 1);
     high.z = std::max(high.z, mark_z_m + kAboveMark_m);
-    FilmFrame frame{int((high.x - low.x) / kPixel_m), int((high.z - low.z) / kPixel_m), {}, {}};
+    const double pixel_m = std::min(kWidestPixel_m, (high.x - low.x) / kFewestPixels);
+    FilmFrame frame{int((high.x - low.x) / pixel_m), int((high.z - low.z) / pixel_m), {}, {}};
     const Vec3 middle = 0.5 * (low + high);
     const SlicePlane plane{"", Vec3(middle.x, y_m, middle.z), Vec3(-1, 0, 0), Vec3(0, 0, -1),
-                           frame.width * kPixel_m};
+                           frame.width * pixel_m};
     std::array<std::size_t, 256> seen{};
     frame.rgb = samplePlane(patient, breath, plane, frame.width, frame.height, seen);
     const patient::MotionModel& motion = patient.package().motion;
     if (motion.empty()) return frame;
-    const auto z = [&](int v) { return middle.z - (v - 0.5 * (frame.height - 1)) * kPixel_m; };
+    const auto z = [&](int v) { return middle.z - (v - 0.5 * (frame.height - 1)) * pixel_m; };
     for (int v = 0; v < frame.height; ++v)
         for (int u = 0; u < frame.width; ++u) {
             std::uint8_t* const pixel =
                 &frame.rgb[(std::size_t(v) * std::size_t(frame.width) + std::size_t(u)) * 3];
-            const Vec3 p(middle.x - (u - 0.5 * (frame.width - 1)) * kPixel_m, y_m, z(v));
-            if (std::fabs(cavityLevel_m(motion, breath, p)) < 0.5 * kPixel_m) blend(pixel, kSurface, 0.7);
-            if (std::fabs(z(v) - mark_z_m) <= 0.5 * kPixel_m && u / kDash % 2 == 0) blend(pixel, kMark, 0.8);
+            const Vec3 p(middle.x - (u - 0.5 * (frame.width - 1)) * pixel_m, y_m, z(v));
+            if (std::fabs(cavityLevel_m(motion, breath, p)) < 0.5 * pixel_m) blend(pixel, kSurface, 0.7);
+            if (std::fabs(z(v) - mark_z_m) <= 0.5 * pixel_m && u / kDash % 2 == 0) blend(pixel, kMark, 0.8);
         }
     return frame;
 }

@@ -16,8 +16,8 @@ struct FilmFrame {
     std::string caption;
 };
 
-// A coronal slice as a radiologist hangs it, 0.6 mm a pixel: labels as tints, the surface at which the sides
-// of the motion slide as a line, and a mark at the height `mark_z_m`.
+// A coronal slice as a radiologist hangs it, at most 0.6 mm a pixel: labels as tints, the surface at which
+// the sides of the motion slide as a line, and a mark at the height `mark_z_m`.
 FilmFrame coronalFrame(const patient::Patient&, const patient::Surrogate&, double y_m, double mark_z_m);
 
 // Left and right eye beside each other.

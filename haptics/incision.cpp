@@ -16,9 +16,13 @@ double squaredDistance(const Incision& cut, const Vec3& p) noexcept {
 
 }  // namespace
 
+bool isOpen(const Incision& cut, const Vec3& reference_m, double reach_m) noexcept {
+    return squaredDistance(cut, reference_m) <= reach_m * reach_m;
+}
+
 bool isOpen(const Incisions& incisions, const Vec3& reference_m, double reach_m) noexcept {
     for (int i = 0; i < incisions.count; ++i)
-        if (squaredDistance(incisions.list[std::size_t(i)], reference_m) <= reach_m * reach_m) return true;
+        if (isOpen(incisions.list[std::size_t(i)], reference_m, reach_m)) return true;
     return false;
 }
 

@@ -22,6 +22,7 @@ struct Incisions {
 };
 
 // Haptics thread, all. noexcept, no allocation. Is the skin open within `reach_m` of a point?
+bool isOpen(const Incision&, const Vec3& reference_m, double reach_m) noexcept STYLET_NONBLOCKING;
 bool isOpen(const Incisions&, const Vec3& reference_m, double reach_m) noexcept STYLET_NONBLOCKING;
 void hashIncisions(patient::StateHash&, const Incisions&) noexcept STYLET_NONBLOCKING;
 

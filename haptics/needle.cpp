@@ -39,16 +39,12 @@ void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
 // reference too.
 constexpr double kShortWay_m = 0.0005, kClearOfSides_m = 0.001;
 
-double lengthOf(const Vec3& v) noexcept {
-    return std::sqrt(glm::dot(v, v));
-}
-
 // Written so that what is not a number is neither.
 bool isShortAndClear(const NeedleState& s, const Vec3& way_m) noexcept {
     const patient::LocalMotion& near = s.channel_motion;
     const bool inside = s.channel_side == patient::Side::inside;
-    const double gone_m = lengthOf(s.channel_reference_m - near.reference_m);
-    return near.side == s.channel_side && gone_m + lengthOf(way_m) <= kShortWay_m &&
+    const double gone_m = glm::length(s.channel_reference_m - near.reference_m);
+    return near.side == s.channel_side && gone_m + glm::length(way_m) <= kShortWay_m &&
            (inside ? -near.level_m : near.level_m) >= kClearOfSides_m;
 }
 
@@ -178,7 +174,7 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
         const Vec3 across = offset - ds * axis;
         walk(s, solver, patient, course, tip_deformed_m - across, ds, along);
         s.lateral_m = across;
-        const double length = lengthOf(across);
+        const double length = glm::length(across);
         const double reach = lateralReach(settings);
         if (s.phase != Phase::outside && length > reach) {
             s.lateral_cut_m += length - reach;
@@ -256,9 +252,7 @@ void hashNeedle(patient::StateHash& hash, const NeedleState& s) noexcept {
     hash.add(s.channel_motion.reference_m);
     hash.add(s.channel_motion.v);
     hash.add(s.channel_motion.rate_per_s);
-    hash.add(s.breath.v);
-    hash.add(s.breath.rate_per_s);
-    hash.add(s.breath.creep_v);
+    patient::hashSurrogate(hash, s.breath);
 }
 
 }  // namespace stylet::haptics

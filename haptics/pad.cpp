@@ -13,12 +13,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kGoldenAngle_rad = 2.39996322972865332;
-constexpr double kDeepest_m = 0.050;  // that a tip is taken to be under its skin
-constexpr double kLevelSlope = 1.5;   // a smoothed distance rises at most so fast
-
-double lengthOf(const Vec3& v) noexcept {
-    return std::sqrt(glm::dot(v, v));
-}
+constexpr double kLevelSlope = 1.5;  // a smoothed distance rises at most so fast
 
 double capHeight(double from_axis_m, double curvature_m) noexcept {
     const double square = curvature_m * curvature_m - from_axis_m * from_axis_m;
@@ -34,7 +29,7 @@ void finish(Pad& pad, double area_m2) noexcept {
     for (int i = 0; i < pad.count; ++i)
         pad.points_m[std::size_t(i)] -= Vec3(middle_m.x, middle_m.y, 0.0);
     for (int i = 0; i < pad.count; ++i)
-        pad.reach_m = std::max(pad.reach_m, lengthOf(pad.points_m[std::size_t(i)]));
+        pad.reach_m = std::max(pad.reach_m, glm::length(pad.points_m[std::size_t(i)]));
 }
 
 // Pulls the proxy after its point where it slips; the spring between them is left in `stretch_m`.
@@ -42,18 +37,11 @@ bool dragProxy(Vec3& proxy_m, const Vec3& point_m, const Vec3& normal, double mo
                Vec3& stretch_m) noexcept {
     stretch_m = point_m - proxy_m;
     stretch_m -= glm::dot(stretch_m, normal) * normal;
-    const double length_m = lengthOf(stretch_m);
+    const double length_m = glm::length(stretch_m);
     if (length_m <= most_m) return false;
     stretch_m *= most_m / length_m;
     proxy_m = point_m - stretch_m;
     return true;
-}
-
-// How far the breath has moved the skin under the tip since the last step.
-Vec3 skinMoved(const PadState& s, const MotionModel& motion, const Surrogate& breath) noexcept {
-    if (!s.primed || motion.empty() || s.breath == breath) return Vec3(0.0);
-    return patient::deformedFromReference(motion, breath, s.skin_reference_m) -
-           patient::deformedFromReference(motion, s.breath, s.skin_reference_m);
 }
 
 }  // namespace
@@ -90,7 +78,7 @@ PadContact stepPad(PadState& s, const Pad& pad, const PadSettings& settings, con
     const Mat3 frame = glm::mat3_cast(patient_from_tool.rotation);
     const Vec3 tip_m = patient_from_tool.position_m;
     PadContact contact;
-    contact.force.tissue_moved_m = skinMoved(s, motion, breath);
+    if (s.primed) contact.force.tissue_moved_m = skinMoved(motion, s.breath, breath, s.skin_reference_m);
     contact.force.event = !s.primed;
 
     // The breath is taken at the skin, where the last step has found it: a tip that presses deep is among
@@ -118,7 +106,7 @@ PadContact stepPad(PadState& s, const Pad& pad, const PadSettings& settings, con
 
         const Pressed p = pressed(t, stiffest_n_per_m3);
         const double normal_n = p.pressure_pa * pad.point_area_m2;
-        const double slope = lengthOf(t.level_slope);
+        const double slope = glm::length(t.level_slope);
         const Vec3 normal = slope > 0.0 ? t.level_slope / slope : Vec3(0.0);
         Vec3 stretch_m;
         const double most_m = shear_n_per_m > 0.0 ? settings.friction * normal_n / shear_n_per_m : 0.0;
@@ -134,10 +122,10 @@ PadContact stepPad(PadState& s, const Pad& pad, const PadSettings& settings, con
         ++contact.touching;
     }
     const Vec3 outward = back * at_tip.level_slope;
-    const double length = lengthOf(outward);
+    const double length = glm::length(outward);
     s.touching = touching;
     s.outward = length > 0.0 ? outward / length : Vec3(0.0);
-    s.depth_m = std::clamp(-at_tip.level_m, 0.0, kDeepest_m);
+    s.depth_m = std::clamp(-at_tip.level_m, 0.0, kDeepestTip_m);
     s.skin_reference_m = toReference(tip_m + s.depth_m * s.outward);
     s.breath = breath;
     s.primed = true;
@@ -151,9 +139,7 @@ void hashPad(patient::StateHash& hash, const PadState& s) noexcept {
     hash.add(s.skin_reference_m);
     hash.add(s.outward);
     hash.add(s.depth_m);
-    hash.add(s.breath.v);
-    hash.add(s.breath.rate_per_s);
-    hash.add(s.breath.creep_v);
+    patient::hashSurrogate(hash, s.breath);
 }
 
 }  // namespace stylet::haptics

@@ -10,22 +10,16 @@ using patient::Surrogate;
 
 namespace {
 
-constexpr double kDeepest_m = 0.050;  // that a point is taken to be under its skin
-
-double lengthOf(const Vec3& v) noexcept {
-    return std::sqrt(glm::dot(v, v));
-}
-
 Vec3 unitOr(const Vec3& v, const Vec3& otherwise) noexcept {
-    const double length = lengthOf(v);
+    const double length = glm::length(v);
     return length > 0.0 ? v / length : otherwise;
 }
 
 // A straight cut grows to hold `at_m`, at the end that it lies beyond.
 void extend(Incision& cut, const Vec3& at_m) noexcept {
-    const double length_m = lengthOf(cut.end_reference_m - cut.begin_reference_m);
-    const double from_begin_m = lengthOf(at_m - cut.begin_reference_m);
-    const double from_end_m = lengthOf(at_m - cut.end_reference_m);
+    const double length_m = glm::length(cut.end_reference_m - cut.begin_reference_m);
+    const double from_begin_m = glm::length(at_m - cut.begin_reference_m);
+    const double from_end_m = glm::length(at_m - cut.end_reference_m);
     if (std::max(from_begin_m, from_end_m) <= length_m) return;
     (from_begin_m >= from_end_m ? cut.end_reference_m : cut.begin_reference_m) = at_m;
 }
@@ -46,7 +40,7 @@ struct Blade {
         const Vec3 deep = skin.level_m * normal;
         Vec3 beside = point_m - s.proxy_reference_m;
         beside -= glm::dot(beside, normal) * normal;
-        const double most_m = settings.friction * lengthOf(deep), length_m = lengthOf(beside);
+        const double most_m = settings.friction * glm::length(deep), length_m = glm::length(beside);
         if (length_m > most_m) {
             beside *= most_m / length_m;
             s.proxy_reference_m = point_m - beside;
@@ -71,10 +65,8 @@ struct Blade {
 
     // The incision that is open here, or -1.
     int openHere() const noexcept {
-        for (int i = 0; i < incisions.count; ++i) {
-            const Incisions one{1, {incisions.list[std::size_t(i)]}};
-            if (isOpen(one, s.skin_reference_m, settings.open_reach_m)) return i;
-        }
+        for (int i = 0; i < incisions.count; ++i)
+            if (isOpen(incisions.list[std::size_t(i)], s.skin_reference_m, settings.open_reach_m)) return i;
         return -1;
     }
 
@@ -95,12 +87,6 @@ struct Blade {
     }
 };
 
-Vec3 skinMoved(const ScalpelState& s, const MotionModel& motion, const Surrogate& breath) noexcept {
-    if (!s.primed || motion.empty() || s.breath == breath) return Vec3(0.0);
-    return patient::deformedFromReference(motion, breath, s.skin_reference_m) -
-           patient::deformedFromReference(motion, s.breath, s.skin_reference_m);
-}
-
 }  // namespace
 
 ToolForce stepScalpel(ScalpelState& s, Incisions& incisions, const ScalpelSettings& settings,
@@ -109,7 +95,7 @@ ToolForce stepScalpel(ScalpelState& s, Incisions& incisions, const ScalpelSettin
     const Mat3 frame = glm::mat3_cast(patient_from_tool.rotation);
     const Vec3 tip_m = patient_from_tool.position_m;
     ToolForce force;
-    force.tissue_moved_m = skinMoved(s, motion, breath);
+    if (s.primed) force.tissue_moved_m = skinMoved(motion, s.breath, breath, s.skin_reference_m);
     force.event = !s.primed;
 
     Carried toReference = carriedAt(motion, breath, tip_m + s.depth_m * s.outward);
@@ -118,7 +104,7 @@ ToolForce stepScalpel(ScalpelState& s, Incisions& incisions, const ScalpelSettin
     const Vec3 point_m = toReference(tip_m);
     const TouchPoint skin = touchAt(map, point_m);
     s.outward = unitOr(back * skin.level_slope, Vec3(0.0));
-    s.depth_m = std::clamp(-skin.level_m, 0.0, kDeepest_m);
+    s.depth_m = std::clamp(-skin.level_m, 0.0, kDeepestTip_m);
     s.skin_reference_m = toReference(tip_m + s.depth_m * s.outward);
     if (s.depth_m > 0.0) {
         Mat3 axes = toReference.slope * frame;
@@ -154,9 +140,7 @@ void hashScalpel(patient::StateHash& hash, const ScalpelState& s) noexcept {
     hash.add(s.skin_reference_m);
     hash.add(s.outward);
     hash.add(s.depth_m);
-    hash.add(s.breath.v);
-    hash.add(s.breath.rate_per_s);
-    hash.add(s.breath.creep_v);
+    patient::hashSurrogate(hash, s.breath);
 }
 
 }  // namespace stylet::haptics

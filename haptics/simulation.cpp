@@ -41,7 +41,7 @@ Simulation::Simulation(const patient::Patient& patient, const SimulationSettings
       settings_(settings),
       breath_(settings.breath.value_or(patient::BreathPlan{.rhythm = patient.package().signal})),
       gain_(outputGain(settings.profile, settings.output)) {
-    if (touch) touch_.emplace(*touch);
+    if (touch) touch_.emplace(*touch, settings.tools);
     state_.tools.in_hand = settings.tools.first;
     state_.hash.add(patient::digest(patient.package()));
     state_.hash.add(settings.scenario_digest);

@@ -1,5 +1,9 @@
 #include "haptics/toolbox.h"
 
+#include <algorithm>
+
+#include "haptics/output.h"
+
 namespace stylet::haptics {
 
 using patient::Patient;
@@ -9,8 +13,8 @@ using patient::Surrogate;
 namespace {
 
 // The tool in hand touches nothing. Gas in the body is labelled, the air outside is not.
-bool isOutside(const ToolState& s, const TouchTools* touch, const Patient& patient,
-               const Surrogate& breath) noexcept {
+bool isOutside(const ToolState& s, const ToolSettings& settings, const TouchTools* touch,
+               const Patient& patient, const Surrogate& breath) noexcept {
     const patient::MotionModel& motion = patient.package().motion;
     const Pose& tool = s.patient_from_tool;
     const Vec3 reference_m = patient::referenceFromDeformed(motion, breath, tool.position_m);
@@ -21,7 +25,7 @@ bool isOutside(const ToolState& s, const TouchTools* touch, const Patient& patie
     PadState pad;
     const bool finger = s.in_hand == Tool::finger;
     return stepPad(pad, finger ? touch->finger_pad : touch->probe_pad,
-                   finger ? touch->finger.pad : touch->probe.pad, *touch->map, motion, tool, breath)
+                   finger ? settings.finger.pad : settings.probe.pad, *touch->map, motion, tool, breath)
                .touching == 0;
 }
 
@@ -79,19 +83,32 @@ ToolForce stepHeldNeedle(ToolState& s, const ToolSettings& settings, const Patie
     return force;
 }
 
-ToolForce stepOnSkin(ToolState& s, const TouchTools& touch, const Patient& patient,
-                     const Surrogate& breath) noexcept {
+ToolForce stepHeldScalpel(ToolState& s, const ScalpelSettings& settings, const TouchMap& map,
+                          const patient::MotionModel& motion, const Surrogate& breath,
+                          NeedleEvents& events) noexcept {
+    const bool unmarked = s.scalpel.cutting && s.scalpel.incision < 0;
+    const ToolForce force =
+        stepScalpel(s.scalpel, s.incisions, settings, map, motion, s.patient_from_tool, breath);
+    // It cuts, but there is no room to remember where.
+    if (!unmarked && s.scalpel.cutting && s.scalpel.incision < 0)
+        events.add({NeedleEventKind::overflow, patient::Role::pass,
+                    Border{s.scalpel.skin_reference_m, Tissue::air, Tissue::skin, 0, 0.0}, s.scalpel.depth_m,
+                    0.0, 0.0});
+    return force;
+}
+
+ToolForce stepOnSkin(ToolState& s, const ToolSettings& settings, const TouchTools& touch,
+                     const Patient& patient, const Surrogate& breath, NeedleEvents& events) noexcept {
     const patient::MotionModel& motion = patient.package().motion;
     switch (s.in_hand) {
         case Tool::finger:
-            return stepFinger(s.finger, touch.finger, touch.finger_pad, *touch.map, motion,
+            return stepFinger(s.finger, settings.finger, touch.finger_pad, *touch.map, motion,
                               s.patient_from_tool, breath);
         case Tool::probe:
-            return stepProbe(s.held_probe, touch.probe, touch.probe_pad, *touch.map, motion,
+            return stepProbe(s.held_probe, settings.probe, touch.probe_pad, *touch.map, motion,
                              s.patient_from_tool, breath);
         case Tool::scalpel:
-            return stepScalpel(s.scalpel, s.incisions, touch.scalpel, *touch.map, motion, s.patient_from_tool,
-                               breath);
+            return stepHeldScalpel(s, settings.scalpel, *touch.map, motion, breath, events);
         case Tool::guide:
         case Tool::needle:
             break;
@@ -142,16 +159,27 @@ ToolForce stepTools(ToolState& s, const ToolSettings& settings, const TouchTools
                     const Patient& patient, const Pose& patient_from_stylus, const Surrogate& breath,
                     NeedleEvents& events) noexcept {
     s.patient_from_tool = patient_from_stylus;
-    events.count = events.dropped = 0;
     const Vec3 probe_moved_m = carryProbe(s.probe, touch, patient, breath);
-    s.waits = s.waits && !isOutside(s, touch, patient, breath);
+    s.waits = s.waits && !isOutside(s, settings, touch, patient, breath);
     if (s.waits) {
         if (holdsNeedle(s.in_hand)) s.patient_from_needle = patient_from_stylus;
         return {};
     }
     if (s.in_hand == Tool::probe && s.probe.parked) return {};  // the hand is empty
     if (holdsNeedle(s.in_hand)) return stepHeldNeedle(s, settings, patient, breath, probe_moved_m, events);
-    return touch ? stepOnSkin(s, *touch, patient, breath) : ToolForce{};
+    return touch ? stepOnSkin(s, settings, *touch, patient, breath, events) : ToolForce{};
+}
+
+bool padsFit(const ToolSettings& s) noexcept {
+    const auto fits = [](int n) { return n >= 1 && n <= kMaxPadPoints; };
+    return fits(s.finger.points) && fits(s.probe.columns) && fits(s.probe.rows) &&
+           fits(s.probe.columns * s.probe.rows);
+}
+
+double worstTangent(const patient::TissueTable& table, const ToolSettings& s) noexcept {
+    const auto padTangent = [](const PadSettings& pad) { return pad.stiffest_n_per_m + pad.shear_n_per_m; };
+    return std::max({worstTangent(table, s.needle), s.guide.stiffness_n_per_m, padTangent(s.finger.pad),
+                     padTangent(s.probe.pad), s.scalpel.stiffness_n_per_m});
 }
 
 void hashTools(StateHash& hash, const ToolState& s) noexcept {
@@ -173,6 +201,7 @@ void hashTools(StateHash& hash, const ToolState& s) noexcept {
 
 void hashToolSettings(StateHash& hash, const ToolSettings& s) noexcept {
     hash.add(std::uint64_t(s.first));
+    eachToolCount(s, [&](int v) { hash.add(std::uint64_t(v)); });
     eachToolNumber(s, [&](double v) { hash.add(v); });
 }
 

@@ -14,6 +14,9 @@ struct ToolSettings {
     Tool first = Tool::needle;  // in hand at the start
     NeedleSettings needle;
     GuideSettings guide;
+    FingerSettings finger;
+    ProbeSettings probe;
+    ScalpelSettings scalpel;
 };
 
 constexpr bool holdsNeedle(Tool tool) noexcept {
@@ -24,17 +27,16 @@ constexpr bool pressesOnSkin(Tool tool) noexcept {
     return !holdsNeedle(tool);
 }
 
-// What presses on the skin, with its pads made once. The settings are the program's: they are in no record.
+// What presses on the skin, with its pads made once.
 struct TouchTools {
-    explicit TouchTools(const TouchMap& of) noexcept
-        : map(&of), finger_pad(fingerPad(finger)), probe_pad(probePad(probe)) {}
+    TouchTools(const TouchMap& of, const ToolSettings& settings) noexcept
+        : map(&of), finger_pad(fingerPad(settings.finger)), probe_pad(probePad(settings.probe)) {}
 
     const TouchMap* map;
-    FingerSettings finger;
-    ProbeSettings probe;
-    ScalpelSettings scalpel;
     Pad finger_pad, probe_pad;
 };
+// What pads can be made of: settings read from a file are asked first.
+bool padsFit(const ToolSettings&) noexcept;
 
 // Stylus and probe have their tips in common; the probe's +z points the other way, into the body.
 inline const Pose kStylusFromProbe{{0.0, 1.0, 0.0, 0.0}, Vec3(0.0)};
@@ -48,10 +50,12 @@ struct ParkedProbe {
     Pose patient_from_probe;
 };
 
-// Every number of the settings in one order, for hash and record; `first` apart.
+// Every number of the settings in one order, for hash and record; `first` and the counts apart.
 template <typename Settings, typename Visit>
 void eachToolNumber(Settings& s, const Visit& visit) {
-    static_assert(sizeof s.needle == 5 * sizeof(double) && sizeof s.guide == (7 + 6) * sizeof(double),
+    static_assert(sizeof s.needle == 5 * sizeof(double) && sizeof s.guide == (7 + 6) * sizeof(double) &&
+                      sizeof s.finger == (1 + 5) * sizeof(double) &&
+                      sizeof s.probe == (1 + 6) * sizeof(double) && sizeof s.scalpel == 8 * sizeof(double),
                   "a new setting needs a place here and a new kRecordVersion");
     visit(s.needle.a1_share), visit(s.needle.cut_reach_m), visit(s.needle.max_force_n);
     visit(s.needle.lateral_stiffness_n_per_m), visit(s.needle.lateral_force_n);
@@ -60,6 +64,18 @@ void eachToolNumber(Settings& s, const Visit& visit) {
     visit(rail.position_m.x), visit(rail.position_m.y), visit(rail.position_m.z);
     visit(s.guide.length_m), visit(s.guide.stiffness_n_per_m), visit(s.guide.catch_m);
     visit(s.guide.reach_m), visit(s.guide.catch_cosine), visit(s.guide.release_n);
+    const auto visitPad = [&](auto& pad) {
+        visit(pad.stiffest_n_per_m), visit(pad.shear_n_per_m), visit(pad.friction);
+    };
+    visit(s.finger.radius_m), visit(s.finger.curvature_m), visitPad(s.finger.pad);
+    visit(s.probe.length_m), visit(s.probe.width_m), visit(s.probe.curvature_m), visitPad(s.probe.pad);
+    visit(s.scalpel.stiffness_n_per_m), visit(s.scalpel.cut_force_n), visit(s.scalpel.friction);
+    visit(s.scalpel.deeper_n), visit(s.scalpel.along_edge_n), visit(s.scalpel.across_blade_n);
+    visit(s.scalpel.width_per_depth), visit(s.scalpel.open_reach_m);
+}
+template <typename Settings, typename Visit>
+void eachToolCount(Settings& s, const Visit& visit) {
+    visit(s.finger.points), visit(s.probe.columns), visit(s.probe.rows);
 }
 
 struct ToolState {
@@ -92,6 +108,9 @@ bool leap(ToolState&) noexcept STYLET_NONBLOCKING;
 ToolForce stepTools(ToolState&, const ToolSettings&, const TouchTools* touch, const patient::Patient&,
                     const Pose& patient_from_stylus, const patient::Surrogate& breath,
                     NeedleEvents&) noexcept STYLET_NONBLOCKING;
+
+// The steepest that any of the tools gets, N/m: what a device's gain is set by.
+double worstTangent(const patient::TissueTable&, const ToolSettings&) noexcept;
 
 void hashTools(patient::StateHash&, const ToolState&) noexcept STYLET_NONBLOCKING;
 void hashToolSettings(patient::StateHash&, const ToolSettings&) noexcept;

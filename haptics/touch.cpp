@@ -24,10 +24,6 @@ constexpr double kThinnest_m = 0.0005;  // a voxel of skin on bone
 // skin are summed up voxel by voxel; deeper ones have what is there at their foot.
 constexpr double kDeepest_m = -0.056, kHighest_m = 0.006, kShell_m = 0.004;
 
-double lengthOf(const Vec3& v) noexcept {
-    return std::sqrt(glm::dot(v, v));
-}
-
 }  // namespace
 
 Layers layersUnder(const Patient& patient, const Vec3& skin_m, const Vec3& inward) noexcept {
@@ -61,7 +57,7 @@ namespace {
 void sumUp(const Patient& patient, const patient::Skin& skin, const Vec3& at_m, float* node) noexcept {
     const Vec3 foot = patient::footOnSkin(skin, at_m);
     const Vec3 normal = patient::skinAt(skin, foot).normal;
-    const double length = lengthOf(normal);
+    const double length = glm::length(normal);
     if (!(length > kCrease)) return;
     // Beyond the image's ends its last slices go on.
     const Vec3 last_m = patient.grid().centre(patient.grid().dims - 1);
@@ -167,6 +163,10 @@ TouchMap makeTouchMap(const Patient& patient, const patient::Skin& skin, int thr
     return map;
 }
 
+TouchMap makeTouchMap(const Patient& patient) {
+    return makeTouchMap(patient, patient::makeSkin(patient, 2), 2);
+}
+
 TouchPoint touchAt(const TouchMap& map, const Vec3& reference_m) noexcept {
     const auto s = patient::sampleSpline<3>(map.grid, map.nodes.data(), reference_m);
     return {s.value[0] + s.beyond_m, s.value[1], s.value[2], s.slope[0], s.slope[1], s.slope[2]};
@@ -196,6 +196,13 @@ Pressed pressed(const TouchPoint& t, double stiffest) noexcept {
     p.push_n_per_m2 = p.pressure_pa * t.level_slope - over_bone * t.bone_slope;
     if (!thin) p.push_n_per_m2 -= over_k * t.stiffness_slope;
     return p;
+}
+
+Vec3 skinMoved(const patient::MotionModel& motion, const patient::Surrogate& then,
+               const patient::Surrogate& now, const Vec3& skin_reference_m) noexcept {
+    if (motion.empty() || then == now) return Vec3(0.0);
+    return patient::deformedFromReference(motion, now, skin_reference_m) -
+           patient::deformedFromReference(motion, then, skin_reference_m);
 }
 
 Carried carriedAt(const patient::MotionModel& motion, const patient::Surrogate& breath,

@@ -17,6 +17,7 @@ using patient::Pose;
 using patient::Vec3;
 
 inline constexpr double kTouchDepth_m = 0.040;  // the layers that yield, from the skin
+inline constexpr double kDeepestTip_m = 0.050;  // that a tool's tip is taken to be under its skin
 
 // The layers under a point of the skin, exactly, voxel by voxel.
 struct Layers {
@@ -36,6 +37,7 @@ struct TouchMap {
 };
 // At load: 0.6 s on one thread for 15 million voxels. The thread count does not change the result.
 TouchMap makeTouchMap(const patient::Patient&, const patient::Skin&, int threads);
+TouchMap makeTouchMap(const patient::Patient&);  // of its own skin, on two threads
 
 struct TouchPoint {
     double level_m = 0.0;             // < 0 in the body
@@ -68,6 +70,9 @@ struct Carried {
         return at_reference_m + slope * (deformed_m - at_m);
     }
 };
+// How far the breath has moved a point of the skin since `then`.
+Vec3 skinMoved(const patient::MotionModel&, const patient::Surrogate& then, const patient::Surrogate& now,
+               const Vec3& skin_reference_m) noexcept STYLET_NONBLOCKING;
 // Haptics thread, both. noexcept, no allocation. The second finds the slope, by secants of 6 mm along the
 // axes of `frame` (a rotation), the last of which should point out of the body: organs slide on their own.
 Carried carriedAt(const patient::MotionModel&, const patient::Surrogate&,

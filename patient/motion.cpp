@@ -271,10 +271,6 @@ Side sideOfReference(const MotionModel& m, const Vec3& reference_m) noexcept {
     return cavityLevel_m(m, reference_m) < 0.0 ? Side::inside : Side::outside;
 }
 
-double lengthOf(const Vec3& v) noexcept {
-    return std::sqrt(glm::dot(v, v));
-}
-
 }  // namespace
 
 Mat3 motionJacobian(const MotionModel& m, const Surrogate& now, const Vec3& reference_m) noexcept {
@@ -302,8 +298,8 @@ Vec3 follow(LocalMotion& about, const MotionModel& m, const Surrogate& now, Side
     const Vec3 breathed =
         about.by_v_m * (drive.v - about.v) + about.by_rate_m_s * (drive.rate - about.rate_per_s);
     // Written so that what is not a number is far.
-    const bool near = about.known && side == about.side && lengthOf(way) <= reach.tissue_m &&
-                      lengthOf(breathed) <= reach.breath_m;
+    const bool near = about.known && side == about.side && glm::length(way) <= reach.tissue_m &&
+                      glm::length(breathed) <= reach.breath_m;
     if (near) return about.deformed_m + about.deformed_from_reference * way + breathed;
 
     about = {.known = true, .side = side, .reference_m = reference_m, .v = drive.v, .rate_per_s = drive.rate};

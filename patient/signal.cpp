@@ -245,6 +245,10 @@ double longestBreath_s(const BreathPlan& plan, double dt_s) {
     return double(longest + 1) * dt_s;
 }
 
+void hashSurrogate(StateHash& hash, const Surrogate& s) noexcept {
+    hash.add(s.v), hash.add(s.rate_per_s), hash.add(s.creep_v);
+}
+
 void hashBreathing(StateHash& hash, const BreathingState& s) noexcept {
     for (const std::uint64_t v :
          {s.phase_ticks, s.breath, s.now.ticks, s.held_ticks, s.limit_ticks, s.eased_ticks})

@@ -85,6 +85,7 @@ Surrogate surrogateAt(const BreathingState&, const BreathPlan&, double dt_s) noe
 // The longest that a patient who heeds it lets a command wait: no breath and no coughing lasts longer.
 double longestBreath_s(const BreathPlan&, double dt_s);
 
+void hashSurrogate(StateHash&, const Surrogate&) noexcept;
 void hashBreathing(StateHash&, const BreathingState&) noexcept;
 void hashPlan(StateHash&, const BreathPlan&) noexcept;
 

@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstring>
@@ -26,6 +27,7 @@ constexpr std::size_t kPrologueBytes = 8 + 4 + 4;  // magic, version, header siz
 constexpr std::size_t kFrameHeadBytes = 4 + 4 + 4 + 8 + 8;
 constexpr std::uint32_t kMaxHeaderBytes = 1 << 20;  // a recorded breath of an hour is a third of it
 constexpr std::uint32_t kMaxTickBytes = 7 * 8 + 4 * 4 + haptics::kMaxCommandsPerTick * 8;
+constexpr std::uint32_t kManyPoints = 1 << 10;        // more than any pad has
 constexpr std::uintmax_t kMaxFileBytes = 2ull << 30;  // seven hours
 
 std::uint32_t checksum(std::span<const unsigned char> bytes) {
@@ -145,6 +147,7 @@ std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     sink.u64(header.settings.scenario_digest);
     sink.u64(header.settings.seed);
     sink.u32(static_cast<std::uint32_t>(header.settings.tools.first));
+    haptics::eachToolCount(header.settings.tools, [&](int v) { sink.u32(static_cast<std::uint32_t>(v)); });
     eachNumber(header.settings, [&](double v) { sink.f64(v); });
     putPose(sink, header.settings.patient_from_device);
     putBreath(sink, header.settings.breath);
@@ -181,6 +184,8 @@ std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesy
     header.settings.seed = body.u64();
     const std::uint32_t first = body.u32();
     header.settings.tools.first = static_cast<haptics::Tool>(first);
+    haptics::eachToolCount(header.settings.tools,
+                           [&](int& v) { v = static_cast<int>(std::min(body.u32(), kManyPoints)); });
     eachNumber(header.settings, [&](double& v) { v = body.f64(); });
     header.settings.patient_from_device = takePose(body);
     const bool breathes = takeBreath(body, header.settings.breath);
@@ -188,6 +193,8 @@ std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesy
     header.settings.profile.source = "record";
     if (!body.ok() || !breathes || body.left() != 0 || first >= std::uint32_t(haptics::kToolCount))
         throw DataError(file, "header", "its size, tool or breath does not fit its version");
+    if (!haptics::padsFit(header.settings.tools))
+        throw DataError(file, "header", "no pad of finger or probe has so many points");
     return summed.size() + 4;
 }
 

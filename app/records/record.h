@@ -18,7 +18,7 @@
 
 namespace stylet::records {
 
-inline constexpr std::uint32_t kRecordVersion = 6;
+inline constexpr std::uint32_t kRecordVersion = 7;
 inline constexpr std::uint32_t kFrameTicks = 250;  // what a crash may cost: a quarter of a second
 inline constexpr std::uint32_t kSyncTicks = 1000;  // what a power loss may cost: about a second
 

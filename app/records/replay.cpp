@@ -4,8 +4,6 @@ namespace stylet::records {
 
 namespace {
 
-constexpr int kThreads = 2;  // at load; they do not change the map
-
 // What finger, probe and scalpel press on, where the record takes one of them.
 std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient, const Record& record) {
     bool presses = haptics::pressesOnSkin(record.header.settings.tools.first);
@@ -13,7 +11,7 @@ std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient, co
         for (std::uint32_t i = 0; i < input.command_count; ++i)
             presses = presses || haptics::takesToolOnSkin(input.commands[i]);
     if (!presses) return std::nullopt;
-    return haptics::makeTouchMap(patient, patient::makeSkin(patient, kThreads), kThreads);
+    return haptics::makeTouchMap(patient);
 }
 
 }  // namespace

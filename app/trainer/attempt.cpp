@@ -1,8 +1,11 @@
 #include "app/trainer/attempt.h"
 
 #include <cmath>
+#include <cstdio>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "app/trainer/hand.h"
@@ -12,8 +15,6 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr int kThreads = 2;  // at load; they do not change the map
-
 // What a needle needs outside the skin to be set on it, where the device's workspace is not known.
 constexpr double kRoomOutside_m = 0.02;
 
@@ -22,8 +23,7 @@ haptics::SimulationSettings settingsFor(const patient::Patient& patient, const S
     haptics::SimulationSettings settings;
     settings.dt_s = std::round(1e9 / rate_hz) / 1e9;
     settings.patient_from_device = deviceBeside(patient.grid());
-    settings.output.model_tangent_n_per_m =
-        haptics::worstTangent(patient.package().tissues, settings.tools.needle);
+    settings.output.model_tangent_n_per_m = haptics::worstTangent(patient.package().tissues, settings.tools);
     settings.tools.first = scenario.tool;
     settings.breath = breathPlan(patient.package(), scenario.breath, seed);
     settings.scenario_digest = digest(scenario);
@@ -38,14 +38,16 @@ std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient,
     for (const haptics::TraceCommand& c : hand.commands)
         presses = presses || haptics::takesToolOnSkin(c.command);
     if (!presses) return std::nullopt;
-    return touchMapOf(patient);
+    return haptics::makeTouchMap(patient);
+}
+
+std::string inMs(double t_s) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1f ms", 1e3 * t_s);
+    return text;
 }
 
 }  // namespace
-
-haptics::TouchMap touchMapOf(const patient::Patient& patient) {
-    return haptics::makeTouchMap(patient, patient::makeSkin(patient, kThreads), kThreads);
-}
 
 patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBreath& scenario,
                                std::uint64_t seed) {
@@ -74,6 +76,11 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
                         double rate_hz) {
     haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
     settings.profile = profile;
+    if (const double longest_s = haptics::kMaxDelayTicks * settings.dt_s; profile.delay_s > longest_s)
+        throw std::runtime_error(std::string(profile.name) + " answers after " + inMs(profile.delay_s) +
+                                 ": more than the " + inMs(longest_s) +
+                                 " that are accounted for at this rate, and its force would not be stable. "
+                                 "Run it at a lower rate.");
     const patient::Pose at_entry = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
     if (!std::isnan(profile.workspace_radius_m)) {
         settings.patient_from_device = haptics::placeAlong(profile, at_entry);

@@ -26,11 +26,10 @@ patient::BreathPlan breathPlan(const patient::Package&, const ScenarioBreath&, s
 // whole nanoseconds.
 Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                     std::uint64_t seed, double rate_hz = 1000.0);
-// What the tools that press on the skin feel of a patient; a second or more.
-haptics::TouchMap touchMapOf(const patient::Patient&);
 // The user's hand: no trace, every tool to be taken up, and the device stands so that its +z is out of the
 // body along the path, which begins near that end of its workspace; where that is not known, as beside the
-// patient, with the path's middle where the grip is (`device_from_grip`, once it is ready).
+// patient, with the path's middle where the grip is (`device_from_grip`, once it is ready). Throws where
+// the device is slower than the controller accounts for.
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                         std::uint64_t seed, haptics::TouchMap, const haptics::DeviceProfile&,
                         const patient::Pose& device_from_grip, double rate_hz = 1000.0);

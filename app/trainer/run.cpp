@@ -98,7 +98,7 @@ struct Live {
 
 Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                     const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock) {
-    haptics::TouchMap touch = touchMapOf(patient);  // first: a device that is ready may be moved
+    haptics::TouchMap touch = haptics::makeTouchMap(patient);  // first: a device that is ready may be moved
     live.device = readyDevice(options, clock);
     Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, std::move(touch),
                                       live.device->profile(), live.device->grip(), options.rate_hz);

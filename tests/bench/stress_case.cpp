@@ -173,7 +173,7 @@ Tissues::Tissues() {
         package.motion = test::makeShift(kTravel_m);
         patients_.emplace_back(package);
     }
-    output_.model_tangent_n_per_m = worstTangent(packages_.front().tissues, {});
+    output_.model_tangent_n_per_m = worstTangent(packages_.front().tissues, ToolSettings{});
 }
 
 std::size_t Tissues::count() {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <random>
 
 #include "patient/synth/synth.h"
@@ -234,6 +235,55 @@ TEST_F(Wandering, PutsInWhatTheSpringsHold) {
     RecordProperty("moved_uj", int(1e6 * moved_j));
     RecordProperty("shortfall_uj", int(1e6 * shortfall_j));
     RecordProperty("slipped_uj", int(1e6 * slipped_j));
+}
+
+// Down the right flank, always as deep in the skin: ribs are bumps, and the gaps between them yield.
+TEST_F(Wandering, FeelsRibsAsBumpsWhereItSlides) {
+    constexpr double kDepth_m = 0.010, kStep_m = 2e-5;  // firmly: where ribs stop a finger
+    const patient::Skin skin = makeSkin(torso_->patient, 2);
+    const auto overBone = [&](const Vec3& foot, const Vec3& inward) {
+        for (double depth_m = 0.0; depth_m < kTouchDepth_m; depth_m += 0.0005)
+            if (torso_->patient.at(foot + depth_m * inward, {}).tissue == bone) return true;
+        return false;
+    };
+    std::vector<double> force_n, mask, rib_n, gap_n;
+    int edges = 0;
+    for (const double y_m : {-0.02, 0.0, 0.02}) {
+        torso_->state = {};
+        Vec3 foot = footOnSkin(skin, {0.148, y_m, 0.09});
+        bool was = false;
+        for (int i = 0; i < 6000; ++i) {
+            foot = footOnSkin(skin, foot - Vec3(0.0, 0.0, kStep_m));
+            const Vec3 out = glm::normalize(skinAt(skin, foot).normal);
+            const Vec3 side = glm::normalize(glm::cross(Vec3(0.0, 0.0, 1.0), out));
+            const Pose pose{glm::quat_cast(patient::Mat3(side, glm::cross(out, side), out)),
+                            foot - kDepth_m * out};
+            const double normal_n = glm::dot(torso_->at(pose).force_n, out);
+            const bool over = overBone(foot, -out);
+            // The middles, where all of a pad is over a rib or none of it.
+            const Vec3 pad(0.0, 0.0, torso_->settings.radius_m);
+            const int parts = over + overBone(foot + pad, -out) + overBone(foot - pad, -out);
+            if (parts == 3) rib_n.push_back(normal_n);
+            if (parts == 0) gap_n.push_back(normal_n);
+            force_n.push_back(normal_n), mask.push_back(over);
+            edges += over != was;
+            was = over;
+        }
+    }
+    const auto mean = [](const std::vector<double>& v) {
+        return std::accumulate(v.begin(), v.end(), 0.0) / double(v.size());
+    };
+    const double mean_force = mean(force_n), mean_mask = mean(mask);
+    double both = 0.0, of_force = 0.0, of_mask = 0.0;
+    for (std::size_t i = 0; i < mask.size(); ++i) {
+        const double f = force_n[i] - mean_force, m = mask[i] - mean_mask;
+        both += f * m, of_force += f * f, of_mask += m * m;
+    }
+    EXPECT_GT(edges, 20);
+    EXPECT_GE(both / std::sqrt(of_force * of_mask), 0.7);
+    EXPECT_GE(mean(rib_n) / mean(gap_n), 3.0);
+    RecordProperty("pearson_permille", int(1e3 * both / std::sqrt(of_force * of_mask)));
+    RecordProperty("rib_over_gap_permille", int(1e3 * mean(rib_n) / mean(gap_n)));
 }
 
 TEST_F(Wandering, HasABoundedTangent) {

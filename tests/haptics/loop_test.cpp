@@ -156,6 +156,30 @@ TEST(Loop, AFullRingIsAFaultOfTheLoopAndNotOfTheState) {
     EXPECT_EQ(latest.faults, kFaultRingFull);
 }
 
+// The session's pace is none of the hand's business: what it is sent is the same to the last bit.
+TEST(Loop, AFullRingDoesNotTakeTheForceAway) {
+    Bench b;
+    Simulation fast(b.patient, {}), slow(b.patient, {});
+    LoopChannels drained, full;
+    LoopStats fast_stats, slow_stats;
+    ReplayDevice fast_device(b.trace, 0), slow_device(b.trace, 0);
+    TickRecord record;
+    TickOutput sent, expected;
+    double most_n = 0.0;
+    for (int i = 0; i < test::kScriptedTicks; ++i) {
+        loopTick(fast, fast_device, drained, fast_stats, std::int64_t(i) * 1000000);
+        loopTick(slow, slow_device, full, slow_stats, std::int64_t(i) * 1000000);
+        ASSERT_TRUE(drained.records.pop(record));
+        ASSERT_TRUE(drained.latest.read(expected) && full.latest.read(sent));
+        ASSERT_EQ(sent.sent_device_n, expected.sent_device_n) << i;
+        ASSERT_EQ(sent.state_hash, expected.state_hash) << i;
+        if (slow_stats.faults != 0) most_n = std::max(most_n, glm::length(sent.sent_device_n));
+    }
+    EXPECT_EQ(fast_stats.faults, 0u);
+    EXPECT_EQ(slow_stats.faults, kFaultRingFull);
+    EXPECT_GT(most_n, 0.2);
+}
+
 TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
     Bench b;
     Simulation live(b.patient, {});

@@ -155,11 +155,9 @@ TEST(NeedleRules, TheLiverProvesTheFasciaPassedUntilItIsLeft) {
 TEST(NeedleRules, AChangeOfTissueOnlyLowersTheForce) {
     std::size_t changes = 0;
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-        test::Random random(seed);
-        patient::Package package = test::makeColumn(test::randomLayers(random));
-        package.tissues = test::randomTable(random);
-        const patient::Patient patient(package);
-        Hand hand(patient);
+        test::RandomColumn column(seed);
+        Hand& hand = column.hand;
+        test::Random& random = column.random;
         hand.to(-0.003);
         const double step_m = 0.00001;
         for (int leg = 0; leg < 6; ++leg) {
@@ -224,11 +222,9 @@ TEST(NeedleEnergy, AgainstBoneItGoesOnAtTheMaximum) {
 TEST(NeedleEnergy, BetweenEventsNoneComesFromNowhere) {
     Ledger ledger;
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
-        test::Random random(seed);
-        patient::Package package = test::makeColumn(test::randomLayers(random));
-        package.tissues = test::randomTable(random);
-        const patient::Patient patient(package);
-        Hand hand(patient);
+        test::RandomColumn column(seed);
+        Hand& hand = column.hand;
+        test::Random& random = column.random;
         hand.settings.a1_share = test::uniform(random, 0.0, 1.0);
         Vec3 tip{-0.001, 0.0, 0.0};
         double speed_m = 0.0;
@@ -250,11 +246,8 @@ TEST(NeedleEnergy, BetweenEventsNoneComesFromNowhere) {
 TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStep) {
     std::size_t steps = 0;
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
-        test::Random random(seed);
-        patient::Package package = test::makeColumn(test::randomLayers(random));
-        package.tissues = test::randomTable(random);
-        const patient::Patient patient(package);
-        Hand hand(patient);
+        test::RandomColumn column(seed);
+        Hand& hand = column.hand;
         hand.to(-0.001);
         for (const double goal_m : {0.012, 0.006, 0.03, 0.01, 0.035, -0.004}) {
             const double step_m = 0.00002;
@@ -269,6 +262,48 @@ TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStep) {
         }
     }
     EXPECT_GT(steps, 500u);
+}
+
+// The same where borders stand askew and the hand goes anywhere: met, left, slid along and cut sideways.
+TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStepAlsoAskew) {
+    std::size_t steps = 0, sideways = 0;
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+        test::Random random(seed);
+        patient::Package package =
+            test::widen(test::makeColumn(test::randomLayers(random), 0.0005), 60, 0.0005);
+        package.tissues = test::randomTable(random);
+        const patient::LabelVolume upright = package.labels;
+        const double slant_y = test::uniform(random, -1.5, 1.5), slant_z = test::uniform(random, -1.5, 1.5);
+        patient::Index3 i;
+        for (i.z = 0; i.z < 60; ++i.z)
+            for (i.y = 0; i.y < 60; ++i.y)
+                for (i.x = 0; i.x < upright.grid.dims.x; ++i.x) {
+                    const Vec3 p = upright.grid.centre(i);
+                    package.labels[i] = upright.nearestOr({p.x + slant_y * p.y + slant_z * p.z, p.y, p.z}, 0);
+                }
+        const patient::Patient patient(package);
+        Hand hand(patient);
+        hand.axis =
+            glm::normalize(Vec3(1.0, test::uniform(random, -0.5, 0.5), test::uniform(random, -0.5, 0.5)));
+        Vec3 tip{-0.015, 0.0, 0.0};
+        hand.to(tip);
+        const double step_m = 0.00002;
+        for (int goal = 0; goal < 12; ++goal) {
+            const Vec3 to{test::uniform(random, goal < 2 ? 0.015 : -0.005, 0.035),
+                          test::uniform(random, -0.010, 0.010), test::uniform(random, -0.010, 0.010)};
+            for (int n = int(glm::length(to - tip) / step_m); n > 0; --n) {
+                const double before_n = hand.force();
+                tip += (to - tip) / double(n);
+                hand.to(tip);
+                if (std::fabs(hand.force() - before_n) < 2.0 * 3000.0 * step_m + 1e-6) continue;
+                ASSERT_TRUE(hand.last.event) << seed << " at " << tip.x << " " << tip.y << " " << tip.z;
+                ++steps;
+            }
+        }
+        sideways += hand.of(NeedleEventKind::sideways).size();
+    }
+    EXPECT_GT(steps, 300u);
+    EXPECT_GT(sideways, 300u);
 }
 
 // ---- bone in the study

@@ -185,7 +185,6 @@ TEST(Output, TheWallPushesBackIntoTheWorkspace) {
     EXPECT_NEAR(stage.state.sent_n.x, -200.0 * 0.004, 0.01);
 }
 
-// Outside the hashed state: the loop's business.
 // The model's spring is let go of at once, wall and limits stay; nothing is owed for what was let go of.
 TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
     DeviceProfile profile;
@@ -206,12 +205,6 @@ TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
     EXPECT_EQ(stage.state.controller_n.y, 0.0);
     EXPECT_EQ(stage.state.passivity.shortfall_j, 0.0);
     EXPECT_LT(stage.state.sent_n.x, -0.1);
-}
-
-TEST(Output, AFullRingDoesNotTakeTheForceAway) {
-    Stage stage;
-    stage.state.safety.faults = kFaultRingFull;
-    EXPECT_EQ(stage.send({1.0, 0.0, 0.0}).x, 1.0);
 }
 
 }  // namespace

@@ -42,4 +42,15 @@ inline Layers randomLayers(Random& random) {
     return layers;
 }
 
+// A hand on a column of such layers.
+struct RandomColumn {
+    explicit RandomColumn(std::uint64_t seed) : random(seed), package(makeColumn(randomLayers(random))) {
+        package.tissues = randomTable(random);
+    }
+    Random random;
+    patient::Package package;
+    patient::Patient patient{package};
+    Hand hand{patient};
+};
+
 }  // namespace stylet::test

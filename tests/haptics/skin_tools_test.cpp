@@ -84,6 +84,24 @@ TEST(SkinTools, AnIncisionSparesTheNeedleTheSkin) {
     EXPECT_LE(cut.out.force_n, 0.7);
 }
 
+TEST(SkinTools, AnIncisionThatIsNotRememberedIsTold) {
+    Theatre t(Tool::scalpel);
+    for (int i = 0; i < kMaxIncisions + 2; ++i) {
+        const double z_m = 0.004 * (i - 4.5);
+        int told = 0;
+        t.sweep({-0.002, 0.0, z_m});
+        for (double x_m = -0.002; x_m < 0.002; x_m += 5e-5) {
+            t.to({x_m, 0.0, z_m});
+            for (int e = 0; e < t.events.count; ++e)
+                told += t.events.list[std::size_t(e)].kind == NeedleEventKind::overflow;
+        }
+        EXPECT_TRUE(t.simulation->state().tools.scalpel.cutting);
+        EXPECT_EQ(told, i < kMaxIncisions ? 0 : 1) << i;
+        t.sweep({-0.002, 0.0, z_m});
+    }
+    EXPECT_EQ(t.simulation->state().tools.incisions.count, kMaxIncisions);
+}
+
 TEST(SkinTools, AParkedProbeRidesTheSkinInTheTick) {
     Theatre t(Tool::probe, true, -0.010);
     t.sweep({0.003, 0.0, 0.0});

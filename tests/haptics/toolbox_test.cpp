@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "haptics/simulation.h"
 #include "tests/haptics/scripted.h"
 #include "tests/support/phantom.h"
@@ -98,7 +100,64 @@ TEST(Toolbox, ANeedleTakenUpInsideTheBodyIsNotFeltUntilItHasBeenOutside) {
     EXPECT_LT(b.out.tool_force.force_n.x, 0.0);
 }
 
-TEST(Toolbox, AnIdleNeedleKeepsItsCutsAndCostsTheHashNothing) {
+// What is not in hand is in no hash: two needles that differ, both laid down, and the same finger.
+TEST(Toolbox, AnIdleNeedleIsNotHashed) {
+    ToolState a, b;
+    a.in_hand = b.in_hand = Tool::needle;
+    b.needle.force_n = 0.5, b.needle.depth_m = 0.01;
+    const auto hashOf = [](const ToolState& s) {
+        patient::StateHash hash;
+        hashTools(hash, s);
+        return hash.value();
+    };
+    EXPECT_NE(hashOf(a), hashOf(b));
+    a.in_hand = b.in_hand = Tool::finger;
+    EXPECT_EQ(hashOf(a), hashOf(b));
+    b.finger.pad.depth_m = 0.001;
+    EXPECT_NE(hashOf(a), hashOf(b));
+}
+
+TEST(Toolbox, TheGainIsSetByTheSteepestTool) {
+    const patient::TissueTable& table = test::tissueDefaults().tissues;
+    ToolSettings s;
+    EXPECT_EQ(worstTangent(table, s), 2400.0);  // the probe on bone, its proxies sticking
+    s.probe.pad.shear_n_per_m = 0.0;
+    EXPECT_EQ(worstTangent(table, s), 2300.0);  // the finger's
+    s.finger.pad.shear_n_per_m = 0.0;
+    EXPECT_EQ(worstTangent(table, s), 2000.0);  // the needle on bone
+    s.guide.stiffness_n_per_m = 2500.0;
+    EXPECT_EQ(worstTangent(table, s), 2500.0);
+    s.scalpel.stiffness_n_per_m = 2600.0;
+    EXPECT_EQ(worstTangent(table, s), 2600.0);
+}
+
+TEST(Toolbox, EverySettingIsHashed) {
+    const auto hashOf = [](const ToolSettings& s) {
+        patient::StateHash hash;
+        hashToolSettings(hash, s);
+        return hash.value();
+    };
+    std::set<std::uint64_t> hashes{hashOf({})};
+    std::size_t settings = 0;
+    ToolSettings s;
+    eachToolNumber(s, [&](double& v) {
+        const double was = v;
+        v += 0.125;
+        hashes.insert(hashOf(s));
+        v = was, ++settings;
+    });
+    eachToolCount(s, [&](int& v) {
+        ++v;
+        hashes.insert(hashOf(s));
+        --v, ++settings;
+    });
+    s.first = Tool::probe;
+    hashes.insert(hashOf(s));
+    EXPECT_EQ(settings, 5u + 13u + 5u + 1u + 6u + 2u + 8u);
+    EXPECT_EQ(hashes.size(), settings + 2);
+}
+
+TEST(Toolbox, AnIdleNeedleKeepsItsCuts) {
     Bench b;
     b.to(-0.005);
     b.sweep(0.010);

@@ -236,19 +236,19 @@ TEST_F(RecordFile, CutsExtraBytes) {
 }
 
 TEST_F(RecordFile, LoadsOrRefusesEveryTruncation) {
-    for (std::size_t size = 0; size < bytes_.size(); size += size < 600 ? 1 : 997) {
+    for (std::size_t size = 0; size < bytes_.size(); size += size < 800 ? 1 : 997) {
         rewrite(bytes_.substr(0, size));
         try {
             const Record record = loadRecord(folder_);
             EXPECT_EQ(record.inputs.size() % kFrameTicks, 0u);
         } catch (const DataError&) {
-            EXPECT_LT(size, 600u) << "only the header may be refused";
+            EXPECT_LT(size, 800u) << "only the header may be refused";
         }
     }
 }
 
 TEST_F(RecordFile, NeverTakesAFlippedByteForATick) {
-    for (std::size_t at = 0; at < bytes_.size(); at += at < 600 ? 1 : 499) {
+    for (std::size_t at = 0; at < bytes_.size(); at += at < 800 ? 1 : 499) {
         std::string bytes = bytes_;
         bytes[at] = char(bytes[at] ^ 0x10);
         rewrite(bytes);
@@ -257,7 +257,7 @@ TEST_F(RecordFile, NeverTakesAFlippedByteForATick) {
             EXPECT_GT(record.torn_bytes, 0u) << "byte " << at;
             EXPECT_LT(record.inputs.size(), kTicks);
         } catch (const DataError&) {
-            EXPECT_LT(at, 600u);
+            EXPECT_LT(at, 800u);
         }
     }
 }

@@ -10,6 +10,10 @@ set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 # Asserts stay on in Release: -O2 is where a value-changing transform would first show up.
 set(CMAKE_CXX_FLAGS_RELEASE "-O2")
 set(CMAKE_C_FLAGS_RELEASE "-O2")
+if(STYLET_SANITIZE)
+    # A third less time to compile; what -O2 does to results the plain builds test.
+    set(CMAKE_CXX_FLAGS_RELEASE "-O1")
+endif()
 
 find_program(STYLET_CCACHE ccache)
 if(STYLET_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)

@@ -280,7 +280,7 @@ TEST_F(DeviceRun, EveryToolIsTakenUpByWordOrButton) {
             felt_n[now.tool] = std::max(felt_n[now.tool], glm::length(now.tool_force.force_n));
         });
     EXPECT_TRUE(again.equal());
-    EXPECT_EQ(records::hexOf(again.state_hash), live.summary.at("state_hash"));
+    EXPECT_EQ(records::hexOf(again.state_hash), live.summary.at("state_hash").get<std::string>());
     for (const haptics::Tool tool :
          {haptics::Tool::finger, haptics::Tool::probe, haptics::Tool::scalpel, haptics::Tool::needle})
         EXPECT_GT(felt_n[tool], 0.05) << haptics::kToolNames[std::size_t(tool)];

@@ -199,5 +199,20 @@ TEST(RealTimeLoop, AnErrorOfThePicturesEndsItAndComesOut) {
     EXPECT_LT(session.log().last_tick, 500u) << "went on to the hand's end";
 }
 
+TEST(LiveAttempt, ADeviceSlowerThanItsControllerAccountsForIsRefused) {
+    const patient::Package package = ductPhantom();
+    const patient::Patient patient(package);
+    haptics::DeviceProfile profile;
+    const auto make = [&](double delay_s, double rate_hz) {
+        profile.delay_s = delay_s;
+        (void)makeLiveAttempt(patient, shortScenario(), ductPath(), 1, {}, profile, {}, rate_hz);
+    };
+    EXPECT_NO_THROW(make(0.0159, 1000.0));
+    EXPECT_NO_THROW(make(0.0039, 4000.0));
+    EXPECT_NO_THROW(make(haptics::kUnknown, 1000.0));
+    EXPECT_THROW(make(0.0161, 1000.0), std::runtime_error);
+    EXPECT_THROW(make(0.0041, 4000.0), std::runtime_error);
+}
+
 }  // namespace
 }  // namespace stylet::trainer

@@ -104,7 +104,7 @@ void writeFilm(const std::vector<FilmFrame>& frames, const std::string& title,
                   kHeader + double(i / columns) * (height + kGap), frame);
         Canvas alone(width, height, kDark);
         drawFrame(alone, 0, 0, frame);
-        std::array<char, 16> number{};
+        std::array<char, 24> number{};
         std::snprintf(number.data(), number.size(), "-%03d.png", i);
         alone.savePng(folder / (name + number.data()));
     }

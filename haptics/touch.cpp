@@ -95,21 +95,15 @@ class ShellSmoother {
 
   private:
     void smoothAlong(std::vector<float>& plane, int axis) {
-        const Index3 dims = map_.grid.dims;
-        const std::size_t strides[] = {1, std::size_t(dims.x), std::size_t(dims.x) * std::size_t(dims.y)};
-        const int across = axis == 2 ? 1 : 2, other = axis == 0 ? 1 : 0;
-        const std::size_t stride = strides[axis];
-        patient::parallelFor(threads_, std::size_t(dims[across]), [&](std::size_t n) {
-            for (std::size_t m = 0; m < std::size_t(dims[other]); ++m) {
-                float* p = plane.data() + n * strides[across] + m * strides[other];
-                float before = 0.0f;
-                for (int i = 0; i < dims[axis]; ++i, p += stride) {
-                    const float here = p[0], after = i + 1 < dims[axis] ? p[stride] : 0.0f;
-                    p[0] = 0.25f * before + 0.5f * here + 0.25f * after;
-                    before = here;
-                }
-            }
-        });
+        patient::parallelLines(threads_, map_.grid.dims, axis, plane.data(),
+                               [](float* p, std::size_t stride, std::size_t count) {
+                                   float before = 0.0f;
+                                   for (std::size_t i = 0; i < count; ++i, p += stride) {
+                                       const float here = p[0], after = i + 1 < count ? p[stride] : 0.0f;
+                                       p[0] = 0.25f * before + 0.5f * here + 0.25f * after;
+                                       before = here;
+                                   }
+                               });
     }
 
     TouchMap& map_;

@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "patient/geometry.h"
+
 namespace stylet::patient {
 
 // Calls work(index) for every index in [0, count) on `threads` threads, the caller's among them, and
@@ -34,6 +36,17 @@ void parallelFor(int threads, std::size_t count, const Work& work, const After& 
 template <typename Work>
 void parallelFor(int threads, std::size_t count, const Work& work) {
     parallelFor(threads, count, work, [](std::size_t) {});
+}
+
+// change(first, stride, count) for every line along an axis of `dims` values, x-fastest.
+template <typename Value, typename Change>
+void parallelLines(int threads, const Index3& dims, int axis, Value* values, const Change& change) {
+    const int across = axis == 2 ? 1 : 2, other = axis == 0 ? 1 : 0;
+    const std::size_t strides[] = {1, std::size_t(dims.x), std::size_t(dims.x) * std::size_t(dims.y)};
+    parallelFor(threads, std::size_t(dims[across]), [&](std::size_t n) {
+        for (std::size_t m = 0; m < std::size_t(dims[other]); ++m)
+            change(values + n * strides[across] + m * strides[other], strides[axis], std::size_t(dims[axis]));
+    });
 }
 
 }  // namespace stylet::patient

@@ -68,28 +68,16 @@ Volume<float> signedDistance(const Volume<std::uint8_t>& outer, int threads) {
     return level;
 }
 
-// change(first, stride, count) for every line of nodes along an axis.
-template <typename Change>
-void forEachLine(Volume<float>& v, int axis, int threads, const Change& change) {
-    const int across = axis == 2 ? 1 : 2, other = axis == 0 ? 1 : 0;
-    const std::size_t strides[] = {1, std::size_t(v.grid.dims.x),
-                                   std::size_t(v.grid.dims.x) * std::size_t(v.grid.dims.y)};
-    parallelFor(threads, std::size_t(v.grid.dims[across]), [&](std::size_t n) {
-        for (std::size_t m = 0; m < std::size_t(v.grid.dims[other]); ++m)
-            change(v.voxels.data() + n * strides[across] + m * strides[other], strides[axis],
-                   std::size_t(v.grid.dims[axis]));
-    });
-}
-
 // The outermost nodes, beyond the image: on in a straight line where there are two to draw it through.
 void continueBeyond(Volume<float>& v, int threads) {
     for (int axis = 0; axis < 3; ++axis)
-        forEachLine(v, axis, threads, [](float* p, std::size_t stride, std::size_t count) {
-            if (count < 4) return;
-            p[0] = 2.0f * p[stride] - p[2 * stride];
-            p += (count - 1) * stride;
-            p[0] = 2.0f * *(p - stride) - *(p - 2 * stride);
-        });
+        parallelLines(threads, v.grid.dims, axis, v.voxels.data(),
+                      [](float* p, std::size_t stride, std::size_t count) {
+                          if (count < 4) return;
+                          p[0] = 2.0f * p[stride] - p[2 * stride];
+                          p += (count - 1) * stride;
+                          p[0] = 2.0f * *(p - stride) - *(p - 2 * stride);
+                      });
 }
 
 // Means over blocks of voxels, and one node more on every side, so that the spline reaches the image's ends.
@@ -121,15 +109,16 @@ Volume<float> nodesOf(const Volume<float>& fine, int threads) {
 
 // 1/4, 1/2, 1/4 along one axis; the ends stay, so a straight line does too.
 void smoothAlong(Volume<float>& v, int axis, int threads) {
-    forEachLine(v, axis, threads, [](float* p, std::size_t stride, std::size_t count) {
-        float before = p[0];
-        for (std::size_t i = 1; i + 1 < count; ++i) {
-            p += stride;
-            const float here = p[0];
-            p[0] = 0.25f * before + 0.5f * here + 0.25f * p[stride];
-            before = here;
-        }
-    });
+    parallelLines(threads, v.grid.dims, axis, v.voxels.data(),
+                  [](float* p, std::size_t stride, std::size_t count) {
+                      float before = p[0];
+                      for (std::size_t i = 1; i + 1 < count; ++i) {
+                          p += stride;
+                          const float here = p[0];
+                          p[0] = 0.25f * before + 0.5f * here + 0.25f * p[stride];
+                          before = here;
+                      }
+                  });
 }
 
 Volume<float> smoothed(Volume<float> v, int threads) {

@@ -87,8 +87,11 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     const WallForce wall = workspaceWall(profile, tick.grip_m);
     const double peak_n = knownOr(profile.force_peak_n, kWeakestForce_n);
     const Vec3 at_full = clampLength(scale * modelled + wall.force_n, peak_n, s.limited);
+    // A held clutch hides no contact from the check at the start.
+    const Vec3 unclutched = gain * modelled + wall.force_n;
     stepSafety(s.safety, tick.unmet | (finite ? 0u : std::uint32_t(kFaultBadForce)),
-               std::sqrt(glm::dot(at_full, at_full)), std::sqrt(glm::dot(wall.force_n, wall.force_n)), dt_s);
+               std::sqrt(glm::dot(unclutched, unclutched)), std::sqrt(glm::dot(wall.force_n, wall.force_n)),
+               dt_s);
     const double level = s.safety.level;
 
     Motion motion = motionOf(s, tick, modelled, finite);

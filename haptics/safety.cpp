@@ -45,9 +45,9 @@ double distance(const Vec3& a, const Vec3& b) noexcept {
 void measure(SafetyState& s, const DeviceState& device, bool good, double dt_s) noexcept {
     s.silence_s += dt_s;
     if (device.fresh == 0 || !good) return;
-    const Vec3& tip_m = device.device_from_stylus.position_m;
-    s.speed_m_s = s.placed ? distance(tip_m, s.tip_m) / s.silence_s : 0.0;
-    s.tip_m = tip_m;
+    const Vec3 grip_m = device.grip_m();
+    s.speed_m_s = s.placed ? distance(grip_m, s.grip_m) / s.silence_s : 0.0;
+    s.grip_m = grip_m;
     s.silence_s = 0.0;
     s.placed = true;
 }
@@ -137,13 +137,13 @@ void hashSafety(patient::StateHash& hash, const SafetyState& s) noexcept {
     hash.add(std::uint64_t(s.awaited));
     hash.add(s.level);
     hash.add(s.settled_s);
-    hash.add(s.tip_m);
+    hash.add(s.grip_m);
     hash.add(s.silence_s);
     hash.add(s.speed_m_s);
 }
 
-WallForce workspaceWall(const DeviceProfile& profile, const Vec3& tip_m) noexcept {
-    const Vec3 out = tip_m - profile.workspace_centre_m;
+WallForce workspaceWall(const DeviceProfile& profile, const Vec3& grip_m) noexcept {
+    const Vec3 out = grip_m - profile.workspace_centre_m;
     const double from_centre = std::sqrt(glm::dot(out, out));
     const double in_wall = from_centre - (1.0 - kWallShare) * profile.workspace_radius_m;
     if (!(in_wall > 0.0)) return {};  // also where the radius is unknown

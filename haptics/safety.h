@@ -64,7 +64,7 @@ struct SafetyState {
     bool focused = true;        // by command: the session is seen and the headset worn
     double settled_s = 0.0;     // time for which all has been well while waiting
     bool placed = false;        // there has been a fresh good pose
-    Vec3 tip_m{0.0};            // its place, device frame
+    Vec3 grip_m{0.0};           // its place, device frame
     double silence_s = 0.0;     // since then
     double speed_m_s = 0.0;     // on the way to it
 };
@@ -91,6 +91,6 @@ struct WallForce {
     Vec3 force_n{0.0};
     double energy_j = 0.0;
 };
-WallForce workspaceWall(const DeviceProfile&, const Vec3& tip_m) noexcept STYLET_NONBLOCKING;
+WallForce workspaceWall(const DeviceProfile&, const Vec3& grip_m) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

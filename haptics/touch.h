@@ -70,7 +70,7 @@ struct Carried {
         return at_reference_m + slope * (deformed_m - at_m);
     }
 };
-// How far the breath has moved a point of the skin since `then`.
+// How far the breath has moved a point of the skin since `then`. Haptics thread.
 Vec3 skinMoved(const patient::MotionModel&, const patient::Surrogate& then, const patient::Surrogate& now,
                const Vec3& skin_reference_m) noexcept STYLET_NONBLOCKING;
 // Haptics thread, both. noexcept, no allocation. The second finds the slope, by secants of 6 mm along the

@@ -86,9 +86,10 @@ void cross(double border, double step, double start, double way, double end, std
 }
 
 // Which visit comes next cannot be predicted, so that is done without branches: border by border of the axis
-// with the most of them, between two of which the other axes have hardly ever more than one each.
+// with the most of them, between two of which the other axes have hardly ever more than one each. False where
+// they have, and in an order that the pairs below do not keep: then nothing may be read.
 template <int kMain>
-void merge(const std::vector<double> (&crossings)[3], const std::int64_t (&step)[3], std::int64_t offset,
+bool merge(const std::vector<double> (&crossings)[3], const std::int64_t (&step)[3], std::int64_t offset,
            VoxelPath::Visit* out) {
     constexpr int kA = kMain == 0 ? 1 : 0, kB = kMain == 2 ? 1 : 2;
     const double *a = crossings[kA].data(), *b = crossings[kB].data();
@@ -97,8 +98,9 @@ void merge(const std::vector<double> (&crossings)[3], const std::int64_t (&step)
     const auto aIsDue = [&](double until) { return kA < kMain ? *a <= until : *a < until; };
     const auto bIsDue = [&](double until) { return kB < kMain ? *b <= until : *b < until; };
     *out++ = {offset, 0.0};
+    bool ordered = true;
     for (const double until : crossings[kMain]) {
-        do {
+        while (true) {
             const double at_a = *a, at_b = *b;
             const std::int64_t a_due = aIsDue(until), b_due = bIsDue(until), a_first = at_a <= at_b;
             out[0] = {offset + by_b + ((by_a - by_b) & -a_first), std::min(at_a, at_b)};
@@ -106,10 +108,13 @@ void merge(const std::vector<double> (&crossings)[3], const std::int64_t (&step)
             out += a_due + b_due;
             offset += (by_a & -a_due) + (by_b & -b_due);
             a += a_due, b += b_due;
-        } while (aIsDue(until) || bIsDue(until));
+            if (!aIsDue(until) && !bIsDue(until)) break;
+            ordered = ordered && out[-1].begin < std::min(*a, *b);
+        }
         offset += step[kMain];
         *out++ = {offset, until};
     }
+    return ordered;
 }
 
 }  // namespace
@@ -131,14 +136,21 @@ const std::vector<VoxelPath::Visit>& VoxelPath::along(const Grid& grid, const Ve
     const std::size_t steps = std::size_t(count.x) + std::size_t(count.y) + std::size_t(count.z);
     visits_.resize(steps + 4);  // the merge writes ahead
     const std::int64_t offset = first.z * slab + first.y * row + first.x;
-    (main == 0 ? merge<0> : main == 1 ? merge<1> : merge<2>)(crossings_, step, offset, visits_.data());
+    const bool ordered = (main == 0   ? merge<0>
+                          : main == 1 ? merge<1>
+                                      : merge<2>)(crossings_, step, offset, visits_.data());
     visits_.resize(steps + 1);
+    if (!ordered) {
+        std::size_t i = 0;
+        for (VoxelWalk w = walk; !w.done(); w.next(), ++i)
+            visits_[i] = {w.voxel().z * slab + w.voxel().y * row + w.voxel().x, w.begin()};
+    }
     for (std::size_t i = 1; i <= steps && visits_[i].begin < 0.0; ++i)  // by rounding
         visits_[i].begin = 0.0;
     // A path with both ends in the grid stays in it.
     if (!grid.contains(first) || !grid.contains(first + count * walk.step_)) {
         std::size_t i = 0;
-        for (VoxelWalk w(grid, a, b); !w.done(); w.next(), ++i)
+        for (VoxelWalk w = walk; !w.done(); w.next(), ++i)
             if (!grid.contains(w.voxel())) visits_[i].offset = kOutside;
     }
     return visits_;

@@ -52,7 +52,7 @@ class VoxelPath {
     const std::vector<Visit>& along(const Grid& grid, const Vec3& a, const Vec3& b);
 
   private:
-    std::vector<double> crossings_[3];  // of each axis, ascending, a 2 behind the last
+    std::vector<double> crossings_[3];  // of each axis, ascending, with an end beyond 1
     std::vector<Visit> visits_;
 };
 

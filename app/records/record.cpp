@@ -26,7 +26,7 @@ constexpr std::uint32_t kFrameMark = 0x4d415246;   // "FRAM"
 constexpr std::size_t kPrologueBytes = 8 + 4 + 4;  // magic, version, header size
 constexpr std::size_t kFrameHeadBytes = 4 + 4 + 4 + 8 + 8;
 constexpr std::uint32_t kMaxHeaderBytes = 1 << 20;  // a recorded breath of an hour is a third of it
-constexpr std::uint32_t kMaxTickBytes = 7 * 8 + 4 * 4 + haptics::kMaxCommandsPerTick * 8;
+constexpr std::uint32_t kMaxTickBytes = (7 + 4) * 8 + 4 * 4 + haptics::kMaxCommandsPerTick * 8;
 constexpr std::uint32_t kManyPoints = 1 << 10;        // more than any pad has
 constexpr std::uintmax_t kMaxFileBytes = 2ull << 30;  // seven hours
 

@@ -53,16 +53,18 @@ std::vector<BreathSample> breathe(const patient::Patient& patient, const Course&
     patient::BreathingState state;
     std::size_t next = 0;
     for (int tick = 0; tick * kTick_s <= course.seconds; ++tick) {
+        if (tick % kTicksASample == 0) {
+            const patient::Surrogate now = surrogateAt(state, course.plan, kTick_s);
+            samples.push_back(
+                {tick * kTick_s, now, state.held, report::domeBelowExhale_m(patient, now, dome_m)});
+        }
         for (; next < course.commands.size() && 1e-9 * double(course.commands[next].t_ns) <= tick * kTick_s;
              ++next) {
             const haptics::CommandKind kind = course.commands[next].command.kind;
             if (kind == haptics::CommandKind::holdBreath || kind == haptics::CommandKind::breathe)
                 commandHold(state, kind == haptics::CommandKind::holdBreath);
         }
-        if (tick > 0) stepBreathing(state, course.plan, kTick_s);
-        if (tick % kTicksASample != 0) continue;
-        const patient::Surrogate now = surrogateAt(state, course.plan, kTick_s);
-        samples.push_back({tick * kTick_s, now, state.held, report::domeBelowExhale_m(patient, now, dome_m)});
+        stepBreathing(state, course.plan, kTick_s);
     }
     return samples;
 }

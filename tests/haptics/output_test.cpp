@@ -207,5 +207,20 @@ TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
     EXPECT_LT(stage.state.sent_n.x, -0.1);
 }
 
+// In contact before the force has begun, with the clutch held: nothing rises, so nothing is there when it is
+// let go.
+TEST(Output, AHeldClutchDoesNotHideAContactAtTheStart) {
+    OutputState state;
+    OutputTick tick;
+    tick.tool.force_n = {0.0, 2.0, 0.0};
+    tick.share = 0.0;
+    for (int i = 0; i < 500; ++i)
+        stepOutput(state, plain(), {}, 1.0, tick, kDt_s);
+    EXPECT_EQ(state.safety.stage, ForceStage::waiting);
+    EXPECT_EQ(state.safety.awaited, std::uint32_t(kWaitsForSmallForce));
+    tick.share = 1.0;
+    EXPECT_EQ(stepOutput(state, plain(), {}, 1.0, tick, kDt_s), Vec3(0.0));
+}
+
 }  // namespace
 }  // namespace stylet::haptics

@@ -134,6 +134,11 @@ const Cause kCauses[] = {
     {"no rotation", kFaultBadPose, [](Watched& w) { w.device.device_from_stylus.rotation.w = 0.5; }},
     {"far away", kFaultBadPose, [](Watched& w) { w.device.device_from_stylus.position_m.y = 10.5; }},
     {"leap", kFaultOverSpeed, [](Watched& w) { w.device.device_from_stylus.position_m.z += 0.02; }},
+    {"clutched grip flung", kFaultOverSpeed,
+     [](Watched& w) {
+         w.device.flags |= kDeviceClutch;
+         w.device.grip_at_m.z += 0.02;
+     }},
     {"out of reach", kFaultOutOfReach,
      [](Watched& w) {
          w.profile.workspace_radius_m = 0.05;

@@ -69,6 +69,21 @@ TEST(VoxelWalk, RandomSegmentsInsideAndFarOutside) {
     }
 }
 
+// Two borders of one axis before the next of another, between two of the main axis.
+TEST(VoxelWalk, NearTheDiagonal) {
+    Grid grid;
+    grid.dims = {8, 8, 8};
+    grid.spacing_m = Vec3(1.0);
+    expectSound(grid, {-0.1, -0.45, 0.0}, {2.6, 3.45, 0.9});
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> u(0.0, 8.0), near(-0.3, 0.3);
+    for (int i = 0; i < 20'000; ++i) {
+        const Vec3 a(u(random), u(random), u(random));
+        const Vec3 way = Vec3(4.0 * near(random)) + Vec3(near(random), near(random), near(random));
+        expectSound(grid, a, a + way);
+    }
+}
+
 TEST(VoxelWalk, AxisParallelBordersInClosedForm) {
     Grid grid;
     grid.dims = {8, 1, 1};

@@ -171,6 +171,19 @@ TEST_F(RecordFile, IsWholeUpToTheLastFrameBeforeItIsFinished) {
     EXPECT_FALSE(record.info.end);
 }
 
+TEST_F(RecordFile, TheLargestTickThereCanBeIsAWholeFrame) {
+    TickInput largest = someInput(0);
+    largest.device.flags |= haptics::kDeviceClutch;
+    largest.command_count = haptics::kMaxCommandsPerTick;
+    RecordWriter writer(folder_, someHeader(), someInfo());
+    writer.add(largest, outputOf(0));
+    writer.finish();
+    const Record record = loadRecord(folder_);
+    EXPECT_EQ(record.torn_bytes, 0u);
+    ASSERT_EQ(record.inputs.size(), 1u);
+    EXPECT_EQ(record.inputs[0].command_count, haptics::kMaxCommandsPerTick);
+}
+
 TEST_F(RecordFile, ALostTickEndsItBeforeTheGap) {
     constexpr std::uint64_t kWhole = kFrameTicks + 3;
     RecordWriter writer(folder_, someHeader(), someInfo());

@@ -117,7 +117,10 @@ TEST(SheetColumns, LeaveNoColumnEmptyAndFillTheSheet) {
         ASSERT_GE(columns, 1);
         ASSERT_LE(columns, frames);
         const int rows = (frames + columns - 1) / columns;
-        EXPECT_LT(rows * columns - frames, columns) << frames;
+        const double shape = columns * 1280.0 / (rows * 674.0);
+        EXPECT_GT(shape, 0.6) << frames;
+        EXPECT_LT(shape, 2.0) << frames;
+        EXPECT_LE(rows * columns - frames, std::max(1.0, 0.25 * frames)) << frames;
     }
 }
 

@@ -19,7 +19,6 @@ namespace {
 using namespace haptics;
 
 constexpr int kAlternations = 3;
-constexpr std::int64_t kPeriod_ns = 1'000'000;
 
 // A needle that goes 80 mm in and out again at up to 40 mm/s.
 class InAndOut final : public HapticDevice {

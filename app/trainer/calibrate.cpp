@@ -16,7 +16,7 @@ namespace {
 class Typed {
   public:
     std::optional<double> number() {
-        ended_ = !takeTyped(waiting_);
+        if (waiting_.find('\n') == std::string::npos) ended_ = !takeTyped(waiting_);
         const std::size_t end = waiting_.find('\n');
         if (end == std::string::npos) return std::nullopt;
         const std::string line = waiting_.substr(0, end);

@@ -56,11 +56,6 @@ Tool after(Tool tool) {
     return Tool((int(tool) + 1) % haptics::kToolCount);
 }
 
-void addNext(const TickOutput& now, std::vector<Command>& commands) {
-    if (now.tool == Tool::probe && !now.probe_parked) commands.push_back({CommandKind::park, 1});
-    commands.push_back(toolCommand(after(now.tool)));
-}
-
 std::string nameOf(Tool tool) {
     return std::string(haptics::kToolNames[std::size_t(tool)]);
 }
@@ -110,25 +105,43 @@ std::string describe(const UserButtons& buttons) {
 
 std::vector<Command> UserCommands::take(std::string_view typed, std::uint32_t pressed,
                                         const TickOutput& now) {
-    std::vector<Command> commands;
+    if (held_ && !now.breath_held) holds_ = false;  // he could hold it no longer
+    held_ = now.breath_held;
     waiting_ += typed;
-    for (std::size_t end; (end = waiting_.find('\n')) != std::string::npos; waiting_.erase(0, end + 1))
+    pressed_ |= pressed;
+    std::vector<Command> commands;
+    const auto mayGoOn = [&] { return commands.empty() || !changesTool(commands.back()); };
+    if (std::exchange(next_wanted_, false) && now.tool == Tool::probe && now.probe_parked)
+        commands.push_back(toolCommand(after(now.tool)));
+    for (std::size_t end; mayGoOn() && (end = waiting_.find('\n')) != std::string::npos;
+         waiting_.erase(0, end + 1))
         takeLine(trimmed(std::string_view(waiting_).substr(0, end)), now, commands);
-    if (waiting_.size() > kLongestLine) waiting_.resize(kLongestLine);
-    if ((pressed & buttons_.next) != 0) addNext(now, commands);
-    if ((pressed & buttons_.breath) != 0)
-        commands.push_back({holds_ ? CommandKind::breathe : CommandKind::holdBreath, 0});
-    for (const Command& command : commands)
-        if (command.kind == CommandKind::holdBreath || command.kind == CommandKind::breathe)
-            holds_ = command.kind == CommandKind::holdBreath;
+    if (!hasLine() && waiting_.size() > kLongestLine) waiting_.resize(kLongestLine);
+    if (!mayGoOn()) return commands;
+    if ((pressed_ & buttons_.breath) != 0)
+        add({holds_ ? CommandKind::breathe : CommandKind::holdBreath, 0}, commands);
+    if ((pressed_ & buttons_.next) != 0) addNext(now, commands);
+    pressed_ = 0;
     return commands;
+}
+
+void UserCommands::add(const Command& command, std::vector<Command>& commands) {
+    if (command.kind == CommandKind::holdBreath || command.kind == CommandKind::breathe)
+        holds_ = command.kind == CommandKind::holdBreath;
+    commands.push_back(command);
+}
+
+// A probe may not stay: the next tool is taken once it has.
+void UserCommands::addNext(const TickOutput& now, std::vector<Command>& commands) {
+    next_wanted_ = now.tool == Tool::probe && !now.probe_parked;
+    add(next_wanted_ ? Command{CommandKind::park, 1} : toolCommand(after(now.tool)), commands);
 }
 
 void UserCommands::takeLine(std::string_view line, const TickOutput& now, std::vector<Command>& commands) {
     if (line.empty()) line = "rearm";
     for (const Word& word : kWords) {
         if (line != word.word) continue;
-        if (word.act == Act::command) commands.push_back(word.command);
+        if (word.act == Act::command) add(word.command, commands);
         if (word.act == Act::next) addNext(now, commands);
         if (word.act == Act::list) say_(describeWords());
         return;

@@ -29,19 +29,32 @@ std::string describe(const UserButtons&);
 class UserCommands {
   public:
     UserCommands(const UserButtons& buttons, Say say) : buttons_(buttons), say_(std::move(say)) {}
-    // Session thread, as often as it likes. What the whole lines of `typed` ask for (a rest waits for its
-    // end) and the buttons just pressed (not the re-arming one), in that order. `now` is the newest tick.
+    // Session thread. What the whole lines of `typed` ask for (a rest waits for its end) and the buttons just
+    // pressed (not the re-arming one), in that order, up to the first command that changes the tool: what
+    // follows it waits for the next call. `now` is the newest tick, and knows what came of the last such one.
     std::vector<haptics::Command> take(std::string_view typed, std::uint32_t pressed,
                                        const haptics::TickOutput& now);
+    // A whole line waits: no more need be read.
+    bool hasLine() const { return waiting_.find('\n') != std::string::npos; }
 
   private:
+    void add(const haptics::Command&, std::vector<haptics::Command>&);
+    void addNext(const haptics::TickOutput&, std::vector<haptics::Command>&);
     void takeLine(std::string_view line, const haptics::TickOutput&, std::vector<haptics::Command>&);
 
     UserButtons buttons_;
     Say say_;
     std::string waiting_;
-    bool holds_ = false;  // a breath-hold was asked for last
+    std::uint32_t pressed_ = 0;
+    bool next_wanted_ = false;  // once the probe is parked
+    bool holds_ = false;        // a breath-hold was asked for last, and he has not given up
+    bool held_ = false;         // so in the newest tick
 };
+
+// It decides which tool is in hand, or whether the probe stays.
+constexpr bool changesTool(const haptics::Command& c) {
+    return c.kind == haptics::CommandKind::tool || c.kind == haptics::CommandKind::park;
+}
 
 // What came of a command in the tick that took it, for a person; empty where there is nothing to say.
 std::string outcomeOf(const haptics::Command&, const haptics::TickOutput& before,

@@ -13,6 +13,9 @@ namespace {
 
 // The start takes a few hundredths of a second; what lasts longer wants the user to do something.
 constexpr double kPatience_s = 1.0;
+// A command is taken a tick or two after it was sent. One not seen by then was in a record the ring had no
+// room for.
+constexpr std::uint64_t kLost_ticks = 500;
 
 std::string textsOf(std::uint32_t bits) {
     std::string text;
@@ -36,8 +39,7 @@ void ForceFeed::pass(bool focused, Session& session, haptics::Ring<Command>& rin
     if (focused != told_focus_ && ring.push({CommandKind::focus, focused ? 1u : 0u})) told_focus_ = focused;
     if (session.takeRearm()) waiting_.push_back({CommandKind::rearm, 0});
     if (const haptics::TickOutput* now = session.newest(); live_ && now) {
-        for (const Command& asked : user_->take(live_->typed(), session.takePressed(), *now))
-            waiting_.push_back(asked);
+        takeWords(session, *now);
         live_->hold(now->tool);
     }
     while (!waiting_.empty() && ring.push(waiting_.front()))
@@ -45,11 +47,24 @@ void ForceFeed::pass(bool focused, Session& session, haptics::Ring<Command>& rin
     tell(session);
 }
 
+// One change of the tool after the other: each is asked for, and answered, by what the one before has led to.
+void ForceFeed::takeWords(Session& session, const haptics::TickOutput& now) {
+    if (changes_at_ && now.tick > *changes_at_ + kLost_ticks) changes_at_.reset();
+    if (changes_at_ || !waiting_.empty()) return;
+    for (const Command& asked :
+         user_->take(user_->hasLine() ? "" : live_->typed(), session.takePressed(), now)) {
+        waiting_.push_back(asked);
+        if (changesTool(asked)) changes_at_ = now.tick;
+    }
+}
+
 void ForceFeed::tell(Session& session) {
-    for (const Taken& taken : session.takeCommands())
+    for (const Taken& taken : session.takeCommands()) {
+        if (changesTool(taken.command)) changes_at_.reset();
         if (const std::string text = outcomeOf(taken.command, taken.before, taken.after);
             live_ && !text.empty())
             say_(text);
+    }
     // A full ring takes no force away; the record says where it ends.
     const std::uint32_t faults = session.takeFaults() & ~std::uint32_t(haptics::kFaultRingFull);
     for (const haptics::FaultText& fault : haptics::faultTexts())

@@ -25,6 +25,7 @@ class ForceFeed {
     void pass(bool focused, Session&, haptics::Ring<haptics::Command>&);
 
   private:
+    void takeWords(Session&, const haptics::TickOutput& now);
     void tell(Session&);
 
     const LiveHand* live_;
@@ -32,7 +33,8 @@ class ForceFeed {
     Say say_;
     bool told_focus_;
     std::optional<UserCommands> user_;
-    std::deque<haptics::Command> waiting_;  // for room in the ring
+    std::deque<haptics::Command> waiting_;     // for room in the ring
+    std::optional<std::uint64_t> changes_at_;  // a tool's change was sent after this tick and is not seen yet
     std::uint32_t told_awaited_ = 0;
 };
 

@@ -102,12 +102,11 @@ bool interrupted() noexcept {
 
 bool takeTyped(std::string& text) {
     pollfd in{STDIN_FILENO, POLLIN, 0};
-    while (poll(&in, 1, 0) > 0) {
-        std::array<char, 256> bytes{};
-        const ssize_t count = read(STDIN_FILENO, bytes.data(), bytes.size());
-        if (count <= 0) return false;
-        text.append(bytes.data(), std::size_t(count));
-    }
+    if (poll(&in, 1, 0) <= 0) return true;
+    std::array<char, 4096> bytes{};
+    const ssize_t count = read(STDIN_FILENO, bytes.data(), bytes.size());
+    if (count <= 0) return false;
+    text.append(bytes.data(), std::size_t(count));
     return true;
 }
 

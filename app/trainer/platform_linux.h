@@ -24,7 +24,7 @@ std::string askForRealTime();
 void catchInterrupts() noexcept;
 bool interrupted() noexcept;
 
-// Adds what has been typed since the last call, without waiting. False once stdin has ended.
+// Adds what has been typed since the last call, without waiting, 4 KiB at most. False once stdin has ended.
 bool takeTyped(std::string& text);
 
 // A person watches what is written to stderr.

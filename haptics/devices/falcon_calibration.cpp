@@ -20,8 +20,13 @@ constexpr double kLeast = 0.1, kMost = 10.0;
 constexpr std::uintmax_t kMostBytes = 16 * 1024;
 constexpr std::size_t kMostText = 400;
 
+// A name that nobody has.
 std::filesystem::path besideIt(const std::filesystem::path& file) {
-    return file.string() + ".new";
+    std::filesystem::path fresh = file.string() + ".new";
+    std::error_code error;
+    for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(fresh, error)); ++i)
+        fresh = file.string() + ".new" + std::to_string(i);
+    return fresh;
 }
 
 }  // namespace
@@ -93,9 +98,12 @@ void saveCalibration(const std::filesystem::path& file, const Calibration& calib
     const std::filesystem::path fresh = besideIt(file);
     std::ofstream out(fresh);
     out << table << '\n';
-    std::error_code error;
-    if (out.flush()) std::filesystem::rename(fresh, file, error);
-    if (!out || error) throw DataError(file, "calibration", "could not be written");
+    out.close();
+    std::error_code error, ignored;
+    if (out) std::filesystem::rename(fresh, file, error);
+    if (out && !error) return;
+    std::filesystem::remove(fresh, ignored);
+    throw DataError(file, "calibration", "could not be written");
 }
 
 void checkCalibrationFile(const std::filesystem::path& file) {

@@ -2,10 +2,22 @@
 
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
 namespace stylet::haptics {
+
+namespace {
+
+// No link, and from the root; as it is where that cannot be told.
+std::string realPath(const std::string& path) {
+    std::error_code error;
+    const std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
+    return error ? path : real.string();
+}
+
+}  // namespace
 
 // A line: number, local address and port in hexadecimal, remote ones, state; 0A is LISTEN (proc(5)).
 bool listensOn(std::uint16_t port, std::string_view table) {
@@ -36,6 +48,7 @@ bool listensOn(std::uint16_t port) {
 // (__SO_ACCEPTCON). The path is as its program gave it, perhaps from its own folder.
 bool listensOn(const std::string& socket, std::string_view table) {
     const auto nameOf = [](const std::string& path) { return path.substr(path.rfind('/') + 1); };
+    const std::string asked = realPath(socket);
     std::istringstream lines{std::string(table)};
     for (std::string line; std::getline(lines, line);) {
         unsigned flags = 0;
@@ -44,7 +57,9 @@ bool listensOn(const std::string& socket, std::string_view table) {
         const std::string path = line.substr(std::size_t(at));
         if ((flags & 0x10000u) == 0 || path.empty()) continue;
         const bool from_elsewhere = path[0] != '/' && path[0] != '@';
-        if (path == socket || (from_elsewhere && nameOf(path) == nameOf(socket))) return true;
+        if (path == socket) return true;
+        // A listener's own name is no link, its folders may be.
+        if (nameOf(path) == nameOf(asked) && (from_elsewhere || realPath(path) == asked)) return true;
     }
     return false;
 }

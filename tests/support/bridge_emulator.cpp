@@ -109,6 +109,10 @@ std::array<double, 3> BridgeEmulator::motors_n(std::int64_t now_ns) {
     return tripped_ ? std::array<double, 3>{} : force_n_;
 }
 
+double BridgeEmulator::asked_n() const {
+    return size(force_n_);
+}
+
 bool BridgeEmulator::answer(std::uint32_t force, std::int64_t now_ns, std::vector<std::uint8_t>& out) {
     motors_n(now_ns);
     const std::uint64_t number = answered_++;
@@ -257,6 +261,7 @@ void BridgeServer::converse(int client) {
         if (got > 0) on = emulator.receive({bytes, std::size_t(got)}, now_ns, out);
         emulator.release(now_ns, out);
         motor_n_.store(size(emulator.motors_n(now_ns)));
+        asked_n_.store(emulator.asked_n());
         if (emulator.fault_began_ns() != 0) fault_began_ns_.store(emulator.fault_began_ns());
         byed_.store(emulator.byed());
         if (!out.empty()) ::send(client, out.data(), out.size(), MSG_NOSIGNAL);

@@ -59,6 +59,7 @@ class BridgeEmulator {
 
     // What the motors do: zero after 15 ms without a force, and then until a zero has come.
     std::array<double, 3> motors_n(std::int64_t now_ns);
+    double asked_n() const;  // size of the last force that came
     std::uint64_t answered() const { return answered_; }
     std::int64_t fault_began_ns() const { return fault_began_ns_; }  // 0: not yet
     const std::string& complaint() const { return complaint_; }      // about the driver's bytes
@@ -100,6 +101,7 @@ class BridgeServer {
     void hold(double out_m, std::uint32_t buttons = 0) { out_m_.store(out_m), buttons_.store(buttons); }
     std::int64_t fault_began_ns() const { return fault_began_ns_.load(); }
     double motor_n() const { return motor_n_.load(); }  // size of the motors' force
+    double asked_n() const { return asked_n_.load(); }  // of the last force that came, even if long ago
     int connections() const { return connections_.load(); }
     bool byed() const { return byed_.load(); }
 
@@ -111,7 +113,7 @@ class BridgeServer {
     int listener_ = -1;
     std::atomic<bool> stop_{false}, byed_{false};
     std::atomic<std::int64_t> fault_began_ns_{0};
-    std::atomic<double> motor_n_{0.0}, out_m_{0.0};
+    std::atomic<double> motor_n_{0.0}, asked_n_{0.0}, out_m_{0.0};
     std::atomic<std::uint32_t> buttons_{0};
     std::atomic<int> connections_{0};
     std::thread thread_;

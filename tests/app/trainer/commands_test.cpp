@@ -29,17 +29,39 @@ struct Spoken : testing::Test {
 
 TEST_F(Spoken, EachWordIsACommandOnceItsLineHasEnded) {
     EXPECT_THAT(typed("finger\n"), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
-    EXPECT_THAT(typed("probe\nscalpel\n guide \r\nneedle\n"),
-                ElementsAre(Asks(CommandKind::tool, Tool::probe), Asks(CommandKind::tool, Tool::scalpel),
-                            Asks(CommandKind::tool, Tool::guide), Asks(CommandKind::tool, Tool::needle)));
-    EXPECT_THAT(
-        typed("park\nlift\nhold\nbreathe\nrearm\n\n"),
-        ElementsAre(Asks(CommandKind::park, 1), Asks(CommandKind::park, 0), Asks(CommandKind::holdBreath, 0),
-                    Asks(CommandKind::breathe, 0), Asks(CommandKind::rearm, 0), Asks(CommandKind::rearm, 0)));
+    EXPECT_THAT(typed("probe\n"), ElementsAre(Asks(CommandKind::tool, Tool::probe)));
+    EXPECT_THAT(typed("scalpel\n"), ElementsAre(Asks(CommandKind::tool, Tool::scalpel)));
+    EXPECT_THAT(typed(" guide \r\n"), ElementsAre(Asks(CommandKind::tool, Tool::guide)));
+    EXPECT_THAT(typed("park\n"), ElementsAre(Asks(CommandKind::park, 1)));
+    EXPECT_THAT(typed("lift\n"), ElementsAre(Asks(CommandKind::park, 0)));
+    EXPECT_THAT(typed("hold\nbreathe\nrearm\n\n"),
+                ElementsAre(Asks(CommandKind::holdBreath, 0), Asks(CommandKind::breathe, 0),
+                            Asks(CommandKind::rearm, 0), Asks(CommandKind::rearm, 0)));
     EXPECT_THAT(typed("nee"), IsEmpty());
     EXPECT_THAT(typed("dle"), IsEmpty());
     EXPECT_THAT(typed("\n"), ElementsAre(Asks(CommandKind::tool, Tool::needle)));
     EXPECT_THAT(said, IsEmpty());
+}
+
+TEST_F(Spoken, OneChangeOfTheToolWaitsForTheOther) {
+    EXPECT_THAT(typed("hold\nfinger\nrearm\nprobe\nsca"),
+                ElementsAre(Asks(CommandKind::holdBreath, 0), Asks(CommandKind::tool, Tool::finger)));
+    EXPECT_TRUE(user.hasLine());
+    now.tool = Tool::finger;
+    EXPECT_THAT(pressed(2 | 8),
+                ElementsAre(Asks(CommandKind::rearm, 0), Asks(CommandKind::tool, Tool::probe)));
+    EXPECT_FALSE(user.hasLine());
+    now.tool = Tool::probe;
+    EXPECT_THAT(typed(""), ElementsAre(Asks(CommandKind::breathe, 0), Asks(CommandKind::park, 1)))
+        << "buttons wait too";
+}
+
+TEST_F(Spoken, TwoStepsAreTwoTools) {
+    now.tool = Tool::scalpel;
+    EXPECT_THAT(typed("next\nnext\n"), ElementsAre(Asks(CommandKind::tool, Tool::guide)));
+    now.tool = Tool::guide;
+    EXPECT_THAT(typed(""), ElementsAre(Asks(CommandKind::tool, Tool::needle)));
+    EXPECT_THAT(typed(""), IsEmpty());
 }
 
 TEST_F(Spoken, WhatIsNoWordIsSaidAndDoesNothing) {
@@ -65,8 +87,12 @@ TEST_F(Spoken, TheNextButtonWalksThroughTheProcedure) {
     now.tool = Tool::finger;
     EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::probe)));
     now.tool = Tool::probe;
-    EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::park, 1), Asks(CommandKind::tool, Tool::scalpel)));
+    EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::park, 1)));
+    EXPECT_THAT(pressed(0), IsEmpty()) << "it was not parked, so it stays in hand";
+    EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::park, 1)));
     now.probe_parked = true;
+    EXPECT_THAT(pressed(0), ElementsAre(Asks(CommandKind::tool, Tool::scalpel)));
+    EXPECT_THAT(pressed(0), IsEmpty());
     EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::scalpel)));
     now.tool = Tool::needle;
     EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
@@ -78,6 +104,15 @@ TEST_F(Spoken, TheBreathButtonTakesTurnsWithTheWords) {
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::breathe, 0)));
     typed("hold\n");
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::breathe, 0)));
+}
+
+TEST_F(Spoken, APatientWhoGaveUpIsAskedAgain) {
+    EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::holdBreath, 0)));
+    EXPECT_THAT(pressed(0), IsEmpty());
+    now.breath_held = true;
+    EXPECT_THAT(pressed(0), IsEmpty());
+    now.breath_held = false;
+    EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::holdBreath, 0)));
 }
 
 TEST(Outcome, SaysWhatCameOfIt) {

@@ -100,18 +100,22 @@ TEST_F(Feed, TheRearmingButtonCountsWhileTheForceIsOff) {
     EXPECT_THAT(asked(), ElementsAre(std::uint32_t(CommandKind::rearm)));
 }
 
-TEST_F(Feed, WordsWaitForRoomInTheRing) {
-    std::string typed = "hold\nbreathe\nhold\nbreathe\nhold\nbreathe\nnonsense\n";
+struct LiveFeed : Feed {
+    std::string typed;
     std::vector<haptics::Tool> held;
-    const haptics::Trace trace{{{}}, {}};
-    haptics::ReplayDevice device(trace, 0);
-    const LiveHand live{device,
-                        {},
-                        [&] { return std::exchange(typed, {}); },
-                        [&](haptics::Tool tool) { held.push_back(tool); },
-                        {},
-                        "Enter here"};
+    haptics::Trace trace{{{}}, {}};
+    haptics::ReplayDevice device{trace, 0};
+    LiveHand live{device,
+                  {},
+                  [this] { return std::exchange(typed, {}); },
+                  [this](haptics::Tool tool) { held.push_back(tool); },
+                  {},
+                  "Enter here"};
     ForceFeed feed_of_live{true, kDt_s, &live, [this](const std::string& text) { said.push_back(text); }};
+};
+
+TEST_F(LiveFeed, WordsWaitForRoomInTheRing) {
+    typed = "hold\nbreathe\nhold\nbreathe\nhold\nbreathe\nnonsense\n";
     feed_of_live.pass(true, session, ring);
     EXPECT_THAT(asked(), IsEmpty()) << "before the first tick nothing is known";
     ticks(1, 0, 0);
@@ -121,6 +125,68 @@ TEST_F(Feed, WordsWaitForRoomInTheRing) {
     EXPECT_EQ(asked().size(), 2u);
     EXPECT_THAT(heard(), ElementsAre(HasSubstr("nonsense")));
     EXPECT_THAT(held, ElementsAre(haptics::Tool::needle, haptics::Tool::needle));
+}
+
+// A stand-in for the haptics loop: every tick takes what is in the ring, and each tool is as it is asked for.
+struct ToolFeed : LiveFeed {
+    // Returns how many commands it took.
+    std::uint32_t tick() {
+        haptics::TickRecord record;
+        for (Command c; record.input.command_count < haptics::kMaxCommandsPerTick && ring.pop(c);) {
+            record.input.commands[record.input.command_count++] = c;
+            if (c.kind == CommandKind::tool) tool = haptics::Tool(c.value);
+        }
+        record.output.tick = ++ticked;
+        record.output.tool = tool;
+        session.take(record);
+        return record.input.command_count;
+    }
+    haptics::Tool tool = haptics::Tool::needle;
+    std::uint64_t ticked = 0;
+};
+
+TEST_F(ToolFeed, EachChangeOfTheToolIsAnsweredByItself) {
+    typed = "finger\nnext\nscalpel\n";
+    tick();
+    for (int i = 0; i < 6; ++i) {
+        feed_of_live.pass(true, session, ring);
+        EXPECT_LE(tick(), 1u);
+    }
+    feed_of_live.pass(true, session, ring);
+    EXPECT_THAT(heard(),
+                ElementsAre("the finger is in hand", "the probe is in hand", "the scalpel is in hand"));
+}
+
+TEST_F(ToolFeed, ATickWithoutTheCommandSettlesNothing) {
+    typed = "finger\nscalpel\n";
+    tick();
+    feed_of_live.pass(true, session, ring);
+    ticks(3, 0, 0);  // begun before the command came
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(tick(), 1u);
+    feed_of_live.pass(true, session, ring);
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(tick(), 1u);
+}
+
+TEST_F(ToolFeed, ALostRecordOfAChangeIsNotWaitedForForever) {
+    typed = "finger\nscalpel\n";
+    tick();
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(asked().size(), 1u);
+    for (int i = 0; i < 1000; ++i)
+        tick();
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(asked().size(), 1u);
+}
+
+TEST_F(ToolFeed, NoMoreIsReadThanIsUsed) {
+    tick();
+    for (int i = 0; i < 3; ++i) {
+        typed = "finger\nfinger\n";
+        feed_of_live.pass(true, session, ring);
+        EXPECT_EQ(typed.empty(), i == 0);
+    }
 }
 
 }  // namespace

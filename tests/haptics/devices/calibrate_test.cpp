@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "haptics/devices/falcon.h"
 #include "patient/patient.h"
@@ -134,6 +135,24 @@ TEST(CalibrationFile, IsReplacedInOneStepAndTriedBefore) {
     EXPECT_THROW(checkCalibrationFile(nowhere), patient::DataError);
     EXPECT_THROW(saveCalibration(nowhere, calibration), patient::DataError);
     EXPECT_THROW(checkCalibrationFile(folder.path()), patient::DataError) << "a folder";
+}
+
+TEST(CalibrationFile, LeavesWhatIsTheUsersAndNothingOfItsOwn) {
+    const test::TempFolder folder;
+    const std::filesystem::path file = folder / "falcon.toml", users = folder / "falcon.toml.new";
+    const auto files = [&] { return std::distance(std::filesystem::directory_iterator(folder.path()), {}); };
+    std::ofstream(users) << "mine";
+    checkCalibrationFile(file);
+    EXPECT_EQ(files(), 1);
+    saveCalibration(file, {});
+    EXPECT_EQ(files(), 2);
+    std::string text;
+    std::ifstream(users) >> text;
+    EXPECT_EQ(text, "mine");
+    std::filesystem::remove(file);
+    std::filesystem::create_directory(file);
+    EXPECT_THROW(saveCalibration(file, {}), patient::DataError);
+    EXPECT_EQ(files(), 2) << "not the half of a save that failed";
 }
 
 TEST_F(Calibrating, ReadingsThatCannotBeAreRefused) {

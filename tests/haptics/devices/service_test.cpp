@@ -5,6 +5,11 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/temp_folder.h"
+
 namespace stylet::haptics {
 namespace {
 
@@ -35,6 +40,27 @@ TEST(Service, ReadsTheKernelsTableOfSockets) {
     EXPECT_FALSE(listensOn(std::string("here"), table));
     EXPECT_FALSE(listensOn(std::string(), table));
     EXPECT_FALSE(listensOn(std::string("x"), "x x x\n"));
+}
+
+// One socket has many paths.
+TEST(Service, FollowsLinksToTheSocket) {
+    const test::TempFolder folder;
+    std::filesystem::create_directory(folder / "run");
+    std::ofstream(folder / "run" / "a.sock");
+    std::ofstream(folder / "run" / "b.sock");
+    std::filesystem::create_directory_symlink(folder / "run", folder / "linked");
+    std::filesystem::create_symlink(folder / "run" / "a.sock", folder / "link.sock");
+    const auto table = [&](const std::filesystem::path& path) {
+        return "0000000000000000: 00000002 00000000 00010000 0001 01 17 " + path.string() + "\n";
+    };
+    const std::string listens = table(folder / "run" / "a.sock");
+    EXPECT_TRUE(listensOn((folder / "link.sock").string(), listens));
+    EXPECT_TRUE(listensOn((folder / "linked" / "a.sock").string(), listens));
+    EXPECT_TRUE(listensOn((folder / "run" / "a.sock").string(), table(folder / "linked" / "a.sock")));
+    EXPECT_TRUE(listensOn(std::filesystem::relative(folder / "run" / "a.sock").string(), listens));
+    EXPECT_FALSE(listensOn((folder / "linked" / "b.sock").string(), listens));
+    std::ofstream(folder / "a.sock");
+    EXPECT_FALSE(listensOn((folder / "a.sock").string(), listens)) << "another's of that name";
 }
 
 TEST(Service, SeesASocketThatListens) {

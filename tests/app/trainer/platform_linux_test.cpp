@@ -1,0 +1,62 @@
+#include "app/trainer/platform_linux.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <string>
+
+namespace stylet::trainer {
+namespace {
+
+// A pipe that is stdin for as long as it is in scope.
+struct Typing : testing::Test {
+    void SetUp() override {
+        std::array<int, 2> ends{};
+        ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC | O_NONBLOCK), 0);
+        stdin_ = ::dup(STDIN_FILENO);
+        ::dup2(ends[0], STDIN_FILENO);
+        ::close(ends[0]);
+        in_ = ends[1];
+    }
+    void TearDown() override {
+        if (stdin_ >= 0)
+            ::dup2(stdin_, STDIN_FILENO), ::close(stdin_);
+        else
+            ::close(STDIN_FILENO);
+        end();
+    }
+    // As much as the pipe takes.
+    std::size_t fill() const {
+        const std::string line = "hold\n";
+        std::size_t size = 0;
+        while (::write(in_, line.data(), line.size()) == ssize_t(line.size()))
+            size += line.size();
+        return size;
+    }
+    void end() {
+        if (in_ >= 0) ::close(in_);
+        in_ = -1;
+    }
+
+  private:
+    int stdin_ = -1, in_ = -1;
+};
+
+TEST_F(Typing, IsTakenABitAtATimeUntilItsEnd) {
+    std::string text;
+    EXPECT_TRUE(takeTyped(text));
+    EXPECT_EQ(text, "");
+    const std::size_t size = fill();
+    ASSERT_GT(size, 20'000u);
+    EXPECT_TRUE(takeTyped(text));
+    EXPECT_LE(text.size(), 4096u) << "who types without end must not keep the caller";
+    end();
+    while (takeTyped(text)) {
+    }
+    EXPECT_EQ(text.size(), size);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -131,7 +131,7 @@ void UserCommands::add(const Command& command, std::vector<Command>& commands) {
     commands.push_back(command);
 }
 
-// A probe may not stay: the next tool is taken once it has.
+// A probe that cannot be parked stays in hand, so the next tool waits until it is.
 void UserCommands::addNext(const TickOutput& now, std::vector<Command>& commands) {
     next_wanted_ = now.tool == Tool::probe && !now.probe_parked;
     add(next_wanted_ ? Command{CommandKind::park, 1} : toolCommand(after(now.tool)), commands);

@@ -56,7 +56,9 @@ void addImport(CLI::App& app) {
     Arguments& a = *arguments;
     import->add_option("--ct", a.settings.ct, "DICOM folder, or NIfTI file")->required();
     import->add_option("--labels", a.settings.labels, "NIfTI file on the CT's own grid")->required();
-    import->add_option("--map", a.settings.map, "CSV: source_id,tissue (see assets/maps)")->required();
+    import
+        ->add_option("--map", a.settings.map, "CSV: source_id,tissue, a line for each id of the segmentation")
+        ->required();
     import->add_option("--out", a.out, "folder of the package")->required();
     import->add_flag("--grow-ducts", a.settings.grow_ducts,
                      "grow dilated bile ducts beside the portal branches");

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <set>
 
@@ -59,19 +58,6 @@ TEST(ImportMap, RefusesByLine) {
               std::string::npos);
     EXPECT_NE(refusal(std::string((1 << 20) + 1, '#')).find("map.csv: too long"), std::string::npos);
     EXPECT_NE(refusal("").find("maps nothing"), std::string::npos);
-}
-
-TEST(ImportMap, TheShippedMapsAreGood) {
-    int count = 0;
-    for (const auto& entry :
-         std::filesystem::directory_iterator(std::filesystem::path(std::getenv("STYLET_ASSETS")) / "maps")) {
-        if (entry.path().extension() != ".csv") continue;
-        const LabelMap map = loadLabelMap(entry.path());
-        EXPECT_FALSE(map.source.empty()) << entry.path();
-        EXPECT_FALSE(map.licence.empty()) << entry.path();
-        ++count;
-    }
-    EXPECT_GT(count, 0);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <map>
 
 #include "app/modeller/import.h"
@@ -21,6 +22,39 @@ std::uint8_t idOf(const char* name) {
     return findTarget(name)->id;
 }
 
+// The map that a user would write for this data set, from the names that come with it: none of its codes is
+// kept here.
+void writeMap(const fs::path& names, const fs::path& map) {
+    const std::pair<const char*, const char*> tissues[] = {
+        {"outside", "unsegmented"},
+        {"skin/body", "unsegmented"},
+        {"portal vein", "portal vein"},
+        {"bone", "bone"},
+        {"left kidney", "left kidney"},
+        {"right kidney", "right kidney"},
+        {"left lung", "left lung"},
+        {"right lung", "right lung"},
+        {"spleen", "spleen"},
+        {"liver tumour", "tumour"},
+        {"liver cyst", "cyst"},
+        {"liver parenchyma", "liver"},
+        {"artery", "aorta and arteries"},
+        {"hepatic veins", "hepatic veins"},
+        {"venous system", "vena cava and renal veins"},
+    };
+    std::ifstream in(names);
+    std::ofstream out(map);
+    out << "# source: 3D-IRCADb-01 patient 1, IRCAD Strasbourg\n# licence: CC BY-NC-ND "
+           "3.0\nsource_id,tissue\n";
+    std::string line;
+    std::getline(in, line);
+    while (std::getline(in, line)) {
+        const std::string id = line.substr(0, line.find(',')), meaning = line.substr(id.size() + 1);
+        for (const auto& [begin, tissue] : tissues)
+            if (meaning.starts_with(begin)) out << id << ',' << tissue << '\n';
+    }
+}
+
 class ImportReal : public testing::Test {
   protected:
     static void SetUpTestSuite() {
@@ -31,19 +65,20 @@ class ImportReal : public testing::Test {
         }
         const fs::path folder = fs::path(data) / "3dircadb01_p01";
         const fs::path archive = folder / "PATIENT_DICOM_p01.tar.gz";
-        for (const fs::path& file : {archive, folder / "seg.nii.gz"})
+        for (const fs::path& file : {archive, folder / "seg.nii.gz", folder / "labels.csv"})
             if (!fs::exists(file)) {
                 why_not_ = "STYLET_DATA is set, but there is no " + file.string();
                 return;
             }
-        const test::TempFolder temp;
+        const test::TempFolder temp, map;
+        writeMap(folder / "labels.csv", map / "map.csv");
         const std::string unpack = "tar xzf '" + archive.string() + "' -C '" + temp.path().string() + "'";
         ASSERT_EQ(std::system(unpack.c_str()), 0) << unpack;
         const fs::path assets = std::getenv("STYLET_ASSETS");
         ImportSettings s;
         s.ct = temp.path();
         s.labels = folder / "seg.nii.gz";
-        s.map = assets / "maps/3dircadb01.csv";
+        s.map = map / "map.csv";
         s.grow_ducts = true;
         s.spacing_m = 0.0015;
         s.defaults = patient::loadTissueDefaults(assets / "tissue/ptcd.toml");

@@ -1,13 +1,44 @@
 #include "haptics/loop.h"
 
 #include <cmath>
+#include <utility>
 
 namespace stylet::haptics {
+
+namespace {
+
+TipSample tipOf(const TickRecord& record, std::int64_t read_ns) noexcept {
+    const TickOutput& out = record.output;
+    return {.t_ns = read_ns,
+            .tick = out.tick,
+            .tool = out.tool,
+            .fresh = record.input.device.fresh != 0,
+            .parked = out.probe_parked,
+            .patient_from_tip = holdsNeedle(out.tool) ? out.patient_from_needle : out.patient_from_tool,
+            .probe_m = out.patient_from_probe.position_m};
+}
+
+// How far the hand has yet to come before a pause can end.
+double toReturn_m(const Simulation& simulation, const DeviceState& device) noexcept {
+    const SimulationState& s = simulation.state();
+    if (s.tools.needle.phase == Phase::outside) return 0.0;
+    if ((device.flags & kDeviceReady) == 0 || !isPose(device.device_from_stylus)) return kNotThere_m;
+    const Pose& patient_from_device = simulation.settings().patient_from_device;
+    const Vec3 away_m =
+        (patient_from_device * device.device_from_stylus).position_m - s.patient_from_stylus.position_m;
+    const double away = std::sqrt(glm::dot(away_m, away_m));
+    return away > kHandBack_m ? away : 0.0;
+}
+
+}  // namespace
 
 void loopTick(Simulation& simulation, HapticDevice& device, LoopChannels& channels, LoopStats& stats,
               std::int64_t t_ns, const Clock& clock, std::int64_t due_ns) noexcept {
     TickRecord record;
+    const std::int64_t read_ns = clock.now_ns ? clock.now_ns(clock.context) : t_ns;
     record.input.device = device.read(t_ns);
+    // Or the way moved in a pause would be none.
+    if (std::exchange(stats.unseen, false)) record.input.device.fresh = 1;
     while (record.input.command_count < std::uint32_t(kMaxCommandsPerTick) &&
            channels.commands.pop(record.input.commands[record.input.command_count])) {
         ++record.input.command_count;
@@ -31,8 +62,31 @@ void loopTick(Simulation& simulation, HapticDevice& device, LoopChannels& channe
     stats.faults |= record.output.faults | (whole ? 0u : std::uint32_t(kFaultRingFull));
     // The frame loop sees what the record cannot hold: that it has a gap.
     record.output.faults |= stats.faults & kFaultRingFull;
+    channels.tips.push(tipOf(record, read_ns));  // first: who has the newest tick finds it there
     channels.latest.publish(record.output);
     channels.flights.log(record);
+}
+
+bool loopHold(const Simulation& simulation, HapticDevice& device, LoopChannels& channels, LoopStats& stats,
+              std::int64_t t_ns) noexcept {
+    const ForceStage stage = simulation.state().output.safety.stage;
+    const bool forceless = stage == ForceStage::off || stage == ForceStage::waiting;
+    const bool held = channels.held.load(std::memory_order_relaxed);
+    const bool asked = channels.hold.load(std::memory_order_acquire);
+    bool holds = asked && forceless;
+    if (holds || held) {
+        const DeviceState state = device.read(t_ns);
+        stats.unseen = stats.unseen || state.fresh != 0;
+        const double to_return_m = toReturn_m(simulation, state);
+        holds = holds || to_return_m > 0.0;
+        channels.to_return_m.store(holds ? to_return_m : 0.0, std::memory_order_relaxed);
+    }
+    if (holds) {
+        device.send(Vec3(0.0));
+        ++stats.held;
+    }
+    if (holds != held) channels.held.store(holds, std::memory_order_release);
+    return holds;
 }
 
 LoopStats runLoop(Simulation& simulation, HapticDevice& device, LoopChannels& channels,
@@ -47,7 +101,9 @@ LoopStats runLoop(Simulation& simulation, HapticDevice& device, LoopChannels& ch
         const std::int64_t due_ns = deadline_ns + period_ns;
         const std::int64_t late_ns = clock.now_ns(clock.context) - deadline_ns;
         if (late_ns > period_ns) deadline_ns += late_ns / period_ns * period_ns;
-        loopTick(simulation, device, channels, stats, std::int64_t(stats.ticks) * period_ns, clock, due_ns);
+        const std::int64_t t_ns = std::int64_t(stats.ticks) * period_ns;
+        if (!loopHold(simulation, device, channels, stats, t_ns))
+            loopTick(simulation, device, channels, stats, t_ns, clock, due_ns);
         if (stats.ticks == warm_up) faults_before = pageFaults();
         deadline_ns += period_ns;
         clock.sleepUntil_ns(clock.context, deadline_ns);

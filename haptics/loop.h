@@ -26,8 +26,21 @@ struct EventRecord {
     NeedleEvent event;
 };
 
+// Where the thing in hand was: what pictures are taken ahead from and measured against.
+struct TipSample {
+    std::int64_t t_ns = 0;  // by the loop's clock, as the device was read; without a clock the loop's time
+    std::uint64_t tick = 0;
+    Tool tool = Tool::needle;
+    bool fresh = false;     // the device said something new
+    bool parked = false;    // the probe is
+    Pose patient_from_tip;  // of a needle in the guide: on its rail
+    Vec3 probe_m{0.0};      // the parked probe's face
+};
+
 struct LoopStats {
     std::uint64_t ticks = 0, late_ticks = 0;  // late: the force was sent after the next tick's deadline
+    std::uint64_t held = 0;                   // periods without a tick, see LoopChannels::hold
+    bool unseen = false;                      // of these: the device moved, and no tick has seen it yet
     double max_step_us = 0.0;                 // of step() alone, device I/O not counted
     std::uint32_t faults = 0;                 // every bit ever seen
     std::uint64_t page_faults = 0;            // after the first kWarmUp_s
@@ -42,8 +55,19 @@ struct LoopChannels {
     Ring<EventRecord> events{1024};  // haptics -> session
     Snapshot<TickOutput> latest;     // haptics -> frame loop
     FlightRecorder flights;          // haptics -> session, after a fault
+    Ring<TipSample> tips{4096};      // haptics -> frame loop, or nobody: full is no fault
     std::atomic<bool> stop{false};
+
+    // A pause, set by the session: once the force is gone the device is still read and sent zero every
+    // period, but there are no ticks, so that nothing is felt, recorded or hashed and the patient's time
+    // stands. Cleared, the ticks go on where they stopped. A needle in the body stays where it was let go of:
+    // they then wait until the hand is back within kHandBack_m, `to_return_m` telling how far that is.
+    std::atomic<bool> hold{false};
+    std::atomic<bool> held{false};  // set by the loop: it makes no ticks
+    std::atomic<double> to_return_m{0.0};
 };
+inline constexpr double kHandBack_m = 0.003;
+inline constexpr double kNotThere_m = 1e3;  // LoopChannels::to_return_m of a device that is not there
 
 // One tick: reads the device, takes the commands waiting, steps, sends, publishes. `t_ns` is the loop's time,
 // tick * dt from its start. With a clock the step is timed, and late when its force is sent after `due_ns` of
@@ -51,6 +75,10 @@ struct LoopChannels {
 inline constexpr std::int64_t kNeverDue_ns = std::numeric_limits<std::int64_t>::max();
 void loopTick(Simulation&, HapticDevice&, LoopChannels&, LoopStats&, std::int64_t t_ns,
               const Clock& clock = {}, std::int64_t due_ns = kNeverDue_ns) noexcept STYLET_NONBLOCKING;
+
+// A period of a pause in a tick's place; false when the tick is due. Haptics thread, as loopTick().
+bool loopHold(const Simulation&, HapticDevice&, LoopChannels&, LoopStats&,
+              std::int64_t t_ns) noexcept STYLET_NONBLOCKING;
 
 // Ticks at absolute deadlines until `stop`. A late tick is counted, never stretched or made up: the deadlines
 // it slept through are gone, and the loop's time stays tick * dt behind its start.

@@ -105,6 +105,10 @@ bool Simulation::takeCommands(const TickInput& input) noexcept {
                         taken;
                 break;
             case CommandKind::marker:
+            case CommandKind::inject:
+            case CommandKind::pedal:
+            case CommandKind::xray:
+            case CommandKind::ultrasound:
                 break;
         }
     }
@@ -160,6 +164,9 @@ void Simulation::describe(const ToolForce& force, const Surrogate& breath, TickO
     out.probe_touching_share = tools.held_probe.touching_share;
     out.probe_pressure_pa = tools.held_probe.pressure_pa;
     out.tip_reference_m = needle.channel_reference_m;
+    const Incisions& incisions = state_.tools.incisions;
+    out.incision_count = incisions.count;
+    out.newest_incision = incisions.count > 0 ? incisions.list[std::size_t(incisions.count - 1)] : Incision{};
     out.breath = breath;
     out.breath_held = state_.breathing.held;
     out.phase = needle.phase;

@@ -18,11 +18,16 @@ enum class CommandKind : std::uint32_t {
     breathe,
     rearm,  // the explicit act after a fault (safety.h)
     marker,
-    tool,  // value: the Tool to take in hand
-    park,  // value: 1 leaves the probe where it is held, 0 takes it off the skin
-    focus  // value: 0 takes the force away: the session is not seen or the headset is off
+    tool,   // value: the Tool to take in hand
+    park,   // value: 1 leaves the probe where it is held, 0 takes it off the skin
+    focus,  // value: 0 takes the force away: the session is not seen or the headset is off
+    // Not felt: hashed and logged with their tick like the others (app/training/machines.h).
+    inject,     // value: contrast medium at the needle's tip, microlitres a second; 0 ends it
+    pedal,      // value: 1 X-rays, 0 none
+    xray,       // value: a knob of the C-arm, and where to
+    ultrasound  // the same of the ultrasound machine
 };
-inline constexpr CommandKind kLastCommandKind = CommandKind::focus;
+inline constexpr CommandKind kLastCommandKind = CommandKind::ultrasound;
 
 // A command takes effect in the tick that pops it; that tick is logged with it.
 struct Command {
@@ -76,6 +81,8 @@ struct TickOutput {
     double probe_touching_share = 0.0;  // of the face of the probe in hand: the rest shows nothing
     double probe_pressure_pa = 0.0;
     Vec3 tip_reference_m{0.0};  // where the needle's tissue is looked up
+    int incision_count = 0;     // of the scalpel
+    Incision newest_incision;
     patient::Surrogate breath;
     bool breath_held = false;
     Phase phase = Phase::outside;

@@ -27,6 +27,9 @@
 #include "patient/skin.h"            // the surface as a smooth signed distance
 #include "patient/tissue_map.h"    // the tissue of all voxels, for walks along many paths
 #include "patient/planning.h"        // reference paths
+#include "patient/vessel_flow.h"     // where the blood goes, for Doppler and what it carries
+#include "patient/contrast.h"        // contrast medium: what became of every drop
+#include "patient/contrast_table.h"  // and the attenuation it adds
 #include "patient/hash.h"            // the state hash
 #include "patient/spline.h"          // smooth look-up between the nodes of a grid
 #include "patient/parallel.h"        // work on several threads, at load

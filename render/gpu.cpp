@@ -5,8 +5,10 @@
 #include <atomic>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -102,7 +104,7 @@ struct Gpu::Impl {
 
     void makeInstance(const GpuSettings&, const GpuHooks&);
     void pickDevice(const GpuHooks&);
-    void makeDevice(const GpuHooks&);
+    void makeDevice(const GpuSettings&, const GpuHooks&);
     void makeCache();
     void chooseStereo(StereoPath wanted);
 };
@@ -123,16 +125,17 @@ void Gpu::Impl::makeInstance(const GpuSettings& settings, const GpuHooks& hooks)
                                            .enabledValidationFeatureCount = 1,
                                            .pEnabledValidationFeatures = &synchronisation};
     const char* layer = kValidationLayer;
-    const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    vk::InstanceCreateInfo info{.pApplicationInfo = &application};
+    std::vector<const char*> extensions = settings.instance_extensions;
+    if (settings.validation) extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    vk::InstanceCreateInfo info{.pApplicationInfo = &application,
+                                .enabledExtensionCount = std::uint32_t(extensions.size()),
+                                .ppEnabledExtensionNames = extensions.data()};
     if (settings.validation) {
         if (!hasLayer(context, kValidationLayer))
             throw GpuError(std::string(kValidationLayer) + " is not installed");
         info.pNext = &checks;
         info.enabledLayerCount = 1;
         info.ppEnabledLayerNames = &layer;
-        info.enabledExtensionCount = 1;
-        info.ppEnabledExtensionNames = &extension;
     }
     if (hooks.createInstance) {
         VkInstance made = VK_NULL_HANDLE;
@@ -161,7 +164,7 @@ void Gpu::Impl::pickDevice(const GpuHooks& hooks) {
     physical = std::move(*found);
 }
 
-void Gpu::Impl::makeDevice(const GpuHooks& hooks) {
+void Gpu::Impl::makeDevice(const GpuSettings& settings, const GpuHooks& hooks) {
     const Features offered = featuresOf(physical);
     multiview_offered = offered.v11.multiview;
     layered_offered = offered.v12.shaderOutputLayer;
@@ -177,6 +180,8 @@ void Gpu::Impl::makeDevice(const GpuHooks& hooks) {
     const vk::DeviceCreateInfo info{.pNext = &v13,
                                     .queueCreateInfoCount = 1,
                                     .pQueueCreateInfos = &queue_info,
+                                    .enabledExtensionCount = std::uint32_t(settings.device_extensions.size()),
+                                    .ppEnabledExtensionNames = settings.device_extensions.data(),
                                     .pEnabledFeatures = &core};
     if (hooks.createDevice) {
         VkDevice made = VK_NULL_HANDLE;
@@ -214,7 +219,7 @@ Gpu::Gpu(const GpuSettings& settings, const GpuHooks& hooks) try : impl_(std::ma
     impl_->cache_file = settings.pipeline_cache;
     impl_->makeInstance(settings, hooks);
     impl_->pickDevice(hooks);
-    impl_->makeDevice(hooks);
+    impl_->makeDevice(settings, hooks);
     impl_->makeCache();
     impl_->multiview_works = impl_->multiview_offered && probeMultiview(*this);
     impl_->chooseStereo(settings.stereo);
@@ -226,8 +231,18 @@ Gpu::~Gpu() {
     if (!impl_ || impl_->cache_file.empty() || !*impl_->device) return;
     try {
         const std::vector<std::uint8_t> bytes = impl_->cache.getData();
-        std::ofstream out(impl_->cache_file, std::ios::binary);
+        // Whole or not at all: another program may read or write it now.
+        const std::filesystem::path file = impl_->cache_file;
+        const std::filesystem::path fresh = file.string() + "." + std::to_string(std::random_device{}());
+        if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
+        std::ofstream out(fresh, std::ios::binary);
         out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+        out.close();
+        if (!out) {
+            std::filesystem::remove(fresh);
+            throw std::runtime_error(fresh.string() + " cannot be written");
+        }
+        std::filesystem::rename(fresh, file);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "pipeline cache not written: %s\n", e.what());
     }
@@ -253,6 +268,9 @@ const vk::raii::PipelineCache& Gpu::pipelineCache() const {
 }
 std::uint32_t Gpu::queueFamily() const {
     return impl_->family;
+}
+bool Gpu::isProcessor() const {
+    return impl_->physical.getProperties().deviceType == vk::PhysicalDeviceType::eCpu;
 }
 std::string Gpu::name() const {
     return impl_->physical.getProperties().deviceName.data();

@@ -6,6 +6,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <vulkan/vulkan_raii.hpp>
 
@@ -38,6 +39,8 @@ struct GpuSettings {
     bool validation = false;  // VK_LAYER_KHRONOS_validation with synchronisation checks; messages are counted
     std::string pipeline_cache = {};       // file, empty = none; read at start, written at the end
     StereoPath stereo = StereoPath::best;  // anything else: that path or GpuError
+    // Vulkan extensions beside its own, without which there is no device: a window's.
+    std::vector<const char*> instance_extensions = {}, device_extensions = {};
 };
 
 // Move-only owner; members die in reverse order.
@@ -53,6 +56,7 @@ class Gpu {
     const vk::raii::Device& device() const;
     const vk::raii::Queue& queue() const;
     std::uint32_t queueFamily() const;
+    bool isProcessor() const;                  // Vulkan in software
     std::string name() const;                  // "llvmpipe (LLVM 15.0.6, 256 bits)"
     std::uint64_t validationMessages() const;  // warnings and errors so far, 0 without validation
     const vk::raii::PipelineCache& pipelineCache() const;

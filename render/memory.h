@@ -5,6 +5,8 @@
 #include <functional>
 #include <span>
 
+#include <glm/vec3.hpp>
+
 #include "render/gpu.h"
 
 namespace stylet::render {
@@ -22,6 +24,11 @@ struct Buffer {
     void write(const void* data, std::size_t bytes, std::size_t at = 0);
 };
 
+// Where the device has such memory, quick for the processor to read.
+Buffer makeReadBuffer(const Gpu&, vk::DeviceSize size, vk::BufferUsageFlags);
+// Only the GPU reads and writes it.
+Buffer makeDeviceBuffer(const Gpu&, vk::DeviceSize size, vk::BufferUsageFlags);
+
 struct GpuImage {
     vk::raii::Image handle = nullptr;
     vk::raii::DeviceMemory memory = nullptr;
@@ -34,7 +41,33 @@ struct GpuImage {
     GpuImage(const Gpu&, vk::Format, vk::Extent3D extent, std::uint32_t layers, vk::ImageUsageFlags);
 };
 
-// Records, submits and waits. Throws vk::SystemError.
+// A 3D image to be filled and sampled. Throws GpuError where the device has none so large.
+GpuImage makeVolumeImage(const Gpu&, vk::Format, const glm::ivec3& texels);
+
+vk::raii::Sampler makeSampler(const Gpu&, vk::Filter, vk::SamplerAddressMode beyond);
+
+// A command buffer that is used again and again: nothing is allocated for a frame.
+class Commands {
+  public:
+    explicit Commands(const Gpu&);
+    // Records, submits and waits. Throws vk::SystemError.
+    template <typename Record>
+    void submitAndWait(const Record& record) {
+        begin();
+        record(buffer_);
+        endAndWait();
+    }
+
+  private:
+    void begin();
+    void endAndWait();
+    const Gpu* gpu_;
+    vk::raii::CommandPool pool_;
+    vk::raii::CommandBuffer buffer_ = nullptr;
+    vk::raii::Fence done_;
+};
+
+// Once, with commands of its own.
 void submitAndWait(const Gpu&, const std::function<void(const vk::raii::CommandBuffer&)>& record);
 
 struct ImageState {
@@ -51,8 +84,8 @@ void transition(const vk::raii::CommandBuffer&, vk::Image, vk::ImageAspectFlags,
 void uploadPlanes(const Gpu&, const GpuImage&, std::size_t bytes_per_texel,
                   const std::function<void(int z0, int z1, std::byte* out)>& fill);
 
-// Layer `layer` of a colour image in `layout`, tightly packed, four bytes a texel.
-std::vector<std::uint8_t> readLayer(const Gpu&, vk::Image, vk::Extent2D, std::uint32_t layer,
-                                    ImageState state);
+// Layer `layer` of an image of four bytes a texel, in `state` before and after, tightly packed.
+std::vector<std::uint8_t> readLayer(const Gpu&, vk::Image, vk::ImageAspectFlags, vk::Extent2D,
+                                    std::uint32_t layer, ImageState state);
 
 }  // namespace stylet::render

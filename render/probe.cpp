@@ -39,8 +39,8 @@ bool probeMultiview(const Gpu& gpu) {
         commands.draw(3, 1, 0, 0);
         commands.endRendering();
     });
-    const int left = readLayer(gpu, *target.handle, {1, 1}, 0, drawn)[0];
-    const int right = readLayer(gpu, *target.handle, {1, 1}, 1, drawn)[0];
+    const int left = readLayer(gpu, *target.handle, vk::ImageAspectFlagBits::eColor, {1, 1}, 0, drawn)[0];
+    const int right = readLayer(gpu, *target.handle, vk::ImageAspectFlagBits::eColor, {1, 1}, 1, drawn)[0];
     return left > 100 && left < 150 && right == 255;
 }
 

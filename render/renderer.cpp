@@ -1,35 +1,41 @@
 #include "render/renderer.h"
 
+#include <cassert>
 #include <cstring>
 #include <map>
 #include <optional>
 #include <tuple>
 
-#include "render/memory.h"
-#include "render/patient_volume.h"
+#include "render/descriptors.h"
+#include "render/eye_passes.h"
+#include "render/frame_bindings.h"
 #include "render/pipelines.h"
-#include "render/scene_meshes.h"
+#include "render/room/room.h"
 #include "render/shaders.h"
 #include "render/uniforms.h"
+#include "render/volume/coarser.h"
+#include "render/volume/layer.h"
+#include "render/volume/march_layer.h"
+#include "render/volume/patient_volume.h"
 
 namespace stylet::render {
 namespace {
 
-constexpr vk::Format kDepthFormat = vk::Format::eD32Sfloat;
 constexpr vk::Format kImageFormat = vk::Format::eR8G8B8A8Srgb;
-constexpr std::uint32_t kBindings = 8;
+constexpr auto kVertexAndFragment = vk::ShaderStageFlagBits::eVertex | vk::ShaderStageFlagBits::eFragment;
 
 const ImageState kFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eAllCommands, {}};
 const ImageState kColourDrawn{
     vk::ImageLayout::eColorAttachmentOptimal, vk::PipelineStageFlagBits2::eColorAttachmentOutput,
     vk::AccessFlagBits2::eColorAttachmentWrite | vk::AccessFlagBits2::eColorAttachmentRead};
 const ImageState kDepthDrawn{
-    vk::ImageLayout::eDepthAttachmentOptimal,
+    vk::ImageLayout::eDepthStencilAttachmentOptimal,
     vk::PipelineStageFlagBits2::eEarlyFragmentTests | vk::PipelineStageFlagBits2::eLateFragmentTests,
     vk::AccessFlagBits2::eDepthStencilAttachmentWrite | vk::AccessFlagBits2::eDepthStencilAttachmentRead};
-const ImageState kDepthRead{vk::ImageLayout::eShaderReadOnlyOptimal,
-                            vk::PipelineStageFlagBits2::eFragmentShader,
-                            vk::AccessFlagBits2::eShaderSampledRead};
+const ImageState kDepthRead{
+    vk::ImageLayout::eShaderReadOnlyOptimal,
+    vk::PipelineStageFlagBits2::eFragmentShader | vk::PipelineStageFlagBits2::eComputeShader,
+    vk::AccessFlagBits2::eShaderSampledRead};
 
 // Calls f and turns Vulkan's exceptions into the module's own.
 template <typename F>
@@ -41,69 +47,28 @@ auto guarded(F&& f) {
     }
 }
 
-vk::raii::DescriptorSetLayout makeSetLayout(const Gpu& gpu) {
-    using Type = vk::DescriptorType;
-    constexpr std::array types{Type::eUniformBuffer,        Type::eUniformBuffer,
-                               Type::eCombinedImageSampler, Type::eCombinedImageSampler,
-                               Type::eStorageBuffer,        Type::eCombinedImageSampler,
-                               Type::eStorageBuffer,        Type::eCombinedImageSampler};
-    static_assert(types.size() == kBindings);
-    std::array<vk::DescriptorSetLayoutBinding, kBindings> bindings;
-    for (std::uint32_t i = 0; i < kBindings; ++i)
-        bindings[i] = {.binding = i,
-                       .descriptorType = types[i],
-                       .descriptorCount = 1,
-                       .stageFlags = vk::ShaderStageFlagBits::eVertex | vk::ShaderStageFlagBits::eFragment};
-    return gpu.device().createDescriptorSetLayout({.bindingCount = kBindings, .pBindings = bindings.data()});
-}
-
-vk::raii::DescriptorPool makePool(const Gpu& gpu) {
-    const std::array sizes{vk::DescriptorPoolSize{vk::DescriptorType::eUniformBuffer, 2},
-                           vk::DescriptorPoolSize{vk::DescriptorType::eCombinedImageSampler, 4},
-                           vk::DescriptorPoolSize{vk::DescriptorType::eStorageBuffer, 2}};
-    return gpu.device().createDescriptorPool({.flags = vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet,
-                                              .maxSets = 1,
-                                              .poolSizeCount = std::uint32_t(sizes.size()),
-                                              .pPoolSizes = sizes.data()});
-}
-
-vk::raii::PipelineLayout makeLayout(const Gpu& gpu, vk::DescriptorSetLayout set) {
-    const vk::PushConstantRange push{vk::ShaderStageFlagBits::eVertex | vk::ShaderStageFlagBits::eFragment, 0,
-                                     sizeof(gpu::MeshPush)};
-    return gpu.device().createPipelineLayout({.setLayoutCount = 1,
-                                              .pSetLayouts = &set,
-                                              .pushConstantRangeCount = 1,
-                                              .pPushConstantRanges = &push});
-}
-
 // Outside the volume lies clear air.
 constexpr auto kClearAir = vk::SamplerAddressMode::eClampToBorder;
 
-vk::raii::Sampler makeSampler(const Gpu& gpu, vk::Filter filter, vk::SamplerAddressMode beyond) {
-    return gpu.device().createSampler({.magFilter = filter,
-                                       .minFilter = filter,
-                                       .addressModeU = beyond,
-                                       .addressModeV = beyond,
-                                       .addressModeW = beyond,
-                                       .borderColor = vk::BorderColor::eFloatTransparentBlack});
-}
+enum class Kind : std::uint8_t { hidden, caster, mesh, backdrop, march, composite, depth };
+using Constants = std::array<std::uint32_t, 9>;
+using PipelineKey = std::tuple<Kind, VkFormat, Constants>;
 
-vk::raii::ImageView layerView(const Gpu& gpu, vk::Image image, vk::Format format, vk::ImageAspectFlags aspect,
-                              std::uint32_t first, std::uint32_t count) {
-    return gpu.device().createImageView({.image = image,
-                                         .viewType = vk::ImageViewType::e2DArray,
-                                         .format = format,
-                                         .subresourceRange = {aspect, 0, 1, first, count}});
-}
+// Moments of a frame at which the GPU looks at its clock.
+enum Stamp : std::uint32_t { kBegin, kOpaqueDone, kMarchDone, kEnd, kStamps };
 
-// How the eyes are reached: one pass over both layers, or one over each.
-struct EyePass {
-    std::uint32_t first_eye = 0, view_mask = 0, layers = 1, instances = 1;
-    vk::raii::ImageView colour = nullptr, depth = nullptr;
+// Triangles that no one can see, for both eyes: x and y tangents, z the eye.
+struct HiddenArea {
+    Buffer vertices;
+    std::uint32_t count = 0;
 };
 
-enum class Kind : std::uint8_t { mesh, backdrop, volume };
-using PipelineKey = std::tuple<Kind, VkFormat, std::array<std::uint32_t, 5>>;
+struct CoarserPatient {
+    CoarserPatient(const patient::Patient& fine, int factor) : package(coarser(fine.package(), factor)) {}
+    const patient::Package package;
+    const patient::Patient patient{package};
+};
+constexpr int kCoarsest = 8;
 
 }  // namespace
 
@@ -111,114 +76,109 @@ struct Renderer::Impl {
     Gpu& gpu;
     RenderSettings settings;
     std::array<LookStyle, 2> looks;
-    SceneMeshes meshes;
-    vk::raii::DescriptorSetLayout set_layout;
-    vk::raii::DescriptorPool pool;
-    vk::raii::DescriptorSet set = nullptr;
-    vk::raii::PipelineLayout layout;
+    Room room;
+    Commands commands;
+    Descriptors descriptors;
     vk::raii::Sampler linear, steady, nearest;
     vk::raii::QueryPool times;
     Buffer frame_buffer, look_buffer, counter_buffer;
     std::map<PipelineKey, vk::raii::Pipeline> pipelines;
+    std::optional<DeformedPatient> deformed;
     std::optional<PatientVolume> volume;
-    GpuImage depth, colour;  // colour: drawToImages' own
+    GpuImage depth;  // of the opaque things
+    VolumeLayer layer;
+    std::optional<MarchLayer> march_layer;  // made when the processor marches first
+    gpu::FrameUniforms frame{};
+    gpu::LookUniforms surface{};
+    EyePasses eye_passes;
+    std::array<std::vector<glm::vec3>, 2> hidden_triangles;
+    HiddenArea hidden;
+    GpuImage own_colour, own_depth;  // drawToImages'
+    bool stale_bindings = true;
+    int bound_images = 0;                    // deformed->imagesMade()
+    std::unique_ptr<CoarserPatient> coarse;  // shown in the place of one that the device cannot hold
+    std::vector<std::string> notes;
 
     Impl(Gpu&, const RenderSettings&, const std::filesystem::path& assets);
-    void sizeDepth(std::uint32_t width, std::uint32_t height);
+    void size(vk::Extent2D);
     void bindResources();
-    std::vector<EyePass> passesFor(const StereoTarget&) const;
-    vk::Pipeline pipeline(Kind, vk::Format, std::array<std::uint32_t, 5> constants = {});
-    void prepare(const RenderScene&, const std::array<View, 2>&, const StereoTarget&, bool still);
+    void hold(const patient::Patient&);
+    bool marchesOnProcessor() const;
+    PatientVolume::Reader reader() const;
+    vk::Pipeline pipeline(Kind, vk::Format = vk::Format::eUndefined, const Constants& = {});
+    bool tooled(const RenderScene& scene) const { return scene.tool || !settings.skips.idle_tool; }
+    Constants marchConstants(const RenderScene&, bool still) const;
+    vk::Extent2D prepare(const RenderScene&, const std::array<View, 2>&, const StereoTarget&, bool still);
     void record(const vk::raii::CommandBuffer&, const RenderScene&, const StereoTarget&,
-                const std::vector<EyePass>&, bool still);
-    void beginPass(const vk::raii::CommandBuffer&, const EyePass&, const StereoTarget&, bool opaque) const;
-    void drawOpaque(const vk::raii::CommandBuffer&, const EyePass&, const std::vector<MeshDraw>&, vk::Format);
+                vk::Extent2D layer_size, bool still);
+    void drawWithProcessor(const RenderScene&, const StereoTarget&, vk::Extent2D layer_size);
+    void recordOpaque(const vk::raii::CommandBuffer&, const RenderScene&, const StereoTarget&);
+    void recordMarch(const vk::raii::CommandBuffer&, const RenderScene&, vk::Extent2D layer_size, bool still);
+    void recordComposite(const vk::raii::CommandBuffer&, const StereoTarget&, vk::Extent2D layer_size);
+    void recordDepth(const vk::raii::CommandBuffer&, const StereoTarget&);
+    void beginPass(const vk::raii::CommandBuffer&, const EyePass&, const StereoTarget&, vk::ImageView colour,
+                   vk::ImageView depth, vk::AttachmentLoadOp load) const;
+    void drawScreen(const vk::raii::CommandBuffer&, const EyePass&, vk::Pipeline) const;
+    void drawOpaque(const vk::raii::CommandBuffer&, const EyePass&, bool backdrop, vk::Format);
+    void drawHidden(const vk::raii::CommandBuffer&, const EyePass&, vk::Format);
+    void stamp(const vk::raii::CommandBuffer&, Stamp) const;
     RenderStats draw(const RenderScene&, const std::array<View, 2>&, const StereoTarget&);
-    RenderStats readStats(bool still) const;
+    RenderStats readStats(const StereoTarget&, vk::Extent2D layer_size, bool still) const;
+    void ownTarget(vk::Extent2D, bool with_depth);
 };
 
 Renderer::Impl::Impl(Gpu& g, const RenderSettings& s, const std::filesystem::path& assets)
     : gpu(g),
       settings(s),
       looks{loadLook(assets / "looks" / "closed.toml"), loadLook(assets / "looks" / "reveal.toml")},
-      meshes(g, assets),
-      set_layout(makeSetLayout(g)),
-      pool(makePool(g)),
-      layout(makeLayout(g, *set_layout)),
+      room(g, assets),
+      commands(g),
+      descriptors(g, kFrameBindings, {kVertexAndFragment, 0, sizeof(gpu::MeshPush)}),
       linear(makeSampler(g, vk::Filter::eLinear, kClearAir)),
       steady(makeSampler(g, vk::Filter::eLinear, vk::SamplerAddressMode::eClampToEdge)),
       nearest(makeSampler(g, vk::Filter::eNearest, kClearAir)),
-      times(g.device(), vk::QueryPoolCreateInfo{.queryType = vk::QueryType::eTimestamp, .queryCount = 2}),
+      times(g.device(),
+            vk::QueryPoolCreateInfo{.queryType = vk::QueryType::eTimestamp, .queryCount = kStamps}),
       frame_buffer(g, sizeof(gpu::FrameUniforms), vk::BufferUsageFlagBits::eUniformBuffer),
       look_buffer(g, sizeof(gpu::LookUniforms), vk::BufferUsageFlagBits::eUniformBuffer),
-      counter_buffer(g, sizeof(gpu::Counters), vk::BufferUsageFlagBits::eStorageBuffer) {
-    set = std::move(g.device()
-                        .allocateDescriptorSets(
-                            {.descriptorPool = *pool, .descriptorSetCount = 1, .pSetLayouts = &*set_layout})
-                        .front());
-}
+      counter_buffer(g, sizeof(gpu::Counters), vk::BufferUsageFlagBits::eStorageBuffer),
+      layer(g),
+      eye_passes(g) {}
 
-void Renderer::Impl::sizeDepth(std::uint32_t width, std::uint32_t height) {
-    if (depth.extent.width == width && depth.extent.height == height) return;
-    depth = GpuImage(gpu, kDepthFormat, {width, height, 1}, 2,
-                     vk::ImageUsageFlagBits::eDepthStencilAttachment | vk::ImageUsageFlagBits::eSampled);
+void Renderer::Impl::size(vk::Extent2D target) {
+    if (depth.extent.width != target.width || depth.extent.height != target.height) {
+        eye_passes.forget();
+        depth = GpuImage(gpu, kDepthFormat, {target.width, target.height, 1}, 2,
+                         vk::ImageUsageFlagBits::eDepthStencilAttachment | vk::ImageUsageFlagBits::eSampled |
+                             vk::ImageUsageFlagBits::eTransferSrc);
+        stale_bindings = true;
+    }
+    if (layer.reserve(target)) stale_bindings = true;
 }
 
 void Renderer::Impl::bindResources() {
-    using Type = vk::DescriptorType;
-    std::vector<vk::WriteDescriptorSet> writes;
-    std::array<vk::DescriptorBufferInfo, kBindings> buffers;
-    std::array<vk::DescriptorImageInfo, kBindings> images;
-    const auto bindBuffer = [&](std::uint32_t binding, const Buffer& buffer, Type type) {
-        buffers[binding] = vk::DescriptorBufferInfo{*buffer.handle, 0, VK_WHOLE_SIZE};
-        writes.push_back({.dstSet = *set,
-                          .dstBinding = binding,
-                          .descriptorCount = 1,
-                          .descriptorType = type,
-                          .pBufferInfo = &buffers[binding]});
-    };
-    const auto bindImage = [&](std::uint32_t binding, const GpuImage& image,
-                               const vk::raii::Sampler& sampler) {
-        images[binding] =
-            vk::DescriptorImageInfo{*sampler, *image.view, vk::ImageLayout::eShaderReadOnlyOptimal};
-        writes.push_back({.dstSet = *set,
-                          .dstBinding = binding,
-                          .descriptorCount = 1,
-                          .descriptorType = Type::eCombinedImageSampler,
-                          .pImageInfo = &images[binding]});
-    };
-    bindBuffer(0, frame_buffer, Type::eUniformBuffer);
-    bindBuffer(1, look_buffer, Type::eUniformBuffer);
-    bindImage(3, depth, nearest);
-    bindBuffer(6, counter_buffer, Type::eStorageBuffer);
-    // Without a patient nothing reads these, but lavapipe of Mesa 22.3 walks every binding and none may be
-    // empty.
-    bindImage(2, volume ? volume->classified() : depth, linear);
-    bindBuffer(4, volume ? volume->bricks() : counter_buffer, Type::eStorageBuffer);
-    bindImage(5, volume ? volume->inside() : depth, steady);
-    bindImage(7, volume ? volume->outside() : depth, steady);
-    gpu.device().updateDescriptorSets(writes, {});
-}
-
-std::vector<EyePass> Renderer::Impl::passesFor(const StereoTarget& target) const {
-    std::vector<EyePass> passes;
-    const bool single = gpu.stereoPath() == StereoPath::single;
-    const bool multiview = gpu.stereoPath() == StereoPath::multiview;
-    const std::uint32_t layers = single ? 1 : 2;
-    for (std::uint32_t eye = 0; eye < 2; eye += layers)
-        passes.push_back({.first_eye = eye,
-                          .view_mask = multiview ? 0b11u : 0u,
-                          .layers = multiview ? 1 : layers,
-                          .instances = multiview ? 1 : layers,
-                          .colour = layerView(gpu, target.image, vk::Format(target.format),
-                                              vk::ImageAspectFlagBits::eColor, eye, layers),
-                          .depth = layerView(gpu, *depth.handle, kDepthFormat,
-                                             vk::ImageAspectFlagBits::eDepth, eye, layers)});
-    return passes;
+    const int images = deformed ? deformed->imagesMade() : 0;
+    if (!stale_bindings && images == bound_images) return;
+    bound_images = images;
+    descriptors.bind(Binding::frame, frame_buffer);
+    descriptors.bind(Binding::look, look_buffer);
+    descriptors.bind(Binding::mesh_depth, depth, nearest);
+    descriptors.bind(Binding::counters, counter_buffer);
+    descriptors.bindStorage(Binding::layer_colour, layer.colour());
+    descriptors.bindStorage(Binding::layer_depth, layer.depth());
+    // Without a patient nothing reads these, but none may be empty.
+    descriptors.bind(Binding::classified, volume ? volume->classified() : depth, linear);
+    descriptors.bind(Binding::bricks, volume ? volume->bricks() : counter_buffer);
+    descriptors.bind(Binding::deform_inside, deformed ? deformed->inside() : depth, steady);
+    descriptors.bind(Binding::deform_outside, deformed ? deformed->outside() : depth, steady);
+    descriptors.bind(Binding::tool_moved, deformed ? deformed->toolMoved() : depth, steady);
+    room.bind(descriptors);
+    descriptors.update();
+    stale_bindings = false;
 }
 
 // Made on first need.
-vk::Pipeline Renderer::Impl::pipeline(Kind kind, vk::Format format, std::array<std::uint32_t, 5> constants) {
+vk::Pipeline Renderer::Impl::pipeline(Kind kind, vk::Format format, const Constants& constants) {
     const PipelineKey key{kind, VkFormat(format), constants};
     const auto known = pipelines.find(key);
     if (known != pipelines.end()) return *known->second;
@@ -228,19 +188,37 @@ vk::Pipeline Renderer::Impl::pipeline(Kind kind, vk::Format format, std::array<s
         return path == StereoPath::multiview ? multiview : path == StereoPath::layered ? layered : single;
     };
     using namespace shaders;
+    const auto made = [&](vk::raii::Pipeline&& one) {
+        return *pipelines.emplace(key, std::move(one)).first->second;
+    };
     PipelineShape shape{.vertex = pick(kScreenVertMultiview, kScreenVertLayered, kScreenVertSingle),
-                        .fragment = kVolumeFrag,
                         .colour = format,
                         .view_mask = path == StereoPath::multiview ? 0b11u : 0u};
-    constexpr std::array attributes{
-        vk::VertexInputAttributeDescription{0, 0, vk::Format::eR32G32B32Sfloat, offsetof(Vertex, position_m)},
-        vk::VertexInputAttributeDescription{1, 0, vk::Format::eR32G32B32Sfloat, offsetof(Vertex, normal)}};
     switch (kind) {
+        case Kind::hidden:
+            shape.vertex = pick(kHiddenVertMultiview, kHiddenVertLayered, kHiddenVertSingle);
+            shape.fragment = kHiddenFrag;
+            shape.attributes = roomAttributes().first(1);
+            shape.vertex_stride = sizeof(glm::vec3);
+            shape.depth = kDepthFormat;
+            shape.depth_use = DepthUse::test_and_write;
+            break;
+        case Kind::caster:
+            shape.vertex = kShadowVert;
+            shape.fragment = kShadowFrag;
+            shape.attributes = roomAttributes().first(1);
+            shape.vertex_stride = sizeof(RoomVertex);
+            shape.depth = kDepthFormat;
+            shape.depth_use = DepthUse::test_and_write;
+            shape.view_mask = 0;
+            break;
         case Kind::mesh:
             shape.vertex = pick(kMeshVertMultiview, kMeshVertLayered, kMeshVertSingle);
             shape.fragment = kMeshFrag;
-            shape.attributes = attributes;
-            shape.vertex_stride = sizeof(Vertex);
+            shape.attributes = roomAttributes();
+            shape.constants = constants;
+            shape.vertex_stride = sizeof(RoomVertex);
+            shape.cull_back = int(constants[0]) != gpu::kCloth;
             shape.depth = kDepthFormat;
             shape.depth_use = DepthUse::test_and_write;
             break;
@@ -249,116 +227,281 @@ vk::Pipeline Renderer::Impl::pipeline(Kind kind, vk::Format format, std::array<s
             shape.depth = kDepthFormat;
             shape.depth_use = DepthUse::test;
             break;
-        case Kind::volume:
+        case Kind::march:
+            return made(makeComputePipeline(gpu, descriptors.layout(), kVolumeComp, constants));
+        case Kind::composite:
+            shape.fragment = kCompositeFrag;
             shape.constants = constants;
             shape.blend = Blend::over;
             break;
+        case Kind::depth:
+            shape.fragment = kDepthFrag;
+            shape.depth = kDepthFormat;
+            shape.depth_use = DepthUse::write;
+            break;
     }
-    return *pipelines.emplace(key, makePipeline(gpu, *layout, shape)).first->second;
+    return made(makePipeline(gpu, descriptors.layout(), shape));
 }
 
-void Renderer::Impl::prepare(const RenderScene& scene, const std::array<View, 2>& views,
-                             const StereoTarget& target, bool still) {
-    const LookStyle& look = looks[std::size_t(scene.look)];
-    sizeDepth(target.width, target.height);
-    if (volume) {
-        volume->show(look);
-        volume->breathe(scene.breath, still);
+Constants Renderer::Impl::marchConstants(const RenderScene& scene, bool still) const {
+    const Skips& skips = settings.skips;
+    return {skips.empty_space, skips.early_termination, skips.depth_bounds,   !still,
+            settings.count,    !scene.cuts.empty(),     !scene.marks.empty(), settings.foveation.has_value(),
+            tooled(scene)};
+}
+
+PatientVolume::Reader Renderer::Impl::reader() const {
+    return marchesOnProcessor() ? PatientVolume::Reader::host : PatientVolume::Reader::gpu;
+}
+
+// As he is, or in as many voxels as the device can hold.
+void Renderer::Impl::hold(const patient::Patient& patient) {
+    volume.reset();
+    deformed.emplace(gpu, patient);
+    room.forgetPatient();
+    coarse.reset();
+    notes.clear();
+    stale_bindings = true;
+    const int longest = std::max({patient.grid().dims.x, patient.grid().dims.y, patient.grid().dims.z});
+    const int limit =
+        int(std::min(gpu.physicalDevice().getProperties().limits.maxImageDimension3D, 1u << 20));
+    int factor = marchesOnProcessor() ? 1 : (longest + limit - 1) / limit;
+    std::string why = "its images have at most " + std::to_string(limit) + " voxels along an edge";
+    for (;; ++factor) {
+        try {
+            if (factor > 1) coarse = std::make_unique<CoarserPatient>(patient, factor);
+            volume.emplace(gpu, coarse ? coarse->patient : patient, *deformed, reader());
+            break;
+        } catch (const vk::OutOfDeviceMemoryError&) {
+            if (factor >= kCoarsest) throw;
+            why = "its memory does not hold more";
+        }
     }
-    const gpu::FrameUniforms frame =
-        frameUniforms(scene, views, settings, target.width, target.height, volume ? &*volume : nullptr, look);
+    if (factor > 1)
+        notes.push_back("the patient is shown in voxels of " + std::to_string(factor) +
+                        " times the size on this graphics device: " + why);
+}
+
+bool Renderer::Impl::marchesOnProcessor() const {
+    if (settings.volume_path != VolumePath::automatic) return settings.volume_path == VolumePath::processor;
+    return gpu.isProcessor();
+}
+
+vk::Extent2D Renderer::Impl::prepare(const RenderScene& scene, const std::array<View, 2>& views,
+                                     const StereoTarget& target, bool still) {
+    const LookStyle& look = looks[std::size_t(scene.look)];
+    const vk::Extent2D extent{target.width, target.height};
+    size(extent);
+    if (volume) {
+        if (volume->show(look, reader())) stale_bindings = true;
+        deformed->breathe(scene.breath, still);
+        deformed->press(scene.tool);
+        volume->follow();
+    }
+    const vk::Extent2D layer_size =
+        volume ? layerExtent(scene, views, settings, extent, volume->patient().grid()) : extent;
+    frame = frameUniforms(scene, views, settings, extent, layer_size, volume ? &*volume : nullptr, look);
     frame_buffer.write(&frame, sizeof frame);
-    const gpu::LookUniforms surface = lookUniforms(look);
+    room.prepare(scene, views, settings.skips, volume ? &*volume : nullptr);
+    surface = lookUniforms(look);
     look_buffer.write(&surface, sizeof surface);
     const gpu::Counters zero{};
     counter_buffer.write(&zero, sizeof zero);
     bindResources();
+    return layer_size;
 }
 
-void Renderer::Impl::beginPass(const vk::raii::CommandBuffer& commands, const EyePass& pass,
-                               const StereoTarget& target, bool opaque) const {
-    const vk::RenderingAttachmentInfo colour_info{
-        .imageView = *pass.colour,
-        .imageLayout = vk::ImageLayout::eColorAttachmentOptimal,
-        .loadOp = opaque ? vk::AttachmentLoadOp::eDontCare : vk::AttachmentLoadOp::eLoad,
-        .storeOp = vk::AttachmentStoreOp::eStore};
-    const vk::RenderingAttachmentInfo depth_info{.imageView = *pass.depth,
-                                                 .imageLayout = vk::ImageLayout::eDepthAttachmentOptimal,
-                                                 .loadOp = vk::AttachmentLoadOp::eClear,
-                                                 .storeOp = vk::AttachmentStoreOp::eStore,
-                                                 .clearValue = vk::ClearDepthStencilValue{0.0f, 0}};
-    commands.beginRendering({.renderArea = {{0, 0}, {target.width, target.height}},
-                             .layerCount = pass.layers,
-                             .viewMask = pass.view_mask,
-                             .colorAttachmentCount = 1,
-                             .pColorAttachments = &colour_info,
-                             .pDepthAttachment = opaque ? &depth_info : nullptr});
-    commands.setViewport(0, vk::Viewport{0, 0, float(target.width), float(target.height), 0, 1});
-    commands.setScissor(0, vk::Rect2D{{0, 0}, {target.width, target.height}});
-    commands.bindDescriptorSets(vk::PipelineBindPoint::eGraphics, *layout, 0, *set, {});
+void Renderer::Impl::beginPass(const vk::raii::CommandBuffer& buffer, const EyePass& pass,
+                               const StereoTarget& target, vk::ImageView colour_view,
+                               vk::ImageView depth_view, vk::AttachmentLoadOp load) const {
+    const vk::RenderingAttachmentInfo colour_info{.imageView = colour_view,
+                                                  .imageLayout = vk::ImageLayout::eColorAttachmentOptimal,
+                                                  .loadOp = load,
+                                                  .storeOp = vk::AttachmentStoreOp::eStore};
+    const vk::RenderingAttachmentInfo depth_info{
+        .imageView = depth_view,
+        .imageLayout = vk::ImageLayout::eDepthStencilAttachmentOptimal,
+        .loadOp = vk::AttachmentLoadOp::eClear,
+        .storeOp = vk::AttachmentStoreOp::eStore,
+        .clearValue = vk::ClearDepthStencilValue{0.0f, 0}};
+    buffer.beginRendering({.renderArea = {{0, 0}, {target.width, target.height}},
+                           .layerCount = pass.layers,
+                           .viewMask = pass.view_mask,
+                           .colorAttachmentCount = colour_view ? 1u : 0u,
+                           .pColorAttachments = &colour_info,
+                           .pDepthAttachment = depth_view ? &depth_info : nullptr});
+    buffer.setViewport(0, vk::Viewport{0, 0, float(target.width), float(target.height), 0, 1});
+    buffer.setScissor(0, vk::Rect2D{{0, 0}, {target.width, target.height}});
+    buffer.bindDescriptorSets(vk::PipelineBindPoint::eGraphics, descriptors.layout(), 0, descriptors.set(),
+                              {});
 }
 
-void Renderer::Impl::drawOpaque(const vk::raii::CommandBuffer& commands, const EyePass& pass,
-                                const std::vector<MeshDraw>& draws, vk::Format format) {
-    constexpr auto stages = vk::ShaderStageFlagBits::eVertex | vk::ShaderStageFlagBits::eFragment;
-    commands.bindVertexBuffers(0, *meshes.vertices().handle, vk::DeviceSize{0});
-    commands.bindIndexBuffer(*meshes.indices().handle, 0, vk::IndexType::eUint32);
-    if (!draws.empty()) commands.bindPipeline(vk::PipelineBindPoint::eGraphics, pipeline(Kind::mesh, format));
-    for (const MeshDraw& draw : draws) {
-        gpu::MeshPush push = draw.push;
-        push.material.z = float(pass.first_eye);
-        commands.pushConstants<gpu::MeshPush>(*layout, stages, 0, push);
-        commands.drawIndexed(draw.index_count, pass.instances, draw.first_index, 0, 0);
-    }
-    commands.bindPipeline(vk::PipelineBindPoint::eGraphics, pipeline(Kind::backdrop, format));
+// A triangle over the whole target.
+void Renderer::Impl::drawScreen(const vk::raii::CommandBuffer& buffer, const EyePass& pass,
+                                vk::Pipeline shown) const {
+    buffer.bindPipeline(vk::PipelineBindPoint::eGraphics, shown);
     gpu::MeshPush push{};
     push.material.z = float(pass.first_eye);
-    commands.pushConstants<gpu::MeshPush>(*layout, stages, 0, push);
-    commands.draw(3, pass.instances, 0, 0);
+    buffer.pushConstants<gpu::MeshPush>(descriptors.layout(), kVertexAndFragment, 0, push);
+    buffer.draw(3, pass.instances, 0, 0);
 }
 
-void Renderer::Impl::record(const vk::raii::CommandBuffer& commands, const RenderScene& scene,
-                            const StereoTarget& target, const std::vector<EyePass>& passes, bool still) {
-    const auto format = vk::Format(target.format);
-    const Skips& skips = settings.skips;
-    const std::vector<MeshDraw> draws = meshes.drawsOf(scene, volume ? &*volume : nullptr);
-    commands.resetQueryPool(*times, 0, 2);
-    commands.writeTimestamp2(vk::PipelineStageFlagBits2::eTopOfPipe, *times, 0);
-    transition(commands, target.image, vk::ImageAspectFlagBits::eColor, kColourDrawn, kColourDrawn);
-    transition(commands, *depth.handle, vk::ImageAspectFlagBits::eDepth, kFresh, kDepthDrawn);
-    for (const EyePass& pass : passes) {
-        beginPass(commands, pass, target, true);
-        drawOpaque(commands, pass, draws, format);
-        commands.endRendering();
-    }
-    transition(commands, *depth.handle, vk::ImageAspectFlagBits::eDepth, kDepthDrawn, kDepthRead);
-    transition(commands, target.image, vk::ImageAspectFlagBits::eColor, kColourDrawn, kColourDrawn);
-    if (volume) {
-        const vk::Pipeline march = pipeline(
-            Kind::volume, format,
-            {skips.empty_space, skips.early_termination, skips.depth_bounds, !still, settings.count});
-        for (const EyePass& pass : passes) {
-            beginPass(commands, pass, target, false);
-            commands.bindPipeline(vk::PipelineBindPoint::eGraphics, march);
-            gpu::MeshPush push{};
-            push.material.z = float(pass.first_eye);
-            commands.pushConstants<gpu::MeshPush>(
-                *layout, vk::ShaderStageFlagBits::eVertex | vk::ShaderStageFlagBits::eFragment, 0, push);
-            commands.draw(3, pass.instances, 0, 0);
-            commands.endRendering();
-        }
-    }
-    commands.writeTimestamp2(vk::PipelineStageFlagBits2::eBottomOfPipe, *times, 1);
+void Renderer::Impl::drawHidden(const vk::raii::CommandBuffer& buffer, const EyePass& pass,
+                                vk::Format format) {
+    if (hidden.count == 0) return;
+    buffer.bindVertexBuffers(0, *hidden.vertices.handle, vk::DeviceSize{0});
+    buffer.bindPipeline(vk::PipelineBindPoint::eGraphics, pipeline(Kind::hidden, format));
+    gpu::MeshPush push{};
+    push.material.z = float(pass.first_eye);
+    buffer.pushConstants<gpu::MeshPush>(descriptors.layout(), kVertexAndFragment, 0, push);
+    buffer.draw(hidden.count, pass.instances, 0, 0);
 }
 
-RenderStats Renderer::Impl::readStats(bool still) const {
+void Renderer::Impl::drawOpaque(const vk::raii::CommandBuffer& buffer, const EyePass& pass, bool backdrop,
+                                vk::Format format) {
+    drawHidden(buffer, pass, format);
+    const SceneMeshes& meshes = room.meshes();
+    const auto useBuffers = [&](const Buffer& vertices, const Buffer& indices) {
+        buffer.bindVertexBuffers(0, *vertices.handle, vk::DeviceSize{0});
+        buffer.bindIndexBuffer(*indices.handle, 0, vk::IndexType::eUint32);
+    };
+    useBuffers(meshes.vertices(), meshes.indices());
+    int kind = -1, lamp = -1;
+    for (const MeshDraw& draw : meshes.seen()) {
+        if (draw.kind != kind || draw.lamp != lamp)
+            buffer.bindPipeline(
+                vk::PipelineBindPoint::eGraphics,
+                pipeline(Kind::mesh, format, {std::uint32_t(draw.kind), std::uint32_t(draw.lamp)}));
+        kind = draw.kind, lamp = draw.lamp;
+        gpu::MeshPush push = draw.push;
+        push.material.z = float(pass.first_eye);
+        buffer.pushConstants<gpu::MeshPush>(descriptors.layout(), kVertexAndFragment, 0, push);
+        const bool cloth = draw.kind == gpu::kCloth;
+        if (cloth) useBuffers(room.drape()->vertices(), room.drape()->indices());
+        buffer.drawIndexed(draw.index_count, pass.instances, draw.first_index, 0, 0);
+        if (cloth) useBuffers(meshes.vertices(), meshes.indices());
+    }
+    if (backdrop) drawScreen(buffer, pass, pipeline(Kind::backdrop, format));
+}
+
+void Renderer::Impl::stamp(const vk::raii::CommandBuffer& buffer, Stamp at) const {
+    buffer.writeTimestamp2(vk::PipelineStageFlagBits2::eAllCommands, *times, at);
+}
+
+void Renderer::Impl::recordOpaque(const vk::raii::CommandBuffer& buffer, const RenderScene& scene,
+                                  const StereoTarget& target) {
+    room.recordBefore(buffer, pipeline(Kind::caster), descriptors);
+    transition(buffer, target.image, vk::ImageAspectFlagBits::eColor, kColourDrawn, kColourDrawn);
+    transition(buffer, *depth.handle, vk::ImageAspectFlagBits::eDepth, kFresh, kDepthDrawn);
+    for (const EyePass& pass : eye_passes.of(target, depth)) {
+        const RoomShown& shown = scene.room;
+        beginPass(buffer, pass, target, *pass.colour, *pass.depth,
+                  shown.real ? vk::AttachmentLoadOp::eClear : vk::AttachmentLoadOp::eDontCare);
+        drawOpaque(buffer, pass, !shown.shell && !shown.real, vk::Format(target.format));
+        buffer.endRendering();
+    }
+    transition(buffer, *depth.handle, vk::ImageAspectFlagBits::eDepth, kDepthDrawn, kDepthRead);
+    transition(buffer, target.image, vk::ImageAspectFlagBits::eColor, kColourDrawn, kColourDrawn);
+}
+
+void Renderer::Impl::recordMarch(const vk::raii::CommandBuffer& buffer, const RenderScene& scene,
+                                 vk::Extent2D layer_size, bool still) {
+    layer.beginMarch(buffer);
+    buffer.bindPipeline(vk::PipelineBindPoint::eCompute,
+                        pipeline(Kind::march, vk::Format::eUndefined, marchConstants(scene, still)));
+    buffer.bindDescriptorSets(vk::PipelineBindPoint::eCompute, descriptors.layout(), 0, descriptors.set(),
+                              {});
+    const auto tiles = [](std::uint32_t pixels) { return (pixels + gpu::kTile - 1) / gpu::kTile; };
+    buffer.dispatch(tiles(layer_size.width), tiles(layer_size.height), 2);
+    if (settings.count) {
+        const vk::MemoryBarrier2 to_host{.srcStageMask = vk::PipelineStageFlagBits2::eComputeShader,
+                                         .srcAccessMask = vk::AccessFlagBits2::eShaderStorageWrite,
+                                         .dstStageMask = vk::PipelineStageFlagBits2::eHost,
+                                         .dstAccessMask = vk::AccessFlagBits2::eHostRead};
+        buffer.pipelineBarrier2({.memoryBarrierCount = 1, .pMemoryBarriers = &to_host});
+    }
+    layer.endMarch(buffer);
+}
+
+void Renderer::Impl::recordComposite(const vk::raii::CommandBuffer& buffer, const StereoTarget& target,
+                                     vk::Extent2D layer_size) {
+    const bool upsample = layer_size != vk::Extent2D{target.width, target.height};
+    const vk::Pipeline over =
+        pipeline(Kind::composite, vk::Format(target.format), {upsample, room.castsShadows()});
+    for (const EyePass& pass : eye_passes.of(target, depth)) {
+        beginPass(buffer, pass, target, *pass.colour, nullptr, vk::AttachmentLoadOp::eLoad);
+        drawScreen(buffer, pass, over);
+        buffer.endRendering();
+    }
+}
+
+void Renderer::Impl::recordDepth(const vk::raii::CommandBuffer& buffer, const StereoTarget& target) {
+    const vk::Image submitted = target.depth_image;
+    transition(buffer, submitted, vk::ImageAspectFlagBits::eDepth, kDepthDrawn, kDepthDrawn);
+    for (const EyePass& pass : eye_passes.of(target, depth)) {
+        beginPass(buffer, pass, target, nullptr, *pass.submitted_depth, vk::AttachmentLoadOp::eDontCare);
+        drawScreen(buffer, pass, pipeline(Kind::depth));
+        buffer.endRendering();
+    }
+    transition(buffer, submitted, vk::ImageAspectFlagBits::eDepth, kDepthDrawn, kDepthDrawn);
+}
+
+void Renderer::Impl::record(const vk::raii::CommandBuffer& buffer, const RenderScene& scene,
+                            const StereoTarget& target, vk::Extent2D layer_size, bool still) {
+    buffer.resetQueryPool(*times, 0, kStamps);
+    stamp(buffer, kBegin);
+    if (volume) deformed->recordUploads(buffer);
+    recordOpaque(buffer, scene, target);
+    stamp(buffer, kOpaqueDone);
+    if (volume)
+        recordMarch(buffer, scene, layer_size, still);
+    else if (target.depth_image)
+        layer.clear(buffer);
+    stamp(buffer, kMarchDone);
+    if (volume) recordComposite(buffer, target, layer_size);
+    if (target.depth_image) recordDepth(buffer, target);
+    if (!gpu.isProcessor()) stamp(buffer, kEnd);
+}
+
+// The processor marches between two submissions.
+void Renderer::Impl::drawWithProcessor(const RenderScene& scene, const StereoTarget& target,
+                                       vk::Extent2D layer_size) {
+    if (!march_layer) march_layer.emplace(gpu);
+    march_layer->reserve({target.width, target.height});
+    commands.submitAndWait([&](const vk::raii::CommandBuffer& buffer) {
+        buffer.resetQueryPool(*times, 0, kStamps);
+        stamp(buffer, kBegin);
+        recordOpaque(buffer, scene, target);
+        march_layer->readDepth(buffer, depth, kDepthRead);
+        stamp(buffer, kOpaqueDone);
+    });
+    const gpu::Counters counters = march_layer->march(frame, surface, *volume, *deformed, settings);
+    counter_buffer.write(&counters, sizeof counters);
+    commands.submitAndWait([&](const vk::raii::CommandBuffer& buffer) {
+        march_layer->upload(buffer, layer, layer_size);
+        stamp(buffer, kMarchDone);
+        recordComposite(buffer, target, layer_size);
+        if (target.depth_image) recordDepth(buffer, target);
+        if (!gpu.isProcessor()) stamp(buffer, kEnd);
+    });
+}
+
+RenderStats Renderer::Impl::readStats(const StereoTarget& target, vk::Extent2D layer_size, bool still) const {
     RenderStats stats;
-    const auto [result, stamps] =
-        times.getResults<std::uint64_t>(0, 2, 2 * sizeof(std::uint64_t), sizeof(std::uint64_t),
-                                        vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
-    if (result == vk::Result::eSuccess)
-        stats.gpu_ms = double(stamps[1] - stamps[0]) * 1e-6 *
-                       double(gpu.physicalDevice().getProperties().limits.timestampPeriod);
+    std::array<std::uint64_t, kStamps> stamps{};
+    const vk::Result result =
+        (*gpu.device())
+            .getQueryPoolResults(*times, 0, kStamps, sizeof stamps, stamps.data(), sizeof stamps[0],
+                                 vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait,
+                                 *gpu.device().getDispatcher());
+    if (result == vk::Result::eSuccess) {
+        const double tick_ms = 1e-6 * double(gpu.physicalDevice().getProperties().limits.timestampPeriod);
+        const auto between = [&](Stamp a, Stamp b) { return tick_ms * double(stamps[b] - stamps[a]); };
+        stats.gpu_ms = between(kBegin, kEnd);
+        stats.opaque_ms = between(kBegin, kOpaqueDone);
+        stats.volume_ms = between(kOpaqueDone, kMarchDone);
+    }
+    stats.layer_scale = double(layer_size.width) / target.width;
     gpu::Counters counted{};
     std::memcpy(&counted, counter_buffer.mapped, sizeof counted);
     stats.samples = (std::uint64_t(counted.samples_high) << 32) + counted.samples;
@@ -367,19 +510,48 @@ RenderStats Renderer::Impl::readStats(bool still) const {
     stats.terminated_rays = counted.terminated_rays;
     stats.depth_bounded_rays = counted.depth_bounded_rays;
     stats.still_frames = volume && still ? 1 : 0;
+    stats.culled_parts = room.meshes().culled();
+    stats.kept_shadows = room.keptShadow() ? 1 : 0;
     return stats;
 }
 
 RenderStats Renderer::Impl::draw(const RenderScene& scene, const std::array<View, 2>& views,
                                  const StereoTarget& target) {
-    const bool still =
-        settings.skips.still_breath && volume && scene.breath == volume->patient().package().motion.reference;
-    prepare(scene, views, target, still);
-    const std::vector<EyePass> passes = passesFor(target);
-    submitAndWait(gpu, [&](const vk::raii::CommandBuffer& commands) {
-        record(commands, scene, target, passes, still);
-    });
-    return readStats(still);
+    const bool still = settings.skips.still_breath && deformed && deformed->atRest(scene.breath);
+    const vk::Extent2D layer_size = prepare(scene, views, target, still);
+    if (volume && marchesOnProcessor())
+        drawWithProcessor(scene, target, layer_size);
+    else
+        commands.submitAndWait(
+            [&](const vk::raii::CommandBuffer& buffer) { record(buffer, scene, target, layer_size, still); });
+    // Lavapipe of Mesa 25 dies of a time stamp after the composite: a processor gets it on its own.
+    if (gpu.isProcessor())
+        commands.submitAndWait([&](const vk::raii::CommandBuffer& buffer) { stamp(buffer, kEnd); });
+    RenderStats stats = readStats(target, layer_size, still);
+    stats.idle_tool_frames = volume && !tooled(scene) ? 1 : 0;
+    return stats;
+}
+
+// Images to draw to and to read back.
+void Renderer::Impl::ownTarget(vk::Extent2D extent, bool with_depth) {
+    const auto fits = [&](const GpuImage& image) {
+        return image.extent.width == extent.width && image.extent.height == extent.height;
+    };
+    const auto make = [&](GpuImage& image, vk::Format format, vk::ImageUsageFlags usage,
+                          vk::ImageAspectFlags aspect, const ImageState& state) {
+        eye_passes.forget();
+        image = GpuImage(gpu, format, {extent.width, extent.height, 1}, 2,
+                         usage | vk::ImageUsageFlagBits::eTransferSrc);
+        commands.submitAndWait([&](const vk::raii::CommandBuffer& buffer) {
+            transition(buffer, *image.handle, aspect, kFresh, state);
+        });
+    };
+    if (!fits(own_colour))
+        make(own_colour, kImageFormat, vk::ImageUsageFlagBits::eColorAttachment,
+             vk::ImageAspectFlagBits::eColor, kColourDrawn);
+    if (with_depth && !fits(own_depth))
+        make(own_depth, kDepthFormat, vk::ImageUsageFlagBits::eDepthStencilAttachment,
+             vk::ImageAspectFlagBits::eDepth, kDepthDrawn);
 }
 
 Renderer::Renderer(Gpu& gpu, const RenderSettings& settings, const std::filesystem::path& assets)
@@ -391,8 +563,36 @@ void Renderer::setSettings(const RenderSettings& settings) {
     impl_->settings = settings;
 }
 
+void Renderer::setLook(Look look, const LookStyle& style) {
+    impl_->looks[std::size_t(look)] = style;
+    if (impl_->volume) impl_->volume->forgetLook();
+}
+
+void Renderer::setHiddenArea(int eye, std::span<const glm::vec2> tangents,
+                             std::span<const std::uint32_t> indices) {
+    Impl& me = *impl_;
+    auto& corners = me.hidden_triangles[std::size_t(eye)];
+    corners.clear();
+    for (const std::uint32_t i : indices) {
+        assert(i < tangents.size());
+        corners.emplace_back(tangents[i], float(eye));
+    }
+    const std::size_t left = me.hidden_triangles[0].size(), right = me.hidden_triangles[1].size();
+    me.hidden = {};
+    if (left + right == 0) return;
+    guarded([&] {
+        me.hidden.vertices =
+            Buffer(me.gpu, (left + right) * sizeof(glm::vec3), vk::BufferUsageFlagBits::eVertexBuffer);
+    });
+    me.hidden.count = std::uint32_t(left + right);
+    if (left > 0) me.hidden.vertices.write(me.hidden_triangles[0].data(), left * sizeof(glm::vec3));
+    if (right > 0)
+        me.hidden.vertices.write(me.hidden_triangles[1].data(), right * sizeof(glm::vec3),
+                                 left * sizeof(glm::vec3));
+}
+
 void Renderer::setPatient(const patient::Patient& patient) {
-    guarded([&] { impl_->volume.emplace(impl_->gpu, patient); });
+    guarded([&] { impl_->hold(patient); });
 }
 
 RenderStats Renderer::draw(const RenderScene& scene, const std::array<View, 2>& views,
@@ -400,24 +600,56 @@ RenderStats Renderer::draw(const RenderScene& scene, const std::array<View, 2>& 
     return guarded([&] { return impl_->draw(scene, views, target); });
 }
 
+DeformedPatient& Renderer::deformedPatient() {
+    assert(impl_->deformed);
+    return *impl_->deformed;
+}
+
+Pose Renderer::patientFromIsocentre(const RenderScene& scene) const {
+    assert(scene.room.c_arm);
+    const Placement placed = placementOf(scene, impl_->volume ? &*impl_->volume : nullptr);
+    return scene.stage_from_patient.inverse() * stageFromIsocentre(scene, *scene.room.c_arm, placed);
+}
+
+ScreensSeen Renderer::screensSeen(const RenderScene& scene, const std::array<View, 2>& views) const {
+    return impl_->room.screensSeen(scene, views, impl_->volume ? &*impl_->volume : nullptr);
+}
+
+ScreenPlaces Renderer::screenPlaces(const RenderScene& scene) const {
+    return impl_->room.screenPlaces(scene, impl_->volume ? &*impl_->volume : nullptr);
+}
+
+const std::vector<std::string>& Renderer::notes() const {
+    return impl_->notes;
+}
+
+void Renderer::forgetTargets() {
+    impl_->eye_passes.forget();
+}
+
 std::array<Image, 2> Renderer::drawToImages(const RenderScene& scene, const std::array<View, 2>& views,
-                                            std::uint32_t width, std::uint32_t height, RenderStats* stats) {
+                                            std::uint32_t width, std::uint32_t height, RenderStats* stats,
+                                            std::array<DepthImage, 2>* depths) {
     return guarded([&] {
-        GpuImage& image = impl_->colour;
-        if (image.extent.width != width || image.extent.height != height) {
-            image = GpuImage(impl_->gpu, kImageFormat, {width, height, 1}, 2,
-                             vk::ImageUsageFlagBits::eColorAttachment | vk::ImageUsageFlagBits::eTransferSrc);
-            submitAndWait(impl_->gpu, [&](const vk::raii::CommandBuffer& commands) {
-                transition(commands, *image.handle, vk::ImageAspectFlagBits::eColor, kFresh, kColourDrawn);
-            });
-        }
-        const RenderStats counted =
-            impl_->draw(scene, views, {VkImage(*image.handle), VkFormat(kImageFormat), width, height});
+        Impl& me = *impl_;
+        me.ownTarget({width, height}, depths != nullptr);
+        const RenderStats counted = me.draw(scene, views,
+                                            {*me.own_colour.handle, VkFormat(kImageFormat), width, height,
+                                             depths ? VkImage(*me.own_depth.handle) : VK_NULL_HANDLE});
         if (stats) *stats = counted;
         std::array<Image, 2> eyes;
-        for (std::uint32_t eye = 0; eye < 2; ++eye)
+        for (std::uint32_t eye = 0; eye < 2; ++eye) {
             eyes[eye] = {width, height,
-                         readLayer(impl_->gpu, *image.handle, {width, height}, eye, kColourDrawn)};
+                         readLayer(me.gpu, *me.own_colour.handle, vk::ImageAspectFlagBits::eColor,
+                                   {width, height}, eye, kColourDrawn)};
+            if (!depths) continue;
+            const std::vector<std::uint8_t> bytes =
+                readLayer(me.gpu, *me.own_depth.handle, vk::ImageAspectFlagBits::eDepth, {width, height}, eye,
+                          kDepthDrawn);
+            DepthImage& read = (*depths)[eye];
+            read = {width, height, std::vector<float>(std::size_t(width) * height)};
+            std::memcpy(read.reversed.data(), bytes.data(), bytes.size());
+        }
         return eyes;
     });
 }

@@ -4,8 +4,8 @@
 #include <glm/mat4x4.hpp>
 
 #include "render/frame_shared.h"
-#include "render/patient_volume.h"
 #include "render/renderer.h"
+#include "render/volume/patient_volume.h"
 
 namespace stylet::render {
 
@@ -17,8 +17,12 @@ glm::dmat4 clipFromEye(const View&, double near_m, double far_m);
 
 // `volume` may be null.
 gpu::FrameUniforms frameUniforms(const RenderScene&, const std::array<View, 2>&, const RenderSettings&,
-                                 std::uint32_t width, std::uint32_t height, const PatientVolume* volume,
+                                 vk::Extent2D target, vk::Extent2D layer, const PatientVolume* volume,
                                  const LookStyle& look);
+// The volume layer's pixels for a target: settings.layer_scale of it, and no more than three a voxel at the
+// patient's nearest point.
+vk::Extent2D layerExtent(const RenderScene&, const std::array<View, 2>&, const RenderSettings&,
+                         vk::Extent2D target, const patient::Grid&);
 gpu::LookUniforms lookUniforms(const LookStyle&);
 
 }  // namespace stylet::render

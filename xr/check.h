@@ -1,15 +1,19 @@
-// Failed OpenXR calls as sentences, handles as owners, and the header with the Vulkan structures switched on.
+// Failed OpenXR calls as sentences, handles as owners, and the header with what this module uses switched on.
 #pragma once
 
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include <time.h>
+
 #include <vulkan/vulkan.h>
 #define XR_USE_GRAPHICS_API_VULKAN
+#define XR_USE_TIMESPEC
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
 
+#include "xr/later.h"
 #include "xr/xr.h"
 
 namespace stylet::xr {
@@ -56,13 +60,6 @@ Structure typed(XrStructureType type) {
     Structure s{};
     s.type = type;
     return s;
-}
-
-inline constexpr XrPosef kIdentityPose{{0.0f, 0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}};
-
-inline Pose poseOf(const XrPosef& p) {
-    return {{p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w},
-            {p.position.x, p.position.y, p.position.z}};
 }
 
 }  // namespace stylet::xr

@@ -1,31 +1,11 @@
 #include "xr/input.h"
 
+#include <algorithm>
+
 namespace stylet::xr {
 namespace {
 
-struct Profile {
-    const char* name;
-    const char* select;
-    std::array<const char*, 2> menu;  // left, right
-};
-
-// Every profile here has /input/grip/pose and /output/haptic. A trigger bound to a boolean action is
-// thresholded by the runtime.
-constexpr Profile kProfiles[] = {
-    {"/interaction_profiles/khr/simple_controller",
-     "/input/select/click",
-     {"/input/menu/click", "/input/menu/click"}},
-    {"/interaction_profiles/oculus/touch_controller",
-     "/input/trigger/value",
-     {"/input/menu/click", "/input/b/click"}},
-};
-constexpr std::array<const char*, 2> kSides{"/user/hand/left", "/user/hand/right"};
-
-XrPath pathOf(XrInstance instance, const std::string& text) {
-    XrPath path = XR_NULL_PATH;
-    check(xrStringToPath(instance, text.c_str(), &path), "xrStringToPath", text);
-    return path;
-}
+constexpr const char* kNoActions = "the runtime refuses controller actions";
 
 XrAction makeAction(XrActionSet set, XrActionType type, const char* name, const char* shown,
                     const std::array<XrPath, 2>& sides) {
@@ -36,62 +16,61 @@ XrAction makeAction(XrActionSet set, XrActionType type, const char* name, const 
     info.countSubactionPaths = std::uint32_t(sides.size());
     info.subactionPaths = sides.data();
     XrAction action = XR_NULL_HANDLE;
-    check(xrCreateAction(set, &info, &action), "xrCreateAction", "the runtime refuses a controller action");
+    check(xrCreateAction(set, &info, &action), "xrCreateAction", kNoActions);
     return action;
+}
+
+void makeSpace(XrSession session, XrAction action, XrPath side, Owned<XrSpace, xrDestroySpace>& space) {
+    auto info = typed<XrActionSpaceCreateInfo>(XR_TYPE_ACTION_SPACE_CREATE_INFO);
+    info.action = action;
+    info.subactionPath = side;
+    info.poseInActionSpace = kIdentityPose;
+    check(xrCreateActionSpace(session, &info, space.out()), "xrCreateActionSpace",
+          "the runtime tracks no controllers");
+}
+
+XrResult locate(XrSpace space, XrSpace stage, XrTime time, std::optional<Pose>& pose,
+                XrSpaceLocationFlags needed = kWholePose) {
+    auto location = typed<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    const XrResult result = xrLocateSpace(space, stage, time, &location);
+    pose = XR_SUCCEEDED(result) ? wholePose(location.locationFlags, location.pose, needed) : std::nullopt;
+    return result;
 }
 
 }  // namespace
 
-void Input::create(XrInstance instance, XrSession session, std::vector<std::string>& notes) {
-    auto info = typed<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
-    std::string("trainer").copy(info.actionSetName, XR_MAX_ACTION_SET_NAME_SIZE - 1);
-    std::string("Trainer").copy(info.localizedActionSetName, XR_MAX_LOCALIZED_ACTION_SET_NAME_SIZE - 1);
-    check(xrCreateActionSet(instance, &info, set_.out()), "xrCreateActionSet",
-          "the runtime refuses controller actions");
-    for (std::size_t side = 0; side < 2; ++side)
-        sides_[side] = pathOf(instance, kSides[side]);
-    actions_.grip = makeAction(set_.get(), XR_ACTION_TYPE_POSE_INPUT, "grip", "Hand", sides_);
-    actions_.select = makeAction(set_.get(), XR_ACTION_TYPE_BOOLEAN_INPUT, "select", "Select", sides_);
-    actions_.menu = makeAction(set_.get(), XR_ACTION_TYPE_BOOLEAN_INPUT, "menu", "Menu", sides_);
-    actions_.haptic = makeAction(set_.get(), XR_ACTION_TYPE_VIBRATION_OUTPUT, "haptic", "Vibration", sides_);
-    suggest(instance, notes);
-
+void Input::create(const Instance& instance, XrSession session, std::vector<std::string>& notes) {
+    createActions(instance);
+    suggestBindings(instance, actions_, notes);
     auto attach = typed<XrSessionActionSetsAttachInfo>(XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO);
     const XrActionSet set = set_.get();
     attach.countActionSets = 1;
     attach.actionSets = &set;
-    check(xrAttachSessionActionSets(session, &attach), "xrAttachSessionActionSets",
-          "the runtime refuses controller actions");
+    check(xrAttachSessionActionSets(session, &attach), "xrAttachSessionActionSets", kNoActions);
     for (std::size_t side = 0; side < 2; ++side) {
-        auto space = typed<XrActionSpaceCreateInfo>(XR_TYPE_ACTION_SPACE_CREATE_INFO);
-        space.action = actions_.grip;
-        space.subactionPath = sides_[side];
-        space.poseInActionSpace = kIdentityPose;
-        check(xrCreateActionSpace(session, &space, grips_[side].out()), "xrCreateActionSpace",
-              "the runtime does not track controllers");
+        makeSpace(session, actions_.grip, sides_[side], grips_[side]);
+        makeSpace(session, actions_.aim, sides_[side], aims_[side]);
     }
+    bare_.create(instance, session);
 }
 
-void Input::suggest(XrInstance instance, std::vector<std::string>& notes) {
-    for (const Profile& profile : kProfiles) {
-        std::vector<XrActionSuggestedBinding> bindings;
-        for (std::size_t side = 0; side < 2; ++side) {
-            const std::string hand = kSides[side];
-            bindings.push_back({actions_.grip, pathOf(instance, hand + "/input/grip/pose")});
-            bindings.push_back({actions_.select, pathOf(instance, hand + profile.select)});
-            bindings.push_back({actions_.menu, pathOf(instance, hand + profile.menu[side])});
-            bindings.push_back({actions_.haptic, pathOf(instance, hand + "/output/haptic")});
-        }
-        auto suggestion =
-            typed<XrInteractionProfileSuggestedBinding>(XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING);
-        suggestion.interactionProfile = pathOf(instance, profile.name);
-        suggestion.countSuggestedBindings = std::uint32_t(bindings.size());
-        suggestion.suggestedBindings = bindings.data();
-        const XrResult result = xrSuggestInteractionProfileBindings(instance, &suggestion);
-        if (XR_FAILED(result))
-            notes.push_back("xrSuggestInteractionProfileBindings: " + resultName(result) +
-                            ": the runtime takes no " + profile.name + " bindings");
-    }
+void Input::createActions(const Instance& instance) {
+    auto info = typed<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
+    std::string("trainer").copy(info.actionSetName, XR_MAX_ACTION_SET_NAME_SIZE - 1);
+    std::string("Trainer").copy(info.localizedActionSetName, XR_MAX_LOCALIZED_ACTION_SET_NAME_SIZE - 1);
+    check(xrCreateActionSet(instance.handle.get(), &info, set_.out()), "xrCreateActionSet", kNoActions);
+    for (std::size_t side = 0; side < 2; ++side)
+        sides_[side] = pathOf(instance.handle.get(), kSides[side]);
+    const auto make = [&](XrActionType type, const char* name, const char* shown) {
+        return makeAction(set_.get(), type, name, shown, sides_);
+    };
+    actions_.grip = make(XR_ACTION_TYPE_POSE_INPUT, "grip", "Hand");
+    actions_.aim = make(XR_ACTION_TYPE_POSE_INPUT, "aim", "Pointing");
+    actions_.select = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "select", "Select");
+    actions_.menu = make(XR_ACTION_TYPE_BOOLEAN_INPUT, "menu", "Menu");
+    actions_.squeeze = make(XR_ACTION_TYPE_FLOAT_INPUT, "squeeze", "Squeeze");
+    actions_.thumbstick = make(XR_ACTION_TYPE_VECTOR2F_INPUT, "thumbstick", "Thumbstick");
+    actions_.haptic = make(XR_ACTION_TYPE_VIBRATION_OUTPUT, "haptic", "Vibration");
 }
 
 XrResult Input::sync(XrSession session, XrSpace stage, XrTime time) {
@@ -102,35 +81,74 @@ XrResult Input::sync(XrSession session, XrSpace stage, XrTime time) {
     const XrResult synced = xrSyncActions(session, &info);
     hands_ = {};
     if (XR_FAILED(synced) || synced == XR_SESSION_NOT_FOCUSED) return synced;
-    for (int side = 0; side < 2; ++side)
-        if (const XrResult read = readHand(session, stage, time, side); XR_FAILED(read)) return read;
-    return synced;
+    XrResult result = synced;
+    for (int side = 0; side < 2; ++side) {
+        const XrResult read = readHand(session, stage, time, side);
+        if (XR_FAILED(read)) return read;
+        if (read != XR_SUCCESS) result = read;
+    }
+    return result;
 }
 
 XrResult Input::readHand(XrSession session, XrSpace stage, XrTime time, int side) {
     auto get = typed<XrActionStateGetInfo>(XR_TYPE_ACTION_STATE_GET_INFO);
     get.subactionPath = sides_[std::size_t(side)];
-    auto grip = typed<XrActionStatePose>(XR_TYPE_ACTION_STATE_POSE);
+    auto grip = typed<XrActionStatePose>(XR_TYPE_ACTION_STATE_POSE), aim = grip;
     auto select = typed<XrActionStateBoolean>(XR_TYPE_ACTION_STATE_BOOLEAN), menu = select;
-    get.action = actions_.grip;
-    if (const XrResult r = xrGetActionStatePose(session, &get, &grip); XR_FAILED(r)) return r;
-    get.action = actions_.select;
-    if (const XrResult r = xrGetActionStateBoolean(session, &get, &select); XR_FAILED(r)) return r;
-    get.action = actions_.menu;
-    if (const XrResult r = xrGetActionStateBoolean(session, &get, &menu); XR_FAILED(r)) return r;
+    auto squeeze = typed<XrActionStateFloat>(XR_TYPE_ACTION_STATE_FLOAT);
+    auto stick = typed<XrActionStateVector2f>(XR_TYPE_ACTION_STATE_VECTOR2F);
+    XrResult result = XR_SUCCESS;
+    const auto read = [&](auto call, XrAction action, auto& state) {
+        if (XR_FAILED(result)) return;
+        get.action = action;
+        const XrResult one = call(session, &get, &state);
+        if (one != XR_SUCCESS) result = one;
+    };
+    read(xrGetActionStatePose, actions_.grip, grip);
+    read(xrGetActionStatePose, actions_.aim, aim);
+    read(xrGetActionStateBoolean, actions_.select, select);
+    read(xrGetActionStateBoolean, actions_.menu, menu);
+    read(xrGetActionStateFloat, actions_.squeeze, squeeze);
+    read(xrGetActionStateVector2f, actions_.thumbstick, stick);
+    if (XR_FAILED(result)) return result;
 
     Hand& hand = hands_[std::size_t(side)];
     hand.active = grip.isActive;
+    is_bare_[std::size_t(side)] = !grip.isActive;
+    if (!grip.isActive) return bare_.read(stage, time, side, hand);
     hand.select = select.isActive && select.currentState;
     hand.menu = menu.isActive && menu.currentState;
-    if (!grip.isActive) return XR_SUCCESS;
-    auto location = typed<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
-    const XrResult located = xrLocateSpace(grips_[std::size_t(side)].get(), stage, time, &location);
-    constexpr XrSpaceLocationFlags kWhole =
-        XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
-    if (XR_SUCCEEDED(located) && (location.locationFlags & kWhole) == kWhole)
-        hand.stage_from_grip = poseOf(location.pose);
-    return located;
+    if (squeeze.isActive) hand.squeeze = std::clamp(squeeze.currentState, 0.0f, 1.0f);
+    if (stick.isActive) hand.thumbstick = {stick.currentState.x, stick.currentState.y};
+    const XrResult located = locate(grips_[std::size_t(side)].get(), stage, time, hand.stage_from_grip);
+    if (XR_FAILED(located) || !aim.isActive) return located;
+    return locate(aims_[std::size_t(side)].get(), stage, time, hand.stage_from_aim);
+}
+
+XrResult Input::readProfiles(const Instance& instance, XrSession session,
+                             std::array<std::string, 2>& profiles) const {
+    XrResult result = XR_SUCCESS;
+    for (std::size_t side = 0; side < 2; ++side) {
+        profiles[side].clear();
+        auto state = typed<XrInteractionProfileState>(XR_TYPE_INTERACTION_PROFILE_STATE);
+        result = xrGetCurrentInteractionProfile(session, sides_[side], &state);
+        if (XR_FAILED(result)) return result;
+        if (state.interactionProfile == XR_NULL_PATH) continue;
+        std::array<char, XR_MAX_PATH_LENGTH> text{};
+        std::uint32_t length = 0;
+        const XrResult named = xrPathToString(instance.handle.get(), state.interactionProfile,
+                                              std::uint32_t(text.size()), &length, text.data());
+        if (XR_FAILED(named)) return named;
+        profiles[side] = text.data();
+    }
+    return result;
+}
+
+std::optional<Pose> Input::gripAt(XrSpace stage, XrTime time, int side) const {
+    if (is_bare_[std::size_t(side)]) return bare_.gripAt(stage, time, side);
+    std::optional<Pose> pose;
+    locate(grips_[std::size_t(side)].get(), stage, time, pose, kTracked);
+    return pose;
 }
 
 XrResult Input::pulse(XrSession session, int side, float amplitude, XrDuration duration_ns) {

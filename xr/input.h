@@ -1,37 +1,40 @@
-// The controllers: one action set, suggested to each controller profile on its own so that one refusal costs
-// only that controller.
+// The user's hands: controllers through one action set, else bare hands.
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <string>
 #include <vector>
 
-#include "xr/check.h"
+#include "xr/hands.h"
+#include "xr/profiles.h"
 
 namespace stylet::xr {
 
 class Input {
   public:
-    // Adds a sentence to `notes` for each profile the runtime refuses.
-    void create(XrInstance, XrSession, std::vector<std::string>& notes);
+    // Adds a sentence to `notes` for each binding the runtime refuses. Throws XrError.
+    void create(const Instance&, XrSession, std::vector<std::string>& notes);
     // Once a frame, outside begin and end; poses at the predicted display time.
     XrResult sync(XrSession, XrSpace stage, XrTime);
+    // The profiles bound now, left and right; "" for none.
+    XrResult readProfiles(const Instance&, XrSession, std::array<std::string, 2>& profiles) const;
     XrResult pulse(XrSession, int side, float amplitude, XrDuration);
     const Hand& hand(int side) const { return hands_[std::size_t(side)]; }
+    // Any thread, once created.
+    std::optional<Pose> gripAt(XrSpace stage, XrTime, int side) const;
 
   private:
-    struct Actions {
-        XrAction grip = XR_NULL_HANDLE, select = XR_NULL_HANDLE, menu = XR_NULL_HANDLE,
-                 haptic = XR_NULL_HANDLE;
-    };
-    void suggest(XrInstance, std::vector<std::string>& notes);
+    void createActions(const Instance&);
     XrResult readHand(XrSession, XrSpace stage, XrTime, int side);
 
     Owned<XrActionSet, xrDestroyActionSet> set_;  // owns the actions
     Actions actions_;
     std::array<XrPath, 2> sides_{};
-    std::array<Owned<XrSpace, xrDestroySpace>, 2> grips_;
+    std::array<Owned<XrSpace, xrDestroySpace>, 2> grips_, aims_;
+    Hands bare_;
     std::array<Hand, 2> hands_;
+    std::array<std::atomic<bool>, 2> is_bare_{};  // nothing is held, as of the last sync
 };
 
 }  // namespace stylet::xr

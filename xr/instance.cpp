@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
+#include <type_traits>
 
 namespace stylet::xr {
 namespace {
@@ -23,6 +25,26 @@ std::vector<XrExtensionProperties> offeredExtensions() {
     return offered;
 }
 
+// In the order in which they are asked for; none but the first is needed.
+constexpr const char* kWanted[] = {
+    XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME,
+    XR_EXT_DEBUG_UTILS_EXTENSION_NAME,
+    XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
+    XR_KHR_VISIBILITY_MASK_EXTENSION_NAME,
+    XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+    XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME,
+    XR_EXT_USER_PRESENCE_EXTENSION_NAME,
+    XR_EXT_UUID_EXTENSION_NAME,
+    XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME,
+    XR_EXT_LOCAL_FLOOR_EXTENSION_NAME,
+    XR_EXT_HAND_TRACKING_EXTENSION_NAME,
+    XR_EXT_HP_MIXED_REALITY_CONTROLLER_EXTENSION_NAME,
+    XR_HTC_VIVE_FOCUS3_CONTROLLER_INTERACTION_EXTENSION_NAME,
+    XR_BD_CONTROLLER_INTERACTION_EXTENSION_NAME,
+    XR_FB_TOUCH_CONTROLLER_PRO_EXTENSION_NAME,
+    XR_META_TOUCH_CONTROLLER_PLUS_EXTENSION_NAME,
+};
+
 bool offers(const std::vector<XrExtensionProperties>& offered, const char* name) {
     return std::any_of(offered.begin(), offered.end(),
                        [&](const auto& e) { return std::strcmp(e.extensionName, name) == 0; });
@@ -42,21 +64,26 @@ std::string versionText(std::uint32_t major_minor) {
 
 }  // namespace
 
-Instance::Instance(const std::string& application_name) {
-    create(application_name);
+Instance::Instance(const std::string& application_name, std::vector<std::string>& notes) {
+    create(application_name, notes);
+    findCalls(notes);
     findSystem();
     readGraphicsRequirements();
 }
 
-void Instance::create(const std::string& application_name) {
+bool Instance::has(std::string_view extension) const {
+    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+}
+
+void Instance::create(const std::string& application_name, std::vector<std::string>& notes) {
     const auto offered = offeredExtensions();
     if (!offers(offered, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME))
         throw XrError("xrEnumerateInstanceExtensionProperties: the OpenXR runtime does not offer " +
                       std::string(XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME) +
                       ": it cannot show pictures made with Vulkan");
-    std::vector<const char*> wanted{XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME};
-    const bool debug_utils = offers(offered, XR_EXT_DEBUG_UTILS_EXTENSION_NAME);
-    if (debug_utils) wanted.push_back(XR_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    std::vector<const char*> wanted;
+    std::copy_if(std::begin(kWanted), std::end(kWanted), std::back_inserter(wanted),
+                 [&](const char* name) { return offers(offered, name); });
 
     auto info = typed<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
     application_name.copy(info.applicationInfo.applicationName, XR_MAX_APPLICATION_NAME_SIZE - 1);
@@ -65,15 +92,52 @@ void Instance::create(const std::string& application_name) {
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 0);
     info.enabledExtensionCount = std::uint32_t(wanted.size());
     info.enabledExtensionNames = wanted.data();
-    check(xrCreateInstance(&info, handle.out()), "xrCreateInstance", noRuntime());
+    XrResult made = xrCreateInstance(&info, handle.out());
+    if (made == XR_ERROR_EXTENSION_NOT_PRESENT) {
+        notes.push_back("xrCreateInstance: " + resultName(made) +
+                        ": the runtime refuses what it offers: nothing but Vulkan is asked for");
+        wanted.resize(1);
+        info.enabledExtensionCount = 1;
+        made = xrCreateInstance(&info, handle.out());
+    }
+    check(made, "xrCreateInstance", noRuntime());
+    extensions.assign(wanted.begin(), wanted.end());
 
     auto properties = typed<XrInstanceProperties>(XR_TYPE_INSTANCE_PROPERTIES);
     check(xrGetInstanceProperties(handle.get(), &properties), "xrGetInstanceProperties",
           "the OpenXR runtime does not say what it is");
     runtime_name = properties.runtimeName;
-    if (debug_utils)
-        insertLabel =
-            find<PFN_xrSessionInsertDebugUtilsLabelEXT>(handle.get(), "xrSessionInsertDebugUtilsLabelEXT");
+    const XrVersion version = properties.runtimeVersion;
+    runtime_version = std::to_string(XR_VERSION_MAJOR(version)) + "." +
+                      std::to_string(XR_VERSION_MINOR(version)) + "." +
+                      std::to_string(XR_VERSION_PATCH(version));
+}
+
+// An extension whose functions are missing was not granted.
+void Instance::findCalls(std::vector<std::string>& notes) {
+    const auto get = [&](auto& function, const char* extension, const char* name) {
+        if (!has(extension)) return;
+        PFN_xrVoidFunction found = nullptr;
+        const XrResult result = xrGetInstanceProcAddr(handle.get(), name, &found);
+        if (XR_SUCCEEDED(result) && found) {
+            function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(found);
+            return;
+        }
+        std::erase(extensions, extension);
+        notes.push_back(std::string(name) + ": " + resultName(result) + ": the runtime grants " + extension +
+                        " without this function of it: it is not used");
+    };
+    get(calls.insertLabel, XR_EXT_DEBUG_UTILS_EXTENSION_NAME, "xrSessionInsertDebugUtilsLabelEXT");
+    get(calls.getVisibilityMask, XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, "xrGetVisibilityMaskKHR");
+    get(calls.timeOfTimespec, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, "xrConvertTimespecTimeToTimeKHR");
+    get(calls.timespecOfTime, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, "xrConvertTimeToTimespecTimeKHR");
+    if (!calls.timespecOfTime) calls.timeOfTimespec = nullptr;  // one without the other is no use
+    get(calls.getRefreshRate, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, "xrGetDisplayRefreshRateFB");
+    get(calls.stationaryGeneration, XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME,
+        "xrGetStationaryReferenceSpaceGenerationIdEXT");
+    get(calls.createHandTracker, XR_EXT_HAND_TRACKING_EXTENSION_NAME, "xrCreateHandTrackerEXT");
+    get(calls.destroyHandTracker, XR_EXT_HAND_TRACKING_EXTENSION_NAME, "xrDestroyHandTrackerEXT");
+    get(calls.locateHandJoints, XR_EXT_HAND_TRACKING_EXTENSION_NAME, "xrLocateHandJointsEXT");
 }
 
 void Instance::findSystem() {
@@ -81,10 +145,14 @@ void Instance::findSystem() {
     info.formFactor = XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY;
     check(xrGetSystem(handle.get(), &info, &system), "xrGetSystem",
           "runtime \"" + runtime_name + "\" has no headset: connect it and switch it on");
+    auto hands = typed<XrSystemHandTrackingPropertiesEXT>(XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT);
     auto properties = typed<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
+    if (has(XR_EXT_HAND_TRACKING_EXTENSION_NAME)) properties.next = &hands;
     check(xrGetSystemProperties(handle.get(), system, &properties), "xrGetSystemProperties",
           "the headset was lost while it was being asked about");
     system_name = properties.systemName;
+    limits = properties.graphicsProperties;
+    tracks_hands = hands.supportsHandTracking;
 }
 
 void Instance::readGraphicsRequirements() {

@@ -3,13 +3,30 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "xr/check.h"
 
 namespace stylet::xr {
 
+// Functions of extensions; null where the extension was not granted.
+struct ExtensionCalls {
+    PFN_xrSessionInsertDebugUtilsLabelEXT insertLabel = nullptr;
+    PFN_xrGetVisibilityMaskKHR getVisibilityMask = nullptr;
+    PFN_xrConvertTimespecTimeToTimeKHR timeOfTimespec = nullptr;
+    PFN_xrConvertTimeToTimespecTimeKHR timespecOfTime = nullptr;
+    PFN_xrGetDisplayRefreshRateFB getRefreshRate = nullptr;
+    PFN_xrGetStationaryReferenceSpaceGenerationIdEXT stationaryGeneration = nullptr;
+    PFN_xrCreateHandTrackerEXT createHandTracker = nullptr;
+    PFN_xrDestroyHandTrackerEXT destroyHandTracker = nullptr;
+    PFN_xrLocateHandJointsEXT locateHandJoints = nullptr;
+};
+
 struct Instance {
-    explicit Instance(const std::string& application_name);
+    // Throws XrError. Adds a sentence to `notes` for what the runtime offers and does not give.
+    Instance(const std::string& application_name, std::vector<std::string>& notes);
+
+    bool has(std::string_view extension) const;
 
     // Each creates through the runtime, which adds what it needs; the runtime also names the GPU.
     VkResult createVulkanInstance(PFN_vkGetInstanceProcAddr, const VkInstanceCreateInfo*, VkInstance*);
@@ -19,12 +36,15 @@ struct Instance {
 
     Owned<XrInstance, xrDestroyInstance> handle;
     XrSystemId system = XR_NULL_SYSTEM_ID;
-    std::string runtime_name;
-    std::string system_name;
-    PFN_xrSessionInsertDebugUtilsLabelEXT insertLabel = nullptr;  // null without XR_EXT_debug_utils
+    std::string runtime_name, runtime_version, system_name;
+    std::vector<std::string> extensions;  // granted
+    ExtensionCalls calls;
+    XrSystemGraphicsProperties limits{};
+    bool tracks_hands = false;
 
   private:
-    void create(const std::string& application_name);
+    void create(const std::string& application_name, std::vector<std::string>& notes);
+    void findCalls(std::vector<std::string>& notes);
     void findSystem();
     // Must come before the session is made, or the runtime refuses it.
     void readGraphicsRequirements();

@@ -1,76 +1,60 @@
 #include <algorithm>
-#include <cassert>
 #include <chrono>
+#include <future>
 #include <thread>
 
-#include "xr/input.h"
-#include "xr/instance.h"
-#include "xr/state_machine.h"
-#include "xr/swapchain.h"
+#include "xr/runtime_clock.h"
+#include "xr/session_impl.h"
 
 namespace stylet::xr {
 namespace {
 
-// Where LOCAL's origin is taken to be above the floor when the runtime knows no floor: a standing adult's
-// eyes.
-constexpr float kAssumedEyeHeight_m = 1.6f;
-constexpr auto kExitPatience = std::chrono::seconds(1);
+using SteadyClock = std::chrono::steady_clock;
 
-XrEnvironmentBlendMode chooseBlendMode(XrInstance instance, XrSystemId system) {
-    const char* call = "xrEnumerateEnvironmentBlendModes";
-    const auto kind = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
-    const char* meaning = "the headset does not show one picture for each of two eyes";
-    std::uint32_t count = 0;
-    check(xrEnumerateEnvironmentBlendModes(instance, system, kind, 0, &count, nullptr), call, meaning);
-    std::vector<XrEnvironmentBlendMode> modes(count);
-    check(xrEnumerateEnvironmentBlendModes(instance, system, kind, count, &count, modes.data()), call,
-          meaning);
-    if (std::find(modes.begin(), modes.end(), XR_ENVIRONMENT_BLEND_MODE_OPAQUE) != modes.end())
-        return XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
-    return modes.at(0);  // the runtime's own preference comes first
-}
+// A session that is asked to end goes through STOPPING: this long at most.
+constexpr auto kExitPatience = std::chrono::milliseconds(600);
+// From there on what the runtime still holds is left to it: some never return from xrDestroyInstance.
+constexpr auto kDestroyPatience = std::chrono::milliseconds(1000);
 
 }  // namespace
 
-struct Session::Impl {
-    explicit Impl(const std::string& application_name) : instance(application_name) {}
+Session::Impl::Impl(const std::string& application_name, const SessionSettings& settings_in)
+    : settings(settings_in),
+      instance(application_name, notes),
+      headset(readHeadset(instance, settings.passthrough, notes)) {
+    facts.runtime_name = instance.runtime_name;
+    facts.runtime_version = instance.runtime_version;
+    facts.system_name = instance.system_name;
+    facts.extensions = instance.extensions;
+    facts.blend_mode = nameOf(headset.blend_mode);
+    facts.width = headset.width;
+    facts.height = headset.height;
+}
 
-    // True on success. A lost session is a state, not an error; anything else that fails throws.
-    bool usable(XrResult result, const char* call, const char* meaning) {
-        if (result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST ||
-            result == XR_SESSION_LOSS_PENDING)
-            machine.onLoss();
-        else
-            check(result, call, meaning);
-        return !machine.over();
-    }
-    void createStage();
-    void onStateChanged(XrSessionState);
-    bool locateViews(Frame&);
-
-    // Declaration order is teardown order, reversed.
-    Instance instance;
-    std::vector<std::string> notes;
-    Owned<XrSession, xrDestroySession> session;
-    Owned<XrSpace, xrDestroySpace> stage;
-    Input input;
-    Swapchain swapchain;
-    StateMachine machine;
-    XrEnvironmentBlendMode blend_mode = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
-    // As the runtime gave them: what is submitted must equal them to the bit.
-    std::array<XrView, 2> views{};
-    bool frame_begun = false;
-};
-
-Session::Session(const std::string& application_name) : impl_(std::make_unique<Impl>(application_name)) {}
+Session::Session(const std::string& application_name, const SessionSettings& settings)
+    : impl_(std::make_unique<Impl>(application_name, settings)) {}
 
 Session::~Session() {
-    if (!impl_->machine.running) return;
+    impl_->tracks = false;
+    std::promise<void> gone;
+    const std::future<void> done = gone.get_future();
+    std::thread leaving([impl = std::move(impl_), gone = std::move(gone)]() mutable {
+        impl->leave();
+        impl.reset();
+        gone.set_value();
+    });
+    if (done.wait_for(kDestroyPatience) == std::future_status::ready)
+        leaving.join();
+    else
+        leaving.detach();
+}
+
+void Session::Impl::leave() {
+    if (!machine.running) return;
     try {
         requestExit();
-        const auto deadline = std::chrono::steady_clock::now() + kExitPatience;
-        while (poll() != SessionPhase::exiting && !impl_->machine.over() &&
-               std::chrono::steady_clock::now() < deadline)
+        const auto deadline = SteadyClock::now() + kExitPatience;
+        while (poll() != SessionPhase::exiting && !machine.over() && SteadyClock::now() < deadline)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     } catch (const XrError&) {
         // The session is destroyed next, which is allowed in every state.
@@ -78,7 +62,10 @@ Session::~Session() {
 }
 
 const std::string& Session::runtimeName() const {
-    return impl_->instance.runtime_name;
+    return impl_->facts.runtime_name;
+}
+const RuntimeFacts& Session::facts() const {
+    return impl_->facts;
 }
 const std::vector<std::string>& Session::notes() const {
     return impl_->notes;
@@ -110,175 +97,132 @@ void Session::start(VkInstance vulkan, VkPhysicalDevice gpu, VkDevice device, st
     info.systemId = s.instance.system;
     check(xrCreateSession(s.instance.handle.get(), &info, s.session.out()), "xrCreateSession",
           "the runtime \"" + s.instance.runtime_name + "\" does not let this program show anything now");
-    s.blend_mode = chooseBlendMode(s.instance.handle.get(), s.instance.system);
-    s.createStage();
-    s.input.create(s.instance.handle.get(), s.session.get(), s.notes);
-    s.swapchain.create(s.instance.handle.get(), s.instance.system, s.session.get());
+    const XrSession session = s.session.get();
+    s.spaces.create(s.instance, session, s.settings.stationary, s.notes);
+    s.facts.space = s.spaces.name();
+    s.input.create(s.instance, session, s.notes);
+    s.facts.refresh_hz = refreshRate_hz(s.instance, session);
+    s.formats = offeredFormats(session);
+    // Copied from: an eye for the instructor's window.
+    s.colour.create(session, {colourFormatOf(s.formats),
+                              XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT |
+                                  XR_SWAPCHAIN_USAGE_TRANSFER_SRC_BIT,
+                              s.headset.width, s.headset.height, 2});
 }
 
-void Session::Impl::createStage() {
-    const char* call = "xrEnumerateReferenceSpaces";
-    std::uint32_t count = 0;
-    check(xrEnumerateReferenceSpaces(session.get(), 0, &count, nullptr), call, "the runtime tracks no space");
-    std::vector<XrReferenceSpaceType> spaces(count);
-    check(xrEnumerateReferenceSpaces(session.get(), count, &count, spaces.data()), call,
-          "the runtime tracks no space");
-
-    auto info = typed<XrReferenceSpaceCreateInfo>(XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
-    info.referenceSpaceType = XR_REFERENCE_SPACE_TYPE_STAGE;
-    info.poseInReferenceSpace = kIdentityPose;
-    if (std::find(spaces.begin(), spaces.end(), XR_REFERENCE_SPACE_TYPE_STAGE) == spaces.end()) {
-        info.referenceSpaceType = XR_REFERENCE_SPACE_TYPE_LOCAL;
-        info.poseInReferenceSpace.position.y = -kAssumedEyeHeight_m;
-        notes.push_back(
-            "xrEnumerateReferenceSpaces: the runtime knows no floor: it is taken to be 1.6 m below the head");
-    }
-    check(xrCreateReferenceSpace(session.get(), &info, stage.out()), "xrCreateReferenceSpace",
-          "the runtime tracks no space");
+void Session::keep(std::shared_ptr<void> device) {
+    impl_->kept = std::move(device);
 }
-
 VkFormat Session::colourFormat() const {
-    return impl_->swapchain.format();
+    return impl_->colour.format();
 }
 std::uint32_t Session::width() const {
-    return impl_->swapchain.width();
+    return impl_->headset.width;
 }
 std::uint32_t Session::height() const {
-    return impl_->swapchain.height();
+    return impl_->headset.height;
 }
-
-SessionPhase Session::poll() {
-    Impl& s = *impl_;
-    for (;;) {
-        XrEventDataBuffer event{XR_TYPE_EVENT_DATA_BUFFER, nullptr, {}};
-        const XrResult result = xrPollEvent(s.instance.handle.get(), &event);
-        if (result == XR_EVENT_UNAVAILABLE) break;
-        if (!s.usable(result, "xrPollEvent", "the runtime has stopped answering")) break;
-        if (event.type == XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED)
-            s.onStateChanged(reinterpret_cast<const XrEventDataSessionStateChanged&>(event).state);
-        else if (event.type == XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING)
-            s.machine.onLoss();
-    }
-    return s.machine.phase;
-}
-
-void Session::Impl::onStateChanged(XrSessionState state) {
-    switch (machine.onState(state)) {
-        case SessionAct::begin: {
-            auto info = typed<XrSessionBeginInfo>(XR_TYPE_SESSION_BEGIN_INFO);
-            info.primaryViewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
-            usable(xrBeginSession(session.get(), &info), "xrBeginSession",
-                   "the runtime announced READY, then refused");
-            break;
-        }
-        case SessionAct::end:
-            usable(xrEndSession(session.get()), "xrEndSession",
-                   "the runtime announced STOPPING, then refused");
-            break;
-        case SessionAct::none:
-            break;
-    }
-}
-
 bool Session::running() const {
     return impl_->machine.running;
 }
 
-Frame Session::beginFrame() {
+void Session::setDepthRange(float near_m, float far_m) {
     Impl& s = *impl_;
-    assert(s.machine.running && !s.frame_begun);
-    Frame frame;
-    const char* meaning = "the runtime refuses the next frame";
-    const XrFrameWaitInfo wait{XR_TYPE_FRAME_WAIT_INFO, nullptr};
-    auto state = typed<XrFrameState>(XR_TYPE_FRAME_STATE);
-    if (!s.usable(xrWaitFrame(s.session.get(), &wait, &state), "xrWaitFrame", meaning)) return frame;
-    frame.predicted_display_time_ns = state.predictedDisplayTime;
-    if (!s.usable(s.input.sync(s.session.get(), s.stage.get(), state.predictedDisplayTime), "xrSyncActions",
-                  "the controllers cannot be read"))
-        return frame;
-    // XR_FRAME_DISCARDED, a success, says that the frame before was dropped; this one has begun all the same.
-    const XrFrameBeginInfo begin{XR_TYPE_FRAME_BEGIN_INFO, nullptr};
-    if (!s.usable(xrBeginFrame(s.session.get(), &begin), "xrBeginFrame", meaning)) return frame;
-    s.frame_begun = true;
-
-    if (!s.locateViews(frame) || !state.shouldRender) return frame;
-    if (!s.usable(s.swapchain.acquire(frame.should_render), "xrAcquireSwapchainImage",
-                  "no image to draw into"))
-        frame.should_render = false;
-    if (frame.should_render) frame.image = s.swapchain.image();
-    return frame;
-}
-
-bool Session::Impl::locateViews(Frame& frame) {
-    auto info = typed<XrViewLocateInfo>(XR_TYPE_VIEW_LOCATE_INFO);
-    info.viewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
-    info.displayTime = frame.predicted_display_time_ns;
-    info.space = stage.get();
-    auto state = typed<XrViewState>(XR_TYPE_VIEW_STATE);
-    views.fill({XR_TYPE_VIEW, nullptr, kIdentityPose, {}});
-    std::uint32_t count = 0;
-    if (!usable(xrLocateViews(session.get(), &info, &state, 2, &count, views.data()), "xrLocateViews",
-                "the runtime does not say where the eyes are"))
-        return false;
-    constexpr XrViewStateFlags kWhole =
-        XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT;
-    if ((state.viewStateFlags & kWhole) != kWhole || count != 2) return false;
-    for (std::size_t eye = 0; eye < 2; ++eye) {
-        const XrFovf& fov = views[eye].fov;
-        frame.views[eye] = {poseOf(views[eye].pose), fov.angleLeft, fov.angleRight, fov.angleUp,
-                            fov.angleDown};
-    }
-    return true;
-}
-
-void Session::endFrame(const Frame& frame) {
-    Impl& s = *impl_;
-    if (!s.frame_begun) return;  // the session was lost while the frame began
-    s.frame_begun = false;
-    const bool drawn = s.swapchain.held();
-    if (drawn &&
-        !s.usable(s.swapchain.release(), "xrReleaseSwapchainImage", "the picture cannot be handed over"))
+    const bool first = !s.depth_range;
+    s.depth_range = DepthRange{near_m, far_m};
+    if (!first || !s.instance.has(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME)) return;
+    constexpr VkFormat kFormat = VK_FORMAT_D32_SFLOAT;
+    if (std::find(s.formats.begin(), s.formats.end(), kFormat) == s.formats.end()) {
+        s.notes.push_back("xrEnumerateSwapchainFormats: the runtime takes no depth of 32 bits");
         return;
+    }
+    try {
+        s.depth.create(s.session.get(),
+                       {kFormat,
+                        XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT |
+                            XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT,
+                        s.headset.width, s.headset.height, 2});
+    } catch (const XrError& e) {
+        s.notes.push_back(e.what());
+    }
+}
 
-    std::array<XrCompositionLayerProjectionView, 2> eyes{};
-    for (std::uint32_t eye = 0; eye < 2; ++eye)
-        eyes[eye] = {XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, s.views[eye].pose, s.views[eye].fov,
-                     s.swapchain.subImage(eye)};
-    auto layer = typed<XrCompositionLayerProjection>(XR_TYPE_COMPOSITION_LAYER_PROJECTION);
-    layer.space = s.stage.get();
-    layer.viewCount = 2;
-    layer.views = eyes.data();
-    const auto* base = reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer);
-    auto end = typed<XrFrameEndInfo>(XR_TYPE_FRAME_END_INFO);
-    end.displayTime = frame.predicted_display_time_ns;
-    end.environmentBlendMode = s.blend_mode;
-    end.layerCount = drawn ? 1 : 0;
-    end.layers = drawn ? &base : nullptr;
-    s.usable(xrEndFrame(s.session.get(), &end), "xrEndFrame", "the runtime refuses the picture");
+HiddenArea Session::hiddenArea(int eye) const {
+    return xr::hiddenArea(impl_->instance, impl_->session.get(), eye);
+}
+
+int Session::addPanel(std::uint32_t width, std::uint32_t height) {
+    Impl& s = *impl_;
+    try {
+        return s.panels.add(s.session.get(), panelFormat(), width, height);
+    } catch (const XrError& e) {
+        s.notes.push_back(e.what());
+        return -1;
+    }
+}
+VkFormat Session::panelFormat() const {
+    return impl_->colour.format();
+}
+
+VkImage Session::acquirePanel(int id) {
+    Impl& s = *impl_;
+    constexpr XrDuration kPanelTimeout_ns = 2'000'000;  // a panel can wait for the next frame
+    Swapchain* panel = s.panels.find(id);
+    if (!panel || s.machine.over()) return VK_NULL_HANDLE;
+    bool ready = false;
+    const bool lives = s.usable(panel->acquire(ready, kPanelTimeout_ns), "xrAcquireSwapchainImage",
+                                "no image to draw a panel into");
+    return lives && ready ? panel->image() : VK_NULL_HANDLE;
+}
+
+void Session::releasePanel(int id) {
+    Swapchain* panel = impl_->panels.find(id);
+    if (panel && panel->held())
+        impl_->usable(panel->release(), "xrReleaseSwapchainImage", "a panel cannot be handed over");
 }
 
 Hand Session::hand(int side) const {
     return impl_->input.hand(side);
 }
 
+std::optional<Pose> Session::gripAt(int side, std::int64_t when_ns) const {
+    const Impl& s = *impl_;
+    if (!s.tracks) return std::nullopt;
+    std::optional<XrTime> time;
+    if (!s.settings.virtual_clock) time = runtimeTimeOf(s.instance, when_ns);
+    const XrTime at = time.value_or(s.last_display);
+    if (at <= 0) return std::nullopt;
+    return s.input.gripAt(s.spaces.stage(), at, side);
+}
+
+std::optional<std::int64_t> Session::monotonic_ns(std::int64_t runtime_ns) const {
+    if (impl_->settings.virtual_clock) return std::nullopt;
+    return monotonicTimeOf(impl_->instance, runtime_ns);
+}
+
+std::string Session::spaceGeneration() const {
+    return impl_->spaces.generation(impl_->instance, impl_->session.get());
+}
+
 void Session::pulse(int side, float amplitude, std::int64_t duration_ns) {
-    impl_->usable(impl_->input.pulse(impl_->session.get(), side, amplitude, duration_ns),
-                  "xrApplyHapticFeedback", "the controller does not vibrate");
+    impl_->noticeLoss(impl_->input.pulse(impl_->session.get(), side, amplitude, duration_ns));
 }
 
 void Session::requestExit() {
-    const XrResult result = xrRequestExitSession(impl_->session.get());
+    impl_->requestExit();
+}
+void Session::Impl::requestExit() {
+    const XrResult result = xrRequestExitSession(session.get());
     if (result != XR_ERROR_SESSION_NOT_RUNNING)
-        impl_->usable(result, "xrRequestExitSession", "the runtime does not end the session");
+        usable(result, "xrRequestExitSession", "the runtime does not end the session");
 }
 
 void Session::markMoment(const std::string& label) {
     Impl& s = *impl_;
-    if (!s.instance.insertLabel) return;
+    if (!s.instance.calls.insertLabel) return;
     const std::string name = "capture:" + label;
     const XrDebugUtilsLabelEXT info{XR_TYPE_DEBUG_UTILS_LABEL_EXT, nullptr, name.c_str()};
-    s.usable(s.instance.insertLabel(s.session.get(), &info), "xrSessionInsertDebugUtilsLabelEXT",
-             "the runtime takes no label");
+    s.noticeLoss(s.instance.calls.insertLabel(s.session.get(), &info));
 }
 
 }  // namespace stylet::xr

@@ -40,7 +40,8 @@ SessionAct StateMachine::onState(XrSessionState state) {
 }
 
 void StateMachine::onLoss() {
-    phase = SessionPhase::lossPending;
+    // Whoever wanted the end still wants it.
+    if (phase != SessionPhase::exiting) phase = SessionPhase::lossPending;
     running = false;
 }
 

@@ -1,71 +1,62 @@
 #include "xr/swapchain.h"
 
 #include <algorithm>
-#include <array>
+#include <utility>
 
 namespace stylet::xr {
-namespace {
 
-constexpr XrDuration kImageTimeout_ns = 1'000'000'000;
-
-VkFormat chooseFormat(XrSession session) {
+std::vector<VkFormat> offeredFormats(XrSession session) {
     const char* call = "xrEnumerateSwapchainFormats";
+    const char* meaning = "the runtime names no picture formats";
     std::uint32_t count = 0;
-    check(xrEnumerateSwapchainFormats(session, 0, &count, nullptr), call,
-          "the runtime names no picture formats");
+    check(xrEnumerateSwapchainFormats(session, 0, &count, nullptr), call, meaning);
     std::vector<std::int64_t> offered(count);
-    check(xrEnumerateSwapchainFormats(session, count, &count, offered.data()), call,
-          "the runtime names no picture formats");
-    // sRGB, so that the renderer works in linear light and nothing looks washed out.
+    check(xrEnumerateSwapchainFormats(session, count, &count, offered.data()), call, meaning);
+    std::vector<VkFormat> formats;
+    for (const std::int64_t format : offered)
+        formats.push_back(VkFormat(format));
+    return formats;
+}
+
+VkFormat colourFormatOf(const std::vector<VkFormat>& offered) {
     for (const VkFormat wanted : {VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_B8G8R8A8_SRGB})
-        if (std::find(offered.begin(), offered.end(), std::int64_t(wanted)) != offered.end()) return wanted;
+        if (std::find(offered.begin(), offered.end(), wanted) != offered.end()) return wanted;
     throw XrError("xrEnumerateSwapchainFormats: the runtime offers no 8-bit sRGB colour format");
 }
 
-}  // namespace
-
-void Swapchain::create(XrInstance instance, XrSystemId system, XrSession session) {
-    std::array<XrViewConfigurationView, 2> eyes{};
-    eyes.fill({XR_TYPE_VIEW_CONFIGURATION_VIEW, nullptr, 0, 0, 0, 0, 0, 0});
-    std::uint32_t count = 0;
-    check(xrEnumerateViewConfigurationViews(instance, system, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, 2,
-                                            &count, eyes.data()),
-          "xrEnumerateViewConfigurationViews", "the headset does not show one picture for each of two eyes");
-    auto limits = typed<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
-    check(xrGetSystemProperties(instance, system, &limits), "xrGetSystemProperties",
-          "the headset was lost while it was being asked about");
-    width_ = std::min(std::max(eyes[0].recommendedImageRectWidth, eyes[1].recommendedImageRectWidth),
-                      limits.graphicsProperties.maxSwapchainImageWidth);
-    height_ = std::min(std::max(eyes[0].recommendedImageRectHeight, eyes[1].recommendedImageRectHeight),
-                       limits.graphicsProperties.maxSwapchainImageHeight);
-    format_ = chooseFormat(session);
-
+void Swapchain::create(XrSession session, const SwapchainWish& wish) {
     auto info = typed<XrSwapchainCreateInfo>(XR_TYPE_SWAPCHAIN_CREATE_INFO);
-    info.usageFlags = XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT;
-    info.format = std::int64_t(format_);
+    info.usageFlags = wish.usage;
+    info.format = std::int64_t(wish.format);
     info.sampleCount = 1;
-    info.width = width_;
-    info.height = height_;
+    info.width = wish.width;
+    info.height = wish.height;
     info.faceCount = 1;
-    info.arraySize = 2;
+    info.arraySize = wish.layers;
     info.mipCount = 1;
-    check(xrCreateSwapchain(session, &info, handle_.out()), "xrCreateSwapchain",
-          "the runtime refuses images with a layer for each eye (" + std::to_string(width_) + " x " +
-              std::to_string(height_) + " x 2), which this program draws into");
+    Owned<XrSwapchain, xrDestroySwapchain> handle;
+    check(xrCreateSwapchain(session, &info, handle.out()), "xrCreateSwapchain",
+          "the runtime refuses the images that this program draws into (" + std::to_string(wish.width) +
+              " x " + std::to_string(wish.height) + " x " + std::to_string(wish.layers) + ")");
 
     const char* call = "xrEnumerateSwapchainImages";
-    check(xrEnumerateSwapchainImages(handle_.get(), 0, &count, nullptr), call,
+    std::uint32_t count = 0;
+    check(xrEnumerateSwapchainImages(handle.get(), 0, &count, nullptr), call,
           "the runtime has no images to draw into");
     std::vector<XrSwapchainImageVulkan2KHR> images(
         count, {XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR, nullptr, VK_NULL_HANDLE});
-    check(xrEnumerateSwapchainImages(handle_.get(), count, &count,
+    check(xrEnumerateSwapchainImages(handle.get(), count, &count,
                                      reinterpret_cast<XrSwapchainImageBaseHeader*>(images.data())),
           call, "the runtime has no images to draw into");
+    handle_ = std::move(handle);
+    images_.clear();
     for (const auto& image : images)
         images_.push_back(image.image);
+    wish_ = wish;
+    acquired_ = ready_ = released_ = false;
 }
 
-XrResult Swapchain::acquire(bool& ready) {
+XrResult Swapchain::acquire(bool& ready, XrDuration timeout_ns) {
     ready = false;
     if (!acquired_) {
         const XrSwapchainImageAcquireInfo info{XR_TYPE_SWAPCHAIN_IMAGE_ACQUIRE_INFO, nullptr};
@@ -73,7 +64,7 @@ XrResult Swapchain::acquire(bool& ready) {
         if (XR_FAILED(result)) return result;
         acquired_ = true;
     }
-    const XrSwapchainImageWaitInfo wait{XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO, nullptr, kImageTimeout_ns};
+    const XrSwapchainImageWaitInfo wait{XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO, nullptr, timeout_ns};
     const XrResult result = xrWaitSwapchainImage(handle_.get(), &wait);
     ready_ = ready = XR_SUCCEEDED(result) && result != XR_TIMEOUT_EXPIRED;
     return result;
@@ -82,11 +73,13 @@ XrResult Swapchain::acquire(bool& ready) {
 XrResult Swapchain::release() {
     const XrSwapchainImageReleaseInfo info{XR_TYPE_SWAPCHAIN_IMAGE_RELEASE_INFO, nullptr};
     acquired_ = ready_ = false;
-    return xrReleaseSwapchainImage(handle_.get(), &info);
+    const XrResult result = xrReleaseSwapchainImage(handle_.get(), &info);
+    released_ = released_ || XR_SUCCEEDED(result);
+    return result;
 }
 
 XrSwapchainSubImage Swapchain::subImage(std::uint32_t layer) const {
-    return {handle_.get(), {{0, 0}, {std::int32_t(width_), std::int32_t(height_)}}, layer};
+    return {handle_.get(), {{0, 0}, {std::int32_t(wish_.width), std::int32_t(wish_.height)}}, layer};
 }
 
 }  // namespace stylet::xr

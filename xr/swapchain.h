@@ -1,4 +1,4 @@
-// One colour swapchain with a layer per eye.
+// A swapchain: its images, and which of them is the program's now.
 #pragma once
 
 #include <vector>
@@ -7,29 +7,41 @@
 
 namespace stylet::xr {
 
+struct SwapchainWish {
+    VkFormat format = VK_FORMAT_UNDEFINED;
+    XrSwapchainUsageFlags usage = 0;
+    std::uint32_t width = 0, height = 0, layers = 1;
+};
+
+// Of those offered; VK_FORMAT_UNDEFINED for none. Throws XrError where the runtime does not say.
+std::vector<VkFormat> offeredFormats(XrSession);
+// Throws XrError without a colour format that is encoded as sRGB, so that the renderer works in linear light.
+VkFormat colourFormatOf(const std::vector<VkFormat>& offered);
+
 class Swapchain {
   public:
-    // Sized as the view configuration recommends, the larger of the two eyes, within the system's limits.
-    void create(XrInstance, XrSystemId, XrSession);
+    void create(XrSession, const SwapchainWish&);  // throws XrError
 
-    // False when no image came free in time: the frame is then submitted empty and the wait taken up again.
-    XrResult acquire(bool& ready);
+    // False when no image came free in time: the wait is taken up again next time.
+    XrResult acquire(bool& ready, XrDuration timeout_ns);
     XrResult release();
+    bool exists() const { return handle_.get() != XR_NULL_HANDLE; }
     bool held() const { return ready_; }
+    bool shown() const { return released_; }  // an image was handed over at least once
     VkImage image() const { return images_[index_]; }
-    // Eye `layer` of the image, whole.
+    // Layer `layer` of the image that was handed over last, whole.
     XrSwapchainSubImage subImage(std::uint32_t layer) const;
 
-    VkFormat format() const { return format_; }
-    std::uint32_t width() const { return width_; }
-    std::uint32_t height() const { return height_; }
+    VkFormat format() const { return wish_.format; }
+    std::uint32_t width() const { return wish_.width; }
+    std::uint32_t height() const { return wish_.height; }
 
   private:
     Owned<XrSwapchain, xrDestroySwapchain> handle_;
     std::vector<VkImage> images_;
-    VkFormat format_ = VK_FORMAT_UNDEFINED;
-    std::uint32_t width_ = 0, height_ = 0, index_ = 0;
-    bool acquired_ = false, ready_ = false;
+    SwapchainWish wish_;
+    std::uint32_t index_ = 0;
+    bool acquired_ = false, ready_ = false, released_ = false;
 };
 
 }  // namespace stylet::xr

@@ -346,16 +346,16 @@ RecordWriter::RecordWriter(const std::filesystem::path& folder, const RecordHead
     writeInfo(info_, folder_);
 }
 
-void RecordWriter::add(const TickInput& input, const haptics::TickOutput& output) {
+void RecordWriter::add(const TickInput& input, std::uint64_t tick, std::uint64_t state_hash) {
     if (ended_) return;
-    if (output.tick != last_.tick + 1) {
-        info_.lost = LostTicks{last_.tick + 1, output.tick - 1};
+    if (tick != last_.tick + 1) {
+        info_.lost = LostTicks{last_.tick + 1, tick - 1};
         finish();
         return;
     }
     ByteSink sink(frame_);
     putTick(sink, input);
-    last_ = {output.tick, output.state_hash};
+    last_ = {tick, state_hash};
     if (++frame_count_ == kFrameTicks) writeFrame();
 }
 

@@ -18,7 +18,7 @@
 
 namespace stylet::records {
 
-inline constexpr std::uint32_t kRecordVersion = 7;
+inline constexpr std::uint32_t kRecordVersion = 8;
 inline constexpr std::uint32_t kFrameTicks = 250;  // what a crash may cost: a quarter of a second
 inline constexpr std::uint32_t kSyncTicks = 1000;  // what a power loss may cost: about a second
 
@@ -58,7 +58,8 @@ struct RecordInfo {
 class RecordWriter {
   public:
     RecordWriter(const std::filesystem::path& folder, const RecordHeader&, const RecordInfo&);
-    void add(const haptics::TickInput&, const haptics::TickOutput&);
+    // `state_hash` of the whole attempt (app/training/attempt_fold.h).
+    void add(const haptics::TickInput&, std::uint64_t tick, std::uint64_t state_hash);
     // Writes the frame in progress and the end into record.json; all of it is on the disk then.
     void finish();
     const std::optional<LostTicks>& lost() const { return info_.lost; }

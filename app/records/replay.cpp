@@ -1,5 +1,7 @@
 #include "app/records/replay.h"
 
+#include "app/training/attempt_fold.h"
+
 namespace stylet::records {
 
 namespace {
@@ -24,22 +26,23 @@ ReplayResult replay(const patient::Patient& patient, const Record& record, const
                                      hexOf(record.header.package_digest));
     const std::optional<haptics::TouchMap> touch = touchMapFor(patient, record);
     haptics::Simulation simulation(patient, record.header.settings, touch ? &*touch : nullptr);
+    training::AttemptFold fold(patient, record.header.settings.dt_s);
     ReplayResult result;
     haptics::TickOutput output;
     haptics::NeedleEvents events;
     auto checkpoint = record.checkpoints.begin();
     for (const haptics::TickInput& input : record.inputs) {
         simulation.step(input, output, events);
+        result.state_hash = fold.take(input, output);
         ++result.ticks;
         if (each) each(input, output, events);
         if (checkpoint == record.checkpoints.end() || checkpoint->ticks != result.ticks) continue;
-        if (!result.differs_at && checkpoint->state_hash != output.state_hash)
+        if (!result.differs_at && checkpoint->state_hash != result.state_hash)
             result.differs_at = *checkpoint;
         ++checkpoint;
     }
-    result.state_hash = output.state_hash;
     result.end_missed = record.info.end && (record.info.end->tick != output.tick ||
-                                            record.info.end->state_hash != output.state_hash);
+                                            record.info.end->state_hash != result.state_hash);
     return result;
 }
 

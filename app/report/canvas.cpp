@@ -3,6 +3,7 @@
 #include <cairo.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "patient/patient.h"
 
@@ -144,7 +145,8 @@ double Canvas::textWidth(const std::string& text, const TextStyle& style) {
     return advance(impl_->context.get(), text);
 }
 
-void Canvas::image(double x, double y, int width, int height, const std::vector<std::uint8_t>& rgb) {
+void Canvas::image(double x, double y, int width, int height, const std::vector<std::uint8_t>& rgb,
+                   double scale) {
     const Surface picture(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
     unsigned char* rows = cairo_image_surface_get_data(picture.get());
     const int stride = cairo_image_surface_get_stride(picture.get());
@@ -156,8 +158,12 @@ void Canvas::image(double x, double y, int width, int height, const std::vector<
             *to = std::uint32_t(from[0]) << 16 | std::uint32_t(from[1]) << 8 | from[2];
         }
     cairo_surface_mark_dirty(picture.get());
-    cairo_set_source_surface(impl_->context.get(), picture.get(), x, y);
+    cairo_save(impl_->context.get());
+    cairo_translate(impl_->context.get(), x, y);
+    cairo_scale(impl_->context.get(), scale, scale);
+    cairo_set_source_surface(impl_->context.get(), picture.get(), 0.0, 0.0);
     cairo_paint(impl_->context.get());
+    cairo_restore(impl_->context.get());
 }
 
 void Canvas::clip(double x, double y, double width, double height) {
@@ -168,6 +174,26 @@ void Canvas::clip(double x, double y, double width, double height) {
 
 void Canvas::unclip() {
     cairo_restore(impl_->context.get());
+}
+
+void Canvas::pixels(std::vector<std::uint8_t>& rgba) const {
+    cairo_surface_t* surface = impl_->surface.get();
+    cairo_surface_flush(surface);
+    const unsigned char* rows = cairo_image_surface_get_data(surface);
+    const int width = cairo_image_surface_get_width(surface),
+              height = cairo_image_surface_get_height(surface);
+    const int stride = cairo_image_surface_get_stride(surface);
+    rgba.resize(std::size_t(width) * std::size_t(height) * 4);
+    std::size_t at = 0;
+    for (int j = 0; j < height; ++j)
+        for (int i = 0; i < width; ++i) {
+            std::uint32_t word = 0;
+            std::memcpy(&word, rows + std::ptrdiff_t(j) * stride + std::ptrdiff_t(i) * 4, sizeof word);
+            rgba[at++] = std::uint8_t(word >> 16);
+            rgba[at++] = std::uint8_t(word >> 8);
+            rgba[at++] = std::uint8_t(word);
+            rgba[at++] = 255;
+        }
 }
 
 void Canvas::savePng(const std::filesystem::path& file) const {

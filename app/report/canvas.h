@@ -46,12 +46,15 @@ class Canvas {
     // As text, turned a quarter to the left.
     void textUpward(Point baseline, const std::string&, const TextStyle&);
     double textWidth(const std::string&, const TextStyle&);
-    // `rgb` holds width * height packed triples, rows from the top.
-    void image(double x, double y, int width, int height, const std::vector<std::uint8_t>& rgb);
+    // `rgb` holds width * height packed triples, rows from the top; drawn `scale` times as large.
+    void image(double x, double y, int width, int height, const std::vector<std::uint8_t>& rgb,
+               double scale = 1.0);
     // Until unclip() only this rectangle is drawn on.
     void clip(double x, double y, double width, double height);
     void unclip();
 
+    // All of it as rows from the top of R, G, B and 255; `rgba` is resized.
+    void pixels(std::vector<std::uint8_t>& rgba) const;
     // Throws patient::DataError.
     void savePng(const std::filesystem::path&) const;
 

@@ -8,7 +8,9 @@
 #include <string>
 #include <utility>
 
+#include "app/trainer/colocation.h"
 #include "app/trainer/hand.h"
+#include "app/trainer/staging.h"
 #include "haptics/devices/clutch.h"
 
 namespace stylet::trainer {
@@ -73,7 +75,7 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
 Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenario,
                         const patient::PlannedPath& path, std::uint64_t seed, haptics::TouchMap touch,
                         const haptics::DeviceProfile& profile, const patient::Pose& device_from_grip,
-                        double rate_hz) {
+                        double rate_hz, const std::optional<Registration>& registration) {
     haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
     settings.profile = profile;
     if (const double longest_s = haptics::kMaxDelayTicks * settings.dt_s; profile.delay_s > longest_s)
@@ -82,14 +84,15 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
                                  " that are accounted for at this rate, and its force would not be stable. "
                                  "Run it at a lower rate.");
     const patient::Pose at_entry = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
-    if (!std::isnan(profile.workspace_radius_m)) {
-        settings.patient_from_device = haptics::placeAlong(profile, at_entry);
-    } else {
-        const double middle = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
-        patient::Pose& placed = settings.patient_from_device;
-        placed.position_m =
-            glm::mix(path.entry_m, path.target_m, middle) - placed.rotation * device_from_grip.position_m;
-    }
+    const double half_way = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
+    const patient::Vec3 middle_m = glm::mix(path.entry_m, path.target_m, half_way);
+    patient::Pose& placed = settings.patient_from_device;
+    if (registration)
+        placed = levelPatientFromDevice(*registration, stageFromPatient(patient, path), middle_m);
+    else if (!std::isnan(profile.workspace_radius_m))
+        placed = haptics::placeAlong(profile, at_entry);
+    else
+        placed.position_m = middle_m - placed.rotation * device_from_grip.position_m;
     return {patient, settings, {}, std::move(touch)};
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "app/trainer/registration_store.h"
 #include "app/trainer/scenario.h"
 #include "haptics/trace.h"
 #include "patient/planning.h"
@@ -28,10 +29,12 @@ Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::Pla
                     std::uint64_t seed, double rate_hz = 1000.0);
 // The user's hand: no trace, every tool to be taken up, and the device stands so that its +z is out of the
 // body along the path, which begins near that end of its workspace; where that is not known, as beside the
-// patient, with the path's middle where the grip is (`device_from_grip`, once it is ready). Throws where
-// the device is slower than the controller accounts for.
+// patient, with the path's middle where the grip is (`device_from_grip`, once it is ready). A device whose
+// place in the room is registered has the patient level. Throws where the device is slower than the
+// controller accounts for.
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                         std::uint64_t seed, haptics::TouchMap, const haptics::DeviceProfile&,
-                        const patient::Pose& device_from_grip, double rate_hz = 1000.0);
+                        const patient::Pose& device_from_grip, double rate_hz = 1000.0,
+                        const std::optional<Registration>& registration = {});
 
 }  // namespace stylet::trainer

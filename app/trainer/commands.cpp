@@ -1,7 +1,11 @@
 #include "app/trainer/commands.h"
 
 #include <array>
+#include <charconv>
+#include <cstdio>
 #include <utility>
+
+#include "app/training/machines.h"
 
 namespace stylet::trainer {
 
@@ -42,8 +46,16 @@ constexpr std::array kWords{
          "the force again after a fault; a line without a word does the same",
          Act::command,
          {CommandKind::rearm, 0}},
+    Word{"stop", "no more contrast medium", Act::command, {CommandKind::inject, 0}},
+    Word{"pedal", "X-rays", Act::command, training::kPedalDown},
+    Word{"release", "no more X-rays", Act::command, training::kPedalUp},
     Word{"help", "these words", Act::list},
 };
+
+// With a number behind it: inject, and every knob of the machines.
+constexpr std::string_view kInject = "inject";
+constexpr double kMlPerM3 = 1e6, kUsual_ml_per_s = 1.0;
+constexpr std::array kMachines{training::Machine::xray, training::Machine::ultrasound};
 
 std::string_view trimmed(std::string_view line) {
     constexpr std::string_view kBlank = " \t\r";
@@ -58,6 +70,58 @@ Tool after(Tool tool) {
 
 std::string nameOf(Tool tool) {
     return std::string(haptics::kToolNames[std::size_t(tool)]);
+}
+
+std::string inShort(double value) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%g", value);
+    return text.data();
+}
+
+// The whole of `text` as a number.
+std::optional<double> numberIn(std::string_view text) {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+// What "WORD NUMBER" asks for; nothing where the word is none of these, or where the number will not do, and
+// then `why_not` says so.
+std::optional<Command> withNumber(std::string_view line, std::string& why_not) {
+    const std::size_t blank = std::min(line.find_first_of(" \t"), line.size());
+    const std::string_view word = line.substr(0, blank), rest = trimmed(line.substr(blank));
+    const auto within = [&](const std::optional<double>& value, double low, double high) {
+        if (value && *value >= low && *value <= high) return true;
+        why_not =
+            "\"" + std::string(word) + "\" needs a number from " + inShort(low) + " to " + inShort(high);
+        return false;
+    };
+    if (word == kInject) {
+        const std::optional<double> ml_per_s = rest.empty() ? kUsual_ml_per_s : numberIn(rest);
+        if (!within(ml_per_s, 0.0, training::kMostInjected_m3_per_s * kMlPerM3)) return std::nullopt;
+        return training::injectCommand(*ml_per_s / kMlPerM3);
+    }
+    for (const training::Machine machine : kMachines) {
+        const std::span<const training::Knob> knobs = training::knobsOf(machine);
+        for (std::size_t i = 0; i < knobs.size(); ++i) {
+            if (word != knobs[i].word) continue;
+            const std::optional<double> value = numberIn(rest);
+            if (!within(value, knobs[i].low, knobs[i].high)) return std::nullopt;
+            return training::turn(machine, i, *value);
+        }
+    }
+    return std::nullopt;
+}
+
+std::string outcomeOfMachine(const Command& command) {
+    if (command.kind == CommandKind::pedal) return command.value != 0 ? "X-rays" : "no more X-rays";
+    if (command.kind == CommandKind::inject)
+        return command.value == 0 ? "no more contrast medium"
+                                  : "contrast medium, " + inShort(double(command.value) / 1000.0) + " ml/s";
+    const auto turned = training::turnedBy(command);
+    if (!turned) return {};
+    return std::string(training::knobsOf(turned->machine)[turned->knob].word) + " " + inShort(turned->value);
 }
 
 std::string outcomeOfTool(Tool asked, const TickOutput& before, const TickOutput& now) {
@@ -82,9 +146,15 @@ std::string outcomeOfPark(bool stay, const TickOutput& before, const TickOutput&
 
 std::string describeWords() {
     std::string text = "With a device, a word and Enter:\n";
+    const auto add = [&](const std::string& word, std::string_view what) {
+        text += "  " + word + std::string(13 - word.size(), ' ') + std::string(what) + "\n";
+    };
     for (const Word& word : kWords)
-        text += "  " + std::string(word.word) + std::string(10 - word.word.size(), ' ') +
-                std::string(word.what) + "\n";
+        add(std::string(word.word), word.what);
+    add(std::string(kInject) + " N", "contrast medium through the needle, ml/s; 1 without a number");
+    for (const training::Machine machine : kMachines)
+        for (const training::Knob& knob : training::knobsOf(machine))
+            add(std::string(knob.word) + " N", knob.what);
     return text;
 }
 
@@ -146,7 +216,10 @@ void UserCommands::takeLine(std::string_view line, const TickOutput& now, std::v
         if (word.act == Act::list) say_(describeWords());
         return;
     }
-    say_("\"" + std::string(line.substr(0, 40)) + "\" is no word known here: \"help\" lists them");
+    std::string why_not =
+        "\"" + std::string(line.substr(0, 40)) + "\" is no word known here: \"help\" lists them";
+    if (const std::optional<Command> command = withNumber(line, why_not)) return add(*command, commands);
+    say_(why_not);
 }
 
 std::string outcomeOf(const Command& command, const TickOutput& before, const TickOutput& now) {
@@ -162,6 +235,11 @@ std::string outcomeOf(const Command& command, const TickOutput& before, const Ti
         case CommandKind::rearm:
             return before.stage == haptics::ForceStage::off ? "re-armed: the force rises again"
                                                             : "there is no fault to re-arm after";
+        case CommandKind::inject:
+        case CommandKind::pedal:
+        case CommandKind::xray:
+        case CommandKind::ultrasound:
+            return outcomeOfMachine(command);
         case CommandKind::marker:
         case CommandKind::focus:
             break;

@@ -9,6 +9,7 @@
 #include "app/report/breath.h"
 #include "app/report/film.h"
 #include "app/trainer/attempt.h"
+#include "app/trainer/film_puncture.h"
 #include "app/trainer/patient_source.h"
 #include "app/trainer/pictures.h"
 #include "app/trainer/platform_linux.h"
@@ -103,8 +104,8 @@ void writeCoronal(const patient::Patient& patient, const std::vector<BreathSampl
 }
 
 void writeStereo(const patient::Patient& patient, const patient::PlannedPath& path,
-                 const std::vector<BreathSample>& shown, const std::string& title,
-                 const std::filesystem::path& out) {
+                 const std::vector<BreathSample>& shown, const Scenario& scenario, const FilmOptions& options,
+                 const std::string& title) {
     std::string why_not;
     const auto view = openStereo(patient, path, assetsFolder(), why_not);
     if (!view) {
@@ -113,11 +114,13 @@ void writeStereo(const patient::Patient& patient, const patient::PlannedPath& pa
     }
     std::vector<report::FilmFrame> frames;
     for (const BreathSample& s : shown) {
-        std::array<EyePicture, 2> eyes = view->draw(s.breath);
+        std::array<EyePicture, 2> eyes = view->draw({.breath = s.breath});
         frames.push_back(report::besideEachOther(frameOf(std::move(eyes[0]), captionOf(s)),
                                                  frameOf(std::move(eyes[1]), {})));
     }
-    report::writeFilm(frames, title + ", left and right eye", out, "stereo");
+    report::writeFilm(frames, title + ", left and right eye", options.out, "stereo");
+    writePuncture(makeAttempt(patient, scenario, path, options.seed), *view, options.frames, title,
+                  options.out);
 }
 
 void printFollows(const std::vector<BreathSample>& samples) {
@@ -167,7 +170,7 @@ int film(const FilmOptions& options) {
     report::writeBreathCsv(samples, options.out / "breath.csv");
     report::drawBreath(samples, title, signal, options.out / "breath.png");
     writeCoronal(patient, shown, dome_m, title, options.out);
-    if (path && options.stereo) writeStereo(patient, *path, shown, title, options.out);
+    if (path && options.stereo) writeStereo(patient, *path, shown, scenario, options, title);
     std::printf("%s\n", title.c_str());
     printFollows(samples);
     return 0;

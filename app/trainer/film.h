@@ -21,7 +21,8 @@ struct FilmOptions {
 };
 
 // breath.csv and breath.png over the whole scenario; coronal.png, coronal-NNN.png, stereo.png and
-// stereo-NNN.png over the film. The exit status of the command. Throws patient::DataError.
+// stereo-NNN.png over the film; puncture.png and puncture-NNN.png about the first cut of the skin. The exit
+// status of the command. Throws patient::DataError.
 int film(const FilmOptions&);
 
 }  // namespace stylet::trainer

@@ -41,6 +41,7 @@ void ForceFeed::pass(bool focused, Session& session, haptics::Ring<Command>& rin
     if (const haptics::TickOutput* now = session.newest(); live_ && now) {
         takeWords(session, *now);
         live_->hold(now->tool);
+        if (live_->felt) live_->felt(*now);
     }
     while (!waiting_.empty() && ring.push(waiting_.front()))
         waiting_.pop_front();
@@ -67,6 +68,7 @@ void ForceFeed::tell(Session& session) {
     }
     // A full ring takes no force away; the record says where it ends.
     const std::uint32_t faults = session.takeFaults() & ~std::uint32_t(haptics::kFaultRingFull);
+    if (live_ && live_->device.profile().force_axes == 0) return;  // input only: there is no force to miss
     for (const haptics::FaultText& fault : haptics::faultTexts())
         if ((faults & fault.bit) != 0)
             say_("the force is off: " + std::string(fault.text) + "; " +

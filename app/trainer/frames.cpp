@@ -8,10 +8,9 @@
 #include <thread>
 #include <vector>
 
-#include <unistd.h>
-
-#include "render/render.h"
-#include "xr/xr.h"
+#include "app/trainer/headset.h"
+#include "app/trainer/mock_stage.h"
+#include "app/trainer/scene.h"
 
 namespace stylet::trainer {
 namespace {
@@ -19,22 +18,19 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr auto kStartPatience = std::chrono::seconds(10);
+constexpr auto kLookAgain = std::chrono::seconds(1);  // for a headset that was lost
+constexpr int kBlindFrames = 5;  // in a row that could not be drawn: nobody sees what he feels
 // A moment waits this many frames for one that is to be drawn: a session shows nothing in its first few.
 constexpr int kMomentTries = 20;
 
-patient::Pose poseOf(const xr::Pose& p) {
-    return {patient::Quat{p.orientation[3], p.orientation[0], p.orientation[1], p.orientation[2]},
-            patient::Vec3{p.position[0], p.position[1], p.position[2]}};
+double msSince(SteadyClock::time_point begin) {
+    return std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
 }
 
-std::array<render::View, 2> viewsOf(const xr::Frame& frame) {
-    std::array<render::View, 2> views;
-    for (std::size_t eye = 0; eye < 2; ++eye) {
-        const xr::EyeView& from = frame.views[eye];
-        views[eye] = {poseOf(from.stage_from_eye), from.angle_left, from.angle_right, from.angle_up,
-                      from.angle_down};
-    }
-    return views;
+bool isLate(const xr::Session& session, const xr::Frame& frame) {
+    const auto display_ns = session.monotonic_ns(frame.predicted_display_time_ns);
+    const auto now = SteadyClock::now().time_since_epoch();
+    return display_ns && std::chrono::duration_cast<std::chrono::nanoseconds>(now).count() > *display_ns;
 }
 
 void addTo(render::RenderStats& sum, const render::RenderStats& one) {
@@ -45,162 +41,344 @@ void addTo(render::RenderStats& sum, const render::RenderStats& one) {
     sum.terminated_rays += one.terminated_rays;
     sum.depth_bounded_rays += one.depth_bounded_rays;
     sum.still_frames += one.still_frames;
-}
-
-render::GpuHooks hooksOf(xr::Session& session) {
-    return {[&session](auto loader, auto info, auto out) {
-                return session.createVulkanInstance(loader, info, out);
-            },
-            [&session](VkInstance vulkan) { return session.vulkanPhysicalDevice(vulkan); },
-            [&session](auto loader, auto gpu, auto info, auto out) {
-                return session.createVulkanDevice(loader, gpu, info, out);
-            }};
-}
-
-// The head the mock runtime shows while it is made: the caller's, or one written from the path into
-// `scratch`.
-void stageMock(const FrameSettings& settings, const patient::Pose& stage_from_patient,
-               const patient::PlannedPath& path, const std::filesystem::path& scratch) {
-    if (settings.head_script.empty()) writeHeadScript(scratch, stage_from_patient, path);
-    setUpMock(settings.head_script.empty() ? scratch : settings.head_script, settings.virtual_clock,
-              settings.capture_dir);
-}
-
-struct Removed {
-    std::filesystem::path file;
-    ~Removed() {
-        std::error_code nothing_there;
-        std::filesystem::remove(file, nothing_there);
-    }
-};
-
-double medianOf(std::vector<double> values) {
-    if (values.empty()) return 0.0;
-    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    sum.idle_tool_frames += one.idle_tool_frames;
+    sum.culled_parts += one.culled_parts;
+    sum.kept_shadows += one.kept_shadows;
 }
 
 }  // namespace
 
 struct FrameLoop::Impl {
-    Impl(const patient::Patient& patient_in, const FrameSettings&, const patient::PlannedPath&,
-         const patient::Pose& stage_from_patient_in);
-    void waitUntilRunning();
-    render::RenderScene sceneOf(const haptics::TickOutput&) const;
+    Impl(const patient::Patient& patient_in, const FrameSettings&, const patient::PlannedPath&);
+    ~Impl();
+    // The headset is there; looks for one that was lost, now and then.
+    bool found();
+    // The room in the space of a headset that was found.
+    void settle();
+    void passController(const patient::Pose& room_from_stage);
+    void lose(const std::string& why);
+    Seen upToDate(const Seen&, const std::string& moment);
+    haptics::TickOutput aheadTo(const xr::Frame&, const haptics::TickOutput&);
+    void takeNews();
+    void watchTheRoom(const Seen&, const std::string& moment);
+    void showMachines(render::RenderScene&, const Seen&, const patient::ContrastTable*,
+                      const render::ScreensSeen&, const std::string& moment);
     // One frame; true when it was drawn.
-    bool show(const haptics::TickOutput&, const std::string& moment);
+    bool show(const Seen&, const patient::ContrastTable*, const std::string& moment);
+    // True when it needs no second try; `over` when the runtime wants the session to end.
+    bool tryFrame(const Seen&, const patient::ContrastTable*, const std::string& moment, bool& over);
 
     const patient::Patient& patient;
-    const patient::PlannedPath path;
-    const patient::Pose stage_from_patient;
-    const bool virtual_clock;
-    // The session asks for its GPU through the hooks and must be gone before the device is.
-    std::optional<render::Gpu> gpu;
-    xr::Session session;
-    std::optional<render::Renderer> renderer;
-    bool focused = false;
+    const FrameSettings settings;
+    SceneMaker scenes;
+    const MockStage mock;
+    LiveSeen live;
+    TipPredictor predictor;
     FrameTotals totals;
-    std::vector<double> frame_ms;
+    Attention attention = Attention::absent;
+    bool worn = true;
+    RoomPlace room;
+    std::uint64_t doubts_seen = 0, acts_before = 0;  // of RoomPlace; Seen::rearm_acts as the last doubt came
+    int undrawn = 0;                                 // frames in a row
+    bool settled = false;
+    std::string lost_because;
+    SteadyClock::time_point look_again{};
+    MirrorChannels* window = nullptr;
+    std::optional<TipOffset> newest_offset;
+    std::unique_ptr<Headset> headset;  // null while there is none
 };
 
-FrameLoop::Impl::Impl(const patient::Patient& patient_in, const FrameSettings& settings,
-                      const patient::PlannedPath& path_in, const patient::Pose& stage_from_patient_in)
+FrameLoop::Impl::Impl(const patient::Patient& patient_in, const FrameSettings& settings_in,
+                      const patient::PlannedPath& path)
     : patient(patient_in),
-      path(path_in),
-      stage_from_patient(stage_from_patient_in),
-      virtual_clock(settings.virtual_clock),
-      session("Stylet") {
-    render::GpuSettings gpu_settings;
-    gpu_settings.validation = settings.validation;
-    gpu.emplace(gpu_settings, hooksOf(session));
-    session.start(*gpu->instance(), *gpu->physicalDevice(), *gpu->device(), gpu->queueFamily());
-    renderer.emplace(*gpu, settings.render, settings.assets);
-    renderer->setPatient(patient);
-    totals.runtime = session.runtimeName();
-    totals.gpu = gpu->name();
-    waitUntilRunning();
+      settings(settings_in),
+      scenes(patient, path, settings.look, settings.touch, settings.tick_s),
+      mock({settings.head_script, settings.virtual_clock, settings.capture_dir}, scenes.stageFromPatient(),
+           path),
+      room(settings.colocation, scenes.stageFromPatient(), settings.seated) {
+    headset = std::make_unique<Headset>(patient, settings);
+    totals.runtime = headset->session.runtimeName();
+    totals.gpu = headset->gpu->name();
+    headset->waitUntilRunning(kStartPatience);
+    settle();
 }
 
-void FrameLoop::Impl::waitUntilRunning() {
-    const auto deadline = SteadyClock::now() + kStartPatience;
-    while (session.poll(), !session.running()) {
-        if (SteadyClock::now() > deadline)
-            throw xr::XrError("xrPollEvent: the runtime \"" + totals.runtime +
-                              "\" did not become ready: is the headset switched on?");
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+FrameLoop::Impl::~Impl() {
+    if (settings.controllers) settings.controllers->attach(nullptr);
+}
+
+bool FrameLoop::Impl::found() {
+    if (headset) return true;
+    if (SteadyClock::now() < look_again) return false;
+    try {
+        headset = std::make_unique<Headset>(patient, settings);
+        ++totals.headsets_found_again;
+        std::fprintf(stderr, "stylet: the headset is there again\n");
+    } catch (const std::runtime_error& e) {  // of the runtime, or of a GPU that is not there again yet
+        if (lost_because != e.what()) std::fprintf(stderr, "stylet: still no headset: %s\n", e.what());
+        lost_because = e.what();
+        if (!settings.virtual_clock) look_again = SteadyClock::now() + kLookAgain;
     }
+    return headset != nullptr;
 }
 
-render::RenderScene FrameLoop::Impl::sceneOf(const haptics::TickOutput& shown) const {
-    render::RenderScene scene;
-    scene.stage_from_patient = stage_from_patient;
-    scene.breath = shown.breath;
-    if (haptics::holdsNeedle(shown.tool)) scene.patient_from_needle = shown.patient_from_needle;
-    const patient::MotionModel& model = patient.package().motion;
-    scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path.entry_reference_m),
-                              patient::deformedFromReference(model, shown.breath, path.target_reference_m)};
-    return scene;
+void FrameLoop::Impl::settle() {
+    settled = true;
+    const std::string refused =
+        room.begin(headset->session.facts().space, headset->session.spaceGeneration());
+    if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
+    if (!settings.controllers) return;
+    settings.controllers->attach([&session = headset->session, side = int(settings.controller_side)](
+                                     std::int64_t when_ns) -> std::optional<patient::Pose> {
+        const auto grip = session.gripAt(side, when_ns);
+        return grip ? std::optional(poseOf(*grip)) : std::nullopt;
+    });
 }
 
-bool FrameLoop::Impl::show(const haptics::TickOutput& shown, const std::string& moment) {
-    const xr::Frame frame = session.beginFrame();
+void FrameLoop::Impl::passController(const patient::Pose& room_from_stage) {
+    if (!settings.controllers) return;
+    const int side = int(settings.controller_side);
+    const xr::Hand hand = headset->session.hand(side);
+    ControllerPort::Frame seen{room_from_stage, std::nullopt,
+                               controllerButtons(hand.select, hand.menu, hand.squeeze)};
+    if (hand.stage_from_grip && hand.stage_from_aim)
+        seen.grip_from_aim = poseOf(*hand.stage_from_grip).inverse() * poseOf(*hand.stage_from_aim);
+    settings.controllers->see(seen);
+    if (const auto v = settings.controllers->takeVibration())
+        headset->session.pulse(side, v->amplitude, v->duration_ns);
+}
+
+void FrameLoop::Impl::lose(const std::string& why) {
+    std::fprintf(stderr,
+                 "stylet: the headset was lost: %s; the attempt goes on, and it is looked for again\n",
+                 why.c_str());
+    lost_because = why;
+    if (settings.controllers) settings.controllers->attach(nullptr);
+    // Who looked away before is still waited for.
+    if (attention == Attention::focused) attention = Attention::absent;
+    if (live.tell) live.tell(attention);
+    worn = true;
+    settled = false;
+    undrawn = 0;
+    if (!settings.virtual_clock) look_again = SteadyClock::now() + kLookAgain;
+    totals.validation_messages += headset->gpu->validationMessages();
+    totals.machines += headset->machines->totals();
+    headset.reset();
+}
+
+// A frame may have waited long for its begin. A moment stays what it was.
+Seen FrameLoop::Impl::upToDate(const Seen& seen, const std::string& moment) {
+    if (!live.tips) return seen;
+    Seen now = seen;
+    if (moment.empty()) live.refresh(now);
+    predictor.take(*live.tips);
+    while (const auto offset = predictor.measured()) {
+        newest_offset = *offset;
+        if (offset->frame < totals.times.size()) totals.times[offset->frame].tip = *offset;
+    }
+    return now;
+}
+
+// What is held, where it will be when the frame is seen: known where the runtime's time is one of ours.
+haptics::TickOutput FrameLoop::Impl::aheadTo(const xr::Frame& frame, const haptics::TickOutput& tick) {
+    const auto display_ns = headset->session.monotonic_ns(frame.predicted_display_time_ns);
+    if (!live.tips || !display_ns) return tick;
+    const haptics::TickOutput drawn = predictor.at(tick, *display_ns);
+    if (totals.times.size() < kMostFrameTimes) predictor.drew(totals.times.size(), *display_ns, drawn);
+    return drawn;
+}
+
+// A moment is kept with what its machines show, whoever looks.
+void FrameLoop::Impl::showMachines(render::RenderScene& scene, const Seen& seen,
+                                   const patient::ContrastTable* contrast, const render::ScreensSeen& screens,
+                                   const std::string& moment) {
+    const MachineMoment m =
+        momentOf(seen, scene, *headset->renderer, contrast, settings.guide, settings.tick_s);
+    const bool kept = !moment.empty();
+    MachinePictures& machines = *headset->machines;
+    machines.show(m, {.ultrasound = kept || screens.ultrasound, .xray = kept || screens.xray});
+    scene.ultrasound_screen = machines.ultrasoundScreen();
+    scene.xray_screen = machines.xrayScreen();
+    if (kept && !settings.capture_dir.empty()) machines.save(settings.capture_dir, moment);
+}
+
+bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* contrast,
+                           const std::string& moment) {
+    xr::Session& session = headset->session;
+    xr::Frame frame = session.beginFrame();
+    const Seen seen = upToDate(given, moment);
+    const haptics::TickOutput& shown = seen.tick;
     const auto begin = SteadyClock::now();
+    render::RenderStats drawn_stats;
+    std::span<const xr::ShownPanel> shown_panels;
+    double machines_ms = 0.0;  // come and go, and are no reason for another resolution
     ++totals.frames;
+    room.advance(frame.predicted_display_time_ns);
+    if (frame.should_render) room.sitDown(frame.views[0].stage_from_eye.position[1]);
+    const patient::Pose& room_from_stage = room.roomFromStage();
+    passController(room_from_stage);
+    watchTheRoom(seen, moment);
+    undrawn = frame.should_render ? 0 : undrawn + 1;
     if (frame.should_render) {
+        if (window && !headset->mirror) headset->mirror.emplace(*window, *headset->gpu, settings.tick_s);
         const render::StereoTarget target{frame.image, session.colourFormat(), session.width(),
-                                          session.height()};
-        addTo(totals.sum, renderer->draw(sceneOf(shown), viewsOf(frame), target));
+                                          session.height(), frame.depth_image};
+        headset->keepToBudget(frame, settings.budget_ms);
+        Seen drawn = seen;
+        if (moment.empty()) drawn.tick = aheadTo(frame, shown);
+        render::RenderScene scene = scenes.sceneOf(drawn);
+        scene.room.real = session.facts().blend_mode != "opaque";
+        scene.room.shell = !scene.room.real;
+        const auto machines_begin = SteadyClock::now();
+        const std::array<render::View, 2> expected = viewsOf(frame, room_from_stage);
+        const render::ScreensSeen screens = headset->renderer->screensSeen(scene, expected);
+        const render::ScreenPlaces places = headset->renderer->screenPlaces(scene);
+        showMachines(scene, seen, contrast, headset->mirror ? headset->mirror->screens(screens) : screens,
+                     moment);
+        HeadsetPanels& panels = headset->panelsFor(frame);
+        // A layer beneath would hide the real room.
+        panels.take(scene, places, scene.room.real ? render::ScreensSeen{} : screens);
+        panels.take(room.doubt() != RoomDoubt::none ? noticeOf(room.doubt(), settings.rearm_act)
+                                                    : noticeOf(seen, attention, settings.rearm_act),
+                    headOf(expected));
+        machines_ms = msSince(machines_begin);
+        shown_panels = panels.shown(room_from_stage.inverse());
+        session.lateUpdate(frame);
+        const std::array<render::View, 2> views = viewsOf(frame, room_from_stage);
+        drawn_stats = headset->renderer->draw(scene, views, target);
+        addTo(totals.sum, drawn_stats);
+        if (headset->mirror) headset->mirror->copyEye(target, views, places, scene.monitor_screen);
         if (!moment.empty()) session.markMoment(moment);
         ++totals.rendered;
     }
-    session.endFrame(frame);
-    if (frame.should_render)
-        frame_ms.push_back(std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count());
+    session.endFrame(frame, shown_panels);
+    if (!frame.should_render && headset->mirror)
+        giveState(*window, seen, settings.tick_s, {shown.tick}, attention, true);
+    if (frame.should_render) {
+        const double took_ms = msSince(begin);
+        if (headset->governor)
+            headset->governor->took(drawn_stats.volume_ms,
+                                    std::max(0.0, took_ms - machines_ms - drawn_stats.volume_ms),
+                                    drawn_stats.layer_scale);
+        const FrameTime time{shown.tick,
+                             took_ms,
+                             drawn_stats.opaque_ms,
+                             drawn_stats.volume_ms,
+                             drawn_stats.layer_scale,
+                             std::nullopt,
+                             isLate(session, frame)};
+        if (totals.times.size() < kMostFrameTimes) totals.times.push_back(time);
+        if (headset->mirror)
+            headset->mirror->give(seen, *headset->machines, time, attention,
+                                  newest_offset ? std::optional(newest_offset->distance_m) : std::nullopt);
+    }
     return frame.should_render;
+}
+
+void FrameLoop::Impl::takeNews() {
+    const xr::News news = headset->session.takeNews();
+    worn = news.worn.value_or(worn);
+    for (const xr::SpaceChange& change : news.spaces)
+        room.onChange(change.at_ns,
+                      change.pose_valid ? std::optional(poseOf(change.previous_from_new)) : std::nullopt);
+    for (int eye = 0; eye < 2; ++eye)
+        if (news.hidden_area_changed[std::size_t(eye)]) headset->hideWhatTheLensHides(eye);
+}
+
+// A room in doubt takes the force away until its user asks for it: that says that all is well. A moment is
+// past.
+void FrameLoop::Impl::watchTheRoom(const Seen& seen, const std::string& moment) {
+    if (!moment.empty() || room.doubt() == RoomDoubt::none) return;
+    if (room.doubts() != doubts_seen) {
+        doubts_seen = room.doubts();
+        acts_before = seen.rearm_acts;
+        const Notice notice = noticeOf(room.doubt(), settings.rearm_act);
+        std::string text = notice.title + ":";
+        for (const std::string& line : notice.lines)
+            text += " " + line;
+        std::fprintf(stderr, "stylet: %s\n", text.c_str());
+    } else if (seen.rearm_acts > acts_before) {
+        room.confirm();
+    }
+}
+
+bool FrameLoop::Impl::tryFrame(const Seen& seen, const patient::ContrastTable* contrast,
+                               const std::string& moment, bool& over) {
+    const bool waits = !settings.virtual_clock;
+    try {
+        const xr::SessionPhase phase = headset->session.poll();
+        over = phase == xr::SessionPhase::exiting;
+        if (over) {
+            attention = Attention::absent;
+            if (live.tell) live.tell(attention);
+            return true;
+        }
+        if (phase == xr::SessionPhase::lossPending) {
+            lose("the OpenXR runtime took the session back");
+            return true;
+        }
+        takeNews();
+        const bool looks = worn && phase == xr::SessionPhase::focused && undrawn < kBlindFrames;
+        attention = attentionAfter(attention, looks);
+        if (headset->session.running()) {
+            if (!settled) settle();
+            return show(seen, contrast, moment);
+        }
+    } catch (const xr::XrError& e) {
+        lose(e.what());
+        return true;
+    }
+    if (waits) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return false;
 }
 
 FrameLoop::FrameLoop(const patient::Patient& patient, const FrameSettings& settings,
                      const patient::PlannedPath& path) {
     // The loader would print what our own error says in a sentence.
     setenv("XR_LOADER_DEBUG", "none", 0);
-    const patient::Pose stage_from_patient = stageFromPatient(patient, path);
-    const auto scratch =
-        std::filesystem::temp_directory_path() / ("stylet-head-" + std::to_string(getpid()) + ".json");
-    const Removed removed{scratch};
-    if (mockRuntimeChosen()) stageMock(settings, stage_from_patient, path, scratch);
-    impl_ = std::make_unique<Impl>(patient, settings, path, stage_from_patient);
+    impl_ = std::make_unique<Impl>(patient, settings, path);
 }
 
 FrameLoop::~FrameLoop() = default;
 
-bool FrameLoop::frame(const haptics::TickOutput& shown, const std::string& moment) {
+bool FrameLoop::frame(const Seen& seen, const patient::ContrastTable* contrast, const std::string& moment) {
     Impl& loop = *impl_;
+    const std::uint64_t rendered = loop.totals.rendered;
+    if (!loop.found() && !loop.settings.virtual_clock)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    if (loop.window && !loop.headset)
+        giveState(*loop.window, seen, loop.settings.tick_s, {seen.tick.tick}, loop.attention, false);
     const int tries = moment.empty() ? 1 : kMomentTries;
-    for (int tried = 0; tried < tries; ++tried) {
-        const xr::SessionPhase phase = loop.session.poll();
-        loop.focused = phase == xr::SessionPhase::focused;
-        if (phase == xr::SessionPhase::exiting || phase == xr::SessionPhase::lossPending) return false;
-        if (!loop.session.running()) {
-            if (!loop.virtual_clock) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-            break;
-        }
-        if (loop.show(shown, moment)) return true;
-    }
-    if (!moment.empty())
+    bool over = false;
+    for (int tried = 0; tried < tries && loop.headset; ++tried)
+        if (loop.tryFrame(seen, contrast, moment, over)) break;
+    if (!moment.empty() && !over && loop.totals.rendered == rendered)
         std::fprintf(stderr, "stylet: no picture of the moment \"%s\": the runtime is not showing pictures\n",
                      moment.c_str());
-    return true;
+    return !over;
 }
 
-bool FrameLoop::focused() const {
-    return impl_->focused;
+void FrameLoop::follow(LiveSeen live) {
+    impl_->live = std::move(live);
+}
+
+void FrameLoop::mirrorTo(MirrorChannels& window) {
+    impl_->window = &window;
+}
+
+Attention FrameLoop::attention() const {
+    const Impl& loop = *impl_;
+    if (loop.room.doubt() != RoomDoubt::none && loop.attention == Attention::focused)
+        return Attention::absent;
+    return loop.attention;
 }
 
 FrameTotals FrameLoop::totals() const {
     FrameTotals totals = impl_->totals;
-    totals.validation_messages = impl_->gpu->validationMessages();
-    totals.median_frame_ms = medianOf(impl_->frame_ms);
+    if (const Headset* headset = impl_->headset.get()) {
+        totals.validation_messages += headset->gpu->validationMessages();
+        totals.machines += headset->machines->totals();
+    }
     return totals;
 }
 

@@ -139,8 +139,13 @@ class Script {
                  glm::mix(from.position_m, to.position_m, share)});
         }
     }
-    void command(CommandKind kind, std::uint32_t value = 0) {
-        trace_.commands.push_back({now_ns(), {kind, value}});
+    void command(CommandKind kind, std::uint32_t value = 0) { command(haptics::Command{kind, value}); }
+    void command(const haptics::Command& c) { trace_.commands.push_back({now_ns(), c}); }
+    void inject(double m3_per_s, double seconds) {
+        command(training::injectCommand(m3_per_s));
+        if (seconds <= 0.0) return;
+        wait(seconds);
+        command(training::injectCommand(0.0));
     }
     Trace take() {
         add(at_);
@@ -211,6 +216,16 @@ Trace scriptHand(const Scenario& s, const patient::PlannedPath& path, double lon
                 break;
             case StageKind::lift:
                 script.command(CommandKind::park, 0);
+                break;
+            case StageKind::inject:
+                script.inject(stage.injected_m3_per_s, stage.seconds);
+                break;
+            case StageKind::pedal:
+                script.command(stage.pedal_down ? training::kPedalDown : training::kPedalUp);
+                break;
+            case StageKind::machine:
+                for (const training::Turned& t : stage.turned)
+                    script.command(training::turn(t.machine, t.knob, t.value));
                 break;
         }
     return script.take();

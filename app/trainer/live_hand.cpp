@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "app/trainer/controller_hand.h"
 #include "app/trainer/platform_linux.h"
 
 namespace stylet::trainer {
@@ -9,6 +10,7 @@ namespace stylet::trainer {
 namespace {
 
 constexpr std::int64_t kLook_ns = 20'000'000;
+constexpr std::int64_t kLookAgain_ns = 250'000'000;  // for a device that is not there
 
 // The loop's thread says it too, and once is enough.
 void takeRealTime() {
@@ -19,10 +21,16 @@ void takeRealTime() {
 
 LiveDevice::LiveDevice(const std::string& kind, const haptics::DeviceOptions& options,
                        const haptics::Clock& clock)
+    : LiveDevice(kind, haptics::makeDriver(kind, options, clock), clock) {}
+
+LiveDevice::LiveDevice(const std::string& kind, std::unique_ptr<haptics::Driver> driver,
+                       const haptics::Clock& clock)
     : kind_(kind),
       clock_(clock),
-      device_(haptics::makeDriver(kind, options, clock), clock,
-              haptics::PolledSettings{.atThreadStart = takeRealTime}) {
+      device_(std::move(driver), clock,
+              haptics::PolledSettings{.look_again_ns = kLookAgain_ns,
+                                      // A runtime's locks are no place for a real-time thread.
+                                      .atThreadStart = kind == kControllers ? nullptr : takeRealTime}) {
     device_.start();
 }
 

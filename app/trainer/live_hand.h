@@ -17,6 +17,8 @@ class LiveDevice {
     // Starts the device. Throws patient::DataError: what makeDriver() refuses. The clock is used on the
     // device's thread.
     LiveDevice(const std::string& kind, const haptics::DeviceOptions&, const haptics::Clock&);
+    // The same with a driver made by the caller, who keeps what it needs.
+    LiveDevice(const std::string& kind, std::unique_ptr<haptics::Driver>, const haptics::Clock&);
     // Until it is ready, saying on stderr what is waited for: plugged in, permitted, loaded, homed. False
     // when `given_up` says so first.
     bool waitUntilReady(const std::function<bool()>& given_up);

@@ -3,8 +3,11 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <deque>
 #include <exception>
+#include <future>
+#include <memory>
 #include <mutex>
 #include <stop_token>
 #include <thread>
@@ -22,12 +25,25 @@ using haptics::TickOutput;
 namespace {
 
 constexpr std::int64_t kSessionPeriod_ns = 2'000'000;
+// The session's thread has had a turn in so long, on a machine that is not overrun.
+constexpr int kCutPatience_ms = 20;
+// A frame takes less, on Vulkan in software too.
+constexpr std::int64_t kFrozen_ns = 3'000'000'000;
+// A frame, or a headset made anew, takes less.
+constexpr auto kFramePatience = std::chrono::seconds(15);
 
-// Moments on their way from the session to the frame loop. Neither side has a deadline, so a lock will do.
-class MomentQueue {
+// Something was cut from the one tick to the other, or may have been.
+bool cutBetween(const TickOutput& a, const TickOutput& b) {
+    return a.phase != b.phase || a.tissue != b.tissue || a.incision_count != b.incision_count;
+}
+
+// What is to be seen on its way from the session to the frame loop. Neither side has a deadline, so a lock
+// will do.
+class SeenQueue {
   public:
-    void add(std::vector<Moment> moments) {
+    void add(std::vector<Moment> moments, Seen newest) {
         const std::lock_guard lock(mutex_);
+        newest_ = std::move(newest);
         for (Moment& m : moments)
             waiting_.push_back(std::move(m));
     }
@@ -38,10 +54,23 @@ class MomentQueue {
         waiting_.pop_front();
         return first;
     }
+    // The session has not yet seen what was cut by then.
+    bool lacksCutOf(const TickOutput& tick) {
+        const std::lock_guard lock(mutex_);
+        return newest_.tick.tick < tick.tick && cutBetween(newest_.tick, tick);
+    }
+    // The newest, at a later tick.
+    Seen newest(const TickOutput& tick) {
+        const std::lock_guard lock(mutex_);
+        Seen at_tick = newest_;
+        at_tick.tick = tick;
+        return at_tick;
+    }
 
   private:
     std::mutex mutex_;
     std::deque<Moment> waiting_;
+    Seen newest_;
 };
 
 // The trace's commands, each handed over once its time has come and the ring has room.
@@ -75,33 +104,43 @@ std::int64_t tickOf(const Attempt& attempt) {
 // end, or the user to his. The hand moves with the loop's time, tick * dt, so that is what counts here too: a
 // late loop is waited for.
 void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& session,
-                 LoopChannels& channels, MomentQueue& moments, ForceFeed force,
-                 const std::atomic<bool>& focused, const Clock& clock, const LiveHand* live) {
+                 LoopChannels& channels, SeenQueue& seen, ContrastFeed* contrast, ForceFeed force,
+                 const std::function<Attention()>& attentionNow, const std::atomic<bool>& asked_to_end,
+                 const Clock& clock, const LiveHand* live) {
     CommandFeed commands(attempt.hand);
     const std::int64_t dt_ns = tickOf(attempt);
     std::int64_t hand_ns = 0;
     const auto over = [&] {
-        return live ? live->over(double(hand_ns) * 1e-9)
+        return live ? asked_to_end.load() || live->over(double(hand_ns) * 1e-9)
                     : hand_ns >= durationOf(attempt.hand) && commands.done(channels.commands);
     };
     while (!stop.stop_requested() && !over()) {
         commands.until(hand_ns, channels.commands);
         clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
         session.drain(channels);
-        force.pass(focused.load(), session, channels.commands);
-        moments.add(session.newMoments());
+        const Attention attention = attentionNow();
+        force.pass(attention == Attention::focused, session, channels.commands);
+        channels.hold.store(attention == Attention::away);
+        seen.add(session.newMoments(), session.seen(session.newest() ? *session.newest() : TickOutput{}));
+        if (contrast) contrast->give(session.contrast());
         hand_ns = std::int64_t(session.log().last_tick) * dt_ns;
     }
 }
 
 }  // namespace
 
-void FrameSource::show(const TickOutput& shown, const std::string& moment) {
+Attention FrameSource::attention() const {
+    if (!pictures_) return Attention::absent;
+    return pictures_->attention ? pictures_->attention() : Attention::focused;
+}
+
+void FrameSource::show(const Seen& seen, const std::string& moment) {
     if (!pictures_) return;
+    contrast_feed_->take(contrast_);
     try {
-        if (pictures_->frame(shown, moment)) return;
-        std::fprintf(stderr,
-                     "stylet: the OpenXR runtime ended the session; the attempt goes on without pictures\n");
+        if (pictures_->frame(seen, contrast_.revision > 0 ? &contrast_ : nullptr, moment)) return;
+        asked_to_end_ = true;
+        std::fprintf(stderr, "stylet: %s; the attempt goes on without pictures\n", pictures_->ended);
     } catch (const std::runtime_error& e) {
         std::fprintf(stderr, "stylet: pictures were lost: %s; the attempt goes on without them\n", e.what());
     }
@@ -109,20 +148,122 @@ void FrameSource::show(const TickOutput& shown, const std::string& moment) {
 }
 
 void FrameSource::close() {
+    if (!pictures_) return;
     last_ = pictures_->totals();
     pictures_.reset();
 }
 
+namespace {
+
+// What the frame thread has hold of. It may be stuck in the runtime for good, and then outlives the attempt.
+struct FrameSide {
+    FrameSide(double dt_s, std::optional<Pictures> pictures, const Clock& clock_in)
+        : channels(dt_s),
+          worn(pictures.has_value()),
+          clock(clock_in),
+          frames(followed(std::move(pictures)), contrast) {}
+
+    LoopChannels channels;
+    SeenQueue seen;
+    ContrastFeed contrast;
+    const bool worn;
+    const Clock clock;
+    TickOutput latest;  // the frame thread's, with the next
+    bool begun = false;
+    FrameSource frames;
+    std::atomic<Attention> attention{worn ? Attention::absent : Attention::focused};
+    std::atomic<std::int64_t> sign_ns{clock.now_ns(clock.context)};  // of the frame thread's life
+    std::atomic<bool> asked_to_end{false};                           // by the runtime
+    std::atomic<bool> ended{false};                                  // the attempt
+    std::exception_ptr failure;  // of the frame thread, and not of the pictures
+    std::atomic<std::uint64_t> shown{0};
+    std::promise<PictureTotals> totals;
+
+    std::optional<Pictures> followed(std::optional<Pictures> pictures) {
+        if (pictures && pictures->follow)
+            pictures->follow({&channels.tips, [this](Seen& seen_so_far) { seen_so_far = newestSeen(); },
+                              [this](Attention now) { attention.store(now); }});
+        return pictures;
+    }
+    // Of the newest tick. A cut is shown together with what it left behind, which the session finds.
+    Seen newestSeen() {
+        channels.latest.read(latest);
+        for (int ms = 0; ms < kCutPatience_ms && seen.lacksCutOf(latest); ++ms)
+            clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + 1'000'000);
+        Seen now = seen.newest(latest);
+        now.held = channels.held.load(), now.to_return_m = channels.to_return_m.load();
+        return now;
+    }
+    // Any thread. Who is shown nothing new for so long does not see what he feels.
+    Attention attentionNow() const {
+        const bool frozen = worn && clock.now_ns(clock.context) - sign_ns.load() > kFrozen_ns;
+        return frozen ? Attention::absent : attention.load();
+    }
+    // What there is to be seen next; false when there is nothing new.
+    bool showNext() {
+        begun = channels.latest.read(latest) || begun;
+        if (const auto moment = seen.next(); moment && frames.open())
+            frames.show(moment->seen, moment->name);
+        else if (begun && frames.open() && !ended.load())
+            frames.show(newestSeen(), "");
+        else
+            return moment.has_value();
+        ++shown;
+        return true;
+    }
+    // The frame thread.
+    void run() {
+        try {
+            showAll();
+        } catch (...) {
+            failure = std::current_exception();
+        }
+        totals.set_value(frames.totals());
+    }
+    void showAll() {
+        while (true) {
+            const bool last = ended.load();
+            sign_ns.store(clock.now_ns(clock.context));
+            const bool drew = showNext();
+            if (worn) attention.store(frames.attention());
+            asked_to_end.store(frames.askedToEnd());
+            if (drew) continue;
+            if (last) break;
+            clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
+        }
+        frames.close();  // here, where a runtime that hangs is waited for no longer than kFramePatience
+    }
+};
+
+// The pictures' totals, once the last are drawn. None when the runtime has not let go of a frame for so long.
+std::optional<PictureTotals> lastPictures(FrameSide& side) {
+    auto totals = side.totals.get_future();
+    for (std::uint64_t before = side.shown.load();; before = side.shown.load()) {
+        if (totals.wait_for(kFramePatience) == std::future_status::ready) return totals.get();
+        if (side.shown.load() == before) return std::nullopt;
+    }
+}
+
+// Without destroying anything: a thread that is stuck still uses it.
+[[noreturn]] void leaveAtOnce(const std::exception_ptr& failure) {
+    try {
+        std::rethrow_exception(failure);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "stylet: %s\n", e.what());
+    }
+    std::fflush(nullptr);
+    std::_Exit(2);
+}
+
+}  // namespace
+
 LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<Pictures> pictures,
                        const Clock& clock, const LiveHand* live) {
     haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
-    LoopChannels channels(attempt.simulation.dt_s);
-    MomentQueue moments;
+    const auto side = std::make_shared<FrameSide>(attempt.simulation.dt_s, std::move(pictures), clock);
+    LoopChannels& channels = side->channels;
     LoopTotals totals;
-    std::atomic<bool> ended{false};
-    const bool worn = pictures.has_value();
-    std::atomic<bool> focused{!worn};
-    if (worn) channels.commands.push({haptics::CommandKind::focus, 0});
+    if (side->worn) channels.commands.push({haptics::CommandKind::focus, 0});
     std::exception_ptr failure;
 
     // When something throws here, each thread is told to stop, then joined.
@@ -138,38 +279,42 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     });
     std::jthread session_thread([&](const std::stop_token& stop) {
         try {
-            sessionLoop(stop, attempt, session, channels, moments,
-                        ForceFeed(!worn, attempt.simulation.dt_s, live), focused, clock, live);
+            sessionLoop(
+                stop, attempt, session, channels, side->seen, side->worn ? &side->contrast : nullptr,
+                ForceFeed(!side->worn, attempt.simulation.dt_s, live),
+                [side] { return side->attentionNow(); }, side->asked_to_end, clock, live);
         } catch (...) {
             failure = std::current_exception();
         }
         channels.stop.store(true);
-        ended.store(true);
+    });
+    std::thread frame_thread([side, attempt_stop = session_thread.get_stop_source()]() mutable {
+        side->run();
+        if (side->failure) attempt_stop.request_stop();
     });
 
-    FrameSource frames(std::move(pictures));
-    TickOutput latest;
-    bool begun = false;
-    while (!ended.load()) {
-        begun = channels.latest.read(latest) || begun;
-        if (const auto moment = moments.next(); moment && frames.open())
-            frames.show(moment->shown, moment->name);
-        else if (begun && frames.open())
-            frames.show(latest, "");
-        else
-            clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
-        focused.store(!worn || frames.focused());
-    }
     session_thread.join();
     haptics_thread.join();
     channels.flights.finish();
     totals.flights_missed = channels.flights.missed();
+    if (!failure) try {
+            session.drain(channels);
+            side->seen.add(session.newMoments(), session.seen({}));
+            if (side->worn) side->contrast.give(session.contrast());
+        } catch (...) {
+            failure = std::current_exception();
+        }
+    side->ended.store(true);
+    if (auto last = lastPictures(*side)) {
+        totals.pictures = std::move(*last);
+        frame_thread.join();
+        if (!failure) failure = side->failure;
+    } else {
+        totals.frames_stuck = true;
+        frame_thread.detach();
+        if (failure) leaveAtOnce(failure);
+    }
     if (failure) std::rethrow_exception(failure);
-    session.drain(channels);
-    moments.add(session.newMoments());
-    while (const auto moment = moments.next())
-        frames.show(moment->shown, moment->name);
-    totals.pictures = frames.totals();
     return totals;
 }
 
@@ -181,7 +326,8 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
     LoopTotals totals;
     CommandFeed commands(attempt.hand);
     ForceFeed force(true, attempt.simulation.dt_s);
-    FrameSource frames(std::move(pictures));
+    ContrastFeed contrast;
+    FrameSource frames(std::move(pictures), contrast);
     const std::int64_t dt_ns = tickOf(attempt);
     double next_frame_s = 0.0;
     TickOutput latest;
@@ -191,11 +337,14 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
         loopTick(simulation, device, channels, totals.haptics, now_ns, clock);
         session.drain(channels);
         force.pass(true, session, channels.commands);
-        for (const Moment& moment : session.newMoments())
-            frames.show(moment.shown, moment.name);
+        for (const Moment& moment : session.newMoments()) {
+            contrast.give(session.contrast());
+            frames.show(moment.seen, moment.name);
+        }
         if (!frames.open() || fps <= 0.0 || double(now_ns) * 1e-9 < next_frame_s) continue;
         channels.latest.read(latest);
-        frames.show(latest, "");
+        contrast.give(session.contrast());
+        frames.show(session.seen(latest), "");
         next_frame_s += 1.0 / fps;
     }
     channels.flights.finish();

@@ -8,6 +8,7 @@
 
 #include "app/trainer/attempt.h"
 #include "app/trainer/commands.h"
+#include "app/trainer/contrast_feed.h"
 #include "app/trainer/pictures.h"
 #include "app/trainer/session.h"
 #include "haptics/loop.h"
@@ -19,6 +20,9 @@ struct LoopTotals {
     double elapsed_s = 0.0;            // by the clock the loop ran on
     std::uint64_t flights_missed = 0;  // faults whose history found the last one not yet taken
     PictureTotals pictures;
+    // The runtime has not let go of the last frame. Its thread still uses the attempt's patient: nothing of
+    // the attempt may be destroyed.
+    bool frames_stuck = false;
 };
 
 // The user's hand on a device, in place of the attempt's trace.
@@ -28,12 +32,14 @@ struct LiveHand {
     std::function<std::string()> typed;          // session thread, often: what was typed since the last time
     std::function<void(haptics::Tool)> hold;     // session thread, often: this is the tool in hand
     UserButtons buttons;
-    std::string rearm_act;  // what re-arms: "Enter here", ...
+    std::string rearm_act;                                   // what re-arms: "Enter here", ...
+    std::function<void(const haptics::TickOutput&)> felt{};  // session thread, often: the newest tick
 };
 
-// Haptics and session on threads of their own, frames on the caller's as fast as the runtime takes them;
-// moments are drawn before anything else, and all of them before the loop returns. `clock` must be steady.
-// With pictures the force follows the focus: it begins when the headset has it, and goes with it.
+// Haptics, session and frames on threads of their own, frames as fast as the runtime takes them; moments are
+// drawn before anything else, and all of them before the loop returns. `clock` must be steady.
+// With pictures the force follows the focus: it begins when the headset has it, and goes with it. A live
+// attempt ends when the runtime wants the program to end; a scripted one goes on without pictures.
 LoopTotals runRealTime(const Attempt&, Session&, std::optional<Pictures>, const haptics::Clock& clock,
                        const LiveHand* live = nullptr);
 
@@ -45,17 +51,21 @@ LoopTotals runFast(const Attempt&, Session&, std::optional<Pictures>, double fps
 // Draws moments first, then the newest state; says so once and goes on without pictures when they are lost.
 class FrameSource {
   public:
-    explicit FrameSource(std::optional<Pictures> pictures) : pictures_(std::move(pictures)) {}
+    FrameSource(std::optional<Pictures> pictures, ContrastFeed& contrast)
+        : pictures_(std::move(pictures)), contrast_feed_(&contrast) {}
     bool open() const { return pictures_.has_value(); }
-    // There are pictures, and who wears the headset sees them.
-    bool focused() const { return pictures_ && (!pictures_->focused || pictures_->focused()); }
-    void show(const haptics::TickOutput&, const std::string& moment);
+    Attention attention() const;
+    bool askedToEnd() const { return asked_to_end_; }  // by the runtime
+    void show(const Seen&, const std::string& moment);
+    void close();  // the session ends; the totals stay
     PictureTotals totals() const { return pictures_ ? pictures_->totals() : last_; }
 
   private:
-    void close();
     std::optional<Pictures> pictures_;
+    ContrastFeed* contrast_feed_;
+    patient::ContrastTable contrast_;
     PictureTotals last_;
+    bool asked_to_end_ = false;
 };
 
 }  // namespace stylet::trainer

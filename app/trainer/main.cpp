@@ -1,5 +1,6 @@
 // The command line of `stylet`. A training simulator, not a medical device.
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 
@@ -7,8 +8,12 @@
 #include "app/trainer/commands.h"
 #include "app/trainer/curves.h"
 #include "app/trainer/devices.h"
+#include "app/trainer/doctor.h"
 #include "app/trainer/film.h"
+#include "app/trainer/imaging.h"
+#include "app/trainer/looks.h"
 #include "app/trainer/palpate.h"
+#include "app/trainer/register.h"
 #include "app/trainer/replay.h"
 #include "app/trainer/run.h"
 
@@ -27,7 +32,10 @@ void addDeviceOptions(CLI::App& app, stylet::haptics::DeviceOptions& o) {
 
 void addHand(CLI::App& run, stylet::trainer::RunOptions& o) {
     run.add_option("--device", o.device,
-                   "whose hand: scripted, replay, or a device that \"stylet devices\" lists")
+                   "whose hand: scripted, replay, controllers, or a device that \"stylet devices\" lists")
+        ->capture_default_str();
+    run.add_option("--hand", o.hand, "with --device controllers: the hand that has the tool")
+        ->check(CLI::IsMember({"left", "right"}))
         ->capture_default_str();
     run.add_option("--trace", o.trace, "replay: the hand's CSV file");
     run.add_option("--seconds", o.seconds, "a device: ends after so long (default: with Ctrl-C)")
@@ -54,6 +62,21 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_flag("--fast", o.fast, "virtual clock: as fast as it goes, the same hash every time");
     run->add_option("--fps", o.fps, "frames a simulated second with --fast (default 0: none)")
         ->check(CLI::Range(0.0, 1000.0));
+    run->add_option("--look", o.look, "how the patient is shown: reveal or closed")
+        ->check(CLI::IsMember({"reveal", "closed"}))
+        ->capture_default_str();
+    run->add_flag("--passthrough", o.passthrough,
+                  "the real room behind patient and machines, where the headset shows it");
+    run->add_flag("--foveation", o.foveation, "fewer rays beside the middle of the view");
+    run->add_flag("--seated", o.seated, "the room comes down to the eyes of who sits");
+    run->add_option("--budget-ms", o.budget_ms,
+                    "of a frame: the resolution keeps to it (default: on a GPU the runtime's pace)")
+        ->check(CLI::Range(1.0, 1000.0));
+    CLI::Option* mirror = run->add_flag_callback(
+        "--mirror", [&o] { o.mirror = true; },
+        "a window for who has no headset on, or instead of one (default: where there is a display, without "
+        "--headless and --fast)");
+    run->add_flag_callback("--no-mirror", [&o] { o.mirror = false; }, "no window")->excludes(mirror);
     run->add_flag("--stats", o.stats, "print what the pictures did not need to draw");
     run->add_flag("--validation", o.validation, "Vulkan validation and synchronisation layers");
     addHand(*run, o);
@@ -108,6 +131,53 @@ void addFilm(CLI::App& app, stylet::trainer::FilmOptions& o) {
     film->add_flag("!--no-stereo", o.stereo, "coronal slices only");
 }
 
+void addLooks(CLI::App& app, stylet::trainer::LooksOptions& o) {
+    CLI::App* looks = app.add_subcommand("looks", "what a headset shows of a patient, both eyes");
+    looks->add_option("--out", o.out, "folder for the pictures")->required();
+    looks->add_option("--patient", o.patient, "patient package; default: the reference patient of the seed");
+    looks->add_option("--seed", o.seed, "seed of a reference patient")->capture_default_str();
+    looks->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
+        ->check(CLI::Range(0.5, 5.0))
+        ->capture_default_str();
+    looks->add_option("--pixels", o.pixels, "of an eye's picture, along either side")
+        ->check(CLI::Range(32, 4096))
+        ->capture_default_str();
+}
+
+void addImaging(CLI::App& app, stylet::trainer::ImagingOptions& o) {
+    CLI::App* imaging = app.add_subcommand(
+        "imaging", "what ultrasound and X-ray show of a patient, with needle and contrast");
+    imaging->add_option("--out", o.out, "folder for the pictures")->required();
+    imaging->add_option("--patient", o.patient,
+                        "patient package; default: the reference patient of the seed");
+    imaging->add_option("--seed", o.seed, "seed of a reference patient")->capture_default_str();
+    imaging->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
+        ->check(CLI::Range(0.5, 5.0))
+        ->capture_default_str();
+}
+
+void addRegister(CLI::App& app, stylet::trainer::RegisterOptions& o) {
+    CLI::App* reg = app.add_subcommand(
+        "register", "where the haptic device stands in the headset's room: a wizard in the headset");
+    reg->add_option("--device", o.device, "one that \"stylet devices\" lists, or replay")->required();
+    reg->add_option("--trace", o.trace, "replay: the hand's CSV file");
+    reg->add_option("--points", o.points, "places to touch")->check(CLI::Range(4, 34))->capture_default_str();
+    reg->add_flag("--in-motion", o.in_motion, "tip on tip through the whole space, instead of points");
+    reg->add_flag("--redo", o.redo, "without asking first whether an earlier one still holds");
+    reg->add_option("--touches", o.touches, "places touched again when asking that")
+        ->check(CLI::Range(1, 8))
+        ->capture_default_str();
+    reg->add_option("--hand", o.hand, "that holds the controller: left or right")
+        ->check(CLI::IsMember({"left", "right"}))
+        ->capture_default_str();
+    reg->add_option("--tip-mm", o.grip_from_tip_mm,
+                    "x y z of the controller's tip in its grip frame, where it is known")
+        ->expected(3);
+    reg->add_option("--out", o.out, "file to keep it in (default: where \"stylet run\" looks for it)");
+    reg->add_flag("--validation", o.validation, "Vulkan validation and synchronisation layers");
+    addDeviceOptions(*reg, o.device_options);
+}
+
 struct DevicesOptions {
     stylet::haptics::DeviceOptions options;
     bool json = false;
@@ -123,6 +193,20 @@ void addDevices(CLI::App& app, DevicesOptions& o) {
     addDeviceOptions(*devices, o.options);
 }
 
+void addDoctor(CLI::App& app, stylet::trainer::DoctorOptions& o) {
+    CLI::App* doctor = app.add_subcommand(
+        "doctor", "what this machine has for the trainer, what stands in the way, and what to do about it");
+    doctor->add_flag("--json", o.json, "for programs");
+    doctor->add_option("--records", o.records, "also read every record in this folder");
+    doctor
+        ->add_option_function<double>(
+            "--patience",
+            [&o](double seconds) { o.patience = std::chrono::milliseconds(std::llround(1e3 * seconds)); },
+            "seconds that a runtime and a driver get to answer (default 5)")
+        ->check(CLI::Range(0.1, 600.0));
+    addDeviceOptions(*doctor, o.devices);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -133,7 +217,8 @@ int main(int argc, char** argv) {
     app.require_subcommand(0, 1);
     app.callback([&app] {
         if (app.get_subcommands().empty())
-            throw CLI::RequiredError("A command: run, replay, curves, palpate, film or devices");
+            throw CLI::RequiredError(
+                "A command: run, replay, curves, palpate, film, looks, imaging, register, devices or doctor");
     });
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::trainer::RunOptions run_options;
@@ -146,14 +231,33 @@ int main(int argc, char** argv) {
     addPalpate(app, palpate_options);
     stylet::trainer::FilmOptions film_options;
     addFilm(app, film_options);
+    stylet::trainer::LooksOptions looks_options;
+    addLooks(app, looks_options);
+    stylet::trainer::ImagingOptions imaging_options;
+    addImaging(app, imaging_options);
+    stylet::trainer::RegisterOptions register_options;
+    addRegister(app, register_options);
     DevicesOptions devices_options;
     addDevices(app, devices_options);
+    stylet::trainer::DoctorOptions doctor_options;
+    addDoctor(app, doctor_options);
+    std::string probed;  // for doctor's own use
+    int probe_ms = 0;
+    CLI::App* probe = app.add_subcommand("probe", "")->group("");
+    probe->add_option("what", probed)->required();
+    probe->add_option("patience", probe_ms)->required();
     CLI11_PARSE(app, argc, argv);
     try {
         if (app.got_subcommand("run")) return stylet::trainer::run(run_options);
         if (app.got_subcommand("palpate")) return stylet::trainer::palpate(palpate_options);
         if (app.got_subcommand("film")) return stylet::trainer::film(film_options);
+        if (app.got_subcommand("imaging")) return stylet::trainer::imaging(imaging_options);
+        if (app.got_subcommand("looks")) return stylet::trainer::looks(looks_options);
         if (app.got_subcommand("curves")) return stylet::trainer::curves(curves_options);
+        if (app.got_subcommand("doctor")) return stylet::trainer::doctor(doctor_options);
+        if (app.got_subcommand("probe"))
+            return stylet::trainer::probe(probed, std::chrono::milliseconds(probe_ms));
+        if (app.got_subcommand("register")) return stylet::trainer::registerDevice(register_options);
         if (app.got_subcommand("replay")) return stylet::trainer::replay(replay_options);
         if (!devices_options.calibrate.empty()) {
             stylet::trainer::calibrateFalcon(devices_options.options, devices_options.calibrate);

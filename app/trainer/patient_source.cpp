@@ -145,11 +145,16 @@ OpenedPatient openPatient(const PatientRequest& request) {
     return {folder, patient::loadPackage(folder)};
 }
 
+std::vector<PlannedPath> goodPaths(const patient::Patient& patient, const std::filesystem::path& folder,
+                                   const patient::Surrogate& breath) {
+    const std::filesystem::path file = folder / "paths.json";
+    std::vector<PlannedPath> paths = storedPaths(patient, file, breath);
+    return paths.empty() ? plan(patient, file, breath) : paths;
+}
+
 PlannedPath bestPath(const patient::Patient& patient, const std::filesystem::path& folder,
                      const patient::Surrogate& breath) {
-    const std::filesystem::path file = folder / "paths.json";
-    const std::vector<PlannedPath> stored = storedPaths(patient, file, breath);
-    return stored.empty() ? plan(patient, file, breath).front() : stored.front();
+    return goodPaths(patient, folder, breath).front();
 }
 
 }  // namespace stylet::trainer

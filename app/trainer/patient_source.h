@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <vector>
 
 #include "patient/patient.h"
 
@@ -24,9 +25,12 @@ struct OpenedPatient {
 // Throws patient::DataError. Says on stderr what takes long.
 OpenedPatient openPatient(const PatientRequest&);
 
-// The best path for `breath`: from the patient's paths.json if it is whole, of this very patient (by digest),
-// planner and breath; else planned, and kept there where the folder can be written. Throws patient::DataError
-// when no path is good enough.
+// The paths for `breath`, best first, never none: from the patient's paths.json if it is whole, of this very
+// patient (by digest), planner and breath; else planned, and kept there where the folder can be written.
+// Throws patient::DataError when no path is good enough.
+std::vector<patient::PlannedPath> goodPaths(const patient::Patient&, const std::filesystem::path& folder,
+                                            const patient::Surrogate& breath);
+// The first of them.
 patient::PlannedPath bestPath(const patient::Patient&, const std::filesystem::path& folder,
                               const patient::Surrogate& breath);
 

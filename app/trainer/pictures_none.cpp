@@ -14,8 +14,20 @@ std::optional<Pictures> openPictures(const patient::Patient&, const patient::Pla
     return std::nullopt;
 }
 
+std::optional<Pictures> openDesktop(const patient::Patient&, const patient::PlannedPath&,
+                                    const PictureSettings&, std::string& why_not) {
+    why_not = kWhyNot;
+    return std::nullopt;
+}
+
 std::optional<StereoView> openStereo(const patient::Patient&, const patient::PlannedPath&,
                                      const std::filesystem::path&, std::string& why_not) {
+    why_not = kWhyNot;
+    return std::nullopt;
+}
+
+std::optional<MachineView> openMachines(const patient::Patient&, const std::filesystem::path&,
+                                        std::string& why_not) {
     why_not = kWhyNot;
     return std::nullopt;
 }

@@ -131,12 +131,25 @@ void setEnvironment(const char* name, const std::string& value) {
     setenv(name, value.c_str(), 1);
 }
 
-std::filesystem::path cacheFolder() {
-    const std::string cache = environment("XDG_CACHE_HOME");
-    if (!cache.empty()) return std::filesystem::path(cache) / "stylet";
+namespace {
+
+// The user's folder of a kind, or that in his home, or a place that goes with the machine's next start.
+std::filesystem::path userFolder(const char* variable, const char* in_home) {
+    const std::string set = environment(variable);
+    if (!set.empty()) return std::filesystem::path(set) / "stylet";
     const std::string home = environment("HOME");
     return home.empty() ? std::filesystem::temp_directory_path() / "stylet"
-                        : std::filesystem::path(home) / ".cache" / "stylet";
+                        : std::filesystem::path(home) / in_home / "stylet";
+}
+
+}  // namespace
+
+std::filesystem::path cacheFolder() {
+    return userFolder("XDG_CACHE_HOME", ".cache");
+}
+
+std::filesystem::path dataFolder() {
+    return userFolder("XDG_DATA_HOME", ".local/share");
 }
 
 }  // namespace stylet::trainer

@@ -40,5 +40,7 @@ void setEnvironment(const char* name, const std::string& value);
 
 // $XDG_CACHE_HOME/stylet, or ~/.cache/stylet.
 std::filesystem::path cacheFolder();
+// $XDG_DATA_HOME/stylet, or ~/.local/share/stylet: what is not to be lost.
+std::filesystem::path dataFolder();
 
 }  // namespace stylet::trainer

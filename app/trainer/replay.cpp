@@ -73,7 +73,8 @@ int replay(const ReplayOptions& options) {
     if (!options.save_hand.empty())
         haptics::saveTrace(handOf(record, deviceBeside(patient.grid())), options.save_hand);
 
-    Session session(patient, info.path, info.moments, info.approach_distance_m, nullptr);
+    Session session(patient, info.path, info.moments, info.approach_distance_m, nullptr,
+                    record.header.settings.dt_s);
     const haptics::Clock clock = monotonicClock();
     const std::int64_t start_ns = clock.now_ns(clock.context);
     const double dt_ns = record.header.settings.dt_s * 1e9;

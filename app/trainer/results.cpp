@@ -19,6 +19,10 @@ using json = nlohmann::ordered_json;
 
 namespace {
 
+constexpr double kMlPerM3 = 1e6;
+constexpr double kGyCm2PerGyM2 = 1e4;
+constexpr double kDegPerRad = 57.29577951308232;
+
 const char* kindName(NeedleEventKind kind) {
     return kind == NeedleEventKind::puncture ? "cut" : "entry";
 }
@@ -44,6 +48,92 @@ json controllerJson(const ControllerLog& c) {
             {"rms_n", std::sqrt(c.sum_n2 / ticks)}};
 }
 
+json doseJson(const training::DoseLedger& dose) {
+    return {{"fluoroscopy_s", dose.fluoroscopy_s},
+            {"pulses", dose.pulses},
+            {"air_kerma_gy", dose.air_kerma_gy},
+            {"dose_area_gy_m2", dose.dose_area_gy_m2},
+            {"contrast_ml", dose.contrast_m3 * kMlPerM3}};
+}
+
+const char* placeName(patient::ContrastPlace place) {
+    switch (place) {
+        case patient::ContrastPlace::none:
+            break;
+        case patient::ContrastPlace::duct:
+            return "duct";
+        case patient::ContrastPlace::liver:
+            return "liver";
+        case patient::ContrastPlace::vessel:
+            return "vessel";
+        case patient::ContrastPlace::elsewhere:
+            return "elsewhere";
+        case patient::ContrastPlace::outside:
+            return "outside";
+    }
+    return "none";
+}
+
+json contrastJson(const patient::ContrastStatus& status) {
+    const patient::ContrastVolumes& v = status.volumes;
+    return {{"last_place", placeName(status.place)},
+            {"ducts_ml", v.ducts_m3 * kMlPerM3},
+            {"liver_ml", v.liver_m3 * kMlPerM3},
+            {"vessels_ml", v.vessels_m3 * kMlPerM3},
+            {"pooled_ml", v.pooled_m3 * kMlPerM3},
+            {"washed_out_ml", v.washed_out_m3 * kMlPerM3},
+            {"lost_ml", v.lost_m3 * kMlPerM3},
+            {"duct_tree_ml", status.tree_m3 * kMlPerM3},
+            {"front_m", status.front_m},
+            {"at_stop", status.at_stop}};
+}
+
+// Median and the ends of what is in `values`.
+json spreadOf(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double share) {
+        return values.empty() ? json(nullptr) : json(values[std::size_t(share * double(values.size() - 1))]);
+    };
+    return {{"p1", at(0.01)}, {"median", at(0.5)}, {"p99", at(0.99)}};
+}
+
+// The drawn tip against where it was at the display time; ahead of the hand (> 0) or behind it as time.
+json visuoHapticJson(const std::vector<FrameTime>& times) {
+    std::vector<double> lead_ms, offset_mm, offset_deg, ahead_ms;
+    std::size_t late = 0;
+    for (const FrameTime& time : times) {
+        late += time.late;
+        if (!time.tip) continue;
+        lead_ms.push_back(1e3 * time.tip->lead_s);
+        offset_mm.push_back(1e3 * time.tip->distance_m);
+        offset_deg.push_back(kDegPerRad * time.tip->angle_rad);
+        if (time.tip->ahead_s) ahead_ms.push_back(1e3 * *time.tip->ahead_s);
+    }
+    return {{"frames", offset_mm.size()},
+            {"moving_frames", ahead_ms.size()},
+            {"late_frames", late},
+            {"lead_ms", spreadOf(lead_ms)},
+            {"offset_mm", spreadOf(offset_mm)},
+            {"offset_deg", spreadOf(offset_deg)},
+            {"ahead_ms", spreadOf(ahead_ms)}};
+}
+
+json frameTimesJson(const std::vector<FrameTime>& times) {
+    const auto spread = [&](double FrameTime::* part) {
+        std::vector<double> values;
+        for (const FrameTime& time : times)
+            values.push_back(time.*part);
+        std::sort(values.begin(), values.end());
+        const auto at = [&](double share) {
+            return values.empty() ? 0.0 : values[std::size_t(share * double(values.size() - 1))];
+        };
+        return json{{"median", at(0.5)}, {"p99", at(0.99)}};
+    };
+    return {{"whole", spread(&FrameTime::frame_ms)},
+            {"opaque", spread(&FrameTime::opaque_ms)},
+            {"volume", spread(&FrameTime::volume_ms)}};
+}
+
 json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, const SessionLog& log,
                  const LoopTotals& totals) {
     json punctures = json::array(), moments = json::array(), skips = json::object();
@@ -51,7 +141,7 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
         punctures.push_back(punctureJson(patient, record));
     for (const Moment& moment : log.moments)
         moments.push_back(
-            {{"name", moment.name}, {"tick", moment.shown.tick}, {"depth_m", moment.shown.depth_m}});
+            {{"name", moment.name}, {"tick", moment.seen.tick.tick}, {"depth_m", moment.seen.tick.depth_m}});
     for (const auto& [name, count] : totals.pictures.skips)
         skips[name] = count;
     const haptics::LoopStats& haptics = totals.haptics;
@@ -67,6 +157,8 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
             {"punctures", punctures},
             {"peak_force_n", log.peak_force_n},
             {"lateral_cut_m", log.lateral_cut_m},
+            {"dose", doseJson(log.dose)},
+            {"contrast", contrastJson(log.contrast)},
             {"haptics",
              {{"ticks", haptics.ticks},
               {"rate_hz", totals.elapsed_s > 0.0 ? double(haptics.ticks) / totals.elapsed_s : 0.0},
@@ -79,7 +171,12 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
               {"controller", controllerJson(log.controller)},
               {"max_step_us", haptics.max_step_us}}},
             {"frames", totals.pictures.frames},
+            {"frame_ms", frameTimesJson(totals.pictures.times)},
+            {"visuo_haptic", visuoHapticJson(totals.pictures.times)},
             {"validation_messages", totals.pictures.validation_messages},
+            {"headsets_found_again", totals.pictures.headsets_found_again},
+            {"ultrasound", {{"scans", totals.pictures.scans}, {"all_ms", totals.pictures.ultrasound_ms}}},
+            {"xray", {{"pictures", totals.pictures.xray_pictures}, {"all_ms", totals.pictures.xray_ms}}},
             {"skips", skips},
             {"state_hash", records::hexOf(log.state_hash)}};
 }
@@ -125,6 +222,24 @@ report::NeedlePicture needlePicture(const AttemptFacts& facts, const SessionLog&
     return picture;
 }
 
+// Beside the ticks of the record: what each picture took.
+void writeFrameTimes(const std::vector<FrameTime>& times, const std::filesystem::path& file) {
+    std::ofstream stream(file);
+    stream << "tick,frame_ms,opaque_ms,volume_ms,layer_scale,late,lead_ms,offset_mm,offset_deg,ahead_ms\n";
+    for (const FrameTime& t : times) {
+        stream << t.tick << ',' << t.frame_ms << ',' << t.opaque_ms << ',' << t.volume_ms << ','
+               << t.layer_scale << ',' << int(t.late) << ',';
+        if (t.tip)
+            stream << 1e3 * t.tip->lead_s << ',' << 1e3 * t.tip->distance_m << ','
+                   << kDegPerRad * t.tip->angle_rad << ',';
+        else
+            stream << ",,,";
+        if (t.tip && t.tip->ahead_s) stream << 1e3 * *t.tip->ahead_s;
+        stream << '\n';
+    }
+    if (!stream.flush()) throw patient::DataError(file, "file", "cannot be written");
+}
+
 void writeText(const std::filesystem::path& file, const std::string& text) {
     std::ofstream stream(file);
     stream << text << '\n';
@@ -144,6 +259,8 @@ void writeResults(const patient::Patient& patient, const AttemptFacts& facts, co
         report::drawSlices(patient, needlePicture(facts, log, *tick), folder / "slices.png");
     for (std::size_t i = 0; i < log.flights.size(); ++i)
         writeFlight(log.flights[i], facts.dt_s, folder / ("flight-" + std::to_string(i + 1) + ".csv"));
+    if (!totals.pictures.times.empty() && std::filesystem::is_directory(folder / "record"))
+        writeFrameTimes(totals.pictures.times, folder / "record" / "frames.csv");
     writeText(folder / "summary.json",
               summaryJson(patient, facts, log, totals).dump(2, ' ', false, json::error_handler_t::replace));
 }
@@ -159,6 +276,19 @@ void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTo
         std::printf("  %-7s cut at %6.2f mm, %.2f mm behind its border: %.2f N -> %.2f N\n", name.c_str(),
                     (event.border.depth_m + event.tenting_m) * 1000.0, event.tenting_m * 1000.0,
                     event.force_before_n, event.force_after_n);
+    }
+    if (log.machines_used) {
+        const training::DoseLedger& dose = log.dose;
+        const patient::ContrastVolumes& v = log.contrast.volumes;
+        std::printf("  X-rays %.1f s, %llu pulses, %.2f mGy at the reference point, %.3f Gy cm2\n",
+                    dose.fluoroscopy_s, static_cast<unsigned long long>(dose.pulses),
+                    dose.air_kerma_gy * 1000.0, dose.dose_area_gy_m2 * kGyCm2PerGyM2);
+        std::printf(
+            "  contrast medium %.1f ml: ducts %.1f, liver %.1f, vessels %.1f, elsewhere %.1f, washed out "
+            "%.1f, lost %.1f%s\n",
+            dose.contrast_m3 * kMlPerM3, v.ducts_m3 * kMlPerM3, v.liver_m3 * kMlPerM3,
+            v.vessels_m3 * kMlPerM3, v.pooled_m3 * kMlPerM3, v.washed_out_m3 * kMlPerM3, v.lost_m3 * kMlPerM3,
+            log.contrast.at_stop ? "; it stands at the obstruction" : "");
     }
     std::printf("  %llu ticks, %llu late, longest step %.1f us; %llu frames; state hash %s\n",
                 static_cast<unsigned long long>(totals.haptics.ticks),

@@ -1,6 +1,7 @@
 #include "app/trainer/run.h"
 
 #include <cstdio>
+#include <cstdlib>
 #include <glm/geometric.hpp>
 #include <set>
 
@@ -10,6 +11,8 @@
 #include "app/trainer/live_hand.h"
 #include "app/trainer/patient_source.h"
 #include "app/trainer/platform_linux.h"
+#include "app/trainer/staging.h"
+#include "app/trainer/tipped_device.h"
 #include "haptics/devices/replay.h"
 
 namespace stylet::trainer {
@@ -19,6 +22,7 @@ using patient::DataError;
 namespace {
 
 constexpr const char* kRuntimeVariable = "XR_RUNTIME_JSON";
+constexpr const char* kDisplayVariable = "DISPLAY";
 constexpr const char* kScripted = "scripted";
 constexpr const char* kReplay = "replay";
 
@@ -67,6 +71,7 @@ void checkHand(const RunOptions& options) {
     if (!isLive(options) && options.seconds) refuse("--seconds", "only a hand on a device needs an end");
     if (options.device == kReplay && options.trace.empty()) refuse("--trace", "missing: the hand's CSV file");
     if (options.device != kReplay && !options.trace.empty()) refuse("--trace", "only for --device replay");
+    if (options.device == kControllers) return;
     if (isLive(options)) haptics::makeDriver(options.device, options.device_options, monotonicClock());
 }
 
@@ -87,8 +92,11 @@ std::unique_ptr<LiveDevice> readyDevice(const RunOptions& options, const haptics
 
 // An attempt on the user's device, and how a tool is held where the device does not say it.
 struct Live {
+    std::shared_ptr<ControllerPort> port;  // of a controller; outlives the device
     std::unique_ptr<LiveDevice> device;
-    haptics::HapticDevice* aimed = nullptr;  // of `device`
+    haptics::HapticDevice* aimed = nullptr;    // of `device`
+    std::optional<Registration> registration;  // of `device`, in the headset's room
+    std::optional<TippedDevice> tipped;        // `aimed`, where the registration knows its tip
     patient::Quat device_from_needle{};
     haptics::GuideSettings guide;
 
@@ -96,17 +104,46 @@ struct Live {
     patient::Pose held(haptics::Tool tool) const { return heldLike({device_from_needle, {}}, tool, guide); }
 };
 
+ControllerSide sideOf(const RunOptions& options) {
+    return options.hand == "left" ? ControllerSide::left : ControllerSide::right;
+}
+
+// The controllers are in the room that is drawn: what is seen there is where they are, without registration.
+// They are waited for while the attempt runs, for only its pictures have a session.
+Attempt controllerAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
+                          const Scenario& scenario, const patient::PlannedPath& path,
+                          const haptics::Clock& clock) {
+    catchInterrupts();
+    live.port = std::make_shared<ControllerPort>();
+    live.device = std::make_unique<LiveDevice>(
+        kControllers, std::make_unique<ControllerDriver>(*live.port, sideOf(options), clock), clock);
+    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, haptics::makeTouchMap(patient),
+                                      controllerProfile(), {}, options.rate_hz);
+    attempt.simulation.patient_from_device = stageFromPatient(patient, path).inverse();
+    live.aimed = &live.device->bare();
+    return attempt;
+}
+
 Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                     const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock) {
+    if (options.device == kControllers)
+        return controllerAttempt(options, live, patient, scenario, path, clock);
     haptics::TouchMap touch = haptics::makeTouchMap(patient);  // first: a device that is ready may be moved
     live.device = readyDevice(options, clock);
-    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, std::move(touch),
-                                      live.device->profile(), live.device->grip(), options.rate_hz);
+    live.registration = newestRegistration(dataFolder() / "registrations", options.device,
+                                           std::string(live.device->profile().name));
+    Attempt attempt =
+        makeLiveAttempt(patient, scenario, path, options.seed, std::move(touch), live.device->profile(),
+                        live.device->grip(), options.rate_hz, live.registration);
     haptics::SimulationSettings& settings = attempt.simulation;
     const patient::Pose needle = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
     live.device_from_needle = settings.patient_from_device.inverse().rotation * needle.rotation;
     live.guide = settings.tools.guide;
     live.aimed = &live.device->aimed(live.held(scenario.tool));
+    if (live.registration && live.device->profile().senses_rotation) {
+        live.tipped.emplace(*live.aimed, live.registration->stylus_from_tip_m);
+        live.aimed = &*live.tipped;
+    }
     settings.profile = live.aimed->profile();
     return attempt;
 }
@@ -126,10 +163,15 @@ LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& a
                         [&] { return live.device->typed(); },
                         [&](haptics::Tool tool) { live.device->hold(live.held(tool)); },
                         buttons,
-                        live.device->rearmAct()};
+                        live.device->rearmAct(),
+                        [&live, vibrations = Vibrations()](const haptics::TickOutput& newest) mutable {
+                            if (!live.port) return;
+                            if (const auto felt = vibrations.take(newest)) live.port->vibrate(*felt);
+                        }};
     session.setRearmButton(buttons.rearm);
     const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand);
-    live.device->stop();
+    // A controller's thread may be stuck in the runtime as the frames are; there is no force to end.
+    if (!totals.frames_stuck || !live.port) live.device->stop();
     return totals;
 }
 
@@ -142,8 +184,10 @@ std::filesystem::path scenarioFile(const std::string& name) {
     throw DataError(folder, "scenario \"" + name + "\"", "not among: " + scenariosIn(folder));
 }
 
-std::optional<Pictures> picturesFor(const patient::Patient& patient, const patient::PlannedPath& path,
-                                    const RunOptions& options) {
+std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::PlannedPath& path,
+                                    const RunOptions& options, const std::string& rearm_act,
+                                    const std::optional<Registration>& registration,
+                                    std::shared_ptr<ControllerPort> controllers) {
     if (options.fps.value_or(options.fast ? 0.0 : 1.0) <= 0.0) return std::nullopt;
     if (options.headless && environment(kRuntimeVariable).empty()) {
         const std::filesystem::path mock = bundledRuntime();
@@ -151,11 +195,35 @@ std::optional<Pictures> picturesFor(const patient::Patient& patient, const patie
     }
     PictureSettings settings;
     settings.assets = assetsFolder();
+    settings.pipeline_cache = cacheFolder() / "pipelines.bin";
     settings.capture_folder = options.out;
     settings.validation = options.validation;
     settings.virtual_clock = options.fast;
+    settings.closed_look = options.look == "closed";
+    settings.budget_ms = options.budget_ms;
+    settings.count = options.stats;
+    settings.touch = attempt.touchMap();
+    settings.rearm_act = rearm_act;
+    settings.seated = options.seated;
+    settings.controllers = std::move(controllers);
+    settings.controller_side = sideOf(options);
+    settings.passthrough = options.passthrough;
+    settings.foveation = options.foveation;
+    if (registration) settings.colocation = {*registration, attempt.simulation.patient_from_device};
+    settings.tick_s = attempt.simulation.dt_s;
+    settings.guide = attempt.simulation.tools.guide;
+    settings.mirror =
+        options.mirror.value_or(!options.headless && !options.fast && !environment(kDisplayVariable).empty());
     std::string why_not;
-    auto pictures = openPictures(patient, path, settings, why_not);
+    auto pictures = openPictures(attempt.patient, path, settings, why_not);
+    if (!pictures && settings.mirror && !settings.controllers) {
+        std::string no_window;
+        pictures = openDesktop(attempt.patient, path, settings, no_window);
+        if (pictures)
+            sayOnStderr("no headset: " + why_not + "; a window takes its place");
+        else
+            why_not += "; nor a window: " + no_window;
+    }
     if (!pictures)
         std::fprintf(stderr, "stylet: no pictures: %s; continuing without pictures\n", why_not.c_str());
     return pictures;
@@ -186,12 +254,17 @@ int run(const RunOptions& options) {
                              options.device,
                              haptics::firmwareDigest(options.device_options)};
 
-    auto pictures = picturesFor(patient, path, options);
+    auto pictures =
+        picturesFor(attempt, path, options, live.device && !live.port ? live.device->rearmAct() : "",
+                    live.registration, live.port);
+    if (live.port && !pictures)
+        throw DataError(kControllers, "device", "there is no headset to hold them with");
     records::RecordWriter record(
         options.out / "record", {patient::digest(opened.package), attempt.simulation},
         recordInfo(facts, scenario,
                    haptics::outputGain(attempt.simulation.profile, attempt.simulation.output)));
-    Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record);
+    Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record,
+                    attempt.simulation.dt_s);
     const LoopTotals totals =
         live.device ? runLive(options, live, attempt, session, std::move(pictures), clock)
         : options.fast
@@ -203,6 +276,12 @@ int run(const RunOptions& options) {
                      static_cast<unsigned long long>(record.lost()->first - 1));
     writeResults(patient, facts, session.log(), totals, options.out);
     printResults(facts, session.log(), totals, options.out, options.stats);
+    if (totals.frames_stuck) {
+        sayOnStderr(
+            "the OpenXR runtime does not let go of a frame; all is stored, and the program ends without it");
+        std::fflush(nullptr);
+        std::_Exit(0);
+    }
     return 0;
 }
 

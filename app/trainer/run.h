@@ -24,10 +24,19 @@ struct RunOptions {
     bool fast = false;          // virtual clock
     std::optional<double> fps;  // virtual clock: frames a simulated second, default 0; real time: 0 = none
     bool stats = false, validation = false;
+    std::string look = "reveal";  // or closed
+    bool seated = false;          // the room comes down to the eyes of who sits
+    bool passthrough = false;     // the real room behind what is drawn, where the headset can
+    bool foveation = false;       // fewer rays beside the middle of the view
+    // A window for who has no headset on, and in the headset's place where there is none. Default: where a
+    // display is named, but not with a mock runtime or a virtual clock.
+    std::optional<bool> mirror;
+    std::optional<double> budget_ms;  // of a frame; default: a GPU keeps to the runtime's pace
     // "scripted": the scenario's hand. "replay": the trace's. Else the user's, on a device of that kind,
     // until Ctrl-C or for so many seconds.
     std::string device = "scripted";
     haptics::DeviceOptions device_options;
+    std::string hand = "right";  // or left: whose controller has the tool
     std::filesystem::path trace;
     std::optional<double> seconds;
 };
@@ -39,6 +48,9 @@ int run(const RunOptions&);
 std::filesystem::path scenarioFile(const std::string& name);
 
 // Pictures as asked for, or a line on stderr that says why there are none and what happens instead.
-std::optional<Pictures> picturesFor(const patient::Patient&, const patient::PlannedPath&, const RunOptions&);
+std::optional<Pictures> picturesFor(const Attempt&, const patient::PlannedPath&, const RunOptions&,
+                                    const std::string& rearm_act = "",
+                                    const std::optional<Registration>& = {},
+                                    std::shared_ptr<ControllerPort> = nullptr);
 
 }  // namespace stylet::trainer

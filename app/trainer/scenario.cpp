@@ -18,6 +18,7 @@ using patient::DataError;
 namespace {
 
 constexpr double kMaxSeconds = 600.0, kMaxDistance_mm = 500.0, kMaxSpeed_mm_s = 500.0;
+constexpr double kMlPerM3 = 1e6;
 constexpr std::size_t kMaxStages = 200;
 constexpr std::uintmax_t kMaxFileBytes = 1 << 20;
 
@@ -86,9 +87,51 @@ haptics::Tool readTool(const Fields& f) {
     f.refuse("tool", "\"" + name + "\" is none of finger, probe, scalpel, guide, needle");
 }
 
+// Every knob of the machine that the stage names, at least one.
+std::vector<training::Turned> readKnobs(const Fields& f, training::Machine machine) {
+    const std::span<const training::Knob> knobs = training::knobsOf(machine);
+    std::vector<training::Turned> turned;
+    for (const auto& [key, node] : f.table) {
+        if (key.str() == "do") continue;
+        const bool known = std::any_of(knobs.begin(), knobs.end(),
+                                       [&](const training::Knob& knob) { return knob.name == key.str(); });
+        if (!known) f.refuse(key.str(), "no such field");
+    }
+    for (std::size_t i = 0; i < knobs.size(); ++i)
+        if (f.table.contains(knobs[i].name))
+            turned.push_back({machine, i, f.number(knobs[i].name, knobs[i].low, knobs[i].high)});
+    if (turned.empty()) f.refuse("do", "at least one knob is needed");
+    return turned;
+}
+
+// Stages of the machines beside the table; false for any other.
+bool readMachineStage(const Fields& f, const std::string& kind, Stage& stage) {
+    if (kind == "inject") {
+        f.allowOnly({"do", "ml_per_s", "seconds"});
+        stage.kind = StageKind::inject;
+        stage.injected_m3_per_s =
+            f.number("ml_per_s", 0.0, training::kMostInjected_m3_per_s * kMlPerM3) / kMlPerM3;
+        stage.seconds = f.numberOr("seconds", 0.0, kMaxSeconds, 0.0);
+        return true;
+    }
+    if (kind == "pedal") {
+        f.allowOnly({"do", "down"});
+        stage.kind = StageKind::pedal;
+        const toml::value<bool>* down = f.table["down"].as_boolean();
+        if (!down) f.refuse("down", "true or false is needed");
+        stage.pedal_down = down->get();
+        return true;
+    }
+    if (kind != "xray" && kind != "ultrasound") return false;
+    stage.kind = StageKind::machine;
+    stage.turned = readKnobs(f, kind == "xray" ? training::Machine::xray : training::Machine::ultrasound);
+    return true;
+}
+
 Stage readStage(const Fields& f) {
     Stage stage;
     const std::string kind = f.text("do");
+    if (readMachineStage(f, kind, stage)) return stage;
     if (kind == "move") {
         f.allowOnly({"do", "share", "deeper_mm", "headward_mm", "frontward_mm", "speed_mm_s"});
         stage.kind = StageKind::move;
@@ -111,7 +154,9 @@ Stage readStage(const Fields& f) {
         return stage;
     }
     if (kind != "wait" && kind != "hold")
-        f.refuse("do", "\"" + kind + "\" is none of wait, move, hold, breathe, take, park, lift");
+        f.refuse("do", "\"" + kind +
+                           "\" is none of wait, move, hold, breathe, take, park, lift, inject, pedal, xray, "
+                           "ultrasound");
     f.allowOnly({"do", "seconds"});
     stage.kind = kind == "hold" ? StageKind::hold : StageKind::wait;
     stage.seconds = f.number("seconds", 0.0, kMaxSeconds);
@@ -130,8 +175,8 @@ std::vector<std::string> readMoments(const Fields& f) {
     std::vector<std::string> moments;
     for (const toml::node& node : *list) {
         const auto name = node.value<std::string>();
-        if (!name || (*name != "approach" && !isTissue(*name)))
-            f.refuse("moments", "each must be \"approach\" or a tissue");
+        if (!name || (*name != "approach" && *name != "xray" && *name != "contrast" && !isTissue(*name)))
+            f.refuse("moments", "each must be \"approach\", \"xray\", \"contrast\" or a tissue");
         if (std::find(moments.begin(), moments.end(), *name) != moments.end())
             f.refuse("moments", "\"" + *name + "\" stands twice");
         moments.push_back(*name);
@@ -263,6 +308,12 @@ std::uint64_t digest(const Scenario& s) {
         addPlace(stage.to);
         hash.add(stage.speed_m_s);
         hash.add(std::uint64_t(stage.tool));
+        if (stage.kind == StageKind::inject) hash.add(stage.injected_m3_per_s);
+        if (stage.kind == StageKind::pedal) hash.add(std::uint64_t(stage.pedal_down));
+        for (const training::Turned& turned : stage.turned) {
+            hash.add(std::uint64_t(turned.machine) | std::uint64_t(turned.knob) << 8);
+            hash.add(turned.value);
+        }
     }
     return hash.value();
 }

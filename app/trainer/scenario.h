@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/training/machines.h"
 #include "haptics/tool.h"
 #include "patient/signal.h"
 
@@ -30,7 +31,10 @@ enum class StageKind : std::uint8_t {
     breathe,  // end the hold
     take,     // another tool in hand, within `seconds`
     park,     // leave the probe where it is held
-    lift      // take the parked probe off the skin
+    lift,     // take the parked probe off the skin
+    inject,   // contrast medium for `seconds`; without, until the next such stage
+    pedal,    // X-rays from now on, or no more
+    machine   // turn knobs of the C-arm or of the ultrasound machine
 };
 
 struct Stage {
@@ -39,6 +43,9 @@ struct Stage {
     Place to;
     double speed_m_s = 0.0;                      // cruising; starts and stops are smooth
     haptics::Tool tool = haptics::Tool::needle;  // of take
+    double injected_m3_per_s = 0.0;
+    bool pedal_down = false;
+    std::vector<training::Turned> turned;  // of machine, in the knobs' order
     friend bool operator==(const Stage&, const Stage&) = default;
 };
 
@@ -60,7 +67,7 @@ struct Scenario {
     double tremor_m = 0.0001;  // largest excursion
     double tremor_low_hz = 8.0, tremor_high_hz = 10.0;
     double approach_distance_m = 0.0;  // off the skin: the moment "approach"
-    std::vector<std::string> moments;  // "approach", or the first entry into a tissue
+    std::vector<std::string> moments;  // "approach", "xray", "contrast", or the first entry into a tissue
     ScenarioBreath breath;
     std::vector<Stage> stages;
     friend bool operator==(const Scenario&, const Scenario&) = default;

@@ -20,13 +20,15 @@ constexpr std::size_t kRecentTicks = 4096;  // as many as the ring between the t
 
 Session::Session(const patient::Patient& patient, const patient::PlannedPath& path,
                  const std::vector<std::string>& moments, double approach_distance_m,
-                 records::RecordWriter* record)
+                 records::RecordWriter* record, double dt_s)
     : patient_(patient),
       entry_m_(path.entry_m),
       axis_(glm::normalize(path.target_m - path.entry_m)),
       awaited_(moments),
       approach_distance_m_(approach_distance_m),
-      record_(record) {}
+      record_(record),
+      fold_(patient, dt_s),
+      wounds_(dt_s) {}
 
 void Session::drain(haptics::LoopChannels& channels) {
     TickRecord record;
@@ -57,6 +59,9 @@ void Session::watchUser(const TickRecord& record) {
     pressed_ = pressed;
     newly_pressed_ |= fresh;
     if ((fresh & rearm_button_) != 0 && now.stage == haptics::ForceStage::off) rearm_ = true;
+    rearm_acts_ += (fresh & rearm_button_) != 0;
+    for (std::uint32_t i = 0; i < record.input.command_count; ++i)
+        rearm_acts_ += record.input.commands[i].kind == haptics::CommandKind::rearm;
     for (std::uint32_t i = 0; i < record.input.command_count; ++i)
         taken_.push_back({record.input.commands[i], before, now});
     new_faults_ |= now.faults & ~before.faults;
@@ -76,13 +81,17 @@ void Session::watchForce(const TickRecord& record) {
 
 void Session::take(const TickRecord& record) {
     const TickOutput& now = record.output;
-    if (record_) record_->add(record.input, now);
+    log_.state_hash = fold_.take(record.input, now);
+    if (record_) record_->add(record.input, now.tick, log_.state_hash);
     ++log_.ticks;
     log_.last_tick = now.tick;
-    log_.state_hash = now.state_hash;
+    log_.machines_used = fold_.begun();
+    log_.dose = fold_.dose();
+    log_.contrast = fold_.contrast().status();
     log_.faults |= now.faults;
     watchUser(record);
     watchForce(record);
+    wounds_.take(now);
     log_.lateral_cut_m = now.lateral_cut_m;
     log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(now.force_n));
     if (now.phase != haptics::Phase::outside) {
@@ -94,7 +103,15 @@ void Session::take(const TickRecord& record) {
     if (haptics::holdsNeedle(now.tool) &&
         glm::dot(now.patient_from_needle.position_m - entry_m_, axis_) >= -approach_distance_m_)
         note("approach", now);
+    watchXray(now);
     settleEvents();
+}
+
+void Session::watchXray(const TickOutput& now) {
+    const training::XrayState& xray = fold_.machines().xray;
+    if (xray.pulses > 0) note("xray", now);
+    if (pedal_ && !xray.pedal && fold_.contrast().begun()) note("contrast", now);
+    pedal_ = xray.pedal;
 }
 
 void Session::take(const EventRecord& event) {
@@ -115,6 +132,7 @@ void Session::settleEvents() {
 
 void Session::onEvent(const EventRecord& record, const TickOutput& shown) {
     const haptics::NeedleEvent& event = record.event;
+    wounds_.take(event);
     const bool cut = event.kind == NeedleEventKind::puncture;
     if (!cut && event.kind != NeedleEventKind::entry) return;
     log_.punctures.push_back(record);
@@ -125,11 +143,17 @@ void Session::onEvent(const EventRecord& record, const TickOutput& shown) {
         log_.target_cut = shown;
 }
 
+Seen Session::seen(const TickOutput& tick) const {
+    Seen seen{tick, wounds_.wounds(), fold_.machines(), fold_.dose()};
+    seen.rearm_acts = rearm_acts_;
+    return seen;
+}
+
 void Session::note(const std::string& moment, const TickOutput& shown) {
     const auto awaited = std::find(awaited_.begin(), awaited_.end(), moment);
     if (awaited == awaited_.end()) return;
     awaited_.erase(awaited);
-    log_.moments.push_back({moment, shown});
+    log_.moments.push_back({moment, seen(shown)});
 }
 
 bool Session::targetAtTip(const TickOutput& shown) const {

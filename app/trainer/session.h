@@ -11,6 +11,8 @@
 
 #include "app/records/record.h"
 #include "app/report/curve.h"
+#include "app/trainer/seen.h"
+#include "app/training/attempt_fold.h"
 #include "haptics/loop.h"
 #include "patient/planning.h"
 
@@ -19,7 +21,7 @@ namespace stylet::trainer {
 // An instant with everything a picture of it needs.
 struct Moment {
     std::string name;
-    haptics::TickOutput shown;
+    Seen seen;
 };
 
 // What the passivity controller added, over the ticks in contact.
@@ -53,6 +55,9 @@ struct SessionLog {
     std::uint32_t awaited = 0;        // of the newest tick: what keeps the force from beginning
     std::uint64_t awaited_ticks = 0;  // for so long the same
     ControllerLog controller;
+    bool machines_used = false;  // X-ray, contrast medium, ultrasound: the next two have something to say
+    training::DoseLedger dose;
+    patient::ContrastStatus contrast;
     std::vector<std::vector<haptics::TickRecord>> flights;  // of the first kMaxFlights faults
     std::uint64_t more_flights = 0;                         // that were not kept
     bool target_hit() const { return target_cut.has_value(); }
@@ -65,7 +70,7 @@ class Session {
     // `moments` as in Scenario; `record` may be null (a replay records nothing). All must outlive the
     // session.
     Session(const patient::Patient&, const patient::PlannedPath&, const std::vector<std::string>& moments,
-            double approach_distance_m, records::RecordWriter* record);
+            double approach_distance_m, records::RecordWriter* record, double dt_s = 0.001);
 
     // Session thread. Takes all that waits in the rings; throws patient::DataError when the record cannot be
     // kept.
@@ -85,6 +90,12 @@ class Session {
     std::uint32_t takeFaults() { return std::exchange(new_faults_, 0); }
     // The newest tick; null before the first.
     const haptics::TickOutput* newest() const { return recent_.empty() ? nullptr : &recent_.back(); }
+    // `tick` with what the session knows besides.
+    Seen seen(const haptics::TickOutput& tick) const;
+    // As of the newest tick. Session thread; trivially copyable, for frames.
+    const training::Machines& machines() const { return fold_.machines(); }
+    // Session thread. What a picture of it needs goes through ContrastFeed (contrast_feed.h).
+    const patient::Contrast& contrast() const { return fold_.contrast(); }
     // Moments found since the last call, each exactly once.
     std::vector<Moment> newMoments();
     const SessionLog& log() const { return log_; }
@@ -92,6 +103,7 @@ class Session {
   private:
     void watchUser(const haptics::TickRecord&);
     void watchForce(const haptics::TickRecord&);
+    void watchXray(const haptics::TickOutput&);
     void settleEvents();
     void onEvent(const haptics::EventRecord&, const haptics::TickOutput&);
     void note(const std::string& moment, const haptics::TickOutput&);
@@ -102,13 +114,16 @@ class Session {
     std::vector<std::string> awaited_;
     double approach_distance_m_;
     records::RecordWriter* record_;
+    training::AttemptFold fold_;
     std::deque<haptics::TickOutput> recent_;  // to look an event's tick up in
     std::deque<haptics::EventRecord> unsettled_;
     std::size_t handed_out_ = 0;
     std::uint32_t rearm_button_ = 1u << 0;
     std::uint32_t pressed_ = 0, newly_pressed_ = 0, new_faults_ = 0;
-    bool rearm_ = false;
+    bool rearm_ = false, pedal_ = false;
+    std::uint64_t rearm_acts_ = 0;
     std::vector<Taken> taken_;
+    WoundLog wounds_;
     SessionLog log_;
 };
 

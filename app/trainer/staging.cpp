@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
 #include <numbers>
 
 #include <glm/gtc/quaternion.hpp>
-#include <nlohmann/json.hpp>
 
 #include "patient/package.h"
-#include "xr/xr.h"
 
 namespace stylet::trainer {
 
@@ -71,6 +67,10 @@ Pose stageFromPatient(const patient::Patient& patient, const patient::PlannedPat
     return {rotation, {-entry.x, kTableHeight_m - backOf(patient), -kReach_m - entry.z}};
 }
 
+Pose stageFromEyes(const Vec3& eyes_m, const Vec3& gaze_m) {
+    return {lookAlong(gaze_m - eyes_m), eyes_m};
+}
+
 Pose stageFromHead(const Pose& stage_from_patient, const patient::PlannedPath& path, double t_s) {
     const Vec3 entry = stage_from_patient * path.entry_m, target = stage_from_patient * path.target_m;
     const Vec3 outward = glm::normalize(entry - target);
@@ -84,56 +84,7 @@ Pose stageFromHead(const Pose& stage_from_patient, const patient::PlannedPath& p
     const Vec3 eyes =
         entry + kEyeDistance_m * from_entry +
         Vec3{sway(0.014, 0.11, t_s, 0.0), sway(0.006, 0.23, t_s, 0.7), sway(0.010, 0.17, t_s, 1.0)};
-    return {lookAlong(gaze - eyes), eyes};
-}
-
-void writeHeadScript(const std::filesystem::path& file, const Pose& stage_from_patient,
-                     const patient::PlannedPath& path) {
-    constexpr double kLength_s = 120.0, kKeyEvery_s = 0.25;
-    using nlohmann::json;
-    json head = json::array();
-    for (int i = 0; i * kKeyEvery_s <= kLength_s; ++i) {
-        const Pose pose = stageFromHead(stage_from_patient, path, i * kKeyEvery_s);
-        const Vec3& p = pose.position_m;
-        const Quat& q = pose.rotation;
-        head.push_back(
-            {{"t_s", i * kKeyEvery_s}, {"position", {p.x, p.y, p.z}}, {"orientation", {q.x, q.y, q.z, q.w}}});
-    }
-    const json script{{"version", 1},
-                      {"refresh_hz", 90},
-                      {"eyes",
-                       {{"ipd_m", kMockEyeDistance_m},
-                        {"recommended_size", {640, 640}},
-                        {"left_fov_rad", kMockEyeAngles_rad[0]},
-                        {"right_fov_rad", kMockEyeAngles_rad[1]}}},
-                      {"head", head}};
-    std::ofstream out(file);
-    out << script.dump(1) << '\n';
-    out.close();
-    if (!out) throw patient::DataError(file, "document", "cannot be written");
-}
-
-bool mockRuntimeChosen() {
-    for (const std::filesystem::path manifest : xr::runtimeSearchPath()) {
-        std::ifstream in(manifest);
-        if (!in) continue;
-        const auto json = nlohmann::json::parse(in, nullptr, false);
-        if (!json.is_object() || !json.contains("runtime") || !json["runtime"].is_object()) return false;
-        const auto library = json["runtime"].find("library_path");
-        return library != json["runtime"].end() && library->is_string() &&
-               std::filesystem::path(library->get<std::string>()).filename() == "libxrmock.so";
-    }
-    return false;
-}
-
-void setUpMock(const std::filesystem::path& head_script, bool virtual_clock,
-               const std::filesystem::path& capture_dir) {
-    setenv("XRMOCK_SCENARIO", head_script.c_str(), 1);
-    setenv("XRMOCK_CLOCK", virtual_clock ? "virtual" : "real", 1);
-    if (capture_dir.empty())
-        unsetenv("XRMOCK_CAPTURE");
-    else
-        setenv("XRMOCK_CAPTURE", capture_dir.c_str(), 1);
+    return stageFromEyes(eyes, gaze);
 }
 
 }  // namespace stylet::trainer

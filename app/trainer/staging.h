@@ -2,8 +2,6 @@
 // head moves.
 #pragma once
 
-#include <filesystem>
-
 #include "patient/patient.h"
 
 namespace stylet::trainer {
@@ -19,20 +17,11 @@ inline constexpr double kMockEyeDistance_m = 0.063;
 // before the operator, who stands at the stage's origin and looks along -z.
 patient::Pose stageFromPatient(const patient::Patient&, const patient::PlannedPath&);
 
+// Eyes that look at a point of the stage, upright.
+patient::Pose stageFromEyes(const patient::Vec3& eyes_m, const patient::Vec3& gaze_m);
+
 // A head pose at t_s: leaning over the entry, needle, flank and the inside of the liver in view, never quite
 // still.
 patient::Pose stageFromHead(const patient::Pose& stage_from_patient, const patient::PlannedPath&, double t_s);
-
-// The mock runtime's scenario (xr/mock/README.md): that head for two minutes, 640 x 640 an eye.
-void writeHeadScript(const std::filesystem::path& file, const patient::Pose& stage_from_patient,
-                     const patient::PlannedPath&);
-
-// True when the runtime that the loader would take now is the mock runtime.
-bool mockRuntimeChosen();
-
-// Tells the mock runtime, which reads its environment when an instance is made. An empty capture folder: no
-// pictures.
-void setUpMock(const std::filesystem::path& head_script, bool virtual_clock,
-               const std::filesystem::path& capture_dir);
 
 }  // namespace stylet::trainer

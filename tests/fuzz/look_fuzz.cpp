@@ -2,7 +2,7 @@
 #include <cstdint>
 
 #include "patient/package.h"
-#include "render/look.h"
+#include "render/volume/look.h"
 
 // A look or a DataError; anything else is a bug.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,19 +1,26 @@
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 
 #include "patient/package.h"
-#include "render/mesh.h"
+#include "render/room/mesh.h"
 
-// A mesh whose indices name vertices and whose parts lie in its list, or a DataError.
+// A mesh whose indices name vertices, whose parts lie in its list and whose numbers can be drawn, or a
+// DataError.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::render;
     try {
         const Mesh mesh = parseMesh("fuzz.gltf", {data, size});
         for (const std::uint32_t index : mesh.indices)
             if (index >= mesh.vertices.size()) std::abort();
-        for (const MeshPart& part : mesh.parts)
+        for (const MeshPart& part : mesh.parts) {
             if (part.first_index + part.index_count > mesh.indices.size()) std::abort();
+            if (!(part.roughness >= 0.0f && part.roughness <= 1.0f)) std::abort();
+        }
+        for (const Vertex& v : mesh.vertices)
+            if (!std::isfinite(v.uv.x) || !std::isfinite(v.uv.y) || !(v.open >= 0.0f && v.open <= 1.0f))
+                std::abort();
     } catch (const stylet::patient::DataError&) {
     }
     return 0;

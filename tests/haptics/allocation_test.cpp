@@ -1,33 +1,11 @@
 // No allocation in 10,000 ticks, counted by a replaced operator new.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "haptics/devices/replay.h"
 #include "tests/haptics/scripted.h"
+#include "tests/support/counted_allocations.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
-
-namespace {
-std::atomic<std::uint64_t> allocations{0};
-}
-
-// Under sanitizers g++ inlines one of the pair only and takes the two for strangers.
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-
-void* operator new(std::size_t size) {
-    allocations.fetch_add(1, std::memory_order_relaxed);
-    if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
-    throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept {
-    std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-    std::free(p);
-}
 
 namespace stylet::haptics {
 namespace {
@@ -63,19 +41,26 @@ TEST_P(Allocation, TenThousandTicksAllocateNothing) {
     int punctures = 0;
     EventRecord event;
 
-    const std::uint64_t before = allocations.load();
+    const std::uint64_t before = test::allocations();
     for (int i = 0; i < 10000; ++i) {
         loopTick(simulation, device, channels, stats, std::int64_t(i % test::kScriptedTicks) * 1000000);
         channels.records.pop(record);
         while (channels.events.pop(event))
             punctures += event.event.kind == NeedleEventKind::puncture;
     }
-    EXPECT_EQ(allocations.load() - before, 0u);
+    channels.hold.store(true);
+    channels.commands.push({CommandKind::focus, 0});
+    for (int i = 0; i < 1000; ++i) {
+        if (!loopHold(simulation, device, channels, stats, 0))
+            loopTick(simulation, device, channels, stats, 0);
+    }
+    EXPECT_GT(stats.held, 900u);
+    EXPECT_EQ(test::allocations() - before, 0u);
     EXPECT_GE(punctures, 3);
 
     // The counter counts (a plain new and delete may be optimised away).
     ::operator delete(::operator new(4));
-    EXPECT_EQ(allocations.load() - before, 1u);
+    EXPECT_EQ(test::allocations() - before, 1u);
 }
 
 TEST(Allocation, ToolsOnTheSkinAllocateNothing) {
@@ -90,7 +75,7 @@ TEST(Allocation, ToolsOnTheSkinAllocateNothing) {
     double felt_n = 0.0;
     int incisions = 0;
 
-    const std::uint64_t before = allocations.load();
+    const std::uint64_t before = test::allocations();
     for (int i = 0; i < 9000; ++i) {
         // 1.5 s with each tool, twice: in by 5 mm, along the skin, out.
         const double share = double(i % 1500) / 1500.0;
@@ -104,7 +89,7 @@ TEST(Allocation, ToolsOnTheSkinAllocateNothing) {
         felt_n = std::max(felt_n, glm::length(out.tool_force.force_n));
         incisions = simulation.state().tools.incisions.count;
     }
-    EXPECT_EQ(allocations.load() - before, 0u);
+    EXPECT_EQ(test::allocations() - before, 0u);
     EXPECT_GT(felt_n, 0.2);
     EXPECT_GE(incisions, 1);
 }

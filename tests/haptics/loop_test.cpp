@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "haptics/devices/replay.h"
 #include "tests/haptics/scripted.h"
@@ -226,6 +227,192 @@ TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
         ASSERT_EQ(out.state_hash, r.output.state_hash) << "tick " << out.tick;
     }
     EXPECT_EQ(out.state_hash, live.state().hash.value());
+}
+
+TEST(Loop, TellsWhereTheTipWasAndWhen) {
+    Bench b;
+    Simulation simulation(b.patient, {});
+    LoopChannels channels;
+    MockClock mock;
+    mock.channels = &channels;
+    ReplayDevice device(b.trace, 0);
+    const std::int64_t began = mock.now;
+    runLoop(simulation, device, channels, mock.clock());
+    TipSample tip;
+    TickRecord record;
+    for (std::uint64_t i = 1; i <= 100; ++i) {
+        ASSERT_TRUE(channels.tips.pop(tip) && channels.records.pop(record));
+        EXPECT_EQ(tip.tick, i);
+        EXPECT_EQ(tip.tool, Tool::needle);
+        EXPECT_TRUE(tip.fresh);
+        EXPECT_NEAR(double(tip.t_ns - began), double(i - 1) * 1e6, 2e4);
+        EXPECT_EQ(tip.patient_from_tip.position_m, record.output.patient_from_needle.position_m);
+    }
+    EXPECT_FALSE(channels.tips.pop(tip));
+}
+
+TEST(Loop, AFullRingOfTipsIsNoFault) {
+    Bench b;
+    Simulation simulation(b.patient, {});
+    LoopChannels channels;
+    LoopStats stats;
+    ReplayDevice device(b.trace, 0);
+    TickRecord record;
+    for (int i = 0; i < 5000; ++i) {
+        loopTick(simulation, device, channels, stats, std::int64_t(i) * 1000000);
+        channels.records.pop(record);
+    }
+    EXPECT_GT(channels.tips.dropped(), 0u);
+    EXPECT_EQ(stats.faults, 0u);
+}
+
+// A hand that the test puts where it likes, as often as it likes.
+class Placed final : public HapticDevice {
+  public:
+    const DeviceProfile& profile() const noexcept override { return profile_; }
+    DeviceState read(std::int64_t) noexcept STYLET_NONBLOCKING override {
+        DeviceState state{.device_from_stylus = {test::kAlongX, {x_m, 0.0, 0.0}}};
+        state.fresh = std::exchange(fresh, fresh_always ? 1u : 0u);
+        return state;
+    }
+    void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override {
+        ++sent;
+        sent_n = force_n;
+    }
+    double x_m = -0.006;
+    std::uint32_t fresh = 1;
+    bool fresh_always = true;
+    int sent = 0;
+    Vec3 sent_n{1.0};
+
+  private:
+    DeviceProfile profile_;
+};
+
+struct Pausing {
+    Bench b;
+    Simulation simulation{b.patient, {}};
+    LoopChannels channels;
+    LoopStats stats;
+    Placed device;
+    std::vector<TickRecord> records;
+
+    // Periods as runLoop() makes them, at `m_s` along the needle.
+    void periods(int count, double m_s = 0.0) {
+        for (int i = 0; i < count; ++i) {
+            device.x_m += m_s * 0.001;
+            const std::int64_t t_ns = std::int64_t(stats.ticks) * 1000000;
+            if (!loopHold(simulation, device, channels, stats, t_ns))
+                loopTick(simulation, device, channels, stats, t_ns);
+            TickRecord record;
+            while (channels.records.pop(record))
+                records.push_back(record);
+        }
+    }
+    void command(CommandKind kind, std::uint32_t value = 0) { channels.commands.push({kind, value}); }
+    const TickOutput& last() const { return records.back().output; }
+    std::uint64_t replayedHash() const {
+        Simulation replay(b.patient, {});
+        TickOutput out;
+        NeedleEvents events;
+        for (const TickRecord& record : records)
+            replay.step(record.input, out, events);
+        return out.state_hash;
+    }
+};
+
+TEST(LoopHold, BeginsOnceTheForceIsGoneAndSendsZeroEveryPeriod) {
+    Pausing p;
+    p.periods(1700);
+    p.periods(400, 0.02);
+    ASSERT_EQ(p.last().stage, ForceStage::on);
+    ASSERT_GT(glm::length(p.last().sent_device_n), 0.01);
+    p.channels.hold.store(true);
+    p.periods(5);
+    EXPECT_EQ(p.records.size(), 2105u);  // there is force: ticks go on
+    EXPECT_FALSE(p.channels.held.load());
+    p.command(CommandKind::focus, 0);
+    p.periods(30);
+    EXPECT_TRUE(p.channels.held.load());
+    EXPECT_EQ(p.last().stage, ForceStage::off);
+    const std::size_t ticks = p.records.size();
+    const double breath_v = p.last().breath.v;
+    EXPECT_LE(ticks, 2105u + 20u);
+    const int sent = p.device.sent;
+    p.device.sent_n = Vec3(1.0);
+    p.periods(500);
+    EXPECT_EQ(p.records.size(), ticks);
+    EXPECT_EQ(p.device.sent, sent + 500);
+    EXPECT_EQ(p.device.sent_n, Vec3(0.0));
+    p.channels.hold.store(false);
+    p.periods(1);
+    EXPECT_FALSE(p.channels.held.load());
+    ASSERT_EQ(p.records.size(), ticks + 1);
+    EXPECT_EQ(p.last().tick, ticks + 1);              // where it stopped:
+    EXPECT_NEAR(p.last().breath.v, breath_v, 0.005);  // so did the patient
+    EXPECT_EQ(p.replayedHash(), p.simulation.state().hash.value());
+}
+
+// Also with a device that says something new less often than it is asked.
+TEST(LoopHold, TheWayMovedMeanwhileNeitherCutsNorBlocks) {
+    for (const bool fresh_always : {true, false}) {
+        Pausing p;
+        p.periods(1700);
+        p.channels.hold.store(true);
+        p.command(CommandKind::focus, 0);
+        p.periods(40);
+        ASSERT_TRUE(p.channels.held.load());
+        p.device.fresh_always = fresh_always;
+        p.device.x_m = 0.020;  // through skin and fascia
+        p.device.fresh = 1;
+        p.periods(10);
+        p.channels.hold.store(false);
+        p.periods(3);
+        EXPECT_EQ(p.last().phase, Phase::outside);  // as if taken up there
+        EventRecord event;
+        EXPECT_FALSE(p.channels.events.pop(event));
+        p.device.fresh_always = true;
+        p.device.fresh = 1;
+        p.device.x_m = -0.006;
+        p.command(CommandKind::focus, 1);
+        p.periods(30);
+        p.command(CommandKind::rearm);
+        p.periods(1600);
+        EXPECT_EQ(p.last().stage, ForceStage::on);
+        EXPECT_EQ(p.last().faults, 0u);
+        p.periods(900, 0.02);
+        EXPECT_TRUE(p.channels.events.pop(event));
+        EXPECT_EQ(p.replayedHash(), p.simulation.state().hash.value());
+    }
+}
+
+TEST(LoopHold, ANeedleInTheBodyStaysThereUntilTheHandIsBack) {
+    Pausing p;
+    p.periods(1700);
+    p.periods(900, 0.02);
+    ASSERT_NE(p.last().phase, Phase::outside);
+    EventRecord event;
+    while (p.channels.events.pop(event)) {
+    }
+    const double x_m = p.device.x_m;
+    p.channels.hold.store(true);
+    p.command(CommandKind::focus, 0);
+    p.periods(40);
+    ASSERT_TRUE(p.channels.held.load());
+    const std::size_t ticks = p.records.size();
+    p.device.x_m = x_m + 0.015;
+    p.channels.hold.store(false);
+    p.periods(200);
+    EXPECT_EQ(p.records.size(), ticks);
+    EXPECT_TRUE(p.channels.held.load());
+    EXPECT_NEAR(p.channels.to_return_m.load(), 0.015, 1e-9);
+    p.device.x_m = x_m + 0.001;
+    p.periods(50);
+    EXPECT_EQ(p.records.size(), ticks + 50);
+    EXPECT_EQ(p.channels.to_return_m.load(), 0.0);
+    EXPECT_NE(p.last().phase, Phase::outside);
+    EXPECT_FALSE(p.channels.events.pop(event));
+    EXPECT_EQ(p.replayedHash(), p.simulation.state().hash.value());
 }
 
 }  // namespace

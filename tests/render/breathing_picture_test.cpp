@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/deform.h"
-#include "tests/render/deform_points.h"
+#include "render/volume/deform.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
+#include "tests/render/volume/deform_points.h"
 #include "tests/support/motion.h"
 
 namespace stylet::render {
@@ -36,22 +36,61 @@ TEST(DeformTables, AgreeWithThePointFunctions) {
     }
 }
 
+// A picture asks where anything can be seen.
+TEST(DeformTables, NearTheBodyAreThoseOfAllTheBox) {
+    const patient::Package package = test::makeTrunk(0.004);
+    const patient::Patient patient(package);
+    DeformMaker near(package.motion, {}, &patient), all(package.motion, {}, nullptr);
+    EXPECT_LT(near.nodesMade(), all.nodesMade());
+    Workers workers(2);
+    for (const patient::Surrogate now : {patient::Surrogate{0.7, 1.0}, patient::Surrogate{1.5, -4.0}}) {
+        near.make(now, workers), all.make(now, workers);
+        int asked = 0;
+        double reach_m = 0.0;
+        for (double x = -0.17; x <= 0.17; x += 0.0061)
+            for (double y = -0.12; y <= 0.12; y += 0.0057)
+                for (double z = -0.13; z <= 0.13; z += 0.0067) {
+                    const Vec3 p(x, y, z), reference_m = referenceFromTables(all.tables(), p);
+                    reach_m = std::max(reach_m, glm::length(reference_m - p));
+                    if (!test::inBody(package, now, p)) continue;
+                    ++asked;
+                    EXPECT_LT(glm::length(referenceFromTables(near.tables(), p) - reference_m), 1e-6);
+                }
+        EXPECT_GT(asked, 5000);
+        EXPECT_LE(reach_m, all.reach_m());
+    }
+}
+
+TEST(DeformTables, AreTheSameWithoutWiderInstructions) {
+    const patient::Package package = test::makeTrunk(0.01);
+    const patient::Surrogate now{0.9, 0.5};
+    const DeformTables wide = deformTables(package.motion, now);
+    const DeformTables portable = deformTables(package.motion, now, {.portable = true});
+    double most_m = 0.0;
+    for (std::size_t i = 0; i < wide.inside.size(); ++i) {
+        most_m = std::max(most_m, double(glm::length(glm::vec3(wide.inside[i] - portable.inside[i]))));
+        most_m = std::max(most_m, double(glm::length(glm::vec3(wide.outside[i] - portable.outside[i]))));
+    }
+    EXPECT_LT(most_m, 2e-6);
+}
+
 // The shader's own reading: half floats, and the device's filter.
 TEST(DeformTables, AreReadByTheGpuAsThePointFunctionsSay) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     const patient::Package package = test::makeTrunk(0.01);
     const patient::Patient patient(package);
     Gpu gpu({.validation = true});
-    PatientVolume volume(gpu, patient);
+    DeformedPatient deformed(gpu, patient);
     const patient::Surrogate now{0.9, 0.5};
-    volume.breathe(now, false);
+    deformed.breathe(now, false);
     std::vector<Vec3> points_m;
     for (double x = -0.15; x <= 0.15; x += 0.0083)
         for (double y = -0.10; y <= 0.10; y += 0.0079)
             for (double z = -0.119; z <= 0.119; z += 0.0067)
-                if (std::fabs(patient::cavityLevel_m(package.motion, now, Vec3(x, y, z))) > 3e-4)
-                    points_m.emplace_back(x, y, z);
-    const std::vector<Vec3> found_m = test::referenceOnGpu(gpu, volume, points_m);
+                if (const Vec3 p(x, y, z); std::fabs(patient::cavityLevel_m(package.motion, now, p)) > 3e-4 &&
+                                           test::inBody(package, now, p))
+                    points_m.push_back(p);
+    const std::vector<Vec3> found_m = test::referenceOnGpu(gpu, deformed, points_m);
     ASSERT_EQ(found_m.size(), points_m.size());
     std::vector<double> errors_m;
     double most_m = 0.0;

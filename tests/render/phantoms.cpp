@@ -124,4 +124,17 @@ patient::Package makeTrunk(double spacing_m) {
     return package;
 }
 
+bool inBody(const patient::Package& package, const patient::Surrogate& now, const patient::Vec3& deformed_m) {
+    return package.ct.nearestOr(referenceFromDeformed(package.motion, now, deformed_m), -1000) > -500;
+}
+
+patient::ToolContact contactAt(const patient::Vec3& skin_m, const patient::Vec3& moved_m, double radius_m) {
+    return {.id = 0,
+            .begin_m = skin_m,
+            .end_m = skin_m,
+            .begin_moved_m = moved_m,
+            .end_moved_m = moved_m,
+            .radius_m = radius_m};
+}
+
 }  // namespace stylet::test

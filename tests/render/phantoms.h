@@ -2,6 +2,7 @@
 #pragma once
 
 #include "patient/patient.h"
+#include "patient/tool_displacement.h"
 
 namespace stylet::test {
 
@@ -16,5 +17,11 @@ patient::Package makeBlock(patient::Tissue, const patient::Vec3& size_m, double 
 // A small trunk with everything the looks tell apart: skin, fat, ribs, spine, lung, liver with vessels and
 // ducts. It breathes. About 32 x 22 x 24 cm, centred on the origin.
 patient::Package makeTrunk(double spacing_m);
+
+// Is a point of the deformed patient tissue?
+bool inBody(const patient::Package&, const patient::Surrogate&, const patient::Vec3& deformed_m);
+
+// A ball of tissue at `skin_m` that a tool has taken along.
+patient::ToolContact contactAt(const patient::Vec3& skin_m, const patient::Vec3& moved_m, double radius_m);
 
 }  // namespace stylet::test

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint32_t kSize = 160;
 
-class SkipsTest : public testing::TestWithParam<std::tuple<Look, double>> {
+class SkipsTest : public testing::TestWithParam<std::tuple<Look, double, VolumePath>> {
   protected:
     void SetUp() override {
         if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
@@ -22,7 +22,7 @@ struct Picture {
 };
 
 TEST_P(SkipsTest, ChangeTheWorkButNotThePicture) {
-    const auto [look, v] = GetParam();
+    const auto [look, v, path] = GetParam();
     const patient::Package package = test::makeTrunk(0.003);
     const patient::Patient patient(package);
     Gpu gpu({});
@@ -36,6 +36,7 @@ TEST_P(SkipsTest, ChangeTheWorkButNotThePicture) {
     const auto eyes = test::stereo(test::lookAt(Vec3(0.35, 1.35, 0.35), Vec3(0, 1, 0), 0.35f), 0.063);
     const auto drawWith = [&](const Skips& skips) {
         RenderSettings settings;
+        settings.volume_path = path;
         settings.skips = skips;
         settings.count = true;
         renderer.setSettings(settings);
@@ -70,9 +71,10 @@ TEST_P(SkipsTest, ChangeTheWorkButNotThePicture) {
     EXPECT_EQ(no_still.stats.still_frames, 0u);
 }
 
-INSTANTIATE_TEST_SUITE_P(BothLooksStillAndBreathing, SkipsTest,
+INSTANTIATE_TEST_SUITE_P(BothLooksStillAndBreathingOnBothPaths, SkipsTest,
                          testing::Combine(testing::Values(Look::closed, Look::reveal),
-                                          testing::Values(0.0, 0.8)));
+                                          testing::Values(0.0, 0.8),
+                                          testing::Values(VolumePath::gpu, VolumePath::processor)));
 
 TEST(Counters, CostNothingUnlessAsked) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;

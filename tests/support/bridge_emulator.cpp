@@ -6,6 +6,7 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -191,6 +192,12 @@ std::vector<std::uint8_t> BridgeEmulator::state(std::uint32_t force, std::int64_
     if (moving_ns_ == 0) moving_ns_ = now_ns;
     const double turns = 1e-9 * double(now_ns - moving_ns_) / script_.period_s;
     position[2] += out_m_ - 0.5 * script_.stroke_m * (1.0 - std::cos(2.0 * std::numbers::pi * turns));
+    std::array<double, 4> turn{1.0, 0.0, 0.0, 0.0};
+    if (placed_) {
+        std::copy_n(placed_->begin(), 3, position.begin());
+        std::copy_n(placed_->begin() + 3, 4, turn.begin());
+    }
+    if (fault == BridgeFault::notAUnit) turn = {2.0, 0.0, 0.0, 0.0};
     if (fault == BridgeFault::notFinite) position[random() % 3] = std::numeric_limits<double>::quiet_NaN();
     if (fault == BridgeFault::farAway) position[0] = 1e6;
 
@@ -201,7 +208,7 @@ std::vector<std::uint8_t> BridgeEmulator::state(std::uint32_t force, std::int64_
     put(p, sampled_ns);
     for (const double value : position)
         put(p, value);
-    for (const double value : {fault == BridgeFault::notAUnit ? 2.0 : 1.0, 0.0, 0.0, 0.0})
+    for (const double value : turn)
         put(p, value);
     put(p, buttons_);
     put(p, std::uint32_t(0));
@@ -258,6 +265,10 @@ void BridgeServer::converse(int client) {
         const std::int64_t now_ns = monotonicNow_ns();
         if (got == 0) break;
         emulator.hold(out_m_.load(), buttons_.load());
+        {
+            const std::lock_guard lock(way_mutex_);
+            if (way_) emulator.place(way_(now_ns));
+        }
         if (got > 0) on = emulator.receive({bytes, std::size_t(got)}, now_ns, out);
         emulator.release(now_ns, out);
         motor_n_.store(size(emulator.motors_n(now_ns)));

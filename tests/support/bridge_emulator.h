@@ -6,6 +6,9 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -54,6 +57,8 @@ class BridgeEmulator {
     // Appends withheld answers whose time has come.
     void release(std::int64_t now_ns, std::vector<std::uint8_t>& out);
 
+    // The stylus from now on, in place of the script's way: position, and w x y z of how it is turned.
+    void place(const std::array<double, 7>& device_from_stylus) { placed_ = device_from_stylus; }
     // The hand: what it adds to the script's position, and presses.
     void hold(double out_m, std::uint32_t buttons) { out_m_ = out_m, buttons_ = buttons; }
 
@@ -83,6 +88,7 @@ class BridgeEmulator {
     std::int64_t force_ns_ = -1;
     double out_m_ = 0.0;
     std::uint32_t buttons_ = 0;
+    std::optional<std::array<double, 7>> placed_;
     std::string complaint_;
 };
 
@@ -99,6 +105,13 @@ class BridgeServer {
 
     // The hand, from now on: so far along +z from the script's position, with these buttons pressed.
     void hold(double out_m, std::uint32_t buttons = 0) { out_m_.store(out_m), buttons_.store(buttons); }
+    // The stylus goes where this says for a time of CLOCK_MONOTONIC, from now on; called on the server's
+    // thread.
+    using Way = std::function<std::array<double, 7>(std::int64_t now_ns)>;
+    void follow(Way way) {
+        const std::lock_guard lock(way_mutex_);
+        way_ = std::move(way);
+    }
     std::int64_t fault_began_ns() const { return fault_began_ns_.load(); }
     double motor_n() const { return motor_n_.load(); }  // size of the motors' force
     double asked_n() const { return asked_n_.load(); }  // of the last force that came, even if long ago
@@ -116,6 +129,8 @@ class BridgeServer {
     std::atomic<double> motor_n_{0.0}, asked_n_{0.0}, out_m_{0.0};
     std::atomic<std::uint32_t> buttons_{0};
     std::atomic<int> connections_{0};
+    std::mutex way_mutex_;
+    Way way_;
     std::thread thread_;
 };
 

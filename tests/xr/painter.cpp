@@ -51,25 +51,59 @@ void Painter::start() {
     session_.start(*instance_, *gpu_, *device_, kQueueFamily);
 }
 
-void Painter::paint(VkImage image, const std::array<std::array<float, 4>, 2>& linear_colours) {
-    std::vector<vk::raii::ImageView>& eyes = eyes_[image];
-    for (std::uint32_t layer = std::uint32_t(eyes.size()); layer < 2; ++layer)
-        eyes.emplace_back(device_, vk::ImageViewCreateInfo(
-                                       {}, image, vk::ImageViewType::e2D, vk::Format(session_.colourFormat()),
-                                       {}, {vk::ImageAspectFlagBits::eColor, 0, 1, layer, 1}));
-    commands_.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
-    for (std::size_t layer = 0; layer < 2; ++layer) {
-        vk::RenderingAttachmentInfo colour(*eyes[layer], vk::ImageLayout::eColorAttachmentOptimal);
-        colour.loadOp = vk::AttachmentLoadOp::eClear;
-        colour.storeOp = vk::AttachmentStoreOp::eStore;
-        colour.clearValue = vk::ClearColorValue(linear_colours[layer]);
-        const vk::Rect2D whole({0, 0}, {session_.width(), session_.height()});
-        commands_.beginRendering(vk::RenderingInfo({}, whole, 1, 0, colour));
-        commands_.endRendering();
-    }
+void Painter::clear(const Area& area, const vk::ClearValue& value) {
+    const auto key = std::pair(area.image, area.layer);
+    if (!views_.contains(key))
+        views_.emplace(
+            key, vk::raii::ImageView(
+                     device_, vk::ImageViewCreateInfo({}, area.image, vk::ImageViewType::e2D, area.format, {},
+                                                      {area.aspect, 0, 1, area.layer, 1})));
+    const bool is_depth = area.aspect == vk::ImageAspectFlagBits::eDepth;
+    vk::RenderingAttachmentInfo target(*views_.at(key), is_depth
+                                                            ? vk::ImageLayout::eDepthStencilAttachmentOptimal
+                                                            : vk::ImageLayout::eColorAttachmentOptimal);
+    target.loadOp = vk::AttachmentLoadOp::eClear;
+    target.storeOp = vk::AttachmentStoreOp::eStore;
+    target.clearValue = value;
+    vk::RenderingInfo rendering({}, {{0, 0}, {area.width, area.height}}, 1);
+    if (is_depth)
+        rendering.pDepthAttachment = &target;
+    else
+        rendering.setColorAttachments(target);
+    commands_.beginRendering(rendering);
+    commands_.endRendering();
+}
+
+void Painter::submit() {
     commands_.end();
     queue_.submit(vk::SubmitInfo({}, {}, *commands_));
     queue_.waitIdle();
+}
+
+void Painter::paint(VkImage image, const std::array<std::array<float, 4>, 2>& linear_colours) {
+    commands_.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
+    for (std::uint32_t eye = 0; eye < 2; ++eye)
+        clear({image, vk::Format(session_.colourFormat()), vk::ImageAspectFlagBits::eColor, eye,
+               session_.width(), session_.height()},
+              vk::ClearColorValue(linear_colours[eye]));
+    submit();
+}
+
+void Painter::paintPanel(VkImage image, std::uint32_t width, std::uint32_t height,
+                         const std::array<float, 4>& linear_colour) {
+    commands_.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
+    clear({image, vk::Format(session_.panelFormat()), vk::ImageAspectFlagBits::eColor, 0, width, height},
+          vk::ClearColorValue(linear_colour));
+    submit();
+}
+
+void Painter::clearDepth(VkImage image, float depth) {
+    commands_.begin({vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
+    for (std::uint32_t eye = 0; eye < 2; ++eye)
+        clear({image, vk::Format::eD32Sfloat, vk::ImageAspectFlagBits::eDepth, eye, session_.width(),
+               session_.height()},
+              vk::ClearDepthStencilValue(depth));
+    submit();
 }
 
 }  // namespace stylet::xr

@@ -1,8 +1,9 @@
-// A Vulkan device made through a session, and one that paints each eye of its images in a plain colour.
+// A Vulkan device made through a session, and one that paints its images in plain colours.
 #pragma once
 
 #include <array>
 #include <map>
+#include <utility>
 
 #include <vulkan/vulkan_raii.hpp>
 
@@ -16,8 +17,19 @@ class Painter {
     // Must be called once, before paint(). The session must be gone before the painter is.
     void start();
     void paint(VkImage, const std::array<std::array<float, 4>, 2>& linear_colours);
+    void paintPanel(VkImage, std::uint32_t width, std::uint32_t height, const std::array<float, 4>&);
+    void clearDepth(VkImage, float depth);  // of both eyes
 
   private:
+    struct Area {
+        VkImage image;
+        vk::Format format;
+        vk::ImageAspectFlags aspect;
+        std::uint32_t layer, width, height;
+    };
+    void clear(const Area&, const vk::ClearValue&);
+    void submit();
+
     Session& session_;
     vk::raii::Context context_;
     vk::raii::Instance instance_;
@@ -26,7 +38,7 @@ class Painter {
     vk::raii::Queue queue_;
     vk::raii::CommandPool pool_;
     vk::raii::CommandBuffer commands_;
-    std::map<VkImage, std::vector<vk::raii::ImageView>> eyes_;
+    std::map<std::pair<VkImage, std::uint32_t>, vk::raii::ImageView> views_;  // by image and layer
 };
 
 }  // namespace stylet::xr

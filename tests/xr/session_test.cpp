@@ -4,44 +4,15 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <openxr/openxr.h>
 
-#include "painter.h"
-#include "tests/support/temp_folder.h"
+#include "show.h"
 
 namespace stylet::xr {
 namespace {
 
 namespace fs = std::filesystem;
-
-const std::string kScript = R"({
-  "version": 1, "refresh_hz": 100,
-  "eyes": {"ipd_m": 0.06, "recommended_size": [64, 48],
-           "left_fov_rad": [-0.9, 0.7, 0.8, -0.75], "right_fov_rad": [-0.7, 0.9, 0.8, -0.75]},
-  "head": [{"t_s": 0, "position": [0, 1.5, 0]}, {"t_s": 10, "position": [1, 1.5, 0]}],
-  "controllers": {"right": {"poses": [{"t_s": 0, "position": [0.25, 1.25, -0.5]}],
-                            "values": [{"t_s": 1.1, "select/click": true}]}}
-)";
-
-class SessionTest : public testing::Test {
-  protected:
-    void SetUp() override {
-        setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
-        setenv("XRMOCK_CLOCK", "virtual", 1);
-        setenv("XRMOCK_CAPTURE", folder_.path().c_str(), 1);
-        useScript(kScript + "}");
-    }
-    void useScript(const std::string& text) {
-        std::ofstream(folder_ / "scenario.json") << text;
-        setenv("XRMOCK_SCENARIO", (folder_ / "scenario.json").c_str(), 1);
-    }
-
-    test::TempFolder folder_;
-};
 
 bool layerInstalled(const std::string& name) {
     std::uint32_t count = 0;
@@ -52,32 +23,6 @@ bool layerInstalled(const std::string& name) {
     xrEnumerateApiLayerProperties(count, &count, layers.data());
     return std::any_of(layers.begin(), layers.end(), [&](const auto& l) { return name == l.layerName; });
 }
-
-// A painter outlives its session: the runtime's images are the device's.
-struct Show {
-    std::optional<Painter> painter;
-    Session session{"Stylet test"};
-
-    Show() {
-        painter.emplace(session);
-        painter->start();
-    }
-    // Makes a frame, painted when it is to be drawn.
-    Frame frame(const std::string& moment = "") {
-        const Frame made = session.beginFrame();
-        if (made.should_render) painter->paint(made.image, {{{1, 0, 0, 1}, {0, 0, 1, 1}}});
-        if (!moment.empty()) session.markMoment(moment);
-        session.endFrame(made);
-        return made;
-    }
-    bool reach(SessionPhase phase, int frames = 20) {
-        for (int i = 0; i < frames; ++i) {
-            if (session.poll() == phase) return true;
-            if (session.running()) frame();
-        }
-        return false;
-    }
-};
 
 TEST_F(SessionTest, EveryStateIsSeenInOrder) {
     Show show;
@@ -159,9 +104,8 @@ TEST_F(SessionTest, RequestedExitEndsInExiting) {
 }
 
 TEST_F(SessionTest, TheRuntimeMayPauseAndEndTheSession) {
-    useScript(kScript +
-              R"(, "session": [{"t_s": 0, "state": "focused"}, {"t_s": 1.2, "state": "synchronized"},
-        {"t_s": 1.4, "state": "stopped"}, {"t_s": 1.6, "state": "exiting"}]})");
+    useScenario(R"("session": [{"t_s": 0, "state": "focused"}, {"t_s": 1.2, "state": "synchronized"},
+        {"t_s": 1.4, "state": "stopped"}, {"t_s": 1.6, "state": "exiting"}])");
     Show show;
     ASSERT_TRUE(show.reach(SessionPhase::focused));
     ASSERT_TRUE(show.reach(SessionPhase::synchronized, 60));
@@ -179,14 +123,36 @@ TEST_F(SessionTest, TheValidationLayerHasNothingToSay) {
     setenv("XR_CORE_VALIDATION_FILE_NAME", report.c_str(), 1);
     setenv("XR_ENABLE_API_LAYERS", "XR_APILAYER_LUNARG_core_validation", 1);
     setenv("XR_CORE_VALIDATION_EXPORT_TYPE", "text", 1);
+    useScenario(
+        R"("controllers": {"right": {}}, "hands": {"left": {"poses": [{"t_s": 0, "position": [0, 1, 0]}]}},
+        "events": [{"frame": 8, "recenter": {"space": "stage"}}, {"frame": 9, "visibility_mask": {}},
+                   {"frame": 9, "user_presence": false}, {"frame": 10, "refresh_hz": 72},
+                   {"frame": 11, "frames": {"discarded": true}}])");
     testing::internal::CaptureStderr();
     {
         Show show;
         ASSERT_TRUE(show.reach(SessionPhase::focused));
         // No moment: Debian's layer (1.0.20) waits for its own lock in xrSessionInsertDebugUtilsLabelEXT, for
         // ever.
-        for (int i = 0; i < 10; ++i)
-            show.frame();
+        show.session.setDepthRange(0.05f, 50.0f);
+        ShownPanel panel;
+        panel.id = show.session.addPanel(32, 16);
+        panel.stage_from_panel.position = {0, 1.5, -1};
+        panel.width_m = panel.height_m = 1.0;
+        ShownPanel behind = panel;
+        behind.behind = true;
+        show.panels = {panel, behind};
+        for (int i = 0; i < 16; ++i) {
+            const VkImage image = show.session.acquirePanel(panel.id);
+            show.painter->paintPanel(image, 32, 16, {0, 1, 0, 1});
+            show.session.releasePanel(panel.id);
+            show.run(1);
+        }
+        EXPECT_FALSE(show.session.hiddenArea(0).indices.empty());
+        EXPECT_TRUE(show.session.gripAt(1, 0).has_value());
+        EXPECT_TRUE(show.session.hand(0).bare);
+        EXPECT_EQ(show.spaces.size(), 1u);
+        EXPECT_NE(show.session.facts().profiles[1], "");
         show.session.pulse(1, 0.5f, 20'000'000);
         show.session.requestExit();
         EXPECT_TRUE(show.reach(SessionPhase::exiting));

@@ -32,7 +32,12 @@ inline constexpr ExtensionEntry kExtensions[] = {
     {XR_EXT_LOCAL_FLOOR_EXTENSION_NAME, XR_EXT_local_floor_SPEC_VERSION},
     {XR_EXT_PALM_POSE_EXTENSION_NAME, XR_EXT_palm_pose_SPEC_VERSION},
     {XR_EXT_SAMSUNG_ODYSSEY_CONTROLLER_EXTENSION_NAME, XR_EXT_samsung_odyssey_controller_SPEC_VERSION},
+    {XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME, XR_EXT_stationary_reference_space_SPEC_VERSION},
     {XR_EXT_USER_PRESENCE_EXTENSION_NAME, XR_EXT_user_presence_SPEC_VERSION},
+    {XR_EXT_UUID_EXTENSION_NAME, XR_EXT_uuid_SPEC_VERSION},
+    {XR_BD_CONTROLLER_INTERACTION_EXTENSION_NAME, XR_BD_controller_interaction_SPEC_VERSION},
+    {XR_FB_TOUCH_CONTROLLER_PRO_EXTENSION_NAME, XR_FB_touch_controller_pro_SPEC_VERSION},
+    {XR_META_TOUCH_CONTROLLER_PLUS_EXTENSION_NAME, XR_META_touch_controller_plus_SPEC_VERSION},
     {XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, XR_FB_display_refresh_rate_SPEC_VERSION},
     {XR_HTC_VIVE_COSMOS_CONTROLLER_INTERACTION_EXTENSION_NAME,
      XR_HTC_vive_cosmos_controller_interaction_SPEC_VERSION},
@@ -90,6 +95,9 @@ XrResult requestExitSession(Call&, XrSession);
 // Spaces and views
 XrResult enumerateReferenceSpaces(Call&, XrSession, std::uint32_t, std::uint32_t*, XrReferenceSpaceType*);
 XrResult createReferenceSpace(Call&, XrSession, const XrReferenceSpaceCreateInfo*, XrSpace*);
+XrResult getStationaryReferenceSpaceGenerationId(Call&, XrSession,
+                                                 const XrStationaryReferenceSpaceGenerationIdGetInfoEXT*,
+                                                 XrStationaryReferenceSpaceGenerationIdResultEXT*);
 XrResult getReferenceSpaceBoundsRect(Call&, XrSession, XrReferenceSpaceType, XrExtent2Df*);
 XrResult createActionSpace(Call&, XrSession, const XrActionSpaceCreateInfo*, XrSpace*);
 XrResult locateSpace(Call&, XrSpace, XrSpace, XrTime, XrSpaceLocation*);

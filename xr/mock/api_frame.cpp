@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 
 #include "api.h"
@@ -64,11 +65,12 @@ void sleepUntil(Call& call, const Run& run, std::int64_t wake_ns) {
     runtime().changed.wait_until(call.lock, wake, [&] { return goingOn(run) == nullptr; });
 }
 
-void requireEnvironmentBlendMode(XrEnvironmentBlendMode mode) {
+void requireEnvironmentBlendMode(const Scenario& scenario, XrEnvironmentBlendMode mode) {
     require(mode >= XR_ENVIRONMENT_BLEND_MODE_OPAQUE && mode <= XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND,
             XR_ERROR_VALIDATION_FAILURE, "environmentBlendMode is no known value");
-    require(mode == XR_ENVIRONMENT_BLEND_MODE_OPAQUE, XR_ERROR_ENVIRONMENT_BLEND_MODE_UNSUPPORTED,
-            "only OPAQUE is offered");
+    const auto& offered = scenario.offers.blend_modes;
+    require(std::find(offered.begin(), offered.end(), mode) != offered.end(),
+            XR_ERROR_ENVIRONMENT_BLEND_MODE_UNSUPPORTED, "the headset does not have this blend mode");
 }
 
 }  // namespace
@@ -132,7 +134,7 @@ XrResult endFrame(Call& call, XrSession handle, const XrFrameEndInfo* info) {
     requireStruct(info, XR_TYPE_FRAME_END_INFO);
     require(session.frames.begun, XR_ERROR_CALL_ORDER_INVALID, "no frame was begun");
     requireTime(info->displayTime);
-    requireEnvironmentBlendMode(info->environmentBlendMode);
+    requireEnvironmentBlendMode(session.instance.scenario, info->environmentBlendMode);
     const SubmittedFrame frame = checkFrame(call, session, *info);
     observeFrame(call, session, frame);
     captureIfDue(call, session, frame);

@@ -5,8 +5,11 @@
 #include <cstring>
 #include <iterator>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "api.h"
 #include "capture.h"
@@ -38,6 +41,7 @@ void setUp(Instance& instance, std::int64_t now_ns) {
         instance.clock.is_virtual = name == "virtual";
     }
     if (!instance.clock.is_virtual) instance.clock.origin_ns = now_ns;
+    refuseFromTheStart(instance, instance.clock.now(now_ns));
     openLog();
     openControl(instance);
     instance.created_ns = now_ns;
@@ -54,6 +58,14 @@ void checkApplication(const XrApplicationInfo& application) {
             XR_ERROR_API_VERSION_UNSUPPORTED, "this runtime offers OpenXR 1.0");
 }
 
+// XRMOCK_WITHHOLD names extensions, with blanks between them: read before there is a scenario.
+bool isWithheld(const std::string& name) {
+    const char* withheld = std::getenv("XRMOCK_WITHHOLD");
+    std::istringstream names(withheld == nullptr ? "" : withheld);
+    const std::istream_iterator<std::string> end;
+    return std::find(std::istream_iterator<std::string>(names), end, name) != end;
+}
+
 void enableExtensions(const XrInstanceCreateInfo& info, Instance& instance) {
     require(info.enabledExtensionCount == 0 || info.enabledExtensionNames != nullptr,
             XR_ERROR_VALIDATION_FAILURE, "enabledExtensionNames is null");
@@ -61,8 +73,10 @@ void enableExtensions(const XrInstanceCreateInfo& info, Instance& instance) {
         const char* name = info.enabledExtensionNames[i];
         require(name != nullptr, XR_ERROR_VALIDATION_FAILURE, "an extension name is null");
         const bool known =
-            std::any_of(std::begin(kExtensions), std::end(kExtensions),
-                        [&](const ExtensionEntry& each) { return std::strcmp(each.name, name) == 0; });
+            std::any_of(std::begin(kExtensions), std::end(kExtensions), [&](const ExtensionEntry& each) {
+                return std::strcmp(each.name, name) == 0 && !isWithheld(name) &&
+                       !isWithheld(std::string("!") + name);
+            });
         require(known, XR_ERROR_EXTENSION_NOT_PRESENT, "an extension is not offered");
         instance.extensions.emplace(name);
     }
@@ -100,8 +114,11 @@ XrResult enumerateApiLayerProperties(Call&, std::uint32_t capacity, std::uint32_
 XrResult enumerateInstanceExtensionProperties(Call&, const char* layer, std::uint32_t capacity,
                                               std::uint32_t* count, XrExtensionProperties* properties) {
     require(layer == nullptr, XR_ERROR_API_LAYER_NOT_PRESENT, "a runtime has no API layers");
-    checkElements(capacity, properties, std::size(kExtensions), XR_TYPE_EXTENSION_PROPERTIES);
-    return twoCall(capacity, count, properties, kExtensions,
+    std::vector<ExtensionEntry> offered;
+    std::copy_if(std::begin(kExtensions), std::end(kExtensions), std::back_inserter(offered),
+                 [](const ExtensionEntry& each) { return !isWithheld(each.name); });
+    checkElements(capacity, properties, offered.size(), XR_TYPE_EXTENSION_PROPERTIES);
+    return twoCall(capacity, count, properties, offered,
                    [](const ExtensionEntry& extension, XrExtensionProperties& out) {
                        copyText(extension.name, out.extensionName);
                        out.extensionVersion = extension.version;
@@ -252,11 +269,10 @@ XrResult getSystemProperties(Call& call, XrInstance handle, XrSystemId system,
 XrResult enumerateEnvironmentBlendModes(Call& call, XrInstance handle, XrSystemId system,
                                         XrViewConfigurationType views, std::uint32_t capacity,
                                         std::uint32_t* count, XrEnvironmentBlendMode* modes) {
-    call.live<Instance>(handle);
+    const Instance& instance = call.live<Instance>(handle);
     requireSystem(system);
     requireViewConfiguration(views);
-    constexpr std::array kModes{XR_ENVIRONMENT_BLEND_MODE_OPAQUE};
-    return twoCall(capacity, count, modes, kModes);
+    return twoCall(capacity, count, modes, instance.scenario.offers.blend_modes);
 }
 
 XrResult enumerateViewConfigurations(Call& call, XrInstance handle, XrSystemId system, std::uint32_t capacity,

@@ -14,10 +14,14 @@ namespace xrmock {
 namespace {
 
 std::vector<XrReferenceSpaceType> referenceSpaces(const Instance& instance) {
-    std::vector<XrReferenceSpaceType> types{XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
-                                            XR_REFERENCE_SPACE_TYPE_STAGE};
-    if (instance.extensions.contains(XR_EXT_LOCAL_FLOOR_EXTENSION_NAME)) {
+    const Offers& offers = instance.scenario.offers;
+    std::vector<XrReferenceSpaceType> types{XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL};
+    if (offers.stage) types.push_back(XR_REFERENCE_SPACE_TYPE_STAGE);
+    if (offers.local_floor && instance.extensions.contains(XR_EXT_LOCAL_FLOOR_EXTENSION_NAME)) {
         types.push_back(XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT);
+    }
+    if (offers.stationary && instance.extensions.contains(XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME)) {
+        types.push_back(XR_REFERENCE_SPACE_TYPE_STATIONARY_EXT);
     }
     return types;
 }
@@ -71,6 +75,22 @@ XrResult getReferenceSpaceBoundsRect(Call& call, XrSession handle, XrReferenceSp
         return XR_SPACE_BOUNDS_UNAVAILABLE;
     }
     *bounds = {static_cast<float>(size_m[0]), static_cast<float>(size_m[1])};
+    return XR_SUCCESS;
+}
+
+XrResult getStationaryReferenceSpaceGenerationId(Call& call, XrSession handle,
+                                                 const XrStationaryReferenceSpaceGenerationIdGetInfoEXT* info,
+                                                 XrStationaryReferenceSpaceGenerationIdResultEXT* result) {
+    const Session& session = call.live<Session>(handle);
+    if (info != nullptr) requireStruct(info, XR_TYPE_STATIONARY_REFERENCE_SPACE_GENERATION_ID_GET_INFO_EXT);
+    requireStruct(result, XR_TYPE_STATIONARY_REFERENCE_SPACE_GENERATION_ID_RESULT_EXT);
+    require(offersReferenceSpace(session.instance, XR_REFERENCE_SPACE_TYPE_STATIONARY_EXT),
+            XR_ERROR_REFERENCE_SPACE_UNSUPPORTED, "the scenario offers no stationary space");
+    // The same from run to run, until the space is lost.
+    constexpr std::uint8_t kFirst[16] = {0x5a, 0x17, 0x10, 0x4a, 0x72, 0x79, 0x40, 0x00,
+                                         0x80, 0x00, 0x6d, 0x6f, 0x63, 0x6b, 0x00, 0x00};
+    std::copy(std::begin(kFirst), std::end(kFirst), result->generationId.data);
+    result->generationId.data[15] = session.instance.conditions.generation;
     return XR_SUCCESS;
 }
 
@@ -132,7 +152,8 @@ XrResult locateViews(Call& call, XrSession handle, const XrViewLocateInfo* info,
     requireTime(info->displayTime);
     const Space& base = call.live<Space>(info->space);
     require(&base.session == &session, XR_ERROR_VALIDATION_FAILURE, "the space is of another session");
-    const std::optional<Pose> stage_from_base = stageFromSpace(base, info->displayTime);
+    std::optional<Pose> stage_from_base = stageFromSpace(base, info->displayTime);
+    if (!session.instance.conditions.head_tracked) stage_from_base.reset();
     state->viewStateFlags =
         stage_from_base ? XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT |
                               XR_VIEW_STATE_ORIENTATION_TRACKED_BIT | XR_VIEW_STATE_POSITION_TRACKED_BIT

@@ -29,6 +29,18 @@ std::uint32_t maxMips(std::uint32_t width, std::uint32_t height) {
     return levels;
 }
 
+// Those of the device, and of these the ones that the scenario lists.
+std::vector<VkFormat> offeredFormats(const Session& session) {
+    std::vector<VkFormat> formats = swapchainFormats(session.device);
+    const auto& listed = session.instance.scenario.offers.formats;
+    if (listed) {
+        std::erase_if(formats, [&](VkFormat format) {
+            return std::find(listed->begin(), listed->end(), std::int64_t{format}) == listed->end();
+        });
+    }
+    return formats;
+}
+
 void checkSwapchainInfo(const Session& session, const XrSwapchainCreateInfo& info) {
     require((info.createFlags & ~kCreateFlags) == 0 && (info.usageFlags & ~kUsageFlags) == 0,
             XR_ERROR_VALIDATION_FAILURE, "createFlags or usageFlags has unknown bits");
@@ -40,7 +52,7 @@ void checkSwapchainInfo(const Session& session, const XrSwapchainCreateInfo& inf
             "more mip levels than the size has");
     require(info.faceCount == 1 || info.faceCount == 6, XR_ERROR_VALIDATION_FAILURE,
             "faceCount must be 1 or 6");
-    const std::vector<VkFormat> formats = swapchainFormats(session.device);
+    const std::vector<VkFormat> formats = offeredFormats(session);
     const bool offered = std::any_of(formats.begin(), formats.end(),
                                      [&](VkFormat format) { return std::int64_t{format} == info.format; });
     require(offered, XR_ERROR_SWAPCHAIN_FORMAT_UNSUPPORTED,
@@ -60,7 +72,7 @@ void checkSwapchainInfo(const Session& session, const XrSwapchainCreateInfo& inf
 XrResult enumerateSwapchainFormats(Call& call, XrSession handle, std::uint32_t capacity, std::uint32_t* count,
                                    std::int64_t* formats) {
     const Session& session = call.live<Session>(handle);
-    return twoCall(capacity, count, formats, swapchainFormats(session.device));
+    return twoCall(capacity, count, formats, offeredFormats(session));
 }
 
 XrResult createSwapchain(Call& call, XrSession handle, const XrSwapchainCreateInfo* info, XrSwapchain* out) {

@@ -36,6 +36,7 @@ struct Entry<kName, kFunction> {
         return guard(
             kName.text,
             [&](Call& context) {
+                stallIfScripted(context, subject);
                 if (const auto refusal = scriptedRefusal(context, subject)) return *refusal;
                 return kFunction(context, arguments...);
             },
@@ -68,6 +69,7 @@ constexpr const char* kVisibilityMask = XR_KHR_VISIBILITY_MASK_EXTENSION_NAME;
 constexpr const char* kHands = XR_EXT_HAND_TRACKING_EXTENSION_NAME;
 constexpr const char* kDebug = XR_EXT_DEBUG_UTILS_EXTENSION_NAME;
 constexpr const char* kRefreshRate = XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME;
+constexpr const char* kStationary = XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME;
 
 const Row kRows[] = {
     {"xrGetInstanceProcAddr", nullptr, reinterpret_cast<PFN_xrVoidFunction>(&getInstanceProcAddr)},
@@ -139,6 +141,7 @@ const Row kRows[] = {
     row<"xrEnumerateDisplayRefreshRatesFB", enumerateDisplayRefreshRates>(kRefreshRate),
     row<"xrGetDisplayRefreshRateFB", getDisplayRefreshRate>(kRefreshRate),
     row<"xrRequestDisplayRefreshRateFB", requestDisplayRefreshRate>(kRefreshRate),
+    row<"xrGetStationaryReferenceSpaceGenerationIdEXT", getStationaryReferenceSpaceGenerationId>(kStationary),
     row<"xrSetInputDeviceActiveEXT", setInputDeviceActive>(kAutomation),
     row<"xrSetInputDeviceStateBoolEXT", setInputDeviceStateBool>(kAutomation),
     row<"xrSetInputDeviceStateFloatEXT", setInputDeviceStateFloat>(kAutomation),

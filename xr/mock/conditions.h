@@ -46,8 +46,11 @@ struct Conditions {
     Loss loss = Loss::none;
     std::int64_t lost_at_ns = 0;                            // when pending becomes lost
     std::vector<OriginKey> local{{0, {}}}, stage{{0, {}}};  // recentring appends
-    std::uint32_t mask_revision = 0;                        // grows when the visibility mask changes
-    bool user_present = true;                               // XR_EXT_user_presence
+    std::vector<OriginKey> stationary{{0, {}}};
+    std::uint8_t generation = 1;      // of the stationary space
+    std::uint32_t mask_revision = 0;  // grows when the visibility mask changes
+    bool user_present = true;         // XR_EXT_user_presence
+    bool head_tracked = true;         // else no view has a valid pose
     std::vector<FrameFates> fates;
     std::uint64_t frames_waited = 0;  // by all sessions: the number of the newest frame, 1 for the first
 };

@@ -21,10 +21,10 @@ void eachSession(Instance& instance, Visit visit) {
     }
 }
 
-// The head's place at the time, upright; for STAGE the floor below it.
+// The head's place at the time, upright; for STAGE and the stationary space the floor below it.
 Pose originAtHead(const Instance& instance, XrReferenceSpaceType space, std::int64_t time_ns) {
     Pose origin = yawOnly(stageFromHead(instance, time_ns));
-    if (space == XR_REFERENCE_SPACE_TYPE_STAGE) origin.position[1] = 0;
+    if (space != XR_REFERENCE_SPACE_TYPE_LOCAL) origin.position[1] = 0;
     return origin;
 }
 
@@ -43,17 +43,24 @@ void announceRecentring(Instance& instance, XrReferenceSpaceType space, std::int
 void apply(Instance& instance, std::int64_t now_ns, const Recentring& recentring) {
     const std::int64_t change_ns = now_ns + nanoseconds(recentring.delay_s);
     const bool is_stage = recentring.space == XR_REFERENCE_SPACE_TYPE_STAGE;
-    std::vector<OriginKey>& origins = is_stage ? instance.conditions.stage : instance.conditions.local;
+    const bool is_local = recentring.space == XR_REFERENCE_SPACE_TYPE_LOCAL;
+    Conditions& conditions = instance.conditions;
+    std::vector<OriginKey>& origins =
+        is_stage ? conditions.stage : (is_local ? conditions.local : conditions.stationary);
     std::erase_if(origins, [&](const OriginKey& key) { return key.from_ns > change_ns; });
     const Pose before = originAt(origins, change_ns);
     const Pose floor_before = stageFromLocalFloor(instance, change_ns);
     const Pose after =
         recentring.room_from_origin.value_or(originAtHead(instance, recentring.space, change_ns));
     origins.push_back({change_ns, after});
-    announceRecentring(instance, recentring.space, change_ns, recentring.pose_valid, before, after);
+    const bool is_stationary = !is_stage && !is_local;
+    if (is_stationary) ++conditions.generation;
+    if (!is_stationary || instance.extensions.contains(XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME))
+        announceRecentring(instance, recentring.space, change_ns, recentring.pose_valid, before, after);
+    if (is_stationary) return;
     // LOCAL_FLOOR moves with LOCAL, and up and down with STAGE.
     const Pose floor_after = stageFromLocalFloor(instance, change_ns);
-    const bool floor_moved = !is_stage || floor_after.position[1] != floor_before.position[1];
+    const bool floor_moved = is_local || floor_after.position[1] != floor_before.position[1];
     if (!floor_moved || !instance.extensions.contains(XR_EXT_LOCAL_FLOOR_EXTENSION_NAME)) return;
     announceRecentring(instance, XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT, change_ns, recentring.pose_valid,
                        floor_before, floor_after);
@@ -90,6 +97,10 @@ void apply(Instance& instance, std::int64_t, const PresenceChange& change) {
     });
 }
 
+void apply(Instance& instance, std::int64_t, const HeadTracking& change) {
+    instance.conditions.head_tracked = change.tracked;
+}
+
 void apply(Instance& instance, std::int64_t now_ns, const SessionLoss& loss) {
     eachSession(instance, [&](Session& session) {
         if (session.loss != Loss::none) return;
@@ -110,6 +121,10 @@ void apply(Instance& instance, std::int64_t now_ns, const InstanceLoss& loss) {
 
 void apply(Instance& instance, std::int64_t now_ns, const Refusal& refusal) {
     instance.faults.push_back({refusal, now_ns + nanoseconds(refusal.for_s.value_or(0))});
+}
+
+void apply(Instance& instance, std::int64_t, const Stall& stall) {
+    instance.stalls.push_back(stall);
 }
 
 void apply(Instance& instance, std::int64_t, const FrameFates& fates) {
@@ -170,6 +185,15 @@ void direct(Instance& instance, std::int64_t now_ns) {
     events = std::move(later);
     for (const Event& event : due)
         std::visit([&](const auto& action) { apply(instance, now_ns, action); }, event.action);
+}
+
+void refuseFromTheStart(Instance& instance, std::int64_t now_ns) {
+    std::erase_if(instance.scenario.events, [&](const Event& event) {
+        const auto* refusal = std::get_if<Refusal>(&event.action);
+        if (refusal == nullptr || event.frame || event.t_s > 0) return false;
+        apply(instance, now_ns, *refusal);
+        return true;
+    });
 }
 
 FrameFate takeFate(Instance& instance) {

@@ -12,6 +12,9 @@ namespace xrmock {
 // afterwards.
 void direct(Instance& instance, std::int64_t now_ns);
 
+// Applies the refusals of time 0, which the calls before the first frame may meet, too.
+void refuseFromTheStart(Instance& instance, std::int64_t now_ns);
+
 // The fate of the frame that is waited for now.
 FrameFate takeFate(Instance& instance);
 

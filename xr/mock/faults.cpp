@@ -1,5 +1,9 @@
 #include "faults.h"
 
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
 #include "call.h"
 #include "objects.h"
 
@@ -39,6 +43,22 @@ std::optional<XrResult> scriptedRefusal(Call& call, std::uint64_t handle) {
     call.subject = handle;
     reportRefusal(call, *result, "the scenario refuses this call");
     return result;
+}
+
+void stallIfScripted(Call& call, std::uint64_t handle) {
+    Object* subject = runtime().handles.find(handle);
+    if (subject == nullptr) return;
+    auto& stalls = const_cast<Instance*>(instanceOf(subject))->stalls;
+    const auto due = std::find_if(stalls.begin(), stalls.end(), [&](Stall& stall) {
+        return stall.function == call.function && --stall.nth == 0;
+    });
+    if (due == stalls.end()) return;
+    const std::chrono::duration<double> wait(due->for_s);
+    stalls.erase(due);
+    call.unlocked([&] {
+        std::this_thread::sleep_for(wait);
+        return true;
+    });
 }
 
 }  // namespace xrmock

@@ -1,4 +1,4 @@
-// Calls that the scenario refuses.
+// Calls that the scenario refuses, or makes wait.
 #pragma once
 
 #include <cstdint>
@@ -20,5 +20,7 @@ struct Fault {
 // The result that the call gets instead of being made: one of the faults of the instance that the handle
 // belongs to. The reason is reported.
 std::optional<XrResult> scriptedRefusal(Call& call, std::uint64_t handle);
+// Waits without the lock if the call is one that the scenario stalls.
+void stallIfScripted(Call& call, std::uint64_t handle);
 
 }  // namespace xrmock

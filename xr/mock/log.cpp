@@ -168,6 +168,7 @@ void logFrame(Log& log, const Session& session, const SubmittedFrame& frame) {
     log.line.open('{').key("frame").number(frame.number);
     log.line.key("session").text(log.nameOf("session", session.handle));
     log.line.key("display_time").number(frame.display_time);
+    log.line.key("blend_mode").number(static_cast<std::int64_t>(frame.blend_mode));
     log.line.key("dropped").boolean(session.frames.begun_fate.dropped).key("layers").open('[');
     for (const SubmittedLayer& layer : frame.layers)
         logLayer(log, layer);

@@ -28,6 +28,7 @@ std::string structureTypeName(XrStructureType type) {
     if (type == each) return #each;
     XRMOCK_LATER_STRUCTURES_USER_PRESENCE(XRMOCK_COMPARE)
     XRMOCK_LATER_STRUCTURES_ACTION_SET_PRIORITY(XRMOCK_COMPARE)
+    XRMOCK_LATER_STRUCTURES_STATIONARY(XRMOCK_COMPARE)
 #undef XRMOCK_COMPARE
     return "XR_UNKNOWN_STRUCTURE_TYPE_" + std::to_string(static_cast<int>(type));
 }

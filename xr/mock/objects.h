@@ -53,6 +53,7 @@ struct Instance : Object {
     Scenario scenario;
     Conditions conditions;
     std::vector<Fault> faults;
+    std::vector<Stall> stalls;
     std::unique_ptr<Control> control;  // null while nobody may control the run
     Lockstep lockstep;
     std::vector<Promise> promises;

@@ -62,6 +62,36 @@ constexpr char kFocus3Right[] = "input/a/click input/b/click input/system/click 
 constexpr char kHpLeft[] = "input/x/click input/y/click " HP_BOTH;
 constexpr char kHpRight[] = "input/a/click input/b/click " HP_BOTH;
 
+#define TRIGGERS "input/squeeze/value input/trigger/value input/trigger/touch "
+#define PICO_BOTH                                                                                 \
+    "input/system/click input/squeeze/click input/trigger/click input/thumbstick/touch " TRIGGERS \
+        THUMBSTICK POSES " output/haptic"
+constexpr char kNeo3Left[] =
+    "input/x/click input/x/touch input/y/click input/y/touch input/menu/click " PICO_BOTH;
+constexpr char kNeo3Right[] =
+    "input/a/click input/a/touch input/b/click input/b/touch input/menu/click " PICO_BOTH;
+constexpr const auto& kPico4Left = kNeo3Left;
+constexpr char kPico4Right[] = "input/a/click input/a/touch input/b/click input/b/touch " PICO_BOTH;
+// Of what these add to the Touch controllers nothing but the thumb rest's force is here.
+#define TOUCH_PRO_BOTH                                                                              \
+    "input/thumbrest/touch input/thumbrest/force input/thumbstick/touch " TRIGGERS THUMBSTICK POSES \
+    " output/haptic"
+#define TOUCH_PLUS_BOTH                                                                           \
+    "input/thumbrest/touch input/thumbstick/touch input/trigger/force " TRIGGERS THUMBSTICK POSES \
+    " output/haptic"
+#define LEFT_BUTTONS "input/x/click input/x/touch input/y/click input/y/touch input/menu/click "
+#define RIGHT_BUTTONS "input/a/click input/a/touch input/b/click input/b/touch input/system/click "
+constexpr char kTouchProLeft[] = LEFT_BUTTONS TOUCH_PRO_BOTH;
+constexpr char kTouchProRight[] = RIGHT_BUTTONS TOUCH_PRO_BOTH;
+constexpr char kTouchPlusLeft[] = LEFT_BUTTONS TOUCH_PLUS_BOTH;
+constexpr char kTouchPlusRight[] = RIGHT_BUTTONS TOUCH_PLUS_BOTH;
+
+#undef TRIGGERS
+#undef PICO_BOTH
+#undef TOUCH_PRO_BOTH
+#undef TOUCH_PLUS_BOTH
+#undef LEFT_BUTTONS
+#undef RIGHT_BUTTONS
 #undef POSES
 #undef TRACKPAD
 #undef THUMBSTICK
@@ -87,6 +117,11 @@ constexpr ProfileDevice kCosmosDevices[] = {{kLeft, kCosmosLeft}, {kRight, kCosm
 constexpr ProfileDevice kFocus3Devices[] = {{kLeft, kFocus3Left}, {kRight, kFocus3Right}};
 constexpr ProfileDevice kHpDevices[] = {{kLeft, kHpLeft}, {kRight, kHpRight}};
 
+constexpr ProfileDevice kNeo3Devices[] = {{kLeft, kNeo3Left}, {kRight, kNeo3Right}};
+constexpr ProfileDevice kPico4Devices[] = {{kLeft, kPico4Left}, {kRight, kPico4Right}};
+constexpr ProfileDevice kTouchProDevices[] = {{kLeft, kTouchProLeft}, {kRight, kTouchProRight}};
+constexpr ProfileDevice kTouchPlusDevices[] = {{kLeft, kTouchPlusLeft}, {kRight, kTouchPlusRight}};
+
 constexpr Profile kProfiles[] = {
     {"/interaction_profiles/khr/simple_controller", "Simple Controller", kSimpleDevices},
     {"/interaction_profiles/google/daydream_controller", "Daydream Controller", kDaydreamDevices},
@@ -103,6 +138,14 @@ constexpr Profile kProfiles[] = {
      XR_HTC_VIVE_COSMOS_CONTROLLER_INTERACTION_EXTENSION_NAME},
     {"/interaction_profiles/htc/vive_focus3_controller", "Vive Focus 3 Controller", kFocus3Devices,
      XR_HTC_VIVE_FOCUS3_CONTROLLER_INTERACTION_EXTENSION_NAME},
+    {"/interaction_profiles/bytedance/pico_neo3_controller", "PICO Neo3 Controller", kNeo3Devices,
+     XR_BD_CONTROLLER_INTERACTION_EXTENSION_NAME},
+    {"/interaction_profiles/bytedance/pico4_controller", "PICO 4 Controller", kPico4Devices,
+     XR_BD_CONTROLLER_INTERACTION_EXTENSION_NAME},
+    {"/interaction_profiles/facebook/touch_controller_pro", "Touch Pro Controller", kTouchProDevices,
+     XR_FB_TOUCH_CONTROLLER_PRO_EXTENSION_NAME},
+    {"/interaction_profiles/meta/touch_controller_plus", "Touch Plus Controller", kTouchPlusDevices,
+     XR_META_TOUCH_CONTROLLER_PLUS_EXTENSION_NAME},
     {"/interaction_profiles/samsung/odyssey_controller", "Odyssey Controller", kMotionDevices,
      XR_EXT_SAMSUNG_ODYSSEY_CONTROLLER_EXTENSION_NAME},
 };

@@ -24,9 +24,39 @@ void readSession(const Field& field, const Reading& reading, Scenario& scenario)
     splice(scenario.session, std::move(keys), reading);
 }
 
+Offers parseOffers(const Field& field) {
+    constexpr XrEnvironmentBlendMode kModes[] = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE,
+                                                 XR_ENVIRONMENT_BLEND_MODE_ADDITIVE,
+                                                 XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND};
+    constexpr std::size_t kMost = 64;
+    field.objectOf({"blend_modes", "spaces", "formats"});
+    Offers offers;
+    if (field.has("blend_modes")) {
+        const Field modes = field.at("blend_modes");
+        offers.blend_modes.clear();
+        for (std::size_t i = 0; i < modes.arraySize(kMost); ++i)
+            offers.blend_modes.push_back(kModes[modes.at(i).oneOf({"opaque", "additive", "alpha_blend"})]);
+        if (offers.blend_modes.empty()) modes.fail("at least one mode expected");
+    }
+    if (field.has("spaces")) {
+        const Field spaces = field.at("spaces");
+        bool* const kinds[] = {&offers.local_floor, &offers.stage, &offers.stationary};
+        offers.local_floor = offers.stage = false;
+        for (std::size_t i = 0; i < spaces.arraySize(kMost); ++i)
+            *kinds[spaces.at(i).oneOf({"local_floor", "stage", "stationary"})] = true;
+    }
+    if (field.has("formats")) {
+        const Field formats = field.at("formats");
+        offers.formats.emplace();
+        for (std::size_t i = 0; i < formats.arraySize(kMost); ++i)
+            offers.formats->push_back(static_cast<std::int64_t>(formats.at(i).integer(1, 2'000'000'000)));
+    }
+    return offers;
+}
+
 // The fields that version 1 does not have.
 void refuseNewFields(const Field& root) {
-    for (const char* key : {"headset", "events", "assertions", "hands"}) {
+    for (const char* key : {"headset", "events", "assertions", "hands", "offers"}) {
         if (root.has(key)) root.at(key).fail("only version 2 has this field");
     }
 }
@@ -60,7 +90,7 @@ Scenario parseScenario(const std::string& text, const std::string& file_name) {
     const nlohmann::json document = parseJson(text, file_name);
     const Field root{document, file_name, ""};
     root.objectOf({"version", "headset", "refresh_hz", "exit_after_frames", "eyes", "stage_bounds_m", "head",
-                   "controllers", "hands", "session", "events", "assertions"});
+                   "controllers", "hands", "session", "events", "assertions", "offers"});
     if (root.required("version").integer(1, 2) == 1) refuseNewFields(root);
     const Reading reading{false, 0, std::filesystem::path(file_name).parent_path().string()};
     Scenario scenario;
@@ -82,6 +112,7 @@ Scenario parseScenario(const std::string& text, const std::string& file_name) {
             {"ipd_m", "recommended_size", "left_fov_rad", "right_fov_rad", "lens", "pictures_through_lens"});
         readEyes(root.at("eyes"), scenario);
     }
+    if (root.has("offers")) scenario.offers = parseOffers(root.at("offers"));
     if (root.has("stage_bounds_m")) scenario.stage_bounds_m = root.at("stage_bounds_m").numbers<2>(0.1, 1000);
     readTimelines(root, reading, scenario);
     if (root.has("assertions")) scenario.assertions = parseAssertions(root.at("assertions"));

@@ -15,6 +15,13 @@
 
 namespace xrmock {
 
+// What the runtime has to offer.
+struct Offers {
+    std::vector<XrEnvironmentBlendMode> blend_modes{XR_ENVIRONMENT_BLEND_MODE_OPAQUE};  // preferred first
+    bool stage = true, local_floor = true, stationary = false;                          // spaces
+    std::optional<std::vector<std::int64_t>> formats;  // nothing: all that the device has
+};
+
 struct Scenario {
     // The headset.
     std::string system_name = "XR Mock HMD";
@@ -35,6 +42,7 @@ struct Scenario {
     bool hand_tracking = true;  // what the system says it supports
 
     // The runtime.
+    Offers offers;
     std::vector<TargetKey> session{{0, SessionTarget::focused}};
     std::optional<std::uint64_t> exit_after_frames;
     std::vector<Event> events;  // those that are not over yet

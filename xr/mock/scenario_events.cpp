@@ -18,8 +18,10 @@ constexpr std::size_t kMaxEvents = 10'000;
 Recentring parseRecentring(const Field& field) {
     field.objectOf({"space", "pose", "pose_valid", "delay_s"});
     Recentring recentring;
-    if (field.has("space") && field.at("space").oneOf({"local", "stage"}) == 1) {
-        recentring.space = XR_REFERENCE_SPACE_TYPE_STAGE;
+    constexpr XrReferenceSpaceType kSpaces[] = {XR_REFERENCE_SPACE_TYPE_LOCAL, XR_REFERENCE_SPACE_TYPE_STAGE,
+                                                XR_REFERENCE_SPACE_TYPE_STATIONARY_EXT};
+    if (field.has("space")) {
+        recentring.space = kSpaces[field.at("space").oneOf({"local", "stage", "stationary"})];
     }
     if (field.has("pose")) {
         field.at("pose").objectOf({"position", "orientation"});
@@ -64,7 +66,7 @@ Refusal parseRefusal(const Field& field) {
     }
     const std::string result = field.required("result").text();
     const std::optional<XrResult> named = resultNamed(result);
-    if (!named || XR_SUCCEEDED(*named))
+    if (!named || (XR_SUCCEEDED(*named) && *named != XR_TIMEOUT_EXPIRED))
         field.at("result").fail("the name of an error, XR_ERROR_..., expected");
     refusal.result = *named;
     if (field.has("nth")) refusal.nth = field.at("nth").integer(1, 1'000'000'000);
@@ -74,6 +76,19 @@ Refusal parseRefusal(const Field& field) {
         field.at("for_s").fail("either for_s or nth and times expected");
     refusal.for_s = field.at("for_s").number(0, kMaxNumber);
     return refusal;
+}
+
+Stall parseStall(const Field& field) {
+    constexpr double kMaxStall_s = 10;
+    field.objectOf({"call", "for_s", "nth"});
+    Stall stall;
+    stall.function = field.required("call").text();
+    if (!isRefusable(stall.function)) {
+        field.at("call").fail("a function that the runtime offers to an instance expected");
+    }
+    stall.for_s = field.required("for_s").number(0, kMaxStall_s);
+    if (field.has("nth")) stall.nth = field.at("nth").integer(1, 1'000'000'000);
+    return stall;
 }
 
 FrameFates parseFrameFates(const Field& field) {
@@ -98,7 +113,8 @@ CaptureRequest parseCapture(const Field& field) {
 constexpr const char* kActions[] = {"recenter",      "visibility_mask", "interaction_profile",
                                     "refresh_hz",    "user_presence",   "session_loss",
                                     "instance_loss", "refuse",          "frames",
-                                    "session",       "capture"};
+                                    "session",       "capture",         "stall",
+                                    "head_tracked"};
 
 void parseAction(const Field& field, const std::string& kind, Event& event) {
     if (kind == "recenter") event.action = parseRecentring(field);
@@ -106,9 +122,11 @@ void parseAction(const Field& field, const std::string& kind, Event& event) {
     if (kind == "interaction_profile") event.action = parseProfileChange(field);
     if (kind == "refresh_hz") event.action = RefreshRateChange{field.number(1, 1000)};
     if (kind == "user_presence") event.action = PresenceChange{field.boolean()};
+    if (kind == "head_tracked") event.action = HeadTracking{field.boolean()};
     if (kind == "session_loss") event.action = parseSessionLoss(field);
     if (kind == "instance_loss") event.action = parseInstanceLoss(field);
     if (kind == "refuse") event.action = parseRefusal(field);
+    if (kind == "stall") event.action = parseStall(field);
     if (kind == "frames") event.action = parseFrameFates(field);
     if (kind == "session") event.action = TargetChange{parseTarget(field)};
     if (kind == "capture") event.action = parseCapture(field);

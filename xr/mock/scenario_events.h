@@ -35,6 +35,9 @@ struct RefreshRateChange {
 struct PresenceChange {
     bool present;
 };
+struct HeadTracking {
+    bool tracked;
+};
 struct SessionLoss {
     std::optional<double> lost_after_s;  // nothing: it stays pending
 };
@@ -48,6 +51,12 @@ struct Refusal {
     std::uint64_t nth = 1, times = 1;
     std::optional<double> for_s;
 };
+// The nth call from then on takes this long, in real time, before it is made.
+struct Stall {
+    std::string function;
+    double for_s = 0;
+    std::uint64_t nth = 1;
+};
 struct TargetChange {
     SessionTarget target;
 };
@@ -58,8 +67,8 @@ struct CaptureRequest {
 struct Event {
     std::optional<std::uint64_t> frame;  // due when this frame is waited for (1 is the first), or
     double t_s = 0;                      // due from this time on
-    std::variant<Recentring, MaskChange, ProfileChange, RefreshRateChange, PresenceChange, SessionLoss,
-                 InstanceLoss, Refusal, FrameFates, TargetChange, CaptureRequest>
+    std::variant<Recentring, MaskChange, ProfileChange, RefreshRateChange, PresenceChange, HeadTracking,
+                 SessionLoss, InstanceLoss, Refusal, Stall, FrameFates, TargetChange, CaptureRequest>
         action;
 };
 

@@ -45,6 +45,8 @@ std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns, std
             return originAt(instance.conditions.stage, origins_ns) * space.origin_from_space;
         case XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT:
             return stageFromLocalFloor(instance, origins_ns) * space.origin_from_space;
+        case XR_REFERENCE_SPACE_TYPE_STATIONARY_EXT:
+            return originAt(instance.conditions.stationary, origins_ns) * space.origin_from_space;
         default:
             break;
     }

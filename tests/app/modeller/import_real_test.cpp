@@ -11,6 +11,7 @@
 #include "app/report/palpation.h"
 #include "patient/patient.h"
 #include "tests/app/trainer/command.h"
+#include "tests/patient/blood_facts.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::modeller {
@@ -135,6 +136,11 @@ TEST_F(ImportReal, ItsCavitySlidesWithoutGapOrFold) {
         EXPECT_GT(error.mean_slip_m, 0.5 * dome_m);
         EXPECT_GT(patient::leastJacobian(m, 3.0), 0.0);
     }
+}
+
+TEST_F(ImportReal, ItsBloodGoesTheWayItShould) {
+    const patient::Patient patient(imported_->package);
+    test::expectBloodToGoItsWay(patient);
 }
 
 TEST_F(ImportReal, VolumesAreThePublishedOnes) {

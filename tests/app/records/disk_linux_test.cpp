@@ -33,11 +33,8 @@ TEST(Disk, ARecordIsForcedToItAsItBeginsOnceASecondAndAsItEnds) {
     RecordWriter writer(temp / "record", {}, {});
     EXPECT_EQ(file_syncs, 2) << "inputs.bin, record.json";
     EXPECT_EQ(folder_syncs, 3) << "emptied, its name in the folder above, record.json renamed";
-    haptics::TickOutput output;
-    for (std::uint32_t i = 0; i < 3 * kSyncTicks + 100; ++i) {
-        ++output.tick;
-        writer.add({}, output);
-    }
+    for (std::uint32_t i = 0; i < 3 * kSyncTicks + 100; ++i)
+        writer.add({}, i + 1, 0);
     EXPECT_EQ(file_syncs, 5);
     writer.finish();
     EXPECT_EQ(file_syncs, 7);

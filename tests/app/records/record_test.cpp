@@ -83,6 +83,10 @@ TickOutput outputOf(std::uint64_t i) {
     return output;
 }
 
+void addTo(RecordWriter& writer, const TickInput& input, const TickOutput& output) {
+    writer.add(input, output.tick, output.state_hash);
+}
+
 void expectSameBits(const TickInput& a, const TickInput& b) {
     const auto bits = [](double v) { return std::bit_cast<std::uint64_t>(v); };
     const auto &p = a.device.device_from_stylus, &q = b.device.device_from_stylus;
@@ -110,7 +114,7 @@ class RecordFile : public testing::Test {
     void SetUp() override {
         RecordWriter writer(folder_, someHeader(), someInfo());
         for (std::uint64_t i = 0; i < kTicks; ++i)
-            writer.add(someInput(i), outputOf(i));
+            addTo(writer, someInput(i), outputOf(i));
         writer.finish();
         std::ifstream stream(inputs_, std::ios::binary);
         bytes_.assign(std::istreambuf_iterator<char>(stream), {});
@@ -164,7 +168,7 @@ TEST_F(RecordFile, GivesBackEveryBit) {
 TEST_F(RecordFile, IsWholeUpToTheLastFrameBeforeItIsFinished) {
     RecordWriter writer(folder_, someHeader(), someInfo());
     for (std::uint64_t i = 0; i < kFrameTicks + 3; ++i)
-        writer.add(someInput(i), outputOf(i));
+        addTo(writer, someInput(i), outputOf(i));
     const Record record = loadRecord(folder_);  // as after a crash: the writer has not been told to finish
     EXPECT_EQ(record.inputs.size(), kFrameTicks);
     EXPECT_EQ(record.torn_bytes, 0u);
@@ -176,7 +180,7 @@ TEST_F(RecordFile, TheLargestTickThereCanBeIsAWholeFrame) {
     largest.device.flags |= haptics::kDeviceClutch;
     largest.command_count = haptics::kMaxCommandsPerTick;
     RecordWriter writer(folder_, someHeader(), someInfo());
-    writer.add(largest, outputOf(0));
+    addTo(writer, largest, outputOf(0));
     writer.finish();
     const Record record = loadRecord(folder_);
     EXPECT_EQ(record.torn_bytes, 0u);
@@ -188,9 +192,9 @@ TEST_F(RecordFile, ALostTickEndsItBeforeTheGap) {
     constexpr std::uint64_t kWhole = kFrameTicks + 3;
     RecordWriter writer(folder_, someHeader(), someInfo());
     for (std::uint64_t i = 0; i < kWhole; ++i)
-        writer.add(someInput(i), outputOf(i));
+        addTo(writer, someInput(i), outputOf(i));
     for (std::uint64_t i = kWhole + 5; i < kTicks; ++i)
-        writer.add(someInput(i), outputOf(i));
+        addTo(writer, someInput(i), outputOf(i));
     writer.finish();
     const Record record = loadRecord(folder_);
     ASSERT_EQ(record.inputs.size(), kWhole);
@@ -291,6 +295,42 @@ TEST_F(RecordFile, RefusesAnAbsurdHeaderSize) {
     std::string bytes = bytes_;
     bytes.replace(12, 4, "\xff\xff\xff\xff");
     expectRefused(bytes, "header");
+}
+
+// A frame whose checksum is right and whose commands are none: whole frames before it stay.
+TEST_F(RecordFile, StopsAtACommandThatNobodyKnows) {
+    for (const std::uint32_t kind : {std::uint32_t(haptics::kLastCommandKind) + 1, 0x7fffffffu, ~0u}) {
+        RecordWriter writer(folder_, someHeader(), someInfo());
+        for (std::uint64_t i = 0; i < 2 * kFrameTicks; ++i) {
+            TickInput input = someInput(i);
+            if (i == kFrameTicks + 3) {
+                input.command_count = 1;
+                input.commands[0].kind = haptics::CommandKind(kind);
+            }
+            addTo(writer, input, outputOf(i));
+        }
+        writer.finish();
+        const Record record = loadRecord(folder_);
+        EXPECT_EQ(record.inputs.size(), kFrameTicks);
+        EXPECT_GT(record.torn_bytes, 0u);
+    }
+}
+
+TEST_F(RecordFile, KeepsTheMachinesCommands) {
+    RecordWriter writer(folder_, someHeader(), someInfo());
+    TickInput input = someInput(0);
+    using haptics::CommandKind;
+    const haptics::Command commands[] = {{CommandKind::inject, 1500},
+                                         {CommandKind::pedal, 1},
+                                         {CommandKind::xray, 0x01ffffff},
+                                         {CommandKind::ultrasound, ~0u}};
+    for (const haptics::Command& c : commands)
+        input.commands[input.command_count++] = c;
+    addTo(writer, input, outputOf(0));
+    writer.finish();
+    const Record record = loadRecord(folder_);
+    ASSERT_EQ(record.inputs.size(), 1u);
+    expectSameBits(record.inputs[0], input);
 }
 
 TEST_F(RecordFile, StopsAtAnAbsurdFrame) {

@@ -28,7 +28,10 @@ struct Outcome {
 // A place to work in: a cache of its own, so that no other run's patients are used, and output folders.
 class Command {
   public:
-    Command() { variables_["XDG_CACHE_HOME"] = (folder_ / "cache").string(); }
+    Command() {
+        variables_["XDG_CACHE_HOME"] = (folder_ / "cache").string();
+        variables_["XDG_DATA_HOME"] = (folder_ / "data").string();
+    }
 
     // `arguments` as in a shell; "--out" is added and names a fresh folder, `out()` after the run.
     Outcome run(const std::string& arguments) {
@@ -38,20 +41,26 @@ class Command {
     Outcome runInto(const std::filesystem::path& out, const std::string& arguments,
                     const std::filesystem::path& number = {}) {
         out_ = out;
-        std::string line = number.empty() ? "" : "echo $$ >'" + number.string() + "'; exec env ";
-        for (const auto& [name, value] : variables_)
-            line += name + "='" + value + "' ";
-        const std::filesystem::path std_out = folder_ / "stdout", std_err = folder_ / "stderr";
-        line += "'" + std::string(std::getenv("STYLET_BIN")) + "/stylet' " + arguments + " --out '" +
-                out_.string() + "' >'" + std_out.string() + "' 2>'" + std_err.string() + "'";
-        const int status = std::system(line.c_str());
-        Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(std_out), textOf(std_err), {}};
+        Outcome outcome = runBare(arguments + " --out '" + out_.string() + "'",
+                                  number.empty() ? "" : "echo $$ >'" + number.string() + "'; exec env ");
         if (std::filesystem::exists(out_ / "summary.json"))
             outcome.summary = nlohmann::json::parse(textOf(out_ / "summary.json"));
         return outcome;
     }
+    // As it is, without "--out"; `before` comes before the variables in the shell's line.
+    Outcome runBare(const std::string& arguments, const std::string& before = "") {
+        std::string line = before;
+        for (const auto& [name, value] : variables_)
+            line += name + "='" + value + "' ";
+        const std::filesystem::path std_out = folder_ / "stdout", std_err = folder_ / "stderr";
+        line += "'" + std::string(std::getenv("STYLET_BIN")) + "/stylet' " + arguments + " >'" +
+                std_out.string() + "' 2>'" + std_err.string() + "'";
+        const int status = std::system(line.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(std_out), textOf(std_err), {}};
+    }
     const std::filesystem::path& out() const { return out_; }
     void set(const std::string& variable, const std::string& value) { variables_[variable] = value; }
+    void unset(const std::string& variable) { variables_.erase(variable); }
     std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
 
   private:

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/training/machines.h"
+
 namespace stylet::trainer {
 namespace {
 
@@ -74,6 +76,34 @@ TEST_F(Spoken, WhatIsNoWordIsSaidAndDoesNothing) {
     EXPECT_THAT(typed("\npark\n"), ElementsAre(Asks(CommandKind::park, 1)));
     ASSERT_EQ(said.size(), 2u);
     EXPECT_LT(said[1].size(), 200u);
+}
+
+TEST_F(Spoken, MachinesTakeAWordAndANumber) {
+    EXPECT_THAT(
+        typed("pedal\nrelease\nstop\n"),
+        ElementsAre(Asks(CommandKind::pedal, 1), Asks(CommandKind::pedal, 0), Asks(CommandKind::inject, 0)));
+    EXPECT_THAT(typed("inject\ninject 2.5\ninject\t 20\n"),
+                ElementsAre(Asks(CommandKind::inject, 1000), Asks(CommandKind::inject, 2500),
+                            Asks(CommandKind::inject, 20000)));
+    EXPECT_THAT(said, IsEmpty());
+    for (const training::Machine machine : {training::Machine::xray, training::Machine::ultrasound})
+        for (std::size_t i = 0; i < training::knobsOf(machine).size(); ++i) {
+            const training::Knob& knob = training::knobsOf(machine)[i];
+            const std::vector<Command> asked =
+                typed(std::string(knob.word) + " " + std::to_string(knob.high) + "\n");
+            ASSERT_EQ(asked.size(), 1u) << knob.word;
+            EXPECT_NEAR(training::turnedBy(asked[0])->value, knob.high, 1e-9) << knob.word;
+            EXPECT_EQ(training::turnedBy(asked[0])->machine, machine);
+            EXPECT_THAT(outcomeOf(asked[0], now, now), HasSubstr(std::string(knob.word) + " "));
+        }
+    EXPECT_EQ(outcomeOf({CommandKind::inject, 1500}, now, now), "contrast medium, 1.5 ml/s");
+    EXPECT_THAT(said, IsEmpty());
+    EXPECT_THAT(typed("inject 21\ninject -1\ninject nan\ninject 1x\nrotate\nrotate 400\ngain +\nturn 3\n"),
+                IsEmpty());
+    ASSERT_EQ(said.size(), 8u);
+    EXPECT_THAT(said[0], HasSubstr("from 0 to 20"));
+    EXPECT_THAT(said[5], HasSubstr("from -90 to 90"));
+    EXPECT_THAT(said[7], HasSubstr("no word known here"));
 }
 
 TEST_F(Spoken, HelpNamesEveryTool) {

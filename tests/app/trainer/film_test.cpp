@@ -132,6 +132,25 @@ TEST_F(Film, TheEyesSeeItToo) {
     EXPECT_NE(test::textOf(out / "stereo-000.png"), test::textOf(out / "stereo-001.png"));
 }
 
+TEST_F(Film, LooksShowEveryViewOfThePatient) {
+    const Outcome outcome = command_->run("looks --spacing-mm 2.5 --pixels 96");
+    const std::filesystem::path& out = command_->out();
+    EXPECT_GT(sizeOf(out / "classes.png")[0], 1000u) << outcome.err;
+    if (!kHasPictures) {
+        EXPECT_EQ(outcome.status, 2);
+        EXPECT_NE(outcome.err.find("pictures"), std::string::npos) << outcome.err;
+        return;
+    }
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    std::vector<std::string> seen;
+    for (int i = 0; i < 8; ++i) {
+        const std::filesystem::path file = out / ("looks-00" + std::to_string(i) + ".png");
+        EXPECT_EQ(sizeOf(file)[0], 2u * 96u);
+        seen.push_back(test::textOf(file));
+        EXPECT_EQ(std::count(seen.begin(), seen.end(), seen.back()), 1) << i;
+    }
+}
+
 TEST_F(Film, AHoldStillsTheDome) {
     const Outcome held = command_->run(film() + " --no-stereo --frames 1");
     ASSERT_EQ(held.status, 0) << held.err;

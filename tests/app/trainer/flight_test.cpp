@@ -94,21 +94,29 @@ TEST(Flight, BitsHaveNames) {
     EXPECT_EQ(faultNames(haptics::kFaultBadPose | haptics::kFaultStaleInput), "stale-input+bad-pose");
 }
 
-// A headset that is put on, and taken off again.
-TEST(Focus, TheForceComesAndGoesWithIt) {
+// A headset that is put on, taken off, and put on again.
+TEST(Focus, TheForceComesAndGoesWithItAndTheAttemptWaits) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);
     const Attempt attempt = leapingAttempt(patient, 2.5, {}, {});
-    std::uint64_t shown_tick = 0, worn_since = 0;
+    std::uint64_t shown_tick = 0, worn_since = 0, stood_at = 0;
+    int frames_off = 0, stood_still = 0;
     const haptics::Clock clock = monotonicClock();
-    Pictures headset{[&](const haptics::TickOutput& shown, const std::string&) {
-                         shown_tick = shown.tick;
+    Pictures headset{[&](const Seen& seen, const patient::ContrastTable*, const std::string&) {
+                         shown_tick = seen.tick.tick;
                          if (worn_since == 0 && shown_tick > 300) worn_since = shown_tick;
                          clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + 5'000'000);
                          return true;
                      },
                      [] { return PictureTotals{}; },
-                     [&] { return worn_since > 0 && shown_tick < worn_since + 600; }};
+                     [&] {
+                         if (worn_since == 0) return Attention::absent;
+                         if (shown_tick < worn_since + 600 || frames_off > 60) return Attention::focused;
+                         ++frames_off;
+                         stood_still += shown_tick == stood_at;
+                         stood_at = shown_tick;
+                         return Attention::away;
+                     }};
     Session session(patient, ductPath(), {}, 0.0, nullptr);
     runRealTime(attempt, session, std::move(headset), clock);
     const SessionLog& log = session.log();
@@ -122,6 +130,9 @@ TEST(Focus, TheForceComesAndGoesWithIt) {
     }
     EXPECT_EQ(log.flights.front().back().output.stage, haptics::ForceStage::off);
     EXPECT_EQ(log.flights.front().back().output.sent_device_n, patient::Vec3(0.0));
+    // 60 frames of 5 ms, but for those in which the force fades.
+    EXPECT_GT(stood_still, 40);
+    EXPECT_EQ(log.ticks, log.last_tick) << "no tick is missing from the record";
 }
 
 }  // namespace

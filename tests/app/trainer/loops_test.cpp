@@ -5,9 +5,13 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <bit>
+#include <chrono>
+#include <memory>
 #include <numeric>
 #include <stdexcept>
+#include <thread>
 
 #include "app/records/replay.h"
 #include "app/trainer/platform_linux.h"
@@ -52,15 +56,15 @@ TEST(FastLoop, NotesEveryMomentOnceAndInOrder) {
     std::uint64_t last = 0;
     for (const Moment& m : played.log.moments) {
         names.push_back(m.name);
-        EXPECT_GE(m.shown.tick, last);
-        last = m.shown.tick;
+        EXPECT_GE(m.seen.tick.tick, last);
+        last = m.seen.tick.tick;
     }
     EXPECT_THAT(names, testing::ElementsAre("approach", "skin", "fascia", "liver", "duct"));
     // The moment carries its own tick's state: off the skin at the scenario's distance, in the duct at its
     // wall.
-    EXPECT_NEAR(played.log.moments[0].shown.patient_from_needle.position_m.x, -0.005, 1e-3);
-    EXPECT_NEAR(played.log.moments[4].shown.patient_from_needle.position_m.x, 0.0503, 2e-4);
-    EXPECT_TRUE(played.log.moments[4].shown.breath_held);
+    EXPECT_NEAR(played.log.moments[0].seen.tick.patient_from_needle.position_m.x, -0.005, 1e-3);
+    EXPECT_NEAR(played.log.moments[4].seen.tick.patient_from_needle.position_m.x, 0.0503, 2e-4);
+    EXPECT_TRUE(played.log.moments[4].seen.tick.breath_held);
 }
 
 TEST(FastLoop, EndsInTheSameHashEveryTime) {
@@ -191,12 +195,64 @@ TEST(RealTimeLoop, AnErrorOfThePicturesEndsItAndComesOut) {
     const patient::Patient patient(package);
     const Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
     Session session(patient, ductPath(), {}, 0.0, nullptr);
-    Pictures broken{[](const haptics::TickOutput&, const std::string&) -> bool {
+    Pictures broken{[](const Seen&, const patient::ContrastTable*, const std::string&) -> bool {
                         throw std::logic_error("not of the GPU");
                     },
                     [] { return PictureTotals{}; }};
     EXPECT_THROW(runRealTime(attempt, session, std::move(broken), monotonicClock()), std::logic_error);
     EXPECT_LT(session.log().last_tick, 500u) << "went on to the hand's end";
+}
+
+// Frames of a runtime that lets one begin every 11 ms.
+struct Watched {
+    std::uint64_t given = 0, tick = 0;
+    bool through_skin = false, hole = false;
+};
+Pictures watching(std::vector<Watched>& frames, std::size_t& tips) {
+    const auto live = std::make_shared<LiveSeen>();
+    return {.frame =
+                [live, &frames, &tips](const Seen& given, const patient::ContrastTable*,
+                                       const std::string& moment) {
+                    std::this_thread::sleep_for(std::chrono::milliseconds(11));
+                    Seen seen = given;
+                    live->refresh(seen);
+                    for (haptics::TipSample tip; live->tips->pop(tip);)
+                        ++tips;
+                    const bool on_skin =
+                        seen.tick.phase == haptics::Phase::held && seen.tick.tissue == Tissue::air;
+                    if (moment.empty())
+                        frames.push_back({given.tick.tick, seen.tick.tick,
+                                          seen.tick.phase != haptics::Phase::outside && !on_skin,
+                                          !seen.wounds.empty()});
+                    return true;
+                },
+            .totals = [] { return PictureTotals{}; },
+            .follow = [live](LiveSeen from) { *live = std::move(from); }};
+}
+
+// With what it left on the skin, which another thread finds.
+TEST(RealTimeLoop, ACutIsShownWithTheFirstFrameAfterIt) {
+    const patient::Package package = ductPhantom();
+    const patient::Patient patient(package);
+    const Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
+    Session session(patient, ductPath(), {}, 0.0, nullptr);
+    std::vector<Watched> frames;
+    std::size_t tips = 0;
+    const LoopTotals totals = runRealTime(attempt, session, watching(frames, tips), monotonicClock());
+    ASSERT_FALSE(session.log().punctures.empty());
+    const std::uint64_t cut = session.log().punctures.front().tick;
+    const auto first =
+        std::find_if(frames.begin(), frames.end(), [&](const Watched& f) { return f.tick >= cut; });
+    ASSERT_NE(first, frames.end());
+    EXPECT_TRUE(first->through_skin);
+    EXPECT_TRUE(first->hole);
+    std::size_t newer = 0;
+    for (const Watched& f : frames) {
+        EXPECT_TRUE(f.hole || !f.through_skin) << "at tick " << f.tick;
+        newer += f.tick > f.given + 5;
+    }
+    EXPECT_GT(newer, frames.size() / 2) << "frames show what there was before they waited";
+    EXPECT_GT(double(tips), 0.9 * double(totals.haptics.ticks));
 }
 
 TEST(LiveAttempt, ADeviceSlowerThanItsControllerAccountsForIsRefused) {

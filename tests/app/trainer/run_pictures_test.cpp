@@ -1,6 +1,11 @@
 // The main job with its pictures: loader, mock runtime, Vulkan. A small patient with a quick breath.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <sstream>
+
 #include "app/trainer/run.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
@@ -73,11 +78,100 @@ TEST_F(RunWithPictures, RealTimeCatchesEveryMomentAndReplaysToItsHash) {
     EXPECT_EQ(outcome.summary.at("haptics").at("faults"), 0);
     EXPECT_GE(outcome.summary.at("frames").get<std::size_t>(), kMoments.size());
     EXPECT_GT(outcome.summary.at("skips").at("skipped_bricks").get<std::uint64_t>(), 0u);
+    // What is held was drawn where it was at the display time, as far as a hand can be foretold.
+    const auto& offset = outcome.summary.at("visuo_haptic");
+    EXPECT_GT(offset.at("frames").get<std::size_t>(), 0u);
+    EXPECT_LE(offset.at("late_frames").get<std::size_t>(), outcome.summary.at("frames").get<std::size_t>());
+    EXPECT_LT(offset.at("offset_mm").at("median").get<double>(), 0.5);
     EXPECT_NE(outcome.out.find("skipped_bricks"), std::string::npos);
     expectPicturesOfEveryMoment();
     const Outcome replay = command_->run("replay '" + command_->out().string() + "' --fast");
     EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
     EXPECT_EQ(hashOf(replay), hashOf(outcome));
+}
+
+TEST_F(RunWithPictures, ImagingMakesASheetOfEachMachine) {
+    const Outcome outcome = command_->run("imaging --patient '" + (*command_ / "quick").string() + "'");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err.find("no ultrasound"), std::string::npos) << outcome.err;
+    for (const std::string machine : {"ultrasound", "fluoroscopy"})
+        for (const char* picture : {"", "-000", "-001", "-002", "-003", "-004", "-005"}) {
+            const std::filesystem::path file = command_->out() / (machine + picture + ".png");
+            ASSERT_TRUE(std::filesystem::exists(file)) << file;
+            EXPECT_GT(std::filesystem::file_size(file), 20000u) << file;  // a black one is far smaller
+        }
+}
+
+struct FrameRow {
+    double frame_ms = 0.0, volume_ms = 0.0, layer_scale = 0.0;
+};
+
+std::vector<FrameRow> frameRowsOf(const std::filesystem::path& csv) {
+    std::istringstream text(test::textOf(csv));
+    std::string line;
+    std::getline(text, line);
+    EXPECT_EQ(line,
+              "tick,frame_ms,opaque_ms,volume_ms,layer_scale,late,lead_ms,offset_mm,offset_deg,"
+              "ahead_ms");
+    std::vector<FrameRow> rows;
+    while (std::getline(text, line)) {
+        FrameRow row;
+        EXPECT_EQ(
+            std::sscanf(line.c_str(), "%*u,%lf,%*f,%lf,%lf", &row.frame_ms, &row.volume_ms, &row.layer_scale),
+            3)
+            << line;
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+double medianOf(const std::vector<FrameRow>& rows, const std::function<double(const FrameRow&)>& of) {
+    std::vector<double> values;
+    for (const FrameRow& row : rows)
+        values.push_back(of(row));
+    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+// A budget between what a frame takes without the patient and with all of him: fewer rays keep it.
+TEST_F(RunWithPictures, FrameTimesStandBesideTheRecordAndTheResolutionKeepsToABudget) {
+    const std::string closed = run_ + " --fast --fps 4 --look closed";
+    const Outcome free = command_->run(closed);
+    ASSERT_EQ(free.status, 0) << free.err;
+    const std::vector<FrameRow> rows = frameRowsOf(command_->out() / "record" / "frames.csv");
+    const auto frames = free.summary.at("frames").get<std::size_t>();  // the first few are not to be drawn
+    EXPECT_LE(rows.size(), frames);
+    ASSERT_GE(rows.size() + 4, frames);
+    for (const FrameRow& row : rows)
+        EXPECT_EQ(row.layer_scale, rows.front().layer_scale) << "nobody asked for a budget";
+    EXPECT_GT(free.summary.at("frame_ms").at("whole").at("median").get<double>(), 0.0);
+    const double volume_ms = medianOf(rows, [](const FrameRow& r) { return r.volume_ms; });
+    const double rest_ms = medianOf(rows, [](const FrameRow& r) { return r.frame_ms - r.volume_ms; });
+    const double budget_ms = std::min(1000.0, rest_ms / 0.85 + 0.25 * volume_ms);
+
+    const Outcome kept = command_->run(closed + " --budget-ms " + std::to_string(budget_ms));
+    ASSERT_EQ(kept.status, 0) << kept.err;
+    const std::vector<FrameRow> lower = frameRowsOf(command_->out() / "record" / "frames.csv");
+    const auto least = std::min_element(lower.begin(), lower.end(), [](const FrameRow& a, const FrameRow& b) {
+        return a.layer_scale < b.layer_scale;
+    });
+    EXPECT_LT(least->layer_scale, 0.9 * rows.front().layer_scale) << "of " << budget_ms << " ms";
+    EXPECT_EQ(hashOf(kept), hashOf(*without_));
+}
+
+TEST_F(RunWithPictures, ADeviceThatIsLostCostsThePicturesAndNothingElse) {
+    command_->set("VK_LAYER_PATH", STYLET_FAULTS_FOLDER);
+    command_->set("VK_INSTANCE_LAYERS", "VK_LAYER_STYLET_faults");
+    command_->set("STYLET_FAULT_LOST_AFTER", "24");
+    const Outcome outcome = command_->run(run_ + " --fast --fps 4");
+    for (const char* name : {"VK_LAYER_PATH", "VK_INSTANCE_LAYERS", "STYLET_FAULT_LOST_AFTER"})
+        command_->unset(name);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("pictures were lost"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("DeviceLost"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>());
+    EXPECT_EQ(hashOf(outcome), hashOf(*without_));
 }
 
 TEST_F(RunWithPictures, TheValidationLayersAreSilent) {

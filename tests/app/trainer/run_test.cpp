@@ -67,8 +67,9 @@ TEST_F(Run, TheDemoHitsTheDuctAndLeavesItsFolder) {
 
 TEST_F(Run, TheSummaryHoldsEveryField) {
     const json& s = demo_->summary;
-    for (const char* field : {"patient", "scenario", "seed", "target_hit", "punctures", "peak_force_n",
-                              "lateral_cut_m", "haptics", "frames", "skips", "state_hash"})
+    for (const char* field :
+         {"patient", "scenario", "seed", "target_hit", "punctures", "peak_force_n", "lateral_cut_m", "dose",
+          "contrast", "haptics", "frames", "skips", "state_hash"})
         EXPECT_TRUE(s.contains(field)) << field;
     for (const char* field : {"ticks", "rate_hz", "late_ticks", "faults", "max_step_us"})
         EXPECT_TRUE(s.at("haptics").at(field).is_number()) << field;
@@ -110,6 +111,44 @@ TEST_F(Run, ItsRecordReplaysToItsHash) {
     EXPECT_EQ(replay.summary.at("punctures"), demo_->summary.at("punctures"));
     EXPECT_EQ(test::textOf(command_->out() / "force-depth.csv"),
               test::textOf(demo_folder_ / "force-depth.csv"));
+}
+
+// No GPU has a part in it: what flows where, what the patient is given.
+TEST_F(Run, CholangiographyFillsTheDuctsAndKeepsItsLedger) {
+    const Outcome shown = command_->run("run --headless --fast --scenario cholangiography" + kSmall);
+    ASSERT_EQ(shown.status, 0) << shown.err;
+    EXPECT_TRUE(shown.summary.at("target_hit").get<bool>()) << shown.out;
+    const json& dose = shown.summary.at("dose");
+    EXPECT_NEAR(dose.at("contrast_ml").get<double>(), 0.3 * 3.0 + 1.0 * 12.0, 0.01);
+    EXPECT_NEAR(dose.at("fluoroscopy_s").get<double>(), 3.0 + 12.0 + 2.0 + 5.0, 0.01);
+    EXPECT_NEAR(dose.at("pulses").get<double>(), 22.0 * 7.5, 2.0);
+    EXPECT_GT(dose.at("dose_area_gy_m2").get<double>(), 0.0);
+    const json& contrast = shown.summary.at("contrast");
+    EXPECT_EQ(contrast.at("last_place"), "duct");
+    EXPECT_NEAR(contrast.at("ducts_ml").get<double>() + contrast.at("liver_ml").get<double>() +
+                    contrast.at("washed_out_ml").get<double>(),
+                12.9, 0.01);
+    EXPECT_GT(contrast.at("ducts_ml").get<double>(), 8.0);
+    EXPECT_TRUE(contrast.at("at_stop").get<bool>()) << "at the tumour";
+    EXPECT_NE(shown.out.find("stands at the obstruction"), std::string::npos) << shown.out;
+    const std::filesystem::path folder = command_->out();
+    const Outcome replay = command_->run("replay '" + folder.string() + "' --fast");
+    EXPECT_EQ(replay.status, 0) << replay.out;
+    EXPECT_EQ(hashOf(replay), hashOf(shown));
+    EXPECT_EQ(replay.summary.at("dose"), dose);
+    EXPECT_EQ(replay.summary.at("contrast"), contrast);
+}
+
+TEST_F(Run, AWrongTipStainsTheLiver) {
+    const Outcome shown = command_->run("run --headless --fast --scenario wrong-tip" + kSmall);
+    ASSERT_EQ(shown.status, 0) << shown.err;
+    EXPECT_FALSE(shown.summary.at("target_hit").get<bool>());
+    const json& contrast = shown.summary.at("contrast");
+    EXPECT_EQ(contrast.at("last_place"), "liver");
+    EXPECT_EQ(contrast.at("ducts_ml"), 0.0);
+    EXPECT_NEAR(contrast.at("liver_ml").get<double>() + contrast.at("washed_out_ml").get<double>(), 2.0,
+                0.01);
+    EXPECT_GT(contrast.at("washed_out_ml").get<double>(), 0.02) << "it fades";
 }
 
 // The demo in the breath of a marker's track, and as it is replayed without the file.

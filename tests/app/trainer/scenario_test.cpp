@@ -58,6 +58,20 @@ speed_mm_s = 20.0
 do = "park"
 [[stage]]
 do = "lift"
+[[stage]]
+do = "inject"
+ml_per_s = 1.5
+seconds = 4.0
+[[stage]]
+do = "pedal"
+down = true
+[[stage]]
+do = "xray"
+field_mm = 200.0
+rotation_deg = -30.0
+[[stage]]
+do = "ultrasound"
+depth_mm = 120.0
 )";
 
 class ScenarioFile : public testing::Test {
@@ -98,7 +112,7 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_DOUBLE_EQ(s.breath.creep_m, 0.0056);
     EXPECT_EQ(s.breath.plan.hold, (patient::HoldManner{0.0, 20.0, 0.2, 0.1, 15.0}));
     EXPECT_EQ(s.tool, haptics::Tool::finger);
-    ASSERT_EQ(s.stages.size(), 6u);
+    ASSERT_EQ(s.stages.size(), 10u);
     EXPECT_EQ(s.stages[0].kind, StageKind::hold);
     EXPECT_EQ(s.stages[1].kind, StageKind::move);
     EXPECT_DOUBLE_EQ(s.stages[1].to.share, 1.0);
@@ -111,6 +125,19 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_DOUBLE_EQ(s.stages[3].to.frontward_m, -0.003);
     EXPECT_EQ(s.stages[4].kind, StageKind::park);
     EXPECT_EQ(s.stages[5].kind, StageKind::lift);
+    EXPECT_EQ(s.stages[6].kind, StageKind::inject);
+    EXPECT_DOUBLE_EQ(s.stages[6].injected_m3_per_s, 1.5e-6);
+    EXPECT_DOUBLE_EQ(s.stages[6].seconds, 4.0);
+    EXPECT_EQ(s.stages[7].kind, StageKind::pedal);
+    EXPECT_TRUE(s.stages[7].pedal_down);
+    EXPECT_EQ(s.stages[8].kind, StageKind::machine);
+    using training::Machine;
+    EXPECT_EQ(s.stages[8].turned, (std::vector<training::Turned>{
+                                      {Machine::xray, std::size_t(training::XrayKnob::rotation), -30.0},
+                                      {Machine::xray, std::size_t(training::XrayKnob::field), 200.0}}));
+    EXPECT_EQ(s.stages[9].turned,
+              (std::vector<training::Turned>{
+                  {Machine::ultrasound, std::size_t(training::UltrasoundKnob::depth), 120.0}}));
 }
 
 TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
@@ -145,6 +172,18 @@ TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
     expectRefused("headward_mm = 5.0", "headward_mm = 5000.0", "stage[3].headward_mm");
     expectRefused("do = \"park\"", "do = \"park\"\nseconds = 1.0", "stage[4].seconds");
     expectRefused("share = 1.0", "shore = 1.0", "stage[1].shore");
+    expectRefused("ml_per_s = 1.5", "", "stage[6].ml_per_s");
+    expectRefused("ml_per_s = 1.5", "ml_per_s = 21.0", "stage[6].ml_per_s");
+    expectRefused("ml_per_s = 1.5", "ml_per_s = -1.0", "stage[6].ml_per_s");
+    expectRefused("ml_per_s = 1.5", "ml_per_s = nan", "stage[6].ml_per_s");
+    expectRefused("seconds = 4.0", "seconds = 4000.0", "stage[6].seconds");
+    expectRefused("seconds = 4.0", "second = 4.0", "stage[6].second");
+    expectRefused("down = true", "", "stage[7].down");
+    expectRefused("down = true", "down = 1", "stage[7].down");
+    expectRefused("field_mm = 200.0", "field_mm = 2000.0", "stage[8].field_mm");
+    expectRefused("field_mm = 200.0", "depth_mm = 200.0", "stage[8].depth_mm");
+    expectRefused("rotation_deg = -30.0", "rotation_deg = \"left\"", "stage[8].rotation_deg");
+    expectRefused("depth_mm = 120.0", "", "stage[9].do");
 }
 
 TEST_F(ScenarioFile, RefusesAFileThatIsNotThere) {
@@ -163,6 +202,14 @@ TEST_F(ScenarioFile, DigestCoversContentNotLayout) {
     std::string other = kGood;
     other.replace(other.find("\"probe\""), 7, "\"guide\"");
     EXPECT_NE(digest(load(other)), first);
+    for (const auto& [from, to] : {std::pair<std::string, std::string>{"ml_per_s = 1.5", "ml_per_s = 1.6"},
+                                   {"down = true", "down = false"},
+                                   {"field_mm = 200.0", "field_mm = 201.0"},
+                                   {"depth_mm = 120.0", "focus_mm = 120.0"}}) {
+        std::string turned = kGood;
+        turned.replace(turned.find(from), from.size(), to);
+        EXPECT_NE(digest(load(turned)), first) << to;
+    }
 }
 
 TEST_F(ScenarioFile, BringsItsRecordingAlong) {

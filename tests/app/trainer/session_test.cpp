@@ -45,7 +45,7 @@ TEST_F(Watched, ApproachIsTheFirstTickWithinItsDistanceOfTheSkin) {
     const std::vector<Moment> moments = session_.newMoments();
     ASSERT_EQ(moments.size(), 1u);
     EXPECT_EQ(moments[0].name, "approach");
-    EXPECT_EQ(moments[0].shown.tick, 2u);
+    EXPECT_EQ(moments[0].seen.tick.tick, 2u);
     EXPECT_TRUE(session_.newMoments().empty());
 }
 
@@ -56,7 +56,7 @@ TEST_F(Watched, AnEventFindsItsOwnTickWhicheverComesFirst) {
     session_.take(tickAt(2, 0.0520));
     session_.take(tickAt(3, 0.0530));
     for (const Moment& m : session_.newMoments())
-        EXPECT_EQ(m.shown.tick, 2u) << m.name;
+        EXPECT_EQ(m.seen.tick.tick, 2u) << m.name;
     ASSERT_EQ(session_.log().moments.size(), 2u);
     EXPECT_TRUE(session_.log().target_hit());
 }

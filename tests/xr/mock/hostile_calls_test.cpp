@@ -41,6 +41,9 @@ TEST_F(HostileCalls, GetListedResultsWhateverHappens) {
         R"("session_loss": {"lost_after_s": 0})",
         R"("recenter": {"delay_s": 0.1})",
         R"("recenter": {"space": "stage", "pose_valid": false})",
+        R"("recenter": {"space": "stationary"})",
+        R"("head_tracked": false)",
+        R"("head_tracked": true)",
         R"("refresh_hz": 60)",
         R"("user_presence": false)",
         R"("user_presence": true)",
@@ -53,7 +56,10 @@ TEST_F(HostileCalls, GetListedResultsWhateverHappens) {
         events += (i == 0 ? "{\"t_s\": " : ", {\"t_s\": ") + std::to_string(1 + i * 0.1) + ", " +
                   kEvents[random() % std::size(kEvents)] + "}";
     }
-    setScript("{\"version\": 2, \"headset\": \"simple\", \"events\": [" + events + "]}");
+    setScript(
+        R"({"version": 2, "headset": "simple", "offers": {"spaces": ["stage", "local_floor", "stationary"]},
+                  "events": [)" +
+        events + "]}");
     setVariable("XRMOCK_LOG", file("log.jsonl").string());
     startAll();
     Hostile hostile(surroundings_, 8);

@@ -1,0 +1,156 @@
+#include "app/report/classes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "app/report/canvas.h"
+
+namespace stylet::report {
+
+using patient::Index3;
+using patient::Patient;
+using patient::Tissue;
+using patient::Vec3;
+
+namespace {
+
+constexpr int kPixels = 470, kMargin = 24, kHeader = 96, kFooter = 70;
+constexpr Colour kDark{0.07, 0.08, 0.09}, kWhite{0.94, 0.95, 0.96}, kGrey{0.62, 0.65, 0.68};
+// The paper's colours.
+constexpr Colour kAir{0.45, 0.47, 0.50}, kSkin{0.95, 0.56, 0.16}, kSoft{0.96, 0.86, 0.25},
+    kBone{0.58, 0.30, 0.80}, kFascia{0.95, 0.10, 0.75}, kDuct{0.20, 0.75, 0.25}, kVessel{0.86, 0.12, 0.12};
+constexpr double kShownLow_hu = -1050.0, kShownHigh_hu = 1000.0, kBin_hu = 10.0;
+
+Colour classOf(double hu, const patient::Thresholds& t, bool past_fascia) {
+    if (hu < t.t0_hu) return kAir;
+    if (hu < t.t1_hu) return kSkin;
+    return hu < (past_fascia ? t.t2_specific_hu : t.t2_sensitive_hu) ? kSoft : kBone;
+}
+
+enum class Shown { before_fascia, past_fascia, with_structures };
+
+Colour colourAt(const Patient& patient, const Index3& at, Shown shown) {
+    const patient::Package& package = patient.package();
+    const patient::Label* label = patient.label(package.labels[at]);
+    if (label && shown != Shown::before_fascia && label->tissue == Tissue::fascia) return kFascia;
+    if (label && shown == Shown::with_structures) {
+        if (label->tissue == Tissue::duct) return kDuct;
+        if (label->tissue == Tissue::vessel) return kVessel;
+    }
+    return classOf(package.ct[at], package.thresholds, shown != Shown::before_fascia);
+}
+
+// Axial, as a radiologist hangs it: seen from the feet, front up. The classes over the CT's own greys.
+std::vector<std::uint8_t> slice(const Patient& patient, int z, Shown shown) {
+    const patient::Grid& grid = patient.grid();
+    const Vec3 size_m = grid.spacing_m * Vec3(grid.dims);
+    const double pixel_m = std::max(size_m.x, size_m.y) / kPixels;
+    const Vec3 middle = grid.origin_m + 0.5 * grid.spacing_m * Vec3(grid.dims - 1);
+    std::vector<std::uint8_t> rgb;
+    rgb.reserve(std::size_t(kPixels) * kPixels * 3);
+    for (int v = 0; v < kPixels; ++v)
+        for (int u = 0; u < kPixels; ++u) {
+            const double x = middle.x - (u + 0.5 - 0.5 * kPixels) * pixel_m;
+            const double y = middle.y - (v + 0.5 - 0.5 * kPixels) * pixel_m;
+            const Index3 at = grid.nearest({x, y, grid.centre({0, 0, z}).z});
+            Colour c = kDark;
+            if (grid.contains(at)) {
+                const double grey = std::clamp((double(patient.package().ct[at]) + 250.0) / 600.0, 0.0, 1.0);
+                const Colour over = colourAt(patient, at, shown);
+                const double shade = 0.55 + 0.45 * grey;
+                c = {over.r * shade, over.g * shade, over.b * shade};
+            }
+            for (const double channel : {c.r, c.g, c.b})
+                rgb.push_back(std::uint8_t(std::lround(255.0 * channel)));
+        }
+    return rgb;
+}
+
+std::vector<double> histogramOf(const patient::CtVolume& ct) {
+    std::vector<double> counts(std::size_t((kShownHigh_hu - kShownLow_hu) / kBin_hu), 0.0);
+    for (const std::int16_t hu : ct.voxels) {
+        const double bin = (double(hu) - kShownLow_hu) / kBin_hu;
+        if (bin >= 0.0 && bin < double(counts.size())) ++counts[std::size_t(bin)];
+    }
+    return counts;
+}
+
+// Counts on a logarithmic scale: air would hide all else. The upper half of the bars is coloured as the
+// needle sees them before the fascia, the foot as past it.
+void drawHistogram(Canvas& canvas, double x, double y, const Patient& patient) {
+    const std::vector<double> counts = histogramOf(patient.package().ct);
+    const patient::Thresholds& t = patient.package().thresholds;
+    const double most = std::log1p(*std::max_element(counts.begin(), counts.end()));
+    const double width = double(kPixels) / double(counts.size()), foot = 18.0;
+    const auto at = [&](double hu) {
+        return x + kPixels * (hu - kShownLow_hu) / (kShownHigh_hu - kShownLow_hu);
+    };
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+        const double hu = kShownLow_hu + (double(i) + 0.5) * kBin_hu;
+        const double height = most > 0.0 ? (kPixels - 90) * std::log1p(counts[i]) / most : 0.0;
+        const double left = x + double(i) * width, base = y + kPixels - 50;
+        canvas.rectangle(left, base - height, width + 0.5, height, classOf(hu, t, false));
+        canvas.rectangle(left, base + 4, width + 0.5, foot, classOf(hu, t, true));
+    }
+    const std::array<std::pair<const char*, double>, 4> marks{
+        {{"t0", t.t0_hu}, {"t1", t.t1_hu}, {"t2-", t.t2_sensitive_hu}, {"t2+", t.t2_specific_hu}}};
+    for (std::size_t i = 0; i < marks.size(); ++i) {
+        const double line = at(marks[i].second), top = y + 14 + 17.0 * double(i);
+        canvas.line({line, top + 4}, {line, y + kPixels - 28}, 1.0, kWhite.faded(0.6));
+        std::array<char, 48> text{};
+        std::snprintf(text.data(), text.size(), "%s = %.0f HU", marks[i].first, marks[i].second);
+        const bool right = line < x + 0.6 * kPixels;
+        canvas.text({line + (right ? 5.0 : -5.0), top + 6}, text.data(),
+                    {13, kWhite, right ? Align::left : Align::right, false, kDark.faded(0.7)});
+    }
+    for (int hu = -1000; hu <= 1000; hu += 500)
+        canvas.text({at(hu), y + kPixels - 8}, std::to_string(hu), {12, kGrey, Align::centre});
+}
+
+void drawLegend(Canvas& canvas, double y) {
+    double x = kMargin;
+    const std::array<std::pair<const char*, Colour>, 7> entries{{{"air", kAir},
+                                                                 {"skin", kSkin},
+                                                                 {"soft tissue", kSoft},
+                                                                 {"bone", kBone},
+                                                                 {"fascia", kFascia},
+                                                                 {"bile duct", kDuct},
+                                                                 {"vessel", kVessel}}};
+    for (const auto& [name, colour] : entries) {
+        const TextStyle style{14, kWhite};
+        canvas.rectangle(x, y - 12, 14, 14, colour);
+        canvas.text({x + 20, y}, name, style);
+        x += 20 + canvas.textWidth(name, style) + 26;
+    }
+}
+
+}  // namespace
+
+void drawClasses(const Patient& patient, const Vec3& at_reference_m, const std::string& title,
+                 const std::filesystem::path& png) {
+    const patient::Grid& grid = patient.grid();
+    const int z = std::clamp(grid.nearest(at_reference_m).z, 0, grid.dims.z - 1);
+    Canvas canvas(5 * kMargin + 4 * kPixels, kHeader + kPixels + kFooter, kDark);
+    canvas.text({kMargin, 42}, title, {22, kWhite, Align::left, true});
+    double x = kMargin;
+    const auto panel = [&](const char* caption) {
+        canvas.text({x, kHeader - 14}, caption, {15, kWhite});
+        return std::exchange(x, x + kPixels + kMargin);
+    };
+    drawHistogram(canvas, panel("CT values; foot: as past the fascia"), kHeader, patient);
+    const auto show = [&](const char* caption, Shown shown) {
+        const double left = panel(caption);
+        canvas.image(left, kHeader, kPixels, kPixels, slice(patient, z, shown));
+    };
+    show("before the fascia", Shown::before_fascia);
+    show("past the fascia", Shown::past_fascia);
+    show("with segmented ducts and vessels", Shown::with_structures);
+    drawLegend(canvas, kHeader + kPixels + 36);
+    canvas.savePng(png);
+}
+
+}  // namespace stylet::report

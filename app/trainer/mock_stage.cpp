@@ -1,0 +1,84 @@
+#include "app/trainer/mock_stage.h"
+
+#include <cstdlib>
+#include <fstream>
+
+#include <unistd.h>
+#include <nlohmann/json.hpp>
+
+#include "patient/package.h"
+#include "xr/xr.h"
+
+namespace stylet::trainer {
+namespace {
+
+constexpr const char* kScenario = "XRMOCK_SCENARIO";
+
+// That head for two minutes, 640 x 640 an eye.
+void writeHeadScript(const std::filesystem::path& file, const patient::Pose& stage_from_patient,
+                     const patient::PlannedPath& path) {
+    constexpr double kLength_s = 120.0, kKeyEvery_s = 0.25;
+    using nlohmann::json;
+    json head = json::array();
+    for (int i = 0; i * kKeyEvery_s <= kLength_s; ++i) {
+        const patient::Pose pose = stageFromHead(stage_from_patient, path, i * kKeyEvery_s);
+        const patient::Vec3& p = pose.position_m;
+        const patient::Quat& q = pose.rotation;
+        head.push_back(
+            {{"t_s", i * kKeyEvery_s}, {"position", {p.x, p.y, p.z}}, {"orientation", {q.x, q.y, q.z, q.w}}});
+    }
+    const json script{{"version", 1},
+                      {"refresh_hz", 90},
+                      {"eyes",
+                       {{"ipd_m", kMockEyeDistance_m},
+                        {"recommended_size", {640, 640}},
+                        {"left_fov_rad", kMockEyeAngles_rad[0]},
+                        {"right_fov_rad", kMockEyeAngles_rad[1]}}},
+                      {"head", head}};
+    std::ofstream out(file);
+    out << script.dump(1) << '\n';
+    out.close();
+    if (!out) throw patient::DataError(file, "document", "cannot be written");
+}
+
+}  // namespace
+
+bool mockRuntimeChosen() {
+    for (const std::filesystem::path manifest : xr::runtimeSearchPath()) {
+        std::ifstream in(manifest);
+        if (!in) continue;
+        const auto json = nlohmann::json::parse(in, nullptr, false);
+        if (!json.is_object() || !json.contains("runtime") || !json["runtime"].is_object()) return false;
+        const auto library = json["runtime"].find("library_path");
+        return library != json["runtime"].end() && library->is_string() &&
+               std::filesystem::path(library->get<std::string>()).filename() == "libxrmock.so";
+    }
+    return false;
+}
+
+MockStage::MockStage(const MockSettings& settings, const patient::Pose& stage_from_patient,
+                     const patient::PlannedPath& path) {
+    if (!mockRuntimeChosen()) return;
+    std::filesystem::path scenario = settings.scenario;
+    if (scenario.empty() && !std::getenv(kScenario)) {
+        written_ =
+            std::filesystem::temp_directory_path() / ("stylet-head-" + std::to_string(getpid()) + ".json");
+        writeHeadScript(written_, stage_from_patient, path);
+        scenario = written_;
+    }
+    scenario_set_ = !scenario.empty();
+    if (scenario_set_) setenv(kScenario, scenario.c_str(), 1);
+    setenv("XRMOCK_CLOCK", settings.virtual_clock ? "virtual" : "real", 1);
+    if (settings.capture_dir.empty())
+        unsetenv("XRMOCK_CAPTURE");
+    else
+        setenv("XRMOCK_CAPTURE", settings.capture_dir.c_str(), 1);
+}
+
+MockStage::~MockStage() {
+    std::error_code nothing_there;
+    if (!written_.empty()) std::filesystem::remove(written_, nothing_there);
+    if (scenario_set_) unsetenv(kScenario);
+}
+
+}  // namespace stylet::trainer

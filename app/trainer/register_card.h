@@ -1,0 +1,35 @@
+// The wizard's words as a picture that hangs before the eyes: what to do, how far it is, and the space with
+// the places in it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "app/report/canvas.h"
+#include "xr/registration/registration.h"
+
+namespace stylet::trainer {
+
+class RegisterCard {
+  public:
+    static constexpr int kWidth = 1100, kHeight = 560;
+    static constexpr double kLetter_px = 34.0;  // an em of its smallest letters
+
+    RegisterCard();
+    // Draws where something changed.
+    void show(const xr::registration::WizardText&, const xr::registration::WizardSketch&);
+    const std::vector<std::uint8_t>& rgba() const { return rgba_; }
+    std::uint64_t revision() const { return revision_; }
+    const report::Canvas& canvas() const { return canvas_; }
+
+  private:
+    void write(const xr::registration::WizardText&);
+    void drawSpace(const xr::registration::WizardSketch&);
+
+    report::Canvas canvas_;
+    std::string shown_;  // what is on it, to compare
+    std::vector<std::uint8_t> rgba_;
+    std::uint64_t revision_ = 0;
+};
+
+}  // namespace stylet::trainer

@@ -1,0 +1,25 @@
+// What a picture shows of an attempt at a tick.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "app/trainer/wounds.h"
+#include "app/training/dose.h"
+#include "app/training/machines.h"
+#include "haptics/simulation.h"
+
+namespace stylet::trainer {
+
+struct Seen {
+    haptics::TickOutput tick;
+    std::vector<Wound> wounds;
+    training::Machines machines;
+    training::DoseLedger dose;
+    // As haptics::LoopChannels has them: no ticks are made, and how far the tool is from where they stopped.
+    bool held = false;
+    double to_return_m = 0.0;
+    std::uint64_t rearm_acts = 0;  // how often the user has asked for the force, so far
+};
+
+}  // namespace stylet::trainer

@@ -1,0 +1,152 @@
+#include "app/trainer/window/app_window.h"
+
+#include <algorithm>
+#include <atomic>
+#include <utility>
+
+#include <vulkan/vulkan.h>
+
+#define GLFW_INCLUDE_NONE
+#define GLFW_INCLUDE_VULKAN
+#define GLFW_EXPOSE_NATIVE_X11
+#include <GLFW/glfw3.h>
+#include <GLFW/glfw3native.h>
+
+#include "app/trainer/window/mirror.h"
+
+namespace stylet::trainer {
+namespace {
+
+// GLFW's own is what went wrong last, on this thread.
+std::string reason() {
+    const char* text = nullptr;
+    glfwGetError(&text);
+    return text ? text : "no reason given";
+}
+
+// Xlib would end the program with its display.
+int sayNothing(Display*) {
+    return 0;
+}
+void displayLost(Display*, void* lost) {
+    static_cast<std::atomic<bool>*>(lost)->store(true);
+}
+// Nor is a request that the display refuses a reason to end it.
+int passOver(Display*, XErrorEvent*) {
+    return 0;
+}
+
+}  // namespace
+
+struct AppWindow::Impl {
+    GLFWwindow* window = nullptr;
+    std::atomic<bool> lost{false};
+    WindowNews news;
+    double x = 0.0, y = 0.0, pixels = 1.0;  // pointer, in pixels of the picture a unit of the window
+    double from_x = 0.0, from_y = 0.0;
+    int held = -1;  // the mouse button
+    bool shift = false;
+
+    static Impl& of(GLFWwindow* w) { return *static_cast<Impl*>(glfwGetWindowUserPointer(w)); }
+    void listen();
+    void key(int key, int modifiers);
+    void moved(double to_x, double to_y);
+};
+
+void AppWindow::Impl::key(int key, int modifiers) {
+    if (key >= GLFW_KEY_0 && key <= GLFW_KEY_9) news.keys += char('0' + key - GLFW_KEY_0);
+    if (key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9) news.keys += char('0' + key - GLFW_KEY_KP_0);
+    if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z) news.keys += char('a' + key - GLFW_KEY_A);
+    if (key == GLFW_KEY_ESCAPE) news.keys += '\x1b';
+    if (key == GLFW_KEY_TAB) news.keys += '\t', news.back = modifiers & GLFW_MOD_SHIFT;
+}
+
+void AppWindow::Impl::moved(double to_x, double to_y) {
+    int height = 1;
+    glfwGetWindowSize(window, nullptr, &height);
+    if (held >= 0 && height > 0)
+        news.drags.push_back({(to_x - x) / height, (y - to_y) / height, from_x, from_y,
+                              shift || held == GLFW_MOUSE_BUTTON_RIGHT});
+    x = to_x, y = to_y;
+}
+
+void AppWindow::Impl::listen() {
+    glfwSetWindowUserPointer(window, this);
+    glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+        if (action != GLFW_RELEASE) of(w).key(key, modifiers);
+    });
+    glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
+        Impl& me = of(w);
+        glfwGetCursorPos(w, &me.x, &me.y);
+        me.held = action == GLFW_PRESS ? button : -1;
+        me.shift = modifiers & GLFW_MOD_SHIFT;
+        me.from_x = me.x * me.pixels, me.from_y = me.y * me.pixels;
+    });
+    glfwSetCursorPosCallback(window,
+                             [](GLFWwindow* w, double to_x, double to_y) { of(w).moved(to_x, to_y); });
+    glfwSetScrollCallback(window, [](GLFWwindow* w, double, double steps) { of(w).news.wheel += steps; });
+    glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { of(w).news.exposed = true; });
+}
+
+AppWindow::AppWindow(const std::string& title, int width, int height) : impl_(new Impl) {
+    if (!glfwInit()) {
+        delete impl_;
+        throw WindowError("no display: " + reason());
+    }
+    XSetIOErrorHandler(sayNothing);
+    XSetIOErrorExitHandler(glfwGetX11Display(), displayLost, &impl_->lost);
+    glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+    glfwWindowHint(GLFW_FOCUS_ON_SHOW, GLFW_FALSE);
+    impl_->window = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+    if (!impl_->window) {
+        const std::string why = reason();
+        glfwTerminate();
+        delete impl_;
+        throw WindowError("no window: " + why);
+    }
+    XSetErrorHandler(passOver);  // here: GLFW sets Xlib's own while it makes a window
+    glfwSetWindowSizeLimits(impl_->window, 320, 200, GLFW_DONT_CARE, GLFW_DONT_CARE);
+    impl_->listen();
+}
+
+AppWindow::~AppWindow() {
+    if (impl_->lost) return;
+    glfwDestroyWindow(impl_->window);
+    glfwTerminate();
+    delete impl_;
+}
+
+std::vector<const char*> AppWindow::instanceExtensions() const {
+    std::uint32_t count = 0;
+    const char** names = glfwGetRequiredInstanceExtensions(&count);
+    return {names, names + count};
+}
+
+VkSurfaceKHR AppWindow::makeSurface(VkInstance instance) {
+    VkSurfaceKHR surface = VK_NULL_HANDLE;
+    if (glfwCreateWindowSurface(instance, impl_->window, nullptr, &surface) != VK_SUCCESS)
+        throw WindowError("Vulkan cannot draw into a window here: " + reason());
+    return surface;
+}
+
+void AppWindow::setTitle(const std::string& title) {
+    if (!impl_->lost) glfwSetWindowTitle(impl_->window, title.c_str());
+}
+
+WindowNews AppWindow::poll(double patience_s) {
+    if (!impl_->lost) glfwWaitEventsTimeout(patience_s);
+    WindowNews news = std::exchange(impl_->news, {});
+    news.lost = impl_->lost;
+    if (news.lost) return news;
+    int width = 0, height = 0, across = 0;
+    glfwGetFramebufferSize(impl_->window, &width, &height);
+    glfwGetWindowSize(impl_->window, &across, nullptr);
+    if (across > 0) impl_->pixels = double(width) / across;
+    if (glfwGetWindowAttrib(impl_->window, GLFW_ICONIFIED)) width = height = 0;
+    news.width = std::uint32_t(std::max(0, width)), news.height = std::uint32_t(std::max(0, height));
+    news.closed = glfwWindowShouldClose(impl_->window);
+    news.lost = impl_->lost;
+    return news;
+}
+
+}  // namespace stylet::trainer

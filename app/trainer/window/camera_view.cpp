@@ -1,0 +1,73 @@
+#include "app/trainer/window/camera_view.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "app/trainer/staging.h"
+
+namespace stylet::trainer {
+namespace {
+
+// A picture takes about so long, by a GPU or by the processor.
+constexpr double kBudget_ms = 25.0, kProcessorBudget_ms = 160.0;
+constexpr std::uint32_t kMostPixels = 1600, kMostProcessorPixels = 640;
+constexpr double kHeadHalfHeight_rad = 0.56;  // of what the operator sees
+constexpr double kShoulder_rad = 0.65, kShoulderElevation_rad = 0.62, kShoulder_m = 0.95;
+
+// Two eyes are drawn, and one is looked at: the other's lens lets nothing through.
+void hideSecondEye(render::Renderer& renderer) {
+    constexpr float kFar = 1000.0f;
+    const std::array<glm::vec2, 4> corners{
+        glm::vec2{-kFar, -kFar}, {kFar, -kFar}, {kFar, kFar}, {-kFar, kFar}};
+    const std::array<std::uint32_t, 6> triangles{0, 1, 2, 0, 2, 3};
+    renderer.setHiddenArea(1, corners, triangles);
+}
+
+}  // namespace
+
+CameraView::CameraView(render::Gpu& gpu, const patient::Patient& patient, const patient::PlannedPath& path,
+                       const CameraSettings& settings)
+    : gpu_(&gpu),
+      path_(path),
+      scenes_(patient, path, settings.look, settings.touch, settings.tick_s),
+      renderer_(gpu, {}, settings.assets),
+      governor_(render::GovernorSettings{.budget_ms = gpu.isProcessor() ? kProcessorBudget_ms : kBudget_ms,
+                                         .patience = 5}) {
+    renderer_.setPatient(patient);
+    hideSecondEye(renderer_);
+}
+
+render::View CameraView::view(const std::optional<Orbit>& camera, double aspect) const {
+    if (camera) return viewOf(*camera, aspect);
+    const float up = float(kHeadHalfHeight_rad);
+    const float right = float(std::atan(aspect * std::tan(kHeadHalfHeight_rad)));
+    return {stageFromHead(scenes_.stageFromPatient(), path_, 0.0), -right, right, up, -up};
+}
+
+const render::Image& CameraView::draw(const render::RenderScene& scene, const render::View& view,
+                                      std::uint32_t width, std::uint32_t height) {
+    const auto begin = std::chrono::steady_clock::now();
+    drawn_.layer_scale = governor_.layerScale();
+    renderer_.setSettings(drawn_);
+    image_ = std::move(renderer_.drawToImages(scene, {view, view}, width, height, &stats_)[0]);
+    const double took_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    governor_.took(stats_.volume_ms, std::max(0.0, took_ms - stats_.volume_ms), stats_.layer_scale);
+    return image_;
+}
+
+std::pair<std::uint32_t, std::uint32_t> CameraView::sizeFor(std::uint32_t width, std::uint32_t height) const {
+    const std::uint32_t most = gpu_->isProcessor() ? kMostProcessorPixels : kMostPixels;
+    const double scale = std::min(1.0, double(most) / std::max({width, height, 1u}));
+    const auto edge = [&](std::uint32_t pixels) { return std::max(1u, std::uint32_t(scale * pixels + 0.5)); };
+    return {edge(width), edge(height)};
+}
+
+Orbit startOrbit(const patient::Pose& stage_from_patient, const patient::PlannedPath& path) {
+    return {stage_from_patient * path.entry_m, kShoulder_rad, kShoulderElevation_rad, kShoulder_m};
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,86 @@
+#include "app/trainer/window/layout.h"
+
+#include <algorithm>
+
+namespace stylet::trainer {
+namespace {
+
+constexpr int kRoomForKeys = 320;                     // a window less high has none
+constexpr int kLeastWidth = 300, kLeastHeight = 160;  // of an overview; less shows the eye alone
+
+Pane pane(WindowView shows, const Rect& all) {
+    return {shows,
+            {all.x, all.y, all.width, kCaption},
+            {all.x, all.y + kCaption, all.width, std::max(1, all.height - kCaption)}};
+}
+
+// The large picture on the left, three beside it.
+void placeWide(std::vector<Pane>& panes, WindowView eye, const Rect& all) {
+    const int side = std::clamp(all.width * 3 / 10, 200, 520);
+    const Rect left{all.x, all.y, all.width - side - kGap, all.height};
+    panes.push_back(pane(eye, left));
+    const int x = left.x + left.width + kGap, each = (all.height - 2 * kGap) / 3;
+    int y = all.y;
+    for (const WindowView view : {WindowView::ultrasound, WindowView::xray, WindowView::metrics}) {
+        panes.push_back(pane(view, {x, y, side, each}));
+        y += each + kGap;
+    }
+}
+
+// The large picture above, the others below.
+void placeHigh(std::vector<Pane>& panes, WindowView eye, const Rect& all) {
+    const int above = all.height * 55 / 100;
+    panes.push_back(pane(eye, {all.x, all.y, all.width, above}));
+    const int y = all.y + above + kGap, rest = all.height - above - kGap;
+    const int half = (all.width - kGap) / 2, machine = (rest - kGap) / 2;
+    panes.push_back(pane(WindowView::ultrasound, {all.x, y, half, machine}));
+    panes.push_back(pane(WindowView::xray, {all.x, y + machine + kGap, half, machine}));
+    panes.push_back(pane(WindowView::metrics, {all.x + half + kGap, y, half, rest}));
+}
+
+}  // namespace
+
+const char* nameOf(WindowView view) {
+    switch (view) {
+        case WindowView::leftEye:
+            return "left eye";
+        case WindowView::rightEye:
+            return "right eye";
+        case WindowView::camera:
+            return "free camera";
+        case WindowView::ultrasound:
+            return "ultrasound";
+        case WindowView::xray:
+            return "X-ray";
+        case WindowView::metrics:
+            return "metrics";
+        case WindowView::overview:
+            break;
+    }
+    return "overview";
+}
+
+Layout layoutOf(WindowView view, WindowView eye, int width, int height) {
+    Layout layout;
+    const int keys = height >= kRoomForKeys ? kKeys : 0;
+    layout.keys = {0, height - keys, width, keys};
+    const Rect all{kGap, kGap, std::max(1, width - 2 * kGap), std::max(1, height - keys - 2 * kGap)};
+    const bool roomy = all.width >= kLeastWidth && all.height >= kLeastHeight;
+    if (view != WindowView::overview || !roomy)
+        layout.panes.push_back(pane(view == WindowView::overview ? eye : view, all));
+    else if (5 * all.width >= 4 * all.height)
+        placeWide(layout.panes, eye, all);
+    else
+        placeHigh(layout.panes, eye, all);
+    return layout;
+}
+
+Rect fitted(const Rect& area, int width, int height) {
+    if (width <= 0 || height <= 0) return {area.x, area.y, 0, 0};
+    const double scale = std::min(double(area.width) / width, double(area.height) / height);
+    const int w = std::clamp(int(scale * width + 0.5), 1, area.width);
+    const int h = std::clamp(int(scale * height + 0.5), 1, area.height);
+    return {area.x + (area.width - w) / 2, area.y + (area.height - h) / 2, w, h};
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,171 @@
+#include "app/trainer/window/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "patient/tissue.h"
+
+namespace stylet::trainer {
+namespace {
+
+constexpr report::Colour kGlass{0.035, 0.045, 0.055}, kGrid{0.13, 0.17, 0.20}, kQuiet{0.52, 0.58, 0.62},
+    kWords{0.86, 0.90, 0.92}, kForce{0.98, 0.78, 0.25}, kFrame{0.45, 0.80, 0.98}, kAlarm{1.0, 0.42, 0.36};
+
+std::string number(const char* format, double value) {
+    char text[48];
+    std::snprintf(text, sizeof text, format, value);
+    return text;
+}
+
+std::string milliseconds(double ms) {
+    return number(ms < 100.0 ? "%.1f ms" : "%.0f ms", ms);
+}
+
+const char* nameOf(haptics::Phase phase) {
+    switch (phase) {
+        case haptics::Phase::held:
+            return "held";
+        case haptics::Phase::pass:
+            return "passing";
+        case haptics::Phase::outside:
+            break;
+    }
+    return "outside";
+}
+
+const char* nameOf(haptics::ForceStage stage) {
+    switch (stage) {
+        case haptics::ForceStage::waiting:
+            return "waiting";
+        case haptics::ForceStage::rising:
+            return "rising";
+        case haptics::ForceStage::on:
+            return "on";
+        case haptics::ForceStage::fading:
+            return "fading";
+        case haptics::ForceStage::off:
+            break;
+    }
+    return "off";
+}
+
+std::string faultsOf(std::uint32_t faults) {
+    std::string list;
+    for (const haptics::FaultText& fault : haptics::faultTexts())
+        if (faults & fault.bit) list += (list.empty() ? "" : ", ") + std::string(fault.name);
+    return list.empty() ? "none" : list;
+}
+
+// Of the newest: the value below which `share` of them lie.
+double quantile(std::vector<double> values, double share) {
+    if (values.empty()) return 0.0;
+    const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
+
+struct Row {
+    std::string what, value;
+    bool alarm = false;
+};
+
+std::vector<Row> rowsOf(const StateGiven& state, const std::deque<FrameSample>& samples) {
+    const haptics::TickOutput& tick = state.seen.tick;
+    std::vector<double> frames_ms;
+    for (const FrameSample& sample : samples)
+        frames_ms.push_back(sample.frame_ms);
+    const bool inside = tick.phase != haptics::Phase::outside;
+    const bool off = tick.stage == haptics::ForceStage::off || tick.stage == haptics::ForceStage::fading;
+    const std::string tool(haptics::kToolNames[std::size_t(tick.tool)]);
+    return {
+        {"tool", tool},
+        {"needle", nameOf(tick.phase)},
+        {"depth", inside ? number("%.1f mm", 1e3 * tick.depth_m) : "\u2013"},
+        {"tissue", inside ? std::string(patient::tissueName(tick.tissue)) : "\u2013"},
+        {"force", number("%.2f N", tick.force_n)},
+        {"device", nameOf(tick.stage) + number(", %.0f %%", 100.0 * tick.level), off},
+        {"breath", tick.breath_held ? "held" : number("%.0f %%", 100.0 * tick.breath.v)},
+        {"frame", milliseconds(quantile(frames_ms, 0.5))},
+        {"slowest 1 %", milliseconds(quantile(frames_ms, 0.99))},
+        {"seen\u2013felt",
+         state.hand_offset_m ? number("%.1f mm", 1e3 * *state.hand_offset_m) : "not measured"},
+        {"headset",
+         !state.headset                          ? "none"
+         : state.attention == Attention::focused ? "worn"
+         : state.attention == Attention::away    ? "away: paused"
+                                                 : "not yet worn",
+         state.attention == Attention::away},
+        {"faults", faultsOf(tick.faults), tick.faults != 0},
+    };
+}
+
+struct Graph {
+    double x, y, width, height, unit;
+};
+
+// One curve over the window, with its largest value written beside it.
+template <typename Value>
+void drawGraph(report::Canvas& canvas, const Graph& g, const std::deque<FrameSample>& samples,
+               const std::string& name, const char* format, double least_top, report::Colour colour,
+               const Value& value) {
+    double top = least_top;
+    for (const FrameSample& sample : samples)
+        top = std::max(top, value(sample));
+    canvas.rectangle(g.x, g.y, g.width, g.height, {0.02, 0.027, 0.033});
+    for (int i = 1; i < 4; ++i)
+        canvas.line({g.x, g.y + g.height * i / 4.0}, {g.x + g.width, g.y + g.height * i / 4.0}, 1.0, kGrid);
+    std::vector<report::Point> line;
+    const double now_s = samples.empty() ? 0.0 : samples.back().time_s;
+    for (const FrameSample& sample : samples)
+        line.push_back({g.x + g.width * (1.0 - (now_s - sample.time_s) / Metrics::kWindow_s),
+                        g.y + g.height * (1.0 - 0.75 * value(sample) / top)});
+    canvas.clip(g.x, g.y, g.width, g.height);
+    if (line.size() > 1) canvas.polyline(line, std::max(1.2, 0.12 * g.unit), colour);
+    canvas.unclip();
+    const double size = 0.78 * g.unit;
+    canvas.text({g.x + 0.4 * g.unit, g.y + 1.0 * g.unit}, name, {size, colour});
+    canvas.text({g.x + g.width - 0.4 * g.unit, g.y + 1.0 * g.unit}, number(format, top),
+                {size, kQuiet, report::Align::right});
+}
+
+}  // namespace
+
+void Metrics::take(const FrameSample& sample) {
+    // A moment may be shown after what came later than it; a record begins anew.
+    if (!samples_.empty() && sample.time_s < samples_.back().time_s) {
+        if (sample.time_s > samples_.front().time_s) return;
+        samples_.clear();
+    }
+    samples_.push_back(sample);
+    while (samples_.front().time_s < sample.time_s - kWindow_s)
+        samples_.pop_front();
+}
+
+void Metrics::draw(report::Canvas& canvas, int width, int height, const StateGiven& state) const {
+    canvas.rectangle(0, 0, width, height, kGlass);
+    const std::vector<Row> rows = rowsOf(state, samples_);
+    const double unit = std::clamp(std::min(width / 30.0, height / 15.0), 9.0, 26.0);
+    const double margin = 0.8 * unit, pitch = 1.5 * unit;
+    const std::size_t columns = 2, each = (rows.size() + columns - 1) / columns;
+    const double column = (width - margin) / double(columns);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const double x = margin + column * double(i / each), y = margin + unit + pitch * double(i % each);
+        canvas.text({x, y}, rows[i].what, {0.85 * unit, kQuiet});
+        canvas.text({x + column - margin, y}, rows[i].value,
+                    {unit, rows[i].alarm ? kAlarm : kWords, report::Align::right, rows[i].alarm});
+    }
+    const double top = 1.6 * margin + pitch * double(each), room = height - top - margin;
+    if (room < 3.0 * unit) return;
+    const bool beside = room < 0.35 * width;
+    const double w = beside ? (width - 3.0 * margin) / 2.0 : width - 2.0 * margin;
+    const double h = beside ? room : (room - margin) / 2.0;
+    drawGraph(canvas, {margin, top, w, h, unit}, samples_, "force", "%.1f N", 1.0, kForce,
+              [](const FrameSample& s) { return std::max(0.0, s.force_n); });
+    drawGraph(canvas, {beside ? 2.0 * margin + w : margin, beside ? top : top + h + margin, w, h, unit},
+              samples_, "frame", "%.0f ms", 10.0, kFrame, [](const FrameSample& s) { return s.frame_ms; });
+}
+
+}  // namespace stylet::trainer

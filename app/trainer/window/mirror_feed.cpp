@@ -1,0 +1,77 @@
+#include "app/trainer/window/mirror_feed.h"
+
+#include <chrono>
+
+namespace stylet::trainer {
+namespace {
+
+std::int64_t now_ns() {
+    return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+}  // namespace
+
+void giveScreen(Latest<ScreenGiven>& channel, const render::ScreenPicture& screen, bool up_to_date,
+                std::uint64_t maker) {
+    if (screen.width == 0 || !screen.rgba || !up_to_date) return;
+    ScreenGiven& draft = channel.draft();
+    draft.shown_ns = now_ns();
+    if (draft.revision != screen.revision || draft.maker != maker) {
+        draft.maker = maker, draft.revision = screen.revision;
+        draft.image.width = std::uint32_t(screen.width), draft.image.height = std::uint32_t(screen.height);
+        draft.image.rgba.assign(screen.rgba,
+                                screen.rgba + std::size_t(4) * draft.image.width * draft.image.height);
+    }
+    channel.publish();
+}
+
+void giveState(MirrorChannels& channels, const Seen& seen, double tick_s, const FrameTime& time,
+               Attention attention, bool headset, std::optional<double> hand_offset_m) {
+    StateGiven& state = channels.state.draft();
+    state.seen = seen;
+    state.tick_s = tick_s;
+    state.time = time;
+    state.hand_offset_m = hand_offset_m;
+    state.attention = attention;
+    state.headset = headset;
+    channels.state.publish();
+    channels.samples.push(
+        {tick_s * double(seen.tick.tick), time.frame_ms, seen.tick.force_n, seen.tick.depth_m});
+}
+
+MirrorFeed::MirrorFeed(MirrorChannels& channels, const render::Gpu& gpu, double tick_s)
+    : channels_(&channels), tap_(gpu), tick_s_(tick_s), maker_(++channels.makers) {}
+
+render::ScreensSeen MirrorFeed::screens(const render::ScreensSeen& seen) {
+    channels_->wants.read(wants_);
+    if (!channels_->open.load()) wants_ = {};
+    made_ = seen;
+    made_.ultrasound |= wants_.ultrasound, made_.xray |= wants_.xray;
+    return made_;
+}
+
+void MirrorFeed::copyEye(const render::StereoTarget& target, const std::array<render::View, 2>& views,
+                         const render::ScreenPlaces& screens, const render::ScreenPicture& monitor) {
+    if (wants_.eye < 0 || now_ns() < copied_ns_ + wants_.every_ns) return;
+    copied_[copies_ % copied_.size()] = {wants_.eye, views[std::size_t(wants_.eye)], screens};
+    giveScreen(channels_->monitor, monitor, true, maker_);
+    if (!tap_.take(target, wants_.eye, wants_.most_pixels, copies_)) return;
+    ++copies_;
+    copied_ns_ = now_ns();
+}
+
+void MirrorFeed::give(const Seen& seen, const MachinePictures& machines, const FrameTime& time,
+                      Attention attention, std::optional<double> hand_offset_m) {
+    if (!channels_->open.load()) return;
+    EyeGiven& eye = channels_->eye.draft();
+    if (const auto number = tap_.read(eye.image)) {
+        const Copied& copied = copied_[*number % copied_.size()];
+        eye.eye = copied.eye, eye.view = copied.view, eye.screens = copied.screens;
+        channels_->eye.publish();
+    }
+    giveScreen(channels_->ultrasound, machines.ultrasoundScreen(), made_.ultrasound, maker_);
+    giveScreen(channels_->xray, machines.xrayScreen(), made_.xray, maker_);
+    giveState(*channels_, seen, tick_s_, time, attention, true, hand_offset_m);
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,327 @@
+#include "app/trainer/window/window_show.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "app/trainer/staging.h"
+#include "app/trainer/window/screens_beneath.h"
+
+namespace stylet::trainer {
+namespace {
+
+constexpr report::Colour kBackground{0.075, 0.088, 0.10}, kBlack{0.0, 0.0, 0.0}, kBar{0.115, 0.135, 0.155},
+    kQuiet{0.55, 0.61, 0.65}, kWords{0.88, 0.91, 0.93}, kLit{0.98, 0.78, 0.25};
+constexpr std::array<float, 3> kClear{0.006f, 0.008f, 0.01f};
+constexpr auto kMetricsEvery = std::chrono::milliseconds(100),
+               kMetricsProcessor = std::chrono::milliseconds(250);
+constexpr std::int64_t kEvery_ns = 15'000'000, kProcessorEvery_ns = 95'000'000;
+constexpr double kStale_s = 0.5;
+constexpr std::uint64_t kPresentPatience_ns = 50'000'000;
+
+double ageOf(std::int64_t since_ns) {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+    return 1e-9 * double(now - since_ns);
+}
+
+constexpr std::array kViews{WindowView::leftEye,    WindowView::rightEye, WindowView::camera,
+                            WindowView::ultrasound, WindowView::xray,     WindowView::metrics,
+                            WindowView::overview};
+static_assert(kViews.size() == kWindowViews);
+
+}  // namespace
+
+WindowShow::WindowShow(const patient::Patient& patient, const patient::PlannedPath& path,
+                       const MirrorSettings& settings, MirrorChannels& channels, render::Gpu& gpu,
+                       render::Presenter& presenter)
+    : patient_(&patient),
+      path_(path),
+      settings_(settings),
+      channels_(&channels),
+      gpu_(&gpu),
+      presenter_(&presenter) {}
+
+bool WindowShow::offered(WindowView view) const {
+    return !settings_.desktop || view != WindowView::rightEye;
+}
+
+const Pane* WindowShow::paneOf(WindowView view) const {
+    for (const Pane& pane : layout_.panes)
+        if (pane.shows == view) return &pane;
+    return nullptr;
+}
+
+void WindowShow::select(WindowView view) {
+    if (!offered(view)) return;
+    view_ = view;
+    if (view <= WindowView::camera) main_ = view;
+    stale_ = true;
+}
+
+bool WindowShow::hear(const WindowNews& news) {
+    for (const char key : news.keys) {
+        if (key >= '1' && key < '1' + kWindowViews) select(kViews[std::size_t(key - '1')]);
+        if (key == '\t') {
+            int next = int(view_);
+            do
+                next = (next + (news.back ? kWindowViews - 1 : 1)) % kWindowViews;
+            while (!offered(kViews[std::size_t(next)]));
+            select(kViews[std::size_t(next)]);
+        }
+        if (key == 'r') orbit_.reset();
+    }
+    const bool same = news.width == width_ && news.height == height_;
+    stale_ |= news.exposed || !same;
+    width_ = news.width, height_ = news.height;
+    layout_ = layoutOf(view_, main_, int(width_), int(height_));
+    const Pane* camera = paneOf(WindowView::camera);
+    if (!camera) return same;
+    if (!orbit_) orbit_ = startOrbit(stageFromPatient(*patient_, path_), path_), camera_stale_ = true;
+    for (const Drag& drag : news.drags) {
+        if (!camera->area.holds(drag.from_x, drag.from_y)) continue;
+        const double share = double(height_) / camera->area.height;
+        (drag.pans ? pan : turn)(*orbit_, share * drag.right, share * drag.up);
+        camera_stale_ = true;
+    }
+    if (news.wheel != 0.0) zoom(*orbit_, news.wheel), camera_stale_ = true;
+    return same;
+}
+
+void WindowShow::ask() {
+    MirrorWants wants;
+    const Pane* eye = paneOf(main_ == WindowView::rightEye ? WindowView::rightEye : WindowView::leftEye);
+    const Pane* camera = paneOf(WindowView::camera);
+    wants.every_ns = gpu_->isProcessor() ? kProcessorEvery_ns : kEvery_ns;
+    if (width_ > 0) {
+        // In the overview the machines' pictures are those that the trainee's frames make anyway.
+        wants.ultrasound = view_ == WindowView::ultrasound, wants.xray = view_ == WindowView::xray;
+        const Pane* room = settings_.desktop && camera ? camera : eye;
+        if (eye && !settings_.desktop) wants.eye = eye->shows == WindowView::rightEye ? 1 : 0;
+        if (room) {
+            wants.width = std::uint32_t(room->area.width), wants.height = std::uint32_t(room->area.height);
+            wants.most_pixels = std::max(wants.width, wants.height);
+            if (room == camera) wants.camera = orbit_;
+        }
+    }
+    channels_->wants.publish(wants);
+}
+
+bool WindowShow::takePictures() {
+    bool fresh = false;
+    const auto upload = [&](Picture id, const render::Image& image) {
+        presenter_->setPicture(id, image.width, image.height, image.rgba);
+        shown_[id] = {int(image.width), int(image.height)};
+        fresh = true;
+    };
+    const auto machine = [&](Picture id, Latest<ScreenGiven>& channel, auto& uploaded) {
+        if (!channel.take()) return;
+        const ScreenGiven& given = channel.front();
+        if (std::pair(given.maker, given.revision) == uploaded) return;
+        uploaded = {given.maker, given.revision};
+        upload(id, given.image);
+    };
+    machine(kUltrasound, channels_->ultrasound, ultrasound_uploaded_);
+    machine(kXray, channels_->xray, xray_uploaded_);
+    channels_->monitor.take();
+    if (channels_->eye.take()) {
+        EyeGiven& eye = channels_->eye.front();
+        showBeneath(eye, {&channels_->ultrasound.front().image, &channels_->xray.front().image,
+                          &channels_->monitor.front().image});
+        upload(kEye, eye.image);
+        eye_given_ = eye.eye;
+    }
+    if (channels_->state.take()) state_known_ = metrics_stale_ = camera_stale_ = true;
+    FrameSample sample;
+    while (channels_->samples.pop(sample))
+        metrics_.take(sample);
+    return fresh;
+}
+
+bool WindowShow::drawCamera() {
+    const Pane* pane = paneOf(WindowView::camera);
+    if (!pane || settings_.desktop || camera_failed_ || !state_known_ || !camera_stale_) return false;
+    try {
+        if (!camera_)
+            camera_.emplace(
+                *gpu_, *patient_, path_,
+                CameraSettings{settings_.assets, settings_.look, settings_.touch, settings_.tick_s});
+        render::RenderScene scene = camera_->sceneOf(channels_->state.front().seen);
+        const auto screen = [](const ScreenGiven& given) {
+            return render::ScreenPicture{int(given.image.width), int(given.image.height),
+                                         given.image.rgba.data(), given.revision + (given.maker << 32)};
+        };
+        scene.ultrasound_screen = screen(channels_->ultrasound.front());
+        scene.xray_screen = screen(channels_->xray.front());
+        const auto [width, height] =
+            camera_->sizeFor(std::uint32_t(pane->area.width), std::uint32_t(pane->area.height));
+        const render::Image& image =
+            camera_->draw(scene, camera_->view(orbit_, double(width) / height), width, height);
+        presenter_->setPicture(kCamera, image.width, image.height, image.rgba);
+        shown_[kCamera] = {int(image.width), int(image.height)};
+    } catch (const std::runtime_error& e) {
+        std::fprintf(stderr, "stylet: no free camera: %s\n", e.what());
+        camera_failed_ = true;
+        camera_.reset();
+    }
+    camera_stale_ = false;
+    return true;
+}
+
+bool WindowShow::drawMetrics() {
+    const Pane* pane = paneOf(WindowView::metrics);
+    const auto every = gpu_->isProcessor() ? kMetricsProcessor : kMetricsEvery;
+    if (!pane || !state_known_) return false;
+    const bool sized =
+        shown_[kMetrics].width == pane->area.width && shown_[kMetrics].height == pane->area.height;
+    if (sized && (!metrics_stale_ || Clock::now() < metrics_drawn_ + every)) return false;
+    if (!sized) {
+        shown_[kMetrics] = {pane->area.width, pane->area.height};
+        metrics_canvas_ = std::make_unique<report::Canvas>(pane->area.width, pane->area.height, kBlack);
+    }
+    metrics_.draw(*metrics_canvas_, pane->area.width, pane->area.height, channels_->state.front());
+    metrics_canvas_->pixels(pixels_);
+    presenter_->setPicture(kMetrics, std::uint32_t(pane->area.width), std::uint32_t(pane->area.height),
+                           pixels_);
+    metrics_drawn_ = Clock::now(), metrics_stale_ = false;
+    return true;
+}
+
+std::string WindowShow::screenCaption(const char* name, const ScreenGiven& given, const Shown& shown) const {
+    if (shown.width == 0) return name;
+    const double age_s = ageOf(given.shown_ns);
+    if (age_s < kStale_s) return std::string(name) + " \u00b7 live";
+    return std::string(name) + " \u00b7 as the trainee last saw it, " + std::to_string(std::lround(age_s)) +
+           " s ago";
+}
+
+std::string WindowShow::captionOf(WindowView view) const {
+    switch (view) {
+        case WindowView::leftEye:
+            return settings_.desktop ? "operator's place" : "left eye \u00b7 what the trainee sees";
+        case WindowView::rightEye:
+            return "right eye \u00b7 what the trainee sees";
+        case WindowView::camera:
+            return "free camera \u00b7 drag: turn, right button or Shift: move, wheel: nearer, R: back";
+        case WindowView::ultrasound:
+            return screenCaption("ultrasound", channels_->ultrasound.front(), shown_[kUltrasound]);
+        case WindowView::xray:
+            return screenCaption("X-ray", channels_->xray.front(), shown_[kXray]);
+        default:
+            return nameOf(view);
+    }
+}
+
+std::string WindowShow::emptyText(WindowView view) const {
+    const bool made_anyway = settings_.desktop || view_ == view;  // else only when the trainee looks
+    switch (view) {
+        case WindowView::ultrasound:
+            return made_anyway ? "the probe has not touched yet" : "not looked at yet: 4 shows it";
+        case WindowView::xray:
+            return made_anyway ? "the pedal has not been pressed yet" : "not looked at yet: 5 shows it";
+        case WindowView::camera:
+            return camera_failed_ ? "no free camera on this GPU" : "preparing \u2026";
+        default:
+            return "waiting for the first frame \u2026";
+    }
+}
+
+WindowShow::Picture WindowShow::pictureOf(WindowView view) const {
+    switch (view) {
+        case WindowView::camera:
+            return settings_.desktop ? kEye : kCamera;
+        case WindowView::ultrasound:
+            return kUltrasound;
+        case WindowView::xray:
+            return kXray;
+        case WindowView::metrics:
+            return kMetrics;
+        default:
+            return kEye;
+    }
+}
+
+// The frame of the window: captions, keys, and what stands where there is no picture yet.
+bool WindowShow::drawChrome() {
+    std::string key = std::to_string(width_) + "x" + std::to_string(height_) + nameOf(view_);
+    for (const Pane& pane : layout_.panes)
+        key +=
+            captionOf(pane.shows) + (shown_[pictureOf(pane.shows)].width > 0 ? "+" : emptyText(pane.shows));
+    if (key == chrome_key_) return false;
+    chrome_key_ = key;
+    const Shown size{int(width_), int(height_)};
+    if (!chrome_ || shown_[kChrome].width != size.width || shown_[kChrome].height != size.height)
+        chrome_ = std::make_unique<report::Canvas>(size.width, size.height, kBackground);
+    shown_[kChrome] = size;
+    report::Canvas& c = *chrome_;
+    c.rectangle(0, 0, size.width, size.height, kBackground);
+    for (const Pane& pane : layout_.panes) {
+        const Rect &bar = pane.caption, &area = pane.area;
+        c.rectangle(bar.x, bar.y, bar.width, bar.height, kBar);
+        c.rectangle(area.x, area.y, area.width, area.height, kBlack);
+        c.clip(bar.x, bar.y, bar.width, bar.height);
+        c.text({bar.x + 10.0, bar.y + 18.0}, captionOf(pane.shows), {13, kWords});
+        c.unclip();
+        if (shown_[pictureOf(pane.shows)].width == 0)
+            c.text({area.x + 0.5 * area.width, area.y + 0.5 * area.height}, emptyText(pane.shows),
+                   {std::clamp(area.width / 34.0, 10.0, 16.0), kQuiet, report::Align::centre});
+    }
+    double x = 12.0;
+    const double y = layout_.keys.y + 0.66 * layout_.keys.height;
+    const auto word = [&](const std::string& text, const report::Colour& colour, bool bold) {
+        const report::TextStyle style{13, colour, report::Align::left, bold};
+        c.text({x, y}, text, style);
+        x += c.textWidth(text, style);
+    };
+    c.clip(0, layout_.keys.y, layout_.keys.width, layout_.keys.height);
+    for (int i = 0; layout_.keys.height > 0 && i < kWindowViews; ++i) {
+        const WindowView view = kViews[std::size_t(i)];
+        if (!offered(view)) continue;
+        const bool now = view == view_;
+        word(std::to_string(i + 1) + " ", now ? kLit : kWords, true);
+        word(settings_.desktop && view == WindowView::leftEye ? "operator" : nameOf(view),
+             now ? kLit : kQuiet, now);
+        x += 18.0;
+    }
+    if (layout_.keys.height > 0) word("Tab ", kWords, true), word("next", kQuiet, false);
+    c.unclip();
+    c.pixels(pixels_);
+    presenter_->setPicture(kChrome, width_, height_, pixels_);
+    return true;
+}
+
+void WindowShow::place(Picture picture, WindowView view) {
+    const Pane* pane = paneOf(view);
+    if (!pane || shown_[picture].width == 0) return;
+    if (picture == kEye && !settings_.desktop && eye_given_ != (view == WindowView::rightEye ? 1 : 0)) return;
+    const Rect r = fitted(pane->area, shown_[picture].width, shown_[picture].height);
+    placed_.push_back({picture, r.x, r.y, std::uint32_t(r.width), std::uint32_t(r.height)});
+}
+
+bool WindowShow::update() {
+    layout_ = layoutOf(view_, main_, int(width_), int(height_));
+    ask();
+    bool fresh = takePictures();
+    if (width_ == 0 || height_ == 0) return false;
+    fresh |= drawCamera();
+    fresh |= drawMetrics();
+    fresh |= drawChrome();
+    placed_.assign(1, {kChrome, 0, 0, width_, height_});
+    for (const Pane& pane : layout_.panes)
+        place(pictureOf(pane.shows), pane.shows);
+    stale_ |= fresh;
+    return stale_;
+}
+
+bool WindowShow::present() {
+    if (!presenter_->show(width_, height_, placed_, kClear, kPresentPatience_ns)) return false;
+    stale_ = false;
+    return true;
+}
+
+std::string WindowShow::title() const {
+    std::string what = nameOf(view_);
+    if (settings_.desktop && view_ == WindowView::leftEye) what = "operator's place";
+    return "Stylet \u2013 " + what;
+}
+
+}  // namespace stylet::trainer

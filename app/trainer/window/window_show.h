@@ -1,0 +1,82 @@
+// What the window shows: views, panes, pictures, captions. Window thread.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "app/report/canvas.h"
+#include "app/trainer/window/app_window.h"
+#include "app/trainer/window/camera_view.h"
+#include "app/trainer/window/layout.h"
+#include "app/trainer/window/metrics.h"
+#include "app/trainer/window/mirror.h"
+
+namespace stylet::trainer {
+
+class WindowShow {
+  public:
+    // All must outlive it.
+    WindowShow(const patient::Patient&, const patient::PlannedPath&, const MirrorSettings&, MirrorChannels&,
+               render::Gpu&, render::Presenter&);
+
+    // Keys and mouse. True when the window is as large as before.
+    bool hear(const WindowNews&);
+    // Takes what came, asks for what is wanted, draws what is to be drawn here. True when there is something
+    // new to present.
+    bool update();
+    // What update() made. False: not yet, try again. May wait for the display.
+    bool present();
+    std::string title() const;
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    // Of the presenter; later ones lie over earlier ones.
+    enum Picture : std::size_t { kChrome, kEye, kCamera, kUltrasound, kXray, kMetrics };
+    struct Shown {
+        int width = 0, height = 0;  // 0: there is none yet
+    };
+
+    bool offered(WindowView) const;
+    const Pane* paneOf(WindowView) const;
+    void select(WindowView);
+    void ask();
+    bool takePictures();
+    bool drawCamera();
+    bool drawMetrics();
+    bool drawChrome();
+    std::string captionOf(WindowView) const;
+    std::string screenCaption(const char* name, const ScreenGiven&, const Shown&) const;
+    std::string emptyText(WindowView) const;
+    void place(Picture, WindowView);
+    Picture pictureOf(WindowView) const;
+
+    const patient::Patient* patient_;
+    const patient::PlannedPath path_;
+    const MirrorSettings settings_;
+    MirrorChannels* channels_;
+    render::Gpu* gpu_;
+    render::Presenter* presenter_;
+    WindowView view_ = WindowView::overview, main_ = WindowView::leftEye;
+    Layout layout_;
+    std::uint32_t width_ = 0, height_ = 0;
+    std::array<Shown, 6> shown_{};
+    int eye_given_ = -1;
+    std::pair<std::uint64_t, std::uint64_t> ultrasound_uploaded_{}, xray_uploaded_{};
+    std::optional<Orbit> orbit_;
+    std::optional<CameraView> camera_;
+    bool camera_failed_ = false, camera_stale_ = true;
+    std::string chrome_key_;  // what it was drawn for
+    std::unique_ptr<report::Canvas> chrome_, metrics_canvas_;
+    Metrics metrics_;
+    bool state_known_ = false, metrics_stale_ = true;
+    Clock::time_point metrics_drawn_{};
+    std::vector<std::uint8_t> pixels_;
+    std::vector<render::Placed> placed_;
+    bool stale_ = true;
+};
+
+}  // namespace stylet::trainer

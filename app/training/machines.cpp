@@ -1,0 +1,153 @@
+#include "app/training/machines.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stylet::training {
+
+using haptics::Command;
+using haptics::CommandKind;
+
+namespace {
+
+constexpr double kRadPerDeg = 0.017453292519943295;
+constexpr double kM3PerMicrolitre = 1e-9;
+
+constexpr std::array kXrayKnobs{
+    Knob{"rotation_deg", "rotate", "the C-arm, degrees toward the patient's left", -90.0, 90.0, 0.1, 0.0},
+    Knob{"angulation_deg", "angulate", "the C-arm, degrees toward the head", -45.0, 45.0, 0.1, 0.0},
+    Knob{"field_mm", "collimate", "the field's edge at the detector, mm", 40.0, 300.0, 1.0, 300.0},
+    Knob{"pulses_per_s", "pulses", "X-ray pulses a second", 0.5, 30.0, 0.5, 7.5},
+};
+constexpr std::array kUltrasoundKnobs{
+    Knob{"transducer", "transducer", "0 the convex probe, 1 the linear one", 0.0, 1.0, 1.0, 0.0},
+    Knob{"depth_mm", "depth", "of the ultrasound picture, mm", 30.0, 300.0, 1.0, 160.0},
+    Knob{"gain_db", "gain", "of the ultrasound picture, dB", -40.0, 40.0, 0.5, 0.0},
+    Knob{"frequency_mhz", "frequency", "of the probe, MHz", 1.0, 15.0, 0.1, 3.5},
+    Knob{"focus_mm", "focus", "its depth, mm", 5.0, 300.0, 1.0, 80.0},
+    Knob{"doppler", "doppler", "1 shows the blood's flow in colour", 0.0, 1.0, 1.0, 0.0},
+    Knob{"freeze", "freeze", "1 keeps the picture", 0.0, 1.0, 1.0, 0.0},
+    Knob{"tgc0_db", "tgc0", "gain nearest to the probe, dB", -20.0, 20.0, 0.5, 0.0},
+    Knob{"tgc1_db", "tgc1", "of the second", -20.0, 20.0, 0.5, 0.0},
+    Knob{"tgc2_db", "tgc2", "of the third", -20.0, 20.0, 0.5, 0.0},
+    Knob{"tgc3_db", "tgc3", "of the fourth", -20.0, 20.0, 0.5, 0.0},
+    Knob{"tgc4_db", "tgc4", "of the fifth", -20.0, 20.0, 0.5, 0.0},
+    Knob{"tgc5_db", "tgc5", "of the sixth", -20.0, 20.0, 0.5, 0.0},
+    Knob{"tgc6_db", "tgc6", "of the seventh", -20.0, 20.0, 0.5, 0.0},
+    Knob{"tgc7_db", "tgc7", "of the furthest", -20.0, 20.0, 0.5, 0.0},
+};
+static_assert(kUltrasoundKnobs.size() == std::size_t(UltrasoundKnob::tgc0) + kTgcSliders);
+
+// A command's value: the knob's number above, whole steps from its lower end below.
+constexpr int kKnobShift = 24;
+constexpr std::uint32_t kStepsMask = (1u << kKnobShift) - 1;
+
+double stepsOf(const Knob& knob) noexcept {
+    return std::floor((knob.high - knob.low) / knob.step + 0.5);
+}
+
+void set(XrayState& xray, XrayKnob knob, double value) noexcept {
+    switch (knob) {
+        case XrayKnob::rotation:
+            xray.rotation_rad = value * kRadPerDeg;
+            break;
+        case XrayKnob::angulation:
+            xray.angulation_rad = value * kRadPerDeg;
+            break;
+        case XrayKnob::field:
+            xray.field_m = value / 1000.0;
+            break;
+        case XrayKnob::pulses:
+            xray.pulses_per_s = value;
+            break;
+    }
+}
+
+void set(UltrasoundState& u, std::size_t knob, double value) noexcept {
+    switch (UltrasoundKnob(knob)) {
+        case UltrasoundKnob::transducer:
+            u.transducer = int(value);
+            break;
+        case UltrasoundKnob::depth:
+            u.depth_m = value / 1000.0;
+            break;
+        case UltrasoundKnob::gain:
+            u.gain_db = value;
+            break;
+        case UltrasoundKnob::frequency:
+            u.frequency_hz = value * 1e6;
+            break;
+        case UltrasoundKnob::focus:
+            u.focus_m = value / 1000.0;
+            break;
+        case UltrasoundKnob::doppler:
+            u.doppler = value != 0.0;
+            break;
+        case UltrasoundKnob::freeze:
+            u.freeze = value != 0.0;
+            break;
+        case UltrasoundKnob::tgc0:
+        default:
+            u.tgc_db[knob - std::size_t(UltrasoundKnob::tgc0)] = value;
+            break;
+    }
+}
+
+}  // namespace
+
+std::span<const Knob> knobsOf(Machine machine) noexcept {
+    if (machine == Machine::xray) return kXrayKnobs;
+    return kUltrasoundKnobs;
+}
+
+Command turn(Machine machine, std::size_t number, double value) noexcept {
+    const Knob& knob = knobsOf(machine)[number];
+    const double steps =
+        std::isnan(value) ? 0.0
+                          : std::clamp(std::floor((value - knob.low) / knob.step + 0.5), 0.0, stepsOf(knob));
+    return {machine == Machine::xray ? CommandKind::xray : CommandKind::ultrasound,
+            std::uint32_t(number) << kKnobShift | std::uint32_t(steps)};
+}
+Command turn(XrayKnob knob, double value) noexcept {
+    return turn(Machine::xray, std::size_t(knob), value);
+}
+Command turn(UltrasoundKnob knob, double value) noexcept {
+    return turn(Machine::ultrasound, std::size_t(knob), value);
+}
+
+Command injectCommand(double m3_per_s) noexcept {
+    const double rate = m3_per_s > 0.0 ? std::min(m3_per_s, kMostInjected_m3_per_s) : 0.0;
+    return {CommandKind::inject, std::uint32_t(std::floor(rate / kM3PerMicrolitre + 0.5))};
+}
+
+std::optional<Turned> turnedBy(const Command& c) noexcept {
+    if (c.kind != CommandKind::xray && c.kind != CommandKind::ultrasound) return std::nullopt;
+    const Machine machine = c.kind == CommandKind::xray ? Machine::xray : Machine::ultrasound;
+    const std::size_t number = c.value >> kKnobShift;
+    if (number >= knobsOf(machine).size()) return std::nullopt;
+    const Knob& knob = knobsOf(machine)[number];
+    const auto steps = double(c.value & kStepsMask);
+    if (steps > stepsOf(knob)) return std::nullopt;
+    return Turned{machine, number, knob.low + steps * knob.step};
+}
+
+void take(Machines& machines, const Command& c) noexcept {
+    switch (c.kind) {
+        case CommandKind::inject:
+            machines.injected_m3_per_s = std::min(double(c.value) * kM3PerMicrolitre, kMostInjected_m3_per_s);
+            break;
+        case CommandKind::pedal:
+            machines.xray.pedal = c.value != 0;
+            break;
+        case CommandKind::xray:
+            if (const auto turned = turnedBy(c)) set(machines.xray, XrayKnob(turned->knob), turned->value);
+            break;
+        case CommandKind::ultrasound:
+            if (const auto turned = turnedBy(c)) set(machines.ultrasound, turned->knob, turned->value);
+            break;
+        default:
+            break;
+    }
+}
+
+}  // namespace stylet::training

@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Needle, probe and scalpel. Each has what touches the patient at the origin and +z toward the hand."""
+import math
+
+from geometry import Part, curve
+from gltf import write
+from shade import shade
+
+
+def needle():
+    """17 G puncture needle, 150 mm, its stylet in place: tip at the origin, +z along the shaft toward the hub."""
+    radius, length, bevel = 0.00075, 0.150, math.radians(22.0)
+    sides = 20
+    steel = Part("steel", (208, 212, 216), 1.0, 0.22)
+    # A plane cut at the bevel's angle. Its point would lie on the shaft's rim; its first millimetre closes onto the
+    # axis, so that the visible point is where the forces have it.
+    def cut(angle):
+        return (radius - radius * math.cos(angle)) / math.tan(bevel)
+    low, high, rim = [], [], []
+    for i in range(sides):
+        angle = 2 * math.pi * i / sides
+        n = (math.cos(angle), math.sin(angle), 0.0)
+        x, y = radius * n[0], radius * n[1]
+        closing = math.sqrt(min(1.0, cut(angle) / (1.5 * radius)))
+        rim.append((x * closing, y * closing, cut(angle)))
+        low.append(steel.vertex(rim[-1], n))
+        high.append(steel.vertex((x, y, 0.012), n))
+    for i in range(sides):
+        j = (i + 1) % sides
+        steel.quad(low[i], low[j], high[j], high[i])
+    ground = Part("bevel", (232, 234, 236), 1.0, 0.12)
+    middle = tuple(sum(p[k] for p in rim) / sides for k in range(3))
+    for i in range(sides):
+        ground.polygon([middle, rim[(i + 1) % sides], rim[i]])
+    steel.lathe([[(radius, 0.012), (radius, length - 0.002)]], sides, axis=2)
+    # A mark every 10 mm, every fifth one double.
+    marks = Part("marks", (30, 32, 36), 0.0, 0.6)
+    for k in range(3, 15):
+        for z in (0.010 * k - 0.001, 0.010 * k + 0.001) if k % 5 == 0 else (0.010 * k,):
+            marks.lathe([[(radius * 1.04, z - 0.0005), (radius * 1.04, z + 0.0005)]], sides, axis=2)
+    hub = Part("hub", (226, 74, 60), 0.0, 0.28)
+    hub.lathe([[(0.0, length - 0.004), (0.0016, length - 0.004)],
+               [(0.0016, length - 0.004), (0.0022, length), (0.0033, length + 0.006), (0.0036, length + 0.014)],
+               [(0.0036, length + 0.014), (0.0052, length + 0.0142)],
+               [(0.0052, length + 0.0142), (0.0056, length + 0.0147), (0.0056, length + 0.0185),
+                (0.0052, length + 0.019)],
+               [(0.0052, length + 0.019), (0.0, length + 0.019)]], 28, axis=2)
+    for k in range(10):
+        first = len(hub.positions)
+        hub.box((0.0050, -0.0006, length + 0.0145), (0.0060, 0.0006, length + 0.0188), 0.0003, blocks=False)
+        hub.place(36.0 * k, 2, first=first)
+    stylet = Part("stylet", (206, 52, 44), 0.0, 0.3)
+    stylet.lathe([[(0.0030, length + 0.018), (0.0030, length + 0.0215)],
+                  [(0.0030, length + 0.0215), (0.0058, length + 0.0225)],
+                  [(0.0058, length + 0.0225), (0.0062, length + 0.0235), (0.0060, length + 0.0285),
+                   (0.0048, length + 0.0305), (0.0, length + 0.0312)]], 28, axis=2)
+    stylet.box((0.0045, -0.0012, length + 0.0228), (0.0080, 0.0012, length + 0.0270), 0.0005, blocks=False)
+    wings = Part("wings", (232, 96, 82), 0.0, 0.32)
+    wings.box((-0.0130, -0.0010, length + 0.0045), (0.0130, 0.0010, length + 0.0125), 0.0009, 2, blocks=False)
+    parts = [steel, ground, marks, hub, stylet, wings]
+    write("instruments", "needle", {"needle": parts})
+
+
+def probe():
+    """Convex abdominal probe, 60 mm radius, with a needle guide on the side of +x. The lens' middle is at the origin;
+    x runs along the array, the image plane is y = 0."""
+    lens, shell = Part("lens", (92, 98, 104), 0.0, 0.42), Part("shell", (226, 228, 224), 0.0, 0.3)
+    grip, accent = Part("grip", (70, 78, 86), 0.0, 0.5), Part("accent", (40, 132, 148), 0.0, 0.35)
+    guide, cable = Part("guide", (92, 170, 186), 0.0, 0.3), Part("cable", (206, 208, 204), 0.0, 0.5)
+    radius, half_angle, half_y = 0.060, math.radians(29.0), 0.0085
+    # The lens: an arc along x, rounded across y.
+    rows = []
+    for i in range(25):
+        a = -half_angle + 2 * half_angle * i / 24
+        row = []
+        for k in range(7):
+            b = math.pi * (k / 6 - 0.5)
+            y, sink = half_y * math.sin(b), 0.004 * (1 - math.cos(b))
+            r = radius - sink
+            n = (math.sin(a) * math.cos(b), math.sin(b), -math.cos(a) * math.cos(b))
+            row.append(lens.vertex((r * math.sin(a), y, radius - r * math.cos(a)), n))
+        rows.append(row)
+    for a, b in zip(rows, rows[1:]):
+        for k in range(6):
+            lens.quad(a[k], a[k + 1], b[k + 1], b[k])
+    # The body: rounded sections from head to handle.
+    def section(half_x, half_w, corner, z, slope):
+        out = []
+        for c, (sx, sy) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
+            for i in range(6):
+                t = math.pi / 2 * (c + i / 5)
+                out.append(((sx * (half_x - corner) + corner * math.cos(t), sy * (half_w - corner) + corner * math.sin(t), z),
+                            (math.cos(t), math.sin(t), slope)))
+        return out
+
+    def loft(part, sections):
+        ids = []
+        for k, (hx, hw, corner, z) in enumerate(sections):
+            b, a = sections[max(k - 1, 0)], sections[min(k + 1, len(sections) - 1)]
+            slope = -(a[0] - b[0]) / max(1e-6, a[3] - b[3])
+            ids.append([part.vertex(p, n) for p, n in section(hx, hw, corner, z, 0.7 * slope)])
+        n = len(ids[0])
+        for a, b in zip(ids, ids[1:]):
+            for i in range(n):
+                part.quad(a[i], a[(i + 1) % n], b[(i + 1) % n], b[i])
+        return ids
+    rim_z = radius - (radius - 0.004) * math.cos(half_angle)
+    loft(shell, [(0.0270, 0.0070, 0.0065, 0.0030), (0.0305, 0.0098, 0.0090, rim_z - 0.001), (0.0318, 0.0115, 0.0105, rim_z + 0.004),
+                 (0.0318, 0.0130, 0.0115, 0.024), (0.0300, 0.0140, 0.0125, 0.036), (0.0250, 0.0145, 0.0135, 0.050),
+                 (0.0205, 0.0142, 0.0138, 0.062), (0.0188, 0.0140, 0.0138, 0.074)])
+    loft(accent, [(0.0189, 0.0141, 0.0139, 0.074), (0.0189, 0.0141, 0.0139, 0.077)])
+    loft(shell, [(0.0187, 0.0139, 0.0137, 0.077), (0.0180, 0.0138, 0.0136, 0.100), (0.0172, 0.0136, 0.0134, 0.125),
+                 (0.0150, 0.0128, 0.0126, 0.138), (0.0115, 0.0108, 0.0106, 0.145), (0.0085, 0.0085, 0.0083, 0.147)])
+    for side in (-1, 1):
+        accent.box((0.008, 0.0136 * side - 0.0012, 0.058), (0.011, 0.0136 * side + 0.0012, 0.064), 0.0006, blocks=False)
+    grip.lathe([[(0.0088, 0.146), (0.0084, 0.152), (0.0070, 0.166), (0.0048, 0.182), (0.0040, 0.186)]], 20, axis=2)
+    for k in range(5):
+        z = 0.151 + 0.006 * k
+        r = 0.0089 - 0.0007 * k
+        grip.lathe([[(r - 0.001, z - 0.0018), (r, z - 0.001), (r, z + 0.001), (r - 0.001, z + 0.0018)]], 20, axis=2)
+    cable.tube(0.0034, curve([(0.0, 0.0, 0.180), (0.0, 0.0, 0.215), (0.010, 0.004, 0.262), (0.045, 0.010, 0.320),
+                              (0.105, 0.012, 0.352), (0.180, 0.006, 0.330), (0.240, 0.0, 0.262), (0.275, -0.004, 0.170)], 7), 10)
+    # The guide: a clip around the head and a channel that aims into the image plane.
+    loft(guide, [(0.0330, 0.0140, 0.0120, 0.0215), (0.0332, 0.0145, 0.0125, 0.0235), (0.0325, 0.0152, 0.0130, 0.0315),
+                 (0.0318, 0.0150, 0.0130, 0.0335)])
+    guide.box((0.0300, -0.0040, 0.0220), (0.0400, 0.0040, 0.0330), 0.0012, blocks=False)
+    first = len(guide.positions)
+    guide.lathe([[(0.0032, -0.012), (0.0036, -0.010), (0.0036, 0.012), (0.0046, 0.0165), (0.0046, 0.018)],
+                 [(0.0046, 0.018), (0.0012, 0.016)]], 16, axis=2)
+    guide.lathe([[(0.0, -0.012), (0.0032, -0.012)]], 16, axis=2)
+    guide.place(20.0, 1, (0.0425, 0.0, 0.0260), first)
+    parts = [lens, shell, grip, accent, guide, cable]
+    write("instruments", "probe", {"probe": parts})
+
+
+def scalpel():
+    """Scalpel with an 11 blade: its point at the origin, the cutting edge toward -y, the handle along +z."""
+    blade, handle = Part("blade", (214, 218, 222), 1.0, 0.16), Part("handle", (176, 181, 186), 1.0, 0.34)
+    edge = Part("edge", (240, 242, 244), 1.0, 0.08)
+    t = 0.0002
+    back = [(0.0, 0.0), (0.0034, 0.028), (0.0034, 0.040)]      # (y, z) from the point along the back
+    front = [(0.0, 0.0), (-0.0030, 0.026), (-0.0030, 0.040)]   # and along the cutting edge
+    ground = [(-0.0001, 0.0010), (-0.0020, 0.026), (-0.0020, 0.040)]
+    for s in (-1, 1):
+        rows = [[(s * t, y, z) for y, z in line] for line in (back, ground)]
+        for k in range(2):
+            q = [rows[0][k], rows[1][k], rows[1][k + 1], rows[0][k + 1]]
+            blade.polygon(q if s < 0 else q[::-1])
+            e = [(s * t, *ground[k]), (0.0, *front[k]), (0.0, *front[k + 1]), (s * t, *ground[k + 1])]
+            for three in (e[:3], [e[0], e[2], e[3]]):
+                edge.polygon(three if s < 0 else three[::-1])
+    for k in range(2):
+        blade.polygon([(t, *back[k]), (-t, *back[k]), (-t, *back[k + 1]), (t, *back[k + 1])])
+    handle.box((-0.0012, -0.0026, 0.034), (0.0012, 0.0030, 0.050), 0.0008, blocks=False)
+    profile = [(0.0030, 0.0012, 0.046), (0.0052, 0.0019, 0.056), (0.0050, 0.0021, 0.080), (0.0043, 0.0021, 0.105),
+               (0.0047, 0.0020, 0.140), (0.0050, 0.0019, 0.160), (0.0034, 0.0014, 0.166)]
+    ids = []
+    for w, h, z in profile:
+        ids.append([handle.vertex((h * math.cos(a) * 1.2, w * math.sin(a), z), (w * math.cos(a), h * math.sin(a) * 0.8, 0.0))
+                    for a in (2 * math.pi * i / 20 for i in range(20))])
+    for a, b in zip(ids, ids[1:]):
+        for i in range(20):
+            handle.quad(a[i], a[(i + 1) % 20], b[(i + 1) % 20], b[i])
+    for ring, sign in ((ids[0], -1), (ids[-1], 1)):
+        cap = [handle.vertex(handle.positions[i], (0, 0, sign)) for i in ring]
+        for i in range(1, 19):
+            handle.indices += [cap[0], cap[i], cap[i + 1]] if sign > 0 else [cap[0], cap[i + 1], cap[i]]
+    for k in range(9):
+        for s in (-1, 1):
+            handle.box((0.0020 * s - 0.0006, -0.0036, 0.066 + 0.004 * k), (0.0020 * s + 0.0006, 0.0036, 0.068 + 0.004 * k),
+                       0.0004, blocks=False)
+    write("instruments", "scalpel", {"scalpel": [blade, edge, handle]})
+
+
+def make():
+    needle()
+    probe()
+    scalpel()

@@ -1,0 +1,53 @@
+// Line integrals on the GPU: what rays.comp reads, and its dispatch.
+#pragma once
+
+#include <map>
+
+#include "render/descriptors.h"
+#include "render/fluoroscopy/fluoroscopy.h"
+#include "render/fluoroscopy/fluoroscopy_shared.h"
+#include "render/fluoroscopy/tissue_image.h"
+
+namespace stylet::render {
+
+class RayPass {
+  public:
+    RayPass(const Gpu&, DeformedPatient&);
+
+    // Makes ready what a picture of these settings needs: the volume, with contrast, and room for the pixels.
+    // True when contrast was written.
+    bool prepare(const FluoroscopyInput&, const FluoroscopySettings&);
+    // With what changed of patient and contrast. Then the results are where everyone sees them.
+    void record(const vk::raii::CommandBuffer&, const Beam&, const FluoroscopyInput&,
+                const FluoroscopySettings&);
+
+    const Buffer& paths() const { return paths_; }  // row after row
+    std::span<const float> meter() const {
+        return {static_cast<const float*>(meter_.mapped), std::size_t(gpu::kMeter * gpu::kMeter)};
+    }
+    const gpu::XrayCounters& counters() const {
+        return *static_cast<const gpu::XrayCounters*>(counters_.mapped);
+    }
+
+  private:
+    // Which of the shader's features a picture needs.
+    struct Features {
+        std::uint32_t deform, tool, empty_cells, collimate, count, block;
+        auto operator<=>(const Features&) const = default;
+    };
+    Features featuresOf(const FluoroscopySettings&) const;
+    const vk::raii::Pipeline& pipelineFor(const Features&);
+    void bind();
+    gpu::XrayUniforms uniformsOf(const Beam&, const FluoroscopyInput&, const FluoroscopySettings&) const;
+
+    const Gpu* gpu_;
+    DeformedPatient* patient_;
+    vk::raii::Sampler edge_, nearest_;
+    Descriptors descriptors_;
+    TissueImage tissue_;
+    Buffer uniforms_, paths_, meter_, counters_;
+    std::map<Features, vk::raii::Pipeline> pipelines_;
+    int images_made_ = -1;
+};
+
+}  // namespace stylet::render

@@ -1,0 +1,223 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Line integrals of the attenuation from the source to every pixel: Beer and Lambert's exponent.
+//
+// The motion is asked for at the ends of stretches of a ray, and taken to be linear between them: within a
+// stretch the tissue that a ray meets lies on a straight line of the reference, or on two where the ray
+// passes from the cavity's inside to its outside. The tissue is sampled more often, evenly.
+// Loops stand where a branch would do: a SIMD machine that masks its branches pays for both sides of one, but
+// leaves a loop that no lane is in.
+#include "render/fluoroscopy/fluoroscopy_shared.h"
+
+layout(constant_id = 0) const uint kDeform = 0;
+layout(constant_id = 1) const uint kTool = 0;
+layout(constant_id = 2) const uint kEmptyCells = 1;
+layout(constant_id = 3) const uint kCollimate = 1;
+layout(constant_id = 4) const uint kCount = 0;
+layout(constant_id = 5) const int kBlock = 2;
+
+const int kRays = kBlock * kBlock;  // that an invocation follows, of pixels beside one another
+
+layout(local_size_x = kXrayGroup, local_size_y = kXrayGroup) in;
+
+layout(std140, binding = 0) uniform Uniforms { XrayUniforms xray; };
+layout(binding = 1) uniform sampler3D tissue;
+layout(binding = 2) uniform usampler3D cells;
+layout(binding = 3) uniform sampler3D deform_inside;
+layout(binding = 4) uniform sampler3D deform_outside;
+layout(binding = 5) uniform sampler3D tool_moved;
+layout(std430, binding = 6) writeonly buffer Paths { float paths[]; };
+layout(std430, binding = 7) writeonly buffer Meter { float meter[]; };
+layout(std430, binding = 8) buffer Counts { XrayCounters counters; };
+
+#include "render/fluoroscopy/chords.glsl"
+#include "render/fluoroscopy/collimation.glsl"
+
+vec3 displaced(vec3 p) {
+    const vec3 at = p * xray.tool_scale.xyz + xray.tool_offset.xyz;
+    if (any(greaterThan(abs(at - 0.5), vec3(0.5)))) return vec3(0.0);
+    return textureLod(tool_moved, at, 0.0).xyz;
+}
+
+// Where the motion has a point of the displaced patient come from, were it in the cavity or not.
+struct Node {
+    vec3 inside, outside;  // reference patient
+    float level;           // < 0 in the cavity
+};
+
+Node nodeAt(vec3 p) {
+    if (kTool != 0) p -= displaced(p);
+    if (kDeform == 0) return Node(p, p, 1.0);
+    const vec3 at = p * xray.deform_scale.xyz + xray.deform_offset.xyz;
+    const vec4 inside = textureLod(deform_inside, at, 0.0);
+    return Node(p + inside.xyz, p + textureLod(deform_outside, at, 0.0).xyz, inside.w);
+}
+
+bool isOccupied(vec3 reference) {
+    const ivec3 last = textureSize(cells, 0) - 1;
+    const ivec3 cell = ivec3(floor(reference * xray.cell_scale.xyz + xray.cell_offset.xyz));
+    return texelFetch(cells, clamp(cell, ivec3(0), last), 0).r != 0;
+}
+
+// What the motion adds to the rays' points over a stretch, in shares of it: from a0 to a1 on the side that it
+// begins on; from `change` on, b0 to b1 on the side that it ends on.
+struct Shift {
+    vec3 a0, a1, b0, b1;
+    float change;
+};
+
+// Does a stretch come near what a tool displaces?
+bool nearTool(vec3 from, vec3 to) {
+    const vec3 a = from * xray.tool_scale.xyz + xray.tool_offset.xyz;
+    const vec3 b = to * xray.tool_scale.xyz + xray.tool_offset.xyz;
+    return all(lessThan(min(a, b), vec3(1.0))) && all(greaterThan(max(a, b), vec3(0.0)));
+}
+
+// The rays of a block: where each enters what the patient can be in, and how far it goes in a stretch.
+vec3 entry[kRays], along[kRays];
+// Where in its share of a stretch a sample lies, 0 to 1. It differs from block to block: a step longer than a
+// voxel then makes a grain finer and fainter than that of the quanta, where it would make bands.
+float place;
+
+// Adds the samples of one of the `parts` of stretch `i`, of which a whole one has `count`, to each ray's sum.
+void addSamples(int i, int part, int parts, Shift shift, int count, inout float sums[kRays]) {
+    const vec3 scale = xray.tissue_scale.xyz, offset = xray.tissue_offset.xyz;
+    const vec3 a = shift.a0 * scale + offset, a_step = (shift.a1 - shift.a0) * scale;
+    const vec3 b = shift.b0 * scale + offset, b_step = (shift.b1 - shift.b0) * scale;
+    const int taken = count / parts;
+    float f = place / float(taken);
+    for (int k = 0; k < taken; ++k) {
+        const vec3 shifted = kDeform == 0 || f < shift.change ? a + f * a_step : b + f * b_step;
+        const float t = float(i) + (float(part) + f) / float(parts);
+        for (int r = 0; r < kRays; ++r)
+            sums[r] += textureLod(tissue, shifted + (entry[r] + t * along[r]) * scale, 0.0).r;
+        f += 1.0 / float(taken);
+    }
+}
+
+// Nothing attenuates about the middle of a stretch, nor does a tool press there.
+bool isEmpty(vec3 from, vec3 to) {
+    if (kTool != 0 && nearTool(from, to)) return false;
+    const vec3 middle = 0.5 * (from + to);
+    const Node n = nodeAt(middle);
+    bool occupied = isOccupied(n.outside);
+    if (kDeform != 0) occupied = occupied || isOccupied(n.inside);
+    return !occupied;
+}
+
+// Finds the block's rays; the number of stretches they are followed in, 0: none meets the patient. `lengths`:
+// of a stretch, m.
+int findRays(ivec2 pixel, out float lengths[kRays]) {
+    const vec3 origin = xray.source.xyz;
+    float longest = 0.0;
+    for (int r = 0; r < kRays; ++r) {
+        const ivec2 at = pixel + ivec2(r % kBlock, r / kBlock);
+        const vec3 ray = xray.first.xyz + float(at.x) * xray.right.xyz + float(at.y) * xray.down.xyz - origin;
+        const float reach = length(ray);
+        const vec3 direction = ray / reach;
+        const vec3 inverse = 1.0 / mix(direction, vec3(1e-9), lessThan(abs(direction), vec3(1e-9)));
+        const vec3 ta = (xray.box_low.xyz - origin) * inverse, tb = (xray.box_high.xyz - origin) * inverse;
+        const vec3 low = min(ta, tb), high = max(ta, tb);
+        const float begin = max(max(low.x, max(low.y, low.z)), 0.0);
+        lengths[r] = max(min(min(high.x, min(high.y, high.z)), reach) - begin, 0.0);
+        entry[r] = origin + begin * direction;
+        along[r] = lengths[r] * direction;
+        longest = max(longest, lengths[r]);
+    }
+    const int stretches = int(ceil(longest / xray.box_low.w));
+    for (int r = 0; r < kRays; ++r) {
+        lengths[r] /= max(float(stretches), 1.0);
+        along[r] /= max(float(stretches), 1.0);
+    }
+    return stretches;
+}
+
+// Line integrals of attenuation over water, m, of the block's rays.
+void patientPaths(ivec2 pixel, out float sums[kRays]) {
+    float lengths[kRays];
+    const int stretches = findRays(pixel, lengths);
+    const int samples = int(xray.box_high.w);
+    // The motion is asked for on the middle of the rays that meet the patient.
+    vec3 from = vec3(0.0), way = vec3(0.0);
+    float hits = 0.0;
+    for (int r = 0; r < kRays; ++r) {
+        sums[r] = 0.0;
+        const float hit = lengths[r] > 0.0 ? 1.0 : 0.0;
+        from += hit * entry[r], way += hit * along[r], hits += hit;
+    }
+    from /= max(hits, 1.0), way /= max(hits, 1.0);
+
+    // The air before and behind the patient.
+    int first = 0, last = stretches;
+    for (bool empty = kEmptyCells != 0; empty && first < last;) {
+        empty = isEmpty(from + float(first) * way, from + float(first + 1) * way);
+        first += empty ? 1 : 0;
+    }
+    for (bool empty = kEmptyCells != 0; empty && first < last;) {
+        empty = isEmpty(from + float(last - 1) * way, from + float(last) * way);
+        last -= empty ? 1 : 0;
+    }
+
+    vec3 p0 = from + float(first) * way;
+    Node n0 = nodeAt(p0);
+    for (int i = first; i < last; ++i) {
+        const bool tool = kTool != 0 && nearTool(p0, from + float(i + 1) * way);
+        const int parts = tool ? kToolParts : 1;
+        for (int part = 0; part < parts; ++part) {
+            const vec3 p1 = from + (float(i) + float(part + 1) / float(parts)) * way;
+            const Node n1 = nodeAt(p1);
+            const bool in0 = n0.level < 0.0, in1 = n1.level < 0.0;
+            const Shift shift = Shift((in0 ? n0.inside : n0.outside) - p0, (in0 ? n1.inside : n1.outside) - p1,
+                                      (in1 ? n0.inside : n0.outside) - p0, (in1 ? n1.inside : n1.outside) - p1,
+                                      in0 == in1 ? 2.0 : n0.level / (n0.level - n1.level));
+            addSamples(i, part, parts, shift, samples, sums);
+            p0 = p1;
+            n0 = n1;
+        }
+    }
+    for (int r = 0; r < kRays; ++r)
+        sums[r] *= lengths[r] / float(samples);
+    if (kCount != 0) {
+        const uint taken = uint((last - first) * samples * kRays);
+        if (atomicAdd(counters.samples, taken) > 0xffffffffu - taken) atomicAdd(counters.samples_high, 1);
+        atomicAdd(counters.empty_stretches, uint(stretches - (last - first)) * uint(kRays));
+    }
+}
+
+float openAt(ivec2 pixel) {
+    return openShare(xray.blades, xray.iris.x, (vec2(pixel) + 0.5 - 0.5 * xray.source.w) * xray.right.w, xray.right.w);
+}
+
+void store(ivec2 pixel, float path) {
+    const int pixels = int(xray.source.w);
+    if (any(greaterThanEqual(pixel, ivec2(pixels)))) return;
+    paths[pixel.y * pixels + pixel.x] = path;
+    // The meter looks at a few pixels only.
+    const int stride = int(xray.iris.z);
+    const ivec2 cell = pixel / stride;
+    if (all(equal(pixel, cell * stride))) meter[cell.y * kMeter + cell.x] = openAt(pixel) > 0.0 ? path : -1.0;
+}
+
+void main() {
+    const ivec2 block = ivec2(gl_GlobalInvocationID.xy) * kBlock;
+    if (any(greaterThanEqual(block, ivec2(xray.source.w)))) return;
+    bool open = kCollimate == 0;
+    for (int r = 0; r < kRays; ++r)
+        open = open || openAt(block + ivec2(r % kBlock, r / kBlock)) > 0.0;
+    if (!open) {
+        for (int r = 0; r < kRays; ++r)
+            store(block + ivec2(r % kBlock, r / kBlock), 0.0);
+        if (kCount != 0) atomicAdd(counters.collimated_rays, uint(kRays));
+        return;
+    }
+    // Jimenez, "Next generation post processing in Call of Duty", 2014: gradient noise, interleaved.
+    place = fract(52.9829189 * fract(dot(vec2(gl_GlobalInvocationID.xy), vec2(0.06711056, 0.00583715))));
+    float water_m[kRays];
+    patientPaths(block, water_m);
+    for (int r = 0; r < kRays; ++r) {
+        const ivec2 pixel = block + ivec2(r % kBlock, r / kBlock);
+        const vec3 ray = xray.first.xyz + float(pixel.x) * xray.right.xyz + float(pixel.y) * xray.down.xyz - xray.source.xyz;
+        const float reach = length(ray);
+        store(pixel, xray.first.w * water_m[r] + shapesPath(xray.source.xyz, ray / reach, reach));
+    }
+}

@@ -1,0 +1,39 @@
+// From line integrals to grey on the GPU: screen.comp and its dispatch. The picture lies in host memory.
+#pragma once
+
+#include <vector>
+
+#include "render/descriptors.h"
+#include "render/fluoroscopy/fluoroscopy.h"
+
+namespace stylet::render {
+
+class ScreenPass {
+  public:
+    explicit ScreenPass(const Gpu&);
+
+    // Room for a picture of this size, made from these paths.
+    void prepare(const Buffer& paths, int pixels);
+    // `meter`: line integrals on a lattice of `side` cells a side, < 0 where it is not open.
+    void setTone(std::span<const float> meter, int side);
+    void record(const vk::raii::CommandBuffer&, const Exposure&, const Collimation&,
+                const FluoroscopySettings&, std::int64_t pulse);
+    void showBlack(int pixels);
+
+    int pixels() const { return pixels_; }
+    ScreenPicture picture() const;
+
+  private:
+    void reserve(int pixels);
+
+    const Gpu* gpu_;
+    Descriptors descriptors_;
+    vk::raii::Pipeline pipeline_;
+    Buffer uniforms_, slow_, picture_;
+    vk::Buffer paths_;  // that the descriptors name
+    std::vector<float> smoothed_, scratch_;
+    int pixels_ = 0, tone_side_ = 1;
+    std::uint64_t revision_ = 0;
+};
+
+}  // namespace stylet::render

@@ -1,0 +1,55 @@
+#include "render/fluoroscopy/shapes.h"
+
+namespace stylet::render {
+namespace {
+
+// Of assets/generate/instruments.py and hand.py.
+constexpr double kNeedleRadius_m = 0.00075, kNeedleBore_m = 0.00055, kNeedleLength_m = 0.150;
+constexpr double kHubRadius_m = 0.0045, kHubLength_m = 0.019;
+constexpr double kWireRadius_m = 0.00044;
+// Piezoceramic, matching layers and backing under the lens, as one.
+constexpr double kTransducerPerM = 150.0;
+constexpr double kBonePerM = 45.0;
+
+void add(const Pose& pose, const Vec3& begin, const Vec3& end, XrayShape shape, std::vector<XrayShape>& to) {
+    shape.begin_m = pose * begin;
+    shape.end_m = pose * end;
+    to.push_back(shape);
+}
+
+}  // namespace
+
+void addNeedle(const Pose& pose, bool stylet_in, std::vector<XrayShape>& shapes) {
+    add(pose, {0, 0, 0}, {0, 0, kNeedleLength_m},
+        {.radius_m = kNeedleRadius_m, .bore_m = stylet_in ? 0.0 : kNeedleBore_m, .round = stylet_in}, shapes);
+    add(pose, {0, 0, kNeedleLength_m}, {0, 0, kNeedleLength_m + kHubLength_m},
+        {.radius_m = kHubRadius_m, .bore_m = 0.002, .per_m = kPlasticPerM, .round = false}, shapes);
+}
+
+void addProbe(const Pose& pose, std::vector<XrayShape>& shapes) {
+    add(pose, {-0.024, 0, 0.008}, {0.024, 0, 0.008}, {.radius_m = 0.0075, .per_m = kTransducerPerM}, shapes);
+    add(pose, {0, 0, 0.018}, {0, 0, 0.060}, {.radius_m = 0.022, .bore_m = 0.0195, .per_m = kPlasticPerM},
+        shapes);
+    add(pose, {0, 0, 0.060}, {0, 0, 0.145},
+        {.radius_m = 0.0165, .bore_m = 0.0140, .per_m = kPlasticPerM, .chained = true}, shapes);
+    add(pose, {0, 0, 0.030}, {0, 0, 0.180}, {.radius_m = 0.0030, .per_m = 120.0}, shapes);  // wires
+}
+
+void addScalpel(const Pose& pose, std::vector<XrayShape>& shapes) {
+    add(pose, {0, 0, 0.002}, {0, 0, 0.030}, {.radius_m = 0.0008}, shapes);
+    add(pose, {0, 0, 0.030}, {0, 0, 0.150}, {.radius_m = 0.0024, .chained = true}, shapes);
+}
+
+void addFinger(const Pose& pose, std::vector<XrayShape>& shapes) {
+    add(pose, {0, 0, 0.008}, {0, 0, 0.090}, {.radius_m = 0.008, .per_m = kFleshPerM}, shapes);
+    for (const double begin_m : {0.006, 0.029, 0.055})
+        add(pose, {0, 0, begin_m}, {0, 0, begin_m + 0.020}, {.radius_m = 0.0038, .per_m = kBonePerM}, shapes);
+}
+
+void addGuideWire(std::span<const Vec3> points_m, std::vector<XrayShape>& shapes) {
+    for (std::size_t i = 1; i < points_m.size(); ++i)
+        shapes.push_back(
+            {.begin_m = points_m[i - 1], .end_m = points_m[i], .radius_m = kWireRadius_m, .chained = i > 1});
+}
+
+}  // namespace stylet::render

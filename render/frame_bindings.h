@@ -1,0 +1,40 @@
+// What the pipelines of a frame share: bindings.glsl from the side of C++.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "render/gpu.h"
+
+namespace stylet::render {
+
+// Numbers of bindings.glsl.
+enum class Binding : std::uint32_t {
+    frame,
+    look,
+    classified,
+    mesh_depth,
+    bricks,
+    deform_inside,
+    counters,
+    deform_outside,
+    layer_colour,
+    layer_depth,
+    tool_moved,
+    room,
+    environment,
+    lamp_shadow,
+    screens
+};
+
+inline constexpr std::array kFrameBindings{
+    vk::DescriptorType::eUniformBuffer,        vk::DescriptorType::eUniformBuffer,
+    vk::DescriptorType::eCombinedImageSampler, vk::DescriptorType::eCombinedImageSampler,
+    vk::DescriptorType::eStorageBuffer,        vk::DescriptorType::eCombinedImageSampler,
+    vk::DescriptorType::eStorageBuffer,        vk::DescriptorType::eCombinedImageSampler,
+    vk::DescriptorType::eStorageImage,         vk::DescriptorType::eStorageImage,
+    vk::DescriptorType::eCombinedImageSampler, vk::DescriptorType::eUniformBuffer,
+    vk::DescriptorType::eCombinedImageSampler, vk::DescriptorType::eCombinedImageSampler,
+    vk::DescriptorType::eCombinedImageSampler};
+
+}  // namespace stylet::render

@@ -1,0 +1,51 @@
+// Where the things of the room stand: all of it follows from the patient's pose, the field and the C-arm's
+// angles.
+#pragma once
+
+#include <glm/mat4x4.hpp>
+
+#include "render/scene.h"
+#include "render/volume/patient_volume.h"
+
+namespace stylet::render {
+
+// Where the table's top stands: under the trunk, touching the back.
+Pose patientFromTable(const PatientVolume&);
+
+struct Lamp {
+    Vec3 stage_m{0.0};     // its middle
+    Vec3 field_m{0.0};     // what it shines at, stage
+    Pose stage_from_head;  // shines along -z
+};
+
+struct Placement {
+    Pose stage_from_room;   // upright, its origin on the floor below the table's middle
+    Pose stage_from_table;  // the pad's top
+    double table_height_m = 1.0;
+    Lamp lamp;
+};
+
+// Direction from the field to the lamp, patient frame: over the right flank.
+extern const Vec3 kLampFromField;
+inline constexpr double kLampDistance_m = 1.08;
+
+// `volume` may be null: then the table's middle is the patient's origin.
+Placement placementOf(const RenderScene&, const PatientVolume* volume);
+
+// The three moving parts of the C-arm.
+struct CArmPoses {
+    Pose stage_from_stand, stage_from_carriage, stage_from_arc;
+};
+// Axes as the patient's, if he lies straight: right, up, head.
+Pose stageFromIsocentre(const RenderScene&, const CArm&, const Placement&);
+CArmPoses cArmPoses(const RenderScene&, const CArm&, const Placement&);
+
+// A joint chain in a horizontal plane from `from` to `to`: where its elbow lies, for links of these lengths;
+// out of reach, it is stretched.
+glm::dvec2 elbowOf(const glm::dvec2& from, const glm::dvec2& to, double first_m, double second_m);
+
+glm::dmat4 scaled(glm::dmat4, const Vec3& scale);
+// Takes z from 0 to 1 to a line from a to b, and the unit circle about it to `radius_m`.
+glm::dmat4 tubeBetween(const Vec3& a, const Vec3& b, double radius_m);
+
+}  // namespace stylet::render

@@ -1,0 +1,55 @@
+// The operating room of a frame: its things, their light and shadow, the pictures on its screens.
+#pragma once
+
+#include <optional>
+
+#include "render/descriptors.h"
+#include "render/room/drape.h"
+#include "render/room/lamp_shadow.h"
+#include "render/room/placement.h"
+#include "render/room/scene_meshes.h"
+#include "render/room/screens.h"
+#include "render/volume/patient_volume.h"
+
+namespace stylet::render {
+
+class Room {
+  public:
+    Room(const Gpu&, const std::filesystem::path& assets);
+
+    void bind(Descriptors&) const;
+    // Before the frame is recorded. `volume` may be null: then there is no table, which is placed under a
+    // patient.
+    void prepare(const RenderScene&, const std::array<View, 2>&, const Skips&, const PatientVolume* volume);
+    // Outside of any pass, before the opaque one. `caster` draws depth alone.
+    void recordBefore(const vk::raii::CommandBuffer&, vk::Pipeline caster, const Descriptors&) const;
+
+    ScreensSeen screensSeen(const RenderScene&, const std::array<View, 2>&, const PatientVolume*) const;
+    ScreenPlaces screenPlaces(const RenderScene&, const PatientVolume*) const;
+
+    const SceneMeshes& meshes() const { return meshes_; }
+    // Null unless the drape is shown.
+    const Drape* drape() const { return draped_ ? &*drape_ : nullptr; }
+    // Before the patient that the drape was made for goes.
+    void forgetPatient() { drape_.reset(); }
+    bool castsShadows() const { return shadowed_; }
+    bool keptShadow() const { return shadowed_ && !shadow_due_; }
+
+  private:
+    void describe(const RenderScene&, const std::array<View, 2>&, const Placement&);
+
+    void cover(const RenderScene&, const PatientVolume*);
+
+    const Gpu* gpu_;
+    SceneMeshes meshes_;
+    std::optional<Drape> drape_;
+    LampShadow shadow_;
+    Screens screens_;
+    GpuImage environment_;
+    vk::raii::Sampler smooth_;
+    Buffer uniform_buffer_;
+    gpu::RoomUniforms uniforms_{};
+    bool draped_ = false, shadowed_ = false, shadow_due_ = false;
+};
+
+}  // namespace stylet::render

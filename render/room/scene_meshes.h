@@ -1,0 +1,91 @@
+// The opaque things of a scene on the GPU, and which of them one frame draws where.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "render/frame_shared.h"
+#include "render/memory.h"
+#include "render/room/mesh.h"
+#include "render/room/placement.h"
+#include "render/scene.h"
+
+namespace stylet::render {
+
+// As mesh.vert reads it: materials are baked into the vertices, so that a rigid thing is one draw.
+struct RoomVertex {
+    glm::vec3 position_m{0.0f}, normal{0.0f};
+    glm::vec2 uv{0.0f};
+    std::array<std::uint8_t, 4> root_colour{}, material{};
+};
+RoomVertex roomVertex(const Vertex&, const MeshPart&);
+std::span<const vk::VertexInputAttributeDescription> roomAttributes();
+
+// A rigid thing, or the picture of its screen.
+struct Model {
+    std::uint32_t first_index = 0, index_count = 0;
+    glm::vec3 middle_m{0.0f};
+    float radius_m = 0.0f;
+    glm::vec3 right_m{0.0f}, up_m{0.0f};  // edges of a screen's glass, whole
+};
+
+struct MeshDraw {
+    std::uint32_t first_index = 0, index_count = 0;
+    gpu::MeshPush push{};
+    int kind = gpu::kPlain, lamp = gpu::kUnlit;
+    bool casts = false;       // a shadow in the lamp's light
+    float distance_m = 0.0f;  // of its nearest point from the nearer eye, to draw front to back
+};
+
+// Of a quality from 0 to 1: dark red, amber, pale green, ever lighter, so that it can be told without red or
+// green.
+glm::vec3 pathColour(double quality);
+
+class SceneMeshes {
+  public:
+    SceneMeshes(const Gpu&, const std::filesystem::path& assets);
+
+    // What the scene shows; with `cull`, seen() leaves out what lies outside both eyes' pyramids. Allocates
+    // nothing once it has seen a scene of this size.
+    void gather(const RenderScene&, const Placement&, bool has_patient, const Model* drape,
+                const std::array<View, 2>&, bool cull);
+
+    // Those that stand in the room, face an eye and reach into its pyramid.
+    ScreensSeen screensSeen(const RenderScene&, const Placement&, const std::array<View, 2>&) const;
+
+    ScreenPlaces screenPlaces(const Placement&) const;
+
+    std::span<const MeshDraw> seen() const { return {draws_.data(), seen_}; }  // the nearest first
+    std::span<const MeshDraw> all() const { return draws_; }
+    std::size_t culled() const { return draws_.size() - seen_; }
+    // What stands on the floor: centre x, z and half-extents x, z, room frame; at most gpu::kMostContacts.
+    const std::vector<glm::vec4>& contacts() const { return contacts_; }
+    const Buffer& vertices() const { return vertex_buffer_; }
+    const Buffer& indices() const { return index_buffer_; }
+
+  private:
+    struct Models {
+        Model table_top, table_pedestal, stand, carriage, arc;
+        Model ultrasound, ultrasound_screen, xray, xray_screen, monitor, monitor_screen, trolley;
+        Model lamp_head, lamp_yoke, lamp_arm, lamp_post, shell, floor, lit_floor, doors, built_in;
+        Model needle, probe, scalpel, hand, tube;
+    };
+    void add(const Model&, const glm::dmat4& stage_from_model, bool casts, int kind = gpu::kPlain);
+    void addTable(const RenderScene&, const Placement&);
+    void addTools(const RenderScene&);
+    void addPaths(const RenderScene&);
+    void addRoom(const RenderScene&, const Placement&);
+    void addLampHead(const Placement&, const Lamp&, double arm_height_m);
+    void addScreen(const Model& thing, const Model& picture, const glm::dmat4& stage_from_model, int screen);
+
+    Models models_;
+    Buffer vertex_buffer_, index_buffer_;
+    std::vector<MeshDraw> draws_;
+    std::vector<glm::vec4> spheres_;  // of each draw, stage
+    std::vector<glm::vec4> contacts_;
+    std::size_t seen_ = 0;
+};
+
+}  // namespace stylet::render

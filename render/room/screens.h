@@ -1,0 +1,32 @@
+// The pictures on the room's screens: one small image with a layer for each, uploaded when a picture changes.
+#pragma once
+
+#include "render/memory.h"
+#include "render/room/room_shared.h"
+#include "render/scene.h"
+
+namespace stylet::render {
+
+class Screens {
+  public:
+    explicit Screens(const Gpu&);
+
+    // Copies what changed to where the GPU can fetch it, and tells the shader which share of a layer is
+    // picture. A picture larger than kMostScreenPixels is a programmer's error.
+    void update(const RenderScene&, gpu::RoomUniforms&);
+    void record(const vk::raii::CommandBuffer&) const;
+
+    const GpuImage& image() const { return image_; }
+
+  private:
+    struct Layer {
+        std::uint64_t revision = 0;
+        int width = 0, height = 0;
+        bool changed = false;
+    };
+    GpuImage image_;
+    Buffer staging_;
+    std::array<Layer, gpu::kScreens> layers_;
+};
+
+}  // namespace stylet::render

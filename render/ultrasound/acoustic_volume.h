@@ -1,0 +1,48 @@
+// The patient as sound meets him: a tissue per voxel, and in a voxel that a border crosses the border itself,
+// as a plane, so that a look-up at one voxel finds a surface without steps and its direction.
+// Based on the piecewise linear interfaces of volume-of-fluid methods (Youngs 1982), found from labels.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/ultrasound/acoustics.h"
+#include "render/volume/workers.h"
+
+namespace stylet::render {
+
+// Packed into 32 bits (scan_shared.h). In voxels, about the voxel's centre: beyond dot(normal, p) = near lies
+// `other`.
+struct AcousticVoxel {
+    int tissue = 0, other = 0;
+    bool border = false;
+    double near = 0.0;  // 0 to kNearRange
+    patient::Vec3 normal{0.0, 0.0, 1.0};
+    double vary = 0.0;  // (CT value - hu_centre) / hu_span, -1 to 1
+};
+std::uint32_t pack(const AcousticVoxel&);
+AcousticVoxel unpack(std::uint32_t);
+
+// The row of the table at a voxel.
+int acousticAt(const patient::Patient&, const AcousticTable&, const std::array<int, 256>& of_labels,
+               const patient::Index3&);
+
+// Planes [z0, z1) of all the patient's voxels, packed, x-fastest.
+class AcousticEncoder {
+  public:
+    AcousticEncoder(const patient::Patient&, const AcousticTable&, Workers&);
+    void encode(int z0, int z1, std::uint32_t* out) const;
+
+  private:
+    AcousticVoxel voxelAt(const patient::Index3&) const;
+    bool alone(const patient::Index3&) const;
+    void findBorder(const patient::Index3&, AcousticVoxel&) const;
+    int at(const patient::Index3&) const;
+
+    const patient::Patient* patient_;
+    const AcousticTable* table_;
+    Workers* workers_;
+    std::vector<std::uint8_t> rows_;
+};
+
+}  // namespace stylet::render

@@ -1,0 +1,134 @@
+#include "render/ultrasound/acoustics.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "render/file.h"
+#include "render/ultrasound/toml_fields.h"
+
+namespace stylet::render {
+namespace {
+
+using std::filesystem::path;
+
+constexpr std::size_t kMaxBytes = 1 << 20;
+constexpr double kRaylPerMrayl = 1e6, kPerCm = 100.0, kMm = 1e-3;
+
+Acoustic readAcoustic(const TomlFields& t) {
+    Acoustic a;
+    a.name = t.text("name");
+    a.impedance_rayl = kRaylPerMrayl * t.number("impedance_mrayl", 1e-5, 200.0);
+    a.attenuation_db_per_m_mhz = kPerCm * t.number("attenuation_db_per_cm_mhz", 0.0, 1000.0);
+    a.speed_m_per_s = t.number("speed_m_per_s", 100.0, 10000.0);
+    a.scatter_db = t.number("scatter_db", -200.0, 0.0);
+    a.hu_span = t.numberOr("hu_span", 1.0, 10000.0, 0.0);
+    a.hu_centre = t.numberOr("hu", -2000.0, 10000.0, 0.0);
+    a.impedance_by_hu = t.numberOr("impedance_by_hu", -0.5, 0.5, 0.0);
+    a.scatter_by_hu_db = t.numberOr("scatter_by_hu_db", -40.0, 40.0, 0.0);
+    if (t.table.contains("wall_db")) {
+        a.wall_db = t.number("wall_db", -200.0, 0.0);
+        a.wall_m = kMm * t.number("wall_mm", 0.05, 5.0);
+    }
+    a.source = t.text("source");
+    return a;
+}
+
+int indexOf(const AcousticTable& table, const std::string& name) {
+    const auto found = std::find_if(table.acoustics.begin(), table.acoustics.end(),
+                                    [&](const Acoustic& a) { return a.name == name; });
+    return found == table.acoustics.end() ? -1 : int(found - table.acoustics.begin());
+}
+
+int readAcousticName(const TomlFields& t, const AcousticTable& table) {
+    const std::string name = t.text("acoustic");
+    const int index = indexOf(table, name);
+    if (index < 0) t.refuse("acoustic", "there is no tissue '" + name + "'");
+    return index;
+}
+
+AcousticRule readRule(const TomlFields& t, const AcousticTable& table) {
+    AcousticRule rule;
+    if (t.table.contains("tissue")) {
+        const std::string name = t.text("tissue");
+        for (int i = 0; i < patient::kTissueCount; ++i)
+            if (patient::tissueName(patient::Tissue(i)) == name) rule.tissue = patient::Tissue(i);
+        if (!rule.tissue) t.refuse("tissue", "'" + name + "' is not a tissue of the force table");
+    }
+    rule.name = t.textOr("name", "");
+    if (!rule.tissue && rule.name.empty()) t.refuse("name", "a rule needs a tissue or a name");
+    rule.acoustic = readAcousticName(t, table);
+    return rule;
+}
+
+bool fits(const AcousticRule& rule, const patient::Label& label) {
+    if (rule.tissue && *rule.tissue != label.tissue) return false;
+    std::string name = label.name;
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    return rule.name.empty() || name.find(rule.name) != std::string::npos;
+}
+
+}  // namespace
+
+AcousticTable loadAcoustics(const path& file) {
+    return parseAcoustics(file, readFile(file, kMaxBytes));
+}
+
+AcousticTable parseAcoustics(const path& file, std::string_view text) {
+    const toml::table root_table = parseToml(file, text);
+    const TomlFields root{file, "", root_table};
+    AcousticTable table;
+    root.each("tissue", [&](const TomlFields& t) {
+        if (table.acoustics.size() == std::size_t(kMostAcoustics))
+            t.refuse("name", "more than " + std::to_string(kMostAcoustics) + " tissues");
+        const Acoustic a = readAcoustic(t);
+        if (indexOf(table, a.name) >= 0) t.refuse("name", "'" + a.name + "' is there twice");
+        table.acoustics.push_back(a);
+    });
+    const auto needed = [&](const char* name) {
+        const int index = indexOf(table, name);
+        if (index < 0) root.refuse("tissue", std::string("there is no '") + name + "', which is needed");
+        return index;
+    };
+    table.air = needed("air");
+    table.gel = needed("gel");
+    table.steel = needed("steel");
+    table.roughness = root.number("roughness", 0.0, 1.0);
+    root.each("label", [&](const TomlFields& t) { table.rules.push_back(readRule(t, table)); });
+    root.each("hu", [&](const TomlFields& t) {
+        const HuClass c{t.number("from_hu", -2000.0, 10000.0), readAcousticName(t, table)};
+        if (!table.hu.empty() && c.from_hu <= table.hu.back().from_hu) t.refuse("from_hu", "not ascending");
+        table.hu.push_back(c);
+    });
+    if (table.hu.empty()) root.refuse("hu", "at least one [[hu]] class is needed");
+    return table;
+}
+
+int AcousticTable::classOf(double hu_value) const {
+    int found = hu.front().acoustic;
+    for (const HuClass& c : hu)
+        if (c.from_hu <= hu_value) found = c.acoustic;
+    return found;
+}
+
+std::array<int, 256> acousticsOfLabels(const AcousticTable& table, const patient::Patient& patient) {
+    std::array<int, 256> rows;
+    rows.fill(-1);
+    for (int id = 1; id < 256; ++id) {
+        const patient::Label* label = patient.label(std::uint8_t(id));
+        if (!label) continue;
+        for (const AcousticRule& rule : table.rules)
+            if (fits(rule, *label)) {
+                rows[std::size_t(id)] = rule.acoustic;
+                break;
+            }
+    }
+    return rows;
+}
+
+double reflectivity(const Acoustic& from, const Acoustic& to) {
+    return (to.impedance_rayl - from.impedance_rayl) / (to.impedance_rayl + from.impedance_rayl);
+}
+
+}  // namespace stylet::render

@@ -1,0 +1,50 @@
+// Every binding of the scan's one set; ultrasound.cpp names them in the same order.
+#include "render/ultrasound/scan_shared.h"
+
+layout(constant_id = 0) const int kSamples = 512;
+layout(constant_id = 1) const int kLines = 256;
+layout(constant_id = 2) const int kPlanes = 3;
+layout(constant_id = 3) const bool kBreathes = true;  // look the breath up
+layout(constant_id = 4) const bool kPressed = true;   // and what a tool displaces
+layout(constant_id = 5) const int kCoarse = 8;        // samples that share a look-up; 1: none does
+layout(constant_id = 6) const bool kColour = false;   // Doppler
+layout(constant_id = 7) const int kTaps = 6;          // of the pulse, either side, at most 6
+
+layout(std140, set = 0, binding = 0) uniform Scan {
+    ScanUniforms frame;
+};
+layout(set = 0, binding = 1) uniform usampler3D voxels;
+layout(set = 0, binding = 2) uniform sampler3D deform_inside;
+layout(set = 0, binding = 3) uniform sampler3D deform_outside;
+layout(set = 0, binding = 4) uniform sampler3D tool_moved;
+layout(set = 0, binding = 5) uniform isampler3D flow;
+layout(std430, set = 0, binding = 6) readonly buffer Lines {
+    LineUniforms lines[];
+};
+layout(std430, set = 0, binding = 7) readonly buffer Depths {
+    DepthUniforms depths[];
+};
+layout(std430, set = 0, binding = 8) buffer Places {
+    vec4 places[];  // coarse grid: reference minus deformed, m
+};
+layout(std430, set = 0, binding = 9) buffer Samples {
+    uvec4 samples[];  // plane, line, sample
+};
+layout(std430, set = 0, binding = 10) buffer Field {
+    uint field[];  // line, bin: complex, two halves
+};
+layout(std430, set = 0, binding = 11) buffer Way {
+    vec2 way[];  // line, bin: depth, m; amplitude that is left
+};
+layout(std430, set = 0, binding = 12) buffer Envelope {
+    float envelope[];
+};
+layout(std430, set = 0, binding = 13) buffer Grey {
+    float grey[];
+};
+layout(std430, set = 0, binding = 14) buffer Doppler {
+    vec2 doppler[];  // velocity toward the probe, of the largest; how strongly it shows
+};
+layout(std430, set = 0, binding = 15) buffer Picture {
+    uint picture[];
+};

@@ -1,0 +1,27 @@
+// Where the probe's face touches: line by line, on the host, before anything is scanned.
+#pragma once
+
+#include <vector>
+
+#include "render/ultrasound/acoustics.h"
+#include "render/ultrasound/scan.h"
+#include "render/volume/deformed_patient.h"
+
+namespace stylet::render {
+
+struct LineContact {
+    double gel_m = 0.0;     // of gel before the skin
+    double coupling = 0.0;  // amplitude there and back; 0: air
+};
+
+struct Contact {
+    std::vector<LineContact> lines;
+    double share = 0.0;    // of the face that touches
+    bool in_bone = false;  // the middle of the face
+};
+// Allocates where `contact` has not as many lines.
+void findContact(const Transducer&, const UltrasoundSettings&, const Pose& patient_from_probe,
+                 const DeformedPatient&, const AcousticTable&, const std::array<int, 256>& of_labels,
+                 Contact& contact);
+
+}  // namespace stylet::render

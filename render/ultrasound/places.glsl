@@ -1,0 +1,26 @@
+// Where a sample's tissue was when the CT saw it. To be included after bindings.glsl.
+#include "render/volume/deform.glsl"
+
+vec3 referenceOf(vec3 p) {
+    if (kPressed) p -= toolMoved(p);
+    return kBreathes ? referenceFromDeformed(p) : p;
+}
+
+// Sample `i` of a line in plane `plane`, patient frame, deformed.
+vec3 sampleAt(int line, float i, int plane) {
+    const int row = clamp(int(i), 0, kSamples - 1);
+    return lines[line].origin.xyz + lines[line].direction.xyz * (i * frame.march.x) +
+           frame.across.xyz * (depths[row].row.x * frame.planes[plane].x);
+}
+
+const int kCoarseLines = kCoarse > 1 ? kCoarse / 2 : 1;  // a sample is shorter than a line is wide
+const int kPlaceColumns = (kSamples + kCoarse - 1) / kCoarse + 1;
+const int kPlaceRows = (kLines + kCoarseLines - 1) / kCoarseLines + 1;
+
+// Reference minus deformed, of the coarse grid, between its rows.
+vec3 shiftOnGrid(int line, int column, int plane) {
+    // The last row stands for the last line, however near that is to the row before.
+    const int row = line / kCoarseLines, reach = min(kCoarseLines, max(kLines - 1 - row * kCoarseLines, 1));
+    const int at = (plane * kPlaceRows + row) * kPlaceColumns + column;
+    return mix(places[at].xyz, places[at + kPlaceColumns].xyz, float(line - row * kCoarseLines) / float(reach));
+}

@@ -1,0 +1,136 @@
+// What a sample of a line lies in, and what happens between it and the next. To be included after bindings.glsl.
+
+struct Sample {
+    uint tissue;
+    float impedance;  // ln
+    float scatter;    // amplitude
+    float crossing;   // steps to the border of its voxel, along the line; kCrossingRange: none
+    float facing;     // |cos| between that border's normal and the line; < 0: unknown
+    float passes;     // amplitude of a step in it, there and back, as the machine amplifies it
+    float drawn;      // depth that the machine draws for a step in it, m
+    vec2 noise;       // of its scatterers, unit variance
+};
+
+// Between a sample and the next.
+struct Step {
+    float share;      // of it before the change
+    float drawn;      // m
+    float passes;     // amplitude, of all of it
+    float jump;       // half of the difference of ln impedance
+    float mirrored;   // amplitude that a change sends back: tanh(jump), less where it is met aslant
+};
+
+Sample sampleOf(uint tissue, float vary, bool wall, float crossing, float facing, vec2 noise) {
+    const vec4 mean = frame.tissues[tissue].mean, by_hu = frame.tissues[tissue].vary;
+    return Sample(tissue, mean.x + by_hu.x * vary, wall ? by_hu.z : mean.w * exp(by_hu.y * vary), crossing, facing, mean.y,
+                  mean.z, noise);
+}
+
+// A border lies within one step (its voxel holds it as a plane): what the pulse sums up of it is that step's jump.
+Step stepBetween(Sample a, Sample b) {
+    Step s;
+    const bool ahead = a.crossing >= 0.0 && a.crossing <= 1.0, behind = b.crossing <= 0.0 && b.crossing >= -1.0;
+    const bool changes = a.tissue != b.tissue;
+    s.share = !changes ? 0.5 : ahead ? a.crossing : behind ? 1.0 + b.crossing : 0.5;
+    const float facing = ahead ? a.facing : b.facing;
+    s.drawn = mix(b.drawn, a.drawn, s.share);
+    s.jump = 0.5 * (b.impedance - a.impedance);
+    const float mirror = 1.0 - 2.0 / (exp(2.0 * s.jump) + 1.0);
+    s.mirrored = mirror * (changes && facing >= 0.0 ? facing : kUnknownFacing);
+    s.passes = mix(b.passes, a.passes, s.share) * (1.0 - mirror * mirror);
+    return s;
+}
+
+// Zeigler et al.'s octahedron, unfolded.
+vec3 unfold(uint x, uint y) {
+    const vec2 e = vec2(x, y) * (2.0 / 63.0) - 1.0;
+    vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
+    const float under = max(-n.z, 0.0);
+    n.x += n.x >= 0.0 ? -under : under;
+    n.y += n.y >= 0.0 ? -under : under;
+    return normalize(n);
+}
+
+// A node of the scatterers' lattice: four bytes, two for either part.
+vec2 scattererAt(uvec3 node) {
+    uint h = node.x * 0x9e3779b1u ^ node.y * 0x85ebca77u ^ node.z * 0xc2b2ae3du;
+    h = (h ^ h >> 15) * 0x2c1b3c6du;
+    h = (h ^ h >> 12) * 0x297a2d39u;
+    h ^= h >> 15;
+    return vec2(float(h & 255u) + float(h >> 8 & 255u), float(h >> 16 & 255u) + float(h >> 24)) - 255.0;
+}
+
+// Complex noise that is fixed to the tissue, linear in the lattice's tetrahedra, of equal strength between its
+// nodes and on them.
+vec2 scatterersAt(vec3 p) {
+    const vec3 at = vec3(dot(frame.lattice[0].xyz, p), dot(frame.lattice[1].xyz, p), dot(frame.lattice[2].xyz, p)) *
+                    frame.across.w;
+    const vec3 low = floor(at), f = at - low;
+    const uvec3 node = uvec3(ivec3(low));
+    const float most = max(f.x, max(f.y, f.z)), least = min(f.x, min(f.y, f.z));
+    const float middle = f.x + f.y + f.z - most - least;
+    // From the lowest corner along the axis of the largest share, then of the next, then of the last.
+    const uvec3 first = uvec3(f.x == most, f.x != most && f.y == most, f.x != most && f.y != most);
+    const uvec3 last = uvec3(f.z != least && f.y != least, f.z != least && f.y == least, f.z == least);
+    const vec4 w = vec4(1.0 - most, most - middle, middle - least, least);
+    const vec2 sum = w.x * scattererAt(node) + w.y * scattererAt(node + first) +
+                     w.z * scattererAt(node + 1u - last) + w.w * scattererAt(node + 1u);
+    return sum * (kScattererScale * inversesqrt(dot(w, w)));
+}
+
+// `p`: reference patient; `depth_m` along the line of this direction; before `gel_m` there is gel.
+Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
+    const vec3 at = p * frame.voxel_scale.xyz + frame.voxel_offset.xyz;
+    const ivec3 cell = ivec3(floor(at + 0.5));
+    const bool inside = all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, ivec3(frame.voxel_dims.xyz)));
+    const uint air = uint(frame.voxel_offset.w);
+    uint code = texelFetch(voxels, clamp(cell, ivec3(0), ivec3(frame.voxel_dims.xyz) - 1), 0).x;
+    code = inside ? code : air;
+    uint tissue = code & 31u;
+    const uint near = code >> kNearAt & 63u;
+    float vary = (float(code >> kVaryAt) - 8.0) * (1.0 / 7.0), crossing = kCrossingRange, facing = -1.0, wall_m = 1.0;
+    if (near != 0u) {
+        const vec3 n = unfold(code >> kNormalXAt & 63u, code >> kNormalYAt & 63u);
+        const float to_border = float(near) * (kNearRange / 63.0) - dot(n, at - vec3(cell));
+        const vec3 normal = n * frame.voxel_scale.xyz;  // turned from voxels to metres
+        const float along = dot(normal, direction), per_m = inversesqrt(dot(normal, normal));
+        if (abs(along) * frame.march.x > 1e-5) crossing = to_border / (along * frame.march.x);
+        facing = abs(along) * per_m;
+        wall_m = abs(to_border) * per_m;
+        if (to_border < 0.0) {
+            tissue = code >> kOtherAt & 31u;
+            vary = 0.0;
+        }
+    }
+    // Gel creeps into what is left between a pressed face and the skin.
+    const bool gel = depth_m < gel_m || (tissue == air && depth_m < gel_m + frame.reach.z);
+    if (gel) {
+        tissue = uint(frame.voxel_dims.w);
+        vary = 0.0;
+    }
+    return sampleOf(tissue, vary, !gel && wall_m < frame.tissues[tissue].vary.w, crossing, facing, scatterersAt(p));
+}
+
+// A bin's noise, between two samples', as strong as either.
+vec2 noiseBetween(vec2 a, vec2 b, float share) {
+    const float other = 1.0 - share;
+    return (other * a + share * b) * inversesqrt(other * other + share * share + 2.0 * other * share * frame.reach.y);
+}
+
+// In air a probe hears its own face, again and again.
+float rings(float t) {
+    const float phase = 0.5 + 0.5 * cos(6.2831853 * t / frame.rings.x);
+    return frame.rings.z * exp(-t / frame.rings.y) * phase * phase;
+}
+
+// Steel rings; what is behind it lies in its shadow. `at`: where it is drawn, and the amplitude left there.
+float needleEcho(vec4 needle, vec2 at, float t) {
+    const float behind = t - at.x, bin = frame.march.y;
+    const float glint = exp(-0.5 * behind * behind / (bin * bin));
+    const float phase = 0.5 + 0.5 * cos(6.2831853 * behind / needle.w);
+    const float comet = behind > 0.0 ? kComet * exp(-behind / kComet_m) * phase : 0.0;
+    return needle.y * at.y * (glint + comet);
+}
+float needleShadow(vec4 needle, vec2 at, float t) {
+    return 1.0 - needle.z * smoothstep(0.0, 0.002, t - at.x);
+}

@@ -1,0 +1,29 @@
+// A scan as the passes read it.
+#pragma once
+
+#include "render/ultrasound/acoustics.h"
+#include "render/ultrasound/contact.h"
+#include "render/ultrasound/scan.h"
+#include "render/ultrasound/scan_shared.h"
+
+namespace stylet::render {
+
+// Two-way attenuation in neper per metre.
+double attenuation_np_per_m(const Acoustic&, double frequency_hz);
+
+// Where the picture's plane lies in the picture: metres a pixel, and its top left corner.
+struct PictureView {
+    double pixel_m = 0.0, left_m = 0.0, top_m = 0.0;
+};
+PictureView pictureView(const Transducer&, const UltrasoundSettings&, double depth_m);
+
+inline constexpr int kDopplerColumns = 64, kDopplerRows = 96;
+
+// All but deform_*, tool_*, flow_* and pulses.
+void fillUniforms(const ScanPlan&, const UltrasoundInput&, const UltrasoundSettings&, const Transducer&,
+                  const AcousticTable&, const patient::Grid&, gpu::ScanUniforms& out);
+void fillLines(const ScanPlan&, const UltrasoundInput&, const UltrasoundSettings&, const Transducer&,
+               const AcousticTable&, const Contact&, gpu::LineUniforms* out);
+void fillDepths(const ScanPlan&, gpu::DepthUniforms* out);
+
+}  // namespace stylet::render

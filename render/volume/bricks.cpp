@@ -1,0 +1,214 @@
+#include "render/volume/bricks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace stylet::render {
+namespace {
+
+constexpr std::uint32_t kFar = 255;
+
+// Bricks whose interpolated samples read voxel i: its own, and the neighbour's when it lies on the edge.
+struct Reach {
+    int first, last;
+};
+Reach reach(int voxel, int bricks) {
+    return {std::max(0, (voxel - 1) / kBrickVoxels), std::min(bricks - 1, (voxel + 1) / kBrickVoxels)};
+}
+
+constexpr double kRounding_m = 2e-5;  // of the tables' half floats
+
+struct Box {
+    patient::Vec3 low, high;
+};
+
+using Lanes = float __attribute__((vector_size(16)));
+constexpr Lanes kAbove{1e9f, 1e9f, 1e9f, 1e9f};
+Lanes lanesOf(const glm::vec4& v) {
+    Lanes lanes;
+    std::memcpy(&lanes, &v.x, sizeof lanes);
+    return lanes;
+}
+glm::vec3 xyzOf(Lanes v) {
+    return {v[0], v[1], v[2]};
+}
+
+// Where the points of a box of the deformed patient come from, at most: linear interpolation stays within its
+// nodes.
+Box sourceOf(const DeformTables& tables, const Box& box) {
+    const patient::Index3 last = tables.grid.dims - 1;
+    const auto nodeAt = [&](const patient::Vec3& p, bool up) {
+        const patient::Vec3 at = glm::clamp(tables.grid.toVoxels(p), patient::Vec3(0.0), patient::Vec3(last));
+        return patient::Index3(up ? glm::ceil(at) : glm::floor(at));
+    };
+    const patient::Index3 first = nodeAt(box.low, false), end = nodeAt(box.high, true);
+    Lanes low_in = kAbove, high_in = -kAbove, low_out = kAbove, high_out = -kAbove;
+    for (int z = first.z; z <= end.z; ++z)
+        for (int y = first.y; y <= end.y; ++y) {
+            const std::size_t row = tables.grid.offset({0, y, z});
+            for (std::size_t at = row + std::size_t(first.x); at <= row + std::size_t(end.x); ++at) {
+                const Lanes in = lanesOf(tables.inside[at]), out = lanesOf(tables.outside[at]);
+                low_in = in < low_in ? in : low_in, high_in = in > high_in ? in : high_in;
+                low_out = out < low_out ? out : low_out, high_out = out > high_out ? out : high_out;
+            }
+        }
+    glm::vec3 low = xyzOf(low_out), high = xyzOf(high_out);
+    if (high_in[3] < 0.0f) low = xyzOf(low_in), high = xyzOf(high_in);
+    if (low_in[3] < 0.0f) low = glm::min(low, xyzOf(low_in)), high = glm::max(high, xyzOf(high_in));
+    return {box.low + patient::Vec3(low) - kRounding_m, box.high + patient::Vec3(high) + kRounding_m};
+}
+
+bool anyOccupied(const BrickGrid& grid, const patient::Index3& low, const patient::Index3& high) {
+    for (int z = low.z; z <= high.z; ++z)
+        for (int y = low.y; y <= high.y; ++y)
+            for (int x = low.x; x <= high.x; ++x)
+                if (grid.occupied[grid.offset(x, y, z)]) return true;
+    return false;
+}
+
+}  // namespace
+
+BrickGrid::BrickGrid(const patient::Index3& voxels)
+    : dims((voxels + (kBrickVoxels - 1)) / kBrickVoxels),
+      occupied(std::size_t(dims.x) * std::size_t(dims.y) * std::size_t(dims.z), 0) {}
+
+void markOccupied(BrickGrid& grid, const patient::Index3& voxels, int z0, int z1, const std::byte* rgba) {
+    std::vector<std::uint8_t> row(std::size_t(grid.dims.x));
+    for (int z = z0; z < z1; ++z) {
+        for (int y = 0; y < voxels.y; ++y) {
+            std::fill(row.begin(), row.end(), std::uint8_t(0));
+            const std::byte* texel = rgba + (std::size_t(z - z0) * std::size_t(voxels.y) + std::size_t(y)) *
+                                                std::size_t(voxels.x) * 4;
+            for (int x = 0; x < voxels.x; ++x) {
+                if (texel[std::size_t(x) * 4 + 3] == std::byte{0}) continue;
+                const Reach along = reach(x, grid.dims.x);
+                row[std::size_t(along.first)] = row[std::size_t(along.last)] = 1;
+            }
+            const Reach in_y = reach(y, grid.dims.y), in_z = reach(z, grid.dims.z);
+            for (const int bz : {in_z.first, in_z.last})
+                for (const int by : {in_y.first, in_y.last})
+                    for (int bx = 0; bx < grid.dims.x; ++bx)
+                        grid.occupied[grid.offset(bx, by, bz)] |= row[std::size_t(bx)];
+        }
+    }
+}
+
+namespace {
+
+// Is anything of the brick `i` of the deformed patient from an occupied brick?
+bool seesOccupied(const BrickGrid& reference, const patient::Grid& grid, const DeformTables& tables,
+                  const patient::Index3& i) {
+    const patient::Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
+    const patient::Vec3 corner_m = grid.origin_m - 0.5 * grid.spacing_m;
+    const patient::Vec3 last(reference.dims - 1);
+    const patient::Vec3 low_m = corner_m + brick_m * patient::Vec3(i);
+    const Box source = sourceOf(tables, {low_m, low_m + brick_m});
+    const auto brickOf = [&](const patient::Vec3& p) {
+        const patient::Vec3 at = glm::floor((p - corner_m) / brick_m);
+        return patient::Index3(glm::clamp(at, patient::Vec3(0.0), last));
+    };
+    return anyOccupied(reference, brickOf(source.low), brickOf(source.high));
+}
+
+}  // namespace
+
+BreathedBricks::BreathedBricks(const BrickGrid& reference)
+    : reference_(reference), seen_(reference), to_occupied_(leapDistances(reference)) {
+    BrickGrid empty = reference;
+    for (std::uint8_t& brick : empty.occupied)
+        brick = !brick;
+    to_empty_ = leapDistances(empty);
+}
+
+void BreathedBricks::see(const patient::Grid& grid, const DeformTables& tables, double reach_m,
+                         Workers& workers) {
+    const patient::Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
+    const double least_m = std::min({brick_m.x, brick_m.y, brick_m.z});
+    const auto reach = std::uint32_t(std::ceil((reach_m + kRounding_m) / least_m));
+    workers.run(std::size_t(seen_.dims.z), [&](std::size_t z, int) {
+        patient::Index3 i(0, 0, int(z));
+        for (i.y = 0; i.y < seen_.dims.y; ++i.y)
+            for (i.x = 0; i.x < seen_.dims.x; ++i.x) {
+                const std::size_t at = seen_.offset(i.x, i.y, i.z);
+                seen_.occupied[at] = to_empty_[at] > reach ||
+                                     (to_occupied_[at] <= reach && seesOccupied(reference_, grid, tables, i));
+            }
+    });
+}
+
+BrickGrid displaceOccupancy(const BrickGrid& breathed, const patient::Grid& grid,
+                            const patient::DisplacementTable& tool) {
+    BrickGrid displaced;
+    displaceOccupancy(breathed, grid, tool, displaced);
+    return displaced;
+}
+
+void displaceOccupancy(const BrickGrid& breathed, const patient::Grid& grid,
+                       const patient::DisplacementTable& tool, BrickGrid& displaced) {
+    displaced = breathed;
+    const patient::Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
+    const patient::Vec3 corner_m = grid.origin_m - 0.5 * grid.spacing_m;
+    const patient::Index3 last_node = tool.grid.dims - 1, last_brick = breathed.dims - 1;
+    const auto brickOf = [&](const patient::Vec3& p) {
+        return patient::Index3(
+            glm::clamp(glm::floor((p - corner_m) / brick_m), patient::Vec3(0.0), patient::Vec3(last_brick)));
+    };
+    const patient::Index3 first = brickOf(tool.grid.origin_m), end = brickOf(tool.grid.centre(last_node));
+    patient::Index3 b;
+    for (b.z = first.z; b.z <= end.z; ++b.z)
+        for (b.y = first.y; b.y <= end.y; ++b.y)
+            for (b.x = first.x; b.x <= end.x; ++b.x) {
+                const patient::Vec3 low_m = corner_m + brick_m * patient::Vec3(b), high_m = low_m + brick_m;
+                const patient::Vec3 low_at = glm::floor(tool.grid.toVoxels(low_m)),
+                                    high_at = glm::ceil(tool.grid.toVoxels(high_m));
+                const patient::Index3 from(glm::clamp(low_at, patient::Vec3(0.0), patient::Vec3(last_node)));
+                const patient::Index3 to(glm::clamp(high_at, patient::Vec3(0.0), patient::Vec3(last_node)));
+                glm::vec3 least(0.0f), most(0.0f);  // beyond the box nothing moves
+                patient::Index3 i;
+                for (i.z = from.z; i.z <= to.z; ++i.z)
+                    for (i.y = from.y; i.y <= to.y; ++i.y)
+                        for (i.x = from.x; i.x <= to.x; ++i.x) {
+                            const glm::vec3 moved(tool.moved_m[tool.grid.offset(i)]);
+                            least = glm::min(least, moved), most = glm::max(most, moved);
+                        }
+                displaced.occupied[displaced.offset(b.x, b.y, b.z)] =
+                    anyOccupied(breathed, brickOf(low_m - patient::Vec3(most) - kRounding_m),
+                                brickOf(high_m - patient::Vec3(least) + kRounding_m));
+            }
+}
+
+// The chessboard distance by two raster passes over the half-neighbourhoods (Rosenfeld and Pfaltz 1966);
+// exact for this metric.
+std::vector<std::uint32_t> leapDistances(const BrickGrid& grid) {
+    std::vector<std::uint32_t> distance;
+    leapDistances(grid, distance);
+    return distance;
+}
+
+void leapDistances(const BrickGrid& grid, std::vector<std::uint32_t>& distance) {
+    distance.resize(grid.occupied.size());
+    for (std::size_t i = 0; i < distance.size(); ++i)
+        distance[i] = grid.occupied[i] ? 0 : kFar;
+    const auto relax = [&](int x, int y, int z, int direction) {
+        std::uint32_t best = distance[grid.offset(x, y, z)];
+        for (int n = 0; n < 13; ++n) {  // the 13 neighbours that a raster scan in this direction has passed
+            const int dx = (n % 3) - 1, dy = (n / 3 % 3) - 1, dz = (n / 9) - 1;
+            const int nx = x + direction * dx, ny = y + direction * dy, nz = z + direction * dz;
+            if (nx < 0 || ny < 0 || nz < 0 || nx >= grid.dims.x || ny >= grid.dims.y || nz >= grid.dims.z)
+                continue;
+            best = std::min(best, distance[grid.offset(nx, ny, nz)] + 1);
+        }
+        distance[grid.offset(x, y, z)] = best;
+    };
+    for (int z = 0; z < grid.dims.z; ++z)
+        for (int y = 0; y < grid.dims.y; ++y)
+            for (int x = 0; x < grid.dims.x; ++x)
+                relax(x, y, z, 1);
+    for (int z = grid.dims.z - 1; z >= 0; --z)
+        for (int y = grid.dims.y - 1; y >= 0; --y)
+            for (int x = grid.dims.x - 1; x >= 0; --x)
+                relax(x, y, z, -1);
+}
+
+}  // namespace stylet::render

@@ -1,0 +1,60 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Lays the volume layer over the opaque things. A layer with fewer pixels than the target is interpolated between
+// those of its pixels whose rays ended at the same depth. Based on Kopf et al., "Joint bilateral upsampling", 2007.
+#include "render/bindings.glsl"
+#include "render/lighting.glsl"
+
+layout(constant_id = 0) const uint kUpsample = 0;
+layout(constant_id = 1) const uint kShadow = 0;
+
+layout(location = 0) flat in int eye;
+layout(location = 0) out vec4 colour;
+
+const float kSameDepth = 0.02;  // relative difference of depth at which a pixel counts half
+const float kLampShare = 0.62;  // of the light on a patient's surface
+
+// What tools and machines leave of the lamp's light on the patient's first surface. The layer is lit as if nothing
+// stood in it: its share of the colour is taken back here, where both ways to march meet.
+float shadowOn(vec4 seen) {
+    const ivec2 tap = min(ivec2(gl_FragCoord.xy / frame.target.xy * frame.layer.xy), ivec2(frame.layer.xy) - 1);
+    const float t = imageLoad(layer_depth, ivec3(tap, eye)).r;
+    if (t <= 0.0) return 1.0;
+    const vec4 range = frame.eyes[eye].tangents;
+    const vec2 at = gl_FragCoord.xy / frame.target.xy;
+    const vec3 p = t * vec3(mix(range.x, range.y, at.x), mix(range.z, range.w, at.y), -1.0);
+    const float lit = lampShadow((frame.eyes[eye].stage_from_eye * vec4(p, 1.0)).xyz);
+    return 1.0 - kLampShare * seen.a * (1.0 - lit);
+}
+
+float meshDepth(ivec2 pixel) {
+    const float d = texelFetch(mesh_depth, ivec3(pixel, eye), 0).r;
+    const float near = frame.target.z, far = frame.target.w;
+    return near * far / (near + d * (far - near));
+}
+
+void main() {
+    const ivec2 pixel = ivec2(gl_FragCoord.xy);
+    if (kUpsample == 0) {
+        colour = imageLoad(layer_colour, ivec3(pixel, eye));
+        if (kShadow != 0) colour.rgb *= shadowOn(colour);
+        return;
+    }
+    const vec2 at = gl_FragCoord.xy / frame.target.xy * frame.layer.xy - 0.5;
+    const ivec2 low = ivec2(floor(at)), end = ivec2(frame.layer.xy) - 1;
+    const vec2 share = at - vec2(low);
+    const float here = meshDepth(pixel);
+    vec4 sum = vec4(0.0);
+    float weights = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        const ivec2 step = ivec2(i & 1, i >> 1), tap = clamp(low + step, ivec2(0), end);
+        const vec2 place = (vec2(tap) + 0.5) / frame.layer.xy * frame.target.xy;
+        const float apart = abs(meshDepth(min(ivec2(place), ivec2(frame.target.xy) - 1)) - here) / here / kSameDepth;
+        const vec2 linear = mix(1.0 - share, share, vec2(step));
+        const float weight = (linear.x * linear.y + 1e-4) / (1.0 + apart * apart);
+        sum += weight * imageLoad(layer_colour, ivec3(tap, eye));
+        weights += weight;
+    }
+    colour = sum / weights;
+    if (kShadow != 0) colour.rgb *= shadowOn(colour);
+}

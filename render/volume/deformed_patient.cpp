@@ -1,0 +1,72 @@
+#include "render/volume/deformed_patient.h"
+
+#include <algorithm>
+#include <thread>
+
+namespace stylet::render {
+namespace {
+
+const patient::Grid kNowhere{patient::Index3(2), patient::Vec3(1.0), patient::Vec3(1e6)};
+
+// A node lies in the middle of its texel.
+DeformedPatient::ToImage toImage(const patient::Grid& grid) {
+    const Vec3 scale = 1.0 / (grid.spacing_m * Vec3(grid.dims));
+    return {glm::vec4(glm::vec3(scale), float(0.5 * grid.spacing_m.x)),
+            glm::vec4(glm::vec3(0.5 / Vec3(grid.dims) - grid.origin_m * scale), 0.0f)};
+}
+
+}  // namespace
+
+DeformedPatient::DeformedPatient(const Gpu& gpu, const patient::Patient& patient)
+    : gpu_(&gpu),
+      patient_(&patient),
+      workers_(std::max(2, int(std::thread::hardware_concurrency()) / 2)),  // the other loops go on
+      maker_(patient.package().motion, {}, &patient),
+      inside_(gpu, maker_.tables().grid.dims),
+      outside_(gpu, maker_.tables().grid.dims),
+      tool_(gpu, patient::Index3(2)) {}
+
+void DeformedPatient::breathe(const patient::Surrogate& breath, bool still) {
+    const bool stays = still ? still_ : !still_ && made_ == breath;
+    if (stays) return;
+    still_ = still;
+    ++breaths_;
+    if (still || made_ == breath) return;
+    maker_.make(breath, workers_);
+    made_ = breath;
+    packed_ = false;
+}
+
+void DeformedPatient::press(const patient::DisplacementTable* table) {
+    if (table && table->grid.dims != tool_.dims()) {
+        tool_ = TableImage(*gpu_, table->grid.dims);
+        ++images_made_;
+    }
+    pressing_ = table;
+    tool_packed_ = table == nullptr;
+}
+
+void DeformedPatient::recordUploads(const vk::raii::CommandBuffer& commands) {
+    if (!packed_) {
+        inside_.write(maker_.tables().inside, workers_);
+        outside_.write(maker_.tables().outside, workers_);
+        packed_ = true;
+    }
+    if (!tool_packed_) {
+        tool_.write(pressing_->moved_m, workers_);
+        tool_packed_ = true;
+    }
+    inside_.recordUpload(commands);
+    outside_.recordUpload(commands);
+    tool_.recordUpload(commands);
+}
+
+DeformedPatient::ToImage DeformedPatient::toDeformation() const {
+    return toImage(maker_.tables().grid);
+}
+
+DeformedPatient::ToImage DeformedPatient::toTool() const {
+    return toImage(pressing_ ? pressing_->grid : kNowhere);
+}
+
+}  // namespace stylet::render

@@ -1,0 +1,57 @@
+#include "render/volume/layer.h"
+
+namespace stylet::render {
+namespace {
+
+const ImageState kFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eFragmentShader, {}};
+const ImageState kMarched{vk::ImageLayout::eGeneral, vk::PipelineStageFlagBits2::eComputeShader,
+                          vk::AccessFlagBits2::eShaderStorageWrite};
+const ImageState kRead{vk::ImageLayout::eGeneral, vk::PipelineStageFlagBits2::eFragmentShader,
+                       vk::AccessFlagBits2::eShaderStorageRead};
+const ImageState kFilled{vk::ImageLayout::eTransferDstOptimal, vk::PipelineStageFlagBits2::eCopy,
+                         vk::AccessFlagBits2::eTransferWrite};
+
+}  // namespace
+
+bool VolumeLayer::reserve(vk::Extent2D size) {
+    if (colour_.extent.width == size.width && colour_.extent.height == size.height) return false;
+    const auto usage = vk::ImageUsageFlagBits::eStorage | vk::ImageUsageFlagBits::eTransferDst;
+    colour_ = GpuImage(*gpu_, vk::Format::eR16G16B16A16Sfloat, {size.width, size.height, 1}, 2, usage);
+    depth_ = GpuImage(*gpu_, vk::Format::eR32Sfloat, {size.width, size.height, 1}, 2, usage);
+    return true;
+}
+
+void VolumeLayer::beginMarch(const vk::raii::CommandBuffer& commands) const {
+    for (const GpuImage* image : {&colour_, &depth_})
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kFresh, kMarched);
+}
+
+void VolumeLayer::upload(const vk::raii::CommandBuffer& commands, const Buffer& colour, const Buffer& depth,
+                         vk::Extent2D size) const {
+    const vk::BufferImageCopy whole{.imageSubresource = {vk::ImageAspectFlagBits::eColor, 0, 0, 2},
+                                    .imageExtent = {size.width, size.height, 1}};
+    for (const auto& [image, from] : {std::pair{&colour_, &colour}, std::pair{&depth_, &depth}}) {
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kFresh, kFilled);
+        commands.copyBufferToImage(*from->handle, *image->handle, vk::ImageLayout::eTransferDstOptimal,
+                                   whole);
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kFilled, kRead);
+    }
+}
+
+void VolumeLayer::clear(const vk::raii::CommandBuffer& commands) const {
+    const ImageState cleared{vk::ImageLayout::eGeneral, vk::PipelineStageFlagBits2::eClear,
+                             vk::AccessFlagBits2::eTransferWrite};
+    const vk::ImageSubresourceRange whole{vk::ImageAspectFlagBits::eColor, 0, 1, 0, 2};
+    for (const GpuImage* image : {&colour_, &depth_}) {
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kFresh, cleared);
+        commands.clearColorImage(*image->handle, vk::ImageLayout::eGeneral, vk::ClearColorValue{}, whole);
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, cleared, kRead);
+    }
+}
+
+void VolumeLayer::endMarch(const vk::raii::CommandBuffer& commands) const {
+    for (const GpuImage* image : {&colour_, &depth_})
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kMarched, kRead);
+}
+
+}  // namespace stylet::render

@@ -1,0 +1,200 @@
+#include "app/trainer/colocation.h"
+
+#include <cmath>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include <gtest/gtest.h>
+
+#include "app/trainer/tipped_device.h"
+#include "patient/package.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+using patient::Pose;
+using patient::Quat;
+using patient::Vec3;
+
+const Vec3 kUp(0.0, 1.0, 0.0);
+// As a patient lies in the room: right toward the operator (+z), front up.
+const Pose kRoomFromPatient{Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0}, {0.1, 1.0, -0.5}};
+
+Registration deviceAt(const Pose& stage_from_device) {
+    Registration r;
+    r.key = {"falcon", "Novint Falcon", "stage", ""};
+    r.stage_from_device = stage_from_device;
+    r.centre_m = {0.01, -0.02, 0.03};
+    r.date = "2026-11-21T20:00:00Z";
+    return r;
+}
+
+// Turned about the vertical, and tilted by a few degrees, as a table is.
+Pose turned(double yaw_rad, double tilt_rad) {
+    return {glm::angleAxis(yaw_rad, kUp) * glm::angleAxis(tilt_rad, Vec3(0.8, 0.0, 0.6)), {0.4, 0.9, -1.3}};
+}
+
+TEST(Colocation, WhatIsFeltIsSeenThereAndThePatientLiesLevel) {
+    for (const double yaw : {-3.0, -1.2, 0.0, 0.7, 2.5})
+        for (const double tilt : {0.0, 0.1}) {
+            SCOPED_TRACE(testing::Message() << yaw << " " << tilt);
+            const Registration registration = deviceAt(turned(yaw, tilt));
+            const Vec3 middle(0.02, 0.03, -0.01);
+            const Pose patient_from_device = levelPatientFromDevice(registration, kRoomFromPatient, middle);
+            EXPECT_NEAR(glm::distance(patient_from_device * registration.centre_m, middle), 0.0, 1e-12);
+            const Pose room_from_stage = roomFromStage({registration, patient_from_device}, kRoomFromPatient);
+            // Up stays up, to the last digit of the tilt.
+            EXPECT_NEAR(glm::distance(room_from_stage.direction(kUp), kUp), 0.0, 1e-12);
+            for (const Vec3& p_device : {Vec3(0.0), Vec3(0.04, 0.0, 0.0), Vec3(-0.03, 0.02, 0.04)}) {
+                const Vec3 felt = room_from_stage * (registration.stage_from_device * p_device);
+                const Vec3 drawn = kRoomFromPatient * (patient_from_device * p_device);
+                EXPECT_NEAR(glm::distance(felt, drawn), 0.0, 1e-12);
+            }
+            // The device's front faces the operator.
+            const Vec3 front = room_from_stage.direction(registration.stage_from_device.direction({0, 0, 1}));
+            EXPECT_NEAR(std::atan2(front.x, front.z), 0.0, 1e-9);
+        }
+}
+
+TEST(Colocation, ADeviceThatLiesOnItsBackIsPlacedToo) {
+    const Registration up =
+        deviceAt({glm::angleAxis(-1.5707963267948966, Vec3(1.0, 0.0, 0.0)), {0.0, 1.0, 0.0}});
+    EXPECT_NEAR(glm::distance(up.stage_from_device.direction({0, 0, 1}), kUp), 0.0, 1e-12);
+    const Pose patient_from_device = levelPatientFromDevice(up, kRoomFromPatient, {});
+    const Pose room_from_stage = roomFromStage({up, patient_from_device}, kRoomFromPatient);
+    EXPECT_NEAR(glm::distance(room_from_stage.direction(kUp), kUp), 0.0, 1e-12);
+}
+
+TEST(Colocation, AnErrorOfScaleIsHalvedByTheMiddle) {
+    Registration r = deviceAt(turned(0.4, 0.05));
+    r.scale = 1.005;
+    const Pose room_from_stage =
+        roomFromStage({r, levelPatientFromDevice(r, kRoomFromPatient, {})}, kRoomFromPatient);
+    const Pose patient_from_device = levelPatientFromDevice(r, kRoomFromPatient, {});
+    const auto apart_mm = [&](const Vec3& p_device) {
+        return 1e3 * glm::distance(room_from_stage * r.inStage({Quat{1, 0, 0, 0}, p_device}),
+                                   kRoomFromPatient * (patient_from_device * p_device));
+    };
+    EXPECT_NEAR(apart_mm(r.centre_m), 0.0, 1e-9);
+    EXPECT_NEAR(apart_mm(r.centre_m + Vec3(0.04, 0.0, 0.0)), 0.2, 1e-9);
+}
+
+TEST(RoomPlace, FollowsAMoveAndAsks) {
+    const Registration r = deviceAt(turned(0.4, 0.0));
+    const Colocation c{r, levelPatientFromDevice(r, kRoomFromPatient, {})};
+    RoomPlace place(c, kRoomFromPatient, false);
+    EXPECT_EQ(place.begin("stage", ""), "");
+    EXPECT_EQ(place.doubt(), RoomDoubt::unchecked) << "a stage may have been set up anew since";
+    place.confirm();
+    EXPECT_EQ(place.doubt(), RoomDoubt::none);
+    const Pose before = place.roomFromStage();
+    const Pose previous_from_new{glm::angleAxis(0.8, kUp), {0.5, 0.0, -0.2}};
+    place.onChange(200, previous_from_new);
+    place.advance(150);
+    EXPECT_EQ(place.roomFromStage().position_m, before.position_m);
+    EXPECT_EQ(place.doubt(), RoomDoubt::none);
+    const std::uint64_t doubts = place.doubts();
+    place.advance(200);
+    EXPECT_EQ(place.doubt(), RoomDoubt::moved);
+    EXPECT_EQ(place.doubts(), doubts + 1);
+    const Vec3 p_new(0.3, 1.1, 0.2);
+    const Pose after = place.roomFromStage();
+    EXPECT_NEAR(glm::distance(after * p_new, before * (previous_from_new * p_new)), 0.0, 1e-12);
+
+    // The next headset is in the moved space, and is asked about again.
+    place.confirm();
+    EXPECT_EQ(place.begin("stage", ""), "");
+    EXPECT_EQ(place.doubt(), RoomDoubt::unchecked);
+    EXPECT_NEAR(glm::distance(place.roomFromStage() * p_new, after * p_new), 0.0, 1e-12);
+}
+
+TEST(RoomPlace, WhatNobodyKnowsNobodyCanConfirm) {
+    const Registration r = deviceAt(turned(0.4, 0.0));
+    RoomPlace place(Colocation{r, {}}, kRoomFromPatient, false);
+    EXPECT_EQ(place.begin("stage", ""), "");
+    place.confirm();
+    place.onChange(300, {});
+    place.advance(300);
+    place.confirm();
+    EXPECT_EQ(place.doubt(), RoomDoubt::lost);
+    place.begin("stage", "");
+    place.confirm();
+    EXPECT_EQ(place.doubt(), RoomDoubt::lost) << "not by another headset either";
+}
+
+TEST(RoomPlace, AnotherSpaceThanTheRegisteredOneIsSaidAndNotUsed) {
+    Registration r = deviceAt(turned(0.4, 0.0));
+    r.key.space = "stationary", r.key.generation = "7";
+    RoomPlace never(Colocation{r, {}}, kRoomFromPatient, false);
+    EXPECT_NE(never.begin("stationary", "8").find("register"), std::string::npos);
+    EXPECT_EQ(never.roomFromStage().position_m, Vec3(0.0));
+    never.onChange(0, {});
+    never.advance(10);
+    EXPECT_EQ(never.doubt(), RoomDoubt::none) << "nothing is used that could be wrong";
+
+    RoomPlace until_now(Colocation{r, {}}, kRoomFromPatient, false);
+    EXPECT_EQ(until_now.begin("stationary", "7"), "");
+    EXPECT_EQ(until_now.doubt(), RoomDoubt::none) << "the generation says that it is the same";
+    EXPECT_NE(until_now.begin("stationary", "8"), "");
+    EXPECT_EQ(until_now.doubt(), RoomDoubt::lost);
+}
+
+TEST(RoomPlace, WhoSitsHasTheRoomBroughtDownOnce) {
+    RoomPlace place({}, kRoomFromPatient, true);
+    EXPECT_EQ(place.begin("stage", ""), "");
+    EXPECT_EQ(place.doubt(), RoomDoubt::none);
+    place.sitDown(1.18);
+    EXPECT_NEAR(place.roomFromStage().position_m.y, RoomPlace::kEyes_m - 1.18, 1e-12);
+    place.sitDown(1.25);
+    EXPECT_NEAR(place.roomFromStage().position_m.y, RoomPlace::kEyes_m - 1.18, 1e-12) << "it does not bob";
+}
+
+// A handle that is held anyhow: its tip is where the registration says.
+TEST(TippedDevice, ReportsItsTip) {
+    struct Handle final : haptics::HapticDevice {
+        haptics::DeviceProfile p;
+        haptics::DeviceState state;
+        Vec3 sent{0.0};
+        const haptics::DeviceProfile& profile() const noexcept override { return p; }
+        haptics::DeviceState read(std::int64_t) noexcept STYLET_NONBLOCKING override { return state; }
+        void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override { sent = force_n; }
+    } handle;
+    Registration r = deviceAt(turned(0.4, 0.05));
+    r.stylus_from_tip_m = {0.003, -0.004, 0.01};
+    TippedDevice device(handle, r.stylus_from_tip_m);
+    for (const double turn : {0.0, 0.5, 2.0}) {
+        handle.state.device_from_stylus = {glm::angleAxis(turn, Vec3(0.6, 0.0, 0.8)), {0.02, 0.01, -0.03}};
+        const Pose seen = device.read(0).device_from_stylus;
+        EXPECT_EQ(seen.rotation, handle.state.device_from_stylus.rotation);
+        EXPECT_NEAR(glm::distance(r.rigid() * seen.position_m, r.inStage(handle.state.device_from_stylus)),
+                    0.0, 1e-12);
+    }
+    device.send({1.0, 2.0, 3.0});
+    EXPECT_EQ(handle.sent, Vec3(1.0, 2.0, 3.0));
+}
+
+TEST(RegistrationStore, TheNewestOfADeviceIsFound) {
+    const test::TempFolder folder;
+    EXPECT_FALSE(newestRegistration(folder / "none", "falcon", "Novint Falcon"));
+    Registration r = deviceAt({});
+    const auto save = [&] { saveRegistration(r, registrationFile(folder.path(), r.key)); };
+    r.points = 8;
+    save();
+    r.key.space = "local", r.date = "2026-11-21T21:00:00Z";
+    save();
+    r.key.device = "inverse3", r.date = "2026-11-22T21:00:00Z";
+    save();
+    const auto found = newestRegistration(folder.path(), "falcon", "Novint Falcon");
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->key.space, "local");
+    EXPECT_FALSE(newestRegistration(folder.path(), "falcon", "another"));
+    std::ofstream(folder / "torn.json") << "{";
+    EXPECT_TRUE(newestRegistration(folder.path(), "falcon", "Novint Falcon"))
+        << "a bad file is in nobody's way";
+    EXPECT_THROW(newestRegistration(folder.path(), "falcon", "another"), patient::DataError);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -1,0 +1,134 @@
+// The controller as a hand, without a runtime: who asks whom, what is lost and comes back, what is felt.
+#include <gtest/gtest.h>
+
+#include <glm/gtc/quaternion.hpp>
+#include <string>
+
+#include "app/trainer/controller_hand.h"
+
+namespace stylet::trainer {
+namespace {
+
+using haptics::DeviceStage;
+using haptics::DeviceState;
+using haptics::Phase;
+using haptics::TickOutput;
+using haptics::Tool;
+using patient::Pose;
+using patient::Tissue;
+using patient::Vec3;
+
+struct TestClock {
+    std::int64_t now_ns = 1'000'000'000;
+    haptics::Clock clock() {
+        return {this, [](void* c) noexcept { return static_cast<TestClock*>(c)->now_ns; },
+                [](void*, std::int64_t) noexcept {}};
+    }
+};
+
+Pose turned(double x_m) {
+    return {glm::angleAxis(0.5, Vec3(0.0, 1.0, 0.0)), Vec3(x_m, 1.0, -0.4)};
+}
+
+TEST(ControllerPort, PointsTheNeedleWhereTheControllerPoints) {
+    ControllerPort port;
+    std::uint32_t buttons = 0;
+    EXPECT_FALSE(port.toolAt(0, buttons));
+    std::int64_t asked_ns = 0;
+    port.attach([&](std::int64_t when_ns) {
+        asked_ns = when_ns;
+        return std::optional(turned(0.1));
+    });
+    const Pose room{glm::angleAxis(1.0, Vec3(0.0, 1.0, 0.0)), Vec3(0.5, 0.2, 0.0)};
+    const Pose grip_from_aim{glm::angleAxis(-0.7, Vec3(1.0, 0.0, 0.0)), Vec3(0.0, 0.01, -0.02)};
+    port.see({room, grip_from_aim, controllerButtons(true, false, 0.9f)});
+    const auto tool = port.toolAt(77, buttons);
+    ASSERT_TRUE(tool);
+    EXPECT_EQ(asked_ns, 77);
+    EXPECT_EQ(buttons, 0b101u);
+    const Pose aim = room * turned(0.1) * grip_from_aim;
+    // The tip lies ahead, the hub toward the hand.
+    EXPECT_NEAR(glm::length(tool->position_m - aim * Vec3(0.0, 0.0, -0.15)), 0.0, 1e-12);
+    EXPECT_NEAR(glm::length(tool->direction({0.0, 0.0, 1.0}) - aim.direction({0.0, 0.0, 1.0})), 0.0, 1e-12);
+    // A frame that does not see where it points keeps what was known.
+    port.see({room, std::nullopt, 0});
+    EXPECT_NEAR(glm::length(port.toolAt(78, buttons)->position_m - tool->position_m), 0.0, 1e-12);
+    EXPECT_EQ(buttons, 0u);
+}
+
+TEST(ControllerDriver, IsLostWithTheSessionAndComesBackWithIt) {
+    TestClock time;
+    ControllerPort port;
+    ControllerDriver driver(port, ControllerSide::left, time.clock());
+    std::string why;
+    EXPECT_EQ(driver.open(why), DeviceStage::absent);
+    EXPECT_NE(why.find("left hand"), std::string::npos);
+    double x_m = 0.0;
+    bool tracked = true;
+    const auto grip = [&](std::int64_t) { return tracked ? std::optional(turned(x_m)) : std::nullopt; };
+    port.attach(grip);
+    EXPECT_EQ(driver.open(why), DeviceStage::ready);
+    DeviceState state;
+    state.fresh = 0;
+    EXPECT_EQ(driver.exchange({}, state, why), DeviceStage::ready);
+    EXPECT_EQ(state.fresh, 1u);
+    const Vec3 before_m = state.device_from_stylus.position_m;
+
+    // Out of sight for a blink: where it was, and nothing new.
+    tracked = false;
+    time.now_ns += ControllerDriver::kLostAfter_ns;
+    state.fresh = 0;
+    EXPECT_EQ(driver.exchange({}, state, why), DeviceStage::ready);
+    EXPECT_EQ(state.fresh, 0u);
+    EXPECT_EQ(state.device_from_stylus.position_m, before_m);
+    time.now_ns += 1;
+    EXPECT_EQ(driver.exchange({}, state, why), DeviceStage::absent);
+    EXPECT_EQ(driver.open(why), DeviceStage::absent);
+
+    tracked = true;
+    x_m = 0.3;
+    EXPECT_EQ(driver.open(why), DeviceStage::ready);
+    EXPECT_EQ(driver.exchange({}, state, why), DeviceStage::ready);
+    EXPECT_NEAR(state.device_from_stylus.position_m.x - before_m.x, 0.3, 1e-12);
+    port.attach(nullptr);
+    EXPECT_EQ(driver.open(why), DeviceStage::absent);
+}
+
+TickOutput needleAt(Phase phase, Tissue tissue, double depth_m) {
+    TickOutput tick;
+    tick.phase = phase;
+    tick.tissue = tissue;
+    tick.depth_m = depth_m;
+    return tick;
+}
+
+TEST(Vibrations, SayTouchAndEveryCutOnce) {
+    Vibrations vibrations;
+    const auto strength = [&](const TickOutput& tick) {
+        const auto v = vibrations.take(tick);
+        return v ? v->amplitude : 0.0f;
+    };
+    EXPECT_EQ(strength(needleAt(Phase::outside, Tissue::air, 0.0)), 0.0f);
+    const float touch = strength(needleAt(Phase::held, Tissue::air, 0.001));
+    EXPECT_GT(touch, 0.0f);
+    EXPECT_EQ(strength(needleAt(Phase::held, Tissue::air, 0.002)), 0.0f);
+    const float cut = strength(needleAt(Phase::pass, Tissue::skin, 0.003));
+    EXPECT_GT(cut, touch);
+    EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::skin, 0.004)), 0.0f);
+    EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::soft, 0.005)), cut);
+    EXPECT_EQ(strength(needleAt(Phase::held, Tissue::soft, 0.006)), 0.0f);
+    EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::fascia, 0.007)), cut);
+    // On the way out nothing is cut.
+    EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::soft, 0.005)), 0.0f);
+    EXPECT_EQ(strength(needleAt(Phase::outside, Tissue::air, 0.0)), 0.0f);
+    // Another tool taken up is no touch; its first one is.
+    TickOutput finger;
+    finger.tool = Tool::finger;
+    EXPECT_EQ(strength(finger), 0.0f);
+    finger.tool_force.force_n = {0.3, 0.0, 0.0};
+    EXPECT_EQ(strength(finger), touch);
+    EXPECT_EQ(strength(finger), 0.0f);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

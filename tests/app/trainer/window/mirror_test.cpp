@@ -1,0 +1,280 @@
+// The window on an X server without a screen, beside a headset that the mock runtime plays.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <stb/stb_image.h>
+
+#include "app/trainer/frames.h"
+#include "app/trainer/staging.h"
+#include "app/trainer/window/layout.h"
+#include "app/trainer/window/mirror.h"
+#include "tests/app/trainer/phantom_attempt.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/x_display.h"
+
+namespace stylet::trainer {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+using SteadyClock = std::chrono::steady_clock;
+using test::Screenshot;
+
+constexpr int kWidth = 900, kHeight = 600, kEyePixels = 192;
+
+Seen outside() {
+    Seen seen;
+    seen.tick.patient_from_needle.position_m = {-0.01, 0.0, 0.0};
+    return seen;
+}
+
+bool until(const std::function<bool()>& done, std::chrono::seconds most = 20s) {
+    for (const auto begin = SteadyClock::now(); !done(); std::this_thread::sleep_for(10ms))
+        if (SteadyClock::now() > begin + most) return false;
+    return true;
+}
+
+// Means over a grid of boxes of a picture's part: what is left of it when it was scaled.
+std::vector<double> boxes(const std::uint8_t* rgb, int stride, const Rect& part, int count) {
+    std::vector<double> means;
+    for (int j = 0; j < count; ++j)
+        for (int i = 0; i < count; ++i)
+            for (int c = 0; c < 3; ++c) {
+                double sum = 0.0;
+                int pixels = 0;
+                for (int y = part.y + j * part.height / count; y < part.y + (j + 1) * part.height / count;
+                     ++y)
+                    for (int x = part.x + i * part.width / count; x < part.x + (i + 1) * part.width / count;
+                         ++x)
+                        sum += rgb[std::size_t(3 * (y * stride + x) + c)], ++pixels;
+                means.push_back(sum / pixels);
+            }
+    return means;
+}
+
+double psnr_db(const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return 10.0 * std::log10(255.0 * 255.0 * double(a.size()) / std::max(sum, 1e-9));
+}
+
+double spread(const std::vector<double>& values) {
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    return *most - *least;
+}
+
+Rect paneOf(WindowView view, int width = kWidth, int height = kHeight) {
+    return layoutOf(view, WindowView::leftEye, width, height).panes[0].area;
+}
+// Where an eye's picture is.
+Rect eyeIn(WindowView view, int width = kWidth, int height = kHeight) {
+    return fitted(paneOf(view, width, height), kEyePixels, kEyePixels);
+}
+
+class MirrorTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        settings_.assets = std::getenv("STYLET_ASSETS");
+        settings_.validation = true;
+        settings_.width = kWidth, settings_.height = kHeight;
+    }
+    void open() { mirror_.emplace(patient_, path_, settings_); }
+    // A headset whose head keeps still.
+    void putOn() {
+        json head = json::array();
+        const patient::Pose pose = stageFromHead(stageFromPatient(patient_, path_), path_, 0.0);
+        const auto& [q, at] = pose;
+        head.push_back({{"t_s", 0}, {"position", {at.x, at.y, at.z}}, {"orientation", {q.x, q.y, q.z, q.w}}});
+        std::ofstream(folder_ / "scenario.json") << json{
+            {"version", 2}, {"eyes", {{"recommended_size", {kEyePixels, kEyePixels}}}}, {"head", head}};
+        setenv("XRMOCK_SCENARIO", (folder_ / "scenario.json").c_str(), 1);
+        setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
+        FrameSettings frames;
+        frames.assets = settings_.assets;
+        frames.virtual_clock = true;
+        frames.validation = true;
+        frames.capture_dir = folder_.path();
+        frames_.emplace(patient_, frames, path_);
+        if (mirror_) frames_->mirrorTo(mirror_->channels());
+    }
+    void TearDown() override {
+        frames_.reset();
+        mirror_.reset();
+        unsetenv("XRMOCK_SCENARIO");
+    }
+    void show(int frames, const std::string& moment = "") {
+        for (int i = 0; i < frames; ++i) {
+            seen_.tick.tick += 11;
+            ASSERT_TRUE(frames_->frame(seen_, nullptr, i + 1 == frames ? moment : ""));
+        }
+    }
+    std::vector<double> captured(const std::string& file) const {
+        int width = 0, height = 0, channels = 0;
+        const std::unique_ptr<stbi_uc, void (*)(void*)> rgb(
+            stbi_load((folder_ / file).c_str(), &width, &height, &channels, 3), stbi_image_free);
+        EXPECT_EQ(width, kEyePixels) << file;
+        return rgb ? boxes(rgb.get(), width, {0, 0, width, height}, 32) : std::vector<double>(32 * 32 * 3);
+    }
+    std::vector<double> shown(const Rect& part) const {
+        const Screenshot shot = display_->shot();
+        if (part.x + part.width > shot.width || part.y + part.height > shot.height)
+            return std::vector<double>(32 * 32 * 3);
+        return boxes(shot.rgb.data(), shot.width, part, 32);
+    }
+    // Frames go on until the window has come so far.
+    bool showUntil(const std::function<bool()>& done) {
+        return until([&] { return show(1), done(); });
+    }
+
+    std::optional<test::XDisplay> display_{std::in_place, 1280, 1024};
+    const patient::Package package_ = test::ductPhantom();
+    const patient::Patient patient_{package_};
+    const patient::PlannedPath path_ = test::ductPath();
+    test::TempFolder folder_;
+    MirrorSettings settings_;
+    Seen seen_ = outside();
+    std::optional<Mirror> mirror_;
+    std::optional<FrameLoop> frames_;
+};
+
+TEST_F(MirrorTest, ItShowsTheEyeThatTheHeadsetShows) {
+    open();
+    putOn();
+    display_->key("1");
+    ASSERT_TRUE(until([&] { return display_->title() == "Stylet \u2013 left eye"; })) << display_->title();
+    show(6, "seen");
+    const std::vector<double> left = captured("seen_left.png"), right = captured("seen_right.png");
+    ASSERT_GT(spread(left), 50.0);
+    EXPECT_TRUE(showUntil([&] { return psnr_db(shown(eyeIn(WindowView::leftEye)), left) > 36.0; }))
+        << psnr_db(shown(eyeIn(WindowView::leftEye)), left);
+    EXPECT_LT(psnr_db(left, right), 30.0);
+    display_->key("2");
+    EXPECT_TRUE(showUntil([&] { return psnr_db(shown(eyeIn(WindowView::rightEye)), right) > 36.0; }))
+        << psnr_db(shown(eyeIn(WindowView::rightEye)), right);
+    // In every shape of window.
+    for (const auto& [width, height] : {std::pair{1200, 500}, {500, 900}}) {
+        display_->resize(width, height);
+        EXPECT_TRUE(showUntil([&] {
+            return psnr_db(shown(eyeIn(WindowView::rightEye, width, height)), right) > 34.0;
+        })) << width
+            << " x " << height;
+    }
+    frames_.reset();
+    EXPECT_TRUE(until([&] { return mirror_->shown() > 3; }));
+    EXPECT_EQ(mirror_->validationMessages(), 0u);
+}
+
+TEST_F(MirrorTest, KeysTurnItsPagesAndTheTitleSaysWhichIsOpen) {
+    open();
+    const char* const names[] = {"left eye", "right eye", "free camera", "ultrasound",
+                                 "X-ray",    "metrics",   "overview"};
+    const auto reads = [&](const std::string& name) {
+        return until([&] { return display_->title() == "Stylet \u2013 " + name; });
+    };
+    EXPECT_TRUE(reads("overview"));
+    for (int i = 0; i < 7; ++i) {
+        display_->key(std::to_string(i + 1));
+        EXPECT_TRUE(reads(names[i])) << display_->title();
+    }
+    display_->key("Tab");
+    EXPECT_TRUE(reads("left eye"));
+    display_->key("Tab");
+    EXPECT_TRUE(reads("right eye"));
+    display_->key("8");
+    EXPECT_TRUE(reads("right eye"));
+}
+
+TEST_F(MirrorTest, TheFreeCameraTurnsWithTheMouse) {
+    open();
+    putOn();
+    show(4);
+    display_->key("3");
+    const Rect pane = paneOf(WindowView::camera);
+    ASSERT_TRUE(showUntil([&] { return spread(shown(pane)) > 50.0; }));
+    show(2);
+    std::this_thread::sleep_for(1s);
+    const std::vector<double> before = shown(pane);
+    std::this_thread::sleep_for(500ms);
+    const double still_db = psnr_db(before, shown(pane));
+    EXPECT_GT(still_db, 32.0);
+    display_->drag(300, 300, 550, 250);
+    EXPECT_TRUE(until([&] { return psnr_db(before, shown(pane)) < 24.0; })) << still_db;
+    display_->key("r");
+    EXPECT_TRUE(until([&] { return psnr_db(before, shown(pane)) > 32.0; }));
+    EXPECT_EQ(mirror_->validationMessages(), 0u);
+}
+
+TEST_F(MirrorTest, ItIsClosedAndTheFramesGoOn) {
+    open();
+    putOn();
+    show(4);
+    EXPECT_TRUE(mirror_->channels().open.load());
+    ASSERT_TRUE(until([&] { return !display_->title().empty(); }));
+    display_->close();
+    EXPECT_TRUE(until([&] { return !mirror_->channels().open.load(); }));
+    show(4);
+    EXPECT_TRUE(until([&] { return display_->title().empty(); })) << display_->title();
+    EXPECT_EQ(frames_->totals().validation_messages, 0u);
+}
+
+TEST_F(MirrorTest, WithoutADisplayThereIsASentence) {
+    display_.reset();
+    try {
+        open();
+        FAIL() << "a window opened";
+    } catch (const WindowError& e) {
+        EXPECT_NE(std::string(e.what()).find("no display"), std::string::npos) << e.what();
+    }
+}
+
+// The last: a process whose display did not answer opens no other window.
+// As many frames while the display answers nobody as while it does, within what this machine's frames vary.
+TEST_F(MirrorTest, AWindowThatIsStuckHoldsNoFrameBack) {
+    open();
+    putOn();
+    show(10);
+    const auto slowest = [&](int frames) {
+        double most_ms = 0.0;
+        for (int i = 0; i < frames; ++i) {
+            const auto begin = SteadyClock::now();
+            show(1);
+            most_ms = std::max(most_ms,
+                               std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count());
+        }
+        return most_ms;
+    };
+    const double going_ms = slowest(40);
+    const std::uint64_t before = mirror_->shown();
+    display_->stop();
+    const std::uint64_t rendered = frames_->totals().rendered;
+    const double stuck_ms = slowest(120);
+    EXPECT_EQ(frames_->totals().rendered, rendered + 120);
+    EXPECT_LE(mirror_->shown(), before + 3) << "the window was not stuck";
+    EXPECT_LT(stuck_ms, 2.0 * going_ms + 200.0);
+    // It takes up again.
+    display_->go();
+    const std::uint64_t after = mirror_->shown();
+    EXPECT_TRUE(showUntil([&] { return mirror_->shown() > after + 3; }));
+    display_->stop();
+    show(20);
+    // Nor is its end.
+    const auto begin = SteadyClock::now();
+    frames_.reset();
+    mirror_.reset();
+    EXPECT_LT(SteadyClock::now() - begin, 4s);
+    display_->go();
+}
+
+}  // namespace
+}  // namespace stylet::trainer

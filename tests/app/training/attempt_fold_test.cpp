@@ -1,0 +1,88 @@
+#include "app/training/attempt_fold.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/app/trainer/phantom_attempt.h"
+
+namespace stylet::training {
+namespace {
+
+using haptics::Command;
+using haptics::CommandKind;
+using haptics::TickInput;
+using haptics::TickOutput;
+
+constexpr double kDt_s = 0.001;
+
+// Ticks with the needle's tip in the duct of the phantom.
+class Folded : public testing::Test {
+  protected:
+    std::uint64_t tick(AttemptFold& fold, std::initializer_list<Command> commands = {}) {
+        TickInput input;
+        for (const Command& c : commands)
+            input.commands[input.command_count++] = c;
+        output_.tick += 1;
+        output_.state_hash = 0x1234'5678ull * output_.tick;
+        return fold.take(input, output_);
+    }
+    void SetUp() override {
+        output_.phase = haptics::Phase::pass;
+        output_.tip_reference_m = {0.053, 0.0, 0.0};
+    }
+    patient::Package package_ = test::ductPhantom();
+    patient::Patient patient_{package_};
+    TickOutput output_;
+};
+
+TEST_F(Folded, IsTheSimulationsHashUntilAMachineIsUsed) {
+    AttemptFold fold(patient_, kDt_s);
+    EXPECT_EQ(tick(fold), output_.state_hash);
+    EXPECT_EQ(tick(fold, {{CommandKind::holdBreath, 0}, {CommandKind::marker, 7}}), output_.state_hash);
+    EXPECT_FALSE(fold.begun());
+    EXPECT_NE(tick(fold, {kPedalDown}), output_.state_hash);
+    EXPECT_TRUE(fold.begun());
+    EXPECT_NE(tick(fold), output_.state_hash);
+}
+
+TEST_F(Folded, ContrastAndDoseFollowTheCommandsTickByTick) {
+    AttemptFold fold(patient_, kDt_s);
+    tick(fold, {kPedalDown, injectCommand(2e-6)});
+    for (int i = 1; i < 1000; ++i)
+        tick(fold);
+    tick(fold, {kPedalUp, injectCommand(0.0)});
+    for (int i = 0; i < 500; ++i)
+        tick(fold);
+    EXPECT_NEAR(fold.contrast().volumes().ducts_m3, 2e-6, 1e-12);
+    EXPECT_NEAR(fold.dose().contrast_m3, 2e-6, 1e-12);
+    EXPECT_NEAR(fold.dose().fluoroscopy_s, 1.0, 1e-9);
+    EXPECT_EQ(fold.contrast().status().place, patient::ContrastPlace::duct);
+    EXPECT_EQ(fold.machines().xray.pulses, fold.dose().pulses);
+}
+
+TEST_F(Folded, AnInjectionOutsideTheBodyIsLost) {
+    AttemptFold fold(patient_, kDt_s);
+    output_.phase = haptics::Phase::outside;
+    tick(fold, {injectCommand(2e-6)});
+    EXPECT_NEAR(fold.contrast().volumes().lost_m3, 2e-9, 1e-15);
+}
+
+TEST_F(Folded, EveryCommandAndWhenItCameIsInTheHash) {
+    const auto play = [&](const Command& command, int at) {
+        AttemptFold fold(patient_, kDt_s);
+        output_.tick = 0;
+        std::uint64_t hash = 0;
+        for (int i = 0; i < 200; ++i)
+            hash = i == at ? tick(fold, {command}) : tick(fold);
+        return hash;
+    };
+    const std::uint64_t first = play(injectCommand(1e-6), 10);
+    EXPECT_EQ(play(injectCommand(1e-6), 10), first);
+    EXPECT_NE(play(injectCommand(1e-6), 11), first);
+    EXPECT_NE(play(injectCommand(1.001e-6), 10), first);
+    EXPECT_NE(play(kPedalDown, 10), play(kPedalDown, 11));
+    EXPECT_NE(play(turn(XrayKnob::rotation, 1.0), 10), play(turn(XrayKnob::rotation, 1.1), 10));
+    EXPECT_NE(play(turn(UltrasoundKnob::gain, 1.0), 10), play(turn(UltrasoundKnob::gain, 1.5), 10));
+}
+
+}  // namespace
+}  // namespace stylet::training

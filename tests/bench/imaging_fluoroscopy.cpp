@@ -1,0 +1,238 @@
+// Fluoroscopy: what each knob costs and how far its line integrals are from exact ones, at the pixels of a
+// lattice: voxel-exact through the CT where nothing moves, every 0.3 mm through the motion itself where the
+// patient breathes. The defaults are the cheapest that keep kBound.
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "patient/contrast.h"
+#include "patient/synth/synth.h"
+#include "patient/tool_displacement.h"
+#include "tests/bench/bench.h"
+#include "tests/render/fluoroscopy/ray_reference.h"
+#include "tests/render/pictures.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::bench {
+namespace {
+
+using render::FluoroscopySettings;
+using render::Vec3;
+
+constexpr double kBound = 1e-4;  // 1 - ZNCC
+constexpr int kStride = 5;       // of the pixels that are compared
+constexpr double kFineStep_m = 0.0003;
+constexpr double kDeepBreath_v = 0.9;
+
+struct Stage {
+    patient::Package package;
+    patient::Patient patient{package};
+    render::Gpu gpu{{}};
+    render::DeformedPatient deformed{gpu, patient};
+    render::FluoroscopyInput input;
+    patient::Surrogate breath;
+    const patient::DisplacementTable* tool = nullptr;
+    std::vector<Row>& rows;
+
+    Stage(patient::Package p, std::vector<Row>& to) : package(std::move(p)), rows(to) {
+        const patient::Grid& grid = package.ct.grid;
+        input.pedal = true;
+        input.patient_from_isocentre.position_m =
+            grid.origin_m + 0.5 * grid.spacing_m * Vec3(grid.dims - 1) + Vec3(0.03, 0.0, 0.02);
+        breathe(0.0);
+    }
+    void breathe(double v) {
+        breath = package.motion.reference;
+        breath.v += v;
+        deformed.breathe(breath, v == 0.0);
+    }
+    bool still() const { return deformed.still(); }
+    std::string reference() const { return still() ? "voxel-exact sums" : "sums of 0.3 mm steps"; }
+
+    std::vector<double> exactPaths(int pixels) {
+        std::vector<test::XrayLine> lines;
+        for (int row = kStride / 2; row < pixels; row += kStride)
+            for (int column = kStride / 2; column < pixels; column += kStride)
+                lines.push_back(test::xrayLine(input, column, row, pixels, FluoroscopySettings{}.detector_m));
+        std::vector<double> paths(lines.size());
+        patient::parallelFor(2, lines.size(), [&](std::size_t i) {
+            paths[i] = still() ? test::exactPath(package.ct, lines[i])
+                               : test::finePath({.package = &package,
+                                                 .breath = breath,
+                                                 .tool = tool,
+                                                 .contrast = input.contrast,
+                                                 .step_m = kFineStep_m},
+                                                lines[i]);
+        });
+        return paths;
+    }
+
+    // A picture of these settings, five times and once more to warm up.
+    void add(const std::string& knob, double value, FluoroscopySettings settings,
+             const std::vector<double>& exact, const std::string& note) {
+        settings.beyond_ends_m = 0.0;
+        render::Fluoroscopy fluoroscopy(gpu, deformed);
+        fluoroscopy.image(input, settings);
+        std::vector<double> times;
+        for (int i = 0; i < 5; ++i) {
+            input.time_s += 1.0;
+            const auto begin = std::chrono::steady_clock::now();
+            fluoroscopy.image(input, settings);
+            times.push_back(elapsed_ms(begin));
+        }
+        std::vector<double> paths;
+        for (int row = kStride / 2; row < settings.pixels; row += kStride)
+            for (int column = kStride / 2; column < settings.pixels; column += kStride)
+                paths.push_back(double(fluoroscopy.paths()[std::size_t(row * settings.pixels + column)]));
+        const double error = 1.0 - test::zncc(exact, paths);
+        char decibels[64];
+        std::snprintf(decibels, sizeof decibels, ", %.1f dB%s", test::pathPsnr(exact, paths),
+                      error > kBound ? ", too coarse" : "");
+        rows.push_back({"imaging.fluoroscopy", knob, value, median(times), error, "1 - ZNCC", reference(),
+                        note + decibels});
+    }
+};
+
+std::string mark(const std::string& note, bool is_default) {
+    return is_default ? note + ", default" : note;
+}
+
+// The same picture, whoever is left out.
+void collimationRows(Stage& stage) {
+    render::Fluoroscopy fluoroscopy(stage.gpu, stage.deformed);
+    std::vector<std::uint8_t> first;
+    for (const bool skip : {true, false}) {
+        FluoroscopySettings settings;
+        settings.skips = {.between_pulses = false, .collimated_rays = skip};
+        std::vector<double> times;
+        for (int i = 0; i < 6; ++i) {
+            const auto begin = std::chrono::steady_clock::now();
+            fluoroscopy.image(stage.input, settings);
+            if (i > 0) times.push_back(elapsed_ms(begin));
+        }
+        const render::ScreenPicture p = fluoroscopy.picture();
+        const std::vector<std::uint8_t> shown(p.rgba, p.rgba + 4 * p.width * p.height);
+        if (skip) first = shown;
+        double differing = 0.0;
+        for (std::size_t i = 0; i < shown.size(); ++i)
+            differing += shown[i] != first[i] ? 1.0 : 0.0;
+        stage.rows.push_back({"imaging.fluoroscopy", "skip collimated_rays", skip ? 1.0 : 0.0, median(times),
+                              differing, "bytes", "every skip", "blades open to a quarter of the area"});
+    }
+}
+
+void stillRows(Stage& stage) {
+    const FluoroscopySettings usual;
+    const std::vector<double> exact = stage.exactPaths(usual.pixels);
+    const auto with = [&](auto FluoroscopySettings::* knob, auto value) {
+        FluoroscopySettings settings;
+        settings.*knob = value;
+        return settings;
+    };
+    for (const double voxel_m : {0.001, 0.0015, 0.002, 0.003})
+        stage.add("voxel_mm", 1e3 * voxel_m, with(&FluoroscopySettings::voxel_m, voxel_m), exact,
+                  mark("still", voxel_m == usual.voxel_m));
+    for (const double step_m : {0.001, 0.002, 0.004})
+        stage.add("step_mm", 1e3 * step_m, with(&FluoroscopySettings::step_m, step_m), exact,
+                  mark("still", step_m == usual.step_m));
+    FluoroscopySettings no_cells;
+    no_cells.skips.empty_cells = false;
+    stage.add("skip empty_cells", 0.0, no_cells, exact, "still, this one off");
+    for (const int pixels : {128, 256, 512}) {
+        const std::vector<double> own = stage.exactPaths(pixels);
+        stage.add("pixels", pixels, with(&FluoroscopySettings::pixels, pixels), own,
+                  mark("still", pixels == usual.pixels));
+    }
+    stage.input.collimation = {.left_m = 0.075, .right_m = 0.075, .up_m = 0.075, .down_m = 0.075};
+    collimationRows(stage);
+    stage.input.collimation = {};
+}
+
+void breathingRows(Stage& stage) {
+    const FluoroscopySettings usual;
+    stage.breathe(kDeepBreath_v);
+    const std::vector<double> exact = stage.exactPaths(usual.pixels);
+    for (const double stretch_m : {0.004, 0.008, 0.012, 0.016, 0.024, 0.032}) {
+        FluoroscopySettings settings;
+        settings.stretch_m = stretch_m;
+        stage.add("stretch_mm", 1e3 * stretch_m, settings, exact,
+                  mark("breathing", stretch_m == usual.stretch_m));
+    }
+    for (const int block : {1, 2, 4}) {
+        FluoroscopySettings settings;
+        settings.block = block;
+        stage.add("block", block, settings, exact, mark("breathing", block == usual.block));
+    }
+    for (const double step_m : {0.001, 0.002, 0.004}) {
+        FluoroscopySettings settings;
+        settings.step_m = step_m;
+        stage.add("step_mm", 1e3 * step_m, settings, exact, mark("breathing", step_m == usual.step_m));
+    }
+}
+
+// A duct tree full of contrast, as the labels have it.
+patient::ContrastTable filledDucts(const patient::Package& package) {
+    const patient::Grid& ct = package.ct.grid;
+    patient::Index3 low = ct.dims, high(0);
+    std::array<bool, 256> is_duct{};
+    for (const patient::Label& label : package.label_table)
+        is_duct[label.id] = label.tissue == patient::Tissue::duct;
+    const auto forEachDuct = [&](const auto& visit) {
+        for (int z = 0; z < ct.dims.z; ++z)
+            for (int y = 0; y < ct.dims.y; ++y)
+                for (int x = 0; x < ct.dims.x; ++x)
+                    if (is_duct[package.labels[{x, y, z}]]) visit(patient::Index3(x, y, z));
+    };
+    forEachDuct([&](const patient::Index3& i) { low = glm::min(low, i), high = glm::max(high, i + 1); });
+    patient::ContrastTable table{{high - low, ct.spacing_m, ct.centre(low)}, {}, 1};
+    table.added_per_m.assign(table.grid.voxelCount(), 0.0f);
+    forEachDuct([&](const patient::Index3& i) { table.added_per_m[table.grid.offset(i - low)] = 60.0f; });
+    return table;
+}
+
+// Breathing with all that there may be, one thing more a row.
+void contentRows(Stage& stage) {
+    const FluoroscopySettings usual;
+    const auto exact = [&] { return stage.exactPaths(usual.pixels); };
+    const patient::ContrastTable ducts = filledDucts(stage.package);
+    stage.input.contrast = &ducts;
+    const std::vector<double> with_contrast = exact();
+    stage.add("contrast", 1.0, usual, with_contrast, "breathing, ducts full");
+    FluoroscopySettings rewritten;
+    rewritten.skips.kept_contrast = false;
+    stage.add("skip kept_contrast", 0.0, rewritten, with_contrast, "breathing, ducts full, this one off");
+    patient::ToolDisplacement tool(stage.patient);
+    const Vec3 at = stage.input.patient_from_isocentre.position_m;
+    const patient::ToolContact pressing{.begin_m = at,
+                                        .end_m = at + Vec3(0.03, 0.0, 0.0),
+                                        .begin_moved_m = {-0.006, 0.0, 0.0},
+                                        .end_moved_m = {-0.006, 0.0, 0.0},
+                                        .radius_m = 0.012};
+    for (int i = 0; i < 20; ++i)
+        tool.update({&pressing, 1}, stage.breath, 0.1);
+    stage.deformed.press(&tool.table());
+    stage.tool = &tool.table();
+    stage.add("tool", 1.0, usual, exact(), "and a tool presses in the beam");
+    stage.deformed.press(nullptr);
+    stage.tool = nullptr;
+    stage.input.contrast = nullptr;
+}
+
+void run(std::vector<Row>& rows) {
+    if (const std::string why = test::noGpuReason(); !why.empty()) {
+        std::fprintf(stderr, "imaging.fluoroscopy: %s\n", why.c_str());
+        return;
+    }
+    patient::synth::SynthSettings settings;
+    settings.spacing_m = 0.001;
+    settings.defaults = test::tissueDefaults();
+    Stage stage(patient::synth::makeReferencePatient(settings), rows);
+    stillRows(stage);
+    breathingRows(stage);
+    contentRows(stage);
+}
+
+const Registration registration("imaging.fluoroscopy", run);
+
+}  // namespace
+}  // namespace stylet::bench

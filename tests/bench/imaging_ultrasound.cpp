@@ -1,0 +1,269 @@
+// Ultrasound of the reference patient, 160 mm deep, while he breathes: what a picture costs, and how far it
+// is from a finer one. Pulse reach and look-ups of breath are compared pixel by pixel. Lines, samples and
+// planes change which scatterers fall together, so that the grain itself is another: those are compared after
+// a mean over 8 x 8 pixels (3.5 mm), which leaves the anatomy, and the note has the bare figure.
+#include <cstdio>
+#include <cstdlib>
+#include <stdexcept>
+
+#include "patient/synth/synth.h"
+#include "patient/vessel_flow.h"
+#include "render/volume/deformed_patient.h"
+#include "tests/bench/picture_case.h"
+#include "tests/render/pictures.h"
+#include "tests/render/ultrasound/scan_reference.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::bench {
+namespace {
+
+using render::Pose;
+using render::Vec3;
+
+constexpr int kRepeats = 7, kBlock = 8;
+
+patient::Package breathingPatient() {
+    patient::synth::SynthSettings settings;
+    settings.spacing_m = 0.0015;
+    settings.defaults = test::tissueDefaults();
+    return patient::synth::makeReferencePatient(settings);
+}
+
+// A probe pressed onto the skin, that looks along -`out` at the middle of the label's voxels; `up` lies in
+// its plane, to the picture's left.
+Pose probeToward(const patient::Patient& patient, const char* label, const Vec3& out, const Vec3& up,
+                 double press_m = 0.010) {
+    const patient::Package& package = patient.package();
+    const patient::Grid& grid = package.ct.grid;
+    Vec3 sum(0.0);
+    double count = 0.0;
+    for (std::size_t i = 0; i < package.labels.voxels.size(); ++i) {
+        const patient::Label* l = patient.label(package.labels.voxels[i]);
+        if (!l || l->name != label) continue;
+        const auto plane = std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
+        sum += grid.centre(
+            {int(i % std::size_t(grid.dims.x)), int(i % plane / std::size_t(grid.dims.x)), int(i / plane)});
+        ++count;
+    }
+    const Vec3 target = sum / count, z = -glm::normalize(out);
+    Vec3 face = target;
+    for (double way = 0.0; way < 0.3; way += 0.0005)
+        if (package.ct.nearestOr(target - way * z, -1000) > -300) face = target - way * z;
+    const Vec3 x = -glm::normalize(up - z * glm::dot(up, z));
+    return {glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)), face + press_m * z};
+}
+
+struct Ward {
+    patient::Package package = breathingPatient();
+    patient::Patient patient{package};
+    render::Gpu gpu{render::GpuSettings{}};
+    render::DeformedPatient deformed{gpu, patient};
+    render::AcousticTable table = render::loadAcoustics(test::assetsFolder() / "ultrasound" / "tissues.toml");
+    render::Transducer probe = render::loadTransducer(test::assetsFolder() / "ultrasound" / "convex.toml");
+    render::Ultrasound machine{gpu, deformed, table};
+    render::UltrasoundInput input;
+
+    Ward() {
+        input.patient_from_probe = probeToward(patient, "liver", {0.8, 0.75, -0.35}, {0, 0, 1});
+        breathe(0.5);
+    }
+    void breathe(double v) {
+        patient::Surrogate now = package.motion.reference;
+        now.v += v;
+        deformed.breathe(now, deformed.atRest(now));
+    }
+    Pixels picture(const render::UltrasoundSettings& settings, double* median_ms = nullptr) {
+        machine.image(input, settings, probe);  // makes what is new
+        if (median_ms) {
+            std::vector<double> times;
+            for (int i = 0; i < kRepeats; ++i) {
+                const auto begun = std::chrono::steady_clock::now();
+                machine.image(input, settings, probe);
+                times.push_back(elapsed_ms(begun));
+            }
+            *median_ms = median(times);
+        }
+        const render::ScreenPicture shown = machine.picture();
+        return {shown.width, shown.height, {shown.rgba, shown.rgba + 4 * shown.width * shown.height}};
+    }
+};
+
+// Means over blocks.
+Pixels blurred(const Pixels& fine) {
+    Pixels coarse{fine.width / kBlock, fine.height / kBlock, {}};
+    for (int y = 0; y < coarse.height; ++y)
+        for (int x = 0; x < coarse.width; ++x)
+            for (int c = 0; c < 4; ++c) {
+                int sum = 0;
+                for (int k = 0; k < kBlock * kBlock; ++k)
+                    sum += fine.rgba[std::size_t(
+                        4 * ((kBlock * y + k / kBlock) * fine.width + kBlock * x + k % kBlock) + c)];
+                coarse.rgba.push_back(std::uint8_t((sum + kBlock * kBlock / 2) / (kBlock * kBlock)));
+            }
+    return coarse;
+}
+
+render::UltrasoundSettings quiet() {
+    render::UltrasoundSettings settings;
+    settings.noise_db = -400.0;  // would differ with the sampling
+    return settings;
+}
+
+struct Knob {
+    const char* name;
+    std::vector<double> values;
+    double fallback;  // the default
+    bool same_grain;
+    void (*set)(render::UltrasoundSettings&, double);
+    double reference;
+};
+
+void knobRows(Ward& ward, const Knob& knob, std::vector<Row>& rows) {
+    render::UltrasoundSettings settings = quiet();
+    knob.set(settings, knob.reference);
+    const Pixels truth = ward.picture(settings);
+    for (const double value : knob.values) {
+        knob.set(settings, value);
+        double took_ms = 0.0;
+        const Pixels picture = ward.picture(settings, &took_ms);
+        const double bare = psnr(picture, truth), calm = psnr(blurred(picture), blurred(truth));
+        char note[96];
+        std::snprintf(note, sizeof note, "%s%.1f dB pixel by pixel",
+                      value == knob.fallback ? "default, " : "", bare);
+        char reference[64];
+        std::snprintf(reference, sizeof reference, "%s = %g", knob.name, knob.reference);
+        rows.push_back({"imaging.ultrasound", knob.name, value, took_ms, knob.same_grain ? bare : calm,
+                        knob.same_grain ? "dB PSNR" : "dB PSNR of 8 x 8 means", reference, note});
+    }
+}
+
+// The default picture against the naive one in double precision, by either way to make lines. All of a
+// narrower face touches: the reference knows no air.
+void referenceRows(Ward& ward, std::vector<Row>& rows) {
+    render::UltrasoundSettings settings = quiet();
+    settings.place_samples = 1;
+    settings.gel_m = 0.0;
+    ward.probe.half_angle_rad = 0.3;
+    const auto undeform = [&](const Vec3& p) { return referenceFromTables(ward.deformed.tables(), p); };
+    const auto truth =
+        test::referencePicture(test::referenceScan(test::encode(ward.patient, ward.table), ward.table,
+                                                   undeform, ward.input, settings, ward.probe),
+                               settings, ward.probe);
+    for (const auto path : {render::ScanPath::serial, render::ScanPath::prefix_sums}) {
+        settings.path = path;
+        double took_ms = 0.0;
+        Pixels picture = ward.picture(settings, &took_ms);
+        Pixels exact = picture;
+        for (int i = 0; i < exact.width * exact.height; ++i)
+            if (i % exact.width < exact.width - 16)
+                for (int c = 0; c < 3; ++c)
+                    exact.rgba[std::size_t(4 * i + c)] = std::uint8_t(255.0 * truth[std::size_t(i)] + 0.5);
+        if (ward.machine.image(ward.input, settings, ward.probe).contact < 1.0)
+            throw std::runtime_error("imaging.ultrasound: the reference's probe does not touch");
+        rows.push_back({"imaging.ultrasound", "path", double(path), took_ms, psnr(picture, exact), "dB PSNR",
+                        "double precision, naively",
+                        path == render::ScanPath::serial ? "serial lines" : "prefix sums"});
+    }
+}
+
+void skipRows(Ward& ward, std::vector<Row>& rows) {
+    const auto add = [&](const char* knob, bool on, const render::UltrasoundSettings& settings,
+                         const Pixels& truth, const std::string& note) {
+        double took_ms = 0.0;
+        const Pixels picture = ward.picture(settings, &took_ms);
+        rows.push_back({"imaging.ultrasound", knob, on ? 1.0 : 0.0, took_ms, psnr(picture, truth), "dB PSNR",
+                        "this one off", note});
+    };
+    ward.deformed.breathe(ward.package.motion.reference, false);
+    const Pixels truth = ward.picture(quiet());
+    add("skip still patient", false, quiet(), truth, "patient at rest");
+    ward.breathe(0.0);
+    add("skip still patient", true, quiet(), truth, "patient at rest, default");
+    ward.breathe(0.5);
+    render::UltrasoundSettings frozen = quiet();
+    const Pixels live = ward.picture(frozen);
+    frozen.freeze = true;
+    add("freeze", true, frozen, live, "gains and picture only");
+}
+
+// What a sonographer would look at, where STYLET_BENCH_PICTURES names a folder.
+void drawPictures(Ward& ward) {
+    const char* folder = std::getenv("STYLET_BENCH_PICTURES");
+    if (!folder) return;
+    const Pose before = *ward.input.patient_from_probe;
+    ward.breathe(0.0);
+    const auto draw = [&](const char* name, const render::UltrasoundSettings& settings) {
+        writePpm(std::string(folder) + "/ultrasound_" + name + ".ppm", ward.picture(settings));
+    };
+    render::UltrasoundSettings settings;
+    draw("subcostal", settings);
+    const Pose across{glm::angleAxis(-1.15, Vec3(0, 1, 0)), Vec3(-0.012, 0.0, 0.052)};
+    ward.input.patient_from_needle = *ward.input.patient_from_probe * across;
+    draw("needle", settings);
+    ward.input.patient_from_needle->position_m += ward.input.patient_from_probe->direction({0, 0.008, 0});
+    draw("needle_out_of_plane", settings);
+    ward.input.patient_from_needle.reset();
+    ward.input.patient_from_probe = probeToward(ward.patient, "liver", {1, 0.2, 0}, {0, 1, 0});
+    draw("intercostal", settings);
+    ward.input.patient_from_probe = probeToward(ward.patient, "portal vein", {0.55, 0.8, -0.2}, {0, 0, 1});
+    draw("portal", settings);
+    const patient::VesselFlow flow = makeVesselFlow(ward.patient);
+    ward.machine.setFlow(&flow);
+    settings.doppler = render::DopplerBox{.from_share = 0.2, .to_share = 0.8, .from_m = 0.03, .to_m = 0.12};
+    draw("doppler", settings);
+    ward.machine.setFlow(nullptr);
+    ward.input.patient_from_probe = before;
+    ward.breathe(0.5);
+}
+
+void run(std::vector<Row>& rows) {
+    if (const std::string why = test::noGpuReason(); !why.empty()) {
+        std::fprintf(stderr, "imaging.ultrasound: %s\n", why.c_str());
+        return;
+    }
+    using Settings = render::UltrasoundSettings;
+    Ward ward;
+    const Settings defaults;
+    const Knob knobs[] = {
+        {"lines",
+         {64, 128, 192, 256, 384},
+         double(defaults.lines),
+         false,
+         [](Settings& s, double v) { s.lines = int(v); },
+         512},
+        {"samples",
+         {128, 256, 384, 512, 1024},
+         double(defaults.samples),
+         false,
+         [](Settings& s, double v) { s.samples = int(v); },
+         2048},
+        {"planes",
+         {1, 3, 5, 9},
+         double(defaults.planes),
+         false,
+         [](Settings& s, double v) { s.planes = int(v); },
+         17},
+        {"reach_sigma",
+         {1.0, 1.5, 2.0, 2.5, 3.0},
+         defaults.reach_sigma,
+         true,
+         [](Settings& s, double v) { s.reach_sigma = v; },
+         4.0},
+        {"place_samples",
+         {1, 4, 8, 16, 32, 64},
+         double(defaults.place_samples),
+         true,
+         [](Settings& s, double v) { s.place_samples = int(v); },
+         1},
+    };
+    for (const Knob& knob : knobs)
+        knobRows(ward, knob, rows);
+    skipRows(ward, rows);
+    drawPictures(ward);
+    if (longForm()) referenceRows(ward, rows);
+}
+
+const Registration registration("imaging.ultrasound", run);
+
+}  // namespace
+}  // namespace stylet::bench

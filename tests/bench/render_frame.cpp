@@ -1,0 +1,68 @@
+// A frame of both eyes, room and all: what the opaque things and the volume take of it; then, against every
+// ray and a tenth of a voxel, what a layer of fewer pixels, a close head and shared rays away from the axis
+// cost and save.
+#include <cstdio>
+
+#include "tests/bench/bedside.h"
+
+namespace stylet::bench {
+namespace {
+
+using render::Foveation;
+using render::Look;
+using render::RenderSettings;
+
+constexpr RenderSettings kReference{.ray_step_voxels = 0.1f, .close_up = false, .far_steps = false};
+
+Row row(Bedside& stage, const Eyes& reference, const std::string& knob, double value,
+        const RenderSettings& settings, const std::string& look) {
+    Bedside::Took took;
+    const Distance d = distance(stage.picture(settings, &took), reference);
+    char parts[128];
+    std::snprintf(parts, sizeof parts, "%s %u px: opaque %.3g ms, volume %.3g ms, layer %.2f; ", look.c_str(),
+                  stage.pixels, took.opaque_ms, took.volume_ms, took.last.layer_scale);
+    return {"render.frame",     knob, value, took.whole_ms, d.whole_db, "dB PSNR", "0.1 voxel, every ray",
+            parts + tileNote(d)};
+}
+
+void rowsOf(render::Renderer& renderer, const patient::Patient& patient, Look look, std::vector<Row>& rows) {
+    const std::string name = look == Look::closed ? "closed" : "reveal";
+    Bedside stage = bedside(renderer, patient);
+    stage.scene.look = look;
+    stage.scene.room = render::wholeRoom();
+    for (const std::uint32_t pixels : {512u, 1024u}) {
+        stage.pixels = pixels;
+        const Eyes reference = stage.picture(kReference);
+        for (const float scale : {1.0f, 0.75f, 0.5f, 0.35f})
+            rows.push_back(row(stage, reference, "layer_scale", double(scale), {.layer_scale = scale}, name));
+        if (pixels > 512u) break;
+        rows.push_back(row(stage, reference, "foveation", 1.0, {.foveation = Foveation{}}, name));
+    }
+    for (const double distance_m : {1.0, 0.25, 0.12}) {
+        Bedside near = bedside(renderer, patient, distance_m);
+        near.scene.look = look;
+        near.pixels = 512;
+        const Eyes reference = near.picture(kReference);
+        rows.push_back(row(near, reference, "eye_distance_m", distance_m, {}, name));
+        rows.push_back(row(near, reference, "no close_up, m", distance_m, {.close_up = false}, name));
+    }
+}
+
+void run(std::vector<Row>& rows) {
+    if (const std::string why = test::noGpuReason(); !why.empty()) {
+        std::fprintf(stderr, "render.frame: %s\n", why.c_str());
+        return;
+    }
+    const patient::Package package = bedsidePatient();
+    const patient::Patient patient(package);
+    render::Gpu gpu({});
+    render::Renderer renderer(gpu, {}, test::assetsFolder());
+    renderer.setPatient(patient);
+    for (const Look look : {Look::closed, Look::reveal})
+        rowsOf(renderer, patient, look, rows);
+}
+
+const Registration registration("render.frame", run);
+
+}  // namespace
+}  // namespace stylet::bench

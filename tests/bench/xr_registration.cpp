@@ -1,0 +1,64 @@
+// Where the device stands: points touched against time of the fit and the tip's error in the 80 mm cube, for
+// plain points (beside the theory), for everything wrong at once, and in motion. Noise: standard deviation
+// along an axis of what goes into the fit.
+#include <cstdio>
+
+#include "tests/bench/bench.h"
+#include "tests/xr/registration/study.h"
+
+namespace stylet::bench {
+namespace {
+
+using namespace xr::registration;
+using study::Case;
+using study::Errors;
+using study::Way;
+
+constexpr std::uint64_t kSeed = 1;
+
+void add(const std::string& name, const std::string& knob, double value, const Case& c, int trials,
+         std::vector<Row>& rows) {
+    const Errors e = study::run(c, trials, kSeed);
+    char note[200];
+    std::snprintf(note, sizeof note,
+                  "%d trials: rms %.3f mm, expected %.3f (%+.1f %%); 99.9 %% below %.2f mm; FRE %.2f mm; "
+                  "%.1f %% accepted, their mean %.3f mm",
+                  e.trials, 1e3 * e.rms_m, 1e3 * e.expected_rms_m, 100.0 * (e.rms_m / e.expected_rms_m - 1.0),
+                  1e3 * e.p999_m, 1e3 * e.fre_m, 100.0 * e.accepted, 1e3 * e.mean_accepted_m);
+    rows.push_back({name, knob, value, e.fit_ms, 1e3 * e.mean_m, "mm mean",
+                    c.way == Way::plain ? "truth; Fitzpatrick's error" : "truth; the fit's own prediction",
+                    note});
+}
+
+void run(std::vector<Row>& rows) {
+    const int many = longForm() ? 10'000 : 500, motions = longForm() ? 10'000 : 20;
+    for (const double noise_m : {0.0002, 0.0005, 0.001, 0.002}) {
+        char name[64];
+        std::snprintf(name, sizeof name, "xr.registration.plain_%.1fmm", 1e3 * noise_m);
+        for (const int points : {4, 6, 8, 12, 20})
+            add(name, "points", points, {.points = points, .noise_m = noise_m}, many, rows);
+    }
+    for (const int points : {6, 8, 12, 20})
+        add("xr.registration.places_by_chance", "points", points, {.points = points, .random_places = true},
+            many, rows);
+    Case c{.way = Way::held};
+    for (const int points : {6, 8, 12, 20}) {
+        c.points = points;
+        add("xr.registration.held", "points", points, c, many, rows);
+    }
+    c.gimbal_m = 0.003, c.scale_error = 0.005, c.late_s = 0.02, c.outliers = 0.1;
+    for (const int points : {6, 8, 12, 20}) {
+        c.points = points;
+        add("xr.registration.held_hard", "points", points, c, many, rows);
+    }
+    c.way = Way::motion;
+    for (const double memory_s : {0.0, 0.1, 0.3}) {
+        c.memory_s = memory_s;
+        add("xr.registration.motion_hard", "noise lasts [s]", memory_s, c, motions, rows);
+    }
+}
+
+const Registration registration("xr.registration", run);
+
+}  // namespace
+}  // namespace stylet::bench

@@ -1,0 +1,14 @@
+#include <cstddef>
+#include <cstdint>
+
+#include "patient/package.h"
+#include "render/ultrasound/acoustics.h"
+
+// An acoustic table or a DataError; anything else is a bug.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    try {
+        stylet::render::parseAcoustics("fuzz.toml", {reinterpret_cast<const char*>(data), size});
+    } catch (const stylet::patient::DataError&) {
+    }
+    return 0;
+}

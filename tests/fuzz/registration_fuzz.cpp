@@ -1,0 +1,19 @@
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "app/trainer/registration_store.h"
+#include "patient/package.h"
+
+// What is taken can be written and is taken again as the same.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet::trainer;
+    try {
+        const Registration taken =
+            parseRegistration({reinterpret_cast<const char*>(data), size}, "fuzz.json");
+        const std::string text = registrationText(taken);
+        if (registrationText(parseRegistration(text, "again.json")) != text) std::abort();
+    } catch (const stylet::patient::DataError&) {
+    }
+    return 0;
+}

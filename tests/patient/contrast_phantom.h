@@ -1,0 +1,51 @@
+// Liver with tubes in it: ducts, vessels.
+#pragma once
+
+#include <string>
+
+#include "tests/support/phantom.h"
+
+namespace stylet::test {
+
+inline constexpr std::uint8_t kFirstOwnLabel = 20;
+
+// Liver along +x from 0, `length_m` of it; y and z as makeSlabs.
+inline patient::Package liverBlock(double length_m, double spacing_m) {
+    return makeSlabs({{patient::Tissue::liver, length_m}}, spacing_m);
+}
+
+// One more label in the table; returns its id.
+inline std::uint8_t addLabel(patient::Package& package, const std::string& name, patient::Tissue tissue,
+                             patient::Role role) {
+    patient::Label label = package.label_table.back();
+    label.id = std::uint8_t(kFirstOwnLabel + package.label_table.size());
+    label.name = name;
+    label.tissue = tissue;
+    label.role = role;
+    package.label_table.push_back(label);
+    return label.id;
+}
+
+// Labels the voxels whose centres `in(x, y, z)`, in metres.
+inline void carve(patient::Package& package, std::uint8_t id, const auto& in) {
+    const patient::Grid& grid = package.labels.grid;
+    for (int z = 0; z < grid.dims.z; ++z)
+        for (int y = 0; y < grid.dims.y; ++y)
+            for (int x = 0; x < grid.dims.x; ++x) {
+                const patient::Vec3 p = grid.centre({x, y, z});
+                if (in(p.x, p.y, p.z)) package.labels[{x, y, z}] = id;
+            }
+}
+
+// A square tube along x whose sides are 2 * half_m.
+inline auto tubeAlongX(double from_m, double to_m, double half_m, double y_m = 0.0, double z_m = 0.0) {
+    return [=](double x, double y, double z) {
+        return x > from_m && x < to_m && std::abs(y - y_m) < half_m && std::abs(z - z_m) < half_m;
+    };
+}
+
+inline std::uint8_t idOf(patient::Tissue tissue) {
+    return std::uint8_t(tissue);
+}
+
+}  // namespace stylet::test

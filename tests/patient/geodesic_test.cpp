@@ -1,0 +1,84 @@
+#include "patient/geodesic.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace stylet::patient {
+namespace {
+
+// Label 1 where `in` says so.
+LabelVolume carved(const Index3& dims, double spacing_m, const auto& in) {
+    LabelVolume labels(Grid{dims, Vec3(spacing_m), Vec3(0.01, 0.02, 0.03)});
+    for (int z = 0; z < dims.z; ++z)
+        for (int y = 0; y < dims.y; ++y)
+            for (int x = 0; x < dims.x; ++x)
+                labels[{x, y, z}] = in(x, y, z) ? 1 : 0;
+    return labels;
+}
+
+TEST(VoxelPiece, HoldsWhatHangsTogetherUpToTheGridsBorder) {
+    const LabelVolume labels = carved({8, 5, 5}, 0.001, [](int x, int y, int z) {
+        return (x == y && y == z) || (x == 7 && y == 0 && z == 0);  // a diagonal, and a voxel of its own
+    });
+    const VoxelPiece piece = pieceAround(labels, {2, 2, 2});
+    ASSERT_EQ(piece.size(), 5u);
+    for (std::size_t m = 0; m < piece.size(); ++m) {
+        EXPECT_EQ(piece.voxel(m), Index3(int(m)));
+        EXPECT_EQ(piece.at(piece.voxel(m)), std::int32_t(m));
+        EXPECT_NEAR(glm::length(piece.centre(m) - labels.grid.centre(piece.voxel(m))), 0.0, 1e-12);
+    }
+    EXPECT_EQ(piece.at({7, 0, 0}), VoxelPiece::kNone);
+    EXPECT_EQ(piece.at({100, -3, 2}), VoxelPiece::kNone);
+    EXPECT_EQ(pieceAround(labels, {-1, 0, 0}).size(), 0u);
+    LabelSet ones{};
+    ones[1] = true;
+    EXPECT_EQ(pieceAround(labels, {1, 0, 0}, ones).size(), 0u);
+    EXPECT_EQ(piecesOf(labels, ones).size(), 2u);
+}
+
+TEST(Geodesic, IsExactAlongAxesAndDiagonalsAndGoesRoundCorners) {
+    // An L: 10 voxels along x, then 6 along y.
+    const LabelVolume labels = carved({12, 12, 3}, 0.002, [](int x, int y, int z) {
+        return z == 1 && ((y == 2 && x >= 1 && x <= 10) || (x == 10 && y >= 2 && y <= 8));
+    });
+    const VoxelPiece piece = pieceAround(labels, {1, 2, 1});
+    const WayStart start{std::size_t(piece.at({1, 2, 1})), 0.001};
+    const std::vector<double> way = geodesic_m(piece, {&start, 1});
+    EXPECT_NEAR(way[std::size_t(piece.at({9, 2, 1}))], 0.001 + 8 * 0.002, 1e-12);
+    EXPECT_NEAR(way[std::size_t(piece.at({10, 8, 1}))], 0.001 + 13 * 0.002 + std::sqrt(2.0) * 0.002, 1e-12);
+    const std::vector<double> near = geodesic_m(piece, {&start, 1}, {}, 0.008);
+    EXPECT_NEAR(near[std::size_t(piece.at({4, 2, 1}))], 0.007, 1e-12);
+    EXPECT_EQ(near[std::size_t(piece.at({6, 2, 1}))], kUnreached_m);
+}
+
+TEST(Geodesic, IsNeverShorterThanTheStraightWayNorASeventhLonger) {
+    const LabelVolume labels = carved({21, 21, 21}, 0.001, [](int, int, int) { return true; });
+    const VoxelPiece piece = pieceAround(labels, {10, 10, 10});
+    const WayStart start{std::size_t(piece.at({10, 10, 10})), 0.0};
+    const std::vector<double> way = geodesic_m(piece, {&start, 1});
+    for (std::size_t m = 0; m < piece.size(); ++m) {
+        const double straight = glm::length(piece.centre(m) - piece.centre(start.member));
+        EXPECT_GE(way[m], straight * (1.0 - 1e-12));
+        EXPECT_LE(way[m], straight * 1.129 + 1e-12);
+    }
+}
+
+TEST(Lumen, OfACylinderIsItsRadius) {
+    constexpr double kRadius = 5.0;
+    const LabelVolume labels = carved({40, 16, 16}, 0.001, [](int, int y, int z) {
+        return (y - 7.5) * (y - 7.5) + (z - 7.5) * (z - 7.5) < kRadius * kRadius;
+    });
+    const VoxelPiece piece = pieceAround(labels, {20, 7, 7});
+    const std::vector<double> wall = wallDistance_m(piece), radius = lumenRadius_m(piece, wall);
+    for (std::size_t m = 0; m < piece.size(); ++m) {
+        const Index3 i = piece.voxel(m);
+        if (i.x < 8 || i.x > 31) continue;  // the ends are round inside; the rest within a voxel
+        ASSERT_NEAR(radius[m], kRadius * 1e-3, 1.1e-3) << i.y << ' ' << i.z;
+        EXPECT_LE(wall[m], radius[m]);
+        EXPECT_GT(wall[m], 0.0);
+    }
+}
+
+}  // namespace
+}  // namespace stylet::patient

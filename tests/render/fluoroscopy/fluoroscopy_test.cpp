@@ -1,0 +1,659 @@
+// The GPU's line integrals against closed forms and the naive reference, and what becomes of them on the
+// screen.
+#include "render/fluoroscopy/fluoroscopy.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "patient/contrast.h"
+#include "patient/synth/synth.h"
+#include "tests/render/fluoroscopy/ray_reference.h"
+#include "tests/render/phantoms.h"
+#include "tests/render/pictures.h"
+#include "tests/support/motion.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::render {
+namespace {
+
+using patient::Package;
+using patient::Patient;
+
+constexpr double kMuWater = 19.3;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+struct Stage {
+    Package package;
+    Patient patient{package};
+    Gpu gpu{{.validation = true}};
+    DeformedPatient deformed{gpu, patient};
+    Fluoroscopy fluoroscopy{gpu, deformed};
+    FluoroscopyInput input;
+    FluoroscopySettings settings;
+    FluoroscopyStats stats;
+
+    explicit Stage(Package p) : package(std::move(p)) {
+        deformed.breathe(package.motion.reference, true);
+        input.pedal = true;
+        settings.pixels = 64;
+        settings.beyond_ends_m = 0.0;
+        settings.count = true;
+    }
+    ~Stage() { EXPECT_EQ(gpu.validationMessages(), 0u); }
+
+    std::vector<double> paths() {
+        stats = fluoroscopy.image(input, settings);
+        EXPECT_EQ(stats.reason, "");
+        input.time_s += 1.0;
+        return {fluoroscopy.paths().begin(), fluoroscopy.paths().end()};
+    }
+    test::XrayLine line(std::size_t pixel) const {
+        return test::xrayLine(input, int(pixel) % settings.pixels, int(pixel) / settings.pixels,
+                              settings.pixels, settings.detector_m);
+    }
+    template <typename Path>
+    std::vector<double> reference(const Path& path) const {
+        std::vector<double> found;
+        for (std::size_t i = 0; i < std::size_t(settings.pixels) * std::size_t(settings.pixels); ++i)
+            found.push_back(path(line(i)));
+        return found;
+    }
+    std::vector<std::uint8_t> greys() const {
+        const ScreenPicture p = fluoroscopy.picture();
+        std::vector<std::uint8_t> found;
+        for (int i = 0; i < p.width * p.height; ++i)
+            found.push_back(p.rgba[4 * i]);
+        return found;
+    }
+};
+
+class FluoroscopyTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
+    }
+};
+
+// From air to water over `depth_m` >= 0, an edge as wide as two voxels: what a scanner sees.
+double softEdge(double depth_m, double voxel_m) {
+    return -1000.0 * (1.0 - std::clamp(0.5 + depth_m / (2.0 * voxel_m), 0.0, 1.0));
+}
+
+Package makeAir() {
+    return test::makeXrayPhantom(Vec3(0.05), 0.005, [](const Vec3&) { return -1000.0; });
+}
+
+TEST_F(FluoroscopyTest, SlabIsExact) {
+    Stage stage(test::makeXrayPhantom({0.15, 0.05, 0.15}, 0.002, [](const Vec3&) { return 100.0; }));
+    for (const double voxel_m : {0.002, 0.0035}) {
+        stage.settings.voxel_m = voxel_m;
+        const std::vector<double> paths = stage.paths();
+        for (std::size_t i = 0; i < paths.size(); ++i) {
+            const test::XrayLine line = stage.line(i);
+            const Vec3 d = glm::normalize(line.pixel_m - line.source_m);
+            const double expected = kMuWater * 1.1 * 0.1 / d.y;
+            ASSERT_NEAR(paths[i], expected, 1e-3 * expected) << i;
+        }
+    }
+}
+
+// Steps no longer than a voxel lose nothing of a face; longer ones make a grain about the truth.
+TEST_F(FluoroscopyTest, SlabInAirIsExact) {
+    Stage stage(test::makeXrayPhantom({0.12, 0.06, 0.12}, 0.002, [](const Vec3& p) {
+        return std::fabs(p.y) < 0.04 && std::fabs(p.x) < 0.1 && std::fabs(p.z) < 0.1 ? 0.0 : -1000.0;
+    }));
+    for (const double step_m : {0.001, 0.002, 0.004}) {
+        stage.settings.step_m = step_m;
+        const std::vector<double> paths = stage.paths();
+        double sum = 0.0, sum_expected = 0.0;
+        // Where the rays pass through both faces.
+        for (int row = 10; row < 54; ++row)
+            for (int column = 10; column < 54; ++column) {
+                const std::size_t i = std::size_t(row * 64 + column);
+                const Vec3 d = glm::normalize(stage.line(i).pixel_m - stage.line(i).source_m);
+                const double expected = kMuWater * 0.08 / d.y;
+                ASSERT_NEAR(paths[i], expected, (step_m > 0.002 ? 2e-2 : 1e-3) * expected)
+                    << column << " " << row;
+                sum += paths[i], sum_expected += expected;
+            }
+        EXPECT_NEAR(sum, sum_expected, 1e-3 * sum_expected);
+    }
+}
+
+TEST_F(FluoroscopyTest, SphereHasItsChords) {
+    constexpr double kRadius_m = 0.06;
+    Stage stage(test::makeXrayPhantom(
+        Vec3(0.063), 0.001, [](const Vec3& p) { return softEdge(kRadius_m - glm::length(p), 0.001); }));
+    stage.settings.step_m = 0.0005;
+    for (const double orbital_rad : {0.0, 0.7}) {
+        stage.input.arm.orbital_rad = orbital_rad;
+        const std::vector<double> paths = stage.paths();
+        double worst = 0.0;
+        for (std::size_t i = 0; i < paths.size(); ++i) {
+            const test::XrayLine line = stage.line(i);
+            const Vec3 d = glm::normalize(line.pixel_m - line.source_m);
+            const double off = glm::length(line.source_m - glm::dot(line.source_m, d) * d);
+            if (off > 0.6 * kRadius_m) continue;
+            const double chord = 2.0 * std::sqrt(kRadius_m * kRadius_m - off * off);
+            worst = std::max(worst, std::fabs(paths[i] / (kMuWater * chord) - 1.0));
+        }
+        EXPECT_LT(worst, 1e-3) << orbital_rad;
+    }
+}
+
+// As thick as far to the left.
+TEST_F(FluoroscopyTest, WedgeRisesEvenly) {
+    Stage stage(test::makeXrayPhantom({0.13, 0.06, 0.04}, 0.002, [](const Vec3& p) {
+        return std::min(softEdge(0.3 * p.x - p.y, 0.002), softEdge(p.y + 0.05, 0.002));
+    }));
+    stage.settings.step_m = 0.001;
+    const std::vector<double> paths = stage.paths();
+    for (int column = 8; column < 56; ++column) {
+        const std::size_t i = std::size_t(32 * 64 + column);
+        const test::XrayLine line = stage.line(i);
+        const Vec3 way = line.pixel_m - line.source_m;
+        // From the plane y = -0.05 to the plane y = 0.3 x.
+        const double enters = (-0.05 - line.source_m.y) / way.y;
+        const double leaves = (0.3 * line.source_m.x - line.source_m.y) / (way.y - 0.3 * way.x);
+        const double expected = kMuWater * (leaves - enters) * glm::length(way);
+        EXPECT_NEAR(paths[i], expected, 1e-3 * kMuWater * 0.08) << column;
+    }
+}
+
+// A cube of contrast in air: it comes, grows, moves and goes.
+TEST_F(FluoroscopyTest, ContrastIsWhereItsTableSays) {
+    Stage stage(makeAir());
+    stage.settings.pixels = 65;
+    const auto cubeAt = [](const patient::Index3& low, float added, std::uint64_t revision) {
+        const patient::Grid ct = makeAir().ct.grid;
+        patient::ContrastTable table{{patient::Index3(6), ct.spacing_m, ct.centre(low)}, {}, revision};
+        for (int n = 0; n < 216; ++n) {
+            const patient::Index3 i(n % 6, n / 6 % 6, n / 36);
+            const bool within = glm::all(glm::greaterThan(i, patient::Index3(0))) &&
+                                glm::all(glm::lessThan(i, patient::Index3(5)));
+            table.added_per_m.push_back(within ? added : 0.0f);
+        }
+        return table;
+    };
+    // Of 4 voxels a side, 20 mm: the ray in the middle passes 20 mm of it.
+    const auto middle = [&] { return stage.paths()[32 * 65 + 32]; };
+    patient::ContrastTable table = cubeAt({7, 7, 7}, 60.0f, 1);
+    stage.input.contrast = &table;
+    EXPECT_NEAR(middle(), 1.2, 3e-3);
+    EXPECT_EQ(stage.stats.kept_contrast, 0);
+    EXPECT_NEAR(middle(), 1.2, 3e-3);
+    EXPECT_EQ(stage.stats.kept_contrast, 1);
+    // In coarser voxels it is spread, and no less.
+    const auto sumOf = [](const std::vector<double>& paths) {
+        return std::accumulate(paths.begin(), paths.end(), 0.0);
+    };
+    stage.settings.pixels = 256;
+    const double fine = sumOf(stage.paths());
+    stage.settings.voxel_m = 0.0125;
+    EXPECT_NEAR(sumOf(stage.paths()), fine, 0.005 * fine);
+    stage.settings.pixels = 65;
+    EXPECT_LT(middle(), 1.0);
+    stage.settings.voxel_m = 0.005;
+    table = cubeAt({7, 7, 7}, 30.0f, 2);
+    EXPECT_NEAR(middle(), 0.6, 1.5e-3);
+    table = cubeAt({1, 7, 1}, 30.0f, 3);  // toward the patient's left and feet
+    EXPECT_EQ(middle(), 0.0);
+    const std::vector<double> moved = stage.paths();
+    double right = 0.0, down = 0.0, sum = 0.0;
+    for (std::size_t i = 0; i < moved.size(); ++i)
+        sum += moved[i], right += moved[i] * (double(i % 65) - 32.0),
+            down += moved[i] * (double(i / 65) - 32.0);
+    EXPECT_GT(right, 5.0 * sum);
+    EXPECT_GT(down, 5.0 * sum);
+    stage.settings.skips.kept_contrast = false;
+    EXPECT_EQ(stage.paths(), moved);
+    EXPECT_EQ(stage.stats.kept_contrast, 0);
+    stage.input.contrast = nullptr;
+    for (const double path : stage.paths())
+        ASSERT_EQ(path, 0.0);
+    const patient::ContrastTable none;
+    stage.input.contrast = &none;
+    EXPECT_EQ(middle(), 0.0);
+}
+
+TEST_F(FluoroscopyTest, ShapesHaveTheirChords) {
+    Stage stage(makeAir());
+    stage.settings.pixels = 65;  // one in the middle
+    const std::size_t middle = 32 * 65 + 32;
+    const auto pathOf = [&](const std::vector<XrayShape>& shapes) {
+        stage.input.shapes = shapes;
+        return stage.paths()[middle];
+    };
+    constexpr double r = 0.00075, mu = kSteelPerM;
+    // Across, at 30 degrees to the ray, along it with round and with flat ends, a tube, a chain.
+    EXPECT_NEAR(pathOf({{.begin_m = {-0.1, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r}}), mu * 2 * r,
+                1e-3 * mu * 2 * r);
+    const Vec3 slanted(0.05, 0.05 * std::sqrt(3.0), 0.0);
+    EXPECT_NEAR(pathOf({{.begin_m = -slanted, .end_m = slanted, .radius_m = r}}), mu * 4 * r,
+                1e-3 * mu * 4 * r);
+    EXPECT_NEAR(pathOf({{.begin_m = {0, -0.02, 0}, .end_m = {0, 0.03, 0}, .radius_m = r}}),
+                mu * (0.05 + 2 * r), 1e-4 * mu);
+    EXPECT_NEAR(pathOf({{.begin_m = {0, -0.02, 0}, .end_m = {0, 0.03, 0}, .radius_m = r, .round = false}}),
+                mu * 0.05, 1e-4 * mu);
+    EXPECT_NEAR(pathOf({{.begin_m = {-0.1, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r, .bore_m = 0.4 * r}}),
+                mu * 1.2 * r, 2e-3 * mu * 1.2 * r);
+    EXPECT_NEAR(pathOf({{.begin_m = {0, 0, 0}, .end_m = {0, 0, 0}, .radius_m = 0.004}}), mu * 0.008,
+                1e-3 * mu * 0.008);
+    EXPECT_NEAR(pathOf({{.begin_m = {-0.1, 0, 0}, .end_m = {0, 0, 0}, .radius_m = r},
+                        {.begin_m = {0, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r, .chained = true}}),
+                mu * 2 * r, 1e-3 * mu * 2 * r);
+    // Beside the ray, behind the detector, above the source.
+    EXPECT_EQ(pathOf({{.begin_m = {-0.1, 0, 0.001}, .end_m = {0.1, 0, 0.001}, .radius_m = r}}), 0.0);
+    EXPECT_EQ(pathOf({{.begin_m = {-0.1, 0.5, 0}, .end_m = {0.1, 0.5, 0}, .radius_m = r}}), 0.0);
+    EXPECT_EQ(pathOf({{.begin_m = {-0.1, -0.8, 0}, .end_m = {0.1, -0.8, 0}, .radius_m = r}}), 0.0);
+}
+
+// Every pixel of a slanted needle against points counted along the ray.
+TEST_F(FluoroscopyTest, NeedleIsWhereItIs) {
+    Stage stage(makeAir());
+    std::vector<XrayShape> shapes;
+    addNeedle({glm::angleAxis(1.1, glm::normalize(Vec3(0.3, 1.0, 0.2))), {0.01, 0.02, -0.01}}, false, shapes);
+    stage.input.shapes = shapes;
+    const std::vector<double> paths = stage.paths();
+    double sum = 0.0;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        const test::XrayLine line = stage.line(i);
+        const Vec3 way = line.pixel_m - line.source_m;
+        double expected = 0.0;
+        for (const XrayShape& s : shapes) {
+            const Vec3 axis = s.end_m - s.begin_m;
+            constexpr int kPoints = 200000;
+            // Only near the shape: the rest of the ray is empty.
+            const double near =
+                glm::dot(0.5 * (s.begin_m + s.end_m) - line.source_m, way) / glm::dot(way, way);
+            const double half = 0.55 * glm::length(axis) / glm::length(way);
+            const Vec3 from = line.source_m + (near - half) * way;
+            const double gap =
+                glm::length(glm::cross(axis, way)) > 0.0
+                    ? std::fabs(glm::dot(line.source_m - s.begin_m, glm::normalize(glm::cross(axis, way))))
+                    : 0.0;
+            if (gap > s.radius_m) continue;
+            int inside = 0;
+            for (int k = 0; k < kPoints; ++k) {
+                const Vec3 p = from + 2.0 * half * (k + 0.5) / kPoints * way - s.begin_m;
+                const double along = glm::dot(p, axis) / glm::dot(axis, axis);
+                const double away = glm::length(p - along * axis);
+                if (along >= 0.0 && along <= 1.0 && away < s.radius_m && away >= s.bore_m) ++inside;
+            }
+            expected += s.per_m * inside * 2.0 * half / kPoints * glm::length(way);
+        }
+        ASSERT_NEAR(paths[i], expected, 3e-3 * expected + 0.003) << i;
+        sum += expected;
+    }
+    EXPECT_GT(sum, 5.0);
+}
+
+// The synthetic patient: voxel-exact as he is, finely sampled as he breathes and is pressed.
+class FluoroscopyPatientTest : public FluoroscopyTest {
+  protected:
+    static const Package& package() {
+        static const Package made = [] {
+            patient::synth::SynthSettings settings;
+            settings.spacing_m = 0.0025;
+            settings.defaults = test::tissueDefaults();
+            return test::finerCt(patient::synth::makeReferencePatient(settings));
+        }();
+        return made;
+    }
+    static FluoroscopyInput overLiver() {
+        FluoroscopyInput input;
+        input.pedal = true;
+        input.patient_from_isocentre.position_m = {0.03, 0.0, 0.05};
+        return input;
+    }
+    // A ball of tissue in the liver, held aside; it needs a table that outlives it.
+    static const patient::DisplacementTable& pressed() {
+        static const patient::DisplacementTable made = [] {
+            patient::DisplacementTable table;
+            table.grid = {patient::Index3(21), Vec3(0.003), Vec3(0.03, -0.03, 0.02)};
+            for (int n = 0; n < 21 * 21 * 21; ++n) {
+                const Vec3 at = Vec3(n % 21, n / 21 % 21, n / 441) / 10.0 - 1.0;
+                const double bump = std::max(0.0, 1.0 - glm::dot(at, at));
+                table.moved_m.emplace_back(0.004 * bump, 0.0, 0.006 * bump, 0.0);
+            }
+            return table;
+        }();
+        return made;
+    }
+    // A filled duct of 7 mm about, slanted, in the liver: a box of the CT's own voxels.
+    static patient::ContrastTable duct() {
+        const patient::Grid& ct = package().ct.grid;
+        patient::ContrastTable table;
+        table.grid = {patient::Index3(40, 32, 48), ct.spacing_m, ct.centre(ct.nearest({0.035, -0.02, 0.02}))};
+        const Vec3 middle = table.grid.centre({20, 16, 24}), u = glm::normalize(Vec3(0.3, 0.4, 1.0));
+        for (int n = 0; n < 40 * 32 * 48; ++n) {
+            const Vec3 p = table.grid.centre({n % 40, n / 40 % 32, n / 1280}) - middle;
+            const double away_mm = 1e3 * glm::length(p - glm::dot(p, u) * u);
+            table.added_per_m.push_back(float(75.0 * std::clamp(4.0 - away_mm, 0.0, 1.0)));
+        }
+        table.revision = 1;
+        return table;
+    }
+};
+
+TEST_F(FluoroscopyPatientTest, AgreesWithExactRaySums) {
+    Stage stage(package());
+    stage.input = overLiver();
+    for (const CArm& arm :
+         {CArm{}, CArm{.orbital_rad = 0.5, .angulation_rad = 0.3}, CArm{.orbital_rad = -1.57}}) {
+        stage.input.arm = arm;
+        const std::vector<double> exact =
+            stage.reference([&](const auto& line) { return test::exactPath(stage.package.ct, line); });
+        const std::vector<double> paths = stage.paths();
+        EXPECT_EQ(stage.stats.still_pictures, 1);
+        EXPECT_GE(test::zncc(exact, paths), 0.9999) << arm.orbital_rad;
+        EXPECT_GE(test::pathPsnr(exact, paths), 45.0) << arm.orbital_rad;
+    }
+}
+
+TEST_F(FluoroscopyPatientTest, AgreesWithFineSumsThroughBreathToolAndContrast) {
+    Stage stage(package());
+    stage.input = overLiver();
+    stage.settings.pixels = 48;
+    stage.settings.block = 1;  // pixels are far apart here
+    stage.settings.beyond_ends_m = 0.1;
+    const patient::ContrastTable contrast = duct();
+    stage.input.contrast = &contrast;
+    const patient::Surrogate breath{.v = stage.package.motion.reference.v + 0.9};
+    stage.deformed.breathe(breath, false);
+    stage.deformed.press(&pressed());
+    const auto fine = [&](const patient::Surrogate& b, const patient::DisplacementTable* tool,
+                          const patient::ContrastTable* added) {
+        return stage.reference([&](const auto& line) {
+            return test::finePath({.package = &stage.package,
+                                   .breath = b,
+                                   .tool = tool,
+                                   .contrast = added,
+                                   .beyond_ends_m = 0.1,
+                                   .step_m = 0.00047},
+                                  line);
+        });
+    };
+    const std::vector<double> paths = stage.paths();
+    EXPECT_EQ(stage.stats.still_pictures + stage.stats.idle_tool_pictures + stage.stats.kept_contrast, 0);
+    EXPECT_GE(test::zncc(fine(breath, &pressed(), &contrast), paths), 0.9999);
+    // Each of them is seen: where it is left out they are apart.
+    const double without_breath =
+        test::zncc(fine(stage.package.motion.reference, &pressed(), &contrast), paths);
+    const double without_tool = test::zncc(fine(breath, nullptr, &contrast), paths);
+    const double without_contrast = test::zncc(fine(breath, &pressed(), nullptr), paths);
+    EXPECT_LT(without_breath, 0.999);
+    EXPECT_LT(without_tool, 0.9998);
+    EXPECT_LT(without_contrast, 0.9995);
+}
+
+TEST_F(FluoroscopyPatientTest, SkipsChangeTheWorkButNotThePicture) {
+    Stage stage(package());
+    stage.input = overLiver();
+    stage.input.arm.orbital_rad = 0.8;
+    stage.input.collimation = {.left_m = 0.08, .right_m = 0.10, .up_m = 0.12, .down_m = 0.06, .iris_m = 0.11};
+    stage.settings.beyond_ends_m = 0.1;
+    struct Picture {
+        std::vector<std::uint8_t> greys;
+        FluoroscopyStats stats;
+    };
+    const auto pictureWith = [&](const FluoroscopySkips& skips) {
+        stage.settings.skips = skips;
+        stage.input.time_s = 3.0;
+        const FluoroscopyStats stats = stage.fluoroscopy.image(stage.input, stage.settings);
+        return Picture{stage.greys(), stats};
+    };
+    const Picture all = pictureWith({.between_pulses = false});
+    EXPECT_GT(all.stats.collimated_rays, 0u);
+    EXPECT_GT(all.stats.empty_stretches, 0u);
+    EXPECT_EQ(all.stats.still_pictures, 1);
+    EXPECT_EQ(all.stats.idle_tool_pictures, 1);
+    EXPECT_EQ(all.stats.kept_contrast, 1);
+    const auto differ = [&](const Picture& other) {
+        int most = 0;
+        for (std::size_t i = 0; i < all.greys.size(); ++i)
+            most = std::max(most, std::abs(int(all.greys[i]) - int(other.greys[i])));
+        return most;
+    };
+    const Picture no_collimation = pictureWith({.between_pulses = false, .collimated_rays = false});
+    EXPECT_EQ(differ(no_collimation), 0);
+    EXPECT_EQ(no_collimation.stats.collimated_rays, 0u);
+    EXPECT_GT(no_collimation.stats.samples, all.stats.samples);
+    const Picture no_cells = pictureWith({.between_pulses = false, .empty_cells = false});
+    EXPECT_EQ(differ(no_cells), 0);
+    EXPECT_EQ(no_cells.stats.empty_stretches, 0u);
+    EXPECT_GT(no_cells.stats.samples, all.stats.samples);
+    stage.deformed.breathe(stage.package.motion.reference, false);
+    const Picture no_still = pictureWith({.between_pulses = false});
+    EXPECT_LE(differ(no_still), 1);
+    EXPECT_EQ(no_still.stats.still_pictures, 0);
+    stage.deformed.breathe(stage.package.motion.reference, true);
+    const Picture no_idle = pictureWith({.between_pulses = false, .idle_tool = false});
+    EXPECT_EQ(differ(no_idle), 0);
+    EXPECT_EQ(no_idle.stats.idle_tool_pictures, 0);
+    // A pulse's picture is made once.
+    const Picture kept = pictureWith({});
+    EXPECT_EQ(kept.stats.pulses_kept, 1);
+    EXPECT_EQ(differ(kept), 0);
+    EXPECT_FALSE(kept.stats.live);
+    EXPECT_EQ(kept.stats.exposure.dose_area_gy_m2, 0.0);
+}
+
+TEST_F(FluoroscopyPatientTest, EmptyCellsAreEmptyThroughBreathToolAndContrast) {
+    Stage stage(package());
+    stage.input = overLiver();
+    const patient::ContrastTable contrast = duct();
+    stage.input.contrast = &contrast;
+    stage.deformed.breathe({.v = stage.package.motion.reference.v + 1.2}, false);
+    stage.deformed.press(&pressed());
+    for (const CArm& arm : {CArm{}, CArm{.orbital_rad = 0.8, .angulation_rad = -0.3}}) {
+        stage.input.arm = arm;
+        stage.settings.skips.empty_cells = true;
+        const std::vector<double> with = stage.paths();
+        EXPECT_GT(stage.stats.empty_stretches, 0u);
+        stage.settings.skips.empty_cells = false;
+        EXPECT_EQ(with, stage.paths());
+    }
+}
+
+TEST_F(FluoroscopyPatientTest, TheLastPictureStaysWhenThePedalIsUp) {
+    Stage stage(package());
+    stage.input = overLiver();
+    stage.input.pedal = false;
+    stage.settings.pulse_rate_hz = 10.0;
+    FluoroscopyStats stats = stage.fluoroscopy.image(stage.input, stage.settings);
+    EXPECT_FALSE(stats.held);
+    EXPECT_FALSE(stats.reason.empty());
+    EXPECT_EQ(stage.fluoroscopy.picture().width, 64);
+    stage.input.pedal = true;
+    stage.input.time_s = 0.35;
+    stats = stage.fluoroscopy.image(stage.input, stage.settings);
+    EXPECT_TRUE(stats.live);
+    EXPECT_EQ(stats.pulse, 3);
+    EXPECT_GT(stats.exposure.dose_area_gy_m2, 0.0);
+    const std::vector<std::uint8_t> shown = stage.greys();
+    const std::uint64_t revision = stage.fluoroscopy.picture().revision;
+    // The patient breathes on, time goes on, the detector's setting changes: nothing on the screen does.
+    stage.deformed.breathe({.v = stage.package.motion.reference.v + 1.0}, false);
+    stage.input.pedal = false;
+    stage.input.time_s = 0.75;
+    stage.settings.pixels = 32;
+    stats = stage.fluoroscopy.image(stage.input, stage.settings);
+    EXPECT_TRUE(stats.held);
+    EXPECT_FALSE(stats.live);
+    EXPECT_EQ(stats.pedal_up, 1);
+    EXPECT_EQ(stats.pulse, 3);
+    EXPECT_EQ(stats.exposure.reference_kerma_gy, 0.0);
+    EXPECT_EQ(stage.greys(), shown);
+    EXPECT_EQ(stage.fluoroscopy.picture().revision, revision);
+    stage.input.pedal = true;
+    stage.settings.pixels = 64;
+    EXPECT_TRUE(stage.fluoroscopy.image(stage.input, stage.settings).live);
+    EXPECT_NE(stage.greys(), shown);
+}
+
+TEST_F(FluoroscopyTest, NoiseIsThatOfTheQuanta) {
+    Stage stage(test::makeXrayPhantom({0.16, 0.1, 0.16}, 0.004, [](const Vec3&) { return 0.0; }));
+    stage.settings.evened = 0.0;
+    stage.settings.pixels = 128;
+    for (const double dose : {10e-9, 40e-9}) {
+        stage.settings.dose.detector_kerma_gy = dose;
+        stage.paths();
+        const double quanta = stage.stats.exposure.quanta_per_pixel * stage.stats.exposure.transmission;
+        EXPECT_NEAR(quanta, dose * kPhotonsPerM2Gy * kDetected * 0.3 * 0.3 / (128.0 * 128.0), 1e-6 * quanta);
+        // grey = s^g / (1 + s^g), so that s = (grey / (1 - grey))^(1/g): quanta over those of mid-grey.
+        const std::vector<std::uint8_t> greys = stage.greys();
+        double sum = 0.0, squares = 0.0;
+        int count = 0;
+        for (int row = 44; row < 84; ++row)
+            for (int column = 44; column < 84; ++column) {
+                const double grey = greys[std::size_t(row * 128 + column)] / 255.0;
+                const double s = std::pow(grey / (1.0 - grey), 1.0 / stage.settings.curve);
+                sum += s, squares += s * s, ++count;
+            }
+        const double mean = sum / count, deviation = std::sqrt(squares / count - mean * mean);
+        const double e = stage.settings.electronic_quanta;
+        EXPECT_NEAR(mean, 1.0, 0.02) << dose;
+        EXPECT_NEAR(deviation, std::sqrt(quanta + e * e) / quanta, 0.08 * std::sqrt(quanta + e * e) / quanta)
+            << dose;
+    }
+}
+
+// In the middle of what is open, however many pixels there are.
+TEST_F(FluoroscopyTest, TheMiddleOfTheOpenFieldIsMetered) {
+    Stage stage(test::makeXrayPhantom({0.16, 0.1, 0.16}, 0.004,
+                                      [](const Vec3& p) { return p.x > 0.0 ? 0.0 : -500.0; }));
+    const double thick = std::exp(-kMuWater * 0.2), thin = std::exp(-kMuWater * 0.1);
+    for (const int pixels : {31, 64, 100, 130, 256}) {
+        stage.settings.pixels = pixels;
+        stage.input.collimation = {};
+        stage.paths();
+        EXPECT_NEAR(std::log(stage.stats.exposure.transmission), 0.5 * std::log(thick * thin), 0.1) << pixels;
+        // The patient's right is on the left.
+        stage.input.collimation = {.right_m = -0.02};
+        stage.paths();
+        EXPECT_NEAR(std::log(stage.stats.exposure.transmission), std::log(thick), 0.1) << pixels;
+        stage.input.collimation = {.left_m = -0.02};
+        stage.paths();
+        EXPECT_NEAR(std::log(stage.stats.exposure.transmission), std::log(thin), 0.1) << pixels;
+    }
+}
+
+TEST_F(FluoroscopyTest, NoiseIsAFunctionOfThePulse) {
+    Stage stage(test::makeXrayPhantom({0.16, 0.05, 0.16}, 0.004, [](const Vec3&) { return 0.0; }));
+    const auto greysAt = [&](double time_s, std::uint32_t seed) {
+        stage.input.time_s = time_s;
+        stage.settings.seed = seed;
+        EXPECT_TRUE(stage.fluoroscopy.image(stage.input, stage.settings).live);
+        return stage.greys();
+    };
+    const auto first = greysAt(1.0, 1);
+    const auto second = greysAt(2.0, 1);
+    EXPECT_NE(second, first);
+    EXPECT_EQ(greysAt(1.0, 1), first);
+    greysAt(2.0, 1);
+    EXPECT_NE(greysAt(1.0, 2), first);
+}
+
+TEST_F(FluoroscopyTest, DenseIsDarkAndTheLeftIsOnTheRight) {
+    // Lead toward the patient's left and head.
+    Stage stage(test::makeXrayPhantom({0.12, 0.05, 0.12}, 0.004, [](const Vec3& p) {
+        return p.x < -0.03 && p.x > -0.06 && p.z > 0.03 && p.z < 0.06 ? 3000.0 : 0.0;
+    }));
+    stage.settings.evened = 0.0;
+    stage.settings.electronic_quanta = 0.0;
+    stage.paths();
+    const auto greyAt = [&](double right_m, double up_m) {  // at the isocentre
+        const double pixel = stage.settings.detector_m / 64 * 720.0 / 1100.0;
+        const int column = int(32 + right_m / pixel), row = int(32 - up_m / pixel);
+        return int(stage.greys()[std::size_t(row * 64 + column)]);
+    };
+    for (const auto& [right, up] : {std::pair{-0.045, 0.045}, {-0.045, -0.045}, {0.045, -0.045}})
+        EXPECT_GT(greyAt(right, up), greyAt(0.045, 0.045) + 80) << right << " " << up;
+    stage.settings.dense_is_dark = false;
+    stage.paths();
+    EXPECT_GT(greyAt(0.045, 0.045), greyAt(-0.045, 0.045) + 80);
+}
+
+TEST_F(FluoroscopyTest, BadInputIsABlackPictureWithAReason) {
+    Stage stage(test::makeXrayPhantom(Vec3(0.05), 0.005, [](const Vec3&) { return 0.0; }));
+    const auto expectBlack = [&](const FluoroscopyInput& input, const FluoroscopySettings& settings) {
+        const FluoroscopyStats stats = stage.fluoroscopy.image(input, settings);
+        EXPECT_FALSE(stats.reason.empty());
+        EXPECT_FALSE(stats.live);
+        EXPECT_EQ(stats.exposure.dose_area_gy_m2, 0.0);
+        const ScreenPicture picture = stage.fluoroscopy.picture();
+        ASSERT_GT(picture.width, 0);
+        for (int i = 0; i < picture.width * picture.height; ++i)
+            ASSERT_EQ(picture.rgba[4 * i] + picture.rgba[4 * i + 1] + picture.rgba[4 * i + 2], 0);
+    };
+    const auto withInput = [&](const auto& change) {
+        SCOPED_TRACE(testing::Message() << "input");
+        stage.paths();  // there was a picture
+        FluoroscopyInput input = stage.input;
+        change(input);
+        expectBlack(input, stage.settings);
+    };
+    const std::vector<XrayShape> nowhere{{.begin_m = Vec3(kNaN)}}, thin{{.radius_m = 0.0}};
+    const patient::ContrastTable torn{{patient::Index3(4), Vec3(0.001), Vec3(0.0)}, {1.0f, 2.0f}, 1};
+    withInput([](auto& in) { in.arm.orbital_rad = kNaN; });
+    withInput([](auto& in) { in.patient_from_isocentre.position_m.y = kNaN; });
+    withInput([](auto& in) { in.patient_from_isocentre.position_m.x = 1e300; });
+    withInput([](auto& in) { in.patient_from_isocentre.rotation = {0.0, 0.0, 0.0, 0.0}; });
+    withInput([](auto& in) { in.collimation.left_m = kNaN; });
+    withInput([](auto& in) { in.collimation.left_m = in.collimation.right_m = 0.0; });
+    withInput([](auto& in) { in.collimation.iris_m = 0.0; });
+    withInput([](auto& in) { in.time_s = kNaN; });
+    withInput([&](auto& in) { in.shapes = nowhere; });
+    withInput([&](auto& in) { in.shapes = thin; });
+    withInput([&](auto& in) { in.contrast = &torn; });
+    withInput([](auto& in) { in.patient_from_isocentre.position_m = {0.0, kSourceToIsocentre_m, 0.0}; });
+    withInput([](auto& in) { in.patient_from_isocentre.position_m = {0.0, -0.38, 0.0}; });
+    const auto withSettings = [&](const auto& change) {
+        SCOPED_TRACE(testing::Message() << "settings");
+        stage.paths();
+        FluoroscopySettings settings = stage.settings;
+        change(settings);
+        expectBlack(stage.input, settings);
+    };
+    withSettings([](auto& s) { s.pixels = 0; });
+    withSettings([](auto& s) { s.pixels = -7; });
+    withSettings([](auto& s) { s.pixels = 1 << 20; });
+    withSettings([](auto& s) { s.voxel_m = 0.0; });
+    withSettings([](auto& s) { s.step_m = kNaN; });
+    withSettings([](auto& s) { s.step_m = 1e-12; });
+    withSettings([](auto& s) { s.voxel_m = 1e300; });
+    withSettings([](auto& s) { s.beyond_ends_m = 1e9; });
+    withSettings([](auto& s) { s.detector_m = -0.3; });
+    withSettings([](auto& s) { s.stretch_m = -1.0; });
+    withSettings([](auto& s) { s.pulse_rate_hz = 0.0; });
+    withSettings([](auto& s) { s.block = 3; });
+    // And then it works again.
+    stage.paths();
+    EXPECT_TRUE(stage.stats.live);
+}
+
+// The source beside a patient, the patient beside the beam, one pixel: all of it is a picture.
+TEST_F(FluoroscopyTest, OddBeamsArePictures) {
+    Stage stage(test::makeXrayPhantom(Vec3(0.05), 0.005, [](const Vec3&) { return 0.0; }));
+    stage.input.patient_from_isocentre.position_m = {0.4, 0.0, 0.0};
+    for (const double path : stage.paths())
+        ASSERT_EQ(path, 0.0);
+    EXPECT_EQ(stage.stats.exposure.transmission, 1.0);
+    stage.input.patient_from_isocentre.position_m = {};
+    stage.settings.pixels = 1;
+    EXPECT_NEAR(stage.paths()[0], kMuWater * 0.1, 1e-3);
+    stage.settings.pixels = 67;
+    stage.settings.block = 4;
+    stage.input.collimation.iris_m = 0.01;
+    const std::vector<double> paths = stage.paths();
+    EXPECT_NEAR(paths[33 * 67 + 33], kMuWater * 0.1, 1e-3);
+}
+
+}  // namespace
+}  // namespace stylet::render

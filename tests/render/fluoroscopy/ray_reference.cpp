@@ -1,0 +1,190 @@
+#include "tests/render/fluoroscopy/ray_reference.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "patient/tool_displacement.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::test {
+namespace {
+
+using patient::Grid;
+using patient::Index3;
+
+constexpr double kMuWater = 19.3;
+
+double muOf(std::int16_t hu) {
+    return hu < -970 ? 0.0 : kMuWater * (1.0 + hu / 1000.0);
+}
+
+struct Box {
+    Vec3 low, high;
+};
+Box boxOf(const Grid& grid, double beyond_ends_m) {
+    const Vec3 half = 0.5 * grid.spacing_m + Vec3(0.0, 0.0, beyond_ends_m);
+    return {grid.origin_m - half, grid.centre(grid.dims - 1) + half};
+}
+
+// Shares of the line that lie in the box; false: none.
+bool clip(const XrayLine& line, const Box& box, double& begin, double& end) {
+    begin = 0.0, end = 1.0;
+    const Vec3 way = line.pixel_m - line.source_m;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double a = box.low[axis] - line.source_m[axis], b = box.high[axis] - line.source_m[axis];
+        if (way[axis] == 0.0) {
+            if (a > 0.0 || b < 0.0) return false;
+            continue;
+        }
+        begin = std::max(begin, std::min(a / way[axis], b / way[axis]));
+        end = std::min(end, std::max(a / way[axis], b / way[axis]));
+    }
+    return end > begin;
+}
+
+double linearAt(const patient::ContrastTable& table, const Vec3& p) {
+    const Vec3 at = table.grid.toVoxels(p);
+    const Index3 low(glm::floor(at));
+    const Vec3 f = at - Vec3(low);
+    double sum = 0.0;
+    for (int k = 0; k < 8; ++k) {
+        const Index3 corner(k & 1, (k >> 1) & 1, k >> 2), i = low + corner;
+        if (!table.grid.contains(i)) continue;
+        const Vec3 w = glm::mix(1.0 - f, f, Vec3(corner));
+        sum += w.x * w.y * w.z * double(table.added_per_m[table.grid.offset(i)]);
+    }
+    return sum;
+}
+
+}  // namespace
+
+XrayLine xrayLine(const render::FluoroscopyInput& input, int column, int row, int pixels, double detector_m) {
+    // On the C-arm: x to the patient's right, y from source to detector, z to his head.
+    const double x = (0.5 - (column + 0.5) / pixels) * detector_m;
+    const double z = (0.5 - (row + 0.5) / pixels) * detector_m;
+    const double o = input.arm.orbital_rad, a = input.arm.angulation_rad;
+    const auto turned = [&](const Vec3& p) {
+        const Vec3 slid(p.x * std::cos(o) - p.y * std::sin(o), p.x * std::sin(o) + p.y * std::cos(o), p.z);
+        const Vec3 tilted(slid.x, slid.y * std::cos(a) - slid.z * std::sin(a),
+                          slid.y * std::sin(a) + slid.z * std::cos(a));
+        return input.patient_from_isocentre * tilted;
+    };
+    return {turned({0.0, -0.720, 0.0}), turned({x, 0.380, z})};
+}
+
+double exactPath(const patient::CtVolume& ct, const XrayLine& line) {
+    double begin = 0.0, end = 1.0;
+    if (!clip(line, boxOf(ct.grid, 0.0), begin, end)) return 0.0;
+    const Vec3 way = line.pixel_m - line.source_m;
+    std::vector<double> crossings{begin, end};
+    for (int axis = 0; axis < 3; ++axis) {
+        if (way[axis] == 0.0) continue;
+        for (int plane = 0; plane <= ct.grid.dims[axis]; ++plane) {
+            const double at = ct.grid.origin_m[axis] + (plane - 0.5) * ct.grid.spacing_m[axis];
+            const double share = (at - line.source_m[axis]) / way[axis];
+            if (share > begin && share < end) crossings.push_back(share);
+        }
+    }
+    std::sort(crossings.begin(), crossings.end());
+    double sum = 0.0;
+    for (std::size_t i = 1; i < crossings.size(); ++i) {
+        const Vec3 middle = line.source_m + 0.5 * (crossings[i - 1] + crossings[i]) * way;
+        sum += (crossings[i] - crossings[i - 1]) * muOf(ct.nearestOr(middle, -1000));
+    }
+    return sum * glm::length(way);
+}
+
+double finePath(const XrayPatient& patient, const XrayLine& line) {
+    const patient::CtVolume& ct = patient.package->ct;
+    double begin = 0.0, end = 1.0;
+    if (!clip(line, boxOf(ct.grid, patient.beyond_ends_m), begin, end)) return 0.0;
+    const Vec3 way = line.pixel_m - line.source_m;
+    const double length_m = (end - begin) * glm::length(way);
+    const int steps = int(std::ceil(length_m / patient.step_m));
+    double sum = 0.0;
+    for (int i = 0; i < steps; ++i) {
+        Vec3 p = line.source_m + (begin + (end - begin) * (i + 0.5) / steps) * way;
+        if (patient.tool) p -= displacementAt(*patient.tool, p);
+        p = referenceFromDeformed(patient.package->motion, patient.breath, p);
+        sum += muOf(ct[glm::clamp(ct.grid.nearest(p), Index3(0), ct.grid.dims - 1)]);
+        if (patient.contrast) sum += linearAt(*patient.contrast, p);
+    }
+    return sum * length_m / steps;
+}
+
+double zncc(const std::vector<double>& a, const std::vector<double>& b) {
+    double mean_a = 0.0, mean_b = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        mean_a += a[i] / double(a.size()), mean_b += b[i] / double(a.size());
+    double ab = 0.0, aa = 0.0, bb = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        ab += (a[i] - mean_a) * (b[i] - mean_b);
+        aa += (a[i] - mean_a) * (a[i] - mean_a);
+        bb += (b[i] - mean_b) * (b[i] - mean_b);
+    }
+    return ab / std::sqrt(aa * bb);
+}
+
+double pathPsnr(const std::vector<double>& reference, const std::vector<double>& other) {
+    const auto [low, high] = std::minmax_element(reference.begin(), reference.end());
+    double sum = 0.0;
+    for (std::size_t i = 0; i < reference.size(); ++i)
+        sum += (reference[i] - other[i]) * (reference[i] - other[i]) / double(reference.size());
+    return 10.0 * std::log10((*high - *low) * (*high - *low) / sum);
+}
+
+patient::Package makeXrayPhantom(const Vec3& half_m, double spacing_m,
+                                 const std::function<double(const Vec3&)>& hu) {
+    Grid grid;
+    grid.spacing_m = Vec3(spacing_m);
+    grid.dims = Index3(glm::ceil(2.0 * half_m / spacing_m - 1e-6));
+    grid.origin_m = -0.5 * spacing_m * Vec3(grid.dims - 1);
+    patient::Package package;
+    package.name = "X-ray phantom";
+    package.licence = "CC0-1.0";
+    package.provenance = "tests/render/fluoroscopy/ray_reference.cpp";
+    package.tissues = tissueDefaults().tissues;
+    package.elasticity = tissueDefaults().elasticity;
+    package.thresholds = tissueDefaults().thresholds;
+    package.ct = patient::CtVolume(grid);
+    package.labels = patient::LabelVolume(grid);
+    for (std::size_t n = 0; n < package.ct.voxels.size(); ++n) {
+        const Index3 i(int(n) % grid.dims.x, int(n) / grid.dims.x % grid.dims.y,
+                       int(n) / (grid.dims.x * grid.dims.y));
+        double sum = 0.0;
+        for (int k = 0; k < 64; ++k)
+            sum += hu(grid.centre(i) + spacing_m * (Vec3(k % 4, k / 4 % 4, k / 16) - 1.5) / 4.0);
+        package.ct.voxels[n] = std::int16_t(std::lround(sum / 64.0));
+    }
+    return package;
+}
+
+patient::Package finerCt(const patient::Package& coarse) {
+    const patient::CtVolume& from = coarse.ct;
+    Grid grid = from.grid;
+    grid.dims *= 2;
+    grid.spacing_m *= 0.5;
+    grid.origin_m -= 0.5 * grid.spacing_m;
+    patient::Package fine = coarse;
+    fine.ct = patient::CtVolume(grid);
+    fine.labels = patient::LabelVolume(grid);
+    for (std::size_t n = 0; n < fine.ct.voxels.size(); ++n) {
+        const Index3 i(int(n) % grid.dims.x, int(n) / grid.dims.x % grid.dims.y,
+                       int(n) / (grid.dims.x * grid.dims.y));
+        const Index3 low = (i - 1) / 2, last = from.grid.dims - 1;  // i - 1 = -1 rounds to 0
+        double sum = 0.0;
+        for (int k = 0; k < 8; ++k) {
+            const Index3 corner(k & 1, (k >> 1) & 1, k >> 2);
+            double weight = 1.0;
+            for (int axis = 0; axis < 3; ++axis) {
+                const double f = std::clamp(0.5 * i[axis] - 0.25 - low[axis], 0.0, 1.0);
+                weight *= corner[axis] ? f : 1.0 - f;
+            }
+            if (weight > 0.0) sum += weight * double(from[glm::min(low + corner, last)]);
+        }
+        fine.ct.voxels[n] = std::int16_t(std::lround(sum));
+    }
+    return fine;
+}
+
+}  // namespace stylet::test

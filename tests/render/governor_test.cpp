@@ -1,0 +1,101 @@
+#include "render/governor.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+namespace stylet::render {
+namespace {
+
+// A machine that takes `volume_ms` for the whole resolution and `rest_ms` besides.
+struct Machine {
+    double volume_ms = 10.0, rest_ms = 2.0, noise = 0.05;
+    std::mt19937 random{7};
+
+    double frame(Governor& governor) {
+        std::uniform_real_distribution<double> around(1.0 - noise, 1.0 + noise);
+        const double scale = double(governor.layerScale());
+        const double volume = volume_ms * scale * scale * around(random), rest = rest_ms * around(random);
+        governor.took(volume, rest, scale);
+        return volume + rest;
+    }
+};
+
+TEST(Governor, LeavesAFastMachineAlone) {
+    Governor governor({.budget_ms = 11.1});
+    Machine machine{.volume_ms = 4.0};
+    for (int i = 0; i < 500; ++i)
+        EXPECT_LT(machine.frame(governor), 11.1);
+    EXPECT_EQ(governor.layerScale(), 1.0f);
+}
+
+TEST(Governor, BringsASlowOneUnderItsBudgetInAFewFramesAndKeepsItThere) {
+    Governor governor({.budget_ms = 11.1});
+    Machine machine{.volume_ms = 30.0};
+    for (int i = 0; i < 4; ++i)
+        machine.frame(governor);
+    int late = 0, changes = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const float before = governor.layerScale();
+        late += machine.frame(governor) > 11.1 ? 1 : 0;
+        changes += governor.layerScale() != before ? 1 : 0;
+    }
+    EXPECT_EQ(late, 0);
+    EXPECT_LE(changes, 2) << "the picture would shimmer";
+    // No coarser than a step below what the budget allows.
+    EXPECT_GT(governor.layerScale(), std::sqrt((0.85 * 11.1 - 2.0) / 30.0) - 0.13);
+}
+
+TEST(Governor, RisesAgainWhenThereIsRoomAndOneLateFrameChangesNothing) {
+    Governor governor({.budget_ms = 11.1});
+    Machine machine{.volume_ms = 30.0};
+    for (int i = 0; i < 10; ++i)
+        machine.frame(governor);
+    const float low = governor.layerScale();
+    machine.volume_ms = 5.0;
+    for (int i = 0; i < 600; ++i)
+        machine.frame(governor);
+    EXPECT_LT(low, 0.6f);
+    EXPECT_EQ(governor.layerScale(), 1.0f);
+    governor.took(80.0, 2.0, 1.0);
+    EXPECT_EQ(governor.layerScale(), 1.0f);
+}
+
+TEST(Governor, GoesNoLowerThanIsWorthLookingAt) {
+    Governor governor({.budget_ms = 11.1, .least = 0.35f});
+    Machine machine{.volume_ms = 900.0, .rest_ms = 4.0};
+    for (int i = 0; i < 50; ++i)
+        machine.frame(governor);
+    EXPECT_EQ(governor.layerScale(), 0.35f);
+}
+
+TEST(Governor, LeavesTheResolutionWhereItCannotHelp) {
+    Governor governor({.budget_ms = 11.1});
+    for (int i = 0; i < 50; ++i)
+        governor.took(30.0, 500.0, 1.0);  // a look is classified, a system stalls
+    EXPECT_EQ(governor.layerScale(), 1.0f);
+}
+
+TEST(Governor, ComesDownFromWhatACloseHeadDrew) {
+    Governor governor({.budget_ms = 11.1});
+    for (int i = 0; i < 4; ++i)
+        governor.took(14.8, 2.0, 0.5);  // drawn at half the scale already
+    EXPECT_NEAR(governor.layerScale(), 0.5 * std::sqrt((0.85 * 11.1 - 2.0) / 14.8), 0.0625);
+}
+
+TEST(Governor, PassesOverTimesThatCannotBe) {
+    Governor governor;
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (int i = 0; i < 10; ++i) {
+        governor.took(nan, 1.0, 1.0);
+        governor.took(50.0, nan, 1.0);
+        governor.took(50.0, 1.0, nan);
+        governor.took(-1.0, 90.0, 1.0);
+        governor.took(std::numeric_limits<double>::infinity(), 0.0, 1.0);
+    }
+    EXPECT_EQ(governor.layerScale(), 1.0f);
+}
+
+}  // namespace
+}  // namespace stylet::render

@@ -1,0 +1,251 @@
+#include "render/room/mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "patient/package.h"
+#include "tests/render/pictures.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::render {
+namespace {
+
+// One triangle as an embedded glTF; the buffer holds three positions, three normals, three 16-bit indices,
+// three texture coordinates and three vertex colours.
+constexpr char kTriangle[] = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+"nodes":[{"name":"piece","mesh":0,"translation":[1,2,3]}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"TEXCOORD_0":3,"COLOR_0":4},
+"indices":2,"mode":4,"material":0}]}],
+"materials":[{"name":"paint","emissiveFactor":[0.5,0.25,0],
+"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0.25,1],"metallicFactor":0.5,"roughnessFactor":0.75}}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+{"bufferView":1,"componentType":5126,"count":3,"type":"VEC3"},
+{"bufferView":2,"componentType":5123,"count":3,"type":"SCALAR"},
+{"bufferView":3,"componentType":5126,"count":3,"type":"VEC2"},
+{"bufferView":4,"componentType":5121,"normalized":true,"count":3,"type":"VEC4"}],
+"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":36},
+{"buffer":0,"byteOffset":72,"byteLength":6},{"buffer":0,"byteOffset":80,"byteLength":24},
+{"buffer":0,"byteOffset":104,"byteLength":12}],
+"buffers":[{"byteLength":116,"uri":"URI"}]})";
+
+std::string base64(const std::vector<unsigned char>& bytes) {
+    constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const auto at = [&](std::size_t k) { return k < bytes.size() ? unsigned(bytes[k]) : 0u; };
+        const unsigned word = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
+        text += kDigits[word >> 18];
+        text += kDigits[(word >> 12) & 63];
+        text += i + 1 < bytes.size() ? kDigits[(word >> 6) & 63] : '=';
+        text += i + 2 < bytes.size() ? kDigits[word & 63] : '=';
+    }
+    return text;
+}
+
+std::vector<unsigned char> triangleBytes(std::uint16_t last_index = 2, float first = 0.0f,
+                                         float first_uv = 0.0f) {
+    const float floats[18] = {first, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+    const std::uint16_t indices[3] = {0, 1, last_index};
+    const float uvs[6] = {first_uv, 0, 1, 0, 0, 1};
+    const unsigned char colours[12] = {0, 0, 0, 255, 51, 51, 51, 255, 255, 255, 255, 255};
+    std::vector<unsigned char> bytes(116, 0);
+    std::memcpy(bytes.data(), floats, sizeof floats);
+    std::memcpy(bytes.data() + 72, indices, sizeof indices);
+    std::memcpy(bytes.data() + 80, uvs, sizeof uvs);
+    std::memcpy(bytes.data() + 104, colours, sizeof colours);
+    return bytes;
+}
+
+class MeshFile : public testing::Test {
+  protected:
+    static std::string replaced(std::string text, const std::string& from, const std::string& to) {
+        const std::size_t at = text.find(from);
+        EXPECT_NE(at, std::string::npos) << from;
+        return at == std::string::npos ? text : text.replace(at, from.size(), to);
+    }
+    static std::string triangle(const std::vector<unsigned char>& bytes = triangleBytes()) {
+        return replaced(kTriangle, "URI", "data:application/octet-stream;base64," + base64(bytes));
+    }
+    Mesh load(const std::string& text) {
+        const auto file = folder_ / "mesh.gltf";
+        std::ofstream(file, std::ios::binary) << text;
+        return loadMesh(file);
+    }
+    // What the refusal says; empty when the file was taken.
+    std::string refusal(const std::string& text) {
+        try {
+            load(text);
+        } catch (const patient::DataError& e) {
+            return e.what();
+        }
+        return "";
+    }
+    test::TempFolder folder_;
+};
+
+std::string readAll(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+TEST_F(MeshFile, ReadsATriangleThroughItsNode) {
+    const Mesh mesh = load(triangle());
+    ASSERT_EQ(mesh.vertices.size(), 3u);
+    EXPECT_EQ(mesh.vertices[1].position_m, glm::vec3(2, 2, 3));
+    EXPECT_EQ(mesh.vertices[1].normal, glm::vec3(0, 0, 1));
+    EXPECT_EQ(mesh.vertices[1].uv, glm::vec2(1, 0));
+    EXPECT_EQ(mesh.vertices[0].open, 0.0f);
+    EXPECT_FLOAT_EQ(mesh.vertices[1].open, 0.2f);
+    EXPECT_EQ(mesh.vertices[2].open, 1.0f);
+    EXPECT_EQ(mesh.indices, (std::vector<std::uint32_t>{0, 1, 2}));
+    ASSERT_EQ(mesh.parts.size(), 1u);
+    const MeshPart& part = mesh.parts.front();
+    EXPECT_EQ(part.node, "piece");
+    EXPECT_EQ(part.name, "paint");
+    EXPECT_EQ(part.colour_linear, glm::vec3(1.0f, 0.5f, 0.25f));
+    EXPECT_EQ(part.emission_linear, glm::vec3(0.5f, 0.25f, 0.0f));
+    EXPECT_EQ(part.metallic, 0.5f);
+    EXPECT_EQ(part.roughness, 0.75f);
+}
+
+TEST_F(MeshFile, TextureCoordinatesAndColoursMayBeAbsent) {
+    const Mesh mesh = load(replaced(triangle(), R"(,"TEXCOORD_0":3,"COLOR_0":4)", ""));
+    ASSERT_EQ(mesh.vertices.size(), 3u);
+    EXPECT_EQ(mesh.vertices[1].uv, glm::vec2(0.0f));
+    EXPECT_EQ(mesh.vertices[0].open, 1.0f);
+}
+
+TEST_F(MeshFile, RefusesEveryLie) {
+    const std::string good = triangle();
+    EXPECT_EQ(refusal(good), "");
+    struct Lie {
+        const char *from, *to, *said;
+    };
+    for (const Lie& lie : {
+             Lie{R"("count":3,"type":"VEC3"},)", R"("count":4,"type":"VEC3"},)", "reaches past its view"},
+             Lie{R"("count":3,"type":"VEC3"},)", R"("count":4000000000,"type":"VEC3"},)", "count"},
+             Lie{R"("count":3,"type":"VEC3"},)", R"("count":0,"type":"VEC3"},)", "count"},
+             Lie{R"("byteOffset":72,"byteLength":6)", R"("byteOffset":72,"byteLength":60)",
+                 "past the buffer"},
+             Lie{R"("byteOffset":36,)", R"("byteOffset":18446744073709551600,)", ""},
+             Lie{R"("byteOffset":0,"byteLength":36)", R"("byteOffset":0,"byteLength":36,"byteStride":4)",
+                 "stride"},
+             Lie{R"("byteOffset":0,"byteLength":36)", R"("byteOffset":0,"byteLength":36,"byteStride":100000)",
+                 ""},
+             Lie{R"("POSITION":0)", R"("POSITION":7)", "no such accessor"},
+             Lie{R"("POSITION":0)", R"("POSITION":2)", "wrong type"},
+             Lie{R"("POSITION":0,)", "", "POSITION: missing"},
+             Lie{R"("indices":2)", R"("indices":-1)", "indices"},
+             Lie{R"("mode":4)", R"("mode":1)", "only triangles"},
+             Lie{R"("bufferView":1)", R"("bufferView":9)", "no such buffer view"},
+             Lie{R"("buffer":0,"byteOffset":36)", R"("buffer":3,"byteOffset":36)", ""},
+             Lie{R"("componentType":5123)", R"("componentType":5121)", "16 nor 32"},
+             Lie{R"("componentType":5126)", R"("componentType":1)", ""},
+             Lie{R"("nodes":[0])", R"("nodes":[5])", "no such node"},
+             Lie{R"("mesh":0,)", R"("mesh":3,)", "no such mesh"},
+             Lie{R"("mesh":0,)", R"("mesh":0,"children":[0],)", "reached twice"},
+             Lie{R"("nodes":[0])", R"("nodes":[0,0])", "reached twice"},
+             Lie{R"("translation":[1,2,3])", R"("translation":[1,2])", "wrong length"},
+             Lie{R"("scenes":[{"nodes":[0]}])", R"("scenes":[])", ""},
+             Lie{R"("material":0)", R"("material":2)", "no such material"},
+             Lie{R"("TEXCOORD_0":3)", R"("TEXCOORD_0":0)", "TEXCOORD_0: of the wrong type"},
+             Lie{R"("TEXCOORD_0":3)", R"("TEXCOORD_0":31)", "no such accessor"},
+             Lie{R"("count":3,"type":"VEC2")", R"("count":2,"type":"VEC2")", "not one for each"},
+             Lie{R"("count":3,"type":"VEC2")", R"("count":4,"type":"VEC2")", "reaches past its view"},
+             Lie{R"("COLOR_0":4)", R"("COLOR_0":1)", "COLOR_0: of the wrong type"},
+             Lie{R"("componentType":5121)", R"("componentType":5123)", "COLOR_0"},
+             Lie{R"("count":3,"type":"VEC4")", R"("count":1,"type":"VEC4")", "not one for each"},
+             Lie{R"("byteOffset":104,"byteLength":12)", R"("byteOffset":104,"byteLength":13)",
+                 "past the buffer"},
+             Lie{R"("metallicFactor":0.5)", R"("metallicFactor":-0.5)", "metallicFactor"},
+             Lie{R"("roughnessFactor":0.75)", R"("roughnessFactor":1e40)", "roughnessFactor"},
+             Lie{R"("emissiveFactor":[0.5,0.25,0])", R"("emissiveFactor":[0.5,0.25,7])", "emissiveFactor"},
+             Lie{R"("baseColorFactor":[1,0.5,0.25,1])", R"("baseColorFactor":[1,-1,0.25,1])",
+                 "baseColorFactor"},
+             Lie{R"("version":"2.0")", R"("ver":"2.0")", ""},
+         }) {
+        const std::string said = refusal(replaced(good, lie.from, lie.to));
+        EXPECT_FALSE(said.empty()) << lie.to;
+        EXPECT_NE(said.find(lie.said), std::string::npos) << lie.to << " -> " << said;
+        EXPECT_NE(said.find("mesh.gltf"), std::string::npos) << said;
+    }
+    EXPECT_NE(refusal(triangle(triangleBytes(3))).find("names vertex 3 of 3"), std::string::npos);
+    EXPECT_NE(refusal(triangle(triangleBytes(2, std::nanf("")))).find("not finite"), std::string::npos);
+    EXPECT_NE(refusal(triangle(triangleBytes(2, 0.0f, INFINITY))).find("TEXCOORD_0"), std::string::npos);
+    EXPECT_NE(refusal(replaced(kTriangle, "URI", "data:application/octet-stream;base64,AAAA")), "");
+    EXPECT_NE(refusal(""), "");
+    EXPECT_NE(refusal("{"), "");
+    EXPECT_THROW(loadMesh(folder_ / "absent.glb"), patient::DataError);
+}
+
+TEST_F(MeshFile, NothingOutsideTheFileIsRead) {
+    std::ofstream(folder_ / "beside.bin", std::ios::binary)
+        .write(reinterpret_cast<const char*>(triangleBytes().data()), 116);
+    for (const std::string& uri : {std::string("beside.bin"), std::string("../beside.bin"),
+                                   (folder_ / "beside.bin").string(), std::string("/etc/hostname")})
+        EXPECT_NE(refusal(replaced(kTriangle, "URI", uri)), "") << uri;
+}
+
+// Cut anywhere, or with any byte changed, a file is read or refused; it never does anything else.
+TEST_F(MeshFile, ShippedFilesCutOrDamagedAreReadOrRefused) {
+    const std::string good = readAll(test::assetsFolder() / "instruments" / "needle.glb");
+    std::mt19937 random(11);
+    int refused = 0;
+    for (int i = 0; i < 150; ++i) {
+        std::string bad = good;
+        if (i % 3 == 0)
+            bad.resize(random() % good.size());
+        else if (i % 3 == 1)
+            bad[random() % 2500] = char(random());  // the header and the JSON
+        else
+            bad += std::string(1 + random() % 9, char(random()));
+        const std::string said = refusal(bad);
+        refused += said.empty() ? 0 : 1;
+        if (i % 3 != 1) {
+            EXPECT_NE(said, "") << i;
+        }
+    }
+    EXPECT_GT(refused, 100);
+}
+
+TEST(Assets, TheNeedleIsA17GNeedleOf150mm) {
+    const Mesh mesh = loadMesh(test::assetsFolder() / "instruments" / "needle.glb");
+    float lowest = 1.0f, widest = 0.0f;
+    glm::vec3 tip(1.0f);
+    for (const Vertex& v : mesh.vertices) {
+        if (v.position_m.z < lowest) lowest = v.position_m.z, tip = v.position_m;
+        if (v.position_m.z < 0.02f) widest = std::max(widest, std::hypot(v.position_m.x, v.position_m.y));
+    }
+    EXPECT_NEAR(lowest, 0.0f, 1e-6f);
+    EXPECT_NEAR(std::hypot(tip.x, tip.y), 0.0f, 1e-4f);
+    EXPECT_NEAR(widest, 0.00075f, 1e-5f);
+}
+
+TEST(Assets, NormalsAreUnitAndTrianglesFaceOutwards) {
+    for (const char* name :
+         {"rooms/table_top.glb", "rooms/table_pedestal.glb", "rooms/c_arm.glb", "rooms/ultrasound.glb",
+          "rooms/xray_monitor.glb", "rooms/patient_monitor.glb", "rooms/trolley.glb", "rooms/lamp.glb",
+          "rooms/room.glb", "rooms/built_in.glb", "instruments/needle.glb", "instruments/probe.glb",
+          "instruments/scalpel.glb", "instruments/hand.glb"}) {
+        const Mesh mesh = loadMesh(test::assetsFolder() / name);
+        std::size_t against = 0;
+        EXPECT_LT(std::filesystem::file_size(test::assetsFolder() / name), 150u * 1024u) << name;
+        for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+            const Vertex &a = mesh.vertices[mesh.indices[i]], &b = mesh.vertices[mesh.indices[i + 1]],
+                         &c = mesh.vertices[mesh.indices[i + 2]];
+            EXPECT_NEAR(glm::length(a.normal), 1.0f, 1e-4f) << name;
+            const glm::vec3 face = glm::cross(b.position_m - a.position_m, c.position_m - a.position_m);
+            if (glm::dot(face, a.normal + b.normal + c.normal) < 0.0f) ++against;
+        }
+        EXPECT_EQ(against, 0u) << name;
+    }
+}
+
+}  // namespace
+}  // namespace stylet::render

@@ -1,0 +1,195 @@
+// The room in pictures: what is skipped does not show, what stands in the lamp's light casts a shadow,
+// screens show what they are given.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "render/room/placement.h"
+#include "tests/render/phantoms.h"
+#include "tests/render/pictures.h"
+
+namespace stylet::render {
+namespace {
+
+constexpr std::uint32_t kSize = 192;
+
+class RoomTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
+    }
+    static RenderScene wholeRoom() {
+        RenderScene scene;
+        scene.look = Look::closed;
+        const double half = std::sqrt(0.5);
+        scene.stage_from_patient = {{half, 0.0, -half, 0.0}, {0.0, 1.06, -0.6}};
+        scene.room = {true, true, true, true, true, true, CArm{0.2, -0.1}};
+        scene.field_m = Vec3(0.14, 0.02, 0.0);
+        scene.drape = true;
+        scene.patient_from_needle = Pose{glm::angleAxis(1.2, Vec3(0, 1, 0)), Vec3(0.13, 0.02, 0.0)};
+        scene.patient_from_probe = Pose{glm::angleAxis(1.4, Vec3(0, 1, 0)), Vec3(0.14, 0.05, 0.06)};
+        scene.paths = {{Vec3(0.14, 0.02, 0.0), Vec3(0.04, 0.0, 0.0), 0.3}};
+        return scene;
+    }
+    const std::array<View, 2> eyes =
+        test::stereo(test::lookAt(Vec3(0.0, 1.62, 0.1), Vec3(-0.2, 1.05, -0.7), 0.6f), 0.063);
+};
+
+TEST_F(RoomTest, WhatNoEyeSeesIsSkippedAndDoesNotShow) {
+    const patient::Package package = test::makeTrunk(0.004);
+    const patient::Patient patient(package);
+    Gpu gpu({.validation = true});
+    Renderer renderer(gpu, {}, test::assetsFolder());
+    renderer.setPatient(patient);
+    const RenderScene scene = wholeRoom();
+    RenderStats with, without;
+    const auto culled = renderer.drawToImages(scene, eyes, kSize, kSize, &with);
+    RenderSettings settings;
+    settings.skips.unseen_parts = false;
+    renderer.setSettings(settings);
+    const auto all = renderer.drawToImages(scene, eyes, kSize, kSize, &without);
+    EXPECT_GT(with.culled_parts, 3u);
+    EXPECT_EQ(without.culled_parts, 0u);
+    for (std::size_t eye = 0; eye < 2; ++eye)
+        EXPECT_GE(test::psnr(culled[eye], all[eye]), 60.0);
+    EXPECT_EQ(gpu.validationMessages(), 0u);
+}
+
+TEST_F(RoomTest, TheShadowMapStaysUntilSomethingInItMoves) {
+    const patient::Package package = test::makeTrunk(0.004);
+    const patient::Patient patient(package);
+    Gpu gpu({.validation = true});
+    Renderer renderer(gpu, {}, test::assetsFolder());
+    renderer.setPatient(patient);
+    RenderScene scene = wholeRoom();
+    RenderStats stats;
+    renderer.drawToImages(scene, eyes, 64, 64, &stats);
+    EXPECT_EQ(stats.kept_shadows, 0u);
+    const auto kept = renderer.drawToImages(scene, eyes, 64, 64, &stats);
+    EXPECT_EQ(stats.kept_shadows, 1u);
+    RenderSettings settings;
+    settings.skips.still_shadows = false;
+    renderer.setSettings(settings);
+    const auto anew = renderer.drawToImages(scene, eyes, 64, 64, &stats);
+    EXPECT_EQ(stats.kept_shadows, 0u);
+    EXPECT_GE(test::psnr(kept[0], anew[0]), 60.0);
+    renderer.setSettings({});
+    // The head moves, a path appears: neither casts anything.
+    scene.paths.clear();
+    renderer.drawToImages(scene,
+                          test::stereo(test::lookAt(Vec3(1.0, 1.6, 0.4), Vec3(0, 1, -0.6), 0.5f), 0.063), 64,
+                          64, &stats);
+    EXPECT_EQ(stats.kept_shadows, 1u);
+    scene.patient_from_needle->position_m.y += 0.001;
+    renderer.drawToImages(scene, eyes, 64, 64, &stats);
+    EXPECT_EQ(stats.kept_shadows, 0u);
+    EXPECT_EQ(gpu.validationMessages(), 0u);
+}
+
+double luminanceAt(const Image& image, const View& view, const Vec3& stage) {
+    const Vec3 p = view.stage_from_eye.inverse() * stage;
+    const auto pixel = [&](double tangent, float low, float high) {
+        const double a = std::tan(double(low)), b = std::tan(double(high));
+        return int((tangent - a) / (b - a) * kSize);
+    };
+    const int x = pixel(p.x / -p.z, view.angle_left, view.angle_right);
+    const int y = int(kSize) - 1 - pixel(p.y / -p.z, view.angle_down, view.angle_up);
+    double sum = 0.0;
+    for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx)
+            for (std::size_t c = 0; c < 3; ++c)
+                sum += std::pow(
+                    image.rgba[(std::size_t(y + dy) * kSize + std::size_t(x + dx)) * 4 + c] / 255.0, 2.2);
+    return sum;
+}
+
+// The finger hovers over the table: its shadow lies where the line from the lamp through it meets the pad.
+TEST_F(RoomTest, AShadowLiesWhereTheLampSaysAndNowhereElse) {
+    const patient::Package package = test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002);
+    const patient::Patient patient(package);
+    Gpu gpu({});
+    Renderer renderer(gpu, {}, test::assetsFolder());
+    renderer.setPatient(patient);
+    RenderScene scene;
+    scene.look = Look::closed;
+    scene.stage_from_patient.position_m = {0.0, 1.06, 0.0};
+    scene.room.lamp = true;
+    scene.field_m = Vec3(0.0, 0.0, 0.20);
+    const Vec3 lamp = placementOf(scene, nullptr).lamp.stage_m;
+    const double pad = 1.06 - 0.03;
+    // The middle of the hand's wrist, 0.17 m behind the fingertip.
+    const Vec3 wrist = Vec3(0.02, 1.06 + 0.15, 0.20);
+    const Vec3 shadow = lamp + (wrist - lamp) * ((lamp.y - pad) / (lamp.y - wrist.y));
+    const View view = test::lookAt(Vec3(0.5, 1.45, 0.25), shadow, 0.35f);
+    const auto both = test::stereo(view, 0.0);
+    const auto without = renderer.drawToImages(scene, both, kSize, kSize);
+    scene.patient_from_finger = Pose{{1, 0, 0, 0}, Vec3(0.02 + 0.026, 0.15, 0.20 - 0.17)};
+    const auto with = renderer.drawToImages(scene, both, kSize, kSize);
+    const auto share = [&](const Vec3& p) {
+        return luminanceAt(with[0], view, p) / luminanceAt(without[0], view, p);
+    };
+    EXPECT_LT(share(shadow), 0.7);
+    EXPECT_NEAR(share(shadow + Vec3(0.17, 0.0, 0.0)), 1.0, 0.05);
+}
+
+TEST_F(RoomTest, AScreenShowsWhatItIsGivenUntilThatChanges) {
+    Gpu gpu({.validation = true});
+    Renderer renderer(gpu, {}, test::assetsFolder());
+    RenderScene scene;
+    scene.room.xray_monitor = true;
+    const Placement placed = placementOf(scene, nullptr);
+    const Vec3 screen = placed.stage_from_room * Vec3(-0.92, 1.58, 0.62);
+    const auto near = test::stereo(test::lookAt(screen + Vec3(0.9, 0.0, -0.3), screen, 0.25f), 0.0);
+    const auto green = [&] {
+        const Image picture = renderer.drawToImages(scene, near, kSize, kSize)[0];
+        return test::findBlob(picture, [](int r, int g, int b) { return g > 150 && r < 100 && b < 100; })
+            .pixels;
+    };
+    EXPECT_EQ(green(), 0u);
+    std::vector<std::uint8_t> rgba(300 * 200 * 4, 0);
+    for (std::size_t i = 1; i < rgba.size(); i += 4)
+        rgba[i] = 230;
+    scene.xray_screen = {300, 200, rgba.data(), 1};
+    const std::size_t shown = green();
+    EXPECT_GT(shown, kSize * kSize / 8u);
+    std::fill(rgba.begin(), rgba.end(), std::uint8_t(0));
+    EXPECT_EQ(green(), shown) << "uploaded again without a new revision";
+    scene.xray_screen.revision = 2;
+    EXPECT_EQ(green(), 0u);
+    EXPECT_EQ(gpu.validationMessages(), 0u);
+}
+
+// Asked before a picture is made for it: a screen that is said to be unseen must not show in any picture.
+TEST_F(RoomTest, AScreenIsSeenFromWhereItsPictureShows) {
+    Gpu gpu({});
+    Renderer renderer(gpu, {}, test::assetsFolder());
+    RenderScene scene;
+    scene.room.xray_monitor = true;
+    const Vec3 screen = placementOf(scene, nullptr).stage_from_room * Vec3(-0.92, 1.58, 0.62);
+    const std::vector<std::uint8_t> white(64 * 48 * 4, 255);
+    int seen_by = 0, hidden_from = 0;
+    for (int i = 0; i < 16; ++i) {
+        const Vec3 eye = screen + Vec3(1.1 * std::cos(0.4 * i), 0.2, 1.1 * std::sin(0.4 * i));
+        const Vec3 aim = i % 2 ? screen + Vec3(0.1 * (i - 8), 0.0, 0.06 * i) : screen;
+        const auto views = test::stereo(test::lookAt(eye, aim, 0.3f), 0.063);
+        scene.xray_screen = {};
+        const auto dark = renderer.drawToImages(scene, views, 96, 96);
+        scene.xray_screen = {64, 48, white.data(), 1};
+        const auto bright = renderer.drawToImages(scene, views, 96, 96);
+        const ScreensSeen seen = renderer.screensSeen(scene, views);
+        EXPECT_FALSE(seen.ultrasound || seen.monitor) << "they are not in the room";
+        const bool shows = dark[0].rgba != bright[0].rgba || dark[1].rgba != bright[1].rgba;
+        EXPECT_TRUE(seen.xray || !shows) << i;
+        ++(seen.xray ? seen_by : hidden_from);
+    }
+    EXPECT_GT(seen_by, 3);
+    EXPECT_GT(hidden_from, 3);
+    scene.room.xray_monitor = false;
+    EXPECT_FALSE(
+        renderer
+            .screensSeen(scene, test::stereo(test::lookAt(screen + Vec3(0.9, 0.0, -0.3), screen, 0.25f), 0.0))
+            .xray);
+}
+
+}  // namespace
+}  // namespace stylet::render

@@ -1,0 +1,38 @@
+// A scan in double precision, naively: every change of tissue looked at from every bin. Shares only data with
+// render/ultrasound: the packed voxels, the plan's numbers, the acoustic table.
+#pragma once
+
+#include <complex>
+#include <functional>
+#include <vector>
+
+#include "render/ultrasound/acoustic_volume.h"
+#include "render/ultrasound/contact.h"
+#include "render/ultrasound/scan_uniforms.h"
+
+namespace stylet::test {
+
+struct EncodedPatient {
+    patient::Grid grid;
+    std::vector<std::uint32_t> voxels;
+};
+EncodedPatient encode(const patient::Patient&, const render::AcousticTable&);
+
+struct ReferenceScan {
+    int lines = 0, bins = 0;
+    double bin_m = 0.0;
+    std::vector<double> envelope;  // line after line
+};
+
+using Undeform = std::function<render::Vec3(const render::Vec3&)>;  // patient frame to reference
+
+// Without electronic noise, every line in full contact.
+ReferenceScan referenceScan(const EncodedPatient&, const render::AcousticTable&, const Undeform&,
+                            const render::UltrasoundInput&, const render::UltrasoundSettings&,
+                            const render::Transducer&);
+
+// As drawn, 0 to 1, rows from the top; black outside the scan. Without marks.
+std::vector<double> referencePicture(const ReferenceScan&, const render::UltrasoundSettings&,
+                                     const render::Transducer&);
+
+}  // namespace stylet::test

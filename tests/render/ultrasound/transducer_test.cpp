@@ -1,0 +1,98 @@
+#include "render/ultrasound/transducer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "patient/package.h"
+#include "tests/render/pictures.h"
+
+namespace stylet::render {
+namespace {
+
+constexpr char kGood[] =
+    "name = \"p\"\nshape = \"convex\"\nradius_mm = 60\nhalf_angle_deg = 30\ndepth_mm = 160\nfrequency_mhz = "
+    "3.5\n"
+    "lowest_frequency_mhz = 2\nhighest_frequency_mhz = 5\nfocus_mm = 80\naperture_mm = 24\npulse_cycles = "
+    "2.5\n"
+    "thickness_mm = 2.4\nthickness_focus_mm = 75\nthickness_range_mm = 50\n";
+
+std::string refusal(const std::string& text) {
+    try {
+        parseTransducer("probe.toml", text);
+    } catch (const patient::DataError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+std::string with(const std::string& from, const std::string& to) {
+    std::string text = kGood;
+    return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(Transducers, TheShippedOnesAreTheModels) {
+    const auto folder = test::assetsFolder() / "ultrasound";
+    const Transducer convex = loadTransducer(folder / "convex.toml");
+    // What a default is, is on file too.
+    const Transducer plain;
+    EXPECT_EQ(convex.name, plain.name);
+    EXPECT_NEAR(convex.half_angle_rad, plain.half_angle_rad, 1e-6);
+    EXPECT_NEAR(convex.radius_m, plain.radius_m, 1e-9);
+    EXPECT_NEAR(convex.aperture_m, plain.aperture_m, 1e-9);
+    EXPECT_NEAR(convex.thickness_m, plain.thickness_m, 1e-9);
+    EXPECT_EQ(convex.frequency_hz, 3.5e6);
+    EXPECT_NEAR(convex.depth_m, 0.160, 1e-9);
+    const Transducer linear = loadTransducer(folder / "linear.toml");
+    EXPECT_EQ(linear.shape, TransducerShape::linear);
+    for (double depth = 0.0; depth <= convex.depth_m; depth += 0.01) {  // model, section 7: 2 to 5 mm
+        EXPECT_GE(beamThickness_m(convex, depth), 0.002);
+        EXPECT_LE(beamThickness_m(convex, depth), 0.005);
+    }
+}
+
+TEST(Transducers, LinesFanOutFromTheFace) {
+    const Transducer convex;
+    const ScanLine middle = scanLine(convex, 0.0), edge = scanLine(convex, 1.0);
+    EXPECT_EQ(middle.origin_m, patient::Vec3(0.0));
+    EXPECT_EQ(middle.direction, patient::Vec3(0, 0, 1));
+    EXPECT_NEAR(edge.direction.x, 0.5, 1e-6);
+    EXPECT_NEAR(edge.origin_m.x, 0.030, 1e-6);
+    EXPECT_NEAR(edge.origin_m.z, -0.060 * (1.0 - std::sqrt(0.75)), 1e-6);
+    EXPECT_NEAR(linePitch_m(convex, 256, 0.160), 0.220 * M_PI / 3.0 / 255.0, 1e-6);
+    Transducer linear;
+    linear.shape = TransducerShape::linear;
+    EXPECT_NEAR(scanLine(linear, -1.0).origin_m.x, -0.020, 1e-12);
+    EXPECT_EQ(scanLine(linear, 1.0).direction, patient::Vec3(0, 0, 1));
+}
+
+TEST(Transducers, TheBeamIsNarrowestAtItsFocusAndForHigherPitch) {
+    const Transducer probe;
+    const double at_focus = beamWidth_m(probe, 3.5e6, 0.080, 0.080);
+    EXPECT_LT(at_focus, beamWidth_m(probe, 3.5e6, 0.040, 0.080));
+    EXPECT_LT(at_focus, beamWidth_m(probe, 3.5e6, 0.140, 0.080));
+    EXPECT_LT(beamWidth_m(probe, 5e6, 0.080, 0.080), at_focus);
+    EXPECT_NEAR(at_focus, 1.2 * 1540.0 / 3.5e6 * 0.080 / 0.024 / std::sqrt(2.0), 1e-9);
+    EXPECT_NEAR(pulseLength_m(probe, 3.5e6), 0.00055, 1e-9);
+}
+
+TEST(Transducers, RefusesWhatIsNoProbe) {
+    EXPECT_EQ(refusal(kGood), "");
+    EXPECT_EQ(refusal(with("radius_mm = 60", "radius_mm = 0")),
+              "probe.toml: radius_mm: 0.000000 is not within 5.000000 to 200.000000");
+    EXPECT_NE(refusal(with("\"convex\"", "\"round\"")).find("neither convex nor linear"), std::string::npos);
+    EXPECT_NE(refusal(with("\"convex\"", "\"linear\"")).find("width_mm"), std::string::npos);
+    EXPECT_NE(refusal(with("frequency_mhz = 3.5", "frequency_mhz = 9")).find("frequency_mhz"),
+              std::string::npos);
+    EXPECT_NE(refusal(with("highest_frequency_mhz = 5", "highest_frequency_mhz = 1")).find("below"),
+              std::string::npos);
+    EXPECT_NE(refusal(with("depth_mm = 160", "depth_mm = inf")).find("depth_mm"), std::string::npos);
+    EXPECT_NE(refusal(with("pulse_cycles = 2.5", "pulse_cycles = []")).find("pulse_cycles"),
+              std::string::npos);
+    EXPECT_NE(refusal(with("name = \"p\"", "name = 3")).find("name"), std::string::npos);
+    EXPECT_NE(refusal("").find("name"), std::string::npos);
+    EXPECT_NE(refusal("[").find("line 1"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace stylet::render

@@ -1,0 +1,49 @@
+// A patient classified in host memory and what a march of him reads, without a GPU.
+#pragma once
+
+#include "render/uniforms.h"
+#include "render/volume/bricks.h"
+#include "render/volume/march.h"
+
+namespace stylet::test {
+
+struct MarchCase {
+    render::LookStyle look;
+    patient::Grid grid;
+    std::vector<std::byte> rgba;  // as classified.h makes it
+    render::BrickGrid bricks;
+    std::vector<std::uint32_t> brick_distance;
+    render::MarchVolume volume;
+
+    MarchCase(const patient::Patient&, const render::LookStyle&);
+    // Of texels made by hand.
+    MarchCase(const patient::Grid&, std::vector<std::byte> rgba, const render::LookStyle&);
+
+    // Of the patient where his own frame is the stage's.
+    render::gpu::FrameUniforms frame(const std::array<render::View, 2>&, std::uint32_t width,
+                                     std::uint32_t height, float step_voxels) const;
+};
+
+struct Layer {
+    std::uint32_t width = 0, height = 0;
+    std::vector<glm::vec4> colour;  // premultiplied linear, eye after eye
+    std::vector<float> depth_m;     // of the first surface; 0 = none
+};
+
+struct MarchRun {
+    render::Skips skips = {};
+    render::MarchPath path = render::MarchPath::widest;
+    const render::DeformTables* deformation = nullptr;
+    std::span<const float> mesh_depth = {};
+};
+Layer marchLayer(const MarchCase&, render::Workers&, const render::gpu::FrameUniforms&, const MarchRun& = {},
+                 render::gpu::Counters* counted = nullptr);
+
+// Peak signal to noise of both eyes over black as a screen shows them, dB, and the largest difference of a
+// channel, 1 = all of it.
+struct LayerDistance {
+    double psnr_db = 0.0, worst = 0.0;
+};
+LayerDistance distance(const Layer&, const Layer&);
+
+}  // namespace stylet::test

@@ -1,0 +1,30 @@
+// The volume pass as its definition says: one ray, double precision, steps of one size, nothing skipped.
+// Shares no code with march.cpp or volume.comp.
+#pragma once
+
+#include <functional>
+
+#include "tests/render/volume/march_case.h"
+
+namespace stylet::test {
+
+struct ReferenceRay {
+    glm::dvec3 light{0.0};  // premultiplied linear, before highlights are rolled off
+    double opacity = 0.0;
+    double depth_m = 0.0;  // along the eye's -z, where half of the light is gone; 0: nowhere
+};
+
+struct ReferenceSettings {
+    double step_voxels = 0.05;
+    const render::DeformTables* deformation = nullptr;
+    double mesh_depth_m = 1e9;
+};
+
+// The ray through `at`, shares of the picture from its top left corner.
+ReferenceRay referenceRay(const MarchCase&, const render::gpu::FrameUniforms&, int eye, const glm::dvec2& at,
+                          const ReferenceSettings& = {});
+
+// Every pixel of both eyes, as march() leaves them.
+Layer referenceLayer(const MarchCase&, const render::gpu::FrameUniforms&, const ReferenceSettings& = {});
+
+}  // namespace stylet::test

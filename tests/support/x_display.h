@@ -1,0 +1,43 @@
+// An X server without a screen, and what a user does to a window on it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <sys/types.h>
+
+namespace stylet::test {
+
+struct Screenshot {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;  // packed triples, rows from the top
+};
+
+// Starts Xvfb on a free display and names it in DISPLAY; both end with it. Each call below has a connection
+// of its own, so that nothing here depends on a display that is stopped.
+class XDisplay {
+  public:
+    XDisplay(int width, int height);  // throws std::runtime_error
+    ~XDisplay();
+    XDisplay(const XDisplay&) = delete;
+    XDisplay& operator=(const XDisplay&) = delete;
+
+    const std::string& name() const { return name_; }
+    // The only window's; empty: there is none.
+    std::string title() const;
+    Screenshot shot() const;  // of the only window's inside; empty: there is none
+    void key(const std::string& symbol) const;
+    void drag(int from_x, int from_y, int to_x, int to_y) const;  // in the window, left button
+    void resize(int width, int height) const;
+    void close() const;  // as a window manager asks for it
+    void stop() const;   // it answers nobody any more
+    void go() const;
+    void kill();
+
+  private:
+    std::string name_;
+    pid_t server_ = 0;
+};
+
+}  // namespace stylet::test

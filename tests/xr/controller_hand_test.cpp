@@ -1,0 +1,164 @@
+// A headset alone: the mock runtime's controllers as the hand of an attempt.
+#include "app/trainer/controller_hand.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/trainer/frames.h"
+#include "app/trainer/hand.h"
+#include "app/trainer/live_hand.h"
+#include "app/trainer/platform_linux.h"
+#include "app/trainer/staging.h"
+#include "tests/app/trainer/phantom_attempt.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+using nlohmann::json;
+using patient::Pose;
+using patient::Vec3;
+
+json keyOf(double t_s, const Pose& p) {
+    return {{"t_s", t_s},
+            {"position", {p.position_m.x, p.position_m.y, p.position_m.z}},
+            {"orientation", {p.rotation.x, p.rotation.y, p.rotation.z, p.rotation.w}}};
+}
+
+class ControllerHand : public testing::Test {
+  protected:
+    ControllerHand() {
+        setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
+        setenv("XRMOCK_LOG", (folder_ / "log.jsonl").c_str(), 1);
+    }
+    ~ControllerHand() override {
+        unsetenv("XRMOCK_LOG");
+        unsetenv("XRMOCK_SCENARIO");
+    }
+    void play(const json& controllers, const json& events = json::array()) {
+        const json head = json::array({keyOf(0.0, stageFromHead(stage_from_patient_, path_, 0.0))});
+        std::ofstream(folder_ / "scenario.json") << json{{"version", 2},
+                                                         {"eyes", {{"recommended_size", {64, 64}}}},
+                                                         {"head", head},
+                                                         {"controllers", controllers},
+                                                         {"events", events}};
+        setenv("XRMOCK_SCENARIO", (folder_ / "scenario.json").c_str(), 1);
+    }
+    // The grip that holds the needle's tip so deep on the path.
+    Pose gripAt(double depth_m) const {
+        const Pose room_from_tool = stage_from_patient_ * needlePose({depth_m, 0.0, 0.0}, {1.0, 0.0, 0.0});
+        return {room_from_tool.rotation, room_from_tool * Vec3(0.0, 0.0, 0.15)};
+    }
+    int calls(const std::string& name) const {
+        int count = 0;
+        std::ifstream log(folder_ / "log.jsonl");
+        for (std::string line; std::getline(log, line);)
+            count += line.find("\"call\":\"" + name + "\"") != std::string::npos;
+        return count;
+    }
+
+    const patient::Package package_ = test::ductPhantom();
+    const patient::Patient patient_{package_};
+    const patient::PlannedPath path_ = test::ductPath();
+    const Pose stage_from_patient_ = stageFromPatient(patient_, path_);
+    test::TempFolder folder_;
+};
+
+TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
+    // Outside for a while, then in within 4 s, and out; again and again, for nobody knows how long the
+    // trainer takes to start.
+    json poses = json::array();
+    for (double t_s = 0.0; t_s < 180.0; t_s += 12.0) {
+        poses.push_back(keyOf(t_s, gripAt(-0.020)));
+        poses.push_back(keyOf(t_s + 6.0, gripAt(-0.020)));
+        poses.push_back(keyOf(t_s + 10.0, gripAt(0.054)));
+    }
+    play({{"right", {{"poses", poses}}}});
+    const auto port = std::make_shared<ControllerPort>();
+    const haptics::Clock clock = monotonicClock();
+    const Scenario scenario = test::shortScenario();
+    Attempt attempt = makeLiveAttempt(patient_, scenario, path_, 1, haptics::makeTouchMap(patient_),
+                                      controllerProfile(), {});
+    attempt.simulation.patient_from_device = stage_from_patient_.inverse();
+    LiveDevice device(kControllers, std::make_unique<ControllerDriver>(*port, ControllerSide::right, clock),
+                      clock);
+    PictureSettings settings;
+    settings.assets = std::getenv("STYLET_ASSETS");
+    settings.controllers = port;
+    settings.validation = true;
+    std::string why_not;
+    auto pictures = openPictures(patient_, path_, settings, why_not);
+    ASSERT_TRUE(pictures) << why_not;
+    Session session(patient_, path_, {}, 0.0, nullptr);
+    Vibrations vibrations;
+    const LiveHand hand{device.bare(),
+                        [&](double elapsed_s) {
+                            const haptics::TickOutput* now = session.newest();
+                            const bool out = now && now->phase == haptics::Phase::outside;
+                            return elapsed_s > 150.0 || (session.log().target_hit() && out);
+                        },
+                        [] { return std::string(); },
+                        [](haptics::Tool) {},
+                        device.buttons(),
+                        device.rearmAct(),
+                        [&](const haptics::TickOutput& newest) {
+                            if (const auto felt = vibrations.take(newest)) port->vibrate(*felt);
+                        }};
+    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand);
+    device.stop();
+    EXPECT_TRUE(session.log().target_hit());
+    EXPECT_EQ(totals.pictures.validation_messages, 0u);
+    EXPECT_EQ(session.log().faults & haptics::kFaultOverSpeed, 0u);
+    // The path is kept to: the duct's near wall at 50 mm, cut where the force table says.
+    ASSERT_TRUE(session.log().target_cut);
+    const Vec3 tip_m = session.log().target_cut->patient_from_needle.position_m;
+    EXPECT_NEAR(tip_m.x, 0.0503, 1e-3);
+    EXPECT_NEAR(glm::length(Vec3(0.0, tip_m.y, tip_m.z)), 0.0, 1e-4);
+    // Felt: the touch, and several cuts; those within a frame are one.
+    EXPECT_GE(calls("xrApplyHapticFeedback"), 1);
+}
+
+// On the runtime's virtual clock, frame by frame.
+TEST_F(ControllerHand, IsTheNamedHandsAndGoesAndComesWithTheSession) {
+    const Pose left = gripAt(-0.05), right = gripAt(-0.10);
+    play({{"left", {{"poses", {keyOf(0.0, left)}}}}, {"right", {{"poses", {keyOf(0.0, right)}}}}},
+         {{{"frame", 12}, {"session_loss", {{"lost_after_s", 0}}}}});
+    FrameSettings settings;
+    settings.assets = std::getenv("STYLET_ASSETS");
+    settings.virtual_clock = true;
+    settings.controllers = std::make_shared<ControllerPort>();
+    settings.controller_side = ControllerSide::left;
+    ControllerPort& port = *settings.controllers;
+    {
+        FrameLoop loop(patient_, settings, path_);
+        Seen seen;
+        seen.tick.patient_from_needle.position_m = {-0.05, 0.0, 0.0};
+        std::uint32_t buttons = 0;
+        const auto tool = [&] { return port.toolAt(0, buttons); };
+        for (int i = 0; i < 10; ++i)
+            ASSERT_TRUE(loop.frame(seen, nullptr, ""));
+        ASSERT_TRUE(tool());
+        EXPECT_NEAR(glm::length(tool()->position_m - stage_from_patient_ * Vec3(-0.05, 0.0, 0.0)), 0.0, 1e-4);
+        bool lost = false, back = false;
+        for (int i = 0; i < 20 && !back; ++i) {
+            play({{"left", {{"poses", {keyOf(0.0, right)}}}}});  // of the next session
+            ASSERT_TRUE(loop.frame(seen, nullptr, ""));
+            lost = lost || !tool();
+            back = lost && tool().has_value();
+        }
+        EXPECT_TRUE(lost && back);
+        // Until the actions are bound a bare hand is seen where the controller is.
+        for (int i = 0; i < 2; ++i)
+            ASSERT_TRUE(loop.frame(seen, nullptr, ""));
+        EXPECT_NEAR(glm::length(tool()->position_m - stage_from_patient_ * Vec3(-0.10, 0.0, 0.0)), 0.0, 1e-4);
+    }
+    std::uint32_t buttons = 0;
+    EXPECT_FALSE(port.toolAt(0, buttons));  // nobody is asked any more
+}
+
+}  // namespace
+}  // namespace stylet::trainer

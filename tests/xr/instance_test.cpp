@@ -1,0 +1,153 @@
+// A session that cannot be made says why in a sentence, and leaves nothing behind; one that must go, goes.
+#include <algorithm>
+#include <chrono>
+#include <functional>
+
+#include "show.h"
+
+namespace stylet::xr {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class InstanceTest : public SessionTest {
+  protected:
+    // The sentence with which making a session fails.
+    std::string sentence() {
+        try {
+            Show show;
+        } catch (const XrError& error) {
+            const std::string text = error.what();
+            EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 0);
+            return text;
+        }
+        return "";
+    }
+    void refuseFromTheStart(const std::string& call, const std::string& result) {
+        useScenario(R"("events": [{"t_s": 0, "refuse": {"call": ")" + call + R"(", "result": ")" + result +
+                    R"("}}])");
+    }
+};
+
+TEST_F(InstanceTest, TheFactsNameWhatWasGranted) {
+    Show show;
+    const RuntimeFacts& facts = show.session.facts();
+    EXPECT_EQ(facts.runtime_name, "XR Mock");
+    EXPECT_EQ(facts.runtime_version, "0.1.0");
+    EXPECT_EQ(facts.system_name, "XR Mock HMD");
+    EXPECT_EQ(facts.width, 64u);
+    EXPECT_EQ(facts.height, 48u);
+    EXPECT_EQ(facts.extensions.front(), "XR_KHR_vulkan_enable2");
+    for (const char* name :
+         {"XR_KHR_composition_layer_depth", "XR_KHR_visibility_mask", "XR_EXT_user_presence",
+          "XR_EXT_hand_tracking", "XR_EXT_local_floor", "XR_FB_display_refresh_rate",
+          "XR_KHR_convert_timespec_time", "XR_EXT_stationary_reference_space"})
+        EXPECT_THAT(facts.extensions, Contains(name));
+    EXPECT_THAT(show.session.notes(), testing::IsEmpty());
+}
+
+TEST_F(InstanceTest, NoneButTheVulkanExtensionIsNeeded) {
+    std::string all;
+    {
+        Session session("Stylet test");
+        for (const std::string& name : session.facts().extensions)
+            if (name != "XR_KHR_vulkan_enable2") all += name + " ";
+    }
+    setVariable("XRMOCK_WITHHOLD", all);
+    Show show;
+    // The loader offers XR_EXT_debug_utils itself.
+    EXPECT_THAT(show.session.facts().extensions,
+                testing::IsSubsetOf({"XR_KHR_vulkan_enable2", "XR_EXT_debug_utils"}));
+    show.session.setDepthRange(0.1f, 10.0f);
+    EXPECT_TRUE(show.reach(SessionPhase::focused));
+    show.frame("nowhere");
+    EXPECT_TRUE(show.session.hiddenArea(0).indices.empty());
+}
+
+TEST_F(InstanceTest, WhatIsOfferedAndThenRefusedIsDoneWithout) {
+    setVariable("XRMOCK_WITHHOLD", "!XR_EXT_local_floor");
+    Show show;
+    EXPECT_THAT(show.session.facts().extensions, testing::ElementsAre("XR_KHR_vulkan_enable2"));
+    EXPECT_THAT(show.session.notes(), Contains(HasSubstr("refuses what it offers")));
+    EXPECT_TRUE(show.reach(SessionPhase::focused));
+}
+
+TEST_F(InstanceTest, WhatIsMissingIsSaidInASentence) {
+    setVariable("XR_LOADER_DEBUG", "none");
+    setVariable("XRMOCK_WITHHOLD", "XR_KHR_vulkan_enable2");
+    EXPECT_THAT(sentence(), HasSubstr("does not offer XR_KHR_vulkan_enable2"));
+    setVariable("XRMOCK_WITHHOLD", "!XR_KHR_vulkan_enable2");
+    EXPECT_THAT(sentence(), StartsWith("xrCreateInstance: XR_ERROR_EXTENSION_NOT_PRESENT"));
+    setVariable("XRMOCK_WITHHOLD", "");
+
+    refuseFromTheStart("xrGetSystem", "XR_ERROR_FORM_FACTOR_UNAVAILABLE");
+    EXPECT_EQ(sentence(),
+              "xrGetSystem: XR_ERROR_FORM_FACTOR_UNAVAILABLE: runtime \"XR Mock\" has no headset: "
+              "connect it and switch it on");
+    refuseFromTheStart("xrEnumerateViewConfigurationViews", "XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED");
+    EXPECT_THAT(sentence(), HasSubstr("one picture for each of two eyes"));
+    refuseFromTheStart("xrGetVulkanGraphicsRequirements2KHR", "XR_ERROR_SYSTEM_INVALID");
+    EXPECT_THAT(sentence(), HasSubstr("cannot use Vulkan"));
+    refuseFromTheStart("xrCreateSession", "XR_ERROR_LIMIT_REACHED");
+    EXPECT_THAT(sentence(), HasSubstr("does not let this program show anything now"));
+    useScenario(R"("offers": {"formats": [37, 126]})");  // R8G8B8A8_UNORM, D32_SFLOAT
+    EXPECT_EQ(sentence(), "xrEnumerateSwapchainFormats: the runtime offers no 8-bit sRGB colour format");
+    setVariable("XR_RUNTIME_JSON", folder_ / "nowhere.json");
+    EXPECT_THAT(sentence(), HasSubstr("start the headset's runtime, or set XR_RUNTIME_JSON"));
+    // And then it is there again.
+    setVariable("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST);
+    useScenario("");
+    EXPECT_EQ(sentence(), "");
+}
+
+TEST_F(InstanceTest, EveryCallOnTheWayMayFail) {
+    for (const char* call :
+         {"xrGetInstanceProperties", "xrGetSystemProperties", "xrEnumerateViewConfigurations",
+          "xrEnumerateEnvironmentBlendModes", "xrGetVulkanGraphicsDevice2KHR", "xrCreateVulkanInstanceKHR",
+          "xrCreateVulkanDeviceKHR", "xrEnumerateReferenceSpaces", "xrCreateActionSet", "xrCreateAction",
+          "xrStringToPath", "xrAttachSessionActionSets", "xrCreateActionSpace", "xrEnumerateSwapchainFormats",
+          "xrCreateSwapchain", "xrEnumerateSwapchainImages"}) {
+        refuseFromTheStart(call, "XR_ERROR_RUNTIME_FAILURE");
+        EXPECT_THAT(sentence(), StartsWith(call));
+    }
+    // These have something to fall back on.
+    for (const char* call :
+         {"xrCreateReferenceSpace", "xrCreateHandTrackerEXT", "xrGetDisplayRefreshRateFB"}) {
+        refuseFromTheStart(call, "XR_ERROR_RUNTIME_FAILURE");
+        EXPECT_EQ(sentence(), "");
+    }
+}
+
+double secondsOf(const std::function<void()>& work) {
+    const auto begin = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// The session's end is the user's: it waits for no runtime for long. What hangs is given the time to come
+// back before the next: the library is not to be unloaded under it.
+TEST_F(InstanceTest, ARuntimeThatHangsHoldsNobodyUp) {
+    for (const char* call : {"xrRequestExitSession", "xrDestroySession", "xrDestroyInstance"}) {
+        useScenario(R"("events": [{"frame": 2, "stall": {"call": ")" + std::string(call) +
+                    R"(", "for_s": 2.2}}])");
+        std::optional<Painter> painter;
+        auto session = std::make_unique<Session>("Stylet test");
+        painter.emplace(*session);
+        painter->start();
+        while (!session->running())
+            session->poll();
+        for (int i = 0; i < 4; ++i) {
+            session->endFrame(session->beginFrame());
+            session->poll();
+        }
+        const double took_s = secondsOf([&] { session.reset(); });
+        EXPECT_GT(took_s, 0.9) << call;
+        EXPECT_LT(took_s, 1.8) << call;  // a loaded machine
+        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    }
+}
+
+}  // namespace
+}  // namespace stylet::xr

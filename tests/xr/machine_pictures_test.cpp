@@ -1,0 +1,208 @@
+// The machines' screens: made when somebody looks, no more often than sound and tube allow, and kept.
+#include "app/trainer/machine_pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/phantom.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+using patient::Pose;
+using patient::Tissue;
+using patient::Vec3;
+
+constexpr render::ScreensSeen kBoth{true, true, false};
+
+class MachinePicturesTest : public testing::Test {
+  protected:
+    // Entered along +x at x = 0; the probe's +z goes in.
+    MachinePicturesTest() {
+        moment_.patient_from_probe =
+            Pose{patient::Quat{std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0}, Vec3(0.001, 0.0, 0.0)};
+        moment_.patient_from_isocentre.position_m = {0.05, 0.0, 0.0};
+    }
+    void look(double time_s, const render::ScreensSeen& seen = kBoth) {
+        moment_.time_s = time_s;
+        pictures_.show(moment_, seen);
+    }
+    void pulse() { ++moment_.machines.xray.pulses; }
+    static double brightness(const render::ScreenPicture& screen) {
+        double sum = 0.0;
+        for (int i = 0; i < screen.width * screen.height; ++i)
+            sum += screen.rgba[4 * i];
+        return sum / (screen.width * screen.height);
+    }
+
+    const patient::Package package_ =
+        test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::soft, 0.018}, {Tissue::liver, 0.080}}, 0.001);
+    const patient::Patient patient_{package_};
+    render::Gpu gpu_{{}};
+    render::DeformedPatient deformed_{gpu_, patient_};
+    MachinePictures pictures_{gpu_, deformed_, std::getenv("STYLET_ASSETS")};
+    MachineMoment moment_;
+};
+
+TEST_F(MachinePicturesTest, WhatNobodySeesIsNotMade) {
+    moment_.machines.xray.pedal = true;
+    pulse();
+    look(0.0, {});
+    EXPECT_EQ(pictures_.totals().scans, 0u);
+    EXPECT_EQ(pictures_.totals().xray_pictures, 0u);
+    EXPECT_EQ(pictures_.totals().unseen, 2u);
+    EXPECT_EQ(pictures_.ultrasoundScreen().width, 0);
+    EXPECT_EQ(pictures_.xrayScreen().width, 0);
+    look(0.01);
+    EXPECT_EQ(pictures_.totals().scans, 1u);
+    EXPECT_EQ(pictures_.totals().xray_pictures, 1u);
+    EXPECT_GT(brightness(pictures_.ultrasoundScreen()), 3.0);
+    EXPECT_GT(brightness(pictures_.xrayScreen()), 3.0);
+}
+
+TEST_F(MachinePicturesTest, AMachineThatNobodyTouchedStaysDark) {
+    moment_.patient_from_probe.reset();
+    for (double t_s = 0.0; t_s < 1.0; t_s += 0.1)
+        look(t_s);
+    EXPECT_EQ(pictures_.ultrasoundScreen().width, 0);
+    EXPECT_EQ(pictures_.xrayScreen().width, 0);
+}
+
+// 256 lines of 16 cm there and back: 53 ms.
+TEST_F(MachinePicturesTest, SoundTakesItsTime) {
+    for (int i = 0; i < 100; ++i)
+        look(0.010 * i);
+    EXPECT_NEAR(double(pictures_.totals().scans), 1.0 / 0.060, 2.0);
+    moment_.machines.ultrasound.depth_m = 0.08;
+    const std::uint64_t before = pictures_.totals().scans;
+    for (int i = 100; i < 200; ++i)
+        look(0.010 * i);
+    EXPECT_NEAR(double(pictures_.totals().scans - before), 1.0 / 0.030, 2.0);
+}
+
+TEST_F(MachinePicturesTest, AFrozenPictureStays) {
+    look(0.0);
+    moment_.machines.ultrasound.freeze = true;
+    moment_.patient_from_probe->position_m.y += 0.03;
+    look(1.0);
+    EXPECT_EQ(pictures_.totals().frozen, 1u);
+    const std::uint64_t revision = pictures_.ultrasoundScreen().revision;
+    look(2.0);
+    EXPECT_EQ(pictures_.ultrasoundScreen().revision, revision) << "nothing is new";
+    moment_.machines.ultrasound.gain_db = 6.0;
+    const double before = brightness(pictures_.ultrasoundScreen());
+    look(3.0);
+    EXPECT_GT(brightness(pictures_.ultrasoundScreen()), before + 1.0) << "but the gain";
+    EXPECT_EQ(pictures_.totals().scans, 1u) << "nothing was scanned again";
+}
+
+TEST_F(MachinePicturesTest, AProbeInTheAirIsDrawnOnce) {
+    look(0.0);
+    moment_.patient_from_probe.reset();
+    look(1.0);
+    const std::uint64_t revision = pictures_.ultrasoundScreen().revision;
+    for (int i = 2; i < 6; ++i)
+        look(double(i));
+    EXPECT_EQ(pictures_.ultrasoundScreen().revision, revision);
+}
+
+TEST_F(MachinePicturesTest, TheLastPulseIsHeldAndOneThatNobodySawIsMadeUpFor) {
+    training::XrayState& xray = moment_.machines.xray;
+    xray.pedal = true;
+    pulse();
+    look(0.0);
+    for (int i = 1; i < 10; ++i)
+        look(0.01 * i);
+    EXPECT_EQ(pictures_.totals().xray_pictures, 1u) << "one a pulse";
+    xray.pedal = false;
+    const std::uint64_t live = pictures_.xrayScreen().revision;
+    look(0.2);
+    EXPECT_EQ(pictures_.totals().xray_pictures, 1u);
+    EXPECT_GT(pictures_.xrayScreen().revision, live) << "it says that it is held";
+    const std::uint64_t held = pictures_.xrayScreen().revision;
+    look(0.3);
+    EXPECT_EQ(pictures_.xrayScreen().revision, held);
+    // Given while nobody looked, through a needle that is gone and a C-arm that has turned when somebody
+    // does.
+    pulse();
+    moment_.patient_from_needle =
+        Pose{patient::Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0}, Vec3(0.05, 0.0, 0.0)};
+    MachinePictures watched(gpu_, deformed_, std::getenv("STYLET_ASSETS"));
+    watched.show(moment_, kBoth);
+    look(0.4, {});
+    moment_.patient_from_needle.reset();
+    moment_.machines.xray.rotation_rad = 0.5;
+    look(0.5);
+    EXPECT_EQ(pictures_.totals().xray_pictures, 2u);
+    const render::ScreenPicture late = pictures_.xrayScreen(), then = watched.xrayScreen();
+    EXPECT_TRUE(std::equal(late.rgba, late.rgba + 4 * late.width * late.height, then.rgba))
+        << "as it was then";
+    moment_.dose.contrast_m3 = 2e-6;
+    const std::uint64_t written = pictures_.xrayScreen().revision;
+    look(0.6);
+    EXPECT_GT(pictures_.xrayScreen().revision, written) << "what the ledger says";
+    EXPECT_EQ(pictures_.totals().xray_pictures, 2u);
+}
+
+TEST_F(MachinePicturesTest, WhatThereIsIsSaved) {
+    const test::TempFolder folder;
+    look(0.0);
+    pictures_.save(folder.path(), "skin");
+    EXPECT_TRUE(std::filesystem::exists(folder / "skin_ultrasound.png"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "skin_xray.png")) << "the pedal was never pressed";
+}
+
+// More voxels along an edge than an image can have: the machines are off, the attempt goes on.
+TEST(MachineLimits, APatientTooLargeForTheDeviceLeavesTheScreensDark) {
+    patient::Package package = test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::liver, 0.098}}, 0.002);
+    render::Gpu gpu({});
+    const auto limit = int(gpu.physicalDevice().getProperties().limits.maxImageDimension3D);
+    package.ct.grid.dims = package.labels.grid.dims = {limit + 8, 4, 4};
+    package.ct.grid.spacing_m = package.labels.grid.spacing_m = Vec3(0.001);
+    package.ct.voxels.assign(package.ct.grid.voxelCount(), std::int16_t(40));
+    package.labels.voxels.assign(package.ct.grid.voxelCount(), std::uint8_t(0));
+    const patient::Patient patient(package);
+    render::DeformedPatient deformed(gpu, patient);
+    MachinePictures pictures(gpu, deformed, std::getenv("STYLET_ASSETS"));
+    MachineMoment moment;
+    moment.patient_from_probe = Pose{};
+    moment.machines.xray.pedal = true;
+    moment.machines.xray.pulses = 1;
+    testing::internal::CaptureStderr();
+    pictures.show(moment, kBoth);
+    moment.time_s = 1.0;
+    pictures.show(moment, kBoth);
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find("no ultrasound pictures"), std::string::npos) << said;
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 2) << "once each:\n" << said;
+    EXPECT_EQ(pictures.totals().scans, 0u);
+}
+
+// The needle's tip at the origin; the guide's line goes through the picture.
+TEST(MachineMoment, IsWhatATickSays) {
+    haptics::TickOutput tick;
+    tick.tick = 1500;
+    tick.tool = haptics::Tool::probe;
+    tick.patient_from_tool = Pose{{1.0, 0.0, 0.0, 0.0}, Vec3(0.1, 0.0, 0.0)};
+    MachineMoment m = momentOf(tick, {}, 0.001);
+    EXPECT_DOUBLE_EQ(m.time_s, 1.5);
+    ASSERT_TRUE(m.patient_from_probe);
+    EXPECT_NEAR(glm::length(m.patient_from_probe->direction({0, 0, 1}) - Vec3(0, 0, -1)), 0.0, 1e-12)
+        << "a probe looks away from the hand";
+    EXPECT_FALSE(m.guide_m || m.patient_from_needle);
+    tick.tool = haptics::Tool::needle;
+    tick.probe_parked = true;
+    tick.patient_from_probe = *m.patient_from_probe;
+    m = momentOf(tick, {}, 0.001);
+    ASSERT_TRUE(m.patient_from_needle && m.guide_m);
+    for (const Vec3& p : *m.guide_m)
+        EXPECT_NEAR((m.patient_from_probe->inverse() * p).y, 0.0, 1e-12) << "in the plane of the picture";
+    EXPECT_GT((m.patient_from_probe->inverse() * (*m.guide_m)[1]).z, 0.08);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -1,0 +1,75 @@
+// Registrations of devices whose place is known: what noise, few points, offsets, latency and wrong touches
+// do to them. Shared by the tests and by `stylet-bench --only xr.registration`.
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "xr/registration/registration.h"
+
+namespace stylet::xr::registration::study {
+
+enum class Way {
+    plain,   // Umeyama's fit of points, nothing else to find
+    held,    // as the wizard fits points that are held, the tip known from a pivot
+    motion,  // as the wizard fits twenty seconds of motion
+};
+
+struct Case {
+    Way way = Way::plain;
+    int points = 8;          // of motion: no meaning
+    double noise_m = 0.001;  // of a point as it goes into the fit, or of a sample in motion: sd along an axis
+    bool random_places = false;  // drawn from the cube; else spreadPlaces
+    // What makes it hard.
+    double gimbal_m = 0.0, scale_error = 0.0, late_s = 0.0, outliers = 0.0;
+    double memory_s = 0.0;  // in motion: the noise's correlation time
+};
+
+struct Errors {
+    std::vector<double> tre_m;  // of every trial at `targets` places of the cube
+    double rms_m = 0.0, mean_m = 0.0, p999_m = 0.0;
+    double expected_rms_m = 0.0;  // plain: Fitzpatrick's; else the fit's own prediction
+    double fre_m = 0.0, expected_fre_m = 0.0;
+    double accepted = 0.0;  // share of the trials
+    double mean_accepted_m = 0.0, p999_accepted_m = 0.0;
+    double late_error_s = 0.0, scale_error = 0.0, gimbal_error_m = 0.0;  // root mean squares of what is left
+    double fit_ms = 0.0;                                                 // median
+    int trials = 0, refused = 0;
+};
+
+Errors run(const Case&, int trials, std::uint64_t seed, int targets = 8);
+
+// One attempt in motion: the streams and the truth, for tests.
+struct Truth {
+    Rigid stage_from_device;
+    double scale = 1.0, late_s = 0.0;
+    Vec3 stylus_from_tip_m{0.0}, grip_from_tip_m{0.0};
+    Vec3 inStage(const Rigid& device_from_stylus) const {
+        return stage_from_device * (scale * (device_from_stylus * stylus_from_tip_m));
+    }
+};
+class Random {
+  public:
+    explicit Random(std::uint64_t seed) : engine_(seed) {}
+    double normal() { return normal_(engine_); }
+    double share() { return std::uniform_real_distribution<double>(0.0, 1.0)(engine_); }
+    double between(double a, double b) { return a + (b - a) * share(); }
+    Vec3 normal3() { return {normal(), normal(), normal()}; }
+    Vec3 inCube(double half) { return {between(-half, half), between(-half, half), between(-half, half)}; }
+    Vec3 direction() { return glm::normalize(normal3() + Vec3(1e-12)); }
+    Quat turn(double most_rad) { return glm::angleAxis(between(-most_rad, most_rad), direction()); }
+
+  private:
+    std::mt19937_64 engine_;
+    std::normal_distribution<double> normal_;
+};
+Truth makeTruth(const Case&, Random&);
+struct Streams {
+    std::vector<Timed> device, tracked;
+};
+Streams makeMotion(const Case&, const Truth&, Random&, double seconds = 20.0);
+std::vector<Pair> makePoints(const Case&, const Truth&, Random&);
+
+}  // namespace stylet::xr::registration::study

@@ -1,0 +1,103 @@
+// What the runtime announces: states, and the news of the user and the room.
+#include <utility>
+
+#include "xr/session_impl.h"
+
+namespace stylet::xr {
+namespace {
+
+template <typename Event>
+const Event& as(const XrEventDataBuffer& event) {
+    return reinterpret_cast<const Event&>(event);
+}
+
+}  // namespace
+
+SessionPhase Session::poll() {
+    return impl_->poll();
+}
+
+SessionPhase Session::Impl::poll() {
+    for (;;) {
+        XrEventDataBuffer event{XR_TYPE_EVENT_DATA_BUFFER, nullptr, {}};
+        const XrResult result = xrPollEvent(instance.handle.get(), &event);
+        if (result == XR_EVENT_UNAVAILABLE) break;
+        if (!usable(result, "xrPollEvent", "the runtime has stopped answering")) break;
+        onEvent(event);
+    }
+    tracks = machine.phase == SessionPhase::focused;
+    return machine.phase;
+}
+
+News Session::takeNews() {
+    return std::exchange(impl_->news, {});
+}
+
+void Session::Impl::onEvent(const XrEventDataBuffer& event) {
+    switch (int(event.type)) {  // not all are of the header's enumeration
+        case XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED:
+            onStateChanged(as<XrEventDataSessionStateChanged>(event).state);
+            break;
+        case XR_TYPE_EVENT_DATA_INSTANCE_LOSS_PENDING:
+            machine.onLoss();
+            break;
+        case XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING:
+            if (const auto change = spaces.changeOf(as<XrEventDataReferenceSpaceChangePending>(event)))
+                news.spaces.push_back(*change);
+            break;
+        case XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED:
+            readProfiles();
+            break;
+        case XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR:
+            if (const auto view = as<XrEventDataVisibilityMaskChangedKHR>(event).viewIndex; view < 2)
+                news.hidden_area_changed[view] = true;
+            break;
+        case XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT:
+            news.worn = bool(as<XrEventDataUserPresenceChangedEXT>(event).isUserPresent);
+            break;
+        case XR_TYPE_EVENT_DATA_DISPLAY_REFRESH_RATE_CHANGED_FB:
+            facts.refresh_hz = double(as<XrEventDataDisplayRefreshRateChangedFB>(event).toDisplayRefreshRate);
+            break;
+        case XR_TYPE_EVENT_DATA_EVENTS_LOST:
+            onEventsLost();
+            break;
+        default:
+            break;
+    }
+}
+
+// Whatever could have been among them is taken to have been: where the stage is, nobody knows any more.
+void Session::Impl::onEventsLost() {
+    notes.push_back("xrPollEvent: the runtime has lost events");
+    news.spaces.push_back({last_display, false, {}});
+    news.hidden_area_changed = {true, true};
+    readProfiles();
+    if (const double rate_hz = refreshRate_hz(instance, session.get()); rate_hz > 0.0)
+        facts.refresh_hz = rate_hz;
+}
+
+void Session::Impl::readProfiles() {
+    news.profiles_changed = true;
+    usable(input.readProfiles(instance, session.get(), facts.profiles), "xrGetCurrentInteractionProfile",
+           "the runtime does not say which controllers are held");
+}
+
+void Session::Impl::onStateChanged(XrSessionState state) {
+    switch (machine.onState(state)) {
+        case SessionAct::begin: {
+            auto info = typed<XrSessionBeginInfo>(XR_TYPE_SESSION_BEGIN_INFO);
+            info.primaryViewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
+            usable(xrBeginSession(session.get(), &info), "xrBeginSession",
+                   "the runtime announced READY, then refused");
+            break;
+        }
+        case SessionAct::end:
+            usable(xrEndSession(session.get()), "xrEndSession",
+                   "the runtime announced STOPPING, then refused");
+            break;
+        case SessionAct::none:
+            break;
+    }
+}
+
+}  // namespace stylet::xr

@@ -1,0 +1,29 @@
+// Poses: from and to the API's, composed and inverted.
+#pragma once
+
+#include "xr/check.h"
+
+namespace stylet::xr {
+
+inline constexpr XrPosef kIdentityPose{{0.0f, 0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}};
+
+Pose poseOf(const XrPosef&);
+XrPosef xrPoseOf(const Pose&);  // the quaternion made of length 1
+
+std::array<double, 3> rotate(const Pose& by, const std::array<double, 3>&);
+Pose operator*(const Pose& a_from_b, const Pose& b_from_c);
+Pose inverse(const Pose& a_from_b);
+
+// What xrLocateSpace found, if it found all of it: to be drawn it may be guessed, to be measured it must be
+// tracked.
+inline constexpr XrSpaceLocationFlags kWholePose =
+    XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
+inline constexpr XrSpaceLocationFlags kTracked =
+    kWholePose | XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
+inline std::optional<Pose> wholePose(XrSpaceLocationFlags flags, const XrPosef& pose,
+                                     XrSpaceLocationFlags needed = kWholePose) {
+    if ((flags & needed) != needed) return std::nullopt;
+    return poseOf(pose);
+}
+
+}  // namespace stylet::xr

@@ -1,0 +1,421 @@
+#include "xr/registration/fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <limits>
+#include <random>
+
+namespace stylet::xr::registration {
+namespace {
+
+// The unknowns: a turn and a shift of stage_from_device, then what may be switched off.
+constexpr int kTurn = 0, kShift = 3, kScale = 6, kGimbal = 7, kTip = 10, kLatency = 13, kUnknowns = 14;
+using Vector = Eigen::Matrix<double, kUnknowns, 1>;
+using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using Rows = Eigen::Matrix<double, 3, kUnknowns>;
+
+constexpr double kThinnest_m = 0.004;  // of a set of points, root mean square: thinner is a plane
+constexpr double kClosest_m = 0.003;   // points nearer to one another are one
+constexpr int kMostDraws = 400, kSubset = 3, kSubsetForTip = 8;
+constexpr std::size_t kMostAsked = 150;      // pairs whose residuals judge a draw
+constexpr double kMedianToSd = 1.0 / 1.538;  // the median length of a 3D normal error is 1.538 sd
+constexpr double kOutlier = 3.6;             // sd: 0.5 % of good pairs are longer
+constexpr double kLeastIndependent = 8.0;
+constexpr double kFinest_m = 5e-5;  // noise is never taken to be less
+constexpr int kRounds = 12, kSteps = 4;
+constexpr double kFixed = 1e12;  // weight, 1/m^2 and the like, of what is not estimated
+
+Eigen::Vector3d eigen(const Vec3& v) {
+    return {v.x, v.y, v.z};
+}
+Eigen::Matrix3d matrixOf(const Quat& q) {
+    return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
+}
+Eigen::Matrix3d cross(const Vec3& v) {
+    Eigen::Matrix3d m;
+    m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
+    return m;
+}
+
+Vec3 residual(const Fit& fit, const Pair& pair) {
+    const Vec3 tip_m = pair.device_from_stylus * fit.stylus_from_tip_m - fit.latency_s * pair.tip_m_per_s;
+    return fit.stage_from_device * (fit.scale * tip_m) - pair.stage_from_grip * fit.grip_from_tip_m;
+}
+
+// What a small change of each unknown does to where the device's tip is in the room. The turn is about the
+// device's origin, in the stage's axes.
+Rows targetRows(const Fit& fit, const Rigid& device_from_stylus, const Vec3& tip_m_per_s) {
+    const Vec3 tip_m = device_from_stylus * fit.stylus_from_tip_m - fit.latency_s * tip_m_per_s;
+    const Quat& turn = fit.stage_from_device.rotation;
+    Rows rows = Rows::Zero();
+    rows.middleCols<3>(kTurn) = -cross(turn * (fit.scale * tip_m));
+    rows.middleCols<3>(kShift).setIdentity();
+    rows.col(kScale) = eigen(turn * tip_m);
+    rows.middleCols<3>(kGimbal) = fit.scale * matrixOf(turn * device_from_stylus.rotation);
+    rows.col(kLatency) = -eigen(turn * (fit.scale * tip_m_per_s));
+    return rows;
+}
+
+Rows rowsOf(const Fit& fit, const Pair& pair) {
+    Rows rows = targetRows(fit, pair.device_from_stylus, pair.tip_m_per_s);
+    rows.middleCols<3>(kTip) = -matrixOf(pair.stage_from_grip.rotation);
+    return rows;
+}
+
+Vector priorWeights(const FitSettings& s) {
+    Vector weights = Vector::Zero();
+    const auto set = [&](int at, int count, bool on, double sd) {
+        weights.segment(at, count).setConstant(on ? 1.0 / (sd * sd) : kFixed);
+    };
+    set(kScale, 1, s.scale, s.scale_sd);
+    set(kGimbal, 3, s.gimbal, s.gimbal_sd_m);
+    set(kTip, 3, s.tip, s.tip_sd_m);
+    set(kLatency, 1, s.latency, s.latency_sd_s);
+    return weights;
+}
+
+// How far the unknowns are from what was expected of them.
+Vector fromPrior(const Fit& fit, const FitSettings& s) {
+    Vector off = Vector::Zero();
+    off[kScale] = fit.scale - 1.0;
+    off.segment<3>(kGimbal) = eigen(fit.stylus_from_tip_m);
+    off.segment<3>(kTip) = eigen(fit.grip_from_tip_m - s.tip_guess_m);
+    off[kLatency] = fit.latency_s;
+    return off;
+}
+
+void move(Fit& fit, const Vector& by) {
+    const Vec3 turn(by[kTurn], by[kTurn + 1], by[kTurn + 2]);
+    const double angle = glm::length(turn);
+    const Quat q = angle > 0.0 ? glm::angleAxis(angle, turn / angle) : Quat(1.0, 0.0, 0.0, 0.0);
+    fit.stage_from_device.rotation = glm::normalize(q * fit.stage_from_device.rotation);
+    fit.stage_from_device.position_m += Vec3(by[kShift], by[kShift + 1], by[kShift + 2]);
+    fit.scale += by[kScale];
+    fit.stylus_from_tip_m += Vec3(by[kGimbal], by[kGimbal + 1], by[kGimbal + 2]);
+    fit.grip_from_tip_m += Vec3(by[kTip], by[kTip + 1], by[kTip + 2]);
+    fit.latency_s += by[kLatency];
+}
+
+// The information in the pairs that are used, and the priors'.
+struct Normal {
+    Matrix matrix;
+    Vector right;
+};
+Normal normalOf(const Fit& fit, std::span<const Pair> pairs, const FitSettings& settings) {
+    const Vector prior = priorWeights(settings);
+    const double weight = fit.independent / (fit.kept * fit.noise_m * fit.noise_m);
+    Normal normal{prior.asDiagonal(), -prior.cwiseProduct(fromPrior(fit, settings))};
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        if (!fit.used[i]) continue;
+        const Rows rows = rowsOf(fit, pairs[i]);
+        normal.matrix.noalias() += weight * (rows.transpose() * rows);
+        normal.right.noalias() -= weight * (rows.transpose() * eigen(residual(fit, pairs[i])));
+    }
+    return normal;
+}
+
+// How much the used pairs, which follow one another, know of each other: 1 + 2 * the sum of the residuals'
+// autocorrelation up to where it first falls below a twentieth.
+double sharedError(const Fit& fit, std::span<const Pair> pairs) {
+    std::vector<Vec3> off;
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+        if (fit.used[i]) off.push_back(residual(fit, pairs[i]));
+    double power = 0.0;
+    for (const Vec3& r : off)
+        power += glm::dot(r, r);
+    double share = 1.0;
+    for (std::size_t lag = 1; power > 0.0 && lag < off.size() / 4; ++lag) {
+        double product = 0.0;
+        for (std::size_t i = lag; i < off.size(); ++i)
+            product += glm::dot(off[i], off[i - lag]);
+        if (product < 0.05 * power) break;
+        share += 2.0 * product / power;
+    }
+    return share;
+}
+
+// Noise along an axis from the residuals and what was expected of it, and how many pairs they are worth.
+void measureNoise(Fit& fit, std::span<const Pair> pairs, const FitSettings& settings, double unknowns) {
+    double squares = 0.0;
+    fit.kept = 0;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        if (!fit.used[i]) continue;
+        const Vec3 off = residual(fit, pairs[i]);
+        squares += glm::dot(off, off);
+        ++fit.kept;
+    }
+    fit.rejected = int(pairs.size()) - fit.kept;
+    fit.fre_m = std::sqrt(squares / fit.kept);
+    fit.independent = fit.kept;
+    if (settings.in_order) fit.independent = std::max(kLeastIndependent, fit.kept / sharedError(fit, pairs));
+    // What is fitted away is a part of the independent ones.
+    const double left = std::max(0.0, 1.0 - unknowns / (3.0 * fit.independent));
+    const double freedom = 3.0 * fit.kept * left, expected = 3.0 * settings.noise_pairs;
+    const double variance = (squares + expected * settings.noise_m * settings.noise_m) / (freedom + expected);
+    fit.noise_m = std::max(kFinest_m, std::sqrt(variance));
+}
+
+// Unknowns that the pairs decide, each counted by how much of it they know against its prior.
+double decided(const Fit& fit, std::span<const Pair> pairs, const FitSettings& settings) {
+    const Normal normal = normalOf(fit, pairs, settings);
+    const Matrix left = normal.matrix.ldlt().solve(Matrix(priorWeights(settings).asDiagonal()));
+    return kUnknowns - left.trace();
+}
+
+std::vector<Vec3> gripTips(std::span<const Pair> pairs, const Vec3& grip_from_tip_m) {
+    std::vector<Vec3> tips;
+    for (const Pair& pair : pairs)
+        tips.push_back(pair.stage_from_grip * grip_from_tip_m);
+    return tips;
+}
+std::vector<Vec3> deviceTips(std::span<const Pair> pairs) {
+    std::vector<Vec3> tips;
+    for (const Pair& pair : pairs)
+        tips.push_back(pair.device_from_stylus.position_m);
+    return tips;
+}
+
+// Without the tip: an affine map, a shift and the tip, linear in all of them; the tip then makes points of
+// the poses.
+Answer<RigidFit> drawnWithTip(std::span<const Pair> drawn, const Vec3& guess_m, Vec3& tip_m) {
+    using Unknowns = Eigen::Matrix<double, 15, 1>;
+    Eigen::Matrix<double, 15, 15> normal = Eigen::Matrix<double, 15, 15>::Identity() * 1e-9;
+    // A tenth of a metre for the tip is all that is known where nothing was turned.
+    Unknowns right = Unknowns::Zero();
+    right.tail<3>() = 1e-9 * eigen(guess_m);
+    for (const Pair& pair : drawn) {
+        Eigen::Matrix<double, 3, 15> row = Eigen::Matrix<double, 3, 15>::Zero();
+        for (int axis = 0; axis < 3; ++axis) {
+            row.block<1, 3>(axis, 3 * axis) = eigen(pair.device_from_stylus.position_m).transpose();
+            row(axis, 9 + axis) = 1.0;
+        }
+        row.rightCols<3>() = -matrixOf(pair.stage_from_grip.rotation);
+        normal += row.transpose() * row;
+        right += row.transpose() * eigen(pair.stage_from_grip.position_m);
+    }
+    const Unknowns solved = normal.ldlt().solve(right);
+    tip_m = {solved[12], solved[13], solved[14]};
+    if (!isFinite(tip_m)) return refused<RigidFit>("The drawn pairs tell nothing.");
+    return fitRigid(gripTips(drawn, tip_m), deviceTips(drawn), false);
+}
+
+double medianResidual_m(const Fit& fit, std::span<const Pair> pairs) {
+    std::vector<double> lengths;
+    const std::size_t step = std::max<std::size_t>(1, pairs.size() / kMostAsked);
+    for (std::size_t i = 0; i < pairs.size(); i += step)
+        lengths.push_back(glm::length(residual(fit, pairs[i])));
+    const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
+    std::nth_element(lengths.begin(), middle, lengths.end());
+    return *middle;
+}
+
+// Calls `take` with the indices of subsets: all where they are few, else drawn at random.
+template <typename Take>
+void drawSubsets(std::size_t pairs, std::size_t size, std::uint32_t seed, const Take& take) {
+    std::vector<std::size_t> chosen(size);
+    if (size == kSubset && pairs * (pairs - 1) * (pairs - 2) / 6 <= std::size_t(kMostDraws)) {
+        for (chosen[0] = 0; chosen[0] < pairs; ++chosen[0])
+            for (chosen[1] = chosen[0] + 1; chosen[1] < pairs; ++chosen[1])
+                for (chosen[2] = chosen[1] + 1; chosen[2] < pairs; ++chosen[2])
+                    take(chosen);
+        return;
+    }
+    std::mt19937 random(seed);
+    for (int draw = 0; draw < kMostDraws; ++draw) {
+        for (std::size_t i = 0; i < size; ++i) {
+            do
+                chosen[i] = random() % pairs;
+            while (std::find(chosen.begin(), chosen.begin() + std::ptrdiff_t(i), chosen[i]) !=
+                   chosen.begin() + std::ptrdiff_t(i));
+        }
+        take(chosen);
+    }
+}
+
+bool vague(const FitSettings& settings) {
+    return settings.tip && settings.tip_sd_m >= kVague_m;
+}
+
+// Least median of squares over small subsets.
+Answer<Fit> consensus(std::span<const Pair> pairs, const FitSettings& settings) {
+    const std::size_t size = vague(settings) ? kSubsetForTip : kSubset;
+    Fit best;
+    double best_m = std::numeric_limits<double>::infinity();
+    std::vector<Pair> drawn(size);
+    drawSubsets(pairs.size(), size, settings.seed, [&](const std::vector<std::size_t>& chosen) {
+        for (std::size_t i = 0; i < size; ++i)
+            drawn[i] = pairs[chosen[i]];
+        Fit fit;
+        fit.grip_from_tip_m = settings.tip_guess_m;
+        const Answer<RigidFit> rigid =
+            vague(settings) ? drawnWithTip(drawn, settings.tip_guess_m, fit.grip_from_tip_m)
+                            : fitRigid(gripTips(drawn, settings.tip_guess_m), deviceTips(drawn), false);
+        if (!rigid) return;
+        fit.stage_from_device = rigid->a_from_b;
+        const double median_m = medianResidual_m(fit, pairs);
+        if (median_m < best_m) best = fit, best_m = median_m;
+    });
+    if (!std::isfinite(best_m)) return refused<Fit>("No three points lie well apart from one line.");
+    best.noise_m = std::max({best_m * kMedianToSd, settings.noise_m, kFinest_m});
+    return {best, ""};
+}
+
+bool choose(Fit& fit, std::span<const Pair> pairs, double noise_m) {
+    std::vector<bool> used(pairs.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+        used[i] = glm::length(residual(fit, pairs[i])) <= kOutlier * noise_m;
+    const bool same = used == fit.used;
+    fit.used = std::move(used);
+    fit.kept = int(std::count(fit.used.begin(), fit.used.end(), true));
+    return same;
+}
+
+double mostTurned_rad(std::span<const Pair> pairs, const Fit& fit) {
+    double most = 0.0;
+    Quat from = pairs.front().stage_from_grip.rotation;
+    for (int round = 0; round < 2; ++round) {
+        Quat farthest = from;
+        for (std::size_t i = 0; i < pairs.size(); ++i) {
+            if (!fit.used[i]) continue;
+            const double turn = angleBetween(from, pairs[i].stage_from_grip.rotation);
+            if (turn > most) most = turn, farthest = pairs[i].stage_from_grip.rotation;
+        }
+        from = farthest;
+    }
+    return most;
+}
+
+// The covariance of the unknowns carried to targets in the cube, for the stylus held as it was held.
+void predict(Fit& fit, std::span<const Pair> pairs, const FitSettings& settings) {
+    const Matrix covariance = normalOf(fit, pairs, settings).matrix.ldlt().solve(Matrix::Identity());
+    constexpr int kMostHolds = 32;
+    const double inner_m = settings.cube.half_m / std::sqrt(3.0);  // Gauss's two nodes: exact for squares
+    double mean = 0.0, worst = 0.0;
+    int holds = 0;
+    const std::size_t step = std::max<std::size_t>(1, pairs.size() / kMostHolds);
+    for (std::size_t i = 0; i < pairs.size(); i += step) {
+        if (!fit.used[i]) continue;
+        ++holds;
+        for (int corner = 0; corner < 8; ++corner) {
+            const Vec3 way(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+            const auto square = [&](double reach_m) {
+                const Rigid at{pairs[i].device_from_stylus.rotation, settings.cube.centre_m + reach_m * way};
+                const Rows rows = targetRows(fit, at, Vec3(0.0));
+                return (rows * covariance * rows.transpose()).trace();
+            };
+            mean += square(inner_m) / 8.0;
+            worst = std::max(worst, square(settings.cube.half_m));
+        }
+    }
+    fit.tre = {std::sqrt(mean / std::max(1, holds)), std::sqrt(worst)};
+    fit.scale_sd = std::sqrt(covariance(kScale, kScale));
+    fit.gimbal_sd_m = std::sqrt(covariance.block<3, 3>(kGimbal, kGimbal).trace());
+    fit.latency_sd_s = std::sqrt(covariance(kLatency, kLatency));
+}
+
+std::string refusal(std::span<const Pair> pairs, const FitSettings& settings) {
+    const int least = vague(settings) ? kLeastPairsForTip : kLeastPairs;
+    if (int(pairs.size()) < least)
+        return std::to_string(pairs.size()) + " points are too few: " + std::to_string(least) +
+               " are needed.";
+    for (const Pair& pair : pairs)
+        if (!isFinite(pair.device_from_stylus) || !isFinite(pair.stage_from_grip) ||
+            !isFinite(pair.tip_m_per_s))
+            return "A pose is not a number.";
+    std::vector<Vec3> apart;
+    for (const Vec3& tip : deviceTips(pairs))
+        if (int(apart.size()) < kLeastPairs &&
+            std::none_of(apart.begin(), apart.end(),
+                         [&](const Vec3& other) { return glm::distance(tip, other) < kClosest_m; }))
+            apart.push_back(tip);
+    if (int(apart.size()) < kLeastPairs)
+        return "The same place was touched again and again: " + std::to_string(kLeastPairs) +
+               " places at least are needed.";
+    return "";
+}
+
+std::string flatness(const Spread& spread) {
+    if (spread.sizes_m.y < kThinnest_m) return "The points lie on a line: touch places to its sides as well.";
+    if (spread.sizes_m.z < kThinnest_m) return "The points lie in a plane: touch places off it as well.";
+    return "";
+}
+
+}  // namespace
+
+Answer<Fit> fitPairs(std::span<const Pair> pairs, const FitSettings& settings, const Fit* earlier) {
+    if (const std::string why = refusal(pairs, settings); !why.empty()) return refused<Fit>(why);
+    if (const std::string why = flatness(spreadOf(deviceTips(pairs))); !why.empty()) return refused<Fit>(why);
+    Answer<Fit> found;
+    if (earlier)
+        found.value = *earlier, found.value->latency_s = 0.0;
+    else
+        found = consensus(pairs, settings);
+    if (!found) return found;
+    Fit& fit = *found.value;
+    // What the consensus leaves out (scale, gimbal) lengthens good residuals: it is let in by steps.
+    double threshold_m = 2.0 * fit.noise_m;
+    for (int round = 0; round < kRounds; ++round) {
+        const bool same = choose(fit, pairs, threshold_m);
+        if (fit.kept < kLeastPairs) return refused<Fit>("Too few of the points agree with one another.");
+        if (round == 0) fit.independent = fit.kept;
+        for (int step = 0; step < kSteps; ++step) {
+            const Normal normal = normalOf(fit, pairs, settings);
+            move(fit, normal.matrix.ldlt().solve(normal.right));
+        }
+        measureNoise(fit, pairs, settings, decided(fit, pairs, settings));
+        if (same && round > 1) break;
+        threshold_m = fit.noise_m;
+    }
+    std::vector<Vec3> kept;
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+        if (fit.used[i]) kept.push_back(pairs[i].device_from_stylus.position_m);
+    fit.spread = spreadOf(kept);
+    if (const std::string why = flatness(fit.spread); !why.empty())
+        return refused<Fit>("Of the points that agree with one another: " + why);
+    fit.turned_rad = mostTurned_rad(pairs, fit);
+    predict(fit, pairs, settings);
+    if (!isFinite(fit.stage_from_device) || !std::isfinite(fit.tre.worst_m))
+        return refused<Fit>("The points do not tell where the device stands.");
+    return found;
+}
+
+namespace {
+
+std::string sentence(const char* format, double a, double b = 0.0) {
+    std::array<char, 240> text{};
+    std::snprintf(text.data(), text.size(), format, a, b);
+    return text.data();
+}
+
+}  // namespace
+
+Verdict judge(const Fit& fit, const Limits& limits) {
+    const double rejected = double(fit.rejected) / std::max(1, fit.kept + fit.rejected);
+    if (rejected > limits.rejected)
+        return {false, sentence("%.0f %% of the points contradict the rest: keep the tips together and do "
+                                "it again.",
+                                100.0 * rejected)};
+    if (fit.fre_m > limits.fre_m)
+        return {false, sentence("The points miss one another by %.1f mm: keep the tips together and do it "
+                                "again.",
+                                1e3 * fit.fre_m)};
+    if (std::fabs(fit.scale - 1.0) > limits.scale)
+        return {false, sentence("The device's millimetres and the headset's differ by %.1f %%: is the device "
+                                "calibrated and homed?",
+                                100.0 * (fit.scale - 1.0))};
+    if (glm::length(fit.stylus_from_tip_m) > limits.gimbal_m)
+        return {false, sentence("The device's tip is %.0f mm from where it says: is its handle homed?",
+                                1e3 * glm::length(fit.stylus_from_tip_m))};
+    if (fit.tre.mean_m > limits.tre_mean_m || fit.tre.worst_m > limits.tre_worst_m)
+        return {false,
+                sentence("The needle would be %.1f mm from where it is seen, %.1f at worst: touch more "
+                         "places, farther apart.",
+                         1e3 * fit.tre.mean_m, 1e3 * fit.tre.worst_m)};
+    return {true,
+            sentence("The needle will be seen about %.1f mm from where it is, %.1f in the worst corner.",
+                     1e3 * fit.tre.mean_m, 1e3 * fit.tre.worst_m)};
+}
+
+}  // namespace stylet::xr::registration

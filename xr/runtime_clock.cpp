@@ -1,0 +1,25 @@
+#include "xr/runtime_clock.h"
+
+namespace stylet::xr {
+namespace {
+
+constexpr std::int64_t kPerSecond = 1'000'000'000;
+
+}  // namespace
+
+std::optional<XrTime> runtimeTimeOf(const Instance& instance, std::int64_t monotonic_ns) {
+    if (!instance.calls.timeOfTimespec) return std::nullopt;
+    const timespec given{monotonic_ns / kPerSecond, monotonic_ns % kPerSecond};
+    XrTime time = 0;
+    if (XR_FAILED(instance.calls.timeOfTimespec(instance.handle.get(), &given, &time))) return std::nullopt;
+    return time;
+}
+
+std::optional<std::int64_t> monotonicTimeOf(const Instance& instance, XrTime time) {
+    if (!instance.calls.timespecOfTime) return std::nullopt;
+    timespec found{};
+    if (XR_FAILED(instance.calls.timespecOfTime(instance.handle.get(), time, &found))) return std::nullopt;
+    return std::int64_t(found.tv_sec) * kPerSecond + found.tv_nsec;
+}
+
+}  // namespace stylet::xr

@@ -1,10 +1,12 @@
 #include "app/records/disk_linux.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "patient/package.h"
 
@@ -33,6 +35,34 @@ void DiskFile::write(std::span<const unsigned char> bytes) {
 void DiskFile::sync() {
     // EINVAL: a pipe or the like, which keeps nothing.
     if (fdatasync(descriptor_) != 0 && errno != EINVAL) throw DataError(file_, "file", std::strerror(errno));
+}
+
+FileLock::FileLock(FileLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+FileLock::~FileLock() {
+    if (descriptor_ >= 0) close(descriptor_);
+}
+
+std::optional<FileLock> FileLock::tryTake(const std::filesystem::path& file) {
+    const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (descriptor < 0) throw DataError(file, "file", std::strerror(errno));
+    FileLock lock(descriptor);
+    if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
+    if (errno == EWOULDBLOCK) return std::nullopt;
+    throw DataError(file, "lock", std::strerror(errno));
+}
+
+void syncFile(const std::filesystem::path& file) {
+    const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) throw DataError(file, "file", std::strerror(errno));
+    const int error = fdatasync(descriptor) == 0 ? 0 : errno;
+    close(descriptor);
+    if (error != 0 && error != EINVAL) throw DataError(file, "file", std::strerror(error));
+}
+
+void cutFile(const std::filesystem::path& file, std::uint64_t bytes) {
+    if (truncate(file.c_str(), off_t(bytes)) != 0) throw DataError(file, "file", std::strerror(errno));
+    syncFile(file);
 }
 
 void syncFolder(const std::filesystem::path& folder) {

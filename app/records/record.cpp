@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/records/bytes.h"
+#include "app/records/frames.h"
 
 namespace stylet::records {
 
@@ -22,10 +23,6 @@ using patient::Vec3;
 namespace {
 
 constexpr std::array<char, 8> kMagic{'S', 'T', 'Y', 'L', 'R', 'E', 'C', '\n'};
-constexpr std::uint32_t kFrameMark = 0x4d415246;   // "FRAM"
-constexpr std::size_t kPrologueBytes = 8 + 4 + 4;  // magic, version, header size
-constexpr std::size_t kFrameHeadBytes = 4 + 4 + 4 + 8 + 8;
-constexpr std::uint32_t kMaxHeaderBytes = 1 << 20;  // a recorded breath of an hour is a third of it
 constexpr std::uint32_t kMaxTickBytes = (7 + 4) * 8 + 4 * 4 + haptics::kMaxCommandsPerTick * 8;
 constexpr std::uint32_t kManyPoints = 1 << 10;        // more than any pad has
 constexpr std::uintmax_t kMaxFileBytes = 2ull << 30;  // seven hours

@@ -1,0 +1,61 @@
+#include "app/records/schema.h"
+
+#include <array>
+
+namespace stylet::records {
+
+namespace {
+
+constexpr const char* kVersion1 = R"sql(
+CREATE TABLE attempt (
+    number INTEGER PRIMARY KEY AUTOINCREMENT,
+    id TEXT NOT NULL UNIQUE,
+    trainee TEXT NOT NULL,
+    started_utc TEXT NOT NULL,
+    state TEXT NOT NULL CHECK (state IN ('running', 'done', 'cut_short')),
+    device TEXT NOT NULL,
+    patient TEXT NOT NULL,
+    patient_digest TEXT NOT NULL,
+    scenario TEXT NOT NULL,
+    difficulty TEXT NOT NULL,
+    program_version TEXT NOT NULL,
+    seed TEXT NOT NULL,
+    dt_s REAL NOT NULL,
+    device_gain REAL NOT NULL,
+    registration_rms_m REAL,
+    target_hit INTEGER,
+    total REAL,
+    ticks INTEGER
+) STRICT;
+CREATE INDEX attempt_of_trainee ON attempt (trainee);
+CREATE TABLE metric (
+    attempt INTEGER NOT NULL REFERENCES attempt (number) ON DELETE CASCADE,
+    place INTEGER NOT NULL,
+    id TEXT NOT NULL,
+    name TEXT NOT NULL,
+    unit TEXT NOT NULL,
+    value REAL,
+    points REAL,
+    most_points REAL,
+    PRIMARY KEY (attempt, place)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE event (
+    attempt INTEGER NOT NULL REFERENCES attempt (number) ON DELETE CASCADE,
+    place INTEGER NOT NULL,
+    tick INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    text TEXT NOT NULL,
+    PRIMARY KEY (attempt, place)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE doomed (folder TEXT PRIMARY KEY) STRICT;
+)sql";
+
+constexpr std::array kSteps{kVersion1};
+
+}  // namespace
+
+std::span<const char* const> schemaSteps() {
+    return kSteps;
+}
+
+}  // namespace stylet::records

@@ -1,0 +1,450 @@
+#include "app/records/store.h"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <limits>
+#include <random>
+
+#include "app/records/frames.h"
+#include "app/records/record.h"
+#include "app/records/schema.h"
+#include "patient/package.h"
+
+namespace stylet::records {
+
+using patient::DataError;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kPatience_ms = 10000;  // for another process that writes
+constexpr const char* kWriting = ".writing";
+constexpr std::size_t kMostTrainee = 64;
+constexpr std::array<const char*, 2> kFrameFiles{"record/inputs.bin", "record/samples.bin"};
+
+constexpr std::array<std::string_view, 3> kStates{"running", "done", "cut_short"};
+
+AttemptState stateOf(const std::string& name) {
+    return AttemptState(std::find(kStates.begin(), kStates.end(), name) - kStates.begin());
+}
+
+struct Now {
+    std::string compact, full;
+};
+
+Now utcNow() {
+    const auto now = std::chrono::system_clock::now();
+    const std::time_t seconds = std::chrono::system_clock::to_time_t(now);
+    const auto ms =
+        std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count() % 1000;
+    const std::tm utc = *std::gmtime(&seconds);
+    std::array<char, 64> compact{}, full{}, tail{};
+    std::strftime(compact.data(), compact.size(), "%Y%m%dT%H%M%SZ", &utc);
+    std::strftime(full.data(), full.size(), "%Y-%m-%dT%H:%M:%S", &utc);
+    std::snprintf(tail.data(), tail.size(), ".%03dZ", int(ms));
+    return {compact.data(), std::string(full.data()) + tail.data()};
+}
+
+// Sorts by time; the tail tells apart what began in the same second, here or at another place.
+std::string newId(const std::string& compact) {
+    std::random_device random;
+    std::array<char, 16> tail{};
+    std::snprintf(tail.data(), tail.size(), "-%08x", unsigned(random()));
+    return compact + tail.data();
+}
+
+std::uint64_t hexNumber(const std::string& text) {
+    return std::stoull(text, nullptr, 16);
+}
+
+// SQLite knows no NaN.
+void bindNumber(SQLite::Statement& statement, int place, double value) {
+    if (std::isnan(value))
+        statement.bind(place);
+    else
+        statement.bind(place, value);
+}
+
+double numberOf(const SQLite::Column& column) {
+    return column.isNull() ? std::numeric_limits<double>::quiet_NaN() : column.getDouble();
+}
+
+void syncTree(const fs::path& folder) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        if (entry.is_directory())
+            syncTree(entry.path());
+        else if (entry.is_regular_file())
+            syncFile(entry.path());
+    }
+    syncFolder(folder);
+}
+
+std::vector<CutFile> cutTails(const fs::path& folder) {
+    std::vector<CutFile> cut;
+    for (const char* name : kFrameFiles) {
+        const fs::path file = folder / name;
+        if (!fs::exists(file)) continue;
+        const WholePart whole = wholePart(file);
+        cut.push_back({name, whole.ticks, whole.file_bytes - whole.bytes, whole.bytes == 0});
+        if (whole.torn() && whole.bytes > 0) cutFile(file, whole.bytes);
+    }
+    return cut;
+}
+
+std::vector<MetricRow> metricsOf(SQLite::Database& database, std::int64_t number) {
+    SQLite::Statement rows(
+        database,
+        "SELECT id, name, unit, value, points, most_points FROM metric WHERE attempt = ? ORDER BY place");
+    rows.bind(1, number);
+    std::vector<MetricRow> metrics;
+    while (rows.executeStep())
+        metrics.push_back({rows.getColumn(0).getString(), rows.getColumn(1).getString(),
+                           rows.getColumn(2).getString(), numberOf(rows.getColumn(3)),
+                           numberOf(rows.getColumn(4)), numberOf(rows.getColumn(5))});
+    return metrics;
+}
+
+std::vector<EventRow> eventsOf(SQLite::Database& database, std::int64_t number) {
+    SQLite::Statement rows(database, "SELECT tick, kind, text FROM event WHERE attempt = ? ORDER BY place");
+    rows.bind(1, number);
+    std::vector<EventRow> events;
+    while (rows.executeStep())
+        events.push_back({std::uint64_t(rows.getColumn(0).getInt64()), rows.getColumn(1).getString(),
+                          rows.getColumn(2).getString()});
+    return events;
+}
+
+constexpr const char* kSelectAttempts =
+    "SELECT number, id, trainee, started_utc, state, device, patient, patient_digest, scenario, difficulty, "
+    "program_version, seed, dt_s, device_gain, registration_rms_m, target_hit, total, ticks FROM attempt ";
+
+StoredAttempt attemptOf(SQLite::Database& database, SQLite::Statement& r, const fs::path& folder) {
+    StoredAttempt attempt;
+    const std::int64_t number = r.getColumn(0).getInt64();
+    attempt.id = r.getColumn(1).getString();
+    attempt.info.trainee = r.getColumn(2).getString();
+    attempt.started_utc = r.getColumn(3).getString();
+    attempt.state = stateOf(r.getColumn(4).getString());
+    attempt.info.device = r.getColumn(5).getString();
+    attempt.info.patient = r.getColumn(6).getString();
+    attempt.info.patient_digest = hexNumber(r.getColumn(7).getString());
+    attempt.info.scenario = r.getColumn(8).getString();
+    attempt.info.difficulty = r.getColumn(9).getString();
+    attempt.info.program_version = r.getColumn(10).getString();
+    attempt.info.seed = std::stoull(r.getColumn(11).getString());
+    attempt.info.dt_s = r.getColumn(12).getDouble();
+    attempt.info.device_gain = r.getColumn(13).getDouble();
+    if (!r.getColumn(14).isNull()) attempt.info.registration_rms_m = r.getColumn(14).getDouble();
+    if (attempt.state == AttemptState::done)
+        attempt.result =
+            AttemptResult{r.getColumn(15).getInt() != 0, numberOf(r.getColumn(16)),
+                          std::uint64_t(r.getColumn(17).getInt64()), metricsOf(database, number)};
+    attempt.events = eventsOf(database, number);
+    attempt.folder = folder / attempt.id;
+    return attempt;
+}
+
+}  // namespace
+
+std::string_view stateName(AttemptState state) {
+    return kStates[std::size_t(state)];
+}
+
+std::string describe(const Recovered& recovered) {
+    std::string text = "attempt " + recovered.id + " was cut short: ";
+    if (recovered.files.empty()) return text + "nothing was recorded yet";
+    for (std::size_t i = 0; i < recovered.files.size(); ++i) {
+        const CutFile& file = recovered.files[i];
+        text += (i == 0 ? "" : "; ") + file.file.string();
+        if (file.headless) {
+            text += " ends inside its header";
+            continue;
+        }
+        text += " keeps " + std::to_string(file.ticks) + " ticks";
+        if (file.cut_bytes > 0) text += ", " + std::to_string(file.cut_bytes) + " torn bytes cut off";
+    }
+    return text;
+}
+
+void checkTrainee(const std::string& trainee) {
+    const auto refuse = [&](const std::string& reason) { throw DataError(trainee, "trainee", reason); };
+    if (trainee.empty()) refuse("is empty: a pseudonym is needed");
+    if (trainee.size() > kMostTrainee) refuse("is longer than 64 letters");
+    const auto fits = [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
+               c == '_' || c == '-';
+    };
+    if (!std::all_of(trainee.begin(), trainee.end(), fits))
+        refuse("is a pseudonym of letters, digits, '.', '_' and '-', not a name");
+}
+
+// Whatever fails becomes a DataError that names the store's file.
+template <typename Act>
+auto Store::guarded(Act act) const {
+    try {
+        return act();
+    } catch (const SQLite::Exception& e) {
+        throw DataError(file_, "database", e.what());
+    } catch (const fs::filesystem_error& e) {
+        throw DataError(e.path1().empty() ? folder_ : e.path1(), "file", e.code().message());
+    } catch (const std::logic_error& e) {  // of stoull: a number that is none
+        throw DataError(file_, "database", std::string("a number cannot be read: ") + e.what());
+    }
+}
+
+Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(folder_ / "store.sqlite") {
+    guarded([&] {
+        fs::create_directories(folder_ / "attempts");
+        database_ = std::make_unique<SQLite::Database>(
+            file_.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kPatience_ms);
+        database_->exec("PRAGMA journal_mode = WAL");
+        database_->exec("PRAGMA synchronous = FULL");
+        database_->exec("PRAGMA foreign_keys = ON");
+        database_->exec("PRAGMA secure_delete = ON");
+        migrate();
+        removeDoomed();
+        recover();
+    });
+}
+
+Store::~Store() = default;
+Store::Store(Store&&) noexcept = default;
+
+void Store::migrate() {
+    const auto numberIn = [&](const char* pragma) { return database_->execAndGet(pragma).getInt(); };
+    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+    const int version = numberIn("PRAGMA user_version"), made_by = numberIn("PRAGMA application_id");
+    const int newest = int(schemaSteps().size());
+    if (made_by != kStoreId && (made_by != 0 || numberIn("SELECT count(*) FROM sqlite_schema") > 0))
+        throw DataError(file_, "application_id", "this is not a Stylet store");
+    if (version > newest)
+        throw DataError(file_, "user_version",
+                        std::to_string(version) + " is newer than this program's " + std::to_string(newest));
+    if (version == newest) return;
+    for (const char* step : schemaSteps().subspan(std::size_t(version)))
+        database_->exec(step);
+    database_->exec("PRAGMA application_id = " + std::to_string(kStoreId));
+    database_->exec("PRAGMA user_version = " + std::to_string(newest));
+    change.commit();
+    syncFolder(folder_);
+    syncFolder(folder_.parent_path());
+}
+
+fs::path Store::folderOf(const std::string& id) const {
+    return folder_ / "attempts" / id;
+}
+
+bool Store::isBeingWritten(const std::string& id) const {
+    const fs::path lock = folderOf(id) / kWriting;
+    return open_.contains(id) || (fs::exists(lock) && !FileLock::tryTake(lock));
+}
+
+// begin() and finish() change state and lock under the same write lock of the database.
+void Store::recover() {
+    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+    std::vector<std::string> left;
+    SQLite::Statement running(*database_, "SELECT id FROM attempt WHERE state = 'running' ORDER BY number");
+    while (running.executeStep())
+        if (const std::string id = running.getColumn(0).getString(); !isBeingWritten(id)) left.push_back(id);
+    for (const std::string& id : left) {
+        recovered_.push_back({id, cutTails(folderOf(id))});
+        fs::remove(folderOf(id) / kWriting);
+        SQLite::Statement cut(*database_, "UPDATE attempt SET state = 'cut_short' WHERE id = ?");
+        cut.bind(1, id);
+        cut.exec();
+    }
+    if (!left.empty()) change.commit();
+}
+
+std::vector<fs::path> Store::unknownFolders() const {
+    return guarded([&] {
+        std::vector<fs::path> unknown;
+        for (const auto& entry : fs::directory_iterator(folder_ / "attempts")) {
+            SQLite::Statement known(*database_, "SELECT 1 FROM attempt WHERE id = ?");
+            known.bind(1, entry.path().filename().string());
+            if (!known.executeStep()) unknown.push_back(entry.path());
+        }
+        std::sort(unknown.begin(), unknown.end());
+        return unknown;
+    });
+}
+
+FileLock Store::makeFolder(const std::string& id) const {
+    fs::create_directory(folderOf(id));
+    auto lock = FileLock::tryTake(folderOf(id) / kWriting);
+    if (!lock) throw DataError(folderOf(id), "lock", "held by another process");
+    syncFolder(folderOf(id));
+    syncFolder(folder_ / "attempts");
+    return std::move(*lock);
+}
+
+std::string Store::begin(const AttemptInfo& info) {
+    checkTrainee(info.trainee);
+    return guarded([&] {
+        const Now now = utcNow();
+        const std::string id = newId(now.compact);
+        SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+        SQLite::Statement row(*database_,
+                              "INSERT INTO attempt (id, trainee, started_utc, state, device, patient, "
+                              "patient_digest, scenario, "
+                              "difficulty, program_version, seed, dt_s, device_gain, registration_rms_m) "
+                              "VALUES (?, ?, ?, 'running', ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+        int place = 0;
+        for (const std::string& text :
+             {id, info.trainee, now.full, info.device, info.patient, hexOf(info.patient_digest),
+              info.scenario, info.difficulty, info.program_version, std::to_string(info.seed)})
+            row.bind(++place, text);
+        row.bind(++place, info.dt_s);
+        row.bind(++place, info.device_gain);
+        if (info.registration_rms_m) row.bind(++place, *info.registration_rms_m);
+        row.exec();
+        FileLock lock = makeFolder(id);
+        try {
+            change.commit();
+        } catch (...) {
+            std::error_code ignored;
+            fs::remove_all(folderOf(id), ignored);
+            throw;
+        }
+        open_.emplace(id, std::move(lock));
+        return id;
+    });
+}
+
+void Store::needOpen(const std::string& id) const {
+    if (!open_.contains(id)) throw DataError(folderOf(id), "attempt", "is not being written here");
+}
+
+void Store::add(const std::string& id, const std::vector<EventRow>& events) {
+    needOpen(id);
+    if (events.empty()) return;
+    guarded([&] {
+        // Into the file at once; finish() waits for the disk.
+        database_->exec("PRAGMA synchronous = NORMAL");
+        const std::unique_ptr<SQLite::Database, void (*)(SQLite::Database*)> again(
+            database_.get(), [](SQLite::Database* d) { d->tryExec("PRAGMA synchronous = FULL"); });
+        SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+        SQLite::Statement row(
+            *database_,
+            "INSERT INTO event (attempt, place, tick, kind, text) SELECT number, "
+            "(SELECT count(*) FROM event WHERE attempt = number), ?, ?, ? FROM attempt WHERE id = ?");
+        for (const EventRow& event : events) {
+            row.bind(1, std::int64_t(event.tick));
+            row.bind(2, event.kind);
+            row.bind(3, event.text);
+            row.bind(4, id);
+            row.exec();
+            row.reset();
+        }
+        change.commit();
+    });
+}
+
+void Store::finish(const std::string& id, const AttemptResult& result) {
+    needOpen(id);
+    guarded([&] {
+        syncTree(folderOf(id));
+        SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+        SQLite::Statement row(
+            *database_,
+            "UPDATE attempt SET state = 'done', target_hit = ?, total = ?, ticks = ? WHERE id = ?");
+        row.bind(1, int(result.target_hit));
+        bindNumber(row, 2, result.total);
+        row.bind(3, std::int64_t(result.ticks));
+        row.bind(4, id);
+        row.exec();
+        SQLite::Statement metric(*database_,
+                                 "INSERT INTO metric (attempt, place, id, name, unit, value, points, "
+                                 "most_points) SELECT number, ?, ?, "
+                                 "?, ?, ?, ?, ? FROM attempt WHERE id = ?");
+        for (std::size_t i = 0; i < result.metrics.size(); ++i) {
+            const MetricRow& m = result.metrics[i];
+            metric.bind(1, std::int64_t(i));
+            metric.bind(2, m.id);
+            metric.bind(3, m.name);
+            metric.bind(4, m.unit);
+            bindNumber(metric, 5, m.value);
+            bindNumber(metric, 6, m.points);
+            bindNumber(metric, 7, m.most_points);
+            metric.bind(8, id);
+            metric.exec();
+            metric.reset();
+        }
+        change.commit();
+        fs::remove(folderOf(id) / kWriting);
+        open_.erase(id);
+    });
+}
+
+std::vector<StoredAttempt> Store::attempts(const std::string& trainee) const {
+    return guarded([&] {
+        SQLite::Transaction same_instant(*database_);
+        SQLite::Statement row(
+            *database_,
+            std::string(kSelectAttempts) + (trainee.empty() ? "" : "WHERE trainee = ? ") + "ORDER BY number");
+        if (!trainee.empty()) row.bind(1, trainee);
+        std::vector<StoredAttempt> found;
+        while (row.executeStep())
+            found.push_back(attemptOf(*database_, row, folder_ / "attempts"));
+        return found;
+    });
+}
+
+StoredAttempt Store::attempt(const std::string& id) const {
+    return guarded([&] {
+        SQLite::Transaction same_instant(*database_);
+        SQLite::Statement row(*database_, std::string(kSelectAttempts) + "WHERE id = ?");
+        row.bind(1, id);
+        if (!row.executeStep()) throw DataError(file_, "attempt " + id, "there is none");
+        return attemptOf(*database_, row, folder_ / "attempts");
+    });
+}
+
+std::size_t Store::eraseTrainee(const std::string& trainee) {
+    checkTrainee(trainee);
+    return guarded([&] {
+        SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+        SQLite::Statement ids(*database_, "SELECT id FROM attempt WHERE trainee = ?");
+        ids.bind(1, trainee);
+        std::vector<std::string> doomed;
+        while (ids.executeStep())
+            doomed.push_back(ids.getColumn(0).getString());
+        for (const std::string& id : doomed) {
+            if (isBeingWritten(id)) throw DataError(folderOf(id), "attempt", "is being written");
+            SQLite::Statement row(*database_, "INSERT INTO doomed (folder) VALUES (?)");
+            row.bind(1, id);
+            row.exec();
+        }
+        SQLite::Statement rows(*database_, "DELETE FROM attempt WHERE trainee = ?");
+        rows.bind(1, trainee);
+        rows.exec();
+        change.commit();
+        removeDoomed();
+        // No page of the file and none of the log keeps what was erased.
+        database_->exec("VACUUM");
+        database_->exec("PRAGMA wal_checkpoint(TRUNCATE)");
+        return doomed.size();
+    });
+}
+
+// What eraseTrainee() began, also when it was killed on the way.
+void Store::removeDoomed() {
+    std::vector<std::string> folders;
+    SQLite::Statement doomed(*database_, "SELECT folder FROM doomed");
+    while (doomed.executeStep())
+        folders.push_back(doomed.getColumn(0).getString());
+    doomed.reset();
+    if (folders.empty()) return;
+    for (const std::string& id : folders)
+        fs::remove_all(folderOf(id));
+    syncFolder(folder_ / "attempts");
+    database_->exec("DELETE FROM doomed");
+}
+
+}  // namespace stylet::records

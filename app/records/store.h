@@ -1,0 +1,134 @@
+// The store: every attempt of a training place, on its own disk first. One SQLite file as index and a folder
+// for each attempt:
+//   store.sqlite          attempts, metrics, events (WAL); README.md has the schema
+//   attempts/ID/          what `stylet run --out` leaves: summary.json, pictures, record/
+// What finish() has acknowledged survives a kill and a power loss. An attempt whose writer is gone is found
+// when the store is opened: its files are cut at the last whole frame, it is called cut short, and that is
+// said.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/records/disk_linux.h"
+
+namespace SQLite {
+class Database;
+}
+
+namespace stylet::records {
+
+// What an attempt was made with. `trainee` is a pseudonym (checkTrainee); the store keeps no names.
+struct AttemptInfo {
+    std::string trainee, device, patient, scenario, difficulty, program_version;
+    std::uint64_t patient_digest = 0, seed = 0;
+    double dt_s = 0.001, device_gain = 1.0;
+    std::optional<double> registration_rms_m{};  // of a device that was registered in the headset's room
+};
+
+// In the unit that `unit` names; points of at most `most_points`.
+struct MetricRow {
+    std::string id, name, unit;
+    double value = 0.0, points = 0.0, most_points = 0.0;
+};
+
+// kind: tool, step, contact, risk, near_miss, cut, bookmark, comment, injected, pause, fault, breath.
+struct EventRow {
+    std::uint64_t tick = 0;
+    std::string kind, text;
+};
+
+struct AttemptResult {
+    bool target_hit = false;
+    double total = 0.0;  // score, 0 to 100
+    std::uint64_t ticks = 0;
+    std::vector<MetricRow> metrics;
+};
+
+enum class AttemptState { running, done, cut_short };
+std::string_view stateName(AttemptState);  // "running", "done", "cut_short"
+
+struct StoredAttempt {
+    std::string id;
+    AttemptInfo info;
+    std::string started_utc;  // "2026-11-21T20:15:00.123Z"
+    AttemptState state = AttemptState::running;
+    std::optional<AttemptResult> result;  // of one that is done
+    std::vector<EventRow> events;         // in the order they were added
+    std::filesystem::path folder;
+};
+
+// A file of an attempt that was cut short, relative to the attempt's folder.
+struct CutFile {
+    std::filesystem::path file;
+    std::uint64_t ticks = 0;      // in whole frames: kept
+    std::uint64_t cut_bytes = 0;  // behind the last of them
+    bool headless = false;        // the file ends inside its header: nothing of it can be read
+};
+
+struct Recovered {
+    std::string id;
+    std::vector<CutFile> files;
+};
+// "attempt ID was cut short: record/inputs.bin keeps 1250 ticks, 312 torn bytes cut off"
+std::string describe(const Recovered&);
+
+// Letters, digits, '.', '_' and '-', 1 to 64 of them. Throws patient::DataError with the reason.
+void checkTrainee(const std::string& trainee);
+
+// Session thread or a tool; several processes may have one store open. Everything throws patient::DataError
+// when the disk refuses, and what it refused is not in the store then.
+class Store {
+  public:
+    // Makes it where there is none, brings an older schema up to date, recovers what was cut short. Refuses
+    // what is no store and what a newer program made.
+    explicit Store(const std::filesystem::path& folder);
+    ~Store();
+    Store(Store&&) noexcept;
+    Store& operator=(Store&&) = delete;
+
+    // What opening found cut short, oldest first; known to every later opening as cut short only.
+    const std::vector<Recovered>& recovered() const { return recovered_; }
+    // Folders under attempts/ that the index knows nothing of. They are left alone.
+    std::vector<std::filesystem::path> unknownFolders() const;
+
+    // An attempt begins: its id, under which its folder exists then. It is this store's until finish() or the
+    // end of the process.
+    std::string begin(const AttemptInfo&);
+    std::filesystem::path folderOf(const std::string& id) const;
+    // Kept through a kill at once, through a power loss with finish().
+    void add(const std::string& id, const std::vector<EventRow>&);
+    // Acknowledged when it returns: the rows and every file of the folder are on the disk.
+    void finish(const std::string& id, const AttemptResult&);
+
+    std::vector<StoredAttempt> attempts(
+        const std::string& trainee = "") const;  // oldest first; all when empty
+    StoredAttempt attempt(const std::string& id) const;
+
+    // Rows and folders of all attempts of a trainee, gone from the disk when it returns; how many there were.
+    // Refused while one of them is being written.
+    std::size_t eraseTrainee(const std::string& trainee);
+
+  private:
+    void migrate();
+    void recover();
+    void removeDoomed();
+    FileLock makeFolder(const std::string& id) const;
+    bool isBeingWritten(const std::string& id) const;
+    template <typename Act>
+    auto guarded(Act) const;
+    void needOpen(const std::string& id) const;
+
+    std::filesystem::path folder_, file_;
+    std::unique_ptr<SQLite::Database> database_;
+    std::map<std::string, FileLock> open_;  // attempts this store writes
+    std::vector<Recovered> recovered_;
+};
+
+}  // namespace stylet::records

@@ -1,0 +1,278 @@
+#include "app/records/store.h"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "app/records/frames.h"
+#include "app/records/record.h"
+#include "app/records/schema.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::records {
+namespace {
+
+using patient::DataError;
+using std::filesystem::path;
+
+AttemptInfo someInfo(const std::string& trainee = "T-01") {
+    AttemptInfo info{trainee, "falcon", "reference patient, seed 1", "demo", "practice", "1.2.3"};
+    info.patient_digest = 0xfedcba9876543210ull;
+    info.seed = std::numeric_limits<std::uint64_t>::max();
+    info.device_gain = 0.25;
+    info.registration_rms_m = 0.0011;
+    return info;
+}
+
+AttemptResult someResult() {
+    return {true,
+            87.5,
+            12345,
+            {{"clearance", "least clearance", "mm", std::numeric_limits<double>::infinity(), 10.0, 12.0},
+             {"angle", "duct angle", "deg", std::nan(""), 0.0, 8.0}}};
+}
+
+std::string complaintOf(const auto& act) {
+    try {
+        act();
+    } catch (const DataError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+std::string bytesOf(const path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// A recording of so many ticks in an attempt's folder, as a killed program leaves it.
+void recordInto(const path& folder, std::uint64_t ticks) {
+    RecordWriter writer(folder / "record", {}, {});
+    for (std::uint64_t tick = 1; tick <= ticks; ++tick)
+        writer.add({}, tick, tick);
+}
+
+TEST(Store, GivesBackWhatWasStored) {
+    const test::TempFolder temp;
+    std::string id, second;
+    {
+        Store store(temp / "s");
+        id = store.begin(someInfo());
+        EXPECT_TRUE(std::filesystem::is_directory(store.folderOf(id)));
+        store.add(id, {{1, "tool", "finger"}, {700, "cut", "skin"}});
+        store.add(id, {{900, "comment", "l\xc3\xa4uft; \"gut\"\n"}});
+        EXPECT_EQ(store.attempt(id).state, AttemptState::running);
+        EXPECT_FALSE(store.attempt(id).result);
+        second = store.begin(someInfo("T-02"));
+        store.finish(id, someResult());
+        store.finish(second, {});
+    }
+    const Store store(temp / "s");
+    EXPECT_TRUE(store.recovered().empty());
+    ASSERT_EQ(store.attempts().size(), 2u);
+    EXPECT_EQ(store.attempts()[0].id, id);
+    ASSERT_EQ(store.attempts("T-02").size(), 1u);
+    EXPECT_EQ(store.attempts("T-02")[0].id, second);
+    const StoredAttempt found = store.attempt(id);
+    EXPECT_EQ(found.state, AttemptState::done);
+    EXPECT_EQ(found.info.trainee, "T-01");
+    EXPECT_EQ(found.info.device, "falcon");
+    EXPECT_EQ(found.info.difficulty, "practice");
+    EXPECT_EQ(found.info.patient_digest, 0xfedcba9876543210ull);
+    EXPECT_EQ(found.info.seed, std::numeric_limits<std::uint64_t>::max());
+    EXPECT_EQ(found.info.device_gain, 0.25);
+    EXPECT_EQ(found.info.registration_rms_m, 0.0011);
+    EXPECT_EQ(found.started_utc.size(), std::string("2026-11-21T20:15:00.123Z").size());
+    ASSERT_EQ(found.events.size(), 3u);
+    EXPECT_EQ(found.events[2].tick, 900u);
+    EXPECT_EQ(found.events[2].text, "l\xc3\xa4uft; \"gut\"\n");
+    ASSERT_TRUE(found.result);
+    EXPECT_TRUE(found.result->target_hit);
+    EXPECT_EQ(found.result->total, 87.5);
+    EXPECT_EQ(found.result->ticks, 12345u);
+    ASSERT_EQ(found.result->metrics.size(), 2u);
+    EXPECT_TRUE(std::isinf(found.result->metrics[0].value));
+    EXPECT_TRUE(std::isnan(found.result->metrics[1].value));
+    EXPECT_EQ(found.result->metrics[1].most_points, 8.0);
+    EXPECT_TRUE(std::filesystem::is_empty(found.folder)) << "no trace of the writer's lock";
+}
+
+TEST(Store, TakesPseudonymsOnly) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    for (const std::string& bad : {std::string(), std::string("Ann Example"), std::string("../x"),
+                                   std::string("a\nb"), std::string(65, 'a'), std::string("\xc3\xa4")})
+        EXPECT_NE(complaintOf([&] { store.begin(someInfo(bad)); }), "") << bad;
+    EXPECT_NE(complaintOf([&] { checkTrainee("Ann Example"); }).find("pseudonym"), std::string::npos);
+    EXPECT_TRUE(store.attempts().empty());
+    EXPECT_NO_THROW(checkTrainee(std::string(64, 'z')));
+    EXPECT_NO_THROW(checkTrainee("S-3_b.2"));
+}
+
+TEST(Store, RecoversWhatItsWriterLeft) {
+    const test::TempFolder temp;
+    std::string torn, early;
+    {
+        Store store(temp / "s");
+        torn = store.begin(someInfo());
+        store.add(torn, {{5, "tool", "probe"}});
+        recordInto(store.folderOf(torn), 3 * kFrameTicks);
+        std::ofstream(store.folderOf(torn) / "record" / "inputs.bin", std::ios::app) << "FRAM half a frame";
+        early = store.begin(someInfo());
+    }
+    const Store store(temp / "s");
+    ASSERT_EQ(store.recovered().size(), 2u);
+    EXPECT_EQ(describe(store.recovered()[0]),
+              "attempt " + torn + " was cut short: record/inputs.bin keeps 750 ticks, 17 torn bytes cut off");
+    EXPECT_EQ(describe(store.recovered()[1]),
+              "attempt " + early + " was cut short: nothing was recorded yet");
+    EXPECT_EQ(store.attempt(torn).state, AttemptState::cut_short);
+    EXPECT_EQ(store.attempt(torn).events.size(), 1u);
+    const Record record = loadRecord(store.folderOf(torn) / "record");
+    EXPECT_EQ(record.inputs.size(), 3 * kFrameTicks);
+    EXPECT_EQ(record.torn_bytes, 0u);
+    EXPECT_TRUE(Store(temp / "s").recovered().empty()) << "only once";
+}
+
+TEST(Store, AnAttemptBeingWrittenIsNotRecovered) {
+    const test::TempFolder temp;
+    Store writer(temp / "s");
+    const std::string id = writer.begin(someInfo());
+    Store other(temp / "s");
+    EXPECT_TRUE(other.recovered().empty());
+    EXPECT_NE(complaintOf([&] { other.finish(id, {}); }).find("not being written here"), std::string::npos);
+    EXPECT_NE(complaintOf([&] { other.eraseTrainee("T-01"); }).find("is being written"), std::string::npos);
+    writer.finish(id, someResult());
+    EXPECT_EQ(other.attempt(id).state, AttemptState::done);
+    EXPECT_NE(complaintOf([&] { writer.finish(id, {}); }), "") << "once";
+}
+
+TEST(Store, AnAcknowledgedAttemptIsForgottenOnRequestAndReally) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    const std::string kept = store.begin(someInfo("T-02"));
+    store.finish(kept, someResult());
+    for (int i = 0; i < 3; ++i) {
+        const std::string id = store.begin(someInfo("Zebra-77"));
+        store.add(id, {{1, "comment", "remarkable words"}});
+        recordInto(store.folderOf(id), 10);
+        store.finish(id, someResult());
+    }
+    EXPECT_EQ(store.eraseTrainee("Zebra-77"), 3u);
+    EXPECT_EQ(store.eraseTrainee("Zebra-77"), 0u);
+    EXPECT_EQ(store.attempts().size(), 1u);
+    int files = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(temp / "s")) {
+        if (!entry.is_regular_file()) continue;
+        ++files;
+        const std::string bytes = bytesOf(entry.path());
+        EXPECT_EQ(bytes.find("Zebra-77"), std::string::npos) << entry.path();
+        EXPECT_EQ(bytes.find("remarkable"), std::string::npos) << entry.path();
+    }
+    EXPECT_GE(files, 1);
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(temp / "s" / "attempts"), {}), 1);
+}
+
+TEST(Store, ADeletionThatWasKilledIsCompleted) {
+    const test::TempFolder temp;
+    std::string id;
+    {
+        Store store(temp / "s");
+        id = store.begin(someInfo());
+        store.finish(id, {});
+        SQLite::Database bare((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
+        bare.exec("INSERT INTO doomed SELECT id FROM attempt; DELETE FROM attempt");
+    }
+    const Store store(temp / "s");
+    EXPECT_FALSE(std::filesystem::exists(store.folderOf(id)));
+    EXPECT_TRUE(store.unknownFolders().empty());
+}
+
+TEST(Store, KeepsItsHandsOffFoldersItDoesNotKnow) {
+    const test::TempFolder temp;
+    std::filesystem::create_directories(temp / "s" / "attempts" / "whose");
+    const Store store(temp / "s");
+    ASSERT_EQ(store.unknownFolders().size(), 1u);
+    EXPECT_EQ(store.unknownFolders()[0].filename(), "whose");
+}
+
+TEST(Store, OpensEveryOlderSchema) {
+    for (std::size_t version = 1; version <= schemaSteps().size(); ++version) {
+        const test::TempFolder temp;
+        std::filesystem::create_directories(temp / "s");
+        {
+            SQLite::Database old((temp / "s" / "store.sqlite").string(),
+                                 SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+            for (const char* step : schemaSteps().first(version))
+                old.exec(step);
+            old.exec("PRAGMA application_id = " + std::to_string(kStoreId));
+            old.exec("PRAGMA user_version = " + std::to_string(version));
+            old.exec(
+                "INSERT INTO attempt VALUES (7, 'an-id', 'T-9', '2026-01-02T03:04:05.678Z', 'done', "
+                "'falcon', "
+                "'someone', '00000000000000ff', 'demo', 'exam', '0.1', '18446744073709551615', 0.001, 1.0, "
+                "NULL, 1, 61.25, 4000);"
+                "INSERT INTO metric VALUES (7, 0, 'm', 'a metric', 'mm', 1.5, 2.5, 3.5);"
+                "INSERT INTO event VALUES (7, 0, 12, 'cut', 'duct')");
+        }
+        Store store(temp / "s");
+        const StoredAttempt old = store.attempt("an-id");
+        EXPECT_EQ(old.info.patient_digest, 255u) << version;
+        EXPECT_EQ(old.result.value().total, 61.25);
+        EXPECT_EQ(old.result.value().metrics.at(0).points, 2.5);
+        EXPECT_EQ(old.events.at(0).text, "duct");
+        const std::string id = store.begin(someInfo());
+        store.finish(id, someResult());
+        EXPECT_EQ(store.attempts().size(), 2u);
+    }
+}
+
+TEST(Store, RefusesWhatIsNoStoreOrTooNew) {
+    const test::TempFolder temp;
+    for (const char* name : {"text", "other", "newer"})
+        std::filesystem::create_directories(temp / name);
+    std::ofstream(temp / "text" / "store.sqlite") << std::string(5000, 'x');
+    SQLite::Database((temp / "other" / "store.sqlite").string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
+        .exec("CREATE TABLE song (name TEXT)");
+    {
+        Store(temp / "newer");
+    }
+    SQLite::Database((temp / "newer" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
+        .exec("PRAGMA user_version = 999");
+    EXPECT_NE(complaintOf([&] { Store(temp / "text"); }).find("database"), std::string::npos);
+    EXPECT_NE(complaintOf([&] { Store(temp / "other"); }).find("not a Stylet store"), std::string::npos);
+    EXPECT_NE(complaintOf([&] { Store(temp / "newer"); }).find("999 is newer"), std::string::npos);
+    EXPECT_NE(complaintOf([&] { Store("/proc/nothing"); }), "");
+    EXPECT_NE(complaintOf([&] { Store(temp / "fresh").attempt("nobody"); }).find("there is none"),
+              std::string::npos);
+}
+
+TEST(Frames, TheWholePartEndsBeforeTheFirstFrameThatIsNot) {
+    const test::TempFolder temp;
+    recordInto(temp / "a", 4 * kFrameTicks);
+    const path file = temp / "a" / "record" / "inputs.bin";
+    const std::string bytes = bytesOf(file);
+    const WholePart all = wholePart(file);
+    EXPECT_EQ(all.frames, 4u);
+    EXPECT_EQ(all.ticks, 4 * kFrameTicks);
+    EXPECT_FALSE(all.torn());
+    for (const std::size_t cut : {std::size_t(0), std::size_t(20), bytes.size() / 2, bytes.size() - 1}) {
+        std::ofstream(file, std::ios::binary).write(bytes.data(), std::streamsize(cut));
+        const WholePart part = wholePart(file);
+        EXPECT_LE(part.bytes, cut);
+        EXPECT_EQ(part.torn(), cut > 0) << cut;
+        EXPECT_EQ(part.bytes == 0, cut <= 20) << cut;
+    }
+    std::string flipped = bytes;
+    flipped[bytes.size() - 40] ^= 1;
+    std::ofstream(file, std::ios::binary) << flipped;
+    EXPECT_EQ(wholePart(file).frames, 3u);
+    EXPECT_THROW(wholePart(temp / "nothing"), DataError);
+}
+
+}  // namespace
+}  // namespace stylet::records

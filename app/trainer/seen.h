@@ -7,6 +7,7 @@
 #include "app/trainer/wounds.h"
 #include "app/training/dose.h"
 #include "app/training/machines.h"
+#include "app/training/progress.h"
 #include "haptics/simulation.h"
 
 namespace stylet::trainer {
@@ -20,6 +21,7 @@ struct Seen {
     bool held = false;
     double to_return_m = 0.0;
     std::uint64_t rearm_acts = 0;  // how often the user has asked for the force, so far
+    training::Progress progress{};
 };
 
 }  // namespace stylet::trainer

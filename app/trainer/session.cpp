@@ -28,13 +28,19 @@ Session::Session(const patient::Patient& patient, const patient::PlannedPath& pa
       approach_distance_m_(approach_distance_m),
       record_(record),
       fold_(patient, dt_s),
+      procedure_(patient, path, dt_s),
       wounds_(dt_s) {}
 
 void Session::drain(haptics::LoopChannels& channels) {
+    // An event is handed over after its own tick and before the next: so it is settled, however much waits,
+    // and what is folded over both comes out the same again.
     TickRecord record;
-    while (channels.records.pop(record))
-        take(record);
     EventRecord event;
+    while (channels.records.pop(record)) {
+        while (channels.events.pop(event))
+            unsettled_.push_back(event);
+        take(record);
+    }
     while (channels.events.pop(event))
         take(event);
     std::vector<TickRecord> flight;
@@ -81,6 +87,7 @@ void Session::watchForce(const TickRecord& record) {
 
 void Session::take(const TickRecord& record) {
     const TickOutput& now = record.output;
+    settleEvents();
     log_.state_hash = fold_.take(record.input, now);
     if (record_) record_->add(record.input, now.tick, log_.state_hash);
     ++log_.ticks;
@@ -100,6 +107,8 @@ void Session::take(const TickRecord& record) {
     }
     recent_.push_back(now);
     if (recent_.size() > kRecentTicks) recent_.pop_front();
+    procedure_.take(now, fold_);
+    takeProgress();
     if (haptics::holdsNeedle(now.tool) &&
         glm::dot(now.patient_from_needle.position_m - entry_m_, axis_) >= -approach_distance_m_)
         note("approach", now);
@@ -134,18 +143,29 @@ void Session::onEvent(const EventRecord& record, const TickOutput& shown) {
     const haptics::NeedleEvent& event = record.event;
     wounds_.take(event);
     const bool cut = event.kind == NeedleEventKind::puncture;
+    const bool target_cut =
+        cut && event.border.to == haptics::Tissue::duct && !log_.target_cut && targetAtTip(shown);
+    procedure_.take(event, shown, target_cut);
+    takeProgress();
     if (!cut && event.kind != NeedleEventKind::entry) return;
     log_.punctures.push_back(record);
     // A cut stands between two ticks: its peak is in neither's force.
     log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(event.force_before_n));
     note(std::string(patient::tissueName(event.border.to)), shown);
-    if (cut && event.border.to == haptics::Tissue::duct && !log_.target_cut && targetAtTip(shown))
-        log_.target_cut = shown;
+    if (target_cut) log_.target_cut = shown;
+}
+
+void Session::takeProgress() {
+    log_.progress = procedure_.progress();
+    log_.score = procedure_.score();
+    for (training::SessionEvent& event : procedure_.takeEvents())
+        log_.events.push_back(std::move(event));
 }
 
 Seen Session::seen(const TickOutput& tick) const {
     Seen seen{tick, wounds_.wounds(), fold_.machines(), fold_.dose()};
     seen.rearm_acts = rearm_acts_;
+    seen.progress = log_.progress;
     return seen;
 }
 

@@ -13,6 +13,7 @@
 #include "app/report/curve.h"
 #include "app/trainer/seen.h"
 #include "app/training/attempt_fold.h"
+#include "app/training/procedure.h"
 #include "haptics/loop.h"
 #include "patient/planning.h"
 
@@ -60,6 +61,9 @@ struct SessionLog {
     patient::ContrastStatus contrast;
     std::vector<std::vector<haptics::TickRecord>> flights;  // of the first kMaxFlights faults
     std::uint64_t more_flights = 0;                         // that were not kept
+    training::Progress progress;                            // of the newest tick
+    training::Score score;                                  // the same
+    std::vector<training::SessionEvent> events;             // in order
     bool target_hit() const { return target_cut.has_value(); }
 };
 
@@ -106,6 +110,7 @@ class Session {
     void watchXray(const haptics::TickOutput&);
     void settleEvents();
     void onEvent(const haptics::EventRecord&, const haptics::TickOutput&);
+    void takeProgress();
     void note(const std::string& moment, const haptics::TickOutput&);
     bool targetAtTip(const haptics::TickOutput&) const;
 
@@ -115,6 +120,7 @@ class Session {
     double approach_distance_m_;
     records::RecordWriter* record_;
     training::AttemptFold fold_;
+    training::Procedure procedure_;
     std::deque<haptics::TickOutput> recent_;  // to look an event's tick up in
     std::deque<haptics::EventRecord> unsettled_;
     std::size_t handed_out_ = 0;

@@ -1,0 +1,60 @@
+// The procedure over the ticks of an attempt: which step is done, how near, how well. Derived from what is
+// hashed, and itself not: a score changes with its table, an attempt does not.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/training/metrics.h"
+
+namespace stylet::training {
+
+class Procedure {
+  public:
+    // Looks at the patient round the path once (surroundings.h). `patient` must outlive it.
+    Procedure(const patient::Patient& patient, const patient::PlannedPath&, double dt_s);
+
+    // Session thread, all. The next tick, which `fold` has taken already.
+    void take(const haptics::TickOutput&, const AttemptFold& fold);
+    // An event of the newest tick; `target_cut`: it is the first cut of the target duct.
+    void take(const haptics::NeedleEvent&, const haptics::TickOutput&, bool target_cut);
+
+    const Progress& progress() const noexcept { return progress_; }
+    Score score() const noexcept { return scoreOf(metrics_.values()); }
+    // Since the last call, in order.
+    std::vector<SessionEvent> takeEvents() { return std::exchange(events_, {}); }
+
+  private:
+    TickFacts factsOf(const haptics::TickOutput&) noexcept;
+    PathNow pathNow(const patient::Surrogate&) noexcept;
+    Struck strikingOf(const haptics::TickOutput&) const noexcept;
+    bool inTarget(const haptics::TickOutput&) const noexcept;
+    void watchSteps(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
+    bool overGap(const patient::Vec3& reference_m) const noexcept;
+    bool inPathsSpace(const patient::Vec3& reference_m) const noexcept;
+    bool showsTarget(const haptics::TickOutput&, const patient::Vec3& target_m,
+                     const UltrasoundState&) const noexcept;
+    bool opensEntry(const haptics::Incision&) const noexcept;
+    void finish(Step, std::uint64_t tick);
+    void tell(const haptics::TickOutput&);
+    void say(std::uint64_t tick, const char* kind, std::string text);
+    void rate() noexcept;
+
+    const patient::Patient* patient_;
+    patient::PlannedPath path_;
+    double dt_s_;
+    Surroundings surroundings_;
+    Metrics metrics_;
+    patient::Side entry_side_, target_side_;
+    patient::LocalMotion entry_motion_, target_motion_;
+    patient::Vec3 axis_reference_{0.0, 0.0, 1.0};
+    Progress progress_;
+    bool begun_ = false, bone_held_ = false;
+    haptics::TickOutput before_;
+    std::uint64_t first_tick_ = 0, look_ticks_ = 1, pulses_ = 0;
+    double pressed_s_ = 0.0, shown_s_ = 0.0;
+    std::vector<SessionEvent> events_;
+};
+
+}  // namespace stylet::training

@@ -1,0 +1,147 @@
+#include "app/training/surroundings.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <vector>
+
+#include "patient/distance.h"
+
+namespace stylet::training {
+
+using patient::Grid;
+using patient::Index3;
+using patient::Label;
+using patient::Patient;
+using patient::Vec3;
+using patient::Volume;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kThreads = 2;
+constexpr double kOutermost_m = 0.040;    // before the entry lies outer air, at the latest here
+constexpr double kDuctPiece_m = 0.008;    // round the target, in which the duct runs straight
+constexpr double kLeastElongation = 1.5;  // of that piece's variances: less has no direction
+constexpr std::array<Index3, 6> kNeighbours{Index3(1, 0, 0),  Index3(-1, 0, 0), Index3(0, 1, 0),
+                                            Index3(0, -1, 0), Index3(0, 0, 1),  Index3(0, 0, -1)};
+
+// The patient's own voxels round the path.
+Grid gridAround(const Grid& whole, const patient::PlannedPath& path) {
+    const Vec3 low_m = glm::min(path.entry_reference_m, path.target_reference_m) - kSurroundings_m;
+    const Vec3 high_m = glm::max(path.entry_reference_m, path.target_reference_m) + kSurroundings_m;
+    const Index3 last = whole.dims - 1;
+    const Index3 low = glm::clamp(whole.nearest(low_m), Index3(0), last);
+    const Index3 high = glm::clamp(whole.nearest(high_m), Index3(0), last);
+    return {high - low + 1, whole.spacing_m, whole.centre(low)};
+}
+
+enum Mark : std::uint8_t { kAir = 1, kOuterAir = 2, kRisk = 4, kDuct = 8 };
+
+// As the planner sees it: past the fascia what lies between the two thresholds of bone is a vessel full of
+// contrast, a risk as well.
+std::uint8_t markOf(const Patient& patient, const Index3& i) {
+    const patient::Package& p = patient.package();
+    if (const Label* label = patient.label(p.labels[i])) {
+        if (label->role == patient::Role::risk) return kRisk;
+        return label->role == patient::Role::target ? kDuct : 0;
+    }
+    const double ct_hu = p.ct[i];
+    if (ct_hu < p.thresholds.t0_hu) return kAir;
+    return ct_hu < p.thresholds.t2_sensitive_hu ? 0 : kRisk;
+}
+
+// Air that hangs together with that in front of the entry is outside; other air is gas.
+void findOuterAir(Volume<std::uint8_t>& marks, const patient::PlannedPath& path) {
+    const Vec3 way = path.target_reference_m - path.entry_reference_m;
+    const double length_m = glm::length(way);
+    if (!(length_m > 0.0)) return;
+    const Vec3 outward = -way / length_m;
+    std::vector<Index3> open;
+    for (double at_m = 0.0; at_m < kOutermost_m && open.empty(); at_m += marks.grid.spacing_m.x) {
+        const Index3 i = marks.grid.nearest(path.entry_reference_m + outward * at_m);
+        if (marks.grid.contains(i) && marks[i] == kAir) open.push_back(i);
+    }
+    for (const Index3& i : open)
+        marks[i] = kOuterAir;
+    while (!open.empty()) {
+        const Index3 i = open.back();
+        open.pop_back();
+        for (const Index3& step : kNeighbours) {
+            const Index3 n = i + step;
+            if (!marks.grid.contains(n) || marks[n] != kAir) continue;
+            marks[n] = kOuterAir;
+            open.push_back(n);
+        }
+    }
+}
+
+Volume<float> distanceToMarked(const Volume<std::uint8_t>& marks, std::uint8_t wanted) {
+    Volume<std::uint8_t> mask(marks.grid);
+    std::transform(marks.voxels.begin(), marks.voxels.end(), mask.voxels.begin(),
+                   [&](std::uint8_t m) { return std::uint8_t((m & wanted) != 0); });
+    return patient::distanceTo(mask, patient::Sites::all, kThreads);
+}
+
+// The longest axis of the duct's piece at the target, by power iteration on its moments.
+std::optional<Vec3> ductDirection(const Volume<std::uint8_t>& marks, const Vec3& target_m) {
+    std::vector<Vec3> piece;
+    Vec3 middle(0.0);
+    const Index3 centre = marks.grid.nearest(target_m);
+    const Index3 reach = Index3(glm::ceil(Vec3(kDuctPiece_m) / marks.grid.spacing_m));
+    Index3 i;
+    for (i.z = centre.z - reach.z; i.z <= centre.z + reach.z; ++i.z)
+        for (i.y = centre.y - reach.y; i.y <= centre.y + reach.y; ++i.y)
+            for (i.x = centre.x - reach.x; i.x <= centre.x + reach.x; ++i.x) {
+                if (!marks.grid.contains(i) || marks[i] != kDuct) continue;
+                const Vec3 p = marks.grid.centre(i);
+                if (glm::length(p - target_m) > kDuctPiece_m) continue;
+                piece.push_back(p);
+                middle += p;
+            }
+    if (piece.size() < 3) return std::nullopt;
+    middle /= double(piece.size());
+    patient::Mat3 moments(0.0);
+    for (const Vec3& p : piece)
+        moments += glm::outerProduct(p - middle, p - middle);
+    Vec3 along(0.57, 0.58, 0.59);
+    constexpr int kIterations = 60;
+    for (int n = 0; n < kIterations; ++n) {
+        const Vec3 next = moments * along;
+        const double length = glm::length(next);
+        if (!(length > 0.0)) return std::nullopt;
+        along = next / length;
+    }
+    const double longest = glm::dot(along, moments * along);
+    const double others = 0.5 * (moments[0][0] + moments[1][1] + moments[2][2] - longest);
+    if (!(longest > kLeastElongation * others)) return std::nullopt;
+    return along;
+}
+
+}  // namespace
+
+Surroundings::Surroundings(const Patient& patient, const patient::PlannedPath& path) {
+    Volume<std::uint8_t> marks(gridAround(patient.grid(), path));
+    const Index3 corner = patient.grid().nearest(marks.grid.origin_m);
+    Index3 i;
+    for (i.z = 0; i.z < marks.grid.dims.z; ++i.z)
+        for (i.y = 0; i.y < marks.grid.dims.y; ++i.y)
+            for (i.x = 0; i.x < marks.grid.dims.x; ++i.x)
+                marks[i] = markOf(patient, i + corner);
+    findOuterAir(marks, path);
+    const Vec3 s = marks.grid.spacing_m;
+    half_voxel_m_ = 0.5 * std::max({s.x, s.y, s.z});
+    risk_m_ = distanceToMarked(marks, kRisk | kAir);
+    duct_m_ = distanceToMarked(marks, kDuct);
+    duct_along_ = ductDirection(marks, path.target_reference_m);
+}
+
+double Surroundings::toBorder(const Volume<float>& distance_m, const Vec3& reference_m) const noexcept {
+    if (!distance_m.grid.contains(distance_m.grid.nearest(reference_m))) return kInfinity;
+    return std::max(0.0, patient::linearAt(distance_m, reference_m) - half_voxel_m_);
+}
+
+}  // namespace stylet::training

@@ -13,6 +13,7 @@ class ByteSink {
     explicit ByteSink(std::vector<unsigned char>& to) : to_(&to) {}
     void u32(std::uint32_t v) { put(v, 4); }
     void u64(std::uint64_t v) { put(v, 8); }
+    void f32(float v) { u32(std::bit_cast<std::uint32_t>(v)); }
     void f64(double v) { u64(std::bit_cast<std::uint64_t>(v)); }
 
   private:
@@ -29,6 +30,7 @@ class ByteSource {
     explicit ByteSource(std::span<const unsigned char> from) : from_(from) {}
     std::uint32_t u32() { return static_cast<std::uint32_t>(take(4)); }
     std::uint64_t u64() { return take(8); }
+    float f32() { return std::bit_cast<float>(u32()); }
     double f64() { return std::bit_cast<double>(u64()); }
     bool ok() const { return ok_; }
     std::size_t position() const { return position_; }

@@ -2,8 +2,9 @@
 
 #include <zlib.h>
 
+#include <cstring>
 #include <fstream>
-#include <vector>
+#include <string>
 
 #include "app/records/bytes.h"
 #include "patient/package.h"
@@ -13,6 +14,28 @@ namespace stylet::records {
 using patient::DataError;
 
 namespace {
+
+constexpr std::uint32_t kFrameMark = 0x4d415246;   // "FRAM"
+constexpr std::size_t kPrologueBytes = 8 + 4 + 4;  // magic, version, header size
+constexpr std::size_t kFrameHeadBytes = 4 + 4 + 4 + 8 + 8;
+constexpr std::uint32_t kMaxHeaderBytes = 1 << 20;    // a recorded breath of an hour is a third of it
+constexpr std::uint32_t kMaxFrameBytes = 1 << 20;     // of a body
+constexpr std::uintmax_t kMaxFileBytes = 2ull << 30;  // three hours of samples
+
+std::uint32_t checksum(std::span<const unsigned char> bytes) {
+    return static_cast<std::uint32_t>(crc32_z(0, bytes.data(), bytes.size()));
+}
+
+// The head of a frame, without its body; false where it cannot be one.
+bool takeFrameHead(ByteSource head, Frame& frame, std::uint32_t& body_bytes) {
+    const std::uint32_t mark = head.u32();
+    frame.ticks = head.u32();
+    body_bytes = head.u32();
+    frame.first = head.u64();
+    frame.last = head.u64();
+    return head.ok() && mark == kFrameMark && frame.ticks > 0 && frame.ticks <= kFrameTicks &&
+           body_bytes <= kMaxFrameBytes;
+}
 
 // Bytes from a file as they are asked for, with the checksum of what came since begin().
 class Summed {
@@ -31,7 +54,7 @@ class Summed {
     std::size_t size() const { return bytes_.size(); }
     // The next four bytes are the checksum of all so far.
     bool takeChecksum() {
-        const auto sum = static_cast<std::uint32_t>(crc32_z(0, bytes_.data(), bytes_.size()));
+        const std::uint32_t sum = checksum(bytes_);
         const std::size_t place = bytes_.size();
         return take(4) && from(place).u32() == sum;
     }
@@ -48,17 +71,91 @@ bool takeHeader(Summed& in) {
     return size <= kMaxHeaderBytes && in.take(size) && in.takeChecksum();
 }
 
-bool takeFrame(Summed& in, std::uint32_t& ticks) {
+bool takeFrame(Summed& in, Frame& frame) {
     in.begin();
-    if (!in.take(kFrameHeadBytes)) return false;
-    ByteSource head = in.from(0);
-    const std::uint32_t mark = head.u32();
-    ticks = head.u32();
-    const std::uint32_t size = head.u32();
-    return mark == kFrameMark && size <= kMaxFrameBytes && in.take(size) && in.takeChecksum();
+    std::uint32_t body_bytes = 0;
+    return in.take(kFrameHeadBytes) && takeFrameHead(in.from(0), frame, body_bytes) && in.take(body_bytes) &&
+           in.takeChecksum();
 }
 
 }  // namespace
+
+FrameWriter::FrameWriter(const std::filesystem::path& file, std::span<const unsigned char> header)
+    : file_(file) {
+    file_.write(header);
+    file_.sync();
+}
+
+void FrameWriter::add(const Frame& frame) {
+    std::vector<unsigned char> bytes;
+    ByteSink sink(bytes);
+    sink.u32(kFrameMark);
+    sink.u32(frame.ticks);
+    sink.u32(static_cast<std::uint32_t>(frame.body.size()));
+    sink.u64(frame.first);
+    sink.u64(frame.last);
+    bytes.insert(bytes.end(), frame.body.begin(), frame.body.end());
+    sink.u32(checksum(bytes));
+    file_.write(bytes);
+    unsynced_ticks_ += frame.ticks;
+    if (unsynced_ticks_ >= kSyncTicks) sync();
+}
+
+void FrameWriter::sync() {
+    file_.sync();
+    unsynced_ticks_ = 0;
+}
+
+std::vector<unsigned char> fileHeader(const FileKind& kind, std::span<const unsigned char> body) {
+    std::vector<unsigned char> bytes(kind.magic.begin(), kind.magic.end());
+    ByteSink sink(bytes);
+    sink.u32(kind.version);
+    sink.u32(static_cast<std::uint32_t>(body.size()));
+    bytes.insert(bytes.end(), body.begin(), body.end());
+    sink.u32(checksum(bytes));
+    return bytes;
+}
+
+FileHead fileHead(std::span<const unsigned char> bytes, const std::filesystem::path& file,
+                  const FileKind& kind) {
+    if (bytes.size() < kPrologueBytes) throw DataError(file, "header", "the file ends inside it");
+    if (std::memcmp(bytes.data(), kind.magic.data(), kind.magic.size()) != 0)
+        throw DataError(file, "magic", "this is not " + std::string(kind.what));
+    ByteSource prologue(bytes.subspan(kind.magic.size()));
+    const std::uint32_t version = prologue.u32(), size = prologue.u32();
+    if (version != kind.version)
+        throw DataError(file, "version", std::to_string(version) + " is not " + std::to_string(kind.version));
+    if (size > kMaxHeaderBytes || bytes.size() < kPrologueBytes + size + 4)
+        throw DataError(file, "header", "the file ends inside it");
+    const auto summed = bytes.first(kPrologueBytes + size);
+    if (ByteSource(bytes.subspan(summed.size())).u32() != checksum(summed))
+        throw DataError(file, "header", "its checksum does not match");
+    return {summed.subspan(kPrologueBytes), summed.size() + 4};
+}
+
+std::optional<Frame> frameAt(std::span<const unsigned char> bytes) {
+    Frame frame;
+    std::uint32_t body_bytes = 0;
+    if (!takeFrameHead(ByteSource(bytes), frame, body_bytes)) return std::nullopt;
+    const std::size_t summed = kFrameHeadBytes + body_bytes;
+    if (bytes.size() < summed + 4) return std::nullopt;
+    if (ByteSource(bytes.subspan(summed)).u32() != checksum(bytes.first(summed))) return std::nullopt;
+    frame.body = bytes.subspan(kFrameHeadBytes, body_bytes);
+    frame.size = summed + 4;
+    return frame;
+}
+
+std::vector<unsigned char> readAll(const std::filesystem::path& file) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (error) throw DataError(file, "file", error.message());
+    if (size > kMaxFileBytes) throw DataError(file, "file", "larger than 2 GiB");
+    std::vector<unsigned char> bytes(size);
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
+        throw DataError(file, "file", "cannot be read");
+    return bytes;
+}
 
 WholePart wholePart(const std::filesystem::path& file) {
     WholePart part;
@@ -68,9 +165,9 @@ WholePart wholePart(const std::filesystem::path& file) {
     Summed in(file);
     if (!takeHeader(in)) return part;
     part.bytes = in.size();
-    for (std::uint32_t ticks = 0; takeFrame(in, ticks);) {
+    for (Frame frame; takeFrame(in, frame);) {
         part.bytes += in.size();
-        part.ticks += ticks;
+        part.ticks += frame.ticks;
         ++part.frames;
     }
     return part;

@@ -1,16 +1,11 @@
 #include "app/records/record.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/records/bytes.h"
-#include "app/records/frames.h"
 
 namespace stylet::records {
 
@@ -22,14 +17,8 @@ using patient::Vec3;
 
 namespace {
 
-constexpr std::array<char, 8> kMagic{'S', 'T', 'Y', 'L', 'R', 'E', 'C', '\n'};
-constexpr std::uint32_t kMaxTickBytes = (7 + 4) * 8 + 4 * 4 + haptics::kMaxCommandsPerTick * 8;
-constexpr std::uint32_t kManyPoints = 1 << 10;        // more than any pad has
-constexpr std::uintmax_t kMaxFileBytes = 2ull << 30;  // seven hours
-
-std::uint32_t checksum(std::span<const unsigned char> bytes) {
-    return static_cast<std::uint32_t>(crc32_z(0, bytes.data(), bytes.size()));
-}
+constexpr FileKind kInputsFile{{'S', 'T', 'Y', 'L', 'R', 'E', 'C', '\n'}, kRecordVersion, "a Stylet record"};
+constexpr std::uint32_t kManyPoints = 1 << 10;  // more than any pad has
 
 void putPose(ByteSink& sink, const Pose& p) {
     for (double v : {p.rotation.w, p.rotation.x, p.rotation.y, p.rotation.z})
@@ -149,33 +138,14 @@ std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     putPose(sink, header.settings.patient_from_device);
     putBreath(sink, header.settings.breath);
 
-    std::vector<unsigned char> bytes(kMagic.begin(), kMagic.end());
-    ByteSink prologue(bytes);
-    prologue.u32(kRecordVersion);
-    prologue.u32(static_cast<std::uint32_t>(body.size()));
-    bytes.insert(bytes.end(), body.begin(), body.end());
-    prologue.u32(checksum(bytes));
-    return bytes;
+    return fileHeader(kInputsFile, body);
 }
 
 // Fills `header` and returns where the frames begin.
 std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesystem::path& file,
                          RecordHeader& header) {
-    if (bytes.size() < kPrologueBytes) throw DataError(file, "header", "the file ends inside it");
-    if (std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) != 0)
-        throw DataError(file, "magic", "this is not a Stylet record");
-    ByteSource prologue(bytes.subspan(kMagic.size()));
-    const std::uint32_t version = prologue.u32(), size = prologue.u32();
-    if (version != kRecordVersion)
-        throw DataError(file, "version",
-                        std::to_string(version) + " is not " + std::to_string(kRecordVersion));
-    if (size > kMaxHeaderBytes || bytes.size() < kPrologueBytes + size + 4)
-        throw DataError(file, "header", "the file ends inside it");
-    const auto summed = bytes.first(kPrologueBytes + size);
-    if (ByteSource(bytes.subspan(summed.size())).u32() != checksum(summed))
-        throw DataError(file, "header", "its checksum does not match");
-
-    ByteSource body(summed.subspan(kPrologueBytes));
+    const FileHead head = fileHead(bytes, file, kInputsFile);
+    ByteSource body(head.body);
     header.package_digest = body.u64();
     header.settings.scenario_digest = body.u64();
     header.settings.seed = body.u64();
@@ -192,41 +162,22 @@ std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesy
         throw DataError(file, "header", "its size, tool or breath does not fit its version");
     if (!haptics::padsFit(header.settings.tools))
         throw DataError(file, "header", "no pad of finger or probe has so many points");
-    return summed.size() + 4;
+    return head.size;
 }
 
 // One frame at the source's start; false when it is not whole. Consumes `used` bytes.
 bool decodeFrame(std::span<const unsigned char> bytes, Record& record, std::size_t& used) {
-    ByteSource head(bytes);
-    const std::uint32_t mark = head.u32(), count = head.u32(), size = head.u32();
-    const std::uint64_t first = head.u64(), hash = head.u64();
-    if (!head.ok() || mark != kFrameMark || count == 0 || count > kFrameTicks) return false;
-    if (size > count * kMaxTickBytes || head.left() < std::size_t(size) + 4) return false;
-    if (first != record.inputs.size()) return false;
-    const auto summed = bytes.first(kFrameHeadBytes + size);
-    if (ByteSource(bytes.subspan(summed.size())).u32() != checksum(summed)) return false;
-
-    ByteSource body(summed.subspan(kFrameHeadBytes));
-    std::vector<TickInput> ticks(count);
+    const std::optional<Frame> frame = frameAt(bytes);
+    if (!frame || frame->first != record.inputs.size()) return false;
+    ByteSource body(frame->body);
+    std::vector<TickInput> ticks(frame->ticks);
     for (TickInput& tick : ticks)
         if (!takeTick(body, tick)) return false;
     if (body.left() != 0) return false;
     record.inputs.insert(record.inputs.end(), ticks.begin(), ticks.end());
-    record.checkpoints.push_back({record.inputs.size(), hash});
-    used = summed.size() + 4;
+    record.checkpoints.push_back({record.inputs.size(), frame->last});
+    used = frame->size;
     return true;
-}
-
-std::vector<unsigned char> readAll(const std::filesystem::path& file) {
-    std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(file, error);
-    if (error) throw DataError(file, "file", error.message());
-    if (size > kMaxFileBytes) throw DataError(file, "file", "larger than 2 GiB");
-    std::vector<unsigned char> bytes(size);
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
-        throw DataError(file, "file", "cannot be read");
-    return bytes;
 }
 
 json vectorJson(const Vec3& v) {
@@ -335,9 +286,7 @@ std::string hexOf(std::uint64_t hash) {
 
 RecordWriter::RecordWriter(const std::filesystem::path& folder, const RecordHeader& header,
                            const RecordInfo& info)
-    : folder_(emptied(folder)), info_(info), inputs_(folder_ / "inputs.bin") {
-    inputs_.write(encodeHeader(header));
-    inputs_.sync();
+    : folder_(emptied(folder)), info_(info), inputs_(folder_ / "inputs.bin", encodeHeader(header)) {
     info_.end.reset();
     info_.lost.reset();
     writeInfo(info_, folder_);
@@ -357,22 +306,10 @@ void RecordWriter::add(const TickInput& input, std::uint64_t tick, std::uint64_t
 }
 
 void RecordWriter::writeFrame() {
-    std::vector<unsigned char> bytes;
-    ByteSink sink(bytes);
-    sink.u32(kFrameMark);
-    sink.u32(frame_count_);
-    sink.u32(static_cast<std::uint32_t>(frame_.size()));
-    sink.u64(ticks_);
-    sink.u64(last_.state_hash);
-    bytes.insert(bytes.end(), frame_.begin(), frame_.end());
-    sink.u32(checksum(bytes));
-    inputs_.write(bytes);
+    inputs_.add({frame_count_, ticks_, last_.state_hash, frame_, 0});
     ticks_ += frame_count_;
     frame_count_ = 0;
     frame_.clear();
-    if (ticks_ - synced_ticks_ < kSyncTicks) return;
-    inputs_.sync();
-    synced_ticks_ = ticks_;
 }
 
 void RecordWriter::finish() {

@@ -12,15 +12,13 @@
 #include <string_view>
 #include <vector>
 
-#include "app/records/disk_linux.h"
+#include "app/records/frames.h"
 #include "haptics/simulation.h"
 #include "patient/planning.h"
 
 namespace stylet::records {
 
 inline constexpr std::uint32_t kRecordVersion = 8;
-inline constexpr std::uint32_t kFrameTicks = 250;  // what a crash may cost: a quarter of a second
-inline constexpr std::uint32_t kSyncTicks = 1000;  // what a power loss may cost: about a second
 
 // What a recomputation needs besides the patient. The profile's two texts are not stored.
 struct RecordHeader {
@@ -69,10 +67,10 @@ class RecordWriter {
 
     std::filesystem::path folder_;
     RecordInfo info_;
-    DiskFile inputs_;
+    FrameWriter inputs_;
     std::vector<unsigned char> frame_;
     std::uint32_t frame_count_ = 0;
-    std::uint64_t ticks_ = 0, synced_ticks_ = 0;
+    std::uint64_t ticks_ = 0;
     RecordEnd last_;
     bool ended_ = false;
 };

@@ -50,7 +50,27 @@ CREATE TABLE event (
 CREATE TABLE doomed (folder TEXT PRIMARY KEY) STRICT;
 )sql";
 
-constexpr std::array kSteps{kVersion1};
+// Checksums of what is finished, rows and files, and what the training centre is still to be told.
+constexpr const char* kVersion2 = R"sql(
+ALTER TABLE attempt ADD COLUMN crc32 INTEGER;
+CREATE TABLE file (
+    attempt INTEGER NOT NULL REFERENCES attempt (number) ON DELETE CASCADE,
+    path TEXT NOT NULL,
+    bytes INTEGER NOT NULL,
+    crc32 INTEGER NOT NULL,
+    PRIMARY KEY (attempt, path)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE outbox (
+    number INTEGER PRIMARY KEY AUTOINCREMENT,
+    kind TEXT NOT NULL CHECK (kind IN ('attempt', 'erase')),
+    what TEXT NOT NULL,
+    tries INTEGER NOT NULL DEFAULT 0,
+    error TEXT NOT NULL DEFAULT ''
+) STRICT;
+INSERT INTO outbox (kind, what) SELECT 'attempt', id FROM attempt WHERE state <> 'running' ORDER BY number;
+)sql";
+
+constexpr std::array kSteps{kVersion1, kVersion2};
 
 }  // namespace
 

@@ -1,6 +1,7 @@
 #include "app/records/store.h"
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -8,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <fstream>
 #include <limits>
 #include <random>
 
@@ -97,6 +99,36 @@ std::vector<CutFile> cutTails(const fs::path& folder) {
     return cut;
 }
 
+StoredFile sumOf(const fs::path& folder, const fs::path& file) {
+    std::ifstream in(folder / file, std::ios::binary);
+    StoredFile sum{file, 0, 0};
+    std::array<char, 1 << 16> part{};
+    while (in.read(part.data(), part.size()), in.gcount() > 0) {
+        const auto count = std::size_t(in.gcount());
+        sum.crc32 = std::uint32_t(crc32_z(sum.crc32, reinterpret_cast<unsigned char*>(part.data()), count));
+        sum.bytes += count;
+    }
+    if (in.bad() || !in.eof()) throw DataError(folder / file, "file", "cannot be read");
+    return sum;
+}
+
+std::vector<StoredFile> sumsOf(const fs::path& folder) {
+    std::vector<StoredFile> sums;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file() && entry.path().filename() != kWriting)
+            sums.push_back(sumOf(folder, fs::relative(entry.path(), folder)));
+    return sums;
+}
+
+// Where the first frame that is not whole begins, for who looks for what a flipped byte has cost.
+std::string placeOfDamage(const fs::path& folder, const fs::path& file) {
+    if (std::find(kFrameFiles.begin(), kFrameFiles.end(), file) == kFrameFiles.end()) return "";
+    const WholePart whole = wholePart(folder / file);
+    if (!whole.torn()) return "";
+    return "; whole for " + std::to_string(whole.ticks) + " ticks, then not from byte " +
+           std::to_string(whole.bytes);
+}
+
 std::vector<MetricRow> metricsOf(SQLite::Database& database, std::int64_t number) {
     SQLite::Statement rows(
         database,
@@ -148,6 +180,34 @@ StoredAttempt attemptOf(SQLite::Database& database, SQLite::Statement& r, const 
     attempt.events = eventsOf(database, number);
     attempt.folder = folder / attempt.id;
     return attempt;
+}
+
+// Of everything the index says of an attempt.
+std::uint32_t rowsSum(const StoredAttempt& a) {
+    std::string text;
+    const auto add = [&](const std::string& part) { text += std::to_string(part.size()) + ':' + part; };
+    const auto number = [&](double v) {
+        std::array<char, 48> digits{};
+        std::snprintf(digits.data(), digits.size(), "%a", v);
+        add(std::isnan(v) ? "nan" : digits.data());
+    };
+    for (const std::string& part :
+         {a.id, a.info.trainee, a.started_utc, std::string(stateName(a.state)), a.info.device, a.info.patient,
+          hexOf(a.info.patient_digest), a.info.scenario, a.info.difficulty, a.info.program_version,
+          std::to_string(a.info.seed)})
+        add(part);
+    number(a.info.dt_s), number(a.info.device_gain), number(a.info.registration_rms_m.value_or(-1.0));
+    if (a.result) {
+        add(std::to_string(a.result->target_hit) + std::to_string(a.result->ticks));
+        number(a.result->total);
+        for (const MetricRow& m : a.result->metrics) {
+            add(m.id), add(m.name), add(m.unit);
+            number(m.value), number(m.points), number(m.most_points);
+        }
+    }
+    for (const EventRow& e : a.events)
+        add(std::to_string(e.tick)), add(e.kind), add(e.text);
+    return std::uint32_t(crc32_z(0, reinterpret_cast<const unsigned char*>(text.data()), text.size()));
 }
 
 }  // namespace
@@ -245,6 +305,31 @@ bool Store::isBeingWritten(const std::string& id) const {
     return open_.contains(id) || (fs::exists(lock) && !FileLock::tryTake(lock));
 }
 
+void Store::execute(const char* sql, const std::vector<std::string>& values) const {
+    SQLite::Statement statement(*database_, sql);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        statement.bind(int(i) + 1, values[i]);
+    statement.exec();
+}
+
+// What is finished or was cut short does not change any more: it is summed up, and the centre is to know.
+void Store::settle(const std::string& id) {
+    SQLite::Statement row(*database_,
+                          "INSERT INTO file (attempt, path, bytes, crc32) SELECT number, ?, ?, ? FROM "
+                          "attempt WHERE id = ?");
+    if (fs::exists(folderOf(id)))
+        for (const StoredFile& file : sumsOf(folderOf(id))) {
+            row.bind(1, file.file.generic_string());
+            row.bind(2, std::int64_t(file.bytes));
+            row.bind(3, std::int64_t(file.crc32));
+            row.bind(4, id);
+            row.exec();
+            row.reset();
+        }
+    execute("UPDATE attempt SET crc32 = ? WHERE id = ?", {std::to_string(rowsSum(readAttempt(id))), id});
+    execute("INSERT INTO outbox (kind, what) VALUES ('attempt', ?)", {id});
+}
+
 // begin() and finish() change state and lock under the same write lock of the database.
 void Store::recover() {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
@@ -255,9 +340,8 @@ void Store::recover() {
     for (const std::string& id : left) {
         recovered_.push_back({id, cutTails(folderOf(id))});
         fs::remove(folderOf(id) / kWriting);
-        SQLite::Statement cut(*database_, "UPDATE attempt SET state = 'cut_short' WHERE id = ?");
-        cut.bind(1, id);
-        cut.exec();
+        execute("UPDATE attempt SET state = 'cut_short' WHERE id = ?", {id});
+        settle(id);
     }
     if (!left.empty()) change.commit();
 }
@@ -376,6 +460,7 @@ void Store::finish(const std::string& id, const AttemptResult& result) {
             metric.exec();
             metric.reset();
         }
+        settle(id);
         change.commit();
         fs::remove(folderOf(id) / kWriting);
         open_.erase(id);
@@ -399,10 +484,97 @@ std::vector<StoredAttempt> Store::attempts(const std::string& trainee) const {
 StoredAttempt Store::attempt(const std::string& id) const {
     return guarded([&] {
         SQLite::Transaction same_instant(*database_);
-        SQLite::Statement row(*database_, std::string(kSelectAttempts) + "WHERE id = ?");
+        return readAttempt(id);
+    });
+}
+
+StoredAttempt Store::readAttempt(const std::string& id) const {
+    SQLite::Statement row(*database_, std::string(kSelectAttempts) + "WHERE id = ?");
+    row.bind(1, id);
+    if (!row.executeStep()) throw DataError(file_, "attempt " + id, "there is none");
+    return attemptOf(*database_, row, folder_ / "attempts");
+}
+
+std::vector<StoredFile> Store::files(const std::string& id) const {
+    return guarded([&] {
+        SQLite::Statement row(
+            *database_,
+            "SELECT path, bytes, file.crc32 FROM file JOIN attempt ON number = attempt WHERE id = ? "
+            "ORDER BY path");
         row.bind(1, id);
-        if (!row.executeStep()) throw DataError(file_, "attempt " + id, "there is none");
-        return attemptOf(*database_, row, folder_ / "attempts");
+        std::vector<StoredFile> found;
+        while (row.executeStep())
+            found.push_back({row.getColumn(0).getString(), std::uint64_t(row.getColumn(1).getInt64()),
+                             std::uint32_t(row.getColumn(2).getInt64())});
+        return found;
+    });
+}
+
+std::vector<std::string> Store::damage() const {
+    return guarded([&] {
+        std::vector<std::string> found;
+        SQLite::Statement check(*database_, "PRAGMA integrity_check");
+        while (check.executeStep())
+            if (const std::string said = check.getColumn(0).getString(); said != "ok")
+                found.push_back(file_.string() + ": " + said);
+        SQLite::Statement row(*database_,
+                              "SELECT id, crc32 FROM attempt WHERE state <> 'running' ORDER BY number");
+        while (row.executeStep()) {
+            const std::string id = row.getColumn(0).getString();
+            checkFiles(id, found);
+            try {
+                // An attempt of schema 1 was stored without.
+                if (!row.getColumn(1).isNull() && row.getColumn(1).getInt64() != rowsSum(readAttempt(id)))
+                    found.push_back(file_.string() + ": the checksum of attempt " + id + " does not match");
+            } catch (const std::exception& e) {
+                found.push_back(file_.string() + ": attempt " + id + " cannot be read: " + e.what());
+            }
+        }
+        return found;
+    });
+}
+
+void Store::checkFiles(const std::string& id, std::vector<std::string>& damage) const {
+    for (const StoredFile& stored : files(id)) {
+        const fs::path file = folderOf(id) / stored.file;
+        if (!fs::exists(file)) {
+            damage.push_back(file.string() + ": is gone");
+            continue;
+        }
+        const StoredFile now = sumOf(folderOf(id), stored.file);
+        if (now.bytes != stored.bytes)
+            damage.push_back(file.string() + ": has " + std::to_string(now.bytes) +
+                             " bytes, was stored with " + std::to_string(stored.bytes) +
+                             placeOfDamage(folderOf(id), stored.file));
+        else if (now.crc32 != stored.crc32)
+            damage.push_back(file.string() + ": its checksum does not match" +
+                             placeOfDamage(folderOf(id), stored.file));
+    }
+}
+
+std::vector<OutboxEntry> Store::outbox() const {
+    return guarded([&] {
+        SQLite::Statement row(*database_,
+                              "SELECT number, kind, what, tries, error FROM outbox ORDER BY number");
+        std::vector<OutboxEntry> entries;
+        while (row.executeStep())
+            entries.push_back({std::uint64_t(row.getColumn(0).getInt64()),
+                               row.getColumn(1).getString() == "erase" ? OutboxEntry::Kind::erase
+                                                                       : OutboxEntry::Kind::attempt,
+                               row.getColumn(2).getString(), row.getColumn(3).getUInt(),
+                               row.getColumn(4).getString()});
+        return entries;
+    });
+}
+
+void Store::told(const OutboxEntry& entry) {
+    guarded([&] { execute("DELETE FROM outbox WHERE number = ?", {std::to_string(entry.number)}); });
+}
+
+void Store::notTold(const OutboxEntry& entry, const std::string& why) {
+    guarded([&] {
+        execute("UPDATE outbox SET tries = tries + 1, error = ? WHERE number = ?",
+                {why, std::to_string(entry.number)});
     });
 }
 
@@ -417,13 +589,12 @@ std::size_t Store::eraseTrainee(const std::string& trainee) {
             doomed.push_back(ids.getColumn(0).getString());
         for (const std::string& id : doomed) {
             if (isBeingWritten(id)) throw DataError(folderOf(id), "attempt", "is being written");
-            SQLite::Statement row(*database_, "INSERT INTO doomed (folder) VALUES (?)");
-            row.bind(1, id);
-            row.exec();
+            execute("INSERT INTO doomed (folder) VALUES (?)", {id});
+            execute("DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", {id});
+            // Also of what was never sent: it may be on its way just now.
+            execute("INSERT INTO outbox (kind, what) VALUES ('erase', ?)", {id});
         }
-        SQLite::Statement rows(*database_, "DELETE FROM attempt WHERE trainee = ?");
-        rows.bind(1, trainee);
-        rows.exec();
+        execute("DELETE FROM attempt WHERE trainee = ?", {trainee});
         change.commit();
         removeDoomed();
         // No page of the file and none of the log keeps what was erased.

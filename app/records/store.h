@@ -76,6 +76,23 @@ struct Recovered {
     std::string id;
     std::vector<CutFile> files;
 };
+// A file of a finished attempt, relative to its folder.
+struct StoredFile {
+    std::filesystem::path file;
+    std::uint64_t bytes = 0;
+    std::uint32_t crc32 = 0;
+};
+
+// What the training centre is still to be told (outbox.h).
+struct OutboxEntry {
+    enum class Kind { attempt, erase };
+    std::uint64_t number = 0;
+    Kind kind = Kind::attempt;
+    std::string what;     // an attempt's id, which says nothing of whose it was
+    unsigned tries = 0;   // that failed
+    std::string error{};  // of the last of them
+};
+
 // "attempt ID was cut short: record/inputs.bin keeps 1250 ticks, 312 torn bytes cut off"
 std::string describe(const Recovered&);
 
@@ -111,9 +128,20 @@ class Store {
         const std::string& trainee = "") const;  // oldest first; all when empty
     StoredAttempt attempt(const std::string& id) const;
 
+    // Of an attempt that is finished or was cut short, by path.
+    std::vector<StoredFile> files(const std::string& id) const;
+    // What is wrong with the index and the files of what is finished, a line each that names the file; empty
+    // when every byte is as it was stored.
+    std::vector<std::string> damage() const;
+
     // Rows and folders of all attempts of a trainee, gone from the disk when it returns; how many there were.
-    // Refused while one of them is being written.
+    // Refused while one of them is being written. The centre is to be told.
     std::size_t eraseTrainee(const std::string& trainee);
+
+    // Queued with what it is about, in one transaction; in order.
+    std::vector<OutboxEntry> outbox() const;
+    void told(const OutboxEntry&);                             // it leaves the outbox
+    void notTold(const OutboxEntry&, const std::string& why);  // it stays
 
   private:
     void migrate();
@@ -121,6 +149,10 @@ class Store {
     void removeDoomed();
     FileLock makeFolder(const std::string& id) const;
     bool isBeingWritten(const std::string& id) const;
+    void settle(const std::string& id);
+    StoredAttempt readAttempt(const std::string& id) const;
+    void checkFiles(const std::string& id, std::vector<std::string>& damage) const;
+    void execute(const char* sql, const std::vector<std::string>& values) const;
     template <typename Act>
     auto guarded(Act) const;
     void needOpen(const std::string& id) const;

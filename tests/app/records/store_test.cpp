@@ -207,10 +207,7 @@ TEST(Store, OpensEveryOlderSchema) {
         {
             SQLite::Database old((temp / "s" / "store.sqlite").string(),
                                  SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
-            for (const char* step : schemaSteps().first(version))
-                old.exec(step);
-            old.exec("PRAGMA application_id = " + std::to_string(kStoreId));
-            old.exec("PRAGMA user_version = " + std::to_string(version));
+            old.exec(schemaSteps()[0]);
             old.exec(
                 "INSERT INTO attempt VALUES (7, 'an-id', 'T-9', '2026-01-02T03:04:05.678Z', 'done', "
                 "'falcon', "
@@ -218,6 +215,10 @@ TEST(Store, OpensEveryOlderSchema) {
                 "NULL, 1, 61.25, 4000);"
                 "INSERT INTO metric VALUES (7, 0, 'm', 'a metric', 'mm', 1.5, 2.5, 3.5);"
                 "INSERT INTO event VALUES (7, 0, 12, 'cut', 'duct')");
+            for (const char* step : schemaSteps().subspan(1, version - 1))
+                old.exec(step);
+            old.exec("PRAGMA application_id = " + std::to_string(kStoreId));
+            old.exec("PRAGMA user_version = " + std::to_string(version));
         }
         Store store(temp / "s");
         const StoredAttempt old = store.attempt("an-id");
@@ -228,7 +229,68 @@ TEST(Store, OpensEveryOlderSchema) {
         const std::string id = store.begin(someInfo());
         store.finish(id, someResult());
         EXPECT_EQ(store.attempts().size(), 2u);
+        EXPECT_EQ(store.outbox().size(), 2u) << "the centre hears of what was there before it had one";
+        EXPECT_TRUE(store.damage().empty());
     }
+}
+
+TEST(Store, NamesAFlippedByte) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    const std::string id = store.begin(someInfo());
+    recordInto(store.folderOf(id), 3 * kFrameTicks);
+    std::ofstream(store.folderOf(id) / "summary.json") << "{}";
+    store.add(id, {{5, "comment", "well done"}});
+    store.finish(id, someResult());
+    ASSERT_EQ(store.files(id).size(), 3u);
+    EXPECT_EQ(store.files(id)[1].file, "record/record.json");
+    EXPECT_TRUE(store.damage().empty());
+
+    const path inputs = store.folderOf(id) / "record" / "inputs.bin";
+    std::string bytes = bytesOf(inputs);
+    const auto half = bytes.size() / 2;
+    bytes[half] ^= 1;
+    std::ofstream(inputs, std::ios::binary) << bytes;
+    std::filesystem::remove(store.folderOf(id) / "summary.json");
+    std::ofstream(store.folderOf(id) / "record" / "record.json", std::ios::app) << " ";
+    SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
+        .exec("UPDATE event SET text = 'well dona'");
+    const std::vector<std::string> damage = store.damage();
+    ASSERT_EQ(damage.size(), 4u);
+    EXPECT_NE(damage[0].find("inputs.bin: its checksum does not match; whole for 250 ticks"),
+              std::string::npos);
+    EXPECT_NE(damage[1].find("record.json: has "), std::string::npos);
+    EXPECT_NE(damage[2].find("summary.json: is gone"), std::string::npos);
+    EXPECT_NE(damage[3].find("store.sqlite: the checksum of attempt " + id), std::string::npos);
+}
+
+TEST(Store, QueuesWhatTheCentreIsToKnow) {
+    const test::TempFolder temp;
+    std::string done, cut;
+    {
+        Store store(temp / "s");
+        done = store.begin(someInfo());
+        EXPECT_TRUE(store.outbox().empty()) << "nothing of an attempt that still runs";
+        store.finish(done, someResult());
+        cut = store.begin(someInfo());
+    }
+    Store store(temp / "s");
+    std::vector<OutboxEntry> entries = store.outbox();
+    ASSERT_EQ(entries.size(), 2u);
+    EXPECT_EQ(entries[0].what, done);
+    EXPECT_EQ(entries[1].what, cut);
+    store.notTold(entries[0], "no route");
+    store.notTold(entries[0], "no way");
+    EXPECT_EQ(store.outbox()[0].tries, 2u);
+    EXPECT_EQ(store.outbox()[0].error, "no way");
+    store.told(entries[0]);
+    ASSERT_EQ(store.outbox().size(), 1u);
+    store.eraseTrainee("T-01");
+    entries = store.outbox();
+    ASSERT_EQ(entries.size(), 2u) << "never told of the second, which may be on its way";
+    EXPECT_EQ(entries[0].kind, OutboxEntry::Kind::erase);
+    EXPECT_EQ(entries[0].what, done);
+    EXPECT_EQ(entries[1].what, cut);
 }
 
 TEST(Store, RefusesWhatIsNoStoreOrTooNew) {

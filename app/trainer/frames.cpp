@@ -231,6 +231,7 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
         scene.room.shell = !scene.room.real;
         const auto machines_begin = SteadyClock::now();
         const std::array<render::View, 2> expected = viewsOf(frame, room_from_stage);
+        if (settings.ears) settings.ears->place(headOf(expected));
         const render::ScreensSeen screens = headset->renderer->screensSeen(scene, expected);
         const render::ScreenPlaces places = headset->renderer->screenPlaces(scene);
         showMachines(scene, seen, contrast, headset->mirror ? headset->mirror->screens(screens) : screens,

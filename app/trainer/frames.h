@@ -32,7 +32,8 @@ struct FrameSettings {
     bool seated = false;                            // the room comes down to the eyes of who sits
     std::shared_ptr<ControllerPort> controllers{};  // as in PictureSettings, with the next
     ControllerSide controller_side = ControllerSide::right;
-    bool passthrough = false;  // the real room behind what is drawn, where the headset can
+    std::shared_ptr<Ears> ears{};  // as in PictureSettings
+    bool passthrough = false;      // the real room behind what is drawn, where the headset can
     double tick_s = 0.001;
     haptics::GuideSettings guide{};
     render::RenderSettings render{};

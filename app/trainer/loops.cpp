@@ -106,7 +106,7 @@ std::int64_t tickOf(const Attempt& attempt) {
 void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& session,
                  LoopChannels& channels, SeenQueue& seen, ContrastFeed* contrast, ForceFeed force,
                  const std::function<Attention()>& attentionNow, const std::atomic<bool>& asked_to_end,
-                 const Clock& clock, const LiveHand* live) {
+                 const Clock& clock, const LiveHand* live, const std::function<void(const Seen&)>& heard) {
     CommandFeed commands(attempt.hand);
     const std::int64_t dt_ns = tickOf(attempt);
     std::int64_t hand_ns = 0;
@@ -121,7 +121,10 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
         const Attention attention = attentionNow();
         force.pass(attention == Attention::focused, session, channels.commands);
         channels.hold.store(attention == Attention::away);
-        seen.add(session.newMoments(), session.seen(session.newest() ? *session.newest() : TickOutput{}));
+        Seen now = session.seen(session.newest() ? *session.newest() : TickOutput{});
+        now.held = channels.held.load();
+        if (heard && session.newest()) heard(now);
+        seen.add(session.newMoments(), std::move(now));
         if (contrast) contrast->give(session.contrast());
         hand_ns = std::int64_t(session.log().last_tick) * dt_ns;
     }
@@ -258,7 +261,8 @@ std::optional<PictureTotals> lastPictures(FrameSide& side) {
 }  // namespace
 
 LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<Pictures> pictures,
-                       const Clock& clock, const LiveHand* live) {
+                       const Clock& clock, const LiveHand* live,
+                       const std::function<void(const Seen&)>& heard) {
     haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
     const auto side = std::make_shared<FrameSide>(attempt.simulation.dt_s, std::move(pictures), clock);
     LoopChannels& channels = side->channels;
@@ -282,7 +286,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
             sessionLoop(
                 stop, attempt, session, channels, side->seen, side->worn ? &side->contrast : nullptr,
                 ForceFeed(!side->worn, attempt.simulation.dt_s, live),
-                [side] { return side->attentionNow(); }, side->asked_to_end, clock, live);
+                [side] { return side->attentionNow(); }, side->asked_to_end, clock, live, heard);
         } catch (...) {
             failure = std::current_exception();
         }

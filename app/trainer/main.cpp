@@ -77,6 +77,15 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
         "a window for who has no headset on, or instead of one (default: where there is a display, without "
         "--headless and --fast)");
     run->add_flag_callback("--no-mirror", [&o] { o.mirror = false; }, "no window")->excludes(mirror);
+    CLI::Option* sound = run->add_flag_callback(
+        "--sound", [&o] { o.sound = true; }, "through the default device (default: without --headless)");
+    run->add_flag_callback("--mute", [&o] { o.sound = false; }, "no sound")->excludes(sound);
+    run->add_option(
+           "--difficulty", o.difficulty,
+           "how much is told: guided and practice say by sound and pulse what is struck and reached, "
+           "exam does not")
+        ->check(CLI::IsMember({"guided", "practice", "exam"}))
+        ->capture_default_str();
     run->add_flag("--stats", o.stats, "print what the pictures did not need to draw");
     run->add_flag("--validation", o.validation, "Vulkan validation and synchronisation layers");
     addHand(*run, o);

@@ -18,6 +18,7 @@
 #include "app/trainer/machine_moment.h"
 #include "app/trainer/prediction.h"
 #include "app/trainer/seen.h"
+#include "app/trainer/sound/ears.h"
 #include "haptics/haptics.h"
 #include "patient/planning.h"
 #include "patient/tool_displacement.h"
@@ -48,6 +49,7 @@ struct PictureSettings {
     bool mirror = false;             // a window for who has no headset on, where a display answers
     bool passthrough = false;        // the real room behind what is drawn, where the headset can
     bool foveation = false;          // fewer rays beside the middle of the view
+    std::shared_ptr<Ears> ears{};    // told where the head is, each frame
 };
 
 // What one frame took, and how far its tip was from where it was at the display time (prediction.h).

@@ -189,6 +189,7 @@ std::optional<Pictures> openPictures(const patient::Patient& patient, const pati
     frame_settings.guide = settings.guide;
     frame_settings.controllers = settings.controllers;
     frame_settings.controller_side = settings.controller_side;
+    frame_settings.ears = settings.ears;
     frame_settings.capture_dir = settings.capture_folder;
     frame_settings.validation = settings.validation;
     frame_settings.virtual_clock = settings.virtual_clock;

@@ -11,6 +11,7 @@
 #include "app/trainer/live_hand.h"
 #include "app/trainer/patient_source.h"
 #include "app/trainer/platform_linux.h"
+#include "app/trainer/sound/sounds.h"
 #include "app/trainer/staging.h"
 #include "app/trainer/tipped_device.h"
 #include "haptics/devices/replay.h"
@@ -23,6 +24,7 @@ namespace {
 
 constexpr const char* kRuntimeVariable = "XR_RUNTIME_JSON";
 constexpr const char* kDisplayVariable = "DISPLAY";
+constexpr const char* kSoundLogVariable = "ALSOFT_LOGLEVEL";
 constexpr const char* kScripted = "scripted";
 constexpr const char* kReplay = "replay";
 
@@ -148,8 +150,36 @@ Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patien
     return attempt;
 }
 
+training::Difficulty difficultyOf(const RunOptions& options) {
+    if (const auto difficulty = training::difficultyNamed(options.difficulty)) return *difficulty;
+    throw DataError(options.difficulty, "--difficulty", "neither guided, nor practice, nor exam");
+}
+
+// What the trainee hears, and feels in a controller. Session thread.
+class Hearing {
+  public:
+    Hearing(const RunOptions& options, const SoundPlaces& places, double tick_s, ControllerPort* port,
+            const std::shared_ptr<const Ears>& ears)
+        : cues_(places, difficultyOf(options), tick_s), port_(port) {
+        if (!options.fast && options.sound.value_or(!options.headless))
+            sounds_.emplace(places.stage_from_operator, ears, Speaker::device, sayOnStderr);
+    }
+    void take(const Seen& seen) {
+        const Heard& heard = cues_.take(seen);
+        if (sounds_) sounds_->hear(heard);
+        if (port_)
+            if (const auto pulse = pulseOf(heard)) port_->vibrate(*pulse);
+    }
+
+  private:
+    Cues cues_;
+    ControllerPort* port_;
+    std::optional<Sounds> sounds_;
+};
+
 LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& attempt, Session& session,
-                   std::optional<Pictures> pictures, const haptics::Clock& clock) {
+                   std::optional<Pictures> pictures, const haptics::Clock& clock,
+                   const std::function<void(const Seen&)>& heard) {
     const UserButtons buttons = live.device->buttons();
     sayOnStderr("the hand is yours, with the " +
                 std::string(haptics::kToolNames[std::size_t(attempt.simulation.tools.first)]) +
@@ -169,7 +199,7 @@ LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& a
                             if (const auto felt = vibrations.take(newest)) live.port->vibrate(*felt);
                         }};
     session.setRearmButton(buttons.rearm);
-    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand);
+    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand, heard);
     // A controller's thread may be stuck in the runtime as the frames are; there is no force to end.
     if (!totals.frames_stuck || !live.port) live.device->stop();
     return totals;
@@ -187,7 +217,7 @@ std::filesystem::path scenarioFile(const std::string& name) {
 std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::PlannedPath& path,
                                     const RunOptions& options, const std::string& rearm_act,
                                     const std::optional<Registration>& registration,
-                                    std::shared_ptr<ControllerPort> controllers) {
+                                    std::shared_ptr<ControllerPort> controllers, std::shared_ptr<Ears> ears) {
     if (options.fps.value_or(options.fast ? 0.0 : 1.0) <= 0.0) return std::nullopt;
     if (options.headless && environment(kRuntimeVariable).empty()) {
         const std::filesystem::path mock = bundledRuntime();
@@ -207,6 +237,7 @@ std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::Plann
     settings.seated = options.seated;
     settings.controllers = std::move(controllers);
     settings.controller_side = sideOf(options);
+    settings.ears = std::move(ears);
     settings.passthrough = options.passthrough;
     settings.foveation = options.foveation;
     if (registration) settings.colocation = {*registration, attempt.simulation.patient_from_device};
@@ -231,7 +262,10 @@ std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::Plann
 
 int run(const RunOptions& options) {
     checkHand(options);
+    difficultyOf(options);
     needFolder(options.out, "--out");
+    // What its library would print beside our own line; before there are threads.
+    if (environment(kSoundLogVariable).empty()) setEnvironment(kSoundLogVariable, "0");
     const Scenario scenario = loadScenario(scenarioFile(options.scenario));
     const OpenedPatient opened = openPatient(
         {options.patient, options.seed, options.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
@@ -254,9 +288,10 @@ int run(const RunOptions& options) {
                              options.device,
                              haptics::firmwareDigest(options.device_options)};
 
+    const auto ears = std::make_shared<Ears>();
     auto pictures =
         picturesFor(attempt, path, options, live.device && !live.port ? live.device->rearmAct() : "",
-                    live.registration, live.port);
+                    live.registration, live.port, ears);
     if (live.port && !pictures)
         throw DataError(kControllers, "device", "there is no headset to hold them with");
     records::RecordWriter record(
@@ -265,11 +300,13 @@ int run(const RunOptions& options) {
                    haptics::outputGain(attempt.simulation.profile, attempt.simulation.output)));
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record,
                     attempt.simulation.dt_s);
+    Hearing hearing(options, soundPlaces(patient, path), attempt.simulation.dt_s, live.port.get(), ears);
+    const auto heard = [&hearing](const Seen& seen) { hearing.take(seen); };
     const LoopTotals totals =
-        live.device ? runLive(options, live, attempt, session, std::move(pictures), clock)
+        live.device ? runLive(options, live, attempt, session, std::move(pictures), clock, heard)
         : options.fast
             ? runFast(attempt, session, std::move(pictures), options.fps.value_or(0.0), workClock())
-            : runRealTime(attempt, session, std::move(pictures), clock);
+            : runRealTime(attempt, session, std::move(pictures), clock, nullptr, heard);
     record.finish();
     if (record.lost())
         std::fprintf(stderr, "stylet: the record ends at tick %llu: the next was lost to a full ring\n",

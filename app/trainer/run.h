@@ -31,7 +31,10 @@ struct RunOptions {
     // A window for who has no headset on, and in the headset's place where there is none. Default: where a
     // display is named, but not with a mock runtime or a virtual clock.
     std::optional<bool> mirror;
-    std::optional<double> budget_ms;  // of a frame; default: a GPU keeps to the runtime's pace
+    // Default: sound, but not with a mock runtime. Never on a virtual clock.
+    std::optional<bool> sound;
+    std::string difficulty = "practice";  // training::kDifficultyNames
+    std::optional<double> budget_ms;      // of a frame; default: a GPU keeps to the runtime's pace
     // "scripted": the scenario's hand. "replay": the trace's. Else the user's, on a device of that kind,
     // until Ctrl-C or for so many seconds.
     std::string device = "scripted";
@@ -51,6 +54,7 @@ std::filesystem::path scenarioFile(const std::string& name);
 std::optional<Pictures> picturesFor(const Attempt&, const patient::PlannedPath&, const RunOptions&,
                                     const std::string& rearm_act = "",
                                     const std::optional<Registration>& = {},
-                                    std::shared_ptr<ControllerPort> = nullptr);
+                                    std::shared_ptr<ControllerPort> = nullptr,
+                                    std::shared_ptr<Ears> = nullptr);
 
 }  // namespace stylet::trainer

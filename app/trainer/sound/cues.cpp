@@ -1,0 +1,152 @@
+#include "app/trainer/sound/cues.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "app/trainer/staging.h"
+#include "patient/package.h"
+
+namespace stylet::trainer {
+
+using haptics::TickOutput;
+using patient::Vec3;
+
+namespace {
+
+constexpr std::array<float, kSoundCount> kGains{0.03f, 0.10f, 0.07f, 0.20f, 0.08f,
+                                                0.15f, 0.09f, 0.15f, 0.13f};
+// From the table's middle on the floor, as render/room places them: stage axes, the patient's head at -x.
+constexpr Vec3 kMonitor_m{-1.38, 1.58, -0.42}, kVent_m{0.5, 2.7, -1.1};
+constexpr double kMouthBeyondScan_m = 0.28, kMouthAboveTable_m = 0.16;
+constexpr double kTubeBelowEntry_m = 0.55;
+
+constexpr double kFlowEvery_s = 0.02;
+constexpr double kFullFlow_per_s = 0.8;  // of v: a quiet breath at 15 a minute has it at its fastest
+constexpr float kInPitch = 1.15f, kOutPitch = 0.9f;  // the air's way through the nose
+// A tube that has not pulsed for longer is off; the slowest pulses are 3 a second.
+constexpr double kPulsing_s = 0.4;
+constexpr double kAlarmEvery_s = 0.6;
+constexpr double kCutFelt_m = 0.0005;
+
+constexpr Vibration kAlarmPulse{1.0f, 250'000'000}, kChimePulse{0.6f, 600'000'000},
+    kClickPulse{0.5f, 20'000'000};
+
+double lengthOf(const haptics::Incision& incision) {
+    return glm::length(incision.end_reference_m - incision.begin_reference_m);
+}
+
+bool cuts(const TickOutput& before, const TickOutput& now) {
+    if (now.incision_count > before.incision_count) return true;
+    return now.incision_count > 0 &&
+           lengthOf(now.newest_incision) > lengthOf(before.newest_incision) + kCutFelt_m;
+}
+
+bool yields(const TickOutput& before, const TickOutput& now) {
+    if (!haptics::holdsNeedle(now.tool) || now.tool != before.tool) return false;
+    if (now.phase == haptics::Phase::outside) return false;
+    return before.phase == haptics::Phase::held &&
+           (now.phase == haptics::Phase::pass || now.tissue != before.tissue);
+}
+
+}  // namespace
+
+SoundPlaces soundPlaces(const patient::Patient& patient, const patient::PlannedPath& path) {
+    SoundPlaces places;
+    places.stage_from_patient = stageFromPatient(patient, path);
+    places.stage_from_operator = stageFromHead(places.stage_from_patient, path, 0.0);
+    const patient::Grid& grid = patient.grid();
+    const Vec3 last = grid.centre(grid.dims - 1);
+    const Vec3 middle = places.stage_from_patient * (0.5 * (grid.origin_m + last));
+    const Vec3 table{middle.x, 0.0, middle.z};
+    places.monitor_m = table + kMonitor_m;
+    places.vent_m = table + kVent_m;
+    const Vec3 head = places.stage_from_patient * Vec3(0.0, 0.0, last.z + kMouthBeyondScan_m);
+    places.mouth_m = {head.x, kTableHeight_m + kMouthAboveTable_m, middle.z};
+    places.entry_m = places.stage_from_patient * path.entry_m;
+    places.tube_m = places.entry_m - Vec3(0.0, kTubeBelowEntry_m, 0.0);
+    return places;
+}
+
+float loudestGain(Sound sound) noexcept {
+    return kGains[std::size_t(sound)];
+}
+
+std::optional<Vibration> pulseOf(const Heard& heard) {
+    if ((heard.begun & bitOf(Sound::alarm)) != 0) return kAlarmPulse;
+    if ((heard.begun & bitOf(Sound::chime)) != 0) return kChimePulse;
+    if ((heard.begun & bitOf(Sound::click)) != 0) return kClickPulse;
+    return std::nullopt;
+}
+
+Cues::Cues(const SoundPlaces& places, training::Difficulty difficulty, double tick_s)
+    : places_(places), hints_(training::hintsOf(difficulty)), tick_s_(tick_s) {
+    for (int i = 0; i < kSoundCount; ++i)
+        heard_.voices[std::size_t(i)].stage_m = places.entry_m;
+    heard_[Sound::room] = {loudestGain(Sound::room), 1.0f, places.vent_m};
+    heard_[Sound::breath].stage_m = places.mouth_m;
+    heard_[Sound::buzz].stage_m = places.tube_m;
+}
+
+void Cues::begin(Sound sound, const Vec3& stage_m) {
+    heard_.begun |= bitOf(sound);
+    heard_[sound].gain = loudestGain(sound);
+    heard_[sound].stage_m = stage_m;
+}
+
+// Air moves as fast as the breath's surrogate does.
+void Cues::breathe(const TickOutput& now) {
+    const double t_s = tick_s_ * double(now.tick), since_s = t_s - breath_s_;
+    if (since_s < kFlowEvery_s) return;
+    const double flow_per_s = (now.breath.v - breath_v_) / since_s;
+    breath_v_ = now.breath.v, breath_s_ = t_s;
+    Voice& voice = heard_[Sound::breath];
+    const double loudness = std::min(1.0, std::fabs(flow_per_s) / kFullFlow_per_s);
+    voice.gain = loudestGain(Sound::breath) * float(loudness * loudness);
+    voice.pitch = flow_per_s > 0.0 ? kInPitch : kOutPitch;
+}
+
+// What colours tell too.
+void Cues::tell(const training::Progress& now, double t_s) {
+    const bool struck = now.striking != training::Struck::nothing;
+    const bool hit = now.risk_hits > last_->progress.risk_hits;  // however short
+    if ((struck && t_s - alarm_s_ >= kAlarmEvery_s) || hit) {
+        alarm_s_ = t_s;
+        begin(Sound::alarm, places_.monitor_m);
+    }
+    if (now.success && !last_->progress.success) begin(Sound::chime, places_.entry_m);
+}
+
+const Heard& Cues::take(const Seen& seen) {
+    heard_.begun = 0;
+    const TickOutput& now = seen.tick;
+    const double t_s = tick_s_ * double(now.tick);
+    if (!last_ || seen.held || now.tick <= last_->tick.tick) {
+        if (!last_) breath_v_ = now.breath.v, breath_s_ = t_s;
+        for (const Sound quiet : {Sound::breath, Sound::buzz})
+            if (seen.held) heard_[quiet].gain = 0.0f;
+        if (!last_) last_ = seen;
+        return heard_;
+    }
+    const TickOutput& before = last_->tick;
+    breathe(now);
+    const auto beats = [&](const TickOutput& tick) {
+        return std::floor(tick_s_ * double(tick.tick) * kHeart_per_min / 60.0);
+    };
+    if (beats(now) > beats(before)) begin(Sound::beep, places_.monitor_m);
+
+    const training::XrayState& xray = seen.machines.xray;
+    if (xray.pulses > last_->machines.xray.pulses) pulsed_s_ = t_s;
+    const bool pulsing = xray.pedal && pulsed_s_ >= 0.0 && t_s - pulsed_s_ < kPulsing_s;
+    heard_[Sound::buzz].gain = pulsing ? loudestGain(Sound::buzz) : 0.0f;
+
+    const Vec3 tip = places_.stage_from_patient * now.patient_from_tool.position_m;
+    if (now.needle_in_guide && !before.needle_in_guide) begin(Sound::click, tip);
+    if (cuts(before, now)) begin(Sound::cut, tip);
+    if (yields(before, now)) begin(Sound::tick, tip);
+    if (hints_.cues) tell(seen.progress, t_s);
+    last_ = seen;
+    return heard_;
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,28 @@
+// Where the user's head is, on its way from the frames to the sound.
+#pragma once
+
+#include <mutex>
+#include <optional>
+
+#include "patient/patient.h"
+
+namespace stylet::trainer {
+
+// In the room that is drawn. Any thread.
+class Ears {
+  public:
+    void place(const patient::Pose& stage_from_head) {
+        const std::lock_guard lock(mutex_);
+        stage_from_head_ = stage_from_head;
+    }
+    std::optional<patient::Pose> placed() const {
+        const std::lock_guard lock(mutex_);
+        return stage_from_head_;
+    }
+
+  private:
+    mutable std::mutex mutex_;
+    std::optional<patient::Pose> stage_from_head_;
+};
+
+}  // namespace stylet::trainer

@@ -1,0 +1,129 @@
+#include "app/trainer/sound/sounds.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <future>
+#include <thread>
+
+namespace stylet::trainer {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+constexpr auto kEvery = std::chrono::milliseconds(20);  // loops and the listener's place follow
+constexpr auto kPatience = std::chrono::seconds(1);
+
+double since_s(SteadyClock::time_point begin) {
+    return std::chrono::duration<double>(SteadyClock::now() - begin).count();
+}
+
+}  // namespace
+
+// Held by both threads: the device's may hang in it for good.
+struct Sounds::Shared {
+    mutable std::mutex mutex;
+    std::condition_variable news;
+    Heard heard;
+    bool ended = false, gone = false;  // the attempt, the device
+    std::optional<SteadyClock::time_point> since;
+    SoundTotals totals;
+    double late_sum_s = 0.0;
+    std::promise<void> left;
+
+    void run(const patient::Pose& stage_from_operator, const std::shared_ptr<const Ears>& ears,
+             const Opened& open, const Say& say);
+    bool takeNext(Heard&, std::optional<SteadyClock::time_point>&);
+    void played(const Heard&, const std::optional<SteadyClock::time_point>& since);
+    void silent();
+};
+
+// What is to be heard next; false at the end.
+bool Sounds::Shared::takeNext(Heard& next, std::optional<SteadyClock::time_point>& asked) {
+    std::unique_lock lock(mutex);
+    news.wait_for(lock, kEvery, [&] { return ended || heard.begun != 0; });
+    next = heard;
+    heard.begun = 0;
+    asked = std::exchange(since, std::nullopt);
+    return !ended;
+}
+
+void Sounds::Shared::played(const Heard& now, const std::optional<SteadyClock::time_point>& asked) {
+    if (now.begun == 0 || !asked) return;
+    const double late_s = since_s(*asked);
+    const std::lock_guard lock(mutex);
+    ++totals.begun;
+    late_sum_s += late_s;
+    totals.late_s = std::max(totals.late_s, late_s);
+    totals.mean_late_s = late_sum_s / double(totals.begun);
+}
+
+void Sounds::Shared::silent() {
+    const std::lock_guard lock(mutex);
+    gone = true;
+    totals.device.clear();
+}
+
+void Sounds::Shared::run(const patient::Pose& stage_from_operator, const std::shared_ptr<const Ears>& ears,
+                         const Opened& open, const Say& say) {
+    try {
+        Speaker speaker = open();
+        {
+            const std::lock_guard lock(mutex);
+            totals.device = speaker.name();
+            totals.device_late_s = speaker.latency_s();
+        }
+        Heard now;
+        std::optional<SteadyClock::time_point> asked;
+        while (takeNext(now, asked)) {
+            const std::optional<patient::Pose> head = ears ? ears->placed() : std::nullopt;
+            speaker.listen(head.value_or(stage_from_operator));
+            speaker.play(now);
+            played(now, asked);
+            if (speaker.connected()) continue;
+            silent();
+            say("the sound device was lost; the attempt goes on in silence");
+            return;
+        }
+    } catch (const SoundError& e) {
+        silent();
+        say(std::string("no sound: ") + e.what() + "; the attempt goes on in silence");
+    }
+}
+
+Sounds::Sounds(const patient::Pose& stage_from_operator, std::shared_ptr<const Ears> ears, Opened open,
+               Say say)
+    : shared_(std::make_shared<Shared>()) {
+    std::thread([shared = shared_, stage_from_operator, ears = std::move(ears), open = std::move(open),
+                 say = std::move(say)] {
+        shared->run(stage_from_operator, ears, open, say);
+        shared->left.set_value();
+    }).detach();
+}
+
+Sounds::~Sounds() {
+    {
+        const std::lock_guard lock(shared_->mutex);
+        shared_->ended = true;
+    }
+    shared_->news.notify_all();
+    shared_->left.get_future().wait_for(kPatience);
+}
+
+void Sounds::hear(const Heard& heard) {
+    {
+        const std::lock_guard lock(shared_->mutex);
+        if (shared_->gone) return;
+        const std::uint32_t waiting = shared_->heard.begun;
+        shared_->heard = heard;
+        shared_->heard.begun |= waiting;
+        if (heard.begun != 0 && !shared_->since) shared_->since = SteadyClock::now();
+    }
+    if (heard.begun != 0) shared_->news.notify_one();
+}
+
+SoundTotals Sounds::totals() const {
+    const std::lock_guard lock(shared_->mutex);
+    return shared_->totals;
+}
+
+}  // namespace stylet::trainer

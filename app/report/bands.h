@@ -1,5 +1,9 @@
-// The tints that stand for tissues behind a curve.
+// Tissues behind a curve: where they lie, and the tints that stand for them.
 #pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
 
 #include "app/report/canvas.h"
 #include "patient/tissue.h"
@@ -27,6 +31,31 @@ constexpr Colour bandColour(patient::Tissue tissue) {
             return {0.82, 0.93, 0.80};
     }
     return {1, 1, 1};
+}
+
+struct TissueBand {
+    double from_m = 0.0, to_m = 0.0;  // depth
+    patient::Tissue tissue = patient::Tissue::air;
+};
+
+// The tissue the tip is in over the first `end` samples, on its way in; that way never turns back by more
+// than tremor, so each depth belongs to the sample that first reached it.
+template <typename Sample>
+std::vector<TissueBand> tissueBands(const std::vector<Sample>& curve, std::size_t end) {
+    std::vector<TissueBand> bands;
+    double reached_m = -1.0;
+    for (std::size_t i = 0; i < end;) {
+        const patient::Tissue tissue = curve[i].tissue;
+        const double from_m = std::max(reached_m, curve[i].depth_m);
+        double to_m = from_m;
+        for (; i < end && curve[i].tissue == tissue; ++i)
+            to_m = std::max(to_m, curve[i].depth_m);
+        if (i < end) to_m = std::max(to_m, curve[i].depth_m);
+        if (to_m <= from_m) continue;
+        reached_m = to_m;
+        bands.push_back({from_m, to_m, tissue});
+    }
+    return bands;
 }
 
 }  // namespace stylet::report

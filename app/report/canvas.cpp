@@ -202,4 +202,17 @@ void Canvas::savePng(const std::filesystem::path& file) const {
         throw patient::DataError(file, "file", cairo_status_to_string(status));
 }
 
+std::vector<std::uint8_t> Canvas::png() const {
+    std::vector<std::uint8_t> bytes;
+    const auto keep = [](void* to, const unsigned char* data, unsigned int length) {
+        auto& all = *static_cast<std::vector<std::uint8_t>*>(to);
+        all.insert(all.end(), data, data + length);
+        return CAIRO_STATUS_SUCCESS;
+    };
+    const cairo_status_t status = cairo_surface_write_to_png_stream(impl_->surface.get(), keep, &bytes);
+    if (status != CAIRO_STATUS_SUCCESS)
+        throw patient::DataError("picture", "png", cairo_status_to_string(status));
+    return bytes;
+}
+
 }  // namespace stylet::report

@@ -57,6 +57,7 @@ class Canvas {
     void pixels(std::vector<std::uint8_t>& rgba) const;
     // Throws patient::DataError.
     void savePng(const std::filesystem::path&) const;
+    std::vector<std::uint8_t> png() const;
 
   private:
     struct Impl;

@@ -72,26 +72,17 @@ std::size_t deepest(const std::vector<ForceSample>& curve) {
     return std::size_t(last - curve.begin());
 }
 
-// Bands of the tissue the tip is in on its way in; the way in never turns back by more than tremor, so each
-// depth is painted by the sample that first reached it.
 void drawBands(Canvas& canvas, const Axes& axes, const std::vector<ForceSample>& curve, std::size_t end) {
     const double bottom = axes.y(axes.force_low_n), top = kTop;
-    double reached = -1.0, named_until = 0.0;
-    for (std::size_t i = 0; i < end;) {
-        const Tissue tissue = curve[i].tissue;
-        const double from = std::max(reached, curve[i].depth_m);
-        double to = from;
-        for (; i < end && curve[i].tissue == tissue; ++i)
-            to = std::max(to, curve[i].depth_m);
-        if (i < end) to = std::max(to, curve[i].depth_m);
-        if (to <= from) continue;
-        reached = to;
-        const double left = std::round(axes.x(from)), right = std::round(axes.x(to));  // no seams
-        canvas.rectangle(left, top, right - left, bottom - top, bandColour(tissue));
-        const std::string name(patient::tissueName(tissue));
+    double named_until = 0.0;
+    for (const TissueBand& band : tissueBands(curve, end)) {
+        const double from = axes.x(band.from_m), to = axes.x(band.to_m);
+        const double left = std::round(from), right = std::round(to);  // no seams
+        canvas.rectangle(left, top, right - left, bottom - top, bandColour(band.tissue));
+        const std::string name(patient::tissueName(band.tissue));
         const TextStyle style{13, kMuted, Align::centre, false};
-        const double middle = 0.5 * (axes.x(from) + axes.x(to)), half = 0.5 * canvas.textWidth(name, style);
-        if (axes.x(to) - axes.x(from) < 2.0 * half + 6.0 || middle - half < named_until) continue;
+        const double middle = 0.5 * (from + to), half = 0.5 * canvas.textWidth(name, style);
+        if (to - from < 2.0 * half + 6.0 || middle - half < named_until) continue;
         canvas.text({middle, top + 18}, name, style);
         named_until = middle + half;
     }

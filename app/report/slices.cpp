@@ -20,6 +20,7 @@ constexpr std::size_t kFewPixels = 300;  // a label with fewer is not worth a li
 constexpr int kPixels = 560, kMargin = 24, kHeader = 104, kFooter = 92;
 constexpr Colour kDark{0.07, 0.08, 0.09}, kWhite{0.94, 0.95, 0.96}, kGrey{0.62, 0.65, 0.68};
 constexpr Colour kNeedle{0.35, 0.90, 1.0}, kCross{1.0, 0.85, 0.35};
+constexpr Colour kTrail{1.0, 0.62, 0.15}, kReference{0.95, 0.95, 0.95};
 
 // The unit vector across `normal` that is nearest to `wanted`.
 Vec3 across(const Vec3& wanted, const Vec3& normal) {
@@ -94,6 +95,36 @@ void drawNeedle(Canvas& canvas, const Panel& panel, const NeedlePicture& needle)
     canvas.line(back, tip, 4.0, kDark.faded(0.6));
     canvas.line(back, tip, 1.8, kNeedle);
     canvas.circle(tip, 7.0, 1.5, kNeedle);
+}
+
+void drawTrail(Canvas& canvas, const Panel& panel, const NeedlePicture& needle) {
+    const auto polyline = [&](const std::vector<Vec3>& places_m, double width, Colour colour) {
+        std::vector<Point> points;
+        for (const Vec3& place_m : places_m)
+            points.push_back(panel.at(place_m));
+        if (points.size() > 1) canvas.polyline(points, width, colour);
+    };
+    if (needle.reference_m.size() == 2)
+        canvas.dashed(panel.at(needle.reference_m[0]), panel.at(needle.reference_m[1]), 2.5, kReference);
+    polyline(needle.trail_m, 3.5, kDark.faded(0.5));
+    polyline(needle.trail_m, 1.6, kTrail);
+}
+
+// What the lines mean, right of the labels' legend.
+void drawLineLegend(Canvas& canvas, const NeedlePicture& needle, double right, double y) {
+    const TextStyle style{14, kWhite, Align::right, false};
+    const auto entry = [&](const std::string& text, Colour colour, bool dashed) {
+        canvas.text({right, y}, text, style);
+        const double end = right - canvas.textWidth(text, style) - 8.0;
+        if (dashed)
+            canvas.dashed({end - 34, y - 5}, {end, y - 5}, 2.5, colour);
+        else
+            canvas.line({end - 34, y - 5}, {end, y - 5}, 2.5, colour);
+        right = end - 34 - 26;
+    };
+    if (!needle.reference_m.empty()) entry("reference path", kReference, true);
+    if (!needle.trail_m.empty()) entry("way of the tip", kTrail, false);
+    if (!needle.trail_m.empty() || !needle.reference_m.empty()) entry("needle", kNeedle, false);
 }
 
 void drawScale(Canvas& canvas, const Panel& panel) {
@@ -177,9 +208,12 @@ std::vector<std::uint8_t> samplePlane(const Patient& patient, const patient::Sur
     return rgb;
 }
 
-void drawSlices(const Patient& patient, const NeedlePicture& needle, const std::filesystem::path& png) {
+namespace {
+
+constexpr int kSheetWidth = 4 * kMargin + 3 * kPixels, kSheetHeight = kHeader + kPixels + kFooter;
+
+void paintSheet(Canvas& canvas, const Patient& patient, const NeedlePicture& needle) {
     const std::array<SlicePlane, 3> planes = slicePlanes(needle);
-    Canvas canvas(4 * kMargin + 3 * kPixels, kHeader + kPixels + kFooter, kDark);
     canvas.text({kMargin, 44}, needle.title, {24, kWhite, Align::left, true});
     std::array<std::size_t, 256> seen{};
     double x = kMargin;
@@ -189,6 +223,7 @@ void drawSlices(const Patient& patient, const NeedlePicture& needle, const std::
         canvas.image(x, kHeader, kPixels, kPixels,
                      samplePlane(patient, needle.breath, plane, kPixels, kPixels, seen));
         canvas.clip(x, kHeader, kPixels, kPixels);
+        drawTrail(canvas, panel, needle);
         drawNeedle(canvas, panel, needle);
         drawScale(canvas, panel);
         drawLetters(canvas, panel);
@@ -200,6 +235,20 @@ void drawSlices(const Patient& patient, const NeedlePicture& needle, const std::
                                formatted(" HU around %.0f HU", 0.5 * (kWindowHigh_hu + kWindowLow_hu));
     canvas.text({kMargin, kHeader + kPixels + 68}, needle.caption + "   |   " + window,
                 {14, kGrey, Align::left, false});
+    drawLineLegend(canvas, needle, kSheetWidth - kMargin, kHeader + kPixels + 68);
+}
+
+}  // namespace
+
+SliceSheet sliceSheet(const Patient& patient, const NeedlePicture& needle) {
+    Canvas canvas(kSheetWidth, kSheetHeight, kDark);
+    paintSheet(canvas, patient, needle);
+    return {canvas.png(), kSheetWidth, kSheetHeight};
+}
+
+void drawSlices(const Patient& patient, const NeedlePicture& needle, const std::filesystem::path& png) {
+    Canvas canvas(kSheetWidth, kSheetHeight, kDark);
+    paintSheet(canvas, patient, needle);
     canvas.savePng(png);
 }
 

@@ -25,6 +25,9 @@ struct NeedlePicture {
     double depth_m = 0.0;         // of the tip along the track
     patient::Surrogate breath;
     std::string title, caption;
+    std::vector<patient::Vec3> trail_m{};  // where the tip has been
+    std::vector<patient::Vec3>
+        reference_m{};  // the reference path from entry to target, if it is to be shown
 };
 
 // The CT window of the pictures: 400 HU wide around 50 HU.
@@ -38,6 +41,13 @@ std::array<SlicePlane, 3> slicePlanes(const NeedlePicture&);
 // `seen`.
 std::vector<std::uint8_t> samplePlane(const patient::Patient&, const patient::Surrogate&, const SlicePlane&,
                                       int width, int height, std::array<std::size_t, 256>& seen);
+
+// The slices as a PNG.
+struct SliceSheet {
+    std::vector<std::uint8_t> png;
+    int width = 0, height = 0;
+};
+SliceSheet sliceSheet(const patient::Patient&, const NeedlePicture&);
 
 // Throws patient::DataError.
 void drawSlices(const patient::Patient&, const NeedlePicture&, const std::filesystem::path& png);

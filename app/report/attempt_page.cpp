@@ -1,0 +1,310 @@
+#include "app/report/attempt_page.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/report/slices.h"
+#include "app/report/statistics.h"
+
+namespace stylet::report {
+
+using records::AttemptState;
+using records::StoredAttempt;
+
+namespace {
+
+constexpr double kMmPerM = 1e3;
+constexpr int kStillWidth = 560;
+constexpr std::size_t kTrailPoints = 1500, kCourseRows = 4000;
+
+// A percentile of three attempts says nothing.
+constexpr std::size_t kLeastCohort = 4;
+
+std::string stateText(AttemptState state) {
+    switch (state) {
+        case AttemptState::running:
+            return "still running";
+        case AttemptState::done:
+            return "done";
+        case AttemptState::cut_short:
+            break;
+    }
+    return "cut short: it ends where its writer was stopped";
+}
+
+double seconds(const AttemptFiles& a) {
+    const double dt_s = a.stored.info.dt_s;
+    if (a.stored.result) return double(a.stored.result->ticks) * dt_s;
+    if (a.summary.ticks > 0) return double(a.summary.ticks) * dt_s;
+    return a.course.empty() ? 0.0 : a.course.back().t_s;
+}
+
+std::vector<Headline> headlinesOf(const AttemptFiles& a) {
+    std::vector<Headline> all;
+    if (a.stored.result) all.push_back({fixed(a.stored.result->total, 1) + " of 100", "score"});
+    if (a.summarised || a.stored.result) {
+        const bool hit = a.stored.result ? a.stored.result->target_hit : a.summary.target_hit;
+        all.push_back({hit ? "Yes" : "No", "bile duct hit"});
+    }
+    all.push_back({clockText(seconds(a)), "minutes and seconds"});
+    double peak_n = a.summary.peak_force_n;
+    for (const CourseRow& row : a.course)
+        peak_n = std::max(peak_n, row.force_n);
+    all.push_back({fixed(peak_n, 2) + " N", "largest axial force"});
+    std::size_t risk = 0, near = 0;
+    for (const records::EventRow& event : a.stored.events)
+        risk += event.kind == "risk", near += event.kind == "near_miss";
+    if (!a.stored.events.empty()) {
+        all.push_back({std::to_string(risk), "risk structures struck"});
+        all.push_back({std::to_string(near), "near misses"});
+    }
+    return all;
+}
+
+std::vector<Fact> factsOf(const AttemptFiles& a) {
+    const records::AttemptInfo& info = a.stored.info;
+    const Summary& s = a.summary;
+    std::vector<Fact> facts;
+    const auto add = [&](const char* name, const std::string& value) {
+        if (!value.empty()) facts.push_back({name, value});
+    };
+    add("Trainee (pseudonym)", info.trainee);
+    add("Attempt", a.stored.id);
+    add("Begun", dateText(a.stored.started_utc));
+    add("State", stateText(a.stored.state));
+    add("Patient", info.patient);
+    add("Scenario", info.scenario);
+    add("Difficulty", info.difficulty);
+    add("Device", info.device + (s.clock.empty() ? "" : " (" + s.clock + ")"));
+    add("Seed", std::to_string(info.seed));
+    add("Program", info.program_version.empty() ? "" : "stylet " + info.program_version);
+    add("Force gain of the device", fixed(info.device_gain, 3));
+    add("Registration error", info.registration_rms_m
+                                  ? fixed(kMmPerM * *info.registration_rms_m, 2) + " mm (root mean square)"
+                                  : "");
+    if (a.record)
+        add("Reference path",
+            fixed(kMmPerM * a.record->path.length_m, 1) + " mm, quality " + fixed(a.record->path.quality, 2));
+    if (a.summarised) {
+        add("X-rays", fixed(s.fluoroscopy_s, 1) + " s, " + fixed(1e3 * s.air_kerma_gy, 2) +
+                          " mGy at the reference point");
+        add("Contrast medium", fixed(s.contrast_ml, 1) + " ml");
+        add("Cut sideways", fixed(kMmPerM * s.lateral_cut_m, 1) + " mm");
+        add("Faults", s.fault_names);
+        add("Ticks", std::to_string(s.ticks) + ", " + std::to_string(s.late_ticks) + " late");
+        add("State hash", s.state_hash);
+    }
+    return facts;
+}
+
+std::vector<patient::Vec3> trailOf(const AttemptFiles& a) {
+    std::vector<patient::Vec3> trail;
+    if (!a.sampled) return trail;
+    std::size_t inside = 0;
+    for (const CourseRow& row : a.course)
+        inside += row.in_body;
+    const std::size_t step = inside / kTrailPoints + 1;
+    std::size_t i = 0;
+    for (const CourseRow& row : a.course)
+        if (row.in_body && i++ % step == 0) trail.push_back(row.tip_m);
+    return trail;
+}
+
+// The needle where it matters most, drawn in the patient with the way it took.
+Picture slicePicture(const AttemptFiles& a, const CourseRow& row, const patient::Patient& patient) {
+    NeedlePicture needle;
+    needle.tip_m = row.tip_m;
+    needle.axis = row.axis;
+    needle.depth_m = row.depth_m;
+    needle.breath = {row.breath_v, 0.0};
+    needle.target_m = a.record ? a.record->path.target_m : row.tip_m;
+    needle.trail_m = trailOf(a);
+    if (a.record) needle.reference_m = {a.record->path.entry_m, a.record->path.target_m};
+    needle.title =
+        a.summary.target_hit ? "The puncture of the bile duct" : "The deepest point: no target was hit";
+    needle.caption = "tip " + fixed(kMmPerM * row.depth_m, 1) + " mm deep, " + fixed(row.t_s, 2) +
+                     " s, breath " + (row.breath_held ? "held" : "free");
+    const SliceSheet sheet = sliceSheet(patient, needle);
+    Picture picture{sheet.png, "image/png", sheet.width, sheet.height, "", ""};
+    picture.alt =
+        "Three slices through the CT: two along the needle, near axial and near coronal, one across it at "
+        "the "
+        "tip, with the needle, the way of its tip and the reference path; " +
+        needle.caption + ".";
+    picture.caption =
+        "The needle in the patient on three slices, with the way of its tip and the reference path.";
+    return picture;
+}
+
+void addSlices(Page& page, const AttemptFiles& a, const AttemptContext& context) {
+    page.section("Needle in the patient");
+    const std::optional<std::size_t> row = tellingRow(a);
+    const std::filesystem::path drawn = a.stored.folder / "slices.png";
+    if (row && a.sampled && context.patient) {
+        page.picture(slicePicture(a, a.course[*row], *context.patient));
+    } else if (std::filesystem::exists(drawn)) {
+        try {
+            Picture picture = wholePng(drawn);
+            picture.alt =
+                "Three slices through the CT at the needle's tip, with the needle: two along it, near axial "
+                "and "
+                "near coronal, one across it.";
+            picture.caption =
+                "The needle in the patient on three slices, as drawn at the end of the attempt.";
+            page.picture(picture);
+        } catch (const patient::DataError& e) {
+            page.paragraph(e.what());
+        }
+    } else {
+        page.paragraph(row ? "The patient of this attempt was not found, so there are no slices."
+                           : "The needle did not enter the body.");
+    }
+}
+
+Table courseTable(const AttemptFiles& a) {
+    Table table;
+    table.head = {"time_s",   "tool",        "depth_mm", "force_n",     "sent_n",
+                  "breath_v", "breath_held", "tissue",   "clearance_mm"};
+    table.number = {true, false, true, true, true, true, true, false, true};
+    const auto csv = [](double value, int digits) {
+        return std::isfinite(value) ? fixed(value, digits) : std::string();
+    };
+    const std::size_t step = a.course.size() / kCourseRows + 1;
+    for (std::size_t i = 0; i < a.course.size(); i += step) {
+        const CourseRow& r = a.course[i];
+        table.rows.push_back(
+            {fixed(r.t_s, 3), a.sampled ? std::string(haptics::kToolNames[std::size_t(r.tool)]) : "",
+             r.in_body ? fixed(kMmPerM * r.depth_m, 3) : "", r.in_body ? fixed(r.force_n, 4) : "",
+             csv(r.sent_n, 4), csv(r.breath_v, 4), r.breath_held ? "1" : "0",
+             r.in_body ? std::string(patient::tissueName(r.tissue)) : "", csv(kMmPerM * r.clearance_m, 2)});
+    }
+    return table;
+}
+
+void addFigure(Page& page, const DescribedFigure& f) {
+    page.figure(f.figure, f.description, f.caption, f.data);
+}
+
+void addScore(Page& page, const AttemptFiles& a, const AttemptContext& context, AttemptReport& report) {
+    page.section("Score");
+    if (!a.stored.result || a.stored.result->metrics.empty()) {
+        page.paragraph(a.stored.state == AttemptState::done ? "This attempt was not scored."
+                                                            : "An attempt that did not end has no score.");
+        return;
+    }
+    report.metrics = metricTable(*a.stored.result, context.cohort);
+    std::size_t others = 0;
+    for (const StoredAttempt& other : context.cohort)
+        others += other.result.has_value();
+    page.paragraph(
+        others >= kLeastCohort
+            ? "Each metric earns points up to its weight. The cohort: " + std::to_string(others) +
+                  " finished attempts at the same scenario in these records. A percentile is the share of "
+                  "the cohort that earned fewer points."
+            : "Each metric earns points up to its weight. Fewer than " + std::to_string(kLeastCohort) +
+                  " finished attempts at this scenario are in these records, so there is no cohort to "
+                  "compare with.");
+    page.table(report.metrics);
+}
+
+}  // namespace
+
+std::string dateText(const std::string& utc) {
+    if (utc.size() < 16 || utc[10] != 'T') return utc;
+    return utc.substr(0, 10) + " " + utc.substr(11, 5) + " UTC";
+}
+
+std::string metricText(double value) {
+    if (!std::isfinite(value)) return fixed(value, 0);
+    const double size = std::fabs(value);
+    return fixed(value, size == std::floor(size) ? 0 : size < 0.1 ? 4 : size < 10.0 ? 2 : 1);
+}
+
+double percentileOf(double value, const std::vector<double>& all) {
+    if (all.empty() || std::isnan(value)) return kGap;
+    double below = 0.0;
+    for (const double other : all)
+        below += other < value ? 1.0 : other == value ? 0.5 : 0.0;
+    return 100.0 * below / double(all.size());
+}
+
+Table metricTable(const records::AttemptResult& result, const std::vector<StoredAttempt>& cohort) {
+    Table table;
+    table.caption = "Metrics, their points and the cohort";
+    table.head = {"Metric", "Value", "Unit", "Points", "Of", "Cohort's median value", "Percentile by points"};
+    table.number = {false, true, false, true, true, true, true};
+    table.sortable = true;
+    const auto row = [&](const std::string& name, const std::string& value, const std::string& unit,
+                         double points, double most, const std::vector<double>& values,
+                         const std::vector<double>& all_points) {
+        const bool enough = all_points.size() >= kLeastCohort;
+        table.rows.push_back({name, value, unit, fixed(points, 2), fixed(most, 1),
+                              enough && !values.empty() ? metricText(median(values)) : "–",
+                              enough ? fixed(percentileOf(points, all_points), 0) : "–"});
+    };
+    for (const records::MetricRow& m : result.metrics) {
+        std::vector<double> values, points;
+        for (const StoredAttempt& other : cohort)
+            if (other.result)
+                for (const records::MetricRow& o : other.result->metrics)
+                    if (o.id == m.id) values.push_back(o.value), points.push_back(o.points);
+        row(m.name, metricText(m.value), m.unit, m.points, m.most_points, values, points);
+    }
+    std::vector<double> totals;
+    for (const StoredAttempt& other : cohort)
+        if (other.result) totals.push_back(other.result->total);
+    row("Total", fixed(result.total, 1), "", result.total, 100.0, totals, totals);
+    return table;
+}
+
+AttemptReport attemptReport(const AttemptFiles& a, const AttemptContext& context) {
+    AttemptReport report;
+    const records::AttemptInfo& info = a.stored.info;
+    Page page(info.trainee.empty() ? "Attempt " + a.stored.id : "Attempt of " + info.trainee,
+              (info.scenario.empty() ? "" : "Scenario " + info.scenario + " on ") + info.patient +
+                  (a.stored.started_utc.empty() ? "" : ", " + dateText(a.stored.started_utc)) +
+                  (a.stored.state == AttemptState::done ? "" : ". State: " + stateText(a.stored.state)) +
+                  ".");
+    page.headlines(headlinesOf(a));
+
+    std::vector<ReferenceCurve> references = context.references;
+    if (context.patient && a.record && references.empty())
+        references.push_back(exactCurve(*context.patient, a.record->path));
+    page.section("Force over depth");
+    addFigure(page, forceFigure(a, references));
+    if (!a.summary.punctures.empty()) page.table(punctureTable(a));
+
+    addSlices(page, a, context);
+
+    page.section("Timeline");
+    addFigure(page, timelineFigure(a));
+    if (const DescribedFigure course = courseFigure(a); !course.figure.choices.empty())
+        addFigure(page, course);
+    report.events = eventTable(a);
+    if (!report.events.rows.empty()) page.table(report.events);
+    report.course = courseTable(a);
+
+    addScore(page, a, context, report);
+
+    const Stills stills = stillsOf(a.stored.folder, context.most_stills, kStillWidth);
+    if (!stills.pictures.empty()) {
+        page.section("Stills");
+        if (stills.left_out > 0)
+            page.paragraph("The first " + std::to_string(stills.pictures.size()) + " by name; " +
+                           std::to_string(stills.left_out) + " more lie in the attempt's folder.");
+        page.stills(stills.pictures);
+    }
+    page.section("Facts");
+    page.facts(factsOf(a));
+    std::vector<std::string> complaints = a.complaints;
+    complaints.insert(complaints.end(), stills.complaints.begin(), stills.complaints.end());
+    if (!complaints.empty()) {
+        page.section("What could not be read");
+        for (const std::string& complaint : complaints)
+            page.paragraph(complaint);
+    }
+    report.html = page.html();
+    return report;
+}
+
+}  // namespace stylet::report

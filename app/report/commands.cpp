@@ -1,0 +1,131 @@
+#include "app/report/commands.h"
+
+#include <cstdlib>
+#include <memory>
+
+#include "app/report/attempt_page.h"
+#include "app/report/group_pages.h"
+
+namespace stylet::report {
+
+using patient::DataError;
+using records::StoredAttempt;
+namespace fs = std::filesystem;
+
+namespace {
+
+// Where `stylet run --trainee` keeps attempts unless told otherwise.
+fs::path usualRecords() {
+    const char* data = std::getenv("XDG_DATA_HOME");
+    if (data && data[0] == '/') return fs::path(data) / "stylet" / "records";
+    const char* home = std::getenv("HOME");
+    if (!home || home[0] != '/') throw DataError("records", "folder", "is not known: name it with --records");
+    return fs::path(home) / ".local" / "share" / "stylet" / "records";
+}
+
+// Opening a store makes one where there is none; a report only reads.
+records::Store openStore(const ReportOptions& o) {
+    const fs::path folder = o.records.empty() ? usualRecords() : o.records;
+    if (!fs::exists(folder / "store.sqlite"))
+        throw DataError(folder, "store.sqlite", "is not there: no attempts are kept here");
+    return records::Store(folder);
+}
+
+bool isFolder(const std::string& text) {
+    return fs::is_directory(text);
+}
+
+void makeFolder(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) throw DataError(folder, "folder", error.message());
+}
+
+AttemptFiles openAttempt(const std::string& what, const ReportOptions& o) {
+    return isFolder(what) ? readFolder(what) : readAttempt(openStore(o).attempt(what));
+}
+
+struct OpenPatient {
+    patient::Package package;
+    patient::Patient ready{package};
+};
+
+// The patient of the attempt, if he is where he was and still the same.
+std::unique_ptr<OpenPatient> openPatient(AttemptFiles& a, const fs::path& named) {
+    const fs::path folder = !named.empty() ? named : a.record ? a.record->patient_folder : fs::path();
+    if (folder.empty() || !a.record) return nullptr;
+    try {
+        patient::Package package = patient::loadPackage(folder);
+        if (a.stored.info.patient_digest != 0 && patient::digest(package) != a.stored.info.patient_digest)
+            throw DataError(folder, "patient", "is not the one that the attempt was made on");
+        return std::unique_ptr<OpenPatient>(new OpenPatient{std::move(package)});
+    } catch (const DataError& e) {
+        if (!named.empty()) throw;
+        a.complaints.emplace_back(std::string(e.what()) +
+                                  " (no reference curve, and slices as drawn at the time)");
+        return nullptr;
+    }
+}
+
+std::vector<StoredAttempt> atScenario(std::vector<StoredAttempt> attempts, const std::string& scenario) {
+    if (!scenario.empty())
+        std::erase_if(attempts, [&](const StoredAttempt& a) { return a.info.scenario != scenario; });
+    return attempts;
+}
+
+}  // namespace
+
+fs::path reportAttempt(const ReportOptions& o) {
+    AttemptFiles attempt;
+    AttemptContext context;
+    if (isFolder(o.attempt)) {
+        attempt = readFolder(o.attempt);
+    } else {
+        const records::Store store = openStore(o);
+        attempt = readAttempt(store.attempt(o.attempt));
+        context.cohort = atScenario(store.attempts(), attempt.stored.info.scenario);
+    }
+    const std::unique_ptr<OpenPatient> patient = openPatient(attempt, o.patient);
+    if (patient) context.patient = &patient->ready;
+    if (!o.reference.empty()) {
+        const AttemptFiles reference = openAttempt(o.reference, o);
+        if (reference.course.empty()) throw DataError(o.reference, "reference", "has no curve");
+        context.references.push_back(curveOf(reference));
+    }
+    makeFolder(o.out);
+    const AttemptReport report = attemptReport(attempt, context);
+    writeText(report.html, o.out / "attempt.html");
+    writeCsv(report.course, o.out / "course.csv");
+    writeCsv(report.events, o.out / "events.csv");
+    if (!report.metrics.rows.empty()) writeCsv(report.metrics, o.out / "metrics.csv");
+    if (!attempt.stored.info.trainee.empty())
+        writeText(xapiStatements({attempt.stored}, o.xapi), o.out / "xapi.json");
+    return o.out / "attempt.html";
+}
+
+fs::path reportTrainee(const ReportOptions& o) {
+    records::checkTrainee(o.trainee);
+    const records::Store store = openStore(o);
+    const std::vector<StoredAttempt> attempts = atScenario(store.attempts(o.trainee), o.scenario);
+    if (attempts.empty()) throw DataError("trainee", o.trainee, "has no such attempts in these records");
+    makeFolder(o.out);
+    const GroupReport report = traineeReport(o.trainee, attempts, atScenario(store.attempts(), o.scenario));
+    writeText(report.html, o.out / "trainee.html");
+    writeCsv(report.attempts, o.out / "attempts.csv");
+    writeText(xapiStatements(attempts, o.xapi), o.out / "xapi.json");
+    return o.out / "trainee.html";
+}
+
+fs::path reportCohort(const ReportOptions& o) {
+    const records::Store store = openStore(o);
+    const std::vector<StoredAttempt> attempts = atScenario(store.attempts(), o.scenario);
+    makeFolder(o.out);
+    const GroupReport report =
+        cohortReport(o.scenario.empty() ? "All scenarios" : "Scenario " + o.scenario, attempts);
+    writeText(report.html, o.out / "cohort.html");
+    writeCsv(report.attempts, o.out / "attempts.csv");
+    writeText(xapiStatements(attempts, o.xapi), o.out / "xapi.json");
+    return o.out / "cohort.html";
+}
+
+}  // namespace stylet::report

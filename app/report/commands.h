@@ -1,0 +1,26 @@
+// What the program `stylet-report` does.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "app/report/xapi.h"
+
+namespace stylet::report {
+
+struct ReportOptions {
+    std::filesystem::path records;  // empty: $XDG_DATA_HOME/stylet/records
+    std::filesystem::path out;
+    std::string attempt, reference;  // id or folder
+    std::filesystem::path patient;
+    std::string trainee, scenario;
+    XapiSettings xapi;
+};
+
+// Each writes a page, its tables as CSV and, where there are trainees, xapi.json; returns the page's file.
+// Throws patient::DataError.
+std::filesystem::path reportAttempt(const ReportOptions&);
+std::filesystem::path reportTrainee(const ReportOptions&);
+std::filesystem::path reportCohort(const ReportOptions&);
+
+}  // namespace stylet::report

@@ -1,0 +1,319 @@
+#include "app/report/group_pages.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "app/report/attempt_page.h"
+#include "app/report/statistics.h"
+
+namespace stylet::report {
+
+using records::AttemptState;
+using records::MetricRow;
+using records::StoredAttempt;
+
+namespace {
+
+using Attempts = std::vector<StoredAttempt>;
+
+constexpr std::array<Colour, 6> kColours{kBlue, kVermilion, kGreen, kPurple, kOrange, kSky};
+
+Attempts finished(const Attempts& attempts) {
+    Attempts done;
+    for (const StoredAttempt& attempt : attempts)
+        if (attempt.state == AttemptState::done && attempt.result) done.push_back(attempt);
+    return done;
+}
+
+struct MetricName {
+    std::string id, name, unit;
+    std::string title() const { return unit.empty() ? name : name + " [" + unit + "]"; }
+};
+
+// In the order in which they are first met.
+std::vector<MetricName> metricNames(const Attempts& attempts) {
+    std::vector<MetricName> names;
+    for (const StoredAttempt& attempt : attempts)
+        if (attempt.result)
+            for (const MetricRow& m : attempt.result->metrics)
+                if (std::none_of(names.begin(), names.end(),
+                                 [&](const MetricName& n) { return n.id == m.id; }))
+                    names.push_back({m.id, m.name, m.unit});
+    return names;
+}
+
+const MetricRow* metricOf(const StoredAttempt& attempt, const std::string& id) {
+    if (!attempt.result) return nullptr;
+    for (const MetricRow& m : attempt.result->metrics)
+        if (m.id == id) return &m;
+    return nullptr;
+}
+
+std::vector<double> totalsOf(const Attempts& attempts) {
+    std::vector<double> totals;
+    for (const StoredAttempt& attempt : attempts)
+        totals.push_back(attempt.result->total);
+    return totals;
+}
+
+std::vector<double> valuesOf(const Attempts& attempts, const std::string& id) {
+    std::vector<double> values;
+    for (const StoredAttempt& attempt : attempts)
+        if (const MetricRow* m = metricOf(attempt, id)) values.push_back(m->value);
+    return values;
+}
+
+std::string shareText(std::size_t part, std::size_t all) {
+    return all == 0 ? "–" : fixed(100.0 * double(part) / double(all), 0) + " %";
+}
+
+std::size_t hits(const Attempts& attempts) {
+    return std::size_t(std::count_if(attempts.begin(), attempts.end(),
+                                     [](const StoredAttempt& a) { return a.result->target_hit; }));
+}
+
+// Median and quartiles of each metric, and of the total.
+Table spreadTable(const Attempts& done) {
+    Table table;
+    table.caption = "Each metric over " + std::to_string(done.size()) + " finished attempts";
+    table.head = {"Metric", "Unit", "Lowest", "Lower quartile", "Median", "Upper quartile", "Highest"};
+    table.number = {false, false, true, true, true, true, true};
+    table.sortable = true;
+    const auto row = [&](const std::string& name, const std::string& unit,
+                         const std::vector<double>& values) {
+        table.rows.push_back({name, unit});
+        const double most = quantile(values, 1.0);
+        const int digits = std::isfinite(most) && std::fabs(most) < 10.0 ? 2 : 1;
+        for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0})
+            table.rows.back().push_back(fixed(quantile(values, share), digits));
+    };
+    row("Total", "of 100", totalsOf(done));
+    for (const MetricName& name : metricNames(done))
+        row(name.name, name.unit, valuesOf(done, name.id));
+    return table;
+}
+
+// Totals and metrics over the numbered attempts of a trainee.
+DescribedFigure metricsFigure(const Attempts& done) {
+    DescribedFigure f;
+    f.figure.x = {"attempt", 0.5, double(done.size()) + 0.5};
+    f.figure.x.whole = true;
+    f.figure.low = true;
+    f.data.caption = "all metrics, attempt by attempt";
+    f.data.head = {"Metric"};
+    f.data.number = {false};
+    for (std::size_t i = 0; i < done.size(); ++i)
+        f.data.head.push_back(std::to_string(i + 1)), f.data.number.push_back(true);
+    for (const MetricName& name : metricNames(done)) {
+        FigureSeries series{name.name, kBlue};
+        series.shape = "circle", series.width = 1.5;
+        f.data.rows.push_back({name.title()});
+        for (std::size_t i = 0; i < done.size(); ++i) {
+            const MetricRow* m = metricOf(done[i], name.id);
+            const double value = m && std::isfinite(m->value) ? m->value : kGap;
+            series.points.push_back({double(i + 1), value});
+            f.data.rows.back().push_back(m ? metricText(m->value) : "–");
+        }
+        f.figure.choices.push_back({name.name, {name.title()}, {series}});
+    }
+    f.description = "One metric over " + std::to_string(done.size()) + " attempts, as chosen.";
+    f.caption = "A metric over the finished attempts, as chosen.";
+    return f;
+}
+
+struct Person {
+    std::string trainee;
+    Attempts done;
+    std::size_t all = 0;
+    double median_total = 0.0;
+};
+
+// By median total, best first.
+std::vector<Person> peopleOf(const Attempts& attempts) {
+    std::map<std::string, Person> by_name;
+    for (const StoredAttempt& attempt : attempts) {
+        Person& person = by_name[attempt.info.trainee];
+        person.trainee = attempt.info.trainee;
+        ++person.all;
+        if (attempt.state == AttemptState::done && attempt.result) person.done.push_back(attempt);
+    }
+    std::vector<Person> people;
+    for (auto& [name, person] : by_name) {
+        person.median_total = median(totalsOf(person.done));
+        people.push_back(std::move(person));
+    }
+    const auto rank = [](const Person& p) { return std::isnan(p.median_total) ? -1.0 : p.median_total; };
+    std::sort(people.begin(), people.end(), [&](const Person& a, const Person& b) {
+        return rank(a) != rank(b) ? rank(a) > rank(b) : a.trainee < b.trainee;
+    });
+    return people;
+}
+
+// One value of each attempt, a column a trainee, with the median of each.
+FigureChoice stripOf(const std::string& name, const std::string& axis, const std::vector<Person>& people,
+                     const std::vector<std::vector<double>>& values) {
+    FigureSeries points{"attempt", kBlue}, medians{"median", kVermilion};
+    points.line = medians.line = false;
+    points.shape = "circle", medians.shape = "rectRot";
+    for (std::size_t p = 0; p < people.size(); ++p) {
+        for (std::size_t i = 0; i < values[p].size(); ++i) {
+            // Side by side in their order, so that equal ones do not hide one another.
+            const double count = double(values[p].size());
+            const double x = double(p) + (count < 2.0 ? 0.0 : 0.5 * (double(i) / (count - 1.0) - 0.5));
+            if (std::isfinite(values[p][i]))
+                points.points.push_back(
+                    {x, values[p][i], people[p].trainee + " " + metricText(values[p][i])});
+        }
+        const double middle = median(values[p]);
+        if (std::isfinite(middle))
+            medians.points.push_back({double(p), middle, people[p].trainee + " " + metricText(middle)});
+    }
+    return {name, {axis}, {points, medians}};
+}
+
+DescribedFigure cohortFigure(const std::vector<Person>& people, const Attempts& done) {
+    DescribedFigure f;
+    for (const Person& person : people)
+        f.figure.x.names.push_back(person.trainee);
+    std::vector<std::vector<double>> totals;
+    for (const Person& person : people)
+        totals.push_back(totalsOf(person.done));
+    f.figure.choices.push_back(stripOf("Total", "total, of 100", people, totals));
+    f.figure.choices.back().y.min = 0.0, f.figure.choices.back().y.max = 100.0;
+    f.data.caption = "median of each metric, trainee by trainee";
+    f.data.head = {"Metric"};
+    f.data.number = {false};
+    for (const Person& person : people)
+        f.data.head.push_back(person.trainee), f.data.number.push_back(true);
+    f.data.rows.push_back({"Total"});
+    for (const Person& person : people)
+        f.data.rows.back().push_back(fixed(person.median_total, 1));
+    for (const MetricName& name : metricNames(done)) {
+        std::vector<std::vector<double>> values;
+        f.data.rows.push_back({name.title()});
+        for (const Person& person : people) {
+            values.push_back(valuesOf(person.done, name.id));
+            f.data.rows.back().push_back(metricText(median(values.back())));
+        }
+        f.figure.choices.push_back(stripOf(name.name, name.title(), people, values));
+    }
+    f.description = "Total or a metric, as chosen, of every finished attempt of " +
+                    std::to_string(people.size()) + " trainees, with the median of each.";
+    if (!people.empty() && !std::isnan(people[0].median_total))
+        f.description +=
+            " Highest median total: " + people[0].trainee + " with " + fixed(people[0].median_total, 1) + ".";
+    f.caption = "Every finished attempt, in each trainee's column from first to last; diamonds: medians.";
+    return f;
+}
+
+Table rankingTable(const std::vector<Person>& people) {
+    Table table;
+    table.caption = "Trainees by median total";
+    table.head = {"Trainee",      "Rank",       "Attempts",   "Finished",
+                  "Median total", "Best total", "Last total", "Duct hit"};
+    table.number = {false, true, true, true, true, true, true, true};
+    table.sortable = true;
+    std::size_t rank = 0;
+    for (const Person& person : people) {
+        const std::vector<double> totals = totalsOf(person.done);
+        ++rank;
+        table.rows.push_back({person.trainee, person.done.empty() ? "–" : std::to_string(rank),
+                              std::to_string(person.all), std::to_string(person.done.size()),
+                              fixed(person.median_total, 1), fixed(quantile(totals, 1.0), 1),
+                              fixed(totals.empty() ? kGap : totals.back(), 1),
+                              shareText(hits(person.done), person.done.size())});
+    }
+    return table;
+}
+
+Table shortTable(const Attempts& attempts) {
+    Table table;
+    table.caption = "All attempts";
+    table.head = {"Attempt", "Begun", "Scenario", "Difficulty", "State", "Minutes", "Duct hit", "Total"};
+    table.number = {false, false, false, false, false, true, false, true};
+    table.sortable = true;
+    for (const StoredAttempt& a : attempts)
+        table.rows.push_back(
+            {a.id, dateText(a.started_utc), a.info.scenario, a.info.difficulty,
+             a.state == AttemptState::cut_short ? "cut short" : std::string(records::stateName(a.state)),
+             a.result ? fixed(double(a.result->ticks) * a.info.dt_s / 60.0, 1) : "–",
+             a.result ? (a.result->target_hit ? "yes" : "no") : "–",
+             a.result ? fixed(a.result->total, 1) : "–"});
+    return table;
+}
+
+}  // namespace
+
+Table attemptsTable(const Attempts& attempts) {
+    Table table;
+    table.head = {"attempt", "trainee", "begun_utc", "state", "scenario",   "difficulty",
+                  "patient", "seed",    "device",    "ticks", "target_hit", "total"};
+    table.number = {false, false, false, false, false, false, false, true, false, true, true, true};
+    const std::vector<MetricName> names = metricNames(attempts);
+    for (const MetricName& name : names)
+        table.head.push_back(name.unit.empty() ? name.id : name.id + " [" + name.unit + "]"),
+            table.number.push_back(true);
+    for (const StoredAttempt& a : attempts) {
+        table.rows.push_back({a.id, a.info.trainee, a.started_utc, std::string(records::stateName(a.state)),
+                              a.info.scenario, a.info.difficulty, a.info.patient, std::to_string(a.info.seed),
+                              a.info.device, a.result ? std::to_string(a.result->ticks) : "",
+                              a.result ? (a.result->target_hit ? "1" : "0") : "",
+                              a.result ? fixed(a.result->total, 3) : ""});
+        for (const MetricName& name : names) {
+            const MetricRow* m = metricOf(a, name.id);
+            table.rows.back().push_back(m && std::isfinite(m->value) ? fixed(m->value, 6) : "");
+        }
+    }
+    return table;
+}
+
+GroupReport traineeReport(const std::string& trainee, const Attempts& attempts, const Attempts& cohort) {
+    const Attempts done = finished(attempts), all = finished(cohort);
+    const std::vector<double> totals = totalsOf(done);
+    Page page("Trainee " + trainee, std::to_string(attempts.size()) + " attempts, " +
+                                        std::to_string(done.size()) + " of them finished.");
+    page.headlines({{std::to_string(done.size()), "finished attempts"},
+                    {fixed(totals.empty() ? kGap : totals.back(), 1), "last total of 100"},
+                    {fixed(quantile(totals, 1.0), 1), "best total"},
+                    {shareText(hits(done), done.size()), "bile duct hit"}});
+    if (!done.empty()) {
+        page.section("Metrics");
+        const DescribedFigure metrics = metricsFigure(done);
+        if (!metrics.figure.choices.empty())
+            page.figure(metrics.figure, metrics.description, metrics.caption, metrics.data);
+        page.paragraph("The last finished attempt, against the " + std::to_string(all.size()) +
+                       " finished attempts of all trainees in these records:");
+        page.table(metricTable(*done.back().result, all));
+    }
+    page.section("Attempts");
+    page.table(shortTable(attempts));
+    return {page.html(), attemptsTable(attempts)};
+}
+
+GroupReport cohortReport(const std::string& what, const Attempts& attempts) {
+    const Attempts done = finished(attempts);
+    const std::vector<Person> people = peopleOf(attempts);
+    Page page("Cohort", what + ": " + std::to_string(attempts.size()) + " attempts of " +
+                            std::to_string(people.size()) + " trainees, by pseudonym.");
+    page.headlines({{std::to_string(people.size()), "trainees"},
+                    {std::to_string(done.size()), "finished attempts"},
+                    {fixed(median(totalsOf(done)), 1), "median total of 100"},
+                    {shareText(hits(done), done.size()), "bile duct hit"}});
+    if (!people.empty()) {
+        page.section("Trainees");
+        const DescribedFigure f = cohortFigure(people, done);
+        page.figure(f.figure, f.description, f.caption, f.data);
+        page.table(rankingTable(people));
+    }
+    if (!done.empty()) {
+        page.section("Metrics");
+        page.table(spreadTable(done));
+    }
+    page.section("Attempts");
+    page.table(shortTable(attempts));
+    return {page.html(), attemptsTable(attempts)};
+}
+
+}  // namespace stylet::report

@@ -1,0 +1,23 @@
+# A file as a C++ function, so that a program carries it: cmake -DIN=FILE -DNAME=function -DOUT=FILE.cpp -P Embed.cmake
+# Its SHA-256 goes with it: a page names the scripts that may run in it by their digests.
+file(READ "${IN}" text)
+if("${text}" MATCHES "</(script|style)")
+    message(FATAL_ERROR "${IN} would end the element that it is put into")
+endif()
+file(READ "${IN}" hex HEX)
+file(SHA256 "${IN}" sha256)
+string(REGEX REPLACE "(..)" "0x\\1," bytes "${hex}")
+string(REGEX REPLACE "(................................................................................)" "\\1\n" bytes "${bytes}")
+file(WRITE "${OUT}" "#include \"app/report/embedded.h\"
+
+namespace stylet::report {
+
+static const unsigned char bytes[] = {
+${bytes}};
+
+Embedded ${NAME}() {
+    return {{reinterpret_cast<const char*>(bytes), sizeof bytes}, \"${sha256}\"};
+}
+
+}  // namespace stylet::report
+")

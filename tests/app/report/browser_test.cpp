@@ -1,0 +1,153 @@
+// The pages in a headless Chromium: no complaint, nothing asked of a network, figures that are drawn, names
+// for who does not see them, and a keyboard that is enough.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+
+#include "app/report/attempt_page.h"
+#include "app/report/group_pages.h"
+#include "tests/app/report/attempt_folder.h"
+#include "tests/support/browser.h"
+#include "tests/support/temp_folder.h"
+
+namespace {
+
+using namespace stylet::report;
+using stylet::test::Browser;
+
+// Pages made once, and one browser for all of them: it takes seconds to start.
+class Pages : public testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        folder_ = new stylet::test::TempFolder;
+        const std::filesystem::path attempt = *folder_ / "attempt";
+        stylet::test::fillAttemptFolder(attempt, 60000);
+        const auto cohort = stylet::test::madeUpCohort();
+        auto stored = cohort[8];
+        stored.folder = attempt;
+        AttemptContext context;
+        context.cohort = cohort;
+        writeText(attemptReport(readAttempt(stored), context).html, *folder_ / "attempt.html");
+        std::vector<stylet::records::StoredAttempt> own;
+        for (const auto& a : cohort)
+            if (a.info.trainee == "trainee-F") own.push_back(a);
+        writeText(traineeReport("trainee-F", own, cohort).html, *folder_ / "trainee.html");
+        writeText(cohortReport("Scenario procedure", cohort).html, *folder_ / "cohort.html");
+        browser_ = new Browser;
+    }
+    static void TearDownTestSuite() {
+        delete browser_;
+        delete folder_;
+    }
+
+    // Where STYLET_SHOTS names a folder, what was seen is kept there.
+    static void keep(const std::string& name) {
+        if (const char* shots = std::getenv("STYLET_SHOTS"))
+            browser_->screenshot(std::filesystem::path(shots) / (name + ".png"));
+    }
+
+    static stylet::test::TempFolder* folder_;
+    static Browser* browser_;
+};
+stylet::test::TempFolder* Pages::folder_ = nullptr;
+Browser* Pages::browser_ = nullptr;
+
+constexpr const char* kPages[] = {"attempt", "trainee", "cohort"};
+
+TEST_F(Pages, DrawWithoutComplaintOrNetwork) {
+    for (const std::string page : kPages)
+        for (const int width : {1280, 400}) {
+            browser_->open(*folder_ / (page + ".html"), width, 900);
+            keep(page + "-" + std::to_string(width));
+            EXPECT_EQ(browser_->complaints(), std::vector<std::string>{}) << page;
+            for (const std::string& address : browser_->requests())
+                EXPECT_TRUE(address.starts_with("file://") || address.starts_with("data:")) << address;
+            // No canvas is blank: each has some hundred pixels of more than two colours.
+            const auto drawn =
+                browser_->evaluate(R"(Array.from(document.querySelectorAll('canvas')).map(c => {
+                const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data, seen = new Set();
+                let ink = 0;
+                for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200) { ++ink; seen.add(d[i] << 16 | d[i + 1] << 8 | d[i + 2]); }
+                return ink > 300 && seen.size > 2;
+            }))");
+            EXPECT_GE(drawn.size(), 1u) << page;
+            for (const auto& one : drawn)
+                EXPECT_EQ(one, true) << page << " at " << width;
+            // Nothing sticks out to the side but what scrolls by itself.
+            EXPECT_LE(browser_->evaluate("document.documentElement.scrollWidth").get<int>(), width) << page;
+        }
+}
+
+TEST_F(Pages, TellTheirNames) {
+    for (const std::string page : kPages) {
+        browser_->open(*folder_ / (page + ".html"), 1280, 900);
+        std::multiset<std::string> roles;
+        for (const Browser::Accessible& a : browser_->accessibles()) {
+            roles.insert(a.role);
+            for (const char* role :
+                 {"image", "img", "table", "button", "combobox", "link", "region", "navigation", "heading"})
+                EXPECT_TRUE(a.role != role || !a.name.empty()) << page << ": a nameless " << role;
+        }
+        EXPECT_GE(roles.count("table"), 1u) << page;
+        EXPECT_GE(roles.count("heading"), 3u) << page;
+        EXPECT_EQ(roles.count("main"), 1u) << page;
+        EXPECT_EQ(browser_->evaluate("document.documentElement.lang"), "en");
+        EXPECT_EQ(browser_->evaluate("document.querySelectorAll('h1').length"), 1);
+        EXPECT_NE(browser_->evaluate("document.title"), "");
+        EXPECT_EQ(browser_->evaluate("Array.from(document.images).every(i => i.alt && i.naturalWidth > 0)"),
+                  true);
+    }
+}
+
+TEST_F(Pages, AreReachedByKeyboard) {
+    constexpr int kTab = 9, kEnter = 13, kDown = 40;
+    browser_->open(*folder_ / "cohort.html", 1280, 900);
+    browser_->press("Tab", kTab);
+    EXPECT_EQ(browser_->evaluate("document.activeElement.className"), "skip");
+    bool chose = false, sorted = false, opened = false;
+    for (int i = 0; i < 60 && !(chose && sorted && opened); ++i) {
+        browser_->press("Tab", kTab);
+        // What has the focus shows it.
+        EXPECT_NE(browser_->evaluate("getComputedStyle(document.activeElement).outlineStyle"), "none");
+        const std::string tag = browser_->evaluate("document.activeElement.tagName");
+        if (tag == "SELECT" && !chose) {
+            const auto before = browser_->evaluate("document.querySelector('canvas').toDataURL()");
+            browser_->press("ArrowDown", kDown);
+            EXPECT_EQ(browser_->evaluate("document.activeElement.selectedIndex"), 1);
+            EXPECT_NE(browser_->evaluate("document.querySelector('canvas').toDataURL()"), before);
+            chose = true;
+        } else if (tag == "SUMMARY" && !opened) {
+            browser_->press("Enter", kEnter);
+            EXPECT_EQ(browser_->evaluate("document.activeElement.parentNode.open"), true);
+            opened = true;
+        } else if (tag == "BUTTON" && !sorted &&
+                   browser_->evaluate("document.activeElement.textContent") == "Trainee") {
+            const char* first =
+                "document.activeElement.closest('table').tBodies[0].rows[0].cells[0].textContent";
+            EXPECT_EQ(browser_->evaluate(first), "trainee-F");
+            browser_->press("Enter", kEnter);
+            EXPECT_EQ(browser_->evaluate(first), "trainee-A");
+            EXPECT_EQ(browser_->evaluate("document.activeElement.parentNode.getAttribute('aria-sort')"),
+                      "ascending");
+            browser_->press("Enter", kEnter);
+            EXPECT_EQ(browser_->evaluate(first), "trainee-F");
+            sorted = true;
+        }
+    }
+    EXPECT_TRUE(chose);
+    EXPECT_TRUE(opened);
+    EXPECT_TRUE(sorted);
+}
+
+TEST_F(Pages, TellTheSameWithoutScripts) {
+    browser_->open(*folder_ / "attempt.html", 1280, 900, false);
+    std::set<std::string> names;
+    for (const Browser::Accessible& a : browser_->accessibles())
+        names.insert(a.name);
+    EXPECT_TRUE(names.contains("Metrics, their points and the cohort"));
+    EXPECT_TRUE(names.contains("What happened, in order"));
+}
+
+}  // namespace

@@ -1,0 +1,202 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+
+#include "app/report/attempt_page.h"
+#include "app/report/group_pages.h"
+#include "app/report/slices.h"
+#include "tests/app/report/attempt_folder.h"
+#include "tests/support/phantom.h"
+#include "tests/support/refused.h"
+#include "tests/support/temp_folder.h"
+
+namespace {
+
+using namespace stylet::report;
+using stylet::patient::Tissue;
+using stylet::test::TempFolder;
+
+bool has(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+AttemptFiles madeUp(const TempFolder& folder, std::uint64_t ticks) {
+    stylet::test::fillAttemptFolder(folder.path(), ticks);
+    auto stored = stylet::test::madeUpAttempt("t1", "trainee-A", 71.0, true);
+    stored.folder = folder.path();
+    stored.result->ticks = ticks;
+    return readAttempt(stored);
+}
+
+TEST(Debrief, ReadsSamplesAndSaysWhatItCouldNot) {
+    const TempFolder folder;
+    AttemptFiles a = madeUp(folder, 5000);
+    ASSERT_TRUE(a.sampled);
+    ASSERT_EQ(a.course.size(), 5000u);
+    EXPECT_TRUE(a.complaints.empty());
+    EXPECT_EQ(a.course[100].tool, stylet::haptics::Tool::finger);
+    EXPECT_FALSE(a.course[100].in_body);
+    EXPECT_NEAR(a.course[3499].depth_m, 0.074, 1e-6);
+    EXPECT_NEAR(a.course[3499].sent_n, 0.4 * std::fabs(a.course[3499].force_n), 1e-6);
+    EXPECT_EQ(deepestRow(a.course), 3499u);
+    std::filesystem::resize_file(folder / "record/samples.bin",
+                                 std::filesystem::file_size(folder / "record/samples.bin") - 10);
+    a = readAttempt(a.stored);
+    EXPECT_LT(a.course.size(), 5000u);
+    EXPECT_GE(a.course.size(), 4000u);
+    ASSERT_EQ(a.complaints.size(), 1u);
+    std::ofstream(folder / "record/samples.bin") << "nonsense";
+    std::ofstream(folder / "duct_left.png") << "no picture";
+    a = readAttempt(a.stored);
+    EXPECT_TRUE(a.course.empty());
+    const std::string html = attemptReport(a, {}).html;
+    EXPECT_TRUE(has(html, "What could not be read"));
+    EXPECT_TRUE(has(html, "duct_left.png: header: is not that of a PNG"));
+    EXPECT_TRUE(has(html, "The needle did not enter the body."));
+}
+
+TEST(Debrief, AttemptPageTellsWhatHappened) {
+    const TempFolder folder;
+    const AttemptFiles a = madeUp(folder, 20000);
+    AttemptContext context;
+    context.cohort = stylet::test::madeUpCohort();
+    const AttemptReport report = attemptReport(a, context);
+    for (const char* text : {"71.0 of 100", "Force over depth", "Timeline", "Score", "Stills", "Facts",
+                             "duct, left eye", "near misses", "1.4 mm from the portal vein",
+                             "Registration error", "image/jpeg", "Tools in hand: finger, probe, scalpel"})
+        EXPECT_TRUE(has(report.html, text)) << text;
+    EXPECT_FALSE(has(report.html, "duct, right"));
+    EXPECT_FALSE(has(report.html, "<script>alert"));
+    ASSERT_EQ(report.metrics.rows.size(), 4u);  // and the total
+    EXPECT_EQ(report.metrics.rows[0][0], "Tip to target");
+    EXPECT_EQ(report.events.rows.size(), 7u);
+    EXPECT_GT(report.course.rows.size(), 1000u);
+    EXPECT_LE(report.course.rows.size(), 4001u);
+}
+
+TEST(Debrief, ForceFigureSplitsTheWay) {
+    const TempFolder folder;
+    const AttemptFiles a = madeUp(folder, 20000);
+    const DescribedFigure f = forceFigure(a, {{"expert", {{0.0, 0.1}, {80.0, 0.2}}}});
+    ASSERT_EQ(f.figure.series.size(), 3u);
+    EXPECT_TRUE(std::all_of(f.figure.series[0].points.begin(), f.figure.series[0].points.end(),
+                            [](const FigurePoint& p) { return p.y > 0.0; }));
+    EXPECT_TRUE(std::all_of(f.figure.series[1].points.begin() + 2, f.figure.series[1].points.end(),
+                            [](const FigurePoint& p) { return p.y < 0.0; }));
+    EXPECT_EQ(f.figure.marks.size(), 3u);
+    std::vector<std::string> bands;
+    for (const FigureBand& band : f.figure.bands)
+        bands.push_back(band.text);
+    EXPECT_EQ(bands, (std::vector<std::string>{"skin", "soft", "fascia", "liver", "duct"}));
+    EXPECT_NEAR(f.figure.bands[2].from, 33.0, 0.1);
+    // The table has the same curves: at 40 mm on the way in, out, and the expert's.
+    const auto row =
+        std::find_if(f.data.rows.begin(), f.data.rows.end(), [](const auto& r) { return r[0] == "40"; });
+    ASSERT_NE(row, f.data.rows.end());
+    const double there = 0.7 + 0.2 * std::sin(900.0 * 0.040);
+    EXPECT_NEAR(std::stod((*row)[1]), there, 0.03);
+    EXPECT_NEAR(std::stod((*row)[2]), -0.6 * there, 0.03);
+    EXPECT_EQ((*row)[3], "0.15");
+}
+
+TEST(Debrief, ReferenceCurveIsTheExactSolversFromTheSkin) {
+    using stylet::patient::Vec3;
+    const stylet::patient::Package package = stylet::test::makeSlabs(
+        {{Tissue::skin, 0.002}, {Tissue::soft, 0.010}, {Tissue::fascia, 0.002}, {Tissue::liver, 0.030}},
+        0.0005);
+    const stylet::patient::Patient patient(package);
+    stylet::patient::PlannedPath path;
+    path.entry_reference_m = {0.00025, 0.0, 0.0};  // the centre of the first voxel of skin
+    path.target_reference_m = {0.030, 0.0, 0.0};
+    const ReferenceCurve curve = exactCurve(patient, path);
+    ASSERT_FALSE(curve.points.empty());
+    EXPECT_NEAR(curve.points.front().x, 0.0, 1e-6);
+    EXPECT_NEAR(curve.points.back().x, 30.0, 1e-6);
+    const auto peak = std::max_element(curve.points.begin(), curve.points.end(),
+                                       [](const FigurePoint& a, const FigurePoint& b) { return a.y < b.y; });
+    // The fascia gives way at its threshold, behind its border at 12 mm.
+    EXPECT_NEAR(peak->y, patient.row(Tissue::fascia).cut_force_n, 1e-6);
+    EXPECT_GT(peak->x, 12.0);
+    EXPECT_LT(peak->x, 14.5);
+    path.target_reference_m = path.entry_reference_m;
+    EXPECT_TRUE(exactCurve(patient, path).points.empty());
+}
+
+TEST(Debrief, SlicesShowTheWayOfTheTip) {
+    const stylet::patient::Package package =
+        stylet::test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::liver, 0.030}}, 0.001);
+    const stylet::patient::Patient patient(package);
+    NeedlePicture needle;
+    needle.tip_m = {0.02, 0.0, 0.0}, needle.axis = {1.0, 0.0, 0.0}, needle.depth_m = 0.02;
+    const SliceSheet without = sliceSheet(patient, needle);
+    needle.trail_m = {{0.0, 0.005, 0.0}, {0.02, 0.0, 0.0}};
+    const SliceSheet with = sliceSheet(patient, needle);
+    EXPECT_EQ(without.width, with.width);
+    EXPECT_NE(without.png, with.png);
+    ASSERT_GT(with.png.size(), 8u);
+    EXPECT_EQ(with.png[1], 'P');
+}
+
+TEST(Debrief, PercentilesInClosedForm) {
+    EXPECT_DOUBLE_EQ(percentileOf(3.0, {1.0, 2.0, 3.0, 4.0}), 62.5);
+    EXPECT_DOUBLE_EQ(percentileOf(0.0, {1.0, 2.0}), 0.0);
+    EXPECT_DOUBLE_EQ(percentileOf(9.0, {1.0, 2.0}), 100.0);
+    EXPECT_DOUBLE_EQ(percentileOf(1.0, {1.0, 1.0}), 50.0);
+    EXPECT_TRUE(std::isnan(percentileOf(1.0, {})));
+    const auto cohort = stylet::test::madeUpCohort();
+    const Table table = metricTable(*cohort[0].result, cohort);
+    EXPECT_EQ(table.rows.back()[0], "Total");
+    EXPECT_EQ(table.rows.back()[6], "2");  // the lowest of 30: half of itself below
+    const Table alone = metricTable(*cohort[0].result, {cohort[0]});
+    EXPECT_EQ(alone.rows.back()[6], "–");
+}
+
+TEST(Debrief, CohortRanksByMedian) {
+    const auto cohort = stylet::test::madeUpCohort();
+    const GroupReport report = cohortReport("Scenario procedure", cohort);
+    EXPECT_LT(report.html.find(">trainee-F</th><td"), report.html.find(">trainee-A</th><td"));
+    EXPECT_EQ(report.attempts.rows.size(), cohort.size());
+    EXPECT_EQ(report.attempts.head.size(), 12u + 3u);
+    EXPECT_TRUE(has(cohortReport("Nobody", {}).html, "0 attempts"));
+}
+
+TEST(Debrief, TraineePageHasEveryAttempt) {
+    const auto cohort = stylet::test::madeUpCohort();
+    std::vector<stylet::records::StoredAttempt> own;
+    for (const auto& attempt : cohort)
+        if (attempt.info.trainee == "trainee-B") own.push_back(attempt);
+    const GroupReport report = traineeReport("trainee-B", own, cohort);
+    EXPECT_TRUE(has(report.html, "6 attempts, 5 of them finished"));
+    EXPECT_TRUE(has(report.html, "cut short"));
+    EXPECT_EQ(report.attempts.rows.size(), 6u);
+    EXPECT_TRUE(has(traineeReport("x", {own.back()}, cohort).html, "1 attempts, 0 of them finished"));
+}
+
+// Of ten minutes: what a person waits for, and sends by mail.
+TEST(Debrief, TenMinutesAreReportedInSeconds) {
+    const TempFolder folder;
+#ifdef STYLET_SANITIZED
+    constexpr std::uint64_t kTicks = 60000;
+#else
+    constexpr std::uint64_t kTicks = 600000;
+#endif
+    stylet::test::fillAttemptFolder(folder.path(), kTicks);
+    auto stored = stylet::test::madeUpAttempt("t1", "trainee-A", 71.0, true);
+    stored.folder = folder.path();
+    const std::clock_t begun = std::clock();
+    const AttemptFiles files = readAttempt(stored);
+    const AttemptReport report = attemptReport(files, {});
+    const double seconds = double(std::clock() - begun) / CLOCKS_PER_SEC;
+    std::printf("%llu ticks: %.2f s of processor time, %.2f MB\n", static_cast<unsigned long long>(kTicks),
+                seconds, double(report.html.size()) * 1e-6);
+    EXPECT_EQ(files.course.size(), kTicks);
+    EXPECT_LT(report.html.size(), 5'000'000u);
+#ifndef STYLET_SANITIZED
+    EXPECT_LT(seconds, 5.0);
+#endif
+}
+
+}  // namespace

@@ -1,0 +1,12 @@
+#include <cstddef>
+#include <cstdint>
+
+#include "app/report/attempt_files.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    try {
+        (void)stylet::report::parseSummary({reinterpret_cast<const char*>(data), size}, "fuzz.json");
+    } catch (const stylet::patient::DataError&) {
+    }
+    return 0;
+}

@@ -32,7 +32,9 @@ void addDeviceOptions(CLI::App& app, stylet::haptics::DeviceOptions& o) {
 
 void addHand(CLI::App& run, stylet::trainer::RunOptions& o) {
     run.add_option("--device", o.device,
-                   "whose hand: scripted, replay, controllers, or a device that \"stylet devices\" lists")
+                   "whose hand: scripted, replay, controllers, mouse (in the window, with its keys), or a "
+                   "device that "
+                   "\"stylet devices\" lists")
         ->capture_default_str();
     run.add_option("--hand", o.hand, "with --device controllers: the hand that has the tool")
         ->check(CLI::IsMember({"left", "right"}))

@@ -19,6 +19,7 @@
 #include "app/trainer/prediction.h"
 #include "app/trainer/seen.h"
 #include "app/trainer/sound/ears.h"
+#include "app/trainer/window_port.h"
 #include "haptics/haptics.h"
 #include "patient/planning.h"
 #include "patient/tool_displacement.h"
@@ -44,12 +45,13 @@ struct PictureSettings {
     // Told of the controller that has the tool. Shared: a frame thread that is stuck outlives the attempt.
     std::shared_ptr<ControllerPort> controllers{};
     ControllerSide controller_side = ControllerSide::right;
-    double tick_s = 0.001;           // of the shown ticks
-    haptics::GuideSettings guide{};  // on the probe: its line stands in the ultrasound picture
-    bool mirror = false;             // a window for who has no headset on, where a display answers
-    bool passthrough = false;        // the real room behind what is drawn, where the headset can
-    bool foveation = false;          // fewer rays beside the middle of the view
-    std::shared_ptr<Ears> ears{};    // told where the head is, each frame
+    std::shared_ptr<WindowPort> window{};  // told what is said and done in the window; shared likewise
+    double tick_s = 0.001;                 // of the shown ticks
+    haptics::GuideSettings guide{};        // on the probe: its line stands in the ultrasound picture
+    bool mirror = false;                   // a window for who has no headset on, where a display answers
+    bool passthrough = false;              // the real room behind what is drawn, where the headset can
+    bool foveation = false;                // fewer rays beside the middle of the view
+    std::shared_ptr<Ears> ears{};          // told where the head is, each frame
 };
 
 // What one frame took, and how far its tip was from where it was at the display time (prediction.h).

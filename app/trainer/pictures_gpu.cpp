@@ -46,7 +46,7 @@ struct Watched {
     Watched(const patient::Patient& patient, const FrameSettings& settings, const patient::PlannedPath& path)
         : frames(patient, settings, path) {}
     void mirror(const patient::Patient& patient, const FrameSettings& settings,
-                const patient::PlannedPath& path) {
+                const patient::PlannedPath& path, std::shared_ptr<WindowPort> port) {
         try {
             MirrorSettings mirror{settings.assets};
             if (!settings.pipeline_cache.empty())
@@ -54,6 +54,7 @@ struct Watched {
             mirror.validation = settings.validation;
             mirror.look = settings.look;
             mirror.touch = settings.touch, mirror.tick_s = settings.tick_s;
+            mirror.port = std::move(port);
             window.emplace(patient, path, mirror);
             frames.mirrorTo(window->channels());
         } catch (const WindowError& e) {
@@ -199,7 +200,7 @@ std::optional<Pictures> openPictures(const patient::Patient& patient, const pati
     try {
         // Shared because a std::function must be copyable; there is one owner.
         const auto watched = std::make_shared<Watched>(patient, frame_settings, path);
-        if (settings.mirror) watched->mirror(patient, frame_settings, path);
+        if (settings.mirror) watched->mirror(patient, frame_settings, path, settings.window);
         // Part of the same: whoever holds it holds both.
         const std::shared_ptr<FrameLoop> loop(watched, &watched->frames);
         return Pictures{[loop](const Seen& seen, const patient::ContrastTable* contrast,

@@ -9,6 +9,7 @@
 #include "app/trainer/force_feed.h"
 #include "app/trainer/hand.h"
 #include "app/trainer/live_hand.h"
+#include "app/trainer/mouse_hand.h"
 #include "app/trainer/patient_source.h"
 #include "app/trainer/platform_linux.h"
 #include "app/trainer/sound/sounds.h"
@@ -74,6 +75,11 @@ void checkHand(const RunOptions& options) {
     if (options.device == kReplay && options.trace.empty()) refuse("--trace", "missing: the hand's CSV file");
     if (options.device != kReplay && !options.trace.empty()) refuse("--trace", "only for --device replay");
     if (options.device == kControllers) return;
+    if (options.device == kMouse) {
+        if (options.mirror == false) refuse("--no-mirror", "its hand is in the window");
+        if (options.headless) refuse("--headless", "its hand is in a window");
+        return;
+    }
     if (isLive(options)) haptics::makeDriver(options.device, options.device_options, monotonicClock());
 }
 
@@ -95,6 +101,7 @@ std::unique_ptr<LiveDevice> readyDevice(const RunOptions& options, const haptics
 // An attempt on the user's device, and how a tool is held where the device does not say it.
 struct Live {
     std::shared_ptr<ControllerPort> port;  // of a controller; outlives the device
+    std::shared_ptr<WindowPort> window = std::make_shared<WindowPort>();  // so does this
     std::unique_ptr<LiveDevice> device;
     haptics::HapticDevice* aimed = nullptr;    // of `device`
     std::optional<Registration> registration;  // of `device`, in the headset's room
@@ -126,10 +133,29 @@ Attempt controllerAttempt(const RunOptions& options, Live& live, const patient::
     return attempt;
 }
 
+// The mouse's frame is the patient's.
+Attempt mouseAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
+                     const Scenario& scenario, const patient::PlannedPath& path,
+                     const haptics::Clock& clock) {
+    catchInterrupts();
+    live.window->giveHand();
+    live.window->tell(scenario.tool, 0.0);
+    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, haptics::makeTouchMap(patient),
+                                      mouseProfile(), {}, options.rate_hz);
+    attempt.simulation.patient_from_device = {};
+    live.device = std::make_unique<LiveDevice>(
+        kMouse,
+        std::make_unique<MouseDriver>(*live.window, mouseStart(path), attempt.simulation.tools.guide, clock),
+        clock);
+    live.aimed = &live.device->bare();
+    return attempt;
+}
+
 Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                     const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock) {
     if (options.device == kControllers)
         return controllerAttempt(options, live, patient, scenario, path, clock);
+    if (options.device == kMouse) return mouseAttempt(options, live, patient, scenario, path, clock);
     haptics::TouchMap touch = haptics::makeTouchMap(patient);  // first: a device that is ready may be moved
     live.device = readyDevice(options, clock);
     live.registration = newestRegistration(dataFolder() / "registrations", options.device,
@@ -190,11 +216,12 @@ LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& a
                             live.device->tellNews();
                             return interrupted() || elapsed_s >= options.seconds.value_or(elapsed_s + 1.0);
                         },
-                        [&] { return live.device->typed(); },
+                        [&] { return live.device->typed() + live.window->typed(); },
                         [&](haptics::Tool tool) { live.device->hold(live.held(tool)); },
                         buttons,
                         live.device->rearmAct(),
                         [&live, vibrations = Vibrations()](const haptics::TickOutput& newest) mutable {
+                            live.window->tell(newest.tool, glm::length(newest.tool_force.force_n));
                             if (!live.port) return;
                             if (const auto felt = vibrations.take(newest)) live.port->vibrate(*felt);
                         }};
@@ -217,7 +244,8 @@ std::filesystem::path scenarioFile(const std::string& name) {
 std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::PlannedPath& path,
                                     const RunOptions& options, const std::string& rearm_act,
                                     const std::optional<Registration>& registration,
-                                    std::shared_ptr<ControllerPort> controllers, std::shared_ptr<Ears> ears) {
+                                    std::shared_ptr<ControllerPort> controllers, std::shared_ptr<Ears> ears,
+                                    std::shared_ptr<WindowPort> window) {
     if (options.fps.value_or(options.fast ? 0.0 : 1.0) <= 0.0) return std::nullopt;
     if (options.headless && environment(kRuntimeVariable).empty()) {
         const std::filesystem::path mock = bundledRuntime();
@@ -238,6 +266,7 @@ std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::Plann
     settings.controllers = std::move(controllers);
     settings.controller_side = sideOf(options);
     settings.ears = std::move(ears);
+    settings.window = std::move(window);
     settings.passthrough = options.passthrough;
     settings.foveation = options.foveation;
     if (registration) settings.colocation = {*registration, attempt.simulation.patient_from_device};
@@ -246,6 +275,12 @@ std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::Plann
     settings.mirror =
         options.mirror.value_or(!options.headless && !options.fast && !environment(kDisplayVariable).empty());
     std::string why_not;
+    if (settings.window && settings.window->hasHand()) {
+        auto pictures = openDesktop(attempt.patient, path, settings, why_not);
+        if (!pictures)
+            throw DataError(kMouse, "device", "its hand is in a window, and there is none: " + why_not);
+        return pictures;
+    }
     auto pictures = openPictures(attempt.patient, path, settings, why_not);
     if (!pictures && settings.mirror && !settings.controllers) {
         std::string no_window;
@@ -291,7 +326,7 @@ int run(const RunOptions& options) {
     const auto ears = std::make_shared<Ears>();
     auto pictures =
         picturesFor(attempt, path, options, live.device && !live.port ? live.device->rearmAct() : "",
-                    live.registration, live.port, ears);
+                    live.registration, live.port, ears, live.window);
     if (live.port && !pictures)
         throw DataError(kControllers, "device", "there is no headset to hold them with");
     records::RecordWriter record(

@@ -35,8 +35,8 @@ struct RunOptions {
     std::optional<bool> sound;
     std::string difficulty = "practice";  // training::kDifficultyNames
     std::optional<double> budget_ms;      // of a frame; default: a GPU keeps to the runtime's pace
-    // "scripted": the scenario's hand. "replay": the trace's. Else the user's, on a device of that kind,
-    // until Ctrl-C or for so many seconds.
+    // "scripted": the scenario's hand. "replay": the trace's. Else the user's, on a device of that kind or
+    // with the mouse in the window, until Ctrl-C or for so many seconds.
     std::string device = "scripted";
     haptics::DeviceOptions device_options;
     std::string hand = "right";  // or left: whose controller has the tool
@@ -55,6 +55,6 @@ std::optional<Pictures> picturesFor(const Attempt&, const patient::PlannedPath&,
                                     const std::string& rearm_act = "",
                                     const std::optional<Registration>& = {},
                                     std::shared_ptr<ControllerPort> = nullptr,
-                                    std::shared_ptr<Ears> = nullptr);
+                                    std::shared_ptr<Ears> = nullptr, std::shared_ptr<WindowPort> = nullptr);
 
 }  // namespace stylet::trainer

@@ -3,6 +3,7 @@
 #include <X11/Xlib.h>
 #include <X11/Xutil.h>
 #include <X11/extensions/XTest.h>
+#include <X11/keysym.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,6 +14,9 @@
 
 namespace stylet::test {
 namespace {
+
+// GLFW takes a key pressed twice within a millisecond for one event told twice.
+constexpr unsigned long kBetweenKeys_ms = 5;
 
 struct Close {
     void operator()(Display* display) const { XCloseDisplay(display); }
@@ -106,13 +110,32 @@ Screenshot XDisplay::shot() const {
     return shot;
 }
 
-void XDisplay::key(const std::string& symbol) const {
+void XDisplay::key(const std::string& symbol, int times, bool shift) const {
     const Connection display = connect(name_);
     const Window window = onlyWindow(display.get());
     if (window) XSetInputFocus(display.get(), window, RevertToPointerRoot, CurrentTime);
     const KeyCode code = XKeysymToKeycode(display.get(), XStringToKeysym(symbol.c_str()));
-    XTestFakeKeyEvent(display.get(), code, True, CurrentTime);
-    XTestFakeKeyEvent(display.get(), code, False, CurrentTime);
+    const KeyCode shifted = XKeysymToKeycode(display.get(), XK_Shift_L);
+    if (shift) XTestFakeKeyEvent(display.get(), shifted, True, CurrentTime);
+    for (int i = 0; i < times; ++i) {
+        XTestFakeKeyEvent(display.get(), code, True, i > 0 ? kBetweenKeys_ms : CurrentTime);
+        XTestFakeKeyEvent(display.get(), code, False, CurrentTime);
+    }
+    if (shift) XTestFakeKeyEvent(display.get(), shifted, False, CurrentTime);
+    XSync(display.get(), False);
+}
+
+void XDisplay::wheel(int x, int y, int steps) const {
+    const Connection display = connect(name_);
+    const Window window = onlyWindow(display.get()), root = DefaultRootWindow(display.get());
+    int left = 0, top = 0;
+    Window child = 0;
+    XTranslateCoordinates(display.get(), window, root, 0, 0, &left, &top, &child);
+    XTestFakeMotionEvent(display.get(), -1, left + x, top + y, CurrentTime);
+    for (int i = 0; i < std::abs(steps); ++i) {
+        XTestFakeButtonEvent(display.get(), steps > 0 ? 4 : 5, True, CurrentTime);
+        XTestFakeButtonEvent(display.get(), steps > 0 ? 4 : 5, False, CurrentTime);
+    }
     XSync(display.get(), False);
 }
 

@@ -27,7 +27,8 @@ class XDisplay {
     // The only window's; empty: there is none.
     std::string title() const;
     Screenshot shot() const;  // of the only window's inside; empty: there is none
-    void key(const std::string& symbol) const;
+    void key(const std::string& symbol, int times = 1, bool shift = false) const;
+    void wheel(int x, int y, int steps) const;                    // over the window; > 0: away from the user
     void drag(int from_x, int from_y, int to_x, int to_y) const;  // in the window, left button
     void resize(int width, int height) const;
     void close() const;  // as a window manager asks for it

@@ -10,6 +10,27 @@
 
 namespace stylet::trainer {
 
+// Digits, lower-case letters and the space are themselves.
+enum Key : char {
+    kKeyLeft = 1,
+    kKeyRight,
+    kKeyUp,
+    kKeyDown,
+    kKeyPageUp,
+    kKeyPageDown,
+    kKeyHome,
+    kKeyBackspace,
+    kKeyTab,
+    kKeyEnter,
+    kKeyEscape,
+    kKeyF1,  // and the eleven that follow it
+    kKeyF12 = kKeyF1 + 11
+};
+struct KeyPress {
+    char key = 0;  // also when it repeats
+    bool shift = false;
+};
+
 struct Drag {
     double right = 0.0, up = 0.0;       // in shares of the window's height
     double from_x = 0.0, from_y = 0.0;  // where it began, in pixels of the picture
@@ -19,8 +40,7 @@ struct Drag {
 // Since the last call.
 struct WindowNews {
     std::uint32_t width = 0, height = 0;  // of the picture, in pixels; 0: nothing is to be seen
-    std::string keys;                     // digits, lower-case letters, Tab as '\t', Escape as '\x1b'
-    bool back = false;                    // Shift was held with the last Tab
+    std::vector<KeyPress> keys;
     std::vector<Drag> drags;
     double wheel = 0.0;                 // > 0: away from the user
     bool exposed = false;               // it has to be drawn again

@@ -54,11 +54,20 @@ struct AppWindow::Impl {
 };
 
 void AppWindow::Impl::key(int key, int modifiers) {
-    if (key >= GLFW_KEY_0 && key <= GLFW_KEY_9) news.keys += char('0' + key - GLFW_KEY_0);
-    if (key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9) news.keys += char('0' + key - GLFW_KEY_KP_0);
-    if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z) news.keys += char('a' + key - GLFW_KEY_A);
-    if (key == GLFW_KEY_ESCAPE) news.keys += '\x1b';
-    if (key == GLFW_KEY_TAB) news.keys += '\t', news.back = modifiers & GLFW_MOD_SHIFT;
+    constexpr std::pair<int, Key> kOthers[]{
+        {GLFW_KEY_LEFT, kKeyLeft},   {GLFW_KEY_RIGHT, kKeyRight},         {GLFW_KEY_UP, kKeyUp},
+        {GLFW_KEY_DOWN, kKeyDown},   {GLFW_KEY_PAGE_UP, kKeyPageUp},      {GLFW_KEY_PAGE_DOWN, kKeyPageDown},
+        {GLFW_KEY_HOME, kKeyHome},   {GLFW_KEY_BACKSPACE, kKeyBackspace}, {GLFW_KEY_TAB, kKeyTab},
+        {GLFW_KEY_ENTER, kKeyEnter}, {GLFW_KEY_KP_ENTER, kKeyEnter},      {GLFW_KEY_ESCAPE, kKeyEscape}};
+    char pressed = 0;
+    if (key == GLFW_KEY_SPACE) pressed = ' ';
+    if (key >= GLFW_KEY_0 && key <= GLFW_KEY_9) pressed = char('0' + key - GLFW_KEY_0);
+    if (key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9) pressed = char('0' + key - GLFW_KEY_KP_0);
+    if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z) pressed = char('a' + key - GLFW_KEY_A);
+    if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F12) pressed = char(kKeyF1 + key - GLFW_KEY_F1);
+    for (const auto& [glfw, ours] : kOthers)
+        if (key == glfw) pressed = ours;
+    if (pressed != 0) news.keys.push_back({pressed, (modifiers & GLFW_MOD_SHIFT) != 0});
 }
 
 void AppWindow::Impl::moved(double to_x, double to_y) {

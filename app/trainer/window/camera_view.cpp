@@ -42,9 +42,7 @@ CameraView::CameraView(render::Gpu& gpu, const patient::Patient& patient, const 
 
 render::View CameraView::view(const std::optional<Orbit>& camera, double aspect) const {
     if (camera) return viewOf(*camera, aspect);
-    const float up = float(kHeadHalfHeight_rad);
-    const float right = float(std::atan(aspect * std::tan(kHeadHalfHeight_rad)));
-    return {stageFromHead(scenes_.stageFromPatient(), path_, 0.0), -right, right, up, -up};
+    return operatorView(scenes_.stageFromPatient(), path_, aspect);
 }
 
 const render::Image& CameraView::draw(const render::RenderScene& scene, const render::View& view,
@@ -64,6 +62,13 @@ std::pair<std::uint32_t, std::uint32_t> CameraView::sizeFor(std::uint32_t width,
     const double scale = std::min(1.0, double(most) / std::max({width, height, 1u}));
     const auto edge = [&](std::uint32_t pixels) { return std::max(1u, std::uint32_t(scale * pixels + 0.5)); };
     return {edge(width), edge(height)};
+}
+
+render::View operatorView(const patient::Pose& stage_from_patient, const patient::PlannedPath& path,
+                          double aspect) {
+    const float up = float(kHeadHalfHeight_rad);
+    const float right = float(std::atan(aspect * std::tan(kHeadHalfHeight_rad)));
+    return {stageFromHead(stage_from_patient, path, 0.0), -right, right, up, -up};
 }
 
 Orbit startOrbit(const patient::Pose& stage_from_patient, const patient::PlannedPath& path) {

@@ -48,6 +48,10 @@ class CameraView {
     render::Image image_;
 };
 
+// What the operator sees from where he stands.
+render::View operatorView(const patient::Pose& stage_from_patient, const patient::PlannedPath&,
+                          double aspect);
+
 // Where a camera begins: over the operator's shoulder.
 Orbit startOrbit(const patient::Pose& stage_from_patient, const patient::PlannedPath&);
 

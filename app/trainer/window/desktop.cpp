@@ -53,6 +53,8 @@ MirrorSettings mirrorOf(const PictureSettings& settings) {
     mirror.look = settings.closed_look ? render::Look::closed : render::Look::reveal;
     mirror.touch = settings.touch, mirror.tick_s = settings.tick_s;
     mirror.desktop = true;
+    mirror.port = settings.window;
+    if (mirror.port && mirror.port->hasHand()) mirror.width = 1440, mirror.height = 900;
     return mirror;
 }
 

@@ -15,16 +15,19 @@ Pane pane(WindowView shows, const Rect& all) {
 }
 
 // The large picture on the left, three beside it.
-void placeWide(std::vector<Pane>& panes, WindowView eye, const Rect& all) {
+void placeWide(std::vector<Pane>& panes, WindowView eye, const Rect& all, bool slices) {
     const int side = std::clamp(all.width * 3 / 10, 200, 520);
     const Rect left{all.x, all.y, all.width - side - kGap, all.height};
-    panes.push_back(pane(eye, left));
+    const int below = slices ? std::min(left.width / 3 + kCaption, left.height * 2 / 5) : 0;
+    panes.push_back(pane(eye, {left.x, left.y, left.width, left.height - (slices ? below + kGap : 0)}));
     const int x = left.x + left.width + kGap, each = (all.height - 2 * kGap) / 3;
     int y = all.y;
     for (const WindowView view : {WindowView::ultrasound, WindowView::xray, WindowView::metrics}) {
         panes.push_back(pane(view, {x, y, side, each}));
         y += each + kGap;
     }
+    if (slices)
+        panes.push_back(pane(WindowView::slices, {left.x, left.y + left.height - below, left.width, below}));
 }
 
 // The large picture above, the others below.
@@ -54,22 +57,24 @@ const char* nameOf(WindowView view) {
             return "X-ray";
         case WindowView::metrics:
             return "metrics";
+        case WindowView::slices:
+            return "slices";
         case WindowView::overview:
             break;
     }
     return "overview";
 }
 
-Layout layoutOf(WindowView view, WindowView eye, int width, int height) {
+Layout layoutOf(WindowView view, WindowView eye, int width, int height, const LayoutSettings& settings) {
     Layout layout;
-    const int keys = height >= kRoomForKeys ? kKeys : 0;
+    const int keys = height >= kRoomForKeys ? kKeys + (settings.key_rows - 1) * kMoreKeys : 0;
     layout.keys = {0, height - keys, width, keys};
     const Rect all{kGap, kGap, std::max(1, width - 2 * kGap), std::max(1, height - keys - 2 * kGap)};
     const bool roomy = all.width >= kLeastWidth && all.height >= kLeastHeight;
     if (view != WindowView::overview || !roomy)
         layout.panes.push_back(pane(view == WindowView::overview ? eye : view, all));
     else if (5 * all.width >= 4 * all.height)
-        placeWide(layout.panes, eye, all);
+        placeWide(layout.panes, eye, all, settings.slices);
     else
         placeHigh(layout.panes, eye, all);
     return layout;

@@ -7,8 +7,17 @@
 namespace stylet::trainer {
 
 // In the order of their keys, from 1 on.
-enum class WindowView : unsigned char { leftEye, rightEye, camera, ultrasound, xray, metrics, overview };
-inline constexpr int kWindowViews = 7;
+enum class WindowView : unsigned char {
+    leftEye,
+    rightEye,
+    camera,
+    ultrasound,
+    xray,
+    metrics,
+    overview,
+    slices
+};
+inline constexpr int kWindowViews = 8;
 const char* nameOf(WindowView);
 
 struct Rect {
@@ -24,13 +33,18 @@ struct Pane {
 };
 struct Layout {
     std::vector<Pane> panes;
-    Rect keys;  // the line that says what the keys do; none where there is no room
+    Rect keys;  // the rows that say what the keys do; none where there is no room
 };
 
-inline constexpr int kCaption = 26, kKeys = 30, kGap = 8;
+struct LayoutSettings {
+    int key_rows = 1;
+    bool slices = false;  // in the overview
+};
+
+inline constexpr int kCaption = 26, kKeys = 30, kMoreKeys = 22, kGap = 8;
 
 // `eye`: the pane that stands for what the trainee sees in the overview.
-Layout layoutOf(WindowView, WindowView eye, int width, int height);
+Layout layoutOf(WindowView, WindowView eye, int width, int height, const LayoutSettings& = {});
 
 // As large as it fits, in the middle, never stretched. An empty picture: nothing.
 Rect fitted(const Rect& area, int width, int height);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "app/trainer/window/mirror_channels.h"
+#include "app/trainer/window_port.h"
 #include "patient/planning.h"
 
 namespace stylet::trainer {
@@ -24,7 +25,8 @@ struct MirrorSettings {
     render::Look look = render::Look::reveal;
     const haptics::TouchMap* touch = nullptr;  // as in PictureSettings
     double tick_s = 0.001;
-    bool desktop = false;  // no headset: the pictures of the room come from Desktop
+    bool desktop = false;                // no headset: the pictures of the room come from Desktop
+    std::shared_ptr<WindowPort> port{};  // of what is said and done in it; null: nobody listens
     int width = 1280, height = 720;
 };
 

@@ -13,8 +13,13 @@ namespace {
 constexpr report::Colour kBackground{0.075, 0.088, 0.10}, kBlack{0.0, 0.0, 0.0}, kBar{0.115, 0.135, 0.155},
     kQuiet{0.55, 0.61, 0.65}, kWords{0.88, 0.91, 0.93}, kLit{0.98, 0.78, 0.25};
 constexpr std::array<float, 3> kClear{0.006f, 0.008f, 0.01f};
+// A key moves or turns the tool by so much, with Shift a quarter of it; a step of the wheel half as far.
+constexpr double kKey_m = 0.002, kKey_rad = 0.035, kWheel_m = 0.001, kFiner = 0.25;
+constexpr double kDragTurn_rad = 1.5;  // over the height of the picture
 constexpr auto kMetricsEvery = std::chrono::milliseconds(100),
-               kMetricsProcessor = std::chrono::milliseconds(250);
+               kMetricsProcessor = std::chrono::milliseconds(250),
+               kSlicesEvery = std::chrono::milliseconds(120),
+               kSlicesProcessor = std::chrono::milliseconds(400);
 constexpr std::int64_t kEvery_ns = 15'000'000, kProcessorEvery_ns = 95'000'000;
 constexpr double kStale_s = 0.5;
 constexpr std::uint64_t kPresentPatience_ns = 50'000'000;
@@ -26,7 +31,7 @@ double ageOf(std::int64_t since_ns) {
 
 constexpr std::array kViews{WindowView::leftEye,    WindowView::rightEye, WindowView::camera,
                             WindowView::ultrasound, WindowView::xray,     WindowView::metrics,
-                            WindowView::overview};
+                            WindowView::overview,   WindowView::slices};
 static_assert(kViews.size() == kWindowViews);
 
 }  // namespace
@@ -39,7 +44,9 @@ WindowShow::WindowShow(const patient::Patient& patient, const patient::PlannedPa
       settings_(settings),
       channels_(&channels),
       gpu_(&gpu),
-      presenter_(&presenter) {}
+      presenter_(&presenter),
+      slices_(patient),
+      keys_(settings.port) {}
 
 bool WindowShow::offered(WindowView view) const {
     return !settings_.desktop || view != WindowView::rightEye;
@@ -58,22 +65,93 @@ void WindowShow::select(WindowView view) {
     stale_ = true;
 }
 
-bool WindowShow::hear(const WindowNews& news) {
-    for (const char key : news.keys) {
-        if (key >= '1' && key < '1' + kWindowViews) select(kViews[std::size_t(key - '1')]);
-        if (key == '\t') {
-            int next = int(view_);
-            do
-                next = (next + (news.back ? kWindowViews - 1 : 1)) % kWindowViews;
-            while (!offered(kViews[std::size_t(next)]));
-            select(kViews[std::size_t(next)]);
-        }
-        if (key == 'r') orbit_.reset();
+void WindowShow::arrange() {
+    const LayoutSettings settings{.key_rows = 1 + int(keys_.rows().size()), .slices = settings_.desktop};
+    layout_ = layoutOf(view_, main_, int(width_), int(height_), settings);
+}
+
+void WindowShow::hearKey(const KeyPress& press) {
+    const char key = press.key;
+    if (key >= '1' && key < '1' + kWindowViews) select(kViews[std::size_t(key - '1')]);
+    if (key == kKeyTab) {
+        int next = int(view_);
+        do
+            next = (next + (press.shift ? kWindowViews - 1 : 1)) % kWindowViews;
+        while (!offered(kViews[std::size_t(next)]));
+        select(kViews[std::size_t(next)]);
     }
+    if (key == 'r') orbit_.reset();
+    keys_.press(press);
+    if (settings_.port && settings_.port->hasHand()) moveToolBy(press);
+}
+
+// `right` and `up` in m at the tool, or in rad about it: its far end goes that way.
+MouseMove WindowShow::inOperatorsView(double right, double up, bool turns) const {
+    const patient::Pose stage_from_patient = stageFromPatient(*patient_, path_);
+    const patient::Pose patient_from_eye =
+        stage_from_patient.inverse() * operatorView(stage_from_patient, path_, 1.0).stage_from_eye;
+    MouseMove move;
+    (turns ? move.turned_rad : move.moved_m) =
+        patient_from_eye.direction(turns ? patient::Vec3(-up, right, 0.0) : patient::Vec3(right, up, 0.0));
+    return move;
+}
+
+void WindowShow::moveToolBy(const KeyPress& press) {
+    const double share = press.shift ? kFiner : 1.0;
+    MouseMove move;
+    const double right = double(press.key == kKeyRight) - double(press.key == kKeyLeft),
+                 up = double(press.key == kKeyUp) - double(press.key == kKeyDown),
+                 deeper = double(press.key == kKeyPageDown) - double(press.key == kKeyPageUp);
+    if (press.key == kKeyHome)
+        move.home = true;
+    else if (right != 0.0 || up != 0.0)
+        move = press.shift ? inOperatorsView(kKey_rad * right, kKey_rad * up, true)
+                           : inOperatorsView(kKey_m * right, kKey_m * up, false);
+    else if (deeper != 0.0)
+        move.deeper_m = share * kKey_m * deeper;
+    else
+        return;
+    settings_.port->move(move);
+}
+
+// What is dragged stays under the pointer.
+std::optional<MouseMove> WindowShow::moveOf(const Drag& drag) const {
+    const double right_px = drag.right * double(height_), up_px = drag.up * double(height_);
+    if (const Pane* slices = paneOf(WindowView::slices);
+        slices && slices->area.holds(drag.from_x, drag.from_y)) {
+        const auto spot = slices_.at(drag.from_x - slices->area.x, drag.from_y - slices->area.y);
+        if (!spot || drag.pans) return std::nullopt;
+        return MouseMove{.moved_m = spot->m_per_pixel * (right_px * spot->right - up_px * spot->down)};
+    }
+    const Pane* eye = paneOf(WindowView::leftEye);
+    if (!eye || !settings_.desktop || !state_known_ || !eye->area.holds(drag.from_x, drag.from_y))
+        return std::nullopt;
+    const double right = right_px / eye->area.height, up = up_px / eye->area.height;
+    if (drag.pans) return inOperatorsView(kDragTurn_rad * right, kDragTurn_rad * up, true);
+    const patient::Pose stage_from_patient = stageFromPatient(*patient_, path_);
+    const render::View view = operatorView(stage_from_patient, path_, 1.0);
+    const patient::Vec3 tip_m = tipOf(channels_->state.front().seen.tick).position_m;
+    const double away_m = -(view.stage_from_eye.inverse() * (stage_from_patient * tip_m)).z;
+    const double tall_m = 2.0 * away_m * std::tan(double(view.angle_up));
+    return inOperatorsView(tall_m * right, tall_m * up, false);
+}
+
+void WindowShow::moveTool(const WindowNews& news) {
+    if (!settings_.port || !settings_.port->hasHand()) return;
+    for (const Drag& drag : news.drags)
+        if (const auto move = moveOf(drag)) settings_.port->move(*move);
+    if (news.wheel != 0.0 && !paneOf(WindowView::camera))
+        settings_.port->move({.deeper_m = kWheel_m * news.wheel});
+}
+
+bool WindowShow::hear(const WindowNews& news) {
+    for (const KeyPress& key : news.keys)
+        hearKey(key);
     const bool same = news.width == width_ && news.height == height_;
     stale_ |= news.exposed || !same;
     width_ = news.width, height_ = news.height;
-    layout_ = layoutOf(view_, main_, int(width_), int(height_));
+    arrange();
+    moveTool(news);
     const Pane* camera = paneOf(WindowView::camera);
     if (!camera) return same;
     if (!orbit_) orbit_ = startOrbit(stageFromPatient(*patient_, path_), path_), camera_stale_ = true;
@@ -130,7 +208,7 @@ bool WindowShow::takePictures() {
         upload(kEye, eye.image);
         eye_given_ = eye.eye;
     }
-    if (channels_->state.take()) state_known_ = metrics_stale_ = camera_stale_ = true;
+    if (channels_->state.take()) state_known_ = metrics_stale_ = camera_stale_ = slices_stale_ = true;
     FrameSample sample;
     while (channels_->samples.pop(sample))
         metrics_.take(sample);
@@ -186,6 +264,22 @@ bool WindowShow::drawMetrics() {
     return true;
 }
 
+bool WindowShow::drawSlices() {
+    const Pane* pane = paneOf(WindowView::slices);
+    const auto every = gpu_->isProcessor() ? kSlicesProcessor : kSlicesEvery;
+    if (!pane || !state_known_) return false;
+    const Rect& area = pane->area;
+    const bool sized = shown_[kSlices].width == area.width && shown_[kSlices].height == area.height;
+    if (sized && (!slices_stale_ || Clock::now() < slices_drawn_ + every)) return false;
+    if (!sized) slices_canvas_ = std::make_unique<report::Canvas>(area.width, area.height, kBlack);
+    shown_[kSlices] = {area.width, area.height};
+    slices_.draw(*slices_canvas_, area.width, area.height, channels_->state.front().seen);
+    slices_canvas_->pixels(pixels_);
+    presenter_->setPicture(kSlices, std::uint32_t(area.width), std::uint32_t(area.height), pixels_);
+    slices_drawn_ = Clock::now(), slices_stale_ = false;
+    return true;
+}
+
 std::string WindowShow::screenCaption(const char* name, const ScreenGiven& given, const Shown& shown) const {
     if (shown.width == 0) return name;
     const double age_s = ageOf(given.shown_ns);
@@ -202,6 +296,8 @@ std::string WindowShow::captionOf(WindowView view) const {
             return "right eye \u00b7 what the trainee sees";
         case WindowView::camera:
             return "free camera \u00b7 drag: turn, right button or Shift: move, wheel: nearer, R: back";
+        case WindowView::slices:
+            return "CT at what is in hand, as he breathes";
         case WindowView::ultrasound:
             return screenCaption("ultrasound", channels_->ultrasound.front(), shown_[kUltrasound]);
         case WindowView::xray:
@@ -227,6 +323,8 @@ std::string WindowShow::emptyText(WindowView view) const {
 
 WindowShow::Picture WindowShow::pictureOf(WindowView view) const {
     switch (view) {
+        case WindowView::slices:
+            return kSlices;
         case WindowView::camera:
             return settings_.desktop ? kEye : kCamera;
         case WindowView::ultrasound:
@@ -265,15 +363,23 @@ bool WindowShow::drawChrome() {
             c.text({area.x + 0.5 * area.width, area.y + 0.5 * area.height}, emptyText(pane.shows),
                    {std::clamp(area.width / 34.0, 10.0, 16.0), kQuiet, report::Align::centre});
     }
-    double x = 12.0;
-    const double y = layout_.keys.y + 0.66 * layout_.keys.height;
+    drawKeys(c);
+    c.pixels(pixels_);
+    presenter_->setPicture(kChrome, width_, height_, pixels_);
+    return true;
+}
+
+// Which key shows what, then which does what.
+void WindowShow::drawKeys(report::Canvas& c) const {
+    if (layout_.keys.height == 0) return;
+    double x = 12.0, y = layout_.keys.y + 0.66 * kKeys;
     const auto word = [&](const std::string& text, const report::Colour& colour, bool bold) {
         const report::TextStyle style{13, colour, report::Align::left, bold};
         c.text({x, y}, text, style);
         x += c.textWidth(text, style);
     };
     c.clip(0, layout_.keys.y, layout_.keys.width, layout_.keys.height);
-    for (int i = 0; layout_.keys.height > 0 && i < kWindowViews; ++i) {
+    for (int i = 0; i < kWindowViews; ++i) {
         const WindowView view = kViews[std::size_t(i)];
         if (!offered(view)) continue;
         const bool now = view == view_;
@@ -282,11 +388,15 @@ bool WindowShow::drawChrome() {
              now ? kLit : kQuiet, now);
         x += 18.0;
     }
-    if (layout_.keys.height > 0) word("Tab ", kWords, true), word("next", kQuiet, false);
+    word("Tab ", kWords, true), word("next", kQuiet, false);
+    for (const std::vector<WindowKeys::Help>& row : keys_.rows()) {
+        x = 12.0, y += kMoreKeys;
+        for (const WindowKeys::Help& help : row) {
+            word(help.key + " ", kWords, true), word(help.what, kQuiet, false);
+            x += 14.0;
+        }
+    }
     c.unclip();
-    c.pixels(pixels_);
-    presenter_->setPicture(kChrome, width_, height_, pixels_);
-    return true;
 }
 
 void WindowShow::place(Picture picture, WindowView view) {
@@ -298,12 +408,13 @@ void WindowShow::place(Picture picture, WindowView view) {
 }
 
 bool WindowShow::update() {
-    layout_ = layoutOf(view_, main_, int(width_), int(height_));
+    arrange();
     ask();
     bool fresh = takePictures();
     if (width_ == 0 || height_ == 0) return false;
     fresh |= drawCamera();
     fresh |= drawMetrics();
+    fresh |= drawSlices();
     fresh |= drawChrome();
     placed_.assign(1, {kChrome, 0, 0, width_, height_});
     for (const Pane& pane : layout_.panes)

@@ -14,6 +14,8 @@
 #include "app/trainer/window/layout.h"
 #include "app/trainer/window/metrics.h"
 #include "app/trainer/window/mirror.h"
+#include "app/trainer/window/slice_view.h"
+#include "app/trainer/window/window_keys.h"
 
 namespace stylet::trainer {
 
@@ -35,7 +37,7 @@ class WindowShow {
   private:
     using Clock = std::chrono::steady_clock;
     // Of the presenter; later ones lie over earlier ones.
-    enum Picture : std::size_t { kChrome, kEye, kCamera, kUltrasound, kXray, kMetrics };
+    enum Picture : std::size_t { kChrome, kEye, kCamera, kUltrasound, kXray, kMetrics, kSlices };
     struct Shown {
         int width = 0, height = 0;  // 0: there is none yet
     };
@@ -43,10 +45,18 @@ class WindowShow {
     bool offered(WindowView) const;
     const Pane* paneOf(WindowView) const;
     void select(WindowView);
+    void arrange();
+    void hearKey(const KeyPress&);
+    void moveTool(const WindowNews&);
+    void moveToolBy(const KeyPress&);
+    std::optional<MouseMove> moveOf(const Drag&) const;
+    MouseMove inOperatorsView(double right, double up, bool turns) const;
     void ask();
     bool takePictures();
     bool drawCamera();
     bool drawMetrics();
+    bool drawSlices();
+    void drawKeys(report::Canvas&) const;
     bool drawChrome();
     std::string captionOf(WindowView) const;
     std::string screenCaption(const char* name, const ScreenGiven&, const Shown&) const;
@@ -63,17 +73,19 @@ class WindowShow {
     WindowView view_ = WindowView::overview, main_ = WindowView::leftEye;
     Layout layout_;
     std::uint32_t width_ = 0, height_ = 0;
-    std::array<Shown, 6> shown_{};
+    std::array<Shown, 7> shown_{};
     int eye_given_ = -1;
     std::pair<std::uint64_t, std::uint64_t> ultrasound_uploaded_{}, xray_uploaded_{};
     std::optional<Orbit> orbit_;
     std::optional<CameraView> camera_;
     bool camera_failed_ = false, camera_stale_ = true;
     std::string chrome_key_;  // what it was drawn for
-    std::unique_ptr<report::Canvas> chrome_, metrics_canvas_;
+    std::unique_ptr<report::Canvas> chrome_, metrics_canvas_, slices_canvas_;
     Metrics metrics_;
-    bool state_known_ = false, metrics_stale_ = true;
-    Clock::time_point metrics_drawn_{};
+    SliceView slices_;
+    WindowKeys keys_;
+    bool state_known_ = false, metrics_stale_ = true, slices_stale_ = true;
+    Clock::time_point metrics_drawn_{}, slices_drawn_{};
     std::vector<std::uint8_t> pixels_;
     std::vector<render::Placed> placed_;
     bool stale_ = true;

@@ -53,6 +53,23 @@ TEST(Layout, TheOverviewShowsFourThingsSideBySideInEveryWindow) {
     }
 }
 
+TEST(Layout, SlicesStandBelowTheLargePictureAndKeysHaveTheRowsTheyNeed) {
+    const LayoutSettings settings{.key_rows = 3, .slices = true};
+    const Layout layout = layoutOf(WindowView::overview, WindowView::leftEye, 1440, 900, settings);
+    ASSERT_EQ(layout.panes.size(), 5u);
+    EXPECT_EQ(layout.panes.back().shows, WindowView::slices);
+    EXPECT_EQ(layout.keys.height, kKeys + 2 * kMoreKeys);
+    std::vector<Rect> all{layout.keys};
+    for (const Pane& pane : layout.panes) {
+        EXPECT_TRUE(within(pane.area, 1440, 900)) << nameOf(pane.shows);
+        all.push_back(pane.caption), all.push_back(pane.area);
+    }
+    for (std::size_t i = 0; i < all.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            EXPECT_FALSE(overlap(all[i], all[j])) << i << ", " << j;
+    EXPECT_GT(layout.panes.front().area.height, layout.panes.back().area.height);
+}
+
 TEST(Layout, AWindowTooSmallForFourThingsShowsTheEye) {
     for (const auto& [width, height] : {std::pair{200, 400}, {400, 100}, {1, 1}}) {
         const Layout layout = layoutOf(WindowView::overview, WindowView::rightEye, width, height);

@@ -178,12 +178,12 @@ TEST_F(MirrorTest, ItShowsTheEyeThatTheHeadsetShows) {
 TEST_F(MirrorTest, KeysTurnItsPagesAndTheTitleSaysWhichIsOpen) {
     open();
     const char* const names[] = {"left eye", "right eye", "free camera", "ultrasound",
-                                 "X-ray",    "metrics",   "overview"};
+                                 "X-ray",    "metrics",   "overview",    "slices"};
     const auto reads = [&](const std::string& name) {
         return until([&] { return display_->title() == "Stylet \u2013 " + name; });
     };
     EXPECT_TRUE(reads("overview"));
-    for (int i = 0; i < 7; ++i) {
+    for (int i = 0; i < 8; ++i) {
         display_->key(std::to_string(i + 1));
         EXPECT_TRUE(reads(names[i])) << display_->title();
     }
@@ -191,7 +191,7 @@ TEST_F(MirrorTest, KeysTurnItsPagesAndTheTitleSaysWhichIsOpen) {
     EXPECT_TRUE(reads("left eye"));
     display_->key("Tab");
     EXPECT_TRUE(reads("right eye"));
-    display_->key("8");
+    display_->key("9");
     EXPECT_TRUE(reads("right eye"));
 }
 

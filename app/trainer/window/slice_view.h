@@ -1,0 +1,46 @@
+// The CT around what is in hand: axial, coronal and sagittal, breathing with the patient.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "app/report/canvas.h"
+#include "app/report/slices.h"
+#include "app/trainer/seen.h"
+#include "app/trainer/window/layout.h"
+
+namespace stylet::trainer {
+
+// One thread.
+class SliceView {
+  public:
+    // The patient must outlive it.
+    explicit SliceView(const patient::Patient& patient) : patient_(&patient) {}
+
+    // On all of a canvas of that size.
+    void draw(report::Canvas&, int width, int height, const Seen&);
+
+    // The picture's directions at a pixel of what was drawn last, patient frame.
+    struct Spot {
+        patient::Vec3 right{0.0}, down{0.0};
+        double m_per_pixel = 0.0;
+    };
+    std::optional<Spot> at(double x, double y) const;
+
+  private:
+    struct Cell {
+        Rect rect;
+        report::SlicePlane plane;
+        double m_per_pixel = 0.0;
+        report::Point pixelOf(const patient::Vec3& p_m) const;
+    };
+    void place(int width, int height, const patient::Vec3& tip_m);
+    void drawTool(report::Canvas&, const Cell&, const patient::Pose& patient_from_tool) const;
+
+    const patient::Patient* patient_;
+    std::optional<patient::Vec3> middle_m_;  // follows the tip only when it would leave a picture
+    std::array<Cell, 3> cells_{};
+};
+
+}  // namespace stylet::trainer

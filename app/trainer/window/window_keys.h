@@ -1,0 +1,31 @@
+// What the keys of the window say to the loops, and the lines that tell which key does what. Window thread.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/trainer/window/app_window.h"
+#include "app/trainer/window_port.h"
+
+namespace stylet::trainer {
+
+class WindowKeys {
+  public:
+    // Null: nobody listens, and no key does anything.
+    explicit WindowKeys(std::shared_ptr<WindowPort> port) : port_(std::move(port)) {}
+
+    void press(const KeyPress&);
+
+    struct Help {
+        std::string key, what;
+    };
+    // A row each; none where nobody listens.
+    std::vector<std::vector<Help>> rows() const;
+
+  private:
+    std::shared_ptr<WindowPort> port_;
+    bool pedal_ = false, injects_ = false;  // as last asked for here: what is seen comes later
+};
+
+}  // namespace stylet::trainer

@@ -1,0 +1,61 @@
+// What somebody at a window says and does, on its way to the loops: words as on the terminal, and the motions
+// of a tool that is moved with mouse and keys.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "haptics/rings.h"
+#include "haptics/tool.h"
+#include "patient/geometry.h"
+
+namespace stylet::trainer {
+
+// One turn of the mouse or press of a key, patient frame.
+struct MouseMove {
+    patient::Vec3 moved_m{0.0};
+    patient::Vec3 turned_rad{0.0};  // about the tip
+    double deeper_m = 0.0;          // along the tool
+    bool home = false;              // back to where it began, before the rest
+};
+
+// Window thread on one side, hand's and session's threads on the other; nobody ever waits. Shared: a window
+// whose display is stuck outlives the attempt.
+class WindowPort {
+  public:
+    static constexpr std::size_t kLongestLine = 200;  // bytes; the rest of a longer one is cut off
+
+    // Before the threads begin: the mouse is the hand that holds the tool.
+    void giveHand() { has_hand_ = true; }
+    bool hasHand() const { return has_hand_; }
+
+    // Window thread. False where nobody has taken the ones before.
+    bool say(std::string_view line) noexcept;
+    bool move(const MouseMove& move) noexcept { return moves_.push(move); }
+
+    // Session thread. Whole lines, each with its end.
+    std::string typed();
+    // Session thread. What is in hand, and how hard it is pressed, as of the newest tick.
+    void tell(haptics::Tool tool, double force_n) noexcept;
+
+    // Hand's thread.
+    bool take(MouseMove& move) noexcept { return moves_.pop(move); }
+    haptics::Tool inHand() const noexcept { return tool_.load(std::memory_order_relaxed); }
+    double pressing_n() const noexcept { return pressing_n_.load(std::memory_order_relaxed); }
+
+  private:
+    struct Line {
+        std::uint8_t length = 0;
+        std::array<char, kLongestLine> text{};
+    };
+    haptics::Ring<Line> lines_{64};
+    haptics::Ring<MouseMove> moves_{1024};
+    std::atomic<haptics::Tool> tool_{haptics::Tool::needle};
+    std::atomic<double> pressing_n_{0.0};
+    bool has_hand_ = false;
+};
+
+}  // namespace stylet::trainer

@@ -1,0 +1,123 @@
+// The mouse as a hand: smooth, bounded, and what the window says reaches the session whole.
+#include "app/trainer/mouse_hand.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include <gtest/gtest.h>
+
+namespace stylet::trainer {
+namespace {
+
+using haptics::DeviceState;
+using patient::Pose;
+using patient::Vec3;
+
+struct Time {
+    std::int64_t now = 1'000'000'000;
+    haptics::Clock clock() {
+        return {this, [](void* t) noexcept { return static_cast<Time*>(t)->now; }};
+    }
+};
+
+const Pose kStart{{1.0, 0.0, 0.0, 0.0}, {0.10, 0.02, -0.03}};
+
+class MouseHand : public testing::Test {
+  protected:
+    void SetUp() override { EXPECT_EQ(driver_.open(why_), haptics::DeviceStage::ready); }
+    Pose after(int ticks, std::int64_t tick_ns = 1'000'000) {
+        DeviceState state;
+        for (int i = 0; i < ticks; ++i) {
+            time_.now += tick_ns;
+            EXPECT_EQ(driver_.exchange(Vec3(0.0), state, why_), haptics::DeviceStage::ready);
+            EXPECT_EQ(state.fresh, 1u);
+            const Vec3 at = state.device_from_stylus.position_m;
+            if (ticks_++ > 0) {
+                const Vec3 velocity = (at - at_) / (double(tick_ns) * 1e-9);
+                fastest_ = std::max(fastest_, glm::length(velocity));
+                hardest_ = std::max(hardest_, glm::length(velocity - velocity_) / (double(tick_ns) * 1e-9));
+                velocity_ = velocity;
+            }
+            at_ = at;
+        }
+        return state.device_from_stylus;
+    }
+    Time time_;
+    WindowPort port_;
+    MouseDriver driver_{port_, kStart, {}, time_.clock()};
+    std::string why_;
+    int ticks_ = 0;
+    Vec3 at_{0.0}, velocity_{0.0};
+    double fastest_ = 0.0, hardest_ = 0.0;
+};
+
+TEST_F(MouseHand, AStepOfTheMouseBecomesASmoothWayAsLongAsIt) {
+    after(10);
+    port_.move({.moved_m = {0.0, 0.05, 0.0}});
+    const Pose there = after(2000);
+    EXPECT_NEAR(glm::length(there.position_m - kStart.position_m - Vec3(0.0, 0.05, 0.0)), 0.0, 1e-6);
+    EXPECT_LE(fastest_, SmoothPoint::kSpeed_m_s * 1.001);
+    EXPECT_GT(fastest_, 0.9 * SmoothPoint::kSpeed_m_s);
+    // From rest, the spring's whole lead at once: 2 * speed * rate, and no more.
+    EXPECT_LE(hardest_, 2.001 * SmoothPoint::kSpeed_m_s * SmoothPoint::kRate_per_s);
+}
+
+TEST_F(MouseHand, WithinItsSpeedItAnswersAsACriticallyDampedSpring) {
+    after(1);
+    port_.move({.moved_m = {0.004, 0.0, 0.0}});
+    // The move is taken by the tick that follows: x(t) = 1 - (1 + wt) exp(-wt).
+    for (const int ms : {20, 50, 100}) {
+        const double at = after(ms - (ticks_ - 1)).position_m.x - kStart.position_m.x;
+        const double wt = SmoothPoint::kRate_per_s * ms * 1e-3;
+        EXPECT_NEAR(at, 0.004 * (1.0 - (1.0 + wt) * std::exp(-wt)), 0.02 * 0.004) << ms;
+    }
+}
+
+TEST_F(MouseHand, DeeperIsAlongTheToolHoweverItIsTurned) {
+    after(1);
+    port_.move({.turned_rad = {0.0, 0.5, 0.0}});
+    const Pose turned = after(3000);
+    EXPECT_NEAR(glm::length(turned.position_m - kStart.position_m), 0.0, 1e-9);
+    EXPECT_NEAR(glm::dot(turned.direction({0, 0, 1}), Vec3(0, 0, 1)), std::cos(0.5), 1e-6);
+    port_.move({.deeper_m = 0.02});
+    const Pose deeper = after(3000);
+    EXPECT_NEAR(glm::length(deeper.position_m - turned * Vec3(0, 0, -0.02)), 0.0, 1e-6);
+    port_.move({.home = true});
+    const Pose home = after(4000);
+    EXPECT_NEAR(glm::length(home.position_m - kStart.position_m), 0.0, 1e-6);
+    EXPECT_NEAR(std::fabs(glm::dot(home.rotation, kStart.rotation)), 1.0, 1e-6);
+}
+
+TEST_F(MouseHand, PressedHardItGoesNoDeeperButOut) {
+    after(1);
+    port_.tell(haptics::Tool::finger, MouseDriver::kMostPress_n + 1.0);
+    port_.move({.deeper_m = 0.03});
+    EXPECT_NEAR(glm::length(after(1000).position_m - kStart.position_m), 0.0, 1e-9);
+    port_.move({.deeper_m = -0.01});
+    EXPECT_NEAR(after(2000).position_m.z - kStart.position_m.z, 0.01, 1e-6);
+}
+
+// A thread that had no turn for a second makes no leap of it.
+TEST_F(MouseHand, ALateTurnIsNoLeap) {
+    after(5);
+    port_.move({.moved_m = {0.05, 0.0, 0.0}});
+    const Vec3 before = at_;
+    EXPECT_LE(glm::length(after(1, 1'000'000'000).position_m - before), 0.02 * SmoothPoint::kSpeed_m_s);
+}
+
+TEST(WindowPortTest, LinesArriveWholeAndInOrderAndTooManyAreRefused) {
+    WindowPort port;
+    EXPECT_EQ(port.typed(), "");
+    EXPECT_TRUE(port.say("probe"));
+    EXPECT_TRUE(port.say(std::string(300, 'x')));
+    EXPECT_TRUE(port.say(""));
+    EXPECT_EQ(port.typed(), "probe\n" + std::string(WindowPort::kLongestLine, 'x') + "\n\n");
+    int taken = 0;
+    while (port.say("next"))
+        ++taken;
+    EXPECT_EQ(taken, 64);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -1,0 +1,113 @@
+// The whole procedure at a window, by mouse and keys alone, as somebody without a headset or a device does
+// it.
+#include <chrono>
+#include <functional>
+#include <future>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "tests/app/trainer/assets.h"
+#include "tests/app/trainer/command.h"
+#include "tests/support/x_display.h"
+
+namespace stylet::trainer {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+using test::Outcome;
+
+class DesktopRun : public testing::Test {
+  protected:
+    void start(const std::string& options) {
+        outcome_ = std::async(std::launch::async,
+                              [this, options] { return command_.run("run --spacing-mm 3 " + options); });
+    }
+    bool over() const { return outcome_.wait_for(0ms) == std::future_status::ready; }
+    bool until(const std::function<bool()>& done, std::chrono::seconds most = 60s) const {
+        for (const auto begin = std::chrono::steady_clock::now(); !done(); std::this_thread::sleep_for(20ms))
+            if (over() || std::chrono::steady_clock::now() > begin + most) return false;
+        return true;
+    }
+    // What the program has said so far.
+    std::string said() const { return test::textOf(command_ / "stderr"); }
+    bool says(const std::string& text) const {
+        return until([&] { return said().find(text) != std::string::npos; });
+    }
+    void steps(const std::string& key, int times) const {
+        display_.key(key, times);
+        std::this_thread::sleep_for(2500ms);  // the tool follows without haste
+    }
+
+    test::XDisplay display_{1500, 950};
+    test::Command command_;
+    std::future<Outcome> outcome_;
+};
+
+TEST_F(DesktopRun, FromPalpationToACutDuctByMouseAndKeys) {
+    start("--device mouse --scenario five-tools");
+    ASSERT_TRUE(says("the hand is yours")) << said();
+    ASSERT_TRUE(until([&] { return !display_.title().empty(); }));
+
+    steps("Next", 16);  // Page Down: the finger on the skin, then along it with the mouse
+    display_.drag(500, 260, 520, 260);
+    std::this_thread::sleep_for(1s);
+    steps("Home", 1);
+
+    display_.key("p");
+    ASSERT_TRUE(says("the probe is in hand")) << said();
+    display_.key("h");
+    ASSERT_TRUE(says("asked to hold his breath")) << said();
+    std::this_thread::sleep_for(6s);
+    steps("Next", 16);
+    display_.key("k");
+    ASSERT_TRUE(says("the probe stays where it is")) << said();
+    steps("Home", 1);
+
+    display_.key("s");
+    ASSERT_TRUE(says("the scalpel is in hand")) << said();
+    steps("Next", 17);
+    steps("Up", 2);
+    steps("Home", 1);
+
+    display_.key("space");  // the next tool
+    ASSERT_TRUE(says("the guide is in hand")) << said();
+    display_.key("n");
+    ASSERT_TRUE(says("the needle is in hand")) << said();
+    const json path = json::parse(test::textOf(command_.out() / "record" / "record.json")).at("path");
+    const double length_mm = 1e3 * path.at("length_m").get<double>();
+    steps("Next", 15);                    // to the skin
+    const int rest = int(length_mm) + 1;  // a step of the wheel is a millimetre
+    for (int i = 0; i < rest; i += 10) {
+        display_.wheel(500, 260, std::min(10, rest - i));
+        std::this_thread::sleep_for(500ms);
+    }
+    std::this_thread::sleep_for(2s);
+    display_.key("x");
+    EXPECT_TRUE(says("X-rays")) << said();
+    std::this_thread::sleep_for(1s);
+    display_.key("x");
+    EXPECT_TRUE(says("no more X-rays")) << said();
+    display_.close();
+    const Outcome outcome = outcome_.get();
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.summary.at("device"), "mouse");
+    EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>()) << outcome.summary.dump(1) << outcome.err;
+
+    const Outcome again = command_.run("replay '" + (command_.out() / "record").string() + "' --fast");
+    ASSERT_EQ(again.status, 0) << again.out << again.err;
+    EXPECT_EQ(again.summary.at("state_hash"), outcome.summary.at("state_hash"));
+}
+
+TEST_F(DesktopRun, WithoutADisplayThereIsNoMouse) {
+    display_.kill();
+    start("--device mouse --scenario '" + test::testScenario("short").string() + "'");
+    const Outcome outcome = outcome_.get();
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_NE(outcome.err.find("its hand is in a window, and there is none"), std::string::npos)
+        << outcome.err;
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -87,6 +87,14 @@ void syncTree(const fs::path& folder) {
     syncFolder(folder);
 }
 
+// Of an attempt whose writer ended between making its folder and storing its row: nobody knows its id.
+bool neverBegun(const fs::path& folder) {
+    if (!fs::is_directory(folder)) return false;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (entry.path().filename() != kWriting) return false;
+    return true;
+}
+
 std::vector<CutFile> cutTails(const fs::path& folder) {
     std::vector<CutFile> cut;
     for (const char* name : kFrameFiles) {
@@ -99,27 +107,6 @@ std::vector<CutFile> cutTails(const fs::path& folder) {
     return cut;
 }
 
-StoredFile sumOf(const fs::path& folder, const fs::path& file) {
-    std::ifstream in(folder / file, std::ios::binary);
-    StoredFile sum{file, 0, 0};
-    std::array<char, 1 << 16> part{};
-    while (in.read(part.data(), part.size()), in.gcount() > 0) {
-        const auto count = std::size_t(in.gcount());
-        sum.crc32 = std::uint32_t(crc32_z(sum.crc32, reinterpret_cast<unsigned char*>(part.data()), count));
-        sum.bytes += count;
-    }
-    if (in.bad() || !in.eof()) throw DataError(folder / file, "file", "cannot be read");
-    return sum;
-}
-
-std::vector<StoredFile> sumsOf(const fs::path& folder) {
-    std::vector<StoredFile> sums;
-    for (const auto& entry : fs::recursive_directory_iterator(folder))
-        if (entry.is_regular_file() && entry.path().filename() != kWriting)
-            sums.push_back(sumOf(folder, fs::relative(entry.path(), folder)));
-    return sums;
-}
-
 // Where the first frame that is not whole begins, for who looks for what a flipped byte has cost.
 std::string placeOfDamage(const fs::path& folder, const fs::path& file) {
     if (std::find(kFrameFiles.begin(), kFrameFiles.end(), file) == kFrameFiles.end()) return "";
@@ -128,6 +115,20 @@ std::string placeOfDamage(const fs::path& folder, const fs::path& file) {
     return "; whole for " + std::to_string(whole.ticks) + " ticks, then not from byte " +
            std::to_string(whole.bytes);
 }
+
+// What is written in this scope survives a kill; the disk has it with the next write that waits for it.
+class NoWaiting {
+  public:
+    explicit NoWaiting(SQLite::Database& database) : database_(database) {
+        database_.exec("PRAGMA synchronous = NORMAL");
+    }
+    ~NoWaiting() { database_.tryExec("PRAGMA synchronous = FULL"); }
+    NoWaiting(const NoWaiting&) = delete;
+    NoWaiting& operator=(const NoWaiting&) = delete;
+
+  private:
+    SQLite::Database& database_;
+};
 
 std::vector<MetricRow> metricsOf(SQLite::Database& database, std::int64_t number) {
     SQLite::Statement rows(
@@ -211,6 +212,29 @@ std::uint32_t rowsSum(const StoredAttempt& a) {
 }
 
 }  // namespace
+
+StoredFile sumOf(const fs::path& folder, const fs::path& file) {
+    std::ifstream in(folder / file, std::ios::binary);
+    StoredFile sum{file, 0, 0};
+    std::array<char, 1 << 16> part{};
+    while (in.read(part.data(), part.size()), in.gcount() > 0) {
+        const auto count = std::size_t(in.gcount());
+        sum.crc32 = std::uint32_t(crc32_z(sum.crc32, reinterpret_cast<unsigned char*>(part.data()), count));
+        sum.bytes += count;
+    }
+    if (in.bad() || !in.eof()) throw DataError(folder / file, "file", "cannot be read");
+    return sum;
+}
+
+std::vector<StoredFile> sumsOf(const fs::path& folder) {
+    std::vector<StoredFile> sums;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file() && entry.path().filename() != kWriting)
+            sums.push_back(sumOf(folder, fs::relative(entry.path(), folder)));
+    std::sort(sums.begin(), sums.end(),
+              [](const StoredFile& a, const StoredFile& b) { return a.file < b.file; });
+    return sums;
+}
 
 std::string_view stateName(AttemptState state) {
     return kStates[std::size_t(state)];
@@ -343,7 +367,9 @@ void Store::recover() {
         execute("UPDATE attempt SET state = 'cut_short' WHERE id = ?", {id});
         settle(id);
     }
-    if (!left.empty()) change.commit();
+    for (const fs::path& folder : unknownFolders())
+        if (neverBegun(folder)) fs::remove_all(folder);
+    change.commit();
 }
 
 std::vector<fs::path> Store::unknownFolders() const {
@@ -409,10 +435,7 @@ void Store::add(const std::string& id, const std::vector<EventRow>& events) {
     needOpen(id);
     if (events.empty()) return;
     guarded([&] {
-        // Into the file at once; finish() waits for the disk.
-        database_->exec("PRAGMA synchronous = NORMAL");
-        const std::unique_ptr<SQLite::Database, void (*)(SQLite::Database*)> again(
-            database_.get(), [](SQLite::Database* d) { d->tryExec("PRAGMA synchronous = FULL"); });
+        const NoWaiting into_the_file(*database_);  // finish() waits for the disk
         SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
         SQLite::Statement row(
             *database_,
@@ -568,11 +591,15 @@ std::vector<OutboxEntry> Store::outbox() const {
 }
 
 void Store::told(const OutboxEntry& entry) {
-    guarded([&] { execute("DELETE FROM outbox WHERE number = ?", {std::to_string(entry.number)}); });
+    guarded([&] {
+        const NoWaiting lost_it_is_sent_again(*database_);
+        execute("DELETE FROM outbox WHERE number = ?", {std::to_string(entry.number)});
+    });
 }
 
 void Store::notTold(const OutboxEntry& entry, const std::string& why) {
     guarded([&] {
+        const NoWaiting only_a_note(*database_);
         execute("UPDATE outbox SET tries = tries + 1, error = ? WHERE number = ?",
                 {why, std::to_string(entry.number)});
     });

@@ -83,6 +83,9 @@ struct StoredFile {
     std::uint32_t crc32 = 0;
 };
 
+StoredFile sumOf(const std::filesystem::path& folder, const std::filesystem::path& file);
+std::vector<StoredFile> sumsOf(const std::filesystem::path& folder);  // of every file in it, by path
+
 // What the training centre is still to be told (outbox.h).
 struct OutboxEntry {
     enum class Kind { attempt, erase };
@@ -110,6 +113,7 @@ class Store {
     Store(Store&&) noexcept;
     Store& operator=(Store&&) = delete;
 
+    const std::filesystem::path& folder() const { return folder_; }
     // What opening found cut short, oldest first; known to every later opening as cut short only.
     const std::vector<Recovered>& recovered() const { return recovered_; }
     // Folders under attempts/ that the index knows nothing of. They are left alone.

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "app/records/commands.h"
 #include "app/trainer/calibrate.h"
 #include "app/trainer/commands.h"
 #include "app/trainer/curves.h"
@@ -13,6 +14,7 @@
 #include "app/trainer/imaging.h"
 #include "app/trainer/looks.h"
 #include "app/trainer/palpate.h"
+#include "app/trainer/platform_linux.h"
 #include "app/trainer/register.h"
 #include "app/trainer/replay.h"
 #include "app/trainer/run.h"
@@ -28,6 +30,15 @@ void addDeviceOptions(CLI::App& app, stylet::haptics::DeviceOptions& o) {
         ->check(CLI::Range(0.1, 30.0));
     app.add_option("--port", o.port, "inverse3: the port of Haply's service, when not the usual one");
     app.add_option("--socket", o.socket, "bridge: the socket it listens on, when not the usual one");
+}
+
+CLI::Option* addDatabase(CLI::App& app, std::string& database) {
+    return app
+        .add_option(
+            "--database", database,
+            "the training centre's PostgreSQL, postgresql://USER@HOST/NAME or \"host=... dbname=...\" "
+            "(default: $STYLET_DATABASE, which keeps a password from the process list)")
+        ->envname("STYLET_DATABASE");
 }
 
 void addHand(CLI::App& run, stylet::trainer::RunOptions& o) {
@@ -59,7 +70,19 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_option("--rate-hz", o.rate_hz, "ticks a second of the haptics loop")
         ->check(CLI::Range(1000.0, 4000.0))
         ->capture_default_str();
-    run->add_option("--out", o.out, "folder for summary, pictures and record")->required();
+    CLI::Option* out = run->add_option("--out", o.out, "folder for summary, pictures and record");
+    CLI::Option* trainee =
+        run->add_option(
+               "--trainee", o.trainee,
+               "a pseudonym (letters, digits, . _ -): the attempt is kept in the store, with its score, "
+               "instead of --out")
+            ->excludes(out);
+    run->add_option("--records", o.records, "the store's folder (default: $XDG_DATA_HOME/stylet/records)")
+        ->needs(trainee);
+    addDatabase(*run, o.database);
+    run->parse_complete_callback([&o] {
+        if (o.out.empty() && o.trainee.empty()) throw CLI::RequiredError("--out or --trainee");
+    });
     run->add_flag("--headless", o.headless, "use the bundled mock runtime unless XR_RUNTIME_JSON names one");
     run->add_flag("--fast", o.fast, "virtual clock: as fast as it goes, the same hash every time");
     run->add_option("--fps", o.fps, "frames a simulated second with --fast (default 0: none)")
@@ -102,6 +125,39 @@ void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
     replay->add_option("--out", o.out, "folder for summary and pictures")->required();
     replay->add_option("--patient", o.patient, "patient package, if it has moved");
     replay->add_flag("--fast", o.fast, "as fast as it goes");
+}
+
+using RecordsCommand = int (*)(const stylet::records::RecordsOptions&);
+
+// `stylet records ...`; `chosen` is what was asked for.
+void addRecords(CLI::App& app, stylet::records::RecordsOptions& o, RecordsCommand& chosen) {
+    namespace records = stylet::records;
+    CLI::App* all = app.add_subcommand("records", "the attempts that \"run --trainee\" has kept");
+    all->require_subcommand(1);
+    const auto add = [&](const char* name, const char* what, RecordsCommand command) {
+        CLI::App* one = all->add_subcommand(name, what);
+        one->add_option("--records", o.store, "the store's folder (default: $XDG_DATA_HOME/stylet/records)");
+        one->callback([&chosen, command] { chosen = command; });
+        return one;
+    };
+    add("list", "a line for each attempt, oldest first", records::listAttempts)
+        ->add_option("--trainee", o.trainee, "only his");
+    add("show", "all that the index says of an attempt, and where its files are", records::showAttempt)
+        ->add_option("id", o.id, "the attempt")
+        ->required();
+    add("recover", "what a crash has cut short, and whether every byte is as it was stored (exit 1: not)",
+        records::recoverStore);
+    CLI::App* taken = add("export", "tables, files and their checksums, into a folder", records::exportStore);
+    taken->add_option("folder", o.out, "made, or empty")->required();
+    taken->add_option("--trainee", o.trainee, "only his");
+    add("delete", "a trainee's attempts, here and with the next sync at the training centre",
+        records::deleteTrainee)
+        ->add_option("--trainee", o.trainee, "whose")
+        ->required();
+    addDatabase(*add("sync", "what waits, to the training centre, once (exit 1: something still waits)",
+                     records::syncStore),
+                o.database)
+        ->required();
 }
 
 void addCurves(CLI::App& app, stylet::trainer::CurvesOptions& o) {
@@ -229,7 +285,8 @@ int main(int argc, char** argv) {
     app.callback([&app] {
         if (app.get_subcommands().empty())
             throw CLI::RequiredError(
-                "A command: run, replay, curves, palpate, film, looks, imaging, register, devices or doctor");
+                "A command: run, replay, records, curves, palpate, film, looks, imaging, register, devices "
+                "or doctor");
     });
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::trainer::RunOptions run_options;
@@ -238,6 +295,9 @@ int main(int argc, char** argv) {
     addRun(app, run_options);
     addReplay(app, replay_options);
     addCurves(app, curves_options);
+    stylet::records::RecordsOptions records_options;
+    RecordsCommand records_command = nullptr;
+    addRecords(app, records_options, records_command);
     stylet::trainer::PalpateOptions palpate_options;
     addPalpate(app, palpate_options);
     stylet::trainer::FilmOptions film_options;
@@ -260,6 +320,11 @@ int main(int argc, char** argv) {
     CLI11_PARSE(app, argc, argv);
     try {
         if (app.got_subcommand("run")) return stylet::trainer::run(run_options);
+        if (records_command) {
+            if (records_options.store.empty())
+                records_options.store = stylet::trainer::dataFolder() / "records";
+            return records_command(records_options);
+        }
         if (app.got_subcommand("palpate")) return stylet::trainer::palpate(palpate_options);
         if (app.got_subcommand("film")) return stylet::trainer::film(film_options);
         if (app.got_subcommand("imaging")) return stylet::trainer::imaging(imaging_options);

@@ -8,6 +8,7 @@
 #include "app/installation.h"
 #include "app/trainer/force_feed.h"
 #include "app/trainer/hand.h"
+#include "app/trainer/keeper.h"
 #include "app/trainer/live_hand.h"
 #include "app/trainer/mouse_hand.h"
 #include "app/trainer/patient_source.h"
@@ -48,6 +49,24 @@ records::RecordInfo recordInfo(const AttemptFacts& facts, const Scenario& scenar
     info.seed = facts.seed;
     info.gain = gain;
     info.path = facts.path;
+    return info;
+}
+
+records::AttemptInfo attemptInfo(const RunOptions& options, const AttemptFacts& facts,
+                                 const records::RecordHeader& header, double gain,
+                                 const std::optional<Registration>& registration) {
+    records::AttemptInfo info;
+    info.trainee = options.trainee;
+    info.device = facts.device;
+    info.patient = facts.patient_name;
+    info.scenario = facts.scenario;
+    info.difficulty = options.difficulty;
+    info.program_version = STYLET_VERSION;
+    info.patient_digest = header.package_digest;
+    info.seed = facts.seed;
+    info.dt_s = facts.dt_s;
+    info.device_gain = gain;
+    if (registration) info.registration_rms_m = registration->fre_m;
     return info;
 }
 
@@ -295,12 +314,20 @@ std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::Plann
     return pictures;
 }
 
-int run(const RunOptions& options) {
+int run(const RunOptions& asked) {
+    RunOptions options = asked;
     checkHand(options);
     difficultyOf(options);
-    needFolder(options.out, "--out");
     // What its library would print beside our own line; before there are threads.
     if (environment(kSoundLogVariable).empty()) setEnvironment(kSoundLogVariable, "0");
+    std::optional<Keeper> keeper;
+    if (options.trainee.empty()) {
+        needFolder(options.out, "--out");
+    } else {
+        records::checkTrainee(options.trainee);
+        keeper.emplace(options.records.empty() ? dataFolder() / "records" : options.records, options.database,
+                       sayOnStderr);
+    }
     const Scenario scenario = loadScenario(scenarioFile(options.scenario));
     const OpenedPatient opened = openPatient(
         {options.patient, options.seed, options.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
@@ -324,19 +351,22 @@ int run(const RunOptions& options) {
                              haptics::firmwareDigest(options.device_options)};
 
     const auto ears = std::make_shared<Ears>();
+    const records::RecordHeader header{patient::digest(opened.package), attempt.simulation};
+    const double gain = haptics::outputGain(attempt.simulation.profile, attempt.simulation.output);
+    if (keeper) options.out = keeper->begin(attemptInfo(options, facts, header, gain, live.registration));
     auto pictures =
         picturesFor(attempt, path, options, live.device && !live.port ? live.device->rearmAct() : "",
                     live.registration, live.port, ears, live.window);
     if (live.port && !pictures)
         throw DataError(kControllers, "device", "there is no headset to hold them with");
-    records::RecordWriter record(
-        options.out / "record", {patient::digest(opened.package), attempt.simulation},
-        recordInfo(facts, scenario,
-                   haptics::outputGain(attempt.simulation.profile, attempt.simulation.output)));
+    records::RecordWriter record(options.out / "record", header, recordInfo(facts, scenario, gain));
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record,
                     attempt.simulation.dt_s);
     Hearing hearing(options, soundPlaces(patient, path), attempt.simulation.dt_s, live.port.get(), ears);
     const auto heard = [&hearing](const Seen& seen) { hearing.take(seen); };
+    if (keeper)
+        session.setWatcher(
+            [&](const haptics::TickOutput& now, const SessionLog& log) { keeper->take(now, log); });
     const LoopTotals totals =
         live.device ? runLive(options, live, attempt, session, std::move(pictures), clock, heard)
         : options.fast
@@ -347,6 +377,9 @@ int run(const RunOptions& options) {
         std::fprintf(stderr, "stylet: the record ends at tick %llu: the next was lost to a full ring\n",
                      static_cast<unsigned long long>(record.lost()->first - 1));
     writeResults(patient, facts, session.log(), totals, options.out);
+    if (keeper)
+        std::printf("stored as attempt %s of %s\n", keeper->finish(session.log()).c_str(),
+                    options.trainee.c_str());
     printResults(facts, session.log(), totals, options.out, options.stats);
     if (totals.frames_stuck) {
         sayOnStderr(

@@ -17,11 +17,14 @@ struct RunOptions {
     std::string scenario = "demo";  // a name in assets/scenarios, or a .toml file
     std::filesystem::path patient;  // empty: the reference patient of `seed`
     std::uint64_t seed = 1;
-    std::filesystem::path out;
-    double spacing_mm = 1.0;    // of a reference patient made here
-    double rate_hz = 1000.0;    // of the haptics loop
-    bool headless = false;      // the bundled mock runtime unless XR_RUNTIME_JSON names another
-    bool fast = false;          // virtual clock
+    std::filesystem::path out;      // with `trainee`: the attempt's folder in the store
+    std::string trainee;            // a pseudonym: his attempt is kept in the store
+    std::filesystem::path records;  // the store; empty: the user's
+    std::string database;           // of a training centre; empty: nothing is sent
+    double spacing_mm = 1.0;        // of a reference patient made here
+    double rate_hz = 1000.0;        // of the haptics loop
+    bool headless = false;          // the bundled mock runtime unless XR_RUNTIME_JSON names another
+    bool fast = false;              // virtual clock
     std::optional<double> fps;  // virtual clock: frames a simulated second, default 0; real time: 0 = none
     bool stats = false, validation = false;
     std::string look = "reveal";  // or closed

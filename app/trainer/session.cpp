@@ -114,6 +114,7 @@ void Session::take(const TickRecord& record) {
         note("approach", now);
     watchXray(now);
     settleEvents();
+    if (watcher_) watcher_(now, log_);
 }
 
 void Session::watchXray(const TickOutput& now) {

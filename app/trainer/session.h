@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -82,6 +83,9 @@ class Session {
     // The same, one by one. An event may come before the record of its tick.
     void take(const haptics::TickRecord&);
     void take(const haptics::EventRecord&);
+    // Session thread: called after each tick with what is known then. May throw as drain() does.
+    using Watcher = std::function<void(const haptics::TickOutput&, const SessionLog&)>;
+    void setWatcher(Watcher watcher) { watcher_ = std::move(watcher); }
 
     // The explicit act after a fault: the device's re-arming button was pressed while the force was off. Once
     // a press.
@@ -131,6 +135,7 @@ class Session {
     std::vector<Taken> taken_;
     WoundLog wounds_;
     SessionLog log_;
+    Watcher watcher_;
 };
 
 }  // namespace stylet::trainer

@@ -195,6 +195,9 @@ TEST(Store, ADeletionThatWasKilledIsCompleted) {
 TEST(Store, KeepsItsHandsOffFoldersItDoesNotKnow) {
     const test::TempFolder temp;
     std::filesystem::create_directories(temp / "s" / "attempts" / "whose");
+    std::ofstream(temp / "s" / "attempts" / "whose" / "thesis.txt") << "precious";
+    std::filesystem::create_directories(temp / "s" / "attempts" / "hardly-begun");
+    std::ofstream(temp / "s" / "attempts" / "hardly-begun" / ".writing");
     const Store store(temp / "s");
     ASSERT_EQ(store.unknownFolders().size(), 1u);
     EXPECT_EQ(store.unknownFolders()[0].filename(), "whose");

@@ -1,0 +1,281 @@
+#include "app/records/centre.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <pqxx/pqxx>
+
+#include "app/records/record.h"
+#include "patient/package.h"
+
+namespace stylet::records {
+
+using nlohmann::json;
+using patient::DataError;
+
+namespace {
+
+constexpr std::size_t kPartBytes = 1 << 20;
+
+// Step i brings stylet.schema_version from i to i + 1. A step that a program was shipped with never changes.
+constexpr std::array kSteps{R"sql(
+CREATE TABLE stylet.attempt (
+    id text PRIMARY KEY,
+    trainee text NOT NULL,
+    started_utc timestamptz NOT NULL,
+    state text NOT NULL CHECK (state IN ('done', 'cut_short')),
+    device text NOT NULL,
+    patient text NOT NULL,
+    patient_digest text NOT NULL,
+    scenario text NOT NULL,
+    difficulty text NOT NULL,
+    program_version text NOT NULL,
+    seed numeric(20) NOT NULL,
+    dt_s double precision NOT NULL,
+    device_gain double precision NOT NULL,
+    registration_rms_m double precision,
+    target_hit boolean,
+    total double precision,
+    ticks bigint,
+    received timestamptz NOT NULL DEFAULT now()
+);
+CREATE INDEX attempt_of_trainee ON stylet.attempt (trainee);
+CREATE TABLE stylet.metric (
+    attempt text NOT NULL REFERENCES stylet.attempt ON DELETE CASCADE,
+    place integer NOT NULL,
+    id text NOT NULL,
+    name text NOT NULL,
+    unit text NOT NULL,
+    value double precision,
+    points double precision,
+    most_points double precision,
+    PRIMARY KEY (attempt, place)
+);
+CREATE TABLE stylet.event (
+    attempt text NOT NULL REFERENCES stylet.attempt ON DELETE CASCADE,
+    place integer NOT NULL,
+    tick bigint NOT NULL,
+    kind text NOT NULL,
+    text text NOT NULL,
+    PRIMARY KEY (attempt, place)
+);
+CREATE TABLE stylet.file (
+    attempt text NOT NULL REFERENCES stylet.attempt ON DELETE CASCADE,
+    path text NOT NULL,
+    bytes bigint NOT NULL,
+    crc32 bigint NOT NULL,
+    PRIMARY KEY (attempt, path)
+);
+CREATE TABLE stylet.file_part (
+    attempt text NOT NULL,
+    path text NOT NULL,
+    part integer NOT NULL,
+    content bytea NOT NULL,
+    PRIMARY KEY (attempt, path, part),
+    FOREIGN KEY (attempt, path) REFERENCES stylet.file ON DELETE CASCADE
+);
+)sql"};
+
+constexpr const char* kKeepAttempt = R"sql(
+INSERT INTO stylet.attempt (id, trainee, started_utc, state, device, patient, patient_digest, scenario, difficulty,
+    program_version, seed, dt_s, device_gain, registration_rms_m, target_hit, total, ticks)
+SELECT * FROM jsonb_to_record($1::jsonb) AS a (id text, trainee text, started_utc timestamptz, state text, device text,
+    patient text, patient_digest text, scenario text, difficulty text, program_version text, seed numeric,
+    dt_s double precision, device_gain double precision, registration_rms_m double precision, target_hit boolean,
+    total double precision, ticks bigint)
+ON CONFLICT (id) DO NOTHING
+)sql";
+
+constexpr const char* kKeepMetrics = R"sql(
+INSERT INTO stylet.metric SELECT $1, m.* FROM jsonb_to_recordset($2::jsonb) AS m (place integer, id text, name text,
+    unit text, value double precision, points double precision, most_points double precision)
+)sql";
+
+constexpr const char* kKeepEvents = R"sql(
+INSERT INTO stylet.event SELECT $1, e.* FROM jsonb_to_recordset($2::jsonb) AS e (place integer, tick bigint, kind text,
+    text text)
+)sql";
+
+// JSON knows neither infinity nor NaN, PostgreSQL knows both by name.
+json numberJson(double v) {
+    if (std::isnan(v)) return "NaN";
+    if (std::isinf(v)) return v > 0 ? "Infinity" : "-Infinity";
+    return v;
+}
+
+// PostgreSQL's text holds no NUL.
+json textJson(std::string text) {
+    std::erase(text, '\0');
+    return text;
+}
+
+json attemptJson(const StoredAttempt& a) {
+    json j{{"id", a.id},
+           {"trainee", a.info.trainee},
+           {"started_utc", a.started_utc},
+           {"state", stateName(a.state)},
+           {"device", textJson(a.info.device)},
+           {"patient", textJson(a.info.patient)},
+           {"patient_digest", hexOf(a.info.patient_digest)},
+           {"scenario", textJson(a.info.scenario)},
+           {"difficulty", textJson(a.info.difficulty)},
+           {"program_version", textJson(a.info.program_version)},
+           {"seed", a.info.seed},
+           {"dt_s", numberJson(a.info.dt_s)},
+           {"device_gain", numberJson(a.info.device_gain)}};
+    if (a.info.registration_rms_m) j["registration_rms_m"] = numberJson(*a.info.registration_rms_m);
+    if (!a.result) return j;
+    j["target_hit"] = a.result->target_hit;
+    j["total"] = numberJson(a.result->total);
+    j["ticks"] = a.result->ticks;
+    return j;
+}
+
+json metricsJson(const std::vector<MetricRow>& metrics) {
+    json rows = json::array();
+    for (const MetricRow& m : metrics)
+        rows.push_back({{"place", rows.size()},
+                        {"id", textJson(m.id)},
+                        {"name", textJson(m.name)},
+                        {"unit", textJson(m.unit)},
+                        {"value", numberJson(m.value)},
+                        {"points", numberJson(m.points)},
+                        {"most_points", numberJson(m.most_points)}});
+    return rows;
+}
+
+json eventsJson(const std::vector<EventRow>& events) {
+    json rows = json::array();
+    for (const EventRow& e : events)
+        rows.push_back({{"place", rows.size()},
+                        {"tick", e.tick},
+                        {"kind", textJson(e.kind)},
+                        {"text", textJson(e.text)}});
+    return rows;
+}
+
+std::string dumped(const json& j) {
+    return j.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+void keepFile(pqxx::work& work, const StoredAttempt& attempt, const StoredFile& file) {
+    const std::string path = file.file.generic_string();
+    work.exec_params("INSERT INTO stylet.file VALUES ($1, $2, $3, $4)", attempt.id, path, file.bytes,
+                     file.crc32);
+    std::ifstream in(attempt.folder / file.file, std::ios::binary);
+    std::vector<char> part(kPartBytes);
+    std::uint64_t bytes = 0;
+    std::uint32_t sum = 0;
+    for (int i = 0; in.read(part.data(), std::streamsize(part.size())), in.gcount() > 0; ++i) {
+        const auto count = std::size_t(in.gcount());
+        bytes += count;
+        sum = std::uint32_t(crc32_z(sum, reinterpret_cast<const unsigned char*>(part.data()), count));
+        work.exec_params("INSERT INTO stylet.file_part VALUES ($1, $2, $3, $4)", attempt.id, path, i,
+                         pqxx::binarystring(part.data(), count));
+    }
+    if (bytes != file.bytes || sum != file.crc32)
+        throw DataError(attempt.folder / file.file, "checksum", "the file is not what was stored");
+}
+
+// So that a database which does not answer is given up: a few seconds to connect, a while for what was sent.
+std::string withPatience(const std::string& database) {
+    if (database.find("connect_timeout") != std::string::npos) return database;
+    if (database.find("://") == std::string::npos)
+        return database + " connect_timeout=5 tcp_user_timeout=20000";
+    const char joint = database.find('?') == std::string::npos ? '?' : '&';
+    return database + joint + "connect_timeout=5&tcp_user_timeout=20000";
+}
+
+// Without the line break that libpq ends its texts with.
+std::string saidBy(const std::exception& e) {
+    std::string text = e.what();
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    text.erase(text.find_last_not_of(' ') + 1);
+    return text;
+}
+
+// A lost connection in the one way, everything else in the other.
+template <typename Act>
+void asked(const Act& act) {
+    try {
+        act();
+    } catch (const DataError&) {
+        throw;
+    } catch (const pqxx::broken_connection& e) {
+        throw Unreachable(saidBy(e));
+    } catch (const pqxx::in_doubt_error& e) {  // sent again it is there once
+        throw Unreachable(saidBy(e));
+    } catch (const std::exception& e) {
+        throw std::runtime_error(saidBy(e));
+    }
+}
+
+}  // namespace
+
+struct Centre::Connection {
+    Connection(const std::string& database, std::function<void(int)> told)
+        : connected(std::move(told)), to(withPatience(database)) {
+        if (connected) connected(to.sock());
+    }
+    ~Connection() {
+        if (connected) connected(-1);
+    }
+    std::function<void(int)> connected;
+    pqxx::connection to;
+};
+
+Centre::Centre(const std::string& database, std::function<void(int)> connected) {
+    asked([&] {
+        connection_ = std::make_unique<Connection>(database, std::move(connected));
+        pqxx::work work(connection_->to);
+        work.exec("SELECT pg_advisory_xact_lock(1400471916)");  // "Styl": one at a time
+        work.exec("SET client_min_messages = warning");
+        work.exec("CREATE SCHEMA IF NOT EXISTS stylet");
+        work.exec("CREATE TABLE IF NOT EXISTS stylet.schema_version (version integer NOT NULL)");
+        const pqxx::result found = work.exec("SELECT version FROM stylet.schema_version");
+        const std::size_t version = found.empty() ? 0 : found[0][0].as<std::size_t>();
+        if (version > kSteps.size())
+            throw std::runtime_error("its schema " + std::to_string(version) +
+                                     " is newer than this program's " + std::to_string(kSteps.size()));
+        for (std::size_t step = version; step < kSteps.size(); ++step)
+            work.exec(kSteps[step]);
+        if (version == 0)
+            work.exec_params("INSERT INTO stylet.schema_version VALUES ($1)", kSteps.size());
+        else
+            work.exec_params("UPDATE stylet.schema_version SET version = $1", kSteps.size());
+        work.commit();
+    });
+}
+
+Centre::~Centre() = default;
+
+void Centre::keep(const StoredAttempt& attempt, const std::vector<StoredFile>& files) {
+    asked([&] {
+        pqxx::work work(connection_->to);
+        if (work.exec_params(kKeepAttempt, dumped(attemptJson(attempt))).affected_rows() == 0) return;
+        if (attempt.result)
+            work.exec_params(kKeepMetrics, attempt.id, dumped(metricsJson(attempt.result->metrics)));
+        work.exec_params(kKeepEvents, attempt.id, dumped(eventsJson(attempt.events)));
+        for (const StoredFile& file : files)
+            keepFile(work, attempt, file);
+        work.commit();
+    });
+}
+
+void Centre::erase(const std::string& id) {
+    asked([&] {
+        pqxx::work work(connection_->to);
+        work.exec_params("DELETE FROM stylet.attempt WHERE id = $1", id);
+        work.commit();
+    });
+}
+
+bool hasCentre() {
+    return true;
+}
+
+}  // namespace stylet::records

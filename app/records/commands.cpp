@@ -1,0 +1,114 @@
+#include "app/records/commands.h"
+
+#include <cstdio>
+
+#include "app/records/export.h"
+#include "app/records/outbox.h"
+#include "app/records/record.h"
+#include "patient/package.h"
+
+namespace stylet::records {
+
+namespace {
+
+// A store that is there already: nobody asks about one that does not exist.
+Store opened(const RecordsOptions& options) {
+    if (!std::filesystem::exists(options.store / "store.sqlite"))
+        throw patient::DataError(options.store, "store",
+                                 "there is none; \"stylet run --trainee ID\" makes it");
+    Store store(options.store);
+    for (const Recovered& cut : store.recovered())
+        std::fprintf(stderr, "stylet: %s\n", describe(cut).c_str());
+    return store;
+}
+
+const char* plural(std::size_t count) {
+    return count == 1 ? "" : "s";
+}
+
+}  // namespace
+
+int listAttempts(const RecordsOptions& options) {
+    const Store store = opened(options);
+    const std::vector<StoredAttempt> attempts = store.attempts(options.trainee);
+    if (!attempts.empty())
+        std::printf("%-25s  %-16s  %-9s  %-16s  %-8s  %-6s  %s\n", "attempt", "trainee", "state", "scenario",
+                    "level", "target", "score");
+    for (const StoredAttempt& a : attempts) {
+        std::printf("%-25s  %-16s  %-9s  %-16s  %-8s  ", a.id.c_str(), a.info.trainee.c_str(),
+                    std::string(stateName(a.state)).c_str(), a.info.scenario.c_str(),
+                    a.info.difficulty.c_str());
+        if (a.result)
+            std::printf("%-6s  %5.1f\n", a.result->target_hit ? "hit" : "missed", a.result->total);
+        else
+            std::printf("%-6s  %5s\n", "-", "-");
+    }
+    std::printf("%zu attempt%s\n", attempts.size(), plural(attempts.size()));
+    return 0;
+}
+
+int showAttempt(const RecordsOptions& options) {
+    const Store store = opened(options);
+    const StoredAttempt a = store.attempt(options.id);
+    std::printf("attempt %s of %s, %s\n", a.id.c_str(), a.info.trainee.c_str(),
+                std::string(stateName(a.state)).c_str());
+    std::printf("  started %s; %s, seed %llu; scenario %s, %s; device %s, gain %.3f; program %s\n",
+                a.started_utc.c_str(), a.info.patient.c_str(), static_cast<unsigned long long>(a.info.seed),
+                a.info.scenario.c_str(), a.info.difficulty.c_str(), a.info.device.c_str(), a.info.device_gain,
+                a.info.program_version.c_str());
+    if (a.info.registration_rms_m)
+        std::printf("  registration error %.2f mm (root mean square)\n", *a.info.registration_rms_m * 1000.0);
+    if (a.result) {
+        std::printf("  target %s, score %.1f, %llu ticks\n", a.result->target_hit ? "hit" : "missed",
+                    a.result->total, static_cast<unsigned long long>(a.result->ticks));
+        for (const MetricRow& m : a.result->metrics)
+            std::printf("    %-36s %12.4g %-8s %5.1f of %.1f points\n", m.name.c_str(), m.value,
+                        m.unit.c_str(), m.points, m.most_points);
+    }
+    for (const EventRow& e : a.events)
+        std::printf("    %9.3f s  %-10s %s\n", double(e.tick) * a.info.dt_s, e.kind.c_str(), e.text.c_str());
+    std::printf("  %s\n", a.folder.c_str());
+    return 0;
+}
+
+int recoverStore(const RecordsOptions& options) {
+    const Store store = opened(options);
+    const std::vector<std::string> damage = store.damage();
+    for (const std::string& line : damage)
+        std::printf("damaged: %s\n", line.c_str());
+    for (const std::filesystem::path& folder : store.unknownFolders())
+        std::printf("not in the index: %s\n", folder.c_str());
+    std::printf("%zu cut short found now, %zu damaged, %zu waiting for the training centre\n",
+                store.recovered().size(), damage.size(), store.outbox().size());
+    return damage.empty() ? 0 : 1;
+}
+
+int exportStore(const RecordsOptions& options) {
+    const Store store = opened(options);
+    const Exported exported = exportAttempts(store, options.trainee, options.out);
+    for (const std::string& line : exported.damage)
+        std::printf("damaged: %s\n", line.c_str());
+    for (const std::string& id : exported.left_out)
+        std::printf("left out, still being written: %s\n", id.c_str());
+    std::printf("%zu attempt%s in %s\n", exported.attempts, plural(exported.attempts), options.out.c_str());
+    return exported.damage.empty() ? 0 : 1;
+}
+
+int deleteTrainee(const RecordsOptions& options) {
+    Store store = opened(options);
+    const std::size_t count = store.eraseTrainee(options.trainee);
+    std::printf(
+        "%zu attempt%s of %s deleted; the training centre is told with the next \"stylet records sync\"\n",
+        count, plural(count), options.trainee.c_str());
+    return 0;
+}
+
+int syncStore(const RecordsOptions& options) {
+    Store store = opened(options);
+    const SendReport report = sendOutbox(store, options.database);
+    std::printf("%zu sent, %zu deleted there, %zu left\n", report.sent, report.erased, report.left);
+    if (!report.error.empty()) std::fprintf(stderr, "stylet: %s\n", report.error.c_str());
+    return report.left == 0 ? 0 : 1;
+}
+
+}  // namespace stylet::records

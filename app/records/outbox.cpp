@@ -1,0 +1,120 @@
+#include "app/records/outbox.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "app/records/centre.h"
+#include "app/records/disk_linux.h"
+#include "app/records/socket_linux.h"
+#include "patient/package.h"
+
+namespace stylet::records {
+
+namespace {
+
+constexpr std::chrono::seconds kSoon{1}, kAtLeast{300};
+
+void tell(Centre& centre, const Store& store, const OutboxEntry& entry) {
+    if (entry.kind == OutboxEntry::Kind::erase)
+        centre.erase(entry.what);
+    else
+        centre.keep(store.attempt(entry.what), store.files(entry.what));
+}
+
+}  // namespace
+
+SendReport sendOutbox(Store& store, const std::string& database, const std::function<void(int)>& connected) {
+    SendReport report;
+    const auto turn = FileLock::tryTake(store.folder() / ".sending");
+    const std::vector<OutboxEntry> entries = store.outbox();
+    report.left = entries.size();
+    if (!turn) report.error = "another process is sending";
+    if (!turn || entries.empty()) return report;
+    try {
+        Centre centre(database, connected);
+        report.reached = true;
+        for (const OutboxEntry& entry : entries) {
+            try {
+                tell(centre, store, entry);
+            } catch (const Unreachable&) {
+                report.reached = false;
+                throw;
+            } catch (const std::runtime_error& e) {
+                store.notTold(entry, e.what());
+                report.error = entry.what + ": " + e.what();
+                continue;
+            }
+            store.told(entry);
+            --report.left;
+            ++(entry.kind == OutboxEntry::Kind::erase ? report.erased : report.sent);
+        }
+    } catch (const patient::DataError&) {
+        throw;
+    } catch (const std::runtime_error& e) {
+        report.error = e.what();
+    }
+    return report;
+}
+
+struct BackgroundSender::Running {
+    std::mutex mutex;
+    std::condition_variable wake;
+    bool stop = false;
+    int socket = -1;
+    std::thread thread;
+
+    // True when the time is over, false when the sender is to end.
+    bool wait(std::chrono::seconds time) {
+        std::unique_lock lock(mutex);
+        return !wake.wait_for(lock, time, [&] { return stop; });
+    }
+    void connected(int now) {
+        const std::lock_guard lock(mutex);
+        socket = now;
+        if (stop && socket >= 0) shutDown(socket);
+    }
+};
+
+BackgroundSender::BackgroundSender(const std::filesystem::path& folder, std::string database,
+                                   std::function<void(const std::string&)> say)
+    : running_(std::make_unique<Running>()) {
+    running_->thread = std::thread([this, folder, database = std::move(database), say = std::move(say)] {
+        std::string said;
+        const auto sayOnce = [&](const std::string& text) {
+            if (!text.empty() && text != said) say(text);
+            said = text;
+        };
+        std::chrono::seconds pause = kSoon;
+        try {
+            Store store(folder);
+            for (const Recovered& cut : store.recovered())
+                say(describe(cut));
+            while (running_->wait(pause)) {
+                if (store.outbox().empty()) continue;
+                const SendReport report =
+                    sendOutbox(store, database, [this](int socket) { running_->connected(socket); });
+                sayOnce(report.error.empty()
+                            ? ""
+                            : "the training centre: " + report.error + "; what is stored here waits");
+                pause = report.left == 0 ? kSoon : std::min(2 * pause, kAtLeast);
+            }
+        } catch (const std::exception& e) {
+            sayOnce(std::string("nothing is sent to the training centre any more: ") + e.what());
+        }
+    });
+}
+
+BackgroundSender::~BackgroundSender() {
+    {
+        const std::lock_guard lock(running_->mutex);
+        running_->stop = true;
+        if (running_->socket >= 0) shutDown(running_->socket);
+    }
+    running_->wake.notify_all();
+    running_->thread.join();
+}
+
+}  // namespace stylet::records

@@ -1,0 +1,11 @@
+#include "app/records/socket_linux.h"
+
+#include <sys/socket.h>
+
+namespace stylet::records {
+
+void shutDown(int socket) noexcept {
+    shutdown(socket, SHUT_RDWR);
+}
+
+}  // namespace stylet::records

@@ -1,0 +1,285 @@
+// The outbox against a real PostgreSQL.
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <mutex>
+#include <pqxx/pqxx>
+#include <thread>
+
+#include "app/records/outbox.h"
+#include "patient/package.h"
+#include "tests/support/postgres.h"
+
+namespace stylet::records {
+namespace {
+
+using std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr auto kPatience = 120s;
+
+AttemptResult someResult() {
+    return {true,
+            87.5,
+            12345,
+            {{"clearance", "least clearance", "mm", std::numeric_limits<double>::infinity(), 10.0, 12.0},
+             {"angle", "duct angle", "deg", std::nan(""), 0.0, 8.0}}};
+}
+
+// Stored, with two files: one of several parts, one of none.
+std::string someAttempt(Store& store, const std::string& trainee = "T-01") {
+    AttemptInfo info{trainee, "falcon", "Zo\xc3\xab \"7\"", "demo", "exam", "1.2.3"};
+    info.seed = std::numeric_limits<std::uint64_t>::max();
+    info.registration_rms_m = 0.0011;
+    const std::string id = store.begin(info);
+    std::string big(2'500'000, '\0');
+    for (std::size_t i = 0; i < big.size(); ++i)
+        big[i] = char(i * i >> 7);
+    std::filesystem::create_directories(store.folderOf(id) / "record");
+    std::ofstream(store.folderOf(id) / "record" / "samples.bin", std::ios::binary) << big;
+    std::ofstream(store.folderOf(id) / "empty.txt");
+    // What a terminal may have typed: no UTF-8, and a NUL.
+    store.add(id, {{1, "tool", "finger"}, {700, "comment", std::string("caf\xe9 \0 \\ '", 10)}});
+    store.finish(id, someResult());
+    return id;
+}
+
+class OutboxTest : public ::testing::Test {
+  protected:
+    static void SetUpTestSuite() { postgres_ = new test::Postgres; }
+    static void TearDownTestSuite() { delete postgres_; }
+    void SetUp() override { ask("DROP SCHEMA IF EXISTS stylet CASCADE"); }
+
+    static pqxx::result ask(const std::string& sql) {
+        pqxx::connection connection(postgres_->url());
+        pqxx::work work(connection);
+        const pqxx::result rows = work.exec(sql);
+        work.commit();
+        return rows;
+    }
+    static std::int64_t count(const std::string& table) {
+        return ask("SELECT count(*) FROM stylet." + table)[0][0].as<std::int64_t>();
+    }
+    template <typename Condition>
+    static bool comesTrue(const Condition& condition) {
+        for (const auto end = steady_clock::now() + kPatience; steady_clock::now() < end;) {
+            if (condition()) return true;
+            std::this_thread::sleep_for(20ms);
+        }
+        return false;
+    }
+
+    static inline test::Postgres* postgres_ = nullptr;
+    test::TempFolder folder_;
+    Store store_{folder_ / "s"};
+};
+
+TEST_F(OutboxTest, SendsAllOfAnAttempt) {
+    const std::string id = someAttempt(store_);
+    const SendReport report = sendOutbox(store_, postgres_->url());
+    EXPECT_EQ(report.error, "");
+    EXPECT_EQ(report.sent, 1u);
+    EXPECT_EQ(report.left, 0u);
+    EXPECT_TRUE(store_.outbox().empty());
+
+    const pqxx::result attempt = ask("SELECT * FROM stylet.attempt");
+    ASSERT_EQ(attempt.size(), 1u);
+    EXPECT_EQ(attempt[0]["id"].as<std::string>(), id);
+    EXPECT_EQ(attempt[0]["trainee"].as<std::string>(), "T-01");
+    EXPECT_EQ(attempt[0]["patient"].as<std::string>(), "Zo\xc3\xab \"7\"");
+    EXPECT_EQ(attempt[0]["seed"].as<std::string>(), "18446744073709551615");
+    EXPECT_EQ(attempt[0]["registration_rms_m"].as<double>(), 0.0011);
+    EXPECT_EQ(attempt[0]["total"].as<double>(), 87.5);
+    EXPECT_EQ(attempt[0]["ticks"].as<std::int64_t>(), 12345);
+    EXPECT_EQ(ask("SELECT to_char(started_utc AT TIME ZONE 'utc', 'YYYY-MM-DD\"T\"HH24:MI:SS.MS\"Z\"') FROM "
+                  "stylet.attempt")[0][0]
+                  .as<std::string>(),
+              store_.attempt(id).started_utc);
+    const pqxx::result metrics = ask("SELECT value::text, points FROM stylet.metric ORDER BY place");
+    ASSERT_EQ(metrics.size(), 2u);
+    EXPECT_EQ(metrics[0][0].as<std::string>(), "Infinity");
+    EXPECT_EQ(metrics[0][1].as<double>(), 10.0);
+    EXPECT_EQ(metrics[1][0].as<std::string>(), "NaN");
+    const pqxx::result events = ask("SELECT tick, kind, text FROM stylet.event ORDER BY place");
+    ASSERT_EQ(events.size(), 2u);
+    EXPECT_EQ(events[1][0].as<int>(), 700);
+    EXPECT_EQ(events[1][2].as<std::string>(), "caf\xef\xbf\xbd  \\ '") << "what is no text is marked";
+
+    pqxx::connection connection(postgres_->url());
+    pqxx::work work(connection);
+    std::string content;
+    for (const pqxx::row& part : work.exec("SELECT content FROM stylet.file_part ORDER BY path, part"))
+        content += pqxx::binarystring(part[0]).str();
+    std::ifstream stored(store_.folderOf(id) / "record" / "samples.bin", std::ios::binary);
+    EXPECT_TRUE(content == std::string(std::istreambuf_iterator<char>(stored), {}));
+    EXPECT_EQ(count("file"), 2);
+}
+
+TEST_F(OutboxTest, WhatIsSentTwiceIsThereOnce) {
+    const std::string id = someAttempt(store_);
+    ASSERT_EQ(sendOutbox(store_, postgres_->url()).sent, 1u);
+    // As after a kill between the centre's acknowledgement and our own.
+    SQLite::Database(store_.folder() / "store.sqlite", SQLite::OPEN_READWRITE)
+        .exec("INSERT INTO outbox (kind, what) SELECT 'attempt', id FROM attempt");
+    const SendReport again = sendOutbox(store_, postgres_->url());
+    EXPECT_EQ(again.error, "");
+    EXPECT_EQ(again.left, 0u);
+    EXPECT_EQ(count("attempt"), 1);
+    EXPECT_EQ(count("metric"), 2);
+    EXPECT_EQ(count("event"), 2);
+    EXPECT_EQ(count("file_part"), 3);
+}
+
+TEST_F(OutboxTest, DeletionReachesTheCentre) {
+    someAttempt(store_, "T-01");
+    const std::string kept = someAttempt(store_, "T-02");
+    ASSERT_EQ(sendOutbox(store_, postgres_->url()).sent, 2u);
+    store_.eraseTrainee("T-01");
+    const SendReport report = sendOutbox(store_, postgres_->url());
+    EXPECT_EQ(report.erased, 1u);
+    EXPECT_EQ(report.left, 0u);
+    EXPECT_EQ(ask("SELECT id FROM stylet.attempt")[0][0].as<std::string>(), kept);
+    for (const char* table : {"attempt", "metric", "event", "file", "file_part"})
+        EXPECT_EQ(ask("SELECT count(*) FROM stylet." + std::string(table) + " WHERE " +
+                      (std::string(table) == "attempt" ? "id" : "attempt") + " <> '" + kept + "'")[0][0]
+                      .as<int>(),
+                  0)
+            << table;
+}
+
+TEST_F(OutboxTest, AFileThatChangedStaysWithItsReasonAndKeepsNobodyElseWaiting) {
+    const std::string bad = someAttempt(store_), good = someAttempt(store_);
+    std::ofstream(store_.folderOf(bad) / "empty.txt") << "not any more";
+    const SendReport report = sendOutbox(store_, postgres_->url());
+    EXPECT_EQ(report.sent, 1u);
+    EXPECT_EQ(report.left, 1u);
+    EXPECT_NE(report.error.find("empty.txt"), std::string::npos) << report.error;
+    ASSERT_EQ(store_.outbox().size(), 1u);
+    EXPECT_EQ(store_.outbox()[0].what, bad);
+    EXPECT_EQ(store_.outbox()[0].tries, 1u);
+    EXPECT_EQ(ask("SELECT id FROM stylet.attempt")[0][0].as<std::string>(), good);
+    EXPECT_EQ(count("attempt"), 1) << "nothing of the other";
+}
+
+TEST_F(OutboxTest, ADatabaseThatIsGoneCostsNothing) {
+    someAttempt(store_);
+    postgres_->stop();
+    const SendReport gone = sendOutbox(store_, postgres_->url());
+    EXPECT_FALSE(gone.reached);
+    EXPECT_EQ(gone.left, 1u);
+    EXPECT_NE(gone.error, "");
+    EXPECT_EQ(gone.error.find('\n'), std::string::npos);
+    someAttempt(store_);
+    postgres_->start();
+    EXPECT_EQ(sendOutbox(store_, postgres_->url()).sent, 2u);
+    EXPECT_EQ(count("attempt"), 2);
+    for (const std::string& nowhere :
+         {std::string("postgresql://127.0.0.1:1/x"), std::string("host=/nonexistent"),
+          std::string("nonsense=1"), std::string("%%")}) {
+        someAttempt(store_);
+        EXPECT_EQ(sendOutbox(store_, nowhere).sent, 0u) << nowhere;
+    }
+}
+
+TEST_F(OutboxTest, OneSenderAtATime) {
+    someAttempt(store_);
+    const auto other = FileLock::tryTake(store_.folder() / ".sending");
+    ASSERT_TRUE(other);
+    const SendReport report = sendOutbox(store_, postgres_->url());
+    EXPECT_EQ(report.left, 1u);
+    EXPECT_NE(report.error.find("another process"), std::string::npos);
+}
+
+TEST_F(OutboxTest, RefusesACentreThatIsTooNew) {
+    someAttempt(store_);
+    ask("CREATE SCHEMA stylet; CREATE TABLE stylet.schema_version (version integer); INSERT INTO "
+        "stylet.schema_version VALUES (99)");
+    EXPECT_NE(sendOutbox(store_, postgres_->url()).error.find("99 is newer"), std::string::npos);
+    EXPECT_EQ(store_.outbox().size(), 1u);
+}
+
+// Attempts are stored and sent while the server crashes and comes back, again and again.
+TEST_F(OutboxTest, ARestartInTheMiddleLosesNothing) {
+    std::atomic<bool> enough = false;
+    std::atomic<int> stored = 0;
+    {
+        const BackgroundSender sender(store_.folder(), postgres_->url(), [](const std::string&) {});
+        std::thread trainee([&] {
+            Store store(store_.folder());
+            while (!enough) {
+                someAttempt(store);
+                ++stored;
+                std::this_thread::sleep_for(50ms);
+            }
+        });
+        for (int i = 0; i < 4; ++i) {
+            std::this_thread::sleep_for(700ms);
+            postgres_->stop();
+            postgres_->start();
+        }
+        enough = true;
+        trainee.join();
+        EXPECT_TRUE(comesTrue([&] { return store_.outbox().empty(); }));
+    }
+    EXPECT_GT(stored, 4);
+    EXPECT_EQ(count("attempt"), stored);
+    EXPECT_EQ(count("metric"), 2 * stored);
+    EXPECT_EQ(count("file_part"), 3 * stored);
+}
+
+// Another session holds the table: the sender hangs in the database, and nobody else notices.
+TEST_F(OutboxTest, ASlowDatabaseIsNeverInTheWay) {
+    someAttempt(store_);
+    ASSERT_EQ(sendOutbox(store_, postgres_->url()).sent, 1u);
+    someAttempt(store_);
+    pqxx::connection blocker(postgres_->url());
+    pqxx::work block(blocker);
+    block.exec("LOCK TABLE stylet.attempt IN ACCESS EXCLUSIVE MODE");
+    {
+        const BackgroundSender sender(store_.folder(), postgres_->url(), [](const std::string&) {});
+        pqxx::connection watcher(postgres_->url());
+        ASSERT_TRUE(comesTrue([&] {
+            pqxx::work work(watcher);
+            return work.exec("SELECT 1 FROM pg_stat_activity WHERE wait_event_type = 'Lock'").size() == 1;
+        })) << "the sender waits";
+        for (int i = 0; i < 5; ++i)
+            someAttempt(store_);
+        EXPECT_EQ(store_.outbox().size(), 6u) << "stored while the sender waits";
+        EXPECT_EQ(watcher.is_open(), true);
+    }  // the sender ends, though the database never answered
+    block.abort();
+    EXPECT_EQ(sendOutbox(store_, postgres_->url()).sent, 6u);
+    EXPECT_EQ(count("attempt"), 7);
+}
+
+TEST_F(OutboxTest, TheBackgroundSaysAnErrorOnceAndTriesAgain) {
+    postgres_->stop();
+    std::mutex mutex;
+    std::vector<std::string> said;
+    {
+        const BackgroundSender sender(store_.folder(), postgres_->url(), [&](const std::string& text) {
+            const std::lock_guard lock(mutex);
+            said.push_back(text);
+        });
+        someAttempt(store_);
+        EXPECT_TRUE(comesTrue([&] {
+            const std::lock_guard lock(mutex);
+            return !said.empty();
+        }));
+        std::this_thread::sleep_for(3s);
+        postgres_->start();
+        EXPECT_TRUE(comesTrue([&] { return store_.outbox().empty(); }));
+    }
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_NE(said[0].find("the training centre: "), std::string::npos);
+    EXPECT_NE(said[0].find("waits"), std::string::npos);
+    EXPECT_EQ(count("attempt"), 1);
+}
+
+}  // namespace
+}  // namespace stylet::records

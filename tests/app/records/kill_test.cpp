@@ -1,0 +1,233 @@
+// kill -9 at any instant: what was acknowledged is there, the rest is cut at the last whole frame and
+// reported.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/mount.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include "app/records/record.h"
+#include "app/records/samples.h"
+#include "app/records/store.h"
+#include "patient/package.h"
+#include "tests/support/attempt_writer.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::records {
+namespace {
+
+using std::filesystem::path;
+
+#ifdef STYLET_LONG_TESTS
+constexpr int kKills = 2000;
+#else
+constexpr int kKills = 200;
+#endif
+constexpr int kKillsAStore = 10;
+
+// What the writer said it was promised of an attempt.
+struct Promised {
+    std::uint64_t kept = 0, events = 0;
+    std::optional<std::uint64_t> done;
+};
+
+struct Writer {
+    std::map<std::string, Promised> promised;
+    std::string refused;
+    int status = 0;
+};
+
+// A kill leaves the kernel's copies alone, so memory will do for a disk, and does not wait.
+void keepInMemory() {
+    if (access("/dev/shm", W_OK) == 0) setenv("TMPDIR", "/dev/shm", 0);
+}
+
+path writerProgram() {
+    return path(std::getenv("STYLET_BIN")).parent_path() / "tests" / "stylet-attempt-writer";
+}
+
+struct Kill {
+    int lines = 0;  // so many said first, however slow the machine is
+    int us = 0;     // and then so long
+};
+
+Writer runWriter(const path& store, std::optional<Kill> end, const std::string& file_bytes = "") {
+    std::array<int, 2> ends{};
+    if (pipe(ends.data()) != 0) throw std::runtime_error("no pipe");
+    const std::string program = writerProgram().string(), folder = store.string();
+    const pid_t child = fork();
+    if (child == 0) {
+        dup2(ends[1], STDOUT_FILENO);
+        close(ends[0]), close(ends[1]);
+        execl(program.c_str(), program.c_str(), folder.c_str(),
+              file_bytes.empty() ? nullptr : file_bytes.c_str(), nullptr);
+        _exit(127);
+    }
+    close(ends[1]);
+    std::string said;
+    std::array<char, 4096> part{};
+    const auto hear = [&] {
+        const ssize_t n = read(ends[0], part.data(), part.size());
+        if (n > 0) said.append(part.data(), std::size_t(n));
+        return n > 0;
+    };
+    if (end) {
+        while (std::count(said.begin(), said.end(), '\n') < end->lines && hear()) {
+        }
+        std::this_thread::sleep_for(std::chrono::microseconds(end->us));
+        kill(child, SIGKILL);
+    }
+    while (hear()) {
+    }
+    Writer writer;
+    waitpid(child, &writer.status, 0);
+    close(ends[0]);
+    std::istringstream lines(said);
+    for (std::string line, what, id; std::getline(lines, line);) {
+        std::istringstream words(line);
+        std::uint64_t count = 0;
+        words >> what >> id >> count;
+        if (what == "refused:") {
+            writer.refused = line;
+            continue;
+        }
+        Promised& promised = writer.promised[id];
+        if (what == "kept") promised.kept = count;
+        if (what == "event") promised.events = count;
+        if (what == "done") promised.done = count;
+    }
+    return writer;
+}
+
+struct Counts {
+    int done = 0, cut = 0, unsaid = 0, torn = 0;
+};
+
+// Every attempt of the store against what was promised of it.
+void check(const Store& store, const std::map<std::string, Promised>& promised, Counts& counts) {
+    std::map<std::string, StoredAttempt> stored;
+    for (StoredAttempt& attempt : store.attempts())
+        stored[attempt.id] = std::move(attempt);
+    for (const auto& [id, promise] : promised) {
+        ASSERT_TRUE(stored.contains(id)) << id << " was begun";
+        const StoredAttempt& attempt = stored[id];
+        ASSERT_NE(attempt.state, AttemptState::running);
+        if (promise.done) {
+            ASSERT_EQ(attempt.state, AttemptState::done) << id << " was acknowledged";
+            ASSERT_EQ(attempt.result->ticks, *promise.done);
+            ASSERT_EQ(attempt.result->metrics.size(), 1u);
+        }
+        (attempt.state == AttemptState::done ? counts.done : counts.cut) += 1;
+        if (attempt.state == AttemptState::done && !promise.done)
+            ++counts.unsaid;  // killed before it could say so
+        ASSERT_GE(attempt.events.size(), promise.events);
+        for (std::size_t i = 0; i < attempt.events.size(); ++i)
+            ASSERT_EQ(attempt.events[i].text, test::textAt((i + 1) * 400));
+
+        // Killed before its header was whole: nothing was promised then.
+        if (promise.kept == 0 && attempt.state == AttemptState::cut_short) continue;
+        const Record record = loadRecord(attempt.folder / "record");
+        const Samples samples = loadSamples(attempt.folder / "record");
+        ASSERT_EQ(record.torn_bytes, 0u);
+        ASSERT_EQ(samples.torn_bytes, 0u);
+        ASSERT_GE(record.inputs.size(), promise.kept);
+        ASSERT_GE(samples.samples.size(), promise.kept);
+        if (attempt.result) {
+            ASSERT_EQ(record.inputs.size(), attempt.result->ticks);
+            ASSERT_EQ(samples.samples.size(), attempt.result->ticks);
+        }
+        for (std::uint64_t tick = 1; tick <= samples.samples.size(); ++tick)
+            ASSERT_EQ(samples.samples[tick - 1].faults, test::sampleAt(tick).faults);
+        for (const Checkpoint& checkpoint : record.checkpoints)
+            ASSERT_EQ(checkpoint.state_hash, test::hashAt(checkpoint.ticks));
+    }
+    ASSERT_TRUE(store.damage().empty()) << store.damage()[0];
+    ASSERT_TRUE(store.unknownFolders().empty());
+}
+
+TEST(Kill, NothingAcknowledgedIsLostAndTheRestIsReported) {
+    keepInMemory();
+    std::mt19937 random(std::random_device{}());
+    Counts counts;
+    int reported = 0;
+    for (int kills = 0; kills < kKills;) {
+        const test::TempFolder temp;
+        std::map<std::string, Promised> promised;
+        for (int i = 0; i < kKillsAStore; ++i, ++kills) {
+            // From before it has opened the store to after some attempts.
+            const Kill end{std::uniform_int_distribution<int>(0, 40)(random),
+                           std::uniform_int_distribution<int>(0, 8000)(random)};
+            Writer writer = runWriter(temp / "s", end);
+            ASSERT_TRUE(WIFSIGNALED(writer.status)) << "the writer ended by itself: " << writer.refused;
+            promised.merge(writer.promised);
+            const Store store(temp / "s");
+            reported += int(store.recovered().size());
+            for (const Recovered& cut : store.recovered())
+                for (const CutFile& file : cut.files)
+                    counts.torn += file.cut_bytes > 0;
+        }
+        check(Store(temp / "s"), promised, counts);
+        if (HasFatalFailure()) return;
+    }
+    std::printf("%d kills: %d attempts whole (%d of them not yet said so), %d cut short, %d torn files\n",
+                kKills, counts.done, counts.unsaid, counts.cut, counts.torn);
+    EXPECT_GT(counts.cut, kKills / 10);
+    EXPECT_GT(counts.done, kKills / 10);
+    EXPECT_GE(reported, counts.cut) << "each of them was reported";
+}
+
+// The limit stands for the disk's end: records first, then the index itself.
+TEST(DiskFull, IsSaidAndCostsNothingStoredBefore) {
+    for (const std::uint64_t room : {0, 4000, 30000, 70000, 150000}) {
+        const test::TempFolder temp;
+        Counts counts;
+        std::map<std::string, Promised> promised = runWriter(temp / "s", Kill{60, 0}).promised;
+        const Writer full = runWriter(temp / "s", std::nullopt, std::to_string(room));
+        EXPECT_EQ(WEXITSTATUS(full.status), 3) << room;
+        EXPECT_NE(full.refused.find((temp / "s").string()), std::string::npos)
+            << "names the file: " << full.refused;
+        const Store store(temp / "s");
+        for (const auto& [id, promise] : full.promised)
+            if (promise.done) promised[id] = promise;
+        check(store, promised, counts);
+        if (HasFatalFailure()) return;
+    }
+}
+
+// A disk of its own, where who tests may mount one.
+TEST(DiskFull, OfARealDisk) {
+    const test::TempFolder temp;
+    std::filesystem::create_directory(temp / "disk");
+    if (mount("tmpfs", (temp / "disk").c_str(), "tmpfs", 0, "size=3m") != 0) {
+        std::printf("no disk may be mounted here; a file's limit stands for it above\n");
+        return;
+    }
+    const Writer full = runWriter(temp / "disk" / "s", std::nullopt);
+    Counts counts;
+    EXPECT_EQ(WEXITSTATUS(full.status), 3);
+    EXPECT_NE(full.refused.find("disk"), std::string::npos) << full.refused;
+    {
+        // Room again, as a person makes it.
+        std::map<std::string, Promised> acknowledged;
+        for (const auto& [id, promise] : full.promised)
+            if (promise.done) acknowledged[id] = promise;
+        EXPECT_GT(acknowledged.size(), 0u);
+        EXPECT_EQ(mount("tmpfs", (temp / "disk").c_str(), "tmpfs", MS_REMOUNT, "size=6m"), 0);
+        const Store store(temp / "disk" / "s");
+        check(store, acknowledged, counts);
+    }
+    umount((temp / "disk").c_str());
+}
+
+}  // namespace
+}  // namespace stylet::records

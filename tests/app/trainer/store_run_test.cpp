@@ -1,0 +1,209 @@
+// A trainee's attempts from the outside: kept, listed, shown, exported, deleted, and killed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "app/records/record.h"
+#include "app/records/samples.h"
+#include "app/records/store.h"
+#include "tests/app/trainer/assets.h"
+#include "tests/app/trainer/command.h"
+
+namespace stylet::trainer {
+namespace {
+
+using records::AttemptState;
+using records::Store;
+using records::StoredAttempt;
+using test::Command;
+using test::Outcome;
+
+const std::string kRun = "run --headless --fast --spacing-mm 2.5 --scenario demo --trainee ";
+
+class StoreRun : public testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        command_ = new Command;
+        command_->runBare(kRun + "Warm-up --records '" + (*command_ / "other").string() + "'");
+        const auto before = std::chrono::steady_clock::now();
+        first_ = new Outcome(command_->runBare(kRun + "T-01"));
+        whole_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+    }
+    static void TearDownTestSuite() {
+        delete first_;
+        delete command_;
+    }
+    static std::filesystem::path folder() { return *command_ / "data" / "stylet" / "records"; }
+    static Outcome records(const std::string& arguments) { return command_->runBare("records " + arguments); }
+
+    static inline Command* command_ = nullptr;
+    static inline Outcome* first_ = nullptr;
+    static inline double whole_s_ = 0.0;
+};
+
+TEST_F(StoreRun, KeepsInputsSamplesEventsAndScore) {
+    ASSERT_EQ(first_->status, 0) << first_->err;
+    const Store store(folder());
+    ASSERT_EQ(store.attempts("T-01").size(), 1u);
+    const StoredAttempt attempt = store.attempts("T-01")[0];
+    EXPECT_NE(first_->out.find("stored as attempt " + attempt.id + " of T-01"), std::string::npos);
+    EXPECT_EQ(attempt.state, AttemptState::done);
+    EXPECT_EQ(attempt.info.scenario, "demo");
+    EXPECT_EQ(attempt.info.device, "scripted");
+    EXPECT_EQ(attempt.info.difficulty, "practice");
+    EXPECT_NE(attempt.info.program_version, "");
+    EXPECT_GT(attempt.info.device_gain, 0.0);
+    ASSERT_TRUE(attempt.result);
+    EXPECT_TRUE(attempt.result->target_hit);
+    EXPECT_GT(attempt.result->total, 0.0);
+    EXPECT_GT(attempt.result->metrics.size(), 10u);
+    double points = 0.0;
+    for (const records::MetricRow& metric : attempt.result->metrics)
+        points += metric.points;
+    EXPECT_NEAR(points, attempt.result->total, 1e-6) << "the visible parts are the total";
+    EXPECT_TRUE(std::any_of(attempt.events.begin(), attempt.events.end(), [](const records::EventRow& e) {
+        return e.kind == "cut" && e.text.starts_with("duct");
+    }));
+
+    const records::Record record = records::loadRecord(attempt.folder / "record");
+    const records::Samples samples = records::loadSamples(attempt.folder / "record");
+    EXPECT_EQ(attempt.info.patient_digest, record.header.package_digest);
+    EXPECT_EQ(samples.header.package_digest, record.header.package_digest);
+    ASSERT_EQ(samples.samples.size(), attempt.result->ticks);
+    ASSERT_EQ(record.inputs.size(), attempt.result->ticks);
+    EXPECT_EQ(samples.samples.back().tick, record.info.end->tick);
+    const auto peak = std::max_element(samples.samples.begin(), samples.samples.end(),
+                                       [](const auto& a, const auto& b) { return a.force_n < b.force_n; });
+    EXPECT_GT(peak->force_n, 2.0);
+    EXPECT_TRUE(std::filesystem::exists(attempt.folder / "summary.json"));
+    EXPECT_TRUE(std::filesystem::exists(attempt.folder / "force-depth.png"));
+    EXPECT_TRUE(store.damage().empty());
+}
+
+TEST_F(StoreRun, TheStoredAttemptReplaysAndTheKeepingChangesNothing) {
+    const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
+    const Outcome again = command_->run("replay --fast '" + (attempt.folder / "record").string() + "'");
+    EXPECT_EQ(again.status, 0) << again.err;
+    const auto summary = nlohmann::json::parse(test::textOf(attempt.folder / "summary.json"));
+    EXPECT_EQ(again.summary.at("state_hash"), summary.at("state_hash"));
+    const Outcome bare = command_->run("run --headless --fast --spacing-mm 2.5 --scenario demo");
+    EXPECT_EQ(bare.summary.at("state_hash"), summary.at("state_hash"));
+}
+
+TEST_F(StoreRun, IsListedShownCheckedAndRead) {
+    const std::string id = Store(folder()).attempts("T-01").at(0).id;
+    const Outcome list = records("list");
+    EXPECT_EQ(list.status, 0);
+    EXPECT_NE(list.out.find(id), std::string::npos);
+    EXPECT_EQ(records("list --trainee nobody").out, "0 attempts\n");
+    const Outcome shown = records("show " + id);
+    EXPECT_NE(shown.out.find("attempt " + id + " of T-01, done"), std::string::npos);
+    EXPECT_NE(shown.out.find("Peak force"), std::string::npos);
+    EXPECT_EQ(records("show nobody").status, 2);
+    const Outcome checked = records("recover");
+    EXPECT_EQ(checked.status, 0);
+    EXPECT_NE(checked.out.find("0 damaged"), std::string::npos);
+    EXPECT_EQ(records("list --records /nonexistent").status, 2);
+
+    // The example in Python, which knows the files by their description only.
+    const std::filesystem::path said = *command_ / "python";
+    const std::filesystem::path example =
+        test::assets().parent_path() / "app" / "records" / "examples" / "read_attempt.py";
+    const std::string line =
+        "python3 '" + example.string() + "' '" + folder().string() + "' " + id + " >'" + said.string() + "'";
+    EXPECT_EQ(std::system(line.c_str()), 0);
+    const std::string text = test::textOf(said);
+    const records::Samples samples = records::loadSamples(folder() / "attempts" / id / "record");
+    double peak_n = 0.0;
+    for (const records::Sample& sample : samples.samples)
+        peak_n = std::max(peak_n, std::fabs(sample.force_n));
+    std::array<char, 64> expected{};
+    std::snprintf(expected.data(), expected.size(), "peak force %.3f N", peak_n);
+    EXPECT_NE(text.find(expected.data()), std::string::npos) << text;
+    EXPECT_NE(text.find("cut: duct"), std::string::npos);
+}
+
+TEST_F(StoreRun, IsExportedWithItsChecksumsAndDeleted) {
+    ASSERT_EQ(command_->runBare(kRun + "Zebra-77").status, 0);
+    const std::filesystem::path taken = *command_ / "taken";
+    const Outcome exported = records("export --trainee Zebra-77 '" + taken.string() + "'");
+    EXPECT_EQ(exported.status, 0) << exported.err;
+    EXPECT_NE(exported.out.find("1 attempt in"), std::string::npos);
+    const std::string id = Store(folder()).attempts("Zebra-77").at(0).id;
+    const auto told = nlohmann::json::parse(test::textOf(taken / "attempts" / id / "attempt.json"));
+    EXPECT_EQ(told.at("trainee"), "Zebra-77");
+    EXPECT_GT(told.at("metrics").size(), 10u);
+    EXPECT_EQ(records::loadSamples(taken / "attempts" / id / "record").torn_bytes, 0u);
+    const std::string sums = test::textOf(taken / "checksums.csv");
+    for (const char* name :
+         {"attempts.csv", "metrics.csv", "events.csv", "record/samples.bin", "summary.json"})
+        EXPECT_NE(sums.find(name), std::string::npos) << name;
+    EXPECT_NE(test::textOf(taken / "attempts.csv").find(id + ",Zebra-77,"), std::string::npos);
+    EXPECT_EQ(test::textOf(taken / "attempts.csv").find("T-01"), std::string::npos) << "nobody else's";
+    EXPECT_EQ(records("export '" + taken.string() + "'").status, 2) << "not empty";
+
+    EXPECT_EQ(records("delete --trainee Zebra-77").status, 0);
+    EXPECT_FALSE(std::filesystem::exists(folder() / "attempts" / id));
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder()))
+        if (entry.is_regular_file()) {
+            EXPECT_EQ(test::textOf(entry.path()).find("Zebra-77"), std::string::npos) << entry.path();
+        }
+}
+
+TEST_F(StoreRun, RefusesWhatDoesNotGoTogether) {
+    const Outcome name = command_->runBare(kRun + "'Ann Example'");
+    EXPECT_EQ(name.status, 2);
+    EXPECT_NE(name.err.find("pseudonym"), std::string::npos);
+    EXPECT_GE(command_->runBare("run --fast --headless").status, 100) << "neither --out nor --trainee";
+    EXPECT_GE(command_->runBare(kRun + "T-01 --out /tmp/x").status, 100);
+    EXPECT_GE(command_->runBare("run --fast --out /tmp/x --records /tmp/y").status, 100);
+    EXPECT_GE(records("").status, 100);
+    EXPECT_GE(records("sync").status, 100) << "to where?";
+}
+
+// The whole program, killed anywhere between its start and its end.
+TEST_F(StoreRun, KilledItLeavesWholeFramesOrNothing) {
+    std::mt19937 random(std::random_device{}());
+    std::size_t acknowledged = Store(folder()).attempts("T-09").size(), cut = 0;
+    double whole_s = whole_s_;
+    for (int i = 0; i < 10 || (cut < 4 && i < 60); ++i) {
+        const double end_s = std::uniform_real_distribution<double>(0.2, 1.05)(random) * whole_s;
+        const auto before = std::chrono::steady_clock::now();
+        const Outcome killed =
+            command_->runBare(kRun + "T-09", "timeout -s KILL " + std::to_string(end_s) + " env ");
+        // What else the machine does changes how long that takes.
+        if (killed.status == 0)
+            whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+        const bool said = killed.out.find("stored as attempt") != std::string::npos;
+        acknowledged += said;
+        const Store store(folder());
+        for (const records::Recovered& found : store.recovered()) {
+            ++cut;
+            const StoredAttempt attempt = store.attempt(found.id);
+            EXPECT_EQ(attempt.state, AttemptState::cut_short);
+            if (!std::filesystem::exists(attempt.folder / "record" / "samples.bin")) continue;
+            const records::Samples samples = records::loadSamples(attempt.folder / "record");
+            const records::Record record = records::loadRecord(attempt.folder / "record");
+            EXPECT_EQ(samples.torn_bytes, 0u);
+            EXPECT_EQ(record.torn_bytes, 0u);
+            EXPECT_LE(record.inputs.size() > samples.samples.size()
+                          ? record.inputs.size() - samples.samples.size()
+                          : samples.samples.size() - record.inputs.size(),
+                      records::kFrameTicks);
+        }
+        std::size_t done = 0;
+        for (const StoredAttempt& attempt : store.attempts("T-09"))
+            done += attempt.state == AttemptState::done;
+        EXPECT_GE(done, acknowledged);
+        EXPECT_TRUE(store.damage().empty());
+    }
+    EXPECT_GT(cut, 0u);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -1,0 +1,73 @@
+// stylet-attempt-writer STORE [FILE_BYTES]: stores attempts at full speed until it is killed, and says on
+// stdout what it has been promised: "begun ID", "kept ID TICKS" (in whole frames), "event ID COUNT", "done ID
+// TICKS". With FILE_BYTES no file may grow beyond them; what that is refused with ends the program: "refused:
+// ...", status 3.
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <string>
+
+#include "app/records/record.h"
+#include "app/records/samples.h"
+#include "app/records/store.h"
+#include "patient/package.h"
+#include "tests/support/attempt_writer.h"
+
+namespace {
+
+using namespace stylet;
+
+// A line in one write: whole or not at all.
+void say(const std::string& line) {
+    const std::string text = line + "\n";
+    if (write(STDOUT_FILENO, text.data(), text.size()) != ssize_t(text.size())) std::_Exit(4);
+}
+
+void writeAttempt(records::Store& store, std::uint64_t ticks) {
+    records::AttemptInfo info;
+    info.trainee = "T-01";
+    info.scenario = "kill";
+    const std::string id = store.begin(info);
+    say("begun " + id);
+    records::RecordWriter record(store.folderOf(id) / "record", {}, {});
+    records::SampleWriter samples(store.folderOf(id) / "record", {});
+    std::uint64_t events = 0;
+    for (std::uint64_t tick = 1; tick <= ticks; ++tick) {
+        record.add(test::inputAt(tick), tick, test::hashAt(tick));
+        samples.add(test::sampleAt(tick));
+        if (tick % 400 == 0) {
+            store.add(id, {{tick, "comment", test::textAt(tick)}});
+            say("event " + id + " " + std::to_string(++events));
+        }
+        if (tick % records::kFrameTicks == 0) say("kept " + id + " " + std::to_string(tick));
+    }
+    record.finish();
+    samples.finish();
+    records::AttemptResult result{true, 50.0, ticks, {{"ticks", "ticks", "", double(ticks), 1.0, 2.0}}};
+    store.finish(id, result);
+    say("done " + id + " " + std::to_string(ticks));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc < 2) return 2;
+    if (argc > 2) {
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit most{std::strtoull(argv[2], nullptr, 10), RLIM_INFINITY};
+        setrlimit(RLIMIT_FSIZE, &most);
+    }
+    try {
+        std::mt19937 random(std::random_device{}());
+        records::Store store(argv[1]);
+        for (;;)
+            writeAttempt(store, std::uniform_int_distribution<std::uint64_t>(1, 1500)(random));
+    } catch (const patient::DataError& e) {
+        say(std::string("refused: ") + e.what());
+        return 3;
+    }
+}

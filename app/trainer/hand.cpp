@@ -88,8 +88,11 @@ class Tremor {
     double amplitude_m_;
 };
 
-// Where a hand is on the way: how deep along the path, how far beside it.
-using Offset = Vec3;  // deep, headward, frontward
+// Where a hand is on the way: how deep along the path, how far beside it; how the tool in it is turned.
+struct Offset {
+    Vec3 m{0.0};    // deep, headward, frontward
+    Vec3 rad{0.0};  // headward, frontward, about the shaft
+};
 
 // Writes samples as the stages are played one after the other.
 class Script {
@@ -117,14 +120,18 @@ class Script {
             add(at_);
     }
     void move(const Place& to, double speed_m_s) {
-        const Offset way = offsetOf(to) - at_;
+        const Offset there = offsetOf(to);
+        const Vec3 way = there.m - at_.m, turn = there.rad - at_.rad;
         const double length = glm::length(way);
-        const Glide glide(length, speed_m_s, ramp_s_);
-        const Offset direction = length > 0.0 ? way / length : Offset(0.0);
+        const Glide glide(length, speed_m_s, ramp_s_), turning(1.0, 1e9, 0.5 * glide.duration_s());
+        const Vec3 direction = length > 0.0 ? way / length : Vec3(0.0);
         const auto samples = std::int64_t(std::ceil(glide.duration_s() * 1000.0));
-        for (std::int64_t i = 1; i <= samples; ++i)
-            add(at_ + direction * glide.at(double(i) * 0.001));
-        at_ += way;
+        for (std::int64_t i = 1; i <= samples; ++i) {
+            const double t_s = double(i) * 0.001;
+            add(Offset{at_.m + direction * glide.at(t_s), at_.rad + turn * turning.at(t_s)});
+        }
+        at_.m += way;
+        at_.rad += turn;
     }
     // The hand turns the new tool the way it is held.
     void take(haptics::Tool tool, double seconds) {
@@ -160,13 +167,24 @@ class Script {
         return glm::normalize(glm::length(part) > 0.1 ? part : other);
     }
     Offset offsetOf(const Place& p) const {
-        return {p.share * length_m_ + p.deeper_m, p.headward_m, p.frontward_m};
+        return {{p.share * length_m_ + p.deeper_m, p.headward_m, p.frontward_m},
+                {p.headward_rad, p.frontward_rad, p.roll_rad}};
     }
     std::int64_t now_ns() const { return std::int64_t(trace_.samples.size()) * kSample_ns; }
     Pose held(haptics::Tool tool, const Offset& at) const {
-        const Vec3 tip = path_.entry_m + axis_ * at.x + headward_ * at.y + frontward_ * at.z +
+        const Vec3 tip = path_.entry_m + axis_ * at.m.x + headward_ * at.m.y + frontward_ * at.m.z +
                          tremor_.at(double(now_ns()) * 1e-9);
-        return heldLike(needlePose(tip, axis_), tool, guide_);
+        return heldLike(turned(tip, at.rad), tool, guide_);
+    }
+    Pose turned(const Vec3& tip, const Vec3& rad) const {
+        if (rad == Vec3(0.0)) return needlePose(tip, axis_);
+        const auto slope = [](double angle) { return patient::detSin(angle) / patient::detCos(angle); };
+        Pose needle =
+            needlePose(tip, glm::normalize(axis_ + headward_ * slope(rad.x) + frontward_ * slope(rad.y)));
+        const double half = 0.5 * rad.z;
+        needle.rotation =
+            needle.rotation * patient::Quat{patient::detCos(half), 0.0, 0.0, patient::detSin(half)};
+        return needle;
     }
     void add(const Offset& at) { add(held(tool_, at)); }
     void add(const Pose& patient_from_stylus) {
@@ -184,7 +202,7 @@ class Script {
     double ramp_s_;
     std::string name_;
     haptics::Tool tool_;
-    Offset at_{0.0};
+    Offset at_;
     Trace trace_;
 };
 

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "app/report/curve.h"
 #include "app/report/slices.h"
@@ -54,6 +56,29 @@ json doseJson(const training::DoseLedger& dose) {
             {"air_kerma_gy", dose.air_kerma_gy},
             {"dose_area_gy_m2", dose.dose_area_gy_m2},
             {"contrast_ml", dose.contrast_m3 * kMlPerM3}};
+}
+
+json stepsJson(const training::Progress& progress) {
+    json done = json::array();
+    for (int s = 0; s < training::kStepCount; ++s)
+        if ((progress.steps_done & 1u << s) != 0) done.push_back(training::stepName(training::Step(s)));
+    return {{"done", done}, {"of", training::kStepCount}, {"out_of_order", progress.out_of_order}};
+}
+
+// A value that is no number was not achieved: null.
+json scoreJson(const training::Score& score) {
+    json metrics = json::array();
+    for (std::size_t i = 0; i < training::kMetricCount; ++i) {
+        const training::Metric& metric = training::metricTable()[i];
+        const double value = score.values[i];
+        metrics.push_back({{"id", metric.id},
+                           {"name", metric.name},
+                           {"unit", metric.unit},
+                           {"value", std::isfinite(value) ? json(value) : json(nullptr)},
+                           {"points", score.points[i]},
+                           {"most_points", score.most_points[i]}});
+    }
+    return {{"total", score.total}, {"metrics", metrics}};
 }
 
 const char* placeName(patient::ContrastPlace place) {
@@ -152,6 +177,8 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
             {"device", facts.device},
             {"firmware_sha256", facts.firmware_sha256},
             {"target_hit", log.target_hit()},
+            {"score", scoreJson(log.score)},
+            {"steps", stepsJson(log.progress)},
             {"path", {{"length_m", facts.path.length_m}, {"quality", facts.path.quality}}},
             {"moments", moments},
             {"punctures", punctures},
@@ -265,6 +292,35 @@ void writeResults(const patient::Patient& patient, const AttemptFacts& facts, co
               summaryJson(patient, facts, log, totals).dump(2, ' ', false, json::error_handler_t::replace));
 }
 
+namespace {
+
+// The total, and what it lost most by.
+void printScore(const SessionLog& log) {
+    constexpr std::size_t kShown = 4;
+    constexpr double kWorthTelling = 0.5;  // points
+    const training::Score& score = log.score;
+    std::printf("  score %.1f of 100; %d of %d steps done, %u out of order\n", score.total,
+                std::popcount(log.progress.steps_done), training::kStepCount, log.progress.out_of_order);
+    std::array<std::size_t, training::kMetricCount> order{};
+    std::iota(order.begin(), order.end(), std::size_t(0));
+    const auto lost = [&](std::size_t i) { return score.most_points[i] - score.points[i]; };
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return lost(a) > lost(b); });
+    for (std::size_t n = 0; n < kShown && lost(order[n]) >= kWorthTelling; ++n) {
+        const training::Metric& metric = training::metricTable()[order[n]];
+        const double value = score.values[order[n]];
+        std::printf("    %4.1f of %2.0f lost: %s, ", lost(order[n]), metric.weight,
+                    std::string(metric.name).c_str());
+        if (std::isfinite(value))
+            std::printf("%.4g%s%s\n", value, metric.unit.empty() ? "" : " ",
+                        std::string(metric.unit).c_str());
+        else
+            std::printf("not achieved\n");
+    }
+}
+
+}  // namespace
+
 void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTotals& totals,
                   const std::filesystem::path& folder, bool skips) {
     std::printf("%s, scenario %s, seed %llu: target %s\n", facts.patient_name.c_str(), facts.scenario.c_str(),
@@ -277,6 +333,7 @@ void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTo
                     (event.border.depth_m + event.tenting_m) * 1000.0, event.tenting_m * 1000.0,
                     event.force_before_n, event.force_after_n);
     }
+    printScore(log);
     if (log.machines_used) {
         const training::DoseLedger& dose = log.dose;
         const patient::ContrastVolumes& v = log.contrast.volumes;

@@ -18,6 +18,7 @@ using patient::DataError;
 namespace {
 
 constexpr double kMaxSeconds = 600.0, kMaxDistance_mm = 500.0, kMaxSpeed_mm_s = 500.0;
+constexpr double kMaxLean_deg = 60.0, kMaxRoll_deg = 180.0, kRadPerDeg = 0.017453292519943295;
 constexpr double kMlPerM3 = 1e6;
 constexpr std::size_t kMaxStages = 200;
 constexpr std::uintmax_t kMaxFileBytes = 1 << 20;
@@ -77,6 +78,9 @@ Place readPlace(const Fields& f) {
         f.refuse("share", "share or deeper_mm is needed");
     place.headward_m = metres(f.numberOr("headward_mm", -kMaxDistance_mm, kMaxDistance_mm, 0.0));
     place.frontward_m = metres(f.numberOr("frontward_mm", -kMaxDistance_mm, kMaxDistance_mm, 0.0));
+    place.headward_rad = kRadPerDeg * f.numberOr("headward_deg", -kMaxLean_deg, kMaxLean_deg, 0.0);
+    place.frontward_rad = kRadPerDeg * f.numberOr("frontward_deg", -kMaxLean_deg, kMaxLean_deg, 0.0);
+    place.roll_rad = kRadPerDeg * f.numberOr("roll_deg", -kMaxRoll_deg, kMaxRoll_deg, 0.0);
     return place;
 }
 
@@ -133,7 +137,8 @@ Stage readStage(const Fields& f) {
     const std::string kind = f.text("do");
     if (readMachineStage(f, kind, stage)) return stage;
     if (kind == "move") {
-        f.allowOnly({"do", "share", "deeper_mm", "headward_mm", "frontward_mm", "speed_mm_s"});
+        f.allowOnly({"do", "share", "deeper_mm", "headward_mm", "frontward_mm", "headward_deg",
+                     "frontward_deg", "roll_deg", "speed_mm_s"});
         stage.kind = StageKind::move;
         stage.to = readPlace(f);
         stage.speed_m_s = metres(f.number("speed_mm_s", 0.1, kMaxSpeed_mm_s));
@@ -259,7 +264,8 @@ Scenario parseScenario(std::string_view text, const std::filesystem::path& file)
     if (root.contains("tool")) s.tool = readTool(top);
     if (root.contains("breath")) s.breath = readBreath(top.sub("breath"));
     const Fields start = top.sub("start");
-    start.allowOnly({"share", "deeper_mm", "headward_mm", "frontward_mm"});
+    start.allowOnly(
+        {"share", "deeper_mm", "headward_mm", "frontward_mm", "headward_deg", "frontward_deg", "roll_deg"});
     s.start = readPlace(start);
 
     const Fields hand = top.sub("hand");
@@ -285,6 +291,10 @@ std::uint64_t digest(const Scenario& s) {
     patient::StateHash hash;
     const auto addPlace = [&](const Place& p) {
         for (double v : {p.share, p.deeper_m, p.headward_m, p.frontward_m})
+            hash.add(v);
+        // As it was before tools could be turned, where none is.
+        if (p.headward_rad == 0.0 && p.frontward_rad == 0.0 && p.roll_rad == 0.0) return;
+        for (double v : {p.headward_rad, p.frontward_rad, p.roll_rad})
             hash.add(v);
     };
     hash.add(std::string_view(s.name));

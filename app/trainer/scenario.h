@@ -16,11 +16,13 @@
 namespace stylet::trainer {
 
 // A place on the planned path: `share` of the way from skin (0) to target (1), so much deeper, and so much
-// beside it, across the path toward the patient's head and front.
+// beside it, across the path toward the patient's head and front. The tool points along the path, leant over
+// at its tip so that it points toward head and front by so much, then turned about its own shaft.
 struct Place {
     double share = 0.0;
     double deeper_m = 0.0;
     double headward_m = 0.0, frontward_m = 0.0;
+    double headward_rad = 0.0, frontward_rad = 0.0, roll_rad = 0.0;
     friend bool operator==(const Place&, const Place&) = default;
 };
 

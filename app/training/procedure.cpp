@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <glm/common.hpp>
@@ -271,15 +272,15 @@ bool Procedure::opensEntry(const haptics::Incision& cut) const noexcept {
 }
 
 void Procedure::finish(Step step, std::uint64_t tick) {
-    const std::uint32_t bit = 1u << unsigned(step), earlier = bit - 1;
-    const bool early = (progress_.steps_done & earlier) != earlier;
+    const std::uint32_t bit = 1u << unsigned(step), later = progress_.steps_done & ~(bit - 1);
     progress_.steps_done |= bit;
-    progress_.out_of_order += early;
+    early_ |= later;
+    progress_.out_of_order = std::uint32_t(std::popcount(early_));
     int next = 0;
     while (next < kStepCount && (progress_.steps_done & 1u << next) != 0)
         ++next;
     progress_.step = Step(next);
-    say(tick, "step", std::string(stepName(step)) + (early ? ", before its turn" : ""));
+    say(tick, "step", std::string(stepName(step)) + (later != 0 ? ", after a later one" : ""));
 }
 
 void Procedure::tell(const TickOutput& now) {

@@ -53,6 +53,7 @@ class Procedure {
     bool begun_ = false, bone_held_ = false;
     haptics::TickOutput before_;
     std::uint64_t first_tick_ = 0, look_ticks_ = 1, pulses_ = 0;
+    std::uint32_t early_ = 0;  // steps, as bits, done before an earlier one
     double pressed_s_ = 0.0, shown_s_ = 0.0;
     std::vector<SessionEvent> events_;
 };

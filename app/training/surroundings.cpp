@@ -25,7 +25,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kThreads = 2;
 constexpr double kOutermost_m = 0.040;    // before the entry lies outer air, at the latest here
 constexpr double kDuctPiece_m = 0.008;    // round the target, in which the duct runs straight
-constexpr double kLeastElongation = 1.5;  // of that piece's variances: less has no direction
+constexpr double kLeastElongation = 3.0;  // of that piece's variances: less has no direction
 constexpr std::array<Index3, 6> kNeighbours{Index3(1, 0, 0),  Index3(-1, 0, 0), Index3(0, 1, 0),
                                             Index3(0, -1, 0), Index3(0, 0, 1),  Index3(0, 0, -1)};
 

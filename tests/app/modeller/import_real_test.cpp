@@ -138,6 +138,28 @@ TEST_F(ImportReal, ItsCavitySlidesWithoutGapOrFold) {
     }
 }
 
+// From the expert to the reckless one, as on the reference patients (tests/app/trainer/trainees_test.cpp).
+TEST_F(ImportReal, TheSixTraineesRankAsTheyAreNamed) {
+    double last = 101.0;
+    for (const std::string name : {"procedure", "trainee-good", "trainee-hesitant", "trainee-sloppy",
+                                   "trainee-careless", "trainee-reckless"}) {
+        SCOPED_TRACE(name);
+        const test::Outcome outcome = command_->run("run --headless --fast --scenario " + name +
+                                                    " --patient '" + (*command_ / "patient").string() + "'");
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        const double total = outcome.summary.at("score").at("total").get<double>();
+        EXPECT_LT(total, last);
+        last = total;
+        if (name == "procedure") {
+            EXPECT_GT(total, 85.0);
+            EXPECT_EQ(outcome.summary.at("steps").at("done").size(), 6u);
+        }
+        if (name == "trainee-reckless") {
+            EXPECT_LT(total, 40.0);
+        }
+    }
+}
+
 TEST_F(ImportReal, ItsBloodGoesTheWayItShould) {
     const patient::Patient patient(imported_->package);
     test::expectBloodToGoItsWay(patient);

@@ -129,6 +129,38 @@ TEST(Hand, GoesBesideThePathTowardHeadAndFront) {
     EXPECT_GT(moved.y, 0.0);
 }
 
+// Leant over at its tip and rolled about its shaft, smoothly on the way; the tip goes where it would anyway.
+TEST(Hand, LeansAndRollsTheToolAsItMoves) {
+    const Walk walk;
+    Scenario s = straightIn(), straight = straightIn();
+    s.stages[0].to = {0.5, 0.0, 0.0, 0.0, 0.2, -0.1, 0.5};
+    straight.stages[0].to = {0.5, 0.0};
+    const haptics::Trace trace = walk.hand(s), plain = walk.hand(straight);
+    ASSERT_EQ(trace.samples.size(), plain.samples.size());
+    const auto needle = [&](const haptics::TraceSample& sample) {
+        return walk.patient_from_device * sample.device_from_stylus;
+    };
+    double most_rad = 0.0;
+    for (std::size_t i = 1; i < trace.samples.size(); ++i) {
+        EXPECT_LT(glm::length(needle(trace.samples[i]).position_m - needle(plain.samples[i]).position_m),
+                  1e-12);
+        const double turned =
+            std::fabs(glm::dot(needle(trace.samples[i - 1]).rotation, needle(trace.samples[i]).rotation));
+        most_rad = std::max(most_rad, 2.0 * std::acos(std::min(1.0, turned)));
+    }
+    EXPECT_LT(most_rad, 0.001) << "in a millisecond";
+    const Vec3 into = -needle(trace.samples.back()).direction({0, 0, 1});
+    const double along = glm::dot(into, walk.axis());
+    const Vec3 headward = glm::normalize(Vec3(0, 0, 1) - walk.axis() * walk.axis().z);
+    EXPECT_NEAR(glm::dot(into, headward) / along, std::tan(0.2), 1e-9);
+    EXPECT_NEAR(std::sqrt(1.0 / (along * along) - 1.0), std::hypot(std::tan(0.2), std::tan(0.1)), 1e-9);
+    // The roll, against a needle that only leans.
+    s.stages[0].to.roll_rad = 0.0;
+    const Pose leant = needle(walk.hand(s).samples.back()), rolled = needle(trace.samples.back());
+    EXPECT_NEAR(glm::dot(leant.direction({1, 0, 0}), rolled.direction({1, 0, 0})), std::cos(0.5), 1e-9);
+    EXPECT_NEAR(glm::dot(leant.direction({0, 0, 1}), rolled.direction({0, 0, 1})), 1.0, 1e-12);
+}
+
 // Tool by tool through the guide: the probe is parked with its rail on the path, the needle then follows it.
 TEST(Hand, HoldsTheProbeSoThatItsGuideIsOnThePath) {
     const Walk walk;

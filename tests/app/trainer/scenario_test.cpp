@@ -53,6 +53,9 @@ do = "move"
 share = 0.0
 headward_mm = 5.0
 frontward_mm = -3.0
+headward_deg = 10.0
+frontward_deg = -5.0
+roll_deg = -35.0
 speed_mm_s = 20.0
 [[stage]]
 do = "park"
@@ -123,6 +126,9 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_DOUBLE_EQ(s.stages[2].seconds, 0.8);
     EXPECT_DOUBLE_EQ(s.stages[3].to.headward_m, 0.005);
     EXPECT_DOUBLE_EQ(s.stages[3].to.frontward_m, -0.003);
+    EXPECT_NEAR(s.stages[3].to.headward_rad, 0.174533, 1e-6);
+    EXPECT_NEAR(s.stages[3].to.frontward_rad, -0.087266, 1e-6);
+    EXPECT_NEAR(s.stages[3].to.roll_rad, -0.610865, 1e-6);
     EXPECT_EQ(s.stages[4].kind, StageKind::park);
     EXPECT_EQ(s.stages[5].kind, StageKind::lift);
     EXPECT_EQ(s.stages[6].kind, StageKind::inject);
@@ -170,6 +176,8 @@ TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
     expectRefused("tool = \"probe\"", "", "stage[2].tool");
     expectRefused("seconds = 0.8", "seconds = 0.0", "stage[2].seconds");
     expectRefused("headward_mm = 5.0", "headward_mm = 5000.0", "stage[3].headward_mm");
+    expectRefused("headward_deg = 10.0", "headward_deg = 90.0", "stage[3].headward_deg");
+    expectRefused("roll_deg = -35.0", "roll_deg = nan", "stage[3].roll_deg");
     expectRefused("do = \"park\"", "do = \"park\"\nseconds = 1.0", "stage[4].seconds");
     expectRefused("share = 1.0", "shore = 1.0", "stage[1].shore");
     expectRefused("ml_per_s = 1.5", "", "stage[6].ml_per_s");
@@ -199,6 +207,9 @@ TEST_F(ScenarioFile, DigestCoversContentNotLayout) {
     std::string aside = kGood;
     aside.replace(aside.find("headward_mm = 5.0"), 17, "headward_mm = 5.5");
     EXPECT_NE(digest(load(aside)), first);
+    std::string rolled = kGood;
+    rolled.replace(rolled.find("roll_deg = -35.0"), 16, "roll_deg = -34.0");
+    EXPECT_NE(digest(load(rolled)), first);
     std::string other = kGood;
     other.replace(other.find("\"probe\""), 7, "\"guide\"");
     EXPECT_NE(digest(load(other)), first);

@@ -1,0 +1,121 @@
+// Six scripted trainees, from the expert of procedure.toml to a reckless one: they rank as they are named,
+// on patients drawn as the test runs.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <chrono>
+#include <random>
+
+#include "app/records/replay.h"
+#include "patient/synth/synth.h"
+#include "tests/app/trainer/phantom_attempt.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+constexpr std::array<const char*, 6> kFromExpertToReckless{"procedure",        "trainee-good",
+                                                           "trainee-hesitant", "trainee-sloppy",
+                                                           "trainee-careless", "trainee-reckless"};
+
+Scenario shipped(const std::string& name) {
+    return loadScenario(test::assets() / "scenarios" / (name + ".toml"));
+}
+
+SessionLog played(const patient::Patient& patient, const patient::PlannedPath& path, const Scenario& scenario,
+                  std::uint64_t seed) {
+    const Attempt attempt = makeAttempt(patient, scenario, path, seed);
+    Session session(patient, path, scenario.moments, scenario.approach_distance_m, nullptr);
+    runFast(attempt, session, std::nullopt, 0.0, {});
+    return session.log();
+}
+
+std::string lostBy(const SessionLog& log) {
+    std::string text;
+    for (std::size_t i = 0; i < training::kMetricCount; ++i)
+        if (const double lost = log.score.most_points[i] - log.score.points[i]; lost >= 0.5)
+            text +=
+                " " + std::string(training::metricTable()[i].id) + " -" + std::to_string(lost).substr(0, 4);
+    return text;
+}
+
+int seedsToDraw() {
+#if defined(STYLET_SANITIZED)
+    return 1;  // a tick takes ten times as long there
+#elif defined(STYLET_LONG_TESTS)
+    return 25;
+#else
+    return 5;
+#endif
+}
+
+TEST(Trainees, RankAsTheyAreNamedOnPatientsDrawnNow) {
+    std::random_device device;
+    for (int n = 0; n < seedsToDraw(); ++n) {
+        const std::uint64_t seed = 1 + device() % 1'000'000;
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        patient::synth::SynthSettings settings;
+        settings.seed = seed;
+        settings.spacing_m = 0.0025;
+        settings.defaults = patient::loadTissueDefaults(test::assets() / "tissue" / "ptcd.toml");
+        const patient::Package package = patient::synth::makeReferencePatient(settings);
+        const patient::Patient patient(package);
+        const patient::PlanResult plan = patient::planPaths(patient, {});
+        ASSERT_FALSE(plan.paths.empty());
+        std::string line = "seed " + std::to_string(seed) + ":";
+        double last = 101.0;
+        for (const char* name : kFromExpertToReckless) {
+            const SessionLog log = played(patient, plan.paths.front(), shipped(name), seed);
+            line += " " + std::to_string(log.score.total).substr(0, 4);
+            EXPECT_LT(log.score.total, last) << name << lostBy(log);
+            last = log.score.total;
+            if (name == kFromExpertToReckless.front()) {
+                EXPECT_GT(log.score.total, 85.0) << lostBy(log);
+                EXPECT_TRUE(log.target_hit());
+                EXPECT_EQ(log.progress.step, training::Step::done);
+                EXPECT_EQ(log.progress.out_of_order, 0u);
+            }
+            if (name == kFromExpertToReckless.back()) {
+                EXPECT_LT(log.score.total, 40.0) << lostBy(log);
+            }
+        }
+        std::puts(line.c_str());
+    }
+}
+
+// What is scored is a fold over what is recorded: computed again, all of it is the same to the last bit.
+TEST(Trainees, AReplayIsScoredTheSame) {
+    const test::TempFolder folder;
+    const patient::Package package = test::ductPhantom();
+    const patient::Patient patient(package);
+    const Scenario scenario = shipped("procedure");
+    const Attempt attempt = makeAttempt(patient, scenario, test::ductPath(), 7);
+    records::RecordInfo info;
+    info.path = test::ductPath();
+    records::RecordWriter writer(folder / "record", {patient::digest(package), attempt.simulation}, info);
+    Session session(patient, test::ductPath(), {}, 0.0, &writer);
+    runFast(attempt, session, std::nullopt, 0.0, {});
+    writer.finish();
+    const SessionLog& log = session.log();
+    EXPECT_EQ(log.progress.step, training::Step::done);
+    EXPECT_GT(log.score.total, 85.0) << lostBy(log);
+
+    Session again(patient, test::ductPath(), {}, 0.0, nullptr);
+    const auto watch = [&](const haptics::TickInput& input, const haptics::TickOutput& output,
+                           const haptics::NeedleEvents& events) {
+        again.take(haptics::TickRecord{input, output});
+        for (int i = 0; i < events.count; ++i)
+            again.take(haptics::EventRecord{output.tick, events.list[std::size_t(i)]});
+    };
+    EXPECT_TRUE(records::replay(patient, records::loadRecord(folder / "record"), watch).equal());
+    EXPECT_EQ(again.log().score.values, log.score.values);
+    EXPECT_EQ(again.log().score.total, log.score.total);
+    ASSERT_EQ(again.log().events.size(), log.events.size());
+    for (std::size_t i = 0; i < log.events.size(); ++i) {
+        EXPECT_EQ(again.log().events[i].tick, log.events[i].tick);
+        EXPECT_EQ(again.log().events[i].text, log.events[i].text);
+    }
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -1,0 +1,133 @@
+#include "app/training/score.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include "tests/app/trainer/assets.h"
+
+namespace stylet::training {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+MetricValues allAt(double Metric::* end) {
+    MetricValues values{};
+    for (std::size_t i = 0; i < kMetricCount; ++i)
+        values[i] = metricTable()[i].*end;
+    return values;
+}
+
+TEST(Score, TheBestOfAllIsOneHundredAndTheWorstNothing) {
+    EXPECT_EQ(scoreOf(allAt(&Metric::best)).total, 100.0);
+    EXPECT_EQ(scoreOf(allAt(&Metric::worst)).total, 0.0);
+}
+
+TEST(Score, HalfWayEarnsHalfAndThePartsAddUp) {
+    MetricValues values = allAt(&Metric::best);
+    const std::size_t i = std::size_t(MetricId::targeting);
+    const Metric& m = metricTable()[i];
+    values[i] = 0.5 * (m.best + m.worst);
+    const Score score = scoreOf(values);
+    EXPECT_DOUBLE_EQ(score.points[i], 0.5 * m.weight);
+    EXPECT_DOUBLE_EQ(score.total, 100.0 - 0.5 * m.weight);
+    double sum = 0.0;
+    for (const double points : score.points)
+        sum += points;
+    EXPECT_EQ(score.total, sum);
+}
+
+TEST(Score, HarmlessIdlenessIsNotPaid) {
+    MetricValues values = allAt(&Metric::best);
+    values[std::size_t(MetricId::procedure)] = 0.0;
+    EXPECT_EQ(scoreOf(values).total, 0.0);
+    values[std::size_t(MetricId::procedure)] = 50.0;
+    EXPECT_NEAR(scoreOf(values).total, 50.0 - 0.5 * 0.5 * 8.0, 1e-12);
+}
+
+// Of any attempt whatever, any metric made worse by any amount, or no number at all: never more, and a part
+// never below 0 or above its most.
+TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
+    const auto seed = std::random_device{}();
+    SCOPED_TRACE(seed);
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> share(-0.3, 1.3), more(0.0, 2.0), one(0.0, 1.0);
+    int lowered = 0;
+    for (int n = 0; n < 4000; ++n) {
+        MetricValues values{};
+        for (std::size_t i = 0; i < kMetricCount; ++i) {
+            const Metric& m = metricTable()[i];
+            values[i] = m.best + (m.worst - m.best) * share(random);
+            if (one(random) < 0.02)
+                values[i] = one(random) < 0.5 ? kNaN : m.best + (m.worst - m.best) * 1e300;
+        }
+        const Score before = scoreOf(values);
+        ASSERT_TRUE(before.total >= 0.0 && before.total <= 100.0) << before.total;
+        for (std::size_t i = 0; i < kMetricCount; ++i) {
+            const Metric& m = metricTable()[i];
+            ASSERT_TRUE(before.points[i] >= 0.0 && before.points[i] <= m.weight) << m.id;
+            const double towards_worst = m.worst > m.best ? 1.0 : -1.0;
+            for (const double worse :
+                 {values[i] + towards_worst * more(random) * std::fabs(m.worst - m.best),
+                  std::nextafter(values[i], towards_worst * kInf), towards_worst * kInf, kNaN}) {
+                MetricValues worsened = values;
+                worsened[i] = worse;
+                const double total = scoreOf(worsened).total;
+                ASSERT_LE(total, before.total) << m.id << ": " << values[i] << " -> " << worse;
+                lowered += total < before.total;
+                // And the other way round: what is better never costs.
+                if (std::isnan(values[i])) continue;
+                MetricValues bettered = values;
+                bettered[i] = values[i] - (worse - values[i]);
+                if (!std::isfinite(bettered[i])) continue;
+                ASSERT_GE(scoreOf(bettered).total, before.total) << m.id;
+            }
+        }
+    }
+    EXPECT_GT(lowered, 10000) << "no metric does anything";
+}
+
+TEST(Score, EveryMetricCounts) {
+    for (std::size_t i = 0; i < kMetricCount; ++i) {
+        MetricValues values = allAt(&Metric::best);
+        values[i] = metricTable()[i].worst;
+        EXPECT_LT(scoreOf(values).total, 100.0 - 0.9) << metricTable()[i].id;
+    }
+}
+
+std::string numberText(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
+// The table in metrics.md, a line for each metric.
+TEST(Score, TheDocumentedTableIsTheOneThatCounts) {
+    std::ifstream page(test::assets().parent_path() / "app" / "training" / "metrics.md");
+    ASSERT_TRUE(page);
+    std::vector<std::string> rows;
+    for (std::string line; std::getline(page, line);)
+        if (line.starts_with("| `")) rows.push_back(line);
+    ASSERT_EQ(rows.size(), kMetricCount);
+    std::set<std::string_view> ids;
+    for (std::size_t i = 0; i < kMetricCount; ++i) {
+        const Metric& m = metricTable()[i];
+        std::ostringstream row;
+        row << "| `" << m.id << "` | " << m.name << " | " << m.unit << " | " << m.what << " | " << m.source
+            << " | " << numberText(m.weight) << " | " << numberText(m.best) << " | " << numberText(m.worst)
+            << " |";
+        EXPECT_EQ(rows[i], row.str());
+        EXPECT_TRUE(ids.insert(m.id).second) << m.id;
+    }
+}
+
+}  // namespace
+}  // namespace stylet::training

@@ -1,0 +1,33 @@
+// A chest wall in slabs with a vessel on the way to the duct: where each begins is known.
+#pragma once
+
+#include "tests/support/phantom.h"
+
+namespace stylet::test {
+
+// In the order of tissueLabels().
+inline constexpr std::uint8_t kBoneLabel = 3, kLiverLabel = 5, kVesselLabel = 6, kDuctLabel = 7;
+
+// Borders at x = 0, 2, 20, 22, 32 (vessel), 36, 50 (duct), 56 mm.
+inline patient::Package wallWithVessel() {
+    using patient::Tissue;
+    return makeSlabs({{Tissue::skin, 0.002},
+                      {Tissue::soft, 0.018},
+                      {Tissue::fascia, 0.002},
+                      {Tissue::liver, 0.010},
+                      {Tissue::vessel, 0.004},
+                      {Tissue::liver, 0.014},
+                      {Tissue::duct, 0.006},
+                      {Tissue::liver, 0.020}},
+                     0.001);
+}
+
+inline patient::PlannedPath wallPath() {
+    patient::PlannedPath path;
+    path.entry_m = path.entry_reference_m = {0.0, 0.0, 0.0};
+    path.target_m = path.target_reference_m = {0.053, 0.0, 0.0};
+    path.length_m = 0.053;
+    return path;
+}
+
+}  // namespace stylet::test

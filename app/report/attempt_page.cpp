@@ -5,6 +5,8 @@
 
 #include "app/report/slices.h"
 #include "app/report/statistics.h"
+#include "app/training/learning.h"
+#include "app/training/score.h"
 
 namespace stylet::report {
 
@@ -185,6 +187,20 @@ void addFigure(Page& page, const DescribedFigure& f) {
     page.figure(f.figure, f.description, f.caption, f.data);
 }
 
+// What the program that makes this page knows of the metrics; a record may have others.
+Table meaningTable(const records::AttemptResult& result) {
+    Table table;
+    table.caption = "What each metric means";
+    table.head = {"Metric", "What", "Best", "Worst", "Source"};
+    table.number = {false, false, true, true, false};
+    for (const training::Metric& metric : training::metricTable())
+        if (std::any_of(result.metrics.begin(), result.metrics.end(),
+                        [&](const records::MetricRow& row) { return row.id == metric.id; }))
+            table.rows.push_back({std::string(metric.name), std::string(metric.what), metricText(metric.best),
+                                  metricText(metric.worst), std::string(metric.source)});
+    return table;
+}
+
 void addScore(Page& page, const AttemptFiles& a, const AttemptContext& context, AttemptReport& report) {
     page.section("Score");
     if (!a.stored.result || a.stored.result->metrics.empty()) {
@@ -205,6 +221,8 @@ void addScore(Page& page, const AttemptFiles& a, const AttemptContext& context, 
                   " finished attempts at this scenario are in these records, so there is no cohort to "
                   "compare with.");
     page.table(report.metrics);
+    if (const Table meanings = meaningTable(*a.stored.result); !meanings.rows.empty())
+        page.foldedTable(meanings);
 }
 
 }  // namespace
@@ -220,14 +238,6 @@ std::string metricText(double value) {
     return fixed(value, size == std::floor(size) ? 0 : size < 0.1 ? 4 : size < 10.0 ? 2 : 1);
 }
 
-double percentileOf(double value, const std::vector<double>& all) {
-    if (all.empty() || std::isnan(value)) return kGap;
-    double below = 0.0;
-    for (const double other : all)
-        below += other < value ? 1.0 : other == value ? 0.5 : 0.0;
-    return 100.0 * below / double(all.size());
-}
-
 Table metricTable(const records::AttemptResult& result, const std::vector<StoredAttempt>& cohort) {
     Table table;
     table.caption = "Metrics, their points and the cohort";
@@ -238,9 +248,10 @@ Table metricTable(const records::AttemptResult& result, const std::vector<Stored
                          double points, double most, const std::vector<double>& values,
                          const std::vector<double>& all_points) {
         const bool enough = all_points.size() >= kLeastCohort;
-        table.rows.push_back({name, value, unit, fixed(points, 2), fixed(most, 1),
-                              enough && !values.empty() ? metricText(median(values)) : "–",
-                              enough ? fixed(percentileOf(points, all_points), 0) : "–"});
+        table.rows.push_back(
+            {name, value, unit, fixed(points, 2), fixed(most, 1),
+             enough && !values.empty() ? metricText(median(values)) : "–",
+             enough ? fixed(100.0 * training::percentileIn(all_points, points).value_or(kGap), 0) : "–"});
     };
     for (const records::MetricRow& m : result.metrics) {
         std::vector<double> values, points;

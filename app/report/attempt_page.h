@@ -27,9 +27,6 @@ AttemptReport attemptReport(const AttemptFiles&, const AttemptContext&);
 // Of the attempts that are done: each metric's values, points, and where this one stands among them.
 Table metricTable(const records::AttemptResult&, const std::vector<records::StoredAttempt>& cohort);
 
-// "25.0": share of `all` below `value`, ties counting half.
-double percentileOf(double value, const std::vector<double>& all);
-
 // "2026-11-21 20:15 UTC", or the text itself.
 std::string dateText(const std::string& utc);
 // A value of a metric with digits to suit it.

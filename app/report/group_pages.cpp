@@ -1,12 +1,14 @@
 #include "app/report/group_pages.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "app/report/attempt_page.h"
 #include "app/report/statistics.h"
+#include "app/report/xapi.h"
+#include "app/training/learning.h"
 
 namespace stylet::report {
 
@@ -17,8 +19,6 @@ using records::StoredAttempt;
 namespace {
 
 using Attempts = std::vector<StoredAttempt>;
-
-constexpr std::array<Colour, 6> kColours{kBlue, kVermilion, kGreen, kPurple, kOrange, kSky};
 
 Attempts finished(const Attempts& attempts) {
     Attempts done;
@@ -95,11 +95,117 @@ Table spreadTable(const Attempts& done) {
     return table;
 }
 
-// Totals and metrics over the numbered attempts of a trainee.
+// The axis of a trainee's attempts, counted from 1.
+FigureAxis attemptAxis(std::size_t count, double from) {
+    FigureAxis axis{"finished attempt", from, double(count) + 0.5};
+    axis.whole = true;
+    return axis;
+}
+
+DescribedFigure learningFigure(const Attempts& done) {
+    DescribedFigure f;
+    const std::vector<double> totals = totalsOf(done);
+    const std::optional<training::LearningCurve> curve = training::learningCurve(totals);
+    f.figure.x = attemptAxis(done.size(), 0.5);
+    f.figure.y = {"total, of 100", 0.0, 100.0};
+    f.figure.lines = {{kPassMark, "pass mark " + fixed(kPassMark, 0)}};
+    FigureSeries own{"total", kBlue}, fit{"learning curve", kVermilion};
+    own.shape = "circle", fit.dash = {8, 4};
+    f.data.caption = "totals, attempt by attempt";
+    f.data.head = {"Attempt", "Begun", "Duct hit", "Total", "Learning curve"};
+    f.data.number = {true, false, false, true, true};
+    for (std::size_t i = 0; i < done.size(); ++i) {
+        own.points.push_back({double(i + 1), totals[i]});
+        f.data.rows.push_back({std::to_string(i + 1), dateText(done[i].started_utc),
+                               done[i].result->target_hit ? "yes" : "no", fixed(totals[i], 1),
+                               curve ? fixed(curve->at(i), 1) : "–"});
+    }
+    f.figure.series = {own};
+    f.description = "Total over " + std::to_string(done.size()) + " finished attempts, from " +
+                    fixed(totals.front(), 1) + " to " + fixed(totals.back(), 1) + ".";
+    f.caption = "The total of each finished attempt.";
+    if (!curve) {
+        f.caption += " Four that differ are needed for a learning curve.";
+        return f;
+    }
+    constexpr int kPerAttempt = 8;
+    const int points = kPerAttempt * int(done.size() - 1);
+    for (int i = 0; i <= points; ++i) {
+        const double n = double(i) / kPerAttempt;
+        fit.points.push_back({1.0 + n, curve->plateau - curve->gain * std::exp(-n / curve->rate)});
+    }
+    f.figure.series.push_back(fit);
+    f.caption += " Dashed: the exponential law of practice, fitted; it leaves " + fixed(curve->rms, 1) +
+                 " points (root mean square).";
+    if (curve->gain > 0.0 && curve->plateau <= 100.0 && curve->rate < double(done.size()))
+        f.caption += " It goes toward " + fixed(curve->plateau, 1) +
+                     "; what lacks falls to a third in about " + fixed(curve->rate, 1) + " attempts.";
+    return f;
+}
+
+bool failed(const StoredAttempt& attempt) {
+    return !(attempt.result->target_hit && attempt.result->total >= kPassMark);
+}
+
+DescribedFigure cusumFigure(const Attempts& done) {
+    DescribedFigure f;
+    const training::CusumSettings settings;
+    const training::CusumLimits limits = training::cusumLimits(settings);
+    std::vector<bool> failures;
+    for (const StoredAttempt& attempt : done)
+        failures.push_back(failed(attempt));
+    const std::vector<training::CusumPoint> points = training::cusum(failures, settings);
+    f.figure.x = attemptAxis(done.size(), 0.0);
+    f.figure.y = {"CUSUM of failures"};
+    FigureSeries line{"CUSUM", kBlue}, lower{"below: competent", kGreen}, upper{"above: not yet", kVermilion};
+    line.shape = "circle", lower.dash = {8, 4}, upper.dash = {2, 3};
+    line.points.push_back({0.0, 0.0});
+    f.data.caption = "the CUSUM, attempt by attempt";
+    f.data.head = {"Attempt", "Passed", "CUSUM", "Competent below", "Not yet above", "Verdict"};
+    f.data.number = {true, false, true, true, true, false};
+    double began = 0.0;
+    std::string last = "no verdict yet";
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto& [height, verdict] = points[i];
+        const double x = double(i + 1);
+        line.points.push_back({x, height});
+        for (const double end : {x - 1.0, x}) {
+            lower.points.push_back({end, began - limits.lower_h});
+            upper.points.push_back({end, began + limits.upper_h});
+        }
+        std::string text;
+        if (verdict != training::Verdict::open) {
+            text = verdict == training::Verdict::competent ? "competent" : "not yet";
+            f.figure.marks.push_back({x, height, text});
+            last = "last verdict: " + text + ", with attempt " + std::to_string(i + 1);
+        }
+        f.data.rows.push_back({std::to_string(i + 1), failures[i] ? "no" : "yes", fixed(height, 2),
+                               fixed(began - limits.lower_h, 2), fixed(began + limits.upper_h, 2),
+                               text.empty() ? "–" : text});
+        if (!text.empty()) began = height;
+    }
+    f.figure.series = {line, lower, upper};
+    double low = 0.0, high = 0.0;
+    for (const FigureSeries& series : f.figure.series)
+        for (const FigurePoint& p : series.points)
+            low = std::min(low, p.y), high = std::max(high, p.y);
+    f.figure.y.min = std::floor(low), f.figure.y.max = std::ceil(high);
+    f.description =
+        "CUSUM of failures over " + std::to_string(done.size()) + " finished attempts: " + last + ".";
+    f.caption = "An attempt is passed that hits the duct with a total of at least " + fixed(kPassMark, 0) +
+                ". The line rises with each failure and falls with each pass. Below the lower limit failures "
+                "are as few as " +
+                fixed(100.0 * settings.acceptable, 0) + " % (competent), above the upper one as many as " +
+                fixed(100.0 * settings.unacceptable, 0) + " %, each with a chance of error of " +
+                fixed(100.0 * settings.alpha, 0) + " %; a verdict begins the count anew. So far: " + last +
+                ".";
+    return f;
+}
+
+// Metrics over the numbered attempts of a trainee.
 DescribedFigure metricsFigure(const Attempts& done) {
     DescribedFigure f;
-    f.figure.x = {"attempt", 0.5, double(done.size()) + 0.5};
-    f.figure.x.whole = true;
+    f.figure.x = attemptAxis(done.size(), 0.5);
     f.figure.low = true;
     f.data.caption = "all metrics, attempt by attempt";
     f.data.head = {"Metric"};
@@ -279,10 +385,16 @@ GroupReport traineeReport(const std::string& trainee, const Attempts& attempts, 
                     {fixed(quantile(totals, 1.0), 1), "best total"},
                     {shareText(hits(done), done.size()), "bile duct hit"}});
     if (!done.empty()) {
+        const auto add = [&](const DescribedFigure& f) {
+            page.figure(f.figure, f.description, f.caption, f.data);
+        };
+        page.section("Learning curve");
+        add(learningFigure(done));
+        page.section("CUSUM");
+        add(cusumFigure(done));
         page.section("Metrics");
         const DescribedFigure metrics = metricsFigure(done);
-        if (!metrics.figure.choices.empty())
-            page.figure(metrics.figure, metrics.description, metrics.caption, metrics.data);
+        if (!metrics.figure.choices.empty()) add(metrics);
         page.paragraph("The last finished attempt, against the " + std::to_string(all.size()) +
                        " finished attempts of all trainees in these records:");
         page.table(metricTable(*done.back().result, all));

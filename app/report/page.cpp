@@ -188,6 +188,11 @@ void Page::table(const Table& table) {
     body_ += tableHtml(table);
 }
 
+void Page::foldedTable(const Table& table) {
+    body_ +=
+        "<details><summary>" + escaped(table.caption) + "</summary>\n" + tableHtml(table) + "</details>\n";
+}
+
 void Page::figure(const Figure& figure, const std::string& description, const std::string& caption,
                   const Table& data) {
     const std::string id = "figure-" + std::to_string(++figures_);

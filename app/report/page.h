@@ -48,6 +48,8 @@ class Page {
     void paragraph(const std::string& text);
     void facts(const std::vector<Fact>&);
     void table(const Table&);
+    // Out of the way until it is asked for.
+    void foldedTable(const Table&);
     // `description` is what the figure shows, for who does not see it; `caption` stands beneath it; `data`
     // has its numbers.
     void figure(const Figure&, const std::string& description, const std::string& caption, const Table& data);

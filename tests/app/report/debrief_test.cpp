@@ -140,12 +140,7 @@ TEST(Debrief, SlicesShowTheWayOfTheTip) {
     EXPECT_EQ(with.png[1], 'P');
 }
 
-TEST(Debrief, PercentilesInClosedForm) {
-    EXPECT_DOUBLE_EQ(percentileOf(3.0, {1.0, 2.0, 3.0, 4.0}), 62.5);
-    EXPECT_DOUBLE_EQ(percentileOf(0.0, {1.0, 2.0}), 0.0);
-    EXPECT_DOUBLE_EQ(percentileOf(9.0, {1.0, 2.0}), 100.0);
-    EXPECT_DOUBLE_EQ(percentileOf(1.0, {1.0, 1.0}), 50.0);
-    EXPECT_TRUE(std::isnan(percentileOf(1.0, {})));
+TEST(Debrief, StandsAmongACohort) {
     const auto cohort = stylet::test::madeUpCohort();
     const Table table = metricTable(*cohort[0].result, cohort);
     EXPECT_EQ(table.rows.back()[0], "Total");
@@ -171,6 +166,10 @@ TEST(Debrief, TraineePageHasEveryAttempt) {
     const GroupReport report = traineeReport("trainee-B", own, cohort);
     EXPECT_TRUE(has(report.html, "6 attempts, 5 of them finished"));
     EXPECT_TRUE(has(report.html, "cut short"));
+    EXPECT_TRUE(has(report.html, "Learning curve") && has(report.html, "exponential law of practice"));
+    // 38.5, 45.5, 43.5 and 59.5 are failures of 0.78 each, the limit is at 2.48; 66.5 is passed.
+    EXPECT_TRUE(has(report.html, "last verdict: not yet, with attempt 4."));
+    EXPECT_TRUE(has(report.html, "<td class=\"n\">3.12</td>"));
     EXPECT_EQ(report.attempts.rows.size(), 6u);
     EXPECT_TRUE(has(traineeReport("x", {own.back()}, cohort).html, "1 attempts, 0 of them finished"));
 }

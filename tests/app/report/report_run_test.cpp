@@ -1,0 +1,103 @@
+// The programs as users run them: an attempt is made, then reported.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "tests/app/trainer/command.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using stylet::test::textOf;
+
+struct Reported {
+    int status = -1;
+    std::string out, err;
+};
+
+class ReportRun : public testing::Test {
+  protected:
+    Reported report(const std::string& arguments) {
+        const fs::path out = folder_ / "out", err = folder_ / "err";
+        const int status = std::system(("'" + std::string(std::getenv("STYLET_BIN")) + "/stylet-report' " +
+                                        arguments + " >'" + out.string() + "' 2>'" + err.string() + "'")
+                                           .c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(out), textOf(err)};
+    }
+    stylet::test::TempFolder folder_;
+    stylet::test::Command command_;
+};
+
+TEST_F(ReportRun, OfAnAttemptsFolder) {
+    ASSERT_EQ(command_.run("run --fast --scenario demo --spacing-mm 3 --seed 4").status, 0);
+    const Reported r =
+        report("attempt '" + command_.out().string() + "' --out '" + (folder_ / "r").string() + "'");
+    ASSERT_EQ(r.status, 0) << r.err;
+    EXPECT_EQ(r.out, (folder_ / "r/attempt.html").string() + "\n");
+    const std::string html = textOf(folder_ / "r/attempt.html");
+    EXPECT_NE(html.find("reference path, exact"), std::string::npos);
+    EXPECT_NE(html.find("data:image/png;base64,"), std::string::npos);
+    EXPECT_EQ(html.find("What could not be read"), std::string::npos);
+    EXPECT_GT(textOf(folder_ / "r/course.csv").size(), 10000u);
+    EXPECT_FALSE(fs::exists(folder_ / "r/xapi.json"));  // nobody did it
+    // Beside itself it is the reference.
+    const Reported both = report("attempt '" + command_.out().string() + "' --reference '" +
+                                 command_.out().string() + "' --out '" + (folder_ / "b").string() + "'");
+    ASSERT_EQ(both.status, 0) << both.err;
+    EXPECT_NE(textOf(folder_ / "b/attempt.html").find("attempt " + command_.out().filename().string()),
+              std::string::npos);
+}
+
+TEST_F(ReportRun, OfWhatTheStoreKeeps) {
+    const std::string store = "--records '" + (folder_ / "store").string() + "'";
+    std::string id;
+    for (const char* trainee : {"pilot-7", "pilot-7", "pilot-8"}) {
+        const stylet::test::Outcome made =
+            command_.runBare("run --fast --scenario demo --spacing-mm 3 --seed 4 --trainee " +
+                             std::string(trainee) + " " + store);
+        ASSERT_EQ(made.status, 0) << made.err;
+        const std::size_t at = made.out.find("stored as attempt ");
+        ASSERT_NE(at, std::string::npos) << made.out;
+        id = made.out.substr(at + 18, made.out.find(' ', at + 18) - at - 18);
+    }
+    const auto to = [&](const char* name) {
+        return " " + store + " --out '" + (folder_ / name).string() + "'";
+    };
+    Reported r = report("attempt " + id + to("a"));
+    ASSERT_EQ(r.status, 0) << r.err;
+    const std::string attempt = textOf(folder_ / "a/attempt.html");
+    for (const char* text : {"Attempt of pilot-8", "reference path, exact", "the way of its tip", " of 100",
+                             "Percentile by points"})
+        EXPECT_NE(attempt.find(text), std::string::npos) << text;
+    EXPECT_EQ(attempt.find("What could not be read"), std::string::npos);
+    EXPECT_NE(textOf(folder_ / "a/metrics.csv").find("Total,"), std::string::npos);
+    const auto statements = nlohmann::json::parse(textOf(folder_ / "a/xapi.json"));
+    EXPECT_EQ(statements.size(), 4u);
+    r = report("trainee pilot-7" + to("t"));
+    ASSERT_EQ(r.status, 0) << r.err;
+    EXPECT_NE(textOf(folder_ / "t/trainee.html").find("2 attempts, 2 of them finished"), std::string::npos);
+    r = report("cohort --scenario demo" + to("c"));
+    ASSERT_EQ(r.status, 0) << r.err;
+    EXPECT_NE(textOf(folder_ / "c/cohort.html").find("3 attempts of 2 trainees"), std::string::npos);
+    r = report("attempt no-such-attempt" + to("n"));
+    EXPECT_EQ(r.status, 2);
+}
+
+TEST_F(ReportRun, BadQuestionsAreNamed) {
+    const std::string out = " --out '" + (folder_ / "r").string() + "'";
+    Reported r = report("attempt '" + folder_.path().string() + "'" + out);
+    EXPECT_EQ(r.status, 2);
+    EXPECT_NE(r.err.find("holds neither summary.json nor record/record.json"), std::string::npos) << r.err;
+    r = report("cohort --records '" + folder_.path().string() + "'" + out);
+    EXPECT_EQ(r.status, 2);
+    EXPECT_NE(r.err.find("store.sqlite: is not there"), std::string::npos) << r.err;
+    r = report("trainee 'Jane Doe'" + out);
+    EXPECT_EQ(r.status, 2);
+    EXPECT_GE(report("nonsense").status, 100);
+    EXPECT_GE(report("attempt x").status, 100);
+    EXPECT_FALSE(fs::exists(folder_ / "r"));
+}
+
+}  // namespace

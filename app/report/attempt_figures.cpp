@@ -18,6 +18,7 @@ constexpr std::size_t kBuckets = 700;    // of a curve: a pixel or two each
 constexpr std::size_t kMostSpans = 300;  // of a lane
 constexpr double kMmPerM = 1e3;
 constexpr double kTableStep_mm = 5.0;
+constexpr Colour kGrey{0.55, 0.58, 0.62};
 constexpr double kLead_m = 0.010;  // of a reference path, through the air
 
 // The rows of a stretch of course inside the body, with a gap where it left the body.
@@ -33,6 +34,13 @@ std::vector<FigurePoint> forcePoints(const std::vector<CourseRow>& rows, std::si
         last_s = rows[i].t_s;
     }
     return points;
+}
+
+// Where the stay in the body began that `row` belongs to.
+std::size_t beginOfStay(const std::vector<CourseRow>& rows, std::size_t row, double tick_s) {
+    while (row > 0 && rows[row - 1].in_body && rows[row].t_s - rows[row - 1].t_s < 2.5 * tick_s)
+        --row;
+    return row;
 }
 
 double valueAt(const std::vector<FigurePoint>& points, double x) {
@@ -203,9 +211,11 @@ ReferenceCurve exactCurve(const patient::Patient& patient, const patient::Planne
 ReferenceCurve curveOf(const AttemptFiles& expert) {
     const std::optional<std::size_t> deepest = deepestRow(expert.course);
     ReferenceCurve curve{"attempt " + expert.stored.id, {}};
+    const double tick_s = expert.stored.info.dt_s;
     if (deepest)
-        curve.points =
-            thinned(forcePoints(expert.course, 0, *deepest + 1, expert.stored.info.dt_s), kBuckets);
+        curve.points = thinned(
+            forcePoints(expert.course, beginOfStay(expert.course, *deepest, tick_s), *deepest + 1, tick_s),
+            kBuckets);
     return curve;
 }
 
@@ -216,13 +226,17 @@ DescribedFigure forceFigure(const AttemptFiles& a, const std::vector<ReferenceCu
     f.figure.x = {"depth of the tip along the track [mm]", 0.0};
     f.figure.y = {"axial force [N], positive resists insertion"};
     double deepest_mm = 0.0, peak_n = 0.0, peak_mm = 0.0;
+    const std::size_t begin = deepest ? beginOfStay(a.course, *deepest, tick_s) : 0;
+    FigureSeries earlier{"earlier tries", kGrey};
+    earlier.points = thinned(forcePoints(a.course, 0, begin, tick_s), kBuckets);
+    earlier.width = 1.0;
     if (deepest) {
         deepest_mm = kMmPerM * a.course[*deepest].depth_m;
         for (const CourseRow& row : a.course)
             if (row.in_body && row.force_n > peak_n) peak_n = row.force_n, peak_mm = kMmPerM * row.depth_m;
         for (const TissueBand& band : [&] {
                  std::vector<CourseRow> in;
-                 for (std::size_t i = 0; i <= *deepest; ++i)
+                 for (std::size_t i = begin; i <= *deepest; ++i)
                      if (a.course[i].in_body) in.push_back(a.course[i]);
                  return tissueBands(in, in.size());
              }())
@@ -230,7 +244,7 @@ DescribedFigure forceFigure(const AttemptFiles& a, const std::vector<ReferenceCu
                                       std::string(patient::tissueName(band.tissue)),
                                       bandColour(band.tissue)});
         FigureSeries in{"way in", kVermilion}, out{"way out", kBlue};
-        in.points = thinned(forcePoints(a.course, 0, *deepest + 1, tick_s), kBuckets);
+        in.points = thinned(forcePoints(a.course, begin, *deepest + 1, tick_s), kBuckets);
         out.points = thinned(forcePoints(a.course, *deepest, a.course.size(), tick_s), kBuckets);
         in.width = 2.5, out.width = 1.5, out.dash = {2, 2};
         f.figure.series = {in, out};
@@ -243,8 +257,10 @@ DescribedFigure forceFigure(const AttemptFiles& a, const std::vector<ReferenceCu
         f.figure.series.push_back(reference);
         if (!reference.points.empty()) deepest_mm = std::max(deepest_mm, reference.points.back().x);
     }
+    if (!earlier.points.empty()) f.figure.series.push_back(earlier);
+    const double from_s = deepest ? a.course[begin].t_s - tick_s : 0.0;
     for (const PunctureRow& p : a.summary.punctures)
-        if (p.kind == "cut")
+        if (p.kind == "cut" && double(p.tick) * tick_s >= from_s)
             f.figure.marks.push_back({kMmPerM * (p.border_depth_m + p.tenting_m), p.force_before_n,
                                       p.label + " " + fixed(p.force_before_n, 2) + " N"});
     f.data = forceTable(f.figure.series, deepest_mm);
@@ -261,6 +277,8 @@ DescribedFigure forceFigure(const AttemptFiles& a, const std::vector<ReferenceCu
             ? "The axial force on the needle. Behind it the tissues that the tip went through, and marked "
               "the cuts with the force just before each."
             : "The needle did not enter the body.";
+    if (!earlier.points.empty())
+        f.caption += " The needle was in the body before: grey, without tissues and marks.";
     if (!references.empty()) f.caption += " Dashed: what it is along the reference.";
     return f;
 }

@@ -121,7 +121,8 @@
       showLine: !!series.line, borderColor: series.colour, backgroundColor: series.colour,
       borderWidth: series.width || 2, borderDash: series.dash || [],
       pointStyle: series.shape || 'circle', pointRadius: series.shape ? 5 : 0, pointHitRadius: 6,
-      pointBorderColor: series.shape ? '#ffffff' : series.colour, pointBorderWidth: 1, tension: 0, spanGaps: false
+      pointBorderColor: series.shape ? '#ffffff' : series.colour, pointBorderWidth: 1, tension: 0, spanGaps: false, clip: 6,
+      order: series.dash && series.dash.length ? -1 : 0  // dashes over what they agree with
     };
   }
 

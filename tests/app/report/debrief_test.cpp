@@ -102,6 +102,29 @@ TEST(Debrief, ForceFigureSplitsTheWay) {
     EXPECT_EQ((*row)[3], "0.15");
 }
 
+TEST(Debrief, EarlierTriesStandApart) {
+    const TempFolder folder;
+    AttemptFiles a = madeUp(folder, 20000);
+    // A first try, to 20 mm, well before.
+    for (std::size_t i = 1000; i < 3000; ++i) {
+        a.course[i].in_body = true;
+        a.course[i].depth_m = 0.02 - 0.02 * std::fabs(double(i) - 2000.0) / 1000.0;
+        a.course[i].force_n = 5.0;
+    }
+    const DescribedFigure f = forceFigure(a, {});
+    ASSERT_EQ(f.figure.series.size(), 3u);
+    EXPECT_LT(std::max_element(f.figure.series[0].points.begin(), f.figure.series[0].points.end(),
+                               [](const FigurePoint& p, const FigurePoint& q) { return p.y < q.y; })
+                  ->y,
+              1.0);
+    EXPECT_EQ(f.figure.series[2].name, "earlier tries");
+    EXPECT_EQ(f.figure.series[2].points[0].y, 5.0);
+    EXPECT_TRUE(has(f.caption, "in the body before"));
+    for (auto& puncture : a.summary.punctures)
+        puncture.tick = 1500;
+    EXPECT_TRUE(forceFigure(a, {}).figure.marks.empty());
+}
+
 TEST(Debrief, ReferenceCurveIsTheExactSolversFromTheSkin) {
     using stylet::patient::Vec3;
     const stylet::patient::Package package = stylet::test::makeSlabs(

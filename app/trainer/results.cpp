@@ -304,8 +304,8 @@ void printScore(const SessionLog& log) {
     std::array<std::size_t, training::kMetricCount> order{};
     std::iota(order.begin(), order.end(), std::size_t(0));
     const auto lost = [&](std::size_t i) { return score.most_points[i] - score.points[i]; };
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return lost(a) > lost(b); });
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return lost(a) != lost(b) ? lost(a) > lost(b) : a < b; });
     for (std::size_t n = 0; n < kShown && lost(order[n]) >= kWorthTelling; ++n) {
         const training::Metric& metric = training::metricTable()[order[n]];
         const double value = score.values[order[n]];

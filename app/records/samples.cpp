@@ -125,6 +125,13 @@ Sample sampleOf(const TickOutput& now, double clearance_m) {
     return s;
 }
 
+bool sameInFile(const Sample& a, const Sample& b) {
+    std::vector<unsigned char> bytes_a, bytes_b;
+    ByteSink sink_a(bytes_a), sink_b(bytes_b);
+    putSample(sink_a, a), putSample(sink_b, b);
+    return a.tick == b.tick && bytes_a == bytes_b;
+}
+
 SampleWriter::SampleWriter(const std::filesystem::path& folder, const SamplesHeader& header)
     : file_(folder / "samples.bin", headerOf(header)) {}
 

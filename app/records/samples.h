@@ -37,6 +37,8 @@ struct Sample {
 };
 
 Sample sampleOf(const haptics::TickOutput&, double clearance_m);
+// To the bit that a file keeps.
+bool sameInFile(const Sample&, const Sample&);
 
 struct SamplesHeader {
     std::uint64_t package_digest = 0;

@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "app/records/replay.h"
+#include "app/records/samples.h"
 #include "app/trainer/hand.h"
 #include "app/trainer/platform_linux.h"
 #include "app/trainer/results.h"
@@ -26,6 +28,35 @@ void reportDamage(const records::Record& record) {
     if (!record.info.end)
         std::fprintf(stderr, "stylet: the attempt was cut short; what is there is replayed\n");
 }
+
+// The samples that a trainee's attempt was stored with, against what its inputs give.
+class StoredSamples {
+  public:
+    explicit StoredSamples(const std::filesystem::path& folder) {
+        if (std::filesystem::exists(folder / "samples.bin")) stored_ = records::loadSamples(folder);
+    }
+    void compare(const records::Sample& recomputed) {
+        if (!stored_ || differs_at_ || next_ == stored_->samples.size()) return;
+        if (recomputed.tick < stored_->samples[next_].tick) return;  // that one was lost
+        if (!records::sameInFile(recomputed, stored_->samples[next_])) differs_at_ = recomputed.tick;
+        ++next_;
+    }
+    // Says what came of it; false where a sample differs.
+    bool report() const {
+        if (!stored_) return true;
+        if (differs_at_)
+            std::printf("  its stored samples differ from tick %llu\n",
+                        static_cast<unsigned long long>(*differs_at_));
+        else
+            std::printf("  %zu stored samples, each as recomputed\n", next_);
+        return !differs_at_;
+    }
+
+  private:
+    std::optional<records::Samples> stored_;
+    std::size_t next_ = 0;
+    std::optional<std::uint64_t> differs_at_;
+};
 
 void reportOutcome(const records::Record& record, const records::ReplayResult& result) {
     std::printf("replayed %llu ticks: state hash %s, %s\n", static_cast<unsigned long long>(result.ticks),
@@ -64,7 +95,9 @@ haptics::Trace handOf(const records::Record& record, const patient::Pose& patien
 int replay(const ReplayOptions& options) {
     needFolder(options.out, "--out");
     const bool whole = std::filesystem::exists(options.record / "record" / "record.json");
-    const records::Record record = records::loadRecord(whole ? options.record / "record" : options.record);
+    const std::filesystem::path place = whole ? options.record / "record" : options.record;
+    const records::Record record = records::loadRecord(place);
+    StoredSamples stored(place);
     reportDamage(record);
     const records::RecordInfo& info = record.info;
     const std::filesystem::path folder = options.patient.empty() ? info.patient_folder : options.patient;
@@ -75,6 +108,9 @@ int replay(const ReplayOptions& options) {
 
     Session session(patient, info.path, info.moments, info.approach_distance_m, nullptr,
                     record.header.settings.dt_s);
+    session.setWatcher([&](const haptics::TickOutput& now, const SessionLog& log) {
+        stored.compare(records::sampleOf(now, log.progress.clearance_m));
+    });
     const haptics::Clock clock = monotonicClock();
     const std::int64_t start_ns = clock.now_ns(clock.context);
     const double dt_ns = record.header.settings.dt_s * 1e9;
@@ -99,7 +135,7 @@ int replay(const ReplayOptions& options) {
         record.header.settings.dt_s, "record"};
     writeResults(patient, facts, session.log(), totals, options.out);
     reportOutcome(record, result);
-    return result.equal() ? 0 : 1;
+    return stored.report() && result.equal() ? 0 : 1;
 }
 
 }  // namespace stylet::trainer

@@ -89,10 +89,29 @@ TEST_F(StoreRun, TheStoredAttemptReplaysAndTheKeepingChangesNothing) {
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
     const Outcome again = command_->run("replay --fast '" + (attempt.folder / "record").string() + "'");
     EXPECT_EQ(again.status, 0) << again.err;
+    EXPECT_NE(again.out.find(std::to_string(attempt.result->ticks) + " stored samples, each as recomputed"),
+              std::string::npos)
+        << again.out;
     const auto summary = nlohmann::json::parse(test::textOf(attempt.folder / "summary.json"));
     EXPECT_EQ(again.summary.at("state_hash"), summary.at("state_hash"));
     const Outcome bare = command_->run("run --headless --fast --spacing-mm 2.5 --scenario demo");
     EXPECT_EQ(bare.summary.at("state_hash"), summary.at("state_hash"));
+}
+
+// A sample that the inputs do not give, in a file that is whole.
+TEST_F(StoreRun, AForgedSampleIsNamed) {
+    const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
+    const std::filesystem::path forged = *command_ / "forged";
+    std::filesystem::copy(attempt.folder / "record", forged);
+    records::Samples samples = records::loadSamples(forged);
+    samples.samples[9999].force_n += 1e-3;
+    records::SampleWriter writer(forged, samples.header);
+    for (const records::Sample& sample : samples.samples)
+        writer.add(sample);
+    writer.finish();
+    const Outcome again = command_->run("replay --fast '" + forged.string() + "'");
+    EXPECT_EQ(again.status, 1);
+    EXPECT_NE(again.out.find("its stored samples differ from tick 10000"), std::string::npos) << again.out;
 }
 
 TEST_F(StoreRun, IsListedShownCheckedAndRead) {

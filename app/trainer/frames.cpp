@@ -63,6 +63,7 @@ struct FrameLoop::Impl {
     void watchTheRoom(const Seen&, const std::string& moment);
     void showMachines(render::RenderScene&, const Seen&, const patient::ContrastTable*,
                       const render::ScreensSeen&, const std::string& moment);
+    void showHints(HeadsetPanels&, const Seen&, const std::array<render::View, 2>&);
     // One frame; true when it was drawn.
     bool show(const Seen&, const patient::ContrastTable*, const std::string& moment);
     // True when it needs no second try; `over` when the runtime wants the session to end.
@@ -70,7 +71,11 @@ struct FrameLoop::Impl {
 
     const patient::Patient& patient;
     const FrameSettings settings;
+    const training::Hints hints;
+    const patient::Vec3 stage_entry_m;
     SceneMaker scenes;
+    AlertWatch alerts;
+    std::optional<GuidePanel> guide;  // where the difficulty allows it
     const MockStage mock;
     LiveSeen live;
     TipPredictor predictor;
@@ -92,10 +97,14 @@ FrameLoop::Impl::Impl(const patient::Patient& patient_in, const FrameSettings& s
                       const patient::PlannedPath& path)
     : patient(patient_in),
       settings(settings_in),
-      scenes(patient, path, settings.look, settings.touch, settings.tick_s),
+      hints(training::hintsOf(settings.difficulty)),
+      stage_entry_m(stageFromPatient(patient, path) * path.entry_m),
+      scenes(patient, path, settings.look, settings.touch, settings.tick_s, hints.ghost),
+      alerts(settings.tick_s),
       mock({settings.head_script, settings.virtual_clock, settings.capture_dir}, scenes.stageFromPatient(),
            path),
       room(settings.colocation, scenes.stageFromPatient(), settings.seated) {
+    if (hints.panel) guide.emplace(settings.difficulty, settings.tick_s);
     headset = std::make_unique<Headset>(patient, settings);
     totals.runtime = headset->session.runtimeName();
     totals.gpu = headset->gpu->name();
@@ -202,6 +211,20 @@ void FrameLoop::Impl::showMachines(render::RenderScene& scene, const Seen& seen,
     if (kept && !settings.capture_dir.empty()) machines.save(settings.capture_dir, moment);
 }
 
+// What the difficulty adds to the room. The notice comes after it, and over it.
+void FrameLoop::Impl::showHints(HeadsetPanels& panels, const Seen& seen,
+                                const std::array<render::View, 2>& views) {
+    if (hints.colours) panels.take(alerts.take(seen), views);
+    if (guide) {
+        const bool looked_at = panels.sees(stage_entry_m, headOf(views));
+        const std::uint64_t before = guide->revision();
+        guide->take(seen, looked_at);
+        totals.panels_drawn += guide->revision() - before;
+        if (looked_at) panels.take(*guide);
+        totals.unseen_panels += !looked_at;
+    }
+}
+
 bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* contrast,
                            const std::string& moment) {
     xr::Session& session = headset->session;
@@ -239,6 +262,7 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
         HeadsetPanels& panels = headset->panelsFor(frame);
         // A layer beneath would hide the real room.
         panels.take(scene, places, scene.room.real ? render::ScreensSeen{} : screens);
+        showHints(panels, seen, expected);
         panels.take(room.doubt() != RoomDoubt::none ? noticeOf(room.doubt(), settings.rearm_act)
                                                     : noticeOf(seen, attention, settings.rearm_act),
                     headOf(expected));

@@ -32,8 +32,9 @@ struct FrameSettings {
     bool seated = false;                            // the room comes down to the eyes of who sits
     std::shared_ptr<ControllerPort> controllers{};  // as in PictureSettings, with the next
     ControllerSide controller_side = ControllerSide::right;
-    std::shared_ptr<Ears> ears{};  // as in PictureSettings
-    bool passthrough = false;      // the real room behind what is drawn, where the headset can
+    std::shared_ptr<Ears> ears{};  // as in PictureSettings, with the next
+    training::Difficulty difficulty = training::Difficulty::practice;
+    bool passthrough = false;  // the real room behind what is drawn, where the headset can
     double tick_s = 0.001;
     haptics::GuideSettings guide{};
     render::RenderSettings render{};
@@ -44,6 +45,7 @@ struct FrameTotals {
     std::uint64_t frames = 0, rendered = 0;
     render::RenderStats sum;  // over all frames
     MachineTotals machines;
+    std::uint64_t panels_drawn = 0, unseen_panels = 0;  // of the guide panel: pictures; frames without
     std::uint64_t validation_messages = 0;
     std::uint64_t headsets_found_again = 0;  // after a loss
     std::string runtime, gpu;

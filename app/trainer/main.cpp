@@ -107,8 +107,8 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_flag_callback("--mute", [&o] { o.sound = false; }, "no sound")->excludes(sound);
     run->add_option(
            "--difficulty", o.difficulty,
-           "how much is told: guided and practice say by sound and pulse what is struck and reached, "
-           "exam does not")
+           "how much is shown: guided (all), practice (no path in the air, no next step), exam (only "
+           "what a real room has)")
         ->check(CLI::IsMember({"guided", "practice", "exam"}))
         ->capture_default_str();
     run->add_flag("--stats", o.stats, "print what the pictures did not need to draw");

@@ -1,5 +1,6 @@
 #include "app/trainer/panels.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -10,6 +11,10 @@ namespace stylet::trainer {
 
 using patient::Pose;
 using patient::Vec3;
+
+namespace {
+constexpr double kAlert_m = 2.0;  // before the eyes
+}
 
 Panel::Panel(xr::Session& session, const render::Gpu& gpu, std::uint32_t width, std::uint32_t height)
     : session_(&session), id_(session.addPanel(width, height)), upload_(gpu, {width, height}) {}
@@ -72,15 +77,52 @@ void HeadsetPanels::take(const std::optional<Notice>& notice, const Pose& room_f
     notice_shown_ = true;
 }
 
+bool HeadsetPanels::sees(const Vec3& stage_entry_m, const Pose& room_from_head) {
+    if (!guide_place_) guide_place_ = guidePlace(stage_entry_m, room_from_head.position_m, letter_rad_);
+    return inView(*guide_place_, room_from_head) &&
+           !covers(*guide_place_, room_from_head.position_m, stage_entry_m);
+}
+
+void HeadsetPanels::take(const GuidePanel& guide) {
+    if (guide.revision() == 0) return;
+    if (!guide_layer_) guide_layer_.emplace(*session_, *gpu_, GuidePanel::kWidth, GuidePanel::kHeight);
+    if (!guide_layer_->show(guide.rgba().data(), guide.revision())) return;
+    placed_.push_back(
+        {&*guide_layer_, guide_place_->stage_from_panel, guide_place_->width_m, guide_place_->height_m});
+}
+
+// At the view's border, whichever way the eyes look: as wide as the wider of them sees.
+void HeadsetPanels::take(const std::optional<Alert>& alert, const std::array<render::View, 2>& views) {
+    if (!alert) return;
+    alert_.show(*alert);
+    if (!alert_layer_) alert_layer_.emplace(*session_, *gpu_, AlertPicture::kSize, AlertPicture::kSize);
+    if (!alert_layer_->show(alert_.rgba().data(), alert_.revision())) return;
+    double left = 0.0, right = 0.0, up = 0.0, down = 0.0;  // tangents
+    for (const render::View& view : views) {
+        left = std::min(left, std::tan(double(view.angle_left)));
+        right = std::max(right, std::tan(double(view.angle_right)));
+        up = std::max(up, std::tan(double(view.angle_up)));
+        down = std::min(down, std::tan(double(view.angle_down)));
+    }
+    const Vec3 middle{0.5 * (left + right), 0.5 * (up + down), -1.0};
+    placed_.push_back({&*alert_layer_,
+                       {patient::Quat(1.0, 0.0, 0.0, 0.0), kAlert_m * middle},
+                       kAlert_m * (right - left),
+                       kAlert_m * (up - down),
+                       false,
+                       true});
+}
+
 std::span<const xr::ShownPanel> HeadsetPanels::shown(const Pose& stage_from_room) {
     shown_.clear();
     for (const Placed& p : placed_) {
-        const Pose at = stage_from_room * p.room_from_panel;
+        const Pose at = p.head_locked ? p.room_from_panel : stage_from_room * p.room_from_panel;
         xr::ShownPanel& panel = shown_.emplace_back();
         panel.id = p.panel->id();
         panel.stage_from_panel = poseOf(at);
         panel.width_m = p.width_m, panel.height_m = p.height_m;
         panel.behind = p.behind;
+        panel.head_locked = p.head_locked;
     }
     return shown_;
 }

@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "app/trainer/alert.h"
+#include "app/trainer/guide_panel.h"
 #include "app/trainer/notice.h"
 #include "render/render.h"
 #include "xr/xr.h"
@@ -51,6 +53,11 @@ class HeadsetPanels {
     // render::Renderer::screensSeen. Poses of the room.
     void take(render::RenderScene&, const render::ScreenPlaces&, const render::ScreensSeen& seen);
     void take(const std::optional<Notice>&, const patient::Pose& room_from_head);
+    // Where it stands for as long as this headset is there; hidden while it would cover the entry. True when
+    // it is in view: only then is its picture handed over.
+    bool sees(const patient::Vec3& stage_entry_m, const patient::Pose& room_from_head);
+    void take(const GuidePanel&);
+    void take(const std::optional<Alert>&, const std::array<render::View, 2>&);
     // What xr::Session::endFrame is to show of it. Valid until the next take().
     std::span<const xr::ShownPanel> shown(const patient::Pose& stage_from_room);
     bool noticeShown() const { return notice_shown_; }
@@ -60,7 +67,7 @@ class HeadsetPanels {
         const Panel* panel = nullptr;
         patient::Pose room_from_panel;
         double width_m = 0.0, height_m = 0.0;
-        bool behind = false;
+        bool behind = false, head_locked = false;
     };
     xr::Session* session_;
     const render::Gpu* gpu_;
@@ -68,6 +75,9 @@ class HeadsetPanels {
     std::array<std::optional<Panel>, 3> screens_;  // made when first seen
     std::optional<Panel> notice_layer_;
     NoticePanel notice_;
+    std::optional<Panel> guide_layer_, alert_layer_;
+    std::optional<PanelPlace> guide_place_;
+    AlertPicture alert_;
     NoticePlace place_;
     bool notice_shown_ = false;
     std::vector<Placed> placed_;

@@ -20,6 +20,7 @@
 #include "app/trainer/seen.h"
 #include "app/trainer/sound/ears.h"
 #include "app/trainer/window_port.h"
+#include "app/training/difficulty.h"
 #include "haptics/haptics.h"
 #include "patient/planning.h"
 #include "patient/tool_displacement.h"
@@ -52,6 +53,7 @@ struct PictureSettings {
     bool passthrough = false;              // the real room behind what is drawn, where the headset can
     bool foveation = false;                // fewer rays beside the middle of the view
     std::shared_ptr<Ears> ears{};          // told where the head is, each frame
+    training::Difficulty difficulty = training::Difficulty::practice;
 };
 
 // What one frame took, and how far its tip was from where it was at the display time (prediction.h).

@@ -27,6 +27,7 @@ PictureTotals totalsOf(const FrameLoop& loop) {
     totals.skips = {
         {"still_frames", from.sum.still_frames},   {"idle_tool_frames", from.sum.idle_tool_frames},
         {"culled_parts", from.sum.culled_parts},   {"kept_shadows", from.sum.kept_shadows},
+        {"panels_drawn", from.panels_drawn},       {"unseen_panels", from.unseen_panels},
         {"unseen_screens", from.machines.unseen},  {"frozen_scans", from.machines.frozen},
         {"still_scans", from.machines.still_scans}};
     totals.scans = from.machines.scans, totals.xray_pictures = from.machines.xray_pictures;
@@ -191,6 +192,7 @@ std::optional<Pictures> openPictures(const patient::Patient& patient, const pati
     frame_settings.controllers = settings.controllers;
     frame_settings.controller_side = settings.controller_side;
     frame_settings.ears = settings.ears;
+    frame_settings.difficulty = settings.difficulty;
     frame_settings.capture_dir = settings.capture_folder;
     frame_settings.validation = settings.validation;
     frame_settings.virtual_clock = settings.virtual_clock;

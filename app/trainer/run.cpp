@@ -286,6 +286,7 @@ std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::Plann
     settings.controller_side = sideOf(options);
     settings.ears = std::move(ears);
     settings.window = std::move(window);
+    settings.difficulty = difficultyOf(options);
     settings.passthrough = options.passthrough;
     settings.foveation = options.foveation;
     if (registration) settings.colocation = {*registration, attempt.simulation.patient_from_device};

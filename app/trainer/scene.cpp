@@ -56,12 +56,13 @@ std::vector<render::Mark> marksOf(const std::vector<Wound>& wounds, render::Look
 }
 
 SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPath& path, render::Look look,
-                       const haptics::TouchMap* touch, double tick_s)
+                       const haptics::TouchMap* touch, double tick_s, bool ghost)
     : patient_(&patient),
       path_(path),
       stage_from_patient_(trainer::stageFromPatient(patient, path)),
       look_(look),
       tick_s_(tick_s),
+      ghost_(ghost),
       press_(patient, touch, tick_s) {}
 
 render::RenderScene SceneMaker::sceneOf(const Seen& seen) {
@@ -76,6 +77,7 @@ render::RenderScene SceneMaker::sceneOf(const Seen& seen) {
     furnish(scene, path_, seen.machines.xray);
     showTools(scene, shown);
     showMonitor(scene, monitor_);
+    if (!ghost_) return scene;
     const patient::MotionModel& model = patient_->package().motion;
     scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path_.entry_reference_m),
                               patient::deformedFromReference(model, shown.breath, path_.target_reference_m)};

@@ -28,8 +28,9 @@ std::vector<render::Mark> marksOf(const std::vector<Wound>&, render::Look, const
 class SceneMaker {
   public:
     // The patient and the map must outlive it.
+    // `ghost`: the reference path is shown.
     SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const haptics::TouchMap*,
-               double tick_s);
+               double tick_s, bool ghost = true);
     // With the breath monitor's screen, not the machines'. Valid until the next call.
     render::RenderScene sceneOf(const Seen&);
     const patient::Pose& stageFromPatient() const { return stage_from_patient_; }
@@ -40,6 +41,7 @@ class SceneMaker {
     patient::Pose stage_from_patient_;
     render::Look look_;
     double tick_s_;
+    bool ghost_;
     ToolPress press_;
     BreathMonitor monitor_;
 };

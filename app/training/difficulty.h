@@ -13,10 +13,16 @@ inline constexpr std::array<std::string_view, 3> kDifficultyNames{"guided", "pra
 
 // In an exam there is nothing but what a real room has: its machines and their sounds.
 struct Hints {
-    bool cues = false;  // by sound and pulse: a structure at risk is struck, the target is reached
+    bool panel = false;      // depth, force, tissue, step and score beside the patient
+    bool next_step = false;  // on it: what to do next
+    bool ghost = false;      // the reference path, in the air and in the patient
+    bool colours = false;    // red while a structure at risk is struck, green when the target is reached
+    bool cues = false;       // the same by sound and pulse
 };
 constexpr Hints hintsOf(Difficulty difficulty) noexcept {
-    return {difficulty != Difficulty::exam};
+    if (difficulty == Difficulty::exam) return {};
+    const bool guided = difficulty == Difficulty::guided;
+    return {true, guided, guided, true, true};
 }
 
 constexpr std::optional<Difficulty> difficultyNamed(std::string_view name) noexcept {

@@ -72,7 +72,7 @@ Desktop::Desktop(const patient::Patient& patient, const patient::PlannedPath& pa
       gpu(gpuOf(settings)),
       camera(gpu, patient, path,
              {settings.assets, settings.closed_look ? render::Look::closed : render::Look::reveal,
-              settings.touch, settings.tick_s}),
+              settings.touch, settings.tick_s, training::hintsOf(settings.difficulty).ghost}),
       machines(gpu, camera.renderer().deformedPatient(), settings.assets) {
     totals.runtime = "none: a window";
     totals.gpu = gpu.name();

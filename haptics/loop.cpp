@@ -24,8 +24,8 @@ double toReturn_m(const Simulation& simulation, const DeviceState& device) noexc
     if (s.tools.needle.phase == Phase::outside) return 0.0;
     if ((device.flags & kDeviceReady) == 0 || !isPose(device.device_from_stylus)) return kNotThere_m;
     const Pose& patient_from_device = simulation.settings().patient_from_device;
-    const Vec3 away_m =
-        (patient_from_device * device.device_from_stylus).position_m - s.patient_from_stylus.position_m;
+    const Vec3 away_m = (patient_from_device * device.device_from_stylus).position_m - s.patient_moved_m -
+                        s.patient_from_stylus.position_m;
     const double away = std::sqrt(glm::dot(away_m, away_m));
     return away > kHandBack_m ? away : 0.0;
 }

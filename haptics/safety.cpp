@@ -8,7 +8,7 @@ namespace stylet::haptics {
 
 namespace {
 
-constexpr std::array<FaultText, 11> kTexts{{
+constexpr std::array<FaultText, 12> kTexts{{
     {kFaultBadForce, "bad-force", "a force model gave something that is no number"},
     {kFaultStaleInput, "stale-input", "the device said nothing new for 20 ms"},
     {kFaultRingFull, "ring-full", "the session was too slow: ticks were not recorded"},
@@ -20,6 +20,7 @@ constexpr std::array<FaultText, 11> kTexts{{
     {kFaultNotFocused, "not-focused", "the headset is off, or another program has the focus"},
     {kWaitsForSmallForce, "in-contact", "the tool touches the patient: draw it back"},
     {kWaitsOffWall, "at-wall", "the grip is at the end of its reach: move it inward"},
+    {kFaultInjected, "injected", "the instructor has let the device fail"},
 }};
 
 // No hand is further from its device than this; a pose beyond it is a device gone wrong.

@@ -25,6 +25,8 @@ enum Fault : std::uint32_t {
     // Never faults: only reasons why the force has not begun.
     kWaitsForSmallForce = 1u << 9,
     kWaitsOffWall = 1u << 10,
+    // A fault again. By command: CommandKind::fault.
+    kFaultInjected = 1u << 11,
 };
 struct FaultText {
     Fault bit;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "patient/transcendental.h"
+
 namespace stylet::haptics {
 
 using patient::StateHash;
@@ -51,16 +53,18 @@ Simulation::Simulation(const patient::Patient& patient, const SimulationSettings
 }
 
 void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& events) noexcept {
-    const bool taken = takeCommands(input);
-    patient::stepBreathing(state_.breathing, breath_, settings_.dt_s);
     OutputTick tick;
+    const bool taken = takeCommands(input, tick.unmet);
+    patient::stepBreathing(state_.breathing, breath_, settings_.dt_s);
+    patient::stepInterruption(state_.interruption, breath_, settings_.dt_s);
+    const Vec3 started_m = movePatient();
     bool leapt = false;
-    tick.unmet = takePose(input.device, leapt);
+    tick.unmet |= takePose(input.device, leapt);
     const bool refused = (tick.unmet & kNoPose) != 0;
     tick.grip_m = refused ? state_.output.grip_m : input.device.grip_m();
     tick.share = refused ? state_.output.share : input.device.share();
 
-    const Surrogate breath = patient::surrogateAt(state_.breathing, breath_, settings_.dt_s);
+    const Surrogate breath = breathNow();
     ToolForce force;
     events.count = events.dropped = 0;
     if (state_.posed)
@@ -70,7 +74,7 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
     const Pose device_from_patient = settings_.patient_from_device.inverse();
     tick.tool = force;
     tick.tool.force_n = device_from_patient.direction(force.force_n);
-    tick.tool.tissue_moved_m = device_from_patient.direction(force.tissue_moved_m);
+    tick.tool.tissue_moved_m = device_from_patient.direction(force.tissue_moved_m + started_m);
     stepOutput(state_.output, settings_.output, settings_.profile, gain_, tick, settings_.dt_s);
 
     ++state_.tick;
@@ -79,7 +83,7 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
 }
 
 // True when a tool was taken or let go of.
-bool Simulation::takeCommands(const TickInput& input) noexcept {
+bool Simulation::takeCommands(const TickInput& input, std::uint32_t& unmet) noexcept {
     bool taken = false;
     for (std::uint32_t i = 0; i < input.command_count && i < std::uint32_t(kMaxCommandsPerTick); ++i) {
         switch (input.commands[i].kind) {
@@ -99,11 +103,26 @@ bool Simulation::takeCommands(const TickInput& input) noexcept {
                 taken = takeTool(state_.tools, Tool(input.commands[i].value)) || taken;
                 break;
             case CommandKind::park:
-                taken = parkProbe(state_.tools, touch(), *patient_,
-                                  patient::surrogateAt(state_.breathing, breath_, settings_.dt_s),
-                                  input.commands[i].value != 0) ||
-                        taken;
+                taken =
+                    parkProbe(state_.tools, touch(), *patient_, breathNow(), input.commands[i].value != 0) ||
+                    taken;
                 break;
+            case CommandKind::cough:
+                patient::interrupt(state_.interruption, state_.breathing, breath_,
+                                   patient::InterruptionKind::cough);
+                break;
+            case CommandKind::sigh:
+                patient::interrupt(state_.interruption, state_.breathing, breath_,
+                                   patient::InterruptionKind::sigh);
+                break;
+            case CommandKind::move:
+                if (state_.move_ticks == 0) state_.move_ticks = 1;
+                break;
+            case CommandKind::fault:
+                unmet |= kFaultInjected;
+                break;
+            case CommandKind::bleed:
+            case CommandKind::lights:
             case CommandKind::marker:
             case CommandKind::inject:
             case CommandKind::pedal:
@@ -113,6 +132,25 @@ bool Simulation::takeCommands(const TickInput& input) noexcept {
         }
     }
     return taken;
+}
+
+Surrogate Simulation::breathNow() const noexcept {
+    Surrogate now = patient::surrogateAt(state_.breathing, breath_, settings_.dt_s);
+    const Surrogate over = patient::interruptionAt(state_.interruption, breath_, settings_.dt_s);
+    now.v += over.v, now.rate_per_s += over.rate_per_s;
+    return now;
+}
+
+// The way that he has moved in this tick.
+Vec3 Simulation::movePatient() noexcept {
+    if (state_.move_ticks == 0) return Vec3(0.0);
+    constexpr double kPi = 3.14159265358979323846;
+    const double t_s = double(state_.move_ticks) * settings_.dt_s;
+    const double s = t_s < kMove_s ? patient::detSin(kPi * t_s / kMove_s) : 0.0;
+    const Vec3 before_m = state_.patient_moved_m;
+    state_.patient_moved_m = (s * s * s * s) * kMoved_m;
+    state_.move_ticks = t_s < kMove_s ? state_.move_ticks + 1 : 0;
+    return state_.patient_moved_m - before_m;
 }
 
 // Returns what stands against force.
@@ -126,6 +164,7 @@ std::uint32_t Simulation::takePose(const DeviceState& device, bool& leapt) noexc
     }
     const Pose stylus{unit(device.device_from_stylus.rotation), device.device_from_stylus.position_m};
     state_.patient_from_stylus = settings_.patient_from_device * stylus;
+    state_.patient_from_stylus.position_m -= state_.patient_moved_m;
     state_.posed = true;
     return unmet;
 }
@@ -148,6 +187,10 @@ void Simulation::hashTick(const TickInput& input) noexcept {
     hashOutput(hash, state_.output);
     hash.add(state_.patient_from_stylus);
     hash.add(std::uint64_t(state_.posed));
+    // What is not there changes no hash.
+    if (state_.move_ticks > 0) hash.add(state_.move_ticks);
+    if (state_.interruption.ticks > 0)
+        hash.add(std::uint64_t(state_.interruption.kind) << 32 | state_.interruption.ticks);
 }
 
 void Simulation::describe(const ToolForce& force, const Surrogate& breath, TickOutput& out) const noexcept {
@@ -167,6 +210,7 @@ void Simulation::describe(const ToolForce& force, const Surrogate& breath, TickO
     const Incisions& incisions = state_.tools.incisions;
     out.incision_count = incisions.count;
     out.newest_incision = incisions.count > 0 ? incisions.list[std::size_t(incisions.count - 1)] : Incision{};
+    out.patient_moved_m = state_.patient_moved_m;
     out.breath = breath;
     out.breath_held = state_.breathing.held;
     out.phase = needle.phase;

@@ -10,6 +10,7 @@
 #include "haptics/device.h"
 #include "haptics/output.h"
 #include "haptics/toolbox.h"
+#include "patient/interruption.h"
 
 namespace stylet::haptics {
 
@@ -22,12 +23,23 @@ enum class CommandKind : std::uint32_t {
     park,   // value: 1 leaves the probe where it is held, 0 takes it off the skin
     focus,  // value: 0 takes the force away: the session is not seen or the headset is off
     // Not felt: hashed and logged with their tick like the others (app/training/machines.h).
-    inject,     // value: contrast medium at the needle's tip, microlitres a second; 0 ends it
-    pedal,      // value: 1 X-rays, 0 none
-    xray,       // value: a knob of the C-arm, and where to
-    ultrasound  // the same of the ultrasound machine
+    inject,      // value: contrast medium at the needle's tip, microlitres a second; 0 ends it
+    pedal,       // value: 1 X-rays, 0 none
+    xray,        // value: a knob of the C-arm, and where to
+    ultrasound,  // the same of the ultrasound machine
+    // The instructor's.
+    cough,
+    sigh,    // both at once, laid over the breath; a hold ends in them
+    move,    // the patient starts, and comes back (kMove_s)
+    fault,   // as if the device had failed: kFaultInjected
+    bleed,   // not felt: the newest hole in the skin bleeds
+    lights,  // not felt; value: 0 puts the lamps out, 1 on
 };
-inline constexpr CommandKind kLastCommandKind = CommandKind::ultrasound;
+inline constexpr CommandKind kLastCommandKind = CommandKind::lights;
+
+// How he starts: a way there and back, no faster than 17 mm/s, smooth to the third derivative.
+inline constexpr double kMove_s = 1.6;
+inline constexpr Vec3 kMoved_m{-0.005, 0.001, 0.004};  // patient frame; away from a needle in his right flank
 
 // A command takes effect in the tick that pops it; that tick is logged with it.
 struct Command {
@@ -60,12 +72,15 @@ struct SimulationSettings {
 struct SimulationState {
     std::uint64_t tick = 0;
     patient::BreathingState breathing;
+    patient::Interruption interruption;
     ToolState tools;
     OutputState output;
     // A pose that cannot be is refused, and a leap with the needle in the body: the last good one stays.
     Pose patient_from_stylus;
-    bool posed = false;       // there has been a good pose
-    patient::StateHash hash;  // running: covers every tick so far
+    bool posed = false;            // there has been a good pose
+    std::uint64_t move_ticks = 0;  // since he started; 0: he lies still
+    Vec3 patient_moved_m{0.0};     // from where he lay
+    patient::StateHash hash;       // running: covers every tick so far
 };
 
 // What the picture and the session may know of a tick. Trivially copyable: it travels in snapshots and rings.
@@ -83,6 +98,7 @@ struct TickOutput {
     Vec3 tip_reference_m{0.0};  // where the needle's tissue is looked up
     int incision_count = 0;     // of the scalpel
     Incision newest_incision;
+    Vec3 patient_moved_m{0.0};  // the patient frame itself, from where it was at first
     patient::Surrogate breath;
     bool breath_held = false;
     Phase phase = Phase::outside;
@@ -114,7 +130,9 @@ class Simulation {
     double gain() const noexcept { return gain_; }
 
   private:
-    bool takeCommands(const TickInput&) noexcept;
+    bool takeCommands(const TickInput&, std::uint32_t& unmet) noexcept;
+    Vec3 movePatient() noexcept;
+    patient::Surrogate breathNow() const noexcept;
     std::uint32_t takePose(const DeviceState&, bool& leapt) noexcept;
     void hashTick(const TickInput&) noexcept;
     void describe(const ToolForce&, const patient::Surrogate& breath, TickOutput&) const noexcept;

@@ -25,7 +25,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
 // The public headers a module offers: its umbrella and what that includes.
 const std::map<std::string, std::vector<std::string>> kUmbrellas = {
     {"patient",
-     {"patient/patient.h", "patient/synth/synth.h", "patient/tool_displacement.h", "patient/distance.h"}},
+     {"patient/patient.h", "patient/interruption.h", "patient/synth/synth.h", "patient/tool_displacement.h",
+      "patient/distance.h"}},
     {"haptics",
      {"haptics/haptics.h", "haptics/devices/calibrate.h", "haptics/devices/clutch.h",
       "haptics/devices/devices.h", "haptics/devices/polled.h", "haptics/devices/replay.h",

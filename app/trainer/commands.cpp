@@ -242,6 +242,12 @@ std::string outcomeOf(const Command& command, const TickOutput& before, const Ti
             return outcomeOfMachine(command);
         case CommandKind::marker:
         case CommandKind::focus:
+        case CommandKind::cough:
+        case CommandKind::sigh:
+        case CommandKind::move:
+        case CommandKind::fault:
+        case CommandKind::bleed:
+        case CommandKind::lights:
             break;
     }
     return {};

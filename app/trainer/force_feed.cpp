@@ -1,6 +1,7 @@
 #include "app/trainer/force_feed.h"
 
 #include <cstdio>
+#include <utility>
 
 #include "app/trainer/loops.h"
 
@@ -16,6 +17,7 @@ constexpr double kPatience_s = 1.0;
 // A command is taken a tick or two after it was sent. One not seen by then was in a record the ring had no
 // room for.
 constexpr std::uint64_t kLost_ticks = 500;
+constexpr std::size_t kMostWaiting = 16'384;  // of what was typed
 
 std::string textsOf(std::uint32_t bits) {
     std::string text;
@@ -30,12 +32,37 @@ void sayOnStderr(const std::string& text) {
     std::fprintf(stderr, "stylet: %s\n", text.c_str());
 }
 
-ForceFeed::ForceFeed(bool focused, double dt_s, const LiveHand* live, Say say)
-    : live_(live), dt_s_(dt_s), say_(std::move(say)), told_focus_(focused) {
+ForceFeed::ForceFeed(bool focused, double dt_s, const LiveHand* live, Say say,
+                     std::function<std::string()> console)
+    : live_(live), dt_s_(dt_s), say_(std::move(say)), told_focus_(focused), console_(std::move(console)) {
     if (live) user_.emplace(live->buttons, say_);
 }
 
+// His lines are heard at once, also while a pause lasts; the user's wait until they are asked for.
+void ForceFeed::hear(Session& session) {
+    std::string typed;
+    if (live_ && typed_.size() < kMostWaiting) typed = live_->typed();
+    if (console_) typed += console_();
+    if (typed.empty()) return;
+    typed_ += instructor_.take(typed);
+    if (!live_) typed_.clear();
+    for (const Command& command : instructor_.takeCommands()) {
+        say_("instructor: " + std::string(injectedName(command)));
+        waiting_.push_back(command);
+    }
+    for (Instructor::Note& note : instructor_.takeNotes()) {
+        say_("instructor: " + note.kind + (note.text.empty() ? "" : ": " + note.text));
+        session.note(std::move(note.kind), std::move(note.text));
+    }
+}
+
 void ForceFeed::pass(bool focused, Session& session, haptics::Ring<Command>& ring) {
+    hear(session);
+    focused = focused && !paused();
+    // Where nothing pushes, nobody has to ask for the force again.
+    if (was_paused_ && !paused() && !(live_ && live_->device.profile().force_axes > 0))
+        waiting_.push_back({CommandKind::rearm, 0});
+    was_paused_ = paused();
     if (focused != told_focus_ && ring.push({CommandKind::focus, focused ? 1u : 0u})) told_focus_ = focused;
     if (session.takeRearm()) waiting_.push_back({CommandKind::rearm, 0});
     if (const haptics::TickOutput* now = session.newest(); live_ && now) {
@@ -53,7 +80,7 @@ void ForceFeed::takeWords(Session& session, const haptics::TickOutput& now) {
     if (changes_at_ && now.tick > *changes_at_ + kLost_ticks) changes_at_.reset();
     if (changes_at_ || !waiting_.empty()) return;
     for (const Command& asked :
-         user_->take(user_->hasLine() ? "" : live_->typed(), session.takePressed(), now)) {
+         user_->take(user_->hasLine() ? "" : std::exchange(typed_, {}), session.takePressed(), now)) {
         waiting_.push_back(asked);
         if (changesTool(asked)) changes_at_ = now.tick;
     }

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "app/trainer/commands.h"
+#include "app/trainer/instructor.h"
 #include "app/trainer/session.h"
 #include "haptics/loop.h"
 
@@ -19,12 +20,17 @@ void sayOnStderr(const std::string&);
 // Session thread, all of it.
 class ForceFeed {
   public:
-    // `focused` is what the simulation has been told. A live hand must outlive it.
-    ForceFeed(bool focused, double dt_s, const LiveHand* live = nullptr, Say say = sayOnStderr);
+    // `focused` is what the simulation has been told. A live hand must outlive it. `console`: what is typed
+    // besides, or null; where nobody's hand is live only the instructor's words count.
+    ForceFeed(bool focused, double dt_s, const LiveHand* live = nullptr, Say say = sayOnStderr,
+              std::function<std::string()> console = {});
     // Commands out, news told; after each Session::drain().
     void pass(bool focused, Session&, haptics::Ring<haptics::Command>&);
+    // The instructor lets the attempt stand still.
+    bool paused() const { return instructor_.paused(); }
 
   private:
+    void hear(Session&);
     void takeWords(Session&, const haptics::TickOutput& now);
     void tell(Session&);
 
@@ -32,6 +38,10 @@ class ForceFeed {
     double dt_s_;
     Say say_;
     bool told_focus_;
+    std::function<std::string()> console_;
+    Instructor instructor_;
+    std::string typed_;  // for the user's hand
+    bool was_paused_ = false;
     std::optional<UserCommands> user_;
     std::deque<haptics::Command> waiting_;     // for room in the ring
     std::optional<std::uint64_t> changes_at_;  // a tool's change was sent after this tick and is not seen yet

@@ -120,7 +120,7 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
         session.drain(channels);
         const Attention attention = attentionNow();
         force.pass(attention == Attention::focused, session, channels.commands);
-        channels.hold.store(attention == Attention::away);
+        channels.hold.store(attention == Attention::away || force.paused());
         Seen now = session.seen(session.newest() ? *session.newest() : TickOutput{});
         now.held = channels.held.load();
         if (heard && session.newest()) heard(now);
@@ -262,7 +262,8 @@ std::optional<PictureTotals> lastPictures(FrameSide& side) {
 
 LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<Pictures> pictures,
                        const Clock& clock, const LiveHand* live,
-                       const std::function<void(const Seen&)>& heard) {
+                       const std::function<void(const Seen&)>& heard,
+                       const std::function<std::string()>& console) {
     haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
     const auto side = std::make_shared<FrameSide>(attempt.simulation.dt_s, std::move(pictures), clock);
     LoopChannels& channels = side->channels;
@@ -285,7 +286,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
         try {
             sessionLoop(
                 stop, attempt, session, channels, side->seen, side->worn ? &side->contrast : nullptr,
-                ForceFeed(!side->worn, attempt.simulation.dt_s, live),
+                ForceFeed(!side->worn, attempt.simulation.dt_s, live, sayOnStderr, console),
                 [side] { return side->attentionNow(); }, side->asked_to_end, clock, live, heard);
         } catch (...) {
             failure = std::current_exception();

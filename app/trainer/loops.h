@@ -40,9 +40,11 @@ struct LiveHand {
 // drawn before anything else, and all of them before the loop returns. `clock` must be steady.
 // With pictures the force follows the focus: it begins when the headset has it, and goes with it. A live
 // attempt ends when the runtime wants the program to end; a scripted one goes on without pictures.
-// `heard`: session thread, often: what there is to be seen and heard of the newest tick.
+// `heard`: session thread, often: what there is to be seen and heard of the newest tick; `console`: so is
+// what an instructor has typed since the last time.
 LoopTotals runRealTime(const Attempt&, Session&, std::optional<Pictures>, const haptics::Clock& clock,
-                       const LiveHand* live = nullptr, const std::function<void(const Seen&)>& heard = {});
+                       const LiveHand* live = nullptr, const std::function<void(const Seen&)>& heard = {},
+                       const std::function<std::string()>& console = {});
 
 // One thread, virtual time; `fps` frames a simulated second besides the moments. The same inputs every time:
 // nobody wears the headset, so the focus does not enter. The clock only times the steps.

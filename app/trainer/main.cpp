@@ -12,6 +12,7 @@
 #include "app/trainer/doctor.h"
 #include "app/trainer/film.h"
 #include "app/trainer/imaging.h"
+#include "app/trainer/instructor.h"
 #include "app/trainer/looks.h"
 #include "app/trainer/palpate.h"
 #include "app/trainer/platform_linux.h"
@@ -114,7 +115,7 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_flag("--stats", o.stats, "print what the pictures did not need to draw");
     run->add_flag("--validation", o.validation, "Vulkan validation and synchronisation layers");
     addHand(*run, o);
-    run->footer(stylet::trainer::describeWords());
+    run->footer(stylet::trainer::describeWords() + stylet::trainer::describeInstructorWords());
 }
 
 void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
@@ -125,6 +126,12 @@ void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
     replay->add_option("--out", o.out, "folder for summary and pictures")->required();
     replay->add_option("--patient", o.patient, "patient package, if it has moved");
     replay->add_flag("--fast", o.fast, "as fast as it goes");
+    CLI::Option* show =
+        replay->add_flag("--show", o.show, "in a window: scrubbed, slow or fast, from any side");
+    replay
+        ->add_option("--ghost", o.ghost,
+                     "with --show: an expert's attempt on the same patient, its needle beside")
+        ->needs(show);
 }
 
 using RecordsCommand = int (*)(const stylet::records::RecordsOptions&);

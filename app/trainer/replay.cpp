@@ -8,6 +8,7 @@
 #include "app/records/samples.h"
 #include "app/trainer/hand.h"
 #include "app/trainer/platform_linux.h"
+#include "app/trainer/replay_show.h"
 #include "app/trainer/results.h"
 #include "haptics/devices/replay.h"
 
@@ -90,14 +91,62 @@ haptics::Trace handOf(const records::Record& record, const patient::Pose& patien
     return hand;
 }
 
+records::Record recordIn(const std::filesystem::path& folder) {
+    const bool whole = std::filesystem::exists(folder / "record" / "record.json");
+    return records::loadRecord(whole ? folder / "record" : folder);
+}
+
+using EachTick = std::function<void()>;
+
+// Computes it again through `session`; what there was to be seen goes into `timeline`.
+records::ReplayResult computeAgain(const patient::Patient& patient, const records::Record& record,
+                                   Session& session, Timeline* timeline, const EachTick& each = {}) {
+    return records::replay(
+        patient, record,
+        [&](const haptics::TickInput& input, const haptics::TickOutput& output,
+            const haptics::NeedleEvents& events) {
+            session.take(haptics::TickRecord{input, output});
+            for (int i = 0; i < events.count; ++i)
+                session.take(haptics::EventRecord{output.tick, events.list[std::size_t(i)]});
+            if (timeline) timeline->take(output.tick, [&] { return session.seen(output); });
+            if (each) each();
+        });
+}
+
+Session sessionOf(const patient::Patient& patient, const records::Record& record) {
+    const records::RecordInfo& info = record.info;
+    return Session(patient, info.path, info.moments, info.approach_distance_m, nullptr,
+                   record.header.settings.dt_s);
+}
+
+void show(const ReplayOptions& options, const patient::Patient& patient, const records::Record& record,
+          const Timeline& timeline, const std::vector<Moment>& moments) {
+    std::optional<Timeline> ghost;
+    if (!options.ghost.empty()) {
+        const records::Record other = recordIn(options.ghost);
+        ghost.emplace(other.inputs.size());
+        Session session = sessionOf(patient, other);
+        computeAgain(patient, other, session, &*ghost);
+        if (ghost->empty()) ghost.reset();
+    }
+    const haptics::TouchMap touch = haptics::makeTouchMap(patient);
+    ShownReplay shown{patient, record.info.path, timeline};
+    shown.ghost = ghost ? &*ghost : nullptr;
+    shown.dt_s = record.header.settings.dt_s;
+    shown.ticks = record.inputs.size();
+    shown.touch = &touch;
+    shown.guide = record.header.settings.tools.guide;
+    catchInterrupts();
+    showReplay(shown, moments, options.out);
+}
+
 }  // namespace
 
 int replay(const ReplayOptions& options) {
     needFolder(options.out, "--out");
+    const records::Record record = recordIn(options.record);
     const bool whole = std::filesystem::exists(options.record / "record" / "record.json");
-    const std::filesystem::path place = whole ? options.record / "record" : options.record;
-    const records::Record record = records::loadRecord(place);
-    StoredSamples stored(place);
+    StoredSamples stored(whole ? options.record / "record" : options.record);
     reportDamage(record);
     const records::RecordInfo& info = record.info;
     const std::filesystem::path folder = options.patient.empty() ? info.patient_folder : options.patient;
@@ -106,8 +155,7 @@ int replay(const ReplayOptions& options) {
     if (!options.save_hand.empty())
         haptics::saveTrace(handOf(record, deviceBeside(patient.grid())), options.save_hand);
 
-    Session session(patient, info.path, info.moments, info.approach_distance_m, nullptr,
-                    record.header.settings.dt_s);
+    Session session = sessionOf(patient, record);
     session.setWatcher([&](const haptics::TickOutput& now, const SessionLog& log) {
         stored.compare(records::sampleOf(now, log.progress.clearance_m));
     });
@@ -115,15 +163,11 @@ int replay(const ReplayOptions& options) {
     const std::int64_t start_ns = clock.now_ns(clock.context);
     const double dt_ns = record.header.settings.dt_s * 1e9;
     std::uint64_t played = 0;
-    const records::ReplayResult result = records::replay(
-        patient, record,
-        [&](const haptics::TickInput& input, const haptics::TickOutput& output,
-            const haptics::NeedleEvents& events) {
-            session.take(haptics::TickRecord{input, output});
-            for (int i = 0; i < events.count; ++i)
-                session.take(haptics::EventRecord{output.tick, events.list[std::size_t(i)]});
+    Timeline timeline(record.inputs.size());
+    const records::ReplayResult result =
+        computeAgain(patient, record, session, options.show ? &timeline : nullptr, [&] {
             ++played;
-            if (!options.fast)
+            if (!options.fast && !options.show)
                 clock.sleepUntil_ns(clock.context, start_ns + std::llround(double(played) * dt_ns));
         });
 
@@ -135,6 +179,7 @@ int replay(const ReplayOptions& options) {
         record.header.settings.dt_s, "record"};
     writeResults(patient, facts, session.log(), totals, options.out);
     reportOutcome(record, result);
+    if (options.show && !timeline.empty()) show(options, patient, record, timeline, session.newMoments());
     return stored.report() && result.equal() ? 0 : 1;
 }
 

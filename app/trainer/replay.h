@@ -11,6 +11,8 @@ struct ReplayOptions {
     std::filesystem::path out;
     std::filesystem::path save_hand;  // a CSV file for the recorded hand; empty: none
     bool fast = false;                // as fast as it goes; else at the pace it was recorded
+    bool show = false;                // then shown in a window
+    std::filesystem::path ghost;      // with it: another attempt's, whose needle is shown too; empty: none
 };
 
 // 0 when every recorded hash is met, 1 when not. Throws patient::DataError.

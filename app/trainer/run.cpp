@@ -235,7 +235,7 @@ LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& a
                             live.device->tellNews();
                             return interrupted() || elapsed_s >= options.seconds.value_or(elapsed_s + 1.0);
                         },
-                        [&] { return live.device->typed() + live.window->typed(); },
+                        [&] { return live.device->typed(); },
                         [&](haptics::Tool tool) { live.device->hold(live.held(tool)); },
                         buttons,
                         live.device->rearmAct(),
@@ -245,7 +245,8 @@ LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& a
                             if (const auto felt = vibrations.take(newest)) live.port->vibrate(*felt);
                         }};
     session.setRearmButton(buttons.rearm);
-    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand, heard);
+    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand, heard,
+                                          [&live] { return live.window->typed(); });
     // A controller's thread may be stuck in the runtime as the frames are; there is no force to end.
     if (!totals.frames_stuck || !live.port) live.device->stop();
     return totals;
@@ -372,7 +373,8 @@ int run(const RunOptions& asked) {
         live.device ? runLive(options, live, attempt, session, std::move(pictures), clock, heard)
         : options.fast
             ? runFast(attempt, session, std::move(pictures), options.fps.value_or(0.0), workClock())
-            : runRealTime(attempt, session, std::move(pictures), clock, nullptr, heard);
+            : runRealTime(attempt, session, std::move(pictures), clock, nullptr, heard,
+                          [&live] { return live.window->typed(); });
     record.finish();
     if (record.lost())
         std::fprintf(stderr, "stylet: the record ends at tick %llu: the next was lost to a full ring\n",

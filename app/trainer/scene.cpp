@@ -6,6 +6,7 @@ namespace stylet::trainer {
 
 namespace {
 
+constexpr double kGhostShaft_m = 0.15;
 constexpr double kField_m = 0.085;  // of the disinfected skin
 
 render::MarkKind kindOf(WoundKind kind) {
@@ -70,13 +71,18 @@ render::RenderScene SceneMaker::sceneOf(const Seen& seen) {
     monitor_.take(tick_s_ * double(shown.tick), shown.breath, shown.breath_held);
     render::RenderScene scene;
     scene.stage_from_patient = stage_from_patient_;
+    scene.stage_from_patient.position_m = stage_from_patient_ * shown.patient_moved_m;
     scene.breath = shown.breath;
     scene.look = look_;
     scene.marks = marksOf(seen.wounds, scene.look, path_);
     scene.tool = press_.shown(shown);
     furnish(scene, path_, seen.machines.xray);
+    scene.room.lamp = !seen.lights_out;
     showTools(scene, shown);
     showMonitor(scene, monitor_);
+    if (seen.ghost_needle)
+        scene.paths.push_back({*seen.ghost_needle * patient::Vec3(0.0, 0.0, kGhostShaft_m),
+                               seen.ghost_needle->position_m, 1.0});
     if (!ghost_) return scene;
     const patient::MotionModel& model = patient_->package().motion;
     scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path_.entry_reference_m),

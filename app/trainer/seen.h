@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "app/trainer/wounds.h"
@@ -22,6 +23,8 @@ struct Seen {
     double to_return_m = 0.0;
     std::uint64_t rearm_acts = 0;  // how often the user has asked for the force, so far
     training::Progress progress{};
+    bool lights_out = false;
+    std::optional<patient::Pose> ghost_needle{};  // of an expert's attempt, in a replay
 };
 
 }  // namespace stylet::trainer

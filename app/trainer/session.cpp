@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
+#include "app/trainer/instructor.h"
+
 namespace stylet::trainer {
 
 using haptics::EventRecord;
@@ -75,6 +77,21 @@ void Session::watchUser(const TickRecord& record) {
     log_.awaited = now.awaited;
 }
 
+void Session::watchInstructor(const TickRecord& record) {
+    for (std::uint32_t i = 0; i < record.input.command_count; ++i) {
+        const haptics::Command& command = record.input.commands[i];
+        const std::string_view name = injectedName(command);
+        if (name.empty()) continue;
+        if (command.kind == haptics::CommandKind::lights) lights_out_ = command.value == 0;
+        if (command.kind == haptics::CommandKind::bleed) wounds_.bleed();
+        log_.events.push_back({record.output.tick, "injected", std::string(name)});
+    }
+}
+
+void Session::note(std::string kind, std::string text) {
+    log_.events.push_back({log_.last_tick, std::move(kind), std::move(text)});
+}
+
 void Session::watchForce(const TickRecord& record) {
     if (record.output.tool_force.force_n == patient::Vec3(0.0)) return;
     ControllerLog& controller = log_.controller;
@@ -97,6 +114,7 @@ void Session::take(const TickRecord& record) {
     log_.contrast = fold_.contrast().status();
     log_.faults |= now.faults;
     watchUser(record);
+    watchInstructor(record);
     watchForce(record);
     wounds_.take(now);
     log_.lateral_cut_m = now.lateral_cut_m;
@@ -167,6 +185,7 @@ Seen Session::seen(const TickOutput& tick) const {
     Seen seen{tick, wounds_.wounds(), fold_.machines(), fold_.dose()};
     seen.rearm_acts = rearm_acts_;
     seen.progress = log_.progress;
+    seen.lights_out = lights_out_;
     return seen;
 }
 

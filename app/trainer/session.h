@@ -92,6 +92,8 @@ class Session {
     bool takeRearm();
     // Its bit; the first one until told.
     void setRearmButton(std::uint32_t button) { rearm_button_ = button; }
+    // An event of the session's own, at the newest tick.
+    void note(std::string kind, std::string text);
     // Buttons pressed, commands taken and faults that came (again, after re-arming) since the last call.
     std::uint32_t takePressed() { return std::exchange(newly_pressed_, 0); }
     std::vector<Taken> takeCommands() { return std::exchange(taken_, {}); }
@@ -110,6 +112,7 @@ class Session {
 
   private:
     void watchUser(const haptics::TickRecord&);
+    void watchInstructor(const haptics::TickRecord&);
     void watchForce(const haptics::TickRecord&);
     void watchXray(const haptics::TickOutput&);
     void settleEvents();
@@ -130,7 +133,7 @@ class Session {
     std::size_t handed_out_ = 0;
     std::uint32_t rearm_button_ = 1u << 0;
     std::uint32_t pressed_ = 0, newly_pressed_ = 0, new_faults_ = 0;
-    bool rearm_ = false, pedal_ = false;
+    bool rearm_ = false, pedal_ = false, lights_out_ = false;
     std::uint64_t rearm_acts_ = 0;
     std::vector<Taken> taken_;
     WoundLog wounds_;

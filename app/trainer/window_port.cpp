@@ -18,6 +18,12 @@ std::string WindowPort::typed() {
     return text;
 }
 
+Playback WindowPort::playback() noexcept {
+    Playback now;
+    playback_.read(now);
+    return now;
+}
+
 void WindowPort::tell(haptics::Tool tool, double force_n) noexcept {
     tool_.store(tool, std::memory_order_relaxed);
     pressing_n_.store(force_n, std::memory_order_relaxed);

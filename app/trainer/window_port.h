@@ -24,6 +24,12 @@ struct MouseMove {
 
 // Window thread on one side, hand's and session's threads on the other; nobody ever waits. Shared: a window
 // whose display is stuck outlives the attempt.
+// Where a replay is.
+struct Playback {
+    double at_s = 0.0, length_s = 0.0, speed = 1.0;
+    bool plays = false;
+};
+
 class WindowPort {
   public:
     static constexpr std::size_t kLongestLine = 200;  // bytes; the rest of a longer one is cut off
@@ -31,15 +37,22 @@ class WindowPort {
     // Before the threads begin: the mouse is the hand that holds the tool.
     void giveHand() { has_hand_ = true; }
     bool hasHand() const { return has_hand_; }
+    // Likewise: there is no attempt, but the record of one (player.h).
+    void giveReplay() { replays_ = true; }
+    bool replays() const { return replays_; }
 
     // Window thread. False where nobody has taken the ones before.
     bool say(std::string_view line) noexcept;
     bool move(const MouseMove& move) noexcept { return moves_.push(move); }
+    Playback playback() noexcept;
 
     // Session thread. Whole lines, each with its end.
     std::string typed();
     // Session thread. What is in hand, and how hard it is pressed, as of the newest tick.
     void tell(haptics::Tool tool, double force_n) noexcept;
+
+    // The player's thread.
+    void tell(const Playback& playback) noexcept { playback_.publish(playback); }
 
     // Hand's thread.
     bool take(MouseMove& move) noexcept { return moves_.pop(move); }
@@ -55,7 +68,8 @@ class WindowPort {
     haptics::Ring<MouseMove> moves_{1024};
     std::atomic<haptics::Tool> tool_{haptics::Tool::needle};
     std::atomic<double> pressing_n_{0.0};
-    bool has_hand_ = false;
+    haptics::Snapshot<Playback> playback_;
+    bool has_hand_ = false, replays_ = false;
 };
 
 }  // namespace stylet::trainer

@@ -45,7 +45,11 @@ void WoundLog::take(const haptics::NeedleEvent& event) {
     const bool opened = event.kind == haptics::NeedleEventKind::puncture ||
                         event.kind == haptics::NeedleEventKind::entry ||
                         event.kind == haptics::NeedleEventKind::sideways;
-    if (!opened || event.border.to != patient::Tissue::vessel || holes_.empty()) return;
+    if (opened && event.border.to == patient::Tissue::vessel) bleed();
+}
+
+void WoundLog::bleed() {
+    if (holes_.empty()) return;
     Hole& hole = holes_.back();
     if (!hole.bleeds) hole.opened_tick = tick_;
     hole.bleeds = true;

@@ -49,7 +49,7 @@ TEST(Safety, EveryBitHasANameAndAText) {
         EXPECT_TRUE(names.insert(t.name).second);
         EXPECT_GT(std::strlen(t.text), 10u);
     }
-    EXPECT_EQ(bits, 2u * kWaitsOffWall - 1u);
+    EXPECT_EQ(bits, 2u * kFaultInjected - 1u);
 }
 
 TEST(Safety, ForceRisesOverItsTimeAtEveryRate) {

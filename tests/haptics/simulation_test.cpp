@@ -59,6 +59,78 @@ TEST(Simulation, TheScriptEndsInItsHash) {
     }
 }
 
+// What an instructor injects is hashed, and a script without it ends as ever.
+TEST(Simulation, InjectedEventsAreHashedAndEndSmoothly) {
+    const patient::Package package = test::scriptedPackage();
+    for (const CommandKind kind :
+         {CommandKind::cough, CommandKind::sigh, CommandKind::move, CommandKind::fault}) {
+        const auto inject = [kind](int i, TickInput& input) {
+            if (i == 2500) input.commands[input.command_count++] = {kind, 0};
+        };
+        const Outcome once = play(package, {}, inject), again = play(package, {}, inject);
+        EXPECT_EQ(once.hash, again.hash);
+        EXPECT_NE(once.hash, kExpectedHash) << int(kind);
+    }
+}
+
+// He starts and comes back in closed form, the tool keeps its place in the room, and the force has no jump.
+TEST(Simulation, APatientWhoStartsMovesUnderTheTool) {
+    const patient::Package package = test::scriptedPackage();
+    const patient::Patient patient(package);
+    Simulation simulation(patient, {});
+    TickOutput out;
+    NeedleEvents events;
+    TickInput input;  // outside the body
+    input.device.device_from_stylus.position_m = {-0.05, 0.0, 0.0};
+    for (int i = 0; i < 10; ++i)
+        simulation.step(input, out, events);
+    const Vec3 at_m = out.patient_from_tool.position_m;
+    input.commands[0] = {CommandKind::move, 0};
+    input.command_count = 1;
+    double most_m = 0.0, fastest_m_s = 0.0;
+    Vec3 before_m(0.0);
+    for (int i = 1; i <= 2000; ++i) {
+        simulation.step(input, out, events);
+        input.command_count = 0;
+        const double t_s = 0.001 * i,
+                     s = t_s < kMove_s ? std::sin(3.14159265358979323846 * t_s / kMove_s) : 0.0;
+        EXPECT_NEAR(glm::length(out.patient_moved_m - kMoved_m * (s * s * s * s)), 0.0, 1e-12) << i;
+        EXPECT_NEAR(glm::length(out.patient_from_tool.position_m + out.patient_moved_m - at_m), 0.0, 1e-12);
+        most_m = std::max(most_m, glm::length(out.patient_moved_m));
+        fastest_m_s = std::max(fastest_m_s, 1000.0 * glm::length(out.patient_moved_m - before_m));
+        before_m = out.patient_moved_m;
+    }
+    EXPECT_NEAR(most_m, glm::length(kMoved_m), 1e-6);
+    EXPECT_LT(fastest_m_s, 0.018);
+    EXPECT_EQ(out.patient_moved_m, Vec3(0.0));
+}
+
+// A device that the instructor lets fail: the force is gone within 20 ms, and comes back when asked for.
+TEST(Simulation, AnInjectedFaultTakesTheForceUntilRearmed) {
+    const patient::Package package = test::scriptedPackage();
+    const patient::Patient patient(package);
+    Simulation simulation(patient, {});
+    TickOutput out;
+    NeedleEvents events;
+    TickInput input;
+    input.device.device_from_stylus.position_m = {-0.05, 0.0, 0.0};
+    const auto command = [&](CommandKind kind, int ticks) {
+        input.commands[0] = {kind, 0};
+        input.command_count = 1;
+        for (int i = 0; i < ticks; ++i, input.command_count = 0)
+            simulation.step(input, out, events);
+    };
+    command(CommandKind::marker, 2000);
+    ASSERT_EQ(out.stage, ForceStage::on);
+    command(CommandKind::fault, 20);
+    EXPECT_EQ(out.stage, ForceStage::off);
+    EXPECT_EQ(out.level, 0.0);
+    EXPECT_EQ(out.faults, kFaultInjected);
+    command(CommandKind::rearm, 2000);
+    EXPECT_EQ(out.stage, ForceStage::on);
+    EXPECT_EQ(out.faults, 0u);
+}
+
 // Nothing that decides a tick lies outside the state, also where what was asked of the breath is kept.
 TEST(Simulation, GoesOnFromAnyCopy) {
     patient::Package package = test::scriptedPackage();

@@ -19,6 +19,7 @@ enum Key : char {
     kKeyPageUp,
     kKeyPageDown,
     kKeyHome,
+    kKeyEnd,
     kKeyBackspace,
     kKeyTab,
     kKeyEnter,
@@ -29,12 +30,14 @@ enum Key : char {
 struct KeyPress {
     char key = 0;  // also when it repeats
     bool shift = false;
+    std::string text{};  // with key 0: what it meant, UTF-8
 };
 
 struct Drag {
     double right = 0.0, up = 0.0;       // in shares of the window's height
     double from_x = 0.0, from_y = 0.0;  // where it began, in pixels of the picture
     bool pans = false;                  // the right button, or with Shift; else it turns
+    bool begins = false;                // the button went down: no way yet
 };
 
 // Since the last call.

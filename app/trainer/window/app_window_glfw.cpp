@@ -36,6 +36,16 @@ int passOver(Display*, XErrorEvent*) {
     return 0;
 }
 
+std::string utf8(unsigned code) {
+    if (code < 0x80) return {char(code)};
+    std::string text;
+    const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+    text += char((0xff00u >> (more + 1) & 0xffu) | code >> 6 * more);
+    for (int i = more - 1; i >= 0; --i)
+        text += char(0x80u | (code >> 6 * i & 0x3fu));
+    return text;
+}
+
 }  // namespace
 
 struct AppWindow::Impl {
@@ -55,10 +65,11 @@ struct AppWindow::Impl {
 
 void AppWindow::Impl::key(int key, int modifiers) {
     constexpr std::pair<int, Key> kOthers[]{
-        {GLFW_KEY_LEFT, kKeyLeft},   {GLFW_KEY_RIGHT, kKeyRight},         {GLFW_KEY_UP, kKeyUp},
-        {GLFW_KEY_DOWN, kKeyDown},   {GLFW_KEY_PAGE_UP, kKeyPageUp},      {GLFW_KEY_PAGE_DOWN, kKeyPageDown},
-        {GLFW_KEY_HOME, kKeyHome},   {GLFW_KEY_BACKSPACE, kKeyBackspace}, {GLFW_KEY_TAB, kKeyTab},
-        {GLFW_KEY_ENTER, kKeyEnter}, {GLFW_KEY_KP_ENTER, kKeyEnter},      {GLFW_KEY_ESCAPE, kKeyEscape}};
+        {GLFW_KEY_LEFT, kKeyLeft},    {GLFW_KEY_RIGHT, kKeyRight},    {GLFW_KEY_UP, kKeyUp},
+        {GLFW_KEY_DOWN, kKeyDown},    {GLFW_KEY_PAGE_UP, kKeyPageUp}, {GLFW_KEY_PAGE_DOWN, kKeyPageDown},
+        {GLFW_KEY_HOME, kKeyHome},    {GLFW_KEY_END, kKeyEnd},        {GLFW_KEY_BACKSPACE, kKeyBackspace},
+        {GLFW_KEY_TAB, kKeyTab},      {GLFW_KEY_ENTER, kKeyEnter},    {GLFW_KEY_KP_ENTER, kKeyEnter},
+        {GLFW_KEY_ESCAPE, kKeyEscape}};
     char pressed = 0;
     if (key == GLFW_KEY_SPACE) pressed = ' ';
     if (key >= GLFW_KEY_0 && key <= GLFW_KEY_9) pressed = char('0' + key - GLFW_KEY_0);
@@ -67,7 +78,7 @@ void AppWindow::Impl::key(int key, int modifiers) {
     if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F12) pressed = char(kKeyF1 + key - GLFW_KEY_F1);
     for (const auto& [glfw, ours] : kOthers)
         if (key == glfw) pressed = ours;
-    if (pressed != 0) news.keys.push_back({pressed, (modifiers & GLFW_MOD_SHIFT) != 0});
+    if (pressed != 0) news.keys.push_back({pressed, (modifiers & GLFW_MOD_SHIFT) != 0, {}});
 }
 
 void AppWindow::Impl::moved(double to_x, double to_y) {
@@ -75,7 +86,7 @@ void AppWindow::Impl::moved(double to_x, double to_y) {
     glfwGetWindowSize(window, nullptr, &height);
     if (held >= 0 && height > 0)
         news.drags.push_back({(to_x - x) / height, (y - to_y) / height, from_x, from_y,
-                              shift || held == GLFW_MOUSE_BUTTON_RIGHT});
+                              shift || held == GLFW_MOUSE_BUTTON_RIGHT, false});
     x = to_x, y = to_y;
 }
 
@@ -84,12 +95,17 @@ void AppWindow::Impl::listen() {
     glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int modifiers) {
         if (action != GLFW_RELEASE) of(w).key(key, modifiers);
     });
+    glfwSetCharCallback(
+        window, [](GLFWwindow* w, unsigned code) { of(w).news.keys.push_back({0, false, utf8(code)}); });
     glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
         Impl& me = of(w);
         glfwGetCursorPos(w, &me.x, &me.y);
         me.held = action == GLFW_PRESS ? button : -1;
         me.shift = modifiers & GLFW_MOD_SHIFT;
         me.from_x = me.x * me.pixels, me.from_y = me.y * me.pixels;
+        if (action == GLFW_PRESS)
+            me.news.drags.push_back(
+                {0.0, 0.0, me.from_x, me.from_y, me.shift || button == GLFW_MOUSE_BUTTON_RIGHT, true});
     });
     glfwSetCursorPosCallback(window,
                              [](GLFWwindow* w, double to_x, double to_y) { of(w).moved(to_x, to_y); });

@@ -54,7 +54,8 @@ MirrorSettings mirrorOf(const PictureSettings& settings) {
     mirror.touch = settings.touch, mirror.tick_s = settings.tick_s;
     mirror.desktop = true;
     mirror.port = settings.window;
-    if (mirror.port && mirror.port->hasHand()) mirror.width = 1440, mirror.height = 900;
+    if (mirror.port && (mirror.port->hasHand() || mirror.port->replays()))
+        mirror.width = 1440, mirror.height = 900;
     return mirror;
 }
 

@@ -19,27 +19,102 @@ constexpr std::array kHandKeys{
     KeyWord{'h', "H", "hold breath", "hold"},      KeyWord{'b', "B", "breathe", "breathe"},
     KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
 
+// The instructor's, by function keys.
+enum Function : int { kLights = 7, kComment = 9, kPause = 10, kFreeze = 11 };
+struct FunctionKey {
+    int number;
+    const char *what, *word;
+};
+constexpr std::array kFunctionKeys{FunctionKey{2, "cough", "cough"},
+                                   FunctionKey{3, "sigh", "sigh"},
+                                   FunctionKey{4, "bleed", "bleed"},
+                                   FunctionKey{5, "movement", "move"},
+                                   FunctionKey{6, "device fault", "fault"},
+                                   FunctionKey{kLights, "lights", nullptr},
+                                   FunctionKey{8, "bookmark", "bookmark"},
+                                   FunctionKey{kComment, "comment", nullptr},
+                                   FunctionKey{kPause, "pause, go on", nullptr},
+                                   FunctionKey{kFreeze, "freeze the view", nullptr}};
+
+// Its last letter, of however many bytes.
+void dropLetter(std::string& text) {
+    while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xc0u) == 0x80u)
+        text.pop_back();
+    if (!text.empty()) text.pop_back();
+}
+
 }  // namespace
 
 void WindowKeys::press(const KeyPress& press) {
-    if (!port_ || !port_->hasHand()) return;
+    if (!port_) return;
+    if (port_->replays()) return pressPlayer(press);
+    if (typing_) return pressTyping(press);
+    if (press.key >= kKeyF1 && press.key <= kKeyF12) pressInstructor(1 + press.key - kKeyF1);
+    if (!port_->hasHand()) return;
     for (const KeyWord& key : kHandKeys)
         if (press.key == key.key) port_->say(key.word);
     if (press.key == 'x') port_->say((pedal_ = !pedal_) ? "pedal" : "release");
     if (press.key == 'i') port_->say((injects_ = !injects_) ? "inject" : "stop");
 }
 
+void WindowKeys::pressPlayer(const KeyPress& press) {
+    const bool finer = press.shift;
+    if (press.key == ' ') port_->say("toggle");
+    if (press.key == kKeyLeft) port_->say(finer ? "skip -0.1" : "skip -1");
+    if (press.key == kKeyRight) port_->say(finer ? "skip 0.1" : "skip 1");
+    if (press.key == kKeyHome) port_->say("seek 0");
+    if (press.key == kKeyEnd) port_->say("seek 1");
+    if (press.key == kKeyPageUp) port_->say("speed 2");
+    if (press.key == kKeyPageDown) port_->say("speed 0.5");
+}
+
+void WindowKeys::pressTyping(const KeyPress& press) {
+    if (comment_.size() + press.text.size() < WindowPort::kLongestLine - 16) comment_ += press.text;
+    if (press.key == kKeyBackspace) dropLetter(comment_);
+    if (press.key == kKeyEnter && !comment_.empty()) port_->say("comment " + comment_);
+    if (press.key == kKeyEnter || press.key == kKeyEscape) typing_ = false;
+}
+
+void WindowKeys::pressInstructor(int function_key) {
+    for (const FunctionKey& key : kFunctionKeys)
+        if (key.number == function_key && key.word) port_->say(key.word);
+    if (function_key == kLights) port_->say((dark_ = !dark_) ? "lights out" : "lights on");
+    if (function_key == kPause) port_->say((paused_ = !paused_) ? "pause" : "go on");
+    if (function_key == kFreeze) frozen_ = !frozen_;
+    if (function_key == kComment) typing_ = true, comment_.clear();
+}
+
+std::string WindowKeys::state() const {
+    if (typing_) return "comment: " + comment_ + "\u2502  (Enter keeps it, Escape does not)";
+    if (paused_) return "PAUSED \u2013 F10 goes on";
+    if (frozen_) return "FROZEN VIEW \u2013 F11 shows what is now";
+    return {};
+}
+
 std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows() const {
-    if (!port_ || !port_->hasHand()) return {};
+    if (!port_) return {};
+    if (port_->replays())
+        return {{{"Space", "play, stop"},
+                 {"arrows", "a second back and on"},
+                 {"with Shift", "a tenth"},
+                 {"Home, End", ""},
+                 {"Page Up and Down", "faster, slower"},
+                 {"the bar", "anywhere"}}};
+    std::vector<std::vector<Help>> rows(1);
+    rows[0].push_back({"Instructor", ""});
+    for (const FunctionKey& key : kFunctionKeys)
+        rows[0].push_back({"F" + std::to_string(key.number), key.what});
+    if (!port_->hasHand()) return rows;
     std::vector<Help> tools;
     for (const KeyWord& key : kHandKeys)
         tools.push_back({key.name, key.what});
     tools.push_back({"X", "X-rays"}), tools.push_back({"I", "inject"});
-    return {{{"drag, arrows", "move"},
-             {"wheel, Page Down and Up", "in and out"},
-             {"with Shift", "turn, finer steps"},
-             {"Home", "back to the start"}},
-            tools};
+    rows.push_back({{"drag, arrows", "move"},
+                    {"wheel, Page Down and Up", "in and out"},
+                    {"with Shift", "turn, finer steps"},
+                    {"Home", "back to the start"}});
+    rows.push_back(tools);
+    return rows;
 }
 
 }  // namespace stylet::trainer

@@ -16,15 +16,27 @@ class WindowKeys {
     explicit WindowKeys(std::shared_ptr<WindowPort> port) : port_(std::move(port)) {}
 
     void press(const KeyPress&);
+    // While a comment is typed all that comes is its text.
+    bool types() const { return typing_; }
+    // The pictures stand, the attempt goes on.
+    bool freezes() const { return frozen_; }
 
     struct Help {
         std::string key, what;
     };
     // A row each; none where nobody listens.
     std::vector<std::vector<Help>> rows() const;
+    // What is typed, paused or frozen; empty where there is nothing to say.
+    std::string state() const;
 
   private:
     std::shared_ptr<WindowPort> port_;
+    void pressTyping(const KeyPress&);
+    void pressInstructor(int function_key);
+    void pressPlayer(const KeyPress&);
+
+    bool typing_ = false, frozen_ = false, paused_ = false, dark_ = false;
+    std::string comment_;
     bool pedal_ = false, injects_ = false;  // as last asked for here: what is seen comes later
 };
 

@@ -15,6 +15,7 @@ constexpr report::Colour kBackground{0.075, 0.088, 0.10}, kBlack{0.0, 0.0, 0.0},
 constexpr std::array<float, 3> kClear{0.006f, 0.008f, 0.01f};
 // A key moves or turns the tool by so much, with Shift a quarter of it; a step of the wheel half as far.
 constexpr double kKey_m = 0.002, kKey_rad = 0.035, kWheel_m = 0.001, kFiner = 0.25;
+constexpr int kBarText = 230;          // pixels beside a replay's bar
 constexpr double kDragTurn_rad = 1.5;  // over the height of the picture
 constexpr auto kMetricsEvery = std::chrono::milliseconds(100),
                kMetricsProcessor = std::chrono::milliseconds(250),
@@ -66,12 +67,15 @@ void WindowShow::select(WindowView view) {
 }
 
 void WindowShow::arrange() {
-    const LayoutSettings settings{.key_rows = 1 + int(keys_.rows().size()), .slices = settings_.desktop};
+    const LayoutSettings settings{
+        .key_rows = 1 + int(keys_.rows().size()) + (settings_.port && settings_.port->replays() ? 1 : 0),
+        .slices = settings_.desktop};
     layout_ = layoutOf(view_, main_, int(width_), int(height_), settings);
 }
 
 void WindowShow::hearKey(const KeyPress& press) {
     const char key = press.key;
+    if (keys_.types()) return keys_.press(press);
     if (key >= '1' && key < '1' + kWindowViews) select(kViews[std::size_t(key - '1')]);
     if (key == kKeyTab) {
         int next = int(view_);
@@ -136,6 +140,42 @@ std::optional<MouseMove> WindowShow::moveOf(const Drag& drag) const {
     return inOperatorsView(tall_m * right, tall_m * up, false);
 }
 
+// Below all the keys.
+Rect WindowShow::barRect() const {
+    const Rect& keys = layout_.keys;
+    return {keys.x + 12, keys.y + keys.height - kMoreKeys, std::max(1, keys.width - 24 - kBarText),
+            kMoreKeys - 6};
+}
+
+void WindowShow::scrub(const std::vector<Drag>& drags) {
+    const Rect bar = barRect();
+    for (const Drag& drag : drags) {
+        if (layout_.keys.height == 0 || !bar.holds(drag.from_x, drag.from_y)) continue;
+        scrubbed_px_ = drag.begins ? drag.from_x : scrubbed_px_ + drag.right * double(height_);
+        const double share = std::clamp((scrubbed_px_ - bar.x) / bar.width, 0.0, 1.0);
+        settings_.port->say("stop");
+        settings_.port->say("seek " + std::to_string(share));
+    }
+}
+
+std::string WindowShow::playbackText() const {
+    if (!settings_.port || !settings_.port->replays()) return {};
+    char text[64];
+    std::snprintf(text, sizeof text, "%.1f of %.1f s  \u00d7 %g%s", playback_.at_s, playback_.length_s,
+                  playback_.speed, playback_.plays ? "" : "  stopped");
+    return text;
+}
+
+void WindowShow::drawBar(report::Canvas& c) const {
+    if (!settings_.port || !settings_.port->replays() || layout_.keys.height == 0) return;
+    const Rect bar = barRect();
+    const double share = playback_.length_s > 0.0 ? playback_.at_s / playback_.length_s : 0.0;
+    c.rectangle(bar.x, bar.y, bar.width, bar.height, kBar);
+    c.rectangle(bar.x, bar.y, share * bar.width, bar.height, kLit.faded(0.55));
+    c.rectangle(bar.x + share * bar.width - 1.5, bar.y - 2.0, 3.0, bar.height + 4.0, kLit);
+    c.text({bar.x + bar.width + 14.0, bar.y + 13.0}, playbackText(), {13, kWords});
+}
+
 void WindowShow::moveTool(const WindowNews& news) {
     if (!settings_.port || !settings_.port->hasHand()) return;
     for (const Drag& drag : news.drags)
@@ -151,6 +191,7 @@ bool WindowShow::hear(const WindowNews& news) {
     stale_ |= news.exposed || !same;
     width_ = news.width, height_ = news.height;
     arrange();
+    if (settings_.port && settings_.port->replays()) scrub(news.drags);
     moveTool(news);
     const Pane* camera = paneOf(WindowView::camera);
     if (!camera) return same;
@@ -186,6 +227,8 @@ void WindowShow::ask() {
 
 bool WindowShow::takePictures() {
     bool fresh = false;
+    if (keys_.freezes()) return false;
+    if (settings_.port && settings_.port->replays()) playback_ = settings_.port->playback();
     const auto upload = [&](Picture id, const render::Image& image) {
         presenter_->setPicture(id, image.width, image.height, image.rgba);
         shown_[id] = {int(image.width), int(image.height)};
@@ -344,6 +387,7 @@ bool WindowShow::drawChrome() {
     for (const Pane& pane : layout_.panes)
         key +=
             captionOf(pane.shows) + (shown_[pictureOf(pane.shows)].width > 0 ? "+" : emptyText(pane.shows));
+    key += keys_.state() + playbackText();
     if (key == chrome_key_) return false;
     chrome_key_ = key;
     const Shown size{int(width_), int(height_)};
@@ -364,6 +408,7 @@ bool WindowShow::drawChrome() {
                    {std::clamp(area.width / 34.0, 10.0, 16.0), kQuiet, report::Align::centre});
     }
     drawKeys(c);
+    drawBar(c);
     c.pixels(pixels_);
     presenter_->setPicture(kChrome, width_, height_, pixels_);
     return true;
@@ -389,6 +434,7 @@ void WindowShow::drawKeys(report::Canvas& c) const {
         x += 18.0;
     }
     word("Tab ", kWords, true), word("next", kQuiet, false);
+    if (const std::string state = keys_.state(); !state.empty()) x += 30.0, word(state, kLit, true);
     for (const std::vector<WindowKeys::Help>& row : keys_.rows()) {
         x = 12.0, y += kMoreKeys;
         for (const WindowKeys::Help& help : row) {

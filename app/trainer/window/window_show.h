@@ -48,6 +48,10 @@ class WindowShow {
     void arrange();
     void hearKey(const KeyPress&);
     void moveTool(const WindowNews&);
+    void scrub(const std::vector<Drag>&);
+    Rect barRect() const;
+    std::string playbackText() const;
+    void drawBar(report::Canvas&) const;
     void moveToolBy(const KeyPress&);
     std::optional<MouseMove> moveOf(const Drag&) const;
     MouseMove inOperatorsView(double right, double up, bool turns) const;
@@ -84,6 +88,8 @@ class WindowShow {
     Metrics metrics_;
     SliceView slices_;
     WindowKeys keys_;
+    Playback playback_;  // of a replay
+    double scrubbed_px_ = 0.0;
     bool state_known_ = false, metrics_stale_ = true, slices_stale_ = true;
     Clock::time_point metrics_drawn_{}, slices_drawn_{};
     std::vector<std::uint8_t> pixels_;

@@ -89,10 +89,34 @@ TEST_F(DesktopRun, FromPalpationToACutDuctByMouseAndKeys) {
     std::this_thread::sleep_for(1s);
     display_.key("x");
     EXPECT_TRUE(says("no more X-rays")) << said();
+
+    // The instructor at the same window: what he injects is in the record, what he says in the log.
+    display_.key("F7");
+    EXPECT_TRUE(says("instructor: lights out")) << said();
+    display_.key("F8");
+    EXPECT_TRUE(says("instructor: bookmark")) << said();
+    display_.key("F9");
+    for (const char* letter : {"t", "o", "o", "space", "f", "a", "s", "t"})
+        display_.key(letter);
+    display_.key("Return");
+    EXPECT_TRUE(says("instructor: comment: too fast")) << said();
+    display_.key("F10");
+    EXPECT_TRUE(says("instructor: pause: paused")) << said();
+    std::this_thread::sleep_for(1s);
+    display_.key("F10");
+    EXPECT_TRUE(says("instructor: pause: goes on")) << said();
+    for (const auto& [key, name] :
+         {std::pair{"F2", "cough"}, {"F4", "bleed"}, {"F5", "move"}, {"F6", "fault"}}) {
+        display_.key(key);
+        EXPECT_TRUE(says("instructor: " + std::string(name))) << said();
+        std::this_thread::sleep_for(1500ms);
+    }
     display_.close();
     const Outcome outcome = outcome_.get();
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(outcome.summary.at("device"), "mouse");
+    EXPECT_NE(outcome.summary.at("haptics").at("fault_names").get<std::string>().find("injected"),
+              std::string::npos);
     EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>()) << outcome.summary.dump(1) << outcome.err;
 
     const Outcome again = command_.run("replay '" + (command_.out() / "record").string() + "' --fast");

@@ -1,0 +1,91 @@
+#include "app/trainer/instructor.h"
+
+#include <array>
+
+namespace stylet::trainer {
+
+using haptics::Command;
+using haptics::CommandKind;
+
+namespace {
+
+struct Word {
+    std::string_view word, what;
+    Command command;
+};
+constexpr std::array kWords{
+    Word{"cough", "the patient coughs, which ends a breath-hold", {CommandKind::cough, 0}},
+    Word{"sigh", "the patient sighs", {CommandKind::sigh, 0}},
+    Word{"bleed", "the needle's hole in the skin bleeds", {CommandKind::bleed, 0}},
+    Word{"move", "the patient starts, 6 mm, and comes back", {CommandKind::move, 0}},
+    Word{"fault", "as if the haptic device had failed", {CommandKind::fault, 0}},
+    Word{"lights out", "the lamps go out", {CommandKind::lights, 0}},
+    Word{"lights on", "and on again", {CommandKind::lights, 1}},
+};
+constexpr std::string_view kPause = "pause", kGoOn = "go on", kBookmark = "bookmark", kComment = "comment";
+constexpr std::size_t kLongestLine = 512;  // nothing is kept back for longer
+
+// Behind `word` and a blank; nothing where the line does not begin with it.
+std::optional<std::string_view> behind(std::string_view line, std::string_view word) {
+    if (!line.starts_with(word)) return std::nullopt;
+    line.remove_prefix(word.size());
+    if (!line.empty() && line.front() != ' ') return std::nullopt;
+    const std::size_t text = line.find_first_not_of(' ');
+    return text == std::string_view::npos ? std::string_view{} : line.substr(text);
+}
+
+}  // namespace
+
+std::string describeInstructorWords() {
+    std::string text = "The instructor's, on any attempt in real time:\n";
+    const auto add = [&](std::string_view word, std::string_view what) {
+        text += "  " + std::string(word) + std::string(13 - word.size(), ' ') + std::string(what) + "\n";
+    };
+    for (const Word& word : kWords)
+        add(word.word, word.what);
+    add(kPause, "the attempt stands still, without force");
+    add(kGoOn, "and goes on");
+    add("bookmark TEXT", "a mark in the log; the text may be left out");
+    add("comment TEXT", "the same for what the instructor thinks of it");
+    return text;
+}
+
+std::string Instructor::take(std::string_view typed) {
+    waiting_ += typed;
+    std::string rest;
+    for (std::size_t end; (end = waiting_.find('\n')) != std::string::npos; waiting_.erase(0, end + 1)) {
+        std::string_view line(waiting_.data(), end);
+        while (!line.empty() && (line.back() == ' ' || line.back() == '\r'))
+            line.remove_suffix(1);
+        if (!takeLine(line)) rest.append(waiting_, 0, end + 1);
+    }
+    if (waiting_.size() > kLongestLine) rest += std::exchange(waiting_, {});
+    return rest;
+}
+
+bool Instructor::takeLine(std::string_view line) {
+    for (const Word& word : kWords)
+        if (line == word.word) return commands_.push_back(word.command), true;
+    if (line == kPause || line == kGoOn) {
+        const bool pause = line == kPause;
+        if (pause != paused_) notes_.push_back({"pause", pause ? "paused" : "goes on"});
+        paused_ = pause;
+        return true;
+    }
+    for (const std::string_view kind : {kBookmark, kComment})
+        if (const auto text = behind(line, kind)) {
+            notes_.push_back({std::string(kind), std::string(*text)});
+            return true;
+        }
+    return false;
+}
+
+std::string_view injectedName(const Command& command) noexcept {
+    for (const Word& word : kWords)
+        if (word.command.kind == command.kind &&
+            (command.kind != CommandKind::lights || word.command.value == command.value))
+            return word.word;
+    return {};
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,44 @@
+// What an instructor says while an attempt runs: events that he injects, a pause, a word for the log. Lines
+// as on the terminal, wherever they come from.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "haptics/simulation.h"
+
+namespace stylet::trainer {
+
+// Every line with what it does.
+std::string describeInstructorWords();
+
+// Session thread.
+class Instructor {
+  public:
+    // Takes the whole lines that are his out of `typed`, at once and in order; the rest comes back.
+    std::string take(std::string_view typed);
+
+    std::vector<haptics::Command> takeCommands() { return std::exchange(commands_, {}); }
+    // For the log: "bookmark" or "comment", and the text.
+    struct Note {
+        std::string kind, text;
+    };
+    std::vector<Note> takeNotes() { return std::exchange(notes_, {}); }
+    bool paused() const { return paused_; }
+
+  private:
+    bool takeLine(std::string_view line);
+
+    std::string waiting_;  // a line without its end
+    std::vector<haptics::Command> commands_;
+    std::vector<Note> notes_;
+    bool paused_ = false;
+};
+
+// "cough", ...; empty where the command is not one that he injects.
+std::string_view injectedName(const haptics::Command&) noexcept;
+
+}  // namespace stylet::trainer

@@ -1,0 +1,53 @@
+#include "app/trainer/instructor.h"
+
+#include <gtest/gtest.h>
+
+namespace stylet::trainer {
+namespace {
+
+using haptics::CommandKind;
+
+TEST(Instructor, TakesHisLinesAndLeavesTheOthers) {
+    Instructor instructor;
+    EXPECT_EQ(instructor.take("probe\ncough\nne"), "probe\n");
+    EXPECT_EQ(instructor.take("xt\nlights out\r\nlights\ncoughs\n"), "next\nlights\ncoughs\n");
+    const std::vector<haptics::Command> commands = instructor.takeCommands();
+    ASSERT_EQ(commands.size(), 2u);
+    EXPECT_EQ(commands[0].kind, CommandKind::cough);
+    EXPECT_EQ(commands[1].kind, CommandKind::lights);
+    EXPECT_EQ(commands[1].value, 0u);
+    EXPECT_EQ(injectedName(commands[1]), "lights out");
+    EXPECT_TRUE(instructor.takeCommands().empty());
+}
+
+TEST(Instructor, PausesAndNotesOnceEach) {
+    Instructor instructor;
+    EXPECT_EQ(instructor.take("pause\npause\n"), "");
+    EXPECT_TRUE(instructor.paused());
+    EXPECT_EQ(instructor.take("go on\nbookmark\ncomment  too steep \nbookmarks\n"), "bookmarks\n");
+    EXPECT_FALSE(instructor.paused());
+    const std::vector<Instructor::Note> notes = instructor.takeNotes();
+    ASSERT_EQ(notes.size(), 4u);
+    EXPECT_EQ(notes[0].text, "paused");
+    EXPECT_EQ(notes[1].text, "goes on");
+    EXPECT_EQ(notes[2].kind, "bookmark");
+    EXPECT_EQ(notes[2].text, "");
+    EXPECT_EQ(notes[3].kind, "comment");
+    EXPECT_EQ(notes[3].text, "too steep");
+}
+
+TEST(Instructor, KeepsNoEndlessLine) {
+    Instructor instructor;
+    const std::string much(4000, 'x');
+    EXPECT_EQ(instructor.take(much), much);
+}
+
+TEST(Instructor, EveryInjectedKindHasItsName) {
+    for (const CommandKind kind : {CommandKind::cough, CommandKind::sigh, CommandKind::move,
+                                   CommandKind::fault, CommandKind::bleed, CommandKind::lights})
+        EXPECT_FALSE(injectedName({kind, 0}).empty());
+    EXPECT_TRUE(injectedName({CommandKind::tool, 0}).empty());
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -1,0 +1,117 @@
+// A record looked at in the window: its moments as they were seen live, scrubbed there and back.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <future>
+#include <memory>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <stb/stb_image.h>
+
+#include "tests/app/trainer/assets.h"
+#include "tests/app/trainer/command.h"
+#include "tests/support/x_display.h"
+
+namespace stylet::trainer {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Outcome;
+using test::Screenshot;
+
+double psnr_db(const std::uint8_t* a, const std::uint8_t* b, std::size_t count) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < count; ++i)
+        sum += (double(a[i]) - b[i]) * (double(a[i]) - b[i]);
+    return 10.0 * std::log10(255.0 * 255.0 * double(count) / std::max(sum, 1e-9));
+}
+
+double psnrOfFiles_db(const std::filesystem::path& a, const std::filesystem::path& b) {
+    int size[2][3];
+    const auto load = [](const std::filesystem::path& file, int* s) {
+        return std::unique_ptr<stbi_uc, void (*)(void*)>(stbi_load(file.c_str(), &s[0], &s[1], &s[2], 3),
+                                                         stbi_image_free);
+    };
+    const auto first = load(a, size[0]), second = load(b, size[1]);
+    if (!first || !second || size[0][0] != size[1][0] || size[0][1] != size[1][1]) return 0.0;
+    return psnr_db(first.get(), second.get(), std::size_t(3) * std::size_t(size[0][0] * size[0][1]));
+}
+
+// Of the large picture in the middle of the window's left.
+double psnrOfShots_db(const Screenshot& a, const Screenshot& b) {
+    if (a.width != b.width || a.height != b.height || a.rgb.empty()) return 0.0;
+    std::vector<std::uint8_t> parts[2];
+    for (int y = a.height / 12; y < a.height * 2 / 5; ++y)
+        for (int x = 20; x < a.width / 2; ++x)
+            for (int c = 0; c < 3; ++c) {
+                const std::size_t at = std::size_t(3 * (y * a.width + x) + c);
+                parts[0].push_back(a.rgb[at]), parts[1].push_back(b.rgb[at]);
+            }
+    return psnr_db(parts[0].data(), parts[1].data(), parts[0].size());
+}
+
+class ReplayShow : public testing::Test {
+  protected:
+    bool until(const std::function<bool()>& done, std::chrono::seconds most = 60s) const {
+        for (const auto begin = std::chrono::steady_clock::now(); !done(); std::this_thread::sleep_for(50ms))
+            if (std::chrono::steady_clock::now() > begin + most) return false;
+        return true;
+    }
+    // Two pictures one after the other that are the same.
+    Screenshot still() const {
+        Screenshot shot = display_.shot();
+        until(
+            [&] {
+                std::this_thread::sleep_for(1s);
+                Screenshot next = display_.shot();
+                const bool same = psnrOfShots_db(shot, next) > 45.0;
+                shot = std::move(next);
+                return same;
+            },
+            20s);
+        return shot;
+    }
+
+    test::XDisplay display_{1500, 950};
+    test::Command command_;
+};
+
+TEST_F(ReplayShow, ShowsWhatWasSeenAndScrubsThereAndBack) {
+    command_.set("XR_RUNTIME_JSON", "/nowhere/runtime.json");
+    const std::filesystem::path live = command_ / "live", again = command_ / "again";
+    const Outcome attempt = command_.runInto(
+        live, "run --spacing-mm 3 --mirror --scenario '" + test::testScenario("short").string() + "'");
+    ASSERT_EQ(attempt.status, 0) << attempt.err;
+    ASSERT_TRUE(until([&] { return display_.title().empty(); }));
+
+    auto shown = std::async(std::launch::async, [&] {
+        return command_.runInto(again,
+                                "replay --show '" + live.string() + "' --ghost '" + live.string() + "'");
+    });
+    ASSERT_TRUE(
+        until([&] { return !display_.title().empty() || shown.wait_for(0s) == std::future_status::ready; }));
+    ASSERT_TRUE(until([&] { return std::filesystem::exists(again / "duct_view.png"); }));
+    std::this_thread::sleep_for(1s);
+    display_.key("End");  // of the attempt: the needle is out again or deep in; then its begin
+    const Screenshot end = still();
+    display_.key("space");  // plays from the begin, and stops there
+    display_.key("space");
+    display_.key("Home");
+    const Screenshot begin = still();
+    EXPECT_LT(psnrOfShots_db(begin, end), 45.0) << "the scene has not changed";
+    display_.key("End");
+    EXPECT_GT(psnrOfShots_db(still(), end), 38.0);
+    display_.close();
+    const Outcome outcome = shown.get();
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.summary.at("state_hash"), attempt.summary.at("state_hash"));
+    // The scene of a moment is the tick's: the picture drawn again is that of the attempt.
+    for (const std::string moment : {"approach", "skin", "fascia", "liver", "duct"})
+        EXPECT_GT(psnrOfFiles_db(live / (moment + "_view.png"), again / (moment + "_view.png")), 35.0)
+            << moment;
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <set>
 #include <tuple>
 
 #include "app/report/bands.h"
@@ -70,10 +71,11 @@ Table forceTable(const std::vector<FigureSeries>& series, double deepest_mm) {
     return table;
 }
 
-// Stretches of rows over which `key` is the same; those too short to see are left out.
+// Stretches of rows over which `key` is the same; where they are too many, those too short to see are left
+// out, and the answer is true.
 template <typename Key, typename Take>
-void eachStretch(const std::vector<CourseRow>& rows, double tick_s, const Key& key, const Take& take) {
-    if (rows.empty()) return;
+bool eachStretch(const std::vector<CourseRow>& rows, double tick_s, const Key& key, const Take& take) {
+    if (rows.empty()) return false;
     const double all_s = rows.back().t_s - rows.front().t_s;
     double least_s = 0.0;
     for (int attempt = 0; attempt < 2; ++attempt) {
@@ -89,6 +91,7 @@ void eachStretch(const std::vector<CourseRow>& rows, double tick_s, const Key& k
         }
         if (count > kMostSpans) least_s = all_s / double(kMostSpans);
     }
+    return least_s > 0.0;
 }
 
 enum Lane { laneTool, laneBreath, laneTissue, laneFaults, laneSteps, laneRisk, laneContact, laneNotes };
@@ -336,36 +339,40 @@ DescribedFigure timelineFigure(const AttemptFiles& a) {
     f.data.caption = "the stretches of the timeline";
     f.data.head = {"What", "From [s]", "To [s]", "Which"};
     f.data.number = {false, true, true, false};
-    double held_s = 0.0, body_s = 0.0;
+    std::size_t held = 0, inside = 0;  // ticks, also of stretches that are left out
+    std::set<haptics::Tool> seen;
     std::string tools;
+    for (const CourseRow& row : a.course) {
+        held += row.breath_held, inside += row.in_body;
+        if (a.sampled && seen.insert(row.tool).second)
+            tools += (tools.empty() ? "" : ", ") + std::string(haptics::kToolNames[std::size_t(row.tool)]);
+    }
+    bool left_out = false;
     const auto span = [&](Lane lane, double from_s, double to_s, const std::string& text, Colour colour) {
         f.figure.spans.push_back({lane, from_s, to_s, text, colour});
         f.data.rows.push_back({kLanes[lane], fixed(from_s, 2), fixed(to_s, 2), text});
     };
     if (a.sampled)
-        eachStretch(
+        left_out |= eachStretch(
             a.course, tick_s, [](const CourseRow& r) { return r.tool; },
             [&](const CourseRow& row, double from_s, double to_s) {
-                const std::string name(haptics::kToolNames[std::size_t(row.tool)]);
-                span(laneTool, from_s, to_s, name, kToolColours[std::size_t(row.tool)]);
-                tools += (tools.empty() ? "" : ", ") + name;
+                span(laneTool, from_s, to_s, std::string(haptics::kToolNames[std::size_t(row.tool)]),
+                     kToolColours[std::size_t(row.tool)]);
             });
-    eachStretch(
+    left_out |= eachStretch(
         a.course, tick_s, [](const CourseRow& r) { return r.breath_held; },
         [&](const CourseRow& row, double from_s, double to_s) {
             if (!row.breath_held) return;
             span(laneBreath, from_s, to_s, "held", kHeldColour);
-            held_s += to_s - from_s;
         });
-    eachStretch(
+    left_out |= eachStretch(
         a.course, tick_s, [](const CourseRow& r) { return r.in_body ? int(r.tissue) : -1; },
         [&](const CourseRow& row, double from_s, double to_s) {
             if (!row.in_body) return;
             span(laneTissue, from_s, to_s, std::string(patient::tissueName(row.tissue)),
                  bandColour(row.tissue));
-            body_s += to_s - from_s;
         });
-    eachStretch(
+    left_out |= eachStretch(
         a.course, tick_s, [](const CourseRow& r) { return r.faults != 0; },
         [&](const CourseRow& row, double from_s, double to_s) {
             if (row.faults != 0) span(laneFaults, from_s, to_s, "no force", kFaultColour);
@@ -384,13 +391,15 @@ DescribedFigure timelineFigure(const AttemptFiles& a) {
     }
     f.description = "Timeline of " + fixed(end_s, 1) + " s. " +
                     (tools.empty() ? "" : "Tools in hand: " + tools + ". ") +
-                    "The needle was in the body for " + fixed(body_s, 1) + " s; the breath was held for " +
-                    fixed(held_s, 1) + (a.sampled ? " s." : " s of the time in the body.");
+                    "The needle was in the body for " + fixed(double(inside) * tick_s, 1) +
+                    " s; the breath was held for " + fixed(double(held) * tick_s, 1) +
+                    (a.sampled ? " s." : " s of the time in the body.");
     f.caption =
         a.sampled
             ? "Stretches of time and, as points, what happened in them."
             : "Stretches while the needle was in the body (no samples of the other ticks are kept here) "
               "and, as points, what happened.";
+    if (left_out) f.caption += " Stretches too short to see are left out.";
     return f;
 }
 
@@ -410,7 +419,7 @@ DescribedFigure courseFigure(const AttemptFiles& a) {
             [](const CourseRow& r) { return std::isfinite(r.clearance_m) ? kMmPerM * r.clearance_m : kGap; }),
         overTime(a, "Breath", "signal v, 1: full inspiration", kBlue,
                  [](const CourseRow& r) { return r.breath_v; })};
-    f.data.caption = "lowest, median and highest value of each";
+    f.data.caption = "lowest and highest value of each";
     f.data.head = {"What", "Lowest", "Highest"};
     f.data.number = {false, true, true};
     for (FigureChoice& choice : all) {
@@ -423,7 +432,6 @@ DescribedFigure courseFigure(const AttemptFiles& a) {
                          " to " + fixed(high, 2);
         f.figure.choices.push_back(std::move(choice));
     }
-    f.data.caption = "lowest and highest value of each";
     eachStretch(
         a.course, a.stored.info.dt_s, [](const CourseRow& r) { return r.breath_held; },
         [&](const CourseRow& row, double from_s, double to_s) {

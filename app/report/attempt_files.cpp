@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 1u << 30;  // of a file that is read whole
+constexpr std::uintmax_t kMostBytes = 1u << 30;        // of a file that is read whole
+constexpr std::size_t kHeaderBytes = (1u << 20) + 64;  // no header of a record is longer
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 std::string wholeFile(const fs::path& file) {
@@ -30,6 +31,15 @@ std::string wholeFile(const fs::path& file) {
     std::string text(std::size_t(size), '\0');
     if (!stream.read(text.data(), std::streamsize(size))) throw DataError(file, "file", "cannot be read");
     return text;
+}
+
+std::vector<unsigned char> beginningOf(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw DataError(file, "file", "cannot be read");
+    std::vector<unsigned char> bytes(kHeaderBytes);
+    stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size()));
+    bytes.resize(std::size_t(stream.gcount()));
+    return bytes;
 }
 
 // Members that may be missing; a wrong type is an error, naming the field.
@@ -159,6 +169,30 @@ CourseRow rowOf(const records::Sample& s, double dt_s) {
     return row;
 }
 
+// Tick and patient of an attempt that no store knows, from the record's header or else from the samples'.
+void readHeader(records::AttemptInfo& info, const fs::path& record, std::vector<std::string>& complaints) {
+    const fs::path inputs = record / "inputs.bin", samples = record / "samples.bin";
+    try {
+        if (fs::exists(inputs)) {
+            records::Record beginning;
+            records::parseInputs(beginningOf(inputs), inputs, beginning);
+            info.dt_s = beginning.header.settings.dt_s;
+            info.patient_digest = beginning.header.package_digest;
+            return;
+        }
+    } catch (const DataError& e) {
+        complaints.emplace_back(e.what());
+    }
+    try {
+        if (!fs::exists(samples)) return;
+        const records::SamplesHeader header = records::parseSamples(beginningOf(samples), samples).header;
+        info.dt_s = header.dt_s;
+        info.patient_digest = header.package_digest;
+    } catch (const DataError&) {
+        // readCourse reads the same file and says it
+    }
+}
+
 // Every tick from the samples; failing that the ticks inside the body from the curve.
 void readCourse(AttemptFiles& files) {
     const fs::path folder = files.stored.folder;
@@ -286,7 +320,10 @@ AttemptFiles readFolder(const fs::path& folder) {
     stored.folder = folder;
     const fs::path whole = fs::weakly_canonical(folder);
     stored.id = whole.has_filename() ? whole.filename().string() : whole.parent_path().filename().string();
+    std::vector<std::string> complaints;
+    readHeader(stored.info, folder / "record", complaints);
     AttemptFiles files = readAttempt(stored);
+    files.complaints.insert(files.complaints.begin(), complaints.begin(), complaints.end());
     records::StoredAttempt& s = files.stored;
     s.info.patient = files.summary.patient;
     s.info.scenario = files.summary.scenario;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kMmPerM = 1e3;
 constexpr int kStillWidth = 560;
-constexpr std::size_t kTrailPoints = 1500, kCourseRows = 4000;
+constexpr std::size_t kTrailPoints = 1500, kCourseRows = 4000, kLongList = 25;
 
 // A percentile of three attempts says nothing.
 constexpr std::size_t kLeastCohort = 4;
@@ -163,28 +163,64 @@ void addSlices(Page& page, const AttemptFiles& a, const AttemptContext& context)
     }
 }
 
+// The extremes of one quantity over some rows, as cells; empty where it is nowhere known.
+class Extremes {
+  public:
+    void add(double value) {
+        if (!std::isfinite(value)) return;
+        low_ = std::min(low_, value), high_ = std::max(high_, value);
+    }
+    std::string low(int digits) const { return low_ > high_ ? "" : fixed(low_, digits); }
+    std::string high(int digits) const { return low_ > high_ ? "" : fixed(high_, digits); }
+
+  private:
+    double low_ = INFINITY, high_ = -INFINITY;
+};
+
+// Each row stands for a few ticks: what was so at the first of them, and the extremes of all.
 Table courseTable(const AttemptFiles& a) {
     Table table;
-    table.head = {"time_s",   "tool",        "depth_mm", "force_n",     "sent_n",
-                  "breath_v", "breath_held", "tissue",   "clearance_mm"};
-    table.number = {true, false, true, true, true, true, true, false, true};
+    table.head = {"time_s",      "ticks",        "tool",         "depth_mm",
+                  "force_n",     "sent_n",       "breath_v",     "breath_held",
+                  "tissue",      "clearance_mm", "depth_min_mm", "depth_max_mm",
+                  "force_min_n", "force_max_n",  "sent_max_n",   "clearance_min_mm"};
+    table.number.assign(table.head.size(), true);
+    table.number[2] = table.number[8] = false;
     const auto csv = [](double value, int digits) {
         return std::isfinite(value) ? fixed(value, digits) : std::string();
     };
     const std::size_t step = a.course.size() / kCourseRows + 1;
     for (std::size_t i = 0; i < a.course.size(); i += step) {
+        const std::size_t end = std::min(i + step, a.course.size());
+        Extremes depth_mm, force_n, sent_n, clearance_mm;
+        for (std::size_t k = i; k < end; ++k) {
+            const CourseRow& r = a.course[k];
+            if (r.in_body) depth_mm.add(kMmPerM * r.depth_m), force_n.add(r.force_n);
+            sent_n.add(r.sent_n), clearance_mm.add(kMmPerM * r.clearance_m);
+        }
         const CourseRow& r = a.course[i];
-        table.rows.push_back(
-            {fixed(r.t_s, 3), a.sampled ? std::string(haptics::kToolNames[std::size_t(r.tool)]) : "",
-             r.in_body ? fixed(kMmPerM * r.depth_m, 3) : "", r.in_body ? fixed(r.force_n, 4) : "",
-             csv(r.sent_n, 4), csv(r.breath_v, 4), r.breath_held ? "1" : "0",
-             r.in_body ? std::string(patient::tissueName(r.tissue)) : "", csv(kMmPerM * r.clearance_m, 2)});
+        table.rows.push_back({fixed(r.t_s, 5), std::to_string(end - i),
+                              a.sampled ? std::string(haptics::kToolNames[std::size_t(r.tool)]) : "",
+                              r.in_body ? fixed(kMmPerM * r.depth_m, 3) : "",
+                              r.in_body ? fixed(r.force_n, 4) : "", csv(r.sent_n, 4), csv(r.breath_v, 4),
+                              r.breath_held ? "1" : "0",
+                              r.in_body ? std::string(patient::tissueName(r.tissue)) : "",
+                              csv(kMmPerM * r.clearance_m, 2), depth_mm.low(3), depth_mm.high(3),
+                              force_n.low(4), force_n.high(4), sent_n.high(4), clearance_mm.low(2)});
     }
     return table;
 }
 
 void addFigure(Page& page, const DescribedFigure& f) {
     page.figure(f.figure, f.description, f.caption, f.data);
+}
+
+// A list too long to scroll past waits until it is asked for.
+void addList(Page& page, const Table& table) {
+    if (table.rows.size() > kLongList)
+        page.foldedTable(table);
+    else if (!table.rows.empty())
+        page.table(table);
 }
 
 // What the program that makes this page knows of the metrics; a record may have others.
@@ -215,8 +251,9 @@ void addScore(Page& page, const AttemptFiles& a, const AttemptContext& context, 
     page.paragraph(
         others >= kLeastCohort
             ? "Each metric earns points up to its weight. The cohort: " + std::to_string(others) +
-                  " finished attempts at the same scenario in these records. A percentile is the share of "
-                  "the cohort that earned fewer points."
+                  " finished attempts at the same scenario in these records, this one among them. A "
+                  "percentile is the share of the cohort that earned fewer points; of those that earned as "
+                  "many, half are counted, itself included."
             : "Each metric earns points up to its weight. Fewer than " + std::to_string(kLeastCohort) +
                   " finished attempts at this scenario are in these records, so there is no cohort to "
                   "compare with.");
@@ -283,7 +320,7 @@ AttemptReport attemptReport(const AttemptFiles& a, const AttemptContext& context
         references.push_back(exactCurve(*context.patient, a.record->path));
     page.section("Force over depth");
     addFigure(page, forceFigure(a, references));
-    if (!a.summary.punctures.empty()) page.table(punctureTable(a));
+    addList(page, punctureTable(a));
 
     addSlices(page, a, context);
 
@@ -292,7 +329,7 @@ AttemptReport attemptReport(const AttemptFiles& a, const AttemptContext& context
     if (const DescribedFigure course = courseFigure(a); !course.figure.choices.empty())
         addFigure(page, course);
     report.events = eventTable(a);
-    if (!report.events.rows.empty()) page.table(report.events);
+    addList(page, report.events);
     report.course = courseTable(a);
 
     addScore(page, a, context, report);

@@ -1,6 +1,8 @@
 #include "app/report/commands.h"
 
+#include <cstdio>
 #include <cstdlib>
+#include <initializer_list>
 #include <memory>
 
 #include "app/report/attempt_page.h"
@@ -23,12 +25,16 @@ fs::path usualRecords() {
     return fs::path(home) / ".local" / "share" / "stylet" / "records";
 }
 
-// Opening a store makes one where there is none; a report only reads.
+// Opening a store makes one where there is none, so it is looked for first; what opening finds cut short is
+// mended and known as cut short from then on, so it is said here.
 records::Store openStore(const ReportOptions& o) {
     const fs::path folder = o.records.empty() ? usualRecords() : o.records;
     if (!fs::exists(folder / "store.sqlite"))
         throw DataError(folder, "store.sqlite", "is not there: no attempts are kept here");
-    return records::Store(folder);
+    records::Store store(folder);
+    for (const records::Recovered& cut : store.recovered())
+        std::fprintf(stderr, "stylet-report: %s\n", records::describe(cut).c_str());
+    return store;
 }
 
 bool isFolder(const std::string& text) {
@@ -39,6 +45,15 @@ void makeFolder(const fs::path& folder) {
     std::error_code error;
     fs::create_directories(folder, error);
     if (error) throw DataError(folder, "folder", error.message());
+}
+
+// What an earlier report left, and this one may not write anew.
+void removeStale(const fs::path& folder, std::initializer_list<const char*> names) {
+    for (const char* name : names) {
+        std::error_code error;
+        fs::remove(folder / name, error);
+        if (error) throw DataError(folder / name, "file", error.message());
+    }
 }
 
 AttemptFiles openAttempt(const std::string& what, const ReportOptions& o) {
@@ -53,10 +68,15 @@ struct OpenPatient {
 // The patient of the attempt, if he is where he was and still the same.
 std::unique_ptr<OpenPatient> openPatient(AttemptFiles& a, const fs::path& named) {
     const fs::path folder = !named.empty() ? named : a.record ? a.record->patient_folder : fs::path();
+    if (!named.empty() && !a.record)
+        throw DataError(named, "patient", "is of no use: the attempt has no record that names its path");
     if (folder.empty() || !a.record) return nullptr;
     try {
+        if (a.stored.info.patient_digest == 0)
+            throw DataError(folder, "patient",
+                            "cannot be told from another: the attempt's record is not whole");
         patient::Package package = patient::loadPackage(folder);
-        if (a.stored.info.patient_digest != 0 && patient::digest(package) != a.stored.info.patient_digest)
+        if (patient::digest(package) != a.stored.info.patient_digest)
             throw DataError(folder, "patient", "is not the one that the attempt was made on");
         return std::unique_ptr<OpenPatient>(new OpenPatient{std::move(package)});
     } catch (const DataError& e) {
@@ -94,6 +114,7 @@ fs::path reportAttempt(const ReportOptions& o) {
     }
     makeFolder(o.out);
     const AttemptReport report = attemptReport(attempt, context);
+    removeStale(o.out, {"metrics.csv", "xapi.json"});
     writeText(report.html, o.out / "attempt.html");
     writeCsv(report.course, o.out / "course.csv");
     writeCsv(report.events, o.out / "events.csv");

@@ -37,8 +37,8 @@ struct FigureSeries {
     std::vector<FigurePoint> points{};
     bool line = true;
     std::vector<int> dash{};
-    std::string
-        shape{};  // of the points: circle, rect, rectRot, triangle, cross, crossRot, star; empty: none
+    std::string shape{};  // of the points: circle, rect, rectRot, triangle, cross, crossRot, star, line (a
+                          // bar); empty: none
     double width = 2.0;
 };
 

@@ -262,7 +262,7 @@ FigureChoice stripOf(const std::string& name, const std::string& axis, const std
                      const std::vector<std::vector<double>>& values) {
     FigureSeries points{"attempt", kBlue}, medians{"median", kVermilion};
     points.line = medians.line = false;
-    points.shape = "circle", medians.shape = "rectRot";
+    points.shape = "circle", medians.shape = "line";
     for (std::size_t p = 0; p < people.size(); ++p) {
         for (std::size_t i = 0; i < values[p].size(); ++i) {
             // Side by side in their order, so that equal ones do not hide one another.
@@ -276,7 +276,7 @@ FigureChoice stripOf(const std::string& name, const std::string& axis, const std
         if (std::isfinite(middle))
             medians.points.push_back({double(p), middle, people[p].trainee + " " + metricText(middle)});
     }
-    return {name, {axis}, {points, medians}};
+    return {name, {axis}, {medians, points}};  // the first lies on top
 }
 
 DescribedFigure cohortFigure(const std::vector<Person>& people, const Attempts& done) {
@@ -310,7 +310,7 @@ DescribedFigure cohortFigure(const std::vector<Person>& people, const Attempts& 
     if (!people.empty() && !std::isnan(people[0].median_total))
         f.description +=
             " Highest median total: " + people[0].trainee + " with " + fixed(people[0].median_total, 1) + ".";
-    f.caption = "Every finished attempt, in each trainee's column from first to last; diamonds: medians.";
+    f.caption = "Every finished attempt, in each trainee's column from first to last; bars: medians.";
     return f;
 }
 

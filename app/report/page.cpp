@@ -63,11 +63,16 @@ std::string tableHtml(const Table& table) {
         html += "<tr>";
         for (std::size_t c = 0; c < row.size(); ++c) {
             const std::string kind = c == 0 ? "th" : "td";
-            const char* const classes = numeric(table, c)         ? " class=\"n\">"
+            const bool number = numeric(table, c);
+            const char* const sort = !number          ? ""
+                                     : row[c] == "∞"  ? " data-sort=\"Infinity\""
+                                     : row[c] == "-∞" ? " data-sort=\"-Infinity\""
+                                                      : "";
+            const char* const classes = number                    ? " class=\"n\">"
                                         : row[c].size() <= kShort ? " class=\"s\">"
                                                                   : ">";
-            html +=
-                "<" + kind + (c == 0 ? " scope=\"row\"" : "") + classes + escaped(row[c]) + "</" + kind + ">";
+            html += "<" + kind + (c == 0 ? " scope=\"row\"" : "") + sort + classes + escaped(row[c]) + "</" +
+                    kind + ">";
         }
         html += "</tr>\n";
     }

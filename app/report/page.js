@@ -102,7 +102,8 @@
     var s = {type: 'linear', title: {display: !!axis.title, text: axis.title || ''}, grid: {color: grid, drawTicks: true}};
     if (axis.min !== undefined) s.min = axis.min;
     if (axis.max !== undefined) s.max = axis.max;
-    if (axis.whole) s.ticks = {callback: function (v) { return Number.isInteger(v) ? v : ''; }};
+    s.ticks = {includeBounds: false};  // an end that is no round number is no place to read from
+    if (axis.whole) s.ticks = {includeBounds: false, callback: function (v) { return Number.isInteger(v) ? v : ''; }};
     if (axis.names) {
       s.min = -0.6;
       s.max = axis.names.length - 0.4;
@@ -115,13 +116,14 @@
   }
 
   function dataset(series) {
+    var bar = series.shape === 'line';
     return {
       label: series.name,
       data: series.points.map(function (p) { return {x: p[0], y: p[1], text: p[2]}; }),
       showLine: !!series.line, borderColor: series.colour, backgroundColor: series.colour,
       borderWidth: series.width || 2, borderDash: series.dash || [],
-      pointStyle: series.shape || 'circle', pointRadius: series.shape ? 5 : 0, pointHitRadius: 6,
-      pointBorderColor: series.shape ? '#ffffff' : series.colour, pointBorderWidth: 1, tension: 0, spanGaps: false, clip: 6,
+      pointStyle: series.shape || 'circle', pointRadius: bar ? 16 : series.shape ? 5 : 0, pointHitRadius: bar ? 0 : 6,
+      pointBorderColor: series.shape && !bar ? '#ffffff' : series.colour, pointBorderWidth: bar ? 3 : 1, tension: 0, spanGaps: false, clip: 6,
       order: series.dash && series.dash.length ? -1 : 0  // dashes over what they agree with
     };
   }
@@ -135,6 +137,13 @@
     };
   }
 
+  // Of the values; what is written at a point needs room above it.
+  function upright(spec) {
+    var s = scale(spec.y, true);
+    if (spec.marks && spec.y.max === undefined) s.grace = '8%';
+    return s;
+  }
+
   function draw(canvas, spec) {
     var shown = Object.assign({}, spec, spec.choices ? spec.choices[0] : {});
     var chart = new Chart(canvas, {
@@ -143,7 +152,7 @@
       options: {
         maintainAspectRatio: false, responsive: true,
         interaction: {mode: 'nearest', intersect: true},
-        scales: {x: scale(shown.x, false), y: scale(shown.y, true)},
+        scales: {x: scale(shown.x, false), y: upright(shown)},
         plugins: {
           legend: {display: shown.series.length > 1, position: 'top', align: 'start',
                    labels: {usePointStyle: true, boxHeight: 9, padding: 14, pointStyleWidth: shown.series.every(function (s) { return !s.shape; }) ? 28 : undefined,
@@ -174,7 +183,7 @@
     choice.addEventListener('change', function () {
       shown = Object.assign(shown, spec.choices[choice.selectedIndex]);
       chart.data.datasets = shown.series.map(dataset);
-      chart.options.scales.y = scale(shown.y, true);
+      chart.options.scales.y = upright(shown);
       chart.update();
     });
   }
@@ -183,7 +192,7 @@
     draw(document.getElementById(data.getAttribute('data-for')), JSON.parse(data.textContent));
   });
 
-  // The head cells become buttons; a number is what data-sort says, or the cell's text.
+  // The head cells become buttons; a number is what data-sort says, or the cell's text; what is none comes first.
   document.querySelectorAll('table.sortable').forEach(function (table) {
     var heads = Array.prototype.slice.call(table.tHead.rows[0].cells), body = table.tBodies[0];
     heads.forEach(function (head, column) {
@@ -196,8 +205,8 @@
         heads.forEach(function (other) { other.removeAttribute('aria-sort'); });
         head.setAttribute('aria-sort', down ? 'descending' : 'ascending');
         var value = function (row) {
-          var text = row.cells[column].textContent, number = parseFloat(text);
-          return row.cells[column].classList.contains('n') ? (isNaN(number) ? -Infinity : number) : text;
+          var cell = row.cells[column], text = cell.getAttribute('data-sort') || cell.textContent, number = parseFloat(text);
+          return cell.classList.contains('n') ? (isNaN(number) ? -Infinity : number) : text;
         };
         Array.prototype.slice.call(body.rows).sort(function (a, b) {
           var p = value(a), q = value(b), order = p < q ? -1 : p > q ? 1 : 0;

@@ -141,6 +141,22 @@ TEST_F(Pages, AreReachedByKeyboard) {
     EXPECT_TRUE(sorted);
 }
 
+TEST_F(Pages, SortInfinityAboveAllNumbers) {
+    Page page("Sorted", "By its numbers.");
+    page.table({"Values",
+                {"Name", "Value"},
+                {{"a", "2"}, {"b", "∞"}, {"c", "–"}, {"d", "10"}},
+                {false, true},
+                true});
+    writeText(page.html(), *folder_ / "sorted.html");
+    browser_->open(*folder_ / "sorted.html", 1280, 900);
+    const char* order =
+        "document.querySelectorAll('th button')[1].click();"
+        "Array.from(document.querySelectorAll('tbody th')).map(cell => cell.textContent).join('')";
+    EXPECT_EQ(browser_->evaluate(order), "cadb");
+    EXPECT_EQ(browser_->evaluate(order), "bdac");
+}
+
 TEST_F(Pages, TellTheSameWithoutScripts) {
     browser_->open(*folder_ / "attempt.html", 1280, 900, false);
     std::set<std::string> names;

@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <array>
+#include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 
@@ -42,6 +45,25 @@ TEST_F(ReportRun, OfAnAttemptsFolder) {
     EXPECT_EQ(html.find("What could not be read"), std::string::npos);
     EXPECT_GT(textOf(folder_ / "r/course.csv").size(), 10000u);
     EXPECT_FALSE(fs::exists(folder_ / "r/xapi.json"));  // nobody did it
+    // Four ticks a millisecond, in another patient.
+    const fs::path first = command_.out();
+    const stylet::test::Outcome fast =
+        command_.run("run --fast --scenario demo --spacing-mm 3 --seed 5 --rate-hz 4000");
+    ASSERT_EQ(fast.status, 0) << fast.err;
+    const Reported quick =
+        report("attempt '" + command_.out().string() + "' --out '" + (folder_ / "q").string() + "'");
+    ASSERT_EQ(quick.status, 0) << quick.err;
+    const auto tenths = std::llround(fast.summary["haptics"]["ticks"].get<double>() / 400.0);
+    std::array<char, 48> clock{};
+    std::snprintf(clock.data(), clock.size(), "<b>%lld:%02lld.%lld</b>", tenths / 600, tenths / 10 % 60,
+                  tenths % 10);
+    EXPECT_NE(textOf(folder_ / "q/attempt.html").find(clock.data()), std::string::npos) << clock.data();
+    const auto record = nlohmann::json::parse(textOf(command_.out() / "record/record.json"));
+    const Reported other =
+        report("attempt '" + first.string() + "' --patient '" +
+               record["patient"]["folder"].get<std::string>() + "' --out '" + (folder_ / "o").string() + "'");
+    EXPECT_EQ(other.status, 2);
+    EXPECT_NE(other.err.find("is not the one that the attempt was made on"), std::string::npos) << other.err;
     // Beside itself it is the reference.
     const Reported both = report("attempt '" + command_.out().string() + "' --reference '" +
                                  command_.out().string() + "' --out '" + (folder_ / "b").string() + "'");

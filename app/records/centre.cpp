@@ -234,8 +234,11 @@ Centre::Centre(const std::string& database, std::function<void(int)> connected) 
         pqxx::work work(connection_->to);
         work.exec("SELECT pg_advisory_xact_lock(1400471916)");  // "Styl": one at a time
         work.exec("SET client_min_messages = warning");
-        work.exec("CREATE SCHEMA IF NOT EXISTS stylet");
-        work.exec("CREATE TABLE IF NOT EXISTS stylet.schema_version (version integer NOT NULL)");
+        // Who may only write into what is there can do without the right to make it.
+        if (work.exec("SELECT to_regclass('stylet.schema_version')")[0][0].is_null()) {
+            work.exec("CREATE SCHEMA IF NOT EXISTS stylet");
+            work.exec("CREATE TABLE stylet.schema_version (version integer NOT NULL)");
+        }
         const pqxx::result found = work.exec("SELECT version FROM stylet.schema_version");
         const std::size_t version = found.empty() ? 0 : found[0][0].as<std::size_t>();
         if (version > kSteps.size())
@@ -243,9 +246,9 @@ Centre::Centre(const std::string& database, std::function<void(int)> connected) 
                                      " is newer than this program's " + std::to_string(kSteps.size()));
         for (std::size_t step = version; step < kSteps.size(); ++step)
             work.exec(kSteps[step]);
-        if (version == 0)
+        if (found.empty())
             work.exec_params("INSERT INTO stylet.schema_version VALUES ($1)", kSteps.size());
-        else
+        else if (version < kSteps.size())
             work.exec_params("UPDATE stylet.schema_version SET version = $1", kSteps.size());
         work.commit();
     });

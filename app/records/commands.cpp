@@ -17,8 +17,8 @@ Store opened(const RecordsOptions& options) {
         throw patient::DataError(options.store, "store",
                                  "there is none; \"stylet run --trainee ID\" makes it");
     Store store(options.store);
-    for (const Recovered& cut : store.recovered())
-        std::fprintf(stderr, "stylet: %s\n", describe(cut).c_str());
+    for (const std::string& line : store.news())
+        std::fprintf(stderr, "stylet: %s\n", line.c_str());
     return store;
 }
 

@@ -20,7 +20,8 @@ struct Exported {
 //   attempts.csv, metrics.csv, events.csv   a line each, by the attempt's id (README.md, the store's tables)
 //   attempts/ID/                            the attempt's files, and attempt.json: all of the above of this
 //   one checksums.csv                           path, bytes, crc32 of every file of this export
-// All trainees when `trainee` is empty. Throws patient::DataError.
+// A text that a spreadsheet would take for a formula has a ' before it. All trainees when `trainee` is empty.
+// Throws patient::DataError.
 Exported exportAttempts(const Store&, const std::string& trainee, const std::filesystem::path& folder);
 
 }  // namespace stylet::records

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "app/records/centre.h"
@@ -62,14 +63,30 @@ SendReport sendOutbox(Store& store, const std::string& database, const std::func
 struct BackgroundSender::Running {
     std::mutex mutex;
     std::condition_variable wake;
-    bool stop = false;
+    std::condition_variable answer;
+    bool stop = false, ended = false;
+    std::uint64_t asked = 0, serving = 0, answered = 0;  // calls of drain()
+    std::size_t left = 0;                                // after the newest round
     int socket = -1;
     std::thread thread;
 
-    // True when the time is over, false when the sender is to end.
+    // True when the time is over or somebody asks, false when the sender is to end.
     bool wait(std::chrono::seconds time) {
         std::unique_lock lock(mutex);
-        return !wake.wait_for(lock, time, [&] { return stop; });
+        wake.wait_for(lock, time, [&] { return stop || asked > answered; });
+        serving = asked;
+        return !stop;
+    }
+    void tried(std::size_t now_left) {
+        const std::lock_guard lock(mutex);
+        answered = serving;
+        left = now_left;
+        answer.notify_all();
+    }
+    void end() {
+        const std::lock_guard lock(mutex);
+        ended = true;
+        answer.notify_all();
     }
     void connected(int now) {
         const std::lock_guard lock(mutex);
@@ -88,23 +105,48 @@ BackgroundSender::BackgroundSender(const std::filesystem::path& folder, std::str
             said = text;
         };
         std::chrono::seconds pause = kSoon;
+        std::optional<Store> store;
+        const auto round = [&] {
+            if (!store) {
+                store.emplace(folder);
+                for (const std::string& line : store->news())
+                    say(line);
+            }
+            SendReport report;
+            if (!store->outbox().empty())
+                report = sendOutbox(*store, database, [this](int socket) { running_->connected(socket); });
+            sayOnce(report.error.empty()
+                        ? ""
+                        : "the training centre: " + report.error + "; what is stored here waits");
+            return report;
+        };
         try {
-            Store store(folder);
-            for (const Recovered& cut : store.recovered())
-                say(describe(cut));
             while (running_->wait(pause)) {
-                if (store.outbox().empty()) continue;
-                const SendReport report =
-                    sendOutbox(store, database, [this](int socket) { running_->connected(socket); });
-                sayOnce(report.error.empty()
-                            ? ""
-                            : "the training centre: " + report.error + "; what is stored here waits");
-                pause = report.left == 0 ? kSoon : std::min(2 * pause, kAtLeast);
+                SendReport report;
+                try {
+                    report = round();
+                } catch (const patient::DataError& e) {  // of the store, as while its disk is full
+                    sayOnce(std::string("nothing is sent to the training centre now: ") + e.what());
+                    report.left = 1;
+                }
+                const bool gets_on = report.left == 0 || report.sent + report.erased > 0;
+                pause = gets_on ? kSoon : std::min(2 * pause, kAtLeast);
+                running_->tried(report.left);
             }
         } catch (const std::exception& e) {
             sayOnce(std::string("nothing is sent to the training centre any more: ") + e.what());
         }
+        running_->end();
     });
+}
+
+std::size_t BackgroundSender::drain(std::chrono::milliseconds at_most) {
+    std::unique_lock lock(running_->mutex);
+    const std::uint64_t mine = ++running_->asked;
+    running_->wake.notify_all();
+    const bool answered = running_->answer.wait_for(
+        lock, at_most, [&] { return running_->ended || running_->answered >= mine; });
+    return answered && !running_->ended ? running_->left : std::max<std::size_t>(running_->left, 1);
 }
 
 BackgroundSender::~BackgroundSender() {

@@ -3,6 +3,7 @@
 // gone, slow or restarted costs time only, and an attempt that was sent twice is there once.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -31,6 +32,8 @@ class BackgroundSender {
     BackgroundSender(const std::filesystem::path& store, std::string database,
                      std::function<void(const std::string&)> say);
     ~BackgroundSender();  // interrupts what is on its way, which stays queued
+    // Sends at once, and waits so long for it; how much is left, at least 1 where that is not known.
+    std::size_t drain(std::chrono::milliseconds at_most);
     BackgroundSender(const BackgroundSender&) = delete;
     BackgroundSender& operator=(const BackgroundSender&) = delete;
 

@@ -133,7 +133,9 @@ bool sameInFile(const Sample& a, const Sample& b) {
 }
 
 SampleWriter::SampleWriter(const std::filesystem::path& folder, const SamplesHeader& header)
-    : file_(folder / "samples.bin", headerOf(header)) {}
+    : file_(folder / "samples.bin", headerOf(header)) {
+    syncFolder(folder);
+}
 
 void SampleWriter::add(const Sample& sample) {
     if (count_ > 0 && sample.tick != last_ + 1) writeFrame();

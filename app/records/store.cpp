@@ -1,6 +1,7 @@
 #include "app/records/store.h"
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <sqlite3.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -26,6 +27,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kPatience_ms = 10000;  // for another process that writes
+constexpr int kShortPatience_ms = 50;
 constexpr const char* kWriting = ".writing";
 constexpr std::size_t kMostTrainee = 64;
 constexpr std::array<const char*, 2> kFrameFiles{"record/inputs.bin", "record/samples.bin"};
@@ -33,7 +35,9 @@ constexpr std::array<const char*, 2> kFrameFiles{"record/inputs.bin", "record/sa
 constexpr std::array<std::string_view, 3> kStates{"running", "done", "cut_short"};
 
 AttemptState stateOf(const std::string& name) {
-    return AttemptState(std::find(kStates.begin(), kStates.end(), name) - kStates.begin());
+    const auto found = std::find(kStates.begin(), kStates.end(), name);
+    if (found == kStates.end()) throw std::invalid_argument("no attempt has the state \"" + name + '"');
+    return AttemptState(found - kStates.begin());
 }
 
 struct Now {
@@ -125,6 +129,20 @@ class NoWaiting {
     ~NoWaiting() { database_.tryExec("PRAGMA synchronous = FULL"); }
     NoWaiting(const NoWaiting&) = delete;
     NoWaiting& operator=(const NoWaiting&) = delete;
+
+  private:
+    SQLite::Database& database_;
+};
+
+// Other processes are hardly waited for in this scope.
+class Hurry {
+  public:
+    explicit Hurry(SQLite::Database& database) : database_(database) {
+        database_.setBusyTimeout(kShortPatience_ms);
+    }
+    ~Hurry() { sqlite3_busy_timeout(database_.getHandle(), kPatience_ms); }
+    Hurry(const Hurry&) = delete;
+    Hurry& operator=(const Hurry&) = delete;
 
   private:
     SQLite::Database& database_;
@@ -277,8 +295,8 @@ auto Store::guarded(Act act) const {
         throw DataError(file_, "database", e.what());
     } catch (const fs::filesystem_error& e) {
         throw DataError(e.path1().empty() ? folder_ : e.path1(), "file", e.code().message());
-    } catch (const std::logic_error& e) {  // of stoull: a number that is none
-        throw DataError(file_, "database", std::string("a number cannot be read: ") + e.what());
+    } catch (const std::logic_error& e) {  // of stoull, for one: a number that is none
+        throw DataError(file_, "database", std::string("a row cannot be read: ") + e.what());
     }
 }
 
@@ -287,32 +305,61 @@ Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(fold
         fs::create_directories(folder_ / "attempts");
         database_ = std::make_unique<SQLite::Database>(
             file_.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kPatience_ms);
+        {
+            const SQLite::Transaction same_instant(*database_);
+            needStore();  // before anything is changed in it
+        }
         database_->exec("PRAGMA journal_mode = WAL");
         database_->exec("PRAGMA synchronous = FULL");
         database_->exec("PRAGMA foreign_keys = ON");
         database_->exec("PRAGMA secure_delete = ON");
         migrate();
-        removeDoomed();
-        recover();
     });
+    // On a full disk, say, there is still reading and deleting.
+    const auto attempted = [&](const char* what, const auto& act) {
+        try {
+            guarded(act);
+        } catch (const std::exception& e) {
+            unfinished_.push_back(std::string(what) +
+                                  ", and is tried again at the next opening: " + e.what());
+        }
+    };
+    attempted("a deletion is not complete", [&] { removeDoomed(); });
+    attempted("the search for what was cut short did not end", [&] { recover(); });
 }
 
 Store::~Store() = default;
 Store::Store(Store&&) noexcept = default;
 
-void Store::migrate() {
-    const auto numberIn = [&](const char* pragma) { return database_->execAndGet(pragma).getInt(); };
-    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    const int version = numberIn("PRAGMA user_version"), made_by = numberIn("PRAGMA application_id");
-    const int newest = int(schemaSteps().size());
+std::vector<std::string> Store::news() const {
+    std::vector<std::string> lines;
+    for (const Recovered& cut : recovered_)
+        lines.push_back(describe(cut));
+    lines.insert(lines.end(), unfinished_.begin(), unfinished_.end());
+    return lines;
+}
+
+int Store::numberIn(const char* sql) const {
+    return database_->execAndGet(sql).getInt();
+}
+
+void Store::needStore() const {
+    const int made_by = numberIn("PRAGMA application_id");
     if (made_by != kStoreId && (made_by != 0 || numberIn("SELECT count(*) FROM sqlite_schema") > 0))
         throw DataError(file_, "application_id", "this is not a Stylet store");
+}
+
+void Store::migrate() {
+    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+    needStore();
+    const int version = numberIn("PRAGMA user_version"), newest = int(schemaSteps().size());
     if (version > newest)
         throw DataError(file_, "user_version",
                         std::to_string(version) + " is newer than this program's " + std::to_string(newest));
     if (version == newest) return;
     for (const char* step : schemaSteps().subspan(std::size_t(version)))
         database_->exec(step);
+    sumUpOlder();
     database_->exec("PRAGMA application_id = " + std::to_string(kStoreId));
     database_->exec("PRAGMA user_version = " + std::to_string(newest));
     change.commit();
@@ -336,40 +383,75 @@ void Store::execute(const char* sql, const std::vector<std::string>& values) con
     statement.exec();
 }
 
-// What is finished or was cut short does not change any more: it is summed up, and the centre is to know.
-void Store::settle(const std::string& id) {
+// What is finished or was cut short does not change any more.
+void Store::sumUp(const std::string& id) {
+    const std::uint32_t rows = rowsSum(readAttempt(id));
+    const auto files = fs::exists(folderOf(id)) ? sumsOf(folderOf(id)) : std::vector<StoredFile>();
     SQLite::Statement row(*database_,
                           "INSERT INTO file (attempt, path, bytes, crc32) SELECT number, ?, ?, ? FROM "
                           "attempt WHERE id = ?");
-    if (fs::exists(folderOf(id)))
-        for (const StoredFile& file : sumsOf(folderOf(id))) {
-            row.bind(1, file.file.generic_string());
-            row.bind(2, std::int64_t(file.bytes));
-            row.bind(3, std::int64_t(file.crc32));
-            row.bind(4, id);
-            row.exec();
-            row.reset();
+    for (const StoredFile& file : files) {
+        row.bind(1, file.file.generic_string());
+        row.bind(2, std::int64_t(file.bytes));
+        row.bind(3, std::int64_t(file.crc32));
+        row.bind(4, id);
+        row.exec();
+        row.reset();
+    }
+    execute("UPDATE attempt SET crc32 = ? WHERE id = ?", {std::to_string(rows), id});
+}
+
+// Attempts of schema 1 were stored without sums, by which the centre knows what files there are.
+void Store::sumUpOlder() {
+    for (const std::string& id : idsWhere("state <> 'running' AND crc32 IS NULL"))
+        try {
+            sumUp(id);
+        } catch (const std::exception& e) {
+            unfinished_.push_back("attempt " + id + " stays without checksums: " + e.what());
         }
-    execute("UPDATE attempt SET crc32 = ? WHERE id = ?", {std::to_string(rowsSum(readAttempt(id))), id});
+}
+
+// It is summed up, and the centre is to know.
+void Store::settle(const std::string& id) {
+    sumUp(id);
     execute("INSERT INTO outbox (kind, what) VALUES ('attempt', ?)", {id});
 }
 
-// begin() and finish() change state and lock under the same write lock of the database.
+std::vector<std::string> Store::idsWhere(const std::string& condition) const {
+    std::vector<std::string> ids;
+    SQLite::Statement row(*database_, "SELECT id FROM attempt WHERE " + condition + " ORDER BY number");
+    while (row.executeStep())
+        ids.push_back(row.getColumn(0).getString());
+    return ids;
+}
+
 void Store::recover() {
+    for (const std::string& id : idsWhere("state = 'running'"))
+        try {
+            guarded([&] { recoverAttempt(id); });
+        } catch (const std::exception& e) {
+            unfinished_.push_back("attempt " + id + " was cut short and cannot be recovered: " + e.what());
+        }
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    std::vector<std::string> left;
-    SQLite::Statement running(*database_, "SELECT id FROM attempt WHERE state = 'running' ORDER BY number");
-    while (running.executeStep())
-        if (const std::string id = running.getColumn(0).getString(); !isBeingWritten(id)) left.push_back(id);
-    for (const std::string& id : left) {
-        recovered_.push_back({id, cutTails(folderOf(id))});
-        fs::remove(folderOf(id) / kWriting);
-        execute("UPDATE attempt SET state = 'cut_short' WHERE id = ?", {id});
-        settle(id);
-    }
     for (const fs::path& folder : unknownFolders())
         if (neverBegun(folder)) fs::remove_all(folder);
     change.commit();
+}
+
+// begin() and finish() change state and lock under the same write lock of the database.
+void Store::recoverAttempt(const std::string& id) {
+    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+    SQLite::Statement running(*database_, "SELECT 1 FROM attempt WHERE state = 'running' AND id = ?");
+    running.bind(1, id);
+    if (!running.executeStep() || isBeingWritten(id)) return;
+    running.reset();
+    Recovered found{id, cutTails(folderOf(id))};
+    fs::remove(folderOf(id) / kWriting);
+    if (fs::exists(folderOf(id))) syncTree(folderOf(id));
+    execute("UPDATE attempt SET state = 'cut_short' WHERE id = ?", {id});
+    settle(id);
+    change.commit();
+    recovered_.push_back(std::move(found));
 }
 
 std::vector<fs::path> Store::unknownFolders() const {
@@ -433,23 +515,53 @@ void Store::needOpen(const std::string& id) const {
 
 void Store::add(const std::string& id, const std::vector<EventRow>& events) {
     needOpen(id);
+    guarded([&] { insertEvents(id, events); });
+}
+
+void Store::insertEvents(const std::string& id, const std::vector<EventRow>& events) {
     if (events.empty()) return;
-    guarded([&] {
-        const NoWaiting into_the_file(*database_);  // finish() waits for the disk
-        SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-        SQLite::Statement row(
-            *database_,
-            "INSERT INTO event (attempt, place, tick, kind, text) SELECT number, "
-            "(SELECT count(*) FROM event WHERE attempt = number), ?, ?, ? FROM attempt WHERE id = ?");
-        for (const EventRow& event : events) {
-            row.bind(1, std::int64_t(event.tick));
-            row.bind(2, event.kind);
-            row.bind(3, event.text);
-            row.bind(4, id);
-            row.exec();
-            row.reset();
+    const NoWaiting into_the_file(*database_);  // finish() waits for the disk
+    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+    SQLite::Statement row(
+        *database_,
+        "INSERT INTO event (attempt, place, tick, kind, text) SELECT number, "
+        "(SELECT count(*) FROM event WHERE attempt = number), ?, ?, ? FROM attempt WHERE id = ?");
+    for (const EventRow& event : events) {
+        row.bind(1, std::int64_t(event.tick));
+        row.bind(2, event.kind);
+        row.bind(3, event.text);
+        row.bind(4, id);
+        row.exec();
+        row.reset();
+    }
+    change.commit();
+}
+
+bool Store::addAtOnce(const std::string& id, const std::vector<EventRow>& events) {
+    needOpen(id);
+    return guarded([&] {
+        const Hurry hurry(*database_);
+        try {
+            insertEvents(id, events);
+            return true;
+        } catch (const SQLite::Exception& e) {
+            if ((e.getErrorCode() & 0xff) == SQLITE_BUSY) return false;
+            throw;
         }
+    });
+}
+
+void Store::abandon(const std::string& id) {
+    needOpen(id);
+    guarded([&] {
+        SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+        execute("DELETE FROM attempt WHERE id = ?", {id});
+        execute("INSERT INTO doomed (folder) VALUES (?)", {id});
         change.commit();
+        open_.erase(id);
+        fs::remove_all(folderOf(id));
+        syncFolder(folder_ / "attempts");
+        execute("DELETE FROM doomed WHERE folder = ?", {id});
     });
 }
 
@@ -546,7 +658,7 @@ std::vector<std::string> Store::damage() const {
             const std::string id = row.getColumn(0).getString();
             checkFiles(id, found);
             try {
-                // An attempt of schema 1 was stored without.
+                // NULL: it could not be summed up.
                 if (!row.getColumn(1).isNull() && row.getColumn(1).getInt64() != rowsSum(readAttempt(id)))
                     found.push_back(file_.string() + ": the checksum of attempt " + id + " does not match");
             } catch (const std::exception& e) {
@@ -560,18 +672,22 @@ std::vector<std::string> Store::damage() const {
 void Store::checkFiles(const std::string& id, std::vector<std::string>& damage) const {
     for (const StoredFile& stored : files(id)) {
         const fs::path file = folderOf(id) / stored.file;
-        if (!fs::exists(file)) {
-            damage.push_back(file.string() + ": is gone");
-            continue;
+        try {
+            if (!fs::exists(file)) {
+                damage.push_back(file.string() + ": is gone");
+                continue;
+            }
+            const StoredFile now = sumOf(folderOf(id), stored.file);
+            if (now.bytes != stored.bytes)
+                damage.push_back(file.string() + ": has " + std::to_string(now.bytes) +
+                                 " bytes, was stored with " + std::to_string(stored.bytes) +
+                                 placeOfDamage(folderOf(id), stored.file));
+            else if (now.crc32 != stored.crc32)
+                damage.push_back(file.string() + ": its checksum does not match" +
+                                 placeOfDamage(folderOf(id), stored.file));
+        } catch (const std::exception& e) {
+            damage.push_back(file.string() + ": cannot be checked: " + e.what());
         }
-        const StoredFile now = sumOf(folderOf(id), stored.file);
-        if (now.bytes != stored.bytes)
-            damage.push_back(file.string() + ": has " + std::to_string(now.bytes) +
-                             " bytes, was stored with " + std::to_string(stored.bytes) +
-                             placeOfDamage(folderOf(id), stored.file));
-        else if (now.crc32 != stored.crc32)
-            damage.push_back(file.string() + ": its checksum does not match" +
-                             placeOfDamage(folderOf(id), stored.file));
     }
 }
 
@@ -624,14 +740,11 @@ std::size_t Store::eraseTrainee(const std::string& trainee) {
         execute("DELETE FROM attempt WHERE trainee = ?", {trainee});
         change.commit();
         removeDoomed();
-        // No page of the file and none of the log keeps what was erased.
-        database_->exec("VACUUM");
-        database_->exec("PRAGMA wal_checkpoint(TRUNCATE)");
         return doomed.size();
     });
 }
 
-// What eraseTrainee() began, also when it was killed on the way.
+// What eraseTrainee() began, also when it was killed on the way: known until nothing is left of it.
 void Store::removeDoomed() {
     std::vector<std::string> folders;
     SQLite::Statement doomed(*database_, "SELECT folder FROM doomed");
@@ -642,7 +755,15 @@ void Store::removeDoomed() {
     for (const std::string& id : folders)
         fs::remove_all(folderOf(id));
     syncFolder(folder_ / "attempts");
-    database_->exec("DELETE FROM doomed");
+    // No page of the file and none of the log keeps what was erased.
+    database_->exec("VACUUM");
+    if (numberIn("PRAGMA wal_checkpoint(TRUNCATE)") != 0)
+        throw DataError(
+            file_, "log",
+            "another process reads the store: what was deleted is gone from the index, but stands in "
+            "its log until the store is opened without");
+    for (const std::string& id : folders)
+        execute("DELETE FROM doomed WHERE folder = ?", {id});
 }
 
 }  // namespace stylet::records

@@ -116,6 +116,8 @@ class Store {
     const std::filesystem::path& folder() const { return folder_; }
     // What opening found cut short, oldest first; known to every later opening as cut short only.
     const std::vector<Recovered>& recovered() const { return recovered_; }
+    // A line for each of them, and for what opening could not complete: it is tried again at the next.
+    std::vector<std::string> news() const;
     // Folders under attempts/ that the index knows nothing of. They are left alone.
     std::vector<std::filesystem::path> unknownFolders() const;
 
@@ -125,6 +127,10 @@ class Store {
     std::filesystem::path folderOf(const std::string& id) const;
     // Kept through a kill at once, through a power loss with finish().
     void add(const std::string& id, const std::vector<EventRow>&);
+    // The same for who cannot wait: false, and nothing is added, while another process writes.
+    bool addAtOnce(const std::string& id, const std::vector<EventRow>&);
+    // An attempt that never came to a tick: as if it had not begun.
+    void abandon(const std::string& id);
     // Acknowledged when it returns: the rows and every file of the folder are on the disk.
     void finish(const std::string& id, const AttemptResult&);
 
@@ -139,7 +145,8 @@ class Store {
     std::vector<std::string> damage() const;
 
     // Rows and folders of all attempts of a trainee, gone from the disk when it returns; how many there were.
-    // Refused while one of them is being written. The centre is to be told.
+    // Refused while one of them is being written. The centre is to be told. Completed at the next opening
+    // when it throws later than that.
     std::size_t eraseTrainee(const std::string& trainee);
 
     // Queued with what it is about, in one transaction; in order.
@@ -148,12 +155,19 @@ class Store {
     void notTold(const OutboxEntry&, const std::string& why);  // it stays
 
   private:
+    int numberIn(const char* sql) const;
+    void needStore() const;
     void migrate();
+    void sumUpOlder();
+    void sumUp(const std::string& id);
+    std::vector<std::string> idsWhere(const std::string& condition) const;
     void recover();
+    void recoverAttempt(const std::string& id);
     void removeDoomed();
     FileLock makeFolder(const std::string& id) const;
     bool isBeingWritten(const std::string& id) const;
     void settle(const std::string& id);
+    void insertEvents(const std::string& id, const std::vector<EventRow>&);
     StoredAttempt readAttempt(const std::string& id) const;
     void checkFiles(const std::string& id, std::vector<std::string>& damage) const;
     void execute(const char* sql, const std::vector<std::string>& values) const;
@@ -165,6 +179,7 @@ class Store {
     std::unique_ptr<SQLite::Database> database_;
     std::map<std::string, FileLock> open_;  // attempts this store writes
     std::vector<Recovered> recovered_;
+    std::vector<std::string> unfinished_;
 };
 
 }  // namespace stylet::records

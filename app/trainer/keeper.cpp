@@ -19,9 +19,18 @@ records::AttemptResult resultOf(const SessionLog& log) {
 Keeper::Keeper(const std::filesystem::path& store, const std::string& database,
                const std::function<void(const std::string&)>& say)
     : store_(store) {
-    for (const records::Recovered& cut : store_.recovered())
-        say(records::describe(cut));
+    for (const std::string& line : store_.news())
+        say(line);
     if (!database.empty()) sender_.emplace(store, database, say);
+}
+
+Keeper::~Keeper() {
+    if (id_.empty() || samples_ || finished_) return;
+    try {
+        store_.abandon(id_);
+    } catch (const std::exception&) {
+        // The next opening finds it cut short.
+    }
 }
 
 std::filesystem::path Keeper::begin(const records::AttemptInfo& info) {
@@ -39,21 +48,29 @@ void Keeper::take(const haptics::TickOutput& now, const SessionLog& log) {
     if (++unstored_ticks_ >= records::kFrameTicks) storeEvents(log);
 }
 
-void Keeper::storeEvents(const SessionLog& log) {
+void Keeper::storeEvents(const SessionLog& log, bool at_once) {
     std::vector<records::EventRow> fresh;
-    for (; stored_events_ < log.events.size(); ++stored_events_) {
-        const training::SessionEvent& event = log.events[stored_events_];
-        fresh.push_back({event.tick, event.kind, event.text});
-    }
-    store_.add(id_, fresh);
+    for (std::size_t i = stored_events_; i < log.events.size(); ++i)
+        fresh.push_back({log.events[i].tick, log.events[i].kind, log.events[i].text});
     unstored_ticks_ = 0;
+    if (!at_once)
+        store_.add(id_, fresh);
+    else if (!store_.addAtOnce(id_, fresh))
+        return;  // with the next ones
+    stored_events_ += fresh.size();
 }
 
 const std::string& Keeper::finish(const SessionLog& log) {
     if (samples_) samples_->finish();
-    storeEvents(log);
+    storeEvents(log, false);
     store_.finish(id_, resultOf(log));
+    finished_ = true;
     return id_;
+}
+
+std::size_t Keeper::send() {
+    constexpr std::chrono::seconds kAtMost{10};
+    return sender_ ? sender_->drain(kAtMost) : 0;
 }
 
 }  // namespace stylet::trainer

@@ -20,6 +20,9 @@ class Keeper {
     // that is empty. Throws patient::DataError.
     Keeper(const std::filesystem::path& store, const std::string& database,
            const std::function<void(const std::string&)>& say);
+    ~Keeper();  // an attempt that never came to a tick is not kept
+    Keeper(const Keeper&) = delete;
+    Keeper& operator=(const Keeper&) = delete;
 
     // An attempt begins; the folder for what it leaves.
     std::filesystem::path begin(const records::AttemptInfo&);
@@ -27,15 +30,19 @@ class Keeper {
     void take(const haptics::TickOutput&, const SessionLog&);
     // All of the folder is written. Acknowledged when it returns; its id.
     const std::string& finish(const SessionLog&);
+    // To the training centre, for at most 10 s; how much still waits then.
+    std::size_t send();
 
   private:
-    void storeEvents(const SessionLog&);
+    // At once: what would have to wait for another process comes with the next.
+    void storeEvents(const SessionLog&, bool at_once = true);
 
     records::Store store_;
     std::optional<records::BackgroundSender> sender_;
     std::string id_;
     records::SamplesHeader header_;
     std::optional<records::SampleWriter> samples_;  // once there is a tick
+    bool finished_ = false;
     std::size_t stored_events_ = 0;
     std::uint64_t unstored_ticks_ = 0;
 };

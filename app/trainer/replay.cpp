@@ -33,8 +33,14 @@ void reportDamage(const records::Record& record) {
 // The samples that a trainee's attempt was stored with, against what its inputs give.
 class StoredSamples {
   public:
-    explicit StoredSamples(const std::filesystem::path& folder) {
-        if (std::filesystem::exists(folder / "samples.bin")) stored_ = records::loadSamples(folder);
+    StoredSamples(const std::filesystem::path& folder, bool cut_short) {
+        if (!std::filesystem::exists(folder / "samples.bin")) return;
+        try {
+            stored_ = records::loadSamples(folder);
+        } catch (const patient::DataError& e) {
+            if (!cut_short) throw;  // of a kill within its header
+            std::fprintf(stderr, "stylet: no stored samples to compare with: %s\n", e.what());
+        }
     }
     void compare(const records::Sample& recomputed) {
         if (!stored_ || differs_at_ || next_ == stored_->samples.size()) return;
@@ -146,7 +152,7 @@ int replay(const ReplayOptions& options) {
     needFolder(options.out, "--out");
     const records::Record record = recordIn(options.record);
     const bool whole = std::filesystem::exists(options.record / "record" / "record.json");
-    StoredSamples stored(whole ? options.record / "record" : options.record);
+    StoredSamples stored(whole ? options.record / "record" : options.record, !record.info.end);
     reportDamage(record);
     const records::RecordInfo& info = record.info;
     const std::filesystem::path folder = options.patient.empty() ? info.patient_folder : options.patient;

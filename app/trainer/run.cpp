@@ -384,6 +384,9 @@ int run(const RunOptions& asked) {
         std::printf("stored as attempt %s of %s\n", keeper->finish(session.log()).c_str(),
                     options.trainee.c_str());
     printResults(facts, session.log(), totals, options.out, options.stats);
+    if (keeper && keeper->send() > 0)
+        sayOnStderr(
+            "the training centre does not have all yet; the next run, or \"stylet records sync\", sends it");
     if (totals.frames_stuck) {
         sayOnStderr(
             "the OpenXR runtime does not let go of a frame; all is stored, and the program ends without it");

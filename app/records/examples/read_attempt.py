@@ -25,7 +25,11 @@ class Damaged(Exception):
 def samples(file):
     """Yields (tick, seconds, fields) of samples.bin, as far as its frames are whole."""
     data = file.read_bytes()
-    magic, version, size = struct.unpack_from("<8sII", data)
+    head = struct.Struct("<8sII")
+    if len(data) < head.size or len(data) < head.size + head.unpack_from(data)[2] + 4:
+        print(f"{file}: ends inside its header", file=sys.stderr)  # killed as it began
+        return
+    magic, version, size = head.unpack_from(data)
     if magic != b"STYLSMP\n" or version != 1:
         raise Damaged(f"{file}: not a file of samples that this program knows")
     if struct.unpack_from("<I", data, 16 + size)[0] != zlib.crc32(data[:16 + size]):

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 
+#include "app/records/export.h"
 #include "app/records/frames.h"
 #include "app/records/record.h"
 #include "app/records/schema.h"
@@ -192,6 +193,72 @@ TEST(Store, ADeletionThatWasKilledIsCompleted) {
     EXPECT_TRUE(store.unknownFolders().empty());
 }
 
+TEST(Store, ADeletionIsKnownUntilTheLogIsEmpty) {
+    const test::TempFolder temp;
+    const path file = temp / "s" / "store.sqlite";
+    {
+        Store store(temp / "s");
+        store.finish(store.begin(someInfo("Zebra-77")), someResult());
+        SQLite::Database reader(file.string(), SQLite::OPEN_READWRITE);
+        SQLite::Statement rows(reader, "SELECT * FROM attempt");
+        ASSERT_TRUE(rows.executeStep());  // and stays there
+        EXPECT_NE(complaintOf([&] { store.eraseTrainee("Zebra-77"); }).find("another process reads"),
+                  std::string::npos);
+        EXPECT_TRUE(store.attempts().empty());
+    }
+    const Store store(temp / "s");
+    EXPECT_TRUE(store.news().empty());
+    for (const auto& entry : std::filesystem::directory_iterator(temp / "s"))
+        if (entry.is_regular_file()) {
+            EXPECT_EQ(bytesOf(entry.path()).find("Zebra-77"), std::string::npos) << entry.path();
+        }
+    EXPECT_EQ(SQLite::Database(file.string()).execAndGet("SELECT count(*) FROM doomed").getInt(), 0);
+}
+
+TEST(Store, OneThatCannotBeRecoveredLeavesTheOthersTheStore) {
+    const test::TempFolder temp;
+    std::string bad, good;
+    {
+        Store store(temp / "s");
+        bad = store.begin(someInfo());
+        good = store.begin(someInfo("T-02"));
+        std::filesystem::create_directories(store.folderOf(bad) / "record" / "inputs.bin");  // no file
+    }
+    Store store(temp / "s");
+    ASSERT_EQ(store.recovered().size(), 1u);
+    EXPECT_EQ(store.recovered()[0].id, good);
+    ASSERT_EQ(store.news().size(), 2u);
+    EXPECT_NE(store.news()[1].find(bad + " was cut short and cannot be recovered"), std::string::npos);
+    EXPECT_EQ(store.attempt(bad).state, AttemptState::running);
+    EXPECT_EQ(store.eraseTrainee("T-01"), 1u);
+    EXPECT_EQ(store.attempts().size(), 1u);
+}
+
+TEST(Store, NobodyWaitsForEventsWhileAnotherProcessWrites) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    const std::string id = store.begin(someInfo());
+    {
+        SQLite::Database other((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
+        const SQLite::Transaction writes(other, SQLite::TransactionBehavior::IMMEDIATE);
+        EXPECT_FALSE(store.addAtOnce(id, {{1, "tool", "finger"}}));
+    }
+    EXPECT_TRUE(store.addAtOnce(id, {{1, "tool", "finger"}}));
+    EXPECT_EQ(store.attempt(id).events.size(), 1u);
+}
+
+TEST(Store, AnAbandonedAttemptLeavesNothing) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    const std::string id = store.begin(someInfo());
+    recordInto(store.folderOf(id), 1);
+    store.abandon(id);
+    EXPECT_TRUE(store.attempts().empty());
+    EXPECT_TRUE(store.outbox().empty());
+    EXPECT_FALSE(std::filesystem::exists(store.folderOf(id)));
+    EXPECT_NE(complaintOf([&] { store.finish(id, {}); }).find("not being written"), std::string::npos);
+}
+
 TEST(Store, KeepsItsHandsOffFoldersItDoesNotKnow) {
     const test::TempFolder temp;
     std::filesystem::create_directories(temp / "s" / "attempts" / "whose");
@@ -220,6 +287,8 @@ TEST(Store, OpensEveryOlderSchema) {
                 "INSERT INTO event VALUES (7, 0, 12, 'cut', 'duct')");
             for (const char* step : schemaSteps().subspan(1, version - 1))
                 old.exec(step);
+            std::filesystem::create_directories(temp / "s" / "attempts" / "an-id");
+            std::ofstream(temp / "s" / "attempts" / "an-id" / "summary.json") << "{}";
             old.exec("PRAGMA application_id = " + std::to_string(kStoreId));
             old.exec("PRAGMA user_version = " + std::to_string(version));
         }
@@ -229,6 +298,9 @@ TEST(Store, OpensEveryOlderSchema) {
         EXPECT_EQ(old.result.value().total, 61.25);
         EXPECT_EQ(old.result.value().metrics.at(0).points, 2.5);
         EXPECT_EQ(old.events.at(0).text, "duct");
+        if (version == 1) {
+            EXPECT_EQ(store.files("an-id").size(), 1u) << "so that the centre gets it";
+        }
         const std::string id = store.begin(someInfo());
         store.finish(id, someResult());
         EXPECT_EQ(store.attempts().size(), 2u);
@@ -258,13 +330,35 @@ TEST(Store, NamesAFlippedByte) {
     std::ofstream(store.folderOf(id) / "record" / "record.json", std::ios::app) << " ";
     SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("UPDATE event SET text = 'well dona'");
-    const std::vector<std::string> damage = store.damage();
+    std::vector<std::string> damage = store.damage();
     ASSERT_EQ(damage.size(), 4u);
     EXPECT_NE(damage[0].find("inputs.bin: its checksum does not match; whole for 250 ticks"),
               std::string::npos);
     EXPECT_NE(damage[1].find("record.json: has "), std::string::npos);
     EXPECT_NE(damage[2].find("summary.json: is gone"), std::string::npos);
     EXPECT_NE(damage[3].find("store.sqlite: the checksum of attempt " + id), std::string::npos);
+
+    std::filesystem::create_directory(store.folderOf(id) / "summary.json");
+    damage = store.damage();
+    ASSERT_EQ(damage.size(), 4u) << "what cannot be read hides nothing else";
+    EXPECT_NE(damage[2].find("summary.json: cannot be checked"), std::string::npos);
+}
+
+TEST(Export, NoTextIsTakenForAFormula) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    const std::string id = store.begin(someInfo());
+    store.add(id, {{1, "comment", "=HYPERLINK(\"x\")"}, {2, "comment", "-1+1"}, {3, "comment", "-1.5"}});
+    AttemptResult result = someResult();
+    result.metrics[0].value = -std::numeric_limits<double>::infinity();
+    store.finish(id, result);
+    exportAttempts(store, "", temp / "taken");
+    const std::string events = bytesOf(temp / "taken" / "events.csv");
+    EXPECT_NE(events.find(",\"'=HYPERLINK(\"\"x\"\")\"\r\n"), std::string::npos) << events;
+    EXPECT_NE(events.find(",'-1+1\r\n"), std::string::npos) << events;
+    EXPECT_NE(events.find(",-1.5\r\n"), std::string::npos) << events;
+    EXPECT_NE(bytesOf(temp / "taken" / "metrics.csv").find(",-inf,"), std::string::npos)
+        << "a number stays one";
 }
 
 TEST(Store, QueuesWhatTheCentreIsToKnow) {
@@ -309,7 +403,9 @@ TEST(Store, RefusesWhatIsNoStoreOrTooNew) {
     SQLite::Database((temp / "newer" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("PRAGMA user_version = 999");
     EXPECT_NE(complaintOf([&] { Store(temp / "text"); }).find("database"), std::string::npos);
+    const std::string others = bytesOf(temp / "other" / "store.sqlite");
     EXPECT_NE(complaintOf([&] { Store(temp / "other"); }).find("not a Stylet store"), std::string::npos);
+    EXPECT_EQ(bytesOf(temp / "other" / "store.sqlite"), others) << "untouched";
     EXPECT_NE(complaintOf([&] { Store(temp / "newer"); }).find("999 is newer"), std::string::npos);
     EXPECT_NE(complaintOf([&] { Store("/proc/nothing"); }), "");
     EXPECT_NE(complaintOf([&] { Store(temp / "fresh").attempt("nobody"); }).find("there is none"),

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <random>
 
 #include "app/records/record.h"
@@ -24,6 +25,14 @@ using test::Command;
 using test::Outcome;
 
 const std::string kRun = "run --headless --fast --spacing-mm 2.5 --scenario demo --trainee ";
+
+#ifdef STYLET_SANITIZED
+constexpr int kKills = 1;
+constexpr std::size_t kCuts = 1;
+#else
+constexpr int kKills = 6;
+constexpr std::size_t kCuts = 2;
+#endif
 
 class StoreRun : public testing::Test {
   protected:
@@ -185,12 +194,40 @@ TEST_F(StoreRun, RefusesWhatDoesNotGoTogether) {
     EXPECT_GE(records("sync").status, 100) << "to where?";
 }
 
+TEST_F(StoreRun, AnAttemptThatNeverStartedIsNotKept) {
+    const Outcome none =
+        command_->runBare("run --spacing-mm 2.5 --no-mirror --mute --device controllers --trainee T-11",
+                          "XR_RUNTIME_JSON=/nonexistent.json ");
+    EXPECT_EQ(none.status, 2) << none.err;
+    EXPECT_NE(none.err.find("no headset"), std::string::npos) << none.err;
+    const Store store(folder());
+    EXPECT_TRUE(store.attempts("T-11").empty());
+    EXPECT_TRUE(store.recovered().empty());
+    EXPECT_TRUE(store.unknownFolders().empty());
+}
+
+// What a kill leaves of a file that was just begun.
+TEST_F(StoreRun, SamplesThatEndInTheirHeaderAreSaidAndTheRestIsReplayed) {
+    const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
+    const std::filesystem::path cut = *command_ / "headless";
+    std::filesystem::copy(attempt.folder / "record", cut);
+    std::filesystem::resize_file(cut / "samples.bin", 10);
+    const std::string line = "replay --fast '" + cut.string() + "'";
+    EXPECT_EQ(command_->run(line).status, 2) << "of an attempt that ended it is damage";
+    auto info = nlohmann::json::parse(test::textOf(cut / "record.json"));
+    info.erase("final_tick"), info.erase("state_hash");
+    std::ofstream(cut / "record.json") << info;
+    const Outcome again = command_->run(line);
+    EXPECT_EQ(again.status, 0) << again.err;
+    EXPECT_NE(again.err.find("no stored samples to compare with"), std::string::npos) << again.err;
+}
+
 // The whole program, killed anywhere between its start and its end.
 TEST_F(StoreRun, KilledItLeavesWholeFramesOrNothing) {
     std::mt19937 random(std::random_device{}());
     std::size_t acknowledged = Store(folder()).attempts("T-09").size(), cut = 0;
     double whole_s = whole_s_;
-    for (int i = 0; i < 10 || (cut < 4 && i < 60); ++i) {
+    for (int i = 0; i < kKills || (cut < kCuts && i < 5 * kKills); ++i) {
         const double end_s = std::uniform_real_distribution<double>(0.2, 1.05)(random) * whole_s;
         const auto before = std::chrono::steady_clock::now();
         const Outcome killed =

@@ -55,7 +55,7 @@ Simulation::Simulation(const patient::Patient& patient, const SimulationSettings
 void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& events) noexcept {
     OutputTick tick;
     const bool taken = takeCommands(input, tick.unmet);
-    patient::stepBreathing(state_.breathing, breath_, settings_.dt_s);
+    stepBreath();
     patient::stepInterruption(state_.interruption, breath_, settings_.dt_s);
     const Vec3 started_m = movePatient();
     bool leapt = false;
@@ -132,6 +132,14 @@ bool Simulation::takeCommands(const TickInput& input, std::uint32_t& unmet) noex
         }
     }
     return taken;
+}
+
+// Who coughs or sighs does not begin to hold his breath.
+void Simulation::stepBreath() noexcept {
+    const bool wanted = state_.breathing.hold_wanted, interrupted = state_.interruption.ticks > 0;
+    if (interrupted && !state_.breathing.held) state_.breathing.hold_wanted = false;
+    patient::stepBreathing(state_.breathing, breath_, settings_.dt_s);
+    if (interrupted) state_.breathing.hold_wanted = wanted;
 }
 
 Surrogate Simulation::breathNow() const noexcept {

@@ -131,6 +131,7 @@ class Simulation {
 
   private:
     bool takeCommands(const TickInput&, std::uint32_t& unmet) noexcept;
+    void stepBreath() noexcept;
     Vec3 movePatient() noexcept;
     patient::Surrogate breathNow() const noexcept;
     std::uint32_t takePose(const DeviceState&, bool& leapt) noexcept;

@@ -30,10 +30,18 @@ double outward(int x, int y) {
     return std::clamp((std::max(u, v) - AlertPicture::kFree) / (1.0 - AlertPicture::kFree), 0.0, 1.0);
 }
 
-bool inPattern(const Alert& alert, int x, int y) {
-    if (alert.struck != Struck::nothing) return std::fmod(double(x + y), 2.0 * kStripe_px) < kStripe_px;
-    const double dx = std::fmod(x, 2.0 * kDot_px) - kDot_px, dy = std::fmod(y, 2.0 * kDot_px) - kDot_px;
-    return dx * dx + dy * dy < 0.3 * kDot_px * kDot_px;
+void drawPattern(report::Canvas& canvas, const Alert& alert) {
+    constexpr report::Colour kLight{1.0, 1.0, 1.0, 0.35};
+    constexpr double kSize = AlertPicture::kSize;
+    if (alert.struck != Struck::nothing) {
+        for (double sum = 0.0; sum < 2.0 * kSize; sum += 2.0 * kStripe_px)
+            canvas.line({sum + kStripe_px, -kStripe_px}, {sum - kSize - kStripe_px, kSize + kStripe_px},
+                        kStripe_px / std::sqrt(2.0), kLight);
+        return;
+    }
+    for (double y = kDot_px; y < kSize; y += 2.0 * kDot_px)
+        for (double x = kDot_px; x < kSize; x += 2.0 * kDot_px)
+            canvas.disc({x, y}, 0.55 * kDot_px, kLight);
 }
 
 }  // namespace
@@ -42,8 +50,8 @@ std::optional<Alert> AlertWatch::take(const Seen& seen) {
     const training::Progress& now = seen.progress;
     const double t_s = tick_s_ * double(seen.tick.tick);
     if (now.striking != Struck::nothing) struck_ = now.striking, struck_s_ = t_s;
-    if (now.risk_hits > hits_ && now.striking == Struck::nothing && struck_ != Struck::nothing)
-        struck_s_ = t_s;
+    if (now.risk_hits > hits_ && now.striking == Struck::nothing)  // between two frames
+        struck_ = now.last_struck, struck_s_ = t_s;
     hits_ = std::max(hits_, now.risk_hits);
     if (now.success && !reached_s_) reached_s_ = t_s;
     if (struck_s_ && t_s >= *struck_s_ && t_s - *struck_s_ < kAlertLeast_s) return Alert{struck_};
@@ -56,9 +64,7 @@ void AlertPicture::show(const Alert& alert) {
     shown_ = alert;
     const report::Colour colour = alert.struck == Struck::nothing ? kReached : kStruck;
     report::Canvas canvas(kSize, kSize, colour);
-    for (int y = 0; y < kSize; ++y)
-        for (int x = 0; x < kSize; ++x)
-            if (inPattern(alert, x, y)) canvas.rectangle(x, y, 1.0, 1.0, {1.0, 1.0, 1.0, 0.35});
+    drawPattern(canvas, alert);
     const report::TextStyle style{
         .size = kLetter_px, .colour = {1.0, 1.0, 1.0}, .align = report::Align::centre, .bold = true};
     const std::string word = wordOf(alert);

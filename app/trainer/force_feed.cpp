@@ -61,9 +61,10 @@ void ForceFeed::pass(bool focused, Session& session, haptics::Ring<Command>& rin
     focused = focused && !paused();
     // Where nothing pushes, nobody has to ask for the force again.
     if (was_paused_ && !paused() && !(live_ && live_->device.profile().force_axes > 0))
-        waiting_.push_back({CommandKind::rearm, 0});
+        rearm_by_tick_ = session.log().last_tick + kLost_ticks;
     was_paused_ = paused();
     if (focused != told_focus_ && ring.push({CommandKind::focus, focused ? 1u : 0u})) told_focus_ = focused;
+    rearmAfterPause(session);
     if (session.takeRearm()) waiting_.push_back({CommandKind::rearm, 0});
     if (const haptics::TickOutput* now = session.newest(); live_ && now) {
         takeWords(session, *now);
@@ -73,6 +74,15 @@ void ForceFeed::pass(bool focused, Session& session, haptics::Ring<Command>& rin
     while (!waiting_.empty() && ring.push(waiting_.front()))
         waiting_.pop_front();
     tell(session);
+}
+
+// Only a force that is off can be re-armed, and a short pause may find it still fading.
+void ForceFeed::rearmAfterPause(const Session& session) {
+    const haptics::TickOutput* now = session.newest();
+    if (!rearm_by_tick_ || !now) return;
+    const bool off = now->stage == haptics::ForceStage::off;
+    if (off) waiting_.push_back({CommandKind::rearm, 0});
+    if (off || paused() || now->tick > *rearm_by_tick_) rearm_by_tick_.reset();
 }
 
 // One change of the tool after the other: each is asked for, and answered, by what the one before has led to.
@@ -94,7 +104,8 @@ void ForceFeed::tell(Session& session) {
             say_(text);
     }
     // A full ring takes no force away; the record says where it ends.
-    const std::uint32_t faults = session.takeFaults() & ~std::uint32_t(haptics::kFaultRingFull);
+    std::uint32_t faults = session.takeFaults() & ~std::uint32_t(haptics::kFaultRingFull);
+    if (paused()) faults &= ~std::uint32_t(haptics::kFaultNotFocused);  // he has been told of the pause
     if (live_ && live_->device.profile().force_axes == 0) return;  // input only: there is no force to miss
     for (const haptics::FaultText& fault : haptics::faultTexts())
         if ((faults & fault.bit) != 0)

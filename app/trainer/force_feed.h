@@ -31,6 +31,7 @@ class ForceFeed {
 
   private:
     void hear(Session&);
+    void rearmAfterPause(const Session&);
     void takeWords(Session&, const haptics::TickOutput& now);
     void tell(Session&);
 
@@ -42,6 +43,7 @@ class ForceFeed {
     Instructor instructor_;
     std::string typed_;  // for the user's hand
     bool was_paused_ = false;
+    std::optional<std::uint64_t> rearm_by_tick_;  // a pause is over, and the force may still be fading
     std::optional<UserCommands> user_;
     std::deque<haptics::Command> waiting_;     // for room in the ring
     std::optional<std::uint64_t> changes_at_;  // a tool's change was sent after this tick and is not seen yet

@@ -27,6 +27,8 @@ constexpr double kInView_rad = 0.95;  // beyond, no lens shows it
 // To the panel's lower left corner: beyond the table, toward the feet.
 constexpr Vec3 kCornerFromEntry_m{0.16, -0.04, -0.42};
 constexpr int kPlaceRounds = 12;
+// Where pixels are few its letters stay smaller than they should be: it would fill the room.
+constexpr double kMostWidth_m = 1.2;
 constexpr double kBreathMoves_v = 0.002;
 
 std::string printed(const char* format, double value) {
@@ -170,8 +172,8 @@ PanelPlace guidePlace(const Vec3& stage_entry_m, const Vec3& stage_eyes_m, doubl
     Vec3 middle = corner;
     // The larger it is, the farther its middle, for which it is made.
     for (int i = 0; i < kPlaceRounds; ++i) {
-        place.width_m = GuidePanel::kWidth / GuidePanel::kLetter_px * glm::length(middle - stage_eyes_m) *
-                        std::tan(letter_rad);
+        place.width_m = std::min(kMostWidth_m, GuidePanel::kWidth / GuidePanel::kLetter_px *
+                                                   glm::length(middle - stage_eyes_m) * std::tan(letter_rad));
         place.height_m = place.width_m * GuidePanel::kHeight / GuidePanel::kWidth;
         middle = corner + Vec3(0.5 * place.width_m, 0.5 * place.height_m, 0.0);
     }

@@ -51,7 +51,8 @@ class GuidePanel {
 // What to do for a step, in a sentence.
 std::string_view hintOf(training::Step) noexcept;
 
-// Where it stands: beyond the table, toward the feet, turned to the operator. As wide as its letters need.
+// Where it stands: beyond the table, toward the feet, turned to the operator. As wide as its
+// letters need, within reason.
 struct PanelPlace {
     patient::Pose stage_from_panel;  // its middle; seen from +z
     double width_m = 0.0, height_m = 0.0;

@@ -28,15 +28,15 @@ class Keeper {
     std::filesystem::path begin(const records::AttemptInfo&);
     // Session thread: after each tick.
     void take(const haptics::TickOutput&, const SessionLog&);
+    // Session thread: after an event that must not wait for a tick. `at_once`: what would have to wait for
+    // another process comes with the next.
+    void storeEvents(const SessionLog&, bool at_once = true);
     // All of the folder is written. Acknowledged when it returns; its id.
     const std::string& finish(const SessionLog&);
     // To the training centre, for at most 10 s; how much still waits then.
     std::size_t send();
 
   private:
-    // At once: what would have to wait for another process comes with the next.
-    void storeEvents(const SessionLog&, bool at_once = true);
-
     records::Store store_;
     std::optional<records::BackgroundSender> sender_;
     std::string id_;

@@ -112,7 +112,8 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
     std::int64_t hand_ns = 0;
     const auto over = [&] {
         return live ? asked_to_end.load() || live->over(double(hand_ns) * 1e-9)
-                    : hand_ns >= durationOf(attempt.hand) && commands.done(channels.commands);
+                    : (hand_ns >= durationOf(attempt.hand) && commands.done(channels.commands)) ||
+                          (force.paused() && asked_to_end.load());  // nobody is left to let it go on
     };
     while (!stop.stop_requested() && !over()) {
         commands.until(hand_ns, channels.commands);
@@ -123,6 +124,7 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
         channels.hold.store(attention == Attention::away || force.paused());
         Seen now = session.seen(session.newest() ? *session.newest() : TickOutput{});
         now.held = channels.held.load();
+        now.paused = force.paused();
         if (heard && session.newest()) heard(now);
         seen.add(session.newMoments(), std::move(now));
         if (contrast) contrast->give(session.contrast());

@@ -39,6 +39,7 @@ std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text
 std::optional<Notice> noticeOf(const Seen& seen, Attention attention, const std::string& rearm_act) {
     if (attention == Attention::away)
         return Notice{"Paused", {"The force is off, and the patient's time stands still."}};
+    if (seen.paused) return Notice{"Paused", {"The instructor has stopped the attempt, and lets it go on."}};
     if (seen.held && seen.to_return_m >= haptics::kNotThere_m)
         return Notice{"Paused", {"The tool is not there: take it where it can be seen."}};
     if (seen.held && seen.to_return_m > 0.0)

@@ -366,9 +366,11 @@ int run(const RunOptions& asked) {
                     attempt.simulation.dt_s);
     Hearing hearing(options, soundPlaces(patient, path), attempt.simulation.dt_s, live.port.get(), ears);
     const auto heard = [&hearing](const Seen& seen) { hearing.take(seen); };
-    if (keeper)
+    if (keeper) {
         session.setWatcher(
             [&](const haptics::TickOutput& now, const SessionLog& log) { keeper->take(now, log); });
+        session.setNoteWatcher([&](const SessionLog& log) { keeper->storeEvents(log); });
+    }
     const LoopTotals totals =
         live.device ? runLive(options, live, attempt, session, std::move(pictures), clock, heard)
         : options.fast

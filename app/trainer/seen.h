@@ -24,6 +24,7 @@ struct Seen {
     std::uint64_t rearm_acts = 0;  // how often the user has asked for the force, so far
     training::Progress progress{};
     bool lights_out = false;
+    bool paused = false;                          // by the instructor
     std::optional<patient::Pose> ghost_needle{};  // of an expert's attempt, in a replay
 };
 

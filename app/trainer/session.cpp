@@ -90,6 +90,7 @@ void Session::watchInstructor(const TickRecord& record) {
 
 void Session::note(std::string kind, std::string text) {
     log_.events.push_back({log_.last_tick, std::move(kind), std::move(text)});
+    if (noted_) noted_(log_);
 }
 
 void Session::watchForce(const TickRecord& record) {

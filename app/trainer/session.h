@@ -86,6 +86,8 @@ class Session {
     // Session thread: called after each tick with what is known then. May throw as drain() does.
     using Watcher = std::function<void(const haptics::TickOutput&, const SessionLog&)>;
     void setWatcher(Watcher watcher) { watcher_ = std::move(watcher); }
+    // The same after a note, which may come while there are no ticks.
+    void setNoteWatcher(std::function<void(const SessionLog&)> noted) { noted_ = std::move(noted); }
 
     // The explicit act after a fault: the device's re-arming button was pressed while the force was off. Once
     // a press.
@@ -139,6 +141,7 @@ class Session {
     WoundLog wounds_;
     SessionLog log_;
     Watcher watcher_;
+    std::function<void(const SessionLog&)> noted_;
 };
 
 }  // namespace stylet::trainer

@@ -22,14 +22,14 @@ struct MouseMove {
     bool home = false;              // back to where it began, before the rest
 };
 
-// Window thread on one side, hand's and session's threads on the other; nobody ever waits. Shared: a window
-// whose display is stuck outlives the attempt.
 // Where a replay is.
 struct Playback {
     double at_s = 0.0, length_s = 0.0, speed = 1.0;
     bool plays = false;
 };
 
+// Window thread on one side, hand's and session's threads on the other; nobody ever waits. Shared: a window
+// whose display is stuck outlives the attempt.
 class WindowPort {
   public:
     static constexpr std::size_t kLongestLine = 200;  // bytes; the rest of a longer one is cut off

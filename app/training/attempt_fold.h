@@ -2,6 +2,7 @@
 // device said and what was commanded in each tick); its state hash covers
 //   haptics     tools, forces, output stage       haptics::Simulation, with
 //   breathing   phase, holds, jitter              patient::BreathingState in it
+//   the patient how he starts, coughs and sighs   patient::Interruption, the same
 //   machines    C-arm, pedal, ultrasound knobs    machines.h
 //   contrast    what became of every drop         patient::Contrast
 //   dose        X-ray pulses, air kerma           dose.h

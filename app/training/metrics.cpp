@@ -105,7 +105,10 @@ void Metrics::watchNearMiss(const TickFacts& facts) noexcept {
     if (counts) near_least_m_ = std::min(near_least_m_, facts.clearance_m);
     if (counts && facts.clearance_m <= kNearMissOver_m) return;
     near_ = false;
-    if (near_struck_) return;
+    if (near_struck_) {
+        near_grades_ += 1.0;
+        return;
+    }
     ++near_misses_;
     near_grades_ += 1.0 - near_least_m_ / kNearMiss_m;
     near_miss_now_m_ = near_least_m_;
@@ -117,20 +120,21 @@ void Metrics::watchWay(const TickOutput& now, const TickFacts& facts) noexcept {
         return;
     }
     const Vec3 tip_m = now.tip_reference_m;
-    if (!anchor_m_) anchor_m_ = tip_m;
+    // Where the patient moves of himself nothing is the hand's.
+    if (!anchor_m_ || now.patient_moved_m != Vec3(0.0)) anchor_m_ = tip_m;
     const double moved_m = glm::length(tip_m - *anchor_m_);
     if (!(moved_m >= kMovedBy_m)) return;
     way_m_ += moved_m;
     if (!now.breath_held) way_breathing_m_ += moved_m;
+    // Means over the way: who stands still in a good place earns nothing by it.
+    beam_m_ += moved_m * shareInBeam(now);
+    angle_rad_m_ += moved_m * facts.off_angle_rad;
     anchor_m_ = tip_m;
 }
 
 void Metrics::watchPath(const TickOutput& now, const TickFacts& facts) noexcept {
     if (!facts.inside) return;
     if (!was_inside_ && !cut_) entry_off_m_ = glm::length(now.tip_reference_m - entry_reference_m_);
-    inside_s_ += dt_s_;
-    beam_s_ += dt_s_ * shareInBeam(now);
-    angle_rad_s_ += dt_s_ * facts.off_angle_rad;
     if (!capsule_v_ && now.tissue == patient::Tissue::liver) capsule_v_ = std::fabs(now.breath.v - path_v_);
     if (cut_ && facts.in_target)
         targeting_m_ = std::min(targeting_m_.value_or(facts.to_target_m), facts.to_target_m);
@@ -173,20 +177,21 @@ MetricValues Metrics::values() const noexcept {
     put(MetricId::targeting, valueOr(targeting_m_, kMm));
     put(MetricId::noGoTouches, riskHits());
     put(MetricId::noGoTime, no_go_s_);
-    const bool ever_inside = inside_s_ > 0.0;
-    put(MetricId::needleInBeam, ever_inside ? 100.0 * beam_s_ / inside_s_ : kNone);
+    const bool advanced = way_m_ > 0.0;
+    put(MetricId::needleInBeam, advanced ? 100.0 * beam_m_ / way_m_ : kNone);
     put(MetricId::probeTime, probe_s_);
     put(MetricId::sessionTime, double(ticks_) * dt_s_);
     put(MetricId::skinContacts, contacts_);
-    put(MetricId::needlePath, ever_inside && path_length_m_ > 0.0 ? way_m_ / path_length_m_ : kNone);
+    put(MetricId::needlePath, advanced && path_length_m_ > 0.0 ? way_m_ / path_length_m_ : kNone);
     put(MetricId::entryOff, valueOr(entry_off_m_, kMm));
-    put(MetricId::angleOff, ever_inside ? kDegPerRad * angle_rad_s_ / inside_s_ : kNone);
+    put(MetricId::angleOff, advanced ? kDegPerRad * angle_rad_m_ / way_m_ : kNone);
     put(MetricId::vesselHits, hits(Struck::vessel));
     put(MetricId::boneHits, hits(Struck::bone));
     put(MetricId::lungHits, hits(Struck::lung));
     put(MetricId::organHits, hits(Struck::otherOrgan));
-    put(MetricId::nearMisses,
-        near_grades_ + (near_ && !near_struck_ ? 1.0 - near_least_m_ / kNearMiss_m : 0.0));
+    put(MetricId::nearMisses, near_grades_ + (!near_         ? 0.0
+                                              : near_struck_ ? 1.0
+                                                             : 1.0 - near_least_m_ / kNearMiss_m));
     put(MetricId::clearance, valueOr(least_clearance_m_, kMm));
     put(MetricId::ductAngle, valueOr(duct_angle_rad_, kDegPerRad));
     put(MetricId::breathAtCapsule, valueOr(capsule_v_, 1.0));

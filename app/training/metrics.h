@@ -74,9 +74,10 @@ class Metrics {
     double near_grades_ = 0.0;
     bool near_ = false, near_struck_ = false;
     double near_least_m_ = 0.0;
-    double no_go_s_ = 0.0, probe_s_ = 0.0, inside_s_ = 0.0, beam_s_ = 0.0, angle_rad_s_ = 0.0;
+    double no_go_s_ = 0.0, probe_s_ = 0.0;
     std::optional<patient::Vec3> anchor_m_;
-    double way_m_ = 0.0, way_breathing_m_ = 0.0;
+    double way_m_ = 0.0, way_breathing_m_ = 0.0, beam_m_ = 0.0,
+           angle_rad_m_ = 0.0;  // the last two over the way
     std::optional<double> least_clearance_m_, entry_off_m_, capsule_v_, duct_angle_rad_, targeting_m_;
     double lateral_cut_m_ = 0.0, peak_force_n_ = 0.0;
     bool cut_ = false;

@@ -162,6 +162,7 @@ void Procedure::take(const TickOutput& now, const AttemptFold& fold) {
     progress_.to_target_m = facts.to_target_m;
     progress_.clearance_m = facts.clearance_m;
     progress_.striking = facts.striking;
+    if (facts.striking != Struck::nothing) progress_.last_struck = facts.striking;
     tell(now);
     rate();
     before_ = now;

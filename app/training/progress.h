@@ -38,7 +38,8 @@ struct Progress {
     // The needle's tip to the border of the nearest risk structure; infinite outside the body, and further
     // from the path than is looked (surroundings.h).
     double clearance_m = std::numeric_limits<double>::infinity();
-    Struck striking = Struck::nothing;             // now
+    Struck striking = Struck::nothing;  // now
+    Struck last_struck = Struck::nothing;
     std::uint32_t risk_hits = 0, near_misses = 0;  // so far
     bool success = false;                          // the target duct is cut
     double total = 0.0;                            // of the score so far, 0 to 100 (score.h)
@@ -48,7 +49,8 @@ static_assert(std::is_trivially_copyable_v<Progress>);
 // Something that happened, for log, record and report.
 struct SessionEvent {
     std::uint64_t tick = 0;
-    std::string kind;  // "tool", "step", "contact", "risk", "near_miss", "cut", "breath", "fault"
+    std::string kind;  // "tool", "step", "contact", "risk", "near_miss", "cut", "breath", "fault";
+                       // an instructor's: "injected", "pause", "bookmark", "comment"
     std::string text;
 };
 

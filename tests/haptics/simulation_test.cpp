@@ -59,21 +59,85 @@ TEST(Simulation, TheScriptEndsInItsHash) {
     }
 }
 
-// What an instructor injects is hashed, and a script without it ends as ever.
-TEST(Simulation, InjectedEventsAreHashedAndEndSmoothly) {
+// What an instructor injects is hashed by what it does, not only as a command, and the same every time.
+TEST(Simulation, InjectedEventsAreHashed) {
     const patient::Package package = test::scriptedPackage();
+    const auto with = [&](CommandKind kind) {
+        return play(package, {}, [kind](int i, TickInput& input) {
+            if (i == 2500) input.commands[input.command_count++] = {kind, 0};
+        });
+    };
     for (const CommandKind kind :
          {CommandKind::cough, CommandKind::sigh, CommandKind::move, CommandKind::fault}) {
-        const auto inject = [kind](int i, TickInput& input) {
-            if (i == 2500) input.commands[input.command_count++] = {kind, 0};
-        };
-        const Outcome once = play(package, {}, inject), again = play(package, {}, inject);
+        const Outcome once = with(kind), again = with(kind);
         EXPECT_EQ(once.hash, again.hash);
         EXPECT_NE(once.hash, kExpectedHash) << int(kind);
     }
 }
 
-// He starts and comes back in closed form, the tool keeps its place in the room, and the force has no jump.
+// A hand that holds a needle still in tissue, while the patient does as he is made to: what is felt changes,
+// and by no more in a tick than a spring allows that is drawn out so fast.
+TEST(Simulation, AnInjectedEventMovesAHeldNeedleWithoutAJump) {
+    const patient::Package package = test::scriptedPackage();
+    const patient::Patient patient(package);
+    const Trace trace = test::scriptedTrace();
+    constexpr int kInside = 2500, kWatched = 6000;
+    for (const CommandKind kind :
+         {CommandKind::marker, CommandKind::cough, CommandKind::sigh, CommandKind::move}) {
+        Simulation simulation(patient, {});
+        TickOutput out;
+        NeedleEvents events;
+        TickInput input;
+        for (int i = 0; i < kInside; ++i)
+            simulation.step(input = test::scriptedInput(trace, i), out, events);
+        ASSERT_NE(out.phase, Phase::outside);
+        input.command_count = 1;
+        input.commands[0] = {kind, 0};
+        double most_n = 0.0, least_n = 1e9, highest_n = -1e9;
+        for (int i = 0; i < kWatched; ++i, input.command_count = 0) {
+            const double before_n = out.force_n;
+            const Vec3 sent_before_n = out.sent_device_n;
+            simulation.step(input, out, events);
+            if (events.count == 0) {
+                most_n = std::max({most_n, std::fabs(out.force_n - before_n),
+                                   glm::length(out.sent_device_n - sent_before_n)});
+            }
+            least_n = std::min(least_n, out.force_n), highest_n = std::max(highest_n, out.force_n);
+        }
+        RecordProperty("kind_" + std::to_string(int(kind)) + "_mN", int(1e3 * most_n));
+        std::printf("command %d: %.4f N a tick at most, %.2f to %.2f N\n", int(kind), most_n, least_n,
+                    highest_n);
+        EXPECT_LT(most_n, 0.05) << int(kind);
+        EXPECT_EQ(out.faults, 0u) << int(kind);
+    }
+}
+
+// No hold begins in the middle of a sigh: v is at rest while the breath is said to be held.
+TEST(Simulation, NoHoldBeginsInASigh) {
+    const patient::Package package = test::scriptedPackage();
+    const patient::Patient patient(package);
+    SimulationSettings settings;
+    settings.breath.emplace();  // a rhythm
+    Simulation simulation(patient, settings);
+    TickOutput out;
+    NeedleEvents events;
+    TickInput input;
+    input.device.device_from_stylus.position_m = {-0.05, 0.0, 0.0};
+    int held = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        input.command_count = 0;
+        if (i == 3000) input.commands[input.command_count++] = {CommandKind::sigh, 0};
+        if (i == 3100) input.commands[input.command_count++] = {CommandKind::holdBreath, 0};
+        simulation.step(input, out, events);
+        if (!out.breath_held) continue;
+        ++held;
+        ASSERT_NEAR(out.breath.v, 0.0, 1e-6) << i;
+        ASSERT_EQ(out.breath.rate_per_s, 0.0) << i;
+    }
+    EXPECT_GT(held, 5000);
+}
+
+// He starts and comes back in closed form, and the tool keeps its place in the room.
 TEST(Simulation, APatientWhoStartsMovesUnderTheTool) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);

@@ -28,9 +28,10 @@ enum Key : char {
     kKeyF12 = kKeyF1 + 11
 };
 struct KeyPress {
-    char key = 0;  // also when it repeats
+    char key = 0;
     bool shift = false;
-    std::string text{};  // with key 0: what it meant, UTF-8
+    std::string text{};    // with key 0: what it meant, UTF-8
+    bool repeats = false;  // it is held down
 };
 
 struct Drag {

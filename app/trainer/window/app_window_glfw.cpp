@@ -59,11 +59,11 @@ struct AppWindow::Impl {
 
     static Impl& of(GLFWwindow* w) { return *static_cast<Impl*>(glfwGetWindowUserPointer(w)); }
     void listen();
-    void key(int key, int modifiers);
+    void key(int key, int modifiers, bool repeats);
     void moved(double to_x, double to_y);
 };
 
-void AppWindow::Impl::key(int key, int modifiers) {
+void AppWindow::Impl::key(int key, int modifiers, bool repeats) {
     constexpr std::pair<int, Key> kOthers[]{
         {GLFW_KEY_LEFT, kKeyLeft},    {GLFW_KEY_RIGHT, kKeyRight},    {GLFW_KEY_UP, kKeyUp},
         {GLFW_KEY_DOWN, kKeyDown},    {GLFW_KEY_PAGE_UP, kKeyPageUp}, {GLFW_KEY_PAGE_DOWN, kKeyPageDown},
@@ -78,7 +78,7 @@ void AppWindow::Impl::key(int key, int modifiers) {
     if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F12) pressed = char(kKeyF1 + key - GLFW_KEY_F1);
     for (const auto& [glfw, ours] : kOthers)
         if (key == glfw) pressed = ours;
-    if (pressed != 0) news.keys.push_back({pressed, (modifiers & GLFW_MOD_SHIFT) != 0, {}});
+    if (pressed != 0) news.keys.push_back({pressed, (modifiers & GLFW_MOD_SHIFT) != 0, {}, repeats});
 }
 
 void AppWindow::Impl::moved(double to_x, double to_y) {
@@ -93,10 +93,11 @@ void AppWindow::Impl::moved(double to_x, double to_y) {
 void AppWindow::Impl::listen() {
     glfwSetWindowUserPointer(window, this);
     glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int modifiers) {
-        if (action != GLFW_RELEASE) of(w).key(key, modifiers);
+        if (action != GLFW_RELEASE) of(w).key(key, modifiers, action == GLFW_REPEAT);
     });
-    glfwSetCharCallback(
-        window, [](GLFWwindow* w, unsigned code) { of(w).news.keys.push_back({0, false, utf8(code)}); });
+    glfwSetCharCallback(window, [](GLFWwindow* w, unsigned code) {
+        of(w).news.keys.push_back({0, false, utf8(code), false});
+    });
     glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
         Impl& me = of(w);
         glfwGetCursorPos(w, &me.x, &me.y);

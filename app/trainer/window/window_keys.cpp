@@ -49,6 +49,7 @@ void WindowKeys::press(const KeyPress& press) {
     if (!port_) return;
     if (port_->replays()) return pressPlayer(press);
     if (typing_) return pressTyping(press);
+    if (press.repeats) return;  // what a key says it says once
     if (press.key >= kKeyF1 && press.key <= kKeyF12) pressInstructor(1 + press.key - kKeyF1);
     if (!port_->hasHand()) return;
     for (const KeyWord& key : kHandKeys)
@@ -59,7 +60,7 @@ void WindowKeys::press(const KeyPress& press) {
 
 void WindowKeys::pressPlayer(const KeyPress& press) {
     const bool finer = press.shift;
-    if (press.key == ' ') port_->say("toggle");
+    if (press.key == ' ' && !press.repeats) port_->say("toggle");
     if (press.key == kKeyLeft) port_->say(finer ? "skip -0.1" : "skip -1");
     if (press.key == kKeyRight) port_->say(finer ? "skip 0.1" : "skip 1");
     if (press.key == kKeyHome) port_->say("seek 0");

@@ -16,6 +16,8 @@ class WindowKeys {
     explicit WindowKeys(std::shared_ptr<WindowPort> port) : port_(std::move(port)) {}
 
     void press(const KeyPress&);
+    // As the loops have it, whoever has asked for it.
+    void know(bool paused, bool lights_out) { paused_ = paused, dark_ = lights_out; }
     // While a comment is typed all that comes is its text.
     bool types() const { return typing_; }
     // The pictures stand, the attempt goes on.

@@ -251,7 +251,11 @@ bool WindowShow::takePictures() {
         upload(kEye, eye.image);
         eye_given_ = eye.eye;
     }
-    if (channels_->state.take()) state_known_ = metrics_stale_ = camera_stale_ = slices_stale_ = true;
+    if (channels_->state.take()) {
+        state_known_ = metrics_stale_ = camera_stale_ = slices_stale_ = true;
+        const Seen& seen = channels_->state.front().seen;
+        keys_.know(seen.paused, seen.lights_out);
+    }
     FrameSample sample;
     while (channels_->samples.pop(sample))
         metrics_.take(sample);

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
+#include <algorithm>
 
 namespace stylet::trainer {
 namespace {
@@ -53,22 +53,38 @@ TEST(AlertPicture, TheMiddleIsFreeAndTheBorderIsNot) {
     }
 }
 
+// How often light and dark change down a column through the border's pattern.
+int changesDown(const AlertPicture& picture) {
+    constexpr int kColumn = 13;
+    const auto bright = [&](int y) {
+        const std::size_t at = 4 * std::size_t(y * AlertPicture::kSize + kColumn);
+        return int(picture.rgba()[at]) + picture.rgba()[at + 1] + picture.rgba()[at + 2];
+    };
+    int low = 1000, high = 0, changes = 0;
+    for (int y = 0; y < AlertPicture::kSize; ++y)
+        low = std::min(low, bright(y)), high = std::max(high, bright(y));
+    for (int y = 1; y < AlertPicture::kSize; ++y)
+        changes += (2 * bright(y) > low + high) != (2 * bright(y - 1) > low + high);
+    return changes;
+}
+
 // Who sees no colours sees stripes or dots.
 TEST(AlertPicture, PatternsDifferWithoutTheirColours) {
     AlertPicture struck, reached;
     struck.show({Struck::bone});
     reached.show({});
-    int changes = 0, others = 0;
-    const auto bright = [](const AlertPicture& picture, int y) {
-        const std::size_t at = 4 * std::size_t(y * AlertPicture::kSize + 4);
-        return picture.rgba()[at] + picture.rgba()[at + 2];
-    };
-    for (int y = 1; y < AlertPicture::kSize; ++y) {
-        changes += std::abs(bright(struck, y) - bright(struck, y - 1)) > 20;
-        others += std::abs(bright(reached, y) - bright(reached, y - 1)) > 20;
-    }
-    EXPECT_GT(changes, 10);
-    EXPECT_NE(changes, others);
+    EXPECT_NEAR(changesDown(struck), 2 * AlertPicture::kSize / 36, 2);
+    EXPECT_NEAR(changesDown(reached), 2 * AlertPicture::kSize / 26, 2);
+}
+
+// A strike that lasts for less than a frame is seen, and named.
+TEST(AlertWatch, AStrikeBetweenTwoFramesIsNamed) {
+    AlertWatch watch(0.001);
+    EXPECT_FALSE(watch.take(at(0.9)));
+    Seen passed = at(1.0);
+    passed.progress.risk_hits = 1;
+    passed.progress.last_struck = Struck::lung;
+    EXPECT_EQ(watch.take(passed), Alert{Struck::lung});
 }
 
 TEST(AlertPicture, IsDrawnOnceForEach) {

@@ -68,6 +68,14 @@ TEST(GuidePlace, LettersAreLargeEnough) {
     }
 }
 
+TEST(GuidePlace, StaysInTheRoomHoweverFewThePixels) {
+    for (const double px_per_rad : {100.0, 256.0, 320.0}) {
+        const PanelPlace place = guidePlace(kEntry, kEyes, letterAngle_rad(px_per_rad));
+        EXPECT_LE(place.width_m, 1.2);
+        EXPECT_TRUE(inView(place, stageFromEyes(kEyes, kEntry)));
+    }
+}
+
 TEST(GuidePlace, NeverHidesWhereThePunctureIs) {
     const PanelPlace place = guidePlace(kEntry, kEyes, kLeastText_rad);
     for (double x = -0.5; x <= 0.5; x += 0.1)

@@ -25,7 +25,7 @@ class DesktopRun : public testing::Test {
                               [this, options] { return command_.run("run --spacing-mm 3 " + options); });
     }
     bool over() const { return outcome_.wait_for(0ms) == std::future_status::ready; }
-    bool until(const std::function<bool()>& done, std::chrono::seconds most = 60s) const {
+    bool until(const std::function<bool()>& done, std::chrono::seconds most = 300s) const {
         for (const auto begin = std::chrono::steady_clock::now(); !done(); std::this_thread::sleep_for(20ms))
             if (over() || std::chrono::steady_clock::now() > begin + most) return false;
         return true;

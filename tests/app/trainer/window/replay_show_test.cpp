@@ -54,7 +54,7 @@ double psnrOfShots_db(const Screenshot& a, const Screenshot& b) {
 
 class ReplayShow : public testing::Test {
   protected:
-    bool until(const std::function<bool()>& done, std::chrono::seconds most = 60s) const {
+    bool until(const std::function<bool()>& done, std::chrono::seconds most = 300s) const {
         for (const auto begin = std::chrono::steady_clock::now(); !done(); std::this_thread::sleep_for(50ms))
             if (std::chrono::steady_clock::now() > begin + most) return false;
         return true;

@@ -26,13 +26,8 @@ using test::Outcome;
 
 const std::string kRun = "run --headless --fast --spacing-mm 2.5 --scenario demo --trainee ";
 
-#ifdef STYLET_SANITIZED
-constexpr int kKills = 1;
-constexpr std::size_t kCuts = 1;
-#else
 constexpr int kKills = 6;
 constexpr std::size_t kCuts = 2;
-#endif
 
 class StoreRun : public testing::Test {
   protected:

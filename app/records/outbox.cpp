@@ -109,8 +109,8 @@ BackgroundSender::BackgroundSender(const std::filesystem::path& folder, std::str
         const auto round = [&] {
             if (!store) {
                 store.emplace(folder);
-                for (const std::string& line : store->news())
-                    say(line);
+                for (const Recovered& cut : store->recovered())
+                    say(describe(cut));
             }
             SendReport report;
             if (!store->outbox().empty())

@@ -29,6 +29,8 @@ namespace {
 constexpr int kPatience_ms = 10000;  // for another process that writes
 constexpr int kShortPatience_ms = 50;
 constexpr const char* kWriting = ".writing";
+constexpr const char* kReserve = ".reserve";  // given up to delete on a disk that is full
+constexpr std::size_t kReserveBytes = 1 << 20;
 constexpr std::size_t kMostTrainee = 64;
 constexpr std::array<const char*, 2> kFrameFiles{"record/inputs.bin", "record/samples.bin"};
 
@@ -314,6 +316,7 @@ Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(fold
         database_->exec("PRAGMA foreign_keys = ON");
         database_->exec("PRAGMA secure_delete = ON");
         migrate();
+        keepReserve();
     });
     // On a full disk, say, there is still reading and deleting.
     const auto attempted = [&](const char* what, const auto& act) {
@@ -724,24 +727,50 @@ void Store::notTold(const OutboxEntry& entry, const std::string& why) {
 std::size_t Store::eraseTrainee(const std::string& trainee) {
     checkTrainee(trainee);
     return guarded([&] {
-        SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-        SQLite::Statement ids(*database_, "SELECT id FROM attempt WHERE trainee = ?");
-        ids.bind(1, trainee);
-        std::vector<std::string> doomed;
-        while (ids.executeStep())
-            doomed.push_back(ids.getColumn(0).getString());
-        for (const std::string& id : doomed) {
-            if (isBeingWritten(id)) throw DataError(folderOf(id), "attempt", "is being written");
-            execute("INSERT INTO doomed (folder) VALUES (?)", {id});
-            execute("DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", {id});
-            // Also of what was never sent: it may be on its way just now.
-            execute("INSERT INTO outbox (kind, what) VALUES ('erase', ?)", {id});
+        std::size_t count = 0;
+        try {
+            count = doom(trainee);
+        } catch (const SQLite::Exception& e) {
+            // To delete needs some room too.
+            if ((e.getErrorCode() & 0xff) != SQLITE_FULL || !fs::remove(folder_ / kReserve)) throw;
+            count = doom(trainee);
         }
-        execute("DELETE FROM attempt WHERE trainee = ?", {trainee});
-        change.commit();
         removeDoomed();
-        return doomed.size();
+        keepReserve();
+        return count;
     });
+}
+
+std::size_t Store::doom(const std::string& trainee) {
+    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+    SQLite::Statement ids(*database_, "SELECT id FROM attempt WHERE trainee = ?");
+    ids.bind(1, trainee);
+    std::vector<std::string> doomed;
+    while (ids.executeStep())
+        doomed.push_back(ids.getColumn(0).getString());
+    for (const std::string& id : doomed) {
+        if (isBeingWritten(id)) throw DataError(folderOf(id), "attempt", "is being written");
+        execute("INSERT INTO doomed (folder) VALUES (?)", {id});
+        execute("DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", {id});
+        // Also of what was never sent: it may be on its way just now.
+        execute("INSERT INTO outbox (kind, what) VALUES ('erase', ?)", {id});
+    }
+    execute("DELETE FROM attempt WHERE trainee = ?", {trainee});
+    change.commit();
+    return doomed.size();
+}
+
+// Where there is no room for it, the store does without.
+void Store::keepReserve() const {
+    const fs::path file = folder_ / kReserve;
+    if (fs::exists(file)) return;
+    try {
+        const std::vector<unsigned char> room(kReserveBytes, 0xff);
+        DiskFile(file).write(room);
+    } catch (const DataError&) {
+        std::error_code ignored;
+        fs::remove(file, ignored);
+    }
 }
 
 // What eraseTrainee() began, also when it was killed on the way: known until nothing is left of it.

@@ -163,7 +163,9 @@ class Store {
     std::vector<std::string> idsWhere(const std::string& condition) const;
     void recover();
     void recoverAttempt(const std::string& id);
+    std::size_t doom(const std::string& trainee);
     void removeDoomed();
+    void keepReserve() const;
     FileLock makeFolder(const std::string& id) const;
     bool isBeingWritten(const std::string& id) const;
     void settle(const std::string& id);

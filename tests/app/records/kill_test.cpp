@@ -215,7 +215,7 @@ struct Mounted {
 TEST(DiskFull, OfARealDisk) {
     const test::TempFolder temp;
     std::filesystem::create_directory(temp / "disk");
-    if (mount("tmpfs", (temp / "disk").c_str(), "tmpfs", 0, "size=3m") != 0) {
+    if (mount("tmpfs", (temp / "disk").c_str(), "tmpfs", 0, "size=4m") != 0) {
         std::printf(
             "no disk may be mounted here: only a limit on files was tried, above, and no full disk\n");
         return;
@@ -231,10 +231,35 @@ TEST(DiskFull, OfARealDisk) {
         for (const auto& [id, promise] : full.promised)
             if (promise.done) acknowledged[id] = promise;
         EXPECT_GT(acknowledged.size(), 0u);
+        {
+            Store full_still(temp / "disk" / "s");
+            EXPECT_GE(full_still.attempts().size(), acknowledged.size()) << "reading needs no room";
+            for (const std::string& line : full_still.news())
+                std::printf("while full: %s\n", line.c_str());
+        }
         EXPECT_EQ(mount("tmpfs", (temp / "disk").c_str(), "tmpfs", MS_REMOUNT, "size=6m"), 0);
         const Store store(temp / "disk" / "s");
         check(store, acknowledged, counts);
     }
+}
+
+TEST(DiskFull, DeletingMakesRoom) {
+    const test::TempFolder temp;
+    std::filesystem::create_directory(temp / "disk");
+    if (mount("tmpfs", (temp / "disk").c_str(), "tmpfs", 0, "size=4m") != 0) {
+        std::printf("no disk may be mounted here\n");
+        return;
+    }
+    const Mounted mounted{temp / "disk"};
+    EXPECT_EQ(WEXITSTATUS(runWriter(temp / "disk" / "s", std::nullopt).status), 3);
+    Store store(temp / "disk" / "s");
+    EXPECT_GT(store.eraseTrainee("T-01"), 0u);
+    EXPECT_TRUE(store.attempts().empty());
+    EXPECT_TRUE(store.damage().empty());
+    AttemptInfo info;
+    info.trainee = "T-02";
+    store.finish(store.begin(info), {});
+    EXPECT_EQ(Store(temp / "disk" / "s").attempts().size(), 1u);
 }
 
 }  // namespace

@@ -305,17 +305,14 @@ auto Store::guarded(Act act) const {
 Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(folder_ / "store.sqlite") {
     guarded([&] {
         fs::create_directories(folder_ / "attempts");
-        database_ = std::make_unique<SQLite::Database>(
-            file_.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kPatience_ms);
-        {
-            const SQLite::Transaction same_instant(*database_);
-            needStore();  // before anything is changed in it
+        try {
+            open();
+        } catch (const SQLite::Exception& e) {
+            // Even reading needs a little room.
+            if ((e.getErrorCode() & 0xff) != SQLITE_FULL || !fs::remove(folder_ / kReserve)) throw;
+            open();
+            return;
         }
-        database_->exec("PRAGMA journal_mode = WAL");
-        database_->exec("PRAGMA synchronous = FULL");
-        database_->exec("PRAGMA foreign_keys = ON");
-        database_->exec("PRAGMA secure_delete = ON");
-        migrate();
         keepReserve();
     });
     // On a full disk, say, there is still reading and deleting.
@@ -329,6 +326,20 @@ Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(fold
     };
     attempted("a deletion is not complete", [&] { removeDoomed(); });
     attempted("the search for what was cut short did not end", [&] { recover(); });
+}
+
+void Store::open() {
+    database_ = std::make_unique<SQLite::Database>(
+        file_.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kPatience_ms);
+    {
+        const SQLite::Transaction same_instant(*database_);
+        needStore();  // before anything is changed in it
+    }
+    database_->exec("PRAGMA journal_mode = WAL");
+    database_->exec("PRAGMA synchronous = FULL");
+    database_->exec("PRAGMA foreign_keys = ON");
+    database_->exec("PRAGMA secure_delete = ON");
+    migrate();
 }
 
 Store::~Store() = default;

@@ -157,6 +157,7 @@ class Store {
   private:
     int numberIn(const char* sql) const;
     void needStore() const;
+    void open();
     void migrate();
     void sumUpOlder();
     void sumUp(const std::string& id);

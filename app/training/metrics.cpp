@@ -134,6 +134,7 @@ void Metrics::watchWay(const TickOutput& now, const TickFacts& facts) noexcept {
 
 void Metrics::watchPath(const TickOutput& now, const TickFacts& facts) noexcept {
     if (!facts.inside) return;
+    ever_inside_ = true;
     if (!was_inside_ && !cut_) entry_off_m_ = glm::length(now.tip_reference_m - entry_reference_m_);
     if (!capsule_v_ && now.tissue == patient::Tissue::liver) capsule_v_ = std::fabs(now.breath.v - path_v_);
     if (cut_ && facts.in_target)
@@ -182,7 +183,7 @@ MetricValues Metrics::values() const noexcept {
     put(MetricId::probeTime, probe_s_);
     put(MetricId::sessionTime, double(ticks_) * dt_s_);
     put(MetricId::skinContacts, contacts_);
-    put(MetricId::needlePath, advanced && path_length_m_ > 0.0 ? way_m_ / path_length_m_ : kNone);
+    put(MetricId::needlePath, ever_inside_ && path_length_m_ > 0.0 ? way_m_ / path_length_m_ : kNone);
     put(MetricId::entryOff, valueOr(entry_off_m_, kMm));
     put(MetricId::angleOff, advanced ? kDegPerRad * angle_rad_m_ / way_m_ : kNone);
     put(MetricId::vesselHits, hits(Struck::vessel));

@@ -65,7 +65,7 @@ class Metrics {
     patient::Vec3 entry_reference_m_;
     std::optional<patient::Vec3> duct_along_;
     std::uint64_t ticks_ = 0, pause_ticks_ = 1;
-    bool was_inside_ = false, struck_now_ = false, contact_now_ = false;
+    bool was_inside_ = false, ever_inside_ = false, struck_now_ = false, contact_now_ = false;
     std::optional<double> near_miss_now_m_;
     std::array<std::uint64_t, haptics::kToolCount> touched_tick_{};  // 0: never
     std::array<std::uint64_t, kStruckCount> struck_tick_{};

@@ -22,7 +22,8 @@ constexpr std::array kWords{
     Word{"lights out", "the lamps go out", {CommandKind::lights, 0}},
     Word{"lights on", "and on again", {CommandKind::lights, 1}},
 };
-constexpr std::string_view kPause = "pause", kGoOn = "go on", kBookmark = "bookmark", kComment = "comment";
+constexpr std::string_view kPause = "pause", kGoOn = "go on", kToggle = "pause or go on",
+                           kBookmark = "bookmark", kComment = "comment";
 constexpr std::size_t kLongestLine = 512;  // nothing is kept back for longer
 
 // Behind `word` and a blank; nothing where the line does not begin with it.
@@ -39,12 +40,13 @@ std::optional<std::string_view> behind(std::string_view line, std::string_view w
 std::string describeInstructorWords() {
     std::string text = "The instructor's, on any attempt in real time:\n";
     const auto add = [&](std::string_view word, std::string_view what) {
-        text += "  " + std::string(word) + std::string(13 - word.size(), ' ') + std::string(what) + "\n";
+        text += "  " + std::string(word) + std::string(16 - word.size(), ' ') + std::string(what) + "\n";
     };
     for (const Word& word : kWords)
         add(word.word, word.what);
     add(kPause, "the attempt stands still, without force");
     add(kGoOn, "and goes on");
+    add(kToggle, "the one or the other");
     add("bookmark TEXT", "a mark in the log; the text may be left out");
     add("comment TEXT", "the same for what the instructor thinks of it");
     return text;
@@ -66,8 +68,8 @@ std::string Instructor::take(std::string_view typed) {
 bool Instructor::takeLine(std::string_view line) {
     for (const Word& word : kWords)
         if (line == word.word) return commands_.push_back(word.command), true;
-    if (line == kPause || line == kGoOn) {
-        const bool pause = line == kPause;
+    if (line == kPause || line == kGoOn || line == kToggle) {
+        const bool pause = line == kToggle ? !paused_ : line == kPause;
         if (pause != paused_) notes_.push_back({"pause", pause ? "paused" : "goes on"});
         paused_ = pause;
         return true;

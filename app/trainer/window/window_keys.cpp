@@ -36,6 +36,9 @@ constexpr std::array kFunctionKeys{FunctionKey{2, "cough", "cough"},
                                    FunctionKey{kPause, "pause, go on", nullptr},
                                    FunctionKey{kFreeze, "freeze the view", nullptr}};
 
+// So many pictures may be on their way from before a key was pressed.
+constexpr int kOlder = 5;
+
 // Its last letter, of however many bytes.
 void dropLetter(std::string& text) {
     while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xc0u) == 0x80u)
@@ -56,6 +59,14 @@ void WindowKeys::press(const KeyPress& press) {
         if (press.key == key.key) port_->say(key.word);
     if (press.key == 'x') port_->say((pedal_ = !pedal_) ? "pedal" : "release");
     if (press.key == 'i') port_->say((injects_ = !injects_) ? "inject" : "stop");
+}
+
+void WindowKeys::know(bool paused, bool lights_out) {
+    if (older_ > 0) {
+        --older_;
+        return;
+    }
+    paused_ = paused, dark_ = lights_out;
 }
 
 void WindowKeys::pressPlayer(const KeyPress& press) {
@@ -79,8 +90,15 @@ void WindowKeys::pressTyping(const KeyPress& press) {
 void WindowKeys::pressInstructor(int function_key) {
     for (const FunctionKey& key : kFunctionKeys)
         if (key.number == function_key && key.word) port_->say(key.word);
-    if (function_key == kLights) port_->say((dark_ = !dark_) ? "lights out" : "lights on");
-    if (function_key == kPause) port_->say((paused_ = !paused_) ? "pause" : "go on");
+    if (function_key == kLights) {
+        port_->say((dark_ = !dark_) ? "lights out" : "lights on");
+        older_ = kOlder;
+    }
+    if (function_key == kPause) {
+        port_->say("pause or go on");
+        paused_ = !paused_;
+        older_ = kOlder;
+    }
     if (function_key == kFreeze) frozen_ = !frozen_;
     if (function_key == kComment) typing_ = true, comment_.clear();
 }

@@ -17,7 +17,7 @@ class WindowKeys {
 
     void press(const KeyPress&);
     // As the loops have it, whoever has asked for it.
-    void know(bool paused, bool lights_out) { paused_ = paused, dark_ = lights_out; }
+    void know(bool paused, bool lights_out);
     // While a comment is typed all that comes is its text.
     bool types() const { return typing_; }
     // The pictures stand, the attempt goes on.
@@ -38,6 +38,7 @@ class WindowKeys {
     void pressPlayer(const KeyPress&);
 
     bool typing_ = false, frozen_ = false, paused_ = false, dark_ = false;
+    int older_ = 0;  // pictures that know nothing of the last key
     std::string comment_;
     bool pedal_ = false, injects_ = false;  // as last asked for here: what is seen comes later
 };

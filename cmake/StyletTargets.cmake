@@ -64,7 +64,7 @@ function(stylet_test name)
     endif()
     add_test(NAME ${name} COMMAND ${name})
     set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
-        ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+        ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/support/uninstrumented.tsan")
 endfunction()
 
 # stylet_device_test(...): as stylet_test; umockdev stands between the program and sysfs and device nodes. By hand:
@@ -78,6 +78,5 @@ function(stylet_device_test name)
             OUTPUT_VARIABLE runtime OUTPUT_STRIP_TRAILING_WHITESPACE)
         string(PREPEND preload "${runtime}:")
     endif()
-    set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT "LD_PRELOAD=${preload}"
-        "TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/support/umockdev.tsan")
+    set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT "LD_PRELOAD=${preload}")
 endfunction()

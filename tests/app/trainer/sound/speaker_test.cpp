@@ -203,7 +203,7 @@ TEST(SoundsDeathTest, ADeviceThatIsLostEndsTheSoundOnly) {
             sounds.hear(heard);
             const std::lock_guard lock(lines.mutex);
             std::fprintf(stderr, "%s\n", lines.said.at(0).c_str());
-            std::exit(sounds.totals().device.empty() ? 0 : 1);
+            std::_Exit(sounds.totals().device.empty() ? 0 : 1);
         },
         testing::ExitedWithCode(0), "the sound device was lost; the attempt goes on in silence");
 }

@@ -73,6 +73,7 @@ class HeadsetTest : public testing::Test {
         settings_.capture_dir = folder_.path();
         settings_.validation = true;
         settings_.rearm_act = "press the first button";
+        settings_.difficulty = training::Difficulty::exam;  // no guide panel: every quad is a notice
         play("{}");
     }
     void TearDown() override {

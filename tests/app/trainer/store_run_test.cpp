@@ -1,5 +1,6 @@
 // A trainee's attempts from the outside: kept, listed, shown, exported, deleted, and killed.
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <array>
@@ -7,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <future>
 #include <random>
 
 #include "app/records/record.h"
@@ -23,11 +25,11 @@ using records::Store;
 using records::StoredAttempt;
 using test::Command;
 using test::Outcome;
+using namespace std::chrono_literals;
 
 const std::string kRun = "run --headless --fast --spacing-mm 2.5 --scenario demo --trainee ";
 
-constexpr int kKills = 6;
-constexpr std::size_t kCuts = 2;
+constexpr int kKills = 12;
 
 class StoreRun : public testing::Test {
   protected:
@@ -43,6 +45,28 @@ class StoreRun : public testing::Test {
         delete command_;
     }
     static std::filesystem::path folder() { return *command_ / "data" / "stylet" / "records"; }
+    static Outcome killedAfter(double seconds) {
+        return command_->runBare(kRun + "T-09", "timeout -s KILL " + std::to_string(seconds) + " env ");
+    }
+    // `seconds` after the first sample's file is there.
+    static Outcome killedInItsAttempt(double seconds) {
+        const std::filesystem::path number = *command_ / "number";
+        const std::size_t before = sampleFiles();
+        auto outcome = std::async(std::launch::async, [&] {
+            return command_->runBare(kRun + "T-09", "echo $$ >'" + number.string() + "'; exec env ");
+        });
+        while (sampleFiles() == before && outcome.wait_for(1ms) != std::future_status::ready) {
+        }
+        if (outcome.wait_for(std::chrono::duration<double>(seconds)) != std::future_status::ready)
+            kill(std::stoi(test::textOf(number)), SIGKILL);
+        return outcome.get();
+    }
+    static std::size_t sampleFiles() {
+        std::size_t count = 0;
+        for (const auto& attempt : std::filesystem::directory_iterator(folder() / "attempts"))
+            count += std::filesystem::exists(attempt.path() / "record" / "samples.bin");
+        return count;
+    }
     static Outcome records(const std::string& arguments) { return command_->runBare("records " + arguments); }
 
     static inline Command* command_ = nullptr;
@@ -217,19 +241,13 @@ TEST_F(StoreRun, SamplesThatEndInTheirHeaderAreSaidAndTheRestIsReplayed) {
     EXPECT_NE(again.err.find("no stored samples to compare with"), std::string::npos) << again.err;
 }
 
-// The whole program, killed anywhere between its start and its end.
+// The whole program: every other time killed anywhere between its start and its end, else in its attempt.
 TEST_F(StoreRun, KilledItLeavesWholeFramesOrNothing) {
     std::mt19937 random(std::random_device{}());
     std::size_t acknowledged = Store(folder()).attempts("T-09").size(), cut = 0;
-    double whole_s = whole_s_;
-    for (int i = 0; i < kKills || (cut < kCuts && i < 5 * kKills); ++i) {
-        const double end_s = std::uniform_real_distribution<double>(0.2, 1.05)(random) * whole_s;
-        const auto before = std::chrono::steady_clock::now();
-        const Outcome killed =
-            command_->runBare(kRun + "T-09", "timeout -s KILL " + std::to_string(end_s) + " env ");
-        // What else the machine does changes how long that takes.
-        if (killed.status == 0)
-            whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+    for (int i = 0; i < kKills; ++i) {
+        const double share = std::uniform_real_distribution<double>(0.0, 1.0)(random);
+        const Outcome killed = i % 2 == 0 ? killedAfter(share * whole_s_) : killedInItsAttempt(0.05 * share);
         const bool said = killed.out.find("stored as attempt") != std::string::npos;
         acknowledged += said;
         const Store store(folder());

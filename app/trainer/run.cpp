@@ -102,9 +102,14 @@ void checkHand(const RunOptions& options) {
     if (isLive(options)) haptics::makeDriver(options.device, options.device_options, monotonicClock());
 }
 
-// The attempt as scripted, or with the hand of a trace in its place.
+// The attempt as scripted, or with the hand of a trace in its place: what is said meanwhile stays the
+// scenario's, as far as the hand goes.
 Attempt handOf(const RunOptions& options, Attempt attempt) {
-    if (options.device == kReplay) attempt.hand = haptics::loadTrace(options.trace);
+    if (options.device != kReplay) return attempt;
+    attempt.hand.samples = haptics::loadTrace(options.trace).samples;
+    const std::int64_t end_ns = attempt.hand.samples.back().t_ns;
+    std::erase_if(attempt.hand.commands,
+                  [end_ns](const haptics::TraceCommand& said) { return said.t_ns > end_ns; });
     return attempt;
 }
 

@@ -1,0 +1,36 @@
+// The whole procedure through the program, the hand that of a trace.
+#include <gtest/gtest.h>
+
+#include "tests/app/trainer/kept_attempt.h"
+
+namespace stylet::trainer {
+namespace {
+
+using test::KeptAttempt;
+using test::Outcome;
+
+const std::string kRun = "run --fast --spacing-mm 3 --seed 4 --scenario procedure --trainee ";
+
+// The scenario says what is said, the trace how the hand moves: together they are the attempt again.
+TEST(ProcedureRun, ByAHapticTrace) {
+    test::Command command;
+    const Outcome scripted = command.runBare(kRun + "script");
+    const KeptAttempt first = test::storedReplayedReported(command, scripted, "script");
+    test::expectWholeProcedure(first);
+    EXPECT_GT(first.stored.result->total, 85.0);
+
+    const std::filesystem::path hand = command / "hand.csv";
+    const Outcome saved = command.run("replay --fast '" + (first.stored.folder / "record").string() +
+                                      "' --save-hand '" + hand.string() + "'");
+    ASSERT_EQ(saved.status, 0) << saved.err;
+    const Outcome traced = command.runBare(kRun + "hand --device replay --trace '" + hand.string() + "'");
+    const KeptAttempt second = test::storedReplayedReported(command, traced, "hand");
+    test::expectWholeProcedure(second);
+    EXPECT_EQ(second.stored.info.device, "replay");
+    EXPECT_EQ(second.summary.at("state_hash"), first.summary.at("state_hash"));
+    EXPECT_EQ(second.stored.result->total, first.stored.result->total);
+    EXPECT_EQ(second.felt_n, first.felt_n);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

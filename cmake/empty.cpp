@@ -1,0 +1,1 @@
+// What a library of headers alone is made of.

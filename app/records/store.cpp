@@ -2,19 +2,16 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <sqlite3.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
-#include <limits>
 #include <random>
 
-#include "app/records/frames.h"
+#include "app/records/attempt_files.h"
+#include "app/records/attempt_rows.h"
 #include "app/records/record.h"
 #include "app/records/schema.h"
 #include "patient/package.h"
@@ -28,19 +25,9 @@ namespace {
 
 constexpr int kPatience_ms = 10000;  // for another process that writes
 constexpr int kShortPatience_ms = 50;
-constexpr const char* kWriting = ".writing";
 constexpr const char* kReserve = ".reserve";  // given up to delete on a disk that is full
 constexpr std::size_t kReserveBytes = 1 << 20;
 constexpr std::size_t kMostTrainee = 64;
-constexpr std::array<const char*, 2> kFrameFiles{"record/inputs.bin", "record/samples.bin"};
-
-constexpr std::array<std::string_view, 3> kStates{"running", "done", "cut_short"};
-
-AttemptState stateOf(const std::string& name) {
-    const auto found = std::find(kStates.begin(), kStates.end(), name);
-    if (found == kStates.end()) throw std::invalid_argument("no attempt has the state \"" + name + '"');
-    return AttemptState(found - kStates.begin());
-}
 
 struct Now {
     std::string compact, full;
@@ -67,22 +54,6 @@ std::string newId(const std::string& compact) {
     return compact + tail.data();
 }
 
-std::uint64_t hexNumber(const std::string& text) {
-    return std::stoull(text, nullptr, 16);
-}
-
-// SQLite knows no NaN.
-void bindNumber(SQLite::Statement& statement, int place, double value) {
-    if (std::isnan(value))
-        statement.bind(place);
-    else
-        statement.bind(place, value);
-}
-
-double numberOf(const SQLite::Column& column) {
-    return column.isNull() ? std::numeric_limits<double>::quiet_NaN() : column.getDouble();
-}
-
 void syncTree(const fs::path& folder) {
     for (const auto& entry : fs::directory_iterator(folder)) {
         if (entry.is_directory())
@@ -99,27 +70,6 @@ bool neverBegun(const fs::path& folder) {
     for (const auto& entry : fs::directory_iterator(folder))
         if (entry.path().filename() != kWriting) return false;
     return true;
-}
-
-std::vector<CutFile> cutTails(const fs::path& folder) {
-    std::vector<CutFile> cut;
-    for (const char* name : kFrameFiles) {
-        const fs::path file = folder / name;
-        if (!fs::exists(file)) continue;
-        const WholePart whole = wholePart(file);
-        cut.push_back({name, whole.ticks, whole.file_bytes - whole.bytes, whole.bytes == 0});
-        if (whole.torn() && whole.bytes > 0) cutFile(file, whole.bytes);
-    }
-    return cut;
-}
-
-// Where the first frame that is not whole begins, for who looks for what a flipped byte has cost.
-std::string placeOfDamage(const fs::path& folder, const fs::path& file) {
-    if (std::find(kFrameFiles.begin(), kFrameFiles.end(), file) == kFrameFiles.end()) return "";
-    const WholePart whole = wholePart(folder / file);
-    if (!whole.torn()) return "";
-    return "; whole for " + std::to_string(whole.ticks) + " ticks, then not from byte " +
-           std::to_string(whole.bytes);
 }
 
 // What is written in this scope survives a kill; the disk has it with the next write that waits for it.
@@ -150,131 +100,7 @@ class Hurry {
     SQLite::Database& database_;
 };
 
-std::vector<MetricRow> metricsOf(SQLite::Database& database, std::int64_t number) {
-    SQLite::Statement rows(
-        database,
-        "SELECT id, name, unit, value, points, most_points FROM metric WHERE attempt = ? ORDER BY place");
-    rows.bind(1, number);
-    std::vector<MetricRow> metrics;
-    while (rows.executeStep())
-        metrics.push_back({rows.getColumn(0).getString(), rows.getColumn(1).getString(),
-                           rows.getColumn(2).getString(), numberOf(rows.getColumn(3)),
-                           numberOf(rows.getColumn(4)), numberOf(rows.getColumn(5))});
-    return metrics;
-}
-
-std::vector<EventRow> eventsOf(SQLite::Database& database, std::int64_t number) {
-    SQLite::Statement rows(database, "SELECT tick, kind, text FROM event WHERE attempt = ? ORDER BY place");
-    rows.bind(1, number);
-    std::vector<EventRow> events;
-    while (rows.executeStep())
-        events.push_back({std::uint64_t(rows.getColumn(0).getInt64()), rows.getColumn(1).getString(),
-                          rows.getColumn(2).getString()});
-    return events;
-}
-
-constexpr const char* kSelectAttempts =
-    "SELECT number, id, trainee, started_utc, state, device, patient, patient_digest, scenario, difficulty, "
-    "program_version, seed, dt_s, device_gain, registration_rms_m, target_hit, total, ticks FROM attempt ";
-
-StoredAttempt attemptOf(SQLite::Database& database, SQLite::Statement& r, const fs::path& folder) {
-    StoredAttempt attempt;
-    const std::int64_t number = r.getColumn(0).getInt64();
-    attempt.id = r.getColumn(1).getString();
-    attempt.info.trainee = r.getColumn(2).getString();
-    attempt.started_utc = r.getColumn(3).getString();
-    attempt.state = stateOf(r.getColumn(4).getString());
-    attempt.info.device = r.getColumn(5).getString();
-    attempt.info.patient = r.getColumn(6).getString();
-    attempt.info.patient_digest = hexNumber(r.getColumn(7).getString());
-    attempt.info.scenario = r.getColumn(8).getString();
-    attempt.info.difficulty = r.getColumn(9).getString();
-    attempt.info.program_version = r.getColumn(10).getString();
-    attempt.info.seed = std::stoull(r.getColumn(11).getString());
-    attempt.info.dt_s = r.getColumn(12).getDouble();
-    attempt.info.device_gain = r.getColumn(13).getDouble();
-    if (!r.getColumn(14).isNull()) attempt.info.registration_rms_m = r.getColumn(14).getDouble();
-    if (attempt.state == AttemptState::done)
-        attempt.result =
-            AttemptResult{r.getColumn(15).getInt() != 0, numberOf(r.getColumn(16)),
-                          std::uint64_t(r.getColumn(17).getInt64()), metricsOf(database, number)};
-    attempt.events = eventsOf(database, number);
-    attempt.folder = folder / attempt.id;
-    return attempt;
-}
-
-// Of everything the index says of an attempt.
-std::uint32_t rowsSum(const StoredAttempt& a) {
-    std::string text;
-    const auto add = [&](const std::string& part) { text += std::to_string(part.size()) + ':' + part; };
-    const auto number = [&](double v) {
-        std::array<char, 48> digits{};
-        std::snprintf(digits.data(), digits.size(), "%a", v);
-        add(std::isnan(v) ? "nan" : digits.data());
-    };
-    for (const std::string& part :
-         {a.id, a.info.trainee, a.started_utc, std::string(stateName(a.state)), a.info.device, a.info.patient,
-          hexOf(a.info.patient_digest), a.info.scenario, a.info.difficulty, a.info.program_version,
-          std::to_string(a.info.seed)})
-        add(part);
-    number(a.info.dt_s), number(a.info.device_gain), number(a.info.registration_rms_m.value_or(-1.0));
-    if (a.result) {
-        add(std::to_string(a.result->target_hit) + std::to_string(a.result->ticks));
-        number(a.result->total);
-        for (const MetricRow& m : a.result->metrics) {
-            add(m.id), add(m.name), add(m.unit);
-            number(m.value), number(m.points), number(m.most_points);
-        }
-    }
-    for (const EventRow& e : a.events)
-        add(std::to_string(e.tick)), add(e.kind), add(e.text);
-    return std::uint32_t(crc32_z(0, reinterpret_cast<const unsigned char*>(text.data()), text.size()));
-}
-
 }  // namespace
-
-StoredFile sumOf(const fs::path& folder, const fs::path& file) {
-    std::ifstream in(folder / file, std::ios::binary);
-    StoredFile sum{file, 0, 0};
-    std::array<char, 1 << 16> part{};
-    while (in.read(part.data(), part.size()), in.gcount() > 0) {
-        const auto count = std::size_t(in.gcount());
-        sum.crc32 = std::uint32_t(crc32_z(sum.crc32, reinterpret_cast<unsigned char*>(part.data()), count));
-        sum.bytes += count;
-    }
-    if (in.bad() || !in.eof()) throw DataError(folder / file, "file", "cannot be read");
-    return sum;
-}
-
-std::vector<StoredFile> sumsOf(const fs::path& folder) {
-    std::vector<StoredFile> sums;
-    for (const auto& entry : fs::recursive_directory_iterator(folder))
-        if (entry.is_regular_file() && entry.path().filename() != kWriting)
-            sums.push_back(sumOf(folder, fs::relative(entry.path(), folder)));
-    std::sort(sums.begin(), sums.end(),
-              [](const StoredFile& a, const StoredFile& b) { return a.file < b.file; });
-    return sums;
-}
-
-std::string_view stateName(AttemptState state) {
-    return kStates[std::size_t(state)];
-}
-
-std::string describe(const Recovered& recovered) {
-    std::string text = "attempt " + recovered.id + " was cut short: ";
-    if (recovered.files.empty()) return text + "nothing was recorded yet";
-    for (std::size_t i = 0; i < recovered.files.size(); ++i) {
-        const CutFile& file = recovered.files[i];
-        text += (i == 0 ? "" : "; ") + file.file.string();
-        if (file.headless) {
-            text += " ends inside its header";
-            continue;
-        }
-        text += " keeps " + std::to_string(file.ticks) + " ticks";
-        if (file.cut_bytes > 0) text += ", " + std::to_string(file.cut_bytes) + " torn bytes cut off";
-    }
-    return text;
-}
 
 void checkTrainee(const std::string& trainee) {
     const auto refuse = [&](const std::string& reason) { throw DataError(trainee, "trainee", reason); };
@@ -670,7 +496,9 @@ std::vector<std::string> Store::damage() const {
                               "SELECT id, crc32 FROM attempt WHERE state <> 'running' ORDER BY number");
         while (row.executeStep()) {
             const std::string id = row.getColumn(0).getString();
-            checkFiles(id, found);
+            for (const StoredFile& stored : files(id))
+                if (std::string line = damageOf(folderOf(id), stored); !line.empty())
+                    found.push_back(std::move(line));
             try {
                 // NULL: it could not be summed up.
                 if (!row.getColumn(1).isNull() && row.getColumn(1).getInt64() != rowsSum(readAttempt(id)))
@@ -681,28 +509,6 @@ std::vector<std::string> Store::damage() const {
         }
         return found;
     });
-}
-
-void Store::checkFiles(const std::string& id, std::vector<std::string>& damage) const {
-    for (const StoredFile& stored : files(id)) {
-        const fs::path file = folderOf(id) / stored.file;
-        try {
-            if (!fs::exists(file)) {
-                damage.push_back(file.string() + ": is gone");
-                continue;
-            }
-            const StoredFile now = sumOf(folderOf(id), stored.file);
-            if (now.bytes != stored.bytes)
-                damage.push_back(file.string() + ": has " + std::to_string(now.bytes) +
-                                 " bytes, was stored with " + std::to_string(stored.bytes) +
-                                 placeOfDamage(folderOf(id), stored.file));
-            else if (now.crc32 != stored.crc32)
-                damage.push_back(file.string() + ": its checksum does not match" +
-                                 placeOfDamage(folderOf(id), stored.file));
-        } catch (const std::exception& e) {
-            damage.push_back(file.string() + ": cannot be checked: " + e.what());
-        }
-    }
 }
 
 std::vector<OutboxEntry> Store::outbox() const {

@@ -172,7 +172,6 @@ class Store {
     void settle(const std::string& id);
     void insertEvents(const std::string& id, const std::vector<EventRow>&);
     StoredAttempt readAttempt(const std::string& id) const;
-    void checkFiles(const std::string& id, std::vector<std::string>& damage) const;
     void execute(const char* sql, const std::vector<std::string>& values) const;
     template <typename Act>
     auto guarded(Act) const;

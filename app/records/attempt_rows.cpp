@@ -1,0 +1,126 @@
+#include "app/records/attempt_rows.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+
+#include "app/records/record.h"
+
+namespace stylet::records {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array<std::string_view, 3> kStates{"running", "done", "cut_short"};
+
+AttemptState stateOf(const std::string& name) {
+    const auto found = std::find(kStates.begin(), kStates.end(), name);
+    if (found == kStates.end()) throw std::invalid_argument("no attempt has the state \"" + name + '"');
+    return AttemptState(found - kStates.begin());
+}
+
+std::uint64_t hexNumber(const std::string& text) {
+    return std::stoull(text, nullptr, 16);
+}
+
+double numberOf(const SQLite::Column& column) {
+    return column.isNull() ? std::numeric_limits<double>::quiet_NaN() : column.getDouble();
+}
+
+std::vector<MetricRow> metricsOf(SQLite::Database& database, std::int64_t number) {
+    SQLite::Statement rows(
+        database,
+        "SELECT id, name, unit, value, points, most_points FROM metric WHERE attempt = ? ORDER BY place");
+    rows.bind(1, number);
+    std::vector<MetricRow> metrics;
+    while (rows.executeStep())
+        metrics.push_back({rows.getColumn(0).getString(), rows.getColumn(1).getString(),
+                           rows.getColumn(2).getString(), numberOf(rows.getColumn(3)),
+                           numberOf(rows.getColumn(4)), numberOf(rows.getColumn(5))});
+    return metrics;
+}
+
+std::vector<EventRow> eventsOf(SQLite::Database& database, std::int64_t number) {
+    SQLite::Statement rows(database, "SELECT tick, kind, text FROM event WHERE attempt = ? ORDER BY place");
+    rows.bind(1, number);
+    std::vector<EventRow> events;
+    while (rows.executeStep())
+        events.push_back({std::uint64_t(rows.getColumn(0).getInt64()), rows.getColumn(1).getString(),
+                          rows.getColumn(2).getString()});
+    return events;
+}
+
+}  // namespace
+
+StoredAttempt attemptOf(SQLite::Database& database, SQLite::Statement& r, const fs::path& folder) {
+    StoredAttempt attempt;
+    const std::int64_t number = r.getColumn(0).getInt64();
+    attempt.id = r.getColumn(1).getString();
+    attempt.info.trainee = r.getColumn(2).getString();
+    attempt.started_utc = r.getColumn(3).getString();
+    attempt.state = stateOf(r.getColumn(4).getString());
+    attempt.info.device = r.getColumn(5).getString();
+    attempt.info.patient = r.getColumn(6).getString();
+    attempt.info.patient_digest = hexNumber(r.getColumn(7).getString());
+    attempt.info.scenario = r.getColumn(8).getString();
+    attempt.info.difficulty = r.getColumn(9).getString();
+    attempt.info.program_version = r.getColumn(10).getString();
+    attempt.info.seed = std::stoull(r.getColumn(11).getString());
+    attempt.info.dt_s = r.getColumn(12).getDouble();
+    attempt.info.device_gain = r.getColumn(13).getDouble();
+    if (!r.getColumn(14).isNull()) attempt.info.registration_rms_m = r.getColumn(14).getDouble();
+    if (attempt.state == AttemptState::done)
+        attempt.result =
+            AttemptResult{r.getColumn(15).getInt() != 0, numberOf(r.getColumn(16)),
+                          std::uint64_t(r.getColumn(17).getInt64()), metricsOf(database, number)};
+    attempt.events = eventsOf(database, number);
+    attempt.folder = folder / attempt.id;
+    return attempt;
+}
+
+// Of everything the index says of an attempt.
+std::uint32_t rowsSum(const StoredAttempt& a) {
+    std::string text;
+    const auto add = [&](const std::string& part) { text += std::to_string(part.size()) + ':' + part; };
+    const auto number = [&](double v) {
+        std::array<char, 48> digits{};
+        std::snprintf(digits.data(), digits.size(), "%a", v);
+        add(std::isnan(v) ? "nan" : digits.data());
+    };
+    for (const std::string& part :
+         {a.id, a.info.trainee, a.started_utc, std::string(stateName(a.state)), a.info.device, a.info.patient,
+          hexOf(a.info.patient_digest), a.info.scenario, a.info.difficulty, a.info.program_version,
+          std::to_string(a.info.seed)})
+        add(part);
+    number(a.info.dt_s), number(a.info.device_gain), number(a.info.registration_rms_m.value_or(-1.0));
+    if (a.result) {
+        add(std::to_string(a.result->target_hit) + std::to_string(a.result->ticks));
+        number(a.result->total);
+        for (const MetricRow& m : a.result->metrics) {
+            add(m.id), add(m.name), add(m.unit);
+            number(m.value), number(m.points), number(m.most_points);
+        }
+    }
+    for (const EventRow& e : a.events)
+        add(std::to_string(e.tick)), add(e.kind), add(e.text);
+    return std::uint32_t(crc32_z(0, reinterpret_cast<const unsigned char*>(text.data()), text.size()));
+}
+
+std::string_view stateName(AttemptState state) {
+    return kStates[std::size_t(state)];
+}
+
+void bindNumber(SQLite::Statement& statement, int place, double value) {
+    if (std::isnan(value))
+        statement.bind(place);
+    else
+        statement.bind(place, value);
+}
+
+}  // namespace stylet::records

@@ -74,6 +74,7 @@ DeviceStage MouseDriver::open(std::string&) {
 void MouseDriver::take(const MouseMove& move) noexcept {
     if (move.home) wanted_ = start_;
     wanted_.rotation = turnedBy(move.turned_rad, wanted_.rotation);
+    wanted_.rotation = turnedBy(wanted_.rotation * Vec3(0.0, 0.0, move.rolled_rad), wanted_.rotation);
     const Vec3 deeper = turned_ * Vec3(0.0, 0.0, -1.0);
     wanted_.position_m += move.moved_m + move.deeper_m * deeper;
     const Vec3 way_m = wanted_.position_m - point_.at_m;

@@ -19,6 +19,7 @@ struct MouseMove {
     patient::Vec3 moved_m{0.0};
     patient::Vec3 turned_rad{0.0};  // about the tip
     double deeper_m = 0.0;          // along the tool
+    double rolled_rad = 0.0;        // about its own line, counter-clockwise as the hand sees it
     bool home = false;              // back to where it began, before the rest
 };
 

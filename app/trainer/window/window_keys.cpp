@@ -131,6 +131,7 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows() const {
     rows.push_back({{"drag, arrows", "move"},
                     {"wheel, Page Down and Up", "in and out"},
                     {"with Shift", "turn, finer steps"},
+                    {"Q, E", "roll it"},
                     {"Home", "back to the start"}});
     rows.push_back(tools);
     return rows;

@@ -105,7 +105,8 @@ void WindowShow::moveToolBy(const KeyPress& press) {
     MouseMove move;
     const double right = double(press.key == kKeyRight) - double(press.key == kKeyLeft),
                  up = double(press.key == kKeyUp) - double(press.key == kKeyDown),
-                 deeper = double(press.key == kKeyPageDown) - double(press.key == kKeyPageUp);
+                 deeper = double(press.key == kKeyPageDown) - double(press.key == kKeyPageUp),
+                 rolled = double(press.key == 'q') - double(press.key == 'e');
     if (press.key == kKeyHome)
         move.home = true;
     else if (right != 0.0 || up != 0.0)
@@ -113,6 +114,8 @@ void WindowShow::moveToolBy(const KeyPress& press) {
                            : inOperatorsView(kKey_m * right, kKey_m * up, false);
     else if (deeper != 0.0)
         move.deeper_m = share * kKey_m * deeper;
+    else if (rolled != 0.0)
+        move.rolled_rad = share * kKey_rad * rolled;
     else
         return;
     settings_.port->move(move);

@@ -89,6 +89,19 @@ TEST_F(MouseHand, DeeperIsAlongTheToolHoweverItIsTurned) {
     EXPECT_NEAR(std::fabs(glm::dot(home.rotation, kStart.rotation)), 1.0, 1e-6);
 }
 
+// Wherever it points: what it points at stays.
+TEST_F(MouseHand, RolledItTurnsAboutItsOwnLine) {
+    after(1);
+    port_.move({.turned_rad = {0.4, -0.3, 0.0}});
+    const Pose turned = after(3000);
+    port_.move({.rolled_rad = 0.6});
+    const Pose rolled = after(3000);
+    EXPECT_NEAR(glm::length(rolled.position_m - turned.position_m), 0.0, 1e-9);
+    EXPECT_NEAR(glm::length(rolled.direction({0, 0, 1}) - turned.direction({0, 0, 1})), 0.0, 1e-6);
+    const Vec3 x = turned.inverse().direction(rolled.direction({1, 0, 0}));
+    EXPECT_NEAR(glm::length(x - Vec3(std::cos(0.6), std::sin(0.6), 0.0)), 0.0, 1e-6);
+}
+
 TEST_F(MouseHand, PressedHardItGoesNoDeeperButOut) {
     after(1);
     port_.tell(haptics::Tool::finger, MouseDriver::kMostPress_n + 1.0);

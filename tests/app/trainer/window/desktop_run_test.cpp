@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/app/trainer/assets.h"
-#include "tests/app/trainer/command.h"
+#include "tests/app/trainer/kept_attempt.h"
 #include "tests/support/x_display.h"
 
 namespace stylet::trainer {
@@ -22,7 +22,7 @@ class DesktopRun : public testing::Test {
   protected:
     void start(const std::string& options) {
         outcome_ = std::async(std::launch::async,
-                              [this, options] { return command_.run("run --spacing-mm 3 " + options); });
+                              [this, options] { return command_.runBare("run --spacing-mm 3 " + options); });
     }
     bool over() const { return outcome_.wait_for(0ms) == std::future_status::ready; }
     bool until(const std::function<bool()>& done, std::chrono::seconds most = 300s) const {
@@ -35,9 +35,10 @@ class DesktopRun : public testing::Test {
     bool says(const std::string& text) const {
         return until([&] { return said().find(text) != std::string::npos; });
     }
-    void steps(const std::string& key, int times) const {
+    // The tool follows without haste.
+    void steps(const std::string& key, int times, std::chrono::milliseconds wait = 2s) const {
         display_.key(key, times);
-        std::this_thread::sleep_for(2500ms);  // the tool follows without haste
+        std::this_thread::sleep_for(wait);
     }
 
     test::XDisplay display_{1500, 950};
@@ -45,8 +46,8 @@ class DesktopRun : public testing::Test {
     std::future<Outcome> outcome_;
 };
 
-TEST_F(DesktopRun, FromPalpationToACutDuctByMouseAndKeys) {
-    start("--device mouse --scenario five-tools");
+TEST_F(DesktopRun, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
+    start("--device mouse --scenario procedure --trainee mouse-1");
     ASSERT_TRUE(says("the hand is yours")) << said();
     ASSERT_TRUE(until([&] { return !display_.title().empty(); }));
 
@@ -59,8 +60,8 @@ TEST_F(DesktopRun, FromPalpationToACutDuctByMouseAndKeys) {
     ASSERT_TRUE(says("the probe is in hand")) << said();
     display_.key("h");
     ASSERT_TRUE(says("asked to hold his breath")) << said();
-    std::this_thread::sleep_for(6s);
-    steps("Next", 16);
+    display_.key("e", 18);  // between the ribs
+    steps("Next", 16, 7s);
     display_.key("k");
     ASSERT_TRUE(says("the probe stays where it is")) << said();
     steps("Home", 1);
@@ -68,14 +69,17 @@ TEST_F(DesktopRun, FromPalpationToACutDuctByMouseAndKeys) {
     display_.key("s");
     ASSERT_TRUE(says("the scalpel is in hand")) << said();
     steps("Next", 17);
-    steps("Up", 2);
+    steps("Up", 2, 1s);
     steps("Home", 1);
 
     display_.key("space");  // the next tool
     ASSERT_TRUE(says("the guide is in hand")) << said();
+    steps("Right", 1, 500ms);  // it holds the needle
+    steps("Left", 1, 500ms);
     display_.key("n");
     ASSERT_TRUE(says("the needle is in hand")) << said();
-    const json path = json::parse(test::textOf(command_.out() / "record" / "record.json")).at("path");
+    const json path =
+        json::parse(test::textOf(test::newestAttempt(command_) / "record" / "record.json")).at("path");
     const double length_mm = 1e3 * path.at("length_m").get<double>();
     steps("Next", 15);                    // to the skin
     const int rest = int(length_mm) + 1;  // a step of the wheel is a millimetre
@@ -86,7 +90,11 @@ TEST_F(DesktopRun, FromPalpationToACutDuctByMouseAndKeys) {
     std::this_thread::sleep_for(2s);
     display_.key("x");
     EXPECT_TRUE(says("X-rays")) << said();
-    std::this_thread::sleep_for(1s);
+    display_.key("i");
+    EXPECT_TRUE(says("contrast medium, 1 ml/s")) << said();
+    std::this_thread::sleep_for(2s);
+    display_.key("i");
+    EXPECT_TRUE(says("no more contrast medium")) << said();
     display_.key("x");
     EXPECT_TRUE(says("no more X-rays")) << said();
 
@@ -112,21 +120,18 @@ TEST_F(DesktopRun, FromPalpationToACutDuctByMouseAndKeys) {
         std::this_thread::sleep_for(1500ms);
     }
     display_.close();
-    const Outcome outcome = outcome_.get();
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(outcome.summary.at("device"), "mouse");
-    EXPECT_NE(outcome.summary.at("haptics").at("fault_names").get<std::string>().find("injected"),
+    const test::KeptAttempt kept = test::storedReplayedReported(command_, outcome_.get(), "mouse-1");
+    test::expectWholeProcedure(kept);
+    EXPECT_EQ(kept.stored.info.device, "mouse");
+    EXPECT_GT(kept.stored.result->total, 50.0);
+    EXPECT_NE(kept.summary.at("haptics").at("fault_names").get<std::string>().find("injected"),
               std::string::npos);
-    EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>()) << outcome.summary.dump(1) << outcome.err;
-
-    const Outcome again = command_.run("replay '" + (command_.out() / "record").string() + "' --fast");
-    ASSERT_EQ(again.status, 0) << again.out << again.err;
-    EXPECT_EQ(again.summary.at("state_hash"), outcome.summary.at("state_hash"));
+    EXPECT_NE(kept.page.find("too fast"), std::string::npos) << "the instructor's word is on the page";
 }
 
 TEST_F(DesktopRun, WithoutADisplayThereIsNoMouse) {
     display_.kill();
-    start("--device mouse --scenario '" + test::testScenario("short").string() + "'");
+    start("--device mouse --trainee mouse-2 --scenario '" + test::testScenario("short").string() + "'");
     const Outcome outcome = outcome_.get();
     EXPECT_EQ(outcome.status, 2);
     EXPECT_NE(outcome.err.find("its hand is in a window, and there is none"), std::string::npos)

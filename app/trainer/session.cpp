@@ -83,8 +83,10 @@ void Session::watchInstructor(const TickRecord& record) {
         const std::string_view name = injectedName(command);
         if (name.empty()) continue;
         if (command.kind == haptics::CommandKind::lights) lights_out_ = command.value == 0;
-        if (command.kind == haptics::CommandKind::bleed) wounds_.bleed();
-        log_.events.push_back({record.output.tick, "injected", std::string(name)});
+        std::string text(name);
+        if (command.kind == haptics::CommandKind::bleed && !wounds_.bleed())
+            text += ": no hole is in the skin";
+        log_.events.push_back({record.output.tick, "injected", std::move(text)});
     }
 }
 

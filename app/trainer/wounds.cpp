@@ -48,11 +48,12 @@ void WoundLog::take(const haptics::NeedleEvent& event) {
     if (opened && event.border.to == patient::Tissue::vessel) bleed();
 }
 
-void WoundLog::bleed() {
-    if (holes_.empty()) return;
+bool WoundLog::bleed() {
+    if (holes_.empty()) return false;
     Hole& hole = holes_.back();
     if (!hole.bleeds) hole.opened_tick = tick_;
     hole.bleeds = true;
+    return true;
 }
 
 std::vector<Wound> WoundLog::wounds() const {

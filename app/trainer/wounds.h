@@ -28,8 +28,8 @@ class WoundLog {
     void take(const haptics::TickOutput&);
     // A cut at the newest tick: where a vessel was opened, the needle's hole in the skin bleeds.
     void take(const haptics::NeedleEvent&);
-    // The newest hole bleeds from now on, where there is one.
-    void bleed();
+    // The newest hole bleeds from now on; false where there is none.
+    bool bleed();
     // As they are at the newest tick: incisions, then holes, then blood.
     std::vector<Wound> wounds() const;
 

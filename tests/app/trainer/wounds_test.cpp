@@ -44,6 +44,7 @@ class WoundsTest : public testing::Test {
 
 TEST_F(WoundsTest, AreWhereTheNeedleWentInAndOncePerHole) {
     tick(Phase::outside);
+    EXPECT_FALSE(log_.bleed()) << "of what?";
     EXPECT_TRUE(log_.wounds().empty());
     tick(Phase::held, Vec3(0.1, 0, 0));
     tick(Phase::pass, Vec3(0.05, 0, 0), 50);
@@ -64,6 +65,8 @@ TEST_F(WoundsTest, SkinThatIsOnlyPressedStaysWhole) {
     tick(Phase::held, Vec3(0.1, 0, 0), 10, patient::Tissue::air);
     tick(Phase::held, Vec3(0.1, 0, 0), 10, patient::Tissue::skin);  // the next border holds
     EXPECT_EQ(of(WoundKind::puncture).size(), 1u);
+    EXPECT_TRUE(log_.bleed());
+    EXPECT_EQ(of(WoundKind::blood).size(), 1u);
 }
 
 TEST_F(WoundsTest, TheOldestOfManyHolesGivesWay) {

@@ -24,6 +24,8 @@ class Keeper {
     Keeper(const Keeper&) = delete;
     Keeper& operator=(const Keeper&) = delete;
 
+    // Whether this store has nothing of the trainee.
+    bool isNew(const std::string& trainee) const { return store_.attempts(trainee).empty(); }
     // An attempt begins; the folder for what it leaves.
     std::filesystem::path begin(const records::AttemptInfo&);
     // Session thread: after each tick.

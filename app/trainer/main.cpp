@@ -109,9 +109,8 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_option(
            "--difficulty", o.difficulty,
            "how much is shown: guided (all), practice (no path in the air, no next step), exam (only "
-           "what a real room has)")
-        ->check(CLI::IsMember({"guided", "practice", "exam"}))
-        ->capture_default_str();
+           "what a real room has); default: guided in a trainee's first run, else practice")
+        ->check(CLI::IsMember({"guided", "practice", "exam"}));
     run->add_flag("--stats", o.stats, "print what the pictures did not need to draw");
     run->add_flag("--validation", o.validation, "Vulkan validation and synchronisation layers");
     addHand(*run, o);

@@ -201,6 +201,7 @@ Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patien
 }
 
 training::Difficulty difficultyOf(const RunOptions& options) {
+    if (options.difficulty.empty()) return training::Difficulty::practice;
     if (const auto difficulty = training::difficultyNamed(options.difficulty)) return *difficulty;
     throw DataError(options.difficulty, "--difficulty", "neither guided, nor practice, nor exam");
 }
@@ -334,7 +335,12 @@ int run(const RunOptions& asked) {
         records::checkTrainee(options.trainee);
         keeper.emplace(options.records.empty() ? dataFolder() / "records" : options.records, options.database,
                        sayOnStderr);
+        if (options.difficulty.empty() && keeper->isNew(options.trainee)) {
+            options.difficulty = training::nameOf(training::Difficulty::guided);
+            sayOnStderr("the first run of " + options.trainee + " is guided; --difficulty asks for another");
+        }
     }
+    if (options.difficulty.empty()) options.difficulty = training::nameOf(training::Difficulty::practice);
     const Scenario scenario = loadScenario(scenarioFile(options.scenario));
     const OpenedPatient opened = openPatient(
         {options.patient, options.seed, options.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});

@@ -36,8 +36,8 @@ struct RunOptions {
     std::optional<bool> mirror;
     // Default: sound, but not with a mock runtime. Never on a virtual clock.
     std::optional<bool> sound;
-    std::string difficulty = "practice";  // training::kDifficultyNames
-    std::optional<double> budget_ms;      // of a frame; default: a GPU keeps to the runtime's pace
+    std::string difficulty;           // training::kDifficultyNames; empty: the first run is guided
+    std::optional<double> budget_ms;  // of a frame; default: a GPU keeps to the runtime's pace
     // "scripted": the scenario's hand. "replay": the trace's. Else the user's, on a device of that kind or
     // with the mouse in the window, until Ctrl-C or for so many seconds.
     std::string device = "scripted";

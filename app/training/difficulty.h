@@ -25,6 +25,9 @@ constexpr Hints hintsOf(Difficulty difficulty) noexcept {
     return {true, guided, guided, true, true};
 }
 
+constexpr std::string_view nameOf(Difficulty difficulty) noexcept {
+    return kDifficultyNames[std::size_t(difficulty)];
+}
 constexpr std::optional<Difficulty> difficultyNamed(std::string_view name) noexcept {
     for (std::size_t i = 0; i < kDifficultyNames.size(); ++i)
         if (kDifficultyNames[i] == name) return Difficulty(i);

@@ -83,7 +83,7 @@ TEST_F(StoreRun, KeepsInputsSamplesEventsAndScore) {
     EXPECT_EQ(attempt.state, AttemptState::done);
     EXPECT_EQ(attempt.info.scenario, "demo");
     EXPECT_EQ(attempt.info.device, "scripted");
-    EXPECT_EQ(attempt.info.difficulty, "practice");
+    EXPECT_EQ(attempt.info.difficulty, "guided") << "his first";
     EXPECT_NE(attempt.info.program_version, "");
     EXPECT_GT(attempt.info.device_gain, 0.0);
     ASSERT_TRUE(attempt.result);
@@ -272,6 +272,9 @@ TEST_F(StoreRun, KilledItLeavesWholeFramesOrNothing) {
         EXPECT_TRUE(store.damage().empty());
     }
     EXPECT_GT(cut, 0u);
+    const std::vector<StoredAttempt> all = Store(folder()).attempts("T-09");
+    for (std::size_t i = 0; i < all.size(); ++i)
+        EXPECT_EQ(all[i].info.difficulty, i == 0 ? "guided" : "practice");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "app/trainer/commands.h"
 
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cstdio>
 #include <utility>
@@ -158,23 +159,25 @@ std::string describeWords() {
     return text;
 }
 
-std::string describe(const UserButtons& buttons) {
+std::string describe(const UserButtons& buttons, std::span<const std::string_view> names) {
     std::string text;
     const auto add = [&](std::uint32_t bit, const char* what) {
         if (bit == 0) return;
-        int number = 1;
-        while (bit >>= 1)
-            ++number;
-        text += std::string(text.empty() ? "" : ", ") + "button " + std::to_string(number) + " " + what;
+        const auto number = std::size_t(std::countr_zero(bit));
+        const std::string name =
+            number < names.size() ? std::string(names[number]) : "button " + std::to_string(number + 1);
+        text += (text.empty() ? "" : ", ") + name + " " + what;
     };
     add(buttons.rearm, "re-arms");
     add(buttons.next, "takes the next tool");
     add(buttons.breath, "holds the breath and lets it go");
+    add(buttons.pedal, "is the pedal for X-rays");
+    add(buttons.inject, "injects contrast medium while it is held");
     return text;
 }
 
-std::vector<Command> UserCommands::take(std::string_view typed, std::uint32_t pressed,
-                                        const TickOutput& now) {
+std::vector<Command> UserCommands::take(std::string_view typed, std::uint32_t pressed, const TickOutput& now,
+                                        std::uint32_t held) {
     if (held_ && !now.breath_held) holds_ = false;  // he could hold it no longer
     held_ = now.breath_held;
     waiting_ += typed;
@@ -192,6 +195,12 @@ std::vector<Command> UserCommands::take(std::string_view typed, std::uint32_t pr
         add({holds_ ? CommandKind::breathe : CommandKind::holdBreath, 0}, commands);
     if ((pressed_ & buttons_.next) != 0) addNext(now, commands);
     pressed_ = 0;
+    const std::uint32_t changed = held ^ std::exchange(holding_, held);
+    if ((changed & buttons_.pedal) != 0)
+        add((held & buttons_.pedal) != 0 ? training::kPedalDown : training::kPedalUp, commands);
+    if ((changed & buttons_.inject) != 0)
+        add(training::injectCommand((held & buttons_.inject) != 0 ? kUsual_ml_per_s / kMlPerM3 : 0.0),
+            commands);
     return commands;
 }
 

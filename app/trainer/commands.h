@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,23 +18,26 @@ struct UserButtons {
     std::uint32_t rearm = 1u << 0;  // the force again after a fault
     std::uint32_t next = 0;         // the procedure's next tool; a probe in hand is parked before
     std::uint32_t breath = 0;       // a breath-hold, or its end
+    std::uint32_t pedal = 0;        // X-rays for as long as it is held
+    std::uint32_t inject = 0;       // contrast medium, likewise
 };
 
 // For a person.
 using Say = std::function<void(const std::string&)>;
 
-// Every word with what it does, and what the buttons do.
+// Every word with what it does, and what the buttons do: those of these names, from the first bit on.
 std::string describeWords();
-std::string describe(const UserButtons&);
+std::string describe(const UserButtons&, std::span<const std::string_view> names = {});
 
 class UserCommands {
   public:
     UserCommands(const UserButtons& buttons, Say say) : buttons_(buttons), say_(std::move(say)) {}
     // Session thread. What the whole lines of `typed` ask for (a rest waits for its end) and the buttons just
     // pressed (not the re-arming one), in that order, up to the first command that changes the tool: what
-    // follows it waits for the next call. `now` is the newest tick, and knows what came of the last such one.
+    // follows it waits for the next call, and so does what the buttons say that are `held`. `now` is the
+    // newest tick, and knows what came of the last such one.
     std::vector<haptics::Command> take(std::string_view typed, std::uint32_t pressed,
-                                       const haptics::TickOutput& now);
+                                       const haptics::TickOutput& now, std::uint32_t held = 0);
     // A whole line waits: no more need be read.
     bool hasLine() const { return waiting_.find('\n') != std::string::npos; }
 
@@ -45,7 +49,7 @@ class UserCommands {
     UserButtons buttons_;
     Say say_;
     std::string waiting_;
-    std::uint32_t pressed_ = 0;
+    std::uint32_t pressed_ = 0, holding_ = 0;
     bool next_wanted_ = false;  // once the probe is parked
     bool holds_ = false;        // a breath-hold was asked for last, and he has not given up
     bool held_ = false;         // so in the newest tick

@@ -67,8 +67,10 @@ void ControllerPort::vibrate(const Vibration& vibration) {
     vibration_ = vibration;
 }
 
-std::uint32_t controllerButtons(bool select, bool menu, float squeeze) {
-    return (select ? 1u << 0 : 0u) | (menu ? 1u << 1 : 0u) | (squeeze > kSqueezed ? 1u << 2 : 0u);
+std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys& other) {
+    return (tool.select ? 1u << 0 : 0u) | (tool.menu ? 1u << 1 : 0u) |
+           (tool.squeeze > kSqueezed ? 1u << 2 : 0u) | (other.select ? 1u << 3 : 0u) |
+           (other.squeeze > kSqueezed ? 1u << 4 : 0u);
 }
 
 haptics::DeviceProfile controllerProfile() noexcept {

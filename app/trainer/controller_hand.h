@@ -2,10 +2,12 @@
 // the trainer can be used with a headset alone.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <string_view>
 
 #include "haptics/devices/driver.h"
 #include "haptics/loop.h"
@@ -53,8 +55,15 @@ class ControllerPort {
     std::optional<Vibration> vibration_;
 };
 
-// The first button re-arms, the second is "next", the third holds the breath (live_hand.h).
-std::uint32_t controllerButtons(bool select, bool menu, float squeeze);
+// What is pressed of a controller, as buttons: those of the tool's hand, then the other's (live_hand.h has
+// what they mean).
+struct ControllerKeys {
+    bool select = false, menu = false;
+    float squeeze = 0.0f;
+};
+std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys& other = {});
+inline constexpr std::array<std::string_view, 5> kControllerButtons{
+    "the trigger", "menu (B)", "squeezing", "the other hand's trigger", "squeezing the other hand"};
 
 haptics::DeviceProfile controllerProfile() noexcept;
 

@@ -89,8 +89,8 @@ void ForceFeed::rearmAfterPause(const Session& session) {
 void ForceFeed::takeWords(Session& session, const haptics::TickOutput& now) {
     if (changes_at_ && now.tick > *changes_at_ + kLost_ticks) changes_at_.reset();
     if (changes_at_ || !waiting_.empty()) return;
-    for (const Command& asked :
-         user_->take(user_->hasLine() ? "" : std::exchange(typed_, {}), session.takePressed(), now)) {
+    for (const Command& asked : user_->take(user_->hasLine() ? "" : std::exchange(typed_, {}),
+                                            session.takePressed(), now, session.held())) {
         waiting_.push_back(asked);
         if (changesTool(asked)) changes_at_ = now.tick;
     }

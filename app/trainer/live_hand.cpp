@@ -51,7 +51,14 @@ patient::Pose LiveDevice::grip() {
 UserButtons LiveDevice::buttons() const {
     // The Falcon's third is its clutch. Of the others' only those that sense no rotation have one: the first.
     if (kind_ == "falcon") return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 3};
+    if (kind_ == kControllers)
+        return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 2, .pedal = 1u << 3, .inject = 1u << 4};
     return {.rearm = clutched_ ? 0u : 1u << 0, .next = 1u << 1, .breath = 1u << 2};
+}
+
+std::string LiveDevice::describeButtons() const {
+    if (kind_ == kControllers) return describe(buttons(), kControllerButtons);
+    return describe(buttons());
 }
 
 std::string LiveDevice::rearmAct() const {

@@ -35,8 +35,9 @@ class LiveDevice {
     // Such a device holds the tool so from now on (ClutchedDevice::hold); any other is as its user holds it.
     // One thread.
     void hold(const patient::Pose& held);
-    // What its buttons mean, none of them the clutch. Once aimed.
+    // What its buttons mean, none of them the clutch, and so in words. Once aimed.
     UserButtons buttons() const;
+    std::string describeButtons() const;
     // In words, with the key that does it on any device.
     std::string rearmAct() const;
     // What was typed since the last call. Session thread.

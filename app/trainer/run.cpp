@@ -234,7 +234,7 @@ LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& a
     const UserButtons buttons = live.device->buttons();
     sayOnStderr("the hand is yours, with the " +
                 std::string(haptics::kToolNames[std::size_t(attempt.simulation.tools.first)]) +
-                "; \"help\" and Enter list what can be said; " + describe(buttons) +
+                "; \"help\" and Enter list what can be said; " + live.device->describeButtons() +
                 (options.seconds ? "" : "; end with Ctrl-C"));
     const LiveHand hand{*live.aimed,
                         [&](double elapsed_s) {

@@ -65,6 +65,7 @@ void Session::watchUser(const TickRecord& record) {
     // A button that is held as the attempt begins was not pressed.
     const std::uint32_t fresh = recent_.empty() ? 0 : pressed & ~pressed_;
     pressed_ = pressed;
+    held_ = (record.input.device.flags & haptics::kDeviceReady) != 0 ? pressed : 0;
     newly_pressed_ |= fresh;
     if ((fresh & rearm_button_) != 0 && now.stage == haptics::ForceStage::off) rearm_ = true;
     rearm_acts_ += (fresh & rearm_button_) != 0;

@@ -98,6 +98,8 @@ class Session {
     void note(std::string kind, std::string text);
     // Buttons pressed, commands taken and faults that came (again, after re-arming) since the last call.
     std::uint32_t takePressed() { return std::exchange(newly_pressed_, 0); }
+    // Buttons held in the newest tick; a device that is lost holds none.
+    std::uint32_t held() const { return held_; }
     std::vector<Taken> takeCommands() { return std::exchange(taken_, {}); }
     std::uint32_t takeFaults() { return std::exchange(new_faults_, 0); }
     // The newest tick; null before the first.
@@ -134,7 +136,7 @@ class Session {
     std::deque<haptics::EventRecord> unsettled_;
     std::size_t handed_out_ = 0;
     std::uint32_t rearm_button_ = 1u << 0;
-    std::uint32_t pressed_ = 0, newly_pressed_ = 0, new_faults_ = 0;
+    std::uint32_t pressed_ = 0, newly_pressed_ = 0, held_ = 0, new_faults_ = 0;
     bool rearm_ = false, pedal_ = false, lights_out_ = false;
     std::uint64_t rearm_acts_ = 0;
     std::vector<Taken> taken_;

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "app/training/machines.h"
 
 namespace stylet::trainer {
@@ -171,10 +173,26 @@ TEST(Outcome, SaysWhatCameOfIt) {
     EXPECT_THAT(outcomeOf({CommandKind::rearm, 0}, before, after), HasSubstr("no fault"));
 }
 
+// A pedal is down for as long as the foot is, also where a change of the tool comes between.
+TEST_F(Spoken, PedalAndInjectionLastAsLongAsTheirButtonsAreHeld) {
+    UserCommands feet{{.rearm = 1, .next = 2, .pedal = 4, .inject = 8}, {}};
+    EXPECT_THAT(feet.take("", 0, now, 4), ElementsAre(Asks(CommandKind::pedal, 1)));
+    EXPECT_THAT(feet.take("", 0, now, 4 | 1), IsEmpty());
+    EXPECT_THAT(feet.take("finger\n", 0, now, 4 | 8), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
+    EXPECT_THAT(feet.take("", 0, now, 4 | 8), ElementsAre(Asks(CommandKind::inject, 1000)));
+    EXPECT_THAT(feet.take("", 0, now, 0),
+                ElementsAre(Asks(CommandKind::pedal, 0), Asks(CommandKind::inject, 0)));
+    EXPECT_THAT(user.take("", 0, now, ~0u), IsEmpty()) << "where no button is left for it";
+}
+
 TEST(Buttons, AreCountedFromOneForAPerson) {
     EXPECT_EQ(describe({.rearm = 1, .next = 2, .breath = 8}),
               "button 1 re-arms, button 2 takes the next tool, button 4 holds the breath and lets it go");
     EXPECT_EQ(describe({.rearm = 0}), "");
+    const std::array<std::string_view, 2> names{"the trigger", "menu"};
+    EXPECT_EQ(describe({.rearm = 1, .next = 2, .pedal = 4, .inject = 8}, names),
+              "the trigger re-arms, menu takes the next tool, button 3 is the pedal for X-rays, button 4 "
+              "injects contrast medium while it is held");
 }
 
 }  // namespace

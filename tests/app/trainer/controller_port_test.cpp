@@ -41,7 +41,7 @@ TEST(ControllerPort, PointsTheNeedleWhereTheControllerPoints) {
     });
     const Pose room{glm::angleAxis(1.0, Vec3(0.0, 1.0, 0.0)), Vec3(0.5, 0.2, 0.0)};
     const Pose grip_from_aim{glm::angleAxis(-0.7, Vec3(1.0, 0.0, 0.0)), Vec3(0.0, 0.01, -0.02)};
-    port.see({room, grip_from_aim, controllerButtons(true, false, 0.9f)});
+    port.see({room, grip_from_aim, controllerButtons({true, false, 0.9f})});
     const auto tool = port.toolAt(77, buttons);
     ASSERT_TRUE(tool);
     EXPECT_EQ(asked_ns, 77);

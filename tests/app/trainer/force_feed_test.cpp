@@ -127,6 +127,27 @@ TEST_F(LiveFeed, WordsWaitForRoomInTheRing) {
     EXPECT_THAT(held, ElementsAre(haptics::Tool::needle, haptics::Tool::needle));
 }
 
+// Who drops out of sight with his foot down has let go of the pedal.
+TEST_F(LiveFeed, ADeviceThatIsLostHoldsNoButton) {
+    LiveHand hand = live;
+    hand.buttons = {.pedal = 8};
+    ForceFeed feet{true, kDt_s, &hand, {}};
+    std::uint64_t tick = 0;
+    for (const std::uint32_t flags : {std::uint32_t(haptics::kDeviceReady), 0u}) {
+        haptics::TickRecord record;
+        record.input.device.buttons = 8;
+        record.input.device.flags = flags;
+        record.output.tick = ++tick;
+        session.take(record);
+        feet.pass(true, session, ring);
+        Command said_now;
+        ASSERT_TRUE(ring.pop(said_now));
+        EXPECT_EQ(said_now.kind, CommandKind::pedal);
+        EXPECT_EQ(said_now.value, flags != 0 ? 1u : 0u);
+        EXPECT_TRUE(ring.empty());
+    }
+}
+
 // A stand-in for the haptics loop: every tick takes what is in the ring, and each tool is as it is asked for.
 struct ToolFeed : LiveFeed {
     // Returns how many commands it took.

@@ -177,6 +177,7 @@ Attempt mouseAttempt(const RunOptions& options, Live& live, const patient::Patie
 
 Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                     const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock) {
+    live.window->giveWords();
     if (options.device == kControllers)
         return controllerAttempt(options, live, patient, scenario, path, clock);
     if (options.device == kMouse) return mouseAttempt(options, live, patient, scenario, path, clock);

@@ -35,8 +35,11 @@ class WindowPort {
   public:
     static constexpr std::size_t kLongestLine = 200;  // bytes; the rest of a longer one is cut off
 
-    // Before the threads begin: the mouse is the hand that holds the tool.
-    void giveHand() { has_hand_ = true; }
+    // Before the threads begin: a user holds the tool, and his words have keys here.
+    void giveWords() { takes_words_ = true; }
+    bool takesWords() const { return takes_words_; }
+    // Likewise: and the mouse is the hand that holds it.
+    void giveHand() { has_hand_ = takes_words_ = true; }
     bool hasHand() const { return has_hand_; }
     // Likewise: there is no attempt, but the record of one (player.h).
     void giveReplay() { replays_ = true; }
@@ -70,7 +73,7 @@ class WindowPort {
     std::atomic<haptics::Tool> tool_{haptics::Tool::needle};
     std::atomic<double> pressing_n_{0.0};
     haptics::Snapshot<Playback> playback_;
-    bool has_hand_ = false, replays_ = false;
+    bool takes_words_ = false, has_hand_ = false, replays_ = false;
 };
 
 }  // namespace stylet::trainer

@@ -54,7 +54,7 @@ MirrorSettings mirrorOf(const PictureSettings& settings) {
     mirror.touch = settings.touch, mirror.tick_s = settings.tick_s;
     mirror.desktop = true;
     mirror.port = settings.window;
-    if (mirror.port && (mirror.port->hasHand() || mirror.port->replays()))
+    if (mirror.port && (mirror.port->takesWords() || mirror.port->replays()))
         mirror.width = 1440, mirror.height = 900;
     return mirror;
 }

@@ -10,8 +10,8 @@ struct KeyWord {
     char key;
     const char *name, *what, *word;
 };
-// The trainee's, with the mouse as the hand.
-constexpr std::array kHandKeys{
+// The trainee's, or those of whoever helps him.
+constexpr std::array kWordKeys{
     KeyWord{'f', "F", "finger", "finger"},         KeyWord{'p', "P", "probe", "probe"},
     KeyWord{'k', "K", "park it", "park"},          KeyWord{'l', "L", "lift it", "lift"},
     KeyWord{'s', "S", "scalpel", "scalpel"},       KeyWord{'g', "G", "guide", "guide"},
@@ -54,8 +54,8 @@ void WindowKeys::press(const KeyPress& press) {
     if (typing_) return pressTyping(press);
     if (press.repeats) return;  // what a key says it says once
     if (press.key >= kKeyF1 && press.key <= kKeyF12) pressInstructor(1 + press.key - kKeyF1);
-    if (!port_->hasHand()) return;
-    for (const KeyWord& key : kHandKeys)
+    if (!port_->takesWords()) return;
+    for (const KeyWord& key : kWordKeys)
         if (press.key == key.key) port_->say(key.word);
     if (press.key == 'x') port_->say((pedal_ = !pedal_) ? "pedal" : "release");
     if (press.key == 'i') port_->say((injects_ = !injects_) ? "inject" : "stop");
@@ -123,16 +123,17 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows() const {
     rows[0].push_back({"Instructor", ""});
     for (const FunctionKey& key : kFunctionKeys)
         rows[0].push_back({"F" + std::to_string(key.number), key.what});
-    if (!port_->hasHand()) return rows;
+    if (!port_->takesWords()) return rows;
     std::vector<Help> tools;
-    for (const KeyWord& key : kHandKeys)
+    for (const KeyWord& key : kWordKeys)
         tools.push_back({key.name, key.what});
     tools.push_back({"X", "X-rays"}), tools.push_back({"I", "inject"});
-    rows.push_back({{"drag, arrows", "move"},
-                    {"wheel, Page Down and Up", "in and out"},
-                    {"with Shift", "turn, finer steps"},
-                    {"Q, E", "roll it"},
-                    {"Home", "back to the start"}});
+    if (port_->hasHand())
+        rows.push_back({{"drag, arrows", "move"},
+                        {"wheel, Page Down and Up", "in and out"},
+                        {"with Shift", "turn, finer steps"},
+                        {"Q, E", "roll it"},
+                        {"Home", "back to the start"}});
     rows.push_back(tools);
     return rows;
 }

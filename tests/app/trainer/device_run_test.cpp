@@ -23,6 +23,9 @@
 #include "tests/support/inverse3_emulator.h"
 #include "tests/support/spacemouse_emulator.h"
 #include "tests/support/woodenhaptics_emulator.h"
+#ifdef STYLET_TEST_WINDOW
+#include "tests/support/x_display.h"
+#endif
 
 namespace stylet::trainer {
 namespace {
@@ -148,6 +151,71 @@ TEST_F(DeviceRun, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
     EXPECT_NEAR(replayed.summary.at("haptics").at("ticks").get<double>(),
                 live.summary.at("haptics").at("ticks").get<double>(), 50.0);
 }
+
+#ifdef STYLET_TEST_WINDOW
+// Who has neither headset nor terminal before his eyes: the cap moves the tool, the window's keys say the
+// rest.
+TEST_F(DeviceRun, ASpaceMouseAtTheWindowHasAKeyForEveryWord) {
+    const std::filesystem::path out = *command_ / "window", said = *command_ / "stderr";
+    SpaceMouseEmulator cap(SpaceMouseEmulator::Age::recent);
+    const test::XDisplay display(1500, 950);
+    command_->set("XR_RUNTIME_JSON", "/nonexistent.json");
+    std::filesystem::remove(said);
+    std::string never;  // what was not said
+    std::atomic<bool> pushed{false};
+    Outcome live;
+    {
+        const Meanwhile hand([&](const std::atomic<bool>& over) {
+            while (!over.load()) {
+                cap.push({0, pushed.load() ? -350 : 0, 0, 0, 0, 0});
+                nap(8);
+            }
+        });
+        const Meanwhile keys([&](const std::atomic<bool>& over) {
+            std::size_t heard = 0;
+            const auto hears = [&](const std::string& words) {
+                for (int i = 0; i < 1500 && !over.load(); ++i, nap(20)) {
+                    const std::string all = test::textOf(said);
+                    const std::size_t found = all.find(words, heard);
+                    if (found == std::string::npos) continue;
+                    heard = found + words.size();
+                    return true;
+                }
+                never += (never.empty() ? "" : "; ") + words;
+                return false;
+            };
+            const bool begun = hears("a window takes its place") && hears("the hand is yours");
+            while (begun && !over.load() && (display.title().empty() || !hasTicked(out)))
+                nap(20);
+            for (const auto& [key, words] : {std::pair{"h", "asked to hold his breath"},
+                                             {"b", "the patient may breathe"},
+                                             {"x", "X-rays"},
+                                             {"x", "no more X-rays"},
+                                             {"i", "contrast medium, 1 ml/s"},
+                                             {"i", "no more contrast medium"}}) {
+                if (begun) display.key(key);
+                if (!begun || !hears(words)) break;
+            }
+            pushed.store(true);
+            for (int i = 0; i < 400 && !over.load(); ++i)
+                nap(10);
+            kill(std::atoi(test::textOf(*command_ / "number").c_str()), SIGINT);
+        });
+        live = command_->runInto(out,
+                                 "run --mute --spacing-mm 2.5 --device spacemouse --scenario '" +
+                                     test::testScenario("short").string() + "'",
+                                 *command_ / "number");
+    }
+    command_->unset("XR_RUNTIME_JSON");
+    ASSERT_EQ(live.status, 0) << live.err;
+    EXPECT_EQ(never, "") << live.err;
+    EXPECT_FALSE(live.summary.at("punctures").empty()) << "pushed away from the user, the needle goes in";
+    EXPECT_GT(live.summary.at("dose").at("pulses").get<int>(), 0);
+    EXPECT_GT(live.summary.at("dose").at("contrast_ml").get<double>(), 0.0);
+    const Outcome again = command_->run("replay '" + (out / "record").string() + "' --fast");
+    EXPECT_EQ(again.status, 0) << again.out << again.err;
+}
+#endif
 
 TEST_F(DeviceRun, AWoodenHapticsIsWaitedForUntilItIsHomed) {
     WoodenHapticsEmulator board;

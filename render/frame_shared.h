@@ -78,7 +78,7 @@ const float kThin = 2.0;
 struct MeshPush {
     mat4 stage_from_model;
     vec4 colour;    // linear, times the vertex's own; w: emission
-    vec4 material;  // x: 1 + which screen, z: first eye, w: kThin or 0
+    vec4 material;  // x: 1 + which screen, y: 1 when it is the room's shell, z: first eye, w: kThin or 0
 };
 
 // Counters, only written by the pipelines that count.

@@ -62,6 +62,8 @@ struct RoomShown {
         false;  // two heads on the ceiling; without them the light comes from far away and casts nothing
     bool ultrasound = false, xray_monitor = false, patient_monitor = false, trolley = false;
     std::optional<CArm> c_arm;
+    // What the light that comes from the shell, or the backdrop, is multiplied by; neither patient nor tools.
+    Vec3 shell_light{1.0};
     // Without the shell: alpha 0 where nothing is drawn, for a headset that one sees through.
     bool real = false;
 };

@@ -166,6 +166,10 @@ void Canvas::image(double x, double y, int width, int height, const std::vector<
     cairo_restore(impl_->context.get());
 }
 
+void Canvas::scale(double factor) {
+    cairo_scale(impl_->context.get(), factor, factor);
+}
+
 void Canvas::clip(double x, double y, double width, double height) {
     cairo_save(impl_->context.get());
     cairo_rectangle(impl_->context.get(), x, y, width, height);

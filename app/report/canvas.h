@@ -49,6 +49,8 @@ class Canvas {
     // `rgb` holds width * height packed triples, rows from the top; drawn `scale` times as large.
     void image(double x, double y, int width, int height, const std::vector<std::uint8_t>& rgb,
                double scale = 1.0);
+    // From now on all of it, places and letters too, is drawn so many times as large.
+    void scale(double factor);
     // Until unclip() only this rectangle is drawn on.
     void clip(double x, double y, double width, double height);
     void unclip();

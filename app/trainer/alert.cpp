@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <string>
-
-#include "app/report/canvas.h"
+#include <glm/common.hpp>
 
 namespace stylet::trainer {
 namespace {
@@ -13,15 +11,10 @@ namespace {
 using training::Struck;
 
 constexpr report::Colour kStruck{0.80, 0.05, 0.05}, kReached{0.02, 0.50, 0.18};
-constexpr double kStripe_px = 18.0, kDot_px = 13.0;
+// Of the grey-green room: dark red, and a green no brighter than it is.
+constexpr patient::Vec3 kStruckLight{1.50, 0.36, 0.32}, kReachedLight{0.50, 1.20, 0.62};
+constexpr double kDotOfStripe = 13.0 / 18.0;
 constexpr double kLetter_px = 24.0, kWordBaseline_px = 493.0, kPlateTop_px = 464.0;
-
-std::string wordOf(const Alert& alert) {
-    if (alert.struck == Struck::nothing) return "TARGET REACHED";
-    std::string word = "STRUCK: " + std::string(training::struckName(alert.struck));
-    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::toupper(c); });
-    return word;
-}
 
 // 0 at the border of the free middle, 1 at the picture's own.
 double outward(int x, int y) {
@@ -30,25 +23,36 @@ double outward(int x, int y) {
     return std::clamp((std::max(u, v) - AlertPicture::kFree) / (1.0 - AlertPicture::kFree), 0.0, 1.0);
 }
 
-void drawPattern(report::Canvas& canvas, const Alert& alert) {
-    constexpr report::Colour kLight{1.0, 1.0, 1.0, 0.35};
-    constexpr double kSize = AlertPicture::kSize;
-    if (alert.struck != Struck::nothing) {
-        for (double sum = 0.0; sum < 2.0 * kSize; sum += 2.0 * kStripe_px)
-            canvas.line({sum + kStripe_px, -kStripe_px}, {sum - kSize - kStripe_px, kSize + kStripe_px},
-                        kStripe_px / std::sqrt(2.0), kLight);
-        return;
-    }
-    for (double y = kDot_px; y < kSize; y += 2.0 * kDot_px)
-        for (double x = kDot_px; x < kSize; x += 2.0 * kDot_px)
-            canvas.disc({x, y}, 0.55 * kDot_px, kLight);
-}
-
 }  // namespace
 
-std::optional<Alert> AlertWatch::take(const Seen& seen) {
-    const training::Progress& now = seen.progress;
-    const double t_s = tick_s_ * double(seen.tick.tick);
+std::string alertWord(const Alert& alert) {
+    if (alert.struck == Struck::nothing) return "TARGET REACHED";
+    std::string word = "STRUCK: " + std::string(training::struckName(alert.struck));
+    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::toupper(c); });
+    return word;
+}
+
+report::Colour alertColour(const Alert& alert) {
+    return alert.struck == Struck::nothing ? kReached : kStruck;
+}
+
+void drawAlertPattern(report::Canvas& canvas, const Alert& alert, double width, double height,
+                      double stripe_px) {
+    constexpr report::Colour kLight{1.0, 1.0, 1.0, 0.35};
+    if (alert.struck != Struck::nothing) {
+        for (double sum = 0.0; sum < width + height; sum += 2.0 * stripe_px)
+            canvas.line({sum + stripe_px, -stripe_px}, {sum - height - stripe_px, height + stripe_px},
+                        stripe_px / std::sqrt(2.0), kLight);
+        return;
+    }
+    const double dot = kDotOfStripe * stripe_px;
+    for (double y = dot; y < height; y += 2.0 * dot)
+        for (double x = dot; x < width; x += 2.0 * dot)
+            canvas.disc({x, y}, 0.55 * dot, kLight);
+}
+
+std::optional<Alert> AlertWatch::take(std::uint64_t tick, const training::Progress& now) {
+    const double t_s = tick_s_ * double(tick);
     if (now.striking != Struck::nothing) struck_ = now.striking, struck_s_ = t_s;
     if (now.risk_hits > hits_ && now.striking == Struck::nothing)  // between two frames
         struck_ = now.last_struck, struck_s_ = t_s;
@@ -59,15 +63,30 @@ std::optional<Alert> AlertWatch::take(const Seen& seen) {
     return std::nullopt;
 }
 
+void GlowWatch::take(std::uint64_t tick, const training::Progress& progress) {
+    const std::optional<Alert> alert = alerts_.take(tick, progress);
+    const auto follow = [&](float& level, bool lit) {
+        level = std::clamp(level + float(lit ? tick_s_ / kGlowRise_s : -tick_s_ / kGlowFall_s), 0.0f, 1.0f);
+    };
+    follow(now_.struck, alert && alert->struck != Struck::nothing);
+    follow(now_.reached, alert && alert->struck == Struck::nothing);
+}
+
+patient::Vec3 shellLight(const Glow& glow) {
+    const auto eased = [](double x) { return x * x * (3.0 - 2.0 * x); };
+    const patient::Vec3 reached = glm::mix(patient::Vec3(1.0), kReachedLight, eased(double(glow.reached)));
+    return glm::mix(reached, kStruckLight, eased(double(glow.struck)));
+}
+
 void AlertPicture::show(const Alert& alert) {
     if (revision_ > 0 && alert == shown_) return;
     shown_ = alert;
-    const report::Colour colour = alert.struck == Struck::nothing ? kReached : kStruck;
+    const report::Colour colour = alertColour(alert);
     report::Canvas canvas(kSize, kSize, colour);
-    drawPattern(canvas, alert);
+    drawAlertPattern(canvas, alert, kSize, kSize);
     const report::TextStyle style{
         .size = kLetter_px, .colour = {1.0, 1.0, 1.0}, .align = report::Align::centre, .bold = true};
-    const std::string word = wordOf(alert);
+    const std::string word = alertWord(alert);
     const double half = 0.5 * canvas.textWidth(word, style) + 16.0;
     canvas.rectangle(0.5 * kSize - half, kPlateTop_px, 2.0 * half, kSize - kPlateTop_px - 8.0, colour);
     canvas.text({0.5 * kSize, kWordBaseline_px}, word, style);

@@ -5,8 +5,10 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "app/report/canvas.h"
 #include "app/trainer/seen.h"
 
 namespace stylet::trainer {
@@ -23,7 +25,8 @@ class AlertWatch {
   public:
     explicit AlertWatch(double tick_s) : tick_s_(tick_s) {}
     // In the order of ticks; one from before leaves it as it is.
-    std::optional<Alert> take(const Seen&);
+    std::optional<Alert> take(const Seen& seen) { return take(seen.tick.tick, seen.progress); }
+    std::optional<Alert> take(std::uint64_t tick, const training::Progress&);
 
   private:
     double tick_s_;
@@ -31,6 +34,32 @@ class AlertWatch {
     training::Struck struck_ = training::Struck::nothing;
     std::uint32_t hits_ = 0;
 };
+
+// The same for the light of the room, which comes and goes: red light is not to flash, and never more than
+// three times a second (WCAG 2.3.1). Session thread.
+inline constexpr double kGlowRise_s = 0.4, kGlowFall_s = 0.8;
+class GlowWatch {
+  public:
+    explicit GlowWatch(double tick_s) : tick_s_(tick_s), alerts_(tick_s) {}
+    // Every tick, in order.
+    void take(std::uint64_t tick, const training::Progress&);
+    const Glow& now() const { return now_; }
+
+  private:
+    double tick_s_;
+    AlertWatch alerts_;
+    Glow now_;
+};
+// What it makes of the light that comes from walls and floor: a factor for each colour.
+patient::Vec3 shellLight(const Glow&);
+
+// "STRUCK: VESSEL", "TARGET REACHED".
+std::string alertWord(const Alert&);
+report::Colour alertColour(const Alert&);
+// Stripes or dots over a square of so many pixels, a stripe so wide, a dot in proportion.
+inline constexpr double kStripe_px = 18.0;
+void drawAlertPattern(report::Canvas&, const Alert&, double width, double height,
+                      double stripe_px = kStripe_px);
 
 // As a picture over the whole view: straight alpha, 0 in the middle.
 class AlertPicture {

@@ -99,12 +99,12 @@ FrameLoop::Impl::Impl(const patient::Patient& patient_in, const FrameSettings& s
       settings(settings_in),
       hints(training::hintsOf(settings.difficulty)),
       stage_entry_m(stageFromPatient(patient, path) * path.entry_m),
-      scenes(patient, path, settings.look, settings.touch, settings.tick_s, hints.ghost),
+      scenes(patient, path, settings.look, settings.touch, settings.tick_s, hints),
       alerts(settings.tick_s),
       mock({settings.head_script, settings.virtual_clock, settings.capture_dir}, scenes.stageFromPatient(),
            path),
       room(settings.colocation, scenes.stageFromPatient(), settings.seated) {
-    if (hints.panel) guide.emplace(settings.difficulty, settings.tick_s);
+    if (hints.panel) guide.emplace(hints, settings.tick_s);
     headset = std::make_unique<Headset>(patient, settings);
     totals.runtime = headset->session.runtimeName();
     totals.gpu = headset->gpu->name();

@@ -20,9 +20,14 @@ using training::Step;
 namespace {
 
 constexpr report::Colour kGlass{0.05, 0.07, 0.09}, kText{0.93, 0.95, 0.96}, kQuiet{0.62, 0.69, 0.73},
-    kDone{0.35, 0.80, 0.95}, kNext{1.0, 0.80, 0.30}, kGrid{0.20, 0.25, 0.29};
+    kDone{0.35, 0.80, 0.95}, kNext{1.0, 0.80, 0.30}, kRisk{1.0, 0.45, 0.38}, kGrid{0.20, 0.25, 0.29};
 constexpr double kLeft = 30.0, kRight = GuidePanel::kWidth - 30.0, kNumber_px = 40.0;
-constexpr double kCurveTop = 416.0, kCurveBottom = 556.0, kLeastFull_n = 3.0;
+constexpr double kEasy_px = 16.0;                       // letters so large need no more room
+constexpr double kFlat_px = 560.0;                      // less high, and a number stands beside its name
+constexpr double kLeastFull_n = 3.0, kScale_px = 62.0;  // of the force; the room for its numbers
+constexpr double kRow_px = GuidePanel::kLetter_px + 4.0, kBetweenNames_px = 14.0;
+constexpr int kMostNameRows = 3;
+constexpr double kDepthStep_m = 0.020, kLeastDepth_m = 0.040, kBeyondTip_m = 0.004;
 constexpr double kInView_rad = 0.95;  // beyond, no lens shows it
 // To the panel's lower left corner: beyond the table, toward the feet.
 constexpr Vec3 kCornerFromEntry_m{0.16, -0.04, -0.42};
@@ -42,6 +47,34 @@ std::string clockOf(double s) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%ld:%02ld", whole / 60, whole % 60);
     return text.data();
+}
+
+// On the dark glass; the name beside each says the same.
+report::Colour bandOf(patient::Tissue tissue) {
+    using patient::Tissue;
+    switch (tissue) {
+        case Tissue::air:
+            return {0.20, 0.34, 0.42};
+        case Tissue::skin:
+            return {0.52, 0.36, 0.27};
+        case Tissue::soft:
+            return {0.40, 0.36, 0.17};
+        case Tissue::bone:
+            return {0.52, 0.51, 0.48};
+        case Tissue::fascia:
+            return {0.42, 0.36, 0.62};
+        case Tissue::liver:
+            return {0.42, 0.20, 0.17};
+        case Tissue::vessel:
+            return {0.16, 0.29, 0.60};
+        case Tissue::duct:
+            return {0.16, 0.46, 0.20};
+    }
+    return kGrid;
+}
+
+double deepestOf(const Insertion& insertion) {
+    return insertion.felt.empty() ? 0.0 : double(insertion.felt.back().depth_m);
 }
 
 bool isDone(const Progress& progress, int step) {
@@ -70,16 +103,31 @@ std::string_view hintOf(Step step) noexcept {
     return "All steps are done.";
 }
 
-GuidePanel::GuidePanel(training::Difficulty difficulty, double tick_s)
-    : hints_(training::hintsOf(difficulty)), tick_s_(tick_s), canvas_(kWidth, kHeight, kGlass) {}
+GuidePanel::GuidePanel(const training::Hints& hints, double tick_s, int width_px, int height_px)
+    : hints_(hints), tick_s_(tick_s) {
+    resize(width_px, height_px);
+}
+
+std::pair<int, int> GuidePanel::sizeIn(int width_px, int height_px) {
+    const double flat =
+        std::clamp(double(kWidth) * height_px / std::max(1, width_px), double(kLeastHeight), double(kHeight));
+    const double tall = kLetter_px * height_px / kHeight >= kEasy_px ? double(kHeight) : flat;
+    const double scale = std::min(double(width_px) / kWidth, height_px / tall);
+    return {std::max(1, int(scale * kWidth)), std::max(1, int(scale * tall))};
+}
+
+void GuidePanel::resize(int width_px, int height_px) {
+    canvas_.emplace(width_px, height_px, kGlass);
+    const double scale = double(width_px) / kWidth;
+    canvas_->scale(scale);
+    height_ = height_px / scale;
+    drawn_s_ = -kCurve_s;
+}
 
 void GuidePanel::take(const Seen& seen, bool looked_at) {
     const double t_s = tick_s_ * double(seen.tick.tick);
-    if (!curve_.empty() && t_s < curve_.back().t_s) {
-        if (t_s > curve_.front().t_s) return;  // a moment that is shown late
-        curve_.clear();
-        drawn_s_ = 0.0;
-    }
+    // An earlier tick, of a moment that is shown late or a replay that goes back, leaves the curve as it is.
+    if (!curve_.empty() && t_s < curve_.front().t_s) curve_.clear();
     if (curve_.empty() || t_s - curve_.back().t_s >= 0.5 * kEvery_s) {
         const double moved_v = seen.tick.breath.v - breath_v_;
         breath_ = seen.tick.breath_held                 ? "held"
@@ -91,14 +139,18 @@ void GuidePanel::take(const Seen& seen, bool looked_at) {
         while (curve_.front().t_s < t_s - kCurve_s)
             curve_.pop_front();
     }
-    if (!looked_at || (revision_ > 0 && t_s - drawn_s_ < kEvery_s && t_s >= drawn_s_)) return;
+    if (!looked_at || (revision_ > 0 && std::fabs(t_s - drawn_s_) < kEvery_s)) return;
     now_s_ = drawn_s_ = t_s;
     draw(seen);
 }
 
 void GuidePanel::number(double x, double y, const char* name, const std::string& value) {
-    canvas_.text({x, y}, name, {.size = kLetter_px, .colour = kQuiet});
-    canvas_.text({x, y + kNumber_px + 4.0}, value, {.size = kNumber_px, .colour = kText, .bold = true});
+    const report::TextStyle quiet{.size = kLetter_px, .colour = kQuiet};
+    canvas_->text({x, y}, name, quiet);
+    const bool flat = height_ < kFlat_px;
+    const report::Point at = flat ? report::Point{x + canvas_->textWidth(name, quiet) + 10.0, y}
+                                  : report::Point{x, y + kNumber_px + 4.0};
+    canvas_->text(at, value, {.size = flat ? kLetter_px + 2.0 : kNumber_px, .colour = kText, .bold = true});
 }
 
 // A square for each, filled when it is done: the shape says it, not the colour alone.
@@ -107,62 +159,149 @@ void GuidePanel::drawSteps(const Progress& progress) {
     for (int step = 0; step < training::kStepCount; ++step) {
         const double x = kRight - kPitch * (training::kStepCount - step) + kPitch - kBox, y = 24.0;
         const bool next = progress.step == Step(step);
-        canvas_.rectangle(x, y, kBox, kBox, next ? kNext : kQuiet);
-        if (!isDone(progress, step)) canvas_.rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0, kGlass);
-        if (isDone(progress, step)) canvas_.rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0, kDone);
+        canvas_->rectangle(x, y, kBox, kBox, next ? kNext : kQuiet);
+        if (!isDone(progress, step)) canvas_->rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0, kGlass);
+        if (isDone(progress, step)) canvas_->rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0, kDone);
     }
 }
 
-void GuidePanel::drawCurve() {
+void GuidePanel::drawForceScale(double top, double bottom, double full_n) {
+    for (const double n : {0.0, full_n}) {
+        const double y = n == 0.0 ? bottom : top;
+        canvas_->line({kLeft + kScale_px, y}, {kRight, y}, 1.5, kGrid);
+        canvas_->text({kLeft + kScale_px - 10.0, y + 9.0}, printed("%.0f N", n),
+                      {.size = kLetter_px, .colour = kQuiet, .align = report::Align::right});
+    }
+}
+
+void GuidePanel::drawCurve(double top, double bottom) {
+    canvas_->text({kLeft, top + kLetter_px}, "Force over the last 10 s",
+                  {.size = kLetter_px, .colour = kQuiet});
+    top += kRow_px + 14.0;
     double full_n = kLeastFull_n;
     for (const Sample& s : curve_)
         full_n = std::max(full_n, std::ceil(std::fabs(s.force_n)));
-    const double left = kLeft + 62.0;
-    const auto y = [&](double n) { return kCurveBottom - (kCurveBottom - kCurveTop) * n / full_n; };
-    for (const double n : {0.0, full_n}) {
-        canvas_.line({left, y(n)}, {kRight, y(n)}, 1.5, kGrid);
-        canvas_.text({left - 10.0, y(n) + 9.0}, printed("%.0f N", n),
-                     {.size = kLetter_px, .colour = kQuiet, .align = report::Align::right});
-    }
+    drawForceScale(top, bottom, full_n);
+    const double left = kLeft + kScale_px;
     line_.clear();
     for (const Sample& s : curve_)
-        line_.push_back({kRight - (kRight - left) * (now_s_ - s.t_s) / kCurve_s, y(std::fabs(s.force_n))});
-    if (line_.size() > 1) canvas_.polyline(line_, 3.0, kText);
+        if (s.t_s <= now_s_)
+            line_.push_back({kRight - (kRight - left) * (now_s_ - s.t_s) / kCurve_s,
+                             bottom - (bottom - top) * std::fabs(s.force_n) / full_n});
+    if (line_.size() > 1) canvas_->polyline(line_, 3.0, kText);
+}
+
+// Which tissue began where: a name with its depth on a pole, the deepest where there is no room for all.
+void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom, double full_m) {
+    const double left = kLeft + kScale_px;
+    const int rows = int((bottom - top) / kRow_px);
+    std::array<std::vector<std::pair<double, double>>, kMostNameRows> taken;  // from the lowest row up
+    const auto isFree = [&](int row, double from, double to) {
+        return std::none_of(taken[std::size_t(row)].begin(), taken[std::size_t(row)].end(),
+                            [&](const auto& t) { return from < t.second && to > t.first; });
+    };
+    for (auto passed = insertion.passed.rbegin(); passed != insertion.passed.rend(); ++passed) {
+        const bool risk = passed->role == patient::Role::risk;
+        const std::string name = (risk ? "! " : "") + passed->name + printed(" %.0f", 1e3 * passed->depth_m);
+        const report::TextStyle style{.size = kLetter_px, .colour = risk ? kRisk : kText, .bold = risk};
+        const double pole = left + (kRight - left) * passed->depth_m / full_m;
+        const double width = canvas_->textWidth(name, style),
+                     x = std::max(kLeft, std::min(pole, kRight - width));
+        int row = 0;
+        while (row < rows && !isFree(row, x, x + width + kBetweenNames_px) &&
+               isFree(row, pole - 3.0, pole + 3.0))
+            ++row;
+        if (row >= rows || !isFree(row, x, x + width + kBetweenNames_px)) continue;
+        taken[std::size_t(row)].emplace_back(x - kBetweenNames_px, x + width + kBetweenNames_px);
+        for (int below = 0; below < row; ++below)
+            taken[std::size_t(below)].emplace_back(pole - 4.0, pole + 4.0);
+        const double baseline = bottom - row * kRow_px - 8.0;
+        canvas_->text({x, baseline}, name, style);
+        canvas_->line({pole, baseline + 5.0}, {pole, bottom}, 2.0, risk ? kRisk : kQuiet);
+    }
+}
+
+// Force over depth on the way in, the tissues as bands behind it: their names stand over them, a structure at
+// risk is striped.
+void GuidePanel::drawInsertion(const Seen& seen, double top, double bottom) {
+    const Insertion& insertion = seen.insertion;
+    const bool inside = seen.tick.phase != haptics::Phase::outside;
+    double deepest_m = std::max(kLeastDepth_m, insertion.passed.back().depth_m), full_n = kLeastFull_n;
+    for (const Insertion::Felt& felt : insertion.felt) {
+        deepest_m = std::max(deepest_m, double(felt.depth_m));
+        full_n = std::max(full_n, std::ceil(double(felt.force_n)));
+    }
+    const double full_m = kDepthStep_m * std::ceil((deepest_m + kBeyondTip_m) / kDepthStep_m);
+    canvas_->text({kLeft, top + kLetter_px},
+                  std::string("Force over depth, 0 to ") + printed("%.0f mm", 1e3 * full_m) +
+                      (inside ? "" : ", the last time"),
+                  {.size = kLetter_px, .colour = kQuiet});
+    top += kRow_px + 6.0;
+    const int rows = std::clamp(int((bottom - top) / 2.0 / kRow_px), 1, kMostNameRows);
+    const double plot = top + rows * kRow_px + 4.0;
+    drawNames(insertion, top, plot, full_m);
+
+    const double left = kLeft + kScale_px;
+    const auto x = [&](double depth_m) { return left + (kRight - left) * depth_m / full_m; };
+    for (std::size_t i = 0; i < insertion.passed.size(); ++i) {
+        const Passed& passed = insertion.passed[i];
+        const double end_m = i + 1 < insertion.passed.size() ? insertion.passed[i + 1].depth_m
+                                                             : std::max(deepestOf(insertion), passed.depth_m);
+        const double from = x(passed.depth_m), width = std::max(2.0, x(end_m) - from);
+        canvas_->rectangle(from, plot, width, bottom - plot, bandOf(passed.tissue));
+        if (passed.role != patient::Role::risk) continue;
+        canvas_->clip(from, plot, width, bottom - plot);
+        for (double at = from - (bottom - plot); at < from + width; at += 12.0)
+            canvas_->line({at, bottom}, {at + bottom - plot, plot}, 3.0, kRisk);
+        canvas_->unclip();
+    }
+    drawForceScale(plot, bottom, full_n);
+    line_.clear();
+    for (const Insertion::Felt& felt : insertion.felt)
+        line_.push_back({x(double(felt.depth_m)), bottom - (bottom - plot) * double(felt.force_n) / full_n});
+    if (line_.size() > 1) canvas_->polyline(line_, 3.0, kText);
+    if (inside) canvas_->line({x(seen.tick.depth_m), plot}, {x(seen.tick.depth_m), bottom}, 3.0, kNext);
 }
 
 void GuidePanel::draw(const Seen& seen) {
     const Progress& progress = seen.progress;
     const haptics::TickOutput& tick = seen.tick;
     const bool inside = tick.phase != haptics::Phase::outside;
-    canvas_.rectangle(0.0, 0.0, kWidth, kHeight, kGlass);
+    canvas_->rectangle(0.0, 0.0, kWidth, height_, kGlass);
     const bool finished = progress.step == Step::done;
-    canvas_.text({kLeft, 48.0},
-                 finished ? "Done"
-                          : "Step " + std::to_string(int(progress.step) + 1) + " of " +
-                                std::to_string(training::kStepCount),
-                 {.size = 34.0, .colour = kNext, .bold = true});
+    canvas_->text({kLeft, 48.0},
+                  finished ? "Done"
+                           : "Step " + std::to_string(int(progress.step) + 1) + " of " +
+                                 std::to_string(training::kStepCount),
+                  {.size = 34.0, .colour = kNext, .bold = true});
     drawSteps(progress);
-    double y = 92.0;
     const report::TextStyle words{.size = 28.0, .colour = kText};
     const std::string said{hints_.next_step ? hintOf(progress.step) : training::stepName(progress.step)};
-    for (const std::string& line : wrapped(canvas_, said, words, kRight - kLeft))
-        canvas_.text({kLeft, y}, line, words), y += 36.0;
+    double y = 88.0;
+    for (const std::string& line : wrapped(*canvas_, said, words, kRight - kLeft))
+        canvas_->text({kLeft, y}, line, words), y += 34.0;
 
-    constexpr double kColumns[3] = {kLeft, 268.0, 496.0};
-    number(kColumns[0], 190.0, "Depth", inside ? printed("%.1f mm", 1e3 * tick.depth_m) : "outside");
-    number(kColumns[1], 190.0, "Force", printed("%.2f N", std::fabs(tick.force_n)));
-    number(kColumns[2], 190.0, "Tissue", inside ? std::string(patient::tissueName(tick.tissue)) : "air");
-    number(kColumns[0], 282.0, "Off the path", printed("%.1f mm", 1e3 * progress.off_path_m));
-    number(kColumns[1], 282.0, "Angle", printed("%.1f\u00b0", progress.off_angle_rad * 57.29577951308232));
-    number(kColumns[2], 282.0, "To the target", printed("%.0f mm", 1e3 * progress.to_target_m));
-    canvas_.text({kLeft, 392.0}, "Force over the last 10 s", {.size = kLetter_px, .colour = kQuiet});
-    drawCurve();
-    const double last = kHeight - 28.0;
+    const bool flat = height_ < kFlat_px;
+    const double columns[3] = {kLeft, flat ? 284.0 : 268.0, 496.0};
+    y = hints_.next_step ? 164.0 : 130.0;  // a hint may have two lines
+    number(columns[0], y, "Depth", inside ? printed("%.1f mm", 1e3 * tick.depth_m) : "outside");
+    number(columns[1], y, "Force", printed("%.2f N", std::fabs(tick.force_n)));
+    number(columns[2], y, "Tissue", inside ? std::string(patient::tissueName(tick.tissue)) : "air");
+    y += flat ? 38.0 : 84.0;
+    number(columns[0], y, flat ? "Off" : "Off the path", printed("%.1f mm", 1e3 * progress.off_path_m));
+    number(columns[1], y, "Angle", printed("%.1f\u00b0", progress.off_angle_rad * 57.29577951308232));
+    number(columns[2], y, flat ? "Target" : "To the target", printed("%.0f mm", 1e3 * progress.to_target_m));
+    y += flat ? 12.0 : 58.0;
+    const double last = height_ - 24.0, bottom = last - 44.0;
+    if (haptics::holdsNeedle(tick.tool) && !seen.insertion.passed.empty())
+        drawInsertion(seen, y, bottom);
+    else
+        drawCurve(y, bottom);
     const report::TextStyle foot{.size = 30.0, .colour = kText, .bold = true};
-    canvas_.text({kColumns[0], last}, clockOf(progress.elapsed_s), foot);
-    canvas_.text({kColumns[1] - 70.0, last}, "Breath " + std::string(breath_), foot);
-    canvas_.text({kColumns[2], last}, "Score " + printed("%.0f", progress.total), foot);
-    canvas_.pixels(rgba_);
+    canvas_->text({columns[0], last}, clockOf(progress.elapsed_s), foot);
+    canvas_->text({columns[1] - 70.0, last}, "Breath " + std::string(breath_), foot);
+    canvas_->text({columns[2], last}, "Score " + printed("%.0f", progress.total), foot);
+    canvas_->pixels(rgba_);
     ++revision_;
 }
 

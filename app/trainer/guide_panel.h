@@ -1,11 +1,13 @@
 // What a trainee may read beside the patient: step and hint, depth, force, tissue, breath, how far he is off
-// the reference path, time and score. Frame thread.
+// the reference path, time and score, and of the insertion which tissues were passed how deep. One thread.
 #pragma once
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "app/report/canvas.h"
@@ -16,27 +18,38 @@ namespace stylet::trainer {
 
 class GuidePanel {
   public:
-    static constexpr int kWidth = 720, kHeight = 640;
+    static constexpr int kWidth = 720, kHeight = 700;
+    static constexpr int kLeastHeight = 440;    // of a flatter one, as wide
     static constexpr double kLetter_px = 26.0;  // an em of the smallest
     static constexpr double kEvery_s = 0.1;     // no more often is it drawn
     static constexpr double kCurve_s = 10.0;
 
-    GuidePanel(training::Difficulty, double tick_s);
+    // In these pixels, of which it has as many across as it likes; one as flat as sizeIn() says.
+    GuidePanel(const training::Hints&, double tick_s, int width_px = kWidth, int height_px = kHeight);
+    // As large as it fits.
+    static std::pair<int, int> sizeIn(int width_px, int height_px);
+    // Drawn in another size from now on; what it keeps stays.
+    void resize(int width_px, int height_px);
     // Keeps the curve; draws when the time has come and somebody looks.
     void take(const Seen&, bool looked_at);
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }  // how often it was drawn
-    void savePng(const std::filesystem::path& file) const { canvas_.savePng(file); }
+    void savePng(const std::filesystem::path& file) const { canvas_->savePng(file); }
 
   private:
     void draw(const Seen&);
     void drawSteps(const training::Progress&);
-    void drawCurve();
+    // Between these heights.
+    void drawCurve(double top, double bottom);
+    void drawInsertion(const Seen&, double top, double bottom);
+    void drawNames(const Insertion&, double top, double bottom, double full_m);
+    void drawForceScale(double top, double bottom, double full_n);
     void number(double x, double y, const char* name, const std::string& value);
 
     training::Hints hints_;
     double tick_s_;
-    report::Canvas canvas_;
+    std::optional<report::Canvas> canvas_;
+    double height_ = kHeight;  // as it is drawn; the width is kWidth
     struct Sample {
         double t_s = 0.0, force_n = 0.0;
     };

@@ -55,6 +55,8 @@ struct Watched {
             mirror.validation = settings.validation;
             mirror.look = settings.look;
             mirror.touch = settings.touch, mirror.tick_s = settings.tick_s;
+            mirror.hints = training::hintsOf(settings.difficulty);
+            mirror.rearm_act = settings.rearm_act;
             mirror.port = std::move(port);
             window.emplace(patient, path, mirror);
             frames.mirrorTo(window->channels());

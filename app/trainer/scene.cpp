@@ -1,5 +1,6 @@
 #include "app/trainer/scene.h"
 
+#include "app/trainer/alert.h"
 #include "app/trainer/staging.h"
 
 namespace stylet::trainer {
@@ -57,13 +58,13 @@ std::vector<render::Mark> marksOf(const std::vector<Wound>& wounds, render::Look
 }
 
 SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPath& path, render::Look look,
-                       const haptics::TouchMap* touch, double tick_s, bool ghost)
+                       const haptics::TouchMap* touch, double tick_s, const training::Hints& hints)
     : patient_(&patient),
       path_(path),
       stage_from_patient_(trainer::stageFromPatient(patient, path)),
       look_(look),
       tick_s_(tick_s),
-      ghost_(ghost),
+      hints_(hints),
       press_(patient, touch, tick_s) {}
 
 render::RenderScene SceneMaker::sceneOf(const Seen& seen) {
@@ -78,12 +79,13 @@ render::RenderScene SceneMaker::sceneOf(const Seen& seen) {
     scene.tool = press_.shown(shown);
     furnish(scene, path_, seen.machines.xray);
     scene.room.lamp = !seen.lights_out;
+    if (hints_.colours) scene.room.shell_light = shellLight(seen.glow);
     showTools(scene, shown);
     showMonitor(scene, monitor_);
     if (seen.ghost_needle)
         scene.paths.push_back({*seen.ghost_needle * patient::Vec3(0.0, 0.0, kGhostShaft_m),
                                seen.ghost_needle->position_m, 1.0});
-    if (!ghost_) return scene;
+    if (!hints_.ghost) return scene;
     const patient::MotionModel& model = patient_->package().motion;
     scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path_.entry_reference_m),
                               patient::deformedFromReference(model, shown.breath, path_.target_reference_m)};

@@ -8,6 +8,7 @@
 #include "app/trainer/monitor.h"
 #include "app/trainer/seen.h"
 #include "app/trainer/wounds.h"
+#include "app/training/difficulty.h"
 #include "render/render.h"
 
 namespace stylet::trainer {
@@ -28,9 +29,9 @@ std::vector<render::Mark> marksOf(const std::vector<Wound>&, render::Look, const
 class SceneMaker {
   public:
     // The patient and the map must outlive it.
-    // `ghost`: the reference path is shown.
+    // `hints`: the reference path, and what the room's light says.
     SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const haptics::TouchMap*,
-               double tick_s, bool ghost = true);
+               double tick_s, const training::Hints& hints);
     // With the breath monitor's screen, not the machines'. Valid until the next call.
     render::RenderScene sceneOf(const Seen&);
     const patient::Pose& stageFromPatient() const { return stage_from_patient_; }
@@ -41,7 +42,7 @@ class SceneMaker {
     patient::Pose stage_from_patient_;
     render::Look look_;
     double tick_s_;
-    bool ghost_;
+    training::Hints hints_;
     ToolPress press_;
     BreathMonitor monitor_;
 };

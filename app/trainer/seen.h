@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "app/trainer/insertion.h"
 #include "app/trainer/wounds.h"
 #include "app/training/dose.h"
 #include "app/training/machines.h"
@@ -12,6 +13,12 @@
 #include "haptics/simulation.h"
 
 namespace stylet::trainer {
+
+// How much the room says that a structure at risk is struck, or that the target is reached: 0 to 1, and
+// never in a flash (alert.h).
+struct Glow {
+    float struck = 0.0f, reached = 0.0f;
+};
 
 struct Seen {
     haptics::TickOutput tick;
@@ -24,7 +31,9 @@ struct Seen {
     std::uint64_t rearm_acts = 0;  // how often the user has asked for the force, so far
     training::Progress progress{};
     bool lights_out = false;
-    bool paused = false;                          // by the instructor
+    bool paused = false;  // by the instructor
+    Glow glow{};
+    Insertion insertion{};                        // what the needle has passed, this time
     std::optional<patient::Pose> ghost_needle{};  // of an expert's attempt, in a replay
 };
 

@@ -31,7 +31,9 @@ Session::Session(const patient::Patient& patient, const patient::PlannedPath& pa
       record_(record),
       fold_(patient, dt_s),
       procedure_(patient, path, dt_s),
-      wounds_(dt_s) {}
+      wounds_(dt_s),
+      insertion_(patient),
+      glow_(dt_s) {}
 
 void Session::drain(haptics::LoopChannels& channels) {
     // An event is handed over after its own tick and before the next: so it is settled, however much waits,
@@ -121,6 +123,7 @@ void Session::take(const TickRecord& record) {
     watchInstructor(record);
     watchForce(record);
     wounds_.take(now);
+    insertion_.take(now);
     log_.lateral_cut_m = now.lateral_cut_m;
     log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(now.force_n));
     if (now.phase != haptics::Phase::outside) {
@@ -131,6 +134,7 @@ void Session::take(const TickRecord& record) {
     if (recent_.size() > kRecentTicks) recent_.pop_front();
     procedure_.take(now, fold_);
     takeProgress();
+    glow_.take(now.tick, log_.progress);
     if (haptics::holdsNeedle(now.tool) &&
         glm::dot(now.patient_from_needle.position_m - entry_m_, axis_) >= -approach_distance_m_)
         note("approach", now);
@@ -165,6 +169,7 @@ void Session::settleEvents() {
 void Session::onEvent(const EventRecord& record, const TickOutput& shown) {
     const haptics::NeedleEvent& event = record.event;
     wounds_.take(event);
+    insertion_.take(event);
     const bool cut = event.kind == NeedleEventKind::puncture;
     const bool target_cut =
         cut && event.border.to == haptics::Tissue::duct && !log_.target_cut && targetAtTip(shown);
@@ -190,6 +195,8 @@ Seen Session::seen(const TickOutput& tick) const {
     seen.rearm_acts = rearm_acts_;
     seen.progress = log_.progress;
     seen.lights_out = lights_out_;
+    seen.glow = glow_.now();
+    seen.insertion = insertion_.insertion();
     return seen;
 }
 

@@ -12,6 +12,8 @@
 
 #include "app/records/record.h"
 #include "app/report/curve.h"
+#include "app/trainer/alert.h"
+#include "app/trainer/insertion.h"
 #include "app/trainer/seen.h"
 #include "app/training/attempt_fold.h"
 #include "app/training/procedure.h"
@@ -141,6 +143,8 @@ class Session {
     std::uint64_t rearm_acts_ = 0;
     std::vector<Taken> taken_;
     WoundLog wounds_;
+    InsertionLog insertion_;
+    GlowWatch glow_;
     SessionLog log_;
     Watcher watcher_;
     std::function<void(const SessionLog&)> noted_;

@@ -34,6 +34,7 @@ void main() {
         const vec3 ground = kGround * (0.55 + 1.1 * pool) * floorShadow(p) + 0.5 * kWallHigh * shine;
         light = mix(ground, wall, smoothstep(3.0, 14.0, t));
     }
+    light *= room.shell.rgb;
     // Half a step of ordered noise hides the bands of an 8-bit gradient.
     const float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
     colour = vec4(light + (noise - 0.5) * 0.004 * sqrt(light), 1.0);

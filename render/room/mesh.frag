@@ -122,6 +122,7 @@ void main() {
         const float lobe = ggx(max(dot(n, h), 0.0), max(nl, 1e-3), nv, roughness + kLampBreadth);
         light += kKeyColour * strength * (albedo + fresnel * lobe);
     }
+    light *= mix(vec3(1.0), room.shell.rgb, part.material.y);
     const bool clear = kKind == kScreen && room.screens[int(part.material.x) - 1].w > 0.0;
     colour = vec4(softClip(light), clear ? 0.0 : 1.0);
 }

@@ -86,6 +86,7 @@ void Room::describe(const RenderScene& scene, const std::array<View, 2>& views, 
                          ? glm::vec4(point(placed.lamp.stage_m), 1.0f)
                          : glm::vec4(way(scene.stage_from_patient.direction(kLampFromField)), 0.0f);
     uniforms_.beam = glm::vec4(way(beam), float(glm::length(beam)));
+    uniforms_.shell = glm::vec4(glm::vec3(scene.room.shell_light), 0.0f);
     uniforms_.settings = {shadowed_ ? 1.0f : 0.0f, 0.0f, shadow_.texel(), 0.0f};
     std::fill(std::begin(uniforms_.contacts), std::end(uniforms_.contacts),
               glm::vec4(0.0f, 0.0f, -1.0f, -1.0f));

@@ -23,6 +23,7 @@ struct RoomUniforms {
     vec4 eyes[2];        // where they are, m
     vec4 lamp;           // m; w: 1 when it hangs there, 0: the direction of light that comes from far away
     vec4 beam;           // direction of its axis; w: distance from lamp to field, m
+    vec4 shell;          // what the light that comes from floor, walls and ceiling is multiplied by
     vec4 settings;       // x: 1 when the shadow map is drawn, z: size of a texel of it
     vec4 irradiance[9];  // see environment.h
     vec4 contacts[kMostContacts];  // what stands on the floor: centre x, z; half-extents x, z, m (< 0: none)
@@ -31,7 +32,7 @@ struct RoomUniforms {
 };
 
 #ifdef __cplusplus
-static_assert(sizeof(RoomUniforms) == 4 * 64 + (5 + 9 + kMostContacts + kScreens) * 16);
+static_assert(sizeof(RoomUniforms) == 4 * 64 + (6 + 9 + kMostContacts + kScreens) * 16);
 }  // namespace stylet::render::gpu
 #endif
 #endif

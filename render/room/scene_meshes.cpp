@@ -367,11 +367,14 @@ void SceneMeshes::addRoom(const RenderScene& scene, const Placement& placed) {
         addLampHead(placed, second, kArmHeights_m[1]);
     }
     if (!shown.shell) return;
+    const std::size_t first = draws_.size();
     add(models_.doors, stage_from_room, false);
     add(models_.built_in, stage_from_room, false);
     add(models_.lit_floor, stage_from_room, false, gpu::kFloor);
     add(models_.floor, stage_from_room, false, gpu::kFloor);
     add(models_.shell, stage_from_room, false);
+    for (std::size_t i = first; i < draws_.size(); ++i)
+        draws_[i].push.material.y = 1.0f;
 }
 
 void SceneMeshes::gather(const RenderScene& scene, const Placement& placed, bool has_patient,

@@ -32,7 +32,7 @@ CameraView::CameraView(render::Gpu& gpu, const patient::Patient& patient, const 
                        const CameraSettings& settings)
     : gpu_(&gpu),
       path_(path),
-      scenes_(patient, path, settings.look, settings.touch, settings.tick_s, settings.ghost),
+      scenes_(patient, path, settings.look, settings.touch, settings.tick_s, settings.hints),
       renderer_(gpu, {}, settings.assets),
       governor_(render::GovernorSettings{.budget_ms = gpu.isProcessor() ? kProcessorBudget_ms : kBudget_ms,
                                          .patience = 5}) {

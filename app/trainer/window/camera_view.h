@@ -17,7 +17,7 @@ struct CameraSettings {
     render::Look look = render::Look::reveal;
     const haptics::TouchMap* touch = nullptr;  // as in PictureSettings
     double tick_s = 0.001;
-    bool ghost = true;  // the reference path is shown
+    training::Hints hints{.ghost = true};  // as in SceneMaker
 };
 
 // One thread.

@@ -53,6 +53,8 @@ MirrorSettings mirrorOf(const PictureSettings& settings) {
     mirror.look = settings.closed_look ? render::Look::closed : render::Look::reveal;
     mirror.touch = settings.touch, mirror.tick_s = settings.tick_s;
     mirror.desktop = true;
+    mirror.hints = training::hintsOf(settings.difficulty);
+    mirror.rearm_act = settings.rearm_act;
     mirror.port = settings.window;
     if (mirror.port && (mirror.port->takesWords() || mirror.port->replays()))
         mirror.width = 1440, mirror.height = 900;
@@ -73,7 +75,7 @@ Desktop::Desktop(const patient::Patient& patient, const patient::PlannedPath& pa
       gpu(gpuOf(settings)),
       camera(gpu, patient, path,
              {settings.assets, settings.closed_look ? render::Look::closed : render::Look::reveal,
-              settings.touch, settings.tick_s, training::hintsOf(settings.difficulty).ghost}),
+              settings.touch, settings.tick_s, training::hintsOf(settings.difficulty)}),
       machines(gpu, camera.renderer().deformedPatient(), settings.assets) {
     totals.runtime = "none: a window";
     totals.gpu = gpu.name();

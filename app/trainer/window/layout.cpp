@@ -14,31 +14,38 @@ Pane pane(WindowView shows, const Rect& all) {
             {all.x, all.y + kCaption, all.width, std::max(1, all.height - kCaption)}};
 }
 
+WindowView lastOf(const LayoutSettings& settings) {
+    return settings.guide ? WindowView::guide : WindowView::metrics;
+}
+
 // The large picture on the left, three beside it.
-void placeWide(std::vector<Pane>& panes, WindowView eye, const Rect& all, bool slices) {
-    const int side = std::clamp(all.width * 3 / 10, 200, 520);
+void placeWide(std::vector<Pane>& panes, WindowView eye, const Rect& all, const LayoutSettings& settings) {
+    const bool slices = settings.slices;
+    const int side = std::clamp(all.width * (settings.guide ? 34 : 30) / 100, 200, 520);
     const Rect left{all.x, all.y, all.width - side - kGap, all.height};
     const int below = slices ? std::min(left.width / 3 + kCaption, left.height * 2 / 5) : 0;
     panes.push_back(pane(eye, {left.x, left.y, left.width, left.height - (slices ? below + kGap : 0)}));
-    const int x = left.x + left.width + kGap, each = (all.height - 2 * kGap) / 3;
+    const int x = left.x + left.width + kGap, panes_height = all.height - 2 * kGap,
+              each = panes_height * (settings.guide ? 28 : 33) / 100;
     int y = all.y;
-    for (const WindowView view : {WindowView::ultrasound, WindowView::xray, WindowView::metrics}) {
+    for (const WindowView view : {WindowView::ultrasound, WindowView::xray}) {
         panes.push_back(pane(view, {x, y, side, each}));
         y += each + kGap;
     }
+    panes.push_back(pane(lastOf(settings), {x, y, side, all.y + all.height - y}));
     if (slices)
         panes.push_back(pane(WindowView::slices, {left.x, left.y + left.height - below, left.width, below}));
 }
 
 // The large picture above, the others below.
-void placeHigh(std::vector<Pane>& panes, WindowView eye, const Rect& all) {
+void placeHigh(std::vector<Pane>& panes, WindowView eye, const Rect& all, const LayoutSettings& settings) {
     const int above = all.height * 55 / 100;
     panes.push_back(pane(eye, {all.x, all.y, all.width, above}));
     const int y = all.y + above + kGap, rest = all.height - above - kGap;
     const int half = (all.width - kGap) / 2, machine = (rest - kGap) / 2;
     panes.push_back(pane(WindowView::ultrasound, {all.x, y, half, machine}));
     panes.push_back(pane(WindowView::xray, {all.x, y + machine + kGap, half, machine}));
-    panes.push_back(pane(WindowView::metrics, {all.x + half + kGap, y, half, rest}));
+    panes.push_back(pane(lastOf(settings), {all.x + half + kGap, y, half, rest}));
 }
 
 }  // namespace
@@ -59,6 +66,8 @@ const char* nameOf(WindowView view) {
             return "metrics";
         case WindowView::slices:
             return "slices";
+        case WindowView::guide:
+            return "guide";
         case WindowView::overview:
             break;
     }
@@ -74,9 +83,9 @@ Layout layoutOf(WindowView view, WindowView eye, int width, int height, const La
     if (view != WindowView::overview || !roomy)
         layout.panes.push_back(pane(view == WindowView::overview ? eye : view, all));
     else if (5 * all.width >= 4 * all.height)
-        placeWide(layout.panes, eye, all, settings.slices);
+        placeWide(layout.panes, eye, all, settings);
     else
-        placeHigh(layout.panes, eye, all);
+        placeHigh(layout.panes, eye, all, settings);
     return layout;
 }
 

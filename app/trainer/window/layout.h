@@ -15,9 +15,10 @@ enum class WindowView : unsigned char {
     xray,
     metrics,
     overview,
-    slices
+    slices,
+    guide
 };
-inline constexpr int kWindowViews = 8;
+inline constexpr int kWindowViews = 9;
 const char* nameOf(WindowView);
 
 struct Rect {
@@ -39,6 +40,7 @@ struct Layout {
 struct LayoutSettings {
     int key_rows = 1;
     bool slices = false;  // in the overview
+    bool guide = false;   // in the overview, in place of the metrics
 };
 
 inline constexpr int kCaption = 26, kKeys = 30, kMoreKeys = 22, kGap = 8;

@@ -72,7 +72,7 @@ struct Row {
     bool alarm = false;
 };
 
-std::vector<Row> rowsOf(const StateGiven& state, const std::deque<FrameSample>& samples) {
+std::vector<Row> rowsOf(const StateGiven& state, const std::deque<FrameSample>& samples, bool told) {
     const haptics::TickOutput& tick = state.seen.tick;
     std::vector<double> frames_ms;
     for (const FrameSample& sample : samples)
@@ -80,7 +80,7 @@ std::vector<Row> rowsOf(const StateGiven& state, const std::deque<FrameSample>& 
     const bool inside = tick.phase != haptics::Phase::outside;
     const bool off = tick.stage == haptics::ForceStage::off || tick.stage == haptics::ForceStage::fading;
     const std::string tool(haptics::kToolNames[std::size_t(tick.tool)]);
-    return {
+    std::vector<Row> rows{
         {"tool", tool},
         {"needle", nameOf(tick.phase)},
         {"depth", inside ? number("%.1f mm", 1e3 * tick.depth_m) : "\u2013"},
@@ -100,6 +100,8 @@ std::vector<Row> rowsOf(const StateGiven& state, const std::deque<FrameSample>& 
          state.attention == Attention::away},
         {"faults", faultsOf(tick.faults), tick.faults != 0},
     };
+    if (!told) rows.erase(rows.begin() + 1, rows.begin() + 5);  // needle, depth, tissue, force
+    return rows;
 }
 
 struct Graph {
@@ -144,9 +146,9 @@ void Metrics::take(const FrameSample& sample) {
         samples_.pop_front();
 }
 
-void Metrics::draw(report::Canvas& canvas, int width, int height, const StateGiven& state) const {
+void Metrics::draw(report::Canvas& canvas, int width, int height, const StateGiven& state, bool told) const {
     canvas.rectangle(0, 0, width, height, kGlass);
-    const std::vector<Row> rows = rowsOf(state, samples_);
+    const std::vector<Row> rows = rowsOf(state, samples_, told);
     const double unit = std::clamp(std::min(width / 30.0, height / 15.0), 9.0, 26.0);
     const double margin = 0.8 * unit, pitch = 1.5 * unit;
     const std::size_t columns = 2, each = (rows.size() + columns - 1) / columns;
@@ -159,13 +161,17 @@ void Metrics::draw(report::Canvas& canvas, int width, int height, const StateGiv
     }
     const double top = 1.6 * margin + pitch * double(each), room = height - top - margin;
     if (room < 3.0 * unit) return;
+    const auto frames = [](const FrameSample& s) { return s.frame_ms; };
+    if (!told)
+        return drawGraph(canvas, {margin, top, width - 2.0 * margin, room, unit}, samples_, "frame",
+                         "%.0f ms", 10.0, kFrame, frames);
     const bool beside = room < 0.35 * width;
     const double w = beside ? (width - 3.0 * margin) / 2.0 : width - 2.0 * margin;
     const double h = beside ? room : (room - margin) / 2.0;
     drawGraph(canvas, {margin, top, w, h, unit}, samples_, "force", "%.1f N", 1.0, kForce,
               [](const FrameSample& s) { return std::max(0.0, s.force_n); });
     drawGraph(canvas, {beside ? 2.0 * margin + w : margin, beside ? top : top + h + margin, w, h, unit},
-              samples_, "frame", "%.0f ms", 10.0, kFrame, [](const FrameSample& s) { return s.frame_ms; });
+              samples_, "frame", "%.0f ms", 10.0, kFrame, frames);
 }
 
 }  // namespace stylet::trainer

@@ -14,8 +14,8 @@ class Metrics {
     static constexpr double kWindow_s = 10.0;  // of the curves
 
     void take(const FrameSample&);
-    // On all of a canvas of that size.
-    void draw(report::Canvas&, int width, int height, const StateGiven&) const;
+    // On all of a canvas of that size. Not `told`: without what an exam withholds.
+    void draw(report::Canvas&, int width, int height, const StateGiven&, bool told = true) const;
 
   private:
     std::deque<FrameSample> samples_;  // of the last kWindow_s, in order

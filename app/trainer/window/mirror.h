@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
+#include <string>
 
 #include "app/trainer/window/mirror_channels.h"
 #include "app/trainer/window_port.h"
+#include "app/training/difficulty.h"
 #include "patient/planning.h"
 
 namespace stylet::trainer {
@@ -26,6 +28,8 @@ struct MirrorSettings {
     const haptics::TouchMap* touch = nullptr;  // as in PictureSettings
     double tick_s = 0.001;
     bool desktop = false;                // no headset: the pictures of the room come from Desktop
+    training::Hints hints{};             // what the trainee is shown, and a window in its place with him
+    std::string rearm_act{};             // as in PictureSettings
     std::shared_ptr<WindowPort> port{};  // of what is said and done in it; null: nobody listens
     int width = 1280, height = 720;
 };

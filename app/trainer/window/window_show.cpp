@@ -15,6 +15,9 @@ constexpr report::Colour kBackground{0.075, 0.088, 0.10}, kBlack{0.0, 0.0, 0.0},
 constexpr std::array<float, 3> kClear{0.006f, 0.008f, 0.01f};
 // A key moves or turns the tool by so much, with Shift a quarter of it; a step of the wheel half as far.
 constexpr double kKey_m = 0.002, kKey_rad = 0.035, kWheel_m = 0.001, kFiner = 0.25;
+constexpr double kAlertStripe_px = 12.0;
+constexpr int kAlertEdge = 28;         // so often goes the alert's border into the pane
+constexpr double kNoticeWidth = 0.48;  // of the pane it stands in, at most
 constexpr int kBarText = 230;          // pixels beside a replay's bar
 constexpr double kDragTurn_rad = 1.5;  // over the height of the picture
 constexpr auto kMetricsEvery = std::chrono::milliseconds(100),
@@ -32,7 +35,7 @@ double ageOf(std::int64_t since_ns) {
 
 constexpr std::array kViews{WindowView::leftEye,    WindowView::rightEye, WindowView::camera,
                             WindowView::ultrasound, WindowView::xray,     WindowView::metrics,
-                            WindowView::overview,   WindowView::slices};
+                            WindowView::overview,   WindowView::slices,   WindowView::guide};
 static_assert(kViews.size() == kWindowViews);
 
 }  // namespace
@@ -47,9 +50,11 @@ WindowShow::WindowShow(const patient::Patient& patient, const patient::PlannedPa
       gpu_(&gpu),
       presenter_(&presenter),
       slices_(patient),
+      alerts_(settings.tick_s),
       keys_(settings.port) {}
 
 bool WindowShow::offered(WindowView view) const {
+    if (view == WindowView::guide) return settings_.hints.panel;
     return !settings_.desktop || view != WindowView::rightEye;
 }
 
@@ -69,8 +74,21 @@ void WindowShow::select(WindowView view) {
 void WindowShow::arrange() {
     const LayoutSettings settings{
         .key_rows = 1 + int(keys_.rows().size()) + (settings_.port && settings_.port->replays() ? 1 : 0),
-        .slices = settings_.desktop};
+        .slices = settings_.desktop,
+        .guide = settings_.desktop && settings_.hints.panel};
     layout_ = layoutOf(view_, main_, int(width_), int(height_), settings);
+    if (!settings_.hints.colours || layout_.panes.empty()) return;
+    Rect& area = layout_.panes.front().area;
+    frame_ = area;
+    const int edge = std::min(area.width, area.height) / kAlertEdge;
+    area = {area.x + edge, area.y + edge, std::max(1, area.width - 2 * edge),
+            std::max(1, area.height - 2 * edge)};
+}
+
+// Who looks at this window may know what the difficulty keeps from the trainee: he is another one, or there
+// is nothing to keep.
+bool WindowShow::isTold() const {
+    return !settings_.desktop || settings_.hints.panel || (settings_.port && settings_.port->replays());
 }
 
 void WindowShow::hearKey(const KeyPress& press) {
@@ -258,6 +276,7 @@ bool WindowShow::takePictures() {
         state_known_ = metrics_stale_ = camera_stale_ = slices_stale_ = true;
         const Seen& seen = channels_->state.front().seen;
         keys_.know(seen.paused, seen.lights_out);
+        hearOf(seen);
     }
     FrameSample sample;
     while (channels_->samples.pop(sample))
@@ -265,14 +284,68 @@ bool WindowShow::takePictures() {
     return fresh;
 }
 
+// What the trainee is told of a tick.
+void WindowShow::hearOf(const Seen& seen) {
+    const bool back = settings_.port && settings_.port->replays() && seen.tick.tick < tick_;
+    tick_ = seen.tick.tick;
+    if (back) metrics_ = {}, alerts_ = AlertWatch(settings_.tick_s);
+    if (settings_.hints.colours) alert_ = alerts_.take(seen);
+    if (settings_.hints.panel) {
+        if (!guide_) guide_.emplace(settings_.hints, settings_.tick_s), guide_shown_ = 0;
+        const Pane* pane = paneOf(WindowView::guide);
+        if (pane) {
+            const auto [width, height] = GuidePanel::sizeIn(pane->area.width, pane->area.height);
+            if (shown_[kGuide].width != width || shown_[kGuide].height != height || guide_shown_ == 0)
+                guide_->resize(width, height);
+            shown_[kGuide] = {width, height};
+        }
+        guide_->take(seen, pane != nullptr);
+    }
+    const std::optional<Notice> notice =
+        settings_.desktop && !(settings_.port && settings_.port->replays())
+            ? noticeOf(seen, channels_->state.front().attention, settings_.rearm_act)
+            : std::nullopt;
+    stale_ |= noticed_ != notice.has_value();
+    noticed_ = notice.has_value();
+    if (notice) notice_.show(*notice);
+}
+
+bool WindowShow::drawGuide() {
+    if (!guide_ || !paneOf(WindowView::guide) || guide_->revision() == guide_shown_) return false;
+    guide_shown_ = guide_->revision();
+    presenter_->setPicture(kGuide, std::uint32_t(shown_[kGuide].width), std::uint32_t(shown_[kGuide].height),
+                           guide_->rgba());
+    return true;
+}
+
+bool WindowShow::drawNotice() {
+    if (!noticed_ || notice_.revision() == notice_shown_) return false;
+    notice_shown_ = notice_.revision();
+    presenter_->setPicture(kNotice, NoticePanel::kWidth, NoticePanel::kHeight, notice_.rgba());
+    return true;
+}
+
+// At the foot of what the trainee looks at.
+void WindowShow::placeNotice() {
+    if (!noticed_ || notice_shown_ == 0 || layout_.panes.empty()) return;
+    const Rect& area = layout_.panes.front().area;
+    const int width = std::min(NoticePanel::kWidth, int(kNoticeWidth * area.width)),
+              height = width * NoticePanel::kHeight / NoticePanel::kWidth;
+    placed_.push_back({kNotice, area.x + (area.width - width) / 2, area.y + area.height - height - kGap,
+                       std::uint32_t(width), std::uint32_t(height)});
+}
+
 bool WindowShow::drawCamera() {
     const Pane* pane = paneOf(WindowView::camera);
     if (!pane || settings_.desktop || camera_failed_ || !state_known_ || !camera_stale_) return false;
     try {
         if (!camera_)
-            camera_.emplace(
-                *gpu_, *patient_, path_,
-                CameraSettings{settings_.assets, settings_.look, settings_.touch, settings_.tick_s});
+            camera_.emplace(*gpu_, *patient_, path_,
+                            CameraSettings{settings_.assets,
+                                           settings_.look,
+                                           settings_.touch,
+                                           settings_.tick_s,
+                                           {.ghost = true, .colours = settings_.hints.colours}});
         render::RenderScene scene = camera_->sceneOf(channels_->state.front().seen);
         const auto screen = [](const ScreenGiven& given) {
             return render::ScreenPicture{int(given.image.width), int(given.image.height),
@@ -306,7 +379,7 @@ bool WindowShow::drawMetrics() {
         shown_[kMetrics] = {pane->area.width, pane->area.height};
         metrics_canvas_ = std::make_unique<report::Canvas>(pane->area.width, pane->area.height, kBlack);
     }
-    metrics_.draw(*metrics_canvas_, pane->area.width, pane->area.height, channels_->state.front());
+    metrics_.draw(*metrics_canvas_, pane->area.width, pane->area.height, channels_->state.front(), isTold());
     metrics_canvas_->pixels(pixels_);
     presenter_->setPicture(kMetrics, std::uint32_t(pane->area.width), std::uint32_t(pane->area.height),
                            pixels_);
@@ -352,6 +425,8 @@ std::string WindowShow::captionOf(WindowView view) const {
             return screenCaption("ultrasound", channels_->ultrasound.front(), shown_[kUltrasound]);
         case WindowView::xray:
             return screenCaption("X-ray", channels_->xray.front(), shown_[kXray]);
+        case WindowView::guide:
+            return settings_.desktop ? "guide" : "guide \u00b7 what the trainee reads";
         default:
             return nameOf(view);
     }
@@ -383,6 +458,8 @@ WindowShow::Picture WindowShow::pictureOf(WindowView view) const {
             return kXray;
         case WindowView::metrics:
             return kMetrics;
+        case WindowView::guide:
+            return kGuide;
         default:
             return kEye;
     }
@@ -394,7 +471,7 @@ bool WindowShow::drawChrome() {
     for (const Pane& pane : layout_.panes)
         key +=
             captionOf(pane.shows) + (shown_[pictureOf(pane.shows)].width > 0 ? "+" : emptyText(pane.shows));
-    key += keys_.state() + playbackText();
+    key += keys_.state() + playbackText() + (alert_ ? alertWord(*alert_) : "");
     if (key == chrome_key_) return false;
     chrome_key_ = key;
     const Shown size{int(width_), int(height_)};
@@ -414,11 +491,27 @@ bool WindowShow::drawChrome() {
             c.text({area.x + 0.5 * area.width, area.y + 0.5 * area.height}, emptyText(pane.shows),
                    {std::clamp(area.width / 34.0, 10.0, 16.0), kQuiet, report::Align::centre});
     }
+    drawAlert(c);
     drawKeys(c);
     drawBar(c);
     c.pixels(pixels_);
     presenter_->setPicture(kChrome, width_, height_, pixels_);
     return true;
+}
+
+// Round what the trainee looks at, and in the line above it: the picture itself stays free.
+void WindowShow::drawAlert(report::Canvas& c) const {
+    if (!alert_ || layout_.panes.empty()) return;
+    const Pane& pane = layout_.panes.front();
+    const report::Colour colour = alertColour(*alert_);
+    c.rectangle(frame_.x, frame_.y, frame_.width, frame_.height, colour);
+    c.clip(frame_.x, frame_.y, frame_.width, frame_.height);
+    drawAlertPattern(c, *alert_, width_, height_, kAlertStripe_px);
+    c.unclip();
+    c.rectangle(pane.area.x, pane.area.y, pane.area.width, pane.area.height, kBlack);
+    c.rectangle(pane.caption.x, pane.caption.y, pane.caption.width, pane.caption.height, colour);
+    c.text({pane.caption.x + 0.5 * pane.caption.width, pane.caption.y + 19.0}, alertWord(*alert_),
+           {16, {1.0, 1.0, 1.0}, report::Align::centre, true});
 }
 
 // Which key shows what, then which does what.
@@ -468,10 +561,13 @@ bool WindowShow::update() {
     fresh |= drawCamera();
     fresh |= drawMetrics();
     fresh |= drawSlices();
+    fresh |= drawGuide();
+    fresh |= drawNotice();
     fresh |= drawChrome();
     placed_.assign(1, {kChrome, 0, 0, width_, height_});
     for (const Pane& pane : layout_.panes)
         place(pictureOf(pane.shows), pane.shows);
+    placeNotice();
     stale_ |= fresh;
     return stale_;
 }

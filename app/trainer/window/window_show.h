@@ -9,6 +9,9 @@
 #include <utility>
 
 #include "app/report/canvas.h"
+#include "app/trainer/alert.h"
+#include "app/trainer/guide_panel.h"
+#include "app/trainer/notice.h"
 #include "app/trainer/window/app_window.h"
 #include "app/trainer/window/camera_view.h"
 #include "app/trainer/window/layout.h"
@@ -37,7 +40,17 @@ class WindowShow {
   private:
     using Clock = std::chrono::steady_clock;
     // Of the presenter; later ones lie over earlier ones.
-    enum Picture : std::size_t { kChrome, kEye, kCamera, kUltrasound, kXray, kMetrics, kSlices };
+    enum Picture : std::size_t {
+        kChrome,
+        kEye,
+        kCamera,
+        kUltrasound,
+        kXray,
+        kMetrics,
+        kSlices,
+        kGuide,
+        kNotice
+    };
     struct Shown {
         int width = 0, height = 0;  // 0: there is none yet
     };
@@ -57,15 +70,21 @@ class WindowShow {
     MouseMove inOperatorsView(double right, double up, bool turns) const;
     void ask();
     bool takePictures();
+    void hearOf(const Seen&);
     bool drawCamera();
     bool drawMetrics();
     bool drawSlices();
+    bool drawGuide();
+    bool drawNotice();
+    void drawAlert(report::Canvas&) const;
+    bool isTold() const;
     void drawKeys(report::Canvas&) const;
     bool drawChrome();
     std::string captionOf(WindowView) const;
     std::string screenCaption(const char* name, const ScreenGiven&, const Shown&) const;
     std::string emptyText(WindowView) const;
     void place(Picture, WindowView);
+    void placeNotice();
     Picture pictureOf(WindowView) const;
 
     const patient::Patient* patient_;
@@ -77,7 +96,7 @@ class WindowShow {
     WindowView view_ = WindowView::overview, main_ = WindowView::leftEye;
     Layout layout_;
     std::uint32_t width_ = 0, height_ = 0;
-    std::array<Shown, 7> shown_{};
+    std::array<Shown, 9> shown_{};
     int eye_given_ = -1;
     std::pair<std::uint64_t, std::uint64_t> ultrasound_uploaded_{}, xray_uploaded_{};
     std::optional<Orbit> orbit_;
@@ -87,6 +106,15 @@ class WindowShow {
     std::unique_ptr<report::Canvas> chrome_, metrics_canvas_, slices_canvas_;
     Metrics metrics_;
     SliceView slices_;
+    std::optional<GuidePanel> guide_;  // while the difficulty allows it and a window shows it
+    std::uint64_t guide_shown_ = 0;
+    NoticePanel notice_;
+    std::uint64_t notice_shown_ = 0;
+    bool noticed_ = false;  // there is one now
+    AlertWatch alerts_;
+    std::optional<Alert> alert_;
+    Rect frame_{};  // round the first pane, where the alert is
+    std::uint64_t tick_ = 0;
     WindowKeys keys_;
     Playback playback_;  // of a replay
     double scrubbed_px_ = 0.0;

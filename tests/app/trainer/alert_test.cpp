@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace stylet::trainer {
 namespace {
@@ -39,6 +40,51 @@ TEST(AlertWatch, TheTargetIsReachedOnceAndAStrikeGoesBeforeIt) {
     reached.progress.striking = Struck::nothing;
     reached.tick.tick = std::uint64_t(1000 * (2.0 + kReached_s));
     EXPECT_FALSE(watch.take(reached));
+}
+
+// The room's light comes and goes: whatever is struck how often, no change takes less than a third of a
+// second, and no two of them are in one.
+TEST(GlowWatch, TheRoomNeverFlashes) {
+    constexpr double kTick_s = 0.001;
+    GlowWatch watch(kTick_s);
+    training::Progress progress;
+    double most = 0.0, before = 0.0;
+    int turns = 0;
+    bool rises = false;
+    for (std::uint64_t tick = 0; tick < 20'000; ++tick) {
+        progress.striking = tick % 700 < 3 ? Struck::vessel : Struck::nothing;  // a needle that trembles
+        watch.take(tick, progress);
+        const double now = double(watch.now().struck);
+        most = std::max(most, std::fabs(now - before));
+        if (now != before && (now > before) != rises) rises = now > before, ++turns;
+        before = now;
+    }
+    EXPECT_LE(most, kTick_s / 0.3);
+    EXPECT_GT(turns, 10) << "it did tremble";
+    EXPECT_LE(turns, 2 * 3 * 20) << "three flashes a second are too many";
+}
+
+TEST(GlowWatch, IsRedWhileStruckGreenWhenReachedAndNothingOtherwise) {
+    GlowWatch watch(0.001);
+    training::Progress progress;
+    std::uint64_t tick = 0;
+    const auto pass = [&](double s) {
+        for (int i = 0; i < int(1000 * s); ++i)
+            watch.take(++tick, progress);
+        return shellLight(watch.now());
+    };
+    EXPECT_EQ(pass(0.5), patient::Vec3(1.0));
+    progress.striking = Struck::bone;
+    const patient::Vec3 red = pass(1.0);
+    EXPECT_GT(red.x, 2.0 * red.y);
+    EXPECT_GT(red.x, 2.0 * red.z);
+    progress.striking = Struck::nothing;
+    EXPECT_EQ(pass(2.0), patient::Vec3(1.0));
+    progress.success = true;
+    const patient::Vec3 green = pass(1.0);
+    EXPECT_GT(green.y, 1.5 * green.x);
+    EXPECT_GT(green.y, 1.5 * green.z);
+    EXPECT_EQ(pass(5.0), patient::Vec3(1.0));
 }
 
 TEST(AlertPicture, TheMiddleIsFreeAndTheBorderIsNot) {

@@ -22,7 +22,7 @@ Seen at(double t_s, double force_n = 0.5) {
 }
 
 TEST(GuidePanel, IsDrawnTenTimesASecondWhileSomebodyLooks) {
-    GuidePanel panel(Difficulty::guided, 0.001);
+    GuidePanel panel(training::hintsOf(Difficulty::guided), 0.001);
     for (double t_s = 0.0; t_s < 2.0; t_s += 0.011)
         panel.take(at(t_s), true);
     EXPECT_LE(panel.revision(), 20u);
@@ -34,7 +34,8 @@ TEST(GuidePanel, IsDrawnTenTimesASecondWhileSomebodyLooks) {
 }
 
 TEST(GuidePanel, ShowsWhatWasFeltWhileNobodyLooked) {
-    GuidePanel felt(Difficulty::guided, 0.001), flat(Difficulty::guided, 0.001);
+    GuidePanel felt(training::hintsOf(Difficulty::guided), 0.001),
+        flat(training::hintsOf(Difficulty::guided), 0.001);
     for (double t_s = 0.0; t_s < 5.0; t_s += 0.05) {
         felt.take(at(t_s, 1.0 + std::sin(t_s)), false);
         flat.take(at(t_s), false);
@@ -43,10 +44,81 @@ TEST(GuidePanel, ShowsWhatWasFeltWhileNobodyLooked) {
     EXPECT_NE(felt.rgba(), flat.rgba());
 }
 
+// A replay goes back: what is read is of then, and the curve ends there.
+TEST(GuidePanel, GoesBackWithAReplay) {
+    GuidePanel there(training::hintsOf(Difficulty::guided), 0.001),
+        back(training::hintsOf(Difficulty::guided), 0.001);
+    for (double t_s = 0.0; t_s < 8.0; t_s += 0.05) {
+        back.take(at(t_s, 1.0 + std::sin(t_s)), true);
+        if (t_s < 4.01) there.take(at(t_s, 1.0 + std::sin(t_s)), false);
+    }
+    const std::vector<std::uint8_t> end = back.rgba();
+    there.take(at(4.0, 2.0), true), back.take(at(4.0, 2.0), true);
+    EXPECT_EQ(back.rgba(), there.rgba());
+    back.take(at(8.0, 2.0), true);
+    EXPECT_NE(back.rgba(), there.rgba());
+}
+
 TEST(GuidePanel, OnlyTheGuidedAreToldWhatToDo) {
-    GuidePanel guided(Difficulty::guided, 0.001), practice(Difficulty::practice, 0.001);
+    GuidePanel guided(training::hintsOf(Difficulty::guided), 0.001),
+        practice(training::hintsOf(Difficulty::practice), 0.001);
     guided.take(at(0.1), true), practice.take(at(0.1), true);
     EXPECT_NE(guided.rgba(), practice.rgba());
+}
+
+Seen inserted(std::vector<Passed> passed) {
+    Seen seen = at(1.0);
+    seen.tick.tool = haptics::Tool::needle;
+    seen.tick.phase = haptics::Phase::pass, seen.tick.depth_m = 0.05;
+    seen.insertion.passed = std::move(passed);
+    seen.insertion.felt = {{0.0f, 1.0f}, {0.05f, 0.5f}};
+    return seen;
+}
+
+// Names, depths and what is at risk are all read off it.
+TEST(GuidePanel, ShowsWhichTissuesWerePassedHowDeep) {
+    using patient::Role, patient::Tissue;
+    const Passed skin{0.0, Tissue::skin, Role::pass, "skin", 1.0};
+    const std::vector<std::vector<Passed>> ways{
+        {},
+        {skin},
+        {skin, {0.03, Tissue::vessel, Role::pass, "portal vein", 0.4}},
+        {skin, {0.04, Tissue::vessel, Role::pass, "portal vein", 0.4}},
+        {skin, {0.03, Tissue::vessel, Role::pass, "hepatic vein", 0.4}},
+        {skin, {0.03, Tissue::vessel, Role::risk, "portal vein", 0.4}}};
+    std::vector<std::vector<std::uint8_t>> pictures;
+    for (const auto& [width, height] :
+         {std::pair{GuidePanel::kWidth, GuidePanel::kHeight}, {360, 220}, {300, 600}}) {
+        pictures.clear();
+        for (const std::vector<Passed>& way : ways) {
+            const auto [fits_x, fits_y] = GuidePanel::sizeIn(width, height);
+            GuidePanel panel(training::hintsOf(Difficulty::guided), 0.001, fits_x, fits_y);
+            panel.take(inserted(way), true);
+            pictures.push_back(panel.rgba());
+        }
+        for (std::size_t i = 0; i < pictures.size(); ++i)
+            for (std::size_t j = 0; j < i; ++j)
+                EXPECT_NE(pictures[i], pictures[j])
+                    << i << " and " << j << " at " << width << " x " << height;
+    }
+}
+
+TEST(GuidePanel, FitsWhereItIsPutAndKeepsWhatWasFelt) {
+    for (const auto& [width, height] : {std::pair{1400, 700}, {360, 220}, {200, 900}, {1, 1}}) {
+        const auto [fits_x, fits_y] = GuidePanel::sizeIn(width, height);
+        EXPECT_LE(fits_x, width);
+        EXPECT_LE(fits_y, height);
+        EXPECT_GT(std::min(fits_x, fits_y), 0);
+        EXPECT_TRUE(fits_x > 0.97 * width - 1.0 || fits_y > 0.97 * height - 1.0) << width << " x " << height;
+    }
+    GuidePanel kept(training::hintsOf(Difficulty::practice), 0.001),
+        lost(training::hintsOf(Difficulty::practice), 0.001);
+    for (double t_s = 0.0; t_s < 3.0; t_s += 0.05)
+        kept.take(at(t_s, 1.0 + std::sin(t_s)), false);
+    kept.resize(500, 480), lost.resize(500, 480);
+    kept.take(at(3.0), true), lost.take(at(3.0), true);
+    EXPECT_EQ(kept.rgba().size(), std::size_t(4 * 500 * 480));
+    EXPECT_NE(kept.rgba(), lost.rgba());
 }
 
 TEST(GuidePanel, EveryStepHasItsOwnHint) {

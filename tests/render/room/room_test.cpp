@@ -55,6 +55,41 @@ TEST_F(RoomTest, WhatNoEyeSeesIsSkippedAndDoesNotShow) {
     EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
+// Walls and floor take the light that they are told, and nothing else does: not a pixel of the patient, of
+// the table or of what is in hand. Told nothing, the picture is the same to the last bit.
+TEST_F(RoomTest, TheShellsLightLeavesPatientAndToolsAlone) {
+    const patient::Package package = test::makeTrunk(0.004);
+    const patient::Patient patient(package);
+    Gpu gpu({.validation = true});
+    Renderer renderer(gpu, {}, test::assetsFolder());
+    renderer.setPatient(patient);
+    RenderScene scene = wholeRoom();
+    const auto plain = renderer.drawToImages(scene, eyes, kSize, kSize);
+    scene.room.shell_light = {1.5, 0.36, 0.32};
+    const auto red = renderer.drawToImages(scene, eyes, kSize, kSize);
+    scene.room.shell_light = Vec3(1.0);
+    const auto again = renderer.drawToImages(scene, eyes, kSize, kSize);
+    // Without the shell what is left of it is the things in the room before an empty backdrop.
+    scene.room.shell = false, scene.room.real = true;
+    const auto things = renderer.drawToImages(scene, eyes, kSize, kSize);
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+        EXPECT_EQ(plain[eye].rgba, again[eye].rgba);
+        int same = 0, redder = 0;
+        for (std::size_t i = 0; i < plain[eye].rgba.size(); i += 4) {
+            const auto at = [&](const Image& image, std::size_t c) { return int(image.rgba[i + c]); };
+            const bool thing = at(things[eye], 3) == 255;
+            const bool equal = at(plain[eye], 0) == at(red[eye], 0) && at(plain[eye], 1) == at(red[eye], 1) &&
+                               at(plain[eye], 2) == at(red[eye], 2);
+            EXPECT_TRUE(!thing || equal) << "pixel " << i / 4;
+            same += equal;
+            redder += at(red[eye], 0) > at(plain[eye], 0) && at(red[eye], 1) < at(plain[eye], 1);
+        }
+        EXPECT_GT(redder, int(kSize * kSize / 5));
+        EXPECT_GT(same, int(kSize * kSize / 5));
+    }
+    EXPECT_EQ(gpu.validationMessages(), 0u);
+}
+
 TEST_F(RoomTest, TheShadowMapStaysUntilSomethingInItMoves) {
     const patient::Package package = test::makeTrunk(0.004);
     const patient::Patient patient(package);

@@ -70,6 +70,25 @@ TEST(Layout, SlicesStandBelowTheLargePictureAndKeysHaveTheRowsTheyNeed) {
     EXPECT_GT(layout.panes.front().area.height, layout.panes.back().area.height);
 }
 
+TEST(Layout, TheGuideStandsWhereTheMetricsWouldBe) {
+    for (const auto& [width, height] : {std::pair{1440, 900}, {1100, 700}, {600, 1000}}) {
+        const Layout layout = layoutOf(WindowView::overview, WindowView::leftEye, width, height,
+                                       {.slices = true, .guide = true});
+        std::vector<Rect> all{layout.keys};
+        int guides = 0;
+        for (const Pane& pane : layout.panes) {
+            EXPECT_NE(pane.shows, WindowView::metrics);
+            guides += pane.shows == WindowView::guide;
+            EXPECT_TRUE(within(pane.area, width, height)) << nameOf(pane.shows);
+            all.push_back(pane.caption), all.push_back(pane.area);
+        }
+        EXPECT_EQ(guides, 1);
+        for (std::size_t i = 0; i < all.size(); ++i)
+            for (std::size_t j = 0; j < i; ++j)
+                EXPECT_FALSE(overlap(all[i], all[j])) << width << " x " << height << ": " << i << ", " << j;
+    }
+}
+
 TEST(Layout, AWindowTooSmallForFourThingsShowsTheEye) {
     for (const auto& [width, height] : {std::pair{200, 400}, {400, 100}, {1, 1}}) {
         const Layout layout = layoutOf(WindowView::overview, WindowView::rightEye, width, height);

@@ -195,6 +195,61 @@ TEST_F(MirrorTest, KeysTurnItsPagesAndTheTitleSaysWhichIsOpen) {
     EXPECT_TRUE(reads("right eye"));
 }
 
+// What the trainee is told is told here: what is struck round the eye's picture, which stays as it was, and
+// the guide by its key; an exam tells nothing.
+TEST_F(MirrorTest, WhatTheTraineeIsToldStandsRoundHisPicture) {
+    settings_.hints = training::hintsOf(training::Difficulty::practice);
+    open();
+    putOn();
+    display_->key("1");
+    show(6, "seen");
+    const Rect pane = paneOf(WindowView::leftEye);
+    const int edge = std::min(pane.width, pane.height) / 28;
+    const Rect above{pane.x, pane.y, pane.width, edge},
+        inside = fitted({pane.x + edge, pane.y + edge, pane.width - 2 * edge, pane.height - 2 * edge},
+                        kEyePixels, kEyePixels);
+    const std::vector<double> left = captured("seen_left.png");
+    ASSERT_TRUE(showUntil([&] { return psnr_db(shown(inside), left) > 34.0; }));
+    // Boxes along the strip: fewer than it has rows.
+    const auto strip = [&] {
+        const Screenshot shot = display_->shot();
+        if (above.x + above.width > shot.width || above.y + above.height > shot.height)
+            return std::vector<double>(3 * 8 * 8);
+        return boxes(shot.rgb.data(), shot.width, above, 8);
+    };
+    const auto mean = [&](std::size_t channel) {
+        const std::vector<double> means = strip();
+        double sum = 0.0;
+        for (std::size_t i = channel; i < means.size(); i += 3)
+            sum += means[i];
+        return 3.0 * sum / double(means.size());
+    };
+    EXPECT_LT(mean(0), 60.0) << "nothing is struck";
+    seen_.progress.striking = training::Struck::vessel;
+    EXPECT_TRUE(showUntil([&] { return mean(0) > mean(1) + 60.0 && mean(0) > mean(2) + 60.0; }));
+    EXPECT_GT(psnr_db(shown(inside), left), 34.0) << "the picture stays free";
+    const Screenshot struck = display_->shot();
+    int changes = 0;  // of light and dark along the strip's middle: stripes
+    for (int x = above.x + 1; x < above.x + above.width; ++x) {
+        const auto light = [&](int at) {
+            return struck.rgb[std::size_t(3 * ((above.y + above.height / 2) * struck.width + at) + 1)] > 45;
+        };
+        changes += light(x) != light(x - 1);
+    }
+    EXPECT_GT(changes, above.width / 24) << "stripes";
+    seen_.progress.striking = training::Struck::nothing, seen_.progress.success = true;
+    seen_.tick.tick += 1000;
+    EXPECT_TRUE(showUntil([&] { return mean(1) > mean(0) + 40.0 && mean(1) > mean(2) + 40.0; }));
+    seen_.tick.tick += 10'000;
+    EXPECT_TRUE(showUntil([&] { return mean(1) < 60.0; }));
+
+    display_->key("9");
+    ASSERT_TRUE(until([&] { return display_->title() == "Stylet \u2013 guide"; })) << display_->title();
+    const Rect guide = paneOf(WindowView::guide);
+    EXPECT_TRUE(showUntil([&] { return spread(shown(guide)) > 60.0; }));
+    EXPECT_EQ(mirror_->validationMessages(), 0u);
+}
+
 TEST_F(MirrorTest, TheFreeCameraTurnsWithTheMouse) {
     open();
     putOn();

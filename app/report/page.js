@@ -175,7 +175,10 @@
         afterDatasetsDraw: function (c) { inFront(c, shown); }
       }]
     });
-    addEventListener('beforeprint', function () { chart.resize(); });
+    // As wide as a sheet of paper, where page.css keeps it.
+    addEventListener('beforeprint', function () {
+      chart.resize(640, canvas.parentNode.classList.contains('low') ? 250 : 340);
+    });
     addEventListener('afterprint', function () { chart.resize(); });
     if (!spec.choices) return;
     var choice = document.getElementById(canvas.id + '-choice');

@@ -238,4 +238,12 @@ PlanResult planPaths(const Patient& patient, const PlanSettings& settings,
     return result;
 }
 
+bool ratePath(const Patient& patient, const PlanSettings& settings, PlannedPath& path) {
+    PlanSettings there = settings;
+    there.breath = path.breath;
+    path.clearance_score = path.target_score = path.quality = 0.0;
+    const PlanRegion region = makePlanRegion(patient, there);
+    return Judge(patient, there, region).judge(path) == Verdict::kept;
+}
+
 }  // namespace stylet::patient

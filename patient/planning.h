@@ -44,6 +44,10 @@ struct PlanResult {
 PlanResult planPaths(const Patient&, const PlanSettings&,
                      const std::function<void(double fraction)>& progress = {});
 
+// Length, scores and quality of a path whose ends and breath are set; false where the planner would not have
+// kept it, and then what it did not come to is 0.
+bool ratePath(const Patient&, const PlanSettings&, PlannedPath&);
+
 // What paths.json holds: paths, and what they were planned on and by.
 struct StoredPaths {
     std::uint64_t patient_digest = 0;  // digest(Package)

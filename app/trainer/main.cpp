@@ -68,6 +68,9 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
         ->check(CLI::Range(0.5, 5.0))
         ->capture_default_str();
+    run->add_option("--path", o.path,
+                    "the reference path: N, the patient's N-th best (default: his best), or the folder of an "
+                    "expert's attempt on him, the way of its needle");
     run->add_option("--rate-hz", o.rate_hz, "ticks a second of the haptics loop")
         ->check(CLI::Range(1000.0, 4000.0))
         ->capture_default_str();

@@ -107,16 +107,14 @@ using EachTick = std::function<void()>;
 // Computes it again through `session`; what there was to be seen goes into `timeline`.
 records::ReplayResult computeAgain(const patient::Patient& patient, const records::Record& record,
                                    Session& session, Timeline* timeline, const EachTick& each = {}) {
-    return records::replay(
-        patient, record,
-        [&](const haptics::TickInput& input, const haptics::TickOutput& output,
-            const haptics::NeedleEvents& events) {
-            session.take(haptics::TickRecord{input, output});
-            for (int i = 0; i < events.count; ++i)
-                session.take(haptics::EventRecord{output.tick, events.list[std::size_t(i)]});
-            if (timeline) timeline->take(output.tick, [&] { return session.seen(output); });
-            if (each) each();
-        });
+    return records::replay(patient, record,
+                           [&](const haptics::TickInput& input, const haptics::TickOutput& output,
+                               const haptics::NeedleEvents& events) {
+                               session.take(input, output, events);
+                               if (timeline)
+                                   timeline->take(output.tick, [&] { return session.seen(output); });
+                               if (each) each();
+                           });
 }
 
 Session sessionOf(const patient::Patient& patient, const records::Record& record) {

@@ -13,6 +13,7 @@
 #include "app/trainer/mouse_hand.h"
 #include "app/trainer/patient_source.h"
 #include "app/trainer/platform_linux.h"
+#include "app/trainer/reference_path.h"
 #include "app/trainer/sound/sounds.h"
 #include "app/trainer/staging.h"
 #include "app/trainer/tipped_device.h"
@@ -346,8 +347,7 @@ int run(const RunOptions& asked) {
     const OpenedPatient opened = openPatient(
         {options.patient, options.seed, options.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
     const patient::Patient patient(opened.package);
-    // Paths are planned for the breath that a commanded hold ends in: end-exhale.
-    const patient::PlannedPath path = bestPath(patient, opened.folder, patient::Surrogate{});
+    const patient::PlannedPath path = referencePath(patient, opened.folder, options.path);
     const haptics::Clock clock = monotonicClock();
     Live live;
     const Attempt attempt =

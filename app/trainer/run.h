@@ -21,6 +21,7 @@ struct RunOptions {
     std::string trainee;            // a pseudonym: his attempt is kept in the store
     std::filesystem::path records;  // the store; empty: the user's
     std::string database;           // of a training centre; empty: nothing is sent
+    std::string path;               // which one is scored against (reference_path.h)
     double spacing_mm = 1.0;        // of a reference patient made here
     double rate_hz = 1000.0;        // of the haptics loop
     bool headless = false;          // the bundled mock runtime unless XR_RUNTIME_JSON names another

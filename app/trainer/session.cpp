@@ -155,6 +155,13 @@ void Session::take(const EventRecord& event) {
     settleEvents();
 }
 
+void Session::take(const haptics::TickInput& input, const haptics::TickOutput& output,
+                   const haptics::NeedleEvents& events) {
+    take(TickRecord{input, output});
+    for (int i = 0; i < events.count; ++i)
+        take(haptics::EventRecord{output.tick, events.list[std::size_t(i)]});
+}
+
 void Session::settleEvents() {
     while (!unsettled_.empty() && log_.ticks > 0 && unsettled_.front().tick <= log_.last_tick) {
         const EventRecord event = unsettled_.front();

@@ -85,6 +85,8 @@ class Session {
     // The same, one by one. An event may come before the record of its tick.
     void take(const haptics::TickRecord&);
     void take(const haptics::EventRecord&);
+    // A tick that was computed again, with its events.
+    void take(const haptics::TickInput&, const haptics::TickOutput&, const haptics::NeedleEvents&);
     // Session thread: called after each tick with what is known then. May throw as drain() does.
     using Watcher = std::function<void(const haptics::TickOutput&, const SessionLog&)>;
     void setWatcher(Watcher watcher) { watcher_ = std::move(watcher); }

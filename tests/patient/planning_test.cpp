@@ -278,6 +278,22 @@ TEST(Planning, JudgesThePatientInTheBreathAsked) {
         }
 }
 
+TEST(Planning, APathOfOthersIsRatedAsItsOwnAre) {
+    BoxTorso torso;
+    const PlannedPath own = torso.plan().paths.front();
+    PlannedPath other;
+    other.entry_m = own.entry_m, other.target_m = own.target_m;
+    const Patient patient(torso.package());
+    EXPECT_TRUE(ratePath(patient, BoxTorso::fine(), other));
+    EXPECT_EQ(other.length_m, own.length_m);
+    EXPECT_EQ(other.clearance_score, own.clearance_score);
+    EXPECT_EQ(other.target_score, own.target_score);
+    EXPECT_EQ(other.quality, own.quality);
+    other.entry_m = own.target_m + (own.entry_m - own.target_m) * (0.095 / own.length_m);
+    EXPECT_FALSE(ratePath(patient, BoxTorso::fine(), other)) << "it is too long";
+    EXPECT_EQ(other.quality, 0.0);
+}
+
 TEST(Planning, NothingToPlanIsNoPath) {
     BoxTorso no_duct;
     no_duct.paint(Tissue::liver, {-60, -10, -10}, {-40, 10, 10});

@@ -103,9 +103,7 @@ TEST(Trainees, AReplayIsScoredTheSame) {
     Session again(patient, test::ductPath(), {}, 0.0, nullptr);
     const auto watch = [&](const haptics::TickInput& input, const haptics::TickOutput& output,
                            const haptics::NeedleEvents& events) {
-        again.take(haptics::TickRecord{input, output});
-        for (int i = 0; i < events.count; ++i)
-            again.take(haptics::EventRecord{output.tick, events.list[std::size_t(i)]});
+        again.take(input, output, events);
     };
     EXPECT_TRUE(records::replay(patient, records::loadRecord(folder / "record"), watch).equal());
     EXPECT_EQ(again.log().score.values, log.score.values);

@@ -39,6 +39,7 @@ void ControllerPort::attach(GripAt grip_at) {
     const std::scoped_lock lock(asked_, mutex_);
     grip_at_ = std::move(grip_at);
     buttons_ = 0;
+    thumbstick_ = {0.0f, 0.0f};
 }
 
 void ControllerPort::see(const Frame& frame) {
@@ -46,6 +47,12 @@ void ControllerPort::see(const Frame& frame) {
     room_from_stage_ = frame.room_from_stage;
     grip_from_aim_ = frame.grip_from_aim.value_or(grip_from_aim_);
     buttons_ = frame.buttons;
+    thumbstick_ = frame.thumbstick;
+}
+
+ControllerPort::Frame ControllerPort::seen() {
+    const std::lock_guard lock(mutex_);
+    return {room_from_stage_, grip_from_aim_, buttons_, thumbstick_};
 }
 
 std::optional<Vibration> ControllerPort::takeVibration() {

@@ -37,8 +37,11 @@ class ControllerPort {
         patient::Pose room_from_stage;
         std::optional<patient::Pose> grip_from_aim;  // absent: as it was
         std::uint32_t buttons = 0;
+        std::array<float, 2> thumbstick{0.0f, 0.0f};  // right, up in [-1, 1]
     };
     void see(const Frame&);
+    // Frame thread: the last of them.
+    Frame seen();
     std::optional<Vibration> takeVibration();
 
     // Hand's thread: the tool, its tip at the origin and +z toward the hand, in the room that is drawn.
@@ -52,6 +55,7 @@ class ControllerPort {
     std::mutex mutex_;
     patient::Pose room_from_stage_, grip_from_aim_;
     std::uint32_t buttons_ = 0;
+    std::array<float, 2> thumbstick_{0.0f, 0.0f};
     std::optional<Vibration> vibration_;
 };
 

@@ -150,7 +150,8 @@ void FrameLoop::Impl::passController(const patient::Pose& room_from_stage) {
     const auto keysOf = [](const xr::Hand& h) { return ControllerKeys{h.select, h.menu, h.squeeze}; };
     const xr::Hand hand = headset->session.hand(side);
     ControllerPort::Frame seen{room_from_stage, std::nullopt,
-                               controllerButtons(keysOf(hand), keysOf(headset->session.hand(1 - side)))};
+                               controllerButtons(keysOf(hand), keysOf(headset->session.hand(1 - side))),
+                               hand.thumbstick};
     if (hand.stage_from_grip && hand.stage_from_aim)
         seen.grip_from_aim = poseOf(*hand.stage_from_grip).inverse() * poseOf(*hand.stage_from_aim);
     settings.controllers->see(seen);

@@ -205,18 +205,21 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
         const std::string name = (risk ? "! " : "") + passed->name + printed(" %.0f", 1e3 * passed->depth_m);
         const report::TextStyle style{.size = kLetter_px, .colour = risk ? kRisk : kText, .bold = risk};
         const double pole = left + (kRight - left) * passed->depth_m / full_m;
-        const double width = canvas_->textWidth(name, style),
-                     x = std::max(kLeft, std::min(pole, kRight - width));
+        const double width = canvas_->textWidth(name, style);
+        // As low as it can stand, at the right of its pole rather than at the left, and across nobody's pole.
+        std::optional<double> x;
         int row = 0;
-        while (row < rows && !isFree(row, x, x + width + kBetweenNames_px) &&
-               isFree(row, pole - 3.0, pole + 3.0))
-            ++row;
-        if (row >= rows || !isFree(row, x, x + width + kBetweenNames_px)) continue;
-        taken[std::size_t(row)].emplace_back(x - kBetweenNames_px, x + width + kBetweenNames_px);
+        for (; row < rows && isFree(row, pole - 3.0, pole + 3.0); ++row) {
+            for (const double from : {std::min(pole, kRight - width), pole - width})
+                if (!x && from >= kLeft && isFree(row, from, from + width + kBetweenNames_px)) x = from;
+            if (x) break;
+        }
+        if (!x) continue;
+        taken[std::size_t(row)].emplace_back(*x - kBetweenNames_px, *x + width + kBetweenNames_px);
         for (int below = 0; below < row; ++below)
             taken[std::size_t(below)].emplace_back(pole - 4.0, pole + 4.0);
         const double baseline = bottom - row * kRow_px - 8.0;
-        canvas_->text({x, baseline}, name, style);
+        canvas_->text({*x, baseline}, name, style);
         canvas_->line({pole, baseline + 5.0}, {pole, bottom}, 2.0, risk ? kRisk : kQuiet);
     }
 }

@@ -128,8 +128,13 @@ void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
     replay->add_option("--out", o.out, "folder for summary and pictures")->required();
     replay->add_option("--patient", o.patient, "patient package, if it has moved");
     replay->add_flag("--fast", o.fast, "as fast as it goes");
-    CLI::Option* show =
-        replay->add_flag("--show", o.show, "in a window: scrubbed, slow or fast, from any side");
+    CLI::Option* show = replay->add_flag(
+        "--show", o.show, "in a headset, else in a window: scrubbed, slow or fast, from any side");
+    replay->add_flag("--window", o.window, "with --show: in a window, though there is a headset")
+        ->needs(show);
+    replay->add_option("--at", o.at_s, "with --show: it stands there, in seconds, until it is played")
+        ->needs(show)
+        ->check(CLI::Range(0.0, 86400.0));
     replay
         ->add_option("--ghost", o.ghost,
                      "with --show: an expert's attempt on the same patient, its needle beside")

@@ -140,6 +140,8 @@ void show(const ReplayOptions& options, const patient::Patient& patient, const r
     shown.ticks = record.inputs.size();
     shown.touch = &touch;
     shown.guide = record.header.settings.tools.guide;
+    shown.window = options.window;
+    shown.at_s = options.at_s;
     catchInterrupts();
     showReplay(shown, moments, options.out);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 namespace stylet::trainer {
 
@@ -11,7 +12,9 @@ struct ReplayOptions {
     std::filesystem::path out;
     std::filesystem::path save_hand;  // a CSV file for the recorded hand; empty: none
     bool fast = false;                // as fast as it goes; else at the pace it was recorded
-    bool show = false;                // then shown in a window
+    bool show = false;                // then shown, in a headset or in a window
+    bool window = false;              // in a window, though there is a headset
+    std::optional<double> at_s{};     // it begins there and stands still
     std::filesystem::path ghost;      // with it: another attempt's, whose needle is shown too; empty: none
 };
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <memory>
+#include <utility>
 
 #include "app/installation.h"
 #include "app/trainer/pictures.h"
@@ -22,9 +24,10 @@ PictureSettings settingsFor(const ShownReplay& shown, const std::filesystem::pat
     settings.touch = shown.touch;
     settings.tick_s = shown.dt_s;
     settings.guide = shown.guide;
-    settings.mirror = true;
+    settings.mirror = !environment("DISPLAY").empty();
     settings.window = std::make_shared<WindowPort>();
     settings.window->giveReplay();
+    settings.controllers = std::make_shared<ControllerPort>();
     return settings;
 }
 
@@ -34,6 +37,21 @@ Seen seenAt(const ShownReplay& shown, double tick) {
     const haptics::TickOutput& ghost = shown.ghost->at(tick).tick;
     if (haptics::holdsNeedle(ghost.tool)) seen.ghost_needle = ghost.patient_from_needle;
     return seen;
+}
+
+// Who has a headset is in the room; who has none looks at it.
+Pictures picturesOf(const ShownReplay& shown, const PictureSettings& settings) {
+    std::string no_headset, no_window;
+    if (!shown.window)
+        if (auto pictures = openPictures(shown.patient, shown.path, settings, no_headset))
+            return std::move(*pictures);
+    auto pictures = openDesktop(shown.patient, shown.path, settings, no_window);
+    if (!pictures)
+        throw patient::DataError("--show", "window",
+                                 no_window + (no_headset.empty() ? "" : "; " + no_headset));
+    if (!no_headset.empty())
+        std::fprintf(stderr, "stylet: no headset: %s; a window takes its place\n", no_headset.c_str());
+    return std::move(*pictures);
 }
 
 }  // namespace
@@ -49,22 +67,33 @@ const Seen& Timeline::at(double tick) const {
 void showReplay(const ShownReplay& shown, const std::vector<Moment>& moments,
                 const std::filesystem::path& out) {
     const PictureSettings settings = settingsFor(shown, out);
-    std::string why_not;
-    const std::optional<Pictures> pictures = openDesktop(shown.patient, shown.path, settings, why_not);
-    if (!pictures) throw patient::DataError("--show", "window", why_not);
+    const Pictures pictures = picturesOf(shown, settings);
     for (const Moment& moment : moments)
-        pictures->frame(moment.seen, nullptr, moment.name);
+        pictures.frame(moment.seen, nullptr, moment.name);
     Player player(double(shown.ticks) * shown.dt_s);
-    player.hear("toggle\n");
-    auto last = SteadyClock::now();
-    while (!interrupted()) {
-        player.hear(settings.window->typed());
-        const auto now = SteadyClock::now();
-        player.pass(std::chrono::duration<double>(now - last).count());
-        last = now;
-        settings.window->tell(player.state());
-        if (!pictures->frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "")) return;
+    if (shown.at_s) {
+        player.hear("seek " + std::to_string(*shown.at_s / player.state().length_s) + "\n");
+        pictures.frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "at");
+    } else {
+        player.hear("toggle\n");
     }
+    PlayerStick stick;
+    auto last = SteadyClock::now();
+    bool goes_on = true;
+    while (goes_on && !interrupted()) {
+        const auto now = SteadyClock::now();
+        const double dt_s = std::chrono::duration<double>(now - last).count();
+        last = now;
+        const ControllerPort::Frame hand = settings.controllers->seen();
+        player.hear(settings.window->typed() + stick.take(hand.buttons, hand.thumbstick, dt_s));
+        // Who takes the headset off misses nothing.
+        if (pictures.attention && pictures.attention() == Attention::away) player.hear("stop\n");
+        player.pass(dt_s);
+        settings.window->tell(player.state());
+        goes_on = pictures.frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "");
+    }
+    std::fprintf(stderr, "stylet: the replay stood at %.6f of %.6f s\n", player.state().at_s,
+                 player.state().length_s);
 }
 
 }  // namespace stylet::trainer

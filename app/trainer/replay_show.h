@@ -1,8 +1,9 @@
-// A replay to look at: the room, the machines' screens, the slices and the numbers of every tick, in the
-// window, scrubbed and from any side.
+// A replay to look at: the room, the machines' screens, the slices and the numbers of every tick, in a
+// headset or in the window, scrubbed and from any side.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "app/trainer/session.h"
@@ -39,10 +40,13 @@ struct ShownReplay {
     std::size_t ticks = 0;
     const haptics::TouchMap* touch = nullptr;
     haptics::GuideSettings guide{};
+    bool window = false;           // though there is a headset
+    std::optional<double> at_s{};  // it stands there at first
 };
 
-// Draws the moments into `out`, then shows the replay until its window is closed. Throws patient::DataError
-// where there is no window.
+// Draws the moments into `out`, and as "at" where it stands at first; then shows the replay, in a headset and
+// the window beside it or in the window alone, until the runtime or the window ends it. Throws
+// patient::DataError where there is neither.
 void showReplay(const ShownReplay&, const std::vector<Moment>&, const std::filesystem::path& out);
 
 }  // namespace stylet::trainer

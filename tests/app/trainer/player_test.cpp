@@ -67,5 +67,47 @@ TEST(TimelineTest, GivesTheNewestAtATickAndKeepsNoMoreThanItMay) {
     }
 }
 
+TEST(PlayerStick, ScrubsTheFurtherItIsPushedTheFaster) {
+    PlayerStick stick;
+    Player player(100.0);
+    const auto pushed = [&](float right, double s) {
+        const double before = player.state().at_s;
+        for (int i = 0; i < int(100 * s); ++i)
+            player.hear(stick.take(0, {right, 0.0f}, 0.01));
+        return player.state().at_s - before;
+    };
+    player.hear("toggle\n");
+    EXPECT_EQ(pushed(0.2f, 1.0), 0.0) << "a thumb at rest";
+    EXPECT_TRUE(player.state().plays);
+    EXPECT_NEAR(pushed(1.0f, 1.0), PlayerStick::kFastest_s, 1e-3);
+    EXPECT_FALSE(player.state().plays) << "it stands where it is let go";
+    const double slow_s = pushed(0.5f, 1.0);
+    EXPECT_GT(slow_s, 0.5);
+    EXPECT_LT(slow_s, 0.3 * PlayerStick::kFastest_s);
+    EXPECT_NEAR(pushed(-0.5f, 1.0), -slow_s, 1e-3);
+}
+
+TEST(PlayerStick, AFlickChangesTheSpeedOnceAndAPressCountsOnce) {
+    PlayerStick stick;
+    Player player(100.0);
+    const auto takes = [&](std::uint32_t buttons, float up, int times = 3) {
+        for (int i = 0; i < times; ++i)
+            player.hear(stick.take(buttons, {0.0f, up}, 0.01));
+    };
+    takes(1u, 0.0f);
+    EXPECT_FALSE(player.state().plays) << "what is held as it begins was not pressed";
+    takes(0u, 0.0f), takes(1u, 0.0f);
+    EXPECT_TRUE(player.state().plays);
+    takes(0u, 0.9f), takes(0u, 0.5f), takes(0u, 0.9f);
+    EXPECT_EQ(player.state().speed, 2.0) << "not let go between";
+    takes(0u, 0.0f), takes(0u, -0.9f), takes(0u, 0.0f), takes(0u, -0.9f);
+    EXPECT_EQ(player.state().speed, 0.5);
+    player.hear("seek 0.5\n");
+    takes(4u, 0.0f);
+    EXPECT_NEAR(player.state().at_s, 50.0 - PlayerStick::kBack_s, 1e-3);
+    takes(0u, 0.0f), takes(2u, 0.0f);
+    EXPECT_EQ(player.state().at_s, 0.0);
+}
+
 }  // namespace
 }  // namespace stylet::trainer

@@ -102,9 +102,7 @@ TEST(Trainees, AReplayIsScoredTheSame) {
 
     Session again(patient, test::ductPath(), {}, 0.0, nullptr);
     const auto watch = [&](const haptics::TickInput& input, const haptics::TickOutput& output,
-                           const haptics::NeedleEvents& events) {
-        again.take(input, output, events);
-    };
+                           const haptics::NeedleEvents& events) { again.take(input, output, events); };
     EXPECT_TRUE(records::replay(patient, records::loadRecord(folder / "record"), watch).equal());
     EXPECT_EQ(again.log().score.values, log.score.values);
     EXPECT_EQ(again.log().score.total, log.score.total);

@@ -35,13 +35,33 @@ void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
     hash.add(s.profile.workspace_radius_m);
 }
 
+constexpr double kPerThousand = 1000.0;
+
+std::uint32_t packed(double scale) noexcept {
+    const bool number = scale >= kLeastBreathing;  // what is no number is the least
+    return std::uint32_t(
+        std::floor((number ? std::fmin(scale, kMostBreathing) : kLeastBreathing) * kPerThousand + 0.5));
+}
+
 }  // namespace
+
+Command breathingCommand(const BreathingScale& scale) noexcept {
+    return {CommandKind::breathing, packed(scale.depth) << 16 | packed(scale.rate)};
+}
+
+BreathingScale breathingScale(const Command& command) noexcept {
+    const auto unpacked = [](std::uint32_t v) {
+        return std::fmin(std::fmax(double(v) / kPerThousand, kLeastBreathing), kMostBreathing);
+    };
+    return {unpacked(command.value >> 16), unpacked(command.value & 0xffffu)};
+}
 
 Simulation::Simulation(const patient::Patient& patient, const SimulationSettings& settings,
                        const TouchMap* touch)
     : patient_(&patient),
       settings_(settings),
       breath_(settings.breath.value_or(patient::BreathPlan{.rhythm = patient.package().signal})),
+      rhythm_(breath_.rhythm),
       gain_(outputGain(settings.profile, settings.output)) {
     if (touch) touch_.emplace(*touch, settings.tools);
     state_.tools.in_hand = settings.tools.first;
@@ -121,6 +141,9 @@ bool Simulation::takeCommands(const TickInput& input, std::uint32_t& unmet) noex
             case CommandKind::fault:
                 unmet |= kFaultInjected;
                 break;
+            case CommandKind::breathing:
+                state_.breathing_scale = breathingScale(input.commands[i]);
+                break;
             case CommandKind::bleed:
             case CommandKind::lights:
             case CommandKind::marker:
@@ -134,8 +157,12 @@ bool Simulation::takeCommands(const TickInput& input, std::uint32_t& unmet) noex
     return taken;
 }
 
-// Who coughs or sighs does not begin to hold his breath.
+// Who coughs or sighs does not begin to hold his breath. A breath that has begun keeps its depth and length,
+// and so does a sigh: nothing jumps.
 void Simulation::stepBreath() noexcept {
+    if (breath_.recording_v.empty() && state_.interruption.kind == patient::InterruptionKind::none)
+        breath_.rhythm = {rhythm_.period_s / state_.breathing_scale.rate,
+                          rhythm_.amplitude * state_.breathing_scale.depth};
     const bool wanted = state_.breathing.hold_wanted, interrupted = state_.interruption.ticks > 0;
     if (interrupted && !state_.breathing.held) state_.breathing.hold_wanted = false;
     patient::stepBreathing(state_.breathing, breath_, settings_.dt_s);
@@ -197,6 +224,10 @@ void Simulation::hashTick(const TickInput& input) noexcept {
     hash.add(std::uint64_t(state_.posed));
     // What is not there changes no hash.
     if (state_.move_ticks > 0) hash.add(state_.move_ticks);
+    if (!(state_.breathing_scale == BreathingScale{})) {
+        hash.add(state_.breathing_scale.depth);
+        hash.add(state_.breathing_scale.rate);
+    }
     if (state_.interruption.ticks > 0)
         hash.add(std::uint64_t(state_.interruption.kind) << 32 | state_.interruption.ticks);
 }
@@ -206,6 +237,8 @@ void Simulation::describe(const ToolForce& force, const Surrogate& breath, TickO
     const NeedleState& needle = tools.needle;
     out.tick = state_.tick;
     out.tool = tools.in_hand;
+    out.tool_waits = tools.waits;
+    out.tool_begun = tools.begun;
     out.patient_from_tool = tools.patient_from_tool;
     out.tool_force = force;
     out.patient_from_needle = tools.patient_from_needle;
@@ -218,6 +251,8 @@ void Simulation::describe(const ToolForce& force, const Surrogate& breath, TickO
     const Incisions& incisions = state_.tools.incisions;
     out.incision_count = incisions.count;
     out.newest_incision = incisions.count > 0 ? incisions.list[std::size_t(incisions.count - 1)] : Incision{};
+    out.cut_incision = tools.in_hand == Tool::scalpel ? tools.scalpel.incision : -1;
+    out.cut = out.cut_incision >= 0 ? incisions.list[std::size_t(out.cut_incision)] : Incision{};
     out.patient_moved_m = state_.patient_moved_m;
     out.breath = breath;
     out.breath_held = state_.breathing.held;

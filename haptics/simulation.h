@@ -29,13 +29,14 @@ enum class CommandKind : std::uint32_t {
     ultrasound,  // the same of the ultrasound machine
     // The instructor's.
     cough,
-    sigh,    // both at once, laid over the breath; a hold ends in them
-    move,    // the patient starts, and comes back (kMove_s)
-    fault,   // as if the device had failed: kFaultInjected
-    bleed,   // not felt: the newest hole in the skin bleeds
-    lights,  // not felt; value: 0 puts the lamps out, 1 on
+    sigh,       // both at once, laid over the breath; a hold ends in them
+    move,       // the patient starts, and comes back (kMove_s)
+    fault,      // as if the device had failed: kFaultInjected
+    bleed,      // not felt: the newest hole in the skin bleeds
+    lights,     // not felt; value: 0 puts the lamps out, 1 on
+    breathing,  // value: breathingCommand(); from his next breath on
 };
-inline constexpr CommandKind kLastCommandKind = CommandKind::lights;
+inline constexpr CommandKind kLastCommandKind = CommandKind::breathing;
 
 // How he starts: a way there and back, no faster than 17 mm/s, smooth to the third derivative.
 inline constexpr double kMove_s = 1.6;
@@ -46,6 +47,16 @@ struct Command {
     CommandKind kind = CommandKind::marker;
     std::uint32_t value = 0;  // marker: the scenario's moment; others: see there
 };
+// So many times as deep and as quick as in the plan; a recorded breath stays as it was recorded.
+struct BreathingScale {
+    double depth = 1.0, rate = 1.0;
+    friend bool operator==(const BreathingScale&, const BreathingScale&) = default;
+};
+inline constexpr double kLeastBreathing = 0.5, kMostBreathing = 2.0;
+// Rounded to a thousandth, and kept between these two; as packed into the command's value, and back.
+Command breathingCommand(const BreathingScale&) noexcept;
+BreathingScale breathingScale(const Command&) noexcept;
+
 // A run in which one is given needs a TouchMap.
 constexpr bool takesToolOnSkin(const Command& c) noexcept {
     return c.kind == CommandKind::tool && c.value < std::uint32_t(kToolCount) && pressesOnSkin(Tool(c.value));
@@ -73,6 +84,7 @@ struct SimulationState {
     std::uint64_t tick = 0;
     patient::BreathingState breathing;
     patient::Interruption interruption;
+    BreathingScale breathing_scale;  // as commanded last
     ToolState tools;
     OutputState output;
     // A pose that cannot be is refused, and a leap with the needle in the body: the last good one stays.
@@ -86,9 +98,11 @@ struct SimulationState {
 // What the picture and the session may know of a tick. Trivially copyable: it travels in snapshots and rings.
 struct TickOutput {
     std::uint64_t tick = 0;
-    Tool tool = Tool::needle;  // in hand
-    Pose patient_from_tool;    // as held; tip at the origin, +z toward the hand
-    ToolForce tool_force;      // of the model, patient frame
+    Tool tool = Tool::needle;      // in hand
+    bool tool_waits = true;        // and is not felt before it has been outside the body
+    std::uint32_t tool_begun = 0;  // how often one was taken up, or leapt to where it is
+    Pose patient_from_tool;        // as held; tip at the origin, +z toward the hand
+    ToolForce tool_force;          // of the model, patient frame
     Pose patient_from_needle;  // on the rail while it is snapped in; the last one while another tool is held
     bool needle_in_guide = false;
     bool probe_parked = false;
@@ -98,6 +112,8 @@ struct TickOutput {
     Vec3 tip_reference_m{0.0};  // where the needle's tissue is looked up
     int incision_count = 0;     // of the scalpel
     Incision newest_incision;
+    int cut_incision = -1;  // of these the one that is cut now, and as it is now
+    Incision cut;
     Vec3 patient_moved_m{0.0};  // the patient frame itself, from where it was at first
     patient::Surrogate breath;
     bool breath_held = false;
@@ -143,7 +159,8 @@ class Simulation {
     const patient::Patient* patient_;
     std::optional<TouchTools> touch_;
     SimulationSettings settings_;
-    patient::BreathPlan breath_;
+    patient::BreathPlan breath_;  // its rhythm as scaled
+    patient::BreathingSignal rhythm_;
     SimulationState state_;
     double gain_ = 1.0;
 };

@@ -36,6 +36,7 @@ void beginAnew(ToolState& s) noexcept {
     s.scalpel = {};
     s.needle.primed = false;
     s.waits = true;
+    ++s.begun;
 }
 
 // Returns how far the breath has carried the probe.

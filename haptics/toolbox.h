@@ -81,6 +81,7 @@ void eachToolCount(Settings& s, const Visit& visit) {
 struct ToolState {
     Tool in_hand = Tool::needle;
     bool waits = true;  // at the start, taken up or after a leap: nothing is felt until it has been outside
+    std::uint32_t begun = 0;  // how often that began; for who follows the ticks, not hashed
     Pose patient_from_tool;
     Pose patient_from_needle;  // the same, but on the rail in the guide; the last one while another is held
     NeedleState needle;

@@ -57,6 +57,8 @@ std::uint64_t digest(const Package&);
 class Patient {
   public:
     explicit Patient(const Package&);
+    // As if nobody had segmented more than these labels: thresholds decide in the others.
+    Patient(const Package&, bool (*segmented)(const Label&));
 
     const Package& package() const noexcept { return *package_; }
     const Grid& grid() const noexcept { return package_->ct.grid; }

@@ -24,6 +24,7 @@
 #include "patient/motion_template.h"   // such fields for a patient of whom there is one CT
 #include "patient/motion_interface.h"  // where the two sides slide: made tangential, measured
 #include "patient/package.h"         // packages on disk, and the tissue at a point
+#include "patient/segmentation.h"    // how much of him is segmented
 #include "patient/skin.h"            // the surface as a smooth signed distance
 #include "patient/tissue_map.h"    // the tissue of all voxels, for walks along many paths
 #include "patient/planning.h"        // reference paths

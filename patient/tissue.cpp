@@ -56,6 +56,11 @@ Patient::Patient(const Package& package) : package_(&package) {
         palette_[label.id] = &label;
 }
 
+Patient::Patient(const Package& package, bool (*segmented)(const Label&)) : package_(&package) {
+    for (const Label& label : package.label_table)
+        if (segmented(label)) palette_[label.id] = &label;
+}
+
 TissueSample Patient::at(const Index3& i, TrackFlags flags) const noexcept {
     Tissue tissue = Tissue::air;
     if (grid().contains(i)) {

@@ -257,6 +257,7 @@ std::string outcomeOf(const Command& command, const TickOutput& before, const Ti
         case CommandKind::fault:
         case CommandKind::bleed:
         case CommandKind::lights:
+        case CommandKind::breathing:
             break;
     }
     return {};

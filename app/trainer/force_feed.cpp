@@ -47,13 +47,15 @@ void ForceFeed::hear(Session& session) {
     typed_ += instructor_.take(typed);
     if (!live_) typed_.clear();
     for (const Command& command : instructor_.takeCommands()) {
-        say_("instructor: " + std::string(injectedName(command)));
+        say_("instructor: " + injectedName(command));
         waiting_.push_back(command);
     }
     for (Instructor::Note& note : instructor_.takeNotes()) {
         say_("instructor: " + note.kind + (note.text.empty() ? "" : ": " + note.text));
         session.note(std::move(note.kind), std::move(note.text));
     }
+    for (const std::string& refused : instructor_.takeRefused())
+        say_("instructor: " + refused);
 }
 
 void ForceFeed::pass(bool focused, Session& session, haptics::Ring<Command>& ring) {

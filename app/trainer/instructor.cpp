@@ -1,6 +1,8 @@
 #include "app/trainer/instructor.h"
 
 #include <array>
+#include <charconv>
+#include <cstdio>
 
 namespace stylet::trainer {
 
@@ -23,7 +25,7 @@ constexpr std::array kWords{
     Word{"lights on", "and on again", {CommandKind::lights, 1}},
 };
 constexpr std::string_view kPause = "pause", kGoOn = "go on", kToggle = "pause or go on",
-                           kBookmark = "bookmark", kComment = "comment";
+                           kBookmark = "bookmark", kComment = "comment", kBreathing = "breathing";
 constexpr std::size_t kLongestLine = 512;  // nothing is kept back for longer
 
 // Behind `word` and a blank; nothing where the line does not begin with it.
@@ -35,6 +37,22 @@ std::optional<std::string_view> behind(std::string_view line, std::string_view w
     return text == std::string_view::npos ? std::string_view{} : line.substr(text);
 }
 
+// "1.3" or "1.3 0.8", all of it.
+std::optional<haptics::BreathingScale> scaleIn(std::string_view text) {
+    haptics::BreathingScale scale;
+    const char *at = text.data(), *const end = at + text.size();
+    for (double* value : {&scale.depth, &scale.rate}) {
+        const auto [behind_it, error] = std::from_chars(at, end, *value);
+        if (error != std::errc() ||
+            !(*value >= haptics::kLeastBreathing && *value <= haptics::kMostBreathing))
+            return std::nullopt;
+        for (at = behind_it; at != end && *at == ' ';)
+            ++at;
+        if (at == end) return scale;
+    }
+    return std::nullopt;
+}
+
 }  // namespace
 
 std::string describeInstructorWords() {
@@ -44,6 +62,7 @@ std::string describeInstructorWords() {
     };
     for (const Word& word : kWords)
         add(word.word, word.what);
+    add("breathing D R", "from now on D times as deep and R times as quick (0.5 to 2; R may be left out)");
     add(kPause, "the attempt stands still, without force");
     add(kGoOn, "and goes on");
     add(kToggle, "the one or the other");
@@ -74,6 +93,13 @@ bool Instructor::takeLine(std::string_view line) {
         paused_ = pause;
         return true;
     }
+    if (const auto text = behind(line, kBreathing)) {
+        if (const auto scale = scaleIn(*text))
+            commands_.push_back(haptics::breathingCommand(*scale));
+        else
+            refused_.push_back("\"breathing\" needs one number or two from 0.5 to 2");
+        return true;
+    }
     for (const std::string_view kind : {kBookmark, kComment})
         if (const auto text = behind(line, kind)) {
             notes_.push_back({std::string(kind), std::string(*text)});
@@ -82,11 +108,17 @@ bool Instructor::takeLine(std::string_view line) {
     return false;
 }
 
-std::string_view injectedName(const Command& command) noexcept {
+std::string injectedName(const Command& command) {
+    if (command.kind == CommandKind::breathing) {
+        const haptics::BreathingScale scale = haptics::breathingScale(command);
+        std::array<char, 64> text{};
+        std::snprintf(text.data(), text.size(), "breathing %g %g", scale.depth, scale.rate);
+        return text.data();
+    }
     for (const Word& word : kWords)
         if (word.command.kind == command.kind &&
             (command.kind != CommandKind::lights || word.command.value == command.value))
-            return word.word;
+            return std::string(word.word);
     return {};
 }
 

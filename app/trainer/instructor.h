@@ -27,6 +27,8 @@ class Instructor {
         std::string kind, text;
     };
     std::vector<Note> takeNotes() { return std::exchange(notes_, {}); }
+    // Lines that are his and cannot be done, with the reason.
+    std::vector<std::string> takeRefused() { return std::exchange(refused_, {}); }
     bool paused() const { return paused_; }
 
   private:
@@ -35,10 +37,11 @@ class Instructor {
     std::string waiting_;  // a line without its end
     std::vector<haptics::Command> commands_;
     std::vector<Note> notes_;
+    std::vector<std::string> refused_;
     bool paused_ = false;
 };
 
-// "cough", ...; empty where the command is not one that he injects.
-std::string_view injectedName(const haptics::Command&) noexcept;
+// "cough", "breathing 1.3", ...; empty where the command is not one that he injects.
+std::string injectedName(const haptics::Command&);
 
 }  // namespace stylet::trainer

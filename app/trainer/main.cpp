@@ -62,6 +62,9 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_option("--scenario", o.scenario, "name in assets/scenarios, or a .toml file")
         ->capture_default_str();
     run->add_option("--patient", o.patient, "patient package; default: the reference patient of the seed");
+    run->add_option("--full", o.full,
+                    "the same CT fully segmented, as a package: the force over it is compared with what is "
+                    "felt, of a patient who is only partially segmented");
     run->add_option("--seed", o.seed, "seed of patient and hand")
         ->check([](const std::string& text) { return text.starts_with('-') ? text + " is negative" : ""; })
         ->capture_default_str();
@@ -127,6 +130,7 @@ void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
     replay->add_option("record", o.record, "the record's folder")->required();
     replay->add_option("--out", o.out, "folder for summary and pictures")->required();
     replay->add_option("--patient", o.patient, "patient package, if it has moved");
+    replay->add_option("--full", o.full, "the same CT fully segmented, as with run");
     replay->add_flag("--fast", o.fast, "as fast as it goes");
     CLI::Option* show = replay->add_flag(
         "--show", o.show, "in a headset, else in a window: scrubbed, slow or fast, from any side");

@@ -9,6 +9,7 @@ namespace stylet::trainer {
 struct ReplayOptions {
     std::filesystem::path record;   // the record's folder, or the attempt's that holds it
     std::filesystem::path patient;  // empty: the one the record names
+    std::filesystem::path full;     // as in RunOptions
     std::filesystem::path out;
     std::filesystem::path save_hand;  // a CSV file for the recorded hand; empty: none
     bool fast = false;                // as fast as it goes; else at the pace it was recorded

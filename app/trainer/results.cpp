@@ -58,6 +58,24 @@ json doseJson(const training::DoseLedger& dose) {
             {"contrast_ml", dose.contrast_m3 * kMlPerM3}};
 }
 
+json errorJson(const ForceError& error) {
+    const double ticks = std::max(1.0, double(error.ticks));
+    return {{"ticks", error.ticks},
+            {"equal_share", double(error.equal_ticks) / ticks},
+            {"rms_n", error.rms_n()},
+            {"largest_n", error.largest_n},
+            {"largest_depth_m", error.largest_depth_m}};
+}
+
+// The force over the partial segmentation against that over the full one.
+json truthJson(const ForceTruthReading& truth) {
+    if (!truth.known) return "no full segmentation of this patient";
+    return {{"felt", truth.felt_is_full ? "full" : "partial"},
+            {"insertions", truth.insertions},
+            {"last_insertion", errorJson(truth.insertion)},
+            {"all_insertions", errorJson(truth.all)}};
+}
+
 json stepsJson(const training::Progress& progress) {
     json done = json::array();
     for (int s = 0; s < training::kStepCount; ++s)
@@ -184,6 +202,7 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
             {"punctures", punctures},
             {"peak_force_n", log.peak_force_n},
             {"lateral_cut_m", log.lateral_cut_m},
+            {"force_truth", truthJson(log.truth)},
             {"dose", doseJson(log.dose)},
             {"contrast", contrastJson(log.contrast)},
             {"haptics",
@@ -334,6 +353,11 @@ void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTo
                     event.force_before_n, event.force_after_n);
     }
     printScore(log);
+    if (log.truth.all.ticks > 0)
+        std::printf(
+            "  partial against full segmentation: RMS %.3f N, largest %.2f N at %.1f mm, %.1f %% equal\n",
+            log.truth.all.rms_n(), log.truth.all.largest_n, 1000.0 * log.truth.all.largest_depth_m,
+            100.0 * double(log.truth.all.equal_ticks) / double(log.truth.all.ticks));
     if (log.machines_used) {
         const training::DoseLedger& dose = log.dose;
         const patient::ContrastVolumes& v = log.contrast.volumes;

@@ -347,6 +347,7 @@ int run(const RunOptions& asked) {
     const OpenedPatient opened = openPatient(
         {options.patient, options.seed, options.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
     const patient::Patient patient(opened.package);
+    const std::optional<OtherSegmentation> other = otherSegmentation(patient, options.full);
     const patient::PlannedPath path = referencePath(patient, opened.folder, options.path);
     const haptics::Clock clock = monotonicClock();
     Live live;
@@ -376,6 +377,8 @@ int run(const RunOptions& asked) {
     records::RecordWriter record(options.out / "record", header, recordInfo(facts, scenario, gain));
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record,
                     attempt.simulation.dt_s);
+    std::optional<ForceTruth> truth;
+    if (other) session.compareWith(truth.emplace(*other, attempt.simulation.tools.needle));
     Hearing hearing(options, soundPlaces(patient, path), attempt.simulation.dt_s, live.port.get(), ears);
     const auto heard = [&hearing](const Seen& seen) { hearing.take(seen); };
     if (keeper) {

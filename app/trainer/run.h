@@ -16,6 +16,7 @@ namespace stylet::trainer {
 struct RunOptions {
     std::string scenario = "demo";  // a name in assets/scenarios, or a .toml file
     std::filesystem::path patient;  // empty: the reference patient of `seed`
+    std::filesystem::path full;     // the same patient fully segmented, for the force-truth meter
     std::uint64_t seed = 1;
     std::filesystem::path out;      // with `trainee`: the attempt's folder in the store
     std::string trainee;            // a pseudonym: his attempt is kept in the store

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "app/trainer/force_truth.h"
 #include "app/trainer/insertion.h"
 #include "app/trainer/wounds.h"
 #include "app/training/dose.h"
@@ -35,6 +36,7 @@ struct Seen {
     Glow glow{};
     Insertion insertion{};                        // what the needle has passed, this time
     std::optional<patient::Pose> ghost_needle{};  // of an expert's attempt, in a replay
+    ForceTruthReading truth{};
 };
 
 }  // namespace stylet::trainer

@@ -83,13 +83,12 @@ void Session::watchUser(const TickRecord& record) {
 void Session::watchInstructor(const TickRecord& record) {
     for (std::uint32_t i = 0; i < record.input.command_count; ++i) {
         const haptics::Command& command = record.input.commands[i];
-        const std::string_view name = injectedName(command);
+        std::string name = injectedName(command);
         if (name.empty()) continue;
         if (command.kind == haptics::CommandKind::lights) lights_out_ = command.value == 0;
-        std::string text(name);
         if (command.kind == haptics::CommandKind::bleed && !wounds_.bleed())
-            text += ": no hole is in the skin";
-        log_.events.push_back({record.output.tick, "injected", std::move(text)});
+            name += ": no hole is in the skin";
+        log_.events.push_back({record.output.tick, "injected", std::move(name)});
     }
 }
 
@@ -135,6 +134,10 @@ void Session::take(const TickRecord& record) {
     procedure_.take(now, fold_);
     takeProgress();
     glow_.take(now.tick, log_.progress);
+    if (truth_) {
+        truth_->take(now);
+        log_.truth = truth_->reading();
+    }
     if (haptics::holdsNeedle(now.tool) &&
         glm::dot(now.patient_from_needle.position_m - entry_m_, axis_) >= -approach_distance_m_)
         note("approach", now);
@@ -204,6 +207,7 @@ Seen Session::seen(const TickOutput& tick) const {
     seen.lights_out = lights_out_;
     seen.glow = glow_.now();
     seen.insertion = insertion_.insertion();
+    seen.truth = log_.truth;
     return seen;
 }
 

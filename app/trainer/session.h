@@ -66,6 +66,7 @@ struct SessionLog {
     std::uint64_t more_flights = 0;                         // that were not kept
     training::Progress progress;                            // of the newest tick
     training::Score score;                                  // the same
+    ForceTruthReading truth;                                // the same
     std::vector<training::SessionEvent> events;             // in order
     bool target_hit() const { return target_cut.has_value(); }
 };
@@ -78,6 +79,9 @@ class Session {
     // session.
     Session(const patient::Patient&, const patient::PlannedPath&, const std::vector<std::string>& moments,
             double approach_distance_m, records::RecordWriter* record, double dt_s = 0.001);
+
+    // Before the first tick: the meter that is fed them. It must outlive the session.
+    void compareWith(ForceTruth& truth) { truth_ = &truth; }
 
     // Session thread. Takes all that waits in the rings; throws patient::DataError when the record cannot be
     // kept.
@@ -147,6 +151,7 @@ class Session {
     WoundLog wounds_;
     InsertionLog insertion_;
     GlowWatch glow_;
+    ForceTruth* truth_ = nullptr;
     SessionLog log_;
     Watcher watcher_;
     std::function<void(const SessionLog&)> noted_;

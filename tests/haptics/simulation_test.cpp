@@ -111,6 +111,76 @@ TEST(Simulation, AnInjectedEventMovesAHeldNeedleWithoutAJump) {
     }
 }
 
+TEST(Simulation, TheBreathIsScaledFromTheNextOneOnWithoutAJump) {
+    const patient::Package package = test::scriptedPackage();
+    const patient::Patient patient(package);
+    SimulationSettings settings;
+    settings.breath.emplace();
+    settings.breath->rhythm = {4.0, 0.8};
+    constexpr double kDepth = 1.7, kRate = 1.6, kSteepest = 0.3247595264191645;  // of sin^3 cos
+    const double slope_per_s = 4.0 * 3.14159265358979 / (4.0 / kRate) * 0.8 * kDepth * kSteepest;
+    // At rest, while he breathes in, at the top, out, and in the middle of a sigh.
+    for (const int at : {0, 1000, 2000, 3100, 5500}) {
+        Simulation simulation(patient, settings);
+        TickOutput out, before;
+        NeedleEvents events;
+        TickInput input;
+        input.device.device_from_stylus.position_m = {-0.05, 0.0, 0.0};
+        double peak_v = 0.0;
+        std::vector<int> rises;  // through half of the depth, once all is as commanded
+        for (int i = 0; i < 24'000; ++i) {
+            input.command_count = 0;
+            if (at == 5500 && i == 4500) input.commands[input.command_count++] = {CommandKind::sigh, 0};
+            if (i == at) input.commands[input.command_count++] = breathingCommand({kDepth, kRate});
+            before = out;
+            simulation.step(input, out, events);
+            if (i == 0) continue;
+            // A sigh's slope comes on top of the breath's.
+            const double allowed = at == 5500 ? 2.0 * slope_per_s : slope_per_s;
+            ASSERT_LE(std::fabs(out.breath.v - before.breath.v), allowed * 0.001 * 1.001) << at << ' ' << i;
+            ASSERT_NEAR(out.breath.v - before.breath.v,
+                        0.5 * (out.breath.rate_per_s + before.breath.rate_per_s) * 0.001, 2e-5)
+                << at << ' ' << i << ": its rate is that of v";
+            if (i < 14'000) continue;
+            peak_v = std::max(peak_v, out.breath.v);
+            const double half_v = 0.4 * kDepth;
+            if (before.breath.v < half_v && out.breath.v >= half_v) rises.push_back(i);
+        }
+        EXPECT_NEAR(peak_v, 0.8 * kDepth, 1e-5);
+        ASSERT_GE(rises.size(), 3u);
+        EXPECT_EQ(rises[2] - rises[1], int(4000 / kRate));
+    }
+    EXPECT_EQ(breathingScale(breathingCommand({1.2345, 9.0})), (BreathingScale{1.235, kMostBreathing}));
+    EXPECT_EQ(breathingScale(breathingCommand({std::nan(""), -1.0})),
+              (BreathingScale{kLeastBreathing, kLeastBreathing}));
+    EXPECT_EQ(breathingScale({CommandKind::breathing, 0xffffffffu}),
+              (BreathingScale{kMostBreathing, kMostBreathing}));
+}
+
+TEST(Simulation, ARecordedBreathIsNotScaledAndAScaleIsHashed) {
+    const patient::Package package = test::scriptedPackage();
+    SimulationSettings settings;
+    settings.breath.emplace();
+    settings.breath->recording_v = {0.0, 0.4, 0.9, 0.3};
+    const auto breaths = [&](std::optional<Command> command) {
+        const patient::Patient patient(package);
+        Simulation simulation(patient, settings);
+        std::vector<double> v;
+        TickOutput out;
+        NeedleEvents events;
+        for (int i = 0; i < 1500; ++i) {
+            TickInput input;
+            if (command && i == 100) input.commands[input.command_count++] = *command;
+            simulation.step(input, out, events);
+            v.push_back(out.breath.v);
+        }
+        return std::pair(v, out.state_hash);
+    };
+    const auto calm = breaths(std::nullopt), scaled = breaths(breathingCommand({1.5, 1.0}));
+    EXPECT_EQ(calm.first, scaled.first);
+    EXPECT_NE(calm.second, scaled.second);
+}
+
 // No hold begins in the middle of a sigh: v is at rest while the breath is said to be held.
 TEST(Simulation, NoHoldBeginsInASigh) {
     const patient::Package package = test::scriptedPackage();

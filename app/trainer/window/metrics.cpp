@@ -12,7 +12,8 @@ namespace stylet::trainer {
 namespace {
 
 constexpr report::Colour kGlass{0.035, 0.045, 0.055}, kGrid{0.13, 0.17, 0.20}, kQuiet{0.52, 0.58, 0.62},
-    kWords{0.86, 0.90, 0.92}, kForce{0.98, 0.78, 0.25}, kFrame{0.45, 0.80, 0.98}, kAlarm{1.0, 0.42, 0.36};
+    kWords{0.86, 0.90, 0.92}, kForce{0.98, 0.78, 0.25}, kOther{0.62, 0.86, 0.60}, kFrame{0.45, 0.80, 0.98},
+    kAlarm{1.0, 0.42, 0.36};
 
 std::string number(const char* format, double value) {
     char text[48];
@@ -72,6 +73,24 @@ struct Row {
     bool alarm = false;
 };
 
+// Beyond what a hand tells apart (Mastmeyer et al. 2017).
+constexpr double kPerceptible_n = 0.145;
+
+// Over the whole width.
+std::vector<Row> truthRows(const ForceTruthReading& truth) {
+    if (!truth.known) return {{"force truth", "no full segmentation of this patient"}};
+    const ForceError& error = truth.insertion;
+    return {{"force truth",
+             number("full %.2f N, ", truth.full_n) + number("partial %.2f N, ", truth.partial_n) +
+                 number("error %+.2f N", truth.error_n()),
+             std::fabs(truth.error_n()) > kPerceptible_n},
+            {"this insertion",
+             error.ticks == 0
+                 ? "\u2013"
+                 : number("RMS %.2f N, ", error.rms_n()) + number("largest %.2f N, ", error.largest_n) +
+                       number("%.1f %% equal", 100.0 * double(error.equal_ticks) / double(error.ticks))}};
+}
+
 std::vector<Row> rowsOf(const StateGiven& state, const std::deque<FrameSample>& samples, bool told) {
     const haptics::TickOutput& tick = state.seen.tick;
     std::vector<double> frames_ms;
@@ -108,27 +127,34 @@ struct Graph {
     double x, y, width, height, unit;
 };
 
-// One curve over the window, with its largest value written beside it.
-template <typename Value>
+struct Curve {
+    std::string name;
+    report::Colour colour;
+    double (*value)(const FrameSample&);
+};
+
+// Curves over the window, the first on top, with the largest value written beside them.
 void drawGraph(report::Canvas& canvas, const Graph& g, const std::deque<FrameSample>& samples,
-               const std::string& name, const char* format, double least_top, report::Colour colour,
-               const Value& value) {
+               const std::vector<Curve>& curves, const char* format, double least_top) {
     double top = least_top;
     for (const FrameSample& sample : samples)
-        top = std::max(top, value(sample));
+        for (const Curve& curve : curves)
+            top = std::max(top, curve.value(sample));
     canvas.rectangle(g.x, g.y, g.width, g.height, {0.02, 0.027, 0.033});
     for (int i = 1; i < 4; ++i)
         canvas.line({g.x, g.y + g.height * i / 4.0}, {g.x + g.width, g.y + g.height * i / 4.0}, 1.0, kGrid);
-    std::vector<report::Point> line;
-    const double now_s = samples.empty() ? 0.0 : samples.back().time_s;
-    for (const FrameSample& sample : samples)
-        line.push_back({g.x + g.width * (1.0 - (now_s - sample.time_s) / Metrics::kWindow_s),
-                        g.y + g.height * (1.0 - 0.75 * value(sample) / top)});
+    const double now_s = samples.empty() ? 0.0 : samples.back().time_s, size = 0.78 * g.unit;
     canvas.clip(g.x, g.y, g.width, g.height);
-    if (line.size() > 1) canvas.polyline(line, std::max(1.2, 0.12 * g.unit), colour);
+    for (std::size_t i = curves.size(); i-- > 0;) {
+        std::vector<report::Point> line;
+        for (const FrameSample& sample : samples)
+            line.push_back({g.x + g.width * (1.0 - (now_s - sample.time_s) / Metrics::kWindow_s),
+                            g.y + g.height * (1.0 - 0.75 * curves[i].value(sample) / top)});
+        if (line.size() > 1) canvas.polyline(line, std::max(1.2, 0.12 * g.unit), curves[i].colour);
+        canvas.text({g.x + (0.4 + 3.4 * double(i)) * g.unit, g.y + 1.0 * g.unit}, curves[i].name,
+                    {size, curves[i].colour});
+    }
     canvas.unclip();
-    const double size = 0.78 * g.unit;
-    canvas.text({g.x + 0.4 * g.unit, g.y + 1.0 * g.unit}, name, {size, colour});
     canvas.text({g.x + g.width - 0.4 * g.unit, g.y + 1.0 * g.unit}, number(format, top),
                 {size, kQuiet, report::Align::right});
 }
@@ -149,29 +175,38 @@ void Metrics::take(const FrameSample& sample) {
 void Metrics::draw(report::Canvas& canvas, int width, int height, const StateGiven& state, bool told) const {
     canvas.rectangle(0, 0, width, height, kGlass);
     const std::vector<Row> rows = rowsOf(state, samples_, told);
-    const double unit = std::clamp(std::min(width / 30.0, height / 15.0), 9.0, 26.0);
+    const double unit = std::clamp(std::min(width / 30.0, height / 18.0), 9.0, 26.0);
     const double margin = 0.8 * unit, pitch = 1.5 * unit;
     const std::size_t columns = 2, each = (rows.size() + columns - 1) / columns;
     const double column = (width - margin) / double(columns);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        const double x = margin + column * double(i / each), y = margin + unit + pitch * double(i % each);
-        canvas.text({x, y}, rows[i].what, {0.85 * unit, kQuiet});
-        canvas.text({x + column - margin, y}, rows[i].value,
-                    {unit, rows[i].alarm ? kAlarm : kWords, report::Align::right, rows[i].alarm});
-    }
-    const double top = 1.6 * margin + pitch * double(each), room = height - top - margin;
+    const auto drawRow = [&](const Row& row, double x, double y, double w) {
+        canvas.text({x, y}, row.what, {0.85 * unit, kQuiet});
+        canvas.text({x + w, y}, row.value,
+                    {unit, row.alarm ? kAlarm : kWords, report::Align::right, row.alarm});
+    };
+    const auto lineAt = [&](std::size_t i) { return margin + unit + pitch * double(i); };
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        drawRow(rows[i], margin + column * double(i / each), lineAt(i % each), column - margin);
+    const std::vector<Row> truth = told ? truthRows(state.seen.truth) : std::vector<Row>{};
+    for (std::size_t i = 0; i < truth.size(); ++i)
+        drawRow(truth[i], margin, lineAt(each + i), width - 2.0 * margin);
+    const double top = 1.6 * margin + pitch * double(each + truth.size()), room = height - top - margin;
     if (room < 3.0 * unit) return;
-    const auto frames = [](const FrameSample& s) { return s.frame_ms; };
+    const std::vector<Curve> frames{{"frame", kFrame, [](const FrameSample& s) { return s.frame_ms; }}};
     if (!told)
-        return drawGraph(canvas, {margin, top, width - 2.0 * margin, room, unit}, samples_, "frame",
-                         "%.0f ms", 10.0, kFrame, frames);
+        return drawGraph(canvas, {margin, top, width - 2.0 * margin, room, unit}, samples_, frames, "%.0f ms",
+                         10.0);
     const bool beside = room < 0.35 * width;
     const double w = beside ? (width - 3.0 * margin) / 2.0 : width - 2.0 * margin;
     const double h = beside ? room : (room - margin) / 2.0;
-    drawGraph(canvas, {margin, top, w, h, unit}, samples_, "force", "%.1f N", 1.0, kForce,
-              [](const FrameSample& s) { return std::max(0.0, s.force_n); });
+    std::vector<Curve> forces{
+        {"force", kForce, [](const FrameSample& s) { return std::max(0.0, s.force_n); }}};
+    if (state.seen.truth.known)
+        forces.push_back({state.seen.truth.felt_is_full ? "partial" : "full", kOther,
+                          [](const FrameSample& s) { return std::max(0.0, s.other_n); }});
+    drawGraph(canvas, {margin, top, w, h, unit}, samples_, forces, "%.1f N", 1.0);
     drawGraph(canvas, {beside ? 2.0 * margin + w : margin, beside ? top : top + h + margin, w, h, unit},
-              samples_, "frame", "%.0f ms", 10.0, kFrame, frames);
+              samples_, frames, "%.0f ms", 10.0);
 }
 
 }  // namespace stylet::trainer

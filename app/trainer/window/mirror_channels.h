@@ -40,6 +40,7 @@ struct StateGiven {
 // One a frame, none left out while the window keeps up.
 struct FrameSample {
     double time_s = 0.0, frame_ms = 0.0, force_n = 0.0, depth_m = 0.0;
+    double other_n = 0.0;  // the force over the other segmentation, where there is one
 };
 
 struct MirrorWants {

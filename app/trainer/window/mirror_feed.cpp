@@ -35,8 +35,8 @@ void giveState(MirrorChannels& channels, const Seen& seen, double tick_s, const 
     state.attention = attention;
     state.headset = headset;
     channels.state.publish();
-    channels.samples.push(
-        {tick_s * double(seen.tick.tick), time.frame_ms, seen.tick.force_n, seen.tick.depth_m});
+    channels.samples.push({tick_s * double(seen.tick.tick), time.frame_ms, seen.tick.force_n,
+                           seen.tick.depth_m, seen.truth.known ? seen.truth.other_n() : seen.tick.force_n});
 }
 
 MirrorFeed::MirrorFeed(MirrorChannels& channels, const render::Gpu& gpu, double tick_s)

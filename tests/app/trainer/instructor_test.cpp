@@ -36,6 +36,22 @@ TEST(Instructor, PausesAndNotesOnceEach) {
     EXPECT_EQ(notes[3].text, "too steep");
 }
 
+TEST(Instructor, ScalesTheBreathByOneNumberOrTwo) {
+    Instructor instructor;
+    EXPECT_EQ(instructor.take("breathing 1.3\nbreathing  0.7  1.9 \n"), "");
+    const std::vector<haptics::Command> commands = instructor.takeCommands();
+    ASSERT_EQ(commands.size(), 2u);
+    EXPECT_EQ(haptics::breathingScale(commands[0]), (haptics::BreathingScale{1.3, 1.0}));
+    EXPECT_EQ(haptics::breathingScale(commands[1]), (haptics::BreathingScale{0.7, 1.9}));
+    EXPECT_EQ(injectedName(commands[1]), "breathing 0.7 1.9");
+    EXPECT_EQ(
+        instructor.take("breathing\nbreathing 3\nbreathing 1 x\nbreathing 1 1 1\nbreathing nan\nbreathe\n"),
+        "breathe\n");
+    EXPECT_TRUE(instructor.takeCommands().empty());
+    EXPECT_EQ(instructor.takeRefused().size(), 5u);
+    EXPECT_TRUE(instructor.takeRefused().empty());
+}
+
 TEST(Instructor, KeepsNoEndlessLine) {
     Instructor instructor;
     const std::string much(4000, 'x');
@@ -43,8 +59,9 @@ TEST(Instructor, KeepsNoEndlessLine) {
 }
 
 TEST(Instructor, EveryInjectedKindHasItsName) {
-    for (const CommandKind kind : {CommandKind::cough, CommandKind::sigh, CommandKind::move,
-                                   CommandKind::fault, CommandKind::bleed, CommandKind::lights})
+    for (const CommandKind kind :
+         {CommandKind::cough, CommandKind::sigh, CommandKind::move, CommandKind::fault, CommandKind::bleed,
+          CommandKind::lights, CommandKind::breathing})
         EXPECT_FALSE(injectedName({kind, 0}).empty());
     EXPECT_TRUE(injectedName({CommandKind::tool, 0}).empty());
 }

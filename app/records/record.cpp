@@ -208,6 +208,8 @@ json infoJson(const RecordInfo& info) {
                  {"breath_rate_per_s", p.breath.rate_per_s},
                  {"length_m", p.length_m},
                  {"quality", p.quality}};
+    for (const Bookmark& mark : info.bookmarks)
+        j["bookmarks"].push_back({{"tick", mark.tick}, {"text", mark.text}});
     if (info.end) {
         j["final_tick"] = info.end->tick;
         j["state_hash"] = hexOf(info.end->state_hash);
@@ -220,6 +222,20 @@ std::uint64_t hashFrom(const std::string& hex) {
     if (hex.size() != 16 || hex.find_first_not_of("0123456789abcdef") != std::string::npos)
         throw std::runtime_error("state_hash must be 16 hex digits");
     return std::stoull(hex, nullptr, 16);
+}
+
+std::vector<Bookmark> bookmarksFrom(const json& j) {
+    if (!j.is_array() || j.size() > kMostBookmarks)
+        throw std::runtime_error("bookmarks must be a list of at most " + std::to_string(kMostBookmarks));
+    std::vector<Bookmark> marks;
+    for (const json& one : j) {
+        marks.push_back({one.at("tick").get<std::uint64_t>(), one.at("text").get<std::string>()});
+        if (marks.back().text.size() > kLongestBookmark)
+            throw std::runtime_error("a bookmark's text is longer than " + std::to_string(kLongestBookmark));
+        if (marks.size() > 1 && marks.back().tick < marks[marks.size() - 2].tick)
+            throw std::runtime_error("the bookmarks are not in order");
+    }
+    return marks;
 }
 
 RecordInfo infoFrom(const json& j) {
@@ -242,6 +258,7 @@ RecordInfo infoFrom(const json& j) {
     info.path.breath = {p.at("breath_v").get<double>(), p.at("breath_rate_per_s").get<double>()};
     info.path.length_m = p.at("length_m").get<double>();
     info.path.quality = p.at("quality").get<double>();
+    if (j.contains("bookmarks")) info.bookmarks = bookmarksFrom(j.at("bookmarks"));
     if (j.contains("state_hash"))
         info.end = RecordEnd{j.at("final_tick").get<std::uint64_t>(),
                              hashFrom(j.at("state_hash").get<std::string>())};
@@ -303,6 +320,13 @@ void RecordWriter::add(const TickInput& input, std::uint64_t tick, std::uint64_t
     putTick(sink, input);
     last_ = {tick, state_hash};
     if (++frame_count_ == kFrameTicks) writeFrame();
+}
+
+void RecordWriter::bookmark(Bookmark mark) {
+    if (ended_ || info_.bookmarks.size() >= kMostBookmarks) return;
+    mark.text.resize(std::min(mark.text.size(), kLongestBookmark));
+    info_.bookmarks.push_back(std::move(mark));
+    writeInfo(info_, folder_);
 }
 
 void RecordWriter::writeFrame() {

@@ -36,6 +36,13 @@ struct LostTicks {
     std::uint64_t first = 0, last = 0;
 };
 
+// A mark of the instructor's, from which the attempt can be gone through again.
+struct Bookmark {
+    std::uint64_t tick = 0;
+    std::string text;  // may be empty
+};
+inline constexpr std::size_t kMostBookmarks = 1000, kLongestBookmark = 512;
+
 struct RecordInfo {
     std::string program_version;
     std::filesystem::path patient_folder;
@@ -46,8 +53,9 @@ struct RecordInfo {
     std::uint64_t seed = 0;
     double gain = 1.0;
     patient::PlannedPath path;
-    std::optional<RecordEnd> end;   // absent: the attempt was cut short
-    std::optional<LostTicks> lost;  // the record ends before them, the attempt went on
+    std::vector<Bookmark> bookmarks;  // in order
+    std::optional<RecordEnd> end;     // absent: the attempt was cut short
+    std::optional<LostTicks> lost;    // the record ends before them, the attempt went on
 };
 
 // Appends frames as ticks come in: after a crash the file is whole up to the last frame, after a power loss
@@ -58,9 +66,12 @@ class RecordWriter {
     RecordWriter(const std::filesystem::path& folder, const RecordHeader&, const RecordInfo&);
     // `state_hash` of the whole attempt (app/training/attempt_fold.h).
     void add(const haptics::TickInput&, std::uint64_t tick, std::uint64_t state_hash);
+    // At once in record.json; more than kMostBookmarks are not kept.
+    void bookmark(Bookmark);
     // Writes the frame in progress and the end into record.json; all of it is on the disk then.
     void finish();
     const std::optional<LostTicks>& lost() const { return info_.lost; }
+    const std::vector<Bookmark>& bookmarks() const { return info_.bookmarks; }
 
   private:
     void writeFrame();

@@ -51,6 +51,10 @@ std::string inMs(double t_s) {
 
 }  // namespace
 
+std::int64_t Attempt::begun_ns() const noexcept {
+    return std::int64_t(beginning.size()) * std::llround(simulation.dt_s * 1e9);
+}
+
 patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBreath& scenario,
                                std::uint64_t seed) {
     patient::BreathPlan plan = scenario.plan;

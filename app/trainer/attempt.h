@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "app/trainer/registration_store.h"
 #include "app/trainer/scenario.h"
@@ -14,9 +15,12 @@ namespace stylet::trainer {
 struct Attempt {
     const patient::Patient& patient;
     haptics::SimulationSettings simulation;
-    haptics::Trace hand;                     // empty: the user's
-    std::optional<haptics::TouchMap> touch;  // where a tool is taken that presses on the skin
+    haptics::Trace hand;                          // empty: the user's
+    std::optional<haptics::TouchMap> touch;       // where a tool is taken that presses on the skin
+    std::vector<haptics::TickInput> beginning{};  // of another attempt, computed before the hand takes over
 
+    // How much of the attempt that is.
+    std::int64_t begun_ns() const noexcept;
     const haptics::TouchMap* touchMap() const noexcept { return touch ? &*touch : nullptr; }
 };
 

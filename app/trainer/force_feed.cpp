@@ -33,8 +33,13 @@ void sayOnStderr(const std::string& text) {
 }
 
 ForceFeed::ForceFeed(bool focused, double dt_s, const LiveHand* live, Say say,
-                     std::function<std::string()> console)
-    : live_(live), dt_s_(dt_s), say_(std::move(say)), told_focus_(focused), console_(std::move(console)) {
+                     std::function<std::string()> console, bool resumes)
+    : live_(live),
+      dt_s_(dt_s),
+      say_(std::move(say)),
+      told_focus_(focused),
+      console_(std::move(console)),
+      was_paused_(resumes) {
     if (live) user_.emplace(live->buttons, say_);
 }
 
@@ -54,6 +59,7 @@ void ForceFeed::hear(Session& session) {
         say_("instructor: " + note.kind + (note.text.empty() ? "" : ": " + note.text));
         session.note(std::move(note.kind), std::move(note.text));
     }
+    if (const auto difficulty = instructor_.takeDifficulty()) session.setDifficulty(*difficulty);
     for (const std::string& refused : instructor_.takeRefused())
         say_("instructor: " + refused);
 }

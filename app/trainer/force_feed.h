@@ -21,13 +21,16 @@ void sayOnStderr(const std::string&);
 class ForceFeed {
   public:
     // `focused` is what the simulation has been told. A live hand must outlive it. `console`: what is typed
-    // besides, or null; where nobody's hand is live only the instructor's words count.
+    // besides, or null; where nobody's hand is live only the instructor's words count. `resumes`: it begins
+    // as if a pause had just ended.
     ForceFeed(bool focused, double dt_s, const LiveHand* live = nullptr, Say say = sayOnStderr,
-              std::function<std::string()> console = {});
+              std::function<std::string()> console = {}, bool resumes = false);
     // Commands out, news told; after each Session::drain().
     void pass(bool focused, Session&, haptics::Ring<haptics::Command>&);
     // The instructor lets the attempt stand still.
     bool paused() const { return instructor_.paused(); }
+    // He has asked for another attempt.
+    const std::optional<NextAttempt>& next() const { return instructor_.next(); }
 
   private:
     void hear(Session&);

@@ -63,6 +63,7 @@ struct FrameLoop::Impl {
     void watchTheRoom(const Seen&, const std::string& moment);
     void showMachines(render::RenderScene&, const Seen&, const patient::ContrastTable*,
                       const render::ScreensSeen&, const std::string& moment);
+    void help(training::Difficulty);
     void showHints(HeadsetPanels&, const Seen&, const std::array<render::View, 2>&);
     // One frame; true when it was drawn.
     bool show(const Seen&, const patient::ContrastTable*, const std::string& moment);
@@ -71,7 +72,8 @@ struct FrameLoop::Impl {
 
     const patient::Patient& patient;
     const FrameSettings settings;
-    const training::Hints hints;
+    training::Difficulty difficulty;
+    training::Hints hints;
     const patient::Vec3 stage_entry_m;
     SceneMaker scenes;
     AlertWatch alerts;
@@ -97,7 +99,8 @@ FrameLoop::Impl::Impl(const patient::Patient& patient_in, const FrameSettings& s
                       const patient::PlannedPath& path)
     : patient(patient_in),
       settings(settings_in),
-      hints(training::hintsOf(settings.difficulty)),
+      difficulty(settings.difficulty),
+      hints(training::hintsOf(difficulty)),
       stage_entry_m(stageFromPatient(patient, path) * path.entry_m),
       scenes(patient, path, settings.look, settings.touch, settings.tick_s, hints),
       alerts(settings.tick_s),
@@ -213,6 +216,16 @@ void FrameLoop::Impl::showMachines(render::RenderScene& scene, const Seen& seen,
     if (kept && !settings.capture_dir.empty()) machines.save(settings.capture_dir, moment);
 }
 
+// The instructor sets another.
+void FrameLoop::Impl::help(training::Difficulty now) {
+    if (now == difficulty) return;
+    difficulty = now;
+    hints = training::hintsOf(now);
+    scenes.help(hints);
+    guide.reset();
+    if (hints.panel) guide.emplace(hints, settings.tick_s);
+}
+
 // What the difficulty adds to the room. The notice comes after it, and over it.
 void FrameLoop::Impl::showHints(HeadsetPanels& panels, const Seen& seen,
                                 const std::array<render::View, 2>& views) {
@@ -232,6 +245,7 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
     xr::Session& session = headset->session;
     xr::Frame frame = session.beginFrame();
     const Seen seen = upToDate(given, moment);
+    help(seen.difficulty.value_or(settings.difficulty));
     const haptics::TickOutput& shown = seen.tick;
     const auto begin = SteadyClock::now();
     render::RenderStats drawn_stats;

@@ -25,7 +25,9 @@ constexpr std::array kWords{
     Word{"lights on", "and on again", {CommandKind::lights, 1}},
 };
 constexpr std::string_view kPause = "pause", kGoOn = "go on", kToggle = "pause or go on",
-                           kBookmark = "bookmark", kComment = "comment", kBreathing = "breathing";
+                           kBookmark = "bookmark", kComment = "comment", kBreathing = "breathing",
+                           kDifficulty = "difficulty", kNew = "new", kRetry = "retry";
+constexpr const char* kNoDifficulty = "a difficulty is guided, practice or exam";
 constexpr std::size_t kLongestLine = 512;  // nothing is kept back for longer
 
 // Behind `word` and a blank; nothing where the line does not begin with it.
@@ -63,11 +65,18 @@ std::string describeInstructorWords() {
     for (const Word& word : kWords)
         add(word.word, word.what);
     add("breathing D R", "from now on D times as deep and R times as quick (0.5 to 2; R may be left out)");
+    add("difficulty D", "guided, practice or exam, at once");
     add(kPause, "the attempt stands still, without force");
     add(kGoOn, "and goes on");
     add(kToggle, "the one or the other");
-    add("bookmark TEXT", "a mark in the log; the text may be left out");
+    add("bookmark TEXT", "a mark, from which \"stylet run --from\" begins again; the text may be left out");
     add("comment TEXT", "the same for what the instructor thinks of it");
+    add("new attempt", "this one ends, is stored, and another begins; before that, with what:");
+    add("new seed N", "  the reference patient and the hand of that seed");
+    add("new patient DIR", "  the patient of that folder");
+    add("new scenario S", "  a name or a file");
+    add("new difficulty D", "  guided, practice or exam");
+    add(kRetry, "this attempt ends, is stored, and begins again from its last bookmark");
     return text;
 }
 
@@ -93,6 +102,19 @@ bool Instructor::takeLine(std::string_view line) {
         paused_ = pause;
         return true;
     }
+    if (const auto text = behind(line, kDifficulty)) {
+        difficulty_ = training::difficultyNamed(*text);
+        if (difficulty_)
+            notes_.push_back({"difficulty", std::string(*text)});
+        else
+            refused_.push_back(kNoDifficulty);
+        return true;
+    }
+    if (line == kRetry) {
+        next_.emplace().from_bookmark = true;
+        return true;
+    }
+    if (const auto wish = behind(line, kNew)) return takeNext(*wish);
     if (const auto text = behind(line, kBreathing)) {
         if (const auto scale = scaleIn(*text))
             commands_.push_back(haptics::breathingCommand(*scale));
@@ -106,6 +128,38 @@ bool Instructor::takeLine(std::string_view line) {
             return true;
         }
     return false;
+}
+
+// Behind "new".
+bool Instructor::takeNext(std::string_view wish) {
+    const auto wished = [&](std::string_view what) {
+        const auto text = behind(wish, what);
+        return text && !text->empty() ? text : std::nullopt;
+    };
+    if (wish == "attempt") {
+        next_ = wished_;
+    } else if (const auto seed_text = wished("seed")) {
+        std::uint64_t seed = 0;
+        const char* const end = seed_text->data() + seed_text->size();
+        const auto [stop, error] = std::from_chars(seed_text->data(), end, seed);
+        if (error != std::errc() || stop != end)
+            refused_.push_back("\"new seed\" needs a whole number");
+        else
+            wished_.seed = seed, wished_.patient.reset();
+    } else if (const auto folder = wished("patient")) {
+        wished_.patient = *folder;
+    } else if (const auto scenario = wished("scenario")) {
+        wished_.scenario = *scenario;
+    } else if (const auto name = wished("difficulty")) {
+        const auto difficulty = training::difficultyNamed(*name);
+        if (difficulty)
+            wished_.difficulty = difficulty;
+        else
+            refused_.push_back(kNoDifficulty);
+    } else {
+        refused_.push_back("\"new\" what? attempt, seed, patient, scenario or difficulty");
+    }
+    return true;
 }
 
 std::string injectedName(const Command& command) {

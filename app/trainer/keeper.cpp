@@ -1,5 +1,10 @@
 #include "app/trainer/keeper.h"
 
+#include <chrono>
+#include <cstdio>
+
+#include "app/trainer/rest.h"
+
 namespace stylet::trainer {
 
 namespace {
@@ -12,6 +17,19 @@ records::AttemptResult resultOf(const SessionLog& log) {
                                   std::string(table[i].unit), log.score.values[i], log.score.points[i],
                                   log.score.most_points[i]});
     return result;
+}
+
+// "2026-11-21T20:15:00.123Z" since 1970; nothing where it is no such text.
+std::optional<double> secondsOf(const std::string& utc) {
+    int year = 0, month = 0, day = 0, hour = 0, minute = 0;
+    double second = 0.0;
+    if (std::sscanf(utc.c_str(), "%d-%d-%dT%d:%d:%lfZ", &year, &month, &day, &hour, &minute, &second) != 6)
+        return std::nullopt;
+    const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(unsigned(month)),
+                                           std::chrono::day(unsigned(day))};
+    if (!date.ok()) return std::nullopt;
+    const auto days = std::chrono::sys_days(date).time_since_epoch();
+    return 86400.0 * double(days.count()) + 3600.0 * hour + 60.0 * minute + second;
 }
 
 }  // namespace
@@ -37,6 +55,17 @@ std::filesystem::path Keeper::begin(const records::AttemptInfo& info) {
     id_ = store_.begin(info);
     header_ = {info.patient_digest, info.dt_s};
     return store_.folderOf(id_);
+}
+
+double Keeper::sinceRest_s(const std::string& trainee) const {
+    std::vector<AtWork> work;
+    for (const records::StoredAttempt& attempt : store_.attempts(trainee)) {
+        const std::optional<double> begin_s = secondsOf(attempt.started_utc);
+        if (!begin_s || !attempt.result) continue;
+        work.push_back({*begin_s, *begin_s + double(attempt.result->ticks) * attempt.info.dt_s});
+    }
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    return trainer::sinceRest_s(work, std::chrono::duration<double>(now).count());
 }
 
 void Keeper::take(const haptics::TickOutput& now, const SessionLog& log) {

@@ -28,6 +28,8 @@ class Keeper {
     bool isNew(const std::string& trainee) const { return store_.attempts(trainee).empty(); }
     // An attempt begins; the folder for what it leaves.
     std::filesystem::path begin(const records::AttemptInfo&);
+    // How long the trainee has been at it without a rest, by the store.
+    double sinceRest_s(const std::string& trainee) const;
     // Session thread: after each tick.
     void take(const haptics::TickOutput&, const SessionLog&);
     // Session thread: after an event that must not wait for a tick. `at_once`: what would have to wait for

@@ -76,7 +76,11 @@ class SeenQueue {
 // The trace's commands, each handed over once its time has come and the ring has room.
 class CommandFeed {
   public:
-    explicit CommandFeed(const haptics::Trace& trace) : trace_(trace) {}
+    // Those before `from_ns` have been given.
+    CommandFeed(const haptics::Trace& trace, std::int64_t from_ns) : trace_(trace) {
+        while (next_ < trace.commands.size() && trace.commands[next_].t_ns < from_ns)
+            ++next_;
+    }
     void until(std::int64_t t_ns, haptics::Ring<haptics::Command>& ring) {
         while (next_ < trace_.commands.size() && trace_.commands[next_].t_ns <= t_ns &&
                ring.push(trace_.commands[next_].command))
@@ -100,22 +104,68 @@ std::int64_t tickOf(const Attempt& attempt) {
     return std::llround(attempt.simulation.dt_s * 1e9);
 }
 
+// A tick takes the commands of its own time: those of the beginning's last one have been given.
+std::int64_t givenBefore(const Attempt& attempt) {
+    return attempt.beginning.empty() ? 0 : attempt.begun_ns() - tickOf(attempt) + 1;
+}
+
+// What another attempt began with, tick by tick, before there are threads. Returns the last tick.
+TickOutput computeBeginning(const Attempt& attempt, haptics::Simulation& simulation, Session& session) {
+    haptics::TickRecord record;
+    haptics::NeedleEvents events;
+    const auto step = [&](const haptics::TickInput& input) {
+        record.input = input;
+        simulation.step(record.input, record.output, events);
+        session.take(record);
+        for (int i = 0; i < events.count; ++i)
+            session.take(haptics::EventRecord{record.output.tick, events.list[std::size_t(i)]});
+    };
+    for (const haptics::TickInput& input : attempt.beginning)
+        step(input);
+    session.forgetNews();
+    return record.output;
+}
+
+// The force goes as it does for a pause: a hand that takes over finds none. Ticks of the attempt like others,
+// in which the hand rests.
+TickOutput letForceGo(const Attempt& attempt, haptics::Simulation& simulation, Session& session) {
+    constexpr int kMost = 1000;
+    haptics::TickRecord record;
+    haptics::NeedleEvents events;
+    record.input.device = attempt.beginning.back().device;
+    record.input.device.fresh = 1;
+    record.input.command_count = 1;
+    record.input.commands[0] = {haptics::CommandKind::focus, 0};
+    for (int i = 0; i < kMost; ++i) {
+        simulation.step(record.input, record.output, events);
+        session.take(record);
+        for (int e = 0; e < events.count; ++e)
+            session.take(haptics::EventRecord{record.output.tick, events.list[std::size_t(e)]});
+        record.input.command_count = 0;
+        if (record.output.stage == haptics::ForceStage::off ||
+            record.output.stage == haptics::ForceStage::waiting)
+            break;
+    }
+    session.forgetNews();
+    return record.output;
+}
+
 // The session's thread: commands out at their time, records in, until hand and commands have come to their
 // end, or the user to his. The hand moves with the loop's time, tick * dt, so that is what counts here too: a
 // late loop is waited for.
 void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& session,
-                 LoopChannels& channels, SeenQueue& seen, ContrastFeed* contrast, ForceFeed force,
+                 LoopChannels& channels, SeenQueue& seen, ContrastFeed* contrast, ForceFeed& force,
                  const std::function<Attention()>& attentionNow, const std::atomic<bool>& asked_to_end,
                  const Clock& clock, const LiveHand* live, const std::function<void(const Seen&)>& heard) {
-    CommandFeed commands(attempt.hand);
-    const std::int64_t dt_ns = tickOf(attempt);
-    std::int64_t hand_ns = 0;
+    const std::int64_t dt_ns = tickOf(attempt), begun_ns = attempt.begun_ns();
+    CommandFeed commands(attempt.hand, givenBefore(attempt));
+    std::int64_t hand_ns = std::int64_t(session.log().last_tick) * dt_ns;
     const auto over = [&] {
-        return live ? asked_to_end.load() || live->over(double(hand_ns) * 1e-9)
+        return live ? asked_to_end.load() || live->over(double(hand_ns - begun_ns) * 1e-9)
                     : (hand_ns >= durationOf(attempt.hand) && commands.done(channels.commands)) ||
                           (force.paused() && asked_to_end.load());  // nobody is left to let it go on
     };
-    while (!stop.stop_requested() && !over()) {
+    while (!stop.stop_requested() && !over() && !force.next()) {
         commands.until(hand_ns, channels.commands);
         clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
         session.drain(channels);
@@ -270,7 +320,18 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     const auto side = std::make_shared<FrameSide>(attempt.simulation.dt_s, std::move(pictures), clock);
     LoopChannels& channels = side->channels;
     LoopTotals totals;
-    if (side->worn) channels.commands.push({haptics::CommandKind::focus, 0});
+    // A hand of flesh takes over as after a pause; a script's goes on as if there had been no end.
+    const bool resumes = !attempt.beginning.empty() && (live || side->worn);
+    if (!attempt.beginning.empty()) {
+        TickOutput newest = computeBeginning(attempt, simulation, session);
+        if (resumes) newest = letForceGo(attempt, simulation, session);
+        channels.held.store(resumes);
+        channels.latest.publish(newest);
+        side->seen.add(session.newMoments(), session.seen(newest));
+    } else if (side->worn) {
+        channels.commands.push({haptics::CommandKind::focus, 0});
+    }
+    const bool focused = !side->worn && simulation.state().output.safety.focused;
     std::exception_ptr failure;
 
     // When something throws here, each thread is told to stop, then joined.
@@ -279,17 +340,18 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
         const std::string refused = askForRealTime();
         if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
         const std::int64_t begin_ns = clock.now_ns(clock.context);
-        haptics::ReplayDevice scripted(attempt.hand, 0, attempt.simulation.profile);
+        haptics::ReplayDevice scripted(attempt.hand, -attempt.begun_ns(), attempt.simulation.profile);
         haptics::HapticDevice& device = live ? live->device : scripted;
         totals.haptics = runLoop(simulation, device, channels, clock);
         totals.elapsed_s = double(clock.now_ns(clock.context) - begin_ns) * 1e-9;
     });
     std::jthread session_thread([&](const std::stop_token& stop) {
         try {
+            ForceFeed force(focused, attempt.simulation.dt_s, live, sayOnStderr, console, resumes);
             sessionLoop(
-                stop, attempt, session, channels, side->seen, side->worn ? &side->contrast : nullptr,
-                ForceFeed(!side->worn, attempt.simulation.dt_s, live, sayOnStderr, console),
+                stop, attempt, session, channels, side->seen, side->worn ? &side->contrast : nullptr, force,
                 [side] { return side->attentionNow(); }, side->asked_to_end, clock, live, heard);
+            totals.next = force.next();
         } catch (...) {
             failure = std::current_exception();
         }
@@ -331,15 +393,16 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
     haptics::ReplayDevice device(attempt.hand, 0, attempt.simulation.profile);
     LoopChannels channels(attempt.simulation.dt_s);
     LoopTotals totals;
-    CommandFeed commands(attempt.hand);
-    ForceFeed force(true, attempt.simulation.dt_s);
+    CommandFeed commands(attempt.hand, givenBefore(attempt));
     ContrastFeed contrast;
     FrameSource frames(std::move(pictures), contrast);
     const std::int64_t dt_ns = tickOf(attempt);
     double next_frame_s = 0.0;
     TickOutput latest;
-    for (std::int64_t now_ns = 0; now_ns <= durationOf(attempt.hand) || !commands.done(channels.commands);
-         now_ns += dt_ns) {
+    if (!attempt.beginning.empty()) computeBeginning(attempt, simulation, session);
+    ForceFeed force(simulation.state().output.safety.focused, attempt.simulation.dt_s);
+    for (std::int64_t now_ns = attempt.begun_ns();
+         now_ns <= durationOf(attempt.hand) || !commands.done(channels.commands); now_ns += dt_ns) {
         commands.until(now_ns, channels.commands);
         loopTick(simulation, device, channels, totals.haptics, now_ns, clock);
         session.drain(channels);

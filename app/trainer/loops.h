@@ -9,6 +9,7 @@
 #include "app/trainer/attempt.h"
 #include "app/trainer/commands.h"
 #include "app/trainer/contrast_feed.h"
+#include "app/trainer/instructor.h"
 #include "app/trainer/pictures.h"
 #include "app/trainer/session.h"
 #include "haptics/loop.h"
@@ -20,6 +21,7 @@ struct LoopTotals {
     double elapsed_s = 0.0;            // by the clock the loop ran on
     std::uint64_t flights_missed = 0;  // faults whose history found the last one not yet taken
     PictureTotals pictures;
+    std::optional<NextAttempt> next;  // the instructor has asked for it
     // The runtime has not let go of the last frame. Its thread still uses the attempt's patient: nothing of
     // the attempt may be destroyed.
     bool frames_stuck = false;

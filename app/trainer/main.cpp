@@ -60,7 +60,10 @@ void addHand(CLI::App& run, stylet::trainer::RunOptions& o) {
 void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     CLI::App* run = app.add_subcommand("run", "a scripted attempt: patient, needle, pictures, summary");
     run->add_option("--scenario", o.scenario, "name in assets/scenarios, or a .toml file")
-        ->capture_default_str();
+        ->default_str("demo");
+    run->add_option("--from", o.from,
+                    "ATTEMPT[@BOOKMARK]: again from there (its folder or its id in the store; the bookmark's "
+                    "number or text, default the last)");
     run->add_option("--patient", o.patient, "patient package; default: the reference patient of the seed");
     run->add_option("--full", o.full,
                     "the same CT fully segmented, as a package: the force over it is compared with what is "

@@ -53,8 +53,11 @@ std::optional<Notice> noticeOf(const Seen& seen, Attention attention, const std:
                       {"Bring the tool back to where you let go of it: " +
                        std::to_string(std::max(1L, std::lround(1e3 * seen.to_return_m))) + " mm."}};
     const haptics::ForceStage stage = seen.tick.stage;
-    if (rearm_act.empty() || (stage != haptics::ForceStage::off && stage != haptics::ForceStage::fading))
-        return std::nullopt;
+    const bool off = stage == haptics::ForceStage::off || stage == haptics::ForceStage::fading;
+    if (seen.rest_due && (rearm_act.empty() || !off))
+        return Notice{"Time for a rest",
+                      {"You have been at it for long: rest eyes and hand for a few minutes."}};
+    if (rearm_act.empty() || !off) return std::nullopt;
     std::string why = textOf(seen.tick.faults);
     if (!why.empty()) why.front() = char(std::toupper(static_cast<unsigned char>(why.front())));
     return Notice{"The force is off", {why + ".", "To go on: " + ofItsOwn(rearm_act) + "."}};

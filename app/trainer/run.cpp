@@ -14,6 +14,8 @@
 #include "app/trainer/patient_source.h"
 #include "app/trainer/platform_linux.h"
 #include "app/trainer/reference_path.h"
+#include "app/trainer/rest.h"
+#include "app/trainer/retry.h"
 #include "app/trainer/sound/sounds.h"
 #include "app/trainer/staging.h"
 #include "app/trainer/tipped_device.h"
@@ -105,12 +107,14 @@ void checkHand(const RunOptions& options) {
 
 // The attempt as scripted, or with the hand of a trace in its place: what is said meanwhile stays the
 // scenario's, as far as the hand goes.
-Attempt handOf(const RunOptions& options, Attempt attempt) {
-    if (options.device != kReplay) return attempt;
-    attempt.hand.samples = haptics::loadTrace(options.trace).samples;
-    const std::int64_t end_ns = attempt.hand.samples.back().t_ns;
-    std::erase_if(attempt.hand.commands,
-                  [end_ns](const haptics::TraceCommand& said) { return said.t_ns > end_ns; });
+Attempt handOf(const RunOptions& options, Attempt attempt, const Retry* retry) {
+    if (options.device == kReplay) {
+        attempt.hand.samples = haptics::loadTrace(options.trace).samples;
+        const std::int64_t end_ns = attempt.hand.samples.back().t_ns;
+        std::erase_if(attempt.hand.commands,
+                      [end_ns](const haptics::TraceCommand& said) { return said.t_ns > end_ns; });
+    }
+    if (retry) beginAs(attempt, *retry);
     return attempt;
 }
 
@@ -131,12 +135,23 @@ struct Live {
     haptics::HapticDevice* aimed = nullptr;    // of `device`
     std::optional<Registration> registration;  // of `device`, in the headset's room
     std::optional<TippedDevice> tipped;        // `aimed`, where the registration knows its tip
+    std::optional<PlacedDevice> placed;        // `aimed`, where the recorded device stood elsewhere
     patient::Quat device_from_needle{};
     haptics::GuideSettings guide;
 
     // In the device's axes, seen from a needle's tip.
     patient::Pose held(haptics::Tool tool) const { return heldLike({device_from_needle, {}}, tool, guide); }
 };
+
+// The attempt begins with the recorded one's; the device is moved to where that one stood. One that pushes is
+// the same device, and stands where it stood.
+void resume(Live& live, Attempt& attempt, const Retry* retry) {
+    if (!retry) return;
+    const patient::Pose own = attempt.simulation.patient_from_device;
+    beginAs(attempt, *retry);
+    live.placed.emplace(*live.aimed, attempt.simulation.patient_from_device.inverse() * own);
+    live.aimed = &*live.placed;
+}
 
 ControllerSide sideOf(const RunOptions& options) {
     return options.hand == "left" ? ControllerSide::left : ControllerSide::right;
@@ -146,7 +161,7 @@ ControllerSide sideOf(const RunOptions& options) {
 // They are waited for while the attempt runs, for only its pictures have a session.
 Attempt controllerAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                           const Scenario& scenario, const patient::PlannedPath& path,
-                          const haptics::Clock& clock) {
+                          const haptics::Clock& clock, const Retry* retry) {
     catchInterrupts();
     live.port = std::make_shared<ControllerPort>();
     live.device = std::make_unique<LiveDevice>(
@@ -155,33 +170,39 @@ Attempt controllerAttempt(const RunOptions& options, Live& live, const patient::
                                       controllerProfile(), {}, options.rate_hz);
     attempt.simulation.patient_from_device = stageFromPatient(patient, path).inverse();
     live.aimed = &live.device->bare();
+    resume(live, attempt, retry);
     return attempt;
 }
 
 // The mouse's frame is the patient's.
 Attempt mouseAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
-                     const Scenario& scenario, const patient::PlannedPath& path,
-                     const haptics::Clock& clock) {
+                     const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock,
+                     const Retry* retry) {
     catchInterrupts();
     live.window->giveHand();
-    live.window->tell(scenario.tool, 0.0);
+    live.window->tell(retry ? retry->left.tool : scenario.tool, 0.0);
     Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, haptics::makeTouchMap(patient),
                                       mouseProfile(), {}, options.rate_hz);
     attempt.simulation.patient_from_device = {};
+    const haptics::GuideSettings& guide = attempt.simulation.tools.guide;
+    const patient::Pose start =
+        retry && retry->left.tick > 0
+            ? retry->left.patient_from_tool * heldLike({}, retry->left.tool, guide).inverse()
+            : mouseStart(path);
     live.device = std::make_unique<LiveDevice>(
-        kMouse,
-        std::make_unique<MouseDriver>(*live.window, mouseStart(path), attempt.simulation.tools.guide, clock),
-        clock);
+        kMouse, std::make_unique<MouseDriver>(*live.window, start, guide, clock), clock);
     live.aimed = &live.device->bare();
+    resume(live, attempt, retry);
     return attempt;
 }
 
 Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
-                    const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock) {
+                    const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock,
+                    const Retry* retry) {
     live.window->giveWords();
     if (options.device == kControllers)
-        return controllerAttempt(options, live, patient, scenario, path, clock);
-    if (options.device == kMouse) return mouseAttempt(options, live, patient, scenario, path, clock);
+        return controllerAttempt(options, live, patient, scenario, path, clock, retry);
+    if (options.device == kMouse) return mouseAttempt(options, live, patient, scenario, path, clock, retry);
     haptics::TouchMap touch = haptics::makeTouchMap(patient);  // first: a device that is ready may be moved
     live.device = readyDevice(options, clock);
     live.registration = newestRegistration(dataFolder() / "registrations", options.device,
@@ -190,15 +211,21 @@ Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patien
         makeLiveAttempt(patient, scenario, path, options.seed, std::move(touch), live.device->profile(),
                         live.device->grip(), options.rate_hz, live.registration);
     haptics::SimulationSettings& settings = attempt.simulation;
+    if (retry) settings.patient_from_device = retry->record.header.settings.patient_from_device;
     const patient::Pose needle = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
     live.device_from_needle = settings.patient_from_device.inverse().rotation * needle.rotation;
     live.guide = settings.tools.guide;
-    live.aimed = &live.device->aimed(live.held(scenario.tool));
+    live.aimed = &live.device->aimed(live.held(retry ? retry->left.tool : scenario.tool));
     if (live.registration && live.device->profile().senses_rotation) {
         live.tipped.emplace(*live.aimed, live.registration->stylus_from_tip_m);
         live.aimed = &*live.tipped;
     }
     settings.profile = live.aimed->profile();
+    if (retry && !sameNumbers(settings.profile, retry->record.header.settings.profile))
+        throw DataError(options.device, "--from",
+                        "the attempt was made with another device, whose limits are part of it: go on with "
+                        "that one, with the mouse or with controllers");
+    if (retry) beginAs(attempt, *retry);
     return attempt;
 }
 
@@ -258,6 +285,21 @@ LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& a
     // A controller's thread may be stuck in the runtime as the frames are; there is no force to end.
     if (!totals.frames_stuck || !live.port) live.device->stop();
     return totals;
+}
+
+// For a person.
+std::string whereOf(const Retry& retry) {
+    char seconds[32];
+    std::snprintf(seconds, sizeof seconds, "%.1f s",
+                  double(retry.bookmark.tick) * retry.record.header.settings.dt_s);
+    return retry.folder.string() + " until bookmark " + std::to_string(retry.number) +
+           (retry.bookmark.text.empty() ? "" : " (" + retry.bookmark.text + ")") + " at " + seconds;
+}
+
+void printBookmarks(const std::vector<records::Bookmark>& marks, const std::string& attempt) {
+    if (marks.empty()) return;
+    std::printf("  %zu bookmark%s; from there again: stylet run --from %s@%zu\n", marks.size(),
+                marks.size() == 1 ? "" : "s", attempt.c_str(), marks.size());
 }
 
 }  // namespace
@@ -324,7 +366,17 @@ std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::Plann
     return pictures;
 }
 
-int run(const RunOptions& asked) {
+namespace {
+
+// An attempt that is over.
+struct Ended {
+    RunOptions options;            // that it was made with
+    std::filesystem::path folder;  // of what it left
+    bool has_bookmark = false;
+    std::optional<NextAttempt> next;  // that the instructor wants
+};
+
+Ended runOne(const RunOptions& asked) {
     RunOptions options = asked;
     checkHand(options);
     difficultyOf(options);
@@ -343,18 +395,31 @@ int run(const RunOptions& asked) {
         }
     }
     if (options.difficulty.empty()) options.difficulty = training::nameOf(training::Difficulty::practice);
-    const Scenario scenario = loadScenario(scenarioFile(options.scenario));
+    std::optional<Retry> retry;
+    if (!options.from.empty()) {
+        retry = openRetry(options.from, options.records.empty() ? dataFolder() / "records" : options.records);
+        const records::RecordInfo& recorded = retry->record.info;
+        if (options.patient.empty()) options.patient = recorded.patient_folder;
+        if (options.scenario.empty()) options.scenario = recorded.scenario;
+        options.seed = recorded.seed;
+        options.rate_hz = 1.0 / retry->record.header.settings.dt_s;
+    }
+    const Scenario scenario =
+        loadScenario(scenarioFile(options.scenario.empty() ? "demo" : options.scenario));
     const OpenedPatient opened = openPatient(
         {options.patient, options.seed, options.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
     const patient::Patient patient(opened.package);
     const std::optional<OtherSegmentation> other = otherSegmentation(patient, options.full);
-    const patient::PlannedPath path = referencePath(patient, opened.folder, options.path);
+    const patient::PlannedPath path =
+        retry ? retry->record.info.path : referencePath(patient, opened.folder, options.path);
+    if (retry) checkRetry(*retry, patient);
     const haptics::Clock clock = monotonicClock();
     Live live;
     const Attempt attempt =
         isLive(options)
-            ? liveAttempt(options, live, patient, scenario, path, clock)
-            : handOf(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz));
+            ? liveAttempt(options, live, patient, scenario, path, clock, retry ? &*retry : nullptr)
+            : handOf(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz),
+                     retry ? &*retry : nullptr);
     const AttemptFacts facts{opened.package.name,
                              opened.folder,
                              scenario.name,
@@ -374,13 +439,37 @@ int run(const RunOptions& asked) {
                     live.registration, live.port, ears, live.window);
     if (live.port && !pictures)
         throw DataError(kControllers, "device", "there is no headset to hold them with");
-    records::RecordWriter record(options.out / "record", header, recordInfo(facts, scenario, gain));
+    records::RecordInfo info = recordInfo(facts, scenario, gain);
+    if (retry) {
+        const std::vector<records::Bookmark>& marks = retry->record.info.bookmarks;
+        info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(retry->number));
+    }
+    records::RecordWriter record(options.out / "record", header, info);
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record,
                     attempt.simulation.dt_s);
+    session.setDifficulty(difficultyOf(options));
+    if (retry) {
+        const std::string where = whereOf(*retry);
+        session.note("retry", where);
+        sayOnStderr("begins as " + where +
+                    (live.device ? "; bring the tool to where it was left, and the attempt goes on" : ""));
+    }
     std::optional<ForceTruth> truth;
     if (other) session.compareWith(truth.emplace(*other, attempt.simulation.tools.needle));
     Hearing hearing(options, soundPlaces(patient, path), attempt.simulation.dt_s, live.port.get(), ears);
-    const auto heard = [&hearing](const Seen& seen) { hearing.take(seen); };
+    // Whoever has a device that pushes in his hand, or controllers, and so a headset on.
+    const bool strains = live.device && (live.port || live.device->profile().force_axes > 0);
+    RestWatch rest(strains && keeper ? keeper->sinceRest_s(options.trainee) : 0.0);
+    const auto heard = [&](const Seen& seen) {
+        hearing.take(seen);
+        if (!strains) return;
+        const bool inside = seen.tick.phase != haptics::Phase::outside;
+        if (rest.pass(double(clock.now_ns(clock.context)) * 1e-9, !seen.held && !seen.paused, inside)) {
+            sayOnStderr(restAdvice(rest.atIt_s()));
+            session.note("rest", restAdvice(rest.atIt_s()));
+        }
+        session.showRest(rest.shown());
+    };
     if (keeper) {
         session.setWatcher(
             [&](const haptics::TickOutput& now, const SessionLog& log) { keeper->take(now, log); });
@@ -401,6 +490,7 @@ int run(const RunOptions& asked) {
         std::printf("stored as attempt %s of %s\n", keeper->finish(session.log()).c_str(),
                     options.trainee.c_str());
     printResults(facts, session.log(), totals, options.out, options.stats);
+    printBookmarks(record.bookmarks(), keeper ? options.out.filename().string() : options.out.string());
     if (keeper && keeper->send() > 0)
         sayOnStderr(
             "the training centre does not have all yet; the next run, or \"stylet records sync\", sends it");
@@ -409,6 +499,55 @@ int run(const RunOptions& asked) {
             "the OpenXR runtime does not let go of a frame; all is stored, and the program ends without it");
         std::fflush(nullptr);
         std::_Exit(0);
+    }
+    return {options, options.out, !record.bookmarks().empty(), totals.next};
+}
+
+// What cannot be is said, and stays as it was: nobody at the console wants the program to end by a slip.
+RunOptions following(const Ended& last, const RunOptions& asked, int number) {
+    RunOptions next = last.options;
+    next.from.clear();
+    next.out = asked.out;
+    if (!asked.out.empty()) next.out += "-" + std::to_string(number);
+    if (last.next->from_bookmark) {
+        if (!last.has_bookmark) sayOnStderr("instructor: no bookmark was set: it begins from its start");
+        if (last.has_bookmark) next.from = last.folder.string();
+        return next;
+    }
+    if (last.next->difficulty)
+        next.difficulty = training::kDifficultyNames[std::size_t(*last.next->difficulty)];
+    const auto tried = [](const auto& change) {
+        try {
+            change();
+        } catch (const std::exception& e) {
+            sayOnStderr("instructor: " + std::string(e.what()) + "; as before instead");
+        }
+    };
+    if (last.next->scenario)
+        tried([&] {
+            loadScenario(scenarioFile(*last.next->scenario));
+            next.scenario = *last.next->scenario;
+        });
+    if (last.next->patient)
+        tried([&] {
+            const std::filesystem::path folder = *last.next->patient;
+            if (!std::filesystem::exists(folder / "patient.toml"))
+                throw DataError(folder, "patient.toml", "is not there");
+            next.patient = folder, next.full.clear();
+        });
+    if (last.next->seed) next.seed = *last.next->seed;
+    if (last.next->seed && !last.next->patient) next.patient.clear(), next.full.clear();
+    return next;
+}
+
+}  // namespace
+
+int run(const RunOptions& asked) {
+    Ended last = runOne(asked);
+    for (int number = 2; last.next && !interrupted(); ++number) {
+        const RunOptions next = following(last, asked, number);
+        sayOnStderr("the next attempt");
+        last = runOne(next);
     }
     return 0;
 }

@@ -14,7 +14,10 @@
 namespace stylet::trainer {
 
 struct RunOptions {
-    std::string scenario = "demo";  // a name in assets/scenarios, or a .toml file
+    std::string scenario;  // a name in assets/scenarios, or a .toml file; empty: demo, with `from` its own
+    // ATTEMPT[@BOOKMARK]: begins with what was done there until then (retry.h), with its patient, seed and
+    // rate.
+    std::string from;
     std::filesystem::path patient;  // empty: the reference patient of `seed`
     std::filesystem::path full;     // the same patient fully segmented, for the force-truth meter
     std::uint64_t seed = 1;

@@ -32,6 +32,8 @@ class SceneMaker {
     // `hints`: the reference path, and what the room's light says.
     SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const haptics::TouchMap*,
                double tick_s, const training::Hints& hints);
+    // Another difficulty, from now on.
+    void help(const training::Hints& hints) { hints_ = hints; }
     // With the breath monitor's screen, not the machines'. Valid until the next call.
     render::RenderScene sceneOf(const Seen&);
     const patient::Pose& stageFromPatient() const { return stage_from_patient_; }

@@ -8,6 +8,7 @@
 #include "app/trainer/force_truth.h"
 #include "app/trainer/insertion.h"
 #include "app/trainer/wounds.h"
+#include "app/training/difficulty.h"
 #include "app/training/dose.h"
 #include "app/training/machines.h"
 #include "app/training/progress.h"
@@ -37,6 +38,8 @@ struct Seen {
     Insertion insertion{};                        // what the needle has passed, this time
     std::optional<patient::Pose> ghost_needle{};  // of an expert's attempt, in a replay
     ForceTruthReading truth{};
+    std::optional<training::Difficulty> difficulty{};  // as the instructor has set it, if he has
+    bool rest_due = false;                             // the trainee is to be told so (rest.h)
 };
 
 }  // namespace stylet::trainer

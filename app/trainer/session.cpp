@@ -55,6 +55,12 @@ void Session::drain(haptics::LoopChannels& channels) {
             ++log_.more_flights;
 }
 
+void Session::forgetNews() {
+    newly_pressed_ = new_faults_ = 0;
+    taken_.clear();
+    rearm_ = false;
+}
+
 bool Session::takeRearm() {
     return std::exchange(rearm_, false);
 }
@@ -93,6 +99,7 @@ void Session::watchInstructor(const TickRecord& record) {
 }
 
 void Session::note(std::string kind, std::string text) {
+    if (kind == "bookmark" && record_) record_->bookmark({log_.last_tick, text});
     log_.events.push_back({log_.last_tick, std::move(kind), std::move(text)});
     if (noted_) noted_(log_);
 }
@@ -208,6 +215,8 @@ Seen Session::seen(const TickOutput& tick) const {
     seen.glow = glow_.now();
     seen.insertion = insertion_.insertion();
     seen.truth = log_.truth;
+    seen.rest_due = rest_due_;
+    seen.difficulty = difficulty_;
     return seen;
 }
 

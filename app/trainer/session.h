@@ -104,12 +104,17 @@ class Session {
     void setRearmButton(std::uint32_t button) { rearm_button_ = button; }
     // An event of the session's own, at the newest tick.
     void note(std::string kind, std::string text);
+    // From now on in all that is seen.
+    void showRest(bool due) { rest_due_ = due; }
+    void setDifficulty(training::Difficulty difficulty) { difficulty_ = difficulty; }
     // Buttons pressed, commands taken and faults that came (again, after re-arming) since the last call.
     std::uint32_t takePressed() { return std::exchange(newly_pressed_, 0); }
     // Buttons held in the newest tick; a device that is lost holds none.
     std::uint32_t held() const { return held_; }
     std::vector<Taken> takeCommands() { return std::exchange(taken_, {}); }
     std::uint32_t takeFaults() { return std::exchange(new_faults_, 0); }
+    // As if all of these had been taken: what there was to be told of a beginning is no news.
+    void forgetNews();
     // The newest tick; null before the first.
     const haptics::TickOutput* newest() const { return recent_.empty() ? nullptr : &recent_.back(); }
     // `tick` with what the session knows besides.
@@ -145,13 +150,14 @@ class Session {
     std::size_t handed_out_ = 0;
     std::uint32_t rearm_button_ = 1u << 0;
     std::uint32_t pressed_ = 0, newly_pressed_ = 0, held_ = 0, new_faults_ = 0;
-    bool rearm_ = false, pedal_ = false, lights_out_ = false;
+    bool rearm_ = false, pedal_ = false, lights_out_ = false, rest_due_ = false;
     std::uint64_t rearm_acts_ = 0;
     std::vector<Taken> taken_;
     WoundLog wounds_;
     InsertionLog insertion_;
     GlowWatch glow_;
     ForceTruth* truth_ = nullptr;
+    std::optional<training::Difficulty> difficulty_;
     SessionLog log_;
     Watcher watcher_;
     std::function<void(const SessionLog&)> noted_;

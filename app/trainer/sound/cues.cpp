@@ -119,6 +119,7 @@ void Cues::tell(const training::Progress& now, double t_s) {
 
 const Heard& Cues::take(const Seen& seen) {
     heard_.begun = 0;
+    if (seen.difficulty) hints_ = training::hintsOf(*seen.difficulty);
     const TickOutput& now = seen.tick;
     const double t_s = tick_s_ * double(now.tick);
     if (!last_ || seen.held || now.tick <= last_->tick.tick) {

@@ -28,6 +28,7 @@ class CameraView {
 
     // Of a tick, without the machines' screens. Valid until the next call.
     render::RenderScene sceneOf(const Seen& seen) { return scenes_.sceneOf(seen); }
+    void help(const training::Hints& hints) { scenes_.help(hints); }  // as SceneMaker
     // The operator's place where `camera` is absent.
     render::View view(const std::optional<Orbit>& camera, double aspect) const;
     // The resolution of the patient in it follows the time it takes. Valid until the next call.

@@ -100,6 +100,7 @@ bool Desktop::frame(const Seen& seen, const patient::ContrastTable* contrast, co
         const auto [width, height] =
             kept ? std::pair{kMomentWidth, kMomentHeight} : camera.sizeFor(wants.width, wants.height);
         const render::View view = camera.view(kept ? std::nullopt : wants.camera, double(width) / height);
+        camera.help(training::hintsOf(seen.difficulty.value_or(settings.difficulty)));
         render::RenderScene scene = camera.sceneOf(seen);
         // Nothing is dearer than the room: what is seen of the machines is made with it.
         showMachines(scene, seen, contrast, {.ultrasound = true, .xray = true});

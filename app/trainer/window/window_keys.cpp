@@ -20,12 +20,13 @@ constexpr std::array kWordKeys{
     KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
 
 // The instructor's, by function keys.
-enum Function : int { kLights = 7, kComment = 9, kPause = 10, kFreeze = 11 };
+enum Function : int { kSay = 1, kLights = 7, kComment = 9, kPause = 10, kFreeze = 11, kDifficulty = 12 };
 struct FunctionKey {
     int number;
     const char *what, *word;
 };
-constexpr std::array kFunctionKeys{FunctionKey{2, "cough", "cough"},
+constexpr std::array kFunctionKeys{FunctionKey{kSay, "any word", nullptr},
+                                   FunctionKey{2, "cough", "cough"},
                                    FunctionKey{3, "sigh", "sigh"},
                                    FunctionKey{4, "bleed", "bleed"},
                                    FunctionKey{5, "movement", "move"},
@@ -34,7 +35,8 @@ constexpr std::array kFunctionKeys{FunctionKey{2, "cough", "cough"},
                                    FunctionKey{8, "bookmark", "bookmark"},
                                    FunctionKey{kComment, "comment", nullptr},
                                    FunctionKey{kPause, "pause, go on", nullptr},
-                                   FunctionKey{kFreeze, "freeze the view", nullptr}};
+                                   FunctionKey{kFreeze, "freeze the view", nullptr},
+                                   FunctionKey{kDifficulty, "difficulty", nullptr}};
 
 // So many pictures may be on their way from before a key was pressed.
 constexpr int kOlder = 5;
@@ -61,12 +63,13 @@ void WindowKeys::press(const KeyPress& press) {
     if (press.key == 'i') port_->say((injects_ = !injects_) ? "inject" : "stop");
 }
 
-void WindowKeys::know(bool paused, bool lights_out) {
+void WindowKeys::know(bool paused, bool lights_out, std::optional<training::Difficulty> difficulty) {
     if (older_ > 0) {
         --older_;
         return;
     }
     paused_ = paused, dark_ = lights_out;
+    difficulty_ = difficulty.value_or(difficulty_);
 }
 
 void WindowKeys::pressPlayer(const KeyPress& press) {
@@ -81,9 +84,9 @@ void WindowKeys::pressPlayer(const KeyPress& press) {
 }
 
 void WindowKeys::pressTyping(const KeyPress& press) {
-    if (comment_.size() + press.text.size() < WindowPort::kLongestLine - 16) comment_ += press.text;
-    if (press.key == kKeyBackspace) dropLetter(comment_);
-    if (press.key == kKeyEnter && !comment_.empty()) port_->say("comment " + comment_);
+    if (text_.size() + press.text.size() < WindowPort::kLongestLine - 16) text_ += press.text;
+    if (press.key == kKeyBackspace) dropLetter(text_);
+    if (press.key == kKeyEnter && !text_.empty()) port_->say(says_ ? text_ : "comment " + text_);
     if (press.key == kKeyEnter || press.key == kKeyEscape) typing_ = false;
 }
 
@@ -99,12 +102,23 @@ void WindowKeys::pressInstructor(int function_key) {
         paused_ = !paused_;
         older_ = kOlder;
     }
+    if (function_key == kDifficulty) {
+        difficulty_ = training::Difficulty((int(difficulty_) + 1) % int(training::kDifficultyNames.size()));
+        port_->say("difficulty " + std::string(training::kDifficultyNames[std::size_t(difficulty_)]));
+        older_ = kOlder;
+    }
     if (function_key == kFreeze) frozen_ = !frozen_;
-    if (function_key == kComment) typing_ = true, comment_.clear();
+    if (function_key == kComment || function_key == kSay) {
+        typing_ = true, says_ = function_key == kSay;
+        text_.clear();
+    }
 }
 
 std::string WindowKeys::state() const {
-    if (typing_) return "comment: " + comment_ + "\u2502  (Enter keeps it, Escape does not)";
+    if (typing_)
+        return (says_ ? "word: " : "comment: ") + text_ +
+               (says_ ? "\u2502  (Enter says it, Escape does not)"
+                      : "\u2502  (Enter keeps it, Escape does not)");
     if (paused_) return "PAUSED \u2013 F10 goes on";
     if (frozen_) return "FROZEN VIEW \u2013 F11 shows what is now";
     return {};

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/trainer/window/app_window.h"
 #include "app/trainer/window_port.h"
+#include "app/training/difficulty.h"
 
 namespace stylet::trainer {
 
@@ -17,8 +19,8 @@ class WindowKeys {
 
     void press(const KeyPress&);
     // As the loops have it, whoever has asked for it.
-    void know(bool paused, bool lights_out);
-    // While a comment is typed all that comes is its text.
+    void know(bool paused, bool lights_out, std::optional<training::Difficulty>);
+    // While a comment or a word is typed all that comes is its text.
     bool types() const { return typing_; }
     // The pictures stand, the attempt goes on.
     bool freezes() const { return frozen_; }
@@ -38,8 +40,10 @@ class WindowKeys {
     void pressPlayer(const KeyPress&);
 
     bool typing_ = false, frozen_ = false, paused_ = false, dark_ = false;
-    int older_ = 0;  // pictures that know nothing of the last key
-    std::string comment_;
+    training::Difficulty difficulty_ = training::Difficulty::practice;
+    int older_ = 0;      // pictures that know nothing of the last key
+    bool says_ = false;  // what is typed is a word for the loops, no comment
+    std::string text_;
     bool pedal_ = false, injects_ = false;  // as last asked for here: what is seen comes later
 };
 

@@ -46,6 +46,7 @@ WindowShow::WindowShow(const patient::Patient& patient, const patient::PlannedPa
     : patient_(&patient),
       path_(path),
       settings_(settings),
+      hints_(settings.hints),
       channels_(&channels),
       gpu_(&gpu),
       presenter_(&presenter),
@@ -54,7 +55,7 @@ WindowShow::WindowShow(const patient::Patient& patient, const patient::PlannedPa
       keys_(settings.port) {}
 
 bool WindowShow::offered(WindowView view) const {
-    if (view == WindowView::guide) return settings_.hints.panel;
+    if (view == WindowView::guide) return hints_.panel;
     return !settings_.desktop || view != WindowView::rightEye;
 }
 
@@ -75,9 +76,9 @@ void WindowShow::arrange() {
     const LayoutSettings settings{
         .key_rows = 1 + int(keys_.rows().size()) + (settings_.port && settings_.port->replays() ? 1 : 0),
         .slices = settings_.desktop,
-        .guide = settings_.desktop && settings_.hints.panel};
+        .guide = settings_.desktop && hints_.panel};
     layout_ = layoutOf(view_, main_, int(width_), int(height_), settings);
-    if (!settings_.hints.colours || layout_.panes.empty()) return;
+    if (!hints_.colours || layout_.panes.empty()) return;
     Rect& area = layout_.panes.front().area;
     frame_ = area;
     const int edge = std::min(area.width, area.height) / kAlertEdge;
@@ -88,7 +89,7 @@ void WindowShow::arrange() {
 // Who looks at this window may know what the difficulty keeps from the trainee: he is another one, or there
 // is nothing to keep.
 bool WindowShow::isTold() const {
-    return !settings_.desktop || settings_.hints.panel || (settings_.port && settings_.port->replays());
+    return !settings_.desktop || hints_.panel || (settings_.port && settings_.port->replays());
 }
 
 void WindowShow::hearKey(const KeyPress& press) {
@@ -275,7 +276,8 @@ bool WindowShow::takePictures() {
     if (channels_->state.take()) {
         state_known_ = metrics_stale_ = camera_stale_ = slices_stale_ = true;
         const Seen& seen = channels_->state.front().seen;
-        keys_.know(seen.paused, seen.lights_out);
+        keys_.know(seen.paused, seen.lights_out, seen.difficulty);
+        if (seen.difficulty) help(*seen.difficulty);
         hearOf(seen);
     }
     FrameSample sample;
@@ -284,14 +286,26 @@ bool WindowShow::takePictures() {
     return fresh;
 }
 
+// The instructor sets another difficulty.
+void WindowShow::help(training::Difficulty difficulty) {
+    if (difficulty == difficulty_) return;
+    difficulty_ = difficulty;
+    hints_ = training::hintsOf(difficulty);
+    guide_.reset();
+    alert_ = {};
+    if (camera_) camera_->help({.ghost = true, .colours = hints_.colours});
+    if (!offered(view_)) view_ = WindowView::overview;
+    stale_ = true;
+}
+
 // What the trainee is told of a tick.
 void WindowShow::hearOf(const Seen& seen) {
     const bool back = settings_.port && settings_.port->replays() && seen.tick.tick < tick_;
     tick_ = seen.tick.tick;
     if (back) metrics_ = {}, alerts_ = AlertWatch(settings_.tick_s);
-    if (settings_.hints.colours) alert_ = alerts_.take(seen);
-    if (settings_.hints.panel) {
-        if (!guide_) guide_.emplace(settings_.hints, settings_.tick_s), guide_shown_ = 0;
+    if (hints_.colours) alert_ = alerts_.take(seen);
+    if (hints_.panel) {
+        if (!guide_) guide_.emplace(hints_, settings_.tick_s), guide_shown_ = 0;
         const Pane* pane = paneOf(WindowView::guide);
         if (pane) {
             const auto [width, height] = GuidePanel::sizeIn(pane->area.width, pane->area.height);
@@ -345,7 +359,7 @@ bool WindowShow::drawCamera() {
                                            settings_.look,
                                            settings_.touch,
                                            settings_.tick_s,
-                                           {.ghost = true, .colours = settings_.hints.colours}});
+                                           {.ghost = true, .colours = hints_.colours}});
         render::RenderScene scene = camera_->sceneOf(channels_->state.front().seen);
         const auto screen = [](const ScreenGiven& given) {
             return render::ScreenPicture{int(given.image.width), int(given.image.height),

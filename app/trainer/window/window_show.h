@@ -70,6 +70,7 @@ class WindowShow {
     MouseMove inOperatorsView(double right, double up, bool turns) const;
     void ask();
     bool takePictures();
+    void help(training::Difficulty);
     void hearOf(const Seen&);
     bool drawCamera();
     bool drawMetrics();
@@ -90,6 +91,8 @@ class WindowShow {
     const patient::Patient* patient_;
     const patient::PlannedPath path_;
     const MirrorSettings settings_;
+    training::Hints hints_;  // of the difficulty as it is now
+    std::optional<training::Difficulty> difficulty_;
     MirrorChannels* channels_;
     render::Gpu* gpu_;
     render::Presenter* presenter_;

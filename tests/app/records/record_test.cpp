@@ -350,6 +350,29 @@ TEST_F(RecordFile, RefusesBadJsonWithItsReason) {
     }
 }
 
+TEST_F(RecordFile, KeepsBookmarksAndRefusesBadOnes) {
+    std::ifstream stream(folder_ / "record.json");
+    const std::string rest = std::string(std::istreambuf_iterator<char>(stream), {}).substr(1);
+    const auto parsed = [&](const std::string& bookmarks) {
+        return parseInfo("{\"bookmarks\": " + bookmarks + "," + rest, "record.json").bookmarks;
+    };
+    const auto mark = [](const std::string& tick, const std::string& what) {
+        return "{\"tick\": " + tick + ", \"text\": \"" + what + "\"}";
+    };
+    EXPECT_TRUE(parsed("[]").empty());
+    const std::vector<Bookmark> two = parsed("[" + mark("3", "skin") + "," + mark("3", "") + "]");
+    ASSERT_EQ(two.size(), 2u);
+    EXPECT_EQ(two[0].text, "skin");
+    std::string many = mark("1", "");
+    for (std::size_t i = 0; i < kMostBookmarks; ++i)
+        many += "," + mark("1", "");
+    for (const std::string& bad :
+         {std::string("7"), "[" + mark("4", "") + "," + mark("3", "") + "]", "[" + mark("\"x\"", "") + "]",
+          std::string("[{\"tick\": 4}]"), "[" + mark("1", std::string(kLongestBookmark + 1, 'x')) + "]",
+          "[" + many + "]"})
+        EXPECT_THROW(parsed(bad), DataError) << bad.substr(0, 80);
+}
+
 TEST(Record, RefusesAMissingFolder) {
     EXPECT_THROW((void)loadRecord("/nonexistent/record"), DataError);
 }

@@ -52,6 +52,46 @@ TEST(Instructor, ScalesTheBreathByOneNumberOrTwo) {
     EXPECT_TRUE(instructor.takeRefused().empty());
 }
 
+TEST(Instructor, SetsTheDifficultyAtOnce) {
+    Instructor instructor;
+    EXPECT_EQ(instructor.take("difficulty exam\n"), "");
+    EXPECT_EQ(instructor.takeDifficulty(), training::Difficulty::exam);
+    EXPECT_FALSE(instructor.takeDifficulty());
+    ASSERT_EQ(instructor.takeNotes().size(), 1u);
+    EXPECT_EQ(instructor.take("difficulty\ndifficulty hard\n"), "");
+    EXPECT_FALSE(instructor.takeDifficulty());
+    EXPECT_EQ(instructor.takeRefused().size(), 2u);
+}
+
+TEST(Instructor, SaysWhatTheNextAttemptBeginsWith) {
+    Instructor instructor;
+    EXPECT_EQ(
+        instructor.take("new patient /patients/a b\nnew scenario procedure\nnew difficulty guided\nnext\n"),
+        "next\n")
+        << "next is the trainee's: the next tool";
+    EXPECT_FALSE(instructor.next());
+    instructor.take("new attempt\n");
+    ASSERT_TRUE(instructor.next());
+    EXPECT_EQ(instructor.next()->patient, "/patients/a b");
+    EXPECT_EQ(instructor.next()->scenario, "procedure");
+    EXPECT_EQ(instructor.next()->difficulty, training::Difficulty::guided);
+    EXPECT_FALSE(instructor.next()->seed);
+    EXPECT_FALSE(instructor.next()->from_bookmark);
+}
+
+TEST(Instructor, ASeedIsAnotherPatientAndNonsenseIsRefused) {
+    Instructor instructor;
+    instructor.take("new patient /a\nnew seed 7\nnew\nnew seed x\nnew seed\nnew difficulty\nnew tool\n");
+    EXPECT_EQ(instructor.takeRefused().size(), 5u);
+    instructor.take("new attempt\n");
+    EXPECT_EQ(instructor.next()->seed, 7u);
+    EXPECT_FALSE(instructor.next()->patient);
+    Instructor again;
+    again.take("retry\n");
+    ASSERT_TRUE(again.next());
+    EXPECT_TRUE(again.next()->from_bookmark);
+}
+
 TEST(Instructor, KeepsNoEndlessLine) {
     Instructor instructor;
     const std::string much(4000, 'x');

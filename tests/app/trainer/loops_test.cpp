@@ -255,6 +255,31 @@ TEST(RealTimeLoop, ACutIsShownWithTheFirstFrameAfterIt) {
     EXPECT_GT(double(tips), 0.9 * double(totals.haptics.ticks));
 }
 
+// Said at the console: the difficulty is seen at once, and a wish for another attempt ends this one.
+TEST(RealTimeLoop, DoesWhatTheInstructorSays) {
+    const patient::Package package = ductPhantom();
+    const patient::Patient patient(package);
+    const Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
+    Session session(patient, ductPath(), {}, 0.0, nullptr);
+    session.setDifficulty(training::Difficulty::guided);
+    std::string words = "difficulty exam\n";
+    bool exam = false;
+    const LoopTotals totals = runRealTime(
+        attempt, session, std::nullopt, monotonicClock(), nullptr,
+        [&](const Seen& seen) {
+            exam = exam || seen.difficulty == training::Difficulty::exam;
+            if (exam) words = "new seed 7\nnew attempt\n";
+        },
+        [&] { return session.newest() ? std::exchange(words, {}) : std::string(); });
+    EXPECT_TRUE(exam);
+    ASSERT_TRUE(totals.next);
+    EXPECT_EQ(totals.next->seed, 7u);
+    const std::vector<training::SessionEvent>& events = session.log().events;
+    EXPECT_TRUE(std::any_of(events.begin(), events.end(), [](const training::SessionEvent& e) {
+        return e.kind == "difficulty" && e.text == "exam";
+    }));
+}
+
 TEST(LiveAttempt, ADeviceSlowerThanItsControllerAccountsForIsRefused) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);

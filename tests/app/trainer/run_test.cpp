@@ -109,8 +109,42 @@ TEST_F(Run, ItsRecordReplaysToItsHash) {
     EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
     EXPECT_EQ(hashOf(replay), hashOf(*demo_));
     EXPECT_EQ(replay.summary.at("punctures"), demo_->summary.at("punctures"));
+    EXPECT_EQ(replay.summary.at("force_truth"), demo_->summary.at("force_truth"));
     EXPECT_EQ(test::textOf(command_->out() / "force-depth.csv"),
               test::textOf(demo_folder_ / "force-depth.csv"));
+}
+
+// The reference patient is fully segmented: the error is that of thresholds for all but fascia, liver,
+// vessels and ducts. Along most of the way there is none.
+TEST_F(Run, TheForceOverThePartialSegmentationIsCompared) {
+    const json& truth = demo_->summary.at("force_truth");
+    EXPECT_EQ(truth.at("felt"), "full");
+    EXPECT_EQ(truth.at("insertions"), 1);
+    const json& all = truth.at("all_insertions");
+    EXPECT_GT(all.at("ticks").get<int>(), 5000);
+    EXPECT_GT(all.at("equal_share").get<double>(), 0.7);
+    EXPECT_GT(all.at("largest_n").get<double>(), 0.0);
+    EXPECT_LT(all.at("rms_n").get<double>(), all.at("largest_n").get<double>());
+}
+
+TEST_F(Run, GoesOnFromABookmarkToTheSameHash) {
+    const std::filesystem::path begun = *command_ / "begun";
+    std::filesystem::create_directories(begun);
+    std::filesystem::copy(demo_folder_ / "record", begun / "record");
+    json info = json::parse(test::textOf(begun / "record" / "record.json"));
+    info["bookmarks"] =
+        json::array({{{"tick", 9'000}, {"text", "before the skin"}}, {{"tick", 15'000}, {"text", ""}}});
+    std::ofstream(begun / "record" / "record.json") << info;
+    const Outcome again =
+        command_->run("run --headless --fast --from '" + begun.string() + "@before the skin'" + kSmall);
+    ASSERT_EQ(again.status, 0) << again.err;
+    EXPECT_EQ(hashOf(again), hashOf(*demo_));
+    EXPECT_NE(again.err.find("until bookmark 1 (before the skin) at 9.0 s"), std::string::npos) << again.err;
+    EXPECT_NE(again.out.find("1 bookmark; from there again: stylet run --from"), std::string::npos)
+        << again.out;
+    const Outcome none = command_->run("run --headless --fast --from '" + demo_folder_.string() + "'");
+    EXPECT_EQ(none.status, 2);
+    EXPECT_NE(none.err.find("bookmarks: there is none"), std::string::npos) << none.err;
 }
 
 // No GPU has a part in it: what flows where, what the patient is given.

@@ -146,6 +146,16 @@ TEST_F(Listening, AnExamTellsNothing) {
     EXPECT_GT(heard[Sound::room].gain, 0.0f) << "a real room is not silent";
 }
 
+TEST_F(Listening, TheInstructorMakesItAnExam) {
+    Seen seen = at(0.1);
+    cues_.take(seen);
+    seen.tick.tick += 2, seen.progress.success = true, seen.progress.striking = training::Struck::lung;
+    seen.difficulty = Difficulty::exam;
+    EXPECT_EQ(cues_.take(seen).begun & (bitOf(Sound::alarm) | bitOf(Sound::chime)), 0u);
+    seen.tick.tick += 2, seen.difficulty = Difficulty::guided;
+    EXPECT_NE(cues_.take(seen).begun & bitOf(Sound::alarm), 0u);
+}
+
 // The patient's head is at the operator's left, the monitor beyond it; the tube is beneath the table.
 TEST_F(Listening, PlacesAreThoseOfTheRoom) {
     EXPECT_LT(places_.mouth_m.x, places_.entry_m.x);

@@ -1,0 +1,68 @@
+#include "app/trainer/window/window_keys.h"
+
+#include <gtest/gtest.h>
+
+namespace stylet::trainer {
+namespace {
+
+using training::Difficulty;
+
+KeyPress function(int number) {
+    KeyPress press;
+    press.key = char(kKeyF1 + number - 1);
+    return press;
+}
+
+// From the one that the attempt has, whoever has set it, and around.
+TEST(WindowKeys, F12SetsTheNextDifficulty) {
+    const auto port = std::make_shared<WindowPort>();
+    WindowKeys keys(port);
+    keys.know(false, false, Difficulty::exam);
+    keys.press(function(12));
+    keys.know(false, false, Difficulty::exam);  // a picture from before the key
+    keys.press(function(12));
+    keys.press(function(12));
+    EXPECT_EQ(port->typed(), "difficulty guided\ndifficulty practice\ndifficulty exam\n");
+    for (int i = 0; i < 10; ++i)
+        keys.know(false, false, Difficulty::practice);
+    keys.press(function(12));
+    EXPECT_EQ(port->typed(), "difficulty exam\n");
+}
+
+KeyPress typed(const std::string& text) {
+    KeyPress press;
+    press.text = text;
+    return press;
+}
+KeyPress key(char which) {
+    KeyPress press;
+    press.key = which;
+    return press;
+}
+
+TEST(WindowKeys, F1SaysAnyWordAndF9AComment) {
+    const auto port = std::make_shared<WindowPort>();
+    WindowKeys keys(port);
+    keys.press(function(1));
+    EXPECT_TRUE(keys.types());
+    keys.press(typed("new seed 7"));
+    EXPECT_NE(keys.state().find("word: new seed 7"), std::string::npos);
+    keys.press(key(kKeyEnter));
+    keys.press(function(9));
+    keys.press(typed("cough"));
+    keys.press(key(kKeyEnter));
+    keys.press(function(1));
+    keys.press(typed("retry"));
+    keys.press(key(kKeyEscape));
+    EXPECT_EQ(port->typed(), "new seed 7\ncomment cough\n");
+}
+
+TEST(WindowKeys, F8SetsABookmark) {
+    const auto port = std::make_shared<WindowPort>();
+    WindowKeys keys(port);
+    keys.press(function(8));
+    EXPECT_EQ(port->typed(), "bookmark\n");
+}
+
+}  // namespace
+}  // namespace stylet::trainer

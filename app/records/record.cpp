@@ -224,13 +224,21 @@ std::uint64_t hashFrom(const std::string& hex) {
     return std::stoull(hex, nullptr, 16);
 }
 
+// At the end of a letter of UTF-8.
+std::string shortened(const std::string& text) {
+    std::size_t size = std::min(text.size(), kLongestBookmark);
+    while (size > 0 && size < text.size() && (static_cast<unsigned char>(text[size]) & 0xc0u) == 0x80u)
+        --size;
+    return text.substr(0, size);
+}
+
 std::vector<Bookmark> bookmarksFrom(const json& j) {
     if (!j.is_array() || j.size() > kMostBookmarks)
         throw std::runtime_error("bookmarks must be a list of at most " + std::to_string(kMostBookmarks));
     std::vector<Bookmark> marks;
     for (const json& one : j) {
         marks.push_back({one.at("tick").get<std::uint64_t>(), one.at("text").get<std::string>()});
-        if (marks.back().text.size() > kLongestBookmark)
+        if (marks.back().text.size() > 3 * kLongestBookmark)  // a byte that is no letter takes three
             throw std::runtime_error("a bookmark's text is longer than " + std::to_string(kLongestBookmark));
         if (marks.size() > 1 && marks.back().tick < marks[marks.size() - 2].tick)
             throw std::runtime_error("the bookmarks are not in order");
@@ -324,7 +332,7 @@ void RecordWriter::add(const TickInput& input, std::uint64_t tick, std::uint64_t
 
 void RecordWriter::bookmark(Bookmark mark) {
     if (ended_ || info_.bookmarks.size() >= kMostBookmarks) return;
-    mark.text.resize(std::min(mark.text.size(), kLongestBookmark));
+    mark.text = shortened(mark.text);
     info_.bookmarks.push_back(std::move(mark));
     writeInfo(info_, folder_);
 }

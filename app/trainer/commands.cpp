@@ -178,7 +178,9 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
 
 std::vector<Command> UserCommands::take(std::string_view typed, std::uint32_t pressed, const TickOutput& now,
                                         std::uint32_t held) {
+    if (!begun_) holds_ = now.breath_held;          // where the attempt goes on from a bookmark
     if (held_ && !now.breath_held) holds_ = false;  // he could hold it no longer
+    begun_ = true;
     held_ = now.breath_held;
     waiting_ += typed;
     pressed_ |= pressed;

@@ -51,8 +51,9 @@ class UserCommands {
     std::string waiting_;
     std::uint32_t pressed_ = 0, holding_ = 0;
     bool next_wanted_ = false;  // once the probe is parked
-    bool holds_ = false;        // a breath-hold was asked for last, and he has not given up
-    bool held_ = false;         // so in the newest tick
+    bool begun_ = false;
+    bool holds_ = false;  // a breath-hold was asked for last, and he has not given up
+    bool held_ = false;   // so in the newest tick
 };
 
 // It decides which tool is in hand, or whether the probe stays.

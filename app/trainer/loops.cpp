@@ -14,6 +14,7 @@
 
 #include "app/trainer/force_feed.h"
 #include "app/trainer/platform_linux.h"
+#include "app/training/machines.h"
 #include "haptics/devices/replay.h"
 
 namespace stylet::trainer {
@@ -116,9 +117,7 @@ TickOutput computeBeginning(const Attempt& attempt, haptics::Simulation& simulat
     const auto step = [&](const haptics::TickInput& input) {
         record.input = input;
         simulation.step(record.input, record.output, events);
-        session.take(record);
-        for (int i = 0; i < events.count; ++i)
-            session.take(haptics::EventRecord{record.output.tick, events.list[std::size_t(i)]});
+        session.take(record.input, record.output, events);
     };
     for (const haptics::TickInput& input : attempt.beginning)
         step(input);
@@ -127,20 +126,20 @@ TickOutput computeBeginning(const Attempt& attempt, haptics::Simulation& simulat
 }
 
 // The force goes as it does for a pause: a hand that takes over finds none. Ticks of the attempt like others,
-// in which the hand rests.
+// in which the hand rests and the foot is off the pedal.
 TickOutput letForceGo(const Attempt& attempt, haptics::Simulation& simulation, Session& session) {
     constexpr int kMost = 1000;
     haptics::TickRecord record;
     haptics::NeedleEvents events;
     record.input.device = attempt.beginning.back().device;
     record.input.device.fresh = 1;
-    record.input.command_count = 1;
+    record.input.command_count = 3;
     record.input.commands[0] = {haptics::CommandKind::focus, 0};
+    record.input.commands[1] = training::kPedalUp;
+    record.input.commands[2] = {haptics::CommandKind::inject, 0};
     for (int i = 0; i < kMost; ++i) {
         simulation.step(record.input, record.output, events);
-        session.take(record);
-        for (int e = 0; e < events.count; ++e)
-            session.take(haptics::EventRecord{record.output.tick, events.list[std::size_t(e)]});
+        session.take(record.input, record.output, events);
         record.input.command_count = 0;
         if (record.output.stage == haptics::ForceStage::off ||
             record.output.stage == haptics::ForceStage::waiting)
@@ -159,7 +158,8 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
                  const Clock& clock, const LiveHand* live, const std::function<void(const Seen&)>& heard) {
     const std::int64_t dt_ns = tickOf(attempt), begun_ns = attempt.begun_ns();
     CommandFeed commands(attempt.hand, givenBefore(attempt));
-    std::int64_t hand_ns = std::int64_t(session.log().last_tick) * dt_ns;
+    const std::uint64_t first = session.log().last_tick;  // of the beginning
+    std::int64_t hand_ns = begun_ns;
     const auto over = [&] {
         return live ? asked_to_end.load() || live->over(double(hand_ns - begun_ns) * 1e-9)
                     : (hand_ns >= durationOf(attempt.hand) && commands.done(channels.commands)) ||
@@ -178,7 +178,7 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
         if (heard && session.newest()) heard(now);
         seen.add(session.newMoments(), std::move(now));
         if (contrast) contrast->give(session.contrast());
-        hand_ns = std::int64_t(session.log().last_tick) * dt_ns;
+        hand_ns = begun_ns + std::int64_t(session.log().last_tick - first) * dt_ns;
     }
 }
 
@@ -397,7 +397,7 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
     ContrastFeed contrast;
     FrameSource frames(std::move(pictures), contrast);
     const std::int64_t dt_ns = tickOf(attempt);
-    double next_frame_s = 0.0;
+    double next_frame_s = double(attempt.begun_ns()) * 1e-9;
     TickOutput latest;
     if (!attempt.beginning.empty()) computeBeginning(attempt, simulation, session);
     ForceFeed force(simulation.state().output.safety.focused, attempt.simulation.dt_s);

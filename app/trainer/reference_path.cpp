@@ -1,13 +1,12 @@
 #include "app/trainer/reference_path.h"
 
-#include <charconv>
 #include <cstdio>
 #include <glm/geometric.hpp>
-#include <optional>
 
 #include "app/records/replay.h"
 #include "app/trainer/patient_source.h"
 #include "app/trainer/session.h"
+#include "app/trainer/whole_number.h"
 
 namespace stylet::trainer {
 
@@ -18,13 +17,6 @@ using patient::Vec3;
 namespace {
 
 constexpr const char* kOption = "--path";
-
-std::optional<std::size_t> numberIn(const std::string& text) {
-    std::size_t number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return number;
-}
 
 // The tick in which the record's needle opened the target duct.
 haptics::TickOutput targetCut(const patient::Patient& patient, const std::filesystem::path& folder) {
@@ -57,7 +49,7 @@ PlannedPath wayOf(const haptics::TickOutput& cut, const patient::Patient& patien
 
 PlannedPath referencePath(const patient::Patient& patient, const std::filesystem::path& patient_folder,
                           const std::string& asked) {
-    if (const auto number = asked.empty() ? 1 : numberIn(asked)) {
+    if (const auto number = wholeNumberIn(asked.empty() ? "1" : asked)) {
         const std::vector<PlannedPath> paths = goodPaths(patient, patient_folder, patient::Surrogate{});
         if (*number < 1 || *number > paths.size())
             throw DataError(

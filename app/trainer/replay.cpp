@@ -161,9 +161,9 @@ int replay(const ReplayOptions& options) {
     if (!options.save_hand.empty())
         haptics::saveTrace(handOf(record, deviceBeside(patient.grid())), options.save_hand);
 
-    Session session = sessionOf(patient, record);
     const std::optional<OtherSegmentation> other = otherSegmentation(patient, options.full);
     std::optional<ForceTruth> truth;
+    Session session = sessionOf(patient, record);
     if (other) session.compareWith(truth.emplace(*other, record.header.settings.tools.needle));
     session.setWatcher([&](const haptics::TickOutput& now, const SessionLog& log) {
         stored.compare(records::sampleOf(now, log.progress.clearance_m));

@@ -1,9 +1,9 @@
 #include "app/trainer/retry.h"
 
 #include <bit>
-#include <charconv>
 
 #include "app/records/replay.h"
+#include "app/trainer/whole_number.h"
 
 namespace stylet::trainer {
 
@@ -15,6 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path recordOf(const std::string& attempt, const fs::path& store) {
+    if (attempt.empty()) throw DataError("@", "--from", "names no attempt");
     for (const fs::path& folder : {fs::path(attempt) / "record", fs::path(attempt)})
         if (fs::exists(folder / "record.json")) return folder;
     const fs::path kept = store / "attempts" / fs::path(attempt).filename() / "record";
@@ -30,13 +31,6 @@ std::string listOf(const std::vector<Bookmark>& marks) {
     return list;
 }
 
-std::optional<std::size_t> numberIn(const std::string& text) {
-    std::size_t number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return number;
-}
-
 // From 0.
 std::size_t chosen(const std::vector<Bookmark>& marks, const std::string& wanted, const fs::path& folder) {
     if (marks.empty())
@@ -46,7 +40,7 @@ std::size_t chosen(const std::vector<Bookmark>& marks, const std::string& wanted
     if (wanted.empty()) return marks.size() - 1;
     for (std::size_t i = 0; i < marks.size(); ++i)
         if (marks[i].text == wanted) return i;
-    if (const auto number = numberIn(wanted); number && *number >= 1 && *number <= marks.size())
+    if (const auto number = wholeNumberIn(wanted); number && *number >= 1 && *number <= marks.size())
         return *number - 1;
     throw DataError(folder, "bookmark " + wanted, "not among: " + listOf(marks));
 }
@@ -59,9 +53,13 @@ Retry openRetry(const std::string& from, const fs::path& store) {
     Retry retry;
     retry.folder = recordOf(whole ? from : from.substr(0, at), store);
     retry.record = records::loadRecord(retry.folder);
-    const std::size_t i = chosen(retry.record.info.bookmarks, whole ? "" : from.substr(at + 1), retry.folder);
+    const std::vector<Bookmark>& marks = retry.record.info.bookmarks;
+    std::size_t i = chosen(marks, whole ? "" : from.substr(at + 1), retry.folder);
+    // A kill may have cost the ticks of the last ones.
+    while (whole && i > 0 && marks[i].tick > retry.record.inputs.size())
+        --i;
     retry.number = i + 1;
-    retry.bookmark = retry.record.info.bookmarks[i];
+    retry.bookmark = marks[i];
     if (retry.bookmark.tick > retry.record.inputs.size())
         throw DataError(retry.folder, "bookmark " + std::to_string(retry.number),
                         "the record ends before it, at tick " + std::to_string(retry.record.inputs.size()));

@@ -296,10 +296,20 @@ std::string whereOf(const Retry& retry) {
            (retry.bookmark.text.empty() ? "" : " (" + retry.bookmark.text + ")") + " at " + seconds;
 }
 
-void printBookmarks(const std::vector<records::Bookmark>& marks, const std::string& attempt) {
+void printBookmarks(const std::vector<records::Bookmark>& marks, const std::string& attempt,
+                    const std::string& scenario) {
     if (marks.empty()) return;
-    std::printf("  %zu bookmark%s; from there again: stylet run --from %s@%zu\n", marks.size(),
-                marks.size() == 1 ? "" : "s", attempt.c_str(), marks.size());
+    const std::string own = scenario.ends_with(".toml") ? " --scenario " + scenario : "";
+    std::printf("  %zu bookmark%s; from there again: stylet run --from %s@%zu%s\n", marks.size(),
+                marks.size() == 1 ? "" : "s", attempt.c_str(), marks.size(), own.c_str());
+}
+
+// The record has its name only.
+std::string scenarioOf(const Retry& retry) {
+    const std::string& name = retry.record.info.scenario;
+    if (std::filesystem::exists(assetsFolder() / "scenarios" / (name + ".toml"))) return name;
+    throw DataError(retry.folder, "scenario \"" + name + "\"",
+                    "is a file of your own: name it with --scenario");
 }
 
 }  // namespace
@@ -400,7 +410,7 @@ Ended runOne(const RunOptions& asked) {
         retry = openRetry(options.from, options.records.empty() ? dataFolder() / "records" : options.records);
         const records::RecordInfo& recorded = retry->record.info;
         if (options.patient.empty()) options.patient = recorded.patient_folder;
-        if (options.scenario.empty()) options.scenario = recorded.scenario;
+        if (options.scenario.empty()) options.scenario = scenarioOf(*retry);
         options.seed = recorded.seed;
         options.rate_hz = 1.0 / retry->record.header.settings.dt_s;
     }
@@ -445,6 +455,7 @@ Ended runOne(const RunOptions& asked) {
         info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(retry->number));
     }
     records::RecordWriter record(options.out / "record", header, info);
+    std::optional<ForceTruth> truth;
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record,
                     attempt.simulation.dt_s);
     session.setDifficulty(difficultyOf(options));
@@ -452,9 +463,11 @@ Ended runOne(const RunOptions& asked) {
         const std::string where = whereOf(*retry);
         session.note("retry", where);
         sayOnStderr("begins as " + where +
-                    (live.device ? "; bring the tool to where it was left, and the attempt goes on" : ""));
+                    (live.device ? "; bring the tool to where it was left, and the attempt goes on" : "") +
+                    (live.device && live.device->profile().force_axes > 0
+                         ? "; then its force comes back: " + live.device->rearmAct()
+                         : ""));
     }
-    std::optional<ForceTruth> truth;
     if (other) session.compareWith(truth.emplace(*other, attempt.simulation.tools.needle));
     Hearing hearing(options, soundPlaces(patient, path), attempt.simulation.dt_s, live.port.get(), ears);
     // Whoever has a device that pushes in his hand, or controllers, and so a headset on.
@@ -490,7 +503,8 @@ Ended runOne(const RunOptions& asked) {
         std::printf("stored as attempt %s of %s\n", keeper->finish(session.log()).c_str(),
                     options.trainee.c_str());
     printResults(facts, session.log(), totals, options.out, options.stats);
-    printBookmarks(record.bookmarks(), keeper ? options.out.filename().string() : options.out.string());
+    printBookmarks(record.bookmarks(), keeper ? options.out.filename().string() : options.out.string(),
+                   options.scenario);
     if (keeper && keeper->send() > 0)
         sayOnStderr(
             "the training centre does not have all yet; the next run, or \"stylet records sync\", sends it");
@@ -500,6 +514,7 @@ Ended runOne(const RunOptions& asked) {
         std::fflush(nullptr);
         std::_Exit(0);
     }
+    if (session.difficulty()) options.difficulty = training::nameOf(*session.difficulty());
     return {options, options.out, !record.bookmarks().empty(), totals.next};
 }
 
@@ -537,6 +552,7 @@ RunOptions following(const Ended& last, const RunOptions& asked, int number) {
         });
     if (last.next->seed) next.seed = *last.next->seed;
     if (last.next->seed && !last.next->patient) next.patient.clear(), next.full.clear();
+    if (last.next->seed || last.next->patient) next.path.clear();  // of the other one
     return next;
 }
 
@@ -547,7 +563,14 @@ int run(const RunOptions& asked) {
     for (int number = 2; last.next && !interrupted(); ++number) {
         const RunOptions next = following(last, asked, number);
         sayOnStderr("the next attempt");
-        last = runOne(next);
+        try {
+            last = runOne(next);
+        } catch (const DataError& e) {
+            sayOnStderr("instructor: " + std::string(e.what()) + "; as before instead");
+            RunOptions before = last.options;
+            before.from.clear(), before.out = next.out;
+            last = runOne(before);
+        }
     }
     return 0;
 }

@@ -107,6 +107,7 @@ class Session {
     // From now on in all that is seen.
     void showRest(bool due) { rest_due_ = due; }
     void setDifficulty(training::Difficulty difficulty) { difficulty_ = difficulty; }
+    std::optional<training::Difficulty> difficulty() const { return difficulty_; }
     // Buttons pressed, commands taken and faults that came (again, after re-arming) since the last call.
     std::uint32_t takePressed() { return std::exchange(newly_pressed_, 0); }
     // Buttons held in the newest tick; a device that is lost holds none.

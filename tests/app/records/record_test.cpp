@@ -368,7 +368,7 @@ TEST_F(RecordFile, KeepsBookmarksAndRefusesBadOnes) {
         many += "," + mark("1", "");
     for (const std::string& bad :
          {std::string("7"), "[" + mark("4", "") + "," + mark("3", "") + "]", "[" + mark("\"x\"", "") + "]",
-          std::string("[{\"tick\": 4}]"), "[" + mark("1", std::string(kLongestBookmark + 1, 'x')) + "]",
+          std::string("[{\"tick\": 4}]"), "[" + mark("1", std::string(3 * kLongestBookmark + 1, 'x')) + "]",
           "[" + many + "]"})
         EXPECT_THROW(parsed(bad), DataError) << bad.substr(0, 80);
 }

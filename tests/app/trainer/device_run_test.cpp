@@ -66,6 +66,11 @@ bool hasTicked(const std::filesystem::path& out) {
 
 class DeviceRun : public testing::Test {
   protected:
+    // Ctrl-C.
+    static void interrupt() {
+        if (const int process = std::atoi(test::textOf(*command_ / "number").c_str()); process > 0)
+            kill(process, SIGINT);
+    }
     static void SetUpTestSuite() {
         command_ = new Command;
         std::ofstream(*command_ / "arm.json") << test::woodenJson();
@@ -174,7 +179,7 @@ TEST_F(DeviceRun, ASpaceMouseAtTheWindowHasAKeyForEveryWord) {
         const Meanwhile keys([&](const std::atomic<bool>& over) {
             std::size_t heard = 0;
             const auto hears = [&](const std::string& words) {
-                for (int i = 0; i < 1500 && !over.load(); ++i, nap(20)) {
+                for (int i = 0; i < 10000 && !over.load(); ++i, nap(20)) {
                     const std::string all = test::textOf(said);
                     const std::size_t found = all.find(words, heard);
                     if (found == std::string::npos) continue;
@@ -199,7 +204,7 @@ TEST_F(DeviceRun, ASpaceMouseAtTheWindowHasAKeyForEveryWord) {
             pushed.store(true);
             for (int i = 0; i < 400 && !over.load(); ++i)
                 nap(10);
-            kill(std::atoi(test::textOf(*command_ / "number").c_str()), SIGINT);
+            interrupt();
         });
         live = command_->runInto(out,
                                  "run --mute --spacing-mm 2.5 --device spacemouse --scenario '" +
@@ -324,7 +329,7 @@ TEST_F(DeviceRun, EveryToolIsTakenUpByWordOrButton) {
                 std::this_thread::sleep_for(std::chrono::milliseconds(10));
                 ended_n = bridge.asked_n();
             }
-            kill(std::atoi(test::textOf(*command_ / "number").c_str()), SIGINT);
+            interrupt();
         });
         live = command_->runInto(
             out, run("--device bridge --seconds 60 --socket '" + socket + "' <'" + pipe.string() + "'"),
@@ -413,7 +418,7 @@ TEST_F(DeviceRun, AnInverse3IsListedAndPunctures) {
             nap(1800);
             move(0.0);
             move(0.2);
-            kill(std::atoi(test::textOf(*command_ / "number").c_str()), SIGINT);
+            interrupt();
         });
         live = command_->runInto(out, run("--device inverse3 --seconds 60" + port), *command_ / "number");
     }

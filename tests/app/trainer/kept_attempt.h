@@ -15,6 +15,9 @@ std::filesystem::path storeOf(const Command&);
 // The folder that the attempt which runs now, or ran last, is kept in; empty while there is none.
 std::filesystem::path newestAttempt(const Command&);
 
+// How many of its events are that.
+int countOf(const records::StoredAttempt&, const std::string& kind, const std::string& text);
+
 struct KeptAttempt {
     records::StoredAttempt stored;
     nlohmann::json summary;

@@ -35,6 +35,12 @@ class DesktopRun : public testing::Test {
     bool says(const std::string& text) const {
         return until([&] { return said().find(text) != std::string::npos; });
     }
+    // Until the attempt's events have it, for the `times`th time.
+    bool happens(const std::string& kind, const std::string& text, int times = 1) const {
+        const std::string id = test::newestAttempt(command_).filename().string();
+        const records::Store store(test::storeOf(command_));
+        return until([&] { return test::countOf(store.attempt(id), kind, text) >= times; });
+    }
     // The tool follows without haste.
     void steps(const std::string& key, int times, std::chrono::milliseconds wait = 2s) const {
         display_.key(key, times);
@@ -53,7 +59,7 @@ TEST_F(DesktopRun, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
 
     steps("Next", 16);  // Page Down: the finger on the skin, then along it with the mouse
     display_.drag(500, 260, 520, 260);
-    std::this_thread::sleep_for(1s);
+    ASSERT_TRUE(happens("step", "find the space between the ribs")) << said();
     steps("Home", 1);
 
     display_.key("p");
@@ -61,7 +67,9 @@ TEST_F(DesktopRun, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     display_.key("h");
     ASSERT_TRUE(says("asked to hold his breath")) << said();
     display_.key("e", 18);  // between the ribs
-    steps("Next", 16, 7s);
+    ASSERT_TRUE(happens("breath", "held")) << said();
+    steps("Next", 16);
+    ASSERT_TRUE(happens("step", "find the duct")) << said();
     display_.key("k");
     ASSERT_TRUE(says("the probe stays where it is")) << said();
     steps("Home", 1);
@@ -69,13 +77,15 @@ TEST_F(DesktopRun, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     display_.key("s");
     ASSERT_TRUE(says("the scalpel is in hand")) << said();
     steps("Next", 17);
-    steps("Up", 2, 1s);
+    display_.key("Up", 2);
+    ASSERT_TRUE(happens("step", "open the skin")) << said();
     steps("Home", 1);
 
     display_.key("space");  // the next tool
     ASSERT_TRUE(says("the guide is in hand")) << said();
     steps("Right", 1, 500ms);  // it holds the needle
     steps("Left", 1, 500ms);
+    ASSERT_TRUE(happens("step", "snap the needle into the guide")) << said();
     display_.key("n");
     ASSERT_TRUE(says("the needle is in hand")) << said();
     const json path =
@@ -87,12 +97,12 @@ TEST_F(DesktopRun, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
         display_.wheel(500, 260, std::min(10, rest - i));
         std::this_thread::sleep_for(500ms);
     }
-    std::this_thread::sleep_for(2s);
+    ASSERT_TRUE(happens("step", "advance to the duct")) << said();
     display_.key("x");
     EXPECT_TRUE(says("X-rays")) << said();
     display_.key("i");
     EXPECT_TRUE(says("contrast medium, 1 ml/s")) << said();
-    std::this_thread::sleep_for(2s);
+    ASSERT_TRUE(happens("step", "show the ducts with contrast")) << said();
     display_.key("i");
     EXPECT_TRUE(says("no more contrast medium")) << said();
     display_.key("x");

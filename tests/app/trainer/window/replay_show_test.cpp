@@ -44,7 +44,7 @@ double psnrOfShots_db(const Screenshot& a, const Screenshot& b) {
     if (a.width != b.width || a.height != b.height || a.rgb.empty()) return 0.0;
     std::vector<std::uint8_t> parts[2];
     for (int y = a.height / 12; y < a.height * 2 / 5; ++y)
-        for (int x = 20; x < a.width / 2; ++x)
+        for (int x = 40; x < a.width / 2; ++x)
             for (int c = 0; c < 3; ++c) {
                 const std::size_t at = std::size_t(3 * (y * a.width + x) + c);
                 parts[0].push_back(a.rgb[at]), parts[1].push_back(b.rgb[at]);

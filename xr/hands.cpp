@@ -1,8 +1,19 @@
 #include "xr/hands.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace stylet::xr {
+namespace {
+
+double apart_m(const std::optional<Pose>& a, const std::optional<Pose>& b) {
+    if (!a || !b) return std::numeric_limits<double>::infinity();
+    return std::hypot(a->position[0] - b->position[0], a->position[1] - b->position[1],
+                      a->position[2] - b->position[2]);
+}
+
+}  // namespace
 
 // The palm joint has +y out of the back of the hand and -z along the fingers; a grip has -z from the little
 // finger to the thumb and +x out of the left palm, or into the right one.
@@ -12,6 +23,15 @@ Pose gripOfPalm(const Pose& a_from_palm, int side) {
     const Pose palm_from_grip{
         side == 0 ? std::array<double, 4>{h, -h, -h, h} : std::array<double, 4>{h, h, h, h}, {}};
     return a_from_palm * palm_from_grip;
+}
+
+void Pinches::update(const std::array<double, kPinchFingers>& distances_m) {
+    bool held = false;
+    for (std::size_t i = 0; i < kPinchFingers; ++i)
+        held = (fingers[i].held && fingers[i].update(distances_m[i])) || held;
+    if (held) return;
+    const auto nearest = std::min_element(distances_m.begin(), distances_m.end()) - distances_m.begin();
+    fingers[std::size_t(nearest)].update(distances_m[std::size_t(nearest)]);
 }
 
 Hands::~Hands() {
@@ -56,28 +76,28 @@ XrResult Hands::read(XrSpace stage, XrTime time, int side, Hand& hand) {
         const XrHandJointLocationEXT& found = joints[std::size_t(joint)];
         return wholePose(found.locationFlags, found.pose);
     };
-    Pinch& pinch = pinches_[std::size_t(side)];
+    Pinches& pinches = pinches_[std::size_t(side)];
     const auto palm = at(XR_HAND_JOINT_PALM_EXT);
     if (!seen || !palm) {
-        pinch.held = false;
+        pinches = {};
         return result;
     }
     hand.active = hand.bare = true;
     hand.stage_from_grip = gripOfPalm(*palm, side);
     const auto thumb = at(XR_HAND_JOINT_THUMB_TIP_EXT), index = at(XR_HAND_JOINT_INDEX_TIP_EXT);
     if (!thumb || !index) {
-        pinch.held = false;
+        pinches = {};
         return result;
     }
     Pose aim = *palm;
-    double distance2_m2 = 0.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const double apart_m = thumb->position[i] - index->position[i];
-        distance2_m2 += apart_m * apart_m;
+    for (std::size_t i = 0; i < 3; ++i)
         aim.position[i] = 0.5 * (thumb->position[i] + index->position[i]);
-    }
     hand.stage_from_aim = aim;
-    hand.select = pinch.update(std::sqrt(distance2_m2));
+    pinches.update({apart_m(thumb, index), apart_m(thumb, at(XR_HAND_JOINT_MIDDLE_TIP_EXT)),
+                    apart_m(thumb, at(XR_HAND_JOINT_RING_TIP_EXT))});
+    hand.select = pinches.holds(PinchFinger::index);
+    hand.menu = pinches.holds(PinchFinger::middle);
+    hand.squeeze = pinches.holds(PinchFinger::ring) ? 1.0f : 0.0f;
     return result;
 }
 

@@ -86,10 +86,10 @@ struct Hand {
     bool active = false;  // something is held or the bare hand is seen, and the session has the focus
     bool bare = false;    // a tracked hand without a controller
     std::optional<Pose> stage_from_grip;
-    std::optional<Pose> stage_from_aim;  // -z points; of a bare hand: between thumb and index finger
-    bool select = false;                 // trigger, or a pinch of thumb and index finger
-    bool menu = false;
-    float squeeze = 0;                      // [0, 1]
+    std::optional<Pose> stage_from_aim;     // -z points; of a bare hand: between thumb and index finger
+    bool select = false;                    // trigger; of a bare hand thumb and index finger
+    bool menu = false;                      // thumb and middle finger
+    float squeeze = 0;                      // [0, 1]; thumb and ring finger
     std::array<float, 2> thumbstick{0, 0};  // right, up in [-1, 1]; or of a trackpad
 };
 

@@ -57,7 +57,11 @@ UserButtons LiveDevice::buttons() const {
 }
 
 std::string LiveDevice::describeButtons() const {
-    if (kind_ == kControllers) return describe(buttons(), kControllerButtons);
+    if (kind_ == kControllers)
+        return describe(buttons(), kControllerButtons) +
+               "; of a bare hand, thumb and index finger are the trigger, thumb and middle finger menu, "
+               "thumb and "
+               "ring finger squeeze";
     return describe(buttons());
 }
 

@@ -16,6 +16,22 @@ TEST(Pinch, HoldsBetweenTheTwoDistances) {
     EXPECT_FALSE(pinch.update(0.021));
 }
 
+TEST(Pinch, OneFingerAtATimeTheFirstUntilItHasGone) {
+    Pinches pinches;
+    const auto held = [&](double index_m, double middle_m, double ring_m) {
+        pinches.update({index_m, middle_m, ring_m});
+        return std::array{pinches.holds(PinchFinger::index), pinches.holds(PinchFinger::middle),
+                          pinches.holds(PinchFinger::ring)};
+    };
+    using Held = std::array<bool, kPinchFingers>;
+    EXPECT_EQ(held(0.05, 0.05, 0.05), (Held{}));
+    EXPECT_EQ(held(0.018, 0.012, 0.019), (Held{false, true, false})) << "the nearest";
+    EXPECT_EQ(held(0.010, 0.030, 0.050), (Held{false, true, false}));
+    EXPECT_EQ(held(0.010, 0.040, 0.050), (Held{true, false, false}));
+    EXPECT_EQ(held(INFINITY, INFINITY, 0.010), (Held{false, false, true}));
+    EXPECT_EQ(held(INFINITY, INFINITY, INFINITY), (Held{}));
+}
+
 // Palms down, fingers forward: the palm joints are unturned.
 TEST(Hands, AGripPointsFromTheLittleFingerToTheThumb) {
     const Pose palm{{0, 0, 0, 1}, {1, 2, 3}};

@@ -182,9 +182,36 @@ TEST_F(InputTest, ABareHandGripsAndPinches) {
     }
     EXPECT_TRUE(pinched);
     EXPECT_TRUE(let_go);
+    EXPECT_FALSE(show.session.hand(1).menu);
     show.run(40);
     EXPECT_FALSE(show.session.hand(1).active);
     EXPECT_FALSE(show.session.gripAt(1, 0).has_value());
+}
+
+// A thumb that meets the middle finger, then the ring finger.
+TEST_F(InputTest, ABareHandHasAMenuAndASqueeze) {
+    constexpr int kThumbTip = 5, kMiddleTip = 15, kRingTip = 20;  // XrHandJointEXT
+    const auto joints = [](int near_thumb) {
+        std::string text;
+        for (int joint = 0; joint < 26; ++joint) {
+            const bool meets = joint == near_thumb || joint == kThumbTip;
+            text += std::string(joint > 0 ? "," : "") + "[" + (meets ? "0" : std::to_string(0.1 * joint)) +
+                    (joint == near_thumb ? ",1.21" : ",1.2") + ",-0.4,0,0,0,1,0.01]";
+        }
+        return "[" + text + "]";
+    };
+    useScenario(R"("controllers": {}, "hands": {"left": {"joints": [{"t_s": 0, "joints": )" +
+                joints(kMiddleTip) + R"(}, {"t_s": 1.5, "joints": )" + joints(kMiddleTip) +
+                R"(}, {"t_s": 1.6, "joints": )" + joints(kRingTip) + "}]}}");
+    Show show;
+    ASSERT_TRUE(show.reach(SessionPhase::focused));
+    show.frame();
+    EXPECT_TRUE(show.session.hand(0).menu);
+    EXPECT_EQ(show.session.hand(0).squeeze, 0.0f);
+    EXPECT_FALSE(show.session.hand(0).select);
+    show.run(80);
+    EXPECT_FALSE(show.session.hand(0).menu);
+    EXPECT_EQ(show.session.hand(0).squeeze, 1.0f);
 }
 
 TEST_F(InputTest, HandsAreOfferedByTheSystemOrNotAtAll) {

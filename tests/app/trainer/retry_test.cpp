@@ -204,14 +204,19 @@ TEST_F(FromABookmark, AnAttemptIsFoundByItsFolderItsRecordsOrItsId) {
 TEST(Bookmarks, AreInTheRecordAtOnce) {
     const test::TempFolder folder;
     records::RecordWriter writer(folder / "record", {}, onTheDuct());
+    std::string letters = "x";  // of two bytes each behind it
+    for (int i = 0; i < 1000; ++i)
+        letters += "\u00e4";
     for (int i = 0; i < 3; ++i)
-        writer.bookmark({std::uint64_t(i), i == 1 ? std::string(2000, 'x') : "mark"});
+        writer.bookmark({std::uint64_t(i), i == 1 ? letters : "mark"});
     const records::Record record = records::loadRecord(folder / "record");
     ASSERT_EQ(record.info.bookmarks.size(), 3u);
     EXPECT_FALSE(record.info.end);
-    EXPECT_EQ(record.info.bookmarks[1].text.size(), records::kLongestBookmark);
+    EXPECT_EQ(record.info.bookmarks[1].text, letters.substr(0, records::kLongestBookmark - 1));
     EXPECT_EQ(record.info.bookmarks[2].tick, 2u);
-    test::expectRefused([&] { openRetry((folder / "record").string(), {}); }, "record", "bookmark 3");
+    // Killed before a tick was on the disk.
+    EXPECT_EQ(openRetry((folder / "record").string(), {}).number, 1u);
+    test::expectRefused([&] { openRetry((folder / "record").string() + "@3", {}); }, "record", "bookmark 3");
 }
 
 }  // namespace

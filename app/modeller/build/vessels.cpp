@@ -1,0 +1,366 @@
+#include "app/modeller/build/vessels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+#include <utility>
+
+#include "app/modeller/build/tube_evidence.h"
+#include "patient/geodesic.h"
+
+namespace stylet::modeller {
+
+using patient::Grid;
+using patient::Index3;
+using patient::Vec3;
+
+namespace {
+
+const std::vector<double> kRadii_m{0.001, 0.0015, 0.0021, 0.003, 0.0045};
+// Of TubeEvidence::score. Tuned on reference patients, where found and true volume are equal at it.
+constexpr float kInside = 7.0f, kCertain = 9.0f;
+constexpr double kLeastPiece_m3 = 200e-9;  // 15 mm of a vessel of 2 mm radius
+// Where the liver's mask takes in a rim of something bright, that rim is a sheet and no line.
+constexpr double kRim_m = 0.003;
+constexpr float kRimLine = 2.0f;
+
+// Blood in the large vessels: its blur, how far from parenchyma to the vessels' own level, how far above it.
+constexpr double kBloodBlur_m = 0.0015, kBloodShare = 0.35, kBloodAbove_hu = 90.0;
+constexpr double kAround_m = 0.015;  // of the liver, where cava and hilum are looked for
+// The cava in a slice: opened to drop what joins it, and of this area (5 to 22 mm radius).
+constexpr double kCavaOpening_m = 0.004, kLeastCava_m2 = 70e-6, kMostCava_m2 = 1500e-6;
+constexpr double kCavaLeastLength_m = 0.012;
+constexpr double kNearLiver_m = 0.005, kNearVessels_m = 0.006;
+constexpr double kTrunkRadius_m = 0.0035, kOffCava_m = 0.006;
+// Heights in the liver, 0 at its lowest voxel and 1 at its highest: of hilum and hepatic veins' ends.
+constexpr double kTrunkLow = 0.2, kTrunkHigh = 0.62, kVeinsLow = 0.65, kStemsLow = 0.78, kStemReach_m = 0.035;
+constexpr float kStemWidth = 0.75f;
+constexpr double kJoin_m = 0.005;  // from a vessel's end to the large vessel that it joins
+// Fronts: metres of wide lumen that one metre costs; a leap through parenchyma; each metre that a lumen
+// widens.
+constexpr double kNarrow_m = 0.002, kLeap = 60.0, kBeyondLiver = 120.0, kWidening = 25.0;
+constexpr double kNoLumen_m = 0.0008;
+
+std::size_t countOf(const Mask& m) {
+    return std::size_t(std::count_if(m.voxels.begin(), m.voxels.end(), [](auto v) { return v != 0; }));
+}
+
+double voxelVolume(const Grid& g) {
+    return g.spacing_m.x * g.spacing_m.y * g.spacing_m.z;
+}
+
+Index3 indexOf(const Grid& g, std::size_t o) {
+    const auto nx = std::size_t(g.dims.x), ny = std::size_t(g.dims.y);
+    return {int(o % nx), int(o / nx % ny), int(o / (nx * ny))};
+}
+
+// The liver's surroundings, in which the vessels are split.
+struct Scene {
+    VoxelBox box;
+    Mask liver, vessels, blood;
+    FloatVolume to_liver, to_vessels;  // metres
+    int bottom = 0, top = 0;           // slices of the liver in the box
+
+    // Height within the liver, 0 to 1.
+    double height(int z) const { return double(z - bottom) / double(std::max(1, top - bottom)); }
+};
+
+Scene makeScene(const patient::CtVolume& ct, const Mask& liver, const Mask& vessels) {
+    Scene s;
+    s.box = boxAround(liver, int(std::ceil(kAround_m / ct.grid.spacing_m.x)));
+    s.liver = cropped(liver, s.box);
+    s.vessels = cropped(vessels, s.box);
+    const VoxelBox inside = boxAround(s.liver, 0);
+    s.bottom = inside.low.z, s.top = inside.high.z;
+    s.to_liver = distanceTo(s.liver);
+    s.to_vessels = distanceTo(s.vessels);
+
+    FloatVolume image(s.liver.grid);
+    std::vector<float> in_liver, in_vessels;
+    std::size_t o = 0;
+    for (int z = s.box.low.z; z <= s.box.high.z; ++z)
+        for (int y = s.box.low.y; y <= s.box.high.y; ++y)
+            for (int x = s.box.low.x; x <= s.box.high.x; ++x, ++o) {
+                image.voxels[o] = std::clamp(float(ct[{x, y, z}]), -200.0f, 600.0f);
+                if (s.liver.voxels[o])
+                    (s.vessels.voxels[o] ? in_vessels : in_liver).push_back(image.voxels[o]);
+            }
+    const auto at = [](std::vector<float>& v, double share) {
+        const auto p = v.begin() + std::ptrdiff_t(share * double(v.size() - 1));
+        std::nth_element(v.begin(), p, v.end());
+        return double(*p);
+    };
+    s.blood = Mask(s.liver.grid);
+    if (in_liver.empty() || in_vessels.empty()) return s;
+    // Most of a thin vessel's voxels are partly parenchyma: its upper quarter is blood.
+    const double parenchyma_hu = at(in_liver, 0.5), blood_hu = at(in_vessels, 0.75);
+    const double least_hu = parenchyma_hu + kBloodShare * (blood_hu - parenchyma_hu);
+    image = gaussian(image, kBloodBlur_m);
+    for (std::size_t i = 0; i < image.voxels.size(); ++i)
+        s.blood.voxels[i] = double(image.voxels[i]) > least_hu &&
+                            double(image.voxels[i]) < blood_hu + kBloodAbove_hu &&
+                            double(s.to_liver.voxels[i]) < kAround_m;
+    return s;
+}
+
+// Cross-sections of large blood vessels, slice by slice; offsets within the slice.
+std::vector<std::vector<Piece>> crossSections(const Scene& s) {
+    const Grid& g = s.blood.grid;
+    const Grid flat{{g.dims.x, g.dims.y, 1}, g.spacing_m, g.origin_m};
+    const double voxel_m2 = g.spacing_m.x * g.spacing_m.y;
+    std::vector<std::vector<Piece>> sections(std::size_t(g.dims.z));
+    for (int z = s.bottom; z <= s.top; ++z) {
+        Mask slice(flat);
+        const auto from = s.blood.voxels.begin() + std::ptrdiff_t(z) * std::ptrdiff_t(flat.voxelCount());
+        std::copy(from, from + std::ptrdiff_t(flat.voxelCount()), slice.voxels.begin());
+        keepPieces(dilated(eroded(slice, kCavaOpening_m), kCavaOpening_m), [&](const Piece& piece) {
+            const double area_m2 = double(piece.size()) * voxel_m2;
+            if (area_m2 >= kLeastCava_m2 && area_m2 <= kMostCava_m2)
+                sections[std::size_t(z)].push_back(piece);
+            return false;
+        });
+        for (Piece& piece : sections[std::size_t(z)])
+            std::sort(piece.begin(), piece.end());
+    }
+    return sections;
+}
+
+// The section of the next slice that goes on from this one, or null.
+const Piece* continued(const Piece& from, const std::vector<Piece>& next) {
+    for (const Piece& piece : next) {
+        Piece both;
+        std::set_intersection(from.begin(), from.end(), piece.begin(), piece.end(), std::back_inserter(both));
+        const bool overlaps = 2 * both.size() > std::min(from.size(), piece.size());
+        if (overlaps && piece.size() < 2 * from.size() && from.size() < 2 * piece.size()) return &piece;
+    }
+    return nullptr;
+}
+
+// The cava: of all upright vessels in the back of the liver's upper part the one that lies nearest to liver
+// and vessels for longest.
+Mask cavaOf(const Scene& s) {
+    const Grid& g = s.blood.grid;
+    const std::size_t slice = std::size_t(g.dims.x) * std::size_t(g.dims.y);
+    const VoxelBox liver = boxAround(s.liver, 0);
+    const auto sections = crossSections(s);
+    const double middle = 0.5 * (liver.low.y + liver.high.y) + 0.15 * (liver.high.y - liver.low.y);
+
+    Mask best(g), seen(g);
+    double best_score = 0.0;
+    for (int z = s.top; z >= s.bottom; --z) {
+        if (s.height(z) < 0.55 || s.height(z) > 0.97) continue;
+        for (const Piece& start : sections[std::size_t(z)]) {
+            if (seen.voxels[std::size_t(z) * slice + start.front()]) continue;
+            std::vector<std::pair<int, const Piece*>> chain{{z, &start}};
+            for (const int step : {1, -1}) {
+                const Piece* at = &start;
+                for (int to = z + step; to >= s.bottom && to <= s.top; to += step) {
+                    at = continued(*at, sections[std::size_t(to)]);
+                    if (!at) break;
+                    chain.push_back({to, at});
+                }
+            }
+            double score = 0.0, y_sum = 0.0, count = 0.0;
+            for (const auto& [level, piece] : chain)
+                for (const std::size_t o : *piece) {
+                    const std::size_t i = std::size_t(level) * slice + o;
+                    seen.voxels[i] = 1;
+                    score += double(s.to_vessels.voxels[i]) < kNearVessels_m && s.height(level) > 0.5;
+                    score += 0.3 * (double(s.to_liver.voxels[i]) < kNearLiver_m);
+                    y_sum += double(o / std::size_t(g.dims.x));
+                    count += 1.0;
+                }
+            if (double(chain.size()) * g.spacing_m.z < kCavaLeastLength_m || y_sum > middle * count) continue;
+            if (score <= best_score) continue;
+            best_score = score;
+            best = Mask(g);
+            for (const auto& [level, piece] : chain)
+                for (const std::size_t o : *piece)
+                    best.voxels[std::size_t(level) * slice + o] = 1;
+        }
+    }
+    return best;
+}
+
+// The portal trunk and its forks: of all thick blood in the liver's middle heights, off the cava, the piece
+// that meets most of the liver's vessels.
+Mask portalTrunk(const Scene& s, const Mask& cava) {
+    const Grid& g = s.blood.grid;
+    const FloatVolume to_cava = distanceTo(cava);
+    Mask thick = dilated(eroded(s.blood, kTrunkRadius_m), kTrunkRadius_m);
+    for (std::size_t i = 0; i < thick.voxels.size(); ++i) {
+        const double height = s.height(indexOf(g, i).z);
+        if (height < kTrunkLow || height > kTrunkHigh || double(to_cava.voxels[i]) < kOffCava_m)
+            thick.voxels[i] = 0;
+    }
+    std::size_t most = 0;
+    Piece trunk;
+    keepPieces(thick, [&](const Piece& piece) {
+        const auto met = std::size_t(std::count_if(piece.begin(), piece.end(), [&](std::size_t o) {
+            return double(s.to_vessels.voxels[o]) < kNearLiver_m;
+        }));
+        if (met > most) most = met, trunk = piece;
+        return false;
+    });
+    Mask out(g);
+    for (const std::size_t o : trunk)
+        out.voxels[o] = 1;
+    return out;
+}
+
+FloatVolume lumenRadius(const Mask& vessels) {
+    FloatVolume radius(vessels.grid);
+    patient::LabelSet set{};
+    set[1] = true;
+    for (const patient::VoxelPiece& piece : patient::piecesOf(vessels, set)) {
+        const std::vector<double> r = patient::lumenRadius_m(piece, patient::wallDistance_m(piece));
+        for (std::size_t m = 0; m < piece.size(); ++m)
+            radius[piece.voxel(m)] = float(r[m]);
+    }
+    return radius;
+}
+
+constexpr std::uint8_t kPortal = 1, kHepatic = 2;
+
+// Dijkstra from all seeds at once: each vessel voxel takes the label of the front that comes first.
+Mask runFronts(const Scene& s, const Mask& seeds, const FloatVolume& radius) {
+    const Grid& g = s.vessels.grid;
+    Mask label(g);
+    std::vector<float> cost(g.voxelCount(), std::numeric_limits<float>::infinity());
+    using Entry = std::pair<float, std::size_t>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+    for (std::size_t i = 0; i < cost.size(); ++i)
+        if (seeds.voxels[i]) cost[i] = 0.0f, label.voxels[i] = seeds.voxels[i], open.push({0.0f, i});
+    std::size_t left = countOf(s.vessels);
+    while (!open.empty() && left > 0) {
+        const auto [so_far, o] = open.top();
+        open.pop();
+        if (so_far > cost[o]) continue;
+        left -= s.vessels.voxels[o] != 0;
+        const Index3 at = indexOf(g, o);
+        const Index3 low = glm::max(at - 1, Index3(0)), high = glm::min(at + 1, g.dims - 1);
+        const double here_m = s.vessels.voxels[o] ? double(radius.voxels[o]) : kNoLumen_m;
+        for (int z = low.z; z <= high.z; ++z)
+            for (int y = low.y; y <= high.y; ++y)
+                for (int x = low.x; x <= high.x; ++x) {
+                    const std::size_t t = g.offset({x, y, z});
+                    if (t == o) continue;
+                    const double step_m = glm::length(g.spacing_m * Vec3(Index3(x, y, z) - at));
+                    double next = double(so_far);
+                    if (s.vessels.voxels[t]) {
+                        const double there_m = double(radius.voxels[t]), narrow = kNarrow_m / there_m;
+                        next +=
+                            step_m * (1.0 + narrow * narrow) + kWidening * std::max(0.0, there_m - here_m);
+                    } else {
+                        next += step_m * (s.liver.voxels[t] ? kLeap : kBeyondLiver);
+                    }
+                    if (float(next) >= cost[t]) continue;
+                    cost[t] = float(next);
+                    label.voxels[t] = label.voxels[o];
+                    open.push({float(next), t});
+                }
+    }
+    return label;
+}
+
+// Vessel voxels within reach of a large vessel.
+void seedNear(const Scene& s, const Mask& large, std::uint8_t label, double least_height, Mask& seeds) {
+    const FloatVolume to = distanceTo(large);
+    for (std::size_t i = 0; i < seeds.voxels.size(); ++i)
+        if (s.vessels.voxels[i] && double(to.voxels[i]) <= kJoin_m &&
+            s.height(indexOf(seeds.grid, i).z) >= least_height)
+            seeds.voxels[i] = label;
+}
+
+// Where no large vessel shows: the widest lumen between two heights of the liver.
+void seedWidest(const Scene& s, const FloatVolume& radius, double from, double to, std::uint8_t label,
+                Mask& seeds) {
+    std::size_t best = 0;
+    float widest = 0.0f;
+    for (std::size_t i = 0; i < radius.voxels.size(); ++i) {
+        const double height = s.height(indexOf(seeds.grid, i).z);
+        if (radius.voxels[i] > widest && height >= from && height < to && !seeds.voxels[i])
+            widest = radius.voxels[i], best = i;
+    }
+    if (widest > 0.0f) seeds.voxels[best] = label;
+}
+
+// All lumen of the liver's upper part that is nearly as wide as the widest there: the veins' stems, whatever
+// became of their ends at the cava.
+void seedStems(const Scene& s, const FloatVolume& radius, const Mask& cava, Mask& seeds) {
+    const FloatVolume to_cava = distanceTo(cava);
+    const bool found = countOf(cava) > 0;
+    float widest = 0.0f;
+    for (int pass = 0; pass < 2; ++pass)
+        for (std::size_t i = 0; i < radius.voxels.size(); ++i) {
+            if (seeds.voxels[i] || !s.vessels.voxels[i]) continue;
+            if (s.height(indexOf(seeds.grid, i).z) < kStemsLow) continue;
+            if (found && double(to_cava.voxels[i]) > kStemReach_m) continue;
+            if (pass == 0) widest = std::max(widest, radius.voxels[i]);
+            if (pass == 1 && radius.voxels[i] > kStemWidth * widest) seeds.voxels[i] = kHepatic;
+        }
+}
+
+bool holds(const Mask& seeds, std::uint8_t label) {
+    return std::find(seeds.voxels.begin(), seeds.voxels.end(), label) != seeds.voxels.end();
+}
+
+}  // namespace
+
+Mask findVessels(const patient::CtVolume& ct, const Mask& liver) {
+    if (countOf(liver) == 0) return Mask(ct.grid);
+    const TubeEvidence e = tubeEvidence(ct, liver, TubeKind::bright, kRadii_m);
+    const Mask core = eroded(e.liver, kRim_m);
+    Mask inside(e.liver.grid);
+    for (std::size_t i = 0; i < inside.voxels.size(); ++i)
+        inside.voxels[i] =
+            e.liver.voxels[i] && e.score(i) > kInside && (core.voxels[i] || e.line.voxels[i] > kRimLine);
+    const auto least = std::size_t(kLeastPiece_m3 / voxelVolume(ct.grid));
+    const Mask vessels = keepPieces(inside, [&](const Piece& piece) {
+        return piece.size() >= least &&
+               std::any_of(piece.begin(), piece.end(), [&](std::size_t o) { return e.score(o) > kCertain; });
+    });
+    return restored(vessels, e.box, ct.grid);
+}
+
+SplitVessels splitVessels(const patient::CtVolume& ct, const Mask& liver, const Mask& vessels) {
+    SplitVessels out{Mask(ct.grid), Mask(ct.grid), Mask(ct.grid), {}};
+    if (countOf(vessels) == 0 || countOf(liver) == 0) {
+        out.notes.push_back("No vessels show in the liver: the scan has too little contrast medium in them.");
+        return out;
+    }
+    const Scene s = makeScene(ct, liver, vessels);
+    const FloatVolume radius = lumenRadius(s.vessels);
+    Mask cava = cavaOf(s);
+    const Mask trunk = portalTrunk(s, cava);
+    Mask seeds(s.vessels.grid);
+    seedNear(s, trunk, kPortal, 0.0, seeds);
+    seedNear(s, cava, kHepatic, kVeinsLow, seeds);
+    seedStems(s, radius, cava, seeds);
+    if (!holds(seeds, kPortal)) {
+        out.notes.push_back(
+            "No portal trunk was found at the hilum: the portal vein begins at the widest vessel "
+            "of the liver's middle.");
+        seedWidest(s, radius, kTrunkLow, kTrunkHigh, kPortal, seeds);
+    }
+    if (!holds(seeds, kHepatic)) {
+        out.notes.push_back(
+            "No cava was found behind the liver: the hepatic veins begin at the widest vessel "
+            "of its upper part.");
+        seedWidest(s, radius, kVeinsLow, 1.01, kHepatic, seeds);
+    }
+    if (!holds(seeds, kPortal) && !holds(seeds, kHepatic)) seedWidest(s, radius, -0.01, 1.01, kPortal, seeds);
+    const Mask label = runFronts(s, seeds, radius);
+    Mask portal(label.grid), hepatic(label.grid);
+    for (std::size_t i = 0; i < label.voxels.size(); ++i) {
+        if (s.vessels.voxels[i]) (label.voxels[i] == kHepatic ? hepatic : portal).voxels[i] = 1;
+        if (s.vessels.voxels[i]) cava.voxels[i] = 0;
+    }
+    out.portal = restored(portal, s.box, ct.grid);
+    out.hepatic = restored(hepatic, s.box, ct.grid);
+    out.cava = restored(cava, s.box, ct.grid);
+    return out;
+}
+
+}  // namespace stylet::modeller

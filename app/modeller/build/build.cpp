@@ -74,7 +74,8 @@ StageReport runStage(Work& work, const StageStore& store, int number, const Stag
         store.keep(number, stage.name, fresh, work.ct, stageTable(), text_name);
         result = std::move(fresh);
     }
-    stage.take(work, *result);
+    work.found[report.name] = result->labels;
+    if (stage.take) stage.take(work, *result);
     chain = chained(chain, *result);
     report.seconds = result->record.seconds;
     report.corrected = result->record.corrected;

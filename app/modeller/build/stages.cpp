@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/modeller/build/bones.h"
+#include "app/modeller/build/lungs.h"
 #include "app/modeller/import_body.h"
 #include "app/modeller/import_map.h"
 #include "app/modeller/section.h"
@@ -86,8 +88,26 @@ void takeClasses(Work& work, const StageResult& r) {
     readClasses(r.text, work.classes, work.thresholds);
 }
 
-void takeLabels(Work& work, const StageResult& r, const char* name) {
-    work.found[name] = r.labels;
+void findLungsStage(Work& work, StageResult& r) {
+    const Lungs lungs = findLungs(work.ct, work.body);
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, lungs.gas, idOf("bowel gas"), true);
+    paint(r.labels, lungs.right, idOf("right lung"), true);
+    paint(r.labels, lungs.left, idOf("left lung"), true);
+    r.record.notes = lungs.notes;
+}
+
+void findBonesStage(Work& work, StageResult& r) {
+    const Bones bones = findBones(work.ct, work.body);
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, bones.other, idOf("bone"), true);
+    paint(r.labels, bones.cartilage, idOf("cartilage and discs"), true);
+    paint(r.labels, bones.spine, idOf("spine"), true);
+    paint(r.labels, bones.canal, idOf("spinal canal"), true);
+    paint(r.labels, bones.sternum, idOf("sternum"), true);
+    paint(r.labels, bones.ribs_right, idOf("right ribs"), true);
+    paint(r.labels, bones.ribs_left, idOf("left ribs"), true);
+    r.record.notes = bones.notes;
 }
 
 void findSkin(Work& work, StageResult& r) {
@@ -97,15 +117,14 @@ void findSkin(Work& work, StageResult& r) {
 
 std::vector<Stage> makeStages() {
     return {
-        {"body", 1, "", {}, true, findBody, takeBody},
-        {"classes", 1, "classes.json", {}, true, findClasses, takeClasses},
-        {"skin",
-         1,
-         "",
-         {"skin"},
-         false,
-         findSkin,
-         [](Work& w, const StageResult& r) { takeLabels(w, r, "skin"); }},
+        {.name = "body", .find = findBody, .take = takeBody},
+        {.name = "classes", .text_name = "classes.json", .find = findClasses, .take = takeClasses},
+        {.name = "lungs", .gives = {"right lung", "left lung", "bowel gas"}, .find = findLungsStage},
+        {.name = "bones",
+         .gives = {"right ribs", "left ribs", "spine", "spinal canal", "sternum", "bone",
+                   "cartilage and discs"},
+         .find = findBonesStage},
+        {.name = "skin", .gives = {"skin"}, .over_all = false, .find = findSkin},
     };
 }
 

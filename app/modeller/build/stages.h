@@ -30,14 +30,14 @@ struct Work {
 
 struct Stage {
     std::string_view name;
-    int version = 1;                 // raised when its rules change: what was kept is done anew
-    std::string_view text_name;      // the file a person may edit; empty where there is none
-    std::vector<std::string> gives;  // the labels it adds to the package
-    bool over_all = true;            // or only where nothing lies yet
+    int version = 1;                      // raised when its rules change: what was kept is done anew
+    std::string_view text_name = "";      // the file a person may edit; empty where there is none
+    std::vector<std::string> gives = {};  // the labels it adds to the package
+    bool over_all = true;                 // or only where nothing lies yet
     // Fills labels and notes; text is empty, or a person's.
     void (*find)(Work&, StageResult&);
-    // From fresh or kept results into `Work`.
-    void (*take)(Work&, const StageResult&);
+    // What else of a fresh or kept result goes into `Work`; its labels are in `found` already.
+    void (*take)(Work&, const StageResult&) = nullptr;
 };
 
 // In their order.

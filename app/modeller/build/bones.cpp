@@ -586,6 +586,57 @@ Mask discsOf(const CtVolume& ct, const Bones& bones, const std::vector<Vec3>& ca
     return discs;
 }
 
+bool inSpine(const Vec3& from_canal) {
+    return std::fabs(from_canal.x) < kSpineHalf_m && from_canal.y < kSpineFront_m &&
+           from_canal.y > -kSpineBack_m;
+}
+
+// Chalk in an artery's wall or in the gut is as bright as bone: a small piece that lies before the spine or
+// well within the ring of the large bones is none.
+void dropStray(const Mask& body, const Cage& cage, Mask& bones) {
+    constexpr double kBeforeCanal_m = 0.015, kWithin_m = 0.010;
+    const Grid& g = bones.grid;
+    const Pieces p = piecesOf(bones, Touch::corners);
+    const auto small = [&](std::size_t n) { return double(p.size[n]) * voxelVolume_ml(g) < kLeastRib_ml; };
+    std::array<double, kAngles> ring_m;
+    ring_m.fill(1.0);
+    std::vector<Vec3> sum(p.size.size(), Vec3(0.0)), from_canal = sum;
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                const auto n = std::size_t(p.number[{x, y, z}]);
+                if (n == 0) continue;
+                const Vec3 at = g.centre({x, y, z}), d = at - cage.canal[std::size_t(z)];
+                sum[n] += at;
+                from_canal[n] += d;
+                if (small(n) || inSpine(d)) continue;
+                double& r = ring_m[std::size_t(angleOf(at - cage.axis_m))];
+                r = std::min(r, std::hypot(at.x - cage.axis_m.x, at.y - cage.axis_m.y));
+            }
+    std::vector<bool> stray(p.size.size(), false);
+    for (std::size_t n = 1; n < p.size.size(); ++n) {
+        if (!small(n)) continue;
+        const double count = double(p.size[n]);
+        const Vec3 at = sum[n] / count - cage.axis_m, d = from_canal[n] / count;
+        if (inSpine(d)) {
+            stray[n] = d.y > kBeforeCanal_m;
+            continue;
+        }
+        const Index3 middle = g.nearest(sum[n] / count);
+        if (d.y > 0.06 && depthFromFront(body, middle) < kFrontWall_m)
+            continue;  // chalk in a rib's cartilage
+        // The ring where it is nearest by angle.
+        const int a = angleOf(at);
+        double ring = 1.0;
+        for (int k = 0; k <= kAngles / 2 && ring == 1.0; ++k)
+            ring = std::min(ring_m[std::size_t((a + k) % kAngles)],
+                            ring_m[std::size_t((a - k + kAngles) % kAngles)]);
+        stray[n] = ring < 1.0 && std::hypot(at.x, at.y) < ring - kWithin_m;
+    }
+    for (std::size_t i = 0; i < bones.voxels.size(); ++i)
+        if (bones.voxels[i] && stray[std::size_t(p.number.voxels[i])]) bones.voxels[i] = 0;
+}
+
 void tellApart(const CtVolume& ct, const Mask& body, const VoxelBox& box, Bones& out) {
     const Grid& g = body.grid;
     const Vec3 low = g.centre(box.low), high = g.centre(box.high);
@@ -593,6 +644,7 @@ void tellApart(const CtVolume& ct, const Mask& body, const VoxelBox& box, Bones&
     const Vec3 middle = cage.canal[cage.canal.size() / 2];
     cage.axis_m = {middle.x, 0.5 * (low.y + high.y), 0.0};
 
+    dropStray(body, cage, out.all);
     Mask core(g), beside(g);
     for (int z = 0; z < g.dims.z; ++z)
         for (int y = 0; y < g.dims.y; ++y)
@@ -600,8 +652,7 @@ void tellApart(const CtVolume& ct, const Mask& body, const VoxelBox& box, Bones&
                 const Index3 i{x, y, z};
                 if (!out.all[i]) continue;
                 const Vec3 d = g.centre(i) - cage.canal[std::size_t(z)];
-                const bool in = std::fabs(d.x) < kSpineHalf_m && d.y < kSpineFront_m && d.y > -kSpineBack_m;
-                (in ? core : beside)[i] = 1;
+                (inSpine(d) ? core : beside)[i] = 1;
             }
     const Pieces p = piecesOf(beside, Touch::corners);
     const std::vector<BonePiece> pieces = measured(p, core, cage);

@@ -113,9 +113,12 @@ Package packageOf(const Work& work) {
     p.labels = LabelVolume(work.ct.grid);
     for (const Stage& stage : stages())
         if (!stage.gives.empty()) {
+            std::array<bool, 256> gives{};
+            for (const std::string& name : stage.gives)
+                gives[findTarget(name)->id] = true;
             const LabelVolume& found = work.found.at(std::string(stage.name));
             for (std::size_t i = 0; i < found.voxels.size(); ++i)
-                if (found.voxels[i] && (stage.over_all || p.labels.voxels[i] == 0))
+                if (gives[found.voxels[i]] && (stage.over_all || p.labels.voxels[i] == 0))
                     p.labels.voxels[i] = found.voxels[i];
         }
     const Mask liver = maskOf(p.labels, [](const Label& l) { return l.tissue == patient::Tissue::liver; });

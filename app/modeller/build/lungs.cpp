@@ -170,7 +170,9 @@ Mask airwaysOf(const Mask& gas, const Mask& lungs) {
     return out;
 }
 
-DomeMap baseOf(const Mask& lung, const Mask& body) {
+}  // namespace
+
+DomeMap lungBase(const Mask& lung, const Mask& body) {
     constexpr double kLeastHeight_m = 0.008;  // thinner is a rim, not a column of lung
     const Grid& g = lung.grid;
     DomeMap base{g, std::vector<float>(std::size_t(g.dims.x) * std::size_t(g.dims.y),
@@ -191,8 +193,6 @@ DomeMap baseOf(const Mask& lung, const Mask& body) {
     return base;
 }
 
-}  // namespace
-
 Lungs findLungs(const CtVolume& ct, const Mask& body) {
     const Grid& g = ct.grid;
     Lungs out{Mask(g), Mask(g), Mask(g), Mask(g), {}, {}, {}};
@@ -209,8 +209,8 @@ Lungs findLungs(const CtVolume& ct, const Mask& body) {
     out.right = withVessels(out.right, body, out.gas, out.left);
     out.left = withVessels(out.left, body, out.gas, out.right);
     out.gas = without(out.gas, out.airways);
-    out.base_right = baseOf(out.right, body);
-    out.base_left = baseOf(out.left, body);
+    out.base_right = lungBase(out.right, body);
+    out.base_left = lungBase(out.left, body);
     return out;
 }
 

@@ -22,6 +22,9 @@ struct Lungs {
     std::vector<std::string> notes;
 };
 
+// The base of one lung.
+DomeMap lungBase(const Mask& lung, const Mask& body);
+
 // A lung outside the section leaves its mask empty and a note. `body` as bodyMask() has it.
 Lungs findLungs(const patient::CtVolume&, const Mask& body);
 

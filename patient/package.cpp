@@ -61,20 +61,6 @@ void writeText(const fs::path& file, const std::string& text) {
     if (!out) throw DataError(file, "file", "cannot be written");
 }
 
-// 3D Slicer's colour table: id, name, red, green, blue, alpha.
-std::string colourTable(const std::vector<Label>& labels) {
-    std::string text = "# Color table file labels.ctbl\n0 unsegmented 0 0 0 0\n";
-    for (const Label& label : labels) {
-        std::string name = label.name.empty() ? "unnamed" : label.name;
-        std::replace_if(name.begin(), name.end(), [](unsigned char c) { return c <= ' '; }, '_');
-        text += std::to_string(label.id) + " " + name;
-        for (const std::uint8_t channel : label.colour)
-            text += " " + std::to_string(channel);
-        text += " 255\n";
-    }
-    return text;
-}
-
 // To the disk's surface, so that the rename that follows cannot overtake the contents.
 void flushToDisk(const fs::path& path) {
     const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -113,6 +99,19 @@ void checkBeforeSaving(const Package& p, const fs::path& folder) {
 }
 
 }  // namespace
+
+std::string colourTable(const std::vector<Label>& labels) {
+    std::string text = "# Color table file labels.ctbl\n0 unsegmented 0 0 0 0\n";
+    for (const Label& label : labels) {
+        std::string name = label.name.empty() ? "unnamed" : label.name;
+        std::replace_if(name.begin(), name.end(), [](unsigned char c) { return c <= ' '; }, '_');
+        text += std::to_string(label.id) + " " + name;
+        for (const std::uint8_t channel : label.colour)
+            text += " " + std::to_string(channel);
+        text += " 255\n";
+    }
+    return text;
+}
 
 TissueDefaults loadTissueDefaults(const fs::path& toml) {
     return parseTissueDefaults(toml, readTextFile(toml, kMaxTomlBytes));

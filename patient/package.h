@@ -50,6 +50,9 @@ Package loadPackage(const std::filesystem::path& folder);
 // Writes into a temporary sibling and renames: a crash leaves no half package. Same package, same bytes.
 void savePackage(const Package&, const std::filesystem::path& folder);
 
+// 3D Slicer's colour table of labels, as labels.ctbl: id, name, red, green, blue, alpha.
+std::string colourTable(const std::vector<Label>&);
+
 // 64 bits over all that forces depend on: table, thresholds, labels, CT, breathing.
 std::uint64_t digest(const Package&);
 

@@ -26,7 +26,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
 const std::map<std::string, std::vector<std::string>> kUmbrellas = {
     {"patient",
      {"patient/patient.h", "patient/interruption.h", "patient/synth/synth.h", "patient/tool_displacement.h",
-      "patient/distance.h"}},
+      "patient/distance.h", "patient/nifti.h"}},
     {"haptics",
      {"haptics/haptics.h", "haptics/devices/calibrate.h", "haptics/devices/clutch.h",
       "haptics/devices/devices.h", "haptics/devices/polled.h", "haptics/devices/replay.h",

@@ -5,6 +5,8 @@
 
 namespace stylet::modeller {
 
+void addBuild(CLI::App&);
+void addCompare(CLI::App&);
 void addSynth(CLI::App&);
 void addCheck(CLI::App&);
 void addSlices(CLI::App&);

@@ -10,6 +10,7 @@
 #include "app/modeller/import_ducts.h"
 #include "app/modeller/import_fascia.h"
 #include "app/modeller/import_thresholds.h"
+#include "app/modeller/section.h"
 
 namespace stylet::modeller {
 
@@ -26,9 +27,7 @@ using SourceLabels = patient::Volume<std::int16_t>;
 namespace {
 
 constexpr double kSkin_m = 0.002;
-constexpr double kAirAround_m = 0.008, kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
-constexpr double kMostSide_m = 0.50;
-constexpr std::int16_t kAir_hu = -1024;
+constexpr double kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
 
 std::string text(const char* format, auto... values) {
     char out[256];
@@ -71,9 +70,9 @@ std::vector<std::uint8_t> targetTableOf(const std::vector<SourceLabel>& sources,
     return target;
 }
 
-// The section to keep: around the liver in height, the whole scan plus a rim of air in the plane.
-Grid sectionGrid(const Grid& source, const SourceLabels& labels, const std::vector<std::uint8_t>& target,
-                 double spacing_m) {
+// The heights to keep: around the liver.
+Grid sectionAround(const Grid& source, const SourceLabels& labels, const std::vector<std::uint8_t>& target,
+                   double spacing_m) {
     const std::uint8_t liver = idOf("liver");
     const std::size_t slice = std::size_t(source.dims.x) * std::size_t(source.dims.y);
     int low = source.dims.z, high = -1;
@@ -82,40 +81,8 @@ Grid sectionGrid(const Grid& source, const SourceLabels& labels, const std::vect
             low = std::min(low, int(i / slice)), high = std::max(high, int(i / slice));
     if (high < 0)
         throw ImportError("the map makes no voxel liver; without a liver there is nothing to puncture");
-    Vec3 from = source.origin_m - kAirAround_m, to = source.centre(source.dims - 1) + kAirAround_m;
-    from.z = std::max(source.origin_m.z, source.origin_m.z + low * source.spacing_m.z - kBelowLiver_m);
-    to.z = std::min(to.z - kAirAround_m, source.origin_m.z + high * source.spacing_m.z + kAboveLiver_m);
-    for (int d = 0; d < 3; ++d)
-        if (to[d] - from[d] > kMostSide_m + 2.0 * kAirAround_m)
-            throw ImportError(text("the scan is %.0f mm wide; %.0f mm is the most this program takes",
-                                   1e3 * (to[d] - from[d]), 1e3 * kMostSide_m));
-    const Vec3 steps = glm::floor((to - from) / spacing_m);
-    return {Index3(steps) + 1, Vec3(spacing_m), from};
-}
-
-CtVolume resampleCt(const CtVolume& in, const Grid& grid) {
-    CtVolume out(grid, kAir_hu);
-    forEachSlab(grid.dims.z, [&](int z) {
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x) {
-                const Vec3 v = in.grid.toVoxels(grid.centre({x, y, z}));
-                const Vec3 last(in.grid.dims - 1);
-                if (v.x < -0.5 || v.y < -0.5 || v.z < -0.5) continue;
-                if (v.x > last.x + 0.5 || v.y > last.y + 0.5 || v.z > last.z + 0.5) continue;
-                const Vec3 c = glm::clamp(v, Vec3(0.0), last);
-                const Index3 a = glm::min(Index3(c), glm::max(in.grid.dims - 2, Index3(0)));
-                const Vec3 f = c - Vec3(a);
-                double sum = 0.0;
-                for (int k = 0; k < 8; ++k) {
-                    const Index3 step{k & 1, k >> 1 & 1, k >> 2};
-                    const double w =
-                        (step.x ? f.x : 1.0 - f.x) * (step.y ? f.y : 1.0 - f.y) * (step.z ? f.z : 1.0 - f.z);
-                    if (w > 0.0) sum += w * in[a + step];
-                }
-                out[{x, y, z}] = std::int16_t(std::lround(sum));
-            }
-    });
-    return out;
+    return sectionGrid(source, source.origin_m.z + low * source.spacing_m.z - kBelowLiver_m,
+                       source.origin_m.z + high * source.spacing_m.z + kAboveLiver_m, spacing_m);
 }
 
 LabelVolume resampleLabels(const SourceLabels& in, const Grid& grid,
@@ -129,82 +96,11 @@ LabelVolume resampleLabels(const SourceLabels& in, const Grid& grid,
     return out;
 }
 
-// Shrinks a volume in the plane to `low`..`high`.
-template <typename T>
-void cropTo(patient::Volume<T>& v, const Index3& low, const Index3& high) {
-    patient::Volume<T> out(Grid{high - low + 1, v.grid.spacing_m, v.grid.centre(low)});
-    for (int z = 0; z < out.grid.dims.z; ++z)
-        for (int y = 0; y < out.grid.dims.y; ++y)
-            for (int x = 0; x < out.grid.dims.x; ++x)
-                out[{x, y, z}] = v[low + Index3{x, y, z}];
-    v = std::move(out);
-}
-
-// Everything outside the body becomes air, and the section shrinks to the body and a rim.
-Mask cutToBody(CtVolume& ct, LabelVolume& labels) {
-    Mask body = bodyMask(ct);
-    const Grid g = ct.grid;
-    Index3 low{g.dims.x, g.dims.y, 0}, high{-1, -1, g.dims.z - 1};
-    for (int z = 0; z < g.dims.z; ++z)
-        for (int y = 0; y < g.dims.y; ++y)
-            for (int x = 0; x < g.dims.x; ++x) {
-                const Index3 i{x, y, z};
-                if (body[i]) {
-                    low = {std::min(low.x, x), std::min(low.y, y), 0};
-                    high = {std::max(high.x, x), std::max(high.y, y), high.z};
-                } else {
-                    ct[i] = kAir_hu;
-                    labels[i] = 0;
-                }
-            }
-    if (high.x < 0) throw ImportError("no body is to be seen in the CT");
-    const int rim = int(std::ceil(kAirAround_m / g.spacing_m.x));
-    low = glm::max(low - Index3{rim, rim, 0}, Index3(0));
-    high = glm::min(high + Index3{rim, rim, 0}, g.dims - 1);
-    cropTo(ct, low, high);
-    cropTo(labels, low, high);
-    cropTo(body, low, high);
-    return body;
-}
-
-// What a package's reader would refuse is not made. The spacing named leaves room for a rim rounded up.
-void checkFits(const Grid& g) {
-    const double sides[] = {double(g.dims.x), double(g.dims.y), double(g.dims.z)};
-    const double voxels = sides[0] * sides[1] * sides[2];
-    const double longest = std::max({sides[0], sides[1], sides[2]});
-    if (longest <= patient::kMaxVoxelsASide && voxels <= double(patient::kMaxVoxels)) return;
-    const double coarser = std::max(longest / (patient::kMaxVoxelsASide - 4),
-                                    std::cbrt(1.01 * voxels / double(patient::kMaxVoxels)));
-    throw ImportError(
-        text("the package would have %dx%dx%d voxels of %.4g mm; %d a side and %zu Mi in all is "
-             "the most it can have, so %.2f mm is the smallest spacing that fits",
-             g.dims.x, g.dims.y, g.dims.z, 1e3 * g.spacing_m.x, patient::kMaxVoxelsASide,
-             patient::kMaxVoxels >> 20, std::ceil(1e5 * g.spacing_m.x * coarser) / 100.0));
-}
-
-// Which target ids belong together for a purpose.
-Mask maskOf(const LabelVolume& labels, const std::function<bool(const Label&)>& wanted) {
-    std::array<std::uint8_t, 256> in{};
-    for (const Label& l : targetTable())
-        in[l.id] = wanted(l);
-    Mask mask(labels.grid);
-    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
-        mask.voxels[i] = in[labels.voxels[i]];
-    return mask;
-}
-
 bool isLung(const Label& l) {
     return l.name == "right lung" || l.name == "left lung";
 }
 bool isLiver(const Label& l) {
     return l.tissue == Tissue::liver;
-}
-
-std::size_t paint(LabelVolume& labels, const Mask& where, std::uint8_t id, bool over_all) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < where.voxels.size(); ++i)
-        if (where.voxels[i] && (over_all || labels.voxels[i] == 0)) labels.voxels[i] = id, ++count;
-    return count;
 }
 
 double litres(const Grid& g, std::size_t voxels) {
@@ -317,7 +213,7 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
 
     say(settings, "resample");
     Package& p = out.package;
-    const Grid section = sectionGrid(ct.grid, labels, target, settings.spacing_m);
+    const Grid section = sectionAround(ct.grid, labels, target, settings.spacing_m);
     p.ct = resampleCt(ct, section);
     p.labels = resampleLabels(labels, section, target);
     say(settings, "body and skin");

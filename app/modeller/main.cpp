@@ -10,12 +10,14 @@ int main(int argc, char** argv) {
     app.require_subcommand(0, 1);
     app.callback([&app] {
         if (app.get_subcommands().empty())
-            throw CLI::RequiredError("A command: synth, check, slices, import or motion");
+            throw CLI::RequiredError("A command: synth, check, slices, import, build, compare or motion");
     });
     stylet::modeller::addSynth(app);
     stylet::modeller::addCheck(app);
     stylet::modeller::addSlices(app);
     stylet::modeller::addImport(app);
+    stylet::modeller::addBuild(app);
+    stylet::modeller::addCompare(app);
     stylet::modeller::addMotion(app);
     try {
         CLI11_PARSE(app, argc, argv);

@@ -3,14 +3,26 @@
 // change: the fields are smoothed within the mask only, so that what lies beyond the interface is no drag on
 // what slides along it. The three images are ImageHandovers; the voxels outside the mask carry one value,
 // which leaves no force there and keeps the normal part of the motion at the interface at rest.
+//
+// stylet-register FIXED MOVING OUT ITERATIONS: where another patient, on a grid of its own, has what FIXED
+// shows. First the height at which the two sections match, then an affine transform (mean squares), then
+// demons, with ITERATIONS on the coarsest level, half of that on the next, and so on. Where MOVING ends there
+// is no force.
+#include <itkAffineTransform.h>
 #include <itkDiffeomorphicDemonsRegistrationFilter.h>
 #include <itkImage.h>
+#include <itkImageRegistrationMethodv4.h>
+#include <itkLinearInterpolateImageFunction.h>
+#include <itkMeanSquaresImageToImageMetricv4.h>
 #include <itkMultiThreaderBase.h>
+#include <itkRegistrationParameterScalesFromPhysicalShift.h>
+#include <itkRegularStepGradientDescentOptimizerv4.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -31,9 +43,14 @@ using Field = itk::Image<itk::Vector<float, 3>, 3>;
 struct Level {
     int shrink, iterations;
 };
-constexpr Level kLevels[] = {{4, 80}, {2, 40}, {1, 12}};
-constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;  // voxels of the level
-constexpr double kLongestStep = 1.5;                     // voxels, an iteration
+constexpr Level kLevels[] = {{4, 80}, {2, 40}, {1, 12}};  // between phases
+constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;   // voxels of the level
+constexpr double kLongestStep = 1.5;                      // voxels, an iteration
+// Between patients: the affine part is found on voxels merged two a side; sections are compared where at
+// least this share of the shorter one overlaps.
+constexpr int kAffineShrink = 2, kAffineIterations = 100;
+constexpr double kLeastOverlap = 0.6;
+constexpr unsigned kWorkUnits = 2;  // as fixed as the order in which their sums are added
 
 std::array<int, 3> sizeOf(const itk::ImageBase<3>& image) {
     const auto size = image.GetLargestPossibleRegion().GetSize();
@@ -208,10 +225,10 @@ Field::Pointer refined(const Field& coarse, const Picture& like) {
     return fine;
 }
 
-Field::Pointer registered(const Picture& fixed, const Picture& moving, const Picture& mask, int finest) {
+Field::Pointer registered(const Picture& fixed, const Picture& moving, const Picture& mask,
+                          const std::vector<Level>& levels) {
     Field::Pointer field;
-    for (const Level& level : kLevels) {
-        if (level.shrink < finest) break;
+    for (const Level& level : levels) {
         const auto level_fixed = shrunk(fixed, level.shrink);
         auto demons = MaskedDemons::New();
         demons->mask = shrunk(mask, level.shrink);
@@ -226,6 +243,140 @@ Field::Pointer registered(const Picture& fixed, const Picture& moving, const Pic
         field = demons->GetOutput();
         field->DisconnectPipeline();
     }
+    return field;
+}
+
+Field::Pointer betweenPhases(const Picture& fixed, const Picture& moving, const Picture& mask, int finest) {
+    std::vector<Level> levels;
+    for (const Level& level : kLevels)
+        if (level.shrink >= finest) levels.push_back(level);
+    return registered(fixed, moving, mask, levels);
+}
+
+using Affine = itk::AffineTransform<double, 3>;
+using Interpolator = itk::LinearInterpolateImageFunction<Picture, double>;
+
+template <typename Visit>
+void forEachVoxel(const Picture& image, const Visit& visit) {
+    const auto dims = sizeOf(image);
+    std::ptrdiff_t i = 0;
+    for (int z = 0; z < dims[2]; ++z)
+        for (int y = 0; y < dims[1]; ++y)
+            for (int x = 0; x < dims[0]; ++x, ++i) {
+                Picture::PointType p;
+                p[0] = image.GetOrigin()[0] + x * image.GetSpacing()[0];
+                p[1] = image.GetOrigin()[1] + y * image.GetSpacing()[1];
+                p[2] = image.GetOrigin()[2] + z * image.GetSpacing()[2];
+                visit(i, p);
+            }
+}
+
+// The middle of what is not outside the body, which has the image's lowest value.
+Picture::PointType middleOf(const Picture& image) {
+    const float* v = image.GetBufferPointer();
+    const float outside = *std::min_element(v, v + image.GetLargestPossibleRegion().GetNumberOfPixels());
+    itk::Vector<double, 3> sum(0.0);
+    double count = 0.0;
+    forEachVoxel(image, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+        if (v[i] > outside) sum += p.GetVectorFromOrigin(), count += 1.0;
+    });
+    Picture::PointType middle;
+    for (unsigned d = 0; d < 3; ++d)
+        middle[d] = count > 0.0 ? sum[d] / count : 0.0;
+    return middle;
+}
+
+// MOVING shifted so that the bodies lie over each other, at the height where the sections differ least.
+itk::Vector<double, 3> shiftBetween(const Picture& fixed, const Picture& moving) {
+    const int nf = sizeOf(fixed)[2], nm = sizeOf(moving)[2];
+    const double dz = fixed.GetSpacing()[2];
+    itk::Vector<double, 3> best = middleOf(moving) - middleOf(fixed);
+    const double fixed_low = fixed.GetOrigin()[2], moving_low = moving.GetOrigin()[2];
+    const int least = std::max(1, int(kLeastOverlap * std::min(nf, nm)));
+    auto interpolator = Interpolator::New();
+    interpolator->SetInputImage(&moving);
+    double lowest = std::numeric_limits<double>::infinity();
+    // Slice 0 of FIXED against slice k of MOVING.
+    for (int k = least - nf; k <= nm - least; ++k) {
+        itk::Vector<double, 3> shift = best;
+        shift[2] = moving_low + k * dz - fixed_low;
+        double sum = 0.0, count = 0.0;
+        forEachVoxel(fixed, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+            const auto q = p + shift;
+            if (!interpolator->IsInsideBuffer(q)) return;
+            const double d = interpolator->Evaluate(q) - double(fixed.GetBufferPointer()[i]);
+            sum += d * d, count += 1.0;
+        });
+        if (count == 0.0 || sum / count >= lowest) continue;
+        lowest = sum / count;
+        best = shift;
+    }
+    return best;
+}
+
+Affine::Pointer affineBetween(const Picture& fixed, const Picture& moving) {
+    const auto f = shrunk(fixed, kAffineShrink), m = shrunk(moving, kAffineShrink);
+    auto affine = Affine::New();
+    affine->SetCenter(middleOf(*f));
+    affine->SetTranslation(
+        shiftBetween(*shrunk(fixed, 2 * kAffineShrink), *shrunk(moving, 2 * kAffineShrink)));
+    auto metric = itk::MeanSquaresImageToImageMetricv4<Picture, Picture>::New();
+    metric->SetMaximumNumberOfWorkUnits(kWorkUnits);
+    auto scales = itk::RegistrationParameterScalesFromPhysicalShift<
+        itk::MeanSquaresImageToImageMetricv4<Picture, Picture>>::New();
+    scales->SetMetric(metric);
+    auto optimizer = itk::RegularStepGradientDescentOptimizerv4<double>::New();
+    optimizer->SetScalesEstimator(scales);
+    optimizer->SetDoEstimateLearningRateOnce(true);
+    optimizer->SetMinimumStepLength(0.01);
+    optimizer->SetNumberOfIterations(kAffineIterations);
+    optimizer->SetNumberOfWorkUnits(kWorkUnits);
+    auto method = itk::ImageRegistrationMethodv4<Picture, Picture, Affine>::New();
+    method->SetFixedImage(f);
+    method->SetMovingImage(m);
+    method->SetMetric(metric);
+    method->SetOptimizer(optimizer);
+    method->SetInitialTransform(affine);
+    method->InPlaceOn();
+    method->SetNumberOfLevels(1);
+    itk::Array<itk::SizeValueType> shrink(1);
+    shrink.Fill(1);
+    method->SetShrinkFactorsPerLevel(shrink);
+    itk::Array<double> sigmas(1);
+    sigmas.Fill(0.0);
+    method->SetSmoothingSigmasPerLevel(sigmas);
+    method->Update();
+    return affine;
+}
+
+// MOVING on the grid of FIXED; what it does not show is as FIXED has it.
+Picture::Pointer resampled(const Picture& fixed, const Picture& moving, const Affine& affine) {
+    auto out = shrunk(fixed, 1);
+    auto interpolator = Interpolator::New();
+    interpolator->SetInputImage(&moving);
+    float* v = out->GetBufferPointer();
+    forEachVoxel(*out, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+        const auto q = affine.TransformPoint(p);
+        if (interpolator->IsInsideBuffer(q)) v[i] = float(interpolator->Evaluate(q));
+    });
+    return out;
+}
+
+Field::Pointer betweenPatients(const Picture& fixed, const Picture& moving, int iterations) {
+    const auto affine = affineBetween(fixed, moving);
+    const auto everywhere = shrunk(fixed, 1);
+    everywhere->FillBuffer(1.0f);
+    std::vector<Level> levels;
+    for (int shrink = 4; shrink >= 1; shrink /= 2, iterations /= 2)
+        levels.push_back({shrink, iterations});
+    const auto field = registered(fixed, *resampled(fixed, moving, *affine), *everywhere, levels);
+    // The affine part follows.
+    auto* u = field->GetBufferPointer();
+    forEachVoxel(fixed, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+        const auto q = affine->TransformPoint(p + itk::Vector<double, 3>(u[i]));
+        for (unsigned d = 0; d < 3; ++d)
+            u[i][d] = float(q[d] - p[d]);
+    });
     return field;
 }
 
@@ -246,18 +397,22 @@ void write(const Field& field, const std::string& file) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 6) {
-        std::puts("usage: stylet-register FIXED MOVING MASK OUT FINEST");
+    if (argc != 5 && argc != 6) {
+        std::puts("usage: stylet-register FIXED MOVING MASK OUT FINEST | FIXED MOVING OUT ITERATIONS");
         return 2;
     }
     try {
         itk::Object::GlobalWarningDisplayOff();
         ImageHandover grid, other;
         const Picture::Pointer fixed = read(argv[1], grid), moving = read(argv[2], other);
+        if (argc == 5) {
+            write(*betweenPatients(*fixed, *moving, std::stoi(argv[4])), argv[3]);
+            return 0;
+        }
         if (grid.dims != other.dims) throw std::runtime_error("the images differ in size");
         const Picture::Pointer mask = read(argv[3], other);
         if (grid.dims != other.dims) throw std::runtime_error("the mask differs in size");
-        write(*registered(*fixed, *moving, *mask, std::stoi(argv[5])), argv[4]);
+        write(*betweenPhases(*fixed, *moving, *mask, std::stoi(argv[5])), argv[4]);
         return 0;
     } catch (const itk::ExceptionObject& e) {
         std::puts(e.GetDescription());

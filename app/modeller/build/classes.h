@@ -1,5 +1,5 @@
-// What the CT values of one patient mean: the classes of tissue as normal distributions, and the thresholds of
-// the force model that follow from them.
+// What the CT values of one patient mean: the classes of tissue as normal distributions, and the thresholds
+// of the force model that follow from them.
 #pragma once
 
 #include <vector>
@@ -14,10 +14,12 @@ struct TissueClass {
     double share = 0.0;  // of the body's voxels
 };
 
-// Found in the histogram of the body, without any label. `blood` is contrast medium in the large vessels: in
-// a scan without any it lies within `soft`.
+// Found without any label. `soft` and `bone` are those of the body's wall, where a needle meets them first;
+// `blood` is what contrast medium fills, organs that it fills evenly among them; of share 0 in a scan
+// without.
 struct TissueClasses {
     TissueClass lung, fat, soft, blood, bone;
+    double noise_hu = 1.0;  // of one voxel, within even tissue
 };
 
 TissueClasses classesOf(const patient::CtVolume&, const Mask& body);

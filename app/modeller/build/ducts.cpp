@@ -33,20 +33,6 @@ constexpr double kFromCapsule_m = 0.004, kDeep_m = 0.010, kLeastDeep = 0.3;
 // Normal ducts do not show at all; a dilated system does over several segments.
 constexpr double kLeastTree_m3 = 3e-6, kLeastExtent_m = 0.05;
 
-double voxelVolume(const patient::Grid& g) {
-    return g.spacing_m.x * g.spacing_m.y * g.spacing_m.z;
-}
-
-std::size_t countOf(const Mask& m) {
-    return std::size_t(std::count_if(m.voxels.begin(), m.voxels.end(), [](auto v) { return v != 0; }));
-}
-
-Mask closed(const Mask& mask, double reach_m) {
-    const VoxelBox box = boxAround(mask, int(std::ceil(reach_m / mask.grid.spacing_m.x)) + 2);
-    if (box.empty()) return mask;
-    return restored(eroded(dilated(cropped(mask, box), reach_m), reach_m), box, mask.grid);
-}
-
 // Metres to the liver's surface or to fat or gas in a fissure, in the box of the evidence; 0 in them.
 FloatVolume depthIn(const patient::CtVolume& ct, const TubeEvidence& e, Mask& blobs, double bile_contrast) {
     FloatVolume image(e.liver.grid);
@@ -107,7 +93,7 @@ Mask seenDucts(const patient::CtVolume& ct, const Mask& liver, std::string* note
         tubes.voxels[i] = 1;
         certain.voxels[i] = contrast > kCertain * bile_contrast && line > kCertainLine;
     }
-    const double voxel_m3 = voxelVolume(ct.grid);
+    const double voxel_m3 = 1e-6 * voxelVolume_ml(ct.grid);
     double tree_m3 = 0.0, tree_extent_m = 0.0;  // of the largest piece
     Mask ducts = keepPieces(tubes, [&](const Piece& piece) {
         const double volume_m3 = double(piece.size()) * voxel_m3;

@@ -20,7 +20,7 @@ constexpr float kMost = 6.0f;  // of either part of the score
 constexpr int kMargin = 4;     // voxels around the liver; the filter carries on beyond them
 
 // Peak of the histogram, and the width to half of it below the peak (toward smaller values).
-Parenchyma peakOf(const std::vector<float>& values) {
+ParenchymaPeak peakOf(const std::vector<float>& values) {
     constexpr int kLow = -200, kBins = 700;
     std::array<double, kBins> count{}, smooth{};
     for (const float v : values)
@@ -83,7 +83,7 @@ TubeEvidence tubeEvidence(const patient::CtVolume& ct, const Mask& liver, TubeKi
     const FloatVolume raw = turned(ct, e, TubeKind::bright, 0.0, 1e4f);
     e.parenchyma.mean_hu = peakOf(valuesIn(raw, e.liver)).mean_hu;
     e.contrast_hu = gaussian(turned(ct, e, kind, e.parenchyma.mean_hu, kAway_hu), kBlur_m);
-    const Parenchyma left = peakOf(valuesIn(e.contrast_hu, e.liver));
+    const ParenchymaPeak left = peakOf(valuesIn(e.contrast_hu, e.liver));
     e.parenchyma.mean_hu += kind == TubeKind::bright ? left.mean_hu : -left.mean_hu;
     e.parenchyma.noise_hu = left.noise_hu;
     for (std::size_t i = 0; i < e.liver.voxels.size(); ++i)
@@ -127,24 +127,6 @@ Mask keepPieces(const Mask& mask, const std::function<bool(const Piece&)>& keep)
             out.voxels[o] = 1;
     }
     return out;
-}
-
-Mask dilated(const Mask& mask, double reach_m) {
-    const FloatVolume d = distanceTo(mask);
-    Mask out(mask.grid);
-    for (std::size_t i = 0; i < out.voxels.size(); ++i)
-        out.voxels[i] = double(d.voxels[i]) <= reach_m;
-    return out;
-}
-
-Mask eroded(const Mask& mask, double reach_m) {
-    Mask rest(mask.grid);
-    for (std::size_t i = 0; i < rest.voxels.size(); ++i)
-        rest.voxels[i] = !mask.voxels[i];
-    const FloatVolume d = distanceTo(rest);
-    for (std::size_t i = 0; i < rest.voxels.size(); ++i)
-        rest.voxels[i] = double(d.voxels[i]) > reach_m;
-    return rest;
 }
 
 }  // namespace stylet::modeller

@@ -11,14 +11,14 @@ namespace stylet::modeller {
 
 // Parenchyma as a normal distribution, from the histogram's peak and its half width on the side away from the
 // tubes, so that neither vessels nor tumours widen it.
-struct Parenchyma {
+struct ParenchymaPeak {
     double mean_hu = 0.0, noise_hu = 1.0;  // noise after the blur of TubeEvidence::contrast_hu
 };
 
 struct TubeEvidence {
     VoxelBox box;  // of the CT's grid; all volumes are on this part of it
     Mask liver;
-    Parenchyma parenchyma;
+    ParenchymaPeak parenchyma;
     FloatVolume contrast_hu;  // blurred CT less parenchyma, positive in tubes; 0 outside the liver
     // Line response, greatest over the scales, each in units of its own 90th percentile in the liver: noise
     // and texture differ from scale to scale, and this is what they reach by chance.
@@ -37,10 +37,5 @@ TubeEvidence tubeEvidence(const patient::CtVolume&, const Mask& liver, TubeKind,
 using Piece = std::vector<std::size_t>;
 // Those pieces of which `keep` is true.
 Mask keepPieces(const Mask&, const std::function<bool(const Piece&)>& keep);
-
-// Voxels within `reach_m` of the mask, and those further than it from all that is not mask. What lies beyond
-// the grid is neither.
-Mask dilated(const Mask&, double reach_m);
-Mask eroded(const Mask&, double reach_m);
 
 }  // namespace stylet::modeller

@@ -136,15 +136,9 @@ float lineMeasure(const Eigenvalues& l) {
 }  // namespace
 
 VoxelBox boxAround(const Mask& mask, int margin) {
-    const Grid& g = mask.grid;
-    Index3 low = g.dims, high{-1};
-    std::size_t o = 0;
-    for (int z = 0; z < g.dims.z; ++z)
-        for (int y = 0; y < g.dims.y; ++y)
-            for (int x = 0; x < g.dims.x; ++x, ++o)
-                if (mask.voxels[o]) low = glm::min(low, {x, y, z}), high = glm::max(high, {x, y, z});
-    if (high.x < 0) return {};
-    return {glm::max(low - margin, Index3(0)), glm::min(high + margin, g.dims - 1)};
+    const VoxelBox box = boxOf(mask);
+    if (box.empty()) return {};
+    return {glm::max(box.low - margin, Index3(0)), glm::min(box.high + margin, mask.grid.dims - 1)};
 }
 
 Grid gridOf(const Grid& whole, const VoxelBox& box) {

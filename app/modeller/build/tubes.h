@@ -3,15 +3,9 @@
 // curvilinear structures in medical images", Medical Image Analysis 2, 1998.
 #pragma once
 
-#include "app/modeller/voxel_tools.h"
+#include "app/modeller/build/morphology.h"
 
 namespace stylet::modeller {
-
-// Part of a grid: voxels from `low` to and with `high`; empty where high < low.
-struct VoxelBox {
-    patient::Index3 low{0}, high{-1};
-    bool empty() const { return high.x < low.x || high.y < low.y || high.z < low.z; }
-};
 
 // Around all voxels of the mask, `margin` voxels more on every side, within the grid.
 VoxelBox boxAround(const Mask&, int margin);

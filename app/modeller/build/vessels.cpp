@@ -42,14 +42,6 @@ constexpr double kJoin_m = 0.005;  // from a vessel's end to the large vessel th
 constexpr double kNarrow_m = 0.002, kLeap = 60.0, kBeyondLiver = 120.0, kWidening = 25.0;
 constexpr double kNoLumen_m = 0.0008;
 
-std::size_t countOf(const Mask& m) {
-    return std::size_t(std::count_if(m.voxels.begin(), m.voxels.end(), [](auto v) { return v != 0; }));
-}
-
-double voxelVolume(const Grid& g) {
-    return g.spacing_m.x * g.spacing_m.y * g.spacing_m.z;
-}
-
 Index3 indexOf(const Grid& g, std::size_t o) {
     const auto nx = std::size_t(g.dims.x), ny = std::size_t(g.dims.y);
     return {int(o % nx), int(o / nx % ny), int(o / (nx * ny))};
@@ -316,7 +308,7 @@ Mask findVessels(const patient::CtVolume& ct, const Mask& liver) {
     for (std::size_t i = 0; i < inside.voxels.size(); ++i)
         inside.voxels[i] =
             e.liver.voxels[i] && e.score(i) > kInside && (core.voxels[i] || e.line.voxels[i] > kRimLine);
-    const auto least = std::size_t(kLeastPiece_m3 / voxelVolume(ct.grid));
+    const auto least = std::size_t(kLeastPiece_m3 / (1e-6 * voxelVolume_ml(ct.grid)));
     const Mask vessels = keepPieces(inside, [&](const Piece& piece) {
         return piece.size() >= least &&
                std::any_of(piece.begin(), piece.end(), [&](std::size_t o) { return e.score(o) > kCertain; });

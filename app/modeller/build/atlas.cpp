@@ -1,0 +1,214 @@
+#include "app/modeller/build/atlas.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+
+#include "app/modeller/build/coarse_grid.h"
+#include "app/modeller/image_handover.h"
+#include "app/modeller/vector_field.h"
+
+namespace stylet::modeller {
+
+using patient::CtVolume;
+using patient::Grid;
+using patient::Label;
+using patient::LabelVolume;
+using patient::Package;
+using patient::Vec3;
+
+namespace {
+
+// What drives the registration: air about the body and lung far below, fat, soft tissue by its contrast, bone
+// not far above. Gas and stool in the bowel say nothing about where organs lie.
+constexpr float kOutside_hu = -300.0f, kLung_hu = -220.0f, kFat_hu = -110.0f, kBone_hu = 220.0f;
+constexpr int kAir_hu = -400;        // lighter: lung or gas, where no lung is labelled
+constexpr int kBodyFloor_hu = -300;  // of an atlas, whose outside holds air only
+// Votes are weighed by the features within so many voxels of registration.
+constexpr int kSimilarityReach = 3;
+// A vessel is the liver's where more than half of what is near it is.
+constexpr double kNear_m = 0.006;
+
+bool isTree(const std::string& name) {
+    return name == "portal vein" || name == "hepatic veins" || name == "bile ducts" || name == "tumour";
+}
+
+Organ organOf(const std::string& name) {
+    static const std::vector<std::pair<const char*, Organ>> table = {
+        {"liver", Organ::liver},
+        {"cyst", Organ::liver},
+        {"gallbladder", Organ::gallbladder},
+        {"spleen", Organ::spleen},
+        {"heart", Organ::heart},
+        {"right kidney", Organ::kidneys},
+        {"left kidney", Organ::kidneys},
+        {"stomach and oesophagus", Organ::stomach},
+        {"colon", Organ::bowel},
+        {"small bowel", Organ::bowel},
+        {"bowel gas", Organ::bowel},
+        {"pancreas", Organ::pancreas},
+        {"portal vein", Organ::blood},
+        {"aorta and arteries", Organ::blood},
+        {"vena cava and renal veins", Organ::blood},
+        {"right lung", Organ::lungs},
+        {"left lung", Organ::lungs},
+    };
+    for (const char* wall : {"skin", "fat of the body wall", "muscle", "fascia", "right ribs", "left ribs",
+                             "cartilage and discs", "spine", "spinal canal", "sternum", "bone"})
+        if (name == wall) return Organ::wall;
+    for (const auto& [label, organ] : table)
+        if (name == label) return organ;
+    return Organ::elsewhere;
+}
+
+// The body of an atlas by itself: the largest thing that is not air, with its holes.
+Mask bodyOf(const CtVolume& ct) {
+    Mask body(ct.grid);
+    for (std::size_t i = 0; i < body.voxels.size(); ++i)
+        body.voxels[i] = ct.voxels[i] > kBodyFloor_hu;
+    keepLargest(body);
+    fillHolesPerSlice(body);
+    return body;
+}
+
+float featureOf(int hu, bool body, bool lung) {
+    if (!body) return kOutside_hu;
+    if (lung) return kLung_hu;
+    return hu < kAir_hu ? 0.0f : std::clamp(float(hu), kFat_hu, kBone_hu);
+}
+
+FloatVolume featureImage(const CtVolume& ct, const Mask& body, const auto& isLung, double spacing_m) {
+    return coarseMean(coarseGrid(ct.grid, spacing_m), ct.grid,
+                      [&](std::size_t i) { return featureOf(ct.voxels[i], body.voxels[i] != 0, isLung(i)); });
+}
+
+void writeImage(const std::filesystem::path& file, const FloatVolume& image) {
+    ImageHandover h;
+    for (int d = 0; d < 3; ++d) {
+        h.dims[std::size_t(d)] = image.grid.dims[d];
+        h.spacing_mm[std::size_t(d)] = 1e3 * image.grid.spacing_m[d];
+        h.origin_mm[std::size_t(d)] = 1e3 * image.grid.origin_m[d];
+    }
+    std::vector<std::int16_t> voxels(image.voxels.size());
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+        voxels[i] = std::int16_t(std::lround(image.voxels[i]));
+    std::ofstream out(file, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(&h), sizeof h);
+    out.write(reinterpret_cast<const char*>(voxels.data()),
+              std::streamsize(voxels.size() * sizeof voxels[0]));
+    if (!out.flush()) throw ImportError(file.string() + ": cannot be written");
+}
+
+VectorField readField(const std::filesystem::path& file, const Grid& grid) {
+    FieldHandover h;
+    VectorField field(grid);
+    std::ifstream in(file, std::ios::binary);
+    if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kFieldMagic ||
+        h.dims != std::array<std::int64_t, 3>{grid.dims.x, grid.dims.y, grid.dims.z} ||
+        !in.read(reinterpret_cast<char*>(field.voxels.data()),
+                 std::streamsize(field.voxels.size() * sizeof(glm::vec3))))
+        throw ImportError("the registration of an atlas left no field");
+    for (glm::vec3& v : field.voxels)
+        v *= 1e-3f;
+    return field;
+}
+
+VectorField registered(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings) {
+    const PrivateFolder folder;
+    const auto at = [&](const char* name) { return folder.path() / name; };
+    writeImage(at("fixed"), target);
+    writeImage(at("moving"), atlas.feature);
+    runChild(childProgram(settings.program, "stylet-register"),
+             {at("fixed"), at("moving"), at("field"), std::to_string(settings.iterations)}, settings.limits,
+             atlas.name, "the registration");
+    return readField(at("field"), target.grid);
+}
+
+// Adds the atlas's votes: its organ at each place, weighed by how alike the two are there.
+void vote(const FloatVolume& target, const AtlasImage& atlas, const VectorField& field, double similarity_hu,
+          AtlasPrior& prior) {
+    const Grid& g = target.grid;
+    FloatVolume differs(g);
+    LabelVolume organ(g, std::uint8_t{255});  // the atlas ends
+    forEachSlab(g.dims.z, [&](int z) {
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                const std::size_t o = g.offset({x, y, z});
+                const Vec3 p = g.centre({x, y, z}) + Vec3(field.voxels[o]);
+                organ.voxels[o] = atlas.organ.nearestOr(p, 255);
+                const float d =
+                    organ.voxels[o] == 255 ? 0.0f : valueAt(atlas.feature, p, kOutside_hu) - target.voxels[o];
+                differs.voxels[o] = d * d;
+            }
+    });
+    differs = boxMean(differs, kSimilarityReach);
+    for (std::size_t o = 0; o < differs.voxels.size(); ++o) {
+        if (organ.voxels[o] >= kOrgans) continue;
+        const double d2 = double(differs.voxels[o]) / (similarity_hu * similarity_hu);
+        prior.probability[organ.voxels[o]].voxels[o] += float(std::exp(-d2)) + 1e-6f;
+        prior.known.voxels[o] += 1.0f;
+    }
+}
+
+}  // namespace
+
+Mask wholeLiver(const LabelVolume& labels, const std::vector<Label>& table) {
+    std::array<std::uint8_t, 256> kind{};  // 1 liver, 2 tree
+    for (const Label& l : table)
+        kind[l.id] = organOf(l.name) == Organ::liver ? 1 : isTree(l.name) ? 2 : 0;
+    FloatVolume liver(labels.grid), other(labels.grid);
+    for (std::size_t i = 0; i < labels.voxels.size(); ++i) {
+        liver.voxels[i] = kind[labels.voxels[i]] == 1;
+        other.voxels[i] = kind[labels.voxels[i]] == 0;
+    }
+    const int reach = std::max(1, int(std::lround(kNear_m / labels.grid.spacing_m.x)));
+    const FloatVolume near_liver = boxMean(liver, reach), near_other = boxMean(other, reach);
+    Mask whole(labels.grid);
+    for (std::size_t i = 0; i < labels.voxels.size(); ++i)
+        whole.voxels[i] = liver.voxels[i] > 0.0f ||
+                          (kind[labels.voxels[i]] == 2 && near_liver.voxels[i] > near_other.voxels[i]);
+    return whole;
+}
+
+AtlasImage::AtlasImage(const Package& package, const AtlasSettings& settings) : name(package.name) {
+    std::array<Organ, 256> organ_of{};
+    for (const Label& l : package.label_table)
+        organ_of[l.id] = organOf(l.name);
+    const auto organAt = [&](std::size_t i) { return organ_of[package.labels.voxels[i]]; };
+    feature = featureImage(
+        package.ct, bodyOf(package.ct), [&](std::size_t i) { return organAt(i) == Organ::lungs; },
+        settings.spacing_m);
+    const Mask whole = wholeLiver(package.labels, package.label_table);
+    organ = LabelVolume(package.ct.grid);
+    for (std::size_t i = 0; i < organ.voxels.size(); ++i)
+        organ.voxels[i] = std::uint8_t(whole.voxels[i] ? Organ::liver : organAt(i));
+}
+
+AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
+                        const std::vector<AtlasImage>& atlases, const AtlasSettings& settings) {
+    const auto isLung = [&](std::size_t i) {
+        return lungs.voxels.empty() ? ct.voxels[i] < kAir_hu : lungs.voxels[i] != 0;
+    };
+    const FloatVolume target = featureImage(ct, body, isLung, settings.spacing_m);
+    AtlasPrior prior;
+    prior.grid = target.grid;
+    prior.known = FloatVolume(prior.grid);
+    prior.probability.assign(kOrgans, FloatVolume(prior.grid));
+    for (const AtlasImage& atlas : atlases) {
+        settings.progress(atlas.name);
+        vote(target, atlas, registered(target, atlas, settings), settings.similarity_hu, prior);
+        prior.used.push_back(atlas.name);
+    }
+    for (std::size_t o = 0; o < prior.known.voxels.size(); ++o) {
+        float sum = 0.0f;
+        for (const FloatVolume& p : prior.probability)
+            sum += p.voxels[o];
+        for (FloatVolume& p : prior.probability)
+            p.voxels[o] = sum > 0.0f ? p.voxels[o] / sum : 0.0f;
+        if (!atlases.empty()) prior.known.voxels[o] /= float(atlases.size());
+    }
+    return prior;
+}
+
+}  // namespace stylet::modeller

@@ -1,0 +1,712 @@
+#include "app/modeller/build/bones.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "app/modeller/build/morphology.h"
+
+namespace stylet::modeller {
+
+using patient::CtVolume;
+using patient::Grid;
+using patient::Index3;
+using patient::Vec3;
+
+namespace {
+
+// Half way from muscle (55) to a cortex that is blurred over a rib's millimetre (350).
+constexpr std::int16_t kBone_hu = 200;
+// The densest contrast medium of a portal venous scan, in a kidney, stays below the first but for its noise,
+// below the second altogether.
+constexpr std::int16_t kCortex_hu = 300, kSureCortex_hu = 350;
+constexpr std::int16_t kSurface_hu = 180;  // half way to spongy bone under a thin cortex
+constexpr double kSureShare = 0.03;        // of a bone's voxels
+constexpr double kCortexReach_m = 0.002;
+constexpr double kLeastCortex_ml = 0.03, kLeastBone_ml = 0.3;
+constexpr double kFrontWall_m = 0.035;  // a sternum lies less deep under the skin, no kidney does
+
+// --- Cortex ---
+
+// How deep below the front surface, metres; counted along y.
+double depthFromFront(const Mask& body, const Index3& at) {
+    int y = body.grid.dims.y - 1;
+    while (y > at.y && !body[{at.x, y, at.z}])
+        --y;
+    return (y - at.y) * body.grid.spacing_m.y;
+}
+
+// Pieces above kBone_hu that are bone: enough of them sure cortex, or under the skin of the front.
+Mask bonePieces(const CtVolume& ct, const Mask& body) {
+    Mask bright(ct.grid);
+    for (std::size_t i = 0; i < bright.voxels.size(); ++i)
+        bright.voxels[i] = body.voxels[i] && ct.voxels[i] > kBone_hu;
+    const Pieces p = piecesOf(bright);
+    std::vector<std::size_t> sure(p.size.size(), 0), front(p.size.size(), 0);
+    const Grid& g = ct.grid;
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                const auto n = std::size_t(p.number[{x, y, z}]);
+                if (n == 0) continue;
+                sure[n] += ct[{x, y, z}] > kSureCortex_hu;
+                front[n] += 2 * y > g.dims.y && depthFromFront(body, {x, y, z}) < kFrontWall_m;
+            }
+    const double each_ml = voxelVolume_ml(g);
+    for (std::size_t i = 0; i < bright.voxels.size(); ++i) {
+        const auto n = std::size_t(p.number.voxels[i]);
+        if (n == 0) continue;
+        const double size = double(p.size[n]);
+        bright.voxels[i] = size * each_ml >= kLeastCortex_ml &&
+                           (double(sure[n]) > kSureShare * size || double(front[n]) > 0.8 * size);
+    }
+    return bright;
+}
+
+// Bright voxels at the cortex: what of a piece is vessel or kidney lies further from any.
+Mask shellOf(const CtVolume& ct, const Mask& pieces) {
+    Mask cortex(ct.grid);
+    for (std::size_t i = 0; i < cortex.voxels.size(); ++i)
+        cortex.voxels[i] = pieces.voxels[i] && ct.voxels[i] > kCortex_hu;
+    dropSmall(cortex, kLeastCortex_ml, Touch::corners);
+    return both(dilated(cortex, std::max(kCortexReach_m, 1.01 * ct.grid.spacing_m.x)), pieces);
+}
+
+// --- What is enclosed ---
+
+constexpr int kDirections = 26;
+
+// Voxel steps of all neighbours, and their lengths.
+struct Rays {
+    std::array<Index3, kDirections> step;
+    std::array<double, kDirections> length_m;
+    explicit Rays(const Grid& g) {
+        std::size_t n = 0;
+        for (int z = -1; z <= 1; ++z)
+            for (int y = -1; y <= 1; ++y)
+                for (int x = -1; x <= 1; ++x) {
+                    if (x == 0 && y == 0 && z == 0) continue;
+                    step[n] = {x, y, z};
+                    const Vec3 d = g.spacing_m * Vec3(step[n]);
+                    length_m[n++] = std::sqrt(glm::dot(d, d));
+                }
+    }
+};
+
+enum class Met { bone, nothing, border };
+
+Met meets(const Mask& wall, Index3 at, const Index3& step, int count) {
+    for (int n = 0; n < count; ++n) {
+        at += step;
+        if (!wall.grid.contains(at)) return Met::border;
+        if (wall[at]) return Met::bone;
+    }
+    return Met::nothing;
+}
+
+// Voxels of `open` from which at least `share` of all directions meet the wall within `reach_m`; directions
+// that leave the section say nothing.
+Mask enclosed(const Mask& wall, const Mask& open, double reach_m, double share) {
+    const Grid& g = wall.grid;
+    const Rays rays(g);
+    const int allowed = int(kDirections * (1.0 - share));
+    Mask out(g);
+    forEachSlab(g.dims.z, [&](int z) {
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                if (!open[{x, y, z}]) continue;
+                int missed = 0, met = 0;
+                for (std::size_t n = 0; n < kDirections && missed <= allowed; ++n) {
+                    const Met m = meets(wall, {x, y, z}, rays.step[n], int(reach_m / rays.length_m[n]));
+                    missed += m == Met::nothing;
+                    met += m == Met::bone;
+                }
+                out[{x, y, z}] = missed <= allowed && met >= share * (met + missed);
+            }
+    });
+    return out;
+}
+
+// --- The spinal canal ---
+
+constexpr double kCanalReach_m = 0.016, kCanalRadius_m = 0.013;
+constexpr std::int16_t kCanalLow_hu = -60, kCanalHigh_hu = 100;
+
+// In the axial plane, of 16 directions, those that meet bone within the canal's reach.
+double canalScore(const Mask& bone, const Index3& at) {
+    const Grid& g = bone.grid;
+    int met = 0;
+    for (int k = 0; k < 16; ++k) {
+        const double phi = k * std::numbers::pi / 8.0;
+        for (double r = g.spacing_m.x; r <= kCanalReach_m; r += g.spacing_m.x) {
+            const Index3 i{at.x + int(std::lround(r * std::cos(phi) / g.spacing_m.x)),
+                           at.y + int(std::lround(r * std::sin(phi) / g.spacing_m.y)), at.z};
+            if (!g.contains(i)) break;
+            if (bone[i]) {
+                ++met;
+                break;
+            }
+        }
+    }
+    return met / 16.0;
+}
+
+// Per slice the score of each column around the body's middle line.
+struct CanalScores {
+    int x0 = 0, y0 = 0, nx = 0, ny = 0;
+    std::vector<std::vector<float>> of;  // [z][(y - y0) * nx + x - x0]
+};
+
+CanalScores scoreCanal(const CtVolume& ct, const Mask& bone, const VoxelBox& body) {
+    const Grid& g = ct.grid;
+    const int middle = (body.low.x + body.high.x) / 2;
+    const int half = int(0.06 / g.spacing_m.x);
+    CanalScores s;
+    s.x0 = std::max(body.low.x, middle - half);
+    s.nx = std::min(body.high.x, middle + half) - s.x0 + 1;
+    s.y0 = body.low.y;
+    s.ny = (body.high.y - body.low.y) * 6 / 10 + 1;
+    s.of.resize(std::size_t(g.dims.z));
+    FloatVolume smooth(g);
+    for (std::size_t i = 0; i < smooth.voxels.size(); ++i)
+        smooth.voxels[i] = float(ct.voxels[i]);
+    smooth = boxMean(smooth, 1);
+    forEachSlab(g.dims.z, [&](int z) {
+        std::vector<float>& slice = s.of[std::size_t(z)];
+        slice.assign(std::size_t(s.nx * s.ny), 0.0f);
+        for (int y = 0; y < s.ny; ++y)
+            for (int x = 0; x < s.nx; ++x) {
+                const Index3 i{s.x0 + x, s.y0 + y, z};
+                const float hu = smooth[i];
+                if (bone[i] || hu < kCanalLow_hu || hu > kCanalHigh_hu) continue;
+                const double score = canalScore(bone, i);
+                if (score > 0.6) slice[std::size_t(y * s.nx + x)] = float(score);
+            }
+    });
+    return s;
+}
+
+// The smooth line of best scores from the feet to the head: dynamic programming over slices, one voxel of
+// drift a slice. Every second column, which is fine enough for a start.
+std::vector<Index3> canalLine(const CanalScores& s, int slices) {
+    const int nx = s.nx, ny = s.ny;
+    std::vector<float> sum(std::size_t(nx * ny), 0.0f), last;
+    std::vector<std::vector<std::int8_t>> from(std::size_t(slices), std::vector<std::int8_t>(sum.size(), 4));
+    constexpr float kDrift = 0.05f;
+    for (int z = 0; z < slices; ++z) {
+        last = sum;
+        for (int y = 0; y < ny; ++y)
+            for (int x = 0; x < nx; ++x) {
+                const std::size_t at = std::size_t(y * nx + x);
+                float best = z == 0 ? 0.0f : last[at];
+                std::int8_t step = 4;
+                for (int k = 0; k < 9 && z > 0; ++k) {
+                    const int xx = x + k % 3 - 1, yy = y + k / 3 - 1;
+                    if (k == 4 || xx < 0 || yy < 0 || xx >= nx || yy >= ny) continue;
+                    const float value = last[std::size_t(yy * nx + xx)] - kDrift;
+                    if (value > best) best = value, step = std::int8_t(k);
+                }
+                sum[at] = best + s.of[std::size_t(z)][at];
+                from[std::size_t(z)][at] = step;
+            }
+    }
+    const auto end = std::max_element(sum.begin(), sum.end());
+    if (end == sum.end() || *end <= 0.0f) return {};
+    int x = int((end - sum.begin()) % nx), y = int((end - sum.begin()) / nx);
+    std::vector<Index3> line(std::size_t(slices), Index3(0));
+    for (int z = slices - 1; z >= 0; --z) {
+        line[std::size_t(z)] = {s.x0 + x, s.y0 + y, z};
+        const int k = from[std::size_t(z)][std::size_t(y * nx + x)];
+        x += k % 3 - 1;
+        y += k / 3 - 1;
+    }
+    return line;
+}
+
+// The soft region around the line that bone hems in, slice by slice; its centre where there is one.
+Mask canalAround(const CtVolume& ct, const Mask& bone, const std::vector<Index3>& line,
+                 std::vector<Vec3>& centres) {
+    const Grid& g = ct.grid;
+    const int reach = int(kCanalRadius_m / g.spacing_m.x);
+    Mask canal(g);
+    for (const Index3& middle : line) {
+        Vec3 sum(0.0);
+        double count = 0.0;
+        for (int dy = -reach; dy <= reach; ++dy)
+            for (int dx = -reach; dx <= reach; ++dx) {
+                const Index3 i = middle + Index3(dx, dy, 0);
+                if (dx * dx + dy * dy > reach * reach || !g.contains(i) || bone[i]) continue;
+                if (ct[i] < kCanalLow_hu - 60 || ct[i] > kBone_hu) continue;
+                // In sight of the middle: no bone between.
+                const int steps = std::max(std::abs(dx), std::abs(dy));
+                bool seen = true;
+                for (int k = 1; k < steps && seen; ++k)
+                    seen = !bone[middle + Index3(dx * k / steps, dy * k / steps, 0)];
+                if (!seen || canalScore(bone, i) < 0.65) continue;
+                canal[i] = 1;
+                sum += g.centre(i);
+                count += 1.0;
+            }
+        if (count * g.spacing_m.x * g.spacing_m.y > 30e-6) centres.push_back(sum / count);
+    }
+    return opened(canal, 1.01 * g.spacing_m.x);
+}
+
+// --- Marrow ---
+
+// Between the arches the canal goes on as wide as it usually is.
+void joinCanal(const CtVolume& ct, const Mask& bone, const std::vector<Vec3>& centres, Mask& canal) {
+    constexpr double kAside_m = 0.0095, kDeep_m = 0.0075, kGap_m = 0.040;
+    const Grid& g = ct.grid;
+    for (std::size_t n = 0; n + 1 < centres.size(); ++n) {
+        const Vec3 a = centres[n], b = centres[n + 1];
+        if (b.z - a.z > kGap_m) continue;
+        const int first = g.nearest(a).z, last = g.nearest(b).z;
+        for (int z = first; z <= last; ++z) {
+            const double share = last > first ? double(z - first) / double(last - first) : 0.0;
+            const Vec3 middle = a + share * (b - a);
+            for (int y = 0; y < g.dims.y; ++y)
+                for (int x = 0; x < g.dims.x; ++x) {
+                    const Index3 i{x, y, z};
+                    const Vec3 d = g.centre(i) - middle;
+                    const double u = d.x / kAside_m, v = d.y / kDeep_m;
+                    if (u * u + v * v < 1.0 && !bone[i] && ct[i] > 2 * kCanalLow_hu && ct[i] < kBone_hu)
+                        canal[i] = 1;
+                }
+        }
+    }
+}
+
+// Where the bodies of the vertebrae lie: an ellipse of a large lumbar one before the canal.
+Mask vertebraPlaces(const Grid& g, const std::vector<Vec3>& canal) {
+    constexpr double kAside_m = 0.027, kDeep_m = 0.020, kBefore_m = 0.025, kSlice_m = 0.006;
+    Mask places(g);
+    forEachSlab(g.dims.z, [&](int z) {
+        const double height_m = g.centre({0, 0, z}).z;
+        const auto near = std::min_element(canal.begin(), canal.end(), [&](const Vec3& a, const Vec3& b) {
+            return std::fabs(a.z - height_m) < std::fabs(b.z - height_m);
+        });
+        if (near == canal.end() || std::fabs(near->z - height_m) > 3.0 * kSlice_m) return;
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                const Vec3 d = g.centre({x, y, z}) - *near;
+                const double u = d.x / kAside_m, v = (d.y - kBefore_m) / kDeep_m;
+                places[{x, y, z}] = u * u + v * v < 1.0;
+            }
+    });
+    return places;
+}
+
+// Spongy bone is what its cortex hems in, whether as bright as bone or not; in rounds, for what the first
+// fills hems in the next. In a vertebra's place less of a cortex is asked for: a vessel beside it is hemmed
+// in on one side only. Narrow marrow (ribs, arches) may be as dark as fat.
+Mask withMarrow(const CtVolume& ct, const Mask& body, const Mask& pieces, const Mask& shell,
+                const Mask& canal, const Mask& vertebrae) {
+    constexpr double kRib_m = 0.004, kNarrow_m = 0.010, kVertebra_m = 0.024;
+    constexpr double kShare = 0.74, kBrightShare = 0.6, kBodyShare = 0.5, kNarrowShare = 0.8, kPeel_m = 0.003;
+    constexpr std::int16_t kMarrow_hu = -100, kSpongy_hu = 120, kBody_hu = 150;
+    const Grid& g = ct.grid;
+    const Mask near = closed(shell, 0.012);
+    Mask narrow = closed(shell, std::max(kRib_m, g.spacing_m.x)), bone = shell;
+    Mask wall = both(pieces, dilated(shell, 0.004));
+    const auto may = [&](std::size_t i) { return body.voxels[i] && !bone.voxels[i] && !canal.voxels[i]; };
+    for (int round = 0; round < 3; ++round) {
+        Mask open(g);
+        for (std::size_t i = 0; i < open.voxels.size(); ++i)
+            open.voxels[i] = may(i) && near.voxels[i] && ct.voxels[i] > kSpongy_hu;
+        const Mask bright = both(open, pieces);
+        bone = either(bone, enclosed(wall, open, kVertebra_m, kShare));
+        bone = either(bone, enclosed(wall, bright, kVertebra_m, kBrightShare));
+        Mask body_bone(g);
+        for (std::size_t i = 0; i < body_bone.voxels.size(); ++i)
+            body_bone.voxels[i] = may(i) && vertebrae.voxels[i] && ct.voxels[i] > kBody_hu;
+        bone = either(bone, enclosed(wall, body_bone, kVertebra_m, kBodyShare));
+        wall = either(wall, bone);
+    }
+    for (std::size_t i = 0; i < narrow.voxels.size(); ++i)
+        narrow.voxels[i] = narrow.voxels[i] && may(i) && ct.voxels[i] > kMarrow_hu;
+    bone = either(bone, enclosed(wall, narrow, kNarrow_m, kNarrowShare));
+    Mask full = either(bone, canal);
+    fillCavities(full);
+    fillHolesPerSlice(full);  // a ring of cortex, as wide as a hip's
+    for (std::size_t i = 0; i < full.voxels.size(); ++i)
+        bone.voxels[i] =
+            bone.voxels[i] || (full.voxels[i] && may(i) && near.voxels[i] && ct.voxels[i] > kMarrow_hu);
+    // Marrow has bone around it: what is dark and open to the outside is none, as deep as the blur reaches.
+    Mask dark = bone;
+    patient::LabelVolume outside = inverted(either(bone, canal));
+    for (std::size_t i = 0; i < dark.voxels.size(); ++i)
+        dark.voxels[i] = bone.voxels[i] && ct.voxels[i] <= kSurface_hu;
+    const Mask peeled = growSeeds(outside, dark, std::max(1, int(std::lround(kPeel_m / g.spacing_m.x))));
+    return without(bone, peeled);
+}
+
+// --- Which bone it is ---
+
+// The middle of the canal at each slice, held on beyond where it shows; the body's back middle without any.
+std::vector<Vec3> canalAtSlices(const Grid& g, const std::vector<Vec3>& seen, const VoxelBox& body) {
+    const Vec3 low = g.centre(body.low), high = g.centre(body.high);
+    std::vector<Vec3> out(std::size_t(g.dims.z), Vec3(0.5 * (low.x + high.x), low.y + 0.06, 0.0));
+    if (seen.empty()) return out;
+    for (int z = 0; z < g.dims.z; ++z) {
+        const double height_m = g.centre({0, 0, z}).z;
+        // The mean of the seen ones within 15 mm, else the nearest.
+        Vec3 sum(0.0), nearest = seen.front();
+        double count = 0.0;
+        for (const Vec3& p : seen) {
+            if (std::fabs(p.z - height_m) < 0.015) sum += p, count += 1.0;
+            if (std::fabs(p.z - height_m) < std::fabs(nearest.z - height_m)) nearest = p;
+        }
+        out[std::size_t(z)] = count > 0.0 ? sum / count : nearest;
+    }
+    return out;
+}
+
+constexpr double kSpineHalf_m = 0.028;  // from the canal sideways: body, facets, most of a transverse process
+constexpr double kSpineFront_m = 0.060, kSpineBack_m = 0.075;
+constexpr double kRibAside_m = 0.052;  // no lumbar transverse process reaches as far
+constexpr double kPlate_m = 0.042;     // upright extent of a shoulder or hip blade, never of a rib
+constexpr int kAngles = 72;            // of 5 degrees about the cage's axis
+
+struct BonePiece {
+    int number = 0;
+    double volume_ml = 0.0;
+    bool at_spine = false;
+    double furthest_m = 0.0, mean_aside_m = 0.0, mean_front_m = 0.0;  // from the canal
+    std::array<double, kAngles> z_sum{}, count{}, z_low{}, z_high{};
+    double z_mean = 0.0;
+};
+
+int angleOf(const Vec3& d) {
+    const double turn = std::atan2(d.x, -d.y) / (2.0 * std::numbers::pi);  // 0 at the back, right is positive
+    return std::clamp(int((turn + 0.5) * kAngles), 0, kAngles - 1);
+}
+
+struct Cage {
+    const Grid& grid;
+    std::vector<Vec3> canal;
+    Vec3 axis_m;
+};
+
+std::vector<BonePiece> measured(const Pieces& p, const Mask& core, const Cage& cage) {
+    const Grid& g = cage.grid;
+    std::vector<BonePiece> out(p.size.size());
+    for (BonePiece& b : out) {
+        b.z_low.fill(std::numeric_limits<double>::max());
+        b.z_high.fill(-std::numeric_limits<double>::max());
+    }
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                const Index3 i{x, y, z};
+                const auto n = std::size_t(p.number[i]);
+                if (n == 0) continue;
+                BonePiece& b = out[n];
+                const Vec3 at = g.centre(i), from = at - cage.canal[std::size_t(z)];
+                b.number = int(n);
+                b.mean_aside_m += from.x;
+                b.mean_front_m += from.y;
+                b.furthest_m = std::max(b.furthest_m, std::fabs(from.x));
+                b.z_mean += at.z;
+                const auto a = std::size_t(angleOf(at - cage.axis_m));
+                b.z_sum[a] += at.z;
+                b.count[a] += 1.0;
+                b.z_low[a] = std::min(b.z_low[a], at.z);
+                b.z_high[a] = std::max(b.z_high[a], at.z);
+                for (const int dx : {-1, 1})
+                    if (g.contains({x + dx, y, z}) && core[{x + dx, y, z}]) b.at_spine = true;
+            }
+    for (std::size_t n = 1; n < out.size(); ++n) {
+        const double count = double(p.size[n]);
+        out[n].volume_ml = count * voxelVolume_ml(g);
+        out[n].mean_aside_m /= count;
+        out[n].mean_front_m /= count;
+        out[n].z_mean /= count;
+    }
+    return out;
+}
+
+enum class Kind { spine, rib, sternum, other };
+// A rib's own piece is larger; smaller ones (chalk in cartilage, tips) keep their label but count for
+// nothing.
+constexpr double kLeastRib_ml = 1.5;
+
+Kind kindOf(const BonePiece& b, double front_m, double bottom_m) {
+    double upright_m = 0.0, low_m = b.z_mean;
+    for (std::size_t a = 0; a < kAngles; ++a)
+        if (b.count[a] > 0.0) {
+            upright_m = std::max(upright_m, b.z_high[a] - b.z_low[a]);
+            low_m = std::min(low_m, b.z_low[a]);
+        }
+    const bool in_front = b.mean_front_m > 0.5 * front_m;
+    if (in_front && std::fabs(b.mean_aside_m) < 0.045 && b.furthest_m < 0.08) return Kind::sternum;
+    if (b.furthest_m < kRibAside_m && !in_front) return Kind::spine;
+    // What rises from the section's end without a rib's way to the spine is the crest of a hip.
+    const bool crest = low_m < bottom_m && !b.at_spine;
+    return (upright_m > kPlate_m || crest) && !in_front ? Kind::other : Kind::rib;
+}
+
+// --- Ribs ---
+
+// a lies higher than b where both are, else neither.
+double above(const BonePiece& a, const BonePiece& b) {
+    double sum = 0.0, count = 0.0;
+    for (std::size_t k = 0; k < kAngles; ++k)
+        if (a.count[k] > 0.0 && b.count[k] > 0.0) {
+            sum += a.z_sum[k] / a.count[k] - b.z_sum[k] / b.count[k];
+            count += 1.0;
+        }
+    return count > 0.0 ? sum / count : 0.0;
+}
+
+// The height at which a piece leaves the back, or at its own back end.
+double backHeight(const BonePiece& b) {
+    int best = kAngles;
+    double z = b.z_mean;
+    for (int k = 0; k < kAngles; ++k)
+        if (b.count[std::size_t(k)] > 0.0 && std::abs(k - kAngles / 2) < best) {
+            best = std::abs(k - kAngles / 2);
+            z = b.z_sum[std::size_t(k)] / b.count[std::size_t(k)];
+        }
+    return z;
+}
+
+// The lowest at the spine is the twelfth; any other is the one above the highest that lies below it, or,
+// where none does, the one below the lowest that lies above. 0: nothing tells.
+std::vector<int> numbered(const std::vector<const BonePiece*>& ribs) {
+    std::vector<int> number(ribs.size(), 0);
+    if (ribs.empty()) return number;
+    std::size_t lowest = 0;
+    for (std::size_t i = 1; i < ribs.size(); ++i) {
+        const BonePiece &a = *ribs[i], &b = *ribs[lowest];
+        if (a.at_spine != b.at_spine ? a.at_spine : backHeight(a) < backHeight(b)) lowest = i;
+    }
+    // The longest way down to the lowest; as many rounds as there are ribs settle it.
+    for (int round = 0; round < 12; ++round)
+        for (std::size_t i = 0; i < ribs.size(); ++i) {
+            int below = i == lowest ? 13 : 0;
+            for (std::size_t j = 0; j < ribs.size() && i != lowest; ++j)
+                if (number[j] > 0 && above(*ribs[i], *ribs[j]) > 0.0 && (below == 0 || number[j] < below))
+                    below = number[j];
+            if (below > 1) number[i] = below - 1;
+        }
+    for (std::size_t i = 0; i < ribs.size(); ++i) {
+        if (number[i] > 0) continue;
+        int over = 0;
+        for (std::size_t j = 0; j < ribs.size(); ++j)
+            if (above(*ribs[j], *ribs[i]) > 0.0) over = std::max(over, number[j]);
+        if (over > 0) number[i] = std::min(over + 1, 12);
+    }
+    return number;
+}
+
+std::vector<Vec3> centreLine(const std::vector<Vec3>& voxels, const Vec3& axis_m, bool right) {
+    constexpr double kStep_m = 0.005;
+    // Along the angle first; then even steps.
+    std::array<Vec3, 4 * kAngles> sum{};
+    std::array<double, 4 * kAngles> count{};
+    for (const Vec3& p : voxels) {
+        const Vec3 d = p - axis_m;
+        const double turn = std::fabs(std::atan2(d.x, -d.y)) / (2.0 * std::numbers::pi);
+        const auto a = std::size_t(std::clamp(int(turn * 4 * kAngles), 0, 4 * kAngles - 1));
+        if ((d.x > 0.0) != right && turn > 0.05 && turn < 0.45) continue;
+        sum[a] += p;
+        count[a] += 1.0;
+    }
+    std::vector<Vec3> means, line;
+    for (std::size_t a = 0; a < sum.size(); ++a)
+        if (count[a] > 0.0) means.push_back(sum[a] / count[a]);
+    for (std::size_t i = 0; i < means.size(); ++i) {
+        const Vec3 p = means[i];
+        const Vec3 d = line.empty() ? Vec3(1.0) : p - line.back();
+        if (line.empty() || std::sqrt(glm::dot(d, d)) >= kStep_m) line.push_back(p);
+    }
+    return line;
+}
+
+std::string sideName(bool right) {
+    return right ? "right" : "left";
+}
+
+void nameRibs(const Pieces& p, const std::vector<const BonePiece*>& pieces, bool right, const Cage& cage,
+              Bones& out) {
+    if (pieces.empty()) {
+        out.notes.push_back("no " + sideName(right) + " rib was found");
+        return;
+    }
+    const std::vector<int> number = numbered(pieces);
+    std::vector<std::vector<Vec3>> voxels(13);
+    std::vector<Rib> ribs(13);
+    std::vector<int> rib_of(p.size.size(), 0);
+    for (std::size_t n = 0; n < pieces.size(); ++n) {
+        if (number[n] == 0) continue;
+        Rib& rib = ribs[std::size_t(number[n])];
+        rib.right = right;
+        rib.number = number[n];
+        rib.at_spine = rib.at_spine || pieces[n]->at_spine;
+        rib.volume_ml += pieces[n]->volume_ml;
+        rib_of[std::size_t(pieces[n]->number)] = number[n];
+    }
+    const Grid& g = cage.grid;
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x)
+                if (const int n = rib_of[std::size_t(p.number[{x, y, z}])]; n > 0)
+                    voxels[std::size_t(n)].push_back(g.centre({x, y, z}));
+    for (std::size_t n = 1; n < ribs.size(); ++n) {
+        if (ribs[n].number == 0) continue;
+        ribs[n].centre_line_m = centreLine(voxels[n], cage.axis_m, right);
+        out.ribs.push_back(ribs[n]);
+    }
+}
+
+// Between two vertebral bodies: bone a disc's height above and below, in front of the canal.
+Mask discsOf(const CtVolume& ct, const Bones& bones, const std::vector<Vec3>& canal) {
+    constexpr double kReach_m = 0.012, kFront_m = 0.008, kHalf_m = 0.026;
+    constexpr std::int16_t kLow_hu = 40, kHigh_hu = 200;
+    const Grid& g = ct.grid;
+    const int reach = int(kReach_m / g.spacing_m.z);
+    Mask discs(g);
+    if (bones.canal_m.empty()) return discs;
+    forEachSlab(g.dims.z, [&](int z) {
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                const Index3 i{x, y, z};
+                const Vec3 d = g.centre(i) - canal[std::size_t(z)];
+                if (d.y < kFront_m || d.y > kSpineFront_m || std::fabs(d.x) > kHalf_m) continue;
+                if (bones.all[i] || bones.canal[i] || ct[i] < kLow_hu || ct[i] > kHigh_hu) continue;
+                discs[i] = meets(bones.spine, i, {0, 0, 1}, reach) == Met::bone &&
+                           meets(bones.spine, i, {0, 0, -1}, reach) == Met::bone;
+            }
+    });
+    discs = opened(discs, std::max(0.002, 1.01 * g.spacing_m.x));
+    dropSmall(discs, 0.5);
+    return discs;
+}
+
+bool inSpine(const Vec3& from_canal) {
+    return std::fabs(from_canal.x) < kSpineHalf_m && from_canal.y < kSpineFront_m &&
+           from_canal.y > -kSpineBack_m;
+}
+
+// Chalk in an artery's wall or in the gut is as bright as bone: a small piece that lies before the spine or
+// well within the ring of the large bones is none.
+void dropStray(const Mask& body, const Cage& cage, Mask& bones) {
+    constexpr double kBeforeCanal_m = 0.015, kWithin_m = 0.010;
+    const Grid& g = bones.grid;
+    const Pieces p = piecesOf(bones, Touch::corners);
+    const auto small = [&](std::size_t n) { return double(p.size[n]) * voxelVolume_ml(g) < kLeastRib_ml; };
+    std::array<double, kAngles> ring_m;
+    ring_m.fill(1.0);
+    std::vector<Vec3> sum(p.size.size(), Vec3(0.0)), from_canal = sum;
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                const auto n = std::size_t(p.number[{x, y, z}]);
+                if (n == 0) continue;
+                const Vec3 at = g.centre({x, y, z}), d = at - cage.canal[std::size_t(z)];
+                sum[n] += at;
+                from_canal[n] += d;
+                if (small(n) || inSpine(d)) continue;
+                double& r = ring_m[std::size_t(angleOf(at - cage.axis_m))];
+                r = std::min(r, std::hypot(at.x - cage.axis_m.x, at.y - cage.axis_m.y));
+            }
+    std::vector<bool> stray(p.size.size(), false);
+    for (std::size_t n = 1; n < p.size.size(); ++n) {
+        if (!small(n)) continue;
+        const double count = double(p.size[n]);
+        const Vec3 at = sum[n] / count - cage.axis_m, d = from_canal[n] / count;
+        if (inSpine(d)) {
+            stray[n] = d.y > kBeforeCanal_m;
+            continue;
+        }
+        const Index3 middle = g.nearest(sum[n] / count);
+        if (d.y > 0.06 && depthFromFront(body, middle) < kFrontWall_m)
+            continue;  // chalk in a rib's cartilage
+        // The ring where it is nearest by angle.
+        const int a = angleOf(at);
+        double ring = 1.0;
+        for (int k = 0; k <= kAngles / 2 && ring == 1.0; ++k)
+            ring = std::min(ring_m[std::size_t((a + k) % kAngles)],
+                            ring_m[std::size_t((a - k + kAngles) % kAngles)]);
+        stray[n] = ring < 1.0 && std::hypot(at.x, at.y) < ring - kWithin_m;
+    }
+    for (std::size_t i = 0; i < bones.voxels.size(); ++i)
+        if (bones.voxels[i] && stray[std::size_t(p.number.voxels[i])]) bones.voxels[i] = 0;
+}
+
+void tellApart(const CtVolume& ct, const Mask& body, const VoxelBox& box, Bones& out) {
+    const Grid& g = body.grid;
+    const Vec3 low = g.centre(box.low), high = g.centre(box.high);
+    Cage cage{g, canalAtSlices(g, out.canal_m, box), Vec3(0.0)};
+    const Vec3 middle = cage.canal[cage.canal.size() / 2];
+    cage.axis_m = {middle.x, 0.5 * (low.y + high.y), 0.0};
+
+    dropStray(body, cage, out.all);
+    Mask core(g), beside(g);
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                const Index3 i{x, y, z};
+                if (!out.all[i]) continue;
+                const Vec3 d = g.centre(i) - cage.canal[std::size_t(z)];
+                (inSpine(d) ? core : beside)[i] = 1;
+            }
+    const Pieces p = piecesOf(beside, Touch::corners);
+    const std::vector<BonePiece> pieces = measured(p, core, cage);
+    const double front_m = high.y - middle.y;
+    std::vector<const BonePiece*> right, left;
+    std::vector<Kind> kind(pieces.size(), Kind::spine);
+    for (std::size_t n = 1; n < pieces.size(); ++n) {
+        kind[n] = kindOf(pieces[n], front_m, g.origin_m.z + 1.5 * g.spacing_m.z);
+        if (kind[n] == Kind::rib && pieces[n].volume_ml > kLeastRib_ml)
+            (pieces[n].mean_aside_m > 0.0 ? right : left).push_back(&pieces[n]);
+    }
+    out.spine = core;
+    for (std::size_t i = 0; i < beside.voxels.size(); ++i) {
+        const auto n = std::size_t(p.number.voxels[i]);
+        if (n == 0) continue;
+        const bool is_right = pieces[n].mean_aside_m > 0.0;
+        Mask& to = kind[n] == Kind::spine     ? out.spine
+                   : kind[n] == Kind::sternum ? out.sternum
+                   : kind[n] == Kind::other   ? out.other
+                   : is_right                 ? out.ribs_right
+                                              : out.ribs_left;
+        to.voxels[i] = 1;
+    }
+    nameRibs(p, right, true, cage, out);
+    nameRibs(p, left, false, cage, out);
+    out.cartilage = discsOf(ct, out, cage.canal);
+    if (!out.ribs.empty())
+        out.notes.push_back("ribs are counted upward from the lowest of each side, taken as the twelfth");
+}
+
+}  // namespace
+
+Bones findBones(const CtVolume& ct, const Mask& body) {
+    const Grid& g = ct.grid;
+    Bones out;
+    for (Mask* m : {&out.all, &out.spine, &out.canal, &out.ribs_right, &out.ribs_left, &out.sternum,
+                    &out.other, &out.cartilage})
+        *m = Mask(g);
+    const VoxelBox box = boxOf(body);
+    if (box.empty()) {
+        out.notes.push_back("no body, so no bone");
+        return out;
+    }
+    const Mask pieces = bonePieces(ct, body);
+    const Mask shell = shellOf(ct, pieces);
+    const Mask tight = closed(shell, std::max(0.002, g.spacing_m.x));
+    const std::vector<Index3> line = canalLine(scoreCanal(ct, tight, box), g.dims.z);
+    out.canal = canalAround(ct, tight, line, out.canal_m);
+    joinCanal(ct, shell, out.canal_m, out.canal);
+    if (out.canal_m.empty()) out.notes.push_back("the spinal canal does not show");
+    out.all = withMarrow(ct, body, pieces, shell, out.canal, vertebraPlaces(g, out.canal_m));
+    dropSmall(out.all, kLeastBone_ml, Touch::corners);
+    tellApart(ct, body, box, out);
+    return out;
+}
+
+}  // namespace stylet::modeller

@@ -1,0 +1,18 @@
+// Volumes on a coarser grid over the same place.
+#pragma once
+
+#include <functional>
+
+#include "app/modeller/voxel_tools.h"
+
+namespace stylet::modeller {
+
+// Covers the same box in cubes of about `spacing_m`, centred on it.
+patient::Grid coarseGrid(const patient::Grid&, double spacing_m);
+
+// The mean of value(offset) over the fine voxels that lie in each coarse one; the nearest fine voxel's value
+// where there are none.
+FloatVolume coarseMean(const patient::Grid& coarse, const patient::Grid& fine,
+                       const std::function<float(std::size_t)>& value);
+
+}  // namespace stylet::modeller

@@ -1,0 +1,166 @@
+// Stomach and colon by their gas: which gas is whose follows from where it lies; fluid below a level and the
+// wall belong to it.
+#include <algorithm>
+#include <cmath>
+
+#include "app/modeller/build/morphology.h"
+#include "app/modeller/build/organ_scene.h"
+
+namespace stylet::modeller {
+
+using patient::Grid;
+using patient::Index3;
+using patient::Vec3;
+
+namespace {
+
+constexpr double kWall_m = 0.003;
+constexpr double kLeastGas_ml = 0.5;  // less is a bubble that tells nothing
+
+struct GasPiece {
+    double volume_ml = 0.0;
+    double place = 0.0;  // mean of stomachPlace
+};
+
+// The top of the left dome: the stomach lies below it.
+double leftDome(const OrganScene& s) {
+    double top = -1e9;
+    for (const float z : s.in.lungs.base_left.z_m)
+        if (std::isfinite(z)) top = std::max(top, double(z));
+    return top > -1e8 ? top : s.grid.centre(s.grid.dims - 1).z;
+}
+
+// How much the gas lies where the stomach's does: below the left dome, left of the spine and well before it,
+// not at the side wall, where the colon turns. 0 to 1.
+double stomachPlace(const Vec3& from_canal, double below_dome_m) {
+    constexpr double kX_m = -0.040, kY_m = 0.100, kBelow_m = 0.065;
+    constexpr double kReachX_m = 0.040, kReachY_m = 0.060, kReachZ_m = 0.060;
+    const double x = (from_canal.x - kX_m) / kReachX_m, y = (from_canal.y - kY_m) / kReachY_m,
+                 z = (below_dome_m - kBelow_m) / kReachZ_m;
+    return std::exp(-(x * x + y * y + z * z));
+}
+
+std::vector<GasPiece> measuredGas(const OrganScene& s, const Pieces& p, double dome_m) {
+    std::vector<GasPiece> out(p.size.size());
+    for (int z = 0; z < s.grid.dims.z; ++z)
+        for (int y = 0; y < s.grid.dims.y; ++y)
+            for (int x = 0; x < s.grid.dims.x; ++x)
+                if (const auto n = std::size_t(p.number[{x, y, z}]); n > 0)
+                    out[n].place += stomachPlace(s.fromCanal({x, y, z}), dome_m - s.grid.centre({x, y, z}).z);
+    for (std::size_t n = 1; n < out.size(); ++n) {
+        out[n].place /= double(p.size[n]);
+        out[n].volume_ml = double(p.size[n]) * voxelVolume_ml(s.grid);
+    }
+    return out;
+}
+
+// Fluid lies behind its gas, and the level between them is flat: in each slice the hindmost row of a gas that
+// is nearly as wide there as anywhere. Returns those rows' neighbours behind, and the foremost level's y.
+struct Levels {
+    Mask below;
+    int y = -1;
+};
+
+Levels levelsOf(const OrganScene& s, const Mask& gas) {
+    constexpr double kFlat = 0.65, kLeast_m = 0.010;
+    const Grid& g = s.grid;
+    Levels out{Mask(g)};
+    const Pieces p = piecesOf(gas);
+    std::vector<int> hindmost(p.size.size()), row(p.size.size()), low(p.size.size()), high(p.size.size());
+    for (int z = 0; z < g.dims.z; ++z) {
+        std::fill(hindmost.begin(), hindmost.end(), g.dims.y);
+        std::fill(row.begin(), row.end(), 0);
+        std::fill(low.begin(), low.end(), g.dims.x);
+        std::fill(high.begin(), high.end(), -1);
+        const auto each = [&](auto&& f) {
+            for (int y = 0; y < g.dims.y; ++y)
+                for (int x = 0; x < g.dims.x; ++x)
+                    if (const auto n = std::size_t(p.number[{x, y, z}]); n > 0) f(n, x, y);
+        };
+        each([&](std::size_t n, int x, int y) {
+            hindmost[n] = std::min(hindmost[n], y);
+            low[n] = std::min(low[n], x);
+            high[n] = std::max(high[n], x);
+        });
+        each([&](std::size_t n, int, int y) { row[n] += y == hindmost[n] + 1; });
+        each([&](std::size_t n, int x, int y) {
+            const double width_m = row[n] * g.spacing_m.x;
+            if (width_m < kLeast_m || row[n] < kFlat * (high[n] - low[n] + 1)) return;
+            if (y > hindmost[n] + 1) return;
+            for (int back = 1; back <= 3 && y - back >= 0; ++back)
+                out.below[{x, y - back, z}] = s.free[{x, y - back, z}];
+            out.y = std::max(out.y, hindmost[n]);
+        });
+    }
+    return out;
+}
+
+// The fluid behind a gas's level, so far as it is soft, dark and thicker than a loop of the small bowel.
+Mask fluidOf(const OrganScene& s, const Mask& gas, double reach_m, double high_hu) {
+    constexpr double kFat_hu = -30.0, kLoop_m = 0.010;
+    const Levels levels = levelsOf(s, gas);
+    if (levels.y < 0) return Mask(s.grid);
+    Mask soft = inRange(s.calm, s.free, kFat_hu, high_hu);
+    for (int z = 0; z < s.grid.dims.z; ++z)
+        for (int y = levels.y + 1; y < s.grid.dims.y; ++y)
+            for (int x = 0; x < s.grid.dims.x; ++x)
+                soft[{x, y, z}] = 0;
+    soft = either(opened(soft, kLoop_m), levels.below);
+    return opened(regrown(levels.below, soft, reach_m), kWall_m);
+}
+
+// The wall around gas and fluid; the gas's blurred surface counts as wall.
+Mask withWall(const OrganScene& s, const Mask& gas, const Mask& fluid) {
+    constexpr double kFat_hu = -30.0, kMost_hu = 400.0;
+    const Mask rim = both(dilated(gas, std::max(kWall_m, 1.8 * s.grid.spacing_m.x)), s.free);
+    const Mask wall = both(dilated(either(gas, fluid), kWall_m), inRange(s.calm, s.free, kFat_hu, kMost_hu));
+    return without(either(either(rim, wall), fluid), gas);
+}
+
+}  // namespace
+
+std::vector<FoundOrgan> findHollow(const OrganScene& s) {
+    constexpr double kStomachReach_m = 0.060, kColonReach_m = 0.030;
+    const Mask gas = both(s.in.lungs.gas, s.free);
+    const Pieces p = piecesOf(gas);
+    const std::vector<GasPiece> pieces = measuredGas(s, p, leftDome(s));
+    std::size_t stomach = 0;
+    double best = 0.15, next = 0.0;
+    for (std::size_t n = 1; n < pieces.size(); ++n) {
+        const double score =
+            pieces[n].volume_ml < kLeastGas_ml ? 0.0 : std::cbrt(pieces[n].volume_ml) * pieces[n].place;
+        if (score > best)
+            next = best, best = score, stomach = n;
+        else
+            next = std::max(next, score);
+    }
+    Mask stomach_gas(s.grid), colon_gas(s.grid);
+    for (std::size_t i = 0; i < gas.voxels.size(); ++i) {
+        const auto n = std::size_t(p.number.voxels[i]);
+        if (n == 0) continue;
+        stomach_gas.voxels[i] = n == stomach;
+        colon_gas.voxels[i] = n != stomach && pieces[n].volume_ml >= kLeastGas_ml;
+    }
+    const double dark_hu = s.parenchyma_hu - 22.0;
+    FoundOrgan a{"stomach and oesophagus", Mask(s.grid), 0.0, ""}, b{"colon", Mask(s.grid), 0.0, ""};
+    if (stomach > 0) {
+        a.mask = withWall(s, stomach_gas, fluidOf(s, stomach_gas, kStomachReach_m, dark_hu));
+        a.confidence = std::clamp(0.3 + 0.4 * (best - next) / best, 0.3, 0.7);
+        if (a.confidence < 0.5) a.note = "stomach: other gas lies as near to where it is expected";
+    } else {
+        a.note = "stomach: no gas below the left dome, so it was not looked for";
+    }
+    if (countOf(colon_gas) > 0) {
+        b.mask = without(withWall(s, colon_gas, fluidOf(s, colon_gas, kColonReach_m, dark_hu)), a.mask);
+        b.confidence = 0.4;
+        b.note = "colon: gas of the small bowel is not told apart from it";
+    } else {
+        b.note = "colon: no gas that would show it";
+    }
+    b.mask = without(b.mask, stomach_gas);
+    const bool any = countOf(gas) > 0;
+    return {std::move(a), std::move(b),
+            FoundOrgan{"bowel gas", gas, any ? 0.95 : 0.0, any ? "" : "bowel gas: none"}};
+}
+
+}  // namespace stylet::modeller

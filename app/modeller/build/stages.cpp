@@ -1,0 +1,330 @@
+#include "app/modeller/build/stages.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/modeller/build/atlas.h"
+#include "app/modeller/build/bones.h"
+#include "app/modeller/build/ducts.h"
+#include "app/modeller/build/fascia_spline.h"
+#include "app/modeller/build/liver.h"
+#include "app/modeller/build/lungs.h"
+#include "app/modeller/build/morphology.h"
+#include "app/modeller/build/organs.h"
+#include "app/modeller/build/vessels.h"
+#include "app/modeller/import_body.h"
+#include "app/modeller/import_map.h"
+#include "app/modeller/section.h"
+#include "patient/synth/synth.h"
+
+namespace stylet::modeller {
+
+using nlohmann::json;
+using patient::Label;
+using patient::LabelVolume;
+
+namespace {
+
+// Of stages only, beside the labels of a package.
+constexpr std::uint8_t kAirways = 252, kInside = 253, kBody = 254;
+constexpr double kSkin_m = 0.002;
+constexpr double kAtlasSpacing_m = 0.0025;  // the prior's grid is coarser still
+constexpr const char* kControlPoints = "control-points.txt";
+constexpr const char* kVirtualDucts = "these ducts are virtual: bile is painted into the CT";
+
+std::uint8_t idOf(const char* target) {
+    return findTarget(target)->id;
+}
+
+Mask maskOfId(const LabelVolume& labels, std::uint8_t id) {
+    Mask mask(labels.grid);
+    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
+        mask.voxels[i] = labels.voxels[i] == id;
+    return mask;
+}
+
+std::vector<patient::Vec3> centresOfSlices(const Mask& mask) {
+    const patient::Grid& g = mask.grid;
+    std::vector<patient::Vec3> centres;
+    for (int z = 0; z < g.dims.z; ++z) {
+        patient::Vec3 sum{0.0};
+        double count = 0.0;
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x)
+                if (mask[{x, y, z}]) sum += g.centre({x, y, z}), count += 1.0;
+        if (count > 0.0) centres.push_back(sum / count);
+    }
+    return centres;
+}
+
+// Body: what was cut out of the air and the table when the scan was read.
+void findBody(Work& work, StageResult& r) {
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, work.body, kBody, true);
+}
+void takeBody(Work& work, const StageResult& r) {
+    for (std::size_t i = 0; i < work.body.voxels.size(); ++i)
+        work.body.voxels[i] = r.labels.voxels[i] != 0;
+}
+
+// Classes: the values of this CT, and what the thresholds alone would make of it.
+json toJson(const TissueClass& c) {
+    return {{"mean_hu", c.mean_hu}, {"sigma_hu", c.sigma_hu}, {"share", c.share}};
+}
+TissueClass classOf(const json& j) {
+    return {j.at("mean_hu").get<double>(), j.at("sigma_hu").get<double>(), j.at("share").get<double>()};
+}
+std::string classesText(const TissueClasses& c, const patient::Thresholds& t) {
+    const json all{{"lung", toJson(c.lung)},
+                   {"fat", toJson(c.fat)},
+                   {"soft", toJson(c.soft)},
+                   {"blood", toJson(c.blood)},
+                   {"bone", toJson(c.bone)},
+                   {"noise_hu", c.noise_hu},
+                   {"thresholds_hu",
+                    {{"t0", t.t0_hu},
+                     {"t1", t.t1_hu},
+                     {"t2_sensitive", t.t2_sensitive_hu},
+                     {"t2_specific", t.t2_specific_hu}}}};
+    return all.dump(2) + "\n";
+}
+void readClasses(const std::string& text, TissueClasses& c, patient::Thresholds& t) {
+    try {
+        const json all = json::parse(text), &th = all.at("thresholds_hu");
+        c = {classOf(all.at("lung")),  classOf(all.at("fat")),  classOf(all.at("soft")),
+             classOf(all.at("blood")), classOf(all.at("bone")), all.at("noise_hu").get<double>()};
+        t = {th.at("t0").get<double>(), th.at("t1").get<double>(), th.at("t2_sensitive").get<double>(),
+             th.at("t2_specific").get<double>()};
+    } catch (const json::exception& e) {
+        throw ImportError(std::string("classes.json: ") + e.what());
+    }
+    if (!(t.t0_hu < t.t1_hu && t.t1_hu < t.t2_sensitive_hu && t.t2_sensitive_hu <= t.t2_specific_hu))
+        throw ImportError("classes.json: thresholds_hu: t0 < t1 < t2_sensitive <= t2_specific does not hold");
+}
+void findClasses(Work& work, StageResult& r) {
+    if (r.text.empty()) {
+        const TissueClasses c = classesOf(work.ct, work.body);
+        r.text = classesText(c, thresholdsOf(c));
+        if (c.blood.share == 0.0) r.record.notes.push_back("no contrast medium is to be seen");
+    }
+    TissueClasses c;
+    patient::Thresholds t;
+    readClasses(r.text, c, t);
+    r.labels = LabelVolume(work.ct.grid);
+    const std::uint8_t skin = idOf("skin"), soft = idOf("muscle"), bone = idOf("bone");
+    for (std::size_t i = 0; i < r.labels.voxels.size(); ++i) {
+        const double hu = work.ct.voxels[i];
+        if (!work.body.voxels[i] || hu < t.t0_hu) continue;
+        r.labels.voxels[i] = hu < t.t1_hu ? skin : hu < t.t2_sensitive_hu ? soft : bone;
+    }
+}
+void takeClasses(Work& work, const StageResult& r) {
+    readClasses(r.text, work.classes, work.thresholds);
+}
+
+void findLungsStage(Work& work, StageResult& r) {
+    const Lungs lungs = findLungs(work.ct, work.body);
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, lungs.gas, idOf("bowel gas"), true);
+    paint(r.labels, lungs.airways, kAirways, true);
+    paint(r.labels, lungs.right, idOf("right lung"), true);
+    paint(r.labels, lungs.left, idOf("left lung"), true);
+    r.record.notes = lungs.notes;
+}
+
+void findBonesStage(Work& work, StageResult& r) {
+    const Bones bones = findBones(work.ct, work.body);
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, bones.other, idOf("bone"), true);
+    paint(r.labels, bones.cartilage, idOf("cartilage and discs"), true);
+    paint(r.labels, bones.spine, idOf("spine"), true);
+    paint(r.labels, bones.canal, idOf("spinal canal"), true);
+    paint(r.labels, bones.sternum, idOf("sternum"), true);
+    paint(r.labels, bones.ribs_right, idOf("right ribs"), true);
+    paint(r.labels, bones.ribs_left, idOf("left ribs"), true);
+    r.record.notes = bones.notes;
+}
+
+bool isBone(const Label& l) {
+    return l.tissue == patient::Tissue::bone && l.name != "cartilage and discs";
+}
+bool isLung(const Label& l) {
+    return l.name == "right lung" || l.name == "left lung";
+}
+
+std::vector<AtlasImage> atlasImages(const BuildSettings& settings, const AtlasSettings& atlas) {
+    std::vector<AtlasImage> images;
+    for (const std::filesystem::path& folder : settings.atlases)
+        images.emplace_back(patient::loadPackage(folder), atlas);
+    if (!images.empty()) return images;
+    for (const std::uint64_t seed : kAtlasSeeds) {
+        patient::synth::SynthSettings synth;
+        synth.seed = seed;
+        synth.spacing_m = kAtlasSpacing_m;
+        synth.defaults = settings.defaults;
+        images.emplace_back(patient::synth::makeReferencePatient(synth), atlas);
+    }
+    return images;
+}
+
+void findLiverStage(Work& work, StageResult& r) {
+    const AtlasSettings atlas;
+    const Mask lungs = maskOf(work.found.at("lungs"), isLung), bones = maskOf(work.found.at("bones"), isBone);
+    const AtlasPrior prior =
+        alignAtlases(work.ct, work.body, lungs, atlasImages(*work.settings, atlas), atlas);
+    const Liver liver = findLiver(work.ct, work.body, lungs, bones, prior);
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, liver.mask, idOf("liver"), true);
+    r.record.notes = liver.notes;
+    std::string used;
+    for (const std::string& name : prior.used)
+        used += (used.empty() ? "atlases: " : ", ") + name;
+    if (!used.empty()) r.record.notes.push_back(used);
+}
+void takeLiver(Work& work, const StageResult& r) {
+    for (const std::string& note : r.record.notes)
+        if (note.starts_with("atlases: ")) work.atlas_provenance = "; " + note;
+}
+
+void findVesselsStage(Work& work, StageResult& r) {
+    const Mask liver = maskOf(work.found.at("liver"), "liver");
+    const SplitVessels split = splitVessels(work.ct, liver, findVessels(work.ct, liver));
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, split.cava, idOf("vena cava and renal veins"), true);
+    paint(r.labels, split.portal, idOf("portal vein"), true);
+    paint(r.labels, split.hepatic, idOf("hepatic veins"), true);
+    r.record.notes = split.notes;
+}
+
+void findDuctsStage(Work& work, StageResult& r) {
+    const LabelVolume& vessels = work.found.at("vessels");
+    const Mask liver = maskOf(work.found.at("liver"), "liver"), portal = maskOf(vessels, "portal vein");
+    const Mask all = maskOf(vessels, [](const Label& l) { return l.tissue == patient::Tissue::vessel; });
+    const BuiltDucts ducts = buildDucts(work.ct, liver, portal, all, work.settings->virtual_ducts);
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, ducts.mask, idOf("bile ducts"), true);
+    r.record.notes = {ducts.note};
+    if (ducts.origin == DuctsOrigin::grown) r.record.notes.push_back(kVirtualDucts);
+}
+// Virtual ducts are painted into the CT from their labels, so that a person's corrections are too.
+void takeDucts(Work& work, const StageResult& r) {
+    work.virtual_ducts =
+        std::find(r.record.notes.begin(), r.record.notes.end(), kVirtualDucts) != r.record.notes.end();
+    if (!work.virtual_ducts) return;
+    GrownDucts ducts;
+    ducts.mask = maskOf(r.labels, "bile ducts");
+    FloatVolume share(work.ct.grid);
+    for (std::size_t i = 0; i < share.voxels.size(); ++i)
+        share.voxels[i] = float(ducts.mask.voxels[i]);
+    ducts.coverage = boxMean(share, 1);
+    work.painted_ct = work.ct;
+    paintBile(work.painted_ct, ducts, maskOf(work.found.at("liver"), "liver"), DuctSettings{}.bile_hu);
+}
+
+void findFasciaStage(Work& work, StageResult& r) {
+    const Mask bones = maskOf(work.found.at("bones"), isBone);
+    const Mask organs =
+        either(maskOf(work.found.at("lungs"), isLung), maskOf(work.found.at("liver"), "liver"));
+    const FasciaInput input{work.ct, work.body, bones, organs};
+    if (r.text.empty()) r.text = writeFascia(fitFascia(input));
+    const FasciaSpline spline = parseFascia(kControlPoints, r.text);
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, insideFascia(spline, input), kInside, true);
+    paint(r.labels, fasciaVoxels(spline, input), idOf("fascia"), true);
+}
+
+// What the stages before left in their label maps, which a person may have corrected.
+Lungs lungsOf(const Work& work) {
+    const LabelVolume& found = work.found.at("lungs");
+    Lungs lungs{maskOf(found, "right lung"),
+                maskOf(found, "left lung"),
+                maskOfId(found, kAirways),
+                maskOf(found, "bowel gas"),
+                {},
+                {},
+                {}};
+    lungs.base_right = lungBase(lungs.right, work.body);
+    lungs.base_left = lungBase(lungs.left, work.body);
+    return lungs;
+}
+Bones bonesOf(const Work& work) {
+    const LabelVolume& found = work.found.at("bones");
+    Bones bones;
+    bones.all = maskOf(found, isBone);
+    bones.canal = maskOf(found, "spinal canal");
+    bones.cartilage = maskOf(found, "cartilage and discs");
+    bones.canal_m = centresOfSlices(bones.canal);
+    return bones;
+}
+
+void findOrgansStage(Work& work, StageResult& r) {
+    const LabelVolume& fascia = work.found.at("fascia");
+    const Lungs lungs = lungsOf(work);
+    const Bones bones = bonesOf(work);
+    const Mask liver = maskOf(work.found.at("liver"), "liver"),
+               inside = either(maskOfId(fascia, kInside), maskOf(fascia, "fascia"));
+    r.labels = LabelVolume(work.ct.grid);
+    for (const FoundOrgan& organ : findOrgans({work.ct, work.body, lungs, bones, liver, inside})) {
+        paint(r.labels, organ.mask, idOf(organ.name.c_str()), true);
+        char confidence[32];
+        std::snprintf(confidence, sizeof confidence, ": confidence %.2f", organ.confidence);
+        r.record.notes.push_back(organ.name + confidence + (organ.note.empty() ? "" : "; " + organ.note));
+    }
+}
+
+void findSkin(Work& work, StageResult& r) {
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, skinShell(work.body, work.scan, kSkin_m), idOf("skin"), true);
+}
+
+std::vector<Stage> makeStages() {
+    return {
+        {.name = "body", .find = findBody, .take = takeBody},
+        {.name = "classes", .text_name = "classes.json", .find = findClasses, .take = takeClasses},
+        {.name = "lungs", .gives = {"right lung", "left lung"}, .find = findLungsStage},
+        {.name = "bones",
+         .gives = {"right ribs", "left ribs", "spine", "spinal canal", "sternum", "bone",
+                   "cartilage and discs"},
+         .find = findBonesStage},
+        {.name = "liver", .gives = {"liver"}, .find = findLiverStage, .take = takeLiver},
+        {.name = "vessels", .gives = {"portal vein", "hepatic veins"}, .find = findVesselsStage},
+        {.name = "ducts", .gives = {"bile ducts"}, .find = findDuctsStage, .take = takeDucts},
+        {.name = "fascia", .text_name = kControlPoints, .gives = {"fascia"}, .find = findFasciaStage},
+        {.name = "organs",
+         .gives = {"right kidney", "left kidney", "spleen", "heart", "aorta and arteries",
+                   "vena cava and renal veins", "gallbladder", "stomach and oesophagus", "colon",
+                   "bowel gas"},
+         .over_all = false,
+         .find = findOrgansStage},
+        {.name = "skin", .gives = {"skin"}, .over_all = false, .find = findSkin},
+    };
+}
+
+std::vector<Label> makeTable() {
+    std::vector<Label> table = targetTable();
+    const auto add = [&](std::uint8_t id, const char* name, std::array<std::uint8_t, 3> colour) {
+        Label label;
+        label.id = id, label.name = name, label.colour = colour;
+        table.push_back(label);
+    };
+    add(kAirways, "airways", {120, 200, 230});
+    add(kInside, "inside the fascia", {110, 110, 140});
+    add(kBody, "body", {200, 160, 120});
+    return table;
+}
+
+}  // namespace
+
+const std::vector<Stage>& stages() {
+    static const std::vector<Stage> all = makeStages();
+    return all;
+}
+
+const std::vector<Label>& stageTable() {
+    static const std::vector<Label> table = makeTable();
+    return table;
+}
+
+}  // namespace stylet::modeller

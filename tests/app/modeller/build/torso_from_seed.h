@@ -1,0 +1,45 @@
+// A reference patient, coarse enough for every build, with its truth.
+#pragma once
+
+#include <initializer_list>
+
+#include "app/modeller/build/accuracy.h"
+#include "app/modeller/build/morphology.h"
+#include "app/modeller/import_body.h"
+#include "patient/synth/labels.h"
+#include "patient/synth/synth.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::test {
+
+// Seed 1 at 2.5 mm; made once.
+inline const patient::Package& seededTorso() {
+    static const patient::Package package = [] {
+        patient::synth::SynthSettings s;
+        s.seed = 1;
+        s.spacing_m = 0.0025;
+        s.defaults = tissueDefaults();
+        return patient::synth::makeReferencePatient(s);
+    }();
+    return package;
+}
+
+inline const modeller::Mask& seededBody() {
+    static const modeller::Mask body = modeller::bodyMask(seededTorso().ct);
+    return body;
+}
+
+inline modeller::Mask seededTruth(std::initializer_list<patient::synth::Id> ids) {
+    const patient::LabelVolume& labels = seededTorso().labels;
+    const patient::synth::IdSet set = patient::synth::anyOf(ids);
+    modeller::Mask m(labels.grid);
+    for (std::size_t i = 0; i < m.voxels.size(); ++i)
+        m.voxels[i] = patient::synth::holds(set, labels.voxels[i]);
+    return m;
+}
+
+inline double diceOf(std::initializer_list<patient::synth::Id> ids, const modeller::Mask& found) {
+    return modeller::compare(seededTruth(ids), found).dice;
+}
+
+}  // namespace stylet::test

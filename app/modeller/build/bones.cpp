@@ -709,4 +709,36 @@ Bones findBones(const CtVolume& ct, const Mask& body) {
     return out;
 }
 
+Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, const Bones& bones) {
+    // Muscle stays below 75 HU, cartilage of an adult lies at 90 to 130 and more where it turns to chalk.
+    constexpr float kLow_hu = 84.0f, kHigh_hu = 500.0f;
+    constexpr double kSkin_m = 0.006, kThick_m = 0.0025, kJoin_m = 0.004, kLeast_ml = 0.5;
+    const Grid& g = ct.grid;
+    FloatVolume smooth(g);
+    for (std::size_t i = 0; i < smooth.voxels.size(); ++i)
+        smooth.voxels[i] = float(ct.voxels[i]);
+    smooth = boxMean(smooth, 1);
+    Mask ends = either(bones.ribs_right, either(bones.ribs_left, bones.sternum));
+    const Mask taken = either(either(inside, bones.all), dilated(bones.spine, 0.010));
+    Mask found = eroded(body, kSkin_m);
+    for (std::size_t i = 0; i < found.voxels.size(); ++i)
+        found.voxels[i] =
+            found.voxels[i] && !taken.voxels[i] && smooth.voxels[i] > kLow_hu && smooth.voxels[i] < kHigh_hu;
+    // It begins where ribs end, before the body's middle; behind lie muscles and, past a doubtful fascia,
+    // kidneys.
+    const VoxelBox box = boxOf(body);
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y <= (box.low.y + box.high.y) / 2; ++y)
+            for (int x = 0; x < g.dims.x; ++x)
+                found[{x, y, z}] = 0;
+    // A rib's blurred rim is as dense: it belongs to what is thicker only.
+    const Mask rim = dilated(bones.all, 1.01 * g.spacing_m.x);
+    const Mask core = opened(without(found, rim), std::max(kThick_m, 1.01 * g.spacing_m.x));
+    found = both(found, dilated(core, 2.0 * g.spacing_m.x));
+    ends = both(dilated(ends, kJoin_m), found);
+    found = piecesWith(found, ends);
+    dropSmall(found, kLeast_ml);
+    return found;
+}
+
 }  // namespace stylet::modeller

@@ -114,52 +114,90 @@ Mask withWall(const OrganScene& s, const Mask& gas, const Mask& fluid) {
     constexpr double kFat_hu = -30.0, kMost_hu = 400.0;
     const Mask rim = both(dilated(gas, std::max(kWall_m, 1.8 * s.grid.spacing_m.x)), s.free);
     const Mask wall = both(dilated(either(gas, fluid), kWall_m), inRange(s.calm, s.free, kFat_hu, kMost_hu));
-    return without(either(either(rim, wall), fluid), gas);
+    return without(either(either(rim, wall), fluid), both(s.in.lungs.gas, s.free_wide));
+}
+
+// Which piece is the stomach's, and how much better it is placed than the next.
+struct Choice {
+    std::size_t piece = 0;
+    double lead = 0.0;
+};
+
+Choice stomachAmong(const std::vector<GasPiece>& pieces) {
+    constexpr double kLeast = 0.15;
+    Choice c;
+    double best = kLeast, next = 0.0;
+    for (std::size_t n = 1; n < pieces.size(); ++n) {
+        if (pieces[n].volume_ml < kLeastGas_ml) continue;
+        const double score = std::cbrt(pieces[n].volume_ml) * pieces[n].place;
+        if (score > best)
+            next = best, best = score, c.piece = n;
+        else
+            next = std::max(next, score);
+    }
+    c.lead = (best - next) / best;
+    return c;
+}
+
+// Pieces of gas whose level lies on this fluid: two bubbles of one stomach.
+std::vector<bool> over(const OrganScene& s, const Pieces& p, const Mask& gas, const Mask& fluid) {
+    constexpr double kShare = 0.3;
+    const Mask below = levelsOf(s, gas).below, pool = dilated(fluid, 0.003);
+    std::vector<double> all(p.size.size(), 0.0), in = all;
+    for (int z = 0; z < s.grid.dims.z; ++z)
+        for (int y = 0; y + 1 < s.grid.dims.y; ++y)
+            for (int x = 0; x < s.grid.dims.x; ++x) {
+                const auto n = std::size_t(p.number[{x, y + 1, z}]);
+                if (n == 0 || !below[{x, y, z}]) continue;
+                all[n] += 1.0;
+                in[n] += pool[{x, y, z}];
+            }
+    std::vector<bool> out(p.size.size(), false);
+    for (std::size_t n = 1; n < out.size(); ++n)
+        out[n] = all[n] > 0.0 && in[n] > kShare * all[n];
+    return out;
 }
 
 }  // namespace
 
 std::vector<FoundOrgan> findHollow(const OrganScene& s) {
-    constexpr double kStomachReach_m = 0.060, kColonReach_m = 0.030;
-    const Mask gas = both(s.in.lungs.gas, s.free);
+    constexpr double kStomachReach_m = 0.060, kColonReach_m = 0.030, kBelowLiver_hu = 22.0;
+    const Mask gas = both(s.in.lungs.gas, s.free_wide);
     const Pieces p = piecesOf(gas);
     const std::vector<GasPiece> pieces = measuredGas(s, p, leftDome(s));
-    std::size_t stomach = 0;
-    double best = 0.15, next = 0.0;
-    for (std::size_t n = 1; n < pieces.size(); ++n) {
-        const double score =
-            pieces[n].volume_ml < kLeastGas_ml ? 0.0 : std::cbrt(pieces[n].volume_ml) * pieces[n].place;
-        if (score > best)
-            next = best, best = score, stomach = n;
-        else
-            next = std::max(next, score);
-    }
-    Mask stomach_gas(s.grid), colon_gas(s.grid);
+    const Choice choice = stomachAmong(pieces);
+    const double dark_hu = s.parenchyma_hu - kBelowLiver_hu;
+    Mask stomach_gas(s.grid), other_gas(s.grid);
     for (std::size_t i = 0; i < gas.voxels.size(); ++i) {
         const auto n = std::size_t(p.number.voxels[i]);
-        if (n == 0) continue;
-        stomach_gas.voxels[i] = n == stomach;
-        colon_gas.voxels[i] = n != stomach && pieces[n].volume_ml >= kLeastGas_ml;
+        stomach_gas.voxels[i] = n > 0 && n == choice.piece;
+        other_gas.voxels[i] = n > 0 && n != choice.piece && pieces[n].volume_ml >= kLeastGas_ml;
     }
-    const double dark_hu = s.parenchyma_hu - 22.0;
-    FoundOrgan a{"stomach and oesophagus", Mask(s.grid), 0.0, ""}, b{"colon", Mask(s.grid), 0.0, ""};
-    if (stomach > 0) {
-        a.mask = withWall(s, stomach_gas, fluidOf(s, stomach_gas, kStomachReach_m, dark_hu));
-        a.confidence = std::clamp(0.3 + 0.4 * (best - next) / best, 0.3, 0.7);
-        if (a.confidence < 0.5) a.note = "stomach: other gas lies as near to where it is expected";
+    FoundOrgan stomach{"stomach and oesophagus", Mask(s.grid), 0.0, ""},
+        colon{"colon", Mask(s.grid), 0.0, ""};
+    if (choice.piece > 0) {
+        Mask fluid = fluidOf(s, stomach_gas, kStomachReach_m, dark_hu);
+        const std::vector<bool> joins = over(s, p, other_gas, fluid);
+        for (std::size_t i = 0; i < gas.voxels.size(); ++i)
+            if (joins[std::size_t(p.number.voxels[i])]) stomach_gas.voxels[i] = 1, other_gas.voxels[i] = 0;
+        fluid = fluidOf(s, stomach_gas, kStomachReach_m, dark_hu);
+        stomach.mask = without(withWall(s, stomach_gas, fluid), other_gas);
+        stomach.confidence = std::clamp(0.3 + 0.4 * choice.lead, 0.3, 0.7);
+        if (stomach.confidence < 0.5)
+            stomach.note = "stomach: other gas lies as near to where it is expected";
     } else {
-        a.note = "stomach: no gas below the left dome, so it was not looked for";
+        stomach.note = "stomach: no gas below the left dome, so it was not looked for";
     }
-    if (countOf(colon_gas) > 0) {
-        b.mask = without(withWall(s, colon_gas, fluidOf(s, colon_gas, kColonReach_m, dark_hu)), a.mask);
-        b.confidence = 0.4;
-        b.note = "colon: gas of the small bowel is not told apart from it";
+    if (countOf(other_gas) > 0) {
+        colon.mask = withWall(s, other_gas, fluidOf(s, other_gas, kColonReach_m, dark_hu));
+        colon.mask = without(without(colon.mask, stomach.mask), gas);
+        colon.confidence = 0.4;
+        colon.note = "colon: gas of the small bowel is not told apart from it";
     } else {
-        b.note = "colon: no gas that would show it";
+        colon.note = "colon: no gas that would show it";
     }
-    b.mask = without(b.mask, stomach_gas);
     const bool any = countOf(gas) > 0;
-    return {std::move(a), std::move(b),
+    return {std::move(stomach), std::move(colon),
             FoundOrgan{"bowel gas", gas, any ? 0.95 : 0.0, any ? "" : "bowel gas: none"}};
 }
 

@@ -45,6 +45,29 @@ TEST(Bones, NothingBrightIsNoBone) {
     EXPECT_EQ(findBones(ct, Mask(ct.grid)).notes.size(), 1u);
 }
 
+// A rod along x in front: bone, then cartilage, then muscle again; another of cartilage alone.
+TEST(Bones, CartilageGoesOnWhereARibEnds) {
+    CtVolume ct({Index3(90, 60, 50), patient::Vec3(0.001), patient::Vec3(0.0)}, 55);
+    Bones b;
+    for (Mask* m : {&b.all, &b.spine, &b.ribs_right, &b.ribs_left, &b.sternum})
+        *m = Mask(ct.grid);
+    Mask cartilage(ct.grid);
+    for (int z = 0; z < 50; ++z)
+        for (int y = 0; y < 60; ++y)
+            for (int x = 10; x < 80; ++x) {
+                const Index3 i{x, y, z};
+                if (std::hypot(y - 45, z - 15) < 5.0 && x < 70) {
+                    ct[i] = x < 40 ? 600 : 115;
+                    (x < 40 ? b.ribs_right : cartilage)[i] = 1;
+                }
+                if (std::hypot(y - 45, z - 35) < 5.0) ct[i] = 115;
+            }
+    b.all = b.ribs_right;
+    const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b);
+    EXPECT_GT(compare(cartilage, found).dice, 0.85);
+    EXPECT_FALSE((found[{50, 45, 35}]));
+}
+
 TEST(Bones, OfAReferencePatient) {
     const Bones b = findBones(test::seededTorso().ct, test::seededBody());
     EXPECT_GT(test::diceOf({Id::spine, Id::ribsRight, Id::ribsLeft, Id::sternum}, b.all), 0.80);

@@ -126,6 +126,44 @@ TEST(Organs, AStomachIsGasOverAFlatLevel) {
     EXPECT_EQ(countOf(found.at("colon").mask), 0u);
 }
 
+// Whatever the scan holds, every stage comes to an end with something to say.
+TEST(Organs, OddScansGiveEmptyMasks) {
+    for (const Index3& dims : {Index3(1), Index3(3, 5, 2), Index3(9, 7, 30)})
+        for (const std::int16_t hu : {-1024, 40, 3000}) {
+            const CtVolume ct({dims, Vec3(0.003), Vec3(0.0)}, hu);
+            for (const Mask& body : {Mask(ct.grid), Mask(ct.grid, 1)}) {
+                const Lungs lungs = findLungs(ct, body);
+                const Bones bones = findBones(ct, body);
+                const Mask none(ct.grid);
+                const FasciaInput in{ct, body, bones.all, none};
+                const FasciaSpline fascia = fitFascia(in);
+                const Mask inside = insideFascia(fascia, in);
+                EXPECT_EQ(parseFascia("f", writeFascia(fascia)).levels, fascia.levels);
+                EXPECT_EQ(findOrgans({ct, body, lungs, bones, none, inside}).size(), 10u);
+            }
+        }
+}
+
+TEST(Organs, TwoBubblesOverOneFluidAreOneStomach) {
+    Box b;
+    const Mask all = b.ball({-0.04, 0.08, 0.09}, 0.038, 30);
+    Mask far_gas(b.ct.grid);
+    for (int z = 0; z < b.ct.grid.dims.z; ++z)
+        for (int y = 0; y < b.ct.grid.dims.y; ++y)
+            for (int x = 0; x < b.ct.grid.dims.x; ++x) {
+                const Index3 i{x, y, z};
+                const Vec3 p = b.ct.grid.centre(i);
+                if (!all[i] || p.y < 0.085 || std::fabs(p.x + 0.03) < 0.004) continue;
+                b.ct[i] = -1000;
+                b.lungs.gas[i] = 1;
+                far_gas[i] = p.x > -0.03;  // the smaller bubble
+            }
+    const auto found = b.organs();
+    const Mask wall = without(dilated(far_gas, 0.003), b.lungs.gas);
+    EXPECT_GT(countOf(both(wall, found.at("stomach and oesophagus").mask)), countOf(wall) * 8 / 10);
+    EXPECT_EQ(countOf(found.at("colon").mask), 0u);
+}
+
 TEST(Organs, OfAReferencePatient) {
     const CtVolume& ct = test::seededTorso().ct;
     const Mask& body = test::seededBody();

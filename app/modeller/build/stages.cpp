@@ -28,7 +28,7 @@ using patient::LabelVolume;
 namespace {
 
 // Of stages only, beside the labels of a package.
-constexpr std::uint8_t kAirways = 252, kInside = 253, kBody = 254;
+constexpr std::uint8_t kAirways = 253, kBody = 254;
 constexpr double kSkin_m = 0.002;
 constexpr double kAtlasSpacing_m = 0.0025;  // the prior's grid is coarser still
 constexpr const char* kControlPoints = "control-points.txt";
@@ -154,6 +154,11 @@ bool isLung(const Label& l) {
     return l.name == "right lung" || l.name == "left lung";
 }
 
+bool isSolidOrgan(const Label& l) {
+    return l.name == "right kidney" || l.name == "left kidney" || l.name == "spleen" || l.name == "heart" ||
+           l.name == "gallbladder";
+}
+
 std::vector<AtlasImage> atlasImages(const BuildSettings& settings, const AtlasSettings& atlas) {
     std::vector<AtlasImage> images;
     for (const std::filesystem::path& folder : settings.atlases)
@@ -223,18 +228,6 @@ void takeDucts(Work& work, const StageResult& r) {
     paintBile(work.painted_ct, ducts, maskOf(work.found.at("liver"), "liver"), DuctSettings{}.bile_hu);
 }
 
-void findFasciaStage(Work& work, StageResult& r) {
-    const Mask bones = maskOf(work.found.at("bones"), isBone);
-    const Mask organs =
-        either(maskOf(work.found.at("lungs"), isLung), maskOf(work.found.at("liver"), "liver"));
-    const FasciaInput input{work.ct, work.body, bones, organs};
-    if (r.text.empty()) r.text = writeFascia(fitFascia(input));
-    const FasciaSpline spline = parseFascia(kControlPoints, r.text);
-    r.labels = LabelVolume(work.ct.grid);
-    paint(r.labels, insideFascia(spline, input), kInside, true);
-    paint(r.labels, fasciaVoxels(spline, input), idOf("fascia"), true);
-}
-
 // What the stages before left in their label maps, which a person may have corrected.
 Lungs lungsOf(const Work& work) {
     const LabelVolume& found = work.found.at("lungs");
@@ -259,12 +252,17 @@ Bones bonesOf(const Work& work) {
     return bones;
 }
 
+// Lungs and liver, all that is known of what the fascia encloses before the other organs are looked for.
+Mask lungsAndLiver(const Work& work) {
+    return either(maskOf(work.found.at("lungs"), isLung), maskOf(work.found.at("liver"), "liver"));
+}
+
 void findOrgansStage(Work& work, StageResult& r) {
-    const LabelVolume& fascia = work.found.at("fascia");
     const Lungs lungs = lungsOf(work);
     const Bones bones = bonesOf(work);
-    const Mask liver = maskOf(work.found.at("liver"), "liver"),
-               inside = either(maskOfId(fascia, kInside), maskOf(fascia, "fascia"));
+    const Mask liver = maskOf(work.found.at("liver"), "liver"), known = lungsAndLiver(work);
+    const FasciaInput first{work.ct, work.body, bones.all, known};
+    const Mask inside = insideFascia(fitFascia(first), first);
     r.labels = LabelVolume(work.ct.grid);
     for (const FoundOrgan& organ : findOrgans({work.ct, work.body, lungs, bones, liver, inside})) {
         paint(r.labels, organ.mask, idOf(organ.name.c_str()), true);
@@ -272,6 +270,15 @@ void findOrgansStage(Work& work, StageResult& r) {
         std::snprintf(confidence, sizeof confidence, ": confidence %.2f", organ.confidence);
         r.record.notes.push_back(organ.name + confidence + (organ.note.empty() ? "" : "; " + organ.note));
     }
+}
+
+void findFasciaStage(Work& work, StageResult& r) {
+    const Mask bones = maskOf(work.found.at("bones"), isBone);
+    const Mask organs = either(lungsAndLiver(work), maskOf(work.found.at("organs"), isSolidOrgan));
+    const FasciaInput input{work.ct, work.body, bones, organs};
+    if (r.text.empty()) r.text = writeFascia(fitFascia(input));
+    r.labels = LabelVolume(work.ct.grid);
+    paint(r.labels, fasciaVoxels(parseFascia(kControlPoints, r.text), input), idOf("fascia"), true);
 }
 
 void findSkin(Work& work, StageResult& r) {
@@ -291,13 +298,13 @@ std::vector<Stage> makeStages() {
         {.name = "liver", .gives = {"liver"}, .find = findLiverStage, .take = takeLiver},
         {.name = "vessels", .gives = {"portal vein", "hepatic veins"}, .find = findVesselsStage},
         {.name = "ducts", .gives = {"bile ducts"}, .find = findDuctsStage, .take = takeDucts},
-        {.name = "fascia", .text_name = kControlPoints, .gives = {"fascia"}, .find = findFasciaStage},
         {.name = "organs",
          .gives = {"right kidney", "left kidney", "spleen", "heart", "aorta and arteries",
                    "vena cava and renal veins", "gallbladder", "stomach and oesophagus", "colon",
                    "bowel gas"},
          .over_all = false,
          .find = findOrgansStage},
+        {.name = "fascia", .text_name = kControlPoints, .gives = {"fascia"}, .find = findFasciaStage},
         {.name = "skin", .gives = {"skin"}, .over_all = false, .find = findSkin},
     };
 }
@@ -310,7 +317,6 @@ std::vector<Label> makeTable() {
         table.push_back(label);
     };
     add(kAirways, "airways", {120, 200, 230});
-    add(kInside, "inside the fascia", {110, 110, 140});
     add(kBody, "body", {200, 160, 120});
     return table;
 }

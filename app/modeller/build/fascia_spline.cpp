@@ -8,6 +8,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "app/modeller/build/morphology.h"
 #include "app/modeller/import_image.h"
 
 namespace stylet::modeller {
@@ -99,6 +100,123 @@ Room roomOf(const FasciaInput& in, const WallSurface& s) {
     for (std::size_t i = 0; i < n; ++i)
         room.low_m[i] = std::min(room.low_m[i], room.high_m[i]);
     return room;
+}
+
+// --- The belly wall ---
+
+// Along one ray: where the muscle begins under the skin's fat, and how thick it is, where fat behind it
+// tells. 0: unseen.
+struct BellyRay {
+    double outer_m = 0.0, thick_m = 0.0;
+};
+
+BellyRay bellyRay(const FasciaInput& in, const Mask& inner, const FloatVolume& hu, const Vec3& axis_m,
+                  double phi, double z_m) {
+    constexpr double kStep_m = 0.001, kMuscle_hu = 5.0, kFat_hu = -40.0, kMost_m = 0.030;
+    const Grid& g = in.ct.grid;
+    BellyRay out;
+    int muscle = 0, fat = 0;
+    for (double r = 0.35; r > 0.02; r -= kStep_m) {
+        const Index3 i = g.nearest({axis_m.x + r * std::cos(phi), axis_m.y + r * std::sin(phi), z_m});
+        if (!g.contains(i) || !inner[i]) continue;
+        if (in.bones[i]) return {};
+        const double v = double(hu[i]);
+        if (out.outer_m == 0.0) {
+            muscle = v > kMuscle_hu ? muscle + 1 : 0;
+            if (muscle == 4) out.outer_m = r + 3.0 * kStep_m;
+        } else if (in.organs[i] || out.outer_m - r > kMost_m) {
+            return out;
+        } else {
+            fat = v < kFat_hu ? fat + 1 : 0;
+            if (fat == 3) {
+                out.thick_m = out.outer_m - r - 2.5 * kStep_m;
+                return out;
+            }
+        }
+    }
+    return out;
+}
+
+double medianOf(std::vector<double>& v) {
+    const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
+    std::nth_element(v.begin(), middle, v.end());
+    return *middle;
+}
+
+bool boneNear(const Room& room, const WallSurface& s, int level, int angle) {
+    const int reach_z = int(0.024 / s.z_step_m), reach = 3;
+    for (int dz = -reach_z; dz <= reach_z; ++dz)
+        for (int da = -reach; da <= reach; ++da) {
+            const int z = std::clamp(level + dz, 0, s.levels - 1), a = (angle + da + s.angles) % s.angles;
+            if (room.high_m[std::size_t(z * s.angles + a)] < kFar_m) return true;
+        }
+    return false;
+}
+
+// Below the ribs the wall is its own muscle's thickness inside that muscle's outer face. The thickness
+// differs from the flank to the middle line much more than from the ribs to the hip, and gut hides it here
+// and there: each angle has one, the middle of what its rays see.
+void seeBelly(const FasciaInput& in, const Room& room, const WallSurface& s, std::vector<double>& target) {
+    constexpr double kSkin_m = 0.006, kAgree_m = 0.005;
+    constexpr int kReach = 3;
+    constexpr std::size_t kLeastRays = 5;
+    const Mask inner = eroded(in.body, kSkin_m);
+    FloatVolume hu(in.ct.grid);
+    for (std::size_t i = 0; i < hu.voxels.size(); ++i)
+        hu.voxels[i] = float(in.ct.voxels[i]);
+    hu = boxMean(hu, 1);
+    std::vector<BellyRay> rays(target.size());
+    forEachSlab(s.levels, [&](int z) {
+        for (int a = 0; a < s.angles; ++a) {
+            const double phi = a * kTurn / s.angles;
+            if (std::sin(phi) < -0.5 || boneNear(room, s, z, a))
+                continue;  // the back's muscles are no measure
+            rays[std::size_t(z * s.angles + a)] =
+                bellyRay(in, inner, hu, s.axis_m, phi, s.z_begin_m + z * s.z_step_m);
+        }
+    });
+    std::vector<double> near;
+    const auto gather = [&](int z0, int z1, int a, int reach, double BellyRay::* what) {
+        near.clear();
+        for (int z = std::max(z0, 0); z <= std::min(z1, s.levels - 1); ++z)
+            for (int da = -reach; da <= reach; ++da) {
+                const BellyRay& r = rays[std::size_t(z * s.angles + (a + da + s.angles) % s.angles)];
+                if (r.*what > 0.0) near.push_back(r.*what);
+            }
+        return near.size() >= kLeastRays ? medianOf(near) : 0.0;
+    };
+    for (int a = 0; a < s.angles; ++a) {
+        const double thick_m = gather(0, s.levels - 1, a, 2, &BellyRay::thick_m);
+        if (thick_m == 0.0) continue;
+        for (int z = 0; z < s.levels; ++z) {
+            const std::size_t cell = std::size_t(z * s.angles + a);
+            const BellyRay& ray = rays[cell];
+            if (ray.outer_m == 0.0) continue;
+            const double usual_m = gather(z - kReach, z + kReach, a, kReach, &BellyRay::outer_m);
+            if (std::fabs(ray.outer_m - usual_m) > kAgree_m) continue;  // a fold, the navel, the middle line
+            const bool own = std::fabs(ray.thick_m - thick_m) < kAgree_m;
+            target[cell] = ray.outer_m - (own ? ray.thick_m : thick_m);
+        }
+    }
+}
+
+// Between two ribs the fascia lies on the lung, or the diaphragm's thickness outside what that covers.
+void seeOrgans(const FasciaInput& in, const Room& room, const WallSurface& s, std::vector<double>& target) {
+    constexpr double kNear_m = 0.009, kDiaphragm_m = 0.002, kDeep_m = 0.005;
+    constexpr std::int16_t kLung_hu = -400;
+    const Grid& g = in.ct.grid;
+    for (int z = 0; z < s.levels; ++z)
+        for (int a = 0; a < s.angles; ++a) {
+            const std::size_t cell = std::size_t(z * s.angles + a);
+            const double low_m = room.low_m[cell], gap_m = s.radius_m[cell] - low_m;
+            if (low_m == 0.0 || room.high_m[cell] < kFar_m || gap_m > kNear_m || !boneNear(room, s, z, a))
+                continue;
+            const double phi = a * kTurn / s.angles, r = low_m - kDeep_m;
+            const Index3 i = g.nearest({s.axis_m.x + r * std::cos(phi), s.axis_m.y + r * std::sin(phi),
+                                        s.z_begin_m + z * s.z_step_m});
+            const bool lung = g.contains(i) && in.ct[i] < kLung_hu;
+            target[cell] = low_m + (lung ? 0.0 : kDiaphragm_m);
+        }
 }
 
 // sum weight (r - target)^2 + stiffness |second differences|^2, by conjugate gradients on the normal
@@ -273,6 +391,8 @@ FasciaSpline fitFascia(const FasciaInput& in) {
     for (int z = 0; z < seen.levels; ++z)
         for (int a = 0; a < seen.angles; ++a)
             fit.at.push_back(supportAt(s, a * kTurn / seen.angles, seen.z_begin_m + z * seen.z_step_m));
+    seeBelly(in, room, seen, fit.target);
+    seeOrgans(in, room, seen, fit.target);
     // What the surface still cuts pulls it away, harder each time.
     constexpr int kRounds = 6;
     constexpr double kHarder = 6.0, kHardest = 400.0;

@@ -1,0 +1,22 @@
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+
+#include "app/modeller/build/fascia_spline.h"
+#include "app/modeller/import_image.h"
+
+// A surface with a radius everywhere or an ImportError; what is taken is written so that it is taken again.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet::modeller;
+    try {
+        const FasciaSpline s = parseFascia("fuzz.txt", {reinterpret_cast<const char*>(data), size});
+        for (const double phi : {-9.0, 0.0, 3.0})
+            for (const double h : {-20.0, s.h_begin_m, 20.0})
+                if (!(s.radiusAt(phi, h) > 0.0009 && s.radiusAt(phi, h) < 1.001)) std::abort();
+        if (parseFascia("again.txt", writeFascia(s)).control_m.size() != s.control_m.size()) std::abort();
+    } catch (const ImportError&) {
+    }
+    return 0;
+}

@@ -20,8 +20,9 @@ namespace {
 constexpr float kFineLink = 0.7f, kStay = 0.4f;
 // Tissue counts as lying beside the border from clear of its blur to so deep.
 constexpr float kClear_m = 0.003f, kBeside_m = 0.010f;
-// What differs less from liver is no neighbour to tell it from.
-constexpr float kContrast_hu = 25.0f, kDarkest_hu = -50.0f, kLung_hu = -300.0f, kDiaphragm_hu = 20.0f;
+// What differs less from liver is no neighbour to tell it from. None is darker than fat; what borders on lung
+// borders on the diaphragm, two or three millimetres of muscle that lung makes darker.
+constexpr float kContrast_hu = 25.0f, kFat_hu = -100.0f, kLung_hu = -300.0f, kDiaphragm_hu = 20.0f;
 constexpr double kFine_m = 0.0015;  // finer voxels are too noisy one by one
 constexpr float kLeastLink = 0.1f;
 constexpr double kGap_m = 0.004;  // half of the widest vessel that is closed
@@ -55,7 +56,7 @@ class LocalMean {
 
 // Between liver and lung lies the diaphragm.
 float darknessOf(float hu) {
-    return hu < kLung_hu ? kDiaphragm_hu : std::max(kDarkest_hu, hu);
+    return hu < kLung_hu ? kDiaphragm_hu : std::max(kFat_hu, hu);
 }
 
 // What a voxel at the border says: 1 liver, -1 not. Between the liver's local mean and that of what is darker

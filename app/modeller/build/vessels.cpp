@@ -21,6 +21,8 @@ const std::vector<double> kRadii_m{0.001, 0.0015, 0.0021, 0.003, 0.0045};
 // Of TubeEvidence::score. Tuned on reference patients, where found and true volume are equal at it.
 constexpr float kInside = 7.0f, kCertain = 9.0f;
 constexpr double kLeastPiece_m3 = 200e-9;  // 15 mm of a vessel of 2 mm radius
+// Of the way from parenchyma to blood: with little noise all of a vessel's blurred rim would score.
+constexpr double kLevelShare = 0.4;
 // Where the liver's mask takes in a rim of something bright, that rim is a sheet and no line.
 constexpr double kRim_m = 0.003;
 constexpr float kRimLine = 2.0f;
@@ -298,16 +300,29 @@ bool holds(const Mask& seeds, std::uint8_t label) {
     return std::find(seeds.voxels.begin(), seeds.voxels.end(), label) != seeds.voxels.end();
 }
 
+// Of blood above parenchyma, after the blur: upper quarter of what surely is vessel; 0 where nothing is.
+double bloodContrast(const TubeEvidence& e) {
+    std::vector<float> values;
+    for (std::size_t i = 0; i < e.liver.voxels.size(); ++i)
+        if (e.liver.voxels[i] && e.score(i) > kCertain) values.push_back(e.contrast_hu.voxels[i]);
+    if (values.empty()) return 0.0;
+    const auto at = values.begin() + std::ptrdiff_t(0.75 * double(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return double(*at);
+}
+
 }  // namespace
 
 Mask findVessels(const patient::CtVolume& ct, const Mask& liver) {
     if (countOf(liver) == 0) return Mask(ct.grid);
     const TubeEvidence e = tubeEvidence(ct, liver, TubeKind::bright, kRadii_m);
     const Mask core = eroded(e.liver, kRim_m);
+    const double least_hu = kLevelShare * bloodContrast(e);
     Mask inside(e.liver.grid);
     for (std::size_t i = 0; i < inside.voxels.size(); ++i)
-        inside.voxels[i] =
-            e.liver.voxels[i] && e.score(i) > kInside && (core.voxels[i] || e.line.voxels[i] > kRimLine);
+        inside.voxels[i] = e.liver.voxels[i] && e.score(i) > kInside &&
+                           double(e.contrast_hu.voxels[i]) > least_hu &&
+                           (core.voxels[i] || e.line.voxels[i] > kRimLine);
     const auto least = std::size_t(kLeastPiece_m3 / (1e-6 * voxelVolume_ml(ct.grid)));
     const Mask vessels = keepPieces(inside, [&](const Piece& piece) {
         return piece.size() >= least &&

@@ -1,0 +1,72 @@
+// Small volumes with tubes, plates and balls of known size, for the filters that look for them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/modeller/voxel_tools.h"
+
+namespace stylet::test {
+
+inline patient::Grid cube(int side) {
+    return {patient::Index3(side), patient::Vec3(0.001), patient::Vec3(0.0)};
+}
+
+// Metres from a point to the segment a - b.
+inline double toSegment_m(const patient::Vec3& p, const patient::Vec3& a, const patient::Vec3& b) {
+    const patient::Vec3 way = b - a;
+    const double t = std::clamp(glm::dot(p - a, way) / glm::dot(way, way), 0.0, 1.0);
+    return glm::length(p - a - t * way);
+}
+
+// Share of a voxel of `spacing_m` within `radius_m`, a border running through it at `distance_m` from its
+// centre.
+inline double covered(double distance_m, double radius_m, double spacing_m) {
+    return std::clamp((radius_m - distance_m) / spacing_m + 0.5, 0.0, 1.0);
+}
+
+// Noise of about 1, the same everywhere and always.
+inline double noiseAt(std::size_t voxel) {
+    double sum = 0.0;
+    for (std::uint64_t n = 0; n < 4; ++n) {
+        std::uint64_t h = (voxel * 4 + n) * 0x9E3779B97F4A7C15ull;
+        h = (h ^ (h >> 29)) * 0xBF58476D1CE4E5B9ull;
+        sum += double((h ^ (h >> 32)) & 0xFFFFu) / 65535.0 - 0.5;
+    }
+    return sum * std::sqrt(3.0);
+}
+
+// A liver of 112 HU with noise in fat, to be painted into.
+struct MadeLiver {
+    patient::CtVolume ct;
+    modeller::Mask mask;
+
+    explicit MadeLiver(int side, int rim = 6) : ct(cube(side), std::int16_t{-100}), mask(cube(side)) {
+        for (std::size_t i = 0; i < ct.voxels.size(); ++i) {
+            const patient::Vec3 p = ct.grid.centre(at(i));
+            const double from_border = std::min({p.x, p.y, p.z, 0.001 * (side - 1) - p.x,
+                                                 0.001 * (side - 1) - p.y, 0.001 * (side - 1) - p.z});
+            mask.voxels[i] = from_border > 0.001 * rim;
+            ct.voxels[i] = std::int16_t(std::lround((mask.voxels[i] ? 112.0 : -100.0) + 8.0 * noiseAt(i)));
+        }
+    }
+
+    patient::Index3 at(std::size_t o) const {
+        const auto n = std::size_t(ct.grid.dims.x);
+        return {int(o % n), int(o / n % n), int(o / (n * n))};
+    }
+    // Blends to `hu`; the voxels that it covers by half or more.
+    modeller::Mask tube(const patient::Vec3& a, const patient::Vec3& b, double radius_m, double hu) {
+        modeller::Mask inside(ct.grid);
+        for (std::size_t i = 0; i < ct.voxels.size(); ++i) {
+            const double share = covered(toSegment_m(ct.grid.centre(at(i)), a, b), radius_m, 0.001);
+            inside.voxels[i] = share >= 0.5;
+            if (share <= 0.0) continue;
+            const double old = double(ct.voxels[i]) - 8.0 * noiseAt(i);
+            ct.voxels[i] = std::int16_t(std::lround(share * hu + (1.0 - share) * old + 8.0 * noiseAt(i)));
+        }
+        return inside;
+    }
+};
+
+}  // namespace stylet::test

@@ -1,0 +1,89 @@
+#include "app/modeller/build/vessels.h"
+
+#include <gtest/gtest.h>
+
+#include "app/modeller/build/accuracy.h"
+#include "app/modeller/build/morphology.h"
+#include "made_tubes.h"
+#include "torso_from_seed.h"
+
+namespace stylet::modeller {
+namespace {
+
+using patient::Vec3;
+using patient::synth::Id;
+
+// A vein from the cava behind and a portal branch from a trunk in front, side by side where they meet.
+struct TwoTrees {
+    test::MadeLiver liver{64};
+    Mask portal, hepatic;
+
+    TwoTrees() {
+        liver.tube({0.032, 0.012, 0.030}, {0.032, 0.012, 0.062}, 0.007, 160.0);  // cava
+        hepatic = liver.tube({0.032, 0.012, 0.051}, {0.032, 0.050, 0.034}, 0.0025, 160.0);
+        const Mask trunk = liver.tube({0.014, 0.040, 0.020}, {0.014, 0.030, 0.032}, 0.005, 160.0);
+        const Mask branch = liver.tube({0.014, 0.034, 0.028}, {0.050, 0.033, 0.0365}, 0.0022, 160.0);
+        portal = either(trunk, branch);
+    }
+};
+
+TEST(Vessels, TubesAreFoundAndBlobsAreNot) {
+    test::MadeLiver liver(56);
+    Mask truth = liver.tube({0.010, 0.012, 0.012}, {0.046, 0.044, 0.040}, 0.002, 165.0);
+    truth = either(truth, liver.tube({0.028, 0.028, 0.026}, {0.028, 0.046, 0.012}, 0.0015, 165.0));
+    liver.tube({0.016, 0.038, 0.040}, {0.0161, 0.038, 0.040}, 0.006, 60.0);  // a tumour
+    const Mask found = findVessels(liver.ct, liver.mask);
+    EXPECT_GT(compare(truth, found).dice, 0.75);
+    EXPECT_LT(compare(truth, found).hausdorff_m, 0.004);
+    // A mask that is off by two millimetres finds the same.
+    EXPECT_GT(compare(truth, findVessels(liver.ct, dilated(liver.mask, 0.002))).dice, 0.70);
+    EXPECT_GT(compare(truth, findVessels(liver.ct, eroded(liver.mask, 0.002))).dice, 0.70);
+}
+
+TEST(Vessels, WithoutContrastOrLiverThereAreNone) {
+    const test::MadeLiver liver(40);
+    const Mask found = findVessels(liver.ct, liver.mask);
+    EXPECT_EQ(countOf(found), 0u);
+    EXPECT_EQ(countOf(findVessels(liver.ct, Mask(liver.ct.grid))), 0u);
+    const SplitVessels split = splitVessels(liver.ct, liver.mask, found);
+    EXPECT_EQ(countOf(split.portal) + countOf(split.hepatic), 0u);
+    ASSERT_EQ(split.notes.size(), 1u);
+    EXPECT_NE(split.notes[0].find("contrast"), std::string::npos);
+}
+
+TEST(Vessels, TouchingTreesAreParted) {
+    const TwoTrees t;
+    const Mask vessels = both(either(t.portal, t.hepatic), t.liver.mask);
+    const SplitVessels split = splitVessels(t.liver.ct, t.liver.mask, vessels);
+    EXPECT_GT(countOf(split.cava), 0u);
+    EXPECT_EQ(countOf(split.portal) + countOf(split.hepatic), countOf(vessels));
+    EXPECT_EQ(countOf(both(split.portal, split.hepatic)), 0u);
+    EXPECT_GT(compare(both(without(t.portal, t.hepatic), t.liver.mask), split.portal).dice, 0.85);
+    EXPECT_GT(compare(both(without(t.hepatic, t.portal), t.liver.mask), split.hepatic).dice, 0.80);
+}
+
+TEST(Vessels, WithoutCavaTheWidestStemBegins) {
+    test::MadeLiver liver(56);
+    const Mask vessels =
+        both(liver.tube({0.020, 0.028, 0.010}, {0.020, 0.028, 0.046}, 0.002, 165.0), liver.mask);
+    const SplitVessels split = splitVessels(liver.ct, liver.mask, vessels);
+    EXPECT_EQ(countOf(split.portal) + countOf(split.hepatic), countOf(vessels));
+    EXPECT_FALSE(split.notes.empty());
+}
+
+TEST(Vessels, OfAReferencePatient) {
+    const patient::CtVolume& ct = test::seededTorso().ct;
+    const Mask inside = test::seededTruth({Id::liver, Id::ducts, Id::tumour});
+    const Mask truth = test::seededTruth({Id::portal, Id::hepaticVeins});
+    const Mask liver = either(inside, both(truth, closed(inside, 0.006)));
+    const Mask vessels = findVessels(ct, liver);
+    EXPECT_GT(compare(both(truth, liver), vessels).dice, 0.55);
+    const SplitVessels split = splitVessels(ct, liver, vessels);
+    const Mask portal = both(test::seededTruth({Id::portal}), vessels);
+    const Mask hepatic = both(test::seededTruth({Id::hepaticVeins}), vessels);
+    EXPECT_GT(double(countOf(both(portal, split.portal))), 0.6 * double(countOf(portal)));
+    EXPECT_GT(double(countOf(both(hepatic, split.hepatic))), 0.6 * double(countOf(hepatic)));
+}
+
+}  // namespace
+}  // namespace stylet::modeller

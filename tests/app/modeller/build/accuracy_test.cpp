@@ -1,0 +1,60 @@
+// Distances and overlaps of boxes whose answers are known.
+#include "app/modeller/build/accuracy.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace stylet::modeller {
+namespace {
+
+using patient::Grid;
+using patient::Index3;
+
+Mask box(const Grid& grid, const Index3& low, const Index3& high) {
+    Mask mask(grid);
+    for (int z = low.z; z <= high.z; ++z)
+        for (int y = low.y; y <= high.y; ++y)
+            for (int x = low.x; x <= high.x; ++x)
+                mask[{x, y, z}] = 1;
+    return mask;
+}
+
+const Grid kGrid{Index3(40), patient::Vec3(0.002), patient::Vec3(0.0)};
+
+TEST(Accuracy, TheSameIsPerfect) {
+    const Mask a = box(kGrid, Index3(10), Index3(19));
+    const Agreement same = compare(a, a);
+    EXPECT_EQ(same.dice, 1.0);
+    EXPECT_EQ(same.mean_surface_m, 0.0);
+    EXPECT_EQ(same.hausdorff_m, 0.0);
+    EXPECT_NEAR(same.truth_ml, 8.0, 1e-9);
+}
+
+TEST(Accuracy, AShiftByTwoVoxels) {
+    const Agreement shifted =
+        compare(box(kGrid, Index3(10), Index3(19)), box(kGrid, {12, 10, 10}, {21, 19, 19}));
+    EXPECT_NEAR(shifted.dice, 0.8, 1e-12);
+    EXPECT_NEAR(shifted.hausdorff_m, 0.004, 1e-8);
+    EXPECT_GT(shifted.mean_surface_m, 0.0);
+    EXPECT_LT(shifted.mean_surface_m, 0.004);
+}
+
+// Every surface voxel of the inner box is 3 voxels from the outer one's surface; the outer one's corners are
+// 3 sqrt(3) from the inner one.
+TEST(Accuracy, ABoxInABox) {
+    const Agreement nested = compare(box(kGrid, Index3(8), Index3(27)), box(kGrid, Index3(11), Index3(24)));
+    EXPECT_NEAR(nested.dice, 2.0 * 14 * 14 * 14 / (20.0 * 20 * 20 + 14.0 * 14 * 14), 1e-12);
+    EXPECT_NEAR(nested.hausdorff_m, 0.006 * std::sqrt(3.0), 1e-7);
+    EXPECT_GE(nested.mean_surface_m, 0.006 - 1e-8);
+}
+
+TEST(Accuracy, NothingFoundIsInfinitelyFar) {
+    const Agreement none = compare(box(kGrid, Index3(10), Index3(19)), Mask(kGrid));
+    EXPECT_EQ(none.dice, 0.0);
+    EXPECT_TRUE(std::isinf(none.mean_surface_m));
+    EXPECT_EQ(compare(Mask(kGrid), Mask(kGrid)).dice, 1.0);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

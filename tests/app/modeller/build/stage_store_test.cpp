@@ -1,0 +1,104 @@
+// What a build keeps of its stages, and what a person does to it.
+#include "app/modeller/build/stage_store.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "app/modeller/child_process.h"
+#include "app/modeller/import_map.h"
+#include "patient/nifti.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::modeller {
+namespace {
+
+namespace fs = std::filesystem;
+using patient::CtVolume;
+using patient::Grid;
+using patient::LabelVolume;
+
+const Grid kGrid{{12, 10, 8}, patient::Vec3(0.002), patient::Vec3(-0.01, 0.0, 0.03)};
+
+struct StageStoreTest : testing::Test {
+    void SetUp() override {
+        result.labels[{3, 4, 5}] = 18;
+        result.text = "r 12\n";
+        result.record = {0xfedcba9876543210u, 1.5, false, {"a note", "another"}};
+        store.keep(7, "liver", result, CtVolume(kGrid), targetTable(), "points.txt");
+    }
+    fs::path folder() const { return store.folderOf(7, "liver"); }
+    std::optional<StageResult> load() const { return store.load(7, "liver", kGrid, "points.txt"); }
+
+    test::TempFolder temp;
+    StageStore store{temp.path() / "stages"};
+    StageResult result{LabelVolume(kGrid), {}, false, {}};
+};
+
+TEST_F(StageStoreTest, ComesBackAsItWas) {
+    const auto again = load();
+    ASSERT_TRUE(again);
+    EXPECT_EQ(again->labels.voxels, result.labels.voxels);
+    EXPECT_EQ(again->labels.grid, kGrid);
+    EXPECT_EQ(again->text, result.text);
+    EXPECT_FALSE(again->text_edited);
+    EXPECT_EQ(again->record.key, result.record.key);
+    EXPECT_EQ(again->record.seconds, 1.5);
+    EXPECT_FALSE(again->record.corrected);
+    EXPECT_EQ(again->record.notes, result.record.notes);
+    EXPECT_EQ(digestOf(*again), digestOf(result));
+    for (const char* file : {"labels.ctbl", "axial.png", "axial-labels.png", "coronal.png", "sagittal.png"})
+        EXPECT_TRUE(fs::exists(folder() / file)) << file;
+    EXPECT_EQ(folder().filename(), "07-liver");
+}
+
+TEST_F(StageStoreTest, WithoutItsRecordItIsNotFinished) {
+    fs::remove(folder() / "stage.json");
+    EXPECT_FALSE(load());
+    EXPECT_FALSE(store.load(8, "vessels", kGrid, ""));
+}
+
+TEST_F(StageStoreTest, LabelsThatAPersonChangedAreHis) {
+    LabelVolume edited = result.labels;
+    edited[{1, 1, 1}] = 18;
+    patient::writeNifti(folder() / "labels.nii.gz", edited);
+    const auto again = load();
+    ASSERT_TRUE(again);
+    EXPECT_TRUE(again->record.corrected);
+    EXPECT_FALSE(again->text_edited);
+    EXPECT_EQ(again->labels.voxels, edited.voxels);
+}
+
+TEST_F(StageStoreTest, AnEditedTextIsNoticed) {
+    std::ofstream(folder() / "points.txt") << "r 13\n";
+    const auto again = load();
+    ASSERT_TRUE(again);
+    EXPECT_TRUE(again->text_edited);
+    EXPECT_FALSE(again->record.corrected);
+}
+
+TEST_F(StageStoreTest, DamageIsNamed) {
+    const auto why = [&] {
+        try {
+            load();
+        } catch (const patient::DataError& e) {
+            return std::string(e.what());
+        }
+        return std::string("nothing");
+    };
+    for (const char* text : {"", "{", "[]", R"({"key": "xyz"})", R"({"key": 1})"}) {
+        std::ofstream(folder() / "stage.json") << text;
+        EXPECT_NE(why().find("stage.json: file: is damaged"), std::string::npos) << text << ": " << why();
+    }
+    store.keep(7, "liver", result, CtVolume(kGrid), targetTable(), "points.txt");
+    patient::writeNifti(folder() / "labels.nii.gz", LabelVolume({{2, 2, 2}, patient::Vec3(0.002), {}}));
+    EXPECT_NE(why().find("labels.nii.gz: dim:"), std::string::npos) << why();
+}
+
+TEST_F(StageStoreTest, AFileInTheFoldersPlaceIsRefused) {
+    std::ofstream(temp.path() / "file") << "x";
+    EXPECT_THROW(StageStore(temp.path() / "file" / "below"), ImportError);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

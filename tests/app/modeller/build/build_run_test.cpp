@@ -1,0 +1,161 @@
+// `stylet-model build` as a user runs it: from a CT file to a package; kept, corrected, edited, cancelled.
+#include <gtest/gtest.h>
+#include <cstdlib>
+#include <fstream>
+#include <regex>
+
+#include "app/modeller/build/accuracy.h"
+#include "app/modeller/build/build.h"
+#include "app/modeller/section.h"
+#include "patient/nifti.h"
+#include "patient/synth/synth.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::modeller {
+namespace {
+
+namespace fs = std::filesystem;
+using patient::Package;
+
+constexpr double kSpacing_m = 0.003;
+
+std::string textOf(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+Package referencePatient(std::uint64_t seed) {
+    patient::synth::SynthSettings s;
+    s.seed = seed;
+    s.spacing_m = kSpacing_m;
+    s.defaults = patient::loadTissueDefaults(fs::path(std::getenv("STYLET_ASSETS")) / "tissue" / "ptcd.toml");
+    return patient::synth::makeReferencePatient(s);
+}
+
+class BuildRun : public testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        temp_ = new test::TempFolder;
+        truth_ = new Package(referencePatient(2));
+        patient::writeNifti(folder() / "ct.nii.gz", truth_->ct);
+        for (const std::uint64_t seed : {11, 12})
+            patient::savePackage(referencePatient(seed), folder() / ("atlas" + std::to_string(seed)));
+        status_ = run();
+    }
+    static void TearDownTestSuite() {
+        delete truth_;
+        delete temp_;
+    }
+    static fs::path folder() { return temp_->path(); }
+    static fs::path stage(const std::string& name) { return folder() / "patient-stages" / name; }
+    static std::string said() { return textOf(folder() / "out"); }
+    static int run(const std::string& more = "", const std::string& phase = "exhale") {
+        const std::string line = "'" + std::string(std::getenv("STYLET_BIN")) +
+                                 "/stylet-model' build --ct '" + (folder() / "ct.nii.gz").string() +
+                                 "' --out '" + (folder() / "patient").string() + "' --atlas '" +
+                                 (folder() / "atlas11").string() + "' '" + (folder() / "atlas12").string() +
+                                 "' --spacing-mm 3 --reference-phase " + phase + " " + more + " >'" +
+                                 (folder() / "out").string() + "' 2>'" + (folder() / "err").string() + "'";
+        return WEXITSTATUS(std::system(line.c_str()));
+    }
+    // How many stages the last run took from the one before.
+    static int kept() {
+        const std::string out = said();
+        const std::regex word("  kept ");
+        return int(std::distance(std::sregex_iterator(out.begin(), out.end(), word), {}));
+    }
+
+    static inline test::TempFolder* temp_ = nullptr;
+    static inline Package* truth_ = nullptr;
+    static inline int status_ = -1;
+};
+
+TEST_F(BuildRun, FromACtToAPackageWithALiver) {
+    ASSERT_EQ(status_, 0) << said() << textOf(folder() / "err");
+    const Package built = patient::loadPackage(folder() / "patient");
+    EXPECT_NE(built.provenance.find("reference patient, seed 11"), std::string::npos) << built.provenance;
+    EXPECT_EQ(built.provenance.find("seed 2"), std::string::npos) << built.provenance;
+    for (const patient::Label& l : built.label_table)
+        EXPECT_EQ(l.provenance.rfind("automatic: stage ", 0), 0u) << l.name << ": " << l.provenance;
+    const auto isLiver = [](const patient::Label& l) { return l.tissue == patient::Tissue::liver; };
+    Mask truth(built.labels.grid);
+    const Mask all = maskOf(truth_->labels, isLiver);
+    for (int z = 0; z < truth.grid.dims.z; ++z)
+        for (int y = 0; y < truth.grid.dims.y; ++y)
+            for (int x = 0; x < truth.grid.dims.x; ++x)
+                truth[{x, y, z}] = all.nearestOr(truth.grid.centre({x, y, z}), 0);
+    EXPECT_GT(compare(truth, maskOf(built.labels, isLiver)).dice, 0.85);
+    for (const std::string& name : stageNames())
+        EXPECT_NE(said().find("\n" + name), std::string::npos) << name;
+}
+
+TEST_F(BuildRun, ASecondRunKeepsEverything) {
+    ASSERT_EQ(status_, 0);
+    const std::string before = textOf(folder() / "patient" / "labels.nii.gz");
+    ASSERT_EQ(run(), 0);
+    EXPECT_EQ(kept(), int(stageNames().size())) << said();
+    EXPECT_EQ(textOf(folder() / "patient" / "labels.nii.gz"), before);
+}
+
+// A correction stands, and only what comes after it is done anew.
+TEST_F(BuildRun, ACorrectedStageIsTakenAndTheNextAreDoneAnew) {
+    ASSERT_EQ(status_, 0);
+    const std::vector<std::string> names = stageNames();
+    const auto at = std::find(names.begin(), names.end(), "organs");
+    ASSERT_NE(at, names.end());
+    const int before = int(at - names.begin());
+    const fs::path labels = stage((before + 1 < 10 ? "0" : "") + std::to_string(before + 1) + "-organs");
+    patient::LabelVolume mine = patient::readNifti<std::uint8_t>(labels / "labels.nii.gz");
+    const Mask spleen = maskOf(mine, "spleen");
+    for (std::size_t i = 0; i < mine.voxels.size(); ++i)
+        if (spleen.voxels[i]) mine.voxels[i] = 0;
+    const fs::path file = folder() / "mine.nii.gz";
+    patient::writeNifti(file, mine);
+    ASSERT_EQ(run("--stage organs --labels '" + file.string() + "'"), 0) << textOf(folder() / "err");
+    EXPECT_EQ(kept(), before + 1) << said();
+    const Package built = patient::loadPackage(folder() / "patient");
+    for (const patient::Label& l : built.label_table) {
+        EXPECT_NE(l.name, "spleen");
+        if (l.name == "right kidney") {
+            EXPECT_EQ(l.provenance, "manual: corrected in stage organs");
+        }
+    }
+    ASSERT_EQ(run(), 0);
+    EXPECT_EQ(kept(), int(names.size())) << "the correction stands\n" << said();
+}
+
+TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
+    ASSERT_EQ(status_, 0);
+    const std::vector<std::string> names = stageNames();
+    const int number = int(std::find(names.begin(), names.end(), "fascia") - names.begin()) + 1;
+    const fs::path fascia = stage((number < 10 ? "0" : "") + std::to_string(number) + "-fascia");
+    const std::string text = textOf(fascia / "control-points.txt"), before = textOf(fascia / "labels.nii.gz");
+    std::ofstream(fascia / "control-points.txt")
+        << std::regex_replace(text, std::regex("h_begin_mm ([-0-9.]+)"), "h_begin_mm -40.5");
+    ASSERT_EQ(run(), 0) << textOf(folder() / "err");
+    EXPECT_NE(textOf(fascia / "labels.nii.gz"), before);
+    EXPECT_NE(said().find("corrected by hand"), std::string::npos) << said();
+    std::ofstream(fascia / "control-points.txt") << "nonsense\n";
+    EXPECT_EQ(run(), 2);
+    EXPECT_NE(textOf(folder() / "err").find("control-points.txt: line 1"), std::string::npos)
+        << textOf(folder() / "err");
+}
+
+TEST_F(BuildRun, WhatCannotBeIsRefusedInWords) {
+    const auto refused = [](const std::string& more) {
+        EXPECT_EQ(run(more), 2) << more;
+        return textOf(folder() / "err");
+    };
+    EXPECT_NE(refused("--stage heart --labels x").find("\"heart\" is no stage; they are body, "),
+              std::string::npos);
+    EXPECT_NE(refused("--stage liver --labels /nonexistent.nii").find("nonexistent.nii"), std::string::npos);
+    EXPECT_NE(refused("--stage liver --labels '" + (folder() / "atlas11/labels.nii.gz").string() + "'")
+                  .find("labels.nii.gz: dim:"),
+              std::string::npos);
+    EXPECT_EQ(run("", "sneeze"), 2);
+    EXPECT_NE(textOf(folder() / "err").find("reference phase \"sneeze\""), std::string::npos);
+    EXPECT_NE(run("--stage liver"), 0);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

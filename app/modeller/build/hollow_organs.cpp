@@ -54,24 +54,30 @@ std::vector<GasPiece> measuredGas(const OrganScene& s, const Pieces& p, double d
     return out;
 }
 
-// Fluid lies behind its gas, and the level between them is flat: in each slice the hindmost row of a gas that
-// is nearly as wide there as anywhere. Returns those rows' neighbours behind, and the foremost level's y.
+// Fluid lies behind its gas, and the level between them is flat: in each slice nearly as wide within a few
+// millimetres of the gas's hindmost voxel as the gas is anywhere. Returns the voxels behind it, and the
+// foremost level's y.
 struct Levels {
     Mask below;
     int y = -1;
 };
 
 Levels levelsOf(const OrganScene& s, const Mask& gas) {
-    constexpr double kFlat = 0.65, kLeast_m = 0.010;
+    constexpr double kFlat = 0.65, kLeast_m = 0.010, kRough_m = 0.003;
+    constexpr int kBlur = 3;  // voxels behind the level that may be neither gas nor fluid
     const Grid& g = s.grid;
+    const int rough = std::max(1, int(kRough_m / g.spacing_m.y));
     Levels out{Mask(g)};
     const Pieces p = piecesOf(gas);
-    std::vector<int> hindmost(p.size.size()), row(p.size.size()), low(p.size.size()), high(p.size.size());
+    const std::size_t rows = std::size_t(rough) + 1;
+    std::vector<int> hindmost(p.size.size()), low(p.size.size()), high(p.size.size()), level(p.size.size());
+    std::vector<int> width(p.size.size() * rows);
     for (int z = 0; z < g.dims.z; ++z) {
         std::fill(hindmost.begin(), hindmost.end(), g.dims.y);
-        std::fill(row.begin(), row.end(), 0);
+        std::fill(width.begin(), width.end(), 0);
         std::fill(low.begin(), low.end(), g.dims.x);
         std::fill(high.begin(), high.end(), -1);
+        std::fill(level.begin(), level.end(), -1);
         const auto each = [&](auto&& f) {
             for (int y = 0; y < g.dims.y; ++y)
                 for (int x = 0; x < g.dims.x; ++x)
@@ -82,25 +88,31 @@ Levels levelsOf(const OrganScene& s, const Mask& gas) {
             low[n] = std::min(low[n], x);
             high[n] = std::max(high[n], x);
         });
-        each([&](std::size_t n, int, int y) { row[n] += y == hindmost[n] + 1; });
+        each([&](std::size_t n, int, int y) {
+            if (y <= hindmost[n] + rough) ++width[n * rows + std::size_t(y - hindmost[n])];
+        });
+        for (std::size_t n = 1; n < p.size.size(); ++n)
+            for (int k = rough; k >= 0; --k) {
+                const int wide = width[n * rows + std::size_t(k)];
+                if (wide * g.spacing_m.x >= kLeast_m && wide >= kFlat * (high[n] - low[n] + 1))
+                    level[n] = hindmost[n] + k;
+            }
         each([&](std::size_t n, int x, int y) {
-            const double width_m = row[n] * g.spacing_m.x;
-            if (width_m < kLeast_m || row[n] < kFlat * (high[n] - low[n] + 1)) return;
-            if (y > hindmost[n] + 1) return;
-            for (int back = 1; back <= 3 && y - back >= 0; ++back)
+            if (y > level[n]) return;
+            for (int back = 1; back <= kBlur && y - back >= 0; ++back)
                 out.below[{x, y - back, z}] = s.free[{x, y - back, z}];
-            out.y = std::max(out.y, hindmost[n]);
+            out.y = std::max(out.y, level[n]);
         });
     }
     return out;
 }
 
 // The fluid behind a gas's level, so far as it is soft, dark and thicker than a loop of the small bowel.
-Mask fluidOf(const OrganScene& s, const Mask& gas, double reach_m, double high_hu) {
+Mask fluidOf(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double reach_m, double high_hu) {
     constexpr double kFat_hu = -30.0, kLoop_m = 0.010;
     const Levels levels = levelsOf(s, gas);
     if (levels.y < 0) return Mask(s.grid);
-    Mask soft = inRange(s.calm, s.free, kFat_hu, high_hu);
+    Mask soft = inRange(mixed, s.free, kFat_hu, high_hu);
     for (int z = 0; z < s.grid.dims.z; ++z)
         for (int y = levels.y + 1; y < s.grid.dims.y; ++y)
             for (int x = 0; x < s.grid.dims.x; ++x)
@@ -161,12 +173,17 @@ std::vector<bool> over(const OrganScene& s, const Pieces& p, const Mask& gas, co
 }  // namespace
 
 std::vector<FoundOrgan> findHollow(const OrganScene& s) {
-    constexpr double kStomachReach_m = 0.060, kColonReach_m = 0.030, kBelowLiver_hu = 22.0;
+    constexpr double kStomachReach_m = 0.060, kColonReach_m = 0.030, kBelowLiver_hu = 22.0, kMixed_m = 0.003;
     const Mask gas = both(s.in.lungs.gas, s.free_wide);
     const Pieces p = piecesOf(gas);
     const std::vector<GasPiece> pieces = measuredGas(s, p, leftDome(s));
     const Choice choice = stomachAmong(pieces);
     const double dark_hu = s.parenchyma_hu - kBelowLiver_hu;
+    // Chyme and stool are mixed from fat to soft tissue, a few millimetres each.
+    FloatVolume mixed(s.grid);
+    for (std::size_t i = 0; i < mixed.voxels.size(); ++i)
+        mixed.voxels[i] = float(s.in.ct.voxels[i]);
+    mixed = boxMean(mixed, std::max(1, int(kMixed_m / s.grid.spacing_m.x)));
     Mask stomach_gas(s.grid), other_gas(s.grid);
     for (std::size_t i = 0; i < gas.voxels.size(); ++i) {
         const auto n = std::size_t(p.number.voxels[i]);
@@ -176,11 +193,11 @@ std::vector<FoundOrgan> findHollow(const OrganScene& s) {
     FoundOrgan stomach{"stomach and oesophagus", Mask(s.grid), 0.0, ""},
         colon{"colon", Mask(s.grid), 0.0, ""};
     if (choice.piece > 0) {
-        Mask fluid = fluidOf(s, stomach_gas, kStomachReach_m, dark_hu);
+        Mask fluid = fluidOf(s, mixed, stomach_gas, kStomachReach_m, dark_hu);
         const std::vector<bool> joins = over(s, p, other_gas, fluid);
         for (std::size_t i = 0; i < gas.voxels.size(); ++i)
             if (joins[std::size_t(p.number.voxels[i])]) stomach_gas.voxels[i] = 1, other_gas.voxels[i] = 0;
-        fluid = fluidOf(s, stomach_gas, kStomachReach_m, dark_hu);
+        fluid = fluidOf(s, mixed, stomach_gas, kStomachReach_m, dark_hu);
         stomach.mask = without(withWall(s, stomach_gas, fluid), other_gas);
         stomach.confidence = std::clamp(0.3 + 0.4 * choice.lead, 0.3, 0.7);
         if (stomach.confidence < 0.5)
@@ -189,7 +206,7 @@ std::vector<FoundOrgan> findHollow(const OrganScene& s) {
         stomach.note = "stomach: no gas below the left dome, so it was not looked for";
     }
     if (countOf(other_gas) > 0) {
-        colon.mask = withWall(s, other_gas, fluidOf(s, other_gas, kColonReach_m, dark_hu));
+        colon.mask = withWall(s, other_gas, fluidOf(s, mixed, other_gas, kColonReach_m, dark_hu));
         colon.mask = without(without(colon.mask, stomach.mask), gas);
         colon.confidence = 0.4;
         colon.note = "colon: gas of the small bowel is not told apart from it";

@@ -172,7 +172,7 @@ Mask betweenLungs(const OrganScene& s) {
 FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
     constexpr double kBlood_hu = 14.0, kMost_hu = 450.0, kWall_hu = 65.0, kCore_m = 0.006, kReach_m = 0.016,
                      kAtrium_m = 0.008;
-    constexpr double kBeforeCanal_m = 0.038, kLeastCore_ml = 2.0;
+    constexpr double kBeforeCanal_m = 0.038, kLeastCore_ml = 2.0, kChamber = 0.1;
     if (countOf(s.in.lungs.right) == 0 || countOf(s.in.lungs.left) == 0)
         return notFound("heart", "one lung is not in the section, so nothing lies between the two");
     Mask chest = betweenLungs(s);
@@ -185,14 +185,17 @@ FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
     const Pieces p = piecesOf(core);
     const std::vector<PieceMeasure> pieces = measured(s, p);
     const double top_m = s.grid.centre(s.grid.dims - 1).z;
-    const int best = bestPiece(p, [&](int n) {
+    const auto score = [&](int n) {
         const PieceMeasure& m = pieces[std::size_t(n)];
         if (m.volume_ml < kLeastCore_ml) return 0.0;
         return m.volume_ml * plausible(m.middle.x, -0.110, -0.025, 0.060) *
                plausible(m.middle.y, 0.040, 0.100, 0.220) * (1.0 - std::min(1.0, (top_m - m.middle.z) / 0.5));
-    });
+    };
+    const int best = bestPiece(p, score);
     if (best == 0) return notFound("heart", "no large pool of contrast medium between the lungs");
-    const Mask found = pieceOf(p, best);
+    Mask found(s.grid);  // the chambers may lie apart
+    for (int n = 1; n <= p.count(); ++n)
+        if (score(n) > kChamber * score(best)) found = either(found, pieceOf(p, n));
     chest = without(chest, without(cava, dilated(found, kAtrium_m)));
     Mask heart = regrown(found, inRange(s.fine, chest, kWall_hu, kMost_hu), kReach_m);
     heart = both(closed(heart, 0.006), chest);

@@ -36,7 +36,7 @@ constexpr double kAround_m = 0.015;  // of the liver, where cava and hilum are l
 constexpr double kCavaOpening_m = 0.004, kLeastCava_m2 = 70e-6, kMostCava_m2 = 1500e-6;
 constexpr double kCavaLeastLength_m = 0.012;
 constexpr double kNearLiver_m = 0.005, kNearVessels_m = 0.006;
-constexpr double kTrunkRadius_m = 0.0035, kOffCava_m = 0.006;
+constexpr double kTrunkRadius_m = 0.0035, kOffCava_m = 0.006, kDeep_m = 0.008;
 // Heights in the liver, 0 at its lowest voxel and 1 at its highest: of hilum and hepatic veins' ends.
 constexpr double kTrunkLow = 0.2, kTrunkHigh = 0.62, kVeinsLow = 0.65, kStemsLow = 0.78, kStemReach_m = 0.035;
 constexpr float kStemWidth = 0.75f;
@@ -185,7 +185,8 @@ Mask cavaOf(const Scene& s) {
 }
 
 // The portal trunk and its forks: of all thick blood in the liver's middle heights, off the cava, the piece
-// that meets most of the liver's vessels.
+// that meets most of the vessels deep in the liver. Near its surface a mask that is too large takes in the
+// rims of cava and kidney.
 Mask portalTrunk(const Scene& s, const Mask& cava) {
     const Grid& g = s.blood.grid;
     const FloatVolume to_cava = distanceTo(cava);
@@ -195,11 +196,12 @@ Mask portalTrunk(const Scene& s, const Mask& cava) {
         if (height < kTrunkLow || height > kTrunkHigh || double(to_cava.voxels[i]) < kOffCava_m)
             thick.voxels[i] = 0;
     }
+    const FloatVolume to_deep = distanceTo(both(s.vessels, eroded(s.liver, kDeep_m)));
     std::size_t most = 0;
     Piece trunk;
     keepPieces(thick, [&](const Piece& piece) {
         const auto met = std::size_t(std::count_if(piece.begin(), piece.end(), [&](std::size_t o) {
-            return double(s.to_vessels.voxels[o]) < kNearLiver_m;
+            return double(to_deep.voxels[o]) < kNearVessels_m;
         }));
         if (met > most) most = met, trunk = piece;
         return false;

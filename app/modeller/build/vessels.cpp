@@ -22,26 +22,28 @@ const std::vector<double> kRadii_m{0.001, 0.0015, 0.0021, 0.003, 0.0045};
 constexpr float kInside = 7.0f, kCertain = 9.0f;
 constexpr double kLeastPiece_m3 = 200e-9;  // 15 mm of a vessel of 2 mm radius
 // Of the way from parenchyma to blood: with little noise all of a vessel's blurred rim would score.
-constexpr double kLevelShare = 0.4;
+constexpr double kLevelShare = 0.35;
 // Where the liver's mask takes in a rim of something bright, that rim is a sheet and no line.
 constexpr double kRim_m = 0.003;
 constexpr float kRimLine = 2.0f;
 
 // Blood in the large vessels: its blur, how far from parenchyma to the vessels' own level, how far above it.
+// The walls between vessels that touch are blurred, but not as bright as what flows in them.
+constexpr double kLumenBlur_m = 0.0007, kLumenShare = 0.5;
 constexpr double kBloodBlur_m = 0.0015, kBloodShare = 0.35, kBloodAbove_hu = 90.0;
 constexpr double kAround_m = 0.015;  // of the liver, where cava and hilum are looked for
 // The cava in a slice: opened to drop what joins it, and of this area (5 to 22 mm radius).
 constexpr double kCavaOpening_m = 0.004, kLeastCava_m2 = 70e-6, kMostCava_m2 = 1500e-6;
 constexpr double kCavaLeastLength_m = 0.012;
 constexpr double kNearLiver_m = 0.005, kNearVessels_m = 0.006;
-constexpr double kTrunkRadius_m = 0.0035, kOffCava_m = 0.006;
+constexpr double kTrunkRadius_m = 0.0035, kOffCava_m = 0.006, kDeep_m = 0.008;
 // Heights in the liver, 0 at its lowest voxel and 1 at its highest: of hilum and hepatic veins' ends.
 constexpr double kTrunkLow = 0.2, kTrunkHigh = 0.62, kVeinsLow = 0.65, kStemsLow = 0.78, kStemReach_m = 0.035;
 constexpr float kStemWidth = 0.75f;
 constexpr double kJoin_m = 0.005;  // from a vessel's end to the large vessel that it joins
 // Fronts: metres of wide lumen that one metre costs; a leap through parenchyma; each metre that a lumen
 // widens.
-constexpr double kNarrow_m = 0.002, kLeap = 60.0, kBeyondLiver = 120.0, kWidening = 25.0;
+constexpr double kNarrow_m = 0.002, kLeap = 60.0, kWall = 12.0, kBeyondLiver = 120.0, kWidening = 25.0;
 constexpr double kNoLumen_m = 0.0008;
 
 Index3 indexOf(const Grid& g, std::size_t o) {
@@ -53,6 +55,7 @@ Index3 indexOf(const Grid& g, std::size_t o) {
 struct Scene {
     VoxelBox box;
     Mask liver, vessels, blood;
+    Mask lumen;                        // the vessels' surely bright inside
     FloatVolume to_liver, to_vessels;  // metres
     int bottom = 0, top = 0;           // slices of the liver in the box
 
@@ -85,11 +88,15 @@ Scene makeScene(const patient::CtVolume& ct, const Mask& liver, const Mask& vess
         std::nth_element(v.begin(), p, v.end());
         return double(*p);
     };
-    s.blood = Mask(s.liver.grid);
+    s.blood = s.lumen = Mask(s.liver.grid);
     if (in_liver.empty() || in_vessels.empty()) return s;
     // Most of a thin vessel's voxels are partly parenchyma: its upper quarter is blood.
     const double parenchyma_hu = at(in_liver, 0.5), blood_hu = at(in_vessels, 0.75);
     const double least_hu = parenchyma_hu + kBloodShare * (blood_hu - parenchyma_hu);
+    const FloatVolume sharp = gaussian(image, kLumenBlur_m);
+    const double lumen_hu = parenchyma_hu + kLumenShare * (blood_hu - parenchyma_hu);
+    for (std::size_t i = 0; i < sharp.voxels.size(); ++i)
+        s.lumen.voxels[i] = s.vessels.voxels[i] && double(sharp.voxels[i]) > lumen_hu;
     image = gaussian(image, kBloodBlur_m);
     for (std::size_t i = 0; i < image.voxels.size(); ++i)
         s.blood.voxels[i] = double(image.voxels[i]) > least_hu &&
@@ -178,7 +185,8 @@ Mask cavaOf(const Scene& s) {
 }
 
 // The portal trunk and its forks: of all thick blood in the liver's middle heights, off the cava, the piece
-// that meets most of the liver's vessels.
+// that meets most of the vessels deep in the liver. Near its surface a mask that is too large takes in the
+// rims of cava and kidney.
 Mask portalTrunk(const Scene& s, const Mask& cava) {
     const Grid& g = s.blood.grid;
     const FloatVolume to_cava = distanceTo(cava);
@@ -188,11 +196,12 @@ Mask portalTrunk(const Scene& s, const Mask& cava) {
         if (height < kTrunkLow || height > kTrunkHigh || double(to_cava.voxels[i]) < kOffCava_m)
             thick.voxels[i] = 0;
     }
+    const FloatVolume to_deep = distanceTo(both(s.vessels, eroded(s.liver, kDeep_m)));
     std::size_t most = 0;
     Piece trunk;
     keepPieces(thick, [&](const Piece& piece) {
         const auto met = std::size_t(std::count_if(piece.begin(), piece.end(), [&](std::size_t o) {
-            return double(s.to_vessels.voxels[o]) < kNearLiver_m;
+            return double(to_deep.voxels[o]) < kNearVessels_m;
         }));
         if (met > most) most = met, trunk = piece;
         return false;
@@ -234,7 +243,7 @@ Mask runFronts(const Scene& s, const Mask& seeds, const FloatVolume& radius) {
         left -= s.vessels.voxels[o] != 0;
         const Index3 at = indexOf(g, o);
         const Index3 low = glm::max(at - 1, Index3(0)), high = glm::min(at + 1, g.dims - 1);
-        const double here_m = s.vessels.voxels[o] ? double(radius.voxels[o]) : kNoLumen_m;
+        const double here_m = s.lumen.voxels[o] ? double(radius.voxels[o]) : kNoLumen_m;
         for (int z = low.z; z <= high.z; ++z)
             for (int y = low.y; y <= high.y; ++y)
                 for (int x = low.x; x <= high.x; ++x) {
@@ -242,12 +251,14 @@ Mask runFronts(const Scene& s, const Mask& seeds, const FloatVolume& radius) {
                     if (t == o) continue;
                     const double step_m = glm::length(g.spacing_m * Vec3(Index3(x, y, z) - at));
                     double next = double(so_far);
-                    if (s.vessels.voxels[t]) {
+                    if (s.lumen.voxels[t]) {
                         const double there_m = double(radius.voxels[t]), narrow = kNarrow_m / there_m;
                         next +=
                             step_m * (1.0 + narrow * narrow) + kWidening * std::max(0.0, there_m - here_m);
                     } else {
-                        next += step_m * (s.liver.voxels[t] ? kLeap : kBeyondLiver);
+                        next += step_m * (s.vessels.voxels[t] ? kWall
+                                          : s.liver.voxels[t] ? kLeap
+                                                              : kBeyondLiver);
                     }
                     if (float(next) >= cost[t]) continue;
                     cost[t] = float(next);
@@ -338,7 +349,7 @@ SplitVessels splitVessels(const patient::CtVolume& ct, const Mask& liver, const 
         return out;
     }
     const Scene s = makeScene(ct, liver, vessels);
-    const FloatVolume radius = lumenRadius(s.vessels);
+    const FloatVolume radius = lumenRadius(s.lumen);
     Mask cava = cavaOf(s);
     const Mask trunk = portalTrunk(s, cava);
     Mask seeds(s.vessels.grid);

@@ -4,8 +4,12 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "app/modeller/build/accuracy.h"
+#include "app/modeller/build/atlas.h"
 #include "app/modeller/build/path_forces.h"
 #include "app/modeller/commands.h"
 
@@ -14,7 +18,6 @@ namespace stylet::modeller {
 namespace {
 
 using patient::Label;
-using patient::LabelVolume;
 using patient::Package;
 using patient::Tissue;
 
@@ -24,56 +27,71 @@ struct Options {
 };
 
 struct Structure {
-    const char* name;
-    std::function<bool(const Label&)> holds;
+    std::string name;
+    std::function<Mask(const Package&)> mask;  // on the package's own grid
 };
 
-// Compared by name where both tables can have it; by tissue where one may have merged what the other split.
-const Structure kStructures[] = {
-    {"liver, whole", [](const Label& l) { return l.tissue == Tissue::liver || l.name == "cyst"; }},
-    {"portal vein", [](const Label& l) { return l.name == "portal vein"; }},
-    {"hepatic veins", [](const Label& l) { return l.name == "hepatic veins"; }},
-    {"bile ducts", [](const Label& l) { return l.tissue == Tissue::duct; }},
-    {"bone", [](const Label& l) { return l.tissue == Tissue::bone && l.name != "cartilage and discs"; }},
-    {"right lung", [](const Label& l) { return l.name == "right lung"; }},
-    {"left lung", [](const Label& l) { return l.name == "left lung"; }},
-    {"fascia", [](const Label& l) { return l.tissue == Tissue::fascia; }},
-    {"skin", [](const Label& l) { return l.tissue == Tissue::skin; }},
-    {"right kidney", [](const Label& l) { return l.name == "right kidney"; }},
-    {"left kidney", [](const Label& l) { return l.name == "left kidney"; }},
-    {"spleen", [](const Label& l) { return l.name == "spleen"; }},
-    {"heart", [](const Label& l) { return l.name == "heart"; }},
-    {"aorta and arteries", [](const Label& l) { return l.name == "aorta and arteries"; }},
-    {"gallbladder", [](const Label& l) { return l.name == "gallbladder"; }},
-    {"stomach and oesophagus", [](const Label& l) { return l.name == "stomach and oesophagus"; }},
-    {"colon", [](const Label& l) { return l.name == "colon"; }},
-};
-
-Mask maskIn(const Package& p, const patient::Grid& grid, const std::function<bool(const Label&)>& holds) {
+Mask labelled(const Package& p, const std::function<bool(const Label&)>& holds) {
     std::array<std::uint8_t, 256> in{};
     for (const Label& l : p.label_table)
         in[l.id] = holds(l);
-    Mask mask(grid);
+    Mask mask(p.labels.grid);
+    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
+        mask.voxels[i] = in[p.labels.voxels[i]];
+    return mask;
+}
+
+// By name where both tables have it; by tissue where one merges what the other splits.
+std::vector<Structure> structures() {
+    std::vector<Structure> all{
+        {"liver, whole", [](const Package& p) { return wholeLiver(p.labels, p.label_table); }},
+        {"bone", [](const Package& p) {
+             return labelled(p, [](const Label& l) {
+                 return l.tissue == Tissue::bone && l.name != "cartilage and discs";
+             });
+         }}};
+    for (const char* name :
+         {"portal vein", "hepatic veins", "bile ducts", "right lung", "left lung", "fascia", "skin",
+          "right kidney", "left kidney", "spleen", "heart", "aorta and arteries", "vena cava and renal veins",
+          "gallbladder", "stomach and oesophagus", "colon", "spinal canal"})
+        all.push_back({name, [name](const Package& p) {
+                           return labelled(p, [name](const Label& l) { return l.name == name; });
+                       }});
+    return all;
+}
+
+Mask onGrid(const Mask& mask, const patient::Grid& grid) {
+    Mask out(grid);
     forEachSlab(grid.dims.z, [&](int z) {
         for (int y = 0; y < grid.dims.y; ++y)
             for (int x = 0; x < grid.dims.x; ++x)
-                mask[{x, y, z}] = in[p.labels.nearestOr(grid.centre({x, y, z}), 0)];
+                out[{x, y, z}] = mask.nearestOr(grid.centre({x, y, z}), 0);
     });
-    return mask;
+    return out;
+}
+
+// What was built with the truth's own patient among its atlases proves nothing.
+void refuseItself(const Package& truth, const Package& found) {
+    std::string listed = found.provenance + ",";
+    std::replace(listed.begin(), listed.end(), ';', ',');
+    if (listed.find(truth.name + ",") != std::string::npos)
+        throw std::runtime_error(
+            truth.name + " is among the atlases that the judged package was built with: " + found.provenance);
 }
 
 void runCompare(const Options& o) {
     const Package truth = patient::loadPackage(o.truth);
     Package found = patient::loadPackage(o.found);
+    refuseItself(truth, found);
     found.motion = truth.motion;  // one breath for both
     const patient::Grid& grid = found.labels.grid;
-    std::printf("%-24s %6s %9s %9s %9s %10s %10s\n", "structure", "Dice", "mean mm", "HD95 mm", "HD mm",
+    std::printf("%-26s %6s %9s %9s %9s %10s %10s\n", "structure", "Dice", "mean mm", "HD95 mm", "HD mm",
                 "truth ml", "found ml");
-    for (const Structure& s : kStructures) {
-        const Mask a = maskIn(truth, grid, s.holds);
+    for (const Structure& s : structures()) {
+        const Mask a = onGrid(s.mask(truth), grid);
         if (std::find(a.voxels.begin(), a.voxels.end(), 1) == a.voxels.end()) continue;
-        const Agreement agreement = compare(a, maskIn(found, grid, s.holds));
-        std::printf("%-24s %6.3f %9.2f %9.2f %9.2f %10.2f %10.2f\n", s.name, agreement.dice,
+        const Agreement agreement = compare(a, onGrid(s.mask(found), grid));
+        std::printf("%-26s %6.3f %9.2f %9.2f %9.2f %10.2f %10.2f\n", s.name.c_str(), agreement.dice,
                     1e3 * agreement.mean_surface_m, 1e3 * agreement.hausdorff95_m,
                     1e3 * agreement.hausdorff_m, agreement.truth_ml, agreement.found_ml);
     }

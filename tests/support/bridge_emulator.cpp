@@ -269,7 +269,9 @@ void BridgeServer::converse(int client) {
             const std::lock_guard lock(way_mutex_);
             if (way_) emulator.place(way_(now_ns));
         }
+        const std::uint64_t before = emulator.answered();
         if (got > 0) on = emulator.receive({bytes, std::size_t(got)}, now_ns, out);
+        answered_.fetch_add(emulator.answered() - before);
         emulator.release(now_ns, out);
         motor_n_.store(size(emulator.motors_n(now_ns)));
         asked_n_.store(emulator.asked_n());

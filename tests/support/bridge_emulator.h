@@ -116,6 +116,7 @@ class BridgeServer {
     double motor_n() const { return motor_n_.load(); }  // size of the motors' force
     double asked_n() const { return asked_n_.load(); }  // of the last force that came, even if long ago
     int connections() const { return connections_.load(); }
+    std::uint64_t answered() const { return answered_.load(); }  // over all connections
     bool byed() const { return byed_.load(); }
 
   private:
@@ -129,6 +130,7 @@ class BridgeServer {
     std::atomic<double> motor_n_{0.0}, asked_n_{0.0}, out_m_{0.0};
     std::atomic<std::uint32_t> buttons_{0};
     std::atomic<int> connections_{0};
+    std::atomic<std::uint64_t> answered_{0};
     std::mutex way_mutex_;
     Way way_;
     std::thread thread_;

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <thread>
 
@@ -243,34 +244,65 @@ TEST_F(DeviceRun, AWoodenHapticsIsWaitedForUntilItIsHomed) {
     EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{})) << "zero is the last it was told";
 }
 
-// The user's side of an attempt on the emulated bridge: words down a pipe that is the program's stdin, and a
-// hand along the path. Its entry is at out = 0; out of the body is positive.
+// Words down a pipe that is the program's stdin.
+class Words {
+  public:
+    explicit Words(std::filesystem::path pipe) : pipe_(std::move(pipe)) {
+        ::mkfifo(pipe_.c_str(), 0600);
+        ::signal(SIGPIPE, SIG_IGN);  // the program may end first
+    }
+    ~Words() {
+        if (end_ >= 0) ::close(end_);
+    }
+    Words(const Words&) = delete;
+    Words& operator=(const Words&) = delete;
+    // Waits for the program.
+    void begin() { end_ = ::open(pipe_.c_str(), O_WRONLY | O_CLOEXEC); }
+    void say(const std::string& word) {
+        const std::string line = word + "\n";
+        EXPECT_EQ(::write(end_, line.c_str(), line.size()), ssize_t(line.size()));
+        nap(60);
+    }
+
+  private:
+    std::filesystem::path pipe_;
+    int end_ = -1;
+};
+
+// The user's side of an attempt on the emulated bridge: words, and a hand along the path. Its entry is at
+// out = 0; out of the body is positive.
 class User {
   public:
-    User(test::BridgeServer& bridge, std::filesystem::path pipe, std::filesystem::path record)
-        : bridge_(bridge), pipe_(std::move(pipe)), record_(std::move(record)) {
-        ::mkfifo(pipe_.c_str(), 0600);
-    }
-    ~User() {
-        if (words_ >= 0) ::close(words_);
+    User(test::BridgeServer& bridge, std::filesystem::path pipe, std::filesystem::path record,
+         std::filesystem::path told)
+        : bridge_(bridge), words_(std::move(pipe)), record_(std::move(record)), told_(std::move(told)) {
+        std::filesystem::remove(told_);
     }
     // Until the attempt runs.
     void begin() {
-        words_ = ::open(pipe_.c_str(), O_WRONLY | O_CLOEXEC);
+        words_.begin();
         while (!over() && !std::filesystem::exists(record_))
             nap(10);
         nap(300);
     }
-    void say(const std::string& word) {
-        const std::string line = word + "\n";
-        EXPECT_EQ(::write(words_, line.c_str(), line.size()), ssize_t(line.size()));
-        nap(60);
+    void say(const std::string& word) { words_.say(word); }
+    // Once more where the program does not tell so: a starved one misses a button.
+    void until(const std::string& words, const std::function<void()>& act) {
+        while (!over()) {
+            act();
+            for (int i = 0; i < 100; ++i, nap(20)) {
+                const std::size_t found = test::textOf(told_).find(words, heard_);
+                if (found == std::string::npos) continue;
+                heard_ = found + words.size();
+                return;
+            }
+        }
     }
     void press(std::uint32_t button) {
         bridge_.hold(out_m_, button);
-        nap(60);
+        stay();
         bridge_.hold(out_m_);
-        nap(60);
+        stay();
     }
     // At some 60 mm/s: what a starved machine misses for 15 ms still is no fault of speed.
     void move(double to_mm) {
@@ -279,15 +311,24 @@ class User {
             bridge_.hold(out_m_ += step_m);
             nap(3);
         }
-        nap(60);
+        stay();
     }
     bool over() const { return over_.load(); }
     void end() { over_.store(true); }
 
   private:
+    // For some 60 ms in which the device is listened to, at most 5 s.
+    void stay() const {
+        const std::uint64_t from = bridge_.answered();
+        nap(60);
+        for (int i = 0; i < 500 && bridge_.answered() < from + 50; ++i)
+            nap(10);
+    }
+
     test::BridgeServer& bridge_;
-    std::filesystem::path pipe_, record_;
-    int words_ = -1;
+    Words words_;
+    std::filesystem::path record_, told_;
+    std::size_t heard_ = 0;
     double out_m_ = 0.008;
     std::atomic<bool> over_{false};
 };
@@ -300,39 +341,46 @@ TEST_F(DeviceRun, EveryToolIsTakenUpByWordOrButton) {
     test::BridgeServer bridge(socket,
                               {.position_m = {0.0, 0.0, 0.1 + 0.09 - 0.011}, .workspace_radius_m = 0.1});
     bridge.hold(0.008);
-    User user(bridge, pipe, out / "record");
+    User user(bridge, pipe, out / "record", *command_ / "stderr");
     std::atomic<double> ended_n{0.0};
     Outcome live;
     {
         const Meanwhile hand([&](const std::atomic<bool>&) {
             user.begin();
-            user.say("finger");
+            user.until("the finger is in hand", [&] { user.say("finger"); });
             user.move(-6);
             user.move(35);
-            user.press(2);  // the probe
+            user.until("the probe is in hand", [&] { user.press(2); });
             user.move(-4);
-            user.press(2);  // parked, and the scalpel
+            user.until("the scalpel is in hand", [&] { user.press(2); });  // the probe is parked
             user.move(35);
             user.move(-4);
             user.move(35);
-            user.say("lift");
-            user.say("hold");
-            user.press(2);  // the guide
-            user.say("needle");
-            user.say("rearm");  // should the machine have been starved for longer than that
-            user.move(-25);
-            user.say("finger");
-            user.press(4);  // breathes again
+            user.until("the probe is taken off", [&] { user.say("lift"); });
+            user.until("asked to hold his breath", [&] { user.say("hold"); });
+            user.until("the guide is in hand", [&] { user.press(2); });
+            user.until("the needle stays in hand", [&] {
+                user.move(10);
+                user.say("needle");
+                user.say("rearm");
+                user.move(-25);
+                user.say("finger");
+            });
+            user.until("the patient may breathe", [&] { user.press(4); });
             user.say("scissors");
-            // The breath takes the force through zero now and then.
-            for (int i = 0; i < 300 && ended_n <= 0.02; ++i) {
-                std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            // The breath takes the force through zero now and then; a starved machine takes it away.
+            for (int i = 0; i < 3000 && !user.over() && ended_n <= 0.02; ++i) {
+                if (i % 100 == 99) {
+                    user.say("rearm");
+                    user.move(i % 200 == 99 ? -24 : -25);
+                }
+                nap(10);
                 ended_n = bridge.asked_n();
             }
             interrupt();
         });
         live = command_->runInto(
-            out, run("--device bridge --seconds 60 --socket '" + socket + "' <'" + pipe.string() + "'"),
+            out, run("--device bridge --seconds 240 --socket '" + socket + "' <'" + pipe.string() + "'"),
             *command_ / "number");
         user.end();
     }
@@ -397,14 +445,17 @@ TEST_F(DeviceRun, AnInverse3IsListedAndPunctures) {
     EXPECT_EQ(kind->at("found").at(0).at("problem"), "");
     EXPECT_NE(output("devices" + port).find("inverse3: Haply Inverse3"), std::string::npos);
 
-    const std::filesystem::path out = *command_ / "inverse3";
+    const std::filesystem::path out = *command_ / "inverse3", pipe = *command_ / "inverse3-words";
+    Words words(pipe);
     std::atomic<double> most_n{0.0};
     Outcome live;
     {
         const Meanwhile hand([&](const std::atomic<bool>& over) {
+            words.begin();
             while (!over.load() && !std::filesystem::exists(out / "record"))
                 nap(10);
-            // The path is about the hand: out of the body, until the force has risen, and in again.
+            // The path is about the hand: out of the body, and in again while the force rises; once more
+            // where a starved machine took the force away.
             double out_m = 0.0;
             const auto move = [&](double to_m) {
                 while (!over.load() && std::fabs(out_m - to_m) > 5e-4) {
@@ -414,18 +465,23 @@ TEST_F(DeviceRun, AnInverse3IsListedAndPunctures) {
                     most_n.store(std::max(most_n.load(), std::hypot(force_n[0], force_n[1], force_n[2])));
                 }
             };
-            move(0.2);
-            nap(1800);
-            move(0.0);
-            move(0.2);
+            do {
+                move(0.08);
+                words.say("rearm");
+                nap(200);
+                move(0.0);
+            } while (!over.load() && most_n <= 0.05);
+            move(0.08);
             interrupt();
         });
-        live = command_->runInto(out, run("--device inverse3 --seconds 60" + port), *command_ / "number");
+        live = command_->runInto(out,
+                                 run("--device inverse3 --seconds 240" + port + " <'" + pipe.string() + "'"),
+                                 *command_ / "number");
     }
     ASSERT_EQ(live.status, 0) << live.err;
     EXPECT_EQ(live.summary.at("device"), "inverse3");
     EXPECT_FALSE(live.summary.at("punctures").empty()) << live.err;
-    EXPECT_GT(most_n.load(), 0.05);
+    EXPECT_GT(most_n.load(), 0.05) << live.err;
     EXPECT_EQ(service.force_n(), (std::array<double, 3>{}));
     EXPECT_EQ(service.complaint(), "");
     const Outcome again = command_->run("replay '" + out.string() + "' --fast");

@@ -40,7 +40,9 @@ void replayAgain(Command& command, KeptAttempt& kept) {
     const patient::Patient patient(package);
     records::replay(
         patient, record,
-        [&](const haptics::TickInput&, const haptics::TickOutput& now, const haptics::NeedleEvents&) {
+        [&](const haptics::TickInput& input, const haptics::TickOutput& now, const haptics::NeedleEvents&) {
+            for (std::uint32_t i = 0; i < input.command_count; ++i)
+                ++kept.commanded[std::size_t(input.commands[i].kind)];
             double& most_n = kept.felt_n[std::size_t(now.tool)];
             most_n = std::max(most_n, glm::length(now.tool_force.force_n));
         });
@@ -81,7 +83,8 @@ int countOf(const records::StoredAttempt& attempt, const std::string& kind, cons
 
 KeptAttempt storedReplayedReported(Command& command, const Outcome& run, const std::string& trainee) {
     const records::Store store(storeOf(command));
-    KeptAttempt kept{store.attempt(idIn(run, trainee)), {}, {}, {}};
+    KeptAttempt kept;
+    kept.stored = store.attempt(idIn(run, trainee));
     EXPECT_TRUE(store.damage().empty());
     EXPECT_EQ(kept.stored.info.trainee, trainee);
     EXPECT_EQ(kept.stored.state, records::AttemptState::done);

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/records/store.h"
-#include "haptics/tool.h"
+#include "haptics/haptics.h"
 #include "tests/app/trainer/command.h"
 
 namespace stylet::test {
@@ -22,7 +22,9 @@ struct KeptAttempt {
     records::StoredAttempt stored;
     nlohmann::json summary;
     std::array<double, haptics::kToolCount> felt_n{};  // the most that was felt of each tool
-    std::string page;                                  // of stylet-report
+    // How often, by CommandKind.
+    std::array<int, std::size_t(haptics::kLastCommandKind) + 1> commanded{};
+    std::string page;  // of stylet-report
 };
 
 // The attempt that a run with --trainee said it has stored: done, its record replayed to the same hash and

@@ -41,6 +41,21 @@ class DesktopRun : public testing::Test {
         const records::Store store(test::storeOf(command_));
         return until([&] { return test::countOf(store.attempt(id), kind, text) >= times; });
     }
+    // The same, the tool being moved about in a widening square of key steps until it does: where the duct
+    // lies depends on the breath that was held.
+    bool happensAround(const std::string& kind, const std::string& text) const {
+        const std::string id = test::newestAttempt(command_).filename().string();
+        const records::Store store(test::storeOf(command_));
+        const auto happened = [&] { return test::countOf(store.attempt(id), kind, text) > 0; };
+        if (until(happened, 5s)) return true;
+        constexpr const char* kTurns[] = {"Right", "Up", "Left", "Down"};
+        for (int side = 0; side < 12; ++side)
+            for (int step = 0; step <= side / 2; ++step) {
+                display_.key(kTurns[side % 4]);
+                if (until(happened, 2s)) return true;
+            }
+        return false;
+    }
     // The tool follows without haste.
     void steps(const std::string& key, int times, std::chrono::milliseconds wait = 2s) const {
         display_.key(key, times);
@@ -69,7 +84,7 @@ TEST_F(DesktopRun, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     display_.key("e", 18);  // between the ribs
     ASSERT_TRUE(happens("breath", "held")) << said();
     steps("Next", 16);
-    ASSERT_TRUE(happens("step", "find the duct")) << said();
+    ASSERT_TRUE(happensAround("step", "find the duct")) << said();
     display_.key("k");
     ASSERT_TRUE(says("the probe stays where it is")) << said();
     steps("Home", 1);
@@ -134,8 +149,9 @@ TEST_F(DesktopRun, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     test::expectWholeProcedure(kept);
     EXPECT_EQ(kept.stored.info.device, "mouse");
     EXPECT_GT(kept.stored.result->total, 50.0);
-    EXPECT_NE(kept.summary.at("haptics").at("fault_names").get<std::string>().find("injected"),
-              std::string::npos);
+    for (const haptics::CommandKind kind : {haptics::CommandKind::cough, haptics::CommandKind::bleed,
+                                            haptics::CommandKind::move, haptics::CommandKind::fault})
+        EXPECT_EQ(kept.commanded[std::size_t(kind)], 1) << int(kind);
     EXPECT_NE(kept.page.find("too fast"), std::string::npos) << "the instructor's word is on the page";
 }
 

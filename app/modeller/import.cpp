@@ -251,7 +251,8 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
 Imported importPatient(const ImportSettings& settings) {
     const LabelMap map = loadLabelMap(settings.map);
     say(settings, "read the CT");
-    const CtVolume ct = readImage(settings.ct, ImageKind::ct, settings.reader);
+    const CtVolume ct = readImage(settings.ct, ImageKind::ct, settings.reader, settings.series);
+    requireHounsfield(ct, settings.ct);
     say(settings, "read the labels");
     const SourceLabels labels = readImage(settings.labels, ImageKind::labels, settings.reader);
     return buildPatient(ct, labels, map, settings);

@@ -86,7 +86,9 @@ StageReport runStage(Work& work, const StageStore& store, int number, const Stag
 
 // The scan on the working grid, as far as its body goes.
 void readScan(Work& work) {
-    const CtVolume scan = readImage(work.settings->ct, ImageKind::ct, work.settings->reader);
+    const BuildSettings& s = *work.settings;
+    const CtVolume scan = readImage(s.ct, ImageKind::ct, s.reader, s.series);
+    requireHounsfield(scan, s.ct);
     const double low_m = scan.grid.origin_m.z, high_m = scan.grid.centre(scan.grid.dims - 1).z;
     work.ct = resampleCt(scan, sectionGrid(scan.grid, low_m, high_m, work.settings->spacing_m));
     work.scan = scan.grid;

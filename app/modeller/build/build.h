@@ -14,6 +14,7 @@ namespace stylet::modeller {
 
 struct BuildSettings {
     std::filesystem::path ct;                    // DICOM folder or NIfTI file
+    std::string series;                          // UID, where that folder holds several
     std::filesystem::path stages;                // folder of the stages: made, or gone on from
     std::vector<std::filesystem::path> atlases;  // packages; none: reference patients of kAtlasSeeds
     double spacing_m = 0.001;

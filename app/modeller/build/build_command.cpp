@@ -62,6 +62,8 @@ void addBuild(CLI::App& app) {
     Arguments& a = *arguments;
     CLI::App* command = app.add_subcommand("build", "make a patient from a CT alone");
     command->add_option("--ct", a.settings.ct, "DICOM folder, or NIfTI file")->required();
+    command->add_option("--series", a.settings.series,
+                        "UID of the series to read, where the folder holds several");
     command->add_option("--out", a.out, "folder of the package")->required();
     command->add_option("--stages", a.settings.stages,
                         "folder of the stages, for review and correction [OUT-stages]");

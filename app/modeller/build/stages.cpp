@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "app/modeller/build/atlas.h"
 #include "app/modeller/build/bones.h"
+#include "app/modeller/build/classes.h"
 #include "app/modeller/build/ducts.h"
 #include "app/modeller/build/fascia_spline.h"
 #include "app/modeller/build/liver.h"
@@ -21,7 +21,6 @@
 
 namespace stylet::modeller {
 
-using nlohmann::json;
 using patient::Label;
 using patient::LabelVolume;
 
@@ -70,48 +69,13 @@ void takeBody(Work& work, const StageResult& r) {
 }
 
 // Classes: the values of this CT, and what the thresholds alone would make of it.
-json toJson(const TissueClass& c) {
-    return {{"mean_hu", c.mean_hu}, {"sigma_hu", c.sigma_hu}, {"share", c.share}};
-}
-TissueClass classOf(const json& j) {
-    return {j.at("mean_hu").get<double>(), j.at("sigma_hu").get<double>(), j.at("share").get<double>()};
-}
-std::string classesText(const TissueClasses& c, const patient::Thresholds& t) {
-    const json all{{"lung", toJson(c.lung)},
-                   {"fat", toJson(c.fat)},
-                   {"soft", toJson(c.soft)},
-                   {"blood", toJson(c.blood)},
-                   {"bone", toJson(c.bone)},
-                   {"noise_hu", c.noise_hu},
-                   {"thresholds_hu",
-                    {{"t0", t.t0_hu},
-                     {"t1", t.t1_hu},
-                     {"t2_sensitive", t.t2_sensitive_hu},
-                     {"t2_specific", t.t2_specific_hu}}}};
-    return all.dump(2) + "\n";
-}
-void readClasses(const std::string& text, TissueClasses& c, patient::Thresholds& t) {
-    try {
-        const json all = json::parse(text), &th = all.at("thresholds_hu");
-        c = {classOf(all.at("lung")),  classOf(all.at("fat")),  classOf(all.at("soft")),
-             classOf(all.at("blood")), classOf(all.at("bone")), all.at("noise_hu").get<double>()};
-        t = {th.at("t0").get<double>(), th.at("t1").get<double>(), th.at("t2_sensitive").get<double>(),
-             th.at("t2_specific").get<double>()};
-    } catch (const json::exception& e) {
-        throw ImportError(std::string("classes.json: ") + e.what());
-    }
-    if (!(t.t0_hu < t.t1_hu && t.t1_hu < t.t2_sensitive_hu && t.t2_sensitive_hu <= t.t2_specific_hu))
-        throw ImportError("classes.json: thresholds_hu: t0 < t1 < t2_sensitive <= t2_specific does not hold");
-}
 void findClasses(Work& work, StageResult& r) {
     if (r.text.empty()) {
         const TissueClasses c = classesOf(work.ct, work.body);
-        r.text = classesText(c, thresholdsOf(c));
+        r.text = writeClasses(c, thresholdsOf(c));
         if (c.blood.share == 0.0) r.record.notes.push_back("no contrast medium is to be seen");
     }
-    TissueClasses c;
-    patient::Thresholds t;
-    readClasses(r.text, c, t);
+    const patient::Thresholds t = parseClasses(r.text);
     r.labels = LabelVolume(work.ct.grid);
     const std::uint8_t skin = idOf("skin"), soft = idOf("muscle"), bone = idOf("bone");
     for (std::size_t i = 0; i < r.labels.voxels.size(); ++i) {
@@ -121,7 +85,7 @@ void findClasses(Work& work, StageResult& r) {
     }
 }
 void takeClasses(Work& work, const StageResult& r) {
-    readClasses(r.text, work.classes, work.thresholds);
+    work.thresholds = parseClasses(r.text);
 }
 
 void findLungsStage(Work& work, StageResult& r) {
@@ -289,7 +253,11 @@ void findSkin(Work& work, StageResult& r) {
 std::vector<Stage> makeStages() {
     return {
         {.name = "body", .find = findBody, .take = takeBody},
-        {.name = "classes", .text_name = "classes.json", .find = findClasses, .take = takeClasses},
+        {.name = "classes",
+         .version = 2,
+         .text_name = "classes.json",
+         .find = findClasses,
+         .take = takeClasses},
         {.name = "lungs", .gives = {"right lung", "left lung"}, .find = findLungsStage},
         {.name = "bones",
          .gives = {"right ribs", "left ribs", "spine", "spinal canal", "sternum", "bone",

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "app/modeller/build/build.h"
-#include "app/modeller/build/classes.h"
 #include "app/modeller/build/stage_store.h"
+#include "app/modeller/voxel_tools.h"
 
 namespace stylet::modeller {
 
@@ -19,7 +19,6 @@ struct Work {
     patient::Grid scan;    // the scanner's own
     patient::CtVolume ct;  // air outside the body
     Mask body;
-    TissueClasses classes;
     patient::Thresholds thresholds;
     std::map<std::string, patient::LabelVolume> found;  // by stage
     std::map<std::string, bool> corrected;              // by a person

@@ -177,7 +177,7 @@ Built build(const BuildSettings& settings) {
                             "; the same command goes on from there");
         if (settings.progress) settings.progress(stage, share);
     };
-    const double steps = double(stages().size()) + 2.0;
+    const double steps = double(stages().size()) + 3.0;
     Built out;
     Work work;
     work.settings = &settings;
@@ -191,8 +191,10 @@ Built build(const BuildSettings& settings) {
         say(stage.name, double(++number) / steps);
         out.stages.push_back(runStage(work, store, number, stage, chain));
     }
-    say("package", (steps - 1.0) / steps);
+    say("package", (steps - 2.0) / steps);
     out.package = packageOf(work);
+    say("check", (steps - 1.0) / steps);
+    out.findings = checkPackage(out.package);
     if (settings.progress) settings.progress("done", 1.0);
     return out;
 }

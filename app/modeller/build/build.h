@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/modeller/check_package.h"
 #include "app/modeller/import_image.h"
 #include "patient/patient.h"
 
@@ -46,6 +47,7 @@ struct StageReport {
 struct Built {
     patient::Package package;
     std::vector<StageReport> stages;
+    std::vector<Finding> findings;  // checkPackage's
 };
 
 // In their order.

@@ -46,13 +46,20 @@ void runBuild(Arguments& a) {
     s.cancelled = [] { return interrupted != 0; };
     std::signal(SIGINT, onInterrupt);
     const Built built = build(s);
-    patient::savePackage(built.package, a.out);
     printStages(built);
+    for (const Finding& f : built.findings)
+        std::printf("%s\n", lineOf(f).c_str());
+    std::fflush(stdout);
+    patient::savePackage(built.package, a.out);
     const patient::Package& p = built.package;
     std::printf("thresholds: %.0f, %.0f, %.0f (outside the fascia), %.0f (past it) HU\n", p.thresholds.t0_hu,
                 p.thresholds.t1_hu, p.thresholds.t2_sensitive_hu, p.thresholds.t2_specific_hu);
     std::printf("%s: %d x %d x %d voxels of %.2f mm; stages in %s\n", a.out.c_str(), p.ct.grid.dims.x,
                 p.ct.grid.dims.y, p.ct.grid.dims.z, a.spacing_mm, s.stages.c_str());
+    if (anyRefused(built.findings)) {
+        std::printf("it cannot be simulated as it is: correct the stages in question (--stage, --labels)\n");
+        throw CLI::RuntimeError(1);
+    }
 }
 
 }  // namespace

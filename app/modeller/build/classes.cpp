@@ -1,6 +1,5 @@
 #include "app/modeller/build/classes.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/modeller/child_process.h"
@@ -11,7 +10,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kMost_hu = 32767.0;  // a CT's int16
+constexpr double kLeast_hu = -1024.0, kMost_hu = 3071.0;  // what a package takes
 
 json toJson(const TissueClass& c) {
     return {{"mean_hu", c.mean_hu}, {"sigma_hu", c.sigma_hu}, {"share", c.share}};
@@ -38,7 +37,7 @@ patient::Thresholds parseClasses(const std::string& text) {
         const json all = json::parse(text), &hu = all.at("thresholds_hu");
         const auto read = [&](const char* name) {
             const double v = hu.at(name).get<double>();
-            if (!(std::fabs(v) <= kMost_hu))
+            if (!(v >= kLeast_hu && v <= kMost_hu))
                 throw ImportError(std::string("classes.json: thresholds_hu: ") + name + " is no CT value");
             return v;
         };

@@ -124,6 +124,23 @@ TEST_F(BuildRun, ACorrectedStageIsTakenAndTheNextAreDoneAnew) {
     EXPECT_EQ(kept(), int(names.size())) << "the correction stands\n" << said();
 }
 
+// The package is there to be looked at, but the command says that it is of no use.
+TEST_F(BuildRun, WhatCannotBeSimulatedIsSaidAtTheEnd) {
+    ASSERT_EQ(status_, 0);
+    EXPECT_EQ(said().find("REFUSED"), std::string::npos) << said();
+    fs::copy(folder() / "patient-stages", folder() / "other-stages", fs::copy_options::recursive);
+    const auto ct = patient::readNifti<std::int16_t>(folder() / "other-stages" / "ct.nii.gz");
+    patient::writeNifti(folder() / "nothing.nii.gz", patient::LabelVolume(ct.grid));
+    EXPECT_EQ(run("--stages '" + (folder() / "other-stages").string() + "' --stage skin --labels '" +
+                  (folder() / "nothing.nii.gz").string() + "'"),
+              1)
+        << textOf(folder() / "err");
+    EXPECT_NE(said().find("REFUSED  skin: 0 ml, expected at least"), std::string::npos) << said();
+    EXPECT_NE(said().find("it cannot be simulated as it is"), std::string::npos) << said();
+    EXPECT_TRUE(fs::exists(folder() / "patient" / "patient.toml"));
+    ASSERT_EQ(run(), 0);
+}
+
 TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
     ASSERT_EQ(status_, 0);
     const std::vector<std::string> names = stageNames();

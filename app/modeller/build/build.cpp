@@ -27,10 +27,8 @@ constexpr double kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
 
 std::uint64_t digestOf(const CtVolume& ct) {
     patient::StateHash hash;
-    for (int axis = 0; axis < 3; ++axis)
-        hash.add(std::uint64_t(ct.grid.dims[axis]));
+    hash.add(voxelDigest(ct));
     hash.add(ct.grid.spacing_m), hash.add(ct.grid.origin_m);
-    hash.addBytes(std::as_bytes(std::span(ct.voxels)));
     return hash.value();
 }
 
@@ -92,6 +90,7 @@ void readScan(Work& work) {
     const double low_m = scan.grid.origin_m.z, high_m = scan.grid.centre(scan.grid.dims - 1).z;
     work.ct = resampleCt(scan, sectionGrid(scan.grid, low_m, high_m, work.settings->spacing_m));
     work.scan = scan.grid;
+    work.scan_voxels = voxelDigest(scan);
     LabelVolume none(work.ct.grid);
     work.body = cutToBody(work.ct, none);
 }

@@ -123,17 +123,27 @@ bool isSolidOrgan(const Label& l) {
            l.name == "gallbladder";
 }
 
-std::vector<AtlasImage> atlasImages(const BuildSettings& settings, const AtlasSettings& atlas) {
+AtlasImage atlasImage(const patient::Package& package, const Work& work, const AtlasSettings& atlas) {
+    refuseItself(work.settings->name, atlasList({package.name}));
+    if (voxelDigest(package.ct) == work.scan_voxels)
+        throw ImportError("atlas \"" + package.name +
+                          "\" has the very CT that is to be built from, which proves "
+                          "nothing: leave that atlas out");
+    return {package, atlas};
+}
+
+std::vector<AtlasImage> atlasImages(const Work& work, const AtlasSettings& atlas) {
+    const BuildSettings& settings = *work.settings;
     std::vector<AtlasImage> images;
     for (const std::filesystem::path& folder : settings.atlases)
-        images.emplace_back(patient::loadPackage(folder), atlas);
+        images.push_back(atlasImage(patient::loadPackage(folder), work, atlas));
     if (!images.empty()) return images;
     for (const std::uint64_t seed : kAtlasSeeds) {
         patient::synth::SynthSettings synth;
         synth.seed = seed;
         synth.spacing_m = kAtlasSpacing_m;
         synth.defaults = settings.defaults;
-        images.emplace_back(patient::synth::makeReferencePatient(synth), atlas);
+        images.push_back(atlasImage(patient::synth::makeReferencePatient(synth), work, atlas));
     }
     return images;
 }
@@ -141,20 +151,19 @@ std::vector<AtlasImage> atlasImages(const BuildSettings& settings, const AtlasSe
 void findLiverStage(Work& work, StageResult& r) {
     const AtlasSettings atlas;
     const Mask lungs = maskOf(work.found.at("lungs"), isLung), bones = maskOf(work.found.at("bones"), isBone);
-    const AtlasPrior prior =
-        alignAtlases(work.ct, work.body, lungs, atlasImages(*work.settings, atlas), atlas);
+    const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
     const Liver liver = findLiver(work.ct, work.body, lungs, bones, prior);
     r.labels = LabelVolume(work.ct.grid);
     paint(r.labels, liver.mask, idOf("liver"), true);
     r.record.notes = liver.notes;
-    std::string used;
-    for (const std::string& name : prior.used)
-        used += (used.empty() ? "atlases: " : ", ") + name;
-    if (!used.empty()) r.record.notes.push_back(used);
+    if (const std::string used = atlasList(prior.used); !used.empty()) r.record.notes.push_back(used);
 }
 void takeLiver(Work& work, const StageResult& r) {
     for (const std::string& note : r.record.notes)
-        if (note.starts_with("atlases: ")) work.atlas_provenance = "; " + note;
+        if (note.starts_with("atlases: ")) {
+            refuseItself(work.settings->name, note);
+            work.atlas_provenance = "; " + note;
+        }
 }
 
 void findVesselsStage(Work& work, StageResult& r) {
@@ -290,6 +299,14 @@ std::vector<Label> makeTable() {
 }
 
 }  // namespace
+
+std::uint64_t voxelDigest(const patient::CtVolume& ct) {
+    patient::StateHash hash;
+    for (int axis = 0; axis < 3; ++axis)
+        hash.add(std::uint64_t(ct.grid.dims[axis]));
+    hash.addBytes(std::as_bytes(std::span(ct.voxels)));
+    return hash.value();
+}
 
 const std::vector<Stage>& stages() {
     static const std::vector<Stage> all = makeStages();

@@ -29,7 +29,7 @@ namespace {
 
 // Of stages only, beside the labels of a package.
 constexpr std::uint8_t kAirways = 253, kBody = 254;
-constexpr double kSkin_m = 0.002;
+constexpr double kSkin_m = 0.002, kBlur_m = 0.002;
 constexpr double kAtlasSpacing_m = 0.0025;  // the prior's grid is coarser still
 constexpr const char* kControlPoints = "control-points.txt";
 constexpr const char* kVirtualDucts = "these ducts are virtual: bile is painted into the CT";
@@ -134,6 +134,14 @@ void findLungsStage(Work& work, StageResult& r) {
     r.record.notes = lungs.notes;
 }
 
+// Soft tissue that the blur beside a bone lifts over the threshold: without a label it would stop a needle.
+Mask blurredRim(const Work& work, const Mask& bones) {
+    Mask rim = without(dilated(bones, std::max(kBlur_m, 1.01 * work.ct.grid.spacing_m.x)), bones);
+    for (std::size_t i = 0; i < rim.voxels.size(); ++i)
+        rim.voxels[i] = rim.voxels[i] && work.ct.voxels[i] >= work.thresholds.t2_sensitive_hu;
+    return rim;
+}
+
 void findBonesStage(Work& work, StageResult& r) {
     const Bones bones = findBones(work.ct, work.body);
     r.labels = LabelVolume(work.ct.grid);
@@ -144,6 +152,7 @@ void findBonesStage(Work& work, StageResult& r) {
     paint(r.labels, bones.sternum, idOf("sternum"), true);
     paint(r.labels, bones.ribs_right, idOf("right ribs"), true);
     paint(r.labels, bones.ribs_left, idOf("left ribs"), true);
+    paint(r.labels, blurredRim(work, bones.all), idOf("muscle"), false);
     r.record.notes = bones.notes;
 }
 
@@ -293,7 +302,7 @@ std::vector<Stage> makeStages() {
         {.name = "lungs", .gives = {"right lung", "left lung"}, .find = findLungsStage},
         {.name = "bones",
          .gives = {"right ribs", "left ribs", "spine", "spinal canal", "sternum", "bone",
-                   "cartilage and discs"},
+                   "cartilage and discs", "muscle"},
          .find = findBonesStage},
         {.name = "liver", .gives = {"liver"}, .find = findLiverStage, .take = takeLiver},
         {.name = "vessels", .gives = {"portal vein", "hepatic veins"}, .find = findVesselsStage},

@@ -135,11 +135,15 @@ void findLungsStage(Work& work, StageResult& r) {
 }
 
 // Soft tissue that the blur beside a bone lifts over the threshold: without a label it would stop a needle.
+// What is bright all around is bone that was missed.
 Mask blurredRim(const Work& work, const Mask& bones) {
-    Mask rim = without(dilated(bones, std::max(kBlur_m, 1.01 * work.ct.grid.spacing_m.x)), bones);
-    for (std::size_t i = 0; i < rim.voxels.size(); ++i)
-        rim.voxels[i] = rim.voxels[i] && work.ct.voxels[i] >= work.thresholds.t2_sensitive_hu;
-    return rim;
+    const double reach_m = std::max(kBlur_m, 1.01 * work.ct.grid.spacing_m.x);
+    Mask bright = bones;
+    for (std::size_t i = 0; i < bright.voxels.size(); ++i)
+        bright.voxels[i] =
+            bones.voxels[i] || (work.body.voxels[i] && work.ct.voxels[i] >= work.thresholds.t2_sensitive_hu);
+    const Mask rim = both(without(dilated(bones, reach_m), bones), bright);
+    return without(rim, eroded(closed(bright, reach_m), reach_m));
 }
 
 void findBonesStage(Work& work, StageResult& r) {

@@ -14,6 +14,7 @@ namespace stylet::modeller {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using patient::DataError;
+using patient::LabelVolume;
 
 namespace {
 
@@ -31,7 +32,7 @@ std::string readText(const fs::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-std::uint64_t digestOf(const patient::LabelVolume& labels) {
+std::uint64_t digestOf(const LabelVolume& labels) {
     patient::StateHash hash;
     hash.addBytes(std::as_bytes(std::span(labels.voxels)));
     return hash.value();
@@ -89,12 +90,19 @@ std::optional<StageResult> StageStore::load(int number, std::string_view name, c
         throw DataError(record, "file", "is damaged; remove it, and the stage is done anew");
     }
     result.labels = patient::readNifti<std::uint8_t>(folder / kLabels);
-    if (result.labels.grid.dims != grid.dims)
-        throw DataError(folder / kLabels, "dim", "is not that of " + (folder_ / "ct.nii.gz").string());
-    result.labels.grid = grid;
     if (!text_name.empty()) result.text = readText(folder / text_name);
     result.text_edited = hexOf(digestOf(result.text)) != text_digest;
     if (hexOf(digestOf(result.labels)) != labels_digest) result.record.corrected = true;
+    if (result.labels.grid.dims != grid.dims) {  // another voxel size: what no person made is made anew
+        if (result.record.corrected)
+            throw DataError(folder / kLabels, "dim",
+                            "a person corrected these labels on another grid than " +
+                                (folder_ / "ct.nii.gz").string() +
+                                " has; build with the old voxel size, or into another folder of stages");
+        if (!result.text_edited) return {};
+        result.labels = LabelVolume(grid);
+    }
+    result.labels.grid = grid;
     return result;
 }
 

@@ -28,7 +28,7 @@ namespace {
 
 // Of stages only, beside the labels of a package.
 constexpr std::uint8_t kAirways = 253, kBody = 254;
-constexpr double kSkin_m = 0.002;
+constexpr double kSkin_m = 0.002, kBlur_m = 0.002;
 constexpr double kAtlasSpacing_m = 0.0025;  // the prior's grid is coarser still
 constexpr const char* kControlPoints = "control-points.txt";
 constexpr const char* kVirtualDucts = "these ducts are virtual: bile is painted into the CT";
@@ -98,6 +98,18 @@ void findLungsStage(Work& work, StageResult& r) {
     r.record.notes = lungs.notes;
 }
 
+// Soft tissue that the blur beside a bone lifts over the threshold: without a label it would stop a needle.
+// What is bright all around is bone that was missed.
+Mask blurredRim(const Work& work, const Mask& bones) {
+    const double reach_m = std::max(kBlur_m, 1.01 * work.ct.grid.spacing_m.x);
+    Mask bright = bones;
+    for (std::size_t i = 0; i < bright.voxels.size(); ++i)
+        bright.voxels[i] =
+            bones.voxels[i] || (work.body.voxels[i] && work.ct.voxels[i] >= work.thresholds.t2_sensitive_hu);
+    const Mask rim = both(without(dilated(bones, reach_m), bones), bright);
+    return without(rim, eroded(closed(bright, reach_m), reach_m));
+}
+
 void findBonesStage(Work& work, StageResult& r) {
     const Bones bones = findBones(work.ct, work.body);
     r.labels = LabelVolume(work.ct.grid);
@@ -108,6 +120,7 @@ void findBonesStage(Work& work, StageResult& r) {
     paint(r.labels, bones.sternum, idOf("sternum"), true);
     paint(r.labels, bones.ribs_right, idOf("right ribs"), true);
     paint(r.labels, bones.ribs_left, idOf("left ribs"), true);
+    paint(r.labels, blurredRim(work, bones.all), idOf("muscle"), false);
     r.record.notes = bones.notes;
 }
 
@@ -270,7 +283,7 @@ std::vector<Stage> makeStages() {
         {.name = "lungs", .gives = {"right lung", "left lung"}, .find = findLungsStage},
         {.name = "bones",
          .gives = {"right ribs", "left ribs", "spine", "spinal canal", "sternum", "bone",
-                   "cartilage and discs"},
+                   "cartilage and discs", "muscle"},
          .find = findBonesStage},
         {.name = "liver", .gives = {"liver"}, .find = findLiverStage, .take = takeLiver},
         {.name = "vessels", .gives = {"portal vein", "hepatic veins"}, .find = findVesselsStage},

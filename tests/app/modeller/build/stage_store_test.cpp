@@ -77,6 +77,16 @@ TEST_F(StageStoreTest, AnEditedTextIsNoticed) {
     EXPECT_FALSE(again->record.corrected);
 }
 
+TEST_F(StageStoreTest, OnAnotherGridOnlyAPersonsTextIsLeft) {
+    const patient::Grid finer{kGrid.dims * 2, kGrid.spacing_m * 0.5, kGrid.origin_m};
+    EXPECT_FALSE(store.load(7, "liver", finer, "points.txt"));
+    std::ofstream(folder() / "points.txt") << "r 13\n";
+    const auto again = store.load(7, "liver", finer, "points.txt");
+    ASSERT_TRUE(again);
+    EXPECT_EQ(again->text, "r 13\n");
+    EXPECT_EQ(again->labels.grid.dims, finer.dims);
+}
+
 TEST_F(StageStoreTest, DamageIsNamed) {
     const auto why = [&] {
         try {

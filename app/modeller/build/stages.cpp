@@ -29,6 +29,7 @@ namespace {
 // Of stages only, beside the labels of a package.
 constexpr std::uint8_t kAirways = 253, kBody = 254;
 constexpr double kSkin_m = 0.002, kBlur_m = 0.002;
+constexpr std::size_t kLongestList = 1800;  // of the 2000 characters that a package's provenance has
 constexpr double kAtlasSpacing_m = 0.0025;  // the prior's grid is coarser still
 constexpr const char* kControlPoints = "control-points.txt";
 constexpr const char* kVirtualDucts = "these ducts are virtual: bile is painted into the CT";
@@ -150,6 +151,12 @@ std::vector<AtlasImage> atlasImages(const Work& work, const AtlasSettings& atlas
     std::vector<AtlasImage> images;
     for (const std::filesystem::path& folder : settings.atlases)
         images.push_back(atlasImage(patient::loadPackage(folder), work, atlas));
+    std::vector<std::string> names;
+    for (const AtlasImage& image : images)
+        names.push_back(image.name);
+    if (atlasList(names).size() > kLongestList)
+        throw ImportError(
+            "the atlases' names are longer than a provenance takes; name fewer, or shorter ones");
     if (!images.empty()) return images;
     for (const std::uint64_t seed : kAtlasSeeds) {
         patient::synth::SynthSettings synth;

@@ -3,6 +3,7 @@
 #include "patient/motion.h"
 
 #include <algorithm>
+#include <cmath>
 #ifdef __SSE2__
 #include <emmintrin.h>
 #endif
@@ -182,7 +183,21 @@ class Flow {
     Drive drive_;
 };
 
+// The largest v - v_ref, and v' - v'_ref.
+double farthest(const SurrogateRange& range, double reference) noexcept {
+    return std::max(std::abs(range.low - reference), std::abs(range.high - reference));
+}
+
 }  // namespace
+
+double widestChange(const MotionModel& m, const MotionCoefficients& a, const MotionCoefficients& b) noexcept {
+    const double v = farthest(m.v, m.reference.v), rate = farthest(m.rate_per_s, m.reference.rate_per_s);
+    double most_m = 0.0;
+    for (std::size_t c = 0; c < 3; ++c)
+        most_m = std::max(most_m, v * std::abs(double(b.a1_m[c]) - double(a.a1_m[c])) +
+                                      rate * std::abs(double(b.a2_m_s[c]) - double(a.a2_m_s[c])));
+    return most_m;
+}
 
 Vec3 motionField_m(const MotionModel& m, MotionPart part, const Surrogate& now, const Vec3& p) noexcept {
     if (m.empty()) return Vec3(0.0);

@@ -51,6 +51,11 @@ struct MotionModel {
 
 inline constexpr int kFlowSteps = 4;  // midpoint steps of each exponential
 
+// The most by which two nodes' motions differ in any breath, along one axis of space; metres.
+double widestChange(const MotionModel&, const MotionCoefficients&, const MotionCoefficients&) noexcept;
+// Of neighbours, per metre between them: the flow's steps follow no steeper field, and no package holds one.
+inline constexpr double kSteepestField = 2.5;
+
 // Any thread. noexcept, no allocation; at a point outside the cavity half of an inside point's cost.
 Vec3 deformedFromReference(const MotionModel&, const Surrogate& now, const Vec3& reference_m) noexcept;
 // Takes the wall's field back, then, where that ends inside the cavity, the slide.

@@ -12,13 +12,7 @@ namespace {
 
 constexpr double kMostMotion = 0.1;  // m per unit of v, m per 1/s
 constexpr double kMostLevel_m = 1.0;
-constexpr double kSteepest = 2.5;  // change of a field along an axis, per metre, over a whole breath
 constexpr double kGridTolerance_m = 1e-5;
-
-// The largest v - v_ref, and v' - v'_ref.
-double farthest(const SurrogateRange& range, double reference) {
-    return std::max(std::abs(range.low - reference), std::abs(range.high - reference));
-}
 
 bool isZero(const MotionCoefficients& c) {
     return c == MotionCoefficients{};
@@ -48,7 +42,6 @@ void checkBorder(const std::filesystem::path& file, const MotionModel& m) {
 }
 
 void checkSteepness(const std::filesystem::path& file, const MotionModel& m) {
-    const double v = farthest(m.v, m.reference.v), rate = farthest(m.rate_per_s, m.reference.rate_per_s);
     const std::size_t strides[3] = {1, std::size_t(m.grid.dims.x),
                                     std::size_t(m.grid.dims.x) * std::size_t(m.grid.dims.y)};
     for (const std::vector<MotionCoefficients>* field : {&m.wall, &m.slide})
@@ -56,12 +49,8 @@ void checkSteepness(const std::filesystem::path& file, const MotionModel& m) {
             for (std::size_t at = strides[axis]; at < field->size(); ++at) {
                 // Over the edge of a row both ends are zero.
                 const MotionCoefficients &a = (*field)[at - strides[axis]], &b = (*field)[at];
-                for (std::size_t c = 0; c < 3; ++c) {
-                    const double change = v * std::abs(double(b.a1_m[c]) - double(a.a1_m[c])) +
-                                          rate * std::abs(double(b.a2_m_s[c]) - double(a.a2_m_s[c]));
-                    if (change > kSteepest * m.grid.spacing_m[axis])
-                        throw DataError(file, "voxels", "a field is too steep for the steps of its flow");
-                }
+                if (widestChange(m, a, b) > kSteepestField * m.grid.spacing_m[axis])
+                    throw DataError(file, "voxels", "a field is too steep for the steps of its flow");
             }
 }
 

@@ -22,6 +22,8 @@ constexpr double kShear = 1.6;         // metres beside the spine to a metre of 
 constexpr double kFarthest_m = 0.028;  // that any breath takes the dome
 constexpr double kRibRise = 0.67;
 constexpr double kSteepest = 1.5;  // of the slide, per metre and unit of v
+constexpr double kWidest =
+    0.995 * kSteepestField;  // and over the whole breath; rounding to 1 um has the rest
 constexpr int kFlattenSweeps = 200;
 
 // What each id is to a motion.
@@ -351,8 +353,8 @@ Volume<float> ease(const MotionModel& m) {
     return share;
 }
 
-// Draws neighbours together until no edge is steeper than `most` per metre: a rough cavity costs slip, and
-// some of its closeness, but never the package.
+// Draws neighbours together until no edge is steeper than `most` per metre, or than a package may hold: a
+// rough cavity costs slip, and some of its closeness, but never the package.
 void flatten(MotionModel& m, double most) {
     const std::size_t strides[3] = {1, std::size_t(m.grid.dims.x),
                                     std::size_t(m.grid.dims.x) * std::size_t(m.grid.dims.y)};
@@ -366,7 +368,7 @@ void flatten(MotionModel& m, double most) {
                 double change_m = 0.0;
                 for (std::size_t c = 0; c < 3; ++c)
                     change_m = std::max(change_m, std::fabs(double(b.a1_m[c]) - double(a.a1_m[c])));
-                if (change_m <= most_m) continue;
+                if (change_m <= most_m && widestChange(m, a, b) <= kWidest * m.grid.spacing_m[axis]) continue;
                 steep = true;
                 // Their mean stays, so that one spike does not wear down all around it.
                 for (std::size_t c = 0; c < 3; ++c) {

@@ -408,6 +408,13 @@ void checkPaths(const Measured& m, int threads, Findings& f) {
 
 std::vector<Finding> checkPackage(const Package& package, int threads) {
     Findings f;
+    const Grid& g = package.ct.grid;
+    if (package.ct.voxels.empty() || package.ct.voxels.size() != g.voxelCount() ||
+        package.labels.voxels.size() != g.voxelCount() || !(package.labels.grid == g)) {
+        f.add(refused, "image", "CT and labels differ in size, or are empty", "one grid",
+              "nothing can be measured");
+        return f.list;
+    }
     const Measured m(package);
     checkGrid(package.labels.grid, f);
     checkLabels(m, f);

@@ -194,8 +194,9 @@ void keepOneSeries(std::vector<Slice>& slices, const std::string& wanted) {
     const std::vector<Series> all = seriesOf(slices);
     if (wanted.empty()) {
         if (all.size() > 1)
-            refuse("holds " + std::to_string(all.size()) +
-                   " series; choose one with --series UID: " + listOf(all));
+            refuse(
+                "holds " + std::to_string(all.size()) +
+                " series; choose one with --series UID, or put it into a folder of its own: " + listOf(all));
         return;
     }
     std::erase_if(slices, [&](const Slice& s) { return s.series != wanted; });

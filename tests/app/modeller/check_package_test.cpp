@@ -132,6 +132,8 @@ TEST(CheckPackage, WhatAPunctureNeedsMustBeThere) {
     expectFound(relabel({Id::lungRight, Id::lungLeft}, Id::gas), "lungs", true);
     expectFound(relabel({Id::lungLeft}, Id::gas), "left lung", false);
     expectFound(relabel({Id::ducts}, Id::liver), "bile ducts", false);
+    expectFound([](Package& p) { p.labels.voxels.pop_back(); }, "image", true);
+    expectFound([](Package& p) { p = {}; }, "image", true);
 }
 
 TEST(CheckPackage, AnOpenFasciaIsRefused) {

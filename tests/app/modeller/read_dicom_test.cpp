@@ -178,7 +178,8 @@ TEST(ReadDicom, SeveralSeriesAreListedAndOneIsChosen) {
 
     const std::string why = refusal(temp / "ct");
     expectSentence(why, temp / "ct",
-                   "holds 3 series; choose one with --series UID: 1.2.3.77 (CT, 5 slices, \"Abdomen portal "
+                   "holds 3 series; choose one with --series UID, or put it into a folder of its own: "
+                   "1.2.3.77 (CT, 5 slices, \"Abdomen portal "
                    "venous\"), 1.2.3.55 (CT, 4 slices, \"Abdomen arterial\"), 1.2.3.11 (CT, 1 slice)");
 
     const patient::CtVolume ct = readImage(temp / "ct", ImageKind::ct, reader(), "1.2.3.77");

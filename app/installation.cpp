@@ -8,8 +8,12 @@ namespace stylet {
 
 namespace fs = std::filesystem;
 
+fs::path programFile() {
+    return fs::read_symlink("/proc/self/exe");
+}
+
 fs::path programFolder() {
-    return fs::read_symlink("/proc/self/exe").parent_path();
+    return programFile().parent_path();
 }
 
 fs::path assetsFolder() {

@@ -5,7 +5,8 @@
 
 namespace stylet {
 
-// Folder of the running program.
+// File and folder of the running program.
+std::filesystem::path programFile();
 std::filesystem::path programFolder();
 
 // $STYLET_ASSETS, or assets/ of the installation or source tree that the program lies in. Throws

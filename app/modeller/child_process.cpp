@@ -31,6 +31,7 @@ void limit(decltype(RLIMIT_CPU) what, std::size_t value) {
 // In the child, between fork and exec: only calls that are safe there.
 [[noreturn]] void becomeChild(const char* const* argv, int say, const ChildLimits& limits) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
+    setpgid(0, 0);  // Ctrl-C is its parent's to hear
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     limit(RLIMIT_AS, limits.memory_bytes);
     limit(RLIMIT_CPU, std::size_t(limits.cpu_s));

@@ -70,6 +70,7 @@ Agreement compare(const Mask& truth, const Mask& found, const Mask& places) {
     Distances d;
     d.add(truth_surface, found_surface, places);
     d.add(found_surface, truth_surface, places);
+    if (d.all_m.empty()) return a;  // each fills the grid: no surface
     a.mean_surface_m = d.sum_m / double(d.all_m.size());
     if (d.count_there > 0) a.mean_surface_there_m = d.sum_there_m / double(d.count_there);
     const auto at95 = d.all_m.begin() + std::ptrdiff_t(0.95 * double(d.all_m.size() - 1));

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <map>
 
+#include "app/installation.h"
+#include "app/modeller/build/lungs.h"
 #include "app/modeller/build/stage_store.h"
 #include "app/modeller/build/stages.h"
 #include "app/modeller/import.h"
@@ -23,7 +26,10 @@ using patient::Package;
 
 namespace {
 
+constexpr const char* kCorrected = "corrected by hand";
 constexpr double kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
+// Of a long scan: a liver of 26 cm and what is kept around it.
+constexpr double kMostHeight_m = 0.45, kBelowDome_m = 0.33, kAboveDome_m = 0.10, kLook_m = 0.004;
 
 std::uint64_t digestOf(const CtVolume& ct) {
     patient::StateHash hash;
@@ -32,15 +38,16 @@ std::uint64_t digestOf(const CtVolume& ct) {
     return hash.value();
 }
 
-// What a stage's result depends on: all before it, its own rules, the settings.
+double secondsSince(std::chrono::steady_clock::time_point begin) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// What a stage's result depends on: the program, all stages before it, the settings it looks at.
 std::uint64_t keyOf(std::uint64_t before, const Stage& stage, const BuildSettings& settings) {
     patient::StateHash hash;
     hash.add(before);
     hash.add(stage.name);
-    hash.add(std::uint64_t(stage.version));
-    hash.add(std::uint64_t(settings.virtual_ducts));
-    for (const fs::path& atlas : settings.atlases)
-        hash.add(std::string_view(atlas.native()));
+    if (stage.depends) stage.depends(hash, settings);
     return hash.value();
 }
 
@@ -51,6 +58,31 @@ std::uint64_t chained(std::uint64_t before, const StageResult& result) {
     return hash.value();
 }
 
+// Labels that a person put there hold ids of the colour table; what the package does not take from this stage
+// is said.
+void checkCorrected(const fs::path& file, const Stage& stage, const LabelVolume& labels,
+                    std::vector<std::string>& notes) {
+    std::array<bool, 256> there{};
+    for (const std::uint8_t id : labels.voxels)
+        there[id] = true;
+    for (int id = 1; id < 256; ++id) {
+        if (!there[std::size_t(id)]) continue;
+        const auto l = std::find_if(stageTable().begin(), stageTable().end(),
+                                    [&](const Label& label) { return label.id == id; });
+        if (l == stageTable().end())
+            throw patient::DataError(file, "voxels",
+                                     "id " + std::to_string(id) + " is not in the stage's colour table");
+        const bool taken = std::find(stage.gives.begin(), stage.gives.end(), l->name) != stage.gives.end();
+        if (!stage.gives.empty() && !taken && findTarget(l->name))
+            notes.push_back("\"" + l->name + "\" is not taken from this stage");
+    }
+}
+
+// Its labels, that is; an edited text makes labels of its own.
+bool handCorrected(const StageRecord& record) {
+    return std::find(record.notes.begin(), record.notes.end(), kCorrected) != record.notes.end();
+}
+
 // Runs one stage, or takes what an earlier run or a person left.
 StageReport runStage(Work& work, const StageStore& store, int number, const Stage& stage,
                      std::uint64_t& chain) {
@@ -59,6 +91,10 @@ StageReport runStage(Work& work, const StageStore& store, int number, const Stag
     StageReport report;
     report.name = stage.name;
     std::optional<StageResult> result = store.load(number, stage.name, work.ct.grid, text_name);
+    if (result && result->text_edited && (result->labels_edited || handCorrected(result->record)))
+        throw ImportError((store.folderOf(number, stage.name)).string() + ": both its labels and " +
+                          text_name +
+                          " were edited by hand; remove the stage's folder, or undo the one or the other");
     report.kept = result && !result->text_edited && (result->record.corrected || result->record.key == key);
     if (!report.kept) {
         StageResult fresh;
@@ -66,8 +102,7 @@ StageReport runStage(Work& work, const StageStore& store, int number, const Stag
         if (fresh.record.corrected) fresh.text = result->text;
         const auto begin = std::chrono::steady_clock::now();
         stage.find(work, fresh);
-        fresh.record.seconds =
-            std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        fresh.record.seconds = secondsSince(begin);
         fresh.record.key = key;
         store.keep(number, stage.name, fresh, work.ct, stageTable(), text_name);
         result = std::move(fresh);
@@ -78,8 +113,28 @@ StageReport runStage(Work& work, const StageStore& store, int number, const Stag
     report.seconds = result->record.seconds;
     report.corrected = result->record.corrected;
     report.notes = result->record.notes;
+    if (report.corrected)
+        checkCorrected(store.folderOf(number, stage.name) / "labels.nii.gz", stage, result->labels,
+                       report.notes);
     work.corrected[report.name] = report.corrected;
     return report;
+}
+
+// The heights that are worked on: all of a scan of the upper belly; of a longer one what lies about the domes
+// of the lungs' bases, below which the liver hangs.
+std::pair<double, double> heightsOf(const CtVolume& scan) {
+    double low_m = scan.grid.origin_m.z, high_m = scan.grid.centre(scan.grid.dims - 1).z;
+    if (high_m - low_m <= kMostHeight_m) return {low_m, high_m};
+    CtVolume coarse = resampleCt(scan, sectionGrid(scan.grid, low_m, high_m, kLook_m));
+    LabelVolume none(coarse.grid);
+    const Mask body = cutToBody(coarse, none);
+    double dome_m = -1e9;
+    for (const float z : findLungs(coarse, body).base_right.z_m)
+        if (std::isfinite(z)) dome_m = std::max(dome_m, double(z));
+    if (dome_m < low_m)
+        throw ImportError("the scan is " + std::to_string(int(1e3 * (high_m - low_m))) +
+                          " mm high and shows no right lung to find the liver by; cut it to the upper belly");
+    return {std::max(low_m, dome_m - kBelowDome_m), std::min(high_m, dome_m + kAboveDome_m)};
 }
 
 // The scan on the working grid, as far as its body goes.
@@ -87,21 +142,42 @@ void readScan(Work& work) {
     const BuildSettings& s = *work.settings;
     const CtVolume scan = readImage(s.ct, ImageKind::ct, s.reader, s.series);
     requireHounsfield(scan, s.ct);
-    const double low_m = scan.grid.origin_m.z, high_m = scan.grid.centre(scan.grid.dims - 1).z;
-    work.ct = resampleCt(scan, sectionGrid(scan.grid, low_m, high_m, work.settings->spacing_m));
+    const auto [low_m, high_m] = heightsOf(scan);
+    const patient::Grid grid = sectionGrid(scan.grid, low_m, high_m, s.spacing_m);
+    checkFits(grid);
+    work.ct = resampleCt(scan, grid);
     work.scan = scan.grid;
     work.scan_voxels = voxelDigest(scan);
     LabelVolume none(work.ct.grid);
     work.body = cutToBody(work.ct, none);
 }
 
+// What a person corrected belongs to the CT it was drawn on.
+void keepScan(const Work& work, const StageStore& store) {
+    const fs::path file = store.folder() / "ct.nii.gz";
+    if (fs::exists(file)) {
+        if (voxelDigest(patient::readNifti<std::int16_t>(file)) == voxelDigest(work.ct)) return;
+        int number = 0;
+        for (const Stage& stage : stages()) {
+            const auto kept = store.load(++number, stage.name, work.ct.grid, std::string(stage.text_name));
+            if (kept && kept->record.corrected)
+                throw ImportError(store.folderOf(number, stage.name).string() +
+                                  ": was corrected by hand on another CT than this one; build into another "
+                                  "folder of stages, or remove it");
+        }
+    }
+    store.keepCt(work.ct);
+}
+
 std::string provenanceOf(const Label& l, const Work& work) {
     for (const Stage& stage : stages()) {
         if (std::find(stage.gives.begin(), stage.gives.end(), l.name) == stage.gives.end()) continue;
         const std::string name(stage.name);
-        if (work.corrected.at(name)) return "manual: corrected in stage " + name;
-        if (l.name == "bile ducts" && work.virtual_ducts) return "virtual: grown beside the portal branches";
-        return "automatic: stage " + name;
+        const bool corrected = work.corrected.at(name);
+        if (l.name == "bile ducts" && work.virtual_ducts)
+            return std::string("virtual: grown beside the portal branches") +
+                   (corrected ? ", corrected by hand" : "");
+        return corrected ? "manual: corrected in stage " + name : "automatic: stage " + name;
     }
     return "automatic";
 }
@@ -118,8 +194,9 @@ Package packageOf(const Work& work) {
             for (const std::string& name : stage.gives)
                 gives[findTarget(name)->id] = true;
             const LabelVolume& found = work.found.at(std::string(stage.name));
+            const bool over_all = stage.over_all || work.corrected.at(std::string(stage.name));
             for (std::size_t i = 0; i < found.voxels.size(); ++i)
-                if (gives[found.voxels[i]] && (stage.over_all || p.labels.voxels[i] == 0))
+                if (gives[found.voxels[i]] && (over_all || p.labels.voxels[i] == 0))
                     p.labels.voxels[i] = found.voxels[i];
         }
     const Mask liver = maskOf(p.labels, [](const Label& l) { return l.tissue == patient::Tissue::liver; });
@@ -181,13 +258,26 @@ Built build(const BuildSettings& settings) {
     Work work;
     work.settings = &settings;
     say("read", 0.0);
+    for (const Stage& stage : stages()) {  // a missing file is named before work is done
+        patient::StateHash none;
+        if (stage.depends) stage.depends(none, settings);
+    }
+    const auto begin = std::chrono::steady_clock::now();
     readScan(work);
     const StageStore store(settings.stages);
-    std::uint64_t chain = digestOf(work.ct);
-    store.keepCt(work.ct);
+    keepScan(work, store);
+    out.stages.push_back({.name = "read", .seconds = secondsSince(begin), .notes = {}});
+    patient::StateHash start;
+    start.add(digestOf(work.ct));
+    start.add(fileDigest(programFile()));
+    std::uint64_t chain = start.value();
     int number = 0;
     for (const Stage& stage : stages()) {
-        say(stage.name, double(++number) / steps);
+        const double share = double(++number) / steps;
+        say(stage.name, share);
+        work.say = [&](const std::string& what) {
+            if (settings.progress) settings.progress(std::string(stage.name) + ": " + what, share);
+        };
         out.stages.push_back(runStage(work, store, number, stage, chain));
     }
     say("package", (steps - 2.0) / steps);
@@ -213,6 +303,9 @@ void correctStage(const fs::path& folder, const std::string& name, const fs::pat
     const StageStore store(folder);
     const CtVolume ct = patient::readNifti<std::int16_t>(folder / "ct.nii.gz");
     const Stage& stage = stages()[std::size_t(number - 1)];
+    if (stage.gives.empty() && stage.text_name != "")
+        throw ImportError("the labels of \"" + name + "\" only show its values; edit " +
+                          (store.folderOf(number, name) / stage.text_name).string() + " instead");
     StageResult result;
     if (std::optional<StageResult> before = store.load(number, name, ct.grid, std::string(stage.text_name)))
         result = std::move(*before);
@@ -220,16 +313,10 @@ void correctStage(const fs::path& folder, const std::string& name, const fs::pat
     if (result.labels.grid.dims != ct.grid.dims)
         throw patient::DataError(labels, "dim", "is not that of " + (folder / "ct.nii.gz").string());
     result.labels.grid = ct.grid;
-    std::array<bool, 256> known{};
-    known[0] = true;
-    for (const Label& l : stageTable())
-        known[l.id] = true;
-    for (const std::uint8_t id : result.labels.voxels)
-        if (!known[id])
-            throw patient::DataError(labels, "voxels",
-                                     "id " + std::to_string(id) + " is not in the stage's colour table");
+    std::vector<std::string> notes;
+    checkCorrected(labels, stage, result.labels, notes);
     result.record.corrected = true;
-    result.record.notes = {"corrected by hand"};
+    if (!handCorrected(result.record)) result.record.notes.push_back(kCorrected);
     store.keep(number, name, result, ct, stageTable(), std::string(stage.text_name));
 }
 

@@ -6,6 +6,8 @@
 #include "app/modeller/build/build.h"
 #include "app/modeller/commands.h"
 #include "app/modeller/console.h"
+#include "app/modeller/section.h"
+#include "app/report/classes.h"
 
 namespace stylet::modeller {
 
@@ -36,6 +38,19 @@ void printStages(const Built& built) {
     }
 }
 
+// The intervals over the histogram and over a slice through the liver, as Figs. 10 to 13 of the paper.
+void drawClassesOf(const patient::Package& p, const std::filesystem::path& png) {
+    const Mask liver = maskOf(p.labels, "liver");
+    patient::Vec3 sum{0.0};
+    double count = 0.0;
+    for (int z = 0; z < liver.grid.dims.z; ++z)
+        for (int y = 0; y < liver.grid.dims.y; ++y)
+            for (int x = 0; x < liver.grid.dims.x; ++x)
+                if (liver[{x, y, z}]) sum += liver.grid.centre({x, y, z}), count += 1.0;
+    const patient::Patient patient(p);
+    if (count > 0.0) report::drawClasses(patient, sum / count, p.name, png);
+}
+
 void runBuild(Arguments& a) {
     BuildSettings& s = a.settings;
     s.spacing_m = 1e-3 * a.spacing_mm;
@@ -52,6 +67,7 @@ void runBuild(Arguments& a) {
     std::fflush(stdout);
     patient::savePackage(built.package, a.out);
     const patient::Package& p = built.package;
+    drawClassesOf(p, s.stages / "02-classes" / "classes.png");
     std::printf("thresholds: %.0f, %.0f, %.0f (outside the fascia), %.0f (past it) HU\n", p.thresholds.t0_hu,
                 p.thresholds.t1_hu, p.thresholds.t2_sensitive_hu, p.thresholds.t2_specific_hu);
     std::printf("%s: %d x %d x %d voxels of %.2f mm; stages in %s\n", a.out.c_str(), p.ct.grid.dims.x,

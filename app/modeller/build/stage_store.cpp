@@ -81,6 +81,16 @@ std::uint64_t digestOf(const StageResult& result) {
     return hash.value();
 }
 
+std::uint64_t fileDigest(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    if (!in) throw DataError(file, "file", "cannot be read");
+    patient::StateHash hash;
+    std::vector<char> block(1 << 20);
+    while (in.read(block.data(), std::streamsize(block.size())) || in.gcount() > 0)
+        hash.addBytes(std::as_bytes(std::span(block.data(), std::size_t(in.gcount()))));
+    return hash.value();
+}
+
 std::string writeStageFile(const StageFile& file) {
     std::vector<std::string> notes;
     for (const std::string& note : file.record.notes)
@@ -132,7 +142,8 @@ std::optional<StageResult> StageStore::load(int number, std::string_view name, c
     result.labels = patient::readNifti<std::uint8_t>(folder / kLabels);
     if (!text_name.empty()) result.text = patient::readTextFile(folder / text_name, kMostBytes);
     result.text_edited = digestOf(result.text) != kept.text_digest;
-    if (digestOf(result.labels) != kept.labels_digest) result.record.corrected = true;
+    result.labels_edited = digestOf(result.labels) != kept.labels_digest;
+    if (result.labels_edited) result.record.corrected = true;
     if (result.labels.grid.dims != grid.dims) {  // another voxel size: what no person made is made anew
         if (result.record.corrected)
             throw DataError(folder / kLabels, "dim",

@@ -28,7 +28,8 @@ struct StageRecord {
 struct StageResult {
     patient::LabelVolume labels;
     std::string text;
-    bool text_edited = false;  // since it was kept: the labels are no longer its own
+    // By a person since it was kept. Where the text was, the labels are no longer its own.
+    bool text_edited = false, labels_edited = false;
     StageRecord record;
 };
 
@@ -63,5 +64,8 @@ class StageStore {
 };
 
 std::uint64_t digestOf(const StageResult&);
+
+// Of a file's bytes. Throws patient::DataError where it cannot be read.
+std::uint64_t fileDigest(const std::filesystem::path&);
 
 }  // namespace stylet::modeller

@@ -99,6 +99,18 @@ void findLungsStage(Work& work, StageResult& r) {
     r.record.notes = lungs.notes;
 }
 
+// "right ribs: 6 (12 ml), 7 (14 ml)"
+std::string ribsOf(const Bones& bones, bool right) {
+    std::string all;
+    for (const Rib& rib : bones.ribs) {
+        if (rib.right != right) continue;
+        char text[32];
+        std::snprintf(text, sizeof text, "%d (%.0f ml)", rib.number, rib.volume_ml);
+        all += (all.empty() ? (right ? "right ribs: " : "left ribs: ") : ", ") + std::string(text);
+    }
+    return all;
+}
+
 // Soft tissue that the blur beside a bone lifts over the threshold: without a label it would stop a needle.
 // What is bright all around is bone that was missed.
 Mask blurredRim(const Work& work, const Mask& bones) {
@@ -123,6 +135,8 @@ void findBonesStage(Work& work, StageResult& r) {
     paint(r.labels, bones.ribs_left, idOf("left ribs"), true);
     paint(r.labels, blurredRim(work, bones.all), idOf("muscle"), false);
     r.record.notes = bones.notes;
+    for (const bool right : {true, false})
+        if (const std::string ribs = ribsOf(bones, right); !ribs.empty()) r.record.notes.push_back(ribs);
 }
 
 bool isBone(const Label& l) {
@@ -168,8 +182,17 @@ std::vector<AtlasImage> atlasImages(const Work& work, const AtlasSettings& atlas
     return images;
 }
 
+// The files that the atlases are read from, whatever their folders are called.
+void hashAtlases(patient::StateHash& hash, const BuildSettings& settings) {
+    for (const std::filesystem::path& folder : settings.atlases)
+        for (const char* file : {"patient.toml", "ct.nii.gz", "labels.nii.gz"})
+            hash.add(fileDigest(folder / file));
+    hash.add(fileDigest(childProgram({}, "stylet-register")));
+}
+
 void findLiverStage(Work& work, StageResult& r) {
-    const AtlasSettings atlas;
+    AtlasSettings atlas;
+    atlas.progress = [&](std::string_view name) { work.say(std::string(name)); };
     const Mask lungs = maskOf(work.found.at("lungs"), isLung), bones = maskOf(work.found.at("bones"), isBone);
     const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
     const Liver liver = findLiver(work.ct, work.body, lungs, bones, prior);
@@ -194,6 +217,10 @@ void findVesselsStage(Work& work, StageResult& r) {
     paint(r.labels, split.portal, idOf("portal vein"), true);
     paint(r.labels, split.hepatic, idOf("hepatic veins"), true);
     r.record.notes = split.notes;
+}
+
+void hashVirtualDucts(patient::StateHash& hash, const BuildSettings& settings) {
+    hash.add(std::uint64_t(settings.virtual_ducts));
 }
 
 void findDuctsStage(Work& work, StageResult& r) {
@@ -282,19 +309,23 @@ void findSkin(Work& work, StageResult& r) {
 std::vector<Stage> makeStages() {
     return {
         {.name = "body", .find = findBody, .take = takeBody},
-        {.name = "classes",
-         .version = 2,
-         .text_name = "classes.json",
-         .find = findClasses,
-         .take = takeClasses},
+        {.name = "classes", .text_name = "classes.json", .find = findClasses, .take = takeClasses},
         {.name = "lungs", .gives = {"right lung", "left lung"}, .find = findLungsStage},
         {.name = "bones",
          .gives = {"right ribs", "left ribs", "spine", "spinal canal", "sternum", "bone",
                    "cartilage and discs", "muscle"},
          .find = findBonesStage},
-        {.name = "liver", .gives = {"liver"}, .find = findLiverStage, .take = takeLiver},
+        {.name = "liver",
+         .gives = {"liver"},
+         .find = findLiverStage,
+         .depends = hashAtlases,
+         .take = takeLiver},
         {.name = "vessels", .gives = {"portal vein", "hepatic veins"}, .find = findVesselsStage},
-        {.name = "ducts", .gives = {"bile ducts"}, .find = findDuctsStage, .take = takeDucts},
+        {.name = "ducts",
+         .gives = {"bile ducts"},
+         .find = findDuctsStage,
+         .depends = hashVirtualDucts,
+         .take = takeDucts},
         {.name = "organs",
          .gives = {"right kidney", "left kidney", "spleen", "heart", "aorta and arteries",
                    "vena cava and renal veins", "gallbladder", "stomach and oesophagus", "colon",

@@ -1,6 +1,7 @@
 // Internal: what the stages of a build hand to each other, and their list.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -26,16 +27,18 @@ struct Work {
     std::string atlas_provenance;
     bool virtual_ducts = false;
     patient::CtVolume painted_ct;  // with virtual ducts; else empty
+    std::function<void(const std::string&)> say = [](const std::string&) {};  // what a long stage is at
 };
 
 struct Stage {
     std::string_view name;
-    int version = 1;                      // raised when its rules change: what was kept is done anew
     std::string_view text_name = "";      // the file a person may edit; empty where there is none
     std::vector<std::string> gives = {};  // the labels it adds to the package
     bool over_all = true;                 // or only where nothing lies yet
     // Fills labels and notes; text is empty, or a person's.
     void (*find)(Work&, StageResult&);
+    // What of the settings the result depends on. Throws patient::DataError where a file of them is missing.
+    void (*depends)(patient::StateHash&, const BuildSettings&) = nullptr;
     // What else of a fresh or kept result goes into `Work`; its labels are in `found` already.
     void (*take)(Work&, const StageResult&) = nullptr;
 };

@@ -6,6 +6,8 @@
 
 #include "app/modeller/build/accuracy.h"
 #include "app/modeller/build/build.h"
+#include "app/modeller/build/morphology.h"
+#include "app/modeller/import_map.h"
 #include "app/modeller/section.h"
 #include "patient/nifti.h"
 #include "patient/synth/synth.h"
@@ -125,6 +127,53 @@ TEST_F(BuildRun, ACorrectedStageIsTakenAndTheNextAreDoneAnew) {
     }
     ASSERT_EQ(run(), 0);
     EXPECT_EQ(kept(), int(names.size())) << "the correction stands\n" << said();
+}
+
+// What a stage said of itself stays true of what a person made of it; what he paints wins over other stages.
+TEST_F(BuildRun, ACorrectionKeepsTheProvenance) {
+    ASSERT_EQ(status_, 0);
+    const fs::path other = folder() / "third-stages", file = folder() / "painted.nii.gz";
+    fs::copy(folder() / "patient-stages", other, fs::copy_options::recursive);
+    const std::string stages = "--stages '" + other.string() + "' ";
+    ASSERT_EQ(
+        run(stages + "--stage liver --labels '" + (other / "05-liver" / "labels.nii.gz").string() + "'"), 0)
+        << textOf(folder() / "err");
+    EXPECT_NE(patient::loadPackage(folder() / "patient").provenance.find("seed 11"), std::string::npos);
+
+    patient::LabelVolume organs = patient::readNifti<std::uint8_t>(other / "08-organs" / "labels.nii.gz");
+    const auto liver = patient::readNifti<std::uint8_t>(other / "05-liver" / "labels.nii.gz");
+    std::size_t painted = 0;
+    for (std::size_t i = 0; i < liver.voxels.size() && painted < 500; ++i)
+        if (liver.voxels[i] && !organs.voxels[i]) organs.voxels[i] = findTarget("gallbladder")->id, ++painted;
+    patient::writeNifti(file, organs);
+    const auto gallbladder = [&] {
+        const Package p = patient::loadPackage(folder() / "patient");
+        return countOf(maskOf(p.labels, "gallbladder"));
+    };
+    const std::size_t before = gallbladder();
+    ASSERT_EQ(run(stages + "--stage organs --labels '" + file.string() + "'"), 0) << textOf(folder() / "err");
+    EXPECT_GE(gallbladder(), before + painted / 2);
+
+    std::ofstream(other / "09-fascia" / "control-points.txt", std::ios::app) << "\n";
+    patient::LabelVolume wall = patient::readNifti<std::uint8_t>(other / "09-fascia" / "labels.nii.gz");
+    wall.voxels[0] = findTarget("fascia")->id;
+    patient::writeNifti(other / "09-fascia" / "labels.nii.gz", wall);
+    EXPECT_EQ(run(stages), 2);
+    EXPECT_NE(textOf(folder() / "err").find("both its labels and control-points.txt"), std::string::npos)
+        << textOf(folder() / "err");
+    EXPECT_EQ(run(stages + "--stage classes --labels '" + file.string() + "'"), 2);
+    EXPECT_NE(textOf(folder() / "err").find("classes.json instead"), std::string::npos)
+        << textOf(folder() / "err");
+    // On another CT his work would lie anywhere.
+    Package moved = *truth_;
+    for (std::int16_t& hu : moved.ct.voxels)
+        hu = std::int16_t(hu + 3);
+    patient::writeNifti(folder() / "ct.nii.gz", moved.ct);
+    EXPECT_EQ(run(stages), 2);
+    patient::writeNifti(folder() / "ct.nii.gz", truth_->ct);
+    EXPECT_NE(textOf(folder() / "err").find("was corrected by hand on another CT"), std::string::npos)
+        << textOf(folder() / "err");
+    ASSERT_EQ(run(), 0);
 }
 
 // The package is there to be looked at, but the command says that it is of no use.

@@ -295,7 +295,7 @@ std::vector<Stage> makeStages() {
          .gives = {"right ribs", "left ribs", "spine", "spinal canal", "sternum", "bone",
                    "cartilage and discs"},
          .find = findBonesStage},
-        {.name = "liver", .gives = {"liver"}, .find = findLiverStage, .take = takeLiver},
+        {.name = "liver", .version = 2, .gives = {"liver"}, .find = findLiverStage, .take = takeLiver},
         {.name = "vessels", .gives = {"portal vein", "hepatic veins"}, .find = findVesselsStage},
         {.name = "ducts", .gives = {"bile ducts"}, .find = findDuctsStage, .take = takeDucts},
         {.name = "organs",

@@ -710,10 +710,13 @@ Bones findBones(const CtVolume& ct, const Mask& body) {
 }
 
 Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, const Bones& bones) {
-    // Muscle stays below 75 HU, cartilage of an adult lies at 90 to 130 and more where it turns to chalk.
-    constexpr float kLow_hu = 84.0f, kHigh_hu = 500.0f;
+    // Muscle stays below 75 HU, cartilage of an adult lies at 90 to 130 and more where it turns to chalk. In
+    // wide voxels its edges look like muscle, and muscle beside a rib like it.
+    constexpr float kLow_hu = 78.0f, kHigh_hu = 500.0f;
+    constexpr double kWidest_m = 0.00125;
     constexpr double kSkin_m = 0.006, kThick_m = 0.0025, kJoin_m = 0.004, kLeast_ml = 0.5;
     const Grid& g = ct.grid;
+    if (g.spacing_m.x > kWidest_m) return Mask(g);
     FloatVolume smooth(g);
     for (std::size_t i = 0; i < smooth.voxels.size(); ++i)
         smooth.voxels[i] = float(ct.voxels[i]);

@@ -32,7 +32,8 @@ struct Bones {
 Bones findBones(const patient::CtVolume&, const Mask& body);
 
 // The ribs' cartilage, as far as it is plainly denser than muscle: what lies outside the fascia (`inside` is
-// what that encloses), below the skin's fat, and joins a rib or the sternum.
+// what that encloses), below the skin's fat, and joins a rib or the sternum. Empty where voxels are wider
+// than 1.25 mm.
 Mask costalCartilage(const patient::CtVolume&, const Mask& body, const Mask& inside, const Bones&);
 
 }  // namespace stylet::modeller

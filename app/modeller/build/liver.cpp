@@ -8,6 +8,7 @@
 #include "app/modeller/build/coarse_grid.h"
 #include "app/modeller/build/graph_cut.h"
 #include "app/modeller/build/liver_border.h"
+#include "app/modeller/build/liver_neighbours.h"
 #include "app/modeller/build/morphology.h"
 #include "app/modeller/vector_field.h"
 
@@ -40,9 +41,16 @@ constexpr float kUneven = 0.25f, kUnevenSigmas = 2.0f;
 // First cut: evidence of one voxel, and what separating two alike ones costs.
 constexpr float kMostEvidence = 4.0f, kLink = 1.6f, kLeastLink = 0.1f;
 constexpr float kLeastSigma_hu = 5.0f;
-// The liver but for its edges is thicker than twice the neck; pancreas, duodenum and the stomach's wall,
-// which may look like it and touch it, are not. Vessels in it are narrower than twice the gap.
-constexpr double kNeck_m = 0.010, kEdge_m = 0.013;
+// The liver but for its edges is thicker than twice the neck; walls of stomach, colon and gallbladder, which
+// may look like it and touch it, are not.
+constexpr double kNeck_m = 0.006, kEdge_m = 0.009;
+// Second cut of the same voxels: neighbours no further apart than noise are averaged, and the liver's own
+// level is that of its inside so far around.
+constexpr float kNoiseSigmas = 2.5f, kLevelCore = 0.5f;
+constexpr double kCalm_m = 0.004, kLevel_m = 0.015, kLevelDepth_m = 0.006;
+// A full duodenum and the pancreas's head are narrower than twice this.
+constexpr double kLump_m = 0.015;
+constexpr float kAlikeSigmas = 2.5f;
 // Tumours at the surface: how wide, how deep, how far the prior has to agree, how much of their border is
 // liver.
 constexpr float kPossible = 0.1f;
@@ -250,7 +258,7 @@ void keepThickest(Mask& mask) {
     keepLargest(mask);
 }
 
-Mask firstCut(const Coarse& c, const Parenchyma& liver) {
+Mask coarseCut(const Coarse& c, const Parenchyma& liver) {
     CutProblem problem;
     problem.state = Mask(c.hu.grid, std::uint8_t(CutState::background));
     for (std::size_t i = 0; i < c.organ.voxels.size(); ++i)
@@ -261,8 +269,46 @@ Mask firstCut(const Coarse& c, const Parenchyma& liver) {
         const float d = (c.hu.voxels[i] - c.hu.voxels[k]) / edge_hu;
         return kLink * std::max(kLeastLink, std::exp(-0.5f * d * d));
     };
-    Mask cut = minimumCut(problem);
+    return minimumCut(problem);
+}
+
+// Pancreas and duodenum are darker than liver by less than noise and unevenness: `c` and `liver` without the
+// most of both.
+void calm(Coarse& c, Parenchyma& liver, const Mask& first) {
+    const auto voxels = [&](double m) { return std::max(1, int(std::lround(m / c.hu.grid.spacing_m.x))); };
+    Mask core = eroded(first, kLevelDepth_m);
+    for (std::size_t i = 0; i < core.voxels.size(); ++i)
+        core.voxels[i] = core.voxels[i] &&
+                         (!c.known || c.prior[std::size_t(Organ::liver)].voxels[i] > kLevelCore) &&
+                         std::abs(c.hu.voxels[i] - liver.mean_hu) < 2.0f * liver.sigma_hu;
+    c.hu = levelled(sigmaFiltered(c.hu, c.organ, kNoiseSigmas * liver.sigma_hu, voxels(kCalm_m)), core,
+                    liver.mean_hu, voxels(kLevel_m));
+    if (const std::optional<Parenchyma> calmer = parenchymaIn(c, core)) liver = *calmer;
+}
+
+// The liver within a voxel or two. Organs just like it, as far as a cut went through them, are taken from
+// where an organ can be: from `c.organ` and `open`, of the CT's grid.
+Mask roughLiver(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
+    Coarse calmed = c;
+    Parenchyma liver = parenchyma;
+    Mask cut = coarseCut(calmed, liver);
     keepThickest(cut);
+    calm(calmed, liver, cut);
+    cut = coarseCut(calmed, liver);
+    keepLargest(cut);
+    Mask alike = without(c.organ, cut);
+    for (std::size_t i = 0; i < alike.voxels.size(); ++i)
+        alike.voxels[i] =
+            alike.voxels[i] && std::abs(calmed.hu.voxels[i] - liver.mean_hu) < kAlikeSigmas * liver.sigma_hu;
+    const Mask lumps = endlessLumps(cut, alike, kLump_m);
+    cut = without(std::move(cut), lumps);
+    keepThickest(cut);
+    c.organ = without(std::move(c.organ), lumps);
+    forEachSlab(open.grid.dims.z, [&](int z) {
+        for (int y = 0; y < open.grid.dims.y; ++y)
+            for (int x = 0; x < open.grid.dims.x; ++x)
+                if (lumps.nearestOr(open.grid.centre({x, y, z}), 0)) open[{x, y, z}] = 0;
+    });
     return cut;
 }
 
@@ -311,7 +357,7 @@ Liver findLiver(const CtVolume& ct, const Mask& body, const Mask& lungs, const M
         open.voxels[i] = body.voxels[i] && !lungs.voxels[i] && !bones.voxels[i];
     Liver liver;
     liver.mask = Mask(ct.grid);
-    const Coarse coarse = coarsened(ct, open, prior, settings.coarse_m);
+    Coarse coarse = coarsened(ct, open, prior, settings.coarse_m);
     if (!coarse.known) liver.notes.push_back("liver: no atlas, the largest thick organ was taken");
     const std::optional<Parenchyma> parenchyma = parenchymaIn(coarse, coreOf(coarse));
     if (!parenchyma) {
@@ -320,7 +366,7 @@ Liver findLiver(const CtVolume& ct, const Mask& body, const Mask& lungs, const M
     }
     liver.mean_hu = double(parenchyma->mean_hu);
     liver.sigma_hu = double(parenchyma->sigma_hu);
-    Mask first = firstCut(coarse, *parenchyma);
+    Mask first = roughLiver(coarse, *parenchyma, open);
     closeLiver(first, coarse.organ);
     addBites(first, coarse, *parenchyma);
     fillCavities(first);

@@ -266,6 +266,10 @@ Bones bonesOf(const Work& work) {
     const LabelVolume& found = work.found.at("bones");
     Bones bones;
     bones.all = maskOf(found, isBone);
+    bones.spine = maskOf(found, "spine");
+    bones.ribs_right = maskOf(found, "right ribs");
+    bones.ribs_left = maskOf(found, "left ribs");
+    bones.sternum = maskOf(found, "sternum");
     bones.canal = maskOf(found, "spinal canal");
     bones.cartilage = maskOf(found, "cartilage and discs");
     bones.canal_m = centresOfSlices(bones.canal);
@@ -293,12 +297,16 @@ void findOrgansStage(Work& work, StageResult& r) {
 }
 
 void findFasciaStage(Work& work, StageResult& r) {
-    const Mask bones = maskOf(work.found.at("bones"), isBone);
+    const Bones bones = bonesOf(work);
     const Mask organs = either(lungsAndLiver(work), maskOf(work.found.at("organs"), isSolidOrgan));
-    const FasciaInput input{work.ct, work.body, bones, organs};
+    const FasciaInput input{work.ct, work.body, bones.all, organs};
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
+    const FasciaSpline fascia = parseFascia(kControlPoints, r.text);
     r.labels = LabelVolume(work.ct.grid);
-    paint(r.labels, fasciaVoxels(parseFascia(kControlPoints, r.text), input), idOf("fascia"), true);
+    // Muscle, stomach and spleen reach the values of cartilage too; within the fascia it is none.
+    const Mask cartilage = costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones);
+    paint(r.labels, without(cartilage, organs), idOf("cartilage and discs"), true);
+    paint(r.labels, fasciaVoxels(fascia, input), idOf("fascia"), true);
 }
 
 void findSkin(Work& work, StageResult& r) {
@@ -332,7 +340,10 @@ std::vector<Stage> makeStages() {
                    "bowel gas"},
          .over_all = false,
          .find = findOrgansStage},
-        {.name = "fascia", .text_name = kControlPoints, .gives = {"fascia"}, .find = findFasciaStage},
+        {.name = "fascia",
+         .text_name = kControlPoints,
+         .gives = {"fascia", "cartilage and discs"},
+         .find = findFasciaStage},
         {.name = "skin", .gives = {"skin"}, .over_all = false, .find = findSkin},
     };
 }

@@ -9,7 +9,8 @@
 namespace stylet::modeller {
 
 // Line filter and region growing: what scores like the inside of a bright tube and hangs together with what
-// surely is one. Thresholds are in units of this liver's own noise. The liver's mask may be a few millimetres
+// surely is one, thresholds in units of this liver's own noise; its wall is where blood is half as bright as
+// in that vessel's own middle, which in narrow ones is less bright. The liver's mask may be a few millimetres
 // off. Empty where contrast medium shows none.
 Mask findVessels(const patient::CtVolume&, const Mask& liver);
 

@@ -57,15 +57,19 @@ TEST(Bones, CartilageGoesOnWhereARibEnds) {
             for (int x = 10; x < 80; ++x) {
                 const Index3 i{x, y, z};
                 if (std::hypot(y - 45, z - 15) < 5.0 && x < 70) {
-                    ct[i] = x < 40 ? 600 : 115;
+                    ct[i] = x < 40 ? 600 : 100;
                     (x < 40 ? b.ribs_right : cartilage)[i] = 1;
                 }
-                if (std::hypot(y - 45, z - 35) < 5.0) ct[i] = 115;
+                if (std::hypot(y - 45, z - 35) < 5.0) ct[i] = 100;
             }
     b.all = b.ribs_right;
     const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b);
     EXPECT_GT(compare(cartilage, found).dice, 0.85);
     EXPECT_FALSE((found[{50, 45, 35}]));
+    ct.grid.spacing_m = patient::Vec3(0.0015);
+    for (Mask* m : {&b.all, &b.spine, &b.ribs_right, &b.ribs_left, &b.sternum})
+        m->grid = ct.grid;
+    EXPECT_EQ(countOf(costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b)), 0u);
 }
 
 TEST(Bones, OfAReferencePatient) {

@@ -32,7 +32,7 @@ struct StageStoreTest : testing::Test {
 
     test::TempFolder temp;
     StageStore store{temp.path() / "stages"};
-    StageResult result{LabelVolume(kGrid), {}, false, {}};
+    StageResult result{.labels = LabelVolume(kGrid), .text = {}, .record = {}};
 };
 
 TEST_F(StageStoreTest, ComesBackAsItWas) {

@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "app/modeller/build/accuracy.h"
 #include "app/modeller/build/morphology.h"
+#include "app/modeller/build/tubes.h"
 #include "made_tubes.h"
 #include "torso_from_seed.h"
 
@@ -38,6 +42,27 @@ TEST(Vessels, TubesAreFoundAndBlobsAreNot) {
     // A mask that is off by two millimetres finds the same.
     EXPECT_GT(compare(truth, findVessels(liver.ct, dilated(liver.mask, 0.002))).dice, 0.70);
     EXPECT_GT(compare(truth, findVessels(liver.ct, eroded(liver.mask, 0.002))).dice, 0.70);
+}
+
+// Blood of the portal trunk is brighter than that of most vessels; a wall is halfway to its own vessel.
+TEST(Vessels, BrightAndDimOnesHaveTheirOwnWidths) {
+    test::MadeLiver liver(72);
+    const Mask bright = liver.tube({0.018, 0.018, 0.008}, {0.018, 0.022, 0.064}, 0.004, 222.0);
+    Mask dim = liver.tube({0.052, 0.052, 0.008}, {0.052, 0.048, 0.064}, 0.003, 160.0);
+    dim = either(dim, liver.tube({0.054, 0.016, 0.008}, {0.048, 0.020, 0.064}, 0.003, 160.0));
+    dim = either(dim, liver.tube({0.016, 0.054, 0.008}, {0.020, 0.050, 0.064}, 0.003, 160.0));
+    FloatVolume sharp(liver.ct.grid);
+    std::copy(liver.ct.voxels.begin(), liver.ct.voxels.end(), sharp.voxels.begin());
+    const FloatVolume blurred = gaussian(sharp, 0.0009);
+    for (std::size_t i = 0; i < sharp.voxels.size(); ++i)
+        liver.ct.voxels[i] = std::int16_t(std::lround(blurred.voxels[i]));
+    const Mask found = findVessels(liver.ct, liver.mask);
+    for (const Mask& truth : {bright, dim}) {
+        const double true_ml = volume_ml(both(truth, liver.mask));
+        const double found_ml = volume_ml(both(found, dilated(truth, 0.004)));
+
+        EXPECT_NEAR(found_ml, true_ml, 0.12 * true_ml);
+    }
 }
 
 TEST(Vessels, WithoutContrastOrLiverThereAreNone) {

@@ -30,12 +30,6 @@ void addBeside(Mask& mask, int least, May may) {
             }
 }
 
-Mask inverted(Mask mask) {
-    for (std::uint8_t& v : mask.voxels)
-        v = v ? 0 : 1;
-    return mask;
-}
-
 }  // namespace
 
 Mask bodyMask(const CtVolume& ct) {

@@ -79,12 +79,6 @@ double border(const TissueClass& a, const TissueClass& b) {
     return 0.5 * (low + high);
 }
 
-Mask inverted(Mask mask) {
-    for (std::uint8_t& v : mask.voxels)
-        v = v ? 0 : 1;
-    return mask;
-}
-
 // Standard deviation in the cube about each voxel.
 FloatVolume roughness(const CtVolume& ct) {
     FloatVolume value(ct.grid), square(ct.grid);

@@ -201,4 +201,10 @@ FloatVolume boxMean(const FloatVolume& in, int reach) {
     return out;
 }
 
+Mask inverted(Mask m) {
+    for (std::uint8_t& v : m.voxels)
+        v = v ? 0 : 1;
+    return m;
+}
+
 }  // namespace stylet::modeller

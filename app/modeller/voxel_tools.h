@@ -30,4 +30,7 @@ void fillHolesPerSlice(Mask&);
 // Mean over a cube of 2 * reach + 1 voxels a side, cut off at the grid's border.
 FloatVolume boxMean(const FloatVolume&, int reach);
 
+// What is not in the mask.
+Mask inverted(Mask);
+
 }  // namespace stylet::modeller

@@ -189,7 +189,7 @@ CanalScores scoreCanal(const CtVolume& ct, const Mask& bone, const VoxelBox& bod
 }
 
 // The smooth line of best scores from the feet to the head: dynamic programming over slices, one voxel of
-// drift a slice. Every second column, which is fine enough for a start.
+// drift a slice.
 std::vector<Index3> canalLine(const CanalScores& s, int slices) {
     const int nx = s.nx, ny = s.ny;
     std::vector<float> sum(std::size_t(nx * ny), 0.0f), last;

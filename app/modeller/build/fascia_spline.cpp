@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <numbers>
 
 #include "app/modeller/build/morphology.h"
@@ -290,7 +289,6 @@ struct Fit {
 // --- The text ---
 
 constexpr int kMostAround = 360, kMostLevels = 1000;
-constexpr std::size_t kMaxBytes = std::size_t(4) << 20;
 constexpr double kMostRadius_mm = 1000.0, kMostPlace_mm = 10000.0;
 
 class Reader {
@@ -446,22 +444,6 @@ std::string writeFascia(const FasciaSpline& s) {
         out += "\n";
     }
     return out;
-}
-
-void saveFascia(const FasciaSpline& s, const fs::path& file) {
-    std::ofstream out(file, std::ios::binary);
-    out << writeFascia(s);
-    if (!out.flush()) throw ImportError(file.string() + ": cannot be written");
-}
-
-FasciaSpline loadFascia(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) throw ImportError(file.string() + ": cannot be opened");
-    std::string text(kMaxBytes + 1, '\0');
-    in.read(text.data(), std::streamsize(text.size()));
-    text.resize(std::size_t(in.gcount()));
-    if (text.size() > kMaxBytes) throw ImportError(file.string() + ": too long for a fascia");
-    return parseFascia(file, text);
 }
 
 FasciaSpline parseFascia(const fs::path& file, std::string_view text) {

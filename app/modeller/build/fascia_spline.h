@@ -38,9 +38,7 @@ Mask fasciaVoxels(const FasciaSpline&, const FasciaInput&);
 // Text: `stylet-fascia 1`, then `axis_mm`, `h_begin_mm`, `h_step_mm`, `around`, `levels`, then `row 0` to
 // `row levels-1` with the radii in mm; # begins a comment.
 std::string writeFascia(const FasciaSpline&);
-void saveFascia(const FasciaSpline&, const std::filesystem::path& file);
-// Throw ImportError: FILE: line N: FIELD reason. `file` is only named in refusals by the second.
-FasciaSpline loadFascia(const std::filesystem::path& file);
+// `file` is only named. Throws ImportError: FILE: line N: FIELD reason.
 FasciaSpline parseFascia(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace stylet::modeller

@@ -28,31 +28,20 @@ using Edge = boost::graph_traits<Graph>::edge_descriptor;
 
 constexpr Node kNone = std::numeric_limits<Node>::max();
 constexpr float kUnits = 1000.0f;  // of capacity, for a cost of one
-constexpr float kMost = 1e5f;      // of a cost: sums of twenty-six stay within int
+constexpr float kMost = 1e5f;      // of a cost: sums of six stay within int
 
 int capacityOf(float cost) {
     return int(std::lround(kUnits * std::clamp(cost, 0.0f, kMost / kUnits)));
 }
 
 // Steps to the neighbours; the one at the list's other end leads back.
-std::vector<Index3> stepsOf(Neighbours neighbours) {
-    std::vector<Index3> steps;
-    for (int z = -1; z <= 1; ++z)
-        for (int y = -1; y <= 1; ++y)
-            for (int x = -1; x <= 1; ++x) {
-                const int axes = std::abs(x) + std::abs(y) + std::abs(z);
-                if (axes == 1 || (axes > 1 && neighbours == Neighbours::twenty_six))
-                    steps.push_back({x, y, z});
-            }
-    return steps;
-}
+const std::vector<Index3> kSteps{{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 // The free voxels as nodes 0 ... count - 1, then source and sink. A node's edges: to its free neighbours,
 // step by step, then to the one terminal that it prefers.
 class BandGraph {
   public:
-    explicit BandGraph(const CutProblem& problem)
-        : problem_(problem), grid_(problem.state.grid), steps_(stepsOf(problem.neighbours)) {
+    explicit BandGraph(const CutProblem& problem) : problem_(problem), grid_(problem.state.grid) {
         number();
         layOut();
         link();
@@ -101,8 +90,8 @@ class BandGraph {
     void forNeighbours(std::size_t i, const F& f) const {
         const auto nx = std::size_t(grid_.dims.x), ny = std::size_t(grid_.dims.y);
         const Index3 at{int(i % nx), int(i / nx % ny), int(i / (nx * ny))};
-        for (std::size_t k = 0; k < steps_.size(); ++k)
-            if (const Index3 to = at + steps_[k]; grid_.contains(to)) f(k, grid_.offset(to));
+        for (std::size_t k = 0; k < kSteps.size(); ++k)
+            if (const Index3 to = at + kSteps[k]; grid_.contains(to)) f(k, grid_.offset(to));
     }
 
     // Each node's first edge. A neighbour that is fixed joins the preference.
@@ -158,13 +147,12 @@ class BandGraph {
     Node edgeBack(std::size_t j, std::size_t k) const {
         Node e = first_[node_of_[j]];
         forNeighbours(
-            j, [&](std::size_t m, std::size_t i) { e += m < steps_.size() - 1 - k && node_of_[i] != kNone; });
+            j, [&](std::size_t m, std::size_t i) { e += m < kSteps.size() - 1 - k && node_of_[i] != kNone; });
         return e;
     }
 
     const CutProblem& problem_;
     const Grid& grid_;
-    std::vector<Index3> steps_;
     Node count_ = 0;
     std::vector<Node> node_of_, first_;
     std::vector<std::pair<Node, Node>> edges_;

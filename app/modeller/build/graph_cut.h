@@ -9,18 +9,14 @@
 
 namespace stylet::modeller {
 
-// What a voxel is before the cut. Only free voxels cost memory: some 250 bytes each with six neighbours, 800
-// with twenty-six.
+// What a voxel is before the cut. Only free voxels cost memory: some 250 bytes each.
 enum class CutState : std::uint8_t { background, object, free };
-
-enum class Neighbours { six, twenty_six };
 
 struct CutProblem {
     patient::LabelVolume state;  // CutStates
     FloatVolume preference;      // of a free voxel: above 0 to be object, below 0 to be background
-    // What it costs to separate two neighbours, by their offsets in the grid; not negative, symmetric.
+    // What it costs to separate two of six neighbours, by their offsets in the grid; not negative, symmetric.
     std::function<float(std::size_t, std::size_t)> link;
-    Neighbours neighbours = Neighbours::six;
 };
 
 // The object: the voxels that were it, and the free ones on its side of the cut whose cost is least. Costs

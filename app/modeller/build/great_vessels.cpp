@@ -137,15 +137,31 @@ FoundOrgan follow(const OrganScene& s, const Course& c, const Mask& within) {
 }  // namespace
 
 FoundOrgan findAorta(const OrganScene& s) {
-    const Course course{
-        "aorta and arteries", -0.045, -0.012, 0.022, 0.018, 0.048, 0.085, 0.0045, 0.020, 25.0};
+    const Course course{.name = "aorta and arteries",
+                        .x_low = -0.045,
+                        .x_usual = -0.012,
+                        .x_high = 0.022,
+                        .y_low = 0.018,
+                        .y_usual = 0.048,
+                        .y_high = 0.085,
+                        .least_m = 0.0045,
+                        .most_m = 0.020,
+                        .above_hu = 25.0};
     return follow(s, course, s.free);
 }
 
 FoundOrgan findCava(const OrganScene& s, const Mask& aorta) {
     // Behind the liver it may count as liver.
-    const Course course{
-        "vena cava and renal veins", -0.008, 0.020, 0.052, 0.018, 0.055, 0.105, 0.003, 0.018, 15.0};
+    const Course course{.name = "vena cava and renal veins",
+                        .x_low = -0.008,
+                        .x_usual = 0.020,
+                        .x_high = 0.052,
+                        .y_low = 0.018,
+                        .y_usual = 0.055,
+                        .y_high = 0.105,
+                        .least_m = 0.003,
+                        .most_m = 0.018,
+                        .above_hu = 15.0};
     const Mask within = without(either(s.free, s.in.liver), dilated(aorta, s.grid.spacing_m.x));
     FoundOrgan cava = follow(s, course, within);
     if (!cava.mask.voxels.empty()) cava.mask = both(cava.mask, s.free);

@@ -92,12 +92,6 @@ Mask changed(const Mask& m, double reach_m, Change&& change) {
 
 }  // namespace
 
-Mask inverted(Mask m) {
-    for (std::uint8_t& v : m.voxels)
-        v = v ? 0 : 1;
-    return m;
-}
-
 Mask both(Mask a, const Mask& b) {
     for (std::size_t i = 0; i < a.voxels.size(); ++i)
         a.voxels[i] = a.voxels[i] && b.voxels[i];

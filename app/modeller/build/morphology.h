@@ -9,7 +9,6 @@
 
 namespace stylet::modeller {
 
-Mask inverted(Mask);
 Mask both(Mask, const Mask&);     // in each of the two
 Mask without(Mask, const Mask&);  // in the first only
 Mask either(Mask, const Mask&);   // in one of the two

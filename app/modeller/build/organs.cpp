@@ -19,7 +19,7 @@ double plausible(double v, double low, double usual, double high) {
     return std::clamp(v < usual ? (v - low) / (usual - low) : (high - v) / (high - usual), 0.0, 1.0);
 }
 
-// Half a litre of liver and more tells its own value; else the commonest of what is denser than muscle.
+// 100 ml of liver and more tell their own value; else the commonest of what is denser than muscle.
 double parenchymaOf(const OrganInput& in, const FloatVolume& smooth) {
     constexpr int kLow = 70, kHigh = 160;
     std::vector<std::size_t> count(kHigh - kLow, 0);

@@ -1,6 +1,6 @@
 // The organs about the liver, each by a rule of its own: where it lies, how dense it is, how large. No rule
-// is sure; each says how sure it is. Values are relative to the liver's, so that the scan's phase matters
-// little; without contrast medium kidneys, heart and vessels are not found, and that is said.
+// is sure; each says how sure it is. Values are relative to the liver's, for the portal venous phase: without
+// contrast medium kidneys, heart and vessels are missed or wrong.
 #pragma once
 
 #include <string>

@@ -94,8 +94,7 @@ struct Plan {
 class Judge {
   public:
     explicit Judge(const Plan& plan)
-        : plan_(plan),
-          map_(plan.map),
+        : map_(plan.map),
           settings_(plan.settings),
           region_(plan.region),
           walker_(plan.patient, plan.settings.breath) {}
@@ -200,7 +199,6 @@ class Judge {
         return found;
     }
 
-    const Plan& plan_;
     const TissueMap& map_;
     const PlanSettings& settings_;
     const PlanRegion& region_;

@@ -1,0 +1,58 @@
+// What a study compares: a reference package, and a package built from the same CT without its labels.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "patient/patient.h"
+
+namespace stylet::study {
+
+struct PairFiles {
+    std::string name;
+    std::filesystem::path reference, found;  // package folders
+};
+
+// A TOML file; folders are relative to it, and no two pairs have one name:
+//   tissue = "table.toml"     # optional: the force table of both, as assets/tissue/ptcd.toml
+//   [[pair]]
+//   name = "seed 1"           # optional: else the reference's folder
+//   reference = "truth/seed1"
+//   found = "built/seed1"
+struct StudyFile {
+    std::vector<PairFiles> pairs;
+    std::optional<std::filesystem::path> tissue;
+};
+StudyFile readStudyFile(const std::filesystem::path& toml);  // throws patient::DataError
+
+// Both on the reference's voxels, with its force table and its breath: what differs is the segmentation, and
+// the thresholds, which are part of it.
+struct Pair {
+    std::string name;
+    patient::Package reference, found;
+    std::uint64_t reference_digest = 0;  // with the force table in use
+    double reference_share = 0.0;        // of the body that has labels in the reference
+};
+
+// Throws patient::DataError where the two are not on the same CT: of the found package's voxels each must be
+// the reference's, or air that a build put outside the body. Or where labels share their provenance, or the
+// reference was among the found one's atlases.
+Pair makePair(const PairFiles&, patient::Package reference, patient::Package found,
+              const patient::TissueTable* own_table = nullptr);
+Pair loadPair(const PairFiles&, const patient::TissueTable* own_table = nullptr);
+
+// Which of the found labels count: those of the paper's partial segmentation (thresholds decide elsewhere),
+// or all that a build has found.
+enum class FoundLabels { partial, all };
+
+// Ready for many needles. Keeps a reference to the pair.
+struct PreparedPair {
+    PreparedPair(const Pair&, FoundLabels);
+    const Pair& pair;
+    patient::Patient full, partial;
+    patient::TissueMap full_map, partial_map;
+};
+
+}  // namespace stylet::study

@@ -28,7 +28,7 @@ void forEachPair(const StudyOptions& o, const Work& work) {
     std::optional<patient::TissueTable> table;
     if (study.tissue) table = patient::loadTissueDefaults(*study.tissue).tissues;
     for (const PairFiles& files : study.pairs) {
-        const Pair pair = loadPair(files, table ? &*table : nullptr);
+        const Pair pair = loadPair(files, o.labels, table ? &*table : nullptr);
         fs::create_directories(o.out / pair.name);
         work(pair, o.out / pair.name);
     }
@@ -79,7 +79,7 @@ void runStudy(const StudyOptions& o) {
     forEachPair(o, [&](const Pair& pair, const fs::path& folder) {
         PairFindings f{pair.name, pair.reference_share, pathsOf(o, pair, folder), {}, {}};
         if (o.most_paths > 0 && f.paths.size() > o.most_paths) f.paths.resize(o.most_paths);
-        const PreparedPair prepared(pair, o.run.labels);
+        const PreparedPair prepared(pair);
         const Clock clock;
         f.results = runPaths(prepared, f.paths, o.run);
         const double seconds = clock.seconds();
@@ -92,7 +92,7 @@ void runStudy(const StudyOptions& o) {
         std::printf("%s: forces and errors in %.3f s\n", pair.name.c_str(), seconds);
         findings.push_back(std::move(f));
     });
-    writeSummary(o.out / "summary.json", findings, o.run);
+    writeSummary(o.out / "summary.json", findings, o.run, o.labels);
     std::vector<PathResult> all;
     for (const PairFindings& f : findings)
         all.insert(all.end(), f.results.begin(), f.results.end());

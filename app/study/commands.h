@@ -11,6 +11,7 @@ struct StudyOptions {
     std::filesystem::path study, out;  // the study file; the folder of what comes of it
     PlanRequest plan;
     RunSettings run;
+    FoundLabels labels = FoundLabels::partial;
     std::size_t most_paths = 0;     // the best so many of a pair's; 0: all
     std::size_t sampled_paths = 0;  // the forces at every sample of so many of each pair's best
 };

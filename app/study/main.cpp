@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
     o.plan.skin_spacing_m = 1e-3 * skin_mm;
     o.plan.target_spacing_m = 1e-3 * target_mm;
     o.run.threads = o.plan.threads;
-    if (all_labels) o.run.labels = stylet::study::FoundLabels::all;
+    if (all_labels) o.labels = stylet::study::FoundLabels::all;
     try {
         app.got_subcommand(plan) ? stylet::study::runPlan(o) : stylet::study::runStudy(o);
         return 0;

@@ -228,32 +228,59 @@ bool alike(const ExactEvent& a, const ExactEvent& b) {
     return a.kind == b.kind && a.tissue == b.tissue;
 }
 
-// The last event of one patient at `depth_m` or before it that the other does not have there.
-const ExactEvent* lastOfItsOwn(const std::vector<ExactEvent>& own, const std::vector<ExactEvent>& other,
-                               double depth_m) {
-    for (auto e = own.rbegin(); e != own.rend(); ++e) {
-        if (e->depth_m > depth_m) continue;
-        if (std::none_of(other.begin(), other.end(),
-                         [&](const ExactEvent& o) { return alike(*e, o) && o.depth_m == e->depth_m; }))
-            return &*e;
-    }
-    return nullptr;
+struct OwnEvent {
+    const ExactEvent* event;
+    Model model;
+};
+
+// The events of one patient to `depth_m` that the other does not have there.
+void addOwn(Model model, const std::vector<ExactEvent>& own, const std::vector<ExactEvent>& other,
+            double depth_m, std::vector<OwnEvent>& out) {
+    for (const ExactEvent& e : own)
+        if (e.depth_m <= depth_m && std::none_of(other.begin(), other.end(), [&](const ExactEvent& o) {
+                return alike(e, o) && o.depth_m == e.depth_m;
+            }))
+            out.push_back({&e, model});
 }
 
-Cause causeOf(const Steered& s, double depth_m) {
-    const std::vector<ExactEvent>&full = s.full.force->events, &partial = s.partial.force->events;
-    const ExactEvent* const a = lastOfItsOwn(full, partial, depth_m);
-    const ExactEvent* const b = lastOfItsOwn(partial, full, depth_m);
-    if (!a && !b) return {};
-    const bool is_full = !b || (a && a->depth_m > b->depth_m);
-    const ExactEvent& cause = is_full ? *a : *b;
-    Cause out{is_full ? Model::full : Model::partial, cause.tissue, cause.kind, kNone};
-    for (const ExactEvent& o : is_full ? partial : full) {
+double errorBefore(const Steered& s, double depth_m) {
+    const std::size_t i = sampleFrom(s, depth_m);
+    return i > 0 ? std::fabs(s.partial.samples_n[i - 1] - s.full.samples_n[i - 1]) : 0.0;
+}
+
+// How far the partial patient's event lies behind the full one's nearest alike.
+double apart(const ExactEvent& cause, Model model, const Steered& s) {
+    double apart_m = kNone;
+    for (const ExactEvent& o : (model == Model::full ? s.partial : s.full).force->events) {
         if (!alike(cause, o)) continue;
-        const double apart_m = is_full ? o.depth_m - cause.depth_m : cause.depth_m - o.depth_m;
-        if (!(std::fabs(apart_m) >= std::fabs(out.apart_m))) out.apart_m = apart_m;
+        const double here_m = model == Model::full ? o.depth_m - cause.depth_m : cause.depth_m - o.depth_m;
+        if (!(std::fabs(here_m) >= std::fabs(apart_m))) apart_m = here_m;
     }
-    return out;
+    return apart_m;
+}
+
+Cause causeOf(const Steered& s, double largest_n, double depth_m) {
+    std::vector<OwnEvent> own;
+    addOwn(Model::full, s.full.force->events, s.partial.force->events, depth_m, own);
+    addOwn(Model::partial, s.partial.force->events, s.full.force->events, depth_m, own);
+    std::stable_sort(own.begin(), own.end(), [](const OwnEvent& a, const OwnEvent& b) {
+        return a.event->depth_m < b.event->depth_m;
+    });
+    const OwnEvent* cause = nullptr;
+    double most_n = 0.0;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+        const double after_n = i + 1 < own.size() ? errorBefore(s, own[i + 1].event->depth_m) : largest_n;
+        const double rise_n = after_n - errorBefore(s, own[i].event->depth_m);
+        if (rise_n > most_n) most_n = rise_n, cause = &own[i];
+    }
+    if (!cause) return {};
+    return {cause->model, cause->event->tissue, cause->event->kind, apart(*cause->event, cause->model, s)};
+}
+
+bool meetsBone(const Felt& felt, double target_m) {
+    return std::any_of(felt.force->events.begin(), felt.force->events.end(), [&](const ExactEvent& e) {
+        return e.kind == NeedleEventKind::border && e.tissue == Tissue::bone && e.depth_m <= target_m;
+    });
 }
 
 }  // namespace
@@ -266,10 +293,11 @@ PathResult measure(const Steered& s, const MeasureSettings& settings) {
     r.max_outside_n = largestOutside(s, settings.event_window_m);
     measureBorders(s, r);
     r.same_order = sameOrder(s);
+    r.meets_bone = meetsBone(s.full, s.end_m) || meetsBone(s.partial, s.end_m);
     for (std::size_t t = 0; t < kTissues; ++t)
         r.event_m[t] =
             firstWayIn(s.partial.force->events, Tissue(t)) - firstWayIn(s.full.force->events, Tissue(t));
-    if (r.sampled.max_n > 0.0) r.cause = causeOf(s, r.sampled.max_at_m + s.entry_m);
+    if (r.sampled.max_n > 0.0) r.cause = causeOf(s, r.sampled.max_n, r.sampled.max_at_m + s.entry_m);
     return r;
 }
 

@@ -38,7 +38,8 @@ struct BorderError {
 
 enum class Model : std::uint8_t { full, partial, neither };
 
-// The last event before the largest error that the other patient does not have there.
+// The event that the other patient does not have there and after which the error rose the most, on its way to
+// the largest.
 struct Cause {
     Model model = Model::neither;  // whose event it is
     patient::Tissue tissue = patient::Tissue::air;
@@ -53,6 +54,7 @@ struct PathResult {
     double way_m = 0.0;          // from the first touch to the target
     double max_outside_n = 0.0;  // of the samples farther than the window from every event
     bool same_order = false;     // the same cuts and entries in the same order
+    bool meets_bone = false;     // in the one patient or the other: the needle goes no farther
     BorderError borders;         // of all structures; a Hausdorff distance is the largest of theirs
     std::array<BorderError, kTissues> by_tissue;
     std::array<double, kTissues>

@@ -166,14 +166,17 @@ StudyFile readStudyFile(const fs::path& file) {
     return study;
 }
 
-Pair makePair(const PairFiles& files, Package reference, Package found,
+Pair makePair(const PairFiles& files, Package reference, Package found, FoundLabels labels,
               const patient::TissueTable* own_table) {
     Pair pair;
     pair.name = files.name;
+    pair.labels = labels;
     pair.reference_share = patient::segmentedShare(reference);
     moveTo(files, reference.ct, found);
     refuseShared(files, reference, found);
     if (own_table) reference.tissues = *own_table;
+    // A build's cut takes the rim of partial volume along, which is the thresholds' skin.
+    if (labels == FoundLabels::partial) found.ct = reference.ct;
     found.tissues = reference.tissues;
     found.motion = reference.motion;
     found.signal = reference.signal;
@@ -183,16 +186,16 @@ Pair makePair(const PairFiles& files, Package reference, Package found,
     return pair;
 }
 
-Pair loadPair(const PairFiles& files, const patient::TissueTable* own_table) {
-    return makePair(files, patient::loadPackage(files.reference), patient::loadPackage(files.found),
+Pair loadPair(const PairFiles& files, FoundLabels labels, const patient::TissueTable* own_table) {
+    return makePair(files, patient::loadPackage(files.reference), patient::loadPackage(files.found), labels,
                     own_table);
 }
 
-PreparedPair::PreparedPair(const Pair& p, FoundLabels labels)
+PreparedPair::PreparedPair(const Pair& p)
     : pair(p),
       full(p.reference),
-      partial(labels == FoundLabels::all ? patient::Patient(p.found)
-                                         : patient::Patient(p.found, &patient::isInPartialSegmentation)),
+      partial(p.labels == FoundLabels::all ? patient::Patient(p.found)
+                                           : patient::Patient(p.found, &patient::isInPartialSegmentation)),
       full_map(full),
       partial_map(partial) {}
 

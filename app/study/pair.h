@@ -27,11 +27,18 @@ struct StudyFile {
 };
 StudyFile readStudyFile(const std::filesystem::path& toml);  // throws patient::DataError
 
+// Which of the found labels count.
+enum class FoundLabels {
+    partial,  // the paper's partial segmentation; elsewhere thresholds decide over the CT as it was taken
+    all       // all, on the CT as the build has cut it to the body: the patient that is trained on
+};
+
 // Both on the reference's voxels, with its force table and its breath: what differs is the segmentation, and
 // the thresholds, which are part of it.
 struct Pair {
     std::string name;
     patient::Package reference, found;
+    FoundLabels labels = FoundLabels::partial;
     std::uint64_t reference_digest = 0;  // with the force table in use
     double reference_share = 0.0;        // of the body that has labels in the reference
 };
@@ -39,17 +46,13 @@ struct Pair {
 // Throws patient::DataError where the two are not on the same CT: of the found package's voxels each must be
 // the reference's, or air that a build put outside the body. Or where labels share their provenance, or the
 // reference was among the found one's atlases.
-Pair makePair(const PairFiles&, patient::Package reference, patient::Package found,
+Pair makePair(const PairFiles&, patient::Package reference, patient::Package found, FoundLabels,
               const patient::TissueTable* own_table = nullptr);
-Pair loadPair(const PairFiles&, const patient::TissueTable* own_table = nullptr);
-
-// Which of the found labels count: those of the paper's partial segmentation (thresholds decide elsewhere),
-// or all that a build has found.
-enum class FoundLabels { partial, all };
+Pair loadPair(const PairFiles&, FoundLabels, const patient::TissueTable* own_table = nullptr);
 
 // Ready for many needles. Keeps a reference to the pair.
 struct PreparedPair {
-    PreparedPair(const Pair&, FoundLabels);
+    explicit PreparedPair(const Pair&);
     const Pair& pair;
     patient::Patient full, partial;
     patient::TissueMap full_map, partial_map;

@@ -114,6 +114,7 @@ Summary summarise(std::string name, std::span<const PathResult> results) {
     double all_n2 = 0.0;
     for (const PathResult& r : results) {
         s.samples += r.samples;
+        s.bone_paths += r.meets_bone;
         for (std::size_t bin = 0; bin < kPositionBins; ++bin)
             s.position_rmse_n[bin] += r.position_n2[bin];
     }

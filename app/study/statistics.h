@@ -46,6 +46,7 @@ struct Summary {
     double distance_noticed_share = 0.0;   // above kNoticedDistance_m
     double hausdorff_noticed_share = 0.0;  // above kNoticedOutlier_m
     double same_order_share = 0.0;
+    std::size_t bone_paths = 0;
     std::vector<TissueSummary> tissues;
     std::array<double, kPositionBins> position_rmse_n{};  // from the skin to the target
     std::vector<CauseCount> causes;                       // of every path with an error, most frequent first

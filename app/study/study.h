@@ -28,7 +28,6 @@ PairPlan planPair(const Pair&, const PlanRequest& = {});
 struct RunSettings {
     SteeringSettings steering;
     MeasureSettings measure;
-    FoundLabels labels = FoundLabels::partial;
     int threads = 2;
 };
 

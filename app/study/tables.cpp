@@ -148,6 +148,7 @@ Json toJson(const Summary& s) {
                  {"paths_above_2_mm", s.distance_noticed_share},
                  {"paths_hausdorff_above_3_mm", s.hausdorff_noticed_share},
                  {"same_order_share", s.same_order_share},
+                 {"bone_paths", s.bone_paths},
                  {"position_rmse_n", s.position_rmse_n}};
     for (const TissueSummary& t : s.tissues)
         json["tissues"].push_back(toJson(t));
@@ -202,7 +203,8 @@ void writePathTable(const fs::path& csv, const PairFindings& f) {
     std::string header =
         "path,entry_x_mm,entry_y_mm,entry_z_mm,target_x_mm,target_y_mm,target_z_mm,length_mm,quality,samples,"
         "rmse_n,max_n,max_at_mm,equal_share,max_outside_events_n,exact_rmse_n,exact_max_n,exact_equal_share,"
-        "same_order,mean_distance_mm,hausdorff_mm,missed,invented,cause_tissue,cause_event,cause_of,"
+        "same_order,meets_bone,mean_distance_mm,hausdorff_mm,missed,invented,cause_tissue,cause_event,cause_"
+        "of,"
         "cause_apart_mm";
     for (std::size_t t = 1; t < kTissues; ++t) {
         const std::string name(patient::tissueName(patient::Tissue(t)));
@@ -217,8 +219,8 @@ void writePathTable(const fs::path& csv, const PairFindings& f) {
         addMm(rows, p.target_reference_m);
         rows << kMm * p.length_m << p.quality << std::size_t(r.samples) << r.sampled.rmse_n << r.sampled.max_n
              << kMm * r.sampled.max_at_m << r.sampled.equal_share << r.max_outside_n << r.exact.rmse_n
-             << r.exact.max_n << r.exact.equal_share << std::size_t(r.same_order) << kMm * r.borders.mean_m
-             << kMm * r.borders.hausdorff_m << std::size_t(r.borders.missed)
+             << r.exact.max_n << r.exact.equal_share << std::size_t(r.same_order) << std::size_t(r.meets_bone)
+             << kMm * r.borders.mean_m << kMm * r.borders.hausdorff_m << std::size_t(r.borders.missed)
              << std::size_t(r.borders.invented);
         const bool caused = r.cause.model != Model::neither;
         rows << (caused ? patient::tissueName(r.cause.tissue) : "") << (caused ? kindName(r.cause.kind) : "")
@@ -250,7 +252,8 @@ void writeSampleTable(const fs::path& csv, const PreparedPair& pair, std::span<c
     if (!out) throw patient::DataError(csv, "file", "cannot be written");
 }
 
-void writeSummary(const fs::path& json, std::span<const PairFindings> findings, const RunSettings& settings) {
+void writeSummary(const fs::path& json, std::span<const PairFindings> findings, const RunSettings& settings,
+                  FoundLabels labels) {
     const SteeringSettings& steering = settings.steering;
     Json out = {{"format", "stylet study 1"},
                 {"planner_version", patient::kPlannerVersion},
@@ -263,7 +266,7 @@ void writeSummary(const fs::path& json, std::span<const PairFindings> findings, 
                   {"breathing", steering.breathing},
                   {"speed_mm_per_s", kMm * steering.speed_m_s},
                   {"event_window_mm", kMm * settings.measure.event_window_m},
-                  {"found_labels", settings.labels == FoundLabels::all ? "all" : "partial"}}}};
+                  {"found_labels", labels == FoundLabels::all ? "all" : "partial"}}}};
     std::vector<PathResult> all;
     std::vector<Summary> patients;
     for (const PairFindings& f : findings) {
@@ -274,6 +277,8 @@ void writeSummary(const fs::path& json, std::span<const PairFindings> findings, 
         out["patients"].push_back(std::move(patient));
     }
     out["all"] = toJson(summarise("all", all));
+    std::erase_if(all, [](const PathResult& r) { return r.meets_bone; });
+    out["all_without_bone"] = toJson(summarise("all without bone", all));
     const Cohort cohort = cohortOf(patients);
     out["patients_means"] = {{"rmse_n", toJson(cohort.rmse_n)},
                              {"max_n", toJson(cohort.max_n)},

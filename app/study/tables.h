@@ -24,6 +24,7 @@ void writePathTable(const std::filesystem::path& csv, const PairFindings&);
 // path, depth from the entry, both forces; the paths are steered once more.
 void writeSampleTable(const std::filesystem::path& csv, const PreparedPair&,
                       std::span<const patient::PlannedPath>, const SteeringSettings&);
-void writeSummary(const std::filesystem::path& json, std::span<const PairFindings>, const RunSettings&);
+void writeSummary(const std::filesystem::path& json, std::span<const PairFindings>, const RunSettings&,
+                  FoundLabels);
 
 }  // namespace stylet::study

@@ -197,12 +197,16 @@ void beginInAir(std::vector<Segment>& path) {
 
 void segmentsAlong(const patient::TissueMap& map, const std::vector<patient::VoxelPath::Visit>& walk,
                    double length_m, Borders borders, std::vector<Segment>& segments) {
+    constexpr double kCorner_m = 1e-9;
+    const double corner = borders == Borders::ofTissues ? kCorner_m / length_m : 0.0;
     segments.clear();
     patient::TrackFlags flags;
     int last = -1;
-    for (const patient::VoxelPath::Visit& visit : walk) {
+    for (std::size_t i = 0; i < walk.size(); ++i) {
+        const patient::VoxelPath::Visit& visit = walk[i];
         const patient::TissueMap::Code code = map.code(visit);
         if (code == last) continue;
+        if (i + 1 < walk.size() && walk[i + 1].begin - visit.begin < corner) continue;
         last = code;
         const patient::TissueSample x = map.sample(code, flags);
         flags = map.flagsAfterEntering(code, flags);

@@ -43,7 +43,8 @@ struct ExactForce {
 void sampleForce(const ExactForce&, double first_m, double step_m, std::span<double> force_n);
 
 // What begins a segment: a change of label, or only one of tissue. To the force the latter is enough, and two
-// segmentations that agree in tissues then come to the same bits.
+// segmentations that agree in tissues then come to the same bits. It leaves out corners of voxels, through
+// which a path has less than 1 nm: on a path from voxel to voxel rounding says which of them it touches.
 enum class Borders { ofLabels, ofTissues };
 // The tissues along a straight path from entry to end in the reference (track flags as the needle would set
 // them), written over `segments`; `path` is working space.

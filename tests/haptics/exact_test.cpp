@@ -175,6 +175,29 @@ TEST(Exact, BordersOfTissuesAreEnough) {
         ASSERT_EQ(a.solve(walk, length_m, Borders::ofTissues).at(x_m), expected.at(x_m));
 }
 
+// A diagonal through a grid of voxels touches four at each corner; the fascia of one of them is not met.
+TEST(Exact, CornersAreNoBordersOfTissues) {
+    patient::Package package =
+        test::widen(test::makeColumn({{skin, 0.002}, {soft, 0.01}, {liver, 0.02}}, 0.001), 31, 0.001);
+    const patient::Grid& grid = package.ct.grid;
+    const patient::Index3 entry = grid.nearest({0.0135, -0.007, 0.0});
+    const patient::Vec3 entry_m = grid.centre(entry), end_m = grid.centre(entry + patient::Index3(14, 14, 0));
+    for (const patient::Index3& beside : {patient::Index3(7, 6, 0), patient::Index3(6, 7, 0)})
+        package.labels[entry + beside] = std::uint8_t(fascia);
+    const patient::TissueMap map{patient::Patient(package)};
+    patient::VoxelPath path;
+    std::vector<Segment> segments;
+    segmentsAlong(map, path.along(map.grid(), entry_m, end_m), glm::length(end_m - entry_m),
+                  Borders::ofTissues, segments);
+    for (const Segment& s : segments)
+        EXPECT_NE(s.tissue, fascia);
+    segmentsAlong(map, path.along(map.grid(), entry_m, end_m), glm::length(end_m - entry_m),
+                  Borders::ofLabels, segments);
+    EXPECT_EQ(
+        std::count_if(segments.begin(), segments.end(), [](const Segment& s) { return s.tissue == fascia; }),
+        1);
+}
+
 TEST(Exact, SegmentsFollowTheTrack) {
     // Unlabelled bone of 250 HU is bone before the fascia and contrast-filled vessel (soft) behind it.
     patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {soft, 0.01}});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace stylet::study {
 
@@ -263,8 +264,8 @@ Cause causeOf(const Steered& s, double largest_n, double depth_m) {
     std::vector<OwnEvent> own;
     addOwn(Model::full, s.full.force->events, s.partial.force->events, depth_m, own);
     addOwn(Model::partial, s.partial.force->events, s.full.force->events, depth_m, own);
-    std::stable_sort(own.begin(), own.end(), [](const OwnEvent& a, const OwnEvent& b) {
-        return a.event->depth_m < b.event->depth_m;
+    std::sort(own.begin(), own.end(), [](const OwnEvent& a, const OwnEvent& b) {
+        return std::tie(a.event->depth_m, a.model, a.event) < std::tie(b.event->depth_m, b.model, b.event);
     });
     const OwnEvent* cause = nullptr;
     double most_n = 0.0;

@@ -56,8 +56,10 @@ std::vector<CauseCount> causesAbove(std::span<const PathResult> results, double 
         const auto& [tissue, kind, model] = key;
         causes.push_back({{model, tissue, kind, report::median(apart_m)}, apart_m.size()});
     }
-    std::stable_sort(causes.begin(), causes.end(),
-                     [](const CauseCount& a, const CauseCount& b) { return a.paths > b.paths; });
+    std::sort(causes.begin(), causes.end(), [](const CauseCount& a, const CauseCount& b) {
+        return std::tie(b.paths, a.cause.tissue, a.cause.kind, a.cause.model) <
+               std::tie(a.paths, b.cause.tissue, b.cause.kind, b.cause.model);
+    });
     return causes;
 }
 

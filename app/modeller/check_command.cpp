@@ -2,6 +2,7 @@
 #include <map>
 #include <memory>
 
+#include "app/modeller/check_package.h"
 #include "app/modeller/commands.h"
 #include "app/modeller/console.h"
 #include "patient/synth/synth.h"
@@ -69,8 +70,18 @@ bool printCohort(std::uint64_t first, std::uint64_t last, double spacing_mm, int
     return ok;
 }
 
+// Any package: what is implausible in it; a reference patient against its own ranges, too.
+bool printPackage(const patient::Package& package, int threads) {
+    const std::vector<Finding> findings = checkPackage(package, threads);
+    if (findings.empty()) std::printf("%s: plausible\n", package.name.c_str());
+    for (const Finding& f : findings)
+        std::printf("%s\n", lineOf(f).c_str());
+    const bool plausible = !anyRefused(findings);
+    return (!patient::synth::isReferencePatient(package) || printOne(package)) && plausible;
+}
+
 bool check(const Options& o) {
-    if (o.seeds.empty()) return printOne(patient::loadPackage(o.patient));
+    if (o.seeds.empty()) return printPackage(patient::loadPackage(o.patient), o.threads);
     unsigned long long first = 0, last = 0;
     const int got = std::sscanf(o.seeds.c_str(), "%llu..%llu", &first, &last);
     if (got < 1 || (got == 2 && last < first)) throw CLI::ValidationError("--seeds", "expected A..B or A");
@@ -82,8 +93,9 @@ bool check(const Options& o) {
 
 void addCheck(CLI::App& app) {
     const auto o = std::make_shared<Options>();
-    CLI::App* command =
-        app.add_subcommand("check", "measure a reference patient's voxels against their ranges");
+    CLI::App* command = app.add_subcommand(
+        "check",
+        "say what is implausible in a patient; measure a reference patient's voxels against their ranges");
     auto* folder = command->add_option("patient", o->patient, "folder of the package");
     auto* seeds =
         command->add_option("--seeds", o->seeds, "A..B: patients made from these seeds")->excludes(folder);

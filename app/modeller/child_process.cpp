@@ -21,6 +21,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr std::size_t kLongestSentence = 1000;
+
 void limit(decltype(RLIMIT_CPU) what, std::size_t value) {
     const rlimit r{value, value};
     setrlimit(what, &r);
@@ -102,11 +104,11 @@ ChildEnd waitFor(const char* const* argv, const ChildLimits& limits) {
     return end;
 }
 
-// What the child said is quoted to the user: one line, printable, short.
+// What the child said is quoted to the user: one line, printable, no longer than a list of series.
 std::string tidy(const std::string& said) {
     std::string out;
     for (char c : said) {
-        if (c == '\n' || out.size() == 400) break;
+        if (c == '\n' || out.size() == kLongestSentence) break;
         out += c >= 32 && c < 127 ? c : '?';
     }
     return out;

@@ -9,8 +9,8 @@
 #include "app/modeller/import_body.h"
 #include "app/modeller/import_ducts.h"
 #include "app/modeller/import_fascia.h"
-#include "app/modeller/import_thresholds.h"
 #include "app/modeller/section.h"
+#include "app/modeller/tissue_classes.h"
 
 namespace stylet::modeller {
 
@@ -229,7 +229,7 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
     addFascia(p.ct, p.labels, body, organs, bones, out.notes);
 
     say(settings, "thresholds");
-    p.thresholds = thresholdsOf(p.ct, p.labels, body);
+    p.thresholds = thresholdsOf(classesOf(p.ct, body, p.labels));
     if (settings.grow_ducts) {
         say(settings, "ducts");
         addDucts(p.ct, p.labels, out.notes);
@@ -251,7 +251,8 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
 Imported importPatient(const ImportSettings& settings) {
     const LabelMap map = loadLabelMap(settings.map);
     say(settings, "read the CT");
-    const CtVolume ct = readImage(settings.ct, ImageKind::ct, settings.reader);
+    const CtVolume ct = readImage(settings.ct, ImageKind::ct, settings.reader, settings.series);
+    requireHounsfield(ct, settings.ct);
     say(settings, "read the labels");
     const SourceLabels labels = readImage(settings.labels, ImageKind::labels, settings.reader);
     return buildPatient(ct, labels, map, settings);

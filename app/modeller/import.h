@@ -22,6 +22,7 @@ struct SourceLabel {
 
 struct ImportSettings {
     std::filesystem::path ct, labels, map;  // DICOM folder or NIfTI; NIfTI; CSV
+    std::string series;                     // UID, where the CT's folder holds several
     bool grow_ducts = false;
     double spacing_m = 0.001;
     std::string reference_phase = "inhale";  // "inhale", "exhale" or "v=X": the breath the scan was taken in

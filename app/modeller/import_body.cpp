@@ -13,18 +13,20 @@ namespace {
 // Below fat by three sigma of noise, above the blurred slit between back and table.
 constexpr std::int16_t kBodyAbove_hu = -180;
 constexpr float kOpening_m = 0.003f;
+constexpr std::int16_t kSurface_hu = -500;  // half way from air to tissue: where a blurred surface lies
 
-// Single dark voxels are noise.
-void fillSpecks(Mask& mask) {
+// Adds what has at least `least` of its six neighbours in the mask, where `may(voxel)`.
+template <typename May>
+void addBeside(Mask& mask, int least, May may) {
     const Mask old = mask;
     const Index3 n = mask.grid.dims;
     for (int z = 1; z + 1 < n.z; ++z)
         for (int y = 1; y + 1 < n.y; ++y)
             for (int x = 1; x + 1 < n.x; ++x) {
-                if (old[{x, y, z}]) continue;
+                if (old[{x, y, z}] || !may(Index3{x, y, z})) continue;
                 const int around = old[{x - 1, y, z}] + old[{x + 1, y, z}] + old[{x, y - 1, z}] +
                                    old[{x, y + 1, z}] + old[{x, y, z - 1}] + old[{x, y, z + 1}];
-                if (around >= 5) mask[{x, y, z}] = 1;
+                if (around >= least) mask[{x, y, z}] = 1;
             }
 }
 
@@ -40,7 +42,7 @@ Mask bodyMask(const CtVolume& ct) {
     Mask dense(ct.grid);
     for (std::size_t i = 0; i < dense.voxels.size(); ++i)
         dense.voxels[i] = ct.voxels[i] > kBodyAbove_hu;
-    fillSpecks(dense);
+    addBeside(dense, 5, [](const Index3&) { return true; });  // single dark voxels are noise
     const FloatVolume depth = distanceTo(inverted(dense));
     Mask core(ct.grid);
     for (std::size_t i = 0; i < core.voxels.size(); ++i)
@@ -50,6 +52,7 @@ Mask bodyMask(const CtVolume& ct) {
     for (std::size_t i = 0; i < dense.voxels.size(); ++i)
         dense.voxels[i] = dense.voxels[i] && from_core.voxels[i] < kOpening_m;
     keepLargest(dense);
+    addBeside(dense, 1, [&](const Index3& i) { return ct[i] > kSurface_hu; });
     fillHolesPerSlice(dense);
     return dense;
 }
@@ -67,8 +70,9 @@ Mask skinShell(const Mask& body, const Grid& scanned, double thickness_m) {
                 air[i] = seen && !body[i];
             }
     const FloatVolume depth = distanceTo(air);
-    const double reach_m =
-        std::max(thickness_m, 1.01 * std::max({g.spacing_m.x, g.spacing_m.y, g.spacing_m.z}));
+    // From the centre of the first voxel of air, which lies half a voxel beyond the surface.
+    const double voxel_m = std::max({g.spacing_m.x, g.spacing_m.y, g.spacing_m.z});
+    const double reach_m = std::max(thickness_m + 0.5 * voxel_m, 1.01 * voxel_m);
     Mask skin(g);
     for (std::size_t i = 0; i < skin.voxels.size(); ++i)
         skin.voxels[i] = body.voxels[i] && double(depth.voxels[i]) <= reach_m;

@@ -55,6 +55,8 @@ void addImport(CLI::App& app) {
     CLI::App* import = app.add_subcommand("import", "make a patient from a CT and its segmentation");
     Arguments& a = *arguments;
     import->add_option("--ct", a.settings.ct, "DICOM folder, or NIfTI file")->required();
+    import->add_option("--series", a.settings.series,
+                       "UID of the series to read, where the folder holds several");
     import->add_option("--labels", a.settings.labels, "NIfTI file on the CT's own grid")->required();
     import
         ->add_option("--map", a.settings.map, "CSV: source_id,tissue, a line for each id of the segmentation")

@@ -14,6 +14,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// A scan holds air, lung or gut gas, and soft tissue; next to nothing in it is denser than cortical bone.
+constexpr int kAir_hu = -500;
+constexpr double kLeastSoft = 0.02, kMostDense = 0.1;
+
 // The child read a hostile file: nothing it hands over is trusted. What is not a file could block its
 // opening.
 patient::Volume<std::int16_t> takeOver(const fs::path& file, const fs::path& source, ImageKind kind) {
@@ -53,19 +57,49 @@ patient::Volume<std::int16_t> takeOver(const fs::path& file, const fs::path& sou
 
 }  // namespace
 
-patient::Volume<std::int16_t> readImage(const fs::path& path, ImageKind kind, const ReaderLimits& limits) {
+patient::Volume<std::int16_t> readImage(const fs::path& path, ImageKind kind, const ReaderLimits& limits,
+                                        const std::string& series) {
     std::error_code error;
     if (!fs::exists(path, error)) throw ImportError(path.string() + ": there is no such file or folder");
-    if (kind == ImageKind::labels && fs::is_directory(path, error))
+    const bool folder = fs::is_directory(path, error);
+    if (!folder && !fs::is_regular_file(path, error))
+        throw ImportError(path.string() + ": is neither a file nor a folder");
+    if (!folder && !series.empty())
+        throw ImportError(path.string() + ": is a file; --series chooses among a folder's");
+    if (kind == ImageKind::labels && folder)
         throw ImportError(path.string() + ": is a folder; labels are one NIfTI file");
     const fs::path program = childProgram(limits.program, "stylet-image-reader");
-    const PrivateFolder folder;
-    const std::string source = path.string(), out = (folder.path() / "image").string();
+    const PrivateFolder place;
+    const std::string source = path.string(), out = (place.path() / "image").string();
     ChildLimits child{limits.wall_s, limits.cpu_s, limits.memory_bytes};
     child.file_bytes = std::size_t(kMaxImageVoxels) * 2 + 4096;
     constexpr const char* kKinds[] = {"ct", "labels", "phase"};
-    runChild(program, {kKinds[int(kind)], source, out}, child, source, "the reader");
+    std::vector<std::string> arguments{kKinds[int(kind)], source, out};
+    if (!series.empty()) arguments.push_back(series);
+    runChild(program, arguments, child, source, "the reader");
     return takeOver(out, path, kind);
+}
+
+void requireHounsfield(const patient::CtVolume& ct, const fs::path& source) {
+    double soft = 0.0, dense = 0.0;
+    int lowest = 32767;
+    for (const std::int16_t hu : ct.voxels) {
+        lowest = std::min(lowest, int(hu));
+        soft += hu >= -200 && hu <= 200;
+        dense += hu > 1500;
+    }
+    const auto refuse = [&](const std::string& why) {
+        throw ImportError(
+            source.string() + ": voxels: " + why +
+            "; these are not HU (RescaleSlope (0028,1053), "
+            "RescaleIntercept (0028,1052), or in a NIfTI file scl_slope and scl_inter, may be wrong)");
+    };
+    const double all = double(ct.voxels.size());
+    if (lowest > kAir_hu)
+        refuse("the lowest value is " + std::to_string(lowest) + ", but air or lung shows below " +
+               std::to_string(kAir_hu));
+    if (soft < kLeastSoft * all) refuse("hardly any value is that of soft tissue, -200 to 200");
+    if (dense > kMostDense * all) refuse("too many values are denser than the densest bone, above 1500");
 }
 
 }  // namespace stylet::modeller

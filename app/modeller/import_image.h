@@ -20,7 +20,14 @@ struct ReaderLimits {
 };
 
 // A DICOM folder or a NIfTI file as int16 on axes that are RAS (flipped or swapped, never interpolated): HU,
-// or label ids, none below 0. Throws ImportError.
-patient::Volume<std::int16_t> readImage(const std::filesystem::path&, ImageKind, const ReaderLimits& = {});
+// or label ids, none below 0. `series` is the UID of the one to read where a folder holds several; left
+// empty, such a folder is refused with a list of them. Throws ImportError: file, field and reason in one
+// sentence.
+patient::Volume<std::int16_t> readImage(const std::filesystem::path&, ImageKind, const ReaderLimits& = {},
+                                        const std::string& series = {});
+
+// Throws ImportError where a scan's values cannot be HU: no air, lung or gas, hardly any soft tissue, or
+// mostly what no tissue shows.
+void requireHounsfield(const patient::CtVolume&, const std::filesystem::path& source);
 
 }  // namespace stylet::modeller

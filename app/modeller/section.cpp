@@ -21,7 +21,6 @@ using patient::Vec3;
 
 namespace {
 
-constexpr std::int16_t kAir_hu = -1024;
 constexpr double kAirAround_m = 0.008, kMostSide_m = 0.50;
 
 std::string text(const char* format, auto... values) {
@@ -45,7 +44,7 @@ Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m
 }
 
 CtVolume resampleCt(const CtVolume& in, const Grid& grid) {
-    CtVolume out(grid, kAir_hu);
+    CtVolume out(grid, kOutside_hu);
     forEachSlab(grid.dims.z, [&](int z) {
         for (int y = 0; y < grid.dims.y; ++y)
             for (int x = 0; x < grid.dims.x; ++x) {
@@ -81,7 +80,7 @@ Mask cutToBody(CtVolume& ct, LabelVolume& labels) {
                     low = {std::min(low.x, x), std::min(low.y, y), 0};
                     high = {std::max(high.x, x), std::max(high.y, y), high.z};
                 } else {
-                    ct[i] = kAir_hu;
+                    ct[i] = kOutside_hu;
                     labels[i] = 0;
                 }
             }

@@ -289,10 +289,15 @@ class Checker {
 
 }  // namespace
 
-std::vector<CheckLine> checkPatient(const Package& package) {
+bool isReferencePatient(const Package& package) {
     const std::vector<Label>& table = labelTable();
     const auto same = [](const Label& a, const Label& b) { return a.id == b.id && a.name == b.name; };
-    if (!std::equal(package.label_table.begin(), package.label_table.end(), table.begin(), table.end(), same))
+    return std::equal(package.label_table.begin(), package.label_table.end(), table.begin(), table.end(),
+                      same);
+}
+
+std::vector<CheckLine> checkPatient(const Package& package) {
+    if (!isReferencePatient(package))
         throw std::invalid_argument(package.name + " does not have the reference patient's labels");
     return Checker(package).run();
 }

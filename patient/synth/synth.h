@@ -30,7 +30,9 @@ struct CheckLine {
     double value = 0.0, low = 0.0, high = 0.0;
     bool ok() const { return value >= low && value <= high; }
 };
-// Measures the voxels of a reference patient, not what its maker meant. Another label table:
+// Whether it has the reference patient's label table.
+bool isReferencePatient(const Package&);
+// Measures the voxels of a reference patient, not what its maker meant. Another package:
 // std::invalid_argument.
 std::vector<CheckLine> checkPatient(const Package&);
 

@@ -27,15 +27,28 @@ Mask surfaceOf(const Mask& mask) {
     return surface;
 }
 
-void distancesFrom(const Mask& from, const Mask& to, std::vector<float>& out) {
-    const FloatVolume distance = distanceTo(to);
-    for (std::size_t i = 0; i < from.voxels.size(); ++i)
-        if (from.voxels[i]) out.push_back(distance.voxels[i]);
-}
+// Distances of surface voxels; those in `places` are summed for themselves.
+struct Distances {
+    std::vector<float> all_m;
+    double sum_m = 0.0, sum_there_m = 0.0;
+    std::size_t count_there = 0;
+
+    void add(const Mask& from, const Mask& to, const Mask& places) {
+        const FloatVolume distance = distanceTo(to);
+        for (std::size_t i = 0; i < from.voxels.size(); ++i) {
+            if (!from.voxels[i]) continue;
+            all_m.push_back(distance.voxels[i]);
+            sum_m += double(distance.voxels[i]);
+            if (!places.voxels[i]) continue;
+            sum_there_m += double(distance.voxels[i]);
+            ++count_there;
+        }
+    }
+};
 
 }  // namespace
 
-Agreement compare(const Mask& truth, const Mask& found) {
+Agreement compare(const Mask& truth, const Mask& found, const Mask& places) {
     std::size_t in_truth = 0, in_found = 0, in_both = 0;
     for (std::size_t i = 0; i < truth.voxels.size(); ++i) {
         in_truth += truth.voxels[i] != 0;
@@ -54,17 +67,15 @@ Agreement compare(const Mask& truth, const Mask& found) {
     }
     a.dice = 2.0 * double(in_both) / double(in_truth + in_found);
     const Mask truth_surface = surfaceOf(truth), found_surface = surfaceOf(found);
-    std::vector<float> distances;
-    distancesFrom(truth_surface, found_surface, distances);
-    distancesFrom(found_surface, truth_surface, distances);
-    double sum = 0.0;
-    for (const float d : distances)
-        sum += double(d);
-    a.mean_surface_m = sum / double(distances.size());
-    const auto at95 = distances.begin() + std::ptrdiff_t(0.95 * double(distances.size() - 1));
-    std::nth_element(distances.begin(), at95, distances.end());
+    Distances d;
+    d.add(truth_surface, found_surface, places);
+    d.add(found_surface, truth_surface, places);
+    a.mean_surface_m = d.sum_m / double(d.all_m.size());
+    if (d.count_there > 0) a.mean_surface_there_m = d.sum_there_m / double(d.count_there);
+    const auto at95 = d.all_m.begin() + std::ptrdiff_t(0.95 * double(d.all_m.size() - 1));
+    std::nth_element(d.all_m.begin(), at95, d.all_m.end());
     a.hausdorff95_m = double(*at95);
-    a.hausdorff_m = double(*std::max_element(distances.begin(), distances.end()));
+    a.hausdorff_m = double(*std::max_element(d.all_m.begin(), d.all_m.end()));
     return a;
 }
 

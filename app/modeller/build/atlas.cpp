@@ -171,6 +171,20 @@ Mask wholeLiver(const LabelVolume& labels, const std::vector<Label>& table) {
     return whole;
 }
 
+std::string atlasList(const std::vector<std::string>& names) {
+    std::string list;
+    for (const std::string& name : names)
+        list += (list.empty() ? "atlases: \"" : ", \"") + name + "\"";
+    return list;
+}
+
+void refuseItself(const std::string& name, const std::string& listed) {
+    if (listed.find("\"" + name + "\"") != std::string::npos)
+        throw ImportError("\"" + name + "\" is among the atlases of its own patient, which proves nothing (" +
+                          listed +
+                          "): leave that atlas out, or give the patient another name if he is not the same");
+}
+
 AtlasImage::AtlasImage(const Package& package, const AtlasSettings& settings) : name(package.name) {
     std::array<Organ, 256> organ_of{};
     for (const Label& l : package.label_table)

@@ -64,6 +64,12 @@ class AtlasImage {
     patient::LabelVolume organ;
 };
 
+// What a provenance says of the atlases used: atlases: "A", "B". Nothing where there are none.
+std::string atlasList(const std::vector<std::string>& names);
+// What is built with a patient among its atlases proves nothing about him. Throws ImportError where `listed`
+// has `name` in an atlasList().
+void refuseItself(const std::string& name, const std::string& listed);
+
 // The fused prior for a target. `lungs` may be empty (then what is lighter than lung and fat counts). No
 // atlases give a prior with nothing known. Throws ImportError where a registration fails.
 AtlasPrior alignAtlases(const patient::CtVolume& ct, const Mask& body, const Mask& lungs,

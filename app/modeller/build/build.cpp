@@ -27,10 +27,8 @@ constexpr double kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
 
 std::uint64_t digestOf(const CtVolume& ct) {
     patient::StateHash hash;
-    for (int axis = 0; axis < 3; ++axis)
-        hash.add(std::uint64_t(ct.grid.dims[axis]));
+    hash.add(voxelDigest(ct));
     hash.add(ct.grid.spacing_m), hash.add(ct.grid.origin_m);
-    hash.addBytes(std::as_bytes(std::span(ct.voxels)));
     return hash.value();
 }
 
@@ -86,10 +84,13 @@ StageReport runStage(Work& work, const StageStore& store, int number, const Stag
 
 // The scan on the working grid, as far as its body goes.
 void readScan(Work& work) {
-    const CtVolume scan = readImage(work.settings->ct, ImageKind::ct, work.settings->reader);
+    const BuildSettings& s = *work.settings;
+    const CtVolume scan = readImage(s.ct, ImageKind::ct, s.reader, s.series);
+    requireHounsfield(scan, s.ct);
     const double low_m = scan.grid.origin_m.z, high_m = scan.grid.centre(scan.grid.dims - 1).z;
     work.ct = resampleCt(scan, sectionGrid(scan.grid, low_m, high_m, work.settings->spacing_m));
     work.scan = scan.grid;
+    work.scan_voxels = voxelDigest(scan);
     LabelVolume none(work.ct.grid);
     work.body = cutToBody(work.ct, none);
 }
@@ -175,7 +176,7 @@ Built build(const BuildSettings& settings) {
                             "; the same command goes on from there");
         if (settings.progress) settings.progress(stage, share);
     };
-    const double steps = double(stages().size()) + 2.0;
+    const double steps = double(stages().size()) + 3.0;
     Built out;
     Work work;
     work.settings = &settings;
@@ -189,8 +190,10 @@ Built build(const BuildSettings& settings) {
         say(stage.name, double(++number) / steps);
         out.stages.push_back(runStage(work, store, number, stage, chain));
     }
-    say("package", (steps - 1.0) / steps);
+    say("package", (steps - 2.0) / steps);
     out.package = packageOf(work);
+    say("check", (steps - 1.0) / steps);
+    out.findings = checkPackage(out.package);
     if (settings.progress) settings.progress("done", 1.0);
     return out;
 }

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/modeller/check_package.h"
 #include "app/modeller/import_image.h"
 #include "patient/patient.h"
 
@@ -14,6 +15,7 @@ namespace stylet::modeller {
 
 struct BuildSettings {
     std::filesystem::path ct;                    // DICOM folder or NIfTI file
+    std::string series;                          // UID, where that folder holds several
     std::filesystem::path stages;                // folder of the stages: made, or gone on from
     std::vector<std::filesystem::path> atlases;  // packages; none: reference patients of kAtlasSeeds
     double spacing_m = 0.001;
@@ -45,6 +47,7 @@ struct StageReport {
 struct Built {
     patient::Package package;
     std::vector<StageReport> stages;
+    std::vector<Finding> findings;  // checkPackage's
 };
 
 // In their order.

@@ -46,13 +46,20 @@ void runBuild(Arguments& a) {
     s.cancelled = [] { return interrupted != 0; };
     std::signal(SIGINT, onInterrupt);
     const Built built = build(s);
-    patient::savePackage(built.package, a.out);
     printStages(built);
+    for (const Finding& f : built.findings)
+        std::printf("%s\n", lineOf(f).c_str());
+    std::fflush(stdout);
+    patient::savePackage(built.package, a.out);
     const patient::Package& p = built.package;
     std::printf("thresholds: %.0f, %.0f, %.0f (outside the fascia), %.0f (past it) HU\n", p.thresholds.t0_hu,
                 p.thresholds.t1_hu, p.thresholds.t2_sensitive_hu, p.thresholds.t2_specific_hu);
     std::printf("%s: %d x %d x %d voxels of %.2f mm; stages in %s\n", a.out.c_str(), p.ct.grid.dims.x,
                 p.ct.grid.dims.y, p.ct.grid.dims.z, a.spacing_mm, s.stages.c_str());
+    if (anyRefused(built.findings)) {
+        std::printf("it cannot be simulated as it is: correct the stages in question (--stage, --labels)\n");
+        throw CLI::RuntimeError(1);
+    }
 }
 
 }  // namespace
@@ -62,6 +69,8 @@ void addBuild(CLI::App& app) {
     Arguments& a = *arguments;
     CLI::App* command = app.add_subcommand("build", "make a patient from a CT alone");
     command->add_option("--ct", a.settings.ct, "DICOM folder, or NIfTI file")->required();
+    command->add_option("--series", a.settings.series,
+                        "UID of the series to read, where the folder holds several");
     command->add_option("--out", a.out, "folder of the package")->required();
     command->add_option("--stages", a.settings.stages,
                         "folder of the stages, for review and correction [OUT-stages]");

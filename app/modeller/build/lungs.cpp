@@ -49,10 +49,10 @@ Mask onlyLungs(const Mask& core) {
 
 // Air as lung or gas: known deep inside, else by the nearer core.
 LabelVolume kindsOfAir(const CtVolume& ct, const Mask& body) {
-    Mask air(ct.grid);
-    for (std::size_t i = 0; i < air.voxels.size(); ++i)
-        air.voxels[i] = body.voxels[i] && ct.voxels[i] < kAir_hu;
     const double step_m = std::max({ct.grid.spacing_m.x, ct.grid.spacing_m.y, ct.grid.spacing_m.z});
+    Mask air = eroded(body, 1.01 * step_m);  // skin is blurred with the air around it
+    for (std::size_t i = 0; i < air.voxels.size(); ++i)
+        air.voxels[i] = air.voxels[i] && ct.voxels[i] < kAir_hu;
     const Mask inner = eroded(air, std::max(kRim_m, step_m));
     Mask lung(ct.grid), gas(ct.grid);
     {

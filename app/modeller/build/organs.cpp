@@ -84,22 +84,26 @@ FoundOrgan findKidney(const OrganScene& s, bool right) {
     const std::string name = right ? "right kidney" : "left kidney";
     constexpr double kAbove_hu = 32.0, kMost_hu = 420.0, kVessel_m = 0.005, kEdge_m = 0.0025,
                      kSinus_m = 0.005;
-    constexpr double kLeastCore_ml = 4.0, kUsual_ml = 150.0, kMost_ml = 450.0, kEdge_hu = 80.0;
+    constexpr double kLeastCore_ml = 4.0, kUsual_ml = 150.0, kMost_ml = 450.0, kEdge_hu = 80.0, kPole = 0.1;
     const Mask bright = inRange(s.fine, s.free_wide, s.parenchyma_hu + kAbove_hu, kMost_hu);
     const Mask core = eroded(bright, kVessel_m);
     const Pieces p = piecesOf(core);
     const std::vector<PieceMeasure> pieces = measured(s, p);
-    const int best = bestPiece(p, [&](int n) {
+    const auto score = [&](int n) {
         const PieceMeasure& m = pieces[std::size_t(n)];
         const double aside = right ? m.middle.x : -m.middle.x;
         if (m.volume_ml < kLeastCore_ml) return 0.0;
         return m.volume_ml * plausible(aside, 0.022, 0.060, 0.120) *
                plausible(m.middle.y, -0.035, 0.030, 0.085);
-    });
+    };
+    const int best = bestPiece(p, score);
     if (best == 0)
         return notFound(name,
                         "nothing as bright beside the spine; no contrast medium, or not in the section");
-    Mask kidney = regrown(pieceOf(p, best), bright, 1.3 * kVessel_m);
+    Mask poles(s.grid);  // dark pyramids may part them; what does not touch in the end is dropped
+    for (int n = 1; n <= p.count(); ++n)
+        if (score(n) > kPole * score(best)) poles = either(poles, pieceOf(p, n));
+    Mask kidney = regrown(poles, bright, 1.3 * kVessel_m);
     // The rim is half as bright by its blur; pyramids and sinus are darker than cortex.
     const Mask dense = inRange(s.fine, s.free_wide, kEdge_hu, kMost_hu);
     kidney = regrown(kidney, dense, std::max(kEdge_m, s.grid.spacing_m.x));

@@ -1,22 +1,29 @@
 #include "app/modeller/build/stage_store.h"
 
+#include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <stdexcept>
 
 #include "app/modeller/child_process.h"
 #include "app/modeller/slices.h"
 #include "patient/nifti.h"
+#include "patient/toml_reader.h"
 
 namespace stylet::modeller {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
 using patient::DataError;
+using patient::LabelVolume;
 
 namespace {
 
+constexpr std::size_t kMostBytes = 4 << 20, kMostNotes = 1000, kLongestNote = 64 << 10;
+constexpr double kMostSeconds = 1e7;
 constexpr const char *kLabels = "labels.nii.gz", *kRecord = "stage.json";
 
 std::string hexOf(std::uint64_t value) {
@@ -25,13 +32,28 @@ std::string hexOf(std::uint64_t value) {
     return text;
 }
 
-std::string readText(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) throw DataError(file, "file", "cannot be read");
-    return {std::istreambuf_iterator<char>(in), {}};
+// Sixteen digits, as hexOf() writes them.
+std::uint64_t hexFrom(const std::string& text) {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
+    if (text.size() != 16 || error != std::errc() || end != text.data() + text.size())
+        throw std::invalid_argument("no digest");
+    return value;
 }
 
-std::uint64_t digestOf(const patient::LabelVolume& labels) {
+bool isControl(unsigned char c) {
+    return c < 32 || c == 127;
+}
+// Names of atlases come from files.
+std::string printable(std::string note) {
+    std::replace_if(note.begin(), note.end(), isControl, ' ');
+    return note.substr(0, kLongestNote);
+}
+bool isNote(const std::string& note) {
+    return note.size() <= kLongestNote && std::none_of(note.begin(), note.end(), isControl);
+}
+
+std::uint64_t digestOf(const LabelVolume& labels) {
     patient::StateHash hash;
     hash.addBytes(std::as_bytes(std::span(labels.voxels)));
     return hash.value();
@@ -59,6 +81,37 @@ std::uint64_t digestOf(const StageResult& result) {
     return hash.value();
 }
 
+std::string writeStageFile(const StageFile& file) {
+    std::vector<std::string> notes;
+    for (const std::string& note : file.record.notes)
+        notes.push_back(printable(note));
+    const json all{{"key", hexOf(file.record.key)},          {"labels_digest", hexOf(file.labels_digest)},
+                   {"text_digest", hexOf(file.text_digest)}, {"seconds", file.record.seconds},
+                   {"corrected", file.record.corrected},     {"notes", notes}};
+    return all.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+StageFile parseStageFile(const fs::path& file, const std::string& text) {
+    StageFile kept;
+    try {
+        const json all = json::parse(text);
+        const auto digest = [&](const char* name) { return hexFrom(all.at(name).get<std::string>()); };
+        kept.record.key = digest("key");
+        kept.labels_digest = digest("labels_digest");
+        kept.text_digest = digest("text_digest");
+        kept.record.seconds = all.at("seconds").get<double>();
+        kept.record.corrected = all.at("corrected").get<bool>();
+        kept.record.notes = all.at("notes").get<std::vector<std::string>>();
+        if (!(kept.record.seconds >= 0.0 && kept.record.seconds <= kMostSeconds) ||
+            kept.record.notes.size() > kMostNotes ||
+            !std::all_of(kept.record.notes.begin(), kept.record.notes.end(), isNote))
+            throw std::invalid_argument("beyond what a stage writes");
+    } catch (const std::exception&) {  // of the parser, or of a value
+        throw DataError(file, "file", "is damaged; remove it, and the stage is done anew");
+    }
+    return kept;
+}
+
 StageStore::StageStore(fs::path folder) : folder_(std::move(folder)) {
     std::error_code error;
     fs::create_directories(folder_, error);
@@ -73,28 +126,23 @@ std::optional<StageResult> StageStore::load(int number, std::string_view name, c
                                             const std::string& text_name) const {
     const fs::path folder = folderOf(number, name), record = folder / kRecord;
     if (!fs::exists(record)) return {};
+    const StageFile kept = parseStageFile(record, patient::readTextFile(record, kMostBytes));
     StageResult result;
-    std::string labels_digest, text_digest;
-    try {
-        const json read = json::parse(readText(record));
-        result.record.key = std::stoull(read.at("key").get<std::string>(), nullptr, 16);
-        labels_digest = read.at("labels_digest").get<std::string>();
-        text_digest = read.at("text_digest").get<std::string>();
-        result.record.seconds = read.at("seconds").get<double>();
-        result.record.corrected = read.at("corrected").get<bool>();
-        result.record.notes = read.at("notes").get<std::vector<std::string>>();
-    } catch (const std::logic_error&) {
-        throw DataError(record, "file", "is damaged; remove it, and the stage is done anew");
-    } catch (const json::exception&) {
-        throw DataError(record, "file", "is damaged; remove it, and the stage is done anew");
-    }
+    result.record = kept.record;
     result.labels = patient::readNifti<std::uint8_t>(folder / kLabels);
-    if (result.labels.grid.dims != grid.dims)
-        throw DataError(folder / kLabels, "dim", "is not that of " + (folder_ / "ct.nii.gz").string());
+    if (!text_name.empty()) result.text = patient::readTextFile(folder / text_name, kMostBytes);
+    result.text_edited = digestOf(result.text) != kept.text_digest;
+    if (digestOf(result.labels) != kept.labels_digest) result.record.corrected = true;
+    if (result.labels.grid.dims != grid.dims) {  // another voxel size: what no person made is made anew
+        if (result.record.corrected)
+            throw DataError(folder / kLabels, "dim",
+                            "a person corrected these labels on another grid than " +
+                                (folder_ / "ct.nii.gz").string() +
+                                " has; build with the old voxel size, or into another folder of stages");
+        if (!result.text_edited) return {};
+        result.labels = LabelVolume(grid);
+    }
     result.labels.grid = grid;
-    if (!text_name.empty()) result.text = readText(folder / text_name);
-    result.text_edited = hexOf(digestOf(result.text)) != text_digest;
-    if (hexOf(digestOf(result.labels)) != labels_digest) result.record.corrected = true;
     return result;
 }
 
@@ -116,13 +164,8 @@ void StageStore::keep(int number, std::string_view name, const StageResult& resu
     film.labels = result.labels;
     film.label_table = table;
     writeSlices(film, folder);
-    const json record{{"key", hexOf(result.record.key)},
-                      {"labels_digest", hexOf(digestOf(result.labels))},
-                      {"text_digest", hexOf(digestOf(result.text))},
-                      {"seconds", result.record.seconds},
-                      {"corrected", result.record.corrected},
-                      {"notes", result.record.notes}};
-    writeText(folder / kRecord, record.dump(2) + "\n");
+    writeText(folder / kRecord,
+              writeStageFile({result.record, digestOf(result.labels), digestOf(result.text)}));
 }
 
 }  // namespace stylet::modeller

@@ -32,6 +32,15 @@ struct StageResult {
     StageRecord record;
 };
 
+// stage.json: the record, and what labels and text were when it was kept.
+struct StageFile {
+    StageRecord record;
+    std::uint64_t labels_digest = 0, text_digest = 0;
+};
+std::string writeStageFile(const StageFile&);
+// Throws patient::DataError in the name of `file`.
+StageFile parseStageFile(const std::filesystem::path& file, const std::string& text);
+
 class StageStore {
   public:
     // Makes the folder. Throws ImportError where it cannot be.

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "app/modeller/build/atlas.h"
 #include "app/modeller/build/bones.h"
+#include "app/modeller/build/classes.h"
 #include "app/modeller/build/ducts.h"
 #include "app/modeller/build/fascia_spline.h"
 #include "app/modeller/build/liver.h"
@@ -21,7 +21,6 @@
 
 namespace stylet::modeller {
 
-using nlohmann::json;
 using patient::Label;
 using patient::LabelVolume;
 
@@ -29,7 +28,8 @@ namespace {
 
 // Of stages only, beside the labels of a package.
 constexpr std::uint8_t kAirways = 253, kBody = 254;
-constexpr double kSkin_m = 0.002;
+constexpr double kSkin_m = 0.002, kBlur_m = 0.002;
+constexpr std::size_t kLongestList = 1800;  // of the 2000 characters that a package's provenance has
 constexpr double kAtlasSpacing_m = 0.0025;  // the prior's grid is coarser still
 constexpr const char* kControlPoints = "control-points.txt";
 constexpr const char* kVirtualDucts = "these ducts are virtual: bile is painted into the CT";
@@ -70,48 +70,13 @@ void takeBody(Work& work, const StageResult& r) {
 }
 
 // Classes: the values of this CT, and what the thresholds alone would make of it.
-json toJson(const TissueClass& c) {
-    return {{"mean_hu", c.mean_hu}, {"sigma_hu", c.sigma_hu}, {"share", c.share}};
-}
-TissueClass classOf(const json& j) {
-    return {j.at("mean_hu").get<double>(), j.at("sigma_hu").get<double>(), j.at("share").get<double>()};
-}
-std::string classesText(const TissueClasses& c, const patient::Thresholds& t) {
-    const json all{{"lung", toJson(c.lung)},
-                   {"fat", toJson(c.fat)},
-                   {"soft", toJson(c.soft)},
-                   {"blood", toJson(c.blood)},
-                   {"bone", toJson(c.bone)},
-                   {"noise_hu", c.noise_hu},
-                   {"thresholds_hu",
-                    {{"t0", t.t0_hu},
-                     {"t1", t.t1_hu},
-                     {"t2_sensitive", t.t2_sensitive_hu},
-                     {"t2_specific", t.t2_specific_hu}}}};
-    return all.dump(2) + "\n";
-}
-void readClasses(const std::string& text, TissueClasses& c, patient::Thresholds& t) {
-    try {
-        const json all = json::parse(text), &th = all.at("thresholds_hu");
-        c = {classOf(all.at("lung")),  classOf(all.at("fat")),  classOf(all.at("soft")),
-             classOf(all.at("blood")), classOf(all.at("bone")), all.at("noise_hu").get<double>()};
-        t = {th.at("t0").get<double>(), th.at("t1").get<double>(), th.at("t2_sensitive").get<double>(),
-             th.at("t2_specific").get<double>()};
-    } catch (const json::exception& e) {
-        throw ImportError(std::string("classes.json: ") + e.what());
-    }
-    if (!(t.t0_hu < t.t1_hu && t.t1_hu < t.t2_sensitive_hu && t.t2_sensitive_hu <= t.t2_specific_hu))
-        throw ImportError("classes.json: thresholds_hu: t0 < t1 < t2_sensitive <= t2_specific does not hold");
-}
 void findClasses(Work& work, StageResult& r) {
     if (r.text.empty()) {
         const TissueClasses c = classesOf(work.ct, work.body);
-        r.text = classesText(c, thresholdsOf(c));
+        r.text = writeClasses(c, thresholdsOf(c));
         if (c.blood.share == 0.0) r.record.notes.push_back("no contrast medium is to be seen");
     }
-    TissueClasses c;
-    patient::Thresholds t;
-    readClasses(r.text, c, t);
+    const patient::Thresholds t = parseClasses(r.text);
     r.labels = LabelVolume(work.ct.grid);
     const std::uint8_t skin = idOf("skin"), soft = idOf("muscle"), bone = idOf("bone");
     for (std::size_t i = 0; i < r.labels.voxels.size(); ++i) {
@@ -121,7 +86,7 @@ void findClasses(Work& work, StageResult& r) {
     }
 }
 void takeClasses(Work& work, const StageResult& r) {
-    readClasses(r.text, work.classes, work.thresholds);
+    work.thresholds = parseClasses(r.text);
 }
 
 void findLungsStage(Work& work, StageResult& r) {
@@ -134,6 +99,18 @@ void findLungsStage(Work& work, StageResult& r) {
     r.record.notes = lungs.notes;
 }
 
+// Soft tissue that the blur beside a bone lifts over the threshold: without a label it would stop a needle.
+// What is bright all around is bone that was missed.
+Mask blurredRim(const Work& work, const Mask& bones) {
+    const double reach_m = std::max(kBlur_m, 1.01 * work.ct.grid.spacing_m.x);
+    Mask bright = bones;
+    for (std::size_t i = 0; i < bright.voxels.size(); ++i)
+        bright.voxels[i] =
+            bones.voxels[i] || (work.body.voxels[i] && work.ct.voxels[i] >= work.thresholds.t2_sensitive_hu);
+    const Mask rim = both(without(dilated(bones, reach_m), bones), bright);
+    return without(rim, eroded(closed(bright, reach_m), reach_m));
+}
+
 void findBonesStage(Work& work, StageResult& r) {
     const Bones bones = findBones(work.ct, work.body);
     r.labels = LabelVolume(work.ct.grid);
@@ -144,6 +121,7 @@ void findBonesStage(Work& work, StageResult& r) {
     paint(r.labels, bones.sternum, idOf("sternum"), true);
     paint(r.labels, bones.ribs_right, idOf("right ribs"), true);
     paint(r.labels, bones.ribs_left, idOf("left ribs"), true);
+    paint(r.labels, blurredRim(work, bones.all), idOf("muscle"), false);
     r.record.notes = bones.notes;
 }
 
@@ -159,17 +137,33 @@ bool isSolidOrgan(const Label& l) {
            l.name == "gallbladder";
 }
 
-std::vector<AtlasImage> atlasImages(const BuildSettings& settings, const AtlasSettings& atlas) {
+AtlasImage atlasImage(const patient::Package& package, const Work& work, const AtlasSettings& atlas) {
+    refuseItself(work.settings->name, atlasList({package.name}));
+    if (voxelDigest(package.ct) == work.scan_voxels)
+        throw ImportError("atlas \"" + package.name +
+                          "\" has the very CT that is to be built from, which proves "
+                          "nothing: leave that atlas out");
+    return {package, atlas};
+}
+
+std::vector<AtlasImage> atlasImages(const Work& work, const AtlasSettings& atlas) {
+    const BuildSettings& settings = *work.settings;
     std::vector<AtlasImage> images;
     for (const std::filesystem::path& folder : settings.atlases)
-        images.emplace_back(patient::loadPackage(folder), atlas);
+        images.push_back(atlasImage(patient::loadPackage(folder), work, atlas));
+    std::vector<std::string> names;
+    for (const AtlasImage& image : images)
+        names.push_back(image.name);
+    if (atlasList(names).size() > kLongestList)
+        throw ImportError(
+            "the atlases' names are longer than a provenance takes; name fewer, or shorter ones");
     if (!images.empty()) return images;
     for (const std::uint64_t seed : kAtlasSeeds) {
         patient::synth::SynthSettings synth;
         synth.seed = seed;
         synth.spacing_m = kAtlasSpacing_m;
         synth.defaults = settings.defaults;
-        images.emplace_back(patient::synth::makeReferencePatient(synth), atlas);
+        images.push_back(atlasImage(patient::synth::makeReferencePatient(synth), work, atlas));
     }
     return images;
 }
@@ -177,20 +171,19 @@ std::vector<AtlasImage> atlasImages(const BuildSettings& settings, const AtlasSe
 void findLiverStage(Work& work, StageResult& r) {
     const AtlasSettings atlas;
     const Mask lungs = maskOf(work.found.at("lungs"), isLung), bones = maskOf(work.found.at("bones"), isBone);
-    const AtlasPrior prior =
-        alignAtlases(work.ct, work.body, lungs, atlasImages(*work.settings, atlas), atlas);
+    const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
     const Liver liver = findLiver(work.ct, work.body, lungs, bones, prior);
     r.labels = LabelVolume(work.ct.grid);
     paint(r.labels, liver.mask, idOf("liver"), true);
     r.record.notes = liver.notes;
-    std::string used;
-    for (const std::string& name : prior.used)
-        used += (used.empty() ? "atlases: " : ", ") + name;
-    if (!used.empty()) r.record.notes.push_back(used);
+    if (const std::string used = atlasList(prior.used); !used.empty()) r.record.notes.push_back(used);
 }
 void takeLiver(Work& work, const StageResult& r) {
     for (const std::string& note : r.record.notes)
-        if (note.starts_with("atlases: ")) work.atlas_provenance = "; " + note;
+        if (note.starts_with("atlases: ")) {
+            refuseItself(work.settings->name, note);
+            work.atlas_provenance = "; " + note;
+        }
 }
 
 void findVesselsStage(Work& work, StageResult& r) {
@@ -289,11 +282,15 @@ void findSkin(Work& work, StageResult& r) {
 std::vector<Stage> makeStages() {
     return {
         {.name = "body", .find = findBody, .take = takeBody},
-        {.name = "classes", .text_name = "classes.json", .find = findClasses, .take = takeClasses},
+        {.name = "classes",
+         .version = 2,
+         .text_name = "classes.json",
+         .find = findClasses,
+         .take = takeClasses},
         {.name = "lungs", .gives = {"right lung", "left lung"}, .find = findLungsStage},
         {.name = "bones",
          .gives = {"right ribs", "left ribs", "spine", "spinal canal", "sternum", "bone",
-                   "cartilage and discs"},
+                   "cartilage and discs", "muscle"},
          .find = findBonesStage},
         {.name = "liver", .gives = {"liver"}, .find = findLiverStage, .take = takeLiver},
         {.name = "vessels", .gives = {"portal vein", "hepatic veins"}, .find = findVesselsStage},
@@ -322,6 +319,14 @@ std::vector<Label> makeTable() {
 }
 
 }  // namespace
+
+std::uint64_t voxelDigest(const patient::CtVolume& ct) {
+    patient::StateHash hash;
+    for (int axis = 0; axis < 3; ++axis)
+        hash.add(std::uint64_t(ct.grid.dims[axis]));
+    hash.addBytes(std::as_bytes(std::span(ct.voxels)));
+    return hash.value();
+}
 
 const std::vector<Stage>& stages() {
     static const std::vector<Stage> all = makeStages();

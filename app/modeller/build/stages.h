@@ -8,18 +8,18 @@
 #include <vector>
 
 #include "app/modeller/build/build.h"
-#include "app/modeller/build/classes.h"
 #include "app/modeller/build/stage_store.h"
+#include "app/modeller/voxel_tools.h"
 
 namespace stylet::modeller {
 
 // Everything on the grid of `ct`.
 struct Work {
     const BuildSettings* settings = nullptr;
-    patient::Grid scan;    // the scanner's own
-    patient::CtVolume ct;  // air outside the body
+    patient::Grid scan;             // the scanner's own
+    std::uint64_t scan_voxels = 0;  // digest of its values
+    patient::CtVolume ct;           // air outside the body
     Mask body;
-    TissueClasses classes;
     patient::Thresholds thresholds;
     std::map<std::string, patient::LabelVolume> found;  // by stage
     std::map<std::string, bool> corrected;              // by a person
@@ -39,6 +39,9 @@ struct Stage {
     // What else of a fresh or kept result goes into `Work`; its labels are in `found` already.
     void (*take)(Work&, const StageResult&) = nullptr;
 };
+
+// Of a scan's values, wherever they lie.
+std::uint64_t voxelDigest(const patient::CtVolume&);
 
 // In their order.
 const std::vector<Stage>& stages();

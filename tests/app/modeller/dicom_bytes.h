@@ -4,10 +4,13 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
 namespace stylet::test {
+
+inline constexpr const char* kRunLength = "1.2.840.10008.1.2.5";
 
 struct DicomSlice {
     int columns = 4, rows = 3;
@@ -15,7 +18,12 @@ struct DicomSlice {
     std::array<double, 3> position_mm{};         // LPS
     std::array<double, 6> orientation{1, 0, 0, 0, 1, 0};
     double slope = 1.0, intercept = 0.0;
-    std::string series = "1.2.3.4", modality = "CT", instance = "1.2.3.4.1";
+    std::string series = "1.2.3.4", modality = "CT", instance = "1.2.3.4.1", description;
+    std::string sop_class = "1.2.840.10008.5.1.4.1.1.2";  // CT image
+    std::string syntax = "1.2.840.10008.1.2.1";           // what the header says: explicit, little endian
+    bool run_length = false;                              // pixels as kRunLength has them
+    int frames = 1;
+    std::set<std::uint32_t> without;  // tags left out, as 0x00200032
     std::vector<std::int16_t> stored;
 };
 

@@ -3,12 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 
 #include "app/modeller/image_handover.h"
-#include "dicom_bytes.h"
+#include "image_files.h"
 #include "tests/support/nifti_bytes.h"
 #include "tests/support/temp_folder.h"
 
@@ -16,203 +15,11 @@ namespace stylet::modeller {
 namespace {
 
 namespace fs = std::filesystem;
-using patient::Vec3;
-using test::DicomSlice;
+using test::reader;
+using test::refusal;
+using test::stack;
 using test::TempFolder;
-
-ReaderLimits reader() {
-    ReaderLimits limits;
-    limits.program = fs::path(std::getenv("STYLET_BIN")) / "stylet-image-reader";
-    limits.wall_s = 30;
-    return limits;
-}
-
-// What reading says when it refuses; empty when it does not.
-std::string refusal(const fs::path& path, ImageKind kind, const ReaderLimits& limits) {
-    try {
-        readImage(path, kind, limits);
-    } catch (const ImportError& e) {
-        return e.what();
-    }
-    return "";
-}
-std::string refusal(const fs::path& path) {
-    return refusal(path, ImageKind::ct, reader());
-}
-
-// A stack of `count` slices, 2.5 mm apart, whose stored values tell column, row and slice.
-std::vector<DicomSlice> stack(int count) {
-    std::vector<DicomSlice> slices;
-    for (int k = 0; k < count; ++k) {
-        DicomSlice s;
-        s.position_mm = {-30.0, 12.0, 100.0 + 2.5 * k};
-        s.instance = "1.2.3.4." + std::to_string(k + 1);
-        for (int j = 0; j < s.rows; ++j)
-            for (int i = 0; i < s.columns; ++i)
-                s.stored.push_back(std::int16_t(i + 10 * j + 100 * k));
-        slices.push_back(s);
-    }
-    return slices;
-}
-
-void writeStack(const fs::path& folder, const std::vector<DicomSlice>& slices) {
-    fs::create_directories(folder);
-    // File names run against the slices' order: only the position may decide.
-    for (std::size_t k = 0; k < slices.size(); ++k)
-        test::writeFile(folder / ("slice" + std::to_string(900 - k)), test::dicomBytes(slices[k]));
-}
-
-TEST(ImportImage, DicomKeepsEveryVoxelInItsPlace) {
-    TempFolder temp;
-    // Three orientations: axial, axial lying prone, sagittal with columns running down.
-    const std::array<double, 6> orientations[] = {
-        {1, 0, 0, 0, 1, 0}, {-1, 0, 0, 0, -1, 0}, {0, 1, 0, 0, 0, -1}};
-    for (const auto& o : orientations) {
-        const Vec3 row(o[0], o[1], o[2]), column(o[3], o[4], o[5]), normal = glm::cross(row, column);
-        std::vector<DicomSlice> slices = stack(5);
-        for (int k = 0; k < 5; ++k) {
-            DicomSlice& s = slices[std::size_t(k)];
-            const Vec3 p = Vec3(-30, 12, 100) + 2.5 * k * normal;
-            s.position_mm = {p.x, p.y, p.z};
-            s.orientation = o;
-            s.spacing_mm = {0.5, 0.8};
-            s.slope = 2.0, s.intercept = -1000.0;
-        }
-        const fs::path folder = temp / ("o" + std::to_string(&o - orientations));
-        writeStack(folder, slices);
-        const patient::CtVolume ct = readImage(folder, ImageKind::ct, reader());
-        ASSERT_EQ(ct.voxels.size(), 60u);
-        for (int k = 0; k < 5; ++k)
-            for (int j = 0; j < 3; ++j)
-                for (int i = 0; i < 4; ++i) {
-                    const Vec3 lps = Vec3(-30, 12, 100) + 0.8 * i * row + 0.5 * j * column + 2.5 * k * normal;
-                    const Vec3 ras = 1e-3 * Vec3(-lps.x, -lps.y, lps.z);
-                    EXPECT_EQ(ct.nearestOr(ras, -9999), 2 * (i + 10 * j + 100 * k) - 1000);
-                    const Vec3 off = ct.grid.toVoxels(ras) - glm::round(ct.grid.toVoxels(ras));
-                    EXPECT_LT(glm::length(off), 1e-6);
-                }
-    }
-}
-
-TEST(ImportImage, AMissingSliceIsNamed) {
-    TempFolder temp;
-    std::vector<DicomSlice> slices = stack(6);
-    slices.erase(slices.begin() + 3);
-    writeStack(temp / "ct", slices);
-    const std::string why = refusal(temp / "ct");
-    EXPECT_NE(why.find("slices are missing between"), std::string::npos) << why;
-    EXPECT_NE(why.find("5 mm where 2.5 mm"), std::string::npos) << why;
-}
-
-TEST(ImportImage, WhatIsNotOneUprightCtSeriesIsRefusedInWords) {
-    const auto spoiled = [](auto&& spoil) {
-        TempFolder temp;
-        std::vector<DicomSlice> slices = stack(6);
-        spoil(slices);
-        writeStack(temp / "ct", slices);
-        return refusal(temp / "ct");
-    };
-    const auto expect = [&](auto&& spoil, const char* words) {
-        const std::string why = spoiled(spoil);
-        EXPECT_NE(why.find(words), std::string::npos) << "wanted: " << words << "\ngot: " << why;
-    };
-    expect([](auto& s) { s[2].series = "1.2.3.5"; }, "holds 2 series");
-    expect(
-        [](auto& s) {
-            for (auto& one : s)
-                one.modality = "MR";
-        },
-        "modality MR, not CT");
-    expect([](auto& s) { s[3].position_mm = s[2].position_mm; }, "lie in the same place");
-    expect([](auto& s) { s[5].spacing_mm = {0.9, 0.9}; }, "pixel spacing differs");
-    expect(
-        [](auto& s) {
-            for (int k = 0; k < 6; ++k)
-                s[std::size_t(k)].position_mm[1] += 1.0 * k;
-        },
-        "sheared");
-    expect([](auto& s) { s.resize(2); }, "a volume needs three");
-    expect(
-        [](auto& s) {
-            for (auto& one : s)
-                one.orientation = {0.9397, 0.3420, 0, -0.3420, 0.9397, 0};
-        },
-        "tilted by more than 5 degrees");
-}
-
-TEST(ImportImage, EmptyAndForeignFoldersAreRefused) {
-    TempFolder temp;
-    fs::create_directories(temp / "ct");
-    EXPECT_NE(refusal(temp / "ct").find("no DICOM slice among its 0 files"), std::string::npos);
-    std::ofstream(temp / "ct" / "notes.txt") << "nothing medical";
-    EXPECT_NE(refusal(temp / "ct").find("no DICOM slice among its 1 files"), std::string::npos);
-    EXPECT_NE(refusal(temp / "nowhere").find("no such file"), std::string::npos);
-}
-
-TEST(ImportImage, HostileDicomEndsInASentence) {
-    const std::vector<char> good = test::dicomBytes(stack(1)[0]);
-    std::uint32_t seed = 12345;
-    const auto random = [&] { return seed = seed * 1664525u + 1013904223u; };
-    for (int round = 0; round < 24; ++round) {
-        TempFolder temp;
-        writeStack(temp / "ct", stack(4));
-        std::vector<char> bad = good;
-        if (round < 8) {
-            bad.resize(132 + (good.size() - 133) * std::size_t(round) / 8);  // cut short
-        } else if (round < 16) {
-            for (std::size_t i = 132; i < bad.size(); ++i)
-                bad[i] = char(random() >> 24);  // garbage
-        } else {
-            for (int hits = 0; hits < 12; ++hits)  // lengths and tags spoiled
-                bad[132 + random() % (bad.size() - 132)] = char(random() >> 24);
-        }
-        test::writeFile(temp / "ct" / "slice900", bad);
-        try {
-            const patient::CtVolume ct = readImage(temp / "ct", ImageKind::ct, reader());
-            EXPECT_GE(round, 16) << "a slice that is cut short or garbage was taken";
-            EXPECT_EQ(ct.voxels.size(), 48u);
-        } catch (const ImportError& e) {
-            EXPECT_GT(std::string(e.what()).size(), (temp / "ct").string().size() + 10) << e.what();
-        }
-    }
-}
-
-TEST(ImportImage, NiftiIsReadWhereItLies) {
-    TempFolder temp;
-    test::writeBytes(temp / "ct.nii", test::goodNifti());
-    const patient::CtVolume ct = readImage(temp / "ct.nii", ImageKind::ct, reader());
-    EXPECT_EQ(ct.grid.dims, patient::Index3(3, 4, 5));
-    EXPECT_LT(glm::length(ct.grid.origin_m - Vec3(-0.010, 0.020, 0.030)), 1e-7);
-    EXPECT_LT(glm::length(ct.grid.spacing_m - Vec3(0.001, 0.002, 0.003)), 1e-7);
-    for (int i = 0; i < 60; ++i)
-        EXPECT_EQ(ct.voxels[std::size_t(i)], i);
-
-    test::Bytes mirrored = test::goodNifti();  // x stored from right to left
-    test::put(mirrored, 280, -1.0f), test::put(mirrored, 292, 10.0f);
-    test::writeBytes(temp / "mirrored.nii", mirrored);
-    const patient::CtVolume flipped = readImage(temp / "mirrored.nii", ImageKind::ct, reader());
-    EXPECT_EQ(flipped.nearestOr({0.010, 0.020, 0.030}, -1), 0);
-    EXPECT_EQ(flipped.nearestOr({0.008, 0.020, 0.030}, -1), 2);
-}
-
-TEST(ImportImage, HostileNiftiEndsInASentence) {
-    const auto spoiled = [](auto&& spoil, ImageKind kind = ImageKind::ct) {
-        TempFolder temp;
-        test::Bytes bytes = test::goodNifti();
-        spoil(bytes);
-        test::writeBytes(temp / "image.nii", bytes);
-        return refusal(temp / "image.nii", kind, reader());
-    };
-    EXPECT_NE(spoiled([](auto& b) { b.resize(300); }), "");
-    EXPECT_NE(spoiled([](auto& b) { b.resize(380); }), "");
-    EXPECT_NE(spoiled([](auto& b) { test::put(b, 344, std::int32_t(0)); }), "");
-    EXPECT_NE(spoiled([](auto& b) { test::put(b, 42, std::int16_t(32000)); }), "");
-    EXPECT_NE(spoiled([](auto& b) { test::put(b, 42, std::int16_t(-3)); }), "");
-    EXPECT_NE(spoiled([](auto& b) { test::put(b, 70, std::int16_t(77)); }), "");
-    EXPECT_NE(spoiled([](auto& b) { test::put(b, 352, std::int16_t(-1)); }, ImageKind::labels)
-                  .find("a label of -1"),
-              std::string::npos);
-}
+using test::writeStack;
 
 // The parent's side: whatever the child does, one sentence comes back.
 TEST(ImportImage, TheChildIsHeldToItsLimits) {

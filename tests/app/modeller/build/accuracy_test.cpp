@@ -49,6 +49,14 @@ TEST(Accuracy, ABoxInABox) {
     EXPECT_GE(nested.mean_surface_m, 0.006 - 1e-8);
 }
 
+// Only the moved face is looked at: each of its voxels is two from the other's.
+TEST(Accuracy, AMeanOfItsOwnWhereItIsAskedFor) {
+    const Mask a = box(kGrid, Index3(10), Index3(19)), b = box(kGrid, Index3(10), {21, 19, 19});
+    EXPECT_NEAR(compare(a, b, box(kGrid, {19, 13, 13}, {21, 16, 16})).mean_surface_there_m, 0.004, 1e-8);
+    EXPECT_EQ(compare(a, b, box(kGrid, {10, 13, 13}, {11, 16, 16})).mean_surface_there_m, 0.0);
+    EXPECT_TRUE(std::isnan(compare(a, b, box(kGrid, Index3(30), Index3(32))).mean_surface_there_m));
+}
+
 TEST(Accuracy, NothingFoundIsInfinitelyFar) {
     const Agreement none = compare(box(kGrid, Index3(10), Index3(19)), Mask(kGrid));
     EXPECT_EQ(none.dice, 0.0);

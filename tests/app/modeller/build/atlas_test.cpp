@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/modeller/build/build.h"
 #include "tests/app/modeller/build/torso_from_seed.h"
 
 namespace stylet::modeller {
@@ -62,6 +63,23 @@ TEST(Atlas, NeedsTheRegistrationProgram) {
     settings.program = "/nowhere/stylet-register";
     EXPECT_THROW(alignAtlases(torso.ct, test::seededBody(), {}, {AtlasImage(torso, settings)}, settings),
                  ImportError);
+}
+
+// A name is found whole: seed 1 is not seed 11.
+TEST(Atlas, APatientIsNotItsOwn) {
+    const std::string listed = "built; " + atlasList({"reference patient, seed 11", "A"}) + "; more";
+    EXPECT_EQ(listed, "built; atlases: \"reference patient, seed 11\", \"A\"; more");
+    EXPECT_EQ(atlasList({}), "");
+    for (const char* other : {"reference patient, seed 1", "seed 11", "B", "built"})
+        EXPECT_NO_THROW(refuseItself(other, listed)) << other;
+    for (const char* same : {"reference patient, seed 11", "A"})
+        EXPECT_THROW(refuseItself(same, listed), ImportError) << same;
+}
+
+// Seeds 1 to 8 are tuned on, 31 to 33 reported.
+TEST(Atlas, NoSeedThatIsTunedOnOrReportedStandsIn) {
+    for (const std::uint64_t seed : kAtlasSeeds)
+        EXPECT_GT(seed, 100u);
 }
 
 }  // namespace

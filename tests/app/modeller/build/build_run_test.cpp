@@ -73,7 +73,10 @@ class BuildRun : public testing::Test {
 TEST_F(BuildRun, FromACtToAPackageWithALiver) {
     ASSERT_EQ(status_, 0) << said() << textOf(folder() / "err");
     const Package built = patient::loadPackage(folder() / "patient");
-    EXPECT_NE(built.provenance.find("reference patient, seed 11"), std::string::npos) << built.provenance;
+    EXPECT_NE(
+        built.provenance.find("atlases: \"reference patient, seed 11\", \"reference patient, seed 12\""),
+        std::string::npos)
+        << built.provenance;
     EXPECT_EQ(built.provenance.find("seed 2"), std::string::npos) << built.provenance;
     for (const patient::Label& l : built.label_table)
         EXPECT_EQ(l.provenance.rfind("automatic: stage ", 0), 0u) << l.name << ": " << l.provenance;
@@ -124,6 +127,23 @@ TEST_F(BuildRun, ACorrectedStageIsTakenAndTheNextAreDoneAnew) {
     EXPECT_EQ(kept(), int(names.size())) << "the correction stands\n" << said();
 }
 
+// The package is there to be looked at, but the command says that it is of no use.
+TEST_F(BuildRun, WhatCannotBeSimulatedIsSaidAtTheEnd) {
+    ASSERT_EQ(status_, 0);
+    EXPECT_EQ(said().find("REFUSED"), std::string::npos) << said();
+    fs::copy(folder() / "patient-stages", folder() / "other-stages", fs::copy_options::recursive);
+    const auto ct = patient::readNifti<std::int16_t>(folder() / "other-stages" / "ct.nii.gz");
+    patient::writeNifti(folder() / "nothing.nii.gz", patient::LabelVolume(ct.grid));
+    EXPECT_EQ(run("--stages '" + (folder() / "other-stages").string() + "' --stage skin --labels '" +
+                  (folder() / "nothing.nii.gz").string() + "'"),
+              1)
+        << textOf(folder() / "err");
+    EXPECT_NE(said().find("REFUSED  skin: 0 ml, expected at least"), std::string::npos) << said();
+    EXPECT_NE(said().find("it cannot be simulated as it is"), std::string::npos) << said();
+    EXPECT_TRUE(fs::exists(folder() / "patient" / "patient.toml"));
+    ASSERT_EQ(run(), 0);
+}
+
 TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
     ASSERT_EQ(status_, 0);
     const std::vector<std::string> names = stageNames();
@@ -139,6 +159,28 @@ TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
     EXPECT_EQ(run(), 2);
     EXPECT_NE(textOf(folder() / "err").find("control-points.txt: line 1"), std::string::npos)
         << textOf(folder() / "err");
+}
+
+// Neither by its name, fresh or kept, nor by its values under another name.
+TEST_F(BuildRun, APatientIsNoAtlasOfItsOwn) {
+    ASSERT_EQ(status_, 0);
+    const std::string before = textOf(folder() / "patient" / "patient.toml");
+    const auto refused = [](const std::string& more) {
+        EXPECT_EQ(run(more), 2) << more;
+        return textOf(folder() / "err");
+    };
+    const char* const words = "\"reference patient, seed 11\" is among the atlases of its own patient";
+    const std::string name = "--name 'reference patient, seed 11'";
+    EXPECT_NE(refused(name).find(words), std::string::npos);
+    const std::string fresh = " --stages '" + (folder() / "fresh-stages").string() + "' ";
+    EXPECT_NE(refused(name + fresh).find(words), std::string::npos);
+    Package renamed = *truth_;
+    renamed.name = "somebody else";
+    patient::savePackage(renamed, folder() / "renamed");
+    EXPECT_NE(refused("--atlas '" + (folder() / "renamed").string() + "'" + fresh)
+                  .find("atlas \"somebody else\" has the very CT that is to be built from"),
+              std::string::npos);
+    EXPECT_EQ(textOf(folder() / "patient" / "patient.toml"), before);
 }
 
 TEST_F(BuildRun, WhatCannotBeIsRefusedInWords) {

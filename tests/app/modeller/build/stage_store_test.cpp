@@ -77,6 +77,16 @@ TEST_F(StageStoreTest, AnEditedTextIsNoticed) {
     EXPECT_FALSE(again->record.corrected);
 }
 
+TEST_F(StageStoreTest, OnAnotherGridOnlyAPersonsTextIsLeft) {
+    const patient::Grid finer{kGrid.dims * 2, kGrid.spacing_m * 0.5, kGrid.origin_m};
+    EXPECT_FALSE(store.load(7, "liver", finer, "points.txt"));
+    std::ofstream(folder() / "points.txt") << "r 13\n";
+    const auto again = store.load(7, "liver", finer, "points.txt");
+    ASSERT_TRUE(again);
+    EXPECT_EQ(again->text, "r 13\n");
+    EXPECT_EQ(again->labels.grid.dims, finer.dims);
+}
+
 TEST_F(StageStoreTest, DamageIsNamed) {
     const auto why = [&] {
         try {
@@ -86,13 +96,31 @@ TEST_F(StageStoreTest, DamageIsNamed) {
         }
         return std::string("nothing");
     };
-    for (const char* text : {"", "{", "[]", R"({"key": "xyz"})", R"({"key": 1})"}) {
+    std::vector<std::string> damaged{"", "{", "[]", R"({"key": "xyz"})", R"({"key": 1})"};
+    StageFile odd;
+    odd.record.seconds = -1.0;
+    damaged.push_back(writeStageFile(odd));
+    odd.record = {};
+    std::string minus = writeStageFile(odd);
+    damaged.push_back(minus.replace(minus.find("\"0000"), 3, "\"-0"));
+    minus = writeStageFile(odd);
+    damaged.push_back(minus.replace(minus.find("[]"), 2, "[\"a \\u001b[31m note\"]"));
+    for (const std::string& text : damaged) {
         std::ofstream(folder() / "stage.json") << text;
         EXPECT_NE(why().find("stage.json: file: is damaged"), std::string::npos) << text << ": " << why();
     }
     store.keep(7, "liver", result, CtVolume(kGrid), targetTable(), "points.txt");
     patient::writeNifti(folder() / "labels.nii.gz", LabelVolume({{2, 2, 2}, patient::Vec3(0.002), {}}));
     EXPECT_NE(why().find("labels.nii.gz: dim:"), std::string::npos) << why();
+}
+
+// A note quotes names from files; what it holds cannot spoil the record.
+TEST_F(StageStoreTest, NotesAreKeptOnOneLine) {
+    StageFile file;
+    file.record.notes = {"atlases: \"A\nB\033[31m\"", "\xff"};
+    const StageFile again = parseStageFile("stage.json", writeStageFile(file));
+    ASSERT_EQ(again.record.notes.size(), 2u);
+    EXPECT_EQ(again.record.notes[0], "atlases: \"A B [31m\"");
 }
 
 TEST_F(StageStoreTest, AFileInTheFoldersPlaceIsRefused) {

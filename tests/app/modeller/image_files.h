@@ -1,0 +1,57 @@
+// Image files of a hospital as tests make them, and the reader that takes or refuses them.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/modeller/import_image.h"
+#include "dicom_bytes.h"
+
+namespace stylet::test {
+
+inline modeller::ReaderLimits reader() {
+    modeller::ReaderLimits limits;
+    limits.program = std::filesystem::path(std::getenv("STYLET_BIN")) / "stylet-image-reader";
+    limits.wall_s = 30;
+    return limits;
+}
+
+// What reading says when it refuses; empty when it does not.
+inline std::string refusal(const std::filesystem::path& path, modeller::ImageKind kind,
+                           const modeller::ReaderLimits& limits, const std::string& series = {}) {
+    try {
+        modeller::readImage(path, kind, limits, series);
+    } catch (const modeller::ImportError& e) {
+        return e.what();
+    }
+    return "";
+}
+inline std::string refusal(const std::filesystem::path& path) {
+    return refusal(path, modeller::ImageKind::ct, reader());
+}
+
+// A stack of `count` slices, 2.5 mm apart, whose stored values tell column, row and slice.
+inline std::vector<DicomSlice> stack(int count) {
+    std::vector<DicomSlice> slices;
+    for (int k = 0; k < count; ++k) {
+        DicomSlice s;
+        s.position_mm = {-30.0, 12.0, 100.0 + 2.5 * k};
+        s.instance = "1.2.3.4." + std::to_string(k + 1);
+        for (int j = 0; j < s.rows; ++j)
+            for (int i = 0; i < s.columns; ++i)
+                s.stored.push_back(std::int16_t(i + 10 * j + 100 * k));
+        slices.push_back(s);
+    }
+    return slices;
+}
+
+inline void writeStack(const std::filesystem::path& folder, const std::vector<DicomSlice>& slices) {
+    std::filesystem::create_directories(folder);
+    // File names run against the slices' order: only the position may decide.
+    for (std::size_t k = 0; k < slices.size(); ++k)
+        writeFile(folder / ("slice" + std::to_string(900 - k)), test::dicomBytes(slices[k]));
+}
+
+}  // namespace stylet::test

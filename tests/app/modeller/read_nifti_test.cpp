@@ -1,0 +1,150 @@
+// NIfTI files through the real reader program.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+#include "image_files.h"
+#include "tests/support/nifti_bytes.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::modeller {
+namespace {
+
+namespace fs = std::filesystem;
+using patient::Vec3;
+using test::reader;
+using test::refusal;
+using test::TempFolder;
+
+TEST(ReadNifti, NiftiIsReadWhereItLies) {
+    TempFolder temp;
+    test::writeBytes(temp / "ct.nii", test::goodNifti());
+    const patient::CtVolume ct = readImage(temp / "ct.nii", ImageKind::ct, reader());
+    EXPECT_EQ(ct.grid.dims, patient::Index3(3, 4, 5));
+    EXPECT_LT(glm::length(ct.grid.origin_m - Vec3(-0.010, 0.020, 0.030)), 1e-7);
+    EXPECT_LT(glm::length(ct.grid.spacing_m - Vec3(0.001, 0.002, 0.003)), 1e-7);
+    for (int i = 0; i < 60; ++i)
+        EXPECT_EQ(ct.voxels[std::size_t(i)], i);
+
+    test::Bytes mirrored = test::goodNifti();  // x stored from right to left
+    test::put(mirrored, 280, -1.0f), test::put(mirrored, 292, 10.0f);
+    test::writeBytes(temp / "mirrored.nii", mirrored);
+    const patient::CtVolume flipped = readImage(temp / "mirrored.nii", ImageKind::ct, reader());
+    EXPECT_EQ(flipped.nearestOr({0.010, 0.020, 0.030}, -1), 0);
+    EXPECT_EQ(flipped.nearestOr({0.008, 0.020, 0.030}, -1), 2);
+}
+
+// What is said of a good file once it is spoiled: it names the file, in one line.
+template <typename Spoil>
+std::string spoiled(Spoil spoil, ImageKind kind = ImageKind::ct) {
+    TempFolder temp;
+    test::Bytes bytes = test::goodNifti();
+    spoil(bytes);
+    test::writeBytes(temp / "image.nii", bytes);
+    const std::string why = refusal(temp / "image.nii", kind, reader());
+    EXPECT_NE(why.find("image.nii: "), std::string::npos) << why;
+    EXPECT_EQ(why.find('\n'), std::string::npos) << why;
+    return why;
+}
+
+template <typename Spoil>
+void expectRefused(Spoil spoil, const char* words, ImageKind kind = ImageKind::ct) {
+    const std::string why = spoiled(spoil, kind);
+    EXPECT_NE(why.find(words), std::string::npos) << "wanted: " << words << "\ngot: " << why;
+}
+
+// The good file's voxels as floats.
+void makeReal(test::Bytes& b, float first) {
+    b.resize(352 + 60 * 4);
+    test::put(b, 70, std::int16_t(16)), test::put(b, 72, std::int16_t(32));
+    for (std::size_t i = 0; i < 60; ++i)
+        test::put(b, 352 + 4 * i, i == 0 ? first : float(i));
+}
+
+TEST(ReadNifti, WhatIsNoNiftiFileIsNamed) {
+    expectRefused([](auto& b) { b.resize(300); }, "not a NIfTI file: too short");
+    expectRefused([](auto& b) { test::put(b, 0, std::int32_t(77)); }, "sizeof_hdr: not a NIfTI file");
+    expectRefused([](auto& b) { test::put(b, 0, std::int32_t(540)); }, "a NIfTI-2 file; save it as NIfTI-1");
+    expectRefused([](auto& b) { test::put(b, 344, std::int32_t(0)); }, "magic: not a NIfTI-1 file");
+    expectRefused([](auto& b) { std::memcpy(b.data() + 344, "ni1", 4); }, "in two files; save it as one");
+    expectRefused([](auto& b) { std::memcpy(b.data() + 128, "DICM", 4); },
+                  "one DICOM file; name the folder of its series");
+}
+
+TEST(ReadNifti, AbsurdSizesAreNamed) {
+    expectRefused([](auto& b) { test::put(b, 42, std::int16_t(32000)); },
+                  "dim: a size of 32000 along axis 1");
+    expectRefused([](auto& b) { test::put(b, 44, std::int16_t(-3)); }, "dim: a size of -3 along axis 2");
+    expectRefused(
+        [](auto& b) {
+            for (std::size_t at : {42, 44, 46})
+                test::put(b, at, std::int16_t(2000));
+        },
+        "dim: ");
+    expectRefused([](auto& b) { test::put(b, 40, std::int16_t(2)); }, "dim: fewer than three dimensions");
+    expectRefused(
+        [](auto& b) {
+            test::put(b, 40, std::int16_t(4)), test::put(b, 48, std::int16_t(5));
+            b.resize(352 + 5 * 60 * 2);
+        },
+        "dim: more than three dimensions (5 volumes); save one of them alone");
+    expectRefused([](auto& b) { test::put(b, 70, std::int16_t(128)); }, "datatype: 128 is not read");
+    expectRefused([](auto& b) { test::put(b, 70, std::int16_t(16)); }, "bitpix: does not fit the datatype");
+    expectRefused([](auto& b) { test::put(b, 108, -8.0f); }, "vox_offset: -8 is impossible");
+}
+
+TEST(ReadNifti, PlacesThatCannotBeAreNamed) {
+    expectRefused([](auto& b) { test::put(b, 254, std::int16_t(0)); },
+                  "qform_code and sform_code: are both 0, so left and right are unknown");
+    // Turned by 20 degrees about z, once as a map and once as a quaternion.
+    const float c = 0.9396926f, s = 0.3420201f;
+    const float oblique[12] = {c, -2 * s, 0, -10, s, 2 * c, 0, 20, 0, 0, 3, 30};
+    expectRefused([&](auto& b) { std::memcpy(b.data() + 280, oblique, sizeof oblique); },
+                  "srow: its axes are tilted by 20 degrees, more than 5");
+    expectRefused(
+        [&](auto& b) {
+            test::put(b, 252, std::int16_t(1)), test::put(b, 254, std::int16_t(0));
+            test::put(b, 264, std::sin(0.1745329f));  // quatern_d: half of the angle
+        },
+        "orientation: its axes are tilted by more than 5 degrees (20 degrees)");
+    expectRefused([](auto& b) { test::put(b, 280, float(NAN)); }, "srow: is no map");
+    const float flat[12] = {};
+    expectRefused([&](auto& b) { std::memcpy(b.data() + 280, flat, sizeof flat); }, "srow: is no map");
+}
+
+TEST(ReadNifti, ValuesThatAreNoHuAreNamed) {
+    expectRefused([](auto& b) { makeReal(b, float(NAN)); }, "voxels: some are not numbers; write -1024");
+    expectRefused([](auto& b) { makeReal(b, float(INFINITY)); }, "voxels: some are not numbers");
+    for (const float slope : {-1.0f, 1e9f, 1e-9f, float(NAN)})
+        expectRefused([slope](auto& b) { test::put(b, 112, slope); }, "scl_slope: ");
+    expectRefused([](auto& b) { test::put(b, 112, 1.0f), test::put(b, 116, 1e8f); }, "scl_inter: ");
+    expectRefused([](auto& b) { test::put(b, 352, std::int16_t(-1)); }, "a label of -1", ImageKind::labels);
+    expectRefused([](auto& b) { makeReal(b, 0.5f); }, "a label of 0.5", ImageKind::labels);
+}
+
+TEST(ReadNifti, FilesThatAreCutShortOrDamagedAreRefused) {
+    expectRefused([](auto& b) { b.resize(380); }, "voxels: cut short or damaged");
+    TempFolder temp;
+    const std::string plain = (temp / "image.nii").string();
+    test::writeBytes(plain, test::goodNifti());
+    ASSERT_EQ(std::system(("gzip -k '" + plain + "'").c_str()), 0);
+    const test::Bytes whole = test::fileBytes(temp / "image.nii.gz");
+    EXPECT_EQ(refusal(temp / "image.nii.gz", ImageKind::ct, reader()), "");
+    for (const std::size_t size :
+         {std::size_t(5), std::size_t(40), whole.size() / 2, whole.size() - 9, whole.size() - 3}) {
+        test::Bytes cut = whole;
+        cut.resize(size);
+        test::writeBytes(temp / "cut.nii.gz", cut);
+        const std::string why = refusal(temp / "cut.nii.gz", ImageKind::ct, reader());
+        EXPECT_NE(why.find("cut.nii.gz: "), std::string::npos) << size << " " << why;
+    }
+    test::Bytes wrong = whole;
+    wrong[whole.size() - 6] ^= std::byte{1};  // the checksum
+    test::writeBytes(temp / "wrong.nii.gz", wrong);
+    EXPECT_NE(refusal(temp / "wrong.nii.gz", ImageKind::ct, reader()).find("damaged"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

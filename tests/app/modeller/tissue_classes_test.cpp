@@ -1,0 +1,106 @@
+// A body made of known values and known noise.
+#include "app/modeller/tissue_classes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "app/modeller/import_map.h"
+
+namespace stylet::modeller {
+namespace {
+
+using patient::Grid;
+using patient::Index3;
+using patient::Vec3;
+
+constexpr double kNoise_hu = 9.0;
+
+// A cylinder upright: fat, in it muscle with ribs, in it lung on one side and even blood on the other.
+struct MadeBody {
+    patient::CtVolume ct{Grid{{120, 100, 60}, Vec3(0.0025), Vec3(0.0)}, -1000};
+    Mask body{ct.grid};
+    patient::LabelVolume labels{ct.grid};  // ribs and blood
+
+    explicit MadeBody(double blood_hu) {
+        std::mt19937 random(7);
+        std::normal_distribution<double> noise(0.0, kNoise_hu);
+        for (int z = 0; z < ct.grid.dims.z; ++z)
+            for (int y = 0; y < ct.grid.dims.y; ++y)
+                for (int x = 0; x < ct.grid.dims.x; ++x) {
+                    const Index3 i{x, y, z};
+                    const Vec3 p = ct.grid.centre(i) - Vec3(0.15, 0.125, 0.0);
+                    const double r = std::hypot(p.x / 0.13, p.y / 0.105);
+                    if (r > 1.0) continue;
+                    body[i] = 1;
+                    double hu = -105.0;
+                    if (r < 0.85) hu = 60.0;
+                    if (r < 0.85 && r > 0.75 && z % 12 < 4) {
+                        hu = 400.0 + 60.0 * std::sin(x);
+                        labels[i] = findTarget("bone")->id;
+                    }
+                    if (r < 0.6) {
+                        hu = p.x > 0.0 ? -850.0 : blood_hu;
+                        labels[i] = findTarget(p.x > 0.0 ? "right lung" : "portal vein")->id;
+                    }
+                    ct[i] = std::int16_t(std::lround(hu + noise(random)));
+                }
+    }
+};
+
+TEST(TissueClasses, AreThoseThatWereMade) {
+    const MadeBody made(180.0);
+    const TissueClasses c = classesOf(made.ct, made.body);
+    EXPECT_NEAR(c.fat.mean_hu, -105.0, 3.0);
+    EXPECT_NEAR(c.fat.sigma_hu, kNoise_hu, 2.0);
+    EXPECT_NEAR(c.soft.mean_hu, 60.0, 3.0);
+    EXPECT_NEAR(c.blood.mean_hu, 180.0, 3.0);
+    EXPECT_NEAR(c.bone.mean_hu, 400.0, 15.0);
+    const patient::Thresholds t = thresholdsOf(c);
+    EXPECT_NEAR(t.t1_hu, c.fat.mean_hu - 5.5 * c.fat.sigma_hu, 0.51);
+    EXPECT_LT(t.t0_hu, t.t1_hu);
+    EXPECT_GE(t.t2_sensitive_hu, c.soft.mean_hu + 5.5 * c.soft.sigma_hu - 0.51);
+    EXPECT_LT(t.t2_sensitive_hu, c.bone.mean_hu);
+    EXPECT_GE(t.t2_specific_hu, c.blood.mean_hu + 4.0 * c.blood.sigma_hu - 0.51);
+}
+
+TEST(TissueClasses, WithoutContrastThereIsNoBlood) {
+    const MadeBody made(45.0);
+    const TissueClasses c = classesOf(made.ct, made.body);
+    EXPECT_EQ(c.blood.share, 0.0);
+    const patient::Thresholds t = thresholdsOf(c);
+    EXPECT_EQ(t.t2_specific_hu, t.t2_sensitive_hu);
+}
+
+// With labels and without, the same classes are found.
+TEST(TissueClasses, LabelsSayTheSame) {
+    const MadeBody made(180.0);
+    const TissueClasses with = classesOf(made.ct, made.body, made.labels),
+                        without = classesOf(made.ct, made.body);
+    const auto same = [](const TissueClass& a, const TissueClass& b, double within_hu) {
+        EXPECT_NEAR(a.mean_hu, b.mean_hu, within_hu);
+        EXPECT_NEAR(a.sigma_hu, b.sigma_hu, within_hu);
+    };
+    same(with.fat, without.fat, 1.0);
+    same(with.soft, without.soft, 1.0);
+    same(with.blood, without.blood, 2.0);
+    same(with.bone, without.bone, 15.0);
+    const patient::Thresholds a = thresholdsOf(with), b = thresholdsOf(without);
+    EXPECT_NEAR(a.t1_hu, b.t1_hu, 5.0);
+    EXPECT_NEAR(a.t2_sensitive_hu, b.t2_sensitive_hu, 5.0);
+    EXPECT_NEAR(a.t2_specific_hu, b.t2_specific_hu, 10.0);
+}
+
+TEST(TissueClasses, WithoutBoneSoftTissuesNoiseDecides) {
+    TissueClasses c{{-105.0, 9.0, 0.5}, {60.0, 9.0, 0.5}, {}, {}};
+    const patient::Thresholds t = thresholdsOf(c);
+    EXPECT_EQ(t.t2_sensitive_hu, std::round(60.0 + 5.5 * 9.0));
+    EXPECT_EQ(t.t2_specific_hu, t.t2_sensitive_hu);
+    c.bone = {400.0, 80.0, 0.1};
+    EXPECT_GT(thresholdsOf(c).t2_sensitive_hu, 100.0);
+    EXPECT_LT(thresholdsOf(c).t2_sensitive_hu, 200.0);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

@@ -1,0 +1,134 @@
+// A patient built from his CT alone: the voxel size of all stages, the grid and the iterations of the liver's
+// atlases, and its first cut, against Dice and time. One patient of the seeds that the stages were tuned on:
+// these rows choose defaults, they judge nobody.
+#include <algorithm>
+#include <cstdlib>
+
+#include "app/modeller/build/atlas.h"
+#include "app/modeller/build/build.h"
+#include "app/modeller/build/judgement.h"
+#include "app/modeller/build/liver.h"
+#include "app/modeller/import_map.h"
+#include "app/modeller/section.h"
+#include "patient/nifti.h"
+#include "patient/synth/synth.h"
+#include "tests/bench/bench.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::bench {
+namespace {
+
+using modeller::Mask;
+using patient::Package;
+
+constexpr std::uint64_t kSeed = 5;
+constexpr double kCt_m = 0.001;
+
+Package referencePatient(std::uint64_t seed, double spacing_m) {
+    patient::synth::SynthSettings s;
+    s.seed = seed;
+    s.spacing_m = spacing_m;
+    s.defaults = patient::loadTissueDefaults(std::filesystem::path(std::getenv("STYLET_ASSETS")) / "tissue" /
+                                             "ptcd.toml");
+    return patient::synth::makeReferencePatient(s);
+}
+
+// By what a stage is judged.
+struct Stage {
+    const char* name;
+    const char* structure;
+};
+constexpr Stage kStages[] = {{"lungs", "right lung"},   {"bones", "bone"},
+                             {"liver", "liver, whole"}, {"vessels", "vessels in the liver"},
+                             {"ducts", "bile ducts"},   {"organs", "right kidney"},
+                             {"fascia", "fascia"},      {"skin", "skin"}};
+
+void addVoxelRows(std::vector<Row>& rows, const modeller::Built& built, const Package& truth,
+                  double spacing_m) {
+    const std::vector<modeller::Judged> judged = modeller::judge(truth, built.package, {});
+    for (const Stage& stage : kStages)
+        for (const modeller::StageReport& report : built.stages)
+            for (const auto& [structure, a] : judged)
+                if (report.name == stage.name && structure == stage.structure) {
+                    char note[80];
+                    std::snprintf(note, sizeof note, "%s; mean surface %.2f mm", stage.structure,
+                                  1e3 * a.mean_surface_m);
+                    rows.push_back({"model." + report.name, "voxel [mm]", 1e3 * spacing_m,
+                                    1e3 * report.seconds, 1.0 - a.dice, "1 - Dice",
+                                    "the labels of a reference patient", note});
+                }
+}
+
+// What the liver's own knobs cost, everything else as `found` has it.
+void addLiverRows(std::vector<Row>& rows, const Package& truth, const Package& found) {
+    const auto labelled = [&](std::initializer_list<std::string_view> names) {
+        return modeller::maskOf(found.labels, [&](const patient::Label& l) {
+            return std::find(names.begin(), names.end(), l.name) != names.end();
+        });
+    };
+    const Mask lungs = labelled({"right lung", "left lung"});
+    const Mask bones = labelled({"right ribs", "left ribs", "spine", "sternum", "bone"});
+    Mask body(found.ct.grid);
+    for (std::size_t i = 0; i < body.voxels.size(); ++i)
+        body.voxels[i] = found.ct.voxels[i] != modeller::kOutside_hu;
+    Package judged = found;
+    const auto row = [&](const char* knob, double value, modeller::AtlasSettings atlas,
+                         const modeller::LiverSettings& settings) {
+        std::vector<modeller::AtlasImage> images;
+        for (const std::uint64_t seed : modeller::kAtlasSeeds)
+            images.emplace_back(referencePatient(seed, 0.0025), atlas);
+        const auto start = std::chrono::steady_clock::now();
+        const modeller::AtlasPrior prior = modeller::alignAtlases(found.ct, body, lungs, images, atlas);
+        const modeller::Liver liver = modeller::findLiver(found.ct, body, lungs, bones, prior, settings);
+        const double time_ms = elapsed_ms(start);
+        for (std::uint8_t& id : judged.labels.voxels)
+            id = 0;
+        modeller::paint(judged.labels, liver.mask, modeller::findTarget("liver")->id, true);
+        for (const auto& [structure, a] : modeller::judge(truth, judged, {}))
+            if (structure == "liver, whole") {
+                char note[80];
+                std::snprintf(note, sizeof note, "mean surface %.2f mm", 1e3 * a.mean_surface_m);
+                rows.push_back({"model.liver", knob, value, time_ms, 1.0 - a.dice, "1 - Dice",
+                                "the labels of a reference patient", note});
+            }
+    };
+    for (const int iterations : {0, 10, 20, 40, 80}) {
+        modeller::AtlasSettings atlas;
+        atlas.iterations = iterations;
+        row("atlas iterations", iterations, atlas, {});
+    }
+    for (const double grid_mm : {8.0, 6.0, 4.0, 3.0}) {
+        if (grid_mm < 4.0 && !longForm()) continue;
+        modeller::AtlasSettings atlas;
+        atlas.spacing_m = 1e-3 * grid_mm;
+        row("atlas grid [mm]", grid_mm, atlas, {});
+    }
+    for (const double coarse_mm : {6.0, 4.0, 3.0, 2.0}) {
+        modeller::LiverSettings settings;
+        settings.coarse_m = 1e-3 * coarse_mm;
+        row("first cut [mm]", coarse_mm, {}, settings);
+    }
+}
+
+void run(std::vector<Row>& rows) {
+    const test::TempFolder folder;
+    const Package truth = referencePatient(kSeed, kCt_m);
+    patient::writeNifti(folder / "ct.nii.gz", truth.ct);
+    for (const double spacing_mm : {3.0, 2.0, 1.5, 1.0}) {
+        modeller::BuildSettings settings;
+        settings.ct = folder / "ct.nii.gz";
+        settings.stages = folder / "stages";
+        settings.spacing_m = 1e-3 * spacing_mm;
+        settings.reference_phase = "exhale";
+        settings.defaults = patient::loadTissueDefaults(std::filesystem::path(std::getenv("STYLET_ASSETS")) /
+                                                        "tissue" / "ptcd.toml");
+        const modeller::Built built = modeller::build(settings);
+        addVoxelRows(rows, built, truth, settings.spacing_m);
+        if (spacing_mm == 2.0) addLiverRows(rows, truth, built.package);
+    }
+}
+
+const Registration registration("model", run);
+
+}  // namespace
+}  // namespace stylet::bench

@@ -1,0 +1,20 @@
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "app/modeller/build/classes.h"
+#include "app/modeller/child_process.h"
+
+// Thresholds that rise or an ImportError; what is taken is written so that it is taken again.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet::modeller;
+    try {
+        const stylet::patient::Thresholds t =
+            parseClasses(std::string(reinterpret_cast<const char*>(data), size));
+        if (!(t.t0_hu >= -1024.0 && t.t0_hu < t.t1_hu && t.t1_hu < t.t2_sensitive_hu)) std::abort();
+        if (!(parseClasses(writeClasses({}, t)) == t)) std::abort();
+    } catch (const ImportError&) {
+    }
+    return 0;
+}

@@ -1,7 +1,6 @@
 #include "app/study/pair.h"
 
 #include <toml++/toml.h>
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -127,9 +126,7 @@ void refuseShared(const PairFiles& files, const Package& reference, const Packag
                 throw DataError(files.found / "patient.toml", "label." + theirs.name + ".provenance",
                                 "\"" + theirs.provenance + "\" is that of the reference's " + own.name +
                                     ": labels that were not made apart prove nothing");
-    std::string listed = found.provenance + ",";
-    std::replace(listed.begin(), listed.end(), ';', ',');
-    if (listed.find(" " + reference.name + ",") != std::string::npos)
+    if (found.provenance.find('"' + reference.name + '"') != std::string::npos)
         throw DataError(files.found / "patient.toml", "provenance",
                         reference.name + " is among the atlases that it was built with");
 }

@@ -109,9 +109,9 @@ TEST(StudyPair, OfLabelsThatWereNotMadeApartIsRefused) {
     test::callBuilt(found);
     patient::Package named = truth;
     named.name = "reference patient, seed 1";
-    found.provenance = "built; atlases: reference patient, seed 10, reference patient, seed 2";
+    found.provenance = "built; atlases: \"reference patient, seed 10\", \"reference patient, seed 2\"";
     makePair(test::kMadeFiles, named, found, FoundLabels::partial);
-    found.provenance += ", reference patient, seed 1; virtual bile ducts added";
+    found.provenance += ", \"reference patient, seed 1\"; virtual bile ducts added";
     test::expectRefused([&] { makePair(test::kMadeFiles, named, found, FoundLabels::partial); },
                         "built/patient.toml", "provenance: reference patient, seed 1 is among the atlases");
 }

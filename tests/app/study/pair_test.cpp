@@ -52,6 +52,13 @@ TEST_F(StudyFileOnDisk, IsRefusedWithFieldAndReason) {
     expectRefusedAs(pair + "name = '..'", "pair[0].name");
     expectRefusedAs(pair + pair, "pair[1].name: \"a\" is there already");
     expectRefusedAs("[[pair]\n", "line 1");
+    expectRefusedAs("pair = " + std::string(100'000, '['), "line 1");
+    expectRefusedAs("[[pair]]\nreference = '/'\nfound = 'b'", "pair[0].name");
+    std::string many;
+    for (int i = 0; i < 1001; ++i)
+        many += "[[pair]]\nname = '" + std::to_string(i) + "'\nreference = 'a'\nfound = 'b'\n";
+    expectRefusedAs(many, "pair: more than 1000");
+    expectRefusedAs(std::string((1 << 20) + 1, '#'), "file: larger");
     test::expectRefused([] { readStudyFile("/nowhere/study.toml"); }, "study.toml", "file");
 }
 

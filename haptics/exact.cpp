@@ -195,22 +195,33 @@ void beginInAir(std::vector<Segment>& path) {
 
 }  // namespace
 
-void segmentsAlong(const patient::TissueMap& map, const Vec3& entry_m, const Vec3& end_m,
-                   patient::VoxelPath& path, std::vector<Segment>& segments) {
-    const Vec3 way = end_m - entry_m;
-    const double length_m = std::sqrt(glm::dot(way, way));
+void segmentsAlong(const patient::TissueMap& map, const std::vector<patient::VoxelPath::Visit>& walk,
+                   double length_m, Borders borders, std::vector<Segment>& segments) {
+    constexpr double kCorner_m = 1e-9;
+    const double corner = borders == Borders::ofTissues ? kCorner_m / length_m : 0.0;
     segments.clear();
     patient::TrackFlags flags;
     int last = -1;
-    for (const patient::VoxelPath::Visit& visit : path.along(map.grid(), entry_m, end_m)) {
+    for (std::size_t i = 0; i < walk.size(); ++i) {
+        const patient::VoxelPath::Visit& visit = walk[i];
         const patient::TissueMap::Code code = map.code(visit);
         if (code == last) continue;
+        if (i + 1 < walk.size() && walk[i + 1].begin - visit.begin < corner) continue;
         last = code;
         const patient::TissueSample x = map.sample(code, flags);
         flags = map.flagsAfterEntering(code, flags);
-        if (segments.empty() || segments.back().tissue != x.tissue || segments.back().label != x.label)
-            segments.push_back({visit.begin * length_m, x.tissue, x.label});
+        if (!segments.empty() && segments.back().tissue == x.tissue &&
+            (borders == Borders::ofTissues || segments.back().label == x.label))
+            continue;
+        segments.push_back({visit.begin * length_m, x.tissue, x.label});
     }
+}
+
+void segmentsAlong(const patient::TissueMap& map, const Vec3& entry_m, const Vec3& end_m,
+                   patient::VoxelPath& path, std::vector<Segment>& segments) {
+    const Vec3 way = end_m - entry_m;
+    segmentsAlong(map, path.along(map.grid(), entry_m, end_m), std::sqrt(glm::dot(way, way)),
+                  Borders::ofLabels, segments);
 }
 
 ExactForce solveExact(const patient::TissueTable& table, const std::vector<Segment>& segments,
@@ -223,16 +234,25 @@ ExactForce solveExact(const patient::TissueTable& table, const std::vector<Segme
     return force;
 }
 
-const ExactForce& ExactSolver::solve(const Vec3& entry_m, const Vec3& end_m) {
-    const Vec3 way = end_m - entry_m;
-    segmentsAlong(map_, entry_m, end_m, path_, segments_);
+const ExactForce& ExactSolver::solveSegments(double length_m) {
     beginInAir(segments_);
     cuts_.clear();
     force_.pieces.clear();
     force_.events.clear();
-    PathSolver(map_.tissues(), settings_, bone_, segments_, std::sqrt(glm::dot(way, way)), cuts_, force_)
-        .solve();
+    PathSolver(map_.tissues(), settings_, bone_, segments_, length_m, cuts_, force_).solve();
     return force_;
+}
+
+const ExactForce& ExactSolver::solve(const Vec3& entry_m, const Vec3& end_m) {
+    const Vec3 way = end_m - entry_m;
+    segmentsAlong(map_, entry_m, end_m, path_, segments_);
+    return solveSegments(std::sqrt(glm::dot(way, way)));
+}
+
+const ExactForce& ExactSolver::solve(const std::vector<patient::VoxelPath::Visit>& walk, double length_m,
+                                     Borders borders) {
+    segmentsAlong(map_, walk, length_m, borders, segments_);
+    return solveSegments(length_m);
 }
 
 double ExactForce::at(double depth_m) const {
@@ -242,6 +262,32 @@ double ExactForce::at(double depth_m) const {
     const ForcePiece& p = after == pieces.begin() ? pieces.front() : *(after - 1);
     const double x = std::clamp(depth_m, p.begin_m, p.end_m) - p.begin_m;
     return (p.c2_n_per_m2 * x + p.c1_n_per_m) * x + p.c0_n;
+}
+
+void sampleForce(const ExactForce& force, double first_m, double step_m, std::span<double> force_n) {
+    std::size_t i = 0;
+    for (const ForcePiece& p : force.pieces) {
+        const bool is_last = &p == &force.pieces.back();
+        // How many of the depths lie before its end: a guess, then the comparison itself.
+        std::size_t end = force_n.size();
+        if (!is_last) {
+            const double count = std::ceil((p.end_m - first_m) / step_m);
+            end = std::clamp(std::size_t(std::max(0.0, count)), i, force_n.size());
+            while (end > i && !(first_m + double(end - 1) * step_m < p.end_m))
+                --end;
+            while (end < force_n.size() && first_m + double(end) * step_m < p.end_m)
+                ++end;
+        }
+        if (p.c1_n_per_m == 0.0 && p.c2_n_per_m2 == 0.0) {
+            std::fill(force_n.begin() + std::ptrdiff_t(i), force_n.begin() + std::ptrdiff_t(end), p.c0_n);
+            i = end;
+        }
+        for (; i < end; ++i) {
+            const double x = std::clamp(first_m + double(i) * step_m, p.begin_m, p.end_m) - p.begin_m;
+            force_n[i] = (p.c2_n_per_m2 * x + p.c1_n_per_m) * x + p.c0_n;
+        }
+    }
+    std::fill(force_n.begin() + std::ptrdiff_t(i), force_n.end(), 0.0);  // no pieces
 }
 
 }  // namespace stylet::haptics

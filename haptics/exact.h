@@ -2,6 +2,7 @@
 // Same rules as needle.h (model in Eqs. 1-8), solved in closed form between events.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "haptics/needle.h"
@@ -38,10 +39,20 @@ struct ExactForce {
     double at(double depth_m) const;  // the force just after `depth_m`
 };
 
+// The force just after each of the depths first_m + i * step_m, as at() has it, bit for bit.
+void sampleForce(const ExactForce&, double first_m, double step_m, std::span<double> force_n);
+
+// What begins a segment: a change of label, or only one of tissue. To the force the latter is enough, and two
+// segmentations that agree in tissues then come to the same bits. It leaves out corners of voxels, through
+// which a path has less than 1 nm: on a path from voxel to voxel rounding says which of them it touches.
+enum class Borders { ofLabels, ofTissues };
 // The tissues along a straight path from entry to end in the reference (track flags as the needle would set
 // them), written over `segments`; `path` is working space.
 void segmentsAlong(const patient::TissueMap&, const Vec3& entry_m, const Vec3& end_m,
                    patient::VoxelPath& path, std::vector<Segment>& segments);
+// The same over a walk that is there already, of a path `length_m` long through a grid like the map's.
+void segmentsAlong(const patient::TissueMap&, const std::vector<patient::VoxelPath::Visit>& walk,
+                   double length_m, Borders, std::vector<Segment>& segments);
 
 // Bone is held for ever. Its force rises with its stiffness to `max_force_n` and stays there to the path's
 // end, as for a hand; the study has that maximum at once, as the paper does.
@@ -59,8 +70,13 @@ class ExactSolver {
         : map_(map), settings_(settings), bone_(bone) {}
     // From entry to end in the reference. What is returned stands until the next call.
     const ExactForce& solve(const Vec3& entry_m, const Vec3& end_m);
+    const ExactForce& solve(const std::vector<patient::VoxelPath::Visit>& walk, double length_m, Borders);
+    // Of the last solution; the first is air.
+    const std::vector<Segment>& segments() const { return segments_; }
 
   private:
+    const ExactForce& solveSegments(double length_m);
+
     const patient::TissueMap& map_;
     NeedleSettings settings_;
     Bone bone_;

@@ -15,6 +15,7 @@ constexpr double kBeyondTarget_m = 0.020;
 // The axillary lines, as shares of the torso's half depth before and behind its middle: 30 degrees either
 // side of the most lateral line of an elliptic torso.
 constexpr double kAxillaryLine = 0.5;
+constexpr float kUnderRibShare = 0.5f;
 constexpr double kInsideLiver_m = 0.030;
 // Neighbouring ribs are at most this far apart, measured upright: a gap of 25 mm across sloping ribs.
 constexpr double kNextRib_m = 0.035;
@@ -147,6 +148,17 @@ Volume<std::uint8_t> lowerEdgeMask(const Volume<std::uint8_t>& marks) {
     for (std::size_t i = below; i < marks.voxels.size(); ++i)
         mask.voxels[i] = (marks.voxels[i] & kBone) && !(marks.voxels[i - below] & kBone);
     return mask;
+}
+
+Volume<float> clearances(const Volume<std::uint8_t>& marks, int threads) {
+    const Vec3 spacing_m = marks.grid.spacing_m;
+    const float half_voxel_m = float(0.5 * std::max({spacing_m.x, spacing_m.y, spacing_m.z}));
+    Volume<float> clearance_m = distanceTo(riskMask(marks), Sites::all, threads);
+    const Volume<float> rib_m = distanceTo(lowerEdgeMask(marks), Sites::above, threads);
+    for (std::size_t i = 0; i < marks.voxels.size(); ++i)
+        clearance_m.voxels[i] =
+            std::min(clearance_m.voxels[i] - half_voxel_m, kUnderRibShare * (rib_m.voxels[i] - half_voxel_m));
+    return clearance_m;
 }
 
 // Bone, widened to either side within each slice.
@@ -326,8 +338,7 @@ PlanRegion makePlanRegion(const Patient& patient, const PlanSettings& settings) 
     const Grid crop = cropAround(patient.grid(), liver);
     Volume<std::uint8_t> marks = markDeformed(patient, settings.breath, crop, settings.threads);
     tellBodyFromAir(marks);
-    return {distanceTo(riskMask(marks), Sites::all, settings.threads),
-            distanceTo(lowerEdgeMask(marks), Sites::above, settings.threads), intercostalMask(marks),
+    return {clearances(marks, settings.threads), intercostalMask(marks),
             skinEntries(marks, liver, settings.skin_spacing_m), backOf(marks)};
 }
 

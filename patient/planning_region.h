@@ -9,16 +9,17 @@ namespace stylet::patient {
 
 // The right flank at the liver's height in the deformed patient, with room for clearances.
 struct PlanRegion {
-    Volume<float> risk_m;        // to the nearest risk structure, centre to centre
-    Volume<float> under_bone_m;  // to the nearest lower surface of bone, for what lies below it
+    // To the border of the nearest risk structure, from voxel to voxel; under a rib's lower edge half the
+    // distance counts.
+    Volume<float> clearance_m;
     // Where bone is near above and below: between two ribs. No voxels where the flank has no ribs.
     Volume<std::uint8_t> intercostal;
-    std::vector<Vec3> entries_m;  // the coarse set of skin voxels, deformed
+    std::vector<Vec3> entries_m;  // skin voxels, deformed; row by row from the feet to the head
     double back_m = 0.0;          // y of the body's back: the table's top
 };
 
 // Centre line of the ducts inside the liver, in the reference: the duct voxels farthest from its wall,
-// thickest first.
+// thickest first. Each of them, or none nearer than `spacing_m` to a better one.
 std::vector<Vec3> ductCentreLine(const Patient&, double spacing_m);
 
 // Empty without a liver.

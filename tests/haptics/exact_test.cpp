@@ -134,6 +134,70 @@ TEST(Exact, OutAgainThroughACornerOfTheSkinIsAnEvent) {
     }
 }
 
+TEST(Exact, SampledAtManyDepthsItIsWhatItIsAtEach) {
+    const ExactForce e =
+        solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.02}, {duct, 0.004}, {bone, 0.01}});
+    std::vector<double> force_n(1777);
+    // Also on the pieces' own ends, before the path and behind it.
+    for (const double first_m : {-0.001, 0.0, 0.01, 0.012 - 1e-12}) {
+        const double step_m = 0.0001;
+        sampleForce(e, first_m, step_m, force_n);
+        for (std::size_t i = 0; i < force_n.size(); ++i)
+            ASSERT_EQ(force_n[i], e.at(first_m + double(i) * step_m)) << i;
+    }
+    sampleForce({}, 0.0, 0.1, force_n);
+    EXPECT_EQ(std::count(force_n.begin(), force_n.end(), 0.0), std::ptrdiff_t(force_n.size()));
+}
+
+// Labels alone part no segment of tissues, and the force is the same to the last bit.
+TEST(Exact, BordersOfTissuesAreEnough) {
+    patient::Package package =
+        test::makeColumn({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {liver, 0.02}});
+    const patient::TissueMap whole{patient::Patient(package)};
+    patient::Label muscle = package.label_table[1];
+    muscle.id = 77;
+    package.label_table.push_back(muscle);
+    for (std::size_t i = 0; i < package.labels.voxels.size(); ++i)
+        if (package.labels.voxels[i] == muscle.id - 75 && i % 3 == 0) package.labels.voxels[i] = muscle.id;
+    const patient::TissueMap parted{patient::Patient(package)};
+    const Vec3 entry_m{-0.010, 0.0, 0.0}, end_m{0.030, 0.004, 0.003};
+    const double length_m = glm::length(end_m - entry_m);
+    patient::VoxelPath path;
+    const auto& walk = path.along(whole.grid(), entry_m, end_m);
+    ExactSolver a(whole, {}), b(parted, {});
+    b.solve(walk, length_m, Borders::ofLabels);
+    EXPECT_GT(b.segments().size(), 6u);
+    a.solve(walk, length_m, Borders::ofTissues);
+    const ExactForce expected = b.solve(walk, length_m, Borders::ofTissues);
+    EXPECT_EQ(a.segments().size(), 5u);
+    EXPECT_EQ(b.segments().size(), 5u);
+    for (double x_m = 0.0; x_m < length_m; x_m += 1e-5)
+        ASSERT_EQ(a.solve(walk, length_m, Borders::ofTissues).at(x_m), expected.at(x_m));
+}
+
+// A diagonal through a grid of voxels touches four at each corner; the fascia of one of them is not met.
+TEST(Exact, CornersAreNoBordersOfTissues) {
+    patient::Package package =
+        test::widen(test::makeColumn({{skin, 0.002}, {soft, 0.01}, {liver, 0.02}}, 0.001), 31, 0.001);
+    const patient::Grid& grid = package.ct.grid;
+    const patient::Index3 entry = grid.nearest({0.0135, -0.007, 0.0});
+    const patient::Vec3 entry_m = grid.centre(entry), end_m = grid.centre(entry + patient::Index3(14, 14, 0));
+    for (const patient::Index3& beside : {patient::Index3(7, 6, 0), patient::Index3(6, 7, 0)})
+        package.labels[entry + beside] = std::uint8_t(fascia);
+    const patient::TissueMap map{patient::Patient(package)};
+    patient::VoxelPath path;
+    std::vector<Segment> segments;
+    segmentsAlong(map, path.along(map.grid(), entry_m, end_m), glm::length(end_m - entry_m),
+                  Borders::ofTissues, segments);
+    for (const Segment& s : segments)
+        EXPECT_NE(s.tissue, fascia);
+    segmentsAlong(map, path.along(map.grid(), entry_m, end_m), glm::length(end_m - entry_m),
+                  Borders::ofLabels, segments);
+    EXPECT_EQ(
+        std::count_if(segments.begin(), segments.end(), [](const Segment& s) { return s.tissue == fascia; }),
+        1);
+}
+
 TEST(Exact, SegmentsFollowTheTrack) {
     // Unlabelled bone of 250 HU is bone before the fascia and contrast-filled vessel (soft) behind it.
     patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {soft, 0.01}});

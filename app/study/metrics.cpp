@@ -1,0 +1,313 @@
+#include "app/study/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace stylet::study {
+
+using haptics::ExactEvent;
+using haptics::ForcePiece;
+using haptics::NeedleEventKind;
+using haptics::Segment;
+using patient::Tissue;
+
+namespace {
+
+std::size_t at(Tissue t) {
+    return std::size_t(t);
+}
+
+// ---- the samples
+
+double sampleDepth(const Steered& s, std::size_t i) {
+    return s.first_m + double(i) * s.step_m;
+}
+
+// The first sample at `depth_m` or behind it.
+std::size_t sampleFrom(const Steered& s, double depth_m) {
+    const double i = std::ceil((depth_m - s.first_m) / s.step_m);
+    return std::size_t(std::clamp(i, 0.0, double(s.full.samples_n.size())));
+}
+
+void measureSamples(const Steered& s, PathResult& r) {
+    const std::size_t count = s.full.samples_n.size();
+    std::size_t equal = 0, largest = 0;
+    double sum_n2 = 0.0;
+    for (std::size_t bin = 0; bin < kPositionBins; ++bin) {
+        const std::size_t end = count * (bin + 1) / kPositionBins;
+        double bin_n2 = 0.0;
+        for (std::size_t i = count * bin / kPositionBins; i < end; ++i) {
+            const double error_n = s.partial.samples_n[i] - s.full.samples_n[i];
+            bin_n2 += error_n * error_n;
+            equal += error_n == 0.0;
+            if (std::fabs(error_n) > r.sampled.max_n) r.sampled.max_n = std::fabs(error_n), largest = i;
+        }
+        r.position_n2[bin] = bin_n2;
+        sum_n2 += bin_n2;
+    }
+    r.samples = std::uint32_t(count);
+    r.sampled.rmse_n = std::sqrt(sum_n2 / double(count));
+    r.sampled.max_at_m = sampleDepth(s, largest) - s.entry_m;
+    r.sampled.equal_share = double(equal) / double(count);
+
+    const std::vector<Segment>& segments = *s.full.segments;
+    for (std::size_t j = 0; j < segments.size(); ++j) {
+        const std::size_t end = j + 1 < segments.size() ? sampleFrom(s, segments[j + 1].begin_m) : count;
+        for (std::size_t i = sampleFrom(s, segments[j].begin_m); i < end; ++i) {
+            const double error_n = s.partial.samples_n[i] - s.full.samples_n[i];
+            r.sum_n2[at(segments[j].tissue)] += error_n * error_n;
+        }
+    }
+}
+
+double largestOutside(const Steered& s, double window_m) {
+    std::vector<double> events;
+    for (const Felt* felt : {&s.full, &s.partial})
+        for (const ExactEvent& e : felt->force->events)
+            events.push_back(e.depth_m);
+    std::sort(events.begin(), events.end());
+    double largest_n = 0.0;
+    std::size_t i = 0;
+    const auto upTo = [&](std::size_t end) {
+        for (; i < end; ++i)
+            largest_n = std::max(largest_n, std::fabs(s.partial.samples_n[i] - s.full.samples_n[i]));
+    };
+    for (const double event_m : events) {
+        upTo(sampleFrom(s, event_m - window_m));
+        i = std::max(i, sampleFrom(s, event_m + window_m));
+    }
+    upTo(s.full.samples_n.size());
+    return largest_n;
+}
+
+// ---- closed form
+
+// c2 x^2 + c1 x + c0 from `begin_m` on.
+struct Curve {
+    double c0 = 0.0, c1 = 0.0, c2 = 0.0;
+};
+
+Curve curveFrom(const ForcePiece& p, double begin_m) {
+    const double x = begin_m - p.begin_m;
+    return {(p.c2_n_per_m2 * x + p.c1_n_per_m) * x + p.c0_n, 2.0 * p.c2_n_per_m2 * x + p.c1_n_per_m,
+            p.c2_n_per_m2};
+}
+
+bool sameForce(const ForcePiece& a, const ForcePiece& b) {
+    if (a.c0_n != b.c0_n || a.c1_n_per_m != b.c1_n_per_m || a.c2_n_per_m2 != b.c2_n_per_m2) return false;
+    return a.begin_m == b.begin_m || (a.c1_n_per_m == 0.0 && a.c2_n_per_m2 == 0.0);
+}
+
+ForceError measureExactly(const Steered& s) {
+    const std::vector<ForcePiece>&full = s.full.force->pieces, &partial = s.partial.force->pieces;
+    if (full.empty() || partial.empty()) return {kNone, kNone, kNone, kNone};
+    ForceError e;
+    double sum_n2m = 0.0, equal_m = 0.0;
+    std::size_t a = 0, b = 0;
+    for (double x = s.begin_m; x < s.end_m;) {
+        while (a + 1 < full.size() && full[a].end_m <= x)
+            ++a;
+        while (b + 1 < partial.size() && partial[b].end_m <= x)
+            ++b;
+        const double end = std::min({full[a].end_m, partial[b].end_m, s.end_m}), h = end - x;
+        if (!(h > 0.0)) break;
+        if (sameForce(full[a], partial[b])) {
+            equal_m += h;
+        } else {
+            const Curve f = curveFrom(full[a], x), g = curveFrom(partial[b], x);
+            const double c0 = g.c0 - f.c0, c1 = g.c1 - f.c1, c2 = g.c2 - f.c2;
+            sum_n2m += h * (c0 * c0 + h * (c0 * c1 + h * ((c1 * c1 + 2.0 * c0 * c2) / 3.0 +
+                                                          h * (c1 * c2 / 2.0 + h * c2 * c2 / 5.0))));
+            const double top = c2 != 0.0 ? std::clamp(-0.5 * c1 / c2, 0.0, h) : 0.0;
+            for (const double u : {0.0, top, h}) {
+                const double error_n = std::fabs((c2 * u + c1) * u + c0);
+                if (error_n > e.max_n) e.max_n = error_n, e.max_at_m = x + u - s.entry_m;
+            }
+        }
+        x = end;
+    }
+    const double way_m = s.end_m - s.begin_m;
+    e.rmse_n = std::sqrt(std::max(0.0, sum_n2m) / way_m);
+    e.equal_share = equal_m / way_m;
+    return e;
+}
+
+// ---- borders
+
+// The depths at which the path enters or leaves a tissue.
+struct Surfaces {
+    std::vector<double> at_m;
+    std::size_t before_target = 0;
+};
+
+void surfacesOf(const std::vector<Segment>& segments, Tissue tissue, double target_m, Surfaces& out) {
+    out.at_m.clear();
+    for (std::size_t j = 0; j < segments.size(); ++j) {
+        if (segments[j].tissue != tissue) continue;
+        if (j > 0) out.at_m.push_back(segments[j].begin_m);
+        if (j + 1 < segments.size()) out.at_m.push_back(segments[j + 1].begin_m);
+    }
+    out.before_target =
+        std::size_t(std::upper_bound(out.at_m.begin(), out.at_m.end(), target_m) - out.at_m.begin());
+}
+
+struct Distances {
+    double sum_m = 0.0, largest_m = 0.0;
+    double least_m = std::numeric_limits<double>::infinity();
+    std::size_t count = 0;
+    void add(const Distances& d) {
+        sum_m += d.sum_m, count += d.count;
+        largest_m = std::max(largest_m, d.largest_m);
+        least_m = std::min(least_m, d.least_m);
+    }
+};
+
+// A structure that only one patient has before the target is the other's too if that has it so near.
+constexpr double kSameStructure_m = 0.010;
+
+Distances distances(const Surfaces& from, const Surfaces& to) {
+    Distances d;
+    for (std::size_t i = 0; i < from.before_target; ++i) {
+        double nearest_m = std::numeric_limits<double>::infinity();
+        for (const double other_m : to.at_m)
+            nearest_m = std::min(nearest_m, std::fabs(other_m - from.at_m[i]));
+        d.add({nearest_m, nearest_m, nearest_m, 1});
+    }
+    return d;
+}
+
+void measureBorders(const Steered& s, PathResult& r) {
+    Surfaces full, partial;
+    Distances all;
+    for (std::size_t t = at(Tissue::skin); t < kTissues; ++t) {
+        surfacesOf(*s.full.segments, Tissue(t), s.end_m, full);
+        surfacesOf(*s.partial.segments, Tissue(t), s.end_m, partial);
+        BorderError& b = r.by_tissue[t];
+        Distances d = distances(full, partial);
+        d.add(distances(partial, full));
+        if (d.count == 0) continue;  // not on the way
+        const bool both = full.before_target > 0 && partial.before_target > 0;
+        if (!both && d.least_m > kSameStructure_m) {
+            b.missed = full.before_target > 0;
+            b.invented = partial.before_target > 0;
+            r.borders.missed = std::uint8_t(r.borders.missed + b.missed);
+            r.borders.invented = std::uint8_t(r.borders.invented + b.invented);
+            continue;
+        }
+        b.mean_m = d.sum_m / double(d.count);
+        b.hausdorff_m = d.largest_m;
+        all.add(d);
+    }
+    if (all.count == 0) return;
+    r.borders.mean_m = all.sum_m / double(all.count);
+    r.borders.hausdorff_m = all.largest_m;
+}
+
+// ---- events
+
+bool isWayIn(const ExactEvent& e) {
+    return e.kind == NeedleEventKind::puncture || e.kind == NeedleEventKind::entry;
+}
+
+double firstWayIn(const std::vector<ExactEvent>& events, Tissue tissue) {
+    for (const ExactEvent& e : events)
+        if (isWayIn(e) && e.tissue == tissue) return e.depth_m;
+    return kNone;
+}
+
+// Ways in before the target.
+const ExactEvent* nextWayIn(const std::vector<ExactEvent>& events, std::size_t& i, double target_m) {
+    for (; i < events.size() && events[i].depth_m <= target_m; ++i)
+        if (isWayIn(events[i])) return &events[i++];
+    return nullptr;
+}
+
+bool sameOrder(const Steered& s) {
+    std::size_t i = 0, j = 0;
+    while (true) {
+        const ExactEvent* a = nextWayIn(s.full.force->events, i, s.end_m);
+        const ExactEvent* b = nextWayIn(s.partial.force->events, j, s.end_m);
+        if (!a || !b) return a == b;
+        if (a->tissue != b->tissue || a->kind != b->kind) return false;
+    }
+}
+
+bool alike(const ExactEvent& a, const ExactEvent& b) {
+    return a.kind == b.kind && a.tissue == b.tissue;
+}
+
+struct OwnEvent {
+    const ExactEvent* event;
+    Model model;
+};
+
+// The events of one patient to `depth_m` that the other does not have there.
+void addOwn(Model model, const std::vector<ExactEvent>& own, const std::vector<ExactEvent>& other,
+            double depth_m, std::vector<OwnEvent>& out) {
+    for (const ExactEvent& e : own)
+        if (e.depth_m <= depth_m && std::none_of(other.begin(), other.end(), [&](const ExactEvent& o) {
+                return alike(e, o) && o.depth_m == e.depth_m;
+            }))
+            out.push_back({&e, model});
+}
+
+double errorBefore(const Steered& s, double depth_m) {
+    const std::size_t i = sampleFrom(s, depth_m);
+    return i > 0 ? std::fabs(s.partial.samples_n[i - 1] - s.full.samples_n[i - 1]) : 0.0;
+}
+
+// How far the partial patient's event lies behind the full one's nearest alike.
+double apart(const ExactEvent& cause, Model model, const Steered& s) {
+    double apart_m = kNone;
+    for (const ExactEvent& o : (model == Model::full ? s.partial : s.full).force->events) {
+        if (!alike(cause, o)) continue;
+        const double here_m = model == Model::full ? o.depth_m - cause.depth_m : cause.depth_m - o.depth_m;
+        if (!(std::fabs(here_m) >= std::fabs(apart_m))) apart_m = here_m;
+    }
+    return apart_m;
+}
+
+Cause causeOf(const Steered& s, double largest_n, double depth_m) {
+    std::vector<OwnEvent> own;
+    addOwn(Model::full, s.full.force->events, s.partial.force->events, depth_m, own);
+    addOwn(Model::partial, s.partial.force->events, s.full.force->events, depth_m, own);
+    std::sort(own.begin(), own.end(), [](const OwnEvent& a, const OwnEvent& b) {
+        return std::tie(a.event->depth_m, a.model, a.event) < std::tie(b.event->depth_m, b.model, b.event);
+    });
+    const OwnEvent* cause = nullptr;
+    double most_n = 0.0;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+        const double after_n = i + 1 < own.size() ? errorBefore(s, own[i + 1].event->depth_m) : largest_n;
+        const double rise_n = after_n - errorBefore(s, own[i].event->depth_m);
+        if (rise_n > most_n) most_n = rise_n, cause = &own[i];
+    }
+    if (!cause) return {};
+    return {cause->model, cause->event->tissue, cause->event->kind, apart(*cause->event, cause->model, s)};
+}
+
+bool meetsBone(const Felt& felt, double target_m) {
+    return std::any_of(felt.force->events.begin(), felt.force->events.end(), [&](const ExactEvent& e) {
+        return e.kind == NeedleEventKind::border && e.tissue == Tissue::bone && e.depth_m <= target_m;
+    });
+}
+
+}  // namespace
+
+PathResult measure(const Steered& s, const MeasureSettings& settings) {
+    PathResult r;
+    r.way_m = s.end_m - s.begin_m;
+    measureSamples(s, r);
+    r.exact = measureExactly(s);
+    r.max_outside_n = largestOutside(s, settings.event_window_m);
+    measureBorders(s, r);
+    r.same_order = sameOrder(s);
+    r.meets_bone = meetsBone(s.full, s.end_m) || meetsBone(s.partial, s.end_m);
+    for (std::size_t t = 0; t < kTissues; ++t)
+        r.event_m[t] =
+            firstWayIn(s.partial.force->events, Tissue(t)) - firstWayIn(s.full.force->events, Tissue(t));
+    if (r.sampled.max_n > 0.0) r.cause = causeOf(s, r.sampled.max_n, r.sampled.max_at_m + s.entry_m);
+    return r;
+}
+
+}  // namespace stylet::study

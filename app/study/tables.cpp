@@ -1,0 +1,289 @@
+#include "app/study/tables.h"
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace stylet::study {
+
+using patient::PlannedPath;
+using patient::Vec3;
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr std::size_t kScoreBins = 20;  // of [0, 1]
+
+void save(const fs::path& file, const std::string& text) {
+    std::ofstream out(file, std::ios::binary);
+    out.write(text.data(), std::streamsize(text.size()));
+    out.close();
+    if (!out) throw patient::DataError(file, "file", "cannot be written");
+}
+
+// Rows of a CSV table.
+class Rows {
+  public:
+    explicit Rows(const std::string& header) : text_(header + "\n") {}
+    Rows& operator<<(double v) {
+        char digits[32];
+        if (std::isfinite(v)) {
+            const auto [end, error] = std::to_chars(digits, digits + sizeof digits, v);
+            cell(std::string_view(digits, std::size_t(end - digits)));
+        } else {
+            cell("");
+        }
+        return *this;
+    }
+    Rows& operator<<(std::size_t v) { return cell(std::to_string(v)); }
+    Rows& operator<<(std::string_view v) { return cell(v); }
+    void end() {
+        text_ += '\n';
+        first_ = true;
+    }
+    const std::string& text() const { return text_; }
+
+  private:
+    Rows& cell(std::string_view v) {
+        if (!first_) text_ += ',';
+        first_ = false;
+        text_ += v;
+        return *this;
+    }
+    std::string text_;
+    bool first_ = true;
+};
+
+constexpr double kMm = 1e3;
+
+void addMm(Rows& rows, const Vec3& p) {
+    rows << kMm * p.x << kMm * p.y << kMm * p.z;
+}
+
+std::string_view kindName(haptics::NeedleEventKind kind) {
+    using enum haptics::NeedleEventKind;
+    switch (kind) {
+        case border:
+            return "held";
+        case puncture:
+            return "cut";
+        case entry:
+            return "entry";
+        case sideways:
+            return "sideways";
+        case withdrawn:
+            return "withdrawn";
+        case overflow:
+            return "overflow";
+    }
+    return "?";
+}
+
+std::string_view modelName(Model model) {
+    return model == Model::full ? "full" : model == Model::partial ? "partial" : "";
+}
+
+// ---- JSON
+
+Json orNull(double v) {
+    return std::isfinite(v) ? Json(v) : Json(nullptr);
+}
+
+Json toJson(const Spread& s, double unit = 1.0) {
+    return {{"count", s.count},
+            {"mean", orNull(unit * s.mean)},
+            {"sigma", orNull(unit * s.sigma)},
+            {"least", orNull(unit * s.least)},
+            {"lower_whisker", orNull(unit * s.lower_whisker)},
+            {"lower_quartile", orNull(unit * s.lower_quartile)},
+            {"median", orNull(unit * s.median)},
+            {"upper_quartile", orNull(unit * s.upper_quartile)},
+            {"upper_whisker", orNull(unit * s.upper_whisker)},
+            {"most", orNull(unit * s.most)},
+            {"outlier_limit", orNull(unit * s.outlier_limit)},
+            {"outlier_share", s.outlier_share}};
+}
+
+Json toJson(const std::vector<CauseCount>& causes) {
+    Json list = Json::array();
+    for (const CauseCount& c : causes)
+        list.push_back({{"tissue", patient::tissueName(c.cause.tissue)},
+                        {"event", kindName(c.cause.kind)},
+                        {"of", modelName(c.cause.model)},
+                        {"paths", c.paths},
+                        {"median_apart_mm", orNull(kMm * c.cause.apart_m)}});
+    return list;
+}
+
+Json toJson(const TissueSummary& t) {
+    return {{"tissue", patient::tissueName(t.tissue)},
+            {"mean_distance_mm", toJson(t.mean_distance_m, kMm)},
+            {"hausdorff_mm", toJson(t.hausdorff_m, kMm)},
+            {"event_error_mm", toJson(t.event_error_m, kMm)},
+            {"event_offset_mm", orNull(kMm * t.event_offset_m)},
+            {"missed_paths", t.missed},
+            {"invented_paths", t.invented},
+            {"error_share", t.error_share}};
+}
+
+Json toJson(const Summary& s) {
+    Json json = {{"name", s.name},
+                 {"paths", s.paths},
+                 {"samples", s.samples},
+                 {"rmse_n", toJson(s.rmse_n)},
+                 {"max_n", toJson(s.max_n)},
+                 {"equal_share", toJson(s.equal_share)},
+                 {"max_outside_events_n", toJson(s.max_outside_n)},
+                 {"pooled_rmse_n", orNull(s.pooled_rmse_n)},
+                 {"exact",
+                  {{"rmse_n", toJson(s.exact_rmse_n)},
+                   {"max_n", toJson(s.exact_max_n)},
+                   {"equal_share", toJson(s.exact_equal_share)}}},
+                 {"mean_distance_mm", toJson(s.mean_distance_m, kMm)},
+                 {"hausdorff_mm", toJson(s.hausdorff_m, kMm)},
+                 {"paths_above_0.145_n", s.rmse_noticed_share},
+                 {"paths_above_2_mm", s.distance_noticed_share},
+                 {"paths_hausdorff_above_3_mm", s.hausdorff_noticed_share},
+                 {"same_order_share", s.same_order_share},
+                 {"bone_paths", s.bone_paths},
+                 {"position_rmse_n", s.position_rmse_n}};
+    for (const TissueSummary& t : s.tissues)
+        json["tissues"].push_back(toJson(t));
+    json["causes"] = toJson(s.causes);
+    json["outlier_causes"] = toJson(s.outlier_causes);
+    return json;
+}
+
+template <typename Score>
+Json histogram(const std::vector<PlannedPath>& paths, const Score& score) {
+    std::vector<std::size_t> bins(kScoreBins);
+    for (const PlannedPath& p : paths)
+        ++bins[std::min(kScoreBins - 1, std::size_t(score(p) * double(kScoreBins)))];
+    return bins;
+}
+
+}  // namespace
+
+void writePlanTable(const fs::path& csv, const PairPlan& plan) {
+    Rows rows(
+        "path,entry_x_mm,entry_y_mm,entry_z_mm,target_x_mm,target_y_mm,target_z_mm,length_mm,c3,c4,quality,"
+        "worst_quality");
+    for (std::size_t i = 0; i < plan.result.paths.size(); ++i) {
+        const PlannedPath& p = plan.result.paths[i];
+        rows << i;
+        addMm(rows, p.entry_reference_m);
+        addMm(rows, p.target_reference_m);
+        rows << kMm * p.length_m << p.clearance_score << p.target_score << p.quality
+             << (plan.worst_quality.empty() ? kNone : plan.worst_quality[i]);
+        rows.end();
+    }
+    save(csv, rows.text());
+}
+
+void writePlanSummary(const fs::path& json, const PairPlan& plan) {
+    const patient::PlanResult& r = plan.result;
+    const Json out = {{"format", "stylet study plan 1"},
+                      {"planner_version", patient::kPlannerVersion},
+                      {"candidates", r.candidates},
+                      {"skipped", r.skipped},
+                      {"blocked", r.rejected_blocked},
+                      {"too_long", r.rejected_long},
+                      {"poor", r.rejected_quality},
+                      {"kept", r.paths.size()},
+                      {"c3", histogram(r.paths, [](const PlannedPath& p) { return p.clearance_score; })},
+                      {"c4", histogram(r.paths, [](const PlannedPath& p) { return p.target_score; })},
+                      {"quality", histogram(r.paths, [](const PlannedPath& p) { return p.quality; })}};
+    save(json, out.dump(1) + "\n");
+}
+
+void writePathTable(const fs::path& csv, const PairFindings& f) {
+    std::string header =
+        "path,entry_x_mm,entry_y_mm,entry_z_mm,target_x_mm,target_y_mm,target_z_mm,length_mm,quality,samples,"
+        "rmse_n,max_n,max_at_mm,equal_share,max_outside_events_n,exact_rmse_n,exact_max_n,exact_equal_share,"
+        "same_order,meets_bone,mean_distance_mm,hausdorff_mm,missed,invented,cause_tissue,cause_event,cause_"
+        "of,"
+        "cause_apart_mm";
+    for (std::size_t t = 1; t < kTissues; ++t) {
+        const std::string name(patient::tissueName(patient::Tissue(t)));
+        header += "," + name + "_mean_mm," + name + "_hausdorff_mm," + name + "_event_mm";
+    }
+    Rows rows(header);
+    for (std::size_t i = 0; i < f.results.size(); ++i) {
+        const PlannedPath& p = f.paths[i];
+        const PathResult& r = f.results[i];
+        rows << i;
+        addMm(rows, p.entry_reference_m);
+        addMm(rows, p.target_reference_m);
+        rows << kMm * p.length_m << p.quality << std::size_t(r.samples) << r.sampled.rmse_n << r.sampled.max_n
+             << kMm * r.sampled.max_at_m << r.sampled.equal_share << r.max_outside_n << r.exact.rmse_n
+             << r.exact.max_n << r.exact.equal_share << std::size_t(r.same_order) << std::size_t(r.meets_bone)
+             << kMm * r.borders.mean_m << kMm * r.borders.hausdorff_m << std::size_t(r.borders.missed)
+             << std::size_t(r.borders.invented);
+        const bool caused = r.cause.model != Model::neither;
+        rows << (caused ? patient::tissueName(r.cause.tissue) : "") << (caused ? kindName(r.cause.kind) : "")
+             << modelName(r.cause.model) << kMm * r.cause.apart_m;
+        for (std::size_t t = 1; t < kTissues; ++t)
+            rows << kMm * r.by_tissue[t].mean_m << kMm * r.by_tissue[t].hausdorff_m << kMm * r.event_m[t];
+        rows.end();
+    }
+    save(csv, rows.text());
+}
+
+void writeSampleTable(const fs::path& csv, const PreparedPair& pair, std::span<const PlannedPath> paths,
+                      const SteeringSettings& settings) {
+    std::ofstream out(csv, std::ios::binary);
+    out << "path,depth_mm,full_n,partial_n\n";
+    Steering steering(pair, settings);
+    for (std::size_t path = 0; path < paths.size(); ++path) {
+        const Steered* const s = steering.steer(paths[path]);
+        if (!s) continue;
+        Rows rows("");
+        for (std::size_t i = 0; i < s->full.samples_n.size(); ++i) {
+            rows << path << kMm * (s->first_m + double(i) * s->step_m - s->entry_m) << s->full.samples_n[i]
+                 << s->partial.samples_n[i];
+            rows.end();
+        }
+        out << std::string_view(rows.text()).substr(1);
+    }
+    out.close();
+    if (!out) throw patient::DataError(csv, "file", "cannot be written");
+}
+
+void writeSummary(const fs::path& json, std::span<const PairFindings> findings, const RunSettings& settings,
+                  FoundLabels labels) {
+    const SteeringSettings& steering = settings.steering;
+    Json out = {{"format", "stylet study 1"},
+                {"planner_version", patient::kPlannerVersion},
+                {"settings",
+                 {{"samples", steering.samples},
+                  {"max_spacing_mm", kMm * steering.max_spacing_m},
+                  {"a1_share", steering.needle.a1_share},
+                  {"cut_reach_mm", kMm * steering.needle.cut_reach_m},
+                  {"max_force_n", steering.needle.max_force_n},
+                  {"breathing", steering.breathing},
+                  {"speed_mm_per_s", kMm * steering.speed_m_s},
+                  {"event_window_mm", kMm * settings.measure.event_window_m},
+                  {"found_labels", labels == FoundLabels::all ? "all" : "partial"}}}};
+    std::vector<PathResult> all;
+    std::vector<Summary> patients;
+    for (const PairFindings& f : findings) {
+        all.insert(all.end(), f.results.begin(), f.results.end());
+        patients.push_back(f.summary);
+        Json patient = toJson(f.summary);
+        patient["reference_labelled_share"] = f.reference_share;
+        out["patients"].push_back(std::move(patient));
+    }
+    out["all"] = toJson(summarise("all", all));
+    std::erase_if(all, [](const PathResult& r) { return r.meets_bone; });
+    out["all_without_bone"] = toJson(summarise("all without bone", all));
+    const Cohort cohort = cohortOf(patients);
+    out["patients_means"] = {{"rmse_n", toJson(cohort.rmse_n)},
+                             {"max_n", toJson(cohort.max_n)},
+                             {"equal_share", toJson(cohort.equal_share)}};
+    save(json, out.dump(1) + "\n");
+}
+
+}  // namespace stylet::study

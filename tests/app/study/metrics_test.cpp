@@ -1,0 +1,166 @@
+#include "app/study/metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/app/study/pairs.h"
+
+namespace stylet::study {
+namespace {
+
+using patient::Tissue;
+
+std::size_t at(Tissue t) {
+    return std::size_t(t);
+}
+
+struct Measured {
+    Measured(double full_fascia_m, double partial_fascia_m, SteeringSettings settings = {},
+             FoundLabels labels = FoundLabels::partial)
+        : pair(test::slabPair(full_fascia_m, partial_fascia_m, labels)),
+          prepared(pair),
+          steering(prepared, settings),
+          steered(steering.steer(test::slabPath())),
+          result(measure(*steered)) {}
+    const Pair pair;
+    const PreparedPair prepared;
+    Steering steering;
+    const Steered* steered;
+    PathResult result;
+};
+
+TEST(StudyMetrics, OneSegmentationTwiceIsOneForce) {
+    for (const FoundLabels labels : {FoundLabels::partial, FoundLabels::all}) {
+        const PathResult r = Measured(0.020, 0.020, {}, labels).result;
+        EXPECT_EQ(r.sampled.rmse_n, 0.0);
+        EXPECT_EQ(r.sampled.equal_share, 1.0);
+        EXPECT_EQ(r.exact.max_n, 0.0);
+        EXPECT_NEAR(r.exact.equal_share, 1.0, 1e-12);
+        EXPECT_TRUE(r.same_order);
+        EXPECT_EQ(r.cause.model, Model::neither);
+        EXPECT_EQ(r.borders.hausdorff_m, 0.0);
+        EXPECT_EQ(r.borders.missed + r.borders.invented, 0);
+        EXPECT_EQ(r.samples, 1000u);
+        EXPECT_NEAR(r.way_m, 0.063, 1e-12);  // from the skin's surface
+    }
+}
+
+// The fascia 1 mm too deep: held 1 mm later, cut 1 mm later. Against the full patient's 0.9 N behind its cut
+// stand 2.5 N before the partial one's; before the full one's cut 2.5 N against f(0.8 mm).
+TEST(StudyMetrics, AFasciaTooDeepInClosedForm) {
+    const PathResult r = Measured(0.020, 0.021).result;
+    EXPECT_NEAR(r.exact.max_n, 1.6, 1e-9);
+    EXPECT_NEAR(r.exact.max_at_m, 0.0228 - 0.00025, 1e-9);
+    EXPECT_NEAR(r.sampled.max_n, 1.6, 0.1);
+    EXPECT_LE(r.sampled.max_n, r.exact.max_n);
+    EXPECT_NEAR(r.exact.equal_share, 1.0 - 0.0028 / 0.063, 1e-9);
+    EXPECT_NEAR(r.sampled.equal_share, r.exact.equal_share, 0.002);
+    EXPECT_TRUE(r.same_order);
+    EXPECT_FALSE(r.meets_bone);
+    EXPECT_NEAR(r.event_m[at(Tissue::fascia)], 0.001, 1e-12);
+    EXPECT_EQ(r.event_m[at(Tissue::duct)], 0.0);
+    EXPECT_NEAR(r.by_tissue[at(Tissue::fascia)].mean_m, 0.0005, 1e-12);  // 1, 0, 0 and 1 mm
+    EXPECT_NEAR(r.by_tissue[at(Tissue::fascia)].hausdorff_m, 0.001, 1e-12);
+    EXPECT_NEAR(r.by_tissue[at(Tissue::liver)].mean_m, 0.0005, 1e-12);
+    EXPECT_EQ(r.by_tissue[at(Tissue::skin)].mean_m, 0.0);
+    EXPECT_NEAR(r.borders.hausdorff_m, 0.001, 1e-12);
+    EXPECT_TRUE(std::isnan(r.event_m[at(Tissue::bone)]));
+
+    EXPECT_EQ(r.cause.model, Model::full);
+    EXPECT_EQ(r.cause.tissue, Tissue::fascia);
+    EXPECT_EQ(r.cause.kind, haptics::NeedleEventKind::border);
+    EXPECT_NEAR(r.cause.apart_m, 0.001, 1e-12);
+    // All of it within 2 mm of an event.
+    EXPECT_EQ(r.max_outside_n, 0.0);
+    EXPECT_GT(measure(*Measured(0.020, 0.021).steered, {0.0001}).max_outside_n, 1.0);
+}
+
+TEST(StudyMetrics, ManySamplesComeToTheClosedForm) {
+    SteeringSettings fine;
+    fine.samples = 2'000'000;
+    const PathResult r = Measured(0.020, 0.0235, fine).result;
+    EXPECT_GT(r.exact.rmse_n, 0.1);
+    EXPECT_NEAR(r.sampled.rmse_n, r.exact.rmse_n, 1e-6);
+    EXPECT_NEAR(r.sampled.max_n, r.exact.max_n, 1e-4);
+    EXPECT_NEAR(r.sampled.equal_share, r.exact.equal_share, 1e-5);
+    double by_place = 0.0, by_tissue = 0.0;
+    for (const double n2 : r.position_n2)
+        by_place += n2;
+    for (const double n2 : r.sum_n2)
+        by_tissue += n2;
+    const double all = r.sampled.rmse_n * r.sampled.rmse_n * r.samples;
+    EXPECT_NEAR(by_place, all, 1e-9 * all);
+    EXPECT_NEAR(by_tissue, all, 1e-9 * all);
+    // Its middle third holds the fascia's errors.
+    EXPECT_NEAR(r.position_n2[6] + r.position_n2[7] + r.position_n2[8], all, 0.05 * all);
+}
+
+TEST(StudyMetrics, BoneWhereThereIsNoneStopsTheNeedle) {
+    Pair pair = test::slabPair(0.020, 0.020);
+    const patient::Index3 place = pair.found.ct.grid.nearest({0.0402, 0.0, 0.0});
+    pair.found.labels[place] = 0;
+    pair.found.ct[place] = 900;
+    const PreparedPair prepared(pair);
+    Steering steering(prepared, {});
+    const PathResult r = measure(*steering.steer(test::slabPath()));
+    EXPECT_TRUE(r.meets_bone);
+    EXPECT_NEAR(r.sampled.max_n, 22.0 - 0.5, 1e-9);  // at the target, in the full patient's duct
+    EXPECT_EQ(r.cause.tissue, Tissue::bone);
+    EXPECT_EQ(r.cause.model, Model::partial);
+    EXPECT_TRUE(std::isnan(r.cause.apart_m));
+    EXPECT_EQ(r.by_tissue[at(Tissue::bone)].invented, 1);
+    EXPECT_EQ(r.by_tissue[at(Tissue::duct)].missed, 0);  // it is there; the needle is not
+    EXPECT_FALSE(r.same_order);
+}
+
+TEST(StudyMetrics, AMissedDuctIsMissed) {
+    Pair pair = test::slabPair(0.020, 0.020);
+    for (std::uint8_t& id : pair.found.labels.voxels)
+        if (id == std::uint8_t(Tissue::duct)) id = std::uint8_t(Tissue::liver);
+    const PreparedPair prepared(pair);
+    Steering steering(prepared, {});
+    const PathResult r = measure(*steering.steer(test::slabPath()));
+    EXPECT_EQ(r.by_tissue[at(Tissue::duct)].missed, 1);
+    EXPECT_EQ(r.borders.missed, 1);
+    EXPECT_TRUE(std::isnan(r.by_tissue[at(Tissue::duct)].mean_m));
+    EXPECT_TRUE(std::isnan(r.event_m[at(Tissue::duct)]));
+    EXPECT_EQ(r.cause.tissue, Tissue::duct);
+    EXPECT_EQ(r.cause.model, Model::full);
+    EXPECT_NEAR(r.sampled.max_n, 0.4, 1e-9);  // 0.9 in the liver, 0.5 in the duct
+}
+
+// A vessel 5 mm under the capsule that the full patient has nowhere, or only far behind the target.
+TEST(StudyMetrics, AVesselBehindTheTargetIsNoPartner) {
+    Pair pair = test::slabPair(0.020, 0.020);
+    const patient::Grid& grid = pair.found.ct.grid;
+    pair.found.labels[grid.nearest({0.0262, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
+    for (const double behind_m : {0.0, 0.0702}) {
+        if (behind_m > 0.0)
+            pair.reference.labels[grid.nearest({behind_m, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
+        const PreparedPair prepared(pair);
+        Steering steering(prepared, {});
+        const PathResult r = measure(*steering.steer(test::slabPath()));
+        EXPECT_EQ(r.by_tissue[at(Tissue::vessel)].invented, 1);
+        EXPECT_EQ(r.by_tissue[at(Tissue::vessel)].missed, 0);
+        EXPECT_TRUE(std::isnan(r.by_tissue[at(Tissue::vessel)].mean_m));
+        EXPECT_EQ(r.borders.invented, 1);
+    }
+}
+
+// A duct that begins 1 mm behind the target is late, not missed.
+TEST(StudyMetrics, ADuctBehindTheTargetIsLate) {
+    Pair pair = test::slabPair(0.020, 0.020);
+    const patient::Grid& grid = pair.found.ct.grid;
+    for (int i = 0; i < 6; ++i)  // from 61 to 64 mm, behind the target
+        pair.found.labels[grid.nearest({0.06125 + 0.0005 * i, 0.0, 0.0})] = std::uint8_t(Tissue::liver);
+    const PreparedPair prepared(pair);
+    Steering steering(prepared, {});
+    const PathResult r = measure(*steering.steer(test::slabPath()));
+    EXPECT_EQ(r.by_tissue[at(Tissue::duct)].missed, 0);
+    EXPECT_NEAR(r.by_tissue[at(Tissue::duct)].mean_m, 0.003, 1e-9);
+    EXPECT_NEAR(r.event_m[at(Tissue::duct)], 0.003, 1e-9);
+}
+
+}  // namespace
+}  // namespace stylet::study

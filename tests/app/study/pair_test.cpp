@@ -1,0 +1,127 @@
+#include "app/study/pair.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/app/study/pairs.h"
+#include "tests/support/refused.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::study {
+namespace {
+
+class StudyFileOnDisk : public ::testing::Test {
+  protected:
+    StudyFile read(const std::string& text) {
+        std::ofstream(file_) << text;
+        return readStudyFile(file_);
+    }
+    void expectRefusedAs(const std::string& text, const std::string& field) {
+        test::expectRefused([&] { read(text); }, "study.toml", field);
+    }
+    test::TempFolder temp_;
+    std::filesystem::path file_ = temp_ / "study.toml";
+};
+
+TEST_F(StudyFileOnDisk, ListsPairsRelativeToItself) {
+    const StudyFile study = read(
+        "tissue = 'own.toml'\n"
+        "[[pair]]\nreference = 'truth/a'\nfound = '../built/a/'\n"
+        "[[pair]]\nname = 'the second'\nreference = '/data/b/'\nfound = 'b'\n");
+    ASSERT_EQ(study.pairs.size(), 2u);
+    EXPECT_EQ(study.tissue, temp_ / "own.toml");
+    EXPECT_EQ(study.pairs[0].name, "a");
+    EXPECT_EQ(study.pairs[0].reference, temp_ / "truth/a");
+    EXPECT_EQ(study.pairs[0].found.parent_path().filename(), "a");
+    EXPECT_EQ(study.pairs[1].name, "the second");
+    EXPECT_EQ(study.pairs[1].reference, "/data/b/");
+}
+
+TEST_F(StudyFileOnDisk, IsRefusedWithFieldAndReason) {
+    const std::string pair = "[[pair]]\nreference = 'a'\nfound = 'b'\n";
+    expectRefusedAs("", "pair: a study needs one");
+    expectRefusedAs("pair = 3", "pair");
+    expectRefusedAs("pair = [3]", "pair[0]: not a table");
+    expectRefusedAs("pear = 1\n" + pair, "pear: no such field");
+    expectRefusedAs("tissue = 1\n" + pair, "tissue");
+    expectRefusedAs("[[pair]]\nfound = 'b'", "pair[0].reference");
+    expectRefusedAs("[[pair]]\nreference = 'a'\nfound = ''", "pair[0].found");
+    expectRefusedAs(pair + "colour = 'red'", "pair[0].colour: no such field");
+    expectRefusedAs(pair + "name = '../x'", "pair[0].name");
+    expectRefusedAs(pair + "name = '..'", "pair[0].name");
+    expectRefusedAs(pair + pair, "pair[1].name: \"a\" is there already");
+    expectRefusedAs("[[pair]\n", "line 1");
+    expectRefusedAs("pair = " + std::string(100'000, '['), "line 1");
+    expectRefusedAs("[[pair]]\nreference = '/'\nfound = 'b'", "pair[0].name");
+    std::string many;
+    for (int i = 0; i < 1001; ++i)
+        many += "[[pair]]\nname = '" + std::to_string(i) + "'\nreference = 'a'\nfound = 'b'\n";
+    expectRefusedAs(many, "pair: more than 1000");
+    expectRefusedAs(std::string((1 << 20) + 1, '#'), "file: larger");
+    test::expectRefused([] { readStudyFile("/nowhere/study.toml"); }, "study.toml", "file");
+}
+
+TEST(StudyPair, LiesOnTheReferencesVoxelsUnderOneTable) {
+    const patient::Package& truth = test::seededTruth();
+    patient::TissueTable own = truth.tissues;
+    own[std::size_t(patient::Tissue::fascia)].cut_force_n = 3.0;
+    const patient::Package found = test::movedAndCut(truth);
+    const Pair pair = makePair(test::kMadeFiles, truth, found, FoundLabels::all, &own);
+    EXPECT_EQ(pair.found.ct.grid, truth.ct.grid);
+    EXPECT_EQ(pair.found.labels.grid, truth.ct.grid);
+    EXPECT_EQ(pair.found.tissues, own);
+    EXPECT_EQ(pair.reference.tissues, own);
+    EXPECT_EQ(pair.found.motion, truth.motion);
+    const patient::Index3 inside{60, 50, 40};
+    EXPECT_EQ(pair.found.labels[inside], truth.labels[inside + patient::Index3(0, 0, 1)]);
+    EXPECT_EQ(pair.found.ct.voxels.front(), -1024);
+    // For the partial segmentation thresholds see the CT as it was taken.
+    EXPECT_EQ(makePair(test::kMadeFiles, truth, found, FoundLabels::partial).found.ct.voxels,
+              truth.ct.voxels);
+    EXPECT_GT(pair.reference_share, 0.9);
+}
+
+TEST(StudyPair, OfTwoCtsIsRefused) {
+    const patient::Package truth = test::slabs(0.02);
+    patient::Package found = truth;
+    test::callBuilt(found);
+    const auto expectRefusedAs = [&](const std::string& field) {
+        test::expectRefused([&] { makePair(test::kMadeFiles, truth, found, FoundLabels::partial); },
+                            "built/ct.nii.gz", field);
+    };
+    makePair(test::kMadeFiles, truth, found, FoundLabels::partial);
+    found.ct.voxels[found.ct.voxels.size() / 2] += 1;
+    expectRefusedAs("voxels: 0.0 % of its voxels in the body are not those of truth/ct.nii.gz: another CT");
+    found.ct.voxels[found.ct.voxels.size() / 2] = -1024;  // cut to the body
+    makePair(test::kMadeFiles, truth, found, FoundLabels::partial);
+    found.ct.grid.origin_m.x += 0.0001;
+    expectRefusedAs("origin");
+    found.ct.grid = truth.ct.grid;
+    found.ct.grid.spacing_m.z *= 2.0;
+    expectRefusedAs("spacing: voxels of 0.500 x 1.000 x 2.000 mm");
+    found.ct.grid = truth.ct.grid;
+    std::fill(found.ct.voxels.begin(), found.ct.voxels.end(), std::int16_t(-1024));
+    expectRefusedAs("voxels: 100.0 %");
+}
+
+TEST(StudyPair, OfLabelsThatWereNotMadeApartIsRefused) {
+    const patient::Package truth = test::slabs(0.02);
+    const auto expectRefusedAs = [&](const patient::Package& found, const std::string& field) {
+        test::expectRefused([&] { makePair(test::kMadeFiles, truth, found, FoundLabels::partial); },
+                            "built/patient.toml", field);
+    };
+    expectRefusedAs(truth, "label.skin.provenance: \"phantom\" is that of the reference's skin");
+    patient::Package found = truth;
+    test::callBuilt(found);
+    patient::Package named = truth;
+    named.name = "reference patient, seed 1";
+    found.provenance = "built; atlases: \"reference patient, seed 10\", \"reference patient, seed 2\"";
+    makePair(test::kMadeFiles, named, found, FoundLabels::partial);
+    found.provenance += ", \"reference patient, seed 1\"; virtual bile ducts added";
+    test::expectRefused([&] { makePair(test::kMadeFiles, named, found, FoundLabels::partial); },
+                        "built/patient.toml", "provenance: reference patient, seed 1 is among the atlases");
+}
+
+}  // namespace
+}  // namespace stylet::study

@@ -1,0 +1,101 @@
+// Pairs with known differences: slabs whose fascia lies elsewhere, and a reference patient whose labels have
+// moved.
+#pragma once
+
+#include "app/study/study.h"
+#include "patient/synth/synth.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::test {
+
+inline const study::PairFiles kMadeFiles{"made", "truth", "built"};
+
+// Skin, soft tissue, fascia, liver, duct, in voxels of 0.5 mm; the last two begin where they begin, however
+// deep the fascia lies.
+inline patient::Package slabs(double fascia_m) {
+    using enum patient::Tissue;
+    return makeSlabs({{skin, 0.002},
+                      {soft, fascia_m - 0.002},
+                      {fascia, 0.001},
+                      {liver, 0.060 - fascia_m},
+                      {duct, 0.004},
+                      {liver, 0.020}},
+                     0.0005);
+}
+
+inline void callBuilt(patient::Package& package) {
+    for (patient::Label& label : package.label_table)
+        label.provenance = "automatic: " + label.name;
+    package.name = "built";
+    package.provenance = "built from a CT alone; atlases: none";
+}
+
+inline study::Pair slabPair(double full_fascia_m, double partial_fascia_m,
+                            study::FoundLabels labels = study::FoundLabels::partial) {
+    patient::Package full = slabs(full_fascia_m), partial = slabs(partial_fascia_m);
+    partial.ct = full.ct;
+    callBuilt(partial);
+    return study::makePair(kMadeFiles, full, partial, labels);
+}
+
+// Into the slabs, square on, from the skin's first voxel to the duct's middle.
+inline patient::PlannedPath slabPath() {
+    patient::PlannedPath path;
+    path.entry_m = path.entry_reference_m = {0.00025, 0.0, 0.0};
+    path.target_m = path.target_reference_m = {0.063, 0.0, 0.0};
+    path.length_m = 0.06275;
+    path.quality = 1.0;
+    return path;
+}
+
+// Seed 1 at 2.5 mm; made once.
+inline const patient::Package& seededTruth() {
+    static const patient::Package package = [] {
+        patient::synth::SynthSettings s;
+        s.seed = 1;
+        s.spacing_m = 0.0025;
+        s.defaults = tissueDefaults();
+        return patient::synth::makeReferencePatient(s);
+    }();
+    return package;
+}
+
+// All labels a voxel toward the feet, on the CT as a build cuts it: to a part of the grid.
+inline patient::Package movedAndCut(const patient::Package& truth) {
+    patient::Package found = truth;
+    const patient::Grid& whole = truth.ct.grid;
+    const patient::Index3 corner{2, 1, 0};
+    patient::Grid part = whole;
+    part.dims -= corner + 1;
+    part.origin_m = whole.centre(corner);
+    found.ct = patient::CtVolume(part);
+    found.labels = patient::LabelVolume(part);
+    for (int z = 0; z < part.dims.z; ++z)
+        for (int y = 0; y < part.dims.y; ++y)
+            for (int x = 0; x < part.dims.x; ++x) {
+                const patient::Index3 i{x, y, z};
+                found.ct[i] = std::max(truth.ct[i + corner], std::int16_t(-1024));
+                if (found.ct[i] < -600) found.ct[i] = -1024;
+                found.labels[i] = truth.labels[i + corner + patient::Index3(0, 0, 1)];
+            }
+    callBuilt(found);
+    return found;
+}
+
+inline const study::Pair& seededPair() {
+    static const study::Pair pair =
+        study::makePair(kMadeFiles, seededTruth(), movedAndCut(seededTruth()), study::FoundLabels::partial);
+    return pair;
+}
+
+// A few hundred paths of the seeded patient.
+inline const std::vector<patient::PlannedPath>& seededPaths() {
+    static const std::vector<patient::PlannedPath> paths = [] {
+        study::PlanRequest request;
+        request.skin_spacing_m = 0.005;
+        return study::planPair(seededPair(), request).result.paths;
+    }();
+    return paths;
+}
+
+}  // namespace stylet::test

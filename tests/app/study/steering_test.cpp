@@ -1,0 +1,146 @@
+#include "app/study/steering.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/app/study/pairs.h"
+
+namespace stylet::study {
+namespace {
+
+using haptics::ExactEvent;
+
+bool nearAnEvent(const std::vector<ExactEvent>& events, double depth_m) {
+    return std::any_of(events.begin(), events.end(),
+                       [&](const ExactEvent& e) { return std::fabs(e.depth_m - depth_m) < 1e-9; });
+}
+
+bool meetsBone(const Felt& felt) {
+    return std::any_of(felt.segments->begin(), felt.segments->end(),
+                       [](const haptics::Segment& s) { return s.tissue == patient::Tissue::bone; });
+}
+
+struct Compared {
+    std::size_t walks = 0, unlike = 0;  // those with any sample more than 1 nN off
+    std::size_t samples = 0, unequal = 0;
+};
+
+// The needle that a hand steers, to each sample of every `nth` path. Samples so near to an event that
+// rounding says on which side of it they are do not count.
+Compared compareWithNeedle(const patient::Vec3& offset_m, std::size_t nth) {
+    const PreparedPair pair(test::seededPair());
+    Steering steering(pair, {});
+    Compared out;
+    for (std::size_t p = 0; p < test::seededPaths().size(); p += nth) {
+        patient::PlannedPath path = test::seededPaths()[p];
+        for (patient::Vec3* end_m :
+             {&path.entry_m, &path.target_m, &path.entry_reference_m, &path.target_reference_m})
+            *end_m += offset_m;
+        const Steered& s = *steering.steer(path);
+        const patient::Vec3 axis = glm::normalize(path.target_m - path.entry_m);
+        for (const auto& [felt, patient] :
+             {std::pair(&s.full, &pair.full), std::pair(&s.partial, &pair.partial)}) {
+            if (meetsBone(*felt)) continue;  // its maximum at once is the study's own
+            haptics::NeedleState needle;
+            haptics::NeedleEvents events;
+            const auto stepTo = [&](double depth_m) {
+                haptics::stepNeedle(needle, {}, *patient, path.entry_m + (depth_m - s.entry_m) * axis, axis,
+                                    path.breath, events);
+            };
+            stepTo(0.0);
+            double worst_n = 0.0;
+            for (std::size_t i = 0; i < felt->samples_n.size(); ++i) {
+                const double depth_m = s.first_m + double(i) * s.step_m;
+                stepTo(depth_m);
+                if (nearAnEvent(felt->force->events, depth_m)) continue;
+                const double error_n = std::fabs(needle.force_n - felt->samples_n[i]);
+                ++out.samples;
+                out.unequal += error_n > 0.0;
+                worst_n = std::max(worst_n, error_n);
+            }
+            ++out.walks;
+            out.unlike += worst_n > 1e-9;
+        }
+    }
+    return out;
+}
+
+TEST(StudySteering, IsTheNeedlesOwnWalk) {
+    const Compared c = compareWithNeedle({0.00031, 0.00017, 0.00023}, 7);
+    EXPECT_GT(c.walks, 40u);
+    EXPECT_EQ(c.unlike, 0u);
+    EXPECT_LT(double(c.unequal), 0.2 * double(c.samples));  // last bits, of rising forces
+}
+
+// From voxel to voxel a path runs through corners; the hand's needle meets now the one voxel there and now
+// the other.
+TEST(StudySteering, IsTheNeedlesOwnWalkButForCorners) {
+    const Compared c = compareWithNeedle({}, 3);
+    EXPECT_LT(double(c.unlike), 0.08 * double(c.walks));
+}
+
+TEST(StudySteering, SamplesLieCloseAndBetweenTouchAndTarget) {
+    const PreparedPair pair(test::seededPair());
+    for (const int samples : {100, 1000}) {
+        SteeringSettings settings;
+        settings.samples = samples;
+        Steering steering(pair, settings);
+        for (std::size_t p = 0; p < test::seededPaths().size(); p += 20) {
+            const Steered& s = *steering.steer(test::seededPaths()[p]);
+            EXPECT_GE(s.full.samples_n.size(), std::size_t(samples));
+            EXPECT_EQ(s.full.samples_n.size(), s.partial.samples_n.size());
+            EXPECT_LE(s.step_m, settings.max_spacing_m);
+            EXPECT_NEAR(s.first_m, s.begin_m + 0.5 * s.step_m, 1e-12);
+            EXPECT_NEAR(s.first_m + (double(s.full.samples_n.size()) - 0.5) * s.step_m, s.end_m, 1e-9);
+            EXPECT_NEAR(s.end_m - s.entry_m, test::seededPaths()[p].length_m, 1e-12);
+            EXPECT_LE(s.begin_m, s.entry_m);
+            // Whatever one of them feels lies behind the touch.
+            EXPECT_EQ(s.full.force->at(s.begin_m - 1e-9), 0.0);
+            EXPECT_EQ(s.partial.force->at(s.begin_m - 1e-9), 0.0);
+        }
+    }
+}
+
+// In a breath that stands still the breathing needle is the same one; in one that moves it is not.
+TEST(StudySteering, BreathesWhereAsked) {
+    SteeringSettings still, breathing;
+    breathing.breathing = true;
+    Pair held = test::seededPair();
+    held.reference.motion = {}, held.found.motion = {};
+    const PreparedPair at_rest(held), alive(test::seededPair());
+    Steering without(at_rest, still), with(at_rest, breathing), moved(alive, breathing);
+    bool differs = false;
+    for (std::size_t p = 0; p < test::seededPaths().size(); p += 60) {
+        patient::PlannedPath path = test::seededPaths()[p];
+        const Steered& a = *without.steer(path);
+        if (meetsBone(a.full) || meetsBone(a.partial)) continue;
+        const Steered& b = *with.steer(path);
+        ASSERT_EQ(a.full.samples_n.size(), b.full.samples_n.size());
+        EXPECT_TRUE(b.full.force->pieces.empty());
+        EXPECT_GT(b.full.force->events.size(), 3u);
+        std::size_t unlike = 0;
+        for (std::size_t i = 0; i < a.full.samples_n.size(); ++i)
+            unlike += std::fabs(a.full.samples_n[i] - b.full.samples_n[i]) > 1e-9;
+        EXPECT_LE(unlike, 3u);  // next to a cut
+        const Steered& c = *moved.steer(path);
+        for (std::size_t i = 0; i < c.full.samples_n.size(); ++i)
+            differs = differs || std::fabs(c.full.samples_n[i] - b.full.samples_n[i]) > 0.05;
+    }
+    EXPECT_TRUE(differs);
+}
+
+TEST(StudySteering, APathThroughAirIsNone) {
+    const PreparedPair pair(test::seededPair());
+    Steering steering(pair, {});
+    patient::PlannedPath path = test::seededPaths().front();
+    EXPECT_NE(steering.steer(path), nullptr);
+    path.entry_reference_m = {0.5, 0.0, 0.0}, path.target_reference_m = {0.55, 0.0, 0.0};
+    EXPECT_EQ(steering.steer(path), nullptr);
+    path.target_reference_m = path.entry_reference_m;
+    EXPECT_EQ(steering.steer(path), nullptr);
+}
+
+}  // namespace
+}  // namespace stylet::study

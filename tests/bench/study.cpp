@@ -1,0 +1,174 @@
+// The paper's study on one reference patient at 1 mm and 31,222 paths: planning, forces, the closed form.
+#include <cmath>
+#include <cstdio>
+
+#include "app/study/study.h"
+#include "patient/synth/synth.h"
+#include "tests/bench/bench.h"
+#include "tests/support/phantom.h"
+
+namespace stylet::bench {
+namespace {
+
+using namespace study;
+
+constexpr std::size_t kPaths = 31'222;  // the paper's
+
+// The same labels a voxel toward the feet: borders out of step by what a segmentation may well be.
+Pair madePair(double spacing_m) {
+    patient::synth::SynthSettings settings;
+    settings.spacing_m = spacing_m;
+    settings.defaults = test::tissueDefaults();
+    patient::Package truth = patient::synth::makeReferencePatient(settings), found = truth;
+    const std::size_t slab = std::size_t(truth.ct.grid.dims.x) * std::size_t(truth.ct.grid.dims.y);
+    std::copy(truth.labels.voxels.begin() + std::ptrdiff_t(slab), truth.labels.voxels.end(),
+              found.labels.voxels.begin());
+    for (patient::Label& label : found.label_table)
+        label.provenance = "moved";
+    found.name = "moved";
+    return makePair({"made", "truth", "found"}, std::move(truth), std::move(found), FoundLabels::partial);
+}
+
+struct Made {
+    const Pair pair = madePair(0.001);
+    const PreparedPair prepared{pair};
+    std::vector<patient::PlannedPath> paths;  // kPaths, some of them again
+
+    Made() {
+        const std::vector<patient::PlannedPath> planned = planPair(pair).result.paths;
+        while (paths.size() < kPaths)
+            paths.push_back(planned[paths.size() % planned.size()]);
+    }
+};
+
+const Made& made() {
+    static const Made all;
+    return all;
+}
+
+// The best quality that a coarser set of skin or targets gives away, averaged over the skin voxels it keeps.
+double lostQuality(const std::vector<patient::PlannedPath>& all,
+                   const std::vector<patient::PlannedPath>& coarse) {
+    double lost = 0.0;
+    std::size_t count = 0;
+    for (const patient::PlannedPath& c : coarse)
+        for (const patient::PlannedPath& a : all)
+            if (a.entry_m == c.entry_m) lost += a.quality - c.quality, ++count;
+    return count > 0 ? lost / double(count) : 0.0;
+}
+
+void runPlanning(std::vector<Row>& rows) {
+    const Pair& pair = made().pair;
+    const std::vector<patient::PlannedPath> all = planPair(pair).result.paths;
+    for (const bool skip : {true, false})
+        for (const double spacing_mm : {0.0, 2.0, 4.0, 8.0}) {
+            if (!skip && spacing_mm > 0.0) continue;
+            PlanRequest request;
+            request.skip = skip;
+            request.skin_spacing_m = request.target_spacing_m = 1e-3 * spacing_mm;
+            const auto began = std::chrono::steady_clock::now();
+            const patient::PlanResult r = planPair(pair, request).result;
+            const double time_ms = elapsed_ms(began);
+            char note[160];
+            std::snprintf(note, sizeof note, "%zu paths of %.1f million pairs, %.1f million not walked",
+                          r.paths.size(), 1e-6 * double(r.candidates), 1e-6 * double(r.skipped));
+            rows.push_back({skip ? "study.planning" : "study.planning.no_skips",
+                            "spacing of skin and targets [mm]", spacing_mm, time_ms,
+                            lostQuality(all, r.paths), "quality lost", "every voxel against every voxel",
+                            note});
+        }
+}
+
+void runBreaths(std::vector<Row>& rows) {
+    const Pair pair = madePair(0.002);
+    PlanRequest request;
+    request.skin_spacing_m = 0.008;
+    std::vector<double> finest;
+    for (const int breaths : {20, 10, 5}) {
+        request.breaths = breaths;
+        const auto began = std::chrono::steady_clock::now();
+        const PairPlan plan = planPair(pair, request);
+        const double time_ms = elapsed_ms(began);
+        if (finest.empty()) finest = plan.worst_quality;
+        double worst = 0.0;
+        for (std::size_t i = 0; i < finest.size(); ++i)
+            worst += plan.worst_quality[i] - finest[i];
+        rows.push_back({"study.planning.breaths", "phases of a breath", double(breaths), time_ms,
+                        worst / double(finest.size()), "quality too good", "20 phases",
+                        "reference patient at 2 mm"});
+    }
+}
+
+struct Forces {
+    double time_ms = 0.0, busy_ms = 0.0;
+    double rmse_off_n = 0.0, max_off_n = 0.0;  // means of the sampled errors less the exact ones, no sign
+};
+
+// Both models on all paths; a sum is taken that the work cannot be skipped.
+double steerAll(const SteeringSettings& settings) {
+    const std::size_t blocks = (kPaths + kBlock - 1) / kBlock;
+    std::vector<double> sums(blocks);
+    patient::parallelFor(2, blocks, [&](std::size_t block) {
+        Steering steering(made().prepared, settings);
+        for (std::size_t i = block * kBlock; i < std::min(kPaths, (block + 1) * kBlock); ++i)
+            if (const Steered* s = steering.steer(made().paths[i]))
+                sums[block] += s->full.samples_n.back() - s->partial.samples_n.back();
+    });
+    double sum = 0.0;
+    for (const double s : sums)
+        sum += s;
+    return sum;
+}
+
+void steerRow(const char* name, const SteeringSettings& settings, double knob, std::vector<Row>& rows) {
+    std::vector<double> times_ms;
+    double sum_n = 0.0;
+    for (int run = 0; run < 3; ++run) {
+        const auto began = std::chrono::steady_clock::now();
+        sum_n += steerAll(settings);
+        times_ms.push_back(elapsed_ms(began));
+    }
+    RunSettings measured;
+    measured.steering = settings;
+    double rmse_off_n = 0.0, max_off_n = 0.0;
+    const std::vector<PathResult> results =
+        runPaths(made().prepared, std::span(made().paths).first(kPaths / 10), measured);
+    for (const PathResult& r : results) {
+        rmse_off_n += std::fabs(r.sampled.rmse_n - r.exact.rmse_n) / double(results.size());
+        max_off_n += std::fabs(r.sampled.max_n - r.exact.max_n) / double(results.size());
+    }
+    const double time_ms = median(times_ms);
+    char note[200];
+    std::snprintf(
+        note, sizeof note,
+        "31,222 paths, both models, two threads; %.0f times 1 kHz steering of 1,000 samples a path; "
+        "maximum %.3f N off; sum %.1f N",
+        2.0 * double(kPaths) / (1e-3 * time_ms), max_off_n, sum_n);
+    rows.push_back({name, "samples a path", knob, time_ms, rmse_off_n, "N of RMSE", "closed form", note});
+}
+
+void runForces(std::vector<Row>& rows) {
+    for (const int samples : {250, 500, 1000, 2000, 8000}) {
+        SteeringSettings settings;
+        settings.samples = samples;
+        settings.max_spacing_m = 1.0;
+        steerRow("study.forces", settings, samples, rows);
+    }
+}
+
+void runExact(std::vector<Row>& rows) {
+    SteeringSettings settings;
+    settings.samples = 1;
+    settings.max_spacing_m = 1.0;
+    steerRow("study.exact", settings, 1.0, rows);
+    rows.back().error = 0.0;
+    rows.back().error_unit = "N";
+}
+
+const Registration planning("study.planning", runPlanning);
+const Registration breaths("study.planning.breaths", runBreaths);
+const Registration forces("study.forces", runForces);
+const Registration exact("study.exact", runExact);
+
+}  // namespace
+}  // namespace stylet::bench

@@ -18,8 +18,9 @@ namespace {
 constexpr std::int16_t kAir_hu = -400;  // half way from lung to soft tissue
 // Lung holds 5 % of tissue and more, gas none; the noise of a mean over 27 voxels is a few HU.
 constexpr float kGas_hu = -955.0f, kLung_hu = -550.0f;
-constexpr double kRim_m = 0.0025;    // within it an edge's blur hides what the air is
-constexpr double kVessel_m = 0.004;  // radius of the vessels that the lung takes in
+constexpr double kPale_hu = -900.0, kEven_hu = 12.0;  // of that mean: healthy lung is denser; noise
+constexpr double kRim_m = 0.0025;                     // within it an edge's blur hides what the air is
+constexpr double kVessel_m = 0.004;                   // radius of the vessels that the lung takes in
 constexpr double kLeastLung_ml = 25.0;
 constexpr std::uint8_t kLung = 1, kGas = 2;
 
@@ -30,19 +31,40 @@ FloatVolume smoothed(const CtVolume& ct) {
     return boxMean(f, 1);
 }
 
-// Lungs are large, or go on above the section.
-Mask onlyLungs(const Mask& core) {
+struct Cores {
+    Mask lung, gas;
+};
+
+// Lungs are large, or go on above the section; and vessels and airways make them uneven where gas, whatever
+// its value in this scan, is all alike. What is too small to tell is neither.
+Cores parted(const Mask& core, const FloatVolume& mean) {
     const Grid& g = core.grid;
     const Pieces p = piecesOf(core);
+    std::vector<double> sum(p.size.size(), 0.0), square(p.size.size(), 0.0);
+    for (std::size_t i = 0; i < mean.voxels.size(); ++i) {
+        const auto n = std::size_t(p.number.voxels[i]);
+        const double hu = double(mean.voxels[i]);
+        sum[n] += hu, square[n] += hu * hu;
+    }
     std::vector<bool> at_top(p.size.size(), false);
     for (std::size_t i = g.offset({0, 0, std::max(g.dims.z - 2, 0)}); i < p.number.voxels.size(); ++i)
         at_top[std::size_t(p.number.voxels[i])] = true;
+    enum class Kind : std::uint8_t { none, lung, gas };
+    std::vector<Kind> kind(p.size.size(), Kind::none);
     const double each_ml = voxelVolume_ml(g), largest = double(p.size[std::size_t(p.largest())]);
-    Mask out(g);
-    for (std::size_t i = 0; i < out.voxels.size(); ++i) {
-        const auto n = std::size_t(p.number.voxels[i]);
-        if (n == 0 || double(p.size[n]) * each_ml < kLeastLung_ml) continue;
-        out.voxels[i] = at_top[n] || double(p.size[n]) > 0.2 * largest;
+    for (std::size_t n = 1; n < kind.size(); ++n) {
+        const double count = double(p.size[n]), middle = sum[n] / count;
+        if (count * each_ml < kLeastLung_ml) continue;
+        if (middle < kPale_hu && square[n] / count - middle * middle < kEven_hu * kEven_hu)
+            kind[n] = Kind::gas;
+        else if (at_top[n] || count > 0.2 * largest)
+            kind[n] = Kind::lung;
+    }
+    Cores out{Mask(g), Mask(g)};
+    for (std::size_t i = 0; i < out.lung.voxels.size(); ++i) {
+        const Kind k = kind[std::size_t(p.number.voxels[i])];
+        out.lung.voxels[i] = k == Kind::lung;
+        out.gas.voxels[i] = k == Kind::gas;
     }
     return out;
 }
@@ -57,12 +79,13 @@ LabelVolume kindsOfAir(const CtVolume& ct, const Mask& body) {
     Mask lung(ct.grid), gas(ct.grid);
     {
         const FloatVolume mean = smoothed(ct);
-        for (std::size_t i = 0; i < inner.voxels.size(); ++i) {
+        for (std::size_t i = 0; i < inner.voxels.size(); ++i)
             lung.voxels[i] = inner.voxels[i] && mean.voxels[i] > kGas_hu && mean.voxels[i] < kLung_hu;
-            gas.voxels[i] = inner.voxels[i] && mean.voxels[i] <= kGas_hu;
-        }
+        Cores cores = parted(lung, mean);
+        lung = std::move(cores.lung), gas = std::move(cores.gas);
+        for (std::size_t i = 0; i < inner.voxels.size(); ++i)
+            gas.voxels[i] = gas.voxels[i] || (inner.voxels[i] && mean.voxels[i] <= kGas_hu);
     }
-    lung = onlyLungs(lung);
     dropSmall(gas, 0.2);
     LabelVolume seeds(ct.grid);
     for (std::size_t i = 0; i < seeds.voxels.size(); ++i)

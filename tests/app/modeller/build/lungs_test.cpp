@@ -69,6 +69,17 @@ TEST(Lungs, VesselsAreFilledAndTheTracheaIsNoLung) {
     EXPECT_FALSE((l.left[{50, 30, 45}]) || (l.right[{50, 30, 45}]));
 }
 
+// A scanner whose air reads high: the gas is known by being all alike.
+TEST(Lungs, GasThatReadsHighIsNoLung) {
+    CtVolume ct = block();
+    fill(ct, {60, 10, 20}, {90, 50, 59}, -850);
+    fill(ct, {10, 10, 10}, {44, 50, 50}, -945);
+    const Lungs l = lungsOf(ct);
+    EXPECT_TRUE((l.gas[{27, 30, 30}]));
+    EXPECT_EQ(countOf(l.left), 0u);
+    EXPECT_TRUE((l.right[{75, 30, 40}]));
+}
+
 TEST(Lungs, WhatIsMissingIsSaid) {
     CtVolume ct = block();
     EXPECT_EQ(lungsOf(ct).notes, std::vector<std::string>{"no lung in the section"});

@@ -131,14 +131,12 @@ Colour qualityColour(double quality) {
     return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b), 0.75};
 }
 
-// Best first, as planned; at most kMostPaths of them, evenly chosen.
+// At most kMostPaths of them, evenly chosen; planned best first, they are drawn best last.
 std::vector<const PlannedPath*> chosen(std::span<const PlannedPath> paths) {
     const std::size_t count = std::min(paths.size(), kMostPaths);
     std::vector<const PlannedPath*> some;
-    for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t i = count; i-- > 0;)
         some.push_back(&paths[i * paths.size() / count]);
-    std::stable_sort(some.begin(), some.end(),
-                     [](const PlannedPath* a, const PlannedPath* b) { return a->quality < b->quality; });
     return some;
 }
 

@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kMm = 1e3;
 constexpr std::size_t kMostDots = 150;  // outliers drawn of a patient
+constexpr double kFewPaths = 0.02;      // a tissue that fewer meet is not drawn
 
 const std::array<Colour, 6> kPalette{report::kBlue,   report::kVermilion, report::kGreen,
                                      report::kPurple, report::kOrange,    report::kSky};
@@ -30,18 +31,18 @@ std::string thresholdText(double value, const std::string& axis) {
     return "just noticeable: " + number + " " + unit;
 }
 
-// All first, then each patient.
+// All first, then each patient, with the summary of the paths that meet no bone.
 template <typename Use>
 void forAll(const ReportedStudy& study, const Use& use) {
-    use("all", study.all);
+    use("all", study.all, study.without_bone);
     for (const ReportedPair& pair : study.pairs)
-        use(pair.name, pair.summary);
+        use(pair.name, pair.summary, pair.without_bone);
 }
 
 // High enough for every whisker and threshold; what a few paths have may lie above.
 double axisTop(const ReportedStudy& study, const PathNumber& number) {
     double top = 0.0;
-    forAll(study, [&](const std::string&, const Summary& s) {
+    forAll(study, [&](const std::string&, const Summary& s, const Summary&) {
         const double whisker = number.spread(s).upper_whisker;
         if (std::isfinite(whisker)) top = std::max(top, number.unit * whisker);
     });
@@ -101,7 +102,7 @@ Plot boxPlot(const ReportedStudy& study, const PathNumber& number) {
     f.y = {number.axis, 0.0};
     if (top > 0.0) f.y.max = top;
     plot.numbers = {number.axis + ": over the paths", kSpreadHead, {}, kSpreadNumbers, true};
-    FigureSeries dots{"paths beyond the whiskers", report::kMuted};
+    FigureSeries dots{"paths beyond the whiskers", report::kPurple};
     dots.line = false, dots.shape = "circle", dots.small = true;
     FigureSeries means{"mean of the paths that meet no bone", report::kVermilion};
     means.line = false, means.shape = "rectRot";
@@ -117,7 +118,7 @@ Plot boxPlot(const ReportedStudy& study, const PathNumber& number) {
         }
     };
     double x = 0.0;
-    forAll(study, [&](const std::string& name, const Summary& summary) {
+    forAll(study, [&](const std::string& name, const Summary& summary, const Summary& clear) {
         const Spread& s = number.spread(summary);
         f.x.names.push_back(name);
         plot.numbers.rows.push_back(spreadRow(name, s, number.unit, number.digits));
@@ -126,7 +127,8 @@ Plot boxPlot(const ReportedStudy& study, const PathNumber& number) {
             f.boxes.push_back({x, u * s.lower_whisker, u * s.lower_quartile, u * s.median,
                                u * s.upper_quartile, u * s.upper_whisker,
                                x == 0.0 ? report::kBlack : report::kBlue});
-            if (u * s.mean <= top) means.points.push_back({x, u * s.mean, {}});
+            const double mean = u * number.spread(clear).mean;
+            if (mean <= top) means.points.push_back({x, mean, {}});
             std::vector<double> outliers;
             if (x > 0.0) values(study.pairs[std::size_t(x) - 1].results, s, outliers);
             if (!outliers.empty()) addDots(std::move(outliers), x, dots);
@@ -146,19 +148,19 @@ Plot borderPlot(const ReportedStudy& study, const std::string& axis,
     plot.numbers = {axis + ", by tissue", kSpreadHead, {}, kSpreadNumbers, true};
     plot.numbers.head.insert(plot.numbers.head.begin() + 1, "Tissue");
     plot.numbers.number.insert(plot.numbers.number.begin() + 1, false);
-    std::vector<std::size_t> tissues;  // that a path meets
+    std::vector<std::size_t> tissues;
     for (std::size_t t = 1; t < study.all.tissues.size(); ++t)
-        if (spread(study.all.tissues[t]).count > 0) tissues.push_back(t);
+        if (double(spread(study.all.tissues[t]).count) > kFewPaths * double(study.all.paths))
+            tissues.push_back(t);
     for (const std::size_t t : tissues)
         f.x.names.emplace_back(patient::tissueName(patient::Tissue(t)));
     double top = thresholds_mm.empty() ? 1.0 : thresholds_mm.back();
-    forAll(study, [&](const std::string&, const Summary& s) {
-        for (std::size_t t = 0; t < s.tissues.size(); ++t) {
-            const Spread& v = spread(s.tissues[t]);
-            if (v.count > 0) top = std::max(top, kMm * (v.mean + v.sigma));
-        }
+    forAll(study, [&](const std::string&, const Summary& s, const Summary&) {
+        for (const std::size_t t : tissues)
+            if (t < s.tissues.size() && spread(s.tissues[t]).count > 0)
+                top = std::max(top, kMm * (spread(s.tissues[t]).mean + spread(s.tissues[t]).sigma));
     });
-    forAll(study, [&](const std::string& name, const Summary& s) {
+    forAll(study, [&](const std::string& name, const Summary& s, const Summary&) {
         FigureSeries means{"mean", report::kBlue}, bars{"one standard deviation", report::kBlue};
         means.line = false, means.shape = "circle";
         for (std::size_t place = 0; place < tissues.size() && !s.tissues.empty(); ++place) {

@@ -17,7 +17,7 @@ struct Plot {
 
 // One number of each path.
 struct PathNumber {
-    std::string name, axis;  // "RMSE", "RMSE, N"
+    std::string axis;  // "RMSE, N"
     int digits = 3;
     double unit = 1.0;  // of the axis
     const Spread& (*spread)(const Summary&);
@@ -28,7 +28,8 @@ struct PathNumber {
 // A box each patient and one of all paths, as Figs. 6-8 of the paper.
 Plot boxPlot(const ReportedStudy&, const PathNumber&);
 
-// Mean and deviation of each tissue's borders, of all and of each patient by choice, as Figs. 4 and 5.
+// Mean and deviation of each tissue's borders, of all and of each patient by choice, as Figs. 4 and 5;
+// without those that hardly a path meets.
 Plot borderPlot(const ReportedStudy&, const std::string& axis, const Spread& (*spread)(const TissueSummary&),
                 const std::vector<double>& thresholds_mm);
 

@@ -1,7 +1,6 @@
 #include "app/study/pair.h"
 
 #include <toml++/toml.h>
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -29,8 +28,8 @@ std::string nameOf(std::size_t pair) {
     return "pair[" + std::to_string(pair) + "]";
 }
 
-std::string text(const fs::path& file, const std::string& field,
-                 const toml::node_view<const toml::node>& node) {
+std::string textOf(const fs::path& file, const std::string& field,
+                   const toml::node_view<const toml::node>& node) {
     const std::optional<std::string> value = node.value<std::string>();
     if (!value || value->empty()) throw DataError(file, field, "a text is needed");
     return *value;
@@ -44,7 +43,8 @@ void allowOnly(const fs::path& file, const std::string& where, const toml::table
 
 // A folder of its own for each.
 bool isFolderName(const std::string& name) {
-    return name != "." && name != ".." && name.find('/') == std::string::npos && name.size() < 200;
+    return !name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos &&
+           name.size() < 200;
 }
 
 PairFiles readPair(const fs::path& file, const toml::node& node, std::size_t index) {
@@ -53,7 +53,7 @@ PairFiles readPair(const fs::path& file, const toml::node& node, std::size_t ind
     if (!table) throw DataError(file, where, "not a table");
     allowOnly(file, where + ".", *table, {"name", "reference", "found"});
     const auto member = [&](const char* key) {
-        return text(file, where + "." + key, toml::node_view<const toml::node>(table->get(key)));
+        return textOf(file, where + "." + key, toml::node_view<const toml::node>(table->get(key)));
     };
     const auto folder = [&](const char* key) {
         return (file.parent_path() / member(key)).lexically_normal();
@@ -127,9 +127,7 @@ void refuseShared(const PairFiles& files, const Package& reference, const Packag
                 throw DataError(files.found / "patient.toml", "label." + theirs.name + ".provenance",
                                 "\"" + theirs.provenance + "\" is that of the reference's " + own.name +
                                     ": labels that were not made apart prove nothing");
-    std::string listed = found.provenance + ",";
-    std::replace(listed.begin(), listed.end(), ';', ',');
-    if (listed.find(" " + reference.name + ",") != std::string::npos)
+    if (found.provenance.find('"' + reference.name + '"') != std::string::npos)
         throw DataError(files.found / "patient.toml", "provenance",
                         reference.name + " is among the atlases that it was built with");
 }
@@ -143,16 +141,20 @@ StudyFile readStudyFile(const fs::path& file) {
     if (bytes > kMaxFileBytes) throw DataError(file, "file", "larger than 1 MiB");
     std::ostringstream content;
     content << std::ifstream(file, std::ios::binary).rdbuf();
+    return parseStudyFile(content.str(), file);
+}
+
+StudyFile parseStudyFile(std::string_view text, const fs::path& file) {
     toml::table table;
     try {
-        table = toml::parse(content.str());
+        table = toml::parse(text);
     } catch (const toml::parse_error& e) {
         throw DataError(file, "line " + std::to_string(e.source().begin.line), std::string(e.description()));
     }
     allowOnly(file, "", table, {"tissue", "pair"});
     StudyFile study;
     if (const toml::node* tissue = table.get("tissue"))
-        study.tissue = file.parent_path() / text(file, "tissue", toml::node_view<const toml::node>(tissue));
+        study.tissue = file.parent_path() / textOf(file, "tissue", toml::node_view<const toml::node>(tissue));
     const toml::array* pairs = table["pair"].as_array();
     if (!pairs || pairs->empty()) throw DataError(file, "pair", "a study needs one [[pair]] at least");
     if (pairs->size() > kMaxPairs) throw DataError(file, "pair", "more than 1000 of them");

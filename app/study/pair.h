@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "patient/patient.h"
@@ -25,7 +26,9 @@ struct StudyFile {
     std::vector<PairFiles> pairs;
     std::optional<std::filesystem::path> tissue;
 };
-StudyFile readStudyFile(const std::filesystem::path& toml);  // throws patient::DataError
+// Both throw patient::DataError.
+StudyFile readStudyFile(const std::filesystem::path& toml);
+StudyFile parseStudyFile(std::string_view text, const std::filesystem::path& file);
 
 // Which of the found labels count.
 enum class FoundLabels {

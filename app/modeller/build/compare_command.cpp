@@ -4,8 +4,8 @@
 
 #include "app/modeller/build/atlas.h"
 #include "app/modeller/build/judgement.h"
-#include "app/modeller/build/path_forces.h"
 #include "app/modeller/commands.h"
+#include "app/study/study.h"
 
 namespace stylet::modeller {
 
@@ -18,29 +18,47 @@ struct Options {
     std::size_t most_paths = 200;
 };
 
+// The best of a coarse set, in the breath of the CT.
+std::vector<patient::PlannedPath> planTruth(const Package& truth, std::size_t most) {
+    const patient::Patient true_patient(truth);
+    patient::PlanSettings settings = patient::studyPlan(true_patient);
+    settings.skin_spacing_m = patient::PlanSettings().skin_spacing_m;
+    settings.target_spacing_m = patient::PlanSettings().target_spacing_m;
+    std::vector<patient::PlannedPath> paths = patient::planPaths(true_patient, settings).paths;
+    if (paths.size() > most) paths.resize(most);
+    return paths;
+}
+
+// As the study has them, over all labels that were found.
+void printForces(const Options& o, Package truth, Package found,
+                 const std::vector<patient::PlannedPath>& paths) try {
+    const study::Pair pair = study::makePair({truth.name, o.truth, o.found}, std::move(truth),
+                                             std::move(found), study::FoundLabels::all);
+    const study::Summary s =
+        study::summarise(pair.name, study::runPaths(study::PreparedPair(pair), paths, {}));
+    std::printf(
+        "forces on %zu paths planned in the first: RMS error %.3f N, median path %.3f N, worst path "
+        "%.3f N, largest %.2f N, %.1f %% of samples equal; %zu of them end at bone\n",
+        s.paths, s.pooled_rmse_n, s.rmse_n.median, s.rmse_n.most, s.max_n.most, 100.0 * s.equal_share.mean,
+        s.bone_paths);
+} catch (const patient::DataError& e) {
+    std::printf("no forces to compare: %s\n", e.what());
+}
+
 void runCompare(const Options& o) {
-    const Package truth = patient::loadPackage(o.truth);
-    Package found = patient::loadPackage(o.found);
+    Package truth = patient::loadPackage(o.truth), found = patient::loadPackage(o.found);
     refuseItself(truth.name, found.provenance);
-    found.motion = truth.motion;  // one breath for both
-    const patient::Patient true_patient(truth), found_patient(found);
-    std::vector<patient::PlannedPath> paths = patient::planPaths(true_patient, {}).paths;
-    if (paths.size() > o.most_paths) paths.resize(o.most_paths);
+    const std::vector<patient::PlannedPath> paths = planTruth(truth, o.most_paths);
     std::printf("%-26s %6s %9s %9s %9s %9s %10s %10s\n", "structure", "Dice", "mean mm", "HD95 mm", "HD mm",
                 "paths mm", "truth ml", "found ml");
     for (const auto& [structure, a] : judge(truth, found, paths))
         std::printf("%-26s %6.3f %9.2f %9.2f %9.2f %9.2f %10.2f %10.2f\n", structure.c_str(), a.dice,
                     1e3 * a.mean_surface_m, 1e3 * a.hausdorff95_m, 1e3 * a.hausdorff_m,
                     1e3 * a.mean_surface_there_m, a.truth_ml, a.found_ml);
-    const PathForces f = compareForces(true_patient, found_patient, paths);
-    if (f.paths == 0) {
+    if (paths.empty())
         std::printf("no path can be planned in %s: no forces to compare\n", o.truth.c_str());
-        return;
-    }
-    std::printf(
-        "forces on %zu paths planned in the first: RMS error %.3f N, median path %.3f N, worst path "
-        "%.3f N, largest %.2f N, %.1f %% of ticks equal\n",
-        f.paths, f.rms_n, f.median_path_rms_n, f.worst_path_rms_n, f.largest_n, 100.0 * f.equal_share);
+    else
+        printForces(o, std::move(truth), std::move(found), paths);
 }
 
 }  // namespace

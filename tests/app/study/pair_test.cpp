@@ -52,6 +52,13 @@ TEST_F(StudyFileOnDisk, IsRefusedWithFieldAndReason) {
     expectRefusedAs(pair + "name = '..'", "pair[0].name");
     expectRefusedAs(pair + pair, "pair[1].name: \"a\" is there already");
     expectRefusedAs("[[pair]\n", "line 1");
+    expectRefusedAs("pair = " + std::string(100'000, '['), "line 1");
+    expectRefusedAs("[[pair]]\nreference = '/'\nfound = 'b'", "pair[0].name");
+    std::string many;
+    for (int i = 0; i < 1001; ++i)
+        many += "[[pair]]\nname = '" + std::to_string(i) + "'\nreference = 'a'\nfound = 'b'\n";
+    expectRefusedAs(many, "pair: more than 1000");
+    expectRefusedAs(std::string((1 << 20) + 1, '#'), "file: larger");
     test::expectRefused([] { readStudyFile("/nowhere/study.toml"); }, "study.toml", "file");
 }
 
@@ -109,9 +116,9 @@ TEST(StudyPair, OfLabelsThatWereNotMadeApartIsRefused) {
     test::callBuilt(found);
     patient::Package named = truth;
     named.name = "reference patient, seed 1";
-    found.provenance = "built; atlases: reference patient, seed 10, reference patient, seed 2";
+    found.provenance = "built; atlases: \"reference patient, seed 10\", \"reference patient, seed 2\"";
     makePair(test::kMadeFiles, named, found, FoundLabels::partial);
-    found.provenance += ", reference patient, seed 1; virtual bile ducts added";
+    found.provenance += ", \"reference patient, seed 1\"; virtual bile ducts added";
     test::expectRefused([&] { makePair(test::kMadeFiles, named, found, FoundLabels::partial); },
                         "built/patient.toml", "provenance: reference patient, seed 1 is among the atlases");
 }

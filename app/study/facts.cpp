@@ -206,8 +206,10 @@ PlanFacts readPlanFacts(const fs::path& file) {
                 in.get<std::size_t>("kept"),
                 in.get<Bins>("c3"),
                 in.get<Bins>("c4"),
-                in.get<Bins>("quality")};
-    if (f.c3.empty() || f.c3.size() != f.c4.size() || f.c3.size() != f.quality.size())
+                in.get<Bins>("quality"),
+                json.contains("worst_quality") ? in.get<Bins>("worst_quality") : Bins()};
+    if (f.c3.empty() || f.c3.size() != f.c4.size() || f.c3.size() != f.quality.size() ||
+        (!f.worst_quality.empty() && f.worst_quality.size() != f.c3.size()))
         in.refuse("c3", "not as many bins as of the other scores");
     return f;
 }

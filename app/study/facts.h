@@ -43,6 +43,7 @@ PairFacts readFacts(const std::filesystem::path& json);
 struct PlanFacts {
     std::size_t candidates = 0, skipped = 0, blocked = 0, too_long = 0, poor = 0, kept = 0;
     std::vector<std::size_t> c3, c4, quality;  // of the kept paths, in equal bins of [0, 1]
+    std::vector<std::size_t> worst_quality;    // over the breath's phases; empty where they were not rated
 };
 PlanFacts readPlanFacts(const std::filesystem::path& json);  // throws patient::DataError
 

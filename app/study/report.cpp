@@ -148,7 +148,9 @@ void addPlanning(Page& page, const ReportedStudy& study) {
         "the mean of C3 and C4; the best path of each skin voxel is kept if its Q is 0.4 or better.");
     const Plot plot = scorePlot(study);
     page.figure(plot.figure, "Histograms of the scores C3, C4 and Q of the kept paths.",
-                "Histograms of the kept paths' scores.", plot.numbers);
+                "Histograms of the kept paths' scores. The worst Q is that of the breath's phases, where "
+                "they were rated: 0 where a path is lost in one of them.",
+                plot.numbers);
     page.table(planTable(study));
     for (const ReportedPair& p : study.pairs) {
         if (p.picture.empty()) continue;
@@ -188,7 +190,7 @@ void addPatients(Page& page, const ReportedStudy& study) {
             continue;
         shown.push_back(&p.facts);
         const bool own = !p.facts.own_table.empty();
-        page.table(forceTable(p.facts, own ? "Force table of the user's own: " + p.facts.own_table
+        page.table(forceTable(p.facts, own ? "Own force table: " + p.facts.own_table
                                            : "Force table of the reference of " + p.name));
     }
     std::vector<report::Fact> facts;

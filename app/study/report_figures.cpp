@@ -220,9 +220,13 @@ Plot scorePlot(const ReportedStudy& study) {
         Colour colour;
         std::vector<int> dash;
     };
-    const std::array<Score, 3> scores{{{"C3, clearance", &PlanFacts::c3, report::kBlue, {}},
-                                       {"C4, way in the duct", &PlanFacts::c4, report::kVermilion, {6, 3}},
-                                       {"Q", &PlanFacts::quality, report::kBlack, {2, 2}}}};
+    const std::array<Score, 4> scores{
+        {{"C3, clearance", &PlanFacts::c3, report::kBlue, {}},
+         {"C4, way in the duct", &PlanFacts::c4, report::kVermilion, {6, 3}},
+         {"Q", &PlanFacts::quality, report::kBlack, {2, 2}},
+         {"worst Q of a breath", &PlanFacts::worst_quality, report::kGreen, {8, 2, 2, 2}}}};
+    const bool breathed = std::any_of(study.pairs.begin(), study.pairs.end(),
+                                      [](const ReportedPair& p) { return !p.plan.worst_quality.empty(); });
     std::size_t bins = 0;
     for (const ReportedPair& pair : study.pairs)
         bins = std::max(bins, pair.plan.quality.size());
@@ -235,6 +239,7 @@ Plot scorePlot(const ReportedStudy& study) {
         report::FigureChoice choice{name, {"paths", 0.0}, {}};
         choice.y.whole = true;
         for (const Score& score : scores) {
+            if (score.bins == &PlanFacts::worst_quality && !breathed) continue;
             std::vector<std::size_t> sum(bins);
             for (const ReportedPair& pair : pairs)
                 for (std::size_t b = 0; b < (pair.plan.*score.bins).size(); ++b)

@@ -133,6 +133,7 @@ void addCauses(Page& page, const ReportedStudy& study) {
     addCauseTable(page, "Outliers: paths whose maximum error lies above mean + 2.7 standard deviations",
                   study.all.outlier_causes);
     addCauseTable(page, "All paths that meet no bone and have an error", study.without_bone.causes);
+    page.foldedTable(largestTable(study));
     page.foldedTable(causeTable("All paths with an error", study.all.causes));
     for (const ReportedPair& p : study.pairs)
         if (!p.summary.outlier_causes.empty())
@@ -287,12 +288,16 @@ std::string studyPage(const ReportedStudy& study) {
               "The needle's axial force down planned paths to the bile ducts: in patients whose segmentation "
               "is a reference, and in patients built from the same CT without it.",
               "stylet-study");
-    addHeadlines(page, study);
-    page.section("Beside the paper");
-    page.table(paperTable(study));
-    addBoxes(page, study);
-    addBorders(page, study);
-    addCauses(page, study);
+    if (study.all.paths > 0) {
+        addHeadlines(page, study);
+        page.section("Beside the paper");
+        page.table(paperTable(study));
+        addBoxes(page, study);
+        addBorders(page, study);
+        addCauses(page, study);
+    } else {
+        page.paragraph("No path was found in any patient: there is nothing to compare.");
+    }
     addPlanning(page, study);
     addPatients(page, study);
     addSettings(page, study);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/study/report_figures.h"
 
@@ -14,7 +15,7 @@ using report::Table;
 namespace {
 
 constexpr double kMm = 1e3;
-constexpr std::size_t kMostCauses = 8;  // rows of a table
+constexpr std::size_t kMostCauses = 8, kMostPaths = 30;  // rows of a table
 
 std::string eventText(haptics::NeedleEventKind kind) {
     using enum haptics::NeedleEventKind;
@@ -199,6 +200,49 @@ Table causeTable(const std::string& caption, const std::vector<CauseCount>& caus
         t.rows.push_back({std::string(patient::tissueName(c.cause.tissue)), eventText(c.cause.kind),
                           c.cause.model == Model::full ? "reference" : "built", countText(c.paths),
                           percentText(share(c.paths, paths)), fixed(kMm * c.cause.apart_m, 2)});
+    }
+    return t;
+}
+
+Table largestTable(const ReportedStudy& study) {
+    Table t{
+        "The largest errors of paths that meet no bone, and what caused each; \"path\" is its row in "
+        "paths.csv",
+        {"Patient", "Path", "Maximum error, N", "at depth, mm", "RMSE, N", "Tissue", "Event", "Whose",
+         "Displacement, mm"},
+        {},
+        {false, true, true, true, true, false, false, false, true},
+        true};
+    struct Row {
+        const ReportedPair* pair;
+        std::size_t path;
+        const PathResult* result;
+    };
+    std::vector<Row> rows;
+    for (const ReportedPair& pair : study.pairs)
+        for (std::size_t i = 0; i < pair.results.size(); ++i)
+            if (const PathResult& r = pair.results[i]; !r.meets_bone && r.sampled.max_n > 0.0)
+                rows.push_back({&pair, i, &r});
+    const std::size_t count = std::min(rows.size(), kMostPaths);
+    std::partial_sort(rows.begin(), rows.begin() + std::ptrdiff_t(count), rows.end(),
+                      [](const Row& a, const Row& b) {
+                          if (a.result->sampled.max_n != b.result->sampled.max_n)
+                              return a.result->sampled.max_n > b.result->sampled.max_n;
+                          return std::pair(a.pair, a.path) < std::pair(b.pair, b.path);
+                      });
+    rows.resize(count);
+    for (const Row& row : rows) {
+        const ForceError& e = row.result->sampled;
+        const Cause& c = row.result->cause;
+        const bool caused = c.model != Model::neither;
+        t.rows.push_back({row.pair->name, std::to_string(row.path), fixed(e.max_n, 2),
+                          fixed(kMm * e.max_at_m, 1), fixed(e.rmse_n, 3),
+                          caused ? std::string(patient::tissueName(c.tissue)) : "–",
+                          caused ? eventText(c.kind) : "–",
+                          c.model == Model::full      ? "reference"
+                          : c.model == Model::partial ? "built"
+                                                      : "–",
+                          fixed(kMm * c.apart_m, 2)});
     }
     return t;
 }

@@ -18,6 +18,8 @@ report::Table paperTable(const ReportedStudy&);
 report::Table patientTable(const ReportedStudy&);
 report::Table tissueTable(const ReportedStudy&);
 report::Table causeTable(const std::string& caption, const std::vector<CauseCount>&);
+// The largest errors of paths that meet no bone, one row a path.
+report::Table largestTable(const ReportedStudy&);
 report::Table planTable(const ReportedStudy&);
 report::Table labelTable(const ReportedStudy&);
 report::Table thresholdTable(const ReportedStudy&);

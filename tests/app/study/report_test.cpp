@@ -81,6 +81,24 @@ TEST_F(StudyReport, TextOfOthersIsNoMarkup) {
     EXPECT_NE(html.find("its reference has labels in 30 % of the body"), std::string::npos);
 }
 
+TEST_F(StudyReport, SaysThatThereIsNothing) {
+    ReportedStudy study = readStudy(out());
+    for (ReportedPair& pair : study.pairs) {
+        pair.results.clear();
+        pair.summary = pair.without_bone = summarise(pair.name, {});
+        pair.plan.candidates = pair.plan.kept = 0;
+    }
+    study.all = study.without_bone = summarise("all", {});
+    const std::string html = studyPage(study);
+    EXPECT_NE(html.find("No path was found in any patient"), std::string::npos);
+    EXPECT_NE(html.find("one: no path was found: the reference has no bile duct"), std::string::npos);
+    EXPECT_EQ(html.find("31,222"), std::string::npos);
+    // One of two without a path.
+    ReportedStudy half = readStudy(out());
+    half.pairs[0] = study.pairs[0];
+    EXPECT_NE(studyPage(half).find("1 without a path"), std::string::npos);
+}
+
 TEST_F(StudyReport, NamesWhatIsMissing) {
     const test::TempFolder temp;
     const fs::path copy = temp / "out";

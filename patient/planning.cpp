@@ -252,12 +252,14 @@ class Doubter {
     };
     struct Line {
         Vec3 start, step;  // in voxels, cell borders at integers
+        // Truncation is no floor below zero; but what lies there is not sure.
         Look lookAt(double at_m) const {
-            constexpr double kNotAtTheBorder = 1e-4;
+            constexpr double kNear = 1e-4, kFar = 1.0 - kNear;
             const Vec3 at = start + step * at_m;
-            const Vec3 cell = glm::floor(at), share = at - cell;
-            return {Index3(cell), glm::all(glm::greaterThan(share, Vec3(kNotAtTheBorder))) &&
-                                      glm::all(glm::lessThan(share, Vec3(1.0 - kNotAtTheBorder)))};
+            const Index3 voxel(at);
+            const Vec3 share = at - Vec3(voxel);
+            return {voxel, share.x > kNear && share.y > kNear && share.z > kNear && share.x < kFar &&
+                               share.y < kFar && share.z < kFar};
         }
     };
 
@@ -328,15 +330,22 @@ class EntryPlanner {
     }
 
   private:
-    bool isHopeless(std::size_t target) const {
+    // C2, where no rounding is at stake.
+    bool isFarTooLong(std::size_t target) const {
         const double most_m = plan_.settings.max_length_m;
-        const Vec3 way = path_.target_m - path_.entry_m;
-        if (glm::dot(way, way) > 1.01 * most_m * most_m) return false;  // the judge is as quick
+        const Vec3 way = targets_.deformed_m[target] - path_.entry_m;
+        return glm::dot(way, way) > 1.01 * most_m * most_m;
+    }
+    bool isHopeless(std::size_t target) const {
         const double needed = best_ ? best_->quality : plan_.settings.min_quality;
         const double bound = doubter_.bound(path_, needed);
         return bound < needed || (best_ && bound == needed && target > best_target_);
     }
     void tryTarget(std::size_t target, Counts& counts) {
+        if (skips_ && isFarTooLong(target)) {
+            ++counts.too_long;
+            return;
+        }
         path_.target_m = targets_.deformed_m[target];
         path_.target_reference_m = targets_.reference_m[target];
         if (skips_ && isHopeless(target)) {

@@ -172,6 +172,15 @@ void addPlanning(Page& page, const ReportedStudy& study) {
                                 : "."));
 }
 
+// What the reference has that nobody drew and no program drew the CT from.
+std::string undrawnText(const PackageFacts& reference) {
+    std::string text;
+    for (const LabelFacts& l : reference.labels)
+        if (!l.provenance.starts_with("manual") && l.provenance != "synthetic")
+            text += (text.empty() ? "" : "; ") + l.name + " (" + l.provenance + ")";
+    return text;
+}
+
 void addPatients(Page& page, const ReportedStudy& study) {
     page.section("Patients");
     page.table(labelTable(study));
@@ -182,6 +191,10 @@ void addPatients(Page& page, const ReportedStudy& study) {
                            " of the body. In the rest thresholds decide on both sides, so that skin, fat, "
                            "muscle and unlabelled bone are no independent truth there: errors of the body "
                            "wall are understated, and what is compared is the labelled structures.");
+    for (const ReportedPair& p : study.pairs)
+        if (const std::string undrawn = undrawnText(p.facts.reference); !undrawn.empty())
+            page.paragraph(p.name + ": nobody drew these labels of its reference: " + undrawn +
+                           ". Errors there are against a program, not against a person.");
     page.table(thresholdTable(study));
     std::vector<const PairFacts*> shown;
     for (const ReportedPair& p : study.pairs) {

@@ -71,6 +71,7 @@ TEST_F(StudyReport, TextOfOthersIsNoMarkup) {
     pair.name = hostile;
     pair.facts.reference.name = pair.facts.reference.licence = pair.facts.found.provenance = hostile;
     pair.facts.reference.labels[0].name = pair.facts.reference.labels[0].provenance = hostile;
+    pair.facts.reference.labels[1].provenance = "threshold: 2 mm shell";
     pair.facts.own_table = hostile;
     pair.facts.reference.labelled_share = 0.3;
     const std::string html = studyPage(study);
@@ -78,6 +79,7 @@ TEST_F(StudyReport, TextOfOthersIsNoMarkup) {
     EXPECT_EQ(html.find("<img src=x"), std::string::npos);
     EXPECT_EQ(html.find('\xFF'), std::string::npos);
     EXPECT_NE(html.find("Own force table: "), std::string::npos);
+    EXPECT_NE(html.find("(threshold: 2 mm shell)"), std::string::npos);
     EXPECT_NE(html.find("its reference has labels in 30 % of the body"), std::string::npos);
 }
 

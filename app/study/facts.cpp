@@ -181,8 +181,8 @@ PairFacts readFacts(const fs::path& file) {
     f.own_table = in.get<std::string>("own_table");
     f.run = std::strtoull(in.get<std::string>("run").c_str(), nullptr, 16);
     f.paths = in.get<std::size_t>("paths");
-    constexpr std::size_t kMostPaths = 10'000'000;
-    if (f.paths > kMostPaths) in.refuse("paths", "more than ten million");
+    constexpr std::size_t kMostPaths = 100'000;  // as paths.json
+    if (f.paths > kMostPaths) in.refuse("paths", "more than 100000");
     const std::vector<Members> rows = in.list("tissues");
     if (rows.size() != f.tissues.size()) in.refuse("tissues", "not one row a tissue");
     for (std::size_t t = 0; t < rows.size(); ++t) {

@@ -52,16 +52,24 @@ int main(int argc, char** argv) {
     o.plan.target_spacing_m = 1e-3 * target_mm;
     o.run.threads = o.plan.threads;
     if (all_labels) o.labels = stylet::study::FoundLabels::all;
-    const stylet::study::Ranks ranks;
-    try {
-        if (app.got_subcommand(plan)) stylet::study::runPlan(o, ranks);
-        if (app.got_subcommand(run) || app.got_subcommand(all)) stylet::study::runStudy(o, ranks);
-        if ((app.got_subcommand(report) || app.got_subcommand(all)) && ranks.first())
-            std::printf("%s\n", stylet::study::writeReport(o.out).c_str());
-        return 0;
-    } catch (const std::exception& e) {
+    const auto failed = [](const std::exception& e) {
         std::fprintf(stderr, "stylet-study: %s\n", e.what());
-        ranks.giveUp();
         return 2;
+    };
+    try {
+        const stylet::study::Ranks ranks;
+        try {
+            if (app.got_subcommand(plan)) stylet::study::runPlan(o, ranks);
+            if (app.got_subcommand(run) || app.got_subcommand(all)) stylet::study::runStudy(o, ranks);
+            if ((app.got_subcommand(report) || app.got_subcommand(all)) && ranks.first())
+                std::printf("%s\n", stylet::study::writeReport(o.out).c_str());
+            return 0;
+        } catch (const std::exception& e) {
+            const int status = failed(e);
+            ranks.giveUp();
+            return status;
+        }
+    } catch (const std::exception& e) {
+        return failed(e);
     }
 }

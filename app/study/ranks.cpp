@@ -1,22 +1,20 @@
 #include "app/study/ranks.h"
 
+#include <cstdlib>
+#include <stdexcept>
+
 #ifdef STYLET_STUDY_MPI
 #include <mpi.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <thread>
 #endif
 
 namespace stylet::study {
 
-#ifdef STYLET_STUDY_MPI
-
 namespace {
-
-constexpr int kGaveUp = 2;
 
 bool startedAsOneOfMany() {
     // Open MPI's mpirun, PMIx and PMI (srun).
@@ -25,20 +23,32 @@ bool startedAsOneOfMany() {
     return false;
 }
 
+}  // namespace
+
+#ifdef STYLET_STUDY_MPI
+
+namespace {
+
+constexpr int kGaveUp = 2;
+
 extern "C" void stopped(int) {
     static constexpr char kText[] =
         "stylet-study: stopped from outside, as all ranks are when one is lost: what is finished stays, the "
-        "same "
-        "command goes on from there\n";
+        "same command goes on from there\n";
     [[maybe_unused]] const auto written = write(STDERR_FILENO, kText, sizeof kText - 1);
     _exit(kGaveUp);
 }
 
 }  // namespace
 
+bool Ranks::haveMpi() {
+    return true;
+}
+
 Ranks::Ranks() {
     if (!startedAsOneOfMany()) return;
-    MPI_Init(nullptr, nullptr);
+    int threads = 0;  // only this one talks to the others
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &threads);
     joined_ = true;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &size_);
@@ -65,7 +75,15 @@ void Ranks::giveUp() const {
 
 #else
 
-Ranks::Ranks() = default;
+bool Ranks::haveMpi() {
+    return false;
+}
+
+Ranks::Ranks() {
+    if (startedAsOneOfMany())
+        throw std::runtime_error("started as one of several ranks, but built without MPI (STYLET_MPI)");
+}
+
 Ranks::~Ranks() = default;
 void Ranks::wait() const {}
 void Ranks::giveUp() const {}

@@ -11,11 +11,14 @@ namespace stylet::study {
 class Ranks {
   public:
     // Joins the others. From now on SIGTERM, which mpirun sends to all when one is lost, ends the process
-    // with a line that says what to do.
+    // with a line that says what to do. Throws std::runtime_error where there are others and MPI was not
+    // built in: each would do everything.
     Ranks();
     ~Ranks();
     Ranks(const Ranks&) = delete;
     Ranks& operator=(const Ranks&) = delete;
+
+    static bool haveMpi();
 
     int rank() const { return rank_; }
     int size() const { return size_; }

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <set>
+#include <stdexcept>
 
 namespace stylet::study {
 namespace {
@@ -13,6 +15,10 @@ TEST(Ranks, AloneWithoutMpirun) {
     EXPECT_TRUE(ranks.first());
     ranks.wait();
     ranks.giveUp();
+    if (Ranks::haveMpi()) return;  // several ranks: study_run_test.cpp
+    setenv("OMPI_COMM_WORLD_SIZE", "2", 1);
+    EXPECT_THROW(Ranks(), std::runtime_error);
+    unsetenv("OMPI_COMM_WORLD_SIZE");
 }
 
 // Every pair has one leader, and its parts are those of different ranks.

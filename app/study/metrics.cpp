@@ -154,12 +154,17 @@ void surfacesOf(const std::vector<Segment>& segments, Tissue tissue, double targ
 
 struct Distances {
     double sum_m = 0.0, largest_m = 0.0;
+    double least_m = std::numeric_limits<double>::infinity();
     std::size_t count = 0;
     void add(const Distances& d) {
         sum_m += d.sum_m, count += d.count;
         largest_m = std::max(largest_m, d.largest_m);
+        least_m = std::min(least_m, d.least_m);
     }
 };
+
+// A structure that only one patient has before the target is the other's too if that has it so near.
+constexpr double kSameStructure_m = 0.010;
 
 Distances distances(const Surfaces& from, const Surfaces& to) {
     Distances d;
@@ -167,7 +172,7 @@ Distances distances(const Surfaces& from, const Surfaces& to) {
         double nearest_m = std::numeric_limits<double>::infinity();
         for (const double other_m : to.at_m)
             nearest_m = std::min(nearest_m, std::fabs(other_m - from.at_m[i]));
-        d.add({nearest_m, nearest_m, 1});
+        d.add({nearest_m, nearest_m, nearest_m, 1});
     }
     return d;
 }
@@ -179,14 +184,17 @@ void measureBorders(const Steered& s, PathResult& r) {
         surfacesOf(*s.full.segments, Tissue(t), s.end_m, full);
         surfacesOf(*s.partial.segments, Tissue(t), s.end_m, partial);
         BorderError& b = r.by_tissue[t];
-        b.missed = full.before_target > 0 && partial.at_m.empty();
-        b.invented = partial.before_target > 0 && full.at_m.empty();
-        r.borders.missed = std::uint8_t(r.borders.missed + b.missed);
-        r.borders.invented = std::uint8_t(r.borders.invented + b.invented);
-        if (full.at_m.empty() || partial.at_m.empty()) continue;
         Distances d = distances(full, partial);
         d.add(distances(partial, full));
-        if (d.count == 0) continue;
+        if (d.count == 0) continue;  // not on the way
+        const bool both = full.before_target > 0 && partial.before_target > 0;
+        if (!both && d.least_m > kSameStructure_m) {
+            b.missed = full.before_target > 0;
+            b.invented = partial.before_target > 0;
+            r.borders.missed = std::uint8_t(r.borders.missed + b.missed);
+            r.borders.invented = std::uint8_t(r.borders.invented + b.invented);
+            continue;
+        }
         b.mean_m = d.sum_m / double(d.count);
         b.hausdorff_m = d.largest_m;
         all.add(d);

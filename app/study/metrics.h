@@ -32,7 +32,7 @@ struct ForceError {
 // Between the surfaces of one structure along the path, the full patient's and the partial one's: each that
 // is met before the target against the other's nearest.
 struct BorderError {
-    double mean_m = kNone, hausdorff_m = kNone;  // none where the one or the other lacks the structure
+    double mean_m = kNone, hausdorff_m = kNone;  // none where it is missed or invented, or not on the way
     std::uint8_t missed = 0, invented = 0;       // the partial patient has none, or one too many
 };
 

@@ -130,5 +130,37 @@ TEST(StudyMetrics, AMissedDuctIsMissed) {
     EXPECT_NEAR(r.sampled.max_n, 0.4, 1e-9);  // 0.9 in the liver, 0.5 in the duct
 }
 
+// A vessel 5 mm under the capsule that the full patient has nowhere, or only far behind the target.
+TEST(StudyMetrics, AVesselBehindTheTargetIsNoPartner) {
+    Pair pair = test::slabPair(0.020, 0.020);
+    const patient::Grid& grid = pair.found.ct.grid;
+    pair.found.labels[grid.nearest({0.0262, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
+    for (const double behind_m : {0.0, 0.0702}) {
+        if (behind_m > 0.0)
+            pair.reference.labels[grid.nearest({behind_m, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
+        const PreparedPair prepared(pair);
+        Steering steering(prepared, {});
+        const PathResult r = measure(*steering.steer(test::slabPath()));
+        EXPECT_EQ(r.by_tissue[at(Tissue::vessel)].invented, 1);
+        EXPECT_EQ(r.by_tissue[at(Tissue::vessel)].missed, 0);
+        EXPECT_TRUE(std::isnan(r.by_tissue[at(Tissue::vessel)].mean_m));
+        EXPECT_EQ(r.borders.invented, 1);
+    }
+}
+
+// A duct that begins 1 mm behind the target is late, not missed.
+TEST(StudyMetrics, ADuctBehindTheTargetIsLate) {
+    Pair pair = test::slabPair(0.020, 0.020);
+    const patient::Grid& grid = pair.found.ct.grid;
+    for (int i = 0; i < 6; ++i)  // from 61 to 64 mm, behind the target
+        pair.found.labels[grid.nearest({0.06125 + 0.0005 * i, 0.0, 0.0})] = std::uint8_t(Tissue::liver);
+    const PreparedPair prepared(pair);
+    Steering steering(prepared, {});
+    const PathResult r = measure(*steering.steer(test::slabPath()));
+    EXPECT_EQ(r.by_tissue[at(Tissue::duct)].missed, 0);
+    EXPECT_NEAR(r.by_tissue[at(Tissue::duct)].mean_m, 0.003, 1e-9);
+    EXPECT_NEAR(r.event_m[at(Tissue::duct)], 0.003, 1e-9);
+}
+
 }  // namespace
 }  // namespace stylet::study

@@ -105,6 +105,7 @@ void addBorders(Page& page, const ReportedStudy& study) {
     page.figure(plot.figure, "Mean and standard deviation of the Hausdorff distances, by tissue.",
                 "Hausdorff distance per path: mean and standard deviation, as Fig. 5 of the paper.",
                 plot.numbers);
+    page.table(borderTable(study));
     page.table(tissueTable(study));
     page.paragraph(
         "Offset: below zero, the built patient's needle comes into the tissue too early. Missed: the "

@@ -27,6 +27,14 @@ struct ReportedStudy {
     Summary all, without_bone;
 };
 
+// All first, then each patient, with the summary of the paths that meet no bone.
+template <typename Use>
+void forAll(const ReportedStudy& study, const Use& use) {
+    use("all", study.all, study.without_bone);
+    for (const ReportedPair& pair : study.pairs)
+        use(pair.name, pair.summary, pair.without_bone);
+}
+
 // What plan and run left in OUT. Throws patient::DataError.
 ReportedStudy readStudy(const std::filesystem::path& out);
 

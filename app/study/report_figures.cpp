@@ -31,14 +31,6 @@ std::string thresholdText(double value, const std::string& axis) {
     return "just noticeable: " + number + " " + unit;
 }
 
-// All first, then each patient, with the summary of the paths that meet no bone.
-template <typename Use>
-void forAll(const ReportedStudy& study, const Use& use) {
-    use("all", study.all, study.without_bone);
-    for (const ReportedPair& pair : study.pairs)
-        use(pair.name, pair.summary, pair.without_bone);
-}
-
 // High enough for every whisker and threshold; what a few paths have may lie above.
 double axisTop(const ReportedStudy& study, const PathNumber& number) {
     double top = 0.0;

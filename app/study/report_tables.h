@@ -16,6 +16,7 @@ std::size_t steeredCount(const ReportedStudy&);  // patients in which a path was
 // Every figure of the paper's "Results" and what has become of it here.
 report::Table paperTable(const ReportedStudy&);
 report::Table patientTable(const ReportedStudy&);
+report::Table borderTable(const ReportedStudy&);
 report::Table tissueTable(const ReportedStudy&);
 report::Table causeTable(const std::string& caption, const std::vector<CauseCount>&);
 // The largest errors of paths that meet no bone, one row a path.

@@ -121,6 +121,23 @@ TEST(Boundaries, ToolDisplacementStaysWithThePictures) {
     EXPECT_GT(used, 0);
 }
 
+// Its program links no device, SQL or GPU code (tests/app/study/study_run_test.cpp looks at the program
+// itself).
+TEST(Boundaries, TheStudyTakesOnlyThePageOfTheReports) {
+    const std::set<std::string> page = {"app/report/canvas.h", "app/report/chart.h", "app/report/figure.h",
+                                        "app/report/page.h", "app/report/statistics.h"};
+    int used = 0;
+    for (const std::string& file : sources({"app/study"}, {".h", ".cpp"}))
+        for (const std::string& header : projectIncludes(read(kRoot / file))) {
+            if (header.starts_with("haptics/devices/") || header.starts_with("render/"))
+                ADD_FAILURE() << file << " includes " << header;
+            if (!header.starts_with("app/") || header.starts_with("app/study/")) continue;
+            EXPECT_TRUE(page.contains(header)) << file << " includes " << header;
+            ++used;
+        }
+    EXPECT_GT(used, 0);
+}
+
 TEST(Boundaries, ViolationsAreNoticed) {
     EXPECT_NE(complaint("render/gpu.cpp", "haptics/haptics.h"), "");
     EXPECT_NE(complaint("patient/package.cpp", "render/render.h"), "");

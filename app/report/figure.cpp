@@ -60,6 +60,7 @@ json seriesJson(const std::vector<FigureSeries>& all) {
                         {"dash", s.dash},
                         {"width", s.width}});
         if (!s.shape.empty()) list.back()["shape"] = s.shape;
+        if (s.small) list.back()["small"] = true;
     }
     return list;
 }
@@ -86,6 +87,14 @@ std::string figureJson(const Figure& figure) {
                               {"to", numberJson(s.to)},
                               {"text", plainText(s.text)},
                               {"colour", hexColour(s.colour)}});
+    for (const FigureBox& b : figure.boxes)
+        j["boxes"].push_back({{"x", numberJson(b.x)},
+                              {"low", numberJson(b.low)},
+                              {"lower", numberJson(b.lower_quartile)},
+                              {"median", numberJson(b.median)},
+                              {"upper", numberJson(b.upper_quartile)},
+                              {"high", numberJson(b.high)},
+                              {"colour", hexColour(b.colour)}});
     for (const FigureLine& line : figure.lines)
         j["lines"].push_back({{"y", numberJson(line.y)}, {"text", plainText(line.text)}});
     for (const FigurePoint& mark : figure.marks)

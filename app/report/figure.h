@@ -40,6 +40,7 @@ struct FigureSeries {
     std::string shape{};  // of the points: circle, rect, rectRot, triangle, cross, crossRot, star, line (a
                           // bar); empty: none
     double width = 2.0;
+    bool small = false;  // points: dots without a rim, for many
 };
 
 struct FigureBand {
@@ -58,6 +59,13 @@ struct FigureLine {
     std::string text;
 };
 
+// A box plot's box: whiskers from `low` to `high`, a bar at the median.
+struct FigureBox {
+    double x = 0.0;  // of its middle; as wide as half a place
+    double low = 0.0, lower_quartile = 0.0, median = 0.0, upper_quartile = 0.0, high = 0.0;
+    Colour colour = kBlue;
+};
+
 // What a reader may choose to see in place of the figure's own series.
 struct FigureChoice {
     std::string name;
@@ -70,6 +78,7 @@ struct Figure {
     std::vector<FigureSeries> series{};
     std::vector<FigureBand> bands{};
     std::vector<FigureSpan> spans{};
+    std::vector<FigureBox> boxes{};
     std::vector<FigureLine> lines{};
     std::vector<FigurePoint> marks{};
     std::vector<FigureChoice> choices{};  // not empty: the first is shown, `series` and `y` are not

@@ -161,8 +161,9 @@ std::string clockText(double seconds) {
     return text.data();
 }
 
-Page::Page(const std::string& title, const std::string& lead)
+Page::Page(const std::string& title, const std::string& lead, const std::string& maker)
     : title_(escaped(title)),
+      maker_(escaped(maker)),
       body_("<h1>" + title_ + "</h1>\n<p class=\"lead\">" + escaped(lead) + "</p>\n") {}
 
 void Page::headlines(const std::vector<Headline>& all) {
@@ -250,7 +251,8 @@ std::string Page::html() const {
     html.append(body_, 0, lead_end);
     html += "<nav aria-label=\"Sections\"><ul>" + navigation_ + "</ul></nav>\n";
     html.append(body_, lead_end);
-    html += "</main>\n<footer><p>Made by stylet-report " STYLET_VERSION
+    html += "</main>\n<footer><p>Made by " + maker_ +
+            " " STYLET_VERSION
             ". Stylet is a training simulator, not a medical device. This file needs no network: everything "
             "it shows "
             "is inside it.</p></footer>\n";

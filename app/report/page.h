@@ -40,7 +40,8 @@ struct Picture {
 
 class Page {
   public:
-    Page(const std::string& title, const std::string& lead);
+    // `maker` is the program whose page it is.
+    Page(const std::string& title, const std::string& lead, const std::string& maker = "stylet-report");
 
     void headlines(const std::vector<Headline>&);
     // Named in the page's navigation.
@@ -59,7 +60,7 @@ class Page {
     std::string html() const;
 
   private:
-    std::string title_, body_, navigation_;
+    std::string title_, maker_, body_, navigation_;
     int sections_ = 0, figures_ = 0;
 };
 

@@ -54,6 +54,28 @@
         ctx.fillText(span.text, (left + right) / 2, middle);
       }
     });
+    (spec.boxes || []).forEach(function (box) {
+      var middle = x.getPixelForValue(box.x), half = Math.min(40, (x.getPixelForValue(box.x + 0.25) - middle));
+      var at = function (value) { return y.getPixelForValue(value); };
+      var bar = function (value, wide) { ctx.moveTo(middle - wide, at(value)); ctx.lineTo(middle + wide, at(value)); };
+      ctx.fillStyle = box.colour + '33';
+      ctx.strokeStyle = box.colour;
+      ctx.lineWidth = 1.5;
+      ctx.fillRect(middle - half, at(box.upper), 2 * half, at(box.lower) - at(box.upper));
+      ctx.strokeRect(middle - half, at(box.upper), 2 * half, at(box.lower) - at(box.upper));
+      ctx.beginPath();
+      bar(box.low, half / 2);
+      bar(box.high, half / 2);
+      ctx.moveTo(middle, at(box.low));
+      ctx.lineTo(middle, at(box.lower));
+      ctx.moveTo(middle, at(box.upper));
+      ctx.lineTo(middle, at(box.high));
+      ctx.stroke();
+      ctx.lineWidth = 3;
+      ctx.beginPath();
+      bar(box.median, half);
+      ctx.stroke();
+    });
     (spec.lines || []).forEach(function (line) {
       var at = y.getPixelForValue(line.y);
       ctx.strokeStyle = muted;
@@ -122,8 +144,8 @@
       data: series.points.map(function (p) { return {x: p[0], y: p[1], text: p[2]}; }),
       showLine: !!series.line, borderColor: series.colour, backgroundColor: series.colour,
       borderWidth: series.width || 2, borderDash: series.dash || [],
-      pointStyle: series.shape || 'circle', pointRadius: bar ? 16 : series.shape ? 5 : 0, pointHitRadius: bar ? 0 : 6,
-      pointBorderColor: series.shape && !bar ? '#ffffff' : series.colour, pointBorderWidth: bar ? 3 : 1, tension: 0, spanGaps: false, clip: 6,
+      pointStyle: series.shape || 'circle', pointRadius: bar ? 16 : series.small ? 1.5 : series.shape ? 5 : 0, pointHitRadius: bar ? 0 : 6,
+      pointBorderColor: series.shape && !bar && !series.small ? '#ffffff' : series.colour, pointBorderWidth: bar ? 3 : 1, tension: 0, spanGaps: false, clip: 6,
       order: series.dash && series.dash.length ? -1 : 0  // dashes over what they agree with
     };
   }

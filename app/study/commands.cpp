@@ -2,10 +2,19 @@
 
 #include <chrono>
 #include <cstdio>
+#include <exception>
+#include <fstream>
+#include <mutex>
 
+#include "app/study/facts.h"
+#include "app/study/kept.h"
+#include "app/study/paths_picture.h"
+#include "app/study/report.h"
 #include "app/study/tables.h"
 
 namespace stylet::study {
+
+using patient::PlannedPath;
 
 namespace fs = std::filesystem;
 
@@ -21,41 +30,121 @@ class Clock {
     std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-// A file's pairs, one after another: at 1 mm a pair is 100 MB.
-template <typename Work>
-void forEachPair(const StudyOptions& o, const Work& work) {
-    const StudyFile study = readStudyFile(o.study);
-    std::optional<patient::TissueTable> table;
-    if (study.tissue) table = patient::loadTissueDefaults(*study.tissue).tissues;
-    for (const PairFiles& files : study.pairs) {
-        const Pair pair = loadPair(files, o.labels, table ? &*table : nullptr);
-        fs::create_directories(o.out / pair.name);
-        work(pair, o.out / pair.name);
+// A study file with its force table.
+struct Study {
+    explicit Study(const StudyOptions& options) : o(options), file(readStudyFile(o.study)) {
+        if (file.tissue) table = patient::loadTissueDefaults(*file.tissue).tissues;
     }
+    Pair load(std::size_t pair) const {
+        Pair p = loadPair(file.pairs[pair], o.labels, table ? &*table : nullptr);
+        fs::create_directories(folder(pair));
+        return p;
+    }
+    fs::path folder(std::size_t pair) const { return o.out / file.pairs[pair].name; }
+    std::string ownTable() const { return file.tissue ? file.tissue->filename().string() : ""; }
+
+    const StudyOptions& o;
+    StudyFile file;
+    std::optional<patient::TissueTable> table;
+};
+
+void savePicture(const fs::path& file, const Pair& pair, const std::vector<PlannedPath>& paths, int threads) {
+    const patient::Patient reference(pair.reference);
+    const std::vector<std::uint8_t> png =
+        pathsPicture(patient::TissueMap(reference), paths, pair.name, threads);
+    if (png.empty()) {
+        fs::remove(file);
+        return;
+    }
+    std::ofstream out(file, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(png.data()), std::streamsize(png.size()));
+    out.close();
+    if (!out) throw patient::DataError(file, "file", "cannot be written");
 }
 
-std::vector<patient::PlannedPath> planInto(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
+// paths.json comes last: where it is the rest is.
+std::vector<PlannedPath> planInto(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
     const Clock clock;
     PairPlan plan = planPair(pair, o.plan);
     const patient::PlanResult& r = plan.result;
-    patient::savePaths({pair.reference_digest, patient::kPlannerVersion, r.paths}, folder / "paths.json");
+    const double seconds = clock.seconds();
     writePlanTable(folder / "plan.csv", plan);
     writePlanSummary(folder / "plan.json", plan);
+    savePicture(folder / "paths.png", pair, r.paths, o.plan.threads);
+    patient::savePaths({pair.reference_digest, patient::kPlannerVersion, r.paths}, folder / "paths.json");
     std::printf("%s: %zu paths of %zu pairs of skin and duct (%zu not walked), %.1f s\n", pair.name.c_str(),
-                r.paths.size(), r.candidates, r.skipped, clock.seconds());
+                r.paths.size(), r.candidates, r.skipped, seconds);
     return std::move(plan.result.paths);
 }
 
-std::vector<patient::PlannedPath> pathsOf(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
-    if (fs::exists(folder / "paths.json")) {
-        patient::StoredPaths stored = patient::loadPaths(folder / "paths.json");
-        if (stored.patient_digest == pair.reference_digest &&
-            stored.planner_version == patient::kPlannerVersion)
-            return std::move(stored.paths);
-        std::printf("%s: %s is of another patient or planner\n", pair.name.c_str(),
-                    (folder / "paths.json").c_str());
+bool isPlanned(const Pair& pair, const fs::path& folder) {
+    if (!fs::exists(folder / "paths.json")) return false;
+    const patient::StoredPaths stored = patient::loadPaths(folder / "paths.json");
+    if (stored.patient_digest == pair.reference_digest && stored.planner_version == patient::kPlannerVersion)
+        return true;
+    std::printf("%s: %s is of another patient or planner\n", pair.name.c_str(),
+                (folder / "paths.json").c_str());
+    return false;
+}
+
+std::vector<PlannedPath> loadPlanned(const StudyOptions& o, const fs::path& folder) {
+    std::vector<PlannedPath> paths = patient::loadPaths(folder / "paths.json").paths;
+    if (o.most_paths > 0 && paths.size() > o.most_paths) paths.resize(o.most_paths);
+    return paths;
+}
+
+// Those blocks of this share that are not there yet, each kept as soon as it is done.
+void runShare(const PreparedPair& pair, const std::vector<PlannedPath>& paths, const KeptBlocks& kept,
+              const Share& share, const RunSettings& settings) {
+    const Clock clock;
+    std::vector<std::size_t> blocks;
+    std::size_t own = 0;
+    for (std::size_t block = share.part; block < kept.count(); block += share.parts, ++own)
+        if (!kept.has(block)) blocks.push_back(block);
+    std::mutex mutex;
+    std::exception_ptr error;
+    const auto failed = [&] {
+        const std::lock_guard lock(mutex);
+        return error != nullptr;
+    };
+    patient::parallelFor(settings.threads, blocks.size(), [&](std::size_t i) {
+        if (failed()) return;
+        try {
+            const std::size_t block = blocks[i];
+            kept.keep(block, runBlock(pair, std::span(paths).subspan(kept.begin(block), kept.size(block)),
+                                      settings));
+        } catch (...) {
+            const std::lock_guard lock(mutex);
+            error = std::current_exception();
+        }
+    });
+    if (error) std::rethrow_exception(error);
+    std::printf("%s: forces and errors in %.3f s", pair.pair.name.c_str(), clock.seconds());
+    if (blocks.size() < own) std::printf(", %zu of %zu blocks were there", own - blocks.size(), own);
+    std::printf("\n");
+}
+
+// The leader plans and says what the pair is; the others wait for that.
+void runPair(const Study& study, const Share& share, const Ranks& ranks) {
+    const StudyOptions& o = study.o;
+    const Pair pair = study.load(share.pair);
+    const fs::path folder = study.folder(share.pair);
+    const bool leads = share.part == 0;
+    if (leads && !isPlanned(pair, folder)) planInto(o, pair, folder);
+    const bool shared = std::size_t(ranks.size()) > study.file.pairs.size();
+    if (shared) ranks.wait();
+    const std::vector<PlannedPath> paths = loadPlanned(o, folder);
+    const std::uint64_t digest = runDigest(pair, paths, o.run);
+    if (leads) {
+        PairFacts facts = factsOf(pair, study.ownTable());
+        facts.run = digest;
+        facts.paths = paths.size();
+        writeFacts(folder / "pair.json", facts);
     }
-    return planInto(o, pair, folder);
+    const PreparedPair prepared(pair);
+    runShare(prepared, paths, KeptBlocks(folder / "blocks", digest, paths.size()), share, o.run);
+    if (const std::size_t sampled = std::min(o.sampled_paths, paths.size()); leads && sampled > 0)
+        writeSampleTable(folder / "samples.csv", prepared, std::span(paths).first(sampled), o.run.steering);
 }
 
 void print(const Summary& s) {
@@ -68,35 +157,55 @@ void print(const Summary& s) {
         1e3 * s.hausdorff_m.mean);
 }
 
-}  // namespace
-
-void runPlan(const StudyOptions& o) {
-    forEachPair(o, [&](const Pair& pair, const fs::path& folder) { planInto(o, pair, folder); });
-}
-
-void runStudy(const StudyOptions& o) {
+// The tables, from the blocks of all ranks.
+void gather(const Study& study) {
+    const StudyOptions& o = study.o;
     std::vector<PairFindings> findings;
-    forEachPair(o, [&](const Pair& pair, const fs::path& folder) {
-        PairFindings f{pair.name, pair.reference_share, pathsOf(o, pair, folder), {}, {}};
-        if (o.most_paths > 0 && f.paths.size() > o.most_paths) f.paths.resize(o.most_paths);
-        const PreparedPair prepared(pair);
-        const Clock clock;
-        f.results = runPaths(prepared, f.paths, o.run);
-        const double seconds = clock.seconds();
+    std::vector<PathResult> all;
+    for (std::size_t pair = 0; pair < study.file.pairs.size(); ++pair) {
+        const fs::path folder = study.folder(pair);
+        const PairFacts facts = readFacts(folder / "pair.json");
+        PairFindings f{study.file.pairs[pair].name,
+                       facts.reference.labelled_share,
+                       loadPlanned(o, folder),
+                       KeptBlocks(folder / "blocks", facts.run, facts.paths).all(),
+                       {}};
         f.summary = summarise(f.name, f.results);
         writePathTable(folder / "paths.csv", f);
-        if (const std::size_t sampled = std::min(o.sampled_paths, f.paths.size()))
-            writeSampleTable(folder / "samples.csv", prepared, std::span(f.paths).first(sampled),
-                             o.run.steering);
         print(f.summary);
-        std::printf("%s: forces and errors in %.3f s\n", pair.name.c_str(), seconds);
-        findings.push_back(std::move(f));
-    });
-    writeSummary(o.out / "summary.json", findings, o.run, o.labels);
-    std::vector<PathResult> all;
-    for (const PairFindings& f : findings)
         all.insert(all.end(), f.results.begin(), f.results.end());
+        findings.push_back(std::move(f));
+    }
+    writeSummary(o.out / "summary.json", findings, o.run, o.labels);
     print(summarise("all", all));
+}
+
+}  // namespace
+
+void runPlan(const StudyOptions& o, const Ranks& ranks) {
+    const Study study(o);
+    for (const Share& share : sharesOf(ranks.rank(), ranks.size(), study.file.pairs.size()))
+        if (share.part == 0) planInto(o, study.load(share.pair), study.folder(share.pair));
+    ranks.wait();
+}
+
+void runStudy(const StudyOptions& o, const Ranks& ranks) {
+    const Study study(o);
+    // A study with a summary came to its end: it is run anew.
+    if (ranks.first() && fs::remove(o.out / "summary.json"))
+        for (std::size_t pair = 0; pair < study.file.pairs.size(); ++pair)
+            fs::remove_all(study.folder(pair) / "blocks");
+    ranks.wait();
+    for (const Share& share : sharesOf(ranks.rank(), ranks.size(), study.file.pairs.size()))
+        runPair(study, share, ranks);
+    ranks.wait();
+    if (ranks.first()) gather(study);
+}
+
+fs::path writeReport(const fs::path& out) {
+    const fs::path page = out / "report.html";
+    report::writeText(studyPage(readStudy(out)), page);
+    return page;
 }
 
 }  // namespace stylet::study

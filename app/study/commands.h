@@ -1,8 +1,10 @@
-// The commands of stylet-study. They say what they do on stdout and throw patient::DataError.
+// The commands of stylet-study. They say what they do on stdout and throw patient::DataError. With several
+// ranks each calls the same command and does its share.
 #pragma once
 
 #include <filesystem>
 
+#include "app/study/ranks.h"
 #include "app/study/study.h"
 
 namespace stylet::study {
@@ -16,10 +18,13 @@ struct StudyOptions {
     std::size_t sampled_paths = 0;  // the forces at every sample of so many of each pair's best
 };
 
-// OUT/<pair>/paths.json (as a package has it), plan.csv, plan.json.
-void runPlan(const StudyOptions&);
-// OUT/<pair>/paths.csv, samples.csv where asked for, OUT/summary.json. Plans first where a pair's paths.json
-// is missing or of another patient or planner.
-void runStudy(const StudyOptions&);
+// OUT/<pair>/paths.json (as a package has it), plan.csv, plan.json, paths.png.
+void runPlan(const StudyOptions&, const Ranks& = {});
+// OUT/<pair>/paths.csv, samples.csv where asked for, OUT/summary.json, and what the report needs besides:
+// OUT/<pair>/pair.json, blocks. Plans first where a pair's paths.json is missing or of another patient or
+// planner. A run that did not come to its end goes on: no block of paths that it left is worked out again.
+void runStudy(const StudyOptions&, const Ranks& = {});
+// OUT/report.html from what the others left; its file.
+std::filesystem::path writeReport(const std::filesystem::path& out);
 
 }  // namespace stylet::study

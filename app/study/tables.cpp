@@ -157,11 +157,15 @@ Json toJson(const Summary& s) {
     return json;
 }
 
+void count(std::vector<std::size_t>& bins, double score) {
+    ++bins[std::min(kScoreBins - 1, std::size_t(score * double(kScoreBins)))];
+}
+
 template <typename Score>
 Json histogram(const std::vector<PlannedPath>& paths, const Score& score) {
     std::vector<std::size_t> bins(kScoreBins);
     for (const PlannedPath& p : paths)
-        ++bins[std::min(kScoreBins - 1, std::size_t(score(p) * double(kScoreBins)))];
+        count(bins, score(p));
     return bins;
 }
 
@@ -185,17 +189,23 @@ void writePlanTable(const fs::path& csv, const PairPlan& plan) {
 
 void writePlanSummary(const fs::path& json, const PairPlan& plan) {
     const patient::PlanResult& r = plan.result;
-    const Json out = {{"format", "stylet study plan 1"},
-                      {"planner_version", patient::kPlannerVersion},
-                      {"candidates", r.candidates},
-                      {"skipped", r.skipped},
-                      {"blocked", r.rejected_blocked},
-                      {"too_long", r.rejected_long},
-                      {"poor", r.rejected_quality},
-                      {"kept", r.paths.size()},
-                      {"c3", histogram(r.paths, [](const PlannedPath& p) { return p.clearance_score; })},
-                      {"c4", histogram(r.paths, [](const PlannedPath& p) { return p.target_score; })},
-                      {"quality", histogram(r.paths, [](const PlannedPath& p) { return p.quality; })}};
+    Json out = {{"format", "stylet study plan 1"},
+                {"planner_version", patient::kPlannerVersion},
+                {"candidates", r.candidates},
+                {"skipped", r.skipped},
+                {"blocked", r.rejected_blocked},
+                {"too_long", r.rejected_long},
+                {"poor", r.rejected_quality},
+                {"kept", r.paths.size()},
+                {"c3", histogram(r.paths, [](const PlannedPath& p) { return p.clearance_score; })},
+                {"c4", histogram(r.paths, [](const PlannedPath& p) { return p.target_score; })},
+                {"quality", histogram(r.paths, [](const PlannedPath& p) { return p.quality; })}};
+    if (!plan.worst_quality.empty()) {
+        std::vector<std::size_t> bins(kScoreBins);
+        for (const double q : plan.worst_quality)
+            count(bins, q);
+        out["worst_quality"] = bins;
+    }
     save(json, out.dump(1) + "\n");
 }
 

@@ -66,7 +66,7 @@ TEST(Page, NumbersForReaders) {
 }
 
 TEST(Page, TextNeverBecomesMarkup) {
-    Page page(kHostile, kHostile);
+    Page page(kHostile, kHostile, kHostile);
     page.headlines({{kHostile, kHostile}});
     page.section(kHostile);
     page.paragraph(kHostile);
@@ -105,6 +105,9 @@ TEST(Page, FigureKeepsItsNumbersAndTexts) {
     EXPECT_EQ(j.at("series").at(0).at("colour"), "#0072b2");
     EXPECT_EQ(j.at("series").at(0).at("points").dump(), "[[1,2.5],[1.2346,null],[3e-07,null]]");
     EXPECT_EQ(j.at("x").at("min"), 0.0);
+    figure.boxes = {{1.0, 0.1, 0.2, 0.3, 0.4, INFINITY, kGreen}};
+    EXPECT_EQ(nlohmann::json::parse(figureJson(figure)).at("boxes").dump(),
+              R"([{"colour":"#007a5a","high":null,"low":0.1,"lower":0.2,"median":0.3,"upper":0.4,"x":1}])");
 }
 
 TEST(Page, NamesTheScriptsThatMayRun) {

@@ -1,0 +1,97 @@
+#include "app/study/kept.h"
+
+#include <cstring>
+#include <fstream>
+#include <type_traits>
+
+namespace stylet::study {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Counts up whenever the same pair and settings come to other results, or PathResult changes.
+constexpr std::uint64_t kResultsVersion = 1;
+
+struct Header {
+    std::uint64_t magic = 0x315244545359'5453;
+    std::uint64_t digest = 0, block = 0, count = 0;
+    std::uint64_t checksum = 0;  // of the results' bytes
+};
+static_assert(std::is_trivially_copyable_v<PathResult> && std::is_trivially_copyable_v<Header>);
+
+std::uint64_t checksum(std::span<const PathResult> results) {
+    patient::StateHash hash;
+    hash.addBytes(std::as_bytes(results));
+    return hash.value();
+}
+
+}  // namespace
+
+std::uint64_t runDigest(const Pair& pair, std::span<const patient::PlannedPath> paths,
+                        const RunSettings& settings) {
+    patient::StateHash hash;
+    hash.add(kResultsVersion);
+    hash.add(std::uint64_t(sizeof(PathResult)));
+    hash.add(pair.reference_digest);
+    hash.add(patient::digest(pair.found));
+    hash.add(std::uint64_t(pair.labels));
+    const SteeringSettings& s = settings.steering;
+    hash.add(std::uint64_t(s.samples));
+    for (const double v : {s.max_spacing_m, s.before_m, s.beyond_m, s.needle.a1_share, s.needle.cut_reach_m,
+                           s.needle.max_force_n, s.needle.lateral_stiffness_n_per_m, s.needle.lateral_force_n,
+                           s.speed_m_s, settings.measure.event_window_m})
+        hash.add(v);
+    hash.add(std::uint64_t(s.breathing));
+    for (const patient::PlannedPath& p : paths)
+        hash.add(p.entry_reference_m), hash.add(p.target_reference_m);
+    return hash.value();
+}
+
+fs::path KeptBlocks::file(std::size_t block) const {
+    std::string number = std::to_string(block);
+    number.insert(0, number.size() < 6 ? 6 - number.size() : 0, '0');
+    return folder_ / (number + ".results");
+}
+
+bool KeptBlocks::read(std::size_t block, PathResult* into) const {
+    std::ifstream in(file(block), std::ios::binary);
+    Header header;
+    if (!in.read(reinterpret_cast<char*>(&header), sizeof header)) return false;
+    if (header.magic != Header{}.magic || header.digest != digest_ || header.block != block ||
+        header.count != size(block))
+        return false;
+    const std::span results(into, size(block));
+    in.read(reinterpret_cast<char*>(results.data()), std::streamsize(results.size_bytes()));
+    return in && in.peek() == std::ifstream::traits_type::eof() && checksum(results) == header.checksum;
+}
+
+bool KeptBlocks::has(std::size_t block) const {
+    std::vector<PathResult> results(size(block));
+    return read(block, results.data());
+}
+
+void KeptBlocks::keep(std::size_t block, std::span<const PathResult> results) const {
+    const Header header{
+        .digest = digest_, .block = block, .count = size(block), .checksum = checksum(results)};
+    const fs::path whole = file(block), part = whole.string() + ".part";
+    fs::create_directories(folder_);
+    std::ofstream out(part, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(&header), sizeof header);
+    out.write(reinterpret_cast<const char*>(results.data()), std::streamsize(results.size_bytes()));
+    out.close();
+    std::error_code error;
+    if (out) fs::rename(part, whole, error);
+    if (!out || error) throw patient::DataError(whole, "file", "cannot be written");
+}
+
+std::vector<PathResult> KeptBlocks::all() const {
+    std::vector<PathResult> results(paths_);
+    for (std::size_t block = 0; block < count(); ++block)
+        if (!read(block, results.data() + begin(block)))
+            throw patient::DataError(file(block), "file",
+                                     "missing, or of another run: run the study to its end first");
+    return results;
+}
+
+}  // namespace stylet::study

@@ -1,0 +1,207 @@
+#include "app/study/paths_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <glm/geometric.hpp>
+
+#include "app/report/canvas.h"
+
+namespace stylet::study {
+
+using patient::Index3;
+using patient::PlannedPath;
+using patient::Tissue;
+using patient::TissueMap;
+using patient::Vec3;
+using report::Canvas;
+using report::Colour;
+using report::Point;
+
+namespace {
+
+constexpr int kPixels = 270;  // of a view's side, drawn twice as large
+constexpr double kZoom = 2.0, kPixel_m = 0.0011;
+constexpr double kThrough_m = 0.45;  // of the rays, the middle of the paths half way
+constexpr double kTop = 76.0, kLeft = 10.0, kBetween = 10.0;
+constexpr std::size_t kMostPaths = 500;
+constexpr double kWorst = 0.4;  // the planner keeps no worse
+constexpr Colour kDark{0.07, 0.08, 0.09}, kLight{0.93, 0.94, 0.95}, kGrey{0.66, 0.69, 0.72};
+
+// How a surface looks from outside: its share of the light that is left.
+struct Look {
+    Vec3 colour{0.0};
+    double opacity = 0.0;
+};
+constexpr int kTissues = patient::kTissueCount;
+std::array<Look, kTissues> looks() {
+    std::array<Look, kTissues> l{};
+    l[std::size_t(Tissue::skin)] = {{0.85, 0.70, 0.60}, 0.10};
+    l[std::size_t(Tissue::bone)] = {{0.93, 0.90, 0.82}, 0.80};
+    l[std::size_t(Tissue::liver)] = {{0.66, 0.34, 0.29}, 0.38};
+    l[std::size_t(Tissue::vessel)] = {{0.35, 0.55, 0.85}, 0.45};
+    l[std::size_t(Tissue::duct)] = {{0.35, 0.85, 0.50}, 0.85};
+    return l;
+}
+
+struct View {
+    std::string name;
+    Vec3 centre_m, into, right, down;  // unit vectors of the picture and through it
+
+    Point at(const Vec3& p_m) const {
+        const Vec3 d = (p_m - centre_m) / kPixel_m;
+        return {kZoom * (glm::dot(d, right) + 0.5 * kPixels), kZoom * (glm::dot(d, down) + 0.5 * kPixels)};
+    }
+};
+
+View viewFrom(const std::string& name, const Vec3& centre_m, const Vec3& towards) {
+    const Vec3 into = glm::normalize(towards), head(0.0, 0.0, 1.0);
+    return {name, centre_m, into, glm::cross(into, head), -head};
+}
+
+class Renderer {
+  public:
+    explicit Renderer(const TissueMap& map) : map_(map), looks_(looks()) {
+        const Vec3 s = map.grid().spacing_m;
+        step_m_ = 0.7 * std::min({s.x, s.y, s.z});
+    }
+
+    std::vector<std::uint8_t> render(const View& view, int threads) const {
+        std::vector<std::uint8_t> rgb(std::size_t(kPixels) * kPixels * 3);
+        patient::parallelFor(threads, std::size_t(kPixels), [&](std::size_t row) {
+            for (int i = 0; i < kPixels; ++i) {
+                const Vec3 light = ray(view, i, int(row));
+                for (int c = 0; c < 3; ++c)
+                    rgb[3 * (row * kPixels + std::size_t(i)) + std::size_t(c)] =
+                        std::uint8_t(std::lround(255.0 * std::clamp(light[c], 0.0, 1.0)));
+            }
+        });
+        return rgb;
+    }
+
+  private:
+    Tissue tissueAt(const Index3& i) const { return map_.sample(map_.code(i), {true, true}).tissue; }
+
+    // Out of the tissue, from where it lies around the voxel.
+    Vec3 outward(const Index3& i, Tissue t) const {
+        Vec3 sum(0.0);
+        for (int z = -2; z <= 2; ++z)
+            for (int y = -2; y <= 2; ++y)
+                for (int x = -2; x <= 2; ++x)
+                    if (tissueAt(i + Index3(x, y, z)) == t) sum -= Vec3(x, y, z) * map_.grid().spacing_m;
+        const double length = glm::length(sum);
+        return length > 0.0 ? sum / length : Vec3(0.0);
+    }
+
+    Vec3 ray(const View& view, int column, int row) const {
+        const Vec3 begin_m = view.centre_m +
+                             kPixel_m * ((column + 0.5 - 0.5 * kPixels) * view.right +
+                                         (row + 0.5 - 0.5 * kPixels) * view.down) -
+                             0.5 * kThrough_m * view.into;
+        Vec3 light(0.0);
+        double left = 1.0;
+        Tissue before = Tissue::air;
+        for (double x = 0.0; x < kThrough_m && left > 0.03; x += step_m_) {
+            const Index3 i = map_.grid().nearest(begin_m + x * view.into);
+            const Tissue t = tissueAt(i);
+            if (t == before) continue;
+            before = t;
+            const Look& look = looks_[std::size_t(t)];
+            if (look.opacity == 0.0) continue;
+            const double facing = std::fabs(glm::dot(outward(i, t), view.into));
+            light += left * look.opacity * (0.25 + 0.75 * facing) * look.colour;
+            left *= 1.0 - look.opacity;
+        }
+        return light + left * Vec3(kDark.r, kDark.g, kDark.b);
+    }
+
+    const TissueMap& map_;
+    std::array<Look, kTissues> looks_;
+    double step_m_ = 0.001;
+};
+
+// Green for the best, as in the paper; told apart by lightness too.
+Colour qualityColour(double quality) {
+    constexpr std::array<Colour, 3> kStops{{{0.75, 0.16, 0.12}, {0.98, 0.78, 0.20}, {0.25, 0.95, 0.45}}};
+    const double at = std::clamp((quality - kWorst) / (1.0 - kWorst), 0.0, 1.0) * double(kStops.size() - 1);
+    const auto low = std::min(std::size_t(at), kStops.size() - 2);
+    const double t = at - double(low);
+    const Colour &a = kStops[low], &b = kStops[low + 1];
+    return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b), 0.75};
+}
+
+// At most kMostPaths of them, evenly chosen; planned best first, they are drawn best last.
+std::vector<const PlannedPath*> chosen(std::span<const PlannedPath> paths) {
+    const std::size_t count = std::min(paths.size(), kMostPaths);
+    std::vector<const PlannedPath*> some;
+    for (std::size_t i = count; i-- > 0;)
+        some.push_back(&paths[i * paths.size() / count]);
+    return some;
+}
+
+Vec3 middleOf(std::span<const PlannedPath> paths) {
+    Vec3 low = paths[0].entry_reference_m, high = low;
+    for (const PlannedPath& p : paths)
+        for (const Vec3& end : {p.entry_reference_m, p.target_reference_m})
+            low = glm::min(low, end), high = glm::max(high, end);
+    return 0.5 * (low + high);
+}
+
+void drawPaths(Canvas& canvas, const View& view, Point corner, const std::vector<const PlannedPath*>& paths) {
+    const double side = kZoom * kPixels;
+    canvas.clip(corner.x, corner.y, side, side);
+    for (const PlannedPath* p : paths) {
+        const Point a = view.at(p->entry_reference_m), b = view.at(p->target_reference_m);
+        const Point from{corner.x + a.x, corner.y + a.y}, to{corner.x + b.x, corner.y + b.y};
+        canvas.line(from, to, 1.2, qualityColour(p->quality));
+        canvas.disc(from, 2.0, qualityColour(p->quality));
+    }
+    canvas.unclip();
+    canvas.text({corner.x + 10.0, corner.y + 22.0}, view.name,
+                {15.0, kLight, report::Align::left, true, kDark});
+}
+
+void drawScale(Canvas& canvas) {
+    constexpr double kWide = 220.0, kRight = kPathsPictureWidth - 12.0, kY = 22.0;
+    for (int i = 0; i < int(kWide); ++i) {
+        Colour c = qualityColour(kWorst + (1.0 - kWorst) * i / kWide);
+        c.a = 1.0;
+        canvas.rectangle(kRight - kWide + i, kY, 1.5, 16.0, c);
+    }
+    for (const double q : {kWorst, 0.5 * (1.0 + kWorst), 1.0}) {
+        char text[16];
+        std::snprintf(text, sizeof text, "%.1f", q);
+        canvas.text(
+            {kRight - kWide * (1.0 - q) / (1.0 - kWorst), kY + 34.0}, text,
+            {14.0, kGrey,
+             q < 1.0 ? q > kWorst ? report::Align::centre : report::Align::left : report::Align::right});
+    }
+    canvas.text({kRight - kWide - 10.0, kY + 14.0}, "quality Q", {15.0, kLight, report::Align::right});
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> pathsPicture(const TissueMap& map, std::span<const PlannedPath> paths,
+                                       const std::string& title, int threads) {
+    if (paths.empty()) return {};
+    Canvas canvas(kPathsPictureWidth, kPathsPictureHeight, kDark);
+    const std::vector<const PlannedPath*> some = chosen(paths);
+    canvas.text({kLeft + 4.0, 32.0}, title, {20.0, kLight, report::Align::left, true});
+    canvas.text({kLeft + 4.0, 56.0},
+                std::to_string(paths.size()) + " paths, " + std::to_string(some.size()) + " drawn",
+                {15.0, kGrey});
+    drawScale(canvas);
+    const Renderer renderer(map);
+    const Vec3 centre_m = middleOf(paths);
+    double left = kLeft;
+    for (const View& view : {viewFrom("from the right", centre_m, {-1.0, -0.3, 0.0}),
+                             viewFrom("from the front", centre_m, {0.0, -1.0, 0.0})}) {
+        canvas.image(left, kTop, kPixels, kPixels, renderer.render(view, threads), kZoom);
+        drawPaths(canvas, view, {left, kTop}, some);
+        left += kZoom * kPixels + kBetween;
+    }
+    return canvas.png();
+}
+
+}  // namespace stylet::study

@@ -1,0 +1,322 @@
+#include "app/study/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "app/study/kept.h"
+#include "app/study/paths_picture.h"
+#include "app/study/report_figures.h"
+#include "app/study/report_tables.h"
+
+namespace stylet::study {
+
+using patient::Tissue;
+using report::fixed;
+using report::Page;
+using report::Table;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kMm = 1e3;
+
+// ---- from disk
+
+Summary summariseWithoutBone(const std::string& name, std::vector<PathResult> results) {
+    std::erase_if(results, [](const PathResult& r) { return r.meets_bone; });
+    return summarise(name, results);
+}
+
+std::vector<std::uint8_t> bytesOf(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// ---- sections
+
+void addHeadlines(Page& page, const ReportedStudy& study) {
+    const Summary& s = study.all;
+    page.headlines(
+        {{countText(s.paths), "paths in " + std::to_string(steeredCount(study)) + " patients"},
+         {fixed(s.rmse_n.median, 3) + " N", "RMSE of the median path"},
+         {meanText(study.without_bone.rmse_n, 1.0, 3) + " N", "RMSE of the paths that meet no bone"},
+         {fixed(s.max_n.median, 2) + " N", "maximum error of the median path"},
+         {percentText(s.equal_share.mean), "of the forces are identical"},
+         {fixed(kMm * s.mean_distance_m.mean, 2) + " mm", "mean distance of the borders"}});
+}
+
+std::string beyondText(const Plot& plot) {
+    return plot.beyond == 0
+               ? ""
+               : " " + countText(plot.beyond) + " values lie above the axis; the table has the largest.";
+}
+
+void addBoxes(Page& page, const ReportedStudy& study) {
+    page.section("Force errors");
+    page.paragraph(
+        "Each box holds the middle half of a patient's paths, with a bar at the median and whiskers to the "
+        "last values within one and a half boxes; dots are paths beyond. Dashed: what a hand just notices.");
+    const std::string boxes = "Box plots, one a patient and one of all.";
+    Plot plot = boxPlot(study, {"RMSE of a path, N",
+                                3,
+                                1.0,
+                                [](const Summary& s) -> const Spread& { return s.rmse_n; },
+                                [](const PathResult& r) { return r.sampled.rmse_n; },
+                                {kNoticedForce_n}});
+    page.figure(plot.figure, boxes + " Root mean squared force error of the paths.",
+                "RMSE per path, as Fig. 6 of the paper." + beyondText(plot), plot.numbers);
+    plot = boxPlot(study, {"maximum error of a path, N",
+                           2,
+                           1.0,
+                           [](const Summary& s) -> const Spread& { return s.max_n; },
+                           [](const PathResult& r) { return r.sampled.max_n; },
+                           {kNoticedForce_n}});
+    page.figure(plot.figure, boxes + " Maximum absolute force error of the paths.",
+                "Maximum absolute error per path, as Fig. 7 of the paper (its \"MAE\")." + beyondText(plot),
+                plot.numbers);
+    plot = boxPlot(study, {"identical forces of a path, %", 1, 100.0,
+                           [](const Summary& s) -> const Spread& { return s.equal_share; },
+                           [](const PathResult& r) { return r.sampled.equal_share; }});
+    plot.figure.y.max = 100.0;
+    page.figure(plot.figure, boxes + " Share of bit-equal forces of the paths.",
+                "Share of samples whose forces are equal to the last bit, as Fig. 8 of the paper.",
+                plot.numbers);
+    page.table(patientTable(study));
+}
+
+void addBorders(Page& page, const ReportedStudy& study) {
+    page.section("Borders");
+    page.paragraph(
+        "Along each path, the surfaces of a tissue in the reference against those in the built patient: each "
+        "against the other's nearest. The mean of these is the path's mean surface distance, the largest its "
+        "Hausdorff distance.");
+    Plot plot = borderPlot(study, "mean surface distance of a path, mm",
+                           [](const TissueSummary& t) -> const Spread& { return t.mean_distance_m; },
+                           {kMm * kNoticedDistance_m});
+    page.figure(plot.figure, "Mean and standard deviation of the mean surface distances, by tissue.",
+                "Mean surface distance per path: mean and standard deviation, as Fig. 4 of the paper.",
+                plot.numbers);
+    plot = borderPlot(study, "Hausdorff distance of a path, mm",
+                      [](const TissueSummary& t) -> const Spread& { return t.hausdorff_m; },
+                      {kMm * kNoticedDistance_m, kMm * kNoticedOutlier_m});
+    page.figure(plot.figure, "Mean and standard deviation of the Hausdorff distances, by tissue.",
+                "Hausdorff distance per path: mean and standard deviation, as Fig. 5 of the paper.",
+                plot.numbers);
+    page.table(borderTable(study));
+    page.table(tissueTable(study));
+    page.paragraph(
+        "Offset: below zero, the built patient's needle comes into the tissue too early. Missed: the "
+        "reference has the tissue on the path, the built patient nowhere near; invented: the other way "
+        "round. The last two columns: in which tissue of the reference the tip was when the forces "
+        "differed.");
+}
+
+void addCauseTable(Page& page, const std::string& caption, const std::vector<CauseCount>& causes) {
+    if (causes.empty())
+        page.paragraph(caption + ": none.");
+    else
+        page.table(causeTable(caption, causes));
+}
+
+void addCauses(Page& page, const ReportedStudy& study) {
+    page.section("Where errors sit, and what caused them");
+    const Plot plot = positionPlot(study);
+    page.figure(plot.figure, "Root mean squared force error along the way from the skin to the target.",
+                "RMSE in each twentieth of the way, of the paths that meet no bone.", plot.numbers);
+    page.paragraph(
+        "The cause of a path's largest error is the event that only one of the two patients has at that "
+        "depth and after which the error rose the most. Displacement: the built patient's event less the "
+        "reference's nearest of its kind, below zero where it comes too early; none where the other patient "
+        "has none.");
+    addCauseTable(page, "Outliers: paths whose maximum error lies above mean + 2.7 standard deviations",
+                  study.all.outlier_causes);
+    addCauseTable(page, "All paths that meet no bone and have an error", study.without_bone.causes);
+    page.foldedTable(largestTable(study));
+    page.foldedTable(causeTable("All paths with an error", study.all.causes));
+    for (const ReportedPair& p : study.pairs)
+        if (!p.summary.outlier_causes.empty())
+            page.foldedTable(causeTable("Outliers of " + p.name, p.summary.outlier_causes));
+}
+
+void addPlanning(Page& page, const ReportedStudy& study) {
+    page.section("Planned paths");
+    page.paragraph(
+        "Straight from every skin voxel of the access area to every voxel of the ducts' centre lines in the "
+        "reference. C1: no risk structure on the way. C2: 90 mm at most. C3: clearance from risk structures, "
+        "full at 10 mm, half as much under a rib. C4: way in the duct along the needle, full at 10 mm. Q is "
+        "the mean of C3 and C4; the best path of each skin voxel is kept if its Q is 0.4 or better.");
+    const Plot plot = scorePlot(study);
+    page.figure(plot.figure, "Histograms of the scores C3, C4 and Q of the kept paths.",
+                "Histograms of the kept paths' scores. The worst Q is that of the breath's phases, where "
+                "they were rated: 0 where a path is lost in one of them.",
+                plot.numbers);
+    page.table(planTable(study));
+    for (const ReportedPair& p : study.pairs) {
+        if (p.picture.empty()) continue;
+        page.picture(
+            {p.picture, "image/png", kPathsPictureWidth, kPathsPictureHeight,
+             "The planned paths of " + p.name +
+                 " over its bones, liver, vessels and ducts, seen from the right and from the front.",
+             p.name +
+                 ": planned paths from the skin to the ducts, green where their quality is high; bone, "
+                 "liver, vessels (blue) and ducts (green) of the reference behind. As Fig. 3 of the paper."});
+    }
+    for (const ReportedPair& p : study.pairs)
+        if (p.plan.kept == 0)
+            page.paragraph(p.name + ": no path was found" +
+                           (p.plan.candidates == 0
+                                ? ": the reference has no bile duct, or no skin in the access area, so that "
+                                  "nothing here is about this patient."
+                                : "."));
+}
+
+// What the reference has that nobody drew and no program drew the CT from.
+std::string undrawnText(const PackageFacts& reference) {
+    std::string text;
+    for (const LabelFacts& l : reference.labels)
+        if (!l.provenance.starts_with("manual") && l.provenance != "synthetic")
+            text += (text.empty() ? "" : "; ") + l.name + " (" + l.provenance + ")";
+    return text;
+}
+
+void addPatients(Page& page, const ReportedStudy& study) {
+    page.section("Patients");
+    page.table(labelTable(study));
+    for (const ReportedPair& p : study.pairs)
+        if (p.facts.reference.labelled_share < patient::kFullShare)
+            page.paragraph(p.name + ": its reference has labels in " +
+                           percentText(p.facts.reference.labelled_share, 0) +
+                           " of the body. In the rest thresholds decide on both sides, so that skin, fat, "
+                           "muscle and unlabelled bone are no independent truth there: errors of the body "
+                           "wall are understated, and what is compared is the labelled structures.");
+    for (const ReportedPair& p : study.pairs)
+        if (const std::string undrawn = undrawnText(p.facts.reference); !undrawn.empty())
+            page.paragraph(p.name + ": nobody drew these labels of its reference: " + undrawn +
+                           ". Errors there are against a program, not against a person.");
+    page.table(thresholdTable(study));
+    std::vector<const PairFacts*> shown;
+    for (const ReportedPair& p : study.pairs) {
+        if (std::any_of(shown.begin(), shown.end(), [&](const PairFacts* f) {
+                return f->tissues == p.facts.tissues && f->own_table == p.facts.own_table;
+            }))
+            continue;
+        shown.push_back(&p.facts);
+        const bool own = !p.facts.own_table.empty();
+        page.table(forceTable(p.facts, own ? "Own force table: " + p.facts.own_table
+                                           : "Force table of the reference of " + p.name));
+    }
+    std::vector<report::Fact> facts;
+    for (const ReportedPair& p : study.pairs) {
+        facts.push_back({p.name + ", reference", p.facts.reference.name + "; " +
+                                                     p.facts.reference.provenance + "; " +
+                                                     p.facts.reference.licence});
+        facts.push_back({p.name + ", built", p.facts.found.provenance});
+    }
+    page.facts(facts);
+}
+
+void addSettings(Page& page, const ReportedStudy& study) {
+    const SteeringSettings& s = study.run.settings.steering;
+    page.section("How it was measured");
+    page.facts({
+        {"Samples a path", "at least " + countText(std::size_t(s.samples)) + ", at most " +
+                               fixed(kMm * s.max_spacing_m, 3) + " mm apart"},
+        {"Samples in all", countText(study.all.samples) + " in each of the two models"},
+        {"Labels that count", study.run.labels == FoundLabels::all
+                                  ? "all of the built patient's"
+                                  : "the built patient's fascia, liver, vessels and ducts, as in the paper; "
+                                    "elsewhere thresholds over the CT"},
+        {"Breathing",
+         s.breathing ? "on, the needle at " + fixed(kMm * s.speed_m_s, 0) + " mm/s" : "off, as in the paper"},
+        {"Force against bone", fixed(s.needle.max_force_n, 1) + " N at once"},
+        {"Incline before a puncture", "a1 = " + fixed(s.needle.a1_share, 2) + " k"},
+        {"Exact solution", s.breathing ? "none while patients breathe"
+                                       : "RMSE " + meanText(study.all.exact_rmse_n, 1.0, 3) + " N, maximum " +
+                                             meanText(study.all.exact_max_n, 1.0, 2) + " N, identical " +
+                                             percentText(study.all.exact_equal_share.mean) +
+                                             " (closed form, without samples)"},
+        {"Farther than " + fixed(kMm * study.run.settings.measure.event_window_m, 0) + " mm from every event",
+         "maximum error " + meanText(study.all.max_outside_n, 1.0, 2) + " N (median " +
+             fixed(study.all.max_outside_n.median, 2) + ")"},
+        {"Outlier", "above mean + 2.7 standard deviations"},
+        {"Paper",
+         "Mastmeyer, Fortmeier, Handels: Evaluation of Direct Haptic 4D Volume Rendering of Partially "
+         "Segmented Data for Liver Puncture Simulation. Scientific Reports 7, 2017"},
+    });
+}
+
+void addLimits(Page& page, const ReportedStudy& study) {
+    page.section("What this study cannot say");
+    if (const std::size_t made_up = syntheticCount(study); made_up > 0) {
+        page.paragraph(
+            std::to_string(made_up) + " of the " + std::to_string(study.pairs.size()) +
+            " patients are synthetic: a program drew their anatomy and their CT from a seed. They cannot "
+            "stand for patients in care. Their labels are true by construction, where experts err at "
+            "borders. Their anatomy is one model's range, with no disease but the tumour that blocks the "
+            "common duct: no earlier operation, drain, stent, ascites, cirrhosis or anomalous duct. Their CT "
+            "has the blur and noise that were put in, not the movement, metal, contrast timing and "
+            "reconstruction of a scanner. The program that builds patients was developed with such patients "
+            "at hand, and where it lays atlases over a CT these are patients of the same program, so that "
+            "its errors here are at the lower end. And ± on this page is the spread over these patients' "
+            "paths: it says nothing of how widely patients differ.");
+        page.paragraph(
+            "What they can show: where along a path and at which border errors of a segmentation become "
+            "errors of a force, how large these are for a known error, and whether a change of the programs "
+            "made either better or worse.");
+    }
+    page.paragraph(
+        "Both forces are simulated, as in the paper: how near the reference's force is to that of a liver is "
+        "another question. Axial force along planned paths is compared, not steering, bending or a hand that "
+        "corrects itself.");
+}
+
+}  // namespace
+
+ReportedStudy readStudy(const fs::path& out) {
+    ReportedStudy study;
+    study.run = readRunFacts(out / "summary.json");
+    std::vector<PathResult> all;
+    for (const std::string& name : study.run.names) {
+        const fs::path folder = out / name;
+        ReportedPair pair;
+        pair.name = name;
+        pair.facts = readFacts(folder / "pair.json");
+        pair.plan = readPlanFacts(folder / "plan.json");
+        pair.results = KeptBlocks(folder / "blocks", pair.facts.run, pair.facts.paths).all();
+        pair.picture = bytesOf(folder / "paths.png");
+        pair.summary = summarise(name, pair.results);
+        pair.without_bone = summariseWithoutBone(name, pair.results);
+        all.insert(all.end(), pair.results.begin(), pair.results.end());
+        study.pairs.push_back(std::move(pair));
+    }
+    study.all = summarise("all", all);
+    study.without_bone = summariseWithoutBone("without bone", std::move(all));
+    return study;
+}
+
+std::string studyPage(const ReportedStudy& study) {
+    Page page("Force errors of patients built from a CT alone",
+              "The needle's axial force down planned paths to the bile ducts: in patients whose segmentation "
+              "is a reference, and in patients built from the same CT without it.",
+              "stylet-study");
+    if (study.all.paths > 0) {
+        addHeadlines(page, study);
+        page.section("Beside the paper");
+        page.table(paperTable(study));
+        addBoxes(page, study);
+        addBorders(page, study);
+        addCauses(page, study);
+    } else {
+        page.paragraph("No path was found in any patient: there is nothing to compare.");
+    }
+    addPlanning(page, study);
+    addPatients(page, study);
+    addSettings(page, study);
+    addLimits(page, study);
+    return page.html();
+}
+
+}  // namespace stylet::study

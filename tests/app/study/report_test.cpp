@@ -1,0 +1,195 @@
+#include "app/study/report.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "app/study/commands.h"
+#include "app/study/paths_picture.h"
+#include "app/study/report_figures.h"
+#include "tests/app/study/made_study.h"
+#include "tests/support/refused.h"
+
+namespace stylet::study {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string contents(const fs::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+}
+
+class StudyReport : public testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        folder_ = new test::TempFolder;
+        test::makeStudy(folder_->path());
+        test::StudyOptionsOf o(folder_->path());
+        runStudy(o);
+    }
+    static void TearDownTestSuite() { delete folder_; }
+    static fs::path out() { return *folder_ / "out"; }
+
+    static test::TempFolder* folder_;
+};
+test::TempFolder* StudyReport::folder_ = nullptr;
+
+TEST_F(StudyReport, SaysWhatTheRunFound) {
+    const ReportedStudy study = readStudy(out());
+    ASSERT_EQ(study.pairs.size(), 2u);
+    const auto summary = nlohmann::json::parse(contents(out() / "summary.json"));
+    EXPECT_EQ(study.all.paths, summary["all"]["paths"].get<std::size_t>());
+    EXPECT_EQ(study.all.rmse_n.median, summary["all"]["rmse_n"]["median"].get<double>());
+    EXPECT_EQ(study.without_bone.max_n.mean, summary["all_without_bone"]["max_n"]["mean"].get<double>());
+    const PairFacts& facts = study.pairs[0].facts;
+    EXPECT_EQ(facts.reference.name, "reference patient, seed 1");
+    EXPECT_GT(facts.reference.labelled_share, 0.9);
+    EXPECT_EQ(facts.dims, test::seededTruth().ct.grid.dims);
+    EXPECT_EQ(facts.tissues[std::size_t(patient::Tissue::bone)].cut_force_n, INFINITY);
+    EXPECT_FALSE(study.pairs[0].picture.empty());
+
+    const std::string html = studyPage(study);
+    for (const char* text :
+         {"31,222", "0.12 ± 0.04 N", "0.65 ± 0.18 N", "0.05 %", "3.73 %", "88 %", "0.145 N",
+          "made by stylet-model synth", "They cannot stand for patients in care", "bile ducts",
+          "automatic: ", "Force table of the reference of"})
+        EXPECT_NE(html.find(text), std::string::npos) << text;
+    EXPECT_NE(html.find(countText(study.all.paths)), std::string::npos);
+    EXPECT_EQ(html.find(">nan"), std::string::npos);
+    EXPECT_EQ(writeReport(out()), out() / "report.html");
+    EXPECT_EQ(contents(out() / "report.html"), html);
+}
+
+TEST_F(StudyReport, TextOfOthersIsNoMarkup) {
+    const std::string hostile = "</script><script>alert(1)</script><img src=x>\xFF";
+    ReportedStudy study = readStudy(out());
+    ReportedPair& pair = study.pairs[0];
+    pair.name = hostile;
+    pair.facts.reference.name = pair.facts.reference.licence = pair.facts.found.provenance = hostile;
+    pair.facts.reference.labels[0].name = pair.facts.reference.labels[0].provenance = hostile;
+    pair.facts.reference.labels[1].provenance = "threshold: 2 mm shell";
+    pair.facts.own_table = hostile;
+    pair.facts.reference.labelled_share = 0.3;
+    const std::string html = studyPage(study);
+    EXPECT_EQ(html.find("<script>alert"), std::string::npos);
+    EXPECT_EQ(html.find("<img src=x"), std::string::npos);
+    EXPECT_EQ(html.find('\xFF'), std::string::npos);
+    EXPECT_NE(html.find("Own force table: "), std::string::npos);
+    EXPECT_NE(html.find("(threshold: 2 mm shell)"), std::string::npos);
+    EXPECT_NE(html.find("its reference has labels in 30 % of the body"), std::string::npos);
+}
+
+TEST_F(StudyReport, SaysThatThereIsNothing) {
+    ReportedStudy study = readStudy(out());
+    for (ReportedPair& pair : study.pairs) {
+        pair.results.clear();
+        pair.summary = pair.without_bone = summarise(pair.name, {});
+        pair.plan.candidates = pair.plan.kept = 0;
+    }
+    study.all = study.without_bone = summarise("all", {});
+    const std::string html = studyPage(study);
+    EXPECT_NE(html.find("No path was found in any patient"), std::string::npos);
+    EXPECT_NE(html.find("one: no path was found: the reference has no bile duct"), std::string::npos);
+    EXPECT_EQ(html.find("31,222"), std::string::npos);
+    // One of two without a path.
+    ReportedStudy half = readStudy(out());
+    half.pairs[0] = study.pairs[0];
+    EXPECT_NE(studyPage(half).find("1 without a path"), std::string::npos);
+}
+
+TEST_F(StudyReport, NamesWhatIsMissing) {
+    const test::TempFolder temp;
+    const fs::path copy = temp / "out";
+    fs::copy(out(), copy, fs::copy_options::recursive);
+    const auto refused = [&](const fs::path& file, const std::string& text, const std::string& field) {
+        const std::string before = contents(copy / file);
+        text.empty() ? void(fs::remove(copy / file)) : void(std::ofstream(copy / file) << text);
+        test::expectRefused([&] { readStudy(copy); }, file.string(), field);
+        std::ofstream(copy / file) << before;
+    };
+    refused("summary.json", "", "file");
+    refused("summary.json", "[]", "format");
+    refused("summary.json",
+            R"({"format": "stylet study 1", "settings": {}, "patients": [{"name": "../up"}]})",
+            "patients[0].name");
+    refused("summary.json", R"({"format": "stylet study 1", "settings": {}, "patients": []})",
+            "settings.samples");
+    refused("one/pair.json", "", "file");
+    refused("one/pair.json", "{", "format");
+    refused("one/pair.json", R"({"format": "stylet study pair 1"})", "reference");
+    refused("one/plan.json", "", "file");
+    refused("one/plan.json", R"({"format": "stylet study plan 1", "candidates": -1})", "skipped");
+    fs::remove(copy / "one/blocks/000000.results");
+    test::expectRefused([&] { readStudy(copy); }, "000000.results", "file");
+}
+
+// What the run left is taken, and a study that came to its end is run anew.
+TEST_F(StudyReport, UnfinishedRunsGoOn) {
+    const test::StudyOptionsOf o(folder_->path());
+    const std::string summary = contents(out() / "summary.json"), paths = contents(out() / "one/paths.csv");
+    const fs::path lost = out() / "one/blocks/000000.results", stays = out() / "two/blocks/000000.results";
+    const auto past = fs::file_time_type::clock::now() - std::chrono::hours(1);
+    fs::last_write_time(stays, past);
+    const auto before = fs::last_write_time(stays);
+    fs::remove(out() / "summary.json");
+    fs::remove(lost);
+    runStudy(o);
+    EXPECT_TRUE(fs::exists(lost));
+    EXPECT_EQ(fs::last_write_time(stays), before);
+    EXPECT_EQ(contents(out() / "summary.json"), summary);
+    EXPECT_EQ(contents(out() / "one/paths.csv"), paths);
+    runStudy(o);
+    EXPECT_NE(fs::last_write_time(stays), before);
+    EXPECT_EQ(contents(out() / "summary.json"), summary);
+}
+
+TEST_F(StudyReport, BoxesHoldTheMiddleHalf) {
+    const ReportedStudy study = readStudy(out());
+    const Plot plot = boxPlot(study, {"RMSE, N",
+                                      3,
+                                      1.0,
+                                      [](const Summary& s) -> const Spread& { return s.rmse_n; },
+                                      [](const PathResult& r) { return r.sampled.rmse_n; },
+                                      {kNoticedForce_n}});
+    ASSERT_EQ(plot.figure.boxes.size(), 3u);
+    EXPECT_EQ(plot.figure.x.names, (std::vector<std::string>{"all", "one", "two"}));
+    EXPECT_EQ(plot.figure.boxes[1].median, study.pairs[0].summary.rmse_n.median);
+    EXPECT_EQ(plot.figure.boxes[2].high, study.pairs[1].summary.rmse_n.upper_whisker);
+    EXPECT_EQ(plot.figure.lines.at(0).y, kNoticedForce_n);
+    EXPECT_EQ(plot.figure.lines.at(0).text, "just noticeable: 0.145 N");
+    EXPECT_EQ(plot.numbers.rows.size(), 3u);
+    std::size_t drawn = 0, outliers = 0;
+    for (const auto& series : plot.figure.series)
+        if (series.small) drawn = series.points.size();
+    for (const ReportedPair& pair : study.pairs)
+        for (const PathResult& r : pair.results)
+            outliers += r.sampled.rmse_n > pair.summary.rmse_n.upper_whisker ||
+                        r.sampled.rmse_n < pair.summary.rmse_n.lower_whisker;
+    EXPECT_EQ(drawn + plot.beyond, outliers);
+}
+
+TEST(StudyReportWords, CountsAndShares) {
+    EXPECT_EQ(countText(0), "0");
+    EXPECT_EQ(countText(999), "999");
+    EXPECT_EQ(countText(31222), "31,222");
+    EXPECT_EQ(countText(1234567), "1,234,567");
+    EXPECT_EQ(percentText(0.0373, 2), "3.73 %");
+    EXPECT_EQ(percentText(kNone), "–");
+}
+
+TEST(PathsPicture, IsAPngOfPaths) {
+    const patient::Patient reference(test::seededTruth());
+    const patient::TissueMap map(reference);
+    const auto png = pathsPicture(map, test::seededPaths(), "seed 1", 2);
+    ASSERT_GT(png.size(), 10000u);
+    EXPECT_EQ(std::string(png.begin() + 1, png.begin() + 4), "PNG");
+    EXPECT_EQ(pathsPicture(map, test::seededPaths(), "seed 1", 1), png);
+    EXPECT_TRUE(pathsPicture(map, {}, "nobody", 1).empty());
+}
+
+}  // namespace
+}  // namespace stylet::study

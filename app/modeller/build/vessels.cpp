@@ -42,8 +42,10 @@ constexpr double kAround_m = 0.015;  // of the liver, where cava and hilum are l
 // The cava in a slice: opened to drop what joins it, and of this area (5 to 22 mm radius).
 constexpr double kCavaOpening_m = 0.004, kLeastCava_m2 = 70e-6, kMostCava_m2 = 1500e-6;
 constexpr double kCavaLeastLength_m = 0.012;
+// Of the cava's own half width: narrower than a flat cava is, wider than a portal trunk.
+constexpr double kOwnWidth = 0.7;
 constexpr double kNearLiver_m = 0.005, kNearVessels_m = 0.006;
-constexpr double kTrunkRadius_m = 0.0035, kOffCava_m = 0.006, kDeep_m = 0.008;
+constexpr double kTrunkRadius_m = 0.0035, kCavaWall_m = 0.002, kOffCava_m = 0.006, kDeep_m = 0.008;
 // Heights in the liver, 0 at its lowest voxel and 1 at its highest: of hilum and hepatic veins' ends.
 constexpr double kTrunkLow = 0.2, kTrunkHigh = 0.62, kVeinsLow = 0.65, kStemsLow = 0.78, kStemReach_m = 0.035;
 constexpr float kStemWidth = 0.75f;
@@ -145,6 +147,39 @@ const Piece* continued(const Piece& from, const std::vector<Piece>& next) {
     return nullptr;
 }
 
+// Where the portal trunk or a vein's stem lies against the cava, a section holds both. What is nearly as wide
+// as the cava is in most slices is its own, with a voxel for the corners that an opening cuts.
+Mask ownSections(const Mask& chain) {
+    const Grid& g = chain.grid;
+    const Grid flat{{g.dims.x, g.dims.y, 1}, g.spacing_m, g.origin_m};
+    const auto from = [&](int z) {
+        return chain.voxels.begin() + std::ptrdiff_t(z) * std::ptrdiff_t(flat.voxelCount());
+    };
+    std::vector<double> half_m(std::size_t(g.dims.z)), there_m;
+    Mask slice(flat);
+    for (int z = 0; z < g.dims.z; ++z) {
+        std::copy_n(from(z), flat.voxelCount(), slice.voxels.begin());
+        if (countOf(slice) == 0) continue;
+        const FloatVolume to_wall = distanceTo(inverted(slice));
+        half_m[std::size_t(z)] = double(*std::max_element(to_wall.voxels.begin(), to_wall.voxels.end()));
+        there_m.push_back(half_m[std::size_t(z)]);
+    }
+    if (there_m.empty()) return chain;
+    const auto middle = there_m.begin() + std::ptrdiff_t(there_m.size() / 2);
+    std::nth_element(there_m.begin(), middle, there_m.end());
+
+    Mask own(g);
+    for (int z = 0; z < g.dims.z; ++z) {
+        std::copy_n(from(z), flat.voxelCount(), slice.voxels.begin());
+        const double opening_m = kOwnWidth * std::min(*middle, half_m[std::size_t(z)]);
+        slice = both(slice, dilated(eroded(slice, opening_m), opening_m + g.spacing_m.x));
+        std::copy(slice.voxels.begin(), slice.voxels.end(),
+                  own.voxels.begin() + std::ptrdiff_t(z) * std::ptrdiff_t(flat.voxelCount()));
+    }
+    keepLargest(own);
+    return own;
+}
+
 // The cava: of all upright vessels in the back of the liver's upper part the one that lies nearest to liver
 // and vessels for longest.
 Mask cavaOf(const Scene& s) {
@@ -188,11 +223,12 @@ Mask cavaOf(const Scene& s) {
                     best.voxels[std::size_t(level) * slice + o] = 1;
         }
     }
-    return best;
+    return ownSections(best);
 }
 
 // The portal trunk and its forks: of all thick blood in the liver's middle heights, off the cava, the piece
-// that meets most of the vessels deep in the liver. Near its surface a mask that is too large takes in the
+// that meets most of the vessels deep in the liver. What hangs together outside the cava's wall is one piece;
+// next to the wall nothing is counted or kept. Near its surface a mask that is too large takes in the
 // rims of cava and kidney.
 Mask portalTrunk(const Scene& s, const Mask& cava) {
     const Grid& g = s.blood.grid;
@@ -200,22 +236,23 @@ Mask portalTrunk(const Scene& s, const Mask& cava) {
     Mask thick = dilated(eroded(s.blood, kTrunkRadius_m), kTrunkRadius_m);
     for (std::size_t i = 0; i < thick.voxels.size(); ++i) {
         const double height = s.height(indexOf(g, i).z);
-        if (height < kTrunkLow || height > kTrunkHigh || double(to_cava.voxels[i]) < kOffCava_m)
+        if (height < kTrunkLow || height > kTrunkHigh || double(to_cava.voxels[i]) < kCavaWall_m)
             thick.voxels[i] = 0;
     }
     const FloatVolume to_deep = distanceTo(both(s.vessels, eroded(s.liver, kDeep_m)));
+    const auto off_cava = [&](std::size_t o) { return double(to_cava.voxels[o]) >= kOffCava_m; };
     std::size_t most = 0;
     Piece trunk;
     keepPieces(thick, [&](const Piece& piece) {
         const auto met = std::size_t(std::count_if(piece.begin(), piece.end(), [&](std::size_t o) {
-            return double(to_deep.voxels[o]) < kNearVessels_m;
+            return off_cava(o) && double(to_deep.voxels[o]) < kNearVessels_m;
         }));
         if (met > most) most = met, trunk = piece;
         return false;
     });
     Mask out(g);
     for (const std::size_t o : trunk)
-        out.voxels[o] = 1;
+        out.voxels[o] = off_cava(o);
     return out;
 }
 

@@ -87,6 +87,29 @@ TEST(Vessels, TouchingTreesAreParted) {
     EXPECT_GT(compare(both(without(t.hepatic, t.portal), t.liver.mask), split.hepatic).dice, 0.80);
 }
 
+// The trunk lies against the cava where it forks, and the liver's mask ends short of it: its two arms are one
+// tree, though nothing within the liver joins them and a vein ends at one of them.
+TEST(Vessels, ATrunkAgainstTheCavaIsStillOne) {
+    test::MadeLiver liver(72);
+    const Mask cava = liver.tube({0.036, 0.014, 0.008}, {0.036, 0.014, 0.070}, 0.008, 160.0);
+    const Mask trunk = liver.tube({0.036, 0.028, 0.020}, {0.036, 0.026, 0.036}, 0.0045, 160.0);
+    const Mask left = liver.tube({0.036, 0.027, 0.034}, {0.018, 0.032, 0.034}, 0.004, 160.0);
+    const Mask right = liver.tube({0.036, 0.027, 0.034}, {0.062, 0.032, 0.034}, 0.0048, 160.0);
+    const Mask leaf = liver.tube({0.018, 0.032, 0.034}, {0.014, 0.052, 0.030}, 0.0022, 160.0);
+    const Mask stem = liver.tube({0.036, 0.014, 0.060}, {0.014, 0.042, 0.052}, 0.0025, 160.0);
+    const Mask vein = either(stem, liver.tube({0.014, 0.042, 0.052}, {0.014, 0.054, 0.034}, 0.0022, 160.0));
+    const Mask within = without(liver.mask, dilated(either(trunk, cava), 0.003));
+    const Mask portal = both(either(either(left, right), leaf), within);
+    const Mask hepatic = without(both(vein, within), portal);
+
+    const SplitVessels split = splitVessels(liver.ct, within, either(portal, hepatic));
+    EXPECT_GT(compare(portal, split.portal).dice, 0.90);
+    EXPECT_GT(compare(hepatic, split.hepatic).dice, 0.85);
+    // Below the fork no more of the trunk than its rim is taken for cava.
+    const Mask below = without(trunk, dilated(either(left, right), 0.002));
+    EXPECT_LT(double(countOf(both(below, split.cava))), 0.2 * double(countOf(below)));
+}
+
 TEST(Vessels, WithoutCavaTheWidestStemBegins) {
     test::MadeLiver liver(56);
     const Mask vessels =

@@ -41,20 +41,24 @@ class DesktopRun : public testing::Test {
         const records::Store store(test::storeOf(command_));
         return until([&] { return test::countOf(store.attempt(id), kind, text) >= times; });
     }
-    // The same, the tool being moved about in a widening square of key steps until it does: where the duct
-    // lies depends on the breath that was held.
+    // The same, the tool being moved about in a widening square of key steps until it does, and back again:
+    // where the duct is seen depends on ribs and on the breath that was held.
     bool happensAround(const std::string& kind, const std::string& text) const {
         const std::string id = test::newestAttempt(command_).filename().string();
         const records::Store store(test::storeOf(command_));
         const auto happened = [&] { return test::countOf(store.attempt(id), kind, text) > 0; };
-        if (until(happened, 5s)) return true;
+        bool found = until(happened, 5s);
         constexpr const char* kTurns[] = {"Right", "Up", "Left", "Down"};
-        for (int side = 0; side < 12; ++side)
-            for (int step = 0; step <= side / 2; ++step) {
+        std::vector<int> made;
+        for (int side = 0; side < 12 && !found; ++side)
+            for (int step = 0; step <= side / 2 && !found; ++step) {
                 display_.key(kTurns[side % 4]);
-                if (until(happened, 2s)) return true;
+                made.push_back(side % 4);
+                found = until(happened, 2s);
             }
-        return false;
+        for (; !made.empty(); made.pop_back())
+            steps(kTurns[(made.back() + 2) % 4], 1, 100ms);
+        return found;
     }
     // The tool follows without haste.
     void steps(const std::string& key, int times, std::chrono::milliseconds wait = 2s) const {

@@ -73,7 +73,8 @@ class DesktopRun : public testing::Test {
 };
 
 TEST_F(DesktopRun, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
-    // His second best path: a probe laid on its entry sees the duct in any breath, on the best it does in few.
+    // His second best path: a probe laid on its entry sees the duct in any breath, on the best it does in
+    // few.
     start("--device mouse --scenario procedure --path 2 --trainee mouse-1");
     ASSERT_TRUE(says("the hand is yours")) << said();
     ASSERT_TRUE(until([&] { return !display_.title().empty(); }));

@@ -1,5 +1,6 @@
 // `stylet-model build` as a user runs it: from a CT file to a package; kept, corrected, edited, cancelled.
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <regex>
@@ -173,6 +174,33 @@ TEST_F(BuildRun, ACorrectionKeepsTheProvenance) {
     patient::writeNifti(folder() / "ct.nii.gz", truth_->ct);
     EXPECT_NE(textOf(folder() / "err").find("was corrected by hand on another CT"), std::string::npos)
         << textOf(folder() / "err");
+    ASSERT_EQ(run(), 0);
+}
+
+// As high as from the neck to the hip: the first and the last slice go on for 150 mm.
+TEST_F(BuildRun, ALongScanIsCutAboutTheLiver) {
+    ASSERT_EQ(status_, 0);
+    constexpr int kMore = 50;
+    const patient::CtVolume& ct = truth_->ct;
+    patient::Grid grid = ct.grid;
+    grid.dims.z += 2 * kMore;
+    grid.origin_m.z -= kMore * grid.spacing_m.z;
+    patient::CtVolume tall(grid);
+    for (int z = 0; z < grid.dims.z; ++z)
+        for (int y = 0; y < grid.dims.y; ++y)
+            for (int x = 0; x < grid.dims.x; ++x)
+                tall[{x, y, z}] = ct[{x, y, std::clamp(z - kMore, 0, ct.grid.dims.z - 1)}];
+    const auto liver = [&] {
+        const Package p = patient::loadPackage(folder() / "patient");
+        return double(countOf(maskOf(p.labels, "liver")));
+    };
+    const double before = liver();
+    patient::writeNifti(folder() / "ct.nii.gz", tall);
+    EXPECT_EQ(run("--stages '" + (folder() / "tall-stages").string() + "'"), 0) << textOf(folder() / "err");
+    patient::writeNifti(folder() / "ct.nii.gz", ct);
+    EXPECT_NEAR(liver() / before, 1.0, 0.1);
+    const auto kept = patient::readNifti<std::int16_t>(folder() / "tall-stages" / "ct.nii.gz");
+    EXPECT_LT(kept.grid.dims.z * kept.grid.spacing_m.z, 0.45);
     ASSERT_EQ(run(), 0);
 }
 

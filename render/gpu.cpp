@@ -9,9 +9,12 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <span>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "render/pipeline_cache_file.h"
 #include "render/probe.h"
 
 namespace stylet::render {
@@ -81,7 +84,9 @@ std::uint32_t graphicsFamily(const vk::raii::PhysicalDevice& device) {
     throw GpuError("the Vulkan device has no graphics queue");
 }
 
-std::vector<char> readCache(const std::string& file) {
+std::vector<std::uint8_t> readCache(const std::string& file) {
+    std::error_code none;
+    if (std::filesystem::file_size(file, none) > kMostCacheBytes || none) return {};
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
@@ -196,10 +201,12 @@ void Gpu::Impl::makeDevice(const GpuSettings& settings, const GpuHooks& hooks) {
 }
 
 void Gpu::Impl::makeCache() {
-    const std::vector<char> stored = cache_file.empty() ? std::vector<char>{} : readCache(cache_file);
-    // The driver checks the header and ignores what it did not write itself.
+    const std::vector<std::uint8_t> stored =
+        cache_file.empty() ? std::vector<std::uint8_t>{} : readCache(cache_file);
+    const std::span<const std::uint8_t> whole = cacheIn(stored);
+    // The driver ignores what another driver, or another version of it, wrote.
     cache = vk::raii::PipelineCache(
-        device, vk::PipelineCacheCreateInfo{.initialDataSize = stored.size(), .pInitialData = stored.data()});
+        device, vk::PipelineCacheCreateInfo{.initialDataSize = whole.size(), .pInitialData = whole.data()});
 }
 
 void Gpu::Impl::chooseStereo(StereoPath wanted) {
@@ -230,7 +237,7 @@ Gpu::Gpu(const GpuSettings& settings, const GpuHooks& hooks) try : impl_(std::ma
 Gpu::~Gpu() {
     if (!impl_ || impl_->cache_file.empty() || !*impl_->device) return;
     try {
-        const std::vector<std::uint8_t> bytes = impl_->cache.getData();
+        const std::vector<std::uint8_t> bytes = sealedCache(impl_->cache.getData());
         // Whole or not at all: another program may read or write it now.
         const std::filesystem::path file = impl_->cache_file;
         const std::filesystem::path fresh = file.string() + "." + std::to_string(std::random_device{}());

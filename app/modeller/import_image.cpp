@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "app/modeller/child_process.h"
+#include "app/modeller/handover_files.h"
 #include "app/modeller/image_handover.h"
 
 namespace stylet::modeller {
@@ -17,43 +18,6 @@ namespace {
 // A scan holds air, lung or gut gas, and soft tissue; next to nothing in it is denser than cortical bone.
 constexpr int kAir_hu = -500;
 constexpr double kLeastSoft = 0.02, kMostDense = 0.1;
-
-// The child read a hostile file: nothing it hands over is trusted. What is not a file could block its
-// opening.
-patient::Volume<std::int16_t> takeOver(const fs::path& file, const fs::path& source, ImageKind kind) {
-    std::ifstream in;
-    ImageHandover h;
-    const auto bad = [&](const std::string& why) {
-        return ImportError(source.string() + ": the reader returned " + why);
-    };
-    if (!fs::is_regular_file(fs::symlink_status(file))) throw bad("no image");
-    in.open(file, std::ios::binary);
-    if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kHandoverMagic) throw bad("no image");
-    std::int64_t count = 1;
-    for (int d = 0; d < 3; ++d) {
-        const auto i = std::size_t(d);
-        if (h.dims[i] < 1 || h.dims[i] > kMaxImageSide) throw bad("an image of impossible size");
-        if (!(h.spacing_mm[i] >= 0.05 && h.spacing_mm[i] <= 20.0) || !(std::fabs(h.origin_mm[i]) < 1e5))
-            throw bad("an image of impossible scale");
-        count *= h.dims[i];
-    }
-    if (count > kMaxImageVoxels || fs::file_size(file) != sizeof h + std::uintmax_t(count) * 2)
-        throw bad("an image cut short");
-    patient::Grid grid;
-    for (int d = 0; d < 3; ++d) {
-        grid.dims[d] = int(h.dims[std::size_t(d)]);
-        grid.spacing_m[d] = h.spacing_mm[std::size_t(d)] * 1e-3;
-        grid.origin_m[d] = h.origin_mm[std::size_t(d)] * 1e-3;
-    }
-    patient::Volume<std::int16_t> image(grid);
-    if (!in.read(reinterpret_cast<char*>(image.voxels.data()), std::streamsize(count * 2)))
-        throw bad("too little");
-    if (kind == ImageKind::labels) {
-        const auto lowest = std::min_element(image.voxels.begin(), image.voxels.end());
-        if (*lowest < 0) throw bad("a label of " + std::to_string(*lowest) + ", which is below 0");
-    }
-    return image;
-}
 
 }  // namespace
 
@@ -77,7 +41,7 @@ patient::Volume<std::int16_t> readImage(const fs::path& path, ImageKind kind, co
     std::vector<std::string> arguments{kKinds[int(kind)], source, out};
     if (!series.empty()) arguments.push_back(series);
     runChild(program, arguments, child, source, "the reader");
-    return takeOver(out, path, kind);
+    return takeImage(out, path, kind);
 }
 
 void requireHounsfield(const patient::CtVolume& ct, const fs::path& source) {

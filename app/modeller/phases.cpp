@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "app/modeller/handover_files.h"
 #include "app/modeller/image_handover.h"
 
 namespace stylet::modeller {
@@ -96,29 +97,6 @@ void writeImage(const fs::path& file, const Grid& grid, const Value& value) {
     if (!out.flush()) throw ImportError(file.string() + ": cannot be written");
 }
 
-VectorField readField(const fs::path& file) {
-    FieldHandover h;
-    std::ifstream in(file, std::ios::binary);
-    if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kFieldMagic)
-        throw ImportError(file.string() + ": the registration left no field");
-    Grid grid;
-    for (int d = 0; d < 3; ++d) {
-        if (h.dims[std::size_t(d)] < 1 || h.dims[std::size_t(d)] > kMaxImageSide)
-            throw ImportError(file.string() + ": the registration left a field of impossible size");
-        grid.dims[d] = int(h.dims[std::size_t(d)]);
-        grid.spacing_m[d] = 1e-3 * h.spacing_mm[std::size_t(d)];
-        grid.origin_m[d] = 1e-3 * h.origin_mm[std::size_t(d)];
-    }
-    VectorField field(grid);
-    static_assert(sizeof(glm::vec3) == 3 * sizeof(float));
-    if (!in.read(reinterpret_cast<char*>(field.voxels.data()),
-                 std::streamsize(field.voxels.size() * sizeof(glm::vec3))))
-        throw ImportError(file.string() + ": the registration left a field cut short");
-    for (glm::vec3& v : field.voxels)
-        v *= 1e-3f;
-    return field;
-}
-
 }  // namespace
 
 std::vector<Phase> readPhases(const PhaseSettings& settings) {
@@ -152,7 +130,7 @@ VectorField registerPhases(const FloatVolume& fixed, const FloatVolume& moving, 
     runChild(childProgram(settings.program, "stylet-register"),
              {at("fixed"), at("moving"), at("mask"), at("field"), std::to_string(settings.finest)},
              settings.limits, "phases", "the registration");
-    return readField(at("field"));
+    return takeField(at("field"));
 }
 
 }  // namespace stylet::modeller

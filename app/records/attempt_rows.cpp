@@ -29,6 +29,13 @@ std::uint64_t hexNumber(const std::string& text) {
     return std::stoull(text, nullptr, 16);
 }
 
+// An id names a folder beside the others, which is deleted with its trainee: nothing else may stand in its
+// place.
+std::string idOf(const std::string& text) {
+    if (!isAttemptId(text)) throw std::invalid_argument("\"" + text + "\" is no attempt's id");
+    return text;
+}
+
 double numberOf(const SQLite::Column& column) {
     return column.isNull() ? std::numeric_limits<double>::quiet_NaN() : column.getDouble();
 }
@@ -61,7 +68,7 @@ std::vector<EventRow> eventsOf(SQLite::Database& database, std::int64_t number) 
 StoredAttempt attemptOf(SQLite::Database& database, SQLite::Statement& r, const fs::path& folder) {
     StoredAttempt attempt;
     const std::int64_t number = r.getColumn(0).getInt64();
-    attempt.id = r.getColumn(1).getString();
+    attempt.id = idOf(r.getColumn(1).getString());
     attempt.info.trainee = r.getColumn(2).getString();
     attempt.started_utc = r.getColumn(3).getString();
     attempt.state = stateOf(r.getColumn(4).getString());
@@ -110,6 +117,11 @@ std::uint32_t rowsSum(const StoredAttempt& a) {
     for (const EventRow& e : a.events)
         add(std::to_string(e.tick)), add(e.kind), add(e.text);
     return std::uint32_t(crc32_z(0, reinterpret_cast<const unsigned char*>(text.data()), text.size()));
+}
+
+bool isAttemptId(std::string_view text) {
+    return !text.empty() && text != "." && text != ".." &&
+           text.find_first_of(std::string_view("/\0", 2)) == text.npos;
 }
 
 std::string_view stateName(AttemptState state) {

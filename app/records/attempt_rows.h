@@ -16,6 +16,9 @@ inline constexpr const char* kSelectAttempts =
 StoredAttempt attemptOf(SQLite::Database&, SQLite::Statement& selected,
                         const std::filesystem::path& attempts);
 
+// Can be a folder's name and names none but its own.
+bool isAttemptId(std::string_view);
+
 // Of everything the index says of an attempt.
 std::uint32_t rowsSum(const StoredAttempt&);
 

@@ -193,6 +193,7 @@ void Store::migrate() {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     needStore();
     const int version = numberIn("PRAGMA user_version"), newest = int(schemaSteps().size());
+    if (version < 0) throw DataError(file_, "user_version", "is below 0");
     if (version > newest)
         throw DataError(file_, "user_version",
                         std::to_string(version) + " is newer than this program's " + std::to_string(newest));
@@ -208,6 +209,7 @@ void Store::migrate() {
 }
 
 fs::path Store::folderOf(const std::string& id) const {
+    if (!isAttemptId(id)) throw DataError(file_, "id", "\"" + id + "\" is no attempt's id");
     return folder_ / "attempts" / id;
 }
 

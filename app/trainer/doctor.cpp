@@ -27,11 +27,16 @@ json lineOf(const Finding& f) {
     return {{"what", f.what}, {"state", kStates[std::size_t(f.state)]}, {"found", f.found}, {"todo", f.todo}};
 }
 
+// A driver may print what it likes in between, objects too.
+std::string textIn(const json& line, const char* name) {
+    const auto found = line.find(name);
+    return found != line.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
 Finding findingOf(const json& line) {
-    const std::string state = line.value("state", "");
-    const auto at = std::find(kStates.begin(), kStates.end(), state);
-    return {line.value("what", ""), FindingState(std::min<std::ptrdiff_t>(at - kStates.begin(), 2)),
-            line.value("found", ""), line.value("todo", "")};
+    const auto at = std::find(kStates.begin(), kStates.end(), textIn(line, "state"));
+    return {textIn(line, "what"), FindingState(std::min<std::ptrdiff_t>(at - kStates.begin(), 2)),
+            textIn(line, "found"), textIn(line, "todo")};
 }
 
 // What a process of its own has found about `what`, and how it ended.
@@ -39,15 +44,7 @@ void askChild(const std::string& what, const std::string& who, const DoctorOptio
               std::vector<Finding>& findings) {
     const ChildOutcome outcome =
         runChild(thisProgram(), {"probe", what, std::to_string(options.patience.count())}, options.patience);
-    std::string step = "starting";
-    for (const std::string& text : outcome.lines) {
-        const json line = json::parse(text, nullptr, false);
-        if (!line.is_object()) continue;  // a driver's own words
-        if (line.contains("about"))
-            step = line.value("about", "");
-        else
-            findings.push_back(findingOf(line));
-    }
+    const std::string step = takeProbeLines(outcome.lines, findings);
     std::array<char, 32> limit{};
     std::snprintf(limit.data(), limit.size(), "%.3g s", double(options.patience.count()) * 1e-3);
     if (!outcome.started)
@@ -221,6 +218,19 @@ std::vector<Finding> examine(const DoctorOptions& options) noexcept {
     look("registration", [&] { lookAtRegistrations(findings); });
     look("window", [&] { lookAtDisplay(findings); });
     return findings;
+}
+
+std::string takeProbeLines(const std::vector<std::string>& lines, std::vector<Finding>& findings) {
+    std::string step = "starting";
+    for (const std::string& text : lines) {
+        const json line = json::parse(text, nullptr, false);
+        if (!line.is_object()) continue;
+        if (line.contains("about"))
+            step = textIn(line, "about");
+        else if (line.contains("state"))
+            findings.push_back(findingOf(line));
+    }
+    return step;
 }
 
 std::string describeFindings(const std::vector<Finding>& findings, bool as_json) {

@@ -40,4 +40,7 @@ int doctor(const DoctorOptions&) noexcept;
 // for each step it is about to take and for each finding. The exit status is of no meaning.
 int probe(const std::string& what, std::chrono::milliseconds patience);
 
+// What it printed, whatever else stands there: its findings, and the step it was in when it ended.
+std::string takeProbeLines(const std::vector<std::string>& lines, std::vector<Finding>&);
+
 }  // namespace stylet::trainer

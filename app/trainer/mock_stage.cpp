@@ -6,6 +6,7 @@
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
+#include "app/trainer/runtime_manifest.h"
 #include "patient/package.h"
 #include "xr/xr.h"
 
@@ -45,13 +46,8 @@ void writeHeadScript(const std::filesystem::path& file, const patient::Pose& sta
 
 bool mockRuntimeChosen() {
     for (const std::filesystem::path manifest : xr::runtimeSearchPath()) {
-        std::ifstream in(manifest);
-        if (!in) continue;
-        const auto json = nlohmann::json::parse(in, nullptr, false);
-        if (!json.is_object() || !json.contains("runtime") || !json["runtime"].is_object()) return false;
-        const auto library = json["runtime"].find("library_path");
-        return library != json["runtime"].end() && library->is_string() &&
-               std::filesystem::path(library->get<std::string>()).filename() == "libxrmock.so";
+        if (std::error_code none; !std::filesystem::exists(manifest, none)) continue;
+        return std::filesystem::path(libraryNamedBy(manifest)).filename() == "libxrmock.so";
     }
     return false;
 }

@@ -2,10 +2,10 @@
 
 #include <array>
 #include <cstdio>
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include <filesystem>
 #include <thread>
 
+#include "app/trainer/runtime_manifest.h"
 #include "render/render.h"
 #include "xr/xr.h"
 
@@ -96,15 +96,10 @@ bool findRuntime(const ProbeReport& report) {
         return refuse("none found; looked at " + listed(places),
                       "start the headset's runtime once, or set XR_RUNTIME_JSON to its manifest; without it "
                       "the trainer has no headset");
-    std::ifstream stream(manifest);
-    const nlohmann::json read = nlohmann::json::parse(stream, nullptr, false);
-    const nlohmann::json runtime = read.is_object() ? read.value("runtime", nlohmann::json()) : read;
-    const nlohmann::json path =
-        runtime.is_object() ? runtime.value("library_path", nlohmann::json()) : runtime;
-    if (!path.is_string())
+    const std::string name = libraryNamedBy(manifest);
+    if (name.empty())
         return refuse(manifest.string() + " is no manifest of a runtime: it names no runtime.library_path",
                       "install the runtime again, or set XR_RUNTIME_JSON to a manifest that is whole");
-    const std::string name = path.get<std::string>();
     // Without a slash the system's loader looks for it; with one it lies beside the manifest, or is absolute.
     const std::filesystem::path library = manifest.parent_path() / name;
     if (std::error_code none; name.find('/') != std::string::npos && !std::filesystem::exists(library, none))

@@ -73,6 +73,7 @@ TEST(FindCycle, LeavesRestAndWhatDiesAwayAlone) {
     EXPECT_FALSE(findCycle({}, 0.001).lasts);
 }
 
+// HZ-FORCE-09
 TEST(EnergyBalance, NoReserveHidesWhatIsMade) {
     EnergyBalance balance;
     balance.add(-1.0, 0.4, 0.0);  // friction took 0.6 J of the hand's
@@ -113,6 +114,7 @@ TEST(RunCase, FailsWhereTheBoundIsBrokenAndPassesWhereItIsKept) {
     EXPECT_EQ(bad.ticks, 5000u);
 }
 
+// HZ-TEACH-01
 TEST(Tally, CountsByHand) {
     StressCase bare, held;
     bare.hand = HandKind::none;

@@ -5,6 +5,7 @@
 #include "render/ultrasound/acoustics.h"
 
 // An acoustic table or a DataError; anything else is a bug.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {
         stylet::render::parseAcoustics("fuzz.toml", {reinterpret_cast<const char*>(data), size});

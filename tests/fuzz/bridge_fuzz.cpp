@@ -88,6 +88,7 @@ void attackSession(std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
+// HZ-FORCE-21, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::span<const std::uint8_t> bytes(data, size);
     const std::vector<std::uint8_t> good = sealed(bytes);

@@ -6,6 +6,7 @@
 #include "patient/patient.h"
 
 // A calibration within its range or a DataError.
+// HZ-FORCE-22, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;
     try {

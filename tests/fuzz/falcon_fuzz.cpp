@@ -46,6 +46,7 @@ class Bytes final : public FtdiBus {
 }  // namespace
 
 // Whatever comes from the cable: no force before the device says that it is homed, no pose that is none.
+// HZ-FORCE-11, HZ-FORCE-21, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     homed_by_bytes = std::count_if(data, data + size, [](auto b) { return b >= 'A' + 0x70; }) >= 10;
     now_ns = 0;

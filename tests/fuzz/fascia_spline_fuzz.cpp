@@ -8,6 +8,7 @@
 #include "app/modeller/import_image.h"
 
 // A surface with a radius everywhere or an ImportError; what is taken is written so that it is taken again.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::modeller;
     try {

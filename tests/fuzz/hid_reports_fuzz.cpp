@@ -37,6 +37,7 @@ void takeAsWooden(std::span<const unsigned char> bytes) {
 }  // namespace
 
 // The input, piece by piece: a length, then a report of so many bytes.
+// HZ-FORCE-21, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     std::span<const std::uint8_t> left(data, size);
     SpaceMouseInput input;

@@ -8,6 +8,7 @@
 #include "haptics/devices/inverse3_messages.h"
 
 // A message is taken with values that can be, or refused with a reason; an id that passed needs no escaping.
+// HZ-FORCE-21, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::haptics;
     const std::string_view text(reinterpret_cast<const char*>(data), size);

@@ -7,6 +7,7 @@
 #include "app/modeller/import_map.h"
 
 // A map or an ImportError; what is taken maps ids of int16 labels to targets there are.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::modeller;
     try {

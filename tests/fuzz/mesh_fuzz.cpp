@@ -8,6 +8,7 @@
 
 // A mesh whose indices name vertices, whose parts lie in its list and whose numbers can be drawn, or a
 // DataError.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::render;
     try {

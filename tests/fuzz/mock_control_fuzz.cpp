@@ -47,6 +47,7 @@ struct Run {
 }  // namespace
 
 // Whatever bytes a control client sends, the question after them is answered.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     Run run;
     std::string sent(reinterpret_cast<const char*>(data), size);

@@ -5,6 +5,7 @@
 #include "mock_runtime.h"
 
 // A scenario file of the mock runtime is taken or refuses xrCreateInstance; taken, it can be lived through.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const std::filesystem::path file = mock_fuzz::scratchFile("scenario.json");
     std::ofstream(file, std::ios::binary)

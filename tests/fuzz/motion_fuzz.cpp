@@ -9,6 +9,7 @@
 
 // A motion or a DataError; what is taken moves every point somewhere, not far, and stands still beyond its
 // grid.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::patient;
     MotionModel m;

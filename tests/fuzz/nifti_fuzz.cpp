@@ -6,6 +6,7 @@
 #include "patient/package.h"
 
 // A volume or a DataError; anything else is a bug.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const auto bytes = std::as_bytes(std::span(data, size));
     try {

@@ -6,6 +6,7 @@
 #include "patient/package_toml.h"
 
 // A package or a DataError; and what was taken is written so that it is taken again.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::patient;
     if (size > kMaxTomlBytes) return 0;  // refused before it is parsed

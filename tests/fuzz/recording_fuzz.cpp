@@ -8,6 +8,7 @@
 #include "patient/recording.h"
 
 // A recording or a DataError; what is taken can be played, and no breath of it is out of bounds.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::patient;
     RecordedBreath recorded;

@@ -6,6 +6,7 @@
 #include "patient/package.h"
 
 // What is taken can be written and is taken again as the same.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::trainer;
     try {

@@ -6,6 +6,7 @@
 #include "patient/package.h"
 
 // Whole frames of ascending ticks, or a DataError.
+// HZ-RECORD-07, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;
     try {

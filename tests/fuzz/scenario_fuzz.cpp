@@ -7,6 +7,7 @@
 #include "patient/patient.h"
 
 // A scenario or a DataError; what is taken is finite and of bounded length.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;
     try {

@@ -6,6 +6,7 @@
 #include "app/modeller/build/stage_store.h"
 
 // A record or a DataError; what is taken is written so that it is taken again, and fits a terminal.
+// HZ-RECORD-11, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::modeller;
     try {

@@ -6,6 +6,7 @@
 #include "app/study/pair.h"
 
 // A study of pairs that each have a folder name of their own, or a DataError.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;
     try {

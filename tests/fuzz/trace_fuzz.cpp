@@ -6,6 +6,7 @@
 #include "patient/patient.h"
 
 // A trace or a DataError; anything else is a bug.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {
         stylet::haptics::parseTrace("fuzz.csv", {reinterpret_cast<const char*>(data), size});

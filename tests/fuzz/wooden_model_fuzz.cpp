@@ -10,6 +10,7 @@
 #include "patient/patient.h"
 
 // A model whose arm can stand somewhere, or a DataError; anything else is a bug.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::haptics;
     try {

@@ -27,6 +27,7 @@ patient::BreathPlan recorded() {
 class Allocation : public testing::TestWithParam<patient::BreathPlan> {};
 INSTANTIATE_TEST_SUITE_P(Breaths, Allocation, testing::Values(patient::BreathPlan{}, restless(), recorded()));
 
+// HZ-FORCE-18
 TEST_P(Allocation, TenThousandTicksAllocateNothing) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
@@ -63,6 +64,7 @@ TEST_P(Allocation, TenThousandTicksAllocateNothing) {
     EXPECT_EQ(test::allocations() - before, 1u);
 }
 
+// HZ-FORCE-18
 TEST(Allocation, ToolsOnTheSkinAllocateNothing) {
     patient::Package package = test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::soft, 0.048}}, 0.001);
     package.motion = test::makeShift(-0.010);

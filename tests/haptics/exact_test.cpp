@@ -45,6 +45,7 @@ void expectCut(const ExactForce& exact, Tissue into, double behind_m, double bef
 
 constexpr double kTable1_duct_m = 0.3 / 1000.0, kTable1_vessel_m = 0.15 / 1100.0;
 
+// HZ-TEACH-02
 TEST(Exact, ClosedFormsOfTable1) {
     const ExactForce e = solve({{skin, 0.002},
                                 {soft, 0.02},

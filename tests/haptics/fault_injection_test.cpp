@@ -18,10 +18,12 @@ void expectAllStopped(const InjectionTotals& totals, std::uint64_t count, int ki
     }
 }
 
+// HZ-FORCE-07
 TEST(FaultInjection, EveryFaultOfTheOutputStageEndsInZeroForce) {
     expectAllStopped(injectIntoOutput(60000, 1), 60000, kInjectedCount);
 }
 
+// HZ-FORCE-07
 TEST(FaultInjection, EveryFaultAlongAPunctureEndsInZeroForce) {
     expectAllStopped(injectIntoSimulation(6000, 2), 6000, kInjectedCount - 3);
 }

@@ -53,6 +53,7 @@ TEST(Guide, AFreeNeedleFeelsTheCrestAndDropsIn) {
 }
 
 // The force is the slope of the energy, snapped in or not, and snapping in adds none.
+// HZ-FORCE-09
 TEST(Guide, NoEnergyComesFromTheRail) {
     for (const bool snapped : {false, true}) {
         Rail rail;

@@ -70,6 +70,7 @@ TEST(Loop, TicksOnTimeAndTimesItsStep) {
     EXPECT_EQ(latest.state_hash, record.output.state_hash);
 }
 
+// HZ-FORCE-18
 TEST(Loop, ALateTickIsCountedNeverStretchedOrMadeUp) {
     Bench b;
     std::uint64_t hash = 0;
@@ -158,6 +159,7 @@ TEST(Loop, AFullRingIsAFaultOfTheLoopAndNotOfTheState) {
 }
 
 // The session's pace is none of the hand's business: what it is sent is the same to the last bit.
+// HZ-FORCE-18
 TEST(Loop, AFullRingDoesNotTakeTheForceAway) {
     Bench b;
     Simulation fast(b.patient, {}), slow(b.patient, {});
@@ -181,6 +183,7 @@ TEST(Loop, AFullRingDoesNotTakeTheForceAway) {
     EXPECT_GT(most_n, 0.2);
 }
 
+// HZ-TEACH-13
 TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
     Bench b;
     Simulation live(b.patient, {});
@@ -321,6 +324,7 @@ struct Pausing {
     }
 };
 
+// HZ-FORCE-23
 TEST(LoopHold, BeginsOnceTheForceIsGoneAndSendsZeroEveryPeriod) {
     Pausing p;
     p.periods(1700);
@@ -354,6 +358,7 @@ TEST(LoopHold, BeginsOnceTheForceIsGoneAndSendsZeroEveryPeriod) {
 }
 
 // Also with a device that says something new less often than it is asked.
+// HZ-FORCE-23
 TEST(LoopHold, TheWayMovedMeanwhileNeitherCutsNorBlocks) {
     for (const bool fresh_always : {true, false}) {
         Pausing p;
@@ -386,6 +391,7 @@ TEST(LoopHold, TheWayMovedMeanwhileNeitherCutsNorBlocks) {
     }
 }
 
+// HZ-FORCE-23
 TEST(LoopHold, ANeedleInTheBodyStaysThereUntilTheHandIsBack) {
     Pausing p;
     p.periods(1700);

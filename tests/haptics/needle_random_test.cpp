@@ -129,6 +129,7 @@ patient::Package randomBlocks(Random& random) {
     return package;
 }
 
+// HZ-TEACH-02
 TEST(NeedleRandom, SampledEqualsExactAlongObliquePathsThroughVoxels) {
     Coverage coverage;
     for (std::uint64_t seed = 1; seed <= 300; ++seed) {
@@ -145,6 +146,7 @@ TEST(NeedleRandom, SampledEqualsExactAlongObliquePathsThroughVoxels) {
     EXPECT_GT(coverage.punctures, 300u);
 }
 
+// HZ-FORCE-01
 TEST(NeedleRandom, AnyHandKeepsTheForceFiniteAndBounded) {
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
         Random random(seed);

@@ -56,6 +56,7 @@ TEST(Needle, SkinCutsBehindItsSurface) {
     EXPECT_EQ(p.only(NeedleEventKind::border, skin).force_before_n, 0.0);
 }
 
+// HZ-TEACH-02
 TEST(Needle, ClosedFormsOfTable1) {
     for (const double step : {0.000013, kTravel_m, 0.0007}) {
         Puncture p({{skin, 0.002},
@@ -131,6 +132,7 @@ TEST(Needle, APushedBorderLetsGoAndIsMetAgain) {
     EXPECT_EQ(p.only(NeedleEventKind::puncture, duct).force_before_n, 1.2);
 }
 
+// HZ-FORCE-04
 TEST(Needle, ArrivalIsContinuousAndTheTangentBounded) {
     Puncture p(kTorso);
     const double step = 1e-6;

@@ -47,6 +47,7 @@ struct Case {
     std::vector<double> points;
 };
 
+// HZ-TEACH-02
 TEST(NeedleWays, InAndOutEqualsTheNaiveNeedle) {
     std::size_t compared = 0, held = 0, negative = 0, abandoned = 0;
     for (std::uint64_t seed = 1; seed <= 400; ++seed) {

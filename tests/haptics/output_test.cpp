@@ -27,6 +27,7 @@ TEST(Output, TheTangentIsTheSteepestOfTheTable) {
     EXPECT_DOUBLE_EQ(worstTangent(table, {.a1_share = 0.5}), 2000.0);
 }
 
+// HZ-FORCE-09
 TEST(Output, TheGainIsTheSmallestOfItsThreeBounds) {
     OutputSettings s;
     s.model_tangent_n_per_m = 2000.0;
@@ -57,6 +58,7 @@ struct Stage {
     OutputTick tick;
 };
 
+// HZ-FORCE-04
 TEST(Output, TheRateLimitIsReachedAndHeld) {
     Stage stage;
     const Vec3 wanted{3.0, 4.0, 0.0};
@@ -76,6 +78,7 @@ TEST(Output, ThePunctureOfAFasciaPassesInOneTick) {
     EXPECT_EQ(stage.send({0.9, 0.0, 0.0}).x, 0.9);
 }
 
+// HZ-FORCE-01
 TEST(Output, GainThenDeviceClamp) {
     const DeviceProfile touch{.name = "touch", .force_peak_n = 3.3, .stiffness_n_per_m = 400.0, .source = ""};
     Stage soft(plain(), touch, 0.1), stiff(plain(), touch, 0.5);
@@ -88,6 +91,7 @@ TEST(Output, GainThenDeviceClamp) {
     EXPECT_NEAR(strong.send({0.0, 30.0, 0.0}).y, 22.0, 1e-12);
 }
 
+// HZ-FORCE-03
 TEST(Output, AForceThatIsNoNumberEndsInZeroFromTheLastGoodOne) {
     for (const double bad : {kNan, HUGE_VAL, -HUGE_VAL}) {
         for (const int field : {0, 1, 2}) {
@@ -161,6 +165,7 @@ TEST(Output, TheControllerIsNoSteeperThanTheSteepestSpringCanOwe) {
     EXPECT_NEAR(late.send(Vec3(0.0)).y, -0.25 * kLightestMass_kg / (3.0 * kDt_s * kDt_s) * 1e-6, 1e-12);
 }
 
+// HZ-FORCE-09
 TEST(Output, TheControllerKicksNobody) {
     Stage stage = owing(1e6);
     double last = 0.0;
@@ -172,6 +177,7 @@ TEST(Output, TheControllerKicksNobody) {
     }
 }
 
+// HZ-FORCE-19
 TEST(Output, TheWallPushesBackIntoTheWorkspace) {
     DeviceProfile small;
     small.workspace_radius_m = 0.04;
@@ -209,6 +215,7 @@ TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
 
 // In contact before the force has begun, with the clutch held: nothing rises, so nothing is there when it is
 // let go.
+// HZ-FORCE-02
 TEST(Output, AHeldClutchDoesNotHideAContactAtTheStart) {
     OutputState state;
     OutputTick tick;

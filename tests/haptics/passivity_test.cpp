@@ -75,6 +75,7 @@ double gained(SampledSpring spring, int ticks, double depth_m) {
     return gained_j;
 }
 
+// HZ-FORCE-09
 TEST(Passivity, ASpringGivesBackNoMoreThanItGot) {
     const double depth = 0.005;
     SampledSpring off;
@@ -102,6 +103,7 @@ double amplitude(SampledSpring spring, double mass_kg, int ticks) {
     return most;
 }
 
+// HZ-FORCE-09
 TEST(Passivity, ABareMassOnASpringComesToRest) {
     for (const double stiffness : {200.0, 1000.0, 2000.0}) {
         SampledSpring spring(stiffness);
@@ -228,6 +230,7 @@ TEST(Passivity, ACutIsNoReserveAndASofterTissueNoDebt) {
     EXPECT_NEAR(s.shortfall_j, kMargin * (0.49 / 2000.0 - 0.49 / 2400.0), 1e-12);
 }
 
+// HZ-FORCE-19
 TEST(Passivity, TheWallsWorkIsWithTheHandNotTheTissue) {
     PassivityState s;
     Motion m;

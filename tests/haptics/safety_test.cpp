@@ -52,6 +52,7 @@ TEST(Safety, EveryBitHasANameAndAText) {
     EXPECT_EQ(bits, 2u * kFaultInjected - 1u);
 }
 
+// HZ-FORCE-02
 TEST(Safety, ForceRisesOverItsTimeAtEveryRate) {
     for (const double rate_hz : {1000.0, 2000.0, 4000.0}) {
         Watched w(1.0 / rate_hz);
@@ -68,6 +69,7 @@ TEST(Safety, ForceRisesOverItsTimeAtEveryRate) {
     }
 }
 
+// HZ-FORCE-02
 TEST(Safety, NothingBeginsInContact) {
     for (const double force_n : {1.01 * kSmallForce_n, 20.0, kNan}) {
         Watched w;
@@ -151,6 +153,7 @@ class SafetyCause : public testing::TestWithParam<Cause> {};
 INSTANTIATE_TEST_SUITE_P(All, SafetyCause, testing::ValuesIn(kCauses),
                          [](const auto& cause) { return "Cause" + std::to_string(cause.index); });
 
+// HZ-FORCE-07
 TEST_P(SafetyCause, EndsInZeroWithinTwentyMillisecondsAndStaysThere) {
     for (const double dt_s : {0.001, 0.0005, 0.00025}) {
         Watched w(dt_s);
@@ -180,6 +183,7 @@ TEST_P(SafetyCause, EndsInZeroWithinTwentyMillisecondsAndStaysThere) {
     }
 }
 
+// HZ-FORCE-08
 TEST(Safety, OnlyTheExplicitActArmsAgain) {
     Watched w;
     w.run(2.0);
@@ -202,6 +206,7 @@ TEST(Safety, OnlyTheExplicitActArmsAgain) {
     EXPECT_EQ(w.safety.stage, ForceStage::rising);
 }
 
+// HZ-FORCE-20
 TEST(Safety, AFastHandLosesTheForceAndASlowOneGetsItBack) {
     Watched w;
     w.run(2.0);
@@ -240,6 +245,7 @@ TEST(Safety, AShortSilenceIsADipAndTheStepAfterItNoLeap) {
     EXPECT_EQ(w.safety.stage, ForceStage::on);
 }
 
+// HZ-FORCE-19
 TEST(Safety, TheWallIsSoftContinuousAndConservative) {
     DeviceProfile profile;
     profile.workspace_centre_m = {0.01, 0.0, 0.0};

@@ -75,6 +75,7 @@ TEST(Simulation, InjectedEventsAreDeterministic) {
 
 // A hand that holds a needle still in tissue, while the patient does as he is made to: other tissue than
 // else comes to its tip, and no tick changes the force by more than a twentieth of a newton.
+// HZ-FORCE-04
 TEST(Simulation, AnInjectedEventMovesAHeldNeedleWithoutAJump) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
@@ -239,6 +240,7 @@ TEST(Simulation, APatientWhoStartsMovesUnderTheTool) {
 }
 
 // A device that the instructor lets fail: the force is gone within 20 ms, and comes back when asked for.
+// HZ-FORCE-08
 TEST(Simulation, AnInjectedFaultTakesTheForceUntilRearmed) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
@@ -285,6 +287,7 @@ TEST(Simulation, GoesOnFromAnyCopy) {
     }
 }
 
+// HZ-TEACH-13
 TEST(Simulation, EveryBitOfTheFoldCounts) {
     const patient::Package package = test::scriptedPackage();
     const std::uint64_t hash = play(package).hash;
@@ -353,6 +356,7 @@ void rise(Simulation& simulation, TickInput& input, double x_m) {
     EXPECT_EQ(out.stage, ForceStage::on);
 }
 
+// HZ-FORCE-03
 TEST(Simulation, APoseThatCannotBeNeverReachesTheModel) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
@@ -387,6 +391,7 @@ TEST(Simulation, APoseThatCannotBeNeverReachesTheModel) {
     }
 }
 
+// HZ-FORCE-12
 TEST(Simulation, FocusAndRearmAreCommands) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
@@ -413,6 +418,7 @@ TEST(Simulation, FocusAndRearmAreCommands) {
     EXPECT_EQ(out.faults, 0u);
 }
 
+// HZ-FORCE-10
 TEST(Simulation, ForcesReachTheDeviceInItsOwnFrame) {
     const patient::Package package = test::makeColumn({{Tissue::liver, 0.05}});
     const patient::Patient patient(package);

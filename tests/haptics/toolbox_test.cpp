@@ -86,6 +86,7 @@ TEST(Toolbox, ANeedleInTheBodyIsDrawnOutBeforeAnotherToolIsTaken) {
     EXPECT_EQ(b.out.tool, Tool::finger);
 }
 
+// HZ-FORCE-05
 TEST(Toolbox, ANeedleTakenUpInsideTheBodyIsNotFeltUntilItHasBeenOutside) {
     Bench b(0.0, Tool::scalpel);
     b.to(0.010);
@@ -188,6 +189,7 @@ TEST(Toolbox, ANeedleTakenUpElsewhereHasNotGoneThere) {
 }
 
 // The device told nonsense for a tick: a place within its reach, behind the patient.
+// HZ-FORCE-05
 TEST(Toolbox, ALeapOutsideIsNoWayThroughThePatient) {
     Bench b;
     b.to(-0.005);
@@ -206,6 +208,7 @@ TEST(Toolbox, ALeapOutsideIsNoWayThroughThePatient) {
     EXPECT_EQ(b.out.phase, Phase::held);
 }
 
+// HZ-FORCE-05
 TEST(Toolbox, ALeapOfANeedleInTheBodyIsNotBelieved) {
     Bench b;
     b.to(-0.005);
@@ -219,6 +222,7 @@ TEST(Toolbox, ALeapOfANeedleInTheBodyIsNotBelieved) {
     EXPECT_NEAR(b.out.force_n, force_n, 1e-9);
 }
 
+// HZ-FORCE-05
 TEST(Toolbox, ANeedleThatBeginsInsideIsNotFelt) {
     Bench b;
     b.to(0.010);

@@ -336,6 +336,7 @@ Package mixed() {
     return package;
 }
 
+// HZ-TEACH-16
 TEST(Contrast, KeepsEveryDropAndGivesTheSameHashEveryTime) {
     const Package package = mixed();
     const Patient patient(package);

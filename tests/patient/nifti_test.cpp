@@ -96,6 +96,7 @@ TEST(Nifti, SameVolumeSameBytesWithoutATime) {
         EXPECT_EQ(a[i], std::byte{0});
 }
 
+// HZ-TEACH-03
 TEST(Nifti, FlippedAxesAreTurnedBack) {
     const CtVolume straight = parsed(goodNifti());
     for (int axis = 0; axis < 3; ++axis) {
@@ -181,6 +182,7 @@ TEST(NiftiHostile, ExtraBytes) {
     expectRefused([&] { parsed(zip); }, "in.nii", "voxels");
 }
 
+// HZ-RECORD-14
 TEST(NiftiHostile, AbsurdSizes) {
     expectRefusedWith("dim[0]", 40, std::int16_t(0));
     expectRefusedWith("dim[0]", 40, std::int16_t(8));
@@ -214,6 +216,7 @@ TEST(NiftiHostile, FieldsOutOfRange) {
     expectRefusedWith("offset", 292, 1e6f);
 }
 
+// HZ-TEACH-03
 TEST(NiftiHostile, Orientation) {
     expectRefusedWith("sform_code", 254, std::int16_t(0));
     expectRefusedWith("sform", 284, 0.1f);   // oblique
@@ -235,6 +238,7 @@ TEST(NiftiHostile, Values) {
 }
 
 // Whatever one bit does, the answer is a volume or a DataError.
+// HZ-RECORD-14
 TEST(NiftiHostile, BitFlips) {
     const Bytes plain = goodNifti(), zip = zipped(plain);
     int refused = 0;

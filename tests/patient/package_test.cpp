@@ -99,6 +99,7 @@ TEST_F(SavedPackage, SameBytesAgain) {
         EXPECT_EQ(test::fileBytes(folder_ / name), test::fileBytes(temp_ / "again" / name)) << name;
 }
 
+// HZ-RECORD-13
 TEST_F(SavedPackage, IsReplacedWholeAndLeavesNothingBehind) {
     std::ofstream(folder_ / "paths.json") << "[]";
     Package p = fullPackage();
@@ -291,6 +292,7 @@ TEST(SavePackage, RefusesWhatCouldNotBeLoaded) {
     EXPECT_TRUE(fs::is_empty(temp.path()));
 }
 
+// HZ-RECORD-13
 TEST(SavePackage, SparesForeignFolders) {
     const test::TempFolder temp;
     fs::create_directory(temp / "photos");
@@ -299,6 +301,7 @@ TEST(SavePackage, SparesForeignFolders) {
     EXPECT_TRUE(fs::exists(temp / "photos" / "cat.jpg"));
 }
 
+// HZ-TEACH-07
 TEST(Digest, CoversWhatForcesDependOn) {
     const Package good = fullPackage();
     std::vector<std::uint64_t> digests{digest(good)};

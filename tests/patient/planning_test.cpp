@@ -523,6 +523,7 @@ TEST_F(SavedPaths, ComeBackBitEqual) {
     }
 }
 
+// HZ-RECORD-14
 TEST_F(SavedPaths, HostileFilesAreRefused) {
     expectRefusedAs("", "json");
     expectRefusedAs(text_ + "x", "json");

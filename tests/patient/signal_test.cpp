@@ -238,6 +238,7 @@ void expectSmooth(const BreathPlan& plan, double fastest_per_s) {
     EXPECT_GT(sum_v, 50.0);
 }
 
+// HZ-FORCE-04
 TEST(IrregularSignal, NeverJumps) {
     for (std::uint64_t seed = 1; seed <= 5; ++seed)
         expectSmooth(restless(seed), 5.0);

@@ -20,6 +20,7 @@ Package everyKind() {
     return package;
 }
 
+// HZ-TEACH-19
 TEST(TissueMap, SaysOfEveryVoxelWhatAlgorithm1SaysOfIt) {
     const Package package = everyKind();
     const Patient patient(package);

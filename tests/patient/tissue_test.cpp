@@ -26,6 +26,7 @@ TissueSample sampleOf(int ct_hu, TrackFlags flags, std::uint8_t label = 0) {
     return Patient(p).at(Index3(0), flags);
 }
 
+// HZ-TEACH-19
 TEST(Tissue, ThresholdsAreLowerBounds) {
     const Thresholds t = test::tissueDefaults().thresholds;
     EXPECT_EQ(sampleOf(int(t.t0_hu) - 1, kOutside).tissue, Tissue::air);
@@ -49,6 +50,7 @@ TEST(Tissue, NoSecondSkinInside) {
     EXPECT_EQ(sampleOf(-400, kPastFascia).tissue, Tissue::soft);
 }
 
+// HZ-TEACH-19
 TEST(Tissue, ALabelDecidesWhateverTheCtSays) {
     for (const Label& label : test::tissueLabels())
         for (const int ct_hu : {-1000, 0, 1500})
@@ -67,6 +69,7 @@ TEST(Tissue, BeyondTheGridIsAir) {
     EXPECT_EQ(Patient(p).at(Index3(0, -1, 0), kPastSkin), (TissueSample{Tissue::air, 0, Role::risk}));
 }
 
+// HZ-TEACH-02
 TEST(Tissue, ShippedTableIsTableOne) {
     const TissueTable& t = test::tissueDefaults().tissues;
     EXPECT_EQ(t[std::size_t(Tissue::skin)], (TissueRow{0.7, 0.7, 800.0, true, Role::pass}));

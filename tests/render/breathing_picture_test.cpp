@@ -14,6 +14,7 @@
 namespace stylet::render {
 namespace {
 
+// HZ-TEACH-15
 TEST(DeformTables, AgreeWithThePointFunctions) {
     const patient::Package package = test::makeTrunk(0.01);
     const patient::MotionModel& model = package.motion;
@@ -75,6 +76,7 @@ TEST(DeformTables, AreTheSameWithoutWiderInstructions) {
 }
 
 // The shader's own reading: half floats, and the device's filter.
+// HZ-TEACH-15
 TEST(DeformTables, AreReadByTheGpuAsThePointFunctionsSay) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     const patient::Package package = test::makeTrunk(0.01);
@@ -111,6 +113,7 @@ TEST(DeformTables, AreStillWithoutMotion) {
     EXPECT_EQ(referenceFromTables(tables, {0.1, -0.2, 3.0}), Vec3(0.1, -0.2, 3.0));
 }
 
+// HZ-TEACH-15
 TEST(BreathingPicture, ABallInTheCavityMovesAsTheModelSays) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     patient::Package package = test::makeBall(patient::Tissue::bone, 0.015, 0.045, 0.002);

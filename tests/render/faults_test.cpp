@@ -57,6 +57,7 @@ TEST_F(FaultsTest, ALostDeviceIsNamed) {
     }
 }
 
+// HZ-TEACH-21
 TEST_F(FaultsTest, AVolumeBeyondTheDevicesLimitIsShownCoarser) {
     RenderScene scene;
     scene.table = false;
@@ -88,6 +89,7 @@ TEST_F(FaultsTest, WithoutRoomForTheVolumeItIsShownCoarser) {
     EXPECT_NE(renderer.notes()[0].find("memory"), std::string::npos) << renderer.notes()[0];
 }
 
+// HZ-TEACH-21
 TEST_F(FaultsTest, WithoutRoomForAnythingItIsSaid) {
     fail("STYLET_FAULT_MEMORY", 1000);
     try {

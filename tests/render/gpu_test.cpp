@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <vector>
 
+#include "render/pipeline_cache_file.h"
 #include "tests/render/pictures.h"
 #include "tests/support/temp_folder.h"
 
@@ -99,6 +101,21 @@ TEST_F(GpuTest, KeepsThePipelineCache) {
     EXPECT_GT(std::filesystem::file_size(file), 0u);
     std::ofstream(file, std::ios::binary) << "not a cache";
     EXPECT_NO_THROW(Gpu({.pipeline_cache = file}));
+}
+
+// HZ-RECORD-14
+TEST(PipelineCacheFile, NothingDamagedReachesTheDriver) {
+    const std::vector<std::uint8_t> driver{1, 2, 3, 4, 5};
+    const std::vector<std::uint8_t> file = sealedCache(driver);
+    const auto found = cacheIn(file);
+    EXPECT_EQ(std::vector<std::uint8_t>(found.begin(), found.end()), driver);
+    for (std::size_t size = 0; size < file.size(); ++size)
+        EXPECT_TRUE(cacheIn(std::span(file).first(size)).empty()) << size;
+    for (std::size_t bit = 0; bit < 8 * file.size(); ++bit) {
+        std::vector<std::uint8_t> flipped = file;
+        flipped[bit / 8] ^= std::uint8_t(1u << bit % 8);
+        EXPECT_TRUE(cacheIn(flipped).empty()) << bit;
+    }
 }
 
 }  // namespace

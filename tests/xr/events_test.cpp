@@ -11,6 +11,7 @@ using testing::IsEmpty;
 
 class EventsTest : public SessionTest {};
 
+// HZ-FORCE-13
 TEST_F(EventsTest, ARecentredStageIsToldWithItsTimeAndPose) {
     // A quarter turn to the left and a step: where the old stage sees the new one.
     useScenario(R"("events": [{"frame": 8, "recenter": {"space": "stage", "delay_s": 0.05,

@@ -63,6 +63,7 @@ int makePanel(Show& show, std::uint32_t width, std::uint32_t height, const std::
 }
 
 // The head turns up elsewhere while a frame is prepared: the clearest of differences between two looks.
+// HZ-TEACH-04
 TEST_F(LayersTest, WhatIsSubmittedAreTheViewsOfTheLateUpdate) {
     setVariable("XRMOCK_CONTROL", folder_ / "control");
     Frame early, late;

@@ -127,6 +127,7 @@ class HeadsetTest : public testing::Test {
     bool more_ = true;
 };
 
+// HZ-RECORD-12
 TEST_F(HeadsetTest, ALostSessionIsMadeAnewAndTheAttemptDoesNotEnd) {
     play(R"({"events": [{"frame": 6, "session_loss": {"lost_after_s": 0}}]})");
     show(5);
@@ -198,6 +199,7 @@ TEST_F(HeadsetTest, WhoLooksAwayIsToldThatTheAttemptWaits) {
     EXPECT_EQ(loop_->totals().validation_messages, 0u);
 }
 
+// HZ-FORCE-12
 TEST_F(HeadsetTest, AHeadsetTakenOffIsNobodyLooking) {
     play(R"({"events": [{"frame": 6, "user_presence": false}, {"frame": 10, "user_presence": true}]})");
     show(5);
@@ -255,6 +257,7 @@ TEST_F(HeadsetTest, DepthGoesToTheRuntimeAndViewsAreOnTime) {
 
 // With a registered device the room is where the device is. A recentred runtime changes what poses mean: the
 // picture stays, the force goes until its user says that all is well.
+// HZ-FORCE-13
 TEST_F(HeadsetTest, ARoomThatMovedIsDrawnWhereItWasAndItsUserIsAsked) {
     Registration device;
     device.key = {"bridge", "bridge", "stage", ""};

@@ -157,6 +157,7 @@ TEST_F(MachinePicturesTest, WhatThereIsIsSaved) {
 }
 
 // More voxels along an edge than an image can have: the machines are off, the attempt goes on.
+// HZ-TEACH-21
 TEST(MachineLimits, APatientTooLargeForTheDeviceLeavesTheScreensDark) {
     patient::Package package = test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::liver, 0.098}}, 0.002);
     render::Gpu gpu({});

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "app/modeller/build/coarse_grid.h"
+#include "app/modeller/handover_files.h"
 #include "app/modeller/image_handover.h"
 #include "app/modeller/vector_field.h"
 
@@ -100,20 +101,6 @@ void writeImage(const std::filesystem::path& file, const FloatVolume& image) {
     if (!out.flush()) throw ImportError(file.string() + ": cannot be written");
 }
 
-VectorField readField(const std::filesystem::path& file, const Grid& grid) {
-    FieldHandover h;
-    VectorField field(grid);
-    std::ifstream in(file, std::ios::binary);
-    if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kFieldMagic ||
-        h.dims != std::array<std::int64_t, 3>{grid.dims.x, grid.dims.y, grid.dims.z} ||
-        !in.read(reinterpret_cast<char*>(field.voxels.data()),
-                 std::streamsize(field.voxels.size() * sizeof(glm::vec3))))
-        throw ImportError("the registration of an atlas left no field");
-    for (glm::vec3& v : field.voxels)
-        v *= 1e-3f;
-    return field;
-}
-
 VectorField registered(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings) {
     const PrivateFolder folder;
     const auto at = [&](const char* name) { return folder.path() / name; };
@@ -122,7 +109,11 @@ VectorField registered(const FloatVolume& target, const AtlasImage& atlas, const
     runChild(childProgram(settings.program, "stylet-register"),
              {at("fixed"), at("moving"), at("field"), std::to_string(settings.iterations)}, settings.limits,
              atlas.name, "the registration");
-    return readField(at("field"), target.grid);
+    VectorField field = takeField(at("field"));
+    if (field.grid.dims != target.grid.dims)
+        throw ImportError("the registration of an atlas left another grid");
+    field.grid = target.grid;
+    return field;
 }
 
 // Adds the atlas's votes: its organ at each place, weighed by how alike the two are there.

@@ -125,6 +125,7 @@ TEST(CheckPackage, APlausiblePatientIsNotRefused) {
     EXPECT_EQ(allOf(checkPackage(good(), 1)), allOf(findings));
 }
 
+// HZ-TEACH-08
 TEST(CheckPackage, WhatAPunctureNeedsMustBeThere) {
     expectFound(relabel({Id::skin}, Id::fat), "skin", true);
     expectFound(relabel({Id::liver, Id::tumour}, Id::spleen), "liver", true);
@@ -207,6 +208,7 @@ TEST(CheckPackage, TheLiversVolumeIsAnAdults) {
         "voxel size in z", true);
 }
 
+// HZ-TEACH-08
 TEST(CheckPackage, ACropThroughTheLiverOrTheBodyIsRefused) {
     const auto [low, high] = liverHeights();
     const int above = good().ct.grid.dims.z - 1 - high;
@@ -229,12 +231,14 @@ TEST(CheckPackage, ACropThroughTheLiverOrTheBodyIsRefused) {
         "body at the image's four sides", true);
 }
 
+// HZ-TEACH-03
 TEST(CheckPackage, MirroredPatientsAreRefused) {
     expectFound(mirror(0), "liver to the right of the body's middle", true);
     expectFound(mirror(1), "liver in front of the spine", true);
     expectFound(mirror(2), "lungs above the liver", true);
 }
 
+// HZ-TEACH-08
 TEST(CheckPackage, AMotionThatFoldsIsRefused) {
     expectFound(
         [](Package& p) {

@@ -114,6 +114,7 @@ TEST(ImportBuild, APackageTooLargeToLoadIsRefusedWithASpacingThatFits) {
     EXPECT_EQ(refusal(t, s).find("smallest spacing"), std::string::npos);
 }
 
+// HZ-TEACH-03
 TEST(ImportBuild, LabelsKeepTheirPlaceAndVolume) {
     const auto& p = built().package;
     EXPECT_EQ(p.labels.nearestOr({0.050, 0.025, 0.130}, 0), idOf("liver"));

@@ -22,6 +22,7 @@ using test::TempFolder;
 using test::writeStack;
 
 // The parent's side: whatever the child does, one sentence comes back.
+// HZ-RECORD-14
 TEST(ImportImage, TheChildIsHeldToItsLimits) {
     TempFolder temp;
     writeStack(temp / "ct", stack(4));
@@ -56,6 +57,7 @@ TEST(ImportImage, TheChildIsHeldToItsLimits) {
 }
 
 // A reader taken over by the file it reads hands over whatever it likes.
+// HZ-RECORD-14
 TEST(ImportImage, WhatTheChildHandsOverIsCheckedAgain) {
     TempFolder temp;
     test::writeBytes(temp / "image.nii", test::goodNifti());

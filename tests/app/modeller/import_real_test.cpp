@@ -183,6 +183,7 @@ TEST_F(ImportReal, VolumesAreThePublishedOnes) {
     EXPECT_LT(ducts * voxel_ml, 45.0);
 }
 
+// HZ-TEACH-03
 TEST_F(ImportReal, TheLiverLiesOnTheRightAndTheSpleenOnTheLeft) {
     const auto& v = imported_->package.labels;
     double liver = 0.0, liver_count = 0.0, spleen = 0.0, spleen_count = 0.0;

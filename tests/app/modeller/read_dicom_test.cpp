@@ -21,6 +21,7 @@ using test::stack;
 using test::TempFolder;
 using test::writeStack;
 
+// HZ-TEACH-03
 TEST(ReadDicom, DicomKeepsEveryVoxelInItsPlace) {
     TempFolder temp;
     // Three orientations: axial, axial lying prone, sagittal with columns running down.
@@ -275,6 +276,7 @@ TEST(ReadDicom, EmptyAndForeignFoldersAreRefused) {
     EXPECT_NE(refusal(temp / "nowhere").find("no such file"), std::string::npos);
 }
 
+// HZ-RECORD-14
 TEST(ReadDicom, HostileDicomEndsInASentence) {
     const std::vector<char> good = test::dicomBytes(stack(1)[0]);
     std::uint32_t seed = 12345;

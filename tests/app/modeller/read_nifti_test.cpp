@@ -18,6 +18,7 @@ using test::reader;
 using test::refusal;
 using test::TempFolder;
 
+// HZ-TEACH-03
 TEST(ReadNifti, NiftiIsReadWhereItLies) {
     TempFolder temp;
     test::writeBytes(temp / "ct.nii", test::goodNifti());

@@ -120,6 +120,7 @@ TEST_F(OutboxTest, SendsAllOfAnAttempt) {
     EXPECT_EQ(count("file"), 2);
 }
 
+// HZ-RECORD-09
 TEST_F(OutboxTest, WhatIsSentTwiceIsThereOnce) {
     const std::string id = someAttempt(store_);
     ASSERT_EQ(sendOutbox(store_, postgres_->url()).sent, 1u);
@@ -135,6 +136,7 @@ TEST_F(OutboxTest, WhatIsSentTwiceIsThereOnce) {
     EXPECT_EQ(count("file_part"), 3);
 }
 
+// HZ-RECORD-08
 TEST_F(OutboxTest, DeletionReachesTheCentre) {
     someAttempt(store_, "T-01");
     const std::string kept = someAttempt(store_, "T-02");
@@ -166,6 +168,7 @@ TEST_F(OutboxTest, AFileThatChangedStaysWithItsReasonAndKeepsNobodyElseWaiting) 
     EXPECT_EQ(count("attempt"), 1) << "nothing of the other";
 }
 
+// HZ-RECORD-09
 TEST_F(OutboxTest, ADatabaseThatIsGoneCostsNothing) {
     someAttempt(store_);
     postgres_->stop();
@@ -186,6 +189,7 @@ TEST_F(OutboxTest, ADatabaseThatIsGoneCostsNothing) {
     }
 }
 
+// HZ-RECORD-03
 TEST_F(OutboxTest, OneSenderAtATime) {
     someAttempt(store_);
     const auto other = FileLock::tryTake(store_.folder() / ".sending");
@@ -204,6 +208,7 @@ TEST_F(OutboxTest, RefusesACentreThatIsTooNew) {
 }
 
 // Attempts are stored and sent while the server crashes and comes back, again and again.
+// HZ-RECORD-09
 TEST_F(OutboxTest, ARestartInTheMiddleLosesNothing) {
     std::atomic<int> stored = 0;
     {
@@ -232,6 +237,7 @@ TEST_F(OutboxTest, ARestartInTheMiddleLosesNothing) {
 }
 
 // Another session holds the table: the sender hangs in the database, and nobody else notices.
+// HZ-RECORD-09
 TEST_F(OutboxTest, ASlowDatabaseIsNeverInTheWay) {
     someAttempt(store_);
     ASSERT_EQ(sendOutbox(store_, postgres_->url()).sent, 1u);

@@ -27,6 +27,7 @@ extern "C" int fdatasync(int descriptor) {
 namespace stylet::records {
 namespace {
 
+// HZ-RECORD-01
 TEST(Disk, ARecordIsForcedToItAsItBeginsOnceASecondAndAsItEnds) {
     const test::TempFolder temp;
     folder_syncs = file_syncs = 0;

@@ -157,6 +157,7 @@ void check(const Store& store, const std::map<std::string, Promised>& promised, 
     ASSERT_TRUE(store.unknownFolders().empty());
 }
 
+// HZ-RECORD-01
 TEST(Kill, NothingAcknowledgedIsLostAndTheRestIsReported) {
     keepInMemory();
     std::mt19937 random(std::random_device{}());
@@ -189,6 +190,7 @@ TEST(Kill, NothingAcknowledgedIsLostAndTheRestIsReported) {
 }
 
 // The limit stands for the disk's end: records first, then the index itself.
+// HZ-RECORD-02
 TEST(DiskFull, IsSaidAndCostsNothingStoredBefore) {
     for (const std::uint64_t room : {0, 4000, 30000, 70000, 150000}) {
         const test::TempFolder temp;
@@ -212,6 +214,7 @@ struct Mounted {
 };
 
 // A disk of its own, where who tests may mount one.
+// HZ-RECORD-02
 TEST(DiskFull, OfARealDisk) {
     const test::TempFolder temp;
     std::filesystem::create_directory(temp / "disk");
@@ -243,6 +246,7 @@ TEST(DiskFull, OfARealDisk) {
     }
 }
 
+// HZ-RECORD-02
 TEST(DiskFull, DeletingMakesRoom) {
     const test::TempFolder temp;
     std::filesystem::create_directory(temp / "disk");

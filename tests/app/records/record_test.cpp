@@ -213,6 +213,7 @@ TEST_F(RecordFile, LosesNothingWhenNoTickIsMissing) {
     EXPECT_FALSE(loadRecord(folder_).info.lost);
 }
 
+// HZ-RECORD-03
 TEST_F(RecordFile, NeverStandsWithItsInfoBesideTheInputsOfAnother) {
     std::filesystem::remove(inputs_);
     std::filesystem::create_directory(inputs_);  // cannot be opened for writing, by root neither
@@ -220,6 +221,7 @@ TEST_F(RecordFile, NeverStandsWithItsInfoBesideTheInputsOfAnother) {
     EXPECT_FALSE(std::filesystem::exists(folder_ / "record.json"));
 }
 
+// HZ-RECORD-02
 TEST_F(RecordFile, AFullDiskIsSaidToBeFull) {
     std::filesystem::remove(inputs_);
     std::filesystem::create_symlink("/dev/full", inputs_);
@@ -238,6 +240,7 @@ TEST_F(RecordFile, KeepsAFolderWhoseNameIsNoUtf8) {
     EXPECT_EQ(loadRecord(folder_).info.patient_folder, "/some\xef\xbf\xbdwhere");  // U+FFFD
 }
 
+// HZ-RECORD-01
 TEST_F(RecordFile, CutsATornTailAtTheLastWholeFrame) {
     rewrite(bytes_.substr(0, bytes_.size() - 1));
     const Record record = loadRecord(folder_);
@@ -252,6 +255,7 @@ TEST_F(RecordFile, CutsExtraBytes) {
     EXPECT_EQ(record.torn_bytes, 4u);
 }
 
+// HZ-RECORD-01
 TEST_F(RecordFile, LoadsOrRefusesEveryTruncation) {
     for (std::size_t size = 0; size < bytes_.size(); size += size < 800 ? 1 : 997) {
         rewrite(bytes_.substr(0, size));
@@ -264,6 +268,7 @@ TEST_F(RecordFile, LoadsOrRefusesEveryTruncation) {
     }
 }
 
+// HZ-RECORD-07
 TEST_F(RecordFile, NeverTakesAFlippedByteForATick) {
     for (std::size_t at = 0; at < bytes_.size(); at += at < 800 ? 1 : 499) {
         std::string bytes = bytes_;
@@ -285,6 +290,7 @@ TEST_F(RecordFile, RefusesAnotherKindOfFile) {
     expectRefused(bytes, "magic");
 }
 
+// HZ-RECORD-06
 TEST_F(RecordFile, RefusesAnotherVersion) {
     std::string bytes = bytes_;
     bytes[8] = char(kRecordVersion + 1);

@@ -115,6 +115,7 @@ TEST_F(SamplesFile, AMissingTickBeginsANewFrame) {
     expectSame(samples.samples.back(), someSample(kTicks + 5));
 }
 
+// HZ-RECORD-01
 TEST_F(SamplesFile, CutsATornTailAtTheLastWholeFrame) {
     for (std::size_t cut = 1; cut < bytes_.size() - 100; cut += 997) {
         const std::span<const unsigned char> part = std::span(bytes_).first(bytes_.size() - cut);
@@ -125,6 +126,7 @@ TEST_F(SamplesFile, CutsATornTailAtTheLastWholeFrame) {
     }
 }
 
+// HZ-RECORD-07
 TEST_F(SamplesFile, NeverTakesAFlippedByteForASample) {
     for (std::size_t place = 0; place < bytes_.size(); place += 211) {
         std::vector<unsigned char> flipped = bytes_;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "app/records/export.h"
 #include "app/records/frames.h"
@@ -57,6 +59,7 @@ void recordInto(const path& folder, std::uint64_t ticks) {
         writer.add({}, tick, tick);
 }
 
+// HZ-RECORD-04
 TEST(Store, GivesBackWhatWasStored) {
     const test::TempFolder temp;
     std::string id, second;
@@ -102,6 +105,7 @@ TEST(Store, GivesBackWhatWasStored) {
     EXPECT_TRUE(std::filesystem::is_empty(found.folder)) << "no trace of the writer's lock";
 }
 
+// HZ-RECORD-04, HZ-RECORD-10
 TEST(Store, TakesPseudonymsOnly) {
     const test::TempFolder temp;
     Store store(temp / "s");
@@ -114,6 +118,7 @@ TEST(Store, TakesPseudonymsOnly) {
     EXPECT_NO_THROW(checkTrainee("S-3_b.2"));
 }
 
+// HZ-RECORD-01
 TEST(Store, RecoversWhatItsWriterLeft) {
     const test::TempFolder temp;
     std::string torn, early;
@@ -139,6 +144,7 @@ TEST(Store, RecoversWhatItsWriterLeft) {
     EXPECT_TRUE(Store(temp / "s").recovered().empty()) << "only once";
 }
 
+// HZ-RECORD-03
 TEST(Store, AnAttemptBeingWrittenIsNotRecovered) {
     const test::TempFolder temp;
     Store writer(temp / "s");
@@ -152,6 +158,7 @@ TEST(Store, AnAttemptBeingWrittenIsNotRecovered) {
     EXPECT_NE(complaintOf([&] { writer.finish(id, {}); }), "") << "once";
 }
 
+// HZ-RECORD-08
 TEST(Store, AnAcknowledgedAttemptIsForgottenOnRequestAndReally) {
     const test::TempFolder temp;
     Store store(temp / "s");
@@ -178,6 +185,7 @@ TEST(Store, AnAcknowledgedAttemptIsForgottenOnRequestAndReally) {
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(temp / "s" / "attempts"), {}), 1);
 }
 
+// HZ-RECORD-08
 TEST(Store, ADeletionThatWasKilledIsCompleted) {
     const test::TempFolder temp;
     std::string id;
@@ -193,6 +201,7 @@ TEST(Store, ADeletionThatWasKilledIsCompleted) {
     EXPECT_TRUE(store.unknownFolders().empty());
 }
 
+// HZ-RECORD-08
 TEST(Store, ADeletionIsKnownUntilTheLogIsEmpty) {
     const test::TempFolder temp;
     const path file = temp / "s" / "store.sqlite";
@@ -234,6 +243,7 @@ TEST(Store, OneThatCannotBeRecoveredLeavesTheOthersTheStore) {
     EXPECT_EQ(store.attempts().size(), 1u);
 }
 
+// HZ-RECORD-03
 TEST(Store, NobodyWaitsForEventsWhileAnotherProcessWrites) {
     const test::TempFolder temp;
     Store store(temp / "s");
@@ -259,6 +269,7 @@ TEST(Store, AnAbandonedAttemptLeavesNothing) {
     EXPECT_NE(complaintOf([&] { store.finish(id, {}); }).find("not being written"), std::string::npos);
 }
 
+// HZ-RECORD-08
 TEST(Store, KeepsItsHandsOffFoldersItDoesNotKnow) {
     const test::TempFolder temp;
     std::filesystem::create_directories(temp / "s" / "attempts" / "whose");
@@ -270,6 +281,7 @@ TEST(Store, KeepsItsHandsOffFoldersItDoesNotKnow) {
     EXPECT_EQ(store.unknownFolders()[0].filename(), "whose");
 }
 
+// HZ-RECORD-06
 TEST(Store, OpensEveryOlderSchema) {
     for (std::size_t version = 1; version <= schemaSteps().size(); ++version) {
         const test::TempFolder temp;
@@ -309,6 +321,7 @@ TEST(Store, OpensEveryOlderSchema) {
     }
 }
 
+// HZ-RECORD-07
 TEST(Store, NamesAFlippedByte) {
     const test::TempFolder temp;
     Store store(temp / "s");
@@ -344,6 +357,7 @@ TEST(Store, NamesAFlippedByte) {
     EXPECT_NE(damage[2].find("summary.json: cannot be checked"), std::string::npos);
 }
 
+// HZ-RECORD-11
 TEST(Export, NoTextIsTakenForAFormula) {
     const test::TempFolder temp;
     Store store(temp / "s");
@@ -390,6 +404,7 @@ TEST(Store, QueuesWhatTheCentreIsToKnow) {
     EXPECT_EQ(entries[1].what, cut);
 }
 
+// HZ-RECORD-06
 TEST(Store, RefusesWhatIsNoStoreOrTooNew) {
     const test::TempFolder temp;
     for (const char* name : {"text", "other", "newer"})
@@ -402,6 +417,12 @@ TEST(Store, RefusesWhatIsNoStoreOrTooNew) {
     }
     SQLite::Database((temp / "newer" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("PRAGMA user_version = 999");
+    {
+        Store(temp / "odd");
+    }
+    SQLite::Database((temp / "odd" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
+        .exec("PRAGMA user_version = -1");
+    EXPECT_NE(complaintOf([&] { Store(temp / "odd"); }).find("below 0"), std::string::npos);
     EXPECT_NE(complaintOf([&] { Store(temp / "text"); }).find("database"), std::string::npos);
     const std::string others = bytesOf(temp / "other" / "store.sqlite");
     EXPECT_NE(complaintOf([&] { Store(temp / "other"); }).find("not a Stylet store"), std::string::npos);
@@ -410,6 +431,56 @@ TEST(Store, RefusesWhatIsNoStoreOrTooNew) {
     EXPECT_NE(complaintOf([&] { Store("/proc/nothing"); }), "");
     EXPECT_NE(complaintOf([&] { Store(temp / "fresh").attempt("nobody"); }).find("there is none"),
               std::string::npos);
+}
+
+// HZ-RECORD-05
+TEST(Store, AClockThatWasSetBackChangesNoOrder) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    const std::string first = store.begin(someInfo());
+    store.finish(first, someResult());
+    // As if the clock had been a year ahead then.
+    SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
+        .exec("UPDATE attempt SET started_utc = '2999-01-01T00:00:00.000Z'");
+    std::vector<std::string> ids{first};
+    for (int i = 0; i < 20; ++i) {  // within one second, too
+        ids.push_back(store.begin(someInfo()));
+        store.finish(ids.back(), someResult());
+    }
+    std::vector<std::string> listed;
+    for (const StoredAttempt& attempt : store.attempts("T-01"))
+        listed.push_back(attempt.id);
+    EXPECT_EQ(listed, ids);
+}
+
+// HZ-RECORD-08
+TEST(Store, NoRowNamesAFolderBesideTheStores) {
+    const test::TempFolder temp;
+    std::filesystem::create_directories(temp / "precious");
+    for (const std::string& id :
+         std::vector<std::string>{"..", ".", "", "../../precious", (temp / "precious").string()}) {
+        std::filesystem::remove_all(temp / "s");
+        std::string kept;
+        {
+            Store store(temp / "s");
+            kept = store.begin(someInfo("T-02"));
+            store.finish(kept, someResult());
+            store.finish(store.begin(someInfo("T-01")), someResult());
+            SQLite::Database other((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
+            SQLite::Statement forged(other, "UPDATE attempt SET id = ? WHERE trainee = 'T-01'");
+            forged.bind(1, id);
+            forged.exec();
+            EXPECT_NE(complaintOf([&] { store.eraseTrainee("T-01"); }), "") << id;
+            SQLite::Statement doomed(other, "INSERT INTO doomed (folder) VALUES (?)");
+            doomed.bind(1, id);
+            doomed.exec();
+        }
+        const Store store(temp / "s");
+        EXPECT_NE(store.news(), std::vector<std::string>()) << id;
+        EXPECT_TRUE(std::filesystem::is_directory(temp / "precious")) << id;
+        EXPECT_TRUE(std::filesystem::is_directory(store.folderOf(kept))) << id;
+        EXPECT_EQ(store.attempt(kept).info.trainee, "T-02") << id;
+    }
 }
 
 TEST(Frames, TheWholePartEndsBeforeTheFirstFrameThatIsNot) {

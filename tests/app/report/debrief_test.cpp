@@ -59,15 +59,17 @@ TEST(Debrief, ReadsSamplesAndSaysWhatItCouldNot) {
     EXPECT_TRUE(has(html, "The needle did not enter the body."));
 }
 
+// HZ-TEACH-20
 TEST(Debrief, AttemptPageTellsWhatHappened) {
     const TempFolder folder;
     const AttemptFiles a = madeUp(folder, 20000);
     AttemptContext context;
     context.cohort = stylet::test::madeUpCohort();
     const AttemptReport report = attemptReport(a, context);
-    for (const char* text : {"71.0 of 100", "Force over depth", "Timeline", "Score", "Stills", "Facts",
-                             "duct, left eye", "near misses", "1.4 mm from the portal vein",
-                             "Registration error", "image/jpeg", "Tools in hand: finger, probe, scalpel"})
+    for (const char* text :
+         {"71.0 of 100", "Force over depth", "Timeline", "Score", "Stills", "Facts", "duct, left eye",
+          "near misses", "1.4 mm from the portal vein", "Registration error", "Device", "scripted",
+          "image/jpeg", "Tools in hand: finger, probe, scalpel"})
         EXPECT_TRUE(has(report.html, text)) << text;
     EXPECT_FALSE(has(report.html, "duct, right"));
     EXPECT_FALSE(has(report.html, "<script>alert"));
@@ -200,6 +202,7 @@ TEST(Debrief, CohortRanksByMedian) {
     EXPECT_TRUE(has(cohortReport("Nobody", {}).html, "0 attempts"));
 }
 
+// HZ-RECORD-04
 TEST(Debrief, TraineePageHasEveryAttempt) {
     const auto cohort = stylet::test::madeUpCohort();
     std::vector<stylet::records::StoredAttempt> own;

@@ -65,6 +65,7 @@ TEST(Page, NumbersForReaders) {
     EXPECT_EQ(clockText(NAN), "–");
 }
 
+// HZ-RECORD-11
 TEST(Page, TextNeverBecomesMarkup) {
     Page page(kHostile, kHostile, kHostile);
     page.headlines({{kHostile, kHostile}});

@@ -41,6 +41,7 @@ TEST(SlicePlanes, HoldTheNeedleOrStandAcrossIt) {
     }
 }
 
+// HZ-TEACH-04
 TEST(SlicePlanes, AreTurnedAsRadiologistsRead) {
     const auto planes = slicePlanes(needleAt({0, 0, 0}, {-1, 0, 0}));
     EXPECT_LT(glm::length(planes[0].right - Vec3(-1, 0, 0)), 1e-9);  // patient's right on the left

@@ -176,6 +176,7 @@ TEST(Xapi, SameAttemptSameStatements) {
     EXPECT_NE(exported({a})[0].at("id"), exported({a}, "https://other.example")[0].at("id"));
 }
 
+// HZ-RECORD-10
 TEST(Xapi, NamesNobody) {
     const std::string text = xapiStatements({madeUpAttempt("a", "t", 80.0, true)}, {});
     EXPECT_EQ(text.find("reference patient"), std::string::npos);

@@ -41,6 +41,7 @@ TEST(KeptBlocks, ComeBackInOrder) {
     EXPECT_TRUE(KeptBlocks(temp / "none", 7, 0).all().empty());
 }
 
+// HZ-RECORD-13
 TEST(KeptBlocks, OthersAreNotTaken) {
     const test::TempFolder temp;
     keepAll(KeptBlocks(temp / "blocks", 7, kPaths));
@@ -51,6 +52,7 @@ TEST(KeptBlocks, OthersAreNotTaken) {
     EXPECT_FALSE(KeptBlocks(temp / "blocks", 7, kPaths).has(1));
 }
 
+// HZ-RECORD-13
 TEST(KeptBlocks, DamageIsNoticed) {
     const test::TempFolder temp;
     const KeptBlocks kept(temp / "blocks", 7, kPaths);

@@ -82,6 +82,7 @@ TEST(StudyPair, LiesOnTheReferencesVoxelsUnderOneTable) {
     EXPECT_GT(pair.reference_share, 0.9);
 }
 
+// HZ-TEACH-11
 TEST(StudyPair, OfTwoCtsIsRefused) {
     const patient::Package truth = test::slabs(0.02);
     patient::Package found = truth;
@@ -105,6 +106,7 @@ TEST(StudyPair, OfTwoCtsIsRefused) {
     expectRefusedAs("voxels: 100.0 %");
 }
 
+// HZ-TEACH-11
 TEST(StudyPair, OfLabelsThatWereNotMadeApartIsRefused) {
     const patient::Package truth = test::slabs(0.02);
     const auto expectRefusedAs = [&](const patient::Package& found, const std::string& field) {

@@ -64,6 +64,7 @@ TEST_F(StudyReport, SaysWhatTheRunFound) {
     EXPECT_EQ(contents(out() / "report.html"), html);
 }
 
+// HZ-RECORD-11
 TEST_F(StudyReport, TextOfOthersIsNoMarkup) {
     const std::string hostile = "</script><script>alert(1)</script><img src=x>\xFF";
     ReportedStudy study = readStudy(out());

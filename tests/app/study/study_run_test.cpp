@@ -147,6 +147,7 @@ TEST_F(StudyRun, RanksComeToTheSameBytes) {
     }
 }
 
+// HZ-RECORD-13
 TEST_F(StudyRun, ALostRankLeavesWhatIsFinished) {
     const Outcome whole = shell(command("all", "whole"));
     ASSERT_EQ(whole.status, 0) << whole.text;

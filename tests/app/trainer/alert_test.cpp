@@ -30,6 +30,7 @@ TEST(AlertWatch, SaysWhatIsStruckForAsLongAndAMomentLonger) {
     EXPECT_FALSE(watch.take(at(1.0 + 1.1 * kAlertLeast_s)));
 }
 
+// HZ-TEACH-17
 TEST(AlertWatch, TheTargetIsReachedOnceAndAStrikeGoesBeforeIt) {
     AlertWatch watch(0.001);
     Seen reached = at(2.0);
@@ -124,6 +125,7 @@ TEST(AlertPicture, PatternsDifferWithoutTheirColours) {
 }
 
 // A strike that lasts for less than a frame is seen, and named.
+// HZ-TEACH-17
 TEST(AlertWatch, AStrikeBetweenTwoFramesIsNamed) {
     AlertWatch watch(0.001);
     EXPECT_FALSE(watch.take(at(0.9)));

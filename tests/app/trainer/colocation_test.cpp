@@ -36,6 +36,7 @@ Pose turned(double yaw_rad, double tilt_rad) {
     return {glm::angleAxis(yaw_rad, kUp) * glm::angleAxis(tilt_rad, Vec3(0.8, 0.0, 0.6)), {0.4, 0.9, -1.3}};
 }
 
+// HZ-TEACH-05
 TEST(Colocation, WhatIsFeltIsSeenThereAndThePatientLiesLevel) {
     for (const double yaw : {-3.0, -1.2, 0.0, 0.7, 2.5})
         for (const double tilt : {0.0, 0.1}) {
@@ -81,6 +82,7 @@ TEST(Colocation, AnErrorOfScaleIsHalvedByTheMiddle) {
     EXPECT_NEAR(apart_mm(r.centre_m + Vec3(0.04, 0.0, 0.0)), 0.2, 1e-9);
 }
 
+// HZ-FORCE-13
 TEST(RoomPlace, FollowsAMoveAndAsks) {
     const Registration r = deviceAt(turned(0.4, 0.0));
     const Colocation c{r, levelPatientFromDevice(r, kRoomFromPatient, {})};
@@ -152,6 +154,7 @@ TEST(RoomPlace, WhoSitsHasTheRoomBroughtDownOnce) {
 }
 
 // A handle that is held anyhow: its tip is where the registration says.
+// HZ-TEACH-05
 TEST(TippedDevice, ReportsItsTip) {
     struct Handle final : haptics::HapticDevice {
         haptics::DeviceProfile p;

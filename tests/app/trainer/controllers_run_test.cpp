@@ -218,6 +218,7 @@ void showTheDucts(Trainee& hand) {
     hand.press(kBreath, "the patient may breathe");
 }
 
+// HZ-TEACH-20
 TEST(ControllersRun, FromPalpationToDuctsFullOfContrast) {
     test::Command command;
     const std::string kPatient = " --spacing-mm 3 --seed 4 --scenario procedure ";

@@ -500,6 +500,7 @@ TEST_F(DeviceRun, ABridgeIsListedWhileItListens) {
     EXPECT_NE(output("devices --socket '" + socket + "'").find("nobody listens"), std::string::npos);
 }
 
+// HZ-FORCE-07
 TEST_F(DeviceRun, UnpluggedMidRunItIsAFaultWithAName) {
     const std::filesystem::path out = *command_ / "unplugged";
     Outcome live;

@@ -168,6 +168,7 @@ TEST_F(FalconRun, PushesTheHandEndsInZeroAndItsRecordReplays) {
 }
 
 // Whatever a terminal does to a program, its motors are told zero before it is gone.
+// HZ-FORCE-14
 TEST_F(FalconRun, ASignalWhileItPushesEndsInZero) {
     test::FalconTestbed bed(true);
     bed.plugIn();

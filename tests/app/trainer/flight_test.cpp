@@ -95,6 +95,7 @@ TEST(Flight, BitsHaveNames) {
 }
 
 // A headset that is put on, taken off, and put on again.
+// HZ-FORCE-12
 TEST(Focus, TheForceComesAndGoesWithItAndTheAttemptWaits) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);

@@ -90,6 +90,7 @@ TEST_F(Feed, WhatTheForceWaitsForIsToldWhenItLasts) {
     EXPECT_EQ(heard().size(), 1u);
 }
 
+// HZ-FORCE-08
 TEST_F(Feed, TheRearmingButtonCountsWhileTheForceIsOff) {
     ticks(1, 0, 0);
     ticks(5, 0, 0, 1);

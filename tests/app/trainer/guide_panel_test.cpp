@@ -59,6 +59,7 @@ TEST(GuidePanel, GoesBackWithAReplay) {
     EXPECT_NE(back.rgba(), there.rgba());
 }
 
+// HZ-TEACH-12
 TEST(GuidePanel, OnlyTheGuidedAreToldWhatToDo) {
     GuidePanel guided(training::hintsOf(Difficulty::guided), 0.001),
         practice(training::hintsOf(Difficulty::practice), 0.001);

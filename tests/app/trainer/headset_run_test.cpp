@@ -55,6 +55,7 @@ class HeadsetRun : public testing::Test {
 };
 
 // Each headset is lost as soon as it has settled, the next one too: ticks, session and record never notice.
+// HZ-RECORD-12
 TEST_F(HeadsetRun, LosingTheHeadsetAgainAndAgainCostsTheAttemptNothing) {
     const double steady = steadyTicks();
     const Outcome outcome = run(R"("events": [{"t_s": 1.5, "session_loss": {"lost_after_s": 0}}])");

@@ -59,6 +59,7 @@ class HintsRun : public testing::Test {
     static inline test::Command command_;
 };
 
+// HZ-TEACH-12
 TEST_F(HintsRun, AnExamShowsNothingButTheRoom) {
     const Seen guided = run("guided"), practice = run("practice"), exam = run("exam");
     for (const Seen* seen : {&guided, &practice, &exam})

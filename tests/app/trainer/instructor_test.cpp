@@ -52,6 +52,7 @@ TEST(Instructor, ScalesTheBreathByOneNumberOrTwo) {
     EXPECT_TRUE(instructor.takeRefused().empty());
 }
 
+// HZ-TEACH-12
 TEST(Instructor, SetsTheDifficultyAtOnce) {
     Instructor instructor;
     EXPECT_EQ(instructor.take("difficulty exam\n"), "");

@@ -67,6 +67,7 @@ TEST(FastLoop, NotesEveryMomentOnceAndInOrder) {
     EXPECT_TRUE(played.log.moments[4].seen.tick.breath_held);
 }
 
+// HZ-TEACH-14
 TEST(FastLoop, EndsInTheSameHashEveryTime) {
     const patient::Package package = ductPhantom();
     const std::uint64_t first = playFast(package, shortScenario(), 7).log.state_hash;
@@ -119,6 +120,7 @@ bool pagesStay() {
 #endif
 }
 
+// HZ-TEACH-13
 TEST_F(RecordedRealTime, ReplaysToItsHashUntilOneBitOfItsInputsChanges) {
     EXPECT_TRUE(log_.target_hit());
     EXPECT_EQ(log_.faults, 0u);
@@ -256,6 +258,7 @@ TEST(RealTimeLoop, ACutIsShownWithTheFirstFrameAfterIt) {
 }
 
 // Said at the console: the difficulty is seen at once, and a wish for another attempt ends this one.
+// HZ-TEACH-12
 TEST(RealTimeLoop, DoesWhatTheInstructorSays) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);

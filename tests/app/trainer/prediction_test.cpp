@@ -107,6 +107,7 @@ TEST(Prediction, OtherToolsAndAParkedProbeToo) {
     EXPECT_NEAR(drawn.patient_from_probe.position_m.z, 1.6e-3, 1e-9);
 }
 
+// HZ-TEACH-05
 TEST(Prediction, IsBoundedInWayTurnAndLead) {
     const PredictionSettings settings;
     const auto fast = [](double t_s) {
@@ -131,6 +132,7 @@ TEST(Prediction, IsBoundedInWayTurnAndLead) {
     EXPECT_EQ(way(-10), 0.0);  // displayed already
 }
 
+// HZ-TEACH-05
 TEST(Prediction, AStaleStreamIsNotTakenAhead) {
     TipPredictor p;
     feed(p, 100);

@@ -63,6 +63,7 @@ TEST_F(ReferencePath, OfAnAttemptThatMissedThereIsNone) {
     EXPECT_NE(refusal(patient_, missed).find("did not reach"), std::string::npos);
 }
 
+// HZ-TEACH-07
 TEST_F(ReferencePath, OfAnotherPatientThereIsNone) {
     const std::string his = attempt(patient_, "demo", 0.0);
     patient::Package other = package_;

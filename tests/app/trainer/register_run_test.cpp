@@ -285,6 +285,7 @@ TEST_F(RegisterRun, WhatIsMissingIsSaid) {
     EXPECT_FALSE(std::filesystem::exists(command_.out()));
 }
 
+// HZ-FORCE-13
 TEST_F(RegisterRun, AMovedRoomBeginsAnewAndALostHeadsetKeepsNothing) {
     const Outcome outcome = run("", {}, [&](User& user) {
         user.mustHear("to begin");

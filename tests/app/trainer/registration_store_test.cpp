@@ -158,6 +158,7 @@ TEST(Register, TheCubeIsWhatTheDeviceReaches) {
     EXPECT_EQ(cubeOf(profile, {1, 1, 1}).centre_m, Vec3(1, 1, 1));
 }
 
+// HZ-TEACH-06
 TEST(Register, WhatIsStoredAnswersWhetherItHolds) {
     const Registration r = sample();
     const xr::registration::Stored stored = storedOf(r);

@@ -123,6 +123,7 @@ class Placed final : public haptics::HapticDevice {
     patient::Vec3 drawn_back_m_{0.0};  // by as much as the tissue is stretched: the force begins from nothing
 };
 
+// HZ-FORCE-23
 TEST_F(FromABookmark, AHandOfFleshIsWaitedForAndTheForceRisesAtRest) {
     const Retry retry = retryAt("@2");
     ASSERT_NE(retry.left.phase, Phase::outside);

@@ -56,6 +56,7 @@ class RunWithPictures : public testing::Test {
     static inline std::string run_;
 };
 
+// HZ-TEACH-14
 TEST_F(RunWithPictures, FramesPerSecondNeverEnterTheHash) {
     ASSERT_EQ(without_->status, 0) << without_->err;
     EXPECT_TRUE(without_->summary.at("target_hit").get<bool>());
@@ -160,6 +161,7 @@ TEST_F(RunWithPictures, FrameTimesStandBesideTheRecordAndTheResolutionKeepsToABu
     EXPECT_EQ(hashOf(kept), hashOf(*without_));
 }
 
+// HZ-TEACH-14, HZ-RECORD-12
 TEST_F(RunWithPictures, ADeviceThatIsLostCostsThePicturesAndNothingElse) {
     command_->set("VK_LAYER_PATH", STYLET_FAULTS_FOLDER);
     command_->set("VK_INSTANCE_LAYERS", "VK_LAYER_STYLET_faults");

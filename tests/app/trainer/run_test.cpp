@@ -218,6 +218,7 @@ TEST_F(Run, ARecordedBreathReplaysToItsHash) {
     expectReplayed(real, command_->out() / "record");
 }
 
+// HZ-TEACH-07
 TEST_F(Run, OneBitOfOneTableValueChangesTheHashAndRefusesTheRecord) {
     patient::Package package = patient::loadPackage(onlyPatientIn(*command_ / "cache"));
     double& friction = package.tissues[std::size_t(patient::Tissue::vessel)].friction_n;
@@ -233,6 +234,7 @@ TEST_F(Run, OneBitOfOneTableValueChangesTheHashAndRefusesTheRecord) {
     EXPECT_NE(replay.err.find("digest"), std::string::npos) << replay.err;
 }
 
+// HZ-TEACH-13
 TEST_F(Run, ATornRecordIsReplayedAsFarAsItGoesAndSaidToBeTorn) {
     const std::filesystem::path torn = *command_ / "torn";
     std::filesystem::copy(demo_folder_ / "record", torn);
@@ -242,6 +244,7 @@ TEST_F(Run, ATornRecordIsReplayedAsFarAsItGoesAndSaidToBeTorn) {
     EXPECT_NE(replay.err.find("torn"), std::string::npos) << replay.err;
 }
 
+// HZ-TEACH-17
 TEST_F(Run, WithoutAHoldHitOrMissIsRecorded) {
     const Outcome breathing = command_->run("run --headless --fast --scenario demo-breathing" + kSmall);
     EXPECT_EQ(breathing.status, 0);
@@ -265,6 +268,7 @@ TEST_F(Run, InRealTimeTheTicksKeepTheirPace) {
     EXPECT_EQ(haptics.at("faults"), 0);
 }
 
+// HZ-TEACH-07
 TEST_F(Run, StoredPathsOfAnotherTablePatientOrPlannerArePlannedAnew) {
     const std::filesystem::path copy = *command_ / "copy";
     std::filesystem::copy(onlyPatientIn(*command_ / "cache"), copy, std::filesystem::copy_options::recursive);

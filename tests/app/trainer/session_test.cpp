@@ -61,6 +61,7 @@ TEST_F(Watched, AnEventFindsItsOwnTickWhicheverComesFirst) {
     EXPECT_TRUE(session_.log().target_hit());
 }
 
+// HZ-TEACH-17
 TEST_F(Watched, TheTargetNeedsACutAndItsLabelAtTheTip) {
     session_.take(tickAt(1, 0.0300));
     session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 1));  // says duct, stands in liver

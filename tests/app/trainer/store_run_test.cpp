@@ -74,6 +74,7 @@ class StoreRun : public testing::Test {
     static inline double whole_s_ = 0.0;
 };
 
+// HZ-TEACH-20
 TEST_F(StoreRun, KeepsInputsSamplesEventsAndScore) {
     ASSERT_EQ(first_->status, 0) << first_->err;
     const Store store(folder());
@@ -113,6 +114,7 @@ TEST_F(StoreRun, KeepsInputsSamplesEventsAndScore) {
     EXPECT_TRUE(store.damage().empty());
 }
 
+// HZ-TEACH-13
 TEST_F(StoreRun, TheStoredAttemptReplaysAndTheKeepingChangesNothing) {
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
     const Outcome again = command_->run("replay --fast '" + (attempt.folder / "record").string() + "'");
@@ -127,6 +129,7 @@ TEST_F(StoreRun, TheStoredAttemptReplaysAndTheKeepingChangesNothing) {
 }
 
 // A sample that the inputs do not give, in a file that is whole.
+// HZ-RECORD-07
 TEST_F(StoreRun, AForgedSampleIsNamed) {
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
     const std::filesystem::path forged = *command_ / "forged";
@@ -142,6 +145,7 @@ TEST_F(StoreRun, AForgedSampleIsNamed) {
     EXPECT_NE(again.out.find("its stored samples differ from tick 10000"), std::string::npos) << again.out;
 }
 
+// HZ-RECORD-04
 TEST_F(StoreRun, IsListedShownCheckedAndRead) {
     const std::string id = Store(folder()).attempts("T-01").at(0).id;
     const Outcome list = records("list");
@@ -242,6 +246,7 @@ TEST_F(StoreRun, SamplesThatEndInTheirHeaderAreSaidAndTheRestIsReplayed) {
 }
 
 // The whole program: every other time killed anywhere between its start and its end, else in its attempt.
+// HZ-RECORD-01
 TEST_F(StoreRun, KilledItLeavesWholeFramesOrNothing) {
     std::mt19937 random(std::random_device{}());
     std::size_t acknowledged = Store(folder()).attempts("T-09").size(), cut = 0;

@@ -61,6 +61,7 @@ const patient::PlannedPath& openTo(const patient::Patient& patient, const Scenar
     return paths[tries - 1];
 }
 
+// HZ-TEACH-01
 TEST(Trainees, RankAsTheyAreNamedOnPatientsDrawnNow) {
     std::random_device device;
     for (int n = 0; n < seedsToDraw(); ++n) {
@@ -98,6 +99,7 @@ TEST(Trainees, RankAsTheyAreNamedOnPatientsDrawnNow) {
 }
 
 // What is scored is a fold over what is recorded: computed again, all of it is the same to the last bit.
+// HZ-TEACH-01
 TEST(Trainees, AReplayIsScoredTheSame) {
     const test::TempFolder folder;
     const patient::Package package = test::ductPhantom();

@@ -15,6 +15,7 @@ void expose(Dose& dose, XrayState& xray, int ticks, std::uint64_t& tick) {
         dose.step(xray, 0.0, ++tick);
 }
 
+// HZ-TEACH-16
 TEST(Dose, CountsPulsesFromTheFirstTickOfThePedal) {
     Dose dose({}, kDt_s);
     XrayState xray;
@@ -42,6 +43,7 @@ TEST(Dose, CountsPulsesFromTheFirstTickOfThePedal) {
     EXPECT_EQ(dose.ledger().pulses, 21u);
 }
 
+// HZ-TEACH-16
 TEST(Dose, TappingThePedalGivesNoMorePulses) {
     Dose dose({}, kDt_s);
     XrayState xray;
@@ -67,6 +69,7 @@ TEST(Dose, AFasterRateIsNotWaitedFor) {
     EXPECT_EQ(dose.ledger().pulses, 2u);
 }
 
+// HZ-TEACH-16
 TEST(Dose, IsAirKermaTimesTheFieldAtTheReferencePoint) {
     const DoseSettings settings;
     Dose dose(settings, kDt_s);

@@ -141,6 +141,7 @@ TEST_F(Told, WrongOrderIsAllowedAndCounted) {
     EXPECT_NE(steps[2].text.find("after a later one"), std::string::npos);
 }
 
+// HZ-TEACH-17
 TEST_F(Told, TheTargetsCutIsSuccess) {
     take(liver(0.030));
     take(needleAt({0.0505, 0.0, 0.0}, Tissue::duct, test::kDuctLabel));
@@ -167,6 +168,7 @@ TEST_F(Told, OffThePathInItsOwnTerms) {
     EXPECT_NEAR(progress().to_target_m, std::hypot(0.023, 0.004), 1e-9);
 }
 
+// HZ-TEACH-17
 TEST_F(Told, AVesselIsStruckOnceUntilItIsLeftForLonger) {
     take(liver(0.028));
     take(needleAt({0.033, 0, 0}, Tissue::vessel, test::kVesselLabel), 100);

@@ -31,6 +31,7 @@ TEST(Score, TheBestOfAllIsOneHundredAndTheWorstNothing) {
     EXPECT_EQ(scoreOf(allAt(&Metric::worst)).total, 0.0);
 }
 
+// HZ-TEACH-01
 TEST(Score, HalfWayEarnsHalfAndThePartsAddUp) {
     MetricValues values = allAt(&Metric::best);
     const std::size_t i = std::size_t(MetricId::targeting);
@@ -55,6 +56,7 @@ TEST(Score, HarmlessIdlenessIsNotPaid) {
 
 // Of any attempt whatever, any metric made worse by any amount, or no number at all: never more, and a part
 // never below 0 or above its most.
+// HZ-TEACH-01
 TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
     const auto seed = std::random_device{}();
     SCOPED_TRACE(seed);
@@ -95,6 +97,7 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
     EXPECT_GT(lowered, 10000) << "no metric does anything";
 }
 
+// HZ-TEACH-01
 TEST(Score, EveryMetricCounts) {
     for (std::size_t i = 0; i < kMetricCount; ++i) {
         MetricValues values = allAt(&Metric::best);
@@ -110,6 +113,7 @@ std::string numberText(double value) {
 }
 
 // The table in metrics.md, a line for each metric.
+// HZ-TEACH-01
 TEST(Score, TheDocumentedTableIsTheOneThatCounts) {
     std::ifstream page(test::assets().parent_path() / "app" / "training" / "metrics.md");
     ASSERT_TRUE(page);

@@ -268,6 +268,7 @@ class BridgeProcessTest : public testing::Test {
     DeviceState state;
 };
 
+// HZ-FORCE-14
 TEST_F(BridgeProcessTest, KilledInTheMiddleOfAFrameTheForceIsGoneWithin20Ms) {
     std::vector<double> times_ms;
     for (int run = 0; run < 5; ++run) {
@@ -298,6 +299,7 @@ TEST_F(BridgeProcessTest, KilledInTheMiddleOfAFrameTheForceIsGoneWithin20Ms) {
 
 // The same with the needle in tissue and the loop around it: the force that was being sent is zero 20 ticks
 // after the device last said something, with a named fault.
+// HZ-FORCE-07
 TEST_F(BridgeProcessTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
     using enum Tissue;
     const patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.060}}, 0.001);

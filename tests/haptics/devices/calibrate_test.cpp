@@ -69,6 +69,7 @@ struct Calibrating : testing::Test {
     }
 };
 
+// HZ-FORCE-22
 TEST_F(Calibrating, FindsTheGainsOfAllAxesGently) {
     device.gains = {2.0, 0.6, 1.5};
     const Calibration calibration = calibrate(device, clock, talk);
@@ -86,6 +87,7 @@ TEST_F(Calibrating, FindsTheGainsOfAllAxesGently) {
     EXPECT_NEAR(double(plain[0]) / mended[0], 1.5, 0.02);
 }
 
+// HZ-FORCE-22
 TEST_F(Calibrating, EndsInZeroForceWithAReasonWhenTheDeviceIsLostOrTheUserStops) {
     device.lost_after = 12'000;
     EXPECT_THAT(refusal(), testing::HasSubstr("y"));
@@ -119,6 +121,7 @@ TEST_F(Calibrating, AFaultWhileNothingIsAskedOfItCostsNothing) {
     EXPECT_EQ(said.size(), 15u);
 }
 
+// HZ-RECORD-13
 TEST(CalibrationFile, IsReplacedInOneStepAndTriedBefore) {
     const test::TempFolder folder;
     const std::filesystem::path file = folder / "falcon.toml";
@@ -155,6 +158,7 @@ TEST(CalibrationFile, LeavesWhatIsTheUsersAndNothingOfItsOwn) {
     EXPECT_EQ(files(), 2) << "not the half of a save that failed";
 }
 
+// HZ-FORCE-22
 TEST_F(Calibrating, ReadingsThatCannotBeAreRefused) {
     device.gains = {1.0, 0.0, 1.0};
     EXPECT_THAT(refusal(), testing::HasSubstr("y"));

@@ -91,6 +91,7 @@ TEST_F(Clutched, TwoStrokesMakeAPathLongerThanTheDevice) {
     EXPECT_NEAR(tip().y, 0.0, 1e-12);
 }
 
+// HZ-FORCE-20
 TEST_F(Clutched, NoForceWhileItIsHeldAndASlowReturn) {
     for (int i = 0; i < 250; ++i)
         read();

@@ -75,6 +75,7 @@ TEST_F(FalconFiles, ACalibrationSurvivesTheDisk) {
     EXPECT_NE(refusal([&] { saveCalibration(folder.path() / "no" / "c.toml", saved); }), "");
 }
 
+// HZ-FORCE-22
 TEST_F(FalconFiles, ABadCalibrationIsRefusedByFieldAndReason) {
     const std::string good = "device = \"falcon\"\nmeasured_per_asked = [1.0, 2, 0.5]\nhow = \"\"\n";
     EXPECT_EQ(loadCalibration(write(good)).measured_per_asked.y, 2.0);

@@ -147,6 +147,7 @@ TEST(FalconKinematics, OneCountIsThePublishedDistance) {
 }
 
 // Virtual work: what the motors give is what the grip gets, for any small motion.
+// HZ-FORCE-10
 TEST(FalconKinematics, TorquesDoTheWorkOfTheForce) {
     Poses poses;
     for (int i = 0; i < 500; ++i) {

@@ -48,6 +48,7 @@ std::array<int, 3> countsAt(const Vec3& grip_m) {
     return counts;
 }
 
+// HZ-FORCE-11
 TEST(Falcon, NeedsHomingThenIsReadyAndPushesWhatItIsTold) {
     FalconWorld w;
     w.runFor(50 * kMs);
@@ -85,6 +86,7 @@ TEST(Falcon, KeepsPace) {
     EXPECT_GE(w.falcon.packets - before, 950);
 }
 
+// HZ-FORCE-14
 TEST(Falcon, EveryWayOutEndsInZero) {
     {
         FalconWorld w;
@@ -112,6 +114,7 @@ TEST(Falcon, EveryWayOutEndsInZero) {
     EXPECT_FALSE(w.falcon.pushes());
 }
 
+// HZ-FORCE-06
 TEST(Falcon, ALoopThatStandsMeansZeroWithin20Ms) {
     FalconWorld w;
     w.bringUp();
@@ -188,6 +191,7 @@ TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
 }
 
 // With no way to the device nothing can be sent; the loop still knows within 20 ms, and by name.
+// HZ-FORCE-07
 TEST(Falcon, UnpluggedInTheMiddleOfAWriteItIsNamedAndComesBack) {
     for (int bytes = 0; bytes <= 16; ++bytes) {
         SCOPED_TRACE(bytes);
@@ -258,6 +262,7 @@ TEST(Falcon, LateRepliesDoNotPileUp) {
     EXPECT_NEAR(glm::length(w.grip_m - moved), 0.0, 50e-6);
 }
 
+// HZ-FORCE-11
 TEST(Falcon, AGarbledFlagDoesNotHomeIt) {
     FalconWorld w;
     w.runFor(50 * kMs);
@@ -274,6 +279,7 @@ TEST(Falcon, AGarbledFlagDoesNotHomeIt) {
     EXPECT_TRUE(w.ready);
 }
 
+// HZ-FORCE-15
 TEST(Falcon, AClockThatJumpsStopsNothingForLong) {
     for (const std::int64_t jump_ns : {3'600'000 * kMs, -3'600'000 * kMs, 50 * kMs, -50 * kMs}) {
         SCOPED_TRACE(jump_ns);
@@ -316,6 +322,7 @@ constexpr int kInjections = 4'000;
 // Faults of every kind, at any moment, for any time. Always: no pose is told that is not the
 // hand's; 20 ms into a fault that stands there is no force, and the loop has a name for it; all is well again
 // after it.
+// HZ-FORCE-21
 TEST(Falcon, AnyFaultAtAnyMomentEndsInZeroForceAndHeals) {
     patient::synth::Random random(5, 0);
     const Vec3 grip{0.005, -0.01, 0.115};

@@ -74,6 +74,7 @@ TEST(Inverse3Messages, TheStylusLiesAlongTheGrip) {
 }
 
 // A push toward the user's right, up, or toward the user arrives as that.
+// HZ-FORCE-10
 TEST(Inverse3Messages, TheForceIsWrittenInHaplysFrame) {
     const std::pair<Vec3, const char*> cases[] = {
         {{2.0, 0.0, 0.0}, R"({"x":2,"y":0,"z":0})"},
@@ -96,6 +97,7 @@ TEST(Inverse3Messages, AServiceWithoutADeviceSaysSo) {
     }
 }
 
+// HZ-FORCE-21
 TEST(Inverse3Messages, EachBadFieldIsNamed) {
     const char* position = "inverse3: state.cursor_position";
     EXPECT_EQ(refusal(replaced(kNewer, "\"y\":-0.12", "\"y\":1e6")), position);

@@ -202,6 +202,7 @@ TEST_F(Inverse3DriverTest, WhatTheUserCanMendHoldsTheForceBack) {
 }
 
 // How long from the first faulty answer to the failure. The machine may be busy: the median of some runs.
+// HZ-FORCE-07
 TEST_F(Inverse3DriverTest, AFaultIsKnownWithin20Ms) {
     for (const Inverse3Fault fault :
          {Inverse3Fault::drop, Inverse3Fault::stall, Inverse3Fault::cut, Inverse3Fault::big}) {

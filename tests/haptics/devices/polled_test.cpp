@@ -227,6 +227,7 @@ TEST_F(Polled, ForceFlowsAtNoStageButReady) {
     EXPECT_THAT(script.forces, testing::Each(Vec3(0.0)));
 }
 
+// HZ-FORCE-06
 TEST_F(Polled, ASilentLoopMeansZeroForceAndIsTold) {
     pollFor(50 * kMs, &kPush);
     script.forces.clear();
@@ -251,6 +252,7 @@ TEST_F(Polled, ADeviceNobodyHasSpokenToYetIsReady) {
     EXPECT_EQ(device.report().silences, 0u);
 }
 
+// HZ-FORCE-03
 TEST_F(Polled, WhatIsNotFiniteIsZero) {
     const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity()};
     for (const double value : bad) {
@@ -286,6 +288,7 @@ TEST_F(Polled, WhatADriverThrowsIsAFailureWithAReason) {
     EXPECT_EQ(script.closed, script.opened - 1);
 }
 
+// HZ-FORCE-15
 TEST_F(Polled, AClockThatJumpsMakesForceZeroAndHoldsNothingUp) {
     pollFor(50 * kMs, &kPush);
     for (const std::int64_t jump_ns : {3600'000 * kMs, -3600'000 * kMs, -50 * kMs}) {

@@ -45,6 +45,7 @@ TEST(SpaceMouseReport, ButtonsAndBattery) {
     EXPECT_EQ(input.buttons, 0x80000001u);
 }
 
+// HZ-FORCE-21
 TEST(SpaceMouseReport, RefusesBadLengthsAndAxesThatCannotBe) {
     SpaceMouseInput input;
     for (std::size_t length = 0; length < 20; ++length) {

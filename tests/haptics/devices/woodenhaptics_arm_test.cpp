@@ -55,6 +55,7 @@ TEST(WoodenArm, PositionsInClosedForm) {
     EXPECT_NEAR(low.z, 0.080 - 0.245 - 0.080, 1e-12);
 }
 
+// HZ-FORCE-10
 TEST(WoodenArm, TheJacobianIsThePositionsDerivative) {
     const WoodenModel m = arm();
     std::mt19937 random(5);
@@ -111,6 +112,7 @@ Vec3 forceOf(const WoodenModel& m, const Vec3& t, const Vec3& motor_a) {
     return glm::inverse(glm::transpose(armJacobian(m, t))) * torque;
 }
 
+// HZ-FORCE-10
 TEST(WoodenArm, CurrentsMakeTheForceThatWasAskedFor) {
     const WoodenModel m = arm();
     std::mt19937 random(7);
@@ -130,6 +132,7 @@ TEST(WoodenArm, CurrentsMakeTheForceThatWasAskedFor) {
     EXPECT_GT(whole, 100);
 }
 
+// HZ-FORCE-01
 TEST(WoodenArm, ALimitedForceKeepsItsDirection) {
     const WoodenModel m = arm();
     std::mt19937 random(8);
@@ -152,6 +155,7 @@ TEST(WoodenArm, ALimitedForceKeepsItsDirection) {
     EXPECT_GT(limited, 1000);
 }
 
+// HZ-FORCE-03
 TEST(WoodenArm, AForceThatIsNoNumberIsNone) {
     const WoodenModel m = arm();
     const Vec3 t{0.1, 0.2, 1.4};

@@ -86,6 +86,7 @@ TEST_F(WoodenHapticsDriver, IsAbsentWithoutABoard) {
     driver.close();
 }
 
+// HZ-FORCE-11
 TEST_F(WoodenHapticsDriver, GivesNoCurrentBeforeItIsHomed) {
     WoodenHapticsEmulator board;
     board.moveTo({123, -456, 789});
@@ -145,6 +146,7 @@ TEST_F(WoodenHapticsDriver, ForcesBecomeTheMotorsCurrents) {
     EXPECT_NE(ma[0], 0);
 }
 
+// HZ-FORCE-01
 TEST_F(WoodenHapticsDriver, CurrentsStayWithinTwoAmperesWhateverTheForce) {
     WoodenHapticsEmulator board;
     WoodenHaptics driver(model("9.81"));
@@ -154,6 +156,7 @@ TEST_F(WoodenHapticsDriver, CurrentsStayWithinTwoAmperesWhateverTheForce) {
     EXPECT_EQ(board.seen().largest_ma, 2000);
 }
 
+// HZ-FORCE-03
 TEST_F(WoodenHapticsDriver, AForceThatIsNoNumberIsNotSent) {
     WoodenHapticsEmulator board;
     WoodenHaptics driver(model());
@@ -219,6 +222,7 @@ TEST_F(WoodenHapticsDriver, PressedWhileReadyItLetsGoAndASecondPressHomesIt) {
     EXPECT_EQ(board.seen().powered, powered);
 }
 
+// HZ-FORCE-14
 TEST_F(WoodenHapticsDriver, ClosingSendsZeroFirst) {
     WoodenHapticsEmulator board;
     WoodenHaptics driver(model("9.81"));
@@ -280,6 +284,7 @@ TEST_F(WoodenHapticsFaults, DuplicatesChangeNothing) {
     }
 }
 
+// HZ-FORCE-21
 TEST_F(WoodenHapticsFaults, CorruptEncodersAreNotBelieved) {
     WoodenHapticsEmulator board;
     WoodenHaptics driver(model());
@@ -294,6 +299,7 @@ TEST_F(WoodenHapticsFaults, CorruptEncodersAreNotBelieved) {
 }
 
 // A single garbled word that reads as the button's must not set the encoders to the parked arm's.
+// HZ-FORCE-11
 TEST_F(WoodenHapticsFaults, AGarbledButtonDoesNotHomeItWhereItIs) {
     WoodenHapticsEmulator board;
     WoodenHaptics driver(model());
@@ -327,6 +333,7 @@ TEST_F(WoodenHapticsFaults, ADeafBoardIsLostWithinAQuarterOfASecond) {
     EXPECT_NE(why_.find("gives no reports"), std::string::npos) << why_;
 }
 
+// HZ-FORCE-07
 TEST_F(WoodenHapticsFaults, UnpluggedItFailsAtOnceAndComesBack) {
     WoodenHaptics driver(model());
     {
@@ -360,6 +367,7 @@ TEST_F(WoodenHapticsFaults, UnpluggedMidWriteItFailsWithAReason) {
 
 // Whatever comes, in any order: never more than 2 A, never a pose that is no pose, and silence ends the
 // force.
+// HZ-FORCE-21
 TEST_F(WoodenHapticsFaults, AnyMixtureOfFaultsStaysSafe) {
     WoodenHapticsEmulator board;
     WoodenHaptics driver(model("9.81"));
@@ -419,6 +427,7 @@ class PolledWoodenHaptics : public WoodenHapticsDriver {
     const PolledSettings quick_{.look_again_ns = 20'000'000, .backoff_first_ns = 20'000'000};
 };
 
+// HZ-FORCE-06
 TEST_F(PolledWoodenHaptics, ALoopThatFallsSilentLeavesNoCurrent) {
     WoodenHapticsEmulator board;
     PolledDevice device(std::make_unique<WoodenHaptics>(model()), clock_, quick_);

@@ -68,6 +68,7 @@ TEST(ReferencePatient, CoarsePatientPassesItsChecks) {
     }
 }
 
+// HZ-TEACH-08
 TEST(ReferencePatient, CheckFindsWhatIsWrong) {
     Package p = makeReferencePatient(settings(3, 3.0, 2));
     const auto value = [&](const std::string& name) {

@@ -24,6 +24,7 @@ TEST(Exposure, KeepsTheDetectorsKerma) {
 
 // An abdomen of 20 cm at 7.5 pulses a second: of the order that is measured in practice, a few mGy a minute
 // at the reference point and half to two Gy cm2 a minute.
+// HZ-TEACH-16
 TEST(Exposure, IsOfTheOrderMeasuredInPractice) {
     const Exposure e = exposureOf(std::exp(-0.0193 * 200), {}, 0.3, 256, 7.5, {});
     const double mgy_per_min = e.reference_kerma_gy * 7.5 * 60.0 * 1e3;

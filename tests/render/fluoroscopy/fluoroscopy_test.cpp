@@ -254,6 +254,7 @@ TEST_F(FluoroscopyTest, ShapesHaveTheirChords) {
 }
 
 // Every pixel of a slanted needle against points counted along the ray.
+// HZ-TEACH-05
 TEST_F(FluoroscopyTest, NeedleIsWhereItIs) {
     Stage stage(makeAir());
     std::vector<XrayShape> shapes;
@@ -356,6 +357,7 @@ TEST_F(FluoroscopyPatientTest, AgreesWithExactRaySums) {
     }
 }
 
+// HZ-TEACH-15
 TEST_F(FluoroscopyPatientTest, AgreesWithFineSumsThroughBreathToolAndContrast) {
     Stage stage(package());
     stage.input = overLiver();
@@ -560,6 +562,7 @@ TEST_F(FluoroscopyTest, NoiseIsAFunctionOfThePulse) {
     EXPECT_NE(greysAt(1.0, 2), first);
 }
 
+// HZ-TEACH-04
 TEST_F(FluoroscopyTest, DenseIsDarkAndTheLeftIsOnTheRight) {
     // Lead toward the patient's left and head.
     Stage stage(test::makeXrayPhantom({0.12, 0.05, 0.12}, 0.004, [](const Vec3& p) {
@@ -580,6 +583,7 @@ TEST_F(FluoroscopyTest, DenseIsDarkAndTheLeftIsOnTheRight) {
     EXPECT_GT(greyAt(0.045, 0.045), greyAt(-0.045, 0.045) + 80);
 }
 
+// HZ-TEACH-21
 TEST_F(FluoroscopyTest, BadInputIsABlackPictureWithAReason) {
     Stage stage(test::makeXrayPhantom(Vec3(0.05), 0.005, [](const Vec3&) { return 0.0; }));
     const auto expectBlack = [&](const FluoroscopyInput& input, const FluoroscopySettings& settings) {

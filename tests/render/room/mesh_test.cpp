@@ -121,6 +121,7 @@ TEST_F(MeshFile, TextureCoordinatesAndColoursMayBeAbsent) {
     EXPECT_EQ(mesh.vertices[0].open, 1.0f);
 }
 
+// HZ-RECORD-14
 TEST_F(MeshFile, RefusesEveryLie) {
     const std::string good = triangle();
     EXPECT_EQ(refusal(good), "");
@@ -184,6 +185,7 @@ TEST_F(MeshFile, RefusesEveryLie) {
     EXPECT_THROW(loadMesh(folder_ / "absent.glb"), patient::DataError);
 }
 
+// HZ-RECORD-14
 TEST_F(MeshFile, NothingOutsideTheFileIsRead) {
     std::ofstream(folder_ / "beside.bin", std::ios::binary)
         .write(reinterpret_cast<const char*>(triangleBytes().data()), 116);

@@ -59,6 +59,7 @@ TEST(Acoustics, TheShippedTableHasTheModelsLosses) {
     EXPECT_NEAR(named(table, "liver").attenuation_db_per_m_mhz, 70.0, 1e-9);
 }
 
+// HZ-TEACH-19
 TEST(Acoustics, EveryLabelOfThePhantomFindsItsTissue) {
     const AcousticTable table = loadAcoustics(test::assetsFolder() / "ultrasound" / "tissues.toml");
     const patient::Package package = test::makeTrunk(0.008);

@@ -30,6 +30,7 @@ TEST(NeedleEchoes, AreBrightAtARightAngleAndHalfAtTheLobesEdge) {
     EXPECT_GT(middleLine(across(M_PI / 4)).amplitude, 0.005);
 }
 
+// HZ-TEACH-05
 TEST(NeedleEchoes, AreSeenOnlyWithinTheBeamsThickness) {
     const double sigma = beamThickness_m(Transducer{}, 0.060) / kWidthsPerSigma;
     const double full = middleLine(across(0.0)).amplitude;
@@ -38,6 +39,7 @@ TEST(NeedleEchoes, AreSeenOnlyWithinTheBeamsThickness) {
     EXPECT_EQ(middleLine(across(0.0, 0.010)).amplitude, 0.0);
 }
 
+// HZ-TEACH-05
 TEST(NeedleEchoes, EndAtTheTip) {
     // The tip lies 30 mm to the left of the middle: lines beyond it see nothing.
     EXPECT_GT(middleLine(across(0.0), -0.35).amplitude, 0.1);

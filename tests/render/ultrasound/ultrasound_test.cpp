@@ -349,6 +349,7 @@ class DopplerTest : public UltrasoundTest {
     double factor = 1.0;
 };
 
+// HZ-TEACH-04
 TEST_F(DopplerTest, TowardTheProbeIsRedAwayIsBlue) {
     flowAt(-0.2);
     EXPECT_GT(colours().red, 150);

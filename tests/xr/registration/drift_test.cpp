@@ -19,6 +19,7 @@ Stored storedOf(const Truth& truth) {
             truth.grip_from_tip_m,   0.001,       0.0015};
 }
 
+// HZ-FORCE-13
 TEST(Drift, WhatStayedHoldsAndWhatMovedIsTold) {
     const Case c{.way = Way::held, .points = 3, .noise_m = 0.001};
     int held = 0, told = 0;
@@ -55,6 +56,7 @@ TEST(Drift, ATurnedDeviceIsToldToo) {
     EXPECT_FALSE(judgeDrift(storedOf(truth), touched).holds);
 }
 
+// HZ-TEACH-06
 TEST(Drift, SaysSoInMillimetres) {
     Random random(1);
     const Case exact{.way = Way::held, .points = 1, .noise_m = 0.0};

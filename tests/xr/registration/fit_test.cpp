@@ -84,6 +84,7 @@ TEST(Fit, WhatIsLeftOfTheOffsetIsFoundFromTheVelocities) {
     EXPECT_NEAR(fit->scale, truth.scale, 1e-5);
 }
 
+// HZ-TEACH-06
 TEST(Fit, WrongPointsAreLeftOutByName) {
     Random random(4);
     Case c = kHard;
@@ -118,6 +119,7 @@ TEST(Fit, ItsPredictionIsTheTheorysWhereNothingElseIsFound) {
 }
 
 // A controller strapped to the handle and never pivoted: where the tip is cannot be known, and it says so.
+// HZ-TEACH-06
 TEST(Fit, WhatCannotBeToldIsNotClaimed) {
     Random random(6);
     const Case c{.way = Way::held, .points = 34, .noise_m = 0.0005};
@@ -168,6 +170,7 @@ TEST(Fit, WhatTellsNothingIsRefusedInASentence) {
 }
 
 // The same places in the room for all: every device pose moved, none of the controller's.
+// HZ-TEACH-06
 TEST(Fit, AControllerThatStandsStillIsNoRegistration) {
     Random random(8);
     const Truth truth = makeTruth(kHard, random);

@@ -201,6 +201,7 @@ TEST(Wizard, APointThatMovedOrWasThereBeforeIsNotTaken) {
 }
 
 // The tip slips off while it is turned; the user is told, tries again, and gets on.
+// HZ-TEACH-06
 TEST(Wizard, ATipThatSlipsIsFoundOut) {
     User user({});
     user.tick();
@@ -220,6 +221,7 @@ TEST(Wizard, ATipThatSlipsIsFoundOut) {
     EXPECT_EQ(user.wizard.stage(), WizardStage::places) << user.wizard.text().note;
 }
 
+// HZ-TEACH-06
 TEST(Wizard, ABadResultIsDoneAgain) {
     User user({});
     user.tick();

@@ -66,6 +66,7 @@ TEST(Atlas, NeedsTheRegistrationProgram) {
 }
 
 // A name is found whole: seed 1 is not seed 11.
+// HZ-TEACH-10
 TEST(Atlas, APatientIsNotItsOwn) {
     const std::string listed = "built; " + atlasList({"reference patient, seed 11", "A"}) + "; more";
     EXPECT_EQ(listed, "built; atlases: \"reference patient, seed 11\", \"A\"; more");
@@ -77,6 +78,7 @@ TEST(Atlas, APatientIsNotItsOwn) {
 }
 
 // Seeds 1 to 8 are tuned on, 31 to 33 reported.
+// HZ-TEACH-10
 TEST(Atlas, NoSeedThatIsTunedOnOrReportedStandsIn) {
     for (const std::uint64_t seed : kAtlasSeeds)
         EXPECT_GT(seed, 100u);

@@ -131,6 +131,7 @@ TEST_F(BuildRun, ACorrectedStageIsTakenAndTheNextAreDoneAnew) {
 }
 
 // What a stage said of itself stays true of what a person made of it; what he paints wins over other stages.
+// HZ-TEACH-09
 TEST_F(BuildRun, ACorrectionKeepsTheProvenance) {
     ASSERT_EQ(status_, 0);
     const fs::path other = folder() / "third-stages", file = folder() / "painted.nii.gz";
@@ -205,6 +206,7 @@ TEST_F(BuildRun, ALongScanIsCutAboutTheLiver) {
 }
 
 // The package is there to be looked at, but the command says that it is of no use.
+// HZ-TEACH-08
 TEST_F(BuildRun, WhatCannotBeSimulatedIsSaidAtTheEnd) {
     ASSERT_EQ(status_, 0);
     EXPECT_EQ(said().find("REFUSED"), std::string::npos) << said();
@@ -239,6 +241,7 @@ TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
 }
 
 // Neither by its name, fresh or kept, nor by its values under another name.
+// HZ-TEACH-10
 TEST_F(BuildRun, APatientIsNoAtlasOfItsOwn) {
     ASSERT_EQ(status_, 0);
     const std::string before = textOf(folder() / "patient" / "patient.toml");

@@ -50,6 +50,7 @@ TEST(Ducts, TumoursAndFissuresAreNone) {
     EXPECT_NE(note.find("no liver"), std::string::npos);
 }
 
+// HZ-TEACH-09
 TEST(Ducts, GrownOnlyOnRequestAndSaidToBeVirtual) {
     test::MadeLiver liver(96);
     const Mask portal = liver.tube({0.020, 0.040, 0.040}, {0.076, 0.044, 0.046}, 0.003, 160.0);

@@ -77,6 +77,7 @@ TEST_F(StageStoreTest, AnEditedTextIsNoticed) {
     EXPECT_FALSE(again->record.corrected);
 }
 
+// HZ-TEACH-07
 TEST_F(StageStoreTest, OnAnotherGridOnlyAPersonsTextIsLeft) {
     const patient::Grid finer{kGrid.dims * 2, kGrid.spacing_m * 0.5, kGrid.origin_m};
     EXPECT_FALSE(store.load(7, "liver", finer, "points.txt"));
@@ -87,6 +88,7 @@ TEST_F(StageStoreTest, OnAnotherGridOnlyAPersonsTextIsLeft) {
     EXPECT_EQ(again->labels.grid.dims, finer.dims);
 }
 
+// HZ-RECORD-07
 TEST_F(StageStoreTest, DamageIsNamed) {
     const auto why = [&] {
         try {
@@ -115,6 +117,7 @@ TEST_F(StageStoreTest, DamageIsNamed) {
 }
 
 // A note quotes names from files; what it holds cannot spoil the record.
+// HZ-RECORD-11
 TEST_F(StageStoreTest, NotesAreKeptOnOneLine) {
     StageFile file;
     file.record.notes = {"atlases: \"A\nB\033[31m\"", "\xff"};

@@ -136,6 +136,7 @@ TEST_F(Listening, TheTargetIsHeardOnce) {
     EXPECT_EQ(chimes, 1);
 }
 
+// HZ-TEACH-12
 TEST_F(Listening, AnExamTellsNothing) {
     cues_ = Cues(places_, Difficulty::exam, 0.001);
     Seen seen = at(0.1);
@@ -146,6 +147,7 @@ TEST_F(Listening, AnExamTellsNothing) {
     EXPECT_GT(heard[Sound::room].gain, 0.0f) << "a real room is not silent";
 }
 
+// HZ-TEACH-12
 TEST_F(Listening, TheInstructorMakesItAnExam) {
     Seen seen = at(0.1);
     cues_.take(seen);

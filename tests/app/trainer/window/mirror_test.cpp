@@ -148,6 +148,7 @@ class MirrorTest : public testing::Test {
     std::optional<FrameLoop> frames_;
 };
 
+// HZ-TEACH-04
 TEST_F(MirrorTest, ItShowsTheEyeThatTheHeadsetShows) {
     open();
     putOn();

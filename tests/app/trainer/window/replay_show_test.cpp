@@ -78,6 +78,7 @@ class ReplayShow : public testing::Test {
     test::Command command_;
 };
 
+// HZ-TEACH-13
 TEST_F(ReplayShow, ShowsWhatWasSeenAndScrubsThereAndBack) {
     command_.set("XR_RUNTIME_JSON", "/nowhere/runtime.json");
     const std::filesystem::path live = command_ / "live", again = command_ / "again";

@@ -45,6 +45,7 @@ class WindowRun : public testing::Test {
     std::future<Outcome> outcome_;
 };
 
+// HZ-RECORD-12
 TEST_F(WindowRun, ADisplayThatGoesAwayTakesTheMirrorAndNothingElse) {
     start("--headless --mirror --validation");
     EXPECT_TRUE(shown());

@@ -7,6 +7,7 @@ namespace {
 
 const Vec3 kRight(1.0, 0.0, 0.0), kUp(0.0, 1.0, 0.0), kToUser(0.0, 0.0, 1.0);
 
+// HZ-FORCE-10
 TEST(ForceDimensionFrame, EachAxisByItsName) {
     EXPECT_EQ(bridgeFromDhd({1.0, 0.0, 0.0}), kToUser);
     EXPECT_EQ(bridgeFromDhd({0.0, 1.0, 0.0}), kRight);

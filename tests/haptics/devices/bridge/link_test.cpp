@@ -86,6 +86,7 @@ TEST(BridgeLink, AQuietBridgeGivesAFreshStateEveryTick) {
     EXPECT_EQ(pair.last.device_from_stylus.position_m, Vec3(0.0, 0.0, 0.1));
 }
 
+// HZ-FORCE-02
 TEST(BridgeLink, AForceOnlyFlowsAfterAZero) {
     Pair pair({});
     pair.ready = true;  // a driver that does not wait
@@ -146,6 +147,7 @@ TEST(BridgeLink, OurOwnPauseIsNotTheBridges) {
     EXPECT_EQ(pair.motor_n(), 1.0);
 }
 
+// HZ-FORCE-15
 TEST(BridgeLink, OurClockGoingBackIsAFault) {
     Pair pair({});
     for (int i = 0; i < 20; ++i)
@@ -187,6 +189,7 @@ TEST(BridgeLink, SequenceNumbersWrap) {
 // Every kind of fault at a random moment, for a random while. What must hold: no state that is not finite,
 // and zero at the motors within 20 ms of the last good answer, with a name for it, whenever the fault was
 // one.
+// HZ-FORCE-21
 TEST(BridgeLink, TwentyThousandFaultsEndInZeroForceWithin20Ms) {
     std::minstd_rand random(4);
     std::uint64_t faults = 0, survived = 0;

@@ -135,6 +135,7 @@ TEST(BridgeProtocol, DecodesTheGoldenBytes) {
     EXPECT_STREQ(bye.reason.data(), "unplugged");
 }
 
+// HZ-FORCE-21
 TEST(BridgeProtocol, EveryFlippedBitIsNoticed) {
     for (const Bytes& golden : {kHello, kForce, kState, kCapabilities, kBye}) {
         for (std::size_t bit = 0; bit < 8 * golden.size(); ++bit) {
@@ -189,6 +190,7 @@ TEST(BridgeProtocol, AMessageOfAnotherTypeOrLengthIsRefused) {
     EXPECT_EQ(parse(frame, state), LinkFault::size);
 }
 
+// HZ-FORCE-21
 TEST(BridgeProtocol, ValuesThatCannotBeAreRefused) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     constexpr double inf = std::numeric_limits<double>::infinity();

@@ -51,6 +51,7 @@ TEST(BridgeServo, HoldsZeroUntilAZeroHasCome) {
     EXPECT_EQ(run.tick(), Vec3(0.0, 0.0, 1.0));
 }
 
+// HZ-FORCE-06
 TEST(BridgeServo, FifteenMillisecondsOfSilenceTakeTheForce) {
     ServoRun run;
     run.command({0.0, 0.0, 0.0});
@@ -64,6 +65,7 @@ TEST(BridgeServo, FifteenMillisecondsOfSilenceTakeTheForce) {
     EXPECT_TRUE(run.watchdog());
 }
 
+// HZ-FORCE-15
 TEST(BridgeServo, AForceFromTheFutureOrALongPastIsNone) {
     ServoRun run;
     run.command({0.0, 0.0, 0.0});
@@ -76,6 +78,7 @@ TEST(BridgeServo, AForceFromTheFutureOrALongPastIsNone) {
     EXPECT_EQ(run.tick(), Vec3(0.0));
 }
 
+// HZ-FORCE-01
 TEST(BridgeServo, TheDevicesPeakIsKeptWithTheDirection) {
     ServoRun run;
     run.command({0.0, 0.0, 0.0});
@@ -226,6 +229,7 @@ TEST_F(BridgeServe, TheDriverReadsWhatTheSdkReads) {
     EXPECT_NEAR(std::hypot(p.x, p.y), 0.02, 1e-9);
 }
 
+// HZ-FORCE-14
 TEST_F(BridgeServe, AClosedTrainerAndASilentOneEndInZeroForce) {
     BridgeDriver driver(test::kWallClock, {.socket_path = path});
     ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;

@@ -1,0 +1,70 @@
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "haptics/devices/falcon_firmware.h"
+
+namespace {
+
+using namespace stylet::haptics;
+
+std::int64_t now_ns = 0;
+
+// The input, piece by piece: a length, then so many bytes from the loader in the chip; 64 says that the last
+// piece sent is echoed, as a sound loader does.
+class Bytes final : public FtdiBus {
+  public:
+    explicit Bytes(std::span<const std::uint8_t> left) : left_(left) {}
+    DeviceStage open(std::string&) override { return DeviceStage::opening; }
+    BusResult control(std::uint8_t, std::uint16_t, std::string&) override { return BusResult::ok; }
+    BusResult write(std::span<const std::uint8_t> bytes, int, std::string&) override {
+        sent_.assign(bytes.begin(), bytes.end());
+        return BusResult::ok;
+    }
+    BusResult read(BusBytes& got, int, std::string&) override {
+        now_ns += 16'000'000;
+        got.count = 0;
+        if (left_.empty()) return BusResult::lost;
+        const std::size_t length = left_[0] % 65;
+        left_ = left_.subspan(1);
+        const bool echoes = length == 64;
+        const std::span<const std::uint8_t> from =
+            echoes ? std::span<const std::uint8_t>(sent_) : left_.first(std::min(length, left_.size()));
+        if (!echoes) left_ = left_.subspan(from.size());
+        got.count = std::min(from.size(), got.bytes.size());
+        std::copy_n(from.begin(), got.count, got.bytes.begin());
+        return BusResult::ok;
+    }
+    void close() noexcept override {}
+
+  private:
+    std::span<const std::uint8_t> left_;
+    std::vector<std::uint8_t> sent_;
+};
+
+}  // namespace
+
+// Whatever the loader in the chip answers: it ends within its steps, and only echoes of all of it are
+// success. HZ-RECORD-14
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    now_ns = 0;
+    std::vector<std::uint8_t> image(200);
+    for (std::size_t i = 0; i < image.size(); ++i)
+        image[i] = std::uint8_t(7 * i);
+    Bytes bus(std::span(data, size));
+    falcon::FirmwareLoader loader(bus, {nullptr, [](void*) noexcept { return now_ns; }, nullptr});
+    loader.begin();
+    std::string why;
+    auto outcome = falcon::FirmwareLoader::Outcome::going;
+    for (int steps = 0; outcome == falcon::FirmwareLoader::Outcome::going; ++steps) {
+        if (steps > 200) std::abort();
+        outcome = loader.step(image, why);
+    }
+    if (outcome == falcon::FirmwareLoader::Outcome::done && loader.sentBytes() != image.size()) std::abort();
+    if (outcome == falcon::FirmwareLoader::Outcome::failed && why.empty()) std::abort();
+    return 0;
+}

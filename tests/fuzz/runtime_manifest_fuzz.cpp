@@ -1,0 +1,12 @@
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "app/trainer/runtime_manifest.h"
+
+// A library's name or none; anything else is a bug.
+// HZ-RECORD-14
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    stylet::trainer::libraryNamedBy(std::string_view(reinterpret_cast<const char*>(data), size));
+    return 0;
+}

@@ -1,0 +1,20 @@
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#include "app/report/stills.h"
+#include "patient/package.h"
+#include "scratch_file.h"
+
+// A picture of an attempt, made small, or a DataError.
+// HZ-RECORD-14
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet;
+    const std::filesystem::path file = fuzz::scratchFile("fuzz.png", data, size);
+    try {
+        const report::Picture small = report::still(file, 16);
+        if (small.width > 16 || small.bytes.empty()) std::abort();
+    } catch (const patient::DataError&) {
+    }
+    return 0;
+}

@@ -1,0 +1,83 @@
+#include <SQLiteCpp/SQLiteCpp.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "app/records/store.h"
+#include "app/report/xapi.h"
+#include "patient/package.h"
+#include "scratch_file.h"
+
+namespace {
+
+using namespace stylet;
+
+// A store of one finished attempt, and another hand at its database.
+struct Kept {
+    records::Store store{fuzz::scratchFolder() / "store"};
+    std::string id;
+    SQLite::Database raw;
+
+    Kept()
+        : id(store.begin({"t1", "d", "p", "s", "exam", "0.1"})),
+          raw((store.folder() / "store.sqlite").string(), SQLite::OPEN_READWRITE) {
+        store.add(id, {{1, "cut", "liver"}});
+        store.finish(id, {true, 50.0, 5, {{"m", "metric", "s"}}});
+        raw.exec("PRAGMA synchronous = OFF");
+        raw.exec("PRAGMA ignore_check_constraints = ON");
+    }
+};
+
+constexpr std::size_t kTexts = 15;
+constexpr const char* kRow =
+    "UPDATE attempt SET id = ?, trainee = ?, started_utc = ?, state = ?, device = ?, patient = ?, "
+    "patient_digest = ?, scenario = ?, difficulty = ?, program_version = ?, seed = ?";
+constexpr const char* kEvent = "UPDATE event SET kind = ?, text = ?";
+constexpr const char* kMetric = "UPDATE metric SET id = ?, name = ?";
+
+}  // namespace
+
+// Lines of the input stand in the store's columns. They are read, or refused as a DataError; and whatever
+// stands there, an attempt's folder is one beside the others. HZ-RECORD-08, HZ-RECORD-14
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    static Kept kept;
+    std::vector<std::string> texts(1);
+    for (std::size_t i = 0; i < size; ++i) {
+        if (data[i] == '\n' && texts.size() < kTexts)
+            texts.emplace_back();
+        else
+            texts.back() += char(data[i]);
+    }
+    texts.resize(kTexts);
+    if (texts[0] == "-") texts[0] = kept.id;
+    double number = 0.0;
+    if (size >= sizeof number) std::memcpy(&number, data, sizeof number);
+    {
+        std::size_t next = 0;
+        SQLite::Transaction change(kept.raw);
+        for (const char* sql : {kRow, kEvent, kMetric}) {
+            SQLite::Statement update(kept.raw, sql);
+            for (int i = 1; i <= update.getBindParameterCount(); ++i)
+                update.bind(i, texts[next++]);
+            update.exec();
+        }
+        SQLite::Statement update(kept.raw, "UPDATE attempt SET dt_s = ifnull(?, 0), ticks = 5, total = ?");
+        update.bind(1, number), update.bind(2, number);
+        update.exec();
+        change.commit();
+    }
+    try {
+        const std::vector<records::StoredAttempt> attempts = kept.store.attempts();
+        for (const records::StoredAttempt& a : attempts)
+            if (a.folder.parent_path() != kept.store.folder() / "attempts" || a.folder.filename() == ".." ||
+                a.folder.filename() == "." || a.folder.filename().empty())
+                std::abort();
+        if (report::xapiStatements(attempts, {}).empty()) std::abort();
+    } catch (const patient::DataError&) {
+    }
+    return 0;
+}

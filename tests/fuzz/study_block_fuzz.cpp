@@ -1,0 +1,32 @@
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <vector>
+
+#include "app/study/kept.h"
+#include "scratch_file.h"
+
+// Of all files only the one that was kept is taken for a block of results: the input is what is done to that
+// one, a place (two bytes) and what is added to the byte there, by threes; an odd one out ends the file
+// there. HZ-RECORD-14
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet::study;
+    static const KeptBlocks kept(fuzz::scratchFolder(), 42, 3);
+    static const std::filesystem::path file = fuzz::scratchFolder() / "000000.results";
+    static const std::vector<std::uint8_t> whole = [] {
+        kept.keep(0, std::vector<PathResult>(3));
+        std::ifstream in(file, std::ios::binary);
+        return std::vector<std::uint8_t>(std::istreambuf_iterator<char>(in), {});
+    }();
+    std::vector<std::uint8_t> bytes = whole;
+    for (; size >= 3; data += 3, size -= 3)
+        bytes[std::size_t(data[0] | data[1] << 8) % bytes.size()] += data[2];
+    if (size == 1) bytes.resize(data[0]);
+    if (size == 2) bytes.insert(bytes.end(), data, data + 2);
+    fuzz::scratchFile("000000.results", bytes.data(), bytes.size());
+    if (kept.has(0) != (bytes == whole)) std::abort();
+    return 0;
+}

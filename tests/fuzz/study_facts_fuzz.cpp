@@ -1,0 +1,34 @@
+#include <cstddef>
+#include <cstdint>
+
+#include "app/study/facts.h"
+#include "patient/package.h"
+#include "scratch_file.h"
+
+namespace {
+
+template <typename Read>
+void readOrRefused(Read read, const std::filesystem::path& file) {
+    try {
+        (void)read(file);
+    } catch (const stylet::patient::DataError&) {
+    }
+}
+
+}  // namespace
+
+// A pair's facts, a plan's or a run's, or a DataError; a pair's can be written again.
+// HZ-RECORD-14
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet::study;
+    const std::filesystem::path file = fuzz::scratchFile("facts.json", data, size);
+    readOrRefused(readPlanFacts, file);
+    readOrRefused(readRunFacts, file);
+    readOrRefused(
+        [](const auto& f) {
+            writeFacts(f, readFacts(f));
+            return 0;
+        },
+        file);
+    return 0;
+}

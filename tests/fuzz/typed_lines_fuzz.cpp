@@ -1,0 +1,38 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+
+#include "app/trainer/commands.h"
+#include "app/trainer/instructor.h"
+#include "app/trainer/player.h"
+
+// What comes in at the terminal or from a window, in pieces: the user's words, the instructor's and the
+// player's. HZ-RECORD-14
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace stylet;
+    const std::string_view text(reinterpret_cast<const char*>(data), size);
+    trainer::Instructor instructor;
+    trainer::UserCommands user({}, [](const std::string&) {});
+    trainer::Player player(60.0);
+    for (std::size_t at = 0; at < text.size(); at += 48) {
+        const std::string_view piece = text.substr(at, 48);
+        const std::string rest = instructor.take(piece);
+        user.take(rest, std::uint32_t(at), {});
+        player.hear(piece);
+        player.pass(0.25);
+        const trainer::Playback& now = player.state();
+        if (!(now.at_s >= 0.0 && now.at_s <= 60.0) || !(now.speed >= trainer::Player::kSlowest) ||
+            !(now.speed <= trainer::Player::kFastest))
+            std::abort();
+    }
+    for (const haptics::Command& command : instructor.takeCommands()) {
+        if (command.kind != haptics::CommandKind::breathing) continue;
+        const haptics::BreathingScale scale = haptics::breathingScale(command);
+        for (const double v : {scale.depth, scale.rate})
+            if (!(v >= haptics::kLeastBreathing && v <= haptics::kMostBreathing)) std::abort();
+    }
+    return 0;
+}

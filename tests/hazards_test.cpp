@@ -1,0 +1,209 @@
+// The tables that must agree with the tests: hazards (hazards.toml and the tags above tests, README.md) and
+// fuzz targets (fuzz/README.md). Writes hazards.md into the build folder.
+#include <gtest/gtest.h>
+
+#include <toml++/toml.h>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace fs = std::filesystem;
+
+namespace {
+
+const fs::path kRoot = STYLET_SOURCE_DIR;
+
+std::string read(const fs::path& file) {
+    std::ifstream in(file);
+    std::stringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+struct Hazard {
+    std::string id, what, requirement, open;
+    std::vector<std::string> mitigation;
+};
+
+struct Shown {
+    std::string test, file;
+};
+
+struct Tags {
+    std::map<std::string, std::vector<Shown>> of;  // by hazard
+    std::vector<std::string> complaints;
+};
+
+std::vector<Hazard> hazardsIn(std::string_view toml) {
+    std::vector<Hazard> hazards;
+    const toml::table table = toml::parse(toml);
+    for (const toml::node& node : *table["hazard"].as_array()) {
+        const toml::table& h = *node.as_table();
+        const auto text = [&](const char* key) { return h[key].value_or(std::string()); };
+        hazards.push_back({text("id"), text("what"), text("requirement"), text("open"), {}});
+        for (const toml::node& file : *h["mitigation"].as_array())
+            hazards.back().mitigation.push_back(file.value_or(std::string()));
+    }
+    return hazards;
+}
+
+// A tag belongs to the test whose first line is the next that is no comment.
+void collect(const std::string& file, const std::string& text, Tags& tags) {
+    static const std::regex tag("// (HZ-[A-Z0-9-]+(, HZ-[A-Z0-9-]+)*)"), id("HZ-[A-Z0-9-]+");
+    static const std::regex begin("TEST(_F|_P)?\\((\\w+), (\\w+)\\) \\{"),
+        fuzz("extern \"C\" int LLVMFuzzer.*");
+    std::vector<std::string> waiting;
+    std::istringstream lines(text);
+    std::smatch found;
+    for (std::string line; std::getline(lines, line);) {
+        if (std::regex_match(line, found, tag)) {
+            const std::string ids = found[1];
+            for (std::sregex_iterator it(ids.begin(), ids.end(), id), end; it != end; ++it)
+                waiting.push_back(it->str());
+            continue;
+        }
+        if (line.starts_with("//") || waiting.empty()) {
+            if (line.find("// HZ-") != std::string::npos)
+                tags.complaints.push_back(file + ": this is no line of tags: " + line);
+            continue;
+        }
+        std::string test;
+        if (std::regex_match(line, found, begin)) test = found[2].str() + "." + found[3].str();
+        if (std::regex_match(line, fuzz)) test = fs::path(file).stem().string();
+        if (test.empty() || test.find("DISABLED_") != std::string::npos)
+            tags.complaints.push_back(file + ": " + waiting.front() +
+                                      " stands above no test that runs: " + line);
+        for (const std::string& hazard : waiting)
+            tags.of[hazard].push_back({test, file});
+        waiting.clear();
+    }
+    for (const std::string& hazard : waiting)
+        tags.complaints.push_back(file + ": " + hazard + " stands above no test");
+}
+
+std::vector<std::string> complaintsOf(const std::vector<Hazard>& hazards, const Tags& tags) {
+    std::vector<std::string> complaints = tags.complaints;
+    std::set<std::string> known;
+    for (const Hazard& h : hazards) {
+        if (!known.insert(h.id).second) complaints.push_back(h.id + " is there twice");
+        if (h.what.empty() || h.requirement.empty() || h.mitigation.empty())
+            complaints.push_back(h.id + " lacks what, requirement or mitigation");
+        for (const std::string& file : h.mitigation)
+            if (!fs::is_regular_file(kRoot / file)) complaints.push_back(h.id + ": there is no " + file);
+        if (h.open.empty() && !tags.of.contains(h.id))
+            complaints.push_back(h.id + " has no test and is not called open");
+    }
+    for (const auto& [hazard, tests] : tags.of)
+        if (!known.contains(hazard))
+            complaints.push_back(tests.front().file + ": " + hazard + " is not in tests/hazards.toml");
+    return complaints;
+}
+
+// Every source of a test that is built: a file that no CMakeLists.txt names runs nothing.
+Tags tagsOfTheTests() {
+    Tags tags;
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests")) {
+        const fs::path& file = entry.path();
+        if (file.extension() != ".cpp" || file.filename() == "hazards_test.cpp") continue;
+        const std::string text = read(file), name = fs::relative(file, kRoot).generic_string();
+        if (text.find("// HZ-") == std::string::npos) continue;
+        collect(name, text, tags);
+        bool built = false;
+        for (fs::path folder = file.parent_path(); folder != kRoot && !built; folder = folder.parent_path()) {
+            const std::string lists = read(folder / "CMakeLists.txt"), stem = file.stem().string();
+            built = std::regex_search(lists, std::regex("\\b" + stem + "\\.cpp\\b")) ||
+                    (stem.ends_with("_fuzz") &&
+                     std::regex_search(lists, std::regex("\\b" + stem.substr(0, stem.size() - 5) + "\\b")));
+        }
+        if (!built) tags.complaints.push_back(name + " has tags, and no CMakeLists.txt names it");
+    }
+    return tags;
+}
+
+std::string table(const std::vector<Hazard>& hazards, const Tags& tags) {
+    std::ostringstream out;
+    out << "# Hazards, requirements, tests\n\nStylet is a training simulator, not a medical device, and was "
+           "not "
+           "evaluated to IEC 62304, ISO 14971 or IEC 60601. This table is no risk file; it says what could "
+           "hurt "
+           "somebody who trains, what is required against it, where that is done and which tests show it. "
+           "Made "
+           "from tests/hazards.toml and the tags in the tests by hazards_test.\n\n## Open\n\n";
+    for (const Hazard& h : hazards)
+        if (!h.open.empty()) out << "- **" << h.id << "** " << h.what << ": " << h.open << ".\n";
+    out << "\n## All\n\n| hazard | what could happen | required | where | shown by "
+           "|\n|---|---|---|---|---|\n";
+    for (const Hazard& h : hazards) {
+        out << "| " << h.id << " | " << h.what << " | " << h.requirement << " | ";
+        for (const std::string& file : h.mitigation)
+            out << "`" << file << "` ";
+        out << "| " << (h.open.empty() ? "" : "**open** ");
+        if (const auto tests = tags.of.find(h.id); tests != tags.of.end())
+            for (const Shown& shown : tests->second)
+                out << "`" << shown.test << "` ";
+        out << "|\n";
+    }
+    return out.str();
+}
+
+TEST(Hazards, EachHasATestOrIsOpenAndEachTagAHazard) {
+    const std::vector<Hazard> hazards = hazardsIn(read(kRoot / "tests/hazards.toml"));
+    const Tags tags = tagsOfTheTests();
+    EXPECT_GT(hazards.size(), 30u);
+    for (const std::string& complaint : complaintsOf(hazards, tags))
+        ADD_FAILURE() << complaint;
+    std::ofstream(fs::path(STYLET_BINARY_DIR) / "hazards.md") << table(hazards, tags);
+}
+
+TEST(Hazards, ViolationsAreNoticed) {
+    const std::string toml =
+        "[[hazard]]\nid = \"HZ-A-01\"\nwhat = \"w\"\nrequirement = \"r\"\nmitigation = [\"README.md\"]\n";
+    const auto count = [](const std::string& list, const std::string& test) {
+        Tags tags;
+        collect("a_test.cpp", test, tags);
+        return complaintsOf(hazardsIn(list), tags).size();
+    };
+    const std::string sound = "// HZ-A-01\n// why\nTEST(A, B) {\n}\n";
+    EXPECT_EQ(count(toml, sound), 0u);
+    EXPECT_EQ(count(toml + "open = \"no device\"\n", "TEST(A, B) {\n"), 0u);
+    EXPECT_EQ(count(toml, "TEST(A, B) {\n"), 1u);                               // no test
+    EXPECT_EQ(count(toml + toml, sound), 1u);                                   // twice
+    EXPECT_EQ(count(toml, sound + "// HZ-A-02\nTEST(A, C) {\n"), 1u);           // an unknown hazard
+    EXPECT_EQ(count(toml, sound + "// HZ-A-01\n\nTEST(A, C) {\n"), 1u);         // above no test
+    EXPECT_EQ(count(toml, sound + "// HZ-A-01\n"), 1u);                         // at the end
+    EXPECT_EQ(count(toml, sound + "// HZ-A-01 and more\nTEST(A, C) {\n"), 1u);  // hidden in a sentence
+    EXPECT_EQ(count(toml, "// HZ-A-01\nTEST(A, DISABLED_B) {\n"), 1u);
+    EXPECT_EQ(count(toml + "open = \"\"\n", "// HZ-A-01\nvoid helper() {\n"), 1u);
+    EXPECT_EQ(
+        count(
+            "[[hazard]]\nid = \"HZ-A-01\"\nwhat = \"w\"\nrequirement = \"r\"\nmitigation = [\"gone.cpp\"]\n",
+            sound),
+        1u);
+}
+
+TEST(FuzzTargets, TheTableNamesEachAndEachHasACorpus) {
+    const std::string readme = read(kRoot / "tests/fuzz/README.md"),
+                      lists = read(kRoot / "tests/fuzz/CMakeLists.txt");
+    std::set<std::string> named, there;
+    static const std::regex row("\\| `(\\w+)` \\| `([^`]+)` \\|");
+    for (std::sregex_iterator it(readme.begin(), readme.end(), row), end; it != end; ++it) {
+        named.insert((*it)[1]);
+        EXPECT_TRUE(fs::is_regular_file(kRoot / (*it)[2].str())) << (*it)[2];
+    }
+    for (const auto& entry : fs::directory_iterator(kRoot / "tests/fuzz"))
+        if (const std::string stem = entry.path().stem().string(); stem.ends_with("_fuzz"))
+            there.insert(stem.substr(0, stem.size() - 5));
+    EXPECT_EQ(named, there);
+    for (const std::string& target : there) {
+        EXPECT_TRUE(std::regex_search(lists, std::regex("\\b" + target + "\\b")))
+            << target << " is not built";
+        EXPECT_FALSE(fs::is_empty(kRoot / "tests/fuzz/corpus" / target)) << target;
+    }
+}
+
+}  // namespace

@@ -5,7 +5,9 @@
 #include "app/modeller/import_command.h"
 
 int main(int argc, char** argv) {
-    CLI::App app{"stylet-model: makes, checks and shows virtual patients"};
+    CLI::App app{
+        "stylet-model: makes, checks and shows virtual patients.\n"
+        "Part of a training simulator, not a medical device."};
     // Optional to the parser, so that a stray word is named before the missing command is.
     app.require_subcommand(0, 1);
     app.callback([&app] {

@@ -32,11 +32,13 @@ std::string text(const char* format, auto... values) {
 }  // namespace
 
 Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m) {
-    Vec3 from = scan.origin_m - kAirAround_m, to = scan.centre(scan.dims - 1) + kAirAround_m;
+    // Whole voxels: at the scan's own spacing the section's are the scan's.
+    const double rim_m = std::ceil(kAirAround_m / spacing_m - 1e-6) * spacing_m;
+    Vec3 from = scan.origin_m - rim_m, to = scan.centre(scan.dims - 1) + rim_m;
     from.z = std::max(scan.origin_m.z, low_m);
-    to.z = std::min(to.z - kAirAround_m, high_m);
+    to.z = std::min(to.z - rim_m, high_m);
     for (int d = 0; d < 2; ++d)
-        if (to[d] - from[d] > kMostSide_m + 2.0 * kAirAround_m)
+        if (to[d] - from[d] > kMostSide_m + 2.0 * rim_m)
             throw ImportError(text("the scan is %.0f mm wide; %.0f mm is the most this program takes",
                                    1e3 * (to[d] - from[d]), 1e3 * kMostSide_m));
     const Vec3 steps = glm::floor((to - from) / spacing_m);

@@ -1,6 +1,6 @@
 // The store: every attempt of a training place, on its own disk first. One SQLite file as index and a folder
 // for each attempt:
-//   store.sqlite          attempts, metrics, events (WAL); README.md has the schema
+//   store.sqlite          attempts, metrics, events (WAL); the guide's records.md has the schema
 //   attempts/ID/          what `stylet run --out` leaves: summary.json, pictures, record/
 // What finish() has acknowledged survives a kill and a power loss. An attempt whose writer is gone is found
 // when the store is opened: its files are cut at the last whole frame, it is called cut short, and that is

@@ -7,7 +7,8 @@
 
 int main(int argc, char** argv) {
     CLI::App app(
-        "stylet-study: force errors of patients built from a CT alone, against references of the same CT");
+        "stylet-study: force errors of patients built from a CT alone, against references of the same CT.\n"
+        "Part of a training simulator, not a medical device.");
     app.require_subcommand(1);
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::study::StudyOptions o;

@@ -4,7 +4,7 @@
     read_attempt.py STORE        a line for each attempt, with its peak force
     read_attempt.py STORE ID     one attempt: score, metrics, events, peak force
 
-app/records/README.md says what tables and files hold.
+packaging/guide/records.md says what tables and files hold, app/records/README.md what each byte is.
 """
 
 import pathlib

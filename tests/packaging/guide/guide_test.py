@@ -1,0 +1,246 @@
+#!/usr/bin/env python3
+"""Runs every command of the user's guide, page by page, as a reader would: in an empty home, with an empty folder to work in.
+
+    guide_test.py GUIDE BUILD [PAGE...]     the pages in the folder GUIDE, with the programs of the build folder BUILD
+
+What the first word after a fence says of its block:
+    sh                  run by bash, one shell a page; it has to succeed
+    sh exit=N           it has to end with status N
+    sh headset          the mock runtime stands in for the headset
+    sh norun: REASON    not run here; NOT_RUN below says how many of them a page has
+    text                lines that the block before has printed, in this order; "..." in a line stands for anything
+    files               files (the first word of each line) that are there, and not empty, after the block before
+Any other fence is refused, so that nothing on a page escapes.
+"""
+import concurrent.futures
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import reference
+
+# A block that is not run is a promise nobody checks: a new one is written down here, or there is none.
+NOT_RUN = {
+    "README.md": 2,
+    "trainee.md": 1,
+    "instructor.md": 2,
+    "researcher.md": 2,
+    "xrmock.md": 2,
+    "developer.md": 3,
+    "metrics.md": 0,
+    "records.md": 0,
+    "formats.md": 0,
+}
+LONGEST_PAGE = 150  # lines, of those for a reader; chapters to look things up in may be longer
+CHAPTERS = {"metrics.md", "records.md", "formats.md"}
+LONGEST_BLOCK_S = 300
+
+
+class Wrong(Exception):
+    """What a page says is not so."""
+
+
+class Block:
+    def __init__(self, page, line, info, text):
+        self.place = f"{page}:{line}"
+        self.kind, _, self.more = info.partition(" ")
+        self.text = text
+
+
+def blocks_of(page, text):
+    found, open_at, info, lines = [], None, "", []
+    for number, line in enumerate(text.splitlines(), 1):
+        if open_at is None and line.startswith("```"):
+            open_at, info, lines = number, line[3:].strip(), []
+        elif open_at is not None and line.strip() == "```":
+            found.append(Block(page, open_at, info, "\n".join(lines)))
+            open_at = None
+        elif open_at is not None:
+            lines.append(line)
+        elif line.lstrip().startswith("```"):
+            raise Wrong(f"{page}:{number}: a fence that is indented is not read")
+    if open_at is not None:
+        raise Wrong(f"{page}:{open_at}: this fence is never closed")
+    return found
+
+
+class Shell:
+    """Where a page's commands run: what one exports, and where it goes, holds for the next."""
+
+    def __init__(self, folder, environment, headset):
+        self.folder, self.environment, self.headset = folder, environment, headset
+        self.state = folder / ".state"
+        self.state.write_text("")
+
+    def run(self, block):
+        before, after = "", ""
+        if block.more == "headset":
+            before, after = f"export XR_RUNTIME_JSON='{self.headset}'", "unset XR_RUNTIME_JSON"
+        script = (f"set -euo pipefail\nsource '{self.state}'\n{before}\n{block.text}\n{after}\n"
+                  f"{{ export -p; printf 'cd %q\\n' \"$PWD\"; }} >'{self.state}'\n")
+        with tempfile.TemporaryFile() as output:
+            process = subprocess.Popen(["bash", "-c", script], cwd=self.folder, env=self.environment, stdin=subprocess.DEVNULL,
+                                       stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
+            try:
+                status = process.wait(LONGEST_BLOCK_S)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+                status = f"none within {LONGEST_BLOCK_S} s"
+            output.seek(0)
+            return status, output.read().decode(errors="replace")
+
+
+def check_text(block, output):
+    rest = output
+    for line in filter(None, (line.strip() for line in block.text.splitlines())):
+        pattern = ".*".join(re.escape(part.strip()) for part in line.split("..."))
+        match = re.search(pattern, rest)
+        if not match:
+            raise Wrong(f"{block.place}: was not printed (here): {line}\n--- what was printed:\n{output}")
+        rest = rest[match.end():]
+
+
+def check_files(block, shell):
+    words = shell.state.read_text().splitlines()[-1]
+    folder = pathlib.Path(subprocess.run(["bash", "-c", f"{words}; pwd"], capture_output=True, text=True, check=True).stdout.strip())
+    for line in filter(str.strip, block.text.splitlines()):
+        file = folder / line.split()[0]
+        if not file.exists() or (file.is_file() and file.stat().st_size == 0):
+            there = sorted(str(f.relative_to(folder)) for f in file.parent.glob("*")) if file.parent.exists() else []
+            raise Wrong(f"{block.place}: is not there, or empty: {line.split()[0]}\n--- beside it: {there}")
+
+
+def run_page(page, text, shell, say):
+    """Returns the places of the blocks that are not run, each with its reason."""
+    left_out, output = [], None
+    for block in blocks_of(page, text):
+        if block.kind == "sh" and block.more.startswith("norun:"):
+            left_out.append(f"{block.place}: {block.more[6:].strip()}")
+            output = None
+        elif block.kind == "sh":
+            wanted = re.fullmatch(r"(?:|headset|exit=(\d+))", block.more)
+            if not wanted:
+                raise Wrong(f"{block.place}: unknown: {block.more}")
+            began = time.monotonic()
+            status, output = shell.run(block)
+            say(f"{block.place}: {time.monotonic() - began:.1f} s")
+            if status != int(wanted.group(1) or 0):
+                raise Wrong(f"{block.place}: exit status {status}:\n{block.text}\n--- it printed:\n{output}")
+        elif block.kind in ("text", "files"):
+            if output is None:
+                raise Wrong(f"{block.place}: nothing was run before that could be looked at")
+            check_text(block, output) if block.kind == "text" else check_files(block, shell)
+        else:
+            raise Wrong(f"{block.place}: a fence must say sh, text or files")
+    return left_out
+
+
+def check_links(guide, page, text):
+    for target in re.findall(r"\]\(([^)#\s]+)", re.sub(r"```.*?```", "", text, flags=re.S)):
+        if "://" not in target and not (guide / target).exists():
+            raise Wrong(f"{page}: links to {target}, which is not there")
+
+
+def check_refusals(folder):
+    """Pages that must be found wrong: a test that passes whatever a page says is none."""
+    shell = Shell(folder, dict(os.environ), "")
+    for text in ("```sh\nfalse\n```", "```sh\nfalse | true\n```", "```sh exit=1\ntrue\n```", "```sh\ntrue", "```bash\ntrue\n```",
+                 "```sh\necho a; echo b\n```\n```text\nb\na\n```", "```sh\n:\n```\n```files\nnone.txt\n```",
+                 "```sh\n: >empty\n```\n```files\nempty\n```", "```text\nanything\n```", "```sh\nno-such-program\n```"):
+        try:
+            run_page("(a page that is wrong)", text, shell, lambda _: None)
+        except Wrong:
+            continue
+        raise Wrong(f"this page should have been found wrong:\n{text}")
+
+
+class Display:
+    """A screen for the windows, of the test's own."""
+
+    def __enter__(self):
+        read, write = os.pipe()
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+                                       pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(write)
+        with os.fdopen(read) as told:
+            return ":" + told.readline().strip()
+
+    def __exit__(self, *_):
+        self.server.terminate()
+        self.server.wait()
+
+
+def place_for(page, temp, source, build):
+    """An empty folder, but for what a reader has who stands in a clone with its build."""
+    folder = temp / page
+    (folder / "build").mkdir(parents=True)
+    (folder / "home").mkdir()
+    for name in ("app", "assets", "packaging", "xr"):
+        (folder / name).symlink_to(source / name)
+    for name in ("release", "mock"):
+        (folder / "build" / name).symlink_to(build)
+    return folder
+
+
+def main():
+    guide, build = (pathlib.Path(a).resolve() for a in sys.argv[1:3])
+    source = guide.parent.parent
+    pages = sys.argv[3:] or sorted(p.name for p in guide.glob("*.md"))
+    temp = pathlib.Path(tempfile.mkdtemp(prefix="stylet-guide-"))
+    began, failed = time.monotonic(), []
+    # No runtime but the one that a block names; one cache, as making a patient takes seconds.
+    bare = {k: v for k, v in os.environ.items() if not re.match("STYLET_|XDG_|XR_|XRMOCK_|LC_|LANG|WAYLAND_DISPLAY", k)}
+    bare |= {"PATH": f"{build}/bin:{os.environ['PATH']}", "XDG_CACHE_HOME": str(temp / "cache")}
+
+    def test(page):
+        lines, text = [], (guide / page).read_text()
+        folder = place_for(page, temp, source, build)
+        shell = Shell(folder, bare | {"HOME": str(folder / "home"), "PWD": str(folder)}, str(build / "lib" / "xrmock.json"))
+        try:
+            check_links(guide, page, text)
+            if page not in CHAPTERS and len(text.splitlines()) > LONGEST_PAGE:
+                raise Wrong(f"{page}: more than {LONGEST_PAGE} lines")
+            left_out = run_page(page, text, shell, lines.append)
+            lines += [f"not run: {one}" for one in left_out]
+            if len(left_out) != NOT_RUN[page]:
+                raise Wrong(f"{page}: {len(left_out)} blocks are not run, and NOT_RUN says {NOT_RUN[page]}")
+        except Wrong as wrong:
+            failed.append(page)
+            lines.append(f"WRONG: {wrong}")
+        if lines:
+            print("\n".join(lines), flush=True)
+
+    try:
+        if not sys.argv[3:] and set(pages) != set(NOT_RUN):
+            raise Wrong(f"pages are {pages}, and NOT_RUN has {sorted(NOT_RUN)}")
+        (temp / "wrong").mkdir()
+        check_refusals(temp / "wrong")
+        with Display() as display, concurrent.futures.ThreadPoolExecutor(2) as pool:
+            bare["DISPLAY"] = display
+            # The first makes the patient that the others take from the cache.
+            first = next((p for p in pages if p == "trainee.md"), pages[0])
+            test(first)
+            list(pool.map(test, (p for p in pages if p != first)))
+        if not failed and not sys.argv[3:]:
+            different = reference.differences(guide, temp, source)
+            if different:
+                raise Wrong("\n".join(different))
+    except Wrong as wrong:
+        failed.append("guide")
+        print(f"WRONG: {wrong}")
+    finally:
+        shutil.rmtree(temp, ignore_errors=True)
+    print(f"{len(pages)} pages, {sum(NOT_RUN.get(p, 0) for p in pages)} blocks not run, {time.monotonic() - began:.0f} s: "
+          + (f"FAILED: {', '.join(sorted(failed))}" if failed else "all as the guide says"))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,101 @@
+"""Holds the guide's chapters to what the programs write: each name that is written is described, and each that is described
+is written. The files are those that the commands of the guide's pages have left.
+"""
+import csv
+import json
+import re
+import sqlite3
+import tomllib
+
+
+def described(guide, page, heading, sometimes=False):
+    """Names in the first cells of the tables under a heading, but for those that are there only sometimes."""
+    text = (guide / page).read_text()
+    start = re.search(rf"^#+ {re.escape(heading)}$", text, re.M)
+    if not start:
+        raise KeyError(f"{page} has no heading {heading}")
+    section = re.split(r"^#", text[start.end():], maxsplit=1, flags=re.M)[0]
+    names = []
+    for line in section.splitlines():
+        cells = line.split(" | ")
+        if line.startswith("| `") and (len(cells) < 2 or cells[1].startswith("sometimes:") == sometimes):
+            names += re.findall(r"`([^`]+)`", cells[0])
+    return names
+
+
+def fields(value, stop=(), prefix=""):
+    """Dotted names of an object's fields; lists, and what is named in `stop`, are not looked into."""
+    names = []
+    for key, inner in value.items():
+        name = prefix + key
+        names += fields(inner, stop, name + ".") if isinstance(inner, dict) and name not in stop else [name]
+    return names
+
+
+def columns(file):
+    with open(file, newline="") as rows:
+        return next(csv.reader(rows))
+
+
+def toml_fields(value):
+    names = []
+    for key, inner in value.items():
+        for one in inner if isinstance(inner, list) and inner and isinstance(inner[0], dict) else [inner]:
+            names += [f"{key}.{k}" for k in one] if isinstance(one, dict) else [key]
+    return list(dict.fromkeys(names))
+
+
+def written(pages, source):
+    """What is to be found under which heading of which chapter: (chapter, heading, names)."""
+    research, trainee, instructor = pages / "researcher.md", pages / "trainee.md", pages / "instructor.md"
+    store = research / "home/.local/share/stylet/records"
+    with sqlite3.connect(f"file:{store / 'store.sqlite'}?mode=ro", uri=True) as index:
+        tables = [name for (name,) in index.execute("SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite_%'")]
+        for table in tables:
+            yield "records.md", f"`{table}`", [row[1] for row in index.execute(f"PRAGMA table_info({table})")]
+    centre = (source / "app/records/centre.cpp").read_text()
+    for table, body in re.findall(r"CREATE TABLE stylet\.(\w+) \((.*?)\n\);", centre, re.S):
+        yield "records.md", f"`stylet.{table}`", re.findall(r"^    ([a-z]\w*) ", body, re.M)
+
+    attempt = next((store / "attempts").iterdir())
+    whole = ("force_truth", "haptics.controller", "frame_ms", "visuo_haptic", "skips")
+    yield "records.md", "`summary.json`", fields(json.loads((attempt / "summary.json").read_text()), whole)
+    yield "records.md", "`record.json`", fields(json.loads((attempt / "record/record.json").read_text()))
+    export = next((instructor / "backup/attempts").iterdir())
+    yield "records.md", "`attempt.json`", fields(json.loads((export / "attempt.json").read_text()))
+    yield "records.md", "`force-depth.csv`", columns(attempt / "force-depth.csv")
+    yield "records.md", "`frames.csv`", columns(pages / "developer.md/mine/record/frames.csv")
+    yield "records.md", "`course.csv`", columns(trainee / "debrief/course.csv")
+
+    yield "formats.md", "`hand.csv`", columns(research / "hand.csv")
+    patient = research / "truth"
+    yield "formats.md", "`patient.toml`", toml_fields(tomllib.loads((patient / "patient.toml").read_text()))
+    yield "formats.md", "`paths.json`", fields(json.loads((research / "study/truth/paths.json").read_text()))
+
+    study = json.loads((research / "study/summary.json").read_text())
+    one = study["patients"][0]
+    spreads = [name for name, value in one.items() if isinstance(value, dict) and "outlier_limit" in value]
+    yield "metrics.md", "Patients and all: `summary.json`", fields(one, spreads + ["exact"])
+    yield "metrics.md", "A spread", list(one["rmse_n"])
+    yield "metrics.md", "An entry of `tissues`", list(one["tissues"][0])
+    yield "metrics.md", "An entry of `causes`", list(one["causes"][0])
+    tissue = re.compile(r"^(" + "|".join(re.escape(t["tissue"]) for t in one["tissues"]) + ")_(?=(mean|hausdorff|event)_mm$)")
+    yield "metrics.md", "A path: `paths.csv`", [tissue.sub("*_", name) for name in columns(research / "study/truth/paths.csv")]
+
+
+def differences(guide, pages, source):
+    """A line for each name that is only in the guide, or only in what was written."""
+    found, chapters = [], {}
+    for page, heading, names in written(pages, source):
+        told, maybe = (described(guide, page, heading, s) for s in (False, True))
+        chapters.setdefault(page, set()).add(heading)
+        found += [f"{page}, {heading}: {n} is written and not described" for n in set(names) - set(told) - set(maybe)]
+        found += [f"{page}, {heading}: {n} is described and not written" for n in set(told) - set(names)]
+        if not names:
+            found.append(f"{page}, {heading}: nothing was written to compare it with")
+    # A heading that names a table or a file is one of those above.
+    for page in ("records.md", "formats.md"):
+        for heading in re.findall(r"^## (`.*`)$", (guide / page).read_text(), re.M):
+            if heading not in chapters[page]:
+                found.append(f"{page}: {heading} is described, and nothing of that name was looked at")
+    return found

@@ -37,23 +37,28 @@ endif()
 
 # The standard headers are a third of a build's time. Precompiled, GCC warns of what is theirs, and what a file forgets to
 # include is not noticed: both are left to the plain builds.
-if(STYLET_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+option(STYLET_PRECOMPILE "Precompile the standard headers" OFF)
+if(STYLET_PRECOMPILE)
     set(STYLET_STANDARD_HEADERS <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <fstream> <functional>
         <map> <memory> <mutex> <optional> <span> <string> <string_view> <thread> <utility> <vector>
         <glm/geometric.hpp> <glm/gtc/quaternion.hpp>)
     set(CMAKE_PCH_WARN_INVALID OFF)  # a target with flags of its own reads them as they are
-    target_compile_options(stylet_flags INTERFACE -w $<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>)  # the latter for ccache
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+        target_compile_options(stylet_flags INTERFACE -w $<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>)  # the latter for ccache
+    else()
+        target_compile_options(stylet_flags INTERFACE -Xclang -fno-pch-timestamp)  # for ccache
+    endif()
     add_library(stylet_precompiled STATIC ${CMAKE_SOURCE_DIR}/cmake/empty.cpp)
     target_link_libraries(stylet_precompiled PRIVATE stylet_flags)
     target_precompile_headers(stylet_precompiled PRIVATE ${STYLET_STANDARD_HEADERS})
 endif()
 
-# stylet_library(name SOURCES ... PUBLIC ... PRIVATE ...): a static library of one folder.
+# stylet_library(name SOURCES ... PUBLIC ... PRIVATE ... OWN_PRECOMPILED): a static library of one folder.
 function(stylet_library name)
-    cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+    cmake_parse_arguments(ARG "OWN_PRECOMPILED" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
     add_library(${name} STATIC ${ARG_SOURCES})
     target_link_libraries(${name} PUBLIC stylet_flags ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-    if(TARGET stylet_precompiled)
+    if(TARGET stylet_precompiled AND NOT ARG_OWN_PRECOMPILED)
         target_precompile_headers(${name} REUSE_FROM stylet_precompiled)
     endif()
 endfunction()
@@ -65,10 +70,11 @@ function(stylet_program name)
     target_link_libraries(${name} PRIVATE stylet_flags ${ARG_LINK})
 endfunction()
 
-# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ...): a GoogleTest program of tests/<module>.
+# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... PARALLEL): a GoogleTest program of tests/<module>.
 # One ctest entry a program: most tests are short, and starting a process for each would cost more than running it.
+# PARALLEL: it has no clock, device or picture to keep up with, and may run beside others of its kind.
 function(stylet_test name)
-    cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+    cmake_parse_arguments(ARG "PARALLEL" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
     add_executable(${name} ${ARG_SOURCES})
     target_link_libraries(${name} PRIVATE stylet_flags stylet_test_main ${ARG_LINK})
     if(TARGET stylet_precompiled)
@@ -79,6 +85,9 @@ function(stylet_test name)
         set(ARG_TIMEOUT 300)
     endif()
     add_test(NAME ${name} COMMAND ${name})
+    if(NOT ARG_PARALLEL)
+        set_tests_properties(${name} PROPERTIES RUN_SERIAL TRUE)
+    endif()
     set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
         ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/support/uninstrumented.tsan")
 endfunction()

@@ -1,6 +1,7 @@
 #include "app/study/commands.h"
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <fstream>
@@ -69,7 +70,7 @@ std::vector<PlannedPath> planInto(const StudyOptions& o, const Pair& pair, const
     const patient::PlanResult& r = plan.result;
     const double seconds = clock.seconds();
     writePlanTable(folder / "plan.csv", plan);
-    writePlanSummary(folder / "plan.json", plan);
+    writePlanSummary(folder / "plan.json", plan, o.plan);
     savePicture(folder / "paths.png", pair, r.paths, o.plan.threads);
     patient::savePaths({pair.reference_digest, patient::kPlannerVersion, r.paths}, folder / "paths.json");
     std::printf("%s: %zu paths of %zu pairs of skin and duct (%zu not walked), %.1f s\n", pair.name.c_str(),
@@ -77,14 +78,24 @@ std::vector<PlannedPath> planInto(const StudyOptions& o, const Pair& pair, const
     return std::move(plan.result.paths);
 }
 
-bool isPlanned(const Pair& pair, const fs::path& folder) {
-    if (!fs::exists(folder / "paths.json")) return false;
-    const patient::StoredPaths stored = patient::loadPaths(folder / "paths.json");
-    if (stored.patient_digest == pair.reference_digest && stored.planner_version == patient::kPlannerVersion)
-        return true;
-    std::printf("%s: %s is of another patient or planner\n", pair.name.c_str(),
-                (folder / "paths.json").c_str());
-    return false;
+bool isOf(const PlanRequest& request, const PlanFacts& plan) {
+    constexpr double kSame_m = 1e-9;
+    return std::fabs(plan.skin_spacing_m - request.skin_spacing_m) < kSame_m &&
+           std::fabs(plan.target_spacing_m - request.target_spacing_m) < kSame_m &&
+           plan.breaths == request.breaths;
+}
+
+bool isPlanned(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
+    const fs::path file = folder / "paths.json";
+    if (!fs::exists(file)) return false;
+    const patient::StoredPaths stored = patient::loadPaths(file);
+    const char* other = nullptr;
+    if (stored.patient_digest != pair.reference_digest || stored.planner_version != patient::kPlannerVersion)
+        other = "patient or planner";
+    else if (o.plan_is_asked && !isOf(o.plan, readPlanFacts(folder / "plan.json")))
+        other = "spacing or number of breaths";
+    if (other) std::printf("%s: %s is of another %s\n", pair.name.c_str(), file.c_str(), other);
+    return !other;
 }
 
 std::vector<PlannedPath> loadPlanned(const StudyOptions& o, const fs::path& folder) {
@@ -130,7 +141,7 @@ void runPair(const Study& study, const Share& share, const Ranks& ranks) {
     const Pair pair = study.load(share.pair);
     const fs::path folder = study.folder(share.pair);
     const bool leads = share.part == 0;
-    if (leads && !isPlanned(pair, folder)) planInto(o, pair, folder);
+    if (leads && !isPlanned(o, pair, folder)) planInto(o, pair, folder);
     const bool shared = std::size_t(ranks.size()) > study.file.pairs.size();
     if (shared) ranks.wait();
     const std::vector<PlannedPath> paths = loadPlanned(o, folder);
@@ -148,6 +159,10 @@ void runPair(const Study& study, const Share& share, const Ranks& ranks) {
 }
 
 void print(const Summary& s) {
+    if (s.paths == 0) {
+        std::printf("%s: no path, and so nothing to compare\n", s.name.c_str());
+        return;
+    }
     std::printf(
         "%s: %zu paths, RMSE %.3f +- %.3f N (median %.3f, %.2f %% outliers), maximum %.2f +- %.2f N (median "
         "%.2f, %.2f %%), %.1f %% identical, borders %.2f mm, Hausdorff %.2f mm\n",

@@ -198,7 +198,10 @@ PlanFacts readPlanFacts(const fs::path& file) {
     const Json json = readJson(file, kPlanFormat);
     const Members in(file, "", json);
     using Bins = std::vector<std::size_t>;
-    PlanFacts f{in.get<std::size_t>("candidates"),
+    PlanFacts f{1e-3 * in.get<double>("skin_spacing_mm"),
+                1e-3 * in.get<double>("target_spacing_mm"),
+                in.get<int>("breaths"),
+                in.get<std::size_t>("candidates"),
                 in.get<std::size_t>("skipped"),
                 in.get<std::size_t>("blocked"),
                 in.get<std::size_t>("too_long"),

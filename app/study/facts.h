@@ -41,6 +41,8 @@ PairFacts readFacts(const std::filesystem::path& json);
 
 // plan.json, as the report needs it.
 struct PlanFacts {
+    double skin_spacing_m = 0.0, target_spacing_m = 0.0;  // as asked for: 0 is every voxel
+    int breaths = 0;
     std::size_t candidates = 0, skipped = 0, blocked = 0, too_long = 0, poor = 0, kept = 0;
     std::vector<std::size_t> c3, c4, quality;  // of the kept paths, in equal bins of [0, 1]
     std::vector<std::size_t> worst_quality;    // over the breath's phases; empty where they were not rated

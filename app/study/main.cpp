@@ -17,12 +17,16 @@ int main(int argc, char** argv) {
     const auto planned = [&](CLI::App* command) {
         command->add_option("study", o.study, "TOML file that lists the pairs")->required();
         command->add_option("--out", o.out, "folder of what comes of it")->required();
+        const auto asked = [&](const std::string&) { o.plan_is_asked = true; };
         command->add_option("--skin-spacing-mm", skin_mm, "of the skin voxels planned from; 0: every one")
-            ->check(CLI::Range(0.0, 50.0));
+            ->check(CLI::Range(0.0, 50.0))
+            ->each(asked);
         command->add_option("--target-spacing-mm", target_mm, "of the duct's voxels planned to; 0: every one")
-            ->check(CLI::Range(0.0, 50.0));
+            ->check(CLI::Range(0.0, 50.0))
+            ->each(asked);
         command->add_option("--breaths", o.plan.breaths, "rate the paths anew in so many phases of a breath")
-            ->check(CLI::Range(5, 100));
+            ->check(CLI::Range(5, 100))
+            ->each(asked);
         command->add_option("--threads", o.plan.threads)->check(CLI::Range(1, 256))->capture_default_str();
     };
     const auto steered = [&](CLI::App* command) {

@@ -187,10 +187,13 @@ void writePlanTable(const fs::path& csv, const PairPlan& plan) {
     save(csv, rows.text());
 }
 
-void writePlanSummary(const fs::path& json, const PairPlan& plan) {
+void writePlanSummary(const fs::path& json, const PairPlan& plan, const PlanRequest& request) {
     const patient::PlanResult& r = plan.result;
     Json out = {{"format", "stylet study plan 1"},
                 {"planner_version", patient::kPlannerVersion},
+                {"skin_spacing_mm", kMm * request.skin_spacing_m},
+                {"target_spacing_mm", kMm * request.target_spacing_m},
+                {"breaths", request.breaths},
                 {"candidates", r.candidates},
                 {"skipped", r.skipped},
                 {"blocked", r.rejected_blocked},

@@ -19,7 +19,7 @@ struct PairFindings {
 
 // All throw patient::DataError where a file cannot be written.
 void writePlanTable(const std::filesystem::path& csv, const PairPlan&);
-void writePlanSummary(const std::filesystem::path& json, const PairPlan&);
+void writePlanSummary(const std::filesystem::path& json, const PairPlan&, const PlanRequest&);
 void writePathTable(const std::filesystem::path& csv, const PairFindings&);
 // path, depth from the entry, both forces; the paths are steered once more.
 void writeSampleTable(const std::filesystem::path& csv, const PreparedPair&,

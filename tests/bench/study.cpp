@@ -1,11 +1,15 @@
 // The paper's study on one reference patient at 1 mm and 31,222 paths: planning, forces, the closed form.
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 
-#include "app/study/study.h"
+#include "app/study/commands.h"
+#include "app/study/facts.h"
+#include "app/study/kept.h"
 #include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
 #include "tests/support/phantom.h"
+#include "tests/support/temp_folder.h"
 
 namespace stylet::bench {
 namespace {
@@ -165,10 +169,118 @@ void runExact(std::vector<Row>& rows) {
     rows.back().error_unit = "N";
 }
 
+// sampleForce in single precision: what half the memory traffic would gain, and what it would cost.
+void sampleSingle(const haptics::ExactForce& force, float first_m, float step_m, std::span<float> force_n) {
+    std::size_t i = 0;
+    for (const haptics::ForcePiece& p : force.pieces) {
+        const bool is_last = &p == &force.pieces.back();
+        const auto begin_m = float(p.begin_m), end_m = float(p.end_m);
+        const auto c0 = float(p.c0_n), c1 = float(p.c1_n_per_m), c2 = float(p.c2_n_per_m2);
+        for (; i < force_n.size(); ++i) {
+            const float depth_m = first_m + float(i) * step_m;
+            if (!is_last && !(depth_m < end_m)) break;
+            const float x = std::clamp(depth_m, begin_m, end_m) - begin_m;
+            force_n[i] = (c2 * x + c1) * x + c0;
+        }
+    }
+    std::fill(force_n.begin() + std::ptrdiff_t(i), force_n.end(), 0.0F);
+}
+
+// A path's two forces in closed form, and where their samples lie.
+struct Sampled {
+    haptics::ExactForce full, partial;
+    double first_m = 0.0, step_m = 0.0;
+    std::size_t count = 0;
+};
+
+template <typename Real, typename Sample>
+double sampledRmse(const Sampled& s, std::vector<Real>& full_n, std::vector<Real>& partial_n,
+                   const Sample& sample) {
+    full_n.resize(s.count);
+    partial_n.resize(s.count);
+    sample(s.full, Real(s.first_m), Real(s.step_m), std::span(full_n));
+    sample(s.partial, Real(s.first_m), Real(s.step_m), std::span(partial_n));
+    Real sum_n2 = 0;
+    for (std::size_t i = 0; i < s.count; ++i)
+        sum_n2 += (full_n[i] - partial_n[i]) * (full_n[i] - partial_n[i]);
+    return std::sqrt(double(sum_n2) / double(s.count));
+}
+
+void runPrecision(std::vector<Row>& rows) {
+    constexpr std::size_t kSome = kPaths / 10;
+    std::vector<Sampled> paths;
+    Steering steering(made().prepared, {});
+    for (std::size_t i = 0; i < kSome; ++i)
+        if (const Steered* s = steering.steer(made().paths[i]))
+            paths.push_back(
+                {*s->full.force, *s->partial.force, s->first_m, s->step_m, s->full.samples_n.size()});
+    std::vector<double> exact;
+    const auto row = [&]<typename Real>(Real, const auto& sample) {
+        std::vector<Real> full_n, partial_n;
+        std::vector<double> times_ms, found(paths.size());
+        for (int run = 0; run < 5; ++run) {
+            const auto began = std::chrono::steady_clock::now();
+            for (std::size_t i = 0; i < paths.size(); ++i)
+                found[i] = sampledRmse<Real>(paths[i], full_n, partial_n, sample);
+            times_ms.push_back(elapsed_ms(began));
+        }
+        if (exact.empty()) exact = found;
+        double worst_n = 0.0;
+        for (std::size_t i = 0; i < found.size(); ++i)
+            worst_n = std::max(worst_n, std::fabs(found[i] - exact[i]));
+        char note[120];
+        std::snprintf(note, sizeof note, "sampling and RMSE alone, %zu paths, both models, one thread",
+                      paths.size());
+        rows.push_back({"study.forces.precision", "bits of a number", 8.0 * sizeof(Real), median(times_ms),
+                        worst_n, "N of RMSE, the worst path", "double", note});
+    };
+    row(double(), haptics::sampleForce);
+    row(float(), sampleSingle);
+}
+
+// Ten patients from their packages to the page, planned from every skin voxel and from fewer.
+void runAll(std::vector<Row>& rows) {
+    const test::TempFolder folder;
+    patient::savePackage(made().pair.reference, folder / "truth");
+    patient::savePackage(made().pair.found, folder / "built");
+    std::ofstream file(folder / "study.toml");
+    for (int patient = 1; patient <= 10; ++patient)
+        file << "[[pair]]\nname = 'patient " << patient << "'\nreference = 'truth'\nfound = 'built'\n";
+    file.close();
+    double all_n = kNone;
+    for (const double skin_mm : {0.0, 2.0, 4.0}) {
+        StudyOptions o;
+        o.study = folder / "study.toml";
+        o.out = folder / std::to_string(int(skin_mm));
+        o.plan.skin_spacing_m = 1e-3 * skin_mm;
+        const auto began = std::chrono::steady_clock::now();
+        runStudy(o);
+        writeReport(o.out);
+        const double time_ms = elapsed_ms(began);
+        std::size_t paths = 0;
+        double rmse_n = 0.0;
+        for (int patient = 1; patient <= 10; ++patient) {
+            const std::filesystem::path pair = o.out / ("patient " + std::to_string(patient));
+            const PairFacts facts = readFacts(pair / "pair.json");
+            for (const PathResult& r : KeptBlocks(pair / "blocks", facts.run, facts.paths).all())
+                rmse_n += r.sampled.rmse_n;
+            paths += facts.paths;
+        }
+        rmse_n /= double(paths);
+        if (std::isnan(all_n)) all_n = rmse_n;
+        rows.push_back({"study.all", "spacing of skin voxels [mm]", skin_mm, time_ms,
+                        std::fabs(rmse_n - all_n), "N of RMSE", "every skin voxel",
+                        "ten patients at 1 mm, from packages to the page, " + std::to_string(paths) +
+                            " paths, two threads"});
+    }
+}
+
 const Registration planning("study.planning", runPlanning);
 const Registration breaths("study.planning.breaths", runBreaths);
 const Registration forces("study.forces", runForces);
 const Registration exact("study.exact", runExact);
+const Registration precision("study.forces.precision", runPrecision);
+const Registration all("study.all", runAll);
 
 }  // namespace
 }  // namespace stylet::bench

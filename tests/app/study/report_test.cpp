@@ -123,7 +123,8 @@ TEST_F(StudyReport, NamesWhatIsMissing) {
     refused("one/pair.json", "{", "format");
     refused("one/pair.json", R"({"format": "stylet study pair 1"})", "reference");
     refused("one/plan.json", "", "file");
-    refused("one/plan.json", R"({"format": "stylet study plan 1", "candidates": -1})", "skipped");
+    refused("one/plan.json", R"({"format": "stylet study plan 1", "skin_spacing_mm": 0})",
+            "target_spacing_mm");
     fs::remove(copy / "one/blocks/000000.results");
     test::expectRefused([&] { readStudy(copy); }, "000000.results", "file");
 }

@@ -123,6 +123,12 @@ TEST(Study, CommandsLeaveTables) {
     runStudy(o);
     EXPECT_EQ(contents(temp / "out/one/paths.json"), planned);
     EXPECT_EQ(lines(temp / "out/one/paths.csv"), paths + 1);
+    o.plan_is_asked = true;  // unless in so many words
+    runStudy(o);
+    EXPECT_LT(lines(temp / "out/one/paths.csv"), paths / 2);
+    o.plan.skin_spacing_m = 0.010;
+    runStudy(o);
+    EXPECT_EQ(contents(temp / "out/one/paths.json"), planned);
     EXPECT_GE(lines(temp / "out/one/samples.csv"), 2001u);
     const auto plan = nlohmann::json::parse(contents(temp / "out/one/plan.json"));
     std::size_t counted = 0;

@@ -112,7 +112,8 @@ void moveTo(const PairFiles& files, const patient::CtVolume& reference, Package&
         std::snprintf(reason, sizeof reason, "%.1f %% of its voxels in the body are not those of ",
                       body ? 100.0 * double(others) / double(body) : 100.0);
         throw DataError(files.found / "ct.nii.gz", "voxels",
-                        reason + (files.reference / "ct.nii.gz").string() + ": another CT");
+                        reason + (files.reference / "ct.nii.gz").string() +
+                            ": build it from that file, not from another CT or cut");
     }
     found.ct = std::move(ct);
     found.labels = std::move(labels);

@@ -140,12 +140,16 @@ PrivateFolder::~PrivateFolder() {
 }
 
 fs::path childProgram(const fs::path& given, const std::string& name) {
+    if (!given.empty()) {
+        if (access(given.c_str(), X_OK) != 0) throw ImportError(given.string() + ": the program is missing");
+        return given;
+    }
+    // Built: beside this program; installed: not among those that people start.
     std::error_code error;
-    const fs::path program =
-        given.empty() ? fs::read_symlink("/proc/self/exe", error).parent_path() / name : given;
-    if (access(program.c_str(), X_OK) != 0)
-        throw ImportError(program.string() + ": the program is missing (it is built with STYLET_ITK=ON)");
-    return program;
+    const fs::path bin = fs::read_symlink("/proc/self/exe", error).parent_path();
+    for (const fs::path& program : {bin / name, bin.parent_path() / "libexec" / "stylet" / name})
+        if (access(program.c_str(), X_OK) == 0) return program;
+    throw ImportError((bin / name).string() + ": the program is missing (it is built with STYLET_ITK=ON)");
 }
 
 void runChild(const fs::path& program, const std::vector<std::string>& arguments, const ChildLimits& limits,

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
         if (app.get_subcommands().empty())
             throw CLI::RequiredError("A command: synth, check, slices, import, build, compare or motion");
     });
+    app.set_version_flag("--version", STYLET_VERSION);
     stylet::modeller::addSynth(app);
     stylet::modeller::addCheck(app);
     stylet::modeller::addSlices(app);

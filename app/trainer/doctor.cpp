@@ -76,17 +76,14 @@ void lookAtDevices(const haptics::DeviceOptions& options, std::vector<Finding>& 
 
 void lookAtRealTime(std::vector<Finding>& findings) {
     const RealTimeLimits limits = realTimeLimits();
-    const std::string user = environment("USER").empty() ? "*" : environment("USER");
-    const auto add = [&](const char* what, const std::string& refused, const char* line) {
+    const auto add = [&](const char* what, const std::string& refused, const char* right) {
         const bool granted = refused.empty();
         findings.push_back({what, granted ? FindingState::ok : FindingState::warning,
                             granted ? "granted" : "refused: " + refused + ": ticks may come late",
-                            granted ? ""
-                                    : "put \"" + user + " - " + line +
-                                          "\" into /etc/security/limits.d/stylet.conf and log in again"});
+                            granted ? "" : howToAllow({right})});
     };
-    add("real-time priority", limits.priority_refused, "rtprio 90");
-    add("locked memory", limits.memory_refused, "memlock unlimited");
+    add("real-time priority", limits.priority_refused, kPriorityRight);
+    add("locked memory", limits.memory_refused, kMemoryRight);
     const std::string governor = firstLine("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
     if (governor.empty()) return;  // the machine keeps it to itself
     const bool slow = governor == "powersave" || governor == "conservative";

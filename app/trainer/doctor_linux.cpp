@@ -26,7 +26,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostText = 1u << 20;
 constexpr auto kDeathWithin = std::chrono::milliseconds(500);
-constexpr int kPriority = 80;  // as askForRealTime()
 
 struct Pipe {
     int read_end = -1, write_end = -1;
@@ -130,7 +129,7 @@ RealTimeLimits realTimeLimits() {
     RealTimeLimits limits;
     std::thread([&] {
         sched_param parameter{};
-        parameter.sched_priority = kPriority;
+        parameter.sched_priority = kRealTimePriority;
         if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter))
             limits.priority_refused = std::strerror(error);
     }).join();

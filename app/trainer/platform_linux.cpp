@@ -20,7 +20,7 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr int kPriority = 80;  // above the kernel's threaded interrupts (50)
+constexpr const char* kLimits = "/etc/security/limits.d/stylet.conf";  // packaging/debian/stylet
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 std::atomic<int> was_interrupted{0};  // read by other threads than the one that is interrupted
@@ -63,25 +63,36 @@ haptics::Clock workClock() noexcept {
     return {nullptr, now<CLOCK_THREAD_CPUTIME_ID>, nullptr, nullptr};
 }
 
+std::string howToAllow(const std::vector<std::string>& rights) {
+    const std::string user = environment("USER");
+    if (std::error_code none; std::filesystem::exists(kLimits, none))
+        return "run \"sudo adduser " + (user.empty() ? "USER" : user) + " stylet\" (" + kLimits +
+               " allows that group) and log in again";
+    std::string lines;
+    for (const std::string& right : rights)
+        lines += (lines.empty() ? "\"" : " and \"") + (user.empty() ? "*" : user) + " - " + right + "\"";
+    return "put " + lines + (rights.size() > 1 ? ", a line each," : "") + " into " + kLimits +
+           " and log in again";
+}
+
 std::string askForRealTime() {
     touchStack();
-    const std::string user = environment("USER").empty() ? "*" : environment("USER");
-    std::string refused, lines;
+    std::string refused;
+    std::vector<std::string> rights;
     sched_param parameter{};
-    parameter.sched_priority = kPriority;
+    parameter.sched_priority = kRealTimePriority;
     if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter)) {
         refused = std::string("real-time priority (") + std::strerror(error) + ")";
-        lines = "\"" + user + " - rtprio 90\"";
+        rights.push_back(kPriorityRight);
     }
     // What is mapped now is all the loop ever touches; later allocations belong to others and stay pageable.
     if (mlockall(MCL_CURRENT) != 0) {
         refused +=
             std::string(refused.empty() ? "" : " and ") + "locked memory (" + std::strerror(errno) + ")";
-        lines += std::string(lines.empty() ? "" : " and ") + "\"" + user + " - memlock unlimited\"";
+        rights.push_back(kMemoryRight);
     }
     if (refused.empty()) return {};
-    return "no " + refused + ": the haptics loop may be late. Put " + lines +
-           ", a line each, into /etc/security/limits.d/stylet.conf and log in again.";
+    return "no " + refused + ": the haptics loop may be late; " + howToAllow(rights);
 }
 
 void catchInterrupts() noexcept {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "haptics/loop.h"
 
@@ -14,6 +15,13 @@ namespace stylet::trainer {
 haptics::Clock monotonicClock() noexcept;
 // The processor time of the calling thread: times work, whatever else the machine does. It cannot sleep.
 haptics::Clock workClock() noexcept;
+
+// SCHED_FIFO's, below the kernel's threaded interrupts (50): a device's packets come through those.
+inline constexpr int kRealTimePriority = 49;
+// The limits that allow it, as in packaging/debian/stylet, and what a user without them does.
+inline constexpr const char* kPriorityRight = "rtprio 49";
+inline constexpr const char* kMemoryRight = "memlock unlimited";
+std::string howToAllow(const std::vector<std::string>& rights);
 
 // Gives the calling thread SCHED_FIFO and locks its memory. Returns an empty text, or one line that says what
 // was refused and how to allow it.

@@ -33,10 +33,11 @@ constexpr const char* kSoundLogVariable = "ALSOFT_LOGLEVEL";
 constexpr const char* kScripted = "scripted";
 constexpr const char* kReplay = "replay";
 
-// The mock runtime's manifest beside this program: in a build tree, or installed.
+// The mock runtime's manifest: in this program's build tree, or installed with it.
 std::filesystem::path bundledRuntime() {
-    const std::filesystem::path lib = programFolder().parent_path() / "lib";
-    for (const std::filesystem::path& file : {lib / "xrmock.json", lib / "stylet" / "xrmock.json"})
+    const std::filesystem::path prefix = programFolder().parent_path();
+    for (const std::filesystem::path& file :
+         {prefix / "lib" / "xrmock.json", prefix / "share" / "openxr" / "1" / "xrmock.json"})
         if (std::filesystem::exists(file)) return file;
     return {};
 }

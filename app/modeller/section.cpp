@@ -32,10 +32,12 @@ std::string text(const char* format, auto... values) {
 }  // namespace
 
 Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m) {
-    // Whole voxels: at the scan's own spacing the section's are the scan's.
-    const double rim_m = std::ceil(kAirAround_m / spacing_m - 1e-6) * spacing_m;
+    // Whole voxels from the scan's first: any two sections of one scan share a lattice, and can be compared
+    // voxel by voxel.
+    const auto whole_m = [&](double m) { return std::ceil(m / spacing_m - 1e-6) * spacing_m; };
+    const double rim_m = whole_m(kAirAround_m);
     Vec3 from = scan.origin_m - rim_m, to = scan.centre(scan.dims - 1) + rim_m;
-    from.z = std::max(scan.origin_m.z, low_m);
+    from.z = scan.origin_m.z + whole_m(std::max(0.0, low_m - scan.origin_m.z));
     to.z = std::min(to.z - rim_m, high_m);
     for (int d = 0; d < 2; ++d)
         if (to[d] - from[d] > kMostSide_m + 2.0 * rim_m)

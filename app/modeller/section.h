@@ -11,8 +11,8 @@ namespace stylet::modeller {
 
 inline constexpr std::int16_t kOutside_hu = -1024;  // of voxels that are not body
 
-// Isotropic: the scan's heights from `low_m` to `high_m`, its whole width and a rim of air. Throws
-// ImportError where it is wider than 0.5 m.
+// Isotropic: the scan's heights from `low_m` to `high_m`, its whole width and a rim of air; whole voxels from
+// the scan's first one. Throws ImportError where it is wider than 0.5 m.
 patient::Grid sectionGrid(const patient::Grid& scan, double low_m, double high_m, double spacing_m);
 
 // Trilinear; air beyond the scan.

@@ -13,6 +13,7 @@ What the first word after a fence says of its block:
 Any other fence is refused, so that nothing on a page escapes.
 """
 import concurrent.futures
+import contextlib
 import os
 import pathlib
 import re
@@ -90,9 +91,11 @@ class Shell:
             try:
                 status = process.wait(LONGEST_BLOCK_S)
             except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
                 status = f"none within {LONGEST_BLOCK_S} s"
+            # What it has left in the background ends with it.
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
             output.seek(0)
             return status, output.read().decode(errors="replace")
 
@@ -146,6 +149,12 @@ def check_links(guide, page, text):
     for target in re.findall(r"\]\(([^)#\s]+)", re.sub(r"```.*?```", "", text, flags=re.S)):
         if "://" not in target and not (guide / target).exists():
             raise Wrong(f"{page}: links to {target}, which is not there")
+
+
+def check_citation(source):
+    version = re.search(r"project\(Stylet VERSION (\S+)", (source / "CMakeLists.txt").read_text()).group(1)
+    if f"\nversion: {version}\n" not in (source / "CITATION.cff").read_text():
+        raise Wrong(f"CITATION.cff: another version than the project's, {version}")
 
 
 def check_refusals(folder):
@@ -222,12 +231,12 @@ def main():
             raise Wrong(f"pages are {pages}, and NOT_RUN has {sorted(NOT_RUN)}")
         (temp / "wrong").mkdir()
         check_refusals(temp / "wrong")
+        check_citation(source)
         with Display() as display, concurrent.futures.ThreadPoolExecutor(2) as pool:
             bare["DISPLAY"] = display
-            # The first makes the patient that the others take from the cache.
-            first = next((p for p in pages if p == "trainee.md"), pages[0])
-            test(first)
-            list(pool.map(test, (p for p in pages if p != first)))
+            # The longest first; beside it the one that makes the patient whom the others take from the cache.
+            pages.sort(key=lambda p: ["researcher.md", "trainee.md", "instructor.md", p].index(p))
+            list(pool.map(test, pages))
         if not failed and not sys.argv[3:]:
             different = reference.differences(guide, temp, source)
             if different:

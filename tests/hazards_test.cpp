@@ -107,8 +107,10 @@ std::vector<std::string> complaintsOf(const std::vector<Hazard>& hazards, const 
 // Every source of a test that is built: a file that no CMakeLists.txt names runs nothing.
 Tags tagsOfTheTests() {
     Tags tags;
-    for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests")) {
-        const fs::path& file = entry.path();
+    std::set<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests"))
+        files.insert(entry.path());
+    for (const fs::path& file : files) {
         if (file.extension() != ".cpp" || file.filename() == "hazards_test.cpp") continue;
         const std::string text = read(file), name = fs::relative(file, kRoot).generic_string();
         if (text.find("// HZ-") == std::string::npos) continue;

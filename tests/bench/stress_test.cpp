@@ -73,7 +73,6 @@ TEST(FindCycle, LeavesRestAndWhatDiesAwayAlone) {
     EXPECT_FALSE(findCycle({}, 0.001).lasts);
 }
 
-// HZ-FORCE-09
 TEST(EnergyBalance, NoReserveHidesWhatIsMade) {
     EnergyBalance balance;
     balance.add(-1.0, 0.4, 0.0);  // friction took 0.6 J of the hand's
@@ -103,6 +102,7 @@ CaseResult letGo(double damping_n_s_per_m) {
     return runCase(c, tissues, false);
 }
 
+// HZ-FORCE-09
 TEST(RunCase, FailsWhereTheBoundIsBrokenAndPassesWhereItIsKept) {
     const CaseResult bad = letGo(0.01), good = letGo(5.0);
     EXPECT_GT(bad.bare_ratio, 1.0);
@@ -114,7 +114,6 @@ TEST(RunCase, FailsWhereTheBoundIsBrokenAndPassesWhereItIsKept) {
     EXPECT_EQ(bad.ticks, 5000u);
 }
 
-// HZ-TEACH-01
 TEST(Tally, CountsByHand) {
     StressCase bare, held;
     bare.hand = HandKind::none;

@@ -30,6 +30,7 @@ TEST(Governor, LeavesAFastMachineAlone) {
     EXPECT_EQ(governor.layerScale(), 1.0f);
 }
 
+// HZ-USER-02
 TEST(Governor, BringsASlowOneUnderItsBudgetInAFewFramesAndKeepsItThere) {
     Governor governor({.budget_ms = 11.1});
     Machine machine{.volume_ms = 30.0};

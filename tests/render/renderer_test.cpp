@@ -73,6 +73,7 @@ void expectSilhouette(const Extent& seen, const View& view, const Vec3& centre_e
     EXPECT_NEAR(seen.bottom, double(kSize) - pixelOf(low, view.angle_down, view.angle_up), tolerance_px);
 }
 
+// HZ-TEACH-04
 TEST_F(RendererTest, ABallIsSeenWhereAndAsLargeAsItIsInBothEyes) {
     const double radius = 0.05;
     const patient::Package package = test::makeBall(patient::Tissue::bone, radius, 0.006, 0.001);
@@ -154,6 +155,7 @@ test::Blob redHub(const Image& image) {
     return test::findBlob(image, [](int r, int g, int b) { return r > 160 && g < 100 && b < 100; });
 }
 
+// HZ-TEACH-05
 TEST_F(RendererTest, TheNeedleIsSeenInFrontHiddenBehindAndDimInsideTissue) {
     const patient::Package package = test::makeBall(patient::Tissue::liver, 0.05, 0.006, 0.002);
     const patient::Patient patient(package);

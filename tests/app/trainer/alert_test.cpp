@@ -45,6 +45,7 @@ TEST(AlertWatch, TheTargetIsReachedOnceAndAStrikeGoesBeforeIt) {
 
 // The room's light comes and goes: whatever is struck how often, no change takes less than a third of a
 // second, and no two of them are in one.
+// HZ-USER-01
 TEST(GlowWatch, TheRoomNeverFlashes) {
     constexpr double kTick_s = 0.001;
     GlowWatch watch(kTick_s);

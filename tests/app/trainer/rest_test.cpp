@@ -17,6 +17,7 @@ int passes(RestWatch& watch, double& now_s, double seconds, bool works, bool ins
     return told;
 }
 
+// HZ-USER-02
 TEST(Rest, IsSuggestedOnceAndNeverDuringAPuncture) {
     RestWatch watch;
     double now_s = 1e6;  // no clock begins at nothing

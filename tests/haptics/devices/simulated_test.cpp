@@ -92,7 +92,6 @@ TEST(SimulatedDevice, TheHandGoesWhereItWantsToBe) {
     EXPECT_NEAR(device.body().position_m.x, 0.02, 2e-5);
 }
 
-// HZ-FORCE-20
 TEST(SimulatedDevice, AHandThatLetsGoLeavesTheDeviceAlone) {
     const Trace trace = resting();
     SimulatedDevice device(trace, {},

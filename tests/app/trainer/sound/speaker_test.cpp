@@ -113,6 +113,7 @@ TEST_F(Loopback, FartherIsQuieter) {
 }
 
 // As loud as an attempt ever asks for, all of it in the listener's head, for as long as the longest clip.
+// HZ-USER-03
 TEST_F(Loopback, EverythingAtOnceClipsNothing) {
     const patient::Pose here{patient::Quat(1.0, 0.0, 0.0, 0.0), {}};
     Heard loudest;

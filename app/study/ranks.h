@@ -30,7 +30,7 @@ class Ranks {
 
   private:
     int rank_ = 0, size_ = 1;
-    bool joined_ = false;
+    [[maybe_unused]] bool joined_ = false;
 };
 
 // Whose work a pair is. As many pairs as ranks or more: each pair has one rank. Fewer: several ranks share a

@@ -93,7 +93,9 @@ TEST(StudyPair, OfTwoCtsIsRefused) {
     };
     makePair(test::kMadeFiles, truth, found, FoundLabels::partial);
     found.ct.voxels[found.ct.voxels.size() / 2] += 1;
-    expectRefusedAs("voxels: 0.0 % of its voxels in the body are not those of truth/ct.nii.gz: build it from that file, not from another CT or cut");
+    expectRefusedAs(
+        "voxels: 0.0 % of its voxels in the body are not those of truth/ct.nii.gz: build it from that file, "
+        "not from another CT or cut");
     found.ct.voxels[found.ct.voxels.size() / 2] = -1024;  // cut to the body
     makePair(test::kMadeFiles, truth, found, FoundLabels::partial);
     found.ct.grid.origin_m.x += 0.0001;

@@ -27,6 +27,8 @@ target_compile_options(stylet_flags INTERFACE
     -ffp-contract=off
     -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Werror)
 target_include_directories(stylet_flags INTERFACE ${CMAKE_SOURCE_DIR})
+# What a program keeps for its next start is another build's no more.
+target_link_options(stylet_flags INTERFACE -Wl,--build-id)
 if(STYLET_SANITIZE)
     target_compile_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE} -fno-omit-frame-pointer -g1)
     target_link_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE})

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <future>
 
 #include "patient/hash.h"
 #include "patient/motion_io.h"
@@ -121,9 +122,14 @@ Package loadPackage(const fs::path& folder) {
     const fs::path toml = folder / kTomlName, ct = folder / kCtName, labels = folder / kLabelsName;
     Package p = parsePackageToml(toml, readTextFile(toml, kMaxTomlBytes));
     const Grid exact = p.ct.grid;
+    // Side by side: inflating the CT is most of a start.
+    const bool moves = p.motion.grid.dims.x > 0;
+    auto segmented = std::async([&labels] { return readNifti<std::uint8_t>(labels); });
+    auto moved = std::async(moves ? std::launch::async | std::launch::deferred : std::launch::deferred,
+                            [&] { readMotion(folder / kMotionName, p.motion); });
     p.ct = readNifti<std::int16_t>(ct);
     checkGrid(ct, p.ct.grid, exact);
-    p.labels = readNifti<std::uint8_t>(labels);
+    p.labels = segmented.get();
     checkGrid(labels, p.labels.grid, exact);
     if (p.labels.grid.dims != p.ct.grid.dims) throw DataError(labels, "dim", "differs from the CT's");
     for (Grid* grid : {&p.ct.grid, &p.labels.grid}) {
@@ -131,7 +137,7 @@ Package loadPackage(const fs::path& folder) {
         grid->origin_m = exact.origin_m;
     }
     checkLabelIds(labels, p);
-    if (p.motion.grid.dims.x > 0) readMotion(folder / kMotionName, p.motion);
+    if (moves) moved.get();
     return p;
 }
 

@@ -35,12 +35,12 @@ haptics::SimulationSettings settingsFor(const patient::Patient& patient, const S
 
 std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient,
                                              const haptics::SimulationSettings& settings,
-                                             const haptics::Trace& hand) {
+                                             const haptics::Trace& hand, const MakeTouch& make) {
     bool presses = haptics::pressesOnSkin(settings.tools.first);
     for (const haptics::TraceCommand& c : hand.commands)
         presses = presses || haptics::takesToolOnSkin(c.command);
     if (!presses) return std::nullopt;
-    return haptics::makeTouchMap(patient);
+    return make(patient);
 }
 
 std::string inMs(double t_s) {
@@ -53,6 +53,10 @@ std::string inMs(double t_s) {
 
 std::int64_t Attempt::begun_ns() const noexcept {
     return std::int64_t(beginning.size()) * std::llround(simulation.dt_s * 1e9);
+}
+
+haptics::TouchMap makeTouch(const patient::Patient& patient) {
+    return haptics::makeTouchMap(patient);
 }
 
 patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBreath& scenario,
@@ -68,11 +72,12 @@ patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBr
 }
 
 Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
-                    const patient::PlannedPath& path, std::uint64_t seed, double rate_hz) {
+                    const patient::PlannedPath& path, std::uint64_t seed, double rate_hz,
+                    const MakeTouch& make_touch) {
     const haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
     const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
     haptics::Trace hand = scriptHand(scenario, path, breath_s, settings, seed);
-    std::optional<haptics::TouchMap> touch = touchMapFor(patient, settings, hand);
+    std::optional<haptics::TouchMap> touch = touchMapFor(patient, settings, hand, make_touch);
     return {patient, settings, std::move(hand), std::move(touch)};
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "app/trainer/derived.h"
 #include "app/trainer/registration_store.h"
 #include "app/trainer/scenario.h"
 #include "haptics/trace.h"
@@ -24,13 +25,15 @@ struct Attempt {
     const haptics::TouchMap* touchMap() const noexcept { return touch ? &*touch : nullptr; }
 };
 
+haptics::TouchMap makeTouch(const patient::Patient&);  // anew
+
 // How a patient breathes in a scenario.
 patient::BreathPlan breathPlan(const patient::Package&, const ScenarioBreath&, std::uint64_t seed);
 
 // The scenario's hand along `path`, its device beside the patient. The period of a tick is `rate_hz`'s, in
 // whole nanoseconds.
 Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
-                    std::uint64_t seed, double rate_hz = 1000.0);
+                    std::uint64_t seed, double rate_hz = 1000.0, const MakeTouch& = makeTouch);
 // The user's hand: no trace, every tool to be taken up, and the device stands so that its +z is out of the
 // body along the path, which begins near that end of its workspace; where that is not known, as beside the
 // patient, with the path's middle where the grip is (`device_from_grip`, once it is ready). A device whose

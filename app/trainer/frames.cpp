@@ -291,6 +291,7 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
         if (headset->mirror) headset->mirror->copyEye(target, views, places, scene.monitor_screen);
         if (!moment.empty()) session.markMoment(moment);
         ++totals.rendered;
+        if (!totals.first) totals.first = SteadyClock::now();
     }
     session.endFrame(frame, shown_panels);
     if (!frame.should_render && headset->mirror)

@@ -1,13 +1,18 @@
 #include "app/trainer/patient_source.h"
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <random>
 #include <string>
 
+#include "app/trainer/derived.h"
 #include "app/trainer/platform_linux.h"
+#include "patient/hash.h"
 #include "patient/synth/synth.h"
+#include "patient/toml_reader.h"
 
 namespace stylet::trainer {
 
@@ -49,17 +54,65 @@ patient::synth::SynthSettings referenceSettings(const PatientRequest& request) {
     return settings;
 }
 
-// Named after what its maker makes of the seed, judged by a coarse patient (0.1 s): when the maker or the
-// force table changes, no stale patient is used.
-std::filesystem::path referenceFolder(const PatientRequest& request) {
+// What the maker makes of the seed, judged by a coarse patient: 0.3 s.
+std::uint64_t markOf(const PatientRequest& request) {
     patient::synth::SynthSettings coarse = referenceSettings(request);
     coarse.spacing_m = 0.005;
-    const std::uint64_t mark = patient::digest(patient::synth::makeReferencePatient(coarse));
+    return patient::digest(patient::synth::makeReferencePatient(coarse));
+}
+
+constexpr std::size_t kMostTableBytes = 1 << 20;
+
+// The same, known from an earlier start.
+class KeptMark {
+  public:
+    explicit KeptMark(const PatientRequest& request)
+        : file_(request.cache / "derived" / ("mark-seed" + std::to_string(request.seed))) {
+        patient::StateHash table;
+        table.add(std::string_view(
+            patient::readTextFile(request.assets / "tissue" / "ptcd.toml", kMostTableBytes)));
+        key_ = derivedKey({request.seed, table.value()});
+        const auto bytes = key_ ? loadDerived(file_, *key_) : std::nullopt;
+        known_ = bytes && bytes->size() == sizeof mark_;
+        if (known_)
+            std::memcpy(&mark_, bytes->data(), sizeof mark_);
+        else
+            mark_ = markOf(request);
+    }
+    std::uint64_t value() const { return mark_; }
+    void keep() const {
+        if (key_ && !known_) saveDerived(file_, *key_, std::as_bytes(std::span(&mark_, 1)));
+    }
+
+  private:
+    std::filesystem::path file_;
+    std::optional<std::uint64_t> key_;
+    bool known_ = false;
+    std::uint64_t mark_ = 0;
+};
+
+// When the maker or the force table changes, no stale patient is used.
+std::filesystem::path referenceFolder(const PatientRequest& request, std::uint64_t mark) {
     char name[96];
     std::snprintf(name, sizeof name, "reference-seed%llu-%gmm-%08x",
                   static_cast<unsigned long long>(request.seed), request.spacing_m * 1000.0,
                   static_cast<unsigned>(mark >> 32));
     return request.cache / "patients" / name;
+}
+
+// What a run that was killed has left half made. Another may be making its own right now.
+void clearLeftovers(const std::filesystem::path& folder) {
+    constexpr std::chrono::hours kAbandoned{1};
+    const std::string name = folder.filename().string();
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.parent_path(), ignored)) {
+        const std::string other = entry.path().filename().string();
+        if (!other.starts_with(name + ".") && !other.starts_with("." + name + ".")) continue;
+        std::error_code gone;
+        const auto written = entry.last_write_time(gone);
+        if (!gone && std::filesystem::file_time_type::clock::now() - written > kAbandoned)
+            std::filesystem::remove_all(entry.path(), ignored);
+    }
 }
 
 void makeReference(const PatientRequest& request, const std::filesystem::path& folder) {
@@ -135,13 +188,28 @@ std::vector<PlannedPath> plan(const patient::Patient& patient, const std::filesy
 }  // namespace
 
 OpenedPatient openPatient(const PatientRequest& request) {
-    const bool given = !request.folder.empty();
-    const std::filesystem::path folder =
-        given ? std::filesystem::absolute(request.folder) : referenceFolder(request);
-    if (!given && !std::filesystem::exists(folder / "patient.toml")) {
-        needFolder(folder.parent_path(), "the patients' cache (XDG_CACHE_HOME)");
-        makeReference(request, folder);
+    if (!request.folder.empty()) {
+        const std::filesystem::path folder = std::filesystem::absolute(request.folder);
+        return {folder, patient::loadPackage(folder)};
     }
+    const KeptMark mark(request);
+    const std::filesystem::path folder = referenceFolder(request, mark.value());
+    if (std::filesystem::exists(folder)) {
+        try {
+            OpenedPatient opened{folder, patient::loadPackage(folder)};
+            mark.keep();
+            return opened;
+        } catch (const DataError& e) {
+            // Ours, and made from its seed: nothing is lost with it.
+            std::fprintf(stderr, "stylet: %s; the patient is made anew\n", e.what());
+            std::error_code ignored;
+            std::filesystem::remove_all(folder, ignored);
+        }
+    }
+    needFolder(folder.parent_path(), "the patients' cache (XDG_CACHE_HOME)");
+    clearLeftovers(folder);
+    makeReference(request, folder);
+    mark.keep();
     return {folder, patient::loadPackage(folder)};
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -70,8 +71,9 @@ struct PictureTotals {
     std::uint64_t frames = 0, rendered = 0, validation_messages = 0;
     std::uint64_t headsets_found_again = 0;  // after a loss
     std::uint64_t scans = 0, xray_pictures = 0;
-    double ultrasound_ms = 0.0, xray_ms = 0.0;  // sums
-    std::vector<FrameTime> times;               // of the first kMostFrameTimes
+    double ultrasound_ms = 0.0, xray_ms = 0.0;                   // sums
+    std::vector<FrameTime> times;                                // of the first kMostFrameTimes
+    std::optional<std::chrono::steady_clock::time_point> first;  // that was drawn
     std::string runtime, gpu;
     std::vector<std::pair<std::string, std::uint64_t>> skips;  // counters of work left out
 };

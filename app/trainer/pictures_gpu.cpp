@@ -18,7 +18,7 @@ PictureTotals totalsOf(const FrameLoop& loop) {
     const FrameTotals from = loop.totals();
     PictureTotals totals;
     totals.frames = from.frames;
-    totals.rendered = from.rendered;
+    totals.rendered = from.rendered, totals.first = from.first;
     totals.validation_messages = from.validation_messages;
     totals.headsets_found_again = from.headsets_found_again;
     totals.times = from.times;

@@ -1,5 +1,7 @@
 #include "app/trainer/platform_linux.h"
 
+#include <elf.h>
+#include <link.h>
 #include <poll.h>
 #include <pthread.h>
 #include <sys/mman.h>
@@ -13,7 +15,9 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 
+#include "patient/hash.h"
 #include "patient/package.h"
 
 namespace stylet::trainer {
@@ -140,6 +144,55 @@ std::string environment(const char* name) {
 
 void setEnvironment(const char* name, const std::string& value) {
     setenv(name, value.c_str(), 1);
+}
+
+namespace {
+
+// The first object is the program itself.
+int findBuildId(dl_phdr_info* object, std::size_t, void* mark) noexcept {
+    for (int i = 0; i < object->dlpi_phnum; ++i) {
+        const ElfW(Phdr) & segment = object->dlpi_phdr[i];
+        if (segment.p_type != PT_NOTE) continue;
+        const auto* const notes = reinterpret_cast<const std::byte*>(object->dlpi_addr + segment.p_vaddr);
+        const auto padded = [](std::size_t size) { return (size + 3) / 4 * 4; };
+        for (std::size_t at = 0; at + sizeof(ElfW(Nhdr)) <= segment.p_memsz;) {
+            ElfW(Nhdr) note;
+            std::memcpy(&note, notes + at, sizeof note);
+            const std::size_t name = at + sizeof note, id = name + padded(note.n_namesz);
+            at = id + padded(note.n_descsz);
+            if (at > segment.p_memsz) break;
+            if (note.n_type != NT_GNU_BUILD_ID || note.n_namesz != 4 ||
+                std::memcmp(notes + name, "GNU", 4) != 0)
+                continue;
+            patient::StateHash hash;
+            hash.addBytes({notes + id, note.n_descsz});
+            *static_cast<std::uint64_t*>(mark) = hash.value();
+            return 1;
+        }
+    }
+    return 1;
+}
+
+}  // namespace
+
+std::uint64_t buildMark() noexcept {
+    std::uint64_t mark = 0;
+    dl_iterate_phdr(findBuildId, &mark);
+    return mark;
+}
+
+double sinceStart_s() {
+    std::ifstream file("/proc/self/stat");
+    std::string text((std::istreambuf_iterator<char>(file)), {});
+    // The 22nd field; the second, the program's name in brackets, may hold anything.
+    std::size_t at = text.rfind(')');
+    for (int field = 2; field < 22 && at != std::string::npos; ++field)
+        at = text.find(' ', at + 1);
+    timespec now{};
+    if (at == std::string::npos || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0.0;
+    const double began_s =
+        double(std::strtoull(text.c_str() + at, nullptr, 10)) / double(sysconf(_SC_CLK_TCK));
+    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec) - began_s;
 }
 
 namespace {

@@ -46,6 +46,11 @@ void needFolder(const std::filesystem::path& folder, const std::string& what);
 std::string environment(const char* name);
 void setEnvironment(const char* name, const std::string& value);
 
+// Tells this build of the program from every other: the linker's build id. 0 where it left none.
+std::uint64_t buildMark() noexcept;
+// Since the program began, to a hundredth. 0 where the system does not say.
+double sinceStart_s();
+
 // $XDG_CACHE_HOME/stylet, or ~/.cache/stylet.
 std::filesystem::path cacheFolder();
 // $XDG_DATA_HOME/stylet, or ~/.local/share/stylet: what is not to be lost.

@@ -133,7 +133,8 @@ void show(const ReplayOptions& options, const patient::Patient& patient, const r
         computeAgain(patient, other, session, &*ghost);
         if (ghost->empty()) ghost.reset();
     }
-    const haptics::TouchMap touch = haptics::makeTouchMap(patient);
+    const haptics::TouchMap touch =
+        keptTouchMap(patient, record.header.package_digest, cacheFolder() / "derived");
     ShownReplay shown{patient, record.info.path, timeline};
     shown.ghost = ghost ? &*ghost : nullptr;
     shown.dt_s = record.header.settings.dt_s;

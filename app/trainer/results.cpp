@@ -13,6 +13,7 @@
 #include "app/report/curve.h"
 #include "app/report/slices.h"
 #include "app/trainer/flight.h"
+#include "app/trainer/platform_linux.h"
 
 namespace stylet::trainer {
 
@@ -74,6 +75,13 @@ json truthJson(const ForceTruthReading& truth) {
             {"insertions", truth.insertions},
             {"last_insertion", errorJson(truth.insertion)},
             {"all_insertions", errorJson(truth.all)}};
+}
+
+// From the program's start; of its first attempt.
+json firstPictureJson(const PictureTotals& pictures) {
+    if (!pictures.first) return nullptr;
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - *pictures.first;
+    return sinceStart_s() - since.count();
 }
 
 json stepsJson(const training::Progress& progress) {
@@ -216,6 +224,7 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
               {"flights_lost", totals.flights_missed + log.more_flights},
               {"controller", controllerJson(log.controller)},
               {"max_step_us", haptics.max_step_us}}},
+            {"first_picture_s", firstPictureJson(totals.pictures)},
             {"frames", totals.pictures.frames},
             {"frame_ms", frameTimesJson(totals.pictures.times)},
             {"visuo_haptic", visuoHapticJson(totals.pictures.times)},

@@ -94,7 +94,7 @@ bool sameNumbers(const haptics::DeviceProfile& a, const haptics::DeviceProfile& 
     return all;
 }
 
-void beginAs(Attempt& attempt, const Retry& retry) {
+void beginAs(Attempt& attempt, const Retry& retry, const MakeTouch& make_touch) {
     const haptics::SimulationSettings& recorded = retry.record.header.settings;
     const patient::Pose recorded_from_device =
         recorded.patient_from_device.inverse() * attempt.simulation.patient_from_device;
@@ -111,7 +111,7 @@ void beginAs(Attempt& attempt, const Retry& retry) {
     for (const haptics::TickInput& input : attempt.beginning)
         for (std::uint32_t i = 0; i < input.command_count; ++i)
             presses = presses || haptics::takesToolOnSkin(input.commands[i]);
-    if (presses) attempt.touch = haptics::makeTouchMap(attempt.patient);
+    if (presses) attempt.touch = make_touch(attempt.patient);
 }
 
 }  // namespace stylet::trainer

@@ -30,7 +30,7 @@ void checkRetry(Retry&, const patient::Patient&);
 
 // The attempt begins as the record does, with all that is computed from; its scripted hand is moved to where
 // the recorded device stood.
-void beginAs(Attempt&, const Retry&);
+void beginAs(Attempt&, const Retry&, const MakeTouch& = makeTouch);
 
 // Where the profile's numbers are others, a device would not get the force that it can bear.
 bool sameNumbers(const haptics::DeviceProfile&, const haptics::DeviceProfile&);

@@ -108,14 +108,14 @@ void checkHand(const RunOptions& options) {
 
 // The attempt as scripted, or with the hand of a trace in its place: what is said meanwhile stays the
 // scenario's, as far as the hand goes.
-Attempt handOf(const RunOptions& options, Attempt attempt, const Retry* retry) {
+Attempt handOf(const RunOptions& options, Attempt attempt, const Retry* retry, const MakeTouch& touch) {
     if (options.device == kReplay) {
         attempt.hand.samples = haptics::loadTrace(options.trace).samples;
         const std::int64_t end_ns = attempt.hand.samples.back().t_ns;
         std::erase_if(attempt.hand.commands,
                       [end_ns](const haptics::TraceCommand& said) { return said.t_ns > end_ns; });
     }
-    if (retry) beginAs(attempt, *retry);
+    if (retry) beginAs(attempt, *retry, touch);
     return attempt;
 }
 
@@ -162,12 +162,12 @@ ControllerSide sideOf(const RunOptions& options) {
 // They are waited for while the attempt runs, for only its pictures have a session.
 Attempt controllerAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                           const Scenario& scenario, const patient::PlannedPath& path,
-                          const haptics::Clock& clock, const Retry* retry) {
+                          const haptics::Clock& clock, const Retry* retry, const MakeTouch& touch) {
     catchInterrupts();
     live.port = std::make_shared<ControllerPort>();
     live.device = std::make_unique<LiveDevice>(
         kControllers, std::make_unique<ControllerDriver>(*live.port, sideOf(options), clock), clock);
-    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, haptics::makeTouchMap(patient),
+    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, touch(patient),
                                       controllerProfile(), {}, options.rate_hz);
     attempt.simulation.patient_from_device = stageFromPatient(patient, path).inverse();
     live.aimed = &live.device->bare();
@@ -178,12 +178,12 @@ Attempt controllerAttempt(const RunOptions& options, Live& live, const patient::
 // The mouse's frame is the patient's.
 Attempt mouseAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                      const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock,
-                     const Retry* retry) {
+                     const Retry* retry, const MakeTouch& touch) {
     catchInterrupts();
     live.window->giveHand();
     live.window->tell(retry ? retry->left.tool : scenario.tool, 0.0);
-    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, haptics::makeTouchMap(patient),
-                                      mouseProfile(), {}, options.rate_hz);
+    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, touch(patient), mouseProfile(),
+                                      {}, options.rate_hz);
     attempt.simulation.patient_from_device = {};
     const haptics::GuideSettings& guide = attempt.simulation.tools.guide;
     const patient::Pose start =
@@ -199,12 +199,13 @@ Attempt mouseAttempt(const RunOptions& options, Live& live, const patient::Patie
 
 Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                     const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock,
-                    const Retry* retry) {
+                    const Retry* retry, const MakeTouch& make_touch) {
     live.window->giveWords();
     if (options.device == kControllers)
-        return controllerAttempt(options, live, patient, scenario, path, clock, retry);
-    if (options.device == kMouse) return mouseAttempt(options, live, patient, scenario, path, clock, retry);
-    haptics::TouchMap touch = haptics::makeTouchMap(patient);  // first: a device that is ready may be moved
+        return controllerAttempt(options, live, patient, scenario, path, clock, retry, make_touch);
+    if (options.device == kMouse)
+        return mouseAttempt(options, live, patient, scenario, path, clock, retry, make_touch);
+    haptics::TouchMap touch = make_touch(patient);  // first: a device that is ready may be moved
     live.device = readyDevice(options, clock);
     live.registration = newestRegistration(dataFolder() / "registrations", options.device,
                                            std::string(live.device->profile().name));
@@ -424,13 +425,17 @@ Ended runOne(const RunOptions& asked) {
     const patient::PlannedPath path =
         retry ? retry->record.info.path : referencePath(patient, opened.folder, options.path);
     if (retry) checkRetry(*retry, patient);
+    const std::uint64_t patient_digest = patient::digest(opened.package);
+    const MakeTouch touch = [&](const patient::Patient& on) {
+        return keptTouchMap(on, patient_digest, cacheFolder() / "derived");
+    };
     const haptics::Clock clock = monotonicClock();
     Live live;
     const Attempt attempt =
         isLive(options)
-            ? liveAttempt(options, live, patient, scenario, path, clock, retry ? &*retry : nullptr)
-            : handOf(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz),
-                     retry ? &*retry : nullptr);
+            ? liveAttempt(options, live, patient, scenario, path, clock, retry ? &*retry : nullptr, touch)
+            : handOf(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz, touch),
+                     retry ? &*retry : nullptr, touch);
     const AttemptFacts facts{opened.package.name,
                              opened.folder,
                              scenario.name,
@@ -442,7 +447,7 @@ Ended runOne(const RunOptions& asked) {
                              haptics::firmwareDigest(options.device_options)};
 
     const auto ears = std::make_shared<Ears>();
-    const records::RecordHeader header{patient::digest(opened.package), attempt.simulation};
+    const records::RecordHeader header{patient_digest, attempt.simulation};
     const double gain = haptics::outputGain(attempt.simulation.profile, attempt.simulation.output);
     if (keeper) options.out = keeper->begin(attemptInfo(options, facts, header, gain, live.registration));
     auto pictures =

@@ -115,6 +115,7 @@ bool Desktop::frame(const Seen& seen, const patient::ContrastTable* contrast, co
             time.opaque_ms = stats.opaque_ms, time.volume_ms = stats.volume_ms;
             time.layer_scale = stats.layer_scale;
             ++totals.rendered;
+            if (!totals.first) totals.first = SteadyClock::now();
         }
         time.frame_ms = std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
         if (totals.times.size() < kMostFrameTimes) totals.times.push_back(time);

@@ -1,0 +1,151 @@
+#include "app/trainer/derived.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <random>
+
+#include "app/trainer/platform_linux.h"
+#include "patient/hash.h"
+
+namespace stylet::trainer {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array<char, 8> kMagic{'s', 't', 'y', 'l', 'k', 'e', 'p', 't'};
+constexpr std::uint64_t kMostBytes = std::uint64_t(1) << 30;
+
+struct Head {
+    std::array<char, 8> magic = kMagic;
+    std::uint64_t key = 0, size = 0, hash = 0;
+};
+static_assert(sizeof(Head) == 32, "written as it lies in memory");
+
+std::uint64_t hashOf(std::span<const std::byte> bytes) {
+    patient::StateHash hash;
+    hash.addBytes(bytes);
+    return hash.value();
+}
+
+void forgetOldest(const fs::path& folder) {
+    std::vector<std::pair<fs::file_time_type, fs::path>> files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+        if (entry.is_regular_file()) files.emplace_back(entry.last_write_time(), entry.path());
+    if (files.size() <= kMostDerived) return;
+    std::sort(files.begin(), files.end());
+    files.resize(files.size() - kMostDerived);
+    for (const auto& [time, file] : files)
+        fs::remove(file);
+}
+
+struct TouchHead {
+    std::array<std::int64_t, 3> dims{};
+    std::array<double, 3> spacing_m{}, origin_m{};
+};
+
+std::optional<haptics::TouchMap> touchMapIn(std::span<const std::byte> bytes) {
+    TouchHead head;
+    if (bytes.size() < sizeof head) return std::nullopt;
+    std::memcpy(&head, bytes.data(), sizeof head);
+    bytes = bytes.subspan(sizeof head);
+    haptics::TouchMap map;
+    std::uint64_t floats = 3;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (head.dims[axis] < 1 || head.dims[axis] > patient::kMaxVoxelsASide) return std::nullopt;
+        floats *= std::uint64_t(head.dims[axis]);
+        map.grid.dims[int(axis)] = int(head.dims[axis]);
+        map.grid.spacing_m[int(axis)] = head.spacing_m[axis];
+        map.grid.origin_m[int(axis)] = head.origin_m[axis];
+    }
+    if (bytes.size() != floats * sizeof(float)) return std::nullopt;
+    map.nodes.resize(std::size_t(floats));
+    std::memcpy(map.nodes.data(), bytes.data(), bytes.size());
+    return map;
+}
+
+std::vector<std::byte> bytesOf(const haptics::TouchMap& map) {
+    TouchHead head;
+    for (int axis = 0; axis < 3; ++axis) {
+        head.dims[std::size_t(axis)] = map.grid.dims[axis];
+        head.spacing_m[std::size_t(axis)] = map.grid.spacing_m[axis];
+        head.origin_m[std::size_t(axis)] = map.grid.origin_m[axis];
+    }
+    const std::span<const std::byte> nodes = std::as_bytes(std::span(map.nodes));
+    std::vector<std::byte> bytes(sizeof head + nodes.size());
+    std::memcpy(bytes.data(), &head, sizeof head);
+    std::memcpy(bytes.data() + sizeof head, nodes.data(), nodes.size());
+    return bytes;
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> derivedKey(std::initializer_list<std::uint64_t> parts) {
+    const std::uint64_t build = buildMark();
+    if (build == 0) return std::nullopt;
+    patient::StateHash hash;
+    hash.add(build);
+    for (const std::uint64_t part : parts)
+        hash.add(part);
+    return hash.value();
+}
+
+std::optional<std::vector<std::byte>> loadDerived(const fs::path& file, std::uint64_t key) {
+    std::error_code error;
+    const std::uintmax_t size = fs::file_size(file, error);
+    if (error) return std::nullopt;
+    const auto damaged = [&]() -> std::optional<std::vector<std::byte>> {
+        std::fprintf(stderr, "stylet: %s is damaged; it is made anew\n", file.c_str());
+        return std::nullopt;
+    };
+    Head head;
+    std::ifstream in(file, std::ios::binary);
+    if (size < sizeof head || !in.read(reinterpret_cast<char*>(&head), sizeof head) || head.magic != kMagic)
+        return damaged();
+    if (head.key != key) return std::nullopt;
+    if (head.size > kMostBytes || size != sizeof head + head.size) return damaged();
+    std::vector<std::byte> bytes(head.size);
+    if (!in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size())) ||
+        hashOf(bytes) != head.hash)
+        return damaged();
+    return bytes;
+}
+
+void saveDerived(const fs::path& file, std::uint64_t key, std::span<const std::byte> bytes) {
+    // Another run may read or write it now.
+    const fs::path fresh = file.string() + "." + std::to_string(std::random_device{}());
+    try {
+        fs::create_directories(file.parent_path());
+        const Head head{kMagic, key, bytes.size(), hashOf(bytes)};
+        std::ofstream out(fresh, std::ios::binary);
+        out.write(reinterpret_cast<const char*>(&head), sizeof head);
+        out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+        out.close();
+        if (!out) throw patient::DataError(fresh, "file", "cannot be written");
+        fs::rename(fresh, file);
+        forgetOldest(file.parent_path());
+    } catch (const std::exception& e) {
+        std::error_code ignored;
+        fs::remove(fresh, ignored);
+        std::fprintf(stderr, "stylet: not kept for the next start: %s\n", e.what());
+    }
+}
+
+haptics::TouchMap keptTouchMap(const patient::Patient& patient, std::uint64_t patient_digest,
+                               const fs::path& folder) {
+    const std::optional<std::uint64_t> key = derivedKey({patient_digest});
+    if (!key) return haptics::makeTouchMap(patient);
+    char name[40];
+    std::snprintf(name, sizeof name, "touch-%016llx", static_cast<unsigned long long>(patient_digest));
+    const fs::path file = folder / name;
+    if (const auto bytes = loadDerived(file, *key))
+        if (std::optional<haptics::TouchMap> map = touchMapIn(*bytes)) return std::move(*map);
+    haptics::TouchMap map = haptics::makeTouchMap(patient);
+    saveDerived(file, *key, bytesOf(map));
+    return map;
+}
+
+}  // namespace stylet::trainer

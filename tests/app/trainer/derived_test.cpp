@@ -1,0 +1,114 @@
+// What is kept from one start to the next is used only where it is whole and of the same making.
+#include "app/trainer/derived.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "app/trainer/platform_linux.h"
+#include "tests/app/trainer/phantom_attempt.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Derived : public testing::Test {
+  protected:
+    void flip(std::size_t at) const {
+        std::fstream file(file_, std::ios::in | std::ios::out | std::ios::binary);
+        file.seekg(std::streamoff(at));
+        const int byte = file.get();
+        file.seekp(std::streamoff(at));
+        file.put(char(byte ^ 0x20));
+    }
+    test::TempFolder folder_;
+    const fs::path file_ = folder_ / "derived" / "numbers";
+    const std::vector<std::byte> bytes_{std::byte{1}, std::byte{2}, std::byte{3}};
+};
+
+TEST_F(Derived, ComesBackUnderItsKeyAlone) {
+    EXPECT_FALSE(loadDerived(file_, 7));
+    saveDerived(file_, 7, bytes_);
+    EXPECT_EQ(loadDerived(file_, 7), bytes_);
+    EXPECT_FALSE(loadDerived(file_, 8));
+    saveDerived(file_, 8, {});
+    EXPECT_EQ(loadDerived(file_, 8), std::vector<std::byte>{});
+    EXPECT_FALSE(loadDerived(file_, 7));
+}
+
+TEST_F(Derived, NoByteOfADamagedFileIsUsed) {
+    saveDerived(file_, 7, bytes_);
+    const std::size_t size = fs::file_size(file_);
+    for (std::size_t at = 0; at < size; ++at) {
+        flip(at);
+        EXPECT_FALSE(loadDerived(file_, 7)) << "byte " << at;
+        flip(at);
+    }
+    ASSERT_EQ(loadDerived(file_, 7), bytes_);
+    for (std::size_t left = 0; left < size; ++left) {
+        saveDerived(file_, 7, bytes_);
+        fs::resize_file(file_, left);
+        EXPECT_FALSE(loadDerived(file_, 7)) << left << " bytes";
+    }
+    saveDerived(file_, 7, bytes_);
+    std::ofstream(file_, std::ios::app) << 'x';
+    EXPECT_FALSE(loadDerived(file_, 7));
+}
+
+TEST_F(Derived, TheOldestGo) {
+    const auto named = [&](std::size_t i) { return file_.parent_path() / std::to_string(i); };
+    const auto now = fs::file_time_type::clock::now();
+    for (std::size_t i = 0; i < kMostDerived; ++i) {
+        saveDerived(named(i), i, bytes_);
+        fs::last_write_time(named(i), now - std::chrono::hours(100 - int(i)));
+    }
+    saveDerived(file_, 7, bytes_);
+    EXPECT_FALSE(fs::exists(named(0)));
+    EXPECT_TRUE(fs::exists(named(1)));
+    EXPECT_TRUE(fs::exists(file_));
+}
+
+TEST_F(Derived, WhatCannotBeKeptIsNoError) {
+    std::ofstream(folder_ / "derived") << "a file in the folder's place";
+    saveDerived(file_, 7, bytes_);
+    EXPECT_FALSE(loadDerived(file_, 7));
+}
+
+TEST_F(Derived, AKeyTellsPartsAndOrder) {
+    ASSERT_TRUE(derivedKey({1, 2})) << "the linker left no build id";
+    EXPECT_EQ(derivedKey({1, 2}), derivedKey({1, 2}));
+    EXPECT_NE(derivedKey({1, 2}), derivedKey({2, 1}));
+    EXPECT_NE(derivedKey({1, 2}), derivedKey({1}));
+}
+
+TEST_F(Derived, ATouchMapIsTheSameEveryTime) {
+    const patient::Package package = test::ductPhantom();
+    const patient::Patient patient(package);
+    const std::uint64_t digest = patient::digest(package);
+    const haptics::TouchMap made = haptics::makeTouchMap(patient);
+    const auto same = [&](const haptics::TouchMap& map) {
+        return map.grid == made.grid && map.nodes == made.nodes;
+    };
+    EXPECT_TRUE(same(keptTouchMap(patient, digest, folder_ / "derived")));
+    const auto only = [&] { return fs::directory_iterator(folder_ / "derived")->path(); };
+    ASSERT_TRUE(fs::exists(only()));
+    const auto written = fs::last_write_time(only());
+    EXPECT_TRUE(same(keptTouchMap(patient, digest, folder_ / "derived")));
+    EXPECT_EQ(fs::last_write_time(only()), written) << "made anew";
+
+    fs::resize_file(only(), fs::file_size(only()) / 2);
+    EXPECT_TRUE(same(keptTouchMap(patient, digest, folder_ / "derived")));
+    EXPECT_GT(fs::last_write_time(only()), written);
+}
+
+TEST(SinceStart, Grows) {
+    const double begin_s = sinceStart_s();
+    EXPECT_GE(begin_s, 0.0);
+    while (sinceStart_s() <= begin_s) {  // a clock that stands would be found by the time limit
+    }
+}
+
+}  // namespace
+}  // namespace stylet::trainer

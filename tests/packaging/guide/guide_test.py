@@ -232,6 +232,9 @@ def main():
         (temp / "wrong").mkdir()
         check_refusals(temp / "wrong")
         check_citation(source)
+        unknown = reference.unknown_options(guide, source, build / "bin")
+        if unknown:
+            raise Wrong("\n".join(unknown))
         with Display() as display, concurrent.futures.ThreadPoolExecutor(2) as pool:
             bare["DISPLAY"] = display
             # The longest first; beside it the one that makes the patient whom the others take from the cache.

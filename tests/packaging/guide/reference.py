@@ -1,10 +1,11 @@
-"""Holds the guide's chapters to what the programs write: each name that is written is described, and each that is described
+"""Holds the guide's options to what the programs know, and its chapters to what the programs write: each name that is written is described, and each that is described
 is written. The files are those that the commands of the guide's pages have left.
 """
 import csv
 import json
 import re
 import sqlite3
+import subprocess
 import tomllib
 
 
@@ -81,6 +82,25 @@ def written(pages, source):
     yield "metrics.md", "An entry of `causes`", list(one["causes"][0])
     tissue = re.compile(r"^(" + "|".join(re.escape(t["tissue"]) for t in one["tissues"]) + ")_(?=(mean|hausdorff|event)_mm$)")
     yield "metrics.md", "A path: `paths.csv`", [tissue.sub("*_", name) for name in columns(research / "study/truth/paths.csv")]
+
+
+def unknown_options(guide, source, programs):
+    """A line for each option that the guide names and no program or script of ours knows."""
+    def helps(command):
+        text = subprocess.run([*command, "--help"], capture_output=True, text=True, check=True).stdout
+        inner = text.partition("Subcommands:")[2]
+        return text + "".join(helps([*command, name]) for name in re.findall(r"^  (\w[\w-]*)", inner, re.M))
+
+    known = "".join(helps([str(programs / p)]) for p in ("stylet", "stylet-model", "stylet-report", "stylet-study"))
+    for script in ("packaging/run", "packaging/test", "packaging/bench", "packaging/deb", "xr/mock/python/xrmock.py"):
+        known += (source / script).read_text()
+    others = {"--gtest_brief", "--gtest_list_tests", "--install", "--preset", "--build", "--target", "--test-dir"}
+    found = []
+    for page in sorted(guide.glob("*.md")):
+        for option in sorted(set(re.findall(r"(?<![\w-])--[a-z][\w-]*", page.read_text())) - others):
+            if not re.search(rf"{option}(?![\w-])", known):
+                found.append(f"{page.name}: no program knows {option}")
+    return found
 
 
 def differences(guide, pages, source):

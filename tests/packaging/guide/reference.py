@@ -25,25 +25,21 @@ def described(guide, page, heading, sometimes=False):
 
 
 def fields(value, stop=(), prefix=""):
-    """Dotted names of an object's fields; lists, and what is named in `stop`, are not looked into."""
+    """Dotted names of an object's fields, and of those of the objects in its lists; `stop` names what is not looked into."""
     names = []
     for key, inner in value.items():
         name = prefix + key
-        names += fields(inner, stop, name + ".") if isinstance(inner, dict) and name not in stop else [name]
+        objects = [inner] if isinstance(inner, dict) else [o for o in inner if isinstance(o, dict)] if isinstance(inner, list) else []
+        if objects and name not in stop:
+            names += [n for one in objects for n in fields(one, stop, name + ".")]
+        else:
+            names.append(name)
     return names
 
 
 def columns(file):
     with open(file, newline="") as rows:
         return next(csv.reader(rows))
-
-
-def toml_fields(value):
-    names = []
-    for key, inner in value.items():
-        for one in inner if isinstance(inner, list) and inner and isinstance(inner[0], dict) else [inner]:
-            names += [f"{key}.{k}" for k in one] if isinstance(one, dict) else [key]
-    return list(dict.fromkeys(names))
 
 
 def written(pages, source):
@@ -59,8 +55,8 @@ def written(pages, source):
         yield "records.md", f"`stylet.{table}`", re.findall(r"^    ([a-z]\w*) ", body, re.M)
 
     attempt = next((store / "attempts").iterdir())
-    whole = ("force_truth", "haptics.controller", "frame_ms", "visuo_haptic", "skips")
-    yield "records.md", "`summary.json`", fields(json.loads((attempt / "summary.json").read_text()), whole)
+    spreads = [f"frame_ms.{n}" for n in ("whole", "opaque", "volume")] + [f"visuo_haptic.{n}" for n in ("lead_ms", "offset_mm", "offset_deg", "ahead_ms")]
+    yield "records.md", "`summary.json`", fields(json.loads((attempt / "summary.json").read_text()), [*spreads, "skips"])
     yield "records.md", "`record.json`", fields(json.loads((attempt / "record/record.json").read_text()))
     export = next((instructor / "backup/attempts").iterdir())
     yield "records.md", "`attempt.json`", fields(json.loads((export / "attempt.json").read_text()))
@@ -70,13 +66,12 @@ def written(pages, source):
 
     yield "formats.md", "`hand.csv`", columns(research / "hand.csv")
     patient = research / "truth"
-    yield "formats.md", "`patient.toml`", toml_fields(tomllib.loads((patient / "patient.toml").read_text()))
+    yield "formats.md", "`patient.toml`", fields(tomllib.loads((patient / "patient.toml").read_text()))
     yield "formats.md", "`paths.json`", fields(json.loads((research / "study/truth/paths.json").read_text()))
 
     study = json.loads((research / "study/summary.json").read_text())
     one = study["patients"][0]
-    spreads = [name for name, value in one.items() if isinstance(value, dict) and "outlier_limit" in value]
-    yield "metrics.md", "Patients and all: `summary.json`", fields(one, spreads + ["exact"])
+    yield "metrics.md", "Patients and all: `summary.json`", list(one)
     yield "metrics.md", "A spread", list(one["rmse_n"])
     yield "metrics.md", "An entry of `tissues`", list(one["tissues"][0])
     yield "metrics.md", "An entry of `causes`", list(one["causes"][0])

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -218,17 +219,23 @@ class ByteSink {
             if (zipped_)
                 deflateFrom(bytes.first(now), Z_NO_FLUSH);
             else
-                out_.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(now));
+                put(bytes.data(), now);
             bytes = bytes.subspan(now);
         }
     }
     void finish() {
         if (zipped_) deflateFrom({}, Z_FINISH);
         out_.close();
-        if (!out_) throw DataError(file_, "file", "cannot be written");
+        if (out_) return;
+        const int why = error_ != 0 ? error_ : errno;
+        throw DataError(file_, "file", std::string("cannot be written: ") + std::strerror(why));
     }
 
   private:
+    void put(const void* bytes, std::size_t count) {
+        out_.write(static_cast<const char*>(bytes), std::streamsize(count));
+        if (!out_ && error_ == 0) error_ = errno;
+    }
     void deflateFrom(std::span<const std::byte> bytes, int flush) {
         stream_.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
         stream_.avail_in = uInt(bytes.size());
@@ -236,13 +243,13 @@ class ByteSink {
             stream_.next_out = buffer_.data();
             stream_.avail_out = uInt(buffer_.size());
             deflate(&stream_, flush);
-            out_.write(reinterpret_cast<const char*>(buffer_.data()),
-                       std::streamsize(buffer_.size() - stream_.avail_out));
+            put(buffer_.data(), buffer_.size() - stream_.avail_out);
         } while (stream_.avail_out == 0);
     }
 
     const std::filesystem::path& file_;
     std::ofstream out_;
+    int error_ = 0;  // why the disk refused first
     bool zipped_;
     std::vector<Bytef> buffer_;
     z_stream stream_{};

@@ -3,8 +3,9 @@
 
 #include "app/modeller/commands.h"
 #include "app/modeller/import_command.h"
+#include "app/program_linux.h"
 
-int main(int argc, char** argv) {
+static int program(int argc, char** argv) {
     CLI::App app{
         "stylet-model: makes, checks and shows virtual patients.\n"
         "Part of a training simulator, not a medical device."};
@@ -29,4 +30,8 @@ int main(int argc, char** argv) {
         return 2;
     }
     return 0;
+}
+
+int main(int argc, char** argv) {
+    return stylet::runProgram("stylet-model", program, argc, argv);
 }

@@ -3,9 +3,10 @@
 #include <cstdio>
 #include <exception>
 
+#include "app/program_linux.h"
 #include "app/report/commands.h"
 
-int main(int argc, char** argv) {
+static int program(int argc, char** argv) {
     CLI::App app(
         "Stylet's debriefs: one self-contained page each, that opens without a network, and CSV beside it.\n"
         "A training simulator, not a medical device.");
@@ -46,4 +47,8 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "stylet-report: %s\n", e.what());
         return 2;
     }
+}
+
+int main(int argc, char** argv) {
+    return stylet::runProgram("stylet-report", program, argc, argv);
 }

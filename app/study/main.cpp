@@ -3,9 +3,10 @@
 #include <cstdio>
 #include <exception>
 
+#include "app/program_linux.h"
 #include "app/study/commands.h"
 
-int main(int argc, char** argv) {
+static int program(int argc, char** argv) {
     CLI::App app(
         "stylet-study: force errors of patients built from a CT alone, against references of the same CT.\n"
         "Part of a training simulator, not a medical device.");
@@ -77,4 +78,8 @@ int main(int argc, char** argv) {
     } catch (const std::exception& e) {
         return failed(e);
     }
+}
+
+int main(int argc, char** argv) {
+    return stylet::runProgram("stylet-study", program, argc, argv);
 }

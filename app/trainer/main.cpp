@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "app/program_linux.h"
 #include "app/records/commands.h"
 #include "app/trainer/calibrate.h"
 #include "app/trainer/commands.h"
@@ -297,7 +298,7 @@ void addDoctor(CLI::App& app, stylet::trainer::DoctorOptions& o) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+static int program(int argc, char** argv) {
     CLI::App app(
         "Stylet: a trainer for percutaneous transhepatic cholangio-drainage.\n"
         "A training simulator, not a medical device.");
@@ -367,4 +368,8 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "stylet: %s\n", e.what());
         return 2;
     }
+}
+
+int main(int argc, char** argv) {
+    return stylet::runProgram("stylet", program, argc, argv);
 }

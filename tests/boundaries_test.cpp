@@ -124,8 +124,10 @@ TEST(Boundaries, ToolDisplacementStaysWithThePictures) {
 // Its program links no device, SQL or GPU code (tests/app/study/study_run_test.cpp looks at the program
 // itself).
 TEST(Boundaries, TheStudyTakesOnlyThePageOfTheReports) {
-    const std::set<std::string> page = {"app/report/canvas.h", "app/report/chart.h", "app/report/figure.h",
-                                        "app/report/page.h", "app/report/statistics.h"};
+    // The first is what every program begins with.
+    const std::set<std::string> page = {"app/program_linux.h", "app/report/canvas.h",
+                                        "app/report/chart.h",  "app/report/figure.h",
+                                        "app/report/page.h",   "app/report/statistics.h"};
     int used = 0;
     for (const std::string& file : sources({"app/study"}, {".h", ".cpp"}))
         for (const std::string& header : projectIncludes(read(kRoot / file))) {

@@ -201,6 +201,7 @@ TEST_F(FaultsRun, AHomeThatTakesNothing) {
     EXPECT_EQ(hashIn("given"), hash_);
 }
 
+// HZ-RECORD-15
 TEST_F(FaultsRun, ADecimalComma) {
     cell("all four", "a locale with a decimal comma, switched on", "every number as without");
     fs::create_directories(in("locales"));

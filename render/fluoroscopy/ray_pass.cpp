@@ -12,10 +12,10 @@
 namespace stylet::render {
 namespace {
 
-constexpr auto kUniform = vk::DescriptorType::eUniformBuffer, kStorage = vk::DescriptorType::eStorageBuffer,
+constexpr auto kStorage = vk::DescriptorType::eStorageBuffer,
                kImage = vk::DescriptorType::eCombinedImageSampler;
 // As rays.comp numbers them.
-constexpr std::array kBindings{kUniform, kImage,   kImage,   kImage,  kImage,
+constexpr std::array kBindings{kStorage, kImage,   kImage,   kImage,  kImage,
                                kImage,   kStorage, kStorage, kStorage};
 enum class At { uniforms, tissue, cells, inside, outside, toolMoved, paths, meter, counters };
 
@@ -47,7 +47,7 @@ RayPass::RayPass(const Gpu& gpu, DeformedPatient& patient)
       nearest_(makeSampler(gpu, vk::Filter::eNearest, vk::SamplerAddressMode::eClampToEdge)),
       descriptors_(gpu, kBindings, {}),
       tissue_(gpu),
-      uniforms_(gpu, sizeof(gpu::XrayUniforms), vk::BufferUsageFlagBits::eUniformBuffer),
+      uniforms_(gpu, sizeof(gpu::XrayUniforms), vk::BufferUsageFlagBits::eStorageBuffer),
       meter_(gpu, sizeof(float) * gpu::kMeter * gpu::kMeter, vk::BufferUsageFlagBits::eStorageBuffer),
       counters_(gpu, sizeof(gpu::XrayCounters), vk::BufferUsageFlagBits::eStorageBuffer) {}
 

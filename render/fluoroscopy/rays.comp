@@ -20,7 +20,8 @@ const int kRays = kBlock * kBlock;  // that an invocation follows, of pixels bes
 
 layout(local_size_x = kXrayGroup, local_size_y = kXrayGroup) in;
 
-layout(std140, binding = 0) uniform Uniforms { XrayUniforms xray; };
+// No uniform block: lavapipe (of Mesa 22) compiles the shader anew for the values of one, each time, and keeps the last.
+layout(std430, binding = 0) readonly buffer Uniforms { XrayUniforms xray; };
 layout(binding = 1) uniform sampler3D tissue;
 layout(binding = 2) uniform usampler3D cells;
 layout(binding = 3) uniform sampler3D deform_inside;

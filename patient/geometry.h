@@ -57,4 +57,14 @@ struct Grid {
     friend bool operator==(const Grid&, const Grid&) = default;
 };
 
+// In the order of memory.
+template <typename Visit>
+void forEachVoxel(const Grid& grid, const Visit& visit) {
+    Index3 i;
+    for (i.z = 0; i.z < grid.dims.z; ++i.z)
+        for (i.y = 0; i.y < grid.dims.y; ++i.y)
+            for (i.x = 0; i.x < grid.dims.x; ++i.x)
+                visit(i);
+}
+
 }  // namespace stylet::patient

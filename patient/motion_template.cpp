@@ -45,15 +45,6 @@ Kinds kindsOf(const std::vector<Label>& table) {
     return kinds;
 }
 
-template <typename Visit>
-void forEachVoxel(const Grid& grid, const Visit& visit) {
-    Index3 i;
-    for (i.z = 0; i.z < grid.dims.z; ++i.z)
-        for (i.y = 0; i.y < grid.dims.y; ++i.y)
-            for (i.x = 0; i.x < grid.dims.x; ++i.x)
-                visit(i);
-}
-
 // Sizes that the fields are shaped by, in the reference.
 struct Body {
     double liver_low_m = 1e9, liver_high_m = -1e9;                      // z

@@ -41,15 +41,6 @@ std::array<bool, 256> labelsOf(const Patient& patient, Tissue tissue) {
     return ids;
 }
 
-template <typename Visit>
-void forEachVoxel(const Grid& grid, const Visit& visit) {
-    Index3 i;
-    for (i.z = 0; i.z < grid.dims.z; ++i.z)
-        for (i.y = 0; i.y < grid.dims.y; ++i.y)
-            for (i.x = 0; i.x < grid.dims.x; ++i.x)
-                visit(i);
-}
-
 Box deformedLiver(const Patient& patient, const Surrogate& breath) {
     const std::array<bool, 256> is_liver = labelsOf(patient, Tissue::liver);
     const Package& p = patient.package();

@@ -17,14 +17,6 @@ Grid smallGrid() {
     return grid;
 }
 
-template <typename Visit>
-void forEachVoxel(const Grid& grid, const Visit& visit) {
-    for (int z = 0; z < grid.dims.z; ++z)
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x)
-                visit(Index3(x, y, z));
-}
-
 double bruteForce(const Volume<std::uint8_t>& mask, const Index3& from, Sites sites) {
     double nearest = std::numeric_limits<double>::infinity();
     forEachVoxel(mask.grid, [&](const Index3& i) {

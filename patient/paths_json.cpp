@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "stylet paths 2";
-constexpr std::size_t kMaxBytes = 64 << 20, kMaxPaths = 100000;
+constexpr std::size_t kMaxBytes = 64 << 20;
 constexpr int kMaxDepth = 8;
 constexpr int kMaxPlannerVersion = 1 << 20;
 constexpr std::size_t kDigestDigits = 16;
@@ -144,7 +144,7 @@ StoredPaths parsePaths(const std::filesystem::path& file, std::string_view text)
     stored.planner_version = readVersion(file, json.value("planner_version", Json()));
     const auto list = json.find("paths");
     if (list == json.end() || !list->is_array()) throw DataError(file, "paths", "not an array");
-    if (list->size() > kMaxPaths) throw DataError(file, "paths", "more than 100000");
+    if (list->size() > kMaxStoredPaths) throw DataError(file, "paths", "more than 100000");
     for (const Json& entry : *list)
         stored.paths.push_back(readPath({file, "paths[" + std::to_string(stored.paths.size()) + "]", entry}));
     return stored;

@@ -59,6 +59,7 @@ bool ratePath(const Patient&, const PlanSettings&, PlannedPath&);
 std::vector<double> worstQualities(const Patient&, const PlanSettings&, const std::vector<PlannedPath>&,
                                    const std::vector<Surrogate>& breaths);
 
+inline constexpr std::size_t kMaxStoredPaths = 100'000;
 // What paths.json holds: paths, and what they were planned on and by.
 struct StoredPaths {
     std::uint64_t patient_digest = 0;  // digest(Package)

@@ -35,6 +35,11 @@ class Clock {
 struct Study {
     explicit Study(const StudyOptions& options) : o(options), file(readStudyFile(o.study)) {
         if (file.tissue) table = patient::loadTissueDefaults(*file.tissue).tissues;
+        // Before hours of planning, and before anything of an earlier run goes.
+        for (const PairFiles& pair : file.pairs)
+            for (const fs::path& package : {pair.reference, pair.found})
+                if (!fs::exists(package / "patient.toml"))
+                    throw patient::DataError(package / "patient.toml", "file", "cannot be read");
     }
     Pair load(std::size_t pair) const {
         Pair p = loadPair(file.pairs[pair], o.labels, table ? &*table : nullptr);
@@ -63,19 +68,24 @@ void savePicture(const fs::path& file, const Pair& pair, const std::vector<Plann
     if (!out) throw patient::DataError(file, "file", "cannot be written");
 }
 
-// paths.json comes last: where it is the rest is.
-std::vector<PlannedPath> planInto(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
+// paths.json comes last: where it is the rest is. A summary is of the paths that go.
+void planInto(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
     const Clock clock;
-    PairPlan plan = planPair(pair, o.plan);
+    const PairPlan plan = planPair(pair, o.plan);
     const patient::PlanResult& r = plan.result;
     const double seconds = clock.seconds();
+    if (r.paths.size() > patient::kMaxStoredPaths)
+        throw patient::DataError(
+            folder / "paths.json", "paths",
+            std::to_string(r.paths.size()) + " of them, a file holds 100000: plan with --skin-spacing-mm");
+    fs::remove(folder / "paths.json");
+    fs::remove(o.out / "summary.json");
     writePlanTable(folder / "plan.csv", plan);
     writePlanSummary(folder / "plan.json", plan, o.plan);
     savePicture(folder / "paths.png", pair, r.paths, o.plan.threads);
     patient::savePaths({pair.reference_digest, patient::kPlannerVersion, r.paths}, folder / "paths.json");
     std::printf("%s: %zu paths of %zu pairs of skin and duct (%zu not walked), %.1f s\n", pair.name.c_str(),
                 r.paths.size(), r.candidates, r.skipped, seconds);
-    return std::move(plan.result.paths);
 }
 
 bool isOf(const PlanRequest& request, const PlanFacts& plan) {
@@ -87,14 +97,20 @@ bool isOf(const PlanRequest& request, const PlanFacts& plan) {
 
 bool isPlanned(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
     const fs::path file = folder / "paths.json";
-    if (!fs::exists(file)) return false;
+    if (!fs::exists(file) || !fs::exists(folder / "plan.json")) return false;
     const patient::StoredPaths stored = patient::loadPaths(file);
+    const PlanFacts plan = readPlanFacts(folder / "plan.json");
     const char* other = nullptr;
     if (stored.patient_digest != pair.reference_digest || stored.planner_version != patient::kPlannerVersion)
         other = "patient or planner";
-    else if (o.plan_is_asked && !isOf(o.plan, readPlanFacts(folder / "plan.json")))
+    else if (o.plan_is_asked && !isOf(o.plan, plan))
         other = "spacing or number of breaths";
-    if (other) std::printf("%s: %s is of another %s\n", pair.name.c_str(), file.c_str(), other);
+    if (other)
+        std::printf("%s: %s is of another %s\n", pair.name.c_str(), file.c_str(), other);
+    else
+        std::printf("%s: %zu paths, planned before with --skin-spacing-mm %g --target-spacing-mm %g\n",
+                    pair.name.c_str(), stored.paths.size(), 1e3 * plan.skin_spacing_m,
+                    1e3 * plan.target_spacing_m);
     return !other;
 }
 
@@ -147,6 +163,7 @@ void runPair(const Study& study, const Share& share, const Ranks& ranks) {
     const std::vector<PlannedPath> paths = loadPlanned(o, folder);
     const std::uint64_t digest = runDigest(pair, paths, o.run);
     if (leads) {
+        fs::remove(folder / "samples.csv");
         PairFacts facts = factsOf(pair, study.ownTable());
         facts.run = digest;
         facts.paths = paths.size();

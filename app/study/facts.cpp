@@ -223,9 +223,7 @@ RunFacts readRunFacts(const fs::path& file) {
     RunFacts f;
     for (const Members& patient : in.list("patients")) {
         f.names.push_back(patient.get<std::string>("name"));
-        if (f.names.back().empty() || f.names.back().front() == '.' ||
-            f.names.back().find('/') != std::string::npos)
-            patient.refuse("name", "cannot be a folder's name");
+        if (!isPairName(f.names.back())) patient.refuse("name", "cannot be a folder's name");
     }
     SteeringSettings& s = f.settings.steering;
     s.samples = settings.get<int>("samples");

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Counts up whenever the same pair and settings come to other results, or PathResult changes.
-constexpr std::uint64_t kResultsVersion = 1;
+constexpr std::uint64_t kResultsVersion = 2;
 
 struct Header {
     std::uint64_t magic = 0x315244545359'5453;

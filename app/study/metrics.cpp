@@ -24,9 +24,10 @@ double sampleDepth(const Steered& s, std::size_t i) {
     return s.first_m + double(i) * s.step_m;
 }
 
-// The first sample at `depth_m` or behind it.
+// The first sample at `depth_m` or behind it; while patients breathe events lie on samples, but for rounding.
 std::size_t sampleFrom(const Steered& s, double depth_m) {
-    const double i = std::ceil((depth_m - s.first_m) / s.step_m);
+    constexpr double kRounding = 1e-6;
+    const double i = std::ceil((depth_m - s.first_m) / s.step_m - kRounding);
     return std::size_t(std::clamp(i, 0.0, double(s.full.samples_n.size())));
 }
 
@@ -216,6 +217,13 @@ double firstWayIn(const std::vector<ExactEvent>& events, Tissue tissue) {
     return kNone;
 }
 
+// Partial less full; none where neither patient has it before the target.
+double wayInError(const Steered& s, Tissue tissue) {
+    const double full_m = firstWayIn(s.full.force->events, tissue),
+                 partial_m = firstWayIn(s.partial.force->events, tissue);
+    return std::min(full_m, partial_m) <= s.end_m ? partial_m - full_m : kNone;
+}
+
 // Ways in before the target.
 const ExactEvent* nextWayIn(const std::vector<ExactEvent>& events, std::size_t& i, double target_m) {
     for (; i < events.size() && events[i].depth_m <= target_m; ++i)
@@ -304,8 +312,7 @@ PathResult measure(const Steered& s, const MeasureSettings& settings) {
     r.same_order = sameOrder(s);
     r.meets_bone = meetsBone(s.full, s.end_m) || meetsBone(s.partial, s.end_m);
     for (std::size_t t = 0; t < kTissues; ++t)
-        r.event_m[t] =
-            firstWayIn(s.partial.force->events, Tissue(t)) - firstWayIn(s.full.force->events, Tissue(t));
+        r.event_m[t] = wayInError(s, Tissue(t));
     if (r.sampled.max_n > 0.0) r.cause = causeOf(s, r.sampled.max_n, r.sampled.max_at_m + s.entry_m);
     return r;
 }

@@ -41,12 +41,6 @@ void allowOnly(const fs::path& file, const std::string& where, const toml::table
         if (!keys.contains(key.str())) throw DataError(file, where + std::string(key.str()), "no such field");
 }
 
-// A folder of its own for each.
-bool isFolderName(const std::string& name) {
-    return !name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos &&
-           name.size() < 200;
-}
-
 PairFiles readPair(const fs::path& file, const toml::node& node, std::size_t index) {
     const std::string where = nameOf(index);
     const toml::table* table = node.as_table();
@@ -61,7 +55,7 @@ PairFiles readPair(const fs::path& file, const toml::node& node, std::size_t ind
     PairFiles pair{"", folder("reference"), folder("found")};
     const fs::path last = pair.reference.has_filename() ? pair.reference : pair.reference.parent_path();
     pair.name = table->contains("name") ? member("name") : last.filename().string();
-    if (!isFolderName(pair.name)) throw DataError(file, where + ".name", "cannot be a folder's name");
+    if (!isPairName(pair.name)) throw DataError(file, where + ".name", "cannot be a folder's name");
     return pair;
 }
 
@@ -79,6 +73,9 @@ Vec3 offsetInVoxels(const PairFiles& files, const Grid& reference, const Grid& f
         throw DataError(files.found / "ct.nii.gz", "spacing", reason);
     }
     const Vec3 offset = reference.toVoxels(found.origin_m), whole = glm::round(offset);
+    if (!glm::all(glm::lessThan(glm::abs(offset), Vec3(2.0 * patient::kMaxVoxelsASide))))
+        throw DataError(files.found / "ct.nii.gz", "origin",
+                        "far from " + (files.reference / "ct.nii.gz").string() + ": another CT");
     if (!glm::all(glm::lessThan(glm::abs(offset - whole) * a, Vec3(kSamePlace_m))))
         throw DataError(files.found / "ct.nii.gz", "origin",
                         "its voxels lie between those of " + (files.reference / "ct.nii.gz").string());
@@ -135,6 +132,11 @@ void refuseShared(const PairFiles& files, const Package& reference, const Packag
 
 }  // namespace
 
+bool isPairName(const std::string& name) {
+    return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos && name.size() < 200 &&
+           name != "summary.json" && name != "report.html";
+}
+
 StudyFile readStudyFile(const fs::path& file) {
     std::error_code error;
     const std::uintmax_t bytes = fs::file_size(file, error);
@@ -177,13 +179,13 @@ Pair makePair(const PairFiles& files, Package reference, Package found, FoundLab
     pair.reference_share = patient::segmentedShare(reference);
     moveTo(files, reference.ct, found);
     refuseShared(files, reference, found);
+    pair.reference_digest = patient::digest(reference);
     if (own_table) reference.tissues = *own_table;
     // A build's cut takes the rim of partial volume along, which is the thresholds' skin.
     if (labels == FoundLabels::partial) found.ct = reference.ct;
     found.tissues = reference.tissues;
     found.motion = reference.motion;
     found.signal = reference.signal;
-    pair.reference_digest = patient::digest(reference);
     pair.reference = std::move(reference);
     pair.found = std::move(found);
     return pair;

@@ -11,6 +11,9 @@
 
 namespace stylet::study {
 
+// A folder of its own in OUT, beside what is of all pairs.
+bool isPairName(const std::string&);
+
 struct PairFiles {
     std::string name;
     std::filesystem::path reference, found;  // package folders
@@ -42,7 +45,7 @@ struct Pair {
     std::string name;
     patient::Package reference, found;
     FoundLabels labels = FoundLabels::partial;
-    std::uint64_t reference_digest = 0;  // with the force table in use
+    std::uint64_t reference_digest = 0;  // as its folder has it: an own force table plans no other paths
     double reference_share = 0.0;        // of the body that has labels in the reference
 };
 

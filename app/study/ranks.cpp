@@ -23,6 +23,15 @@ bool startedAsOneOfMany() {
     return false;
 }
 
+// As who started them counts: each that believes itself alone would do everything.
+void refuseUnlessOneOf(int size) {
+    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"})
+        if (const char* started = std::getenv(name); started && std::atoi(started) != size)
+            throw std::runtime_error(std::string("started as one of ") + started + " (" + name +
+                                     "), but MPI finds " + std::to_string(size) +
+                                     ": start with mpirun, or srun --mpi=pmix");
+}
+
 }  // namespace
 
 #ifdef STYLET_STUDY_MPI
@@ -46,12 +55,21 @@ bool Ranks::haveMpi() {
 }
 
 Ranks::Ranks() {
-    if (!startedAsOneOfMany()) return;
+    if (!startedAsOneOfMany()) {
+        refuseUnlessOneOf(1);
+        return;
+    }
     int threads = 0;  // only this one talks to the others
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &threads);
     joined_ = true;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &size_);
+    try {
+        refuseUnlessOneOf(size_);
+    } catch (...) {
+        MPI_Finalize();  // no object, so no destructor
+        throw;
+    }
     if (size_ > 1) std::signal(SIGTERM, stopped);
 }
 
@@ -82,6 +100,7 @@ bool Ranks::haveMpi() {
 Ranks::Ranks() {
     if (startedAsOneOfMany())
         throw std::runtime_error("started as one of several ranks, but built without MPI (STYLET_MPI)");
+    refuseUnlessOneOf(1);
 }
 
 Ranks::~Ranks() = default;

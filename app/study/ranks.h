@@ -12,7 +12,7 @@ class Ranks {
   public:
     // Joins the others. From now on SIGTERM, which mpirun sends to all when one is lost, ends the process
     // with a line that says what to do. Throws std::runtime_error where there are others and MPI was not
-    // built in: each would do everything.
+    // built in, or finds fewer than were started: each would do everything.
     Ranks();
     ~Ranks();
     Ranks(const Ranks&) = delete;

@@ -148,6 +148,22 @@ TEST(StudyMetrics, AVesselBehindTheTargetIsNoPartner) {
     }
 }
 
+// The walk goes on behind the target for late borders: what both meet only there is nobody's error.
+TEST(StudyMetrics, AVesselBehindTheTargetInBothIsNoEvent) {
+    Pair pair = test::slabPair(0.020, 0.020);
+    const patient::Grid& grid = pair.found.ct.grid;
+    const double target_m = test::slabPath().target_reference_m.x;
+    pair.reference.labels[grid.nearest({target_m + 0.0040, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
+    pair.found.labels[grid.nearest({target_m + 0.0060, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
+    const PreparedPair prepared(pair);
+    Steering steering(prepared, {});
+    const Steered& steered = *steering.steer(test::slabPath());
+    const auto isVessel = [](const haptics::ExactEvent& e) { return e.tissue == Tissue::vessel; };
+    ASSERT_TRUE(std::ranges::any_of(steered.full.force->events, isVessel));
+    ASSERT_TRUE(std::ranges::any_of(steered.partial.force->events, isVessel));
+    EXPECT_TRUE(std::isnan(measure(steered).event_m[at(Tissue::vessel)]));
+}
+
 // A duct that begins 1 mm behind the target is late, not missed.
 TEST(StudyMetrics, ADuctBehindTheTargetIsLate) {
     Pair pair = test::slabPair(0.020, 0.020);

@@ -50,6 +50,7 @@ TEST_F(StudyFileOnDisk, IsRefusedWithFieldAndReason) {
     expectRefusedAs(pair + "colour = 'red'", "pair[0].colour: no such field");
     expectRefusedAs(pair + "name = '../x'", "pair[0].name");
     expectRefusedAs(pair + "name = '..'", "pair[0].name");
+    expectRefusedAs(pair + "name = 'summary.json'", "pair[0].name");
     expectRefusedAs(pair + pair, "pair[1].name: \"a\" is there already");
     expectRefusedAs("[[pair]\n", "line 1");
     expectRefusedAs("pair = " + std::string(100'000, '['), "line 1");

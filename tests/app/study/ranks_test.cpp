@@ -15,6 +15,9 @@ TEST(Ranks, AloneWithoutMpirun) {
     EXPECT_TRUE(ranks.first());
     ranks.wait();
     ranks.giveUp();
+    setenv("SLURM_STEP_NUM_TASKS", "2", 1);  // srun without MPI: each task believes itself alone
+    EXPECT_THROW(Ranks(), std::runtime_error);
+    unsetenv("SLURM_STEP_NUM_TASKS");
     if (Ranks::haveMpi()) return;  // several ranks: study_run_test.cpp
     setenv("OMPI_COMM_WORLD_SIZE", "2", 1);
     EXPECT_THROW(Ranks(), std::runtime_error);

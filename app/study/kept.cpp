@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint64_t kResultsVersion = 2;
 
 struct Header {
-    std::uint64_t magic = 0x315244545359'5453;
+    std::uint64_t magic = 0x325244545359'5453;
     std::uint64_t digest = 0, block = 0, count = 0;
     std::uint64_t checksum = 0;  // of the results' bytes
 };

@@ -224,20 +224,25 @@ double wayInError(const Steered& s, Tissue tissue) {
     return std::min(full_m, partial_m) <= s.end_m ? partial_m - full_m : kNone;
 }
 
+enum class Skin { counts, ignored };
+
 // Ways in before the target.
-const ExactEvent* nextWayIn(const std::vector<ExactEvent>& events, std::size_t& i, double target_m) {
+const ExactEvent* nextWayIn(const std::vector<ExactEvent>& events, std::size_t& i, double target_m,
+                            Skin skin) {
     for (; i < events.size() && events[i].depth_m <= target_m; ++i)
-        if (isWayIn(events[i])) return &events[i++];
+        if (isWayIn(events[i]) && (skin == Skin::counts || events[i].tissue != Tissue::skin))
+            return &events[i++];
     return nullptr;
 }
 
-bool sameOrder(const Steered& s) {
+bool sameOrder(const Steered& s, Skin skin) {
     std::size_t i = 0, j = 0;
-    while (true) {
-        const ExactEvent* a = nextWayIn(s.full.force->events, i, s.end_m);
-        const ExactEvent* b = nextWayIn(s.partial.force->events, j, s.end_m);
+    // What lies first is cut from the air and entered from the skin: without a skin that is one and the same.
+    for (bool any_way = skin == Skin::ignored;; any_way = false) {
+        const ExactEvent* a = nextWayIn(s.full.force->events, i, s.end_m, skin);
+        const ExactEvent* b = nextWayIn(s.partial.force->events, j, s.end_m, skin);
         if (!a || !b) return a == b;
-        if (a->tissue != b->tissue || a->kind != b->kind) return false;
+        if (a->tissue != b->tissue || (a->kind != b->kind && !any_way)) return false;
     }
 }
 
@@ -309,7 +314,8 @@ PathResult measure(const Steered& s, const MeasureSettings& settings) {
     r.exact = measureExactly(s);
     r.max_outside_n = largestOutside(s, settings.event_window_m);
     measureBorders(s, r);
-    r.same_order = sameOrder(s);
+    r.same_order = sameOrder(s, Skin::counts);
+    r.same_order_inside = sameOrder(s, Skin::ignored);
     r.meets_bone = meetsBone(s.full, s.end_m) || meetsBone(s.partial, s.end_m);
     for (std::size_t t = 0; t < kTissues; ++t)
         r.event_m[t] = wayInError(s, Tissue(t));

@@ -51,11 +51,12 @@ struct Cause {
 struct PathResult {
     ForceError sampled, exact;  // `exact` in closed form; all none while the patients breathe
     std::uint32_t samples = 0;
-    double way_m = 0.0;          // from the first touch to the target
-    double max_outside_n = 0.0;  // of the samples farther than the window from every event
-    bool same_order = false;     // the same cuts and entries in the same order
-    bool meets_bone = false;     // in the one patient or the other: the needle goes no farther
-    BorderError borders;         // of all structures; a Hausdorff distance is the largest of theirs
+    double way_m = 0.0;              // from the first touch to the target
+    double max_outside_n = 0.0;      // of the samples farther than the window from every event
+    bool same_order = false;         // the same cuts and entries in the same order
+    bool same_order_inside = false;  // the same, as if neither patient had a skin
+    bool meets_bone = false;         // in the one patient or the other: the needle goes no farther
+    BorderError borders;             // of all structures; a Hausdorff distance is the largest of theirs
     std::array<BorderError, kTissues> by_tissue;
     std::array<double, kTissues>
         event_m{};  // depth of the first way into a tissue, partial less full; or none

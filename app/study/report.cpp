@@ -8,6 +8,7 @@
 #include "app/study/kept.h"
 #include "app/study/paths_picture.h"
 #include "app/study/report_figures.h"
+#include "app/study/report_paper.h"
 #include "app/study/report_tables.h"
 
 namespace stylet::study {
@@ -39,13 +40,17 @@ std::vector<std::uint8_t> bytesOf(const fs::path& file) {
 
 void addHeadlines(Page& page, const ReportedStudy& study) {
     const Summary& s = study.all;
-    page.headlines(
-        {{countText(s.paths), "paths in " + std::to_string(steeredCount(study)) + " patients"},
-         {fixed(s.rmse_n.median, 3) + " N", "RMSE of the median path"},
-         {meanText(study.without_bone.rmse_n, 1.0, 3) + " N", "RMSE of the paths that meet no bone"},
-         {fixed(s.max_n.median, 2) + " N", "maximum error of the median path"},
-         {percentText(s.equal_share.mean), "of the forces are identical"},
-         {fixed(kMm * s.mean_distance_m.mean, 2) + " mm", "mean distance of the borders"}});
+    std::vector<report::Headline> headlines{
+        {countText(s.paths), "paths in " + std::to_string(steeredCount(study)) + " patients"},
+        {fixed(s.rmse_n.median, 3) + " N", "RMSE of the median path"},
+        {meanText(s.rmse_n, 1.0, 3) + " N", "RMSE, mean of all paths"},
+        {fixed(s.max_n.median, 2) + " N", "maximum error of the median path"},
+        {percentText(s.equal_share.mean), "of the forces are identical"},
+        {fixed(kMm * s.mean_distance_m.mean, 2) + " mm", "mean distance of the borders"}};
+    if (s.bone_paths > 0)
+        headlines.insert(headlines.begin() + 3, {meanText(study.without_bone.rmse_n, 1.0, 3) + " N",
+                                                 "RMSE, mean of the paths that meet no bone"});
+    page.headlines(headlines);
 }
 
 std::string beyondText(const Plot& plot) {
@@ -109,8 +114,11 @@ void addBorders(Page& page, const ReportedStudy& study) {
     page.table(tissueTable(study));
     page.paragraph(
         "Offset: below zero, the built patient's needle comes into the tissue too early. Missed: the "
-        "reference has the tissue on the path, the built patient nowhere near; invented: the other way "
-        "round. The last two columns: in which tissue of the reference the tip was when the forces "
+        "reference has the tissue on the path, the built patient nowhere near; invented, or one too many: "
+        "the "
+        "other way round. Such a border has no distance, and the shares below 2 and 3 mm do not know of it. "
+        "The "
+        "last two columns: in which tissue of the reference the tip was when the forces "
         "differed.");
 }
 
@@ -131,28 +139,47 @@ void addCauses(Page& page, const ReportedStudy& study) {
         "depth and after which the error rose the most. Displacement: the built patient's event less the "
         "reference's nearest of its kind, below zero where it comes too early; none where the other patient "
         "has none.");
-    addCauseTable(page, "Outliers: paths whose maximum error lies above mean + 2.7 standard deviations",
-                  study.all.outlier_causes);
+    const std::string outliers = "whose maximum error lies above mean + 2.7 standard deviations";
+    addCauseTable(page, "Outliers: paths " + outliers, study.all.outlier_causes);
+    if (study.all.bone_paths > 0)
+        addCauseTable(page, "Outliers among the paths that meet no bone, " + outliers + " of their own",
+                      study.without_bone.outlier_causes);
     addCauseTable(page, "All paths that meet no bone and have an error", study.without_bone.causes);
     page.foldedTable(largestTable(study));
     page.foldedTable(causeTable("All paths with an error", study.all.causes));
     for (const ReportedPair& p : study.pairs)
-        if (!p.summary.outlier_causes.empty())
-            page.foldedTable(causeTable("Outliers of " + p.name, p.summary.outlier_causes));
+        if (!p.without_bone.outlier_causes.empty())
+            page.foldedTable(causeTable("Outliers of " + p.name + " among its paths that meet no bone",
+                                        p.without_bone.outlier_causes));
 }
 
 void addPlanning(Page& page, const ReportedStudy& study) {
     page.section("Planned paths");
+    const patient::PlanSettings asked;
+    page.paragraph("Straight from " + voxelsText(study, &PlanFacts::skin_spacing_m, "skin voxel") +
+                   " in the access area to " + voxelsText(study, &PlanFacts::target_spacing_m, "voxel") +
+                   " of the ducts' centre lines in the reference. C1: no risk structure on the way. C2: " +
+                   numberText(kMm * asked.max_length_m) +
+                   " mm at most. C3: clearance from risk structures, full at 10 mm, half as much under a "
+                   "rib. C4: way in the "
+                   "duct along the needle, full at 10 mm. Q is the mean of C3 and C4; the best path of each "
+                   "skin voxel is "
+                   "kept if its Q is " +
+                   numberText(asked.min_quality) + " or better.");
     page.paragraph(
-        "Straight from every skin voxel of the access area to every voxel of the ducts' centre lines in the "
-        "reference. C1: no risk structure on the way. C2: 90 mm at most. C3: clearance from risk structures, "
-        "full at 10 mm, half as much under a rib. C4: way in the duct along the needle, full at 10 mm. Q is "
-        "the mean of C3 and C4; the best path of each skin voxel is kept if its Q is 0.4 or better.");
+        "Beyond the paper, C1 also blocks a path that does not run between two ribs, crosses the skin twice, "
+        "leaves the hand no room above the table, or is free by a hair only. And within " +
+        numberText(kMm * asked.near_target_m) +
+        " mm of the duct's wall, where a vessel runs beside every duct, vessels count for C1 but not for "
+        "C3.");
     const Plot plot = scorePlot(study);
-    page.figure(plot.figure, "Histograms of the scores C3, C4 and Q of the kept paths.",
-                "Histograms of the kept paths' scores. The worst Q is that of the breath's phases, where "
-                "they were rated: 0 where a path is lost in one of them.",
-                plot.numbers);
+    const bool breathed = std::any_of(study.pairs.begin(), study.pairs.end(),
+                                      [](const ReportedPair& p) { return p.plan.breaths > 0; });
+    page.figure(
+        plot.figure, "Histograms of the scores C3, C4 and Q of the kept paths.",
+        std::string("Histograms of the kept paths' scores.") +
+            (breathed ? " The worst Q is that of the breath's phases: 0 where a path is lost in one." : ""),
+        plot.numbers);
     page.table(planTable(study));
     for (const ReportedPair& p : study.pairs) {
         if (p.picture.empty()) continue;
@@ -218,20 +245,34 @@ void addPatients(Page& page, const ReportedStudy& study) {
     page.facts(facts);
 }
 
+// The built patients' labels that count, in the paper's words, and whose vessels these are.
+std::string labelsText(const ReportedStudy& study) {
+    if (study.run.labels == FoundLabels::all) return "all of the built patient's";
+    std::vector<std::string> vessels;
+    for (const ReportedPair& p : study.pairs)
+        for (const LabelFacts& l : p.facts.found.labels)
+            if (l.counts && l.tissue == Tissue::vessel &&
+                std::find(vessels.begin(), vessels.end(), l.name) == vessels.end())
+                vessels.push_back(l.name);
+    return "the built patient's fascia, liver, ducts and vessels" +
+           (vessels.empty() ? "" : " (" + joined(vessels) + "; the paper: the liver's)") +
+           "; elsewhere thresholds over the CT, as in the paper";
+}
+
 void addSettings(Page& page, const ReportedStudy& study) {
     const SteeringSettings& s = study.run.settings.steering;
+    const Spread& outside = study.without_bone.max_outside_n;
     page.section("How it was measured");
     page.facts({
         {"Samples a path", "at least " + countText(std::size_t(s.samples)) + ", at most " +
                                fixed(kMm * s.max_spacing_m, 3) + " mm apart"},
         {"Samples in all", countText(study.all.samples) + " in each of the two models"},
-        {"Labels that count", study.run.labels == FoundLabels::all
-                                  ? "all of the built patient's"
-                                  : "the built patient's fascia, liver, vessels and ducts, as in the paper; "
-                                    "elsewhere thresholds over the CT"},
+        {"Labels that count", labelsText(study)},
         {"Breathing",
          s.breathing ? "on, the needle at " + fixed(kMm * s.speed_m_s, 0) + " mm/s" : "off, as in the paper"},
-        {"Force against bone", fixed(s.needle.max_force_n, 1) + " N at once"},
+        {"Force against bone",
+         s.breathing ? "rises with bone's stiffness to " + fixed(s.needle.max_force_n, 1) + " N at most"
+                     : fixed(s.needle.max_force_n, 1) + " N at once"},
         {"Incline before a puncture", "a1 = " + fixed(s.needle.a1_share, 2) + " k"},
         {"Exact solution", s.breathing ? "none while patients breathe"
                                        : "RMSE " + meanText(study.all.exact_rmse_n, 1.0, 3) + " N, maximum " +
@@ -239,8 +280,8 @@ void addSettings(Page& page, const ReportedStudy& study) {
                                              percentText(study.all.exact_equal_share.mean) +
                                              " (closed form, without samples)"},
         {"Farther than " + fixed(kMm * study.run.settings.measure.event_window_m, 0) + " mm from every event",
-         "maximum error " + meanText(study.all.max_outside_n, 1.0, 2) + " N (median " +
-             fixed(study.all.max_outside_n.median, 2) + ")"},
+         "maximum error " + meanText(outside, 1.0, 3) + " N (largest " + fixed(outside.most, 2) + ")" +
+             (study.all.bone_paths > 0 ? " on paths that meet no bone" : "")},
         {"Outlier", "above mean + 2.7 standard deviations"},
         {"Paper",
          "Mastmeyer, Fortmeier, Handels: Evaluation of Direct Haptic 4D Volume Rendering of Partially "
@@ -260,8 +301,8 @@ void addLimits(Page& page, const ReportedStudy& study) {
             "has the blur and noise that were put in, not the movement, metal, contrast timing and "
             "reconstruction of a scanner. The program that builds patients was developed with such patients "
             "at hand, and where it lays atlases over a CT these are patients of the same program, so that "
-            "its errors here are at the lower end. And ± on this page is the spread over these patients' "
-            "paths: it says nothing of how widely patients differ.");
+            "it may err less here than elsewhere. And ± on this page is the spread over these patients' "
+            "paths, or between these patients: it says nothing of how widely patients in care differ.");
         page.paragraph(
             "What they can show: where along a path and at which border errors of a segmentation become "
             "errors of a force, how large these are for a known error, and whether a change of the programs "
@@ -286,6 +327,8 @@ ReportedStudy readStudy(const fs::path& out) {
         pair.facts = readFacts(folder / "pair.json");
         pair.plan = readPlanFacts(folder / "plan.json");
         pair.results = KeptBlocks(folder / "blocks", pair.facts.run, pair.facts.paths).all();
+        for (const patient::PlannedPath& path : patient::loadPaths(folder / "paths.json").paths)
+            pair.clearance.push_back(path.clearance_score);
         pair.picture = bytesOf(folder / "paths.png");
         pair.summary = summarise(name, pair.results);
         pair.without_bone = summariseWithoutBone(name, pair.results);

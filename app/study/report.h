@@ -17,6 +17,7 @@ struct ReportedPair {
     PairFacts facts;
     PlanFacts plan;
     std::vector<PathResult> results;
+    std::vector<double> clearance;      // C3 of each path
     std::vector<std::uint8_t> picture;  // of the planned paths, PNG; may be empty
     Summary summary, without_bone;      // of all paths, of those that meet no bone
 };

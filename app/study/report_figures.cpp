@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "app/study/report_tables.h"
+
 namespace stylet::study {
 
 using report::Colour;
@@ -22,6 +24,9 @@ constexpr double kFewPaths = 0.02;      // a tissue that fewer meet is not drawn
 
 const std::array<Colour, 6> kPalette{report::kBlue,   report::kVermilion, report::kGreen,
                                      report::kPurple, report::kOrange,    report::kSky};
+
+// One for each round of the palette.
+const std::array<std::vector<int>, 4> kDashes{{{}, {6, 3}, {2, 2}, {8, 2, 2, 2}}};
 
 std::string thresholdText(double value, const std::string& axis) {
     const std::string unit = axis.substr(axis.rfind(' ') + 1);
@@ -57,6 +62,7 @@ std::vector<std::string> spreadRow(const std::string& name, const Spread& s, dou
                            s.upper_whisker, s.most})
         row.push_back(fixed(unit * v, digits));
     row.push_back(percentText(s.outlier_share, 2));
+    row.push_back(percentText(s.above_whisker_share, 2));
     return row;
 }
 
@@ -70,8 +76,10 @@ const std::vector<std::string> kSpreadHead{"Patient",
                                            "Upper quartile",
                                            "Upper whisker",
                                            "Largest",
-                                           "Above mean + 2.7 sigma"};
-const std::vector<bool> kSpreadNumbers{false, true, true, true, true, true, true, true, true, true, true};
+                                           "Above mean + 2.7 sigma",
+                                           "Above the whisker"};
+const std::vector<bool> kSpreadNumbers{false, true, true, true, true, true,
+                                       true,  true, true, true, true, true};
 
 }  // namespace
 
@@ -185,10 +193,11 @@ Plot positionPlot(const ReportedStudy& study) {
                                     std::to_string(100 * (bin + 1) / kPositionBins) + " %");
         plot.numbers.number.push_back(true);
     }
-    const auto add = [&](const std::string& name, const Summary& s, Colour colour, double width) {
+    const auto add = [&](const std::string& name, const Summary& s, Colour colour, double width,
+                         const std::vector<int>& dash) {
         if (s.paths == 0) return;
         FigureSeries line{name, colour};
-        line.width = width;
+        line.width = width, line.dash = dash;
         std::vector<std::string> row{name};
         for (std::size_t bin = 0; bin < kPositionBins; ++bin) {
             line.points.push_back({100.0 * (double(bin) + 0.5) / kPositionBins, s.position_rmse_n[bin], {}});
@@ -197,9 +206,10 @@ Plot positionPlot(const ReportedStudy& study) {
         f.series.push_back(std::move(line));
         plot.numbers.rows.push_back(std::move(row));
     };
-    add("all", study.without_bone, report::kBlack, 3.5);
+    add("all", study.without_bone, report::kBlack, 3.5, {});
     for (std::size_t i = 0; i < study.pairs.size(); ++i)
-        add(study.pairs[i].name, study.pairs[i].without_bone, kPalette[i % kPalette.size()], 1.5);
+        add(study.pairs[i].name, study.pairs[i].without_bone, kPalette[i % kPalette.size()],
+            isSynthetic(study.pairs[i].facts) ? 1.5 : 2.5, kDashes[i / kPalette.size() % kDashes.size()]);
     return plot;
 }
 

@@ -17,6 +17,15 @@ namespace {
 constexpr double kMm = 1e3;
 constexpr std::size_t kMostCauses = 8, kMostPaths = 30;  // rows of a table
 
+std::string spacingText(const PairFacts& f) {
+    const patient::Vec3 mm = kMm * f.spacing_m;
+    const auto one = [](double v) { return fixed(v, 2); };
+    if (mm.x == mm.y && mm.y == mm.z) return one(mm.x) + " mm";
+    return one(mm.x) + " x " + one(mm.y) + " x " + one(mm.z) + " mm";
+}
+
+}  // namespace
+
 std::string eventText(haptics::NeedleEventKind kind) {
     using enum haptics::NeedleEventKind;
     switch (kind) {
@@ -36,13 +45,6 @@ std::string eventText(haptics::NeedleEventKind kind) {
     return "?";
 }
 
-std::string spacingText(const PairFacts& f) {
-    const patient::Vec3 mm = kMm * f.spacing_m;
-    const auto one = [](double v) { return fixed(v, 2); };
-    if (mm.x == mm.y && mm.y == mm.z) return one(mm.x) + " mm";
-    return one(mm.x) + " x " + one(mm.y) + " x " + one(mm.z) + " mm";
-}
-
 bool isSynthetic(const PairFacts& f) {
     return std::any_of(f.reference.labels.begin(), f.reference.labels.end(),
                        [](const LabelFacts& l) { return l.provenance == "synthetic"; });
@@ -59,28 +61,20 @@ double share(std::size_t part, std::size_t whole) {
     return whole > 0 ? double(part) / double(whole) : kNone;
 }
 
-const TissueSummary* tissueOf(const Summary& s, Tissue t) {
-    return std::size_t(t) < s.tissues.size() ? &s.tissues[std::size_t(t)] : nullptr;
+std::string numberText(double value) {
+    std::string text = fixed(value, 2);
+    text.erase(text.find_last_not_of('0') + 1);
+    if (!text.empty() && text.back() == '.') text.pop_back();
+    return text;
 }
 
-std::string bordersText(const Summary& s, Spread TissueSummary::* number) {
-    std::vector<std::string> words;
-    for (const Tissue t : {Tissue::skin, Tissue::soft, Tissue::fascia, Tissue::liver, Tissue::duct})
-        if (const TissueSummary* const tissue = tissueOf(s, t); tissue && (tissue->*number).count > 0)
-            words.push_back(std::string(patient::tissueName(t)) + " " +
-                            fixed(kMm * (tissue->*number).mean, 1));
-    return words.empty() ? "–" : joined(words) + " mm";
+std::string voxelsText(const ReportedStudy& study, double PlanFacts::* spacing_m, const std::string& kind) {
+    const double first_m = study.pairs.empty() ? 0.0 : study.pairs.front().plan.*spacing_m;
+    if (std::any_of(study.pairs.begin(), study.pairs.end(),
+                    [&](const ReportedPair& p) { return p.plan.*spacing_m != first_m; }))
+        return kind + "s (of some patients every one, of some thinned)";
+    return first_m > 0.0 ? kind + "s " + numberText(kMm * first_m) + " mm apart" : "every " + kind;
 }
-
-std::string mediansText(const ReportedStudy& study) {
-    double low = INFINITY, high = -INFINITY;
-    for (const ReportedPair& p : study.pairs)
-        if (p.summary.max_n.count > 0)
-            low = std::min(low, p.summary.max_n.median), high = std::max(high, p.summary.max_n.median);
-    return low <= high ? fixed(low, 2) + " to " + fixed(high, 2) + " N" : "–";
-}
-
-}  // namespace
 
 std::string meanText(const Spread& s, double unit, int digits) {
     if (s.count == 0) return "–";
@@ -92,77 +86,9 @@ std::size_t syntheticCount(const ReportedStudy& study) {
                                      [](const ReportedPair& p) { return isSynthetic(p.facts); }));
 }
 
-// In which a path was found.
 std::size_t steeredCount(const ReportedStudy& study) {
     return std::size_t(std::count_if(study.pairs.begin(), study.pairs.end(),
                                      [](const ReportedPair& p) { return p.summary.paths > 0; }));
-}
-
-// Every figure of the paper's "Results" and what has become of it here.
-Table paperTable(const ReportedStudy& study) {
-    const Summary &all = study.all, &clear = study.without_bone;
-    const std::size_t made_up = syntheticCount(study), idle = study.pairs.size() - steeredCount(study);
-    const auto both = [&](const Spread& s, const Spread& without, int digits) {
-        return meanText(s, 1.0, digits) + " N (median " + fixed(s.median, digits) + "); " +
-               meanText(without, 1.0, digits) + " N without bone";
-    };
-    Table t{"The paper's figures, this study's, and why they differ",
-            {"Figure", "Paper", "Here", "Why they differ"},
-            {},
-            {},
-            false};
-    t.rows = {
-        {"Paths", "31,222 (about 3,000 a patient)", countText(all.paths),
-         "From every skin voxel of the access area that has a path of quality 0.4 or better: their number "
-         "follows the voxels' size and the ducts' reach."},
-        {"Patients", "10, clinical CT",
-         std::to_string(study.pairs.size()) +
-             (made_up ? ", of them " + std::to_string(made_up) + " synthetic" : "") +
-             (idle ? ", " + std::to_string(idle) + " without a path" : ""),
-         made_up
-             ? "A synthetic patient's truth is exact; the paper's was drawn by experts. See the last section."
-             : "Other patients."},
-        {"RMSE of the force", "0.12 ± 0.04 N", both(all.rmse_n, clear.rmse_n, 3),
-         "The paper's partial segmentations were made with an operator's help and reviewed; here nobody "
-         "corrected the built patients. Where one patient alone has bone on the path its needle stands still "
-         "at the largest force, and a few such paths carry the mean: the median, and the paths without bone, "
-         "say what most feel like."},
-        {"Top outliers of the RMSE", "0.05 %", percentText(all.rmse_n.outlier_share, 2),
-         "Paths above mean + 2.7 standard deviations: a share of a skewed distribution, which grows with its "
-         "tail."},
-        {"Maximum error (the paper's MAE)", "0.65 ± 0.18 N", both(all.max_n, clear.max_n, 2),
-         "A maximum does not shrink with the error of a border: an event a sample too early or late is worth "
-         "what the force jumps there, 1.5 N at the fascia. The paper puts its systematic 0.7 N down to the "
-         "skin, which its threshold meets a little before the drawn one."},
-        {"Top outliers of the maximum", "3.73 %", percentText(all.max_n.outlier_share, 2), "As above."},
-        {"Medians of the maximum, by patient", "0.7 N or less", mediansText(study), "As above."},
-        {"Largest RMSE, box plots", "below 0.25 N",
-         fixed(all.rmse_n.upper_whisker, 3) + " N (whisker), " + fixed(clear.rmse_n.most, 2) +
-             " N (largest without bone)",
-         "As above; a missed structure puts the forces out of step to the path's end."},
-        {"Largest maximum error", "1.4 to 1.6 N, rare",
-         fixed(all.max_n.upper_whisker, 2) + " N (whisker), " + fixed(clear.max_n.most, 2) +
-             " N (largest without bone)",
-         "The paper puts its largest down to tissues just above the fascia, from which the force before the "
-         "puncture begins at another level; here the table of causes counts them."},
-        {"Identical forces", "88 %",
-         percentText(all.equal_share.mean) + " (median " + percentText(all.equal_share.median) + ")",
-         "To the last bit, as in the paper (Eq. 11). Both models take one code path, so that equal tissues "
-         "give equal bits."},
-        {"Mean distance of borders (MSD)", "below 2 mm on average, skin best",
-         bordersText(all, &TissueSummary::mean_distance_m),
-         "The paper shows it as Fig. 4, without numbers. A border that only one patient has is missed or "
-         "invented (table by tissue), not a distance."},
-        {"Hausdorff distance of borders (HSD)",
-         "above 3 mm at the liver, above 2 mm in soft tissue, below 2 mm at the bile ducts",
-         bordersText(all, &TissueSummary::hausdorff_m),
-         "The largest distance along a path, one stray voxel is enough; soft tissue begins and ends at every "
-         "other border."},
-        {"Errors nobody notices", "RMSE below 0.145 N for the most part",
-         percentText(1.0 - all.rmse_noticed_share) + " of the paths",
-         "0.145 N is 18.1 % of 0.8 N, the least change of force that the hand and arm tell apart."},
-    };
-    return t;
 }
 
 Table tissueTable(const ReportedStudy& study) {
@@ -250,46 +176,57 @@ Table largestTable(const ReportedStudy& study) {
 Table patientTable(const ReportedStudy& study) {
     Table t{"By patient; \"no bone\": of the paths that meet none",
             {"Patient", "Paths", "Meet bone", "RMSE, N: median", "no bone", "Maximum, N: median", "no bone",
-             "Identical", "Events in order", "RMSE below 0.145 N"},
+             "Identical", "Events in order", "without skin", "RMSE below 0.145 N"},
             {},
-            {false, true, true, true, true, true, true, true, true, true},
+            {false, true, true, true, true, true, true, true, true, true, true},
             true};
     forAll(study, [&](const std::string& name, const Summary& s, const Summary& clear) {
         const double some = s.paths > 0 ? 1.0 : kNone;
-        t.rows.push_back({name, countText(s.paths), percentText(share(s.bone_paths, s.paths)),
-                          fixed(s.rmse_n.median, 3), meanText(clear.rmse_n, 1.0, 3), fixed(s.max_n.median, 2),
-                          meanText(clear.max_n, 1.0, 2), percentText(s.equal_share.mean),
-                          percentText(some * s.same_order_share), percentText(some - s.rmse_noticed_share)});
+        t.rows.push_back(
+            {name, countText(s.paths), percentText(share(s.bone_paths, s.paths)), fixed(s.rmse_n.median, 3),
+             meanText(clear.rmse_n, 1.0, 3), fixed(s.max_n.median, 2), meanText(clear.max_n, 1.0, 2),
+             percentText(s.equal_share.mean), percentText(some * s.same_order_share),
+             percentText(some * s.same_order_inside_share), percentText(some - s.rmse_noticed_share)});
     });
     return t;
 }
 
 Table borderTable(const ReportedStudy& study) {
     Table t{"Borders of all tissues, by patient",
-            {"Patient", "Mean surface distance, mm", "below 2 mm", "Hausdorff distance, mm", "below 3 mm"},
+            {"Patient", "Mean surface distance, mm", "below 2 mm", "Hausdorff distance, mm", "below 3 mm",
+             "Paths that miss a border", "that have one too many"},
             {},
-            {false, true, true, true, true},
+            {false, true, true, true, true, true, true},
             true};
     forAll(study, [&](const std::string& name, const Summary& s, const Summary&) {
-        const double some = s.paths > 0 ? 1.0 : kNone;
-        t.rows.push_back({name, meanText(s.mean_distance_m, kMm, 2),
-                          percentText(some - s.distance_noticed_share), meanText(s.hausdorff_m, kMm, 2),
-                          percentText(some - s.hausdorff_noticed_share)});
+        // Of the paths that have a distance.
+        const auto below = [&](double above_share, const Spread& distance_m) {
+            return percentText(1.0 - above_share * double(s.paths) / double(distance_m.count));
+        };
+        t.rows.push_back(
+            {name, meanText(s.mean_distance_m, kMm, 2), below(s.distance_noticed_share, s.mean_distance_m),
+             meanText(s.hausdorff_m, kMm, 2), below(s.hausdorff_noticed_share, s.hausdorff_m),
+             percentText(share(s.missed_paths, s.paths)), percentText(share(s.invented_paths, s.paths))});
     });
     return t;
 }
 
 Table planTable(const ReportedStudy& study) {
-    Table t{"What the planner looked at, in pairs of a skin voxel and a voxel of a duct's centre line",
-            {"Patient", "Pairs", "Not walked: could not win", "Blocked (C1)", "Beyond 90 mm (C2)",
-             "Quality below 0.4", "Kept: best of a skin voxel"},
-            {},
-            {false, true, true, true, true, true, true},
-            false};
+    Table t{
+        "What the planner looked at, in pairs of a skin voxel and a voxel of a duct's centre line",
+        {"Patient", "Skin voxels", "Duct voxels", "Phases of a breath", "Pairs", "Not walked: could not win",
+         "Blocked (C1)", "Too long (C2)", "Quality too low", "Kept: best of a skin voxel"},
+        {},
+        {false, false, false, true, true, true, true, true, true, true},
+        false};
+    const auto apart = [](double spacing_m) {
+        return spacing_m > 0.0 ? numberText(kMm * spacing_m) + " mm apart" : "every one";
+    };
     for (const ReportedPair& p : study.pairs)
-        t.rows.push_back({p.name, countText(p.plan.candidates), countText(p.plan.skipped),
-                          countText(p.plan.blocked), countText(p.plan.too_long), countText(p.plan.poor),
-                          countText(p.plan.kept)});
+        t.rows.push_back({p.name, apart(p.plan.skin_spacing_m), apart(p.plan.target_spacing_m),
+                          p.plan.breaths > 0 ? std::to_string(p.plan.breaths) : "not rated",
+                          countText(p.plan.candidates), countText(p.plan.skipped), countText(p.plan.blocked),
+                          countText(p.plan.too_long), countText(p.plan.poor), countText(p.plan.kept)});
     return t;
 }
 

@@ -86,8 +86,11 @@ Spread spreadOf(std::vector<double> values) {
     s.lower_whisker = *std::lower_bound(values.begin(), values.end(), s.lower_quartile - reach);
     s.upper_whisker = *(std::upper_bound(values.begin(), values.end(), s.upper_quartile + reach) - 1);
     s.outlier_limit = s.mean + kOutlierSigmas * s.sigma;
-    s.outlier_share = double(values.end() - std::upper_bound(values.begin(), values.end(), s.outlier_limit)) /
-                      double(s.count);
+    const auto shareAbove = [&](double limit) {
+        return double(values.end() - std::upper_bound(values.begin(), values.end(), limit)) / double(s.count);
+    };
+    s.outlier_share = shareAbove(s.outlier_limit);
+    s.above_whisker_share = shareAbove(s.upper_whisker);
     return s;
 }
 
@@ -112,11 +115,14 @@ Summary summarise(std::string name, std::span<const PathResult> results) {
     s.hausdorff_noticed_share =
         shareOf(results, [](const PathResult& r) { return r.borders.hausdorff_m > kNoticedOutlier_m; });
     s.same_order_share = shareOf(results, [](const PathResult& r) { return r.same_order; });
+    s.same_order_inside_share = shareOf(results, [](const PathResult& r) { return r.same_order_inside; });
 
     double all_n2 = 0.0;
     for (const PathResult& r : results) {
         s.samples += r.samples;
         s.bone_paths += r.meets_bone;
+        s.missed_paths += r.borders.missed > 0;
+        s.invented_paths += r.borders.invented > 0;
         for (std::size_t bin = 0; bin < kPositionBins; ++bin)
             s.position_rmse_n[bin] += r.position_n2[bin];
     }

@@ -17,6 +17,7 @@ struct Spread {
     double lower_whisker = kNone, upper_whisker = kNone;  // the last values within 1.5 boxes of the box
     double outlier_limit = kNone;                         // mean + 2.7 sigma
     double outlier_share = 0.0;                           // of the values above it
+    double above_whisker_share = 0.0;                     // of the values above the upper whisker
 };
 Spread spreadOf(std::vector<double> values);
 
@@ -45,8 +46,9 @@ struct Summary {
     double rmse_noticed_share = 0.0;       // paths above kNoticedForce_n
     double distance_noticed_share = 0.0;   // above kNoticedDistance_m
     double hausdorff_noticed_share = 0.0;  // above kNoticedOutlier_m
-    double same_order_share = 0.0;
+    double same_order_share = 0.0, same_order_inside_share = 0.0;
     std::size_t bone_paths = 0;
+    std::size_t missed_paths = 0, invented_paths = 0;  // with a structure that only one patient has there
     std::vector<TissueSummary> tissues;
     std::array<double, kPositionBins> position_rmse_n{};  // from the skin to the target
     std::vector<CauseCount> causes;                       // of every path with an error, most frequent first

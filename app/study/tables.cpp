@@ -104,7 +104,8 @@ Json toJson(const Spread& s, double unit = 1.0) {
             {"upper_whisker", orNull(unit * s.upper_whisker)},
             {"most", orNull(unit * s.most)},
             {"outlier_limit", orNull(unit * s.outlier_limit)},
-            {"outlier_share", s.outlier_share}};
+            {"outlier_share", s.outlier_share},
+            {"above_whisker_share", s.above_whisker_share}};
 }
 
 Json toJson(const std::vector<CauseCount>& causes) {
@@ -148,7 +149,10 @@ Json toJson(const Summary& s) {
                  {"paths_above_2_mm", s.distance_noticed_share},
                  {"paths_hausdorff_above_3_mm", s.hausdorff_noticed_share},
                  {"same_order_share", s.same_order_share},
+                 {"same_order_inside_share", s.same_order_inside_share},
                  {"bone_paths", s.bone_paths},
+                 {"missed_paths", s.missed_paths},
+                 {"invented_paths", s.invented_paths},
                  {"position_rmse_n", s.position_rmse_n}};
     for (const TissueSummary& t : s.tissues)
         json["tissues"].push_back(toJson(t));
@@ -216,7 +220,8 @@ void writePathTable(const fs::path& csv, const PairFindings& f) {
     std::string header =
         "path,entry_x_mm,entry_y_mm,entry_z_mm,target_x_mm,target_y_mm,target_z_mm,length_mm,quality,samples,"
         "rmse_n,max_n,max_at_mm,equal_share,max_outside_events_n,exact_rmse_n,exact_max_n,exact_equal_share,"
-        "same_order,meets_bone,mean_distance_mm,hausdorff_mm,missed,invented,cause_tissue,cause_event,cause_"
+        "same_order,same_order_inside,meets_bone,mean_distance_mm,hausdorff_mm,missed,invented,cause_tissue,"
+        "cause_event,cause_"
         "of,"
         "cause_apart_mm";
     for (std::size_t t = 1; t < kTissues; ++t) {
@@ -232,8 +237,9 @@ void writePathTable(const fs::path& csv, const PairFindings& f) {
         addMm(rows, p.target_reference_m);
         rows << kMm * p.length_m << p.quality << std::size_t(r.samples) << r.sampled.rmse_n << r.sampled.max_n
              << kMm * r.sampled.max_at_m << r.sampled.equal_share << r.max_outside_n << r.exact.rmse_n
-             << r.exact.max_n << r.exact.equal_share << std::size_t(r.same_order) << std::size_t(r.meets_bone)
-             << kMm * r.borders.mean_m << kMm * r.borders.hausdorff_m << std::size_t(r.borders.missed)
+             << r.exact.max_n << r.exact.equal_share << std::size_t(r.same_order)
+             << std::size_t(r.same_order_inside) << std::size_t(r.meets_bone) << kMm * r.borders.mean_m
+             << kMm * r.borders.hausdorff_m << std::size_t(r.borders.missed)
              << std::size_t(r.borders.invented);
         const bool caused = r.cause.model != Model::neither;
         rows << (caused ? patient::tissueName(r.cause.tissue) : "") << (caused ? kindName(r.cause.kind) : "")

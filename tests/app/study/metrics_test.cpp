@@ -114,6 +114,19 @@ TEST(StudyMetrics, BoneWhereThereIsNoneStopsTheNeedle) {
     EXPECT_FALSE(r.same_order);
 }
 
+// The built patient's skin is soft tissue: the needle cuts that from the air and no skin before it.
+TEST(StudyMetrics, AMissedSkinChangesTheOrderButNotInside) {
+    Pair pair = test::slabPair(0.020, 0.020, FoundLabels::all);
+    for (std::uint8_t& id : pair.found.labels.voxels)
+        if (id == std::uint8_t(Tissue::skin)) id = std::uint8_t(Tissue::soft);
+    const PreparedPair prepared(pair);
+    Steering steering(prepared, {});
+    const PathResult r = measure(*steering.steer(test::slabPath()));
+    EXPECT_EQ(r.by_tissue[at(Tissue::skin)].missed, 1);
+    EXPECT_FALSE(r.same_order);
+    EXPECT_TRUE(r.same_order_inside);
+}
+
 TEST(StudyMetrics, AMissedDuctIsMissed) {
     Pair pair = test::slabPair(0.020, 0.020);
     for (std::uint8_t& id : pair.found.labels.voxels)
@@ -122,6 +135,7 @@ TEST(StudyMetrics, AMissedDuctIsMissed) {
     Steering steering(prepared, {});
     const PathResult r = measure(*steering.steer(test::slabPath()));
     EXPECT_EQ(r.by_tissue[at(Tissue::duct)].missed, 1);
+    EXPECT_FALSE(r.same_order_inside);
     EXPECT_EQ(r.borders.missed, 1);
     EXPECT_TRUE(std::isnan(r.by_tissue[at(Tissue::duct)].mean_m));
     EXPECT_TRUE(std::isnan(r.event_m[at(Tissue::duct)]));

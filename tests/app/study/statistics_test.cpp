@@ -24,6 +24,11 @@ TEST(StudyStatistics, SpreadOfKnownValues) {
     EXPECT_NEAR(s.sigma, 27.319, 0.001);
     EXPECT_NEAR(s.outlier_limit, s.mean + 2.7 * s.sigma, 1e-12);
     EXPECT_NEAR(s.outlier_share, 1.0 / 12.0, 1e-12);
+    EXPECT_NEAR(s.above_whisker_share, 1.0 / 12.0, 1e-12);
+    // Beyond the whisker, and yet within 2.7 sigma.
+    EXPECT_EQ(spreadOf({1, 2, 2, 2, 3, 6}).outlier_share, 0.0);
+    EXPECT_NEAR(spreadOf({1, 2, 2, 2, 3, 6}).above_whisker_share, 1.0 / 6.0, 1e-12);
+    EXPECT_EQ(spreadOf({1, 2, 3}).above_whisker_share, 0.0);
     EXPECT_EQ(spreadOf({2.0}).sigma, 0.0);
     EXPECT_EQ(spreadOf({2.0}).outlier_share, 0.0);
     EXPECT_TRUE(std::isnan(spreadOf({kNone}).mean));
@@ -38,7 +43,7 @@ PathResult path(double rmse_n, double max_n, Tissue cause) {
     r.sum_n2[std::size_t(cause)] = r.position_n2[3];
     r.event_m.fill(kNone);
     r.cause = {Model::partial, cause, haptics::NeedleEventKind::border, 0.001};
-    r.same_order = true;
+    r.same_order = r.same_order_inside = true;
     return r;
 }
 
@@ -48,9 +53,11 @@ TEST(StudyStatistics, SummaryOfManyPaths) {
     results[0].event_m[std::size_t(Tissue::duct)] = -0.003;
     results[1].event_m[std::size_t(Tissue::duct)] = 0.001;
     results[2].by_tissue[std::size_t(Tissue::duct)].missed = 1;
+    results[2].borders.missed = 2, results[6].borders.missed = 1, results[6].borders.invented = 1;
     results[3].meets_bone = true;
     results[4].borders.mean_m = 0.0021, results[4].borders.hausdorff_m = 0.0029;
     results[5].same_order = false;
+    results[7].same_order = results[7].same_order_inside = false;
     const Summary s = summarise("some", results);
     EXPECT_EQ(s.paths, 200u);
     EXPECT_EQ(s.samples, 200'000u);
@@ -62,7 +69,10 @@ TEST(StudyStatistics, SummaryOfManyPaths) {
     EXPECT_NEAR(s.rmse_noticed_share, 0.005, 1e-12);
     EXPECT_NEAR(s.distance_noticed_share, 0.005, 1e-12);
     EXPECT_EQ(s.hausdorff_noticed_share, 0.0);
-    EXPECT_NEAR(s.same_order_share, 0.995, 1e-12);
+    EXPECT_NEAR(s.same_order_share, 0.99, 1e-12);
+    EXPECT_NEAR(s.same_order_inside_share, 0.995, 1e-12);
+    EXPECT_EQ(s.missed_paths, 2u);
+    EXPECT_EQ(s.invented_paths, 1u);
     EXPECT_EQ(s.bone_paths, 1u);
     ASSERT_EQ(s.causes.size(), 2u);
     EXPECT_EQ(s.causes[0].cause.tissue, Tissue::fascia);

@@ -226,21 +226,38 @@ double wayInError(const Steered& s, Tissue tissue) {
 
 enum class Skin { counts, ignored };
 
-// Ways in before the target.
-const ExactEvent* nextWayIn(const std::vector<ExactEvent>& events, std::size_t& i, double target_m,
-                            Skin skin) {
-    for (; i < events.size() && events[i].depth_m <= target_m; ++i)
-        if (isWayIn(events[i]) && (skin == Skin::counts || events[i].tissue != Tissue::skin))
-            return &events[i++];
-    return nullptr;
-}
+// Ways in before the target. While the patients breathe a change of label alone is an entry too: not here.
+class WaysIn {
+  public:
+    WaysIn(const Felt& felt, double target_m, Skin skin)
+        : events_(felt.force->events), target_m_(target_m), skin_(skin) {}
+
+    const ExactEvent* next() {
+        for (; at_ < events_.size() && events_[at_].depth_m <= target_m_; ++at_) {
+            const ExactEvent& e = events_[at_];
+            if (!isWayIn(e)) continue;
+            const bool stays = e.kind == NeedleEventKind::entry && e.tissue == tissue_;
+            tissue_ = e.tissue;
+            if (stays || (skin_ == Skin::ignored && e.tissue == Tissue::skin)) continue;
+            ++at_;
+            return &e;
+        }
+        return nullptr;
+    }
+
+  private:
+    const std::vector<ExactEvent>& events_;
+    double target_m_;
+    Skin skin_;
+    std::size_t at_ = 0;
+    Tissue tissue_ = Tissue::air;
+};
 
 bool sameOrder(const Steered& s, Skin skin) {
-    std::size_t i = 0, j = 0;
+    WaysIn full(s.full, s.end_m, skin), partial(s.partial, s.end_m, skin);
     // What lies first is cut from the air and entered from the skin: without a skin that is one and the same.
     for (bool any_way = skin == Skin::ignored;; any_way = false) {
-        const ExactEvent* a = nextWayIn(s.full.force->events, i, s.end_m, skin);
-        const ExactEvent* b = nextWayIn(s.partial.force->events, j, s.end_m, skin);
+        const ExactEvent *a = full.next(), *b = partial.next();
         if (!a || !b) return a == b;
         if (a->tissue != b->tissue || (a->kind != b->kind && !any_way)) return false;
     }

@@ -260,9 +260,10 @@ std::string orderText(const ReportedStudy& study) {
 
 std::string orderWhy(const ReportedStudy& study) {
     return std::string("The paper calls its largest errors irrelevant as long as this order is the same.") +
-           (study.all.same_order_share < 1.0 - kFewer
-                ? " Here it is not, and that excuse does not hold. Without skin: as if neither patient had "
-                  "one, because a missed skin changes the order too."
+           (study.all.same_order_share < 1.0 - kFewer ? " Here it is not, and that excuse does not hold."
+                                                      : "") +
+           (study.all.same_order_inside_share > study.all.same_order_share + kFewer
+                ? " Without skin: as if neither patient had one, because a missed skin changes the order too."
                 : "");
 }
 

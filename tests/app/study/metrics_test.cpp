@@ -127,6 +127,30 @@ TEST(StudyMetrics, AMissedSkinChangesTheOrderButNotInside) {
     EXPECT_TRUE(r.same_order_inside);
 }
 
+// Muscle under fat is another label and the same tissue: a breathing needle says so, and the order is the
+// same.
+TEST(StudyMetrics, ALabelIsNoTissueInTheOrder) {
+    Pair pair = test::slabPair(0.020, 0.020);
+    constexpr std::uint8_t kMuscle = 20;
+    patient::Label muscle = pair.reference.label_table[at(Tissue::soft) - 1];
+    ASSERT_EQ(muscle.tissue, Tissue::soft);
+    muscle.id = kMuscle, muscle.name = "muscle";
+    pair.reference.label_table.push_back(muscle);
+    const patient::Grid& grid = pair.reference.labels.grid;
+    const auto half = std::size_t(grid.nearest({0.010, 0.0, 0.0}).x);
+    std::vector<std::uint8_t>& labels = pair.reference.labels.voxels;
+    for (std::size_t i = 0; i < labels.size(); ++i)
+        if (labels[i] == std::uint8_t(Tissue::soft) && i % std::size_t(grid.dims.x) > half)
+            labels[i] = kMuscle;
+    const PreparedPair prepared(pair);
+    SteeringSettings breathing;
+    breathing.breathing = true;
+    Steering steering(prepared, breathing);
+    const Steered& s = *steering.steer(test::slabPath());
+    EXPECT_GT(s.full.force->events.size(), s.partial.force->events.size());
+    EXPECT_TRUE(measure(s).same_order);
+}
+
 TEST(StudyMetrics, AMissedDuctIsMissed) {
     Pair pair = test::slabPair(0.020, 0.020);
     for (std::uint8_t& id : pair.found.labels.voxels)

@@ -1,4 +1,4 @@
-// What every program of ours begins and ends with: nothing that its surroundings lack or break may cost what
+// What every program that people start begins and ends with: nothing that its surroundings lack or break may cost what
 // it keeps.
 #pragma once
 

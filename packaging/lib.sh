@@ -1,4 +1,4 @@
-# Shared by run, test and bench: sourced, not run. Debian 12; any working directory.
+# Shared by the commands of this folder: sourced, not run. Debian 12; any working directory.
 set -euo pipefail
 ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export CCACHE_SLOPPINESS=pch_defines,time_macros

@@ -32,6 +32,7 @@ void limit(decltype(RLIMIT_CPU) what, std::size_t value) {
 [[noreturn]] void becomeChild(const char* const* argv, int say, const ChildLimits& limits) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     setpgid(0, 0);  // Ctrl-C is its parent's to hear
+    signal(SIGPIPE, SIG_DFL);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     limit(RLIMIT_AS, limits.memory_bytes);
     limit(RLIMIT_CPU, std::size_t(limits.cpu_s));

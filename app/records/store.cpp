@@ -568,6 +568,7 @@ std::size_t Store::doom(const std::string& trainee) {
     while (ids.executeStep())
         doomed.push_back(ids.getColumn(0).getString());
     for (const std::string& id : doomed) {
+        if (!isAttemptId(id)) continue;  // a damaged row names no folder of ours; it goes with the others
         if (isBeingWritten(id)) throw DataError(folderOf(id), "attempt", "is being written");
         execute("INSERT INTO doomed (folder) VALUES (?)", {id});
         execute("DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", {id});
@@ -601,7 +602,7 @@ void Store::removeDoomed() {
     doomed.reset();
     if (folders.empty()) return;
     for (const std::string& id : folders)
-        fs::remove_all(folderOf(id));
+        if (isAttemptId(id)) fs::remove_all(folderOf(id));
     syncFolder(folder_ / "attempts");
     // No page of the file and none of the log keeps what was erased.
     database_->exec("VACUUM");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -31,15 +32,19 @@ std::uint64_t hashOf(std::span<const std::byte> bytes) {
     return hash.value();
 }
 
+// Other programs may do the same at the same time: what is gone is gone.
 void forgetOldest(const fs::path& folder) {
+    std::error_code gone;
     std::vector<std::pair<fs::file_time_type, fs::path>> files;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-        if (entry.is_regular_file()) files.emplace_back(entry.last_write_time(), entry.path());
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone)) {
+        const fs::file_time_type written = entry.last_write_time(gone);
+        if (!gone && entry.is_regular_file(gone)) files.emplace_back(written, entry.path());
+    }
     if (files.size() <= kMostDerived) return;
     std::sort(files.begin(), files.end());
     files.resize(files.size() - kMostDerived);
     for (const auto& [time, file] : files)
-        fs::remove(file);
+        fs::remove(file, gone);
 }
 
 struct TouchHead {
@@ -56,6 +61,9 @@ std::optional<haptics::TouchMap> touchMapIn(std::span<const std::byte> bytes) {
     std::uint64_t floats = 3;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (head.dims[axis] < 1 || head.dims[axis] > patient::kMaxVoxelsASide) return std::nullopt;
+        if (!(head.spacing_m[axis] > 0.0) || !std::isfinite(head.spacing_m[axis]) ||
+            !std::isfinite(head.origin_m[axis]))
+            return std::nullopt;
         floats *= std::uint64_t(head.dims[axis]);
         map.grid.dims[int(axis)] = int(head.dims[axis]);
         map.grid.spacing_m[int(axis)] = head.spacing_m[axis];
@@ -64,6 +72,8 @@ std::optional<haptics::TouchMap> touchMapIn(std::span<const std::byte> bytes) {
     if (bytes.size() != floats * sizeof(float)) return std::nullopt;
     map.nodes.resize(std::size_t(floats));
     std::memcpy(map.nodes.data(), bytes.data(), bytes.size());
+    if (!std::all_of(map.nodes.begin(), map.nodes.end(), [](float v) { return std::isfinite(v); }))
+        return std::nullopt;
     return map;
 }
 
@@ -115,6 +125,7 @@ std::optional<std::vector<std::byte>> loadDerived(const fs::path& file, std::uin
 }
 
 void saveDerived(const fs::path& file, std::uint64_t key, std::span<const std::byte> bytes) {
+    if (bytes.size() > kMostBytes) return;
     // Another run may read or write it now.
     const fs::path fresh = file.string() + "." + std::to_string(std::random_device{}());
     try {

@@ -56,7 +56,11 @@ pid_t start(const std::filesystem::path& program, const std::vector<std::string>
     posix_spawn_file_actions_adddup2(&files, out.write_end, STDOUT_FILENO);
     posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    sigset_t as_usual;  // what we ignore ends other programs
+    sigemptyset(&as_usual);
+    sigaddset(&as_usual, SIGPIPE);
+    posix_spawnattr_setsigdefault(&attributes, &as_usual);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
     posix_spawnattr_setpgroup(&attributes, 0);
     pid_t child = -1;
     if (posix_spawn(&child, program.c_str(), &files, &attributes, words.data(), environ) != 0) child = -1;

@@ -24,7 +24,8 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr const char* kLimits = "/etc/security/limits.d/stylet.conf";  // packaging/debian/stylet
+constexpr const char* kLimits = "/etc/security/limits.d/stylet.conf";            // packaging/debian/stylet
+constexpr const char* kOwnLimits = "/etc/security/limits.d/90-own-stylet.conf";  // without the package
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 std::atomic<int> was_interrupted{0};  // read by other threads than the one that is interrupted
@@ -75,7 +76,7 @@ std::string howToAllow(const std::vector<std::string>& rights) {
     std::string lines;
     for (const std::string& right : rights)
         lines += (lines.empty() ? "\"" : " and \"") + (user.empty() ? "*" : user) + " - " + right + "\"";
-    return "put " + lines + (rights.size() > 1 ? ", a line each," : "") + " into " + kLimits +
+    return "put " + lines + (rights.size() > 1 ? ", a line each," : "") + " into " + kOwnLimits +
            " and log in again";
 }
 

@@ -174,7 +174,7 @@ void Soak::unsettle(Attempt& attempt, std::uint64_t seed) const {
 // Each tick, once all that comes of it is done.
 void Soak::watch(const haptics::TickOutput& now, Session& session) {
     if (settings_.leak == Leak::time)
-        for (std::uint64_t i = 0; i < 2000 * leaked_ * leaked_ * leaked_ * leaked_; ++i)
+        for (std::uint64_t i = 0; i < 20'000 * leaked_ * leaked_ * leaked_ * leaked_; ++i)
             asm volatile("");
     const SteadyClock::time_point here = SteadyClock::now();
     if (latency_ && !pause_)

@@ -460,23 +460,28 @@ TEST(Store, NoRowNamesAFolderBesideTheStores) {
     for (const std::string& id :
          std::vector<std::string>{"..", ".", "", "../../precious", (temp / "precious").string()}) {
         std::filesystem::remove_all(temp / "s");
-        std::string kept;
+        std::string kept, erased;
         {
             Store store(temp / "s");
             kept = store.begin(someInfo("T-02"));
             store.finish(kept, someResult());
+            erased = store.begin(someInfo("T-03"));
+            store.finish(erased, someResult());
             store.finish(store.begin(someInfo("T-01")), someResult());
             SQLite::Database other((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
             SQLite::Statement forged(other, "UPDATE attempt SET id = ? WHERE trainee = 'T-01'");
             forged.bind(1, id);
             forged.exec();
-            EXPECT_NE(complaintOf([&] { store.eraseTrainee("T-01"); }), "") << id;
-            SQLite::Statement doomed(other, "INSERT INTO doomed (folder) VALUES (?)");
+            EXPECT_EQ(store.eraseTrainee("T-01"), 1u) << id;
+            // Cut off while it erased T-03.
+            SQLite::Statement doomed(other, "INSERT INTO doomed (folder) VALUES (?), (?)");
             doomed.bind(1, id);
+            doomed.bind(2, erased);
             doomed.exec();
         }
         const Store store(temp / "s");
-        EXPECT_NE(store.news(), std::vector<std::string>()) << id;
+        EXPECT_FALSE(std::filesystem::exists(store.folderOf(erased))) << id;
+        EXPECT_TRUE(store.attempts("T-01").empty()) << id;
         EXPECT_TRUE(std::filesystem::is_directory(temp / "precious")) << id;
         EXPECT_TRUE(std::filesystem::is_directory(store.folderOf(kept))) << id;
         EXPECT_EQ(store.attempt(kept).info.trainee, "T-02") << id;

@@ -1,5 +1,5 @@
-// What every program that people start begins and ends with: nothing that its surroundings lack or break may cost what
-// it keeps.
+// What every program that people start begins and ends with: nothing that its surroundings lack or break may
+// cost what it keeps.
 #pragma once
 
 namespace stylet {

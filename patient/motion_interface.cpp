@@ -62,15 +62,6 @@ Vec3 gradientAtNode(const MotionModel& m, const Index3& i) {
     return gradient;
 }
 
-template <typename Visit>
-void forEachNode(const Grid& grid, const Visit& visit) {
-    Index3 i;
-    for (i.z = 0; i.z < grid.dims.z; ++i.z)
-        for (i.y = 0; i.y < grid.dims.y; ++i.y)
-            for (i.x = 0; i.x < grid.dims.x; ++i.x)
-                visit(i);
-}
-
 bool crossesCell(const MotionModel& m, const Index3& low) {
     float least = m.level_m[m.grid.offset(low)], most = least;
     for (int corner = 1; corner < 8; ++corner) {
@@ -116,7 +107,7 @@ bool onBorder(const Grid& grid, const Index3& i) {
 std::vector<SurfacePoint> cavitySurface(const MotionModel& m) {
     std::vector<SurfacePoint> points;
     if (m.empty()) return points;
-    forEachNode(m.grid, [&](const Index3& low) {
+    forEachVoxel(m.grid, [&](const Index3& low) {
         if (!m.grid.contains(low + 1) || !crossesCell(m, low)) return;
         for (int corner = 0; corner < 8; ++corner) {
             const Vec3 share = 0.25 + 0.5 * Vec3(corner & 1, corner >> 1 & 1, corner >> 2);
@@ -195,7 +186,7 @@ void makeTangential(MotionModel& m, double depth_m) {
     if (m.empty()) return;
     const Vec3 s = m.grid.spacing_m;
     const double cell_m = std::max({s.x, s.y, s.z});
-    forEachNode(m.grid, [&](const Index3& i) {
+    forEachVoxel(m.grid, [&](const Index3& i) {
         const std::size_t at = m.grid.offset(i);
         const double level = double(m.level_m[at]);
         const double all_m = -2.0 * cell_m;  // every node of a cell that the surface crosses is nearer
@@ -220,7 +211,7 @@ void makeTangential(MotionModel& m, double depth_m) {
             straighten(m, point, &MotionCoefficients::a2_m_s, share);
         }
     }
-    forEachNode(m.grid, [&](const Index3& i) {
+    forEachVoxel(m.grid, [&](const Index3& i) {
         if (onBorder(m.grid, i)) m.slide[m.grid.offset(i)] = {};
     });
 }
@@ -278,7 +269,7 @@ double leastJacobian(const MotionModel& model, double times) {
         const Surrogate now{m.reference.v + times * (end.v - m.reference.v),
                             m.reference.rate_per_s + times * (end.rate_per_s - m.reference.rate_per_s),
                             m.reference.creep_v};
-        forEachNode(m.grid, [&](const Index3& low) {
+        forEachVoxel(m.grid, [&](const Index3& low) {
             if (!m.grid.contains(low + 1)) return;
             for (const double share : {0.25, 0.75}) {
                 const Vec3 p = m.grid.origin_m + m.grid.spacing_m * (Vec3(low) + share);

@@ -42,6 +42,16 @@ class DesktopRun : public testing::Test {
         const records::Store store(test::storeOf(command_));
         return until([&] { return test::countOf(store.attempt(id), kind, text) >= times; });
     }
+    // The same, `act` being done until it does: on a slow machine two moves may come to one.
+    bool happensBy(const std::function<void()>& act, const std::string& kind, const std::string& text) const {
+        const std::string id = test::newestAttempt(command_).filename().string();
+        const records::Store store(test::storeOf(command_));
+        for (int times = 0; times < 20; ++times) {
+            act();
+            if (until([&] { return test::countOf(store.attempt(id), kind, text) > 0; }, 10s)) return true;
+        }
+        return false;
+    }
     // The same, the tool being moved about in a widening square of key steps until it does, and back again:
     // where the duct is seen depends on ribs and on the breath that was held.
     bool happensAround(const std::string& kind, const std::string& text) const {
@@ -105,9 +115,11 @@ TEST_F(DesktopRun, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
 
     display_.key("space");  // the next tool
     ASSERT_TRUE(says("the guide is in hand")) << said();
-    steps("Right", 1, 500ms);  // it holds the needle
-    steps("Left", 1, 500ms);
-    ASSERT_TRUE(happens("step", "snap the needle into the guide")) << said();
+    const auto beside_and_in = [&] {  // it holds the needle
+        steps("Right", 1, 1s);
+        steps("Left", 1, 1s);
+    };
+    ASSERT_TRUE(happensBy(beside_and_in, "step", "snap the needle into the guide")) << said();
     display_.key("n");
     ASSERT_TRUE(says("the needle is in hand")) << said();
     const json path =

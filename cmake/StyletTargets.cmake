@@ -39,23 +39,20 @@ endif()
 
 # The standard headers are a third of a build's time. Precompiled, GCC warns of what is theirs, and what a file forgets to
 # include is not noticed: both are left to the plain builds.
-option(STYLET_PRECOMPILE "Precompile the standard headers" OFF)
-if(STYLET_PRECOMPILE)
+option(STYLET_PRECOMPILE "Precompile the standard headers (GCC)" OFF)
+if(STYLET_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     set(STYLET_STANDARD_HEADERS <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <fstream> <functional>
         <map> <memory> <mutex> <optional> <span> <string> <string_view> <thread> <utility> <vector>
         <glm/geometric.hpp> <glm/gtc/quaternion.hpp>)
     set(CMAKE_PCH_WARN_INVALID OFF)  # a target with flags of its own reads them as they are
-    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-        target_compile_options(stylet_flags INTERFACE -w $<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>)  # the latter for ccache
-    else()
-        target_compile_options(stylet_flags INTERFACE -Xclang -fno-pch-timestamp)  # for ccache
-    endif()
+    target_compile_options(stylet_flags INTERFACE -w $<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>)  # the latter for ccache
     add_library(stylet_precompiled STATIC ${CMAKE_SOURCE_DIR}/cmake/empty.cpp)
     target_link_libraries(stylet_precompiled PRIVATE stylet_flags)
     target_precompile_headers(stylet_precompiled PRIVATE ${STYLET_STANDARD_HEADERS})
 endif()
 
 # stylet_library(name SOURCES ... PUBLIC ... PRIVATE ... OWN_PRECOMPILED): a static library of one folder.
+# OWN_PRECOMPILED: it names the headers that it precompiles itself.
 function(stylet_library name)
     cmake_parse_arguments(ARG "OWN_PRECOMPILED" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
     add_library(${name} STATIC ${ARG_SOURCES})

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "app/modeller/build/bone_voxels.h"
 #include "app/modeller/build/morphology.h"

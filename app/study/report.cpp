@@ -161,10 +161,9 @@ void addPlanning(Page& page, const ReportedStudy& study) {
                    " of the ducts' centre lines in the reference. C1: no risk structure on the way. C2: " +
                    numberText(kMm * asked.max_length_m) +
                    " mm at most. C3: clearance from risk structures, full at 10 mm, half as much under a "
-                   "rib. C4: way in the "
-                   "duct along the needle, full at 10 mm. Q is the mean of C3 and C4; the best path of each "
-                   "skin voxel is "
-                   "kept if its Q is " +
+                   "rib. C4: way in the duct along the needle, full at 10 mm. Q is the mean of C3 and C4; "
+                   "the best path of each "
+                   "skin voxel is kept if its Q is " +
                    numberText(asked.min_quality) + " or better.");
     page.paragraph(
         "Beyond the paper, C1 also blocks a path that does not run between two ribs, crosses the skin twice, "

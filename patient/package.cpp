@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <future>
 
 #include "patient/hash.h"
@@ -19,6 +18,7 @@
 #include "patient/nifti.h"
 #include "patient/package_toml.h"
 #include "patient/toml_reader.h"
+#include "patient/whole_file.h"
 
 namespace stylet::patient {
 namespace {
@@ -53,13 +53,6 @@ void checkLabelIds(const fs::path& file, const Package& p) {
     for (std::size_t id = 1; id < 256; ++id)
         if (used[id] && !known[id])
             throw DataError(file, "voxels", "id " + std::to_string(id) + " has no entry in patient.toml");
-}
-
-void writeText(const fs::path& file, const std::string& text) {
-    std::ofstream out(file, std::ios::binary);
-    out << text;
-    out.close();
-    if (!out) throw DataError(file, "file", "cannot be written");
 }
 
 // To the disk's surface, so that the rename that follows cannot overtake the contents.
@@ -151,8 +144,8 @@ void savePackage(const Package& p, const fs::path& folder) {
     const fs::path fresh = name;
     try {
         fs::permissions(fresh, fs::perms(0755));
-        writeText(fresh / kTomlName, packageToml(p));
-        writeText(fresh / kColoursName, colourTable(p.label_table));
+        writeFile(fresh / kTomlName, packageToml(p));
+        writeFile(fresh / kColoursName, colourTable(p.label_table));
         writeNifti(fresh / kCtName, p.ct);
         writeNifti(fresh / kLabelsName, p.labels);
         if (!p.motion.empty()) writeMotion(fresh / kMotionName, p.motion);

@@ -4,10 +4,10 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "patient/toml_reader.h"
+#include "patient/whole_file.h"
 
 namespace stylet::patient {
 namespace {
@@ -158,17 +158,12 @@ void savePaths(const StoredPaths& stored, const std::filesystem::path& json) {
     Json list = Json::array();
     for (const PlannedPath& path : stored.paths)
         list.push_back(toJson(path));
-    const std::filesystem::path fresh = json.string() + ".new";
-    std::ofstream out(fresh, std::ios::binary);
-    out << Json{{"format", kFormat},
-                {"patient_digest", digestText(stored.patient_digest)},
-                {"planner_version", stored.planner_version},
-                {"paths", list}}
-               .dump(1)
-        << '\n';
-    out.close();
-    if (!out) throw DataError(fresh, "file", "cannot be written");
-    std::filesystem::rename(fresh, json);
+    writeWholeFile(json, Json{{"format", kFormat},
+                              {"patient_digest", digestText(stored.patient_digest)},
+                              {"planner_version", stored.planner_version},
+                              {"paths", list}}
+                                 .dump(1) +
+                             '\n');
 }
 
 }  // namespace stylet::patient

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <fstream>
+#include <cstring>
 
 #include "app/modeller/handover_files.h"
 #include "app/modeller/image_handover.h"
+#include "patient/whole_file.h"
 
 namespace stylet::modeller {
 
@@ -90,11 +91,10 @@ void writeImage(const fs::path& file, const Grid& grid, const Value& value) {
     std::vector<std::int16_t> voxels(grid.voxelCount());
     for (std::size_t i = 0; i < voxels.size(); ++i)
         voxels[i] = std::int16_t(value(i));
-    std::ofstream out(file, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(&h), sizeof h);
-    out.write(reinterpret_cast<const char*>(voxels.data()),
-              std::streamsize(voxels.size() * sizeof voxels[0]));
-    if (!out.flush()) throw ImportError(file.string() + ": cannot be written");
+    std::string bytes(sizeof h + voxels.size() * sizeof voxels[0], '\0');
+    std::memcpy(bytes.data(), &h, sizeof h);
+    std::memcpy(bytes.data() + sizeof h, voxels.data(), voxels.size() * sizeof voxels[0]);
+    patient::writeFile(file, bytes);
 }
 
 }  // namespace

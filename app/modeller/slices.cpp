@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <array>
-#include <stdexcept>
+#include <new>
+#include <string>
 #include <utility>
+
+#include "patient/whole_file.h"
 
 namespace stylet::modeller {
 
@@ -101,9 +104,14 @@ Picture montage(const patient::Package& package, Plane plane, int count, int col
 }
 
 void writePng(const Picture& picture, const std::filesystem::path& path) {
-    if (stbi_write_png(path.c_str(), picture.width, picture.height, 3, picture.rgb.data(),
-                       picture.width * 3) == 0)
-        throw std::runtime_error(path.string() + ": cannot be written");
+    std::string png;
+    const auto keep = [](void* text, void* bytes, int count) {
+        static_cast<std::string*>(text)->append(static_cast<const char*>(bytes), std::size_t(count));
+    };
+    if (stbi_write_png_to_func(keep, &png, picture.width, picture.height, 3, picture.rgb.data(),
+                               picture.width * 3) == 0)
+        throw std::bad_alloc();
+    patient::writeWholeFile(path, png);
 }
 
 void writeSlices(const patient::Package& package, const std::filesystem::path& folder) {

@@ -52,6 +52,11 @@ std::optional<FileLock> FileLock::tryTake(const std::filesystem::path& file) {
     throw DataError(file, "lock", std::strerror(errno));
 }
 
+void checkWritable(const std::filesystem::path& folder) {
+    if (access(folder.c_str(), W_OK | X_OK) != 0)
+        throw DataError(folder, "folder", std::string("cannot be written to: ") + std::strerror(errno));
+}
+
 void syncFile(const std::filesystem::path& file) {
     const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor < 0) throw DataError(file, "file", std::strerror(errno));

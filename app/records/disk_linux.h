@@ -43,6 +43,9 @@ void syncFile(const std::filesystem::path& file);
 // Cuts off what stands behind its first `bytes`, on the disk when it returns.
 void cutFile(const std::filesystem::path& file, std::uint64_t bytes);
 
+// Throws patient::DataError with the reason where nothing can be written into `folder`.
+void checkWritable(const std::filesystem::path& folder);
+
 // Names made, renamed or removed in `folder`. Throws patient::DataError when the disk refuses.
 void syncFolder(const std::filesystem::path& folder);
 

@@ -4,11 +4,12 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "app/records/record.h"
 #include "patient/package.h"
+#include "patient/whole_file.h"
 
 namespace stylet::records {
 
@@ -49,22 +50,17 @@ std::string written(double v) {
 // One CSV file; a line at a time.
 class Table {
   public:
-    Table(const fs::path& file, const std::vector<std::string>& names) : file_(file), out_(file) {
-        add(names);
-    }
+    Table(const fs::path& file, const std::vector<std::string>& names) : file_(file) { add(names); }
     void add(const std::vector<std::string>& cells) {
         for (std::size_t i = 0; i < cells.size(); ++i)
             out_ << (i == 0 ? "" : ",") << quoted(cells[i]);
         out_ << "\r\n";
     }
-    void close() {
-        out_.close();
-        if (!out_) throw DataError(file_, "file", "cannot be written");
-    }
+    void close() { patient::writeWholeFile(file_, out_.view()); }
 
   private:
     fs::path file_;
-    std::ofstream out_;
+    std::ostringstream out_;
 };
 
 json numberJson(double v) {
@@ -121,9 +117,8 @@ void copyFiles(const Store& store, const StoredAttempt& attempt, const fs::path&
         if (copied.bytes != stored.bytes || copied.crc32 != stored.crc32)
             exported.damage.push_back(from.string() + ": its checksum does not match");
     }
-    std::ofstream out(to / "attempt.json");
-    out << attemptJson(attempt).dump(2, ' ', false, json::error_handler_t::replace) << '\n';
-    if (!out.flush()) throw DataError(to / "attempt.json", "file", "cannot be written");
+    patient::writeWholeFile(to / "attempt.json",
+                            attemptJson(attempt).dump(2, ' ', false, json::error_handler_t::replace) + '\n');
 }
 
 void writeTables(const std::vector<StoredAttempt>& attempts, const fs::path& folder) {

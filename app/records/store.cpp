@@ -131,6 +131,8 @@ auto Store::guarded(Act act) const {
 Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(folder_ / "store.sqlite") {
     guarded([&] {
         fs::create_directories(folder_ / "attempts");
+        // Even reading writes beside the database, which does not say what is the matter.
+        checkWritable(folder_);
         try {
             open();
         } catch (const SQLite::Exception& e) {

@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <glm/geometric.hpp>
 
 #include "app/report/chart.h"
+#include "patient/whole_file.h"
 
 namespace stylet::report {
 
@@ -125,16 +125,15 @@ DomeFollows domeFollows(const std::vector<BreathSample>& samples) {
 }
 
 void writeBreathCsv(const std::vector<BreathSample>& samples, const std::filesystem::path& file) {
-    std::ofstream csv(file);
-    csv << "time_s,v,rate_per_s,creep_v,held,dome_mm\n";
+    std::string csv;
+    csv += "time_s,v,rate_per_s,creep_v,held,dome_mm\n";
     for (const BreathSample& s : samples) {
         std::array<char, 120> line{};
         std::snprintf(line.data(), line.size(), "%.3f,%.5f,%.5f,%.5f,%d,%.4f\n", s.t_s, s.breath.v,
                       s.breath.rate_per_s, s.breath.creep_v, s.held ? 1 : 0, 1e3 * s.dome_m);
-        csv << line.data();
+        csv += line.data();
     }
-    csv.close();
-    if (!csv) throw patient::DataError(file, "file", "cannot be written");
+    patient::writeWholeFile(file, csv);
 }
 
 void drawBreath(const std::vector<BreathSample>& samples, const std::string& title, const std::string& signal,

@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
 #include "app/report/bands.h"
 #include "app/report/chart.h"
+#include "patient/whole_file.h"
 
 namespace stylet::report {
 
@@ -155,17 +155,17 @@ void drawLegend(Canvas& canvas) {
 }  // namespace
 
 void writeCurveCsv(const std::vector<ForceSample>& curve, double dt_s, const std::filesystem::path& file) {
-    std::ofstream stream(file);
-    stream << "tick,time_s,depth_m,force_n,phase,tissue,breath_held\n";
+    std::string text;
+    text += "tick,time_s,depth_m,force_n,phase,tissue,breath_held\n";
     std::array<char, 160> line{};
     for (const ForceSample& s : curve) {
         const std::string tissue(patient::tissueName(s.tissue));
         std::snprintf(line.data(), line.size(), "%llu,%.3f,%.7f,%.6f,%s,%s,%d\n",
                       static_cast<unsigned long long>(s.tick), double(s.tick) * dt_s, s.depth_m, s.force_n,
                       phaseName(s.phase), tissue.c_str(), s.breath_held ? 1 : 0);
-        stream << line.data();
+        text += line.data();
     }
-    if (!stream.flush()) throw patient::DataError(file, "file", "cannot be written");
+    patient::writeWholeFile(file, text);
 }
 
 void drawCurve(const std::vector<ForceSample>& curve, const std::vector<ForceMark>& marks,

@@ -3,10 +3,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
 #include "app/report/embedded.h"
 #include "patient/patient.h"
+#include "patient/whole_file.h"
 
 namespace stylet::report {
 
@@ -267,9 +267,7 @@ std::string Page::html() const {
 }
 
 void writeText(const std::string& text, const std::filesystem::path& file) {
-    std::ofstream stream(file, std::ios::binary);
-    stream << text;
-    if (!stream.flush()) throw patient::DataError(file, "file", "cannot be written");
+    patient::writeWholeFile(file, text);
 }
 
 void writeCsv(const Table& table, const std::filesystem::path& file) {

@@ -2,10 +2,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
 #include "app/report/canvas.h"
 #include "app/report/palpation.h"
+#include "patient/whole_file.h"
 
 namespace stylet::report {
 
@@ -155,18 +155,17 @@ class Sheet {
 }  // namespace
 
 void writePalpationCsv(const PalpationMap& map, const std::filesystem::path& file) {
-    std::ofstream out(file, std::ios::binary);
-    out << "y_m,z_m,x_m,stiffness_n_per_m,over_bone,bone_share,breath_v\n";
+    std::string out;
+    out += "y_m,z_m,x_m,stiffness_n_per_m,over_bone,bone_share,breath_v\n";
     for (const PalpatedSpot& s : map.spots) {
         if (!s.on_skin) continue;
         std::array<char, 160> line{};
         std::snprintf(line.data(), line.size(), "%.5f,%.5f,%.5f,%.3f,%d,%.3f,%.4f\n", s.reference_m.y,
                       s.reference_m.z, s.reference_m.x, s.stiffness_n_per_m, int(s.over_bone), s.bone_share,
                       s.breath_v);
-        out << line.data();
+        out += line.data();
     }
-    out.close();
-    if (!out) throw patient::DataError(file, "file", "cannot be written");
+    patient::writeWholeFile(file, out);
 }
 
 void drawPalpation(const PalpationMap& map, const std::string& title, const std::filesystem::path& png) {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <fstream>
 #include <mutex>
 
 #include "app/study/facts.h"
@@ -12,6 +11,7 @@
 #include "app/study/paths_picture.h"
 #include "app/study/report.h"
 #include "app/study/tables.h"
+#include "patient/whole_file.h"
 
 namespace stylet::study {
 
@@ -62,10 +62,7 @@ void savePicture(const fs::path& file, const Pair& pair, const std::vector<Plann
         fs::remove(file);
         return;
     }
-    std::ofstream out(file, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(png.data()), std::streamsize(png.size()));
-    out.close();
-    if (!out) throw patient::DataError(file, "file", "cannot be written");
+    patient::writeWholeFile(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 
 // paths.json comes last: where it is the rest is. A summary is of the paths that go.

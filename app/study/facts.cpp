@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "patient/whole_file.h"
+
 namespace stylet::study {
 
 using patient::DataError;
@@ -162,10 +164,7 @@ void writeFacts(const fs::path& file, const PairFacts& f) {
                                    {"friction_n", row.friction_n},
                                    {"stiffness_n_per_m", row.stiffness_n_per_m}});
     }
-    std::ofstream out(file, std::ios::binary);
-    out << json.dump(1, ' ', false, Json::error_handler_t::replace) << "\n";
-    out.close();
-    if (!out) throw DataError(file, "file", "cannot be written");
+    patient::writeWholeFile(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 PairFacts readFacts(const fs::path& file) {

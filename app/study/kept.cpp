@@ -4,6 +4,8 @@
 #include <fstream>
 #include <type_traits>
 
+#include "patient/whole_file.h"
+
 namespace stylet::study {
 
 namespace fs = std::filesystem;
@@ -74,15 +76,11 @@ bool KeptBlocks::has(std::size_t block) const {
 void KeptBlocks::keep(std::size_t block, std::span<const PathResult> results) const {
     const Header header{
         .digest = digest_, .block = block, .count = size(block), .checksum = checksum(results)};
-    const fs::path whole = file(block), part = whole.string() + ".part";
+    std::string bytes(sizeof header + results.size_bytes(), '\0');
+    std::memcpy(bytes.data(), &header, sizeof header);
+    std::memcpy(bytes.data() + sizeof header, results.data(), results.size_bytes());
     fs::create_directories(folder_);
-    std::ofstream out(part, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(&header), sizeof header);
-    out.write(reinterpret_cast<const char*>(results.data()), std::streamsize(results.size_bytes()));
-    out.close();
-    std::error_code error;
-    if (out) fs::rename(part, whole, error);
-    if (!out || error) throw patient::DataError(whole, "file", "cannot be written");
+    patient::writeWholeFile(file(block), bytes);
 }
 
 std::vector<PathResult> KeptBlocks::all() const {

@@ -2,8 +2,9 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "patient/whole_file.h"
 
 namespace stylet::study {
 
@@ -16,13 +17,6 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 constexpr std::size_t kScoreBins = 20;  // of [0, 1]
-
-void save(const fs::path& file, const std::string& text) {
-    std::ofstream out(file, std::ios::binary);
-    out.write(text.data(), std::streamsize(text.size()));
-    out.close();
-    if (!out) throw patient::DataError(file, "file", "cannot be written");
-}
 
 // Rows of a CSV table.
 class Rows {
@@ -188,7 +182,7 @@ void writePlanTable(const fs::path& csv, const PairPlan& plan) {
              << (plan.worst_quality.empty() ? kNone : plan.worst_quality[i]);
         rows.end();
     }
-    save(csv, rows.text());
+    patient::writeWholeFile(csv, rows.text());
 }
 
 void writePlanSummary(const fs::path& json, const PairPlan& plan, const PlanRequest& request) {
@@ -213,7 +207,7 @@ void writePlanSummary(const fs::path& json, const PairPlan& plan, const PlanRequ
             count(bins, q);
         out["worst_quality"] = bins;
     }
-    save(json, out.dump(1) + "\n");
+    patient::writeWholeFile(json, out.dump(1) + "\n");
 }
 
 void writePathTable(const fs::path& csv, const PairFindings& f) {
@@ -248,27 +242,23 @@ void writePathTable(const fs::path& csv, const PairFindings& f) {
             rows << kMm * r.by_tissue[t].mean_m << kMm * r.by_tissue[t].hausdorff_m << kMm * r.event_m[t];
         rows.end();
     }
-    save(csv, rows.text());
+    patient::writeWholeFile(csv, rows.text());
 }
 
 void writeSampleTable(const fs::path& csv, const PreparedPair& pair, std::span<const PlannedPath> paths,
                       const SteeringSettings& settings) {
-    std::ofstream out(csv, std::ios::binary);
-    out << "path,depth_mm,full_n,partial_n\n";
+    Rows rows("path,depth_mm,full_n,partial_n");
     Steering steering(pair, settings);
     for (std::size_t path = 0; path < paths.size(); ++path) {
         const Steered* const s = steering.steer(paths[path]);
         if (!s) continue;
-        Rows rows("");
         for (std::size_t i = 0; i < s->full.samples_n.size(); ++i) {
             rows << path << kMm * (s->first_m + double(i) * s->step_m - s->entry_m) << s->full.samples_n[i]
                  << s->partial.samples_n[i];
             rows.end();
         }
-        out << std::string_view(rows.text()).substr(1);
     }
-    out.close();
-    if (!out) throw patient::DataError(csv, "file", "cannot be written");
+    patient::writeWholeFile(csv, rows.text());
 }
 
 void writeSummary(const fs::path& json, std::span<const PairFindings> findings, const RunSettings& settings,
@@ -302,7 +292,7 @@ void writeSummary(const fs::path& json, std::span<const PairFindings> findings, 
     out["patients_means"] = {{"rmse_n", toJson(cohort.rmse_n)},
                              {"max_n", toJson(cohort.max_n)},
                              {"equal_share", toJson(cohort.equal_share)}};
-    save(json, out.dump(1) + "\n");
+    patient::writeWholeFile(json, out.dump(1) + "\n");
 }
 
 }  // namespace stylet::study

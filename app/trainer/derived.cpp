@@ -10,6 +10,7 @@
 
 #include "app/trainer/platform_linux.h"
 #include "patient/hash.h"
+#include "patient/whole_file.h"
 
 namespace stylet::trainer {
 
@@ -131,11 +132,10 @@ void saveDerived(const fs::path& file, std::uint64_t key, std::span<const std::b
     try {
         fs::create_directories(file.parent_path());
         const Head head{kMagic, key, bytes.size(), hashOf(bytes)};
-        std::ofstream out(fresh, std::ios::binary);
-        out.write(reinterpret_cast<const char*>(&head), sizeof head);
-        out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
-        out.close();
-        if (!out) throw patient::DataError(fresh, "file", "cannot be written");
+        std::string all(sizeof head + bytes.size(), '\0');
+        std::memcpy(all.data(), &head, sizeof head);
+        std::memcpy(all.data() + sizeof head, bytes.data(), bytes.size());
+        patient::writeFile(fresh, all);
         fs::rename(fresh, file);
         forgetOldest(file.parent_path());
     } catch (const std::exception& e) {

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "app/trainer/platform_linux.h"
+#include "patient/whole_file.h"
 
 extern char** environ;
 
@@ -150,10 +151,7 @@ FolderState folderState(const std::filesystem::path& folder) {
         needFolder(folder, "folder");
         state.free_bytes = std::filesystem::space(folder).available;
         const std::filesystem::path file = folder / (".doctor-" + std::to_string(getpid()));
-        std::ofstream stream(file);
-        stream << "x";
-        if (!stream.flush()) state.refused = "cannot be written to";
-        stream.close();
+        patient::writeWholeFile(file, "x");
         std::error_code gone;
         std::filesystem::remove(file, gone);
     } catch (const std::exception& e) {

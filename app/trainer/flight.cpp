@@ -1,9 +1,10 @@
 #include "app/trainer/flight.h"
 
 #include <array>
-#include <fstream>
+#include <sstream>
 
 #include "patient/package.h"
+#include "patient/whole_file.h"
 
 namespace stylet::trainer {
 
@@ -22,7 +23,7 @@ std::uint64_t faultTick(const std::vector<TickRecord>& flight) {
     return flight.front().output.tick;
 }
 
-void writeVector(std::ofstream& stream, const patient::Vec3& v) {
+void writeVector(std::ostream& stream, const patient::Vec3& v) {
     stream << ',' << v.x << ',' << v.y << ',' << v.z;
 }
 
@@ -38,7 +39,7 @@ std::string faultNames(std::uint32_t faults) {
 void writeFlight(const std::vector<TickRecord>& flight, double dt_s, const std::filesystem::path& csv) {
     if (flight.empty()) return;
     const std::uint64_t zero = faultTick(flight);
-    std::ofstream stream(csv);
+    std::ostringstream stream;
     stream.precision(9);
     stream << "t_s,tick,stage,level,faults,awaited,flags,fresh,buttons,commands,"
               "tip_device_x_m,tip_device_y_m,tip_device_z_m,"
@@ -57,7 +58,7 @@ void writeFlight(const std::vector<TickRecord>& flight, double dt_s, const std::
         writeVector(stream, out.controller_device_n);
         stream << ',' << out.depth_m << '\n';
     }
-    if (!stream.flush()) throw patient::DataError(csv, "file", "cannot be written");
+    patient::writeWholeFile(csv, stream.view());
 }
 
 }  // namespace stylet::trainer

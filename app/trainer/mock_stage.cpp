@@ -1,13 +1,13 @@
 #include "app/trainer/mock_stage.h"
 
 #include <cstdlib>
-#include <fstream>
 
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include "app/trainer/runtime_manifest.h"
 #include "patient/package.h"
+#include "patient/whole_file.h"
 #include "xr/xr.h"
 
 namespace stylet::trainer {
@@ -36,10 +36,7 @@ void writeHeadScript(const std::filesystem::path& file, const patient::Pose& sta
                         {"left_fov_rad", kMockEyeAngles_rad[0]},
                         {"right_fov_rad", kMockEyeAngles_rad[1]}}},
                       {"head", head}};
-    std::ofstream out(file);
-    out << script.dump(1) << '\n';
-    out.close();
-    if (!out) throw patient::DataError(file, "document", "cannot be written");
+    patient::writeWholeFile(file, script.dump(1) + '\n');
 }
 
 }  // namespace

@@ -5,15 +5,16 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <sstream>
 
 #include "app/report/curve.h"
 #include "app/report/slices.h"
 #include "app/trainer/flight.h"
 #include "app/trainer/platform_linux.h"
+#include "patient/whole_file.h"
 
 namespace stylet::trainer {
 
@@ -279,7 +280,7 @@ report::NeedlePicture needlePicture(const AttemptFacts& facts, const SessionLog&
 
 // Beside the ticks of the record: what each picture took.
 void writeFrameTimes(const std::vector<FrameTime>& times, const std::filesystem::path& file) {
-    std::ofstream stream(file);
+    std::ostringstream stream;
     stream << "tick,frame_ms,opaque_ms,volume_ms,layer_scale,late,lead_ms,offset_mm,offset_deg,ahead_ms\n";
     for (const FrameTime& t : times) {
         stream << t.tick << ',' << t.frame_ms << ',' << t.opaque_ms << ',' << t.volume_ms << ','
@@ -292,13 +293,7 @@ void writeFrameTimes(const std::vector<FrameTime>& times, const std::filesystem:
         if (t.tip && t.tip->ahead_s) stream << 1e3 * *t.tip->ahead_s;
         stream << '\n';
     }
-    if (!stream.flush()) throw patient::DataError(file, "file", "cannot be written");
-}
-
-void writeText(const std::filesystem::path& file, const std::string& text) {
-    std::ofstream stream(file);
-    stream << text << '\n';
-    if (!stream.flush()) throw patient::DataError(file, "file", "cannot be written");
+    patient::writeWholeFile(file, stream.view());
 }
 
 }  // namespace
@@ -316,8 +311,9 @@ void writeResults(const patient::Patient& patient, const AttemptFacts& facts, co
         writeFlight(log.flights[i], facts.dt_s, folder / ("flight-" + std::to_string(i + 1) + ".csv"));
     if (!totals.pictures.times.empty() && std::filesystem::is_directory(folder / "record"))
         writeFrameTimes(totals.pictures.times, folder / "record" / "frames.csv");
-    writeText(folder / "summary.json",
-              summaryJson(patient, facts, log, totals).dump(2, ' ', false, json::error_handler_t::replace));
+    patient::writeWholeFile(
+        folder / "summary.json",
+        summaryJson(patient, facts, log, totals).dump(2, ' ', false, json::error_handler_t::replace) + '\n');
 }
 
 namespace {

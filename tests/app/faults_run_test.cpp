@@ -18,6 +18,8 @@
 #include <vector>
 
 #include "app/records/store.h"
+#include "tests/app/study/pairs.h"
+#include "tests/support/decimal_comma.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet {
@@ -43,6 +45,7 @@ const std::vector<Row> kElsewhere{
     {"stylet records", "a real disk that is full", "DiskFull.OfARealDisk, DiskFull.DeletingMakesRoom"},
     {"stylet-model build", "stopped between or within stages",
      "StageStoreTest, BuildRun.ASecondRunKeepsEverything"},
+    {"stylet register", "SIGTERM, SIGINT at its stages; a decimal comma", "RegisterRun"},
     {"stylet-study run", "a process killed, failed", "StudyRun.ALostRank..., StudyRun.ARankThat..."},
 };
 
@@ -123,9 +126,9 @@ class FaultsRun : public testing::Test {
         Started s;
         static int number = 0;
         s.out = in("out" + std::to_string(++number)), s.err = in("err" + std::to_string(number));
-        const std::string line = "cd '" + box_->path().string() + "' && " + before + " exec env " +
-                                 variables_ + " " + program("") + arguments + " >'" + s.out.string() +
-                                 "' 2>'" + s.err.string() + "' " + after;
+        const std::string line = "cd '" + box_->path().string() + "' && " + before + " exec " + within_ +
+                                 " env " + variables_ + " " + program("") + arguments + " >'" +
+                                 s.out.string() + "' 2>'" + s.err.string() + "' " + after;
         s.pid = fork();
         if (s.pid == 0) {
             for (const char* name : {"HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME", "LC_ALL", "LANG", "DISPLAY"})
@@ -173,11 +176,42 @@ class FaultsRun : public testing::Test {
         EXPECT_NE(err_.find(words), std::string::npos) << err_;
     }
     static fs::path patient() { return *fs::directory_iterator(in("home/.cache/stylet/patients")); }
+    // Two pairs of packages of one CT; small, and coarse.
+    static void needStudy() {
+        if (fs::exists(in("study.toml"))) return;
+        ASSERT_EQ(run("stylet-model synth --seed 1 --spacing-mm 4 --out truth"), 0) << err_;
+        patient::savePackage(test::movedAndCut(patient::loadPackage(in("truth"))), in("built"));
+        std::ofstream(in("study.toml")) << "[[pair]]\nname = 'one'\nreference = 'truth'\nfound = 'built'\n";
+    }
+    static inline const std::string kStudy = "study.toml --skin-spacing-mm 12.5 --threads 1 --out ";
+
+    // The program that comes next is stopped at this moment (rough_surroundings.cpp).
+    static std::string stoppedAt(const std::string& moment) {
+        return "STYLET_TEST_SIGNAL=15 STYLET_TEST_AT='" + moment + "' LD_PRELOAD=" STYLET_ROUGH;
+    }
+    static std::vector<fs::path> filesIn(const std::string& folder) {
+        std::vector<fs::path> files;
+        for (const auto& entry : fs::recursive_directory_iterator(in(folder)))
+            if (entry.is_regular_file() && entry.path().extension() != ".new")
+                files.push_back(entry.path().lexically_relative(in(folder)));
+        std::sort(files.begin(), files.end());
+        return files;
+    }
+    // What a stop left is what an undisturbed run writes, as far as it goes.
+    static void expectWholeFiles(const std::string& left, const std::string& undisturbed) {
+        if (!fs::exists(in(left))) return;
+        for (const fs::path& file : filesIn(left))
+            EXPECT_TRUE(textOf(in(left) / file) == textOf(in(undisturbed) / file)) << file;
+    }
+    static void expectSame(const std::string& a, const std::string& b) {
+        EXPECT_EQ(filesIn(a), filesIn(b));
+        expectWholeFiles(a, b);
+    }
     static std::string full() { return "trap '' XFSZ; ulimit -f 60;"; }  // each file, in the shell's blocks
 
     static inline const std::string kAttempt = "stylet run --fast --spacing-mm 5 --scenario demo ";
     static inline test::TempFolder* box_ = nullptr;
-    static inline std::string variables_, hash_, said_, err_;
+    static inline std::string variables_, within_, hash_, said_, err_;
     Row row_;
 };
 
@@ -202,36 +236,62 @@ TEST_F(FaultsRun, AHomeThatTakesNothing) {
 }
 
 // HZ-RECORD-15
-TEST_F(FaultsRun, ADecimalComma) {
-    cell("run, synth, report", "a locale with a decimal comma, switched on", "every number as without");
-    fs::create_directories(in("locales"));
-    if (std::system(
-            ("localedef -i de_DE -f UTF-8 '" + in("locales/de_DE.UTF-8").string() + "' >/dev/null 2>&1")
-                .c_str()))
-        GTEST_SKIP() << "localedef knows no de_DE: the package locales is missing";
-    const std::string german = "LOCPATH='" + in("locales").string() +
-                               "' LC_ALL=de_DE.UTF-8 STYLET_TEST_LOCALE=1 LD_PRELOAD=" STYLET_ROUGH;
-    const auto both = [&](const std::string& line, const std::string& out,
-                          const std::vector<std::string>& files) {
-        EXPECT_EQ(run(line + " --out " + out + "-c"), 0) << err_;
-        EXPECT_EQ(run(line + " --out " + out + "-de", german), 0) << err_;
+TEST_F(FaultsRun, ALocaleOfAnotherCountryOrOfNone) {
+    cell("all that has numbers", "a decimal comma, switched on; xx_YY.UTF-8", "every number as without");
+    const auto country = test::decimalComma(in("locales"), STYLET_ROUGH);
+    if (country.empty()) GTEST_SKIP() << "localedef knows no de_DE: the package locales is missing";
+    std::string german;
+    for (const auto& [name, value] : country)
+        german += name + "='" + value + "' ";
+    needStudy();
+    const std::string unknown = "LC_ALL=xx_YY.UTF-8 LANG=xx_YY.UTF-8";
+    // A line in all three surroundings at once; what it says and the files that it writes are the same.
+    const auto three = [&](const std::string& line, const std::string& out,
+                           const std::vector<std::string>& files = {}, int status = 0) {
+        const std::string to = out.empty() ? "" : " --out " + out;
+        Started plain = start(line + (out.empty() ? "" : to + "-c"));
+        Started comma = start(line + (out.empty() ? "" : to + "-de"), german);
+        Started none = start(line + (out.empty() ? "" : to + "-xx"), unknown);
+        EXPECT_EQ(plain.result(), status) << line << textOf(plain.err);
+        EXPECT_EQ(comma.result(), status) << line << textOf(comma.err);
+        EXPECT_EQ(none.result(), status) << line << textOf(none.err);
         for (const std::string& file : files) {
-            const std::string plain = textOf(in(out + "-c") / file);
-            EXPECT_FALSE(plain.empty()) << file;
-            EXPECT_EQ(textOf(in(out + "-de") / file) == plain, true) << file;
+            const std::string text = textOf(in(out + "-c") / file);
+            EXPECT_FALSE(text.empty()) << file;
+            EXPECT_TRUE(textOf(in(out + "-de") / file) == text) << file;
+            EXPECT_TRUE(textOf(in(out + "-xx") / file) == text) << file;
         }
+        if (!out.empty()) return;
+        EXPECT_FALSE(textOf(plain.out).empty());
+        EXPECT_EQ(textOf(comma.out), textOf(plain.out));
+        EXPECT_EQ(textOf(none.out), textOf(plain.out));
     };
-    both("stylet run --fast --spacing-mm 5.0 --seed 1 --scenario demo --rate-hz 1000.0", "run",
-         {"force-depth.csv", "record/inputs.bin"});
-    nlohmann::json plain = summaryIn("run-c"), german_one = summaryIn("run-de");
-    for (nlohmann::json* summary : {&plain, &german_one})
+    three("stylet run --fast --spacing-mm 5.0 --seed 1 --scenario demo --rate-hz 1000.0", "run",
+          {"force-depth.csv", "record/inputs.bin"});
+    nlohmann::json plain = summaryIn("run-c"), comma = summaryIn("run-de"), none = summaryIn("run-xx");
+    for (nlohmann::json* summary : {&plain, &comma, &none})
         summary->at("haptics").erase("max_step_us");
-    EXPECT_EQ(plain, german_one);
-    both("stylet-model synth --seed 2 --spacing-mm 4.5", "patient",
-         {"patient.toml", "labels.ctbl", "ct.nii.gz"});
-    both("stylet-report attempt ref", "report", {"attempt.html"});
-    EXPECT_EQ(run("stylet-study plan no-such.toml --out study", german), 2);
-    expectSaid("no-such.toml");
+    EXPECT_EQ(plain, comma);
+    EXPECT_EQ(plain, none);
+    three("stylet-model synth --seed 2 --spacing-mm 4.5", "patient",
+          {"patient.toml", "labels.ctbl", "ct.nii.gz"});
+    three("stylet-model check truth", "", {}, 1);  // too coarse to train on
+    three("stylet records list", "");
+    three("stylet-report attempt ref", "report", {"attempt.html", "course.csv", "metrics.csv"});
+    three("stylet-report trainee T-1", "report", {"trainee.html", "attempts.csv", "xapi.json"});
+    three("stylet-report cohort", "report", {"cohort.html"});
+    three("stylet-study all --sampled-paths 1 study.toml --skin-spacing-mm 12.5", "study",
+          {"one/plan.csv", "one/plan.json", "one/paths.json", "one/paths.csv", "one/samples.csv",
+           "summary.json", "report.html"});
+
+    // What a build keeps of its stages is read again, and kept, from another country.
+    const std::string build =
+        "stylet-model build --ct truth/ct.nii.gz --atlas patient-c --spacing-mm 4.0 --stages stages";
+    EXPECT_EQ(run(build + " --out build-de", german), 0) << err_;
+    EXPECT_EQ(run(build + " --out build-c"), 0) << err_;
+    EXPECT_NE(said_.find("kept"), std::string::npos) << said_;
+    EXPECT_EQ(filesIn("build-c").size(), 5u);
+    expectSame("build-c", "build-de");
 }
 
 // HZ-RECORD-05
@@ -254,7 +314,9 @@ TEST_F(FaultsRun, ASignalWhileThePatientIsMade) {
         ASSERT_TRUE(s.says("making the reference patient"));
         kill(s.pid, signal);
         EXPECT_EQ(s.result(), -signal);
-        expectWorks("XDG_CACHE_HOME=" + cache);
+        for (const auto& entry : fs::directory_iterator(in(cache + "/stylet/patients")))
+            EXPECT_TRUE(entry.path().filename().string().starts_with(".")) << entry.path();
+        if (signal == SIGTERM) expectWorks("XDG_CACHE_HOME=" + cache);
         fs::remove_all(in(cache));
     }
 }
@@ -323,6 +385,134 @@ TEST_F(FaultsRun, ASignalInAReplay) {
     }
     EXPECT_EQ(textOf(in("ref/record/inputs.bin")) + textOf(in("ref/record/record.json")), before);
     EXPECT_EQ(run("stylet replay ref/record --fast --out replayed"), 0) << err_;
+}
+
+// HZ-RECORD-02
+TEST_F(FaultsRun, ASignalAtEachStageOfAPatientFromASeed) {
+    cell("stylet-model synth", "SIGTERM: each stage, each file, at the end",
+         "dies of it; no package is there, the old one stays");
+    const std::string synth = "stylet-model synth --seed 4 --spacing-mm 5 --threads 1 --out ";
+    ASSERT_EQ(run(synth + "seeded"), 0) << err_;
+    const auto stages = std::count(err_.begin(), err_.end(), '\n');
+    EXPECT_GE(stages, 10);
+    std::vector<std::string> moments{"open patient.toml", "open ct.nii.gz", "open labels.nii.gz",
+                                     "open motion.nii.gz"};
+    for (int stage = 1; stage <= stages; ++stage)
+        moments.push_back("word " + std::to_string(stage));
+    std::vector<Started> all;
+    for (std::size_t i = 0; i < moments.size(); ++i)
+        all.push_back(start(synth + "stopped/" + std::to_string(i), stoppedAt(moments[i])));
+    all.push_back(start(synth + "stopped/end", stoppedAt("rename end")));
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        EXPECT_EQ(all[i].result(), -SIGTERM) << i << textOf(all[i].err);
+        EXPECT_FALSE(fs::exists(in("stopped") / (i < moments.size() ? std::to_string(i) : "end")));
+    }
+    EXPECT_EQ(run("stylet-model check stopped/end"), 2);
+    expectSaid("stopped/end/patient.toml");
+    // In the place of an older one.
+    fs::copy(in("seeded"), in("older"));
+    EXPECT_EQ(run("stylet-model synth --seed 5 --spacing-mm 5 --out older", stoppedAt("rename older")),
+              -SIGTERM);
+    expectSame("older", "seeded");
+    EXPECT_EQ(run(synth + "stopped/end"), 0) << err_;
+    expectSame("stopped/end", "seeded");
+}
+
+TEST_F(FaultsRun, ASignalAtEachStageOfAStudy) {
+    cell("study plan, run", "SIGTERM: as each of its files is written",
+         "no report of it; the next run is as undisturbed");
+    needStudy();
+    ASSERT_EQ(run("stylet-study all " + kStudy + "study-whole"), 0) << err_;
+    fs::copy(in("study-whole"), in("study-cut"), fs::copy_options::recursive);
+    const auto cut = [&](const char* command, const std::string& moment) {
+        EXPECT_EQ(run(std::string("stylet-study ") + command + " " + kStudy + "study-cut", stoppedAt(moment)),
+                  -SIGTERM)
+            << moment;
+        fs::remove(in("study-cut/report.html"));  // of the study before
+        EXPECT_EQ(run("stylet-study report study-cut"), 2) << moment;
+        expectSaid("study-cut/summary.json: file: cannot be read: plan and run the study first");
+        expectWholeFiles("study-cut", "study-whole");
+    };
+    for (const char* file : {"plan.csv", "plan.json", "paths.png", "paths.json"})
+        cut("plan", std::string("rename ") + file);
+    fs::remove_all(in("study-cut/one/blocks"));  // which are of the same paths
+    EXPECT_FALSE(fs::exists(in("study-cut/one/paths.json")));
+    for (const char* file : {"paths.json", "pair.json", "000000.results", "paths.csv", "summary.json"})
+        cut("run", std::string("rename ") + file);
+    EXPECT_EQ(run("stylet-study all " + kStudy + "study-cut"), 0) << err_;
+    expectSame("study-cut", "study-whole");
+}
+
+TEST_F(FaultsRun, ASignalAtEachStageOfADebrief) {
+    cell("stylet-report", "SIGTERM: as each of its files is written", "whole files only; made anew");
+    ASSERT_EQ(run("stylet-report attempt ref --out debrief"), 0) << err_;
+    for (const char* moment : {"open attempt.html.new", "rename attempt.html", "rename course.csv",
+                               "rename events.csv", "rename metrics.csv"}) {
+        EXPECT_EQ(run("stylet-report attempt ref --out debrief-cut", stoppedAt(moment)), -SIGTERM) << moment;
+        expectWholeFiles("debrief-cut", "debrief");
+    }
+    EXPECT_EQ(run("stylet-report attempt ref --out debrief-cut"), 0) << err_;
+    for (const auto& entry : fs::directory_iterator(in("debrief-cut")))
+        EXPECT_NE(entry.path().extension(), ".new");
+    expectSame("debrief-cut", "debrief");
+}
+
+// A mount of the test's own child, where the machine allows it; else a folder without the right to write, and
+// root without the power over it.
+TEST_F(FaultsRun, AFileSystemThatIsOnlyRead) {
+    cell("every program", "a read-only mount", "reads what is there; else the file and the reason");
+    needStudy();
+    ASSERT_EQ(run(kAttempt + "--out only/attempt"), 0) << err_;
+    fs::copy(in("truth"), in("only/truth"));
+    fs::copy(in("home"), in("only/home"), fs::copy_options::recursive);
+    ASSERT_EQ(run("stylet-study all " + kStudy + "only/study"), 0) << err_;
+    const std::string only = "'" + in("only").string() + "'";
+    std::string reason = "Read-only file system";
+    within_ =
+        "unshare -rm sh -c 'mount --bind \"$0\" \"$0\" && mount -o remount,bind,ro \"$0\" && "
+        "cd \"$PWD\" && exec \"$@\"' " +
+        only;
+    const bool mounted = std::system((within_ + " true 2>/dev/null").c_str()) == 0;
+    if (!mounted) {
+        std::printf("no mount can be made here: a folder without the right to write in its place\n");
+        reason = "Permission denied";
+        within_ = geteuid() == 0 ? "setpriv --inh-caps=-dac_override --bounding-set=-dac_override" : "";
+        ASSERT_EQ(std::system(("chmod -R a-w " + only).c_str()), 0);
+    }
+    const auto refused = [&](const std::string& line, const std::string& file) {
+        EXPECT_EQ(run(line, "HOME=" + only + "/home"), 2) << line;
+        expectSaid(file);
+        expectSaid(reason);
+    };
+    refused(kAttempt + "--out only/x", "only/x");
+    refused(kAttempt + "--trainee T-1", "only/home/.local/share/stylet/records: ");
+    variables_ = "XDG_CACHE_HOME=" + in("only/cache").string();
+    refused(kAttempt + "--out none", "only/cache/stylet/patients");
+    variables_.clear();
+    refused("stylet records list", "only/home/.local/share/stylet/records: ");
+    refused("stylet replay only/attempt/record --fast --out only/x", "only/x");
+    refused("stylet-report attempt only/attempt --out only/attempt", "only/attempt/");
+    refused("stylet-report cohort --out none", "only/home/.local/share/stylet/records: ");
+    refused("stylet-model synth --spacing-mm 5 --out only/x", "only/.x");
+    refused("stylet-model synth --spacing-mm 5 --out only/truth", "only/.truth");
+    refused("stylet-model build --ct truth/ct.nii.gz --atlas truth --spacing-mm 4 --out only/x",
+            "only/x-stages");
+    refused("stylet-study plan " + kStudy + "only/x", "only/x");
+    refused("stylet-study run " + kStudy + "only/study", "only/study/");
+    refused("stylet-study report only/study", "only/study/report.html");
+    const auto works = [&](const std::string& line) {
+        EXPECT_EQ(run(line, "HOME=" + only + "/home"), 0) << line << err_;
+    };
+    works(kAttempt + "--out read");
+    EXPECT_EQ(hashIn("read"), hash_);
+    works("stylet replay only/attempt/record --fast --out read");
+    EXPECT_EQ(hashIn("read"), hash_);
+    works("stylet-report attempt only/attempt --out read");
+    works("stylet-study plan " + kStudy + "read-study");
+    within_.clear();
+    if (!mounted) {
+        EXPECT_EQ(std::system(("chmod -R u+w " + only).c_str()), 0);
+    }
 }
 
 TEST_F(FaultsRun, NobodyReads) {

@@ -1,17 +1,26 @@
 // Put before a program (LD_PRELOAD), makes its surroundings rough: a wall clock that leaps back and forth by
-// days, and a locale of the user's that a library has switched on.
+// days, a locale of the user's that a library has switched on, and a signal at one moment of its work.
+//   STYLET_TEST_CLOCK=1, STYLET_TEST_LOCALE=1
+//   STYLET_TEST_SIGNAL=15 with one of
+//     STYLET_TEST_AT="open NAME"    as a file of this name is about to be written
+//     STYLET_TEST_AT="rename NAME"  as all of it is written, and about to be put in its place
+//     STYLET_TEST_AT="word 3"       as the third word is said on stderr
 #include <dlfcn.h>
+#include <signal.h>
 #include <sys/time.h>
 #include <time.h>
 
 #include <atomic>
 #include <clocale>
+#include <cstdio>
 #include <cstdlib>
 #include <locale>
+#include <string>
+#include <string_view>
 
 namespace {
 
-std::atomic<unsigned> asked{0};
+std::atomic<unsigned> asked{0}, said{0};
 
 long leap() {
     constexpr long kDay_s = 86400;
@@ -20,9 +29,26 @@ long leap() {
     return on ? kLeaps_s[asked.fetch_add(1) % 5] : 0;
 }
 
+void stopAt(const std::string& moment) {
+    static const char* const at = std::getenv("STYLET_TEST_AT");
+    static const char* const number = std::getenv("STYLET_TEST_SIGNAL");
+    if (at && number && moment == at) raise(std::atoi(number));
+}
+
+std::string nameOf(const char* path) {
+    const std::string_view whole = path;
+    return std::string(whole.substr(whole.rfind('/') + 1));  // npos + 1 is 0
+}
+
 template <typename F>
 F next(const char* name) {
     return reinterpret_cast<F>(dlsym(RTLD_NEXT, name));
+}
+
+using Open = FILE* (*)(const char*, const char*);
+FILE* opened(Open real, const char* path, const char* mode) {
+    if (*mode != 'r') stopAt("open " + nameOf(path));
+    return real(path, mode);
 }
 
 const struct Locale {
@@ -53,5 +79,24 @@ time_t time(time_t* t) noexcept {
     const time_t now = real(nullptr) + leap();
     if (t) *t = now;
     return now;
+}
+FILE* fopen(const char* path, const char* mode) {
+    static const auto real = next<Open>("fopen");
+    return opened(real, path, mode);
+}
+FILE* fopen64(const char* path, const char* mode) {
+    static const auto real = next<Open>("fopen64");
+    return opened(real, path, mode);
+}
+int rename(const char* from, const char* to) noexcept {
+    static const auto real = next<int (*)(const char*, const char*)>("rename");
+    stopAt("rename " + nameOf(to));
+    return real(from, to);
+}
+int fflush(FILE* stream) {
+    static const auto real = next<int (*)(FILE*)>("fflush");
+    const int result = real(stream);
+    if (stream == stderr) stopAt("word " + std::to_string(said.fetch_add(1) + 1));
+    return result;
 }
 }

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
+#include <cstring>
 
 #include "app/modeller/build/coarse_grid.h"
 #include "app/modeller/handover_files.h"
 #include "app/modeller/image_handover.h"
 #include "app/modeller/vector_field.h"
+#include "patient/whole_file.h"
 
 namespace stylet::modeller {
 
@@ -94,11 +95,10 @@ void writeImage(const std::filesystem::path& file, const FloatVolume& image) {
     std::vector<std::int16_t> voxels(image.voxels.size());
     for (std::size_t i = 0; i < voxels.size(); ++i)
         voxels[i] = std::int16_t(std::lround(image.voxels[i]));
-    std::ofstream out(file, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(&h), sizeof h);
-    out.write(reinterpret_cast<const char*>(voxels.data()),
-              std::streamsize(voxels.size() * sizeof voxels[0]));
-    if (!out.flush()) throw ImportError(file.string() + ": cannot be written");
+    std::string bytes(sizeof h + voxels.size() * sizeof voxels[0], '\0');
+    std::memcpy(bytes.data(), &h, sizeof h);
+    std::memcpy(bytes.data() + sizeof h, voxels.data(), voxels.size() * sizeof voxels[0]);
+    patient::writeFile(file, bytes);
 }
 
 VectorField registered(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings) {

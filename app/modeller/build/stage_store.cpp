@@ -12,6 +12,7 @@
 #include "app/modeller/slices.h"
 #include "patient/nifti.h"
 #include "patient/toml_reader.h"
+#include "patient/whole_file.h"
 
 namespace stylet::modeller {
 
@@ -63,13 +64,6 @@ std::uint64_t digestOf(const std::string& text) {
     patient::StateHash hash;
     hash.add(std::string_view(text));
     return hash.value();
-}
-
-void writeText(const fs::path& file, const std::string& text) {
-    std::ofstream out(file, std::ios::binary);
-    out << text;
-    out.close();
-    if (!out) throw DataError(file, "file", "cannot be written");
 }
 
 }  // namespace
@@ -168,15 +162,15 @@ void StageStore::keep(int number, std::string_view name, const StageResult& resu
     fs::create_directories(folder);
     fs::remove(folder / kRecord);
     patient::writeNifti(folder / kLabels, result.labels);
-    writeText(folder / "labels.ctbl", patient::colourTable(table));
-    if (!text_name.empty()) writeText(folder / text_name, result.text);
+    patient::writeWholeFile(folder / "labels.ctbl", patient::colourTable(table));
+    if (!text_name.empty()) patient::writeWholeFile(folder / text_name, result.text);
     patient::Package film;
     film.ct = ct;
     film.labels = result.labels;
     film.label_table = table;
     writeSlices(film, folder);
-    writeText(folder / kRecord,
-              writeStageFile({result.record, digestOf(result.labels), digestOf(result.text)}));
+    patient::writeWholeFile(folder / kRecord,
+                            writeStageFile({result.record, digestOf(result.labels), digestOf(result.text)}));
 }
 
 }  // namespace stylet::modeller

@@ -11,6 +11,7 @@
 #include "app/trainer/register.h"
 #include "tests/app/trainer/command.h"
 #include "tests/support/bridge_emulator.h"
+#include "tests/support/decimal_comma.h"
 #include "tests/support/mock_control.h"
 
 namespace stylet::trainer {
@@ -180,7 +181,7 @@ class RegisterRun : public testing::Test {
         hands.join();
         return outcome;
     }
-    void giveUp() { kill(std::atoi(test::textOf(command_ / "number").c_str()), SIGINT); }
+    void giveUp(int signal = SIGINT) { kill(std::atoi(test::textOf(command_ / "number").c_str()), signal); }
 
     // The kept one against the truth, all over the cube.
     static void expectRight(const Registration& kept, const Place& place) {
@@ -213,6 +214,13 @@ class RegisterRun : public testing::Test {
 };
 
 TEST_F(RegisterRun, PointsAreTouchedAndTheDeviceIsWhereItStands) {
+#ifdef STYLET_ROUGH
+    // Whoever registers may come from anywhere: what is kept is in metres.
+    const auto country = test::decimalComma(command_ / "locales", STYLET_ROUGH);
+    ASSERT_FALSE(country.empty()) << "localedef knows no de_DE: the package locales is missing";
+    for (const auto& [name, value] : country)
+        command_.set(name, value);
+#endif
     const Place place;
     const Outcome outcome = run("", place, [&](User& user) {
         user.mustHear("to begin");
@@ -246,7 +254,7 @@ TEST_F(RegisterRun, PointsAreTouchedAndTheDeviceIsWhereItStands) {
         user.press("Point 1 of 1");
         user.rest(User::kStart_m + Vec3(0.02, 0.01, -0.01));
         user.press("register it anew");
-        giveUp();
+        giveUp(SIGTERM);
     });
     EXPECT_EQ(moved.status, 1) << moved.err;
     EXPECT_THAT(moved.err, HasSubstr("It has moved: The device has moved by about 3"));
@@ -283,6 +291,18 @@ TEST_F(RegisterRun, WhatIsMissingIsSaid) {
     EXPECT_EQ(alone.status, 2);
     EXPECT_THAT(alone.err, HasSubstr("stylet: register: headset: "));
     EXPECT_FALSE(std::filesystem::exists(command_.out()));
+}
+
+TEST_F(RegisterRun, ATerminationInTheMiddleKeepsNothing) {
+    for (const bool further : {false, true}) {
+        const Outcome outcome = run("", {}, [&](User& user) {
+            user.mustHear("to begin");
+            if (further) user.press("Press the trigger, then turn");
+            giveUp(SIGTERM);
+        });
+        EXPECT_EQ(outcome.status, 1) << outcome.err;
+        EXPECT_FALSE(std::filesystem::exists(command_ / "kept.json"));
+    }
 }
 
 // HZ-FORCE-13

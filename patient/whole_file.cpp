@@ -1,0 +1,49 @@
+#include "patient/whole_file.h"
+
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+
+#include "patient/package.h"
+
+namespace stylet::patient {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+DataError refused(const fs::path& file, const std::error_code& why) {
+    return {file, "file", "cannot be written" + (why ? ": " + why.message() : "")};
+}
+
+// Why not, in the system's words: the first step that failed knows it.
+std::error_code tryWriting(const fs::path& file, std::string_view bytes) {
+    const auto reason = [] { return std::error_code(errno != 0 ? errno : EIO, std::generic_category()); };
+    errno = 0;
+    std::ofstream out(file, std::ios::binary);
+    if (!out) return reason();
+    if (!out.write(bytes.data(), std::streamsize(bytes.size())) || !out.flush()) return reason();
+    out.close();
+    return out ? std::error_code() : reason();
+}
+
+}  // namespace
+
+void writeFile(const fs::path& file, std::string_view bytes) {
+    if (const std::error_code why = tryWriting(file, bytes)) throw refused(file, why);
+}
+
+void writeWholeFile(const fs::path& file, std::string_view bytes) {
+    std::error_code why;
+    const fs::file_type type = fs::symlink_status(file, why).type();
+    if (type != fs::file_type::regular && type != fs::file_type::not_found) return writeFile(file, bytes);
+    const fs::path fresh = file.string() + ".new";
+    why = tryWriting(fresh, bytes);
+    if (!why) fs::rename(fresh, file, why);
+    if (!why) return;
+    std::error_code ignored;
+    fs::remove(fresh, ignored);
+    throw refused(file, why);
+}
+
+}  // namespace stylet::patient

@@ -1,0 +1,17 @@
+// Files that are written in one go. What is refused is a DataError that ends in the system's reason:
+// "FILE: file: cannot be written: No space left on device".
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace stylet::patient {
+
+// Whole or not at all: written beside `file` and renamed, so that who reads it, or comes after a stop, finds
+// all of the old one or all of the new. What is no plain file (a pipe, a link) is written into.
+void writeWholeFile(const std::filesystem::path& file, std::string_view bytes);
+
+// As it comes, where something larger is put in its place as a whole.
+void writeFile(const std::filesystem::path& file, std::string_view bytes);
+
+}  // namespace stylet::patient

@@ -1,16 +1,25 @@
 // What the running process holds, as the system and the allocator tell it.
 #include <fcntl.h>
 #include <malloc.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <thread>
 
 #include "tests/bench/soak.h"
 
 namespace stylet::soak {
 
 namespace {
+
+constexpr int kPatience_ms = 1000;
 
 int entriesOf(const char* folder) {
     int count = 0;
@@ -21,7 +30,14 @@ int entriesOf(const char* folder) {
 
 }  // namespace
 
-Held heldNow() {
+void steadyHeap() {
+    mallopt(M_ARENA_MAX, 2);
+}
+
+Held heldNow(int threads) {
+    // One that has said its last may still be on its way out.
+    for (int ms = 0; threads > 0 && entriesOf("/proc/self/task") > threads && ms < kPatience_ms; ++ms)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     Held held;
     malloc_trim(0);  // what was freed is not held
     const struct mallinfo2 heap = mallinfo2();
@@ -32,7 +48,25 @@ Held heldNow() {
     held.resident_bytes = resident * std::uint64_t(sysconf(_SC_PAGESIZE));
     held.descriptors = entriesOf("/proc/self/fd");
     held.threads = entriesOf("/proc/self/task");
+    std::ifstream maps("/proc/self/maps");
+    held.regions = int(std::count(std::istreambuf_iterator<char>(maps), {}, '\n'));
+    struct stat log{};
+    if (fstat(STDERR_FILENO, &log) == 0 && S_ISREG(log.st_mode))
+        held.logged_bytes = std::uint64_t(log.st_size);
     return held;
+}
+
+double threadTime_us() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return 1e6 * double(now.tv_sec) + 1e-3 * double(now.tv_nsec);
+}
+
+void mapNothing() {
+    // Neighbours with the same rights would be one region.
+    for (int i = 0; i < 20; ++i)
+        for (const int rights : {PROT_READ, PROT_NONE})
+            mmap(nullptr, std::size_t(sysconf(_SC_PAGESIZE)), rights, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
 }
 
 int openNothing() {

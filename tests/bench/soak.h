@@ -1,7 +1,17 @@
-// The soak: attempts one after the other in one process, on the trainer's own virtual clock, with all of it
-// on that needs neither a person nor a headset. Afterwards the process must be what it was: memory, handles,
-// threads, the time of a tick; and the attempts of the beginning, made again at the end, must end in the same
-// hashes.
+// The soak: attempts one after the other in one process, on the trainer's own virtual clock, each put
+// together as `stylet run --fast --trainee` does. Afterwards the process must be what it was: memory,
+// handles, threads, the time of a tick; and the attempts of the beginning, made again at the end, must end in
+// the same hashes.
+//
+// A round is every scenario once. On in all of it: sounds to a device that nobody hears, hints, alerts,
+// score, record, store, force truth, faults, an instructor's commands. Once a round, of another scenario each
+// time: the room in the mock runtime's headset, a frame every two virtual seconds of 96 x 96 pixels an eye,
+// recentred, lost and found again; an attempt again from a bookmark; the results' files and the record
+// replayed. Where there is a training centre, all attempts are sent to it and deleted there; once a round it
+// does not answer. So 1e8 ticks take a core some 35 minutes.
+//
+// Not on, as it has the clock on the wall or a person: the threads of an attempt in real time, devices,
+// controllers, the instructor's window and console, `--show`. Tests in real time have them.
 #pragma once
 
 #include <array>
@@ -14,7 +24,7 @@
 namespace stylet::soak {
 
 // A fault put into the soak itself, to see that it would be found. Each attempt adds to it.
-enum class Leak : std::uint8_t { none, memory, descriptor, thread, time, state };
+enum class Leak : std::uint8_t { none, memory, descriptor, thread, region, time, state };
 
 struct Settings {
     std::uint64_t ticks = 1'000'000;  // at least: rounds are whole
@@ -22,8 +32,11 @@ struct Settings {
     double spacing_m = 0.003;      // of the reference patient
     std::size_t scenarios = 100;   // of a round, from the first; all at most
     std::filesystem::path folder;  // of the store; emptied attempt by attempt
-    bool machines = false;         // pictures of ultrasound and X-ray as well: needs Vulkan
-    double most_slower = 1.5;      // the last ticks against the first, at the median and the 90th percentile
+    bool pictures = false;         // the room in a headset, and the machines' screens: needs Vulkan, xrmock
+    double fps = 0.5;              // of them, a virtual second
+    std::string centre;            // PostgreSQL of a training centre; empty: nothing is sent
+    std::filesystem::path breath;  // a marker's track, breathed for longer than it is; empty: none
+    double most_slower = 1.5;      // the last ticks against the first, at the median, 90 and 99 %
     Leak leak = Leak::none;
     std::function<void(const std::string&)> say = [](const std::string&) {};
 };
@@ -32,11 +45,17 @@ struct Settings {
 struct Held {
     std::uint64_t heap_bytes = 0;  // in use, by the allocator
     std::uint64_t resident_bytes = 0;
-    int descriptors = 0, threads = 0;
+    int descriptors = 0, threads = 0, regions = 0;  // the last: of memory that are mapped
+    std::uint64_t headsets = 0;                     // made so far
+    std::uint64_t logged_bytes = 0;                 // on stderr so far, where that is a file
 };
 // process_linux.cpp
-Held heldNow();
-int openNothing();  // a descriptor that nobody closes
+// First of all: else the most that each thread's arena ever had stays resident, and hides what grows.
+void steadyHeap();
+Held heldNow(int threads);  // once no more than `threads` run, or after a while
+void mapNothing();          // some regions that nobody unmaps
+int openNothing();          // a descriptor that nobody closes
+double threadTime_us();     // of the processor, by the calling thread
 
 // Times of ticks, each with all that comes of it: device, force, session, score, record.
 class Latency {
@@ -61,7 +80,8 @@ class Latency {
 struct Counts {
     std::uint64_t attempts = 0, ticks = 0, hits = 0, cuts = 0, wrong_cuts = 0, holds = 0, incisions = 0,
                   guided = 0, faults = 0, rearmed = 0, commands = 0, pulses = 0, bookmarks = 0, hints = 0,
-                  alerts = 0, pictures = 0, replayed = 0, stored = 0;
+                  alerts = 0, pictures = 0, frames = 0, headsets = 0, sounds = 0, retries = 0, sent = 0,
+                  unsent = 0, recordings = 0, said = 0, replayed = 0, stored = 0;
     std::array<std::uint64_t, 5> tools{};  // ticks with each in hand
     double contrast_ml = 0.0;
     std::vector<std::string> insane;  // results that cannot be

@@ -1,9 +1,11 @@
-// stylet-soak [--ticks N] [--seed N] [--spacing-mm MM] [--machines] [--out FILE.json]: see soak.h. Exit 1
-// where something grew, was slower, or came out otherwise.
+// stylet-soak [--ticks N] [--seed N] [--spacing-mm MM] [--pictures] [--centre] [--breath FILE.csv]
+// [--out FILE.json]: see soak.h. Exit 1 where something grew, was slower, or came out otherwise.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <optional>
 
 #include "tests/bench/soak.h"
+#include "tests/support/postgres.h"
 #include "tests/support/temp_folder.h"
 
 int main(int argc, char** argv) {
@@ -12,10 +14,13 @@ int main(int argc, char** argv) {
     double ticks = 1e8, spacing_mm = 3.0;
     soak::Settings settings;
     std::string out;
+    bool centre = false;
     app.add_option("--ticks", ticks, "at least so many")->check(CLI::Range(1.0, 1e12));
     app.add_option("--seed", settings.seed, "of the patient and the hands");
     app.add_option("--spacing-mm", spacing_mm, "of the reference patient")->check(CLI::Range(1.0, 10.0));
-    app.add_flag("--machines", settings.machines, "pictures of ultrasound and X-ray too: needs Vulkan");
+    app.add_flag("--pictures", settings.pictures, "the room in the mock runtime's headset too: needs Vulkan");
+    app.add_flag("--centre", centre, "send to a PostgreSQL of its own too: needs the server's programs");
+    app.add_option("--breath", settings.breath, "a marker's track, breathed for longer than it is");
     app.add_option("--out", out, "the figures, as JSON");
     CLI11_PARSE(app, argc, argv);
     settings.ticks = std::uint64_t(ticks);
@@ -24,6 +29,8 @@ int main(int argc, char** argv) {
     try {
         const test::TempFolder folder;
         settings.folder = folder.path();
+        std::optional<test::Postgres> postgres;
+        if (centre) settings.centre = postgres.emplace().url();
         const soak::Result result = soak::soak(settings);
         std::fputs(soak::reportOf(result).c_str(), stdout);
         if (!out.empty()) soak::writeJson(result, settings, out);

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "patient/patient.h"
+#include "patient/whole_file.h"
 
 #ifdef __SANITIZE_ADDRESS__
 // fontconfig keeps its font patterns until the process ends, out of the leak checker's sight.
@@ -201,9 +202,8 @@ void Canvas::pixels(std::vector<std::uint8_t>& rgba) const {
 }
 
 void Canvas::savePng(const std::filesystem::path& file) const {
-    const cairo_status_t status = cairo_surface_write_to_png(impl_->surface.get(), file.c_str());
-    if (status != CAIRO_STATUS_SUCCESS)
-        throw patient::DataError(file, "file", cairo_status_to_string(status));
+    const std::vector<std::uint8_t> bytes = png();
+    patient::writeWholeFile(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 std::vector<std::uint8_t> Canvas::png() const {

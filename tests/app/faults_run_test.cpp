@@ -1,7 +1,7 @@
 // Whole programs in rough surroundings. Each cell of the matrix that is printed at the end says what was done
-// to which program and what has to come of it: words with file and reason, an exit status, nothing stored
-// lost, and a next start that works. Moments are forced: a signal waits for words, for files, or for a pipe
-// that nobody reads.
+// to which program and what has to come of it (build/PRESET/faults.md): words with file and reason, an exit
+// status, nothing stored lost, and a next start that works. Moments are forced: a signal waits for words, for
+// files, or for a pipe that nobody reads.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -39,7 +39,8 @@ const std::vector<Row> kElsewhere{
     {"stylet run", "SIGKILL at any instant", "StoreRun.KilledItLeavesWholeFramesOrNothing"},
     {"stylet run", "SIGTERM, SIGHUP, SIGQUIT, SIGTSTP with a device",
      "FalconRun.ASignalWhileItPushesEndsInZero"},
-    {"stylet run", "device, headset, display, runtime lost", "DeviceRun, HeadsetRun, WindowRun, RunPictures"},
+    {"stylet run", "device, headset, display, runtime lost",
+     "DeviceRun, HeadsetRun, WindowRun, RunWithPictures.ADeviceThatIsLost..."},
     {"stylet run", "stale or damaged paths.json", "Run.StoredPathsOfAnotherTable..."},
     {"stylet run", "folder that cannot be made, bad scenario", "Run.AFolderThat..., Run.ABadScenario..."},
     {"stylet records", "a real disk that is full", "DiskFull.OfARealDisk, DiskFull.DeletingMakesRoom"},
@@ -60,6 +61,19 @@ class PrintMatrix : public testing::Environment {
             print(row, row.failed ? "FAILED" : "ok");
         for (const Row& row : kElsewhere)
             print(row, "see");
+        std::ofstream table(STYLET_MATRIX);
+        table << "# Fault matrix\n\nWhole programs in rough surroundings, as faults_run_test found them: "
+                 "what was "
+                 "done to which, and what comes of it.\n\n| program | fault | what happens | shown |\n"
+                 "|---|---|---|---|\n";
+        const auto line = [&](const Row& row, const std::string& outcome, const std::string& shown) {
+            table << "| " << row.program << " | " << row.fault << " | " << outcome << " | " << shown
+                  << " |\n";
+        };
+        for (const Row& row : matrix)
+            line(row, row.outcome, row.failed ? "**FAILED**" : "ok");
+        for (const Row& row : kElsewhere)
+            line(row, "see the test", "`" + row.outcome + "`");
     }
 };
 const auto* const kPrinted = testing::AddGlobalTestEnvironment(new PrintMatrix);
@@ -214,6 +228,24 @@ class FaultsRun : public testing::Test {
     static inline std::string variables_, within_, hash_, said_, err_;
     Row row_;
 };
+
+// "Suite.Name, Suite.Beginning..., Suite"
+TEST(FaultMatrix, TestsElsewhereAreThere) {
+    std::string tests;
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(STYLET_SOURCE_DIR) / "tests"))
+        if (entry.path().extension() == ".cpp") tests += textOf(entry.path());
+    for (const Row& row : kElsewhere) {
+        std::string names = row.outcome + ",";
+        for (std::size_t end; (end = names.find(',')) != std::string::npos; names.erase(0, end + 2)) {
+            const std::string name = names.substr(0, names.find("...") < end ? names.find("...") : end);
+            const std::size_t dot = name.find('.');
+            const std::string begin = dot == std::string::npos
+                                          ? "(" + name + ", "
+                                          : "(" + name.substr(0, dot) + ", " + name.substr(dot + 1);
+            EXPECT_NE(tests.find(begin), std::string::npos) << row.program << ": " << name;
+        }
+    }
+}
 
 TEST_F(FaultsRun, NoHome) {
     cell("stylet run", "no HOME, or no environment at all", "works, cache in the temporary folder");

@@ -153,7 +153,7 @@ TEST_F(StudyRun, ALostRankLeavesWhatIsFinished) {
     ASSERT_EQ(whole.status, 0) << whole.text;
     // The second of four ranks hangs, writing its first block into a pipe that nobody reads, and is killed
     // there, when the first rank has a block.
-    const fs::path out = *folder_ / "lost", pipe = out / "two/blocks/000000.results.part";
+    const fs::path out = *folder_ / "lost", pipe = out / "two/blocks/000000.results.new";
     fs::create_directories(pipe.parent_path());
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     const fs::path block = out / "one/blocks/000000.results";

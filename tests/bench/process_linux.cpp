@@ -19,8 +19,6 @@ namespace stylet::soak {
 
 namespace {
 
-constexpr int kPatience_ms = 1000;
-
 int entriesOf(const char* folder) {
     int count = 0;
     for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder))
@@ -34,9 +32,9 @@ void steadyHeap() {
     mallopt(M_ARENA_MAX, 2);
 }
 
-Held heldNow(int threads) {
-    // One that has said its last may still be on its way out.
-    for (int ms = 0; threads > 0 && entriesOf("/proc/self/task") > threads && ms < kPatience_ms; ++ms)
+Held heldNow(int threads, std::chrono::milliseconds patience) {
+    const auto end = std::chrono::steady_clock::now() + patience;
+    while (threads > 0 && entriesOf("/proc/self/task") > threads && std::chrono::steady_clock::now() < end)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     Held held;
     malloc_trim(0);  // what was freed is not held

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -37,6 +38,7 @@ struct Settings {
     std::string centre;            // PostgreSQL of a training centre; empty: nothing is sent
     std::filesystem::path breath;  // a marker's track, breathed for longer than it is; empty: none
     double most_slower = 1.5;      // the last ticks against the first, at the median, 90 and 99 %
+    std::chrono::milliseconds patience{20'000};  // for a thread that has said its last, and is on its way out
     Leak leak = Leak::none;
     std::function<void(const std::string&)> say = [](const std::string&) {};
 };
@@ -52,10 +54,10 @@ struct Held {
 // process_linux.cpp
 // First of all: else the most that each thread's arena ever had stays resident, and hides what grows.
 void steadyHeap();
-Held heldNow(int threads);  // once no more than `threads` run, or after a while
-void mapNothing();          // some regions that nobody unmaps
-int openNothing();          // a descriptor that nobody closes
-double threadTime_us();     // of the processor, by the calling thread
+Held heldNow(int threads, std::chrono::milliseconds patience);  // waits until no more than those run
+void mapNothing();                                              // some regions that nobody unmaps
+int openNothing();                                              // a descriptor that nobody closes
+double threadTime_us();                                         // of the processor, by the calling thread
 
 // Times of ticks, each with all that comes of it: device, force, session, score, record.
 class Latency {

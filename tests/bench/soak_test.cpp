@@ -38,6 +38,7 @@ Soaked soaked(Leak leak, std::size_t scenarios, bool everything = false) {
     settings.folder = folder.path();
     settings.most_slower = 3.0;  // on a machine that does something else besides
     settings.leak = leak;
+    if (leak == Leak::thread) settings.patience = std::chrono::milliseconds(100);
     settings.scenarios = scenarios;
     Soaked s{soak(settings), ""};
     for (const std::string& line : complaintsOf(s.result, settings))

@@ -102,7 +102,9 @@ void addCheck(CLI::App& app) {
     command->add_option("--spacing-mm", o->spacing_mm, "their voxel size")
         ->needs(seeds)
         ->check(CLI::Range(0.5, 5.0));
-    command->add_option("--threads", o->threads)->check(CLI::Range(1, 64))->capture_default_str();
+    command->add_option("--threads", o->threads, "does not change the result")
+        ->check(CLI::Range(1, 64))
+        ->capture_default_str();
     command->callback([o] {
         if (o->patient.empty() && o->seeds.empty()) throw CLI::RequiredError("a patient's folder or --seeds");
         if (!check(*o)) throw CLI::RuntimeError(1);

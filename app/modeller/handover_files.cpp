@@ -5,7 +5,7 @@
 #include <fstream>
 #include <optional>
 
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 #include "app/modeller/image_handover.h"
 
 namespace stylet::modeller {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 #include "patient/volume.h"
 
 namespace stylet::modeller {

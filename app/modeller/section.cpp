@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 #include "app/modeller/import_body.h"
 #include "app/modeller/import_map.h"
 #include "patient/patient.h"

@@ -38,8 +38,7 @@ struct MetricRow {
     double value = 0.0, points = 0.0, most_points = 0.0;
 };
 
-// kind: tool, step, contact, risk, near_miss, cut, bookmark, comment, injected, pause, fault, breath,
-// difficulty, rest, retry (from where).
+// kind: one of training::kEventKinds (app/training/progress.h).
 struct EventRow {
     std::uint64_t tick = 0;
     std::string kind, text;

@@ -226,7 +226,7 @@ void addList(Page& page, const Table& table) {
 // What the program that makes this page knows of the metrics; a record may have others.
 Table meaningTable(const records::AttemptResult& result) {
     Table table;
-    table.caption = "What each metric means";
+    table.caption = "What each metric means; its source as in metrics.md and model.md of the user's guide";
     table.head = {"Metric", "What", "Best", "Worst", "Source"};
     table.number = {false, false, true, true, false};
     for (const training::Metric& metric : training::metricTable())

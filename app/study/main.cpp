@@ -28,7 +28,9 @@ static int program(int argc, char** argv) {
         command->add_option("--breaths", o.plan.breaths, "rate the paths anew in so many phases of a breath")
             ->check(CLI::Range(5, 100))
             ->each(asked);
-        command->add_option("--threads", o.plan.threads)->check(CLI::Range(1, 256))->capture_default_str();
+        command->add_option("--threads", o.plan.threads, "of each process; they do not change the result")
+            ->check(CLI::Range(1, 256))
+            ->capture_default_str();
     };
     const auto steered = [&](CLI::App* command) {
         command->add_option("--paths", o.most_paths, "the best so many of each pair; 0: all");

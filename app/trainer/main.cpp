@@ -59,7 +59,8 @@ void addHand(CLI::App& run, stylet::trainer::RunOptions& o) {
 }
 
 void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
-    CLI::App* run = app.add_subcommand("run", "a scripted attempt: patient, needle, pictures, summary");
+    CLI::App* run = app.add_subcommand(
+        "run", "an attempt: a scripted hand's, or yours on a device; pictures, record, summary");
     run->add_option("--scenario", o.scenario, "name in assets/scenarios, or a .toml file")
         ->default_str("demo");
     run->add_option("--from", o.from,

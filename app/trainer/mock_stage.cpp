@@ -2,9 +2,9 @@
 
 #include <cstdlib>
 
-#include <unistd.h>
 #include <nlohmann/json.hpp>
 
+#include "app/trainer/platform_linux.h"
 #include "app/trainer/runtime_manifest.h"
 #include "patient/package.h"
 #include "patient/whole_file.h"
@@ -54,8 +54,8 @@ MockStage::MockStage(const MockSettings& settings, const patient::Pose& stage_fr
     if (!mockRuntimeChosen()) return;
     std::filesystem::path scenario = settings.scenario;
     if (scenario.empty() && !std::getenv(kScenario)) {
-        written_ =
-            std::filesystem::temp_directory_path() / ("stylet-head-" + std::to_string(getpid()) + ".json");
+        written_ = std::filesystem::temp_directory_path() /
+                   ("stylet-head-" + std::to_string(processNumber()) + ".json");
         writeHeadScript(written_, stage_from_patient, path);
         scenario = written_;
     }

@@ -182,6 +182,10 @@ std::uint64_t buildMark() noexcept {
     return mark;
 }
 
+std::uint64_t processNumber() noexcept {
+    return std::uint64_t(getpid());
+}
+
 double sinceStart_s() {
     std::ifstream file("/proc/self/stat");
     std::string text((std::istreambuf_iterator<char>(file)), {});

@@ -1,5 +1,4 @@
-// What the trainer asks of the operating system; the frames ask it for an environment and a process number
-// besides.
+// What the trainer asks of the operating system; the frames set an environment besides.
 #pragma once
 
 #include <cstdint>
@@ -48,6 +47,8 @@ void setEnvironment(const char* name, const std::string& value);
 
 // Tells this build of the program from every other: the linker's build id. 0 where it left none.
 std::uint64_t buildMark() noexcept;
+// Of this run of the program: no other has it meanwhile.
+std::uint64_t processNumber() noexcept;
 // Since the program began, to a hundredth. 0 where the system does not say.
 double sinceStart_s();
 

@@ -1,4 +1,4 @@
-// `stylet run`: a scripted attempt from patient to summary.
+// `stylet run`: an attempt from patient to summary, by a scripted hand or by the user's own on a device.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,7 @@
 #include "app/trainer/session.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
@@ -99,6 +100,7 @@ void Session::watchInstructor(const TickRecord& record) {
 }
 
 void Session::note(std::string kind, std::string text) {
+    assert(training::isEventKind(kind));
     if (kind == "bookmark" && record_) record_->bookmark({log_.last_tick, text});
     log_.events.push_back({log_.last_tick, std::move(kind), std::move(text)});
     if (noted_) noted_(log_);

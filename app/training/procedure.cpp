@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <cstdio>
 #include <glm/common.hpp>
@@ -303,6 +304,7 @@ void Procedure::tell(const TickOutput& now) {
 }
 
 void Procedure::say(std::uint64_t tick, const char* kind, std::string text) {
+    assert(isEventKind(kind));
     events_.push_back({tick, kind, std::move(text)});
 }
 

@@ -2,6 +2,8 @@
 // ticks (procedure.h), never hashed.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -46,11 +48,20 @@ struct Progress {
 };
 static_assert(std::is_trivially_copyable_v<Progress>);
 
+// Every kind of event that there is; the guide's records.md says what each tells (a test compares them). The
+// last seven are not the procedure's: what an instructor did, then a rest suggested, and from where a retry
+// began.
+inline constexpr std::array<std::string_view, 15> kEventKinds{
+    "tool",     "step",  "contact",  "risk",    "near_miss",  "cut",  "breath", "fault",
+    "injected", "pause", "bookmark", "comment", "difficulty", "rest", "retry"};
+constexpr bool isEventKind(std::string_view kind) {
+    return std::find(kEventKinds.begin(), kEventKinds.end(), kind) != kEventKinds.end();
+}
+
 // Something that happened, for log, record and report.
 struct SessionEvent {
     std::uint64_t tick = 0;
-    std::string kind;  // "tool", "step", "contact", "risk", "near_miss", "cut", "breath", "fault";
-                       // an instructor's: "injected", "pause", "bookmark", "comment"
+    std::string kind;  // one of kEventKinds
     std::string text;
 };
 

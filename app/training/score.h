@@ -1,5 +1,5 @@
-// The score: every metric of model.md section 9 in one table (README.md shows the same one), and the total it
-// gives. Pure functions.
+// The score: every metric of model.md section 9 in one table (the guide's metrics.md shows it too), and the
+// total it gives. Pure functions.
 //
 // A metric earns its weight in full at its best value, nothing at its worst, a share of it between. What it
 // earns counts in the share of the procedure that was done (metric "procedure"), so that who does nothing is

@@ -1,5 +1,5 @@
 // A device and the hand on it, as physics: what the force does to them comes back as motion. For rehearsing
-// without hardware and for the stability campaign (tests/bench/stress.h).
+// without hardware and for the stability campaign (tests/bench/stress_case.h, stress_run.h).
 //
 //   m a = F_motor + w + k (x_want - x) + b_hand (v_want - v) - b_phys v - f_c v/|v|
 //

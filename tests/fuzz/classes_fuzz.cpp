@@ -4,7 +4,7 @@
 #include <string>
 
 #include "app/modeller/build/classes.h"
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 
 // Thresholds that rise or an ImportError; what is taken is written so that it is taken again.
 // HZ-RECORD-14

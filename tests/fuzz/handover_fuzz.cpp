@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 #include "app/modeller/handover_files.h"
 #include "scratch_file.h"
 

@@ -27,7 +27,7 @@ TEST(ClipFromEye, MapsTheFieldOfViewOntoTheTarget) {
     }
     EXPECT_NEAR(ndc(0, 0, 0.05).z, 1.0, 1e-12);
     EXPECT_NEAR(ndc(0, 0, 20.0).z, 0.0, 1e-12);
-    // volume.frag's inverse of the depth.
+    // composite.frag's inverse of the depth.
     const double d = ndc(0, 0, 0.7).z;
     EXPECT_NEAR(0.05 * 20.0 / (0.05 + d * (20.0 - 0.05)), 0.7, 1e-12);
 }

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 #include "app/modeller/voxel_tools.h"
 #include "patient/package.h"
 

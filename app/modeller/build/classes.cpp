@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 
 namespace stylet::modeller {
 

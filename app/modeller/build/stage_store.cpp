@@ -8,7 +8,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 #include "app/modeller/slices.h"
 #include "patient/nifti.h"
 #include "patient/toml_reader.h"

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <string>
 
+#include "app/training/progress.h"
 #include "tests/app/trainer/assets.h"
 
 namespace stylet::training {
@@ -131,6 +132,22 @@ TEST(Score, TheDocumentedTableIsTheOneThatCounts) {
         EXPECT_EQ(rows[i], row.str());
         EXPECT_TRUE(ids.insert(m.id).second) << m.id;
     }
+}
+
+// The names in the row `kind` of the guide's table of events.
+TEST(Progress, TheDocumentedEventsAreThoseThereAre) {
+    std::ifstream page(test::assets().parent_path() / "packaging" / "guide" / "records.md");
+    ASSERT_TRUE(page);
+    std::string row;
+    for (bool events = false; std::getline(page, row) && !(events && row.starts_with("| `kind` |"));)
+        events = events || row == "## `event`";
+    ASSERT_TRUE(page) << "no row of kinds";
+    std::vector<std::string> told;
+    std::string name;
+    std::istringstream cells(row.substr(row.find("| ", 2)));
+    for (bool inside = false; std::getline(cells, name, '`'); inside = !inside)
+        if (inside) told.push_back(name);
+    EXPECT_EQ(told, (std::vector<std::string>(kEventKinds.begin(), kEventKinds.end())));
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 
 namespace stylet::modeller {
 namespace {

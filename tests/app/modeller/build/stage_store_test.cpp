@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 #include "app/modeller/import_map.h"
 #include "patient/nifti.h"
 #include "tests/support/temp_folder.h"

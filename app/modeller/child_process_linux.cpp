@@ -1,4 +1,4 @@
-#include "app/modeller/child_process.h"
+#include "app/modeller/child_process_linux.h"
 
 #include <fcntl.h>
 #include <poll.h>

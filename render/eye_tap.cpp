@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 
+#include "render/guarded.h"
 #include "render/memory.h"
 
 namespace stylet::render {
@@ -21,15 +22,6 @@ const ImageState kFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2:
                         vk::AccessFlagBits2::eNone};
 const ImageState kWritten{vk::ImageLayout::eTransferDstOptimal, vk::PipelineStageFlagBits2::eTransfer,
                           vk::AccessFlagBits2::eTransferWrite};
-
-template <typename F>
-auto guarded(F&& f) {
-    try {
-        return f();
-    } catch (const vk::Error& e) {
-        throw GpuError(e.what());
-    }
-}
 
 vk::Extent2D shrunk(const StereoTarget& target, std::uint32_t most_pixels) {
     const std::uint32_t longer = std::max(target.width, target.height);

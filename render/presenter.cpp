@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "render/guarded.h"
 #include "render/memory.h"
 
 namespace stylet::render {
@@ -16,15 +17,6 @@ const ImageState kWritten{vk::ImageLayout::eTransferDstOptimal, kTransfer,
                           vk::AccessFlagBits2::eTransferWrite};
 const ImageState kRead{vk::ImageLayout::eTransferSrcOptimal, kTransfer, vk::AccessFlagBits2::eTransferRead};
 const ImageState kPresented{vk::ImageLayout::ePresentSrcKHR, vk::PipelineStageFlagBits2::eNone, {}};
-
-template <typename F>
-auto guarded(F&& f) {
-    try {
-        return f();
-    } catch (const vk::Error& e) {
-        throw GpuError(e.what());
-    }
-}
 
 // Scaled in linear light where the surface is sRGB; else the bytes go as they are.
 vk::SurfaceFormatKHR chooseFormat(const std::vector<vk::SurfaceFormatKHR>& offered) {

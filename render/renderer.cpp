@@ -9,6 +9,7 @@
 #include "render/descriptors.h"
 #include "render/eye_passes.h"
 #include "render/frame_bindings.h"
+#include "render/guarded.h"
 #include "render/pipelines.h"
 #include "render/room/room.h"
 #include "render/shaders.h"
@@ -36,16 +37,6 @@ const ImageState kDepthRead{
     vk::ImageLayout::eShaderReadOnlyOptimal,
     vk::PipelineStageFlagBits2::eFragmentShader | vk::PipelineStageFlagBits2::eComputeShader,
     vk::AccessFlagBits2::eShaderSampledRead};
-
-// Calls f and turns Vulkan's exceptions into the module's own.
-template <typename F>
-auto guarded(F&& f) {
-    try {
-        return f();
-    } catch (const vk::Error& e) {
-        throw GpuError(e.what());
-    }
-}
 
 // Outside the volume lies clear air.
 constexpr auto kClearAir = vk::SamplerAddressMode::eClampToBorder;
@@ -621,10 +612,6 @@ ScreenPlaces Renderer::screenPlaces(const RenderScene& scene) const {
 
 const std::vector<std::string>& Renderer::notes() const {
     return impl_->notes;
-}
-
-void Renderer::forgetTargets() {
-    impl_->eye_passes.forget();
 }
 
 std::array<Image, 2> Renderer::drawToImages(const RenderScene& scene, const std::array<View, 2>& views,

@@ -64,10 +64,9 @@ class Renderer {
     ScreensSeen screensSeen(const RenderScene&, const std::array<View, 2>&) const;
     // Where the screens of such a room are.
     ScreenPlaces screenPlaces(const RenderScene&) const;
-    // Draws and waits for the GPU. Frame thread.
+    // Draws and waits for the GPU. Frame thread. An image that was drawn to is remembered by its handle: it
+    // must live for as long as this does.
     RenderStats draw(const RenderScene&, const std::array<View, 2>&, const StereoTarget&);
-    // Before an image that was drawn to is destroyed.
-    void forgetTargets();
     // The same into images of the renderer's own, read back: tests, benches, the README's picture.
     std::array<Image, 2> drawToImages(const RenderScene&, const std::array<View, 2>&, std::uint32_t width,
                                       std::uint32_t height, RenderStats* stats = nullptr,

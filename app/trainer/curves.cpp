@@ -4,7 +4,7 @@
 
 #include "app/installation.h"
 #include "app/trainer/platform_linux.h"
-#include "app/trainer/run.h"
+#include "app/trainer/scenario.h"
 #include "app/trainer/two_fasciae.h"
 
 namespace stylet::trainer {

@@ -13,7 +13,7 @@
 #include "app/trainer/patient_source.h"
 #include "app/trainer/pictures.h"
 #include "app/trainer/platform_linux.h"
-#include "app/trainer/run.h"
+#include "app/trainer/scenario.h"
 
 namespace stylet::trainer {
 

@@ -16,7 +16,6 @@
 #include "app/trainer/patient_source.h"
 #include "app/trainer/pictures.h"
 #include "app/trainer/platform_linux.h"
-#include "app/trainer/run.h"
 #include "patient/contrast_table.h"
 
 namespace stylet::trainer {

@@ -11,7 +11,6 @@
 #include "app/trainer/patient_source.h"
 #include "app/trainer/pictures.h"
 #include "app/trainer/platform_linux.h"
-#include "app/trainer/run.h"
 
 namespace stylet::trainer {
 

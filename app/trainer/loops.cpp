@@ -182,7 +182,25 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
     }
 }
 
-}  // namespace
+// Draws moments first, then the newest state; says so once and goes on without pictures when they are lost.
+class FrameSource {
+  public:
+    FrameSource(std::optional<Pictures> pictures, ContrastFeed& contrast)
+        : pictures_(std::move(pictures)), contrast_feed_(&contrast) {}
+    bool open() const { return pictures_.has_value(); }
+    Attention attention() const;
+    bool askedToEnd() const { return asked_to_end_; }  // by the runtime
+    void show(const Seen&, const std::string& moment);
+    void close();  // the session ends; the totals stay
+    PictureTotals totals() const { return pictures_ ? pictures_->totals() : last_; }
+
+  private:
+    std::optional<Pictures> pictures_;
+    ContrastFeed* contrast_feed_;
+    patient::ContrastTable contrast_;
+    PictureTotals last_;
+    bool asked_to_end_ = false;
+};
 
 Attention FrameSource::attention() const {
     if (!pictures_) return Attention::absent;
@@ -207,8 +225,6 @@ void FrameSource::close() {
     last_ = pictures_->totals();
     pictures_.reset();
 }
-
-namespace {
 
 // What the frame thread has hold of. It may be stuck in the runtime for good, and then outlives the attempt.
 struct FrameSide {

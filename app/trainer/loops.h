@@ -53,24 +53,4 @@ LoopTotals runRealTime(const Attempt&, Session&, std::optional<Pictures>, const 
 LoopTotals runFast(const Attempt&, Session&, std::optional<Pictures>, double fps,
                    const haptics::Clock& clock);
 
-// Draws moments first, then the newest state; says so once and goes on without pictures when they are lost.
-class FrameSource {
-  public:
-    FrameSource(std::optional<Pictures> pictures, ContrastFeed& contrast)
-        : pictures_(std::move(pictures)), contrast_feed_(&contrast) {}
-    bool open() const { return pictures_.has_value(); }
-    Attention attention() const;
-    bool askedToEnd() const { return asked_to_end_; }  // by the runtime
-    void show(const Seen&, const std::string& moment);
-    void close();  // the session ends; the totals stay
-    PictureTotals totals() const { return pictures_ ? pictures_->totals() : last_; }
-
-  private:
-    std::optional<Pictures> pictures_;
-    ContrastFeed* contrast_feed_;
-    patient::ContrastTable contrast_;
-    PictureTotals last_;
-    bool asked_to_end_ = false;
-};
-
 }  // namespace stylet::trainer

@@ -66,7 +66,6 @@ void HeadsetPanels::take(render::RenderScene& scene, const render::ScreenPlaces&
 }
 
 void HeadsetPanels::take(const std::optional<Notice>& notice, const Pose& room_from_head) {
-    notice_shown_ = false;
     if (!notice) return place_.forget();
     notice_.show(*notice);
     if (!notice_layer_) notice_layer_.emplace(*session_, *gpu_, NoticePanel::kWidth, NoticePanel::kHeight);
@@ -74,7 +73,6 @@ void HeadsetPanels::take(const std::optional<Notice>& notice, const Pose& room_f
     const double width_m = NoticePanel::width_m(NoticePlace::kDistance_m, letter_rad_);
     placed_.push_back({&*notice_layer_, place_.of(room_from_head), width_m,
                        width_m * NoticePanel::kHeight / NoticePanel::kWidth, false});
-    notice_shown_ = true;
 }
 
 bool HeadsetPanels::sees(const Vec3& stage_entry_m, const Pose& room_from_head) {

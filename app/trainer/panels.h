@@ -60,7 +60,6 @@ class HeadsetPanels {
     void take(const std::optional<Alert>&, const std::array<render::View, 2>&);
     // What xr::Session::endFrame is to show of it. Valid until the next take().
     std::span<const xr::ShownPanel> shown(const patient::Pose& stage_from_room);
-    bool noticeShown() const { return notice_shown_; }
 
   private:
     struct Placed {
@@ -79,7 +78,6 @@ class HeadsetPanels {
     std::optional<PanelPlace> guide_place_;
     AlertPicture alert_;
     NoticePlace place_;
-    bool notice_shown_ = false;
     std::vector<Placed> placed_;
     std::vector<xr::ShownPanel> shown_;
 };

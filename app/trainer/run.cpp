@@ -3,19 +3,21 @@
 #include <cstdio>
 #include <cstdlib>
 #include <glm/geometric.hpp>
-#include <set>
 
 #include "app/installation.h"
 #include "app/trainer/force_feed.h"
 #include "app/trainer/hand.h"
 #include "app/trainer/keeper.h"
 #include "app/trainer/live_hand.h"
+#include "app/trainer/loops.h"
 #include "app/trainer/mouse_hand.h"
 #include "app/trainer/patient_source.h"
 #include "app/trainer/platform_linux.h"
 #include "app/trainer/reference_path.h"
 #include "app/trainer/rest.h"
+#include "app/trainer/results.h"
 #include "app/trainer/retry.h"
+#include "app/trainer/scenario.h"
 #include "app/trainer/sound/sounds.h"
 #include "app/trainer/staging.h"
 #include "app/trainer/tipped_device.h"
@@ -72,16 +74,6 @@ records::AttemptInfo attemptInfo(const RunOptions& options, const AttemptFacts& 
     info.device_gain = gain;
     if (registration) info.registration_rms_m = registration->fre_m;
     return info;
-}
-
-std::string scenariosIn(const std::filesystem::path& folder) {
-    std::set<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.path().extension() == ".toml") names.insert(entry.path().stem().string());
-    std::string list;
-    for (const std::string& name : names)
-        list += (list.empty() ? "" : ", ") + name;
-    return list;
 }
 
 bool isLive(const RunOptions& options) {
@@ -315,13 +307,6 @@ std::string scenarioOf(const Retry& retry) {
 }
 
 }  // namespace
-
-std::filesystem::path scenarioFile(const std::string& name) {
-    if (name.ends_with(".toml")) return name;
-    const std::filesystem::path folder = assetsFolder() / "scenarios", file = folder / (name + ".toml");
-    if (std::filesystem::exists(file)) return file;
-    throw DataError(folder, "scenario \"" + name + "\"", "not among: " + scenariosIn(folder));
-}
 
 std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::PlannedPath& path,
                                     const RunOptions& options, const std::string& rearm_act,

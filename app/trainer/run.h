@@ -6,9 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "app/trainer/loops.h"
-#include "app/trainer/results.h"
-#include "app/trainer/scenario.h"
+#include "app/trainer/attempt.h"
+#include "app/trainer/pictures.h"
 #include "haptics/devices/devices.h"
 
 namespace stylet::trainer {
@@ -54,9 +53,6 @@ struct RunOptions {
 
 // The exit status of the command. Throws patient::DataError.
 int run(const RunOptions&);
-
-// A name in assets/scenarios, or a file. Throws patient::DataError that lists the names there are.
-std::filesystem::path scenarioFile(const std::string& name);
 
 // Pictures as asked for, or a line on stderr that says why there are none and what happens instead.
 std::optional<Pictures> picturesFor(const Attempt&, const patient::PlannedPath&, const RunOptions&,

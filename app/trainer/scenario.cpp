@@ -6,9 +6,11 @@
 #include <cmath>
 #include <fstream>
 #include <initializer_list>
+#include <set>
 #include <sstream>
 #include <string_view>
 
+#include "app/installation.h"
 #include "patient/patient.h"
 
 namespace stylet::trainer {
@@ -229,7 +231,24 @@ toml::table parse(std::string_view text, const std::filesystem::path& file) {
     }
 }
 
+std::string scenariosIn(const std::filesystem::path& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().extension() == ".toml") names.insert(entry.path().stem().string());
+    std::string list;
+    for (const std::string& name : names)
+        list += (list.empty() ? "" : ", ") + name;
+    return list;
+}
+
 }  // namespace
+
+std::filesystem::path scenarioFile(const std::string& name) {
+    if (name.ends_with(".toml")) return name;
+    const std::filesystem::path folder = assetsFolder() / "scenarios", file = folder / (name + ".toml");
+    if (std::filesystem::exists(file)) return file;
+    throw DataError(folder, "scenario \"" + name + "\"", "not among: " + scenariosIn(folder));
+}
 
 Scenario loadScenario(const std::filesystem::path& toml) {
     std::error_code error;

@@ -75,6 +75,8 @@ struct Scenario {
     friend bool operator==(const Scenario&, const Scenario&) = default;
 };
 
+// A name in assets/scenarios, or a file. Throws patient::DataError that lists the names there are.
+std::filesystem::path scenarioFile(const std::string& name);
 // Throws patient::DataError: file, field, reason. Reads the recording it names too.
 Scenario loadScenario(const std::filesystem::path& toml);
 // The same by its contents, without the recording; `file` is named when they are refused.

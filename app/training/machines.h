@@ -22,7 +22,6 @@ struct Knob {
     std::string_view what;  // for a person
     double low = 0.0, high = 1.0;
     double step = 1.0;
-    double at_first = 0.0;
 };
 
 // In the order of their numbers in commands: append, never insert.

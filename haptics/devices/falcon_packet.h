@@ -19,10 +19,8 @@ using Packet = std::array<std::uint8_t, kPacketBytes>;
 // The colours are those of libnifalcon's code; its comments disagree (unproven).
 enum Led : std::uint8_t { kLedGreen = 0x02, kLedBlue = 0x04, kLedRed = 0x08 };
 enum Button : std::uint8_t {
-    kButtonRight = 0x01,    // plus
-    kButtonForward = 0x02,  // lightning
+    kButtonRight = 0x01,  // plus
     kButtonCentre = 0x04,
-    kButtonLeft = 0x08,  // minus
 };
 inline constexpr std::uint8_t kHomedAll = 0x7;  // top, right, left encoder
 

@@ -6,7 +6,6 @@ namespace {
 // Of assets/generate/instruments.py and hand.py.
 constexpr double kNeedleRadius_m = 0.00075, kNeedleBore_m = 0.00055, kNeedleLength_m = 0.150;
 constexpr double kHubRadius_m = 0.0045, kHubLength_m = 0.019;
-constexpr double kWireRadius_m = 0.00044;
 // Piezoceramic, matching layers and backing under the lens, as one.
 constexpr double kTransducerPerM = 150.0;
 constexpr double kBonePerM = 45.0;
@@ -44,12 +43,6 @@ void addFinger(const Pose& pose, std::vector<XrayShape>& shapes) {
     add(pose, {0, 0, 0.008}, {0, 0, 0.090}, {.radius_m = 0.008, .per_m = kFleshPerM}, shapes);
     for (const double begin_m : {0.006, 0.029, 0.055})
         add(pose, {0, 0, begin_m}, {0, 0, begin_m + 0.020}, {.radius_m = 0.0038, .per_m = kBonePerM}, shapes);
-}
-
-void addGuideWire(std::span<const Vec3> points_m, std::vector<XrayShape>& shapes) {
-    for (std::size_t i = 1; i < points_m.size(); ++i)
-        shapes.push_back(
-            {.begin_m = points_m[i - 1], .end_m = points_m[i], .radius_m = kWireRadius_m, .chained = i > 1});
 }
 
 }  // namespace stylet::render

@@ -32,7 +32,5 @@ void addNeedle(const Pose& patient_from_needle, bool stylet_in, std::vector<Xray
 void addProbe(const Pose& patient_from_probe, std::vector<XrayShape>& shapes);
 void addScalpel(const Pose& patient_from_scalpel, std::vector<XrayShape>& shapes);
 void addFinger(const Pose& patient_from_finger, std::vector<XrayShape>& shapes);
-// A wire through these points of the patient as he is now; 0.035 inch.
-void addGuideWire(std::span<const Vec3> points_m, std::vector<XrayShape>& shapes);
 
 }  // namespace stylet::render

@@ -249,8 +249,8 @@ Built build(const BuildSettings& settings) {
     referenceBreath(settings.reference_phase);
     const auto say = [&](std::string_view stage, double share) {
         if (settings.cancelled && settings.cancelled())
-            throw Cancelled("cancelled before " + std::string(stage) +
-                            "; the same command goes on from there");
+            throw std::runtime_error("cancelled before " + std::string(stage) +
+                                     "; the same command goes on from there");
         if (settings.progress) settings.progress(stage, share);
     };
     const double steps = double(stages().size()) + 3.0;

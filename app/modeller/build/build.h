@@ -25,16 +25,11 @@ struct BuildSettings {
     patient::TissueDefaults defaults;  // force table; thresholds are replaced by this CT's own
     ReaderLimits reader;
     std::function<void(std::string_view stage, double fraction)> progress;
-    std::function<bool()> cancelled;  // asked between stages; Cancelled is thrown
+    std::function<bool()> cancelled;  // asked between stages: true ends it
 };
 
 // Of the reference patients that stand in where no atlas is named. No report is made on them.
 inline constexpr std::uint64_t kAtlasSeeds[] = {101, 102, 103, 104};
-
-class Cancelled : public std::runtime_error {
-  public:
-    using std::runtime_error::runtime_error;
-};
 
 struct StageReport {
     std::string name;
@@ -53,8 +48,8 @@ struct Built {
 // In their order.
 std::vector<std::string> stageNames();
 
-// Runs every stage whose inputs are not those of its last run. Throws ImportError, patient::DataError or
-// Cancelled; what was finished stands.
+// Runs every stage whose inputs are not those of its last run. Throws ImportError, patient::DataError, or
+// std::runtime_error where it was cancelled; what was finished stands.
 Built build(const BuildSettings&);
 
 // Puts a person's labels in a stage's place. `labels` lies on the grid of the stages' ct.nii.gz and holds ids

@@ -1,0 +1,19 @@
+// Internal: where Vulkan's exceptions become the module's own.
+#pragma once
+
+#include <utility>
+
+#include "render/gpu.h"
+
+namespace stylet::render {
+
+template <typename F>
+auto guarded(F&& f) {
+    try {
+        return std::forward<F>(f)();
+    } catch (const vk::Error& e) {
+        throw GpuError(e.what());
+    }
+}
+
+}  // namespace stylet::render

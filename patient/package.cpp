@@ -108,12 +108,12 @@ std::string colourTable(const std::vector<Label>& labels) {
 }
 
 TissueDefaults loadTissueDefaults(const fs::path& toml) {
-    return parseTissueDefaults(toml, readTextFile(toml, kMaxTomlBytes));
+    return parseTissueDefaults(toml, readWholeFile(toml, kMaxTomlBytes));
 }
 
 Package loadPackage(const fs::path& folder) {
     const fs::path toml = folder / kTomlName, ct = folder / kCtName, labels = folder / kLabelsName;
-    Package p = parsePackageToml(toml, readTextFile(toml, kMaxTomlBytes));
+    Package p = parsePackageToml(toml, readWholeFile(toml, kMaxTomlBytes));
     const Grid exact = p.ct.grid;
     // Side by side: inflating the CT is most of a start.
     const bool moves = p.motion.grid.dims.x > 0;

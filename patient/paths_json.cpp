@@ -151,7 +151,7 @@ StoredPaths parsePaths(const std::filesystem::path& file, std::string_view text)
 }
 
 StoredPaths loadPaths(const std::filesystem::path& json) {
-    return parsePaths(json, readTextFile(json, kMaxBytes));
+    return parsePaths(json, readWholeFile(json, kMaxBytes));
 }
 
 void savePaths(const StoredPaths& stored, const std::filesystem::path& json) {

@@ -6,16 +6,16 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <optional>
 #include <string>
 
 #include "patient/package.h"
+#include "patient/whole_file.h"
 
 namespace stylet::patient {
 namespace {
 
-constexpr std::uintmax_t kMaxFileBytes = 16 << 20;
+constexpr std::size_t kMaxFileBytes = 16 << 20;
 constexpr std::size_t kMaxRows = 200'000;
 constexpr double kLongest_s = 3600.0, kFarthest_m = 10.0;
 constexpr double kDt_s = 0.1;
@@ -261,13 +261,7 @@ std::vector<double> closedLoop(const std::vector<double>& v, const Turns& turns)
 }  // namespace
 
 RecordedBreath loadRecordedBreath(const std::filesystem::path& csv) {
-    std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(csv, error);
-    if (error) throw DataError(csv, "file", error.message());
-    if (size > kMaxFileBytes) throw DataError(csv, "file", "larger than 16 MiB");
-    std::ifstream stream(csv, std::ios::binary);
-    const std::string text(std::istreambuf_iterator<char>(stream), {});
-    return parseRecordedBreath(text, csv);
+    return parseRecordedBreath(readWholeFile(csv, kMaxFileBytes), csv);
 }
 
 RecordedBreath parseRecordedBreath(std::string_view csv, const std::filesystem::path& file) {

@@ -1,6 +1,5 @@
 #include "patient/toml_reader.h"
 
-#include <fstream>
 #include <sstream>
 
 namespace stylet::patient {
@@ -88,19 +87,6 @@ toml::table parseToml(const std::filesystem::path& file, std::string_view text) 
     } catch (const toml::parse_error& e) {
         throw DataError(file, "line " + std::to_string(e.source().begin.line), std::string(e.description()));
     }
-}
-
-std::string readTextFile(const std::filesystem::path& file, std::size_t max_bytes) {
-    std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(file, error);
-    if (error) throw DataError(file, "file", "cannot be opened: " + error.message());
-    if (size > max_bytes)
-        throw DataError(file, "file", "larger than " + std::to_string(max_bytes) + " bytes");
-    std::string text(std::size_t(size), '\0');
-    std::ifstream in(file, std::ios::binary);
-    in.read(text.data(), std::streamsize(size));
-    if (!in) throw DataError(file, "file", "cannot be read");
-    return text;
 }
 
 }  // namespace stylet::patient

@@ -46,7 +46,5 @@ class TomlReader {
 
 // Parses text, refuses syntax errors with their line.
 toml::table parseToml(const std::filesystem::path& file, std::string_view text);
-// The whole of a text file, at most `max_bytes`.
-std::string readTextFile(const std::filesystem::path& file, std::size_t max_bytes);
 
 }  // namespace stylet::patient

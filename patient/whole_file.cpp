@@ -29,6 +29,19 @@ std::error_code tryWriting(const fs::path& file, std::string_view bytes) {
 
 }  // namespace
 
+std::string readWholeFile(const fs::path& file, std::size_t max_bytes) {
+    std::error_code error;
+    const std::uintmax_t size = fs::file_size(file, error);
+    if (error) throw DataError(file, "file", "cannot be opened: " + error.message());
+    if (size > max_bytes)
+        throw DataError(file, "file", "larger than " + std::to_string(max_bytes) + " bytes");
+    std::string bytes(std::size_t(size), '\0');
+    std::ifstream in(file, std::ios::binary);
+    in.read(bytes.data(), std::streamsize(size));
+    if (!in) throw DataError(file, "file", "cannot be read");
+    return bytes;
+}
+
 void writeFile(const fs::path& file, std::string_view bytes) {
     if (const std::error_code why = tryWriting(file, bytes)) throw refused(file, why);
 }

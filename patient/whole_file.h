@@ -1,11 +1,17 @@
-// Files that are written in one go. What is refused is a DataError that ends in the system's reason:
+// Files that are read or written in one go. What is refused is a DataError that ends in the system's reason:
 // "FILE: file: cannot be written: No space left on device".
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace stylet::patient {
+
+// Its bytes, bounded before anything is allocated: refused where it is not there, larger than `max_bytes`, or
+// cannot be read to its end.
+std::string readWholeFile(const std::filesystem::path& file, std::size_t max_bytes);
 
 // Whole or not at all: written beside `file` and renamed, so that who reads it, or comes after a stop, finds
 // all of the old one or all of the new. What is no plain file (a pipe, a link) is written into.

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
 
 #include "app/modeller/import_image.h"
 #include "patient/synth/synth.h"
+#include "patient/whole_file.h"
 
 namespace stylet::modeller {
 
@@ -57,13 +57,7 @@ const Label* findTarget(const std::string& name) {
 }
 
 LabelMap loadLabelMap(const fs::path& csv) {
-    std::ifstream in(csv, std::ios::binary);
-    if (!in) throw ImportError(csv.string() + ": cannot be opened");
-    std::string text(kMaxBytes + 1, '\0');
-    in.read(text.data(), std::streamsize(text.size()));
-    text.resize(std::size_t(in.gcount()));
-    if (text.size() > kMaxBytes) throw ImportError(csv.string() + ": too long for a label map");
-    return parseLabelMap(csv, text);
+    return parseLabelMap(csv, patient::readWholeFile(csv, kMaxBytes));
 }
 
 LabelMap parseLabelMap(const fs::path& csv, std::string_view text) {

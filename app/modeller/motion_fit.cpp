@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 
 #include "app/modeller/motion_cavity.h"
+#include "patient/whole_file.h"
 
 namespace stylet::modeller {
 
@@ -357,12 +357,8 @@ FittedMotion fitMotion(const FitSettings& settings) {
 }
 
 std::vector<Surrogate> readPhaseSignal(const std::filesystem::path& csv, std::size_t phases) {
-    std::ifstream in(csv, std::ios::binary);
-    std::string text(1 << 16, '\0');
-    in.read(text.data(), std::streamsize(text.size()));
-    if (in.gcount() == 0) throw patient::DataError(csv, "file", "cannot be read, or is empty");
-    text.resize(std::size_t(in.gcount()));
-    return parsePhaseSignal(text, csv, phases);
+    constexpr std::size_t kMaxBytes = 64 << 10;
+    return parsePhaseSignal(patient::readWholeFile(csv, kMaxBytes), csv, phases);
 }
 
 std::vector<Surrogate> parsePhaseSignal(std::string_view csv, const std::filesystem::path& file,

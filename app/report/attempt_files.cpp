@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/records/samples.h"
+#include "patient/whole_file.h"
 
 namespace stylet::report {
 
@@ -18,20 +19,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 1u << 30;        // of a file that is read whole
+constexpr std::size_t kMostBytes = 1u << 30;           // of a file that is read whole
 constexpr std::size_t kHeaderBytes = (1u << 20) + 64;  // no header of a record is longer
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
-std::string wholeFile(const fs::path& file) {
-    std::error_code error;
-    const std::uintmax_t size = fs::file_size(file, error);
-    if (error) throw DataError(file, "file", error.message());
-    if (size > kMostBytes) throw DataError(file, "file", "is larger than a gibibyte");
-    std::ifstream stream(file, std::ios::binary);
-    std::string text(std::size_t(size), '\0');
-    if (!stream.read(text.data(), std::streamsize(size))) throw DataError(file, "file", "cannot be read");
-    return text;
-}
 
 std::vector<unsigned char> beginningOf(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
@@ -214,7 +204,7 @@ void readCourse(AttemptFiles& files) {
         note(files, e);
     }
     try {
-        if (fs::exists(curve)) files.course = parseCurve(wholeFile(curve), curve);
+        if (fs::exists(curve)) files.course = parseCurve(patient::readWholeFile(curve, kMostBytes), curve);
     } catch (const DataError& e) {
         note(files, e);
     }
@@ -301,13 +291,15 @@ AttemptFiles readAttempt(const records::StoredAttempt& stored) {
         throw DataError(stored.folder, "folder",
                         "holds neither summary.json nor record/record.json: no attempt");
     try {
-        if (fs::exists(record)) files.record = records::parseInfo(wholeFile(record), record);
+        if (fs::exists(record))
+            files.record = records::parseInfo(patient::readWholeFile(record, kMostBytes), record);
     } catch (const DataError& e) {
         note(files, e);
     }
     try {
         if (fs::exists(summary))
-            files.summary = parseSummary(wholeFile(summary), summary), files.summarised = true;
+            files.summary = parseSummary(patient::readWholeFile(summary, kMostBytes), summary),
+            files.summarised = true;
     } catch (const DataError& e) {
         note(files, e);
     }

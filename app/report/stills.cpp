@@ -7,10 +7,10 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <memory>
 
 #include "patient/patient.h"
+#include "patient/whole_file.h"
 
 namespace stylet::report {
 
@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kMostPixels = 8192;  // along either side
 constexpr int kJpegQuality = 82;
-constexpr std::uintmax_t kMostBytes = 64u << 20;
+constexpr std::size_t kMostBytes = 64u << 20;
 
 struct Destroy {
     void operator()(cairo_surface_t* s) const { cairo_surface_destroy(s); }
@@ -34,15 +34,8 @@ struct Size {
 };
 
 std::vector<std::uint8_t> bytesOf(const fs::path& file) {
-    std::error_code error;
-    const std::uintmax_t size = fs::file_size(file, error);
-    if (error) throw DataError(file, "file", error.message());
-    if (size > kMostBytes) throw DataError(file, "file", "is too large for a picture");
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size)))
-        throw DataError(file, "file", "cannot be read");
-    return bytes;
+    const std::string bytes = patient::readWholeFile(file, kMostBytes);
+    return {bytes.begin(), bytes.end()};
 }
 
 // Of the IHDR chunk, which comes first; bounded before anything is decoded.

@@ -1,13 +1,11 @@
 #include "app/study/facts.h"
+#include "patient/whole_file.h"
 
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
-
-#include "patient/whole_file.h"
 
 namespace stylet::study {
 
@@ -22,7 +20,7 @@ namespace {
 constexpr const char* kPairFormat = "stylet study pair 1";
 constexpr const char* kPlanFormat = "stylet study plan 1";
 constexpr const char* kStudyFormat = "stylet study 1";
-constexpr std::uintmax_t kMaxBytes = 1 << 26;
+constexpr std::size_t kMaxBytes = 1 << 26;
 
 PackageFacts factsOfPackage(const patient::Package& p, bool (*counts)(const patient::Label&)) {
     PackageFacts f{p.name, p.licence, p.provenance, patient::segmentedShare(p), {}, p.thresholds};
@@ -61,13 +59,8 @@ Json toJson(const PackageFacts& p) {
 }
 
 Json readJson(const fs::path& file, const char* format) {
-    std::error_code error;
-    const std::uintmax_t bytes = fs::file_size(file, error);
-    if (error) throw DataError(file, "file", "cannot be read: plan and run the study first");
-    if (bytes > kMaxBytes) throw DataError(file, "file", "larger than 64 MiB");
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    Json json = Json::parse(text.str(), nullptr, false);
+    if (!fs::exists(file)) throw DataError(file, "file", "cannot be read: plan and run the study first");
+    Json json = Json::parse(patient::readWholeFile(file, kMaxBytes), nullptr, false);
     if (!json.is_object() || json.value("format", Json()) != format)
         throw DataError(file, "format", std::string("not \"") + format + "\"");
     return json;

@@ -1,11 +1,10 @@
 #include "app/study/pair.h"
+#include "patient/whole_file.h"
 
 #include <toml++/toml.h>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 namespace stylet::study {
 
@@ -19,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uintmax_t kMaxFileBytes = 1 << 20;
+constexpr std::size_t kMaxFileBytes = 1 << 20;
 constexpr std::size_t kMaxPairs = 1000;
 constexpr double kSamePlace_m = 1e-6;
 constexpr std::int16_t kOutsideBody_hu = -1024;  // what a build puts there
@@ -138,13 +137,7 @@ bool isPairName(const std::string& name) {
 }
 
 StudyFile readStudyFile(const fs::path& file) {
-    std::error_code error;
-    const std::uintmax_t bytes = fs::file_size(file, error);
-    if (error) throw DataError(file, "file", "cannot be read");
-    if (bytes > kMaxFileBytes) throw DataError(file, "file", "larger than 1 MiB");
-    std::ostringstream content;
-    content << std::ifstream(file, std::ios::binary).rdbuf();
-    return parseStudyFile(content.str(), file);
+    return parseStudyFile(patient::readWholeFile(file, kMaxFileBytes), file);
 }
 
 StudyFile parseStudyFile(std::string_view text, const fs::path& file) {

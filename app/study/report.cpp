@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 
 #include "app/study/kept.h"
@@ -10,6 +9,7 @@
 #include "app/study/report_figures.h"
 #include "app/study/report_paper.h"
 #include "app/study/report_tables.h"
+#include "patient/whole_file.h"
 
 namespace stylet::study {
 
@@ -32,8 +32,9 @@ Summary summariseWithoutBone(const std::string& name, std::vector<PathResult> re
 }
 
 std::vector<std::uint8_t> bytesOf(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
+    constexpr std::size_t kMostBytes = 64 << 20;
+    const std::string bytes = patient::readWholeFile(file, kMostBytes);
+    return {bytes.begin(), bytes.end()};
 }
 
 // ---- sections

@@ -13,6 +13,7 @@
 #include "patient/hash.h"
 #include "patient/synth/synth.h"
 #include "patient/toml_reader.h"
+#include "patient/whole_file.h"
 
 namespace stylet::trainer {
 
@@ -70,7 +71,7 @@ class KeptMark {
         : file_(request.cache / "derived" / ("mark-seed" + std::to_string(request.seed))) {
         patient::StateHash table;
         table.add(std::string_view(
-            patient::readTextFile(request.assets / "tissue" / "ptcd.toml", kMostTableBytes)));
+            patient::readWholeFile(request.assets / "tissue" / "ptcd.toml", kMostTableBytes)));
         key_ = derivedKey({request.seed, table.value()});
         const auto bytes = key_ ? loadDerived(file_, *key_) : std::nullopt;
         known_ = bytes && bytes->size() == sizeof mark_;

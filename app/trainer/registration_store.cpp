@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <glm/gtc/quaternion.hpp>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,7 @@
 #include "app/records/disk_linux.h"
 #include "patient/hash.h"
 #include "patient/package.h"
+#include "patient/whole_file.h"
 
 namespace stylet::trainer {
 
@@ -23,7 +23,7 @@ using patient::Vec3;
 namespace {
 
 constexpr int kVersion = 1;
-constexpr std::uintmax_t kMostBytes = 64 * 1024;
+constexpr std::size_t kMostBytes = 64 * 1024;
 constexpr std::size_t kMostText = 200;
 constexpr double kFarthest_m = 100.0, kUnitTolerance = 1e-6;
 
@@ -171,14 +171,7 @@ Registration parseRegistration(std::string_view text, const std::filesystem::pat
 }
 
 Registration loadRegistration(const std::filesystem::path& file) {
-    std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(file, error);
-    if (error) throw DataError(file, "file", error.message());
-    if (size > kMostBytes) throw DataError(file, "file", "longer than 64 KiB");
-    std::ifstream in(file, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
-    if (in.bad() || text.size() != size) throw DataError(file, "file", "cannot be read");
-    return parseRegistration(text, file);
+    return parseRegistration(patient::readWholeFile(file, kMostBytes), file);
 }
 
 std::string registrationText(const Registration& r) {

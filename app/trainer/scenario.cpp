@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <initializer_list>
 #include <set>
 #include <sstream>
@@ -12,6 +11,7 @@
 
 #include "app/installation.h"
 #include "patient/patient.h"
+#include "patient/whole_file.h"
 
 namespace stylet::trainer {
 
@@ -23,7 +23,7 @@ constexpr double kMaxSeconds = 600.0, kMaxDistance_mm = 500.0, kMaxSpeed_mm_s = 
 constexpr double kMaxLean_deg = 60.0, kMaxRoll_deg = 180.0, kRadPerDeg = 0.017453292519943295;
 constexpr double kMlPerM3 = 1e6;
 constexpr std::size_t kMaxStages = 200;
-constexpr std::uintmax_t kMaxFileBytes = 1 << 20;
+constexpr std::size_t kMaxFileBytes = 1 << 20;
 
 // One TOML table with its name for messages.
 struct Fields {
@@ -251,13 +251,7 @@ std::filesystem::path scenarioFile(const std::string& name) {
 }
 
 Scenario loadScenario(const std::filesystem::path& toml) {
-    std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(toml, error);
-    if (error) throw DataError(toml, "file", error.message());
-    if (size > kMaxFileBytes) throw DataError(toml, "file", "larger than 1 MiB");
-    std::ifstream stream(toml, std::ios::binary);
-    const std::string text(std::istreambuf_iterator<char>(stream), {});
-    Scenario scenario = parseScenario(text, toml);
+    Scenario scenario = parseScenario(patient::readWholeFile(toml, kMaxFileBytes), toml);
     if (!scenario.breath.recording.empty())
         breatheAsRecorded(scenario.breath, std::filesystem::path(scenario.breath.recording));
     return scenario;

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "patient/patient.h"
+#include "patient/whole_file.h"
 
 namespace stylet::haptics::falcon {
 
@@ -17,7 +18,7 @@ using patient::DataError;
 
 // The public driver's gain is thought to be off by up to four; ten says that something else is wrong.
 constexpr double kLeast = 0.1, kMost = 10.0;
-constexpr std::uintmax_t kMostBytes = 16 * 1024;
+constexpr std::size_t kMostBytes = 16 * 1024;
 constexpr std::size_t kMostText = 400;
 
 // A name that nobody has.
@@ -51,13 +52,7 @@ double fitCalibration(std::span<const CalibrationReading> readings, const std::s
 }
 
 Calibration loadCalibration(const std::filesystem::path& file) {
-    std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(file, error);
-    if (error) throw DataError(file, "calibration", error.message());
-    if (size > kMostBytes) throw DataError(file, "calibration", "longer than 16 KiB");
-    std::ifstream in(file);
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
-    return parseCalibration(text, file);
+    return parseCalibration(patient::readWholeFile(file, kMostBytes), file);
 }
 
 Calibration parseCalibration(std::string_view text, const std::filesystem::path& file) {

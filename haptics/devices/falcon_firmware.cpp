@@ -1,12 +1,12 @@
 #include "haptics/devices/falcon_firmware.h"
 
 #include <algorithm>
-#include <fstream>
 #include <initializer_list>
 #include <iterator>
 
 #include "haptics/devices/sha256.h"
 #include "patient/patient.h"
+#include "patient/whole_file.h"
 
 namespace stylet::haptics::falcon {
 
@@ -44,18 +44,10 @@ FirmwareLoader::Outcome outcomeOf(BusResult result, std::string& why, const char
 }  // namespace
 
 Firmware loadFirmwareFile(const std::filesystem::path& file) {
-    std::error_code error;
-    const std::uintmax_t size = std::filesystem::file_size(file, error);
-    if (error) throw patient::DataError(file, "firmware", error.message());
-    if (size == 0 || size > kMostBytes)
-        throw patient::DataError(file, "firmware",
-                                 "an image has 1 to 65536 bytes, not " + std::to_string(size));
+    const std::string bytes = patient::readWholeFile(file, kMostBytes);
+    if (bytes.empty()) throw patient::DataError(file, "firmware", "empty");
     Firmware firmware;
-    std::ifstream in(file, std::ios::binary);
-    firmware.image.assign(std::istreambuf_iterator<char>(in), {});
-    if (!in.good() && !in.eof()) throw patient::DataError(file, "firmware", "could not be read");
-    if (firmware.image.size() != size)
-        throw patient::DataError(file, "firmware", "changed while it was read");
+    firmware.image.assign(bytes.begin(), bytes.end());
     firmware.sha256 = sha256Of(firmware.image);
     return firmware;
 }

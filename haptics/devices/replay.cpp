@@ -7,6 +7,7 @@
 #include <string>
 
 #include "patient/patient.h"
+#include "patient/whole_file.h"
 
 namespace stylet::haptics {
 
@@ -21,7 +22,7 @@ DeviceState ReplayDevice::read(std::int64_t now_ns) noexcept {
 namespace {
 
 constexpr std::string_view kHead = "t_ns,x_m,y_m,z_m,qw,qx,qy,qz,buttons";
-constexpr std::uintmax_t kMaxBytes = std::uintmax_t(1) << 29;
+constexpr std::size_t kMaxBytes = std::size_t(1) << 29;
 constexpr std::int64_t kLongest_ns = 86'400'000'000'000;  // a day
 constexpr double kFarthest_m = 10.0;
 constexpr double kUnitTolerance = 1e-3;
@@ -106,14 +107,7 @@ Trace parseTrace(const std::filesystem::path& file, std::string_view csv) {
 }
 
 Trace loadTrace(const std::filesystem::path& csv) {
-    std::error_code missing;
-    const std::uintmax_t size = std::filesystem::file_size(csv, missing);
-    if (missing) throw patient::DataError(csv, "file", missing.message());
-    if (size > kMaxBytes) throw patient::DataError(csv, "file", "larger than 512 MiB");
-    std::string text(std::size_t(size), '\0');
-    std::ifstream in(csv, std::ios::binary);
-    if (!in.read(text.data(), std::streamsize(size))) throw patient::DataError(csv, "file", "cannot be read");
-    return parseTrace(csv, text);
+    return parseTrace(csv, patient::readWholeFile(csv, kMaxBytes));
 }
 
 void saveTrace(const Trace& trace, const std::filesystem::path& csv) {

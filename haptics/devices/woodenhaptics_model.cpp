@@ -1,11 +1,11 @@
 #include "haptics/devices/woodenhaptics_model.h"
 
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "patient/patient.h"
+#include "patient/whole_file.h"
 
 namespace stylet::haptics {
 
@@ -153,13 +153,7 @@ WoodenModel parseWoodenModel(std::string_view text, const std::filesystem::path&
 }
 
 WoodenModel loadWoodenModel(const std::filesystem::path& json) {
-    std::ifstream stream(json, std::ios::binary);
-    if (!stream) throw DataError(json, "file", "cannot be read");
-    std::string text(kMaxBytes + 1, '\0');
-    stream.read(text.data(), std::streamsize(text.size()));
-    text.resize(std::size_t(stream.gcount()));
-    if (text.size() > kMaxBytes) throw DataError(json, "file", "larger than 64 KiB");
-    return parseWoodenModel(text, json);
+    return parseWoodenModel(patient::readWholeFile(json, kMaxBytes), json);
 }
 
 }  // namespace stylet::haptics

@@ -12,7 +12,7 @@
 #include <glm/matrix.hpp>
 
 #include "patient/package.h"
-#include "render/file.h"
+#include "patient/whole_file.h"
 
 namespace stylet::render {
 namespace {
@@ -314,7 +314,7 @@ void appendNode(const path& file, const tinygltf::Model& model, int index, const
 }  // namespace
 
 Mesh loadMesh(const path& file) {
-    const std::string bytes = readFile(file, kMaxFileBytes);
+    const std::string bytes = patient::readWholeFile(file, kMaxFileBytes);
     return parseMesh(file, {reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()});
 }
 

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "render/file.h"
+#include "patient/whole_file.h"
 #include "render/ultrasound/toml_fields.h"
 
 namespace stylet::render {
@@ -72,7 +72,7 @@ bool fits(const AcousticRule& rule, const patient::Label& label) {
 }  // namespace
 
 AcousticTable loadAcoustics(const path& file) {
-    return parseAcoustics(file, readFile(file, kMaxBytes));
+    return parseAcoustics(file, patient::readWholeFile(file, kMaxBytes));
 }
 
 AcousticTable parseAcoustics(const path& file, std::string_view text) {

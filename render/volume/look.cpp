@@ -1,11 +1,10 @@
 #include "render/volume/look.h"
+#include "patient/whole_file.h"
 
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-
-#include "render/file.h"
 
 namespace stylet::render {
 namespace {
@@ -141,7 +140,7 @@ glm::vec4 curveAt(const LookStyle& look, double hu) {
 }  // namespace
 
 LookStyle loadLook(const path& file) {
-    return parseLook(file, readFile(file, kMaxBytes));
+    return parseLook(file, patient::readWholeFile(file, kMaxBytes));
 }
 
 LookStyle parseLook(const path& file, std::string_view text) {

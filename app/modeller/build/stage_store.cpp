@@ -130,11 +130,11 @@ std::optional<StageResult> StageStore::load(int number, std::string_view name, c
                                             const std::string& text_name) const {
     const fs::path folder = folderOf(number, name), record = folder / kRecord;
     if (!fs::exists(record)) return {};
-    const StageFile kept = parseStageFile(record, patient::readTextFile(record, kMostBytes));
+    const StageFile kept = parseStageFile(record, patient::readWholeFile(record, kMostBytes));
     StageResult result;
     result.record = kept.record;
     result.labels = patient::readNifti<std::uint8_t>(folder / kLabels);
-    if (!text_name.empty()) result.text = patient::readTextFile(folder / text_name, kMostBytes);
+    if (!text_name.empty()) result.text = patient::readWholeFile(folder / text_name, kMostBytes);
     result.text_edited = digestOf(result.text) != kept.text_digest;
     result.labels_edited = digestOf(result.labels) != kept.labels_digest;
     if (result.labels_edited) result.record.corrected = true;

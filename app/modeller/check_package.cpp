@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <limits>
 
+#include "app/format.h"
 #include "app/modeller/voxel_tools.h"
 #include "patient/motion_interface.h"
 #include "patient/motion_io.h"
@@ -90,9 +90,7 @@ bool isWholeLiver(const Label& l) {
 }
 
 std::string number(double v) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", v);
-    return text;
+    return formatted("%.4g", v);
 }
 
 std::string whole(double count) {

@@ -4,8 +4,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 
+#include "app/format.h"
 #include "app/modeller/import_body.h"
 #include "app/modeller/import_ducts.h"
 #include "app/modeller/import_fascia.h"
@@ -29,27 +29,23 @@ namespace {
 constexpr double kSkin_m = 0.002;
 constexpr double kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
 
-std::string text(const char* format, auto... values) {
-    char out[256];
-    std::snprintf(out, sizeof out, format, values...);
-    return out;
-}
-
 std::uint8_t idOf(const char* target) {
     return findTarget(target)->id;
 }
 
 void checkSameGrid(const Grid& ct, const Grid& labels) {
-    const auto sides = [](const Grid& g) { return text("%dx%dx%d voxels", g.dims.x, g.dims.y, g.dims.z); };
+    const auto sides = [](const Grid& g) {
+        return formatted("%dx%dx%d voxels", g.dims.x, g.dims.y, g.dims.z);
+    };
     if (ct.dims != labels.dims)
         throw ImportError("labels and CT lie on different grids: " + sides(labels) + " against " + sides(ct));
     for (int d = 0; d < 3; ++d) {
         if (std::fabs(ct.spacing_m[d] - labels.spacing_m[d]) > 1e-3 * ct.spacing_m[d])
-            throw ImportError(text("labels and CT differ in spacing: %.4g against %.4g mm",
-                                   1e3 * labels.spacing_m[d], 1e3 * ct.spacing_m[d]));
+            throw ImportError(formatted("labels and CT differ in spacing: %.4g against %.4g mm",
+                                        1e3 * labels.spacing_m[d], 1e3 * ct.spacing_m[d]));
         if (std::fabs(ct.origin_m[d] - labels.origin_m[d]) > 0.5 * ct.spacing_m[d])
             throw ImportError(
-                text("labels lie %.3g mm beside the CT", 1e3 * (labels.origin_m[d] - ct.origin_m[d])));
+                formatted("labels lie %.3g mm beside the CT", 1e3 * (labels.origin_m[d] - ct.origin_m[d])));
     }
 }
 
@@ -119,8 +115,8 @@ void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const 
     for (std::size_t i = 0; i < surface.voxels.size(); ++i)
         over_liver += surface.voxels[i] && labels.voxels[i] == idOf("liver");
     paint(labels, surface, idOf("fascia"), true);
-    notes.push_back(text("fascia: one voxel thick; %.2f ml of it taken from the liver's rim at the ribs",
-                         1e3 * litres(labels.grid, over_liver)));
+    notes.push_back(formatted("fascia: one voxel thick; %.2f ml of it taken from the liver's rim at the ribs",
+                              1e3 * litres(labels.grid, over_liver)));
 }
 
 void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes) {
@@ -131,8 +127,8 @@ void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes
     const GrownDucts ducts = growDucts(parenchyma, portal, vessels, settings);
     paintBile(ct, ducts, parenchyma, settings.bile_hu);
     paint(labels, ducts.mask, idOf("bile ducts"), true);
-    notes.push_back(text("ducts (virtual): %d branches, %.0f mm, %.1f ml", ducts.branches,
-                         1e3 * ducts.length_m, 1e6 * ducts.volume_m3));
+    notes.push_back(formatted("ducts (virtual): %d branches, %.0f mm, %.1f ml", ducts.branches,
+                              1e3 * ducts.length_m, 1e6 * ducts.volume_m3));
 }
 
 std::string provenanceOf(const Label& l, const LabelMap& map, const std::vector<SourceLabel>& sources) {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "app/format.h"
 #include "app/modeller/child_process_linux.h"
 #include "app/modeller/import_body.h"
 #include "app/modeller/import_map.h"
@@ -23,12 +23,6 @@ namespace {
 
 constexpr double kAirAround_m = 0.008, kMostSide_m = 0.50;
 
-std::string text(const char* format, auto... values) {
-    char out[256];
-    std::snprintf(out, sizeof out, format, values...);
-    return out;
-}
-
 }  // namespace
 
 Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m) {
@@ -41,8 +35,8 @@ Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m
     to.z = std::min(to.z - rim_m, high_m);
     for (int d = 0; d < 2; ++d)
         if (to[d] - from[d] > kMostSide_m + 2.0 * rim_m)
-            throw ImportError(text("the scan is %.0f mm wide; %.0f mm is the most this program takes",
-                                   1e3 * (to[d] - from[d]), 1e3 * kMostSide_m));
+            throw ImportError(formatted("the scan is %.0f mm wide; %.0f mm is the most this program takes",
+                                        1e3 * (to[d] - from[d]), 1e3 * kMostSide_m));
     const Vec3 steps = glm::floor((to - from) / spacing_m);
     return {Index3(steps) + 1, Vec3(spacing_m), from};
 }
@@ -107,10 +101,10 @@ void checkFits(const Grid& g) {
     const double coarser = std::max(longest / (patient::kMaxVoxelsASide - 4),
                                     std::cbrt(1.01 * voxels / double(patient::kMaxVoxels)));
     throw ImportError(
-        text("the package would have %dx%dx%d voxels of %.4g mm; %d a side and %zu Mi in all is "
-             "the most it can have, so %.2f mm is the smallest spacing that fits",
-             g.dims.x, g.dims.y, g.dims.z, 1e3 * g.spacing_m.x, patient::kMaxVoxelsASide,
-             patient::kMaxVoxels >> 20, std::ceil(1e5 * g.spacing_m.x * coarser) / 100.0));
+        formatted("the package would have %dx%dx%d voxels of %.4g mm; %d a side and %zu Mi in all is "
+                  "the most it can have, so %.2f mm is the smallest spacing that fits",
+                  g.dims.x, g.dims.y, g.dims.z, 1e3 * g.spacing_m.x, patient::kMaxVoxelsASide,
+                  patient::kMaxVoxels >> 20, std::ceil(1e5 * g.spacing_m.x * coarser) / 100.0));
 }
 
 Mask maskOf(const LabelVolume& labels, const std::function<bool(const Label&)>& wanted) {

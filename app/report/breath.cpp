@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <glm/geometric.hpp>
 
+#include "app/format.h"
 #include "app/report/chart.h"
 #include "patient/whole_file.h"
 
@@ -22,12 +23,6 @@ constexpr std::int16_t kTissue_hu = -300;  // half way from lung
 constexpr double kOffWall_m = 0.015;
 constexpr Colour kDome{0.13, 0.33, 0.60}, kSignal{0.85, 0.45, 0.10}, kHeld{0.90, 0.93, 0.88},
     kFree{0.13, 0.33, 0.60, 0.55}, kHold{0.30, 0.60, 0.25};
-
-std::string formatted(const char* format, double value) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), format, value);
-    return text.data();
-}
 
 // A step of 1, 2 or 5 times a power of ten that divides `span` into at most `parts`.
 double niceStep(double span, int parts) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "app/format.h"
 #include "app/report/bands.h"
 #include "app/report/chart.h"
 #include "patient/whole_file.h"
@@ -60,9 +61,7 @@ Axes fit(const std::vector<ForceSample>& curve) {
 }
 
 std::string number(const char* format, double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), format, std::fabs(value) < 1e-9 ? 0.0 : value);  // no "-0"
-    return text.data();
+    return formatted(format, std::fabs(value) < 1e-9 ? 0.0 : value);  // no "-0"
 }
 
 std::size_t deepest(const std::vector<ForceSample>& curve) {

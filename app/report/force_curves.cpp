@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "app/format.h"
 #include "app/report/bands.h"
 #include "app/report/chart.h"
 
@@ -86,12 +86,6 @@ TissueCurve curveOf(const patient::TissueTable& table, const haptics::NeedleSett
     curve.least_a1 = exactWayIn(table, before, tissue, settings, 0.0);
     curve.most_a1 = exactWayIn(table, before, tissue, settings, 1.0);
     return curve;
-}
-
-std::string formatted(const char* format, double a, double b) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), format, a, b);
-    return text.data();
 }
 
 std::vector<Point> inMillimetres(const std::vector<DepthForce>& way) {

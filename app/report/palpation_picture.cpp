@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "app/format.h"
 #include "app/report/canvas.h"
 #include "app/report/palpation.h"
 #include "patient/whole_file.h"
@@ -29,12 +30,6 @@ Colour heat(double share) {
     const double t = at - double(low);
     const Colour &a = kStops[low], &b = kStops[low + 1];
     return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)};
-}
-
-std::string formatted(const char* format, double value) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), format, value);
-    return text.data();
 }
 
 const PalpatedSpot& spotAt(const PalpationMap& map, int column, int row) {

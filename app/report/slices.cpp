@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <glm/geometric.hpp>
 
+#include "app/format.h"
 #include "app/report/canvas.h"
 
 namespace stylet::report {
@@ -50,12 +50,6 @@ double tintOf(const Label& label) {
     if (label.tissue == patient::Tissue::liver) return 0.12;
     if (label.tissue == patient::Tissue::fascia) return 0.20;
     return 0.0;
-}
-
-std::string formatted(const char* format, double value) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), format, value);
-    return text.data();
 }
 
 // The letter of the patient's side that a picture direction points to.

@@ -1,13 +1,13 @@
 #include "app/trainer/attempt.h"
 
 #include <cmath>
-#include <cstdio>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "app/format.h"
 #include "app/trainer/colocation.h"
 #include "app/trainer/hand.h"
 #include "app/trainer/staging.h"
@@ -44,9 +44,7 @@ std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient,
 }
 
 std::string inMs(double t_s) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.1f ms", 1e3 * t_s);
-    return text;
+    return formatted("%.1f ms", 1e3 * t_s);
 }
 
 }  // namespace

@@ -3,9 +3,9 @@
 #include <array>
 #include <bit>
 #include <charconv>
-#include <cstdio>
 #include <utility>
 
+#include "app/format.h"
 #include "app/training/machines.h"
 
 namespace stylet::trainer {
@@ -74,9 +74,7 @@ std::string nameOf(Tool tool) {
 }
 
 std::string inShort(double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%g", value);
-    return text.data();
+    return formatted("%g", value);
 }
 
 // The whole of `text` as a number.

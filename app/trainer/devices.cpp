@@ -1,8 +1,7 @@
 #include "app/trainer/devices.h"
+#include "app/format.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 namespace stylet::trainer {
@@ -49,9 +48,7 @@ json kindJson(const DeviceKind& kind, const std::vector<FoundDevice>& found, con
 }
 
 std::string quantity(double value, double scale, const char* format) {
-    std::array<char, 48> text{};
-    std::snprintf(text.data(), text.size(), format, value * scale);
-    return std::isfinite(value) ? text.data() : "";
+    return std::isfinite(value) ? formatted(format, value * scale) : "";
 }
 
 std::string limitsText(const DeviceProfile& p) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "app/format.h"
 #include "app/trainer/notice.h"
 #include "app/trainer/staging.h"
 
@@ -36,17 +36,9 @@ constexpr int kPlaceRounds = 12;
 constexpr double kMostWidth_m = 1.2;
 constexpr double kBreathMoves_v = 0.002;
 
-std::string printed(const char* format, double value) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), format, value);
-    return text.data();
-}
-
 std::string clockOf(double s) {
     const long whole = std::lround(std::floor(std::max(0.0, s)));
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%ld:%02ld", whole / 60, whole % 60);
-    return text.data();
+    return formatted("%ld:%02ld", whole / 60, whole % 60);
 }
 
 // On the dark glass; the name beside each says the same.
@@ -169,7 +161,7 @@ void GuidePanel::drawForceScale(double top, double bottom, double full_n) {
     for (const double n : {0.0, full_n}) {
         const double y = n == 0.0 ? bottom : top;
         canvas_->line({kLeft + kScale_px, y}, {kRight, y}, 1.5, kGrid);
-        canvas_->text({kLeft + kScale_px - 10.0, y + 9.0}, printed("%.0f N", n),
+        canvas_->text({kLeft + kScale_px - 10.0, y + 9.0}, formatted("%.0f N", n),
                       {.size = kLetter_px, .colour = kQuiet, .align = report::Align::right});
     }
 }
@@ -202,7 +194,8 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
     };
     for (auto passed = insertion.passed.rbegin(); passed != insertion.passed.rend(); ++passed) {
         const bool risk = passed->role == patient::Role::risk;
-        const std::string name = (risk ? "! " : "") + passed->name + printed(" %.0f", 1e3 * passed->depth_m);
+        const std::string name =
+            (risk ? "! " : "") + passed->name + formatted(" %.0f", 1e3 * passed->depth_m);
         const report::TextStyle style{.size = kLetter_px, .colour = risk ? kRisk : kText, .bold = risk};
         const double pole = left + (kRight - left) * passed->depth_m / full_m;
         const double width = canvas_->textWidth(name, style);
@@ -236,7 +229,7 @@ void GuidePanel::drawInsertion(const Seen& seen, double top, double bottom) {
     }
     const double full_m = kDepthStep_m * std::ceil((deepest_m + kBeyondTip_m) / kDepthStep_m);
     canvas_->text({kLeft, top + kLetter_px},
-                  std::string("Force over depth, 0 to ") + printed("%.0f mm", 1e3 * full_m) +
+                  std::string("Force over depth, 0 to ") + formatted("%.0f mm", 1e3 * full_m) +
                       (inside ? "" : ", the last time"),
                   {.size = kLetter_px, .colour = kQuiet});
     top += kRow_px + 6.0;
@@ -287,13 +280,14 @@ void GuidePanel::draw(const Seen& seen) {
     const bool flat = height_ < kFlat_px;
     const double columns[3] = {kLeft, flat ? 284.0 : 268.0, 496.0};
     y = hints_.next_step ? 164.0 : 130.0;  // a hint may have two lines
-    number(columns[0], y, "Depth", inside ? printed("%.1f mm", 1e3 * tick.depth_m) : "outside");
-    number(columns[1], y, "Force", printed("%.2f N", std::fabs(tick.force_n)));
+    number(columns[0], y, "Depth", inside ? formatted("%.1f mm", 1e3 * tick.depth_m) : "outside");
+    number(columns[1], y, "Force", formatted("%.2f N", std::fabs(tick.force_n)));
     number(columns[2], y, "Tissue", inside ? std::string(patient::tissueName(tick.tissue)) : "air");
     y += flat ? 38.0 : 84.0;
-    number(columns[0], y, flat ? "Off" : "Off the path", printed("%.1f mm", 1e3 * progress.off_path_m));
-    number(columns[1], y, "Angle", printed("%.1f\u00b0", progress.off_angle_rad * 57.29577951308232));
-    number(columns[2], y, flat ? "Target" : "To the target", printed("%.0f mm", 1e3 * progress.to_target_m));
+    number(columns[0], y, flat ? "Off" : "Off the path", formatted("%.1f mm", 1e3 * progress.off_path_m));
+    number(columns[1], y, "Angle", formatted("%.1f\u00b0", progress.off_angle_rad * 57.29577951308232));
+    number(columns[2], y, flat ? "Target" : "To the target",
+           formatted("%.0f mm", 1e3 * progress.to_target_m));
     y += flat ? 12.0 : 58.0;
     const double last = height_ - 24.0, bottom = last - 44.0;
     if (haptics::holdsNeedle(tick.tool) && !seen.insertion.passed.empty())
@@ -303,7 +297,7 @@ void GuidePanel::draw(const Seen& seen) {
     const report::TextStyle foot{.size = 30.0, .colour = kText, .bold = true};
     canvas_->text({columns[0], last}, clockOf(progress.elapsed_s), foot);
     canvas_->text({columns[1] - 70.0, last}, "Breath " + std::string(breath_), foot);
-    canvas_->text({columns[2], last}, "Score " + printed("%.0f", progress.total), foot);
+    canvas_->text({columns[2], last}, "Score " + formatted("%.0f", progress.total), foot);
     canvas_->pixels(rgba_);
     ++revision_;
 }

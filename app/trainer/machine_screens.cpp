@@ -1,8 +1,8 @@
 #include "app/trainer/machine_screens.h"
+#include "app/format.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace stylet::trainer {
 namespace {
@@ -10,18 +10,10 @@ namespace {
 constexpr report::Colour kBlack{0.0, 0.0, 0.0}, kWords{0.78, 0.83, 0.86}, kQuiet{0.45, 0.51, 0.55},
     kColumn{0.035, 0.045, 0.055}, kLive{0.98, 0.78, 0.16}, kHeld{0.35, 0.85, 1.0};
 
-std::string number(const char* format, double value) {
-    char text[48];
-    std::snprintf(text, sizeof text, format, value);
-    return text;
-}
-
 // 4:07
 std::string minutes(double seconds) {
-    char text[32];
     const long whole = std::lround(std::max(0.0, seconds));
-    std::snprintf(text, sizeof text, "%ld:%02ld", whole / 60, whole % 60);
-    return text;
+    return formatted("%ld:%02ld", whole / 60, whole % 60);
 }
 
 // As angiography systems name the detector's side: from the patient's left or right, the head or the feet.
@@ -76,10 +68,10 @@ void UltrasoundScreen::draw(const render::ScreenPicture& picture, const Ultrasou
     begin(picture, kWidth, 10.0, 27.0);
     notice(r.reason);
     badge(r.frozen ? "FROZEN" : "LIVE", r.frozen ? kHeld : kLive);
-    line(r.probe, number("%.1f MHz", 1e-6 * r.frequency_hz));
-    line("depth", number("%.0f cm", 100.0 * r.depth_m));
-    line("gain", number("%+.0f dB", r.gain_db));
-    if (r.doppler) line("colour", number("\u00b1%.0f cm/s", 100.0 * r.nyquist_m_per_s));
+    line(r.probe, formatted("%.1f MHz", 1e-6 * r.frequency_hz));
+    line("depth", formatted("%.0f cm", 100.0 * r.depth_m));
+    line("gain", formatted("%+.0f dB", r.gain_db));
+    if (r.doppler) line("colour", formatted("\u00b1%.0f cm/s", 100.0 * r.nyquist_m_per_s));
     // The sliders, from the skin downward.
     constexpr double kMiddle = kWidth - 46.0, kReach = 34.0, kMost_db = 20.0;
     canvas_.text({kMiddle, 22.0}, "TGC", {10.5, kQuiet, report::Align::centre});
@@ -97,10 +89,10 @@ void XrayScreen::draw(const render::ScreenPicture& picture, const XrayReadout& r
     badge(r.live ? "X-RAY ON" : "LIH", r.live ? kLive : kHeld);
     line("detector", angle(r.arm.orbital_rad, "LAO", "RAO"));
     line("", angle(r.arm.angulation_rad, "CRA", "CAU"));
-    line("pulses", number("%.1f /s", r.pulse_rate_hz));
+    line("pulses", formatted("%.1f /s", r.pulse_rate_hz));
     line("fluoroscopy", minutes(r.fluoroscopy_s));
-    line("dose area", number("%.2f Gy cm\u00b2", 1e4 * r.dose_area_gy_m2));
-    line("contrast", number("%.1f ml", 1e6 * r.contrast_m3));
+    line("dose area", formatted("%.2f Gy cm\u00b2", 1e4 * r.dose_area_gy_m2));
+    line("contrast", formatted("%.1f ml", 1e6 * r.contrast_m3));
     end();
 }
 

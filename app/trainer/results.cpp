@@ -10,6 +10,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "app/format.h"
 #include "app/report/curve.h"
 #include "app/report/slices.h"
 #include "app/trainer/flight.h"
@@ -235,12 +236,6 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
             {"xray", {{"pictures", totals.pictures.xray_pictures}, {"all_ms", totals.pictures.xray_ms}}},
             {"skips", skips},
             {"state_hash", records::hexOf(log.state_hash)}};
-}
-
-std::string formatted(const char* format, double value) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), format, value);
-    return text.data();
 }
 
 std::vector<report::ForceMark> cutMarks(const SessionLog& log) {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "app/format.h"
 #include "app/trainer/attempt.h"
 #include "app/trainer/loops.h"
 
@@ -70,12 +70,6 @@ void fill(patient::Package& package, const Fill& fillVoxel) {
         const double x_m = package.ct.grid.centre({int(i) % package.ct.grid.dims.x, 0, 0}).x;
         fillVoxel(x_m, package.ct.voxels[i], package.labels.voxels[i]);
     }
-}
-
-std::string newtons(const char* format, double value) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), format, value);
-    return text.data();
 }
 
 }  // namespace
@@ -156,11 +150,11 @@ report::Comparison compareFasciae(const TwoFasciae& phantom, const FasciaRun& re
     c.second = segmented.way_in;
     const double first_m = phantom.first_fascia_m, second_m = phantom.second_fascia_m;
     c.remarks = {{first_m - 0.001, first_m + 0.004, "success: in step",
-                  newtons("the mask differs, the force by %.2f N",
-                          largestDifference_n(reference, segmented, first_m - 0.001, first_m + 0.004))},
+                  formatted("the mask differs, the force by %.2f N",
+                            largestDifference_n(reference, segmented, first_m - 0.001, first_m + 0.004))},
                  {second_m - 0.001, second_m + 0.004, "failure: out of step",
-                  newtons("dark voxels before it: up to %.2f N apart",
-                          largestDifference_n(reference, segmented, second_m - 0.001, second_m + 0.004))}};
+                  formatted("dark voxels before it: up to %.2f N apart",
+                            largestDifference_n(reference, segmented, second_m - 0.001, second_m + 0.004))}};
     return c;
 }
 

@@ -1,11 +1,11 @@
 #include "app/training/procedure.h"
+#include "app/format.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <utility>
@@ -51,9 +51,7 @@ constexpr std::array<std::string_view, kStruckCount> kStruckNames{"nothing", "bo
                                                                   "another organ"};
 
 std::string inMm(const char* format, double metres) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), format, metres * 1e3);
-    return text.data();
+    return formatted(format, metres * 1e3);
 }
 
 patient::Side sideOfReference(const MotionModel& motion, const Vec3& reference_m) {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
+#include "app/format.h"
 #include "app/modeller/build/tube_evidence.h"
 
 namespace stylet::modeller {
@@ -60,12 +60,6 @@ double extentOf(const Piece& piece, const patient::Grid& g) {
     return glm::length(g.spacing_m * patient::Vec3(high - low));
 }
 
-std::string inWords(const char* format, double a, double b) {
-    char text[240];
-    std::snprintf(text, sizeof text, format, a, b);
-    return text;
-}
-
 }  // namespace
 
 Mask seenDucts(const patient::CtVolume& ct, const Mask& liver, std::string* note) {
@@ -108,16 +102,17 @@ Mask seenDucts(const patient::CtVolume& ct, const Mask& liver, std::string* note
         return true;
     });
     if (tree_m3 < kLeastTree_m3 || tree_extent_m < kLeastExtent_m) {
-        tell(inWords("No dilated bile ducts: the largest dark tube in the liver holds %.1f ml over %.0f mm.",
-                     1e6 * tree_m3, 1e3 * tree_extent_m));
+        tell(
+            formatted("No dilated bile ducts: the largest dark tube in the liver holds %.1f ml over %.0f mm.",
+                      1e6 * tree_m3, 1e3 * tree_extent_m));
         return Mask(ct.grid);
     }
     const FloatVolume to_ducts = distanceTo(ducts);
     for (std::size_t i = 0; i < bile.voxels.size(); ++i)
         bile.voxels[i] = bile.voxels[i] && double(to_ducts.voxels[i]) < kCentralReach_m;
     ducts = floodFrom(ducts, bile);
-    tell(inWords("Dilated bile ducts seen in the CT: %.1f ml, the largest tree over %.0f mm.",
-                 1e6 * double(countOf(ducts)) * voxel_m3, 1e3 * tree_extent_m));
+    tell(formatted("Dilated bile ducts seen in the CT: %.1f ml, the largest tree over %.0f mm.",
+                   1e6 * double(countOf(ducts)) * voxel_m3, 1e3 * tree_extent_m));
     return restored(ducts, e.box, ct.grid);
 }
 
@@ -136,7 +131,7 @@ BuiltDucts buildDucts(const patient::CtVolume& ct, const Mask& liver, const Mask
     out.grown = growDucts(parenchyma, portal, vessels, settings);
     out.mask = out.grown.mask;
     out.origin = DuctsOrigin::grown;
-    out.note += inWords(
+    out.note += formatted(
         " Virtual ones were grown beside the portal vein: %.1f ml, %.0f branches; they are not"
         " this patient's own.",
         1e6 * out.grown.volume_m3, double(out.grown.branches));

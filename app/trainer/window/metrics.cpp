@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <vector>
 
+#include "app/format.h"
 #include "patient/tissue.h"
 
 namespace stylet::trainer {
@@ -15,14 +15,8 @@ constexpr report::Colour kGlass{0.035, 0.045, 0.055}, kGrid{0.13, 0.17, 0.20}, k
     kWords{0.86, 0.90, 0.92}, kForce{0.98, 0.78, 0.25}, kOther{0.62, 0.86, 0.60}, kFrame{0.45, 0.80, 0.98},
     kAlarm{1.0, 0.42, 0.36};
 
-std::string number(const char* format, double value) {
-    char text[48];
-    std::snprintf(text, sizeof text, format, value);
-    return text;
-}
-
 std::string milliseconds(double ms) {
-    return number(ms < 100.0 ? "%.1f ms" : "%.0f ms", ms);
+    return formatted(ms < 100.0 ? "%.1f ms" : "%.0f ms", ms);
 }
 
 const char* nameOf(haptics::Phase phase) {
@@ -81,14 +75,14 @@ std::vector<Row> truthRows(const ForceTruthReading& truth) {
     if (!truth.known) return {{"force truth", "no full segmentation of this patient"}};
     const ForceError& error = truth.insertion;
     return {{"force truth",
-             number("full %.2f N, ", truth.full_n) + number("partial %.2f N, ", truth.partial_n) +
-                 number("error %+.2f N", truth.error_n()),
+             formatted("full %.2f N, ", truth.full_n) + formatted("partial %.2f N, ", truth.partial_n) +
+                 formatted("error %+.2f N", truth.error_n()),
              std::fabs(truth.error_n()) > kPerceptible_n},
             {"this insertion",
              error.ticks == 0
                  ? "\u2013"
-                 : number("RMS %.2f N, ", error.rms_n()) + number("largest %.2f N, ", error.largest_n) +
-                       number("%.1f %% equal", 100.0 * double(error.equal_ticks) / double(error.ticks))}};
+                 : formatted("RMS %.2f N, ", error.rms_n()) + formatted("largest %.2f N, ", error.largest_n) +
+                       formatted("%.1f %% equal", 100.0 * double(error.equal_ticks) / double(error.ticks))}};
 }
 
 std::vector<Row> rowsOf(const StateGiven& state, const std::deque<FrameSample>& samples, bool told) {
@@ -102,15 +96,15 @@ std::vector<Row> rowsOf(const StateGiven& state, const std::deque<FrameSample>& 
     std::vector<Row> rows{
         {"tool", tool},
         {"needle", nameOf(tick.phase)},
-        {"depth", inside ? number("%.1f mm", 1e3 * tick.depth_m) : "\u2013"},
+        {"depth", inside ? formatted("%.1f mm", 1e3 * tick.depth_m) : "\u2013"},
         {"tissue", inside ? std::string(patient::tissueName(tick.tissue)) : "\u2013"},
-        {"force", number("%.2f N", tick.force_n)},
-        {"device", nameOf(tick.stage) + number(", %.0f %%", 100.0 * tick.level), off},
-        {"breath", tick.breath_held ? "held" : number("%.0f %%", 100.0 * tick.breath.v)},
+        {"force", formatted("%.2f N", tick.force_n)},
+        {"device", nameOf(tick.stage) + formatted(", %.0f %%", 100.0 * tick.level), off},
+        {"breath", tick.breath_held ? "held" : formatted("%.0f %%", 100.0 * tick.breath.v)},
         {"frame", milliseconds(quantile(frames_ms, 0.5))},
         {"slowest 1 %", milliseconds(quantile(frames_ms, 0.99))},
         {"seen\u2013felt",
-         state.hand_offset_m ? number("%.1f mm", 1e3 * *state.hand_offset_m) : "not measured"},
+         state.hand_offset_m ? formatted("%.1f mm", 1e3 * *state.hand_offset_m) : "not measured"},
         {"headset",
          !state.headset                          ? "none"
          : state.attention == Attention::focused ? "worn"
@@ -155,7 +149,7 @@ void drawGraph(report::Canvas& canvas, const Graph& g, const std::deque<FrameSam
                     {size, curves[i].colour});
     }
     canvas.unclip();
-    canvas.text({g.x + g.width - 0.4 * g.unit, g.y + 1.0 * g.unit}, number(format, top),
+    canvas.text({g.x + g.width - 0.4 * g.unit, g.y + 1.0 * g.unit}, formatted(format, top),
                 {size, kQuiet, report::Align::right});
 }
 

@@ -31,7 +31,7 @@ const std::map<std::string, std::vector<std::string>> kUmbrellas = {
     {"haptics",
      {"haptics/haptics.h", "haptics/devices/calibrate.h", "haptics/devices/clutch.h",
       "haptics/devices/devices.h", "haptics/devices/polled.h", "haptics/devices/replay.h",
-      "haptics/devices/simulated.h", "haptics/devices/profiles.h"}},
+      "haptics/devices/profiles.h"}},
     {"render", {"render/render.h"}},
     {"xr", {"xr/xr.h", "xr/registration/registration.h"}},
 };

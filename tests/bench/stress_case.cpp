@@ -12,6 +12,7 @@
 namespace stylet::stress {
 
 using namespace haptics;
+using namespace test;
 
 namespace {
 

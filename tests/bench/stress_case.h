@@ -6,8 +6,8 @@
 #include <deque>
 #include <vector>
 
-#include "haptics/devices/simulated.h"
 #include "haptics/haptics.h"
+#include "tests/support/simulated_device.h"
 
 namespace stylet::stress {
 
@@ -57,7 +57,7 @@ class Tissues {
 struct Staged {
     haptics::Trace wanted;
     haptics::DeviceProfile profile;
-    haptics::SimulatedBody body;
+    test::SimulatedBody body;
     haptics::SimulationSettings settings;
     Vec3 axis{0.0};  // of the needle, into the body
 };

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "haptics/devices/simulated.h"
 #include "haptics/haptics.h"
+#include "tests/support/simulated_device.h"
 
 namespace stylet::stress {
 

@@ -9,6 +9,7 @@
 namespace stylet::stress {
 
 using namespace haptics;
+using namespace test;
 
 namespace {
 

@@ -12,16 +12,20 @@
 #include "app/installation.h"
 #include "app/trainer/attempt.h"
 #include "haptics/devices/replay.h"
-#include "haptics/devices/simulated.h"
 #include "patient/planning.h"
 #include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
 #include "tests/support/phantom.h"
+#include "tests/support/simulated_device.h"
 
 namespace stylet::bench {
 namespace {
 
 using namespace haptics;
+using test::kLightHand;
+using test::SimulatedBody;
+using test::simulatedBody;
+using test::SimulatedDevice;
 using trainer::PredictionSettings;
 using trainer::TipPredictor;
 

@@ -7,15 +7,19 @@
 #include <random>
 
 #include "haptics/devices/profiles.h"
-#include "haptics/devices/simulated.h"
 #include "tests/haptics/column.h"
 #include "tests/haptics/scripted.h"
+#include "tests/support/simulated_device.h"
 
 namespace stylet::haptics {
 namespace {
 
 using enum Tissue;
 using test::Hand;
+using test::kFirmHand;
+using test::SimulatedBody;
+using test::simulatedBody;
+using test::SimulatedDevice;
 
 double length(const Vec3& v) {
     return std::sqrt(glm::dot(v, v));

@@ -12,7 +12,12 @@
 #include "haptics/device.h"
 #include "haptics/trace.h"
 
-namespace stylet::haptics {
+namespace stylet::test {
+
+using haptics::DeviceProfile;
+using haptics::DeviceState;
+using haptics::Trace;
+using haptics::Vec3;
 
 // The hand between its intention and the grip: it adds mass, and a spring and damper to where it wants to be.
 struct HandModel {
@@ -48,7 +53,7 @@ struct BodyState {
     Vec3 motor_impulse_n_s{0.0};  // since the begin
 };
 
-class SimulatedDevice final : public HapticDevice {
+class SimulatedDevice final : public haptics::HapticDevice {
   public:
     static constexpr int kMaxWaiting = 128;
     // `wanted` is where the hand wants to be; it begins there. The trace must outlive the device.
@@ -81,4 +86,4 @@ class SimulatedDevice final : public HapticDevice {
     int first_ = 0, waiting_count_ = 0;
 };
 
-}  // namespace stylet::haptics
+}  // namespace stylet::test

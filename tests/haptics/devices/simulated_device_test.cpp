@@ -1,5 +1,5 @@
 // The simulated device and hand against closed forms: a body, a spring, friction, and a sampled wall.
-#include "haptics/devices/simulated.h"
+#include "tests/support/simulated_device.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,8 @@
 
 namespace stylet::haptics {
 namespace {
+
+using namespace test;
 
 constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr double kTick_s = 1e-3;

@@ -1,11 +1,13 @@
 // The linear part is integrated by the trapezoidal rule, which neither damps nor feeds an oscillation and is
 // stable at any step; Coulomb friction is an implicit step after it, so that what sticks stays.
-#include "haptics/devices/simulated.h"
+#include "tests/support/simulated_device.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace stylet::haptics {
+namespace stylet::test {
+
+using namespace haptics;
 
 namespace {
 
@@ -127,4 +129,4 @@ void SimulatedDevice::step(double h, const Vec3& target_m, const Vec3& target_ve
     state_.lost_j += body_.damping_n_s_per_m * glm::dot(mean, moved) + glm::dot(rubbed_n_s, mean);
 }
 
-}  // namespace stylet::haptics
+}  // namespace stylet::test

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "patient/line_reader.h"
 #include "patient/package.h"
 #include "patient/whole_file.h"
 
@@ -65,62 +66,49 @@ std::optional<double> number(std::string_view text) {
 
 class Reader {
   public:
-    Reader(std::string_view text, const std::filesystem::path& file) : rest_(text), file_(file) {}
+    Reader(std::string_view text, const std::filesystem::path& file) : lines_(file, text) {}
 
     std::vector<Row> rows() {
         checkHead();
         std::vector<Row> rows;
-        while (!rest_.empty()) {
-            const std::string_view line = nextLine();
-            if (line.empty() && rest_.empty()) break;
-            if (rows.size() == kMaxRows) refuse("more than " + std::to_string(kMaxRows) + " rows");
+        while (!lines_.done()) {
+            const std::string_view line = lines_.next();
+            if (line.empty() && lines_.done()) break;
+            if (rows.size() == kMaxRows) lines_.refuse("more than " + std::to_string(kMaxRows) + " rows");
             rows.push_back(row(line));
         }
         return rows;
     }
 
   private:
-    [[noreturn]] void refuse(const std::string& reason) const {
-        throw DataError(file_, "line " + std::to_string(line_), reason);
-    }
-    std::string_view nextLine() {
-        ++line_;
-        const std::size_t end = rest_.find('\n');
-        std::string_view line = rest_.substr(0, end);
-        rest_ = end == std::string_view::npos ? std::string_view() : rest_.substr(end + 1);
-        if (line.ends_with('\r')) line.remove_suffix(1);
-        return line;
-    }
     void checkHead() {
-        Line line(nextLine());
+        Line line(lines_.next());
         for (const std::string_view name : {"Frame", "Timestamp", "x", "y", "z"}) {
             std::string_view field = line.done() ? std::string_view() : line.field();
             if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
                 field = field.substr(1, field.size() - 2);
-            if (field != name) refuse("the columns are not Frame;Timestamp;x;y;z");
+            if (field != name) lines_.refuse("the columns are not Frame;Timestamp;x;y;z");
         }
-        if (!line.done()) refuse("more columns than Frame;Timestamp;x;y;z");
+        if (!line.done()) lines_.refuse("more columns than Frame;Timestamp;x;y;z");
     }
     Row row(std::string_view text) const {
         Line line(text);
         std::array<double, 5> values{};
         for (double& value : values) {
             const auto read = line.done() ? std::nullopt : number(line.field());
-            if (!read) refuse("not five numbers");
+            if (!read) lines_.refuse("not five numbers");
             value = *read;
         }
-        if (!line.done()) refuse("more than five numbers");
+        if (!line.done()) lines_.refuse("more than five numbers");
         Row row{values[1] * 1e-3, Vec3(values[2], values[3], values[4]) * 1e-3, false};
         for (int k = 0; k < 3; ++k)
-            if (!(std::fabs(row.p_m[k]) <= kFarthest_m)) refuse("a marker farther than 10 m");
-        if (!(row.t_s >= 0.0 && row.t_s <= kLongest_s)) refuse("a time outside one hour");
+            if (!(std::fabs(row.p_m[k]) <= kFarthest_m)) lines_.refuse("a marker farther than 10 m");
+        if (!(row.t_s >= 0.0 && row.t_s <= kLongest_s)) lines_.refuse("a time outside one hour");
         row.zero = std::all_of(values.begin(), values.end(), [](double v) { return v == 0.0; });
         return row;
     }
 
-    std::string_view rest_;
-    const std::filesystem::path& file_;
-    int line_ = 0;
+    LineReader lines_;
 };
 
 // Rows in the order of time: what is dated before its predecessor, or far ahead of it, has a wrong date.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/modeller/motion_cavity.h"
+#include "patient/line_reader.h"
 #include "patient/whole_file.h"
 
 namespace stylet::modeller {
@@ -364,31 +365,22 @@ std::vector<Surrogate> readPhaseSignal(const std::filesystem::path& csv, std::si
 std::vector<Surrogate> parsePhaseSignal(std::string_view csv, const std::filesystem::path& file,
                                         std::size_t phases) {
     std::vector<Surrogate> out;
-    int line = 0;
-    const auto refuse = [&](const std::string& reason) {
-        return patient::DataError(file, "line " + std::to_string(line), reason);
-    };
-    while (!csv.empty()) {
-        const std::size_t end = std::min(csv.find('\n'), csv.size());
-        std::string_view text = csv.substr(0, end);
-        csv.remove_prefix(std::min(end + 1, csv.size()));
-        if (text.ends_with('\r')) text.remove_suffix(1);
-        if (++line == 1) {
-            if (text != "phase,v,rate_per_s") throw refuse("the header is not phase,v,rate_per_s");
-            continue;
-        }
+    patient::LineReader lines(file, csv);
+    if (lines.next() != "phase,v,rate_per_s") lines.refuse("the header is not phase,v,rate_per_s");
+    while (!lines.done()) {
+        const std::string_view text = lines.next();
         const std::size_t first = text.find(','), second = text.find(',', first + 1);
-        if (second == std::string_view::npos) throw refuse("not three fields");
+        if (second == std::string_view::npos) lines.refuse("not three fields");
         const auto number = [&](std::string_view field, double most) {
             double value = 0.0;
             const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), value);
             if (error != std::errc() || stop != field.data() + field.size() || !(std::fabs(value) <= most))
-                throw refuse("\"" + std::string(field.substr(0, 40)) + "\" is no number of this size");
+                lines.refuse("\"" + std::string(field.substr(0, 40)) + "\" is no number of this size");
             return value;
         };
         out.push_back({number(text.substr(first + 1, second - first - 1), 10.0),
                        number(text.substr(second + 1), 100.0)});
-        if (out.size() > phases) throw refuse("more lines than phases");
+        if (out.size() > phases) lines.refuse("more lines than phases");
     }
     if (out.size() != phases)
         throw patient::DataError(

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <string>
 
+#include "patient/line_reader.h"
 #include "patient/patient.h"
 #include "patient/whole_file.h"
 
@@ -29,34 +30,23 @@ constexpr double kUnitTolerance = 1e-3;
 
 class TraceReader {
   public:
-    TraceReader(const std::filesystem::path& file, std::string_view text) : file_(file), rest_(text) {}
+    TraceReader(const std::filesystem::path& file, std::string_view text) : lines_(file, text) {}
 
     Trace trace() {
-        if (nextLine() != kHead) refuse("the columns are not " + std::string(kHead));
+        if (lines_.next() != kHead) lines_.refuse("the columns are not " + std::string(kHead));
         Trace trace;
         std::int64_t last_ns = -1;
-        while (!rest_.empty()) {
-            line_text_ = nextLine();
+        while (!lines_.done()) {
+            line_text_ = lines_.next();
             trace.samples.push_back(sample());
-            if (trace.samples.back().t_ns <= last_ns) refuse("the time does not grow");
+            if (trace.samples.back().t_ns <= last_ns) lines_.refuse("the time does not grow");
             last_ns = trace.samples.back().t_ns;
         }
-        if (trace.samples.empty()) refuse("no samples");
+        if (trace.samples.empty()) lines_.refuse("no samples");
         return trace;
     }
 
   private:
-    [[noreturn]] void refuse(const std::string& reason) const {
-        throw patient::DataError(file_, "line " + std::to_string(line_), reason);
-    }
-    std::string_view nextLine() {
-        ++line_;
-        const std::size_t end = rest_.find('\n');
-        std::string_view line = rest_.substr(0, end);
-        rest_ = end == std::string_view::npos ? std::string_view() : rest_.substr(end + 1);
-        if (line.ends_with('\r')) line.remove_suffix(1);
-        return line;
-    }
     // The next field of the line; `last` is the one that nothing may follow.
     template <typename Number>
     Number number(bool last = false) {
@@ -64,32 +54,31 @@ class TraceReader {
         const char* const end = line_text_.data() + line_text_.size();
         const auto [stop, error] = std::from_chars(line_text_.data(), end, value);
         const bool whole = last ? stop == end : stop != end && *stop == ',';
-        if (error != std::errc() || !whole) refuse("not nine numbers in range");
+        if (error != std::errc() || !whole) lines_.refuse("not nine numbers in range");
         line_text_ = last ? std::string_view() : line_text_.substr(std::size_t(stop + 1 - line_text_.data()));
         return value;
     }
     TraceSample sample() {
         TraceSample s;
         s.t_ns = number<std::int64_t>();
-        if (s.t_ns < 0 || s.t_ns > kLongest_ns) refuse("a time outside one day");
+        if (s.t_ns < 0 || s.t_ns > kLongest_ns) lines_.refuse("a time outside one day");
         Pose& pose = s.device_from_stylus;
         for (int k = 0; k < 3; ++k) {
             pose.position_m[k] = number<double>();
-            if (!(std::fabs(pose.position_m[k]) <= kFarthest_m)) refuse("a place farther than 10 m");
+            if (!(std::fabs(pose.position_m[k]) <= kFarthest_m)) lines_.refuse("a place farther than 10 m");
         }
         pose.rotation.w = number<double>();
         pose.rotation.x = number<double>();
         pose.rotation.y = number<double>();
         pose.rotation.z = number<double>();
         if (!(std::fabs(glm::dot(pose.rotation, pose.rotation) - 1.0) <= kUnitTolerance))
-            refuse("the rotation is not a unit quaternion");
+            lines_.refuse("the rotation is not a unit quaternion");
         s.buttons = number<std::uint32_t>(true);
         return s;
     }
 
-    const std::filesystem::path& file_;
-    std::string_view rest_, line_text_;
-    std::size_t line_ = 0;
+    patient::LineReader lines_;
+    std::string_view line_text_;
 };
 
 template <typename Number>

@@ -155,8 +155,6 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     const patient::MotionModel& motion = patient.package().motion;
     Course course{motion, breath,
                   patient::follow(s.channel_motion, motion, breath, s.channel_side, s.channel_reference_m)};
-    const Tissue tissue_before = s.tissue;
-    const bool held_before = s.phase == Phase::held;
     ToolForce out;
     if (s.phase != Phase::outside && !(breath == s.breath))
         out.tissue_moved_m = course.at_m - (s.tip_deformed_m - s.lateral_m);
@@ -190,9 +188,7 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     out.force_n = needleForce(s, settings, axis);
     out.energy_j = axialEnergy(s, settings, patient) +
                    0.5 * settings.lateral_stiffness_n_per_m * glm::dot(s.lateral_m, s.lateral_m);
-    // A slanted border that was slid along may be left before its hold is drawn back.
-    const bool let_go = held_before && s.phase != Phase::held;
-    out.event = s.tissue != tissue_before || let_go || mayStep(events);
+    out.event = solver.hasLeft() || mayStep(events);
     return out;
 }
 

@@ -178,6 +178,7 @@ void SectionSolver::enter(const Border& border, double force_n, NeedleEventKind 
 
 void SectionSolver::changeTissue(Tissue tissue, std::uint8_t label, double force_n) noexcept {
     const TissueRow& b = row(tissue);
+    has_left_ = has_left_ || tissue != s_.tissue;
     s_.phase = Phase::pass;
     s_.tissue = tissue;
     s_.label = label;
@@ -187,6 +188,7 @@ void SectionSolver::changeTissue(Tissue tissue, std::uint8_t label, double force
 // Drawn back from a held border: the tip is in the tissue before it, with the force it had there.
 void SectionSolver::stepBack() noexcept {
     if (s_.tissue == Tissue::air && !s_.bone_over_hold && s_.depth_m <= kSurface_m) return endTrack();
+    has_left_ = true;
     s_.bone_over_hold = false;
     s_.phase = Phase::pass;
 }
@@ -328,6 +330,7 @@ void SectionSolver::undoFlags() noexcept {
 }
 
 void SectionSolver::endTrack() noexcept {
+    has_left_ = true;
     s_.phase = Phase::outside;
     s_.tissue = Tissue::air;
     s_.label = 0;

@@ -20,6 +20,9 @@ class SectionSolver {
     void run(const patient::TissueSample& sample, const Vec3& at_reference_m, double way_m, Way) noexcept;
     // Haptics thread. The axial force of the present state.
     double force() const noexcept;
+    // Whether a tissue or a hold was left, if only at a corner, for what is the same again: the force may
+    // have stepped.
+    bool hasLeft() const noexcept { return has_left_; }
 
   private:
     // Where the tip's voxel stands against the state's tissue.
@@ -63,6 +66,7 @@ class SectionSolver {
     const patient::Patient& patient_;
     NeedleEvents& events_;
     const Incisions& incisions_;
+    bool has_left_ = false;
 };
 
 }  // namespace stylet::haptics

@@ -267,7 +267,7 @@ TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStep) {
 // The same where borders stand askew and the hand goes anywhere: met, left, slid along and cut sideways.
 TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStepAlsoAskew) {
     std::size_t steps = 0, sideways = 0;
-    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 300; ++seed) {
         test::Random random(seed);
         patient::Package package =
             test::widen(test::makeColumn(test::randomLayers(random), 0.0005), 60, 0.0005);

@@ -31,21 +31,28 @@ target_include_directories(stylet_flags INTERFACE ${CMAKE_SOURCE_DIR})
 target_link_options(stylet_flags INTERFACE -Wl,--build-id)
 if(STYLET_SANITIZE)
     target_compile_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE} -fno-omit-frame-pointer -g1)
+    target_compile_definitions(stylet_flags INTERFACE STYLET_SANITIZED)
     target_link_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE})
+    # Named, as what is found on the way may be another version's, which says so where a test reads.
+    find_program(STYLET_SYMBOLIZER_PATH llvm-symbolizer-22)
+    set(STYLET_SYMBOLIZER "external_symbolizer_path=$<$<BOOL:${STYLET_SYMBOLIZER_PATH}>:${STYLET_SYMBOLIZER_PATH}>")
     if(STYLET_SANITIZE MATCHES undefined)
         target_compile_options(stylet_flags INTERFACE -fno-sanitize-recover=undefined)
     endif()
 endif()
 
-# The standard headers are a third of a build's time. Precompiled, GCC warns of what is theirs, and what a file forgets to
-# include is not noticed: both are left to the plain builds.
-option(STYLET_PRECOMPILE "Precompile the standard headers (GCC)" OFF)
-if(STYLET_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+# The standard headers are two thirds of clang's time. What a file forgets to include, a build without this notices.
+option(STYLET_PRECOMPILE "Precompile the standard headers (clang)" OFF)
+if(STYLET_PRECOMPILE)
+    if(NOT CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+        message(FATAL_ERROR "STYLET_PRECOMPILE needs clang: GCC warns of what the precompiled headers hold")
+    endif()
+    set(CMAKE_CXX_COMPILE_OPTIONS_PIE ${CMAKE_CXX_COMPILE_OPTIONS_PIC})  # programs share what libraries precompile
+    set(CMAKE_PCH_INSTANTIATE_TEMPLATES ON)
+    target_compile_options(stylet_flags INTERFACE "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-Xclang -fno-pch-timestamp>")  # for ccache
     set(STYLET_STANDARD_HEADERS <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <fstream> <functional>
         <map> <memory> <mutex> <optional> <span> <string> <string_view> <thread> <utility> <vector>
         <glm/geometric.hpp> <glm/gtc/quaternion.hpp>)
-    set(CMAKE_PCH_WARN_INVALID OFF)  # a target with flags of its own reads them as they are
-    target_compile_options(stylet_flags INTERFACE -w $<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>)  # the latter for ccache
     add_library(stylet_precompiled STATIC ${CMAKE_SOURCE_DIR}/cmake/empty.cpp)
     target_link_libraries(stylet_precompiled PRIVATE stylet_flags)
     target_precompile_headers(stylet_precompiled PRIVATE ${STYLET_STANDARD_HEADERS})
@@ -71,7 +78,8 @@ endfunction()
 
 # stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... PARALLEL): a GoogleTest program of tests/<module>.
 # One ctest entry a program: most tests are short, and starting a process for each would cost more than running it.
-# PARALLEL: it has no clock, device or picture to keep up with, and may run beside others of its kind.
+# PARALLEL: it has no clock, device or picture to keep up with, and may run beside others of its kind. Sanitized, all do:
+# there none keeps up.
 function(stylet_test name)
     cmake_parse_arguments(ARG "PARALLEL" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
     add_executable(${name} ${ARG_SOURCES})
@@ -84,11 +92,15 @@ function(stylet_test name)
         set(ARG_TIMEOUT 300)
     endif()
     add_test(NAME ${name} COMMAND ${name})
-    if(NOT ARG_PARALLEL)
+    if(NOT ARG_PARALLEL AND NOT STYLET_SANITIZE)
         set_tests_properties(${name} PROPERTIES RUN_SERIAL TRUE)
     endif()
     set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
-        ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/support/uninstrumented.tsan")
+        ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+    if(STYLET_SANITIZE)
+        set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT "ASAN_OPTIONS=${STYLET_SYMBOLIZER}"
+            "TSAN_OPTIONS=${STYLET_SYMBOLIZER}:suppressions=${CMAKE_SOURCE_DIR}/tests/support/uninstrumented.tsan")
+    endif()
 endfunction()
 
 # stylet_device_test(...): as stylet_test; umockdev stands between the program and sysfs and device nodes. By hand:

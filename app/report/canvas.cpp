@@ -8,7 +8,7 @@
 #include "patient/patient.h"
 #include "patient/whole_file.h"
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef STYLET_SANITIZED
 // fontconfig keeps its font patterns until the process ends, out of the leak checker's sight.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {

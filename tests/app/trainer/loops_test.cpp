@@ -113,7 +113,7 @@ class RecordedRealTime : public testing::Test {
 
 // Where memory can be locked and no sanitizer keeps shadow memory of its own.
 bool pagesStay() {
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+#ifdef STYLET_SANITIZED
     return false;
 #else
     return mlockall(MCL_CURRENT) == 0 && munlockall() == 0;

@@ -9,7 +9,7 @@
 
 #include "xr/mock/loader_interface.h"
 
-#ifdef __SANITIZE_THREAD__
+#ifdef STYLET_SANITIZED
 // They synchronize by atomics that ThreadSanitizer does not see.
 extern "C" const char* __tsan_default_suppressions() {
     return "race:libVkLayer_khronos_validation.so\nrace:libvulkan_lvp.so\n";

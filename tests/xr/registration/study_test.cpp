@@ -7,7 +7,7 @@
 namespace stylet::xr::registration::study {
 namespace {
 
-#ifdef STYLET_SANITIZED
+#if defined(STYLET_SANITIZED) || !defined(__OPTIMIZE__)
 constexpr int kTrials = 60, kMotionTrials = 4;
 #else
 constexpr int kTrials = 1500, kMotionTrials = 25;

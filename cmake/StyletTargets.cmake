@@ -76,12 +76,16 @@ function(stylet_program name)
     target_link_libraries(${name} PRIVATE stylet_flags ${ARG_LINK})
 endfunction()
 
-# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... PARALLEL): a GoogleTest program of tests/<module>.
+# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... PARALLEL ONE_THREAD): a GoogleTest program of tests/<module>.
 # One ctest entry a program: most tests are short, and starting a process for each would cost more than running it.
 # PARALLEL: it has no clock, device or picture to keep up with, and may run beside others of its kind. Sanitized, all do:
 # there none keeps up.
+# ONE_THREAD: nothing in it for ThreadSanitizer.
 function(stylet_test name)
-    cmake_parse_arguments(ARG "PARALLEL" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+    cmake_parse_arguments(ARG "PARALLEL;ONE_THREAD" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+    if(ARG_ONE_THREAD AND STYLET_SANITIZE MATCHES thread)
+        return()
+    endif()
     add_executable(${name} ${ARG_SOURCES})
     target_link_libraries(${name} PRIVATE stylet_flags stylet_test_main ${ARG_LINK})
     if(TARGET stylet_precompiled)

@@ -3,17 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <random>
 #include <span>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "patient/cache_file.h"
 #include "render/pipeline_cache_file.h"
 #include "render/probe.h"
 
@@ -103,6 +104,8 @@ struct Gpu::Impl {
     vk::raii::Device device = nullptr;
     vk::raii::Queue queue = nullptr;
     vk::raii::PipelineCache cache = nullptr;
+    std::atomic<std::uint64_t> pipelines{0}, pipelines_ns{0};
+    std::size_t kept_bytes = 0;
     std::uint32_t family = 0;
     bool multiview_offered = false, layered_offered = false, multiview_works = false;
     StereoPath stereo = StereoPath::single;
@@ -112,6 +115,8 @@ struct Gpu::Impl {
     void makeDevice(const GpuSettings&, const GpuHooks&);
     void makeCache();
     void chooseStereo(StereoPath wanted);
+    template <typename Make>
+    vk::raii::Pipeline counted(const Make&);
 };
 
 void Gpu::Impl::makeInstance(const GpuSettings& settings, const GpuHooks& hooks) {
@@ -201,12 +206,25 @@ void Gpu::Impl::makeDevice(const GpuSettings& settings, const GpuHooks& hooks) {
 }
 
 void Gpu::Impl::makeCache() {
+    const std::filesystem::path file = cache_file;
+    if (!file.empty()) patient::sweepLeftovers(file.parent_path(), file.filename().string());
     const std::vector<std::uint8_t> stored =
         cache_file.empty() ? std::vector<std::uint8_t>{} : readCache(cache_file);
     const std::span<const std::uint8_t> whole = cacheIn(stored);
+    kept_bytes = whole.size();
     // The driver ignores what another driver, or another version of it, wrote.
     cache = vk::raii::PipelineCache(
         device, vk::PipelineCacheCreateInfo{.initialDataSize = whole.size(), .pInitialData = whole.data()});
+}
+
+template <typename Make>
+vk::raii::Pipeline Gpu::Impl::counted(const Make& make) {
+    const auto begin = std::chrono::steady_clock::now();
+    vk::raii::Pipeline made = make();
+    const std::chrono::nanoseconds took = std::chrono::steady_clock::now() - begin;
+    pipelines_ns += std::uint64_t(took.count());
+    ++pipelines;
+    return made;
 }
 
 void Gpu::Impl::chooseStereo(StereoPath wanted) {
@@ -238,18 +256,8 @@ Gpu::~Gpu() {
     if (!impl_ || impl_->cache_file.empty() || !*impl_->device) return;
     try {
         const std::vector<std::uint8_t> bytes = sealedCache(impl_->cache.getData());
-        // Whole or not at all: another program may read or write it now.
-        const std::filesystem::path file = impl_->cache_file;
-        const std::filesystem::path fresh = file.string() + "." + std::to_string(std::random_device{}());
-        if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
-        std::ofstream out(fresh, std::ios::binary);
-        out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
-        out.close();
-        if (!out) {
-            std::filesystem::remove(fresh);
-            throw std::runtime_error(fresh.string() + " cannot be written");
-        }
-        std::filesystem::rename(fresh, file);
+        if (bytes.size() > kMostCacheBytes || bytes == readCache(impl_->cache_file)) return;
+        patient::writeCacheFile(impl_->cache_file, {std::as_bytes(std::span(bytes))});
     } catch (const std::exception& e) {
         std::fprintf(stderr, "pipeline cache not written: %s\n", e.what());
     }
@@ -270,8 +278,14 @@ const vk::raii::Device& Gpu::device() const {
 const vk::raii::Queue& Gpu::queue() const {
     return impl_->queue;
 }
-const vk::raii::PipelineCache& Gpu::pipelineCache() const {
-    return impl_->cache;
+vk::raii::Pipeline Gpu::pipeline(const vk::GraphicsPipelineCreateInfo& info) const {
+    return impl_->counted([&] { return impl_->device.createGraphicsPipeline(impl_->cache, info); });
+}
+vk::raii::Pipeline Gpu::pipeline(const vk::ComputePipelineCreateInfo& info) const {
+    return impl_->counted([&] { return impl_->device.createComputePipeline(impl_->cache, info); });
+}
+PipelineWork Gpu::pipelineWork() const {
+    return {impl_->pipelines, 1e-6 * double(impl_->pipelines_ns), impl_->kept_bytes};
 }
 std::uint32_t Gpu::queueFamily() const {
     return impl_->family;

@@ -43,6 +43,13 @@ struct GpuSettings {
     std::vector<const char*> instance_extensions = {}, device_extensions = {};
 };
 
+// Pipelines so far.
+struct PipelineWork {
+    std::uint64_t made = 0;
+    double made_ms = 0.0;
+    std::size_t kept_bytes = 0;  // what the driver was given of an earlier program's
+};
+
 // Move-only owner; members die in reverse order.
 class Gpu {
   public:
@@ -59,7 +66,10 @@ class Gpu {
     bool isProcessor() const;                  // Vulkan in software
     std::string name() const;                  // "llvmpipe (LLVM 15.0.6, 256 bits)"
     std::uint64_t validationMessages() const;  // warnings and errors so far, 0 without validation
-    const vk::raii::PipelineCache& pipelineCache() const;
+    // Every pipeline is made here, through the cache, and counted.
+    vk::raii::Pipeline pipeline(const vk::GraphicsPipelineCreateInfo&) const;
+    vk::raii::Pipeline pipeline(const vk::ComputePipelineCreateInfo&) const;
+    PipelineWork pipelineWork() const;
     // True when multiview with two views really renders to both layers (tested with one pixel, not by the
     // flag).
     bool multiviewWorks() const;

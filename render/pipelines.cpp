@@ -81,19 +81,18 @@ vk::raii::Pipeline makePipeline(const Gpu& gpu, vk::PipelineLayout layout, const
                                                     .colorAttachmentCount = colours,
                                                     .pColorAttachmentFormats = &shape.colour,
                                                     .depthAttachmentFormat = shape.depth};
-    return gpu.device().createGraphicsPipeline(gpu.pipelineCache(),
-                                               {.pNext = &rendering,
-                                                .stageCount = std::uint32_t(stages.size()),
-                                                .pStages = stages.data(),
-                                                .pVertexInputState = &vertex_input,
-                                                .pInputAssemblyState = &assembly,
-                                                .pViewportState = &viewport,
-                                                .pRasterizationState = &raster,
-                                                .pMultisampleState = &samples,
-                                                .pDepthStencilState = &depth,
-                                                .pColorBlendState = &blend,
-                                                .pDynamicState = &dynamic_state,
-                                                .layout = layout});
+    return gpu.pipeline(vk::GraphicsPipelineCreateInfo{.pNext = &rendering,
+                                                       .stageCount = std::uint32_t(stages.size()),
+                                                       .pStages = stages.data(),
+                                                       .pVertexInputState = &vertex_input,
+                                                       .pInputAssemblyState = &assembly,
+                                                       .pViewportState = &viewport,
+                                                       .pRasterizationState = &raster,
+                                                       .pMultisampleState = &samples,
+                                                       .pDepthStencilState = &depth,
+                                                       .pColorBlendState = &blend,
+                                                       .pDynamicState = &dynamic_state,
+                                                       .layout = layout});
 }
 
 vk::raii::Pipeline makeComputePipeline(const Gpu& gpu, vk::PipelineLayout layout,
@@ -101,12 +100,11 @@ vk::raii::Pipeline makeComputePipeline(const Gpu& gpu, vk::PipelineLayout layout
                                        std::span<const std::uint32_t> constants) {
     const auto module = makeModule(gpu, shader);
     const Specialisation specialisation(constants);
-    return gpu.device().createComputePipeline(gpu.pipelineCache(),
-                                              {.stage = {.stage = vk::ShaderStageFlagBits::eCompute,
-                                                         .module = *module,
-                                                         .pName = "main",
-                                                         .pSpecializationInfo = &specialisation.info},
-                                               .layout = layout});
+    return gpu.pipeline(vk::ComputePipelineCreateInfo{.stage = {.stage = vk::ShaderStageFlagBits::eCompute,
+                                                                .module = *module,
+                                                                .pName = "main",
+                                                                .pSpecializationInfo = &specialisation.info},
+                                                      .layout = layout});
 }
 
 }  // namespace stylet::render

@@ -27,7 +27,7 @@ const std::map<std::string, std::vector<std::string>> kUmbrellas = {
     {"patient",
      {"patient/patient.h", "patient/interruption.h", "patient/synth/synth.h", "patient/tool_displacement.h",
       "patient/distance.h", "patient/geodesic.h", "patient/motion_io.h", "patient/nifti.h",
-      "patient/line_reader.h", "patient/toml_reader.h", "patient/whole_file.h"}},
+      "patient/cache_file.h", "patient/line_reader.h", "patient/toml_reader.h", "patient/whole_file.h"}},
     {"haptics",
      {"haptics/haptics.h", "haptics/devices/calibrate.h", "haptics/devices/clutch.h",
       "haptics/devices/devices.h", "haptics/devices/polled.h", "haptics/devices/replay.h",

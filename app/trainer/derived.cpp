@@ -6,11 +6,11 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <random>
+#include <tuple>
 
 #include "app/trainer/platform_linux.h"
+#include "patient/cache_file.h"
 #include "patient/hash.h"
-#include "patient/whole_file.h"
 
 namespace stylet::trainer {
 
@@ -33,25 +33,43 @@ std::uint64_t hashOf(std::span<const std::byte> bytes) {
     return hash.value();
 }
 
-// Other programs may do the same at the same time: what is gone is gone.
-void forgetOldest(const fs::path& folder) {
-    std::error_code gone;
-    std::vector<std::pair<fs::file_time_type, fs::path>> files;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone)) {
-        const fs::file_time_type written = entry.last_write_time(gone);
-        if (!gone && entry.is_regular_file(gone)) files.emplace_back(written, entry.path());
+// All but `fresh` and what was used last. Other programs may do the same at the same time: what is gone is
+// gone.
+void forgetOldest(const fs::path& fresh, const DerivedLimits& limits) {
+    struct Kept {
+        fs::file_time_type used;
+        std::uintmax_t bytes;
+        fs::path file;
+    };
+    std::vector<Kept> others;
+    std::error_code end;
+    for (fs::directory_iterator entry(fresh.parent_path(), end), none; !end && entry != none;
+         entry.increment(end)) {
+        std::error_code gone;
+        const fs::file_time_type used = entry->last_write_time(gone);
+        const std::uintmax_t bytes = gone ? 0 : entry->file_size(gone);
+        if (!gone && entry->path() != fresh && entry->is_regular_file(gone))
+            others.push_back({used, bytes, entry->path()});
     }
-    if (files.size() <= kMostDerived) return;
-    std::sort(files.begin(), files.end());
-    files.resize(files.size() - kMostDerived);
-    for (const auto& [time, file] : files)
-        fs::remove(file, gone);
+    std::sort(others.begin(), others.end(), [](const Kept& a, const Kept& b) {
+        return std::tie(b.used, b.file) < std::tie(a.used, a.file);
+    });
+    std::error_code unknown;
+    std::uintmax_t bytes = fs::file_size(fresh, unknown);
+    if (unknown) bytes = 0;
+    std::size_t files = 1;
+    for (const Kept& kept : others) {
+        bytes += kept.bytes;
+        if (++files > limits.files || bytes > limits.bytes) fs::remove(kept.file, unknown);
+    }
 }
 
 struct TouchHead {
     std::array<std::int64_t, 3> dims{};
     std::array<double, 3> spacing_m{}, origin_m{};
 };
+
+}  // namespace
 
 std::optional<haptics::TouchMap> touchMapIn(std::span<const std::byte> bytes) {
     TouchHead head;
@@ -92,8 +110,6 @@ std::vector<std::byte> bytesOf(const haptics::TouchMap& map) {
     return bytes;
 }
 
-}  // namespace
-
 std::optional<std::uint64_t> derivedKey(std::initializer_list<std::uint64_t> parts) {
     const std::uint64_t build = buildMark();
     if (build == 0) return std::nullopt;
@@ -105,15 +121,17 @@ std::optional<std::uint64_t> derivedKey(std::initializer_list<std::uint64_t> par
 }
 
 std::optional<std::vector<std::byte>> loadDerived(const fs::path& file, std::uint64_t key) {
-    std::error_code error;
-    const std::uintmax_t size = fs::file_size(file, error);
-    if (error) return std::nullopt;
+    patient::sweepLeftovers(file.parent_path());
+    // Its size is that of the file that is open: another program may put a new one in its place.
+    std::ifstream in(file, std::ios::binary | std::ios::ate);
+    if (!in) return std::nullopt;
+    const auto size = std::uintmax_t(std::max<std::streamoff>(0, in.tellg()));
+    in.seekg(0);
     const auto damaged = [&]() -> std::optional<std::vector<std::byte>> {
         std::fprintf(stderr, "stylet: %s is damaged; it is made anew\n", file.c_str());
         return std::nullopt;
     };
     Head head;
-    std::ifstream in(file, std::ios::binary);
     if (size < sizeof head || !in.read(reinterpret_cast<char*>(&head), sizeof head) || head.magic != kMagic)
         return damaged();
     if (head.key != key) return std::nullopt;
@@ -122,40 +140,34 @@ std::optional<std::vector<std::byte>> loadDerived(const fs::path& file, std::uin
     if (!in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size())) ||
         hashOf(bytes) != head.hash)
         return damaged();
+    std::error_code ignored;
+    fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
     return bytes;
 }
 
-void saveDerived(const fs::path& file, std::uint64_t key, std::span<const std::byte> bytes) {
+void saveDerived(const fs::path& file, std::uint64_t key, std::span<const std::byte> bytes,
+                 const DerivedLimits& limits) {
     if (bytes.size() > kMostBytes) return;
-    // Another run may read or write it now.
-    const fs::path fresh = file.string() + "." + std::to_string(std::random_device{}());
     try {
-        fs::create_directories(file.parent_path());
         const Head head{kMagic, key, bytes.size(), hashOf(bytes)};
-        std::string all(sizeof head + bytes.size(), '\0');
-        std::memcpy(all.data(), &head, sizeof head);
-        std::memcpy(all.data() + sizeof head, bytes.data(), bytes.size());
-        patient::writeFile(fresh, all);
-        fs::rename(fresh, file);
-        forgetOldest(file.parent_path());
+        patient::writeCacheFile(file, {std::as_bytes(std::span(&head, 1)), bytes});
+        forgetOldest(file, limits);
     } catch (const std::exception& e) {
-        std::error_code ignored;
-        fs::remove(fresh, ignored);
         std::fprintf(stderr, "stylet: not kept for the next start: %s\n", e.what());
     }
 }
 
 haptics::TouchMap keptTouchMap(const patient::Patient& patient, std::uint64_t patient_digest,
-                               const fs::path& folder) {
+                               const fs::path& folder, Made* made) {
     const std::optional<std::uint64_t> key = derivedKey({patient_digest});
-    if (!key) return haptics::makeTouchMap(patient);
     char name[40];
     std::snprintf(name, sizeof name, "touch-%016llx", static_cast<unsigned long long>(patient_digest));
     const fs::path file = folder / name;
-    if (const auto bytes = loadDerived(file, *key))
+    if (const auto bytes = key ? loadDerived(file, *key) : std::nullopt)
         if (std::optional<haptics::TouchMap> map = touchMapIn(*bytes)) return std::move(*map);
     haptics::TouchMap map = haptics::makeTouchMap(patient);
-    saveDerived(file, *key, bytesOf(map));
+    if (key) saveDerived(file, *key, bytesOf(map));
+    if (made) ++made->touch_maps;
     return map;
 }
 

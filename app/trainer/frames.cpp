@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/trainer/first_picture.h"
 #include "app/trainer/headset.h"
 #include "app/trainer/mock_stage.h"
 #include "app/trainer/scene.h"
@@ -291,7 +292,7 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
         if (headset->mirror) headset->mirror->copyEye(target, views, places, scene.monitor_screen);
         if (!moment.empty()) session.markMoment(moment);
         ++totals.rendered;
-        if (!totals.first) totals.first = SteadyClock::now();
+        if (!totals.first) totals.first = firstPicture(*headset->gpu);
     }
     session.endFrame(frame, shown_panels);
     if (!frame.should_render && headset->mirror)

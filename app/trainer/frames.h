@@ -43,8 +43,8 @@ struct FrameSettings {
 struct FrameTotals {
     std::vector<FrameTime> times;  // as in PictureTotals
     std::uint64_t frames = 0, rendered = 0;
-    std::optional<std::chrono::steady_clock::time_point> first;  // as in PictureTotals
-    render::RenderStats sum;                                     // over all frames
+    std::optional<FirstPicture> first;
+    render::RenderStats sum;  // over all frames
     MachineTotals machines;
     std::uint64_t panels_drawn = 0, unseen_panels = 0;  // of the guide panel: pictures; frames without
     std::uint64_t validation_messages = 0;

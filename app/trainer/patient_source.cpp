@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <glm/geometric.hpp>
 #include <random>
 #include <string>
@@ -81,6 +82,7 @@ class KeptMark {
             mark_ = markOf(request);
     }
     std::uint64_t value() const { return mark_; }
+    bool isMade() const { return !known_; }
     void keep() const {
         if (key_ && !known_) saveDerived(file_, *key_, std::as_bytes(std::span(&mark_, 1)));
     }
@@ -127,6 +129,13 @@ void makeReference(const PatientRequest& request, const std::filesystem::path& f
     std::error_code taken;
     std::filesystem::rename(fresh, folder, taken);
     if (taken) std::filesystem::remove_all(fresh);
+}
+
+bool canBeRead(const std::filesystem::path& folder) {
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+        if (!std::ifstream(entry.path())) return false;
+    return !error;
 }
 
 // The digest stands for the patient; where the ends lie is looked at too, for a file may be written by hand.
@@ -188,37 +197,63 @@ std::vector<PlannedPath> plan(const patient::Patient& patient, const std::filesy
 
 }  // namespace
 
+std::optional<patient::Package> keptPackage(const std::filesystem::path& folder, const LoadPackage& load) {
+    if (!std::filesystem::exists(folder)) return std::nullopt;
+    std::error_code error;
+    std::string said;
+    const std::filesystem::path aside = folder.string() + "." + std::to_string(std::random_device{}());
+    try {
+        return load(folder);
+    } catch (const DataError& e) {
+        said = e.what();
+        // Another program may be putting a sound one in its place just now: what is judged is what nobody
+        // else has.
+        if (std::filesystem::exists(folder) && !canBeRead(folder)) throw;
+        std::filesystem::rename(folder, aside, error);
+        if (error && std::filesystem::exists(folder)) throw;
+    }
+    if (error) return std::nullopt;
+    try {
+        patient::Package sound = load(aside);
+        std::filesystem::rename(aside, folder, error);
+        if (error) std::filesystem::remove_all(aside, error);  // meanwhile there is another one
+        return sound;
+    } catch (const DataError&) {
+        // Ours, and made from its seed: nothing is lost with it.
+        std::fprintf(stderr, "stylet: %s; the patient is made anew\n", said.c_str());
+        std::filesystem::remove_all(aside, error);
+        return std::nullopt;
+    }
+}
+
 OpenedPatient openPatient(const PatientRequest& request) {
     if (!request.folder.empty()) {
         const std::filesystem::path folder = std::filesystem::absolute(request.folder);
         return {folder, patient::loadPackage(folder)};
     }
+    Made made;
     const KeptMark mark(request);
+    made.marks = mark.isMade();
     const std::filesystem::path folder = referenceFolder(request, mark.value());
-    if (std::filesystem::exists(folder)) {
-        try {
-            OpenedPatient opened{folder, patient::loadPackage(folder)};
-            mark.keep();
-            return opened;
-        } catch (const DataError& e) {
-            // Ours, and made from its seed: nothing is lost with it.
-            std::fprintf(stderr, "stylet: %s; the patient is made anew\n", e.what());
-            std::error_code ignored;
-            std::filesystem::remove_all(folder, ignored);
-        }
+    if (std::optional<patient::Package> kept = keptPackage(folder)) {
+        mark.keep();
+        return {folder, std::move(*kept), made};
     }
     needFolder(folder.parent_path(), "the patients' cache (XDG_CACHE_HOME)");
     clearLeftovers(folder);
     makeReference(request, folder);
     mark.keep();
-    return {folder, patient::loadPackage(folder)};
+    ++made.patients;
+    return {folder, patient::loadPackage(folder), made};
 }
 
 std::vector<PlannedPath> goodPaths(const patient::Patient& patient, const std::filesystem::path& folder,
-                                   const patient::Surrogate& breath) {
+                                   const patient::Surrogate& breath, Made* made) {
     const std::filesystem::path file = folder / "paths.json";
     std::vector<PlannedPath> paths = storedPaths(patient, file, breath);
-    return paths.empty() ? plan(patient, file, breath) : paths;
+    if (!paths.empty()) return paths;
+    if (made) ++made->plans;
+    return plan(patient, file, breath);
 }
 
 PlannedPath bestPath(const patient::Patient& patient, const std::filesystem::path& folder,

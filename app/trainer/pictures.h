@@ -20,6 +20,7 @@
 #include "app/trainer/prediction.h"
 #include "app/trainer/seen.h"
 #include "app/trainer/sound/ears.h"
+#include "app/trainer/start.h"
 #include "app/trainer/window_port.h"
 #include "app/training/difficulty.h"
 #include "haptics/haptics.h"
@@ -71,9 +72,9 @@ struct PictureTotals {
     std::uint64_t frames = 0, rendered = 0, validation_messages = 0;
     std::uint64_t headsets_found_again = 0;  // after a loss
     std::uint64_t scans = 0, xray_pictures = 0;
-    double ultrasound_ms = 0.0, xray_ms = 0.0;                   // sums
-    std::vector<FrameTime> times;                                // of the first kMostFrameTimes
-    std::optional<std::chrono::steady_clock::time_point> first;  // that was drawn
+    double ultrasound_ms = 0.0, xray_ms = 0.0;  // sums
+    std::vector<FrameTime> times;               // of the first kMostFrameTimes
+    std::optional<FirstPicture> first;
     std::string runtime, gpu;
     std::vector<std::pair<std::string, std::uint64_t>> skips;  // counters of work left out
 };

@@ -48,9 +48,9 @@ PlannedPath wayOf(const haptics::TickOutput& cut, const patient::Patient& patien
 }  // namespace
 
 PlannedPath referencePath(const patient::Patient& patient, const std::filesystem::path& patient_folder,
-                          const std::string& asked) {
+                          const std::string& asked, Made* made) {
     if (const auto number = wholeNumberIn(asked.empty() ? "1" : asked)) {
-        const std::vector<PlannedPath> paths = goodPaths(patient, patient_folder, patient::Surrogate{});
+        const std::vector<PlannedPath> paths = goodPaths(patient, patient_folder, patient::Surrogate{}, made);
         if (*number < 1 || *number > paths.size())
             throw DataError(
                 patient_folder / "paths.json", kOption,

@@ -14,7 +14,6 @@
 #include "app/report/curve.h"
 #include "app/report/slices.h"
 #include "app/trainer/flight.h"
-#include "app/trainer/platform_linux.h"
 #include "patient/whole_file.h"
 
 namespace stylet::trainer {
@@ -79,11 +78,32 @@ json truthJson(const ForceTruthReading& truth) {
             {"all_insertions", errorJson(truth.all)}};
 }
 
-// From the program's start; of its first attempt.
-json firstPictureJson(const PictureTotals& pictures) {
-    if (!pictures.first) return nullptr;
-    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - *pictures.first;
-    return sinceStart_s() - since.count();
+json firstPictureJson(const std::optional<Start>& start, const PictureTotals& pictures) {
+    if (!start || !pictures.first) return nullptr;
+    return secondsBetween(start->begun, pictures.first->at);
+}
+
+json startJson(const std::optional<Start>& start, const PictureTotals& pictures) {
+    if (!start) return nullptr;
+    json parts{{"asked_s", secondsBetween(start->begun, start->asked)},
+               {"patient_s", secondsBetween(start->asked, start->patient)},
+               {"hand_s", secondsBetween(start->patient, start->hand)},
+               {"pictures_s", secondsBetween(start->hand, start->pictures)},
+               {"patients_made", start->made.patients},
+               {"marks_made", start->made.marks},
+               {"plans_made", start->made.plans},
+               {"touch_maps_made", start->made.touch_maps},
+               {"frame_s", nullptr},
+               {"pipelines", nullptr},
+               {"pipelines_s", nullptr},
+               {"kept_pipeline_bytes", nullptr}};
+    if (const auto& first = pictures.first) {
+        parts["frame_s"] = secondsBetween(start->pictures, first->at);
+        parts["pipelines"] = first->pipelines;
+        parts["pipelines_s"] = 1e-3 * first->pipelines_ms;
+        parts["kept_pipeline_bytes"] = first->kept_pipeline_bytes;
+    }
+    return parts;
 }
 
 json stepsJson(const training::Progress& progress) {
@@ -226,7 +246,8 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
               {"flights_lost", totals.flights_missed + log.more_flights},
               {"controller", controllerJson(log.controller)},
               {"max_step_us", haptics.max_step_us}}},
-            {"first_picture_s", firstPictureJson(totals.pictures)},
+            {"first_picture_s", firstPictureJson(facts.start, totals.pictures)},
+            {"start", startJson(facts.start, totals.pictures)},
             {"frames", totals.pictures.frames},
             {"frame_ms", frameTimesJson(totals.pictures.times)},
             {"visuo_haptic", visuoHapticJson(totals.pictures.times)},

@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "app/trainer/loops.h"
 #include "app/trainer/session.h"
+#include "app/trainer/start.h"
 
 namespace stylet::trainer {
 
@@ -20,6 +22,7 @@ struct AttemptFacts {
     double dt_s = 0.001;
     std::string device;             // what moved the needle: "scripted", "replay", or a device's name
     std::string firmware_sha256{};  // of the image that the device was given, if any
+    std::optional<Start> start{};   // absent: of a replay
 };
 
 // Writes summary.json, force-depth.csv, force-depth.png and, when the needle met the body, slices.png.

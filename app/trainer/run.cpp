@@ -365,6 +365,12 @@ std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::Plann
 
 namespace {
 
+SteadyTime programStart() {
+    using Duration = SteadyTime::duration;
+    return std::chrono::steady_clock::now() -
+           std::chrono::duration_cast<Duration>(std::chrono::duration<double>(sinceStart_s()));
+}
+
 // An attempt that is over.
 struct Ended {
     RunOptions options;            // that it was made with
@@ -373,8 +379,10 @@ struct Ended {
     std::optional<NextAttempt> next;  // that the instructor wants
 };
 
-Ended runOne(const RunOptions& asked) {
+Ended runOne(const RunOptions& asked, SteadyTime begun) {
     RunOptions options = asked;
+    Start start;
+    start.begun = begun;
     checkHand(options);
     difficultyOf(options);
     // What its library would print beside our own line; before there are threads.
@@ -403,16 +411,19 @@ Ended runOne(const RunOptions& asked) {
     }
     const Scenario scenario =
         loadScenario(scenarioFile(options.scenario.empty() ? "demo" : options.scenario));
+    start.asked = std::chrono::steady_clock::now();
     const OpenedPatient opened = openPatient(
         {options.patient, options.seed, options.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
+    start.made = opened.made;
     const patient::Patient patient(opened.package);
     const std::optional<OtherSegmentation> other = otherSegmentation(patient, options.full);
     const patient::PlannedPath path =
-        retry ? retry->record.info.path : referencePath(patient, opened.folder, options.path);
+        retry ? retry->record.info.path : referencePath(patient, opened.folder, options.path, &start.made);
     if (retry) checkRetry(*retry, patient);
     const std::uint64_t patient_digest = patient::digest(opened.package);
+    start.patient = std::chrono::steady_clock::now();
     const MakeTouch touch = [&](const patient::Patient& on) {
-        return keptTouchMap(on, patient_digest, cacheFolder() / "derived");
+        return keptTouchMap(on, patient_digest, cacheFolder() / "derived", &start.made);
     };
     const haptics::Clock clock = monotonicClock();
     Live live;
@@ -421,23 +432,26 @@ Ended runOne(const RunOptions& asked) {
             ? liveAttempt(options, live, patient, scenario, path, clock, retry ? &*retry : nullptr, touch)
             : handOf(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz, touch),
                      retry ? &*retry : nullptr, touch);
-    const AttemptFacts facts{opened.package.name,
-                             opened.folder,
-                             scenario.name,
-                             options.seed,
-                             options.fast ? "virtual" : "real time",
-                             path,
-                             attempt.simulation.dt_s,
-                             options.device,
-                             haptics::firmwareDigest(options.device_options)};
+    AttemptFacts facts{opened.package.name,
+                       opened.folder,
+                       scenario.name,
+                       options.seed,
+                       options.fast ? "virtual" : "real time",
+                       path,
+                       attempt.simulation.dt_s,
+                       options.device,
+                       haptics::firmwareDigest(options.device_options)};
 
     const auto ears = std::make_shared<Ears>();
     const records::RecordHeader header{patient_digest, attempt.simulation};
     const double gain = haptics::outputGain(attempt.simulation.profile, attempt.simulation.output);
+    start.hand = std::chrono::steady_clock::now();
     if (keeper) options.out = keeper->begin(attemptInfo(options, facts, header, gain, live.registration));
     auto pictures =
         picturesFor(attempt, path, options, live.device && !live.port ? live.device->rearmAct() : "",
                     live.registration, live.port, ears, live.window);
+    start.pictures = std::chrono::steady_clock::now();
+    facts.start = start;
     if (live.port && !pictures)
         throw DataError(kControllers, "device", "there is no headset to hold them with");
     records::RecordInfo info = recordInfo(facts, scenario, gain);
@@ -550,17 +564,18 @@ RunOptions following(const Ended& last, const RunOptions& asked, int number) {
 }  // namespace
 
 int run(const RunOptions& asked) {
-    Ended last = runOne(asked);
+    Ended last = runOne(asked, programStart());
     for (int number = 2; last.next && !interrupted(); ++number) {
         const RunOptions next = following(last, asked, number);
         sayOnStderr("the next attempt");
+        const SteadyTime begun = std::chrono::steady_clock::now();
         try {
-            last = runOne(next);
+            last = runOne(next, begun);
         } catch (const DataError& e) {
             sayOnStderr("instructor: " + std::string(e.what()) + "; as before instead");
             RunOptions before = last.options;
             before.from.clear(), before.out = next.out;
-            last = runOne(before);
+            last = runOne(before, begun);
         }
     }
     return 0;

@@ -680,10 +680,16 @@ TEST_F(FaultsRun, ACacheThatIsDamaged) {
         ++files;
     }
     EXPECT_GE(files, 2);
+    const auto made = [](const char* what) { return summaryIn("tools").at("start").at(what); };
     EXPECT_EQ(run(tools), 0) << err_;
     expectSaid("is damaged; it is made anew");
     EXPECT_EQ(hashIn("tools"), hash);
+    EXPECT_EQ(made("touch_maps_made"), 1);
+    EXPECT_EQ(made("marks_made"), 1);
+    EXPECT_EQ(made("patients_made"), 0);
     EXPECT_EQ(run(tools), 0) << err_;
+    EXPECT_EQ(made("touch_maps_made"), 0);
+    EXPECT_EQ(made("marks_made"), 0);
     EXPECT_EQ(err_.find("made anew"), std::string::npos) << err_;
     EXPECT_EQ(hashIn("tools"), hash);
 }

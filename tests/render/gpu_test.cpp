@@ -95,12 +95,25 @@ TEST_F(GpuTest, ValidationCountsMessages) {
 TEST_F(GpuTest, KeepsThePipelineCache) {
     const test::TempFolder folder;
     const std::string file = (folder / "pipelines").string();
-    {
-        const Gpu gpu({.pipeline_cache = file});
-    }
+    EXPECT_EQ(Gpu({.pipeline_cache = file}).pipelineWork().kept_bytes, 0u);
     EXPECT_GT(std::filesystem::file_size(file), 0u);
+    EXPECT_GT(Gpu({.pipeline_cache = file}).pipelineWork().kept_bytes, 0u);
     std::ofstream(file, std::ios::binary) << "not a cache";
-    EXPECT_NO_THROW(Gpu({.pipeline_cache = file}));
+    EXPECT_EQ(Gpu({.pipeline_cache = file}).pipelineWork().kept_bytes, 0u);
+}
+
+TEST_F(GpuTest, SweepsWhatAKilledProgramLeftOfIt) {
+    const test::TempFolder folder;
+    const auto left = [&](const std::string& name) {
+        std::ofstream(folder / name) << "half";
+        std::filesystem::last_write_time(
+            folder / name, std::filesystem::file_time_type::clock::now() - std::chrono::hours(2));
+        return folder / name;
+    };
+    const auto old = left("pipelines.bin.1234567890"), other = left("window-pipelines.bin.1234567890");
+    const Gpu gpu({.pipeline_cache = (folder / "pipelines.bin").string()});
+    EXPECT_FALSE(std::filesystem::exists(old));
+    EXPECT_TRUE(std::filesystem::exists(other));
 }
 
 // HZ-RECORD-14

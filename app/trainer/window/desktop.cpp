@@ -4,6 +4,7 @@
 #include <memory>
 #include <thread>
 
+#include "app/trainer/first_picture.h"
 #include "app/trainer/machine_pictures.h"
 #include "app/trainer/pictures.h"
 #include "app/trainer/window/camera_view.h"
@@ -115,7 +116,7 @@ bool Desktop::frame(const Seen& seen, const patient::ContrastTable* contrast, co
             time.opaque_ms = stats.opaque_ms, time.volume_ms = stats.volume_ms;
             time.layer_scale = stats.layer_scale;
             ++totals.rendered;
-            if (!totals.first) totals.first = SteadyClock::now();
+            if (!totals.first) totals.first = firstPicture(gpu);
         }
         time.frame_ms = std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
         if (totals.times.size() < kMostFrameTimes) totals.times.push_back(time);

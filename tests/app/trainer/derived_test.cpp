@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 
 #include "app/trainer/platform_linux.h"
 #include "tests/app/trainer/phantom_attempt.h"
@@ -60,14 +61,51 @@ TEST_F(Derived, NoByteOfADamagedFileIsUsed) {
 TEST_F(Derived, TheOldestGo) {
     const auto named = [&](std::size_t i) { return file_.parent_path() / std::to_string(i); };
     const auto now = fs::file_time_type::clock::now();
-    for (std::size_t i = 0; i < kMostDerived; ++i) {
+    const std::size_t most = DerivedLimits().files;
+    for (std::size_t i = 0; i < most; ++i) {
         saveDerived(named(i), i, bytes_);
         fs::last_write_time(named(i), now - std::chrono::hours(100 - int(i)));
     }
+    EXPECT_EQ(loadDerived(named(0), 0), bytes_);  // used again: no longer the oldest
     saveDerived(file_, 7, bytes_);
-    EXPECT_FALSE(fs::exists(named(0)));
-    EXPECT_TRUE(fs::exists(named(1)));
+    EXPECT_TRUE(fs::exists(named(0)));
+    EXPECT_FALSE(fs::exists(named(1)));
+    EXPECT_TRUE(fs::exists(named(2)));
     EXPECT_TRUE(fs::exists(file_));
+}
+
+TEST_F(Derived, SoDoThoseBeyondTheBytes) {
+    const auto named = [&](std::size_t i) { return file_.parent_path() / std::to_string(i); };
+    saveDerived(named(0), 0, bytes_);
+    const std::uintmax_t one = fs::file_size(named(0));
+    const auto now = fs::file_time_type::clock::now();
+    for (std::size_t i = 0; i < 5; ++i) {
+        saveDerived(named(i), i, bytes_, {.files = 100, .bytes = 3 * one});
+        fs::last_write_time(named(i), now - std::chrono::hours(100 - int(i)));
+        EXPECT_EQ(fs::exists(named(0)), i < 3);
+    }
+    for (std::size_t i = 0; i < 5; ++i)
+        EXPECT_EQ(fs::exists(named(i)), i >= 2) << i;
+    saveDerived(file_, 7, bytes_, {.files = 100, .bytes = 1});
+    EXPECT_EQ(loadDerived(file_, 7), bytes_) << "the new one stays";
+    EXPECT_FALSE(fs::exists(named(4)));
+}
+
+// A program was killed while it wrote; another may be writing now.
+TEST_F(Derived, AbandonedWritingIsSweptAtTheNextStart) {
+    const auto left = [&](const std::string& name, int minutes) {
+        const fs::path file = file_.parent_path() / name;
+        std::ofstream(file) << "half";
+        fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::minutes(minutes));
+        return file;
+    };
+    saveDerived(file_, 7, bytes_);
+    const fs::path old = left("numbers.123456", 90), young = left("numbers.654321", 10),
+                   other = left("numbers.txt", 90);
+    EXPECT_EQ(loadDerived(file_, 7), bytes_);
+    EXPECT_FALSE(fs::exists(old));
+    EXPECT_TRUE(fs::exists(young));
+    EXPECT_TRUE(fs::exists(other));
 }
 
 TEST_F(Derived, WhatCannotBeKeptIsNoError) {
@@ -87,22 +125,40 @@ TEST_F(Derived, ATouchMapIsTheSameEveryTime) {
     const patient::Package package = test::ductPhantom();
     const patient::Patient patient(package);
     const std::uint64_t digest = patient::digest(package);
-    const haptics::TouchMap made = haptics::makeTouchMap(patient);
+    const haptics::TouchMap expected = haptics::makeTouchMap(patient);
     const auto same = [&](const haptics::TouchMap& map) {
-        return map.grid == made.grid && map.nodes == made.nodes;
+        return map.grid == expected.grid && map.nodes == expected.nodes;
     };
-    EXPECT_TRUE(same(keptTouchMap(patient, digest, folder_ / "derived")));
+    Made made;
+    const auto kept = [&] { return keptTouchMap(patient, digest, folder_ / "derived", &made); };
+    EXPECT_TRUE(same(kept()));
+    EXPECT_EQ(made.touch_maps, 1u);
     const auto only = [&] { return fs::directory_iterator(folder_ / "derived")->path(); };
     ASSERT_TRUE(fs::exists(only()));
-    const auto long_ago = fs::last_write_time(only()) - std::chrono::hours(1);
-    fs::last_write_time(only(), long_ago);
-    EXPECT_TRUE(same(keptTouchMap(patient, digest, folder_ / "derived")));
-    EXPECT_EQ(fs::last_write_time(only()), long_ago) << "made anew";
+    EXPECT_TRUE(same(kept()));
+    EXPECT_EQ(made.touch_maps, 1u);
 
     const std::uintmax_t whole = fs::file_size(only());
     fs::resize_file(only(), whole / 2);
-    EXPECT_TRUE(same(keptTouchMap(patient, digest, folder_ / "derived")));
+    EXPECT_TRUE(same(kept()));
+    EXPECT_EQ(made.touch_maps, 2u);
     EXPECT_EQ(fs::file_size(only()), whole);
+}
+
+TEST(TouchMap, ComesBackFromItsBytesAlone) {
+    haptics::TouchMap map;
+    map.grid.dims = {2, 3, 4};
+    map.grid.spacing_m = {0.001, 0.002, 0.003};
+    map.nodes.assign(3 * 2 * 3 * 4, 0.5F);
+    const std::vector<std::byte> bytes = bytesOf(map);
+    const auto again = touchMapIn(bytes);
+    ASSERT_TRUE(again);
+    EXPECT_EQ(again->nodes, map.nodes);
+    EXPECT_TRUE(again->grid == map.grid);
+    for (std::size_t left = 0; left < bytes.size(); ++left)
+        EXPECT_FALSE(touchMapIn(std::span(bytes).first(left))) << left;
+    map.nodes[7] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_FALSE(touchMapIn(bytesOf(map)));
 }
 
 TEST(SinceStart, Grows) {

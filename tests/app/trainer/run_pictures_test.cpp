@@ -13,6 +13,7 @@
 namespace stylet::trainer {
 namespace {
 
+using nlohmann::json;
 using test::Command;
 using test::Outcome;
 
@@ -62,6 +63,7 @@ TEST_F(RunWithPictures, FramesPerSecondNeverEnterTheHash) {
     EXPECT_TRUE(without_->summary.at("target_hit").get<bool>());
     EXPECT_EQ(without_->summary.at("frames"), 0);
     const double seconds = without_->summary.at("haptics").at("ticks").get<double>() / 1000.0;
+    std::vector<json> starts;
     for (const int fps : {1, 10}) {
         const Outcome outcome = command_->run(run_ + " --fast --fps " + std::to_string(fps));
         ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -69,7 +71,33 @@ TEST_F(RunWithPictures, FramesPerSecondNeverEnterTheHash) {
         EXPECT_EQ(hashOf(outcome), hashOf(*without_)) << fps;
         EXPECT_GE(outcome.summary.at("frames").get<double>(), seconds * fps);
         expectPicturesOfEveryMoment();
+        starts.push_back(outcome.summary.at("start"));
     }
+    // The second has what the driver left for it, and makes no more pipelines.
+    EXPECT_EQ(starts[0].at("kept_pipeline_bytes"), 0);
+    EXPECT_GT(starts[1].at("kept_pipeline_bytes"), 0);
+    EXPECT_GT(starts[0].at("pipelines"), 0);
+    EXPECT_EQ(starts[1].at("pipelines"), starts[0].at("pipelines"));
+}
+
+// One process: what it did before does not count.
+TEST_F(RunWithPictures, TheNextAttemptHasAStartOfItsOwn) {
+    const std::filesystem::path out = *command_ / "next";
+    const Outcome both =
+        command_->runBare("run --headless --device controllers --seconds 0.5 --patient '" +
+                              (*command_ / "quick").string() + "' --out '" + out.string() + "'",
+                          "printf 'new attempt\\n' | ");
+    ASSERT_EQ(both.status, 0) << both.err;
+    const auto startOf = [](const std::filesystem::path& folder) {
+        return json::parse(test::textOf(folder / "summary.json")).at("start");
+    };
+    const json first = startOf(out), second = startOf(out.string() + "-2");
+    EXPECT_GT(first.at("asked_s"), 0.0);
+    double whole_s = 0.0;
+    for (const char* part : {"asked_s", "patient_s", "hand_s", "pictures_s"})
+        whole_s += first.at(part).get<double>();
+    EXPECT_LT(second.at("asked_s"), whole_s);
+    EXPECT_EQ(second.at("touch_maps_made"), 0);
 }
 
 TEST_F(RunWithPictures, RealTimeCatchesEveryMomentAndReplaysToItsHash) {

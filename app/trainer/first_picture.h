@@ -1,0 +1,14 @@
+// The moment in which a start is over.
+#pragma once
+
+#include "app/trainer/start.h"
+#include "render/gpu.h"
+
+namespace stylet::trainer {
+
+inline FirstPicture firstPicture(const render::Gpu& gpu) {
+    const render::PipelineWork work = gpu.pipelineWork();
+    return {std::chrono::steady_clock::now(), work.made, work.made_ms, work.kept_bytes};
+}
+
+}  // namespace stylet::trainer

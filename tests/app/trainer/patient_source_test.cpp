@@ -1,0 +1,91 @@
+// The patients in the user's cache, which several programs read and make anew at the same time.
+#include "app/trainer/patient_source.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/app/trainer/phantom_attempt.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+
+class KeptPackage : public testing::Test {
+  protected:
+    KeptPackage() { patient::savePackage(package_, kept_); }
+    void damage() const { fs::resize_file(kept_ / "ct.nii.gz", fs::file_size(kept_ / "ct.nii.gz") / 2); }
+    std::size_t entries() const {
+        return std::size_t(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()));
+    }
+    const patient::Package package_ = test::ductPhantom();
+    const std::uint64_t digest_ = patient::digest(package_);
+    test::TempFolder folder_;
+    const fs::path kept_ = folder_ / "kept";
+};
+
+TEST_F(KeptPackage, IsThereOrAbsentOrDamagedAndGone) {
+    const auto found = keptPackage(kept_);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(patient::digest(*found), digest_);
+    EXPECT_FALSE(keptPackage(folder_ / "none"));
+    damage();
+    EXPECT_FALSE(keptPackage(kept_));
+    EXPECT_EQ(entries(), 0u);
+}
+
+// Another program has found the same damage, and made it anew before this one could say so.
+TEST_F(KeptPackage, ASoundOneOfAnotherProgramStays) {
+    damage();
+    int loads = 0;
+    const auto found = keptPackage(kept_, [&](const fs::path& folder) {
+        if (++loads > 1) return patient::loadPackage(folder);
+        try {
+            return patient::loadPackage(folder);
+        } catch (const patient::DataError&) {
+            patient::savePackage(package_, kept_);
+            throw;
+        }
+    });
+    EXPECT_EQ(loads, 2);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(patient::digest(*found), digest_);
+    EXPECT_EQ(patient::digest(patient::loadPackage(kept_)), digest_);
+    EXPECT_EQ(entries(), 1u);
+}
+
+// It has taken it away, and makes it anew just now.
+TEST_F(KeptPackage, OneThatIsGoneMeanwhileIsNone) {
+    EXPECT_FALSE(keptPackage(kept_, [&](const fs::path& folder) -> patient::Package {
+        fs::remove_all(folder);
+        return patient::loadPackage(folder);
+    }));
+    EXPECT_EQ(entries(), 0u);
+}
+
+// It has made one while this one judged what lay there.
+TEST_F(KeptPackage, OneThatCameMeanwhileIsTaken) {
+    int loads = 0;
+    const auto found = keptPackage(kept_, [&](const fs::path& folder) -> patient::Package {
+        if (++loads == 1) throw patient::DataError(folder, "file", "read while it was replaced");
+        patient::savePackage(package_, kept_);
+        return patient::loadPackage(folder);
+    });
+    ASSERT_TRUE(found);
+    EXPECT_EQ(patient::digest(patient::loadPackage(kept_)), digest_);
+    EXPECT_EQ(entries(), 1u);
+}
+
+// Nothing is wrong with what cannot be opened, whatever the reason.
+TEST_F(KeptPackage, WhatCannotBeReadIsNotTakenForDamaged) {
+    fs::remove(kept_ / "labels.nii.gz");
+    fs::create_symlink(folder_ / "a disk that is not there", kept_ / "labels.nii.gz");
+    EXPECT_THROW(keptPackage(kept_), patient::DataError);
+    EXPECT_TRUE(fs::exists(kept_ / "ct.nii.gz"));
+    EXPECT_EQ(entries(), 1u);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

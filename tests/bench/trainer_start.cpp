@@ -1,0 +1,90 @@
+// From the program's start to its first picture, as a user has it: whole processes, one after the other, on
+// the reference patient at 1 mm. The window is Xvfb's, the headset the mock runtime's, both at their usual
+// size.
+#include <array>
+#include <cstdlib>
+#include <stdexcept>
+
+#include "app/installation.h"
+#include "tests/app/trainer/command.h"
+#include "tests/bench/bench.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/x_display.h"
+
+namespace stylet::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What earlier starts have left.
+enum Kept { nothing, patientAlone, all };
+
+constexpr std::array kParts{"asked_s", "patient_s", "hand_s", "pictures_s", "pipelines_s", "frame_s"};
+
+struct Measured {
+    std::vector<double> whole_ms, made;
+    std::array<std::vector<double>, std::size(kParts)> parts_ms;
+};
+
+void measure(test::Command& command, const std::string& arguments, Measured& measured) {
+    const test::Outcome outcome = command.run(arguments + " --seconds 0.5");
+    if (outcome.status != 0 || !outcome.summary.at("first_picture_s").is_number())
+        throw std::runtime_error("no first picture: " + outcome.err);
+    const nlohmann::json& start = outcome.summary.at("start");
+    measured.whole_ms.push_back(1e3 * outcome.summary.at("first_picture_s").get<double>());
+    double made = 0.0;
+    for (const char* what : {"patients_made", "marks_made", "plans_made", "touch_maps_made"})
+        made += start.at(what).get<double>();
+    measured.made.push_back(made);
+    for (std::size_t part = 0; part < std::size(kParts); ++part)
+        measured.parts_ms[part].push_back(1e3 * start.at(kParts[part]).get<double>());
+}
+
+// All that is kept but the patient himself: as after another build of the program, on another driver.
+void forgetAllButThePatient(const fs::path& cache) {
+    for (const auto& entry : fs::directory_iterator(cache))
+        if (entry.path().filename() != "stylet") fs::remove_all(entry.path());
+    for (const auto& entry : fs::directory_iterator(cache / "stylet"))
+        if (entry.path().filename() != "patients") fs::remove_all(entry.path());
+}
+
+void runWith(const char* name, const std::string& arguments, std::vector<Row>& rows) {
+    setenv("STYLET_BIN", programFolder().c_str(), 1);
+    test::Command command;
+    const int starts = longForm() ? 15 : 5;
+    for (const Kept kept : {nothing, patientAlone, all}) {
+        Measured measured;
+        for (int i = 0; i < (kept == nothing ? 1 : starts); ++i) {
+            if (kept == patientAlone) forgetAllButThePatient(command / "cache");
+            measure(command, arguments, measured);
+        }
+        const auto part = [&](std::size_t i) { return median(measured.parts_ms[i]); };
+        char note[240];
+        std::snprintf(
+            note, sizeof note,
+            "options %.0f ms, package and path %.0f, hand and touch map %.0f, device, scene and window %.0f, "
+            "first frame %.0f; pipelines %.0f of it; %zu start%s",
+            part(0), part(1), part(2), part(3), part(5), part(4), measured.whole_ms.size(),
+            measured.whole_ms.size() == 1 ? "" : "s");
+        rows.push_back({name, "kept: none, patient, all", double(kept), median(measured.whole_ms),
+                        median(measured.made), "made anew", "0 where all is kept", note});
+    }
+}
+
+void runHeadset(std::vector<Row>& rows) {
+    for (const char* variable : {"XR_RUNTIME_JSON", "XRMOCK_SCENARIO"})  // of another bench
+        unsetenv(variable);
+    runWith("trainer.start.headset", "run --headless --device controllers", rows);
+}
+const Registration headset("trainer.start.headset", runHeadset);
+
+#ifdef STYLET_TEST_WINDOW
+void runDesktop(std::vector<Row>& rows) {
+    const test::XDisplay display(1500, 950);
+    runWith("trainer.start.desktop", "run --device mouse", rows);
+}
+const Registration desktop("trainer.start.desktop", runDesktop);
+#endif
+
+}  // namespace
+}  // namespace stylet::bench

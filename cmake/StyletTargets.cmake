@@ -80,7 +80,7 @@ endfunction()
 # One ctest entry a program: most tests are short, and starting a process for each would cost more than running it.
 # PARALLEL: it has no clock, device or picture to keep up with, and may run beside others of its kind. Sanitized, all do:
 # there none keeps up.
-# ONE_THREAD: nothing in it for ThreadSanitizer.
+# ONE_THREAD: nothing in it for ThreadSanitizer but loops cut into parts, whose results are compared elsewhere.
 function(stylet_test name)
     cmake_parse_arguments(ARG "PARALLEL;ONE_THREAD" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
     if(ARG_ONE_THREAD AND STYLET_SANITIZE MATCHES thread)
@@ -96,6 +96,7 @@ function(stylet_test name)
         set(ARG_TIMEOUT 300)
     endif()
     add_test(NAME ${name} COMMAND ${name})
+    add_dependencies(test_programs ${name})
     if(NOT ARG_PARALLEL AND NOT STYLET_SANITIZE)
         set_tests_properties(${name} PROPERTIES RUN_SERIAL TRUE)
     endif()

@@ -4,6 +4,7 @@ ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export CCACHE_SLOPPINESS=pch_defines,time_macros
 # Another clone of the same sources finds the same cache.
 export CCACHE_BASEDIR=$ROOT CCACHE_NOHASHDIR=1
+export CCACHE_DEPEND=1  # a tenth less where nothing is there yet: no preprocessing to look it up
 JOBS=$(nproc)
 
 say() { printf '\033[1m== %s\033[0m\n' "$*" >&2; }

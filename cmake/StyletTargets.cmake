@@ -35,7 +35,9 @@ if(STYLET_SANITIZE)
     target_link_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE})
     # Named, as what is found on the way may be another version's, which says so where a test reads.
     find_program(STYLET_SYMBOLIZER_PATH llvm-symbolizer-22)
-    set(STYLET_SYMBOLIZER "external_symbolizer_path=$<$<BOOL:${STYLET_SYMBOLIZER_PATH}>:${STYLET_SYMBOLIZER_PATH}>")
+    set(symbolizer "external_symbolizer_path=$<$<BOOL:${STYLET_SYMBOLIZER_PATH}>:${STYLET_SYMBOLIZER_PATH}>")
+    set(STYLET_SANITIZER_ENVIRONMENT "ASAN_OPTIONS=${symbolizer}" "RTSAN_OPTIONS=${symbolizer}"
+        "TSAN_OPTIONS=${symbolizer}:suppressions=${CMAKE_SOURCE_DIR}/tests/support/uninstrumented.tsan")
     if(STYLET_SANITIZE MATCHES undefined)
         target_compile_options(stylet_flags INTERFACE -fno-sanitize-recover=undefined)
     endif()
@@ -101,11 +103,7 @@ function(stylet_test name)
         set_tests_properties(${name} PROPERTIES RUN_SERIAL TRUE)
     endif()
     set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
-        ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
-    if(STYLET_SANITIZE)
-        set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT "ASAN_OPTIONS=${STYLET_SYMBOLIZER}"
-            "TSAN_OPTIONS=${STYLET_SYMBOLIZER}:suppressions=${CMAKE_SOURCE_DIR}/tests/support/uninstrumented.tsan")
-    endif()
+        ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};${STYLET_SANITIZER_ENVIRONMENT}")
 endfunction()
 
 # stylet_device_test(...): as stylet_test; umockdev stands between the program and sysfs and device nodes. By hand:

@@ -45,8 +45,9 @@ configure_and_build() {
     local preset=$1 options=$2
     shift 2
     say "$preset: configuring"
+    # Fresh: another compiler than the folder's would cost the preset's settings.
     # shellcheck disable=SC2086  # options are words
-    (cd "$ROOT" && cmake --preset "$preset" $options >"$ROOT/build/$preset.configure.log" 2>&1) ||
+    (cd "$ROOT" && cmake --fresh --preset "$preset" $options >"$ROOT/build/$preset.configure.log" 2>&1) ||
         { tail -n 30 "$ROOT/build/$preset.configure.log" >&2; die "configuring $preset failed"; }
     say "$preset: building with $JOBS jobs"
     cmake --build "$ROOT/build/$preset" -j "$JOBS" ${1:+--target "$@"}

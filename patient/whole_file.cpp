@@ -1,5 +1,6 @@
 #include "patient/whole_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <system_error>
@@ -11,6 +12,8 @@ namespace stylet::patient {
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr std::size_t kPiece = 64 << 10;
 
 DataError refused(const fs::path& file, const std::error_code& why) {
     return {file, "file", "cannot be written" + (why ? ": " + why.message() : "")};
@@ -30,15 +33,24 @@ std::error_code tryWriting(const fs::path& file, std::string_view bytes) {
 }  // namespace
 
 std::string readWholeFile(const fs::path& file, std::size_t max_bytes) {
-    std::error_code error;
-    const std::uintmax_t size = fs::file_size(file, error);
-    if (error) throw DataError(file, "file", "cannot be opened: " + error.message());
-    if (size > max_bytes)
-        throw DataError(file, "file", "larger than " + std::to_string(max_bytes) + " bytes");
-    std::string bytes(std::size_t(size), '\0');
+    const auto refuse = [&](const char* what) {
+        const std::error_code why(errno, std::generic_category());
+        throw DataError(file, "file", what + (why ? ": " + why.message() : ""));
+    };
+    errno = 0;
     std::ifstream in(file, std::ios::binary);
-    in.read(bytes.data(), std::streamsize(size));
-    if (!in) throw DataError(file, "file", "cannot be read");
+    if (!in) refuse("cannot be opened");
+    // To its end, whatever its size was a moment ago: it may grow, or be a pipe.
+    std::string bytes;
+    while (in && bytes.size() <= max_bytes) {
+        const std::size_t had = bytes.size();
+        bytes.resize(std::min(max_bytes + 1, had + std::max(kPiece, had)));
+        in.read(bytes.data() + had, std::streamsize(bytes.size() - had));
+        bytes.resize(had + std::size_t(in.gcount()));
+    }
+    if (in.bad()) refuse("cannot be read");
+    if (bytes.size() > max_bytes)
+        throw DataError(file, "file", "larger than " + std::to_string(max_bytes) + " bytes");
     return bytes;
 }
 

@@ -1,11 +1,12 @@
 #include "app/study/facts.h"
-#include "patient/whole_file.h"
 
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "patient/whole_file.h"
 
 namespace stylet::study {
 

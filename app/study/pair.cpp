@@ -1,10 +1,11 @@
 #include "app/study/pair.h"
-#include "patient/whole_file.h"
 
 #include <toml++/toml.h>
 #include <cmath>
 #include <cstdio>
 #include <set>
+
+#include "patient/whole_file.h"
 
 namespace stylet::study {
 

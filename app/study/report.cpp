@@ -329,7 +329,7 @@ ReportedStudy readStudy(const fs::path& out) {
         pair.results = KeptBlocks(folder / "blocks", pair.facts.run, pair.facts.paths).all();
         for (const patient::PlannedPath& path : patient::loadPaths(folder / "paths.json").paths)
             pair.clearance.push_back(path.clearance_score);
-        pair.picture = bytesOf(folder / "paths.png");
+        if (fs::exists(folder / "paths.png")) pair.picture = bytesOf(folder / "paths.png");
         pair.summary = summarise(name, pair.results);
         pair.without_bone = summariseWithoutBone(name, pair.results);
         all.insert(all.end(), pair.results.begin(), pair.results.end());

@@ -1,8 +1,9 @@
 #include "app/trainer/devices.h"
-#include "app/format.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+
+#include "app/format.h"
 
 namespace stylet::trainer {
 

@@ -1,8 +1,9 @@
 #include "app/trainer/machine_screens.h"
-#include "app/format.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "app/format.h"
 
 namespace stylet::trainer {
 namespace {

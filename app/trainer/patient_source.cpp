@@ -11,6 +11,7 @@
 
 #include "app/trainer/derived.h"
 #include "app/trainer/platform_linux.h"
+#include "patient/cache_file.h"
 #include "patient/hash.h"
 #include "patient/synth/synth.h"
 #include "patient/toml_reader.h"
@@ -186,10 +187,16 @@ std::vector<PlannedPath> plan(const patient::Patient& patient, const std::filesy
                             std::to_string(result.rejected_blocked) + " are blocked, " +
                             std::to_string(result.rejected_long) + " too long, " +
                             std::to_string(result.rejected_quality) + " too poor");
+    // Other programs may be planning for the same patient, and reading.
+    const std::filesystem::path fresh = file.string() + "." + std::to_string(std::random_device{}());
     try {
+        patient::sweepLeftovers(file.parent_path(), file.filename().string());
         patient::savePaths({patient::digest(patient.package()), patient::kPlannerVersion, result.paths},
-                           file);
+                           fresh);
+        std::filesystem::rename(fresh, file);
     } catch (const std::exception& e) {
+        std::error_code ignored;
+        std::filesystem::remove(fresh, ignored);
         std::fprintf(stderr, "stylet: the paths are not kept: %s\n", e.what());
     }
     return std::move(result.paths);
@@ -208,11 +215,16 @@ std::optional<patient::Package> keptPackage(const std::filesystem::path& folder,
         said = e.what();
         // Another program may be putting a sound one in its place just now: what is judged is what nobody
         // else has.
-        if (std::filesystem::exists(folder) && !canBeRead(folder)) throw;
+        if (!canBeRead(folder)) {
+            if (std::filesystem::exists(folder)) throw;
+            return std::nullopt;
+        }
         std::filesystem::rename(folder, aside, error);
         if (error && std::filesystem::exists(folder)) throw;
     }
     if (error) return std::nullopt;
+    // Or another program's clearLeftovers() might take it for abandoned.
+    std::filesystem::last_write_time(aside, std::filesystem::file_time_type::clock::now(), error);
     try {
         patient::Package sound = load(aside);
         std::filesystem::rename(aside, folder, error);

@@ -30,7 +30,7 @@ struct OpenedPatient {
 OpenedPatient openPatient(const PatientRequest&);
 
 // The package in a folder of the cache, which other programs read, judge and make anew at the same time.
-// Nothing: there is none, or it was damaged and is gone. Throws patient::DataError where it cannot be read,
+// Nothing: there is none, or it was damaged and is gone. Throws patient::DataError where it cannot be opened,
 // which is no damage.
 using LoadPackage = std::function<patient::Package(const std::filesystem::path&)>;
 std::optional<patient::Package> keptPackage(const std::filesystem::path& folder,

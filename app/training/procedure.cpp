@@ -1,5 +1,4 @@
 #include "app/training/procedure.h"
-#include "app/format.h"
 
 #include <algorithm>
 #include <array>
@@ -9,6 +8,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <utility>
+
+#include "app/format.h"
 
 namespace stylet::training {
 

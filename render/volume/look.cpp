@@ -1,10 +1,11 @@
 #include "render/volume/look.h"
-#include "patient/whole_file.h"
 
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+
+#include "patient/whole_file.h"
 
 namespace stylet::render {
 namespace {

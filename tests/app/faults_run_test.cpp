@@ -124,6 +124,11 @@ class FaultsRun : public testing::Test {
     }
     static void TearDownTestSuite() { delete box_; }
     void TearDown() override {
+        // Also where a test was left in the middle.
+        within_.clear(), variables_.clear();
+        if (locked_) [[maybe_unused]]
+            const int open = std::system(("chmod -R u+w '" + in("only").string() + "'").c_str());
+        locked_ = false;
         if (!row_.program.empty()) matrix.push_back({row_.program, row_.fault, row_.outcome, HasFailure()});
     }
     void cell(const char* program, const char* fault, const char* outcome) {
@@ -226,6 +231,7 @@ class FaultsRun : public testing::Test {
     static inline const std::string kAttempt = "stylet run --fast --spacing-mm 5 --scenario demo ";
     static inline test::TempFolder* box_ = nullptr;
     static inline std::string variables_, within_, hash_, said_, err_;
+    static inline bool locked_ = false;  // the folder "only"
     Row row_;
 };
 
@@ -511,6 +517,9 @@ TEST_F(FaultsRun, AFileSystemThatIsOnlyRead) {
         std::printf("no mount can be made here: a folder without the right to write in its place\n");
         reason = "Permission denied";
         within_ = geteuid() == 0 ? "setpriv --inh-caps=-dac_override --bounding-set=-dac_override" : "";
+        if (!within_.empty() && std::system((within_ + " true 2>/dev/null").c_str()) != 0)
+            GTEST_SKIP() << "this root can neither mount nor give up its power over files";
+        locked_ = true;
         ASSERT_EQ(std::system(("chmod -R a-w " + only).c_str()), 0);
     }
     const auto refused = [&](const std::string& line, const std::string& file) {
@@ -543,10 +552,6 @@ TEST_F(FaultsRun, AFileSystemThatIsOnlyRead) {
     EXPECT_EQ(hashIn("read"), hash_);
     works("stylet-report attempt only/attempt --out read");
     works("stylet-study plan " + kStudy + "read-study");
-    within_.clear();
-    if (!mounted) {
-        EXPECT_EQ(std::system(("chmod -R u+w " + only).c_str()), 0);
-    }
 }
 
 TEST_F(FaultsRun, NobodyReads) {

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <optional>
 
 #include "app/records/centre.h"
+#include "patient/package.h"
 #include "tests/support/postgres.h"
 #include "tests/support/temp_folder.h"
 
@@ -25,8 +27,10 @@ constexpr bool kPictures = false;
 #endif
 
 Soaked soaked(Leak leak, std::size_t scenarios, bool everything = false) {
-    // What waits for a disk tells nothing here.
-    setenv("TMPDIR", "/dev/shm", 0);
+    // What waits for a disk tells nothing here. A container's may be small.
+    std::error_code none;
+    if (std::filesystem::space("/dev/shm", none).available > std::uintmax_t(1) << 30 && !none)
+        setenv("TMPDIR", "/dev/shm", 0);
     const test::TempFolder folder;
     std::optional<test::Postgres> postgres;
     Settings settings;
@@ -48,9 +52,15 @@ Soaked soaked(Leak leak, std::size_t scenarios, bool everything = false) {
 
 // Rounds made again that end in the same hashes are among what is asked.
 TEST(Soak, NothingGrowsWithEverythingOn) {
-    const Soaked all = soaked(Leak::none, 3, true);
-    EXPECT_EQ(all.complaints, "") << reportOf(all.result);
-    EXPECT_GT(all.result.counts.ticks, 300'000u);
+    if (records::hasCentre() && !test::Postgres::isInstalled()) GTEST_SKIP() << "no PostgreSQL";
+    try {
+        const Soaked all = soaked(Leak::none, 3, true);
+        EXPECT_EQ(all.complaints, "") << reportOf(all.result);
+        EXPECT_GT(all.result.counts.ticks, 300'000u);
+    } catch (const patient::DataError& e) {
+        if (std::string(e.what()) != "--pictures: headset: there is none") throw;
+        GTEST_SKIP() << e.what();
+    }
 }
 
 class LeakySoak : public testing::TestWithParam<std::pair<Leak, const char*>> {};

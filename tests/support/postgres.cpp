@@ -16,12 +16,17 @@ std::string programsFolder() {
     for (const auto& version : std::filesystem::directory_iterator("/usr/lib/postgresql", none))
         if (std::filesystem::exists(version.path() / "bin" / "initdb"))
             return (version.path() / "bin").string();
-    throw std::runtime_error("PostgreSQL is not installed (package postgresql)");
+    return "";
 }
 
 }  // namespace
 
+bool Postgres::isInstalled() {
+    return !programsFolder().empty();
+}
+
 Postgres::Postgres() : programs_(programsFolder()) {
+    if (programs_.empty()) throw std::runtime_error("PostgreSQL is not installed (package postgresql)");
     // The server refuses to run as root.
     if (geteuid() == 0) as_ = "runuser -u postgres -- ";
     chmod(folder_.path().c_str(), 0777);

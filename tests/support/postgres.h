@@ -9,6 +9,7 @@ namespace stylet::test {
 
 class Postgres {
   public:
+    static bool isInstalled();
     Postgres();  // made and started; throws std::runtime_error where the server's programs are missing
     ~Postgres();
     Postgres(const Postgres&) = delete;

@@ -204,6 +204,9 @@ TEST_F(StudyReport, NamesWhatIsMissing) {
         test::expectRefused([&] { readStudy(copy); }, file.string(), field);
         std::ofstream(copy / file) << before;
     };
+    // A pair that no path was found in has none.
+    fs::remove(copy / "one/paths.png");
+    EXPECT_TRUE(readStudy(copy).pairs[0].picture.empty());
     refused("summary.json", "", "file");
     refused("summary.json", "[]", "format");
     refused("summary.json",

@@ -120,7 +120,7 @@ TEST(PhaseSignal, IsReadOrRefusedByLine) {
     const auto refused = [](const std::string& text, const std::string& field) {
         test::expectRefused([&] { (void)parsePhaseSignal(text, "s.csv", 3); }, "s.csv", field);
     };
-    refused("", "phase");
+    refused("", "line 1");
     refused("v,rate\n", "line 1");
     refused("phase,v,rate_per_s\n1,0,0\n", "phase");
     refused(good + "4,0,0\n", "line 5");

@@ -12,10 +12,9 @@ file(WRITE "${OUT}" "#include \"app/report/embedded.h\"
 
 namespace stylet::report {
 
-static const unsigned char bytes[] = {
-${bytes}};
-
 Embedded ${NAME}() {
+    static constexpr unsigned char bytes[] = {
+${bytes}};
     return {{reinterpret_cast<const char*>(bytes), sizeof bytes}, \"${sha256}\"};
 }
 

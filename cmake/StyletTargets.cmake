@@ -21,6 +21,9 @@ if(STYLET_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
     set(CMAKE_C_COMPILER_LAUNCHER ${STYLET_CCACHE})
 endif()
 
+# Optimization level of code that runs once: tests and command lines.
+set(STYLET_FAST_COMPILE "$<$<CONFIG:Release>:-O1>")
+
 add_library(stylet_flags INTERFACE)
 target_compile_options(stylet_flags INTERFACE
     # Bit-equal results across compilers and machines need every product rounded on its own.
@@ -43,21 +46,29 @@ if(STYLET_SANITIZE)
     endif()
 endif()
 
-# The standard headers are two thirds of clang's time. What a file forgets to include, a build without this notices.
-option(STYLET_PRECOMPILE "Precompile the standard headers (clang)" OFF)
+# Reading and instantiating headers costs about half of a source's compile time. Two options reduce it:
+# - STYLET_UNITY compiles the sources of a target twenty at a time. Names at file scope are therefore unique per target.
+# - STYLET_PRECOMPILE precompiles the standard headers, once for the program and once, with GoogleTest, for the tests.
+# Both hide an include that a source forgot: `packaging/test --all` builds without them.
+option(STYLET_UNITY "Compile the sources of a target twenty at a time" ON)
+option(STYLET_PRECOMPILE "Precompile the standard headers" ON)
+if(STYLET_UNITY)
+    set(CMAKE_UNITY_BUILD ON)
+    set(CMAKE_UNITY_BUILD_BATCH_SIZE 20)
+    # GCC warns of a public type with a member of a file's own type unless that file is the one being compiled; and
+    # where more is inlined, GCC 12 reports overflows in std::string's copies that are none.
+    target_compile_options(stylet_flags INTERFACE
+        "$<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-restrict>")
+endif()
 if(STYLET_PRECOMPILE)
-    if(NOT CMAKE_CXX_COMPILER_ID STREQUAL Clang)
-        message(FATAL_ERROR "STYLET_PRECOMPILE needs clang: GCC warns of what the precompiled headers hold")
+    set(CMAKE_CXX_COMPILE_OPTIONS_PIE ${CMAKE_CXX_COMPILE_OPTIONS_PIC})  # programs reuse the libraries' precompiled headers
+    if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+        set(CMAKE_PCH_INSTANTIATE_TEMPLATES ON)
+        target_compile_options(stylet_flags INTERFACE "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-Xclang -fno-pch-timestamp>")  # for ccache
     endif()
-    set(CMAKE_CXX_COMPILE_OPTIONS_PIE ${CMAKE_CXX_COMPILE_OPTIONS_PIC})  # programs share what libraries precompile
-    set(CMAKE_PCH_INSTANTIATE_TEMPLATES ON)
-    target_compile_options(stylet_flags INTERFACE "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-Xclang -fno-pch-timestamp>")  # for ccache
     set(STYLET_STANDARD_HEADERS <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <fstream> <functional>
         <map> <memory> <mutex> <optional> <span> <string> <string_view> <thread> <utility> <vector>
         <glm/geometric.hpp> <glm/gtc/quaternion.hpp>)
-    add_library(stylet_precompiled STATIC ${CMAKE_SOURCE_DIR}/cmake/empty.cpp)
-    target_link_libraries(stylet_precompiled PRIVATE stylet_flags)
-    target_precompile_headers(stylet_precompiled PRIVATE ${STYLET_STANDARD_HEADERS})
 endif()
 
 # stylet_library(name SOURCES ... PUBLIC ... PRIVATE ... OWN_PRECOMPILED): a static library of one folder.
@@ -71,39 +82,66 @@ function(stylet_library name)
     endif()
 endfunction()
 
-# stylet_program(name SOURCES ... LINK ...): a binary in bin/.
+# stylet_program(name SOURCES ... LINK ...): a binary in bin/. Its main.cpp only wires: compiling it fast is worth more.
 function(stylet_program name)
     cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
     add_executable(${name} ${ARG_SOURCES})
     target_link_libraries(${name} PRIVATE stylet_flags ${ARG_LINK})
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # clang refuses headers precompiled at another level
+        set_source_files_properties(main.cpp PROPERTIES COMPILE_OPTIONS ${STYLET_FAST_COMPILE})
+    endif()
+    if(TARGET stylet_precompiled)
+        target_precompile_headers(${name} REUSE_FROM stylet_precompiled)
+    endif()
 endfunction()
 
-# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... PARALLEL ONE_THREAD): a GoogleTest program of tests/<module>.
+# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... REAL_TIME ALL_REAL_TIME ONE_THREAD): a GoogleTest program of tests/<module>.
 # One ctest entry a program: most tests are short, and starting a process for each would cost more than running it.
-# PARALLEL: it has no clock, device or picture to keep up with, and may run beside others of its kind. Sanitized, all do:
-# there none keeps up.
+# Programs with the longest time-out start first, so that none is left to run alone at the end.
+# REAL_TIME: some of its suites are named *RealTime. They show what only the wall clock shows, so they have an entry of
+# their own, NAME_real_time, which runs alone and which `packaging/test --stutter` repeats. ALL_REAL_TIME: so are all.
 # ONE_THREAD: nothing in it for ThreadSanitizer but loops cut into parts, whose results are compared elsewhere.
 function(stylet_test name)
-    cmake_parse_arguments(ARG "PARALLEL;ONE_THREAD" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+    cmake_parse_arguments(ARG "REAL_TIME;ALL_REAL_TIME;ONE_THREAD" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
     if(ARG_ONE_THREAD AND STYLET_SANITIZE MATCHES thread)
         return()
     endif()
     add_executable(${name} ${ARG_SOURCES})
     target_link_libraries(${name} PRIVATE stylet_flags stylet_test_main ${ARG_LINK})
+    target_compile_options(${name} PRIVATE ${STYLET_FAST_COMPILE})
     if(TARGET stylet_precompiled)
         target_precompile_headers(${name} REUSE_FROM stylet_test_main)
     endif()
     set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+    add_dependencies(test_programs ${name})
     if(NOT ARG_TIMEOUT)
         set(ARG_TIMEOUT 300)
     endif()
-    add_test(NAME ${name} COMMAND ${name})
-    add_dependencies(test_programs ${name})
-    if(NOT ARG_PARALLEL AND NOT STYLET_SANITIZE)
-        set_tests_properties(${name} PROPERTIES RUN_SERIAL TRUE)
+    set(entries ${name})
+    set(real_time "")
+    if(ARG_ALL_REAL_TIME)
+        add_test(NAME ${name} COMMAND ${name})
+        set(real_time ${name})
+    elseif(ARG_REAL_TIME)
+        add_test(NAME ${name} COMMAND ${name} --gtest_filter=-*RealTime.*)
+        add_test(NAME ${name}_real_time COMMAND ${name} --gtest_filter=*RealTime.*)
+        if(NOT STYLET_SANITIZE)  # a renamed suite would leave nothing to run
+            set_tests_properties(${name}_real_time PROPERTIES FAIL_REGULAR_EXPRESSION "Running 0 tests")
+        endif()
+        set(real_time ${name}_real_time)
+        list(APPEND entries ${real_time})
+    else()
+        add_test(NAME ${name} COMMAND ${name})
     endif()
-    set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
+    set_tests_properties(${entries} PROPERTIES TIMEOUT ${ARG_TIMEOUT} COST ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
         ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};${STYLET_SANITIZER_ENVIRONMENT}")
+    if(real_time)
+        set_property(TEST ${real_time} APPEND PROPERTY LABELS real_time)
+        if(NOT STYLET_SANITIZE)  # what is sanitized keeps no pace
+            set_tests_properties(${real_time} PROPERTIES RUN_SERIAL TRUE)
+        endif()
+    endif()
+    set(STYLET_TEST_ENTRIES ${entries} PARENT_SCOPE)
 endfunction()
 
 # stylet_device_test(...): as stylet_test; umockdev stands between the program and sysfs and device nodes. By hand:
@@ -117,5 +155,5 @@ function(stylet_device_test name)
             OUTPUT_VARIABLE runtime OUTPUT_STRIP_TRAILING_WHITESPACE)
         string(PREPEND preload "${runtime}:")
     endif()
-    set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT "LD_PRELOAD=${preload}")
+    set_property(TEST ${STYLET_TEST_ENTRIES} APPEND PROPERTY ENVIRONMENT "LD_PRELOAD=${preload}")
 endfunction()

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 namespace stylet::haptics {
 
@@ -11,7 +12,6 @@ using patient::Surrogate;
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kGoldenAngle_rad = 2.39996322972865332;
 constexpr double kLevelSlope = 1.5;  // a smoothed distance rises at most so fast
 
@@ -55,7 +55,7 @@ Pad roundPad(int count, double radius_m, double curvature_m) noexcept {
         pad.points_m[std::size_t(i)] = {r_m * patient::detCos(angle_rad), r_m * patient::detSin(angle_rad),
                                         capHeight(r_m, curvature_m)};
     }
-    finish(pad, kPi * radius_m * radius_m);
+    finish(pad, std::numbers::pi * radius_m * radius_m);
     return pad;
 }
 

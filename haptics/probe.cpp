@@ -10,9 +10,9 @@ using patient::Surrogate;
 
 namespace {
 
-constexpr int kNewtonSteps = 2;        // a tick: the skin moves by some 20 um in one
-constexpr double kFarthest_m = 0.002;  // that one of them goes
-constexpr double kSteepness = 0.5;     // least slope of the level that is trusted
+constexpr int kNewtonSteps = 2;            // a tick: the skin moves by some 20 um in one
+constexpr double kFarthestStep_m = 0.002;  // that one of them goes
+constexpr double kSteepness = 0.5;         // least slope of the level that is trusted
 
 }  // namespace
 
@@ -46,7 +46,8 @@ Vec3 rideSkin(SkinRider& rider, const TouchMap& map, const MotionModel& motion,
     for (int i = 0; i < kNewtonSteps; ++i) {
         const TouchPoint t = touchAt(map, patient::referenceFromDeformed(motion, breath, rider.at_m));
         const double slope = std::max(glm::dot(t.level_slope, rider.outward), kSteepness);
-        const double up_m = std::clamp((rider.level_m - t.level_m) / slope, -kFarthest_m, kFarthest_m);
+        const double up_m =
+            std::clamp((rider.level_m - t.level_m) / slope, -kFarthestStep_m, kFarthestStep_m);
         rider.at_m += up_m * rider.outward;
     }
     return rider.at_m - before_m;

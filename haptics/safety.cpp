@@ -24,7 +24,7 @@ constexpr std::array<FaultText, 12> kTexts{{
 }};
 
 // No hand is further from its device than this; a pose beyond it is a device gone wrong.
-constexpr double kFarthest_m = 10.0;
+constexpr double kFarthestPose_m = 10.0;
 // How far a rotation's length may be from 1: single-precision drivers stay far inside.
 constexpr double kUnitTolerance = 1e-3;
 // Waiting ends a rounding early, never a tick late.
@@ -69,8 +69,8 @@ bool isPose(const Pose& pose) noexcept {
     const Vec3& p = pose.position_m;
     const double norm2 = glm::dot(pose.rotation, pose.rotation);
     // Written so that NaN fails.
-    return std::fabs(p.x) <= kFarthest_m && std::fabs(p.y) <= kFarthest_m && std::fabs(p.z) <= kFarthest_m &&
-           std::fabs(norm2 - 1.0) <= kUnitTolerance;
+    return std::fabs(p.x) <= kFarthestPose_m && std::fabs(p.y) <= kFarthestPose_m &&
+           std::fabs(p.z) <= kFarthestPose_m && std::fabs(norm2 - 1.0) <= kUnitTolerance;
 }
 
 std::uint32_t checkDevice(SafetyState& s, const DeviceProfile& profile, const DeviceState& device,

@@ -1,6 +1,7 @@
 #include "haptics/simulation.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "patient/transcendental.h"
 
@@ -179,9 +180,8 @@ Surrogate Simulation::breathNow() const noexcept {
 // The way that he has moved in this tick.
 Vec3 Simulation::movePatient() noexcept {
     if (state_.move_ticks == 0) return Vec3(0.0);
-    constexpr double kPi = 3.14159265358979323846;
     const double t_s = double(state_.move_ticks) * settings_.dt_s;
-    const double s = t_s < kMove_s ? patient::detSin(kPi * t_s / kMove_s) : 0.0;
+    const double s = t_s < kMove_s ? patient::detSin(std::numbers::pi * t_s / kMove_s) : 0.0;
     const Vec3 before_m = state_.patient_moved_m;
     state_.patient_moved_m = (s * s * s * s) * kMoved_m;
     state_.move_ticks = t_s < kMove_s ? state_.move_ticks + 1 : 0;

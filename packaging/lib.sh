@@ -10,6 +10,25 @@ JOBS=$(nproc)
 say() { printf '\033[1m== %s\033[0m\n' "$*" >&2; }
 die() { printf 'stylet: %s\n' "$*" >&2; exit 1; }
 
+# stage NAME: begins a step of the command. Its time is printed when the command ends, however it ends.
+STAGES=()
+stage() {
+    finish_stage
+    STAGE=$1 STAGE_BEGIN=$SECONDS
+    say "$1"
+}
+finish_stage() {
+    [ -z "${STAGE:-}" ] || STAGES+=("$(printf '%5d s  %s' $((SECONDS - STAGE_BEGIN)) "$STAGE")")
+    STAGE=
+}
+print_stages() {
+    finish_stage
+    [ ${#STAGES[@]} = 0 ] && return
+    say "time per stage"
+    printf '%s\n' "${STAGES[@]}" "$(printf '%5d s  in all' "$SECONDS")" >&2
+}
+trap print_stages EXIT
+
 as_root() {
     if [ "$(id -u)" = 0 ]; then "$@"
     elif command -v sudo >/dev/null; then sudo "$@"
@@ -34,7 +53,8 @@ install_packages() {
     find_missing "$@"
     [ ${#MISSING[@]} = 0 ] && return
     command -v apt-get >/dev/null || die "this is not Debian; please install: ${MISSING[*]}"
-    say "installing ${#MISSING[@]} packages: ${MISSING[*]}"
+    stage "installing ${#MISSING[@]} packages"
+    printf '%s\n' "${MISSING[*]}" >&2
     as_root apt-get update -q || say "the package lists could not be refreshed (offline?); trying with what is known"
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install -yq --no-install-recommends "${MISSING[@]}" ||
         die "could not install: ${MISSING[*]} (offline? bookworm and bookworm-security must be in the apt sources)"
@@ -44,12 +64,42 @@ install_packages() {
 configure_and_build() {
     local preset=$1 options=$2
     shift 2
-    say "$preset: configuring"
+    stage "$preset: configuring"
     # Fresh: another compiler than the folder's would cost the preset's settings.
     # shellcheck disable=SC2086  # options are words
     (cd "$ROOT" && cmake --fresh --preset "$preset" $options >"$ROOT/build/$preset.configure.log" 2>&1) ||
         { tail -n 30 "$ROOT/build/$preset.configure.log" >&2; die "configuring $preset failed"; }
-    say "$preset: building with $JOBS jobs"
-    cmake --build "$ROOT/build/$preset" -j "$JOBS" ${1:+--target "$@"}
+    stage "$preset: building with $JOBS jobs"
+    NINJA_STATUS='[%f/%t %es] ' cmake --build "$ROOT/build/$preset" -j "$JOBS" ${1:+--target "$@"} | show_progress
+}
+
+# Copies ninja's output. On a terminal its progress is one line, with the time left if the remaining steps are like those
+# done; else a line every ten seconds.
+show_progress() {
+    local line left shown=-10
+    while IFS= read -r line; do
+        if [[ ! $line =~ ^\[([0-9]+)/([0-9]+)\ ([0-9]+) ]]; then
+            if [ -t 1 ]; then printf '\r\033[K'; fi
+            printf '%s\n' "$line"
+            continue
+        fi
+        local finished=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]} elapsed=${BASH_REMATCH[3]}
+        left=$((finished > 0 ? elapsed * (all - finished) / finished : 0))
+        if [ -t 1 ]; then
+            printf '\r\033[K%d of %d steps, %d s, about %d s left' "$finished" "$all" "$elapsed" "$left"
+            if [ "$finished" = "$all" ]; then printf '\n'; fi
+        elif [ $((elapsed - shown)) -ge 10 ] || [ "$finished" = "$all" ]; then
+            printf '%d of %d steps, %d s, about %d s left\n' "$finished" "$all" "$elapsed" "$left"
+            shown=$elapsed
+        fi
+    done
+    return 0
+}
+
+# option_of_release NAME DEFAULT: an option of CMake as the release build has it now, as -DNAME=VALUE.
+option_of_release() {
+    local value
+    value=$(sed -n "s/^$1:BOOL=//p" "$ROOT/build/release/CMakeCache.txt" 2>/dev/null || true)
+    printf -- '-D%s=%s' "$1" "${value:-$2}"
 }
 mkdir -p "$ROOT/build"

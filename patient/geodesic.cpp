@@ -39,7 +39,8 @@ VoxelPiece boxed(const Grid& grid, std::vector<std::size_t> offsets) {
 
 // Everything that hangs together with `seed` and was not seen before.
 template <typename In>
-std::vector<std::size_t> flood(const Grid& grid, std::size_t seed, const In& in, std::vector<bool>& seen) {
+std::vector<std::size_t> connectedVoxels(const Grid& grid, std::size_t seed, const In& in,
+                                         std::vector<bool>& seen) {
     std::vector<std::size_t> found{seed};
     seen[seed] = true;
     for (std::size_t next = 0; next < found.size(); ++next) {
@@ -77,7 +78,7 @@ VoxelPiece pieceAround(const LabelVolume& labels, const Index3& seed, const Labe
     if (!labels.grid.contains(seed) || !set[labels[seed]]) return {};
     std::vector<bool> seen(labels.voxels.size());
     const auto in = [&](std::size_t offset) { return set[labels.voxels[offset]]; };
-    return boxed(labels.grid, flood(labels.grid, labels.grid.offset(seed), in, seen));
+    return boxed(labels.grid, connectedVoxels(labels.grid, labels.grid.offset(seed), in, seen));
 }
 
 std::vector<VoxelPiece> piecesOf(const LabelVolume& labels, const LabelSet& set) {
@@ -87,7 +88,7 @@ std::vector<VoxelPiece> piecesOf(const LabelVolume& labels, const LabelSet& set)
         const std::uint8_t label = labels.voxels[seed];
         if (!set[label] || seen[seed]) continue;
         const auto in = [&](std::size_t offset) { return labels.voxels[offset] == label; };
-        pieces.push_back(boxed(labels.grid, flood(labels.grid, seed, in, seen)));
+        pieces.push_back(boxed(labels.grid, connectedVoxels(labels.grid, seed, in, seen)));
     }
     return pieces;
 }

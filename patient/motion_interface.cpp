@@ -13,11 +13,6 @@ constexpr double kLiftAlong_m = 0.050, kLiftAcross_m = 0.015;
 constexpr int kLifts = 6;
 constexpr double kJustInside_m = 1e-7;
 
-double smoothStep(double from, double to, double x) noexcept {
-    const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
-    return s * s * (3.0 - 2.0 * s);
-}
-
 // The eight nodes around a point, their weights, and the level's gradient.
 struct Around {
     std::array<std::size_t, 8> node{};

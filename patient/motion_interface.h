@@ -1,12 +1,19 @@
 // The surface on which the two sides of a motion slide: made tangential, and measured.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
 #include "patient/motion.h"
 
 namespace stylet::patient {
+
+// C1 from 0 at `from` to 1 at `to`; `from` may be the greater.
+inline double smoothStep(double from, double to, double x) noexcept {
+    const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
+    return s * s * (3.0 - 2.0 * s);
+}
 
 // Points of the surface (level 0), at least one in every cell that it crosses, and its unit normals there.
 struct SurfacePoint {

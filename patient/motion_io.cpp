@@ -11,8 +11,8 @@ namespace stylet::patient {
 namespace {
 
 constexpr double kMostMotion = 0.1;  // m per unit of v, m per 1/s
-constexpr double kMostLevel_m = 1.0;
-constexpr double kGridTolerance_m = 1e-5;
+constexpr double kMostStoredLevel_m = 1.0;
+constexpr double kNodeTolerance_m = 1e-5;
 
 bool isZero(const MotionCoefficients& c) {
     return c == MotionCoefficients{};
@@ -25,7 +25,7 @@ void checkValues(const std::filesystem::path& file, const MotionModel& m) {
                 if (!(std::abs(c.a1_m[i]) <= kMostMotion && std::abs(c.a2_m_s[i]) <= kMostMotion))
                     throw DataError(file, "voxels", "a motion beyond 100 mm, or not a number");
     for (const float level : m.level_m)
-        if (!(std::abs(level) <= kMostLevel_m))
+        if (!(std::abs(level) <= kMostStoredLevel_m))
             throw DataError(file, "voxels", "a level beyond 1 m, or not a number");
 }
 
@@ -74,9 +74,9 @@ void take(const std::filesystem::path& file, const Volume<float>& stored, Motion
     for (int axis = 0; axis < 3; ++axis) {
         const double extent_m = stored.grid.spacing_m[axis] * stored.grid.dims[axis];
         if (!(std::abs(stored.grid.spacing_m[axis] / m.grid.spacing_m[axis] - 1.0) * extent_m <=
-              kGridTolerance_m))
+              kNodeTolerance_m))
             throw DataError(file, "spacing", "differs from patient.toml's");
-        if (!(std::abs(stored.grid.origin_m[axis] - m.grid.origin_m[axis]) <= kGridTolerance_m))
+        if (!(std::abs(stored.grid.origin_m[axis] - m.grid.origin_m[axis]) <= kNodeTolerance_m))
             throw DataError(file, "origin", "differs from patient.toml's");
     }
     m.grid.dims = stored.grid.dims;

@@ -11,15 +11,15 @@ namespace {
 
 constexpr double kWorkSpacing_m = 0.002;  // of the grid on which the cavity is shaped
 constexpr double kSmooth_m = 0.006;       // sigma of the rounding of its surface
-constexpr double kMostLevel_m = 0.060;
+constexpr double kMostShapedLevel_m = 0.060;
 constexpr double kHull_m = 0.015;  // gaps between organs narrower than twice this are closed
 constexpr double kSlot_m = 0.014;  // and slots narrower than twice this
 constexpr double kOffBone_m = 0.0015;
-constexpr double kMargin_m = 0.001;  // least level at the centre of a voxel of bone
-constexpr double kPad_m = 0.030;     // of nodes around the image
+constexpr double kBoneMargin_m = 0.001;  // least level at the centre of a voxel of bone
+constexpr double kPad_m = 0.030;         // of nodes around the image
 constexpr double kFade_m = 0.060, kLeastFade_m = 0.035;
-constexpr double kShear = 1.6;         // metres beside the spine to a metre of travel, at least
-constexpr double kFarthest_m = 0.028;  // that any breath takes the dome
+constexpr double kShear = 1.6;             // metres beside the spine to a metre of travel, at least
+constexpr double kFarthestDome_m = 0.028;  // that any breath takes the dome
 constexpr double kRibRise = 0.67;
 constexpr double kSteepest = 1.5;  // of the slide, per metre and unit of v
 constexpr double kWidest =
@@ -202,7 +202,7 @@ Volume<float> levelOf(const Volume<std::uint8_t>& mask, int threads) {
     for (std::size_t i = 0; i < level.voxels.size(); ++i) {
         const double signed_m =
             mask.voxels[i] ? half_m - double(depth.voxels[i]) : double(level.voxels[i]) - half_m;
-        level.voxels[i] = float(std::clamp(signed_m, -kMostLevel_m, kMostLevel_m));
+        level.voxels[i] = float(std::clamp(signed_m, -kMostShapedLevel_m, kMostShapedLevel_m));
     }
     smooth(level);
     return level;
@@ -219,12 +219,6 @@ Grid nodeGrid(const Grid& image, double spacing_m, double low_m, double high_m) 
         grid.dims[axis] = 2 + int(std::floor((high[axis] - grid.origin_m[axis]) / spacing_m));
     }
     return grid;
-}
-
-// C1 from 0 at `from` to 1 at `to`; `from` may be the greater.
-double smoothStep(double from, double to, double x) noexcept {
-    const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
-    return s * s * (3.0 - 2.0 * s);
 }
 
 // The template's two fields at a point, before the slide is made tangential.
@@ -388,7 +382,7 @@ MotionModel motionTemplate(const LabelVolume& labels, const std::vector<Label>& 
     m.reference = reference;
     m.dome_travel_m = amplitudes.dome_m;
     // A sigh adds less to what is deep at rest.
-    m.v.high = std::min(m.v.high, std::max(1.0, kFarthest_m / amplitudes.dome_m));
+    m.v.high = std::min(m.v.high, std::max(1.0, kFarthestDome_m / amplitudes.dome_m));
     const Kinds kinds = kindsOf(table);
     const Body body = measureBody(labels, kinds);
     if (body.empty()) return m;
@@ -404,7 +398,7 @@ MotionModel motionTemplate(const LabelVolume& labels, const std::vector<Label>& 
         m.slide.push_back({narrowed(inner * fields.slide(p, level_m)), narrowed(inner * fields.slideLag(p))});
         m.level_m.push_back(float(level_m));
     });
-    keepOutside(m, bonePoints(labels, kinds), kMargin_m);
+    keepOutside(m, bonePoints(labels, kinds), kBoneMargin_m);
     const Volume<float> share = ease(m);
     for (std::size_t i = 0; i < m.slide.size(); ++i)
         for (std::size_t c = 0; c < 3; ++c) {

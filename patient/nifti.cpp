@@ -19,7 +19,7 @@
 namespace stylet::patient {
 namespace {
 
-constexpr std::size_t kMaxFileBytes = std::size_t(5) << 30;
+constexpr std::size_t kMaxNiftiBytes = std::size_t(5) << 30;
 constexpr std::size_t kMostExpansion = 1032;  // what deflate can reach
 constexpr std::size_t kChunkVoxels = 1 << 16;
 constexpr int kCompression = 1;  // deflate's fastest: a package is loaded more often than it is sent
@@ -287,7 +287,7 @@ FileBytes readFile(const std::filesystem::path& file) {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(file, error);
     if (error) throw DataError(file, "file", "cannot be opened: " + error.message());
-    if (size > kMaxFileBytes) throw DataError(file, "file", "larger than 5 GiB");
+    if (size > kMaxNiftiBytes) throw DataError(file, "file", "larger than 5 GiB");
     FileBytes all{std::make_unique_for_overwrite<std::byte[]>(std::size_t(size)), std::size_t(size)};
     std::ifstream in(file, std::ios::binary);
     if (!in.read(reinterpret_cast<char*>(all.bytes.get()), std::streamsize(size)))

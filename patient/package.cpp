@@ -30,16 +30,16 @@ constexpr const char* kCtName = "ct.nii.gz";
 constexpr const char* kLabelsName = "labels.nii.gz";
 constexpr const char* kMotionName = "motion.nii.gz";
 constexpr const char* kColoursName = "labels.ctbl";
-constexpr double kGridTolerance_m = 1e-6;  // single precision of a millimetre value within a metre
+constexpr double kVoxelTolerance_m = 1e-6;  // single precision of a millimetre value within a metre
 
 // The exact grid is in patient.toml; a volume's own header must agree with it as far as single precision
 // goes.
 void checkGrid(const fs::path& file, const Grid& own, const Grid& exact) {
     for (int axis = 0; axis < 3; ++axis) {
         const double drift_m = std::abs(own.spacing_m[axis] - exact.spacing_m[axis]) * own.dims[axis];
-        if (!(drift_m <= 10 * kGridTolerance_m))
+        if (!(drift_m <= 10 * kVoxelTolerance_m))
             throw DataError(file, "spacing", "differs from patient.toml's");
-        if (!(std::abs(own.origin_m[axis] - exact.origin_m[axis]) <= kGridTolerance_m))
+        if (!(std::abs(own.origin_m[axis] - exact.origin_m[axis]) <= kVoxelTolerance_m))
             throw DataError(file, "origin", "differs from patient.toml's");
     }
 }

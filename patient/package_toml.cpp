@@ -73,8 +73,8 @@ void readTissues(TomlReader& root, TissueTable& table, ElasticityTable& elastici
         if (!seen[t]) root.refuse("tissue", "no row named \"" + std::string(tissueName(Tissue(t))) + "\"");
 }
 
-constexpr double kReach_m = 10.0;
-constexpr const char* kFormat = "stylet patient 3";
+constexpr double kPackageReach_m = 10.0;
+constexpr const char* kPackageFormat = "stylet patient 3";
 constexpr const char* kFormatOfEllipses = "stylet patient 1";
 constexpr const char* kFormatWithoutElasticity = "stylet patient 2";
 
@@ -114,7 +114,7 @@ std::array<double, N> readNumbers(const TomlReader& in, std::string_view key, co
     std::array<double, N> out{};
     for (std::size_t i = 0; i < N; ++i) {
         const auto value = values[i].is_number() ? values[i].value<double>() : std::nullopt;
-        if (!value || !(std::abs(*value) <= kReach_m)) in.refuse(key, "not numbers in [-10, 10] m");
+        if (!value || !(std::abs(*value) <= kPackageReach_m)) in.refuse(key, "not numbers in [-10, 10] m");
         out[i] = *value;
     }
     return out;
@@ -272,7 +272,7 @@ Package parsePackageToml(const std::filesystem::path& file, std::string_view tex
         root.refuse("format", "an older patient, who breathes in ellipses: make or import it again");
     if (format == kFormatWithoutElasticity)
         root.refuse("format", "an older patient, whose tissues have no elasticity: make or import it again");
-    if (format != kFormat) root.refuse("format", "not \"" + std::string(kFormat) + "\"");
+    if (format != kPackageFormat) root.refuse("format", "not \"" + std::string(kPackageFormat) + "\"");
     Package p;
     p.name = root.text("name", 200);
     p.licence = root.text("licence", 2000);
@@ -294,7 +294,7 @@ Package parsePackageToml(const std::filesystem::path& file, std::string_view tex
 
 std::string packageToml(const Package& p) {
     TomlWriter out;
-    out.put("format", kFormat);
+    out.put("format", kPackageFormat);
     out.put("name", p.name);
     out.put("licence", p.licence);
     out.put("provenance", p.provenance);

@@ -14,12 +14,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "stylet paths 2";
+constexpr const char* kPathsFormat = "stylet paths 2";
 constexpr std::size_t kMaxBytes = 64 << 20;
 constexpr int kMaxDepth = 8;
 constexpr int kMaxPlannerVersion = 1 << 20;
 constexpr std::size_t kDigestDigits = 16;
-constexpr double kReach_m = 10.0;
+constexpr double kPathReach_m = 10.0;
 
 Json toJson(const Vec3& v) {
     return {v.x, v.y, v.z};
@@ -49,8 +49,9 @@ class PathReader {
     Vec3 point(const char* key) {
         const Json& value = member(key);
         if (!value.is_array() || value.size() != 3) refuse(key, "not three numbers");
-        return {checked(key, value[0], -kReach_m, kReach_m), checked(key, value[1], -kReach_m, kReach_m),
-                checked(key, value[2], -kReach_m, kReach_m)};
+        return {checked(key, value[0], -kPathReach_m, kPathReach_m),
+                checked(key, value[1], -kPathReach_m, kPathReach_m),
+                checked(key, value[2], -kPathReach_m, kPathReach_m)};
     }
     void finish() const {
         for (const auto& [key, value] : json_.items())
@@ -88,7 +89,7 @@ PlannedPath readPath(PathReader in) {
     p.target_reference_m = in.point("target_reference_m");
     p.breath.v = in.number("breath_v", -2.0, 3.0);
     p.breath.rate_per_s = in.number("breath_rate_per_s", -100.0, 100.0);
-    p.length_m = in.number("length_m", 0.0, kReach_m);
+    p.length_m = in.number("length_m", 0.0, kPathReach_m);
     p.clearance_score = in.number("clearance_score", 0.0, 1.0);
     p.target_score = in.number("target_score", 0.0, 1.0);
     p.quality = in.number("quality", 0.0, 1.0);
@@ -135,8 +136,8 @@ Json parseBounded(const std::filesystem::path& file, std::string_view text) {
 StoredPaths parsePaths(const std::filesystem::path& file, std::string_view text) {
     const Json json = parseBounded(file, text);
     if (!json.is_object()) throw DataError(file, "json", "not an object");
-    if (json.value("format", Json()) != kFormat)
-        throw DataError(file, "format", std::string("not ") + kFormat);
+    if (json.value("format", Json()) != kPathsFormat)
+        throw DataError(file, "format", std::string("not ") + kPathsFormat);
     if (json.size() != 4)
         throw DataError(file, "json", "not {format, patient_digest, planner_version, paths}");
     StoredPaths stored;
@@ -158,7 +159,7 @@ void savePaths(const StoredPaths& stored, const std::filesystem::path& json) {
     Json list = Json::array();
     for (const PlannedPath& path : stored.paths)
         list.push_back(toJson(path));
-    writeWholeFile(json, Json{{"format", kFormat},
+    writeWholeFile(json, Json{{"format", kPathsFormat},
                               {"patient_digest", digestText(stored.patient_digest)},
                               {"planner_version", stored.planner_version},
                               {"paths", list}}

@@ -91,14 +91,14 @@ class EntryPlanner {
 };
 
 // Entries of one height.
-struct Row {
+struct PlanRow {
     std::size_t begin = 0, end = 0;
     std::vector<PlannedPath> paths;
     Counts counts;
 };
 
-std::vector<Row> rowsOf(const std::vector<Vec3>& entries_m) {
-    std::vector<Row> rows;
+std::vector<PlanRow> rowsOf(const std::vector<Vec3>& entries_m) {
+    std::vector<PlanRow> rows;
     for (std::size_t e = 0; e < entries_m.size(); ++e) {
         if (e == 0 || entries_m[e].z != entries_m[e - 1].z) rows.push_back({e, e, {}, {}});
         rows.back().end = e + 1;
@@ -134,7 +134,7 @@ PlanResult planPaths(const Patient& patient, const PlanSettings& settings,
     if (progress) progress(0.3);
 
     const Plan plan{patient, settings, region, map};
-    std::vector<Row> rows = rowsOf(region.entries_m);
+    std::vector<PlanRow> rows = rowsOf(region.entries_m);
     const auto planRow = [&](std::size_t r) {
         EntryPlanner planner(plan, targets);
         for (std::size_t e = rows[r].begin; e < rows[r].end; ++e)
@@ -147,7 +147,7 @@ PlanResult planPaths(const Patient& patient, const PlanSettings& settings,
 
     PlanResult result;
     result.candidates = region.entries_m.size() * targets.deformed_m.size();
-    for (const Row& row : rows) {
+    for (const PlanRow& row : rows) {
         result.paths.insert(result.paths.end(), row.paths.begin(), row.paths.end());
         result.skipped += row.counts.skipped;
         result.rejected_blocked += row.counts.blocked;

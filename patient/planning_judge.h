@@ -14,7 +14,6 @@ namespace stylet::patient {
 
 inline constexpr double kFullClearance_m = 0.010;  // C3 = 1
 inline constexpr double kFullChord_m = 0.010;      // C4 = 1
-inline constexpr double kBeyondTarget_m = 0.020;   // the far wall is looked for this far
 inline constexpr double kCorner_m = 1e-9;  // a way shorter than this through a voxel touches its corner
 
 // C3 and C4 from metres, and Q from both.

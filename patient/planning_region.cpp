@@ -11,7 +11,6 @@ namespace stylet::patient {
 namespace {
 
 constexpr double kClearanceMargin_m = 0.012;  // a clearance saturates at 10 mm
-constexpr double kBeyondTarget_m = 0.020;
 // The axillary lines, as shares of the torso's half depth before and behind its middle: 30 degrees either
 // side of the most lateral line of an elliptic torso.
 constexpr double kAxillaryLine = 0.5;
@@ -95,8 +94,8 @@ Volume<std::uint8_t> markDeformed(const Patient& patient, const Surrogate& breat
 
 // Sets `mark` on every voxel that is connected to `open` through voxels with `through`.
 template <typename Through>
-void flood(Volume<std::uint8_t>& marks, std::vector<Index3>& open, std::uint8_t mark,
-           const Through& through) {
+void floodMarks(Volume<std::uint8_t>& marks, std::vector<Index3>& open, std::uint8_t mark,
+                const Through& through) {
     while (!open.empty()) {
         const Index3 i = open.back();
         open.pop_back();
@@ -119,8 +118,8 @@ void tellBodyFromAir(Volume<std::uint8_t>& marks) {
         if (m & kLiver) m |= kBody, liver.push_back(i);
         if (!(m & kFilled) && (i.x == last.x || i.y == 0 || i.y == last.y)) m |= kOutside, air.push_back(i);
     });
-    flood(marks, liver, kBody, [](std::uint8_t m) { return (m & kFilled) != 0; });
-    flood(marks, air, kOutside, [](std::uint8_t m) { return (m & kFilled) == 0; });
+    floodMarks(marks, liver, kBody, [](std::uint8_t m) { return (m & kFilled) != 0; });
+    floodMarks(marks, air, kOutside, [](std::uint8_t m) { return (m & kFilled) == 0; });
     for (std::uint8_t& m : marks.voxels)
         if (!(m & (kFilled | kOutside))) m |= kRisk;
 }

@@ -7,6 +7,8 @@
 
 namespace stylet::patient {
 
+inline constexpr double kBeyondTarget_m = 0.020;  // the far wall is looked for this far
+
 // The right flank at the liver's height in the deformed patient, with room for clearances.
 struct PlanRegion {
     // To the border of the nearest risk structure, from voxel to voxel; under a rib's lower edge half the

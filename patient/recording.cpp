@@ -16,9 +16,9 @@
 namespace stylet::patient {
 namespace {
 
-constexpr std::size_t kMaxFileBytes = 16 << 20;
+constexpr std::size_t kMaxRecordingBytes = 16 << 20;
 constexpr std::size_t kMaxRows = 200'000;
-constexpr double kLongest_s = 3600.0, kFarthest_m = 10.0;
+constexpr double kLongest_s = 3600.0, kFarthestMarker_m = 10.0;
 constexpr double kDt_s = 0.1;
 constexpr double kWidestGap_s = 0.5;       // between rows that are believed
 constexpr double kMisdatedShare = 0.02;    // of all rows, at most
@@ -28,7 +28,7 @@ constexpr int kFewestBreaths = 2;
 constexpr double kTurn = 0.35;  // of the usual range: a rise or fall by so much is a breath's, less is not
 constexpr std::size_t kWindow = 80;  // samples that hold a whole breath
 
-struct Row {
+struct RecordingRow {
     double t_s = 0.0;
     Vec3 p_m{0.0};
     bool zero = false;
@@ -68,9 +68,9 @@ class Reader {
   public:
     Reader(std::string_view text, const std::filesystem::path& file) : lines_(file, text) {}
 
-    std::vector<Row> rows() {
+    std::vector<RecordingRow> rows() {
         checkHead();
-        std::vector<Row> rows;
+        std::vector<RecordingRow> rows;
         while (!lines_.done()) {
             const std::string_view line = lines_.next();
             if (line.empty() && lines_.done()) break;
@@ -91,7 +91,7 @@ class Reader {
         }
         if (!line.done()) lines_.refuse("more columns than Frame;Timestamp;x;y;z");
     }
-    Row row(std::string_view text) const {
+    RecordingRow row(std::string_view text) const {
         Line line(text);
         std::array<double, 5> values{};
         for (double& value : values) {
@@ -100,9 +100,9 @@ class Reader {
             value = *read;
         }
         if (!line.done()) lines_.refuse("more than five numbers");
-        Row row{values[1] * 1e-3, Vec3(values[2], values[3], values[4]) * 1e-3, false};
+        RecordingRow row{values[1] * 1e-3, Vec3(values[2], values[3], values[4]) * 1e-3, false};
         for (int k = 0; k < 3; ++k)
-            if (!(std::fabs(row.p_m[k]) <= kFarthest_m)) lines_.refuse("a marker farther than 10 m");
+            if (!(std::fabs(row.p_m[k]) <= kFarthestMarker_m)) lines_.refuse("a marker farther than 10 m");
         if (!(row.t_s >= 0.0 && row.t_s <= kLongest_s)) lines_.refuse("a time outside one hour");
         row.zero = std::all_of(values.begin(), values.end(), [](double v) { return v == 0.0; });
         return row;
@@ -112,8 +112,9 @@ class Reader {
 };
 
 // Rows in the order of time: what is dated before its predecessor, or far ahead of it, has a wrong date.
-std::vector<Row> inOrder(const std::vector<Row>& rows, const std::filesystem::path& file, int& misdated) {
-    std::vector<Row> kept{rows.front()};
+std::vector<RecordingRow> inOrder(const std::vector<RecordingRow>& rows, const std::filesystem::path& file,
+                                  int& misdated) {
+    std::vector<RecordingRow> kept{rows.front()};
     for (std::size_t i = 0; i < rows.size(); ++i) {
         if (rows[i].zero) throw DataError(file, "line " + std::to_string(i + 2), "a row of zeros inside");
         if (i == 0) continue;
@@ -131,12 +132,12 @@ std::vector<Row> inOrder(const std::vector<Row>& rows, const std::filesystem::pa
 }
 
 // The unit vector of the largest variance, by power iteration, toward +z.
-Vec3 principalAxis(const std::vector<Row>& rows) {
+Vec3 principalAxis(const std::vector<RecordingRow>& rows) {
     Vec3 mean(0.0);
-    for (const Row& row : rows)
+    for (const RecordingRow& row : rows)
         mean += row.p_m / double(rows.size());
     glm::dmat3 covariance(0.0);
-    for (const Row& row : rows)
+    for (const RecordingRow& row : rows)
         covariance += glm::outerProduct(row.p_m - mean, row.p_m - mean);
     // Begun along the column of the largest diagonal, which is never orthogonal to the axis sought.
     int widest = 0;
@@ -154,8 +155,8 @@ Vec3 principalAxis(const std::vector<Row>& rows) {
 
 // Along `axis`, every kDt_s, and without the camera's last digit (binomial over five samples: 2 % less at
 // 0.3 Hz).
-std::vector<double> resampled(const std::vector<Row>& rows, const Vec3& axis) {
-    const auto along = [&](const Row& r) {
+std::vector<double> resampled(const std::vector<RecordingRow>& rows, const Vec3& axis) {
+    const auto along = [&](const RecordingRow& r) {
         const Vec3 d = r.p_m - rows.front().p_m;
         return d.x * axis.x + d.y * axis.y + d.z * axis.z;
     };
@@ -249,11 +250,11 @@ std::vector<double> closedLoop(const std::vector<double>& v, const Turns& turns)
 }  // namespace
 
 RecordedBreath loadRecordedBreath(const std::filesystem::path& csv) {
-    return parseRecordedBreath(readWholeFile(csv, kMaxFileBytes), csv);
+    return parseRecordedBreath(readWholeFile(csv, kMaxRecordingBytes), csv);
 }
 
 RecordedBreath parseRecordedBreath(std::string_view csv, const std::filesystem::path& file) {
-    std::vector<Row> rows = Reader(csv, file).rows();
+    std::vector<RecordingRow> rows = Reader(csv, file).rows();
     RecordedBreath out;
     while (!rows.empty() && rows.back().zero)
         rows.pop_back(), ++out.zero_rows;

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "patient/transcendental.h"
 
 namespace stylet::patient {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kSqrt3 = 1.7320508075688772;
 constexpr double kShortest_s = 0.5;  // of a breath that jitter makes
 constexpr double kSighDepth = 1.8, kSighLength = 1.4;
@@ -108,11 +108,11 @@ Surrogate recordingAt(const BreathPlan& plan, std::uint64_t ticks, double dt_s) 
 
 Surrogate breathAt(const OneBreath& b, std::uint64_t phase_ticks, double dt_s) noexcept {
     if (b.ticks == 0) return {};
-    const double angle = kPi * double(phase_ticks) / double(b.ticks);
+    const double angle = std::numbers::pi * double(phase_ticks) / double(b.ticks);
     const double s = detSin(angle), c = detCos(angle);
     const double low_v = 2 * phase_ticks < b.ticks ? b.start_v : b.end_v, rise_v = b.peak_v - low_v;
     return {low_v + rise_v * (s * s * s * s),
-            4.0 * kPi / (double(b.ticks) * dt_s) * rise_v * (s * s * s * c)};
+            4.0 * std::numbers::pi / (double(b.ticks) * dt_s) * rise_v * (s * s * s * c)};
 }
 
 // The next tick of an unheld breath.

@@ -8,7 +8,7 @@ namespace stylet::patient {
 namespace {
 
 // The classes between the thresholds that some needle tells apart, in ascending HU.
-int classOf(double ct_hu, const Thresholds& t) noexcept {
+int classNumberOf(double ct_hu, const Thresholds& t) noexcept {
     return int(ct_hu >= t.t0_hu) + int(ct_hu >= t.t1_hu) + int(ct_hu >= t.t2_sensitive_hu) +
            int(ct_hu >= t.t2_specific_hu);
 }
@@ -45,7 +45,7 @@ TissueMap::TissueMap(const Patient& patient)
                 std::optional<Code>& code =
                     patient.label(label)
                         ? of_label[label]
-                        : of_class[std::size_t(classOf(package.ct.voxels[at], package.thresholds))];
+                        : of_class[std::size_t(classNumberOf(package.ct.voxels[at], package.thresholds))];
                 if (!code) add(code, i);
                 codes_[at] = *code;
             }

@@ -13,7 +13,7 @@ constexpr float kPull =
 constexpr float kHeld = 1e5f;   // of bone
 constexpr float kFree = 1e-3f;  // stiffness of outer air and gas, against soft tissue's
 constexpr double kGone_m = 2e-5;
-constexpr double kMargin_m = 0.024;                        // of the box about the contacts
+constexpr double kBoxMargin_m = 0.024;                     // of the box about the contacts
 constexpr int kMotionStride = 4;                           // nodes between those where the breath is asked
 constexpr double kStale_v = 0.04, kStaleRate_per_s = 0.4;  // a breath that moves tissue by less than a voxel
 constexpr float kSteepestStep = 0.4f;                      // of one step of the flow: at 1 it would fold
@@ -134,7 +134,7 @@ bool ToolDisplacement::place() noexcept {
         high = glm::max(high, glm::max(slot.contact.begin_m, slot.contact.end_m));
     }
     const Vec3 extent = high - low;
-    const double needed_m = std::max({extent.x, extent.y, extent.z}) + 2.0 * kMargin_m;
+    const double needed_m = std::max({extent.x, extent.y, extent.z}) + 2.0 * kBoxMargin_m;
     const double usual_m = settings_.spacing_m * (settings_.nodes - 1);
     const double wider = std::max(1.0, std::ceil(4.0 * needed_m / usual_m) / 4.0);
     const double spacing_m = settings_.spacing_m * wider, half_m = 0.5 * usual_m * wider;
@@ -142,7 +142,7 @@ bool ToolDisplacement::place() noexcept {
     const Vec3 off = 0.5 * (low + high) - (grid.origin_m + half_m);
     const bool same =
         grid.spacing_m.x == spacing_m && std::max({std::fabs(off.x), std::fabs(off.y), std::fabs(off.z)}) <
-                                             std::min(0.25 * half_m, 0.5 * kMargin_m);
+                                             std::min(0.25 * half_m, 0.5 * kBoxMargin_m);
     if (same) return false;
     grid.spacing_m = Vec3(spacing_m);
     grid.origin_m = 0.5 * (low + high) - half_m;

@@ -5,23 +5,13 @@
 #include <cstring>
 
 #include "render/guarded.h"
-#include "render/memory.h"
+#include "render/image_states.h"
 
 namespace stylet::render {
 namespace {
 
 constexpr std::uint64_t kPatience_ns = 1'000'000'000;
-constexpr auto kColour = vk::ImageAspectFlagBits::eColor;
 constexpr vk::Format kFormat = vk::Format::eR8G8B8A8Srgb;
-const ImageState kDrawn{
-    vk::ImageLayout::eColorAttachmentOptimal, vk::PipelineStageFlagBits2::eColorAttachmentOutput,
-    vk::AccessFlagBits2::eColorAttachmentWrite | vk::AccessFlagBits2::eColorAttachmentRead};
-const ImageState kRead{vk::ImageLayout::eTransferSrcOptimal, vk::PipelineStageFlagBits2::eTransfer,
-                       vk::AccessFlagBits2::eTransferRead};
-const ImageState kFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eTransfer,
-                        vk::AccessFlagBits2::eNone};
-const ImageState kWritten{vk::ImageLayout::eTransferDstOptimal, vk::PipelineStageFlagBits2::eTransfer,
-                          vk::AccessFlagBits2::eTransferWrite};
 
 vk::Extent2D shrunk(const StereoTarget& target, std::uint32_t most_pixels) {
     const std::uint32_t longer = std::max(target.width, target.height);
@@ -97,18 +87,19 @@ void EyeTap::Impl::record(const Copy& copy, const StereoTarget& target, int eye)
     const vk::Image small = *copy.small.handle;
     const vk::Extent2D extent{copy.small.extent.width, copy.small.extent.height};
     commands.begin({.flags = vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
-    transition(commands, target.image, kColour, kDrawn, kRead);
-    transition(commands, small, kColour, kFresh, kWritten);
+    transition(commands, target.image, kColour, kColourDrawn, kTransferRead);
+    transition(commands, small, kColour, kTransferFresh, kTransferWritten);
     const vk::ImageBlit scaled{.srcSubresource = {kColour, 0, std::uint32_t(eye), 1},
                                .srcOffsets = whole({target.width, target.height}),
                                .dstSubresource = {kColour, 0, 0, 1},
                                .dstOffsets = whole(extent)};
-    commands.blitImage(target.image, kRead.layout, small, kWritten.layout, scaled, vk::Filter::eLinear);
-    transition(commands, target.image, kColour, kRead, kDrawn);
-    transition(commands, small, kColour, kWritten, kRead);
+    commands.blitImage(target.image, kTransferRead.layout, small, kTransferWritten.layout, scaled,
+                       vk::Filter::eLinear);
+    transition(commands, target.image, kColour, kTransferRead, kColourDrawn);
+    transition(commands, small, kColour, kTransferWritten, kTransferRead);
     const vk::BufferImageCopy all{.imageSubresource = {kColour, 0, 0, 1},
                                   .imageExtent = {extent.width, extent.height, 1}};
-    commands.copyImageToBuffer(small, kRead.layout, *copy.pixels.handle, all);
+    commands.copyImageToBuffer(small, kTransferRead.layout, *copy.pixels.handle, all);
     const vk::MemoryBarrier2 to_host{.srcStageMask = vk::PipelineStageFlagBits2::eTransfer,
                                      .srcAccessMask = vk::AccessFlagBits2::eTransferWrite,
                                      .dstStageMask = vk::PipelineStageFlagBits2::eHost,

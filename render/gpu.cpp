@@ -42,14 +42,14 @@ bool hasLayer(const vk::raii::Context& context, const char* name) {
                        [&](const vk::LayerProperties& l) { return std::strcmp(l.layerName, name) == 0; });
 }
 
-struct Features {
+struct DeviceFeatures {
     vk::PhysicalDeviceFeatures core;
     vk::PhysicalDeviceVulkan11Features v11;
     vk::PhysicalDeviceVulkan12Features v12;
     vk::PhysicalDeviceVulkan13Features v13;
 };
 
-Features featuresOf(const vk::raii::PhysicalDevice& device) {
+DeviceFeatures featuresOf(const vk::raii::PhysicalDevice& device) {
     const auto chain =
         device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan11Features,
                             vk::PhysicalDeviceVulkan12Features, vk::PhysicalDeviceVulkan13Features>();
@@ -58,9 +58,9 @@ Features featuresOf(const vk::raii::PhysicalDevice& device) {
             chain.get<vk::PhysicalDeviceVulkan13Features>()};
 }
 
-bool fits(const vk::raii::PhysicalDevice& device) {
+bool isCapable(const vk::raii::PhysicalDevice& device) {
     if (device.getProperties().apiVersion < VK_API_VERSION_1_3) return false;
-    const Features f = featuresOf(device);
+    const DeviceFeatures f = featuresOf(device);
     return f.v13.dynamicRendering && f.v13.synchronization2 && f.v13.maintenance4 &&
            f.core.fragmentStoresAndAtomics;
 }
@@ -162,20 +162,20 @@ void Gpu::Impl::makeInstance(const GpuSettings& settings, const GpuHooks& hooks)
 void Gpu::Impl::pickDevice(const GpuHooks& hooks) {
     if (hooks.pickDevice) {
         physical = vk::raii::PhysicalDevice(instance, hooks.pickDevice(*instance));
-        if (!fits(physical)) throw GpuError("the runtime's Vulkan device lacks Vulkan 1.3");
+        if (!isCapable(physical)) throw GpuError("the runtime's Vulkan device lacks Vulkan 1.3");
         return;
     }
     vk::raii::PhysicalDevices devices(instance);
     const auto better = [](const vk::raii::PhysicalDevice& a, const vk::raii::PhysicalDevice& b) {
-        return std::pair(!fits(a), rank(a)) < std::pair(!fits(b), rank(b));
+        return std::pair(!isCapable(a), rank(a)) < std::pair(!isCapable(b), rank(b));
     };
     const auto found = std::min_element(devices.begin(), devices.end(), better);
-    if (found == devices.end() || !fits(*found)) throw GpuError("no Vulkan 1.3 device");
+    if (found == devices.end() || !isCapable(*found)) throw GpuError("no Vulkan 1.3 device");
     physical = std::move(*found);
 }
 
 void Gpu::Impl::makeDevice(const GpuSettings& settings, const GpuHooks& hooks) {
-    const Features offered = featuresOf(physical);
+    const DeviceFeatures offered = featuresOf(physical);
     multiview_offered = offered.v11.multiview;
     layered_offered = offered.v12.shaderOutputLayer;
     family = graphicsFamily(physical);

@@ -5,17 +5,11 @@
 #include <vector>
 
 #include "render/guarded.h"
-#include "render/memory.h"
+#include "render/image_states.h"
 
 namespace stylet::render {
 namespace {
 
-constexpr auto kColour = vk::ImageAspectFlagBits::eColor;
-constexpr auto kTransfer = vk::PipelineStageFlagBits2::eTransfer;
-const ImageState kFresh{vk::ImageLayout::eUndefined, kTransfer, vk::AccessFlagBits2::eNone};
-const ImageState kWritten{vk::ImageLayout::eTransferDstOptimal, kTransfer,
-                          vk::AccessFlagBits2::eTransferWrite};
-const ImageState kRead{vk::ImageLayout::eTransferSrcOptimal, kTransfer, vk::AccessFlagBits2::eTransferRead};
 const ImageState kPresented{vk::ImageLayout::ePresentSrcKHR, vk::PipelineStageFlagBits2::eNone, {}};
 
 // Scaled in linear light where the surface is sRGB; else the bytes go as they are.
@@ -141,11 +135,11 @@ bool Presenter::Impl::makeSwapchain(vk::Extent2D wanted) {
 
 void Presenter::Impl::upload(Picture& picture) const {
     const vk::Image image = *picture.image.handle;
-    transition(commands, image, kColour, kFresh, kWritten);
+    transition(commands, image, kColour, kTransferFresh, kTransferWritten);
     const vk::BufferImageCopy all{.imageSubresource = {kColour, 0, 0, 1},
                                   .imageExtent = picture.image.extent};
-    commands.copyBufferToImage(*picture.pixels.handle, image, kWritten.layout, all);
-    transition(commands, image, kColour, kWritten, kRead);
+    commands.copyBufferToImage(*picture.pixels.handle, image, kTransferWritten.layout, all);
+    transition(commands, image, kColour, kTransferWritten, kTransferRead);
     picture.changed = false;
 }
 
@@ -155,28 +149,30 @@ void Presenter::Impl::record(vk::Image target, std::span<const Placed> placed,
     commands.begin({.flags = vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
     for (const Placed& one : placed)
         if (pictures[one.picture].changed) upload(pictures[one.picture]);
-    transition(commands, target, kColour, kFresh, kWritten);
+    transition(commands, target, kColour, kTransferFresh, kTransferWritten);
     std::array<float, 4> clear{background[0], background[1], background[2], 1.0f};
     if (!isSrgb(format.format))
         for (float& channel : clear)
             channel = encoded(channel);
-    commands.clearColorImage(target, kWritten.layout, vk::ClearColorValue(clear),
+    commands.clearColorImage(target, kTransferWritten.layout, vk::ClearColorValue(clear),
                              vk::ImageSubresourceRange{kColour, 0, 1, 0, 1});
     for (const Placed& one : placed) {
         const GpuImage& from = pictures[one.picture].image;
-        transition(commands, target, kColour, kWritten, kWritten);
+        transition(commands, target, kColour, kTransferWritten, kTransferWritten);
         const vk::ImageBlit scaled{.srcSubresource = {kColour, 0, 0, 1},
                                    .srcOffsets = corners(0, 0, from.extent.width, from.extent.height),
                                    .dstSubresource = {kColour, 0, 0, 1},
                                    .dstOffsets = corners(one.x, one.y, one.width, one.height)};
-        commands.blitImage(*from.handle, kRead.layout, target, kWritten.layout, scaled, vk::Filter::eLinear);
+        commands.blitImage(*from.handle, kTransferRead.layout, target, kTransferWritten.layout, scaled,
+                           vk::Filter::eLinear);
     }
-    transition(commands, target, kColour, kWritten, kPresented);
+    transition(commands, target, kColour, kTransferWritten, kPresented);
     commands.end();
 }
 
 void Presenter::Impl::submit(std::uint32_t index) {
-    const vk::SemaphoreSubmitInfo wait{.semaphore = *acquired, .stageMask = kTransfer};
+    const vk::SemaphoreSubmitInfo wait{.semaphore = *acquired,
+                                       .stageMask = vk::PipelineStageFlagBits2::eTransfer};
     const vk::SemaphoreSubmitInfo signal{.semaphore = *shown[index],
                                          .stageMask = vk::PipelineStageFlagBits2::eAllCommands};
     const vk::CommandBufferSubmitInfo info{.commandBuffer = *commands};

@@ -10,6 +10,7 @@
 #include "render/eye_passes.h"
 #include "render/frame_bindings.h"
 #include "render/guarded.h"
+#include "render/image_states.h"
 #include "render/pipelines.h"
 #include "render/room/room.h"
 #include "render/shaders.h"
@@ -25,18 +26,10 @@ namespace {
 constexpr vk::Format kImageFormat = vk::Format::eR8G8B8A8Srgb;
 constexpr auto kVertexAndFragment = vk::ShaderStageFlagBits::eVertex | vk::ShaderStageFlagBits::eFragment;
 
-const ImageState kFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eAllCommands, {}};
-const ImageState kColourDrawn{
-    vk::ImageLayout::eColorAttachmentOptimal, vk::PipelineStageFlagBits2::eColorAttachmentOutput,
-    vk::AccessFlagBits2::eColorAttachmentWrite | vk::AccessFlagBits2::eColorAttachmentRead};
 const ImageState kDepthDrawn{
     vk::ImageLayout::eDepthStencilAttachmentOptimal,
     vk::PipelineStageFlagBits2::eEarlyFragmentTests | vk::PipelineStageFlagBits2::eLateFragmentTests,
     vk::AccessFlagBits2::eDepthStencilAttachmentWrite | vk::AccessFlagBits2::eDepthStencilAttachmentRead};
-const ImageState kDepthRead{
-    vk::ImageLayout::eShaderReadOnlyOptimal,
-    vk::PipelineStageFlagBits2::eFragmentShader | vk::PipelineStageFlagBits2::eComputeShader,
-    vk::AccessFlagBits2::eShaderSampledRead};
 
 // Outside the volume lies clear air.
 constexpr auto kClearAir = vk::SamplerAddressMode::eClampToBorder;
@@ -383,7 +376,7 @@ void Renderer::Impl::recordOpaque(const vk::raii::CommandBuffer& buffer, const R
                                   const StereoTarget& target) {
     room.recordBefore(buffer, pipeline(Kind::caster), descriptors);
     transition(buffer, target.image, vk::ImageAspectFlagBits::eColor, kColourDrawn, kColourDrawn);
-    transition(buffer, *depth.handle, vk::ImageAspectFlagBits::eDepth, kFresh, kDepthDrawn);
+    transition(buffer, *depth.handle, vk::ImageAspectFlagBits::eDepth, kFreshImage, kDepthDrawn);
     for (const EyePass& pass : eye_passes.of(target, depth)) {
         const RoomShown& shown = scene.room;
         beginPass(buffer, pass, target, *pass.colour, *pass.depth,
@@ -534,7 +527,7 @@ void Renderer::Impl::ownTarget(vk::Extent2D extent, bool with_depth) {
         image = GpuImage(gpu, format, {extent.width, extent.height, 1}, 2,
                          usage | vk::ImageUsageFlagBits::eTransferSrc);
         commands.submitAndWait([&](const vk::raii::CommandBuffer& buffer) {
-            transition(buffer, *image.handle, aspect, kFresh, state);
+            transition(buffer, *image.handle, aspect, kFreshImage, state);
         });
     };
     if (!fits(own_colour))

@@ -20,7 +20,7 @@ XrAction makeAction(XrActionSet set, XrActionType type, const char* name, const 
     return action;
 }
 
-void makeSpace(XrSession session, XrAction action, XrPath side, Owned<XrSpace, xrDestroySpace>& space) {
+void makeActionSpace(XrSession session, XrAction action, XrPath side, Owned<XrSpace, xrDestroySpace>& space) {
     auto info = typed<XrActionSpaceCreateInfo>(XR_TYPE_ACTION_SPACE_CREATE_INFO);
     info.action = action;
     info.subactionPath = side;
@@ -48,8 +48,8 @@ void Input::create(const Instance& instance, XrSession session, std::vector<std:
     attach.actionSets = &set;
     check(xrAttachSessionActionSets(session, &attach), "xrAttachSessionActionSets", kNoActions);
     for (std::size_t side = 0; side < 2; ++side) {
-        makeSpace(session, actions_.grip, sides_[side], grips_[side]);
-        makeSpace(session, actions_.aim, sides_[side], aims_[side]);
+        makeActionSpace(session, actions_.grip, sides_[side], grips_[side]);
+        makeActionSpace(session, actions_.aim, sides_[side], aims_[side]);
     }
     bare_.create(instance, session);
 }

@@ -30,8 +30,8 @@ std::vector<XrReferenceSpaceType> offeredSpaces(XrSession session) {
     return offered;
 }
 
-XrResult makeSpace(XrSession session, XrReferenceSpaceType type, const Pose& reference_from_space,
-                   Owned<XrSpace, xrDestroySpace>& space) {
+XrResult makeReferenceSpace(XrSession session, XrReferenceSpaceType type, const Pose& reference_from_space,
+                            Owned<XrSpace, xrDestroySpace>& space) {
     auto info = typed<XrReferenceSpaceCreateInfo>(XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
     info.referenceSpaceType = type;
     info.poseInReferenceSpace = xrPoseOf(reference_from_space);
@@ -63,7 +63,7 @@ void Spaces::create(const Instance& instance, XrSession session, bool stationary
         reference_from_stage_ = {};
         if (choice.type == XR_REFERENCE_SPACE_TYPE_LOCAL)
             reference_from_stage_.position[1] = -kAssumedEyeHeight_m;
-        made = makeSpace(session, choice.type, reference_from_stage_, stage_);
+        made = makeReferenceSpace(session, choice.type, reference_from_stage_, stage_);
         if (XR_FAILED(made)) {
             notes.push_back("xrCreateReferenceSpace: " + resultName(made) +
                             ": the runtime offers the space \"" + choice.name + "\", then refuses it");
@@ -77,7 +77,7 @@ void Spaces::create(const Instance& instance, XrSession session, bool stationary
     if (type_ == XR_REFERENCE_SPACE_TYPE_LOCAL)
         notes.push_back(
             "xrEnumerateReferenceSpaces: the runtime knows no floor: it is taken to be 1.6 m below the head");
-    check(makeSpace(session, XR_REFERENCE_SPACE_TYPE_VIEW, {}, head_), "xrCreateReferenceSpace",
+    check(makeReferenceSpace(session, XR_REFERENCE_SPACE_TYPE_VIEW, {}, head_), "xrCreateReferenceSpace",
           "the runtime does not track the head");
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 using patient::synth::CheckLine;
 
-struct Options {
+struct CheckOptions {
     std::string patient, seeds;
     double spacing_mm = 1.0;
     int threads = 2;
@@ -80,7 +80,7 @@ bool printPackage(const patient::Package& package, int threads) {
     return (!patient::synth::isReferencePatient(package) || printOne(package)) && plausible;
 }
 
-bool check(const Options& o) {
+bool check(const CheckOptions& o) {
     if (o.seeds.empty()) return printPackage(patient::loadPackage(o.patient), o.threads);
     unsigned long long first = 0, last = 0;
     const int got = std::sscanf(o.seeds.c_str(), "%llu..%llu", &first, &last);
@@ -92,7 +92,7 @@ bool check(const Options& o) {
 }  // namespace
 
 void addCheck(CLI::App& app) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<CheckOptions>();
     CLI::App* command = app.add_subcommand(
         "check",
         "say what is implausible in a patient; measure a reference patient's voxels against their ranges");

@@ -227,7 +227,7 @@ void checkPlaces(const Measured& m, Findings& f) {
                  {0.0, kAny}, "front and back are exchanged");
 }
 
-Mask maskOf(const Package& p, bool (*wanted)(const Label&)) {
+Mask maskOfPackage(const Package& p, bool (*wanted)(const Label&)) {
     std::array<std::uint8_t, 256> in{};
     for (const Label& l : p.label_table)
         in[l.id] = wanted(l);
@@ -269,10 +269,10 @@ void checkLiver(const Measured& m, Findings& f) {
     f.expect(refused, "liver volume", voxels * m.voxel_ml(), "ml", {600.0, 3500.0},
              "594 to 2250 in 369 healthy adults (Feng et al. 2017), 2022 +- 749 in men with cysts (Hogan et "
              "al. 2015); else a part is missing or it has leaked");
-    Mask whole = maskOf(m.package, isWholeLiver);
+    Mask whole = maskOfPackage(m.package, isWholeLiver);
     f.expect(warned, "liver beside its largest piece", 100.0 * double(keepLargest(whole)) / voxels, "%",
              {0.0, 5.0}, "a liver is in one piece");
-    checkCropping(maskOf(m.package, [](const Label& l) { return l.tissue == Tissue::liver; }), f);
+    checkCropping(maskOfPackage(m.package, [](const Label& l) { return l.tissue == Tissue::liver; }), f);
 }
 
 // The needle comes from the air around the body.
@@ -333,9 +333,9 @@ bool missesFascia(const Measured& m, const Index3& entry, const Index3& target) 
 
 void checkFascia(const Measured& m, Findings& f) {
     const Package& p = m.package;
-    const Mask skin = maskOf(p, [](const Label& l) { return l.tissue == Tissue::skin; });
-    const Mask liver = maskOf(p, [](const Label& l) { return l.tissue == Tissue::liver; });
-    Mask open = maskOf(p, [](const Label& l) { return l.tissue == Tissue::fascia; });
+    const Mask skin = maskOfPackage(p, [](const Label& l) { return l.tissue == Tissue::skin; });
+    const Mask liver = maskOfPackage(p, [](const Label& l) { return l.tissue == Tissue::liver; });
+    Mask open = maskOfPackage(p, [](const Label& l) { return l.tissue == Tissue::fascia; });
     for (std::uint8_t& v : open.voxels)
         v = v ? 0 : 1;
     const Mask reached = floodFrom(skin, open);

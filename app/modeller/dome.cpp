@@ -18,7 +18,7 @@ constexpr double kMostJump_m = 0.004;   // from column to column of one sheet
 constexpr double kBelowTop_m = 0.020, kAway_m = 0.010;
 constexpr std::size_t kFewestColumns = 100;
 
-float domeHeight(const FloatVolume& hu, int x, int y) {
+float domeHeightAt(const FloatVolume& hu, int x, int y) {
     const Grid& g = hu.grid;
     const int above = std::max(1, int(kLungAbove_m / g.spacing_m.z));
     for (int z = 1; z + above < g.dims.z; ++z) {
@@ -77,7 +77,7 @@ DomeMap domeOf(const FloatVolume& hu) {
     DomeMap map{hu.grid, std::vector<float>(std::size_t(hu.grid.dims.x) * std::size_t(hu.grid.dims.y))};
     forEachSlab(hu.grid.dims.y, [&](int y) {
         for (int x = 0; x < hu.grid.dims.x; ++x)
-            map.z_m[std::size_t(y) * std::size_t(hu.grid.dims.x) + std::size_t(x)] = domeHeight(hu, x, y);
+            map.z_m[std::size_t(y) * std::size_t(hu.grid.dims.x) + std::size_t(x)] = domeHeightAt(hu, x, y);
     });
     return map;
 }

@@ -14,7 +14,8 @@
 #include "app/modeller/raw_image.h"
 
 namespace fs = std::filesystem;
-using namespace stylet::modeller;
+
+namespace stylet::modeller {
 
 namespace {
 
@@ -64,7 +65,10 @@ ImageHandover toRas(const RawImage& in, std::vector<std::int16_t>& out) {
 
 }  // namespace
 
+}  // namespace stylet::modeller
+
 int main(int argc, char** argv) {
+    using namespace stylet::modeller;
     if (argc != 4 && argc != 5) {
         std::puts("usage: stylet-image-reader ct|labels|phase PATH OUT [SERIES]");
         return 2;

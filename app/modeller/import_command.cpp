@@ -12,7 +12,7 @@ namespace stylet::modeller {
 
 namespace {
 
-struct Arguments {
+struct ImportArguments {
     ImportSettings settings;
     std::filesystem::path out;
     double spacing_mm = 1.0;
@@ -25,7 +25,7 @@ void printSources(const std::vector<SourceLabel>& sources) {
                     s.volume_ml, s.mean_hu);
 }
 
-void runImport(Arguments& a) {
+void runImport(ImportArguments& a) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
@@ -51,9 +51,9 @@ void runImport(Arguments& a) {
 }  // namespace
 
 void addImport(CLI::App& app) {
-    auto arguments = std::make_shared<Arguments>();
+    auto arguments = std::make_shared<ImportArguments>();
     CLI::App* import = app.add_subcommand("import", "make a patient from a CT and its segmentation");
-    Arguments& a = *arguments;
+    ImportArguments& a = *arguments;
     import->add_option("--ct", a.settings.ct, "DICOM folder, or NIfTI file")->required();
     import->add_option("--series", a.settings.series,
                        "UID of the series to read, where the folder holds several");

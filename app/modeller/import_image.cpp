@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // A scan holds air, lung or gut gas, and soft tissue; next to nothing in it is denser than cortical bone.
-constexpr int kAir_hu = -500;
+constexpr int kHighestAir_hu = -500;
 constexpr double kLeastSoft = 0.02, kMostDense = 0.1;
 
 }  // namespace
@@ -59,9 +59,9 @@ void requireHounsfield(const patient::CtVolume& ct, const fs::path& source) {
             "RescaleIntercept (0028,1052), or in a NIfTI file scl_slope and scl_inter, may be wrong)");
     };
     const double all = double(ct.voxels.size());
-    if (lowest > kAir_hu)
+    if (lowest > kHighestAir_hu)
         refuse("the lowest value is " + std::to_string(lowest) + ", but air or lung shows below " +
-               std::to_string(kAir_hu));
+               std::to_string(kHighestAir_hu));
     if (soft < kLeastSoft * all) refuse("hardly any value is that of soft tissue, -200 to 200");
     if (dense > kMostDense * all) refuse("too many values are denser than the densest bone, above 1500");
 }

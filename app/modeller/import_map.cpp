@@ -16,7 +16,7 @@ using patient::Tissue;
 
 namespace {
 
-constexpr std::size_t kMaxBytes = 1 << 20;
+constexpr std::size_t kMaxMapBytes = 1 << 20;
 
 std::string trimmed(const std::string& s) {
     const auto from = s.find_first_not_of(" \t\r");
@@ -57,7 +57,7 @@ const Label* findTarget(const std::string& name) {
 }
 
 LabelMap loadLabelMap(const fs::path& csv) {
-    return parseLabelMap(csv, patient::readWholeFile(csv, kMaxBytes));
+    return parseLabelMap(csv, patient::readWholeFile(csv, kMaxMapBytes));
 }
 
 LabelMap parseLabelMap(const fs::path& csv, std::string_view text) {

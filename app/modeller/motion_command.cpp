@@ -13,7 +13,7 @@ namespace stylet::modeller {
 
 namespace {
 
-struct Options {
+struct MotionOptions {
     FitSettings fit;
     bool from_template = false;
     std::filesystem::path package, out;
@@ -74,7 +74,7 @@ patient::Package packageOf(const FittedMotion& fitted) {
 }
 
 // Fitted fields go with the pictures they were fitted on: a package must lie where those do.
-void checkPlace(const Options& o, const patient::Package& p, const FloatVolume& phase) {
+void checkPlace(const MotionOptions& o, const patient::Package& p, const FloatVolume& phase) {
     for (int d = 0; d < 3; ++d) {
         const double low_m = std::max(p.ct.grid.origin_m[d], phase.grid.origin_m[d]);
         const double high_m =
@@ -85,7 +85,7 @@ void checkPlace(const Options& o, const patient::Package& p, const FloatVolume& 
     }
 }
 
-void runFit(Options& o) {
+void runFit(MotionOptions& o) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     const auto say = [&](std::string_view stage) {
@@ -109,7 +109,7 @@ void runFit(Options& o) {
     say("done");
 }
 
-void runTemplate(const Options& o) {
+void runTemplate(const MotionOptions& o) {
     if (o.package.empty()) throw CLI::RequiredError("--package");
     patient::Package p = patient::loadPackage(o.package);
     if (!o.reference_phase.empty()) p.reference_phase = o.reference_phase;
@@ -124,7 +124,7 @@ void runTemplate(const Options& o) {
     printInterface(p.motion);
 }
 
-void addAmplitudes(CLI::App& command, Options& o) {
+void addAmplitudes(CLI::App& command, MotionOptions& o) {
     const auto add = [&](const char* name, double& mm, double most, const char* what) {
         command.add_option(name, mm, what)->check(CLI::Range(0.0, most))->capture_default_str();
     };
@@ -138,8 +138,8 @@ void addAmplitudes(CLI::App& command, Options& o) {
 }  // namespace
 
 void addMotion(CLI::App& app) {
-    const auto options = std::make_shared<Options>();
-    Options& o = *options;
+    const auto options = std::make_shared<MotionOptions>();
+    MotionOptions& o = *options;
     CLI::App* command =
         app.add_subcommand("motion", "how breath moves a patient: fitted to a 4D CT, or a template");
     auto* phases =

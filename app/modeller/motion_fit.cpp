@@ -24,7 +24,7 @@ constexpr int kRelaxations = 200;
 constexpr int kLevelPasses = 6;
 // What was registered slides along the wall by itself: only the nodes that make up the surface are corrected.
 constexpr double kNormalDepth_m = 0.0;
-constexpr float kOutside_hu = -1000.0f;
+constexpr float kOutsidePicture_hu = -1000.0f;
 
 double smoothStep(double x) {
     const double s = std::clamp(x, 0.0, 1.0);
@@ -154,7 +154,7 @@ NodeVelocities velocitiesOf(const Phase& fixed, const Phase& moving, const Mask&
     VectorField coarse(nodes);
     for (std::size_t i = 0; i < coarse.voxels.size(); ++i)
         coarse.voxels[i] = glm::vec3(out.wall_m[i]);
-    const FloatVolume rested = warped(moving.hu, exponential(coarse), kOutside_hu);
+    const FloatVolume rested = warped(moving.hu, exponential(coarse), kOutsidePicture_hu);
     const VectorField slide = field(rested, cavity);
     out.slide_m = atNodes(slide, weightsOf(cavity, slide.grid), nodes, fixed.hu.grid);
     return out;

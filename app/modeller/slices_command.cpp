@@ -10,7 +10,7 @@ namespace stylet::modeller {
 
 namespace {
 
-struct Options {
+struct SlicesOptions {
     std::string patient, out;
     std::optional<std::uint64_t> seed;
     double spacing_mm = 1.0;
@@ -19,7 +19,7 @@ struct Options {
 }  // namespace
 
 void addSlices(CLI::App& app) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<SlicesOptions>();
     CLI::App* command = app.add_subcommand("slices", "pictures of a patient's slices, plain and with labels");
     auto* folder = command->add_option("patient", o->patient, "folder of the package");
     auto* seed =

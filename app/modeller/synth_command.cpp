@@ -9,14 +9,14 @@ namespace stylet::modeller {
 
 namespace {
 
-struct Options {
+struct SynthOptions {
     std::uint64_t seed = 1;
     double spacing_mm = 1.0;
     int threads = 2;
     std::string out;
 };
 
-void synth(const Options& o) {
+void synth(const SynthOptions& o) {
     const auto begin = std::chrono::steady_clock::now();
     const patient::Package package = referencePatient(o.seed, o.spacing_mm, o.threads);
     patient::savePackage(package, o.out);
@@ -30,7 +30,7 @@ void synth(const Options& o) {
 }  // namespace
 
 void addSynth(CLI::App& app) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<SynthOptions>();
     CLI::App* command = app.add_subcommand("synth", "make a reference patient from a seed");
     command->add_option("--seed", o->seed, "the patient; same seed, same bytes")
         ->check([](const std::string& text) { return text.starts_with('-') ? text + " is negative" : ""; })

@@ -53,11 +53,6 @@ struct Envelope {
 
 const Index3 kNeighbours[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
 
-Index3 indexOf(const Grid& g, std::size_t offset) {
-    const auto x = std::size_t(g.dims.x), y = std::size_t(g.dims.y);
-    return {int(offset % x), int(offset / x % y), int(offset / (x * y))};
-}
-
 }  // namespace
 
 void forEachSlab(int count, const std::function<void(int)>& f) {

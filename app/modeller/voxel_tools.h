@@ -10,6 +10,12 @@ namespace stylet::modeller {
 using Mask = patient::LabelVolume;
 using FloatVolume = patient::Volume<float>;
 
+// The voxel at an offset, as Grid::offset counts.
+inline patient::Index3 indexOf(const patient::Grid& g, std::size_t offset) {
+    const auto x = std::size_t(g.dims.x), y = std::size_t(g.dims.y);
+    return {int(offset % x), int(offset / x % y), int(offset / (x * y))};
+}
+
 // Runs f(0) ... f(count - 1) on two threads; the result must not depend on the order.
 void forEachSlab(int count, const std::function<void(int)>& f);
 

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kPartBytes = 1 << 20;
 
 // Step i brings stylet.schema_version from i to i + 1. A step that a program was shipped with never changes.
-constexpr std::array kSteps{R"sql(
+constexpr std::array kCentreSteps{R"sql(
 CREATE TABLE stylet.attempt (
     id text PRIMARY KEY,
     trainee text NOT NULL,
@@ -101,7 +101,7 @@ INSERT INTO stylet.event SELECT $1, e.* FROM jsonb_to_recordset($2::jsonb) AS e 
 )sql";
 
 // JSON knows neither infinity nor NaN, PostgreSQL knows both by name.
-json numberJson(double v) {
+json postgresNumber(double v) {
     if (std::isnan(v)) return "NaN";
     if (std::isinf(v)) return v > 0 ? "Infinity" : "-Infinity";
     return v;
@@ -113,7 +113,7 @@ json textJson(std::string text) {
     return text;
 }
 
-json attemptJson(const StoredAttempt& a) {
+json postgresAttempt(const StoredAttempt& a) {
     json j{{"id", a.id},
            {"trainee", a.info.trainee},
            {"started_utc", a.started_utc},
@@ -125,12 +125,12 @@ json attemptJson(const StoredAttempt& a) {
            {"difficulty", textJson(a.info.difficulty)},
            {"program_version", textJson(a.info.program_version)},
            {"seed", a.info.seed},
-           {"dt_s", numberJson(a.info.dt_s)},
-           {"device_gain", numberJson(a.info.device_gain)}};
-    if (a.info.registration_rms_m) j["registration_rms_m"] = numberJson(*a.info.registration_rms_m);
+           {"dt_s", postgresNumber(a.info.dt_s)},
+           {"device_gain", postgresNumber(a.info.device_gain)}};
+    if (a.info.registration_rms_m) j["registration_rms_m"] = postgresNumber(*a.info.registration_rms_m);
     if (!a.result) return j;
     j["target_hit"] = a.result->target_hit;
-    j["total"] = numberJson(a.result->total);
+    j["total"] = postgresNumber(a.result->total);
     j["ticks"] = a.result->ticks;
     return j;
 }
@@ -142,9 +142,9 @@ json metricsJson(const std::vector<MetricRow>& metrics) {
                         {"id", textJson(m.id)},
                         {"name", textJson(m.name)},
                         {"unit", textJson(m.unit)},
-                        {"value", numberJson(m.value)},
-                        {"points", numberJson(m.points)},
-                        {"most_points", numberJson(m.most_points)}});
+                        {"value", postgresNumber(m.value)},
+                        {"points", postgresNumber(m.points)},
+                        {"most_points", postgresNumber(m.most_points)}});
     return rows;
 }
 
@@ -241,15 +241,15 @@ Centre::Centre(const std::string& database, std::function<void(int)> connected) 
         }
         const pqxx::result found = work.exec("SELECT version FROM stylet.schema_version");
         const std::size_t version = found.empty() ? 0 : found[0][0].as<std::size_t>();
-        if (version > kSteps.size())
+        if (version > kCentreSteps.size())
             throw std::runtime_error("its schema " + std::to_string(version) +
-                                     " is newer than this program's " + std::to_string(kSteps.size()));
-        for (std::size_t step = version; step < kSteps.size(); ++step)
-            work.exec(kSteps[step]);
+                                     " is newer than this program's " + std::to_string(kCentreSteps.size()));
+        for (std::size_t step = version; step < kCentreSteps.size(); ++step)
+            work.exec(kCentreSteps[step]);
         if (found.empty())
-            work.exec_params("INSERT INTO stylet.schema_version VALUES ($1)", kSteps.size());
-        else if (version < kSteps.size())
-            work.exec_params("UPDATE stylet.schema_version SET version = $1", kSteps.size());
+            work.exec_params("INSERT INTO stylet.schema_version VALUES ($1)", kCentreSteps.size());
+        else if (version < kCentreSteps.size())
+            work.exec_params("UPDATE stylet.schema_version SET version = $1", kCentreSteps.size());
         work.commit();
     });
 }
@@ -259,7 +259,7 @@ Centre::~Centre() = default;
 void Centre::keep(const StoredAttempt& attempt, const std::vector<StoredFile>& files) {
     asked([&] {
         pqxx::work work(connection_->to);
-        if (work.exec_params(kKeepAttempt, dumped(attemptJson(attempt))).affected_rows() == 0) return;
+        if (work.exec_params(kKeepAttempt, dumped(postgresAttempt(attempt))).affected_rows() == 0) return;
         if (attempt.result)
             work.exec_params(kKeepMetrics, attempt.id, dumped(metricsJson(attempt.result->metrics)));
         work.exec_params(kKeepEvents, attempt.id, dumped(eventsJson(attempt.events)));

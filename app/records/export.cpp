@@ -13,7 +13,7 @@
 
 namespace stylet::records {
 
-using json = nlohmann::ordered_json;
+using nlohmann::ordered_json;
 using patient::DataError;
 namespace fs = std::filesystem;
 
@@ -63,27 +63,27 @@ class Table {
     std::ostringstream out_;
 };
 
-json numberJson(double v) {
-    return std::isfinite(v) ? json(v) : json(nullptr);
+ordered_json numberJson(double v) {
+    return std::isfinite(v) ? ordered_json(v) : ordered_json(nullptr);
 }
 
-json attemptJson(const StoredAttempt& a) {
-    json j{
-        {"id", a.id},
-        {"trainee", a.info.trainee},
-        {"started_utc", a.started_utc},
-        {"state", stateName(a.state)},
-        {"device", a.info.device},
-        {"patient", a.info.patient},
-        {"patient_digest", hexOf(a.info.patient_digest)},
-        {"scenario", a.info.scenario},
-        {"difficulty", a.info.difficulty},
-        {"program_version", a.info.program_version},
-        {"seed", a.info.seed},
-        {"dt_s", a.info.dt_s},
-        {"device_gain", a.info.device_gain},
-        {"registration_rms_m", a.info.registration_rms_m ? json(*a.info.registration_rms_m) : json(nullptr)}};
-    json metrics = json::array(), events = json::array();
+ordered_json attemptJson(const StoredAttempt& a) {
+    ordered_json j{{"id", a.id},
+                   {"trainee", a.info.trainee},
+                   {"started_utc", a.started_utc},
+                   {"state", stateName(a.state)},
+                   {"device", a.info.device},
+                   {"patient", a.info.patient},
+                   {"patient_digest", hexOf(a.info.patient_digest)},
+                   {"scenario", a.info.scenario},
+                   {"difficulty", a.info.difficulty},
+                   {"program_version", a.info.program_version},
+                   {"seed", a.info.seed},
+                   {"dt_s", a.info.dt_s},
+                   {"device_gain", a.info.device_gain},
+                   {"registration_rms_m", a.info.registration_rms_m ? ordered_json(*a.info.registration_rms_m)
+                                                                    : ordered_json(nullptr)}};
+    ordered_json metrics = ordered_json::array(), events = ordered_json::array();
     if (a.result) {
         j["target_hit"] = a.result->target_hit;
         j["total"] = numberJson(a.result->total);
@@ -117,8 +117,9 @@ void copyFiles(const Store& store, const StoredAttempt& attempt, const fs::path&
         if (copied.bytes != stored.bytes || copied.crc32 != stored.crc32)
             exported.damage.push_back(from.string() + ": its checksum does not match");
     }
-    patient::writeWholeFile(to / "attempt.json",
-                            attemptJson(attempt).dump(2, ' ', false, json::error_handler_t::replace) + '\n');
+    patient::writeWholeFile(
+        to / "attempt.json",
+        attemptJson(attempt).dump(2, ' ', false, ordered_json::error_handler_t::replace) + '\n');
 }
 
 void writeTables(const std::vector<StoredAttempt>& attempts, const fs::path& folder) {

@@ -77,7 +77,7 @@ bool takeTick(ByteSource& source, TickInput& input) {
 
 // Every number of the settings in one order, for writing and for reading.
 template <typename Settings, typename Visit>
-void eachNumber(Settings& s, Visit visit) {
+void eachSettingsNumber(Settings& s, Visit visit) {
     visit(s.dt_s);
     static_assert(sizeof s.output == 4 * sizeof(double),
                   "a new setting needs a place here and a new kRecordVersion");
@@ -134,7 +134,7 @@ std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     sink.u64(header.settings.seed);
     sink.u32(static_cast<std::uint32_t>(header.settings.tools.first));
     haptics::eachToolCount(header.settings.tools, [&](int v) { sink.u32(static_cast<std::uint32_t>(v)); });
-    eachNumber(header.settings, [&](double v) { sink.f64(v); });
+    eachSettingsNumber(header.settings, [&](double v) { sink.f64(v); });
     putPose(sink, header.settings.patient_from_device);
     putBreath(sink, header.settings.breath);
 
@@ -153,7 +153,7 @@ std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesy
     header.settings.tools.first = static_cast<haptics::Tool>(first);
     haptics::eachToolCount(header.settings.tools,
                            [&](int& v) { v = static_cast<int>(std::min(body.u32(), kManyPoints)); });
-    eachNumber(header.settings, [&](double& v) { v = body.f64(); });
+    eachSettingsNumber(header.settings, [&](double& v) { v = body.f64(); });
     header.settings.patient_from_device = takePose(body);
     const bool breathes = takeBreath(body, header.settings.breath);
     header.settings.profile.name = "as recorded";

@@ -23,7 +23,7 @@ enum Flag : std::uint32_t { kHeld = 1, kGuided = 2, kParked = 4 };
 
 // Every number of a sample in one order, for writing and for reading.
 template <typename AnySample, typename Visit>
-void eachNumber(AnySample& s, Visit visit) {
+void eachSampleNumber(AnySample& s, Visit visit) {
     const auto vector = [&](auto& v) { visit(v.x), visit(v.y), visit(v.z); };
     const auto pose = [&](auto& p) {
         visit(p.rotation.w), visit(p.rotation.x), visit(p.rotation.y), visit(p.rotation.z);
@@ -43,14 +43,14 @@ void putSample(ByteSink& sink, const Sample& s) {
     sink.u32((s.breath_held ? kHeld : 0u) | (s.needle_in_guide ? kGuided : 0u) |
              (s.probe_parked ? kParked : 0u));
     sink.u32(s.faults);
-    eachNumber(s, [&](double v) { sink.f32(float(v)); });
+    eachSampleNumber(s, [&](double v) { sink.f32(float(v)); });
 }
 
 // False on a tool, phase or tissue that nobody knows.
 bool takeSample(ByteSource& source, Sample& s) {
     const std::uint32_t kinds = source.u32(), flags = source.u32();
     s.faults = source.u32();
-    eachNumber(s, [&](double& v) { v = double(source.f32()); });
+    eachSampleNumber(s, [&](double& v) { v = double(source.f32()); });
     const std::uint32_t tool = kinds & 0xff, phase = kinds >> 8 & 0xff, tissue = kinds >> 16 & 0xff;
     if (tool >= std::uint32_t(haptics::kToolCount) || phase > std::uint32_t(haptics::Phase::pass) ||
         tissue >= std::uint32_t(patient::kTissueCount) || flags > (kHeld | kGuided | kParked))
@@ -85,7 +85,7 @@ SamplesHeader headerFrom(std::span<const unsigned char> bytes, const std::filesy
     return header;
 }
 
-bool takeFrame(const Frame& frame, std::uint64_t after, std::vector<Sample>& samples) {
+bool takeSamples(const Frame& frame, std::uint64_t after, std::vector<Sample>& samples) {
     if (frame.first <= after || frame.last - frame.first + 1 != frame.ticks) return false;
     if (frame.body.size() != std::size_t(frame.ticks) * kSampleBytes) return false;
     ByteSource body(frame.body);
@@ -164,7 +164,7 @@ Samples parseSamples(std::span<const unsigned char> bytes, const std::filesystem
     std::size_t position = head.size;
     std::uint64_t after = 0;
     while (const std::optional<Frame> frame = frameAt(bytes.subspan(position))) {
-        if (!takeFrame(*frame, after, samples.samples)) break;
+        if (!takeSamples(*frame, after, samples.samples)) break;
         after = frame->last;
         position += frame->size;
     }

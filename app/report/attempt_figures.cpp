@@ -17,7 +17,6 @@ namespace {
 
 constexpr std::size_t kBuckets = 700;    // of a curve: a pixel or two each
 constexpr std::size_t kMostSpans = 300;  // of a lane
-constexpr double kMmPerM = 1e3;
 constexpr double kTableStep_mm = 5.0;
 constexpr Colour kGrey{0.55, 0.58, 0.62};
 constexpr double kLead_m = 0.010;  // of a reference path, through the air

@@ -10,6 +10,8 @@
 
 namespace stylet::report {
 
+inline constexpr double kMmPerM = 1e3;
+
 // What the force should have been: of the reference path, or of another attempt.
 struct ReferenceCurve {
     std::string name;

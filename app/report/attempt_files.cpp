@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostBytes = 1u << 30;           // of a file that is read whole
+constexpr std::size_t kMostFileBytes = 1u << 30;       // of a file that is read whole
 constexpr std::size_t kHeaderBytes = (1u << 20) + 64;  // no header of a record is longer
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -204,7 +204,8 @@ void readCourse(AttemptFiles& files) {
         note(files, e);
     }
     try {
-        if (fs::exists(curve)) files.course = parseCurve(patient::readWholeFile(curve, kMostBytes), curve);
+        if (fs::exists(curve))
+            files.course = parseCurve(patient::readWholeFile(curve, kMostFileBytes), curve);
     } catch (const DataError& e) {
         note(files, e);
     }
@@ -292,13 +293,13 @@ AttemptFiles readAttempt(const records::StoredAttempt& stored) {
                         "holds neither summary.json nor record/record.json: no attempt");
     try {
         if (fs::exists(record))
-            files.record = records::parseInfo(patient::readWholeFile(record, kMostBytes), record);
+            files.record = records::parseInfo(patient::readWholeFile(record, kMostFileBytes), record);
     } catch (const DataError& e) {
         note(files, e);
     }
     try {
         if (fs::exists(summary))
-            files.summary = parseSummary(patient::readWholeFile(summary, kMostBytes), summary),
+            files.summary = parseSummary(patient::readWholeFile(summary, kMostFileBytes), summary),
             files.summarised = true;
     } catch (const DataError& e) {
         note(files, e);

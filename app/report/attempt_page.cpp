@@ -15,7 +15,6 @@ using records::StoredAttempt;
 
 namespace {
 
-constexpr double kMmPerM = 1e3;
 constexpr int kStillWidth = 560;
 constexpr std::size_t kTrailPoints = 1500, kCourseRows = 4000, kLongList = 25;
 

@@ -18,7 +18,7 @@ using patient::Vec3;
 
 namespace {
 
-constexpr int kWidth = 1500, kHeight = 560;
+constexpr int kBreathWidth = 1500, kBreathHeight = 560;
 constexpr std::int16_t kTissue_hu = -300;  // half way from lung
 constexpr double kOffWall_m = 0.015;
 constexpr Colour kDome{0.13, 0.33, 0.60}, kSignal{0.85, 0.45, 0.10}, kHeld{0.90, 0.93, 0.88},
@@ -143,7 +143,7 @@ void drawBreath(const std::vector<BreathSample>& samples, const std::string& tit
     const double end_s = samples.empty() ? 1.0 : samples.back().t_s;
     const Range time{0.0, end_s, niceStep(end_s, 12)};
 
-    Canvas canvas(kWidth, kHeight, kPaper);
+    Canvas canvas(kBreathWidth, kBreathHeight, kPaper);
     canvas.text({24, 40}, title, {21, kInk, Align::left, true});
     Panel course(canvas, {76, 96, 920, 390}, time, mm);
     for (const auto& [from, to] : holds(samples))

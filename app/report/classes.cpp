@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/report/canvas.h"
+#include "app/report/sheet_colours.h"
 
 namespace stylet::report {
 
@@ -18,8 +19,7 @@ using patient::Vec3;
 
 namespace {
 
-constexpr int kPixels = 470, kMargin = 24, kHeader = 96, kFooter = 70;
-constexpr Colour kDark{0.07, 0.08, 0.09}, kWhite{0.94, 0.95, 0.96}, kGrey{0.62, 0.65, 0.68};
+constexpr int kSlicePixels = 470, kClassesMargin = 24, kClassesHeader = 96, kClassesFooter = 70;
 // The paper's colours.
 constexpr Colour kAir{0.45, 0.47, 0.50}, kSkin{0.95, 0.56, 0.16}, kSoft{0.96, 0.86, 0.25},
     kBone{0.58, 0.30, 0.80}, kFascia{0.95, 0.10, 0.75}, kDuct{0.20, 0.75, 0.25}, kVessel{0.86, 0.12, 0.12};
@@ -48,14 +48,14 @@ Colour colourAt(const Patient& patient, const Index3& at, Shown shown) {
 std::vector<std::uint8_t> slice(const Patient& patient, int z, Shown shown) {
     const patient::Grid& grid = patient.grid();
     const Vec3 size_m = grid.spacing_m * Vec3(grid.dims);
-    const double pixel_m = std::max(size_m.x, size_m.y) / kPixels;
+    const double pixel_m = std::max(size_m.x, size_m.y) / kSlicePixels;
     const Vec3 middle = grid.origin_m + 0.5 * grid.spacing_m * Vec3(grid.dims - 1);
     std::vector<std::uint8_t> rgb;
-    rgb.reserve(std::size_t(kPixels) * kPixels * 3);
-    for (int v = 0; v < kPixels; ++v)
-        for (int u = 0; u < kPixels; ++u) {
-            const double x = middle.x - (u + 0.5 - 0.5 * kPixels) * pixel_m;
-            const double y = middle.y - (v + 0.5 - 0.5 * kPixels) * pixel_m;
+    rgb.reserve(std::size_t(kSlicePixels) * kSlicePixels * 3);
+    for (int v = 0; v < kSlicePixels; ++v)
+        for (int u = 0; u < kSlicePixels; ++u) {
+            const double x = middle.x - (u + 0.5 - 0.5 * kSlicePixels) * pixel_m;
+            const double y = middle.y - (v + 0.5 - 0.5 * kSlicePixels) * pixel_m;
             const Index3 at = grid.nearest({x, y, grid.centre({0, 0, z}).z});
             Colour c = kDark;
             if (grid.contains(at)) {
@@ -85,14 +85,14 @@ void drawHistogram(Canvas& canvas, double x, double y, const Patient& patient) {
     const std::vector<double> counts = histogramOf(patient.package().ct);
     const patient::Thresholds& t = patient.package().thresholds;
     const double most = std::log1p(*std::max_element(counts.begin(), counts.end()));
-    const double width = double(kPixels) / double(counts.size()), foot = 18.0;
+    const double width = double(kSlicePixels) / double(counts.size()), foot = 18.0;
     const auto at = [&](double hu) {
-        return x + kPixels * (hu - kShownLow_hu) / (kShownHigh_hu - kShownLow_hu);
+        return x + kSlicePixels * (hu - kShownLow_hu) / (kShownHigh_hu - kShownLow_hu);
     };
     for (std::size_t i = 0; i < counts.size(); ++i) {
         const double hu = kShownLow_hu + (double(i) + 0.5) * kBin_hu;
-        const double height = most > 0.0 ? (kPixels - 90) * std::log1p(counts[i]) / most : 0.0;
-        const double left = x + double(i) * width, base = y + kPixels - 50;
+        const double height = most > 0.0 ? (kSlicePixels - 90) * std::log1p(counts[i]) / most : 0.0;
+        const double left = x + double(i) * width, base = y + kSlicePixels - 50;
         canvas.rectangle(left, base - height, width + 0.5, height, classOf(hu, t, false));
         canvas.rectangle(left, base + 4, width + 0.5, foot, classOf(hu, t, true));
     }
@@ -100,19 +100,19 @@ void drawHistogram(Canvas& canvas, double x, double y, const Patient& patient) {
         {{"t0", t.t0_hu}, {"t1", t.t1_hu}, {"t2-", t.t2_sensitive_hu}, {"t2+", t.t2_specific_hu}}};
     for (std::size_t i = 0; i < marks.size(); ++i) {
         const double line = at(marks[i].second), top = y + 14 + 17.0 * double(i);
-        canvas.line({line, top + 4}, {line, y + kPixels - 28}, 1.0, kWhite.faded(0.6));
+        canvas.line({line, top + 4}, {line, y + kSlicePixels - 28}, 1.0, kWhite.faded(0.6));
         std::array<char, 48> text{};
         std::snprintf(text.data(), text.size(), "%s = %.0f HU", marks[i].first, marks[i].second);
-        const bool right = line < x + 0.6 * kPixels;
+        const bool right = line < x + 0.6 * kSlicePixels;
         canvas.text({line + (right ? 5.0 : -5.0), top + 6}, text.data(),
                     {13, kWhite, right ? Align::left : Align::right, false, kDark.faded(0.7)});
     }
     for (int hu = -1000; hu <= 1000; hu += 500)
-        canvas.text({at(hu), y + kPixels - 8}, std::to_string(hu), {12, kGrey, Align::centre});
+        canvas.text({at(hu), y + kSlicePixels - 8}, std::to_string(hu), {12, kGrey, Align::centre});
 }
 
-void drawLegend(Canvas& canvas, double y) {
-    double x = kMargin;
+void drawClassLegend(Canvas& canvas, double y) {
+    double x = kClassesMargin;
     const std::array<std::pair<const char*, Colour>, 7> entries{{{"air", kAir},
                                                                  {"skin", kSkin},
                                                                  {"soft tissue", kSoft},
@@ -134,22 +134,23 @@ void drawClasses(const Patient& patient, const Vec3& at_reference_m, const std::
                  const std::filesystem::path& png) {
     const patient::Grid& grid = patient.grid();
     const int z = std::clamp(grid.nearest(at_reference_m).z, 0, grid.dims.z - 1);
-    Canvas canvas(5 * kMargin + 4 * kPixels, kHeader + kPixels + kFooter, kDark);
-    canvas.text({kMargin, 42}, title, {22, kWhite, Align::left, true});
-    double x = kMargin;
+    Canvas canvas(5 * kClassesMargin + 4 * kSlicePixels, kClassesHeader + kSlicePixels + kClassesFooter,
+                  kDark);
+    canvas.text({kClassesMargin, 42}, title, {22, kWhite, Align::left, true});
+    double x = kClassesMargin;
     const auto panel = [&](const char* caption) {
-        canvas.text({x, kHeader - 14}, caption, {15, kWhite});
-        return std::exchange(x, x + kPixels + kMargin);
+        canvas.text({x, kClassesHeader - 14}, caption, {15, kWhite});
+        return std::exchange(x, x + kSlicePixels + kClassesMargin);
     };
-    drawHistogram(canvas, panel("CT values; foot: as past the fascia"), kHeader, patient);
+    drawHistogram(canvas, panel("CT values; foot: as past the fascia"), kClassesHeader, patient);
     const auto show = [&](const char* caption, Shown shown) {
         const double left = panel(caption);
-        canvas.image(left, kHeader, kPixels, kPixels, slice(patient, z, shown));
+        canvas.image(left, kClassesHeader, kSlicePixels, kSlicePixels, slice(patient, z, shown));
     };
     show("before the fascia", Shown::before_fascia);
     show("past the fascia", Shown::past_fascia);
     show("with segmented ducts and vessels", Shown::with_structures);
-    drawLegend(canvas, kHeader + kPixels + 36);
+    drawClassLegend(canvas, kClassesHeader + kSlicePixels + 36);
     canvas.savePng(png);
 }
 

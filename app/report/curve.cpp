@@ -16,8 +16,8 @@ using haptics::Tissue;
 
 namespace {
 
-constexpr int kWidth = 1280, kHeight = 720;
-constexpr double kLeft = 88, kRight = 32, kTop = 108, kBottom = 76;
+constexpr int kCurveWidth = 1280, kCurveHeight = 720;
+constexpr double kCurveLeft = 88, kCurveRight = 32, kCurveTop = 108, kCurveBottom = 76;
 constexpr Colour kIn{0.75, 0.16, 0.14}, kOut{0.20, 0.38, 0.62};
 
 const char* phaseName(haptics::Phase phase) {
@@ -36,12 +36,13 @@ const char* phaseName(haptics::Phase phase) {
 struct Axes {
     double depth_low_mm, depth_high_mm, force_low_n, force_high_n;
     double x(double depth_m) const {
-        return kLeft +
-               (depth_m * 1000.0 - depth_low_mm) / (depth_high_mm - depth_low_mm) * (kWidth - kLeft - kRight);
+        return kCurveLeft + (depth_m * 1000.0 - depth_low_mm) / (depth_high_mm - depth_low_mm) *
+                                (kCurveWidth - kCurveLeft - kCurveRight);
     }
     double y(double force_n) const {
-        return kHeight - kBottom -
-               (force_n - force_low_n) / (force_high_n - force_low_n) * (kHeight - kTop - kBottom);
+        return kCurveHeight - kCurveBottom -
+               (force_n - force_low_n) / (force_high_n - force_low_n) *
+                   (kCurveHeight - kCurveTop - kCurveBottom);
     }
 };
 
@@ -72,7 +73,7 @@ std::size_t deepest(const std::vector<ForceSample>& curve) {
 }
 
 void drawBands(Canvas& canvas, const Axes& axes, const std::vector<ForceSample>& curve, std::size_t end) {
-    const double bottom = axes.y(axes.force_low_n), top = kTop;
+    const double bottom = axes.y(axes.force_low_n), top = kCurveTop;
     double named_until = 0.0;
     for (const TissueBand& band : tissueBands(curve, end)) {
         const double from = axes.x(band.from_m), to = axes.x(band.to_m);
@@ -92,19 +93,19 @@ void drawAxes(Canvas& canvas, const Axes& axes) {
     const double step = span > 120.0 ? 20.0 : span > 40.0 ? 10.0 : 5.0;
     for (double d = std::ceil(axes.depth_low_mm / step) * step; d <= axes.depth_high_mm + 1e-9; d += step) {
         const double x = axes.x(d / 1000.0);
-        canvas.line({x, kTop}, {x, axes.y(axes.force_low_n)}, 1, kGrid.faded(0.6));
+        canvas.line({x, kCurveTop}, {x, axes.y(axes.force_low_n)}, 1, kGrid.faded(0.6));
         canvas.text({x, axes.y(axes.force_low_n) + 22}, number("%.0f", d), {14, kInk, Align::centre, false});
     }
     const double force_step = axes.force_high_n - axes.force_low_n > 8.0 ? 2.0 : 0.5;
     for (double f = axes.force_low_n; f <= axes.force_high_n + 1e-9; f += force_step) {
-        canvas.line({kLeft, axes.y(f)}, {kWidth - kRight, axes.y(f)}, 1, kGrid.faded(0.6));
-        canvas.text({kLeft - 10, axes.y(f) + 5}, number("%.1f", f), {14, kInk, Align::right, false});
+        canvas.line({kCurveLeft, axes.y(f)}, {kCurveWidth - kCurveRight, axes.y(f)}, 1, kGrid.faded(0.6));
+        canvas.text({kCurveLeft - 10, axes.y(f) + 5}, number("%.1f", f), {14, kInk, Align::right, false});
     }
-    canvas.line({kLeft, axes.y(0)}, {kWidth - kRight, axes.y(0)}, 1.5, kMuted);
-    canvas.text({0.5 * (kLeft + kWidth - kRight), kHeight - 22}, "depth of the tip along the track [mm]",
-                {15, kInk, Align::centre, false});
-    canvas.textUpward({30, 0.5 * (kTop + kHeight - kBottom)}, "axial force [N], positive resists insertion",
-                      {15, kInk, Align::centre, false});
+    canvas.line({kCurveLeft, axes.y(0)}, {kCurveWidth - kCurveRight, axes.y(0)}, 1.5, kMuted);
+    canvas.text({0.5 * (kCurveLeft + kCurveWidth - kCurveRight), kCurveHeight - 22},
+                "depth of the tip along the track [mm]", {15, kInk, Align::centre, false});
+    canvas.textUpward({30, 0.5 * (kCurveTop + kCurveHeight - kCurveBottom)},
+                      "axial force [N], positive resists insertion", {15, kInk, Align::centre, false});
 }
 
 // A line for each stretch without a missing tick: outside the body there is no force to draw. Steps below a
@@ -132,23 +133,24 @@ void drawMarks(Canvas& canvas, const Axes& axes, const std::vector<ForceMark>& m
         canvas.circle(at, 4.0, 2.0, kIn);
         const TextStyle style{14, kInk, Align::left, true};
         const double width = canvas.textWidth(mark.text, style);
-        const double x = std::min(at.x + 8.0, kWidth - kRight - width);
+        const double x = std::min(at.x + 8.0, kCurveWidth - kCurveRight - width);
         // Neighbours that would touch climb over one another.
-        double y = std::max(at.y - 8.0, kTop + 38.0);
+        double y = std::max(at.y - 8.0, kCurveTop + 38.0);
         if (x < last_right + 8.0 && std::fabs(y - last_y) < 18.0) y = last_y - 18.0;
         canvas.text({x, y}, mark.text, style);
         last_right = x + width, last_y = y;
     }
 }
 
-void drawLegend(Canvas& canvas) {
+void drawCurveLegend(Canvas& canvas) {
     const double y = 80;
-    canvas.line({kLeft, y - 5}, {kLeft + 34, y - 5}, 2.5, kIn);
-    canvas.text({kLeft + 42, y}, "in", {14, kInk, Align::left, false});
-    canvas.line({kLeft + 84, y - 5}, {kLeft + 118, y - 5}, 1.5, kOut);
-    canvas.text({kLeft + 126, y}, "out", {14, kInk, Align::left, false});
-    canvas.circle({kLeft + 186, y - 5}, 4.0, 2.0, kIn);
-    canvas.text({kLeft + 198, y}, "puncture: the force just before the cut", {14, kInk, Align::left, false});
+    canvas.line({kCurveLeft, y - 5}, {kCurveLeft + 34, y - 5}, 2.5, kIn);
+    canvas.text({kCurveLeft + 42, y}, "in", {14, kInk, Align::left, false});
+    canvas.line({kCurveLeft + 84, y - 5}, {kCurveLeft + 118, y - 5}, 1.5, kOut);
+    canvas.text({kCurveLeft + 126, y}, "out", {14, kInk, Align::left, false});
+    canvas.circle({kCurveLeft + 186, y - 5}, 4.0, 2.0, kIn);
+    canvas.text({kCurveLeft + 198, y}, "puncture: the force just before the cut",
+                {14, kInk, Align::left, false});
 }
 
 }  // namespace
@@ -169,10 +171,10 @@ void writeCurveCsv(const std::vector<ForceSample>& curve, double dt_s, const std
 
 void drawCurve(const std::vector<ForceSample>& curve, const std::vector<ForceMark>& marks,
                const std::string& title, const std::filesystem::path& png) {
-    Canvas canvas(kWidth, kHeight, kPaper);
-    canvas.text({kLeft, 46}, title, {22, kInk, Align::left, true});
+    Canvas canvas(kCurveWidth, kCurveHeight, kPaper);
+    canvas.text({kCurveLeft, 46}, title, {22, kInk, Align::left, true});
     if (curve.empty()) {
-        canvas.text({kLeft, 90}, "The needle did not enter the body.", {16, kMuted, Align::left, false});
+        canvas.text({kCurveLeft, 90}, "The needle did not enter the body.", {16, kMuted, Align::left, false});
         canvas.savePng(png);
         return;
     }
@@ -183,7 +185,7 @@ void drawCurve(const std::vector<ForceSample>& curve, const std::vector<ForceMar
     drawTrace(canvas, axes, curve, turn, curve.size(), 1.5, kOut);
     drawTrace(canvas, axes, curve, 0, turn + 1, 2.5, kIn);
     drawMarks(canvas, axes, marks);
-    drawLegend(canvas);
+    drawCurveLegend(canvas);
     canvas.savePng(png);
 }
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "app/report/canvas.h"
+#include "app/report/sheet_colours.h"
 #include "app/report/slices.h"
 
 namespace stylet::report {
@@ -18,9 +19,8 @@ namespace {
 constexpr double kWidestPixel_m = 0.0006;
 constexpr double kFewestPixels = 480;   // across
 constexpr double kAboveMark_m = 0.010;  // a CT in inspiration may end below where the dome then rises to
-constexpr int kGap = 6, kHeader = 64, kCaption = 34;
+constexpr int kFilmGap = 6, kFilmHeader = 64, kFilmCaption = 34;
 constexpr double kScreen = 1.6;  // width over height
-constexpr Colour kDark{0.07, 0.08, 0.09}, kWhite{0.94, 0.95, 0.96};
 constexpr std::array<double, 3> kSurface{255.0, 170.0, 60.0}, kMark{90.0, 230.0, 255.0};
 constexpr int kDash = 8;
 
@@ -31,7 +31,7 @@ void blend(std::uint8_t* pixel, const std::array<double, 3>& colour, double shar
 
 void drawFrame(Canvas& canvas, double x, double y, const FilmFrame& frame) {
     canvas.image(x, y, frame.width, frame.height, frame.rgb);
-    canvas.rectangle(x, y + frame.height, frame.width, kCaption, kDark);
+    canvas.rectangle(x, y + frame.height, frame.width, kFilmCaption, kDark);
     canvas.text({x + 12, y + frame.height + 23}, frame.caption, {16, kWhite, Align::left, false});
 }
 
@@ -90,18 +90,18 @@ int sheetColumns(int frames, int width, int height) {
 void writeFilm(const std::vector<FilmFrame>& frames, const std::string& title,
                const std::filesystem::path& folder, const std::string& name) {
     assert(!frames.empty());
-    const int width = frames.front().width, height = frames.front().height + kCaption;
+    const int width = frames.front().width, height = frames.front().height + kFilmCaption;
     const int columns = sheetColumns(int(frames.size()), width, height);
     const int rows = (int(frames.size()) + columns - 1) / columns;
-    Canvas sheet(columns * (width + kGap) + kGap, kHeader + rows * (height + kGap), kDark);
+    Canvas sheet(columns * (width + kFilmGap) + kFilmGap, kFilmHeader + rows * (height + kFilmGap), kDark);
     TextStyle heading{24, kWhite, Align::left, true};
-    const double room = columns * (width + kGap) - 24.0;
+    const double room = columns * (width + kFilmGap) - 24.0;
     heading.size *= std::min(1.0, room / sheet.textWidth(title, heading));
-    sheet.text({kGap + 12, 42}, title, heading);
+    sheet.text({kFilmGap + 12, 42}, title, heading);
     for (int i = 0; i < int(frames.size()); ++i) {
         const FilmFrame& frame = frames[std::size_t(i)];
-        drawFrame(sheet, kGap + double(i % columns) * (width + kGap),
-                  kHeader + double(i / columns) * (height + kGap), frame);
+        drawFrame(sheet, kFilmGap + double(i % columns) * (width + kFilmGap),
+                  kFilmHeader + double(i / columns) * (height + kFilmGap), frame);
         Canvas alone(width, height, kDark);
         drawFrame(alone, 0, 0, frame);
         std::array<char, 24> number{};

@@ -121,7 +121,7 @@ class Palpator {
     patient::BreathingState breathing_;
 };
 
-const PalpatedSpot* spotAt(const PalpationMap& map, int column, int row) {
+const PalpatedSpot* skinSpotAt(const PalpationMap& map, int column, int row) {
     if (column < 0 || row < 0 || column >= map.columns || row >= map.rows) return nullptr;
     const PalpatedSpot& spot = map.spots[std::size_t(row * map.columns + column)];
     return spot.on_skin ? &spot : nullptr;
@@ -134,7 +134,7 @@ double boneShare(const PalpationMap& map, int column, int row, double radius_m) 
     for (int r = -reach; r <= reach; ++r)
         for (int c = -reach; c <= reach; ++c) {
             if (r * r + c * c > reach * reach) continue;
-            const PalpatedSpot* const spot = spotAt(map, column + c, row + r);
+            const PalpatedSpot* const spot = skinSpotAt(map, column + c, row + r);
             if (spot) ++all, bone += spot->over_bone;
         }
     return all > 0 ? double(bone) / all : 0.0;

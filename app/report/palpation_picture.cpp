@@ -13,9 +13,9 @@ namespace stylet::report {
 namespace {
 
 constexpr double kSpot = 13.0;  // pixels a spot
-constexpr int kMargin = 64, kTop = 96, kBelow = 74, kBar = 18, kProfile = 300, kGap = 96;
-constexpr Colour kPaper{1.0, 1.0, 1.0}, kInk{0.12, 0.13, 0.15}, kGrey{0.45, 0.47, 0.50};
-constexpr Colour kBone{1.0, 1.0, 1.0}, kBand{0.90, 0.87, 0.80}, kLine{0.13, 0.33, 0.60};
+constexpr int kMapMargin = 64, kMapTop = 96, kMapBelow = 74, kBar = 18, kProfile = 300, kMapGap = 96;
+constexpr Colour kPaper{1.0, 1.0, 1.0}, kInk{0.12, 0.13, 0.15}, kMapGrey{0.45, 0.47, 0.50};
+constexpr Colour kMapBone{1.0, 1.0, 1.0}, kBand{0.90, 0.87, 0.80}, kLine{0.13, 0.33, 0.60};
 
 // Dark and cold is soft, bright and warm is stiff; even steps of lightness.
 Colour heat(double share) {
@@ -54,9 +54,9 @@ class Sheet {
           wide_(map.columns * kSpot),
           high_(map.rows * kSpot),
           most_(scaleOf(map)),
-          profile_x_(kMargin + wide_ + kBar + 2 * kGap),
-          canvas_(int(profile_x_) + kProfile + kMargin, int(kTop + high_) + kBelow, kPaper) {
-        canvas_.text({kMargin, 38}, title, {21, kInk, Align::left, true});
+          profile_x_(kMapMargin + wide_ + kBar + 2 * kMapGap),
+          canvas_(int(profile_x_) + kProfile + kMapMargin, int(kMapTop + high_) + kMapBelow, kPaper) {
+        canvas_.text({kMapMargin, 38}, title, {21, kInk, Align::left, true});
     }
 
     void drawMap() {
@@ -68,27 +68,29 @@ class Sheet {
                                       heat(s.stiffness_n_per_m / most_));
             }
         outlineBones();
-        const TextStyle label{14, kGrey, Align::centre};
-        canvas_.text({kMargin, kTop - 12}, "Stiffness under the finger; ribs outlined",
+        const TextStyle label{14, kMapGrey, Align::centre};
+        canvas_.text({kMapMargin, kMapTop - 12}, "Stiffness under the finger; ribs outlined",
                      {15, kInk, Align::left, true});
-        canvas_.text({kMargin + 0.5 * wide_, kTop + high_ + 22},
+        canvas_.text({kMapMargin + 0.5 * wide_, kMapTop + high_ + 22},
                      "front  -  right flank, seen from the right  -  back", label);
-        canvas_.textUpward({kMargin - 14, kTop + 0.5 * high_}, "foot  -  head", label);
+        canvas_.textUpward({kMapMargin - 14, kMapTop + 0.5 * high_}, "foot  -  head", label);
         const double bar = 0.020 / map_.pitch_m * kSpot;
-        canvas_.line({kMargin + 8, kTop + high_ - 12}, {kMargin + 8 + bar, kTop + high_ - 12}, 3, kBone);
-        canvas_.text({kMargin + 8 + 0.5 * bar, kTop + high_ - 19}, "20 mm", {12, kBone, Align::centre});
+        canvas_.line({kMapMargin + 8, kMapTop + high_ - 12}, {kMapMargin + 8 + bar, kMapTop + high_ - 12}, 3,
+                     kMapBone);
+        canvas_.text({kMapMargin + 8 + 0.5 * bar, kMapTop + high_ - 19}, "20 mm",
+                     {12, kMapBone, Align::centre});
     }
 
     void drawScale() {
-        const double left = kMargin + wide_ + 20;
+        const double left = kMapMargin + wide_ + 20;
         constexpr int kSteps = 100;
         for (int i = 0; i < kSteps; ++i)
-            canvas_.rectangle(left, kTop + high_ * i / kSteps, kBar, high_ / kSteps + 0.6,
+            canvas_.rectangle(left, kMapTop + high_ * i / kSteps, kBar, high_ / kSteps + 0.6,
                               heat(1.0 - (i + 0.5) / kSteps));
         for (int i = 0; i <= 4; ++i)
-            canvas_.text({left + kBar + 6, kTop + high_ * (1.0 - 0.25 * i) + 5},
+            canvas_.text({left + kBar + 6, kMapTop + high_ * (1.0 - 0.25 * i) + 5},
                          formatted("%.2f", 0.25e-3 * i * most_), {13, kInk});
-        canvas_.text({left, kTop - 12}, "N/mm", {13, kInk});
+        canvas_.text({left, kMapTop - 12}, "N/mm", {13, kInk});
     }
 
     // Along the middle column: what is felt in sliding from the head down.
@@ -104,13 +106,13 @@ class Sheet {
         }
         for (int i = 0; i <= 4; ++i) {
             const double grid = at(0.25 * i * most_);
-            canvas_.line({grid, kTop}, {grid, kTop + high_}, 1, kGrey.faded(0.35));
-            canvas_.text({grid, kTop + high_ + 22},
+            canvas_.line({grid, kMapTop}, {grid, kMapTop + high_}, 1, kMapGrey.faded(0.35));
+            canvas_.text({grid, kMapTop + high_ + 22},
                          formatted(i < 4 ? "%.2f" : "%.2f N/mm", 0.25e-3 * i * most_),
                          {13, kInk, Align::centre});
         }
         canvas_.polyline(line, 2.5, kLine);
-        canvas_.text({profile_x_, kTop - 12}, "Along the middle line; bands: a rib",
+        canvas_.text({profile_x_, kMapTop - 12}, "Along the middle line; bands: a rib",
                      {15, kInk, Align::left, true});
     }
 
@@ -120,14 +122,14 @@ class Sheet {
                                  formatted(", of a gap %.3f N/mm", 1e-3 * map_.gap_n_per_m) +
                                  formatted(": %.1f to 1", map_.ribOverGap()) +
                                  formatted("   |   all spots %.1f to 1", map_.rib_over_gap_everywhere);
-        canvas_.text({kMargin, 64}, text, {14, kGrey});
+        canvas_.text({kMapMargin, 64}, text, {14, kMapGrey});
     }
 
     void save(const std::filesystem::path& png) const { canvas_.savePng(png); }
 
   private:
-    double x(int column) const { return kMargin + column * kSpot; }
-    double y(int row) const { return kTop + row * kSpot; }
+    double x(int column) const { return kMapMargin + column * kSpot; }
+    double y(int row) const { return kMapTop + row * kSpot; }
     bool bone(int column, int row) const {
         return column >= 0 && row >= 0 && column < map_.columns && row < map_.rows &&
                spotAt(map_, column, row).over_bone;
@@ -136,9 +138,9 @@ class Sheet {
         for (int row = 0; row <= map_.rows; ++row)
             for (int column = 0; column <= map_.columns; ++column) {
                 if (bone(column, row) != bone(column - 1, row) && row < map_.rows)
-                    canvas_.line({x(column), y(row)}, {x(column), y(row + 1)}, 1.6, kBone);
+                    canvas_.line({x(column), y(row)}, {x(column), y(row + 1)}, 1.6, kMapBone);
                 if (bone(column, row) != bone(column, row - 1) && column < map_.columns)
-                    canvas_.line({x(column), y(row)}, {x(column + 1), y(row)}, 1.6, kBone);
+                    canvas_.line({x(column), y(row)}, {x(column + 1), y(row)}, 1.6, kMapBone);
             }
     }
 

@@ -6,6 +6,7 @@
 
 #include "app/format.h"
 #include "app/report/canvas.h"
+#include "app/report/sheet_colours.h"
 
 namespace stylet::report {
 
@@ -17,8 +18,7 @@ using patient::Vec3;
 namespace {
 
 constexpr std::size_t kFewPixels = 300;  // a label with fewer is not worth a line of legend
-constexpr int kPixels = 560, kMargin = 24, kHeader = 104, kFooter = 92;
-constexpr Colour kDark{0.07, 0.08, 0.09}, kWhite{0.94, 0.95, 0.96}, kGrey{0.62, 0.65, 0.68};
+constexpr int kPanelPixels = 560, kSlicesMargin = 24, kSlicesHeader = 104, kSlicesFooter = 92;
 constexpr Colour kNeedle{0.35, 0.90, 1.0}, kCross{1.0, 0.85, 0.35};
 constexpr Colour kTrail{1.0, 0.62, 0.15}, kReference{0.95, 0.95, 0.95};
 
@@ -61,20 +61,20 @@ std::string sideLetter(const Vec3& d) {
 }
 
 // Where one panel stands on the sheet.
-struct Panel {
+struct SlicePanel {
     const SlicePlane& plane;
     double x, y;
     Point at(const Vec3& p) const {
-        const double scale = kPixels / plane.width_m;
+        const double scale = kPanelPixels / plane.width_m;
         const Vec3 d = p - plane.centre_m;
-        return {x + 0.5 * kPixels + scale * glm::dot(d, plane.right),
-                y + 0.5 * kPixels + scale * glm::dot(d, plane.down)};
+        return {x + 0.5 * kPanelPixels + scale * glm::dot(d, plane.right),
+                y + 0.5 * kPanelPixels + scale * glm::dot(d, plane.down)};
     }
 };
 
-void drawNeedle(Canvas& canvas, const Panel& panel, const NeedlePicture& needle) {
+void drawNeedle(Canvas& canvas, const SlicePanel& panel, const NeedlePicture& needle) {
     const Point tip = panel.at(needle.tip_m), back = panel.at(needle.tip_m - needle.axis * 0.3);
-    const double gap = 16.0, right = panel.x + kPixels, bottom = panel.y + kPixels;
+    const double gap = 16.0, right = panel.x + kPanelPixels, bottom = panel.y + kPanelPixels;
     const Colour thin = kCross.faded(0.45);
     canvas.line({panel.x, tip.y}, {tip.x - gap, tip.y}, 1, thin);
     canvas.line({tip.x + gap, tip.y}, {right, tip.y}, 1, thin);
@@ -91,7 +91,7 @@ void drawNeedle(Canvas& canvas, const Panel& panel, const NeedlePicture& needle)
     canvas.circle(tip, 7.0, 1.5, kNeedle);
 }
 
-void drawTrail(Canvas& canvas, const Panel& panel, const NeedlePicture& needle) {
+void drawTrail(Canvas& canvas, const SlicePanel& panel, const NeedlePicture& needle) {
     const auto polyline = [&](const std::vector<Vec3>& places_m, double width, Colour colour) {
         std::vector<Point> points;
         for (const Vec3& place_m : places_m)
@@ -121,28 +121,29 @@ void drawLineLegend(Canvas& canvas, const NeedlePicture& needle, double right, d
     if (!needle.trail_m.empty() || !needle.reference_m.empty()) entry("needle", kNeedle, false);
 }
 
-void drawScale(Canvas& canvas, const Panel& panel) {
+void drawScale(Canvas& canvas, const SlicePanel& panel) {
     const double bar_m = panel.plane.width_m > 0.12 ? 0.05 : 0.01;
-    const double width = bar_m / panel.plane.width_m * kPixels;
-    const double right = panel.x + kPixels - 18, y = panel.y + kPixels - 18;
+    const double width = bar_m / panel.plane.width_m * kPanelPixels;
+    const double right = panel.x + kPanelPixels - 18, y = panel.y + kPanelPixels - 18;
     canvas.line({right - width, y}, {right, y}, 5.0, kDark.faded(0.6));
     canvas.line({right - width, y}, {right, y}, 2.5, kWhite);
     canvas.text({right - 0.5 * width, y - 8}, formatted("%.0f mm", bar_m * 1000.0),
                 {13, kWhite, Align::centre, false, kDark.faded(0.7)});
 }
 
-void drawLetters(Canvas& canvas, const Panel& panel) {
+void drawLetters(Canvas& canvas, const SlicePanel& panel) {
     const TextStyle style{15, kWhite, Align::centre, true, kDark.faded(0.7)};
-    const double middle = 0.5 * kPixels;
-    canvas.text({panel.x + kPixels - 14, panel.y + middle - 8}, sideLetter(panel.plane.right), style);
+    const double middle = 0.5 * kPanelPixels;
+    canvas.text({panel.x + kPanelPixels - 14, panel.y + middle - 8}, sideLetter(panel.plane.right), style);
     canvas.text({panel.x + 14, panel.y + middle - 8}, sideLetter(-panel.plane.right), style);
     canvas.text({panel.x + middle + 12, panel.y + 20}, sideLetter(-panel.plane.down), style);
-    canvas.text({panel.x + middle + 12, panel.y + kPixels - 10}, sideLetter(panel.plane.down), style);
+    canvas.text({panel.x + middle + 12, panel.y + kPanelPixels - 10}, sideLetter(panel.plane.down), style);
 }
 
 // The tinted labels met in any panel.
-void drawLegend(Canvas& canvas, const Patient& patient, const std::array<std::size_t, 256>& seen, double y) {
-    double x = kMargin;
+void drawLabelLegend(Canvas& canvas, const Patient& patient, const std::array<std::size_t, 256>& seen,
+                     double y) {
+    double x = kSlicesMargin;
     for (std::size_t id = 1; id < seen.size(); ++id) {
         const Label* label = patient.label(std::uint8_t(id));
         if (!label || seen[id] < kFewPixels || tintOf(*label) == 0.0) continue;
@@ -204,32 +205,33 @@ std::vector<std::uint8_t> samplePlane(const Patient& patient, const patient::Sur
 
 namespace {
 
-constexpr int kSheetWidth = 4 * kMargin + 3 * kPixels, kSheetHeight = kHeader + kPixels + kFooter;
+constexpr int kSheetWidth = 4 * kSlicesMargin + 3 * kPanelPixels,
+              kSheetHeight = kSlicesHeader + kPanelPixels + kSlicesFooter;
 
 void paintSheet(Canvas& canvas, const Patient& patient, const NeedlePicture& needle) {
     const std::array<SlicePlane, 3> planes = slicePlanes(needle);
-    canvas.text({kMargin, 44}, needle.title, {24, kWhite, Align::left, true});
+    canvas.text({kSlicesMargin, 44}, needle.title, {24, kWhite, Align::left, true});
     std::array<std::size_t, 256> seen{};
-    double x = kMargin;
+    double x = kSlicesMargin;
     for (const SlicePlane& plane : planes) {
-        const Panel panel{plane, x, kHeader};
-        canvas.text({x, kHeader - 14}, plane.title, {16, kWhite, Align::left, false});
-        canvas.image(x, kHeader, kPixels, kPixels,
-                     samplePlane(patient, needle.breath, plane, kPixels, kPixels, seen));
-        canvas.clip(x, kHeader, kPixels, kPixels);
+        const SlicePanel panel{plane, x, kSlicesHeader};
+        canvas.text({x, kSlicesHeader - 14}, plane.title, {16, kWhite, Align::left, false});
+        canvas.image(x, kSlicesHeader, kPanelPixels, kPanelPixels,
+                     samplePlane(patient, needle.breath, plane, kPanelPixels, kPanelPixels, seen));
+        canvas.clip(x, kSlicesHeader, kPanelPixels, kPanelPixels);
         drawTrail(canvas, panel, needle);
         drawNeedle(canvas, panel, needle);
         drawScale(canvas, panel);
         drawLetters(canvas, panel);
         canvas.unclip();
-        x += kPixels + kMargin;
+        x += kPanelPixels + kSlicesMargin;
     }
-    drawLegend(canvas, patient, seen, kHeader + kPixels + 34);
+    drawLabelLegend(canvas, patient, seen, kSlicesHeader + kPanelPixels + 34);
     const std::string window = formatted("CT window %.0f", kWindowHigh_hu - kWindowLow_hu) +
                                formatted(" HU around %.0f HU", 0.5 * (kWindowHigh_hu + kWindowLow_hu));
-    canvas.text({kMargin, kHeader + kPixels + 68}, needle.caption + "   |   " + window,
+    canvas.text({kSlicesMargin, kSlicesHeader + kPanelPixels + 68}, needle.caption + "   |   " + window,
                 {14, kGrey, Align::left, false});
-    drawLineLegend(canvas, needle, kSheetWidth - kMargin, kHeader + kPixels + 68);
+    drawLineLegend(canvas, needle, kSheetWidth - kSlicesMargin, kSlicesHeader + kPanelPixels + 68);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kMostPixels = 8192;  // along either side
 constexpr int kJpegQuality = 82;
-constexpr std::size_t kMostBytes = 64u << 20;
+constexpr std::size_t kMostStillBytes = 64u << 20;
 
 struct Destroy {
     void operator()(cairo_surface_t* s) const { cairo_surface_destroy(s); }
@@ -34,7 +34,7 @@ struct Size {
 };
 
 std::vector<std::uint8_t> bytesOf(const fs::path& file) {
-    const std::string bytes = patient::readWholeFile(file, kMostBytes);
+    const std::string bytes = patient::readWholeFile(file, kMostStillBytes);
     return {bytes.begin(), bytes.end()};
 }
 

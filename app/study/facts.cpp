@@ -42,7 +42,7 @@ std::string hexText(std::uint64_t v) {
     return text;
 }
 
-Json toJson(const PackageFacts& p) {
+Json packageJson(const PackageFacts& p) {
     const patient::Thresholds& t = p.thresholds;
     Json json = {{"name", p.name},
                  {"licence", p.licence},
@@ -142,8 +142,8 @@ PairFacts factsOf(const Pair& pair, const std::string& own_table) {
 
 void writeFacts(const fs::path& file, const PairFacts& f) {
     Json json = {{"format", kPairFormat},
-                 {"reference", toJson(f.reference)},
-                 {"found", toJson(f.found)},
+                 {"reference", packageJson(f.reference)},
+                 {"found", packageJson(f.found)},
                  {"spacing_m", {f.spacing_m.x, f.spacing_m.y, f.spacing_m.z}},
                  {"dims", {f.dims.x, f.dims.y, f.dims.z}},
                  {"own_table", f.own_table},

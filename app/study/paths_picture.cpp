@@ -25,7 +25,7 @@ constexpr int kPixels = 270;  // of a view's side, drawn twice as large
 constexpr double kZoom = 2.0, kPixel_m = 0.0011;
 constexpr double kThrough_m = 0.45;  // of the rays, the middle of the paths half way
 constexpr double kTop = 76.0, kLeft = 10.0, kBetween = 10.0;
-constexpr std::size_t kMostPaths = 500;
+constexpr std::size_t kMostDrawnPaths = 500;
 constexpr double kWorst = 0.4;  // the planner keeps no worse
 constexpr Colour kDark{0.07, 0.08, 0.09}, kLight{0.93, 0.94, 0.95}, kGrey{0.66, 0.69, 0.72};
 
@@ -34,9 +34,8 @@ struct Look {
     Vec3 colour{0.0};
     double opacity = 0.0;
 };
-constexpr int kTissues = patient::kTissueCount;
-std::array<Look, kTissues> looks() {
-    std::array<Look, kTissues> l{};
+std::array<Look, patient::kTissueCount> looks() {
+    std::array<Look, patient::kTissueCount> l{};
     l[std::size_t(Tissue::skin)] = {{0.85, 0.70, 0.60}, 0.10};
     l[std::size_t(Tissue::bone)] = {{0.93, 0.90, 0.82}, 0.80};
     l[std::size_t(Tissue::liver)] = {{0.66, 0.34, 0.29}, 0.38};
@@ -117,7 +116,7 @@ class Renderer {
     }
 
     const TissueMap& map_;
-    std::array<Look, kTissues> looks_;
+    std::array<Look, patient::kTissueCount> looks_;
     double step_m_ = 0.001;
 };
 
@@ -131,9 +130,9 @@ Colour qualityColour(double quality) {
     return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b), 0.75};
 }
 
-// At most kMostPaths of them, evenly chosen; planned best first, they are drawn best last.
+// At most kMostDrawnPaths of them, evenly chosen; planned best first, they are drawn best last.
 std::vector<const PlannedPath*> chosen(std::span<const PlannedPath> paths) {
-    const std::size_t count = std::min(paths.size(), kMostPaths);
+    const std::size_t count = std::min(paths.size(), kMostDrawnPaths);
     std::vector<const PlannedPath*> some;
     for (std::size_t i = count; i-- > 0;)
         some.push_back(&paths[i * paths.size() / count]);

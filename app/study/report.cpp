@@ -22,8 +22,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kMm = 1e3;
-
 // ---- from disk
 
 Summary summariseWithoutBone(const std::string& name, std::vector<PathResult> results) {

@@ -18,7 +18,6 @@ using report::Table;
 
 namespace {
 
-constexpr double kMm = 1e3;
 constexpr std::size_t kMostDots = 150;  // outliers drawn of a patient
 constexpr double kFewPaths = 0.02;      // a tissue that fewer meet is not drawn
 

@@ -14,7 +14,6 @@ using report::Table;
 
 namespace {
 
-constexpr double kMm = 1e3;
 constexpr double kClose = 0.1;    // C3 of a path that all but touches a risk structure
 constexpr double kFewer = 0.005;  // shares that would be said as 0 or 1 %
 constexpr double kNearTop = 0.8;  // of what the force can jump at the fascia

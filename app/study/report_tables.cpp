@@ -14,8 +14,7 @@ using report::Table;
 
 namespace {
 
-constexpr double kMm = 1e3;
-constexpr std::size_t kMostCauses = 8, kMostPaths = 30;  // rows of a table
+constexpr std::size_t kMostCauses = 8, kMostListedPaths = 30;  // rows of a table
 
 std::string spacingText(const PairFacts& f) {
     const patient::Vec3 mm = kMm * f.spacing_m;
@@ -149,7 +148,7 @@ Table largestTable(const ReportedStudy& study) {
         for (std::size_t i = 0; i < pair.results.size(); ++i)
             if (const PathResult& r = pair.results[i]; !r.meets_bone && r.sampled.max_n > 0.0)
                 rows.push_back({&pair, i, &r});
-    const std::size_t count = std::min(rows.size(), kMostPaths);
+    const std::size_t count = std::min(rows.size(), kMostListedPaths);
     std::partial_sort(rows.begin(), rows.begin() + std::ptrdiff_t(count), rows.end(),
                       [](const Row& a, const Row& b) {
                           if (a.result->sampled.max_n != b.result->sampled.max_n)

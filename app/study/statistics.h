@@ -9,6 +9,8 @@
 
 namespace stylet::study {
 
+inline constexpr double kMm = 1e3;  // in a metre, for what is shown
+
 // One value of each path; those that have none are left out.
 struct Spread {
     std::size_t count = 0;

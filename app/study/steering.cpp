@@ -14,8 +14,6 @@ using patient::Vec3;
 
 namespace {
 
-constexpr double kTick_s = 0.001;
-
 // The depth of the first border into the body, or of the walk's end.
 double firstContact(const std::vector<Segment>& segments, double end_m) {
     for (const Segment& s : segments)

@@ -10,6 +10,8 @@
 
 namespace stylet::study {
 
+inline constexpr double kTick_s = 0.001;
+
 struct SteeringSettings {
     int samples = 1000;            // a path, at least
     double max_spacing_m = 90e-6;  // of them

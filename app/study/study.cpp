@@ -9,8 +9,6 @@ using patient::PlannedPath;
 
 namespace {
 
-constexpr double kTick_s = 0.001;
-
 // The breath at equal distances of time through one cycle.
 std::vector<patient::Surrogate> breathsOf(const patient::Package& package, int count) {
     patient::BreathPlan plan;

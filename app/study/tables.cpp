@@ -51,8 +51,6 @@ class Rows {
     bool first_ = true;
 };
 
-constexpr double kMm = 1e3;
-
 void addMm(Rows& rows, const Vec3& p) {
     rows << kMm * p.x << kMm * p.y << kMm * p.z;
 }

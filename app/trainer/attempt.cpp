@@ -20,8 +20,8 @@ namespace {
 // What a needle needs outside the skin to be set on it, where the device's workspace is not known.
 constexpr double kRoomOutside_m = 0.02;
 
-haptics::SimulationSettings settingsFor(const patient::Patient& patient, const Scenario& scenario,
-                                        std::uint64_t seed, double rate_hz) {
+haptics::SimulationSettings simulationSettings(const patient::Patient& patient, const Scenario& scenario,
+                                               std::uint64_t seed, double rate_hz) {
     haptics::SimulationSettings settings;
     settings.dt_s = std::round(1e9 / rate_hz) / 1e9;
     settings.patient_from_device = deviceBeside(patient.grid());
@@ -72,7 +72,7 @@ patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBr
 Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
                     const patient::PlannedPath& path, std::uint64_t seed, double rate_hz,
                     const MakeTouch& make_touch) {
-    const haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
+    const haptics::SimulationSettings settings = simulationSettings(patient, scenario, seed, rate_hz);
     const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
     haptics::Trace hand = scriptHand(scenario, path, breath_s, settings, seed);
     std::optional<haptics::TouchMap> touch = touchMapFor(patient, settings, hand, make_touch);
@@ -83,7 +83,7 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
                         const patient::PlannedPath& path, std::uint64_t seed, haptics::TouchMap touch,
                         const haptics::DeviceProfile& profile, const patient::Pose& device_from_grip,
                         double rate_hz, const std::optional<Registration>& registration) {
-    haptics::SimulationSettings settings = settingsFor(patient, scenario, seed, rate_hz);
+    haptics::SimulationSettings settings = simulationSettings(patient, scenario, seed, rate_hz);
     settings.profile = profile;
     if (const double longest_s = haptics::kMaxDelayTicks * settings.dt_s; profile.delay_s > longest_s)
         throw std::runtime_error(std::string(profile.name) + " answers after " + inMs(profile.delay_s) +

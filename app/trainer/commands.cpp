@@ -14,14 +14,15 @@ using haptics::Command;
 using haptics::CommandKind;
 using haptics::TickOutput;
 using haptics::Tool;
+using training::kMlPerM3;
 
 namespace {
 
 // Longer than any word: what was typed is no command.
-constexpr std::size_t kLongestLine = 256;
+constexpr std::size_t kLongestCommand = 256;
 
 enum class Act : std::uint8_t { command, next, list };
-struct Word {
+struct CommandWord {
     std::string_view word, what;
     Act act = Act::command;
     Command command{};
@@ -31,31 +32,31 @@ constexpr Command toolCommand(Tool tool) {
     return {CommandKind::tool, std::uint32_t(tool)};
 }
 
-constexpr std::array kWords{
-    Word{"finger", "the finger that palpates", Act::command, toolCommand(Tool::finger)},
-    Word{"probe", "the ultrasound probe", Act::command, toolCommand(Tool::probe)},
-    Word{"scalpel", "the scalpel", Act::command, toolCommand(Tool::scalpel)},
-    Word{"guide", "the needle, to be snapped into the parked probe's guide", Act::command,
-         toolCommand(Tool::guide)},
-    Word{"needle", "the needle", Act::command, toolCommand(Tool::needle)},
-    Word{"next", "the procedure's next tool; a probe in hand is parked", Act::next},
-    Word{"park", "leave the probe in hand where it is", Act::command, {CommandKind::park, 1}},
-    Word{"lift", "take the parked probe off the skin", Act::command, {CommandKind::park, 0}},
-    Word{"hold", "ask for a breath-hold", Act::command, {CommandKind::holdBreath, 0}},
-    Word{"breathe", "let the patient breathe again", Act::command, {CommandKind::breathe, 0}},
-    Word{"rearm",
-         "the force again after a fault; a line without a word does the same",
-         Act::command,
-         {CommandKind::rearm, 0}},
-    Word{"stop", "no more contrast medium", Act::command, {CommandKind::inject, 0}},
-    Word{"pedal", "X-rays", Act::command, training::kPedalDown},
-    Word{"release", "no more X-rays", Act::command, training::kPedalUp},
-    Word{"help", "these words", Act::list},
+constexpr std::array kCommandWords{
+    CommandWord{"finger", "the finger that palpates", Act::command, toolCommand(Tool::finger)},
+    CommandWord{"probe", "the ultrasound probe", Act::command, toolCommand(Tool::probe)},
+    CommandWord{"scalpel", "the scalpel", Act::command, toolCommand(Tool::scalpel)},
+    CommandWord{"guide", "the needle, to be snapped into the parked probe's guide", Act::command,
+                toolCommand(Tool::guide)},
+    CommandWord{"needle", "the needle", Act::command, toolCommand(Tool::needle)},
+    CommandWord{"next", "the procedure's next tool; a probe in hand is parked", Act::next},
+    CommandWord{"park", "leave the probe in hand where it is", Act::command, {CommandKind::park, 1}},
+    CommandWord{"lift", "take the parked probe off the skin", Act::command, {CommandKind::park, 0}},
+    CommandWord{"hold", "ask for a breath-hold", Act::command, {CommandKind::holdBreath, 0}},
+    CommandWord{"breathe", "let the patient breathe again", Act::command, {CommandKind::breathe, 0}},
+    CommandWord{"rearm",
+                "the force again after a fault; a line without a word does the same",
+                Act::command,
+                {CommandKind::rearm, 0}},
+    CommandWord{"stop", "no more contrast medium", Act::command, {CommandKind::inject, 0}},
+    CommandWord{"pedal", "X-rays", Act::command, training::kPedalDown},
+    CommandWord{"release", "no more X-rays", Act::command, training::kPedalUp},
+    CommandWord{"help", "these words", Act::list},
 };
 
 // With a number behind it: inject, and every knob of the machines.
 constexpr std::string_view kInject = "inject";
-constexpr double kMlPerM3 = 1e6, kUsual_ml_per_s = 1.0;
+constexpr double kUsual_ml_per_s = 1.0;
 constexpr std::array kMachines{training::Machine::xray, training::Machine::ultrasound};
 
 std::string_view trimmed(std::string_view line) {
@@ -148,7 +149,7 @@ std::string describeWords() {
     const auto add = [&](const std::string& word, std::string_view what) {
         text += "  " + word + std::string(13 - word.size(), ' ') + std::string(what) + "\n";
     };
-    for (const Word& word : kWords)
+    for (const CommandWord& word : kCommandWords)
         add(std::string(word.word), word.what);
     add(std::string(kInject) + " N", "contrast medium through the needle, ml/s; 1 without a number");
     for (const training::Machine machine : kMachines)
@@ -189,7 +190,7 @@ std::vector<Command> UserCommands::take(std::string_view typed, std::uint32_t pr
     for (std::size_t end; mayGoOn() && (end = waiting_.find('\n')) != std::string::npos;
          waiting_.erase(0, end + 1))
         takeLine(trimmed(std::string_view(waiting_).substr(0, end)), now, commands);
-    if (!hasLine() && waiting_.size() > kLongestLine) waiting_.resize(kLongestLine);
+    if (!hasLine() && waiting_.size() > kLongestCommand) waiting_.resize(kLongestCommand);
     if (!mayGoOn()) return commands;
     if ((pressed_ & buttons_.breath) != 0)
         add({holds_ ? CommandKind::breathe : CommandKind::holdBreath, 0}, commands);
@@ -218,7 +219,7 @@ void UserCommands::addNext(const TickOutput& now, std::vector<Command>& commands
 
 void UserCommands::takeLine(std::string_view line, const TickOutput& now, std::vector<Command>& commands) {
     if (line.empty()) line = "rearm";
-    for (const Word& word : kWords) {
+    for (const CommandWord& word : kCommandWords) {
         if (line != word.word) continue;
         if (word.act == Act::command) add(word.command, commands);
         if (word.act == Act::next) addNext(now, commands);

@@ -21,14 +21,14 @@ constexpr double kNeedle_m = 0.004, kMostSideways_m = 0.005, kMostPressed_m = 0.
 constexpr double kSkinShare = 0.5;  // of what the tip drags along, that the skin about the shaft goes
 constexpr double kColumnStep_m = 0.012;
 
-void add(ToolContacts& contacts, const ToolContact& c) {
+void addContact(ToolContacts& contacts, const ToolContact& c) {
     assert(contacts.count < patient::kMaxContacts);
     contacts.list[std::size_t(contacts.count++)] = c;
 }
 
 void addBall(ToolContacts& contacts, int id, const Vec3& tool_m, const Vec3& moved_m, double radius_m) {
     const Vec3 tissue_m = tool_m - moved_m;
-    add(contacts, {id, tissue_m, tissue_m, moved_m, moved_m, radius_m});
+    addContact(contacts, {id, tissue_m, tissue_m, moved_m, moved_m, radius_m});
 }
 
 // Before its cut the skin goes with the tip; after it the tissue along the shaft is dragged, all of it at the
@@ -47,7 +47,7 @@ void addNeedle(ToolContacts& contacts, const TickOutput& out, const patient::Pat
     if (off_m > kMostSideways_m) sideways_m *= kMostSideways_m / off_m;
     const Vec3 moved_m = axial_m + sideways_m, skin_moved_m = kSkinShare * axial_m;
     const Vec3 entry_m = tip_m - out.depth_m * inward;
-    add(contacts, {kNeedleId, entry_m, tip_m - moved_m, skin_moved_m, moved_m, kNeedle_m});
+    addContact(contacts, {kNeedleId, entry_m, tip_m - moved_m, skin_moved_m, moved_m, kNeedle_m});
 }
 
 // How a point of a pad takes the skin along to where it is; zero where it does not touch.
@@ -76,7 +76,7 @@ void addProbe(ToolContacts& contacts, int id, const Pose& patient_from_tool, con
     for (std::size_t i = 0; i + 1 < std::size_t(kColumns); ++i) {
         const Vec3 &a = moved_m[i], &b = moved_m[i + 1];
         if (a != Vec3(0.0) || b != Vec3(0.0))
-            add(contacts, {id + int(i), at_m[i] - a, at_m[i + 1] - b, a, b, 0.5 * face.width_m});
+            addContact(contacts, {id + int(i), at_m[i] - a, at_m[i + 1] - b, a, b, 0.5 * face.width_m});
     }
 }
 

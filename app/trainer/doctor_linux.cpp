@@ -23,7 +23,7 @@ extern char** environ;
 namespace stylet::trainer {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostText = 1u << 20;
 constexpr auto kDeathWithin = std::chrono::milliseconds(500);
@@ -71,11 +71,12 @@ pid_t start(const std::filesystem::path& program, const std::vector<std::string>
 }
 
 // Until the other end is closed, or the time has come.
-std::string readUntil(int from, Clock::time_point deadline, bool& closed) {
+std::string readUntil(int from, SteadyClock::time_point deadline, bool& closed) {
     std::string text;
     closed = false;
     while (!closed && text.size() < kMostText) {
-        const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
+        const auto left =
+            std::chrono::duration_cast<std::chrono::milliseconds>(deadline - SteadyClock::now());
         if (left.count() <= 0) break;
         pollfd wait{from, POLLIN, 0};
         if (poll(&wait, 1, int(left.count())) <= 0) continue;
@@ -88,10 +89,10 @@ std::string readUntil(int from, Clock::time_point deadline, bool& closed) {
 }
 
 // Bounded: a process that is stuck in the kernel cannot be waited for.
-std::optional<int> endOf(pid_t child, Clock::time_point deadline) {
+std::optional<int> endOf(pid_t child, SteadyClock::time_point deadline) {
     for (int status = 0;; std::this_thread::sleep_for(std::chrono::milliseconds(5))) {
         if (waitpid(child, &status, WNOHANG) == child) return status;
-        if (Clock::now() > deadline) return std::nullopt;
+        if (SteadyClock::now() > deadline) return std::nullopt;
     }
 }
 
@@ -100,7 +101,7 @@ std::optional<int> endOf(pid_t child, Clock::time_point deadline) {
 ChildOutcome runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                       std::chrono::milliseconds patience) {
     ChildOutcome outcome;
-    const auto deadline = Clock::now() + patience;
+    const auto deadline = SteadyClock::now() + patience;
     Pipe out;
     const pid_t child = out.write_end < 0 ? -1 : start(program, arguments, out);
     out.closeWriting();
@@ -112,7 +113,7 @@ ChildOutcome runChild(const std::filesystem::path& program, const std::vector<st
     outcome.in_time = end.has_value();
     if (!end) {
         kill(-child, SIGKILL);
-        end = endOf(child, Clock::now() + kDeathWithin);
+        end = endOf(child, SteadyClock::now() + kDeathWithin);
     }
     if (end && WIFEXITED(*end)) outcome.status = WEXITSTATUS(*end);
     if (end && WIFSIGNALED(*end)) outcome.signal = WTERMSIG(*end);

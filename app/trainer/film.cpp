@@ -88,10 +88,6 @@ std::string captionOf(const BreathSample& s) {
     return text.data();
 }
 
-report::FilmFrame frameOf(EyePicture&& eye, const std::string& caption) {
-    return {eye.width, eye.height, std::move(eye.rgb), caption};
-}
-
 void writeCoronal(const patient::Patient& patient, const std::vector<BreathSample>& shown,
                   const patient::Vec3& dome_m, const std::string& title, const std::filesystem::path& out) {
     const patient::Vec3 exhaled = deformedFromReference(patient.package().motion, {}, dome_m);
@@ -115,8 +111,8 @@ void writeStereo(const patient::Patient& patient, const patient::PlannedPath& pa
     std::vector<report::FilmFrame> frames;
     for (const BreathSample& s : shown) {
         std::array<EyePicture, 2> eyes = view->draw({.breath = s.breath});
-        frames.push_back(report::besideEachOther(frameOf(std::move(eyes[0]), captionOf(s)),
-                                                 frameOf(std::move(eyes[1]), {})));
+        frames.push_back(report::besideEachOther(filmFrame(std::move(eyes[0]), captionOf(s)),
+                                                 filmFrame(std::move(eyes[1]), {})));
     }
     report::writeFilm(frames, title + ", left and right eye", options.out, "stereo");
     writePuncture(makeAttempt(patient, scenario, path, options.seed), *view, options.frames, title,

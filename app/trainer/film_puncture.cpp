@@ -82,10 +82,6 @@ std::vector<Shown> framesAbout(const Attempt& attempt, const std::vector<TickOut
     return shown;
 }
 
-report::FilmFrame frameOf(EyePicture&& eye, const std::string& caption) {
-    return {eye.width, eye.height, std::move(eye.rgb), caption};
-}
-
 }  // namespace
 
 void writePuncture(const Attempt& attempt, const StereoView& view, int frames, const std::string& title,
@@ -101,7 +97,8 @@ void writePuncture(const Attempt& attempt, const StereoView& view, int frames, c
             StereoShot shot{.breath = s.tick.breath, .closed = closed, .distance_m = kAway_m};
             if (haptics::holdsNeedle(s.tick.tool)) shot.patient_from_needle = s.tick.patient_from_needle;
             shot.tool = s.tool ? &*s.tool : nullptr;
-            looks[closed ? 0 : 1].push_back(frameOf(std::move(view.draw(shot)[0]), closed ? s.caption : ""));
+            looks[closed ? 0 : 1].push_back(
+                filmFrame(std::move(view.draw(shot)[0]), closed ? s.caption : ""));
         }
     std::vector<report::FilmFrame> both;
     for (std::size_t i = 0; i < shown.size(); ++i)

@@ -12,7 +12,7 @@ using patient::DataError;
 
 namespace {
 
-void add(ForceError& error, double error_n, double depth_m) {
+void addError(ForceError& error, double error_n, double depth_m) {
     ++error.ticks;
     error.equal_ticks += error_n == 0.0;
     error.sum_n2 += error_n * error_n;
@@ -84,8 +84,8 @@ void ForceTruth::take(const TickOutput& now) {
         ++reading_.insertions;
         reading_.insertion = {};
     }
-    add(reading_.insertion, reading_.error_n(), now.depth_m);
-    add(reading_.all, reading_.error_n(), now.depth_m);
+    addError(reading_.insertion, reading_.error_n(), now.depth_m);
+    addError(reading_.all, reading_.error_n(), now.depth_m);
 }
 
 }  // namespace stylet::trainer

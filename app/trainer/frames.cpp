@@ -18,15 +18,10 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr auto kStartPatience = std::chrono::seconds(10);
 constexpr auto kLookAgain = std::chrono::seconds(1);  // for a headset that was lost
 constexpr int kBlindFrames = 5;  // in a row that could not be drawn: nobody sees what he feels
 // A moment waits this many frames for one that is to be drawn: a session shows nothing in its first few.
 constexpr int kMomentTries = 20;
-
-double msSince(SteadyClock::time_point begin) {
-    return std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
-}
 
 bool isLate(const xr::Session& session, const xr::Frame& frame) {
     const auto display_ns = session.monotonic_ns(frame.predicted_display_time_ns);

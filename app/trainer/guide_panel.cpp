@@ -19,8 +19,9 @@ using training::Step;
 
 namespace {
 
-constexpr report::Colour kGlass{0.05, 0.07, 0.09}, kText{0.93, 0.95, 0.96}, kQuiet{0.62, 0.69, 0.73},
-    kDone{0.35, 0.80, 0.95}, kNext{1.0, 0.80, 0.30}, kRisk{1.0, 0.45, 0.38}, kGrid{0.20, 0.25, 0.29};
+constexpr report::Colour kPanelGlass{0.05, 0.07, 0.09}, kPanelText{0.93, 0.95, 0.96},
+    kPanelQuiet{0.62, 0.69, 0.73}, kDone{0.35, 0.80, 0.95}, kNext{1.0, 0.80, 0.30}, kRisk{1.0, 0.45, 0.38},
+    kPanelGrid{0.20, 0.25, 0.29};
 constexpr double kLeft = 30.0, kRight = GuidePanel::kWidth - 30.0, kNumber_px = 40.0;
 constexpr double kEasy_px = 16.0;                       // letters so large need no more room
 constexpr double kFlat_px = 560.0;                      // less high, and a number stands beside its name
@@ -62,7 +63,7 @@ report::Colour bandOf(patient::Tissue tissue) {
         case Tissue::duct:
             return {0.16, 0.46, 0.20};
     }
-    return kGrid;
+    return kPanelGrid;
 }
 
 double deepestOf(const Insertion& insertion) {
@@ -109,7 +110,7 @@ std::pair<int, int> GuidePanel::sizeIn(int width_px, int height_px) {
 }
 
 void GuidePanel::resize(int width_px, int height_px) {
-    canvas_.emplace(width_px, height_px, kGlass);
+    canvas_.emplace(width_px, height_px, kPanelGlass);
     const double scale = double(width_px) / kWidth;
     canvas_->scale(scale);
     height_ = height_px / scale;
@@ -137,12 +138,13 @@ void GuidePanel::take(const Seen& seen, bool looked_at) {
 }
 
 void GuidePanel::number(double x, double y, const char* name, const std::string& value) {
-    const report::TextStyle quiet{.size = kLetter_px, .colour = kQuiet};
+    const report::TextStyle quiet{.size = kLetter_px, .colour = kPanelQuiet};
     canvas_->text({x, y}, name, quiet);
     const bool flat = height_ < kFlat_px;
     const report::Point at = flat ? report::Point{x + canvas_->textWidth(name, quiet) + 10.0, y}
                                   : report::Point{x, y + kNumber_px + 4.0};
-    canvas_->text(at, value, {.size = flat ? kLetter_px + 2.0 : kNumber_px, .colour = kText, .bold = true});
+    canvas_->text(at, value,
+                  {.size = flat ? kLetter_px + 2.0 : kNumber_px, .colour = kPanelText, .bold = true});
 }
 
 // A square for each, filled when it is done: the shape says it, not the colour alone.
@@ -151,8 +153,9 @@ void GuidePanel::drawSteps(const Progress& progress) {
     for (int step = 0; step < training::kStepCount; ++step) {
         const double x = kRight - kPitch * (training::kStepCount - step) + kPitch - kBox, y = 24.0;
         const bool next = progress.step == Step(step);
-        canvas_->rectangle(x, y, kBox, kBox, next ? kNext : kQuiet);
-        if (!isDone(progress, step)) canvas_->rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0, kGlass);
+        canvas_->rectangle(x, y, kBox, kBox, next ? kNext : kPanelQuiet);
+        if (!isDone(progress, step))
+            canvas_->rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0, kPanelGlass);
         if (isDone(progress, step)) canvas_->rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0, kDone);
     }
 }
@@ -160,15 +163,15 @@ void GuidePanel::drawSteps(const Progress& progress) {
 void GuidePanel::drawForceScale(double top, double bottom, double full_n) {
     for (const double n : {0.0, full_n}) {
         const double y = n == 0.0 ? bottom : top;
-        canvas_->line({kLeft + kScale_px, y}, {kRight, y}, 1.5, kGrid);
+        canvas_->line({kLeft + kScale_px, y}, {kRight, y}, 1.5, kPanelGrid);
         canvas_->text({kLeft + kScale_px - 10.0, y + 9.0}, formatted("%.0f N", n),
-                      {.size = kLetter_px, .colour = kQuiet, .align = report::Align::right});
+                      {.size = kLetter_px, .colour = kPanelQuiet, .align = report::Align::right});
     }
 }
 
 void GuidePanel::drawCurve(double top, double bottom) {
     canvas_->text({kLeft, top + kLetter_px}, "Force over the last 10 s",
-                  {.size = kLetter_px, .colour = kQuiet});
+                  {.size = kLetter_px, .colour = kPanelQuiet});
     top += kRow_px + 14.0;
     double full_n = kLeastFull_n;
     for (const Sample& s : curve_)
@@ -180,7 +183,7 @@ void GuidePanel::drawCurve(double top, double bottom) {
         if (s.t_s <= now_s_)
             line_.push_back({kRight - (kRight - left) * (now_s_ - s.t_s) / kCurve_s,
                              bottom - (bottom - top) * std::fabs(s.force_n) / full_n});
-    if (line_.size() > 1) canvas_->polyline(line_, 3.0, kText);
+    if (line_.size() > 1) canvas_->polyline(line_, 3.0, kPanelText);
 }
 
 // Which tissue began where: a name with its depth on a pole, the deepest where there is no room for all.
@@ -196,7 +199,7 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
         const bool risk = passed->role == patient::Role::risk;
         const std::string name =
             (risk ? "! " : "") + passed->name + formatted(" %.0f", 1e3 * passed->depth_m);
-        const report::TextStyle style{.size = kLetter_px, .colour = risk ? kRisk : kText, .bold = risk};
+        const report::TextStyle style{.size = kLetter_px, .colour = risk ? kRisk : kPanelText, .bold = risk};
         const double pole = left + (kRight - left) * passed->depth_m / full_m;
         const double width = canvas_->textWidth(name, style);
         // As low as it can stand, at the right of its pole rather than at the left, and across nobody's pole.
@@ -213,7 +216,7 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
             taken[std::size_t(below)].emplace_back(pole - 4.0, pole + 4.0);
         const double baseline = bottom - row * kRow_px - 8.0;
         canvas_->text({*x, baseline}, name, style);
-        canvas_->line({pole, baseline + 5.0}, {pole, bottom}, 2.0, risk ? kRisk : kQuiet);
+        canvas_->line({pole, baseline + 5.0}, {pole, bottom}, 2.0, risk ? kRisk : kPanelQuiet);
     }
 }
 
@@ -231,7 +234,7 @@ void GuidePanel::drawInsertion(const Seen& seen, double top, double bottom) {
     canvas_->text({kLeft, top + kLetter_px},
                   std::string("Force over depth, 0 to ") + formatted("%.0f mm", 1e3 * full_m) +
                       (inside ? "" : ", the last time"),
-                  {.size = kLetter_px, .colour = kQuiet});
+                  {.size = kLetter_px, .colour = kPanelQuiet});
     top += kRow_px + 6.0;
     const int rows = std::clamp(int((bottom - top) / 2.0 / kRow_px), 1, kMostNameRows);
     const double plot = top + rows * kRow_px + 4.0;
@@ -255,7 +258,7 @@ void GuidePanel::drawInsertion(const Seen& seen, double top, double bottom) {
     line_.clear();
     for (const Insertion::Felt& felt : insertion.felt)
         line_.push_back({x(double(felt.depth_m)), bottom - (bottom - plot) * double(felt.force_n) / full_n});
-    if (line_.size() > 1) canvas_->polyline(line_, 3.0, kText);
+    if (line_.size() > 1) canvas_->polyline(line_, 3.0, kPanelText);
     if (inside) canvas_->line({x(seen.tick.depth_m), plot}, {x(seen.tick.depth_m), bottom}, 3.0, kNext);
 }
 
@@ -263,7 +266,7 @@ void GuidePanel::draw(const Seen& seen) {
     const Progress& progress = seen.progress;
     const haptics::TickOutput& tick = seen.tick;
     const bool inside = tick.phase != haptics::Phase::outside;
-    canvas_->rectangle(0.0, 0.0, kWidth, height_, kGlass);
+    canvas_->rectangle(0.0, 0.0, kWidth, height_, kPanelGlass);
     const bool finished = progress.step == Step::done;
     canvas_->text({kLeft, 48.0},
                   finished ? "Done"
@@ -271,7 +274,7 @@ void GuidePanel::draw(const Seen& seen) {
                                  std::to_string(training::kStepCount),
                   {.size = 34.0, .colour = kNext, .bold = true});
     drawSteps(progress);
-    const report::TextStyle words{.size = 28.0, .colour = kText};
+    const report::TextStyle words{.size = 28.0, .colour = kPanelText};
     const std::string said{hints_.next_step ? hintOf(progress.step) : training::stepName(progress.step)};
     double y = 88.0;
     for (const std::string& line : wrapped(*canvas_, said, words, kRight - kLeft))
@@ -294,7 +297,7 @@ void GuidePanel::draw(const Seen& seen) {
         drawInsertion(seen, y, bottom);
     else
         drawCurve(y, bottom);
-    const report::TextStyle foot{.size = 30.0, .colour = kText, .bold = true};
+    const report::TextStyle foot{.size = 30.0, .colour = kPanelText, .bold = true};
     canvas_->text({columns[0], last}, clockOf(progress.elapsed_s), foot);
     canvas_->text({columns[1] - 70.0, last}, "Breath " + std::string(breath_), foot);
     canvas_->text({columns[2], last}, "Score " + formatted("%.0f", progress.total), foot);

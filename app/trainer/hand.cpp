@@ -16,7 +16,7 @@ using patient::Vec3;
 
 namespace {
 
-constexpr std::int64_t kSample_ns = 1'000'000;
+constexpr std::int64_t kHandSample_ns = 1'000'000;
 constexpr std::size_t kMaxSamples = 3'600'000;
 constexpr double kTau = 6.283185307179586;
 
@@ -170,7 +170,7 @@ class Script {
         return {{p.share * length_m_ + p.deeper_m, p.headward_m, p.frontward_m},
                 {p.headward_rad, p.frontward_rad, p.roll_rad}};
     }
-    std::int64_t now_ns() const { return std::int64_t(trace_.samples.size()) * kSample_ns; }
+    std::int64_t now_ns() const { return std::int64_t(trace_.samples.size()) * kHandSample_ns; }
     Pose held(haptics::Tool tool, const Offset& at) const {
         const Vec3 tip = path_.entry_m + axis_ * at.m.x + headward_ * at.m.y + frontward_ * at.m.z +
                          tremor_.at(double(now_ns()) * 1e-9);

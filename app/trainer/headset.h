@@ -16,6 +16,8 @@
 
 namespace stylet::trainer {
 
+inline constexpr auto kStartPatience = std::chrono::seconds(10);  // with a runtime that is slow to begin
+
 patient::Pose poseOf(const xr::Pose&);
 xr::Pose poseOf(const patient::Pose&);
 std::array<render::View, 2> viewsOf(const xr::Frame&, const patient::Pose& room_from_stage);

@@ -41,7 +41,7 @@ struct Placed {
 };
 
 // What a CT says of a place: enough to find a window between ribs.
-patient::Tissue tissueAt(const patient::Patient& patient, const Vec3& reference_m) {
+patient::Tissue tissueInReference(const patient::Patient& patient, const Vec3& reference_m) {
     return patient.at(reference_m, patient::TrackFlags{true, false}).tissue;
 }
 
@@ -74,7 +74,7 @@ Placed place(const patient::Patient& patient, const haptics::TouchMap& touch,
         bool bone = false;
         int tubes = 0, samples = 0;
         for (double d = 0.004; d < kDeepest_m && !bone; d += 0.002, ++samples) {
-            const patient::Tissue tissue = tissueAt(patient, facePoint(i) + d * along);
+            const patient::Tissue tissue = tissueInReference(patient, facePoint(i) + d * along);
             bone = tissue == patient::Tissue::bone && d < kDeep_m;
             if (d < kShallow_m || std::abs(i - kPoints / 2) > kPoints / 4) continue;
             tubes += tissue == patient::Tissue::duct || tissue == patient::Tissue::vessel ? 1 : 0;

@@ -11,24 +11,24 @@ using haptics::CommandKind;
 
 namespace {
 
-struct Word {
+struct InstructorWord {
     std::string_view word, what;
     Command command;
 };
-constexpr std::array kWords{
-    Word{"cough", "the patient coughs, which ends a breath-hold", {CommandKind::cough, 0}},
-    Word{"sigh", "the patient sighs", {CommandKind::sigh, 0}},
-    Word{"bleed", "the needle's hole in the skin bleeds", {CommandKind::bleed, 0}},
-    Word{"move", "the patient starts, 6 mm, and comes back", {CommandKind::move, 0}},
-    Word{"fault", "as if the haptic device had failed", {CommandKind::fault, 0}},
-    Word{"lights out", "the lamps go out", {CommandKind::lights, 0}},
-    Word{"lights on", "and on again", {CommandKind::lights, 1}},
+constexpr std::array kInstructorWords{
+    InstructorWord{"cough", "the patient coughs, which ends a breath-hold", {CommandKind::cough, 0}},
+    InstructorWord{"sigh", "the patient sighs", {CommandKind::sigh, 0}},
+    InstructorWord{"bleed", "the needle's hole in the skin bleeds", {CommandKind::bleed, 0}},
+    InstructorWord{"move", "the patient starts, 6 mm, and comes back", {CommandKind::move, 0}},
+    InstructorWord{"fault", "as if the haptic device had failed", {CommandKind::fault, 0}},
+    InstructorWord{"lights out", "the lamps go out", {CommandKind::lights, 0}},
+    InstructorWord{"lights on", "and on again", {CommandKind::lights, 1}},
 };
 constexpr std::string_view kPause = "pause", kGoOn = "go on", kToggle = "pause or go on",
                            kBookmark = "bookmark", kComment = "comment", kBreathing = "breathing",
                            kDifficulty = "difficulty", kNew = "new", kRetry = "retry";
 constexpr const char* kNoDifficulty = "a difficulty is guided, practice or exam";
-constexpr std::size_t kLongestLine = 512;  // nothing is kept back for longer
+constexpr std::size_t kLongestInstruction = 512;  // nothing is kept back for longer
 
 // Behind `word` and a blank; nothing where the line does not begin with it.
 std::optional<std::string_view> behind(std::string_view line, std::string_view word) {
@@ -62,7 +62,7 @@ std::string describeInstructorWords() {
     const auto add = [&](std::string_view word, std::string_view what) {
         text += "  " + std::string(word) + std::string(16 - word.size(), ' ') + std::string(what) + "\n";
     };
-    for (const Word& word : kWords)
+    for (const InstructorWord& word : kInstructorWords)
         add(word.word, word.what);
     add("breathing D R", "from now on D times as deep and R times as quick (0.5 to 2; R may be left out)");
     add("difficulty D", "guided, practice or exam, at once");
@@ -89,12 +89,12 @@ std::string Instructor::take(std::string_view typed) {
             line.remove_suffix(1);
         if (!takeLine(line)) rest.append(waiting_, 0, end + 1);
     }
-    if (waiting_.size() > kLongestLine) rest += std::exchange(waiting_, {});
+    if (waiting_.size() > kLongestInstruction) rest += std::exchange(waiting_, {});
     return rest;
 }
 
 bool Instructor::takeLine(std::string_view line) {
-    for (const Word& word : kWords)
+    for (const InstructorWord& word : kInstructorWords)
         if (line == word.word) return commands_.push_back(word.command), true;
     if (line == kPause || line == kGoOn || line == kToggle) {
         const bool pause = line == kToggle ? !paused_ : line == kPause;
@@ -169,7 +169,7 @@ std::string injectedName(const Command& command) {
         std::snprintf(text.data(), text.size(), "breathing %g %g", scale.depth, scale.rate);
         return text.data();
     }
-    for (const Word& word : kWords)
+    for (const InstructorWord& word : kInstructorWords)
         if (word.command.kind == command.kind &&
             (command.kind != CommandKind::lights || word.command.value == command.value))
             return std::string(word.word);

@@ -12,6 +12,8 @@
 
 namespace stylet::trainer {
 
+inline constexpr const char* kReplayDevice = "replay";  // of --device: a hand from a file
+
 class LiveDevice {
   public:
     // Starts the device. Throws patient::DataError: what makeDriver() refuses. The clock is used on the

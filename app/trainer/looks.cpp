@@ -70,10 +70,6 @@ std::vector<Named> shotsOf(const std::vector<patient::PlannedPath>& paths) {
             {"across the room", room}};
 }
 
-report::FilmFrame frameOf(EyePicture&& eye, const std::string& caption) {
-    return {eye.width, eye.height, std::move(eye.rgb), caption};
-}
-
 }  // namespace
 
 int looks(const LooksOptions& options) {
@@ -93,8 +89,8 @@ int looks(const LooksOptions& options) {
     for (Named named : shotsOf(paths)) {
         named.shot.pixels = options.pixels;
         std::array<EyePicture, 2> eyes = view->draw(named.shot);
-        frames.push_back(report::besideEachOther(frameOf(std::move(eyes[0]), named.caption),
-                                                 frameOf(std::move(eyes[1]), {})));
+        frames.push_back(report::besideEachOther(filmFrame(std::move(eyes[0]), named.caption),
+                                                 filmFrame(std::move(eyes[1]), {})));
     }
     report::writeFilm(frames, opened.package.name + ", left and right eye", options.out, "looks");
     std::printf("%s on %s\n", (options.out / "looks.png").c_str(), view->gpu.c_str());

@@ -30,8 +30,6 @@ constexpr std::int64_t kSessionPeriod_ns = 2'000'000;
 constexpr int kCutPatience_ms = 20;
 // A frame takes less, on Vulkan in software too.
 constexpr std::int64_t kFrozen_ns = 3'000'000'000;
-// A frame, or a headset made anew, takes less.
-constexpr auto kFramePatience = std::chrono::seconds(15);
 
 // Something was cut from the one tick to the other, or may have been.
 bool cutBetween(const TickOutput& a, const TickOutput& b) {
@@ -302,15 +300,16 @@ struct FrameSide {
             if (last) break;
             clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
         }
-        frames.close();  // here, where a runtime that hangs is waited for no longer than kFramePatience
+        frames.close();  // here, where a runtime that hangs is waited for no longer than frame_patience_s
     }
 };
 
 // The pictures' totals, once the last are drawn. None when the runtime has not let go of a frame for so long.
-std::optional<PictureTotals> lastPictures(FrameSide& side) {
+std::optional<PictureTotals> lastPictures(FrameSide& side, double frame_patience_s) {
+    const std::chrono::duration<double> patience(frame_patience_s);
     auto totals = side.totals.get_future();
     for (std::uint64_t before = side.shown.load();; before = side.shown.load()) {
-        if (totals.wait_for(kFramePatience) == std::future_status::ready) return totals.get();
+        if (totals.wait_for(patience) == std::future_status::ready) return totals.get();
         if (side.shown.load() == before) return std::nullopt;
     }
 }
@@ -331,7 +330,7 @@ std::optional<PictureTotals> lastPictures(FrameSide& side) {
 LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<Pictures> pictures,
                        const Clock& clock, const LiveHand* live,
                        const std::function<void(const Seen&)>& heard,
-                       const std::function<std::string()>& console) {
+                       const std::function<std::string()>& console, double frame_patience_s) {
     haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
     const auto side = std::make_shared<FrameSide>(attempt.simulation.dt_s, std::move(pictures), clock);
     LoopChannels& channels = side->channels;
@@ -390,7 +389,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
             failure = std::current_exception();
         }
     side->ended.store(true);
-    if (auto last = lastPictures(*side)) {
+    if (auto last = lastPictures(*side, frame_patience_s)) {
         totals.pictures = std::move(*last);
         frame_thread.join();
         if (!failure) failure = side->failure;

@@ -38,15 +38,20 @@ struct LiveHand {
     std::function<void(const haptics::TickOutput&)> felt{};  // session thread, often: the newest tick
 };
 
+// Time limit for the runtime's last frame, or for opening a new headset session.
+inline constexpr double kFramePatience_s = 15.0;
+
 // Haptics, session and frames on threads of their own, frames as fast as the runtime takes them; moments are
 // drawn before anything else, and all of them before the loop returns. `clock` must be steady.
 // With pictures the force follows the focus: it begins when the headset has it, and goes with it. A live
 // attempt ends when the runtime wants the program to end; a scripted one goes on without pictures.
 // `heard`: session thread, often: what there is to be seen and heard of the newest tick; `console`: so is
-// what an instructor has typed since the last time.
+// what an instructor has typed since the last time. `frame_patience_s`: time limit at the end for the
+// runtime's last frame, or for opening a new headset session.
 LoopTotals runRealTime(const Attempt&, Session&, std::optional<Pictures>, const haptics::Clock& clock,
                        const LiveHand* live = nullptr, const std::function<void(const Seen&)>& heard = {},
-                       const std::function<std::string()>& console = {});
+                       const std::function<std::string()>& console = {},
+                       double frame_patience_s = kFramePatience_s);
 
 // One thread, virtual time; `fps` frames a simulated second besides the moments. The same inputs every time:
 // nobody wears the headset, so the focus does not enter. The clock only times the steps.

@@ -14,10 +14,6 @@ using SteadyClock = std::chrono::steady_clock;
 constexpr double kSpeed_m_per_s = 1540.0;
 constexpr int kFinePixels = 384, kCoarsePixels = 256;  // of the X-ray picture, by a GPU or by the processor
 
-double msSince(SteadyClock::time_point begin) {
-    return std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
-}
-
 render::UltrasoundSettings settingsOf(const training::UltrasoundState& machine) {
     render::UltrasoundSettings s;
     s.depth_m = machine.depth_m;

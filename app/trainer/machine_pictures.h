@@ -2,6 +2,7 @@
 // made that nobody asks for. Frame thread.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -12,6 +13,10 @@
 #include "render/render.h"
 
 namespace stylet::trainer {
+
+inline double msSince(std::chrono::steady_clock::time_point begin) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+}
 
 struct MachineTotals {
     std::uint64_t scans = 0, frozen = 0, still_scans = 0;  // ultrasound

@@ -8,8 +8,9 @@
 namespace stylet::trainer {
 namespace {
 
-constexpr report::Colour kBlack{0.0, 0.0, 0.0}, kWords{0.78, 0.83, 0.86}, kQuiet{0.45, 0.51, 0.55},
-    kColumn{0.035, 0.045, 0.055}, kLive{0.98, 0.78, 0.16}, kHeld{0.35, 0.85, 1.0};
+constexpr report::Colour kScreenBlack{0.0, 0.0, 0.0}, kScreenWords{0.78, 0.83, 0.86},
+    kScreenQuiet{0.45, 0.51, 0.55}, kColumn{0.035, 0.045, 0.055}, kLive{0.98, 0.78, 0.16},
+    kHeld{0.35, 0.85, 1.0};
 
 // 4:07
 std::string minutes(double seconds) {
@@ -32,7 +33,7 @@ render::ScreenPicture MachineScreen::shown() const {
 
 void MachineScreen::begin(const render::ScreenPicture& picture, double width, double left, double pitch) {
     width_ = width, left_ = left, pitch_ = pitch, next_line_ = 46.0;
-    canvas_.rectangle(0, 0, kWidth, kHeight, kBlack);
+    canvas_.rectangle(0, 0, kWidth, kHeight, kScreenBlack);
     if (width < kWidth) canvas_.rectangle(width, 0, kWidth - width, kHeight, kColumn);
     if (picture.width == 0 || !picture.rgba) return;
     const std::size_t pixels = std::size_t(picture.width) * std::size_t(picture.height);
@@ -51,13 +52,14 @@ void MachineScreen::badge(const std::string& text, const report::Colour& colour)
 }
 
 void MachineScreen::line(const std::string& what, const std::string& value) {
-    canvas_.text({left_, next_line_}, what, {10.5, kQuiet});
-    canvas_.text({left_, next_line_ + 13.0}, value, {13, kWords});
+    canvas_.text({left_, next_line_}, what, {10.5, kScreenQuiet});
+    canvas_.text({left_, next_line_ + 13.0}, value, {13, kScreenWords});
     next_line_ += pitch_;
 }
 
 void MachineScreen::notice(std::string_view text) {
-    canvas_.text({0.5 * width_, 0.55 * kHeight}, std::string(text), {17, kWords, report::Align::centre});
+    canvas_.text({0.5 * width_, 0.55 * kHeight}, std::string(text),
+                 {17, kScreenWords, report::Align::centre});
 }
 
 void MachineScreen::end() {
@@ -75,11 +77,12 @@ void UltrasoundScreen::draw(const render::ScreenPicture& picture, const Ultrasou
     if (r.doppler) line("colour", formatted("\u00b1%.0f cm/s", 100.0 * r.nyquist_m_per_s));
     // The sliders, from the skin downward.
     constexpr double kMiddle = kWidth - 46.0, kReach = 34.0, kMost_db = 20.0;
-    canvas_.text({kMiddle, 22.0}, "TGC", {10.5, kQuiet, report::Align::centre});
+    canvas_.text({kMiddle, 22.0}, "TGC", {10.5, kScreenQuiet, report::Align::centre});
     for (std::size_t i = 0; i < r.tgc_db.size(); ++i) {
         const double y = 32.0 + 10.0 * double(i);
-        canvas_.line({kMiddle - kReach, y}, {kMiddle + kReach, y}, 1.0, kQuiet.faded(0.5));
-        canvas_.disc({kMiddle + kReach * std::clamp(r.tgc_db[i] / kMost_db, -1.0, 1.0), y}, 3.0, kWords);
+        canvas_.line({kMiddle - kReach, y}, {kMiddle + kReach, y}, 1.0, kScreenQuiet.faded(0.5));
+        canvas_.disc({kMiddle + kReach * std::clamp(r.tgc_db[i] / kMost_db, -1.0, 1.0), y}, 3.0,
+                     kScreenWords);
     }
     end();
 }

@@ -109,6 +109,11 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_option("--budget-ms", o.budget_ms,
                     "of a frame: the resolution keeps to it (default: on a GPU the runtime's pace)")
         ->check(CLI::Range(1.0, 1000.0));
+    run->add_option("--patience", o.frame_patience_s,
+                    "Seconds that the OpenXR runtime gets for its last frame before the program ends "
+                    "without it.")
+        ->check(CLI::Range(0.1, 600.0))
+        ->capture_default_str();
     CLI::Option* mirror = run->add_flag_callback(
         "--mirror", [&o] { o.mirror = true; },
         "a window for who has no headset on, or instead of one (default: where there is a display, without "

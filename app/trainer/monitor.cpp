@@ -11,12 +11,12 @@ namespace {
 constexpr double kWindow_s = 16.0, kEvery_s = 0.1;
 constexpr double kDeepest_v = 1.5;    // of the trace's height
 constexpr double kCrossing_v = 0.35;  // a breath on its way in goes through it once
-constexpr report::Colour kGlass{0.015, 0.03, 0.04}, kGrid{0.10, 0.16, 0.19}, kTrace{0.98, 0.84, 0.25},
-    kHeld{0.35, 0.85, 1.0}, kQuiet{0.55, 0.62, 0.66};
+constexpr report::Colour kMonitorGlass{0.015, 0.03, 0.04}, kMonitorGrid{0.10, 0.16, 0.19},
+    kTrace{0.98, 0.84, 0.25}, kHeld{0.35, 0.85, 1.0}, kMonitorQuiet{0.55, 0.62, 0.66};
 
 }  // namespace
 
-BreathMonitor::BreathMonitor() : canvas_(kWidth, kHeight, kGlass) {}
+BreathMonitor::BreathMonitor() : canvas_(kWidth, kHeight, kMonitorGlass) {}
 
 void BreathMonitor::take(double t_s, const patient::Surrogate& breath, bool held) {
     if (!samples_.empty() && t_s < samples_.front().t_s) samples_.clear();
@@ -47,14 +47,14 @@ double BreathMonitor::ratePerMinute() const {
 
 void BreathMonitor::draw() {
     const double top = 34.0, bottom = kHeight - 22.0, left = 12.0, right = kWidth - 96.0;
-    canvas_.rectangle(0, 0, kWidth, kHeight, kGlass);
+    canvas_.rectangle(0, 0, kWidth, kHeight, kMonitorGlass);
     for (int i = 0; i <= 8; ++i) {
         const double x = left + (right - left) * i / 8.0;
-        canvas_.line({x, top}, {x, bottom}, 1.0, kGrid);
+        canvas_.line({x, top}, {x, bottom}, 1.0, kMonitorGrid);
     }
     for (int i = 0; i <= 4; ++i) {
         const double y = top + (bottom - top) * i / 4.0;
-        canvas_.line({left, y}, {right, y}, 1.0, kGrid);
+        canvas_.line({left, y}, {right, y}, 1.0, kMonitorGrid);
     }
     const double now_s = samples_.back().t_s;
     line_.clear();
@@ -65,14 +65,14 @@ void BreathMonitor::draw() {
     canvas_.polyline(line_, 2.5, colour);
     canvas_.disc(line_.back(), 4.0, colour);
     canvas_.text({left, 23}, "RESP", {16, kTrace, report::Align::left, true});
-    canvas_.text({right, 23}, "16 s", {13, kQuiet, report::Align::right});
+    canvas_.text({right, 23}, "16 s", {13, kMonitorQuiet, report::Align::right});
     const double rate = ratePerMinute();
     canvas_.text({kWidth - 48.0, 110},
                  held_        ? "--"
                  : rate > 0.0 ? std::to_string(std::lround(rate))
                               : "--",
                  {46, colour, report::Align::centre, true});
-    canvas_.text({kWidth - 48.0, 134}, "/min", {14, kQuiet, report::Align::centre});
+    canvas_.text({kWidth - 48.0, 134}, "/min", {14, kMonitorQuiet, report::Align::centre});
     if (held_) canvas_.text({kWidth - 48.0, 190}, "HOLD", {20, kHeld, report::Align::centre, true});
     canvas_.pixels(rgba_);
     ++revision_;

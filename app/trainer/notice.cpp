@@ -6,8 +6,8 @@
 namespace stylet::trainer {
 namespace {
 
-constexpr report::Colour kGlass{0.05, 0.07, 0.09}, kFrame{0.95, 0.72, 0.20}, kTitle{1.0, 0.80, 0.30},
-    kText{0.93, 0.95, 0.96};
+constexpr report::Colour kNoticeGlass{0.05, 0.07, 0.09}, kFrame{0.95, 0.72, 0.20}, kTitle{1.0, 0.80, 0.30},
+    kNoticeText{0.93, 0.95, 0.96};
 constexpr double kMargin_px = 30.0, kTitle_px = 46.0, kPitch_px = 42.0;
 
 // What keeps the force away, the first of them: a line has room for one.
@@ -75,16 +75,16 @@ double letterAngle_rad(double px_per_rad) {
     return std::max(kLeastText_rad, kLeastText_px / px_per_rad);
 }
 
-NoticePanel::NoticePanel() : canvas_(kWidth, kHeight, kGlass) {}
+NoticePanel::NoticePanel() : canvas_(kWidth, kHeight, kNoticeGlass) {}
 
 void NoticePanel::show(const Notice& notice) {
     if (revision_ > 0 && notice == shown_) return;
     shown_ = notice;
-    canvas_.rectangle(0.0, 0.0, kWidth, kHeight, kGlass);
+    canvas_.rectangle(0.0, 0.0, kWidth, kHeight, kNoticeGlass);
     canvas_.rectangle(0.0, 0.0, kWidth, 8.0, kFrame);
     double y = kMargin_px + kTitle_px;
     canvas_.text({kMargin_px, y}, notice.title, {.size = kTitle_px, .colour = kTitle, .bold = true});
-    const report::TextStyle style{.size = kLetter_px, .colour = kText};
+    const report::TextStyle style{.size = kLetter_px, .colour = kNoticeText};
     y += 0.3 * kPitch_px;
     for (const std::string& text : notice.lines)
         for (const std::string& line : wrapped(canvas_, text, style, kWidth - 2.0 * kMargin_px))

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/report/film.h"
 #include "app/trainer/colocation.h"
 #include "app/trainer/controller_hand.h"
 #include "app/trainer/machine_moment.h"
@@ -127,6 +128,9 @@ struct EyePicture {
     int width = 0, height = 0;
     std::vector<std::uint8_t> rgb;  // packed triples, rows from the top
 };
+inline report::FilmFrame filmFrame(EyePicture&& eye, const std::string& caption) {
+    return {eye.width, eye.height, std::move(eye.rgb), caption};
+}
 struct StereoShot {
     patient::Surrogate breath{};
     bool closed = false;                 // the look: closed skin, else what lies beneath

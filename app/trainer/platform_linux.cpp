@@ -15,7 +15,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 
 #include "patient/hash.h"
 #include "patient/package.h"
@@ -184,20 +183,6 @@ std::uint64_t buildMark() noexcept {
 
 std::uint64_t processNumber() noexcept {
     return std::uint64_t(getpid());
-}
-
-double sinceStart_s() {
-    std::ifstream file("/proc/self/stat");
-    std::string text((std::istreambuf_iterator<char>(file)), {});
-    // The 22nd field; the second, the program's name in brackets, may hold anything.
-    std::size_t at = text.rfind(')');
-    for (int field = 2; field < 22 && at != std::string::npos; ++field)
-        at = text.find(' ', at + 1);
-    timespec now{};
-    if (at == std::string::npos || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0.0;
-    const double began_s =
-        double(std::strtoull(text.c_str() + at, nullptr, 10)) / double(sysconf(_SC_CLK_TCK));
-    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec) - began_s;
 }
 
 namespace {

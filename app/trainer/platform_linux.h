@@ -49,8 +49,6 @@ void setEnvironment(const char* name, const std::string& value);
 std::uint64_t buildMark() noexcept;
 // Of this run of the program: no other has it meanwhile.
 std::uint64_t processNumber() noexcept;
-// Since the program began, to a hundredth. 0 where the system does not say.
-double sinceStart_s();
 
 // $XDG_CACHE_HOME/stylet, or ~/.cache/stylet.
 std::filesystem::path cacheFolder();

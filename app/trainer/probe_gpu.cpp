@@ -12,7 +12,7 @@
 namespace stylet::trainer {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 
 constexpr double kReadyWithin = 0.3, kFocusWithin = 0.3;  // of the patience
 constexpr double kComfortable_hz = 89.0;
@@ -118,16 +118,16 @@ struct Reached {
 Reached runFrames(xr::Session& session, Curtain& curtain, const ProbeReport& report,
                   std::chrono::milliseconds patience) {
     const auto within = [&](double share) {
-        return Clock::now() + std::chrono::duration_cast<Clock::duration>(share * patience);
+        return SteadyClock::now() + std::chrono::duration_cast<SteadyClock::duration>(share * patience);
     };
     Reached reached;
     report.about("becoming ready");
     const auto ready_by = within(kReadyWithin);
-    while (reached.phase = session.poll(), !session.running() && Clock::now() < ready_by)
+    while (reached.phase = session.poll(), !session.running() && SteadyClock::now() < ready_by)
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     report.about("its first frames");
     const auto focus_by = within(kFocusWithin);
-    while (session.running() && Clock::now() < focus_by && !reached.bound) {
+    while (session.running() && SteadyClock::now() < focus_by && !reached.bound) {
         const xr::Frame frame = session.beginFrame();
         if (frame.should_render) curtain.draw(frame.image, session.width(), session.height());
         session.endFrame(frame);

@@ -35,8 +35,7 @@ using xr::registration::WizardText;
 
 namespace {
 
-constexpr const char* kReplay = "replay";
-constexpr std::int64_t kSample_ns = 4'000'000, kLinger_ns = 1'500'000'000;
+constexpr std::int64_t kRegisterSample_ns = 4'000'000, kLinger_ns = 1'500'000'000;
 constexpr double kCubeOfReach = 0.55;  // a cube's corner is sqrt(3) halves from its middle
 constexpr double kSmallestHalf_m = 0.015, kHalf_m = 0.04;
 constexpr std::uint32_t kPress = 1u << 0, kBack = 1u << 1;  // the device's own buttons
@@ -105,7 +104,7 @@ class Sampler {
                 if (grip) new_.tracked.push_back({seconds(now_ns), rigidOf(*grip)});
             }
             // Late: the next is due from here, so that none are made up for.
-            due_ns = std::max(due_ns + kSample_ns, now_ns);
+            due_ns = std::max(due_ns + kRegisterSample_ns, now_ns);
             clock_.sleepUntil_ns(clock_.context, due_ns);
         }
     }
@@ -165,16 +164,16 @@ void check(const RegisterOptions& o) {
     const auto refuse = [&](const char* option, const std::string& reason) {
         throw DataError(o.device.empty() ? "register" : o.device, option, reason);
     };
-    if (o.device == kReplay && o.trace.empty()) refuse("--trace", "missing: the hand's CSV file");
-    if (o.device != kReplay && !o.trace.empty()) refuse("--trace", "only for --device replay");
+    if (o.device == kReplayDevice && o.trace.empty()) refuse("--trace", "missing: the hand's CSV file");
+    if (o.device != kReplayDevice && !o.trace.empty()) refuse("--trace", "only for --device replay");
     if (!o.grip_from_tip_mm.empty() && o.grip_from_tip_mm.size() != 3)
         refuse("--tip-mm", "must be three numbers: x y z in the controller's grip frame");
-    if (o.device != kReplay) haptics::makeDriver(o.device, o.device_options, monotonicClock());
+    if (o.device != kReplayDevice) haptics::makeDriver(o.device, o.device_options, monotonicClock());
 }
 
-RegisterHand handOf(const RegisterOptions& options, const haptics::Clock& clock) {
+RegisterHand registerHand(const RegisterOptions& options, const haptics::Clock& clock) {
     RegisterHand hand;
-    if (options.device == kReplay) {
+    if (options.device == kReplayDevice) {
         hand.trace = haptics::loadTrace(options.trace);
         return hand;
     }
@@ -210,9 +209,10 @@ std::optional<patient::Pose> needleOf(const Wizard& wizard, const Sampler::Taken
 
 struct Registering {
     const RegisterOptions& options;
-    RegisterHand& hand;
+    haptics::HapticDevice& device;
     RegisterView& view;
     const haptics::Clock& clock;
+    const std::function<void()>& each_frame;
     RegistrationKey key;
     WizardSettings settings;
 
@@ -250,11 +250,11 @@ bool Registering::run() {
     Console console;
     Typing typing;
     Edge select, menu;
-    Sampler sampler(hand.device(), view, clock);
+    Sampler sampler(device, view, clock);
     RegisterAnswer answer;
     std::optional<patient::Pose> needle;
     while (!interrupted()) {
-        if (hand.live) hand.live->tellNews();
+        if (each_frame) each_frame();
         const Sampler::Taken taken = sampler.take(answer.bare);
         WizardInput input{taken.now_s, taken.device, taken.tracked};
         input.press = select(answer.select) || (taken.pressed & kPress) != 0;
@@ -336,7 +336,7 @@ int registerDevice(const RegisterOptions& options) {
     check(options);
     catchInterrupts();
     const haptics::Clock clock = monotonicClock();
-    RegisterHand hand = handOf(options, clock);
+    RegisterHand hand = registerHand(options, clock);
     std::string why_not;
     auto view = openRegisterView(
         {assetsFolder(), cacheFolder() / "pipelines.bin", options.hand == "left" ? 0 : 1, options.validation},
@@ -344,20 +344,30 @@ int registerDevice(const RegisterOptions& options) {
     if (!view) throw DataError("register", "headset", why_not);
     if (!hand.live) hand.replay.emplace(hand.trace, clock.now_ns(clock.context));
 
+    const bool done = registerWith(options, hand.device(), *view, clock, [&hand] {
+        if (hand.live) hand.live->tellNews();
+    });
+    if (hand.live) hand.live->stop();
+    return done ? 0 : 1;
+}
+
+bool registerWith(const RegisterOptions& options, haptics::HapticDevice& device, RegisterView& view,
+                  const haptics::Clock& clock, const std::function<void()>& each_frame) {
     // A runtime may say which generation its space is of only once the session runs.
     for (RegisterAnswer first; !first.seen && !interrupted();)
-        if (first = view->frame({}); first.over)
+        if (first = view.frame({}); first.over)
             throw DataError("register", "headset", "the runtime ended the session");
-    const haptics::DeviceProfile& profile = hand.device().profile();
-    Registering registering{
-        options, hand, *view, clock, keyOf(options.device, profile, view->space(), view->generation()), {}};
+    const haptics::DeviceProfile& profile = device.profile();
+    Registering registering{options,    device,
+                            view,       clock,
+                            each_frame, keyOf(options.device, profile, view.space(), view.generation()),
+                            {}};
     WizardSettings& settings = registering.settings;
     settings.points = options.points;
     settings.in_motion = options.in_motion;
     settings.touches = options.touches;
     settings.senses_rotation = profile.senses_rotation;
-    settings.cube =
-        cubeOf(profile, hand.device().read(clock.now_ns(clock.context)).device_from_stylus.position_m);
+    settings.cube = cubeOf(profile, device.read(clock.now_ns(clock.context)).device_from_stylus.position_m);
     if (!options.grip_from_tip_mm.empty())
         settings.grip_from_tip_m = 1e-3 * Vec3(options.grip_from_tip_mm[0], options.grip_from_tip_mm[1],
                                                options.grip_from_tip_mm[2]);
@@ -369,9 +379,7 @@ int registerDevice(const RegisterOptions& options) {
             say(std::string(e.what()) + ": a new one takes its place");
         }
     }
-    const bool done = registering.run();
-    if (hand.live) hand.live->stop();
-    return done ? 0 : 1;
+    return registering.run();
 }
 
 }  // namespace stylet::trainer

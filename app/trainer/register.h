@@ -2,12 +2,15 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/trainer/register_view.h"
 #include "app/trainer/registration_store.h"
 #include "haptics/devices/devices.h"
+#include "haptics/loop.h"
 #include "xr/registration/registration.h"
 
 namespace stylet::trainer {
@@ -29,6 +32,12 @@ struct RegisterOptions {
 // The exit status of the command: 0 kept or still right, 1 given up. Throws patient::DataError,
 // std::runtime_error.
 int registerDevice(const RegisterOptions&);
+
+// The same on a device that is ready, with a view that is open. `clock` is read and sleeps on two threads.
+// `each_frame` is called before every frame. Returns true when a registration was stored, or an earlier one
+// still holds.
+bool registerWith(const RegisterOptions&, haptics::HapticDevice&, RegisterView&, const haptics::Clock& clock,
+                  const std::function<void()>& each_frame = {});
 
 // Where registrations are kept.
 std::filesystem::path registrationsFolder();

@@ -13,7 +13,6 @@
 namespace stylet::trainer {
 namespace {
 
-constexpr auto kStartPatience = std::chrono::seconds(10);
 constexpr auto kNap = std::chrono::milliseconds(10);
 constexpr double kRaised_rad = 0.35;
 

@@ -80,7 +80,7 @@ void reportOutcome(const records::Record& record, const records::ReplayResult& r
 
 // The recorded poses as a trace of the device that a replay has, beside the patient. A pose that never came
 // is left out: a trace holds the last.
-haptics::Trace handOf(const records::Record& record, const patient::Pose& patient_from_replayed) {
+haptics::Trace recordedHand(const records::Record& record, const patient::Pose& patient_from_replayed) {
     const patient::Pose& patient_from_recorded = record.header.settings.patient_from_device;
     const bool same = patient_from_recorded.position_m == patient_from_replayed.position_m &&
                       patient_from_recorded.rotation == patient_from_replayed.rotation;
@@ -160,7 +160,7 @@ int replay(const ReplayOptions& options) {
     const patient::Package package = patient::loadPackage(folder);
     const patient::Patient patient(package);
     if (!options.save_hand.empty())
-        haptics::saveTrace(handOf(record, deviceBeside(patient.grid())), options.save_hand);
+        haptics::saveTrace(recordedHand(record, deviceBeside(patient.grid())), options.save_hand);
 
     const std::optional<OtherSegmentation> other = otherSegmentation(patient, options.full);
     std::optional<ForceTruth> truth;

@@ -16,7 +16,7 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-PictureSettings settingsFor(const ShownReplay& shown, const std::filesystem::path& out) {
+PictureSettings pictureSettings(const ShownReplay& shown, const std::filesystem::path& out) {
     PictureSettings settings;
     settings.assets = assetsFolder();
     settings.pipeline_cache = cacheFolder() / "pipelines.bin";
@@ -66,7 +66,7 @@ const Seen& Timeline::at(double tick) const {
 
 void showReplay(const ShownReplay& shown, const std::vector<Moment>& moments,
                 const std::filesystem::path& out) {
-    const PictureSettings settings = settingsFor(shown, out);
+    const PictureSettings settings = pictureSettings(shown, out);
     const Pictures pictures = picturesOf(shown, settings);
     for (const Moment& moment : moments)
         pictures.frame(moment.seen, nullptr, moment.name);

@@ -20,10 +20,10 @@ namespace stylet::trainer {
 
 using haptics::NeedleEventKind;
 using json = nlohmann::ordered_json;
+using training::kMlPerM3;
 
 namespace {
 
-constexpr double kMlPerM3 = 1e6;
 constexpr double kGyCm2PerGyM2 = 1e4;
 constexpr double kDegPerRad = 57.29577951308232;
 

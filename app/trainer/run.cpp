@@ -33,7 +33,6 @@ constexpr const char* kRuntimeVariable = "XR_RUNTIME_JSON";
 constexpr const char* kDisplayVariable = "DISPLAY";
 constexpr const char* kSoundLogVariable = "ALSOFT_LOGLEVEL";
 constexpr const char* kScripted = "scripted";
-constexpr const char* kReplay = "replay";
 
 // The mock runtime's manifest: in this program's build tree, or installed with it.
 std::filesystem::path bundledRuntime() {
@@ -77,7 +76,7 @@ records::AttemptInfo attemptInfo(const RunOptions& options, const AttemptFacts& 
 }
 
 bool isLive(const RunOptions& options) {
-    return options.device != kScripted && options.device != kReplay;
+    return options.device != kScripted && options.device != kReplayDevice;
 }
 
 // What goes together on the command line, before anything is made.
@@ -87,8 +86,10 @@ void checkHand(const RunOptions& options) {
     };
     if (isLive(options) && options.fast) refuse("--fast", "a hand on a device moves in real time");
     if (!isLive(options) && options.seconds) refuse("--seconds", "only a hand on a device needs an end");
-    if (options.device == kReplay && options.trace.empty()) refuse("--trace", "missing: the hand's CSV file");
-    if (options.device != kReplay && !options.trace.empty()) refuse("--trace", "only for --device replay");
+    if (options.device == kReplayDevice && options.trace.empty())
+        refuse("--trace", "missing: the hand's CSV file");
+    if (options.device != kReplayDevice && !options.trace.empty())
+        refuse("--trace", "only for --device replay");
     if (options.device == kControllers) return;
     if (options.device == kMouse) {
         if (options.mirror == false) refuse("--no-mirror", "its hand is in the window");
@@ -100,8 +101,8 @@ void checkHand(const RunOptions& options) {
 
 // The attempt as scripted, or with the hand of a trace in its place: what is said meanwhile stays the
 // scenario's, as far as the hand goes.
-Attempt handOf(const RunOptions& options, Attempt attempt, const Retry* retry, const MakeTouch& touch) {
-    if (options.device == kReplay) {
+Attempt withHand(const RunOptions& options, Attempt attempt, const Retry* retry, const MakeTouch& touch) {
+    if (options.device == kReplayDevice) {
         attempt.hand.samples = haptics::loadTrace(options.trace).samples;
         const std::int64_t end_ns = attempt.hand.samples.back().t_ns;
         std::erase_if(attempt.hand.commands,
@@ -274,8 +275,9 @@ LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& a
                             if (const auto felt = vibrations.take(newest)) live.port->vibrate(*felt);
                         }};
     session.setRearmButton(buttons.rearm);
-    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand, heard,
-                                          [&live] { return live.window->typed(); });
+    const LoopTotals totals = runRealTime(
+        attempt, session, std::move(pictures), clock, &hand, heard, [&live] { return live.window->typed(); },
+        options.frame_patience_s);
     // A controller's thread may be stuck in the runtime as the frames are; there is no force to end.
     if (!totals.frames_stuck || !live.port) live.device->stop();
     return totals;
@@ -365,12 +367,6 @@ std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::Plann
 
 namespace {
 
-SteadyTime programStart() {
-    using Duration = SteadyTime::duration;
-    return std::chrono::steady_clock::now() -
-           std::chrono::duration_cast<Duration>(std::chrono::duration<double>(sinceStart_s()));
-}
-
 // An attempt that is over.
 struct Ended {
     RunOptions options;            // that it was made with
@@ -430,8 +426,8 @@ Ended runOne(const RunOptions& asked, SteadyTime begun) {
     const Attempt attempt =
         isLive(options)
             ? liveAttempt(options, live, patient, scenario, path, clock, retry ? &*retry : nullptr, touch)
-            : handOf(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz, touch),
-                     retry ? &*retry : nullptr, touch);
+            : withHand(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz, touch),
+                       retry ? &*retry : nullptr, touch);
     AttemptFacts facts{opened.package.name,
                        opened.folder,
                        scenario.name,
@@ -497,8 +493,9 @@ Ended runOne(const RunOptions& asked, SteadyTime begun) {
         live.device ? runLive(options, live, attempt, session, std::move(pictures), clock, heard)
         : options.fast
             ? runFast(attempt, session, std::move(pictures), options.fps.value_or(0.0), workClock())
-            : runRealTime(attempt, session, std::move(pictures), clock, nullptr, heard,
-                          [&live] { return live.window->typed(); });
+            : runRealTime(
+                  attempt, session, std::move(pictures), clock, nullptr, heard,
+                  [&live] { return live.window->typed(); }, options.frame_patience_s);
     record.finish();
     if (record.lost())
         std::fprintf(stderr, "stylet: the record ends at tick %llu: the next was lost to a full ring\n",
@@ -564,7 +561,7 @@ RunOptions following(const Ended& last, const RunOptions& asked, int number) {
 }  // namespace
 
 int run(const RunOptions& asked) {
-    Ended last = runOne(asked, programStart());
+    Ended last = runOne(asked, asked.begun);
     for (int number = 2; last.next && !interrupted(); ++number) {
         const RunOptions next = following(last, asked, number);
         sayOnStderr("the next attempt");

@@ -7,12 +7,16 @@
 #include <string>
 
 #include "app/trainer/attempt.h"
+#include "app/trainer/loops.h"
 #include "app/trainer/pictures.h"
+#include "app/trainer/start.h"
 #include "haptics/devices/devices.h"
 
 namespace stylet::trainer {
 
 struct RunOptions {
+    // When the program began: its times of starting count from here.
+    SteadyTime begun = std::chrono::steady_clock::now();
     std::string scenario;  // a name in assets/scenarios, or a .toml file; empty: demo, with `from` its own
     // ATTEMPT[@BOOKMARK]: begins with what was done there until then (retry.h), with its patient, seed and
     // rate.
@@ -42,6 +46,7 @@ struct RunOptions {
     std::optional<bool> sound;
     std::string difficulty;           // training::kDifficultyNames; empty: the first run is guided
     std::optional<double> budget_ms;  // of a frame; default: a GPU keeps to the runtime's pace
+    double frame_patience_s = kFramePatience_s;
     // "scripted": the scenario's hand. "replay": the trace's. Else the user's, on a device of that kind or
     // with the mouse in the window, until Ctrl-C or for so many seconds.
     std::string device = "scripted";

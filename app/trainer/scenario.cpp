@@ -16,12 +16,12 @@
 namespace stylet::trainer {
 
 using patient::DataError;
+using training::kMlPerM3;
 
 namespace {
 
 constexpr double kMaxSeconds = 600.0, kMaxDistance_mm = 500.0, kMaxSpeed_mm_s = 500.0;
 constexpr double kMaxLean_deg = 60.0, kMaxRoll_deg = 180.0, kRadPerDeg = 0.017453292519943295;
-constexpr double kMlPerM3 = 1e6;
 constexpr std::size_t kMaxStages = 200;
 constexpr std::size_t kMaxFileBytes = 1 << 20;
 

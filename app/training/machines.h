@@ -40,6 +40,7 @@ inline constexpr haptics::Command kPedalUp{haptics::CommandKind::pedal, 0};
 // Takes the rate to whole microlitres a second; 0 ends the injection.
 haptics::Command injectCommand(double m3_per_s) noexcept;
 inline constexpr double kMostInjected_m3_per_s = 20e-6;
+inline constexpr double kMlPerM3 = 1e6;
 
 // Trivially copyable. Angles as C-arms name them: rotation > 0 is toward the patient's left (LAO), angulation
 // > 0 toward the head (cranial).

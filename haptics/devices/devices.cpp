@@ -85,9 +85,6 @@ std::unique_ptr<Driver> makeWooden(const DeviceOptions& options, const Clock&) {
     return std::make_unique<WoodenHaptics>(woodenModel(options));
 }
 
-bool isCap(const HidEntry& entry) {
-    return isSpaceMouse(entry.vendor, entry.product, entry.usage_page, entry.usage);
-}
 void findCaps(const DeviceOptions&, std::vector<FoundDevice>& found) {
     addHid(found, "spacemouse", isCap, "");
 }

@@ -17,7 +17,7 @@ constexpr double kMostCounts = 4095.0;
 // Some 0.6 s; the public driver polls a thousand times.
 constexpr int kMostProbes = 60;
 constexpr int kMostLoads = 10;
-constexpr int kWait_ms = 3;
+constexpr int kTransferWait_ms = 3;
 constexpr std::int64_t kReply_ns = 4'000'000, kProbe_ns = 10'000'000;
 // One garbled reply must not home it: its zero would be wrong, and its forces wild.
 constexpr int kHomedReplies = 10;
@@ -99,8 +99,8 @@ void FalconDriver::close() noexcept {
         std::string why;
         BusBytes ignored;
         for (int i = 0; i < 3 && step_ == Step::run; ++i) {
-            if (bus_->write(encode({}), kWait_ms, why) == BusResult::lost) break;
-            bus_->read(ignored, kWait_ms, why);
+            if (bus_->write(encode({}), kTransferWait_ms, why) == BusResult::lost) break;
+            bus_->read(ignored, kTransferWait_ms, why);
         }
     } catch (...) {
         // Nothing more can be done for it.
@@ -181,11 +181,11 @@ BusResult FalconDriver::talk(const Command& command, std::int64_t until_ns, std:
         reader_.clear();
         if (bus_->control(kFtdiReset, kPurgeReceived, why) == BusResult::lost) return BusResult::lost;
     }
-    BusResult result = bus_->write(encode(command), kWait_ms, why);
+    BusResult result = bus_->write(encode(command), kTransferWait_ms, why);
     // Bounded in turns as well: the clock may be set back meanwhile.
     for (int turn = 0; turn < 20 && result == BusResult::ok && !reply; ++turn) {
         BusBytes got;
-        if (bus_->read(got, kWait_ms, why) == BusResult::lost) return BusResult::lost;
+        if (bus_->read(got, kTransferWait_ms, why) == BusResult::lost) return BusResult::lost;
         reply = reader_.push(got.span());
         if (now() >= until_ns) break;
     }

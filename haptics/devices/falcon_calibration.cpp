@@ -18,7 +18,7 @@ using patient::DataError;
 
 // The public driver's gain is thought to be off by up to four; ten says that something else is wrong.
 constexpr double kLeast = 0.1, kMost = 10.0;
-constexpr std::size_t kMostBytes = 16 * 1024;
+constexpr std::size_t kMostCalibrationBytes = 16 * 1024;
 constexpr std::size_t kMostText = 400;
 
 // A name that nobody has.
@@ -52,7 +52,7 @@ double fitCalibration(std::span<const CalibrationReading> readings, const std::s
 }
 
 Calibration loadCalibration(const std::filesystem::path& file) {
-    return parseCalibration(patient::readWholeFile(file, kMostBytes), file);
+    return parseCalibration(patient::readWholeFile(file, kMostCalibrationBytes), file);
 }
 
 Calibration parseCalibration(std::string_view text, const std::filesystem::path& file) {

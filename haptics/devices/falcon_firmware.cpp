@@ -12,15 +12,15 @@ namespace stylet::haptics::falcon {
 
 namespace {
 
-constexpr std::size_t kMostBytes = 64 * 1024;
+constexpr std::size_t kMostFirmwareBytes = 64 * 1024;
 constexpr std::size_t kChunkBytes = 62;  // the source's comments say 58 and 128, its code 62
 constexpr int kMostGreetings = 100;
-constexpr int kWait_ms = 20;  // longer than the chip's 16 ms between answers
+constexpr int kLoaderWait_ms = 20;  // longer than the chip's 16 ms between answers
 constexpr std::int64_t kGreeting_ns = 50'000'000, kEcho_ns = 80'000'000;
 
 constexpr std::uint8_t kGreeting[] = {0x0A, 0x43, 0x0D};
 constexpr std::uint8_t kGreeted[] = {0x0A, 0x44, 0x2C, 0x0D};  // macOS puts a zero before it
-constexpr std::uint8_t kBegin[] = {0x41};
+constexpr std::uint8_t kBeginLoad[] = {0x41};
 
 struct Setting {
     FtdiRequest request;
@@ -44,7 +44,7 @@ FirmwareLoader::Outcome outcomeOf(BusResult result, std::string& why, const char
 }  // namespace
 
 Firmware loadFirmwareFile(const std::filesystem::path& file) {
-    const std::string bytes = patient::readWholeFile(file, kMostBytes);
+    const std::string bytes = patient::readWholeFile(file, kMostFirmwareBytes);
     if (bytes.empty()) throw patient::DataError(file, "firmware", "empty");
     Firmware firmware;
     firmware.image.assign(bytes.begin(), bytes.end());
@@ -91,7 +91,7 @@ FirmwareLoader::Outcome FirmwareLoader::greet(std::string& why) {
                             {kFtdiModem, 0x0100},
                             {kFtdiModem, 0x0101}},
                            why);
-    if (result == BusResult::ok) result = bus_->write(kGreeting, kWait_ms, why);
+    if (result == BusResult::ok) result = bus_->write(kGreeting, kLoaderWait_ms, why);
     if (result == BusResult::ok) result = expect(kGreeted, kGreeting_ns, why);
     if (result == BusResult::ok) part_ = Part::rate;
     if (result == BusResult::late && ++greetings_ < kMostGreetings) return Outcome::going;
@@ -100,8 +100,8 @@ FirmwareLoader::Outcome FirmwareLoader::greet(std::string& why) {
 
 FirmwareLoader::Outcome FirmwareLoader::changeRate(std::string& why) {
     BusResult result = set(*bus_, {{kFtdiModem, 0x0100}, {kFtdiBaud, 0x0015}}, why);
-    if (result == BusResult::ok) result = bus_->write(kBegin, kWait_ms, why);
-    if (result == BusResult::ok) result = expect(kBegin, kEcho_ns, why);
+    if (result == BusResult::ok) result = bus_->write(kBeginLoad, kLoaderWait_ms, why);
+    if (result == BusResult::ok) result = expect(kBeginLoad, kEcho_ns, why);
     if (result == BusResult::ok) part_ = Part::image;
     return outcomeOf(result, why, "its loader did not take the faster rate");
 }
@@ -111,7 +111,7 @@ FirmwareLoader::Outcome FirmwareLoader::changeRate(std::string& why) {
 FirmwareLoader::Outcome FirmwareLoader::sendChunk(const std::vector<std::uint8_t>& image, std::string& why) {
     const std::size_t count = std::min(kChunkBytes, image.size() - sent_);
     const std::span<const std::uint8_t> chunk(image.data() + sent_, count);
-    BusResult result = bus_->write(chunk, kWait_ms, why);
+    BusResult result = bus_->write(chunk, kLoaderWait_ms, why);
     if (result == BusResult::ok) result = expect(chunk, kEcho_ns, why);
     if (result != BusResult::ok) return outcomeOf(result, why, "a piece of its firmware came back wrong");
     sent_ += count;
@@ -128,7 +128,7 @@ BusResult FirmwareLoader::expect(std::span<const std::uint8_t> bytes, std::int64
     // Bounded in turns as well: the clock may be set back meanwhile.
     for (int turn = 0; turn < 100 && clock_.now_ns(clock_.context) - begin_ns < within_ns; ++turn) {
         BusBytes got;
-        const BusResult result = bus_->read(got, kWait_ms, why);
+        const BusResult result = bus_->read(got, kLoaderWait_ms, why);
         if (result == BusResult::lost) return result;
         seen.insert(seen.end(), got.bytes.begin(), got.bytes.begin() + std::ptrdiff_t(got.count));
         if (std::search(seen.begin(), seen.end(), bytes.begin(), bytes.end()) != seen.end())

@@ -4,7 +4,7 @@ namespace stylet::haptics::falcon {
 
 namespace {
 
-constexpr std::uint8_t kBegin = '<', kEnd = '>', kZero = 'A';
+constexpr std::uint8_t kPacketBegin = '<', kPacketEnd = '>', kZero = 'A';
 
 bool isNibble(std::uint8_t byte) noexcept {
     return byte >= kZero && byte <= kZero + 0xF;
@@ -14,19 +14,19 @@ bool isNibble(std::uint8_t byte) noexcept {
 
 Packet encode(const Command& command) noexcept {
     Packet packet{};
-    packet[0] = kBegin;
+    packet[0] = kPacketBegin;
     for (std::size_t i = 0; i < 12; ++i) {
         const unsigned bits = std::uint16_t(command.motors[i / 4]);
         packet[1 + i] = std::uint8_t(kZero + (bits >> (4 * (i % 4)) & 0xF));
     }
     packet[13] = std::uint8_t(kZero + ((command.leds & 0xE) | (command.homing ? 1 : 0)));
     packet[14] = kZero;
-    packet[15] = kEnd;
+    packet[15] = kPacketEnd;
     return packet;
 }
 
 std::optional<Reply> decode(const Packet& packet) noexcept {
-    if (packet[0] != kBegin || packet[15] != kEnd || !isNibble(packet[14])) return std::nullopt;
+    if (packet[0] != kPacketBegin || packet[15] != kPacketEnd || !isNibble(packet[14])) return std::nullopt;
     Reply reply;
     unsigned bits[3] = {};
     for (std::size_t i = 0; i < 12; ++i) {
@@ -46,7 +46,7 @@ std::optional<Reply> decode(const Packet& packet) noexcept {
 std::optional<Reply> PacketReader::push(std::span<const std::uint8_t> bytes) noexcept {
     std::optional<Reply> newest;
     for (const std::uint8_t byte : bytes) {
-        if (byte == kBegin) {
+        if (byte == kPacketBegin) {
             if (count_ != 0) ++refused_;
             count_ = 0;
         } else if (count_ == 0) {

@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::uint16_t kVendor = 0x0403, kProduct = 0xcb48;
 constexpr unsigned char kOut = 0x02, kIn = 0x81;
-constexpr int kPacketBytes = 64;  // asked for exactly: more breaks libusb, less other systems (libnifalcon)
+// Asked for exactly: more breaks libusb, less other systems (libnifalcon).
+constexpr int kUsbPacketBytes = 64;
 constexpr int kStatusBytes = 2;
 constexpr unsigned kControlWait_ms = 20;
 
@@ -115,7 +116,7 @@ class UsbBus final : public FtdiBus {
     BusResult write(std::span<const std::uint8_t> bytes, int wait_ms, std::string& why) override {
         if (!handle_) return closed(why);
         // libusb takes what it sends by a pointer to what it could change.
-        std::array<unsigned char, kPacketBytes> buffer{};
+        std::array<unsigned char, kUsbPacketBytes> buffer{};
         if (bytes.size() > buffer.size()) return BusResult::late;
         std::copy(bytes.begin(), bytes.end(), buffer.begin());
         int sent = 0;
@@ -128,10 +129,10 @@ class UsbBus final : public FtdiBus {
     BusResult read(BusBytes& got, int wait_ms, std::string& why) override {
         got.count = 0;
         if (!handle_) return closed(why);
-        std::array<unsigned char, kPacketBytes> buffer{};
+        std::array<unsigned char, kUsbPacketBytes> buffer{};
         int count = 0;
         const int error =
-            libusb_bulk_transfer(handle_, kIn, buffer.data(), kPacketBytes, &count, unsigned(wait_ms));
+            libusb_bulk_transfer(handle_, kIn, buffer.data(), kUsbPacketBytes, &count, unsigned(wait_ms));
         // Late, it may have brought something all the same.
         if (count > kStatusBytes) {
             got.count = std::size_t(count - kStatusBytes);

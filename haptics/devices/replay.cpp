@@ -23,9 +23,9 @@ DeviceState ReplayDevice::read(std::int64_t now_ns) noexcept {
 namespace {
 
 constexpr std::string_view kHead = "t_ns,x_m,y_m,z_m,qw,qx,qy,qz,buttons";
-constexpr std::size_t kMaxBytes = std::size_t(1) << 29;
+constexpr std::size_t kMaxTraceBytes = std::size_t(1) << 29;
 constexpr std::int64_t kLongest_ns = 86'400'000'000'000;  // a day
-constexpr double kFarthest_m = 10.0;
+constexpr double kFarthestSample_m = 10.0;
 constexpr double kUnitTolerance = 1e-3;
 
 class TraceReader {
@@ -65,7 +65,8 @@ class TraceReader {
         Pose& pose = s.device_from_stylus;
         for (int k = 0; k < 3; ++k) {
             pose.position_m[k] = number<double>();
-            if (!(std::fabs(pose.position_m[k]) <= kFarthest_m)) lines_.refuse("a place farther than 10 m");
+            if (!(std::fabs(pose.position_m[k]) <= kFarthestSample_m))
+                lines_.refuse("a place farther than 10 m");
         }
         pose.rotation.w = number<double>();
         pose.rotation.x = number<double>();
@@ -96,7 +97,7 @@ Trace parseTrace(const std::filesystem::path& file, std::string_view csv) {
 }
 
 Trace loadTrace(const std::filesystem::path& csv) {
-    return parseTrace(csv, patient::readWholeFile(csv, kMaxBytes));
+    return parseTrace(csv, patient::readWholeFile(csv, kMaxTraceBytes));
 }
 
 void saveTrace(const Trace& trace, const std::filesystem::path& csv) {

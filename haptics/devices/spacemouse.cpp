@@ -6,16 +6,12 @@ namespace stylet::haptics {
 
 namespace {
 
-constexpr std::size_t kLargestReport = 64;
-constexpr int kMostWaiting = 64;
+constexpr std::size_t kLargestCapReport = 64;
+constexpr int kMostCapReports = 64;
 constexpr int kMostMalformed = 20;
 constexpr double kFromTheEnd_m = 0.005;  // where the needle begins
 // A cap away from rest reports at least every 16 ms (wireless): silent for so long, it was lost.
-constexpr std::int64_t kSilent_ns = 150'000'000;
-
-bool isCap(const HidEntry& entry) {
-    return isSpaceMouse(entry.vendor, entry.product, entry.usage_page, entry.usage);
-}
+constexpr std::int64_t kCapSilent_ns = 150'000'000;
 
 // From the cap's frame (x right, y toward the user, z down) to the device's (x right, y up, z toward him).
 std::array<double, 6> inDeviceFrame(const std::array<int, 6>& a) noexcept {
@@ -23,6 +19,10 @@ std::array<double, 6> inDeviceFrame(const std::array<int, 6>& a) noexcept {
 }
 
 }  // namespace
+
+bool isCap(const HidEntry& entry) {
+    return isSpaceMouse(entry.vendor, entry.product, entry.usage_page, entry.usage);
+}
 
 DeviceProfile spaceMouseProfile(const RateSettings& rate) noexcept {
     DeviceProfile p;
@@ -59,7 +59,7 @@ DeviceStage SpaceMouse::open(std::string& why) {
 DeviceStage SpaceMouse::exchange(const Vec3&, DeviceState& state, std::string& why) {
     if (!takeWaiting(why)) return DeviceStage::failed;
     const std::int64_t now_ns = clock_.now_ns(clock_.context);
-    if (!input_.atRest() && (now_ns - heard_ns_ > kSilent_ns || now_ns < heard_ns_)) {
+    if (!input_.atRest() && (now_ns - heard_ns_ > kCapSilent_ns || now_ns < heard_ns_)) {
         input_.axes = {};
         why = "it fell silent with its cap pushed: taken as let go";
     }
@@ -72,8 +72,8 @@ DeviceStage SpaceMouse::exchange(const Vec3&, DeviceState& state, std::string& w
 }
 
 bool SpaceMouse::takeWaiting(std::string& why) {
-    std::array<unsigned char, kLargestReport> bytes;
-    for (int i = 0; i < kMostWaiting; ++i) {
+    std::array<unsigned char, kLargestCapReport> bytes;
+    for (int i = 0; i < kMostCapReports; ++i) {
         const int count = port_.read(bytes, 0, why);
         if (count < 0) return false;
         if (count == 0) return true;

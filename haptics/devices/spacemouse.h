@@ -10,6 +10,7 @@
 
 namespace stylet::haptics {
 
+bool isCap(const HidEntry&);  // a SpaceMouse
 DeviceProfile spaceMouseProfile(const RateSettings& = {}) noexcept;
 
 class SpaceMouse final : public Driver {

@@ -10,13 +10,13 @@ namespace stylet::haptics {
 namespace {
 
 constexpr std::uint16_t kMbedVendor = 0x1234, kMbedProduct = 0x0006;
-constexpr std::size_t kLargestReport = 65;
+constexpr std::size_t kLargestBoardReport = 65;
 
 // The board answers a command with a report; one that takes longer counts as missed.
 constexpr int kReplyWait_ms = 5;
 constexpr int kMissedZero = 3;   // 15 ms: no current any more
 constexpr int kMissedLost = 50;  // 250 ms
-constexpr int kMostWaiting = 64;
+constexpr int kMostBoardReports = 64;
 constexpr int kZerosAtEnd = 3;
 
 // A body that seems to turn further between two reports did not: its encoder or the report is wrong.
@@ -126,10 +126,10 @@ WoodenCommand WoodenHaptics::commandFor(const Vec3& force_n) const noexcept {
 
 // The newest of what waits; the board sends nothing more until it is told something.
 WoodenHaptics::Heard WoodenHaptics::hear(WoodenReport& report, std::string& why) {
-    std::array<unsigned char, kLargestReport> bytes;
+    std::array<unsigned char, kLargestBoardReport> bytes;
     Heard heard = Heard::nothing;
     garbled_ = false;
-    for (int i = 0; i < kMostWaiting; ++i) {
+    for (int i = 0; i < kMostBoardReports; ++i) {
         const int count = port_.read(bytes, i == 0 ? kReplyWait_ms : 0, why);
         if (count < 0) return Heard::lost;
         if (count == 0) break;

@@ -14,7 +14,7 @@ using Json = nlohmann::json;
 
 namespace {
 
-constexpr std::size_t kMaxBytes = 64 << 10;
+constexpr std::size_t kMaxModelBytes = 64 << 10;
 constexpr std::size_t kMaxName = 100;
 constexpr int kMaxDepth = 2;
 constexpr int kUnpublishedVariant = 3;
@@ -153,7 +153,7 @@ WoodenModel parseWoodenModel(std::string_view text, const std::filesystem::path&
 }
 
 WoodenModel loadWoodenModel(const std::filesystem::path& json) {
-    return parseWoodenModel(patient::readWholeFile(json, kMaxBytes), json);
+    return parseWoodenModel(patient::readWholeFile(json, kMaxModelBytes), json);
 }
 
 }  // namespace stylet::haptics

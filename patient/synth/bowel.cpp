@@ -6,7 +6,6 @@ namespace stylet::patient::synth {
 
 namespace {
 
-constexpr IdSet kCavity = only(Id::visceralFat);
 constexpr Id kThisLoop = Id::count;  // while a loop is being painted
 
 std::uint8_t depthByte(double depth_mm) {

@@ -6,8 +6,6 @@ namespace stylet::patient::synth {
 
 namespace {
 
-constexpr IdSet kCavity = only(Id::visceralFat);
-
 // Cortex outside, pyramids of medulla inside, fat in the sinus.
 void paintKidney(Canvas& canvas, const Anatomy& a, const OrientedEllipsoid& kidney, Id id, double side) {
     const Vec3 hilum = kidney.centre + Vec3(-side * 17.0, 10.0, 0.0);

@@ -7,6 +7,8 @@
 
 namespace stylet::patient::synth {
 
+inline constexpr IdSet kCavity = only(Id::visceralFat);  // before any organ
+
 void paintWall(Canvas&,
                const Anatomy&);  // skin, fat, muscle; everything inside the fascia becomes visceral fat
 void paintFascia(Canvas&);       // the one-voxel surface around the cavity, 6-separating

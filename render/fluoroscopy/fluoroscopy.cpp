@@ -16,16 +16,17 @@ constexpr int kMostPixels = 2048;
 constexpr int kBlackPixels = 64;       // of a picture whose size is nonsense
 constexpr double kMeteredShare = 0.6;  // of the open field, along either axis
 constexpr double kTissueHu = -300.0;
-constexpr double kFar_m = 1e4;                            // nothing in a room is as far away
+constexpr double kFarthestInRoom_m = 1e4;                 // nothing in a room is as far away
 constexpr double kLeastStep_m = 1e-4, kMostStep_m = 1.0;  // finer takes longer than anybody waits
 
-bool finite(const Vec3& v) {
-    return std::fabs(v.x) < kFar_m && std::fabs(v.y) < kFar_m && std::fabs(v.z) < kFar_m;
+bool isInRoom(const Vec3& v) {
+    return std::fabs(v.x) < kFarthestInRoom_m && std::fabs(v.y) < kFarthestInRoom_m &&
+           std::fabs(v.z) < kFarthestInRoom_m;
 }
-bool finite(const Pose& pose) {
+bool isInRoom(const Pose& pose) {
     const patient::Quat& q = pose.rotation;
     const double norm = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-    return finite(pose.position_m) && std::fabs(norm - 1.0) < 1e-3;
+    return isInRoom(pose.position_m) && std::fabs(norm - 1.0) < 1e-3;
 }
 template <typename... Values>
 bool allPositive(Values... values) {
@@ -51,15 +52,15 @@ std::string_view badSettings(const FluoroscopySettings& s) {
 std::string_view badInput(const FluoroscopyInput& input) {
     if (!std::isfinite(input.arm.orbital_rad) || !std::isfinite(input.arm.angulation_rad))
         return "the C-arm's angle is not a number";
-    if (!finite(input.patient_from_isocentre)) return "the C-arm's place is not a pose";
+    if (!isInRoom(input.patient_from_isocentre)) return "the C-arm's place is not a pose";
     if (!std::isfinite(input.time_s) || std::fabs(input.time_s) > 1e9) return "the time is not a time";
     const Collimation& c = input.collimation;
     for (const double blade : {c.left_m, c.right_m, c.up_m, c.down_m, c.iris_m.value_or(1.0)})
         if (!std::isfinite(blade)) return "a blade's place is not a number";
     if (c.iris_m && *c.iris_m <= 0.0) return "the collimator is closed";
     for (const XrayShape& s : input.shapes)
-        if (!finite(s.begin_m) || !finite(s.end_m) || !allPositive(s.radius_m) || !std::isfinite(s.bore_m) ||
-            !std::isfinite(s.per_m))
+        if (!isInRoom(s.begin_m) || !isInRoom(s.end_m) || !allPositive(s.radius_m) ||
+            !std::isfinite(s.bore_m) || !std::isfinite(s.per_m))
             return "an instrument's place is not a number";
     if (input.contrast && !input.contrast->added_per_m.empty() &&
         (input.contrast->added_per_m.size() != input.contrast->grid.voxelCount() ||

@@ -12,11 +12,11 @@
 namespace stylet::render {
 namespace {
 
-constexpr auto kStorage = vk::DescriptorType::eStorageBuffer,
-               kImage = vk::DescriptorType::eCombinedImageSampler;
+constexpr auto kRayStorage = vk::DescriptorType::eStorageBuffer,
+               kRayImage = vk::DescriptorType::eCombinedImageSampler;
 // As rays.comp numbers them.
-constexpr std::array kBindings{kStorage, kImage,   kImage,   kImage,  kImage,
-                               kImage,   kStorage, kStorage, kStorage};
+constexpr std::array kRayBindings{kRayStorage, kRayImage,   kRayImage,   kRayImage,  kRayImage,
+                                  kRayImage,   kRayStorage, kRayStorage, kRayStorage};
 enum class At { uniforms, tissue, cells, inside, outside, toolMoved, paths, meter, counters };
 
 // What lies within half a stretch of its middle, and a third more where the motion draws tissue out; then,
@@ -45,7 +45,7 @@ RayPass::RayPass(const Gpu& gpu, DeformedPatient& patient)
       patient_(&patient),
       edge_(makeSampler(gpu, vk::Filter::eLinear, vk::SamplerAddressMode::eClampToEdge)),
       nearest_(makeSampler(gpu, vk::Filter::eNearest, vk::SamplerAddressMode::eClampToEdge)),
-      descriptors_(gpu, kBindings, {}),
+      descriptors_(gpu, kRayBindings, {}),
       tissue_(gpu),
       uniforms_(gpu, sizeof(gpu::XrayUniforms), vk::BufferUsageFlagBits::eStorageBuffer),
       meter_(gpu, sizeof(float) * gpu::kMeter * gpu::kMeter, vk::BufferUsageFlagBits::eStorageBuffer),

@@ -12,14 +12,14 @@
 namespace stylet::render {
 namespace {
 
-constexpr std::array kBindings{vk::DescriptorType::eUniformBuffer, vk::DescriptorType::eStorageBuffer,
-                               vk::DescriptorType::eStorageBuffer, vk::DescriptorType::eStorageBuffer};
+constexpr std::array kScreenBindings{vk::DescriptorType::eUniformBuffer, vk::DescriptorType::eStorageBuffer,
+                                     vk::DescriptorType::eStorageBuffer, vk::DescriptorType::eStorageBuffer};
 
 }  // namespace
 
 ScreenPass::ScreenPass(const Gpu& gpu)
     : gpu_(&gpu),
-      descriptors_(gpu, kBindings, {}),
+      descriptors_(gpu, kScreenBindings, {}),
       pipeline_(makeComputePipeline(gpu, descriptors_.layout(), shaders::kFluoroscopyScreen, {})),
       uniforms_(gpu, sizeof(gpu::ScreenUniforms), vk::BufferUsageFlagBits::eUniformBuffer),
       slow_(gpu, sizeof(float) * gpu::kMeter * gpu::kMeter, vk::BufferUsageFlagBits::eStorageBuffer),

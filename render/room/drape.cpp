@@ -9,7 +9,6 @@
 namespace stylet::render {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kArc = 65, kFall = 5, kFlat = 3, kHang = 7;  // columns over the body, and on either side of it
 constexpr int kColumns = kArc + 2 * (kFall + kFlat + kHang);
 constexpr double kRow_m = 0.009, kLegRow_m = 0.035;
@@ -187,7 +186,7 @@ class Weaver {
         node.follows = smooth(0.0, 0.03, z_m - trunk_.z0_m) * smooth(0.0, 0.03, trunk_.z1_m - z_m);
         if (z_m < trunk_.z0_m) {
             const double t = smooth(0.0, 0.30, beyond), along = beyond / kLegs_m;
-            const double turn = angle / kRound_rad * 0.5 * kPi;
+            const double turn = angle / kRound_rad * 0.5 * std::numbers::pi;
             const double x = (0.19 - 0.06 * along) * std::sin(turn);
             const double knees = 0.02 * std::exp(-std::pow((along - 0.42) / 0.12, 2.0));
             const double feet = 0.10 * std::exp(-std::pow((along - 0.90) / 0.05, 2.0));
@@ -328,7 +327,7 @@ class Weaver {
             return node;
         };
         for (int i = 0; i < kRimPoints; ++i) {
-            const double turn = 2.0 * kPi * i / kRimPoints;
+            const double turn = 2.0 * std::numbers::pi * i / kRimPoints;
             const Node node = onEdge(turn);
             const Vec3 chord = onEdge(turn + 0.02).p - onEdge(turn - 0.02).p;
             const Vec3 along = glm::length(chord) > 1e-9 ? glm::normalize(chord) : Vec3(0.0, 0.0, 1.0);
@@ -336,7 +335,7 @@ class Weaver {
             const Vec3 aside = glm::normalize(glm::cross(along, up));
             const Vec3 out = glm::cross(aside, along);
             for (int k = 0; k < kRimSides; ++k) {
-                const double a = 2.0 * kPi * k / kRimSides;
+                const double a = 2.0 * std::numbers::pi * k / kRimSides;
                 const Vec3 n = std::cos(a) * aside + std::sin(a) * out;
                 put(made, node.p + kRimRadius_m * (std::cos(a) * 1.3 * aside + std::sin(a) * 0.8 * out), n,
                     node);

@@ -2,23 +2,19 @@
 
 #include <algorithm>
 
+#include "render/image_states.h"
 #include "render/uniforms.h"
 
 namespace stylet::render {
 namespace {
 
 constexpr float kHalfAngle_rad = 0.52f;  // of the beam that the map covers: 0.6 m around the field
-constexpr double kNear_m = 0.25, kFar_m = 2.6;
+constexpr double kLampNear_m = 0.25, kLampFar_m = 2.6;
 
-const ImageState kFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eAllCommands, {}};
-const ImageState kDrawn{
+const ImageState kShadowDrawn{
     vk::ImageLayout::eDepthAttachmentOptimal,
     vk::PipelineStageFlagBits2::eEarlyFragmentTests | vk::PipelineStageFlagBits2::eLateFragmentTests,
     vk::AccessFlagBits2::eDepthStencilAttachmentWrite | vk::AccessFlagBits2::eDepthStencilAttachmentRead};
-const ImageState kRead{
-    vk::ImageLayout::eShaderReadOnlyOptimal,
-    vk::PipelineStageFlagBits2::eFragmentShader | vk::PipelineStageFlagBits2::eComputeShader,
-    vk::AccessFlagBits2::eShaderSampledRead};
 
 }  // namespace
 
@@ -33,13 +29,14 @@ LampShadow::LampShadow(const Gpu& gpu, std::uint32_t size_px)
                                                    .compareEnable = true,
                                                    .compareOp = vk::CompareOp::eGreaterOrEqual}) {
     submitAndWait(gpu, [&](const vk::raii::CommandBuffer& buffer) {
-        transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eDepth, kFresh, kRead);
+        transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eDepth, kFreshImage, kDepthRead);
     });
 }
 
 bool LampShadow::aim(const Lamp& lamp, std::span<const MeshDraw> draws, bool keep) {
     const View view{lamp.stage_from_head, -kHalfAngle_rad, kHalfAngle_rad, kHalfAngle_rad, -kHalfAngle_rad};
-    const glm::mat4 aimed(clipFromEye(view, kNear_m, kFar_m) * matrixOf(lamp.stage_from_head.inverse()));
+    const glm::mat4 aimed(clipFromEye(view, kLampNear_m, kLampFar_m) *
+                          matrixOf(lamp.stage_from_head.inverse()));
     now_.clear();
     for (const MeshDraw& draw : draws)
         if (draw.casts) now_.push_back({draw.first_index, draw.push.stage_from_model});
@@ -56,7 +53,7 @@ bool LampShadow::aim(const Lamp& lamp, std::span<const MeshDraw> draws, bool kee
 void LampShadow::record(const vk::raii::CommandBuffer& buffer, vk::Pipeline pipeline,
                         const Descriptors& descriptors, const SceneMeshes& meshes) const {
     const vk::Extent2D size{image_.extent.width, image_.extent.height};
-    transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eDepth, kFresh, kDrawn);
+    transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eDepth, kFreshImage, kShadowDrawn);
     const vk::RenderingAttachmentInfo depth{.imageView = *image_.view,
                                             .imageLayout = vk::ImageLayout::eDepthAttachmentOptimal,
                                             .loadOp = vk::AttachmentLoadOp::eClear,
@@ -78,7 +75,7 @@ void LampShadow::record(const vk::raii::CommandBuffer& buffer, vk::Pipeline pipe
         buffer.drawIndexed(draw.index_count, 1, draw.first_index, 0, 0);
     }
     buffer.endRendering();
-    transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eDepth, kDrawn, kRead);
+    transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eDepth, kShadowDrawn, kDepthRead);
 }
 
 }  // namespace stylet::render

@@ -4,16 +4,16 @@
 #include <cassert>
 #include <cstring>
 
+#include "render/image_states.h"
+
 namespace stylet::render {
 namespace {
 
 constexpr vk::DeviceSize kLayerBytes = vk::DeviceSize(kMostScreenPixels) * kMostScreenPixels * 4;
 
-const ImageState kFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eAllCommands, {}};
-const ImageState kFilled{vk::ImageLayout::eTransferDstOptimal, vk::PipelineStageFlagBits2::eCopy,
-                         vk::AccessFlagBits2::eTransferWrite};
-const ImageState kRead{vk::ImageLayout::eShaderReadOnlyOptimal, vk::PipelineStageFlagBits2::eFragmentShader,
-                       vk::AccessFlagBits2::eShaderSampledRead};
+const ImageState kScreenRead{vk::ImageLayout::eShaderReadOnlyOptimal,
+                             vk::PipelineStageFlagBits2::eFragmentShader,
+                             vk::AccessFlagBits2::eShaderSampledRead};
 
 }  // namespace
 
@@ -22,7 +22,7 @@ Screens::Screens(const Gpu& gpu)
              vk::ImageUsageFlagBits::eSampled | vk::ImageUsageFlagBits::eTransferDst),
       staging_(gpu, gpu::kScreens * kLayerBytes, vk::BufferUsageFlagBits::eTransferSrc) {
     submitAndWait(gpu, [&](const vk::raii::CommandBuffer& buffer) {
-        transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eColor, kFresh, kRead);
+        transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eColor, kFreshImage, kScreenRead);
     });
 }
 
@@ -49,7 +49,7 @@ void Screens::update(const RenderScene& scene, gpu::RoomUniforms& room) {
 void Screens::record(const vk::raii::CommandBuffer& buffer) const {
     const bool any = std::any_of(layers_.begin(), layers_.end(), [](const Layer& l) { return l.changed; });
     if (!any) return;
-    transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eColor, kRead, kFilled);
+    transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eColor, kScreenRead, kCopyWritten);
     for (std::uint32_t i = 0; i < layers_.size(); ++i) {
         if (!layers_[i].changed) continue;
         const vk::BufferImageCopy region{
@@ -59,7 +59,7 @@ void Screens::record(const vk::raii::CommandBuffer& buffer) const {
         buffer.copyBufferToImage(*staging_.handle, *image_.handle, vk::ImageLayout::eTransferDstOptimal,
                                  region);
     }
-    transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eColor, kFilled, kRead);
+    transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eColor, kCopyWritten, kScreenRead);
 }
 
 }  // namespace stylet::render

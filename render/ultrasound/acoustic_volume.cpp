@@ -12,7 +12,7 @@ using patient::Index3;
 using patient::Vec3;
 
 constexpr std::array<double, 5> kBinomial{1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
-constexpr double kFlat = 0.08;  // a first moment below it tells no direction: a sheet, a speck
+constexpr double kFlatMoment = 0.08;  // a first moment below it tells no direction: a sheet, a speck
 constexpr double kLeastNear = 0.03;
 
 std::uint32_t code(double value, double low, double high, int steps) {
@@ -154,7 +154,7 @@ void AcousticEncoder::findBorder(const Index3& i, AcousticVoxel& v) const {
                 }
             }
     const double size = glm::length(moment);
-    if (size < kFlat) return;
+    if (size < kFlatMoment) return;
     v.border = true;
     v.normal = -moment / size;
     v.near = std::clamp(reachOf(share), kLeastNear, double(gpu::kNearRange));

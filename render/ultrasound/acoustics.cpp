@@ -12,8 +12,8 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr std::size_t kMaxBytes = 1 << 20;
-constexpr double kRaylPerMrayl = 1e6, kPerCm = 100.0, kMm = 1e-3;
+constexpr std::size_t kMaxAcousticsBytes = 1 << 20;
+constexpr double kRaylPerMrayl = 1e6, kPerCm = 100.0;
 
 Acoustic readAcoustic(const TomlFields& t) {
     Acoustic a;
@@ -47,7 +47,7 @@ int readAcousticName(const TomlFields& t, const AcousticTable& table) {
     return index;
 }
 
-AcousticRule readRule(const TomlFields& t, const AcousticTable& table) {
+AcousticRule readAcousticRule(const TomlFields& t, const AcousticTable& table) {
     AcousticRule rule;
     if (t.table.contains("tissue")) {
         const std::string name = t.text("tissue");
@@ -61,7 +61,7 @@ AcousticRule readRule(const TomlFields& t, const AcousticTable& table) {
     return rule;
 }
 
-bool fits(const AcousticRule& rule, const patient::Label& label) {
+bool acousticRuleFits(const AcousticRule& rule, const patient::Label& label) {
     if (rule.tissue && *rule.tissue != label.tissue) return false;
     std::string name = label.name;
     std::transform(name.begin(), name.end(), name.begin(),
@@ -72,7 +72,7 @@ bool fits(const AcousticRule& rule, const patient::Label& label) {
 }  // namespace
 
 AcousticTable loadAcoustics(const path& file) {
-    return parseAcoustics(file, patient::readWholeFile(file, kMaxBytes));
+    return parseAcoustics(file, patient::readWholeFile(file, kMaxAcousticsBytes));
 }
 
 AcousticTable parseAcoustics(const path& file, std::string_view text) {
@@ -95,7 +95,7 @@ AcousticTable parseAcoustics(const path& file, std::string_view text) {
     table.gel = needed("gel");
     table.steel = needed("steel");
     table.roughness = root.number("roughness", 0.0, 1.0);
-    root.each("label", [&](const TomlFields& t) { table.rules.push_back(readRule(t, table)); });
+    root.each("label", [&](const TomlFields& t) { table.rules.push_back(readAcousticRule(t, table)); });
     root.each("hu", [&](const TomlFields& t) {
         const HuClass c{t.number("from_hu", -2000.0, 10000.0), readAcousticName(t, table)};
         if (!table.hu.empty() && c.from_hu <= table.hu.back().from_hu) t.refuse("from_hu", "not ascending");
@@ -119,7 +119,7 @@ std::array<int, 256> acousticsOfLabels(const AcousticTable& table, const patient
         const patient::Label* label = patient.label(std::uint8_t(id));
         if (!label) continue;
         for (const AcousticRule& rule : table.rules)
-            if (fits(rule, *label)) {
+            if (acousticRuleFits(rule, *label)) {
                 rows[std::size_t(id)] = rule.acoustic;
                 break;
             }

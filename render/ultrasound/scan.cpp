@@ -6,7 +6,6 @@
 namespace stylet::render {
 namespace {
 
-constexpr double kNeperPerDb = 0.11512925464970229;
 constexpr double kPulseReach = 2.5;        // sigma
 constexpr double kLeastPulse_bins = 0.75;  // sigma: below it a mirror's echo depends on where it falls
 

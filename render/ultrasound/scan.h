@@ -104,6 +104,7 @@ double scattererCorrelation(double apart_m);
 // Empty, or why there can be no scan.
 std::string_view refusal(const UltrasoundInput&, const UltrasoundSettings&, const Transducer&);
 
+inline constexpr double kNeperPerDb = 0.11512925464970229;
 inline constexpr int kMostLines = 1024, kMostSamples = 2048, kMostPlanesScanned = 17;
 inline constexpr double kScatterers_m = 0.0005;  // nodes of their lattice
 inline constexpr double kWhite_db = -16.0;       // the echo that is drawn white, gain 0

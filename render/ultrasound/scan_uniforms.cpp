@@ -9,7 +9,6 @@
 namespace stylet::render {
 namespace {
 
-constexpr double kNeperPerDb = 0.11512925464970229;
 constexpr double kMargin_pixels = 8.0, kRuler_pixels = 14.0;
 constexpr double kGelCreeps_m = 0.002;  // behind the skin as a look-up at whole voxels finds it
 constexpr double kTick_m = 0.01;
@@ -26,7 +25,7 @@ glm::dmat3 latticeFromPatient() {
     return glm::mat3_cast(glm::normalize(glm::dquat(0.83, 0.31, -0.41, 0.22)));
 }
 
-glm::vec4 wide(const Vec3& v, double w = 0.0) {
+glm::vec4 padded(const Vec3& v, double w = 0.0) {
     return {glm::vec3(v), float(w)};
 }
 
@@ -62,13 +61,13 @@ void fillUniforms(const ScanPlan& plan, const UltrasoundInput& input, const Ultr
                   const Transducer& probe, const AcousticTable& table, const patient::Grid& grid,
                   gpu::ScanUniforms& u) {
     const Pose& patient_from_probe = *input.patient_from_probe;
-    u.voxel_scale = wide(1.0 / grid.spacing_m, table.roughness);
-    u.voxel_offset = wide(-grid.origin_m / grid.spacing_m, table.air);
-    u.voxel_dims = wide(Vec3(grid.dims), table.gel);
-    u.across = wide(patient_from_probe.direction({0, 1, 0}), 1.0 / kScatterers_m);
+    u.voxel_scale = padded(1.0 / grid.spacing_m, table.roughness);
+    u.voxel_offset = padded(-grid.origin_m / grid.spacing_m, table.air);
+    u.voxel_dims = padded(Vec3(grid.dims), table.gel);
+    u.across = padded(patient_from_probe.direction({0, 1, 0}), 1.0 / kScatterers_m);
     const glm::dmat3 lattice = glm::transpose(latticeFromPatient());
     for (int i = 0; i < 3; ++i)
-        u.lattice[i] = wide(lattice[i]);
+        u.lattice[i] = padded(lattice[i]);
     const double noise = settings.noise_db > -300.0 ? amplitude(settings.noise_db) : 0.0;
     u.march = {plan.step_m, plan.bin_m, noise, plan.amplified_np_per_m};
     for (std::size_t i = 0; i < plan.pulse.size(); ++i)
@@ -113,8 +112,8 @@ void fillLines(const ScanPlan& plan, const UltrasoundInput& input, const Ultraso
         const ScanLine line = scanLine(probe, 2.0 * double(l) / double(settings.lines - 1) - 1.0);
         const bool marched = c.coupling > 0.0 || !settings.skips.lines_in_air;
         gpu::LineUniforms& u = out[l];
-        u.origin = wide(patient_from_probe * line.origin_m, c.gel_m);
-        u.direction = wide(patient_from_probe.direction(line.direction), marched ? c.coupling : -1.0);
+        u.origin = padded(patient_from_probe * line.origin_m, c.gel_m);
+        u.direction = padded(patient_from_probe.direction(line.direction), marched ? c.coupling : -1.0);
         if (!probe_from_needle) continue;
         const double pitch = linePitch_m(probe, settings.lines, 0.5 * plan.depth_m);
         echoes[l] = needleEcho(probe, line, pitch, *probe_from_needle, input.needle, glint);

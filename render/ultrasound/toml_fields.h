@@ -8,6 +8,8 @@
 
 namespace stylet::render {
 
+inline constexpr double kMm = 1e-3;  // in metres
+
 toml::table parseToml(const std::filesystem::path& file, std::string_view text);
 
 // A table with its place in a file. All throw patient::DataError.

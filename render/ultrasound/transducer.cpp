@@ -11,8 +11,8 @@
 namespace stylet::render {
 namespace {
 
-constexpr std::size_t kMaxBytes = 1 << 16;
-constexpr double kMm = 1e-3, kMhz = 1e6, kDeg = 0.017453292519943295;
+constexpr std::size_t kMaxTransducerBytes = 1 << 16;
+constexpr double kMhz = 1e6, kDeg = 0.017453292519943295;
 // Full width at half amplitude of an unapodised aperture, in wavelengths times depth over aperture.
 constexpr double kDiffraction = 1.2;
 constexpr double kReceiveFNumber = 1.5;  // the receiving aperture grows with depth until all of it listens
@@ -24,7 +24,7 @@ double square(double x) {
 }  // namespace
 
 Transducer loadTransducer(const std::filesystem::path& file) {
-    return parseTransducer(file, patient::readWholeFile(file, kMaxBytes));
+    return parseTransducer(file, patient::readWholeFile(file, kMaxTransducerBytes));
 }
 
 Transducer parseTransducer(const std::filesystem::path& file, std::string_view text) {

@@ -33,26 +33,26 @@ enum class ScanBinding : std::uint32_t {
     doppler,
     picture
 };
-constexpr auto kImage = vk::DescriptorType::eCombinedImageSampler,
-               kStore = vk::DescriptorType::eStorageBuffer;
+constexpr auto kScanImage = vk::DescriptorType::eCombinedImageSampler,
+               kScanStorage = vk::DescriptorType::eStorageBuffer;
 constexpr std::array kScanBindings{vk::DescriptorType::eUniformBuffer,
-                                   kImage,
-                                   kImage,
-                                   kImage,
-                                   kImage,
-                                   kImage,
-                                   kStore,
-                                   kStore,
-                                   kStore,
-                                   kStore,
-                                   kStore,
-                                   kStore,
-                                   kStore,
-                                   kStore,
-                                   kStore,
-                                   kStore};
+                                   kScanImage,
+                                   kScanImage,
+                                   kScanImage,
+                                   kScanImage,
+                                   kScanImage,
+                                   kScanStorage,
+                                   kScanStorage,
+                                   kScanStorage,
+                                   kScanStorage,
+                                   kScanStorage,
+                                   kScanStorage,
+                                   kScanStorage,
+                                   kScanStorage,
+                                   kScanStorage,
+                                   kScanStorage};
 constexpr std::uint32_t kGroup = 64, kLanes = 8, kTile = 8;
-constexpr auto kStorage = vk::BufferUsageFlagBits::eStorageBuffer;
+constexpr auto kStorageUse = vk::BufferUsageFlagBits::eStorageBuffer;
 // Shared memory of line.comp, by sample and otherwise.
 constexpr std::uint32_t kSharedASample = 16, kSharedElse = 600;
 
@@ -79,10 +79,10 @@ GpuImage makeFilled(const Gpu& gpu, vk::Format format, const patient::Index3& di
 }
 
 // Specialisation constants of bindings.glsl, and whether lines are made serially.
-using Features = std::array<std::uint32_t, 9>;
+using ScanFeatures = std::array<std::uint32_t, 9>;
 
 struct Passes {
-    Features features{};
+    ScanFeatures features{};
     vk::raii::Pipeline places = nullptr, tissue = nullptr, line = nullptr, serial = nullptr, spread = nullptr,
                        doppler = nullptr, picture = nullptr;
 };
@@ -139,7 +139,7 @@ struct Ultrasound::Impl {
     bool has_flow = false;
     patient::Grid flow_grid;
     double flow_scale_m_per_s = 1.0;
-    Features scanned_features{};
+    ScanFeatures scanned_features{};
     int reserved_images = -1;
     bool has_plan = false, has_scan = false, stale_bindings = true;
     int width = 0, height = 0;
@@ -158,17 +158,17 @@ struct Ultrasound::Impl {
           descriptors(g, kScanBindings, {}),
           commands(g),
           scan(g, sizeof(gpu::ScanUniforms), vk::BufferUsageFlagBits::eUniformBuffer),
-          doppler(makeDeviceBuffer(g, sizeof(glm::vec2) * kDopplerColumns * kDopplerRows, kStorage)) {}
+          doppler(makeDeviceBuffer(g, sizeof(glm::vec2) * kDopplerColumns * kDopplerRows, kStorageUse)) {}
 
     void reserve(Buffer& buffer, std::size_t bytes, bool on_host) {
         if (buffer.size >= bytes) return;
-        buffer = on_host ? Buffer(gpu, bytes, kStorage) : makeDeviceBuffer(gpu, bytes, kStorage);
+        buffer = on_host ? Buffer(gpu, bytes, kStorageUse) : makeDeviceBuffer(gpu, bytes, kStorageUse);
         stale_bindings = true;
     }
     void reserveFor(const UltrasoundSettings&);
     void bindAll();
-    const Passes& passesFor(const Features&);
-    Features featuresOf(const UltrasoundSettings&) const;
+    const Passes& passesFor(const ScanFeatures&);
+    ScanFeatures featuresOf(const UltrasoundSettings&) const;
     bool serial(const UltrasoundSettings& s) const {
         return s.path == ScanPath::serial || (s.path == ScanPath::automatic && gpu.isProcessor());
     }
@@ -179,7 +179,7 @@ struct Ultrasound::Impl {
     void setPatientUniforms(const UltrasoundInput&);
     void regain(const UltrasoundSettings&);
     void record(const vk::raii::CommandBuffer&, const Passes&, bool scanned) const;
-    void count(const Features&, UltrasoundStats&) const;
+    void count(const ScanFeatures&, UltrasoundStats&) const;
 };
 
 void Ultrasound::Impl::reserveFor(const UltrasoundSettings& s) {
@@ -219,7 +219,7 @@ void Ultrasound::Impl::bindAll() {
     stale_bindings = false;
 }
 
-Features Ultrasound::Impl::featuresOf(const UltrasoundSettings& s) const {
+ScanFeatures Ultrasound::Impl::featuresOf(const UltrasoundSettings& s) const {
     const bool breathes = !patient.still();
     const bool pressed = patient.tool();
     return {
@@ -227,7 +227,7 @@ Features Ultrasound::Impl::featuresOf(const UltrasoundSettings& s) const {
         std::uint32_t(s.place_samples), s.doppler && has_flow,  std::uint32_t(plan.taps()), serial(s)};
 }
 
-const Passes& Ultrasound::Impl::passesFor(const Features& features) {
+const Passes& Ultrasound::Impl::passesFor(const ScanFeatures& features) {
     for (const Passes& p : compiled)
         if (p.features == features) return p;
     const auto make = [&](std::span<const std::uint32_t> shader) {
@@ -325,7 +325,7 @@ void Ultrasound::Impl::regain(const UltrasoundSettings& settings) {
     scan.write(&uniforms, sizeof uniforms);
 }
 
-void Ultrasound::Impl::count(const Features& features, UltrasoundStats& stats) const {
+void Ultrasound::Impl::count(const ScanFeatures& features, UltrasoundStats& stats) const {
     for (const LineContact& c : contact.lines)
         stats.skipped_lines += planned.skips.lines_in_air && c.coupling == 0.0 ? 1u : 0u;
     const std::uint64_t a_line = std::uint64_t(planned.samples) * std::uint64_t(planned.planes);
@@ -384,7 +384,7 @@ UltrasoundStats Ultrasound::image(const UltrasoundInput& input, const Ultrasound
         m.black();
         return stats;
     }
-    const Features features = m.featuresOf(m.planned);
+    const ScanFeatures features = m.featuresOf(m.planned);
     const Passes& passes = m.passesFor(frozen ? m.scanned_features : features);
     m.bindAll();
     m.commands.submitAndWait([&](const vk::raii::CommandBuffer& to) {

@@ -1,15 +1,15 @@
 #include "render/volume/layer.h"
 
+#include "render/image_states.h"
+
 namespace stylet::render {
 namespace {
 
-const ImageState kFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eFragmentShader, {}};
+const ImageState kLayerFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eFragmentShader, {}};
 const ImageState kMarched{vk::ImageLayout::eGeneral, vk::PipelineStageFlagBits2::eComputeShader,
                           vk::AccessFlagBits2::eShaderStorageWrite};
-const ImageState kRead{vk::ImageLayout::eGeneral, vk::PipelineStageFlagBits2::eFragmentShader,
-                       vk::AccessFlagBits2::eShaderStorageRead};
-const ImageState kFilled{vk::ImageLayout::eTransferDstOptimal, vk::PipelineStageFlagBits2::eCopy,
-                         vk::AccessFlagBits2::eTransferWrite};
+const ImageState kLayerRead{vk::ImageLayout::eGeneral, vk::PipelineStageFlagBits2::eFragmentShader,
+                            vk::AccessFlagBits2::eShaderStorageRead};
 
 }  // namespace
 
@@ -23,7 +23,7 @@ bool VolumeLayer::reserve(vk::Extent2D size) {
 
 void VolumeLayer::beginMarch(const vk::raii::CommandBuffer& commands) const {
     for (const GpuImage* image : {&colour_, &depth_})
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kFresh, kMarched);
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kLayerFresh, kMarched);
 }
 
 void VolumeLayer::upload(const vk::raii::CommandBuffer& commands, const Buffer& colour, const Buffer& depth,
@@ -31,10 +31,10 @@ void VolumeLayer::upload(const vk::raii::CommandBuffer& commands, const Buffer& 
     const vk::BufferImageCopy whole{.imageSubresource = {vk::ImageAspectFlagBits::eColor, 0, 0, 2},
                                     .imageExtent = {size.width, size.height, 1}};
     for (const auto& [image, from] : {std::pair{&colour_, &colour}, std::pair{&depth_, &depth}}) {
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kFresh, kFilled);
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kLayerFresh, kCopyWritten);
         commands.copyBufferToImage(*from->handle, *image->handle, vk::ImageLayout::eTransferDstOptimal,
                                    whole);
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kFilled, kRead);
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kCopyWritten, kLayerRead);
     }
 }
 
@@ -43,15 +43,15 @@ void VolumeLayer::clear(const vk::raii::CommandBuffer& commands) const {
                              vk::AccessFlagBits2::eTransferWrite};
     const vk::ImageSubresourceRange whole{vk::ImageAspectFlagBits::eColor, 0, 1, 0, 2};
     for (const GpuImage* image : {&colour_, &depth_}) {
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kFresh, cleared);
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kLayerFresh, cleared);
         commands.clearColorImage(*image->handle, vk::ImageLayout::eGeneral, vk::ClearColorValue{}, whole);
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, cleared, kRead);
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, cleared, kLayerRead);
     }
 }
 
 void VolumeLayer::endMarch(const vk::raii::CommandBuffer& commands) const {
     for (const GpuImage* image : {&colour_, &depth_})
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kMarched, kRead);
+        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kMarched, kLayerRead);
 }
 
 }  // namespace stylet::render

@@ -13,7 +13,7 @@ namespace {
 using patient::DataError;
 using std::filesystem::path;
 
-constexpr std::size_t kMaxBytes = 1 << 20;
+constexpr std::size_t kMaxLookBytes = 1 << 20;
 constexpr double kPerMm = 1000.0;
 
 float linearFromSrgb(int byte) {
@@ -74,7 +74,7 @@ patient::Tissue readTissue(const path& file, const std::string& field, const std
     throw DataError(file, field, "'" + name + "' is not a tissue");
 }
 
-LookRule readRule(const path& file, const std::string& field, const toml::table& t) {
+LookRule readLookRule(const path& file, const std::string& field, const toml::table& t) {
     LookRule rule;
     if (const auto tissue = t["tissue"].value<std::string>())
         rule.tissue = readTissue(file, field + ".tissue", *tissue);
@@ -109,7 +109,7 @@ void readSurface(const path& file, const toml::table& root, LookStyle& look) {
         readColour(file, "surface.grazing_tint", root["surface"]["grazing_tint"].value_or(std::string()));
 }
 
-bool fits(const LookRule& rule, const patient::Label& label) {
+bool lookRuleFits(const LookRule& rule, const patient::Label& label) {
     if (rule.tissue && *rule.tissue != label.tissue) return false;
     std::string name = label.name;
     std::transform(name.begin(), name.end(), name.begin(),
@@ -141,7 +141,7 @@ glm::vec4 curveAt(const LookStyle& look, double hu) {
 }  // namespace
 
 LookStyle loadLook(const path& file) {
-    return parseLook(file, patient::readWholeFile(file, kMaxBytes));
+    return parseLook(file, patient::readWholeFile(file, kMaxLookBytes));
 }
 
 LookStyle parseLook(const path& file, std::string_view text) {
@@ -158,7 +158,7 @@ LookStyle parseLook(const path& file, std::string_view text) {
         for (const toml::node& node : *list) {
             const std::string field = "rule[" + std::to_string(look.rules.size()) + "]";
             if (!node.is_table()) throw DataError(file, field, "not a table");
-            look.rules.push_back(readRule(file, field, *node.as_table()));
+            look.rules.push_back(readLookRule(file, field, *node.as_table()));
         }
     }
     readSurface(file, root, look);
@@ -186,7 +186,7 @@ Palette resolve(const LookStyle& look, const patient::Patient& patient) {
         const patient::Label* label = patient.label(std::uint8_t(id));
         if (!label) continue;
         const auto rule = std::find_if(look.rules.begin(), look.rules.end(),
-                                       [&](const LookRule& r) { return fits(r, *label); });
+                                       [&](const LookRule& r) { return lookRuleFits(r, *label); });
         if (rule == look.rules.end()) continue;
         const glm::vec3 colour = rule->colour_linear.value_or(linearFromSrgb(label->colour));
         palette.follows_hu[std::size_t(id)] = !rule->extinction_per_m;

@@ -5,6 +5,8 @@
 
 #include <glm/gtc/packing.hpp>
 
+#include "render/image_states.h"
+
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -21,11 +23,10 @@ __attribute__((target("avx,f16c"))) void packHalvesWide(const glm::vec4* from, s
 }
 #endif
 
-const ImageState kFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eComputeShader, {}};
-const ImageState kFilling{vk::ImageLayout::eTransferDstOptimal, vk::PipelineStageFlagBits2::eCopy,
-                          vk::AccessFlagBits2::eTransferWrite};
-const ImageState kRead{vk::ImageLayout::eShaderReadOnlyOptimal, vk::PipelineStageFlagBits2::eComputeShader,
-                       vk::AccessFlagBits2::eShaderSampledRead};
+const ImageState kTableFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eComputeShader, {}};
+const ImageState kTableRead{vk::ImageLayout::eShaderReadOnlyOptimal,
+                            vk::PipelineStageFlagBits2::eComputeShader,
+                            vk::AccessFlagBits2::eShaderSampledRead};
 
 std::size_t texelsOf(const vk::Extent3D& e) {
     return std::size_t(e.width) * e.height * e.depth;
@@ -59,12 +60,12 @@ void TableImage::write(const std::vector<glm::vec4>& table, Workers& workers) {
 
 void TableImage::recordUpload(const vk::raii::CommandBuffer& commands) {
     if (!stale_) return;
-    transition(commands, *image_.handle, vk::ImageAspectFlagBits::eColor, kFresh, kFilling);
+    transition(commands, *image_.handle, vk::ImageAspectFlagBits::eColor, kTableFresh, kCopyWritten);
     const vk::BufferImageCopy region{.imageSubresource = {vk::ImageAspectFlagBits::eColor, 0, 0, 1},
                                      .imageExtent = image_.extent};
     commands.copyBufferToImage(*staging_.handle, *image_.handle, vk::ImageLayout::eTransferDstOptimal,
                                region);
-    transition(commands, *image_.handle, vk::ImageAspectFlagBits::eColor, kFilling, kRead);
+    transition(commands, *image_.handle, vk::ImageAspectFlagBits::eColor, kCopyWritten, kTableRead);
     stale_ = false;
 }
 

@@ -20,6 +20,7 @@
 #include "app/records/store.h"
 #include "tests/app/study/pairs.h"
 #include "tests/support/decimal_comma.h"
+#include "tests/support/file_text.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet {
@@ -27,6 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
+using test::textOf;
 
 struct Row {
     std::string program, fault, outcome;
@@ -38,15 +40,15 @@ std::vector<Row> matrix;
 const std::vector<Row> kElsewhere{
     {"stylet run", "SIGKILL at any instant", "StoreRun.KilledItLeavesWholeFramesOrNothing"},
     {"stylet run", "SIGTERM, SIGHUP, SIGQUIT, SIGTSTP with a device",
-     "FalconRun.ASignalWhileItPushesEndsInZero"},
+     "FalconRunRealTime.ASignalWhileItPushesEndsInZero"},
     {"stylet run", "device, headset, display, runtime lost",
-     "DeviceRun, HeadsetRun, WindowRun, RunWithPictures.ADeviceThatIsLost..."},
+     "DeviceRunRealTime, HeadsetRun, WindowRun, RunWithPictures.ADeviceThatIsLost..."},
     {"stylet run", "stale or damaged paths.json", "Run.StoredPathsOfAnotherTable..."},
     {"stylet run", "folder that cannot be made, bad scenario", "Run.AFolderThat..., Run.ABadScenario..."},
     {"stylet records", "a real disk that is full", "DiskFull.OfARealDisk, DiskFull.DeletingMakesRoom"},
     {"stylet-model build", "stopped between or within stages",
      "StageStoreTest, BuildRun.ASecondRunKeepsEverything"},
-    {"stylet register", "SIGTERM, SIGINT at its stages; a decimal comma", "RegisterRun"},
+    {"stylet register", "SIGTERM, SIGINT at its stages; a decimal comma", "RegisterRunRealTime"},
     {"stylet-study run", "a process killed, failed", "StudyRun.ALostRank..., StudyRun.ARankThat..."},
 };
 
@@ -77,11 +79,6 @@ class PrintMatrix : public testing::Environment {
     }
 };
 const auto* const kPrinted = testing::AddGlobalTestEnvironment(new PrintMatrix);
-
-std::string textOf(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 bool until(const std::function<bool()>& done) {
     for (const auto begin = std::chrono::steady_clock::now(); !done(); std::this_thread::sleep_for(5ms))

@@ -1,7 +1,10 @@
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -24,8 +27,15 @@ void print(const Row& r) {
     std::fflush(stdout);
 }
 
-void write(const std::vector<Row>& rows, const std::string& path) {
+// Replaces the rows of the file that have the names of `rows`, and keeps the others.
+void mergeInto(const std::string& path, const std::vector<Row>& rows) {
+    std::set<std::string> measured;
+    for (const Row& r : rows)
+        measured.insert(r.name);
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    if (std::ifstream earlier(path); earlier)
+        for (const nlohmann::ordered_json& row : nlohmann::ordered_json::parse(earlier))
+            if (!measured.contains(row.at("name").get<std::string>())) list.push_back(row);
     for (const Row& r : rows) {
         list.push_back({{"name", r.name},
                         {"knob", r.knob},
@@ -63,7 +73,8 @@ int run(std::string_view only, const std::string& out) {
         std::fprintf(stderr, "\n");
         return 1;
     }
-    if (!out.empty()) write(rows, out);
+    if (only.empty()) std::filesystem::remove(out);  // every row was measured anew
+    if (!out.empty()) mergeInto(out, rows);
     return 0;
 }
 

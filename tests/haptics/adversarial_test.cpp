@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include "haptics/devices/profiles.h"
 #include "tests/haptics/column.h"
 #include "tests/haptics/scripted.h"
+#include "tests/support/constants.h"
 #include "tests/support/simulated_device.h"
 
 namespace stylet::haptics {
@@ -17,13 +17,10 @@ namespace {
 using enum Tissue;
 using test::Hand;
 using test::kFirmHand;
+using test::kNaN;
 using test::SimulatedBody;
 using test::simulatedBody;
 using test::SimulatedDevice;
-
-double length(const Vec3& v) {
-    return std::sqrt(glm::dot(v, v));
-}
 
 // A simulation fed by hand, tick by tick; every tick is checked for what must always hold.
 struct Fed {
@@ -34,7 +31,7 @@ struct Fed {
         simulation.step(input, out, events);
         const Vec3& f = out.sent_device_n;
         ASSERT_TRUE(std::isfinite(f.x) && std::isfinite(f.y) && std::isfinite(f.z));
-        ASSERT_LE(length(f), simulation.settings().profile.force_peak_n * (1.0 + 1e-12));
+        ASSERT_LE(glm::length(f), simulation.settings().profile.force_peak_n * (1.0 + 1e-12));
         ASSERT_TRUE(std::isfinite(out.tool_force.energy_j));
     }
     void to(const Vec3& tip_m) {
@@ -78,23 +75,23 @@ TEST(Adversarial, Teleports) {
     fed.rearm();
     fed.settle();
     EXPECT_EQ(fed.out.phase, Phase::outside);
-    EXPECT_EQ(length(fed.out.sent_device_n), 0.0);
+    EXPECT_EQ(glm::length(fed.out.sent_device_n), 0.0);
 }
 
 TEST(Adversarial, PosesThatCannotBe) {
     const patient::Package package = test::scriptedPackage();
-    constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = HUGE_VAL;
+    constexpr double kInf = HUGE_VAL;
     const Pose good{test::kAlongX, {0.020, 0.0003, 0.0002}};
     const Quat q = test::kAlongX;
     for (const Pose& bad :
-         {Pose{q, {kNan, 0.0, 0.0}}, Pose{q, {0.0, 0.0, -kInf}}, Pose{q, {0.0, 1e300, 0.0}},
-          Pose{{kNan, 0.0, 0.0, 0.0}, good.position_m}, Pose{{0.0, 0.0, 0.0, 0.0}, good.position_m},
+         {Pose{q, {kNaN, 0.0, 0.0}}, Pose{q, {0.0, 0.0, -kInf}}, Pose{q, {0.0, 1e300, 0.0}},
+          Pose{{kNaN, 0.0, 0.0, 0.0}, good.position_m}, Pose{{0.0, 0.0, 0.0, 0.0}, good.position_m},
           Pose{{2.0, 0.0, 0.0, 0.0}, good.position_m}, Pose{{kInf, 0.0, 0.0, 0.0}, good.position_m}}) {
         Fed fed(package);
         fed.settle();
         for (int i = 0; i <= 300; ++i)
             fed.to({-0.010 + 0.0001 * i, 0.0003, 0.0002});
-        ASSERT_GT(length(fed.out.sent_device_n), 0.1);
+        ASSERT_GT(glm::length(fed.out.sent_device_n), 0.1);
         const Vec3 before = fed.out.patient_from_tool.position_m;
         fed.input.device.device_from_stylus = bad;
         fed.tick();
@@ -102,11 +99,11 @@ TEST(Adversarial, PosesThatCannotBe) {
         EXPECT_EQ(fed.out.patient_from_tool.position_m, before);  // the last good one stays
         for (int i = 0; i < 20; ++i)
             fed.tick();
-        EXPECT_EQ(length(fed.out.sent_device_n), 0.0);
+        EXPECT_EQ(glm::length(fed.out.sent_device_n), 0.0);
         // A good pose alone does not bring the force back.
         fed.input.device.device_from_stylus = good;
         fed.tick();
-        EXPECT_EQ(length(fed.out.sent_device_n), 0.0);
+        EXPECT_EQ(glm::length(fed.out.sent_device_n), 0.0);
         EXPECT_NE(fed.out.faults, 0u);
     }
 }
@@ -147,7 +144,7 @@ TEST(Adversarial, FastOntoBone) {
         // swing.
         EXPECT_LT(deepest_m, 0.021) << profile.name;
         EXPECT_NEAR(device.body().position_m.x, moved_m, 1e-4) << profile.name;
-        EXPECT_LT(length(device.body().velocity_m_per_s), 2e-3) << profile.name;
+        EXPECT_LT(glm::length(device.body().velocity_m_per_s), 2e-3) << profile.name;
     }
 }
 

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <numeric>
 #include <random>
 
 #include "patient/synth/synth.h"
+#include "tests/haptics/along_x.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 
@@ -16,11 +18,8 @@ using patient::Patient;
 using patient::Quat;
 using patient::Surrogate;
 using patient::Tissue;
+using test::kAlongX;
 using enum patient::Tissue;
-
-constexpr double kPi = 3.14159265358979323846;
-// The tool's +z, out of the patient, along -x: slabs begin at x = 0 and go on toward +x.
-const Quat kFacingX{0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
 
 // A patient and a finger on him.
 struct Palpated {
@@ -30,7 +29,7 @@ struct Palpated {
     ToolForce at(const Pose& pose) {
         return stepFinger(state, settings, pad, map, package.motion, pose, breath);
     }
-    ToolForce pressed(double depth_m, double z_m = 0.0) { return at({kFacingX, {depth_m, 0.0, z_m}}); }
+    ToolForce pressed(double depth_m, double z_m = 0.0) { return at({kAlongX, {depth_m, 0.0, z_m}}); }
 
     patient::Package package;
     Patient patient{package};
@@ -44,7 +43,7 @@ struct Palpated {
 // A pad of exactly 2 cm^2 that lies flat at once.
 FingerSettings flatPad() {
     FingerSettings s;
-    s.radius_m = std::sqrt(2e-4 / kPi);
+    s.radius_m = std::sqrt(2e-4 / std::numbers::pi);
     s.curvature_m = 1e4;
     return s;
 }
@@ -68,7 +67,7 @@ TEST(Finger, FeelsFlatLayersInClosedForm) {
     const patient::Package package =
         test::makeSlabs({{skin, 0.002}, {soft, 0.012}, {bone, 0.010}, {liver, 0.030}}, 0.001);
     FingerSettings settings = flatPad();
-    settings.radius_m = std::sqrt(1e-4 / kPi);
+    settings.radius_m = std::sqrt(1e-4 / std::numbers::pi);
     Palpated p(package, settings);
     const auto young = [&](Tissue t) { return package.elasticity[std::size_t(t)].young_pa; };
     const double cover_m = 0.014, k = 1e-4 / (0.002 / young(skin) + 0.012 / young(soft));
@@ -114,8 +113,9 @@ TEST(Finger, MeetsABallAsTwoSpheresOnAnElasticFoundation) {
             stepFinger(fresh, settings, pad, ball, {}, {facing, (kBall_m - kDepth_m) * out}, {});
         sum_n += glm::dot(f.force_n, out);
     }
-    EXPECT_NEAR(sum_n / kDirections / (kPi * kFoundation_n_per_m3 * radius_m * kDepth_m * kDepth_m), 1.0,
-                0.04);
+    EXPECT_NEAR(
+        sum_n / kDirections / (std::numbers::pi * kFoundation_n_per_m3 * radius_m * kDepth_m * kDepth_m), 1.0,
+        0.04);
 }
 
 TEST(Finger, IsTurnedBackByWhatItPressesDeeper) {
@@ -123,7 +123,7 @@ TEST(Finger, IsTurnedBackByWhatItPressesDeeper) {
     settings.points = 30;
     Palpated p(uniform({{soft, 0.060}}, 20000.0), settings);
     constexpr double kTilt_rad = 0.05, kDepth_m = 0.002;
-    const Quat tilted = glm::angleAxis(kTilt_rad, Vec3(0.0, 1.0, 0.0)) * kFacingX;
+    const Quat tilted = glm::angleAxis(kTilt_rad, Vec3(0.0, 1.0, 0.0)) * kAlongX;
     const ToolForce f = p.at({tilted, {kDepth_m, 0.0, 0.0}});
     const double k = 2e-4 * 20000.0 / kTouchDepth_m;
     EXPECT_NEAR(-f.force_n.x / (k * kDepth_m), 1.0, 0.01);
@@ -206,7 +206,9 @@ class Wandering : public testing::Test {
         return {0.148 + 0.012 * std::sin(2.1 * t_s), 0.03 * std::sin(0.37 * t_s),
                 0.03 + 0.05 * std::sin(0.23 * t_s) + 0.01 * std::sin(3.3 * t_s)};
     }
-    static Pose poseAt(double t_s) { return {glm::angleAxis(kPi / 2.0, Vec3(0.0, 1.0, 0.0)), hand(t_s)}; }
+    static Pose poseAt(double t_s) {
+        return {glm::angleAxis(std::numbers::pi / 2.0, Vec3(0.0, 1.0, 0.0)), hand(t_s)};
+    }
 
     static inline Palpated* torso_ = nullptr;
 };
@@ -312,7 +314,7 @@ TEST_F(Wandering, HasABoundedTangent) {
 TEST_F(Wandering, AnswersAnythingWithANumber) {
     for (const double x_m : {0.0, -0.2, 1e6, 9.99})
         for (const double z_m : {0.0, 5.0, -0.3}) {
-            const ToolForce f = torso_->at({kFacingX, {x_m, 0.01, z_m}});
+            const ToolForce f = torso_->at({kAlongX, {x_m, 0.01, z_m}});
             EXPECT_TRUE(std::isfinite(glm::length(f.force_n) + glm::length(f.torque_n_m) + f.energy_j));
         }
 }

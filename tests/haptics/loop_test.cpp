@@ -37,15 +37,15 @@ struct MockClock {
     }
 };
 
-struct Bench {
-    Bench() : package(test::scriptedPackage()), patient(package), trace(test::scriptedTrace()) {}
+struct LoopBench {
+    LoopBench() : package(test::scriptedPackage()), patient(package), trace(test::scriptedTrace()) {}
     patient::Package package;
     patient::Patient patient;
     Trace trace;
 };
 
 TEST(Loop, TicksOnTimeAndTimesItsStep) {
-    Bench b;
+    LoopBench b;
     Simulation simulation(b.patient, {});
     LoopChannels channels;
     MockClock mock;
@@ -72,7 +72,7 @@ TEST(Loop, TicksOnTimeAndTimesItsStep) {
 
 // HZ-FORCE-18
 TEST(Loop, ALateTickIsCountedNeverStretchedOrMadeUp) {
-    Bench b;
+    LoopBench b;
     std::uint64_t hash = 0;
     for (const std::int64_t oversleep_ns : {std::int64_t(0), std::int64_t(900000), std::int64_t(7300000)}) {
         Simulation simulation(b.patient, {});
@@ -110,7 +110,7 @@ TEST(Loop, ATickIsLateByTheTimeItsForceIsSent) {
         int sent_ = 0;
         DeviceProfile profile_;
     };
-    Bench b;
+    LoopBench b;
     for (const std::int64_t most_ns : {std::int64_t(900'000), std::int64_t(1'100'000)}) {
         Simulation simulation(b.patient, {});
         LoopChannels channels;
@@ -124,7 +124,7 @@ TEST(Loop, ATickIsLateByTheTimeItsForceIsSent) {
 }
 
 TEST(Loop, CommandsAreTakenEightATickAndLoggedWithIt) {
-    Bench b;
+    LoopBench b;
     Simulation simulation(b.patient, {});
     LoopChannels channels;
     LoopStats stats;
@@ -141,7 +141,7 @@ TEST(Loop, CommandsAreTakenEightATickAndLoggedWithIt) {
 }
 
 TEST(Loop, AFullRingIsAFaultOfTheLoopAndNotOfTheState) {
-    Bench b;
+    LoopBench b;
     Simulation simulation(b.patient, {});
     LoopChannels channels;
     LoopStats stats;
@@ -161,7 +161,7 @@ TEST(Loop, AFullRingIsAFaultOfTheLoopAndNotOfTheState) {
 // The session's pace is none of the hand's business: what it is sent is the same to the last bit.
 // HZ-FORCE-18
 TEST(Loop, AFullRingDoesNotTakeTheForceAway) {
-    Bench b;
+    LoopBench b;
     Simulation fast(b.patient, {}), slow(b.patient, {});
     LoopChannels drained, full;
     LoopStats fast_stats, slow_stats;
@@ -185,7 +185,7 @@ TEST(Loop, AFullRingDoesNotTakeTheForceAway) {
 
 // HZ-TEACH-13
 TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
-    Bench b;
+    LoopBench b;
     Simulation live(b.patient, {});
     LoopChannels channels;
     std::vector<TickRecord> records;
@@ -233,7 +233,7 @@ TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
 }
 
 TEST(Loop, TellsWhereTheTipWasAndWhen) {
-    Bench b;
+    LoopBench b;
     Simulation simulation(b.patient, {});
     LoopChannels channels;
     MockClock mock;
@@ -255,7 +255,7 @@ TEST(Loop, TellsWhereTheTipWasAndWhen) {
 }
 
 TEST(Loop, AFullRingOfTipsIsNoFault) {
-    Bench b;
+    LoopBench b;
     Simulation simulation(b.patient, {});
     LoopChannels channels;
     LoopStats stats;
@@ -293,7 +293,7 @@ class Placed final : public HapticDevice {
 };
 
 struct Pausing {
-    Bench b;
+    LoopBench b;
     Simulation simulation{b.patient, {}};
     LoopChannels channels;
     LoopStats stats;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "haptics/exact.h"
+#include "tests/haptics/puncture.h"
 #include "tests/haptics/random_column.h"
 #include "tests/support/phantom.h"
 
@@ -12,22 +13,8 @@ namespace {
 
 using enum Tissue;
 using test::Hand;
-using test::Layers;
-
-// A needle 5 mm before the first border.
-struct Puncture {
-    explicit Puncture(const Layers& layers)
-        : package(test::makeColumn(layers)), patient(package), hand(patient) {
-        hand.to(-0.005);
-    }
-    const NeedleEvent& last() const { return hand.events.back(); }
-    patient::Package package;
-    patient::Patient patient;
-    Hand hand;
-};
-
-const Layers kTorso{{skin, 0.002}, {soft, 0.02},  {fascia, 0.003},
-                    {liver, 0.03}, {duct, 0.004}, {liver, 0.02}};
+using test::kTorso;
+using test::Puncture;
 
 TEST(NeedleRules, TheExtensionIsKeptSoTheSustainedForceKeepsItsBits) {
     Puncture p(kTorso);

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/haptics/column.h"
+#include "tests/haptics/puncture.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::haptics {
@@ -10,39 +10,11 @@ namespace {
 
 using enum Tissue;
 using test::Hand;
-using test::Layers;
+using test::kTorso;
 using test::makeColumn;
+using test::Puncture;
 
 constexpr double kTravel_m = 0.00009;  // of one tick
-
-// A needle 5 mm before the layers' first border.
-struct Puncture {
-    explicit Puncture(const Layers& layers, double pitch_m = 0.0001)
-        : package(makeColumn(layers, pitch_m)), patient(package), hand(patient) {
-        hand.to(-0.005);
-    }
-    NeedleEvent only(NeedleEventKind kind, Tissue into) const {
-        std::vector<NeedleEvent> found;
-        for (const NeedleEvent& e : hand.of(kind)) {
-            if (e.border.to == into) found.push_back(e);
-        }
-        EXPECT_EQ(found.size(), 1u) << "into " << patient::tissueName(into);
-        return found.empty() ? NeedleEvent{} : found.front();
-    }
-    void expectCut(Tissue into, double behind_m, double before_n, double after_n) const {
-        const NeedleEvent cut = only(NeedleEventKind::puncture, into);
-        EXPECT_NEAR(cut.tenting_m, behind_m, 1e-9);
-        EXPECT_NEAR(cut.force_before_n, before_n, 1e-9);
-        EXPECT_NEAR(cut.force_after_n, after_n, 1e-9);
-        EXPECT_EQ(cut.role, patient.row(into).role);
-    }
-    patient::Package package;
-    patient::Patient patient;
-    Hand hand;
-};
-
-const Layers kTorso{{skin, 0.002}, {soft, 0.02},  {fascia, 0.003},
-                    {liver, 0.03}, {duct, 0.004}, {liver, 0.02}};
 
 TEST(Needle, SkinCutsBehindItsSurface) {
     Puncture p(kTorso);
@@ -321,7 +293,7 @@ TEST(Needle, AClippedCornerLeavesTheWallBehindItWhole) {
 }
 
 TEST(Needle, ManyBordersBehindOneMembraneAreCounted) {
-    Layers layers{{skin, 0.002}, {soft, 0.01}, {fascia, 0.0001}};
+    test::Layers layers{{skin, 0.002}, {soft, 0.01}, {fascia, 0.0001}};
     for (int i = 0; i < 15; ++i)
         layers.insert(layers.end(), {{liver, 0.00005}, {soft, 0.00005}});
     layers.push_back({soft, 0.02});

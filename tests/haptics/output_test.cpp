@@ -3,15 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
+#include "tests/support/constants.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::haptics {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDt_s = 0.001;
+using test::kDt_s;
+using test::kNaN;
 
 // Settings whose gain is 1.
 OutputSettings plain() {
@@ -35,7 +35,7 @@ TEST(Output, TheGainIsTheSmallestOfItsThreeBounds) {
     EXPECT_DOUBLE_EQ(outputGain({"stiff", 22.0, 4000.0, ""}, s), 1.0);
     EXPECT_DOUBLE_EQ(outputGain({"soft", 22.0, 1000.0, ""}, s), 0.5);
     EXPECT_DOUBLE_EQ(outputGain({"weak", 3.3, 4000.0, ""}, s), 0.15);
-    EXPECT_DOUBLE_EQ(outputGain({"unknown", kNan, kNan, ""}, s), 3.3 / 22.0);
+    EXPECT_DOUBLE_EQ(outputGain({"unknown", kNaN, kNaN, ""}, s), 3.3 / 22.0);
 }
 
 // A stage that has risen to full force.
@@ -93,7 +93,7 @@ TEST(Output, GainThenDeviceClamp) {
 
 // HZ-FORCE-03
 TEST(Output, AForceThatIsNoNumberEndsInZeroFromTheLastGoodOne) {
-    for (const double bad : {kNan, HUGE_VAL, -HUGE_VAL}) {
+    for (const double bad : {kNaN, HUGE_VAL, -HUGE_VAL}) {
         for (const int field : {0, 1, 2}) {
             Stage stage;
             stage.state.model_n = {5.0, 0.0, 0.0};

@@ -5,10 +5,13 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/support/constants.h"
+
 namespace stylet::haptics {
 namespace {
 
-constexpr double kDt_s = 0.001;
+using test::kDt_s;
+
 constexpr double kSteep_n_per_m = 0.25 * 0.1 / (kDt_s * kDt_s);  // for 0.1 kg, as the output stage has it
 
 // A spring toward x = 0 along the x axis, sampled and held, watched and corrected as the output stage does

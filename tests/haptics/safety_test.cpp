@@ -4,14 +4,15 @@
 
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <set>
 #include <string>
+
+#include "tests/support/constants.h"
 
 namespace stylet::haptics {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+using test::kNaN;
 
 // A device that can be made to misbehave, and the ticks until its force is gone.
 struct Watched {
@@ -71,7 +72,7 @@ TEST(Safety, ForceRisesOverItsTimeAtEveryRate) {
 
 // HZ-FORCE-02
 TEST(Safety, NothingBeginsInContact) {
-    for (const double force_n : {1.01 * kSmallForce_n, 20.0, kNan}) {
+    for (const double force_n : {1.01 * kSmallForce_n, 20.0, kNaN}) {
         Watched w;
         w.force_n = force_n;
         w.run(5.0);
@@ -103,7 +104,7 @@ TEST(Safety, ADeviceThatIsNotThereYetIsAwaitedNotFaulted) {
     w.device = {};
     w.device.flags = 0;
     w.device.fresh = 0;
-    w.device.device_from_stylus.position_m.x = kNan;
+    w.device.device_from_stylus.position_m.x = kNaN;
     w.run(10.0);
     EXPECT_EQ(w.safety.stage, ForceStage::waiting);
     EXPECT_EQ(w.safety.faults, 0u);
@@ -127,12 +128,12 @@ const Cause kCauses[] = {
     {"clutched grip nowhere", kFaultBadPose,
      [](Watched& w) {
          w.device.flags |= kDeviceClutch;
-         w.device.grip_at_m.y = kNan;
+         w.device.grip_at_m.y = kNaN;
      }},
     {"unplugged", kFaultDeviceLost, [](Watched& w) { w.device.flags &= ~std::uint32_t(kDeviceReady); }},
     {"let go", kFaultHandOff, [](Watched& w) { w.device.flags &= ~std::uint32_t(kDeviceHandOn); }},
     {"headset off", kFaultNotFocused, [](Watched& w) { w.safety.focused = false; }},
-    {"NaN", kFaultBadPose, [](Watched& w) { w.device.device_from_stylus.position_m.y = kNan; }},
+    {"NaN", kFaultBadPose, [](Watched& w) { w.device.device_from_stylus.position_m.y = kNaN; }},
     {"no rotation", kFaultBadPose, [](Watched& w) { w.device.device_from_stylus.rotation.w = 0.5; }},
     {"far away", kFaultBadPose, [](Watched& w) { w.device.device_from_stylus.position_m.y = 10.5; }},
     {"leap", kFaultOverSpeed, [](Watched& w) { w.device.device_from_stylus.position_m.z += 0.02; }},

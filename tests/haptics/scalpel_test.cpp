@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/haptics/along_x.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 
@@ -10,18 +11,17 @@ namespace {
 
 using patient::Quat;
 using patient::Surrogate;
+using test::kAlongX;
 using enum patient::Tissue;
 
-// The handle (+z) along -x, out of a patient whose slabs begin at x = 0; the edge looks along +z.
-const Quat kFacingX{0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
-
+// The edge looks along +z.
 struct Surgeon {
     explicit Surgeon(std::vector<std::pair<patient::Tissue, double>> slabs = {{skin, 0.002}, {soft, 0.058}})
         : package(test::makeSlabs(slabs, 0.001)) {}
 
     ToolForce to(double depth_m, double z_m = 0.0) {
         at_m = {depth_m, 0.0, z_m};
-        force = stepScalpel(state, incisions, settings, map, package.motion, {kFacingX, at_m}, breath);
+        force = stepScalpel(state, incisions, settings, map, package.motion, {kAlongX, at_m}, breath);
         events += force.event;
         return force;
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "haptics/haptics.h"
+#include "tests/haptics/along_x.h"
 #include "tests/haptics/column.h"
 
 namespace stylet::test {
@@ -14,9 +15,6 @@ inline patient::Package scriptedPackage() {
     letBreathe(package, -0.012);
     return package;
 }
-
-// The needle points along +x of the patient: its +z, toward the hub, is -x.
-inline const patient::Quat kAlongX{0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
 
 // In by 42 mm in 3 s, a rest of 1 s, out in 2 s; a sideways sway all the while.
 inline haptics::Trace scriptedTrace() {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "haptics/simulation.h"
+#include "tests/haptics/along_x.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 
@@ -9,8 +10,7 @@ namespace stylet::haptics {
 namespace {
 
 using enum patient::Tissue;
-
-const patient::Quat kFacingX{0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
+using test::kAlongX;
 
 struct Theatre {
     explicit Theatre(Tool first, bool with_map = true, double travel_m = 0.0)
@@ -25,7 +25,7 @@ struct Theatre {
         input.commands[input.command_count++] = {kind, value};
     }
     void to(const Vec3& tip_m) {
-        input.device.device_from_stylus = {kFacingX, tip_m};
+        input.device.device_from_stylus = {kAlongX, tip_m};
         simulation->step(input, out, events);
         input.command_count = 0;
         punctures += events.count;

@@ -14,14 +14,14 @@ namespace {
 using enum Tissue;
 
 // A hand at the device of a still patient; its needle goes along +x.
-struct Bench {
-    explicit Bench(double travel_m = 0.0, Tool first = Tool::needle)
+struct ToolBench {
+    explicit ToolBench(double travel_m = 0.0, Tool first = Tool::needle)
         : package(test::makeColumn({{skin, 0.002}, {soft, 0.012}, {liver, 0.04}})), patient(package) {
         if (travel_m != 0.0) test::letBreathe(package, travel_m);
         settings.tools.first = first;
         simulation.emplace(patient, settings);
     }
-    Bench(const patient::Package& of, Tool first) : package(of), patient(package) {
+    ToolBench(const patient::Package& of, Tool first) : package(of), patient(package) {
         settings.tools.first = first;
         simulation.emplace(patient, settings);
     }
@@ -52,7 +52,7 @@ struct Bench {
 };
 
 TEST(Toolbox, AToolIsTakenByCommandInTheTickThatPopsIt) {
-    Bench b;
+    ToolBench b;
     b.to(-0.005);
     EXPECT_EQ(b.out.tool, Tool::needle);
     EXPECT_FALSE(b.out.tool_force.event);
@@ -69,7 +69,7 @@ TEST(Toolbox, AToolIsTakenByCommandInTheTickThatPopsIt) {
 }
 
 TEST(Toolbox, ANeedleInTheBodyIsDrawnOutBeforeAnotherToolIsTaken) {
-    Bench b;
+    ToolBench b;
     b.to(-0.005);
     b.sweep(0.010);
     b.take(Tool::finger);
@@ -88,7 +88,7 @@ TEST(Toolbox, ANeedleInTheBodyIsDrawnOutBeforeAnotherToolIsTaken) {
 
 // HZ-FORCE-05
 TEST(Toolbox, ANeedleTakenUpInsideTheBodyIsNotFeltUntilItHasBeenOutside) {
-    Bench b(0.0, Tool::scalpel);
+    ToolBench b(0.0, Tool::scalpel);
     b.to(0.010);
     b.take(Tool::needle);
     b.to(0.010);
@@ -159,7 +159,7 @@ TEST(Toolbox, EverySettingIsHashed) {
 }
 
 TEST(Toolbox, AnIdleNeedleKeepsItsCuts) {
-    Bench b;
+    ToolBench b;
     b.to(-0.005);
     b.sweep(0.010);
     b.sweep(-0.005);
@@ -176,7 +176,7 @@ TEST(Toolbox, AnIdleNeedleKeepsItsCuts) {
 
 // Laid down on one side and taken up on the other it has not gone through the patient.
 TEST(Toolbox, ANeedleTakenUpElsewhereHasNotGoneThere) {
-    Bench b;
+    ToolBench b;
     b.to(-0.005);
     b.take(Tool::finger);
     b.to(-0.005);
@@ -191,7 +191,7 @@ TEST(Toolbox, ANeedleTakenUpElsewhereHasNotGoneThere) {
 // The device told nonsense for a tick: a place within its reach, behind the patient.
 // HZ-FORCE-05
 TEST(Toolbox, ALeapOutsideIsNoWayThroughThePatient) {
-    Bench b;
+    ToolBench b;
     b.to(-0.005);
     for (const double x_m : {0.060, -0.005}) {
         b.to(x_m);
@@ -210,7 +210,7 @@ TEST(Toolbox, ALeapOutsideIsNoWayThroughThePatient) {
 
 // HZ-FORCE-05
 TEST(Toolbox, ALeapOfANeedleInTheBodyIsNotBelieved) {
-    Bench b;
+    ToolBench b;
     b.to(-0.005);
     b.sweep(0.010);
     const double force_n = b.out.force_n, depth_m = b.out.depth_m;
@@ -224,7 +224,7 @@ TEST(Toolbox, ALeapOfANeedleInTheBodyIsNotBelieved) {
 
 // HZ-FORCE-05
 TEST(Toolbox, ANeedleThatBeginsInsideIsNotFelt) {
-    Bench b;
+    ToolBench b;
     b.to(0.010);
     b.sweep(0.012);
     EXPECT_EQ(b.out.phase, Phase::outside);
@@ -238,7 +238,7 @@ TEST(Toolbox, GasInTheBodyIsNotOutside) {
     package.label_table.push_back(lung);
     for (std::size_t i = 200; i < 300; ++i)
         package.labels.voxels[i] = lung.id;
-    Bench b(package, Tool::scalpel);
+    ToolBench b(package, Tool::scalpel);
     b.to(0.025);
     b.take(Tool::needle);
     b.to(0.025);
@@ -248,7 +248,7 @@ TEST(Toolbox, GasInTheBodyIsNotOutside) {
 }
 
 TEST(Toolbox, ACommandThatDoesNothingIsNoEvent) {
-    Bench b;
+    ToolBench b;
     b.to(-0.005);
     for (const std::uint32_t stay : {0u, 1u}) {  // there is no probe in hand, and none parked
         b.command(CommandKind::park, stay);
@@ -259,7 +259,7 @@ TEST(Toolbox, ACommandThatDoesNothingIsNoEvent) {
 
 // The breath carries probe and rail along z; the needle leans that way too, beside the rail.
 TEST(Toolbox, ARailThatMovesMovesWhatTheHandFeelsOfIt) {
-    Bench b(-0.012, Tool::probe);
+    ToolBench b(-0.012, Tool::probe);
     b.to(-0.001);
     b.command(CommandKind::park, 1);
     b.to(-0.001);
@@ -285,14 +285,14 @@ TEST(Toolbox, ARailThatMovesMovesWhatTheHandFeelsOfIt) {
 }
 
 TEST(Toolbox, TheSameTicksWithAnotherToolEndInAnotherHash) {
-    Bench a, b(0.0, Tool::finger);
+    ToolBench a, b(0.0, Tool::finger);
     for (int i = 0; i < 10; ++i)
         a.to(-0.005), b.to(-0.005);
     EXPECT_NE(a.out.state_hash, b.out.state_hash);
 }
 
 TEST(Toolbox, AParkedProbeRidesTheBreath) {
-    Bench b(-0.012, Tool::probe);
+    ToolBench b(-0.012, Tool::probe);
     b.to({-0.001, 0.0, 0.010});
     b.command(CommandKind::park, 1);
     b.to({-0.001, 0.0, 0.010});
@@ -352,7 +352,7 @@ TEST(Toolbox, AProbeLetGoOfLeavesTheHandEmpty) {
 
 // The rail stands along the needle's way in: pushed sideways in it, the needle does not move in the tissue.
 TEST(Toolbox, InTheGuideTheHandFeelsTheRailAndTheNeedleStaysOnIt) {
-    Bench b(0.0, Tool::probe);
+    ToolBench b(0.0, Tool::probe);
     b.settings.tools.guide.probe_from_guide = {{0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, -0.002}};
     b.simulation.emplace(b.patient, b.settings);
     b.to(-0.001);

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 std::span<const std::byte> bytesOf(std::string_view text) {
     return std::as_bytes(std::span(text));
 }
-std::string textOf(std::istream& in) {
+std::string restOf(std::istream& in) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
@@ -28,9 +28,9 @@ TEST(CacheFile, ReplacesTheOldOneWhichItsReadersKeep) {
     writeCacheFile(file, {bytesOf("the "), bytesOf("old one")});
     std::ifstream reader(file);
     writeCacheFile(file, {bytesOf("new")});
-    EXPECT_EQ(textOf(reader), "the old one");
+    EXPECT_EQ(restOf(reader), "the old one");
     std::ifstream later(file);
-    EXPECT_EQ(textOf(later), "new");
+    EXPECT_EQ(restOf(later), "new");
     EXPECT_EQ(std::distance(fs::directory_iterator(file.parent_path()), fs::directory_iterator()), 1);
 }
 

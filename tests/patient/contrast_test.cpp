@@ -8,6 +8,7 @@
 
 #include "patient/contrast_table.h"
 #include "tests/patient/contrast_phantom.h"
+#include "tests/support/constants.h"
 
 namespace stylet::patient {
 namespace {
@@ -15,10 +16,11 @@ namespace {
 using test::addLabel;
 using test::carve;
 using test::idOf;
+using test::kDt_s;
 using test::liverBlock;
 using test::tubeAlongX;
 
-constexpr double kMl = 1e-6, kDt_s = 0.001;
+constexpr double kMl = 1e-6;
 
 // No bile left behind and a front as sharp as voxels allow: then volumes are areas times lengths.
 ContrastSettings sharp() {

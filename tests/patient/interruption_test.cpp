@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
+
+#include "tests/support/constants.h"
 
 namespace stylet::patient {
 namespace {
 
-constexpr double kDt_s = 0.001, kPi = 3.14159265358979323846;
+using test::kDt_s;
 
 struct Breather {
     BreathPlan plan{.rhythm = {4.0, 0.9}};
@@ -25,7 +28,7 @@ struct Breather {
 };
 
 double hump(double t_s, double length_s, double height) {
-    const double s = t_s > 0.0 && t_s < length_s ? std::sin(kPi * t_s / length_s) : 0.0;
+    const double s = t_s > 0.0 && t_s < length_s ? std::sin(std::numbers::pi * t_s / length_s) : 0.0;
     return height * s * s * s * s;
 }
 
@@ -61,7 +64,7 @@ TEST(Interruption, LiesOverTheBreath) {
 TEST(Interruption, EndsAHoldWithoutAJump) {
     BreathPlan recorded{.rhythm = {4.0, 1.0}};
     for (int i = 0; i < 120; ++i)
-        recorded.recording_v.push_back(0.5 - 0.5 * std::cos(2.0 * kPi * i / 40));
+        recorded.recording_v.push_back(0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * i / 40));
     for (const BreathPlan& plan : {BreathPlan{.rhythm = {4.0, 1.0}}, recorded})
         for (const InterruptionKind kind : {InterruptionKind::cough, InterruptionKind::sigh}) {
             Breather he{plan};

@@ -7,15 +7,16 @@
 #include <random>
 
 #include "patient/motion_interface.h"
+#include "tests/support/constants.h"
 #include "tests/support/motion.h"
 
 namespace stylet::patient {
 namespace {
 
+using test::kMm;
 using test::makeMotion;
 using test::MotionPoint;
 
-constexpr double kMm = 0.001;
 const Surrogate kFull{1.0, 0.0};
 
 double distance(const Vec3& a, const Vec3& b) {

@@ -8,6 +8,7 @@
 
 #include "patient/motion_io.h"
 #include "patient/nifti.h"
+#include "tests/support/file_text.h"
 #include "tests/support/motion.h"
 #include "tests/support/nifti_bytes.h"
 #include "tests/support/phantom.h"
@@ -19,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::expectRefused;
+using test::textOf;
 
 // Everything set, and a spacing that single precision cannot hold.
 Package fullPackage() {
@@ -41,12 +43,6 @@ bool sameTable(const std::vector<Label>& a, const std::vector<Label>& b) {
         return x.id == y.id && x.name == y.name && x.tissue == y.tissue && x.role == y.role &&
                x.abdominal == y.abdominal && x.colour == y.colour && x.provenance == y.provenance;
     });
-}
-
-std::string textOf(const fs::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
 }
 
 // A saved package whose patient.toml is then spoiled.

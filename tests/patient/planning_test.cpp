@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 
+#include "tests/support/constants.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 #include "tests/support/refused.h"
@@ -16,7 +17,8 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kMm = 0.001;
+using test::kMm;
+
 constexpr std::uint8_t kUnlabelled = 0;
 
 void expectSamePaths(const std::vector<PlannedPath>& a, const std::vector<PlannedPath>& b) {
@@ -99,7 +101,7 @@ class BoxTorso {
     Package package_;
 };
 
-void expectSound(const PlanResult& r, const PlanSettings& settings) {
+void expectSoundPlan(const PlanResult& r, const PlanSettings& settings) {
     EXPECT_GE(r.candidates, r.rejected_blocked + r.rejected_long + r.rejected_quality + r.paths.size());
     for (std::size_t i = 0; i < r.paths.size(); ++i) {
         const PlannedPath& p = r.paths[i];
@@ -114,7 +116,7 @@ void expectSound(const PlanResult& r, const PlanSettings& settings) {
 TEST(Planning, FreeTorsoTakesTheShortestPerfectPath) {
     const BoxTorso torso;
     const PlanResult r = torso.plan();
-    expectSound(r, BoxTorso::fine());
+    expectSoundPlan(r, BoxTorso::fine());
     ASSERT_FALSE(r.paths.empty());
     const PlannedPath& best = r.paths.front();
     EXPECT_EQ(best.quality, 1.0);
@@ -142,7 +144,7 @@ TEST(Planning, PassesBetweenRibsNearerToTheLowerOne) {
     BoxTorso torso;
     torso.addRibs(-9, 9);
     const PlanResult r = torso.plan();
-    expectSound(r, BoxTorso::fine());
+    expectSoundPlan(r, BoxTorso::fine());
     ASSERT_FALSE(r.paths.empty());
     EXPECT_NEAR(r.paths.front().clearance_score, 0.6, 0.05);
     EXPECT_EQ(r.paths.front().target_score, 1.0);
@@ -195,7 +197,7 @@ TEST(Planning, AirInTheBodyIsARisk) {
     BoxTorso torso;
     torso.addAir({-18, -55, -60}, {-14, -3, 60});  // lung, unsegmented, behind y = -3 mm
     const PlanResult r = torso.plan();
-    expectSound(r, BoxTorso::fine());
+    expectSoundPlan(r, BoxTorso::fine());
     ASSERT_FALSE(r.paths.empty());
     for (const PlannedPath& p : r.paths)
         EXPECT_GT(p.entry_m.y * (51 - 14) / 50 / kMm, -3.0);
@@ -227,7 +229,7 @@ TEST(Planning, ChordOfTheDuctIsTheTargetScore) {
     PlanSettings settings = BoxTorso::fine();
     settings.min_quality = 0.0;
     const PlanResult r = torso.plan(settings);
-    expectSound(r, settings);
+    expectSoundPlan(r, settings);
     bool straight_seen = false;
     for (const PlannedPath& p : r.paths) {
         const Vec3 d = (p.target_m - p.entry_m) / p.length_m;
@@ -242,7 +244,7 @@ TEST(Planning, TheNeedleComesThroughFreeAir) {
     BoxTorso torso;
     torso.paint(Tissue::soft, {20, 11, -200}, {30, 60, 200});  // an arm beside the flank
     const PlanResult r = torso.plan();
-    expectSound(r, BoxTorso::fine());
+    expectSoundPlan(r, BoxTorso::fine());
     ASSERT_FALSE(r.paths.empty());
     for (const PlannedPath& p : r.paths) {
         const Vec3 outward = (p.entry_m - p.target_m) / p.length_m;
@@ -281,7 +283,7 @@ TEST(Planning, JudgesThePatientInTheBreathAsked) {
     PlanSettings settings = BoxTorso::fine();
     settings.breath = {1.0, 0.0};
     const PlanResult r = torso.plan(settings);
-    expectSound(r, settings);
+    expectSoundPlan(r, settings);
     ASSERT_FALSE(r.paths.empty());
     const PlannedPath& best = r.paths.front();
     EXPECT_NEAR(best.clearance_score, 0.6, 0.05);

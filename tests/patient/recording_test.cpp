@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <random>
 
 #include "patient/signal.h"
@@ -14,7 +15,6 @@ namespace stylet::patient {
 namespace {
 
 constexpr const char* kHead = "\"Frame\";\"Timestamp\";\"x\";\"y\";\"z\"\r\n";
-constexpr double kPi = 3.14159265358979323846;
 
 std::string decimal(double value) {
     char text[40];
@@ -32,7 +32,7 @@ std::string rowAt(double t_ms, double x_mm, double y_mm, double z_mm) {
 std::string marker(double seconds = 50.0) {
     std::string csv = kHead;
     for (int i = 0; i * 0.1 <= seconds; ++i) {
-        const double v = 0.5 - 0.5 * std::cos(2.0 * kPi * (i * 0.1 - 1.0) / 5.0);
+        const double v = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (i * 0.1 - 1.0) / 5.0);
         csv += rowAt(i * 100.0, -400.0 + 5.0 * v, 3.0, 60.0 + 12.0 * v);
     }
     return csv;
@@ -53,7 +53,7 @@ TEST(RecordedBreath, IsScaledByItsOwnBreathsAndClosed) {
     EXPECT_NEAR(r.travel_m, 0.013 * 0.98, 0.0002);  // what the smoothing leaves
     ASSERT_EQ(r.v.size(), 400u);
     for (std::size_t i = 0; i < r.v.size(); ++i)
-        ASSERT_NEAR(r.v[i], 0.5 - 0.5 * std::cos(2.0 * kPi * double(i) * 0.1 / 5.0), 0.002);
+        ASSERT_NEAR(r.v[i], 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * double(i) * 0.1 / 5.0), 0.002);
     EXPECT_EQ(r.misdated_rows, 0);
     EXPECT_EQ(r.zero_rows, 0);
 }
@@ -89,8 +89,9 @@ TEST(RecordedBreath, TheLoopsSeamIsNoJump) {
     // The level rises by 4 mm over the recording.
     std::string csv = kHead;
     for (int i = 0; i <= 500; ++i)
-        csv += rowAt(i * 100.0, 0.0, 0.0,
-                     60.0 + 0.008 * i + 10.0 * (0.5 - 0.5 * std::cos(2.0 * kPi * (i * 0.1 - 1.0) / 5.0)));
+        csv += rowAt(
+            i * 100.0, 0.0, 0.0,
+            60.0 + 0.008 * i + 10.0 * (0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (i * 0.1 - 1.0) / 5.0)));
     const RecordedBreath r = parse(csv);
     EXPECT_LT(std::fabs(r.v.front() - r.v.back()), 0.02);
 }

@@ -4,13 +4,15 @@
 
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <set>
+
+#include "tests/support/constants.h"
 
 namespace stylet::patient {
 namespace {
 
-constexpr double kDt_s = 0.001;
-constexpr double kPi = 3.14159265358979323846;
+using test::kDt_s;
 
 BreathPlan regular(double period_s, double amplitude) {
     return {.rhythm = {period_s, amplitude}};
@@ -31,7 +33,7 @@ BreathPlan recordedSine(double period_s, int periods) {
     BreathPlan plan = regular(4.0, 1.0);
     const int samples = int(period_s / plan.recording_dt_s + 0.5);
     for (int i = 0; i < periods * samples; ++i)
-        plan.recording_v.push_back(0.5 - 0.5 * std::cos(2.0 * kPi * i / samples));
+        plan.recording_v.push_back(0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * i / samples));
     return plan;
 }
 
@@ -58,9 +60,10 @@ TEST(RegularSignal, IsTheFourthPowerOfASine) {
     EXPECT_EQ(surrogateAt(state, plan, kDt_s), Surrogate{});
     int i = 0, below = 0;
     run(state, plan, 8000, [&](const Surrogate& s) {
-        const double angle = kPi * (++i % 4000) / 4000.0;
+        const double angle = std::numbers::pi * (++i % 4000) / 4000.0;
         ASSERT_NEAR(s.v, 0.8 * std::pow(std::sin(angle), 4), 1e-14);
-        ASSERT_NEAR(s.rate_per_s, 0.8 * kPi * std::pow(std::sin(angle), 3) * std::cos(angle), 1e-13);
+        ASSERT_NEAR(s.rate_per_s, 0.8 * std::numbers::pi * std::pow(std::sin(angle), 3) * std::cos(angle),
+                    1e-13);
         ASSERT_EQ(s.creep_v, 0.0);
         below += s.v < 0.4;
     });
@@ -316,9 +319,9 @@ TEST(RecordedSignal, RunsThroughItsSamplesAroundTheLoop) {
     BreathingState state;
     int i = 0;
     run(state, plan, 25000, [&](const Surrogate& s) {
-        const double angle = 2.0 * kPi * ++i * kDt_s / 5.0;
+        const double angle = 2.0 * std::numbers::pi * ++i * kDt_s / 5.0;
         ASSERT_NEAR(s.v, 0.5 - 0.5 * std::cos(angle), 2e-5);
-        ASSERT_NEAR(s.rate_per_s, kPi / 5.0 * std::sin(angle), 3e-3);
+        ASSERT_NEAR(s.rate_per_s, std::numbers::pi / 5.0 * std::sin(angle), 3e-3);
         if (i % 100 != 0) return;
         ASSERT_NEAR(s.v, plan.recording_v[std::size_t(i / 100) % 100], 1e-13);
     });

@@ -30,7 +30,7 @@ Grid tenCube() {
     return grid;
 }
 
-void expectSound(const Grid& grid, const Vec3& a, const Vec3& b) {
+void expectSoundWalk(const Grid& grid, const Vec3& a, const Vec3& b) {
     const std::vector<Visit> visits = walkOf(grid, a, b);
     ASSERT_FALSE(visits.empty());
     EXPECT_EQ(visits.front().voxel, grid.nearest(a));
@@ -65,7 +65,7 @@ TEST(VoxelWalk, RandomSegmentsInsideAndFarOutside) {
     for (const double reach_m : {0.001, 0.02, 0.3}) {
         std::uniform_real_distribution<double> u(-reach_m, reach_m);
         for (int i = 0; i < 2000; ++i)
-            expectSound(tenCube(), {u(random), u(random), u(random)}, {u(random), u(random), u(random)});
+            expectSoundWalk(tenCube(), {u(random), u(random), u(random)}, {u(random), u(random), u(random)});
     }
 }
 
@@ -74,13 +74,13 @@ TEST(VoxelWalk, NearTheDiagonal) {
     Grid grid;
     grid.dims = {8, 8, 8};
     grid.spacing_m = Vec3(1.0);
-    expectSound(grid, {-0.1, -0.45, 0.0}, {2.6, 3.45, 0.9});
+    expectSoundWalk(grid, {-0.1, -0.45, 0.0}, {2.6, 3.45, 0.9});
     std::mt19937 random(3);
     std::uniform_real_distribution<double> u(0.0, 8.0), near(-0.3, 0.3);
     for (int i = 0; i < 20'000; ++i) {
         const Vec3 a(u(random), u(random), u(random));
         const Vec3 way = Vec3(4.0 * near(random)) + Vec3(near(random), near(random), near(random));
-        expectSound(grid, a, a + way);
+        expectSoundWalk(grid, a, a + way);
     }
 }
 
@@ -103,9 +103,9 @@ TEST(VoxelWalk, OnBordersEdgesAndCorners) {
     grid.spacing_m = Vec3(1.0);
     for (const double a : {-1.5, 0.5, 2.5})
         for (const double b : {-0.5, 0.5, 3.5}) {
-            expectSound(grid, Vec3(a), Vec3(b));
-            expectSound(grid, {a, b, 0.5}, {b, a, 0.5});
-            expectSound(grid, {0.5, a, 1.0}, {0.5, b, 1.0});
+            expectSoundWalk(grid, Vec3(a), Vec3(b));
+            expectSoundWalk(grid, {a, b, 0.5}, {b, a, 0.5});
+            expectSoundWalk(grid, {0.5, a, 1.0}, {0.5, b, 1.0});
         }
 }
 

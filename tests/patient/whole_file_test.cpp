@@ -7,17 +7,14 @@
 #include <fstream>
 
 #include "patient/package.h"
+#include "tests/support/file_text.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::patient {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string textOf(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
+using test::textOf;
 
 std::string whyNot(const fs::path& file, std::string_view bytes) {
     try {

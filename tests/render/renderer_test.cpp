@@ -14,7 +14,7 @@
 namespace stylet::render {
 namespace {
 
-constexpr std::uint32_t kSize = 256;
+constexpr std::uint32_t kRendererPictureSize = 256;
 
 class RendererTest : public testing::Test {
   protected:
@@ -32,7 +32,7 @@ RenderScene bareScene(Look look) {
 }
 
 struct Extent {
-    int left = int(kSize), right = -1, top = int(kSize), bottom = -1;
+    int left = int(kRendererPictureSize), right = -1, top = int(kRendererPictureSize), bottom = -1;
 };
 
 // The pixels in which two pictures differ by more than the backdrop's grain.
@@ -53,7 +53,7 @@ Extent differing(const Image& a, const Image& b) {
 
 double pixelOf(double tangent, float angle_low, float angle_high) {
     const double low = std::tan(double(angle_low)), high = std::tan(double(angle_high));
-    return double(kSize) * (tangent - low) / (high - low);
+    return double(kRendererPictureSize) * (tangent - low) / (high - low);
 }
 
 // The silhouette of a ball of radius r at distance d, off the axis by x, reaches from tan(theta - alpha) to
@@ -69,8 +69,10 @@ void expectSilhouette(const Extent& seen, const View& view, const Vec3& centre_e
     EXPECT_NEAR(seen.left, pixelOf(left, view.angle_left, view.angle_right), tolerance_px);
     EXPECT_NEAR(seen.right, pixelOf(right, view.angle_left, view.angle_right), tolerance_px);
     const auto [low, high] = range(centre_eye.y);
-    EXPECT_NEAR(seen.top, double(kSize) - pixelOf(high, view.angle_down, view.angle_up), tolerance_px);
-    EXPECT_NEAR(seen.bottom, double(kSize) - pixelOf(low, view.angle_down, view.angle_up), tolerance_px);
+    EXPECT_NEAR(seen.top, double(kRendererPictureSize) - pixelOf(high, view.angle_down, view.angle_up),
+                tolerance_px);
+    EXPECT_NEAR(seen.bottom, double(kRendererPictureSize) - pixelOf(low, view.angle_down, view.angle_up),
+                tolerance_px);
 }
 
 // HZ-TEACH-04
@@ -87,9 +89,9 @@ TEST_F(RendererTest, ABallIsSeenWhereAndAsLargeAsItIsInBothEyes) {
         if (asymmetric) middle.angle_left = -0.3f, middle.angle_up = 0.35f, middle.angle_down = -0.2f;
         const auto eyes = test::stereo(middle, 0.064);
         Renderer empty(gpu, {}, test::assetsFolder());
-        const auto without = empty.drawToImages(scene, eyes, kSize, kSize);
+        const auto without = empty.drawToImages(scene, eyes, kRendererPictureSize, kRendererPictureSize);
         renderer.setPatient(patient);
-        const auto with = renderer.drawToImages(scene, eyes, kSize, kSize);
+        const auto with = renderer.drawToImages(scene, eyes, kRendererPictureSize, kRendererPictureSize);
         for (std::size_t eye = 0; eye < 2; ++eye)
             expectSilhouette(differing(with[eye], without[eye]), eyes[eye],
                              eyes[eye].stage_from_eye.inverse() * centre, radius);
@@ -170,23 +172,23 @@ TEST_F(RendererTest, TheNeedleIsSeenInFrontHiddenBehindAndDimInsideTissue) {
     const patient::Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
     const auto drawAt = [&](double depth_m) {
         scene.patient_from_needle = Pose{across, Vec3(-0.168, 0.0, depth_m)};
-        return redHub(renderer.drawToImages(scene, eyes, kSize, kSize)[0]);
+        return redHub(renderer.drawToImages(scene, eyes, kRendererPictureSize, kRendererPictureSize)[0]);
     };
     const test::Blob front = drawAt(0.10);
     EXPECT_GT(front.pixels, 100u);
-    EXPECT_NEAR(front.x, kSize / 2.0, 12.0);
+    EXPECT_NEAR(front.x, kRendererPictureSize / 2.0, 12.0);
     EXPECT_LT(drawAt(-0.10).pixels, 10u);  // steel seen past the ball's soft rim may look red
     EXPECT_LT(drawAt(0.0).pixels, 10u);
     scene.look = Look::reveal;
     const Image inside = [&] {
         scene.patient_from_needle = Pose{across, Vec3(-0.168, 0.0, 0.0)};
-        return renderer.drawToImages(scene, eyes, kSize, kSize)[0];
+        return renderer.drawToImages(scene, eyes, kRendererPictureSize, kRendererPictureSize)[0];
     }();
     scene.patient_from_needle.reset();
-    const Image without = renderer.drawToImages(scene, eyes, kSize, kSize)[0];
+    const Image without = renderer.drawToImages(scene, eyes, kRendererPictureSize, kRendererPictureSize)[0];
     const Extent seen = differing(inside, without);
-    EXPECT_LT(seen.left, int(kSize) / 2);
-    EXPECT_GT(seen.right, int(kSize) / 2);
+    EXPECT_LT(seen.left, int(kRendererPictureSize) / 2);
+    EXPECT_GT(seen.right, int(kRendererPictureSize) / 2);
     EXPECT_GT(drawAt(0.10).pixels, 100u);
 }
 

@@ -7,7 +7,7 @@
 namespace stylet::render {
 namespace {
 
-constexpr std::uint32_t kSize = 160;
+constexpr std::uint32_t kSkipsPictureSize = 160;
 
 class SkipsTest : public testing::TestWithParam<std::tuple<Look, double, VolumePath>> {
   protected:
@@ -16,7 +16,7 @@ class SkipsTest : public testing::TestWithParam<std::tuple<Look, double, VolumeP
     }
 };
 
-struct Picture {
+struct SkipsPicture {
     std::array<Image, 2> eyes;
     RenderStats stats;
 };
@@ -40,33 +40,34 @@ TEST_P(SkipsTest, ChangeTheWorkButNotThePicture) {
         settings.skips = skips;
         settings.count = true;
         renderer.setSettings(settings);
-        Picture picture;
-        picture.eyes = renderer.drawToImages(scene, eyes, kSize, kSize, &picture.stats);
+        SkipsPicture picture;
+        picture.eyes =
+            renderer.drawToImages(scene, eyes, kSkipsPictureSize, kSkipsPictureSize, &picture.stats);
         return picture;
     };
-    const Picture all = drawWith({});
+    const SkipsPicture all = drawWith({});
     EXPECT_GT(all.stats.skipped_bricks, 0u);
     EXPECT_GT(all.stats.terminated_rays, 0u);
     EXPECT_GT(all.stats.depth_bounded_rays, 0u);
     EXPECT_EQ(all.stats.still_frames, v == 0.0 ? 1u : 0u);
-    const auto expectSame = [&](const Picture& other, const char* skip) {
+    const auto expectSame = [&](const SkipsPicture& other, const char* skip) {
         for (std::size_t eye = 0; eye < 2; ++eye)
             EXPECT_GE(test::psnr(all.eyes[eye], other.eyes[eye]), 60.0) << skip;
         EXPECT_EQ(all.stats.rays, other.stats.rays) << skip;
     };
-    const Picture no_bricks = drawWith({.empty_space = false});
+    const SkipsPicture no_bricks = drawWith({.empty_space = false});
     expectSame(no_bricks, "empty_space");
     EXPECT_EQ(no_bricks.stats.skipped_bricks, 0u);
     EXPECT_GT(no_bricks.stats.samples, all.stats.samples);
-    const Picture no_end = drawWith({.early_termination = false});
+    const SkipsPicture no_end = drawWith({.early_termination = false});
     expectSame(no_end, "early_termination");
     EXPECT_EQ(no_end.stats.terminated_rays, 0u);
     EXPECT_GT(no_end.stats.samples, all.stats.samples);
-    const Picture no_bounds = drawWith({.depth_bounds = false});
+    const SkipsPicture no_bounds = drawWith({.depth_bounds = false});
     expectSame(no_bounds, "depth_bounds");
     EXPECT_EQ(no_bounds.stats.depth_bounded_rays, 0u);
     EXPECT_GT(no_bounds.stats.samples, all.stats.samples);
-    const Picture no_still = drawWith({.still_breath = false});
+    const SkipsPicture no_still = drawWith({.still_breath = false});
     expectSame(no_still, "still_breath");
     EXPECT_EQ(no_still.stats.still_frames, 0u);
 }

@@ -15,7 +15,7 @@ namespace {
 using patient::ToolContact;
 using patient::ToolDisplacement;
 
-constexpr std::uint32_t kSize = 160;
+constexpr std::uint32_t kToolPictureSize = 160;
 
 // A trunk's right side, pressed or drawn along x.
 struct Pressed {
@@ -95,7 +95,7 @@ TEST_P(ToolPictureTest, NoSkipChangesIt) {
         settings.skips = skips;
         settings.count = true;
         renderer.setSettings(settings);
-        return renderer.drawToImages(pressed.scene, pressed.eyes, kSize, kSize, stats);
+        return renderer.drawToImages(pressed.scene, pressed.eyes, kToolPictureSize, kToolPictureSize, stats);
     };
     RenderStats with, without;
     const patient::DisplacementTable* pressing = std::exchange(pressed.scene.tool, nullptr);

@@ -1,7 +1,7 @@
 // stylet-attempt-writer STORE [FILE_BYTES]: stores attempts at full speed until it is killed, and says on
 // stdout what it has been promised: "begun ID", "kept ID TICKS" (in whole frames), "event ID COUNT", "done ID
 // TICKS". With FILE_BYTES no file may grow beyond them; what that is refused with ends the program: "refused:
-// ...", status 3.
+// ...", status 3. The attempts' lengths are drawn from the seed in the environment, kWriterSeed.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -62,7 +62,8 @@ int main(int argc, char** argv) {
         setrlimit(RLIMIT_FSIZE, &most);
     }
     try {
-        std::mt19937 random(std::random_device{}());
+        const char* seed = std::getenv(test::kWriterSeed);
+        std::mt19937_64 random(seed ? std::strtoull(seed, nullptr, 10) : 1);
         records::Store store(argv[1]);
         for (;;)
             writeAttempt(store, std::uniform_int_distribution<std::uint64_t>(1, 1500)(random));

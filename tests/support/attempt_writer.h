@@ -9,6 +9,8 @@
 
 namespace stylet::test {
 
+inline constexpr const char* kWriterSeed = "STYLET_ATTEMPT_WRITER_SEED";
+
 inline haptics::TickInput inputAt(std::uint64_t tick) {
     haptics::TickInput input;
     input.device.device_from_stylus.position_m = {double(tick), 1.0, -1.0};

@@ -19,6 +19,8 @@ namespace stylet::test {
 namespace {
 
 constexpr std::int64_t kWatchdog_ns = 15'000'000;
+// As the driver's own wait for an answer.
+constexpr std::int64_t kLostBridgeAnswer_ns = 4'000'000;
 
 template <typename T>
 void put(std::vector<std::uint8_t>& out, T value) {
@@ -102,7 +104,7 @@ bool BridgeEmulator::frame(std::span<const std::uint8_t> bytes, std::int64_t now
     for (std::size_t i = 0; i < 3; ++i)
         force_n_[i] = get<double>(bytes, 20 + 8 * i);
     if (size(force_n_) == 0.0) tripped_ = false;
-    return answer(sequence, now_ns, out);
+    return answer(sequence, script_.time_of_forces ? force_ns_ : now_ns, out);
 }
 
 std::array<double, 3> BridgeEmulator::motors_n(std::int64_t now_ns) {
@@ -120,6 +122,7 @@ bool BridgeEmulator::answer(std::uint32_t force, std::int64_t now_ns, std::vecto
     const bool faulty = number >= script_.from_answer && number < script_.from_answer + script_.answers;
     const BridgeFault fault = faulty ? script_.fault : BridgeFault::none;
     if (fault != BridgeFault::none && fault_began_ns_ == 0) fault_began_ns_ = now_ns;
+    if (fault != BridgeFault::none) ++faulty_;
 
     std::vector<std::uint8_t> bytes;
     if (fault == BridgeFault::garbage) {
@@ -262,14 +265,14 @@ void BridgeServer::converse(int client) {
         ::poll(&wait, 1, 1);
         std::uint8_t bytes[4096];
         const ssize_t got = ::recv(client, bytes, sizeof bytes, 0);
-        const std::int64_t now_ns = monotonicNow_ns();
+        const std::int64_t now_ns = this->now_ns();
         if (got == 0) break;
         emulator.hold(out_m_.load(), buttons_.load());
         {
             const std::lock_guard lock(way_mutex_);
             if (way_) emulator.place(way_(now_ns));
         }
-        const std::uint64_t before = emulator.answered();
+        const std::uint64_t before = emulator.answered(), faulty = emulator.faulty();
         if (got > 0) on = emulator.receive({bytes, std::size_t(got)}, now_ns, out);
         answered_.fetch_add(emulator.answered() - before);
         emulator.release(now_ns, out);
@@ -279,6 +282,8 @@ void BridgeServer::converse(int client) {
         byed_.store(emulator.byed());
         if (!out.empty()) ::send(client, out.data(), out.size(), MSG_NOSIGNAL);
         out.clear();
+        if (script_.time_ns)
+            script_.time_ns->fetch_add(std::int64_t(emulator.faulty() - faulty) * kLostBridgeAnswer_ns);
     }
 }
 

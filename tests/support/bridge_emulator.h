@@ -46,6 +46,10 @@ struct BridgeScript {
     double force_peak_n = 3.3;
     double workspace_radius_m = 0.08;
     std::string name = "emulated Touch";
+    // The clock of BridgeServer, where a test steps it: a faulty answer costs the driver its whole wait.
+    // Null: CLOCK_MONOTONIC.
+    std::atomic<std::int64_t>* time_ns = nullptr;
+    bool time_of_forces = false;  // the clock is the time in the newest force: for another process
 };
 
 // Bytes and times in, bytes out.
@@ -67,6 +71,7 @@ class BridgeEmulator {
     double asked_n() const;  // size of the last force that came
     std::uint64_t answered() const { return answered_; }
     std::int64_t fault_began_ns() const { return fault_began_ns_; }  // 0: not yet
+    std::uint64_t faulty() const { return faulty_; }                 // answers so far that were
     const std::string& complaint() const { return complaint_; }      // about the driver's bytes
     bool byed() const { return byed_; }
 
@@ -82,7 +87,7 @@ class BridgeEmulator {
     std::vector<std::uint8_t> in_, withheld_;
     std::int64_t release_ns_ = 0, fault_began_ns_ = 0, frozen_ns_ = 0, moving_ns_ = 0;
     std::uint32_t sent_ = 0, noise_, last_in_ = 0;
-    std::uint64_t answered_ = 0;
+    std::uint64_t answered_ = 0, faulty_ = 0;
     bool greeted_ = false, byed_ = false, tripped_ = true;
     std::array<double, 3> force_n_{};
     std::int64_t force_ns_ = -1;
@@ -120,6 +125,7 @@ class BridgeServer {
     bool byed() const { return byed_.load(); }
 
   private:
+    std::int64_t now_ns() const { return script_.time_ns ? script_.time_ns->load() : monotonicNow_ns(); }
     void run();
     void converse(int client);
 

@@ -1,6 +1,6 @@
 // stylet-bridge-emulator PATH ANSWERS STROKE_M: the emulated bridge as a process that is killed by SIGKILL
 // after so many answers, in the middle of the next one. The stylus moves by the stroke and back in two
-// seconds.
+// seconds of the driver's clock.
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
         stylet::test::BridgeScript script;
         script.stroke_m = std::strtod(argv[3], nullptr);
         script.period_s = 2.0;
+        script.time_of_forces = true;
         stylet::test::BridgeEmulator emulator(script);
         std::vector<std::uint8_t> out;
         std::uint8_t bytes[4096];

@@ -1,5 +1,5 @@
 // A vendor's SDK as bridge/server.h wants it, without a vendor: a servo thread at 1 kHz that moves the stylus
-// on a circle of 20 mm once a second, whatever the force.
+// on a circle of 20 mm once a second, whatever the force. Or without that thread: then the test calls tick().
 #pragma once
 
 #include <atomic>
@@ -11,11 +11,16 @@ namespace stylet::test {
 
 class SimulatedSdk final : public haptics::bridge::Sdk {
   public:
+    enum class Ticks { thread, test };
+    explicit SimulatedSdk(Ticks ticks = Ticks::thread) : threaded_(ticks == Ticks::thread) {}
     ~SimulatedSdk() override { stop(); }
     bool open(haptics::bridge::Capabilities&, std::string& why) override;
     bool start(haptics::bridge::Servo&, std::string& why) override;
     void stop() noexcept override;
 
+    // One tick of the servo. False: the device was unplugged.
+    bool tick(std::int64_t now_ns);
+    bool running() const { return running_.load(); }
     double motor_n() const { return motor_n_.load(); }
     std::uint64_t ticks() const { return ticks_.load(); }
     std::int64_t last_force_ns() const { return last_force_ns_.load(); }  // when the motors last had one
@@ -24,6 +29,7 @@ class SimulatedSdk final : public haptics::bridge::Sdk {
 
   private:
     void run();
+    const bool threaded_;
     haptics::bridge::Servo* servo_ = nullptr;
     std::atomic<bool> running_{false}, unplugged_{false};
     std::atomic<double> motor_n_{0.0};

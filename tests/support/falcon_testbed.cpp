@@ -75,7 +75,7 @@ struct FalconTestbed::Urb {
     unsigned char type = 0, endpoint = 0;
     std::uint64_t order = 0;
     std::int64_t since_ns = 0;
-    bool discarded = false;
+    bool discarded = false, done = false;
     ~Urb() {
         if (buffer) g_object_unref(buffer);
         if (data) g_object_unref(data);
@@ -191,6 +191,9 @@ void FalconTestbed::submit(UMockdevIoctlClient* client) {
     urb->buffer = resolve(urb->data, offsetof(usbdevfs_urb, buffer), std::size_t(length));
     urb->order = ++submitted_;
     urb->since_ns = nowNs();
+    // Out at once, as a cable does it: a client that is stalled before it reaps must not cancel what was
+    // sent.
+    urb->done = (urb->type == USBDEVFS_URB_TYPE_CONTROL || urb->endpoint != 0x81) && finish(*urb);
     const std::uint64_t address = urb->data->client_addr;
     urbs_[address] = std::move(urb);
     umockdev_ioctl_client_complete(client, 0, 0);
@@ -216,6 +219,7 @@ void FalconTestbed::reap(UMockdevIoctlClient* client) {
 
 // Whether the transfer has come to its end, by now or before.
 bool FalconTestbed::finish(Urb& u) {
+    if (u.done) return true;
     if (u.discarded) {
         u.end(-ENOENT, 0);
         return true;

@@ -17,6 +17,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "tests/support/wait_until.h"
+
 namespace stylet::test {
 
 namespace {
@@ -110,7 +112,8 @@ bool underUmockdev() {
     return preload && std::strstr(preload, "libumockdev-preload");
 }
 
-HidNode::HidNode(const HidIdentity& id) : testbed_(&Testbed::shared()) {
+HidNode::HidNode(const HidIdentity& id, bool read_here)
+    : testbed_(&Testbed::shared()), read_here_(read_here) {
     const int number = testbed_->plugged++;
     path_ = "/dev/hidraw" + std::to_string(number);
     for (const std::string& place : placesOf(id, number))
@@ -139,12 +142,22 @@ bool HidNode::send(std::span<const unsigned char> report) {
         if (far_ < 0 || ioctl(near_, FIONREAD, &waiting) != 0) return false;
         if (waiting == 0) {
             const bool whole = write(far_, report.data(), report.size()) == ssize_t(report.size());
+            if (read_here_) return whole && delivered(report.size());
             delivered_ = std::chrono::steady_clock::now() + std::chrono::microseconds(1500);
             return whole;
         }
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return false;
+}
+
+int HidNode::waiting() const {
+    int bytes = 0;
+    return ioctl(near_, FIONREAD, &bytes) == 0 ? bytes : 0;
+}
+
+bool HidNode::delivered(std::size_t bytes) const {
+    return waitUntil([&] { return waiting() >= int(bytes); });
 }
 
 std::optional<std::vector<unsigned char>> HidNode::receive(std::size_t bytes, int timeout_ms) {

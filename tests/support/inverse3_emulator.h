@@ -39,7 +39,7 @@ enum class Inverse3Fault {
     gripGone,
     pings,      // control frames before the answer
     fragments,  // the answer in pieces of 100 bytes
-    flood,      // good answers without end, for three seconds
+    flood,      // good answers without end, until the driver hangs up
 };
 inline constexpr int kInverse3FaultCount = int(Inverse3Fault::flood) + 1;
 
@@ -47,6 +47,9 @@ struct Inverse3Script {
     Inverse3Fault fault = Inverse3Fault::none;
     std::uint64_t from_answer = 0, answers = 1'000'000'000;
     int stall_ms = 1000;
+    // The driver's clock, where a test steps it: faults last in its time, and a lost answer costs the driver
+    // its whole wait. Null: the machine's time.
+    std::atomic<std::int64_t>* time_ns = nullptr;
     std::string version = "3.5.0.0";  // empty: GET /version is not found
     bool data_envelope = false;       // 3.5 wraps what GET answers
     std::string device_id = "049D";
@@ -73,6 +76,7 @@ class Inverse3Emulator {
     std::string complaint() const;  // about the driver's bytes
 
   private:
+    std::int64_t now_ns() const;
     void run();
     void serve(int client);
     void converse(int client);

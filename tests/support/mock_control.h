@@ -17,7 +17,7 @@ namespace stylet::test {
 class MockControl {
   public:
     // Waits for the runtime to listen. Throws std::runtime_error after `patience`.
-    explicit MockControl(const std::string& path, std::chrono::seconds patience = std::chrono::seconds(20)) {
+    explicit MockControl(const std::string& path, std::chrono::seconds patience = std::chrono::seconds(60)) {
         sockaddr_un address{};
         address.sun_family = AF_UNIX;
         std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);

@@ -5,7 +5,7 @@ namespace stylet::test {
 namespace {
 
 // A multi-axis controller with six axes of 16 bits in report 1.
-HidIdentity identity(SpaceMouseEmulator::Age age) {
+HidIdentity spaceMouseIdentity(SpaceMouseEmulator::Age age) {
     const bool old = age == SpaceMouseEmulator::Age::old;
     return {std::uint16_t(old ? 0x046D : 0x256F),
             std::uint16_t(old ? 0xC626 : 0xC635),
@@ -24,7 +24,8 @@ void add(std::vector<unsigned char>& report, int value) {
 
 }  // namespace
 
-SpaceMouseEmulator::SpaceMouseEmulator(Age age) : age_(age), node_(identity(age)) {}
+SpaceMouseEmulator::SpaceMouseEmulator(Age age, bool read_here)
+    : age_(age), node_(spaceMouseIdentity(age), read_here) {}
 
 bool SpaceMouseEmulator::push(const std::array<int, 6>& axes) {
     std::vector<unsigned char> report{1};

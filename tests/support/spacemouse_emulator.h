@@ -10,7 +10,8 @@ namespace stylet::test {
 class SpaceMouseEmulator {
   public:
     enum class Age { old, recent };  // translation and rotation apart, or together
-    explicit SpaceMouseEmulator(Age);
+    // `read_here`: as of HidNode.
+    explicit SpaceMouseEmulator(Age, bool read_here = false);
 
     // The cap pushed that far; false when the driver does not take it. An old one then has to tell of its
     // turn, a recent one has told.

@@ -1,7 +1,6 @@
 #include "tests/support/woodenhaptics_emulator.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 
 namespace stylet::test {
@@ -11,7 +10,7 @@ namespace {
 constexpr std::size_t kCommandBytes = 15, kReportBytes = 14;
 
 // The vendor-defined collection of an mbed board: 14 bytes either way.
-HidIdentity identity() {
+HidIdentity woodenIdentity() {
     return {
         0x1234, 0x0006, "mbed.org", "HID DEVICE", {0x06, 0x00, 0xFF, 0x0A, 0x00, 0x01, 0xA1, 0x01, 0x75, 0x08,
                                                    0x15, 0x00, 0x26, 0xFF, 0x00, 0x95, 0x0E, 0x09, 0x01, 0x81,
@@ -25,7 +24,7 @@ std::int16_t word(const std::vector<unsigned char>& command, std::size_t index) 
 
 }  // namespace
 
-WoodenHapticsEmulator::WoodenHapticsEmulator() : node_(identity()), thread_([this] { run(); }) {}
+WoodenHapticsEmulator::WoodenHapticsEmulator() : node_(woodenIdentity()), thread_([this] { run(); }) {}
 
 WoodenHapticsEmulator::~WoodenHapticsEmulator() {
     stop_.store(true);
@@ -49,16 +48,14 @@ void WoodenHapticsEmulator::pressButton() {
 
 void WoodenHapticsEmulator::unplug() {
     stop_.store(true);
-    thread_.join();
+    if (thread_.joinable()) thread_.join();
     node_.unplug();
 }
 
-void WoodenHapticsEmulator::unplugMidWrite(int after_ms) {
+void WoodenHapticsEmulator::block() {
     stop_.store(true);
     thread_.join();
     node_.block();
-    std::this_thread::sleep_for(std::chrono::milliseconds(after_ms));
-    node_.unplug();
 }
 
 WoodenHapticsEmulator::Seen WoodenHapticsEmulator::seen() const {
@@ -81,11 +78,14 @@ void WoodenHapticsEmulator::run() {
         }
         auto command = node_.receive(kCommandBytes, 10);
         if (!command) continue;
+        std::uint64_t count = 1;
         // Of several that wait, the newest counts.
-        while (auto newer = node_.receive(kCommandBytes, 0))
+        for (; auto newer = node_.receive(kCommandBytes, 0); ++count)
             command = std::move(newer);
         obey(*command);
         if (fault_.load() != Fault::drop) answered = report();
+        received_.fetch_add(count);
+        if (fault_.load() == Fault::duplicate && answered) answered = sendLast();
     }
 }
 
@@ -123,8 +123,15 @@ bool WoodenHapticsEmulator::report() {
         }
     }
     const std::size_t length = fault == Fault::cut ? kReportBytes - 3 : kReportBytes;
-    const bool sent = node_.send({bytes.data(), length});
-    return fault == Fault::duplicate ? sent && node_.send(bytes) : sent;
+    last_.assign(bytes.begin(), bytes.begin() + std::ptrdiff_t(length));
+    return sendLast();
+}
+
+bool WoodenHapticsEmulator::sendLast() {
+    sending_.store(true);
+    const bool sent = node_.send(last_);
+    sending_.store(false);
+    return sent;
 }
 
 }  // namespace stylet::test

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 #include "tests/support/hid_testbed.h"
 
@@ -33,8 +34,8 @@ class WoodenHapticsEmulator {
     void injectButton() { garbled_button_.store(true); }  // in one report
     std::array<std::int16_t, 6> encoders() const;
     void unplug();
-    // Lets the driver's next write block, then pulls the plug.
-    void unplugMidWrite(int after_ms);
+    // The driver's next write blocks until unplug().
+    void block();
 
     struct Seen {
         std::array<int, 3> motor_ma{};
@@ -45,11 +46,17 @@ class WoodenHapticsEmulator {
         bool malformed = false;  // a report id or a command that the board does not know
     };
     Seen seen() const;
+    // For a driver on the test's thread, which otherwise may be faster than this one.
+    std::uint64_t received() const { return received_.load(); }  // commands obeyed and answered
+    bool waiting() const { return node_.waiting() > 0; }         // a report that the driver has not read
+    bool sending() const { return sending_.load(); }             // until the driver has read what waits
+    bool hears() const { return !stop_.load() && fault_.load() != Fault::deaf; }
 
   private:
     void run();
     void obey(const std::vector<unsigned char>& command);
     bool report();
+    bool sendLast();
 
     HidNode node_;
     mutable std::mutex mutex_;  // all below
@@ -57,9 +64,11 @@ class WoodenHapticsEmulator {
     bool button_ = false;
     Seen seen_;
     std::uint32_t noise_ = 1;
+    std::vector<unsigned char> last_;  // report; the board's thread alone
+    std::atomic<std::uint64_t> received_{0};
     std::atomic<Fault> fault_{Fault::none};
     std::atomic<bool> garbled_button_{false};
-    std::atomic<bool> stop_{false};
+    std::atomic<bool> stop_{false}, sending_{false};
     std::thread thread_;
 };
 

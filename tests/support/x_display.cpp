@@ -118,7 +118,7 @@ void XDisplay::key(const std::string& symbol, int times, bool shift) const {
     const KeyCode shifted = XKeysymToKeycode(display.get(), XK_Shift_L);
     if (shift) XTestFakeKeyEvent(display.get(), shifted, True, CurrentTime);
     for (int i = 0; i < times; ++i) {
-        XTestFakeKeyEvent(display.get(), code, True, i > 0 ? kBetweenKeys_ms : CurrentTime);
+        XTestFakeKeyEvent(display.get(), code, True, kBetweenKeys_ms);
         XTestFakeKeyEvent(display.get(), code, False, CurrentTime);
     }
     if (shift) XTestFakeKeyEvent(display.get(), shifted, False, CurrentTime);

@@ -39,7 +39,7 @@ class LayersTest : public SessionTest {
         const std::string line = message + "\n";
         ASSERT_EQ(write(wire, line.data(), line.size()), ssize_t(line.size()));
         char reply[256] = {};
-        for (int i = 0; i < 1000 && recv(wire, reply, sizeof reply - 1, MSG_DONTWAIT) < 0; ++i) {
+        for (int i = 0; i < 60'000 && recv(wire, reply, sizeof reply - 1, MSG_DONTWAIT) < 0; ++i) {
             usleep(1000);
             show.poll();
         }

@@ -13,6 +13,7 @@
 #include <stb/stb_image.h>
 #include <vulkan/vulkan_raii.hpp>
 
+#include "tests/support/duct_path.h"
 #include "tests/support/phantom.h"
 #include "tests/support/temp_folder.h"
 
@@ -23,7 +24,7 @@ using patient::Tissue;
 using patient::Vec3;
 
 // 100 mm of layers along +x, entered at x = 0, with a duct at 50 mm.
-patient::Package phantom() {
+patient::Package layeredPhantom() {
     return test::makeSlabs({{Tissue::skin, 0.002},
                             {Tissue::soft, 0.018},
                             {Tissue::fascia, 0.002},
@@ -31,14 +32,6 @@ patient::Package phantom() {
                             {Tissue::duct, 0.006},
                             {Tissue::liver, 0.044}},
                            0.001);
-}
-
-patient::PlannedPath pathThrough() {
-    patient::PlannedPath path;
-    path.entry_m = path.entry_reference_m = {0.0, 0.0, 0.0};
-    path.target_m = path.target_reference_m = {0.053, 0.0, 0.0};
-    path.length_m = 0.053;
-    return path;
 }
 
 // The needle on the path, its tip `depth_m` behind the skin.
@@ -52,14 +45,14 @@ Seen needleAt(double depth_m) {
     return seen;
 }
 
-struct Picture {
+struct GreyPicture {
     int width = 0, height = 0;
     std::vector<double> grey;
     double at(int x, int y) const { return grey[std::size_t(y) * std::size_t(width) + std::size_t(x)]; }
 };
 
-Picture load(const std::filesystem::path& file) {
-    Picture picture;
+GreyPicture loadGrey(const std::filesystem::path& file) {
+    GreyPicture picture;
     int channels = 0;
     const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
         stbi_load(file.c_str(), &picture.width, &picture.height, &channels, 3), stbi_image_free);
@@ -80,7 +73,7 @@ double deviation(const std::vector<double>& values) {
 
 // How far to the left a patch around the left picture's (x, y) lies in the right picture: the best match in a
 // row.
-int disparityAt(const Picture& left, const Picture& right, int x, int y) {
+int disparityAt(const GreyPicture& left, const GreyPicture& right, int x, int y) {
     constexpr int kHalf = 20, kMost = 200;
     int best = -1;
     double best_error = 1e300;
@@ -142,9 +135,9 @@ class FramesTest : public testing::Test {
         EXPECT_FALSE(totals.gpu.empty());
     }
 
-    const patient::Package package_ = phantom();
+    const patient::Package package_ = layeredPhantom();
     const patient::Patient patient_{package_};
-    const patient::PlannedPath path_ = pathThrough();
+    const patient::PlannedPath path_ = test::ductPath();
     test::TempFolder folder_;
     FrameSettings settings_;
 };
@@ -157,8 +150,8 @@ TEST_F(FramesTest, MomentsAreCapturedInStereoTwiceInAProcess) {
         makeFiveFrames();
         for (const std::string moment : {"skin", "duct"}) {
             SCOPED_TRACE(moment);
-            const Picture left = load(folder_ / (moment + "_left.png"));
-            const Picture right = load(folder_ / (moment + "_right.png"));
+            const GreyPicture left = loadGrey(folder_ / (moment + "_left.png"));
+            const GreyPicture right = loadGrey(folder_ / (moment + "_right.png"));
             ASSERT_EQ(left.width, 640);
             ASSERT_EQ(right.height, 640);
             EXPECT_GT(deviation(left.grey), 5.0);
@@ -192,8 +185,8 @@ TEST_F(FramesTest, AMomentKeepsWhatTheMachinesShow) {
     EXPECT_TRUE(loop.frame(seen, nullptr, "liver"));
     EXPECT_EQ(loop.totals().machines.scans, 1u);
     EXPECT_EQ(loop.totals().machines.xray_pictures, 1u);
-    EXPECT_GT(deviation(load(folder_ / "liver_ultrasound.png").grey), 10.0);
-    EXPECT_GT(deviation(load(folder_ / "liver_xray.png").grey), 10.0);
+    EXPECT_GT(deviation(loadGrey(folder_ / "liver_ultrasound.png").grey), 10.0);
+    EXPECT_GT(deviation(loadGrey(folder_ / "liver_xray.png").grey), 10.0);
     EXPECT_EQ(loop.totals().validation_messages, 0u);
 }
 

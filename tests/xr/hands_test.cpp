@@ -23,13 +23,13 @@ TEST(Pinch, OneFingerAtATimeTheFirstUntilItHasGone) {
         return std::array{pinches.holds(PinchFinger::index), pinches.holds(PinchFinger::middle),
                           pinches.holds(PinchFinger::ring)};
     };
-    using Held = std::array<bool, kPinchFingers>;
-    EXPECT_EQ(held(0.05, 0.05, 0.05), (Held{}));
-    EXPECT_EQ(held(0.018, 0.012, 0.019), (Held{false, true, false})) << "the nearest";
-    EXPECT_EQ(held(0.010, 0.030, 0.050), (Held{false, true, false}));
-    EXPECT_EQ(held(0.010, 0.040, 0.050), (Held{true, false, false}));
-    EXPECT_EQ(held(INFINITY, INFINITY, 0.010), (Held{false, false, true}));
-    EXPECT_EQ(held(INFINITY, INFINITY, INFINITY), (Held{}));
+    using HeldFingers = std::array<bool, kPinchFingers>;
+    EXPECT_EQ(held(0.05, 0.05, 0.05), (HeldFingers{}));
+    EXPECT_EQ(held(0.018, 0.012, 0.019), (HeldFingers{false, true, false})) << "the nearest";
+    EXPECT_EQ(held(0.010, 0.030, 0.050), (HeldFingers{false, true, false}));
+    EXPECT_EQ(held(0.010, 0.040, 0.050), (HeldFingers{true, false, false}));
+    EXPECT_EQ(held(INFINITY, INFINITY, 0.010), (HeldFingers{false, false, true}));
+    EXPECT_EQ(held(INFINITY, INFINITY, INFINITY), (HeldFingers{}));
 }
 
 // Palms down, fingers forward: the palm joints are unturned.

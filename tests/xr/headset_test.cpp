@@ -15,6 +15,7 @@
 #include "app/trainer/monitor.h"
 #include "app/trainer/staging.h"
 #include "render/render.h"
+#include "tests/support/duct_path.h"
 #include "tests/support/phantom.h"
 #include "tests/support/temp_folder.h"
 
@@ -26,15 +27,8 @@ using patient::Pose;
 using patient::Tissue;
 using patient::Vec3;
 
-patient::Package phantom() {
+patient::Package thinPhantom() {
     return test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::liver, 0.05}, {Tissue::duct, 0.006}}, 0.002);
-}
-
-patient::PlannedPath pathThrough() {
-    patient::PlannedPath path;
-    path.target_m = path.target_reference_m = {0.053, 0.0, 0.0};
-    path.length_m = 0.053;
-    return path;
 }
 
 Seen outside() {
@@ -50,12 +44,12 @@ json posed(const Pose& p) {
         {{{"t_s", 0}, {"position", {at.x, at.y, at.z}}, {"orientation", {q.x, q.y, q.z, q.w}}}});
 }
 
-struct Picture {
+struct ColourPicture {
     int width = 0, height = 0;
     std::vector<std::uint8_t> rgb;
 };
-Picture load(const std::filesystem::path& file) {
-    Picture picture;
+ColourPicture loadColour(const std::filesystem::path& file) {
+    ColourPicture picture;
     int channels = 0;
     const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
         stbi_load(file.c_str(), &picture.width, &picture.height, &channels, 3), stbi_image_free);
@@ -117,9 +111,9 @@ class HeadsetTest : public testing::Test {
         return all;
     }
 
-    const patient::Package package_ = phantom();
+    const patient::Package package_ = thinPhantom();
     const patient::Patient patient_{package_};
-    const patient::PlannedPath path_ = pathThrough();
+    const patient::PlannedPath path_ = test::ductPath();
     test::TempFolder folder_;
     FrameSettings settings_;
     Seen seen_ = outside();
@@ -183,7 +177,7 @@ TEST_F(HeadsetTest, WhoLooksAwayIsToldThatTheAttemptWaits) {
     EXPECT_EQ(shown[10], "projection quad");
     EXPECT_EQ(shown.back(), "projection");
     // The panel's dark glass below the gaze, with amber and light letters on it.
-    const Picture picture = load(folder_ / "paused_left.png");
+    const ColourPicture picture = loadColour(folder_ / "paused_left.png");
     ASSERT_EQ(picture.width, 320);
     int amber = 0, light = 0, dark = 0;
     for (int y = 100; y < 260; ++y)
@@ -286,7 +280,8 @@ TEST_F(HeadsetTest, ARoomThatMovedIsDrawnWhereItWasAndItsUserIsAsked) {
     EXPECT_EQ(loop_->attention(), Attention::focused);
     EXPECT_EQ(layers().back(), "projection");
     show(1, "confirmed");
-    const Picture before = load(folder_ / "before_left.png"), now = load(folder_ / "confirmed_left.png");
+    const ColourPicture before = loadColour(folder_ / "before_left.png"),
+                        now = loadColour(folder_ / "confirmed_left.png");
     ASSERT_EQ(before.rgb.size(), now.rgb.size());
     double squares = 0.0;
     for (std::size_t i = 0; i < now.rgb.size(); ++i)
@@ -305,7 +300,7 @@ TEST_F(HeadsetTest, TheRealRoomIsSeenBehindWhatIsDrawn) {
              200);
         loop_.reset();
         show(8, "above");
-        const Picture picture = load(folder_ / "above_left.png");
+        const ColourPicture picture = loadColour(folder_ / "above_left.png");
         int nothing = 0;
         for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
             nothing += picture.rgb[i] + picture.rgb[i + 1] + picture.rgb[i + 2] == 0;
@@ -348,7 +343,7 @@ TEST_F(HeadsetTest, AScreenIsALayerBeneathThePicture) {
     play(json{{"head", posed(eye)}}.dump(), 320);
     show(8, "monitor");
     EXPECT_EQ(layers().back(), "quad projection");
-    const Picture seen = load(folder_ / "monitor_left.png");
+    const ColourPicture seen = loadColour(folder_ / "monitor_left.png");
     int amber = 0;
     for (std::size_t i = 0; i < seen.rgb.size(); i += 3)
         amber += seen.rgb[i] > 200 && seen.rgb[i + 2] < 120;

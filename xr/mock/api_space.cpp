@@ -26,10 +26,6 @@ std::vector<XrReferenceSpaceType> referenceSpaces(const Instance& instance) {
     return types;
 }
 
-constexpr XrSpaceLocationFlags kLocated =
-    XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT |
-    XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
-
 bool offersReferenceSpace(const Instance& instance, XrReferenceSpaceType type) {
     const auto offered = referenceSpaces(instance);
     return std::find(offered.begin(), offered.end(), type) != offered.end();

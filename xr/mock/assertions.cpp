@@ -150,7 +150,7 @@ std::string eachView(const SubmittedFrame& frame, Check check) {
     return {};
 }
 
-std::string check(const EveryFrameHas& demand, const Look& look) {
+std::string failureOf(const EveryFrameHas& demand, const Look& look) {
     const bool found =
         std::any_of(look.frame.layers.begin(), look.frame.layers.end(), [&](const SubmittedLayer& layer) {
             if (demand.part == Part::depth) {
@@ -161,7 +161,7 @@ std::string check(const EveryFrameHas& demand, const Look& look) {
     return found ? "" : "there is no such layer";
 }
 
-std::string check(const ViewsWithin& demand, const Look& look) {
+std::string failureOf(const ViewsWithin& demand, const Look& look) {
     const auto stage_from_eyes = stageFromEyes(look.session.instance, look.frame.display_time);
     return eachView(look.frame, [&](const SubmittedLayer& layer, std::size_t eye) -> std::string {
         if (!layer.stage_from_space) return "the layer's space cannot be located";
@@ -177,14 +177,14 @@ std::string check(const ViewsWithin& demand, const Look& look) {
     });
 }
 
-std::string check(const FormatIs& demand, const Look& look) {
+std::string failureOf(const FormatIs& demand, const Look& look) {
     return eachView(look.frame, [&](const SubmittedLayer& layer, std::size_t eye) -> std::string {
         const auto format = static_cast<std::int64_t>(layer.views[eye].image.swapchain->images.format);
         return format == demand.format ? "" : sentence("format ", format);
     });
 }
 
-std::string check(const DepthRange& demand, const Look& look) {
+std::string failureOf(const DepthRange& demand, const Look& look) {
     return eachView(look.frame, [&](const SubmittedLayer& layer, std::size_t eye) -> std::string {
         const auto& depth = layer.views[eye].depth;
         if (!depth) return "there is no depth";
@@ -199,7 +199,7 @@ std::string check(const DepthRange& demand, const Look& look) {
     });
 }
 
-std::string check(const PixelIs& demand, const Look& look) {
+std::string failureOf(const PixelIs& demand, const Look& look) {
     const Picture picture = composeEye(look.session, look.frame, demand.eye);
     const auto at = [](double part, std::uint32_t size) {
         return std::min(static_cast<std::size_t>(part * size), static_cast<std::size_t>(size) - 1);
@@ -224,7 +224,7 @@ void assertOn(Assertion& assertion, const Look& look) {
                     if (look.frame.number != demand.frame) return;
                 }
                 ++assertion.checked;
-                const std::string failure = check(demand, look);
+                const std::string failure = failureOf(demand, look);
                 if (!failure.empty()) {
                     assertion.failure = sentence("frame ", look.frame.number, ": ", failure);
                 }

@@ -30,7 +30,7 @@ constexpr double kPalmRadius_m = 0.014;
 constexpr double kWristRadius_m = 0.022;
 constexpr Vec3 kWrist_m{0, -0.003, kMiddleMetacarpal_m / 2 + 0.026};
 
-constexpr Finger kFingers[kFingerCount] = {
+constexpr Finger kFingerBones[kFingerCount] = {
     {XR_HAND_JOINT_THUMB_METACARPAL_EXT,
      {-0.019, -0.012, 0.036},
      0,
@@ -80,16 +80,16 @@ Vec3 cross(const Vec3& a, const Vec3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-Vec3 normalized(const Vec3& v) {
+Vec3 unitVector(const Vec3& v) {
     const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
     return {v[0] / length, v[1] / length, v[2] / length};
 }
 
 // -z along the direction, +y as near to the back as it can be.
 Pose lookAlong(const Vec3& position, const Vec3& direction, const Vec3& back) {
-    const Vec3 d = normalized(direction);
+    const Vec3 d = unitVector(direction);
     const Vec3 z{-d[0], -d[1], -d[2]};
-    const Vec3 x = normalized(cross(back, z));
+    const Vec3 x = unitVector(cross(back, z));
     const Vec3 y = cross(z, x);
     // The quaternion of the matrix with these columns; w is not small for any finger of a hand.
     const double w = std::sqrt(std::max(1 + x[0] + y[1] + z[2], 0.0)) / 2;
@@ -151,7 +151,7 @@ Joints builtInHand(bool is_left, const Pose& stage_from_palm, const Curls& curls
     const Vec3 to_middle{0, -kWrist_m[1], kMiddleMetacarpal_m / 2 - kWrist_m[2]};
     joints[XR_HAND_JOINT_WRIST_EXT] = {lookAlong(kWrist_m, to_middle, {0, 1, 0}), kWristRadius_m};
     for (std::size_t finger = 0; finger < kFingerCount; ++finger)
-        placeFinger(kFingers[finger], curls[finger], joints);
+        placeFinger(kFingerBones[finger], curls[finger], joints);
     for (Joint& joint : joints) {
         if (is_left) joint.stage_from_joint = mirrored(joint.stage_from_joint);
         joint.stage_from_joint = stage_from_palm * joint.stage_from_joint;

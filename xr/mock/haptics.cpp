@@ -7,7 +7,7 @@ namespace xrmock {
 namespace {
 
 template <class Chosen>
-void cut(Haptics& haptics, std::int64_t now_ns, Chosen chosen) {
+void cutPulses(Haptics& haptics, std::int64_t now_ns, Chosen chosen) {
     for (HapticPulse& pulse : haptics.pulses) {
         if (pulse.end_ns > now_ns && chosen(pulse)) pulse.end_ns = now_ns;
     }
@@ -24,13 +24,13 @@ void startPulse(Haptics& haptics, HapticPulse pulse) {
 
 void stopPulses(Haptics& haptics, std::uint64_t action, User user, std::string_view output,
                 std::int64_t now_ns) {
-    cut(haptics, now_ns, [&](const HapticPulse& pulse) {
+    cutPulses(haptics, now_ns, [&](const HapticPulse& pulse) {
         return pulse.user == user && pulse.output == output && (action == 0 || action == pulse.action);
     });
 }
 
 void stopAllPulses(Haptics& haptics, std::int64_t now_ns) {
-    cut(haptics, now_ns, [](const HapticPulse&) { return true; });
+    cutPulses(haptics, now_ns, [](const HapticPulse&) { return true; });
 }
 
 }  // namespace xrmock

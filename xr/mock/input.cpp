@@ -8,9 +8,9 @@ namespace xrmock {
 namespace {
 
 // One physical control: "input/trigger" stands for all its components.
-using Control = std::pair<User, std::string>;
+using PhysicalControl = std::pair<User, std::string>;
 
-Control controlOf(const Binding& binding, const std::string& component) {
+PhysicalControl controlOf(const Binding& binding, const std::string& component) {
     return {binding.user, component.substr(0, component.rfind('/'))};
 }
 
@@ -20,10 +20,10 @@ bool isSetActive(const std::vector<ActiveSet>& active, std::uint64_t set, XrPath
     });
 }
 
-std::map<Control, std::uint32_t> highestPriorities(const InputState& input,
-                                                   const std::vector<ActiveSet>& active,
-                                                   const Priorities& priorities) {
-    std::map<Control, std::uint32_t> highest;
+std::map<PhysicalControl, std::uint32_t> highestPriorities(const InputState& input,
+                                                           const std::vector<ActiveSet>& active,
+                                                           const Priorities& priorities) {
+    std::map<PhysicalControl, std::uint32_t> highest;
     for (const auto& [handle, action] : input.actions) {
         const std::uint32_t priority = priorities.at(action.set);
         for (const Binding& binding : action.bindings) {

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kBufferBytes = 1U << 16;
 constexpr std::size_t kMaxLoggedText = 256;
 
-void poseOf(Log& log, const XrPosef& pose) {
+void writePose(Log& log, const XrPosef& pose) {
     log.line.pose(fromXr(pose));
 }
 
@@ -209,7 +209,7 @@ void describe(Log& log, bool succeeded, const XrSessionBeginInfo* info) {
 void describe(Log& log, bool succeeded, const XrReferenceSpaceCreateInfo* info) {
     if (!succeeded) return;
     log.line.open('{').key("type").number(static_cast<std::int64_t>(info->referenceSpaceType)).key("pose");
-    poseOf(log, info->poseInReferenceSpace);
+    writePose(log, info->poseInReferenceSpace);
     log.line.close('}');
 }
 
@@ -218,7 +218,7 @@ void describe(Log& log, bool succeeded, const XrActionSpaceCreateInfo* info) {
     log.line.open('{');
     describeAction(log, info->action, info->subactionPath);
     log.line.key("pose");
-    poseOf(log, info->poseInActionSpace);
+    writePose(log, info->poseInActionSpace);
     log.line.close('}');
 }
 
@@ -232,7 +232,7 @@ void describe(Log& log, bool succeeded, const XrViewLocateInfo* info) {
 void describe(Log& log, bool succeeded, XrSpaceLocation* location) {
     if (!succeeded) return;
     log.line.open('{').key("flags").number(location->locationFlags).key("pose");
-    poseOf(log, location->pose);
+    writePose(log, location->pose);
     log.line.close('}');
 }
 

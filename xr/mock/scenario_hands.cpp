@@ -10,7 +10,7 @@ namespace xrmock {
 namespace {
 
 constexpr const char* kDeviceNames[] = {"left", "right", "head", "gamepad"};  // by User
-constexpr const char* kFingers[kFingerCount] = {"thumb", "index", "middle", "ring", "little"};
+constexpr const char* kFingerKeys[kFingerCount] = {"thumb", "index", "middle", "ring", "little"};
 
 // Calls read(key, t_s) for each key of the list.
 template <class Read>
@@ -82,7 +82,7 @@ std::vector<CurlKey> readCurls(const Field& field, const Reading& reading) {
     eachKey(field, reading, [&](const Field& key, double t_s) {
         key.objectOf({"t_s", "thumb", "index", "middle", "ring", "little"});
         for (std::size_t finger = 0; finger < kFingerCount; ++finger) {
-            if (key.has(kFingers[finger])) curls[finger] = key.at(kFingers[finger]).number(0, 1);
+            if (key.has(kFingerKeys[finger])) curls[finger] = key.at(kFingerKeys[finger]).number(0, 1);
         }
         keys.push_back({t_s, curls});
     });

@@ -9,6 +9,10 @@
 
 namespace xrmock {
 
+inline constexpr XrSpaceLocationFlags kLocated =
+    XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT |
+    XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
+
 Pose stageFromHead(const Instance& instance, std::int64_t time_ns);
 // LOCAL stands where the head is at scenario time 0, upright, until it is recentred.
 Pose stageFromLocal(const Instance& instance, std::int64_t time_ns);

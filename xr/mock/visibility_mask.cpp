@@ -21,7 +21,7 @@ double twiceArea(const Polygon& polygon) {
 }
 
 // The part of a convex polygon to the left of a line (side 1) or to its right (side -1).
-Polygon cut(const Polygon& polygon, const Corner& from, const Corner& to, double side) {
+Polygon cutPolygon(const Polygon& polygon, const Corner& from, const Corner& to, double side) {
     Polygon part;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
         const Corner &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
@@ -54,10 +54,10 @@ VisibilityMask visibilityMask(const LensOutline& lens, const XrFovf& fov) {
     // Every edge of the lens cuts a piece off what is visible still.
     for (std::size_t i = 0; i < lens.size(); ++i) {
         const Corner &from = lens[i], &to = lens[(i + 1) % lens.size()];
-        Polygon off = cut(mask.visible, from, to, -1);
+        Polygon off = cutPolygon(mask.visible, from, to, -1);
         if (twiceArea(off) < kNothing) continue;
         mask.hidden.push_back(std::move(off));
-        mask.visible = cut(mask.visible, from, to, 1);
+        mask.visible = cutPolygon(mask.visible, from, to, 1);
     }
     return mask;
 }

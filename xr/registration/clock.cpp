@@ -14,7 +14,7 @@ constexpr double kJump = 1.3;
 constexpr double kVelocity_s = 0.01;  // to either side
 constexpr double kPairs_s = 0.02;     // in motion: one pair
 constexpr double kSettled_s = 5e-5;
-constexpr int kRounds = 6;
+constexpr int kClockRounds = 6;
 
 bool finite(Stream stream) {
     return std::all_of(stream.begin(), stream.end(),
@@ -131,7 +131,7 @@ Answer<Fit> fitMotion(Stream device, Stream tracked, FitSettings settings) {
     settings.in_order = true;
     double late_s = offset->late_s;
     Answer<Fit> fit;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kClockRounds; ++round) {
         const Fit earlier = fit ? *fit : Fit{};
         fit = fitPairs(pairUp(device, tracked, late_s, kPairs_s), settings, round > 0 ? &earlier : nullptr);
         if (!fit) return fit;

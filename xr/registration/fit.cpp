@@ -1,11 +1,12 @@
 #include "xr/registration/fit.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <limits>
 #include <random>
+
+#include "xr/registration/eigen.h"
 
 namespace stylet::xr::registration {
 namespace {
@@ -16,23 +17,17 @@ using Vector = Eigen::Matrix<double, kUnknowns, 1>;
 using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Rows = Eigen::Matrix<double, 3, kUnknowns>;
 
-constexpr double kThinnest_m = 0.004;  // of a set of points, root mean square: thinner is a plane
-constexpr double kClosest_m = 0.003;   // points nearer to one another are one
+constexpr double kThinnestCloud_m = 0.004;  // of a set of points, root mean square: thinner is a plane
+constexpr double kClosest_m = 0.003;        // points nearer to one another are one
 constexpr int kMostDraws = 400, kSubset = 3, kSubsetForTip = 8;
 constexpr std::size_t kMostAsked = 150;      // pairs whose residuals judge a draw
 constexpr double kMedianToSd = 1.0 / 1.538;  // the median length of a 3D normal error is 1.538 sd
-constexpr double kOutlier = 3.6;             // sd: 0.5 % of good pairs are longer
+constexpr double kPairOutlier = 3.6;         // sd: 0.5 % of good pairs are longer
 constexpr double kLeastIndependent = 8.0;
-constexpr double kFinest_m = 5e-5;  // noise is never taken to be less
-constexpr int kRounds = 12, kSteps = 4;
+constexpr double kFinestPair_m = 5e-5;  // noise is never taken to be less
+constexpr int kFitRounds = 12, kSteps = 4;
 constexpr double kFixed = 1e12;  // weight, 1/m^2 and the like, of what is not estimated
 
-Eigen::Vector3d eigen(const Vec3& v) {
-    return {v.x, v.y, v.z};
-}
-Eigen::Matrix3d matrixOf(const Quat& q) {
-    return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
-}
 Eigen::Matrix3d cross(const Vec3& v) {
     Eigen::Matrix3d m;
     m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
@@ -154,7 +149,7 @@ void measureNoise(Fit& fit, std::span<const Pair> pairs, const FitSettings& sett
     const double left = std::max(0.0, 1.0 - unknowns / (3.0 * fit.independent));
     const double freedom = 3.0 * fit.kept * left, expected = 3.0 * settings.noise_pairs;
     const double variance = (squares + expected * settings.noise_m * settings.noise_m) / (freedom + expected);
-    fit.noise_m = std::max(kFinest_m, std::sqrt(variance));
+    fit.noise_m = std::max(kFinestPair_m, std::sqrt(variance));
 }
 
 // Unknowns that the pairs decide, each counted by how much of it they know against its prior.
@@ -258,21 +253,21 @@ Answer<Fit> consensus(std::span<const Pair> pairs, const FitSettings& settings) 
         if (median_m < best_m) best = fit, best_m = median_m;
     });
     if (!std::isfinite(best_m)) return refused<Fit>("No three points lie well apart from one line.");
-    best.noise_m = std::max({best_m * kMedianToSd, settings.noise_m, kFinest_m});
+    best.noise_m = std::max({best_m * kMedianToSd, settings.noise_m, kFinestPair_m});
     return {best, ""};
 }
 
 bool choose(Fit& fit, std::span<const Pair> pairs, double noise_m) {
     std::vector<bool> used(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
-        used[i] = glm::length(residual(fit, pairs[i])) <= kOutlier * noise_m;
+        used[i] = glm::length(residual(fit, pairs[i])) <= kPairOutlier * noise_m;
     const bool same = used == fit.used;
     fit.used = std::move(used);
     fit.kept = int(std::count(fit.used.begin(), fit.used.end(), true));
     return same;
 }
 
-double mostTurned_rad(std::span<const Pair> pairs, const Fit& fit) {
+double mostGripTurned_rad(std::span<const Pair> pairs, const Fit& fit) {
     double most = 0.0;
     Quat from = pairs.front().stage_from_grip.rotation;
     for (int round = 0; round < 2; ++round) {
@@ -337,8 +332,9 @@ std::string refusal(std::span<const Pair> pairs, const FitSettings& settings) {
 }
 
 std::string flatness(const Spread& spread) {
-    if (spread.sizes_m.y < kThinnest_m) return "The points lie on a line: touch places to its sides as well.";
-    if (spread.sizes_m.z < kThinnest_m) return "The points lie in a plane: touch places off it as well.";
+    if (spread.sizes_m.y < kThinnestCloud_m)
+        return "The points lie on a line: touch places to its sides as well.";
+    if (spread.sizes_m.z < kThinnestCloud_m) return "The points lie in a plane: touch places off it as well.";
     return "";
 }
 
@@ -356,7 +352,7 @@ Answer<Fit> fitPairs(std::span<const Pair> pairs, const FitSettings& settings, c
     Fit& fit = *found.value;
     // What the consensus leaves out (scale, gimbal) lengthens good residuals: it is let in by steps.
     double threshold_m = 2.0 * fit.noise_m;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kFitRounds; ++round) {
         const bool same = choose(fit, pairs, threshold_m);
         if (fit.kept < kLeastPairs) return refused<Fit>("Too few of the points agree with one another.");
         if (round == 0) fit.independent = fit.kept;
@@ -374,7 +370,7 @@ Answer<Fit> fitPairs(std::span<const Pair> pairs, const FitSettings& settings, c
     fit.spread = spreadOf(kept);
     if (const std::string why = flatness(fit.spread); !why.empty())
         return refused<Fit>("Of the points that agree with one another: " + why);
-    fit.turned_rad = mostTurned_rad(pairs, fit);
+    fit.turned_rad = mostGripTurned_rad(pairs, fit);
     predict(fit, pairs, settings);
     if (!isFinite(fit.stage_from_device) || !std::isfinite(fit.tre.worst_m))
         return refused<Fit>("The points do not tell where the device stands.");

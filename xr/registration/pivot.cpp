@@ -1,8 +1,9 @@
 #include "xr/registration/pivot.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <vector>
+
+#include "xr/registration/eigen.h"
 
 namespace stylet::xr::registration {
 namespace {
@@ -11,15 +12,8 @@ constexpr std::size_t kLeastPoses = 8;
 constexpr double kLeastTurn_rad = 25.0 * 0.017453292519943295;
 // With every pose turned about one axis only, the tip's place along that axis cannot be told.
 constexpr double kLeastShare = 1e-3;
-constexpr double kOutlier = 4.0, kFinest_m = 1e-4;
-constexpr int kRounds = 4;
-
-Eigen::Matrix3d matrixOf(const Quat& q) {
-    return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
-}
-Eigen::Vector3d eigen(const Vec3& v) {
-    return {v.x, v.y, v.z};
-}
+constexpr double kPoseOutlier = 4.0, kFinestPivot_m = 1e-4;
+constexpr int kPivotRounds = 4;
 
 struct Solved {
     Eigen::Matrix<double, 6, 1> tip_and_pivot;
@@ -82,13 +76,13 @@ Answer<Pivot> calibratePivot(std::span<const Rigid> stage_from_grip) {
     if (leastShare(solved, kept.size()) < kLeastShare)
         return refused<Pivot>(
             "The controller was turned about one axis only: tilt it to the side and forth as well.");
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kPivotRounds; ++round) {
         std::vector<double> off;
         for (const Rigid& pose : stage_from_grip)
             off.push_back(offOf(pose, solved));
         std::vector<double> sorted = off;
         std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
-        const double most = kOutlier * std::max(kFinest_m, sorted[sorted.size() / 2] / 1.538);
+        const double most = kPoseOutlier * std::max(kFinestPivot_m, sorted[sorted.size() / 2] / 1.538);
         kept.clear();
         for (std::size_t i = 0; i < off.size(); ++i)
             if (off[i] <= most) kept.push_back(stage_from_grip[i]);

@@ -1,17 +1,16 @@
 #include "xr/registration/rigid.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <limits>
+
+#include "xr/registration/eigen.h"
 
 namespace stylet::xr::registration {
 namespace {
 
-constexpr double kThinnest_m = 0.002;  // points that lie closer to a line say nothing about turns around it
+// Points that lie closer to a line say nothing about turns around it.
+constexpr double kThinnestLine_m = 0.002;
 
-Eigen::Vector3d eigen(const Vec3& v) {
-    return {v.x, v.y, v.z};
-}
 Vec3 glmOf(const Eigen::Vector3d& v) {
     return {v.x(), v.y(), v.z()};
 }
@@ -54,7 +53,7 @@ Answer<RigidFit> fitRigid(std::span<const Vec3> a_m, std::span<const Vec3> b_m, 
     if (!std::all_of(a_m.begin(), a_m.end(), finite) || !std::all_of(b_m.begin(), b_m.end(), finite))
         return refused<RigidFit>("A point is not a number.");
     for (const std::span<const Vec3>& points : {a_m, b_m})
-        if (spreadOf(points).sizes_m.y < kThinnest_m)
+        if (spreadOf(points).sizes_m.y < kThinnestLine_m)
             return refused<RigidFit>("The points lie on a line, or all in one place.");
 
     const double n = double(a_m.size());
@@ -108,7 +107,7 @@ std::array<double, 3> fromAxes_m2(const Spread& spread, const Vec3& target_m) {
 }
 
 bool onALine(const Spread& spread) {
-    return spread.sizes_m.y < kThinnest_m;
+    return spread.sizes_m.y < kThinnestLine_m;
 }
 
 }  // namespace

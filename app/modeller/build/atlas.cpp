@@ -24,13 +24,14 @@ namespace {
 
 // What drives the registration: air about the body and lung far below, fat, soft tissue by its contrast, bone
 // not far above. Gas and stool in the bowel say nothing about where organs lie.
-constexpr float kOutside_hu = -300.0f, kLung_hu = -220.0f, kFat_hu = -110.0f, kBone_hu = 220.0f;
-constexpr int kAir_hu = -400;        // lighter: lung or gas, where no lung is labelled
+constexpr float kFeatureOutside_hu = -300.0f, kFeatureLung_hu = -220.0f, kFeatureFat_hu = -110.0f,
+                kFeatureBone_hu = 220.0f;
+constexpr int kAtlasAir_hu = -400;   // lighter: lung or gas, where no lung is labelled
 constexpr int kBodyFloor_hu = -300;  // of an atlas, whose outside holds air only
 // Votes are weighed by the features within so many voxels of registration.
 constexpr int kSimilarityReach = 3;
 // A vessel is the liver's where more than half of what is near it is.
-constexpr double kNear_m = 0.006;
+constexpr double kVesselReach_m = 0.006;
 
 bool isTree(const std::string& name) {
     return name == "portal vein" || name == "hepatic veins" || name == "bile ducts" || name == "tumour";
@@ -75,9 +76,9 @@ Mask bodyOf(const CtVolume& ct) {
 }
 
 float featureOf(int hu, bool body, bool lung) {
-    if (!body) return kOutside_hu;
-    if (lung) return kLung_hu;
-    return hu < kAir_hu ? 0.0f : std::clamp(float(hu), kFat_hu, kBone_hu);
+    if (!body) return kFeatureOutside_hu;
+    if (lung) return kFeatureLung_hu;
+    return hu < kAtlasAir_hu ? 0.0f : std::clamp(float(hu), kFeatureFat_hu, kFeatureBone_hu);
 }
 
 FloatVolume featureImage(const CtVolume& ct, const Mask& body, const auto& isLung, double spacing_m) {
@@ -128,8 +129,9 @@ void vote(const FloatVolume& target, const AtlasImage& atlas, const VectorField&
                 const std::size_t o = g.offset({x, y, z});
                 const Vec3 p = g.centre({x, y, z}) + Vec3(field.voxels[o]);
                 organ.voxels[o] = atlas.organ.nearestOr(p, 255);
-                const float d =
-                    organ.voxels[o] == 255 ? 0.0f : valueAt(atlas.feature, p, kOutside_hu) - target.voxels[o];
+                const float d = organ.voxels[o] == 255
+                                    ? 0.0f
+                                    : valueAt(atlas.feature, p, kFeatureOutside_hu) - target.voxels[o];
                 differs.voxels[o] = d * d;
             }
     });
@@ -153,7 +155,7 @@ Mask wholeLiver(const LabelVolume& labels, const std::vector<Label>& table) {
         liver.voxels[i] = kind[labels.voxels[i]] == 1;
         other.voxels[i] = kind[labels.voxels[i]] == 0;
     }
-    const int reach = std::max(1, int(std::lround(kNear_m / labels.grid.spacing_m.x)));
+    const int reach = std::max(1, int(std::lround(kVesselReach_m / labels.grid.spacing_m.x)));
     const FloatVolume near_liver = boxMean(liver, reach), near_other = boxMean(other, reach);
     Mask whole(labels.grid);
     for (std::size_t i = 0; i < labels.voxels.size(); ++i)
@@ -193,7 +195,7 @@ AtlasImage::AtlasImage(const Package& package, const AtlasSettings& settings) : 
 AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
                         const std::vector<AtlasImage>& atlases, const AtlasSettings& settings) {
     const auto isLung = [&](std::size_t i) {
-        return lungs.voxels.empty() ? ct.voxels[i] < kAir_hu : lungs.voxels[i] != 0;
+        return lungs.voxels.empty() ? ct.voxels[i] < kAtlasAir_hu : lungs.voxels[i] != 0;
     };
     const FloatVolume target = featureImage(ct, body, isLung, settings.spacing_m);
     AtlasPrior prior;

@@ -68,7 +68,7 @@ struct Cage {
     Vec3 axis_m;
 };
 
-std::vector<BonePiece> measured(const Pieces& p, const Mask& core, const Cage& cage) {
+std::vector<BonePiece> measuredBones(const Pieces& p, const Mask& core, const Cage& cage) {
     const Grid& g = cage.grid;
     std::vector<BonePiece> out(p.size.size());
     for (BonePiece& b : out) {
@@ -106,12 +106,12 @@ std::vector<BonePiece> measured(const Pieces& p, const Mask& core, const Cage& c
     return out;
 }
 
-enum class Kind { spine, rib, sternum, other };
+enum class BoneKind { spine, rib, sternum, other };
 // A rib's own piece is larger; smaller ones (chalk in cartilage, tips) keep their label but count for
 // nothing.
 constexpr double kLeastRib_ml = 1.5;
 
-Kind kindOf(const BonePiece& b, double front_m, double bottom_m) {
+BoneKind kindOf(const BonePiece& b, double front_m, double bottom_m) {
     double upright_m = 0.0, low_m = b.z_mean;
     for (std::size_t a = 0; a < kAngles; ++a)
         if (b.count[a] > 0.0) {
@@ -119,11 +119,11 @@ Kind kindOf(const BonePiece& b, double front_m, double bottom_m) {
             low_m = std::min(low_m, b.z_low[a]);
         }
     const bool in_front = b.mean_front_m > 0.5 * front_m;
-    if (in_front && std::fabs(b.mean_aside_m) < 0.045 && b.furthest_m < 0.08) return Kind::sternum;
-    if (b.furthest_m < kRibAside_m && !in_front) return Kind::spine;
+    if (in_front && std::fabs(b.mean_aside_m) < 0.045 && b.furthest_m < 0.08) return BoneKind::sternum;
+    if (b.furthest_m < kRibAside_m && !in_front) return BoneKind::spine;
     // What rises from the section's end without a rib's way to the spine is the crest of a hip.
     const bool crest = low_m < bottom_m && !b.at_spine;
-    return (upright_m > kPlate_m || crest) && !in_front ? Kind::other : Kind::rib;
+    return (upright_m > kPlate_m || crest) && !in_front ? BoneKind::other : BoneKind::rib;
 }
 
 // --- Ribs ---
@@ -332,13 +332,13 @@ void tellApart(const CtVolume& ct, const Mask& body, const VoxelBox& box, Bones&
                 (inSpine(d) ? core : beside)[i] = 1;
             }
     const Pieces p = piecesOf(beside, Touch::corners);
-    const std::vector<BonePiece> pieces = measured(p, core, cage);
+    const std::vector<BonePiece> pieces = measuredBones(p, core, cage);
     const double front_m = high.y - middle.y;
     std::vector<const BonePiece*> right, left;
-    std::vector<Kind> kind(pieces.size(), Kind::spine);
+    std::vector<BoneKind> kind(pieces.size(), BoneKind::spine);
     for (std::size_t n = 1; n < pieces.size(); ++n) {
         kind[n] = kindOf(pieces[n], front_m, g.origin_m.z + 1.5 * g.spacing_m.z);
-        if (kind[n] == Kind::rib && pieces[n].volume_ml > kLeastRib_ml)
+        if (kind[n] == BoneKind::rib && pieces[n].volume_ml > kLeastRib_ml)
             (pieces[n].mean_aside_m > 0.0 ? right : left).push_back(&pieces[n]);
     }
     out.spine = core;
@@ -346,11 +346,11 @@ void tellApart(const CtVolume& ct, const Mask& body, const VoxelBox& box, Bones&
         const auto n = std::size_t(p.number.voxels[i]);
         if (n == 0) continue;
         const bool is_right = pieces[n].mean_aside_m > 0.0;
-        Mask& to = kind[n] == Kind::spine     ? out.spine
-                   : kind[n] == Kind::sternum ? out.sternum
-                   : kind[n] == Kind::other   ? out.other
-                   : is_right                 ? out.ribs_right
-                                              : out.ribs_left;
+        Mask& to = kind[n] == BoneKind::spine     ? out.spine
+                   : kind[n] == BoneKind::sternum ? out.sternum
+                   : kind[n] == BoneKind::other   ? out.other
+                   : is_right                     ? out.ribs_right
+                                                  : out.ribs_left;
         to.voxels[i] = 1;
     }
     nameRibs(p, right, true, cage, out);

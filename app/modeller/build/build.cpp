@@ -31,7 +31,7 @@ constexpr double kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
 // Of a long scan: a liver of 26 cm and what is kept around it.
 constexpr double kMostHeight_m = 0.45, kBelowDome_m = 0.33, kAboveDome_m = 0.10, kLook_m = 0.004;
 
-std::uint64_t digestOf(const CtVolume& ct) {
+std::uint64_t ctDigest(const CtVolume& ct) {
     patient::StateHash hash;
     hash.add(voxelDigest(ct));
     hash.add(ct.grid.spacing_m), hash.add(ct.grid.origin_m);
@@ -268,7 +268,7 @@ Built build(const BuildSettings& settings) {
     keepScan(work, store);
     out.stages.push_back({.name = "read", .seconds = secondsSince(begin), .notes = {}});
     patient::StateHash start;
-    start.add(digestOf(work.ct));
+    start.add(ctDigest(work.ct));
     start.add(fileDigest(programFile()));
     std::uint64_t chain = start.value();
     int number = 0;

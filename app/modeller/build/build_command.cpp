@@ -13,7 +13,7 @@ namespace stylet::modeller {
 
 namespace {
 
-struct Arguments {
+struct BuildArguments {
     BuildSettings settings;
     std::filesystem::path out, labels;
     std::string stage;
@@ -51,7 +51,7 @@ void drawClassesOf(const patient::Package& p, const std::filesystem::path& png) 
     if (count > 0.0) report::drawClasses(patient, sum / count, p.name, png);
 }
 
-void runBuild(Arguments& a) {
+void runBuild(BuildArguments& a) {
     BuildSettings& s = a.settings;
     s.spacing_m = 1e-3 * a.spacing_mm;
     if (s.stages.empty()) s.stages = a.out.string() + "-stages";
@@ -81,8 +81,8 @@ void runBuild(Arguments& a) {
 }  // namespace
 
 void addBuild(CLI::App& app) {
-    const auto arguments = std::make_shared<Arguments>();
-    Arguments& a = *arguments;
+    const auto arguments = std::make_shared<BuildArguments>();
+    BuildArguments& a = *arguments;
     CLI::App* command = app.add_subcommand("build", "make a patient from a CT alone");
     command->add_option("--ct", a.settings.ct, "DICOM folder, or NIfTI file")->required();
     command->add_option("--series", a.settings.series,

@@ -10,7 +10,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kLeast_hu = -1024.0, kMost_hu = 3071.0;  // what a package takes
+constexpr double kLeastPackage_hu = -1024.0, kMostPackage_hu = 3071.0;  // what a package takes
 
 json toJson(const TissueClass& c) {
     return {{"mean_hu", c.mean_hu}, {"sigma_hu", c.sigma_hu}, {"share", c.share}};
@@ -37,7 +37,7 @@ patient::Thresholds parseClasses(const std::string& text) {
         const json all = json::parse(text), &hu = all.at("thresholds_hu");
         const auto read = [&](const char* name) {
             const double v = hu.at(name).get<double>();
-            if (!(v >= kLeast_hu && v <= kMost_hu))
+            if (!(v >= kLeastPackage_hu && v <= kMostPackage_hu))
                 throw ImportError(std::string("classes.json: thresholds_hu: ") + name + " is no CT value");
             return v;
         };

@@ -13,7 +13,7 @@ namespace {
 
 using patient::Package;
 
-struct Options {
+struct CompareOptions {
     std::string truth, found;
     std::size_t most_paths = 200;
 };
@@ -30,7 +30,7 @@ std::vector<patient::PlannedPath> planTruth(const Package& truth, std::size_t mo
 }
 
 // As the study has them, over all labels that were found.
-void printForces(const Options& o, Package truth, Package found,
+void printForces(const CompareOptions& o, Package truth, Package found,
                  const std::vector<patient::PlannedPath>& paths) try {
     const study::Pair pair = study::makePair({truth.name, o.truth, o.found}, std::move(truth),
                                              std::move(found), study::FoundLabels::all);
@@ -45,7 +45,7 @@ void printForces(const Options& o, Package truth, Package found,
     std::printf("no forces to compare: %s\n", e.what());
 }
 
-void runCompare(const Options& o) {
+void runCompare(const CompareOptions& o) {
     Package truth = patient::loadPackage(o.truth), found = patient::loadPackage(o.found);
     refuseItself(truth.name, found.provenance);
     const std::vector<patient::PlannedPath> paths = planTruth(truth, o.most_paths);
@@ -64,7 +64,7 @@ void runCompare(const Options& o) {
 }  // namespace
 
 void addCompare(CLI::App& app) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<CompareOptions>();
     CLI::App* command = app.add_subcommand(
         "compare", "how far a package's labels, and the forces on its paths, are from the truth");
     command->add_option("truth", o->truth, "package with the true labels")->required();

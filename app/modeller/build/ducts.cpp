@@ -13,13 +13,13 @@ using patient::Index3;
 
 namespace {
 
-const std::vector<double> kRadii_m{0.0013, 0.002, 0.003, 0.0045};
+const std::vector<double> kDuctRadii_m{0.0013, 0.002, 0.003, 0.0045};
 constexpr double kBile_hu = 10.0;  // 0 to 20: Prokop and Galanski 2003
 // Fat and gas after the blur, which bile with its noise stays clear of; their blurred rims look like bile.
-constexpr double kFat_hu = -45.0, kFatBlur_m = 0.0007;
+constexpr double kBlurredFat_hu = -45.0, kFatBlur_m = 0.0007;
 constexpr double kClosing_m = 0.006;  // ducts and hilum that the liver's mask left out
 // A duct's voxel lies nearer to bile than to parenchyma, less what the blur takes from a tube of 1.6 mm.
-constexpr double kInside = 0.45, kCertain = 0.7;  // of the way from parenchyma to bile
+constexpr double kInsideDuct = 0.45, kCertainDuct = 0.7;  // of the way from parenchyma to bile
 constexpr double kLeastNoiseWidths = 4.0;
 constexpr float kLeastLine = 1.5f, kCertainLine = 6.0f;  // in units of chance
 // Blobs: dark by less already, and holding a ball that no intrahepatic duct does.
@@ -27,9 +27,9 @@ constexpr double kBlob = 0.27, kBlobBlur_m = 0.002, kBlobRadius_m = 0.007, kBlob
 // Central ducts beside fat or a tumour, once there is a tree that they belong to.
 constexpr double kCentralReach_m = 0.008;
 // A piece of duct is long; cysts that the filter lets through are not.
-constexpr double kLeastPiece_m3 = 80e-9, kLeastPieceExtent_m = 0.012;
+constexpr double kLeastDuctPiece_m3 = 80e-9, kLeastDuctExtent_m = 0.012;
 // Beneath the capsule, in fissures and at the hilum thin fat looks like bile; ducts show deeper.
-constexpr double kFromCapsule_m = 0.004, kDeep_m = 0.010, kLeastDeep = 0.3;
+constexpr double kFromCapsule_m = 0.004, kDuctDepth_m = 0.010, kLeastDeep = 0.3;
 // Normal ducts do not show at all; a dilated system does over several segments.
 constexpr double kLeastTree_m3 = 3e-6, kLeastExtent_m = 0.05;
 
@@ -43,7 +43,7 @@ FloatVolume depthIn(const patient::CtVolume& ct, const TubeEvidence& e, Mask& bl
     const FloatVolume sharp = gaussian(image, kFatBlur_m), soft = gaussian(image, kBlobBlur_m);
     Mask outside(e.liver.grid), dark(e.liver.grid);
     for (std::size_t i = 0; i < dark.voxels.size(); ++i) {
-        outside.voxels[i] = !e.liver.voxels[i] || double(sharp.voxels[i]) < kFat_hu;
+        outside.voxels[i] = !e.liver.voxels[i] || double(sharp.voxels[i]) < kBlurredFat_hu;
         dark.voxels[i] = double(soft.voxels[i]) < e.parenchyma.mean_hu - kBlob * bile_contrast;
     }
     blobs = dilated(eroded(dark, kBlobRadius_m), kBlobRadius_m + kBlobRim_m);
@@ -71,32 +71,34 @@ Mask seenDucts(const patient::CtVolume& ct, const Mask& liver, std::string* note
         tell("No dilated bile ducts: there is no liver to look in.");
         return Mask(ct.grid);
     }
-    const TubeEvidence e = tubeEvidence(ct, whole, TubeKind::dark, kRadii_m);
+    const TubeEvidence e = tubeEvidence(ct, whole, TubeKind::dark, kDuctRadii_m);
     const double bile_contrast = e.parenchyma.mean_hu - kBile_hu;
-    const double inside = std::max(kInside * bile_contrast, kLeastNoiseWidths * e.parenchyma.noise_hu);
+    const double inside = std::max(kInsideDuct * bile_contrast, kLeastNoiseWidths * e.parenchyma.noise_hu);
     Mask blobs;
     const FloatVolume depth_m = depthIn(ct, e, blobs, bile_contrast);
     Mask bile(e.liver.grid), tubes(e.liver.grid), certain(e.liver.grid);
     for (std::size_t i = 0; i < bile.voxels.size(); ++i) {
         const double contrast = double(e.contrast_hu.voxels[i]);
         const float line = e.line.voxels[i];
-        bile.voxels[i] = e.liver.voxels[i] && contrast > inside && contrast < e.parenchyma.mean_hu - kFat_hu;
+        bile.voxels[i] =
+            e.liver.voxels[i] && contrast > inside && contrast < e.parenchyma.mean_hu - kBlurredFat_hu;
         if (!bile.voxels[i] || line < kLeastLine || blobs.voxels[i] ||
             double(depth_m.voxels[i]) < kFromCapsule_m)
             continue;
         tubes.voxels[i] = 1;
-        certain.voxels[i] = contrast > kCertain * bile_contrast && line > kCertainLine;
+        certain.voxels[i] = contrast > kCertainDuct * bile_contrast && line > kCertainLine;
     }
     const double voxel_m3 = 1e-6 * voxelVolume_ml(ct.grid);
     double tree_m3 = 0.0, tree_extent_m = 0.0;  // of the largest piece
     Mask ducts = keepPieces(tubes, [&](const Piece& piece) {
         const double volume_m3 = double(piece.size()) * voxel_m3;
         const double extent_m = extentOf(piece, e.liver.grid);
-        if (volume_m3 < kLeastPiece_m3 || extent_m < kLeastPieceExtent_m) return false;
+        if (volume_m3 < kLeastDuctPiece_m3 || extent_m < kLeastDuctExtent_m) return false;
         if (std::none_of(piece.begin(), piece.end(), [&](std::size_t o) { return certain.voxels[o] != 0; }))
             return false;
-        const auto deep = std::count_if(piece.begin(), piece.end(),
-                                        [&](std::size_t o) { return double(depth_m.voxels[o]) > kDeep_m; });
+        const auto deep = std::count_if(piece.begin(), piece.end(), [&](std::size_t o) {
+            return double(depth_m.voxels[o]) > kDuctDepth_m;
+        });
         if (double(deep) < kLeastDeep * double(piece.size())) return false;
         if (volume_m3 > tree_m3) tree_m3 = volume_m3, tree_extent_m = extent_m;
         return true;

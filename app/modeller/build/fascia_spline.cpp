@@ -61,7 +61,7 @@ double valueOf(const Support& at, const std::vector<double>& control) {
 // --- The fit ---
 
 constexpr double kInsideBone_m = 0.0015, kOutsideOrgan_m = 0.0010;
-constexpr double kFar_m = 0.4;
+constexpr double kFarOff_m = 0.4;
 
 // The room a cell of the dense first fit has.
 struct Room {
@@ -89,7 +89,7 @@ void cover(const Mask& mask, const WallSurface& s, const auto& see) {
 
 Room roomOf(const FasciaInput& in, const WallSurface& s) {
     const auto n = std::size_t(s.angles * s.levels);
-    Room room{std::vector<double>(n, 0.0), std::vector<double>(n, kFar_m)};
+    Room room{std::vector<double>(n, 0.0), std::vector<double>(n, kFarOff_m)};
     cover(in.bones, s, [&](std::size_t cell, double r) {
         room.high_m[cell] = std::min(room.high_m[cell], r - kInsideBone_m);
     });
@@ -147,7 +147,7 @@ bool boneNear(const Room& room, const WallSurface& s, int level, int angle) {
     for (int dz = -reach_z; dz <= reach_z; ++dz)
         for (int da = -reach; da <= reach; ++da) {
             const int z = std::clamp(level + dz, 0, s.levels - 1), a = (angle + da + s.angles) % s.angles;
-            if (room.high_m[std::size_t(z * s.angles + a)] < kFar_m) return true;
+            if (room.high_m[std::size_t(z * s.angles + a)] < kFarOff_m) return true;
         }
     return false;
 }
@@ -208,7 +208,7 @@ void seeOrgans(const FasciaInput& in, const Room& room, const WallSurface& s, st
         for (int a = 0; a < s.angles; ++a) {
             const std::size_t cell = std::size_t(z * s.angles + a);
             const double low_m = room.low_m[cell], gap_m = s.radius_m[cell] - low_m;
-            if (low_m == 0.0 || room.high_m[cell] < kFar_m || gap_m > kNear_m || !boneNear(room, s, z, a))
+            if (low_m == 0.0 || room.high_m[cell] < kFarOff_m || gap_m > kNear_m || !boneNear(room, s, z, a))
                 continue;
             const double phi = a * kTurn / s.angles, r = low_m - kDeep_m;
             const Index3 i = g.nearest({s.axis_m.x + r * std::cos(phi), s.axis_m.y + r * std::sin(phi),

@@ -28,10 +28,10 @@ using Edge = boost::graph_traits<Graph>::edge_descriptor;
 
 constexpr Node kNone = std::numeric_limits<Node>::max();
 constexpr float kUnits = 1000.0f;  // of capacity, for a cost of one
-constexpr float kMost = 1e5f;      // of a cost: sums of six stay within int
+constexpr float kMostCost = 1e5f;  // of a cost: sums of six stay within int
 
 int capacityOf(float cost) {
-    return int(std::lround(kUnits * std::clamp(cost, 0.0f, kMost / kUnits)));
+    return int(std::lround(kUnits * std::clamp(cost, 0.0f, kMostCost / kUnits)));
 }
 
 // Steps to the neighbours; the one at the list's other end leads back.

@@ -33,11 +33,11 @@ FloatVolume widthsOf(const Mask& blood) {
     return d;
 }
 
-struct Window {
+struct SearchWindow {
     int x0 = 0, y0 = 0, nx = 0, ny = 0;
 };
 
-Window windowOf(const OrganScene& s, const Course& c) {
+SearchWindow windowOf(const OrganScene& s, const Course& c) {
     double x_low = 1e9, x_high = -1e9, y_low = 1e9, y_high = -1e9;
     for (const Vec3& p : s.canal) {
         x_low = std::min(x_low, p.x + c.x_low), x_high = std::max(x_high, p.x + c.x_high);
@@ -59,7 +59,7 @@ float scoreOf(const OrganScene& s, const Course& c, const FloatVolume& width, co
 }
 
 std::vector<Index3> bestWay(const OrganScene& s, const Course& c, const FloatVolume& width) {
-    const Window w = windowOf(s, c);
+    const SearchWindow w = windowOf(s, c);
     const int slices = s.grid.dims.z;
     const std::size_t n = std::size_t(w.nx) * std::size_t(w.ny);
     if (n == 0) return {};

@@ -14,7 +14,7 @@ using patient::Vec3;
 
 namespace {
 
-constexpr double kWall_m = 0.003;
+constexpr double kGutWall_m = 0.003;
 constexpr double kLeastGas_ml = 0.5;  // less is a bubble that tells nothing
 
 struct GasPiece {
@@ -118,14 +118,15 @@ Mask fluidOf(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, dou
             for (int x = 0; x < s.grid.dims.x; ++x)
                 soft[{x, y, z}] = 0;
     soft = either(opened(soft, kLoop_m), levels.below);
-    return opened(regrown(levels.below, soft, reach_m), kWall_m);
+    return opened(regrown(levels.below, soft, reach_m), kGutWall_m);
 }
 
 // The wall around gas and fluid; the gas's blurred surface counts as wall.
 Mask withWall(const OrganScene& s, const Mask& gas, const Mask& fluid) {
     constexpr double kFat_hu = -30.0, kMost_hu = 400.0;
-    const Mask rim = both(dilated(gas, std::max(kWall_m, 1.8 * s.grid.spacing_m.x)), s.free);
-    const Mask wall = both(dilated(either(gas, fluid), kWall_m), inRange(s.calm, s.free, kFat_hu, kMost_hu));
+    const Mask rim = both(dilated(gas, std::max(kGutWall_m, 1.8 * s.grid.spacing_m.x)), s.free);
+    const Mask wall =
+        both(dilated(either(gas, fluid), kGutWall_m), inRange(s.calm, s.free, kFat_hu, kMost_hu));
     return without(either(either(rim, wall), fluid), both(s.in.lungs.gas, s.free_wide));
 }
 

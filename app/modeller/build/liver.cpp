@@ -43,7 +43,7 @@ constexpr float kMostEvidence = 4.0f, kLink = 1.6f, kLeastLink = 0.1f;
 constexpr float kLeastSigma_hu = 5.0f;
 // The liver but for its edges is thicker than twice the neck; walls of stomach, colon and gallbladder, which
 // may look like it and touch it, are not.
-constexpr double kNeck_m = 0.006, kEdge_m = 0.009;
+constexpr double kNeck_m = 0.006, kLiverEdge_m = 0.009;
 // Second cut of the same voxels: neighbours no further apart than noise are averaged, and the liver's own
 // level is that of its inside so far around.
 constexpr float kNoiseSigmas = 2.5f, kLevelCore = 0.5f;
@@ -254,7 +254,7 @@ FloatVolume evidence(const Coarse& c, const Parenchyma& liver) {
 void keepThickest(Mask& mask) {
     Mask thick = eroded(mask, kNeck_m);
     keepLargest(thick);
-    mask = both(std::move(mask), dilated(thick, kEdge_m));
+    mask = both(std::move(mask), dilated(thick, kLiverEdge_m));
     keepLargest(mask);
 }
 

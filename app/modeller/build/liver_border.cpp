@@ -22,10 +22,10 @@ constexpr float kFineLink = 0.7f, kStay = 0.4f;
 constexpr float kClear_m = 0.003f, kBeside_m = 0.010f;
 // What differs less from liver is no neighbour to tell it from. None is darker than fat; what borders on lung
 // borders on the diaphragm, two or three millimetres of muscle that lung makes darker.
-constexpr float kContrast_hu = 25.0f, kFat_hu = -100.0f, kLung_hu = -300.0f, kDiaphragm_hu = 20.0f;
-constexpr double kFine_m = 0.0015;  // finer voxels are too noisy one by one
-constexpr float kLeastLink = 0.1f;
-constexpr double kGap_m = 0.004;  // half of the widest vessel that is closed
+constexpr float kContrast_hu = 25.0f, kDarkest_hu = -100.0f, kLungBelow_hu = -300.0f, kDiaphragm_hu = 20.0f;
+constexpr double kNoisyVoxel_m = 0.0015;  // finer voxels are too noisy one by one
+constexpr float kLeastFineLink = 0.1f;
+constexpr double kVesselGap_m = 0.004;  // half of the widest vessel that is closed
 // Tumours and vessels are no measure of the liver beside the border.
 constexpr float kOdd_hu = 70.0f;
 constexpr float kBrightest_hu = 220.0f;  // bone is as bright as a kidney
@@ -56,7 +56,7 @@ class LocalMean {
 
 // Between liver and lung lies the diaphragm.
 float darknessOf(float hu) {
-    return hu < kLung_hu ? kDiaphragm_hu : std::max(kFat_hu, hu);
+    return hu < kLungBelow_hu ? kDiaphragm_hu : std::max(kDarkest_hu, hu);
 }
 
 // What a voxel at the border says: 1 liver, -1 not. Between the liver's local mean and that of what is darker
@@ -114,7 +114,7 @@ Mask secondCut(const FloatVolume& hu, const Mask& open, const Mask& first, const
     const float edge_hu = 3.0f * liver.sigma_hu;
     problem.link = [&](std::size_t i, std::size_t k) {
         const float d = (hu.voxels[i] - hu.voxels[k]) / edge_hu;
-        return kFineLink * std::max(kLeastLink, std::exp(-0.5f * d * d));
+        return kFineLink * std::max(kLeastFineLink, std::exp(-0.5f * d * d));
     };
     return minimumCut(problem);
 }
@@ -122,7 +122,7 @@ Mask secondCut(const FloatVolume& hu, const Mask& open, const Mask& first, const
 }  // namespace
 
 void closeLiver(Mask& liver, const Mask& open) {
-    liver = either(both(closed(liver, kGap_m), open), liver);
+    liver = either(both(closed(liver, kVesselGap_m), open), liver);
     fillCavities(liver);
 }
 
@@ -142,7 +142,7 @@ Mask refineLiver(const CtVolume& ct, const Mask& open, const Mask& first, const 
         open_here[i] = open[low + i];
         start[i] = valueAt(smooth, hu.grid.centre(i), 0.0f) > 0.5f;
     });
-    if (hu.grid.spacing_m.x < kFine_m) hu = boxMean(hu, 1);
+    if (hu.grid.spacing_m.x < kNoisyVoxel_m) hu = boxMean(hu, 1);
     Mask cut = secondCut(hu, open_here, start, liver, float(band_m));
     closeLiver(cut, open_here);
     keepLargest(cut);

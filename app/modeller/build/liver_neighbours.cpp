@@ -18,7 +18,7 @@ constexpr double kApart_voxels = 1.5;  // half the width of what hangs two lumps
 
 // visit(offset, voxel, neighbour over a face, perhaps beyond the grid) for each voxel of the mask.
 template <typename Visit>
-void forEachNeighbour(const Mask& mask, const Visit& visit) {
+void forEachFace(const Mask& mask, const Visit& visit) {
     const Grid& g = mask.grid;
     for (int z = 0; z < g.dims.z; ++z)
         for (int y = 0; y < g.dims.y; ++y)
@@ -43,7 +43,7 @@ patient::Volume<std::int32_t> lumpsBeyond(const Mask& liver, double radius_m, in
     // Back to their full size, each voxel to its nearest lump.
     for (int step = 0; step < 2; ++step) {
         const auto before = lumps.number;
-        forEachNeighbour(beyond, [&](std::size_t i, const Index3&, const Index3& next) {
+        forEachFace(beyond, [&](std::size_t i, const Index3&, const Index3& next) {
             if (lumps.number.voxels[i] == 0)
                 lumps.number.voxels[i] = before.grid.contains(next) ? before[next] : 0;
         });
@@ -98,7 +98,7 @@ Mask endlessLumps(const Mask& liver, const Mask& alike, double radius_m) {
     std::vector<double> size(std::size_t(count) + 1, 0.0), ends = size, endless = size;
     for (const std::int32_t n : number.voxels)
         size[std::size_t(n)] += voxelVolume_ml(liver.grid);
-    forEachNeighbour(liver, [&](std::size_t i, const Index3& at, const Index3& next) {
+    forEachFace(liver, [&](std::size_t i, const Index3& at, const Index3& next) {
         if (!liver.grid.contains(next) || liver[next]) return;
         const auto n = std::size_t(number.voxels[i]);
         ends[n] += 1.0;

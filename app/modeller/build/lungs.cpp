@@ -17,10 +17,10 @@ namespace {
 
 constexpr std::int16_t kAir_hu = -400;  // half way from lung to soft tissue
 // Lung holds 5 % of tissue and more, gas none; the noise of a mean over 27 voxels is a few HU.
-constexpr float kGas_hu = -955.0f, kLung_hu = -550.0f;
+constexpr float kGas_hu = -955.0f, kMostLung_hu = -550.0f;
 constexpr double kPale_hu = -900.0, kEven_hu = 12.0;  // of that mean: healthy lung is denser; noise
-constexpr double kRim_m = 0.0025;                     // within it an edge's blur hides what the air is
-constexpr double kVessel_m = 0.004;                   // radius of the vessels that the lung takes in
+constexpr double kLungRim_m = 0.0025;                 // within it an edge's blur hides what the air is
+constexpr double kLungVessel_m = 0.004;               // radius of the vessels that the lung takes in
 constexpr double kLeastLung_ml = 25.0;
 constexpr std::uint8_t kLung = 1, kGas = 2;
 
@@ -75,12 +75,12 @@ LabelVolume kindsOfAir(const CtVolume& ct, const Mask& body) {
     Mask air = eroded(body, 1.01 * step_m);  // skin is blurred with the air around it
     for (std::size_t i = 0; i < air.voxels.size(); ++i)
         air.voxels[i] = air.voxels[i] && ct.voxels[i] < kAir_hu;
-    const Mask inner = eroded(air, std::max(kRim_m, step_m));
+    const Mask inner = eroded(air, std::max(kLungRim_m, step_m));
     Mask lung(ct.grid), gas(ct.grid);
     {
         const FloatVolume mean = smoothed(ct);
         for (std::size_t i = 0; i < inner.voxels.size(); ++i)
-            lung.voxels[i] = inner.voxels[i] && mean.voxels[i] > kGas_hu && mean.voxels[i] < kLung_hu;
+            lung.voxels[i] = inner.voxels[i] && mean.voxels[i] > kGas_hu && mean.voxels[i] < kMostLung_hu;
         Cores cores = parted(lung, mean);
         lung = std::move(cores.lung), gas = std::move(cores.gas);
         for (std::size_t i = 0; i < inner.voxels.size(); ++i)
@@ -156,7 +156,7 @@ void splitSides(const Mask& lung, double middle_x, Lungs& out) {
 }
 
 Mask withVessels(const Mask& lung, const Mask& body, const Mask& gas, const Mask& other) {
-    Mask full = closed(lung, kVessel_m);
+    Mask full = closed(lung, kLungVessel_m);
     for (std::size_t i = 0; i < full.voxels.size(); ++i)
         full.voxels[i] =
             lung.voxels[i] || (full.voxels[i] && body.voxels[i] && !gas.voxels[i] && !other.voxels[i]);

@@ -13,11 +13,6 @@ namespace {
 
 constexpr Index3 kFaces[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
 
-Index3 indexOf(const Grid& g, std::size_t offset) {
-    const auto x = std::size_t(g.dims.x), y = std::size_t(g.dims.y);
-    return {int(offset % x), int(offset / x % y), int(offset / (x * y))};
-}
-
 template <typename F>
 void forEachNeighbour(const Grid& g, const Index3& at, Touch touch, F&& f) {
     if (touch == Touch::faces) {
@@ -38,19 +33,6 @@ VoxelBox widened(VoxelBox b, const Grid& g, double by_m) {
         b.high[axis] = std::min(b.high[axis] + by, g.dims[axis] - 1);
     }
     return b;
-}
-
-Mask cropped(const Mask& m, const VoxelBox& b) {
-    Grid g = m.grid;
-    g.origin_m = m.grid.centre(b.low);
-    g.dims = b.high - b.low + 1;
-    Mask out(g);
-    for (int z = 0; z < g.dims.z; ++z)
-        for (int y = 0; y < g.dims.y; ++y) {
-            const auto from = m.voxels.begin() + std::ptrdiff_t(m.grid.offset(b.low + Index3(0, y, z)));
-            std::copy(from, from + g.dims.x, out.voxels.begin() + std::ptrdiff_t(g.offset({0, y, z})));
-        }
-    return out;
 }
 
 void paste(const Mask& part, const VoxelBox& b, Mask& into) {
@@ -139,6 +121,19 @@ VoxelBox boxOf(const Mask& m) {
         }
     if (b.high.x < 0) return {Index3(0), Index3(-1)};
     return b;
+}
+
+Mask cropped(const Mask& m, const VoxelBox& b) {
+    Grid g = m.grid;
+    g.origin_m = m.grid.centre(b.low);
+    g.dims = b.high - b.low + 1;
+    Mask out(g);
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y) {
+            const auto from = m.voxels.begin() + std::ptrdiff_t(m.grid.offset(b.low + Index3(0, y, z)));
+            std::copy(from, from + g.dims.x, out.voxels.begin() + std::ptrdiff_t(g.offset({0, y, z})));
+        }
+    return out;
 }
 
 Mask dilated(const Mask& m, double radius_m) {

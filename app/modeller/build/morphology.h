@@ -22,6 +22,8 @@ struct VoxelBox {
     bool empty() const { return low.x > high.x; }
 };
 VoxelBox boxOf(const Mask&);
+// What of the mask lies in the box, on a grid of its own.
+Mask cropped(const Mask&, const VoxelBox&);
 
 // With a ball of radius r: voxels whose centres lie within it of a voxel's centre. A radius below the spacing
 // changes nothing.

@@ -59,7 +59,7 @@ struct PieceMeasure {
     double volume_ml = 0.0;
 };
 
-std::vector<PieceMeasure> measured(const OrganScene& s, const Pieces& p) {
+std::vector<PieceMeasure> measuredPieces(const OrganScene& s, const Pieces& p) {
     std::vector<PieceMeasure> out(p.size.size());
     for (int z = 0; z < s.grid.dims.z; ++z)
         for (int y = 0; y < s.grid.dims.y; ++y)
@@ -88,7 +88,7 @@ FoundOrgan findKidney(const OrganScene& s, bool right) {
     const Mask bright = inRange(s.fine, s.free_wide, s.parenchyma_hu + kAbove_hu, kMost_hu);
     const Mask core = eroded(bright, kVessel_m);
     const Pieces p = piecesOf(core);
-    const std::vector<PieceMeasure> pieces = measured(s, p);
+    const std::vector<PieceMeasure> pieces = measuredPieces(s, p);
     const auto score = [&](int n) {
         const PieceMeasure& m = pieces[std::size_t(n)];
         const double aside = right ? m.middle.x : -m.middle.x;
@@ -125,7 +125,7 @@ FoundOrgan findSpleen(const OrganScene& s) {
     const double p_hu = s.parenchyma_hu;
     const Mask core = eroded(inRange(s.calm, s.free_wide, p_hu + kLow_hu, p_hu + kHigh_hu), kCore_m);
     const Pieces p = piecesOf(core);
-    const std::vector<PieceMeasure> pieces = measured(s, p);
+    const std::vector<PieceMeasure> pieces = measuredPieces(s, p);
     const FloatVolume to_wall = distanceTo(inverted(s.in.inside));
     std::vector<double> near(p.size.size(), 0.0);
     for (std::size_t i = 0; i < core.voxels.size(); ++i)
@@ -187,7 +187,7 @@ FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
     const Mask blood = inRange(s.fine, chest, s.parenchyma_hu + kBlood_hu, kMost_hu);
     const Mask core = eroded(without(closed(blood, 0.004), cava), kCore_m);
     const Pieces p = piecesOf(core);
-    const std::vector<PieceMeasure> pieces = measured(s, p);
+    const std::vector<PieceMeasure> pieces = measuredPieces(s, p);
     const double top_m = s.grid.centre(s.grid.dims - 1).z;
     const auto score = [&](int n) {
         const PieceMeasure& m = pieces[std::size_t(n)];
@@ -222,7 +222,7 @@ FoundOrgan findGallbladder(const OrganScene& s) {
         return notFound("gallbladder", "it is looked for at the liver, which is not known");
     const Mask core = eroded(inRange(s.calm, s.free, kLow_hu, kHigh_hu), kCore_m);
     const Pieces p = piecesOf(core);
-    const std::vector<PieceMeasure> pieces = measured(s, p);
+    const std::vector<PieceMeasure> pieces = measuredPieces(s, p);
     const Mask at_liver = dilated(s.in.liver, kContact_m + kCore_m), at_gas = dilated(s.in.lungs.gas, 0.008);
     std::vector<double> touch(p.size.size(), 0.0), gas = touch;
     for (std::size_t i = 0; i < core.voxels.size(); ++i) {

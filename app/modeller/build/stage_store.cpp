@@ -54,13 +54,13 @@ bool isNote(const std::string& note) {
     return note.size() <= kLongestNote && std::none_of(note.begin(), note.end(), isControl);
 }
 
-std::uint64_t digestOf(const LabelVolume& labels) {
+std::uint64_t labelsDigest(const LabelVolume& labels) {
     patient::StateHash hash;
     hash.addBytes(std::as_bytes(std::span(labels.voxels)));
     return hash.value();
 }
 
-std::uint64_t digestOf(const std::string& text) {
+std::uint64_t textDigest(const std::string& text) {
     patient::StateHash hash;
     hash.add(std::string_view(text));
     return hash.value();
@@ -70,7 +70,7 @@ std::uint64_t digestOf(const std::string& text) {
 
 std::uint64_t digestOf(const StageResult& result) {
     patient::StateHash hash;
-    hash.add(digestOf(result.labels));
+    hash.add(labelsDigest(result.labels));
     hash.add(std::string_view(result.text));
     return hash.value();
 }
@@ -135,8 +135,8 @@ std::optional<StageResult> StageStore::load(int number, std::string_view name, c
     result.record = kept.record;
     result.labels = patient::readNifti<std::uint8_t>(folder / kLabels);
     if (!text_name.empty()) result.text = patient::readWholeFile(folder / text_name, kMostBytes);
-    result.text_edited = digestOf(result.text) != kept.text_digest;
-    result.labels_edited = digestOf(result.labels) != kept.labels_digest;
+    result.text_edited = textDigest(result.text) != kept.text_digest;
+    result.labels_edited = labelsDigest(result.labels) != kept.labels_digest;
     if (result.labels_edited) result.record.corrected = true;
     if (result.labels.grid.dims != grid.dims) {  // another voxel size: what no person made is made anew
         if (result.record.corrected)
@@ -169,8 +169,8 @@ void StageStore::keep(int number, std::string_view name, const StageResult& resu
     film.labels = result.labels;
     film.label_table = table;
     writeSlices(film, folder);
-    patient::writeWholeFile(folder / kRecord,
-                            writeStageFile({result.record, digestOf(result.labels), digestOf(result.text)}));
+    patient::writeWholeFile(folder / kRecord, writeStageFile({result.record, labelsDigest(result.labels),
+                                                              textDigest(result.text)}));
 }
 
 }  // namespace stylet::modeller

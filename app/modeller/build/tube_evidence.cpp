@@ -11,13 +11,13 @@ using patient::Index3;
 
 namespace {
 
-constexpr double kBlur_m = 0.0007;      // half of the noise's power goes, a vessel of 1 mm radius stays
+constexpr double kLineBlur_m = 0.0007;  // half of the noise's power goes, a vessel of 1 mm radius stays
 constexpr float kTowardTubes_hu = 120;  // contrast beyond this is no clearer: bone, gas, metal
 constexpr float kAway_hu = 40.0f;       // tumours beside vessels, vessels beside ducts
 constexpr float kAwayLine_hu =
-    15.0f;                     // for the line filter, which takes a bridge between two holes for a tube
-constexpr float kMost = 6.0f;  // of either part of the score
-constexpr int kMargin = 4;     // voxels around the liver; the filter carries on beyond them
+    15.0f;                          // for the line filter, which takes a bridge between two holes for a tube
+constexpr float kMostScore = 6.0f;  // of either part of the score
+constexpr int kLiverMargin = 4;     // voxels around the liver; the filter carries on beyond them
 
 // Peak of the histogram, and the width to half of it below the peak (toward smaller values).
 ParenchymaPeak peakOf(const std::vector<float>& values) {
@@ -71,18 +71,18 @@ FloatVolume turned(const patient::CtVolume& ct, const TubeEvidence& e, TubeKind 
 
 float TubeEvidence::score(std::size_t voxel) const {
     const float widths = contrast_hu.voxels[voxel] / float(parenchyma.noise_hu);
-    return std::min(kMost, widths) + std::min(kMost, line.voxels[voxel]);
+    return std::min(kMostScore, widths) + std::min(kMostScore, line.voxels[voxel]);
 }
 
 TubeEvidence tubeEvidence(const patient::CtVolume& ct, const Mask& liver, TubeKind kind,
                           const std::vector<double>& radii_m) {
     TubeEvidence e;
-    e.box = boxAround(liver, kMargin);
+    e.box = boxAround(liver, kLiverMargin);
     e.liver = cropped(liver, e.box);
 
     const FloatVolume raw = turned(ct, e, TubeKind::bright, 0.0, 1e4f);
     e.parenchyma.mean_hu = peakOf(valuesIn(raw, e.liver)).mean_hu;
-    e.contrast_hu = gaussian(turned(ct, e, kind, e.parenchyma.mean_hu, kAway_hu), kBlur_m);
+    e.contrast_hu = gaussian(turned(ct, e, kind, e.parenchyma.mean_hu, kAway_hu), kLineBlur_m);
     const ParenchymaPeak left = peakOf(valuesIn(e.contrast_hu, e.liver));
     e.parenchyma.mean_hu += kind == TubeKind::bright ? left.mean_hu : -left.mean_hu;
     e.parenchyma.noise_hu = left.noise_hu;

@@ -145,16 +145,6 @@ Grid gridOf(const Grid& whole, const VoxelBox& box) {
     return {box.high - box.low + 1, whole.spacing_m, whole.centre(box.low)};
 }
 
-Mask cropped(const Mask& whole, const VoxelBox& box) {
-    Mask part(gridOf(whole.grid, box));
-    std::size_t o = 0;
-    for (int z = box.low.z; z <= box.high.z; ++z)
-        for (int y = box.low.y; y <= box.high.y; ++y)
-            for (int x = box.low.x; x <= box.high.x; ++x)
-                part.voxels[o++] = whole[{x, y, z}];
-    return part;
-}
-
 Mask restored(const Mask& part, const VoxelBox& box, const Grid& whole) {
     Mask out(whole);
     std::size_t o = 0;

@@ -10,7 +10,6 @@ namespace stylet::modeller {
 // Around all voxels of the mask, `margin` voxels more on every side, within the grid.
 VoxelBox boxAround(const Mask&, int margin);
 patient::Grid gridOf(const patient::Grid& whole, const VoxelBox&);
-Mask cropped(const Mask&, const VoxelBox&);
 // Back into a grid of which `part` is the box; 0 elsewhere.
 Mask restored(const Mask& part, const VoxelBox&, const patient::Grid& whole);
 

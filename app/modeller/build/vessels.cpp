@@ -17,13 +17,13 @@ using patient::Vec3;
 
 namespace {
 
-const std::vector<double> kRadii_m{0.001, 0.0015, 0.0021, 0.003, 0.0045};
+const std::vector<double> kVesselRadii_m{0.001, 0.0015, 0.0021, 0.003, 0.0045};
 // Of TubeEvidence::score. Tuned on the reference patients of seeds 5 to 7; of 6 and 7 at 1 mm the latter was
 // kept having seen a real patient's score. At 1 mm as strict as loses nothing; in wider voxels, most of which
 // are partly parenchyma, vessels score less.
-constexpr double kInside = 7.0, kInsideLess_per_m = 2000.0, kLeastInside = 5.0, kFine_m = 0.001;
-constexpr float kCertain = 9.0f;
-constexpr double kLeastPiece_m3 = 200e-9;  // 15 mm of a vessel of 2 mm radius
+constexpr double kInsideVessel = 7.0, kInsideLess_per_m = 2000.0, kLeastInside = 5.0, kFine_m = 0.001;
+constexpr float kCertainVessel = 9.0f;
+constexpr double kLeastVesselPiece_m3 = 200e-9;  // 15 mm of a vessel of 2 mm radius
 // Of the way from parenchyma to blood: with little noise all of a vessel's blurred rim would score.
 constexpr double kLevelShare = 0.35;
 // A vessel's wall lies halfway to its own middle, less what a curved wall's blur takes; so far off a middle
@@ -31,7 +31,7 @@ constexpr double kLevelShare = 0.35;
 constexpr float kWallShare = 0.45f;
 constexpr double kMiddle_m = 0.0021;
 // Where the liver's mask takes in a rim of something bright, that rim is a sheet and no line.
-constexpr double kRim_m = 0.003;
+constexpr double kLiverRim_m = 0.003;
 constexpr float kRimLine = 2.0f;
 
 // Blood in the large vessels: its blur, how far from parenchyma to the vessels' own level, how far above it.
@@ -45,7 +45,7 @@ constexpr double kCavaLeastLength_m = 0.012;
 // Of the cava's own half width: narrower than a flat cava is, wider than a portal trunk.
 constexpr double kOwnWidth = 0.7;
 constexpr double kNearLiver_m = 0.005, kNearVessels_m = 0.006;
-constexpr double kTrunkRadius_m = 0.0035, kCavaWall_m = 0.002, kOffCava_m = 0.006, kDeep_m = 0.008;
+constexpr double kTrunkRadius_m = 0.0035, kCavaWall_m = 0.002, kOffCava_m = 0.006, kDeepInLiver_m = 0.008;
 // Heights in the liver, 0 at its lowest voxel and 1 at its highest: of hilum and hepatic veins' ends.
 constexpr double kTrunkLow = 0.2, kTrunkHigh = 0.62, kVeinsLow = 0.65, kStemsLow = 0.78, kStemReach_m = 0.035;
 constexpr float kStemWidth = 0.75f;
@@ -54,11 +54,6 @@ constexpr double kJoin_m = 0.005;  // from a vessel's end to the large vessel th
 // widens.
 constexpr double kNarrow_m = 0.002, kLeap = 60.0, kWall = 12.0, kBeyondLiver = 120.0, kWidening = 25.0;
 constexpr double kNoLumen_m = 0.0008;
-
-Index3 indexOf(const Grid& g, std::size_t o) {
-    const auto nx = std::size_t(g.dims.x), ny = std::size_t(g.dims.y);
-    return {int(o % nx), int(o / nx % ny), int(o / (nx * ny))};
-}
 
 // The liver's surroundings, in which the vessels are split.
 struct Scene {
@@ -72,7 +67,7 @@ struct Scene {
     double height(int z) const { return double(z - bottom) / double(std::max(1, top - bottom)); }
 };
 
-Scene makeScene(const patient::CtVolume& ct, const Mask& liver, const Mask& vessels) {
+Scene vesselScene(const patient::CtVolume& ct, const Mask& liver, const Mask& vessels) {
     Scene s;
     s.box = boxAround(liver, int(std::ceil(kAround_m / ct.grid.spacing_m.x)));
     s.liver = cropped(liver, s.box);
@@ -239,7 +234,7 @@ Mask portalTrunk(const Scene& s, const Mask& cava) {
         if (height < kTrunkLow || height > kTrunkHigh || double(to_cava.voxels[i]) < kCavaWall_m)
             thick.voxels[i] = 0;
     }
-    const FloatVolume to_deep = distanceTo(both(s.vessels, eroded(s.liver, kDeep_m)));
+    const FloatVolume to_deep = distanceTo(both(s.vessels, eroded(s.liver, kDeepInLiver_m)));
     const auto off_cava = [&](std::size_t o) { return double(to_cava.voxels[o]) >= kOffCava_m; };
     std::size_t most = 0;
     Piece trunk;
@@ -359,7 +354,7 @@ bool holds(const Mask& seeds, std::uint8_t label) {
 double bloodContrast(const TubeEvidence& e) {
     std::vector<float> values;
     for (std::size_t i = 0; i < e.liver.voxels.size(); ++i)
-        if (e.liver.voxels[i] && e.score(i) > kCertain) values.push_back(e.contrast_hu.voxels[i]);
+        if (e.liver.voxels[i] && e.score(i) > kCertainVessel) values.push_back(e.contrast_hu.voxels[i]);
     if (values.empty()) return 0.0;
     const auto at = values.begin() + std::ptrdiff_t(0.75 * double(values.size() - 1));
     std::nth_element(values.begin(), at, values.end());
@@ -395,11 +390,11 @@ FloatVolume middlesOf(const FloatVolume& contrast_hu, const Mask& inside) {
 
 Mask findVessels(const patient::CtVolume& ct, const Mask& liver) {
     if (countOf(liver) == 0) return Mask(ct.grid);
-    const TubeEvidence e = tubeEvidence(ct, liver, TubeKind::bright, kRadii_m);
-    const Mask core = eroded(e.liver, kRim_m);
+    const TubeEvidence e = tubeEvidence(ct, liver, TubeKind::bright, kVesselRadii_m);
+    const Mask core = eroded(e.liver, kLiverRim_m);
     const double least_hu = kLevelShare * bloodContrast(e);
     const double wider_m = std::max(0.0, ct.grid.spacing_m.x - kFine_m);
-    const double least_score = std::max(kLeastInside, kInside - kInsideLess_per_m * wider_m);
+    const double least_score = std::max(kLeastInside, kInsideVessel - kInsideLess_per_m * wider_m);
     Mask inside(e.liver.grid);
     for (std::size_t i = 0; i < inside.voxels.size(); ++i)
         inside.voxels[i] = e.liver.voxels[i] && double(e.score(i)) > least_score &&
@@ -408,10 +403,11 @@ Mask findVessels(const patient::CtVolume& ct, const Mask& liver) {
     const FloatVolume middle = middlesOf(e.contrast_hu, inside);
     for (std::size_t i = 0; i < inside.voxels.size(); ++i)
         inside.voxels[i] = inside.voxels[i] && e.contrast_hu.voxels[i] > kWallShare * middle.voxels[i];
-    const auto least = std::size_t(kLeastPiece_m3 / (1e-6 * voxelVolume_ml(ct.grid)));
+    const auto least = std::size_t(kLeastVesselPiece_m3 / (1e-6 * voxelVolume_ml(ct.grid)));
     const Mask vessels = keepPieces(inside, [&](const Piece& piece) {
-        return piece.size() >= least &&
-               std::any_of(piece.begin(), piece.end(), [&](std::size_t o) { return e.score(o) > kCertain; });
+        return piece.size() >= least && std::any_of(piece.begin(), piece.end(), [&](std::size_t o) {
+                   return e.score(o) > kCertainVessel;
+               });
     });
     return restored(vessels, e.box, ct.grid);
 }
@@ -422,7 +418,7 @@ SplitVessels splitVessels(const patient::CtVolume& ct, const Mask& liver, const 
         out.notes.push_back("No vessels show in the liver: the scan has too little contrast medium in them.");
         return out;
     }
-    const Scene s = makeScene(ct, liver, vessels);
+    const Scene s = vesselScene(ct, liver, vessels);
     const FloatVolume radius = lumenRadius(s.lumen);
     Mask cava = cavaOf(s);
     const Mask trunk = portalTrunk(s, cava);

@@ -11,15 +11,15 @@
 namespace stylet::trainer {
 namespace {
 
-constexpr report::Colour kGlass{0.035, 0.045, 0.055}, kGrid{0.13, 0.17, 0.20}, kQuiet{0.52, 0.58, 0.62},
-    kWords{0.86, 0.90, 0.92}, kForce{0.98, 0.78, 0.25}, kOther{0.62, 0.86, 0.60}, kFrame{0.45, 0.80, 0.98},
-    kAlarm{1.0, 0.42, 0.36};
+constexpr report::Colour kGlass{0.035, 0.045, 0.055}, kGrid{0.13, 0.17, 0.20},
+    kMetricsQuiet{0.52, 0.58, 0.62}, kMetricsWords{0.86, 0.90, 0.92}, kForce{0.98, 0.78, 0.25},
+    kOther{0.62, 0.86, 0.60}, kFrame{0.45, 0.80, 0.98}, kAlarm{1.0, 0.42, 0.36};
 
 std::string milliseconds(double ms) {
     return formatted(ms < 100.0 ? "%.1f ms" : "%.0f ms", ms);
 }
 
-const char* nameOf(haptics::Phase phase) {
+const char* phaseName(haptics::Phase phase) {
     switch (phase) {
         case haptics::Phase::held:
             return "held";
@@ -31,7 +31,7 @@ const char* nameOf(haptics::Phase phase) {
     return "outside";
 }
 
-const char* nameOf(haptics::ForceStage stage) {
+const char* stageName(haptics::ForceStage stage) {
     switch (stage) {
         case haptics::ForceStage::waiting:
             return "waiting";
@@ -95,11 +95,11 @@ std::vector<Row> rowsOf(const StateGiven& state, const std::deque<FrameSample>& 
     const std::string tool(haptics::kToolNames[std::size_t(tick.tool)]);
     std::vector<Row> rows{
         {"tool", tool},
-        {"needle", nameOf(tick.phase)},
+        {"needle", phaseName(tick.phase)},
         {"depth", inside ? formatted("%.1f mm", 1e3 * tick.depth_m) : "\u2013"},
         {"tissue", inside ? std::string(patient::tissueName(tick.tissue)) : "\u2013"},
         {"force", formatted("%.2f N", tick.force_n)},
-        {"device", nameOf(tick.stage) + formatted(", %.0f %%", 100.0 * tick.level), off},
+        {"device", stageName(tick.stage) + formatted(", %.0f %%", 100.0 * tick.level), off},
         {"breath", tick.breath_held ? "held" : formatted("%.0f %%", 100.0 * tick.breath.v)},
         {"frame", milliseconds(quantile(frames_ms, 0.5))},
         {"slowest 1 %", milliseconds(quantile(frames_ms, 0.99))},
@@ -150,7 +150,7 @@ void drawGraph(report::Canvas& canvas, const Graph& g, const std::deque<FrameSam
     }
     canvas.unclip();
     canvas.text({g.x + g.width - 0.4 * g.unit, g.y + 1.0 * g.unit}, formatted(format, top),
-                {size, kQuiet, report::Align::right});
+                {size, kMetricsQuiet, report::Align::right});
 }
 
 }  // namespace
@@ -174,9 +174,9 @@ void Metrics::draw(report::Canvas& canvas, int width, int height, const StateGiv
     const std::size_t columns = 2, each = (rows.size() + columns - 1) / columns;
     const double column = (width - margin) / double(columns);
     const auto drawRow = [&](const Row& row, double x, double y, double w) {
-        canvas.text({x, y}, row.what, {0.85 * unit, kQuiet});
+        canvas.text({x, y}, row.what, {0.85 * unit, kMetricsQuiet});
         canvas.text({x + w, y}, row.value,
-                    {unit, row.alarm ? kAlarm : kWords, report::Align::right, row.alarm});
+                    {unit, row.alarm ? kAlarm : kMetricsWords, report::Align::right, row.alarm});
     };
     const auto lineAt = [&](std::size_t i) { return margin + unit + pitch * double(i); };
     for (std::size_t i = 0; i < rows.size(); ++i)

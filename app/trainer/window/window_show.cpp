@@ -10,8 +10,9 @@
 namespace stylet::trainer {
 namespace {
 
-constexpr report::Colour kBackground{0.075, 0.088, 0.10}, kBlack{0.0, 0.0, 0.0}, kBar{0.115, 0.135, 0.155},
-    kQuiet{0.55, 0.61, 0.65}, kWords{0.88, 0.91, 0.93}, kLit{0.98, 0.78, 0.25};
+constexpr report::Colour kBackground{0.075, 0.088, 0.10}, kWindowBlack{0.0, 0.0, 0.0},
+    kBar{0.115, 0.135, 0.155}, kWindowQuiet{0.55, 0.61, 0.65}, kWindowWords{0.88, 0.91, 0.93},
+    kLit{0.98, 0.78, 0.25};
 constexpr std::array<float, 3> kClear{0.006f, 0.008f, 0.01f};
 // A key moves or turns the tool by so much, with Shift a quarter of it; a step of the wheel half as far.
 constexpr double kKey_m = 0.002, kKey_rad = 0.035, kWheel_m = 0.001, kFiner = 0.25;
@@ -195,7 +196,7 @@ void WindowShow::drawBar(report::Canvas& c) const {
     c.rectangle(bar.x, bar.y, bar.width, bar.height, kBar);
     c.rectangle(bar.x, bar.y, share * bar.width, bar.height, kLit.faded(0.55));
     c.rectangle(bar.x + share * bar.width - 1.5, bar.y - 2.0, 3.0, bar.height + 4.0, kLit);
-    c.text({bar.x + bar.width + 14.0, bar.y + 13.0}, playbackText(), {13, kWords});
+    c.text({bar.x + bar.width + 14.0, bar.y + 13.0}, playbackText(), {13, kWindowWords});
 }
 
 void WindowShow::moveTool(const WindowNews& news) {
@@ -391,7 +392,7 @@ bool WindowShow::drawMetrics() {
     if (sized && (!metrics_stale_ || Clock::now() < metrics_drawn_ + every)) return false;
     if (!sized) {
         shown_[kMetrics] = {pane->area.width, pane->area.height};
-        metrics_canvas_ = std::make_unique<report::Canvas>(pane->area.width, pane->area.height, kBlack);
+        metrics_canvas_ = std::make_unique<report::Canvas>(pane->area.width, pane->area.height, kWindowBlack);
     }
     metrics_.draw(*metrics_canvas_, pane->area.width, pane->area.height, channels_->state.front(), isTold());
     metrics_canvas_->pixels(pixels_);
@@ -408,7 +409,7 @@ bool WindowShow::drawSlices() {
     const Rect& area = pane->area;
     const bool sized = shown_[kSlices].width == area.width && shown_[kSlices].height == area.height;
     if (sized && (!slices_stale_ || Clock::now() < slices_drawn_ + every)) return false;
-    if (!sized) slices_canvas_ = std::make_unique<report::Canvas>(area.width, area.height, kBlack);
+    if (!sized) slices_canvas_ = std::make_unique<report::Canvas>(area.width, area.height, kWindowBlack);
     shown_[kSlices] = {area.width, area.height};
     slices_.draw(*slices_canvas_, area.width, area.height, channels_->state.front().seen);
     slices_canvas_->pixels(pixels_);
@@ -497,13 +498,13 @@ bool WindowShow::drawChrome() {
     for (const Pane& pane : layout_.panes) {
         const Rect &bar = pane.caption, &area = pane.area;
         c.rectangle(bar.x, bar.y, bar.width, bar.height, kBar);
-        c.rectangle(area.x, area.y, area.width, area.height, kBlack);
+        c.rectangle(area.x, area.y, area.width, area.height, kWindowBlack);
         c.clip(bar.x, bar.y, bar.width, bar.height);
-        c.text({bar.x + 10.0, bar.y + 18.0}, captionOf(pane.shows), {13, kWords});
+        c.text({bar.x + 10.0, bar.y + 18.0}, captionOf(pane.shows), {13, kWindowWords});
         c.unclip();
         if (shown_[pictureOf(pane.shows)].width == 0)
             c.text({area.x + 0.5 * area.width, area.y + 0.5 * area.height}, emptyText(pane.shows),
-                   {std::clamp(area.width / 34.0, 10.0, 16.0), kQuiet, report::Align::centre});
+                   {std::clamp(area.width / 34.0, 10.0, 16.0), kWindowQuiet, report::Align::centre});
     }
     drawAlert(c);
     drawKeys(c);
@@ -522,7 +523,7 @@ void WindowShow::drawAlert(report::Canvas& c) const {
     c.clip(frame_.x, frame_.y, frame_.width, frame_.height);
     drawAlertPattern(c, *alert_, width_, height_, kAlertStripe_px);
     c.unclip();
-    c.rectangle(pane.area.x, pane.area.y, pane.area.width, pane.area.height, kBlack);
+    c.rectangle(pane.area.x, pane.area.y, pane.area.width, pane.area.height, kWindowBlack);
     c.rectangle(pane.caption.x, pane.caption.y, pane.caption.width, pane.caption.height, colour);
     c.text({pane.caption.x + 0.5 * pane.caption.width, pane.caption.y + 19.0}, alertWord(*alert_),
            {16, {1.0, 1.0, 1.0}, report::Align::centre, true});
@@ -542,17 +543,17 @@ void WindowShow::drawKeys(report::Canvas& c) const {
         const WindowView view = kViews[std::size_t(i)];
         if (!offered(view)) continue;
         const bool now = view == view_;
-        word(std::to_string(i + 1) + " ", now ? kLit : kWords, true);
+        word(std::to_string(i + 1) + " ", now ? kLit : kWindowWords, true);
         word(settings_.desktop && view == WindowView::leftEye ? "operator" : nameOf(view),
-             now ? kLit : kQuiet, now);
+             now ? kLit : kWindowQuiet, now);
         x += 18.0;
     }
-    word("Tab ", kWords, true), word("next", kQuiet, false);
+    word("Tab ", kWindowWords, true), word("next", kWindowQuiet, false);
     if (const std::string state = keys_.state(); !state.empty()) x += 30.0, word(state, kLit, true);
     for (const std::vector<WindowKeys::Help>& row : keys_.rows()) {
         x = 12.0, y += kMoreKeys;
         for (const WindowKeys::Help& help : row) {
-            word(help.key + " ", kWords, true), word(help.what, kQuiet, false);
+            word(help.key + " ", kWindowWords, true), word(help.what, kWindowQuiet, false);
             x += 14.0;
         }
     }

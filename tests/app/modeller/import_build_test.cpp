@@ -4,6 +4,7 @@
 
 #include "app/modeller/import.h"
 #include "app/modeller/voxel_tools.h"
+#include "tests/app/modeller/target_id.h"
 #include "torso.h"
 
 namespace stylet::modeller {
@@ -12,6 +13,7 @@ namespace {
 using patient::Index3;
 using patient::Tissue;
 using patient::Vec3;
+using test::idOf;
 
 ImportSettings settings() {
     ImportSettings s;
@@ -22,10 +24,6 @@ ImportSettings settings() {
         s.defaults.elasticity[std::size_t(t)] = {1000.0 + t, "a guess"};
     }
     return s;
-}
-
-std::uint8_t idOf(const char* name) {
-    return findTarget(name)->id;
 }
 
 // Built once: every test looks at the same patient.
@@ -42,7 +40,7 @@ std::size_t count(const char* name) {
     return std::size_t(std::count(v.begin(), v.end(), idOf(name)));
 }
 
-std::string refusal(const test::Torso& t, const ImportSettings& s = settings()) {
+std::string buildRefusal(const test::Torso& t, const ImportSettings& s = settings()) {
     try {
         buildPatient(t.ct, t.labels, t.map, s);
     } catch (const ImportError& e) {
@@ -69,7 +67,7 @@ TEST(ImportBuild, AnUnmappedIdIsRefusedByNumberAfterTheList) {
     ImportSettings s = settings();
     std::size_t listed = 0;
     s.list = [&](const std::vector<SourceLabel>& sources) { listed = sources.size(); };
-    EXPECT_NE(refusal(t, s).find("no line for source id 65"), std::string::npos);
+    EXPECT_NE(buildRefusal(t, s).find("no line for source id 65"), std::string::npos);
     EXPECT_EQ(listed, 5u);
 }
 
@@ -87,16 +85,16 @@ TEST(ImportBuild, AMapLineWithoutVoxelsIsOnlyNoted) {
 TEST(ImportBuild, WhatCannotBeAPatientIsRefused) {
     test::Torso moved = test::makeTorso();
     moved.labels.grid.origin_m.x += 0.01;
-    EXPECT_NE(refusal(moved).find("10 mm beside the CT"), std::string::npos);
+    EXPECT_NE(buildRefusal(moved).find("10 mm beside the CT"), std::string::npos);
     test::Torso stretched = test::makeTorso();
     stretched.labels.grid.spacing_m.z = 0.0025;
-    EXPECT_NE(refusal(stretched).find("differ in spacing"), std::string::npos);
+    EXPECT_NE(buildRefusal(stretched).find("differ in spacing"), std::string::npos);
     test::Torso no_liver = test::makeTorso();
     no_liver.map.target_of[7] = idOf("spleen");
-    EXPECT_NE(refusal(no_liver).find("without a liver"), std::string::npos);
+    EXPECT_NE(buildRefusal(no_liver).find("without a liver"), std::string::npos);
     ImportSettings s = settings();
     s.reference_phase = "v=1.5";
-    EXPECT_NE(refusal(test::makeTorso(), s).find("reference phase"), std::string::npos);
+    EXPECT_NE(buildRefusal(test::makeTorso(), s).find("reference phase"), std::string::npos);
 }
 
 // A slab as wide as a scan may be: with its rim of air, more than 1024 voxels of 0.5 mm.
@@ -107,11 +105,11 @@ TEST(ImportBuild, APackageTooLargeToLoadIsRefusedWithASpacingThatFits) {
     ImportSettings s = settings();
     s.grow_ducts = false;
     s.spacing_m = 0.0005;
-    const std::string why = refusal(t, s);
+    const std::string why = buildRefusal(t, s);
     EXPECT_NE(why.find("1033x93x13 voxels of 0.5 mm"), std::string::npos) << why;
     EXPECT_NE(why.find("0.51 mm is the smallest spacing that fits"), std::string::npos) << why;
     s.spacing_m = 0.00051;
-    EXPECT_EQ(refusal(t, s).find("smallest spacing"), std::string::npos);
+    EXPECT_EQ(buildRefusal(t, s).find("smallest spacing"), std::string::npos);
 }
 
 // HZ-TEACH-03

@@ -12,7 +12,7 @@
 namespace stylet::modeller {
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string mapRefusal(const std::string& text) {
     test::TempFolder temp;
     std::ofstream(temp / "map.csv") << text;
     try {
@@ -47,19 +47,19 @@ TEST(ImportMap, ReadsIdsCommentsAndKeys) {
 }
 
 TEST(ImportMap, RefusesByLine) {
-    EXPECT_NE(refusal("source_id,tissue\n1,liver\n2,lever\n").find("line 3: there is no target \"lever\""),
+    EXPECT_NE(mapRefusal("source_id,tissue\n1,liver\n2,lever\n").find("line 3: there is no target \"lever\""),
               std::string::npos);
-    EXPECT_NE(refusal("source_id,tissue\n1,liver\n1,bone\n").find("line 3: source_id 1 is mapped twice"),
+    EXPECT_NE(mapRefusal("source_id,tissue\n1,liver\n1,bone\n").find("line 3: source_id 1 is mapped twice"),
               std::string::npos);
-    EXPECT_NE(refusal("source_id,tissue\n-4,liver\n").find("line 2"), std::string::npos);
-    EXPECT_NE(refusal("source_id,tissue\n1e3,liver\n").find("not a whole number"), std::string::npos);
-    EXPECT_NE(refusal("source_id,tissue\nliver\n").find("two fields"), std::string::npos);
-    EXPECT_NE(refusal("1,liver\n").find("the first line must be"), std::string::npos);
-    EXPECT_NE(refusal("source_id,tissue\n1," + std::string(1000, 'x')).find("line 2: too long"),
+    EXPECT_NE(mapRefusal("source_id,tissue\n-4,liver\n").find("line 2"), std::string::npos);
+    EXPECT_NE(mapRefusal("source_id,tissue\n1e3,liver\n").find("not a whole number"), std::string::npos);
+    EXPECT_NE(mapRefusal("source_id,tissue\nliver\n").find("two fields"), std::string::npos);
+    EXPECT_NE(mapRefusal("1,liver\n").find("the first line must be"), std::string::npos);
+    EXPECT_NE(mapRefusal("source_id,tissue\n1," + std::string(1000, 'x')).find("line 2: too long"),
               std::string::npos);
-    EXPECT_NE(refusal(std::string((1 << 20) + 1, '#')).find("map.csv: file: larger than 1048576 bytes"),
+    EXPECT_NE(mapRefusal(std::string((1 << 20) + 1, '#')).find("map.csv: file: larger than 1048576 bytes"),
               std::string::npos);
-    EXPECT_NE(refusal("").find("maps nothing"), std::string::npos);
+    EXPECT_NE(mapRefusal("").find("maps nothing"), std::string::npos);
 }
 
 }  // namespace

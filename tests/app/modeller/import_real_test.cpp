@@ -10,6 +10,7 @@
 #include "app/modeller/voxel_tools.h"
 #include "app/report/palpation.h"
 #include "patient/patient.h"
+#include "tests/app/modeller/target_id.h"
 #include "tests/app/trainer/command.h"
 #include "tests/patient/blood_facts.h"
 #include "tests/support/temp_folder.h"
@@ -18,10 +19,7 @@ namespace stylet::modeller {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::uint8_t idOf(const char* name) {
-    return findTarget(name)->id;
-}
+using test::idOf;
 
 // The map that a user would write for this data set, from the names that come with it: none of its codes is
 // kept here.
@@ -229,7 +227,7 @@ TEST_F(ImportReal, TheDemoHitsADuct) {
 
 #ifdef STYLET_GPU
 TEST_F(ImportReal, EveryMomentOfTheDemoHasItsPictures) {
-    const test::Outcome outcome = demo("--fps 1");
+    const test::Outcome outcome = demo("--fps 0.01");  // the pictures of the moments, and no others
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>()) << outcome.out;
     for (const std::string moment : {"approach", "skin", "fascia", "liver", "duct"})

@@ -30,7 +30,7 @@ RegisterSettings registration(int finest) {
 }
 
 TEST(Registration, KeepsTheSlideAtTheInterface) {
-    const test::ChestSettings chest{.travel_m = 0.006, .phases = 2};
+    const test::ChestSettings chest{.spacing_m = 0.003, .travel_m = 0.006, .phases = 2};
     const Phase fixed = test::chestPhase(chest, 0), moving = test::chestPhase(chest, 1);
     Mask inside(fixed.hu.grid), outside(fixed.hu.grid);
     for (int z = 0; z < inside.grid.dims.z; ++z)
@@ -74,7 +74,7 @@ TEST(Registration, OfAFolderThatIsNoneIsRefused) {
 // The command itself: what a 4D CT shows goes into a package that lies where it does, and nothing else does.
 class MotionPackage : public testing::Test {
   protected:
-    static constexpr test::ChestSettings kChest{.travel_m = 0.008, .phases = 4};
+    static constexpr test::ChestSettings kChest{.spacing_m = 0.003, .travel_m = 0.008, .phases = 4};
 
     MotionPackage() {
         std::filesystem::create_directory(folder_ / "phases");
@@ -97,7 +97,7 @@ class MotionPackage : public testing::Test {
         for (patient::Label& label : package_.label_table)
             label.provenance = "made";
         for (int z = 0; z < 10; ++z)
-            package_.labels[{30, 30, z}] = 4;
+            package_.labels[{25, 25, z}] = 4;
         package_.tissues = test::tissueDefaults().tissues;
         package_.elasticity = test::tissueDefaults().elasticity;
         package_.thresholds = test::tissueDefaults().thresholds;

@@ -72,7 +72,7 @@ void expectSentence(const std::string& why, const fs::path& folder, const char* 
 }
 
 template <typename Spoil>
-void expectRefused(Spoil spoil, const char* words) {
+void expectStackRefused(Spoil spoil, const char* words) {
     TempFolder temp;
     std::vector<DicomSlice> slices = stack(6);
     spoil(slices);
@@ -81,15 +81,17 @@ void expectRefused(Spoil spoil, const char* words) {
 }
 
 TEST(ReadDicom, AMissingSliceIsNamed) {
-    expectRefused([](auto& s) { s.erase(s.begin() + 3); },
-                  "ImagePositionPatient (0020,0032): slices are missing between slice898 and slice897: a gap "
-                  "of 5 mm where 2.5 mm is usual");
-    expectRefused([](auto& s) { s[3].position_mm[2] += 0.6; }, "the slice spacing is uneven: 3.1 mm between");
+    expectStackRefused(
+        [](auto& s) { s.erase(s.begin() + 3); },
+        "ImagePositionPatient (0020,0032): slices are missing between slice898 and slice897: a gap "
+        "of 5 mm where 2.5 mm is usual");
+    expectStackRefused([](auto& s) { s[3].position_mm[2] += 0.6; },
+                       "the slice spacing is uneven: 3.1 mm between");
 }
 
 TEST(ReadDicom, ADoubleSliceIsNamed) {
-    expectRefused([](auto& s) { s.push_back(s[2]); }, "lie in the same place; remove one of them");
-    expectRefused(
+    expectStackRefused([](auto& s) { s.push_back(s[2]); }, "lie in the same place; remove one of them");
+    expectStackRefused(
         [](auto& s) {
             for (int k = 0; k < 6; ++k)
                 s.push_back(s[std::size_t(k)]);
@@ -99,13 +101,13 @@ TEST(ReadDicom, ADoubleSliceIsNamed) {
 
 TEST(ReadDicom, ATiltedGantryIsRefusedWithItsAngle) {
     // The gantry leans by 15 degrees; the table still runs along z.
-    expectRefused(
+    expectStackRefused(
         [](auto& s) {
             for (DicomSlice& one : s)
                 one.orientation = {1, 0, 0, 0, 0.9659258, -0.2588190};
         },
         "sheared by 15 degrees (a tilted gantry); export the series resampled to upright slices");
-    expectRefused(
+    expectStackRefused(
         [](auto& s) {
             for (int k = 0; k < 6; ++k)
                 s[std::size_t(k)].position_mm[1] += 1.0 * k;
@@ -114,51 +116,55 @@ TEST(ReadDicom, ATiltedGantryIsRefusedWithItsAngle) {
 }
 
 TEST(ReadDicom, AnglesThatAreNotUprightAreRefused) {
-    expectRefused([](auto& s) { s[4].orientation = {0, 1, 0, 0, 0, -1}; },
-                  "ImageOrientationPatient (0020,0037): lie at different angles; put the axial slices alone");
-    expectRefused(all([](DicomSlice& s) { s.orientation = {0.9397, 0.3420, 0, -0.3420, 0.9397, 0}; }),
-                  "tilted by more than 5 degrees (20 degrees)");
+    expectStackRefused(
+        [](auto& s) { s[4].orientation = {0, 1, 0, 0, 0, -1}; },
+        "ImageOrientationPatient (0020,0037): lie at different angles; put the axial slices alone");
+    expectStackRefused(all([](DicomSlice& s) { s.orientation = {0.9397, 0.3420, 0, -0.3420, 0.9397, 0}; }),
+                       "tilted by more than 5 degrees (20 degrees)");
 }
 
 TEST(ReadDicom, OneSliceIsNoVolume) {
-    expectRefused([](auto& s) { s.resize(1); }, "only 1 slice; a volume needs three");
-    expectRefused([](auto& s) { s.resize(2); }, "only 2 slices; a volume needs three");
+    expectStackRefused([](auto& s) { s.resize(1); }, "only 1 slice; a volume needs three");
+    expectStackRefused([](auto& s) { s.resize(2); }, "only 2 slices; a volume needs three");
 }
 
 TEST(ReadDicom, AnotherModalityIsRefused) {
-    expectRefused(all([](DicomSlice& s) { s.modality = "MR"; }), "Modality (0008,0060): modality MR, not CT");
+    expectStackRefused(all([](DicomSlice& s) { s.modality = "MR"; }),
+                       "Modality (0008,0060): modality MR, not CT");
 }
 
 TEST(ReadDicom, WhatIsMissingIsNamed) {
     const auto without = [](std::uint32_t tag) {
         return all([tag](DicomSlice& s) { s.without.insert(tag); });
     };
-    expectRefused(without(0x00200032), "ImagePositionPatient (0020,0032): is missing");
-    expectRefused(without(0x00200037), "ImageOrientationPatient (0020,0037): is missing");
-    expectRefused(without(0x00280030), "PixelSpacing (0028,0030): is missing");
+    expectStackRefused(without(0x00200032), "ImagePositionPatient (0020,0032): is missing");
+    expectStackRefused(without(0x00200037), "ImageOrientationPatient (0020,0037): is missing");
+    expectStackRefused(without(0x00280030), "PixelSpacing (0028,0030): is missing");
 }
 
 TEST(ReadDicom, AbsurdNumbersAreNamed) {
     for (const double slope : {0.0, -1.0, 1e9, 1e-9, double(NAN)})
-        expectRefused(all([slope](DicomSlice& s) { s.slope = slope; }), "RescaleSlope (0028,1053): ");
+        expectStackRefused(all([slope](DicomSlice& s) { s.slope = slope; }), "RescaleSlope (0028,1053): ");
     for (const double intercept : {1e6, -1e9, double(INFINITY)})
-        expectRefused(all([intercept](DicomSlice& s) { s.intercept = intercept; }),
-                      "RescaleIntercept (0028,1052): ");
-    expectRefused([](auto& s) { s[5].spacing_mm = {0.9, 0.9}; },
-                  "PixelSpacing (0028,0030): their pixel spacing");
-    expectRefused(all([](DicomSlice& s) { s.spacing_mm = {80.0, 80.0}; }), "spacing of 80 mm is outside");
-    expectRefused(all([](DicomSlice& s) { s.spacing_mm = {0.001, 0.001}; }),
-                  "spacing of 0.001 mm is outside");
-    expectRefused([](auto& s) { s[1].columns = 3, s[1].rows = 4; }, "Rows and Columns (0028,0010): differ");
-    expectRefused(all([](DicomSlice& s) { s.columns = 60000, s.rows = 60000; }),
-                  "size: a side of 60000 voxels");
-    expectRefused(all([](DicomSlice& s) {
-                      s.frames = 3;
-                      const auto once = s.stored;
-                      for (int k = 1; k < 3; ++k)
-                          s.stored.insert(s.stored.end(), once.begin(), once.end());
-                  }),
-                  "NumberOfFrames (0028,0008): holds several frames");
+        expectStackRefused(all([intercept](DicomSlice& s) { s.intercept = intercept; }),
+                           "RescaleIntercept (0028,1052): ");
+    expectStackRefused([](auto& s) { s[5].spacing_mm = {0.9, 0.9}; },
+                       "PixelSpacing (0028,0030): their pixel spacing");
+    expectStackRefused(all([](DicomSlice& s) { s.spacing_mm = {80.0, 80.0}; }),
+                       "spacing of 80 mm is outside");
+    expectStackRefused(all([](DicomSlice& s) { s.spacing_mm = {0.001, 0.001}; }),
+                       "spacing of 0.001 mm is outside");
+    expectStackRefused([](auto& s) { s[1].columns = 3, s[1].rows = 4; },
+                       "Rows and Columns (0028,0010): differ");
+    expectStackRefused(all([](DicomSlice& s) { s.columns = 60000, s.rows = 60000; }),
+                       "size: a side of 60000 voxels");
+    expectStackRefused(all([](DicomSlice& s) {
+                           s.frames = 3;
+                           const auto once = s.stored;
+                           for (int k = 1; k < 3; ++k)
+                               s.stored.insert(s.stored.end(), once.begin(), once.end());
+                       }),
+                       "NumberOfFrames (0028,0008): holds several frames");
 }
 
 // A study as a hospital hands it over: a scout, two phases, a dose report.

@@ -51,7 +51,7 @@ std::string spoiled(Spoil spoil, ImageKind kind = ImageKind::ct) {
 }
 
 template <typename Spoil>
-void expectRefused(Spoil spoil, const char* words, ImageKind kind = ImageKind::ct) {
+void expectNiftiRefused(Spoil spoil, const char* words, ImageKind kind = ImageKind::ct) {
     const std::string why = spoiled(spoil, kind);
     EXPECT_NE(why.find(words), std::string::npos) << "wanted: " << words << "\ngot: " << why;
 }
@@ -65,68 +65,73 @@ void makeReal(test::Bytes& b, float first) {
 }
 
 TEST(ReadNifti, WhatIsNoNiftiFileIsNamed) {
-    expectRefused([](auto& b) { b.resize(300); }, "not a NIfTI file: too short");
-    expectRefused([](auto& b) { test::put(b, 0, std::int32_t(77)); }, "sizeof_hdr: not a NIfTI file");
-    expectRefused([](auto& b) { test::put(b, 0, std::int32_t(540)); }, "a NIfTI-2 file; save it as NIfTI-1");
-    expectRefused([](auto& b) { test::put(b, 344, std::int32_t(0)); }, "magic: not a NIfTI-1 file");
-    expectRefused([](auto& b) { std::memcpy(b.data() + 344, "ni1", 4); }, "in two files; save it as one");
-    expectRefused([](auto& b) { std::memcpy(b.data() + 128, "DICM", 4); },
-                  "one DICOM file; name the folder of its series");
+    expectNiftiRefused([](auto& b) { b.resize(300); }, "not a NIfTI file: too short");
+    expectNiftiRefused([](auto& b) { test::put(b, 0, std::int32_t(77)); }, "sizeof_hdr: not a NIfTI file");
+    expectNiftiRefused([](auto& b) { test::put(b, 0, std::int32_t(540)); },
+                       "a NIfTI-2 file; save it as NIfTI-1");
+    expectNiftiRefused([](auto& b) { test::put(b, 344, std::int32_t(0)); }, "magic: not a NIfTI-1 file");
+    expectNiftiRefused([](auto& b) { std::memcpy(b.data() + 344, "ni1", 4); },
+                       "in two files; save it as one");
+    expectNiftiRefused([](auto& b) { std::memcpy(b.data() + 128, "DICM", 4); },
+                       "one DICOM file; name the folder of its series");
 }
 
 TEST(ReadNifti, AbsurdSizesAreNamed) {
-    expectRefused([](auto& b) { test::put(b, 42, std::int16_t(32000)); },
-                  "dim: a size of 32000 along axis 1");
-    expectRefused([](auto& b) { test::put(b, 44, std::int16_t(-3)); }, "dim: a size of -3 along axis 2");
-    expectRefused(
+    expectNiftiRefused([](auto& b) { test::put(b, 42, std::int16_t(32000)); },
+                       "dim: a size of 32000 along axis 1");
+    expectNiftiRefused([](auto& b) { test::put(b, 44, std::int16_t(-3)); }, "dim: a size of -3 along axis 2");
+    expectNiftiRefused(
         [](auto& b) {
             for (std::size_t at : {42, 44, 46})
                 test::put(b, at, std::int16_t(2000));
         },
         "dim: ");
-    expectRefused([](auto& b) { test::put(b, 40, std::int16_t(2)); }, "dim: fewer than three dimensions");
-    expectRefused(
+    expectNiftiRefused([](auto& b) { test::put(b, 40, std::int16_t(2)); },
+                       "dim: fewer than three dimensions");
+    expectNiftiRefused(
         [](auto& b) {
             test::put(b, 40, std::int16_t(4)), test::put(b, 48, std::int16_t(5));
             b.resize(352 + 5 * 60 * 2);
         },
         "dim: more than three dimensions (5 volumes); save one of them alone");
-    expectRefused([](auto& b) { test::put(b, 70, std::int16_t(128)); }, "datatype: 128 is not read");
-    expectRefused([](auto& b) { test::put(b, 70, std::int16_t(16)); }, "bitpix: does not fit the datatype");
-    expectRefused([](auto& b) { test::put(b, 108, -8.0f); }, "vox_offset: -8 is impossible");
+    expectNiftiRefused([](auto& b) { test::put(b, 70, std::int16_t(128)); }, "datatype: 128 is not read");
+    expectNiftiRefused([](auto& b) { test::put(b, 70, std::int16_t(16)); },
+                       "bitpix: does not fit the datatype");
+    expectNiftiRefused([](auto& b) { test::put(b, 108, -8.0f); }, "vox_offset: -8 is impossible");
 }
 
 TEST(ReadNifti, PlacesThatCannotBeAreNamed) {
-    expectRefused([](auto& b) { test::put(b, 254, std::int16_t(0)); },
-                  "qform_code and sform_code: are both 0, so left and right are unknown");
+    expectNiftiRefused([](auto& b) { test::put(b, 254, std::int16_t(0)); },
+                       "qform_code and sform_code: are both 0, so left and right are unknown");
     // Turned by 20 degrees about z, once as a map and once as a quaternion.
     const float c = 0.9396926f, s = 0.3420201f;
     const float oblique[12] = {c, -2 * s, 0, -10, s, 2 * c, 0, 20, 0, 0, 3, 30};
-    expectRefused([&](auto& b) { std::memcpy(b.data() + 280, oblique, sizeof oblique); },
-                  "srow: its axes are tilted by 20 degrees, more than 5");
-    expectRefused(
+    expectNiftiRefused([&](auto& b) { std::memcpy(b.data() + 280, oblique, sizeof oblique); },
+                       "srow: its axes are tilted by 20 degrees, more than 5");
+    expectNiftiRefused(
         [&](auto& b) {
             test::put(b, 252, std::int16_t(1)), test::put(b, 254, std::int16_t(0));
             test::put(b, 264, std::sin(0.1745329f));  // quatern_d: half of the angle
         },
         "orientation: its axes are tilted by more than 5 degrees (20 degrees)");
-    expectRefused([](auto& b) { test::put(b, 280, float(NAN)); }, "srow: is no map");
+    expectNiftiRefused([](auto& b) { test::put(b, 280, float(NAN)); }, "srow: is no map");
     const float flat[12] = {};
-    expectRefused([&](auto& b) { std::memcpy(b.data() + 280, flat, sizeof flat); }, "srow: is no map");
+    expectNiftiRefused([&](auto& b) { std::memcpy(b.data() + 280, flat, sizeof flat); }, "srow: is no map");
 }
 
 TEST(ReadNifti, ValuesThatAreNoHuAreNamed) {
-    expectRefused([](auto& b) { makeReal(b, float(NAN)); }, "voxels: some are not numbers; write -1024");
-    expectRefused([](auto& b) { makeReal(b, float(INFINITY)); }, "voxels: some are not numbers");
+    expectNiftiRefused([](auto& b) { makeReal(b, float(NAN)); }, "voxels: some are not numbers; write -1024");
+    expectNiftiRefused([](auto& b) { makeReal(b, float(INFINITY)); }, "voxels: some are not numbers");
     for (const float slope : {-1.0f, 1e9f, 1e-9f, float(NAN)})
-        expectRefused([slope](auto& b) { test::put(b, 112, slope); }, "scl_slope: ");
-    expectRefused([](auto& b) { test::put(b, 112, 1.0f), test::put(b, 116, 1e8f); }, "scl_inter: ");
-    expectRefused([](auto& b) { test::put(b, 352, std::int16_t(-1)); }, "a label of -1", ImageKind::labels);
-    expectRefused([](auto& b) { makeReal(b, 0.5f); }, "a label of 0.5", ImageKind::labels);
+        expectNiftiRefused([slope](auto& b) { test::put(b, 112, slope); }, "scl_slope: ");
+    expectNiftiRefused([](auto& b) { test::put(b, 112, 1.0f), test::put(b, 116, 1e8f); }, "scl_inter: ");
+    expectNiftiRefused([](auto& b) { test::put(b, 352, std::int16_t(-1)); }, "a label of -1",
+                       ImageKind::labels);
+    expectNiftiRefused([](auto& b) { makeReal(b, 0.5f); }, "a label of 0.5", ImageKind::labels);
 }
 
 TEST(ReadNifti, FilesThatAreCutShortOrDamagedAreRefused) {
-    expectRefused([](auto& b) { b.resize(380); }, "voxels: cut short or damaged");
+    expectNiftiRefused([](auto& b) { b.resize(380); }, "voxels: cut short or damaged");
     TempFolder temp;
     const std::string plain = (temp / "image.nii").string();
     test::writeBytes(plain, test::goodNifti());

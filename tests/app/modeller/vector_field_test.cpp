@@ -11,7 +11,7 @@ using patient::Grid;
 using patient::Index3;
 using patient::Vec3;
 
-Grid cube(int n) {
+Grid cubeAboutOrigin(int n) {
     return {Index3(n), Vec3(0.002), Vec3(-0.001 * (n - 1))};  // about the origin
 }
 
@@ -33,7 +33,7 @@ double bump(const Vec3& p) {
 
 TEST(VectorField, TheExponentialOfAConstantIsItself) {
     const VectorField u =
-        exponential(fieldOf(cube(12), [](const Vec3&) { return Vec3(0.001, -0.002, 0.003); }));
+        exponential(fieldOf(cubeAboutOrigin(12), [](const Vec3&) { return Vec3(0.001, -0.002, 0.003); }));
     for (const glm::vec3& v : u.voxels) {
         ASSERT_NEAR(v.x, 0.001f, 1e-8f);
         ASSERT_NEAR(v.z, 0.003f, 1e-8f);
@@ -42,7 +42,7 @@ TEST(VectorField, TheExponentialOfAConstantIsItself) {
 
 TEST(VectorField, TheExponentialOfALinearFieldGrowsByE) {
     const double rate = 0.2;
-    const VectorField u = exponential(fieldOf(cube(31), [&](const Vec3& p) { return rate * p; }));
+    const VectorField u = exponential(fieldOf(cubeAboutOrigin(31), [&](const Vec3& p) { return rate * p; }));
     for (const Index3& i : {Index3(15, 15, 15), Index3(10, 18, 15), Index3(20, 12, 8)}) {
         const Vec3 p = u.grid.centre(i);
         // Squaring squares 1 + rate/64, which falls short of e^rate by rate^2/128 of it.
@@ -52,8 +52,9 @@ TEST(VectorField, TheExponentialOfALinearFieldGrowsByE) {
 }
 
 TEST(VectorField, TheLogarithmUndoesTheExponential) {
-    const VectorField v = fieldOf(
-        cube(31), [](const Vec3& p) { return bump(p) * Vec3(0.004 + 0.1 * p.y, -0.2 * p.x, -0.009); });
+    const VectorField v = fieldOf(cubeAboutOrigin(31), [](const Vec3& p) {
+        return bump(p) * Vec3(0.004 + 0.1 * p.y, -0.2 * p.x, -0.009);
+    });
     double error_m = 1.0;
     const VectorField back = logarithm(exponential(v), error_m);
     EXPECT_LT(error_m, 1e-4);
@@ -68,12 +69,12 @@ TEST(VectorField, TheLogarithmUndoesTheExponential) {
 }
 
 TEST(VectorField, WarpingReadsWhereTheTissueWent) {
-    FloatVolume ramp(cube(20));
+    FloatVolume ramp(cubeAboutOrigin(20));
     for (int z = 0; z < 20; ++z)
         for (int y = 0; y < 20; ++y)
             for (int x = 0; x < 20; ++x)
                 ramp[{x, y, z}] = float(10 * z + x);
-    const VectorField shift = fieldOf(cube(20), [](const Vec3&) { return Vec3(0.0, 0.0, 0.003); });
+    const VectorField shift = fieldOf(cubeAboutOrigin(20), [](const Vec3&) { return Vec3(0.0, 0.0, 0.003); });
     const FloatVolume moved = warped(ramp, shift, -1000.0f);
     EXPECT_NEAR((moved[{4, 5, 6}]), 10.0f * 7.5f + 4.0f, 1e-3f);
     EXPECT_EQ((moved[{4, 5, 19}]), -1000.0f);

@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <fstream>
 #include <limits>
 #include <mutex>
@@ -13,23 +12,17 @@
 
 #include "app/records/outbox.h"
 #include "patient/package.h"
+#include "tests/app/records/some_result.h"
 #include "tests/support/postgres.h"
 
 namespace stylet::records {
 namespace {
 
 using std::chrono::steady_clock;
+using test::someResult;
 using namespace std::chrono_literals;
 
 constexpr auto kPatience = 120s;
-
-AttemptResult someResult() {
-    return {true,
-            87.5,
-            12345,
-            {{"clearance", "least clearance", "mm", std::numeric_limits<double>::infinity(), 10.0, 12.0},
-             {"angle", "duct angle", "deg", std::nan(""), 0.0, 8.0}}};
-}
 
 // Stored, with two files: one of several parts, one of none.
 std::string someAttempt(Store& store, const std::string& trainee = "T-01") {
@@ -210,25 +203,29 @@ TEST_F(OutboxTest, RefusesACentreThatIsTooNew) {
 // Attempts are stored and sent while the server crashes and comes back, again and again.
 // HZ-RECORD-09
 TEST_F(OutboxTest, ARestartInTheMiddleLosesNothing) {
-    std::atomic<int> stored = 0;
+    std::atomic<int> stored = 0, restarts = 0;
     {
-        const BackgroundSender sender(store_.folder(), postgres_->url(), [](const std::string&) {});
+        BackgroundSender sender(store_.folder(), postgres_->url(), [](const std::string&) {});
         std::jthread trainee([&](const std::stop_token& enough) {
             Store store(store_.folder());
-            while (!enough.stop_requested() && stored < 20) {
+            while (!enough.stop_requested()) {
+                if (stored >= 4 * (restarts + 1)) {
+                    std::this_thread::sleep_for(1ms);
+                    continue;
+                }
                 someAttempt(store);
                 ++stored;
-                std::this_thread::sleep_for(200ms);
+                (void)sender.drain(0ms);  // sends at once
             }
         });
-        for (int i = 0; i < 4; ++i) {
-            std::this_thread::sleep_for(700ms);
+        for (; restarts < 4; ++restarts) {
+            EXPECT_TRUE(comesTrue([&] { return stored >= 4 * restarts + 2; }));
             postgres_->stop();
             postgres_->start();
         }
         trainee.request_stop();
         trainee.join();
-        EXPECT_TRUE(comesTrue([&] { return store_.outbox().empty(); }));
+        EXPECT_TRUE(comesTrue([&] { return sender.drain(kPatience) == 0 && store_.outbox().empty(); }));
     }
     EXPECT_GT(stored, 4);
     EXPECT_EQ(count("attempt"), stored);
@@ -246,7 +243,8 @@ TEST_F(OutboxTest, ASlowDatabaseIsNeverInTheWay) {
     pqxx::work block(blocker);
     block.exec("LOCK TABLE stylet.attempt IN ACCESS EXCLUSIVE MODE");
     {
-        const BackgroundSender sender(store_.folder(), postgres_->url(), [](const std::string&) {});
+        BackgroundSender sender(store_.folder(), postgres_->url(), [](const std::string&) {});
+        (void)sender.drain(0ms);  // sends at once
         pqxx::connection watcher(postgres_->url());
         ASSERT_TRUE(comesTrue([&] {
             pqxx::work work(watcher);
@@ -281,7 +279,7 @@ TEST_F(OutboxTest, TheBackgroundSaysAnErrorOnceAndTriesAgain) {
     std::mutex mutex;
     std::vector<std::string> said;
     {
-        const BackgroundSender sender(store_.folder(), postgres_->url(), [&](const std::string& text) {
+        BackgroundSender sender(store_.folder(), postgres_->url(), [&](const std::string& text) {
             // What a server says for a moment while it comes back.
             for (const char* passing : {"starting up", "not yet accepting"})
                 if (text.find(passing) != std::string::npos) return;
@@ -289,11 +287,8 @@ TEST_F(OutboxTest, TheBackgroundSaysAnErrorOnceAndTriesAgain) {
             said.push_back(text);
         });
         someAttempt(store_);
-        EXPECT_TRUE(comesTrue([&] {
-            const std::lock_guard lock(mutex);
-            return !said.empty();
-        }));
-        std::this_thread::sleep_for(3s);
+        EXPECT_EQ(sender.drain(kPatience), 1u);
+        EXPECT_EQ(sender.drain(kPatience), 1u);  // the same error again
         postgres_->start();
         EXPECT_TRUE(comesTrue([&] { return store_.outbox().empty(); }));
     }

@@ -21,6 +21,7 @@
 #include "app/records/store.h"
 #include "patient/package.h"
 #include "tests/support/attempt_writer.h"
+#include "tests/support/seed.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::records {
@@ -63,7 +64,10 @@ struct Kill {
     int us = 0;     // and then so long
 };
 
+// Every writer has attempts of other lengths.
 Writer runWriter(const path& store, std::optional<Kill> end, const std::string& file_bytes = "") {
+    static std::uint64_t writers = 0;
+    setenv(test::kWriterSeed, std::to_string(test::seed() + ++writers).c_str(), 1);
     std::array<int, 2> ends{};
     if (pipe(ends.data()) != 0) throw std::runtime_error("no pipe");
     const std::string program = writerProgram().string(), folder = store.string();
@@ -160,7 +164,7 @@ void check(const Store& store, const std::map<std::string, Promised>& promised, 
 // HZ-RECORD-01
 TEST(Kill, NothingAcknowledgedIsLostAndTheRestIsReported) {
     keepInMemory();
-    std::mt19937 random(std::random_device{}());
+    std::mt19937_64 random(test::seed());
     Counts counts;
     int reported = 0;
     for (int kills = 0; kills < kKills;) {

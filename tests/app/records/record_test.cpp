@@ -16,7 +16,7 @@ using haptics::TickOutput;
 using patient::DataError;
 using std::filesystem::path;
 
-constexpr std::size_t kTicks = 2 * kFrameTicks + 17;
+constexpr std::size_t kRecordTicks = 2 * kFrameTicks + 17;
 
 RecordHeader someHeader() {
     RecordHeader header;
@@ -38,7 +38,7 @@ RecordHeader someHeader() {
     return header;
 }
 
-RecordInfo someInfo() {
+RecordInfo someRecordInfo() {
     RecordInfo info;
     info.program_version = "1.2.3";
     info.patient_folder = "/somewhere/patient";
@@ -112,8 +112,8 @@ void expectSameBits(const TickInput& a, const TickInput& b) {
 class RecordFile : public testing::Test {
   protected:
     void SetUp() override {
-        RecordWriter writer(folder_, someHeader(), someInfo());
-        for (std::uint64_t i = 0; i < kTicks; ++i)
+        RecordWriter writer(folder_, someHeader(), someRecordInfo());
+        for (std::uint64_t i = 0; i < kRecordTicks; ++i)
             addTo(writer, someInput(i), outputOf(i));
         writer.finish();
         std::ifstream stream(inputs_, std::ios::binary);
@@ -150,23 +150,23 @@ TEST_F(RecordFile, GivesBackEveryBit) {
     EXPECT_EQ(record.header.settings.tools.guide.release_n, 4.25);
     EXPECT_EQ(record.header.settings.profile.force_peak_n, 8.5);
     EXPECT_EQ(record.header.settings.breath, someHeader().settings.breath);
-    ASSERT_EQ(record.inputs.size(), kTicks);
-    for (std::uint64_t i = 0; i < kTicks; ++i)
+    ASSERT_EQ(record.inputs.size(), kRecordTicks);
+    for (std::uint64_t i = 0; i < kRecordTicks; ++i)
         expectSameBits(record.inputs[i], someInput(i));
     ASSERT_EQ(record.checkpoints.size(), 3u);
     EXPECT_EQ(record.checkpoints[1].ticks, 2 * kFrameTicks);
     EXPECT_EQ(record.checkpoints[1].state_hash, outputOf(2 * kFrameTicks - 1).state_hash);
     ASSERT_TRUE(record.info.end);
-    EXPECT_EQ(record.info.end->tick, kTicks);
-    EXPECT_EQ(record.info.end->state_hash, outputOf(kTicks - 1).state_hash);
-    EXPECT_EQ(record.info.patient_folder, someInfo().patient_folder);
-    EXPECT_EQ(record.info.moments, someInfo().moments);
-    EXPECT_EQ(record.info.path.target_m, someInfo().path.target_m);
+    EXPECT_EQ(record.info.end->tick, kRecordTicks);
+    EXPECT_EQ(record.info.end->state_hash, outputOf(kRecordTicks - 1).state_hash);
+    EXPECT_EQ(record.info.patient_folder, someRecordInfo().patient_folder);
+    EXPECT_EQ(record.info.moments, someRecordInfo().moments);
+    EXPECT_EQ(record.info.path.target_m, someRecordInfo().path.target_m);
     EXPECT_EQ(record.info.gain, 0.25);
 }
 
 TEST_F(RecordFile, IsWholeUpToTheLastFrameBeforeItIsFinished) {
-    RecordWriter writer(folder_, someHeader(), someInfo());
+    RecordWriter writer(folder_, someHeader(), someRecordInfo());
     for (std::uint64_t i = 0; i < kFrameTicks + 3; ++i)
         addTo(writer, someInput(i), outputOf(i));
     const Record record = loadRecord(folder_);  // as after a crash: the writer has not been told to finish
@@ -179,7 +179,7 @@ TEST_F(RecordFile, TheLargestTickThereCanBeIsAWholeFrame) {
     TickInput largest = someInput(0);
     largest.device.flags |= haptics::kDeviceClutch;
     largest.command_count = haptics::kMaxCommandsPerTick;
-    RecordWriter writer(folder_, someHeader(), someInfo());
+    RecordWriter writer(folder_, someHeader(), someRecordInfo());
     addTo(writer, largest, outputOf(0));
     writer.finish();
     const Record record = loadRecord(folder_);
@@ -190,10 +190,10 @@ TEST_F(RecordFile, TheLargestTickThereCanBeIsAWholeFrame) {
 
 TEST_F(RecordFile, ALostTickEndsItBeforeTheGap) {
     constexpr std::uint64_t kWhole = kFrameTicks + 3;
-    RecordWriter writer(folder_, someHeader(), someInfo());
+    RecordWriter writer(folder_, someHeader(), someRecordInfo());
     for (std::uint64_t i = 0; i < kWhole; ++i)
         addTo(writer, someInput(i), outputOf(i));
-    for (std::uint64_t i = kWhole + 5; i < kTicks; ++i)
+    for (std::uint64_t i = kWhole + 5; i < kRecordTicks; ++i)
         addTo(writer, someInput(i), outputOf(i));
     writer.finish();
     const Record record = loadRecord(folder_);
@@ -217,7 +217,7 @@ TEST_F(RecordFile, LosesNothingWhenNoTickIsMissing) {
 TEST_F(RecordFile, NeverStandsWithItsInfoBesideTheInputsOfAnother) {
     std::filesystem::remove(inputs_);
     std::filesystem::create_directory(inputs_);  // cannot be opened for writing, by root neither
-    EXPECT_THROW(RecordWriter(folder_, someHeader(), someInfo()), DataError);
+    EXPECT_THROW(RecordWriter(folder_, someHeader(), someRecordInfo()), DataError);
     EXPECT_FALSE(std::filesystem::exists(folder_ / "record.json"));
 }
 
@@ -226,7 +226,7 @@ TEST_F(RecordFile, AFullDiskIsSaidToBeFull) {
     std::filesystem::remove(inputs_);
     std::filesystem::create_symlink("/dev/full", inputs_);
     try {
-        const RecordWriter writer(folder_, someHeader(), someInfo());
+        const RecordWriter writer(folder_, someHeader(), someRecordInfo());
         FAIL() << "was not refused";
     } catch (const DataError& e) {
         EXPECT_NE(std::string(e.what()).find("inputs.bin"), std::string::npos) << e.what();
@@ -234,7 +234,7 @@ TEST_F(RecordFile, AFullDiskIsSaidToBeFull) {
 }
 
 TEST_F(RecordFile, KeepsAFolderWhoseNameIsNoUtf8) {
-    RecordInfo info = someInfo();
+    RecordInfo info = someRecordInfo();
     info.patient_folder = "/some\xffwhere";
     RecordWriter(folder_, someHeader(), info).finish();
     EXPECT_EQ(loadRecord(folder_).info.patient_folder, "/some\xef\xbf\xbdwhere");  // U+FFFD
@@ -251,7 +251,7 @@ TEST_F(RecordFile, CutsATornTailAtTheLastWholeFrame) {
 TEST_F(RecordFile, CutsExtraBytes) {
     rewrite(bytes_ + "more");
     const Record record = loadRecord(folder_);
-    EXPECT_EQ(record.inputs.size(), kTicks);
+    EXPECT_EQ(record.inputs.size(), kRecordTicks);
     EXPECT_EQ(record.torn_bytes, 4u);
 }
 
@@ -277,7 +277,7 @@ TEST_F(RecordFile, NeverTakesAFlippedByteForATick) {
         try {
             const Record record = loadRecord(folder_);
             EXPECT_GT(record.torn_bytes, 0u) << "byte " << at;
-            EXPECT_LT(record.inputs.size(), kTicks);
+            EXPECT_LT(record.inputs.size(), kRecordTicks);
         } catch (const DataError&) {
             EXPECT_LT(at, 800u);
         }
@@ -306,7 +306,7 @@ TEST_F(RecordFile, RefusesAnAbsurdHeaderSize) {
 // A frame whose checksum is right and whose commands are none: whole frames before it stay.
 TEST_F(RecordFile, StopsAtACommandThatNobodyKnows) {
     for (const std::uint32_t kind : {std::uint32_t(haptics::kLastCommandKind) + 1, 0x7fffffffu, ~0u}) {
-        RecordWriter writer(folder_, someHeader(), someInfo());
+        RecordWriter writer(folder_, someHeader(), someRecordInfo());
         for (std::uint64_t i = 0; i < 2 * kFrameTicks; ++i) {
             TickInput input = someInput(i);
             if (i == kFrameTicks + 3) {
@@ -323,7 +323,7 @@ TEST_F(RecordFile, StopsAtACommandThatNobodyKnows) {
 }
 
 TEST_F(RecordFile, KeepsTheMachinesCommands) {
-    RecordWriter writer(folder_, someHeader(), someInfo());
+    RecordWriter writer(folder_, someHeader(), someRecordInfo());
     TickInput input = someInput(0);
     using haptics::CommandKind;
     const haptics::Command commands[] = {{CommandKind::inject, 1500},

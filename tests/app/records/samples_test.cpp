@@ -18,7 +18,7 @@ namespace {
 using patient::DataError;
 using std::filesystem::path;
 
-constexpr std::uint64_t kTicks = 2 * kFrameTicks + 17;
+constexpr std::uint64_t kSampleTicks = 2 * kFrameTicks + 17;
 
 // Every field another number, each one that a 32-bit float holds.
 Sample someSample(std::uint64_t tick) {
@@ -77,7 +77,7 @@ class SamplesFile : public ::testing::Test {
     }
     void write(const std::function<std::uint64_t(std::uint64_t)>& tickOf) {
         SampleWriter writer(folder_.path(), {0xabcdef0123456789ull, 0.0005});
-        for (std::uint64_t i = 1; i <= kTicks; ++i)
+        for (std::uint64_t i = 1; i <= kSampleTicks; ++i)
             writer.add(someSample(tickOf(i)));
         writer.finish();
         bytes_ = readAll(file());
@@ -101,18 +101,18 @@ TEST_F(SamplesFile, GivesBackEverySample) {
     EXPECT_EQ(samples.header.package_digest, 0xabcdef0123456789ull);
     EXPECT_EQ(samples.header.dt_s, 0.0005);
     EXPECT_EQ(samples.torn_bytes, 0u);
-    ASSERT_EQ(samples.samples.size(), kTicks);
-    for (std::uint64_t i = 0; i < kTicks; ++i)
+    ASSERT_EQ(samples.samples.size(), kSampleTicks);
+    for (std::uint64_t i = 0; i < kSampleTicks; ++i)
         expectSame(samples.samples[i], someSample(i + 1));
 }
 
 TEST_F(SamplesFile, AMissingTickBeginsANewFrame) {
     write([](std::uint64_t i) { return i < 100 ? i : i + 5; });
     const Samples samples = loadSamples(folder_.path());
-    ASSERT_EQ(samples.samples.size(), kTicks);
+    ASSERT_EQ(samples.samples.size(), kSampleTicks);
     EXPECT_EQ(samples.samples[98].tick, 99u);
     EXPECT_EQ(samples.samples[99].tick, 105u);
-    expectSame(samples.samples.back(), someSample(kTicks + 5));
+    expectSame(samples.samples.back(), someSample(kSampleTicks + 5));
 }
 
 // HZ-RECORD-01
@@ -121,7 +121,7 @@ TEST_F(SamplesFile, CutsATornTailAtTheLastWholeFrame) {
         const std::span<const unsigned char> part = std::span(bytes_).first(bytes_.size() - cut);
         const Samples samples = parseSamples(part, "s.bin");
         EXPECT_EQ(samples.samples.size() % kFrameTicks, 0u);
-        EXPECT_LT(samples.samples.size(), kTicks);
+        EXPECT_LT(samples.samples.size(), kSampleTicks);
         EXPECT_LT(samples.torn_bytes, part.size());
     }
 }
@@ -133,7 +133,7 @@ TEST_F(SamplesFile, NeverTakesAFlippedByteForASample) {
         flipped[place] ^= 0x10;
         if (!complaint(flipped).empty()) continue;
         const Samples samples = parseSamples(flipped, "s.bin");
-        EXPECT_LT(samples.samples.size(), kTicks) << place;
+        EXPECT_LT(samples.samples.size(), kSampleTicks) << place;
         EXPECT_GT(samples.torn_bytes, 0u) << place;
     }
 }

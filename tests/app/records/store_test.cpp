@@ -13,6 +13,7 @@
 #include "app/records/frames.h"
 #include "app/records/record.h"
 #include "app/records/schema.h"
+#include "tests/app/records/some_result.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::records {
@@ -20,22 +21,15 @@ namespace {
 
 using patient::DataError;
 using std::filesystem::path;
+using test::someResult;
 
-AttemptInfo someInfo(const std::string& trainee = "T-01") {
+AttemptInfo someAttemptInfo(const std::string& trainee = "T-01") {
     AttemptInfo info{trainee, "falcon", "reference patient, seed 1", "demo", "practice", "1.2.3"};
     info.patient_digest = 0xfedcba9876543210ull;
     info.seed = std::numeric_limits<std::uint64_t>::max();
     info.device_gain = 0.25;
     info.registration_rms_m = 0.0011;
     return info;
-}
-
-AttemptResult someResult() {
-    return {true,
-            87.5,
-            12345,
-            {{"clearance", "least clearance", "mm", std::numeric_limits<double>::infinity(), 10.0, 12.0},
-             {"angle", "duct angle", "deg", std::nan(""), 0.0, 8.0}}};
 }
 
 std::string complaintOf(const auto& act) {
@@ -65,13 +59,13 @@ TEST(Store, GivesBackWhatWasStored) {
     std::string id, second;
     {
         Store store(temp / "s");
-        id = store.begin(someInfo());
+        id = store.begin(someAttemptInfo());
         EXPECT_TRUE(std::filesystem::is_directory(store.folderOf(id)));
         store.add(id, {{1, "tool", "finger"}, {700, "cut", "skin"}});
         store.add(id, {{900, "comment", "l\xc3\xa4uft; \"gut\"\n"}});
         EXPECT_EQ(store.attempt(id).state, AttemptState::running);
         EXPECT_FALSE(store.attempt(id).result);
-        second = store.begin(someInfo("T-02"));
+        second = store.begin(someAttemptInfo("T-02"));
         store.finish(id, someResult());
         store.finish(second, {});
     }
@@ -111,7 +105,7 @@ TEST(Store, TakesPseudonymsOnly) {
     Store store(temp / "s");
     for (const std::string& bad : {std::string(), std::string("Ann Example"), std::string("../x"),
                                    std::string("a\nb"), std::string(65, 'a'), std::string("\xc3\xa4")})
-        EXPECT_NE(complaintOf([&] { store.begin(someInfo(bad)); }), "") << bad;
+        EXPECT_NE(complaintOf([&] { store.begin(someAttemptInfo(bad)); }), "") << bad;
     EXPECT_NE(complaintOf([&] { checkTrainee("Ann Example"); }).find("pseudonym"), std::string::npos);
     EXPECT_TRUE(store.attempts().empty());
     EXPECT_NO_THROW(checkTrainee(std::string(64, 'z')));
@@ -124,11 +118,11 @@ TEST(Store, RecoversWhatItsWriterLeft) {
     std::string torn, early;
     {
         Store store(temp / "s");
-        torn = store.begin(someInfo());
+        torn = store.begin(someAttemptInfo());
         store.add(torn, {{5, "tool", "probe"}});
         recordInto(store.folderOf(torn), 3 * kFrameTicks);
         std::ofstream(store.folderOf(torn) / "record" / "inputs.bin", std::ios::app) << "FRAM half a frame";
-        early = store.begin(someInfo());
+        early = store.begin(someAttemptInfo());
     }
     const Store store(temp / "s");
     ASSERT_EQ(store.recovered().size(), 2u);
@@ -148,7 +142,7 @@ TEST(Store, RecoversWhatItsWriterLeft) {
 TEST(Store, AnAttemptBeingWrittenIsNotRecovered) {
     const test::TempFolder temp;
     Store writer(temp / "s");
-    const std::string id = writer.begin(someInfo());
+    const std::string id = writer.begin(someAttemptInfo());
     Store other(temp / "s");
     EXPECT_TRUE(other.recovered().empty());
     EXPECT_NE(complaintOf([&] { other.finish(id, {}); }).find("not being written here"), std::string::npos);
@@ -162,10 +156,10 @@ TEST(Store, AnAttemptBeingWrittenIsNotRecovered) {
 TEST(Store, AnAcknowledgedAttemptIsForgottenOnRequestAndReally) {
     const test::TempFolder temp;
     Store store(temp / "s");
-    const std::string kept = store.begin(someInfo("T-02"));
+    const std::string kept = store.begin(someAttemptInfo("T-02"));
     store.finish(kept, someResult());
     for (int i = 0; i < 3; ++i) {
-        const std::string id = store.begin(someInfo("Zebra-77"));
+        const std::string id = store.begin(someAttemptInfo("Zebra-77"));
         store.add(id, {{1, "comment", "remarkable words"}});
         recordInto(store.folderOf(id), 10);
         store.finish(id, someResult());
@@ -191,7 +185,7 @@ TEST(Store, ADeletionThatWasKilledIsCompleted) {
     std::string id;
     {
         Store store(temp / "s");
-        id = store.begin(someInfo());
+        id = store.begin(someAttemptInfo());
         store.finish(id, {});
         SQLite::Database bare((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
         bare.exec("INSERT INTO doomed SELECT id FROM attempt; DELETE FROM attempt");
@@ -207,7 +201,7 @@ TEST(Store, ADeletionIsKnownUntilTheLogIsEmpty) {
     const path file = temp / "s" / "store.sqlite";
     {
         Store store(temp / "s");
-        store.finish(store.begin(someInfo("Zebra-77")), someResult());
+        store.finish(store.begin(someAttemptInfo("Zebra-77")), someResult());
         SQLite::Database reader(file.string(), SQLite::OPEN_READWRITE);
         SQLite::Statement rows(reader, "SELECT * FROM attempt");
         ASSERT_TRUE(rows.executeStep());  // and stays there
@@ -229,8 +223,8 @@ TEST(Store, OneThatCannotBeRecoveredLeavesTheOthersTheStore) {
     std::string bad, good;
     {
         Store store(temp / "s");
-        bad = store.begin(someInfo());
-        good = store.begin(someInfo("T-02"));
+        bad = store.begin(someAttemptInfo());
+        good = store.begin(someAttemptInfo("T-02"));
         std::filesystem::create_directories(store.folderOf(bad) / "record" / "inputs.bin");  // no file
     }
     Store store(temp / "s");
@@ -247,7 +241,7 @@ TEST(Store, OneThatCannotBeRecoveredLeavesTheOthersTheStore) {
 TEST(Store, NobodyWaitsForEventsWhileAnotherProcessWrites) {
     const test::TempFolder temp;
     Store store(temp / "s");
-    const std::string id = store.begin(someInfo());
+    const std::string id = store.begin(someAttemptInfo());
     {
         SQLite::Database other((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
         const SQLite::Transaction writes(other, SQLite::TransactionBehavior::IMMEDIATE);
@@ -260,7 +254,7 @@ TEST(Store, NobodyWaitsForEventsWhileAnotherProcessWrites) {
 TEST(Store, AnAbandonedAttemptLeavesNothing) {
     const test::TempFolder temp;
     Store store(temp / "s");
-    const std::string id = store.begin(someInfo());
+    const std::string id = store.begin(someAttemptInfo());
     recordInto(store.folderOf(id), 1);
     store.abandon(id);
     EXPECT_TRUE(store.attempts().empty());
@@ -313,7 +307,7 @@ TEST(Store, OpensEveryOlderSchema) {
         if (version == 1) {
             EXPECT_EQ(store.files("an-id").size(), 1u) << "so that the centre gets it";
         }
-        const std::string id = store.begin(someInfo());
+        const std::string id = store.begin(someAttemptInfo());
         store.finish(id, someResult());
         EXPECT_EQ(store.attempts().size(), 2u);
         EXPECT_EQ(store.outbox().size(), 2u) << "the centre hears of what was there before it had one";
@@ -325,7 +319,7 @@ TEST(Store, OpensEveryOlderSchema) {
 TEST(Store, NamesAFlippedByte) {
     const test::TempFolder temp;
     Store store(temp / "s");
-    const std::string id = store.begin(someInfo());
+    const std::string id = store.begin(someAttemptInfo());
     recordInto(store.folderOf(id), 3 * kFrameTicks);
     std::ofstream(store.folderOf(id) / "summary.json") << "{}";
     store.add(id, {{5, "comment", "well done"}});
@@ -361,7 +355,7 @@ TEST(Store, NamesAFlippedByte) {
 TEST(Export, NoTextIsTakenForAFormula) {
     const test::TempFolder temp;
     Store store(temp / "s");
-    const std::string id = store.begin(someInfo());
+    const std::string id = store.begin(someAttemptInfo());
     store.add(id, {{1, "comment", "=HYPERLINK(\"x\")"}, {2, "comment", "-1+1"}, {3, "comment", "-1.5"}});
     AttemptResult result = someResult();
     result.metrics[0].value = -std::numeric_limits<double>::infinity();
@@ -380,10 +374,10 @@ TEST(Store, QueuesWhatTheCentreIsToKnow) {
     std::string done, cut;
     {
         Store store(temp / "s");
-        done = store.begin(someInfo());
+        done = store.begin(someAttemptInfo());
         EXPECT_TRUE(store.outbox().empty()) << "nothing of an attempt that still runs";
         store.finish(done, someResult());
-        cut = store.begin(someInfo());
+        cut = store.begin(someAttemptInfo());
     }
     Store store(temp / "s");
     std::vector<OutboxEntry> entries = store.outbox();
@@ -437,14 +431,14 @@ TEST(Store, RefusesWhatIsNoStoreOrTooNew) {
 TEST(Store, AClockThatWasSetBackChangesNoOrder) {
     const test::TempFolder temp;
     Store store(temp / "s");
-    const std::string first = store.begin(someInfo());
+    const std::string first = store.begin(someAttemptInfo());
     store.finish(first, someResult());
     // As if the clock had been a year ahead then.
     SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("UPDATE attempt SET started_utc = '2999-01-01T00:00:00.000Z'");
     std::vector<std::string> ids{first};
     for (int i = 0; i < 20; ++i) {  // within one second, too
-        ids.push_back(store.begin(someInfo()));
+        ids.push_back(store.begin(someAttemptInfo()));
         store.finish(ids.back(), someResult());
     }
     std::vector<std::string> listed;
@@ -463,11 +457,11 @@ TEST(Store, NoRowNamesAFolderBesideTheStores) {
         std::string kept, erased;
         {
             Store store(temp / "s");
-            kept = store.begin(someInfo("T-02"));
+            kept = store.begin(someAttemptInfo("T-02"));
             store.finish(kept, someResult());
-            erased = store.begin(someInfo("T-03"));
+            erased = store.begin(someAttemptInfo("T-03"));
             store.finish(erased, someResult());
-            store.finish(store.begin(someInfo("T-01")), someResult());
+            store.finish(store.begin(someAttemptInfo("T-01")), someResult());
             SQLite::Database other((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
             SQLite::Statement forged(other, "UPDATE attempt SET id = ? WHERE trainee = 'T-01'");
             forged.bind(1, id);

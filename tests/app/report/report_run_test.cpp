@@ -20,8 +20,11 @@ struct Reported {
     std::string out, err;
 };
 
+// One cache for the whole suite: making its patients is most of the time.
 class ReportRun : public testing::Test {
   protected:
+    static void SetUpTestSuite() { command_ = new stylet::test::Command; }
+    static void TearDownTestSuite() { delete command_; }
     Reported report(const std::string& arguments) {
         const fs::path out = folder_ / "out", err = folder_ / "err";
         const int status = std::system(("'" + std::string(std::getenv("STYLET_BIN")) + "/stylet-report' " +
@@ -30,13 +33,13 @@ class ReportRun : public testing::Test {
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(out), textOf(err)};
     }
     stylet::test::TempFolder folder_;
-    stylet::test::Command command_;
+    static inline stylet::test::Command* command_ = nullptr;
 };
 
 TEST_F(ReportRun, OfAnAttemptsFolder) {
-    ASSERT_EQ(command_.run("run --fast --scenario demo --spacing-mm 3 --seed 4").status, 0);
+    ASSERT_EQ(command_->run("run --fast --scenario demo --spacing-mm 3 --seed 4").status, 0);
     const Reported r =
-        report("attempt '" + command_.out().string() + "' --out '" + (folder_ / "r").string() + "'");
+        report("attempt '" + command_->out().string() + "' --out '" + (folder_ / "r").string() + "'");
     ASSERT_EQ(r.status, 0) << r.err;
     EXPECT_EQ(r.out, (folder_ / "r/attempt.html").string() + "\n");
     const std::string html = textOf(folder_ / "r/attempt.html");
@@ -46,29 +49,29 @@ TEST_F(ReportRun, OfAnAttemptsFolder) {
     EXPECT_GT(textOf(folder_ / "r/course.csv").size(), 10000u);
     EXPECT_FALSE(fs::exists(folder_ / "r/xapi.json"));  // nobody did it
     // Four ticks a millisecond, in another patient.
-    const fs::path first = command_.out();
+    const fs::path first = command_->out();
     const stylet::test::Outcome fast =
-        command_.run("run --fast --scenario demo --spacing-mm 3 --seed 5 --rate-hz 4000");
+        command_->run("run --fast --scenario demo --spacing-mm 3 --seed 5 --rate-hz 4000");
     ASSERT_EQ(fast.status, 0) << fast.err;
     const Reported quick =
-        report("attempt '" + command_.out().string() + "' --out '" + (folder_ / "q").string() + "'");
+        report("attempt '" + command_->out().string() + "' --out '" + (folder_ / "q").string() + "'");
     ASSERT_EQ(quick.status, 0) << quick.err;
     const auto tenths = std::llround(fast.summary["haptics"]["ticks"].get<double>() / 400.0);
     std::array<char, 48> clock{};
     std::snprintf(clock.data(), clock.size(), "<b>%lld:%02lld.%lld</b>", tenths / 600, tenths / 10 % 60,
                   tenths % 10);
     EXPECT_NE(textOf(folder_ / "q/attempt.html").find(clock.data()), std::string::npos) << clock.data();
-    const auto record = nlohmann::json::parse(textOf(command_.out() / "record/record.json"));
+    const auto record = nlohmann::json::parse(textOf(command_->out() / "record/record.json"));
     const Reported other =
         report("attempt '" + first.string() + "' --patient '" +
                record["patient"]["folder"].get<std::string>() + "' --out '" + (folder_ / "o").string() + "'");
     EXPECT_EQ(other.status, 2);
     EXPECT_NE(other.err.find("is not the one that the attempt was made on"), std::string::npos) << other.err;
     // Beside itself it is the reference.
-    const Reported both = report("attempt '" + command_.out().string() + "' --reference '" +
-                                 command_.out().string() + "' --out '" + (folder_ / "b").string() + "'");
+    const Reported both = report("attempt '" + command_->out().string() + "' --reference '" +
+                                 command_->out().string() + "' --out '" + (folder_ / "b").string() + "'");
     ASSERT_EQ(both.status, 0) << both.err;
-    EXPECT_NE(textOf(folder_ / "b/attempt.html").find("attempt " + command_.out().filename().string()),
+    EXPECT_NE(textOf(folder_ / "b/attempt.html").find("attempt " + command_->out().filename().string()),
               std::string::npos);
 }
 
@@ -77,8 +80,8 @@ TEST_F(ReportRun, OfWhatTheStoreKeeps) {
     std::string id;
     for (const char* trainee : {"pilot-7", "pilot-7", "pilot-8"}) {
         const stylet::test::Outcome made =
-            command_.runBare("run --fast --scenario demo --spacing-mm 3 --seed 4 --trainee " +
-                             std::string(trainee) + " " + store);
+            command_->runBare("run --fast --scenario demo --spacing-mm 3 --seed 4 --trainee " +
+                              std::string(trainee) + " " + store);
         ASSERT_EQ(made.status, 0) << made.err;
         const std::size_t at = made.out.find("stored as attempt ");
         ASSERT_NE(at, std::string::npos) << made.out;

@@ -4,24 +4,19 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "app/study/commands.h"
 #include "app/study/paths_picture.h"
 #include "app/study/report_figures.h"
 #include "tests/app/study/made_study.h"
+#include "tests/support/file_text.h"
 #include "tests/support/refused.h"
 
 namespace stylet::study {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string contents(const fs::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file).rdbuf();
-    return text.str();
-}
+using test::textOf;
 
 class StudyReport : public testing::Test {
   protected:
@@ -41,7 +36,7 @@ test::TempFolder* StudyReport::folder_ = nullptr;
 TEST_F(StudyReport, SaysWhatTheRunFound) {
     const ReportedStudy study = readStudy(out());
     ASSERT_EQ(study.pairs.size(), 2u);
-    const auto summary = nlohmann::json::parse(contents(out() / "summary.json"));
+    const auto summary = nlohmann::json::parse(textOf(out() / "summary.json"));
     EXPECT_EQ(study.all.paths, summary["all"]["paths"].get<std::size_t>());
     EXPECT_EQ(study.all.rmse_n.median, summary["all"]["rmse_n"]["median"].get<double>());
     EXPECT_EQ(study.without_bone.max_n.mean, summary["all_without_bone"]["max_n"]["mean"].get<double>());
@@ -61,7 +56,7 @@ TEST_F(StudyReport, SaysWhatTheRunFound) {
     EXPECT_NE(html.find(countText(study.all.paths)), std::string::npos);
     EXPECT_EQ(html.find(">nan"), std::string::npos);
     EXPECT_EQ(writeReport(out()), out() / "report.html");
-    EXPECT_EQ(contents(out() / "report.html"), html);
+    EXPECT_EQ(textOf(out() / "report.html"), html);
 }
 
 void summariseAnew(ReportedStudy& study) {
@@ -199,7 +194,7 @@ TEST_F(StudyReport, NamesWhatIsMissing) {
     const fs::path copy = temp / "out";
     fs::copy(out(), copy, fs::copy_options::recursive);
     const auto refused = [&](const fs::path& file, const std::string& text, const std::string& field) {
-        const std::string before = contents(copy / file);
+        const std::string before = textOf(copy / file);
         text.empty() ? void(fs::remove(copy / file)) : void(std::ofstream(copy / file) << text);
         test::expectRefused([&] { readStudy(copy); }, file.string(), field);
         std::ofstream(copy / file) << before;
@@ -227,7 +222,7 @@ TEST_F(StudyReport, NamesWhatIsMissing) {
 // What the run left is taken, and a study that came to its end is run anew.
 TEST_F(StudyReport, UnfinishedRunsGoOn) {
     const test::StudyOptionsOf o(folder_->path());
-    const std::string summary = contents(out() / "summary.json"), paths = contents(out() / "one/paths.csv");
+    const std::string summary = textOf(out() / "summary.json"), paths = textOf(out() / "one/paths.csv");
     const fs::path lost = out() / "one/blocks/000000.results", stays = out() / "two/blocks/000000.results";
     const auto past = fs::file_time_type::clock::now() - std::chrono::hours(1);
     fs::last_write_time(stays, past);
@@ -237,11 +232,11 @@ TEST_F(StudyReport, UnfinishedRunsGoOn) {
     runStudy(o);
     EXPECT_TRUE(fs::exists(lost));
     EXPECT_EQ(fs::last_write_time(stays), before);
-    EXPECT_EQ(contents(out() / "summary.json"), summary);
-    EXPECT_EQ(contents(out() / "one/paths.csv"), paths);
+    EXPECT_EQ(textOf(out() / "summary.json"), summary);
+    EXPECT_EQ(textOf(out() / "one/paths.csv"), paths);
     runStudy(o);
     EXPECT_NE(fs::last_write_time(stays), before);
-    EXPECT_EQ(contents(out() / "summary.json"), summary);
+    EXPECT_EQ(textOf(out() / "summary.json"), summary);
 }
 
 TEST_F(StudyReport, BoxesHoldTheMiddleHalf) {

@@ -9,19 +9,15 @@
 
 #include "tests/app/study/made_study.h"
 #include "tests/support/browser.h"
+#include "tests/support/file_text.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using stylet::test::TempFolder;
+using stylet::test::textOf;
 
 const std::string kProgram = std::string(std::getenv("STYLET_BIN")) + "/stylet-study";
-
-std::string contents(const fs::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
-}
 
 struct Outcome {
     int status = -1;
@@ -39,7 +35,7 @@ class StudyRun : public testing::Test {
     static Outcome shell(const std::string& line) {
         const fs::path text = *folder_ / "text";
         const int status = std::system(("( " + line + " ) >'" + text.string() + "' 2>&1").c_str());
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contents(text)};
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(text)};
     }
     // All paths of the skin, two blocks and more of each pair.
     static std::string command(const std::string& verb, const std::string& out,
@@ -47,7 +43,12 @@ class StudyRun : public testing::Test {
         return "'" + kProgram + "' " + verb + " '" + (*folder_ / "study.toml").string() + "' --out '" +
                (*folder_ / out).string() + "' --threads 1 " + more;
     }
-    static Outcome run(const std::string& out) { return shell(command("all", out)); }
+    // The whole study by one process, undisturbed, in "alone"; run once.
+    static void needAlone() {
+        if (fs::exists(*folder_ / "alone/report.html")) return;
+        const Outcome all = shell(command("all", "alone"));
+        ASSERT_EQ(all.status, 0) << all.text;
+    }
 
     static TempFolder* folder_;
 };
@@ -60,13 +61,12 @@ const char* const kFiles[] = {"one/paths.json", "one/plan.csv",  "one/plan.json"
 void expectSameFiles(const fs::path& a, const fs::path& b) {
     for (const char* file : kFiles) {
         ASSERT_TRUE(fs::exists(a / file)) << file;
-        EXPECT_TRUE(contents(a / file) == contents(b / file)) << file;
+        EXPECT_TRUE(textOf(a / file) == textOf(b / file)) << file;
     }
 }
 
 TEST_F(StudyRun, PageDrawsWithoutComplaintOrNetwork) {
-    const Outcome all = run("alone");
-    ASSERT_EQ(all.status, 0) << all.text;
+    ASSERT_NO_FATAL_FAILURE(needAlone());
     stylet::test::Browser browser;
     for (const int width : {1280, 400}) {
         browser.open(*folder_ / "alone/report.html", width, 900);
@@ -90,14 +90,12 @@ TEST_F(StudyRun, PageDrawsWithoutComplaintOrNetwork) {
 
 // Two headlines of the page come from report.html alone when it is made anew from what is on disk.
 TEST_F(StudyRun, ReportIsMadeAnewFromDisk) {
-    if (!fs::exists(*folder_ / "alone/report.html")) {
-        ASSERT_EQ(run("alone").status, 0);
-    }
-    const std::string before = contents(*folder_ / "alone/report.html");
+    ASSERT_NO_FATAL_FAILURE(needAlone());
+    const std::string before = textOf(*folder_ / "alone/report.html");
     fs::remove(*folder_ / "alone/report.html");
     const Outcome report = shell("'" + kProgram + "' report '" + (*folder_ / "alone").string() + "'");
     ASSERT_EQ(report.status, 0) << report.text;
-    EXPECT_TRUE(contents(*folder_ / "alone/report.html") == before);
+    EXPECT_TRUE(textOf(*folder_ / "alone/report.html") == before);
     const Outcome none = shell("'" + kProgram + "' report '" + (*folder_ / "nowhere").string() + "'");
     EXPECT_EQ(none.status, 2);
     EXPECT_NE(none.text.find("summary.json: file: cannot be read: plan and run the study first"),
@@ -137,20 +135,18 @@ std::string ranks(int count, const std::string& line) {
 }
 
 TEST_F(StudyRun, RanksComeToTheSameBytes) {
-    const Outcome alone = run("ranks-0");
-    ASSERT_EQ(alone.status, 0) << alone.text;
+    ASSERT_NO_FATAL_FAILURE(needAlone());
     for (const int count : {1, 2, 4}) {
         const std::string out = "ranks-" + std::to_string(count);
         const Outcome all = shell(ranks(count, command("all", out)));
         ASSERT_EQ(all.status, 0) << count << ": " << all.text;
-        expectSameFiles(*folder_ / "ranks-0", *folder_ / out);
+        expectSameFiles(*folder_ / "alone", *folder_ / out);
     }
 }
 
 // HZ-RECORD-13
 TEST_F(StudyRun, ALostRankLeavesWhatIsFinished) {
-    const Outcome whole = shell(command("all", "whole"));
-    ASSERT_EQ(whole.status, 0) << whole.text;
+    ASSERT_NO_FATAL_FAILURE(needAlone());
     // The second of four ranks hangs, writing its first block into a pipe that nobody reads, and is killed
     // there, when the first rank has a block.
     const fs::path out = *folder_ / "lost", pipe = out / "two/blocks/000000.results.new";
@@ -170,7 +166,7 @@ TEST_F(StudyRun, ALostRankLeavesWhatIsFinished) {
     ASSERT_EQ(resumed.status, 0) << resumed.text;
     EXPECT_NE(resumed.text.find("blocks were there"), std::string::npos) << resumed.text;
     EXPECT_EQ(fs::last_write_time(block), written);
-    expectSameFiles(*folder_ / "whole", out);
+    expectSameFiles(*folder_ / "alone", out);
 }
 
 TEST_F(StudyRun, ARankThatFailsEndsAll) {

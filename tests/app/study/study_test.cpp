@@ -8,10 +8,13 @@
 
 #include "app/study/commands.h"
 #include "tests/app/study/pairs.h"
+#include "tests/support/file_text.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::study {
 namespace {
+
+using test::textOf;
 
 // Bit for bit; what is not a number too.
 bool same(const ForceError& a, const ForceError& b) {
@@ -94,14 +97,8 @@ TEST(Study, WorstBreathsAreRatedOnRequest) {
     EXPECT_GT(gone, 0.0);
 }
 
-std::string contents(const std::filesystem::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file).rdbuf();
-    return text.str();
-}
-
 std::size_t lines(const std::filesystem::path& file) {
-    const std::string text = contents(file);
+    const std::string text = textOf(file);
     return std::size_t(std::count(text.begin(), text.end(), '\n'));
 }
 
@@ -115,38 +112,37 @@ TEST(Study, CommandsLeaveTables) {
     o.plan.skin_spacing_m = 0.010;
     o.sampled_paths = 2;
     runPlan(o);
-    const std::string planned = contents(temp / "out/one/paths.json");
+    const std::string planned = textOf(temp / "out/one/paths.json");
     const std::size_t paths = patient::loadPaths(temp / "out/one/paths.json").paths.size();
     ASSERT_GT(paths, 10u);
     EXPECT_EQ(lines(temp / "out/one/plan.csv"), paths + 1);
     o.plan.skin_spacing_m = 0.020;  // what is planned is taken
     runStudy(o);
-    EXPECT_EQ(contents(temp / "out/one/paths.json"), planned);
+    EXPECT_EQ(textOf(temp / "out/one/paths.json"), planned);
     EXPECT_EQ(lines(temp / "out/one/paths.csv"), paths + 1);
     o.plan_is_asked = true;  // unless in so many words
     runStudy(o);
     EXPECT_LT(lines(temp / "out/one/paths.csv"), paths / 2);
     o.plan.skin_spacing_m = 0.010;
     runStudy(o);
-    EXPECT_EQ(contents(temp / "out/one/paths.json"), planned);
+    EXPECT_EQ(textOf(temp / "out/one/paths.json"), planned);
     EXPECT_GE(lines(temp / "out/one/samples.csv"), 2001u);
-    const auto plan = nlohmann::json::parse(contents(temp / "out/one/plan.json"));
+    const auto plan = nlohmann::json::parse(textOf(temp / "out/one/plan.json"));
     std::size_t counted = 0;
     for (const auto& bin : plan["quality"])
         counted += bin.get<std::size_t>();
     EXPECT_EQ(counted, paths);
-    const auto summary = nlohmann::json::parse(contents(temp / "out/summary.json"));
+    const auto summary = nlohmann::json::parse(textOf(temp / "out/summary.json"));
     EXPECT_EQ(summary["all"]["paths"].get<std::size_t>(), paths);
     EXPECT_EQ(summary["patients"][0]["name"], "one");
     EXPECT_EQ(summary["settings"]["found_labels"], "partial");
     EXPECT_GT(summary["patients"][0]["equal_share"]["mean"].get<double>(), 0.5);
 
-    const std::string before = contents(temp / "out/one/paths.csv"),
-                      all = contents(temp / "out/summary.json");
+    const std::string before = textOf(temp / "out/one/paths.csv"), all = textOf(temp / "out/summary.json");
     o.run.threads = 1;
     runStudy(o);
-    EXPECT_EQ(contents(temp / "out/one/paths.csv"), before);
-    EXPECT_EQ(contents(temp / "out/summary.json"), all);
+    EXPECT_EQ(textOf(temp / "out/one/paths.csv"), before);
+    EXPECT_EQ(textOf(temp / "out/summary.json"), all);
 }
 
 }  // namespace

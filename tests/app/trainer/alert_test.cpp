@@ -10,7 +10,7 @@ namespace {
 
 using training::Struck;
 
-Seen at(double t_s) {
+Seen seenAt(double t_s) {
     Seen seen;
     seen.tick.tick = std::uint64_t(t_s * 1000.0 + 0.5);
     return seen;
@@ -22,18 +22,18 @@ std::uint8_t alphaAt(const AlertPicture& picture, int x, int y) {
 
 TEST(AlertWatch, SaysWhatIsStruckForAsLongAndAMomentLonger) {
     AlertWatch watch(0.001);
-    EXPECT_FALSE(watch.take(at(0.9)));
-    Seen struck = at(1.0);
+    EXPECT_FALSE(watch.take(seenAt(0.9)));
+    Seen struck = seenAt(1.0);
     struck.progress.striking = Struck::vessel;
     EXPECT_EQ(watch.take(struck), Alert{Struck::vessel});
-    EXPECT_EQ(watch.take(at(1.0 + 0.9 * kAlertLeast_s)), Alert{Struck::vessel});
-    EXPECT_FALSE(watch.take(at(1.0 + 1.1 * kAlertLeast_s)));
+    EXPECT_EQ(watch.take(seenAt(1.0 + 0.9 * kAlertLeast_s)), Alert{Struck::vessel});
+    EXPECT_FALSE(watch.take(seenAt(1.0 + 1.1 * kAlertLeast_s)));
 }
 
 // HZ-TEACH-17
 TEST(AlertWatch, TheTargetIsReachedOnceAndAStrikeGoesBeforeIt) {
     AlertWatch watch(0.001);
-    Seen reached = at(2.0);
+    Seen reached = seenAt(2.0);
     reached.progress.success = true;
     EXPECT_EQ(watch.take(reached), Alert{});
     reached.tick.tick += 10, reached.progress.striking = Struck::lung;
@@ -129,8 +129,8 @@ TEST(AlertPicture, PatternsDifferWithoutTheirColours) {
 // HZ-TEACH-17
 TEST(AlertWatch, AStrikeBetweenTwoFramesIsNamed) {
     AlertWatch watch(0.001);
-    EXPECT_FALSE(watch.take(at(0.9)));
-    Seen passed = at(1.0);
+    EXPECT_FALSE(watch.take(seenAt(0.9)));
+    Seen passed = seenAt(1.0);
     passed.progress.risk_hits = 1;
     passed.progress.last_struck = Struck::lung;
     EXPECT_EQ(watch.take(passed), Alert{Struck::lung});

@@ -3,7 +3,9 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
+#include <string>
 
 namespace stylet::test {
 
@@ -15,6 +17,17 @@ inline std::filesystem::path assets() {
 
 inline std::filesystem::path testScenario(const std::string& name) {
     return assets().parent_path() / "tests" / "scenarios" / (name + ".toml");
+}
+
+// Writes a scenario in which the hand stands still outside the body for `seconds`, and returns `file`.
+inline std::filesystem::path writeStillScenario(const std::filesystem::path& file, double seconds) {
+    std::ofstream(file) << "name = \"still\"\nmoments = []\napproach_distance_mm = 5.0\n"
+                           "[start]\ndeeper_mm = -10.0\n"
+                           "[hand]\nramp_s = 0.1\ntremor_mm = 0.1\n"
+                           "tremor_low_hz = 8.0\ntremor_high_hz = 10.0\n"
+                           "[[stage]]\ndo = \"wait\"\nseconds = "
+                        << std::to_string(seconds) << "\n";
+    return file;
 }
 
 }  // namespace stylet::test

@@ -32,7 +32,7 @@ Registration deviceAt(const Pose& stage_from_device) {
 }
 
 // Turned about the vertical, and tilted by a few degrees, as a table is.
-Pose turned(double yaw_rad, double tilt_rad) {
+Pose standingTurned(double yaw_rad, double tilt_rad) {
     return {glm::angleAxis(yaw_rad, kUp) * glm::angleAxis(tilt_rad, Vec3(0.8, 0.0, 0.6)), {0.4, 0.9, -1.3}};
 }
 
@@ -41,7 +41,7 @@ TEST(Colocation, WhatIsFeltIsSeenThereAndThePatientLiesLevel) {
     for (const double yaw : {-3.0, -1.2, 0.0, 0.7, 2.5})
         for (const double tilt : {0.0, 0.1}) {
             SCOPED_TRACE(testing::Message() << yaw << " " << tilt);
-            const Registration registration = deviceAt(turned(yaw, tilt));
+            const Registration registration = deviceAt(standingTurned(yaw, tilt));
             const Vec3 middle(0.02, 0.03, -0.01);
             const Pose patient_from_device = levelPatientFromDevice(registration, kRoomFromPatient, middle);
             EXPECT_NEAR(glm::distance(patient_from_device * registration.centre_m, middle), 0.0, 1e-12);
@@ -69,7 +69,7 @@ TEST(Colocation, ADeviceThatLiesOnItsBackIsPlacedToo) {
 }
 
 TEST(Colocation, AnErrorOfScaleIsHalvedByTheMiddle) {
-    Registration r = deviceAt(turned(0.4, 0.05));
+    Registration r = deviceAt(standingTurned(0.4, 0.05));
     r.scale = 1.005;
     const Pose room_from_stage =
         roomFromStage({r, levelPatientFromDevice(r, kRoomFromPatient, {})}, kRoomFromPatient);
@@ -84,7 +84,7 @@ TEST(Colocation, AnErrorOfScaleIsHalvedByTheMiddle) {
 
 // HZ-FORCE-13
 TEST(RoomPlace, FollowsAMoveAndAsks) {
-    const Registration r = deviceAt(turned(0.4, 0.0));
+    const Registration r = deviceAt(standingTurned(0.4, 0.0));
     const Colocation c{r, levelPatientFromDevice(r, kRoomFromPatient, {})};
     RoomPlace place(c, kRoomFromPatient, false);
     EXPECT_EQ(place.begin("stage", ""), "");
@@ -113,7 +113,7 @@ TEST(RoomPlace, FollowsAMoveAndAsks) {
 }
 
 TEST(RoomPlace, WhatNobodyKnowsNobodyCanConfirm) {
-    const Registration r = deviceAt(turned(0.4, 0.0));
+    const Registration r = deviceAt(standingTurned(0.4, 0.0));
     RoomPlace place(Colocation{r, {}}, kRoomFromPatient, false);
     EXPECT_EQ(place.begin("stage", ""), "");
     place.confirm();
@@ -127,7 +127,7 @@ TEST(RoomPlace, WhatNobodyKnowsNobodyCanConfirm) {
 }
 
 TEST(RoomPlace, AnotherSpaceThanTheRegisteredOneIsSaidAndNotUsed) {
-    Registration r = deviceAt(turned(0.4, 0.0));
+    Registration r = deviceAt(standingTurned(0.4, 0.0));
     r.key.space = "stationary", r.key.generation = "7";
     RoomPlace never(Colocation{r, {}}, kRoomFromPatient, false);
     EXPECT_NE(never.begin("stationary", "8").find("register"), std::string::npos);
@@ -164,7 +164,7 @@ TEST(TippedDevice, ReportsItsTip) {
         haptics::DeviceState read(std::int64_t) noexcept STYLET_NONBLOCKING override { return state; }
         void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override { sent = force_n; }
     } handle;
-    Registration r = deviceAt(turned(0.4, 0.05));
+    Registration r = deviceAt(standingTurned(0.4, 0.05));
     r.stylus_from_tip_m = {0.003, -0.004, 0.01};
     TippedDevice device(handle, r.stylus_from_tip_m);
     for (const double turn : {0.0, 0.5, 2.0}) {

@@ -5,19 +5,14 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "tests/support/file_text.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::test {
-
-inline std::string textOf(const std::filesystem::path& file) {
-    std::ifstream stream(file);
-    return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 struct Outcome {
     int status = -1;

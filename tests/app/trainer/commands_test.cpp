@@ -10,7 +10,6 @@
 namespace stylet::trainer {
 namespace {
 
-using haptics::Command;
 using haptics::CommandKind;
 using haptics::TickOutput;
 using haptics::Tool;
@@ -23,8 +22,8 @@ MATCHER_P2(Asks, kind, value, "") {
 }
 
 struct Spoken : testing::Test {
-    std::vector<Command> typed(std::string_view text) { return user.take(text, 0, now); }
-    std::vector<Command> pressed(std::uint32_t buttons) { return user.take("", buttons, now); }
+    std::vector<haptics::Command> typed(std::string_view text) { return user.take(text, 0, now); }
+    std::vector<haptics::Command> pressed(std::uint32_t buttons) { return user.take("", buttons, now); }
     std::vector<std::string> said;
     UserCommands user{{.rearm = 1, .next = 2, .breath = 8},
                       [this](const std::string& text) { said.push_back(text); }};
@@ -91,7 +90,7 @@ TEST_F(Spoken, MachinesTakeAWordAndANumber) {
     for (const training::Machine machine : {training::Machine::xray, training::Machine::ultrasound})
         for (std::size_t i = 0; i < training::knobsOf(machine).size(); ++i) {
             const training::Knob& knob = training::knobsOf(machine)[i];
-            const std::vector<Command> asked =
+            const std::vector<haptics::Command> asked =
                 typed(std::string(knob.word) + " " + std::to_string(knob.high) + "\n");
             ASSERT_EQ(asked.size(), 1u) << knob.word;
             EXPECT_NEAR(training::turnedBy(asked[0])->value, knob.high, 1e-9) << knob.word;
@@ -149,8 +148,8 @@ TEST_F(Spoken, APatientWhoGaveUpIsAskedAgain) {
 
 TEST(Outcome, SaysWhatCameOfIt) {
     TickOutput before, after;
-    const Command scalpel{CommandKind::tool, std::uint32_t(Tool::scalpel)};
-    const Command park{CommandKind::park, 1}, lift{CommandKind::park, 0};
+    const haptics::Command scalpel{CommandKind::tool, std::uint32_t(Tool::scalpel)};
+    const haptics::Command park{CommandKind::park, 1}, lift{CommandKind::park, 0};
     before.tool = after.tool = Tool::needle;
     EXPECT_EQ(outcomeOf(scalpel, before, after),
               "the needle stays in hand: it is in the body, draw it out first");

@@ -13,7 +13,7 @@ namespace {
 using haptics::TickOutput;
 using patient::Vec3;
 
-TickOutput tickAt(const patient::Pose& patient_from_tool, haptics::Tool tool) {
+TickOutput tickWith(const patient::Pose& patient_from_tool, haptics::Tool tool) {
     TickOutput out;
     out.tool = tool;
     out.patient_from_tool = out.patient_from_needle = patient_from_tool;
@@ -23,9 +23,10 @@ TickOutput tickAt(const patient::Pose& patient_from_tool, haptics::Tool tool) {
 TEST(Contacts, OutsideNothingPresses) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
-    EXPECT_EQ(contactsOf(tickAt({test::kAlongX, {-0.001, 0.0, 0.0}}, haptics::Tool::needle), patient, nullptr)
-                  .count,
-              0);
+    EXPECT_EQ(
+        contactsOf(tickWith({test::kAlongX, {-0.001, 0.0, 0.0}}, haptics::Tool::needle), patient, nullptr)
+            .count,
+        0);
 }
 
 // The whole puncture, along +x through a skin that begins at x = 0.
@@ -69,7 +70,7 @@ TEST(Contacts, TheFingerTakesTheSkinToItsPad) {
     const patient::Patient patient(package);
     const haptics::TouchMap touch = haptics::makeTouchMap(patient);
     const auto pressed = [&](double x) {
-        return contactsOf(tickAt({test::kAlongX, {x, 0.0, 0.0}}, haptics::Tool::finger), patient, &touch);
+        return contactsOf(tickWith({test::kAlongX, {x, 0.0, 0.0}}, haptics::Tool::finger), patient, &touch);
     };
     EXPECT_EQ(pressed(-0.002).count, 0);
     const ToolContacts contacts = pressed(0.005);
@@ -77,7 +78,8 @@ TEST(Contacts, TheFingerTakesTheSkinToItsPad) {
     EXPECT_NEAR(contacts.list[0].begin_m.x, 0.0, 5e-4);
     EXPECT_NEAR(contacts.list[0].begin_m.x + contacts.list[0].begin_moved_m.x, 0.005, 1e-9);
     EXPECT_EQ(
-        contactsOf(tickAt({test::kAlongX, {0.005, 0.0, 0.0}}, haptics::Tool::finger), patient, nullptr).count,
+        contactsOf(tickWith({test::kAlongX, {0.005, 0.0, 0.0}}, haptics::Tool::finger), patient, nullptr)
+            .count,
         0);
 }
 
@@ -87,7 +89,7 @@ TEST(Contacts, TheParkedProbePressesBesideTheNeedle) {
         test::makeSlabs({{patient::Tissue::skin, 0.002}, {patient::Tissue::soft, 0.028}}, 0.001);
     const patient::Patient patient(package);
     const haptics::TouchMap touch = haptics::makeTouchMap(patient);
-    TickOutput out = tickAt({test::kAlongX, {-0.010, 0.0, 0.0}}, haptics::Tool::needle);
+    TickOutput out = tickWith({test::kAlongX, {-0.010, 0.0, 0.0}}, haptics::Tool::needle);
     out.probe_parked = true;
     out.patient_from_probe = patient::Pose{test::kAlongX, {0.004, 0.0, 0.0}} * haptics::kStylusFromProbe;
     const ToolContacts contacts = contactsOf(out, patient, &touch);
@@ -105,7 +107,7 @@ TEST(Contacts, AreRelaxedByTheTicksThatPass) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
     ToolPress press(patient, nullptr, 0.001);
-    TickOutput out = tickAt({test::kAlongX, {0.0008, 0.0, 0.0}}, haptics::Tool::needle);
+    TickOutput out = tickWith({test::kAlongX, {0.0008, 0.0, 0.0}}, haptics::Tool::needle);
     EXPECT_EQ(press.shown(out), nullptr);
     out.phase = haptics::Phase::held;
     out.extension_m = out.depth_m = 0.0008;

@@ -26,7 +26,7 @@ struct TestClock {
     }
 };
 
-Pose turned(double x_m) {
+Pose heldTurned(double x_m) {
     return {glm::angleAxis(0.5, Vec3(0.0, 1.0, 0.0)), Vec3(x_m, 1.0, -0.4)};
 }
 
@@ -37,7 +37,7 @@ TEST(ControllerPort, PointsTheNeedleWhereTheControllerPoints) {
     std::int64_t asked_ns = 0;
     port.attach([&](std::int64_t when_ns) {
         asked_ns = when_ns;
-        return std::optional(turned(0.1));
+        return std::optional(heldTurned(0.1));
     });
     const Pose room{glm::angleAxis(1.0, Vec3(0.0, 1.0, 0.0)), Vec3(0.5, 0.2, 0.0)};
     const Pose grip_from_aim{glm::angleAxis(-0.7, Vec3(1.0, 0.0, 0.0)), Vec3(0.0, 0.01, -0.02)};
@@ -46,7 +46,7 @@ TEST(ControllerPort, PointsTheNeedleWhereTheControllerPoints) {
     ASSERT_TRUE(tool);
     EXPECT_EQ(asked_ns, 77);
     EXPECT_EQ(buttons, 0b101u);
-    const Pose aim = room * turned(0.1) * grip_from_aim;
+    const Pose aim = room * heldTurned(0.1) * grip_from_aim;
     // The tip lies ahead, the hub toward the hand.
     EXPECT_NEAR(glm::length(tool->position_m - aim * Vec3(0.0, 0.0, -0.15)), 0.0, 1e-12);
     EXPECT_NEAR(glm::length(tool->direction({0.0, 0.0, 1.0}) - aim.direction({0.0, 0.0, 1.0})), 0.0, 1e-12);
@@ -65,7 +65,7 @@ TEST(ControllerDriver, IsLostWithTheSessionAndComesBackWithIt) {
     EXPECT_NE(why.find("left hand"), std::string::npos);
     double x_m = 0.0;
     bool tracked = true;
-    const auto grip = [&](std::int64_t) { return tracked ? std::optional(turned(x_m)) : std::nullopt; };
+    const auto grip = [&](std::int64_t) { return tracked ? std::optional(heldTurned(x_m)) : std::nullopt; };
     port.attach(grip);
     EXPECT_EQ(driver.open(why), DeviceStage::ready);
     DeviceState state;

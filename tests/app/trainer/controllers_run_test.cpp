@@ -1,18 +1,29 @@
-// The whole procedure with a headset's two controllers, in real time: somebody who sees what has come of what
-// he does, and goes on then.
+// The procedure with two controllers of a headset: the trainee waits for the effect of each action before the
+// next one. The whole procedure runs in virtual time, and its first steps through the program in real time.
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <chrono>
+#include <cmath>
 #include <fstream>
+#include <functional>
 #include <future>
 #include <glm/gtc/quaternion.hpp>
 #include <thread>
 
 #include "app/records/record.h"
+#include "app/trainer/controller_hand.h"
+#include "app/trainer/force_feed.h"
 #include "app/trainer/hand.h"
+#include "app/trainer/live_hand.h"
+#include "app/trainer/loops.h"
+#include "app/trainer/scenario.h"
+#include "app/trainer/session.h"
 #include "app/trainer/staging.h"
+#include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/kept_attempt.h"
 #include "tests/support/mock_control.h"
 
@@ -27,10 +38,10 @@ using patient::Quat;
 using patient::Vec3;
 using test::Outcome;
 
-constexpr auto kPatience = 60s;
+constexpr auto kTraineePatience = 60s;
 constexpr double kAimFromTip_m = 0.15;  // controller_hand.cpp: the tip, ahead of where a controller aims from
 
-json jsonOf(const Pose& p, double t_s) {
+json keyOf(const Pose& p, double t_s) {
     const Quat& q = p.rotation;
     return {{"t_s", t_s},
             {"position", {p.position_m.x, p.position_m.y, p.position_m.z}},
@@ -38,32 +49,70 @@ json jsonOf(const Pose& p, double t_s) {
 }
 
 // A place on the planned path: from the skin, and beside it.
-struct Place {
+struct PathPlace {
     double deeper_m = 0.0, front_m = 0.0, roll_rad = 0.0;
 };
-constexpr Place kOutside{-0.030, 0.0, 0.0};
+constexpr PathPlace kOutside{-0.030, 0.0, 0.0};
+
+// Where the grip has to be for a tool to be at a place of the path.
+class PathAim {
+  public:
+    PathAim(const Pose& stage_from_patient, const patient::PlannedPath& path)
+        : stage_from_patient_(stage_from_patient),
+          path_(path),
+          axis_(glm::normalize(path.target_m - path.entry_m)) {
+        const Vec3 front(0.0, 1.0, 0.0);
+        front_ = glm::normalize(front - axis_ * glm::dot(front, axis_));
+    }
+    double length_m() const { return path_.length_m; }
+    Pose grip(Tool tool, const PathPlace& place) const {
+        const Vec3 tip_m = path_.entry_m + place.deeper_m * axis_ + place.front_m * front_;
+        Pose needle = needlePose(tip_m, axis_);
+        needle.rotation = needle.rotation * glm::angleAxis(place.roll_rad, Vec3(0.0, 0.0, 1.0));
+        const Pose tip = stage_from_patient_ * heldLike(needle, tool, haptics::GuideSettings{});
+        return tip * Pose{{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, kAimFromTip_m}};
+    }
+
+  private:
+    Pose stage_from_patient_;
+    patient::PlannedPath path_;
+    Vec3 axis_, front_;
+};
+
+// From rest to rest, with at most `speed_m_s`.
+struct GripMotion {
+    Pose from, to;
+    double seconds;
+
+    GripMotion(const Pose& from_in, const Pose& to_in, double speed_m_s) : from(from_in), to(to_in) {
+        const double travel_m = glm::distance(from.position_m, to.position_m);
+        const double angle_rad =
+            2.0 * std::acos(std::min(1.0, std::fabs(glm::dot(from.rotation, to.rotation))));
+        seconds = std::max({0.2, 1.875 * travel_m / speed_m_s, angle_rad / 1.5});
+    }
+    Pose at(double t_s) const {
+        const double t = std::clamp(t_s / seconds, 0.0, 1.0),
+                     share = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
+        return {glm::slerp(from.rotation, to.rotation, share),
+                glm::mix(from.position_m, to.position_m, share)};
+    }
+};
 
 class Trainee {
   public:
     Trainee(const test::Command& command, const std::string& control, const records::RecordInfo& planned)
         : said_(command / "stderr"),
-          path_(planned.path),
+          aim_(stageFromPatient(patient::Patient(patient::loadPackage(planned.patient_folder)), planned.path),
+               planned.path),
           mock_(control, 240s),
           store_(test::storeOf(command)) {
-        const patient::Package package = patient::loadPackage(planned.patient_folder);
-        stage_from_patient_ = stageFromPatient(patient::Patient(package), path_);
-        axis_ = glm::normalize(path_.target_m - path_.entry_m);
-        const Vec3 front(0.0, 1.0, 0.0);
-        front_ = glm::normalize(front - axis_ * glm::dot(front, axis_));
-        goTo(grip());
+        goTo(aim_.grip(tool_, place_));
         if (!hears("controllers: ready", 300s)) throw std::runtime_error(test::textOf(said_));
         attempt_ = test::newestAttempt(command).filename().string();
-        std::this_thread::sleep_for(4s);  // the force rises
     }
-    double length_m() const { return path_.length_m; }
 
     // Until the program has said so, after what it was last waited for.
-    bool hears(const std::string& words, std::chrono::seconds patience = kPatience) {
+    bool hears(const std::string& words, std::chrono::seconds patience = kTraineePatience) {
         return until(
             [&] {
                 const std::string all = test::textOf(said_);
@@ -78,12 +127,12 @@ class Trainee {
         if (!hears(words)) throw std::runtime_error("never said: " + words + "\n" + test::textOf(said_));
     }
     // Until the attempt's events have it, for the `times`th time.
-    bool sees(const std::string& kind, const std::string& text, std::chrono::seconds patience = kPatience,
-              int times = 1) {
+    bool sees(const std::string& kind, const std::string& text,
+              std::chrono::seconds patience = kTraineePatience, int times = 1) {
         return until([&] { return test::countOf(store_.attempt(attempt_), kind, text) >= times; }, patience);
     }
     void mustSee(const std::string& kind, const std::string& text, int times = 1) {
-        if (!sees(kind, text, kPatience, times))
+        if (!sees(kind, text, kTraineePatience, times))
             throw std::runtime_error("never happened: " + text + "\n" + test::textOf(said_));
     }
     void hold(const char* hand, const std::string& key, double value) {
@@ -97,16 +146,14 @@ class Trainee {
         set(true);
         mustHear(until_said);
         set(false);
-        std::this_thread::sleep_for(1s);  // until a frame has seen it released
+        // Until frames have seen it released.
+        const int frame = mock_.ask({{"get", "state"}}).at("frame").get<int>();
+        mock_.ask({{"wait", {{"frame", frame + 3}}}});
     }
-    void turnTo(Tool tool) {
-        tool_ = tool;
-        goTo(grip());
-    }
-    // With `speed_m_s` in the middle of the way.
-    void goTo(const Place& place, double speed_m_s = 0.04) {
+    // With `speed_m_s` in the middle of the motion.
+    void goTo(const PathPlace& place, double speed_m_s = 0.04) {
         place_ = place;
-        goTo(grip(), speed_m_s);
+        goTo(aim_.grip(tool_, place_), speed_m_s);
     }
 
   private:
@@ -118,56 +165,188 @@ class Trainee {
     void apply(const char* hand, const json& what) {
         mock_.ask({{"apply", {{"controllers", {{hand, what}}}}}});
     }
-    Pose grip() const {
-        const Vec3 tip_m = path_.entry_m + place_.deeper_m * axis_ + place_.front_m * front_;
-        Pose needle = needlePose(tip_m, axis_);
-        needle.rotation = needle.rotation * glm::angleAxis(place_.roll_rad, Vec3(0.0, 0.0, 1.0));
-        const Pose tip = stage_from_patient_ * heldLike(needle, tool_, haptics::GuideSettings{});
-        return tip * Pose{{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, kAimFromTip_m}};
-    }
     // From rest to rest, and waits until it is there.
     void goTo(const Pose& to, double speed_m_s = 0.04) {
-        const Pose from = at_.value_or(to);
-        const double way_m = glm::distance(from.position_m, to.position_m);
-        const double angle_rad =
-            2.0 * std::acos(std::min(1.0, std::fabs(glm::dot(from.rotation, to.rotation))));
-        const double seconds = std::max({0.2, 1.875 * way_m / speed_m_s, angle_rad / 1.5});
+        const GripMotion motion(at_.value_or(to), to, speed_m_s);
         json keys = json::array();
         for (double t_s = 0.0;; t_s += 0.02) {
-            const double t = std::min(1.0, t_s / seconds),
-                         share = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
-            keys.push_back(jsonOf({glm::slerp(from.rotation, to.rotation, share),
-                                   glm::mix(from.position_m, to.position_m, share)},
-                                  t_s));
-            if (t >= 1.0) break;
+            keys.push_back(keyOf(motion.at(t_s), t_s));
+            if (t_s >= motion.seconds) break;
         }
         apply("right", {{"poses", keys}});
-        std::this_thread::sleep_for(std::chrono::duration<double>(seconds + 0.1));
+        std::this_thread::sleep_for(std::chrono::duration<double>(motion.seconds + 0.1));
         at_ = to;
     }
 
     std::filesystem::path said_;
-    patient::PlannedPath path_;
+    PathAim aim_;
     test::MockControl mock_;
     records::Store store_;
     std::string attempt_;
-    Pose stage_from_patient_;
-    Vec3 axis_{0.0}, front_{0.0};
     Tool tool_ = Tool::finger;
-    Place place_ = kOutside;
+    PathPlace place_ = kOutside;
     std::optional<Pose> at_;
+    std::size_t heard_ = 0;
+};
+
+// The same in virtual time: each tick asks the controller's driver, and the session's turn follows at once.
+class VirtualTrainee {
+  public:
+    VirtualTrainee(const patient::Patient& patient, const Scenario& scenario,
+                   const patient::PlannedPath& path)
+        : aim_(stageFromPatient(patient, path), path),
+          attempt_(attemptInTheRoom(patient, scenario, path)),
+          simulation_(attempt_.patient, attempt_.simulation, attempt_.touchMap()),
+          session_(patient, path, scenario.moments, scenario.approach_distance_m, nullptr),
+          at_(aim_.grip(tool_, place_)) {
+        port_.attach([this](std::int64_t) { return std::optional(at_); });
+        force_.emplace(simulation_.state().output.safety.focused, kDt_s, &live_,
+                       [this](const std::string& text) { said_ += text + "\n"; });
+        wait(4.0);  // the force rises
+    }
+    const SessionLog& log() const { return session_.log(); }
+    double felt_n(Tool tool) const { return felt_n_[std::size_t(tool)]; }
+    double length_m() const { return aim_.length_m(); }
+
+    bool sees(const std::string& kind, const std::string& text, double patience_s = 60.0, int times = 1) {
+        return until(
+            [&] {
+                return std::count_if(log().events.begin(), log().events.end(),
+                                     [&](const training::SessionEvent& event) {
+                                         return event.kind == kind && event.text == text;
+                                     }) >= times;
+            },
+            patience_s);
+    }
+    void mustSee(const std::string& kind, const std::string& text, int times = 1) {
+        if (!sees(kind, text, 60.0, times))
+            throw std::runtime_error("never happened: " + text + "\n" + said_);
+    }
+    void mustHear(const std::string& words) {
+        const bool heard = until(
+            [&] {
+                const std::size_t found = said_.find(words, heard_);
+                if (found != std::string::npos) heard_ = found + words.size();
+                return found != std::string::npos;
+            },
+            60.0);
+        if (!heard) throw std::runtime_error("never said: " + words + "\n" + said_);
+    }
+    void hold(const char*, const std::string& key, double value) {
+        (key == "trigger/value" ? other_.select : other_squeezes_) = value > 0.5;
+        other_.squeeze = other_squeezes_ ? 1.0f : 0.0f;
+    }
+    void press(const std::string& key, const std::string& until_said) {
+        const bool next = key == "b/click";
+        next ? void(tool_keys_.menu = true) : void(tool_keys_.squeeze = 1.0f);
+        mustHear(until_said);
+        tool_keys_ = {};
+        wait(0.1);
+    }
+    void turnTo(Tool tool) {
+        tool_ = tool;
+        goTo(place_);
+    }
+    void goTo(const PathPlace& place, double speed_m_s = 0.04) {
+        place_ = place;
+        const GripMotion motion(at_, aim_.grip(tool_, place_), speed_m_s);
+        for (double t_s = 0.0; t_s <= motion.seconds; t_s += kDt_s) {
+            at_ = motion.at(t_s);
+            tick();
+        }
+    }
+
+  private:
+    static constexpr double kDt_s = 0.001;
+    static constexpr std::int64_t kDt_ns = 1'000'000;
+
+    class Device : public haptics::HapticDevice {
+      public:
+        explicit Device(VirtualTrainee& trainee)
+            : driver_(trainee.port_, ControllerSide::right,
+                      {&trainee, [](void* of) noexcept { return static_cast<VirtualTrainee*>(of)->now_ns_; },
+                       [](void*, std::int64_t) noexcept {}}) {}
+        const haptics::DeviceProfile& profile() const noexcept override { return driver_.profile(); }
+        haptics::DeviceState read(std::int64_t) noexcept override {
+            std::string why;
+            state_.fresh = 0;
+            if (driver_.exchange({}, state_, why) != haptics::DeviceStage::ready) state_.flags = 0;
+            return state_;
+        }
+        void send(const Vec3&) noexcept override {}
+
+      private:
+        ControllerDriver driver_;
+        haptics::DeviceState state_;
+    };
+
+    // The controllers are in the room that is drawn.
+    static Attempt attemptInTheRoom(const patient::Patient& patient, const Scenario& scenario,
+                                    const patient::PlannedPath& path) {
+        Attempt attempt = makeLiveAttempt(patient, scenario, path, 4, haptics::makeTouchMap(patient),
+                                          controllerProfile(), {});
+        attempt.simulation.patient_from_device = stageFromPatient(patient, path).inverse();
+        return attempt;
+    }
+    void tick() {
+        port_.see({Pose{}, std::nullopt, controllerButtons(tool_keys_, other_)});
+        haptics::loopTick(simulation_, device_, channels_, stats_, now_ns_);
+        session_.drain(channels_);
+        force_->pass(true, session_, channels_.commands);
+        if (const haptics::TickOutput* now = session_.newest()) {
+            double& most_n = felt_n_[std::size_t(now->tool)];
+            most_n = std::max(most_n, glm::length(now->tool_force.force_n));
+        }
+        now_ns_ += kDt_ns;
+    }
+    void wait(double seconds) {
+        for (double t_s = 0.0; t_s < seconds; t_s += kDt_s)
+            tick();
+    }
+    bool until(const std::function<bool()>& done, double patience_s) {
+        for (double t_s = 0.0; t_s < patience_s; t_s += 0.01) {
+            if (done()) return true;
+            wait(0.01);
+        }
+        return done();
+    }
+
+    PathAim aim_;
+    Tool tool_ = Tool::finger;
+    PathPlace place_ = kOutside;
+    Attempt attempt_;
+    haptics::Simulation simulation_;
+    Session session_;
+    Pose at_;
+    std::int64_t now_ns_ = 0;
+    ControllerPort port_;
+    Device device_{*this};
+    haptics::LoopChannels channels_{kDt_s};
+    haptics::LoopStats stats_;
+    ControllerKeys tool_keys_, other_;
+    bool other_squeezes_ = false;
+    LiveHand live_{
+        device_,
+        [](double) { return false; },
+        [] { return std::string(); },
+        [](Tool) {},
+        {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 2, .pedal = 1u << 3, .inject = 1u << 4},
+        "the trigger"};
+    std::optional<ForceFeed> force_;
+    std::array<double, haptics::kToolCount> felt_n_{};
+    std::string said_;
     std::size_t heard_ = 0;
 };
 
 constexpr const char *kNext = "b/click", *kBreath = "squeeze/value";
 
-void palpate(Trainee& hand) {
+void palpate(VirtualTrainee& hand) {
     hand.goTo({0.005});
     hand.mustSee("step", "find the space between the ribs");
     hand.goTo(kOutside, 0.08);
 }
 
-void findTheDuct(Trainee& hand) {
+void findTheDuct(VirtualTrainee& hand) {
     hand.press(kNext, "the probe is in hand");
     hand.turnTo(Tool::probe);
     hand.press(kBreath, "asked to hold his breath");
@@ -178,7 +357,7 @@ void findTheDuct(Trainee& hand) {
     hand.goTo(kOutside, 0.08);
 }
 
-void incise(Trainee& hand) {
+void incise(VirtualTrainee& hand) {
     hand.turnTo(Tool::scalpel);
     hand.goTo({0.005, -0.002});
     hand.goTo({0.005, 0.002}, 0.01);
@@ -187,10 +366,12 @@ void incise(Trainee& hand) {
     hand.press(kBreath, "the patient may breathe");
 }
 
-void puncture(Trainee& hand) {
+void puncture(VirtualTrainee& hand) {
     hand.press(kNext, "the guide is in hand");
     hand.turnTo(Tool::guide);
     hand.mustSee("step", "snap the needle into the guide");
+    hand.goTo({kOutside.deeper_m, 0.003});  // the guide's rail is felt beside it
+    hand.goTo(kOutside);
     hand.press(kNext, "the needle is in hand");
     hand.turnTo(Tool::needle);
     hand.press(kBreath, "asked to hold his breath");
@@ -198,13 +379,13 @@ void puncture(Trainee& hand) {
     hand.goTo({0.7 * hand.length_m()}, 0.02);
     double deeper_m = 0.001;
     hand.goTo({hand.length_m() + deeper_m}, 0.012);
-    while (!hand.sees("step", "advance to the duct", 3s) && deeper_m < 0.004)
+    while (!hand.sees("step", "advance to the duct", 3.0) && deeper_m < 0.004)
         hand.goTo({hand.length_m() + (deeper_m += 0.001)}, 0.012);
     hand.mustSee("step", "advance to the duct");
 }
 
 // With the other hand: the pedal, and the syringe.
-void showTheDucts(Trainee& hand) {
+void showTheDucts(VirtualTrainee& hand) {
     hand.hold("left", "trigger/value", 1.0);
     hand.mustHear("X-rays");
     hand.hold("left", "squeeze/value", 1.0);
@@ -218,8 +399,31 @@ void showTheDucts(Trainee& hand) {
     hand.press(kBreath, "the patient may breathe");
 }
 
-// HZ-TEACH-20
-TEST(ControllersRun, FromPalpationToDuctsFullOfContrast) {
+TEST(ControllersVirtual, FromPalpationToDuctsFullOfContrast) {
+    test::Command command;
+    ASSERT_EQ(command.run("run --fast --spacing-mm 3 --seed 4 --scenario procedure").status, 0);
+    const records::RecordInfo planned = records::loadRecord(command.out() / "record").info;
+    const patient::Package package = patient::loadPackage(planned.patient_folder);
+    const patient::Patient patient(package);
+    VirtualTrainee hand(patient, loadScenario(test::assets() / "scenarios" / "procedure.toml"), planned.path);
+    palpate(hand);
+    findTheDuct(hand);
+    incise(hand);
+    puncture(hand);
+    showTheDucts(hand);
+
+    const SessionLog& log = hand.log();
+    EXPECT_EQ(std::popcount(log.progress.steps_done), training::kStepCount);
+    EXPECT_EQ(log.progress.out_of_order, 0u);
+    EXPECT_TRUE(log.target_hit());
+    for (std::size_t tool = 0; tool < haptics::kToolCount; ++tool)
+        EXPECT_GT(hand.felt_n(Tool(tool)), 0.02) << haptics::kToolNames[tool];
+    EXPECT_GT(log.score.total, 50.0);
+}
+
+// In real time, because only there do the program, the runtime and a user with two controllers run side by
+// side. HZ-TEACH-20
+TEST(ControllersRunRealTime, WhatTheControllersDoIsStoredReplayedAndReported) {
     test::Command command;
     const std::string kPatient = " --spacing-mm 3 --seed 4 --scenario procedure ";
     ASSERT_EQ(command.run("run --fast" + kPatient).status, 0);
@@ -240,11 +444,22 @@ TEST(ControllersRun, FromPalpationToDuctsFullOfContrast) {
     });
     try {
         Trainee hand(command, control, planned);
-        palpate(hand);
-        findTheDuct(hand);
-        incise(hand);
-        puncture(hand);
-        showTheDucts(hand);
+        for (int tries = 0; tries < 10; ++tries) {  // the force may still rise
+            hand.goTo({0.005}, 0.1);
+            if (hand.sees("step", "find the space between the ribs", 2s)) break;
+            hand.goTo(kOutside, 0.2);
+        }
+        hand.mustSee("step", "find the space between the ribs");
+        hand.press(kNext, "the probe is in hand");
+        hand.press(kBreath, "asked to hold his breath");
+        hand.hold("left", "trigger/value", 1.0);
+        hand.mustHear("X-rays");
+        hand.hold("left", "squeeze/value", 1.0);
+        hand.mustHear("contrast medium, 1 ml/s");
+        hand.hold("left", "squeeze/value", 0.0);
+        hand.mustHear("no more contrast medium");
+        hand.hold("left", "trigger/value", 0.0);
+        hand.mustHear("no more X-rays");
     } catch (const std::exception& e) {
         ADD_FAILURE() << e.what();
     }
@@ -254,9 +469,10 @@ TEST(ControllersRun, FromPalpationToDuctsFullOfContrast) {
     command.unset("XRMOCK_CONTROL");
 
     const test::KeptAttempt kept = test::storedReplayedReported(command, outcome, "hands-1");
-    test::expectWholeProcedure(kept);
     EXPECT_EQ(kept.stored.info.device, "controllers");
-    EXPECT_GT(kept.stored.result->total, 50.0);
+    EXPECT_NE(kept.page.find("controllers"), std::string::npos);
+    EXPECT_EQ(kept.summary.at("steps").at("out_of_order"), 0);
+    EXPECT_GT(kept.felt_n[std::size_t(Tool::finger)], 0.02);
     EXPECT_NE(outcome.err.find("the other hand's trigger is the pedal for X-rays"), std::string::npos);
 }
 

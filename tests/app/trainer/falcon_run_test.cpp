@@ -16,11 +16,13 @@
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
 #include "tests/support/falcon_testbed.h"
+#include "tests/support/nap.h"
 
 namespace stylet::trainer {
 namespace {
 
 using test::FalconEmulator;
+using test::nap;
 
 // The hand that homes it, for as long as it is in scope.
 class Hand {
@@ -43,10 +45,6 @@ class Hand {
     std::atomic<bool> over_{false};
     std::thread thread_;
 };
-
-void nap(int ms) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
-}
 
 // A hand at work on an attempt that writes into `out`: still until the record begins, then along the path
 // into the body while the force still rises, held there, and drawn back again. A busy machine makes faults of
@@ -115,7 +113,9 @@ class Work {
     std::thread thread_;
 };
 
-struct FalconRun : testing::Test {
+// What only real time shows: whatever ends the running program, a terminal's signals included, the motors
+// hear zero last.
+struct FalconRunRealTime : testing::Test {
     void SetUp() override {
         if (!test::FalconTestbed::works()) GTEST_SKIP() << "umockdev's library is not preloaded: use ctest";
         std::ofstream(command / "image") << "abc";
@@ -145,14 +145,14 @@ struct FalconRun : testing::Test {
     test::Command command;
 };
 
-TEST_F(FalconRun, PushesTheHandEndsInZeroAndItsRecordReplays) {
+TEST_F(FalconRunRealTime, PushesTheHandEndsInZeroAndItsRecordReplays) {
     test::FalconTestbed bed(true);
     bed.plugIn();
     const std::filesystem::path out = command / "live";
     test::Outcome live;
     {
         const Work work(bed, out);
-        live = runUntil([&] { return work.passes() > 0; }, out, SIGINT, 90);
+        live = runUntil([&] { return work.passes() > 0; }, out, SIGINT, 240);
         EXPECT_TRUE(work.pushed()) << live.err;
     }
     ASSERT_EQ(live.status, 0) << live.err;
@@ -175,7 +175,7 @@ constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP};
 
 // Whatever a terminal does to a program, its motors are told zero before it is gone.
 // HZ-FORCE-14
-TEST_F(FalconRun, ASignalWhileItPushesEndsInZero) {
+TEST_F(FalconRunRealTime, ASignalWhileItPushesEndsInZero) {
     test::FalconTestbed bed(true);
     bed.plugIn();
     for (const int signal : kSignals) {
@@ -184,16 +184,16 @@ TEST_F(FalconRun, ASignalWhileItPushesEndsInZero) {
         test::Outcome live;
         {
             const Work work(bed, out);
-            live = runUntil([&] { return work.pushed(); }, out, signal, 60);
+            live = runUntil([&] { return work.pushed(); }, out, signal, 240);
             EXPECT_TRUE(work.pushed());
         }
         EXPECT_EQ(live.status, 0) << live.err;
         bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.pushes()); });
-        EXPECT_LT(live.summary.at("haptics").at("ticks").get<double>(), 50'000.0) << live.err;
+        EXPECT_LT(live.summary.at("haptics").at("ticks").get<double>(), 240'000.0) << live.err;
     }
 }
 
-TEST_F(FalconRun, ACalibrationThatIsBrokenOffSaysSoAndLetsGo) {
+TEST_F(FalconRunRealTime, ACalibrationThatIsBrokenOffSaysSoAndLetsGo) {
     test::FalconTestbed bed(true);
     bed.plugIn();
     const std::string file = (command / "falcon.toml").string(), words = (command / "words").string();
@@ -202,7 +202,7 @@ TEST_F(FalconRun, ACalibrationThatIsBrokenOffSaysSoAndLetsGo) {
     int status = 0;
     std::string said;
     // On a busy machine the emulated device may well be silent for 20 ms, which ends it too.
-    for (int tries = 0; tries < 10 && said.find("stopped") == std::string::npos; ++tries) {
+    for (int tries = 0; tries < 40 && said.find("stopped") == std::string::npos; ++tries) {
         const Hand hand(bed);
         status = std::system(line.c_str());
         said = test::textOf(words);

@@ -10,7 +10,6 @@
 namespace stylet::trainer {
 namespace {
 
-using haptics::Command;
 using haptics::CommandKind;
 using haptics::ForceStage;
 using testing::ElementsAre;
@@ -35,7 +34,7 @@ struct Feed : testing::Test {
     }
     std::vector<std::uint32_t> asked() {
         std::vector<std::uint32_t> kinds;
-        for (Command c; ring.pop(c);)
+        for (haptics::Command c; ring.pop(c);)
             kinds.push_back(std::uint32_t(c.kind));
         return kinds;
     }
@@ -44,7 +43,7 @@ struct Feed : testing::Test {
     patient::Package package = test::ductPhantom();
     patient::Patient patient{package};
     Session session{patient, test::ductPath(), {}, 0.0, nullptr};
-    haptics::Ring<Command> ring{4};
+    haptics::Ring<haptics::Command> ring{4};
     std::vector<std::string> said;
     ForceFeed feed{true, kDt_s, nullptr, [this](const std::string& text) { said.push_back(text); }};
 
@@ -141,7 +140,7 @@ TEST_F(LiveFeed, ADeviceThatIsLostHoldsNoButton) {
         record.output.tick = ++tick;
         session.take(record);
         feet.pass(true, session, ring);
-        Command said_now;
+        haptics::Command said_now;
         ASSERT_TRUE(ring.pop(said_now));
         EXPECT_EQ(said_now.kind, CommandKind::pedal);
         EXPECT_EQ(said_now.value, flags != 0 ? 1u : 0u);
@@ -154,7 +153,7 @@ struct ToolFeed : LiveFeed {
     // Returns how many commands it took.
     std::uint32_t tick() {
         haptics::TickRecord record;
-        for (Command c; record.input.command_count < haptics::kMaxCommandsPerTick && ring.pop(c);) {
+        for (haptics::Command c; record.input.command_count < haptics::kMaxCommandsPerTick && ring.pop(c);) {
             record.input.commands[record.input.command_count++] = c;
             if (c.kind == CommandKind::tool) tool = haptics::Tool(c.value);
         }

@@ -30,7 +30,7 @@ SessionLog played(const patient::Patient& patient, const std::string& scenario_f
     return session.log();
 }
 
-std::string fiveTools() {
+std::string fiveToolsFile() {
     return (test::assets() / "scenarios" / "five-tools.toml").string();
 }
 
@@ -40,13 +40,13 @@ TEST(ForceTruth, WhereBothSegmentationsAgreeTheDifferenceIsNothingToTheLastBit) 
     const patient::Patient patient(package);
     const OtherSegmentation same = asIf(package, [](const Label&) { return true; });
     ForceTruth truth(same, haptics::NeedleSettings{});
-    const SessionLog log = played(patient, fiveTools(), &truth);
+    const SessionLog log = played(patient, fiveToolsFile(), &truth);
     ASSERT_TRUE(log.target_hit());
     EXPECT_EQ(log.truth.insertions, 1u);
     EXPECT_GT(log.truth.all.ticks, 1000u);
     EXPECT_EQ(log.truth.all.equal_ticks, log.truth.all.ticks);
     EXPECT_EQ(log.truth.all.largest_n, 0.0);
-    EXPECT_EQ(log.state_hash, played(patient, fiveTools(), nullptr).state_hash) << "it is only read";
+    EXPECT_EQ(log.state_hash, played(patient, fiveToolsFile(), nullptr).state_hash) << "it is only read";
 }
 
 // A needle pushed along the slabs, felt on `patient`.

@@ -14,7 +14,7 @@ namespace {
 using patient::Vec3;
 using training::Difficulty;
 
-Seen at(double t_s, double force_n = 0.5) {
+Seen feltAt(double t_s, double force_n = 0.5) {
     Seen seen;
     seen.tick.tick = std::uint64_t(t_s * 1000.0 + 0.5);
     seen.tick.force_n = force_n;
@@ -24,12 +24,12 @@ Seen at(double t_s, double force_n = 0.5) {
 TEST(GuidePanel, IsDrawnTenTimesASecondWhileSomebodyLooks) {
     GuidePanel panel(training::hintsOf(Difficulty::guided), 0.001);
     for (double t_s = 0.0; t_s < 2.0; t_s += 0.011)
-        panel.take(at(t_s), true);
+        panel.take(feltAt(t_s), true);
     EXPECT_LE(panel.revision(), 20u);
     EXPECT_GE(panel.revision(), 17u);
     const std::uint64_t before = panel.revision();
     for (double t_s = 2.0; t_s < 4.0; t_s += 0.011)
-        panel.take(at(t_s), false);
+        panel.take(feltAt(t_s), false);
     EXPECT_EQ(panel.revision(), before) << "nobody looked";
 }
 
@@ -37,10 +37,10 @@ TEST(GuidePanel, ShowsWhatWasFeltWhileNobodyLooked) {
     GuidePanel felt(training::hintsOf(Difficulty::guided), 0.001),
         flat(training::hintsOf(Difficulty::guided), 0.001);
     for (double t_s = 0.0; t_s < 5.0; t_s += 0.05) {
-        felt.take(at(t_s, 1.0 + std::sin(t_s)), false);
-        flat.take(at(t_s), false);
+        felt.take(feltAt(t_s, 1.0 + std::sin(t_s)), false);
+        flat.take(feltAt(t_s), false);
     }
-    felt.take(at(5.1), true), flat.take(at(5.1), true);
+    felt.take(feltAt(5.1), true), flat.take(feltAt(5.1), true);
     EXPECT_NE(felt.rgba(), flat.rgba());
 }
 
@@ -49,13 +49,13 @@ TEST(GuidePanel, GoesBackWithAReplay) {
     GuidePanel there(training::hintsOf(Difficulty::guided), 0.001),
         back(training::hintsOf(Difficulty::guided), 0.001);
     for (double t_s = 0.0; t_s < 8.0; t_s += 0.05) {
-        back.take(at(t_s, 1.0 + std::sin(t_s)), true);
-        if (t_s < 4.01) there.take(at(t_s, 1.0 + std::sin(t_s)), false);
+        back.take(feltAt(t_s, 1.0 + std::sin(t_s)), true);
+        if (t_s < 4.01) there.take(feltAt(t_s, 1.0 + std::sin(t_s)), false);
     }
     const std::vector<std::uint8_t> end = back.rgba();
-    there.take(at(4.0, 2.0), true), back.take(at(4.0, 2.0), true);
+    there.take(feltAt(4.0, 2.0), true), back.take(feltAt(4.0, 2.0), true);
     EXPECT_EQ(back.rgba(), there.rgba());
-    back.take(at(8.0, 2.0), true);
+    back.take(feltAt(8.0, 2.0), true);
     EXPECT_NE(back.rgba(), there.rgba());
 }
 
@@ -63,12 +63,12 @@ TEST(GuidePanel, GoesBackWithAReplay) {
 TEST(GuidePanel, OnlyTheGuidedAreToldWhatToDo) {
     GuidePanel guided(training::hintsOf(Difficulty::guided), 0.001),
         practice(training::hintsOf(Difficulty::practice), 0.001);
-    guided.take(at(0.1), true), practice.take(at(0.1), true);
+    guided.take(feltAt(0.1), true), practice.take(feltAt(0.1), true);
     EXPECT_NE(guided.rgba(), practice.rgba());
 }
 
 Seen inserted(std::vector<Passed> passed) {
-    Seen seen = at(1.0);
+    Seen seen = feltAt(1.0);
     seen.tick.tool = haptics::Tool::needle;
     seen.tick.phase = haptics::Phase::pass, seen.tick.depth_m = 0.05;
     seen.insertion.passed = std::move(passed);
@@ -115,9 +115,9 @@ TEST(GuidePanel, FitsWhereItIsPutAndKeepsWhatWasFelt) {
     GuidePanel kept(training::hintsOf(Difficulty::practice), 0.001),
         lost(training::hintsOf(Difficulty::practice), 0.001);
     for (double t_s = 0.0; t_s < 3.0; t_s += 0.05)
-        kept.take(at(t_s, 1.0 + std::sin(t_s)), false);
+        kept.take(feltAt(t_s, 1.0 + std::sin(t_s)), false);
     kept.resize(500, 480), lost.resize(500, 480);
-    kept.take(at(3.0), true), lost.take(at(3.0), true);
+    kept.take(feltAt(3.0), true), lost.take(feltAt(3.0), true);
     EXPECT_EQ(kept.rgba().size(), std::size_t(4 * 500 * 480));
     EXPECT_NE(kept.rgba(), lost.rgba());
 }

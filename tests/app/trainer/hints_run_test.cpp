@@ -12,9 +12,9 @@
 namespace stylet::trainer {
 namespace {
 
-constexpr int kPixels = 512;
+constexpr int kHintsPixels = 512;
 // Over the entry, the panel at the right.
-const std::string kHead = R"({"version": 2, "eyes": {"recommended_size": [512, 512]},
+const std::string kHintsHead = R"({"version": 2, "eyes": {"recommended_size": [512, 512]},
     "head": [{"t_s": 0, "position": [0.12, 1.45, 0.0], "orientation": [-0.36, -0.06, 0, 0.93]}]})";
 
 class HintsRun : public testing::Test {
@@ -25,7 +25,7 @@ class HintsRun : public testing::Test {
         double skip(const char* name) const { return outcome.summary.at("skips").at(name).get<double>(); }
     };
     static Seen run(const std::string& difficulty) {
-        std::ofstream(command_ / "scenario.json") << kHead;
+        std::ofstream(command_ / "scenario.json") << kHintsHead;
         command_.set("XRMOCK_SCENARIO", (command_ / "scenario.json").string());
         Seen seen;
         seen.outcome = command_.run("run --headless --fast --fps 1 --spacing-mm 2.5 --scenario '" +
@@ -43,13 +43,14 @@ class HintsRun : public testing::Test {
             int width = 0, height = 0, channels = 0;
             const std::string file = (*folders[i] / (moment + "_left.png")).string();
             pictures[i].reset(stbi_load(file.c_str(), &width, &height, &channels, 3));
-            if (!pictures[i] || width != kPixels || height != kPixels) throw std::runtime_error(file);
+            if (!pictures[i] || width != kHintsPixels || height != kHintsPixels)
+                throw std::runtime_error(file);
         }
         int differing = 0;
         for (int y = y0; y < y1; ++y)
             for (int x = x0; x < x1; ++x)
                 for (int c = 0; c < 3; ++c) {
-                    const std::size_t at = std::size_t(3 * (y * kPixels + x) + c);
+                    const std::size_t at = std::size_t(3 * (y * kHintsPixels + x) + c);
                     if (std::abs(int(pictures[0].get()[at]) - int(pictures[1].get()[at])) <= 25) continue;
                     ++differing;
                     break;

@@ -3,6 +3,7 @@
 
 #include "app/trainer/loops.h"
 #include "tests/app/trainer/assets.h"
+#include "tests/support/duct_path.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::test {
@@ -19,14 +20,6 @@ inline patient::Package ductPhantom() {
                                          0.001);
     package.signal.period_s = 1.0;
     return package;
-}
-
-inline patient::PlannedPath ductPath() {
-    patient::PlannedPath path;
-    path.entry_m = path.entry_reference_m = {0.0, 0.0, 0.0};
-    path.target_m = path.target_reference_m = {0.053, 0.0, 0.0};
-    path.length_m = 0.053;
-    return path;
 }
 
 inline trainer::Scenario shortScenario() {

@@ -9,12 +9,12 @@ namespace {
 using test::KeptAttempt;
 using test::Outcome;
 
-const std::string kRun = "run --fast --spacing-mm 3 --seed 4 --scenario procedure --trainee ";
+const std::string kProcedureRun = "run --fast --spacing-mm 3 --seed 4 --scenario procedure --trainee ";
 
 // The scenario says what is said, the trace how the hand moves: together they are the attempt again.
 TEST(ProcedureRun, ByAHapticTrace) {
     test::Command command;
-    const Outcome scripted = command.runBare(kRun + "script");
+    const Outcome scripted = command.runBare(kProcedureRun + "script");
     const KeptAttempt first = test::storedReplayedReported(command, scripted, "script");
     test::expectWholeProcedure(first);
     EXPECT_GT(first.stored.result->total, 85.0);
@@ -23,7 +23,8 @@ TEST(ProcedureRun, ByAHapticTrace) {
     const Outcome saved = command.run("replay --fast '" + (first.stored.folder / "record").string() +
                                       "' --save-hand '" + hand.string() + "'");
     ASSERT_EQ(saved.status, 0) << saved.err;
-    const Outcome traced = command.runBare(kRun + "hand --device replay --trace '" + hand.string() + "'");
+    const Outcome traced =
+        command.runBare(kProcedureRun + "hand --device replay --trace '" + hand.string() + "'");
     const KeptAttempt second = test::storedReplayedReported(command, traced, "hand");
     test::expectWholeProcedure(second);
     EXPECT_EQ(second.stored.info.device, "replay");

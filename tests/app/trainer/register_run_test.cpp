@@ -1,18 +1,24 @@
 // `stylet register` as a user meets it: an emulated device behind its socket, the mock runtime's controller
-// with its tip on the device's, and what is kept against where the device really stands.
+// with its tip on the device's, and what is kept against where the device really stands. And the same in
+// virtual time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <cmath>
+#include <condition_variable>
 #include <fstream>
+#include <functional>
 #include <glm/gtc/quaternion.hpp>
+#include <mutex>
+#include <thread>
 
 #include "app/trainer/register.h"
 #include "tests/app/trainer/command.h"
 #include "tests/support/bridge_emulator.h"
 #include "tests/support/decimal_comma.h"
 #include "tests/support/mock_control.h"
+#include "tests/support/temp_folder.h"
 
 namespace stylet::trainer {
 namespace {
@@ -26,10 +32,10 @@ using test::MockControl;
 using test::Outcome;
 using testing::HasSubstr;
 
-constexpr std::chrono::milliseconds kPatience = std::chrono::seconds(60);
+constexpr std::chrono::milliseconds kRegisterPatience = std::chrono::seconds(60);
 
 // Where the emulated device stands, how its controller is held.
-struct Place {
+struct DevicePlace {
     Pose stage_from_device{glm::angleAxis(0.6, glm::normalize(Vec3(0.2, 1.0, 0.1))), {0.15, 0.95, -0.45}};
     Vec3 grip_from_tip_m{0.005, -0.03, -0.11};
 
@@ -48,22 +54,22 @@ std::array<double, 7> stylusAt(const Vec3& p, const Quat& q = {1, 0, 0, 0}) {
     return {p.x, p.y, p.z, q.w, q.x, q.y, q.z};
 }
 
-Quat turned(double t_s, double size) {
+Quat swung(double t_s, double size) {
     return glm::angleAxis(size * std::sin(2.1 * t_s), Vec3(1, 0, 0)) *
            glm::angleAxis(size * std::sin(3.3 * t_s), Vec3(0, 0, 1));
 }
 
 // Both hands, and eyes that read what the program says.
-class User {
+class RegisterUser {
   public:
-    User(const std::string& control, std::filesystem::path said, test::BridgeServer& device,
-         const Place& place_in)
+    RegisterUser(const std::string& control, std::filesystem::path said, test::BridgeServer& device,
+                 const DevicePlace& place_in)
         : place(place_in), mock_(control), said_(std::move(said)), device_(device) {
         rest(kStart_m);
     }
 
     // Until the program has said this, after what it was last waited for. False when it does not.
-    bool hear(const std::string& words, std::chrono::milliseconds patience = kPatience) {
+    bool hear(const std::string& words, std::chrono::milliseconds patience = kRegisterPatience) {
         const auto deadline = std::chrono::steady_clock::now() + patience;
         while (std::chrono::steady_clock::now() < deadline) {
             const std::string all = test::textOf(said_);
@@ -95,47 +101,15 @@ class User {
         apply({{"poses", json::array({jsonOf(place.gripOf(tip_m, turn))})}});
         nap(150);
     }
-    // The controller's tip stays, the controller turns.
-    void turnAbout(const Vec3& tip_m, double seconds) {
-        play(seconds, [&](double t_s) { return place.gripOf(tip_m, turned(t_s, 0.6)); });
-    }
-    // Everywhere, both together.
-    void sweep(double seconds) {
-        const auto tipAt = [](double t_s) {
-            return kStart_m + 0.04 * std::min(1.0, 0.5 * t_s) *
-                                  Vec3(std::sin(1.1 * t_s), std::sin(1.7 * t_s), std::sin(2.3 * t_s));
-        };
-        play(seconds, [&](double t_s) { return place.gripOf(tipAt(t_s), turned(t_s, 0.5)); });
-        const std::int64_t begin_ns = test::monotonicNow_ns();
-        device_.follow([=](std::int64_t now_ns) {
-            const double t_s = 1e-9 * double(now_ns - begin_ns);
-            return stylusAt(tipAt(t_s), glm::angleAxis(0.4 * std::sin(0.9 * t_s), Vec3(0, 1, 0)));
-        });
-    }
     void apply(const json& right) { mock_.ask({{"apply", {{"controllers", {{"right", right}}}}}}); }
     MockControl& mock() { return mock_; }
     static void nap(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
     static constexpr Vec3 kStart_m{0.0, 0.0, 0.1};  // the emulated workspace's middle
-    Place place;
+    DevicePlace place;
 
   private:
     void value(const std::string& button, bool down) { apply({{"values", json::array({{{button, down}}})}}); }
-    template <typename GripAt>
-    void play(double seconds, const GripAt& gripAt) {
-        const std::filesystem::path csv = said_.parent_path() / "grip.csv";
-        std::ofstream file(csv);
-        file.precision(12);
-        file << "t_s,x,y,z,qx,qy,qz,qw\n";
-        for (double t_s = 0.0; t_s < seconds; t_s += 0.01) {
-            const Pose p = gripAt(t_s);
-            const Quat& q = p.rotation;
-            file << t_s << ',' << p.position_m.x << ',' << p.position_m.y << ',' << p.position_m.z << ','
-                 << q.x << ',' << q.y << ',' << q.z << ',' << q.w << '\n';
-        }
-        file.close();
-        apply({{"poses", {{"csv", csv.string()}}}});
-    }
 
     MockControl mock_;
     std::filesystem::path said_;
@@ -143,7 +117,21 @@ class User {
     std::size_t heard_ = 0;
 };
 
-class RegisterRun : public testing::Test {
+// The kept one against the truth, all over the cube.
+void expectRight(const Registration& kept, const DevicePlace& place) {
+    double squares = 0.0, worst_m = 0.0;
+    for (const Vec3& p : xr::registration::spreadPlaces({RegisterUser::kStart_m, 0.04}, 34)) {
+        const double off_m = glm::distance(kept.inStage({{}, p}), place.stage_from_device * p);
+        squares += off_m * off_m / 34.0;
+        worst_m = std::max(worst_m, off_m);
+    }
+    EXPECT_LE(std::sqrt(squares), kept.tre_mean_m);
+    EXPECT_LE(worst_m, kept.tre_worst_m);
+    EXPECT_LT(kept.tre_mean_m, 0.0018);
+    EXPECT_LT(glm::distance(kept.grip_from_tip_m, place.grip_from_tip_m), 0.001);
+}
+
+class RegisterRunRealTime : public testing::Test {
   protected:
     void SetUp() override {
         std::ofstream(command_ / "scenario.json") << R"({ "version": 2, "refresh_hz": 90,
@@ -160,14 +148,14 @@ class RegisterRun : public testing::Test {
 
     // The program with this user; he is told when the runtime listens.
     template <typename Acts>
-    Outcome run(const std::string& arguments, const Place& place, const Acts& acts) {
+    Outcome run(const std::string& arguments, const DevicePlace& place, const Acts& acts) {
         const std::string socket = (command_ / "bridge.sock").string();
         test::BridgeServer device(socket, {});
-        device.follow([](std::int64_t) { return stylusAt(User::kStart_m); });
+        device.follow([](std::int64_t) { return stylusAt(RegisterUser::kStart_m); });
         std::filesystem::remove(command_ / "stderr");
         std::thread hands([&] {
             try {
-                User user(control(), command_ / "stderr", device, place);
+                RegisterUser user(control(), command_ / "stderr", device, place);
                 acts(user);
             } catch (const std::exception& e) {
                 ADD_FAILURE() << e.what();
@@ -183,28 +171,10 @@ class RegisterRun : public testing::Test {
     }
     void giveUp(int signal = SIGINT) { kill(std::atoi(test::textOf(command_ / "number").c_str()), signal); }
 
-    // The kept one against the truth, all over the cube.
-    static void expectRight(const Registration& kept, const Place& place) {
-        double squares = 0.0, worst_m = 0.0;
-        for (const Vec3& p : xr::registration::spreadPlaces({User::kStart_m, 0.04}, 34)) {
-            const double off_m = glm::distance(kept.inStage({{}, p}), place.stage_from_device * p);
-            squares += off_m * off_m / 34.0;
-            worst_m = std::max(worst_m, off_m);
-        }
-        EXPECT_LE(std::sqrt(squares), kept.tre_mean_m);
-        EXPECT_LE(worst_m, kept.tre_worst_m);
-        EXPECT_LT(kept.tre_mean_m, 0.0018);
-        EXPECT_LT(glm::distance(kept.grip_from_tip_m, place.grip_from_tip_m), 0.001);
-    }
-    static void findTip(User& user) {
-        user.press("Press the trigger, then turn");
-        user.press("Keep turning");
-        user.turnAbout(User::kStart_m, 30.0);
-    }
-    static void touch(User& user, const std::vector<Vec3>& places) {
+    static void touch(RegisterUser& user, const std::vector<Vec3>& places) {
         for (std::size_t i = 0; i < places.size(); ++i) {
             const double t_s = 0.7 * double(i);
-            user.rest(places[i], turned(t_s, 0.4), glm::angleAxis(0.3 * std::sin(t_s), Vec3(0, 1, 0)));
+            user.rest(places[i], swung(t_s, 0.4), glm::angleAxis(0.3 * std::sin(t_s), Vec3(0, 1, 0)));
             const bool last = i + 1 == places.size();
             user.press(last ? "to keep it" : "Point " + std::to_string(i + 1) + " is taken");
         }
@@ -213,7 +183,8 @@ class RegisterRun : public testing::Test {
     Command command_;
 };
 
-TEST_F(RegisterRun, PointsAreTouchedAndTheDeviceIsWhereItStands) {
+// In real time, because only there do the program, the runtime and the device's service run side by side.
+TEST_F(RegisterRunRealTime, PointsAreTouchedAndTheDeviceIsWhereItStands) {
 #ifdef STYLET_ROUGH
     // Whoever registers may come from anywhere: what is kept is in metres.
     const auto country = test::decimalComma(command_ / "locales", STYLET_ROUGH);
@@ -221,66 +192,265 @@ TEST_F(RegisterRun, PointsAreTouchedAndTheDeviceIsWhereItStands) {
     for (const auto& [name, value] : country)
         command_.set(name, value);
 #endif
-    const Place place;
-    const Outcome outcome = run("", place, [&](User& user) {
+    const DevicePlace place;
+    const Vec3 tip_mm = 1e3 * place.grip_from_tip_m;
+    const std::string known_tip = "--points 4 --tip-mm " + std::to_string(tip_mm.x) + " " +
+                                  std::to_string(tip_mm.y) + " " + std::to_string(tip_mm.z);
+    const Outcome outcome = run(known_tip, place, [&](RegisterUser& user) {
         user.mustHear("to begin");
-        findTip(user);
-        user.mustHear("Point 1 of 8");
-        touch(user, xr::registration::spreadPlaces({User::kStart_m, 0.04}, 8));
+        user.press("Point 1 of 4");
+        touch(user, xr::registration::spreadPlaces({RegisterUser::kStart_m, 0.04}, 4));
         user.press("Done");
     });
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_THAT(outcome.out, HasSubstr("8 points, 0 left out"));
+    EXPECT_THAT(outcome.out, HasSubstr("4 points, 0 left out"));
     const Registration kept = loadRegistration(command_ / "kept.json");
     expectRight(kept, place);
     EXPECT_EQ(kept.key.device, "bridge");
     EXPECT_EQ(kept.key.unit, "emulated Touch");
     EXPECT_FALSE(kept.key.space.empty());
     EXPECT_NEAR(kept.scale, 1.0, 0.002);
+}
+
+// Time that stands still until the test lets it pass. One other thread sleeps by it.
+class SteppedTime {
+  public:
+    haptics::Clock clock() {
+        return {this, [](void* self) noexcept { return static_cast<SteppedTime*>(self)->now(); },
+                [](void* self, std::int64_t t_ns) noexcept { static_cast<SteppedTime*>(self)->sleep(t_ns); }};
+    }
+    std::int64_t now() {
+        const std::lock_guard lock(mutex_);
+        return now_ns_;
+    }
+    // From each of the other thread's wakings to the next.
+    void pass(std::int64_t duration_ns) {
+        std::unique_lock lock(mutex_);
+        const std::int64_t end_ns = now_ns_ + duration_ns;
+        while (now_ns_ < end_ns) {
+            waitForSleeper(lock);
+            now_ns_ = released_ ? end_ns : std::min(end_ns, wake_ns_);
+            changed_.notify_all();
+        }
+        waitForSleeper(lock);
+    }
+    // From now on the other thread sleeps for no time of this clock, so that it can end.
+    void release() {
+        const std::lock_guard lock(mutex_);
+        released_ = true;
+        changed_.notify_all();
+    }
+
+  private:
+    void waitForSleeper(std::unique_lock<std::mutex>& lock) {
+        changed_.wait_for(lock, kRegisterPatience, [&] { return released_ || wake_ns_ > now_ns_; });
+    }
+    void sleep(std::int64_t t_ns) {
+        std::unique_lock lock(mutex_);
+        wake_ns_ = t_ns;
+        changed_.notify_all();
+        if (released_)
+            changed_.wait_for(lock, std::chrono::milliseconds(1));
+        else
+            changed_.wait(lock, [&] { return released_ || now_ns_ >= t_ns; });
+    }
+
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::int64_t now_ns_ = 1'000'000'000, wake_ns_ = 0;
+    bool released_ = false;
+};
+
+// What the user's hands do from a time on, by the time since then.
+struct RegisterAct {
+    double begin_s = 0.0;
+    bool press = false;  // the trigger, at the beginning
+    std::function<Vec3(double t_s)> tipAt;
+    std::function<Quat(double t_s)> turnAt, stylusAt;
+};
+
+// The registration in virtual time: the device and the view are played by the acts.
+class RegisterVirtual : public testing::Test {
+  protected:
+    struct Played {
+        bool stored = false;
+        std::string out, err;
+    };
+    // The device's poses come so much later than the controller's.
+    static constexpr double kDeviceLag_s = 0.015;
+
+    class Device : public haptics::HapticDevice {
+      public:
+        explicit Device(const RegisterVirtual& user) : user_(user) {}
+        const haptics::DeviceProfile& profile() const noexcept override { return profile_; }
+        haptics::DeviceState read(std::int64_t now_ns) noexcept override {
+            haptics::DeviceState state;
+            const auto [act, t_s] = user_.actAt(1e-9 * double(now_ns) - kDeviceLag_s);
+            state.device_from_stylus = {act.stylusAt(t_s), act.tipAt(t_s)};
+            return state;
+        }
+        void send(const Vec3&) noexcept override {}
+
+      private:
+        const RegisterVirtual& user_;
+        const haptics::DeviceProfile profile_{.name = "emulated Touch"};
+    };
+
+    RegisterVirtual() {
+        options_.device = "bridge";
+        options_.out = folder_ / "kept.json";
+    }
+    void act(double seconds, bool press, const Vec3& tip_m, const Quat& turn = {1, 0, 0, 0},
+             const Quat& stylus = {1, 0, 0, 0}) {
+        act(
+            seconds, press, [=](double) { return tip_m; }, [=](double) { return turn; },
+            [=](double) { return stylus; });
+    }
+    void act(double seconds, bool press, std::function<Vec3(double)> tipAt,
+             std::function<Quat(double)> turnAt, std::function<Quat(double)> stylusAt) {
+        acts_.push_back({end_s_, press, std::move(tipAt), std::move(turnAt), std::move(stylusAt)});
+        end_s_ += seconds;
+    }
+    void begin() {
+        acts_.clear();
+        end_s_ = 0.0;
+        act(0.5, false, RegisterUser::kStart_m);
+        act(0.5, true, RegisterUser::kStart_m);
+    }
+    // The tip rests, the controller turns about it.
+    void findTip() {
+        act(
+            8.0, true, [](double) { return RegisterUser::kStart_m; },
+            [](double t_s) { return swung(t_s, 0.6); }, [](double) { return Quat{1, 0, 0, 0}; });
+    }
+    void touch(const std::vector<Vec3>& places) {
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const double t_s = 0.7 * double(i);
+            const Quat turn = swung(t_s, 0.4), stylus = glm::angleAxis(0.3 * std::sin(t_s), Vec3(0, 1, 0));
+            act(0.2, false, places[i], turn, stylus);
+            act(0.8, true, places[i], turn, stylus);
+        }
+    }
+    // Everywhere, both together.
+    void sweep(double seconds) {
+        act(
+            seconds, true,
+            [](double t_s) {
+                return RegisterUser::kStart_m +
+                       0.04 * std::min(1.0, 0.5 * t_s) *
+                           Vec3(std::sin(1.1 * t_s), std::sin(1.7 * t_s), std::sin(2.3 * t_s));
+            },
+            [](double t_s) { return swung(t_s, 0.5); },
+            [](double t_s) { return glm::angleAxis(0.4 * std::sin(0.9 * t_s), Vec3(0, 1, 0)); });
+    }
+    // The program lingers for 1.5 s after the last press.
+    void press() { act(3.0, true, RegisterUser::kStart_m); }
+
+    // The acts from their beginning; then the runtime ends the session. The last act is no longer recorded.
+    Played play(const DevicePlace& place) {
+        SteppedTime time;
+        begun_s_ = 1e-9 * double(time.now());
+        Device device(*this);
+        RegisterView view;
+        view.frame = [&](const RegisterShown& shown) {
+            RegisterAnswer answer;
+            answer.seen = true;
+            if (shown.rgba == nullptr) return answer;
+            time.pass(11'000'000);
+            const double now_s = 1e-9 * double(time.now());
+            const auto [act, t_s] = actAt(now_s);
+            answer.select = act.press && t_s < 0.1;
+            answer.over = now_s - begun_s_ > end_s_;
+            if (&act == &acts_.back() && t_s > 0.1) time.release();
+            return answer;
+        };
+        view.gripAt = [&](std::int64_t now_ns) {
+            const auto [act, t_s] = actAt(1e-9 * double(now_ns));
+            return std::optional(place.gripOf(act.tipAt(t_s), act.turnAt(t_s)));
+        };
+        view.space = [] { return std::string("stage"); };
+        view.generation = [] { return std::string(); };
+        testing::internal::CaptureStdout();
+        testing::internal::CaptureStderr();
+        Played played;
+        played.stored = registerWith(options_, device, view, time.clock());
+        std::fflush(stdout);
+        played.out = testing::internal::GetCapturedStdout();
+        played.err = testing::internal::GetCapturedStderr();
+        return played;
+    }
+    // The act of that time, and the time since it began.
+    std::pair<const RegisterAct&, double> actAt(double now_s) const {
+        const double t_s = now_s - begun_s_;
+        const RegisterAct* found = &acts_.front();
+        for (const RegisterAct& each : acts_)
+            if (each.begin_s <= t_s) found = &each;
+        return {*found, std::max(0.0, t_s - found->begin_s)};
+    }
+
+    test::TempFolder folder_;
+    RegisterOptions options_;
+    std::vector<RegisterAct> acts_;
+    double begun_s_ = 0.0, end_s_ = 0.0;
+};
+
+TEST_F(RegisterVirtual, PointsAreTouchedAndTheDeviceIsWhereItStands) {
+    const DevicePlace place;
+    begin();
+    findTip();
+    touch(xr::registration::spreadPlaces({RegisterUser::kStart_m, 0.04}, 8));
+    press();
+    const Played first = play(place);
+    ASSERT_TRUE(first.stored) << first.err;
+    EXPECT_THAT(first.out, HasSubstr("8 points, 0 left out"));
+    for (const char* words : {"to begin", "Press the trigger, then turn", "Keep turning", "Point 1 of 8",
+                              "Point 7 is taken", "to keep it", "Done"})
+        EXPECT_THAT(first.err, HasSubstr(words));
+    const Registration kept = loadRegistration(options_.out);
+    expectRight(kept, place);
+    EXPECT_EQ(kept.key.device, "bridge");
+    EXPECT_EQ(kept.key.unit, "emulated Touch");
+    EXPECT_EQ(kept.key.space, "stage");
+    EXPECT_NEAR(kept.scale, 1.0, 0.002);
 
     // The next day: one touch says that it still holds. Then somebody pushes the table.
-    const Outcome again = run("", place, [&](User& user) {
-        user.mustHear("to begin");
-        user.press("Point 1 of 1");
-        touch(user, {User::kStart_m + Vec3(0.02, 0.01, -0.01)});
-        user.press("Done");
-    });
-    EXPECT_EQ(again.status, 0) << again.err;
+    begin();
+    touch({RegisterUser::kStart_m + Vec3(0.02, 0.01, -0.01)});
+    press();
+    const Played again = play(place);
+    EXPECT_TRUE(again.stored) << again.err;
+    EXPECT_THAT(again.err, HasSubstr("Point 1 of 1"));
     EXPECT_THAT(again.err, HasSubstr("It holds: The device is still where it was"));
-    Place pushed = place;
+    DevicePlace pushed = place;
     pushed.stage_from_device.position_m.x += 0.03;
-    const Outcome moved = run("", pushed, [&](User& user) {
-        user.mustHear("to begin");
-        user.press("Point 1 of 1");
-        user.rest(User::kStart_m + Vec3(0.02, 0.01, -0.01));
-        user.press("register it anew");
-        giveUp(SIGTERM);
-    });
-    EXPECT_EQ(moved.status, 1) << moved.err;
+    begin();
+    touch({RegisterUser::kStart_m + Vec3(0.02, 0.01, -0.01)});
+    act(0.5, false, RegisterUser::kStart_m);
+    const Played moved = play(pushed);
+    EXPECT_FALSE(moved.stored);
     EXPECT_THAT(moved.err, HasSubstr("It has moved: The device has moved by about 3"));
-    EXPECT_EQ(loadRegistration(command_ / "kept.json").date, kept.date) << "given up, nothing is changed";
+    EXPECT_THAT(moved.err, HasSubstr("register it anew"));
+    EXPECT_EQ(loadRegistration(options_.out).date, kept.date) << "given up, nothing is changed";
 }
 
-TEST_F(RegisterRun, InMotionTheClocksAreCompared) {
-    const Place place;
-    const Outcome outcome = run("--in-motion", place, [&](User& user) {
-        user.mustHear("to begin");
-        findTip(user);
-        user.mustHear("Through the whole space");
-        user.rest(User::kStart_m);
-        user.press("Go on until the bar is full");
-        user.sweep(70.0);
-        user.mustHear("to keep it");
-        user.press("Done");
-    });
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-    const Registration kept = loadRegistration(command_ / "kept.json");
+TEST_F(RegisterVirtual, InMotionTheClocksAreCompared) {
+    options_.in_motion = true;
+    const DevicePlace place;
+    begin();
+    findTip();
+    sweep(30.0);
+    press();
+    const Played played = play(place);
+    ASSERT_TRUE(played.stored) << played.err;
+    EXPECT_THAT(played.err, HasSubstr("Through the whole space"));
+    EXPECT_THAT(played.err, HasSubstr("Go on until the bar is full"));
+    const Registration kept = loadRegistration(options_.out);
     expectRight(kept, place);
     EXPECT_GT(kept.points, 200);
-    EXPECT_LT(std::fabs(kept.latency_s), 0.1);
+    EXPECT_NEAR(std::fabs(kept.latency_s), kDeviceLag_s, 0.003);
 }
 
-TEST_F(RegisterRun, WhatIsMissingIsSaid) {
+TEST_F(RegisterRunRealTime, WhatIsMissingIsSaid) {
     EXPECT_EQ(command_.run("register").status, 106) << "--device is required";
     EXPECT_THAT(command_.run("register --device joystick").err, HasSubstr("not among"));
     EXPECT_THAT(command_.run("register --device replay").err, HasSubstr("--trace"));
@@ -293,9 +463,9 @@ TEST_F(RegisterRun, WhatIsMissingIsSaid) {
     EXPECT_FALSE(std::filesystem::exists(command_.out()));
 }
 
-TEST_F(RegisterRun, ATerminationInTheMiddleKeepsNothing) {
+TEST_F(RegisterRunRealTime, ATerminationInTheMiddleKeepsNothing) {
     for (const bool further : {false, true}) {
-        const Outcome outcome = run("", {}, [&](User& user) {
+        const Outcome outcome = run("", {}, [&](RegisterUser& user) {
             user.mustHear("to begin");
             if (further) user.press("Press the trigger, then turn");
             giveUp(SIGTERM);
@@ -306,8 +476,8 @@ TEST_F(RegisterRun, ATerminationInTheMiddleKeepsNothing) {
 }
 
 // HZ-FORCE-13
-TEST_F(RegisterRun, AMovedRoomBeginsAnewAndALostHeadsetKeepsNothing) {
-    const Outcome outcome = run("", {}, [&](User& user) {
+TEST_F(RegisterRunRealTime, AMovedRoomBeginsAnewAndALostHeadsetKeepsNothing) {
+    const Outcome outcome = run("", {}, [&](RegisterUser& user) {
         user.mustHear("to begin");
         user.press("Press the trigger, then turn");
         user.mock().ask({{"apply", {{"events", json::array({{{"recenter", {{"space", "stage"}}}}})}}}});

@@ -15,29 +15,29 @@ namespace {
 
 using test::Outcome;
 
-constexpr int kPixels = 320;
+constexpr int kReplayPixels = 320;
 // Over the entry. By frames, not by seconds: the machine may be busy.
-const std::string kHead = R"({"version": 2, "eyes": {"recommended_size": [320, 320]},
+const std::string kReplayHead = R"({"version": 2, "eyes": {"recommended_size": [320, 320]},
     "head": [{"t_s": 0, "position": [0.12, 1.45, 0.0], "orientation": [-0.36, -0.06, 0, 0.93]}])";
 // The stick is pushed a little to the right all the time, by a controller that has one for sixteen frames.
-const std::string kScrubs = kHead + R"(, "exit_after_frames": 42,
+const std::string kScrubs = kReplayHead + R"(, "exit_after_frames": 42,
     "controllers": {"right": {
         "poses": [{"t_s": 0, "position": [0.3, 1.0, -0.3], "orientation": [0, 0, 0, 1]}],
         "values": [{"t_s": 0, "thumbstick/x": 0.4}]}},
     "events": [{"frame": 16, "interaction_profile": "/interaction_profiles/oculus/touch_controller"},
                {"frame": 32, "interaction_profile": "/interaction_profiles/khr/simple_controller"},
                {"frame": 38, "capture": "there"}]})";
-const std::string kLooks = kHead + R"(, "exit_after_frames": 24})";
+const std::string kLooks = kReplayHead + R"(, "exit_after_frames": 24})";
 
 // Of the picture's middle, where neither the guide panel nor an alert is.
-double psnr_db(const std::filesystem::path& a, const std::filesystem::path& b) {
+double psnrOfMiddles_db(const std::filesystem::path& a, const std::filesystem::path& b) {
     std::unique_ptr<stbi_uc, void (*)(void*)> pictures[2]{{nullptr, stbi_image_free},
                                                           {nullptr, stbi_image_free}};
     const std::filesystem::path files[2]{a, b};
     for (int i = 0; i < 2; ++i) {
         int width = 0, height = 0, channels = 0;
         pictures[i].reset(stbi_load(files[i].c_str(), &width, &height, &channels, 3));
-        if (!pictures[i] || width != kPixels || height != kPixels)
+        if (!pictures[i] || width != kReplayPixels || height != kReplayPixels)
             throw std::runtime_error(files[i].string());
     }
     double sum = 0.0;
@@ -45,7 +45,7 @@ double psnr_db(const std::filesystem::path& a, const std::filesystem::path& b) {
     for (int y = 100; y < 250; ++y)
         for (int x = 81; x < 200; ++x)
             for (int c = 0; c < 3; ++c, ++count) {
-                const std::size_t at = std::size_t(3 * (y * kPixels + x) + c);
+                const std::size_t at = std::size_t(3 * (y * kReplayPixels + x) + c);
                 const double d = double(pictures[0].get()[at]) - pictures[1].get()[at];
                 sum += d * d;
             }
@@ -68,7 +68,7 @@ class ReplayHeadset : public testing::Test {
 };
 
 TEST_F(ReplayHeadset, TheStickScrubsAndEachInstantIsThatOfTheAttempt) {
-    std::ofstream(command_ / "scenario.json") << kHead << "}";
+    std::ofstream(command_ / "scenario.json") << kReplayHead << "}";
     command_.set("XRMOCK_SCENARIO", (command_ / "scenario.json").string());
     command_.set("DISPLAY", "");
     const Outcome attempt =
@@ -85,7 +85,7 @@ TEST_F(ReplayHeadset, TheStickScrubsAndEachInstantIsThatOfTheAttempt) {
 
     const Outcome looked = show(kLooks, "--at " + std::to_string(stood_s));
     ASSERT_EQ(looked.status, 0) << looked.err;
-    EXPECT_GT(psnr_db(there, command_.out() / "at_left.png"), 38.0)
+    EXPECT_GT(psnrOfMiddles_db(there, command_.out() / "at_left.png"), 38.0)
         << "scrubbed there, and gone there at once";
 
     double duct_s = 0.0;
@@ -94,9 +94,9 @@ TEST_F(ReplayHeadset, TheStickScrubsAndEachInstantIsThatOfTheAttempt) {
     ASSERT_GT(duct_s, 0.0);
     const Outcome duct = show(kLooks, "--at " + std::to_string(duct_s));
     ASSERT_EQ(duct.status, 0) << duct.err;
-    EXPECT_GT(psnr_db(live_ / "duct_left.png", command_.out() / "at_left.png"), 38.0);
-    EXPECT_GT(psnr_db(live_ / "duct_left.png", command_.out() / "duct_left.png"), 38.0);
-    EXPECT_LT(psnr_db(live_ / "approach_left.png", command_.out() / "at_left.png"), 38.0)
+    EXPECT_GT(psnrOfMiddles_db(live_ / "duct_left.png", command_.out() / "at_left.png"), 38.0);
+    EXPECT_GT(psnrOfMiddles_db(live_ / "duct_left.png", command_.out() / "duct_left.png"), 38.0);
+    EXPECT_LT(psnrOfMiddles_db(live_ / "approach_left.png", command_.out() / "at_left.png"), 38.0)
         << "another instant";
 }
 

@@ -11,7 +11,7 @@ using haptics::EventRecord;
 using haptics::NeedleEventKind;
 using patient::Tissue;
 
-haptics::TickRecord tickAt(std::uint64_t tick, double x_m, double force_n = 0.0) {
+haptics::TickRecord recordAt(std::uint64_t tick, double x_m, double force_n = 0.0) {
     haptics::TickRecord record;
     record.output.tick = tick;
     record.output.patient_from_needle.position_m = {x_m, 0.0, 0.0};
@@ -38,10 +38,10 @@ class Watched : public testing::Test {
 };
 
 TEST_F(Watched, ApproachIsTheFirstTickWithinItsDistanceOfTheSkin) {
-    session_.take(tickAt(1, -0.0060));
+    session_.take(recordAt(1, -0.0060));
     EXPECT_TRUE(session_.newMoments().empty());
-    session_.take(tickAt(2, -0.0049));
-    session_.take(tickAt(3, -0.0040));
+    session_.take(recordAt(2, -0.0049));
+    session_.take(recordAt(3, -0.0040));
     const std::vector<Moment> moments = session_.newMoments();
     ASSERT_EQ(moments.size(), 1u);
     EXPECT_EQ(moments[0].name, "approach");
@@ -50,11 +50,11 @@ TEST_F(Watched, ApproachIsTheFirstTickWithinItsDistanceOfTheSkin) {
 }
 
 TEST_F(Watched, AnEventFindsItsOwnTickWhicheverComesFirst) {
-    session_.take(tickAt(1, -0.0060));
+    session_.take(recordAt(1, -0.0060));
     session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 2));
     EXPECT_TRUE(session_.newMoments().empty()) << "its tick has not come yet";
-    session_.take(tickAt(2, 0.0520));
-    session_.take(tickAt(3, 0.0530));
+    session_.take(recordAt(2, 0.0520));
+    session_.take(recordAt(3, 0.0530));
     for (const Moment& m : session_.newMoments())
         EXPECT_EQ(m.seen.tick.tick, 2u) << m.name;
     ASSERT_EQ(session_.log().moments.size(), 2u);
@@ -63,10 +63,10 @@ TEST_F(Watched, AnEventFindsItsOwnTickWhicheverComesFirst) {
 
 // HZ-TEACH-17
 TEST_F(Watched, TheTargetNeedsACutAndItsLabelAtTheTip) {
-    session_.take(tickAt(1, 0.0300));
+    session_.take(recordAt(1, 0.0300));
     session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 1));  // says duct, stands in liver
     EXPECT_FALSE(session_.log().target_hit());
-    session_.take(tickAt(2, 0.0520));
+    session_.take(recordAt(2, 0.0520));
     session_.take(eventInto(Tissue::duct, NeedleEventKind::sideways, 2));
     session_.take(eventInto(Tissue::duct, NeedleEventKind::border, 2));
     session_.take(eventInto(Tissue::liver, NeedleEventKind::puncture, 2));
@@ -77,9 +77,9 @@ TEST_F(Watched, TheTargetNeedsACutAndItsLabelAtTheTip) {
 }
 
 TEST_F(Watched, KeepsThePeakOfEitherSignAndTheCurveInsideTheBody) {
-    session_.take(tickAt(1, -0.010, 0.0));
-    session_.take(tickAt(2, 0.010, 1.5));
-    session_.take(tickAt(3, 0.012, -2.5));
+    session_.take(recordAt(1, -0.010, 0.0));
+    session_.take(recordAt(2, 0.010, 1.5));
+    session_.take(recordAt(3, 0.012, -2.5));
     EXPECT_DOUBLE_EQ(session_.log().peak_force_n, 2.5);
     ASSERT_EQ(session_.log().curve.size(), 2u);
     EXPECT_EQ(session_.log().curve[0].tick, 2u);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/app/trainer/phantom_attempt.h"
+#include "tests/support/constants.h"
 
 namespace stylet::training {
 namespace {
@@ -11,8 +12,7 @@ using haptics::Command;
 using haptics::CommandKind;
 using haptics::TickInput;
 using haptics::TickOutput;
-
-constexpr double kDt_s = 0.001;
+using test::kDt_s;
 
 // Ticks with the needle's tip in the duct of the phantom.
 class Folded : public testing::Test {

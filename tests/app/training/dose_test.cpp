@@ -4,10 +4,12 @@
 
 #include <cmath>
 
+#include "tests/support/constants.h"
+
 namespace stylet::training {
 namespace {
 
-constexpr double kDt_s = 0.001;
+using test::kDt_s;
 
 // So many ticks with the pedal as it is.
 void expose(Dose& dose, XrayState& xray, int ticks, std::uint64_t& tick) {

@@ -8,6 +8,7 @@
 
 #include "app/trainer/hand.h"
 #include "tests/app/training/wall.h"
+#include "tests/support/constants.h"
 
 namespace stylet::training {
 namespace {
@@ -18,8 +19,7 @@ using haptics::TickOutput;
 using haptics::Tool;
 using patient::Tissue;
 using patient::Vec3;
-
-constexpr double kDt_s = 0.001;
+using test::kDt_s;
 
 class Told : public testing::Test {
   protected:

@@ -1,6 +1,7 @@
 // A chest wall in slabs with a vessel on the way to the duct: where each begins is known.
 #pragma once
 
+#include "tests/support/duct_path.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::test {
@@ -23,11 +24,7 @@ inline patient::Package wallWithVessel() {
 }
 
 inline patient::PlannedPath wallPath() {
-    patient::PlannedPath path;
-    path.entry_m = path.entry_reference_m = {0.0, 0.0, 0.0};
-    path.target_m = path.target_reference_m = {0.053, 0.0, 0.0};
-    path.length_m = 0.053;
-    return path;
+    return ductPath();
 }
 
 }  // namespace stylet::test

@@ -9,11 +9,13 @@
 #include "haptics/output.h"
 #include "haptics/safety.h"
 #include "patient/synth/random.h"
+#include "tests/support/constants.h"
 
 namespace stylet::haptics {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
+using test::kMs;
+
 constexpr std::uint32_t kButton = 4;
 
 // A grip that goes where the test puts it.

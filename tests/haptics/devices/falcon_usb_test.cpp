@@ -1,67 +1,58 @@
-// The very driver, over libusb, down to the kernel's requests: umockdev answers them. Few pairs a second and
-// no real time, so what hangs on milliseconds is in falcon_test.cpp.
+// The very driver, over libusb, down to the kernel's requests: umockdev answers them. What hangs on
+// milliseconds is in falcon_test.cpp.
 #include "haptics/devices/falcon_usb.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <chrono>
 #include <functional>
-#include <thread>
 
 #include "haptics/devices/devices.h"
 #include "haptics/devices/falcon.h"
 #include "haptics/devices/polled.h"
 #include "patient/patient.h"
+#include "tests/support/constants.h"
 #include "tests/support/falcon_testbed.h"
+#include "tests/support/stepped_clock.h"
+#include "tests/support/wait_until.h"
 
 namespace stylet::haptics::falcon {
 namespace {
 
 using test::FalconEmulator;
+using test::kMs;
 using testing::HasSubstr;
 
-constexpr std::int64_t kMs = 1'000'000;
-
-Clock wallClock() {
-    return {
-        nullptr,
-        [](void*) noexcept {
-            return std::int64_t(std::chrono::steady_clock::now().time_since_epoch() /
-                                std::chrono::nanoseconds(1));
-        },
-        [](void*, std::int64_t t) noexcept {
-            std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(t)));
-        }};
-}
-
+// The device is polled on the test's thread and its clock is stepped: the 3 ms that libusb waits are the
+// machine's, but how long the Falcon may be silent is counted in exchanges.
 struct FalconUsb : testing::Test {
     void SetUp() override {
         if (!test::FalconTestbed::works()) GTEST_SKIP() << "umockdev's library is not preloaded: use ctest";
     }
-    static PolledDevice device(Settings settings = {}) {
+    PolledDevice device(Settings settings = {}) {
         PolledSettings polled;
         polled.look_again_ns = polled.backoff_first_ns = 50 * kMs;
         polled.backoff_most_ns = 100 * kMs;
-        return {std::make_unique<FalconDriver>(usbBus(), wallClock(), std::move(settings)), wallClock(),
+        return {std::make_unique<FalconDriver>(usbBus(), time.clock(), std::move(settings)), time.clock(),
                 polled};
     }
-    // As the loop would, until `done` or 20 s.
-    static bool loop(PolledDevice& device, const Vec3& force_n,
-                     const std::function<bool(const DeviceState&)>& done) {
-        for (int i = 0; i < 20'000; ++i) {
-            const DeviceState state = device.read(0);
+    // As the loop would, until `done` or a minute is over.
+    bool loop(PolledDevice& device, const Vec3& force_n,
+              const std::function<bool(const DeviceState&)>& done) {
+        return test::waitUntil([&] {
+            const DeviceState state = device.read(time.now_ns);
             device.send(force_n);
             if (done(state)) return true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-        return false;
+            time.advancePeriod(device.poll());
+            return false;
+        });
     }
-    static bool reaches(PolledDevice& device, DeviceStage stage) {
+    bool reaches(PolledDevice& device, DeviceStage stage) {
         return loop(device, Vec3(0.0), [&](const DeviceState&) { return device.stage() == stage; });
     }
     static bool isReady(const DeviceState& state) { return (state.flags & kDeviceReady) != 0; }
+
+    test::SteppedClock time;
 };
 
 TEST_F(FalconUsb, IsFoundByItsNumbers) {
@@ -89,17 +80,16 @@ TEST_F(FalconUsb, IsAmongTheDevicesThatAUserCanName) {
     EXPECT_EQ(problem({.firmware = "image.bin"}), "");
     EXPECT_EQ(profileOfKind("falcon", {}).force_peak_n, 8.0);
     std::string why;
-    const auto driver = makeDriver("falcon", {}, wallClock());
+    const auto driver = makeDriver("falcon", {}, time.clock());
     EXPECT_EQ(driver->open(why), DeviceStage::opening) << why;
-    EXPECT_THROW(makeDriver("falcon", {.firmware = "/nonexistent"}, wallClock()), patient::DataError);
-    EXPECT_THROW(makeDriver("falcon", {.calibration = "/nonexistent"}, wallClock()), patient::DataError);
+    EXPECT_THROW(makeDriver("falcon", {.firmware = "/nonexistent"}, time.clock()), patient::DataError);
+    EXPECT_THROW(makeDriver("falcon", {.calibration = "/nonexistent"}, time.clock()), patient::DataError);
 }
 
 TEST_F(FalconUsb, HomesPushesAndEndsInZero) {
     test::FalconTestbed bed(true);
     bed.plugIn();
     PolledDevice falcon = device();
-    falcon.start();
     ASSERT_TRUE(reaches(falcon, DeviceStage::needsHoming)) << falcon.report().why;
     bed.with([](FalconEmulator& f) { f.home(); });
     Vec3 grip(0.0);
@@ -128,19 +118,21 @@ TEST_F(FalconUsb, FirmwareGoesThroughTheCable) {
     for (std::size_t i = 0; i < image.size(); ++i)
         image[i] = std::uint8_t(i * 7 + i / 256);
     PolledDevice falcon = device({.firmware = {image, ""}});
-    falcon.start();
+    time.look_ns = kMs;  // nothing answers: the driver's waits pass in its own looks at the clock
+    ASSERT_TRUE(reaches(falcon, DeviceStage::needsFirmware)) << falcon.report().why;
+    time.look_ns = 0;
     ASSERT_TRUE(reaches(falcon, DeviceStage::needsHoming)) << falcon.report().why;
     bed.with([&](FalconEmulator& f) { EXPECT_EQ(f.image(), image); });
 }
 
 TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
-    struct Injection {
+    struct CableFault {
         const char* name;
         std::function<void(FalconEmulator&)> begin;
         const char* cause;
         bool hears;  // zero can reach it
     };
-    const Injection injections[] = {
+    const CableFault injections[] = {
         {"silent", [](FalconEmulator& f) { f.faults.silent = true; }, "stopped answering", true},
         {"mute", [](FalconEmulator& f) { f.faults.mute = true; }, "stopped answering", true},
         {"deaf", [](FalconEmulator& f) { f.faults.deaf = true; }, "stopped answering", false},
@@ -157,8 +149,7 @@ TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
     test::FalconTestbed bed(true);
     bed.plugIn();
     PolledDevice falcon = device();
-    falcon.start();
-    for (const Injection& injection : injections) {
+    for (const CableFault& injection : injections) {
         SCOPED_TRACE(injection.name);
         ASSERT_TRUE(reaches(falcon, DeviceStage::needsHoming)) << falcon.report().why;
         bed.with([](FalconEmulator& f) { f.home(); });
@@ -167,6 +158,7 @@ TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
             return bed.with([](FalconEmulator& f) { return f.pushes(); });
         }));
         bed.with(injection.begin);
+        time.look_ns = kMs;  // the driver's waits pass in its own looks at the clock
         std::string why;
         bool zero = false;
         ASSERT_TRUE(loop(falcon, {0.0, 0.0, -2.0}, [&](const DeviceState&) {
@@ -174,6 +166,7 @@ TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
             why = falcon.report().why;
             return falcon.stage() == DeviceStage::failed;
         }));
+        time.look_ns = 0;
         EXPECT_THAT(why, HasSubstr(injection.cause));
         EXPECT_FALSE(isReady(falcon.read(0)));
         if (injection.hears) {
@@ -189,7 +182,6 @@ TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
 TEST_F(FalconUsb, ComesBackWhenPluggedInAgain) {
     test::FalconTestbed bed(true);
     PolledDevice falcon = device();
-    falcon.start();
     ASSERT_TRUE(loop(falcon, Vec3(0.0), [&](const DeviceState&) { return falcon.report().opens > 0; }));
     EXPECT_EQ(falcon.stage(), DeviceStage::absent);
     for (int i = 0; i < 3; ++i) {

@@ -9,11 +9,10 @@
 #include "haptics/devices/falcon.h"
 #include "haptics/devices/polled.h"
 #include "haptics/safety.h"
+#include "tests/support/constants.h"
 #include "tests/support/falcon_emulator.h"
 
 namespace stylet::test {
-
-inline constexpr std::int64_t kMs = 1'000'000;
 
 struct FalconWorld;
 

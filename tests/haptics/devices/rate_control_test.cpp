@@ -11,10 +11,6 @@ using patient::Pose;
 using patient::Vec3;
 using Axes = std::array<double, 6>;
 
-double length(const Vec3& v) {
-    return std::sqrt(glm::dot(v, v));
-}
-
 TEST(RateControl, TheDeadZoneMovesNothing) {
     const RateSettings settings;
     for (const double axis : {0.0, 10.0, -20.0, 27.9, double(NAN)})
@@ -56,11 +52,11 @@ TEST(RateControl, StaysWithinReach) {
     Pose pose;
     for (int i = 0; i < 10000; ++i)
         stepRate(pose, Axes{350.0, 350.0, -350.0, 0.0, 0.0, 0.0}, settings, 0.001);
-    EXPECT_NEAR(length(pose.position_m), settings.reach_m, 1e-12);
+    EXPECT_NEAR(glm::length(pose.position_m), settings.reach_m, 1e-12);
     EXPECT_NEAR(pose.position_m.x, settings.reach_m / std::sqrt(3.0), 1e-12);
     // And leaves it again.
     stepRate(pose, Axes{-350.0, -350.0, 350.0, 0.0, 0.0, 0.0}, settings, 0.001);
-    EXPECT_LT(length(pose.position_m), settings.reach_m);
+    EXPECT_LT(glm::length(pose.position_m), settings.reach_m);
 }
 
 TEST(RateControl, AClockThatJumpsMovesNothingFar) {

@@ -8,14 +8,12 @@
 #include <vector>
 
 #include "haptics/devices/profiles.h"
+#include "tests/support/constants.h"
 
 namespace stylet::haptics {
 namespace {
 
 using namespace test;
-
-constexpr std::int64_t kTick_ns = 1'000'000;
-constexpr double kTick_s = 1e-3;
 
 Trace resting() {
     Trace trace;
@@ -74,7 +72,7 @@ TEST(SimulatedDevice, TheHandYieldsLikeItsSpringAndDamper) {
     run(
         device, 300, [](int, const Vec3&) { return Vec3(-1.0, 0.0, 0.0); },
         [&](int i) {
-            const double t = i * kTick_s;
+            const double t = i * kDt_s;
             const double swing = std::cos(omega * t) + decay / omega * std::sin(omega * t);
             const double x = -1.0 / 500.0 * (1.0 - std::exp(-decay * t) * swing);
             worst = std::max(worst, std::fabs(device.body().position_m.x - x));
@@ -145,7 +143,7 @@ TEST(SimulatedDevice, JitterIsBoundedAndTheSameAgain) {
         const double x = device.read(i * kTick_ns).device_from_stylus.position_m.x;
         ASSERT_EQ(again.read(i * kTick_ns).device_from_stylus.position_m.x, x);
         if (i == 0) first = device.body().position_m.x;
-        const double late_s = x - first - i * kTick_s;  // at 1 m/s
+        const double late_s = x - first - i * kDt_s;  // at 1 m/s
         earliest = std::min(earliest, late_s);
         latest = std::max(latest, late_s);
     }
@@ -187,12 +185,12 @@ TEST_P(SampledWall, GrowsOrDecaysAsTheSampledDataTheorySays) {
         device, 400, [&](int, const Vec3& read) { return Vec3(-wall.stiffness_n_per_m * read.x, 0.0, 0.0); },
         [&](int i) {
             const double x = std::fabs(device.body().position_m.x);
-            if (last > before && last > x) peaks.push_back(last), at_s.push_back((i - 1) * kTick_s);
+            if (last > before && last > x) peaks.push_back(last), at_s.push_back((i - 1) * kDt_s);
             before = last, last = x;
         });
     ASSERT_GT(peaks.size(), 4u);
     const double growth = std::log(peaks.back() / peaks[1]) / (at_s.back() - at_s[1]);
-    const double lag_s = 0.5 * kTick_s + wall.delay_s;
+    const double lag_s = 0.5 * kDt_s + wall.delay_s;
     const double told = (wall.stiffness_n_per_m * lag_s - wall.damping_n_s_per_m) / (2.0 * mass);
     EXPECT_NEAR(growth, told, 0.1 * std::fabs(told) + 0.1);
     EXPECT_EQ(growth > 0.0, told > 0.0);

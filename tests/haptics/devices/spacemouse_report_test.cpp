@@ -9,16 +9,16 @@ namespace stylet::haptics {
 namespace {
 
 using Bytes = std::vector<unsigned char>;
-using Axes = std::array<int, 6>;
+using RawAxes = std::array<int, 6>;
 constexpr auto kMotion = SpaceMouseReport::motion, kOther = SpaceMouseReport::other,
                kMalformed = SpaceMouseReport::malformed;
 
 TEST(SpaceMouseReport, OldDevicesSendTranslationAndRotationApart) {
     SpaceMouseInput input;
     EXPECT_EQ(takeSpaceMouseReport(Bytes{1, 0x5E, 0x01, 0xA2, 0xFE, 0x0A, 0x00}, input), kMotion);
-    EXPECT_EQ(input.axes, (Axes{350, -350, 10, 0, 0, 0}));
+    EXPECT_EQ(input.axes, (RawAxes{350, -350, 10, 0, 0, 0}));
     EXPECT_EQ(takeSpaceMouseReport(Bytes{2, 0x01, 0x00, 0xFF, 0xFF, 0x64, 0x00}, input), kMotion);
-    EXPECT_EQ(input.axes, (Axes{350, -350, 10, 1, -1, 100}));
+    EXPECT_EQ(input.axes, (RawAxes{350, -350, 10, 1, -1, 100}));
     EXPECT_FALSE(input.atRest());
     takeSpaceMouseReport(Bytes{1, 0, 0, 0, 0, 0, 0}, input);
     takeSpaceMouseReport(Bytes{2, 0, 0, 0, 0, 0, 0}, input);
@@ -30,7 +30,7 @@ TEST(SpaceMouseReport, NewDevicesSendSixAxesAtOnce) {
     EXPECT_EQ(takeSpaceMouseReport(
                   Bytes{1, 0x5E, 0x01, 0xA2, 0xFE, 0x0A, 0x00, 0x01, 0x00, 0xFF, 0xFF, 0x64, 0x00}, input),
               kMotion);
-    EXPECT_EQ(input.axes, (Axes{350, -350, 10, 1, -1, 100}));
+    EXPECT_EQ(input.axes, (RawAxes{350, -350, 10, 1, -1, 100}));
 }
 
 TEST(SpaceMouseReport, ButtonsAndBattery) {

@@ -5,15 +5,17 @@
 
 #include <cmath>
 
+#include "tests/support/constants.h"
 #include "tests/support/spacemouse_emulator.h"
 
 namespace stylet::haptics {
 namespace {
 
+using test::kMs;
 using test::SpaceMouseEmulator;
 using Age = SpaceMouseEmulator::Age;
 
-constexpr std::int64_t kMs = 1'000'000;
+constexpr bool kReadHere = true;
 
 class SpaceMouseDriver : public testing::Test {
   protected:
@@ -48,7 +50,7 @@ TEST_F(SpaceMouseDriver, IsAbsentWithoutOneAndLeavesTheMakersMiceAlone) {
 TEST_F(SpaceMouseDriver, OldAndNewMoveTheNeedleAlike) {
     Pose poses[2];
     for (const Age age : {Age::old, Age::recent}) {
-        SpaceMouseEmulator cap(age);
+        SpaceMouseEmulator cap(age, kReadHere);
         SpaceMouse driver(clock_);
         ASSERT_EQ(driver.open(why_), DeviceStage::ready) << why_;
         for (int i = 0; i < 20; ++i) {
@@ -69,7 +71,7 @@ TEST_F(SpaceMouseDriver, OldAndNewMoveTheNeedleAlike) {
 }
 
 TEST_F(SpaceMouseDriver, RestsWhenTheCapRestsAndHearsItsButtons) {
-    SpaceMouseEmulator cap(Age::recent);
+    SpaceMouseEmulator cap(Age::recent, kReadHere);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
     ASSERT_TRUE(cap.push({0, 200, 0, 0, 0, 0}));
@@ -89,7 +91,7 @@ TEST_F(SpaceMouseDriver, RestsWhenTheCapRestsAndHearsItsButtons) {
 }
 
 TEST_F(SpaceMouseDriver, SilentWithItsCapPushedItIsTakenAsLetGo) {
-    SpaceMouseEmulator cap(Age::recent);
+    SpaceMouseEmulator cap(Age::recent, kReadHere);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
     ASSERT_TRUE(cap.push({350, 0, 0, 0, 0, 0}));
@@ -103,7 +105,7 @@ TEST_F(SpaceMouseDriver, SilentWithItsCapPushedItIsTakenAsLetGo) {
 }
 
 TEST_F(SpaceMouseDriver, AClockThatJumpsMovesNothingFar) {
-    SpaceMouseEmulator cap(Age::recent);
+    SpaceMouseEmulator cap(Age::recent, kReadHere);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
     ASSERT_TRUE(cap.push({350, 0, 0, 0, 0, 0}));
@@ -118,7 +120,7 @@ TEST_F(SpaceMouseDriver, AClockThatJumpsMovesNothingFar) {
 }
 
 TEST_F(SpaceMouseDriver, ReportsOfAnotherDeviceEndTheConnection) {
-    SpaceMouseEmulator cap(Age::recent);
+    SpaceMouseEmulator cap(Age::recent, kReadHere);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
     const std::array<unsigned char, 9> garbage{1, 0xFF, 0x7F, 3, 4, 5, 6, 7, 8};
@@ -135,7 +137,7 @@ TEST_F(SpaceMouseDriver, ReportsOfAnotherDeviceEndTheConnection) {
 TEST_F(SpaceMouseDriver, UnpluggedItFailsAndComesBackWhereItWas) {
     SpaceMouse driver(clock_);
     {
-        SpaceMouseEmulator cap(Age::recent);
+        SpaceMouseEmulator cap(Age::recent, kReadHere);
         ASSERT_EQ(driver.open(why_), DeviceStage::ready);
         ASSERT_TRUE(cap.push({350, 0, 0, 0, 0, 0}));
         exchange(driver), exchange(driver);
@@ -146,7 +148,7 @@ TEST_F(SpaceMouseDriver, UnpluggedItFailsAndComesBackWhereItWas) {
         EXPECT_EQ(driver.open(why_), DeviceStage::absent);
     }
     const Vec3 there = position();
-    SpaceMouseEmulator again(Age::old);
+    SpaceMouseEmulator again(Age::old, kReadHere);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready) << why_;
     now_ns_ += 60'000 * kMs;
     exchange(driver);

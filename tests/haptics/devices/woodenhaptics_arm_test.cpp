@@ -13,8 +13,6 @@ namespace {
 
 using test::woodenJson;
 
-constexpr double kPi = std::numbers::pi;
-
 WoodenModel arm() {
     return parseWoodenModel(woodenJson(), "arm.json");
 }
@@ -33,24 +31,24 @@ Vec3 anyAngles(std::mt19937& random) {
 TEST(WoodenArm, AnglesFollowCapstansAndDirections) {
     // 2000 counts are one turn of the motor: capstan over body of a turn of the body.
     const Vec3 t = armAngles_rad(arm(), {2000, 2000, -500, 0, 0, 0});
-    EXPECT_NEAR(t.x, 2.0 * kPi * 0.010 / 0.160, 1e-12);
-    EXPECT_NEAR(t.y, -2.0 * kPi * 0.011 / 0.120, 1e-12) << "motor and body are aligned";
-    EXPECT_NEAR(t.z, -0.5 * kPi * 0.012 / 0.125, 1e-12);
+    EXPECT_NEAR(t.x, 2.0 * std::numbers::pi * 0.010 / 0.160, 1e-12);
+    EXPECT_NEAR(t.y, -2.0 * std::numbers::pi * 0.011 / 0.120, 1e-12) << "motor and body are aligned";
+    EXPECT_NEAR(t.z, -0.5 * std::numbers::pi * 0.012 / 0.125, 1e-12);
 }
 
 TEST(WoodenArm, PositionsInClosedForm) {
     const WoodenModel m = arm();
     // Upper arm up, forearm straight out.
-    const Vec3 rest = armPosition_m(m, {0.0, 0.0, kPi / 2});
+    const Vec3 rest = armPosition_m(m, {0.0, 0.0, std::numbers::pi / 2});
     EXPECT_NEAR(rest.x, 0.245 - 0.220, 1e-12);
     EXPECT_NEAR(rest.y, 0.0, 1e-12);
     EXPECT_NEAR(rest.z, 0.080 + 0.205 - 0.080, 1e-12);
     // Turned by a quarter: to the user's right.
-    const Vec3 turned = armPosition_m(m, {kPi / 2, 0.0, kPi / 2});
+    const Vec3 turned = armPosition_m(m, {std::numbers::pi / 2, 0.0, std::numbers::pi / 2});
     EXPECT_NEAR(turned.x, -0.220, 1e-12);
     EXPECT_NEAR(turned.y, 0.245, 1e-12);
     // Both arms hang out and down.
-    const Vec3 low = armPosition_m(m, {0.0, kPi / 2, 0.0});
+    const Vec3 low = armPosition_m(m, {0.0, std::numbers::pi / 2, 0.0});
     EXPECT_NEAR(low.x, 0.205 - 0.220, 1e-12);
     EXPECT_NEAR(low.z, 0.080 - 0.245 - 0.080, 1e-12);
 }
@@ -165,7 +163,7 @@ TEST(WoodenArm, AForceThatIsNoNumberIsNone) {
 
 TEST(WoodenArm, TheWristTurnsTheStylus) {
     const WoodenModel m = armWithWrist();
-    const Vec3 level{0.0, 0.0, kPi / 2};
+    const Vec3 level{0.0, 0.0, std::numbers::pi / 2};
     EXPECT_EQ(armRotation(arm(), level, {1, 2, 3, 4, 5, 6}), Quat(1.0, 0.0, 0.0, 0.0));
     const auto along = [&](const Vec3& t, const ArmCounts& counts) {
         return armRotation(m, t, counts) * Vec3{1.0, 0.0, 0.0};
@@ -175,8 +173,8 @@ TEST(WoodenArm, TheWristTurnsTheStylus) {
     };
     expectNear(along(level, {}), {1.0, 0.0, 0.0});
     // The stylus follows the forearm up and the arm around.
-    expectNear(along({0.0, 0.0, kPi / 2 + 0.3}, {}), {std::cos(0.3), 0.0, std::sin(0.3)});
-    expectNear(along({kPi / 2, 0.0, kPi / 2}, {}), {0.0, 1.0, 0.0});
+    expectNear(along({0.0, 0.0, std::numbers::pi / 2 + 0.3}, {}), {std::cos(0.3), 0.0, std::sin(0.3)});
+    expectNear(along({std::numbers::pi / 2, 0.0, std::numbers::pi / 2}, {}), {0.0, 1.0, 0.0});
     // The middle body pitches by encoder e, which counts its way; the outer ones roll.
     expectNear(along(level, {0, 0, 0, 100, 256, 0}), {0.0, 0.0, -1.0});
     expectNear(along(level, {0, 0, 0, 100, 0, 77}), {1.0, 0.0, 0.0});

@@ -3,27 +3,34 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <thread>
 
 #include "haptics/devices/polled.h"
 #include "tests/haptics/devices/wooden_json.h"
+#include "tests/support/constants.h"
+#include "tests/support/stepped_clock.h"
+#include "tests/support/wait_until.h"
 #include "tests/support/woodenhaptics_emulator.h"
 
 namespace stylet::haptics {
 namespace {
 
 using test::HidNode;
+using test::kMs;
 using test::WoodenHapticsEmulator;
-using Fault = WoodenHapticsEmulator::Fault;
+using BoardFault = WoodenHapticsEmulator::Fault;
 
 const Vec3 kPush_n{0.3, 0.2, -0.4};
 
 // A force may reach the board for so many commands of 5 ms after a fault.
 constexpr std::uint64_t kCommandsUntilZero = 4;
+
+// Reports until one is newer than what the test did to the board: one may wait, one may be under way.
+constexpr int kNewestAfter = 3;
 
 class WoodenHapticsDriver : public testing::Test {
   protected:
@@ -39,11 +46,32 @@ class WoodenHapticsDriver : public testing::Test {
         return m;
     }
 
-    DeviceStage exchange(Driver& driver, const Vec3& force_n = Vec3{0.0}) {
+    WoodenHapticsEmulator& plugIn() {
+        board_.reset();
+        return board_.emplace();
+    }
+    // Waits until the board has obeyed and answered, so that a stall of the machine misses no report: the
+    // driver waits for each of them for 5 ms only.
+    template <typename Call>
+    auto settled(const Call& call) {
+        const std::uint64_t before = board_ ? board_->received() : 0;
+        const auto result = call();
+        const auto answered = [&] {
+            return stage_ == DeviceStage::failed || stage_ == DeviceStage::absent || !board_->hears() ||
+                   board_->received() > before || (board_->sending() && board_->waiting());
+        };
+        if (board_) {
+            EXPECT_TRUE(test::waitUntil(answered));
+        }
+        return result;
+    }
+    DeviceStage exchangeAtOnce(Driver& driver, const Vec3& force_n) {
         state_.fresh = 0;
         why_.clear();
-        stage_ = driver.exchange(stage_ == DeviceStage::ready ? force_n : Vec3{0.0}, state_, why_);
-        return stage_;
+        return settled([&] { return stage_ = driver.exchange(force_n, state_, why_); });
+    }
+    DeviceStage exchange(Driver& driver, const Vec3& force_n = Vec3{0.0}) {
+        return exchangeAtOnce(driver, stage_ == DeviceStage::ready ? force_n : Vec3{0.0});
     }
     // Exchanges until the stage is reached; their number, -1 when it is not.
     int until(Driver& driver, DeviceStage wanted, int most, const Vec3& force_n = Vec3{0.0}) {
@@ -51,7 +79,7 @@ class WoodenHapticsDriver : public testing::Test {
             if (exchange(driver, force_n) == wanted) return i;
         return -1;
     }
-    // Exchanges that brought something new: a busy machine lets some pass without.
+    // Exchanges that brought something new.
     void hear(Driver& driver, int reports, const Vec3& force_n = Vec3{0.0}) {
         for (int i = 0; i < 400 && reports > 0; ++i) {
             ASSERT_EQ(exchange(driver, force_n), DeviceStage::ready) << why_;
@@ -73,6 +101,7 @@ class WoodenHapticsDriver : public testing::Test {
         ASSERT_GT(until(driver, DeviceStage::ready, 400), 0) << why_;
     }
 
+    std::optional<WoodenHapticsEmulator> board_;
     DeviceState state_;
     std::string why_;
     DeviceStage stage_ = DeviceStage::absent;
@@ -88,18 +117,18 @@ TEST_F(WoodenHapticsDriver, IsAbsentWithoutABoard) {
 
 // HZ-FORCE-11
 TEST_F(WoodenHapticsDriver, GivesNoCurrentBeforeItIsHomed) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     board.moveTo({123, -456, 789});
     WoodenHaptics driver(model("9.81"));
     ASSERT_EQ(driver.open(why_), DeviceStage::opening);
     for (int i = 0; i < 50; ++i)
-        ASSERT_EQ(driver.exchange(kPush_n, state_, why_), DeviceStage::needsHoming);
+        ASSERT_EQ(exchangeAtOnce(driver, kPush_n), DeviceStage::needsHoming);
     EXPECT_EQ(board.seen().powered, 0u);
     EXPECT_GT(board.seen().commands, 10u);
 }
 
 TEST_F(WoodenHapticsDriver, TheButtonHomesItToTheModelsCounts) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     board.moveTo({123, -456, 789});
     WoodenHaptics driver(model());
     makeReady(driver, board);
@@ -119,7 +148,7 @@ TEST_F(WoodenHapticsDriver, TheButtonHomesItToTheModelsCounts) {
 
 // The button stays set until a calibration: one that was pressed before the program came is not meant for it.
 TEST_F(WoodenHapticsDriver, AnOldPressOfTheButtonDoesNotHome) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     board.moveTo({123, -456, 789});
     board.pressButton();
     WoodenHaptics driver(model());
@@ -132,7 +161,7 @@ TEST_F(WoodenHapticsDriver, AnOldPressOfTheButtonDoesNotHome) {
 }
 
 TEST_F(WoodenHapticsDriver, ForcesBecomeTheMotorsCurrents) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model());
     makeReady(driver, board);
     hear(driver, 2, kPush_n);
@@ -148,7 +177,7 @@ TEST_F(WoodenHapticsDriver, ForcesBecomeTheMotorsCurrents) {
 
 // HZ-FORCE-01
 TEST_F(WoodenHapticsDriver, CurrentsStayWithinTwoAmperesWhateverTheForce) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model("9.81"));
     makeReady(driver, board);
     for (const double n : {1e3, -1e9, 1e300, double(NAN), double(INFINITY)})
@@ -158,7 +187,7 @@ TEST_F(WoodenHapticsDriver, CurrentsStayWithinTwoAmperesWhateverTheForce) {
 
 // HZ-FORCE-03
 TEST_F(WoodenHapticsDriver, AForceThatIsNoNumberIsNotSent) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model());
     makeReady(driver, board);
     hear(driver, 10, Vec3{0.1, NAN, INFINITY});
@@ -168,13 +197,13 @@ TEST_F(WoodenHapticsDriver, AForceThatIsNoNumberIsNotSent) {
 TEST_F(WoodenHapticsDriver, CountsRunOverTheEndsOfTheirSixteenBits) {
     WoodenModel m = model();
     m.calibration_counts = {32000, 0, 0, 0, 0, 0};
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(m);
     makeReady(driver, board);
     hear(driver, 1);
     for (const int counts : {32400, 32760, 33100, 33500}) {
         board.moveTo({std::int16_t(std::uint16_t(counts)), 0, 0});
-        hear(driver, 2);
+        hear(driver, kNewestAfter);
     }
     const double a = 33500 * 2 * std::numbers::pi / 2000 * 0.010 / 0.160;
     EXPECT_NEAR(state_.device_from_stylus.position_m.z, -0.220, 1e-12);
@@ -182,7 +211,7 @@ TEST_F(WoodenHapticsDriver, CountsRunOverTheEndsOfTheirSixteenBits) {
     // Reach is zero with both arms along the axis: lift the forearm to see the turn.
     for (int c = 0; c <= 4000; c += 400) {
         board.moveTo({std::int16_t(std::uint16_t(33500)), 0, std::int16_t(c)});
-        hear(driver, 2);
+        hear(driver, kNewestAfter);
     }
     const double reach = 0.245 * std::sin(2.0 * 2 * std::numbers::pi * 0.012 / 0.125);
     EXPECT_NEAR(state_.device_from_stylus.position_m.x, std::sin(a) * reach, 1e-9);
@@ -190,25 +219,25 @@ TEST_F(WoodenHapticsDriver, CountsRunOverTheEndsOfTheirSixteenBits) {
 }
 
 TEST_F(WoodenHapticsDriver, TheWristTurnsTheNeedleAndItsButtonIsHeard) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(modelWithWrist());
     EXPECT_TRUE(driver.profile().senses_rotation);
     makeReady(driver, board);
     hear(driver, 1);
     const Vec3 before = state_.device_from_stylus.direction({0.0, 0.0, 1.0});
     board.turnWristTo({0, 128, 0});  // an eighth of a turn
-    hear(driver, 2);
+    hear(driver, kNewestAfter);
     const Vec3 after = state_.device_from_stylus.direction({0.0, 0.0, 1.0});
     EXPECT_NEAR(glm::dot(before, after), std::sqrt(0.5), 1e-9);
     EXPECT_EQ(state_.buttons, 0u);
     board.turnWristTo({10000, 128, 0});
-    hear(driver, 2);
+    hear(driver, kNewestAfter);
     EXPECT_EQ(state_.buttons, 1u);
     EXPECT_NEAR(glm::dot(after, state_.device_from_stylus.direction({0.0, 0.0, 1.0})), 1.0, 1e-12);
 }
 
 TEST_F(WoodenHapticsDriver, PressedWhileReadyItLetsGoAndASecondPressHomesIt) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model());
     makeReady(driver, board);
     hear(driver, 1, kPush_n);
@@ -224,22 +253,20 @@ TEST_F(WoodenHapticsDriver, PressedWhileReadyItLetsGoAndASecondPressHomesIt) {
 
 // HZ-FORCE-14
 TEST_F(WoodenHapticsDriver, ClosingSendsZeroFirst) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model("9.81"));
     makeReady(driver, board);
     hear(driver, 2, kPush_n);
     EXPECT_NE(board.seen().motor_ma, (std::array<int, 3>{}));
     driver.close();
-    for (int i = 0; i < 200 && board.seen().motor_ma != std::array<int, 3>{}; ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{}));
+    EXPECT_TRUE(test::waitUntil([&] { return board.seen().motor_ma == std::array<int, 3>{}; }));
 }
 
 // Each fault: how the driver takes it, and that no current flows for longer than four commands of 5 ms.
 class WoodenHapticsFaults : public WoodenHapticsDriver {
   protected:
     // Injects, goes on pushing, and returns what was powered meanwhile.
-    std::uint64_t pushThrough(Driver& driver, WoodenHapticsEmulator& board, Fault fault, int exchanges) {
+    std::uint64_t pushThrough(Driver& driver, WoodenHapticsEmulator& board, BoardFault fault, int exchanges) {
         hear(driver, 2, kPush_n);
         const std::uint64_t before = board.seen().powered;
         EXPECT_GT(before, 0u);
@@ -251,33 +278,33 @@ class WoodenHapticsFaults : public WoodenHapticsDriver {
 };
 
 TEST_F(WoodenHapticsFaults, DroppedReportsEndTheForceAndThenTheConnection) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model("9.81"));
     makeReady(driver, board);
-    const std::uint64_t powered = pushThrough(driver, board, Fault::drop, 10);
+    const std::uint64_t powered = pushThrough(driver, board, BoardFault::drop, 10);
     EXPECT_LE(powered, kCommandsUntilZero);
     EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{}));
     EXPECT_EQ(stage_, DeviceStage::ready) << "a moment's silence is not the end";
     EXPECT_NE(why_.find("gives no reports"), std::string::npos) << why_;
 
-    board.inject(Fault::none);
+    board.inject(BoardFault::none);
     hear(driver, 3, kPush_n);
     EXPECT_EQ(why_, "");
     EXPECT_NE(board.seen().motor_ma, (std::array<int, 3>{})) << "it speaks again";
 
-    board.inject(Fault::drop);
+    board.inject(BoardFault::drop);
     EXPECT_GT(until(driver, DeviceStage::failed, 60, kPush_n), 0);
     EXPECT_NE(why_.find("gives no reports"), std::string::npos) << why_;
     driver.close();
 }
 
 TEST_F(WoodenHapticsFaults, DuplicatesChangeNothing) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model());
     makeReady(driver, board);
     hear(driver, 1);
     const Pose before = state_.device_from_stylus;
-    board.inject(Fault::duplicate);
+    board.inject(BoardFault::duplicate);
     for (int i = 0; i < 50; ++i) {
         hear(driver, 1);
         ASSERT_EQ(state_.device_from_stylus.position_m, before.position_m);
@@ -286,12 +313,12 @@ TEST_F(WoodenHapticsFaults, DuplicatesChangeNothing) {
 
 // HZ-FORCE-21
 TEST_F(WoodenHapticsFaults, CorruptEncodersAreNotBelieved) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model());
     makeReady(driver, board);
     hear(driver, 1);
     const Vec3 before = state_.device_from_stylus.position_m;
-    EXPECT_LE(pushThrough(driver, board, Fault::corrupt, 20), kCommandsUntilZero + 1);
+    EXPECT_LE(pushThrough(driver, board, BoardFault::corrupt, 20), kCommandsUntilZero + 1);
     EXPECT_EQ(state_.device_from_stylus.position_m, before);
     EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
     EXPECT_GT(until(driver, DeviceStage::failed, 60, kPush_n), 0);
@@ -301,7 +328,7 @@ TEST_F(WoodenHapticsFaults, CorruptEncodersAreNotBelieved) {
 // A single garbled word that reads as the button's must not set the encoders to the parked arm's.
 // HZ-FORCE-11
 TEST_F(WoodenHapticsFaults, AGarbledButtonDoesNotHomeItWhereItIs) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model());
     makeReady(driver, board);
     hear(driver, 1);
@@ -315,19 +342,19 @@ TEST_F(WoodenHapticsFaults, AGarbledButtonDoesNotHomeItWhereItIs) {
 }
 
 TEST_F(WoodenHapticsFaults, CutReportsAreNotBelieved) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model());
     makeReady(driver, board);
-    EXPECT_LE(pushThrough(driver, board, Fault::cut, 20), kCommandsUntilZero + 1);
+    EXPECT_LE(pushThrough(driver, board, BoardFault::cut, 20), kCommandsUntilZero + 1);
     EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
     EXPECT_GT(until(driver, DeviceStage::failed, 60, kPush_n), 0);
 }
 
 TEST_F(WoodenHapticsFaults, ADeafBoardIsLostWithinAQuarterOfASecond) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model());
     makeReady(driver, board);
-    pushThrough(driver, board, Fault::deaf, 0);
+    pushThrough(driver, board, BoardFault::deaf, 0);
     const int exchanges = until(driver, DeviceStage::failed, 60, kPush_n);
     EXPECT_GT(exchanges, 40);
     EXPECT_NE(why_.find("gives no reports"), std::string::npos) << why_;
@@ -337,7 +364,7 @@ TEST_F(WoodenHapticsFaults, ADeafBoardIsLostWithinAQuarterOfASecond) {
 TEST_F(WoodenHapticsFaults, UnpluggedItFailsAtOnceAndComesBack) {
     WoodenHaptics driver(model());
     {
-        WoodenHapticsEmulator board;
+        WoodenHapticsEmulator& board = plugIn();
         makeReady(driver, board);
         hear(driver, 1, kPush_n);
         board.unplug();
@@ -346,21 +373,24 @@ TEST_F(WoodenHapticsFaults, UnpluggedItFailsAtOnceAndComesBack) {
         driver.close();
         EXPECT_EQ(driver.open(why_), DeviceStage::absent);
     }
-    WoodenHapticsEmulator again;
+    WoodenHapticsEmulator& again = plugIn();
     stage_ = DeviceStage::absent;
     makeReady(driver, again);
     hear(driver, 1, kPush_n);
 }
 
 TEST_F(WoodenHapticsFaults, UnpluggedMidWriteItFailsWithAReason) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model());
     makeReady(driver, board);
     hear(driver, 1, kPush_n);
-    std::thread hand([&] { board.unplugMidWrite(50); });
-    const int exchanges = until(driver, DeviceStage::failed, 200, kPush_n);
+    board.block();
+    std::thread hand([&] {
+        test::nap(50);
+        board.unplug();
+    });
+    EXPECT_EQ(driver.exchange(kPush_n, state_, why_), DeviceStage::failed);
     hand.join();
-    EXPECT_GT(exchanges, 0);
     EXPECT_NE(why_.find("/dev/hidraw"), std::string::npos) << why_;
     driver.close();
 }
@@ -369,19 +399,19 @@ TEST_F(WoodenHapticsFaults, UnpluggedMidWriteItFailsWithAReason) {
 // force.
 // HZ-FORCE-21
 TEST_F(WoodenHapticsFaults, AnyMixtureOfFaultsStaysSafe) {
-    WoodenHapticsEmulator board;
+    WoodenHapticsEmulator& board = plugIn();
     WoodenHaptics driver(model("9.81"));
     makeReady(driver, board);
     std::mt19937 random(11);
-    const std::array<Fault, 6> kinds{Fault::none,      Fault::none,    Fault::drop,
-                                     Fault::duplicate, Fault::corrupt, Fault::cut};
+    const std::array<BoardFault, 6> kinds{BoardFault::none,      BoardFault::none,    BoardFault::drop,
+                                          BoardFault::duplicate, BoardFault::corrupt, BoardFault::cut};
     for (int i = 0; i < 800; ++i) {
         if (i % 5 == 0) board.inject(kinds[random() % kinds.size()]);
         if (exchange(driver, 30.0 * kPush_n) == DeviceStage::failed) {
             EXPECT_NE(why_, "");
             driver.close();
             stage_ = DeviceStage::absent;
-            board.inject(Fault::none);
+            board.inject(BoardFault::none);
             makeReady(driver, board);
         }
         const Pose& pose = state_.device_from_stylus;
@@ -392,24 +422,32 @@ TEST_F(WoodenHapticsFaults, AnyMixtureOfFaultsStaysSafe) {
     EXPECT_FALSE(board.seen().malformed);
 }
 
-// The same behind PolledDevice, with the loop's calls at its pace.
+// The same behind PolledDevice, polled on the test's thread with its clock stepped: no tick of the loop is
+// late.
 class PolledWoodenHaptics : public WoodenHapticsDriver {
   protected:
-    static std::int64_t now_ns(void* = nullptr) noexcept {
-        return std::chrono::steady_clock::now().time_since_epoch().count();
+    PolledDevice make() {
+        return {std::make_unique<WoodenHaptics>(model()), time_.clock(),
+                PolledSettings{.look_again_ns = 20 * kMs, .backoff_first_ns = 20 * kMs}};
     }
-    static void sleepUntil_ns(void*, std::int64_t t_ns) noexcept {
-        std::this_thread::sleep_for(std::chrono::nanoseconds(t_ns - now_ns()));
+    void poll(PolledDevice& device) {
+        time_.advancePeriod(settled([&] {
+            const std::uint64_t exchanges = device.report().exchanges;
+            const std::int64_t due_ns = device.poll();
+            // An open() sends nothing.
+            stage_ = device.report().exchanges > exchanges ? device.stage() : DeviceStage::absent;
+            return due_ns;
+        }));
     }
-    // Ticks of the loop until `done`; false when it takes more than ten seconds.
+    // Ticks of the loop until `done`; false when it takes more than a minute.
     bool loop(PolledDevice& device, const auto& done) {
-        for (int tick = 0; tick < 10'000; ++tick) {
-            state_ = device.read(now_ns());
+        return test::waitUntil([&] {
+            state_ = device.read(time_.now_ns);
             if (done()) return true;
             device.send(kPush_n);
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-        return false;
+            poll(device);
+            return false;
+        });
     }
     bool loopUntil(PolledDevice& device, DeviceStage stage) {
         return loop(device, [&] { return device.stage() == stage; });
@@ -423,17 +461,20 @@ class PolledWoodenHaptics : public WoodenHapticsDriver {
         ASSERT_TRUE(loop(device, [&] { return board.seen().motor_ma != std::array<int, 3>{}; }));
     }
 
-    const Clock clock_{nullptr, now_ns, sleepUntil_ns};
-    const PolledSettings quick_{.look_again_ns = 20'000'000, .backoff_first_ns = 20'000'000};
+    test::SteppedClock time_;
 };
 
 // HZ-FORCE-06
 TEST_F(PolledWoodenHaptics, ALoopThatFallsSilentLeavesNoCurrent) {
-    WoodenHapticsEmulator board;
-    PolledDevice device(std::make_unique<WoodenHaptics>(model()), clock_, quick_);
-    device.start();
+    WoodenHapticsEmulator& board = plugIn();
+    PolledDevice device = make();
     home(device, board);
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    const std::int64_t spoke_ns = time_.now_ns;
+    while (time_.now_ns - spoke_ns < 20 * kMs)
+        poll(device);
+    EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{}));
+    for (int i = 0; i < 50; ++i)
+        poll(device);
     EXPECT_EQ(board.seen().motor_ma, (std::array<int, 3>{}));
     EXPECT_EQ(device.report().silences, 1u);
     device.stop();
@@ -441,19 +482,15 @@ TEST_F(PolledWoodenHaptics, ALoopThatFallsSilentLeavesNoCurrent) {
 }
 
 TEST_F(PolledWoodenHaptics, PulledAndPluggedInAgainItWantsToBeHomed) {
-    PolledDevice device(std::make_unique<WoodenHaptics>(model()), clock_, quick_);
-    device.start();
-    {
-        WoodenHapticsEmulator board;
-        home(device, board);
-        board.unplug();
-        EXPECT_TRUE(loop(device, [&] { return (state_.flags & kDeviceReady) == 0; }));
-        EXPECT_TRUE(loopUntil(device, DeviceStage::absent)) << device.report().why;
-        EXPECT_NE(device.report().why.find("1234:0006"), std::string::npos);
-        EXPECT_GE(device.report().failures, 1u);
-    }
-    WoodenHapticsEmulator again;
-    home(device, again);
+    PolledDevice device = make();
+    WoodenHapticsEmulator& board = plugIn();
+    home(device, board);
+    board.unplug();
+    EXPECT_TRUE(loop(device, [&] { return (state_.flags & kDeviceReady) == 0; }));
+    EXPECT_TRUE(loopUntil(device, DeviceStage::absent)) << device.report().why;
+    EXPECT_NE(device.report().why.find("1234:0006"), std::string::npos);
+    EXPECT_EQ(device.report().failures, 1u);
+    home(device, plugIn());
     EXPECT_NE(state_.flags & kDeviceReady, 0u);
 }
 

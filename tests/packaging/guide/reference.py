@@ -87,7 +87,7 @@ def unknown_options(guide, source, programs):
         return text + "".join(helps([*command, name]) for name in re.findall(r"^  (\w[\w-]*)", inner, re.M))
 
     known = "".join(helps([str(programs / p)]) for p in ("stylet", "stylet-model", "stylet-report", "stylet-study"))
-    for script in ("packaging/run", "packaging/test", "packaging/bench", "packaging/deb", "xr/mock/python/xrmock.py"):
+    for script in ("packaging/run", "packaging/test", "packaging/build", "packaging/bench", "packaging/deb", "xr/mock/python/xrmock.py"):
         known += (source / script).read_text()
     others = {"--gtest_brief", "--gtest_list_tests", "--install", "--preset", "--build", "--target", "--test-dir"}
     found = []

@@ -9,11 +9,14 @@
 #include "patient/synth/labels.h"
 #include "patient/synth/synth.h"
 #include "tests/patient/blood_facts.h"
+#include "tests/support/constants.h"
 
 namespace stylet::patient::synth {
 namespace {
 
-constexpr double kMl = 1e-6, kDt_s = 0.001;
+using test::kDt_s;
+
+constexpr double kMl = 1e-6;
 
 class ReferenceLiver : public testing::Test {
   protected:

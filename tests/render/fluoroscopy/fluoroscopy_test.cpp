@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -15,6 +14,7 @@
 #include "tests/render/fluoroscopy/ray_reference.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
+#include "tests/support/constants.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 
@@ -23,9 +23,9 @@ namespace {
 
 using patient::Package;
 using patient::Patient;
+using test::kNaN;
 
 constexpr double kMuWater = 19.3;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct Stage {
     Package package;
@@ -400,7 +400,7 @@ TEST_F(FluoroscopyPatientTest, SkipsChangeTheWorkButNotThePicture) {
     stage.input.arm.orbital_rad = 0.8;
     stage.input.collimation = {.left_m = 0.08, .right_m = 0.10, .up_m = 0.12, .down_m = 0.06, .iris_m = 0.11};
     stage.settings.beyond_ends_m = 0.1;
-    struct Picture {
+    struct XrayPicture {
         std::vector<std::uint8_t> greys;
         FluoroscopyStats stats;
     };
@@ -408,38 +408,38 @@ TEST_F(FluoroscopyPatientTest, SkipsChangeTheWorkButNotThePicture) {
         stage.settings.skips = skips;
         stage.input.time_s = 3.0;
         const FluoroscopyStats stats = stage.fluoroscopy.image(stage.input, stage.settings);
-        return Picture{stage.greys(), stats};
+        return XrayPicture{stage.greys(), stats};
     };
-    const Picture all = pictureWith({.between_pulses = false});
+    const XrayPicture all = pictureWith({.between_pulses = false});
     EXPECT_GT(all.stats.collimated_rays, 0u);
     EXPECT_GT(all.stats.empty_stretches, 0u);
     EXPECT_EQ(all.stats.still_pictures, 1);
     EXPECT_EQ(all.stats.idle_tool_pictures, 1);
     EXPECT_EQ(all.stats.kept_contrast, 1);
-    const auto differ = [&](const Picture& other) {
+    const auto differ = [&](const XrayPicture& other) {
         int most = 0;
         for (std::size_t i = 0; i < all.greys.size(); ++i)
             most = std::max(most, std::abs(int(all.greys[i]) - int(other.greys[i])));
         return most;
     };
-    const Picture no_collimation = pictureWith({.between_pulses = false, .collimated_rays = false});
+    const XrayPicture no_collimation = pictureWith({.between_pulses = false, .collimated_rays = false});
     EXPECT_EQ(differ(no_collimation), 0);
     EXPECT_EQ(no_collimation.stats.collimated_rays, 0u);
     EXPECT_GT(no_collimation.stats.samples, all.stats.samples);
-    const Picture no_cells = pictureWith({.between_pulses = false, .empty_cells = false});
+    const XrayPicture no_cells = pictureWith({.between_pulses = false, .empty_cells = false});
     EXPECT_EQ(differ(no_cells), 0);
     EXPECT_EQ(no_cells.stats.empty_stretches, 0u);
     EXPECT_GT(no_cells.stats.samples, all.stats.samples);
     stage.deformed.breathe(stage.package.motion.reference, false);
-    const Picture no_still = pictureWith({.between_pulses = false});
+    const XrayPicture no_still = pictureWith({.between_pulses = false});
     EXPECT_LE(differ(no_still), 1);
     EXPECT_EQ(no_still.stats.still_pictures, 0);
     stage.deformed.breathe(stage.package.motion.reference, true);
-    const Picture no_idle = pictureWith({.between_pulses = false, .idle_tool = false});
+    const XrayPicture no_idle = pictureWith({.between_pulses = false, .idle_tool = false});
     EXPECT_EQ(differ(no_idle), 0);
     EXPECT_EQ(no_idle.stats.idle_tool_pictures, 0);
     // A pulse's picture is made once.
-    const Picture kept = pictureWith({});
+    const XrayPicture kept = pictureWith({});
     EXPECT_EQ(kept.stats.pulses_kept, 1);
     EXPECT_EQ(differ(kept), 0);
     EXPECT_FALSE(kept.stats.live);

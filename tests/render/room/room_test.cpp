@@ -11,7 +11,7 @@
 namespace stylet::render {
 namespace {
 
-constexpr std::uint32_t kSize = 192;
+constexpr std::uint32_t kRoomPictureSize = 192;
 
 class RoomTest : public testing::Test {
   protected:
@@ -43,11 +43,11 @@ TEST_F(RoomTest, WhatNoEyeSeesIsSkippedAndDoesNotShow) {
     renderer.setPatient(patient);
     const RenderScene scene = wholeRoom();
     RenderStats with, without;
-    const auto culled = renderer.drawToImages(scene, eyes, kSize, kSize, &with);
+    const auto culled = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize, &with);
     RenderSettings settings;
     settings.skips.unseen_parts = false;
     renderer.setSettings(settings);
-    const auto all = renderer.drawToImages(scene, eyes, kSize, kSize, &without);
+    const auto all = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize, &without);
     EXPECT_GT(with.culled_parts, 3u);
     EXPECT_EQ(without.culled_parts, 0u);
     for (std::size_t eye = 0; eye < 2; ++eye)
@@ -64,14 +64,14 @@ TEST_F(RoomTest, TheShellsLightLeavesPatientAndToolsAlone) {
     Renderer renderer(gpu, {}, test::assetsFolder());
     renderer.setPatient(patient);
     RenderScene scene = wholeRoom();
-    const auto plain = renderer.drawToImages(scene, eyes, kSize, kSize);
+    const auto plain = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize);
     scene.room.shell_light = {1.5, 0.36, 0.32};
-    const auto red = renderer.drawToImages(scene, eyes, kSize, kSize);
+    const auto red = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize);
     scene.room.shell_light = Vec3(1.0);
-    const auto again = renderer.drawToImages(scene, eyes, kSize, kSize);
+    const auto again = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize);
     // Without the shell what is left of it is the things in the room before an empty backdrop.
     scene.room.shell = false, scene.room.real = true;
-    const auto things = renderer.drawToImages(scene, eyes, kSize, kSize);
+    const auto things = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize);
     for (std::size_t eye = 0; eye < 2; ++eye) {
         EXPECT_EQ(plain[eye].rgba, again[eye].rgba);
         int same = 0, redder = 0;
@@ -84,8 +84,8 @@ TEST_F(RoomTest, TheShellsLightLeavesPatientAndToolsAlone) {
             same += equal;
             redder += at(red[eye], 0) > at(plain[eye], 0) && at(red[eye], 1) < at(plain[eye], 1);
         }
-        EXPECT_GT(redder, int(kSize * kSize / 5));
-        EXPECT_GT(same, int(kSize * kSize / 5));
+        EXPECT_GT(redder, int(kRoomPictureSize * kRoomPictureSize / 5));
+        EXPECT_GT(same, int(kRoomPictureSize * kRoomPictureSize / 5));
     }
     EXPECT_EQ(gpu.validationMessages(), 0u);
 }
@@ -125,16 +125,18 @@ double luminanceAt(const Image& image, const View& view, const Vec3& stage) {
     const Vec3 p = view.stage_from_eye.inverse() * stage;
     const auto pixel = [&](double tangent, float low, float high) {
         const double a = std::tan(double(low)), b = std::tan(double(high));
-        return int((tangent - a) / (b - a) * kSize);
+        return int((tangent - a) / (b - a) * kRoomPictureSize);
     };
     const int x = pixel(p.x / -p.z, view.angle_left, view.angle_right);
-    const int y = int(kSize) - 1 - pixel(p.y / -p.z, view.angle_down, view.angle_up);
+    const int y = int(kRoomPictureSize) - 1 - pixel(p.y / -p.z, view.angle_down, view.angle_up);
     double sum = 0.0;
     for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx)
             for (std::size_t c = 0; c < 3; ++c)
                 sum += std::pow(
-                    image.rgba[(std::size_t(y + dy) * kSize + std::size_t(x + dx)) * 4 + c] / 255.0, 2.2);
+                    image.rgba[(std::size_t(y + dy) * kRoomPictureSize + std::size_t(x + dx)) * 4 + c] /
+                        255.0,
+                    2.2);
     return sum;
 }
 
@@ -157,9 +159,9 @@ TEST_F(RoomTest, AShadowLiesWhereTheLampSaysAndNowhereElse) {
     const Vec3 shadow = lamp + (wrist - lamp) * ((lamp.y - pad) / (lamp.y - wrist.y));
     const View view = test::lookAt(Vec3(0.5, 1.45, 0.25), shadow, 0.35f);
     const auto both = test::stereo(view, 0.0);
-    const auto without = renderer.drawToImages(scene, both, kSize, kSize);
+    const auto without = renderer.drawToImages(scene, both, kRoomPictureSize, kRoomPictureSize);
     scene.patient_from_finger = Pose{{1, 0, 0, 0}, Vec3(0.02 + 0.026, 0.15, 0.20 - 0.17)};
-    const auto with = renderer.drawToImages(scene, both, kSize, kSize);
+    const auto with = renderer.drawToImages(scene, both, kRoomPictureSize, kRoomPictureSize);
     const auto share = [&](const Vec3& p) {
         return luminanceAt(with[0], view, p) / luminanceAt(without[0], view, p);
     };
@@ -176,7 +178,7 @@ TEST_F(RoomTest, AScreenShowsWhatItIsGivenUntilThatChanges) {
     const Vec3 screen = placed.stage_from_room * Vec3(-0.92, 1.58, 0.62);
     const auto near = test::stereo(test::lookAt(screen + Vec3(0.9, 0.0, -0.3), screen, 0.25f), 0.0);
     const auto green = [&] {
-        const Image picture = renderer.drawToImages(scene, near, kSize, kSize)[0];
+        const Image picture = renderer.drawToImages(scene, near, kRoomPictureSize, kRoomPictureSize)[0];
         return test::findBlob(picture, [](int r, int g, int b) { return g > 150 && r < 100 && b < 100; })
             .pixels;
     };
@@ -186,7 +188,7 @@ TEST_F(RoomTest, AScreenShowsWhatItIsGivenUntilThatChanges) {
         rgba[i] = 230;
     scene.xray_screen = {300, 200, rgba.data(), 1};
     const std::size_t shown = green();
-    EXPECT_GT(shown, kSize * kSize / 8u);
+    EXPECT_GT(shown, kRoomPictureSize * kRoomPictureSize / 8u);
     std::fill(rgba.begin(), rgba.end(), std::uint8_t(0));
     EXPECT_EQ(green(), shown) << "uploaded again without a new revision";
     scene.xray_screen.revision = 2;

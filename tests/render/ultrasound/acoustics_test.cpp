@@ -18,7 +18,7 @@ std::string row(const std::string& name, const std::string& more = "") {
            "scatter_db = -45.0\nsource = \"none\"\n" +
            more;
 }
-const std::string kGood =
+const std::string kGoodAcoustics =
     "roughness = 0.1\n" + row("air") + row("gel") + row("steel") + row("liver") +
     "[[label]]\ntissue = \"liver\"\nacoustic = \"liver\"\n"
     "[[hu]]\nfrom_hu = -1000.0\nacoustic = \"air\"\n[[hu]]\nfrom_hu = -300.0\nacoustic = "
@@ -30,7 +30,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
     return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-std::string refusal(const std::string& text) {
+std::string acousticsRefusal(const std::string& text) {
     try {
         parseAcoustics("tissues.toml", text);
     } catch (const patient::DataError& e) {
@@ -79,42 +79,52 @@ TEST(Acoustics, EveryLabelOfThePhantomFindsItsTissue) {
 }
 
 TEST(Acoustics, RefusesWhatItCannotMean) {
-    EXPECT_EQ(refusal(kGood), "");
-    EXPECT_EQ(refusal(replaced(kGood, "impedance_mrayl = 1.6", "impedance_mrayl = -1")),
+    EXPECT_EQ(acousticsRefusal(kGoodAcoustics), "");
+    EXPECT_EQ(acousticsRefusal(replaced(kGoodAcoustics, "impedance_mrayl = 1.6", "impedance_mrayl = -1")),
               "tissues.toml: tissue[0].impedance_mrayl: -1.000000 is not within 0.000010 to 200.000000");
-    EXPECT_NE(refusal(replaced(kGood, "speed_m_per_s = 1540.0", "speed_m_per_s = nan")).find("speed_m_per_s"),
+    EXPECT_NE(acousticsRefusal(replaced(kGoodAcoustics, "speed_m_per_s = 1540.0", "speed_m_per_s = nan"))
+                  .find("speed_m_per_s"),
               std::string::npos);
-    EXPECT_NE(refusal(replaced(kGood, "speed_m_per_s = 1540.0\n", "")).find("missing"), std::string::npos);
-    EXPECT_NE(refusal(replaced(kGood, "scatter_db = -45.0", "scatter_db = \"dark\"")).find("scatter_db"),
+    EXPECT_NE(acousticsRefusal(replaced(kGoodAcoustics, "speed_m_per_s = 1540.0\n", "")).find("missing"),
               std::string::npos);
-    EXPECT_NE(refusal(replaced(kGood, "source = \"none\"", "source = \"\"")).find("source"),
+    EXPECT_NE(acousticsRefusal(replaced(kGoodAcoustics, "scatter_db = -45.0", "scatter_db = \"dark\""))
+                  .find("scatter_db"),
               std::string::npos);
-    EXPECT_NE(refusal(replaced(kGood, "\"gel\"", "\"jelly\"")).find("'gel', which is needed"),
+    EXPECT_NE(acousticsRefusal(replaced(kGoodAcoustics, "source = \"none\"", "source = \"\"")).find("source"),
               std::string::npos);
-    EXPECT_NE(refusal(kGood + row("liver")).find("twice"), std::string::npos);
     EXPECT_NE(
-        refusal(replaced(kGood, "acoustic = \"liver\"", "acoustic = \"stone\"")).find("label[0].acoustic"),
+        acousticsRefusal(replaced(kGoodAcoustics, "\"gel\"", "\"jelly\"")).find("'gel', which is needed"),
         std::string::npos);
-    EXPECT_NE(refusal(replaced(kGood, "tissue = \"liver\"", "tissue = \"stone\"")).find("label[0].tissue"),
+    EXPECT_NE(acousticsRefusal(kGoodAcoustics + row("liver")).find("twice"), std::string::npos);
+    EXPECT_NE(acousticsRefusal(replaced(kGoodAcoustics, "acoustic = \"liver\"", "acoustic = \"stone\""))
+                  .find("label[0].acoustic"),
               std::string::npos);
-    EXPECT_NE(refusal(replaced(kGood, "tissue = \"liver\"\n", "")).find("needs a tissue or a name"),
+    EXPECT_NE(acousticsRefusal(replaced(kGoodAcoustics, "tissue = \"liver\"", "tissue = \"stone\""))
+                  .find("label[0].tissue"),
               std::string::npos);
-    EXPECT_NE(refusal(replaced(kGood, "from_hu = -300.0", "from_hu = -1000.0")).find("not ascending"),
+    EXPECT_NE(acousticsRefusal(replaced(kGoodAcoustics, "tissue = \"liver\"\n", ""))
+                  .find("needs a tissue or a name"),
               std::string::npos);
-    EXPECT_NE(refusal(replaced(kGood, "roughness = 0.1", "roughness = 2")).find("roughness"),
+    EXPECT_NE(acousticsRefusal(replaced(kGoodAcoustics, "from_hu = -300.0", "from_hu = -1000.0"))
+                  .find("not ascending"),
               std::string::npos);
-    EXPECT_NE(refusal("roughness = 0.1\nhu = 3\n" + row("air") + row("gel") + row("steel")).find("hu"),
-              std::string::npos);
-    EXPECT_NE(refusal("tissue = [1, 2]").find("tissue[0]: not a table"), std::string::npos);
-    EXPECT_NE(refusal("").find("tissue"), std::string::npos);
-    EXPECT_NE(refusal("a = = b").find("line 1"), std::string::npos);
-    EXPECT_NE(refusal(replaced(kGood, "source = \"none\"\n", "source = \"none\"\nwall_db = -30.0\n"))
+    EXPECT_NE(
+        acousticsRefusal(replaced(kGoodAcoustics, "roughness = 0.1", "roughness = 2")).find("roughness"),
+        std::string::npos);
+    EXPECT_NE(
+        acousticsRefusal("roughness = 0.1\nhu = 3\n" + row("air") + row("gel") + row("steel")).find("hu"),
+        std::string::npos);
+    EXPECT_NE(acousticsRefusal("tissue = [1, 2]").find("tissue[0]: not a table"), std::string::npos);
+    EXPECT_NE(acousticsRefusal("").find("tissue"), std::string::npos);
+    EXPECT_NE(acousticsRefusal("a = = b").find("line 1"), std::string::npos);
+    EXPECT_NE(acousticsRefusal(
+                  replaced(kGoodAcoustics, "source = \"none\"\n", "source = \"none\"\nwall_db = -30.0\n"))
                   .find("wall_mm"),
               std::string::npos);
     std::string many = "roughness = 0\n";
     for (int i = 0; i <= kMostAcoustics; ++i)
         many += row("t" + std::to_string(i));
-    EXPECT_NE(refusal(many).find("more than 32"), std::string::npos);
+    EXPECT_NE(acousticsRefusal(many).find("more than 32"), std::string::npos);
 }
 
 TEST(Acoustics, AFileThatIsNotThereIsNamed) {

@@ -10,14 +10,14 @@
 namespace stylet::render {
 namespace {
 
-constexpr char kGood[] =
+constexpr char kGoodTransducer[] =
     "name = \"p\"\nshape = \"convex\"\nradius_mm = 60\nhalf_angle_deg = 30\ndepth_mm = 160\nfrequency_mhz = "
     "3.5\n"
     "lowest_frequency_mhz = 2\nhighest_frequency_mhz = 5\nfocus_mm = 80\naperture_mm = 24\npulse_cycles = "
     "2.5\n"
     "thickness_mm = 2.4\nthickness_focus_mm = 75\nthickness_range_mm = 50\n";
 
-std::string refusal(const std::string& text) {
+std::string transducerRefusal(const std::string& text) {
     try {
         parseTransducer("probe.toml", text);
     } catch (const patient::DataError& e) {
@@ -27,7 +27,7 @@ std::string refusal(const std::string& text) {
 }
 
 std::string with(const std::string& from, const std::string& to) {
-    std::string text = kGood;
+    std::string text = kGoodTransducer;
     return text.replace(text.find(from), from.size(), to);
 }
 
@@ -77,21 +77,23 @@ TEST(Transducers, TheBeamIsNarrowestAtItsFocusAndForHigherPitch) {
 }
 
 TEST(Transducers, RefusesWhatIsNoProbe) {
-    EXPECT_EQ(refusal(kGood), "");
-    EXPECT_EQ(refusal(with("radius_mm = 60", "radius_mm = 0")),
+    EXPECT_EQ(transducerRefusal(kGoodTransducer), "");
+    EXPECT_EQ(transducerRefusal(with("radius_mm = 60", "radius_mm = 0")),
               "probe.toml: radius_mm: 0.000000 is not within 5.000000 to 200.000000");
-    EXPECT_NE(refusal(with("\"convex\"", "\"round\"")).find("neither convex nor linear"), std::string::npos);
-    EXPECT_NE(refusal(with("\"convex\"", "\"linear\"")).find("width_mm"), std::string::npos);
-    EXPECT_NE(refusal(with("frequency_mhz = 3.5", "frequency_mhz = 9")).find("frequency_mhz"),
+    EXPECT_NE(transducerRefusal(with("\"convex\"", "\"round\"")).find("neither convex nor linear"),
               std::string::npos);
-    EXPECT_NE(refusal(with("highest_frequency_mhz = 5", "highest_frequency_mhz = 1")).find("below"),
+    EXPECT_NE(transducerRefusal(with("\"convex\"", "\"linear\"")).find("width_mm"), std::string::npos);
+    EXPECT_NE(transducerRefusal(with("frequency_mhz = 3.5", "frequency_mhz = 9")).find("frequency_mhz"),
               std::string::npos);
-    EXPECT_NE(refusal(with("depth_mm = 160", "depth_mm = inf")).find("depth_mm"), std::string::npos);
-    EXPECT_NE(refusal(with("pulse_cycles = 2.5", "pulse_cycles = []")).find("pulse_cycles"),
+    EXPECT_NE(transducerRefusal(with("highest_frequency_mhz = 5", "highest_frequency_mhz = 1")).find("below"),
               std::string::npos);
-    EXPECT_NE(refusal(with("name = \"p\"", "name = 3")).find("name"), std::string::npos);
-    EXPECT_NE(refusal("").find("name"), std::string::npos);
-    EXPECT_NE(refusal("[").find("line 1"), std::string::npos);
+    EXPECT_NE(transducerRefusal(with("depth_mm = 160", "depth_mm = inf")).find("depth_mm"),
+              std::string::npos);
+    EXPECT_NE(transducerRefusal(with("pulse_cycles = 2.5", "pulse_cycles = []")).find("pulse_cycles"),
+              std::string::npos);
+    EXPECT_NE(transducerRefusal(with("name = \"p\"", "name = 3")).find("name"), std::string::npos);
+    EXPECT_NE(transducerRefusal("").find("name"), std::string::npos);
+    EXPECT_NE(transducerRefusal("[").find("line 1"), std::string::npos);
 }
 
 }  // namespace

@@ -4,18 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "patient/vessel_flow.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 #include "tests/render/ultrasound/scan_reference.h"
 #include "tests/render/ultrasound/sound_phantoms.h"
+#include "tests/support/constants.h"
 
 namespace stylet::render {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using test::kNaN;
 
 // The trunk's right flank, between ribs; the picture's plane is nearly axial.
 UltrasoundInput atTheFlank(double press_m = 0.006) {

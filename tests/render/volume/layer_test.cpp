@@ -11,8 +11,8 @@
 namespace stylet::render {
 namespace {
 
-constexpr std::uint32_t kSize = 192;
-constexpr double kRadius_m = 0.05, kDistance_m = 0.4;
+constexpr std::uint32_t kLayerPictureSize = 192;
+constexpr double kBallRadius_m = 0.05, kBallDistance_m = 0.4;
 
 // A ball of tissue in the middle of both eyes' view.
 class LayerTest : public testing::TestWithParam<VolumePath> {
@@ -27,7 +27,7 @@ class LayerTest : public testing::TestWithParam<VolumePath> {
         scene.table = false;
         scene.stage_from_patient.position_m = {0.0, 1.2, 0.0};
         const Vec3 centre = scene.stage_from_patient.position_m;
-        eyes = test::stereo(test::lookAt(centre + Vec3(0.0, 0.0, kDistance_m), centre, 0.2f), 0.0);
+        eyes = test::stereo(test::lookAt(centre + Vec3(0.0, 0.0, kBallDistance_m), centre, 0.2f), 0.0);
     }
     void TearDown() override {
         if (gpu) {
@@ -35,7 +35,9 @@ class LayerTest : public testing::TestWithParam<VolumePath> {
         }
     }
 
-    std::array<Image, 2> draw() { return renderer->drawToImages(scene, eyes, kSize, kSize, &stats, &depths); }
+    std::array<Image, 2> draw() {
+        return renderer->drawToImages(scene, eyes, kLayerPictureSize, kLayerPictureSize, &stats, &depths);
+    }
     std::array<Image, 2> drawWith(RenderSettings settings) {
         settings.count = true;
         settings.volume_path = GetParam();
@@ -44,16 +46,16 @@ class LayerTest : public testing::TestWithParam<VolumePath> {
     }
     // Metres along the eye's axis; infinity where nothing was drawn.
     double depthAt(std::uint32_t x, std::uint32_t y) const {
-        const double d = depths[0].reversed[std::size_t(y) * kSize + x];
+        const double d = depths[0].reversed[std::size_t(y) * kLayerPictureSize + x];
         const RenderSettings s;
         const double near = s.near_m, far = s.far_m;
         return d > 0.0 ? near * far / (near + d * (far - near)) : std::numeric_limits<double>::infinity();
     }
     double tangentOf(std::uint32_t pixel) const {
-        return std::tan(0.2) * ((pixel + 0.5) / (0.5 * kSize) - 1.0);
+        return std::tan(0.2) * ((pixel + 0.5) / (0.5 * kLayerPictureSize) - 1.0);
     }
 
-    const patient::Package package = test::makeBall(patient::Tissue::bone, kRadius_m, 0.012, 0.001);
+    const patient::Package package = test::makeBall(patient::Tissue::bone, kBallRadius_m, 0.012, 0.001);
     const patient::Patient patient{package};
     std::optional<Gpu> gpu;
     std::optional<Renderer> renderer;
@@ -72,19 +74,19 @@ std::array<int, 3> rgbAt(const Image& image, std::uint32_t x, std::uint32_t y) {
 TEST_P(LayerTest, TheSubmittedDepthIsThatOfTheSurfaceSeen) {
     draw();
     int on_ball = 0;
-    for (std::uint32_t y = 8; y < kSize; y += 16)
-        for (std::uint32_t x = 8; x < kSize; x += 16) {
+    for (std::uint32_t y = 8; y < kLayerPictureSize; y += 16)
+        for (std::uint32_t x = 8; x < kLayerPictureSize; x += 16) {
             const double a = 1.0 + std::pow(tangentOf(x), 2) + std::pow(tangentOf(y), 2);
-            const double inside =
-                kDistance_m * kDistance_m - a * (kDistance_m * kDistance_m - kRadius_m * kRadius_m);
-            const double rim = std::sqrt(a - 1.0) * kDistance_m / kRadius_m;
+            const double inside = kBallDistance_m * kBallDistance_m -
+                                  a * (kBallDistance_m * kBallDistance_m - kBallRadius_m * kBallRadius_m);
+            const double rim = std::sqrt(a - 1.0) * kBallDistance_m / kBallRadius_m;
             if (rim > 0.9 && rim < 1.2) continue;  // grazing: the smoothed ball has no sharp edge
             if (rim > 1.0) {
                 EXPECT_GT(depthAt(x, y), 1.0);
                 continue;
             }
             ++on_ball;
-            EXPECT_NEAR(depthAt(x, y), (kDistance_m - std::sqrt(inside)) / a, 0.0025) << x << ' ' << y;
+            EXPECT_NEAR(depthAt(x, y), (kBallDistance_m - std::sqrt(inside)) / a, 0.0025) << x << ' ' << y;
         }
     EXPECT_GT(on_ball, 20);
 }
@@ -93,10 +95,11 @@ TEST_P(LayerTest, TheSubmittedDepthIsTheNeedlesWhereItIsInFront) {
     const patient::Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
     scene.patient_from_needle = Pose{across, Vec3(-0.09, 0.0, 0.1)};
     draw();
-    EXPECT_NEAR(depthAt(kSize / 2, kSize / 2), kDistance_m - 0.1, 0.002);
+    EXPECT_NEAR(depthAt(kLayerPictureSize / 2, kLayerPictureSize / 2), kBallDistance_m - 0.1, 0.002);
     scene.patient_from_needle->position_m.z = -0.1;
     draw();
-    EXPECT_NEAR(depthAt(kSize / 2, kSize / 2), kDistance_m - kRadius_m, 0.0025);
+    EXPECT_NEAR(depthAt(kLayerPictureSize / 2, kLayerPictureSize / 2), kBallDistance_m - kBallRadius_m,
+                0.0025);
 }
 
 TEST_P(LayerTest, WithoutAPatientTheDepthIsThatOfTheThings) {
@@ -104,7 +107,7 @@ TEST_P(LayerTest, WithoutAPatientTheDepthIsThatOfTheThings) {
     const patient::Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
     scene.patient_from_needle = Pose{across, Vec3(-0.09, 0.0, 0.1)};
     draw();
-    EXPECT_NEAR(depthAt(kSize / 2, kSize / 2), kDistance_m - 0.1, 0.002);
+    EXPECT_NEAR(depthAt(kLayerPictureSize / 2, kLayerPictureSize / 2), kBallDistance_m - 0.1, 0.002);
     EXPECT_GT(depthAt(8, 8), 1.0);
 }
 
@@ -130,7 +133,8 @@ TEST_P(LayerTest, AwayFromTheAxisPixelsShareRays) {
     const auto foveated =
         drawWith({.foveation = Foveation{.quarter = 0.06f, .sixteenth = 0.14f}, .close_up = false});
     EXPECT_LT(stats.rays, rays / 2);
-    EXPECT_EQ(rgbAt(full[0], kSize / 2, kSize / 2), rgbAt(foveated[0], kSize / 2, kSize / 2));
+    EXPECT_EQ(rgbAt(full[0], kLayerPictureSize / 2, kLayerPictureSize / 2),
+              rgbAt(foveated[0], kLayerPictureSize / 2, kLayerPictureSize / 2));
     EXPECT_GT(test::psnr(full[0], foveated[0]), 25.0);
     EXPECT_LT(test::psnr(full[0], foveated[0]), 60.0) << "nothing was shared";
 }
@@ -156,10 +160,12 @@ TEST_P(LayerTest, NothingIsMarchedWhereTheLensHides) {
     renderer->setHiddenArea(0, left, two);
     const auto hidden = draw();
     EXPECT_LT(stats.samples, samples * 4 / 5);
-    for (std::uint32_t x = 0; x < kSize; x += 16) {
-        const auto seen = rgbAt(hidden[0], x, kSize / 2);
-        EXPECT_EQ(seen, x < kSize / 2 ? (std::array<int, 3>{0, 0, 0}) : rgbAt(whole[0], x, kSize / 2)) << x;
-        EXPECT_EQ(rgbAt(hidden[1], x, kSize / 2), rgbAt(whole[1], x, kSize / 2)) << x;
+    for (std::uint32_t x = 0; x < kLayerPictureSize; x += 16) {
+        const auto seen = rgbAt(hidden[0], x, kLayerPictureSize / 2);
+        EXPECT_EQ(seen, x < kLayerPictureSize / 2 ? (std::array<int, 3>{0, 0, 0})
+                                                  : rgbAt(whole[0], x, kLayerPictureSize / 2))
+            << x;
+        EXPECT_EQ(rgbAt(hidden[1], x, kLayerPictureSize / 2), rgbAt(whole[1], x, kLayerPictureSize / 2)) << x;
     }
     renderer->setHiddenArea(0, {}, {});
     EXPECT_EQ(draw()[0].rgba, whole[0].rgba);
@@ -168,34 +174,39 @@ TEST_P(LayerTest, NothingIsMarchedWhereTheLensHides) {
 TEST_P(LayerTest, WhatIsCutAwayIsGoneAndTheCutIsFlat) {
     scene.cuts = {{Vec3(0.0, 0.0, 1.0), 0.01}};
     draw();
-    for (const std::uint32_t x : {kSize / 2 - 20, kSize / 2, kSize / 2 + 20})
-        EXPECT_NEAR(depthAt(x, kSize / 2), kDistance_m - 0.01, 0.0015) << x;
+    for (const std::uint32_t x :
+         {kLayerPictureSize / 2 - 20, kLayerPictureSize / 2, kLayerPictureSize / 2 + 20})
+        EXPECT_NEAR(depthAt(x, kLayerPictureSize / 2), kBallDistance_m - 0.01, 0.0015) << x;
     scene.cuts = {{Vec3(0.0, 0.0, -1.0), -0.01}};  // what is behind the plane
     draw();
-    EXPECT_NEAR(depthAt(kSize / 2, kSize / 2), kDistance_m - kRadius_m, 0.0025);
+    EXPECT_NEAR(depthAt(kLayerPictureSize / 2, kLayerPictureSize / 2), kBallDistance_m - kBallRadius_m,
+                0.0025);
     scene.cuts = {{Vec3(0.0, 0.0, 1.0), -0.2}};
     const auto nothing = draw();
     EXPECT_EQ(stats.samples, 0u);
-    EXPECT_GT(depthAt(kSize / 2, kSize / 2), 1.0);
+    EXPECT_GT(depthAt(kLayerPictureSize / 2, kLayerPictureSize / 2), 1.0);
 }
 
 TEST_P(LayerTest, MarksColourTheSkinWhereTheyAreAndNowhereElse) {
     const auto clean = draw();
-    const Vec3 front(0.0, 0.0, kRadius_m);
+    const Vec3 front(0.0, 0.0, kBallRadius_m);
     scene.marks = {{MarkKind::blood, front, 0.006, Vec3(0, 0, 1)}};
     const auto bloody = draw();
-    const auto [r, g, b] = rgbAt(bloody[0], kSize / 2, kSize / 2);
+    const auto [r, g, b] = rgbAt(bloody[0], kLayerPictureSize / 2, kLayerPictureSize / 2);
     EXPECT_GT(r, 2 * g);
     EXPECT_GT(r, 2 * b);
-    EXPECT_EQ(rgbAt(bloody[0], kSize / 2 + 40, kSize / 2), rgbAt(clean[0], kSize / 2 + 40, kSize / 2));
+    EXPECT_EQ(rgbAt(bloody[0], kLayerPictureSize / 2 + 40, kLayerPictureSize / 2),
+              rgbAt(clean[0], kLayerPictureSize / 2 + 40, kLayerPictureSize / 2));
     // An incision is long and thin.
     scene.marks = {{MarkKind::incision, front, 0.008, Vec3(1, 0, 0)}};
     const auto cut = draw();
     const auto changed = [&](int dx, int dy) {
-        const std::uint32_t x = std::uint32_t(int(kSize / 2) + dx), y = std::uint32_t(int(kSize / 2) + dy);
+        const std::uint32_t x = std::uint32_t(int(kLayerPictureSize / 2) + dx),
+                            y = std::uint32_t(int(kLayerPictureSize / 2) + dy);
         return rgbAt(cut[0], x, y) != rgbAt(clean[0], x, y);
     };
-    const int pixel = int(kSize / 2 / std::tan(0.2) / (kDistance_m - kRadius_m) * 0.001);  // a millimetre
+    const int pixel = int(kLayerPictureSize / 2 / std::tan(0.2) / (kBallDistance_m - kBallRadius_m) *
+                          0.001);  // a millimetre
     EXPECT_TRUE(changed(0, 0));
     EXPECT_TRUE(changed(6 * pixel, 0));
     EXPECT_FALSE(changed(0, 6 * pixel));
@@ -230,11 +241,11 @@ TEST_P(LayerTest, ToolsCastTheLampsShadowOnTheSkin) {
 }
 
 TEST_P(LayerTest, TheNewestMarksAreShown) {
-    const Vec3 front(0.0, 0.0, kRadius_m);
+    const Vec3 front(0.0, 0.0, kBallRadius_m);
     for (int i = 0; i < kMostMarksShown + 4; ++i)
-        scene.marks.push_back({MarkKind::puncture, Vec3(0.0, 0.0, -kRadius_m), 0.001, Vec3(0, 0, 1)});
+        scene.marks.push_back({MarkKind::puncture, Vec3(0.0, 0.0, -kBallRadius_m), 0.001, Vec3(0, 0, 1)});
     scene.marks.push_back({MarkKind::blood, front, 0.006, Vec3(0, 0, 1)});
-    const auto [r, g, b] = rgbAt(draw()[0], kSize / 2, kSize / 2);
+    const auto [r, g, b] = rgbAt(draw()[0], kLayerPictureSize / 2, kLayerPictureSize / 2);
     EXPECT_GT(r, 2 * std::max(g, b));
 }
 

@@ -9,7 +9,7 @@
 namespace stylet::render {
 namespace {
 
-constexpr std::uint32_t kSize = 160;
+constexpr std::uint32_t kMarchPathPictureSize = 160;
 
 struct Case {
     const char* name;
@@ -30,7 +30,7 @@ class MarchPathTest : public testing::TestWithParam<Case> {
     }
 };
 
-struct Picture {
+struct MarchPathPicture {
     std::array<Image, 2> eyes;
     std::array<DepthImage, 2> depths;
     RenderStats stats;
@@ -70,11 +70,12 @@ TEST_P(MarchPathTest, BothMakeTheSamePicture) {
         settings.volume_path = path;
         settings.count = true;
         renderer.setSettings(settings);
-        Picture p;
-        p.eyes = renderer.drawToImages(scene, eyes, kSize, kSize, &p.stats, &p.depths);
+        MarchPathPicture p;
+        p.eyes = renderer.drawToImages(scene, eyes, kMarchPathPictureSize, kMarchPathPictureSize, &p.stats,
+                                       &p.depths);
         return p;
     };
-    const Picture by_gpu = drawBy(VolumePath::gpu), by_processor = drawBy(VolumePath::processor);
+    const MarchPathPicture by_gpu = drawBy(VolumePath::gpu), by_processor = drawBy(VolumePath::processor);
     for (std::size_t eye = 0; eye < 2; ++eye) {
         EXPECT_GE(test::psnr(by_gpu.eyes[eye], by_processor.eyes[eye]), 50.0);
         std::size_t apart = 0;

@@ -16,7 +16,7 @@ using glm::dvec2;
 using test::distance;
 using test::MarchCase;
 
-constexpr std::uint32_t kSize = 96;
+constexpr std::uint32_t kMarchPictureSize = 96;
 
 LookStyle plainLook(double full_per_m) {
     LookStyle look;
@@ -121,12 +121,13 @@ TEST_P(MarchTest, AgreesWithTheReference) {
     DeformTables tables;
     if (v != 0.0) tables = deformTables(trunk.package.motion, {.v = v});
     const DeformTables* deformation = v != 0.0 ? &tables : nullptr;
-    const auto frame = c.frame(trunk.eyes, kSize, kSize, 2.0f);
+    const auto frame = c.frame(trunk.eyes, kMarchPictureSize, kMarchPictureSize, 2.0f);
     const auto reference = test::referenceLayer(c, frame, {.step_voxels = 0.1, .deformation = deformation});
     Workers workers(2);
     for (const auto& [step, bound_db] : {std::pair{2.0f, 40.0}, std::pair{0.25f, 50.0}}) {
-        const auto marched = test::marchLayer(c, workers, c.frame(trunk.eyes, kSize, kSize, step),
-                                              {.deformation = deformation});
+        const auto marched =
+            test::marchLayer(c, workers, c.frame(trunk.eyes, kMarchPictureSize, kMarchPictureSize, step),
+                             {.deformation = deformation});
         const auto d = distance(marched, reference);
         EXPECT_GE(d.psnr_db, bound_db) << step;
         if (step > 1.0f) continue;
@@ -150,7 +151,7 @@ TEST_P(MarchTest, IsTheSamePictureOnEveryPathAndAnyThreads) {
     DeformTables tables;
     if (v != 0.0) tables = deformTables(trunk.package.motion, {.v = v});
     const DeformTables* deformation = v != 0.0 ? &tables : nullptr;
-    const auto frame = c.frame(trunk.eyes, kSize, kSize, 2.0f);
+    const auto frame = c.frame(trunk.eyes, kMarchPictureSize, kMarchPictureSize, 2.0f);
     Workers one(1), three(3);
     const auto alone = test::marchLayer(c, one, frame, {.deformation = deformation});
     EXPECT_EQ(alone.colour, test::marchLayer(c, three, frame, {.deformation = deformation}).colour);
@@ -171,10 +172,11 @@ TEST_P(MarchTest, SkipsChangeTheWorkButNotThePicture) {
         bricks.see(c.grid, maker.tables(), maker.reach_m(), workers);
         c.brick_distance = leapDistances(bricks.seen());
     }
-    const auto frame = c.frame(trunk.eyes, kSize, kSize, 2.0f);
+    const auto frame = c.frame(trunk.eyes, kMarchPictureSize, kMarchPictureSize, 2.0f);
     // A plane across the body, 0.55 m before the eyes.
     const float near = frame.target.z, far = frame.target.w;
-    const std::vector<float> mesh(std::size_t(2) * kSize * kSize, near * (far / 0.55f - 1.0f) / (far - near));
+    const std::vector<float> mesh(std::size_t(2) * kMarchPictureSize * kMarchPictureSize,
+                                  near * (far / 0.55f - 1.0f) / (far - near));
     gpu::Counters all{}, other{};
     const auto run = [&](const Skips& skips, gpu::Counters& counted) {
         return test::marchLayer(

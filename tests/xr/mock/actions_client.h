@@ -7,6 +7,8 @@
 
 namespace mock_test {
 
+constexpr char kLeft[] = "/user/hand/left";
+constexpr char kRight[] = "/user/hand/right";
 constexpr char kSimple[] = "/interaction_profiles/khr/simple_controller";
 constexpr char kTouch[] = "/interaction_profiles/oculus/touch_controller";
 

@@ -7,9 +7,6 @@
 namespace mock_test {
 namespace {
 
-constexpr char kLeft[] = "/user/hand/left";
-constexpr char kRight[] = "/user/hand/right";
-
 class Automation : public Actions {
   protected:
     XrResult setActive(const char* user, bool active, const char* profile_path = kSimple) {

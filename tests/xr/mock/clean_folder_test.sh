@@ -10,7 +10,7 @@ mkdir "$folder/xr"
 cp -r "$source_dir/xr/mock" "$folder/xr/mock"
 cd "$folder"
 
-export CMAKE_BUILD_TYPE=Release XRMOCK_CLOCK=virtual
+export CMAKE_BUILD_TYPE=Debug XRMOCK_CLOCK=virtual
 if command -v ccache > /dev/null; then
     export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR=$folder CCACHE_NOHASHDIR=1
 fi

@@ -3,9 +3,13 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <thread>
 
 #include "xr/mock/loader_interface.h"
 
@@ -73,6 +77,18 @@ PFN_xrGetInstanceProcAddr runtimeEntry() {
     return negotiate(&loader, &request) == XR_SUCCESS ? request.getInstanceProcAddr : nullptr;
 }
 
+void waitUntilAsleep(const std::atomic<int>& thread) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (std::chrono::steady_clock::now() < deadline) {
+        std::ifstream in("/proc/self/task/" + std::to_string(thread.load()) + "/stat");
+        const std::string text{std::istreambuf_iterator<char>(in), {}};
+        const std::size_t name_end = text.rfind(") ");
+        if (name_end != std::string::npos && text.at(name_end + 2) == 'S') return;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    throw std::runtime_error("the thread does not sleep");
+}
+
 void MockTest::SetUp() {
     setVariable("XRMOCK_CLOCK", "virtual");
     setVariable("XRMOCK_CAPTURE", folder_.path().string());
@@ -106,8 +122,8 @@ void MockTest::setVariable(const std::string& name, const std::string& value) {
     variables_.push_back(name);
 }
 
-void MockTest::setScript(const std::string& json) {
-    std::ofstream(file("scenario.json")) << json;
+void MockTest::setScript(const std::string& text) {
+    std::ofstream(file("scenario.json")) << text;
     setVariable("XRMOCK_SCENARIO", file("scenario.json").string());
 }
 

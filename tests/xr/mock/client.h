@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -20,6 +21,10 @@
 #include "tests/support/temp_folder.h"
 
 namespace mock_test {
+
+// Returns once the thread of that number, set by the thread itself, sleeps in a call; throws
+// std::runtime_error when it does not within a minute.
+void waitUntilAsleep(const std::atomic<int>& thread);
 
 template <class Function>
 Function load(XrInstance instance, const char* name) {
@@ -40,6 +45,7 @@ Struct structOf(XrStructureType type) {
 PFN_xrGetInstanceProcAddr runtimeEntry();
 
 constexpr XrPosef kIdentity{{0, 0, 0, 1}, {0, 0, 0}};
+constexpr auto kStereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
 
 // What the runtime and the loader offer together.
 std::vector<std::string> offeredExtensions();
@@ -58,7 +64,7 @@ class MockTest : public testing::Test {
     void TearDown() override;
 
     void setVariable(const std::string& name, const std::string& value);
-    void setScript(const std::string& json);
+    void setScript(const std::string& text);
     std::filesystem::path file(const std::string& name) const { return folder_ / name; }
 
     XrResult tryInstance(const void* next = nullptr);  // xrCreateInstance

@@ -26,7 +26,7 @@ class Wire {
         address.sun_family = AF_UNIX;
         path.copy(address.sun_path, sizeof address.sun_path - 1);
         EXPECT_EQ(::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-        const timeval patience{20, 0};
+        const timeval patience{60, 0};
         ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     }
     ~Wire() { ::close(socket_); }
@@ -272,7 +272,7 @@ TEST_F(Control, ThePythonClientAsAModule) {
     startFrames();
     std::ofstream(file("script.py")) << R"(
 import sys, xrmock
-with xrmock.Client(sys.argv[1], connect_within_s=5) as mock:
+with xrmock.Client(sys.argv[1], connect_within_s=60, timeout_s=60) as mock:
     try:
         mock.wait(frame=10**9, timeout_s=0.1)
         sys.exit("not reached")

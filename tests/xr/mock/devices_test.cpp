@@ -10,8 +10,6 @@
 namespace mock_test {
 namespace {
 
-constexpr char kLeft[] = "/user/hand/left";
-constexpr char kRight[] = "/user/hand/right";
 constexpr XrTime kSecond = 1'000'000'000;
 
 class Devices : public Actions {
@@ -196,10 +194,10 @@ TEST_F(Devices, RecordedPosesMoveTheHand) {
 }
 
 TEST_F(Devices, BadOnesAreRefused) {
-    const auto refusal = [&](const std::string& json) {
-        setScript(R"({"version": 2, )" + json + "}");
+    const auto refusal = [&](const std::string& text) {
+        setScript(R"({"version": 2, )" + text + "}");
         testing::internal::CaptureStderr();
-        EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE) << json;
+        EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE) << text;
         const std::string output = testing::internal::GetCapturedStderr();
         const std::string start = "xrmock: " + file("scenario.json").string() + ": ";
         const std::size_t at = output.find(start);

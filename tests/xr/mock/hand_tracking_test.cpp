@@ -17,7 +17,7 @@ double dot(const Vec& a, const Vec& b) {
 double length(const Vec& v) {
     return std::sqrt(dot(v, v));
 }
-Vec cross(const Vec& a, const Vec& b) {
+Vec crossOf(const Vec& a, const Vec& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
@@ -169,7 +169,8 @@ TEST_F(HandTracking, TheFramesAreThoseOfTheExtension) {
             // +z of every joint points from the next joint to it, and the axes are right-handed.
             for (std::size_t finger = 0; finger < 5; ++finger) {
                 for (int joint = kRoots[finger]; joint <= kTips[finger]; ++joint) {
-                    EXPECT_NEAR(dot(cross(at.axis(joint, 0), at.axis(joint, 1)), at.axis(joint, 2)), 1, 1e-5);
+                    EXPECT_NEAR(dot(crossOf(at.axis(joint, 0), at.axis(joint, 1)), at.axis(joint, 2)), 1,
+                                1e-5);
                     if (joint == kTips[finger]) continue;
                     const Vec bone = minus(at.position(joint), at.position(joint + 1));
                     EXPECT_NEAR(dot(bone, at.axis(joint, 2)), length(bone), 1e-5) << joint;
@@ -286,7 +287,7 @@ TEST_F(HandTracking, VelocitiesAreThoseOfTheBaseSpace) {
     const Located turning = locate(hand, 1'500'000'000);
     const Vec arm =
         minus(turning.position(XR_HAND_JOINT_MIDDLE_TIP_EXT), turning.position(XR_HAND_JOINT_PALM_EXT));
-    const Vec expected = cross({0, 1.5707963, 0}, arm);
+    const Vec expected = crossOf({0, 1.5707963, 0}, arm);
     const XrHandJointVelocityEXT& tip = turning.velocities[XR_HAND_JOINT_MIDDLE_TIP_EXT];
     EXPECT_NEAR(tip.angularVelocity.y, 1.5707963, 1e-4);
     EXPECT_NEAR(tip.linearVelocity.x, expected[0], 1e-4);

@@ -143,7 +143,6 @@ TEST_F(Instance, DescribesOneStereoSystem) {
     EXPECT_GE(properties.graphicsProperties.maxLayerCount,
               std::uint32_t{XR_MIN_COMPOSITION_LAYERS_SUPPORTED});
 
-    constexpr auto kStereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
     std::uint32_t count = 0;
     std::array<XrViewConfigurationView, 2> views{};
     views.fill({XR_TYPE_VIEW_CONFIGURATION_VIEW, nullptr, 0, 0, 0, 0, 0, 0});

@@ -9,10 +9,10 @@ namespace {
 class Scenario : public MockTest {
   protected:
     // The one line on stderr, without the name of the file.
-    std::string refusal(const std::string& json) {
-        setScript(json);
+    std::string refusal(const std::string& text) {
+        setScript(text);
         testing::internal::CaptureStderr();
-        EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE) << json;
+        EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE) << text;
         std::string output = testing::internal::GetCapturedStderr();
         const std::string start = "xrmock: " + file("scenario.json").string() + ": ";
         const std::size_t found = output.find(start);

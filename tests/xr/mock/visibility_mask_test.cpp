@@ -8,7 +8,6 @@ namespace {
 constexpr auto kHidden = XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR;
 constexpr auto kVisible = XR_VISIBILITY_MASK_TYPE_VISIBLE_TRIANGLE_MESH_KHR;
 constexpr auto kLoop = XR_VISIBILITY_MASK_TYPE_LINE_LOOP_KHR;
-constexpr auto kStereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
 
 struct Mask {
     std::vector<XrVector2f> vertices;

@@ -5,25 +5,19 @@
 
 #include <cmath>
 
+#include "tests/app/modeller/build/made_tubes.h"
+
 namespace stylet::modeller {
 namespace {
 
 using patient::Grid;
 using patient::Index3;
+using test::box;
 
-Mask box(const Grid& grid, const Index3& low, const Index3& high) {
-    Mask mask(grid);
-    for (int z = low.z; z <= high.z; ++z)
-        for (int y = low.y; y <= high.y; ++y)
-            for (int x = low.x; x <= high.x; ++x)
-                mask[{x, y, z}] = 1;
-    return mask;
-}
-
-const Grid kGrid{Index3(40), patient::Vec3(0.002), patient::Vec3(0.0)};
+const Grid kBoxGrid{Index3(40), patient::Vec3(0.002), patient::Vec3(0.0)};
 
 TEST(Accuracy, TheSameIsPerfect) {
-    const Mask a = box(kGrid, Index3(10), Index3(19));
+    const Mask a = box(kBoxGrid, Index3(10), Index3(19));
     const Agreement same = compare(a, a);
     EXPECT_EQ(same.dice, 1.0);
     EXPECT_EQ(same.mean_surface_m, 0.0);
@@ -33,7 +27,7 @@ TEST(Accuracy, TheSameIsPerfect) {
 
 TEST(Accuracy, AShiftByTwoVoxels) {
     const Agreement shifted =
-        compare(box(kGrid, Index3(10), Index3(19)), box(kGrid, {12, 10, 10}, {21, 19, 19}));
+        compare(box(kBoxGrid, Index3(10), Index3(19)), box(kBoxGrid, {12, 10, 10}, {21, 19, 19}));
     EXPECT_NEAR(shifted.dice, 0.8, 1e-12);
     EXPECT_NEAR(shifted.hausdorff_m, 0.004, 1e-8);
     EXPECT_GT(shifted.mean_surface_m, 0.0);
@@ -43,7 +37,8 @@ TEST(Accuracy, AShiftByTwoVoxels) {
 // Every surface voxel of the inner box is 3 voxels from the outer one's surface; the outer one's corners are
 // 3 sqrt(3) from the inner one.
 TEST(Accuracy, ABoxInABox) {
-    const Agreement nested = compare(box(kGrid, Index3(8), Index3(27)), box(kGrid, Index3(11), Index3(24)));
+    const Agreement nested =
+        compare(box(kBoxGrid, Index3(8), Index3(27)), box(kBoxGrid, Index3(11), Index3(24)));
     EXPECT_NEAR(nested.dice, 2.0 * 14 * 14 * 14 / (20.0 * 20 * 20 + 14.0 * 14 * 14), 1e-12);
     EXPECT_NEAR(nested.hausdorff_m, 0.006 * std::sqrt(3.0), 1e-7);
     EXPECT_GE(nested.mean_surface_m, 0.006 - 1e-8);
@@ -51,17 +46,17 @@ TEST(Accuracy, ABoxInABox) {
 
 // Only the moved face is looked at: each of its voxels is two from the other's.
 TEST(Accuracy, AMeanOfItsOwnWhereItIsAskedFor) {
-    const Mask a = box(kGrid, Index3(10), Index3(19)), b = box(kGrid, Index3(10), {21, 19, 19});
-    EXPECT_NEAR(compare(a, b, box(kGrid, {19, 13, 13}, {21, 16, 16})).mean_surface_there_m, 0.004, 1e-8);
-    EXPECT_EQ(compare(a, b, box(kGrid, {10, 13, 13}, {11, 16, 16})).mean_surface_there_m, 0.0);
-    EXPECT_TRUE(std::isnan(compare(a, b, box(kGrid, Index3(30), Index3(32))).mean_surface_there_m));
+    const Mask a = box(kBoxGrid, Index3(10), Index3(19)), b = box(kBoxGrid, Index3(10), {21, 19, 19});
+    EXPECT_NEAR(compare(a, b, box(kBoxGrid, {19, 13, 13}, {21, 16, 16})).mean_surface_there_m, 0.004, 1e-8);
+    EXPECT_EQ(compare(a, b, box(kBoxGrid, {10, 13, 13}, {11, 16, 16})).mean_surface_there_m, 0.0);
+    EXPECT_TRUE(std::isnan(compare(a, b, box(kBoxGrid, Index3(30), Index3(32))).mean_surface_there_m));
 }
 
 TEST(Accuracy, NothingFoundIsInfinitelyFar) {
-    const Agreement none = compare(box(kGrid, Index3(10), Index3(19)), Mask(kGrid));
+    const Agreement none = compare(box(kBoxGrid, Index3(10), Index3(19)), Mask(kBoxGrid));
     EXPECT_EQ(none.dice, 0.0);
     EXPECT_TRUE(std::isinf(none.mean_surface_m));
-    EXPECT_EQ(compare(Mask(kGrid), Mask(kGrid)).dice, 1.0);
+    EXPECT_EQ(compare(Mask(kBoxGrid), Mask(kBoxGrid)).dice, 1.0);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ std::string written() {
     return writeClasses({{-105.0, 9.0, 0.3}, {60.0, 9.0, 0.4}, {180.0, 12.0, 0.1}, {400.0, 90.0, 0.05}},
                         kMade);
 }
-std::string refusal(const std::string& text) {
+std::string classesRefusal(const std::string& text) {
     try {
         parseClasses(text);
     } catch (const ImportError& e) {
@@ -34,13 +34,13 @@ TEST(Classes, ThresholdsAreReadAsWritten) {
 }
 
 TEST(Classes, WhatIsNoThresholdIsNamed) {
-    EXPECT_NE(refusal("").find("classes.json: "), std::string::npos);
-    EXPECT_NE(refusal("[]").find("classes.json: "), std::string::npos);
-    EXPECT_NE(refusal(with("\"t1\"", "\"t9\"")).find("t1"), std::string::npos);
-    EXPECT_NE(refusal(with("160.0", "\"hard\"")).find("classes.json: "), std::string::npos);
-    EXPECT_NE(refusal(with("160.0", "1e300")).find("t2_sensitive is no CT value"), std::string::npos);
-    EXPECT_NE(refusal(with("160.0", "-900")).find("does not hold"), std::string::npos);
-    EXPECT_NE(refusal(with("240.0", "150")).find("does not hold"), std::string::npos);
+    EXPECT_NE(classesRefusal("").find("classes.json: "), std::string::npos);
+    EXPECT_NE(classesRefusal("[]").find("classes.json: "), std::string::npos);
+    EXPECT_NE(classesRefusal(with("\"t1\"", "\"t9\"")).find("t1"), std::string::npos);
+    EXPECT_NE(classesRefusal(with("160.0", "\"hard\"")).find("classes.json: "), std::string::npos);
+    EXPECT_NE(classesRefusal(with("160.0", "1e300")).find("t2_sensitive is no CT value"), std::string::npos);
+    EXPECT_NE(classesRefusal(with("160.0", "-900")).find("does not hold"), std::string::npos);
+    EXPECT_NE(classesRefusal(with("240.0", "150")).find("does not hold"), std::string::npos);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ FasciaSpline tube(double radius_m) {
     return s;
 }
 
-std::string refusal(const std::string& text) {
+std::string fasciaRefusal(const std::string& text) {
     try {
         parseFascia("f.txt", text);
     } catch (const ImportError& e) {
@@ -79,21 +79,24 @@ TEST(FasciaSpline, BadTextIsRefusedByLineAndField) {
     const std::string head =
         "stylet-fascia 1\naxis_mm 0 0\nh_begin_mm 0\nh_step_mm 15\naround 4\nlevels 4 # rows\n";
     const std::string rows = "row 0 80 80 80 80\nrow 1 80 80 80 80\nrow 2 80 80 80 80\nrow 3 80 80 80 80\n";
-    EXPECT_EQ(refusal(head + rows), "");
-    EXPECT_EQ(refusal(""), "f.txt: line 1: stylet-fascia is missing");
-    EXPECT_EQ(refusal("stylet-fascia 2\n"), "f.txt: line 1: stylet-fascia: this version is not known");
-    EXPECT_EQ(refusal("stylet-fascia 1\naxis_mm 0\n"), "f.txt: line 2: axis_mm needs 2 numbers, not 1");
-    EXPECT_EQ(refusal("stylet-fascia 1\naxis_mm 0 x\n"), "f.txt: line 2: axis_mm \"x\" is not a number");
-    EXPECT_EQ(refusal("stylet-fascia 1\naxis_mm 0 nan\n"),
+    EXPECT_EQ(fasciaRefusal(head + rows), "");
+    EXPECT_EQ(fasciaRefusal(""), "f.txt: line 1: stylet-fascia is missing");
+    EXPECT_EQ(fasciaRefusal("stylet-fascia 2\n"), "f.txt: line 1: stylet-fascia: this version is not known");
+    EXPECT_EQ(fasciaRefusal("stylet-fascia 1\naxis_mm 0\n"), "f.txt: line 2: axis_mm needs 2 numbers, not 1");
+    EXPECT_EQ(fasciaRefusal("stylet-fascia 1\naxis_mm 0 x\n"),
+              "f.txt: line 2: axis_mm \"x\" is not a number");
+    EXPECT_EQ(fasciaRefusal("stylet-fascia 1\naxis_mm 0 nan\n"),
               "f.txt: line 2: axis_mm must be from -10000 to 10000");
-    EXPECT_EQ(refusal("stylet-fascia 1\naxis_mm 0 0\nh_begin_mm 0\nh_step_mm 15\naround 4.5\n"),
+    EXPECT_EQ(fasciaRefusal("stylet-fascia 1\naxis_mm 0 0\nh_begin_mm 0\nh_step_mm 15\naround 4.5\n"),
               "f.txt: line 5: around is not a whole number");
-    EXPECT_EQ(refusal(head + "row 0 80 80 80\n"), "f.txt: line 7: row 0 needs 4 radii, not 3");
-    EXPECT_EQ(refusal(head + "row 0 80 80 -3 80\n"), "f.txt: line 7: row 0, radius 2 must be from 1 to 1000");
-    EXPECT_EQ(refusal(head + "row 1 80 80 80 80\n"), "f.txt: line 7: row 0 was expected");
-    EXPECT_EQ(refusal(head + rows + "row 4 1 1 1 1\n"), "f.txt: line 11: nothing may follow the last row");
-    EXPECT_EQ(refusal(head + "row 0 80 80 80 80\n"), "f.txt: line 8: row 1 is missing");
-    EXPECT_NE(refusal(std::string(1000, '\xff')), "");
+    EXPECT_EQ(fasciaRefusal(head + "row 0 80 80 80\n"), "f.txt: line 7: row 0 needs 4 radii, not 3");
+    EXPECT_EQ(fasciaRefusal(head + "row 0 80 80 -3 80\n"),
+              "f.txt: line 7: row 0, radius 2 must be from 1 to 1000");
+    EXPECT_EQ(fasciaRefusal(head + "row 1 80 80 80 80\n"), "f.txt: line 7: row 0 was expected");
+    EXPECT_EQ(fasciaRefusal(head + rows + "row 4 1 1 1 1\n"),
+              "f.txt: line 11: nothing may follow the last row");
+    EXPECT_EQ(fasciaRefusal(head + "row 0 80 80 80 80\n"), "f.txt: line 8: row 1 is missing");
+    EXPECT_NE(fasciaRefusal(std::string(1000, '\xff')), "");
 }
 
 // From the axis no way over faces leads out past the fascia, the ribs' own voxels aside.

@@ -18,15 +18,16 @@ using patient::Vec3;
 using patient::synth::Id;
 
 // Fat, 60 x 60 x 50 voxels of 3 mm, with a ball of liver in its middle.
-constexpr double kRadius_m = 0.050;
-const Vec3 kMiddle(0.09, 0.09, 0.075);
+constexpr double kLiverRadius_m = 0.050;
+const Vec3 kLiverMiddle(0.09, 0.09, 0.075);
 
 CtVolume fatWithALiver() {
     CtVolume ct({Index3(60, 60, 50), Vec3(0.003), Vec3(0.0)}, -100);
     for (int z = 0; z < 50; ++z)
         for (int y = 0; y < 60; ++y)
             for (int x = 0; x < 60; ++x)
-                if (glm::length(ct.grid.centre({x, y, z}) - kMiddle) < kRadius_m) ct[{x, y, z}] = 110;
+                if (glm::length(ct.grid.centre({x, y, z}) - kLiverMiddle) < kLiverRadius_m)
+                    ct[{x, y, z}] = 110;
     return ct;
 }
 
@@ -53,19 +54,19 @@ TEST(Liver, WithoutAnAtlasIsTheLargestThickOrgan) {
 TEST(Liver, HoldsItsVesselsAndTumoursButNotWhatHangsOnIt) {
     CtVolume ct = fatWithALiver();
     const double whole_ml = volume_ml(found(ct).mask);
-    paintBall(ct, kMiddle + Vec3(0.015, 0, 0), 0.009, 60);    // within
-    paintBall(ct, kMiddle + Vec3(0, 0, -0.020), 0.005, 190);  // a vessel
-    paintBall(ct, kMiddle + Vec3(-0.036, 0, 0), 0.014, 65);   // at the surface, cut to it
+    paintBall(ct, kLiverMiddle + Vec3(0.015, 0, 0), 0.009, 60);    // within
+    paintBall(ct, kLiverMiddle + Vec3(0, 0, -0.020), 0.005, 190);  // a vessel
+    paintBall(ct, kLiverMiddle + Vec3(-0.036, 0, 0), 0.014, 65);   // at the surface, cut to it
     for (const double y_m : {0.054, 0.060, 0.066, 0.072})
-        paintBall(ct, kMiddle + Vec3(0, y_m, 0), 0.0055, 110);  // as bright, and it touches
+        paintBall(ct, kLiverMiddle + Vec3(0, y_m, 0), 0.0055, 110);  // as bright, and it touches
     const CtVolume round = fatWithALiver();
     for (std::size_t i = 0; i < ct.voxels.size(); ++i)
         if (round.voxels[i] == -100 && ct.voxels[i] == 65) ct.voxels[i] = -100;
     const Liver liver = found(ct);
     EXPECT_NEAR(volume_ml(liver.mask), whole_ml, 0.03 * whole_ml);
     for (const Vec3& at : {Vec3(0.015, 0, 0), Vec3(0, 0, -0.020), Vec3(-0.036, 0, 0)})
-        EXPECT_EQ(liver.mask.nearestOr(kMiddle + at, 0), 1) << at.x;
-    EXPECT_EQ(liver.mask.nearestOr(kMiddle + Vec3(0, 0.072, 0), 0), 0);
+        EXPECT_EQ(liver.mask.nearestOr(kLiverMiddle + at, 0), 1) << at.x;
+    EXPECT_EQ(liver.mask.nearestOr(kLiverMiddle + Vec3(0, 0.072, 0), 0), 0);
 }
 
 TEST(Liver, ThatIsNotThereIsSaid) {
@@ -74,7 +75,7 @@ TEST(Liver, ThatIsNotThereIsSaid) {
     Liver liver = found(ct);
     EXPECT_EQ(countOf(liver.mask), 0u);
     EXPECT_EQ(liver.notes.back(), "no liver: nothing in the scan is like one where it should lie");
-    paintBall(ct, kMiddle, 0.026, 110);
+    paintBall(ct, kLiverMiddle, 0.026, 110);
     liver = found(ct);
     EXPECT_EQ(countOf(liver.mask), 0u);
 }
@@ -87,7 +88,8 @@ TEST(LiverBorder, MovesToWhereTheTwoSidesMeet) {
         for (int z = 0; z < 50; ++z)
             for (int y = 0; y < 60; ++y)
                 for (int x = 0; x < 60; ++x)
-                    first[{x, y, z}] = glm::length(ct.grid.centre({x, y, z}) - kMiddle) < kRadius_m + off_m;
+                    first[{x, y, z}] =
+                        glm::length(ct.grid.centre({x, y, z}) - kLiverMiddle) < kLiverRadius_m + off_m;
         const Mask liver = refineLiver(ct, open, first, {110.0f, 5.0f}, 0.008);
         EXPECT_NEAR(volume_ml(liver), 523.6, 16.0) << off_m;
     }
@@ -125,17 +127,17 @@ TEST(LiverNeighbours, ALumpThatEndsInWhatIsAlikeIsNoLobe) {
     for (int z = 0; z < 50; ++z)
         for (int y = 0; y < 60; ++y)
             for (int x = 0; x < 70; ++x) {
-                const Vec3 from = liver.grid.centre({x, y, z}) - kMiddle;
+                const Vec3 from = liver.grid.centre({x, y, z}) - kLiverMiddle;
                 const bool lump = std::hypot(from.y, from.z) < 0.012 && from.x > 0.0;
                 const bool lobe = std::hypot(from.x, from.z) < 0.012 && from.y > 0.0;
-                liver[{x, y, z}] =
-                    glm::length(from) < kRadius_m || (lump && from.x < 0.070) || (lobe && from.y < 0.075);
+                liver[{x, y, z}] = glm::length(from) < kLiverRadius_m || (lump && from.x < 0.070) ||
+                                   (lobe && from.y < 0.075);
                 alike[{x, y, z}] = lump && from.x >= 0.070;
             }
     const Mask lumps = endlessLumps(liver, alike, 0.015);
-    EXPECT_EQ(lumps.nearestOr(kMiddle + Vec3(0.062, 0, 0), 0), 1);
-    EXPECT_EQ(lumps.nearestOr(kMiddle + Vec3(0.045, 0, 0), 0), 0);
-    EXPECT_EQ(lumps.nearestOr(kMiddle + Vec3(0, 0.062, 0), 0), 0);
+    EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0.062, 0, 0), 0), 1);
+    EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0.045, 0, 0), 0), 0);
+    EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0, 0.062, 0), 0), 0);
     EXPECT_EQ(countOf(endlessLumps(liver, Mask(liver.grid), 0.015)), 0u);
 }
 

@@ -1,4 +1,4 @@
-// Small volumes with tubes, plates and balls of known size, for the filters that look for them.
+// Small volumes with boxes, tubes, plates and balls of known size, for the filters that look for them.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +10,17 @@ namespace stylet::test {
 
 inline patient::Grid cube(int side) {
     return {patient::Index3(side), patient::Vec3(0.001), patient::Vec3(0.0)};
+}
+
+// The voxels from `low` to `high`, both among them.
+inline modeller::Mask box(const patient::Grid& grid, const patient::Index3& low,
+                          const patient::Index3& high) {
+    modeller::Mask mask(grid);
+    for (int z = low.z; z <= high.z; ++z)
+        for (int y = low.y; y <= high.y; ++y)
+            for (int x = low.x; x <= high.x; ++x)
+                mask[{x, y, z}] = 1;
+    return mask;
 }
 
 // Metres from a point to the segment a - b.

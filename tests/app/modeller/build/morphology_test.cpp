@@ -2,41 +2,32 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/app/modeller/build/made_tubes.h"
+
 namespace stylet::modeller {
 namespace {
 
 using patient::Grid;
 using patient::Index3;
 using patient::LabelVolume;
-
-Grid grid(int n) {
-    return {Index3(n), patient::Vec3(0.001), patient::Vec3(0.0)};
-}
-
-Mask box(const Grid& g, const Index3& low, const Index3& high) {
-    Mask m(g);
-    for (int z = low.z; z <= high.z; ++z)
-        for (int y = low.y; y <= high.y; ++y)
-            for (int x = low.x; x <= high.x; ++x)
-                m[{x, y, z}] = 1;
-    return m;
-}
+using test::box;
+using test::cube;
 
 TEST(Morphology, AVoxelGrowsToABall) {
-    const Mask m = box(grid(21), Index3(10), Index3(10));
+    const Mask m = box(cube(21), Index3(10), Index3(10));
     EXPECT_EQ(countOf(dilated(m, 0.001)), 7u);
     EXPECT_EQ(countOf(dilated(m, 0.002)), 33u);
     EXPECT_EQ(countOf(eroded(dilated(m, 0.003), 0.003)), 1u);
 }
 
 TEST(Morphology, TheBorderDoesNotErode) {
-    const Mask m = box(grid(10), Index3(0), Index3(9, 9, 4));
+    const Mask m = box(cube(10), Index3(0), Index3(9, 9, 4));
     EXPECT_EQ(countOf(eroded(m, 0.001)), 400u);
     EXPECT_EQ(closed(m, 0.003).voxels, m.voxels);
 }
 
 TEST(Morphology, OpeningCutsABridgeAndClosingMendsAGap) {
-    const Grid g = grid(30);
+    const Grid g = cube(30);
     const Mask blocks = either(box(g, {2, 2, 2}, {12, 12, 12}), box(g, {16, 2, 2}, {26, 12, 12}));
     const Mask joined = either(blocks, box(g, {13, 7, 7}, {15, 7, 7}));
     EXPECT_EQ(piecesOf(joined).count(), 1);
@@ -45,14 +36,14 @@ TEST(Morphology, OpeningCutsABridgeAndClosingMendsAGap) {
 }
 
 TEST(Morphology, CornersTouchWhereFacesDoNot) {
-    const Grid g = grid(5);
+    const Grid g = cube(5);
     const Mask m = either(box(g, Index3(1), Index3(1)), box(g, Index3(2), Index3(2)));
     EXPECT_EQ(piecesOf(m, Touch::faces).count(), 2);
     EXPECT_EQ(piecesOf(m, Touch::corners).count(), 1);
 }
 
 TEST(Morphology, SmallPiecesGoAndCavitiesFill) {
-    const Grid g = grid(20);
+    const Grid g = cube(20);
     Mask m = box(g, Index3(2), Index3(12));
     m[{7, 7, 7}] = 0;
     m[{17, 17, 17}] = 1;
@@ -75,7 +66,7 @@ TEST(Morphology, TheNearerSeedTakesAVoxelWithinItsSteps) {
 }
 
 TEST(Morphology, NothingStaysNothing) {
-    const Mask none(grid(4));
+    const Mask none(cube(4));
     EXPECT_EQ(countOf(closed(none, 0.002)), 0u);
     EXPECT_TRUE(boxOf(none).empty());
     EXPECT_EQ(piecesOf(none).largest(), 0);

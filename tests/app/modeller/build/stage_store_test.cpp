@@ -18,28 +18,28 @@ using patient::CtVolume;
 using patient::Grid;
 using patient::LabelVolume;
 
-const Grid kGrid{{12, 10, 8}, patient::Vec3(0.002), patient::Vec3(-0.01, 0.0, 0.03)};
+const Grid kStageGrid{{12, 10, 8}, patient::Vec3(0.002), patient::Vec3(-0.01, 0.0, 0.03)};
 
 struct StageStoreTest : testing::Test {
     void SetUp() override {
         result.labels[{3, 4, 5}] = 18;
         result.text = "r 12\n";
         result.record = {0xfedcba9876543210u, 1.5, false, {"a note", "another"}};
-        store.keep(7, "liver", result, CtVolume(kGrid), targetTable(), "points.txt");
+        store.keep(7, "liver", result, CtVolume(kStageGrid), targetTable(), "points.txt");
     }
     fs::path folder() const { return store.folderOf(7, "liver"); }
-    std::optional<StageResult> load() const { return store.load(7, "liver", kGrid, "points.txt"); }
+    std::optional<StageResult> load() const { return store.load(7, "liver", kStageGrid, "points.txt"); }
 
     test::TempFolder temp;
     StageStore store{temp.path() / "stages"};
-    StageResult result{.labels = LabelVolume(kGrid), .text = {}, .record = {}};
+    StageResult result{.labels = LabelVolume(kStageGrid), .text = {}, .record = {}};
 };
 
 TEST_F(StageStoreTest, ComesBackAsItWas) {
     const auto again = load();
     ASSERT_TRUE(again);
     EXPECT_EQ(again->labels.voxels, result.labels.voxels);
-    EXPECT_EQ(again->labels.grid, kGrid);
+    EXPECT_EQ(again->labels.grid, kStageGrid);
     EXPECT_EQ(again->text, result.text);
     EXPECT_FALSE(again->text_edited);
     EXPECT_EQ(again->record.key, result.record.key);
@@ -55,7 +55,7 @@ TEST_F(StageStoreTest, ComesBackAsItWas) {
 TEST_F(StageStoreTest, WithoutItsRecordItIsNotFinished) {
     fs::remove(folder() / "stage.json");
     EXPECT_FALSE(load());
-    EXPECT_FALSE(store.load(8, "vessels", kGrid, ""));
+    EXPECT_FALSE(store.load(8, "vessels", kStageGrid, ""));
 }
 
 TEST_F(StageStoreTest, LabelsThatAPersonChangedAreHis) {
@@ -79,7 +79,7 @@ TEST_F(StageStoreTest, AnEditedTextIsNoticed) {
 
 // HZ-TEACH-07
 TEST_F(StageStoreTest, OnAnotherGridOnlyAPersonsTextIsLeft) {
-    const patient::Grid finer{kGrid.dims * 2, kGrid.spacing_m * 0.5, kGrid.origin_m};
+    const patient::Grid finer{kStageGrid.dims * 2, kStageGrid.spacing_m * 0.5, kStageGrid.origin_m};
     EXPECT_FALSE(store.load(7, "liver", finer, "points.txt"));
     std::ofstream(folder() / "points.txt") << "r 13\n";
     const auto again = store.load(7, "liver", finer, "points.txt");
@@ -111,7 +111,7 @@ TEST_F(StageStoreTest, DamageIsNamed) {
         std::ofstream(folder() / "stage.json") << text;
         EXPECT_NE(why().find("stage.json: file: is damaged"), std::string::npos) << text << ": " << why();
     }
-    store.keep(7, "liver", result, CtVolume(kGrid), targetTable(), "points.txt");
+    store.keep(7, "liver", result, CtVolume(kStageGrid), targetTable(), "points.txt");
     patient::writeNifti(folder() / "labels.nii.gz", LabelVolume({{2, 2, 2}, patient::Vec3(0.002), {}}));
     EXPECT_NE(why().find("labels.nii.gz: dim:"), std::string::npos) << why();
 }

@@ -12,7 +12,7 @@ using patient::Vec3;
 using test::cube;
 
 constexpr int kSide = 41;
-const Vec3 kMiddle(0.020);
+const Vec3 kTubeMiddle(0.020);
 constexpr double kContrast = 100.0;
 
 // The share of each voxel that `distance` is within `radius_m` of, in steps of a fifth of a voxel.
@@ -23,8 +23,9 @@ FloatVolume painted(double radius_m, const Distance& distance) {
     for (int z = 0; z < kSide; ++z)
         for (int y = 0; y < kSide; ++y)
             for (int x = 0; x < kSide; ++x, ++o)
-                v.voxels[o] = float(
-                    kContrast * test::covered(distance(v.grid.centre({x, y, z}) - kMiddle), radius_m, 0.001));
+                v.voxels[o] =
+                    float(kContrast *
+                          test::covered(distance(v.grid.centre({x, y, z}) - kTubeMiddle), radius_m, 0.001));
     return v;
 }
 

@@ -7,14 +7,15 @@
 namespace stylet::trainer {
 namespace {
 
-constexpr std::uint32_t kPixels = 100;
+constexpr std::uint32_t kBeneathPixels = 100;
 
 // An eye at the origin that looks along -z through a square of tangent 1, its picture grey and clear in a
 // rectangle; 2 m before it a screen of 2 m x 1 m: half of the picture's width, a quarter of its height.
 EyeGiven eyeBefore(bool facing) {
     EyeGiven eye;
-    eye.image = {kPixels, kPixels, std::vector<std::uint8_t>(4 * kPixels * kPixels, 50)};
-    for (std::size_t i = 0; i < kPixels * kPixels; ++i)
+    eye.image = {kBeneathPixels, kBeneathPixels,
+                 std::vector<std::uint8_t>(4 * kBeneathPixels * kBeneathPixels, 50)};
+    for (std::size_t i = 0; i < kBeneathPixels * kBeneathPixels; ++i)
         eye.image.rgba[4 * i + 3] = 255;
     const float angle = float(std::atan(1.0));
     eye.view = {{}, -angle, angle, angle, -angle};
@@ -30,8 +31,8 @@ void clear(EyeGiven& eye) {
 // Four pixels: red, green; blue, white.
 const render::Image kScreen{2, 2, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 255}};
 
-std::array<int, 3> at(const EyeGiven& eye, int x, int y) {
-    const std::uint8_t* p = &eye.image.rgba[std::size_t(4 * (y * int(kPixels) + x))];
+std::array<int, 3> colourAt(const EyeGiven& eye, int x, int y) {
+    const std::uint8_t* p = &eye.image.rgba[std::size_t(4 * (y * int(kBeneathPixels) + x))];
     return {p[0], p[1], p[2]};
 }
 
@@ -39,22 +40,22 @@ TEST(ScreensBeneath, TheScreenStandsWhereTheEyeSeesItAndNowhereElse) {
     EyeGiven eye = eyeBefore(true);
     clear(eye);
     showBeneath(eye, {&kScreen, nullptr, nullptr});
-    EXPECT_EQ(at(eye, 26, 39), (std::array{255, 0, 0}));
-    EXPECT_EQ(at(eye, 73, 39), (std::array{0, 255, 0}));
-    EXPECT_EQ(at(eye, 26, 61), (std::array{0, 0, 255}));
-    EXPECT_EQ(at(eye, 73, 61), (std::array{255, 255, 255}));
+    EXPECT_EQ(colourAt(eye, 26, 39), (std::array{255, 0, 0}));
+    EXPECT_EQ(colourAt(eye, 73, 39), (std::array{0, 255, 0}));
+    EXPECT_EQ(colourAt(eye, 26, 61), (std::array{0, 0, 255}));
+    EXPECT_EQ(colourAt(eye, 73, 61), (std::array{255, 255, 255}));
     for (const auto& [x, y] : {std::pair{24, 50}, {75, 50}, {50, 36}, {50, 63}})
-        EXPECT_EQ(at(eye, x, y), (std::array{0, 0, 0})) << x << ", " << y;
+        EXPECT_EQ(colourAt(eye, x, y), (std::array{0, 0, 0})) << x << ", " << y;
 }
 
 TEST(ScreensBeneath, WhatIsDrawnOverItStaysAndABackIsNoScreen) {
     EyeGiven drawn = eyeBefore(true);
     showBeneath(drawn, {&kScreen, nullptr, nullptr});
-    EXPECT_EQ(at(drawn, 50, 50), (std::array{50, 50, 50}));
+    EXPECT_EQ(colourAt(drawn, 50, 50), (std::array{50, 50, 50}));
     EyeGiven behind = eyeBefore(false);
     clear(behind);
     showBeneath(behind, {&kScreen, nullptr, nullptr});
-    EXPECT_EQ(at(behind, 30, 45), (std::array{0, 0, 0}));
+    EXPECT_EQ(colourAt(behind, 30, 45), (std::array{0, 0, 0}));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/support/bridge_emulator.h"
+#include "tests/support/constants.h"
 
 namespace stylet::haptics::bridge {
 namespace {
@@ -14,8 +15,8 @@ namespace {
 using test::BridgeEmulator;
 using test::BridgeFault;
 using test::BridgeScript;
+using test::kTick_ns;
 
-constexpr std::int64_t kTick_ns = 1'000'000;
 constexpr std::int64_t kStart_ns = 5'000'000'000;
 
 // Link and emulator on a virtual clock. As the driver does, forces are zero until the link says that the

@@ -8,19 +8,20 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <thread>
 #include <vector>
 
 #include "haptics/devices/bridge.h"
 #include "tests/support/bridge_simulated.h"
+#include "tests/support/constants.h"
+#include "tests/support/stepped_clock.h"
 #include "tests/support/temp_folder.h"
-#include "tests/support/wall_clock.h"
+#include "tests/support/wait_until.h"
 
 namespace stylet::haptics::bridge {
 namespace {
 
-constexpr std::int64_t kTick_ns = 1'000'000;
+using test::kTick_ns;
 
 struct ServoRun {
     Vec3 tick() {
@@ -171,104 +172,97 @@ TEST(BridgeSession, TakesFramesInPiecesAndIgnoresRepeats) {
     EXPECT_EQ(talk.out.size(), 256u + 2 * 96u);
 }
 
-// serve() on a thread, with the driver as its trainer.
+// serve() on a thread, with the driver as its trainer and the device's servo on the test's thread. The clock
+// stands still while serve() answers, so that a stall of the machine is no silence of either side.
 class BridgeServe : public testing::Test {
   protected:
-    void SetUp() override { start(); }
-    void TearDown() override { finish(); }
-    void start() {
-        stop.store(false);
+    void SetUp() override {
         thread = std::thread([this] { why = serve(sdk, path, stop); });
-        waitFor([this] { return std::filesystem::exists(path) && sdk.ticks() > 0; });
+        ASSERT_TRUE(test::waitUntil([this] { return sdk.running(); }));
+        tick();
     }
+    void TearDown() override { finish(); }
     std::string finish() {
         stop.store(true);
         if (thread.joinable()) thread.join();
         return why;
     }
-    static bool waitFor(const std::function<bool()>& what) {
-        for (int i = 0; i < 3000 && !what(); ++i)
-            usleep(1000);
-        return what();
+    bool tick() { return sdk.tick(time.now_ns += kTick_ns); }
+    // A tick of the servo, then an exchange.
+    DeviceStage exchange(BridgeDriver& driver, const Vec3& force_n = Vec3(0.0)) {
+        tick();
+        state.fresh = 0;
+        return driver.exchange(force_n, state, reason);
     }
     // Exchanges until the force arrives at the motors.
     void press(BridgeDriver& driver) {
-        std::string reason;
-        DeviceState state;
-        for (int i = 0; i < 200 && sdk.motor_n() == 0.0; ++i) {
-            DeviceStage stage = driver.exchange({0.0, 0.0, pressing ? 1.0 : 0.0}, state, reason);
-            // On a busy machine 15 ms of silence come about by themselves.
-            while (stage == DeviceStage::failed && reason == describe(LinkFault::silent))
-                stage = driver.open(reason);
+        DeviceStage stage = DeviceStage::opening;
+        for (int i = 0; i < 10 && sdk.motor_n() == 0.0; ++i) {
+            stage = exchange(driver, {0.0, 0.0, stage == DeviceStage::ready ? 1.0 : 0.0});
             ASSERT_NE(stage, DeviceStage::failed) << reason;
-            pressing = stage == DeviceStage::ready;
-            usleep(1000);
         }
         ASSERT_EQ(sdk.motor_n(), 1.0);
     }
 
     test::TempFolder folder;
     std::string path = folder / "bridge.sock";
-    test::SimulatedSdk sdk;
+    test::SteppedClock time;
+    test::SimulatedSdk sdk{test::SimulatedSdk::Ticks::test};
     std::atomic<bool> stop{false};
-    std::string why;
+    DeviceState state;
+    std::string why, reason;  // of serve(), of the driver
     std::thread thread;
-    bool pressing = false;
 };
 
 TEST_F(BridgeServe, TheDriverReadsWhatTheSdkReads) {
-    BridgeDriver driver(test::kWallClock, {.socket_path = path});
-    ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
+    BridgeDriver driver(time.clock(), {.socket_path = path});
+    ASSERT_EQ(driver.open(reason), DeviceStage::opening) << reason;
     EXPECT_STREQ(driver.profile().name, "simulated Touch");
     EXPECT_EQ(driver.profile().stiffness_n_per_m, 400.0);
     press(driver);
-    DeviceState state;
-    std::string reason;
-    ASSERT_NE(driver.exchange({0.0, 0.0, 1.0}, state, reason), DeviceStage::failed) << reason;
+    ASSERT_EQ(exchange(driver, {0.0, 0.0, 1.0}), DeviceStage::ready) << reason;
+    EXPECT_EQ(state.fresh, 1u);
     const Vec3 p = state.device_from_stylus.position_m;
     EXPECT_NEAR(std::hypot(p.x, p.y), 0.02, 1e-9);
 }
 
 // HZ-FORCE-14
 TEST_F(BridgeServe, AClosedTrainerAndASilentOneEndInZeroForce) {
-    BridgeDriver driver(test::kWallClock, {.socket_path = path});
-    ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
+    BridgeDriver driver(time.clock(), {.socket_path = path});
+    ASSERT_EQ(driver.open(reason), DeviceStage::opening) << reason;
     press(driver);
     driver.close();
-    EXPECT_TRUE(waitFor([this] { return sdk.motor_n() == 0.0; }));
+    // With the time standing still it is the farewell that ends the force, and not the watchdog.
+    EXPECT_TRUE(test::waitUntil([this] { return sdk.tick(time.now_ns) && sdk.motor_n() == 0.0; }));
 
-    pressing = false;
-    ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
+    ASSERT_TRUE(test::waitUntil([&] { return driver.open(reason) == DeviceStage::opening; })) << reason;
     press(driver);
-    const std::int64_t spoke_ns = monotonic_ns();  // and not a word more
-    ASSERT_TRUE(waitFor([this] { return sdk.motor_n() == 0.0; }));
-    EXPECT_LE(sdk.last_force_ns() - spoke_ns, kSilent_ns);
-    DeviceState state;
-    std::string reason;
-    EXPECT_EQ(driver.exchange({0.0, 0.0, 1.0}, state, reason), DeviceStage::opening);
+    const std::int64_t spoke_ns = time.now_ns;  // and not a word more
+    for (int i = 0; i < 100; ++i)
+        tick();
+    EXPECT_EQ(sdk.motor_n(), 0.0);
+    EXPECT_EQ(sdk.last_force_ns() - spoke_ns, kSilent_ns);
+    EXPECT_EQ(exchange(driver, {0.0, 0.0, 1.0}), DeviceStage::opening);
     EXPECT_EQ(reason, "the bridge's watchdog took the force");
     EXPECT_EQ(state.flags, kDeviceHandOn);
 }
 
 TEST_F(BridgeServe, AnUnpluggedDeviceIsNamed) {
-    BridgeDriver driver(test::kWallClock, {.socket_path = path});
-    ASSERT_EQ(driver.open(why), DeviceStage::opening) << why;
+    BridgeDriver driver(time.clock(), {.socket_path = path});
+    ASSERT_EQ(driver.open(reason), DeviceStage::opening) << reason;
     press(driver);
     sdk.unplug();
+    EXPECT_FALSE(tick());
     thread.join();
     EXPECT_EQ(why, "the device was unplugged");
-    DeviceState state;
-    std::string reason;
     EXPECT_EQ(driver.exchange({}, state, reason), DeviceStage::failed);
     EXPECT_EQ(reason, "the bridge closed: the device was unplugged");
     EXPECT_EQ(driver.open(reason), DeviceStage::absent);
 }
 
 TEST_F(BridgeServe, OneTrainerAtATime) {
-    BridgeDriver first(test::kWallClock, {.socket_path = path}),
-        second(test::kWallClock, {.socket_path = path});
-    ASSERT_EQ(first.open(why), DeviceStage::opening) << why;
-    std::string reason;
+    BridgeDriver first(time.clock(), {.socket_path = path}), second(time.clock(), {.socket_path = path});
+    ASSERT_EQ(first.open(reason), DeviceStage::opening) << reason;
     EXPECT_EQ(second.open(reason), DeviceStage::failed);
     EXPECT_EQ(reason, "the bridge closed: another trainer is connected");
     press(first);

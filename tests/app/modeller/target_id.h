@@ -1,0 +1,14 @@
+// The number that the product gives a structure.
+#pragma once
+
+#include <cstdint>
+
+#include "app/modeller/import.h"
+
+namespace stylet::test {
+
+inline std::uint8_t idOf(const char* name) {
+    return modeller::findTarget(name)->id;
+}
+
+}  // namespace stylet::test

@@ -99,7 +99,7 @@ endfunction()
 # One ctest entry a program: most tests are short, and starting a process for each would cost more than running it.
 # Programs with the longest time-out start first, so that none is left to run alone at the end.
 # REAL_TIME: some of its suites are named *RealTime. They show what only the wall clock shows, so they have an entry of
-# their own, NAME_real_time, which runs alone and which `packaging/test --stutter` repeats. ALL_REAL_TIME: so are all.
+# their own, NAME_real_time, which `packaging/test --stutter` repeats. ALL_REAL_TIME: all its suites are.
 # ONE_THREAD: nothing in it for ThreadSanitizer but loops cut into parts, whose results are compared elsewhere.
 function(stylet_test name)
     cmake_parse_arguments(ARG "REAL_TIME;ALL_REAL_TIME;ONE_THREAD" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
@@ -137,9 +137,8 @@ function(stylet_test name)
         ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};${STYLET_SANITIZER_ENVIRONMENT}")
     if(real_time)
         set_property(TEST ${real_time} APPEND PROPERTY LABELS real_time)
-        if(NOT STYLET_SANITIZE)  # what is sanitized keeps no pace
-            set_tests_properties(${real_time} PROPERTIES RUN_SERIAL TRUE)
-        endif()
+        # Never two of them at once. Beside other tests they run, since a busy machine does not fail them.
+        set_tests_properties(${real_time} PROPERTIES RESOURCE_LOCK real_time)
     endif()
     set(STYLET_TEST_ENTRIES ${entries} PARENT_SCOPE)
 endfunction()

@@ -20,11 +20,17 @@ struct Outcome {
     nlohmann::json summary;  // of the folder given with --out, null when there is none
 };
 
-// A place to work in: a cache of its own, so that no other run's patients are used, and output folders.
+// A temporary folder to run the program in: its data, its output and, unless shared, its cache.
 class Command {
   public:
-    Command() {
-        variables_["XDG_CACHE_HOME"] = (folder_ / "cache").string();
+    // `packaging/test` names an empty folder in STYLET_TEST_CACHE, so that each reference patient is made and
+    // planned once for all tests of a build.
+    enum class Cache { shared, own };
+
+    Command() : Command(Cache::shared) {}
+    explicit Command(Cache cache) {
+        const char* shared = cache == Cache::shared ? std::getenv("STYLET_TEST_CACHE") : nullptr;
+        variables_["XDG_CACHE_HOME"] = shared ? shared : (folder_ / "cache").string();
         variables_["XDG_DATA_HOME"] = (folder_ / "data").string();
     }
 

@@ -427,13 +427,13 @@ TEST_F(DeviceRunRealTime, EveryToolIsTakenUpByWordOrButton) {
 TEST_F(DeviceRunRealTime, ThePathIsWhereTheHandIsWhenTheReachIsUnknown) {
     const std::string socket = (*command_ / "bridge.sock").string();
     const test::BridgeServer bridge(socket, {.position_m = {0.5, -0.4, 0.6},
-                                             .stroke_m = -0.2,
-                                             .period_s = 4.0,
+                                             .stroke_m = -0.1,
+                                             .period_s = 2.0,
                                              .workspace_radius_m = std::nan("")});
     // Once more where a stall carried the hand through the skin between two samples: that is a teleport.
     Outcome live;
     for (int tries = 0; tries < 10 && (tries == 0 || live.summary.at("punctures").empty()); ++tries) {
-        live = command_->run(run("--device bridge --socket '" + socket + "' --seconds 5"));
+        live = command_->run(run("--device bridge --socket '" + socket + "' --seconds 3"));
         ASSERT_EQ(live.status, 0) << live.err;
     }
     ASSERT_EQ(live.status, 0) << live.err;

@@ -85,11 +85,11 @@ class RegisterUser {
     void mustHear(const std::string& words) {
         if (!hear(words)) throw std::runtime_error("never said: " + words + "\n" + test::textOf(said_));
     }
-    // Held until it had its effect; again where a starved machine missed it.
+    // Holds the button until the program answers; presses it once more where it was too early.
     void press(const std::string& until, const std::string& button = "select/click") {
-        for (int tries = 0; tries < 5; ++tries) {
+        for (int tries = 0; tries < 3; ++tries) {
             value(button, true);
-            const bool heard = hear(until, std::chrono::seconds(6));
+            const bool heard = hear(until, std::chrono::seconds(20));
             value(button, false);
             nap(250);
             if (heard) return;

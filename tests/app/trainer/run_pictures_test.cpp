@@ -23,7 +23,7 @@ const std::vector<std::string> kMoments{"approach", "skin", "fascia", "liver", "
 class RunWithPictures : public testing::Test {
   protected:
     static void SetUpTestSuite() {
-        command_ = new Command;
+        command_ = new Command(Command::Cache::own);
         // Made through the program, then given a breath of one second: a hold is certain sooner.
         command_->run("run --fast --spacing-mm 2.5 --scenario '" + test::testScenario("short").string() +
                       "'");

@@ -45,7 +45,7 @@ std::size_t lines(const std::string& text) {
 class Run : public testing::Test {
   protected:
     static void SetUpTestSuite() {
-        command_ = new Command;
+        command_ = new Command(Command::Cache::own);
         demo_ = new Outcome(command_->run("run --headless --fast --scenario demo" + kSmall));
         demo_folder_ = command_->out();
     }
@@ -334,7 +334,7 @@ TEST_F(Run, ABadScenarioIsRefusedInOneLine) {
 }
 
 TEST_F(Run, AFolderThatCannotBeMadeIsNamedBeforeAnythingElse) {
-    Command command;
+    Command command(Command::Cache::own);
     const std::filesystem::path file = command / "a-file";
     std::ofstream(file) << "not a folder";
     const auto expectNamed = [&](const Outcome& outcome, const std::string& what) {

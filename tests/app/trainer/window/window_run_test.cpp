@@ -84,8 +84,8 @@ class WindowRun : public testing::Test {
 TEST_F(WindowRun, ADisplayThatGoesAwayTakesTheMirrorAndNothingElse) {
     Outcome outcome;
     bool lost = false;
-    // Again where the attempt was over before the window had shown it, or had noticed.
-    for (int tries = 0; tries < 6 && !lost; ++tries) {
+    // Again where a stall of the machine let the attempt end before the window had shown it, or had noticed.
+    for (int tries = 0; tries < 20 && !lost; ++tries) {
         display_.emplace(1400, 900);
         start("--fast --fps 4 --headless --mirror --validation");
         const bool was_shown = shown();
@@ -100,11 +100,9 @@ TEST_F(WindowRun, ADisplayThatGoesAwayTakesTheMirrorAndNothingElse) {
         EXPECT_TRUE(std::filesystem::exists(command_->out() / eye)) << eye;
 }
 
-// In real time, for only there a window is opened without being asked for: that it is, where a display is
-// named and no headset is found. What a slow machine has not shown before the attempt's end is not looked
-// for.
-// What only real time shows: without a headset a window opens by itself, which a virtual clock never asks
-// for.
+// Only in real time does a window open without being asked for: where a display is named and no headset is
+// found. On a slow machine the attempt may end before the window has shown anything, so the test looks at the
+// captured pictures alone.
 using WindowRunRealTime = WindowRun;
 
 TEST_F(WindowRunRealTime, WithoutAHeadsetTheWindowTakesItsPlace) {

@@ -7,7 +7,7 @@
 
 namespace stylet {
 
-// As std::printf would print it.
+// Returns the text that std::printf would print.
 [[gnu::format(printf, 1, 2)]] inline std::string formatted(const char* format, ...) {
     std::va_list first, second;
     va_start(first, format);

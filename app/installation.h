@@ -1,4 +1,4 @@
-// Where the program and what belongs to it lie: built or installed.
+// Locations of the running program and its assets, built or installed.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,8 @@ namespace stylet {
 std::filesystem::path programFile();
 std::filesystem::path programFolder();
 
-// $STYLET_ASSETS, or assets/ of the installation or source tree that the program lies in. Throws
-// patient::DataError.
+// $STYLET_ASSETS, or the assets folder of the installation or source tree that contains the program. Throws
+// patient::DataError if there is none.
 std::filesystem::path assetsFolder();
 
 }  // namespace stylet

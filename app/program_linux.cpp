@@ -15,7 +15,7 @@ namespace stylet {
 
 namespace {
 
-// Descriptors are given out from the lowest: those below are open by then.
+// open() returns the lowest free descriptor, and the lower standard streams are open by then.
 void openStandardStreams() {
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         if (fcntl(stream, F_GETFD) < 0 && errno == EBADF)

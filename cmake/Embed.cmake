@@ -1,5 +1,6 @@
-# A file as a C++ function, so that a program carries it: cmake -DIN=FILE -DNAME=function -DOUT=FILE.cpp -P Embed.cmake
-# Its SHA-256 goes with it: a page names the scripts that may run in it by their digests.
+# Turns a file into a C++ function that is compiled into a program:
+#   cmake -DIN=FILE -DNAME=function -DOUT=FILE.cpp -P Embed.cmake
+# The function also returns the file's SHA-256, because a page lists the scripts that may run in it by their digests.
 file(READ "${IN}" text)
 if("${text}" MATCHES "</(script|style)")
     message(FATAL_ERROR "${IN} would end the element that it is put into")

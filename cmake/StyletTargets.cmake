@@ -7,11 +7,11 @@ set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 
-# Asserts stay on in Release: -O2 is where a value-changing transform would first show up.
+# Asserts stay on in Release (no NDEBUG), so that errors that appear only at -O2 are found.
 set(CMAKE_CXX_FLAGS_RELEASE "-O2")
 set(CMAKE_C_FLAGS_RELEASE "-O2")
 if(STYLET_SANITIZE MATCHES address)
-    # A third less time to compile, a seventh more to run; what -O2 does to results the plain builds test.
+    # Compiles a third faster and runs a seventh slower than -O2. The plain builds test the effects of -O2.
     set(CMAKE_CXX_FLAGS_RELEASE "-O1")
 endif()
 
@@ -26,17 +26,17 @@ set(STYLET_FAST_COMPILE "$<$<CONFIG:Release>:-O1>")
 
 add_library(stylet_flags INTERFACE)
 target_compile_options(stylet_flags INTERFACE
-    # Bit-equal results across compilers and machines need every product rounded on its own.
+    # No fused multiply-add: bit-equal results across compilers and machines need every product rounded separately.
     -ffp-contract=off
     -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Werror)
 target_include_directories(stylet_flags INTERFACE ${CMAKE_SOURCE_DIR})
-# What a program keeps for its next start is another build's no more.
+# The build ID is part of the key of cached files, so that no other build uses them.
 target_link_options(stylet_flags INTERFACE -Wl,--build-id)
 if(STYLET_SANITIZE)
     target_compile_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE} -fno-omit-frame-pointer -g1)
     target_compile_definitions(stylet_flags INTERFACE STYLET_SANITIZED)
     target_link_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE})
-    # Named, as what is found on the way may be another version's, which says so where a test reads.
+    # Set explicitly: a symbolizer of another version found in PATH prints warnings into output that tests read.
     find_program(STYLET_SYMBOLIZER_PATH llvm-symbolizer-22)
     set(symbolizer "external_symbolizer_path=$<$<BOOL:${STYLET_SYMBOLIZER_PATH}>:${STYLET_SYMBOLIZER_PATH}>")
     set(STYLET_SANITIZER_ENVIRONMENT "ASAN_OPTIONS=${symbolizer}" "RTSAN_OPTIONS=${symbolizer}"
@@ -49,14 +49,14 @@ endif()
 # Reading and instantiating headers costs about half of a source's compile time. Two options reduce it:
 # - STYLET_UNITY compiles the sources of a target twenty at a time. Names at file scope are therefore unique per target.
 # - STYLET_PRECOMPILE precompiles the standard headers, once for the program and once, with GoogleTest, for the tests.
-# Both hide an include that a source forgot: `packaging/test --all` builds without them.
+# Both hide a missing #include. `packaging/test --all` also builds without them.
 option(STYLET_UNITY "Compile the sources of a target twenty at a time" ON)
 option(STYLET_PRECOMPILE "Precompile the standard headers" ON)
 if(STYLET_UNITY)
     set(CMAKE_UNITY_BUILD ON)
     set(CMAKE_UNITY_BUILD_BATCH_SIZE 20)
-    # GCC warns of a public type with a member of a file's own type unless that file is the one being compiled; and
-    # where more is inlined, GCC 12 reports overflows in std::string's copies that are none.
+    # GCC warns about a public type that has a member of a file-local type unless that file is the main source. GCC 12
+    # reports false overflows in copies of std::string when it inlines more.
     target_compile_options(stylet_flags INTERFACE
         "$<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-restrict>")
 endif()
@@ -72,7 +72,7 @@ if(STYLET_PRECOMPILE)
 endif()
 
 # stylet_library(name SOURCES ... PUBLIC ... PRIVATE ... OWN_PRECOMPILED): a static library of one folder.
-# OWN_PRECOMPILED: it names the headers that it precompiles itself.
+# OWN_PRECOMPILED: the library sets its own precompiled headers.
 function(stylet_library name)
     cmake_parse_arguments(ARG "OWN_PRECOMPILED" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
     add_library(${name} STATIC ${ARG_SOURCES})
@@ -82,12 +82,13 @@ function(stylet_library name)
     endif()
 endfunction()
 
-# stylet_program(name SOURCES ... LINK ...): a binary in bin/. Its main.cpp only wires: compiling it fast is worth more.
+# stylet_program(name SOURCES ... LINK ...): a binary in bin/. main.cpp only connects modules, so it is optimised for
+# compile time.
 function(stylet_program name)
     cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
     add_executable(${name} ${ARG_SOURCES})
     target_link_libraries(${name} PRIVATE stylet_flags ${ARG_LINK})
-    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # clang refuses headers precompiled at another level
+    if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # clang rejects headers precompiled at another optimization level
         set_source_files_properties(main.cpp PROPERTIES COMPILE_OPTIONS ${STYLET_FAST_COMPILE})
     endif()
     if(TARGET stylet_precompiled)
@@ -95,12 +96,13 @@ function(stylet_program name)
     endif()
 endfunction()
 
-# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... REAL_TIME ALL_REAL_TIME ONE_THREAD): a GoogleTest program of tests/<module>.
-# One ctest entry a program: most tests are short, and starting a process for each would cost more than running it.
-# Programs with the longest time-out start first, so that none is left to run alone at the end.
-# REAL_TIME: some of its suites are named *RealTime. They show what only the wall clock shows, so they have an entry of
-# their own, NAME_real_time, which `packaging/test --stutter` repeats. ALL_REAL_TIME: all its suites are.
-# ONE_THREAD: nothing in it for ThreadSanitizer but loops cut into parts, whose results are compared elsewhere.
+# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... REAL_TIME ALL_REAL_TIME ONE_THREAD): a GoogleTest
+# program of tests/<module>.
+# One ctest entry per program: most tests are short, and a process for each would take longer than the test itself.
+# Programs with the longest timeout start first, so that none runs alone at the end.
+# REAL_TIME: some of its suites are named *RealTime. They need the wall clock, so they have a separate entry
+# NAME_real_time, which `packaging/test --stutter` repeats. ALL_REAL_TIME: all its suites need it.
+# ONE_THREAD: left out under ThreadSanitizer. Its only threads are parallel loops, whose results other tests compare.
 function(stylet_test name)
     cmake_parse_arguments(ARG "REAL_TIME;ALL_REAL_TIME;ONE_THREAD" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
     if(ARG_ONE_THREAD AND STYLET_SANITIZE MATCHES thread)
@@ -125,7 +127,7 @@ function(stylet_test name)
     elseif(ARG_REAL_TIME)
         add_test(NAME ${name} COMMAND ${name} --gtest_filter=-*RealTime.*)
         add_test(NAME ${name}_real_time COMMAND ${name} --gtest_filter=*RealTime.*)
-        if(NOT STYLET_SANITIZE)  # a renamed suite would leave nothing to run
+        if(NOT STYLET_SANITIZE)  # fail if no suite matches, for example after a rename
             set_tests_properties(${name}_real_time PROPERTIES FAIL_REGULAR_EXPRESSION "Running 0 tests")
         endif()
         set(real_time ${name}_real_time)
@@ -137,18 +139,18 @@ function(stylet_test name)
         ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};${STYLET_SANITIZER_ENVIRONMENT}")
     if(real_time)
         set_property(TEST ${real_time} APPEND PROPERTY LABELS real_time)
-        # Never two of them at once. Beside other tests they run, since a busy machine does not fail them.
+        # Never two of them at once. Other tests run beside them: a busy machine does not fail them.
         set_tests_properties(${real_time} PROPERTIES RESOURCE_LOCK real_time)
     endif()
     set(STYLET_TEST_ENTRIES ${entries} PARENT_SCOPE)
 endfunction()
 
-# stylet_device_test(...): as stylet_test; umockdev stands between the program and sysfs and device nodes. By hand:
-# umockdev-wrapper build/release/tests/NAME.
+# stylet_device_test(...): as stylet_test, but umockdev intercepts access to sysfs and device nodes. To run such a test
+# by hand: umockdev-wrapper build/release/tests/NAME.
 function(stylet_device_test name)
     stylet_test(${name} ${ARGN})
     set(preload libumockdev-preload.so.0)
-    # ASan's runtime insists on being loaded first; TSan's would break the shells that the tests start.
+    # ASan's runtime must be loaded first. TSan's is not preloaded, because it breaks the shells that the tests start.
     if(STYLET_SANITIZE MATCHES address AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
         execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=libasan.so
             OUTPUT_VARIABLE runtime OUTPUT_STRIP_TRAILING_WHITESPACE)

@@ -1,5 +1,4 @@
-// A haptic device as the loop sees it: what it can do, what it says, what it is told. Drivers are in
-// devices/.
+// A haptic device as the loop sees it: capabilities, state, force command. Drivers are in devices/.
 #pragma once
 
 #include <cmath>
@@ -17,7 +16,7 @@ using patient::Vec3;
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// What is unknown is taken to be that of the weakest device we know (3D Systems' data sheet of the Touch).
+// Defaults for unknown values: those of the weakest device we know (3D Systems' data sheet of the Touch).
 inline constexpr double kWeakestForce_n = 3.3, kWeakestStiffness_n_per_m = 400.0, kLightestMass_kg = 0.045;
 inline double knownOr(double value, double otherwise) noexcept {
     return std::isnan(value) ? otherwise : value;
@@ -37,38 +36,39 @@ struct DeviceProfile {
     int force_axes = 3;  // 0: input only
     int torque_axes = 0;
     bool senses_rotation = true;
-    bool has_dead_man = false;     // says in its flags whether a hand holds it
-    bool force_calibrated = true;  // newtons on the bus are newtons at the grip
+    bool has_dead_man = false;     // reports in its flags whether a hand holds it
+    bool force_calibrated = true;  // a commanded newton is a newton at the grip
     double force_continuous_n = kUnknown;
     double rate_hz = 1000.0;
-    // The bare mechanism: stability (model, section 4) is judged by these, never by a rendered damping.
+    // The bare mechanism. Stability (model, section 4) is judged by these values, never by rendered damping.
     double mass_kg = kUnknown;
     double damping_n_s_per_m = kUnknown;  // physical
     double friction_n = kUnknown;         // Coulomb
     double resolution_m = kUnknown;       // of its encoders, at the tip
-    // From send() to the motion it causes being read, beyond the loop's own tick: bus, driver, filters.
+    // Delay from send() until the resulting motion is read, in addition to the loop's own tick: bus, driver
+    // and filters.
     double delay_s = 0.0;
-    // Where the tip can go: a ball in the device frame.
+    // Reachable positions of the tip: a sphere in the device frame.
     Vec3 workspace_centre_m{0.0};
     double workspace_radius_m = kUnknown;
 };
 
-// DeviceState::flags. Force flows only while every bit the loop needs is set (output.h).
+// Bits of DeviceState::flags. Force flows only while every bit that the loop requires is set (output.h).
 enum DeviceFlag : std::uint32_t {
     kDeviceReady = 1u << 0,   // connected, homed, calibrated, motors on
-    kDeviceHandOn = 1u << 1,  // the dead-man is held, or the device has none
-    kDeviceClutch = 1u << 2,  // never needed: the tip is not where the grip is, see DeviceState
+    kDeviceHandOn = 1u << 1,  // the dead-man switch is held, or the device has none
+    kDeviceClutch = 1u << 2,  // not required for force; the tip is offset from the grip, see DeviceState
 };
 
-// The device as read in one tick.
+// State of the device as read in one tick.
 struct DeviceState {
-    Pose device_from_stylus;  // needle tool: stylus = needle frame (tip at origin, +z to the hub)
+    Pose device_from_stylus;  // the stylus frame is the needle frame: tip at origin, +z to the hub
     std::uint32_t buttons = 0;
     std::uint32_t fresh = 1;  // 0: nothing new since the last read
     std::uint32_t flags = kDeviceReady | kDeviceHandOn;
-    // With kDeviceClutch only. Workspace and wall are the grip's, and so is the work that a force does.
+    // Valid only with kDeviceClutch. Workspace limits, the wall and the energy account use the grip.
     Vec3 grip_at_m{0.0};       // device frame
-    double force_share = 1.0;  // of the model's force: 0 while the clutch is held
+    double force_share = 1.0;  // fraction of the model's force: 0 while the clutch is pressed
 
     Vec3 grip_m() const noexcept {
         return (flags & kDeviceClutch) != 0 ? grip_at_m : device_from_stylus.position_m;
@@ -80,9 +80,10 @@ class HapticDevice {
   public:
     virtual ~HapticDevice() = default;
     virtual const DeviceProfile& profile() const noexcept = 0;
-    // Haptics thread. The newest state; `now_ns` is the loop's time.
+    // Haptics thread. Returns the newest state. `now_ns` is the loop's time.
     virtual DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING = 0;
-    // Haptics thread. Force in the device frame, N. Called from the output stage's one call site.
+    // Haptics thread. Sets the force in the device frame. Called only by the loop, with the output stage's
+    // force.
     virtual void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING = 0;
 };
 

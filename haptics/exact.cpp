@@ -1,5 +1,6 @@
-// Based on Mastmeyer et al. 2017, Algorithm 2 and Eqs. 1-8, from event to event: between two events the force
-// is a polynomial of the depth. Shares its formulas (hold.h) with the sampled solver, not its control flow.
+// Based on Mastmeyer et al. 2017, Algorithm 2 and Eqs. 1-8, solved from event to event: between two events
+// the force is a polynomial in the depth. Shares its formulas (hold.h) with the sampled solver, but not its
+// control flow.
 #include "haptics/exact.h"
 
 #include <algorithm>
@@ -13,7 +14,7 @@ using patient::TissueRow;
 
 namespace {
 
-// `segments` begin in air and within the length; `cuts` and `out` are empty.
+// `segments` must start in air and lie within the length. `cuts` and `out` must be empty.
 class PathSolver {
   public:
     PathSolver(const patient::TissueTable& table, const NeedleSettings& settings, Bone bone,
@@ -51,7 +52,7 @@ class PathSolver {
     const TissueRow& row(std::size_t segment) const { return row(segments_[segment].tissue); }
     bool sameTissueAsBefore(std::size_t j) const { return segments_[j].tissue == segments_[j - 1].tissue; }
 
-    // Air with nothing but skin before it.
+    // True for air with nothing but skin in front of it.
     bool isOutside(std::size_t j) const { return j < inside_from_ && segments_[j].tissue == Tissue::air; }
 
     bool isCut(std::size_t j) const {
@@ -71,7 +72,7 @@ class PathSolver {
         x_m_ = end_m;
     }
 
-    // Phase 3: rises with the tissue's stiffness to its friction, then stays.
+    // Phase 3: the force rises with the tissue's stiffness up to its friction, then stays constant.
     void passUntil(double to_m) {
         const TissueRow& t = row(tissue_);
         const Phase phase = isOutside(next_ - 1) ? Phase::outside : Phase::pass;
@@ -84,7 +85,7 @@ class PathSolver {
         piece(to_m, 0.0, 0.0, phase);
     }
 
-    // Phase 1, and what follows from it until nothing holds any more.
+    // Phase 1 and everything that follows until no border holds.
     void hold(std::size_t j) {
         for (bool held = true; held;) {
             report(NeedleEventKind::border, j, f_n_, f_n_);
@@ -92,7 +93,7 @@ class PathSolver {
             const HoldCurve curve = holdCurve(row(j), f_n_, settings_.a1_share);
             const double begin_m = x_m_, cut_m = begin_m + curve.cut_depth_m;
 
-            // The borders the tip passes on the way to the cut.
+            // The borders that the tip passes before the puncture.
             std::size_t last = next_;
             for (; last < segments_.size() && segments_[last].begin_m < cut_m; ++last) {
                 const bool dropped = !row(j).membrane && !sameTissueAsBefore(last);
@@ -121,8 +122,8 @@ class PathSolver {
         }
     }
 
-    // Meets the segments from next_ to `last`, all behind the tip, at the tip. True when one holds there:
-    // `j`.
+    // Meets the segments from next_ to `last`, all behind the tip, at the tip. Returns true if one of them
+    // holds; `j` is then its index.
     bool fold(std::size_t last, std::size_t& j) {
         while (next_ < last) {
             const std::size_t k = next_++;
@@ -138,7 +139,7 @@ class PathSolver {
         return false;
     }
 
-    // Against bone, to the path's end.
+    // Pressing against bone, to the end of the path.
     void press(std::size_t j) {
         const double k = row(j).stiffness_n_per_m;
         const double most_n = std::max(settings_.max_force_n, f_n_);
@@ -150,7 +151,7 @@ class PathSolver {
         finish(f_n_);
     }
 
-    // The needle grazed a corner of slanted skin and is out again.
+    // The needle grazed a corner of slanted skin and is outside again.
     void leave(std::size_t j) {
         if (!sameTissueAsBefore(j)) report(NeedleEventKind::withdrawn, j, f_n_, 0.0);
         f_n_ = 0.0;
@@ -268,7 +269,7 @@ void sampleForce(const ExactForce& force, double first_m, double step_m, std::sp
     std::size_t i = 0;
     for (const ForcePiece& p : force.pieces) {
         const bool is_last = &p == &force.pieces.back();
-        // How many of the depths lie before its end: a guess, then the comparison itself.
+        // Number of depths before this piece's end: an estimate, corrected by the exact comparison.
         std::size_t end = force_n.size();
         if (!is_last) {
             const double count = std::ceil((p.end_m - first_m) / step_m);
@@ -287,7 +288,7 @@ void sampleForce(const ExactForce& force, double first_m, double step_m, std::sp
             force_n[i] = (p.c2_n_per_m2 * x + p.c1_n_per_m) * x + p.c0_n;
         }
     }
-    std::fill(force_n.begin() + std::ptrdiff_t(i), force_n.end(), 0.0);  // no pieces
+    std::fill(force_n.begin() + std::ptrdiff_t(i), force_n.end(), 0.0);  // if there are no pieces
 }
 
 }  // namespace stylet::haptics

@@ -1,5 +1,5 @@
-// The exact force along a straight path through a still patient, border to border: no step, no samples.
-// Same rules as needle.h (model in Eqs. 1-8), solved in closed form between events.
+// The exact force along a straight path through a motionless patient, solved from border to border without
+// steps or samples. Same rules as needle.h (model in Eqs. 1-8), in closed form between events.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace stylet::haptics {
 
-// A straight path as the needle meets it: tissue from `begin_m` (depth along the path) to the next border.
+// One segment of a straight path: `tissue` from `begin_m` (depth along the path) to the next segment.
 struct Segment {
     double begin_m = 0.0;
     Tissue tissue = Tissue::air;
@@ -26,52 +26,53 @@ struct ForcePiece {
 
 struct ExactEvent {
     NeedleEventKind kind = NeedleEventKind::border;
-    Tissue tissue = Tissue::air;  // entered
+    Tissue tissue = Tissue::air;  // tissue entered
     std::uint8_t label = 0;
     double border_depth_m = 0.0;
-    double depth_m = 0.0;  // of the tip when it happened
+    double depth_m = 0.0;  // of the tip at the event
     double force_before_n = 0.0, force_after_n = 0.0;
 };
 
 struct ExactForce {
-    std::vector<ForcePiece> pieces;  // ascending, gap-free from 0 to the path's length
+    std::vector<ForcePiece> pieces;  // ascending, without gaps, from 0 to the path's length
     std::vector<ExactEvent> events;
-    double at(double depth_m) const;  // the force just after `depth_m`
+    double at(double depth_m) const;  // force just after `depth_m`
 };
 
-// The force just after each of the depths first_m + i * step_m, as at() has it, bit for bit.
+// Samples the force just after each depth first_m + i * step_m. Bit-identical to at().
 void sampleForce(const ExactForce&, double first_m, double step_m, std::span<double> force_n);
 
-// What begins a segment: a change of label, or only one of tissue. To the force the latter is enough, and two
-// segmentations that agree in tissues then come to the same bits. It leaves out corners of voxels, through
-// which a path has less than 1 nm: on a path from voxel to voxel rounding says which of them it touches.
+// What starts a new segment: any change of label, or only a change of tissue. The force needs only changes
+// of tissue. With `ofTissues`, two segmentations that agree in their tissues give bit-identical forces. It
+// also skips voxel corners in which the path is shorter than 1 nm: for a path from voxel to voxel, rounding
+// decides which of them it touches.
 enum class Borders { ofLabels, ofTissues };
-// The tissues along a straight path from entry to end in the reference (track flags as the needle would set
-// them), written over `segments`; `path` is working space.
+// Finds the tissues along a straight path from entry to end in the reference frame and writes them to
+// `segments`. Sets track flags as the needle would. `path` is scratch memory.
 void segmentsAlong(const patient::TissueMap&, const Vec3& entry_m, const Vec3& end_m,
                    patient::VoxelPath& path, std::vector<Segment>& segments);
-// The same over a walk that is there already, of a path `length_m` long through a grid like the map's.
+// The same for an existing voxel walk of a path `length_m` long. The walk's grid must match the map's.
 void segmentsAlong(const patient::TissueMap&, const std::vector<patient::VoxelPath::Visit>& walk,
                    double length_m, Borders, std::vector<Segment>& segments);
 
-// Bone is held for ever. Its force rises with its stiffness to `max_force_n` and stays there to the path's
-// end, as for a hand; the study has that maximum at once, as the paper does.
+// Bone is never punctured. `rises`: its force rises with its stiffness to `max_force_n` and stays there to
+// the end of the path, as in the simulation. `maximumAtOnce`: the force is at its maximum at once, as in the
+// paper; used by the study.
 enum class Bone { rises, maximumAtOnce };
-// The needle comes from the air: a path that begins in tissue meets its skin at depth 0.
+// The needle starts in air. A path that begins in tissue meets the skin at depth 0.
 ExactForce solveExact(const patient::TissueTable&, const std::vector<Segment>&, double length_m,
                       const NeedleSettings&, Bone = Bone::rises);
 
-// The same for path after path through one patient; allocates only while its buffers still grow. One a
-// thread.
+// Solves many paths through one patient. Allocates only while its buffers grow. One solver per thread.
 class ExactSolver {
   public:
     // The map must outlive the solver.
     ExactSolver(const patient::TissueMap& map, const NeedleSettings& settings, Bone bone = Bone::rises)
         : map_(map), settings_(settings), bone_(bone) {}
-    // From entry to end in the reference. What is returned stands until the next call.
+    // From entry to end in the reference frame. The result is valid until the next call.
     const ExactForce& solve(const Vec3& entry_m, const Vec3& end_m);
     const ExactForce& solve(const std::vector<patient::VoxelPath::Visit>& walk, double length_m, Borders);
-    // Of the last solution; the first is air.
+    // Segments of the last solution. The first is air.
     const std::vector<Segment>& segments() const { return segments_; }
 
   private:

@@ -31,7 +31,7 @@ void FlightRecorder::finish() noexcept {
     countdown_ = 0;
 }
 
-// The tape goes to the other thread and the other tape runs on.
+// Passes the running tape to the consumer thread and continues on the other tape.
 void FlightRecorder::hand() noexcept {
     if (full_.load(std::memory_order_acquire) != kNone) {
         missed_.fetch_add(1, std::memory_order_relaxed);

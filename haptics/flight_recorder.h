@@ -1,5 +1,5 @@
-// The last two seconds before a fault, and a tenth after it, tick by tick. Filled on the haptics thread; a
-// fault hands it to another thread, which is in no hurry.
+// Records every tick from two seconds before a fault to 0.1 s after it. Filled on the haptics thread; after
+// a fault the recording is passed to another thread.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace stylet::haptics {
 
-// One tick as the session gets it: what went in and what came out.
+// Input and output of one tick.
 struct TickRecord {
     TickInput input;
     TickOutput output;
@@ -23,14 +23,16 @@ class FlightRecorder {
   public:
     explicit FlightRecorder(double dt_s);
 
-    // Haptics thread. Wait-free, no allocation. A new fault bit starts the countdown to a flight.
+    // Haptics thread. Wait-free, no allocation. A new fault bit starts the countdown that ends a recording.
     void log(const TickRecord&) noexcept STYLET_NONBLOCKING;
-    // Haptics thread, or whoever comes after it has ended: a flight whose countdown still runs ends here.
+    // Haptics thread, or any thread after the haptics thread has ended. Ends a recording whose countdown is
+    // still running.
     void finish() noexcept;
 
-    // One other thread. The oldest flight not yet taken, first tick first; false when there is none.
+    // One consumer thread. Pops the recording into `flight`, oldest tick first. Returns false if there is
+    // none.
     bool take(std::vector<TickRecord>& flight);
-    // Faults whose flight found the last one not taken yet.
+    // Recordings dropped because the previous one had not been consumed.
     std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
 
   private:
@@ -46,7 +48,7 @@ class FlightRecorder {
     int running_ = 0;
     std::uint32_t seen_faults_ = 0;
     std::size_t after_ = 0, countdown_ = 0;
-    std::atomic<int> full_{kNone};  // the tape that waits to be taken
+    std::atomic<int> full_{kNone};  // the tape waiting for the consumer
     std::atomic<std::uint64_t> missed_{0};
 };
 

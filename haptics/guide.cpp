@@ -7,16 +7,17 @@ namespace stylet::haptics {
 
 namespace {
 
-// A free needle beside the rail feels it up to so far beyond its ends: that a force does not begin at once.
+// Beyond the rail's ends the force on a free needle fades out over this distance, so that it does not start
+// abruptly.
 constexpr double kFade_m = 0.010;
 
-// What it costs to get from the line over the crest, out of the rail's reach.
+// Energy needed to move the needle from the line out of the rail's reach.
 double crestEnergy(const GuideSettings& s) noexcept {
     return 0.5 * s.stiffness_n_per_m * s.catch_m * std::max(s.catch_m, s.reach_m);
 }
 
-// Force toward the line at `r_m` beside it, and the energy there against that of a needle far away. The
-// potential is the same for a free needle and a snapped one within the catch, so snapping in adds none.
+// Force toward the line at distance `r_m`, and the energy there relative to a needle far away. A free needle
+// and a snapped one have the same potential within the catch distance, so snapping in adds no energy.
 struct Detent {
     double force_n = 0.0, energy_j = 0.0;
 };
@@ -34,7 +35,7 @@ Detent freeDetent(const GuideSettings& s, double r_m) noexcept {
     return {crest_n * left, -0.5 * crest_n * fall_m * left * left};
 }
 
-// 1 along the rail, 0 from kFade_m beyond its ends; C1.
+// 1 along the rail, 0 from kFade_m beyond its ends. Continuous first derivative.
 struct Fade {
     double share = 0.0, slope_per_m = 0.0;
 };

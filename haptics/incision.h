@@ -1,5 +1,5 @@
-// What the scalpel opens and the needle passes without the skin's threshold: straight cuts of finite length,
-// in the reference, so that the breath carries them.
+// Incisions: straight cuts of finite length, made by the scalpel. The needle passes them without the skin's
+// puncture threshold. They are stored in the reference frame, so they move with breathing.
 #pragma once
 
 #include <array>
@@ -21,7 +21,8 @@ struct Incisions {
     std::array<Incision, kMaxIncisions> list{};
 };
 
-// Haptics thread, all. noexcept, no allocation. Is the skin open within `reach_m` of a point?
+// All functions: haptics thread. noexcept, no allocation.
+// isOpen() returns true if the point lies within `reach_m` of an incision.
 bool isOpen(const Incision&, const Vec3& reference_m, double reach_m) noexcept STYLET_NONBLOCKING;
 bool isOpen(const Incisions&, const Vec3& reference_m, double reach_m) noexcept STYLET_NONBLOCKING;
 void hashIncisions(patient::StateHash&, const Incisions&) noexcept STYLET_NONBLOCKING;

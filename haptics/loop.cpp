@@ -18,7 +18,7 @@ TipSample tipOf(const TickRecord& record, std::int64_t read_ns) noexcept {
             .probe_m = out.patient_from_probe.position_m};
 }
 
-// How far the hand has yet to come before a pause can end.
+// Distance the stylus must still return before a pause can end.
 double toReturn_m(const Simulation& simulation, const DeviceState& device) noexcept {
     const SimulationState& s = simulation.state();
     if (s.tools.needle.phase == Phase::outside) return 0.0;
@@ -37,7 +37,7 @@ void loopTick(Simulation& simulation, HapticDevice& device, LoopChannels& channe
     TickRecord record;
     const std::int64_t read_ns = clock.now_ns ? clock.now_ns(clock.context) : t_ns;
     record.input.device = device.read(t_ns);
-    // Or the way moved in a pause would be none.
+    // Otherwise motion during the pause would be lost.
     if (std::exchange(stats.unseen, false)) record.input.device.fresh = 1;
     while (record.input.command_count < std::uint32_t(kMaxCommandsPerTick) &&
            channels.commands.pop(record.input.commands[record.input.command_count])) {
@@ -60,9 +60,10 @@ void loopTick(Simulation& simulation, HapticDevice& device, LoopChannels& channe
     }
     ++stats.ticks;
     stats.faults |= record.output.faults | (whole ? 0u : std::uint32_t(kFaultRingFull));
-    // The frame loop sees what the record cannot hold: that it has a gap.
+    // The record cannot show its own gap, so the output for the frame loop reports it.
     record.output.faults |= stats.faults & kFaultRingFull;
-    channels.tips.push(tipOf(record, read_ns));  // first: who has the newest tick finds it there
+    // Push before publish: a reader of the newest tick then finds its sample in `tips`.
+    channels.tips.push(tipOf(record, read_ns));
     channels.latest.publish(record.output);
     channels.flights.log(record);
 }

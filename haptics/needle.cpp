@@ -35,11 +35,11 @@ void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
     s.primed = true;
 }
 
-// A way so short, this far from where the sides of the breath slide past each other, is straight in the
-// reference too.
+// A path this short and this far from the sliding surfaces of the breathing model is straight in the
+// reference frame too.
 constexpr double kShortWay_m = 0.0005, kClearOfSides_m = 0.001;
 
-// Written so that what is not a number is neither.
+// Returns false for NaN.
 bool isShortAndClear(const NeedleState& s, const Vec3& way_m) noexcept {
     const patient::LocalMotion& near = s.channel_motion;
     const bool inside = s.channel_side == patient::Side::inside;
@@ -48,7 +48,7 @@ bool isShortAndClear(const NeedleState& s, const Vec3& way_m) noexcept {
            (inside ? -near.level_m : near.level_m) >= kClearOfSides_m;
 }
 
-// Every voxel from the present channel point to `to_reference_m`, each with its share of `way_m`.
+// Visits every voxel from the current channel point to `to_reference_m`, each with its share of `way_m`.
 void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const Vec3& to_reference_m,
           double way_m, Way way) noexcept {
     const Vec3 from = s.channel_reference_m;
@@ -59,7 +59,7 @@ void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const V
     s.channel_reference_m = to_reference_m;
 }
 
-// The channel in the deformed patient in one tick.
+// Position of the channel in the deformed patient during one tick.
 struct Course {
     const patient::MotionModel& motion;
     const Surrogate& breath;
@@ -70,11 +70,11 @@ struct Course {
     }
 };
 
-// The same along a way that may cross the cavity's surface, where the two sides have slid past each other:
-// the reference jumps there, and what lies between is not on the way.
+// The same along a path that may cross the cavity surface, where the two sides have slid past each other.
+// The reference position jumps there; the tissue in between is not on the path.
 void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Patient& patient, const Course& course,
                      const Vec3& to_m, double way_m, Way way) noexcept {
-    // The residual of the inverse at the channel: kept, so that it never adds up.
+    // Residual of the inverse at the channel. It is added to every target, so that it never accumulates.
     Vec3 anchor_m = s.channel_reference_m - course.reference(s, course.at_m);
     const auto pointAt = [&](double share) { return course.at_m + share * (to_m - course.at_m); };
     const auto jump = [&](double share, patient::Side side) {
@@ -84,7 +84,7 @@ void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Patient& patie
     };
     const patient::SideChanges changes =
         patient::sideChanges(course.motion, course.breath, course.at_m, to_m);
-    // The breath may have taken the channel's point over the other side's edge.
+    // Breathing may have moved the channel point across the other side's edge.
     if (changes.first != s.channel_side) jump(0.0, changes.first);
     patient::forEachStretch(changes, [&](double begin, double end) {
         if (begin > 0.0)
@@ -106,7 +106,7 @@ void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, Course&
     course.at_m = to_m;
 }
 
-// Outside the channel is where the tip is.
+// Outside the body the channel is at the tip.
 void followTip(NeedleState& s, const Course& course, const Vec3& tip_deformed_m) noexcept {
     const Vec3 step_m = tip_deformed_m - course.at_m;
     if (isShortAndClear(s, step_m)) {
@@ -117,8 +117,8 @@ void followTip(NeedleState& s, const Course& course, const Vec3& tip_deformed_m)
     s.lateral_m = Vec3(0.0);
 }
 
-// Behind one border; against bone the force, and with it the slope of the energy, ends at the model's
-// maximum.
+// Energy of tenting one border. Against bone the force, and with it the slope of the energy, is limited to
+// the model's maximum.
 double holdEnergy(const Hold& hold, const NeedleSettings& settings, const Patient& patient) noexcept {
     if (hold.depth_m <= 0.0) return 0.0;
     const patient::TissueRow& row = patient.row(hold.border.to);
@@ -129,7 +129,7 @@ double holdEnergy(const Hold& hold, const NeedleSettings& settings, const Patien
     return curve.energy_j(rise_m) + most_n * (hold.depth_m - rise_m);
 }
 
-// The force may step with any of these; a border met and held is continuous.
+// True if an event makes the force step. It is continuous when a border starts tenting.
 bool mayStep(const NeedleEvents& events) noexcept {
     bool steps = events.dropped > 0;
     for (int i = 0; i < events.count; ++i)
@@ -137,7 +137,7 @@ bool mayStep(const NeedleEvents& events) noexcept {
     return steps;
 }
 
-// The lateral spring's reach before the channel is cut sideways.
+// Extension of the lateral spring at which the channel is cut sideways.
 double lateralReach(const NeedleSettings& settings) noexcept {
     return settings.lateral_stiffness_n_per_m > 0.0
                ? settings.lateral_force_n / settings.lateral_stiffness_n_per_m
@@ -159,8 +159,8 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     if (s.phase != Phase::outside && !(breath == s.breath))
         out.tissue_moved_m = course.at_m - (s.tip_deformed_m - s.lateral_m);
     const Vec3 offset = tip_deformed_m - course.at_m;
-    // Of the channel, not of the hand: where the shaft turns about a tip that lags beside its channel, the
-    // two differ.
+    // Motion relative to the channel, not to the last stylus position. The two differ if the shaft turns
+    // about a tip that lags beside its channel.
     const double ds = glm::dot(offset, axis);
     const Way along = ds > 0.0 ? Way::advance : Way::withdraw;
     SectionSolver solver(s, settings, patient, events, incisions);
@@ -168,7 +168,7 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     if (s.phase == Phase::outside) {
         walk(s, solver, patient, course, tip_deformed_m, ds, along);
     } else {
-        // The channel goes along with the breath; the tip moves in it along the axis.
+        // The channel moves with breathing; the tip moves in it along the axis.
         const Vec3 across = offset - ds * axis;
         walk(s, solver, patient, course, tip_deformed_m - across, ds, along);
         s.lateral_m = across;
@@ -244,7 +244,7 @@ void hashNeedle(patient::StateHash& hash, const NeedleState& s) noexcept {
     hash.add(s.lateral_cut_m);
     hash.add(s.tip_deformed_m);
     hash.add(s.channel_reference_m);
-    // What it is about says all of the motion there.
+    // The local motion is fully determined by these three values.
     hash.add(s.channel_motion.reference_m);
     hash.add(s.channel_motion.v);
     hash.add(s.channel_motion.rate_per_s);

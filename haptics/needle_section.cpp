@@ -10,9 +10,10 @@ using patient::TissueSample;
 
 namespace {
 
-// Depths that differ by less are the same place: sums of a path's sections round differently from its length.
+// Depths that differ by less are the same place: the sum of a path's sections rounds differently from its
+// length.
 constexpr double kSamePlace_m = 1e-9;
-// Air this near to the track's beginning is the air outside.
+// Air this close to the track's start is the air outside.
 constexpr double kSurface_m = 1e-6;
 
 }  // namespace
@@ -22,7 +23,7 @@ void SectionSolver::run(const TissueSample& sample, const Vec3& at_reference_m, 
     if (s_.phase == Phase::outside && sample.tissue == Tissue::air) return;
     if (way != Way::withdraw) {
         setFlags(sample);
-        // Out again through a corner of slanted skin before anything behind it was reached.
+        // The needle left through a corner of slanted skin before it reached anything behind it.
         if (sample.tissue == Tissue::air && !s_.track.past_skin) {
             report(NeedleEventKind::withdrawn, borderTo(sample, at_reference_m), force(), 0.0);
             return endTrack();
@@ -53,8 +54,7 @@ HoldCurve SectionSolver::curve() const noexcept {
     return holdCurve(row(s_.hold.border.to), s_.hold.a0_n, settings_.a1_share);
 }
 
-// ---- where the tip is
-// --------------------------------------------------------------------------------------------
+// ---- Entering a voxel ----
 
 bool SectionSolver::onRigid() const noexcept {
     return s_.phase == Phase::held && s_.hold.depth_m >= 0.0 && isRigid(row(s_.hold.border.to));
@@ -67,7 +67,7 @@ bool SectionSolver::isFront(const TissueSample& x) const noexcept {
 }
 
 void SectionSolver::arrive(const TissueSample& x, const Vec3& at_reference_m, Way way) noexcept {
-    // On bone nothing behind it is met; only its depth counts, until the tip slides off sideways.
+    // On bone, nothing behind it is met. Only the depth counts until the tip slides off sideways.
     if (onRigid() && (way != Way::sideways || isRigid(row(x.tissue)))) return;
     const bool into_bone = way == Way::advance && s_.phase == Phase::pass && isRigid(row(x.tissue));
     if (isFront(x) && !into_bone) return;
@@ -93,7 +93,8 @@ void SectionSolver::arriveHeld(const TissueSample& x, const Vec3& at_reference_m
     const bool before_border = s_.depth_m <= s_.hold.border.depth_m + kSamePlace_m;
     const bool slipped_out = way == Way::sideways && held.membrane && x.tissue == s_.hold.border.from;
     if (s_.queued_count == 0 && way == Way::advance && before_border) {
-        // The border had no depth, a corner of its tissue: what is there now is met from before it.
+        // The border had no depth (a corner of its tissue). The tissue here is met as from in front of that
+        // border.
         stepBack();
         return arrive(x, at_reference_m, way);
     }
@@ -112,15 +113,15 @@ void SectionSolver::arriveHeld(const TissueSample& x, const Vec3& at_reference_m
         if (way == Way::sideways) report(NeedleEventKind::sideways, border, f, f);
         queue(border);
     } else {
-        // Left on its far side: the hold is dropped, and the next border is met with what friction leaves.
+        // The tip left the tissue on its far side: drop the hold, and meet the next border with the force
+        // that friction leaves.
         enter(s_.hold.border, f, NeedleEventKind::entry);
         fold();
         meet(border);
     }
 }
 
-// ---- borders
-// -----------------------------------------------------------------------------------------------------
+// ---- Borders ----
 
 Border SectionSolver::borderTo(const TissueSample& x, const Vec3& at_reference_m) const noexcept {
     Tissue from = s_.tissue;
@@ -146,7 +147,7 @@ bool SectionSolver::holds(const Border& border, double force_n) const noexcept {
     return border.from != border.to && resists(b, force_n) && !isCut(border) && !isIncised(border);
 }
 
-// Skin, or whatever tissue the surface is made of where voxels leave the skin's rim out.
+// The surface is skin, or another tissue where the voxels leave out the rim of skin.
 bool SectionSolver::isIncised(const Border& border) const noexcept {
     const bool surface = border.to == Tissue::skin || s_.phase == Phase::outside;
     return surface && incisions_.count > 0 && isOpen(incisions_, border.reference_m, settings_.cut_reach_m);
@@ -161,17 +162,17 @@ void SectionSolver::meet(const Border& border) noexcept {
     }
 }
 
-// Phase 1: the border is held back at the present tip.
+// Phase 1: the border starts tenting at the current tip.
 void SectionSolver::hold(const Border& border, double force_n) noexcept {
     s_.phase = Phase::held;
     s_.hold = {border, 0.0, force_n};
     report(NeedleEventKind::border, border, force_n, force_n);
 }
 
-// The tip is in the tissue behind `border` from now on.
+// From now on the tip is in the tissue behind `border`.
 void SectionSolver::enter(const Border& border, double force_n, NeedleEventKind kind) noexcept {
     changeTissue(border.to, border.to_label, force_n);
-    // A hold that was dropped, the needle having slipped by, is not a cut.
+    // A border whose hold was dropped because the needle slipped past it does not count as cut.
     if (kind != NeedleEventKind::entry || !resists(row(border.to), force_n)) remember(border);
     report(kind, border, force_n, force());
 }
@@ -185,7 +186,8 @@ void SectionSolver::changeTissue(Tissue tissue, std::uint8_t label, double force
     s_.extension_m = b.stiffness_n_per_m > 0.0 ? clampToFriction(b, force_n) / b.stiffness_n_per_m : 0.0;
 }
 
-// Drawn back from a held border: the tip is in the tissue before it, with the force it had there.
+// The needle was withdrawn from a tenting border: the tip is in the tissue in front of it, with the force it
+// had there.
 void SectionSolver::stepBack() noexcept {
     if (s_.tissue == Tissue::air && !s_.bone_over_hold && s_.depth_m <= kSurface_m) return endTrack();
     has_left_ = true;
@@ -203,13 +205,13 @@ void SectionSolver::release(const TissueSample& x) noexcept {
     }
 }
 
-// Phase 2, at d* exactly.
+// Phase 2, exactly at d*.
 void SectionSolver::cut() noexcept {
     enter(s_.hold.border, row(s_.hold.border.to).cut_force_n, NeedleEventKind::puncture);
     fold();
 }
 
-// The borders passed while one was held are met now, in order, each with the force folded so far.
+// Meets, in order, the borders passed while one was tenting, each with the force folded so far.
 void SectionSolver::fold() noexcept {
     const int count = s_.queued_count;
     s_.queued_count = 0;
@@ -252,13 +254,12 @@ void SectionSolver::remember(const Border& border) noexcept {
     s_.cuts.add(std::uint64_t(border.to));
 }
 
-// ---- motion
-// ------------------------------------------------------------------------------------------------------
+// ---- Motion ----
 
 void SectionSolver::advance(double way_m) noexcept {
     while (s_.phase == Phase::held) {
         Hold& h = s_.hold;
-        if (h.depth_m < 0.0) {  // on the way back to the border
+        if (h.depth_m < 0.0) {  // moving back to the border
             if (way_m < -h.depth_m) {
                 h.depth_m += way_m;
                 return pass(way_m);
@@ -314,8 +315,7 @@ void SectionSolver::pass(double way_m) noexcept {
     s_.extension_m = std::clamp(s_.extension_m + way_m, -l_max, l_max);
 }
 
-// ---- the track
-// ---------------------------------------------------------------------------------------------------
+// ---- The track ----
 
 void SectionSolver::setFlags(const TissueSample& x) noexcept {
     const patient::TrackFlags after = patient_.flagsAfterEntering(x, s_.track);

@@ -1,5 +1,6 @@
-// The needle inside one voxel: what the border in front of it does, then its share of the way (model, section
-// 3). Private to needle.cpp: motion and look-up are there, the four phases are here.
+// The needle inside one voxel: handles the border in front of it, then moves it by this voxel's share of the
+// travel (model, section 3). Private to needle.cpp, which does motion and tissue look-up. The four phases
+// are here.
 #pragma once
 
 #include "haptics/hold.h"
@@ -18,14 +19,14 @@ class SectionSolver {
     // Haptics thread. Enters the voxel `sample` at `at_reference_m` and moves `way_m` along the axis inside
     // it.
     void run(const patient::TissueSample& sample, const Vec3& at_reference_m, double way_m, Way) noexcept;
-    // Haptics thread. The axial force of the present state.
+    // Haptics thread. Returns the axial force of the current state.
     double force() const noexcept;
-    // Whether a tissue or a hold was left, if only at a corner, for what is the same again: the force may
-    // have stepped.
+    // True if the tip left a tissue or a tenting border in this step, even if only at a voxel corner before
+    // re-entering the same tissue. The force may have stepped.
     bool hasLeft() const noexcept { return has_left_; }
 
   private:
-    // Where the tip's voxel stands against the state's tissue.
+    // Entering a voxel.
     bool onRigid() const noexcept;
     bool isFront(const patient::TissueSample&) const noexcept;
     void arrive(const patient::TissueSample&, const Vec3& at_reference_m, Way) noexcept;

@@ -9,7 +9,7 @@ namespace stylet::haptics {
 
 namespace {
 
-// The nearest vector no longer than `limit`.
+// Shortens v to at most `limit`.
 Vec3 clampLength(const Vec3& v, double limit, bool& limited) noexcept {
     const double length = std::sqrt(glm::dot(v, v));
     if (length <= limit) return v;
@@ -17,7 +17,7 @@ Vec3 clampLength(const Vec3& v, double limit, bool& limited) noexcept {
     return v * (limit / length);
 }
 
-// Toward `wanted_n` by at most `step_n`.
+// Moves the model force toward `wanted_n` by at most `step_n`.
 void limitRate(OutputState& s, const Vec3& wanted_n, double step_n) noexcept {
     bool cut = false;
     const Vec3 change = clampLength(wanted_n - s.model_n, step_n, cut);
@@ -25,9 +25,10 @@ void limitRate(OutputState& s, const Vec3& wanted_n, double step_n) noexcept {
     s.limited = s.limited || cut;
 }
 
-// The steepest the controller may be, N per m of a tick's way: twice what the steepest spring can owe
-// (Colgate and Schenkel's K (T/2 + t_d), over T), and against the bare mechanism's mass a quarter of what a
-// held force can stop in one tick, so that it ends no motion in less than four.
+// Upper bound of the controller's slope, N per m of motion per tick. First bound: twice what the stiffest
+// spring can owe (Colgate and Schenkel's K (T/2 + t_d), over T). Second bound, from the mass of the bare
+// mechanism: a quarter of the slope that stops the motion in one tick, so stopping takes at least four
+// ticks.
 double steadiest(const DeviceProfile& profile, double tangent_n_per_m, int delay_ticks,
                  double dt_s) noexcept {
     const double by_mass =
@@ -35,16 +36,16 @@ double steadiest(const DeviceProfile& profile, double tangent_n_per_m, int delay
     return std::min(by_mass, 2.0 * tangent_n_per_m * (0.5 + delay_ticks));
 }
 
-// The controller's force changes by less than a hand can tell in a tick (0.145 N, the study's threshold).
+// The controller's force changes per tick by less than a hand can notice (0.145 N, the study's threshold).
 constexpr double kControllerStep_n = 0.1;
 
-// Rounded up: a delay that is not accounted for is a debt that nobody sees.
+// Rounded up, because a delay that is left out would be an unobserved energy debt.
 int delayTicks(const DeviceProfile& profile, double dt_s) noexcept {
     const double ticks = std::ceil(knownOr(profile.delay_s, 0.0) / dt_s - 1e-9);
     return int(std::clamp(ticks, 0.0, double(kMaxDelayTicks)));
 }
 
-// What this tick brought; a model that gave no numbers has not moved its springs.
+// Motion and energy of this tick. If the model's values are not finite, its springs count as unchanged.
 Motion motionOf(const OutputState& s, const OutputTick& tick, const Vec3& modelled_n, bool finite) noexcept {
     Motion motion;
     motion.model_n = modelled_n;
@@ -82,12 +83,12 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     if (finite) limitRate(s, tool.force_n, settings.rate_limit_n_per_s * dt_s);
     const Vec3 modelled = clampLength(s.model_n, settings.model_force_n, s.limited);
 
-    // Of a spring that the clutch takes away nothing is left, nor owed.
+    // A spring that the clutch scales to zero stores nothing and owes nothing.
     const double scale = gain * tick.share;
     const WallForce wall = workspaceWall(profile, tick.grip_m);
     const double peak_n = knownOr(profile.force_peak_n, kWeakestForce_n);
     const Vec3 at_full = clampLength(scale * modelled + wall.force_n, peak_n, s.limited);
-    // A held clutch hides no contact from the check at the start.
+    // The check at the start must see contact even while the clutch is pressed.
     const Vec3 unclutched = gain * modelled + wall.force_n;
     stepSafety(s.safety, tick.unmet | (finite ? 0u : std::uint32_t(kFaultBadForce)),
                std::sqrt(glm::dot(unclutched, unclutched)), std::sqrt(glm::dot(wall.force_n, wall.force_n)),

@@ -13,14 +13,14 @@ using patient::Surrogate;
 namespace {
 
 constexpr double kGoldenAngle_rad = 2.39996322972865332;
-constexpr double kLevelSlope = 1.5;  // a smoothed distance rises at most so fast
+constexpr double kLevelSlope = 1.5;  // largest slope of the smoothed distance
 
 double capHeight(double from_axis_m, double curvature_m) noexcept {
     const double square = curvature_m * curvature_m - from_axis_m * from_axis_m;
     return curvature_m - std::sqrt(std::max(square, 0.0));
 }
 
-// Shares the area out and puts the points' middle on the axis, so that a flat pad feels no torque.
+// Divides the area among the points and centres them on the axis, so that a flat pad feels no torque.
 void finish(Pad& pad, double area_m2) noexcept {
     pad.point_area_m2 = area_m2 / pad.count;
     Vec3 middle_m(0.0);
@@ -32,7 +32,7 @@ void finish(Pad& pad, double area_m2) noexcept {
         pad.reach_m = std::max(pad.reach_m, glm::length(pad.points_m[std::size_t(i)]));
 }
 
-// Pulls the proxy after its point where it slips; the spring between them is left in `stretch_m`.
+// Pulls the proxy after its point where it slips. `stretch_m` returns the spring's extension along the skin.
 bool dragProxy(Vec3& proxy_m, const Vec3& point_m, const Vec3& normal, double most_m,
                Vec3& stretch_m) noexcept {
     stretch_m = point_m - proxy_m;
@@ -81,8 +81,8 @@ PadContact stepPad(PadState& s, const Pad& pad, const PadSettings& settings, con
     if (s.primed) contact.force.tissue_moved_m = skinMoved(motion, s.breath, breath, s.skin_reference_m);
     contact.force.event = !s.primed;
 
-    // The breath is taken at the skin, where the last step has found it: a tip that presses deep is among
-    // organs that slide on their own.
+    // Evaluate the breathing motion at the skin point found in the last step. A tip that presses deep would
+    // be among organs that slide independently.
     Carried toReference = carriedAt(motion, breath, tip_m + s.depth_m * s.outward);
     TouchPoint at_tip = touchAt(map, toReference(tip_m));
     const bool near = at_tip.level_m < kLevelSlope * pad.reach_m;

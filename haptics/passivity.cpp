@@ -11,7 +11,7 @@ const SentForce& acting(const PassivityState& s, int delay_ticks) noexcept {
     return s.sent[(s.newest + size - std::uint32_t(delay_ticks)) % size];
 }
 
-// Takes note of the tip's motion; returns what of it counts.
+// Records the tip's motion. Returns the part that counts.
 Vec3 noteMotion(PassivityState& s, const Vec3& moved_m) noexcept {
     constexpr std::uint32_t kLongest = 1u << 20;
     Vec3 counts_m = moved_m;
@@ -31,17 +31,18 @@ Vec3 noteMotion(PassivityState& s, const Vec3& moved_m) noexcept {
     return counts_m;
 }
 
-// By the hand, on this tick's motion, against what acted.
+// Work done by the hand during this tick's motion against the forces that acted.
 struct Work {
     double springs_j = 0.0, wall_j = 0.0, controller_j = 0.0;
-    double slow = 0.0;       // 0: told each tick, to 1: counts far apart
-    double bunched_j = 0.0;  // what a spring owes for a count told at once beyond the same way in even steps
+    double slow = 0.0;  // 0: reported every tick, to 1: encoder counts far apart
+    // What a spring owes for a count reported at once beyond the same motion in even steps.
+    double bunched_j = 0.0;
 };
 
 Work workOf(const PassivityState& s, const Motion& m, const Vec3& moved_m, int delay_ticks) noexcept {
     const SentForce& now = acting(s, delay_ticks);
     Work work;
-    // The tissue moves evenly.
+    // The tissue moves evenly, so this tick's force applies.
     work.springs_j = glm::dot(now.force_n - now.wall_n - now.controller_n, m.tissue_moved_m);
     work.controller_j = glm::dot(now.controller_n, m.tissue_moved_m);
     double told2 = 0.0, late2 = 0.0;
@@ -67,9 +68,9 @@ Work workOf(const PassivityState& s, const Motion& m, const Vec3& moved_m, int d
     return work;
 }
 
-// How fast the tip goes, as far as is known, and over how many ticks its next count is spread.
+// Estimated speed of the tip, and over how many ticks its next count is spread.
 struct Pace {
-    Vec3 way_m{0.0};  // in a tick
+    Vec3 way_m{0.0};  // motion per tick
     double ticks = 1.0;
 };
 
@@ -79,7 +80,7 @@ Pace paceNow(const PassivityState& s, const Vec3& tissue_moved_m) noexcept {
     double ticks = tissue2, all = tissue2;
     for (int k = 0; k < 3; ++k) {
         const std::size_t i = std::size_t(k);
-        // No count for longer than the last one took means slower; for twice as long, at rest.
+        // No count for longer than the last one took means the tip is slower; for twice as long, at rest.
         if (s.still[i] >= 2 * s.spread[i]) continue;
         pace.way_m[k] = s.told_m[k] / double(std::max(s.spread[i], s.still[i] + 1));
         const double way2 = pace.way_m[k] * pace.way_m[k];
@@ -97,8 +98,8 @@ void observe(PassivityState& s, const Motion& m, int delay_ticks) noexcept {
     const Vec3 moved_m = noteMotion(s, m.tip_moved_m);
     const Work work = workOf(s, m, moved_m, delay_ticks);
     const SentForce& force = acting(s, delay_ticks);
-    // At an event the springs are exchanged: neither a rise of S (a softer tissue under the same force) nor
-    // its fall (a cut) is the hand's doing. What is, is the work against the model's mean force.
+    // At an event the springs are replaced. A rise of S (a softer tissue under the same force) or a fall of
+    // S (a puncture) is not the hand's work. The hand's work is that against the model's mean force.
     const Vec3 mean_n = 0.5 * (s.model_n + m.model_n);
     const double stored_j = m.event ? -glm::dot(mean_n, moved_m - m.tissue_moved_m)
                                     : m.energy_j - s.energy_j + glm::dot(mean_n, m.tip_moved_m - moved_m);
@@ -116,7 +117,7 @@ Vec3 takeBack(const PassivityState& s, const Motion& m, int delay_ticks, double 
     const Pace pace = paceNow(s, m.tissue_moved_m);
     const double way2 = glm::dot(pace.way_m, pace.way_m);
     if (s.shortfall_j <= 0.0 || way2 <= 0.0) return Vec3(0.0);
-    // Behind a delay as many answers are on their way as it has ticks: each pays its share.
+    // With a delay, as many answers are in transit as it has ticks, so each pays only its share.
     const double share_j = s.shortfall_j / (pace.ticks + delay_ticks);
     return -std::min(share_j / way2, most_n_per_m) * pace.way_m;
 }
@@ -127,7 +128,7 @@ void remember(PassivityState& s, const SentForce& sent) noexcept {
 }
 
 void hashPassivity(patient::StateHash& hash, const PassivityState& s) noexcept {
-    const SentForce& sent = s.sent[s.newest];  // the older ones were added in their ticks
+    const SentForce& sent = s.sent[s.newest];  // older entries were added in their own ticks
     hash.add(sent.force_n);
     hash.add(sent.wall_n);
     hash.add(sent.scale);

@@ -1,17 +1,19 @@
-// Keeps what the hand feels from giving back more energy than it was given.
+// Prevents the rendered force from returning more energy to the hand than the hand has put in.
 // Based on Hannaford and Ryu, "Time-Domain Passivity Control of Haptic Interfaces", IEEE Trans. Robotics and
-// Automation 18(1), 2002, with two changes (model, section 4). The observer works on motion RELATIVE to the
-// tissue and against the energy S in the model's springs, so that the breath may push a hand that rests. And
-// it keeps no reserve: what friction took in one tick does not pay for the next, only debts are carried.
+// Automation 18(1), 2002, with two changes (model, section 4). First, the observer uses motion RELATIVE to
+// the tissue and the energy S stored in the model's springs, so that breathing may push a resting hand.
+// Second, it keeps no reserve: energy dissipated by friction in one tick does not pay for the next. Only
+// deficits are carried over.
 //
-// A spring K held over a tick T while the tip moves dx gives K dx^2 / 2 too much; the controller's answer is
-// then K dx / 2, the force half a tick ahead: the damping K T / 2 of Colgate and Schenkel's condition.
+// A spring K held over a tick T while the tip moves dx gives K dx^2 / 2 too much. The controller's answer is
+// then K dx / 2, the force half a tick ahead. That equals the damping K T / 2 of Colgate and Schenkel's
+// condition.
 //
-// An encoder tells a slow motion late and all at once. What it tells after n still ticks is taken to have
-// happened evenly over them: under the forces of all of them, owing a nth of what one tick's motion would;
-// and the answer is spread over the n ticks until the next count is due. Otherwise a count would owe n times
-// too much, and the answer to it would be a kick. The first count back after still ticks is the same edge
-// crossed again: no way at all.
+// An encoder reports a slow motion late, one count at a time. A count reported after n still ticks is
+// assumed to have happened evenly over them. Its work is computed with the forces of all n ticks, it owes
+// 1/n of what the same motion in one tick would, and the answer is spread over the n ticks until the next
+// count is due. Without this a count would owe n times too much, and the controller would kick. The first
+// count after a change of direction is the same encoder edge crossed again and counts as no motion.
 #pragma once
 
 #include <array>
@@ -24,49 +26,50 @@ namespace stylet::haptics {
 
 using patient::Vec3;
 
-// So much more is asked back than was seen: jitter is not seen, and of a slow swing over few counts only
-// about half (the edges where it turns).
+// Factors by which the controller takes back more than the observed excess. Jitter is not observed. Of a
+// slow oscillation over a few counts only about half is observed, because the counts at its turning points
+// are ignored.
 inline constexpr double kMargin = 1.25, kSlowMargin = 2.5;
-// Longest delay of a device that is accounted for.
+// Longest device delay that is taken into account.
 inline constexpr int kMaxDelayTicks = 16;
-// A count after so many still ticks, and any later one, is spread over so many.
+// Longest spread. A count after this many still ticks or more is spread over this many ticks.
 inline constexpr int kMaxSpreadTicks = 48;
 
-// What a device was told in one tick: all of it, and the wall's part. The scales say what share of the
-// model's force (gain and ramp) and of the wall's that is: their springs are scaled alike. A ramp that goes
-// on scales the springs, not the hand's account: only motion counts.
+// The force sent in one tick: the total, and the wall's part. `scale` is the factor on the model's force
+// (gain, clutch, ramp), `wall_scale` the factor on the wall's. The spring energies are scaled by the same
+// factors. A ramp changes the springs' scale without any work by the hand, so only motion is counted.
 struct SentForce {
     Vec3 force_n{0.0}, wall_n{0.0};
     double scale = 0.0, wall_scale = 0.0;
     Vec3 controller_n{0.0};  // the controller's part of it
 };
 
-// What one tick brought. Vectors in one frame, any.
+// Motion and energy of one tick. All vectors in the same frame, which may be any.
 struct Motion {
     Vec3 tip_moved_m{0.0}, tissue_moved_m{0.0};
     Vec3 model_n{0.0};           // the model's force, unscaled
     double energy_j = 0.0;       // S, unscaled
     double wall_energy_j = 0.0;  // unscaled
-    bool event = false;          // the springs are no longer those of the last tick
+    bool event = false;          // the springs differ from those of the last tick
 };
 
 struct PassivityState {
-    std::array<SentForce, kMaxDelayTicks + kMaxSpreadTicks> sent{};  // a ring
+    std::array<SentForce, kMaxDelayTicks + kMaxSpreadTicks> sent{};  // ring buffer
     std::uint32_t newest = 0;
     Vec3 model_n{0.0};  // of the last tick
     double energy_j = 0.0, wall_energy_j = 0.0;
-    double shortfall_j = 0.0;  // what was given too much and is not yet taken back
-    // Each axis of the tip: the last motion, the ticks it is spread over, the ticks since.
+    double shortfall_j = 0.0;  // excess energy given to the hand and not yet taken back
+    // Per axis of the tip: the last motion, the number of ticks it is spread over, the ticks since.
     Vec3 told_m{0.0};
     std::array<std::uint32_t, 3> spread{1, 1, 1}, still{};
-    std::array<std::int32_t, 3> sense{};  // which way the last count went
+    std::array<std::int32_t, 3> sense{};  // direction of the last count
 };
 
-// All: haptics thread, noexcept, no allocation, in this order each tick.
-// The observer. The force of `delay_ticks` ago, at most kMaxDelayTicks, acted on this motion.
+// All functions: haptics thread, noexcept, no allocation, called in this order in each tick.
+// The observer. The force sent `delay_ticks` ago (at most kMaxDelayTicks) acted on this motion.
 void observe(PassivityState&, const Motion&, int delay_ticks) noexcept STYLET_NONBLOCKING;
-// The controller: the force that takes the shortfall back if the tip goes on as it went, with at most
-// `most_n_per_m` times that way.
+// The controller. Returns the force that takes the excess back if the tip keeps its current motion. Its
+// magnitude is at most `most_n_per_m` times that motion per tick.
 Vec3 takeBack(const PassivityState&, const Motion&, int delay_ticks,
               double most_n_per_m) noexcept STYLET_NONBLOCKING;
 void remember(PassivityState&, const SentForce&) noexcept STYLET_NONBLOCKING;

@@ -10,9 +10,9 @@ using patient::Surrogate;
 
 namespace {
 
-constexpr int kNewtonSteps = 2;            // a tick: the skin moves by some 20 um in one
-constexpr double kFarthestStep_m = 0.002;  // that one of them goes
-constexpr double kSteepness = 0.5;         // least slope of the level that is trusted
+constexpr int kNewtonSteps = 2;            // per tick: the skin moves by about 20 um in one
+constexpr double kFarthestStep_m = 0.002;  // largest single Newton step
+constexpr double kSteepness = 0.5;         // smallest level slope that is trusted
 
 }  // namespace
 

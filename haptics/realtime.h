@@ -1,5 +1,5 @@
-// Marks what the 1 kHz thread calls: under clang's RealtimeSanitizer an allocation, a lock or a system call
-// in such a function ends the program. Other compilers see nothing.
+// Marks functions called on the 1 kHz thread. Under clang's RealtimeSanitizer an allocation, a lock or a
+// system call in such a function aborts the program. Other compilers ignore the mark.
 #pragma once
 
 #if defined(__clang__) && defined(__has_cpp_attribute)

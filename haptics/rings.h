@@ -1,4 +1,5 @@
-// What passes between threads: rings for everything that must not be lost, snapshots where the latest wins.
+// Communication between threads: ring buffers for data that must not be lost, snapshots where the latest
+// value wins.
 #pragma once
 
 #include <array>
@@ -9,7 +10,8 @@
 
 namespace stylet::haptics {
 
-// One producer, one consumer. push() on a full ring returns false and counts; nothing blocks or allocates.
+// One producer, one consumer. On a full ring push() returns false and counts the drop. Nothing blocks or
+// allocates.
 template <typename T>
 class Ring {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -37,7 +39,7 @@ class Ring {
         tail_.store(tail + 1 == slots_.size() ? 0 : tail + 1, std::memory_order_release);
         return true;
     }
-    // Producer thread: all that was pushed has been taken.
+    // Producer thread. True when the consumer has popped everything.
     bool empty() const noexcept {
         return tail_.load(std::memory_order_acquire) == head_.load(std::memory_order_relaxed);
     }
@@ -50,7 +52,8 @@ class Ring {
     alignas(64) std::atomic<std::size_t> dropped_{0};
 };
 
-// One writer, one reader; the reader sees the newest whole value. Three buffers, one atomic exchange a side.
+// One writer, one reader. The reader sees the newest complete value. Three buffers; one atomic exchange per
+// publish or read.
 template <typename T>
 class Snapshot {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -61,7 +64,7 @@ class Snapshot {
         buffers_[back_] = value;
         back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex;
     }
-    // Reader thread. Wait-free. True when the value is new since the last call.
+    // Reader thread. Wait-free. Returns true if the value is new since the last call.
     bool read(T& value) noexcept {
         const bool fresh = middle_.load(std::memory_order_relaxed) & kFresh;
         if (fresh) front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;

@@ -23,14 +23,14 @@ constexpr std::array<FaultText, 12> kTexts{{
     {kFaultInjected, "injected", "the instructor has let the device fail"},
 }};
 
-// No hand is further from its device than this; a pose beyond it is a device gone wrong.
+// No hand is farther from its device than this. A pose beyond it means a device fault.
 constexpr double kFarthestPose_m = 10.0;
-// How far a rotation's length may be from 1: single-precision drivers stay far inside.
+// Tolerance on the length of a rotation quaternion. Single-precision drivers stay far inside it.
 constexpr double kUnitTolerance = 1e-3;
-// Waiting ends a rounding early, never a tick late.
+// Tolerance for accumulated time, so that rounding never delays the end of waiting by a tick.
 constexpr double kSameTime_s = 1e-9;
-constexpr double kNothing = 1e-9;  // a level that is zero but for rounding
-// The wall is soft beside any tissue.
+constexpr double kNothing = 1e-9;  // a level this small is zero except for rounding
+// The wall is softer than any tissue.
 constexpr double kWall_n_per_m = 200.0, kWallForce_n = 1.0;
 
 bool isArmed(ForceStage stage) noexcept {
@@ -42,7 +42,7 @@ double distance(const Vec3& a, const Vec3& b) noexcept {
     return std::sqrt(glm::dot(d, d));
 }
 
-// Speed over the time since the last fresh pose: a silence followed by one large step is no leap.
+// Speed over the time since the last fresh pose: one large step after a silence is not a teleport.
 void measure(SafetyState& s, const DeviceState& device, bool good, double dt_s) noexcept {
     s.silence_s += dt_s;
     if (device.fresh == 0 || !good) return;
@@ -53,7 +53,7 @@ void measure(SafetyState& s, const DeviceState& device, bool good, double dt_s) 
     s.placed = true;
 }
 
-// What is no small force, or no number, and whose it is.
+// The bits for a force that is not small, or NaN, by its source.
 std::uint32_t largeForce(double force_n, double wall_n) noexcept {
     if (force_n <= kSmallForce_n) return 0;
     return wall_n > kSmallForce_n ? kWaitsOffWall : kWaitsForSmallForce;
@@ -68,14 +68,14 @@ std::span<const FaultText> faultTexts() noexcept {
 bool isPose(const Pose& pose) noexcept {
     const Vec3& p = pose.position_m;
     const double norm2 = glm::dot(pose.rotation, pose.rotation);
-    // Written so that NaN fails.
+    // NaN fails these comparisons.
     return std::fabs(p.x) <= kFarthestPose_m && std::fabs(p.y) <= kFarthestPose_m &&
            std::fabs(p.z) <= kFarthestPose_m && std::fabs(norm2 - 1.0) <= kUnitTolerance;
 }
 
 std::uint32_t checkDevice(SafetyState& s, const DeviceProfile& profile, const DeviceState& device,
                           double dt_s) noexcept {
-    // Written so that NaN fails.
+    // NaN fails these comparisons.
     const bool good = isPose(device.device_from_stylus) && isFinite(device.grip_m()) &&
                       device.share() >= 0.0 && device.share() <= 1.0;
     measure(s, device, good, dt_s);
@@ -86,7 +86,7 @@ std::uint32_t checkDevice(SafetyState& s, const DeviceProfile& profile, const De
     if (!s.focused) unmet |= kFaultNotFocused;
     if (s.silence_s > kStaleInput_s - kSameTime_s) unmet |= kFaultStaleInput;
     if (s.speed_m_s > (isArmed(s.stage) ? kOverSpeed_m_s : kSlowEnough_m_s)) unmet |= kFaultOverSpeed;
-    // False where the radius is unknown.
+    // The comparison is false for an unknown (NaN) radius.
     if (good && distance(device.grip_m(), profile.workspace_centre_m) > kReach * profile.workspace_radius_m)
         unmet |= kFaultOutOfReach;
     return unmet;
@@ -147,7 +147,7 @@ WallForce workspaceWall(const DeviceProfile& profile, const Vec3& grip_m) noexce
     const Vec3 out = grip_m - profile.workspace_centre_m;
     const double from_centre = std::sqrt(glm::dot(out, out));
     const double in_wall = from_centre - (1.0 - kWallShare) * profile.workspace_radius_m;
-    if (!(in_wall > 0.0)) return {};  // also where the radius is unknown
+    if (!(in_wall > 0.0)) return {};  // also for an unknown radius
     const double stiffness =
         std::min(kWall_n_per_m, 0.25 * knownOr(profile.stiffness_n_per_m, kWeakestStiffness_n_per_m));
     const double pressed = std::min(in_wall, kWallForce_n / stiffness);

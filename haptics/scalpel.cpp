@@ -15,7 +15,7 @@ Vec3 unitOr(const Vec3& v, const Vec3& otherwise) noexcept {
     return length > 0.0 ? v / length : otherwise;
 }
 
-// A straight cut grows to hold `at_m`, at the end that it lies beyond.
+// Extends a straight cut to include `at_m`, at the end beyond which `at_m` lies.
 void extend(Incision& cut, const Vec3& at_m) noexcept {
     const double length_m = glm::length(cut.end_reference_m - cut.begin_reference_m);
     const double from_begin_m = glm::length(at_m - cut.begin_reference_m);
@@ -24,7 +24,7 @@ void extend(Incision& cut, const Vec3& at_m) noexcept {
     (from_begin_m >= from_end_m ? cut.end_reference_m : cut.begin_reference_m) = at_m;
 }
 
-// One tick of the blade in the reference. All places and axes are the reference's.
+// One tick of the blade. All positions and axes are in the reference frame.
 struct Blade {
     ScalpelState& s;
     Incisions& incisions;
@@ -33,7 +33,8 @@ struct Blade {
     Vec3 point_m;
     Mat3 axes;  // edge, flat, handle
 
-    // The stretch of the spring: on the skin along its normal, and beside it as far as friction holds.
+    // Returns the spring's extension: full depth along the skin's normal, and tangentially as far as
+    // friction holds.
     Vec3 touch() noexcept {
         if (!s.touching) s.proxy_reference_m = point_m;
         const Vec3 normal = unitOr(skin.level_slope, axes[2]);
@@ -48,7 +49,8 @@ struct Blade {
         return deep + beside;
     }
 
-    // Inside: the proxy follows along each axis by what its resistance does not hold. Bone is not cut.
+    // Inside the body: along each axis the proxy follows the blade once the resistance is exceeded. Bone is
+    // not cut.
     Vec3 cut() noexcept {
         const bool on_bone = s.depth_m * skin.bone_per_m >= 1.0;
         Vec3 stretch = point_m - s.proxy_reference_m;
@@ -63,7 +65,7 @@ struct Blade {
         return stretch;
     }
 
-    // The incision that is open here, or -1.
+    // Index of an incision that is open here, or -1.
     int openHere() const noexcept {
         for (int i = 0; i < incisions.count; ++i)
             if (isOpen(incisions.list[std::size_t(i)], s.skin_reference_m, settings.open_reach_m)) return i;
@@ -124,7 +126,7 @@ ToolForce stepScalpel(ScalpelState& s, Incisions& incisions, const ScalpelSettin
         force.force_n = back * (-settings.stiffness_n_per_m * stretch);
         force.energy_j = 0.5 * settings.stiffness_n_per_m * glm::dot(stretch, stretch);
     } else {
-        force.event = force.event || s.cutting;  // what held the blade lets go
+        force.event = force.event || s.cutting;  // the tissue releases the blade
         s.touching = s.cutting = false;
         s.incision = -1;
     }

@@ -1,5 +1,5 @@
-// The scalpel: a light touch on the skin until its point goes in, then a blade that is held by what it cuts.
-// It opens an incision (incision.h) that the needle passes without the skin's threshold.
+// The scalpel: light contact on the skin until the point goes in, then a blade held by the tissue it cuts.
+// It opens an incision (incision.h), which the needle passes without the skin's puncture threshold.
 #pragma once
 
 #include "haptics/incision.h"
@@ -8,31 +8,32 @@
 
 namespace stylet::haptics {
 
-// Tool frame: the blade's point at the origin, +z along the handle out of the body, +x where the edge looks.
-// Forces are our choice: a blade goes in more lightly than a needle (skin's row: 0.7 N).
+// Tool frame: the blade's point at the origin, +z along the handle out of the body, +x in the direction of
+// the cutting edge. The forces are our choice: a blade goes in at a lower force than a needle (skin's row:
+// 0.7 N).
 struct ScalpelSettings {
-    double stiffness_n_per_m = 800.0;  // of the spring between the hand and the blade's proxy: skin's row
-    double cut_force_n = 0.4;          // along the skin's normal, where it is whole
-    double friction = 0.3;             // of the blade sliding on whole skin
-    // Inside, what moves the proxy along each of the blade's axes.
+    double stiffness_n_per_m = 800.0;  // of the spring between stylus and blade proxy: skin's row
+    double cut_force_n = 0.4;          // along the skin normal, on intact skin
+    double friction = 0.3;             // of the blade sliding on intact skin
+    // Inside the body: the force that moves the proxy along each of the blade's axes.
     double deeper_n = 0.3, along_edge_n = 0.2, across_blade_n = 0.8;
-    double width_per_depth = 0.5;  // of a No. 11 blade: a stab 6 mm deep opens 3 mm
-    double open_reach_m = 0.0015;  // beside an incision the skin is open
+    double width_per_depth = 0.5;  // No. 11 blade: a stab 6 mm deep opens 3 mm
+    double open_reach_m = 0.0015;  // within this distance of an incision the skin is open
 };
 
 struct ScalpelState {
     bool touching = false, cutting = false;
-    int incision = -1;  // the one being cut; none where the list is full
+    int incision = -1;  // index of the incision being cut, or -1; also -1 when the list was full
     Vec3 proxy_reference_m{0.0};
-    Vec3 skin_reference_m{0.0};  // under the point
+    Vec3 skin_reference_m{0.0};  // below the blade's point
     Vec3 outward{0.0};
-    double depth_m = 0.0;  // of the point, >= 0
+    double depth_m = 0.0;  // of the blade's point, >= 0
     patient::Surrogate breath;
     bool primed = false;
 };
 
-// Haptics thread. noexcept, no allocation. One tick; a cut is an event of the force. An incision is extended
-// to wherever the blade has been, at its ends: it stays straight.
+// Haptics thread. noexcept, no allocation. One tick. Piercing the skin sets ToolForce::event. An incision
+// is extended at its ends to every place the blade has been; it stays straight.
 ToolForce stepScalpel(ScalpelState&, Incisions&, const ScalpelSettings&, const TouchMap&,
                       const patient::MotionModel&, const Pose& patient_from_tool,
                       const patient::Surrogate&) noexcept STYLET_NONBLOCKING;

@@ -17,7 +17,7 @@ Quat unit(const Quat& q) noexcept {
     return {q.w / norm, q.x / norm, q.y / norm, q.z / norm};
 }
 
-// With one of these the last good pose stays.
+// With one of these faults the last accepted pose is kept.
 constexpr std::uint32_t kNoPose = kFaultBadPose | kFaultOutOfReach;
 
 void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
@@ -39,7 +39,7 @@ void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
 constexpr double kPerThousand = 1000.0;
 
 std::uint32_t packed(double scale) noexcept {
-    const bool number = scale >= kLeastBreathing;  // what is no number is the least
+    const bool number = scale >= kLeastBreathing;  // NaN becomes the minimum
     return std::uint32_t(
         std::floor((number ? std::fmin(scale, kMostBreathing) : kLeastBreathing) * kPerThousand + 0.5));
 }
@@ -103,7 +103,7 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
     describe(force, breath, out);
 }
 
-// True when a tool was taken or let go of.
+// Returns true if the active tool changed or a probe was parked or picked up.
 bool Simulation::takeCommands(const TickInput& input, std::uint32_t& unmet) noexcept {
     bool taken = false;
     for (std::uint32_t i = 0; i < input.command_count && i < std::uint32_t(kMaxCommandsPerTick); ++i) {
@@ -158,8 +158,8 @@ bool Simulation::takeCommands(const TickInput& input, std::uint32_t& unmet) noex
     return taken;
 }
 
-// Who coughs or sighs does not begin to hold his breath. A breath that has begun keeps its depth and length,
-// and so does a sigh: nothing jumps.
+// A breath-hold does not start during a cough or sigh. A breath or sigh that has started keeps its depth and
+// length, so that nothing jumps.
 void Simulation::stepBreath() noexcept {
     if (breath_.recording_v.empty() && state_.interruption.kind == patient::InterruptionKind::none)
         breath_.rhythm = {rhythm_.period_s / state_.breathing_scale.rate,
@@ -177,7 +177,7 @@ Surrogate Simulation::breathNow() const noexcept {
     return now;
 }
 
-// The way that he has moved in this tick.
+// Returns the patient's displacement in this tick.
 Vec3 Simulation::movePatient() noexcept {
     if (state_.move_ticks == 0) return Vec3(0.0);
     const double t_s = double(state_.move_ticks) * settings_.dt_s;
@@ -188,11 +188,11 @@ Vec3 Simulation::movePatient() noexcept {
     return state_.patient_moved_m - before_m;
 }
 
-// Returns what stands against force.
+// Returns the fault bits that forbid force.
 std::uint32_t Simulation::takePose(const DeviceState& device, bool& leapt) noexcept {
     const std::uint32_t unmet = checkDevice(state_.output.safety, settings_.profile, device, settings_.dt_s);
     if ((unmet & kNoPose) != 0) return unmet;
-    // Faster than any hand that means it: no way through the patient, and no stab.
+    // Faster than any intended motion: no path through the patient, and no stab.
     if (state_.posed && state_.output.safety.speed_m_s > kOverSpeed_m_s) {
         leapt = leap(state_.tools);
         if (!leapt) return unmet;
@@ -222,7 +222,7 @@ void Simulation::hashTick(const TickInput& input) noexcept {
     hashOutput(hash, state_.output);
     hash.add(state_.patient_from_stylus);
     hash.add(std::uint64_t(state_.posed));
-    // What is not there changes no hash.
+    // Optional state is hashed only when active.
     if (state_.move_ticks > 0) hash.add(state_.move_ticks);
     if (!(state_.breathing_scale == BreathingScale{})) {
         hash.add(state_.breathing_scale.depth);

@@ -1,5 +1,5 @@
-// One tick of everything that is hashed: a fold over (package, scenario, per-tick device state and commands).
-// No clock, no thread, no I/O: the loop (loop.h), a replay and a test call the same step().
+// One tick of all hashed state: a fold over (package, scenario, per-tick device state and commands). No
+// clock, no thread, no I/O. The loop (loop.h), a replay and a test all call the same step().
 #pragma once
 
 #include <array>
@@ -17,47 +17,48 @@ namespace stylet::haptics {
 enum class CommandKind : std::uint32_t {
     holdBreath,
     breathe,
-    rearm,  // the explicit act after a fault (safety.h)
+    rearm,  // re-arm after a fault (safety.h)
     marker,
-    tool,   // value: the Tool to take in hand
-    park,   // value: 1 leaves the probe where it is held, 0 takes it off the skin
-    focus,  // value: 0 takes the force away: the session is not seen or the headset is off
-    // Not felt: hashed and logged with their tick like the others (app/training/machines.h).
-    inject,      // value: contrast medium at the needle's tip, microlitres a second; 0 ends it
-    pedal,       // value: 1 X-rays, 0 none
-    xray,        // value: a knob of the C-arm, and where to
-    ultrasound,  // the same of the ultrasound machine
-    // The instructor's.
+    tool,   // value: the Tool to select
+    park,   // value: 1 parks the probe where it is, 0 takes it off the skin
+    focus,  // value: 0 removes the force: the session is not visible or the headset is off
+    // Not felt. Hashed and logged with their tick like the others (app/training/machines.h).
+    inject,      // value: contrast medium at the needle's tip, microlitres per second; 0 stops it
+    pedal,       // value: 1 X-rays on, 0 off
+    xray,        // value: a C-arm control and its new setting
+    ultrasound,  // the same for the ultrasound machine
+    // Sent by the instructor.
     cough,
-    sigh,       // both at once, laid over the breath; a hold ends in them
-    move,       // the patient starts, and comes back (kMove_s)
-    fault,      // as if the device had failed: kFaultInjected
-    bleed,      // not felt: the newest hole in the skin bleeds
-    lights,     // not felt; value: 0 puts the lamps out, 1 on
-    breathing,  // value: breathingCommand(); from his next breath on
+    sigh,       // cough and sigh: start at once, added to the breathing; a breath-hold ends with them
+    move,       // the patient startles: moves and returns within kMove_s
+    fault,      // simulates a device failure: kFaultInjected
+    bleed,      // not felt: the newest needle hole in the skin bleeds
+    lights,     // not felt; value: 0 switches the lamps off, 1 on
+    breathing,  // value: breathingCommand(); takes effect with the next breath
 };
 inline constexpr CommandKind kLastCommandKind = CommandKind::breathing;
 
-// How he starts: a way there and back, no faster than 17 mm/s, smooth to the third derivative.
+// Startle motion: there and back at 17 mm/s or less, smooth to the third derivative.
 inline constexpr double kMove_s = 1.6;
-inline constexpr Vec3 kMoved_m{-0.005, 0.001, 0.004};  // patient frame; away from a needle in his right flank
+inline constexpr Vec3 kMoved_m{-0.005, 0.001, 0.004};  // patient frame; away from a needle in the right flank
 
-// A command takes effect in the tick that pops it; that tick is logged with it.
+// A command takes effect in the tick that pops it, and is logged with that tick.
 struct Command {
     CommandKind kind = CommandKind::marker;
-    std::uint32_t value = 0;  // marker: the scenario's moment; others: see there
+    std::uint32_t value = 0;  // marker: any number; others: see CommandKind
 };
-// So many times as deep and as quick as in the plan; a recorded breath stays as it was recorded.
+// Factors on depth and rate of the planned breathing. A recorded breathing signal is not scaled.
 struct BreathingScale {
     double depth = 1.0, rate = 1.0;
     friend bool operator==(const BreathingScale&, const BreathingScale&) = default;
 };
 inline constexpr double kLeastBreathing = 0.5, kMostBreathing = 2.0;
-// Rounded to a thousandth, and kept between these two; as packed into the command's value, and back.
+// Packs the factors into a command's value, and unpacks them. Both are clamped to [kLeastBreathing,
+// kMostBreathing] and rounded to 0.001. NaN becomes the minimum.
 Command breathingCommand(const BreathingScale&) noexcept;
 BreathingScale breathingScale(const Command&) noexcept;
 
-// A run in which one is given needs a TouchMap.
+// True if the command selects a tool that presses on the skin. Such a run needs a TouchMap.
 constexpr bool takesToolOnSkin(const Command& c) noexcept {
     return c.kind == CommandKind::tool && c.value < std::uint32_t(kToolCount) && pressesOnSkin(Tool(c.value));
 }
@@ -72,11 +73,11 @@ struct TickInput {
 struct SimulationSettings {
     double dt_s = 0.001;
     Pose patient_from_device;
-    std::optional<patient::BreathPlan> breath;  // absent: the patient's own rhythm, and he complies
+    std::optional<patient::BreathPlan> breath;  // absent: the patient's own rhythm, complying with commands
     ToolSettings tools;
     OutputSettings output;
     DeviceProfile profile;
-    std::uint64_t scenario_digest = 0;  // folded into the hash first, with the package's digest
+    std::uint64_t scenario_digest = 0;  // added to the hash first, with the package's digest
     std::uint64_t seed = 0;
 };
 
@@ -84,58 +85,60 @@ struct SimulationState {
     std::uint64_t tick = 0;
     patient::BreathingState breathing;
     patient::Interruption interruption;
-    BreathingScale breathing_scale;  // as commanded last
+    BreathingScale breathing_scale;  // as last commanded
     ToolState tools;
     OutputState output;
-    // A pose that cannot be is refused, and a leap with the needle in the body: the last good one stays.
+    // The last accepted pose. Implausible poses are refused, and so is a teleport while the needle is in the
+    // body.
     Pose patient_from_stylus;
-    bool posed = false;            // there has been a good pose
-    std::uint64_t move_ticks = 0;  // since he started; 0: he lies still
-    Vec3 patient_moved_m{0.0};     // from where he lay
-    patient::StateHash hash;       // running: covers every tick so far
+    bool posed = false;            // there has been an accepted pose
+    std::uint64_t move_ticks = 0;  // since the startle began; 0: the patient lies still
+    Vec3 patient_moved_m{0.0};     // displacement from the initial position
+    patient::StateHash hash;       // running hash of every tick so far
 };
 
-// What the picture and the session may know of a tick. Trivially copyable: it travels in snapshots and rings.
+// Result of one tick for rendering and the session. Trivially copyable: it travels in snapshots and rings.
 struct TickOutput {
     std::uint64_t tick = 0;
-    Tool tool = Tool::needle;      // in hand
-    bool tool_waits = true;        // and is not felt before it has been outside the body
-    std::uint32_t tool_begun = 0;  // how often one was taken up, or leapt to where it is
-    Pose patient_from_tool;        // as held; tip at the origin, +z toward the hand
+    Tool tool = Tool::needle;      // the active tool
+    bool tool_waits = true;        // it gives no force until it has been outside the body
+    std::uint32_t tool_begun = 0;  // number of tool changes and teleports so far
+    Pose patient_from_tool;        // stylus pose; tip at the origin, +z toward the hand
     ToolForce tool_force;          // of the model, patient frame
-    Pose patient_from_needle;  // on the rail while it is snapped in; the last one while another tool is held
+    Pose patient_from_needle;  // On the rail while snapped in. The last pose while another tool is active.
     bool needle_in_guide = false;
     bool probe_parked = false;
-    Pose patient_from_probe;            // of the parked one
-    double probe_touching_share = 0.0;  // of the face of the probe in hand: the rest shows nothing
+    Pose patient_from_probe;  // of the parked probe
+    // Share of the hand-held probe's face in contact; the rest shows no image.
+    double probe_touching_share = 0.0;
     double probe_pressure_pa = 0.0;
     Vec3 tip_reference_m{0.0};  // where the needle's tissue is looked up
-    int incision_count = 0;     // of the scalpel
+    int incision_count = 0;     // number of incisions made by the scalpel
     Incision newest_incision;
-    int cut_incision = -1;  // of these the one that is cut now, and as it is now
+    int cut_incision = -1;  // Index of the incision being cut, or -1.
     Incision cut;
-    Vec3 patient_moved_m{0.0};  // the patient frame itself, from where it was at first
+    Vec3 patient_moved_m{0.0};  // displacement of the patient frame from its initial position
     patient::Surrogate breath;
     bool breath_held = false;
     Phase phase = Phase::outside;
     Tissue tissue = Tissue::air;
     std::uint8_t label = 0;
     double depth_m = 0.0, force_n = 0.0;  // axial, model
-    double extension_m = 0.0;             // proxy behind tip
+    double extension_m = 0.0;             // distance of the proxy behind the tip
     double lateral_cut_m = 0.0;
     Vec3 sent_device_n{0.0};        // after the output stage, device frame
     Vec3 controller_device_n{0.0};  // the passivity controller's part of it
     ForceStage stage = ForceStage::waiting;
-    double level = 0.0;         // share of the force that is sent
+    double level = 0.0;         // fraction of the force that is sent
     std::uint32_t faults = 0;   // Fault bits
-    std::uint32_t awaited = 0;  // Fault bits that keep the force from beginning
+    std::uint32_t awaited = 0;  // Fault bits that prevent the force from starting
     std::uint64_t state_hash = 0;
 };
 
 class Simulation {
   public:
-    // `touch`: what finger, probe and scalpel press on; without it they feel nothing. While none of them is
-    // taken the hash is the same with and without.
+    // `touch` is what the finger, probe and scalpel press on. Without it they feel nothing. As long as none
+    // of them is selected, the hash is the same with and without it.
     Simulation(const patient::Patient&, const SimulationSettings&, const TouchMap* touch = nullptr);
 
     // Haptics thread. noexcept, no allocation, no lock, no I/O.
@@ -159,7 +162,7 @@ class Simulation {
     const patient::Patient* patient_;
     std::optional<TouchTools> touch_;
     SimulationSettings settings_;
-    patient::BreathPlan breath_;  // its rhythm as scaled
+    patient::BreathPlan breath_;  // with its rhythm scaled
     patient::BreathingSignal rhythm_;
     SimulationState state_;
     double gain_ = 1.0;

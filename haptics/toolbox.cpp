@@ -12,7 +12,7 @@ using patient::Surrogate;
 
 namespace {
 
-// The tool in hand touches nothing. Gas in the body is labelled, the air outside is not.
+// True if the active tool touches nothing. Gas in the body is labelled; the air outside is not.
 bool isOutside(const ToolState& s, const ToolSettings& settings, const TouchTools* touch,
                const Patient& patient, const Surrogate& breath) noexcept {
     const patient::MotionModel& motion = patient.package().motion;
@@ -29,7 +29,7 @@ bool isOutside(const ToolState& s, const ToolSettings& settings, const TouchTool
                .touching == 0;
 }
 
-// What the hand knew is forgotten: it feels again once it has been outside.
+// Clears all contact state: the tool gives force again once it has been outside the body.
 void beginAnew(ToolState& s) noexcept {
     s.finger = {};
     s.held_probe = {};
@@ -39,7 +39,7 @@ void beginAnew(ToolState& s) noexcept {
     ++s.begun;
 }
 
-// Returns how far the breath has carried the probe.
+// Moves the parked probe with breathing. Returns its displacement.
 Vec3 carryProbe(ParkedProbe& probe, const TouchTools* touch, const Patient& patient,
                 const Surrogate& breath) noexcept {
     if (!probe.parked) return Vec3(0.0);
@@ -72,10 +72,10 @@ ToolForce stepHeldNeedle(ToolState& s, const ToolSettings& settings, const Patie
                                  breath, events, s.incisions);
     if (railed && s.needle.phase == Phase::outside) force.tissue_moved_m = probe_moved_m;
     if (s.guide.snapped) {
-        // What pushes the needle sideways is the rail's to bear: the hand feels the rail.
+        // The rail bears the lateral forces on the needle: the hand feels the rail instead.
         force.force_n = -s.needle.force_n * axis;
         force.energy_j = axialEnergy(s.needle, settings.needle, patient);
-        // Along the needle the tissue's, across it the rail's.
+        // Along the needle the tissue's motion, across it the rail's.
         force.tissue_moved_m = probe_moved_m + axis * glm::dot(force.tissue_moved_m - probe_moved_m, axis);
     }
     force.force_n += guided.force_n;
@@ -90,7 +90,7 @@ ToolForce stepHeldScalpel(ToolState& s, const ScalpelSettings& settings, const T
     const bool unmarked = s.scalpel.cutting && s.scalpel.incision < 0;
     const ToolForce force =
         stepScalpel(s.scalpel, s.incisions, settings, map, motion, s.patient_from_tool, breath);
-    // It cuts, but there is no room to remember where.
+    // It cuts, but the list is full.
     if (!unmarked && s.scalpel.cutting && s.scalpel.incision < 0)
         events.add({NeedleEventKind::overflow, patient::Role::pass,
                     Border{s.scalpel.skin_reference_m, Tissue::air, Tissue::skin, 0, 0.0}, s.scalpel.depth_m,
@@ -141,7 +141,7 @@ bool parkProbe(ToolState& s, const TouchTools* touch, const Patient& patient, co
     if (!stay) {
         const bool guides = s.guide.snapped && s.needle.phase != Phase::outside;
         if (!s.probe.parked || guides) return false;
-        s.waits = s.waits || s.in_hand == Tool::probe;  // in hand again
+        s.waits = s.waits || s.in_hand == Tool::probe;  // active again
         s.probe.parked = false;
         return true;
     }

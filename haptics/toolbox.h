@@ -1,4 +1,4 @@
-// The five tools of one hand: which is held, what it meets in a tick. An idle tool costs nothing.
+// The five tools of one hand: which is active, and what it touches in a tick. Inactive tools cost nothing.
 #pragma once
 
 #include "haptics/finger.h"
@@ -11,7 +11,7 @@
 namespace stylet::haptics {
 
 struct ToolSettings {
-    Tool first = Tool::needle;  // in hand at the start
+    Tool first = Tool::needle;  // active at the start
     NeedleSettings needle;
     GuideSettings guide;
     FingerSettings finger;
@@ -22,12 +22,12 @@ struct ToolSettings {
 constexpr bool holdsNeedle(Tool tool) noexcept {
     return tool == Tool::guide || tool == Tool::needle;
 }
-// Finger, probe and scalpel: they need a TouchMap of the patient, and feel nothing without.
+// True for finger, probe and scalpel. They need a TouchMap of the patient and feel nothing without one.
 constexpr bool pressesOnSkin(Tool tool) noexcept {
     return !holdsNeedle(tool);
 }
 
-// What presses on the skin, with its pads made once.
+// The touch map and the pads of the tools that press on the skin, built once.
 struct TouchTools {
     TouchTools(const TouchMap& of, const ToolSettings& settings) noexcept
         : map(&of), finger_pad(fingerPad(settings.finger)), probe_pad(probePad(settings.probe)) {}
@@ -35,22 +35,23 @@ struct TouchTools {
     const TouchMap* map;
     Pad finger_pad, probe_pad;
 };
-// What pads can be made of: settings read from a file are asked first.
+// True if the pads can be built. Check settings read from a file with it first.
 bool padsFit(const ToolSettings&) noexcept;
 
-// Stylus and probe have their tips in common; the probe's +z points the other way, into the body.
+// Stylus and probe share their tip. The probe's +z points the other way, into the body.
 inline const Pose kStylusFromProbe{{0.0, 1.0, 0.0, 0.0}, Vec3(0.0)};
 
-// A probe that was let go of: it keeps its orientation and rides the skin along its normal, its guide with it
-// (without a map of the skin it goes wherever the point under it goes).
+// A parked probe with its guide. It keeps its orientation and rides the skin along the skin normal. Without
+// a touch map it follows the tissue point under it.
 struct ParkedProbe {
     bool parked = false;
-    Vec3 skin_reference_m{0.0};  // under the face's centre
+    Vec3 skin_reference_m{0.0};  // under the centre of the face
     SkinRider rider;
     Pose patient_from_probe;
 };
 
-// Every number of the settings in one order, for hash and record; `first` and the counts apart.
+// Visits every floating-point setting in a fixed order, for hash and record. `first` and the counts are
+// separate.
 template <typename Settings, typename Visit>
 void eachToolNumber(Settings& s, const Visit& visit) {
     static_assert(sizeof s.needle == 5 * sizeof(double) && sizeof s.guide == (7 + 6) * sizeof(double) &&
@@ -80,10 +81,13 @@ void eachToolCount(Settings& s, const Visit& visit) {
 
 struct ToolState {
     Tool in_hand = Tool::needle;
-    bool waits = true;  // at the start, taken up or after a leap: nothing is felt until it has been outside
-    std::uint32_t begun = 0;  // how often that began; for who follows the ticks, not hashed
+    // After the start, a tool change or a teleport: no force until the tool has been outside the body.
+    bool waits = true;
+    // How often `waits` was set by a tool change or teleport. For observers of the ticks; not hashed.
+    std::uint32_t begun = 0;
     Pose patient_from_tool;
-    Pose patient_from_needle;  // the same, but on the rail in the guide; the last one while another is held
+    // The same, but on the rail when in the guide. The last pose while another tool is active.
+    Pose patient_from_needle;
     NeedleState needle;
     GuideState guide;
     ParkedProbe probe;
@@ -95,22 +99,22 @@ struct ToolState {
 
 // All below: haptics thread. noexcept, no allocation.
 
-// Takes `tool` in hand. False when it was there already, or cannot be: a needle in the body is drawn out
-// first.
+// Selects `tool`. Returns false if it is already active or cannot be selected: a needle in the body must be
+// withdrawn first.
 bool takeTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
-// The probe in hand is let go of where it is (`stay`), and the hand is empty; or a parked one is taken off
-// the skin, unless its rail guides a needle in the body. False when nothing came of it.
+// `stay`: parks the hand-held probe where it is; the hand is then empty. Otherwise takes a parked probe off
+// the skin, unless its rail guides a needle in the body. Returns false if nothing changed.
 bool parkProbe(ToolState&, const TouchTools*, const patient::Patient&, const patient::Surrogate& breath,
                bool stay) noexcept STYLET_NONBLOCKING;
-// The hand was not where it is now a tick ago, and went no way: a tool outside the body is as if taken up
-// here. False where that cannot be, with a needle in the body.
+// The device teleported: re-seat the tool without sweeping it, as if it had just been selected there.
+// Returns false if the needle is in the body, where that is impossible.
 bool leap(ToolState&) noexcept STYLET_NONBLOCKING;
-// One tick of the tool in hand, patient frame. Without `touch` only the needle is felt.
+// One tick of the active tool, patient frame. Without `touch` only the needle is felt.
 ToolForce stepTools(ToolState&, const ToolSettings&, const TouchTools* touch, const patient::Patient&,
                     const Pose& patient_from_stylus, const patient::Surrogate& breath,
                     NeedleEvents&) noexcept STYLET_NONBLOCKING;
 
-// The steepest that any of the tools gets, N/m: what a device's gain is set by.
+// Largest tangent stiffness of any tool, N/m. It determines the device's gain.
 double worstTangent(const patient::TissueTable&, const ToolSettings&) noexcept;
 
 void hashTools(patient::StateHash&, const ToolState&) noexcept STYLET_NONBLOCKING;

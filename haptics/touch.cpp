@@ -17,11 +17,12 @@ namespace {
 
 constexpr double kAirInFront_m = 0.002;
 constexpr double kSecant_m = 0.006;
-constexpr double kCrease = 0.25;        // a slope of the level below it: no way in is the shortest
-constexpr int kShellSmoothings = 2;     // binomial passes, half a node squared of variance each
-constexpr double kThinnest_m = 0.0005;  // a voxel of skin on bone
-// Nodes that a look-up may need: as deep as one can press, and the spline's reach outside. The nearest to the
-// skin are summed up voxel by voxel; deeper ones have what is there at their foot.
+constexpr double kCrease = 0.25;        // below this slope of the level, no shortest way in is defined
+constexpr int kShellSmoothings = 2;     // binomial passes, each adds a variance of half a node squared
+constexpr double kThinnest_m = 0.0005;  // one voxel of skin on bone
+// Range of nodes that a look-up may need: down to the greatest pressing depth, and out by the spline's
+// reach. Nodes within kShell_m of the skin are computed voxel by voxel. Deeper ones copy the values at their
+// foot point.
 constexpr double kDeepest_m = -0.056, kHighest_m = 0.006, kShell_m = 0.004;
 
 }  // namespace
@@ -31,7 +32,7 @@ Layers layersUnder(const Patient& patient, const Vec3& skin_m, const Vec3& inwar
     const double way_m = 2.0 * kAirInFront_m + kTouchDepth_m;
     Layers layers;
     double depth_m = 0.0;   // from the first tissue
-    double young_pa = 0.0;  // goes on where the image ends
+    double young_pa = 0.0;  // keeps its value beyond the image's edge
     patient::TrackFlags track;
     for (patient::VoxelWalk w(patient.grid(), from, from + way_m * inward); !w.done(); w.next()) {
         const patient::TissueSample x = patient.at(w.voxel(), track);
@@ -53,13 +54,13 @@ Layers layersUnder(const Patient& patient, const Vec3& skin_m, const Vec3& inwar
 
 namespace {
 
-// Of the three numbers of a node: what is summed up, and where there is anything to press.
+// Computes stiffness and bone of one node, if there is something to press on.
 void sumUp(const Patient& patient, const patient::Skin& skin, const Vec3& at_m, float* node) noexcept {
     const Vec3 foot = patient::footOnSkin(skin, at_m);
     const Vec3 normal = patient::skinAt(skin, foot).normal;
     const double length = glm::length(normal);
     if (!(length > kCrease)) return;
-    // Beyond the image's ends its last slices go on.
+    // Beyond the image's edge its last slices continue.
     const Vec3 last_m = patient.grid().centre(patient.grid().dims - 1);
     const Vec3 within_m = glm::clamp(foot, patient.grid().origin_m, last_m);
     const Layers layers = layersUnder(patient, within_m, normal / -length);
@@ -69,7 +70,7 @@ void sumUp(const Patient& patient, const patient::Skin& skin, const Vec3& at_m, 
     node[2] = float(1.0 / std::max(layers.cover_m, kThinnest_m));
 }
 
-// What lies beside a point carries too: layers and bone are smoothed along the shell, and a rib has no edge
+// Tissue beside a point carries load too. Layers and bone are smoothed along the shell, so a rib has no edge
 // that is stiffer than the rib.
 class ShellSmoother {
   public:
@@ -111,7 +112,7 @@ class ShellSmoother {
     std::vector<float> weight_, stiffness_, bone_;
 };
 
-// Linear between the nodes of the shell around a foot on the skin.
+// Linear interpolation between the shell nodes around the foot point on the skin.
 void takeFrom(const TouchMap& map, const patient::Skin& skin, const Vec3& at_m, float* node) noexcept {
     const Vec3 v = map.grid.toVoxels(patient::footOnSkin(skin, at_m));
     const Index3 low = glm::clamp(Index3(glm::floor(v)), Index3(0), map.grid.dims - 2);
@@ -172,7 +173,7 @@ Pressed pressed(const TouchPoint& t, double stiffest) noexcept {
     const bool thin = t.stiffness_n_per_m3 * kMostStiffening >= stiffest;
     const double k = thin ? stiffest / kMostStiffening : t.stiffness_n_per_m3;
     Pressed p;
-    double over_k, over_bone;  // slopes of the energy
+    double over_k, over_bone;  // derivatives of the energy with respect to the stiffness and to 1 / cover
     const double strain = d * t.bone_per_m;
     if (strain <= kMostStrain) {
         const double left = 1.0 / (1.0 - strain);

@@ -6,7 +6,7 @@ namespace stylet::haptics {
 
 namespace {
 
-// Normalised linear, the short way round.
+// Normalised linear interpolation along the shorter arc.
 Quat between(const Quat& a, const Quat& b, double share) noexcept {
     const double sign = glm::dot(a, b) < 0.0 ? -1.0 : 1.0;
     const Quat q = a * (1.0 - share) + b * (sign * share);

@@ -1,4 +1,4 @@
-// A device trace: the hand and the commands over time, scripted or recorded, one sample a tick or sparser.
+// A device trace: stylus poses and commands over time, scripted or recorded. One sample per tick, or fewer.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +23,9 @@ struct Trace {
     std::vector<TraceCommand> commands;  // ascending t
 };
 
-// The hand at t: linear between samples (normalised linear for rotations), the ends held. noexcept, no
-// allocation. `hint` is the caller's cursor: keeps a forward sweep O(1).
+// Returns the stylus at time t. Positions are interpolated linearly and rotations by normalised lerp;
+// before the first and after the last sample the pose is constant. noexcept, no allocation. `hint` is the
+// caller's cursor; it makes a forward sweep O(1) per call.
 TraceSample sampleAt(const Trace&, std::int64_t t_ns, std::size_t& hint) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

@@ -1,10 +1,10 @@
-# Shared by the commands of this folder: sourced, not run. Debian 12; any working directory.
+# Shared by the commands of this folder: sourced, not run. For Debian 12; works in any directory.
 set -euo pipefail
 ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export CCACHE_SLOPPINESS=pch_defines,time_macros
-# Another clone of the same sources finds the same cache.
+# Lets other clones of the same sources share the cache.
 export CCACHE_BASEDIR=$ROOT CCACHE_NOHASHDIR=1
-export CCACHE_DEPEND=1  # a tenth less where nothing is there yet: no preprocessing to look it up
+export CCACHE_DEPEND=1  # a cold build is 10 % faster, because lookups need no preprocessing
 JOBS=$(nproc)
 
 say() { printf '\033[1m== %s\033[0m\n' "$*" >&2; }
@@ -36,7 +36,7 @@ as_root() {
     fi
 }
 
-# find_missing SECTION...: what the sections name and this machine lacks, in MISSING.
+# find_missing SECTION...: stores the sections' packages that are not installed in MISSING.
 find_missing() {
     local section name
     MISSING=()
@@ -48,7 +48,7 @@ find_missing() {
     done
 }
 
-# install_packages SECTION...: installs what is missing.
+# install_packages SECTION...: installs the missing packages.
 install_packages() {
     find_missing "$@"
     [ ${#MISSING[@]} = 0 ] && return
@@ -65,7 +65,7 @@ configure_and_build() {
     local preset=$1 options=$2
     shift 2
     stage "$preset: configuring"
-    # Fresh: another compiler than the folder's would cost the preset's settings.
+    # --fresh: if the compiler differs from the folder's, CMake would lose the preset's settings.
     # shellcheck disable=SC2086  # options are words
     (cd "$ROOT" && cmake --fresh --preset "$preset" $options >"$ROOT/build/$preset.configure.log" 2>&1) ||
         { tail -n 30 "$ROOT/build/$preset.configure.log" >&2; die "configuring $preset failed"; }
@@ -73,8 +73,8 @@ configure_and_build() {
     NINJA_STATUS='[%f/%t %es] ' cmake --build "$ROOT/build/$preset" -j "$JOBS" ${1:+--target "$@"} | show_progress
 }
 
-# Copies ninja's output. On a terminal its progress is one line, with the time left if the remaining steps are like those
-# done; else a line every ten seconds.
+# Copies ninja's output. On a terminal, progress is one line with an estimate of the time left, which assumes that the
+# remaining steps take as long as the finished ones. Otherwise prints a line every ten seconds.
 show_progress() {
     local line left shown=-10
     while IFS= read -r line; do
@@ -96,7 +96,7 @@ show_progress() {
     return 0
 }
 
-# option_of_release NAME DEFAULT: an option of CMake as the release build has it now, as -DNAME=VALUE.
+# option_of_release NAME DEFAULT: prints the release build's current value of a CMake option as -DNAME=VALUE.
 option_of_release() {
     local value
     value=$(sed -n "s/^$1:BOOL=//p" "$ROOT/build/release/CMakeCache.txt" 2>/dev/null || true)

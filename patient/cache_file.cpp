@@ -47,7 +47,7 @@ void sweepLeftovers(const fs::path& folder, const std::string& name) {
     std::error_code end;
     for (fs::directory_iterator entry(folder, end), none; !end && entry != none; entry.increment(end)) {
         if (!isLeftover(entry->path().filename().string(), name)) continue;
-        std::error_code gone;  // another program sweeps, too
+        std::error_code gone;  // another program may sweep at the same time
         const auto written = entry->last_write_time(gone);
         if (!gone && entry->is_regular_file(gone) && fs::file_time_type::clock::now() - written > kAbandoned)
             fs::remove(entry->path(), gone);

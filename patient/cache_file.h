@@ -1,4 +1,4 @@
-// Files of a cache: each can be made again, and several programs may write the same one at the same time.
+// Cache files. Each file can be rebuilt, and several programs may write the same file at the same time.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +9,15 @@
 
 namespace stylet::patient {
 
-// Makes the folder too. Whole or not at all, under a name of its own, FILE.DIGITS, then renamed: who has the
-// old one open reads it to its end. Throws DataError with the reason, and leaves nothing. Not flushed: a
-// machine that loses power may tear it, so the reader must check what it reads.
+// Also creates the folder. Writes to a temporary file FILE.DIGITS and renames it, so a reader sees all of
+// the old file or all of the new one. A program that has the old file open can read it to its end. On
+// failure, throws DataError with the reason and leaves no file behind. The data is not flushed to disk: a
+// power failure can truncate the file, so the reader must check what it reads.
 void writeCacheFile(const std::filesystem::path& file,
                     std::initializer_list<std::span<const std::byte>> parts);
 
-// Removes what killed programs left of that: NAME.DIGITS, for `name` or any, untouched for an hour. A younger
-// one may be being written.
+// Removes temporary files left by killed programs: NAME.DIGITS, for `name` or for any name if it is empty.
+// Only files untouched for an hour are removed; a newer one may still be being written.
 void sweepLeftovers(const std::filesystem::path& folder, const std::string& name = {});
 
 }  // namespace stylet::patient

@@ -11,7 +11,7 @@ namespace stylet::patient {
 
 namespace {
 
-constexpr double kNothing_m3 = 1e-15;  // a millionth of a microlitre: gone
+constexpr double kNothing_m3 = 1e-15;  // a millionth of a microlitre; counts as zero
 constexpr std::size_t kMostStains = 256;
 constexpr std::size_t kMostPlumes = 32;
 
@@ -34,10 +34,10 @@ LabelSet ductLabels(const Patient& patient) {
     return set;
 }
 
-// Where the tree is blocked, and where it opens into the bowel.
+// Finds the blockage of the tree and its openings into the bowel.
 void findEnds(const Patient& patient, DuctTree& tree) {
     const std::vector<double> wall_m = wallDistance_m(tree.piece);
-    // A tumour, or a duct that is shut.
+    // A tumour or a closed duct.
     const auto blocks = [](const Label& l) {
         return l.name.find("tumour") != std::string::npos || (l.tissue == Tissue::duct && !isDuct(l));
     };
@@ -48,14 +48,14 @@ void findEnds(const Patient& patient, DuctTree& tree) {
         const bool at_block = touches(patient, voxel, blocks);
         blocked = blocked || at_block;
         if (touches(patient, voxel, isBowel)) tree.outlets.push_back(m);
-        // Any contact with what blocks before any width.
+        // Prefer contact with a blockage over any width.
         const double score = wall_m[m] + (at_block ? 1.0 : 0.0);
         if (score > best) best = score, tree.stop = m;
     }
-    if (blocked) tree.outlets.clear();  // it runs past the bowel
+    if (blocked) tree.outlets.clear();  // a blocked tree does not drain, although it passes the bowel
 }
 
-// Everything filled so far stays where it is, and what comes now begins at `root`.
+// Freezes everything filled so far and starts a new injection at `root`.
 void restart(DuctTree& tree, std::size_t root, const ContrastSettings& settings) {
     const double room_m3 = ductRoom_m3(settings, tree.piece.box);
     if (tree.filled_m3 > 0.0) {
@@ -74,8 +74,8 @@ void restart(DuctTree& tree, std::size_t root, const ContrastSettings& settings)
     tree.filled_m3 = 0.0;
 }
 
-// What finds no room in a step's voxels is pushed on; behind the last step it has left the vessels. Returns
-// that.
+// Moves the volume that exceeds a step's capacity to the next step. Returns the volume that leaves the
+// last step and thus the vessel.
 double settle(Plume& plume) {
     double pushed_m3 = 0.0;
     for (std::size_t k = 0; k < std::size_t(Plume::kSteps); ++k) {
@@ -86,11 +86,12 @@ double settle(Plume& plume) {
     return pushed_m3;
 }
 
-// With the blood from the tip: never back, or hardly, across the lumen.
+// Medium flows with the blood from the tip. Slightly backward steps are allowed, so that it can spread
+// across the lumen.
 Plume makePlume(const VesselTree& vessel, std::size_t index, std::size_t tip, const Vec3& tip_m) {
     constexpr double kBack = 0.1;
     const WayStart start{tip, 0.0};
-    // In place of metres seconds, by the mean speed of the lumen.
+    // Travel time instead of distance, from the mean speed of the lumen.
     const std::vector<double> time_s = geodesic_m(
         vessel.piece, {&start, 1},
         [&](std::size_t from, std::size_t to, const Neighbour& n) {
@@ -176,7 +177,7 @@ void Contrast::inject(const Vec3& tip_m, bool inside, double amount_m3) {
     const bool liver = at.tissue == Tissue::liver;
     status_.place = liver ? ContrastPlace::liver : ContrastPlace::elsewhere;
     const Tissue kind = stainKind(*patient_, voxel);
-    // A shut duct, or a vessel without a label: it leaks into what lies around.
+    // A closed duct or a vessel without a label: the medium leaks into the surroundings.
     const bool tube = kind == Tissue::duct || kind == Tissue::vessel;
     addStain(tube ? Tissue::soft : kind, tip_m, amount_m3);
 }
@@ -234,7 +235,7 @@ Plume* Contrast::plumeAt(const Vec3& tip_m, const Index3& voxel, BloodKind kind)
 void Contrast::injectIntoVessel(const Vec3& tip_m, const Index3& voxel, BloodKind kind, double amount_m3) {
     status_.place = ContrastPlace::vessel;
     Plume* plume = plumeAt(tip_m, voxel, kind);
-    if (!plume) {  // the heart: gone at once
+    if (!plume) {  // the heart: washed out at once
         status_.volumes.washed_out_m3 += amount_m3;
         return;
     }
@@ -242,7 +243,7 @@ void Contrast::injectIntoVessel(const Vec3& tip_m, const Index3& voxel, BloodKin
     status_.volumes.washed_out_m3 += settle(*plume);
 }
 
-// What is stained already can take no more: medium that comes there widens the stain.
+// Stained tissue cannot take up more: medium injected there widens the stain.
 void Contrast::addStain(Tissue kind, const Vec3& at_m, double amount_m3) {
     constexpr double kBall = 4.18879020478639;  // 4 pi / 3
     Stain *near = nullptr, *any = nullptr;
@@ -255,7 +256,7 @@ void Contrast::addStain(Tissue kind, const Vec3& at_m, double amount_m3) {
     }
     if (!near && stains_.size() < kMostStains) near = &stains_.emplace_back(Stain{kind, at_m});
     if (!near) near = any;
-    if (!near) {  // no room in the book
+    if (!near) {  // the list of stains is full
         status_.volumes.lost_m3 += amount_m3;
         return;
     }

@@ -6,7 +6,7 @@
 namespace stylet::patient {
 
 FillOrder::FillOrder(std::span<const double> way_m, std::span<const double> room_m3) {
-    // Rooms of equal ways are summed in the order they came in.
+    // Entries of equal distance keep their input order.
     struct Place {
         double way_m;
         std::size_t number;

@@ -1,5 +1,5 @@
-// Voxels filled nearest first, behind a front that is not sharp: a volume gives the place of the front, the
-// front gives every voxel's share.
+// Fills voxels in order of distance behind a blurred front. The filled volume determines the position of
+// the front; the front determines the filled share of each voxel.
 #pragma once
 
 #include <algorithm>
@@ -8,11 +8,11 @@
 
 namespace stylet::patient {
 
-// The zone over which the share falls from 1 to 0 in a straight line, centred on the front; it widens with
-// the way the front has come (dispersion).
+// The share falls linearly from 1 to 0 across a zone centred on the front. The zone widens with the
+// distance that the front has travelled (dispersion).
 struct FrontShape {
     double width_m = 0.002;
-    double growth = 0.1;  // <= 2: else the nearest are never full
+    double growth = 0.1;  // at most 2: beyond that the nearest voxels would never be full
 
     double widthAt(double front_m) const noexcept { return width_m + growth * std::max(front_m, 0.0); }
     double share(double front_m, double way_m) const noexcept {
@@ -20,7 +20,7 @@ struct FrontShape {
     }
 };
 
-// How much room lies within which way. Ways that are infinite are left out.
+// Cumulative capacity by distance. Entries with an infinite distance are left out.
 class FillOrder {
   public:
     FillOrder() = default;
@@ -30,13 +30,13 @@ class FillOrder {
     double furthest_m() const noexcept { return way_m_.empty() ? 0.0 : way_m_.back(); }
     // Sum of room * share with the front at `front_m`.
     double filled(const FrontShape&, double front_m) const noexcept;
-    // Where the front stands when `volume_m3` (at most total()) is filled, to rounding. noexcept, no
-    // allocation.
+    // Position of the front when `volume_m3` (at most total()) is filled, accurate to rounding. noexcept,
+    // no allocation.
     double frontOf(const FrontShape&, double volume_m3) const noexcept;
 
   private:
     std::vector<double> way_m_;  // ascending
-    // Sums over the first so many, from zero: of the room, of room times way.
+    // Prefix sums, starting with zero: of the capacity, and of capacity times distance.
     std::vector<double> room_m3_, moment_m4_;
 };
 

@@ -13,7 +13,7 @@ constexpr double kFirstReach_m = 0.008, kFurthestReach_m = 0.08, kFurther = 1.4;
 
 }  // namespace
 
-// The voxels of the state that a picture depends on, in one list.
+// Collects all volumes that the picture depends on and compares them with those of the last picture.
 bool ContrastPainter::visiblyMoved(const Contrast& contrast) {
     std::vector<double> state;
     for (const DuctTree& tree : contrast.ducts())
@@ -30,7 +30,7 @@ bool ContrastPainter::visiblyMoved(const Contrast& contrast) {
     return true;
 }
 
-// Balls large enough for their stains.
+// Enlarges the balls until they cover their stains.
 void ContrastPainter::reachOut(const Contrast& contrast) {
     const Patient& patient = contrast.patient();
     const Grid& grid = patient.grid();
@@ -64,7 +64,7 @@ void ContrastPainter::reachOut(const Contrast& contrast) {
     }
 }
 
-// True when the box is a new one.
+// Returns true if the box has changed.
 bool ContrastPainter::fitBox(const Contrast& contrast) {
     const Grid& grid = contrast.patient().grid();
     Index3 low = low_, high = high_;
@@ -90,7 +90,7 @@ bool ContrastPainter::fitBox(const Contrast& contrast) {
 
 namespace {
 
-// 1/m of a voxel that is all medium, by the voxel's volume.
+// Attenuation [1/m] of a voxel full of medium, divided by the voxel's volume.
 double perVolume(const Contrast& contrast) {
     const ContrastSettings& s = contrast.settings();
     return s.iodine_kg_per_m3 * s.attenuation_m2_per_kg / voxelVolume_m3(contrast.patient().grid());
@@ -143,7 +143,7 @@ void ContrastPainter::lightPlumes(const Contrast& contrast) {
     }
 }
 
-// What came since the last call is one more ascending list: merged into the ones before.
+// The entries since the last call are sorted by offset; merges them into the earlier ones.
 void ContrastPainter::endRegion() {
     const auto middle = now_.begin() + std::ptrdiff_t(region_);
     if (region_ > 0 && middle != now_.end()) {
@@ -155,7 +155,7 @@ void ContrastPainter::endRegion() {
     region_ = now_.size();
 }
 
-// Every voxel that holds medium, once.
+// Lists every voxel that contains medium exactly once.
 void ContrastPainter::light(const Contrast& contrast) {
     now_.clear();
     region_ = 0;
@@ -172,7 +172,7 @@ void ContrastPainter::light(const Contrast& contrast) {
     if (!now_.empty()) now_.resize(last + 1);
 }
 
-// What differs between now_ and shown_, all of now_ where the box is a new one.
+// Lists the differences between now_ and shown_; everything in now_ if the box has changed.
 void ContrastPainter::handOut(const Grid& grid, ContrastChanges& changes) const {
     changes.offsets.clear(), changes.added_per_m.clear();
     const auto nx = std::uint32_t(grid.dims.x), ny = std::uint32_t(grid.dims.y);

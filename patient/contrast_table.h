@@ -1,4 +1,4 @@
-// The picture of the contrast medium: a table of added attenuation, kept up to date by what has changed.
+// Turns the contrast medium into a table of added attenuation and updates it incrementally.
 #pragma once
 
 #include <cstdint>
@@ -9,22 +9,24 @@
 namespace stylet::patient {
 
 struct ContrastTableSettings {
-    double visible_m3 = 2e-8;  // less that moved since the last time changes no picture; 0: every drop does
+    // smaller total changes since the last picture are ignored; 0: none is ignored
+    double visible_m3 = 2e-8;
 };
 
 class ContrastPainter {
   public:
     explicit ContrastPainter(const ContrastTableSettings& settings = {}) : settings_(settings) {}
 
-    // Any one thread. What has changed since the last call; false, and `changes` as they were, where nothing
-    // visible has. Some milliseconds where the box is a new one, else a fraction of one.
+    // Any thread, but only one at a time. Writes what has changed since the last call to `changes`.
+    // Returns false and leaves `changes` alone if nothing visible has changed. Takes some milliseconds
+    // when the box changes, otherwise a fraction of one.
     bool paint(const Contrast&, ContrastChanges& changes);
-    // The next picture is handed out whole: what was handed out before may be lost.
+    // Makes the next picture a complete one. Call it when earlier changes may have been lost.
     void startAnew();
     std::uint64_t skipped() const noexcept { return skipped_; }  // calls without a visible change
 
   private:
-    // The voxels around a stain's centre, as far as it reaches.
+    // The voxels around a stain's centre, out to the stain's extent.
     struct Ball {
         double reach_m = 0.0;
         std::vector<std::uint32_t> offsets;  // in the patient's grid
@@ -32,7 +34,7 @@ class ContrastPainter {
         FillOrder order;
         Index3 low{0}, high{0};
     };
-    // Attenuation by voxel of the patient's grid, ascending.
+    // Attenuation of one voxel of the patient's grid. Lists are sorted by offset.
     struct Lit {
         std::uint32_t offset = 0;
         float added_per_m = 0.0f;
@@ -48,12 +50,12 @@ class ContrastPainter {
     void handOut(const Grid&, ContrastChanges&) const;
 
     ContrastTableSettings settings_;
-    std::vector<double> shown_state_;  // volumes of everything, as of the last picture
-    std::vector<Ball> balls_;          // one a stain
-    Index3 low_{0}, high_{-1};         // of the box, in the patient's grid
+    std::vector<double> shown_state_;  // all volumes as of the last picture
+    std::vector<Ball> balls_;          // one per stain
+    Index3 low_{0}, high_{-1};         // the box in the patient's grid
     Grid box_;
-    std::vector<Lit> now_, shown_, merged_;  // being made, last handed out, scratch
-    std::size_t region_ = 0;                 // where in now_ the newest list begins
+    std::vector<Lit> now_, shown_, merged_;  // in progress, last returned, scratch
+    std::size_t region_ = 0;                 // start of the newest list in now_
     std::uint64_t revision_ = 0, skipped_ = 0;
 };
 

@@ -58,15 +58,15 @@ void Diffusion::clear() noexcept {
     std::fill(levels_.front().u.begin(), levels_.front().u.end(), DiffusionNode{});
 }
 
-// Two nodes in series: what is stiff and still reaches half way to its soft neighbour, what is free
-// insulates.
+// Conductance of two nodes in series. A stiff, fixed node reaches half way to its soft neighbour; a free
+// node insulates.
 void Diffusion::link(Level& level) noexcept {
     const std::size_t n = std::size_t(level.nodes), last = level.stiffness.size();
     const auto series = [&](std::size_t a, std::size_t b) {
         const float p = level.stiffness[a], q = level.stiffness[b];
         return 2.0f * p * q / (p + q);
     };
-    // Past the end of a row the neighbour is the next row's first: such links lead to faces and are not used.
+    // At the end of a row the next index is in the next row. Such links lead to faces and are not used.
     for (std::size_t i = 0; i < last; ++i) {
         level.to_x[i] = series(i, std::min(i + 1, last - 1));
         level.to_y[i] = series(i, std::min(i + n, last - 1));
@@ -81,7 +81,7 @@ void Diffusion::invertDiagonal(Level& level) noexcept {
                                    level.to_z[i] + level.to_z[i - slice] + level.pull[i]);
 }
 
-// Full weighting of the 27 fine nodes about each inner coarse one; faces keep what they have.
+// Full weighting of the 27 fine nodes around each inner coarse node. Faces are left unchanged.
 template <typename Value>
 void Diffusion::restrictTo(std::size_t coarse_level, std::vector<Value> Level::* from,
                            std::vector<Value> Level::* to, float scale) noexcept {
@@ -115,7 +115,7 @@ void Diffusion::prepareStiffness() noexcept {
 
 void Diffusion::preparePull() noexcept {
     for (std::size_t level = 0; level < levels_.size(); ++level) {
-        // Four times: the spacing squared is in it.
+        // Factor 4: pulls include the squared spacing.
         if (level > 0) restrictTo(level, &Level::pull, &Level::pull, 4.0f);
         invertDiagonal(levels_[level]);
     }
@@ -153,7 +153,7 @@ void Diffusion::findResidual(Level& level) noexcept {
         }
 }
 
-// Adds the coarse level's solution, linear between its nodes.
+// Adds the coarse level's solution, interpolated linearly between its nodes.
 void Diffusion::correctFrom(std::size_t coarse_level) noexcept {
     const Level& coarse = levels_[coarse_level];
     Level& fine = levels_[coarse_level - 1];
@@ -179,7 +179,7 @@ void Diffusion::solve(std::size_t at, int sweeps) noexcept {
     Level& level = levels_[at];
     for (int i = 0; i < sweeps; ++i)
         sweep(level, 0), sweep(level, 1);
-    if (at + 1 == levels_.size()) return;  // one node: solved
+    if (at + 1 == levels_.size()) return;  // a single inner node: solved
     findResidual(level);
     Level& coarse = levels_[at + 1];
     restrictTo(at + 1, &Level::residual, &Level::source, 4.0f);

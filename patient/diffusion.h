@@ -1,8 +1,9 @@
-// A displacement spread from where it is known through tissue of varying stiffness, over a small cube of
+// Spreads a displacement from where it is known through tissue of varying stiffness, on a small cube of
 // nodes:
 //   div(stiffness grad u) = pull (u - target),   u = 0 on the cube's faces
-// By multigrid: V-cycles of red-black Gauss-Seidel, every level its own equation (Briggs, Henson and
-// McCormick, "A Multigrid Tutorial", 2000). For pictures: single precision, never in the hash.
+// Solved by multigrid: V-cycles of red-black Gauss-Seidel; each level discretises the equation itself
+// (Briggs, Henson and McCormick, "A Multigrid Tutorial", 2000). For pictures only: single precision, never
+// hashed.
 #pragma once
 
 #include <vector>
@@ -11,7 +12,7 @@
 
 namespace stylet::patient {
 
-// Three components and one spare, as one register.
+// Three components and one unused, in one SIMD register.
 using Lanes = float __attribute__((vector_size(16)));
 struct DiffusionNode {
     Lanes lanes{};
@@ -19,27 +20,28 @@ struct DiffusionNode {
 
 class Diffusion {
   public:
-    // `nodes` a side: 2^k + 1, k >= 2.
+    // `nodes` per side: 2^k + 1, k >= 2.
     explicit Diffusion(int nodes);
 
     int nodes() const noexcept { return levels_.front().nodes; }
     std::size_t offset(int x, int y, int z) const noexcept { return levels_.front().offset(x, y, z); }
 
-    // Of the finest nodes, x-fastest. Then prepareStiffness().
+    // Stiffness of the finest nodes, x-fastest. Call prepareStiffness() after changing it.
     std::vector<float>& stiffness() noexcept { return levels_.front().stiffness; }
     void prepareStiffness() noexcept;
 
-    // Every node pulled anew: first by `held` toward zero, then what is added. Pulls are times the spacing
-    // squared. Then preparePull(); after a change of stiffness too.
+    // Sets the pull of every node: hold() resets all nodes to a pull toward zero by `held`, addPull() then
+    // adds pulls toward a target. Pulls are multiplied by the squared spacing. Call preparePull()
+    // afterwards, and also after a change of stiffness.
     void hold(const std::vector<float>& held) noexcept;
     void addPull(std::size_t at, float pull, const glm::vec3& target) noexcept;
     void preparePull() noexcept;
 
     void clear() noexcept;  // u = 0
     void cycle(int sweeps) noexcept;
-    // The largest change that one node's equation would make now, in the unit of u.
+    // Largest change that solving one node's equation would make now, in units of u.
     float residual() noexcept;
-    // The largest change of u from a node to its next ones.
+    // Largest change of u between neighbouring nodes.
     float steepest() const noexcept;
     glm::vec3 at(std::size_t node) const noexcept;
     const std::vector<DiffusionNode>& solution() const noexcept { return levels_.front().u; }
@@ -48,8 +50,8 @@ class Diffusion {
     struct Level {
         int nodes = 0;
         std::vector<float> stiffness, pull;
-        std::vector<float> to_x, to_y, to_z;  // conductance to the next node along an axis
-        std::vector<float> inverse;           // of the diagonal
+        std::vector<float> to_x, to_y, to_z;  // conductance to the next node along each axis
+        std::vector<float> inverse;           // inverse diagonal of the system matrix
         std::vector<DiffusionNode> u, source, residual;
 
         explicit Level(int side);

@@ -11,13 +11,13 @@ namespace {
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
-// Squared distances along one line: the lower envelope of parabolas rooted at the finite values of f.
+// Squared distances along one line, by the lower envelope of parabolas rooted at the finite values of f.
 class LineTransform {
   public:
     LineTransform(int length, double spacing_m)
         : spacing_m_(spacing_m), f_(std::size_t(length)), roots_(f_.size()), starts_(f_.size() + 1) {}
 
-    // Every `stride`-th value from `first`, in place.
+    // Transforms every `stride`-th value from `first` in place.
     void apply(float* first, std::size_t stride) {
         for (std::size_t i = 0; i < f_.size(); ++i)
             f_[i] = first[i * stride];
@@ -33,7 +33,7 @@ class LineTransform {
     }
 
   private:
-    // Where the parabola of q falls below that of p < q, in voxels.
+    // Position where the parabola of q falls below that of p < q, in voxels.
     double crossing(std::size_t p, std::size_t q) const {
         const double lift = (double(f_[q]) - double(f_[p])) / (spacing_m_ * spacing_m_);
         return 0.5 * (lift / double(q - p) + double(q + p));

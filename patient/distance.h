@@ -9,14 +9,14 @@ namespace stylet::patient {
 
 enum class Sites {
     all,
-    above  // only sites at the same height or further toward the head count
+    above  // only sites at the same height or closer to the head count
 };
 
-// Distance in metres from every voxel's centre to the nearest centre of a non-zero voxel of `mask`; infinite
-// where there is none. The thread count does not change the result.
+// Distance [m] from every voxel's centre to the nearest centre of a non-zero voxel of `mask`; infinite if
+// there is none. The result does not depend on the thread count.
 Volume<float> distanceTo(const Volume<std::uint8_t>& mask, Sites, int threads);
 
-// Linear between voxel centres, constant beyond the grid.
+// Trilinear between voxel centres, constant outside the grid.
 double linearAt(const Volume<float>&, const Vec3& p) noexcept;
 
 }  // namespace stylet::patient

@@ -37,7 +37,7 @@ VoxelPiece boxed(const Grid& grid, std::vector<std::size_t> offsets) {
     return piece;
 }
 
-// Everything that hangs together with `seed` and was not seen before.
+// All voxels connected to `seed` that have not been seen before.
 template <typename In>
 std::vector<std::size_t> connectedVoxels(const Grid& grid, std::size_t seed, const In& in,
                                          std::vector<bool>& seen) {
@@ -151,13 +151,13 @@ std::vector<double> lumenRadius_m(const VoxelPiece& piece, std::span<const doubl
     const std::vector<Neighbour> around = neighbours(piece.box);
     const Vec3& h = piece.box.spacing_m;
     for (std::size_t m = 0; m < piece.size(); ++m) {
-        // A ball inside a neighbour's covers nothing new.
+        // A ball inside a neighbour's ball covers nothing new.
         const bool covered = std::any_of(around.begin(), around.end(), [&](const Neighbour& n) {
             const std::int32_t next = piece.beside(m, n);
             return next != VoxelPiece::kNone && wall_m[std::size_t(next)] >= wall_m[m] + 0.9 * n.length_m;
         });
         if (covered) continue;
-        // Up to the centres of the voxels that it touches.
+        // Extend the ball to the centres of the voxels that it touches.
         const double reach_m = wall_m[m] + std::min({h.x, h.y, h.z});
         const Index3 at = indexOf(piece.box, piece.offsets[m]);
         const Index3 reach{int(reach_m / h.x), int(reach_m / h.y), int(reach_m / h.z)};

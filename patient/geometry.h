@@ -1,4 +1,4 @@
-// Points, rigid transforms and voxel grids. Everything is in metres, double precision.
+// Points, rigid transforms and voxel grids. All lengths in metres, double precision.
 #pragma once
 
 #include <cmath>
@@ -49,7 +49,7 @@ struct Grid {
     Vec3 centre(const Index3& i) const noexcept { return origin_m + spacing_m * Vec3(i); }
     // Continuous voxel coordinates: integer at voxel centres.
     Vec3 toVoxels(const Vec3& p) const noexcept { return (p - origin_m) / spacing_m; }
-    // The voxel whose cell holds p; may lie outside the grid. |p| must be below 1000 km.
+    // The voxel whose cell contains p; may lie outside the grid. |p| must be below 1000 km.
     Index3 nearest(const Vec3& p) const noexcept {
         const Vec3 v = toVoxels(p);
         return {int(std::floor(v.x + 0.5)), int(std::floor(v.y + 0.5)), int(std::floor(v.z + 0.5))};
@@ -57,7 +57,7 @@ struct Grid {
     friend bool operator==(const Grid&, const Grid&) = default;
 };
 
-// In the order of memory.
+// Visits voxels in memory order.
 template <typename Visit>
 void forEachVoxel(const Grid& grid, const Visit& visit) {
     Index3 i;

@@ -1,7 +1,7 @@
-// The state hash: 64 bits folded field by field (never over raw structs, whose padding is not state).
-// Based on XXH64 (Y. Collet, xxHash specification): its rounds for whole words and its avalanche, the length
-// left out as it is not known before the end. A tick folds some hundred words, one after another: a round's
-// latency is what the hash costs.
+// The state hash: 64 bits, updated field by field. Never hash raw structs; their padding is not state.
+// Based on XXH64 (Y. Collet, xxHash specification): its round for whole words and its avalanche. The
+// length is left out because it is not known before the end. A tick hashes some hundred words one after
+// another, so the cost of the hash is the latency of a round.
 #pragma once
 
 #include <bit>

@@ -9,11 +9,11 @@
 namespace stylet::patient {
 namespace {
 
-// A gasp and three bursts, or one long rise; heights as shares of the amplitude.
+// A cough is a gasp and three bursts; a sigh is one long rise. Heights are shares of the amplitude.
 constexpr double kPlayedGasp_s = 1.2, kPlayedBurst_s = 0.4, kPlayedBursts = 3.0, kGasp = 0.5, kBurst = 0.2;
 constexpr double kSigh = 0.8, kSighPeriods = 1.4;
 
-// A rise and a fall within `length_s` from t = 0 on, smooth to the third derivative at both ends.
+// Rises and falls within `length_s` from t = 0. Value and first three derivatives are zero at both ends.
 Surrogate hump(double t_s, double length_s, double height_v) noexcept {
     if (!(t_s > 0.0 && t_s < length_s)) return {};
     const double angle = std::numbers::pi * t_s / length_s, s = detSin(angle), c = detCos(angle);
@@ -32,7 +32,8 @@ void interrupt(Interruption& s, BreathingState& breathing, const BreathPlan& pla
     if (kind == InterruptionKind::none || s.kind != InterruptionKind::none) return;
     if (breathing.held) {
         const bool recorded = !plan.recording_v.empty();
-        breathing.limit_ticks = std::max<std::uint64_t>(1, breathing.held_ticks);  // spent with the next tick
+        // ends the hold at the next tick
+        breathing.limit_ticks = std::max<std::uint64_t>(1, breathing.held_ticks);
         breathing.coughs_up = kind == InterruptionKind::cough && !recorded;
         if (!recorded) return;  // the breath that ends the hold is the cough or the sigh
     }

@@ -1,5 +1,6 @@
-// A cough or a sigh on demand: laid over the breath at once, from rest to rest, whatever the breath is at.
-// Hashed with the attempt; double precision, no libm transcendental.
+// A cough or a sigh on demand. It is added to the breath at once, at any phase, and starts and ends at
+// zero.
+// Hashed with the attempt: double precision, no libm transcendentals.
 #pragma once
 
 #include "patient/signal.h"
@@ -10,15 +11,15 @@ enum class InterruptionKind : std::uint8_t { none, cough, sigh };
 
 struct Interruption {
     InterruptionKind kind = InterruptionKind::none;
-    std::uint64_t ticks = 0;  // since it began
+    std::uint64_t ticks = 0;  // since the start
 };
 
 // All below: haptics thread. noexcept, no allocation.
-// Begins one; another while one lasts changes nothing. A held breath ends in it instead, as it does by
-// itself.
+// interrupt() starts an interruption; it is ignored while another one is active. During a breath-hold it
+// ends the hold with that cough or sigh, as if it had happened by itself.
 void interrupt(Interruption&, BreathingState&, const BreathPlan&, InterruptionKind) noexcept;
 void stepInterruption(Interruption&, const BreathPlan&, double dt_s) noexcept;  // one tick
-// What it adds to v and its rate.
+// The surrogate to add: v and its rate.
 Surrogate interruptionAt(const Interruption&, const BreathPlan&, double dt_s) noexcept;
 
 }  // namespace stylet::patient

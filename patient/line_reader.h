@@ -1,4 +1,4 @@
-// A text file line by line, and a refusal that names the line. For readers of CSV.
+// Reads a text file line by line. Errors name the line. Used by the CSV readers.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace stylet::patient {
 
-// The file's name and the text must outlive it.
+// `file` and `text` must outlive the reader.
 class LineReader {
   public:
     LineReader(const std::filesystem::path& file, std::string_view text) : file_(file), rest_(text) {}
 
     bool done() const { return rest_.empty(); }
-    // Without its end, LF or CR LF.
+    // The next line without its line ending (LF or CR LF).
     std::string_view next() {
         ++line_;
         const std::size_t end = rest_.find('\n');
@@ -23,7 +23,7 @@ class LineReader {
         if (line.ends_with('\r')) line.remove_suffix(1);
         return line;
     }
-    // Of the line that next() gave last.
+    // Throws DataError for the line that next() returned last.
     [[noreturn]] void refuse(const std::string& reason) const {
         throw DataError(file_, "line " + std::to_string(line_), reason);
     }

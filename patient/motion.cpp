@@ -1,5 +1,5 @@
 // Based on Wilms et al. 2014 and Arsigny et al. 2006; see motion.h. Hashed: double precision, no libm
-// transcendental.
+// transcendentals.
 #include "patient/motion.h"
 
 #include <algorithm>
@@ -11,19 +11,20 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kNear_m = 1e-8;        // how closely a change of sides is found
-constexpr double kSteepestLevel = 2.0;  // of a level seen through the breath, per metre
+constexpr double kNear_m = 1e-8;  // accuracy of a change of sides
+// upper bound of the level's gradient in the deformed patient, per metre
+constexpr double kSteepestLevel = 2.0;
 constexpr double kShortestLook_m = 2e-4;
 constexpr int kMostLooks = 4096;
 
-// What the surrogate is against the breath of the CT, clamped.
+// The clamped surrogate relative to the breathing state of the CT.
 struct Drive {
     double v = 0.0, rate = 0.0;
     bool still() const noexcept { return v == 0.0 && rate == 0.0; }
     Drive operator-() const noexcept { return {-v, -rate}; }
 };
 
-// Written so that what is not a number is the lower end.
+// Clamps to the range. NaN becomes the lower end.
 double clampTo(const SurrogateRange& range, double x) noexcept {
     return x > range.low ? std::min(x, range.high) : range.low;
 }
@@ -33,7 +34,7 @@ Drive driveOf(const MotionModel& m, const Surrogate& now) noexcept {
             clampTo(m.rate_per_s, now.rate_per_s) - m.reference.rate_per_s};
 }
 
-// Two components at once: the compiler does not find these by itself.
+// Two components in one register; the compiler does not vectorise this by itself.
 using Two = double __attribute__((vector_size(2 * sizeof(double))));
 
 Two twoAt(const float* from) noexcept {
@@ -70,13 +71,14 @@ Six between(const Six& low, const Six& high, double share) noexcept {
     return along(low, high - low, share);
 }
 
-// What becomes of a small change of place under a small change of the drive.
+// A small change of position, carried along by the flow, and the change of the drive that goes with it
+// (forward derivative).
 struct Change {
     Vec3 moved_m{0.0};
     Drive drive{};
 };
 
-// One field under one drive.
+// One field with one drive.
 class Flow {
   public:
     Flow(const MotionModel& m, const std::vector<MotionCoefficients>& field, const Drive& drive) noexcept
@@ -96,7 +98,7 @@ class Flow {
         return p;
     }
 
-    // The same for p and for small changes of it, each with a change of the drive.
+    // Same as above; also carries small changes of p, each with a change of the drive.
     template <std::size_t N>
     Vec3 carry(Vec3 p, std::array<Change, N>& changes) const noexcept {
         constexpr double kStep = 1.0 / kFlowSteps;
@@ -127,7 +129,7 @@ class Flow {
     }
 
   private:
-    // The first node of a point's cell and where in it the point lies.
+    // First node of the cell that contains a point, and the point's position in the cell.
     struct Cell {
         const MotionCoefficients* first = nullptr;
         Vec3 share{0.0};
@@ -138,7 +140,7 @@ class Flow {
         Mat3 slope{0.0};  // of the velocity
     };
 
-    // False beyond the grid, and for what is not a number.
+    // Returns false outside the grid and for NaN.
     bool find(const Vec3& p, Cell& cell) const noexcept {
         const Vec3 at = (p - origin_m_) * per_m_;
         if (!(at.x >= 0.0 && at.y >= 0.0 && at.z >= 0.0 && at.x < double(last_.x) && at.y < double(last_.y) &&
@@ -183,7 +185,7 @@ class Flow {
     Drive drive_;
 };
 
-// The largest v - v_ref, and v' - v'_ref.
+// Largest |v - v_ref|; also used for v'.
 double farthest(const SurrogateRange& range, double reference) noexcept {
     return std::max(std::abs(range.low - reference), std::abs(range.high - reference));
 }
@@ -212,7 +214,7 @@ double cavityLevel_m(const MotionModel& m, const Vec3& p) noexcept {
     std::size_t stride = 1;
     for (int axis = 0; axis < 3; ++axis) {
         const int last = m.grid.dims[axis] - 1;
-        // NaN ends at the low side.
+        // NaN is treated as the low end.
         const double x = at[axis] > 0.0 ? std::min(at[axis], double(last)) : 0.0;
         const int low = std::min(int(x), last - 1);
         share[axis] = x - double(low);
@@ -274,7 +276,7 @@ Vec3 referenceFromDeformed(const MotionModel& m, const Surrogate& now, const Vec
 
 namespace {
 
-// The slide where it acts, then the wall.
+// Applies the slide if the point is inside, then the wall.
 template <std::size_t N>
 Vec3 carryAll(const MotionModel& m, const Drive& drive, Side side, Vec3 p,
               std::array<Change, N>& changes) noexcept {
@@ -312,7 +314,7 @@ Vec3 follow(LocalMotion& about, const MotionModel& m, const Surrogate& now, Side
     const Vec3 way = reference_m - about.reference_m;
     const Vec3 breathed =
         about.by_v_m * (drive.v - about.v) + about.by_rate_m_s * (drive.rate - about.rate_per_s);
-    // Written so that what is not a number is far.
+    // NaN counts as far away.
     const bool near = about.known && side == about.side && glm::length(way) <= reach.tissue_m &&
                       glm::length(breathed) <= reach.breath_m;
     if (near) return about.deformed_m + about.deformed_from_reference * way + breathed;
@@ -346,8 +348,8 @@ SideChanges sideChanges(const MotionModel& m, const Surrogate& now, const Vec3& 
     double share = 0.0, here = level(0.0);
     changes.first = here < 0.0 ? Side::inside : Side::outside;
     if (m.empty() || driveOf(m, now).still()) return changes;
-    // As far as the level allows without meeting its zero, but no shorter than is worth a look. A length that
-    // is not a number ends the loop.
+    // Step as far as the level guarantees no zero crossing, but at least kShortestLook_m. A NaN length
+    // ends the loop.
     for (int look = 0; look < kMostLooks && share * length_m < length_m && changes.count < kMaxSideChanges;
          ++look) {
         const double free_m = std::fabs(here) / kSteepestLevel;

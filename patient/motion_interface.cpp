@@ -1,5 +1,5 @@
-// Based on Kaczmarz 1937 (projection onto one linear condition after the other), under-relaxed after Censor,
-// Eggermont and Gordon 1983, for what interpolation leaves.
+// Removes what interpolation leaves of the normal component. Based on Kaczmarz 1937 (projection onto one
+// linear condition after the other), under-relaxed after Censor, Eggermont and Gordon 1983.
 #include "patient/motion_interface.h"
 
 #include <algorithm>
@@ -8,12 +8,12 @@ namespace stylet::patient {
 namespace {
 
 constexpr int kSweeps = 12;
-constexpr double kFadeCells = 8.0;  // outside the surface, where the slide has ended
+constexpr double kFadeCells = 8.0;  // distance outside the surface at which the slide has faded to zero
 constexpr double kLiftAlong_m = 0.050, kLiftAcross_m = 0.015;
 constexpr int kLifts = 6;
 constexpr double kJustInside_m = 1e-7;
 
-// The eight nodes around a point, their weights, and the level's gradient.
+// The eight nodes around a point, their weights, and the level and its gradient at the point.
 struct Around {
     std::array<std::size_t, 8> node{};
     std::array<double, 8> weight{};
@@ -76,8 +76,8 @@ void set(Values& v, const Vec3& x) {
         v[std::size_t(axis)] = float(x[axis]);
 }
 
-// Takes `share` of the normal part of the interpolated field at one point from the nodes around it, as little
-// as does.
+// Removes `share` of the normal component of the interpolated field at one point, with the smallest change
+// to the nodes around it.
 void straighten(MotionModel& m, const SurfacePoint& at, Values MotionCoefficients::* part, double share) {
     const Around around = lookAround(m, at.reference_m);
     Vec3 value(0.0);
@@ -126,8 +126,8 @@ std::vector<SurfacePoint> cavitySurface(const MotionModel& m) {
 
 namespace {
 
-// Lifts the level by what is missing at each point, less and less to kLiftAcross_m and kLiftAlong_m away.
-// False where nothing was missing.
+// Raises the level by the amount missing at each point, falling to zero at kLiftAcross_m and kLiftAlong_m.
+// Returns false if nothing was missing.
 bool lift(MotionModel& m, const std::vector<Vec3>& points_m, double margin_m) {
     const Vec3 reach_m(kLiftAcross_m, kLiftAcross_m, kLiftAlong_m);
     std::vector<float> lifts(m.level_m.size(), 0.0f);
@@ -168,7 +168,7 @@ void keepOutside(MotionModel& m, const std::vector<Vec3>& points_m, double margi
             double squares = 0.0;
             for (const double weight : around.weight)
                 squares += weight * weight;
-            // A hair more than is missing, so that sweeps end.
+            // Slightly more than is missing, so that the sweeps converge.
             const double lift = (margin_m + 1e-5 - around.level_m) / squares;
             for (std::size_t k = 0; k < 8; ++k)
                 m.level_m[around.node[k]] += float(lift * around.weight[k]);
@@ -184,7 +184,8 @@ void makeTangential(MotionModel& m, double depth_m) {
     forEachVoxel(m.grid, [&](const Index3& i) {
         const std::size_t at = m.grid.offset(i);
         const double level = double(m.level_m[at]);
-        const double all_m = -2.0 * cell_m;  // every node of a cell that the surface crosses is nearer
+        // all nodes of cells that the surface crosses are nearer than this
+        const double all_m = -2.0 * cell_m;
         const double share = smoothStep(std::min(-depth_m, all_m - cell_m), all_m, level);
         const double kept =
             onBorder(m.grid, i) ? 0.0 : 1.0 - smoothStep(2.0 * cell_m, kFadeCells * cell_m, level);
@@ -197,8 +198,9 @@ void makeTangential(MotionModel& m, double depth_m) {
         }
     });
     const std::vector<SurfacePoint> surface = cavitySurface(m);
-    // The surface has kinks where cells meet, so no field is tangential everywhere. Less of it sweep by sweep
-    // ends near the least squares; all of it each time would leave every cell as its last point wants it.
+    // The surface has kinks between cells, so no field is tangential everywhere. A decreasing share per
+    // sweep converges close to the least-squares solution. Full steps would make each cell fit only its
+    // last point.
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
         const double share = 1.0 / (1.0 + sweep);
         for (const SurfacePoint& point : surface) {

@@ -47,7 +47,7 @@ void checkSteepness(const std::filesystem::path& file, const MotionModel& m) {
     for (const std::vector<MotionCoefficients>* field : {&m.wall, &m.slide})
         for (int axis = 0; axis < 3; ++axis)
             for (std::size_t at = strides[axis]; at < field->size(); ++at) {
-                // Over the edge of a row both ends are zero.
+                // Across the end of a row both nodes are zero.
                 const MotionCoefficients &a = (*field)[at - strides[axis]], &b = (*field)[at];
                 if (widestChange(m, a, b) > kSteepestField * m.grid.spacing_m[axis])
                     throw DataError(file, "voxels", "a field is too steep for the steps of its flow");

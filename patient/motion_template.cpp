@@ -9,24 +9,25 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kWorkSpacing_m = 0.002;  // of the grid on which the cavity is shaped
-constexpr double kSmooth_m = 0.006;       // sigma of the rounding of its surface
+constexpr double kWorkSpacing_m = 0.002;  // spacing of the grid on which the cavity is shaped
+constexpr double kSmooth_m = 0.006;       // sigma of the smoothing of its surface
 constexpr double kMostShapedLevel_m = 0.060;
-constexpr double kHull_m = 0.015;  // gaps between organs narrower than twice this are closed
-constexpr double kSlot_m = 0.014;  // and slots narrower than twice this
+constexpr double kHull_m = 0.015;  // closes gaps between organs narrower than twice this
+constexpr double kSlot_m = 0.014;  // closes slots narrower than twice this
 constexpr double kOffBone_m = 0.0015;
-constexpr double kBoneMargin_m = 0.001;  // least level at the centre of a voxel of bone
-constexpr double kPad_m = 0.030;         // of nodes around the image
+constexpr double kBoneMargin_m = 0.001;  // minimum level at the centre of a bone voxel
+constexpr double kPad_m = 0.030;         // margin of nodes around the image
 constexpr double kFade_m = 0.060, kLeastFade_m = 0.035;
-constexpr double kShear = 1.6;             // metres beside the spine to a metre of travel, at least
-constexpr double kFarthestDome_m = 0.028;  // that any breath takes the dome
+// width of the fade beside the spine: at least this many metres per metre of travel
+constexpr double kShear = 1.6;
+constexpr double kFarthestDome_m = 0.028;  // largest dome travel in any breath
 constexpr double kRibRise = 0.67;
-constexpr double kSteepest = 1.5;  // of the slide, per metre and unit of v
+constexpr double kSteepest = 1.5;  // limit of the slide's gradient, per metre and unit of v
 constexpr double kWidest =
-    0.995 * kSteepestField;  // and over the whole breath; rounding to 1 um has the rest
+    0.995 * kSteepestField;  // limit over the whole breath; leaves a margin for rounding to 1 um
 constexpr int kFlattenSweeps = 200;
 
-// What each id is to a motion.
+// Meaning of each label id for the motion.
 struct Kinds {
     std::array<bool, 256> fascia{}, bone{}, liver{}, organ{}, skin{}, wall{};
 };
@@ -45,7 +46,7 @@ Kinds kindsOf(const std::vector<Label>& table) {
     return kinds;
 }
 
-// Sizes that the fields are shaped by, in the reference.
+// Dimensions that shape the fields, in the reference.
 struct Body {
     double liver_low_m = 1e9, liver_high_m = -1e9;                      // z
     double left_m = 1e9, right_m = -1e9, back_m = 1e9, front_m = -1e9;  // at the liver's height
@@ -86,7 +87,7 @@ Body measureBody(const LabelVolume& labels, const Kinds& kinds) {
     return body;
 }
 
-// What hangs together with the liver inside the fascia; empty where the fascia is missing or leaks.
+// Region inside the fascia that is connected to the liver. Empty if the fascia is missing or leaks.
 std::vector<bool> insideFascia(const LabelVolume& labels, const Kinds& kinds) {
     const Grid& grid = labels.grid;
     const bool lined = std::any_of(labels.voxels.begin(), labels.voxels.end(),
@@ -105,7 +106,7 @@ std::vector<bool> insideFascia(const LabelVolume& labels, const Kinds& kinds) {
                 Index3 n = i;
                 n[axis] += step;
                 if (!grid.contains(n)) {
-                    if (axis != 2) return {};  // out of the body's side
+                    if (axis != 2) return {};  // leaks through the side of the body
                     continue;
                 }
                 const std::size_t at = grid.offset(n);
@@ -136,7 +137,7 @@ Volume<std::uint8_t> within(const Volume<float>& distance_m, double reach_m, boo
     return mask;
 }
 
-// The cavity on the work grid, without bone.
+// The cavity on the work grid, without bones.
 Volume<std::uint8_t> cavityMask(const LabelVolume& labels, const Kinds& kinds, int threads) {
     Volume<std::uint8_t> mask(workGrid(labels.grid)), bone(mask.grid);
     const std::vector<bool> inside = insideFascia(labels, kinds);
@@ -154,13 +155,13 @@ Volume<std::uint8_t> cavityMask(const LabelVolume& labels, const Kinds& kinds, i
     const Volume<float> from_bone_m = distanceTo(bone, Sites::all, threads);
     for (std::size_t i = 0; i < mask.voxels.size(); ++i)
         if (double(from_bone_m.voxels[i]) <= kOffBone_m) mask.voxels[i] = 0;
-    // Opened: no slot is left that is too narrow to slide in.
+    // Morphological opening: removes slots that are too narrow to slide in.
     const Volume<std::uint8_t> outside = within(distanceTo(mask, Sites::all, threads), 0.0, true);
     mask = within(distanceTo(outside, Sites::all, threads), kSlot_m, true);
     return within(distanceTo(mask, Sites::all, threads), kSlot_m, false);
 }
 
-// Binomial passes along each axis until the variance is kSmooth_m's.
+// Binomial smoothing along each axis until the variance is that of kSmooth_m.
 void smooth(Volume<float>& volume) {
     const Grid& grid = volume.grid;
     std::vector<float> line;
@@ -190,7 +191,7 @@ void smooth(Volume<float>& volume) {
     }
 }
 
-// Signed distance to the mask's border, rounded.
+// Smoothed signed distance to the mask's border.
 Volume<float> levelOf(const Volume<std::uint8_t>& mask, int threads) {
     const Vec3 s = mask.grid.spacing_m;
     const double half_m = 0.5 * std::min({s.x, s.y, s.z});
@@ -208,7 +209,8 @@ Volume<float> levelOf(const Volume<std::uint8_t>& mask, int threads) {
     return level;
 }
 
-// Around the image, and along z at least from `low_m` to `high_m`; nodes on whole millimetres.
+// Covers the image, and along z at least the range from `low_m` to `high_m`. Nodes lie on whole
+// millimetres.
 Grid nodeGrid(const Grid& image, double spacing_m, double low_m, double high_m) {
     Grid grid;
     grid.spacing_m = Vec3(spacing_m);
@@ -221,7 +223,7 @@ Grid nodeGrid(const Grid& image, double spacing_m, double low_m, double high_m) 
     return grid;
 }
 
-// The template's two fields at a point, before the slide is made tangential.
+// The template's two fields, before the slide is made tangential.
 class Fields {
   public:
     Fields(const Body& body, const MotionAmplitudes& a, const Grid& image, double v_ref, double node_m)
@@ -229,13 +231,14 @@ class Fields {
         const double v = std::clamp(v_ref, 0.0, 1.0);
         full_low_m_ = body.liver_low_m - 0.003 - a.dome_m * (1.0 - v);
         full_high_m_ = body.liver_high_m + 0.003 + a.dome_m * v;
-        // Rest is reached within the scan where that leaves room to fade, so that no air is drawn in.
+        // The field fades to zero within the scan if there is room, so that no air is drawn in.
         const double least_m = std::max(kLeastFade_m, 2.2 * a.dome_m);
         zero_low_m_ = std::min(full_low_m_ - least_m, std::max(full_low_m_ - kFade_m, low_m_.z));
         zero_high_m_ = std::max(full_high_m_ + least_m, std::min(full_high_m_ + kFade_m, high_m_.z));
     }
 
-    // `level_m` of the cavity: what would push against its wall is kept to its inner part.
+    // Lateral and anterior motion would push against the cavity's wall. It is limited to the inner part of
+    // the cavity, by `level_m`.
     Vec3 slide(const Vec3& p, double level_m) const {
         const double inner = smoothStep(-0.008, -0.040, level_m);
         return along(p.z) * freeOfSpine(p) * fadeOut(p, 2) *
@@ -245,7 +248,7 @@ class Fields {
         return Vec3(0.0, 0.0, -along(p.z) * freeOfSpine(p) * fadeOut(p, 2) * a_.hysteresis_m_s);
     }
 
-    // Along z nothing slides below and above.
+    // The slide is zero below zeroLow_m() and above zeroHigh_m().
     double zeroLow_m() const { return zero_low_m_; }
     double zeroHigh_m() const { return zero_high_m_; }
 
@@ -254,9 +257,9 @@ class Fields {
         const double side = std::clamp((p.x - body_.middle()) / half_width_m, -1.2, 1.2);
         const double front = (p.y - body_.spine_front_m) / (body_.front_m - body_.spine_front_m);
         const double liver_m = 0.5 * (body_.liver_low_m + body_.liver_high_m);
-        // The chest's front rises less than the belly's.
+        // The front of the chest rises less than the abdomen.
         const double below = 1.0 - 0.7 * smoothStep(liver_m, body_.liver_high_m + 0.02, p.z);
-        // Nothing is drawn in through the scan's ends.
+        // Zero at the scan's ends, so that nothing is drawn in.
         const double ends =
             smoothStep(low_m_.z, low_m_.z + 0.04, p.z) * smoothStep(high_m_.z, high_m_.z - 0.04, p.z);
         const Vec3 w(a_.rib_m * side, a_.belly_m * below * smoothStep(0.45, 0.95, front),
@@ -268,21 +271,21 @@ class Fields {
     double along(double z) const {
         return smoothStep(zero_low_m_, full_low_m_, z) * smoothStep(zero_high_m_, full_high_m_, z);
     }
-    // From the column's front and flanks.
+    // Distance from the front and the sides of the spine.
     double fromSpine_m(const Vec3& p, double half_width_m) const {
         const double beside_m = std::max(0.0, std::fabs(p.x - body_.spine_x_m) - half_width_m);
         const double before_m = std::max(0.0, p.y - body_.spine_front_m);
         return std::sqrt(beside_m * beside_m + before_m * before_m);
     }
     double offSpine(const Vec3& p) const { return smoothStep(0.005, 0.050, fromSpine_m(p, 0.040)); }
-    // What lies on the column (great vessels, psoas) is held back by it. The slide falls off over so many
-    // millimetres that nodes and tables follow it.
+    // Structures on the spine (great vessels, psoas) are held back by it. The slide fades over a distance
+    // that nodes and tables can resolve.
     double freeOfSpine(const Vec3& p) const {
         constexpr double kWithin_m = 0.020;
         return smoothStep(0.0, kWithin_m + std::max(0.020, kShear * a_.dome_m),
                           fromSpine_m(p + Vec3(0.0, kWithin_m, 0.0), 0.040 - kWithin_m));
     }
-    // 1 in the image, 0 before the nodes end, along the first `axes` axes.
+    // 1 in the image, falling to 0 before the nodes end, along the first `axes` axes.
     double fadeOut(const Vec3& p, int axes) const {
         double share = 1.0;
         const double reach_m = kPad_m - node_m_;
@@ -301,13 +304,13 @@ class Fields {
 };
 
 std::array<float, 3> narrowed(const Vec3& v) {
-    // Steps of 2^-20 m, about 1 um: half the file, and nothing to feel.
+    // Rounds to steps of 2^-20 m, about 1 um. This halves the file and is too small to feel.
     const auto round = [](double x) { return float(std::floor(x * 0x1p20 + 0.5) * 0x1p-20); };
     return {round(v.x), round(v.y), round(v.z)};
 }
 
-// Little slides where the surface bends sharply along the slide (along z, that is) or lies across it: 1 on
-// straight walls, 0 where the radius is below 15 mm or the wall leans by more than 40 degrees.
+// Factor on the slide near the surface: 1 on straight walls; 0 where the surface bends along z, the
+// direction of sliding, with a radius below 15 mm or leans by more than 40 degrees.
 Volume<float> ease(const MotionModel& m) {
     Volume<float> level(m.grid), share(m.grid, 1.0f);
     level.voxels = m.level_m;
@@ -338,8 +341,9 @@ Volume<float> ease(const MotionModel& m) {
     return share;
 }
 
-// Draws neighbours together until no edge is steeper than `most` per metre, or than a package may hold: a
-// rough cavity costs slip, and some of its closeness, but never the package.
+// Reduces differences between neighbours until no edge is steeper than `most` per metre and unit of v, or
+// than a package allows. A rough cavity then slides less and closes less well, but the package stays
+// valid.
 void flatten(MotionModel& m, double most) {
     const std::size_t strides[3] = {1, std::size_t(m.grid.dims.x),
                                     std::size_t(m.grid.dims.x) * std::size_t(m.grid.dims.y)};
@@ -355,7 +359,7 @@ void flatten(MotionModel& m, double most) {
                     change_m = std::max(change_m, std::fabs(double(b.a1_m[c]) - double(a.a1_m[c])));
                 if (change_m <= most_m && widestChange(m, a, b) <= kWidest * m.grid.spacing_m[axis]) continue;
                 steep = true;
-                // Their mean stays, so that one spike does not wear down all around it.
+                // Keeps the mean of the two, so that one spike does not flatten its whole surroundings.
                 for (std::size_t c = 0; c < 3; ++c) {
                     const float a1 = 0.1f * (b.a1_m[c] - a.a1_m[c]), a2 = 0.1f * (b.a2_m_s[c] - a.a2_m_s[c]);
                     a.a1_m[c] += a1, b.a1_m[c] -= a1;
@@ -381,7 +385,7 @@ MotionModel motionTemplate(const LabelVolume& labels, const std::vector<Label>& 
     MotionModel m;
     m.reference = reference;
     m.dome_travel_m = amplitudes.dome_m;
-    // A sigh adds less to what is deep at rest.
+    // Limits v so that a sigh does not move the dome by more than kFarthestDome_m.
     m.v.high = std::min(m.v.high, std::max(1.0, kFarthestDome_m / amplitudes.dome_m));
     const Kinds kinds = kindsOf(table);
     const Body body = measureBody(labels, kinds);

@@ -20,11 +20,11 @@ namespace stylet::patient {
 namespace {
 
 constexpr std::size_t kMaxNiftiBytes = std::size_t(5) << 30;
-constexpr std::size_t kMostExpansion = 1032;  // what deflate can reach
+constexpr std::size_t kMostExpansion = 1032;  // maximum expansion of deflate
 constexpr std::size_t kChunkVoxels = 1 << 16;
-constexpr int kCompression = 1;  // deflate's fastest: a package is loaded more often than it is sent
+constexpr int kCompression = 1;  // deflate's fastest: packages are loaded more often than sent
 
-// A file's bytes, inflated on the way where it is gzip. Never gives more than was asked for.
+// Reads a file's bytes and inflates gzip on the fly. Never returns more than requested.
 class ByteSource {
   public:
     ByteSource(const std::filesystem::path& file, std::span<const std::byte> bytes)
@@ -39,14 +39,14 @@ class ByteSource {
     ByteSource(const ByteSource&) = delete;
     ByteSource& operator=(const ByteSource&) = delete;
 
-    // An upper bound of what the file can hold.
+    // Upper bound of the uncompressed size.
     std::size_t mostBytes() const { return most_bytes_; }
     void read(std::span<std::byte> out, const char* field);
     void skip(std::size_t count, const char* field);
     void expectEnd();
 
   private:
-    // Up to out.size() bytes; fewer only at the end.
+    // Returns up to out.size() bytes; fewer only at the end.
     std::size_t inflateInto(std::span<std::byte> out);
 
     const std::filesystem::path& file_;
@@ -61,7 +61,7 @@ std::size_t ByteSource::inflateInto(std::span<std::byte> out) {
     while (done < out.size() && !ended_) {
         const std::size_t in_now = std::min<std::size_t>(rest_.size(), 1u << 30);
         const std::size_t out_now = std::min<std::size_t>(out.size() - done, 1u << 30);
-        // zlib reads its input only, but its old interface takes it without const.
+        // zlib does not modify its input, but its interface lacks const.
         stream_.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(rest_.data()));
         stream_.avail_in = uInt(in_now);
         stream_.next_out = reinterpret_cast<Bytef*>(out.data() + done);
@@ -170,7 +170,7 @@ void readVoxels(const std::filesystem::path& file, ByteSource& in, const NiftiHe
         in.read(std::span(chunk).first(now * size), "voxels");
         for (std::size_t i = 0; i < now; ++i) {
             const double stored = decoder(chunk.data() + i * size, header.big_endian);
-            // Without a scale bit for bit: a zero keeps its sign.
+            // Without scaling, values are kept bit for bit, including the sign of zero.
             voxels[done + i] = toVoxel<T>(file, plain ? stored : stored * header.slope + header.intercept);
         }
         done += now;
@@ -195,7 +195,7 @@ void undoFlips(Volume<T>& volume, const std::array<bool, 3>& flipped) {
             std::swap_ranges(all + z * slice, all + (z + 1) * slice, all + (nz - 1 - z) * slice);
 }
 
-// To a file, deflated on the way when the name ends in .gz.
+// Writes to a file, compressed if the name ends in .gz.
 class ByteSink {
   public:
     explicit ByteSink(const std::filesystem::path& file)
@@ -203,7 +203,7 @@ class ByteSink {
         if (!zipped_) return;
         if (deflateInit2(&stream_, kCompression, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK)
             throw std::bad_alloc();
-        // No time and no system in the header: same volume, same bytes.
+        // No time stamp or system in the header: the same volume gives the same bytes.
         gzip_header_.os = 255;
         deflateSetHeader(&stream_, &gzip_header_);
     }
@@ -249,7 +249,7 @@ class ByteSink {
 
     const std::filesystem::path& file_;
     std::ofstream out_;
-    int error_ = 0;  // why the disk refused first
+    int error_ = 0;  // errno of the first failed write
     bool zipped_;
     std::vector<Bytef> buffer_;
     z_stream stream_{};

@@ -1,5 +1,5 @@
-// A bounded reader and writer of single-file NIfTI-1 volumes (.nii, .nii.gz), by hand on purpose: the C
-// library at hand is not hardened against hostile headers. Format: nifti1.h, Cox et al. 2004,
+// A bounded reader and writer of single-file NIfTI-1 volumes (.nii, .nii.gz). Written by hand because the
+// available C library is not hardened against malicious headers. Format: nifti1.h, Cox et al. 2004,
 // nifti.nimh.nih.gov.
 #pragma once
 
@@ -10,24 +10,26 @@
 
 namespace stylet::patient {
 
-// T is std::int16_t (values rounded, range checked) or std::uint8_t (values must be whole). Reads uint8,
-// int16, uint16, int32, float32 and float64 of either byte order, with scl_slope and scl_inter. Axes must be
-// those of the patient: flips are undone, oblique or permuted volumes refused. Nothing is allocated before
-// its size is known to be sound. Throws DataError.
+// T is std::int16_t (values are rounded and range-checked) or std::uint8_t (values must be whole). Reads
+// uint8, int16, uint16, int32, float32 and float64 in either byte order, with scl_slope and scl_inter.
+// Axes must be parallel to the patient's: flips are undone, oblique or permuted volumes are rejected.
+// Sizes are checked before anything is allocated. Throws DataError.
 template <typename T>
 Volume<T> readNifti(const std::filesystem::path& file);
-// The same from memory, gzip or not; `file` is only named in refusals.
+// The same from memory, gzip or not; `file` is used in error messages only.
 template <typename T>
 Volume<T> parseNifti(const std::filesystem::path& file, std::span<const std::byte> bytes);
 
-// Vectors: `components` numbers a voxel, NIfTI's fifth dimension; `voxels` holds all voxels of the first
-// component, then all of the second. Every number is finite. Flips are refused: they would turn the vectors.
+// Vector volumes: `components` numbers per voxel along NIfTI's fifth dimension. `voxels` holds all voxels
+// of the first component, then all of the second. Every number is finite. Flipped axes are rejected
+// because they would also have to flip the vectors.
 Volume<float> readNiftiVectors(const std::filesystem::path& file, int components);
 Volume<float> parseNiftiVectors(const std::filesystem::path& file, std::span<const std::byte> bytes,
                                 int components);
 void writeNiftiVectors(const std::filesystem::path& file, const Volume<float>&, int components);
 
-// Compressed when the name ends in .gz. Same volume, same bytes. sform and qform are set, units are mm.
+// Compressed if the name ends in .gz. The same volume gives the same bytes. Sets sform and qform; units
+// are mm.
 template <typename T>
 void writeNifti(const std::filesystem::path& file, const Volume<T>& volume);
 

@@ -21,7 +21,7 @@ constexpr double kMinSpacing_mm = 0.02, kMaxSpacing_mm = 50.0;
 constexpr double kMaxExtensionBytes = 1 << 24;
 constexpr std::int16_t kIntentVector = 1007;
 constexpr std::size_t kMaxVectors = std::size_t(4) << 20;
-constexpr double kStraight = 1e-4;  // rad: 0.05 voxels over 500
+constexpr double kStraight = 1e-4;  // rad; 0.05 voxels over 500
 
 // voxel index -> mm.
 struct Orientation {

@@ -1,4 +1,4 @@
-// Internal: the 348 bytes at the start of a NIfTI-1 file, checked.
+// Internal: parses and checks the 348-byte header of a NIfTI-1 file.
 #pragma once
 
 #include <array>
@@ -11,9 +11,10 @@
 namespace stylet::patient {
 
 inline constexpr std::size_t kNiftiHeaderBytes = 348;
-inline constexpr std::size_t kNiftiDataOffset = 352;  // ours; after the four bytes that announce extensions
+// as written by us; follows the four bytes of the extension flag
+inline constexpr std::size_t kNiftiDataOffset = 352;
 
-// NIfTI's own codes.
+// NIfTI's datatype codes.
 enum class NiftiType : int { uint8 = 2, int16 = 4, int32 = 8, float32 = 16, float64 = 64, uint16 = 512 };
 std::size_t bytesOf(NiftiType) noexcept;
 
@@ -22,13 +23,13 @@ struct NiftiHeader {
     NiftiType type = NiftiType::int16;
     std::size_t data_offset = kNiftiDataOffset;
     double slope = 1.0, intercept = 0.0;
-    Grid grid;                                         // in RAS, after undoing the flips
-    std::array<bool, 3> flipped{false, false, false};  // axes stored the other way round
+    Grid grid;                                         // in RAS, after undoing flips
+    std::array<bool, 3> flipped{false, false, false};  // axes stored in reverse
 };
 
 using NiftiHeaderBytes = std::array<std::byte, kNiftiDataOffset>;
 
-// Every field that is used is checked. `components` > 1: one vector a voxel, along the fifth dimension.
+// Checks every field that is used. `components` > 1: one vector per voxel, along the fifth dimension.
 // Throws DataError.
 NiftiHeader parseNiftiHeader(const std::filesystem::path& file,
                              std::span<const std::byte, kNiftiHeaderBytes> bytes, int components = 1);

@@ -30,10 +30,9 @@ constexpr const char* kCtName = "ct.nii.gz";
 constexpr const char* kLabelsName = "labels.nii.gz";
 constexpr const char* kMotionName = "motion.nii.gz";
 constexpr const char* kColoursName = "labels.ctbl";
-constexpr double kVoxelTolerance_m = 1e-6;  // single precision of a millimetre value within a metre
+constexpr double kVoxelTolerance_m = 1e-6;  // single-precision error of a millimetre value within a metre
 
-// The exact grid is in patient.toml; a volume's own header must agree with it as far as single precision
-// goes.
+// The exact grid is in patient.toml. A volume's own header must agree with it to single precision.
 void checkGrid(const fs::path& file, const Grid& own, const Grid& exact) {
     for (int axis = 0; axis < 3; ++axis) {
         const double drift_m = std::abs(own.spacing_m[axis] - exact.spacing_m[axis]) * own.dims[axis];
@@ -55,7 +54,7 @@ void checkLabelIds(const fs::path& file, const Package& p) {
             throw DataError(file, "voxels", "id " + std::to_string(id) + " has no entry in patient.toml");
 }
 
-// To the disk's surface, so that the rename that follows cannot overtake the contents.
+// Flushes to disk, so that the rename that follows cannot reach the disk before the contents.
 void flushToDisk(const fs::path& path) {
     const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor < 0) return;
@@ -63,14 +62,14 @@ void flushToDisk(const fs::path& path) {
     close(descriptor);
 }
 
-// Puts `fresh` in the place of `folder`, which may exist.
+// Moves `fresh` to `folder`, which may already exist.
 void putInPlace(const fs::path& fresh, const fs::path& folder) {
-    if (rename(fresh.c_str(), folder.c_str()) == 0) return;  // absent, or an empty folder
+    if (rename(fresh.c_str(), folder.c_str()) == 0) return;  // it did not exist, or was an empty folder
     if (renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) == 0) {
-        fs::remove_all(fresh);  // now holds what stood there before
+        fs::remove_all(fresh);  // now contains the old package
         return;
     }
-    // A file system without exchange: for a moment the old package stands under another name only.
+    // On a file system without exchange the old package briefly exists under its temporary name only.
     const fs::path old = fresh.string() + ".old";
     fs::rename(folder, old);
     fs::rename(fresh, folder);
@@ -84,7 +83,7 @@ void checkBeforeSaving(const Package& p, const fs::path& folder) {
     if (!(p.labels.grid == p.ct.grid)) throw DataError(folder / kLabelsName, "grid", "differs from the CT's");
     if (p.ct.voxels.size() != p.ct.grid.voxelCount() || p.labels.voxels.size() != p.ct.voxels.size())
         throw DataError(folder / kCtName, "voxels", "count does not fit the grid");
-    // What is written must be what the loader takes.
+    // Whatever is written must load again.
     const Package again = parsePackageToml(toml, packageToml(p));
     if (!(again.motion.reference == p.motion.reference))
         throw DataError(toml, "reference_phase", "is not the breath in motion.reference");
@@ -115,7 +114,7 @@ Package loadPackage(const fs::path& folder) {
     const fs::path toml = folder / kTomlName, ct = folder / kCtName, labels = folder / kLabelsName;
     Package p = parsePackageToml(toml, readWholeFile(toml, kMaxTomlBytes));
     const Grid exact = p.ct.grid;
-    // Side by side: inflating the CT is most of a start.
+    // Read in parallel: decompressing the CT takes most of the start-up time.
     const bool moves = p.motion.grid.dims.x > 0;
     auto segmented = std::async([&labels] { return readNifti<std::uint8_t>(labels); });
     auto moved = std::async(moves ? std::launch::async | std::launch::deferred : std::launch::deferred,
@@ -175,7 +174,7 @@ void addTissues(StateHash& hash, const Package& p) {
 }
 
 void addLabels(StateHash& hash, const Package& p) {
-    const Patient patient(p);  // by id, whatever the order of the list
+    const Patient patient(p);  // ordered by id, whatever the order of the list
     for (int id = 1; id < 256; ++id) {
         const Label* label = patient.label(std::uint8_t(id));
         if (!label) continue;

@@ -13,7 +13,7 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kSoftest_pa = 10.0;  // softer than any tissue: a number below it has lost its unit
+constexpr double kSoftest_pa = 10.0;  // softer than any tissue: a smaller number has lost its unit
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Tissue readTissueName(TomlReader& in, std::string_view key) {
@@ -286,7 +286,7 @@ Package parsePackageToml(const std::filesystem::path& file, std::string_view tex
     readBreathing(root.child("breathing"), p);
     if (root.has("motion_grid")) {
         p.motion.grid = readGrid(root.child("motion_grid"));
-        p.motion.grid.dims = Index3(1);  // the volume tells its own
+        p.motion.grid.dims = Index3(1);  // placeholder; motion.nii.gz contains the real size
     }
     root.finish();
     return p;

@@ -1,4 +1,4 @@
-// Internal: patient.toml as text, both ways.
+// Internal: reads and writes the text of patient.toml.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@ namespace stylet::patient {
 
 inline constexpr std::size_t kMaxTomlBytes = 1 << 20;
 
-// [thresholds] and [[tissue]] alone; `file` is only named in refusals.
+// Only [thresholds] and [[tissue]]; `file` is used in error messages only.
 TissueDefaults parseTissueDefaults(const std::filesystem::path& file, std::string_view text);
-// Everything of a package but its volumes. Throws DataError.
+// Everything in a package except its volumes. Throws DataError.
 Package parsePackageToml(const std::filesystem::path& file, std::string_view text);
-// Same package, same text; doubles are written so that they read back bit-equal.
+// The same package gives the same text. Doubles are written so that they read back bit-equal.
 std::string packageToml(const Package&);
 
 }  // namespace stylet::patient

@@ -1,4 +1,4 @@
-// The same work on several threads; results must not depend on who does what.
+// Loops on several threads. Results must not depend on which thread does which part.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,9 @@
 
 namespace stylet::patient {
 
-// Calls work(index) for every index in [0, count) on `threads` threads, the caller's among them, and
-// `after()` now and then on the caller's. Neither may throw.
+// Calls work(index) for every index in [0, count) on `threads` threads, including the caller's. Also calls
+// after(started) on the caller's thread from time to time, with the number of indices started. Neither
+// function may throw.
 template <typename Work, typename After>
 void parallelFor(int threads, std::size_t count, const Work& work, const After& after) {
     std::atomic<std::size_t> next{0};
@@ -38,7 +39,7 @@ void parallelFor(int threads, std::size_t count, const Work& work) {
     parallelFor(threads, count, work, [](std::size_t) {});
 }
 
-// change(first, stride, count) for every line along an axis of `dims` values, x-fastest.
+// Calls change(first, stride, count) for every line along an axis of `dims` values, x-fastest.
 template <typename Value, typename Change>
 void parallelLines(int threads, const Index3& dims, int axis, Value* values, const Change& change) {
     const int across = axis == 2 ? 1 : 2, other = axis == 0 ? 1 : 0;

@@ -38,7 +38,7 @@ Json toJson(const PlannedPath& p) {
             {"quality", p.quality}};
 }
 
-// One path's members; every one must be there, and no other.
+// Reads the members of one path. All are required and no others are allowed.
 class PathReader {
   public:
     PathReader(const std::filesystem::path& file, std::string field, const Json& json)

@@ -1,4 +1,4 @@
-// Internal: paths.json as text.
+// Internal: parses the text of paths.json.
 #pragma once
 
 #include <string_view>
@@ -7,7 +7,7 @@
 
 namespace stylet::patient {
 
-// `file` is only named in refusals. Throws DataError.
+// `file` is used in error messages only. Throws DataError.
 StoredPaths parsePaths(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace stylet::patient

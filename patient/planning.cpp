@@ -15,13 +15,14 @@ struct Targets {
     std::vector<Vec3> reference_m, deformed_m;
 };
 
-// What became of the pairs of one skin voxel or more.
+// Counters for the pairs of one or more skin voxels.
 struct Counts {
     std::size_t skipped = 0, blocked = 0, too_long = 0, poor = 0;
 };
 
-// All targets from one skin voxel after another: neighbours have like paths, so the last one's target is
-// tried first. Of equals the target that comes first in the list wins, whatever the order of trying.
+// Tries all targets for one skin voxel after another. Neighbouring voxels have similar paths, so the
+// previous best target is tried first. Of equally good targets the first in the list wins, whatever the
+// order of trying.
 class EntryPlanner {
   public:
     EntryPlanner(const Plan& plan, const Targets& targets)
@@ -46,7 +47,7 @@ class EntryPlanner {
     }
 
   private:
-    // C2, where no rounding is at stake.
+    // C2 with a margin for rounding.
     bool isFarTooLong(std::size_t target) const {
         const double most_m = plan_.settings.max_length_m;
         const Vec3 way = targets_.deformed_m[target] - path_.entry_m;
@@ -90,7 +91,7 @@ class EntryPlanner {
     std::size_t best_target_ = 0;
 };
 
-// Entries of one height.
+// Entries at one height.
 struct PlanRow {
     std::size_t begin = 0, end = 0;
     std::vector<PlannedPath> paths;
@@ -106,7 +107,7 @@ std::vector<PlanRow> rowsOf(const std::vector<Vec3>& entries_m) {
     return rows;
 }
 
-// A total order: no two paths share their entry.
+// A total order, because no two paths share an entry.
 bool betterPath(const PlannedPath& a, const PlannedPath& b) {
     return std::tie(b.quality, a.length_m, a.entry_m.z, a.entry_m.y) <
            std::tie(a.quality, b.length_m, b.entry_m.z, b.entry_m.y);

@@ -12,24 +12,26 @@
 namespace stylet::patient {
 
 struct PlanSettings {
-    Surrogate breath;                 // the (held) breath in which the path is straight and is judged
-    double skin_spacing_m = 0.008;    // of the set of skin voxels; 0: every one
-    double target_spacing_m = 0.004;  // thinning of the duct's centre line; 0: none
+    Surrogate breath;                 // (held) breathing state in which the path is straight and is rated
+    double skin_spacing_m = 0.008;    // spacing of the skin voxels to try; 0: all
+    double target_spacing_m = 0.004;  // minimum distance between targets on the centre line; 0: all
     double max_length_m = 0.090;      // C2
     double min_quality = 0.4;
-    double near_target_m = 0.010;  // within this of the duct's wall vessels count for C1 only
-    // Pairs that cannot be their skin voxel's best path are not walked; the paths are the same. Only in the
-    // breath of the CT, where paths are straight in the reference.
+    // this close to the duct's wall, risk structures count for C1 but not for C3
+    double near_target_m = 0.010;
+    // Skips pairs that cannot become the best path of their skin voxel; the resulting paths are the same.
+    // Applies only in the breathing state of the CT, where paths are straight in the reference.
     bool skip = true;
     int threads = 2;
 };
 
-// Every skin voxel of the access area against every voxel of the duct's centre line, in the breath of the CT.
+// All skin voxels of the access area and all voxels of the duct's centre line, in the breathing state of
+// the CT.
 PlanSettings studyPlan(const Patient&);
 
 struct PlannedPath {
-    Vec3 entry_m{0.0}, target_m{0.0};                      // ends in the deformed patient at `breath`
-    Vec3 entry_reference_m{0.0}, target_reference_m{0.0};  // the same ends in the reference
+    Vec3 entry_m{0.0}, target_m{0.0};                      // end points in the deformed patient at `breath`
+    Vec3 entry_reference_m{0.0}, target_reference_m{0.0};  // the same points in the reference
     Surrogate breath;
     double length_m = 0.0;
     double clearance_score = 0.0;  // C3 in [0, 1]
@@ -37,30 +39,32 @@ struct PlannedPath {
     double quality = 0.0;          // (C3 + C4) / 2
 };
 
-// Counts up whenever planPaths finds or rates other paths in the same patient: stored ones are stale then.
+// Increase it whenever planPaths finds or rates paths of the same patient differently. Stored paths of
+// another version are stale.
 inline constexpr int kPlannerVersion = 4;
 
 struct PlanResult {
-    std::vector<PlannedPath> paths;  // the best path of each skin voxel, best first
+    std::vector<PlannedPath> paths;  // best path of each skin voxel, sorted best first
     std::size_t candidates = 0, skipped = 0, rejected_blocked = 0, rejected_long = 0, rejected_quality = 0;
 };
 
-// The skin in the access area (right flank, between the axillary lines, at liver height) against the duct's
-// centre line; each path between two ribs, the hand behind it above the table. See patient/README.md.
+// Tries the skin in the access area (right flank, between the axillary lines, at liver height) against the
+// duct's centre line. Each path passes between two ribs and leaves room for the hand above the table. See
+// patient/README.md.
 PlanResult planPaths(const Patient&, const PlanSettings&,
                      const std::function<void(double fraction)>& progress = {});
 
-// Length, scores and quality of a path whose ends and breath are set; false where the planner would not have
-// kept it, and then what it did not come to is 0.
+// Computes length, scores and quality of a path whose ends and breath are set. Returns false if the
+// planner would reject the path; values not reached by then are 0.
 bool ratePath(const Patient&, const PlanSettings&, PlannedPath&);
 
-// The worst quality of each path's tissue ends over breaths of the patient: with the ends where a breath
-// takes them, 0 where the planner would not keep the path then.
+// Worst quality of each path over several breathing states. The ends move with the tissue; 0 if the
+// planner would reject the path in one of the states.
 std::vector<double> worstQualities(const Patient&, const PlanSettings&, const std::vector<PlannedPath>&,
                                    const std::vector<Surrogate>& breaths);
 
 inline constexpr std::size_t kMaxStoredPaths = 100'000;
-// What paths.json holds: paths, and what they were planned on and by.
+// Contents of paths.json: the paths, and the patient and planner version they belong to.
 struct StoredPaths {
     std::uint64_t patient_digest = 0;  // digest(Package)
     int planner_version = 0;

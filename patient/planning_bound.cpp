@@ -3,7 +3,7 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kHopeless = -1.0;  // C1 rejects
+constexpr double kHopeless = -1.0;  // rejected by C1
 
 struct Look {
     Index3 voxel{0};
@@ -14,7 +14,7 @@ struct Look {
 
 struct Doubter::Line {
     Vec3 start, step;  // in voxels, cell borders at integers
-    // Truncation is no floor below zero; but what lies there is not sure.
+    // Truncation differs from floor below zero, but there `sure` is false.
     Look lookAt(double at_m) const {
         constexpr double kNear = 1e-4, kFar = 1.0 - kNear;
         const Vec3 at = start + step * at_m;
@@ -53,7 +53,7 @@ double Doubter::bound(const PlannedPath& path, double needed) const {
                 if (bound < needed) return bound;
             }
         }
-        // A distance falls by no more than the way.
+        // Clearance decreases by at most the distance travelled.
         at_m += std::max(here_m - std::max(0.0, needed_m), half_voxel_m_);
     }
     return qualityOf(scoreOf(clearance_m, kFullClearance_m), target_score);
@@ -65,7 +65,7 @@ double Doubter::clearance(const Index3& voxel) const {
     return clearance_m.grid.contains(i) ? double(clearance_m[i]) : kFullClearance_m;
 }
 
-// Whatever the needle has passed before.
+// True if the voxel is a risk whatever the needle has passed before.
 bool Doubter::blocks(const Index3& voxel) const {
     const TissueMap::Code code = plan_.map.code(voxel);
     for (const bool past_skin : {false, true})
@@ -78,7 +78,8 @@ bool Doubter::isDuct(const Index3& voxel) const {
     return plan_.map.sample(plan_.map.code(voxel), {}).tissue == Tissue::duct;
 }
 
-// The first depth on the way from `from_m` by `step_m` that is surely outside the duct, or `last_m`.
+// First depth that is certainly outside the duct, searching from `from_m` in steps of `step_m`; `last_m`
+// if there is none.
 double Doubter::outsideDuct(const Line& line, double from_m, double last_m, double step_m) const {
     const int looks = int((last_m - from_m) / step_m);
     for (int i = 1; i <= looks; ++i) {

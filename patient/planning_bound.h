@@ -1,19 +1,19 @@
-// Internal: which pairs of skin and duct cannot win, from few looks. Based on Hart, "Sphere tracing", The
-// Visual Computer 12, 1996.
+// Internal: finds pairs of skin and duct voxel that cannot win, with few samples. Based on Hart, "Sphere
+// tracing", The Visual Computer 12, 1996.
 #pragma once
 
 #include "patient/planning_judge.h"
 
 namespace stylet::patient {
 
-// Says of a pair, from few looks, that it cannot come to a quality. Every look that counts is at a voxel that
-// the path surely visits: one that holds a point of the line and does not end just there. So what is found
-// bounds what Judge would find, to the last bit.
+// Computes an upper bound of a path's quality from few samples. Only samples at voxels that the path is
+// certain to visit are used: a point of the line lies inside the voxel, away from its faces. So the result
+// bounds Judge's result to the last bit.
 class Doubter {
   public:
-    // The plan must outlive it; its breath is that of the CT.
+    // The plan must outlive it. Its breath must be that of the CT.
     explicit Doubter(const Plan&);
-    // The best quality that the path could have, or something lower than `needed`.
+    // An upper bound of the path's quality. Stops early with a value below `needed` once one is proven.
     double bound(const PlannedPath&, double needed) const;
 
   private:
@@ -25,7 +25,7 @@ class Doubter {
 
     const Plan& plan_;
     const Grid& grid_;
-    Index3 corner_;  // of the region, in the patient's grid
+    Index3 corner_;  // first voxel of the region in the patient's grid
     double half_voxel_m_ = 0.0;
 };
 

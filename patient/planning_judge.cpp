@@ -3,11 +3,11 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kNeedle_m = 0.150;  // must come to the skin through free air
+constexpr double kNeedle_m = 0.150;  // this much of the needle must reach the skin through free air
 constexpr double kHair_m = 1e-5;
-constexpr double kHandBehind_m = 0.190;  // where the hand holds it, before it touches the skin
+constexpr double kHandBehind_m = 0.190;  // distance of the hand from the skin before the tip touches it
 constexpr double kHandAboveTable_m = 0.030;
-constexpr double kSkinRoughness_m = 0.003;  // a slanting line leaves the voxelised skin this late
+constexpr double kSkinRoughness_m = 0.003;  // an oblique line may leave the voxelised skin this late
 
 }  // namespace
 
@@ -46,7 +46,7 @@ Verdict Judge::judge(PlannedPath& path) {
     return free ? Verdict::kept : Verdict::blocked;
 }
 
-// The duct that holds the target, or nothing when a risk structure is on the way.
+// Finds the duct that contains the target. Returns nothing if the path meets a risk structure.
 std::optional<Judge::Duct> Judge::traverse(const Vec3& entry_m, const Vec3& direction, double length_m) {
     TrackFlags flags;
     bool blocked = false, in_duct = false;
@@ -74,8 +74,8 @@ std::optional<Judge::Duct> Judge::traverse(const Vec3& entry_m, const Vec3& dire
     return Duct{begin_of_duct_m, end_of_duct_m - begin_of_duct_m};
 }
 
-// A line along a voxel's edge belongs to either side, and the last bit decides which a needle meets:
-// lines a hair beside the path must be free as well.
+// A line along a voxel's edge belongs to both sides, and rounding decides which side a needle meets. So
+// lines slightly beside the path must be free too.
 bool Judge::freeBeside(const PlannedPath& path, const Vec3& direction) {
     const Vec3 across = glm::normalize(glm::cross(direction, Vec3(0.0, 0.0, 1.0)) + Vec3(1e-9, 0.0, 0.0));
     const Vec3 upward = glm::cross(across, direction);
@@ -84,7 +84,8 @@ bool Judge::freeBeside(const PlannedPath& path, const Vec3& direction) {
     return true;
 }
 
-// The path crosses the skin once: the needle comes to it through air, and the hand from above the table.
+// Checks that the path crosses the skin once: the needle reaches it through air, and the hand stays above
+// the table.
 bool Judge::freeOutside(const PlannedPath& path, const Vec3& direction) {
     const double hand_m = path.entry_m.y - kHandBehind_m * direction.y;
     if (hand_m < region_.back_m + kHandAboveTable_m) return false;
@@ -99,8 +100,8 @@ bool Judge::freeOutside(const PlannedPath& path, const Vec3& direction) {
     return free;
 }
 
-// Over the voxels of the deformed patient that the path visits: the smallest clearance as far as it
-// counts, and whether the access is an intercostal space.
+// Over the voxels of the deformed patient that the path visits: the smallest clearance up to where it
+// counts, and whether the path passes between two ribs.
 Judge::Surroundings Judge::lookAround(const PlannedPath& path, double wall_m) {
     const double counts_to_m = wall_m - settings_.near_target_m;
     const bool has_ribs = !region_.intercostal.voxels.empty();

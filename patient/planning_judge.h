@@ -1,4 +1,4 @@
-// Internal: one path judged by the four criteria. Based on Mastmeyer et al. 2017, Eq. 9.
+// Internal: rates one path by the four criteria. Based on Mastmeyer et al. 2017, Eq. 9.
 #pragma once
 
 #include <algorithm>
@@ -14,16 +14,17 @@ namespace stylet::patient {
 
 inline constexpr double kFullClearance_m = 0.010;  // C3 = 1
 inline constexpr double kFullChord_m = 0.010;      // C4 = 1
-inline constexpr double kCorner_m = 1e-9;  // a way shorter than this through a voxel touches its corner
+inline constexpr double kCorner_m = 1e-9;          // a shorter stretch in a voxel only touches its corner
 
-// C3 and C4 from metres, and Q from both.
+// C3 and C4 from metres, and the quality Q from both.
 double scoreOf(double metres, double full_m) noexcept;
 double qualityOf(double clearance_score, double target_score) noexcept;
 
-// The breath of the CT: what is straight in the deformed patient is so in the reference.
+// True in the breathing state of the CT: a straight line in the deformed patient is straight in the
+// reference.
 bool isStill(const Patient&, const Surrogate& breath);
 
-// What all threads read.
+// Shared by all threads, read-only.
 struct Plan {
     const Patient& patient;
     const PlanSettings& settings;
@@ -31,9 +32,9 @@ struct Plan {
     const TissueMap& map;
 };
 
-inline constexpr double kChord_m = 0.001;  // pieces of a straight line that breath has bent
+inline constexpr double kChord_m = 0.001;  // length of the pieces of a line bent by breathing
 
-// The voxels of the REFERENCE along straight lines in the patient deformed by a breath. One a thread.
+// Visits the voxels of the REFERENCE along straight lines in the deformed patient. Use one per thread.
 class Walker {
   public:
     Walker(const Patient& patient, const Surrogate& breath)
@@ -42,7 +43,7 @@ class Walker {
           breath_(breath),
           straight_(isStill(patient, breath)) {}
 
-    // visit(a voxel's visit, begin_m, end_m) along a + s * direction, until it returns false.
+    // Calls visit(voxel visit, begin_m, end_m) along a + s * direction until it returns false.
     template <typename Visit>
     void walk(const Vec3& a, const Vec3& direction, double length_m, const Visit& visit) {
         bool going = true;
@@ -78,22 +79,22 @@ class Walker {
 
 enum class Verdict { kept, blocked, tooLong, poor };
 
-// One a thread.
+// Use one per thread.
 class Judge {
   public:
     // The plan must outlive it.
     explicit Judge(const Plan&);
-    // Fills clearance, target score and quality of a path whose ends are set.
+    // Fills clearance score, target score and quality of a path whose ends are set.
     Verdict judge(PlannedPath&);
 
   private:
     struct Duct {
-        double wall_m = 0.0;  // depth of its near wall
+        double wall_m = 0.0;  // depth of the duct's near wall along the path
         double chord_m = 0.0;
     };
     struct Surroundings {
         double clearance_m = kFullClearance_m;
-        bool between_ribs = false;  // or where the flank has no ribs at all
+        bool between_ribs = false;  // also true if the flank has no ribs
     };
 
     std::optional<Duct> traverse(const Vec3& entry_m, const Vec3& direction, double length_m);

@@ -10,18 +10,18 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kClearanceMargin_m = 0.012;  // a clearance saturates at 10 mm
-// The axillary lines, as shares of the torso's half depth before and behind its middle: 30 degrees either
-// side of the most lateral line of an elliptic torso.
+constexpr double kClearanceMargin_m = 0.012;  // clearance saturates at 10 mm
+// The axillary lines, as shares of half the torso's depth in front of and behind its middle: 30 degrees to
+// either side of the most lateral line of an elliptic torso.
 constexpr double kAxillaryLine = 0.5;
 constexpr float kUnderRibShare = 0.5f;
 constexpr double kInsideLiver_m = 0.030;
-// Neighbouring ribs are at most this far apart, measured upright: a gap of 25 mm across sloping ribs.
+// Largest vertical distance between neighbouring ribs: a gap of 25 mm across sloping ribs.
 constexpr double kNextRib_m = 0.035;
-// The chest wall leans: the next rib is up to this far to the side of upright.
+// The chest wall leans: the next rib may be this far to the side of vertical.
 constexpr double kRibLean_m = 0.010;
 
-// What one voxel of the deformed patient is to a planner.
+// Properties of one voxel of the deformed patient.
 enum Mark : std::uint8_t { kFilled = 1, kRisk = 2, kBone = 4, kLiver = 8, kBody = 16, kOutside = 32 };
 
 struct Box {
@@ -50,7 +50,8 @@ Box deformedLiver(const Patient& patient, const Surrogate& breath) {
     return box;
 }
 
-// The part of the patient's grid that planning needs: from beyond the liver to the right end of the image.
+// The part of the patient's grid that planning needs: from left of the liver to the right end of the
+// image.
 Grid cropAround(const Grid& whole, const Box& liver) {
     const Index3 last = whole.dims - 1;
     const double left_m = liver.low.x - kBeyondTarget_m - kClearanceMargin_m;
@@ -61,8 +62,8 @@ Grid cropAround(const Grid& whole, const Box& liver) {
     return {high - low + 1, whole.spacing_m, whole.centre(low)};
 }
 
-// Past the fascia bone begins at a higher CT value, but what lies between the two values there is a vessel
-// full of contrast: a risk as well. So one threshold serves.
+// Past the fascia, bone begins at a higher CT value. But voxels between the two values are contrast-filled
+// vessels there, which are also risk structures. So one threshold is enough.
 std::uint8_t markOf(const Patient& patient, const Index3& i) noexcept {
     const Package& p = patient.package();
     if (!p.ct.grid.contains(i)) return 0;
@@ -92,7 +93,7 @@ Volume<std::uint8_t> markDeformed(const Patient& patient, const Surrogate& breat
     return marks;
 }
 
-// Sets `mark` on every voxel that is connected to `open` through voxels with `through`.
+// Sets `mark` on every voxel connected to `open` through voxels accepted by `through`.
 template <typename Through>
 void floodMarks(Volume<std::uint8_t>& marks, std::vector<Index3>& open, std::uint8_t mark,
                 const Through& through) {
@@ -108,8 +109,8 @@ void floodMarks(Volume<std::uint8_t>& marks, std::vector<Index3>& open, std::uin
     }
 }
 
-// The body is what hangs together with the liver (a table does not); outside is the air that reaches the
-// image's right, front or back end. Other air is gas and lung: a risk.
+// The body is everything connected to the liver (a table is not). Outside air is air connected to the
+// image's right, front or back side. Other air is gas or lung, a risk.
 void tellBodyFromAir(Volume<std::uint8_t>& marks) {
     const Index3 last = marks.grid.dims - 1;
     std::vector<Index3> liver, air;
@@ -131,7 +132,7 @@ Volume<std::uint8_t> riskMask(const Volume<std::uint8_t>& marks) {
     return mask;
 }
 
-// Nerve and vessels run in a groove under each rib: the bone voxels with none below.
+// Nerve and vessels run in a groove under each rib. Marks bone voxels without bone below.
 Volume<std::uint8_t> lowerEdgeMask(const Volume<std::uint8_t>& marks) {
     Volume<std::uint8_t> mask(marks.grid);
     const std::size_t below = marks.grid.offset({0, 0, 1});
@@ -151,7 +152,7 @@ Volume<float> clearances(const Volume<std::uint8_t>& marks, int threads) {
     return clearance_m;
 }
 
-// Bone, widened to either side within each slice.
+// Bone, widened along x within each slice.
 Volume<std::uint8_t> leaningBone(const Volume<std::uint8_t>& marks) {
     Volume<std::uint8_t> wide(marks.grid);
     const int reach = int(kRibLean_m / marks.grid.spacing_m.x);
@@ -182,7 +183,7 @@ Volume<std::uint8_t> intercostalMask(const Volume<std::uint8_t>& marks) {
     return mask;
 }
 
-// Front and back of the body in one slice, as y indices.
+// y indices of the front and the back of the body in one slice.
 struct Depth {
     int back = -1, front = -1;
 };
@@ -205,8 +206,8 @@ double backOf(const Volume<std::uint8_t>& marks) {
     return lowest_m;
 }
 
-// The first voxel that is not outside air, seen from the right; only if it is the body's, and not cut off by
-// the image.
+// The first voxel from the right that is not outside air. Null if it is not part of the body or the image
+// cuts it off.
 const Index3* firstSkinVoxel(const Volume<std::uint8_t>& marks, int y, int z, Index3& found) {
     const int last = marks.grid.dims.x - 1;
     for (found = {last, y, z}; found.x >= 0; --found.x)
@@ -234,8 +235,8 @@ std::vector<Vec3> skinEntries(const Volume<std::uint8_t>& marks, const Box& live
     return entries;
 }
 
-// A duct voxel lies inside the liver when from at least five sides the way to liver leads through ducts and
-// vessels only.
+// A duct voxel is inside the liver if, from at least five of its six sides, a straight line reaches liver
+// through ducts and vessels only.
 class InsideLiver {
   public:
     explicit InsideLiver(const Patient& patient)
@@ -269,7 +270,7 @@ struct Ridge {
     float depth_m;
 };
 
-// Voxels of the duct that no neighbour exceeds in distance from the wall.
+// Duct voxels whose distance from the wall is not exceeded by a neighbour.
 std::vector<Ridge> ridgesOf(const Volume<float>& depth_m) {
     std::vector<Ridge> ridges;
     forEachVoxel(depth_m.grid, [&](const Index3& i) {
@@ -285,7 +286,7 @@ std::vector<Ridge> ridgesOf(const Volume<float>& depth_m) {
     return ridges;
 }
 
-// Where the duct voxels lie, one voxel wider.
+// Bounding box of the duct voxels plus one voxel.
 Grid cropAroundDucts(const LabelVolume& labels, const std::array<bool, 256>& is_duct) {
     Index3 low = labels.grid.dims, high{-1};
     forEachVoxel(labels.grid, [&](const Index3& i) {

@@ -1,4 +1,4 @@
-// Internal: what planning knows of a patient before it looks at single paths.
+// Internal: volumes that planning computes once per patient, before it looks at single paths.
 #pragma once
 
 #include <vector>
@@ -7,24 +7,26 @@
 
 namespace stylet::patient {
 
-inline constexpr double kBeyondTarget_m = 0.020;  // the far wall is looked for this far
+// how far beyond the target to search for the duct's far wall
+inline constexpr double kBeyondTarget_m = 0.020;
 
-// The right flank at the liver's height in the deformed patient, with room for clearances.
+// The right flank at the height of the liver in the deformed patient, with a margin for clearances.
 struct PlanRegion {
-    // To the border of the nearest risk structure, from voxel to voxel; under a rib's lower edge half the
-    // distance counts.
+    // Distance between the borders of a voxel and the nearest risk structure. Under a rib's lower edge it
+    // counts half.
     Volume<float> clearance_m;
-    // Where bone is near above and below: between two ribs. No voxels where the flank has no ribs.
+    // 1 where bone is near above and below, between two ribs. No voxels if the flank has no ribs.
     Volume<std::uint8_t> intercostal;
-    std::vector<Vec3> entries_m;  // skin voxels, deformed; row by row from the feet to the head
-    double back_m = 0.0;          // y of the body's back: the table's top
+    std::vector<Vec3> entries_m;  // deformed positions of skin voxels, row by row from the feet to the head
+    double back_m = 0.0;          // y of the back of the body, which is the top of the table
 };
 
-// Centre line of the ducts inside the liver, in the reference: the duct voxels farthest from its wall,
-// thickest first. Each of them, or none nearer than `spacing_m` to a better one.
+// Centre line of the ducts inside the liver, in the reference: duct voxels at a local maximum of the
+// distance to the wall, thickest first. Voxels closer than `spacing_m` to a better one are left out; 0
+// keeps all.
 std::vector<Vec3> ductCentreLine(const Patient&, double spacing_m);
 
-// Empty without a liver.
+// Returns an empty region for a patient without a liver.
 PlanRegion makePlanRegion(const Patient&, const PlanSettings&);
 
 }  // namespace stylet::patient

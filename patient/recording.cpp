@@ -1,5 +1,5 @@
-// The surrogate of a marker's track: its first principal axis, scaled by the median breath. What comes of it
-// is hashed: no libm transcendental.
+// Computes the surrogate from a marker's track: its first principal axis, scaled by the median breath. The
+// result is hashed: no libm transcendentals.
 #include "patient/recording.h"
 
 #include <algorithm>
@@ -20,13 +20,13 @@ constexpr std::size_t kMaxRecordingBytes = 16 << 20;
 constexpr std::size_t kMaxRows = 200'000;
 constexpr double kLongest_s = 3600.0, kFarthestMarker_m = 10.0;
 constexpr double kDt_s = 0.1;
-constexpr double kWidestGap_s = 0.5;       // between rows that are believed
-constexpr double kMisdatedShare = 0.02;    // of all rows, at most
-constexpr double kLeastTravel_m = 0.0005;  // less is the camera's noise
-constexpr double kMost_v = 20.0;           // no sigh is so deep
+constexpr double kWidestGap_s = 0.5;       // largest gap between accepted rows
+constexpr double kMisdatedShare = 0.02;    // maximum share of misdated rows
+constexpr double kLeastTravel_m = 0.0005;  // anything less is camera noise
+constexpr double kMost_v = 20.0;           // deeper than any sigh
 constexpr int kFewestBreaths = 2;
-constexpr double kTurn = 0.35;  // of the usual range: a rise or fall by so much is a breath's, less is not
-constexpr std::size_t kWindow = 80;  // samples that hold a whole breath
+constexpr double kTurn = 0.35;       // share of the usual range by which a breath must rise and fall
+constexpr std::size_t kWindow = 80;  // samples; long enough to contain a whole breath
 
 struct RecordingRow {
     double t_s = 0.0;
@@ -34,7 +34,7 @@ struct RecordingRow {
     bool zero = false;
 };
 
-// One line, its fields between semicolons.
+// One line with fields separated by semicolons.
 class Line {
   public:
     explicit Line(std::string_view text) : rest_(text) {}
@@ -111,7 +111,7 @@ class Reader {
     LineReader lines_;
 };
 
-// Rows in the order of time: what is dated before its predecessor, or far ahead of it, has a wrong date.
+// Keeps rows in time order. Drops a row whose time is before its predecessor's or far ahead of it.
 std::vector<RecordingRow> inOrder(const std::vector<RecordingRow>& rows, const std::filesystem::path& file,
                                   int& misdated) {
     std::vector<RecordingRow> kept{rows.front()};
@@ -131,7 +131,7 @@ std::vector<RecordingRow> inOrder(const std::vector<RecordingRow>& rows, const s
     return kept;
 }
 
-// The unit vector of the largest variance, by power iteration, toward +z.
+// Unit vector of the largest variance, by power iteration, oriented toward +z.
 Vec3 principalAxis(const std::vector<RecordingRow>& rows) {
     Vec3 mean(0.0);
     for (const RecordingRow& row : rows)
@@ -139,7 +139,7 @@ Vec3 principalAxis(const std::vector<RecordingRow>& rows) {
     glm::dmat3 covariance(0.0);
     for (const RecordingRow& row : rows)
         covariance += glm::outerProduct(row.p_m - mean, row.p_m - mean);
-    // Begun along the column of the largest diagonal, which is never orthogonal to the axis sought.
+    // Start with the column of the largest diagonal element. It is never orthogonal to the wanted axis.
     int widest = 0;
     for (int k = 1; k < 3; ++k)
         if (covariance[k][k] > covariance[widest][widest]) widest = k;
@@ -153,8 +153,8 @@ Vec3 principalAxis(const std::vector<RecordingRow>& rows) {
     return axis / (axis.z < 0.0 ? -length : length);
 }
 
-// Along `axis`, every kDt_s, and without the camera's last digit (binomial over five samples: 2 % less at
-// 0.3 Hz).
+// Position along `axis` every kDt_s, smoothed to remove the camera's quantisation (binomial over five
+// samples: loses 2 % at 0.3 Hz).
 std::vector<double> resampled(const std::vector<RecordingRow>& rows, const Vec3& axis) {
     const auto along = [&](const RecordingRow& r) {
         const Vec3 d = r.p_m - rows.front().p_m;
@@ -186,7 +186,7 @@ double quantile(std::vector<double> values, double share) {
     return *nth;
 }
 
-// The median over windows of what the signal covers in one: unmoved by a marker that shifts or drifts.
+// Median range of the signal over sliding windows. Not affected by a marker that shifts or drifts.
 double usualRange(const std::vector<double>& s) {
     std::vector<double> ranges;
     for (std::size_t begin = 0; begin == 0 || begin + kWindow <= s.size(); begin += kWindow / 4) {
@@ -199,15 +199,15 @@ double usualRange(const std::vector<double>& s) {
 }
 
 struct Turns {
-    std::vector<std::size_t> exhale, inhale;  // samples, in turn, an exhale first and last
+    std::vector<std::size_t> exhale, inhale;  // sample indices, alternating; an exhale is first and last
 };
 
-// The signal's lows and highs, a rise or fall of at least `turn` apart.
+// Minima and maxima of the signal, separated by a rise or fall of at least `turn`.
 Turns turnsOf(const std::vector<double>& s, double turn) {
     Turns turns;
     std::size_t low = 0, high = 0;
-    bool rising = false;  // a low is sought while false
-    bool begun = false;   // the first low counts only behind a fall
+    bool rising = false;  // false while searching for a minimum
+    bool begun = false;   // the first minimum counts only after a fall
     for (std::size_t i = 1; i < s.size(); ++i) {
         if (s[i] > s[high]) high = i;
         if (s[i] < s[low]) low = i;
@@ -222,7 +222,7 @@ Turns turnsOf(const std::vector<double>& s, double turn) {
             low = i;
         }
     }
-    // The last low is one only if a rise follows; an inhale behind it closes no breath.
+    // The last minimum counts only if a rise follows. A maximum after it does not complete a breath.
     if (turns.inhale.size() >= turns.exhale.size() && !turns.inhale.empty()) turns.inhale.pop_back();
     return turns;
 }
@@ -234,7 +234,7 @@ double medianAt(const std::vector<double>& s, const std::vector<std::size_t>& wh
     return quantile(values, 0.5);
 }
 
-// From the first end-exhale to the last; over the last breath the level eases to the first's.
+// From the first end-exhale to the last. During the last breath the level blends to that of the start.
 std::vector<double> closedLoop(const std::vector<double>& v, const Turns& turns) {
     const std::size_t begin = turns.exhale.front(), end = turns.exhale.back(),
                       last = turns.exhale[turns.exhale.size() - 2];

@@ -1,4 +1,4 @@
-// A recorded breath: the track of a marker on chest or belly, made a surrogate signal.
+// A recorded breath: the track of a marker on chest or abdomen, converted to a surrogate signal.
 #pragma once
 
 #include <filesystem>
@@ -8,20 +8,22 @@
 namespace stylet::patient {
 
 struct RecordedBreath {
-    std::vector<double> v;  // one every dt_s, a closed loop from end-exhale to end-exhale; ends 0, peaks 1
+    // one sample every dt_s, a closed loop between end-exhales; median end-exhale is 0, median end-inhale
+    // 1
+    std::vector<double> v;
     double dt_s = 0.1;
-    double period_s = 0.0;  // median breath
-    double travel_m = 0.0;  // of the marker, median breath
+    double period_s = 0.0;  // of the median breath
+    double travel_m = 0.0;  // of the marker in the median breath
     int breaths = 0;
-    // What the file held besides: rows dated out of order, rows of zeros behind its end.
+    // Rows that were dropped: time out of order, trailing zeros.
     int misdated_rows = 0, zero_rows = 0;
 };
 
 // CSV "Frame;Timestamp;x;y;z" (Krilavicius et al. 2013): milliseconds and millimetres, decimal comma or
-// point, z grows as the body rises. Trailing rows of zeros are dropped; rows whose time breaks the order are
-// left out where few and short. Throws DataError: file, row or field, reason.
+// point, z increases as the body rises. Drops trailing rows of zeros. Drops rows whose time is out of
+// order if they are few. Throws DataError: file, row or field, reason.
 RecordedBreath loadRecordedBreath(const std::filesystem::path& csv);
-// The same by its contents; `file` is named when they are refused.
+// The same from memory; `file` is used in error messages only.
 RecordedBreath parseRecordedBreath(std::string_view csv, const std::filesystem::path& file);
 
 }  // namespace stylet::patient

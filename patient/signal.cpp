@@ -1,4 +1,4 @@
-// Based on Lujan et al. 1999. Hashed: double precision, no libm transcendental.
+// Based on Lujan et al. 1999. Hashed: double precision, no libm transcendentals.
 #include "patient/signal.h"
 
 #include <algorithm>
@@ -11,18 +11,19 @@ namespace stylet::patient {
 namespace {
 
 constexpr double kSqrt3 = 1.7320508075688772;
-constexpr double kShortest_s = 0.5;  // of a breath that jitter makes
+constexpr double kShortest_s = 0.5;  // minimum duration of a breath with jitter
 constexpr double kSighDepth = 1.8, kSighLength = 1.4;
-// A cough: a gasp, then bursts that each fall by an equal share of what the gasp left.
+// A cough is a gasp followed by bursts. Each burst ends lower by an equal share of the level after the
+// gasp.
 constexpr std::uint32_t kBursts = 3;
 constexpr double kGasp_s = 1.2, kBurst_s = 0.4, kGaspDepth = 0.9, kAfterGasp = 0.45, kBurstRise = 0.2;
-constexpr double kEase_s = 1.5;        // creep, after a hold
-constexpr double kLowEnough_v = 0.35;  // of a recording's turn to be an end-exhale
+constexpr double kEase_s = 1.5;        // fade-out of the creep after a hold
+constexpr double kLowEnough_v = 0.35;  // a minimum of a recording below this share counts as end-exhale
 
 enum class Draw : std::uint64_t { kind, period, depth, missed, level, limit, cough, coughTime };
 
-// In [0, 1): a number for each breath and purpose, whatever was drawn before (splitmix64, Steele et al.
-// 2014).
+// A random number in [0, 1) for each breath and purpose, independent of earlier draws (a hash of seed,
+// breath and purpose).
 double draw(const BreathPlan& plan, std::uint64_t breath, Draw purpose) noexcept {
     StateHash hash;
     hash.add(plan.seed);
@@ -31,7 +32,7 @@ double draw(const BreathPlan& plan, std::uint64_t breath, Draw purpose) noexcept
     return double(hash.value() >> 11) * 0x1.0p-53;
 }
 
-// Uniform about 1 with the given standard deviation.
+// Uniform, with mean 1 and the given standard deviation.
 double jittered(double jitter, double uniform) noexcept {
     return 1.0 + kSqrt3 * jitter * (2.0 * uniform - 1.0);
 }
@@ -93,7 +94,7 @@ std::uint64_t loopTicks(const BreathPlan& plan, double dt_s) noexcept {
     return ticksOf(double(plan.recording_v.size()) * plan.recording_dt_s, dt_s);
 }
 
-// Catmull and Rom's cubic through the samples of the loop.
+// Catmull-Rom interpolation of the samples of the loop.
 Surrogate recordingAt(const BreathPlan& plan, std::uint64_t ticks, double dt_s) noexcept {
     const std::size_t n = plan.recording_v.size();
     const double at = double(ticks) * dt_s / plan.recording_dt_s;
@@ -115,7 +116,7 @@ Surrogate breathAt(const OneBreath& b, std::uint64_t phase_ticks, double dt_s) n
             4.0 * std::numbers::pi / (double(b.ticks) * dt_s) * rise_v * (s * s * s * c)};
 }
 
-// The next tick of an unheld breath.
+// Advances by one tick while the breath is not held.
 void advance(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
     if (recorded(plan)) {
         const double before = recordingAt(plan, s.phase_ticks, dt_s).rate_per_s;
@@ -128,7 +129,7 @@ void advance(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
     }
     if (s.now.ticks == 0) beginBreath(s, plan, dt_s);
     ++s.phase_ticks;
-    // Who is to hold stops short of end-exhale.
+    // A patient about to hold stops short of end-exhale.
     if (s.hold_wanted && !s.gave_up && plan.hold.level_v > 0.0 && s.phase_ticks == s.now.ticks / 2 &&
         s.bursts_left == 0)
         s.now.end_v = std::min(s.now.peak_v, plan.hold.level_v * draw(plan, s.breath, Draw::level));
@@ -156,7 +157,7 @@ double creepAt(const BreathingState& s, const BreathPlan& plan, double dt_s) noe
 }
 
 void beginHold(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
-    s.eased_v = creepAt(s, plan, dt_s);  // what the last hold left is where this one goes on
+    s.eased_v = creepAt(s, plan, dt_s);  // continue from the creep that remains of the last hold
     s.eased_ticks = 0;
     s.held = true;
     s.held_ticks = s.limit_ticks = 0;
@@ -173,7 +174,7 @@ void endHold(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
     s.eased_v = creepAt(s, plan, dt_s);
     s.eased_ticks = 0;
     s.held = false;
-    // The breath that waits behind the hold was chosen before it.
+    // The next breath was drawn before the hold; replace it.
     if (s.coughs_up && !recorded(plan)) {
         s.now.end_v = s.now.start_v;
         beginBreath(s, plan, dt_s);
@@ -185,7 +186,7 @@ void endHold(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
 }  // namespace
 
 bool isPlayable(const BreathPlan& p) noexcept {
-    // Written so that NaN fails.
+    // False for NaN.
     const auto within = [](double v, double low, double high) { return v >= low && v <= high; };
     for (const double share : {p.period_jitter, p.depth_jitter, p.sighs, p.coughs, p.hold.missed})
         if (!within(share, 0.0, 1.0)) return false;
@@ -234,7 +235,7 @@ double longestBreath_s(const BreathPlan& plan, double dt_s) {
         const double cough_s = plan.coughs > 0.0 ? kGasp_s + kBursts * kBurst_s : 0.0;
         return std::max({kShortest_s, usual_s, sigh_s}) + cough_s;
     }
-    // Twice around the loop, so that the breath across its seam counts.
+    // Twice around the loop, to include the breath across its seam.
     BreathingState state;
     std::uint64_t longest = 0, since = 0;
     for (std::uint64_t i = 0; i < 2 * loopTicks(plan, dt_s); ++i) {

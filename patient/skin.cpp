@@ -10,10 +10,10 @@
 namespace stylet::patient {
 namespace {
 
-constexpr int kSmoothings = 8;  // binomial passes, half a node squared of variance each
+constexpr int kSmoothings = 8;  // binomial passes, each with a variance of half a squared node spacing
 constexpr int kNewtonSteps = 3;
 
-// 1 where there may be outer air: air by its CT value. Labelled air is lung or gas.
+// Mask of voxels that may be outer air: air by CT value. Labelled air is lung or gas.
 Volume<std::uint8_t> airMask(const Patient& patient, int threads) {
     Volume<std::uint8_t> air(patient.grid());
     parallelFor(threads, std::size_t(air.grid.dims.z), [&](std::size_t z) {
@@ -27,7 +27,8 @@ Volume<std::uint8_t> airMask(const Patient& patient, int threads) {
     return air;
 }
 
-// What of the air hangs together with the image's sides; its top and bottom cut through lungs and bowel.
+// Air connected to the sides of the image. Top and bottom do not count, because they cut through lungs and
+// bowel.
 Volume<std::uint8_t> outerAir(const Volume<std::uint8_t>& air) {
     const Grid& g = air.grid;
     Volume<std::uint8_t> outer(g);
@@ -52,23 +53,24 @@ Volume<std::uint8_t> outerAir(const Volume<std::uint8_t>& air) {
     return outer;
 }
 
-// Distance to the border, which runs half a voxel off the centres on either side of it.
+// Signed distance to the border, which runs half a voxel from the centres on either side.
 Volume<float> signedDistance(const Volume<std::uint8_t>& outer, int threads) {
     const Vec3 h = outer.grid.spacing_m;
     const float half = float(0.5 * std::min({h.x, h.y, h.z}));
-    Volume<float> level = distanceTo(outer, Sites::all, threads);  // of the body
+    Volume<float> level = distanceTo(outer, Sites::all, threads);  // distance to outer air
     Volume<std::uint8_t> body = outer;
     for (std::uint8_t& b : body.voxels)
         b = b ? 0 : 1;
     const Volume<float> above = distanceTo(body, Sites::all, threads);
-    const float far = float(glm::length(h * Vec3(outer.grid.dims)));  // where there is only the one
+    // used if the image is all air or all body
+    const float far = float(glm::length(h * Vec3(outer.grid.dims)));
     for (std::size_t i = 0; i < level.voxels.size(); ++i)
         level.voxels[i] =
             outer.voxels[i] ? std::min(above.voxels[i], far) - half : half - std::min(level.voxels[i], far);
     return level;
 }
 
-// The outermost nodes, beyond the image: on in a straight line where there are two to draw it through.
+// Extrapolates the outermost nodes, which lie outside the image, linearly if there are enough nodes.
 void continueBeyond(Volume<float>& v, int threads) {
     for (int axis = 0; axis < 3; ++axis)
         parallelLines(threads, v.grid.dims, axis, v.voxels.data(),
@@ -80,7 +82,7 @@ void continueBeyond(Volume<float>& v, int threads) {
                       });
 }
 
-// Means over blocks of voxels, and one node more on every side, so that the spline reaches the image's ends.
+// Averages blocks of voxels. Adds one node on every side, so that the spline covers the whole image.
 Volume<float> nodesOf(const Volume<float>& fine, int threads) {
     Index3 block, dims;
     for (int axis = 0; axis < 3; ++axis) {
@@ -107,7 +109,7 @@ Volume<float> nodesOf(const Volume<float>& fine, int threads) {
     return nodes;
 }
 
-// 1/4, 1/2, 1/4 along one axis; the ends stay, so a straight line does too.
+// Filter [1 2 1]/4 along one axis. The ends are unchanged, so linear functions are preserved.
 void smoothAlong(Volume<float>& v, int axis, int threads) {
     parallelLines(threads, v.grid.dims, axis, v.voxels.data(),
                   [](float* p, std::size_t stride, std::size_t count) {
@@ -133,7 +135,7 @@ Volume<float> smoothed(Volume<float> v, int threads) {
 Skin makeSkin(const Patient& patient, int threads) {
     const Volume<float> rough =
         nodesOf(signedDistance(outerAir(airMask(patient, threads)), threads), threads);
-    // 2 G - G G: smooth as G, but a curved surface stays where it is.
+    // 2 G - G G: as smooth as G, but does not shift curved surfaces.
     Skin skin{smoothed(rough, threads)};
     const Volume<float> twice = smoothed(skin.level_m, threads);
     for (std::size_t i = 0; i < twice.voxels.size(); ++i)

@@ -1,5 +1,5 @@
-// Quadratic B-splines over the nodes of a grid: once differentiable, no overshoot, linear functions
-// are kept. A point costs 27 nodes.
+// Quadratic B-splines over the nodes of a grid: C1, no overshoot, linear functions are reproduced.
+// Evaluating a point reads 27 nodes.
 #pragma once
 
 #include <algorithm>
@@ -14,11 +14,11 @@ template <int N>
 struct SplineSample {
     std::array<double, N> value{};
     std::array<Vec3, N> slope{};
-    double beyond_m = 0.0;  // how far the point lies beyond the nodes, whose edge it then gets
+    double beyond_m = 0.0;  // distance of the point from the grid; outside it the edge value is returned
 };
 
-// `nodes` holds N floats a node, x-fastest, at least three nodes a side. NaN ends at the low side. Any
-// thread. noexcept, no allocation.
+// `nodes` holds N floats per node, x-fastest, with at least three nodes per side. NaN is treated as the
+// low end. Any thread. noexcept, no allocation.
 template <int N>
 SplineSample<N> sampleSpline(const Grid& grid, const float* nodes, const Vec3& p) noexcept {
     SplineSample<N> out;

@@ -43,8 +43,8 @@ namespace {
 
 Tissue classOf(double ct_hu, const Thresholds& t, TrackFlags flags) noexcept {
     if (ct_hu < t.t0_hu) return Tissue::air;
-    // Past the skin this class is the partial-volume rim of gas and lung: a membrane there would be a second
-    // skin.
+    // Past the skin this class is the partial-volume rim of gas and lung. Treating it as skin would create
+    // a second membrane.
     if (ct_hu < t.t1_hu) return flags.past_skin ? Tissue::soft : Tissue::skin;
     return ct_hu < (flags.past_fascia ? t.t2_specific_hu : t.t2_sensitive_hu) ? Tissue::soft : Tissue::bone;
 }

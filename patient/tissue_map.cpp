@@ -1,5 +1,5 @@
-// Based on Mastmeyer et al. 2017, Algorithm 1; asks Patient::at() what each code means, so that there is one
-// rule.
+// Based on Mastmeyer et al. 2017, Algorithm 1. Calls Patient::at() for each code, so that the rule exists
+// only once.
 #include "patient/tissue_map.h"
 
 #include <optional>
@@ -7,7 +7,7 @@
 namespace stylet::patient {
 namespace {
 
-// The classes between the thresholds that some needle tells apart, in ascending HU.
+// Number of the CT class, in ascending HU. Includes both thresholds for bone.
 int classNumberOf(double ct_hu, const Thresholds& t) noexcept {
     return int(ct_hu >= t.t0_hu) + int(ct_hu >= t.t1_hu) + int(ct_hu >= t.t2_sensitive_hu) +
            int(ct_hu >= t.t2_specific_hu);

@@ -1,5 +1,6 @@
-// Algorithm 1 for whole volumes: what label and CT value say of a voxel in one byte, so that a walk along a
-// path reads one array. Made once for a patient; the study and the planner walk millions of paths over it.
+// Algorithm 1 for whole volumes. Encodes label and CT class of each voxel in one byte, so that walking a
+// path reads a single array. Built once per patient; the study and the planner walk millions of paths over
+// it.
 #pragma once
 
 #include <array>
@@ -15,21 +16,21 @@ class TissueMap {
   public:
     using Code = std::uint8_t;
 
-    // Classifies every voxel. Throws DataError when labels in use and CT classes exceed what a byte tells
-    // apart.
+    // Classifies every voxel. Throws DataError if the labels in use and the CT classes need more than 256
+    // codes.
     explicit TissueMap(const Patient&);
 
     const Grid& grid() const noexcept { return grid_; }
     const TissueTable& tissues() const noexcept { return tissues_; }
-    // Voxels of one code are the same tissue for every needle. Beyond the grid lies air. noexcept, no
-    // allocation.
+    // Voxels with the same code are the same tissue for every needle. Outside the grid is air. noexcept,
+    // no allocation.
     Code code(const Index3& i) const noexcept {
         return grid_.contains(i) ? codes_[grid_.offset(i)] : kOutside;
     }
     Code code(const VoxelPath::Visit& visit) const noexcept {
         return visit.offset == VoxelPath::kOutside ? kOutside : codes_[std::size_t(visit.offset)];
     }
-    // As Patient::at() and Patient::flagsAfterEntering() at a voxel of this code.
+    // Same as Patient::at() and Patient::flagsAfterEntering() at a voxel with this code.
     const TissueSample& sample(Code code, TrackFlags flags) const noexcept {
         return entries_[flagBits(flags)][code].sample;
     }

@@ -1,5 +1,5 @@
-// Internal: a TOML table that refuses what it was not asked for. Every reader states a range; every refusal
-// names the file, the field and the reason.
+// Internal: reads a TOML table and rejects unknown keys. Every read states a range. Every error names the
+// file, the field and the reason.
 #pragma once
 
 #include <toml++/toml.h>
@@ -22,17 +22,17 @@ class TomlReader {
     bool has(std::string_view key) const { return table_.contains(key); }
     std::string nameOf(std::string_view key) const;
 
-    // low <= value <= high; integers are taken as numbers.
+    // Throws DataError unless low <= value <= high. Integers are accepted.
     double number(std::string_view key, double low, double high);
     long long integer(std::string_view key, long long low, long long high);
     bool flag(std::string_view key);
     std::string text(std::string_view key, std::size_t max_bytes);
     TomlReader child(std::string_view key);
-    // The tables of an array of tables; absent is empty.
+    // The elements of an array of tables; empty if the key is absent.
     std::vector<TomlReader> children(std::string_view key, std::size_t max_count);
     const toml::array& array(std::string_view key);
 
-    // Refuses every key that nobody asked for.
+    // Throws DataError if the table has keys that were never read.
     void finish() const;
 
   private:
@@ -44,7 +44,7 @@ class TomlReader {
     std::set<std::string, std::less<>> taken_;
 };
 
-// Parses text, refuses syntax errors with their line.
+// Throws DataError with the line of a syntax error.
 toml::table parseToml(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace stylet::patient

@@ -9,15 +9,20 @@ namespace stylet::patient {
 namespace {
 
 constexpr float kPull =
-    150.0f;                     // of a patch, over its radius squared: its middle goes 98 % of the tool's way
-constexpr float kHeld = 1e5f;   // of bone
-constexpr float kFree = 1e-3f;  // stiffness of outer air and gas, against soft tissue's
+    // pull of a patch, divided by its squared radius: its centre follows the tool by 98 %
+    150.0f;
+constexpr float kHeld = 1e5f;   // pull and stiffness of bone
+constexpr float kFree = 1e-3f;  // stiffness of outer air and gas, relative to soft tissue
 constexpr double kGone_m = 2e-5;
-constexpr double kBoxMargin_m = 0.024;                     // of the box about the contacts
-constexpr int kMotionStride = 4;                           // nodes between those where the breath is asked
-constexpr double kStale_v = 0.04, kStaleRate_per_s = 0.4;  // a breath that moves tissue by less than a voxel
-constexpr float kSteepestStep = 0.4f;                      // of one step of the flow: at 1 it would fold
-constexpr float kSteepest_m = 0.0045f;  // of all of it, from node to node: the table's cells stay upright
+constexpr double kBoxMargin_m = 0.024;  // of the box around the contacts
+// the breathing motion is evaluated at every fourth node
+constexpr int kMotionStride = 4;
+// changes of the breath that move tissue by less than a voxel
+constexpr double kStale_v = 0.04, kStaleRate_per_s = 0.4;
+// gradient of one integration step; at 1 it would fold
+constexpr float kSteepestStep = 0.4f;
+// limit of the total difference between neighbouring nodes; avoids inverted cells in the table
+constexpr float kSteepest_m = 0.0045f;
 constexpr float kStepsANode = 4.0f;
 
 Vec3 springBack(const Vec3& last, const Vec3& target, double kept) {
@@ -31,7 +36,7 @@ double largest(const ToolContact& c) {
     return std::max(glm::length(c.begin_moved_m), glm::length(c.end_moved_m));
 }
 
-// Linear between nodes; `at` in nodes, within the cube.
+// Trilinear between nodes; `at` is in node units, inside the cube.
 Lanes lanesAt(const DiffusionNode* nodes, int side, const glm::vec3& at) {
     const Index3 low = glm::clamp(Index3(at), Index3(0), Index3(side - 2));
     const glm::vec3 f = at - glm::vec3(low);
@@ -47,7 +52,7 @@ Lanes lanesAt(const DiffusionNode* nodes, int side, const glm::vec3& at) {
     return near + f.z * (far - near);
 }
 
-// Stiffness against soft tissue's; infinite for bone.
+// Stiffness relative to soft tissue; infinite for bone.
 float stiffnessOf(const Patient& patient, const Vec3& reference_m) {
     const TissueSample x = patient.at(reference_m, {.past_skin = true, .past_fascia = true});
     if (x.tissue == Tissue::air && x.label == 0) return kFree;
@@ -78,7 +83,7 @@ Vec3 displacementAt(const DisplacementTable& table, const Vec3& p) noexcept {
 ToolDisplacement::ToolDisplacement(const Patient& patient, const ToolDisplacementSettings& settings)
     : patient_(&patient), settings_(settings), diffusion_(settings.nodes) {
     table_.grid.dims = Index3(settings.nodes);
-    table_.grid.spacing_m = Vec3(0.0);  // nowhere yet
+    table_.grid.spacing_m = Vec3(0.0);  // not placed yet
     table_.moved_m.assign(table_.grid.voxelCount(), glm::vec4(0.0f));
     held_.assign(table_.grid.voxelCount(), 0.0f);
 }
@@ -94,7 +99,7 @@ bool ToolDisplacement::update(std::span<const ToolContact> contacts, const Surro
         std::fabs(breath.rate_per_s - tissue_breath_.rate_per_s) > kStaleRate_per_s;
     if (placed || breathed) findTissue(breath);
     pull();
-    // From nothing it takes a few more.
+    // A start from zero needs more cycles.
     const int cycles = placed ? 4 * settings_.cycles : settings_.cycles;
     for (int i = 0; i < cycles; ++i)
         diffusion_.cycle(settings_.sweeps);
@@ -102,7 +107,7 @@ bool ToolDisplacement::update(std::span<const ToolContact> contacts, const Surro
     return true;
 }
 
-// What is pressed follows at once; what is let go of springs back.
+// Pressed tissue follows at once; released tissue springs back.
 void ToolDisplacement::relax(std::span<const ToolContact> contacts, double dt_s) noexcept {
     const double kept = std::exp(-std::max(dt_s, 0.0) / settings_.recoil_s);
     std::array<bool, kMaxContacts> pressed{};
@@ -124,8 +129,8 @@ void ToolDisplacement::relax(std::span<const ToolContact> contacts, double dt_s)
     }
 }
 
-// The box about what is displaced; it stays where it is for as long as that is well within. True when it is
-// another.
+// Places the box around the displaced tissue. It stays in place as long as the tissue is well inside.
+// Returns true if it has moved.
 bool ToolDisplacement::place() noexcept {
     Vec3 low(std::numeric_limits<double>::infinity()), high = -low;
     for (const Slot& slot : slots_) {
@@ -151,8 +156,8 @@ bool ToolDisplacement::place() noexcept {
     return true;
 }
 
-// Through the breath, which is asked at every fourth node, for both of its sides, and taken to be linear
-// between.
+// Looks up the stiffness at every node. The breathing motion is evaluated at every fourth node, for both
+// sides, and interpolated linearly.
 void ToolDisplacement::findTissue(const Surrogate& breath) noexcept {
     const MotionModel& motion = patient_->package().motion;
     const Grid& grid = table_.grid;
@@ -180,7 +185,8 @@ void ToolDisplacement::findTissue(const Surrogate& breath) noexcept {
                     c[std::size_t(2 * k + 1)] = cornerAt(cell + kMotionStride * Index3(1, k & 1, k >> 1));
                 }
                 Index3 in;
-                // A cell's far faces are the next one's near ones, and the box's own do not matter.
+                // The far faces of a cell are the near faces of the next. The far faces of the box are not
+                // used.
                 for (in.z = 0; in.z < kMotionStride; ++in.z)
                     for (in.y = 0; in.y < kMotionStride; ++in.y)
                         for (in.x = 0; in.x < kMotionStride; ++in.x) {
@@ -212,7 +218,7 @@ void ToolDisplacement::pull() noexcept {
     diffusion_.preparePull();
 }
 
-// About the middle of the way: the flow takes the tissue along all of it.
+// Centres the pull halfway along the displacement, because the flow carries tissue along all of it.
 void ToolDisplacement::pull(const ToolContact& c) noexcept {
     const Grid& grid = table_.grid;
     const double radius_m = std::max({c.radius_m, 1.5 * largest(c), 1.5 * grid.spacing_m.x});
@@ -237,13 +243,14 @@ void ToolDisplacement::pull(const ToolContact& c) noexcept {
             }
 }
 
-// Backwards along the solution: one way and one only to every point, however steep.
+// Integrates backwards along the solution. Each point has exactly one path, however steep the solution is.
 void ToolDisplacement::invert() noexcept {
     const Grid& grid = table_.grid;
     const int n = settings_.nodes;
     const DiffusionNode* const u = diffusion_.solution().data();
     const float metres = float(grid.spacing_m.x);
-    // Steeper than that only where a tool is said to be in bone: it gets less of its way.
+    // The solution is steeper only if a tool is reported inside bone. Then the displacement is scaled
+    // down.
     const float steepest_m = diffusion_.steepest(), share = std::min(1.0f, kSteepest_m / steepest_m);
     const int most = std::max(1, int(std::ceil(share * steepest_m / (metres * kSteepestStep))));
     const auto stepAt = [&](const glm::vec3& at, float per_m) {
@@ -256,7 +263,7 @@ void ToolDisplacement::invert() noexcept {
             for (i.x = 1; i.x < n - 1; ++i.x) {
                 const glm::vec3 now(i);
                 glm::vec3 then = now, by = stepAt(then, share / metres);
-                // What goes but a part of a node's way sees little of the field change.
+                // Small displacements, relative to the node spacing, need few steps.
                 const int steps = std::min(most, 1 + int(kStepsANode * glm::length(by)));
                 const float per_m = share / (metres * float(steps));
                 by /= float(steps);

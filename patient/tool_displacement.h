@@ -1,10 +1,11 @@
-// Where a tool takes the tissue under it, for the eye only: pictures, ultrasound, X-ray. Forces and scores
-// never read it and it never enters the hash (a force fed back through it would carry the surface along and
+// How a tool displaces the tissue under it. For pictures only: camera view, ultrasound, X-ray. Forces and
+// scores never read it and it is never hashed (force feedback through it would carry the surface along and
 // vanish), so it is not part of patient.h. Model, section 6.
 //
-// Each contact says where a tool holds its tissue; between contacts, bone and the border of a small box the
-// rest follows by stiffness-weighted diffusion (diffusion.h), air free. What comes out is the inverse map,
-// which pictures read: tissue_m = p - displacementAt(p), the breath undone after it.
+// Each contact gives the displacement of the tissue at a tool. Between contacts, bone and the border of a
+// small box the displacement follows from stiffness-weighted diffusion (diffusion.h); air moves freely.
+// The result is the inverse map that renderers need: tissue_m = p - displacementAt(p), before the breath
+// is undone.
 #pragma once
 
 #include <array>
@@ -18,45 +19,48 @@ namespace stylet::patient {
 
 inline constexpr int kMaxContacts = 16;
 
-// A ball of tissue, or a capsule along [begin, end], that a tool has taken along. Patient frame, deformed by
-// the breath alone.
+// A ball of tissue, or a capsule along [begin, end], that moves with a tool. Patient frame, deformed by
+// breathing only.
 struct ToolContact {
-    int id = 0;  // the same from frame to frame, in [0, kMaxContacts): what springs back is known by it
-    Vec3 begin_m{0.0}, end_m{0.0};              // where the tissue is without the tool
-    Vec3 begin_moved_m{0.0}, end_moved_m{0.0};  // tool minus tissue, linear between
-    // Of the patch. At least 1.5 times what it is moved by: no fold; and three halves of a node: no point
-    // load.
+    int id = 0;  // same in every frame, in [0, kMaxContacts); identifies tissue that springs back
+    Vec3 begin_m{0.0}, end_m{0.0};              // position of the tissue without the tool
+    Vec3 begin_moved_m{0.0}, end_moved_m{0.0};  // displacement: tool minus tissue, linear in between
+    // Radius of the patch. Raised to at least 1.5 times the displacement, to avoid folds, and 1.5 node
+    // spacings, to avoid point loads.
     double radius_m = 0.004;
 };
 
 struct ToolDisplacementSettings {
-    int nodes = 33;  // a side: 2^k + 1
+    int nodes = 33;  // per side: 2^k + 1
     double spacing_m = 0.003;
-    int cycles = 2;  // a frame, from the last frame's solution
+    int cycles = 2;  // per frame, starting from the last frame's solution
     int sweeps = 1;
-    double recoil_s = 0.060;  // tissue let go of springs back like exp(-t / recoil_s), and no faster
+    double recoil_s = 0.060;  // released tissue springs back like exp(-t / recoil_s), and no faster
 };
 
-// x-fastest, metres, w unused. Linear between nodes, zero on the faces and beyond.
+// Displacements on nodes, x-fastest, metres; w is unused. Linear between nodes, zero on the faces and
+// outside.
 struct DisplacementTable {
     Grid grid;
-    std::vector<glm::vec4> moved_m;  // of the tissue now at a node: now minus then
+    // displacement of the tissue that is now at the node: current minus undisplaced position
+    std::vector<glm::vec4> moved_m;
 };
 Vec3 displacementAt(const DisplacementTable&, const Vec3& p) noexcept;
 
-// Frame thread, all. Allocates in the constructor only.
+// All functions: frame thread. Only the constructor allocates.
 class ToolDisplacement {
   public:
     // The patient must outlive it.
     explicit ToolDisplacement(const Patient&, const ToolDisplacementSettings& = {});
 
-    // What presses now, `dt_s` after the last call. False when nothing is displaced, which costs nothing.
+    // Updates from the current contacts, `dt_s` after the last call. Returns false if nothing is
+    // displaced; this costs almost nothing.
     bool update(std::span<const ToolContact>, const Surrogate& breath, double dt_s) noexcept;
 
     bool active() const noexcept { return active_; }
-    // Meaningless while not active.
+    // Only valid while active.
     const DisplacementTable& table() const noexcept { return table_; }
-    // The solution itself, of a node's own tissue: then to now.
+    // The forward solution: displacement of the tissue whose undisplaced position is the node.
     const Diffusion& forward() const noexcept { return diffusion_; }
 
   private:
@@ -74,10 +78,10 @@ class ToolDisplacement {
     const Patient* patient_;
     ToolDisplacementSettings settings_;
     Diffusion diffusion_;
-    std::vector<float> held_;  // bone
+    std::vector<float> held_;  // pull toward zero at bone
     DisplacementTable table_;
     std::array<Slot, kMaxContacts> slots_{};
-    Surrogate tissue_breath_;  // that the stiffness was looked up in
+    Surrogate tissue_breath_;  // breathing state for which the stiffness was looked up
     bool active_ = false;
 };
 

@@ -14,7 +14,7 @@ struct TwoDoubles {
     double high, low;
 };
 
-// a + b without any error (Knuth).
+// a + b without rounding error (Knuth).
 TwoDoubles twoSum(double a, double b) noexcept {
     const double sum = a + b;
     const double b_part = sum - a;

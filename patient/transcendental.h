@@ -1,5 +1,6 @@
-// exp, sin and cos with the same last bit on every machine: glibc's differ with and without FMA hardware, and
-// whatever is hashed must not. Only +, -, *, / and floor are used. Accurate to 2 ulp on the stated ranges.
+// exp, sin and cos with identical bits on every machine. glibc's results differ with and without FMA
+// hardware, which hashed state cannot tolerate. Uses only +, -, *, / and floor. Accurate to 2 ulp on the
+// stated ranges.
 #pragma once
 
 namespace stylet::patient {

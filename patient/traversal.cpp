@@ -7,7 +7,7 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kFarthestVoxel = 1e9;  // an int holds it, and differences of two
+constexpr double kFarthestVoxel = 1e9;  // fits an int, as do differences of two
 constexpr std::int64_t kMostSteps = 1 << 16;
 
 bool countable(const Vec3& v) noexcept {
@@ -71,7 +71,7 @@ namespace {
 
 using Two = double __attribute__((vector_size(2 * sizeof(double))));
 
-// VoxelWalk's crossing() for every border of one axis, two at a time; `end` behind the last.
+// VoxelWalk::crossing() for all borders of one axis, two at a time. Appends `end` as terminator.
 void cross(double border, double step, double start, double way, double end, std::size_t count,
            std::vector<double>& crossings) {
     crossings.resize(count + 2);
@@ -85,16 +85,17 @@ void cross(double border, double step, double start, double way, double end, std
     out[count] = end;
 }
 
-// Which visit comes next cannot be predicted, so that is done without branches: border by border of the axis
-// with the most of them, between two of which the other axes have hardly ever more than one each. False where
-// they have, and in an order that the pairs below do not keep: then nothing may be read.
+// Merges the crossings of the three axes. Branch-free, because the next axis cannot be predicted. Goes
+// from border to border of the axis with the most crossings; between two of them the other axes almost
+// never have more than one crossing each. Returns false if they do and the order cannot be represented by
+// the pairs below; the output is then invalid.
 template <int kMain>
 bool merge(const std::vector<double> (&crossings)[3], const std::int64_t (&step)[3], std::int64_t offset,
            VoxelPath::Visit* out) {
     constexpr int kA = kMain == 0 ? 1 : 0, kB = kMain == 2 ? 1 : 2;
     const double *a = crossings[kA].data(), *b = crossings[kB].data();
     const std::int64_t by_a = step[kA], by_b = step[kB];
-    // On a tie the lower axis is the first.
+    // On a tie the lower axis comes first.
     const auto aIsDue = [&](double until) { return kA < kMain ? *a <= until : *a < until; };
     const auto bIsDue = [&](double until) { return kB < kMain ? *b <= until : *b < until; };
     *out++ = {offset, 0.0};
@@ -127,14 +128,14 @@ const std::vector<VoxelPath::Visit>& VoxelPath::along(const Grid& grid, const Ve
     const std::int64_t step[3] = {walk.step_.x, walk.step_.y * row, walk.step_.z * slab};
     for (int axis = 0; axis < 3; ++axis) {
         const double border = first[axis] + (walk.step_[axis] > 0 ? 1.0 : 0.0);
-        // Past every other crossing, and on the main axis the last of all.
+        // Terminators above every crossing. The main axis ends first, after all crossings of the others.
         cross(border, walk.step_[axis], walk.start_[axis], walk.way_[axis], axis == main ? 2.0 : 3.0,
               std::size_t(count[axis]), crossings_[axis]);
         if (axis == main) crossings_[axis].resize(std::size_t(count[axis]) + 1);
     }
 
     const std::size_t steps = std::size_t(count.x) + std::size_t(count.y) + std::size_t(count.z);
-    visits_.resize(steps + 4);  // the merge writes ahead
+    visits_.resize(steps + 4);  // the merge writes ahead of its end
     const std::int64_t offset = first.z * slab + first.y * row + first.x;
     const bool ordered = (main == 0   ? merge<0>
                           : main == 1 ? merge<1>
@@ -145,9 +146,9 @@ const std::vector<VoxelPath::Visit>& VoxelPath::along(const Grid& grid, const Ve
         for (VoxelWalk w = walk; !w.done(); w.next(), ++i)
             visits_[i] = {w.voxel().z * slab + w.voxel().y * row + w.voxel().x, w.begin()};
     }
-    for (std::size_t i = 1; i <= steps && visits_[i].begin < 0.0; ++i)  // by rounding
+    for (std::size_t i = 1; i <= steps && visits_[i].begin < 0.0; ++i)  // rounding errors
         visits_[i].begin = 0.0;
-    // A path with both ends in the grid stays in it.
+    // A path with both ends inside the grid stays inside.
     if (!grid.contains(first) || !grid.contains(first + count * walk.step_)) {
         std::size_t i = 0;
         for (VoxelWalk w = walk; !w.done(); w.next(), ++i)

@@ -13,7 +13,7 @@ namespace stylet::patient {
 namespace {
 
 constexpr double kTau = 6.283185307179586;
-constexpr double kAroundLiver_m = 0.04;  // how much of the great vessels a picture of the liver may show
+constexpr double kAroundLiver_m = 0.04;  // how much of the great vessels around the liver to include
 constexpr double kRunningInLiver_m = 0.01;
 
 bool isLiver(const Label* label) {
@@ -28,7 +28,7 @@ std::size_t widestOf(const VesselTree& tree, const auto& eligible) {
     return widest;
 }
 
-// Of the eligible members, those within a lumen's radius of the widest: a cross-section to start from.
+// The eligible members within a lumen's radius of the widest one: a cross-section to start from.
 std::vector<WayStart> sectionOf(const VesselTree& tree, const auto& eligible) {
     const std::size_t widest = widestOf(tree, eligible);
     std::vector<WayStart> section;
@@ -40,7 +40,7 @@ std::vector<WayStart> sectionOf(const VesselTree& tree, const auto& eligible) {
     return section;
 }
 
-// Means over a window along every axis in turn, of a mask: how much of the surroundings belongs to it.
+// Box filter of a mask: the share of the surroundings that belongs to it.
 Volume<float> averaged(Volume<float> values, double window_m) {
     std::vector<double> sums;
     for (int axis = 0; axis < 3; ++axis) {
@@ -60,7 +60,7 @@ Volume<float> averaged(Volume<float> values, double window_m) {
     return values;
 }
 
-// Members that run outside the liver: less than half of what surrounds them, other vessels aside, is liver.
+// Members outside the liver: less than half of their surroundings, not counting vessels, is liver.
 std::vector<bool> outsideLiver(const Patient& patient, const VesselTree& tree) {
     const Grid& grid = patient.grid();
     Volume<float> liver(tree.piece.box, 0.0f), counted(tree.piece.box, 0.0f);
@@ -85,7 +85,7 @@ std::vector<bool> outsideLiver(const Patient& patient, const VesselTree& tree) {
     return outside;
 }
 
-// The members with `in`, as pieces that hang together, the largest first.
+// The members with `in` as connected parts, largest first.
 std::vector<std::vector<std::size_t>> partsOf(const VoxelPiece& piece, const std::vector<bool>& in) {
     const std::vector<Neighbour> around = neighbours(piece.box);
     std::vector<std::vector<std::size_t>> parts;
@@ -109,7 +109,7 @@ std::vector<std::vector<std::size_t>> partsOf(const VoxelPiece& piece, const std
     return parts;
 }
 
-// The largest of them.
+// The largest part of them.
 std::vector<bool> largestOf(const VoxelPiece& piece, const std::vector<bool>& in) {
     std::vector<bool> largest(piece.size());
     if (const auto parts = partsOf(piece, in); !parts.empty())
@@ -118,8 +118,8 @@ std::vector<bool> largestOf(const VoxelPiece& piece, const std::vector<bool>& in
     return largest;
 }
 
-// Where the portal trunk enters the liver: what lies outside flows there, what lies inside comes from there.
-// Fills `outside`, and is empty where all of the vein lies inside.
+// The hilum, where the portal trunk enters the liver. Blood outside flows toward it, blood inside away
+// from it. Updates `outside` accordingly. Empty if the whole vein is inside.
 std::vector<WayStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside) {
     const VoxelPiece& piece = tree.piece;
     const std::vector<Neighbour> around = neighbours(piece.box);
@@ -134,7 +134,7 @@ std::vector<WayStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside
                    return other != VoxelPiece::kNone && branches[std::size_t(other)];
                });
     });
-    // Cut there, the vein falls into parts; each lies outside as a whole or inside.
+    // A cut at the hilum divides the vein into parts. Each part is outside or inside as a whole.
     if (hilum.empty()) return outside.assign(piece.size(), false), hilum;
     Vec3 middle(0.0);
     double radius_m = 0.0;
@@ -151,7 +151,7 @@ std::vector<WayStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside
         for (std::size_t m = 0; m < piece.size(); ++m)
             rest[m] = glm::distance(piece.centre(m), middle) > cut * radius_m;
         const std::vector<std::vector<std::size_t>> parts = partsOf(piece, rest);
-        // A trunk that is still one with its branches is neither.
+        // If a part still contains both trunk and branches, cut wider.
         const std::size_t whole = parts.empty() ? 0 : beyond(parts.front());
         if (parts.empty() || std::min(whole, parts.front().size() - whole) * 4 > parts.front().size())
             continue;
@@ -166,7 +166,7 @@ std::vector<WayStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside
     return hilum;
 }
 
-// The highest slice, where the vessel is wide there: it comes from the heart or goes to it.
+// The end toward the heart: the highest slice, where the vessel is wide.
 std::vector<WayStart> heartEndOf(const VesselTree& tree) {
     int top = 0;
     double widest_m = 0.0;
@@ -179,7 +179,7 @@ std::vector<WayStart> heartEndOf(const VesselTree& tree) {
     });
 }
 
-// Fills along_m: from the root's cross-section into the tree, or the other way.
+// Fills along_m: distance from the root's cross-section, negative where blood flows toward the root.
 void orient(const Patient& patient, VesselTree& tree) {
     std::vector<WayStart> root;
     std::vector<bool> toward_root(tree.piece.size(), false);
@@ -258,7 +258,7 @@ Vec3 bloodDirection(const VesselTree& tree, std::size_t m) {
                 const Vec3 way = h * Vec3(x, y, z);
                 const double length2 = glm::dot(way, way);
                 const double gain = tree.along_m[std::size_t(other)] - tree.along_m[m];
-                // Beyond the same lumen: a branch that runs beside this one.
+                // A larger difference belongs to another branch that runs alongside.
                 if (gain * gain <= 2.0 * length2) sum += way * (gain / length2);
             }
     const double length = std::sqrt(glm::dot(sum, sum));
@@ -274,7 +274,7 @@ Vec3 VesselFlow::meanAt_m_per_s(const Vec3& reference_m) const noexcept {
 
 namespace {
 
-// What a picture of liver and its vessels may show of the patient's grid.
+// The box around the liver and its vessels to render. Returns false if it is empty.
 bool boxOf(const Patient& patient, const std::vector<VesselTree>& trees, Index3& low, Index3& high) {
     const Grid& grid = patient.grid();
     Index3 liver_low(std::numeric_limits<int>::max()), liver_high(std::numeric_limits<int>::min());
@@ -302,7 +302,7 @@ void write(const VesselTree& tree, const Index3& low, VesselFlow& flow) {
     for (std::size_t m = 0; m < tree.piece.size(); ++m) {
         const Index3 i = tree.piece.voxel(m) - low;
         if (!flow.grid.contains(i)) continue;
-        // 0 at the wall, 1 in the middle; twice the mean there (Poiseuille).
+        // 0 at the wall, 1 in the middle, where the speed is twice the mean (Poiseuille).
         const double toward_middle = std::clamp(tree.wall_m[m] / tree.radius_m[m], 0.0, 1.0);
         const double from_middle = 1.0 - toward_middle;
         const double speed_m_per_s = 2.0 * tree.mean_m_per_s[m] * (1.0 - from_middle * from_middle);
@@ -339,7 +339,7 @@ VesselFlow makeVesselFlow(const Patient& patient, const VesselFlowSettings& sett
 
 namespace {
 
-// 1 at `middle`, 0 from `half` away; its mean over the beat is `half`.
+// Raised cosine: 1 at `middle`, 0 at a distance of `half` or more. Its mean over the beat is `half`.
 double bump(double phase, double middle, double half) noexcept {
     const double away = std::fabs(phase - middle);
     if (away >= half) return 0.0;
@@ -363,7 +363,7 @@ double pulse(BloodKind kind, double t_s, double beats_per_s) noexcept {
                    kAtrial * bump(phase, 0.90, 0.08);
         }
         case BloodKind::artery: {
-            // Steep rise, cubic fall: their mean is 0.2875 between end-diastole and peak.
+            // Steep rise, cubic fall. The mean is 0.2875 of the way from end-diastole to peak.
             constexpr double kRise = 0.15, kPeak = 1.0 / (0.3 + 0.7 * 0.2875);
             const double fall = (1.0 - phase) / (1.0 - kRise);
             const double share =

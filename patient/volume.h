@@ -1,4 +1,4 @@
-// A dense voxel volume: values x-fastest on a Grid.
+// A dense voxel volume: values on a Grid, x-fastest.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace stylet::patient {
 
-// The largest volume that a file may hold.
+// Largest volume that is read from a file.
 inline constexpr int kMaxVoxelsASide = 1024;
 inline constexpr std::size_t kMaxVoxels = std::size_t(512) << 20;
 
@@ -22,7 +22,7 @@ struct Volume {
 
     T& operator[](const Index3& i) noexcept { return voxels[grid.offset(i)]; }
     const T& operator[](const Index3& i) const noexcept { return voxels[grid.offset(i)]; }
-    // The nearest voxel's value, `outside` beyond the grid.
+    // Value of the nearest voxel, or `outside` beyond the grid.
     T nearestOr(const Vec3& p, T outside) const noexcept {
         const Index3 i = grid.nearest(p);
         return grid.contains(i) ? (*this)[i] : outside;

@@ -19,7 +19,7 @@ DataError refused(const fs::path& file, const std::error_code& why) {
     return {file, "file", "cannot be written" + (why ? ": " + why.message() : "")};
 }
 
-// Why not, in the system's words: the first step that failed knows it.
+// Returns the system's error of the first step that failed.
 std::error_code tryWriting(const fs::path& file, std::string_view bytes) {
     const auto reason = [] { return std::error_code(errno != 0 ? errno : EIO, std::generic_category()); };
     errno = 0;
@@ -40,7 +40,7 @@ std::string readWholeFile(const fs::path& file, std::size_t max_bytes) {
     errno = 0;
     std::ifstream in(file, std::ios::binary);
     if (!in) refuse("cannot be opened");
-    // To its end, whatever its size was a moment ago: it may grow, or be a pipe.
+    // Read to the end, whatever the file's size was before: it may grow or be a pipe.
     std::string bytes;
     while (in && bytes.size() <= max_bytes) {
         const std::size_t had = bytes.size();

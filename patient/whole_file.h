@@ -1,5 +1,5 @@
-// Files that are read or written in one go. What is refused is a DataError that ends in the system's reason:
-// "FILE: file: cannot be written: No space left on device".
+// Reads or writes a file in one go. A failure throws DataError that ends in the system's reason: "FILE:
+// file: cannot be written: No space left on device".
 #pragma once
 
 #include <cstddef>
@@ -9,15 +9,16 @@
 
 namespace stylet::patient {
 
-// Its bytes: refused where it is not there, larger than `max_bytes`, or cannot be read to its end.
+// The file's bytes. Throws DataError if it does not exist, is larger than `max_bytes` or cannot be read
+// completely.
 std::string readWholeFile(const std::filesystem::path& file, std::size_t max_bytes);
 
-// Whole or not at all: written beside `file` and renamed, so that who reads it, or comes after a stop, finds
-// all of the old one or all of the new. What is no plain file (a pipe, a link) is written into. Of one writer
-// at a time; for files that programs share, see cache_file.h.
+// Atomic: writes beside `file` and renames, so a reader sees all of the old file or all of the new one,
+// even after a crash. Writes directly into anything that is not a regular file (a pipe, a link). Only one
+// writer at a time; for files shared between programs see cache_file.h.
 void writeWholeFile(const std::filesystem::path& file, std::string_view bytes);
 
-// As it comes, where something larger is put in its place as a whole.
+// Not atomic. Use it where the whole folder or file is put in place afterwards.
 void writeFile(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace stylet::patient

@@ -10,11 +10,12 @@ namespace stylet::render {
 
 class Descriptors {
   public:
-    // Bindings 0, 1, ... of set 0, seen by every stage.
+    // Bindings 0, 1, ... of set 0, visible to every stage.
     Descriptors(const Gpu&, std::span<const vk::DescriptorType> bindings, vk::PushConstantRange push);
 
-    // `binding`: its number, or an enumerator that is. What is named must stay until the next update(); every
-    // binding must be named once (lavapipe of Mesa 22.3 walks all of them).
+    // `binding`: the binding's number, or an enumerator with that value. The bound resource must stay alive
+    // until the next update(). Every binding must be bound once before the first update(): lavapipe of Mesa
+    // 22.3 reads all of them.
     template <typename Number>
     void bind(Number binding, const Buffer& buffer) {
         bindBuffer(std::size_t(binding), buffer);
@@ -24,10 +25,10 @@ class Descriptors {
         bindImage(std::size_t(binding), image, *sampler, vk::ImageLayout::eShaderReadOnlyOptimal);
     }
     template <typename Number>
-    void bindStorage(Number binding, const GpuImage& image) {  // in GENERAL layout
+    void bindStorage(Number binding, const GpuImage& image) {  // the image is in GENERAL layout
         bindImage(std::size_t(binding), image, {}, vk::ImageLayout::eGeneral);
     }
-    // Not while commands that read them are in flight.
+    // Must not be called while commands that use the set are in flight.
     void update();
 
     const vk::DescriptorSet& set() const { return *set_; }

@@ -1,4 +1,4 @@
-// How both eyes of a target are reached: one pass over both layers, or one over each.
+// Passes that cover both eyes of a target: one pass over both layers, or one pass per layer.
 #pragma once
 
 #include <vector>
@@ -15,14 +15,14 @@ struct EyePass {
     vk::raii::ImageView colour = nullptr, depth = nullptr, submitted_depth = nullptr;
 };
 
-// What is drawn into one target: made once for each image of a swapchain, then found again.
+// Caches the passes of each target. They are created once per swapchain image.
 class EyePasses {
   public:
     explicit EyePasses(const Gpu& gpu) : gpu_(&gpu) {}
 
-    // `depth`: the renderer's own, as large as the target.
+    // `depth`: the renderer's own depth image, of the target's size.
     const std::vector<EyePass>& of(const StereoTarget&, const GpuImage& depth);
-    // To be called before an image that was drawn to is destroyed.
+    // Call before destroying an image that was drawn to.
     void forget() { known_.clear(); }
 
   private:

@@ -35,7 +35,7 @@ struct EyeTap::Impl {
         vk::raii::CommandBuffer commands = nullptr;
         vk::raii::Fence done = nullptr;
         bool under_way = false;
-        std::uint64_t number = 0;  // 0: never taken
+        std::uint64_t number = 0;  // 0: never submitted
         std::uint64_t tag = 0;
     };
 
@@ -115,7 +115,7 @@ EyeTap::~EyeTap() {
         if (!copy.under_way) continue;
         try {
             (void)impl_->gpu.device().waitForFences(*copy.done, true, kPatience_ns);
-        } catch (const vk::Error&) {  // the device was lost: nothing is under way any more
+        } catch (const vk::Error&) {  // the device was lost: no copy is pending any more
         }
     }
 }

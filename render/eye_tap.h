@@ -1,5 +1,5 @@
-// One eye of what was drawn, on its way to somebody without a headset: scaled down by the GPU and copied to
-// the host behind the frame. Nobody waits for it.
+// Copies one eye of a rendered frame to the host, for viewers without a headset. The GPU scales the image
+// down and copies it behind the frame. Nothing waits for the copy.
 #pragma once
 
 #include <cstdint>
@@ -14,17 +14,18 @@ namespace stylet::render {
 class EyeTap {
   public:
     explicit EyeTap(const Gpu&);
-    // Waits for copies under way.
+    // Waits for pending copies.
     ~EyeTap();
     EyeTap(const EyeTap&) = delete;
     EyeTap& operator=(const EyeTap&) = delete;
 
-    // Submits the copy of an eye (0 left, 1 right) of a target that was drawn: no longer than `most_pixels`
-    // along either edge. The image needs VK_IMAGE_USAGE_TRANSFER_SRC_BIT. False, and nothing happens, while
-    // all copies are under way. `tag` comes back with the copy. Allocates when the size changes. Throws
-    // GpuError.
+    // Submits a copy of one eye (0 left, 1 right) of a rendered target, scaled down so that neither edge
+    // exceeds `most_pixels`. The image needs VK_IMAGE_USAGE_TRANSFER_SRC_BIT. Returns false and does
+    // nothing while all copies are pending. read() returns `tag` with the copy. Allocates when the size
+    // changes. Throws GpuError.
     bool take(const StereoTarget&, int eye, std::uint32_t most_pixels, std::uint64_t tag = 0);
-    // The newest copy that has come since the last call, with its tag; nothing: none has.
+    // Reads the newest copy that has finished since the last call and returns its tag, or nothing if there
+    // is none.
     std::optional<std::uint64_t> read(Image&);
 
   private:

@@ -1,4 +1,4 @@
-// What the pipelines of a frame share: bindings.glsl from the side of C++.
+// Descriptor bindings shared by all pipelines of a frame: the C++ side of bindings.glsl.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace stylet::render {
 
-// Numbers of bindings.glsl.
+// Binding numbers, as in bindings.glsl.
 enum class Binding : std::uint32_t {
     frame,
     look,

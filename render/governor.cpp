@@ -6,7 +6,7 @@
 namespace stylet::render {
 namespace {
 
-constexpr int kTwice = 2;  // a single late frame is the system's, two are ours
+constexpr int kTwice = 2;  // one late frame may be the system's fault; two in a row are ours
 
 }  // namespace
 
@@ -17,9 +17,9 @@ void Governor::took(double volume_ms, double rest_ms, double drawn_scale) {
     const double room_ms = settings_.aimed * settings_.budget_ms - rest_ms;
     if (!(drawn_scale > 0.0) || room_ms <= 0.0) return;
     const double drawn = std::min(drawn_scale, double(scale_));
-    // A close head draws no more than it did, whatever the scale.
+    // When the head is close, the layer is limited below the scale: a higher scale draws no more pixels.
     const double drawn_most = drawn < double(scale_) ? drawn : 1.0;
-    // Rays, and so their time, grow with the square of the scale.
+    // The number of rays, and with it their time, grows with the square of the scale.
     const auto fits = [&](float scale, double share) {
         const double ratio = std::min(double(scale), drawn_most) / drawn;
         return rest_ms + volume_ms * ratio * ratio <= share * settings_.budget_ms;

@@ -212,7 +212,7 @@ void Gpu::Impl::makeCache() {
         cache_file.empty() ? std::vector<std::uint8_t>{} : readCache(cache_file);
     const std::span<const std::uint8_t> whole = cacheIn(stored);
     kept_bytes = whole.size();
-    // The driver ignores what another driver, or another version of it, wrote.
+    // The driver ignores data that another driver, or another version of it, wrote.
     cache = vk::raii::PipelineCache(
         device, vk::PipelineCacheCreateInfo{.initialDataSize = whole.size(), .pInitialData = whole.data()});
 }

@@ -1,4 +1,5 @@
-// The Vulkan instance, device and queue. An OpenXR runtime may insist on making them: hence the hooks.
+// The Vulkan instance, device and queue. The hooks exist because an OpenXR runtime may insist on creating
+// them.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +13,14 @@
 
 namespace stylet::render {
 
-// A Vulkan call failed: what() names the call and the result.
+// A Vulkan call failed. what() names the call and the result.
 class GpuError : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
 };
 
-// Each may be empty: then Vulkan is called directly and the first device that fits is taken.
+// Each hook may be empty. Then Vulkan is called directly, and the best capable device is used (discrete
+// GPUs first).
 struct GpuHooks {
     std::function<VkResult(PFN_vkGetInstanceProcAddr, const VkInstanceCreateInfo*, VkInstance*)>
         createInstance;
@@ -27,7 +29,8 @@ struct GpuHooks {
         createDevice;
 };
 
-// How both eyes are drawn. `best`: one pass where the driver really does it, found by drawing a pixel.
+// How both eyes are drawn. `best`: the first that works of multiview, layered and single. Multiview is
+// tested by drawing a pixel.
 enum class StereoPath : std::uint8_t {
     best,
     multiview,  // one draw, gl_ViewIndex
@@ -38,19 +41,19 @@ enum class StereoPath : std::uint8_t {
 struct GpuSettings {
     bool validation = false;  // VK_LAYER_KHRONOS_validation with synchronisation checks; messages are counted
     std::string pipeline_cache = {};       // file, empty = none; read at start, written at the end
-    StereoPath stereo = StereoPath::best;  // anything else: that path or GpuError
-    // Vulkan extensions beside its own, without which there is no device: a window's.
+    StereoPath stereo = StereoPath::best;  // any other value: that path, or GpuError if it does not work
+    // Additional Vulkan extensions that are required, for example by a window.
     std::vector<const char*> instance_extensions = {}, device_extensions = {};
 };
 
-// Pipelines so far.
+// Statistics of the pipelines created so far.
 struct PipelineWork {
     std::uint64_t made = 0;
     double made_ms = 0.0;
-    std::size_t kept_bytes = 0;  // what the driver was given of an earlier program's
+    std::size_t kept_bytes = 0;  // bytes of an earlier run's cache that the driver was given
 };
 
-// Move-only owner; members die in reverse order.
+// Move-only owner. Members are destroyed in reverse order of declaration.
 class Gpu {
   public:
     explicit Gpu(const GpuSettings&, const GpuHooks& = {});
@@ -63,15 +66,15 @@ class Gpu {
     const vk::raii::Device& device() const;
     const vk::raii::Queue& queue() const;
     std::uint32_t queueFamily() const;
-    bool isProcessor() const;                  // Vulkan in software
+    bool isProcessor() const;                  // true: Vulkan runs in software
     std::string name() const;                  // "llvmpipe (LLVM 15.0.6, 256 bits)"
     std::uint64_t validationMessages() const;  // warnings and errors so far, 0 without validation
-    // Every pipeline is made here, through the cache, and counted.
+    // Creates a pipeline through the cache and counts it. All pipelines are created here.
     vk::raii::Pipeline pipeline(const vk::GraphicsPipelineCreateInfo&) const;
     vk::raii::Pipeline pipeline(const vk::ComputePipelineCreateInfo&) const;
     PipelineWork pipelineWork() const;
-    // True when multiview with two views really renders to both layers (tested with one pixel, not by the
-    // flag).
+    // True if multiview with two views really renders to both layers. Tested with one pixel; the feature
+    // flag is not trusted.
     bool multiviewWorks() const;
     StereoPath stereoPath() const;  // never `best`
 

@@ -1,4 +1,4 @@
-// Internal: where Vulkan's exceptions become the module's own.
+// Internal: converts Vulkan's exceptions to GpuError.
 #pragma once
 
 #include <utility>

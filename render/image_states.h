@@ -1,4 +1,4 @@
-// States of images that more than one source names.
+// Image states used by more than one source file.
 #pragma once
 
 #include "render/memory.h"

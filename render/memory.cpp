@@ -13,7 +13,8 @@ using MemoryFlags = vk::MemoryPropertyFlagBits;
 
 constexpr vk::MemoryPropertyFlags kMapped = MemoryFlags::eHostVisible | MemoryFlags::eHostCoherent;
 
-// Of the first kind that the device has.
+// Allocates from the first memory type with the wanted and preferred flags, else from the first with the
+// wanted ones.
 vk::raii::DeviceMemory allocate(const Gpu& gpu, const vk::MemoryRequirements& needs,
                                 vk::MemoryPropertyFlags wanted, vk::MemoryPropertyFlags preferred = {}) {
     const auto properties = gpu.physicalDevice().getMemoryProperties();

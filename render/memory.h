@@ -1,4 +1,4 @@
-// Buffers and images that own their memory, and work that is submitted and waited for.
+// Buffers and images that own their memory, and commands that are submitted and waited for.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace stylet::render {
 
-// Host-visible and mapped for its whole life. The renderer waits for each frame, so nothing is written while
-// read.
+// Host-visible and mapped for its whole life, except for makeDeviceBuffer(). The renderer waits for each
+// frame, so the host never writes while the GPU reads.
 struct Buffer {
     vk::raii::Buffer handle = nullptr;
     vk::raii::DeviceMemory memory = nullptr;
@@ -24,9 +24,9 @@ struct Buffer {
     void write(const void* data, std::size_t bytes, std::size_t at = 0);
 };
 
-// Where the device has such memory, quick for the processor to read.
+// Uses memory that the CPU reads quickly (host-cached), where the device has it.
 Buffer makeReadBuffer(const Gpu&, vk::DeviceSize size, vk::BufferUsageFlags);
-// Only the GPU reads and writes it.
+// Device-local and not mapped: only the GPU reads and writes it.
 Buffer makeDeviceBuffer(const Gpu&, vk::DeviceSize size, vk::BufferUsageFlags);
 
 struct GpuImage {
@@ -41,12 +41,12 @@ struct GpuImage {
     GpuImage(const Gpu&, vk::Format, vk::Extent3D extent, std::uint32_t layers, vk::ImageUsageFlags);
 };
 
-// A 3D image to be filled and sampled. Throws GpuError where the device has none so large.
+// Creates a 3D image for upload and sampling. Throws GpuError if the device supports no image of this size.
 GpuImage makeVolumeImage(const Gpu&, vk::Format, const glm::ivec3& texels);
 
 vk::raii::Sampler makeSampler(const Gpu&, vk::Filter, vk::SamplerAddressMode beyond);
 
-// A command buffer that is used again and again: nothing is allocated for a frame.
+// A reusable command buffer. Submitting a frame allocates nothing.
 class Commands {
   public:
     explicit Commands(const Gpu&);
@@ -67,7 +67,7 @@ class Commands {
     vk::raii::Fence done_;
 };
 
-// Once, with commands of its own.
+// The same once, with a temporary command buffer.
 void submitAndWait(const Gpu&, const std::function<void(const vk::raii::CommandBuffer&)>& record);
 
 struct ImageState {
@@ -84,7 +84,8 @@ void transition(const vk::raii::CommandBuffer&, vk::Image, vk::ImageAspectFlags,
 void uploadPlanes(const Gpu&, const GpuImage&, std::size_t bytes_per_texel,
                   const std::function<void(int z0, int z1, std::byte* out)>& fill);
 
-// Layer `layer` of an image of four bytes a texel, in `state` before and after, tightly packed.
+// Reads layer `layer` of an image with four bytes per texel, tightly packed. The image is in `state` before
+// and after.
 std::vector<std::uint8_t> readLayer(const Gpu&, vk::Image, vk::ImageAspectFlags, vk::Extent2D,
                                     std::uint32_t layer, ImageState state);
 

@@ -1,4 +1,4 @@
-// Pictures on their way to images that somebody else made: the panels of a headset.
+// Uploads pictures from the host to images that others own: the panels of a headset.
 #pragma once
 
 #include <cstdint>
@@ -7,13 +7,12 @@
 
 namespace stylet::render {
 
-// Pictures on their way to images of four bytes a texel that somebody else made. Allocates nothing after it
-// is made; waits for each.
+// Allocates only in its constructor. write() waits for the upload.
 class PictureUpload {
   public:
     PictureUpload(const Gpu&, vk::Extent2D);
-    // Rows of R, G, B, A from the top; the image is in COLOR_ATTACHMENT_OPTIMAL before and after. Its format
-    // is R8G8B8A8 or B8G8R8A8.
+    // `rgba`: rows from the top, four bytes (R, G, B, A) per pixel. The image's format is R8G8B8A8 or
+    // B8G8R8A8. It is in COLOR_ATTACHMENT_OPTIMAL before and after.
     void write(vk::Image, vk::Format, const std::uint8_t* rgba);
 
   private:

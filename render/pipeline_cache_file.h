@@ -1,5 +1,5 @@
-// The driver's pipeline cache as it lies on disk: sealed, since a driver checks its own header and no more,
-// and what is damaged behind it is machine code.
+// File format of the driver's pipeline cache, with a checksum. A driver checks only its own header; the
+// data behind it is machine code, which must not be loaded damaged.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ inline constexpr std::size_t kMostCacheBytes = std::size_t(256) << 20;
 
 std::vector<std::uint8_t> sealedCache(std::span<const std::uint8_t> from_driver);
 
-// What the driver gave, inside `file`; empty where the file is not whole or is none.
+// Returns the driver's data inside `file`, or nothing if the file is damaged or not a cache file.
 std::span<const std::uint8_t> cacheIn(std::span<const std::uint8_t> file);
 
 }  // namespace stylet::render

@@ -10,7 +10,7 @@ vk::raii::ShaderModule makeModule(const Gpu& gpu, std::span<const std::uint32_t>
     return gpu.device().createShaderModule({.codeSize = words.size_bytes(), .pCode = words.data()});
 }
 
-// 32-bit constants 0, 1, ...
+// 32-bit specialisation constants 0, 1, ...
 struct Specialisation {
     explicit Specialisation(std::span<const std::uint32_t> constants) {
         for (std::uint32_t i = 0; i < constants.size(); ++i)

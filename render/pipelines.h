@@ -1,4 +1,4 @@
-// A graphics pipeline for dynamic rendering, from the few things in which ours differ.
+// Creates pipelines for dynamic rendering from the few settings in which ours differ.
 #pragma once
 
 #include <cstdint>
@@ -22,13 +22,13 @@ struct PipelineShape {
     DepthUse depth_use = DepthUse::none;
     Blend blend = Blend::none;
     std::uint32_t view_mask = 0;
-    bool cull_back = false;  // only what is wound counter-clockwise is drawn
+    bool cull_back = false;  // draw only counter-clockwise triangles
 };
 
 // Viewport and scissor are dynamic. Depth is reversed: near 1, far 0.
 vk::raii::Pipeline makePipeline(const Gpu&, vk::PipelineLayout, const PipelineShape&);
 
-// `constants` as above.
+// `constants`: 32-bit specialisation constants 0, 1, ...
 vk::raii::Pipeline makeComputePipeline(const Gpu&, vk::PipelineLayout, std::span<const std::uint32_t> shader,
                                        std::span<const std::uint32_t> constants);
 

@@ -12,7 +12,8 @@ namespace {
 
 const ImageState kPresented{vk::ImageLayout::ePresentSrcKHR, vk::PipelineStageFlagBits2::eNone, {}};
 
-// Scaled in linear light where the surface is sRGB; else the bytes go as they are.
+// Prefers an sRGB format, so that pictures are scaled in linear light. With a UNORM format the bytes are
+// used as they are.
 vk::SurfaceFormatKHR chooseFormat(const std::vector<vk::SurfaceFormatKHR>& offered) {
     for (const vk::Format wanted : {vk::Format::eB8G8R8A8Srgb, vk::Format::eR8G8B8A8Srgb,
                                     vk::Format::eB8G8R8A8Unorm, vk::Format::eR8G8B8A8Unorm})
@@ -64,7 +65,7 @@ struct Presenter::Impl {
     vk::raii::SwapchainKHR swapchain = nullptr;
     vk::Extent2D extent, asked;
     std::vector<vk::Image> images;
-    std::vector<vk::raii::Semaphore> shown;  // one an image
+    std::vector<vk::raii::Semaphore> shown;  // one per image
     std::vector<Picture> pictures;
 };
 
@@ -96,10 +97,10 @@ void Presenter::Impl::dropSwapchain() {
     swapchain = nullptr;
 }
 
-// False: there is nothing to be seen of the window.
+// Returns false if the window has no visible area.
 bool Presenter::Impl::makeSwapchain(vk::Extent2D wanted) {
     const auto can = gpu.physicalDevice().getSurfaceCapabilitiesKHR(*surface);
-    const bool ours = can.currentExtent.width == UINT32_MAX;  // the window takes the size of its pictures
+    const bool ours = can.currentExtent.width == UINT32_MAX;  // the surface takes the size of the swapchain
     const vk::Extent2D size =
         ours ? vk::Extent2D{std::clamp(wanted.width, can.minImageExtent.width, can.maxImageExtent.width),
                             std::clamp(wanted.height, can.minImageExtent.height, can.maxImageExtent.height)}
@@ -202,7 +203,7 @@ bool Presenter::Impl::show(vk::Extent2D window, std::span<const Placed> placed,
                            const std::array<float, 3>& background, std::uint64_t patience_ns) {
     if (window.width == 0 || window.height == 0) return false;
     if ((!*swapchain || window != asked) && !makeSwapchain(window)) return false;
-    // What was placed for another size would not fit.
+    // The pictures were placed for another window size.
     if (extent != window) {
         dropSwapchain();
         return false;
@@ -225,7 +226,7 @@ Presenter::Presenter(const Gpu& gpu, VkSurfaceKHR surface)
 Presenter::~Presenter() {
     try {
         impl_->gpu.device().waitIdle();
-    } catch (const vk::Error&) {  // the device was lost: nothing is under way any more
+    } catch (const vk::Error&) {  // the device was lost: no work is pending any more
     }
 }
 

@@ -1,12 +1,12 @@
-// Does multiview with two views really reach both layers? Mesa 22.3's lavapipe says so and draws both into
-// layer 0.
+// Tests whether multiview with two views really reaches both layers. Mesa 22.3's lavapipe claims so, but
+// draws both views into layer 0.
 #pragma once
 
 #include "render/gpu.h"
 
 namespace stylet::render {
 
-// Draws one pixel in each view and reads both back. The device must have been made with the multiview
+// Draws one pixel in each view and reads both back. The device must have been created with the multiview
 // feature.
 bool probeMultiview(const Gpu&);
 

@@ -31,17 +31,17 @@ const ImageState kDepthDrawn{
     vk::PipelineStageFlagBits2::eEarlyFragmentTests | vk::PipelineStageFlagBits2::eLateFragmentTests,
     vk::AccessFlagBits2::eDepthStencilAttachmentWrite | vk::AccessFlagBits2::eDepthStencilAttachmentRead};
 
-// Outside the volume lies clear air.
+// Samples outside the volume read clear air.
 constexpr auto kClearAir = vk::SamplerAddressMode::eClampToBorder;
 
 enum class Kind : std::uint8_t { hidden, caster, mesh, backdrop, march, composite, depth };
 using Constants = std::array<std::uint32_t, 9>;
 using PipelineKey = std::tuple<Kind, VkFormat, Constants>;
 
-// Moments of a frame at which the GPU looks at its clock.
+// Time stamps that the GPU writes during a frame.
 enum Stamp : std::uint32_t { kBegin, kOpaqueDone, kMarchDone, kEnd, kStamps };
 
-// Triangles that no one can see, for both eyes: x and y tangents, z the eye.
+// Triangles that the lenses hide, for both eyes. x, y: tangents; z: eye index.
 struct HiddenArea {
     Buffer vertices;
     std::uint32_t count = 0;
@@ -69,18 +69,18 @@ struct Renderer::Impl {
     std::map<PipelineKey, vk::raii::Pipeline> pipelines;
     std::optional<DeformedPatient> deformed;
     std::optional<PatientVolume> volume;
-    GpuImage depth;  // of the opaque things
+    GpuImage depth;  // of the opaque meshes
     VolumeLayer layer;
-    std::optional<MarchLayer> march_layer;  // made when the processor marches first
+    std::optional<MarchLayer> march_layer;  // created on the first march on the processor
     gpu::FrameUniforms frame{};
     gpu::LookUniforms surface{};
     EyePasses eye_passes;
     std::array<std::vector<glm::vec3>, 2> hidden_triangles;
     HiddenArea hidden;
-    GpuImage own_colour, own_depth;  // drawToImages'
+    GpuImage own_colour, own_depth;  // used by drawToImages()
     bool stale_bindings = true;
-    int bound_images = 0;                    // deformed->imagesMade()
-    std::unique_ptr<CoarserPatient> coarse;  // shown in the place of one that the device cannot hold
+    int bound_images = 0;                    // deformed->imagesMade() at the last update
+    std::unique_ptr<CoarserPatient> coarse;  // shown instead of a patient that does not fit
     std::vector<std::string> notes;
 
     Impl(Gpu&, const RenderSettings&, const std::filesystem::path& assets);
@@ -150,7 +150,7 @@ void Renderer::Impl::bindResources() {
     descriptors.bind(Binding::counters, counter_buffer);
     descriptors.bindStorage(Binding::layer_colour, layer.colour());
     descriptors.bindStorage(Binding::layer_depth, layer.depth());
-    // Without a patient nothing reads these, but none may be empty.
+    // Without a patient nothing reads these bindings, but each must name a resource.
     descriptors.bind(Binding::classified, volume ? volume->classified() : depth, linear);
     descriptors.bind(Binding::bricks, volume ? volume->bricks() : counter_buffer);
     descriptors.bind(Binding::deform_inside, deformed ? deformed->inside() : depth, steady);
@@ -161,7 +161,7 @@ void Renderer::Impl::bindResources() {
     stale_bindings = false;
 }
 
-// Made on first need.
+// Creates the pipeline on first use.
 vk::Pipeline Renderer::Impl::pipeline(Kind kind, vk::Format format, const Constants& constants) {
     const PipelineKey key{kind, VkFormat(format), constants};
     const auto known = pipelines.find(key);
@@ -238,7 +238,7 @@ PatientVolume::Reader Renderer::Impl::reader() const {
     return marchesOnProcessor() ? PatientVolume::Reader::host : PatientVolume::Reader::gpu;
 }
 
-// As he is, or in as many voxels as the device can hold.
+// Loads the patient at full resolution, or in the finest voxels that the device can hold.
 void Renderer::Impl::hold(const patient::Patient& patient) {
     volume.reset();
     deformed.emplace(gpu, patient);
@@ -320,7 +320,7 @@ void Renderer::Impl::beginPass(const vk::raii::CommandBuffer& buffer, const EyeP
                               {});
 }
 
-// A triangle over the whole target.
+// Draws a triangle over the whole target.
 void Renderer::Impl::drawScreen(const vk::raii::CommandBuffer& buffer, const EyePass& pass,
                                 vk::Pipeline shown) const {
     buffer.bindPipeline(vk::PipelineBindPoint::eGraphics, shown);
@@ -447,7 +447,7 @@ void Renderer::Impl::record(const vk::raii::CommandBuffer& buffer, const RenderS
     if (!gpu.isProcessor()) stamp(buffer, kEnd);
 }
 
-// The processor marches between two submissions.
+// Marches on the processor, between two submissions.
 void Renderer::Impl::drawWithProcessor(const RenderScene& scene, const StereoTarget& target,
                                        vk::Extent2D layer_size) {
     if (!march_layer) march_layer.emplace(gpu);
@@ -508,7 +508,8 @@ RenderStats Renderer::Impl::draw(const RenderScene& scene, const std::array<View
     else
         commands.submitAndWait(
             [&](const vk::raii::CommandBuffer& buffer) { record(buffer, scene, target, layer_size, still); });
-    // Lavapipe of Mesa 25 dies of a time stamp after the composite: a processor gets it on its own.
+    // Lavapipe of Mesa 25 crashes on a time stamp after the composite, so a software device submits it
+    // separately.
     if (gpu.isProcessor())
         commands.submitAndWait([&](const vk::raii::CommandBuffer& buffer) { stamp(buffer, kEnd); });
     RenderStats stats = readStats(target, layer_size, still);
@@ -516,7 +517,7 @@ RenderStats Renderer::Impl::draw(const RenderScene& scene, const std::array<View
     return stats;
 }
 
-// Images to draw to and to read back.
+// Creates the images that drawToImages() draws to and reads back.
 void Renderer::Impl::ownTarget(vk::Extent2D extent, bool with_depth) {
     const auto fits = [&](const GpuImage& image) {
         return image.extent.width == extent.width && image.extent.height == extent.height;

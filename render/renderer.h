@@ -1,4 +1,4 @@
-// Draws a RenderScene into both eyes of a stereo target in one pass where the driver really can.
+// Draws a RenderScene into both eyes of a stereo target, in one pass where the driver supports it.
 #pragma once
 
 #include <array>
@@ -17,14 +17,15 @@
 
 namespace stylet::render {
 
-// An image with two layers, left and right eye, as an OpenXR swapchain hands it out (COLOR_ATTACHMENT_OPTIMAL
-// before and after).
+// An image with two layers, left and right eye, as acquired from an OpenXR swapchain. It is in
+// COLOR_ATTACHMENT_OPTIMAL before and after.
 struct StereoTarget {
     VkImage image = VK_NULL_HANDLE;
     VkFormat format = VK_FORMAT_R8G8B8A8_SRGB;
     std::uint32_t width = 0, height = 0;
-    // Optional: D32_SFLOAT with two layers, DEPTH_STENCIL_ATTACHMENT_OPTIMAL before and after. What hides
-    // most of what is behind it, reversed: near_m at 1, far_m at 0.
+    // Optional: D32_SFLOAT with two layers, in DEPTH_STENCIL_ATTACHMENT_OPTIMAL before and after. Receives
+    // the depth of the first surface that hides most of what is behind it, reversed: near_m at 1, far_m at
+    // 0.
     VkImage depth_image = VK_NULL_HANDLE;
 };
 
@@ -40,34 +41,35 @@ struct DepthImage {
 
 class Renderer {
   public:
-    // `assets` holds rooms/ and instruments/. Throws GpuError, patient::DataError.
+    // `assets`: folder with looks/, rooms/ and instruments/. Throws GpuError, patient::DataError.
     Renderer(Gpu&, const RenderSettings&, const std::filesystem::path& assets);
     ~Renderer();
     Renderer(const Renderer&) = delete;
     Renderer& operator=(const Renderer&) = delete;
 
     void setSettings(const RenderSettings&);
-    // Another transfer function than assets/looks/*.toml in the place of one of the two.
+    // Replaces one of the two looks loaded from assets/looks/*.toml.
     void setLook(Look, const LookStyle&);
-    // The part of an eye's picture that no one can see (XR_KHR_visibility_mask): triangles over tangents of
-    // the angles right and up of the optical axis. Nothing is drawn there.
+    // Sets the part of an eye's picture that the lens hides (XR_KHR_visibility_mask), as triangles.
+    // Vertices are tangents of the angles right and up of the optical axis. Nothing is drawn there.
     void setHiddenArea(int eye, std::span<const glm::vec2> tangents, std::span<const std::uint32_t> indices);
-    // Uploads CT and labels and builds the brick structure. The patient must outlive the renderer. Where the
-    // device cannot hold him as he is, he is shown in fewer voxels, and notes() says so.
+    // Uploads CT and labels and builds the brick structure. The patient must outlive the renderer. If the
+    // device cannot hold the patient at full resolution, it is shown in coarser voxels and notes() says so.
     void setPatient(const patient::Patient&);
-    // Who breathes and is pressed in what is drawn, for other pictures of the same moment. With a patient.
+    // The deformed patient (breath and tool) of the drawn frame, for other pictures of the same state.
+    // Requires a patient.
     DeformedPatient& deformedPatient();
-    const std::vector<std::string>& notes() const;  // what is less than it should be, a sentence each
-    // What the room's C-arm turns about, as Fluoroscopy asks for it. Of a scene with one.
+    const std::vector<std::string>& notes() const;  // reductions in quality, one sentence each
+    // Pose of the C-arm's isocentre, as FluoroscopyInput needs it. The scene must have a C-arm.
     Pose patientFromIsocentre(const RenderScene&) const;
-    // Which screens these views will see. Allocates nothing.
+    // Returns which screens these views will see. Allocates nothing.
     ScreensSeen screensSeen(const RenderScene&, const std::array<View, 2>&) const;
-    // Where the screens of such a room are.
+    // Returns the pose and size of each screen in the scene's room.
     ScreenPlaces screenPlaces(const RenderScene&) const;
-    // Draws and waits for the GPU. Frame thread. An image that was drawn to is remembered by its handle: it
-    // must live for as long as this does.
+    // Frame thread. Draws and waits for the GPU. Images that were drawn to are cached by their handle and
+    // must outlive the renderer.
     RenderStats draw(const RenderScene&, const std::array<View, 2>&, const StereoTarget&);
-    // The same into images of the renderer's own, read back: tests, benches, the README's picture.
+    // Draws into images of its own and reads them back, for tests, benches and the README's picture.
     std::array<Image, 2> drawToImages(const RenderScene&, const std::array<View, 2>&, std::uint32_t width,
                                       std::uint32_t height, RenderStats* stats = nullptr,
                                       std::array<DepthImage, 2>* depths = nullptr);

@@ -1,4 +1,5 @@
-// Which eye this vertex belongs to, and where it goes: one of STEREO_MULTIVIEW, STEREO_LAYERED, STEREO_SINGLE.
+// Selects the eye of a vertex and routes the vertex to that eye's layer. Define one of STEREO_MULTIVIEW,
+// STEREO_LAYERED, STEREO_SINGLE.
 #if defined(STEREO_MULTIVIEW)
 #extension GL_EXT_multiview : require
 int eyeIndex(int first) { return gl_ViewIndex; }

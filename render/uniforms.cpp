@@ -12,9 +12,9 @@ namespace stylet::render {
 namespace {
 
 constexpr float kKeyStrength = 0.95f;
-constexpr double kCloseUp_voxels = 0.3;  // between rays, at the nearest point of the patient's box
+constexpr double kCloseUp_voxels = 0.3;  // distance between rays at the nearest point of the patient's box
 constexpr double kLeastLayer = 0.25;
-constexpr double kFinestStep = 0.5;  // of the step, as the head comes close
+constexpr double kFinestStep = 0.5;  // smallest factor of the ray step when the head is close
 constexpr double kTableHalfWidth_m = 0.34, kTableHalfLength_m = 0.85;
 
 gpu::EyeUniforms eyeUniforms(const View& view, const RenderScene& scene, const RenderSettings& settings) {
@@ -69,7 +69,7 @@ void describeSurgery(gpu::FrameUniforms& frame, const RenderScene& scene) {
     frame.layer.z = float(cuts), frame.layer.w = float(marks);
 }
 
-// From a point to the box of voxels; 0 within.
+// Distance from a point to the box of voxels; 0 inside.
 double distanceTo(const patient::Grid& grid, const Vec3& p) {
     const Vec3 half = 0.5 * grid.spacing_m * Vec3(grid.dims);
     const Vec3 middle = grid.origin_m - 0.5 * grid.spacing_m + half;
@@ -83,7 +83,7 @@ vk::Extent2D layerExtent(const RenderScene& scene, const std::array<View, 2>& vi
     double scale = double(std::clamp(settings.layer_scale, 0.1f, 1.0f));
     if (settings.close_up) {
         const double voxel = std::min({grid.spacing_m.x, grid.spacing_m.y, grid.spacing_m.z});
-        double widest = 0.0;  // pixels that three rays a voxel need
+        double widest = 0.0;  // width of the layer in pixels for three rays per voxel
         for (const View& view : views) {
             const Vec3 eye = scene.stage_from_patient.inverse() * view.stage_from_eye.position_m;
             const double nearest = std::max(distanceTo(grid, eye), double(settings.near_m));
@@ -130,7 +130,8 @@ gpu::FrameUniforms frameUniforms(const RenderScene& scene, const std::array<View
     frame.up_patient = glm::vec4(glm::vec3(patient_from_stage.direction(Vec3(0, 1, 0))), 0.0f);
     frame.layer.x = float(layer.width), frame.layer.y = float(layer.height);
     if (!volume) return frame;
-    // What a close head saves in rays it may spend on steps: what is so large shows them.
+    // When the head is close, the layer has fewer rays. The time saved is spent on shorter steps, because
+    // long ones would be visible.
     const double saved = double(layer.width) / (target.width * double(settings.layer_scale));
     const float step_voxels = settings.ray_step_voxels * float(std::clamp(saved, kFinestStep, 1.0));
     describeVolume(frame, *volume, step_voxels, look);

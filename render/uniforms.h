@@ -1,4 +1,4 @@
-// From a scene's poses and angles to what the shaders read.
+// Computes the uniforms of the shaders from a scene's poses and angles.
 #pragma once
 
 #include <glm/mat4x4.hpp>
@@ -11,16 +11,16 @@ namespace stylet::render {
 
 glm::dmat4 matrixOf(const Pose&);
 
-// Asymmetric perspective of an OpenXR view onto Vulkan's clip space, depth reversed: 1 at `near_m`, 0 at
-// `far_m`.
+// Asymmetric perspective projection of an OpenXR view to Vulkan's clip space. Depth is reversed: 1 at
+// `near_m`, 0 at `far_m`.
 glm::dmat4 clipFromEye(const View&, double near_m, double far_m);
 
 // `volume` may be null.
 gpu::FrameUniforms frameUniforms(const RenderScene&, const std::array<View, 2>&, const RenderSettings&,
                                  vk::Extent2D target, vk::Extent2D layer, const PatientVolume* volume,
                                  const LookStyle& look);
-// The volume layer's pixels for a target: settings.layer_scale of it, and no more than three a voxel at the
-// patient's nearest point.
+// Size of the volume layer for a target: settings.layer_scale of the target's size. With settings.close_up,
+// at most about three rays per voxel at the patient's nearest point.
 vk::Extent2D layerExtent(const RenderScene&, const std::array<View, 2>&, const RenderSettings&,
                          vk::Extent2D target, const patient::Grid&);
 gpu::LookUniforms lookUniforms(const LookStyle&);

@@ -1,4 +1,4 @@
-// Failed OpenXR calls as sentences, handles as owners, and the header with what this module uses switched on.
+// Error checking of OpenXR calls, owning handles, and the OpenXR header with this module's options enabled.
 #pragma once
 
 #include <string>
@@ -22,7 +22,7 @@ std::string resultName(XrResult);
 
 [[noreturn]] void fail(XrResult, const char* call, std::string_view meaning);
 
-// Throws XrError "CALL: RESULT: meaning" unless the call succeeded; special success codes pass.
+// Throws XrError "CALL: RESULT: meaning" if the call failed. Qualified success codes pass.
 inline void check(XrResult result, const char* call, std::string_view meaning) {
     if (XR_FAILED(result)) fail(result, call, meaning);
 }
@@ -41,7 +41,7 @@ class Owned {
         return *this;
     }
     Handle get() const { return handle_; }
-    // Where a create call writes its handle.
+    // Output pointer for a create call. Destroys the current handle.
     Handle* out() {
         reset();
         return &handle_;
@@ -54,7 +54,7 @@ class Owned {
     Handle handle_{XR_NULL_HANDLE};
 };
 
-// A structure of the API with everything but its type zero.
+// A zero-initialised OpenXR structure of the given type.
 template <typename Structure>
 Structure typed(XrStructureType type) {
     Structure s{};

@@ -1,4 +1,4 @@
-// What the runtime announces: states, and the news of the user and the room.
+// Events from the runtime: session state changes, and news about the user and the room.
 #include <utility>
 
 #include "xr/session_impl.h"
@@ -34,7 +34,7 @@ News Session::takeNews() {
 }
 
 void Session::Impl::onEvent(const XrEventDataBuffer& event) {
-    switch (int(event.type)) {  // not all are of the header's enumeration
+    switch (int(event.type)) {  // later.h defines some types outside the header's enumeration
         case XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED:
             onStateChanged(as<XrEventDataSessionStateChanged>(event).state);
             break;
@@ -66,7 +66,8 @@ void Session::Impl::onEvent(const XrEventDataBuffer& event) {
     }
 }
 
-// Whatever could have been among them is taken to have been: where the stage is, nobody knows any more.
+// Assumes that every kind of event was among the lost ones. In particular the stage's origin may have moved
+// to an unknown place.
 void Session::Impl::onEventsLost() {
     notes.push_back("xrPollEvent: the runtime has lost events");
     news.spaces.push_back({last_display, false, {}});

@@ -1,4 +1,4 @@
-// One frame: its time, views and images, and the layers it ends with.
+// One frame: its time, views, images and submitted layers.
 #include <algorithm>
 #include <cassert>
 
@@ -32,7 +32,7 @@ Frame Session::beginFrame() {
     if (!s.usable(s.input.sync(s.session.get(), s.spaces.stage(), state.predictedDisplayTime),
                   "xrSyncActions", "the controllers cannot be read"))
         return frame;
-    // XR_FRAME_DISCARDED, a success, says that the frame before was dropped; this one has begun all the same.
+    // XR_FRAME_DISCARDED is a success code: the previous frame was dropped, but this one has begun.
     const XrFrameBeginInfo begin{XR_TYPE_FRAME_BEGIN_INFO, nullptr};
     if (!s.usable(xrBeginFrame(s.session.get(), &begin), "xrBeginFrame", meaning)) return frame;
     s.frame_begun = true;
@@ -91,8 +91,8 @@ bool Session::Impl::releaseImages() {
 
 const XrCompositionLayerBaseHeader* Session::Impl::projectionLayer(bool transparent) {
     projection = typed<XrCompositionLayerProjection>(XR_TYPE_COMPOSITION_LAYER_PROJECTION);
-    // Over the real room colours are premultiplied. Over panels a pixel is seen or not, and has a colour of
-    // its own either way, for whoever looks at the picture without the panels.
+    // Over the real room, colours are premultiplied. Over panels, a pixel is either visible or not,
+    // and keeps its colour either way: the image is then also complete if viewed without the panels.
     if (transparent) projection.layerFlags = XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT;
     if (!behind.empty()) projection.layerFlags |= XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT;
     projection.space = spaces.stage();
@@ -106,7 +106,7 @@ const XrCompositionLayerBaseHeader* Session::Impl::projectionLayer(bool transpar
 
 void Session::endFrame(const Frame& frame, std::span<const ShownPanel> shown) {
     Impl& s = *impl_;
-    if (!s.frame_begun) return;  // the session was lost while the frame began
+    if (!s.frame_begun) return;  // the session was lost in beginFrame()
     s.frame_begun = false;
     const bool drawn = s.colour.held(), has_depth = s.depth.held();
     if (!s.releaseImages()) return;
@@ -115,13 +115,14 @@ void Session::endFrame(const Frame& frame, std::span<const ShownPanel> shown) {
     if (drawn) {
         s.panels.quadsOf(shown, true, s.spaces.stage(), s.spaces.head(), s.behind);
         s.panels.quadsOf(shown, false, s.spaces.stage(), s.spaces.head(), s.before);
-        s.behind.resize(std::min(s.behind.size(), s.headset.max_layers - 1));  // the projection is not lost
+        // Leave room for the projection layer.
+        s.behind.resize(std::min(s.behind.size(), s.headset.max_layers - 1));
         for (const auto& quad : s.behind)
             s.layers.push_back(baseOf(quad));
         s.layers.push_back(
             s.projectionLayer(!s.behind.empty() || s.headset.blend_mode != XR_ENVIRONMENT_BLEND_MODE_OPAQUE));
         for (std::uint32_t eye = 0; has_depth && eye < 2; ++eye) {
-            // Reversed: the smallest value, 0, lies at the far plane.
+            // Reversed depth: the smallest value, 0, is at the far plane.
             s.eye_depths[eye] = {XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR,
                                  nullptr,
                                  s.depth.subImage(eye),

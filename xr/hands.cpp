@@ -15,8 +15,8 @@ double apart_m(const std::optional<Pose>& a, const std::optional<Pose>& b) {
 
 }  // namespace
 
-// The palm joint has +y out of the back of the hand and -z along the fingers; a grip has -z from the little
-// finger to the thumb and +x out of the left palm, or into the right one.
+// Palm joint: +y points out of the back of the hand, -z along the fingers. Grip: -z points from the little
+// finger to the thumb, +x out of the left palm or into the right palm.
 Pose gripOfPalm(const Pose& a_from_palm, int side) {
     // Left: x = -y_palm, y = z_palm, z = -x_palm. Right: x = y_palm, y = z_palm, z = x_palm.
     const double h = 0.5;

@@ -1,4 +1,4 @@
-// Bare hands (XR_EXT_hand_tracking) as what a controller would say: a grip, where it points, and pinches.
+// Tracked bare hands (XR_EXT_hand_tracking), presented like a controller: grip pose, aim pose and pinches.
 #pragma once
 
 #include <array>
@@ -8,9 +8,10 @@
 
 namespace stylet::xr {
 
-// Thumb and a finger: held from nearer than one distance until farther than the other.
+// A pinch of thumb and one finger, with hysteresis: it closes below kClosed_m and opens at kOpen_m.
 struct Pinch {
-    static constexpr double kClosed_m = 0.020, kOpen_m = 0.035;  // between the tips' joints, inside the skin
+    // Distances between the tip joints, which lie inside the skin.
+    static constexpr double kClosed_m = 0.020, kOpen_m = 0.035;
     bool held = false;
     bool update(double distance_m) {
         held = distance_m < (held ? kOpen_m : kClosed_m);
@@ -18,19 +19,21 @@ struct Pinch {
     }
 };
 
-// The fingers that stand for a trigger, a menu button and a squeeze.
+// The fingers whose pinch acts as trigger, menu button and squeeze.
 enum class PinchFinger : int { index, middle, ring };
 inline constexpr std::size_t kPinchFingers = 3;
 
-// One at a time: fingers keep each other company, so the first to come counts until it has gone.
+// Only one pinch at a time: neighbouring fingers move together, so the first pinch blocks the others until
+// it opens.
 struct Pinches {
     std::array<Pinch, kPinchFingers> fingers;
-    // Distances from the thumb's tip; infinite of a finger that is not seen.
+    // Distances from the thumb's tip; infinite for a finger that is not tracked.
     void update(const std::array<double, kPinchFingers>& distances_m);
     bool holds(PinchFinger finger) const { return fingers[std::size_t(finger)].held; }
 };
 
-// A grip pose as OpenXR 1.0, section 6.3.2, "Standard pose identifier", has it, from a palm joint's.
+// Computes the grip pose (OpenXR 1.0, section 6.3.2, "Standard pose identifier") from the palm joint's
+// pose.
 Pose gripOfPalm(const Pose& a_from_palm, int side);
 
 class Hands {
@@ -40,8 +43,8 @@ class Hands {
     Hands(const Hands&) = delete;
     Hands& operator=(const Hands&) = delete;
 
-    void create(const Instance&, XrSession);  // nothing comes of it where hands are not tracked
-    // A hand that is not seen leaves `hand` as it is.
+    void create(const Instance&, XrSession);  // no effect if the system does not track hands
+    // Leaves `hand` unchanged if the hand is not tracked.
     XrResult read(XrSpace stage, XrTime, int side, Hand& hand);
     // Any thread.
     std::optional<Pose> gripAt(XrSpace stage, XrTime, int side) const;

@@ -39,7 +39,7 @@ XrEnvironmentBlendMode chooseBlendMode(const Instance& instance, bool passthroug
             if (offers(mode)) return mode;
         notes.push_back(std::string(call) + ": the headset does not show the room: no passthrough");
     }
-    // Where even that is missing, the runtime's own preference comes first.
+    // Without OPAQUE, use the runtime's preferred mode.
     return offers(XR_ENVIRONMENT_BLEND_MODE_OPAQUE) ? XR_ENVIRONMENT_BLEND_MODE_OPAQUE : offered.front();
 }
 
@@ -104,7 +104,7 @@ HiddenArea hiddenArea(const Instance& instance, XrSession session, int eye) {
     if (XR_FAILED(get(session, kEyes, std::uint32_t(eye), kHidden, &mask))) return {};
     for (const XrVector2f& v : vertices)
         area.tangents.push_back({v.x, v.y});
-    // The mask goes to the GPU as it is: no triangle may point outside.
+    // The GPU reads the mask without further checks, so every index must be valid.
     const auto inside = [&](std::uint32_t i) { return i < area.tangents.size(); };
     if (area.indices.size() % 3 != 0 || !std::all_of(area.indices.begin(), area.indices.end(), inside))
         return {};

@@ -1,5 +1,5 @@
-// What the headset is: its eyes, how it mixes what is drawn with the room, its refresh rate, and what its
-// lenses hide.
+// Properties of the headset: image size per eye, blend mode, refresh rate and the area hidden by its
+// lenses.
 #pragma once
 
 #include <string>
@@ -11,14 +11,16 @@ namespace stylet::xr {
 
 struct Headset {
     XrEnvironmentBlendMode blend_mode = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
-    std::uint32_t width = 0, height = 0;  // of an eye's picture, the larger of the two, within the limits
+    // Image size per eye [px]: the larger of the two eyes, within the runtime's limits.
+    std::uint32_t width = 0, height = 0;
     std::size_t max_layers = XR_MIN_COMPOSITION_LAYERS_SUPPORTED;
 };
 
-// Throws XrError unless it shows a picture to each of two eyes. Adds a note where there is no passthrough.
+// Throws XrError if the headset does not support stereo. Adds a note if passthrough was requested but is
+// missing.
 Headset readHeadset(const Instance&, bool passthrough, std::vector<std::string>& notes);
 const char* nameOf(XrEnvironmentBlendMode);
-double refreshRate_hz(const Instance&, XrSession);  // 0 where the runtime does not say
+double refreshRate_hz(const Instance&, XrSession);  // 0 if the runtime does not report it
 HiddenArea hiddenArea(const Instance&, XrSession, int eye);
 
 }  // namespace stylet::xr

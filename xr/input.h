@@ -1,4 +1,4 @@
-// The user's hands: controllers through one action set, else bare hands.
+// User input: controllers through one action set, otherwise tracked bare hands.
 #pragma once
 
 #include <array>
@@ -15,9 +15,9 @@ class Input {
   public:
     // Adds a sentence to `notes` for each binding the runtime refuses. Throws XrError.
     void create(const Instance&, XrSession, std::vector<std::string>& notes);
-    // Once a frame, outside begin and end; poses at the predicted display time.
+    // Call once per frame, before xrBeginFrame. Poses are those at the predicted display time.
     XrResult sync(XrSession, XrSpace stage, XrTime);
-    // The profiles bound now, left and right; "" for none.
+    // The active interaction profiles, left and right; "" for none.
     XrResult readProfiles(const Instance&, XrSession, std::array<std::string, 2>& profiles) const;
     XrResult pulse(XrSession, int side, float amplitude, XrDuration);
     const Hand& hand(int side) const { return hands_[std::size_t(side)]; }
@@ -34,7 +34,7 @@ class Input {
     std::array<Owned<XrSpace, xrDestroySpace>, 2> grips_, aims_;
     Hands bare_;
     std::array<Hand, 2> hands_;
-    std::array<std::atomic<bool>, 2> is_bare_{};  // nothing is held, as of the last sync
+    std::array<std::atomic<bool>, 2> is_bare_{};  // no controller is active, as of the last sync
 };
 
 }  // namespace stylet::xr

@@ -25,7 +25,7 @@ std::vector<XrExtensionProperties> offeredExtensions() {
     return offered;
 }
 
-// In the order in which they are asked for; none but the first is needed.
+// In the order of the request. Only the first is required.
 constexpr const char* kWanted[] = {
     XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME,
     XR_EXT_DEBUG_UTILS_EXTENSION_NAME,
@@ -113,7 +113,7 @@ void Instance::create(const std::string& application_name, std::vector<std::stri
                       std::to_string(XR_VERSION_PATCH(version));
 }
 
-// An extension whose functions are missing was not granted.
+// Removes extensions whose functions are missing from the list of granted ones.
 void Instance::findCalls(std::vector<std::string>& notes) {
     const auto get = [&](auto& function, const char* extension, const char* name) {
         if (!has(extension)) return;
@@ -131,7 +131,7 @@ void Instance::findCalls(std::vector<std::string>& notes) {
     get(calls.getVisibilityMask, XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, "xrGetVisibilityMaskKHR");
     get(calls.timeOfTimespec, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, "xrConvertTimespecTimeToTimeKHR");
     get(calls.timespecOfTime, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, "xrConvertTimeToTimespecTimeKHR");
-    if (!calls.timespecOfTime) calls.timeOfTimespec = nullptr;  // one without the other is no use
+    if (!calls.timespecOfTime) calls.timeOfTimespec = nullptr;  // both directions are needed
     get(calls.getRefreshRate, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, "xrGetDisplayRefreshRateFB");
     get(calls.stationaryGeneration, XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME,
         "xrGetStationaryReferenceSpaceGenerationIdEXT");

@@ -1,5 +1,4 @@
-// The OpenXR instance and the headset it found: the loader, extensions, and the calls of
-// XR_KHR_vulkan_enable2.
+// The OpenXR instance and its headset: loader, extensions, and the functions of XR_KHR_vulkan_enable2.
 #pragma once
 
 #include <string>
@@ -9,7 +8,7 @@
 
 namespace stylet::xr {
 
-// Functions of extensions; null where the extension was not granted.
+// Extension functions; null if the extension was not granted.
 struct ExtensionCalls {
     PFN_xrSessionInsertDebugUtilsLabelEXT insertLabel = nullptr;
     PFN_xrGetVisibilityMaskKHR getVisibilityMask = nullptr;
@@ -23,12 +22,14 @@ struct ExtensionCalls {
 };
 
 struct Instance {
-    // Throws XrError. Adds a sentence to `notes` for what the runtime offers and does not give.
+    // Throws XrError. Adds a sentence to `notes` for each extension that the runtime offers but does not
+    // grant.
     Instance(const std::string& application_name, std::vector<std::string>& notes);
 
     bool has(std::string_view extension) const;
 
-    // Each creates through the runtime, which adds what it needs; the runtime also names the GPU.
+    // The runtime creates the Vulkan instance and device, adding the extensions it needs. It also selects
+    // the GPU.
     VkResult createVulkanInstance(PFN_vkGetInstanceProcAddr, const VkInstanceCreateInfo*, VkInstance*);
     VkPhysicalDevice vulkanPhysicalDevice(VkInstance);
     VkResult createVulkanDevice(PFN_vkGetInstanceProcAddr, VkPhysicalDevice, const VkDeviceCreateInfo*,
@@ -46,7 +47,7 @@ struct Instance {
     void create(const std::string& application_name, std::vector<std::string>& notes);
     void findCalls(std::vector<std::string>& notes);
     void findSystem();
-    // Must come before the session is made, or the runtime refuses it.
+    // Required before session creation: otherwise the runtime refuses the session.
     void readGraphicsRequirements();
 
     std::uint32_t min_vulkan_ = 0, max_vulkan_ = 0;  // major << 16 | minor

@@ -1,5 +1,5 @@
-// Declarations that Debian's OpenXR header (1.0.20) lacks, from the specification. Each gives way to a header
-// that has it.
+// Declarations from the OpenXR specification that Debian's header (1.0.20) lacks. Each is skipped if the
+// header already has it.
 #pragma once
 
 #include <openxr/openxr.h>

@@ -24,7 +24,8 @@ void Panels::quadsOf(std::span<const ShownPanel> shown, bool behind, XrSpace sta
     for (const ShownPanel& panel : shown) {
         if (panel.behind != behind || panel.id < 0 || std::size_t(panel.id) >= panels_.size()) continue;
         const Swapchain& pictures = panels_[std::size_t(panel.id)];
-        if (!pictures.shown()) continue;  // a layer without a picture is refused, and the frame with it
+        // The runtime would refuse a layer without an image, and with it the frame.
+        if (!pictures.shown()) continue;
         auto quad = typed<XrCompositionLayerQuad>(XR_TYPE_COMPOSITION_LAYER_QUAD);
         quad.layerFlags = XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT |
                           XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT;

@@ -1,4 +1,4 @@
-// Flat pictures in the room: a swapchain each, shown as quad layers.
+// Flat images in the room. Each has its own swapchain and is shown as a quad layer.
 #pragma once
 
 #include <deque>
@@ -11,13 +11,13 @@ namespace stylet::xr {
 
 class Panels {
   public:
-    // The panel's id. Throws XrError.
+    // Returns the panel's id. Throws XrError.
     int add(XrSession, VkFormat, std::uint32_t width, std::uint32_t height);
-    // Null for an id that add() did not give.
+    // Null for an id that add() did not return.
     Swapchain* find(int id);
 
-    // Those of `shown` that are behind, or not, and have a picture. Their colours are straight: alpha is
-    // multiplied in by the runtime.
+    // Writes to `out` the quad layers of the panels in `shown` whose flag equals `behind` and that have an
+    // image. Panel colours have straight alpha; the runtime multiplies it in.
     void quadsOf(std::span<const ShownPanel> shown, bool behind, XrSpace stage, XrSpace head,
                  std::vector<XrCompositionLayerQuad>& out) const;
 

@@ -1,4 +1,4 @@
-// Poses: from and to the API's, composed and inverted.
+// Conversion of poses from and to OpenXR; composition and inverse.
 #pragma once
 
 #include "xr/check.h"
@@ -8,14 +8,14 @@ namespace stylet::xr {
 inline constexpr XrPosef kIdentityPose{{0.0f, 0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}};
 
 Pose poseOf(const XrPosef&);
-XrPosef xrPoseOf(const Pose&);  // the quaternion made of length 1
+XrPosef xrPoseOf(const Pose&);  // normalises the quaternion
 
 std::array<double, 3> rotate(const Pose& by, const std::array<double, 3>&);
 Pose operator*(const Pose& a_from_b, const Pose& b_from_c);
 Pose inverse(const Pose& a_from_b);
 
-// What xrLocateSpace found, if it found all of it: to be drawn it may be guessed, to be measured it must be
-// tracked.
+// Returns the pose if `flags` contains all of `needed`. For rendering, a pose may be inferred (kWholePose);
+// for measurements it must be tracked (kTracked).
 inline constexpr XrSpaceLocationFlags kWholePose =
     XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
 inline constexpr XrSpaceLocationFlags kTracked =

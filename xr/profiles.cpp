@@ -1,15 +1,16 @@
-// The table follows OpenXR 1.0, section 6.4, "Interaction Profile Paths", and the chapters of the extensions.
+// Source of the table: OpenXR 1.0, section 6.4, "Interaction Profile Paths", and the chapters of the
+// extensions.
 #include "xr/profiles.h"
 
 namespace stylet::xr {
 namespace {
 
 struct Profile {
-    const char* name;                 // below /interaction_profiles/
-    const char* extension;            // null: core
-    const char* select;               // a trigger bound to a boolean action is thresholded by the runtime
+    const char* name;       // below /interaction_profiles/
+    const char* extension;  // null: core
+    const char* select;     // the runtime applies a threshold if a trigger is bound to a boolean action
     std::array<const char*, 2> menu;  // left, right
-    const char* squeeze;              // null: has none
+    const char* squeeze;              // null: none
     const char* thumbstick;
 };
 
@@ -59,7 +60,7 @@ XrResult suggest(XrInstance instance, const Profile& profile, const Bindings& bi
     return xrSuggestInteractionProfileBindings(instance, &info);
 }
 
-// What a controller is of no use without, and the rest.
+// needed() returns the bindings without which a controller is useless, welcome() returns the others.
 Bindings needed(const Actions& actions, const Profile& profile) {
     Bindings bindings;
     for (const std::string hand : kSides) {
@@ -82,7 +83,8 @@ Bindings welcome(const Actions& actions, const Profile& profile) {
     return bindings;
 }
 
-// The whole suggestion was refused: each button is tried on top of what was taken so far.
+// Called after the runtime refused the full set of bindings. Tries each optional binding in addition to
+// those accepted so far.
 void suggestOneByOne(XrInstance instance, const Actions& actions, const Profile& profile,
                      std::vector<std::string>& notes) {
     const char* call = "xrSuggestInteractionProfileBindings: ";
@@ -101,7 +103,7 @@ void suggestOneByOne(XrInstance instance, const Actions& actions, const Profile&
         kept.pop_back();
         notes.push_back(call + resultName(result) + ": " + profile.name + " goes without " + binding.path);
     }
-    // A refused suggestion may have taken the place of the one before it.
+    // A refused suggestion may have replaced the previous one.
     if (refused_last) suggest(instance, profile, kept);
 }
 

@@ -1,5 +1,5 @@
-// What the controllers' buttons do: one suggestion for each controller profile, each on its own, so that one
-// refusal costs only that controller, and one unknown button only itself.
+// Binding table of the controllers. Bindings are suggested for one profile at a time: if the runtime
+// refuses a profile or a single button, the others still work.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct Actions {
 XrPath pathOf(XrInstance, const std::string& text);  // throws XrError
 
 // Suggests bindings for every profile whose extension was granted. Adds a sentence to `notes` for each
-// profile, and for each button of one, that the runtime refuses.
+// profile and each button that the runtime refuses.
 void suggestBindings(const Instance&, const Actions&, std::vector<std::string>& notes);
 
 }  // namespace stylet::xr

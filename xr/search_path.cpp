@@ -1,5 +1,5 @@
-// Where the loader looks for the active runtime on Linux: the "Linux Active Runtime Location" of the OpenXR
-// loader's specification, and what Debian's loader 1.0.20 was seen to open.
+// Where the OpenXR loader looks for the active runtime on Linux. Sources: "Linux Active Runtime Location"
+// in the OpenXR loader's specification, and the files that Debian's loader 1.0.20 was observed to open.
 #include <cstdlib>
 #include <sstream>
 
@@ -16,7 +16,7 @@ std::string variable(const char* name) {
 }  // namespace
 
 std::vector<std::string> runtimeSearchPath() {
-    // Set, the variable is the only place: the loader does not look further when the file is missing.
+    // If the variable is set, the loader looks nowhere else, even if the file is missing.
     if (const std::string chosen = variable("XR_RUNTIME_JSON"); !chosen.empty()) return {chosen};
 
     std::vector<std::string> folders;

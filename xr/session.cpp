@@ -11,9 +11,10 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-// A session that is asked to end goes through STOPPING: this long at most.
+// Time limit for the session to end after a requested exit.
 constexpr auto kExitPatience = std::chrono::milliseconds(600);
-// From there on what the runtime still holds is left to it: some never return from xrDestroyInstance.
+// Time limit of the destructor, after which a detached thread finishes the work: some runtimes never return
+// from xrDestroyInstance.
 constexpr auto kDestroyPatience = std::chrono::milliseconds(1000);
 
 }  // namespace
@@ -57,7 +58,7 @@ void Session::Impl::leave() {
         while (poll() != SessionPhase::exiting && !machine.over() && SteadyClock::now() < deadline)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     } catch (const XrError&) {
-        // The session is destroyed next, which is allowed in every state.
+        // The session is destroyed next. That is allowed in every state.
     }
 }
 
@@ -103,7 +104,7 @@ void Session::start(VkInstance vulkan, VkPhysicalDevice gpu, VkDevice device, st
     s.input.create(s.instance, session, s.notes);
     s.facts.refresh_hz = refreshRate_hz(s.instance, session);
     s.formats = offeredFormats(session);
-    // Copied from: an eye for the instructor's window.
+    // TRANSFER_SRC: the instructor's window shows a copy of one eye.
     s.colour.create(session, {colourFormatOf(s.formats),
                               XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT |
                                   XR_SWAPCHAIN_USAGE_TRANSFER_SRC_BIT,
@@ -166,7 +167,8 @@ VkFormat Session::panelFormat() const {
 
 VkImage Session::acquirePanel(int id) {
     Impl& s = *impl_;
-    constexpr XrDuration kPanelTimeout_ns = 2'000'000;  // a panel can wait for the next frame
+    // Short: the panel can be updated in the next frame instead.
+    constexpr XrDuration kPanelTimeout_ns = 2'000'000;
     Swapchain* panel = s.panels.find(id);
     if (!panel || s.machine.over()) return VK_NULL_HANDLE;
     bool ready = false;

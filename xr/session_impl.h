@@ -1,4 +1,4 @@
-// The parts of a session, for the files that work on them: session (its life), events, frame (each frame).
+// Private parts of Session, shared by session.cpp (lifetime), events.cpp (events) and frame.cpp (frames).
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@
 
 namespace stylet::xr {
 
-// Near and far plane of depth images.
+// Near and far plane of the depth images.
 struct DepthRange {
     float near_m = 0, far_m = 0;
 };
@@ -21,12 +21,12 @@ struct DepthRange {
 struct Session::Impl {
     Impl(const std::string& application_name, const SessionSettings&);
 
-    // True on success. A lost session is a state, not an error; anything else that fails throws.
+    // True on success. A lost session is a state, not an error: returns false. Any other failure throws.
     bool usable(XrResult result, const char* call, const char* meaning) {
         if (!noticeLoss(result)) check(result, call, meaning);
         return !machine.over();
     }
-    // All that counts of a call that one can do without.
+    // Checks an optional call: reacts to session loss and ignores other failures. Returns true on a loss.
     bool noticeLoss(XrResult result) {
         const bool lost = result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST ||
                           result == XR_SESSION_LOSS_PENDING;
@@ -35,7 +35,7 @@ struct Session::Impl {
     }
     SessionPhase poll();
     void requestExit();
-    // Asks a running session to end and polls until it has, for a while.
+    // Requests exit of a running session and polls until it has ended, with a time limit.
     void leave();
 
     void onEvent(const XrEventDataBuffer&);
@@ -47,7 +47,7 @@ struct Session::Impl {
     bool releaseImages();
     const XrCompositionLayerBaseHeader* projectionLayer(bool transparent);
 
-    // Declaration order is teardown order, reversed.
+    // Members are destroyed in reverse order of declaration.
     std::shared_ptr<void> kept;
     const SessionSettings settings;
     std::vector<std::string> notes;
@@ -64,17 +64,18 @@ struct Session::Impl {
     StateMachine machine;
     News news;
 
-    // As the runtime gave them: what is submitted must equal them to the bit.
+    // Exactly as located: the submitted views must be bitwise equal to them.
     std::array<XrView, 2> views{};
     bool frame_begun = false;
-    // The layers of the frame that ends: kept here, so that frames allocate nothing.
+    // Layers of the frame being ended. Members, so that no frame allocates.
     std::array<XrCompositionLayerProjectionView, 2> eyes{};
     std::array<XrCompositionLayerDepthInfoKHR, 2> eye_depths{};
     XrCompositionLayerProjection projection{};
     std::vector<XrCompositionLayerQuad> behind, before;
     std::vector<const XrCompositionLayerBaseHeader*> layers;
 
-    // For gripAt(), from any thread: the session has the focus, and the time of the last frame.
+    // For gripAt(), read from any thread: whether the session has input focus, and the last frame's display
+    // time.
     std::atomic<bool> tracks{false};
     std::atomic<XrTime> last_display{0};
 };

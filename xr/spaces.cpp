@@ -5,16 +5,16 @@
 namespace stylet::xr {
 namespace {
 
-// Where LOCAL's origin is taken to be above the floor when the runtime knows no floor: a standing adult's
-// eyes.
+// Assumed height of LOCAL's origin above the floor if the runtime reports no floor: the eye height of a
+// standing adult.
 constexpr double kAssumedEyeHeight_m = 1.6;
 
 struct Choice {
     XrReferenceSpaceType type;
     const char* name;
 };
-// Best first. Stationary, for who asks for it: nothing the user does moves it. Stage: the user does, in the
-// runtime's set-up. The others follow a push of the recentring button.
+// Best first. The user cannot move the stationary space (used on request only). The user moves the stage
+// only in the runtime's set-up. The recentring button moves the other two.
 constexpr Choice kChoices[] = {{XR_REFERENCE_SPACE_TYPE_STATIONARY_EXT, "stationary"},
                                {XR_REFERENCE_SPACE_TYPE_STAGE, "stage"},
                                {XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT, "local_floor"},

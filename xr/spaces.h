@@ -1,4 +1,4 @@
-// The stage frame: which reference space it is, and what happens to it.
+// The stage frame: its reference space, and changes of its origin.
 #pragma once
 
 #include <string>
@@ -11,15 +11,16 @@ namespace stylet::xr {
 
 class Spaces {
   public:
-    // The steadiest space the runtime has: stationary, else stage, local_floor, local. Throws XrError.
+    // Creates the most stable space that the runtime offers: stationary if requested, else stage,
+    // local_floor or local. Throws XrError.
     void create(const Instance&, XrSession, bool stationary, std::vector<std::string>& notes);
 
     XrSpace stage() const { return stage_.get(); }
     XrSpace head() const { return head_.get(); }
     const char* name() const { return name_; }
-    // Nothing when it is another space that changes.
+    // Returns nullopt if the event is about another space.
     std::optional<SpaceChange> changeOf(const XrEventDataReferenceSpaceChangePending&) const;
-    // Of the stationary space, else "".
+    // Generation id of the stationary space, or "" for other spaces.
     std::string generation(const Instance&, XrSession) const;
 
   private:

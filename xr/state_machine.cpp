@@ -40,7 +40,7 @@ SessionAct StateMachine::onState(XrSessionState state) {
 }
 
 void StateMachine::onLoss() {
-    // Whoever wanted the end still wants it.
+    // EXITING is not overridden: the user has asked to quit.
     if (phase != SessionPhase::exiting) phase = SessionPhase::lossPending;
     running = false;
 }

@@ -1,5 +1,4 @@
-// The session's life as the runtime announces it: what each state asks of the program, and when frames may be
-// made.
+// Session state machine: which call each announced state requires, and when frames may be rendered.
 #pragma once
 
 #include "xr/check.h"
@@ -12,11 +11,11 @@ struct StateMachine {
     SessionPhase phase = SessionPhase::idle;
     bool running = false;  // between xrBeginSession and xrEndSession
 
-    // The call the new state asks for. The caller makes it and then sets nothing: `running` already tells.
+    // Returns the call that the new state requires. The caller must make it; `running` is already updated.
     SessionAct onState(XrSessionState);
-    // A call or event said that session or instance is gone, or is about to go.
+    // A call or an event reported that the session or instance is lost or about to be lost.
     void onLoss();
-    // LOSS_PENDING and EXITING are final: this session will make no more frames.
+    // True in LOSS_PENDING and EXITING, which are final: this session renders no more frames.
     bool over() const { return phase == SessionPhase::lossPending || phase == SessionPhase::exiting; }
 };
 

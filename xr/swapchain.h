@@ -1,4 +1,4 @@
-// A swapchain: its images, and which of them is the program's now.
+// A swapchain, its images, and the image that is currently acquired.
 #pragma once
 
 #include <vector>
@@ -13,23 +13,25 @@ struct SwapchainWish {
     std::uint32_t width = 0, height = 0, layers = 1;
 };
 
-// Of those offered; VK_FORMAT_UNDEFINED for none. Throws XrError where the runtime does not say.
+// Image formats that the runtime offers. Throws XrError if the runtime does not report them.
 std::vector<VkFormat> offeredFormats(XrSession);
-// Throws XrError without a colour format that is encoded as sRGB, so that the renderer works in linear light.
+// Returns an 8-bit sRGB format, so that the renderer can work in linear light. Throws XrError if none is
+// offered.
 VkFormat colourFormatOf(const std::vector<VkFormat>& offered);
 
 class Swapchain {
   public:
     void create(XrSession, const SwapchainWish&);  // throws XrError
 
-    // False when no image came free in time: the wait is taken up again next time.
+    // `ready` is false if no image became free in time. The next call then continues to wait for the same
+    // image.
     XrResult acquire(bool& ready, XrDuration timeout_ns);
     XrResult release();
     bool exists() const { return handle_.get() != XR_NULL_HANDLE; }
     bool held() const { return ready_; }
-    bool shown() const { return released_; }  // an image was handed over at least once
+    bool shown() const { return released_; }  // an image has been released at least once
     VkImage image() const { return images_[index_]; }
-    // Layer `layer` of the image that was handed over last, whole.
+    // The whole of layer `layer` of the image released last.
     XrSwapchainSubImage subImage(std::uint32_t layer) const;
 
     VkFormat format() const { return wish_.format; }

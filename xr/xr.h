@@ -1,5 +1,6 @@
-// OpenXR: instance, session, frames, input, layers. Knows nothing of patients or pictures: Vulkan handles and
-// poses only. Frame thread, where nothing else is said.
+// OpenXR: instance, session, frames, input and layers. This module handles Vulkan handles and poses only;
+// it knows nothing about patients or rendering. Call everything on the frame thread unless a comment says
+// otherwise.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@
 
 namespace stylet::xr {
 
-// An OpenXR call failed, or no runtime could be reached: one sentence for the user.
+// An OpenXR call failed, or no runtime was found. what() is one sentence for the user.
 class XrError : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
@@ -26,29 +27,32 @@ struct Pose {                                       // stage frame, metres
     std::array<double, 3> position{0, 0, 0};
 };
 
-// --- What is asked for, and what was got ---
+// --- Session settings and runtime facts ---
 
-// Asked for, never required.
+// Requests. The session also starts on a runtime that cannot fulfil them.
 struct SessionSettings {
-    bool passthrough = false;  // the room behind what is drawn, by the environment's blend mode
-    // The space that nothing moves, where there is one: a device is registered in it. Its origin lies
-    // anywhere, at any height and turned anyhow.
+    bool passthrough = false;  // show the real room behind the image, through the environment blend mode
+    // Prefer the stationary reference space, which the user cannot move, so that a device can be registered
+    // in it. Its origin can be anywhere, at any height and with any heading.
     bool stationary = false;
-    bool virtual_clock = false;  // the runtime's time is its frame count: no time of it is one of ours
+    // Set this if the runtime's time advances once per frame and cannot be converted to CLOCK_MONOTONIC.
+    bool virtual_clock = false;
 };
 
 struct RuntimeFacts {
     std::string runtime_name, runtime_version, system_name;
-    std::vector<std::string> extensions;  // granted, in the order asked for
-    // Known after start(); those of the user change with poll().
-    std::array<std::string, 2> profiles;  // bound, left and right: "/interaction_profiles/..."; "" for none
+    std::vector<std::string> extensions;  // granted, in the order of the request
+    // Known after start(). poll() updates the profiles and the refresh rate.
+    // Active profile per hand (left, right): "/interaction_profiles/...", or "" for none.
+    std::array<std::string, 2> profiles;
     std::string space;                    // "stationary", "stage", "local_floor", "local"
     std::string blend_mode;               // "opaque", "additive", "alpha_blend"
-    double refresh_hz = 0;                // 0 until the runtime says so, or the first frame
-    std::uint32_t width = 0, height = 0;  // of an eye, as recommended
+    double refresh_hz = 0;                // 0 until the runtime reports it or the first frame begins
+    std::uint32_t width = 0, height = 0;  // recommended size per eye [px]
 };
 
-// Where a runtime would be looked for, for messages and `stylet doctor`.
+// Files in which the OpenXR loader looks for the active runtime, in order. Used by error messages and
+// `stylet doctor`.
 std::vector<std::string> runtimeSearchPath();
 
 // --- A frame ---
@@ -59,82 +63,90 @@ struct EyeView {
 };
 
 struct Frame {
-    std::int64_t predicted_display_time_ns = 0;    // the runtime's time
-    std::int64_t predicted_display_period_ns = 0;  // until the next; 0 where the runtime does not say
+    std::int64_t predicted_display_time_ns = 0;    // in the runtime's time
+    std::int64_t predicted_display_period_ns = 0;  // 0 if the runtime does not report it
     bool should_render = false;
     std::array<EyeView, 2> views;
-    // Two layers each, an eye a layer; valid between beginFrame and endFrame when should_render. In
-    // COLOR_ATTACHMENT_OPTIMAL and DEPTH_STENCIL_ATTACHMENT_OPTIMAL before and after.
+    // Two array layers, one per eye. Valid between beginFrame and endFrame if should_render is set. The
+    // layouts are COLOR_ATTACHMENT_OPTIMAL and DEPTH_STENCIL_ATTACHMENT_OPTIMAL, both on acquire and on
+    // release.
     VkImage image = VK_NULL_HANDLE;
-    VkImage depth_image = VK_NULL_HANDLE;  // D32_SFLOAT, to be written whole; null: none is wanted now
+    VkImage depth_image = VK_NULL_HANDLE;  // D32_SFLOAT; write all of it. Null: no depth image in this frame.
 };
 
-// A flat picture in the room. Seen from its front (+z) only; its alpha is straight, not premultiplied.
+// A flat image in the room, visible only from its front (+z). Its alpha is straight, not premultiplied.
 struct ShownPanel {
-    int id = 0;             // of addPanel()
-    Pose stage_from_panel;  // of its middle; head-locked: in the head's frame, -z forward
+    int id = 0;             // as returned by addPanel()
+    Pose stage_from_panel;  // pose of the panel's centre; if head-locked, in the head's frame (-z forward)
     double width_m = 0, height_m = 0;
     bool head_locked = false;
-    // Under the projection layer, seen where that has alpha 0, whatever its colour there is.
+    // Composited under the projection layer. It shows through where the projection layer's alpha is 0,
+    // whatever the colour there.
     bool behind = false;
 };
 
-// --- What the user does ---
+// --- User input ---
 
-// One hand as the trainer reads it, as of the last beginFrame.
+// State of one hand at the last beginFrame. A bare hand is tracked without a controller; its pinches stand
+// for the buttons.
 struct Hand {
-    bool active = false;  // something is held or the bare hand is seen, and the session has the focus
-    bool bare = false;    // a tracked hand without a controller
+    bool active = false;  // a controller or a bare hand is tracked and the session has input focus
+    bool bare = false;
     std::optional<Pose> stage_from_grip;
-    std::optional<Pose> stage_from_aim;     // -z points; of a bare hand: between thumb and index finger
-    bool select = false;                    // trigger; of a bare hand thumb and index finger
-    bool menu = false;                      // thumb and middle finger
-    float squeeze = 0;                      // [0, 1]; thumb and ring finger
-    std::array<float, 2> thumbstick{0, 0};  // right, up in [-1, 1]; or of a trackpad
+    // Points along -z. Bare hand: the origin is between the tips of thumb and index finger.
+    std::optional<Pose> stage_from_aim;
+    bool select = false;                    // trigger; bare hand: thumb and index finger pinch
+    bool menu = false;                      // menu button; bare hand: thumb and middle finger pinch
+    float squeeze = 0;                      // [0, 1]; bare hand: 1 while thumb and ring finger pinch
+    std::array<float, 2> thumbstick{0, 0};  // thumbstick or trackpad; right and up in [-1, 1]
 };
 
-// --- What happened ---
+// --- Session events ---
 
 enum class SessionPhase { idle, ready, synchronized, visible, focused, stopping, lossPending, exiting };
 
-// The stage frame moves: from `at_ns` on (the runtime's time, as of frames) poses mean other places.
+// The origin of the stage frame moves. From `at_ns` on (runtime time, as in Frame), poses are relative to
+// the new origin.
 struct SpaceChange {
     std::int64_t at_ns = 0;
-    bool pose_valid = false;  // false: nobody knows how old and new lie to one another
+    bool pose_valid = false;  // false: the transform between old and new origin is unknown
     Pose previous_from_new;
 };
 
-// What happened since the last call of takeNews(), in order; poll() collects.
+// Events since the last call of takeNews(), in order. poll() collects them.
 struct News {
     std::vector<SpaceChange> spaces;
     std::array<bool, 2> hidden_area_changed{};
     bool profiles_changed = false;
-    std::optional<bool> worn;  // XR_EXT_user_presence: the headset was put on or taken off; the last word
+    // Whether the headset is worn, if that changed: the last report (XR_EXT_user_presence).
+    std::optional<bool> worn;
 };
 
-// What the lens hides of an eye: triangles in tangents of view angles (right, up), to be left undrawn.
+// The part of an eye's image that the lens hides: triangles that need not be drawn. The vertices are
+// tangents of view angles (right, up).
 struct HiddenArea {
     std::vector<std::array<float, 2>> tangents;
-    std::vector<std::uint32_t> indices;  // three a triangle
+    std::vector<std::uint32_t> indices;  // three per triangle
 };
 
-// Everything from xrCreateInstance to the swapchains. The Vulkan hooks are valid between construction and
-// start(). After a loss (SessionPhase::lossPending) only a new Session helps; making one fails with XrError
-// while the runtime is away.
+// The OpenXR instance, session and swapchains. Call the Vulkan functions between construction and start().
+// A lost session (SessionPhase::lossPending) cannot recover: create a new Session. While the runtime is
+// unavailable, the constructor throws XrError.
 class Session {
   public:
     explicit Session(const std::string& application_name, const SessionSettings& = {});  // throws XrError
-    // Asks a running session to end. Takes about a second at most, whatever the runtime does.
+    // Requests exit if the session is running. Returns after about 1 s at most, even if the runtime hangs.
     ~Session();
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
     const std::string& runtimeName() const;
     const RuntimeFacts& facts() const;
-    // What the runtime refused without harm (a controller's bindings, a floor-level space), a sentence each.
+    // One sentence for each non-fatal refusal by the runtime, such as a controller's bindings or a
+    // floor-level space.
     const std::vector<std::string>& notes() const;
 
-    // For the caller's Vulkan device (XR_KHR_vulkan_enable2).
+    // Create the caller's Vulkan instance and device through XR_KHR_vulkan_enable2.
     VkResult createVulkanInstance(PFN_vkGetInstanceProcAddr, const VkInstanceCreateInfo*, VkInstance*);
     VkPhysicalDevice vulkanPhysicalDevice(VkInstance);
     VkResult createVulkanDevice(PFN_vkGetInstanceProcAddr, VkPhysicalDevice, const VkDeviceCreateInfo*,
@@ -142,58 +154,63 @@ class Session {
 
     // Creates the session, spaces, actions and one two-layer sRGB colour swapchain. Throws XrError.
     void start(VkInstance, VkPhysicalDevice, VkDevice, std::uint32_t queue_family);
-    // Held until the session is gone, which may be after the destructor has given up waiting for a runtime
-    // that hangs: what the session's images belong to.
+    // Keeps `device` alive until the session is destroyed. If the runtime hangs, that can be after
+    // ~Session() returns. The session's images belong to this device.
     void keep(std::shared_ptr<void> device);
     VkFormat colourFormat() const;
     std::uint32_t width() const;
     std::uint32_t height() const;
 
-    // Polls events and runs the state machine; begins and ends the session as the runtime asks.
+    // Polls events and runs the state machine. Begins and ends the session when the runtime requests it.
     SessionPhase poll();
     News takeNews();
-    // True from READY to STOPPING: frames may be made.
+    // True from READY to STOPPING. Only then may frames be rendered.
     bool running() const;
 
-    // Waits for the next frame, locates the views and, when it should be drawn, acquires the images. The
-    // views are those of the frame's predicted display time. With the session lost: an empty frame, and
-    // poll() says so.
+    // Waits for the next frame, locates the views at its predicted display time and, if it should be
+    // rendered, acquires the images. Returns an empty frame if the session is lost; poll() then reports the
+    // loss.
     Frame beginFrame();
-    // Locates the views once more for the frame's display time, as late as possible before they are drawn:
-    // the submitted views are the ones located last. False and unchanged where they cannot be located.
+    // Locates the views again for the frame's display time. Call it as late as possible before rendering:
+    // endFrame submits the views located last. Returns false and leaves the frame unchanged if the views
+    // cannot be located.
     bool lateUpdate(Frame&);
-    // Submits the image and the panels, in order, or nothing when it was not to be drawn.
+    // Submits the image and the panels, the panels in the given order. Submits no layers if the frame was
+    // not rendered.
     void endFrame(const Frame&, std::span<const ShownPanel> = {});
-    // The planes of what is drawn into depth images: reversed, near at 1, far (may be infinite) at 0. From
-    // now on frames have a depth image where the runtime takes one. After start().
+    // Clip planes of the depth images. Depth is reversed: 1 at near, 0 at far; far may be infinite. Call
+    // after start(). From then on frames have a depth image if the runtime supports depth layers.
     void setDepthRange(float near_m, float far_m);
-    // Empty without XR_KHR_visibility_mask, and where a lens hides nothing. After start().
+    // Empty without XR_KHR_visibility_mask, and if the lens hides nothing. Call after start().
     HiddenArea hiddenArea(int eye) const;
 
-    // An sRGB image of 8 bits (panelFormat) for a ShownPanel; -1 and a note where the runtime gives none:
-    // such a panel is never acquired and never shown. After start().
+    // Creates an 8-bit sRGB image (panelFormat) for a ShownPanel and returns its id. If the runtime
+    // refuses, returns -1 and adds a note; acquirePanel() then returns null, and endFrame() skips the
+    // panel. Call after start().
     int addPanel(std::uint32_t width, std::uint32_t height);
     VkFormat panelFormat() const;
-    // To be written whole; COLOR_ATTACHMENT_OPTIMAL before and after. Null: none is free now.
+    // Write the whole image. Its layout is COLOR_ATTACHMENT_OPTIMAL before and after. Null if no image is
+    // free.
     VkImage acquirePanel(int id);
     void releasePanel(int id);
 
-    Hand hand(int side) const;  // 0 left, 1 right; of the last frame
-    // Any thread, while the session lives; never throws. Nothing while the hand is not tracked or the session
-    // is lost or without focus. `when_ns` is of CLOCK_MONOTONIC; where the runtime's time cannot be had from
-    // it, the pose is that of the last frame's display time.
+    Hand hand(int side) const;  // 0 left, 1 right; state at the last frame
+    // Any thread, during the session's lifetime. Never throws. Returns nullopt if the hand is not tracked,
+    // or if the session is lost or has no focus. `when_ns` is in CLOCK_MONOTONIC. If it cannot be converted
+    // to the runtime's time, the pose at the last frame's display time is returned.
     std::optional<Pose> gripAt(int side, std::int64_t when_ns) const;
-    // Any thread. CLOCK_MONOTONIC of a time of the runtime; nothing without XR_KHR_convert_timespec_time and
-    // on a virtual clock.
+    // Any thread. Converts a runtime time to CLOCK_MONOTONIC. Returns nullopt without
+    // XR_KHR_convert_timespec_time and on a virtual clock.
     std::optional<std::int64_t> monotonic_ns(std::int64_t runtime_ns) const;
-    // Of a stationary space, else "": the space is the same as long as this is. Stored with a registration.
+    // Generation id of the stationary space, or "" for other spaces. The space's origin is unchanged while
+    // the id is unchanged. A registration stores it.
     std::string spaceGeneration() const;
-    // A vibration of the controller; amplitude in [0, 1].
+    // Vibrates the controller; amplitude in [0, 1].
     void pulse(int side, float amplitude, std::int64_t duration_ns);
 
-    // The runtime answers with STOPPING: keep polling until `exiting`.
+    // Asks the runtime to end the session. It answers with STOPPING: keep polling until `exiting`.
     void requestExit();
-    // A label that stands in the runtime's debug stream (XR_EXT_debug_utils where offered): the mock runtime
+    // Inserts a label into the runtime's debug stream, if XR_EXT_debug_utils is available. The mock runtime
     // captures the next submitted frame under this name.
     void markMoment(const std::string& label);
 

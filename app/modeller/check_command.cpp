@@ -36,7 +36,7 @@ bool printOne(const patient::Package& package) {
     return ok;
 }
 
-// A line per measure: its range over the seeds.
+// One line per measure, with its range over the seeds.
 bool printCohort(std::uint64_t first, std::uint64_t last, double spacing_mm, int threads) {
     struct Range {
         CheckLine line;
@@ -70,7 +70,7 @@ bool printCohort(std::uint64_t first, std::uint64_t last, double spacing_mm, int
     return ok;
 }
 
-// Any package: what is implausible in it; a reference patient against its own ranges, too.
+// Prints the findings of a package. A reference patient is also checked against its own ranges.
 bool printPackage(const patient::Package& package, int threads) {
     const std::vector<Finding> findings = checkPackage(package, threads);
     if (findings.empty()) std::printf("%s: plausible\n", package.name.c_str());

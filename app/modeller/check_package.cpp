@@ -27,20 +27,20 @@ namespace {
 
 constexpr double kAny = std::numeric_limits<double>::infinity();
 
-// Lines that stand for all a needle could take: from skin to liver, so far apart. Some 250,000 of them,
-// so that a hole of 3 x 3 mm is met.
+// A sample of all lines that a needle could take from skin to liver, with this spacing of entries and
+// targets. Some 250,000 lines, enough to detect a hole of 3 x 3 mm.
 constexpr double kEntries_m = 0.012, kTargets_m = 0.020, kNeedle_m = 0.150;
 
 struct Range {
     double low = -kAny, high = kAny;
 };
 
-// What the checks look at, measured once.
+// The measurements that the checks use, made once.
 struct Measured {
     const Package& package;
     Patient patient;
     std::array<double, 256> voxels{}, hu{};  // of each id: count and sum
-    std::array<Vec3, 256> places{};          // sum of centres
+    std::array<Vec3, 256> places{};          // of each id: sum of the centres
     double body_voxels = 0.0;
     Vec3 body_places{0.0};
 
@@ -83,7 +83,7 @@ struct Measured {
     }
 };
 
-// The liver as a surgeon means it: with the vessels and ducts inside, and little beside it.
+// The whole liver, as surgeons define it: including the vessels and ducts inside it.
 bool isWholeLiver(const Label& l) {
     return l.tissue == Tissue::liver ||
            (l.abdominal && (l.tissue == Tissue::vessel || l.tissue == Tissue::duct));
@@ -101,7 +101,7 @@ class Findings {
   public:
     enum Grade { warned, refused };
 
-    // Adds nothing where the value lies in the range. What is no number lies in none.
+    // Adds a finding if the value is outside the range. NaN is always outside.
     void expect(Grade grade, const std::string& what, double value, const std::string& unit, Range range,
                 const std::string& reason) {
         if (value >= range.low && value <= range.high) return;
@@ -133,7 +133,7 @@ void checkGrid(const Grid& g, Findings& f) {
     }
 }
 
-// Every tissue a needle can meet: by a label, or by a threshold.
+// Checks every tissue that a needle can meet, by label or by threshold.
 void checkTissues(const Measured& m, Findings& f) {
     std::array<bool, patient::kTissueCount> met{};
     for (const Tissue t : {Tissue::skin, Tissue::soft, Tissue::bone})
@@ -168,7 +168,7 @@ void checkLabels(const Measured& m, Findings& f) {
                   "what it is made of is unknown");
 }
 
-// What a puncture is about.
+// Checks the structures that a puncture needs.
 void checkStructures(const Measured& m, Findings& f) {
     const auto has = [&](Findings::Grade grade, const std::string& what, double voxels, const char* why) {
         f.expect(grade, what, voxels * m.voxel_ml(), "ml", {m.voxel_ml(), kAny}, why);
@@ -209,7 +209,7 @@ void checkValues(const Measured& m, Findings& f) {
                  {blood.mean_hu(), kAny}, "the vessels' mean: an unlabelled vessel would be felt as bone");
 }
 
-// Patients lie as RAS axes say, or left is right.
+// Checks that the patient matches the RAS axes; otherwise left and right could be swapped.
 void checkPlaces(const Measured& m, Findings& f) {
     const Vec3 liver = m.sum(Tissue::liver).centre();
     f.expect(refused, "liver to the right of the body's middle",
@@ -275,7 +275,7 @@ void checkLiver(const Measured& m, Findings& f) {
     checkCropping(maskOfPackage(m.package, [](const Label& l) { return l.tissue == Tissue::liver; }), f);
 }
 
-// The needle comes from the air around the body.
+// Checks that there is air around the body, where the needle starts.
 void checkFieldOfView(const Measured& m, Findings& f) {
     const Grid& g = m.package.labels.grid;
     const char* const names[] = {"left", "right", "back", "front"};
@@ -299,7 +299,7 @@ void checkFieldOfView(const Measured& m, Findings& f) {
              "there is hardly any air left for a needle to come through");
 }
 
-// Voxels of a mask about `apart_m` from each other.
+// Voxels of the mask, about `apart_m` apart.
 std::vector<Index3> thinned(const Mask& mask, double apart_m) {
     const Grid& g = mask.grid;
     const Index3 step = glm::max(Index3(Vec3(apart_m) / g.spacing_m), Index3(1));
@@ -320,7 +320,7 @@ std::vector<Index3> thinned(const Mask& mask, double apart_m) {
     return out;
 }
 
-// Whether a needle from here to there comes to the liver past neither fascia nor bone.
+// Returns true if a straight needle reaches the liver without passing fascia or bone.
 bool missesFascia(const Measured& m, const Index3& entry, const Index3& target) {
     const Grid& g = m.package.labels.grid;
     for (patient::VoxelWalk walk(g, g.centre(entry), g.centre(target)); !walk.done(); walk.next()) {
@@ -342,7 +342,7 @@ void checkFascia(const Measured& m, Findings& f) {
     std::size_t leaked = 0;
     for (std::size_t i = 0; i < liver.voxels.size(); ++i)
         leaked += liver.voxels[i] && reached.voxels[i];
-    if (leaked == 0) return;  // no way, so no straight one
+    if (leaked == 0) return;  // not connected, so no straight line either
     const std::vector<Index3> entries = thinned(skin, kEntries_m), targets = thinned(liver, kTargets_m);
     std::vector<std::size_t> through(entries.size(), 0), tried(entries.size(), 0);
     forEachSlab(int(entries.size()), [&](int e) {

@@ -1,4 +1,4 @@
-// What is implausible in a patient package, and what keeps it from being simulated at all.
+// Plausibility checks of a patient package, and the defects that make it impossible to simulate.
 #pragma once
 
 #include <string>
@@ -9,17 +9,17 @@
 namespace stylet::modeller {
 
 struct Finding {
-    bool refused = false;  // cannot be simulated; else it can, but look at it
+    bool refused = false;  // cannot be simulated; false: can be simulated but should be inspected
     std::string what;      // "liver volume"
     std::string value;     // "245 ml"
     std::string expected;  // "600 to 3500 ml"
-    std::string reason;    // why that is expected, with its source
+    std::string reason;    // the reason for the expected range, with its source
 };
 
-// Refused are packages without skin, liver, fascia or lungs, with a fascia that a straight needle passes
-// through, values that are not of their tissue, a motion that folds, parameters or labels that are missing,
-// and a section that cuts the liver or leaves the needle no air. Paths are planned, so it takes seconds.
-// Nothing is found in a plausible patient. The package need not come from a file; same package, same
+// Refuses packages without skin, liver, fascia or lungs; a fascia that a straight needle can bypass; CT
+// values that do not match their tissue; a motion that folds; missing parameters or labels; a section that
+// cuts the liver or leaves no air for the needle. Takes seconds, because it plans paths. A plausible
+// patient gives no findings. The package need not come from a file. The same package always gives the same
 // findings.
 std::vector<Finding> checkPackage(const patient::Package&, int threads = 2);
 

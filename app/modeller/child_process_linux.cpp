@@ -28,10 +28,10 @@ void limit(decltype(RLIMIT_CPU) what, std::size_t value) {
     setrlimit(what, &r);
 }
 
-// In the child, between fork and exec: only calls that are safe there.
+// Runs in the child between fork and exec: only async-signal-safe calls are allowed.
 [[noreturn]] void becomeChild(const char* const* argv, int say, const ChildLimits& limits) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    setpgid(0, 0);  // Ctrl-C is its parent's to hear
+    setpgid(0, 0);  // Ctrl-C must reach only the parent
     signal(SIGPIPE, SIG_DFL);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     limit(RLIMIT_AS, limits.memory_bytes);
@@ -49,7 +49,7 @@ void limit(decltype(RLIMIT_CPU) what, std::size_t value) {
 
 using Clock = std::chrono::steady_clock;
 
-// Until it closes its output; false where the deadline comes first.
+// Reads until the child closes its output. Returns false if the deadline passes first.
 bool listen(int pipe, Clock::time_point deadline, std::string& said) {
     for (;;) {
         const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
@@ -66,7 +66,7 @@ bool listen(int pipe, Clock::time_point deadline, std::string& said) {
     }
 }
 
-// Until it has ended; false where the deadline comes first.
+// Waits until the child has ended. Returns false if the deadline passes first.
 bool ended(pid_t child, Clock::time_point deadline, int& status) {
     for (;;) {
         const pid_t who = waitpid(child, &status, WNOHANG);
@@ -106,7 +106,7 @@ ChildEnd waitFor(const char* const* argv, const ChildLimits& limits) {
     return end;
 }
 
-// What the child said is quoted to the user: one line, printable, no longer than a list of series.
+// Cleans the child's output for display: one printable line, at most as long as a list of series.
 std::string tidy(const std::string& said) {
     std::string out;
     for (char c : said) {
@@ -145,7 +145,7 @@ fs::path childProgram(const fs::path& given, const std::string& name) {
         if (access(given.c_str(), X_OK) != 0) throw ImportError(given.string() + ": the program is missing");
         return given;
     }
-    // Built: beside this program; installed: not among those that people start.
+    // In a build tree it is next to this program; when installed, it is in libexec.
     std::error_code error;
     const fs::path bin = fs::read_symlink("/proc/self/exe", error).parent_path();
     for (const fs::path& program : {bin / name, bin.parent_path() / "libexec" / "stylet" / name})

@@ -1,4 +1,4 @@
-// A program of ours run in a process of its own, with limits on what it may use.
+// Runs one of our programs in a process of its own, with resource limits.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace stylet::modeller {
 
-// Bad input, or a child that gave up: what() is one sentence that names the file.
+// Bad input, or a child process that failed. what() is one sentence that names the file.
 class ImportError : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
@@ -21,7 +21,7 @@ struct ChildLimits {
     std::size_t file_bytes = std::size_t(1) << 30;
 };
 
-// A folder that only this user can enter, gone with this object.
+// A temporary folder that only this user can access. The destructor deletes it.
 class PrivateFolder {
   public:
     PrivateFolder();
@@ -34,11 +34,11 @@ class PrivateFolder {
     std::filesystem::path path_;
 };
 
-// `given`, or the program `name` beside this one. Throws ImportError where there is none.
+// Returns `given`, or the program `name` next to this one. Throws ImportError if there is none.
 std::filesystem::path childProgram(const std::filesystem::path& given, const std::string& name);
 
-// Waits for it to end with success. Else throws ImportError: what it was `about`, and why `who` (a noun)
-// failed or the one sentence it left on standard output.
+// Runs the program and waits for it to succeed. Otherwise throws ImportError with the file `about`, and
+// with the sentence that the child printed on standard output or the reason why `who` (a noun) failed.
 void runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
               const ChildLimits&, const std::string& about, const std::string& who);
 

@@ -1,4 +1,4 @@
-// The commands of stylet-model; each adds itself to the command line.
+// The commands of stylet-model. Each function adds one command to the command line.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// What the modeller's commands share: a progress bar, and the patient that the command line names.
+// Shared by the commands of stylet-model: a progress bar, and reference patients named on the command line.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@
 
 namespace stylet::modeller {
 
-// A bar on stderr: redrawn in place on a terminal, one line per stage elsewhere.
+// A progress bar on stderr: redrawn in place on a terminal, otherwise one line per stage.
 std::function<void(std::string_view stage, double fraction)> progressBar(std::string title);
 
-// tissue/ptcd.toml of assetsFolder().
+// Loads tissue/ptcd.toml from assetsFolder().
 patient::TissueDefaults tissueDefaults();
 
 patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads);

@@ -14,9 +14,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kFarthest_mm = 1e4;  // that a place lies from where it lay
+constexpr double kFarthest_mm = 1e4;  // maximum displacement
 
-// The grid of a header, bounded before anything is allocated; or what is wrong with it.
+// Returns the grid of a header, with bounds checked before any allocation. Otherwise sets `wrong` and
+// returns nothing.
 template <typename Header>
 std::optional<patient::Grid> gridOf(const Header& h, std::uintmax_t file_bytes, std::size_t voxel_bytes,
                                     std::string& wrong) {
@@ -41,7 +42,7 @@ std::optional<patient::Grid> gridOf(const Header& h, std::uintmax_t file_bytes, 
     return grid;
 }
 
-// What is not a file could block its opening.
+// Refuses anything but regular files, because opening others could block.
 template <typename Header>
 bool beginOf(const fs::path& file, std::ifstream& in, Header& h) {
     const auto magic = h.magic;

@@ -1,5 +1,5 @@
-// What the child processes leave (image_handover.h), taken over: a child may have read a hostile file, so
-// nothing of theirs is trusted.
+// Reads the output files of the child processes (image_handover.h). A child may have read a hostile file,
+// so nothing in its output is trusted.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace stylet::modeller {
 
-// `source` is what the child read, for messages. Throws ImportError.
+// `source` is the file that the child read, for messages. Throws ImportError.
 patient::Volume<std::int16_t> takeImage(const std::filesystem::path& file,
                                         const std::filesystem::path& source, ImageKind);
 // In metres. Throws ImportError.

@@ -1,5 +1,5 @@
-// What `stylet-image-reader` leaves for its parent: this header, then dims.x * dims.y * dims.z int16 voxels,
-// x fastest, little endian, on axes that are RAS already.
+// Output file of `stylet-image-reader`: this header, then dims.x * dims.y * dims.z int16 voxels, x fastest,
+// little endian, on RAS axes.
 #pragma once
 
 #include <array>
@@ -19,8 +19,8 @@ struct ImageHandover {
 };
 static_assert(sizeof(ImageHandover) == 80);
 
-// What `stylet-register` leaves: this header, then three float32 a voxel, x fastest: where the voxel's tissue
-// lies in the other phase, less where it lies here, in millimetres along RAS.
+// Output file of `stylet-register`: this header, then three float32 per voxel, x fastest: the position of
+// the voxel's tissue in the other phase minus its position here, in millimetres along RAS.
 inline constexpr std::array<char, 8> kFieldMagic{'S', 'T', 'Y', 'L', 'F', 'L', 'D', '1'};
 
 struct FieldHandover {

@@ -1,7 +1,7 @@
-// stylet-image-reader ct|labels|phase PATH OUT [SERIES]: reads a hospital image with ITK, in a process of its
-// own, because the parsers underneath were not made for hostile files. The parent sets the limits
-// (import_image.cpp), takes the voxels from OUT and, if this program gives up, its one sentence from standard
-// output. SERIES is the UID of the one to read where a folder holds several.
+// stylet-image-reader ct|labels|phase PATH OUT [SERIES]: reads a hospital image with ITK, in a process of
+// its own, because the underlying parsers are not hardened against hostile files. The parent sets the
+// limits (import_image.cpp) and reads the voxels from OUT. On failure, the parent reads one sentence from
+// standard output. SERIES is the UID of the series to read if a folder contains several.
 #include <itkObject.h>
 
 #include <cmath>
@@ -19,10 +19,10 @@ namespace stylet::modeller {
 
 namespace {
 
-// Turns the stored axes into right, anterior, superior by swapping and flipping, never by interpolating.
+// Converts the stored axes to right, anterior, superior by swapping and flipping, never by interpolating.
 ImageHandover toRas(const RawImage& in, std::vector<std::int16_t>& out) {
     ImageHandover header;
-    std::array<int, 3> source{-1, -1, -1};  // of each RAS axis
+    std::array<int, 3> source{-1, -1, -1};  // source axis of each RAS axis
     std::array<bool, 3> flip{};
     V3 corner = in.origin;
     for (int i = 0; i < 3; ++i) {

@@ -49,7 +49,7 @@ void checkSameGrid(const Grid& ct, const Grid& labels) {
     }
 }
 
-// The source's ids that become a label, as a look-up from source id.
+// Look-up table from source id to label id. Refuses unmapped ids.
 std::vector<std::uint8_t> targetTableOf(const std::vector<SourceLabel>& sources, const LabelMap& map) {
     std::vector<std::uint8_t> target(32768, 0);
     std::string unmapped;
@@ -66,7 +66,7 @@ std::vector<std::uint8_t> targetTableOf(const std::vector<SourceLabel>& sources,
     return target;
 }
 
-// The heights to keep: around the liver.
+// The section of the scan around the liver.
 Grid sectionAround(const Grid& source, const SourceLabels& labels, const std::vector<std::uint8_t>& target,
                    double spacing_m) {
     const std::uint8_t liver = idOf("liver");

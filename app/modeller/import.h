@@ -1,4 +1,4 @@
-// `stylet-model import`: a patient package from a hospital's CT and its segmentation.
+// `stylet-model import`: makes a patient package from a hospital's CT and its segmentation.
 #pragma once
 
 #include <filesystem>
@@ -13,46 +13,46 @@
 
 namespace stylet::modeller {
 
-// What became of one id of the source, measured on the source's own grid.
+// One id of the source segmentation and its mapping, measured on the source's own grid.
 struct SourceLabel {
     int id = 0;
-    std::string target;  // "unsegmented" where thresholds decide
+    std::string target;  // "unsegmented": thresholds decide
     double volume_ml = 0.0, mean_hu = 0.0;
 };
 
 struct ImportSettings {
     std::filesystem::path ct, labels, map;  // DICOM folder or NIfTI; NIfTI; CSV
-    std::string series;                     // UID, where the CT's folder holds several
+    std::string series;                     // series UID, if the CT's folder contains several
     bool grow_ducts = false;
     double spacing_m = 0.001;
-    std::string reference_phase = "inhale";  // "inhale", "exhale" or "v=X": the breath the scan was taken in
-    patient::TissueDefaults defaults;        // force table; thresholds are replaced by this CT's own
+    std::string reference_phase = "inhale";  // "inhale", "exhale" or "v=X": the breathing state of the scan
+    patient::TissueDefaults defaults;        // force table; this CT's thresholds replace the defaults
     ReaderLimits reader;
-    std::function<void(std::string_view stage)> progress;       // called as each stage begins
+    std::function<void(std::string_view stage)> progress;       // called when a stage begins
     std::function<void(const std::vector<SourceLabel>&)> list;  // called before an unmapped id is refused
 };
 
 struct Imported {
     patient::Package package;
     std::vector<SourceLabel> sources;
-    std::vector<std::string> notes;  // one line each: what was found, made or left out
+    std::vector<std::string> notes;  // one line each: findings, additions, omissions
 };
 
-// v of "inhale", "exhale" or "v=X", X from 0 to 1. Throws ImportError.
+// Returns v for "inhale", "exhale" or "v=X", with X from 0 to 1. Throws ImportError.
 double referenceBreath(const std::string& phase);
 
-// Every id of the source, whether mapped or not, with its volume and mean. `target` of an unmapped id is
-// empty.
+// Lists every id of the source, mapped or not, with volume and mean HU. `target` is empty for an unmapped
+// id.
 std::vector<SourceLabel> listSources(const patient::CtVolume& ct, const patient::Volume<std::int16_t>& labels,
                                      const LabelMap&);
 
-// Everything that follows the reading: crop, body, skin, fascia, ducts, thresholds, breathing.
-// `labels` holds nothing below 0, as readImage sees to. Throws ImportError where an id is unmapped, nothing
-// is liver, or the package would have more voxels than patient::loadPackage takes.
+// All steps after reading: crop, body, skin, fascia, ducts, thresholds, breathing. `labels` must not
+// contain negative values; readImage() guarantees this. Throws ImportError if an id is unmapped, if there
+// is no liver, or if the package would have more voxels than patient::loadPackage accepts.
 Imported buildPatient(const patient::CtVolume& ct, const patient::Volume<std::int16_t>& labels,
                       const LabelMap&, const ImportSettings&);
 
-// Reads the files (in a child process) and builds.
+// Reads the files in a child process and builds the patient.
 Imported importPatient(const ImportSettings&);
 
 }  // namespace stylet::modeller

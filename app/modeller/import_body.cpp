@@ -10,12 +10,12 @@ using patient::Index3;
 
 namespace {
 
-// Below fat by three sigma of noise, above the blurred slit between back and table.
+// Three sigma of noise below fat, and above the blurred gap between back and table.
 constexpr std::int16_t kBodyAbove_hu = -180;
 constexpr float kOpening_m = 0.003f;
-constexpr std::int16_t kSurface_hu = -500;  // half way from air to tissue: where a blurred surface lies
+constexpr std::int16_t kSurface_hu = -500;  // halfway between air and tissue, where a blurred surface lies
 
-// Adds what has at least `least` of its six neighbours in the mask, where `may(voxel)`.
+// Adds the voxels with at least `least` of their six neighbours in the mask, if `may(voxel)` is true.
 template <typename May>
 void addBeside(Mask& mask, int least, May may) {
     const Mask old = mask;
@@ -64,7 +64,7 @@ Mask skinShell(const Mask& body, const Grid& scanned, double thickness_m) {
                 air[i] = seen && !body[i];
             }
     const FloatVolume depth = distanceTo(air);
-    // From the centre of the first voxel of air, which lies half a voxel beyond the surface.
+    // Measured from the centre of the first air voxel, which is half a voxel outside the surface.
     const double voxel_m = std::max({g.spacing_m.x, g.spacing_m.y, g.spacing_m.z});
     const double reach_m = std::max(thickness_m + 0.5 * voxel_m, 1.01 * voxel_m);
     Mask skin(g);

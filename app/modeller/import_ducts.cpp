@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 
-// Only the liver's neighbourhood is searched; everything below works on this crop.
+// The neighbourhood of the liver. All of the search works on this crop.
 struct Scene {
     Mask parenchyma, portal_inside, portal_outside;
     FloatVolume to_portal, to_vessel, to_edge;  // metres, at voxel centres
@@ -45,7 +45,7 @@ Mask cropped(const Mask& in, const Grid& grid, const Index3& from) {
     return out;
 }
 
-// A portal voxel is inside the liver where a good share of its surroundings is parenchyma.
+// A portal voxel counts as inside the liver if at least 30 % of its surroundings are parenchyma.
 void splitPortal(const Mask& portal, Scene& s) {
     FloatVolume solid(s.parenchyma.grid);
     for (std::size_t i = 0; i < solid.voxels.size(); ++i)
@@ -77,7 +77,7 @@ struct Search {
     std::vector<std::uint32_t> parent;
 };
 
-// Dijkstra over 26 neighbours; `price(offset)` per metre, negative where there is no way.
+// Dijkstra's algorithm over 26 neighbours. `price(offset)` is the cost per metre; negative if impassable.
 template <typename Price>
 Search cheapestFrom(const Grid& g, const std::vector<std::uint32_t>& seeds, Price&& price) {
     Search s{std::vector<float>(g.voxelCount(), std::numeric_limits<float>::infinity()),
@@ -113,8 +113,8 @@ Index3 voxelOf(const Grid& g, std::uint32_t o) {
     return {int(o) % g.dims.x, int(o) / g.dims.x % g.dims.y, int(o) / (g.dims.x * g.dims.y)};
 }
 
-// Where the portal vein enters the liver: the inside voxel nearest to the trunk outside, else the thickest
-// one.
+// The point where the portal vein enters the liver: the inside voxel nearest to the trunk outside, or the
+// thickest inside voxel if there is no trunk.
 std::uint32_t hilumOf(const Scene& s) {
     const FloatVolume to_trunk = distanceTo(s.portal_outside);
     Mask background(s.portal_inside.grid);
@@ -138,7 +138,8 @@ double radiusAt(double way, double longest, const DuctSettings& d) {
     return d.central_radius_m + (d.peripheral_radius_m - d.central_radius_m) * t;
 }
 
-// Distance along the portal tree from the hilum; gaps between labelled pieces are crossed at a price.
+// Path cost along the portal tree from the hilum. Gaps between labelled pieces can be crossed at a higher
+// cost.
 Search alongPortal(const Scene& s, std::uint32_t hilum) {
     return cheapestFrom(s.parenchyma.grid, {hilum}, [&](std::uint32_t o) {
         if (s.portal_inside.voxels[o]) return 1.0f;
@@ -146,7 +147,7 @@ Search alongPortal(const Scene& s, std::uint32_t hilum) {
     });
 }
 
-// The ends of portal branches: no portal voxel near them lies further from the hilum.
+// The tips of portal branches: no portal voxel near them is farther from the hilum.
 std::vector<std::uint32_t> tipsOf(const Scene& s, const Search& portal, double spacing_m) {
     const Grid& g = s.parenchyma.grid;
     std::vector<std::uint32_t> order;
@@ -161,7 +162,7 @@ std::vector<std::uint32_t> tipsOf(const Scene& s, const Search& portal, double s
     for (std::uint32_t o : order) {
         if (taken.voxels[o]) continue;
         tips.push_back(o);
-        // All of this branch within reach is spoken for, and so is the way back to the hilum.
+        // Marks this branch within reach as taken, along its whole path to the hilum.
         for (std::uint32_t at = o; at != kNobody; at = portal.parent[at]) {
             const Index3 c = voxelOf(g, at);
             for (int dz = -reach; dz <= reach; ++dz)
@@ -176,7 +177,7 @@ std::vector<std::uint32_t> tipsOf(const Scene& s, const Search& portal, double s
     return tips;
 }
 
-// A parenchyma voxel within 3 mm of `at` where a peripheral duct has room, as near as there is one.
+// The nearest parenchyma voxel within 3 mm of `at` where a peripheral duct fits.
 std::uint32_t roomNear(const Scene& s, const Vec3& at, const DuctSettings& d) {
     const Grid& g = s.parenchyma.grid;
     const double room_m = d.peripheral_radius_m + d.gap_m;
@@ -197,7 +198,8 @@ std::uint32_t roomNear(const Scene& s, const Vec3& at, const DuctSettings& d) {
     return best;
 }
 
-// Where the duct of a portal branch ends: ahead of the branch's tip, or as far back along it as room demands.
+// The end of a portal branch's duct: ahead of the branch's tip, or as far back along the branch as needed
+// to fit.
 std::uint32_t ductEnd(const Scene& s, const Search& portal, std::uint32_t tip, const DuctSettings& d) {
     const Grid& g = s.parenchyma.grid;
     const auto centre = [&](std::uint32_t o) { return g.centre(voxelOf(g, o)); };
@@ -213,8 +215,8 @@ std::uint32_t ductEnd(const Scene& s, const Search& portal, std::uint32_t tip, c
     return kNobody;
 }
 
-// Ducts as cheapest ways through the parenchyma: beside the portal vein at the right distance, clear of
-// vessels. Shared ways make a tree by themselves.
+// The cheapest paths through the parenchyma: at the right distance from the portal vein and clear of other
+// vessels. Shared path segments form a tree automatically.
 Search alongDucts(const Scene& s, std::uint32_t start, const Vec3& hilum_m, double longest,
                   const DuctSettings& d) {
     const Grid& g = s.parenchyma.grid;
@@ -252,7 +254,7 @@ struct Point {
     double radius_m;
 };
 
-// A way as a curve: voxel centres smoothed along the way.
+// The path as a curve: its voxel centres, smoothed.
 std::vector<Point> curveTo(const Scene& s, const Search& ducts, std::uint32_t end,
                            const std::vector<float>& way, double longest, const DuctSettings& d) {
     const Grid& g = s.parenchyma.grid;
@@ -296,7 +298,7 @@ void stampCurve(FloatVolume& coverage, const std::vector<Point>& curve) {
     if (!curve.empty()) stamp(coverage, curve.back().at_m, curve.back().radius_m);
 }
 
-// Metres along the tree from its start to each voxel on it.
+// Distance along the tree from its start, in metres, for each voxel of the tree.
 std::vector<float> wayAlong(const Grid& g, const Search& ducts, const std::vector<std::uint32_t>& ends) {
     std::vector<float> way(g.voxelCount(), -1.0f);
     std::vector<std::uint32_t> chain;
@@ -359,7 +361,7 @@ GrownDucts growDucts(const Mask& parenchyma, const Mask& portal, const Mask& ves
             for (int x = 0; x < g.dims.x; ++x) {
                 const Index3 i{x, y, z}, full = from + i;
                 out.mask[full] = mask[i];
-                // The rim of what was cut off as an island must not stay in the picture.
+                // Do not paint the partial-volume rim of islands that were dropped.
                 if (s.parenchyma[i] && double(to_kept[i]) < 1.8 * g.spacing_m.x)
                     out.coverage[full] = coverage[i];
                 out.volume_m3 += mask[i] * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z;

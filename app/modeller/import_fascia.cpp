@@ -14,14 +14,14 @@ namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kInsideBone_m = 0.0015, kOutsideOrgan_m = 0.0010;
-constexpr double kBellyWeight = 0.3;  // of a ray through the belly wall; a bone's is 1
+constexpr double kBellyWeight = 0.3;  // of a ray through the abdominal wall; bones have 1
 
-// Per cell of the surface: the room it has, and where it was seen.
+// Per cell of the surface: the allowed range of its radius, and the observed radius with its weight.
 struct Cells {
     std::vector<double> low_m, high_m, seen_m, weight;
 };
 
-// Calls f(cell, radius) for each cell that a voxel of the mask covers.
+// Calls f(cell, radius) for each cell covered by a voxel of the mask.
 template <typename F>
 void forEachCovered(const Mask& mask, const WallSurface& s, F&& f) {
     const Grid& g = mask.grid;
@@ -42,8 +42,8 @@ void forEachCovered(const Mask& mask, const WallSurface& s, F&& f) {
     }
 }
 
-// From the skin inward along a ray: fat, then muscle. Returns the radius of the muscle's inner face, 0 if
-// unseen.
+// Follows a ray from the skin inward: fat, then muscle. Returns the radius of the muscle's inner face, or 0
+// if it is not visible.
 double innerFaceOfBellyWall(const FasciaInput& in, const FloatVolume& smooth_ct, const WallSurface& s,
                             double phi, double z_m) {
     constexpr double kStep_m = 0.001, kMuscle_hu = 5.0, kFat_hu = -40.0;
@@ -68,7 +68,7 @@ double innerFaceOfBellyWall(const FasciaInput& in, const FloatVolume& smooth_ct,
     return 0.0;
 }
 
-// The skin's own few millimetres are as dense as muscle: only what lies deeper counts.
+// Removes the outermost few millimetres of the body: the skin is as dense as muscle.
 FasciaInput withoutRim(const FasciaInput& in, Mask& inner_body) {
     Mask air = in.body;
     for (std::uint8_t& v : air.voxels)
@@ -80,7 +80,8 @@ FasciaInput withoutRim(const FasciaInput& in, Mask& inner_body) {
     return {in.ct, inner_body, in.bones, in.organs};
 }
 
-// Gut, folds and the navel mislead single rays: belly rays that disagree with their neighbours are dropped.
+// Drops rays through the abdominal wall that disagree with their neighbours. Bowel, folds and the navel
+// mislead single rays.
 void dropOutliers(Cells& c, const WallSurface& s) {
     constexpr double kAgree_m = 0.004;
     constexpr int kReach_z = 5, kReach_phi = 8;
@@ -96,7 +97,7 @@ void dropOutliers(Cells& c, const WallSurface& s) {
                     const std::size_t other = std::size_t(zz * s.angles + aa);
                     if (c.weight[other] > 0.0) near.push_back(c.seen_m[other]);
                 }
-            // The upper quarter: what misleads a ray lies deeper than the wall.
+            // Compare with the upper quartile: misled rays end deeper than the wall.
             const auto upper = near.begin() + std::ptrdiff_t(near.size() * 3 / 4);
             std::nth_element(near.begin(), upper, near.end());
             if (std::fabs(c.seen_m[cell] - *upper) > kAgree_m) weight[cell] = 0.0;
@@ -135,7 +136,7 @@ Cells observe(const FasciaInput& in, const WallSurface& s) {
                     bone_near = bone_weight[std::size_t(zz * s.angles + aa)] > 0.0;
                 }
             const double phi = a * kTurn / s.angles;
-            const bool back = std::sin(phi) < -0.5;  // the back's muscles are no measure of the wall
+            const bool back = std::sin(phi) < -0.5;  // the back's muscles do not show the wall
             if (bone_near || back) continue;
             const double r = innerFaceOfBellyWall(inner, smooth_ct, s, phi, s.z_begin_m + z * s.z_step_m);
             if (r > 0.0) c.seen_m[cell] = r, c.weight[cell] = kBellyWeight;
@@ -145,11 +146,11 @@ Cells observe(const FasciaInput& in, const WallSurface& s) {
 }
 
 double fitted(double r, const Cells& c, std::size_t cell) {
-    // Where an organ touches a bone there is no room: the bone wins, the organ's outermost voxel gives way.
+    // Where an organ touches a bone, the bone wins: the organ's outermost voxel becomes fascia.
     return std::clamp(r, std::min(c.low_m[cell], c.high_m[cell]), c.high_m[cell]);
 }
 
-// Minimises  sum weight (r - seen)^2 + |grad r|^2  within the room each cell has, by over-relaxation.
+// Minimises  sum weight (r - seen)^2 + |grad r|^2  within each cell's allowed range, by over-relaxation.
 void relax(WallSurface& s, const Cells& c) {
     double mean = 0.0, count = 0.0;
     for (std::size_t i = 0; i < c.weight.size(); ++i)
@@ -173,7 +174,7 @@ void relax(WallSurface& s, const Cells& c) {
             }
 }
 
-// The middle of the body, moved to the front so that spine and great vessels lie behind the axis.
+// The middle of the body, shifted to the front so that spine and great vessels are behind the axis.
 Vec3 axisOf(const Mask& body) {
     int x_low = body.grid.dims.x, x_high = 0, y_low = body.grid.dims.y, y_high = 0;
     for (int z = 0; z < body.grid.dims.z; ++z)
@@ -224,7 +225,7 @@ Mask insideWall(const WallSurface& s, const FasciaInput& in) {
             }
     });
     keepLargest(inside);
-    // Bones and pockets that the outside cannot reach belong to the inside.
+    // Add the bones and pockets that are not connected to the outside.
     Mask outside = inside, seeds(g);
     for (std::uint8_t& v : outside.voxels)
         v = v ? 0 : 1;

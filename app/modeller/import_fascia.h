@@ -1,6 +1,6 @@
-// The fascia in its first form: one closed smooth tube just inside the ribs, around the chest's and belly's
-// organs. Stands for the endothoracic fascia above and the transversal fascia below; the paper draws it by
-// hand as a tensor B-spline r(phi, h) (Mastmeyer et al. 2017).
+// The fascia, first version: one closed smooth tube just inside the ribs, around the organs of chest and
+// abdomen. It represents the endothoracic fascia above and the transversal fascia below. The paper draws it
+// by hand as a tensor B-spline r(phi, h) (Mastmeyer et al. 2017).
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace stylet::modeller {
 
-// What the surface is drawn from, all on one grid.
+// Inputs of the surface fit, all on one grid.
 struct FasciaInput {
     const patient::CtVolume& ct;
     const Mask& body;
@@ -17,7 +17,7 @@ struct FasciaInput {
     const Mask& organs;  // lungs and solid organs: the surface passes outside them
 };
 
-// The inner wall in polar coordinates about a vertical axis: radius_m[z * angles + phi].
+// The inner wall in polar coordinates about a vertical axis. Layout: radius_m[z * angles + phi].
 struct WallSurface {
     patient::Vec3 axis_m{0.0};  // x and y only
     double z_begin_m = 0.0, z_step_m = 0.004;
@@ -27,15 +27,16 @@ struct WallSurface {
     double radiusAt(double phi, double z_m) const;  // bilinear, periodic in phi
 };
 
-// Observed where bones and lungs show the wall and, below the ribs, one muscle's thickness inside the belly
-// wall's outer surface; smooth in between; never inside an organ, never outside a bone.
+// Fits the wall to bones, and below the ribs to one muscle thickness inside the outer surface of the
+// abdominal wall. Smooth in between. Stays outside organs and inside bones; where both touch, bones win.
 WallSurface fitWall(const FasciaInput&);
 
-// What the surface encloses: with the organs, without the bones, one component without holes.
+// The enclosed volume: with organs, without bones, as one component without holes.
 Mask insideWall(const WallSurface&, const FasciaInput&);
 
-// One voxel thick, 6-separating: of each pair of face neighbours across the boundary of `inside` one carries
-// the fascia: the outer one where it may be overwritten (`free`), else the inner.
+// Rasterises the boundary of `inside`, one voxel thick and 6-separating. Of each pair of face neighbours
+// across the boundary, the outer voxel becomes fascia if it may be overwritten (`free`), else the inner
+// one.
 Mask rasteriseBoundary(const Mask& inside, const Mask& free);
 
 }  // namespace stylet::modeller

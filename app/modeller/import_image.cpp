@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A scan holds air, lung or gut gas, and soft tissue; next to nothing in it is denser than cortical bone.
+// A scan contains air, lung or bowel gas, and soft tissue. Hardly any voxel is denser than cortical bone.
 constexpr int kHighestAir_hu = -500;
 constexpr double kLeastSoft = 0.02, kMostDense = 0.1;
 

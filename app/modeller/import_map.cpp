@@ -23,7 +23,7 @@ std::string trimmed(const std::string& s) {
     return from == std::string::npos ? "" : s.substr(from, s.find_last_not_of(" \t\r") - from + 1);
 }
 
-// The value of a comment `# key: value`, or nothing.
+// The value of a comment `# key: value`, or an empty text.
 std::string keyed(const std::string& line, const std::string& key) {
     const std::string start = "# " + key + ":";
     return line.rfind(start, 0) == 0 ? trimmed(line.substr(start.size())) : "";

@@ -1,4 +1,4 @@
-// Which of a data set's label ids becomes which label of ours.
+// Maps the label ids of a data set to our labels.
 #pragma once
 
 #include <filesystem>
@@ -11,21 +11,21 @@
 
 namespace stylet::modeller {
 
-// The labels an import may give: those of the reference patient under their own names and ids, then what only
-// hospital segmentations have ("bone" as one mask, "cyst").
+// The labels that an import may use: the reference patient's, with their names and ids, followed by labels
+// that occur only in hospital segmentations ("bone" as one mask, "cyst").
 const std::vector<patient::Label>& targetTable();
-// Null where there is no such target.
+// Returns null if there is no such target.
 const patient::Label* findTarget(const std::string& name);
 
-// A CSV file: `source_id,tissue`, one line per id. `tissue` is a target's name, or "unsegmented" where
-// thresholds over the CT are to decide. Lines that begin with # are comments; `# source:` and `# licence:`
-// among them go into the package.
+// A CSV file: `source_id,tissue`, one line per id. `tissue` is a target's name, or "unsegmented" if CT
+// thresholds should decide. Lines starting with # are comments; the values of `# source:` and `# licence:`
+// are stored in the package.
 struct LabelMap {
     std::map<int, std::uint8_t> target_of;  // source id -> id in targetTable(), 0 = unsegmented
     std::string source, licence;
 };
 LabelMap loadLabelMap(const std::filesystem::path& csv);  // throws ImportError: FILE: line N: reason
-// The same from memory; `csv` is only named in refusals.
+// Parses the text. `csv` is only used in error messages.
 LabelMap parseLabelMap(const std::filesystem::path& csv, std::string_view text);
 
 }  // namespace stylet::modeller

@@ -9,7 +9,7 @@ static int program(int argc, char** argv) {
     CLI::App app{
         "stylet-model: makes, checks and shows virtual patients.\n"
         "Part of a training simulator, not a medical device."};
-    // Optional to the parser, so that a stray word is named before the missing command is.
+    // Optional for the parser, so that an unknown word is reported before the missing command.
     app.require_subcommand(0, 1);
     app.callback([&app] {
         if (app.get_subcommands().empty())

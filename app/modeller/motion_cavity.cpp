@@ -14,22 +14,22 @@ namespace {
 
 constexpr float kAir_hu = -400.0f, kBone_hu = 250.0f;
 constexpr int kAngles = 180;
-constexpr double kBoneWithin_m = 0.020;  // behind lung, where the wall is the chest's
-constexpr double kRibSpacing_m = 0.015;  // half of it, up and down
-constexpr double kSlopeOver_m = 0.020;   // of the wall, to go on by
+constexpr double kBoneWithin_m = 0.020;  // search distance behind the lung, where the chest wall must be
+constexpr double kRibSpacing_m = 0.015;  // half the spacing, up and down
+constexpr double kSlopeOver_m = 0.020;   // length over which the wall's slope is measured for extrapolation
 constexpr double kSteepest = 0.6;
 constexpr double kBeforeBone_m = 0.0015, kAroundSpine_m = 0.003;
 constexpr double kBeyondEdge_m = 0.010, kNearEdge_m = 0.003;
-constexpr double kClosedShare = 0.6;  // of the levels of lung about an angle, with a rib behind
-constexpr int kAround = 8;            // angles either side that decide with it
+constexpr double kClosedShare = 0.6;  // minimum share of the lung levels near an angle with a rib behind
+constexpr int kAround = 8;            // number of angles on each side that are considered together
 constexpr std::size_t kLeastLung = 1000;
 
 // Distances from an upright axis, by angle and level.
 struct Rays {
     Grid grid;
     double x_m = 0.0, y_m = 0.0;
-    std::vector<double> lung_m, bone_m, edge_m, wall_m;  // bone behind lung; wall < 0: not known
-    std::vector<unsigned char> open;                     // no wall in the picture
+    std::vector<double> lung_m, bone_m, edge_m, wall_m;  // bone_m: behind the lung; wall_m < 0: unknown
+    std::vector<unsigned char> open;                     // no wall in the image
 
     std::size_t at(int angle, int z) const {
         return std::size_t(z) * kAngles + std::size_t((angle % kAngles + kAngles) % kAngles);
@@ -96,7 +96,7 @@ bool reachesEdge(const Rays& r, std::size_t at) {
     return r.lung_m[at] > 0.0 && r.edge_m[at] - r.lung_m[at] < kNearEdge_m;
 }
 
-// The wall is known where a rib passes behind the lung, here or a little above or below.
+// The wall is known where a rib passes behind the lung, at this level or slightly above or below.
 void findWall(Rays& r) {
     const int reach = int(kRibSpacing_m / r.grid.spacing_m.z);
     for (int z = 0; z < r.grid.dims.z; ++z)
@@ -113,7 +113,7 @@ void findWall(Rays& r) {
         }
 }
 
-// How much farther out the wall is per metre down, near the lowest level at which it is known.
+// How far the wall moves outward per metre downward, near the lowest level at which it is known.
 double slopeBelow(const Rays& r, int angle, int lowest) {
     const int levels = std::max(2, int(kSlopeOver_m / r.grid.spacing_m.z));
     double sum = 0.0;
@@ -126,7 +126,8 @@ double slopeBelow(const Rays& r, int angle, int lowest) {
     return count > 0 ? std::clamp(sum / count, -kSteepest, kSteepest) : 0.0;
 }
 
-// Behind a mediastinum there are no ribs, though here and there a calcified node.
+// Returns true if there are no ribs behind the lung at this angle: towards the mediastinum, apart from an
+// occasional calcified node.
 bool isOpen(const Rays& r, int angle) {
     int levels = 0, with_lung = 0;
     for (int a = angle - kAround; a <= angle + kAround; ++a)
@@ -138,12 +139,13 @@ bool isOpen(const Rays& r, int angle) {
     return levels == 0 || levels < kClosedShare * with_lung;
 }
 
-// A wall at every angle and level: from the head down, where it is not known it goes on as it last ran.
+// Sets the wall at every angle and level. From the head down, unknown levels extrapolate the last known
+// one.
 void completeWall(Rays& r) {
     const Rays known = r;
     for (int a = 0; a < kAngles; ++a) {
         const bool open = isOpen(known, a);
-        int last = r.grid.dims.z - 1;  // level at which it was last known; -1: it is not in the picture
+        int last = r.grid.dims.z - 1;  // level where the wall was last known; -1: outside the image
         while (last >= 0 && known.wall_m[r.at(a, last)] <= 0.0 && !reachesEdge(r, r.at(a, last)))
             --last;
         if (last >= 0 && known.wall_m[r.at(a, last)] <= 0.0) last = -1;
@@ -196,7 +198,7 @@ Mask chestCavity(const std::vector<Phase>& phases) {
     completeWall(rays);
     smoothWall(rays);
 
-    keepLargest(bone);  // the spine; what is calcified in the lung moves with it
+    keepLargest(bone);  // the spine; calcifications in the lung move with the lung
     const FloatVolume to_spine = distanceTo(bone);
     Mask cavity(lung.grid);
     forEachSlab(cavity.grid.dims.z, [&](int z) {

@@ -21,7 +21,7 @@ struct MotionOptions {
     double dome_mm = 15.0, anterior_mm = 5.0, lateral_mm = 2.5, rib_mm = 2.0, belly_mm = 5.0;
 };
 
-// Means over the judged columns, in voxels and millimetres.
+// Prints means over the judged columns, in voxels and millimetres.
 void printTable(const FittedMotion& fitted) {
     const double voxel_m = fitted.voxel_m.z;
     std::printf("%zu columns of the dome, voxels of %.2f mm; mean |residual| in voxels (mm):\n",
@@ -73,7 +73,7 @@ patient::Package packageOf(const FittedMotion& fitted) {
     return p;
 }
 
-// Fitted fields go with the pictures they were fitted on: a package must lie where those do.
+// Refuses a package that does not overlap the images to which the motion was fitted.
 void checkPlace(const MotionOptions& o, const patient::Package& p, const FloatVolume& phase) {
     for (int d = 0; d < 3; ++d) {
         const double low_m = std::max(p.ct.grid.origin_m[d], phase.grid.origin_m[d]);

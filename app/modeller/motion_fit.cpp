@@ -18,11 +18,11 @@ using patient::Vec3;
 
 namespace {
 
-constexpr double kMargin_m = 0.030;  // beyond the pictures, where the fields fade out
+constexpr double kMargin_m = 0.030;  // beyond the images; the fields fade out there
 constexpr float kLeastWeight = 0.02f;
 constexpr int kRelaxations = 200;
 constexpr int kLevelPasses = 6;
-// What was registered slides along the wall by itself: only the nodes that make up the surface are corrected.
+// The registered field already slides along the wall: only the nodes on the surface itself are corrected.
 constexpr double kNormalDepth_m = 0.0;
 constexpr float kOutsidePicture_hu = -1000.0f;
 
@@ -42,7 +42,7 @@ Grid nodeGrid(const Grid& image, double step_m) {
     return nodes;
 }
 
-// 1 over the pictures, 0 on the outermost nodes.
+// 1 inside the images, 0 on the outermost nodes.
 double window(const Grid& nodes, const Grid& image, const Index3& i) {
     double w = 1.0;
     const Vec3 p = nodes.centre(i), high = image.centre(image.dims - 1);
@@ -64,7 +64,7 @@ void eachNode(const Grid& nodes, const Visit& visit) {
     });
 }
 
-// Nodes that nothing tells about take the mean of their neighbours: as smooth as can be.
+// Sets unknown nodes to the mean of their neighbours, for a field as smooth as possible.
 void fillUnknown(const Grid& nodes, const std::vector<unsigned char>& known, std::vector<Vec3>& values) {
     std::vector<unsigned char> set = known;
     const std::size_t strides[3] = {1, std::size_t(nodes.dims.x),
@@ -90,7 +90,7 @@ void fillUnknown(const Grid& nodes, const std::vector<unsigned char>& known, std
     }
 }
 
-// The field at the nodes: its mean around each, over the voxels that `inside` weighs.
+// The field at the nodes: its mean around each node, over voxels weighted by `inside`.
 std::vector<Vec3> atNodes(const VectorField& field, const FloatVolume& inside, const Grid& nodes,
                           const Grid& image) {
     std::vector<Vec3> values(nodes.voxelCount(), Vec3(0.0));
@@ -126,7 +126,7 @@ std::vector<Vec3> atNodes(const VectorField& field, const FloatVolume& inside, c
     return values;
 }
 
-// The share of each of the field's voxels that the mask holds.
+// The share of each of the field's voxels that is inside the mask.
 FloatVolume weightsOf(const Mask& mask, const Grid& grid) {
     FloatVolume fine(mask.grid), out(grid);
     for (std::size_t i = 0; i < mask.voxels.size(); ++i)
@@ -136,8 +136,8 @@ FloatVolume weightsOf(const Mask& mask, const Grid& grid) {
     return out;
 }
 
-// Both registrations of a phase: what lies outside the cavity first; then, with that motion taken back, what
-// lies inside, so that both pictures share the one mask.
+// Registers a phase twice. First the outside of the cavity; then, with that motion undone, the inside, so
+// that both images share one mask.
 NodeVelocities velocitiesOf(const Phase& fixed, const Phase& moving, const Mask& cavity, const Mask& outside,
                             const Grid& nodes, const FitSettings& settings, double& log_error_m) {
     NodeVelocities out;
@@ -150,7 +150,7 @@ NodeVelocities velocitiesOf(const Phase& fixed, const Phase& moving, const Mask&
     };
     const VectorField wall = field(moving.hu, outside);
     out.wall_m = atNodes(wall, weightsOf(outside, wall.grid), nodes, fixed.hu.grid);
-    // As the model will apply it: from the nodes.
+    // Undo the motion as the model will apply it, interpolated from the nodes.
     VectorField coarse(nodes);
     for (std::size_t i = 0; i < coarse.voxels.size(); ++i)
         coarse.voxels[i] = glm::vec3(out.wall_m[i]);
@@ -160,7 +160,7 @@ NodeVelocities velocitiesOf(const Phase& fixed, const Phase& moving, const Mask&
     return out;
 }
 
-// The nodes' level without the voxels' steps.
+// Smooths the voxel steps out of the level at the nodes.
 void smoothLevel(MotionModel& m) {
     const std::size_t strides[3] = {1, std::size_t(m.grid.dims.x),
                                     std::size_t(m.grid.dims.x) * std::size_t(m.grid.dims.y)};
@@ -218,7 +218,7 @@ Residual residualOf(const MotionModel& m, const Surrogate& now, const DomeMap& f
     return r;
 }
 
-// How far the dome goes from end-exhale to end-inhale.
+// Travel of the dome from end-exhale to end-inhale.
 double travelOf(const MotionModel& m, const DomeMap& reference, const DomeColumns& judged) {
     double sum_m = 0.0;
     for (const auto& [x, y] : judged.columns) {
@@ -265,7 +265,7 @@ std::vector<Surrogate> surrogateFrom(const std::vector<double>& densities, doubl
 
 void regress(const std::vector<NodeVelocities>& phases, const std::vector<Surrogate>& surrogates,
              std::size_t reference, std::size_t without, MotionModel& m) {
-    // The regressors are the same at every node, so the weights of the phases are.
+    // The regressors are the same at every node, and so are the weights of the phases.
     double vv = 0.0, vr = 0.0, rr = 0.0;
     const auto dv = [&](std::size_t p) { return surrogates[p].v - surrogates[reference].v; };
     const auto dr = [&](std::size_t p) {
@@ -327,17 +327,17 @@ FittedMotion fitMotion(const FitSettings& settings) {
     velocities[out.reference] = {std::vector<Vec3>(nodes.voxelCount()),
                                  std::vector<Vec3>(nodes.voxelCount())};
 
-    // A package's frame is a breath at rest.
+    // A package's reference frame is a breathing state at rest (rate 0).
     out.model = emptyModel(nodes, cavity, {driven[out.reference].v, 0.0});
     MotionModel left_out = out.model;
     regress(velocities, driven, out.reference, phases.size(), out.model);
     makeTangential(out.model, kNormalDepth_m);
     out.model.v = rangeOf(driven, &Surrogate::v);
-    // Where it is the same in every phase nothing hangs on it.
+    // A rate that is the same in every phase has no effect.
     if (const auto rates = rangeOf(driven, &Surrogate::rate_per_s); rates.low < rates.high)
         out.model.rate_per_s = rates;
     out.model.dome_travel_m = travelOf(out.model, domes[out.reference], judged);
-    // A phase at the end of the range is judged beyond the others', as it is.
+    // No clamping: a phase at the end of the range is judged by extrapolation beyond the other phases.
     left_out.v = left_out.rate_per_s = {-1e3, 1e3};
     for (std::size_t p = 0; p < phases.size(); ++p) {
         regress(velocities, driven, out.reference, p, left_out);

@@ -1,6 +1,6 @@
-// A motion model fitted to the phases of a 4D CT.
-// Based on Wilms et al. 2014: velocity fields of the registered phases, regressed at each node on a surrogate
-// and its rate, in the log-Euclidean frame.
+// Fits a motion model to the phases of a 4D CT.
+// Based on Wilms et al. 2014: velocity fields of the registered phases, regressed at each node on a
+// surrogate and its rate, in the log-Euclidean framework.
 #pragma once
 
 #include "app/modeller/dome.h"
@@ -11,13 +11,13 @@ namespace stylet::modeller {
 struct FitSettings {
     PhaseSettings phases;
     RegisterSettings registration;
-    std::filesystem::path signal;  // CSV of the surrogate a phase; empty: from the lung away from the dome
-    double period_s = 4.0;         // of the breath the phases divide evenly; without a signal
+    std::filesystem::path signal;  // CSV, one surrogate per phase; empty: from the lung's density
+    double period_s = 4.0;         // breathing period that the phases divide evenly; used without a signal
     double grid_m = 0.005;         // between nodes
     std::function<void(std::string_view)> progress = [](std::string_view) {};
 };
 
-// Where the dome is predicted less where it is seen, over the judged columns, in metres.
+// Predicted minus observed height of the dome, over the judged columns, in metres.
 struct Residual {
     double mean_m = 0.0, mean_abs_m = 0.0, p95_m = 0.0, slice_mean_abs_m = 0.0;
 };
@@ -25,39 +25,41 @@ struct Residual {
 struct PhaseReport {
     std::string name;
     patient::Surrogate surrogate;
-    double dome_m = 0.0;       // seen height of the slice against the reference's, mean
-    Residual still;            // were there no motion
-    Residual fitted;           // by the model of all phases
-    Residual left_out;         // by a model that never saw this phase
-    double log_error_m = 0.0;  // of the velocity fields against their displacements
+    double dome_m = 0.0;       // mean height over the judged columns relative to the reference
+    Residual still;            // without any motion
+    Residual fitted;           // for the model fitted to all phases
+    Residual left_out;         // for a model fitted without this phase
+    double log_error_m = 0.0;  // error of the velocity fields' exponentials against the displacements
 };
 
 struct FittedMotion {
     patient::MotionModel model;
-    std::size_t reference = 0;  // the phase at end-exhale: the frame
+    std::size_t reference = 0;  // the phase at end-exhale; its frame is the model's
     FloatVolume reference_hu;
     std::vector<PhaseReport> phases;
     patient::Vec3 voxel_m{0.0};
-    std::size_t columns = 0;  // judged
+    std::size_t columns = 0;  // number of judged columns
 };
 
 // Throws ImportError, patient::DataError.
 FittedMotion fitMotion(const FitSettings&);
 
-// Surrogates by phase: header "phase,v,rate_per_s", a line a phase in their order. Throws patient::DataError.
+// Reads one surrogate per phase: header "phase,v,rate_per_s", one line per phase in order. Throws
+// patient::DataError.
 std::vector<patient::Surrogate> readPhaseSignal(const std::filesystem::path& csv, std::size_t phases);
 std::vector<patient::Surrogate> parsePhaseSignal(std::string_view csv, const std::filesystem::path& file,
                                                  std::size_t phases);
 
-// The surrogate that falls from end-exhale's value, the largest, to end-inhale's; its rate around the cycle.
+// Normalises densities to v = 0 at the largest (end-exhale) and 1 at the smallest (end-inhale), with rates
+// around the cycle.
 std::vector<patient::Surrogate> surrogateFrom(const std::vector<double>& densities, double period_s);
 
-// What the fit is of one phase: the velocities of both fields at every node.
+// The fit's input from one phase: the velocities of both fields at every node.
 struct NodeVelocities {
     std::vector<patient::Vec3> wall_m, slide_m;
 };
-// a1 and a2 at every node by least squares over the phases but `without` (or none: its number). The reference
-// phase moves by nothing.
+// Least-squares fit of a1 and a2 at every node over all phases except `without` (pass the number of phases
+// to use all). The reference phase has zero motion.
 void regress(const std::vector<NodeVelocities>&, const std::vector<patient::Surrogate>&,
              std::size_t reference, std::size_t without, patient::MotionModel&);
 

@@ -17,11 +17,11 @@ using patient::Grid;
 namespace {
 
 constexpr std::size_t kFewestPhases = 4, kMostPhases = 64;
-// What the tissue is made of shows within these; metal and noise do not pull.
+// Clamps to the values of tissue, so that metal and noise do not affect the registration.
 constexpr float kLowest_hu = -1000.0f, kHighest_hu = 400.0f;
-constexpr float kBlank_hu = 40.0f;  // beyond the mask
+constexpr float kBlank_hu = 40.0f;  // outside the mask
 
-// image2 before image10.
+// Sorts image2 before image10.
 bool before(const std::string& a, const std::string& b) {
     const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
     std::size_t i = 0, k = 0;
@@ -84,7 +84,7 @@ ImageHandover handoverOf(const Grid& grid) {
     return h;
 }
 
-// value(i) for every voxel.
+// Writes value(i) for every voxel.
 template <typename Value>
 void writeImage(const fs::path& file, const Grid& grid, const Value& value) {
     const ImageHandover h = handoverOf(grid);

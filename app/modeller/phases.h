@@ -1,4 +1,4 @@
-// The phases of a 4D CT, and how they lie to each other.
+// The phases of a 4D CT and their registration.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 namespace stylet::modeller {
 
 struct PhaseSettings {
-    std::filesystem::path folder;  // one file (NIfTI, DICOM of many frames) or folder (DICOM series) a phase
+    std::filesystem::path folder;  // one file (NIfTI, multi-frame DICOM) or folder (DICOM series) per phase
     double spacing_mm = 0.0;       // 0: as stored
     ReaderLimits reader;
     std::function<void(std::string_view)> progress = [](std::string_view) {};
@@ -23,18 +23,18 @@ struct Phase {
     FloatVolume hu;
 };
 
-// In the order of their names, numbers by value. All on one grid. Stored values that never fall below 0 are
-// taken to be HU + 1000. Throws ImportError.
+// Reads the phases in order of their names, comparing numbers by value. All must have one grid. If no
+// stored value is negative, the values are taken as HU + 1000. Throws ImportError.
 std::vector<Phase> readPhases(const PhaseSettings&);
 
 struct RegisterSettings {
-    std::filesystem::path program;  // empty: `stylet-register` beside this program
-    int finest = 2;                 // voxels merged a side on the last level: 4, 2 or 1
+    std::filesystem::path program;  // empty: `stylet-register` next to this program
+    int finest = 2;                 // voxels merged per side on the last level: 4, 2 or 1
     ChildLimits limits{.wall_s = 900, .cpu_s = 3600, .memory_bytes = std::size_t(8) << 30};
 };
 
-// Where the tissue of `fixed` that `mask` holds lies in `moving`: a displacement, smooth within the mask,
-// going on beyond it as near it. What the mask leaves out is not looked at. Throws ImportError.
+// Registers the tissue of `fixed` inside `mask` to `moving`. Returns a displacement that is smooth within
+// the mask and is continued beyond it. Image content outside the mask is ignored. Throws ImportError.
 VectorField registerPhases(const FloatVolume& fixed, const FloatVolume& moving, const Mask& mask,
                            const RegisterSettings&);
 

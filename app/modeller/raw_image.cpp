@@ -10,7 +10,8 @@ namespace stylet::modeller {
 
 namespace {
 
-// HU are stored in 12 bits, whole or in tenths: slopes beyond these and larger offsets are mistakes.
+// HU are stored in 12 bits, as integers or tenths: slopes outside these limits and larger offsets are
+// mistakes.
 constexpr double kLeastSlope = 1e-4, kLargestSlope = 100.0, kLargestIntercept = 32768.0;
 
 template <typename T>

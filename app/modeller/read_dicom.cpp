@@ -1,4 +1,4 @@
-// DICOM series: which files are slices of it, where they lie, that none is missing, and their voxels.
+// DICOM series: finds the slices, checks their positions and that none is missing, and reads their voxels.
 #include <itkGDCMImageIO.h>
 #include <itkMetaDataObject.h>
 
@@ -18,14 +18,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The tags that refusals speak of.
+// The DICOM tags named in error messages.
 constexpr const char *kModality = "Modality (0008,0060)", *kPosition = "ImagePositionPatient (0020,0032)",
                      *kOrientation = "ImageOrientationPatient (0020,0037)",
                      *kPixelSpacing = "PixelSpacing (0028,0030)", *kFrames = "NumberOfFrames (0028,0008)",
                      *kIntercept = "RescaleIntercept (0028,1052)", *kSlope = "RescaleSlope (0028,1053)",
                      *kSyntax = "TransferSyntaxUID (0002,0010)";
 constexpr double kSamePlace_mm = 0.05;
-constexpr double kShear_mm = 2.0;  // over the whole stack: less is the table's slackness
+constexpr double kShear_mm = 2.0;  // over the whole stack; smaller values are table inaccuracy
 constexpr std::size_t kMostListed = 6;
 
 double dot(const V3& a, const V3& b) {
@@ -34,12 +34,12 @@ double dot(const V3& a, const V3& b) {
 V3 cross(const V3& a, const V3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-// Of the meta header, which is explicit little endian whatever follows it.
+// From the meta header, which is always explicit little endian.
 struct FileMeta {
     std::string sop_class, syntax;
 };
 
-// Nothing where it is no DICOM file.
+// Returns nothing if the file is not a DICOM file.
 std::optional<FileMeta> metaOf(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     std::array<char, 2048> head{};
@@ -65,7 +65,7 @@ std::optional<FileMeta> metaOf(const fs::path& file) {
     return meta;
 }
 
-// Reports, presentation states, plans and documents lie beside the slices in an exported study.
+// Exported studies also contain reports, presentation states, plans and documents; these are not images.
 bool isPicture(const FileMeta& meta) {
     for (const char* other : {"11.", "66", "88.", "104.", "481."})
         if (meta.sop_class.starts_with("1.2.840.10008.5.1.4.1.1." + std::string(other))) return false;
@@ -86,21 +86,21 @@ std::string tagOf(const itk::MetaDataDictionary& tags, const char* key) {
     return value;
 }
 
-// A decimal string's first value.
+// The first value of a decimal string.
 double decimalOf(const std::string& text) {
     char* end = nullptr;
     const double v = std::strtod(text.c_str(), &end);
     return end == text.c_str() ? std::nan("") : v;
 }
 
-// One DICOM file's place, before its pixels are wanted.
+// Header of one DICOM slice, read before its pixels.
 struct Slice {
     fs::path file;
     FileMeta meta;
     std::array<std::int64_t, 3> dims{};
     V3 spacing{}, origin{}, row{}, column{};
     std::string series, modality, description;
-    std::string position, orientation, pixel_spacing, slope, intercept;  // as written
+    std::string position, orientation, pixel_spacing, slope, intercept;  // as stored
     double along = 0.0;  // position along the stack's normal, mm
 
     std::string name() const { return file.filename().string(); }
@@ -160,7 +160,7 @@ struct Series {
     std::size_t slices = 0;
 };
 
-// Largest first.
+// Sorted by number of slices, largest first.
 std::vector<Series> seriesOf(const std::vector<Slice>& slices) {
     std::map<std::string, Series> by_uid;
     for (const Slice& s : slices) {
@@ -189,7 +189,7 @@ std::string listOf(const std::vector<Series>& all) {
     return text;
 }
 
-// The slices of the series that is asked for, or of the only one.
+// Keeps the slices of the requested series, or of the only one.
 void keepOneSeries(std::vector<Slice>& slices, const std::string& wanted) {
     const std::vector<Series> all = seriesOf(slices);
     if (wanted.empty()) {
@@ -233,7 +233,7 @@ void checkSlices(const std::vector<Slice>& slices) {
     }
 }
 
-// Two slices in one place: a copy, or several phases or reconstructions in one series.
+// Refuses two slices in one position: a copy, or several phases or reconstructions in one series.
 void checkDoubles(const std::vector<Slice>& slices, const std::vector<double>& gaps) {
     std::size_t doubles = 0;
     for (const double gap : gaps)
@@ -249,7 +249,7 @@ void checkDoubles(const std::vector<Slice>& slices, const std::vector<double>& g
                      : "; remove one of them"));
 }
 
-// Orders the slices along their normal and returns the spacing; a hole or a double is refused by name.
+// Sorts the slices along their normal and returns the spacing. Refuses gaps and duplicates by name.
 double orderSlices(std::vector<Slice>& slices) {
     const V3 normal = cross(slices.front().row, slices.front().column);
     for (Slice& s : slices)

@@ -1,4 +1,4 @@
-// NIfTI-1 files: the header is judged by hand before ITK reads it.
+// NIfTI-1 files. The header is checked here before ITK reads the file.
 #include <itkNiftiImageIO.h>
 #include <zlib.h>
 
@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uint32_t kFloat = 16, kDouble = 64;  // datatype
+constexpr std::uint32_t kFloat = 16, kDouble = 64;  // values of the datatype field
 
 // The first 352 bytes of a NIfTI-1 file, in either byte order. Offsets are those of nifti1.h.
 class NiftiHeader {
@@ -45,11 +45,11 @@ void checkKind(const NiftiHeader& h) {
     if (h.magic() != "n+1") refuse("magic: not a NIfTI-1 file in one piece");
 }
 
-// How the voxels lie: a file that does not say is not guessed at, left could be right.
+// Checks the orientation. A file without one is refused, because guessing could swap left and right.
 void checkNiftiPlace(const NiftiHeader& h) {
     if (h.word(252, 2) == 0 && h.word(254, 2) == 0)
         refuse("qform_code and sform_code: are both 0, so left and right are unknown");
-    if (h.word(254, 2) == 0) return;  // ITK tells of the qform
+    if (h.word(254, 2) == 0) return;  // no sform: ITK reports the axes of the qform, which are checked later
     for (std::size_t column = 0; column < 3; ++column) {
         double largest = 0.0, squares = 0.0;
         for (std::size_t row = 0; row < 3; ++row) {
@@ -64,7 +64,7 @@ void checkNiftiPlace(const NiftiHeader& h) {
     }
 }
 
-// Of one voxel: integers of 8, 16 and 32 bits, signed or not, and reals.
+// Bytes per voxel: signed or unsigned integers of 8, 16 and 32 bits, and floating-point numbers.
 std::int64_t bytesOf(std::uint32_t datatype) {
     switch (datatype) {
         case 2:
@@ -84,7 +84,7 @@ std::int64_t bytesOf(std::uint32_t datatype) {
     }
 }
 
-// How many bytes the voxels fill, by the header.
+// The size of the voxel data in bytes according to the header.
 std::int64_t voxelBytes(const NiftiHeader& h) {
     std::int64_t bytes = bytesOf(h.word(70, 2));
     if (h.word(72, 2) != 8 * bytes) refuse("bitpix: does not fit the datatype");
@@ -103,7 +103,7 @@ std::int64_t voxelBytes(const NiftiHeader& h) {
     return bytes;
 }
 
-// ITK's reader would make 0 of what is not a number: water where nothing was scanned.
+// Refuses NaN and infinity. ITK's reader would turn them into 0, which is water in HU.
 void checkFinite(const NiftiHeader& h, const unsigned char* voxels, std::size_t bytes) {
     const std::uint32_t datatype = h.word(70, 2);
     if (datatype != kFloat && datatype != kDouble) return;
@@ -116,7 +116,7 @@ void checkFinite(const NiftiHeader& h, const unsigned char* voxels, std::size_t 
     }
 }
 
-// ITK fills up a file that is cut short with zeros and takes any header for ANALYZE: both are refused here.
+// Refuses truncated files, which ITK would fill up with zeros, and headers that ITK would read as ANALYZE.
 void checkNiftiFile(const fs::path& file, bool phase) {
     const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose);
     NiftiHeader h;
@@ -125,7 +125,7 @@ void checkNiftiFile(const fs::path& file, bool phase) {
     checkKind(h);
     if (!phase) checkNiftiPlace(h);
     const double slope = h.real(112);
-    if (slope != 0.0) checkRescale(slope, h.real(116), "", "scl_slope", "scl_inter");  // 0: as stored
+    if (slope != 0.0) checkRescale(slope, h.real(116), "", "scl_slope", "scl_inter");  // 0: no scaling
     const double offset = h.real(108);
     if (!(offset >= 352.0 && offset < 1e6)) refuse("vox_offset: " + number(offset) + " is impossible");
     const std::int64_t size = voxelBytes(h);
@@ -140,7 +140,7 @@ void checkNiftiFile(const fs::path& file, bool phase) {
         read(count);
         checkFinite(h, chunk.data(), std::size_t(count));
     }
-    // At its end, zlib compares the checksum.
+    // At the end of the file, zlib checks the checksum.
     int state = Z_OK;
     if (gzread(in.get(), chunk.data(), 1) < 0 || (gzerror(in.get(), &state), state == Z_BUF_ERROR))
         refuse("voxels: cut short or damaged; copy the file again");

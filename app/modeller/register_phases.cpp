@@ -1,12 +1,12 @@
-// stylet-register FIXED MOVING MASK OUT FINEST: how the tissue of FIXED lies in MOVING, on one side of a
-// sliding interface. Diffeomorphic demons (Vercauteren et al. 2009) as ITK has them, coarse to fine, with one
-// change: the fields are smoothed within the mask only, so that what lies beyond the interface is no drag on
-// what slides along it. The three images are ImageHandovers; the voxels outside the mask carry one value,
-// which leaves no force there and keeps the normal part of the motion at the interface at rest.
+// stylet-register FIXED MOVING MASK OUT FINEST: registers the tissue of FIXED to MOVING on one side of a
+// sliding interface. Uses ITK's diffeomorphic demons (Vercauteren et al. 2009), coarse to fine, with one
+// change: the fields are smoothed within the mask only, so that the other side does not drag on the sliding
+// side. The three images are ImageHandovers. All voxels outside the mask have the same value, so no force
+// acts there, and the normal component of the motion at the interface stays zero.
 //
-// stylet-register FIXED MOVING OUT ITERATIONS: where another patient, on a grid of its own, has what FIXED
-// shows. First the height at which the two sections match, then an affine transform (mean squares), then
-// demons, with ITERATIONS on the coarsest level, half of that on the next, and so on. Where MOVING ends there
+// stylet-register FIXED MOVING OUT ITERATIONS: registers FIXED to another patient, MOVING, which has its
+// own grid. Steps: the height at which the two sections match, an affine transform (mean squares), and
+// demons with ITERATIONS on the coarsest level, half of that on the next, and so on. Outside MOVING there
 // is no force.
 #include <itkAffineTransform.h>
 #include <itkDiffeomorphicDemonsRegistrationFilter.h>
@@ -39,18 +39,18 @@ using stylet::modeller::kMaxImageVoxels;
 using Picture = itk::Image<float, 3>;
 using Field = itk::Image<itk::Vector<float, 3>, 3>;
 
-// What each level does: voxels merged a side, iterations.
+// Per level: voxels merged per side, and iterations.
 struct Level {
     int shrink, iterations;
 };
 constexpr Level kLevels[] = {{4, 80}, {2, 40}, {1, 12}};  // between phases
 constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;   // voxels of the level
-constexpr double kLongestStep = 1.5;                      // voxels, an iteration
-// Between patients: the affine part is found on voxels merged two a side; sections are compared where at
-// least this share of the shorter one overlaps.
+constexpr double kLongestStep = 1.5;                      // in voxels per iteration
+// Between patients: the affine transform is found on voxels merged two per side. Sections are compared only
+// if at least this share of the shorter one overlaps.
 constexpr int kAffineShrink = 2, kAffineIterations = 100;
 constexpr double kLeastOverlap = 0.6;
-constexpr unsigned kWorkUnits = 2;  // as fixed as the order in which their sums are added
+constexpr unsigned kWorkUnits = 2;  // fixed, because the threads' summation order must be fixed
 
 std::array<int, 3> sizeOf(const itk::ImageBase<3>& image) {
     const auto size = image.GetLargestPossibleRegion().GetSize();
@@ -84,7 +84,7 @@ Picture::Pointer read(const std::string& file, ImageHandover& h) {
     return picture;
 }
 
-// The mean over cubes of `shrink` voxels; the grid's centres follow.
+// The mean over cubes of `shrink` voxels, on a grid with matching centres.
 Picture::Pointer shrunk(const Picture& in, int shrink) {
     const auto dims = sizeOf(in);
     Picture::RegionType region;
@@ -121,7 +121,7 @@ Picture::Pointer shrunk(const Picture& in, int shrink) {
     return out;
 }
 
-// Gaussian of a few voxels along one axis, of `n` interleaved floats a voxel.
+// Gaussian blur along one axis, with `n` interleaved floats per voxel.
 void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3>& dims, unsigned axis,
               double sigma) {
     const int reach = int(std::ceil(3.0 * sigma));
@@ -136,7 +136,7 @@ void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3
     threads->ParallelizeArray(
         0, itk::SizeValueType(lines),
         [&](itk::SizeValueType line) {
-            // The line's first voxel: the two other axes, the lower one first.
+            // The first voxel of the line. The other two axes are numbered with the lower one first.
             const unsigned a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
             const std::size_t start =
                 line % std::size_t(dims[a]) * strides[a] + line / std::size_t(dims[a]) * strides[b];
@@ -153,8 +153,8 @@ void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3
         nullptr);
 }
 
-// The weighted mean of the field under a Gaussian, the mask being the weight; beyond the mask the field goes
-// on as it is near it, so that pictures are pulled from where the tissue goes.
+// Gaussian smoothing of the field, weighted by the mask. Beyond the mask the field continues with the
+// values near it, so that warping samples follow the tissue.
 void smoothWithin(Field& field, const Picture& mask, double sigma) {
     const auto dims = sizeOf(field);
     const std::size_t count = field.GetLargestPossibleRegion().GetNumberOfPixels();
@@ -188,7 +188,7 @@ class MaskedDemons : public itk::DiffeomorphicDemonsRegistrationFilter<Picture, 
     void SmoothUpdateField() override { smoothWithin(*this->GetUpdateBuffer(), *mask, kSigmaUpdate); }
 };
 
-// The coarse field on the grid of `like`, linear between voxels.
+// Resamples the coarse field on the grid of `like`, linearly between voxels.
 Field::Pointer refined(const Field& coarse, const Picture& like) {
     auto fine = Field::New();
     fine->SetRegions(like.GetLargestPossibleRegion());
@@ -271,7 +271,7 @@ void forEachVoxel(const Picture& image, const Visit& visit) {
             }
 }
 
-// The middle of what is not outside the body, which has the image's lowest value.
+// The centre of the body. Voxels outside the body have the image's lowest value.
 Picture::PointType middleOf(const Picture& image) {
     const float* v = image.GetBufferPointer();
     const float outside = *std::min_element(v, v + image.GetLargestPossibleRegion().GetNumberOfPixels());
@@ -286,7 +286,7 @@ Picture::PointType middleOf(const Picture& image) {
     return middle;
 }
 
-// MOVING shifted so that the bodies lie over each other, at the height where the sections differ least.
+// The shift of MOVING that aligns the bodies, at the height where the sections differ least.
 itk::Vector<double, 3> shiftBetween(const Picture& fixed, const Picture& moving) {
     const int nf = sizeOf(fixed)[2], nm = sizeOf(moving)[2];
     const double dz = fixed.GetSpacing()[2];
@@ -296,7 +296,7 @@ itk::Vector<double, 3> shiftBetween(const Picture& fixed, const Picture& moving)
     auto interpolator = Interpolator::New();
     interpolator->SetInputImage(&moving);
     double lowest = std::numeric_limits<double>::infinity();
-    // Slice 0 of FIXED against slice k of MOVING.
+    // Compare slice 0 of FIXED with slice k of MOVING.
     for (int k = least - nf; k <= nm - least; ++k) {
         itk::Vector<double, 3> shift = best;
         shift[2] = moving_low + k * dz - fixed_low;
@@ -349,7 +349,7 @@ Affine::Pointer affineBetween(const Picture& fixed, const Picture& moving) {
     return affine;
 }
 
-// MOVING on the grid of FIXED; what it does not show is as FIXED has it.
+// MOVING resampled on the grid of FIXED. Where MOVING has no data, FIXED is copied.
 Picture::Pointer resampled(const Picture& fixed, const Picture& moving, const Affine& affine) {
     auto out = shrunk(fixed, 1);
     auto interpolator = Interpolator::New();
@@ -370,7 +370,7 @@ Field::Pointer betweenPatients(const Picture& fixed, const Picture& moving, int 
     for (int shrink = 4; shrink >= 1; shrink /= 2, iterations /= 2)
         levels.push_back({shrink, iterations});
     const auto field = registered(fixed, *resampled(fixed, moving, *affine), *everywhere, levels);
-    // The affine part follows.
+    // Append the affine transform to the field.
     auto* u = field->GetBufferPointer();
     forEachVoxel(fixed, [&](std::ptrdiff_t i, const Picture::PointType& p) {
         const auto q = affine->TransformPoint(p + itk::Vector<double, 3>(u[i]));

@@ -26,8 +26,8 @@ constexpr double kAirAround_m = 0.008, kMostSide_m = 0.50;
 }  // namespace
 
 Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m) {
-    // Whole voxels from the scan's first: any two sections of one scan share a lattice, and can be compared
-    // voxel by voxel.
+    // Uses whole voxels from the scan's first voxel: any two sections of one scan share a lattice and can
+    // be compared voxel by voxel.
     const auto whole_m = [&](double m) { return std::ceil(m / spacing_m - 1e-6) * spacing_m; };
     const double rim_m = whole_m(kAirAround_m);
     Vec3 from = scan.origin_m - rim_m, to = scan.centre(scan.dims - 1) + rim_m;
@@ -92,7 +92,7 @@ Mask cutToBody(CtVolume& ct, LabelVolume& labels) {
     return body;
 }
 
-// The spacing named leaves room for a rim rounded up.
+// The spacing in the message includes room for a rounded-up rim.
 void checkFits(const Grid& g) {
     const double sides[] = {double(g.dims.x), double(g.dims.y), double(g.dims.z)};
     const double voxels = sides[0] * sides[1] * sides[2];

@@ -28,7 +28,7 @@ int normalAxis(Plane plane) {
     return plane == Plane::axial ? 2 : plane == Plane::coronal ? 1 : 0;
 }
 
-// The voxel under pixel (u, v) of slice `index`.
+// The voxel at pixel (u, v) of slice `index`.
 Index3 voxelAt(Plane plane, const Index3& dims, int index, int u, int v) {
     switch (plane) {
         case Plane::axial:
@@ -41,7 +41,7 @@ Index3 voxelAt(Plane plane, const Index3& dims, int index, int u, int v) {
     return {index, dims.y - 1 - u, dims.z - 1 - v};
 }
 
-// First and last slice with anything in it.
+// The first and last slice that contain a label.
 std::pair<int, int> labelledRange(const patient::LabelVolume& labels, int axis) {
     const Index3 dims = labels.grid.dims;
     int first = dims[axis], last = -1;

@@ -13,19 +13,19 @@ using patient::Tissue;
 
 namespace {
 
-// A voxel of noise must not turn muscle into bone or fat into skin under the needle: 5.5 sigma is one voxel
-// in fifty million.
+// Noise must not turn a muscle voxel into bone, or a fat voxel into skin, under the needle. 5.5 sigma is
+// one voxel in fifty million.
 constexpr double kNoNoise = 5.5;
-// Where each class can lie in a calibrated CT, HU.
+// The possible range of each class in a calibrated CT, HU.
 constexpr double kFat[] = {-200.0, -30.0}, kSoft[] = {0.0, 130.0}, kBone[] = {180.0, 3000.0};
 constexpr double kLabelledBone[] = {150.0, 3000.0}, kLabelledBlood[] = {0.0, 600.0};
-// The wall: skin, fat, muscle and ribs, but hardly a vessel or an organ.
+// The body wall: skin, fat, muscle and ribs, but hardly any vessel or organ.
 constexpr float kWall_m = 0.035f;
-// What contrast medium fills is brighter than the wall's muscle by this and thick; bone's inside is rougher
-// than noise.
+// Tissue with contrast medium is this much brighter than the wall's muscle, and thick. The inside of bone
+// is rougher than noise.
 constexpr double kBrighter_hu = 60.0, kBrightest_hu = 450.0, kRough = 1.3;
 constexpr float kThick_m = 0.003f;
-constexpr int kReach = 2;  // voxels: half the side of the cube in which roughness is measured
+constexpr int kReach = 2;  // half the side, in voxels, of the cube in which roughness is measured
 constexpr double kFewest = 1e-4;
 
 class Histogram {
@@ -35,14 +35,14 @@ class Histogram {
         counts_[std::size_t(std::clamp(hu - kLowest, 0, kBins - 1))] += 1.0;
         total_ += 1.0;
     }
-    // Mean and spread about the range's peak: once over all, then within two sigma of the last answer, so
-    // that neighbours' tails do not widen it.
+    // Mean and spread around the range's peak: first over the whole range, then within two sigma of the
+    // last result, so that the tails of neighbouring classes do not widen it.
     TissueClass between(const double (&range)[2]) const {
         TissueClass c = moments(range[0], range[1]);
         for (int i = 0; i < 3; ++i)
             c = moments(std::max(range[0], c.mean_hu - 2.0 * c.sigma_hu),
                         std::min(range[1], c.mean_hu + 2.0 * c.sigma_hu));
-        c.sigma_hu *= 1.137;  // of a normal cut at two sigma
+        c.sigma_hu *= 1.137;  // corrects for cutting a normal distribution at two sigma
         return c;
     }
 
@@ -65,7 +65,7 @@ class Histogram {
     double total_ = 0.0;
 };
 
-// Where two normal distributions of equal weight cross between their means: Bayes' border.
+// The value between the means where two equally weighted normal distributions cross: the Bayes border.
 double border(const TissueClass& a, const TissueClass& b) {
     double low = a.mean_hu, high = b.mean_hu;
     const auto likelier_b = [&](double x) {
@@ -79,7 +79,7 @@ double border(const TissueClass& a, const TissueClass& b) {
     return 0.5 * (low + high);
 }
 
-// Standard deviation in the cube about each voxel.
+// Standard deviation in a cube around each voxel.
 FloatVolume roughness(const CtVolume& ct) {
     FloatVolume value(ct.grid), square(ct.grid);
     for (std::size_t i = 0; i < ct.voxels.size(); ++i) {
@@ -93,9 +93,9 @@ FloatVolume roughness(const CtVolume& ct) {
     return rough;
 }
 
-// What even tissue shows: the peak of the roughness where nothing is fat, air or bone.
+// The noise of homogeneous tissue: the roughness histogram's peak, without fat, air and bone.
 double noiseOf(const CtVolume& ct, const Mask& body, const FloatVolume& rough, const TissueClass& fat) {
-    std::array<double, 100> counts{};  // of half a HU
+    std::array<double, 100> counts{};  // bins of half a HU
     for (std::size_t i = 0; i < ct.voxels.size(); ++i)
         if (body.voxels[i] && ct.voxels[i] > fat.mean_hu + 60.0 && ct.voxels[i] < 250 &&
             rough.voxels[i] < 50.0f)
@@ -166,7 +166,7 @@ TissueClasses classesOf(const CtVolume& ct, const Mask& body, const patient::Lab
 
 patient::Thresholds thresholdsOf(const TissueClasses& c) {
     patient::Thresholds t;
-    // The body's rim, air mixed into fat: from half air to where fat begins.
+    // Skin thresholds: the body's rim is a mixture of air and fat, from half air to where fat begins.
     t.t1_hu = std::round(c.fat.mean_hu - kNoNoise * c.fat.sigma_hu);
     t.t0_hu = std::round(std::min(0.5 * (-1000.0 + c.fat.mean_hu), t.t1_hu - 50.0));
     t.t2_sensitive_hu = std::round(c.soft.mean_hu + kNoNoise * c.soft.sigma_hu);

@@ -1,5 +1,5 @@
-// What the CT values of one patient mean: classes of tissue as normal distributions, and the thresholds of
-// the force model that follow from them (model.md, section 10).
+// The tissue classes of one patient's CT as normal distributions, and the force model's thresholds derived
+// from them (model.md, section 10).
 #pragma once
 
 #include "app/modeller/voxel_tools.h"
@@ -9,22 +9,23 @@ namespace stylet::modeller {
 
 struct TissueClass {
     double mean_hu = 0.0, sigma_hu = 1.0;
-    double share = 0.0;  // of the voxels among which it was looked for; 0: none
+    double share = 0.0;  // share of the voxels examined; 0: class not found
 };
 
-// `soft` is the muscle that a needle meets first; `blood` what contrast medium fills.
+// `soft` is the muscle that a needle meets first. `blood` is anything filled with contrast medium.
 struct TissueClasses {
     TissueClass fat, soft, blood, bone;
 };
 
-// Without any label: soft tissue and bone are those of the body's wall, 35 mm deep; blood is what is bright,
-// thick and even, organs that contrast medium fills evenly among it.
+// Without labels: soft tissue and bone are measured in the body's outermost 35 mm. Blood is everything
+// bright, thick and homogeneous, including organs that contrast medium fills evenly.
 TissueClasses classesOf(const patient::CtVolume&, const Mask& body);
-// With labels of targetTable(): bone and blood are theirs, fat and soft tissue what has none.
+// With labels of targetTable(): bone and blood from their labels, fat and soft tissue from unlabelled
+// voxels.
 TissueClasses classesOf(const patient::CtVolume&, const Mask& body, const patient::LabelVolume&);
 
-// t2_sensitive is where soft tissue and bone are equally likely, but clear of soft tissue's noise;
-// t2_specific clear of the blood's, too.
+// t2_sensitive is where soft tissue and bone are equally likely, but above the noise of soft tissue.
+// t2_specific is also above the noise of blood.
 patient::Thresholds thresholdsOf(const TissueClasses&);
 
 }  // namespace stylet::modeller

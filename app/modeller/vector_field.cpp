@@ -15,7 +15,7 @@ constexpr int kSquarings = 6;
 constexpr int kLogSteps = 8;
 constexpr double kLogClose_m = 2e-5;
 
-// The eight voxels around p and their weights, the border held.
+// The eight voxels around p and their weights, clamped to the grid.
 struct Corners {
     std::size_t at[8];
     float weight[8];

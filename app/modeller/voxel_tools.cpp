@@ -12,9 +12,9 @@ using patient::Index3;
 
 namespace {
 
-constexpr float kFar = 1e6f;  // squared metres, "no voxel of the mask"
+constexpr float kFar = 1e6f;  // squared metres; means "no voxel of the mask"
 
-// One axis of the transform: g(p) = min over q of f(q) + (spacing (p - q))^2, the lower envelope of
+// One axis of the transform: g(p) = min over q of f(q) + (spacing (p - q))^2, by the lower envelope of
 // parabolas.
 struct Envelope {
     std::vector<float> f, begin;

@@ -1,4 +1,4 @@
-// Plain tools on masks: distance, components, filling, smoothing. A mask is a LabelVolume of 0 and 1.
+// Basic operations on masks: distance, components, filling, smoothing. A mask is a LabelVolume of 0 and 1.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@ namespace stylet::modeller {
 using Mask = patient::LabelVolume;
 using FloatVolume = patient::Volume<float>;
 
-// The voxel at an offset, as Grid::offset counts.
+// The voxel at an offset as computed by Grid::offset.
 inline patient::Index3 indexOf(const patient::Grid& g, std::size_t offset) {
     const auto x = std::size_t(g.dims.x), y = std::size_t(g.dims.y);
     return {int(offset % x), int(offset / x % y), int(offset / (x * y))};
@@ -27,16 +27,16 @@ FloatVolume distanceTo(const Mask&);
 // Keeps the largest 6-connected component; returns the number of voxels that were dropped.
 std::size_t keepLargest(Mask&);
 
-// The voxels of `passable` that 6-connect to a seed voxel of `seeds`.
+// The voxels of `passable` that are 6-connected to a voxel of `seeds`.
 Mask floodFrom(const Mask& seeds, const Mask& passable);
 
-// Fills, slice by slice, whatever the mask encloses in the axial plane.
+// Fills all holes of the mask in each axial slice.
 void fillHolesPerSlice(Mask&);
 
-// Mean over a cube of 2 * reach + 1 voxels a side, cut off at the grid's border.
+// Mean over a cube of 2 * reach + 1 voxels per side, clipped at the grid's border.
 FloatVolume boxMean(const FloatVolume&, int reach);
 
-// What is not in the mask.
+// The complement of the mask.
 Mask inverted(Mask);
 
 }  // namespace stylet::modeller

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::array<const char*, 2> kFrameFiles{"record/inputs.bin", "record/samples.bin"};
 
-// Where the first frame that is not whole begins, for who looks for what a flipped byte has cost.
+// Reports where the first damaged frame begins, to show what a flipped byte has cost.
 std::string placeOfDamage(const fs::path& folder, const fs::path& file) {
     if (std::find(kFrameFiles.begin(), kFrameFiles.end(), file) == kFrameFiles.end()) return "";
     const WholePart whole = wholePart(folder / file);

@@ -1,4 +1,5 @@
-// The files of an attempt's folder: their sums, and what a kill has left of them. Inside this folder.
+// Checksums of the files in an attempt's folder, and repair of files torn by a crash. Internal to this
+// folder.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +10,12 @@
 
 namespace stylet::records {
 
-inline constexpr const char* kWriting = ".writing";  // locked by who writes the attempt
+inline constexpr const char* kWriting = ".writing";  // locked by the process that writes the attempt
 
-// Cuts the files of frames at their last whole frame. Throws patient::DataError.
+// Cuts the frame files at their last whole frame. Throws patient::DataError.
 std::vector<CutFile> cutTails(const std::filesystem::path& folder);
 
-// What is wrong with a file that was stored so, in a line that names it; empty when nothing is.
+// Returns a line that names the file and its damage, or an empty text if the file still is what was stored.
 std::string damageOf(const std::filesystem::path& folder, const StoredFile& stored);
 
 }  // namespace stylet::records

@@ -29,8 +29,7 @@ std::uint64_t hexNumber(const std::string& text) {
     return std::stoull(text, nullptr, 16);
 }
 
-// An id names a folder beside the others, which is deleted with its trainee: nothing else may stand in its
-// place.
+// An id names a folder that is deleted together with its trainee, so it must not be any other path.
 std::string idOf(const std::string& text) {
     if (!isAttemptId(text)) throw std::invalid_argument("\"" + text + "\" is no attempt's id");
     return text;
@@ -91,7 +90,7 @@ StoredAttempt attemptOf(SQLite::Database& database, SQLite::Statement& r, const 
     return attempt;
 }
 
-// Of everything the index says of an attempt.
+// Checksum over everything that the index stores about an attempt.
 std::uint32_t rowsSum(const StoredAttempt& a) {
     std::string text;
     const auto add = [&](const std::string& part) { text += std::to_string(part.size()) + ':' + part; };

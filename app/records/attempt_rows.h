@@ -1,4 +1,4 @@
-// An attempt as the store's rows have it. Inside this folder.
+// Conversion between an attempt and its rows in the store. Internal to this folder.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>
@@ -7,22 +7,22 @@
 
 namespace stylet::records {
 
-// The columns that attemptOf() reads; a condition follows.
+// The columns that attemptOf() reads. Append a condition to it.
 inline constexpr const char* kSelectAttempts =
     "SELECT number, id, trainee, started_utc, state, device, patient, patient_digest, scenario, difficulty, "
     "program_version, seed, dt_s, device_gain, registration_rms_m, target_hit, total, ticks FROM attempt ";
 
-// Of the row that `selected` stands on; the attempt's folder lies in `attempts`.
+// Reads the attempt from the current row of `selected`. `attempts` is the folder that contains its folder.
 StoredAttempt attemptOf(SQLite::Database&, SQLite::Statement& selected,
                         const std::filesystem::path& attempts);
 
-// Can be a folder's name and names none but its own.
+// Returns true if the text is a valid folder name without path separators or parent references.
 bool isAttemptId(std::string_view);
 
-// Of everything the index says of an attempt.
+// Checksum over everything that the index stores about an attempt.
 std::uint32_t rowsSum(const StoredAttempt&);
 
-// SQLite knows no NaN.
+// Binds NULL for NaN, which SQLite does not have.
 void bindNumber(SQLite::Statement&, int place, double value);
 
 }  // namespace stylet::records

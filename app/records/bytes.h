@@ -1,4 +1,4 @@
-// Little-endian numbers in and out of byte buffers, whatever the machine.
+// Reads and writes little-endian numbers in byte buffers, on machines of any byte order.
 #pragma once
 
 #include <bit>
@@ -24,7 +24,7 @@ class ByteSink {
     std::vector<unsigned char>* to_;
 };
 
-// Reading past the end yields zeros and leaves ok() false.
+// Reading past the end returns zeros and sets ok() to false.
 class ByteSource {
   public:
     explicit ByteSource(std::span<const unsigned char> from) : from_(from) {}

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kPartBytes = 1 << 20;
 
-// Step i brings stylet.schema_version from i to i + 1. A step that a program was shipped with never changes.
+// Step i migrates stylet.schema_version from i to i + 1. Never change a step that has been released.
 constexpr std::array kCentreSteps{R"sql(
 CREATE TABLE stylet.attempt (
     id text PRIMARY KEY,
@@ -100,14 +100,14 @@ INSERT INTO stylet.event SELECT $1, e.* FROM jsonb_to_recordset($2::jsonb) AS e 
     text text)
 )sql";
 
-// JSON knows neither infinity nor NaN, PostgreSQL knows both by name.
+// JSON has neither infinity nor NaN; PostgreSQL reads both by name.
 json postgresNumber(double v) {
     if (std::isnan(v)) return "NaN";
     if (std::isinf(v)) return v > 0 ? "Infinity" : "-Infinity";
     return v;
 }
 
-// PostgreSQL's text holds no NUL.
+// PostgreSQL texts cannot contain NUL.
 json textJson(std::string text) {
     std::erase(text, '\0');
     return text;
@@ -181,7 +181,7 @@ void keepFile(pqxx::work& work, const StoredAttempt& attempt, const StoredFile& 
         throw DataError(attempt.folder / file.file, "checksum", "the file is not what was stored");
 }
 
-// So that a database which does not answer is given up: a few seconds to connect, a while for what was sent.
+// Adds timeouts to the connection string: 5 s to connect, 20 s for unacknowledged data.
 std::string withPatience(const std::string& database) {
     if (database.find("connect_timeout") != std::string::npos) return database;
     if (database.find("://") == std::string::npos)
@@ -190,7 +190,7 @@ std::string withPatience(const std::string& database) {
     return database + joint + "connect_timeout=5&tcp_user_timeout=20000";
 }
 
-// Without the line break that libpq ends its texts with.
+// The message without the line breaks of libpq.
 std::string saidBy(const std::exception& e) {
     std::string text = e.what();
     std::replace(text.begin(), text.end(), '\n', ' ');
@@ -198,7 +198,7 @@ std::string saidBy(const std::exception& e) {
     return text;
 }
 
-// A lost connection in the one way, everything else in the other.
+// Runs `act`. A lost connection becomes Unreachable; other database errors become std::runtime_error.
 template <typename Act>
 void asked(const Act& act) {
     try {
@@ -207,7 +207,7 @@ void asked(const Act& act) {
         throw;
     } catch (const pqxx::broken_connection& e) {
         throw Unreachable(saidBy(e));
-    } catch (const pqxx::in_doubt_error& e) {  // sent again it is there once
+    } catch (const pqxx::in_doubt_error& e) {  // safe to retry: sending twice stores it once
         throw Unreachable(saidBy(e));
     } catch (const std::exception& e) {
         throw std::runtime_error(saidBy(e));
@@ -232,9 +232,9 @@ Centre::Centre(const std::string& database, std::function<void(int)> connected) 
     asked([&] {
         connection_ = std::make_unique<Connection>(database, std::move(connected));
         pqxx::work work(connection_->to);
-        work.exec("SELECT pg_advisory_xact_lock(1400471916)");  // "Styl": one at a time
+        work.exec("SELECT pg_advisory_xact_lock(1400471916)");  // "Styl": one connection migrates at a time
         work.exec("SET client_min_messages = warning");
-        // Who may only write into what is there can do without the right to make it.
+        // A user who may only write into existing tables must not need the right to create a schema.
         if (work.exec("SELECT to_regclass('stylet.schema_version')")[0][0].is_null()) {
             work.exec("CREATE SCHEMA IF NOT EXISTS stylet");
             work.exec("CREATE TABLE stylet.schema_version (version integer NOT NULL)");

@@ -1,6 +1,7 @@
-// A training centre's PostgreSQL: what many stores have sent, one schema (`stylet`), made and brought up to
-// date by who connects. Beside the store's tables it holds the files themselves, in parts:
-//   attempt, metric, event, file      as in the store (README.md), by the attempt's id
+// The PostgreSQL database of a training centre, which collects the attempts of many stores. It has one
+// schema, `stylet`, which a connecting program creates or migrates. The tables match the store's; the files
+// are stored in the database as well, in parts:
+//   attempt, metric, event, file      as in the store (README.md), keyed by the attempt's id
 //   file_part                         attempt, path, part from 0, content: at most 1 MiB each
 #pragma once
 
@@ -14,23 +15,24 @@
 
 namespace stylet::records {
 
-// The database cannot be reached, or went away: what was under way has not happened, and may be tried again.
+// The database cannot be reached, or the connection was lost. The operation had no effect and may be
+// retried.
 struct Unreachable : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-// One thread. Throws Unreachable; std::runtime_error when the database refuses what it is told.
+// Single-threaded. Throws Unreachable, or std::runtime_error if the database refuses a request.
 class Centre {
   public:
-    // `database` as libpq names it. `connected` is told the socket while there is one, then -1: shut down, it
-    // ends what waits for the database.
+    // `database` is a libpq connection string. `connected` receives the socket after connecting, and -1
+    // when the connection ends. Shutting the socket down interrupts pending database calls.
     explicit Centre(const std::string& database, std::function<void(int)> connected = {});
     ~Centre();
     Centre(const Centre&) = delete;
     Centre& operator=(const Centre&) = delete;
 
-    // All of it or nothing; what is there already stays as it is. Throws patient::DataError when a file is
-    // not what was stored.
+    // Stores the attempt in one transaction. An attempt that is already there is not changed. Throws
+    // patient::DataError if a file no longer matches its stored checksum.
     void keep(const StoredAttempt&, const std::vector<StoredFile>&);
     void erase(const std::string& id);
 
@@ -39,7 +41,7 @@ class Centre {
     std::unique_ptr<Connection> connection_;
 };
 
-// Built without PostgreSQL there is no centre, and the constructor says so.
+// Returns false if built without PostgreSQL. The constructor of Centre then throws.
 bool hasCentre();
 
 }  // namespace stylet::records

@@ -11,7 +11,7 @@ namespace stylet::records {
 
 namespace {
 
-// A store that is there already: nobody asks about one that does not exist.
+// Opens an existing store. Throws if there is none.
 Store opened(const RecordsOptions& options) {
     if (!std::filesystem::exists(options.store / "store.sqlite"))
         throw patient::DataError(options.store, "store",

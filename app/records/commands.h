@@ -1,4 +1,4 @@
-// `stylet records ...`: what is said of a store, and asked of it.
+// The `stylet records ...` commands: list, show, recover, export, delete, sync.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,13 @@ namespace stylet::records {
 
 struct RecordsOptions {
     std::filesystem::path store;
-    std::string trainee;        // list, export: all when empty
-    std::string id;             // show
-    std::filesystem::path out;  // export
-    std::string database;       // sync
+    std::string trainee;        // for list, export; empty: all
+    std::string id;             // for show
+    std::filesystem::path out;  // for export
+    std::string database;       // for sync
 };
 
-// The exit status: 0 done, 1 something is not as it should be and was said. Throw patient::DataError.
+// Return the exit status: 0 success, 1 a problem was found and reported. Throw patient::DataError.
 int listAttempts(const RecordsOptions&);
 int showAttempt(const RecordsOptions&);
 int recoverStore(const RecordsOptions&);

@@ -33,7 +33,7 @@ void DiskFile::write(std::span<const unsigned char> bytes) {
 }
 
 void DiskFile::sync() {
-    // EINVAL: a pipe or the like, which keeps nothing.
+    // EINVAL: a pipe or a similar file that cannot be synced.
     if (fdatasync(descriptor_) != 0 && errno != EINVAL) throw DataError(file_, "file", std::strerror(errno));
 }
 
@@ -75,7 +75,7 @@ void syncFolder(const std::filesystem::path& folder) {
     if (descriptor < 0) throw DataError(folder, "folder", std::strerror(errno));
     const int error = fsync(descriptor) == 0 ? 0 : errno;
     close(descriptor);
-    // EINVAL: a file system that keeps its names by itself.
+    // EINVAL: a file system that does not need folder syncs.
     if (error != 0 && error != EINVAL) throw DataError(folder, "folder", std::strerror(error));
 }
 

@@ -1,4 +1,4 @@
-// What survives a power loss: files and folders written through to the disk.
+// Files and folders that survive a power loss: written through to the disk.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace stylet::records {
 
-// A file made anew, or emptied when it exists. What is written is in the file at once, and on the disk after
-// sync(). Throws patient::DataError when the disk refuses.
+// A new file; an existing one is truncated. Written bytes are in the file at once, and on the disk after
+// sync(). Throws patient::DataError if the disk refuses.
 class DiskFile {
   public:
     explicit DiskFile(const std::filesystem::path& file);
@@ -24,10 +24,10 @@ class DiskFile {
     int descriptor_;
 };
 
-// Only this one holds the file's lock, which goes with the process however that ends.
+// Exclusive lock on a file. The operating system releases it however the process ends.
 class FileLock {
   public:
-    // Nothing when another holds it. The file is made where there is none.
+    // Returns nothing if another process has the lock. Creates the file if it does not exist.
     static std::optional<FileLock> tryTake(const std::filesystem::path& file);
     FileLock(FileLock&&) noexcept;
     FileLock& operator=(FileLock&&) = delete;
@@ -38,15 +38,16 @@ class FileLock {
     int descriptor_;
 };
 
-// What was written into the file, by whomever. Throws patient::DataError when the disk refuses.
+// Syncs the file, whoever wrote it. Throws patient::DataError if the disk refuses.
 void syncFile(const std::filesystem::path& file);
-// Cuts off what stands behind its first `bytes`, on the disk when it returns.
+// Truncates the file to its first `bytes` bytes and syncs it.
 void cutFile(const std::filesystem::path& file, std::uint64_t bytes);
 
-// Throws patient::DataError with the reason where nothing can be written into `folder`.
+// Throws patient::DataError with the reason if `folder` is not writable.
 void checkWritable(const std::filesystem::path& folder);
 
-// Names made, renamed or removed in `folder`. Throws patient::DataError when the disk refuses.
+// Syncs the folder's entries: created, renamed and removed names. Throws patient::DataError if the disk
+// refuses.
 void syncFolder(const std::filesystem::path& folder);
 
 }  // namespace stylet::records

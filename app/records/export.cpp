@@ -26,7 +26,7 @@ bool isNumber(const std::string& text) {
     return read.ptr == end && read.ec == std::errc();
 }
 
-// A spreadsheet would compute what begins like this.
+// Spreadsheets evaluate texts that begin with these characters.
 bool looksLikeFormula(const std::string& text) {
     return !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos &&
            !isNumber(text);
@@ -47,7 +47,7 @@ std::string written(double v) {
     return text.data();
 }
 
-// One CSV file; a line at a time.
+// A CSV file, written line by line.
 class Table {
   public:
     Table(const fs::path& file, const std::vector<std::string>& names) : file_(file) { add(names); }

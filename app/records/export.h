@@ -1,4 +1,4 @@
-// What a trainee may take away, and a study may read: plain files with their checksums.
+// Exports attempts as plain files with checksums, for the trainee or for a study.
 #pragma once
 
 #include <cstddef>
@@ -12,16 +12,16 @@ namespace stylet::records {
 
 struct Exported {
     std::size_t attempts = 0;
-    std::vector<std::string> left_out;  // attempts that still run, by id
-    std::vector<std::string> damage;    // files that are not what was stored: exported as they are
+    std::vector<std::string> left_out;  // ids of attempts still running
+    std::vector<std::string> damage;    // files that differ from what was stored; exported as they are
 };
 
-// Into `folder`, made or empty:
-//   attempts.csv, metrics.csv, events.csv   a line each, by the attempt's id (README.md, the store's tables)
-//   attempts/ID/                            the attempt's files, and attempt.json: all of the above of this
-//   one checksums.csv                           path, bytes, crc32 of every file of this export
-// A text that a spreadsheet would take for a formula has a ' before it. All trainees when `trainee` is empty.
-// Throws patient::DataError.
+// Writes into `folder`, which must be empty or is created:
+//   attempts.csv, metrics.csv, events.csv   one line each, keyed by the attempt's id (columns: README.md)
+//   attempts/ID/                            the attempt's files, and attempt.json with all its rows
+//   checksums.csv                           path, bytes, crc32 of every file of this export
+// Texts that a spreadsheet would evaluate as a formula are prefixed with '. Exports all trainees if
+// `trainee` is empty. Throws patient::DataError.
 Exported exportAttempts(const Store&, const std::string& trainee, const std::filesystem::path& folder);
 
 }  // namespace stylet::records

@@ -18,15 +18,15 @@ namespace {
 constexpr std::uint32_t kFrameMark = 0x4d415246;   // "FRAM"
 constexpr std::size_t kPrologueBytes = 8 + 4 + 4;  // magic, version, header size
 constexpr std::size_t kFrameHeadBytes = 4 + 4 + 4 + 8 + 8;
-constexpr std::uint32_t kMaxHeaderBytes = 1 << 20;    // a recorded breath of an hour is a third of it
-constexpr std::uint32_t kMaxFrameBytes = 1 << 20;     // of a body
+constexpr std::uint32_t kMaxHeaderBytes = 1 << 20;    // a recorded breath of one hour takes a third of this
+constexpr std::uint32_t kMaxFrameBytes = 1 << 20;     // of the body
 constexpr std::uintmax_t kMaxFileBytes = 2ull << 30;  // three hours of samples
 
 std::uint32_t checksum(std::span<const unsigned char> bytes) {
     return static_cast<std::uint32_t>(crc32_z(0, bytes.data(), bytes.size()));
 }
 
-// The head of a frame, without its body; false where it cannot be one.
+// Reads the head of a frame, without its body. Returns false if it is not a valid head.
 bool takeFrameHead(ByteSource head, Frame& frame, std::uint32_t& body_bytes) {
     const std::uint32_t mark = head.u32();
     frame.ticks = head.u32();
@@ -37,7 +37,7 @@ bool takeFrameHead(ByteSource head, Frame& frame, std::uint32_t& body_bytes) {
            body_bytes <= kMaxFrameBytes;
 }
 
-// Bytes from a file as they are asked for, with the checksum of what came since begin().
+// Reads a file on demand and computes the checksum of the bytes since begin().
 class Summed {
   public:
     explicit Summed(const std::filesystem::path& file) : stream_(file, std::ios::binary) {
@@ -52,7 +52,7 @@ class Summed {
     }
     ByteSource from(std::size_t place) const { return ByteSource(std::span(bytes_).subspan(place)); }
     std::size_t size() const { return bytes_.size(); }
-    // The next four bytes are the checksum of all so far.
+    // Reads four bytes and compares them with the checksum of all bytes so far.
     bool takeChecksum() {
         const std::uint32_t sum = checksum(bytes_);
         const std::size_t place = bytes_.size();

@@ -65,12 +65,12 @@ struct BackgroundSender::Running {
     std::condition_variable wake;
     std::condition_variable answer;
     bool stop = false, ended = false;
-    std::uint64_t asked = 0, serving = 0, answered = 0;  // calls of drain()
-    std::size_t left = 0;                                // after the newest round
+    std::uint64_t asked = 0, serving = 0, answered = 0;  // counts of drain() calls
+    std::size_t left = 0;                                // after the latest round
     int socket = -1;
     std::thread thread;
 
-    // True when the time is over or somebody asks, false when the sender is to end.
+    // Waits until the time is over or drain() was called. Returns false if the sender must stop.
     bool wait(std::chrono::seconds time) {
         std::unique_lock lock(mutex);
         wake.wait_for(lock, time, [&] { return stop || asked > answered; });
@@ -125,7 +125,7 @@ BackgroundSender::BackgroundSender(const std::filesystem::path& folder, std::str
                 SendReport report;
                 try {
                     report = round();
-                } catch (const patient::DataError& e) {  // of the store, as while its disk is full
+                } catch (const patient::DataError& e) {  // from the store, such as a full disk
                     sayOnce(std::string("nothing is sent to the training centre now: ") + e.what());
                     report.left = 1;
                 }

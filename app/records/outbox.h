@@ -1,6 +1,6 @@
-// To the training centre: what the store has finished is sent to its PostgreSQL (centre.h), what was deleted
-// is deleted there. Everything is in the store first and stays until the centre has it: a database that is
-// gone, slow or restarted costs time only, and an attempt that was sent twice is there once.
+// Sends finished attempts and deletions from the store to the training centre's PostgreSQL (centre.h).
+// Everything is stored locally first and stays queued until the centre has it. An unreachable or slow
+// database only causes delay, and sending an attempt twice stores it once.
 #pragma once
 
 #include <chrono>
@@ -15,24 +15,24 @@
 namespace stylet::records {
 
 struct SendReport {
-    std::size_t sent = 0, erased = 0, left = 0;  // left: of what waited
-    bool reached = false;                        // the database
-    std::string error;                           // the newest, empty when nothing went wrong
+    std::size_t sent = 0, erased = 0, left = 0;  // left: entries still queued
+    bool reached = false;                        // the database was reached
+    std::string error;                           // the most recent error, or empty
 };
 
-// Everything that waits, in order, once. What the centre refuses stays, with its reason, and the next is
-// tried; without a connection nothing is. One sender at a time: while another sends there is an error. Throws
-// patient::DataError when the store refuses.
+// Sends every queued entry once, in order. An entry that the centre refuses stays queued with the reason,
+// and the next is tried. Without a connection nothing is sent. Only one sender may run at a time: the error
+// reports another one. Throws patient::DataError if the store fails.
 SendReport sendOutbox(Store&, const std::string& database, const std::function<void(int)>& connected = {});
 
-// A thread that sends whenever something waits, and while the database cannot be reached ever less often:
-// after a second, two, four, at last every five minutes. Its errors are said once each.
+// A thread that sends whenever the outbox has entries. While the database cannot be reached it backs off: 1
+// s, 2 s, 4 s, up to five minutes. Each error is reported once.
 class BackgroundSender {
   public:
     BackgroundSender(const std::filesystem::path& store, std::string database,
                      std::function<void(const std::string&)> say);
-    ~BackgroundSender();  // interrupts what is on its way, which stays queued
-    // Sends at once, and waits so long for it; how much is left, at least 1 where that is not known.
+    ~BackgroundSender();  // interrupts sending; the interrupted entry stays queued
+    // Sends at once and waits up to `at_most`. Returns the number of entries left, at least 1 if unknown.
     std::size_t drain(std::chrono::milliseconds at_most);
     BackgroundSender(const BackgroundSender&) = delete;
     BackgroundSender& operator=(const BackgroundSender&) = delete;

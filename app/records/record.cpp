@@ -18,7 +18,7 @@ using patient::Vec3;
 namespace {
 
 constexpr FileKind kInputsFile{{'S', 'T', 'Y', 'L', 'R', 'E', 'C', '\n'}, kRecordVersion, "a Stylet record"};
-constexpr std::uint32_t kManyPoints = 1 << 10;  // more than any pad has
+constexpr std::uint32_t kManyPoints = 1 << 10;  // more than any touch pad has
 
 void putPose(ByteSink& sink, const Pose& p) {
     for (double v : {p.rotation.w, p.rotation.x, p.rotation.y, p.rotation.z})
@@ -53,7 +53,7 @@ void putTick(ByteSink& sink, const TickInput& input) {
     }
 }
 
-// False on a count or kind that no tick can have.
+// Returns false for an invalid count or kind.
 bool takeTick(ByteSource& source, TickInput& input) {
     input.device.device_from_stylus = takePose(source);
     input.device.buttons = source.u32();
@@ -75,7 +75,7 @@ bool takeTick(ByteSource& source, TickInput& input) {
     return source.ok();
 }
 
-// Every number of the settings in one order, for writing and for reading.
+// Visits every number of the settings in a fixed order, for writing and reading.
 template <typename Settings, typename Visit>
 void eachSettingsNumber(Settings& s, Visit visit) {
     visit(s.dt_s);
@@ -111,7 +111,7 @@ void putBreath(ByteSink& sink, const std::optional<patient::BreathPlan>& breath)
         sink.f64(v);
 }
 
-// False where it does not fit what is left of the header.
+// Returns false if the breath does not fit into the rest of the header.
 bool takeBreath(ByteSource& source, std::optional<patient::BreathPlan>& breath) {
     const std::uint32_t there = source.u32();
     if (there == 0) return source.ok();
@@ -141,7 +141,7 @@ std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     return fileHeader(kInputsFile, body);
 }
 
-// Fills `header` and returns where the frames begin.
+// Fills `header` and returns the offset of the first frame.
 std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesystem::path& file,
                          RecordHeader& header) {
     const FileHead head = fileHead(bytes, file, kInputsFile);
@@ -165,7 +165,7 @@ std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesy
     return head.size;
 }
 
-// One frame at the source's start; false when it is not whole. Consumes `used` bytes.
+// Decodes one frame at the start of `bytes` and sets `used` to its size. Returns false if it is not whole.
 bool decodeFrame(std::span<const unsigned char> bytes, Record& record, std::size_t& used) {
     const std::optional<Frame> frame = frameAt(bytes);
     if (!frame || frame->first != record.inputs.size()) return false;
@@ -224,7 +224,7 @@ std::uint64_t hashFrom(const std::string& hex) {
     return std::stoull(hex, nullptr, 16);
 }
 
-// At the end of a letter of UTF-8.
+// Shortens the text at a UTF-8 character boundary.
 std::string shortened(const std::string& text) {
     std::size_t size = std::min(text.size(), kLongestBookmark);
     while (size > 0 && size < text.size() && (static_cast<unsigned char>(text[size]) & 0xc0u) == 0x80u)
@@ -238,7 +238,7 @@ std::vector<Bookmark> bookmarksFrom(const json& j) {
     std::vector<Bookmark> marks;
     for (const json& one : j) {
         marks.push_back({one.at("tick").get<std::uint64_t>(), one.at("text").get<std::string>()});
-        if (marks.back().text.size() > 3 * kLongestBookmark)  // a byte that is no letter takes three
+        if (marks.back().text.size() > 3 * kLongestBookmark)  // an invalid byte is replaced by three
             throw std::runtime_error("a bookmark's text is longer than " + std::to_string(kLongestBookmark));
         if (marks.size() > 1 && marks.back().tick < marks[marks.size() - 2].tick)
             throw std::runtime_error("the bookmarks are not in order");
@@ -280,7 +280,7 @@ RecordInfo infoFrom(const json& j) {
 void writeInfo(const RecordInfo& info, const std::filesystem::path& folder) {
     const std::filesystem::path file = folder / "record.json", part = folder / "record.json.part";
     {
-        // A path may be no UTF-8, and then loses a letter: better than the record.
+        // A path may not be valid UTF-8. Replacing its invalid bytes is better than losing the record.
         const std::string text = infoJson(info).dump(2, ' ', false, json::error_handler_t::replace) + '\n';
         DiskFile stream(part);
         stream.write({reinterpret_cast<const unsigned char*>(text.data()), text.size()});
@@ -290,8 +290,8 @@ void writeInfo(const RecordInfo& info, const std::filesystem::path& folder) {
     syncFolder(folder);
 }
 
-// The folder, without the record that may stand there: its record.json goes first, so that no crash leaves it
-// beside other inputs.
+// Creates the folder and removes an earlier record from it. record.json is removed first, so that a crash
+// cannot leave it beside new inputs.
 std::filesystem::path emptied(const std::filesystem::path& folder) {
     const std::filesystem::path place = std::filesystem::absolute(folder);
     std::filesystem::create_directories(place);

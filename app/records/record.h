@@ -1,7 +1,7 @@
-// An attempt on disk: everything the simulation was given, bit for bit, so that it can be computed again.
-//   inputs.bin    header, then frames of ticks, each with its checksum and the state hash it ended in
-//   record.json   the same for a reader: patient, scenario, seed, gain, path, and how the attempt ended
-// inputs.bin is little-endian throughout; README.md has the layout byte by byte.
+// The record of an attempt: every simulation input, bit for bit, so that the attempt can be recomputed.
+//   inputs.bin    header, then frames of ticks, each with a checksum and the state hash at its end
+//   record.json   human-readable: patient, scenario, seed, gain, path, and how the attempt ended
+// inputs.bin is little-endian. README.md documents its layout byte by byte.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace stylet::records {
 
 inline constexpr std::uint32_t kRecordVersion = 8;
 
-// What a recomputation needs besides the patient. The profile's two texts are not stored.
+// The inputs of a recomputation besides the patient. The profile's two texts are not stored.
 struct RecordHeader {
     std::uint64_t package_digest = 0;
     haptics::SimulationSettings settings;
@@ -31,12 +31,12 @@ struct RecordEnd {
     std::uint64_t state_hash = 0;
 };
 
-// Ticks that never reached the writer, both ends included.
+// Ticks that never reached the writer, first and last inclusive.
 struct LostTicks {
     std::uint64_t first = 0, last = 0;
 };
 
-// A mark of the instructor's, from which the attempt can be gone through again.
+// A mark set by the instructor, from which the attempt can be restarted.
 struct Bookmark {
     std::uint64_t tick = 0;
     std::string text;  // may be empty
@@ -53,22 +53,22 @@ struct RecordInfo {
     std::uint64_t seed = 0;
     double gain = 1.0;
     patient::PlannedPath path;
-    std::vector<Bookmark> bookmarks;  // in order
-    std::optional<RecordEnd> end;     // absent: the attempt was cut short
-    std::optional<LostTicks> lost;    // the record ends before them, the attempt went on
+    std::vector<Bookmark> bookmarks;  // by tick
+    std::optional<RecordEnd> end;     // absent: the attempt was interrupted
+    std::optional<LostTicks> lost;    // the record ends before them; the attempt continued
 };
 
-// Appends frames as ticks come in: after a crash the file is whole up to the last frame, after a power loss
-// up to the last sync. A tick missing between two ends the record: nothing behind it could be recomputed.
-// Session thread. Throws patient::DataError when the disk refuses.
+// Appends frames as ticks arrive. After a crash the file is complete up to the last frame, after a power
+// failure up to the last sync. A missing tick ends the record, because later ticks could not be recomputed.
+// Session thread. Throws patient::DataError if the disk refuses.
 class RecordWriter {
   public:
     RecordWriter(const std::filesystem::path& folder, const RecordHeader&, const RecordInfo&);
-    // `state_hash` of the whole attempt (app/training/attempt_fold.h).
+    // `state_hash` covers the whole attempt (app/training/attempt_fold.h).
     void add(const haptics::TickInput&, std::uint64_t tick, std::uint64_t state_hash);
-    // At once in record.json; more than kMostBookmarks are not kept.
+    // Writes the bookmark to record.json at once. Bookmarks beyond kMostBookmarks are dropped.
     void bookmark(Bookmark);
-    // Writes the frame in progress and the end into record.json; all of it is on the disk then.
+    // Writes the current frame, and the end into record.json. Returns when both are on the disk.
     void finish();
     const std::optional<LostTicks>& lost() const { return info_.lost; }
     const std::vector<Bookmark>& bookmarks() const { return info_.bookmarks; }
@@ -96,14 +96,15 @@ struct Record {
     RecordHeader header;
     RecordInfo info;
     std::vector<haptics::TickInput> inputs;
-    std::vector<Checkpoint> checkpoints;  // one a frame, ascending
-    std::uint64_t torn_bytes = 0;         // behind the last whole frame: cut off
+    std::vector<Checkpoint> checkpoints;  // one per frame, ascending
+    std::uint64_t torn_bytes = 0;         // bytes behind the last whole frame; ignored
 };
 
-// Refuses a bad header, version or record.json with a DataError; a torn tail is cut at the last whole frame.
+// Throws DataError for a bad header, version or record.json. Ignores a torn tail behind the last whole
+// frame.
 Record loadRecord(const std::filesystem::path& folder);
 
-// The two files of a record by their contents; `file` is named when they are refused.
+// Parse the contents of a record's two files. `file` is used in error messages.
 void parseInputs(std::span<const unsigned char> bytes, const std::filesystem::path& file, Record&);
 RecordInfo parseInfo(std::string_view json, const std::filesystem::path& file);
 

@@ -6,7 +6,7 @@ namespace stylet::records {
 
 namespace {
 
-// What finger, probe and scalpel press on, where the record takes one of them.
+// The map that finger, probe and scalpel press on, if the record uses one of these tools.
 std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient, const Record& record) {
     bool presses = haptics::pressesOnSkin(record.header.settings.tools.first);
     for (const haptics::TickInput& input : record.inputs)

@@ -1,4 +1,4 @@
-// Recomputation of a record: the same inputs through the same step must end in the same hash.
+// Recomputes a record: the same inputs through the same step function must give the same state hash.
 #pragma once
 
 #include <functional>
@@ -11,9 +11,9 @@ namespace stylet::records {
 struct ReplayResult {
     std::uint64_t ticks = 0;
     std::uint64_t state_hash = 0;
-    // The first frame whose recorded hash was not met; the difference arose in the ticks before it.
+    // The first frame whose recorded hash differs. The difference arose in the ticks of that frame.
     std::optional<Checkpoint> differs_at;
-    // record.json names an end that was not reached or not met.
+    // record.json names an end that was not reached, or whose state hash differs.
     bool end_missed = false;
     bool equal() const { return !differs_at && !end_missed; }
 };
@@ -21,7 +21,7 @@ struct ReplayResult {
 using EachTick =
     std::function<void(const haptics::TickInput&, const haptics::TickOutput&, const haptics::NeedleEvents&)>;
 
-// Throws DataError when the record was made on another patient. `each` may be empty.
+// Throws DataError if the record was made with another patient. `each` may be empty.
 ReplayResult replay(const patient::Patient&, const Record&, const EachTick& each);
 
 }  // namespace stylet::records

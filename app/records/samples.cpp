@@ -21,7 +21,7 @@ constexpr std::uint32_t kFloats = 2 * 7 + 4 * 3 + 5;
 constexpr std::uint32_t kSampleBytes = kFloats * 4 + 3 * 4;
 enum Flag : std::uint32_t { kHeld = 1, kGuided = 2, kParked = 4 };
 
-// Every number of a sample in one order, for writing and for reading.
+// Visits every number of a sample in a fixed order, for writing and reading.
 template <typename AnySample, typename Visit>
 void eachSampleNumber(AnySample& s, Visit visit) {
     const auto vector = [&](auto& v) { visit(v.x), visit(v.y), visit(v.z); };
@@ -46,7 +46,7 @@ void putSample(ByteSink& sink, const Sample& s) {
     eachSampleNumber(s, [&](double v) { sink.f32(float(v)); });
 }
 
-// False on a tool, phase or tissue that nobody knows.
+// Returns false for an unknown tool, phase or tissue.
 bool takeSample(ByteSource& source, Sample& s) {
     const std::uint32_t kinds = source.u32(), flags = source.u32();
     s.faults = source.u32();

@@ -1,6 +1,6 @@
-// What an attempt was, tick by tick: samples.bin, beside the inputs that computed it. A film of the attempt,
-// its curves and its measures play these; that they are what the inputs give is checked by replay.h.
-// README.md has the layout byte by byte; examples/read_attempt.py reads it.
+// The tick-by-tick results of an attempt: samples.bin, stored beside the inputs that produced it. Films,
+// curves and measures use these samples; replay.h checks that the inputs reproduce them. README.md
+// documents the layout byte by byte; examples/read_attempt.py reads it.
 #pragma once
 
 #include <cstdint>
@@ -15,29 +15,30 @@ namespace stylet::records {
 
 inline constexpr std::uint32_t kSamplesVersion = 1;
 
-// Patient frame but for sent_n. Numbers are kept as 32-bit floats: a position to some nanometres.
+// In the patient frame, except sent_n. Numbers are stored as 32-bit floats: positions are accurate to some
+// nm.
 struct Sample {
     std::uint64_t tick = 0;
-    haptics::Tool tool = haptics::Tool::needle;  // in hand
-    patient::Pose patient_from_tool;             // of it
-    patient::Vec3 tip_m{0.0};                    // of the needle
-    patient::Vec3 axis{0.0};                     // of the needle, unit, into the body
-    patient::Pose patient_from_probe;            // of the parked one
+    haptics::Tool tool = haptics::Tool::needle;  // the active tool
+    patient::Pose patient_from_tool;             // pose of the active tool
+    patient::Vec3 tip_m{0.0};                    // needle tip
+    patient::Vec3 axis{0.0};                     // needle axis, unit vector into the body
+    patient::Pose patient_from_probe;            // pose of the parked probe
     bool needle_in_guide = false, probe_parked = false, breath_held = false;
     haptics::Phase phase = haptics::Phase::outside;
     haptics::Tissue tissue = haptics::Tissue::air;
     std::uint8_t label = 0;
-    double depth_m = 0.0, force_n = 0.0;  // axial, model
-    patient::Vec3 tool_force_n{0.0};      // of the model on the tool in hand
+    double depth_m = 0.0, force_n = 0.0;  // axial, from the model
+    patient::Vec3 tool_force_n{0.0};      // from the model, on the active tool
     patient::Vec3 sent_n{0.0};            // after the output stage, device frame
-    double extension_m = 0.0;             // proxy behind tip
+    double extension_m = 0.0;             // distance of the proxy behind the tip
     double breath_v = 0.0;
     double clearance_m = 0.0;  // needle to the nearest risk structure; infinity outside the body
     std::uint32_t faults = 0;  // haptics fault bits
 };
 
 Sample sampleOf(const haptics::TickOutput&, double clearance_m);
-// To the bit that a file keeps.
+// Returns true if both samples are stored as the same bits.
 bool sameInFile(const Sample&, const Sample&);
 
 struct SamplesHeader {
@@ -45,13 +46,13 @@ struct SamplesHeader {
     double dt_s = 0.001;
 };
 
-// Session thread. As RecordWriter: after a kill the file is whole up to the last frame, after a power loss up
-// to the last second. Throws patient::DataError when the disk refuses.
+// Session thread. Like RecordWriter: after a crash the file is complete up to the last frame, after a power
+// failure up to the last second. Throws patient::DataError if the disk refuses.
 class SampleWriter {
   public:
     SampleWriter(const std::filesystem::path& folder, const SamplesHeader&);  // folder: the attempt's record/
-    void add(const Sample&);  // ticks ascend; where one is missing a new frame begins
-    void finish();            // writes the frame in progress; all of it is on the disk then
+    void add(const Sample&);  // ticks ascend; a missing tick starts a new frame
+    void finish();            // writes the current frame; returns when all is on the disk
 
   private:
     void writeFrame();
@@ -65,12 +66,12 @@ class SampleWriter {
 struct Samples {
     SamplesHeader header;
     std::vector<Sample> samples;   // ticks ascend
-    std::uint64_t torn_bytes = 0;  // behind the last whole frame: left out
+    std::uint64_t torn_bytes = 0;  // bytes behind the last whole frame; ignored
 };
 
-// Refuses a bad header or version with a DataError; a torn tail is cut at the last whole frame.
+// Throws DataError for a bad header or version. Ignores a torn tail behind the last whole frame.
 Samples loadSamples(const std::filesystem::path& folder);
-// The same from the file's contents; `file` is named when they are refused.
+// Parses the file's contents. `file` is used in error messages.
 Samples parseSamples(std::span<const unsigned char> bytes, const std::filesystem::path& file);
 
 }  // namespace stylet::records

@@ -50,7 +50,7 @@ CREATE TABLE event (
 CREATE TABLE doomed (folder TEXT PRIMARY KEY) STRICT;
 )sql";
 
-// Checksums of what is finished, rows and files, and what the training centre is still to be told.
+// Adds checksums of finished attempts' rows and files, and the outbox for the training centre.
 constexpr const char* kVersion2 = R"sql(
 ALTER TABLE attempt ADD COLUMN crc32 INTEGER;
 CREATE TABLE file (

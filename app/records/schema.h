@@ -1,4 +1,4 @@
-// The schema of store.sqlite, a step a version. README.md says what the columns mean.
+// The schema of store.sqlite as migration steps, one per version. README.md documents the columns.
 #pragma once
 
 #include <span>
@@ -7,7 +7,7 @@ namespace stylet::records {
 
 inline constexpr int kStoreId = 0x5374796c;  // PRAGMA application_id, "Styl"
 
-// Step i brings PRAGMA user_version from i to i + 1. A step that a program was shipped with never changes.
+// Step i migrates PRAGMA user_version from i to i + 1. Never change a step that has been released.
 std::span<const char* const> schemaSteps();
 
 }  // namespace stylet::records

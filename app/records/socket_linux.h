@@ -1,9 +1,9 @@
-// A connection ended from another thread.
+// Ends a connection from another thread.
 #pragma once
 
 namespace stylet::records {
 
-// Who waits on the socket is woken with an error; its owner closes it.
+// Wakes any thread that waits on the socket, with an error. Does not close the socket.
 void shutDown(int socket) noexcept;
 
 }  // namespace stylet::records

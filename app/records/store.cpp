@@ -23,9 +23,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kPatience_ms = 10000;  // for another process that writes
+constexpr int kPatience_ms = 10000;  // to wait for another process that writes
 constexpr int kShortPatience_ms = 50;
-constexpr const char* kReserve = ".reserve";  // given up to delete on a disk that is full
+constexpr const char* kReserve = ".reserve";  // deleted to make room when the disk is full
 constexpr std::size_t kReserveBytes = 1 << 20;
 constexpr std::size_t kMostTrainee = 64;
 
@@ -46,7 +46,7 @@ Now utcNow() {
     return {compact.data(), std::string(full.data()) + tail.data()};
 }
 
-// Sorts by time; the tail tells apart what began in the same second, here or at another place.
+// Ids sort by time. The random tail separates attempts begun in the same second, here or at another site.
 std::string newId(const std::string& compact) {
     std::random_device random;
     std::array<char, 16> tail{};
@@ -64,7 +64,7 @@ void syncTree(const fs::path& folder) {
     syncFolder(folder);
 }
 
-// Of an attempt whose writer ended between making its folder and storing its row: nobody knows its id.
+// The writer ended between creating the folder and storing the row, so the attempt's id was never used.
 bool neverBegun(const fs::path& folder) {
     if (!fs::is_directory(folder)) return false;
     for (const auto& entry : fs::directory_iterator(folder))
@@ -72,7 +72,7 @@ bool neverBegun(const fs::path& folder) {
     return true;
 }
 
-// What is written in this scope survives a kill; the disk has it with the next write that waits for it.
+// Writes in this scope survive a crash. They reach the disk with the next write that waits for it.
 class NoWaiting {
   public:
     explicit NoWaiting(SQLite::Database& database) : database_(database) {
@@ -86,7 +86,7 @@ class NoWaiting {
     SQLite::Database& database_;
 };
 
-// Other processes are hardly waited for in this scope.
+// In this scope, waits only briefly for other processes.
 class Hurry {
   public:
     explicit Hurry(SQLite::Database& database) : database_(database) {
@@ -114,7 +114,7 @@ void checkTrainee(const std::string& trainee) {
         refuse("is a pseudonym of letters, digits, '.', '_' and '-', not a name");
 }
 
-// Whatever fails becomes a DataError that names the store's file.
+// Turns any error into a DataError that names the store's file.
 template <typename Act>
 auto Store::guarded(Act act) const {
     try {
@@ -123,7 +123,7 @@ auto Store::guarded(Act act) const {
         throw DataError(file_, "database", e.what());
     } catch (const fs::filesystem_error& e) {
         throw DataError(e.path1().empty() ? folder_ : e.path1(), "file", e.code().message());
-    } catch (const std::logic_error& e) {  // of stoull, for one: a number that is none
+    } catch (const std::logic_error& e) {  // for example from stoull, for a text that is not a number
         throw DataError(file_, "database", std::string("a row cannot be read: ") + e.what());
     }
 }
@@ -131,19 +131,19 @@ auto Store::guarded(Act act) const {
 Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(folder_ / "store.sqlite") {
     guarded([&] {
         fs::create_directories(folder_ / "attempts");
-        // Even reading writes beside the database, which does not say what is the matter.
+        // Even reading writes files beside the database, and SQLite's error would not name the cause.
         checkWritable(folder_);
         try {
             open();
         } catch (const SQLite::Exception& e) {
-            // Even reading needs a little room.
+            // Even reading needs some free space: delete the reserve and try again.
             if ((e.getErrorCode() & 0xff) != SQLITE_FULL || !fs::remove(folder_ / kReserve)) throw;
             open();
             return;
         }
         keepReserve();
     });
-    // On a full disk, say, there is still reading and deleting.
+    // If recovery fails, for example on a full disk, reading and deleting still work.
     const auto attempted = [&](const char* what, const auto& act) {
         try {
             guarded(act);
@@ -161,7 +161,7 @@ void Store::open() {
         file_.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kPatience_ms);
     {
         const SQLite::Transaction same_instant(*database_);
-        needStore();  // before anything is changed in it
+        needStore();  // check before anything is changed
     }
     database_->exec("PRAGMA journal_mode = WAL");
     database_->exec("PRAGMA synchronous = FULL");
@@ -227,7 +227,8 @@ void Store::execute(const char* sql, const std::vector<std::string>& values) con
     statement.exec();
 }
 
-// What is finished or was cut short does not change any more.
+// Stores the checksums of an attempt that is finished or cut short. Such an attempt does not change any
+// more.
 void Store::sumUp(const std::string& id) {
     const std::uint32_t rows = rowsSum(readAttempt(id));
     const auto files = fs::exists(folderOf(id)) ? sumsOf(folderOf(id)) : std::vector<StoredFile>();
@@ -245,7 +246,7 @@ void Store::sumUp(const std::string& id) {
     execute("UPDATE attempt SET crc32 = ? WHERE id = ?", {std::to_string(rows), id});
 }
 
-// Attempts of schema 1 were stored without sums, by which the centre knows what files there are.
+// Adds the checksums that schema 1 did not store. The centre learns the list of files from them.
 void Store::sumUpOlder() {
     for (const std::string& id : idsWhere("state <> 'running' AND crc32 IS NULL"))
         try {
@@ -255,7 +256,7 @@ void Store::sumUpOlder() {
         }
 }
 
-// It is summed up, and the centre is to know.
+// Stores the attempt's checksums and queues it for the centre.
 void Store::settle(const std::string& id) {
     sumUp(id);
     execute("INSERT INTO outbox (kind, what) VALUES ('attempt', ?)", {id});
@@ -282,7 +283,7 @@ void Store::recover() {
     change.commit();
 }
 
-// begin() and finish() change state and lock under the same write lock of the database.
+// Runs under the same database write lock as begin() and finish() when they change state and lock.
 void Store::recoverAttempt(const std::string& id) {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     SQLite::Statement running(*database_, "SELECT 1 FROM attempt WHERE state = 'running' AND id = ?");
@@ -364,7 +365,7 @@ void Store::add(const std::string& id, const std::vector<EventRow>& events) {
 
 void Store::insertEvents(const std::string& id, const std::vector<EventRow>& events) {
     if (events.empty()) return;
-    const NoWaiting into_the_file(*database_);  // finish() waits for the disk
+    const NoWaiting into_the_file(*database_);  // finish() syncs to the disk
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     SQLite::Statement row(
         *database_,
@@ -504,7 +505,7 @@ std::vector<std::string> Store::damage() const {
                 if (std::string line = damageOf(folderOf(id), stored); !line.empty())
                     found.push_back(std::move(line));
             try {
-                // NULL: it could not be summed up.
+                // NULL: the checksum could not be computed.
                 if (!row.getColumn(1).isNull() && row.getColumn(1).getInt64() != rowsSum(readAttempt(id)))
                     found.push_back(file_.string() + ": the checksum of attempt " + id + " does not match");
             } catch (const std::exception& e) {
@@ -552,7 +553,7 @@ std::size_t Store::eraseTrainee(const std::string& trainee) {
         try {
             count = doom(trainee);
         } catch (const SQLite::Exception& e) {
-            // To delete needs some room too.
+            // Deleting needs some free space too.
             if ((e.getErrorCode() & 0xff) != SQLITE_FULL || !fs::remove(folder_ / kReserve)) throw;
             count = doom(trainee);
         }
@@ -570,11 +571,11 @@ std::size_t Store::doom(const std::string& trainee) {
     while (ids.executeStep())
         doomed.push_back(ids.getColumn(0).getString());
     for (const std::string& id : doomed) {
-        if (!isAttemptId(id)) continue;  // a damaged row names no folder of ours; it goes with the others
+        if (!isAttemptId(id)) continue;  // damaged row: not a folder of this store; deleted with the others
         if (isBeingWritten(id)) throw DataError(folderOf(id), "attempt", "is being written");
         execute("INSERT INTO doomed (folder) VALUES (?)", {id});
         execute("DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", {id});
-        // Also of what was never sent: it may be on its way just now.
+        // Also for attempts that were never sent: one may be on its way to the centre right now.
         execute("INSERT INTO outbox (kind, what) VALUES ('erase', ?)", {id});
     }
     execute("DELETE FROM attempt WHERE trainee = ?", {trainee});
@@ -582,7 +583,7 @@ std::size_t Store::doom(const std::string& trainee) {
     return doomed.size();
 }
 
-// Where there is no room for it, the store does without.
+// Best effort: without enough free space the store works without a reserve.
 void Store::keepReserve() const {
     const fs::path file = folder_ / kReserve;
     if (fs::exists(file)) return;
@@ -595,7 +596,8 @@ void Store::keepReserve() const {
     }
 }
 
-// What eraseTrainee() began, also when it was killed on the way: known until nothing is left of it.
+// Completes the deletions that eraseTrainee() began, also after a crash. An entry stays until its folder is
+// gone.
 void Store::removeDoomed() {
     std::vector<std::string> folders;
     SQLite::Statement doomed(*database_, "SELECT folder FROM doomed");
@@ -606,7 +608,7 @@ void Store::removeDoomed() {
     for (const std::string& id : folders)
         if (isAttemptId(id)) fs::remove_all(folderOf(id));
     syncFolder(folder_ / "attempts");
-    // No page of the file and none of the log keeps what was erased.
+    // Makes sure that neither the database file nor its log still contains deleted data.
     database_->exec("VACUUM");
     if (numberIn("PRAGMA wal_checkpoint(TRUNCATE)") != 0)
         throw DataError(

@@ -1,10 +1,10 @@
-// The store: every attempt of a training place, on its own disk first. One SQLite file as index and a folder
-// for each attempt:
+// The store: every attempt of a training site, kept on its local disk first. It has one SQLite file as
+// index and one folder per attempt:
 //   store.sqlite          attempts, metrics, events (WAL); the guide's records.md has the schema
-//   attempts/ID/          what `stylet run --out` leaves: summary.json, pictures, record/
-// What finish() has acknowledged survives a kill and a power loss. An attempt whose writer is gone is found
-// when the store is opened: its files are cut at the last whole frame, it is called cut short, and that is
-// said.
+//   attempts/ID/          the files that `stylet run --out` writes: summary.json, pictures, record/
+// Data that finish() has acknowledged survives a crash and a power failure. When the store is opened,
+// attempts whose writer has ended are recovered: their files are cut at the last whole frame, they are
+// marked "cut short", and the recovery is reported.
 #pragma once
 
 #include <cstdint>
@@ -24,15 +24,15 @@ class Database;
 
 namespace stylet::records {
 
-// What an attempt was made with. `trainee` is a pseudonym (checkTrainee); the store keeps no names.
+// Metadata of an attempt. `trainee` is a pseudonym (checkTrainee); the store contains no real names.
 struct AttemptInfo {
     std::string trainee, device, patient, scenario, difficulty, program_version;
     std::uint64_t patient_digest = 0, seed = 0;
     double dt_s = 0.001, device_gain = 1.0;
-    std::optional<double> registration_rms_m{};  // of a device that was registered in the headset's room
+    std::optional<double> registration_rms_m{};  // for a device registered in the headset's room
 };
 
-// In the unit that `unit` names; points of at most `most_points`.
+// The value is in the unit named by `unit`; `points` of at most `most_points`.
 struct MetricRow {
     std::string id, name, unit;
     double value = 0.0, points = 0.0, most_points = 0.0;
@@ -59,16 +59,16 @@ struct StoredAttempt {
     AttemptInfo info;
     std::string started_utc;  // "2026-11-21T20:15:00.123Z"
     AttemptState state = AttemptState::running;
-    std::optional<AttemptResult> result;  // of one that is done
-    std::vector<EventRow> events;         // in the order they were added
+    std::optional<AttemptResult> result;  // only if done
+    std::vector<EventRow> events;         // in the order of adding
     std::filesystem::path folder;
 };
 
-// A file of an attempt that was cut short, relative to the attempt's folder.
+// A repaired file of an attempt that was cut short, relative to the attempt's folder.
 struct CutFile {
     std::filesystem::path file;
-    std::uint64_t ticks = 0;      // in whole frames: kept
-    std::uint64_t cut_bytes = 0;  // behind the last of them
+    std::uint64_t ticks = 0;      // in whole frames, which are kept
+    std::uint64_t cut_bytes = 0;  // behind the last whole frame
     bool headless = false;        // the file ends inside its header: nothing of it can be read
 };
 
@@ -76,7 +76,7 @@ struct Recovered {
     std::string id;
     std::vector<CutFile> files;
 };
-// A file of a finished attempt, relative to its folder.
+// A file of a finished attempt, relative to the attempt's folder.
 struct StoredFile {
     std::filesystem::path file;
     std::uint64_t bytes = 0;
@@ -84,75 +84,77 @@ struct StoredFile {
 };
 
 StoredFile sumOf(const std::filesystem::path& folder, const std::filesystem::path& file);
-std::vector<StoredFile> sumsOf(const std::filesystem::path& folder);  // of every file in it, by path
+std::vector<StoredFile> sumsOf(const std::filesystem::path& folder);  // all files, sorted by path
 
-// What the training centre is still to be told (outbox.h).
+// A message for the training centre that is still to be sent (outbox.h).
 struct OutboxEntry {
     enum class Kind { attempt, erase };
     std::uint64_t number = 0;
     Kind kind = Kind::attempt;
-    std::string what;     // an attempt's id, which says nothing of whose it was
-    unsigned tries = 0;   // that failed
-    std::string error{};  // of the last of them
+    std::string what;     // id of the attempt; does not identify the trainee
+    unsigned tries = 0;   // failed tries
+    std::string error{};  // of the last failed try
 };
 
 // "attempt ID was cut short: record/inputs.bin keeps 1250 ticks, 312 torn bytes cut off"
 std::string describe(const Recovered&);
 
-// Letters, digits, '.', '_' and '-', 1 to 64 of them. Throws patient::DataError with the reason.
+// Accepts letters, digits, '.', '_' and '-', 1 to 64 of them. Throws patient::DataError with the reason.
 void checkTrainee(const std::string& trainee);
 
-// Session thread or a tool; several processes may have one store open. Everything throws patient::DataError
-// when the disk refuses, and what it refused is not in the store then.
+// Used by the session thread or a command-line tool. Several processes may open one store. Every function
+// throws patient::DataError if the disk refuses; the refused data is then not in the store.
 class Store {
   public:
-    // Makes it where there is none, brings an older schema up to date, recovers what was cut short. Refuses
-    // what is no store and what a newer program made.
+    // Creates the store if there is none, migrates an older schema, and recovers attempts that were cut
+    // short. Refuses a folder that is not a store, and a store made by a newer program.
     explicit Store(const std::filesystem::path& folder);
     ~Store();
     Store(Store&&) noexcept;
     Store& operator=(Store&&) = delete;
 
     const std::filesystem::path& folder() const { return folder_; }
-    // What opening found cut short, oldest first; known to every later opening as cut short only.
+    // The attempts recovered when this store was opened, oldest first. Later openings list them only as cut
+    // short.
     const std::vector<Recovered>& recovered() const { return recovered_; }
-    // A line for each of them, and for what opening could not complete: it is tried again at the next.
+    // One line per recovered attempt, and per step that failed when opening. The next opening retries such
+    // steps.
     std::vector<std::string> news() const;
-    // Folders under attempts/ that the index knows nothing of. They are left alone.
+    // Folders under attempts/ that are not in the index. They are never modified.
     std::vector<std::filesystem::path> unknownFolders() const;
 
-    // An attempt begins: its id, under which its folder exists then. It is this store's until finish() or the
-    // end of the process.
+    // Begins an attempt, creates its folder and returns its id. This store owns the attempt until finish()
+    // or the end of the process.
     std::string begin(const AttemptInfo&);
     std::filesystem::path folderOf(const std::string& id) const;
-    // Kept through a kill at once, through a power loss with finish().
+    // Survives a crash at once, and a power failure after finish().
     void add(const std::string& id, const std::vector<EventRow>&);
-    // The same for who cannot wait: false, and nothing is added, while another process writes.
+    // Like add(), but does not wait: returns false and adds nothing while another process is writing.
     bool addAtOnce(const std::string& id, const std::vector<EventRow>&);
-    // An attempt that never came to a tick: as if it had not begun.
+    // Removes an attempt that never reached a tick, as if it had not begun.
     void abandon(const std::string& id);
-    // Acknowledged when it returns: the rows and every file of the folder are on the disk.
+    // Returns when the rows and every file of the folder are on the disk.
     void finish(const std::string& id, const AttemptResult&);
 
     std::vector<StoredAttempt> attempts(
-        const std::string& trainee = "") const;  // oldest first; all when empty
+        const std::string& trainee = "") const;  // oldest first; empty trainee: all
     StoredAttempt attempt(const std::string& id) const;
 
-    // Of an attempt that is finished or was cut short, by path.
+    // The files of a finished or cut-short attempt, sorted by path.
     std::vector<StoredFile> files(const std::string& id) const;
-    // What is wrong with the index and the files of what is finished, a line each that names the file; empty
-    // when every byte is as it was stored.
+    // Checks the index and all files of finished attempts. Returns one line per damaged item; empty if
+    // every byte is as stored.
     std::vector<std::string> damage() const;
 
-    // Rows and folders of all attempts of a trainee, gone from the disk when it returns; how many there were.
-    // Refused while one of them is being written. The centre is to be told. Completed at the next opening
-    // when it throws later than that.
+    // Deletes the rows and folders of all attempts of a trainee from the disk and returns their number.
+    // Refused while one of them is being written. Queues the deletion for the centre. If it throws later
+    // than that, the next opening completes the deletion.
     std::size_t eraseTrainee(const std::string& trainee);
 
-    // Queued with what it is about, in one transaction; in order.
+    // Entries are queued in the same transaction as the change that they report. In order.
     std::vector<OutboxEntry> outbox() const;
-    void told(const OutboxEntry&);                             // it leaves the outbox
-    void notTold(const OutboxEntry&, const std::string& why);  // it stays
+    void told(const OutboxEntry&);                             // sent: removes it from the outbox
+    void notTold(const OutboxEntry&, const std::string& why);  // failed: stays in the outbox
 
   private:
     int numberIn(const char* sql) const;

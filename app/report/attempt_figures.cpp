@@ -15,13 +15,13 @@ using patient::Tissue;
 
 namespace {
 
-constexpr std::size_t kBuckets = 700;    // of a curve: a pixel or two each
-constexpr std::size_t kMostSpans = 300;  // of a lane
+constexpr std::size_t kBuckets = 700;    // per curve: one or two pixels each
+constexpr std::size_t kMostSpans = 300;  // per lane
 constexpr double kTableStep_mm = 5.0;
 constexpr Colour kGrey{0.55, 0.58, 0.62};
-constexpr double kLead_m = 0.010;  // of a reference path, through the air
+constexpr double kLead_m = 0.010;  // the reference path starts this far before its entry, in air
 
-// The rows of a stretch of course inside the body, with a gap where it left the body.
+// The points of a range of rows inside the body, with a gap wherever the needle left the body.
 std::vector<FigurePoint> forcePoints(const std::vector<CourseRow>& rows, std::size_t begin, std::size_t end,
                                      double tick_s) {
     std::vector<FigurePoint> points;
@@ -36,7 +36,7 @@ std::vector<FigurePoint> forcePoints(const std::vector<CourseRow>& rows, std::si
     return points;
 }
 
-// Where the stay in the body began that `row` belongs to.
+// The first row of the uninterrupted stay in the body that contains `row`.
 std::size_t beginOfStay(const std::vector<CourseRow>& rows, std::size_t row, double tick_s) {
     while (row > 0 && rows[row - 1].in_body && rows[row].t_s - rows[row - 1].t_s < 2.5 * tick_s)
         --row;
@@ -70,8 +70,8 @@ Table forceTable(const std::vector<FigureSeries>& series, double deepest_mm) {
     return table;
 }
 
-// Stretches of rows over which `key` is the same; where they are too many, those too short to see are left
-// out, and the answer is true.
+// Calls `take` for each run of rows with equal `key`. If there are too many runs, leaves out the shortest
+// and returns true.
 template <typename Key, typename Take>
 bool eachStretch(const std::vector<CourseRow>& rows, double tick_s, const Key& key, const Take& take) {
     if (rows.empty()) return false;
@@ -185,8 +185,8 @@ std::optional<std::size_t> tellingRow(const AttemptFiles& a) {
     return deepestRow(a.course);
 }
 
-// A path begins at the centre of a voxel of skin; depth counts from the skin's surface, as the needle's does.
-// So it is followed from the air.
+// A path begins at the centre of a skin voxel, but depth counts from the skin's surface, as for the needle.
+// Therefore the path is followed from the air.
 ReferenceCurve exactCurve(const patient::Patient& patient, const patient::PlannedPath& path) {
     const patient::Vec3 way_m = path.target_reference_m - path.entry_reference_m;
     ReferenceCurve curve{"reference path, exact", {}};
@@ -338,7 +338,7 @@ DescribedFigure timelineFigure(const AttemptFiles& a) {
     f.data.caption = "the stretches of the timeline";
     f.data.head = {"What", "From [s]", "To [s]", "Which"};
     f.data.number = {false, true, true, false};
-    std::size_t held = 0, inside = 0;  // ticks, also of stretches that are left out
+    std::size_t held = 0, inside = 0;  // in ticks, including stretches that are left out
     std::set<haptics::Tool> seen;
     std::string tools;
     for (const CourseRow& row : a.course) {

@@ -1,4 +1,4 @@
-// The figures of one attempt, each with its numbers as a table and as a sentence.
+// The figures of one attempt, each with its numbers as a table and a sentence that describes it.
 #pragma once
 
 #include <optional>
@@ -12,14 +12,14 @@ namespace stylet::report {
 
 inline constexpr double kMmPerM = 1e3;
 
-// What the force should have been: of the reference path, or of another attempt.
+// A force curve to compare with, from the reference path or from another attempt.
 struct ReferenceCurve {
     std::string name;
     std::vector<FigurePoint> points;  // mm, N
 };
-// Along the path through the still patient, border to border (haptics/exact.h).
+// The exact force along the path through the patient at rest, border by border (haptics/exact.h).
 ReferenceCurve exactCurve(const patient::Patient&, const patient::PlannedPath&);
-// The way in of another attempt.
+// The insertion of another attempt.
 ReferenceCurve curveOf(const AttemptFiles&);
 
 struct DescribedFigure {
@@ -29,17 +29,17 @@ struct DescribedFigure {
 };
 
 DescribedFigure forceFigure(const AttemptFiles&, const std::vector<ReferenceCurve>&);
-// Tools, breath, tissue at the tip, faults as spans; what happened as points.
+// Tools, breath, tissue at the tip and faults as spans; events as points.
 DescribedFigure timelineFigure(const AttemptFiles&);
-// Depth, force, clearance and breath over time: a choice.
+// Depth, force, clearance and breath over time; the reader selects one.
 DescribedFigure courseFigure(const AttemptFiles&);
 
-// Index into `course` of where the needle was deepest; none: it was never in the body.
+// Index into `course` of the deepest needle position; none if the needle was never in the body.
 std::optional<std::size_t> deepestRow(const std::vector<CourseRow>&);
-// Where the target's duct was cut, else the deepest.
+// The row at which the target duct was cut, else the deepest row.
 std::optional<std::size_t> tellingRow(const AttemptFiles&);
 
-// The store's events; of a bare folder, what its summary knows.
+// The store's events. For a folder outside a store, the events in its summary.
 std::vector<records::EventRow> eventsOf(const AttemptFiles&);
 Table eventTable(const AttemptFiles&);
 Table punctureTable(const AttemptFiles&);

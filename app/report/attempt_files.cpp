@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMostFileBytes = 1u << 30;       // of a file that is read whole
-constexpr std::size_t kHeaderBytes = (1u << 20) + 64;  // no header of a record is longer
+constexpr std::size_t kHeaderBytes = (1u << 20) + 64;  // upper bound of a record's header
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<unsigned char> beginningOf(const fs::path& file) {
@@ -32,7 +32,7 @@ std::vector<unsigned char> beginningOf(const fs::path& file) {
     return bytes;
 }
 
-// Members that may be missing; a wrong type is an error, naming the field.
+// Reads optional members. A member of the wrong type is an error that names the field.
 class Reader {
   public:
     Reader(const json& object, const fs::path& file, std::string field)
@@ -46,7 +46,7 @@ class Reader {
         if (!j->is_string()) refuse(name, "is no text");
         return j->get<std::string>();
     }
-    // Null, as JSON has no other word for it, and what is missing: not a number.
+    // A missing member returns `otherwise`. So does null, which is how JSON stores NaN.
     double number(const char* name, double otherwise = 0.0) const {
         const json* j = member(name);
         if (!j || j->is_null()) return otherwise;
@@ -124,7 +124,7 @@ records::AttemptResult scoreOf(const Reader& summary) {
     return result;
 }
 
-// The next field of a line of CSV without quotes; moves `line` behind it.
+// Returns the next field of a CSV line without quotes, and advances `line` behind it.
 std::string_view field(std::string_view& line) {
     const std::size_t comma = std::min(line.find(','), line.size());
     const std::string_view found = line.substr(0, comma);
@@ -159,7 +159,8 @@ CourseRow rowOf(const records::Sample& s, double dt_s) {
     return row;
 }
 
-// Tick and patient of an attempt that no store knows, from the record's header or else from the samples'.
+// Reads tick duration and patient of an attempt outside a store, from the record's header or else the
+// samples'.
 void readHeader(records::AttemptInfo& info, const fs::path& record, std::vector<std::string>& complaints) {
     const fs::path inputs = record / "inputs.bin", samples = record / "samples.bin";
     try {
@@ -179,11 +180,11 @@ void readHeader(records::AttemptInfo& info, const fs::path& record, std::vector<
         info.dt_s = header.dt_s;
         info.patient_digest = header.package_digest;
     } catch (const DataError&) {
-        // readCourse reads the same file and says it
+        // readCourse() reads the same file and reports the error
     }
 }
 
-// Every tick from the samples; failing that the ticks inside the body from the curve.
+// Reads every tick from the samples, or without samples the ticks inside the body from the curve.
 void readCourse(AttemptFiles& files) {
     const fs::path folder = files.stored.folder;
     const fs::path curve = folder / "force-depth.csv";
@@ -259,14 +260,14 @@ std::vector<CourseRow> parseCurve(std::string_view csv, const fs::path& file) {
                 throw DataError(file, "header", "is not that of a force-depth curve");
             continue;
         }
-        field(line);  // the tick: time says the same
+        field(line);  // skip the tick: the time is enough
         CourseRow row;
         row.in_body = true;
         row.clearance_m = kUnknown, row.breath_v = kUnknown, row.sent_n = kUnknown;
         row.t_s = finite(field(line), file, number, "time_s");
         row.depth_m = finite(field(line), file, number, "depth_m");
         row.force_n = finite(field(line), file, number, "force_n");
-        field(line);  // the phase
+        field(line);  // skip the phase
         const std::string_view tissue = field(line);
         bool known = false;
         for (int t = 0; t < patient::kTissueCount; ++t)

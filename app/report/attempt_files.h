@@ -1,7 +1,7 @@
-// What a report reads of an attempt: the store's row where there is one, and the files of its folder.
-//   summary.json      facts, moments, punctures          record/record.json  patient, path
-//   force-depth.csv   the curve inside the body          record/samples.bin  every tick, where it was kept
-//   *.png             the moments
+// Reads an attempt for a report: the store's row if there is one, and the files of its folder.
+//   summary.json      facts, captures, punctures         record/record.json  patient, path
+//   force-depth.csv   the curve inside the body          record/samples.bin  every tick, if recorded
+//   *.png             pictures of the captures
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ struct PunctureRow {
     double force_before_n = 0.0, force_after_n = 0.0;
 };
 
-// What is used of summary.json.
+// The contents of summary.json that reports use.
 struct Summary {
     std::string patient, scenario, device, clock, state_hash, fault_names;
     std::uint64_t seed = 0, ticks = 0, late_ticks = 0;
@@ -41,17 +41,17 @@ struct Summary {
     double max_step_us = 0.0;
     std::vector<MomentRow> moments;
     std::vector<PunctureRow> punctures;
-    std::optional<records::AttemptResult> score;  // of an attempt that was scored
+    std::optional<records::AttemptResult> score;  // only if the attempt was scored
 };
 
-// One tick, or what is known of it.
+// One tick of an attempt.
 struct CourseRow {
     double t_s = 0.0;
     bool in_body = false;
-    double depth_m = 0.0, force_n = 0.0;  // of the needle, axial
-    double sent_n = 0.0;                  // what the device was given, as large as it was
+    double depth_m = 0.0, force_n = 0.0;  // axial, of the needle
+    double sent_n = 0.0;                  // magnitude of the force sent to the device
     double breath_v = 0.0;
-    double clearance_m = 0.0;             // not a number: not known
+    double clearance_m = 0.0;             // NaN: unknown
     patient::Vec3 tip_m{0.0}, axis{0.0};  // of the needle, patient frame
     haptics::Tool tool = haptics::Tool::needle;
     patient::Tissue tissue = patient::Tissue::air;
@@ -60,22 +60,22 @@ struct CourseRow {
 };
 
 struct AttemptFiles {
-    records::StoredAttempt stored;  // of a bare folder: what its files say, without events
+    records::StoredAttempt stored;  // for a folder outside a store: from its files, without events
     Summary summary;
-    bool summarised = false;  // an attempt that was cut short has no summary
+    bool summarised = false;  // false: an attempt that was cut short has no summary
     std::optional<records::RecordInfo> record;
-    std::vector<CourseRow> course;  // every tick where it was sampled, else those inside the body
+    std::vector<CourseRow> course;  // every tick if sampled, else only the ticks inside the body
     bool sampled = false;
-    std::vector<std::string> complaints;  // what could not be read, and why
+    std::vector<std::string> complaints;  // files that could not be read, and why
 };
 
-// Refuses a folder without summary and record; whatever else is missing or bad becomes a complaint. Throws
-// patient::DataError.
+// Throws patient::DataError for a folder without summary and record. Any other missing or damaged file is
+// added to the complaints.
 AttemptFiles readAttempt(const records::StoredAttempt&);
-// The same of a folder that no store knows.
+// The same for a folder outside a store.
 AttemptFiles readFolder(const std::filesystem::path& folder);
 
-// The two files by their contents; `file` is named when they are refused (patient::DataError).
+// Parse the contents of the two files. `file` is named in errors (patient::DataError).
 Summary parseSummary(std::string_view json, const std::filesystem::path& file);
 std::vector<CourseRow> parseCurve(std::string_view csv, const std::filesystem::path& file);
 

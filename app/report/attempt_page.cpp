@@ -18,7 +18,7 @@ namespace {
 constexpr int kStillWidth = 560;
 constexpr std::size_t kTrailPoints = 1500, kCourseRows = 4000, kLongList = 25;
 
-// A percentile of three attempts says nothing.
+// Percentiles of fewer attempts are meaningless.
 constexpr std::size_t kLeastCohort = 4;
 
 std::string stateText(AttemptState state) {
@@ -111,7 +111,7 @@ std::vector<patient::Vec3> trailOf(const AttemptFiles& a) {
     return trail;
 }
 
-// The needle where it matters most, drawn in the patient with the way it took.
+// Slices at the given row, with the needle and its track.
 Picture slicePicture(const AttemptFiles& a, const CourseRow& row, const patient::Patient& patient) {
     NeedlePicture needle;
     needle.tip_m = row.tip_m;
@@ -162,7 +162,7 @@ void addSlices(Page& page, const AttemptFiles& a, const AttemptContext& context)
     }
 }
 
-// The extremes of one quantity over some rows, as cells; empty where it is nowhere known.
+// The extremes of one quantity over some rows, as table cells. Empty if no value is known.
 class Extremes {
   public:
     void add(double value) {
@@ -176,7 +176,7 @@ class Extremes {
     double low_ = INFINITY, high_ = -INFINITY;
 };
 
-// Each row stands for a few ticks: what was so at the first of them, and the extremes of all.
+// Each row summarises several ticks: the values at the first tick, and the extremes over all of them.
 Table courseTable(const AttemptFiles& a) {
     Table table;
     table.head = {"time_s",      "ticks",        "tool",         "depth_mm",
@@ -214,7 +214,7 @@ void addFigure(Page& page, const DescribedFigure& f) {
     page.figure(f.figure, f.description, f.caption, f.data);
 }
 
-// A list too long to scroll past waits until it is asked for.
+// Collapses tables that are too long to scroll past.
 void addList(Page& page, const Table& table) {
     if (table.rows.size() > kLongList)
         page.foldedTable(table);
@@ -222,7 +222,7 @@ void addList(Page& page, const Table& table) {
         page.table(table);
 }
 
-// What the program that makes this page knows of the metrics; a record may have others.
+// Explains the metrics that this program version knows; a record may contain others.
 Table meaningTable(const records::AttemptResult& result) {
     Table table;
     table.caption = "What each metric means; its source as in metrics.md and model.md of the user's guide";

@@ -9,11 +9,11 @@
 
 namespace stylet::report {
 
-// What stands beside the attempt, as far as it is there.
+// Optional data shown with the attempt.
 struct AttemptContext {
-    std::vector<records::StoredAttempt> cohort{};  // all that the attempt is compared with, itself included
-    const patient::Patient* patient = nullptr;     // on whom it was made: for reference curve and slices
-    std::vector<ReferenceCurve> references{};      // besides that of the planned path
+    std::vector<records::StoredAttempt> cohort{};  // attempts to compare with, including this one
+    const patient::Patient* patient = nullptr;     // the attempt's patient: for reference curve and slices
+    std::vector<ReferenceCurve> references{};      // in addition to the planned path's
     std::size_t most_stills = 16;
 };
 
@@ -24,12 +24,12 @@ struct AttemptReport {
 
 AttemptReport attemptReport(const AttemptFiles&, const AttemptContext&);
 
-// Of the attempts that are done: each metric's values, points, and where this one stands among them.
+// A row per metric: value, points, and this attempt's rank among the finished attempts of the cohort.
 Table metricTable(const records::AttemptResult&, const std::vector<records::StoredAttempt>& cohort);
 
-// "2026-11-21 20:15 UTC", or the text itself.
+// "2026-11-21 20:15 UTC", or `utc` itself if it cannot be parsed.
 std::string dateText(const std::string& utc);
-// A value of a metric with digits to suit it.
+// Formats a metric's value with a suitable number of digits.
 std::string metricText(double value);
 
 }  // namespace stylet::report

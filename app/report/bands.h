@@ -1,4 +1,4 @@
-// Tissues behind a curve: where they lie, and the tints that stand for them.
+// Tissue bands behind a curve: their depths and colours.
 #pragma once
 
 #include <algorithm>
@@ -38,8 +38,8 @@ struct TissueBand {
     patient::Tissue tissue = patient::Tissue::air;
 };
 
-// The tissue the tip is in over the first `end` samples, on its way in; that way never turns back by more
-// than tremor, so each depth belongs to the sample that first reached it.
+// The tissue at the tip over the first `end` samples, during insertion. Assumes that the needle never moves
+// back by more than tremor, so each depth belongs to the sample that first reached it.
 template <typename Sample>
 std::vector<TissueBand> tissueBands(const std::vector<Sample>& curve, std::size_t end) {
     std::vector<TissueBand> bands;

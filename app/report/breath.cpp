@@ -19,12 +19,12 @@ using patient::Vec3;
 namespace {
 
 constexpr int kBreathWidth = 1500, kBreathHeight = 560;
-constexpr std::int16_t kTissue_hu = -300;  // half way from lung
+constexpr std::int16_t kTissue_hu = -300;  // halfway between lung and tissue
 constexpr double kOffWall_m = 0.015;
 constexpr Colour kDome{0.13, 0.33, 0.60}, kSignal{0.85, 0.45, 0.10}, kHeld{0.90, 0.93, 0.88},
     kFree{0.13, 0.33, 0.60, 0.55}, kHold{0.30, 0.60, 0.25};
 
-// A step of 1, 2 or 5 times a power of ten that divides `span` into at most `parts`.
+// A step of 1, 2 or 5 times a power of ten that divides `span` into at most `parts` parts.
 double niceStep(double span, int parts) {
     double step = 1e-3;
     for (int i = 0; step * parts < span; ++i)
@@ -37,7 +37,7 @@ Range rangeOf(double low, double high, int parts) {
     return {step * std::floor(low / step), step * std::ceil(high / step), step};
 }
 
-// What of the samples holds for `value`, least and most.
+// An axis range that covers `value` over all samples, and zero.
 template <typename Value>
 Range rangeOver(const std::vector<BreathSample>& samples, int parts, const Value& value) {
     double low = 0.0, high = 0.0;
@@ -46,7 +46,7 @@ Range rangeOver(const std::vector<BreathSample>& samples, int parts, const Value
     return rangeOf(low, high, parts);
 }
 
-// The stretches of time in which the breath is held.
+// The time intervals of the breath-holds.
 std::vector<std::array<double, 2>> holds(const std::vector<BreathSample>& samples) {
     std::vector<std::array<double, 2>> found;
     for (std::size_t i = 0; i < samples.size(); ++i) {

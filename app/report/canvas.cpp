@@ -9,7 +9,8 @@
 #include "patient/whole_file.h"
 
 #ifdef STYLET_SANITIZED
-// fontconfig keeps its font patterns until the process ends, out of the leak checker's sight.
+// fontconfig keeps its font patterns until the process ends. The leak checker cannot see that they are in
+// use.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
     return "leak:libfontconfig\n";

@@ -1,4 +1,4 @@
-// A picture to draw on: the little of cairo that the reports need, in their colours and their type.
+// A drawing canvas: a small wrapper around cairo with the reports' colours and fonts.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct TextStyle {
     Colour colour;
     Align align = Align::left;
     bool bold = false;
-    Colour halo{0.0, 0.0, 0.0, 0.0};  // around the letters, where they stand on a picture
+    Colour halo{0.0, 0.0, 0.0, 0.0};  // around the letters, for text on a picture
 };
 
 struct Point {
@@ -43,19 +43,19 @@ class Canvas {
     void circle(Point centre, double radius, double width, Colour);
     void disc(Point centre, double radius, Colour);
     void text(Point baseline, const std::string&, const TextStyle&);
-    // As text, turned a quarter to the left.
+    // Like text(), but rotated 90 degrees to the left.
     void textUpward(Point baseline, const std::string&, const TextStyle&);
     double textWidth(const std::string&, const TextStyle&);
-    // `rgb` holds width * height packed triples, rows from the top; drawn `scale` times as large.
+    // `rgb` contains width * height packed triples, rows from the top. Drawn enlarged by `scale`.
     void image(double x, double y, int width, int height, const std::vector<std::uint8_t>& rgb,
                double scale = 1.0);
-    // From now on all of it, places and letters too, is drawn so many times as large.
+    // Scales everything drawn from now on, including positions and text.
     void scale(double factor);
-    // Until unclip() only this rectangle is drawn on.
+    // Restricts drawing to this rectangle until unclip().
     void clip(double x, double y, double width, double height);
     void unclip();
 
-    // All of it as rows from the top of R, G, B and 255; `rgba` is resized.
+    // Copies the canvas as rows from the top of R, G, B and 255. Resizes `rgba`.
     void pixels(std::vector<std::uint8_t>& rgba) const;
     // Throws patient::DataError.
     void savePng(const std::filesystem::path&) const;

@@ -11,12 +11,12 @@ namespace stylet::report {
 inline constexpr Colour kPaper{1, 1, 1}, kInk{0.13, 0.15, 0.18}, kGrid{0.80, 0.82, 0.85},
     kMuted{0.45, 0.48, 0.52};
 
-// Of an axis, with a line every `step`.
+// Range of an axis, with a grid line every `step`.
 struct Range {
     double low = 0.0, high = 1.0, step = 0.5;
 };
 
-// Where on the canvas, in pixels.
+// Position on the canvas, in pixels.
 struct Box {
     double left = 0.0, top = 0.0, width = 0.0, height = 0.0;
 };
@@ -27,10 +27,10 @@ class Panel {
         : canvas_(canvas), box_(box), x_(x), y_(y) {}
     Point at(double x, double y) const;
     const Box& box() const { return box_; }
-    // Behind everything: a stretch of x in one colour, named where the name fits.
+    // Background band over an interval of x, drawn first. The name is drawn if it fits.
     void band(double from_x, double to_x, Colour, const std::string& name);
     void axes(const std::string& x_label, const std::string& y_label);
-    // Values, not pixels. Cut off at the box.
+    // Takes values, not pixels. Clipped to the box.
     void trace(const std::vector<Point>&, double width, Colour);
     void dashed(Point from, Point to, double width, Colour);
 

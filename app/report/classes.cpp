@@ -44,7 +44,8 @@ Colour colourAt(const Patient& patient, const Index3& at, Shown shown) {
     return classOf(package.ct[at], package.thresholds, shown != Shown::before_fascia);
 }
 
-// Axial, as a radiologist hangs it: seen from the feet, front up. The classes over the CT's own greys.
+// An axial slice in radiological orientation: seen from the feet, front up. Class colours over the CT's
+// greys.
 std::vector<std::uint8_t> slice(const Patient& patient, int z, Shown shown) {
     const patient::Grid& grid = patient.grid();
     const Vec3 size_m = grid.spacing_m * Vec3(grid.dims);
@@ -79,8 +80,8 @@ std::vector<double> histogramOf(const patient::CtVolume& ct) {
     return counts;
 }
 
-// Counts on a logarithmic scale: air would hide all else. The upper half of the bars is coloured as the
-// needle sees them before the fascia, the foot as past it.
+// Counts on a logarithmic scale, because air would hide everything else. The upper part of each bar shows
+// the class before the fascia, the foot the class past it.
 void drawHistogram(Canvas& canvas, double x, double y, const Patient& patient) {
     const std::vector<double> counts = histogramOf(patient.package().ct);
     const patient::Thresholds& t = patient.package().thresholds;

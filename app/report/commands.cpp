@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Where `stylet run --trainee` keeps attempts unless told otherwise.
+// The default folder in which `stylet run --trainee` keeps attempts.
 fs::path usualRecords() {
     const char* data = std::getenv("XDG_DATA_HOME");
     if (data && data[0] == '/') return fs::path(data) / "stylet" / "records";
@@ -25,8 +25,8 @@ fs::path usualRecords() {
     return fs::path(home) / ".local" / "share" / "stylet" / "records";
 }
 
-// Opening a store makes one where there is none, so it is looked for first; what opening finds cut short is
-// mended and known as cut short from then on, so it is said here.
+// Checks that the store exists, because opening would create it. Opening also repairs attempts that were
+// cut short and reports them only once, so they are printed here.
 records::Store openStore(const ReportOptions& o) {
     const fs::path folder = o.records.empty() ? usualRecords() : o.records;
     if (!fs::exists(folder / "store.sqlite"))
@@ -47,7 +47,7 @@ void makeFolder(const fs::path& folder) {
     if (error) throw DataError(folder, "folder", error.message());
 }
 
-// What an earlier report left, and this one may not write anew.
+// Removes files of an earlier report that this one may not overwrite.
 void removeStale(const fs::path& folder, std::initializer_list<const char*> names) {
     for (const char* name : names) {
         std::error_code error;
@@ -65,7 +65,7 @@ struct OpenPatient {
     patient::Patient ready{package};
 };
 
-// The patient of the attempt, if he is where he was and still the same.
+// Opens the attempt's patient, if it is still in its folder and unchanged.
 std::unique_ptr<OpenPatient> openPatient(AttemptFiles& a, const fs::path& named) {
     const fs::path folder = !named.empty() ? named : a.record ? a.record->patient_folder : fs::path();
     if (!named.empty() && !a.record)

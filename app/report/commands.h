@@ -1,4 +1,4 @@
-// What the program `stylet-report` does.
+// The commands of `stylet-report`.
 #pragma once
 
 #include <filesystem>
@@ -17,8 +17,8 @@ struct ReportOptions {
     XapiSettings xapi;
 };
 
-// Each writes a page, its tables as CSV and, where there are trainees, xapi.json; returns the page's file.
-// Throws patient::DataError.
+// Each command writes a page, its tables as CSV and, if there are trainees, xapi.json. Returns the path of
+// the page. Throws patient::DataError.
 std::filesystem::path reportAttempt(const ReportOptions&);
 std::filesystem::path reportTrainee(const ReportOptions&);
 std::filesystem::path reportCohort(const ReportOptions&);

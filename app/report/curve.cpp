@@ -32,7 +32,7 @@ const char* phaseName(haptics::Phase phase) {
     return "outside";
 }
 
-// Data coordinates to pixels.
+// Maps data coordinates to pixels.
 struct Axes {
     double depth_low_mm, depth_high_mm, force_low_n, force_high_n;
     double x(double depth_m) const {
@@ -62,7 +62,7 @@ Axes fit(const std::vector<ForceSample>& curve) {
 }
 
 std::string number(const char* format, double value) {
-    return formatted(format, std::fabs(value) < 1e-9 ? 0.0 : value);  // no "-0"
+    return formatted(format, std::fabs(value) < 1e-9 ? 0.0 : value);  // avoids "-0"
 }
 
 std::size_t deepest(const std::vector<ForceSample>& curve) {
@@ -77,7 +77,7 @@ void drawBands(Canvas& canvas, const Axes& axes, const std::vector<ForceSample>&
     double named_until = 0.0;
     for (const TissueBand& band : tissueBands(curve, end)) {
         const double from = axes.x(band.from_m), to = axes.x(band.to_m);
-        const double left = std::round(from), right = std::round(to);  // no seams
+        const double left = std::round(from), right = std::round(to);  // avoids seams between bands
         canvas.rectangle(left, top, right - left, bottom - top, bandColour(band.tissue));
         const std::string name(patient::tissueName(band.tissue));
         const TextStyle style{13, kMuted, Align::centre, false};
@@ -108,8 +108,8 @@ void drawAxes(Canvas& canvas, const Axes& axes) {
                       "axial force [N], positive resists insertion", {15, kInk, Align::centre, false});
 }
 
-// A line for each stretch without a missing tick: outside the body there is no force to draw. Steps below a
-// third of a pixel are left out.
+// Draws one line per run of consecutive ticks, because there is no force outside the body. Leaves out steps
+// below a third of a pixel.
 void drawTrace(Canvas& canvas, const Axes& axes, const std::vector<ForceSample>& curve, std::size_t begin,
                std::size_t end, double width, Colour colour) {
     std::vector<Point> points;
@@ -134,7 +134,7 @@ void drawMarks(Canvas& canvas, const Axes& axes, const std::vector<ForceMark>& m
         const TextStyle style{14, kInk, Align::left, true};
         const double width = canvas.textWidth(mark.text, style);
         const double x = std::min(at.x + 8.0, kCurveWidth - kCurveRight - width);
-        // Neighbours that would touch climb over one another.
+        // Raise a label that would overlap its neighbour.
         double y = std::max(at.y - 8.0, kCurveTop + 38.0);
         if (x < last_right + 8.0 && std::fabs(y - last_y) < 18.0) y = last_y - 18.0;
         canvas.text({x, y}, mark.text, style);

@@ -1,4 +1,4 @@
-// Force over depth: what the hand felt on its way, as numbers and as a picture.
+// Force over depth, as numbers and as a picture.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct ForceSample {
     bool breath_held = false;
 };
 
-// A puncture to point at.
+// A puncture to mark in the picture.
 struct ForceMark {
     std::string text;
     double depth_m = 0.0, force_n = 0.0;
@@ -29,7 +29,8 @@ struct ForceMark {
 // Columns tick, time_s, depth_m, force_n, phase, tissue, breath_held. Throws patient::DataError.
 void writeCurveCsv(const std::vector<ForceSample>&, double dt_s, const std::filesystem::path&);
 
-// The way in drawn strong, the way out faint, the tissues as bands behind. Throws patient::DataError.
+// Draws the insertion strong, the withdrawal faint, and tissues as background bands. Throws
+// patient::DataError.
 void drawCurve(const std::vector<ForceSample>&, const std::vector<ForceMark>&, const std::string& title,
                const std::filesystem::path& png);
 

@@ -1,4 +1,4 @@
-// Files that the program carries (cmake/Embed.cmake): what every page has in it.
+// Files embedded in the program (cmake/Embed.cmake) that every page contains.
 #pragma once
 
 #include <string_view>
@@ -10,7 +10,7 @@ struct Embedded {
     std::string_view sha256;  // hexadecimal
 };
 
-Embedded chartJs();  // chart.js as its package ships it, licence line included
+Embedded chartJs();  // chart.js as its package ships it, including the licence line
 Embedded pageJs();   // page.js
 Embedded pageCss();  // page.css
 

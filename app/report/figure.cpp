@@ -15,7 +15,7 @@ using nlohmann::json;
 
 namespace {
 
-// Five digits are more than a screen shows; each one left out of thousands of points is a kilobyte.
+// Five digits are more than a screen shows. In thousands of points, each digit less saves a kilobyte.
 json numberJson(double value) {
     if (!std::isfinite(value)) return nullptr;
     std::array<char, 32> text{};
@@ -107,7 +107,7 @@ std::string figureJson(const Figure& figure) {
     const std::string text = j.dump(-1, ' ', false, json::error_handler_t::replace);
     std::string safe;
     safe.reserve(text.size());
-    for (const char c : text) {  // <, > and & stand in JSON only within strings
+    for (const char c : text) {  // <, > and & occur in JSON only inside strings
         if (c == '<')
             safe += "\\u003c";
         else if (c == '>')

@@ -1,5 +1,5 @@
-// A chart of a page, as page.js draws it: curves and points over two axes, bands and spans behind them. All
-// values are in the units that the axes name.
+// A chart of a page, as page.js draws it: curves and points over two axes, with bands and spans behind
+// them. All values are in the units named by the axes.
 #pragma once
 
 #include <limits>
@@ -14,19 +14,19 @@ namespace stylet::report {
 struct FigureAxis {
     std::string title;
     std::optional<double> min{}, max{};
-    std::vector<std::string> names{};  // of the places 0, 1, 2, ...: the axis has these in place of numbers
-    bool whole = false;                // numbers without a fraction
+    std::vector<std::string> names{};  // axis labels at 0, 1, 2, ... instead of numbers
+    bool whole = false;                // integers only
 };
 
 struct FigurePoint {
-    double x = 0.0, y = 0.0;  // y not a number: the line has a gap
-    std::string text{};       // said in place of the numbers
+    double x = 0.0, y = 0.0;  // y NaN: a gap in the line
+    std::string text{};       // shown instead of the numbers
 };
 
 inline constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 
-// From the Okabe-Ito set, which no form of colour blindness merges; dashes and shapes tell the curves apart
-// too.
+// Colours based on the Okabe-Ito palette, which is safe for colour blindness. Dashes and shapes also
+// distinguish the curves.
 inline constexpr Colour kBlue{0.0, 0.447, 0.698}, kVermilion{0.835, 0.369, 0.0}, kGreen{0.0, 0.478, 0.353},
     kPurple{0.65, 0.30, 0.50}, kOrange{0.902, 0.624, 0.0}, kSky{0.337, 0.706, 0.914},
     kBlack{0.09, 0.13, 0.17};
@@ -38,9 +38,9 @@ struct FigureSeries {
     bool line = true;
     std::vector<int> dash{};
     std::string shape{};  // of the points: circle, rect, rectRot, triangle, cross, crossRot, star, line (a
-                          // bar); empty: none
+                          // bar); empty: no points
     double width = 2.0;
-    bool small = false;  // points: dots without a rim, for many
+    bool small = false;  // dots without a rim, for many points
 };
 
 struct FigureBand {
@@ -49,7 +49,7 @@ struct FigureBand {
     Colour colour;
 };
 struct FigureSpan {
-    int lane = 0;  // a place of the y axis
+    int lane = 0;  // position on the y axis
     double from = 0.0, to = 0.0;
     std::string text;
     Colour colour;
@@ -61,12 +61,12 @@ struct FigureLine {
 
 // A box plot's box: whiskers from `low` to `high`, a bar at the median.
 struct FigureBox {
-    double x = 0.0;  // of its middle; as wide as half a place
+    double x = 0.0;  // centre; the box is half a position wide
     double low = 0.0, lower_quartile = 0.0, median = 0.0, upper_quartile = 0.0, high = 0.0;
     Colour colour = kBlue;
 };
 
-// What a reader may choose to see in place of the figure's own series.
+// Alternative content of the figure, which the reader can select.
 struct FigureChoice {
     std::string name;
     FigureAxis y;
@@ -81,17 +81,17 @@ struct Figure {
     std::vector<FigureBox> boxes{};
     std::vector<FigureLine> lines{};
     std::vector<FigurePoint> marks{};
-    std::vector<FigureChoice> choices{};  // not empty: the first is shown, `series` and `y` are not
-    bool low = false;                     // a little less high than others
+    std::vector<FigureChoice> choices{};  // if not empty, the first is shown instead of `series` and `y`
+    bool low = false;                     // slightly lower than other figures
 };
 
-// For a <script type="application/json"> element: nothing in it can end that element.
+// JSON for a <script type="application/json"> element. Escaped so that no text can end the element.
 std::string figureJson(const Figure&);
 
 std::string hexColour(const Colour&);
 
-// The points in the order given, at most about 4 in each of `buckets` stretches of equally many: the first,
-// the lowest, the highest and the last of each, so that no peak is lost. Gaps stay.
+// Thins the points for drawing, in order. Divides them into `buckets` groups of equal size and keeps about
+// 4 points of each: first, lowest, highest and last. No peak is lost, and gaps remain.
 std::vector<FigurePoint> thinned(const std::vector<FigurePoint>&, std::size_t buckets);
 
 }  // namespace stylet::report

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kWidestPixel_m = 0.0006;
 constexpr double kFewestPixels = 480;   // across
-constexpr double kAboveMark_m = 0.010;  // a CT in inspiration may end below where the dome then rises to
+constexpr double kAboveMark_m = 0.010;  // a CT taken in inspiration may end below the dome's highest position
 constexpr int kFilmGap = 6, kFilmHeader = 64, kFilmCaption = 34;
 constexpr double kScreen = 1.6;  // width over height
 constexpr std::array<double, 3> kSurface{255.0, 170.0, 60.0}, kMark{90.0, 230.0, 255.0};

@@ -1,4 +1,4 @@
-// Films of the breathing patient: coronal slices in one breath after the other, and sheets of all pictures.
+// Films of the breathing patient: coronal slices breath by breath, and contact sheets of all frames.
 #pragma once
 
 #include <cstdint>
@@ -16,17 +16,17 @@ struct FilmFrame {
     std::string caption;
 };
 
-// A coronal slice as a radiologist hangs it, at most 0.6 mm a pixel: labels as tints, the surface at which
-// the sides of the motion slide as a line, and a mark at the height `mark_z_m`.
+// A coronal slice in radiological orientation, at most 0.6 mm per pixel. Labels are tinted. Lines mark the
+// sliding surface of the motion model and the height `mark_z_m`.
 FilmFrame coronalFrame(const patient::Patient&, const patient::Surrogate&, double y_m, double mark_z_m);
 
-// Left and right eye beside each other.
+// Puts the left and right eye's frames side by side.
 FilmFrame besideEachOther(const FilmFrame& left, const FilmFrame& right);
 
-// How many frames in a row: a sheet about as wide as a screen, with as little left empty as can be.
+// Number of frames per row, for a sheet of about screen proportions with as few empty places as possible.
 int sheetColumns(int frames, int width, int height);
 
-// NAME-000.png ... and NAME.png with all of them at full size. Throws patient::DataError.
+// Writes NAME-000.png ... and a sheet NAME.png with all frames at full size. Throws patient::DataError.
 void writeFilm(const std::vector<FilmFrame>&, const std::string& title, const std::filesystem::path& folder,
                const std::string& name);
 

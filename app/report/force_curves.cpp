@@ -27,7 +27,7 @@ constexpr std::array<std::pair<Tissue, Tissue>, 7> kPairs{{{Tissue::air, Tissue:
                                                            {Tissue::liver, Tissue::vessel},
                                                            {Tissue::liver, Tissue::duct}}};
 
-// `before` for kLead_m, then `tissue`, in voxels of a label each.
+// A package of two layers: `before` for kLead_m, then `tissue`. Each voxel has a label.
 patient::Package layersOf(const patient::TissueTable& table, Tissue before, Tissue tissue) {
     patient::Package package;
     package.tissues = table;

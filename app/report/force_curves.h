@@ -1,5 +1,5 @@
-// What a force table feels like: for each tissue the force over the depth behind its border, in and out; and
-// two needles compared along one path.
+// Plots of a force table: for each tissue the force over the depth behind its border, in and out; and a
+// comparison of two needles along one path.
 #pragma once
 
 #include <filesystem>
@@ -15,30 +15,30 @@ struct DepthForce {
     double force_n = 0.0;
 };
 
-// A needle through `before` into `tissue` and out again, as sampled at 1 kHz and 10 mm/s.
+// A needle moved through `before` into `tissue` and out again, sampled at 1 kHz and 10 mm/s.
 struct TissueCurve {
     haptics::Tissue before = haptics::Tissue::air, tissue = haptics::Tissue::skin;
     std::vector<DepthForce> in, out;
-    // The exact solver's way in with a1 = 0 and a1 = k: the bounds of Eq. 1.
+    // The exact solver's insertion with a1 = 0 and a1 = k: the bounds of Eq. 1.
     std::vector<DepthForce> least_a1, most_a1;
-    bool cut = false;  // with a hold, at:
+    bool cut = false;  // punctured after tenting, at cut_at
     DepthForce cut_at;
 };
 
-// One a tissue but air, each entered from what lies before it on the way to a bile duct.
+// One curve per tissue except air. Each is entered from the tissue before it on the path to a bile duct.
 std::vector<TissueCurve> tissueCurves(const patient::TissueTable&, const haptics::NeedleSettings&);
 // Throws patient::DataError.
 void drawTissueCurves(const std::vector<TissueCurve>&, const patient::TissueTable&,
                       const std::filesystem::path& png);
 
-// Two needles along the same path, a stretch of it in each remark.
+// A note on an interval of the path, for two needles along the same path.
 struct Remark {
     double begin_m = 0.0, end_m = 0.0;
     std::string title, text;
 };
 struct Comparison {
     std::string title, first_name, second_name;
-    std::vector<haptics::Segment> tissues;  // of the first, for the bands
+    std::vector<haptics::Segment> tissues;  // of the first needle, for the bands
     double length_m = 0.0;
     std::vector<DepthForce> first, second;
     std::vector<Remark> remarks;

@@ -32,7 +32,7 @@ struct MetricName {
     std::string title() const { return unit.empty() ? name : name + " [" + unit + "]"; }
 };
 
-// In the order in which they are first met.
+// In order of first occurrence.
 std::vector<MetricName> metricNames(const Attempts& attempts) {
     std::vector<MetricName> names;
     for (const StoredAttempt& attempt : attempts)
@@ -74,7 +74,7 @@ std::size_t hits(const Attempts& attempts) {
                                      [](const StoredAttempt& a) { return a.result->target_hit; }));
 }
 
-// Median and quartiles of each metric, and of the total.
+// Median and quartiles of each metric and of the total.
 Table spreadTable(const Attempts& done) {
     Table table;
     table.caption = "Each metric over " + std::to_string(done.size()) + " finished attempts";
@@ -95,7 +95,7 @@ Table spreadTable(const Attempts& done) {
     return table;
 }
 
-// The axis of a trainee's attempts, counted from 1.
+// Axis over a trainee's attempts, numbered from 1.
 FigureAxis attemptAxis(std::size_t count, double from) {
     FigureAxis axis{"finished attempt", from, double(count) + 0.5};
     axis.whole = true;
@@ -202,7 +202,7 @@ DescribedFigure cusumFigure(const Attempts& done) {
     return f;
 }
 
-// Metrics over the numbered attempts of a trainee.
+// Metrics over a trainee's numbered attempts.
 DescribedFigure metricsFigure(const Attempts& done) {
     DescribedFigure f;
     f.figure.x = attemptAxis(done.size(), 0.5);
@@ -236,7 +236,7 @@ struct Person {
     double median_total = 0.0;
 };
 
-// By median total, best first.
+// Sorted by median total, best first.
 std::vector<Person> peopleOf(const Attempts& attempts) {
     std::map<std::string, Person> by_name;
     for (const StoredAttempt& attempt : attempts) {
@@ -257,7 +257,7 @@ std::vector<Person> peopleOf(const Attempts& attempts) {
     return people;
 }
 
-// One value of each attempt, a column a trainee, with the median of each.
+// One value per attempt, one column per trainee, with each trainee's median.
 FigureChoice stripOf(const std::string& name, const std::string& axis, const std::vector<Person>& people,
                      const std::vector<std::vector<double>>& values) {
     FigureSeries points{"attempt", kBlue}, medians{"median", kVermilion};
@@ -265,7 +265,7 @@ FigureChoice stripOf(const std::string& name, const std::string& axis, const std
     points.shape = "circle", medians.shape = "line";
     for (std::size_t p = 0; p < people.size(); ++p) {
         for (std::size_t i = 0; i < values[p].size(); ++i) {
-            // Side by side in their order, so that equal ones do not hide one another.
+            // Spread the points horizontally in order, so that equal values do not hide one another.
             const double count = double(values[p].size());
             const double x = double(p) + (count < 2.0 ? 0.0 : 0.5 * (double(i) / (count - 1.0) - 0.5));
             if (std::isfinite(values[p][i]))
@@ -276,7 +276,7 @@ FigureChoice stripOf(const std::string& name, const std::string& axis, const std
         if (std::isfinite(middle))
             medians.points.push_back({double(p), middle, people[p].trainee + " " + metricText(middle)});
     }
-    return {name, {axis}, {medians, points}};  // the first lies on top
+    return {name, {axis}, {medians, points}};  // the first series is drawn on top
 }
 
 DescribedFigure cohortFigure(const std::vector<Person>& people, const Attempts& done) {

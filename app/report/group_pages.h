@@ -1,4 +1,4 @@
-// What many attempts say: of one trainee over time, and of a cohort side by side.
+// Reports on many attempts: one trainee over time, or a cohort side by side.
 #pragma once
 
 #include <string>
@@ -11,17 +11,17 @@ namespace stylet::report {
 
 struct GroupReport {
     std::string html;
-    Table attempts;  // for CSV: one row an attempt, with every metric
+    Table attempts;  // for CSV: one row per attempt, with every metric
 };
 
-// The attempts of one trainee, oldest first; `cohort` holds all attempts, his included.
+// The attempts of one trainee, oldest first. `cohort` contains all attempts, including the trainee's.
 GroupReport traineeReport(const std::string& trainee, const std::vector<records::StoredAttempt>& attempts,
                           const std::vector<records::StoredAttempt>& cohort);
 
-// Attempts of any trainees, oldest first. `what` says which: "scenario procedure".
+// Attempts of any trainees, oldest first. `what` describes the selection: "scenario procedure".
 GroupReport cohortReport(const std::string& what, const std::vector<records::StoredAttempt>& attempts);
 
-// One row an attempt: who, when, what, result, and a column for each metric that any of them has.
+// One row per attempt: trainee, date, scenario, result, and a column for each metric that occurs.
 Table attemptsTable(const std::vector<records::StoredAttempt>&);
 
 }  // namespace stylet::report

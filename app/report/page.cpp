@@ -12,10 +12,10 @@ namespace stylet::report {
 
 namespace {
 
-constexpr std::size_t kShort = 20;  // characters that stay on one line of a table
+constexpr std::size_t kShort = 20;  // shorter cells stay on one line of a table
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
 
-// Length of the well-formed UTF-8 character at the front of `s`, 0 when there is none.
+// Length of the well-formed UTF-8 character at the start of `s`, or 0 if there is none.
 std::size_t characterAt(std::string_view s) {
     const auto byte = [&](std::size_t i) {
         return i < s.size() ? unsigned(static_cast<unsigned char>(s[i])) : 0u;
@@ -204,7 +204,7 @@ void Page::figure(const Figure& figure, const std::string& description, const st
     const std::string id = "figure-" + std::to_string(++figures_);
     body_ += "<figure>";
     if (!figure.choices.empty()) {
-        // Shown by the script that obeys it.
+        // Hidden until the script that handles it runs.
         body_ += "<label hidden>Shown: <select id=\"" + id + "-choice\">";
         for (const FigureChoice& choice : figure.choices)
             body_ += "<option>" + escaped(choice.name) + "</option>";

@@ -1,5 +1,5 @@
-// One self-contained HTML page: it opens without a network, its numbers stand in tables, its figures need a
-// browser that runs scripts. All text is taken as text, whatever stands in it.
+// One self-contained HTML page that opens without a network. Its numbers are in tables; its figures need
+// JavaScript. All text is escaped.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace stylet::report {
 struct Table {
     std::string caption;
     std::vector<std::string> head;
-    std::vector<std::vector<std::string>> rows;  // the first of each names its row
+    std::vector<std::vector<std::string>> rows;  // the first cell of a row is its heading
     std::vector<bool> number{};                  // per column: right-aligned, sorted as numbers
     bool sortable = false;
 };
@@ -26,7 +26,7 @@ struct Fact {
     std::string name, value;
 };
 
-// A number that a reader should see first.
+// A key number shown first on the page.
 struct Headline {
     std::string value, name;
 };
@@ -40,19 +40,19 @@ struct Picture {
 
 class Page {
   public:
-    // `maker` is the program whose page it is.
+    // `maker` is the name of the program that makes the page.
     Page(const std::string& title, const std::string& lead, const std::string& maker = "stylet-report");
 
     void headlines(const std::vector<Headline>&);
-    // Named in the page's navigation.
+    // Adds the section to the page's navigation.
     void section(const std::string& title);
     void paragraph(const std::string& text);
     void facts(const std::vector<Fact>&);
     void table(const Table&);
-    // Out of the way until it is asked for.
+    // A table that is collapsed until the reader opens it.
     void foldedTable(const Table&);
-    // `description` is what the figure shows, for who does not see it; `caption` stands beneath it; `data`
-    // has its numbers.
+    // `description` says what the figure shows, for screen readers. `caption` is shown below it, and `data`
+    // contains its numbers.
     void figure(const Figure&, const std::string& description, const std::string& caption, const Table& data);
     void picture(const Picture&);
     void stills(const std::vector<Picture>&);
@@ -64,18 +64,20 @@ class Page {
     int sections_ = 0, figures_ = 0;
 };
 
-// Of any bytes: text in UTF-8 without control characters; what is neither becomes the replacement character.
+// Converts any bytes to UTF-8 text. Invalid bytes, and control characters except newline and tab, become
+// the replacement character.
 std::string plainText(std::string_view bytes);
 // plainText for an HTML element or a quoted attribute.
 std::string escaped(std::string_view bytes);
 std::string base64(std::span<const std::uint8_t>);
 
-// %.*f without "-0"; "–" for what is not a number, "∞".
+// Formats with %.*f, without "-0"; "–" for NaN, "∞" for infinity.
 std::string fixed(double value, int digits);
 // minutes:seconds
 std::string clockText(double seconds);
 
-// Comma-separated, quoted where needed, and no cell is a formula to a spreadsheet. Throws patient::DataError.
+// Comma-separated, quoted where needed. No cell can be a formula in a spreadsheet. Throws
+// patient::DataError.
 void writeCsv(const Table&, const std::filesystem::path&);
 // Throws patient::DataError.
 void writeText(const std::string&, const std::filesystem::path&);

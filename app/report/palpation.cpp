@@ -16,11 +16,11 @@ using patient::Vec3;
 namespace {
 
 constexpr double kAbove_m = 0.002;
-constexpr double kAxillaryLine = 0.5;  // of the torso's half depth, before and behind its middle
+constexpr double kAxillaryLine = 0.5;  // of the torso's half depth, to both sides of its middle
 constexpr double kMiddleOfRib = 0.7, kMiddleOfGap = 0.0;  // share of the pad over bone
-constexpr double kFewestAround_m = 0.012;                 // of image around a spot
+constexpr double kFewestAround_m = 0.012;                 // minimum extent of the image around a spot
 
-// The flank in y and z.
+// Extent of the flank in y and z.
 struct Flank {
     double back_m = 1e9, front_m = -1e9, low_m = 1e9, high_m = -1e9;
 };
@@ -37,7 +37,7 @@ Flank flankOf(const Patient& patient, const patient::Skin& skin) {
                 flank.low_m = std::min(flank.low_m, labels.grid.centre(i).z);
                 flank.high_m = std::max(flank.high_m, labels.grid.centre(i).z);
             }
-    // Front and back of the body at half that height.
+    // Front and back of the body at the middle height of the liver.
     const patient::Grid& g = labels.grid;
     const double middle_m = 0.5 * (flank.low_m + flank.high_m);
     for (int y = 0; y < g.dims.y; ++y)
@@ -54,14 +54,14 @@ Flank flankOf(const Patient& patient, const patient::Skin& skin) {
     return flank;
 }
 
-// The skin met from the right at (y, z).
+// Finds the skin point at (y, z), coming from the right.
 bool findSkin(const Patient& patient, const patient::Skin& skin, double y_m, double z_m, Vec3& found_m) {
     const patient::Grid& g = patient.grid();
     const Vec3 last = g.centre(g.dims - 1);
     if (z_m < g.origin_m.z + kFewestAround_m || z_m > last.z - kFewestAround_m) return false;
     Vec3 p{last.x, y_m, z_m};
     double level_m = patient::skinAt(skin, p).level_m;
-    if (level_m <= 0.0) return false;  // cut off by the image
+    if (level_m <= 0.0) return false;  // cut off by the image's border
     while (level_m > 1e-5 && p.x > g.origin_m.x) {
         p.x -= std::max(0.5 * level_m, 1e-5);
         level_m = patient::skinAt(skin, p).level_m;
@@ -70,13 +70,13 @@ bool findSkin(const Patient& patient, const patient::Skin& skin, double y_m, dou
     return p.x > 0.5 * (g.origin_m.x + last.x);
 }
 
-// A tool's pose whose +z is `outward`.
+// The rotation of a tool whose +z is `outward`.
 Quat standing(const Vec3& outward) {
     const Vec3 x = glm::normalize(glm::cross(Vec3(0.0, 0.0, 1.0), outward));
     return glm::quat_cast(patient::Mat3(x, glm::cross(outward, x), outward));
 }
 
-// One hand and one breath for all spots.
+// Palpates all spots with one finger and one continuous breath.
 class Palpator {
   public:
     Palpator(const Patient& patient, const TouchMap& map, const PalpationSettings& settings)
@@ -127,7 +127,7 @@ const PalpatedSpot* skinSpotAt(const PalpationMap& map, int column, int row) {
     return spot.on_skin ? &spot : nullptr;
 }
 
-// How much of a pad that lies on the spot is over bone, counted in spots.
+// The share of a pad centred on the spot that is over bone, counted in spots.
 double boneShare(const PalpationMap& map, int column, int row, double radius_m) {
     const int reach = int(radius_m / map.pitch_m + 0.5);
     int all = 0, bone = 0;

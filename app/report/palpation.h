@@ -1,4 +1,4 @@
-// A patient's right flank under a palpating finger: how stiffly every spot resists, and where the ribs are.
+// Simulated palpation of a patient's right flank: the stiffness of every spot, and where the ribs are.
 #pragma once
 
 #include <filesystem>
@@ -9,36 +9,36 @@
 
 namespace stylet::report {
 
-// Every spot is pressed along its normal, until the force or the depth is reached, as one does to find a gap.
+// Every spot is pressed along its normal until the force or the depth is reached, as in a search for a gap.
 struct PalpationSettings {
     haptics::FingerSettings finger;
     double pitch_m = 0.004;  // between spots
     double force_n = 3.0, depth_m = 0.012;
     double speed_m_s = 0.05;
-    bool breathing = false;  // the patient's own rhythm, spot after spot; else held at end-exhale
+    bool breathing = false;  // the patient's own rhythm; false: held at end-exhale
     double dt_s = 0.001;
 };
 
 struct PalpatedSpot {
-    bool on_skin = false;            // else the image or the body ends here
+    bool on_skin = false;            // false: the image or the body ends here
     patient::Vec3 reference_m{0.0};  // on the skin
-    double stiffness_n_per_m = 0.0;  // force along the normal over the depth of the finger's tip
+    double stiffness_n_per_m = 0.0;  // force along the normal, divided by the depth of the finger's tip
     bool over_bone = false;          // within 40 mm along the normal
-    double bone_share = 0.0;         // of the spots that a pad's radius reaches
-    double breath_v = 0.0;           // as it was pressed
+    double bone_share = 0.0;         // share of the spots within a pad's radius that are over bone
+    double breath_v = 0.0;           // when it was pressed
 };
 
-// Rows from the head down, columns from the front back: as seen from the right.
+// Rows from head to feet, columns from front to back: as seen from the right.
 struct PalpationMap {
     int columns = 0, rows = 0;
     double pitch_m = 0.0;
     double front_m = 0.0, top_m = 0.0;  // y and z of the first spot
     std::vector<PalpatedSpot> spots;
 
-    double pearson = 0.0;  // of stiffness against over_bone, 0 or 1, over all spots
-    // Means over the middles: most of the pad over bone, or none of it.
+    double pearson = 0.0;  // correlation of stiffness with over_bone (0 or 1), over all spots
+    // Means over the centres of ribs and gaps: most of the pad over bone, or none of it.
     double rib_n_per_m = 0.0, gap_n_per_m = 0.0;
-    double rib_over_gap_everywhere = 0.0;  // the same over all spots, where a pad is half and half too
+    double rib_over_gap_everywhere = 0.0;  // the same ratio over all spots, including pads partly over bone
     double ribOverGap() const { return gap_n_per_m > 0.0 ? rib_n_per_m / gap_n_per_m : 0.0; }
 };
 
@@ -48,7 +48,7 @@ PalpationMap palpate(const patient::Patient&, const patient::Skin&, const haptic
 
 // Columns y_m, z_m, x_m, stiffness_n_per_m, over_bone, breath_v. Both throw patient::DataError.
 void writePalpationCsv(const PalpationMap&, const std::filesystem::path&);
-// Stiffness beside the bones under it.
+// Draws the stiffness next to the bones below it.
 void drawPalpation(const PalpationMap&, const std::string& title, const std::filesystem::path& png);
 
 }  // namespace stylet::report

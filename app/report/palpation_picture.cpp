@@ -12,12 +12,12 @@ namespace stylet::report {
 
 namespace {
 
-constexpr double kSpot = 13.0;  // pixels a spot
+constexpr double kSpot = 13.0;  // pixels per spot
 constexpr int kMapMargin = 64, kMapTop = 96, kMapBelow = 74, kBar = 18, kProfile = 300, kMapGap = 96;
 constexpr Colour kPaper{1.0, 1.0, 1.0}, kInk{0.12, 0.13, 0.15}, kMapGrey{0.45, 0.47, 0.50};
 constexpr Colour kMapBone{1.0, 1.0, 1.0}, kBand{0.90, 0.87, 0.80}, kLine{0.13, 0.33, 0.60};
 
-// Dark and cold is soft, bright and warm is stiff; even steps of lightness.
+// Dark, cold colours are soft; bright, warm colours are stiff. Lightness increases evenly.
 Colour heat(double share) {
     constexpr std::array<Colour, 6> kStops{{{0.05, 0.03, 0.20},
                                             {0.30, 0.07, 0.42},
@@ -36,7 +36,7 @@ const PalpatedSpot& spotAt(const PalpationMap& map, int column, int row) {
     return map.spots[std::size_t(row * map.columns + column)];
 }
 
-// What 98 of 100 spots stay below, N/m; a quarter of it is round.
+// The scale's maximum in N/m: at least the 98th percentile of the spots, with round quarters.
 double scaleOf(const PalpationMap& map) {
     std::vector<double> k;
     for (const PalpatedSpot& s : map.spots)
@@ -93,7 +93,7 @@ class Sheet {
         canvas_.text({left, kMapTop - 12}, "N/mm", {13, kInk});
     }
 
-    // Along the middle column: what is felt in sliding from the head down.
+    // The stiffness along the middle column: what a finger feels when sliding from head to feet.
     void drawProfile() {
         const int column = map_.columns / 2;
         const auto at = [&](double k) { return profile_x_ + kProfile * std::min(k / most_, 1.0); };

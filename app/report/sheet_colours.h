@@ -1,4 +1,4 @@
-// Internal: the colours of the sheets that pictures of CT lie on, and of the letters beside them.
+// Internal: the background and text colours of sheets with CT pictures.
 #pragma once
 
 #include "app/report/canvas.h"

@@ -17,12 +17,12 @@ using patient::Vec3;
 
 namespace {
 
-constexpr std::size_t kFewPixels = 300;  // a label with fewer is not worth a line of legend
+constexpr std::size_t kFewPixels = 300;  // labels with fewer pixels are left out of the legend
 constexpr int kPanelPixels = 560, kSlicesMargin = 24, kSlicesHeader = 104, kSlicesFooter = 92;
 constexpr Colour kNeedle{0.35, 0.90, 1.0}, kCross{1.0, 0.85, 0.35};
 constexpr Colour kTrail{1.0, 0.62, 0.15}, kReference{0.95, 0.95, 0.95};
 
-// The unit vector across `normal` that is nearest to `wanted`.
+// The unit vector perpendicular to `normal` that is nearest to `wanted`.
 Vec3 across(const Vec3& wanted, const Vec3& normal) {
     const Vec3 flat = wanted - glm::dot(wanted, normal) * normal;
     const double length = glm::length(flat);
@@ -60,7 +60,7 @@ std::string sideLetter(const Vec3& d) {
     return d.z > 0 ? "H" : "F";
 }
 
-// Where one panel stands on the sheet.
+// Position of one panel on the sheet.
 struct SlicePanel {
     const SlicePlane& plane;
     double x, y;
@@ -104,7 +104,7 @@ void drawTrail(Canvas& canvas, const SlicePanel& panel, const NeedlePicture& nee
     polyline(needle.trail_m, 1.6, kTrail);
 }
 
-// What the lines mean, right of the labels' legend.
+// Legend of the lines, right of the labels' legend.
 void drawLineLegend(Canvas& canvas, const NeedlePicture& needle, double right, double y) {
     const TextStyle style{14, kWhite, Align::right, false};
     const auto entry = [&](const std::string& text, Colour colour, bool dashed) {
@@ -140,7 +140,7 @@ void drawLetters(Canvas& canvas, const SlicePanel& panel) {
     canvas.text({panel.x + middle + 12, panel.y + kPanelPixels - 10}, sideLetter(panel.plane.down), style);
 }
 
-// The tinted labels met in any panel.
+// Legend of the tinted labels found in any panel.
 void drawLabelLegend(Canvas& canvas, const Patient& patient, const std::array<std::size_t, 256>& seen,
                      double y) {
     double x = kSlicesMargin;
@@ -159,7 +159,7 @@ void drawLabelLegend(Canvas& canvas, const Patient& patient, const std::array<st
 
 std::array<SlicePlane, 3> slicePlanes(const NeedlePicture& needle) {
     const Vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-    // Along the needle, the picture shows the way from the skin to a little behind the tip.
+    // The panels along the needle show its path from the skin to slightly behind the tip.
     const Vec3 middle = needle.tip_m - 0.2 * needle.depth_m * needle.axis;
     const auto along = [&](const char* title, const Vec3& normal_wanted, const Vec3& down_wanted) {
         const Vec3 normal = across(normal_wanted, needle.axis);
@@ -194,7 +194,7 @@ std::vector<std::uint8_t> samplePlane(const Patient& patient, const patient::Sur
             const double tint = label ? tintOf(*label) : 0.0;
             for (std::size_t k = 0; k < 3; ++k) {
                 const double colour = label ? label->colour[k] / 255.0 : 0.0;
-                // Scaled by the grey below it, so that the CT shows through the tint.
+                // Scaled by the underlying grey value, so that the CT shows through the tint.
                 const double tinted = colour * (0.35 + 0.9 * grey);
                 rgb.push_back(
                     std::uint8_t(std::lround(255.0 * std::min(1.0, grey + tint * (tinted - grey)))));

@@ -1,4 +1,4 @@
-// Three slices through the CT at the needle's tip, with the needle, as a radiologist would look at them.
+// Three slices through the CT at the needle's tip, with the needle, in radiological orientation.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace stylet::report {
 
-// A piece of the deformed patient; `right` and `down` are unit vectors of the picture.
+// A plane in the deformed patient. `right` and `down` are unit vectors of the picture.
 struct SlicePlane {
     std::string title;
     patient::Vec3 centre_m{0.0}, right{-1.0, 0.0, 0.0}, down{0.0, 0.0, -1.0};
@@ -21,24 +21,23 @@ struct SlicePlane {
 struct NeedlePicture {
     patient::Vec3 tip_m{0.0};     // deformed patient
     patient::Vec3 axis{0.0};      // unit, into the body
-    patient::Vec3 target_m{0.0};  // where the planned path ends: the rest of the way is dashed
+    patient::Vec3 target_m{0.0};  // end of the planned path; the rest of the path is dashed
     double depth_m = 0.0;         // of the tip along the track
     patient::Surrogate breath;
     std::string title, caption;
-    std::vector<patient::Vec3> trail_m{};  // where the tip has been
-    std::vector<patient::Vec3>
-        reference_m{};  // the reference path from entry to target, if it is to be shown
+    std::vector<patient::Vec3> trail_m{};      // earlier tip positions
+    std::vector<patient::Vec3> reference_m{};  // the reference path from entry to target; empty: not shown
 };
 
 // The CT window of the pictures: 400 HU wide around 50 HU.
 inline constexpr double kWindowLow_hu = -150.0, kWindowHigh_hu = 250.0;
 
-// Two planes along the needle, the nearest to axial and to coronal, and the one across it at the tip, seen
-// along it.
+// Two planes that contain the needle, nearest to axial and to coronal, and the plane across it at the tip,
+// seen along the needle.
 std::array<SlicePlane, 3> slicePlanes(const NeedlePicture&);
 
-// The plane in `width` x `height` RGB triples: windowed CT with labels as tints. Each label met is counted in
-// `seen`.
+// Samples the plane as `width` x `height` RGB triples: windowed CT with tinted labels. Counts the pixels of
+// each label in `seen`.
 std::vector<std::uint8_t> samplePlane(const patient::Patient&, const patient::Surrogate&, const SlicePlane&,
                                       int width, int height, std::array<std::size_t, 256>& seen);
 

@@ -1,4 +1,4 @@
-// The few numbers that say how values are spread.
+// Quantiles of values.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 
 namespace stylet::report {
 
-// Linear between neighbours (type 7 of Hyndman and Fan); not a number for no values. Infinite values are the
-// largest and the smallest that they are.
+// Interpolates linearly between neighbours (type 7 of Hyndman and Fan). NaN for no values. Infinite values
+// sort as the smallest and largest.
 inline double quantile(std::vector<double> values, double share) {
     std::erase_if(values, [](double v) { return std::isnan(v); });
     if (values.empty()) return std::numeric_limits<double>::quiet_NaN();

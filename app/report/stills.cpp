@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kMostPixels = 8192;  // along either side
+constexpr int kMostPixels = 8192;  // of either side
 constexpr int kJpegQuality = 82;
 constexpr std::size_t kMostStillBytes = 64u << 20;
 
@@ -38,7 +38,7 @@ std::vector<std::uint8_t> bytesOf(const fs::path& file) {
     return {bytes.begin(), bytes.end()};
 }
 
-// Of the IHDR chunk, which comes first; bounded before anything is decoded.
+// Reads the size from the IHDR chunk, which comes first. Checks its bounds before anything is decoded.
 Size pngSize(const std::vector<std::uint8_t>& bytes, const fs::path& file) {
     static constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
     if (bytes.size() < 24 || !std::equal(kMagic.begin(), kMagic.end(), bytes.begin()))

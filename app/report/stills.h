@@ -1,4 +1,4 @@
-// The pictures of an attempt's moments, small enough to stand in a page.
+// Pictures of an attempt's capture points, small enough to embed in a page.
 #pragma once
 
 #include <filesystem>
@@ -8,20 +8,20 @@
 
 namespace stylet::report {
 
-// A PNG at most `widest` pixels wide, as JPEG. Throws patient::DataError.
+// Converts a PNG to JPEG, at most `widest` pixels wide. Throws patient::DataError.
 Picture still(const std::filesystem::path& png, int widest);
 
-// A PNG as it is, its size read from its header. Throws patient::DataError.
+// Returns the PNG unchanged, with the size read from its header. Throws patient::DataError.
 Picture wholePng(const std::filesystem::path& png);
 
 struct Stills {
     std::vector<Picture> pictures;
-    std::size_t left_out = 0;             // more than `most`
-    std::vector<std::string> complaints;  // of files that could not be read
+    std::size_t left_out = 0;             // number of pictures beyond `most`
+    std::vector<std::string> complaints;  // files that could not be read
 };
 
-// The folder's pictures but curve and slices, by name, right eyes left out; the name becomes caption and
-// text.
+// The folder's pictures except curve and slices, sorted by name, without right-eye pictures. The file name
+// becomes the caption and the alternative text.
 Stills stillsOf(const std::filesystem::path& folder, std::size_t most, int widest);
 
 }  // namespace stylet::report

@@ -24,7 +24,7 @@ std::string nameUuid(const std::string& name) {
     return boost::uuids::to_string(boost::uuids::name_generator_sha1(boost::uuids::ns::url())(name));
 }
 
-// A segment of an address: what RFC 3986 calls unreserved stays.
+// Percent-encodes a segment of an address. Keeps the unreserved characters of RFC 3986.
 std::string segment(const std::string& text) {
     static constexpr std::string_view kDigits = "0123456789ABCDEF";
     std::string out;
@@ -51,7 +51,7 @@ void checkHome(const std::string& home) {
                                  "\"" + home + "\" is no http or https address without a slash at its end");
 }
 
-// `started` ("2026-11-21T20:15:00.123Z") and so much later; nothing for a text that is no such time.
+// Returns `started` ("2026-11-21T20:15:00.123Z") plus `seconds`, or nothing if the text is not such a time.
 std::optional<std::string> timeAfter(const std::string& started, double seconds) {
     namespace chrono = std::chrono;
     int year = 0, month = 0, day = 0, hour = 0, minute = 0, used = 0;
@@ -77,7 +77,7 @@ std::optional<std::string> timeAfter(const std::string& started, double seconds)
     return text.data();
 }
 
-// What all statements of an attempt share.
+// The parts that all statements of an attempt share.
 class Statements {
   public:
     Statements(const records::StoredAttempt& attempt, const XapiSettings& settings, json& list)

@@ -1,6 +1,6 @@
-// Attempts as xAPI statements (IEEE 9274.1.1), for a training centre's learning record store: a file to be
-// posted, as it is, to its statements resource. Statements of one attempt are the same in every export, so
-// sending them twice does no harm. Names nobody but the trainee's pseudonym.
+// Attempts as xAPI statements (IEEE 9274.1.1) for a training centre's learning record store. The file can
+// be posted to the store's statements resource as it is. Every export of an attempt gives the same
+// statements, so sending them twice is harmless. The trainee's pseudonym is the only personal data.
 #pragma once
 
 #include <string>
@@ -11,17 +11,17 @@
 namespace stylet::report {
 
 struct XapiSettings {
-    // What identities and activities are named under; an absolute http or https address without a trailing
+    // Base of the identities and activity names: an absolute http or https address without a trailing
     // slash.
     std::string home = "https://stylet.invalid";
 };
 
-// The least total of an attempt that counts as passed; it must have hit its target, too.
+// Minimum total of a passed attempt. The attempt must also have hit its target.
 inline constexpr double kPassMark = 60.0;
 
-// A JSON array: initialized; completed and passed or failed for attempts that are done; terminated.
-// Attempts without a trainee have no statements, as they have nobody who did them. Throws patient::DataError
-// for a home that is no address.
+// Returns a JSON array: initialized; completed and passed or failed for finished attempts; terminated.
+// Attempts without a trainee have no statements. Throws patient::DataError if `home` is not a valid
+// address.
 std::string xapiStatements(const std::vector<records::StoredAttempt>&, const XapiSettings&);
 
 // "PT1M3.25S"

@@ -31,11 +31,11 @@ class Clock {
     std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-// A study file with its force table.
+// A study file and its force table.
 struct Study {
     explicit Study(const StudyOptions& options) : o(options), file(readStudyFile(o.study)) {
         if (file.tissue) table = patient::loadTissueDefaults(*file.tissue).tissues;
-        // Before hours of planning, and before anything of an earlier run goes.
+        // Fail early: before hours of planning, and before an earlier run's results are deleted.
         for (const PairFiles& pair : file.pairs)
             for (const fs::path& package : {pair.reference, pair.found})
                 if (!fs::exists(package / "patient.toml"))
@@ -65,7 +65,8 @@ void savePicture(const fs::path& file, const Pair& pair, const std::vector<Plann
     patient::writeWholeFile(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 
-// paths.json comes last: where it is the rest is. A summary is of the paths that go.
+// Writes paths.json last: if it exists, the other files do too. Deletes the summary, which belongs to the
+// old paths.
 void planInto(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
     const Clock clock;
     const PairPlan plan = planPair(pair, o.plan);
@@ -117,7 +118,7 @@ std::vector<PlannedPath> loadPlanned(const StudyOptions& o, const fs::path& fold
     return paths;
 }
 
-// Those blocks of this share that are not there yet, each kept as soon as it is done.
+// Runs the blocks of this share that are not on disk yet and stores each one as soon as it is finished.
 void runShare(const PreparedPair& pair, const std::vector<PlannedPath>& paths, const KeptBlocks& kept,
               const Share& share, const RunSettings& settings) {
     const Clock clock;
@@ -148,7 +149,7 @@ void runShare(const PreparedPair& pair, const std::vector<PlannedPath>& paths, c
     std::printf("\n");
 }
 
-// The leader plans and says what the pair is; the others wait for that.
+// The leader plans the paths and writes the pair's facts; the other ranks wait for it.
 void runPair(const Study& study, const Share& share, const Ranks& ranks) {
     const StudyOptions& o = study.o;
     const Pair pair = study.load(share.pair);
@@ -186,7 +187,7 @@ void print(const Summary& s) {
         1e3 * s.hausdorff_m.mean);
 }
 
-// The tables, from the blocks of all ranks.
+// Writes the tables from the blocks of all ranks.
 void gather(const Study& study) {
     const StudyOptions& o = study.o;
     std::vector<PairFindings> findings;
@@ -220,7 +221,7 @@ void runPlan(const StudyOptions& o, const Ranks& ranks) {
 
 void runStudy(const StudyOptions& o, const Ranks& ranks) {
     const Study study(o);
-    // A study with a summary came to its end: it is run anew.
+    // A study with a summary is complete: start it from scratch.
     if (ranks.first() && fs::remove(o.out / "summary.json"))
         for (std::size_t pair = 0; pair < study.file.pairs.size(); ++pair)
             fs::remove_all(study.folder(pair) / "blocks");

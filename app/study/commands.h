@@ -1,5 +1,5 @@
-// The commands of stylet-study. They say what they do on stdout and throw patient::DataError. With several
-// ranks each calls the same command and does its share.
+// The commands of stylet-study. Each prints its progress on stdout and throws patient::DataError. With
+// several ranks, every rank calls the same command and does its share of the work.
 #pragma once
 
 #include <filesystem>
@@ -10,24 +10,25 @@
 namespace stylet::study {
 
 struct StudyOptions {
-    std::filesystem::path study, out;  // the study file; the folder of what comes of it
+    std::filesystem::path study, out;  // study file; output folder
     PlanRequest plan;
-    // The request was made in so many words: paths planned otherwise are planned anew, not taken.
+    // The user set the plan request explicitly: paths planned with another request are planned again, not
+    // reused.
     bool plan_is_asked = false;
     RunSettings run;
     FoundLabels labels = FoundLabels::partial;
-    std::size_t most_paths = 0;     // the best so many of a pair's; 0: all
-    std::size_t sampled_paths = 0;  // the forces at every sample of so many of each pair's best
+    std::size_t most_paths = 0;     // the best N paths of each pair; 0: all
+    std::size_t sampled_paths = 0;  // write the force at every sample for the best N paths of each pair
 };
 
-// OUT/<pair>/paths.json (as a package has it), plan.csv, plan.json, paths.png.
+// Writes OUT/<pair>/paths.json (same format as in a package), plan.csv, plan.json and paths.png.
 void runPlan(const StudyOptions&, const Ranks& = {});
-// OUT/<pair>/paths.csv, samples.csv where asked for, OUT/summary.json, and what the report needs besides:
-// OUT/<pair>/pair.json, blocks. Plans first where a pair's paths.json is missing or of another patient,
-// planner or request. A run that did not come to its end goes on: no block of paths that it left is worked
-// out again.
+// Writes OUT/<pair>/paths.csv, samples.csv (if requested) and OUT/summary.json, plus the report's inputs
+// OUT/<pair>/pair.json and OUT/<pair>/blocks. Plans first if a pair's paths.json is missing or belongs to
+// another patient, planner or request. Resumes an interrupted run: finished blocks of paths are not
+// recomputed.
 void runStudy(const StudyOptions&, const Ranks& = {});
-// OUT/report.html from what the others left; its file.
+// Writes OUT/report.html from the outputs of the other commands. Returns its path.
 std::filesystem::path writeReport(const std::filesystem::path& out);
 
 }  // namespace stylet::study

@@ -67,7 +67,7 @@ Json readJson(const fs::path& file, const char* format) {
     return json;
 }
 
-// Reads members; what is missing or of another kind is a DataError with its name.
+// Reads JSON members. A missing member or one of the wrong type is a DataError with its name.
 class Members {
   public:
     Members(const fs::path& file, std::string where, const Json& json)
@@ -153,7 +153,7 @@ void writeFacts(const fs::path& file, const PairFacts& f) {
     for (std::size_t t = 0; t < f.tissues.size(); ++t) {
         const patient::TissueRow& row = f.tissues[t];
         json["tissues"].push_back({{"tissue", patient::tissueName(Tissue(t))},
-                                   // JSON has no infinity: bone's is null.
+                                   // JSON has no infinity: the value of bone is null.
                                    {"cut_force_n", row.cut_force_n},
                                    {"friction_n", row.friction_n},
                                    {"stiffness_n_per_m", row.stiffness_n_per_m}});
@@ -174,7 +174,7 @@ PairFacts readFacts(const fs::path& file) {
     f.own_table = in.get<std::string>("own_table");
     f.run = std::strtoull(in.get<std::string>("run").c_str(), nullptr, 16);
     f.paths = in.get<std::size_t>("paths");
-    constexpr std::size_t kMostPaths = 100'000;  // as paths.json
+    constexpr std::size_t kMostPaths = 100'000;  // the same limit as paths.json
     if (f.paths > kMostPaths) in.refuse("paths", "more than 100000");
     const std::vector<Members> rows = in.list("tissues");
     if (rows.size() != f.tissues.size()) in.refuse("tissues", "not one row a tissue");

@@ -1,4 +1,4 @@
-// What the report says of a pair, and what the run leaves for it: OUT/<pair>/pair.json.
+// Facts about a pair that the run writes to OUT/<pair>/pair.json and the report shows.
 #pragma once
 
 #include <filesystem>
@@ -13,13 +13,13 @@ struct LabelFacts {
     std::string name, provenance;
     patient::Tissue tissue = patient::Tissue::soft;
     std::size_t voxels = 0;
-    bool counts = true;  // in this study
+    bool counts = true;  // used in this study
 };
 
 struct PackageFacts {
     std::string name, licence, provenance;
-    double labelled_share = 0.0;     // of the body
-    std::vector<LabelFacts> labels;  // those that have voxels
+    double labelled_share = 0.0;     // share of the body that has labels
+    std::vector<LabelFacts> labels;  // only labels that have voxels
     patient::Thresholds thresholds;
 };
 
@@ -28,7 +28,7 @@ struct PairFacts {
     patient::Vec3 spacing_m{0.0};
     patient::Index3 dims{0};
     patient::TissueTable tissues{};
-    std::string own_table;  // the file's name; empty: the reference's own
+    std::string own_table;  // file name of the force table; empty: the reference's own table
     std::uint64_t run = 0;  // runDigest
     std::size_t paths = 0;
 };
@@ -39,17 +39,17 @@ PairFacts factsOf(const Pair&, const std::string& own_table);
 void writeFacts(const std::filesystem::path& json, const PairFacts&);
 PairFacts readFacts(const std::filesystem::path& json);
 
-// plan.json, as the report needs it.
+// The contents of plan.json that the report needs.
 struct PlanFacts {
-    double skin_spacing_m = 0.0, target_spacing_m = 0.0;  // as asked for: 0 is every voxel
+    double skin_spacing_m = 0.0, target_spacing_m = 0.0;  // as requested; 0: every voxel
     int breaths = 0;
     std::size_t candidates = 0, skipped = 0, blocked = 0, too_long = 0, poor = 0, kept = 0;
-    std::vector<std::size_t> c3, c4, quality;  // of the kept paths, in equal bins of [0, 1]
-    std::vector<std::size_t> worst_quality;    // over the breath's phases; empty where they were not rated
+    std::vector<std::size_t> c3, c4, quality;  // histograms over the kept paths, equal bins of [0, 1]
+    std::vector<std::size_t> worst_quality;    // worst quality over the breathing phases; empty if not rated
 };
 PlanFacts readPlanFacts(const std::filesystem::path& json);  // throws patient::DataError
 
-// summary.json: the pairs, in their order, and what the forces were worked out with.
+// The contents of summary.json: the pairs in order, and the settings of the force computation.
 struct RunFacts {
     std::vector<std::string> names;
     RunSettings settings;

@@ -12,13 +12,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Counts up whenever the same pair and settings come to other results, or PathResult changes.
+// Increment this when the same pair and settings give other results, or when PathResult changes.
 constexpr std::uint64_t kResultsVersion = 2;
 
 struct Header {
     std::uint64_t magic = 0x325244545359'5453;
     std::uint64_t digest = 0, block = 0, count = 0;
-    std::uint64_t checksum = 0;  // of the results' bytes
+    std::uint64_t checksum = 0;  // of the bytes of the results
 };
 static_assert(std::is_trivially_copyable_v<PathResult> && std::is_trivially_copyable_v<Header>);
 

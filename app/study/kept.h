@@ -1,5 +1,5 @@
-// The results on disk while a study runs and after it: a file a block of paths. What is finished stays when
-// the program does not, and an unfinished study goes on from there; ranks share the work through them.
+// Study results on disk, one file per block of paths. Finished blocks survive a crash, so an interrupted
+// study can resume. Ranks share their work through these files.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +12,14 @@
 
 namespace stylet::study {
 
-// 64 bits over all that the results depend on: both packages, what counts of the labels, paths and settings.
+// 64-bit hash of everything that the results depend on: both packages, the labels used, paths and settings.
 std::uint64_t runDigest(const Pair&, std::span<const patient::PlannedPath>, const RunSettings&);
 
 inline std::size_t blockCount(std::size_t paths) {
     return (paths + kBlock - 1) / kBlock;
 }
 
-// The blocks of one pair's run, in a folder of their own.
+// The result blocks of one pair's run, in their own folder.
 class KeptBlocks {
   public:
     KeptBlocks(std::filesystem::path folder, std::uint64_t digest, std::size_t paths)
@@ -28,11 +28,11 @@ class KeptBlocks {
     std::size_t count() const { return blockCount(paths_); }
     std::size_t begin(std::size_t block) const { return block * kBlock; }  // its first path
     std::size_t size(std::size_t block) const { return std::min(kBlock, paths_ - begin(block)); }
-    // Whole, and of this run.
+    // Returns true if the block's file is complete and belongs to this run.
     bool has(std::size_t block) const;
-    // A crash leaves the whole file or none. Throws patient::DataError.
+    // Writes atomically: a crash leaves the whole file or none. Throws patient::DataError.
     void keep(std::size_t block, std::span<const PathResult>) const;
-    // The results of all paths, in their order. Throws patient::DataError where a block is missing.
+    // Returns the results of all paths in order. Throws patient::DataError if a block is missing.
     std::vector<PathResult> all() const;
 
   private:

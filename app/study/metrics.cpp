@@ -24,7 +24,8 @@ double sampleDepth(const Steered& s, std::size_t i) {
     return s.first_m + double(i) * s.step_m;
 }
 
-// The first sample at `depth_m` or behind it; while patients breathe events lie on samples, but for rounding.
+// The first sample at or behind `depth_m`. If the patients breathe, events lie on samples except for
+// rounding.
 std::size_t sampleFrom(const Steered& s, double depth_m) {
     constexpr double kRounding = 1e-6;
     const double i = std::ceil((depth_m - s.first_m) / s.step_m - kRounding);
@@ -84,7 +85,7 @@ double largestOutside(const Steered& s, double window_m) {
 
 // ---- closed form
 
-// c2 x^2 + c1 x + c0 from `begin_m` on.
+// c2 x^2 + c1 x + c0, with x measured from `begin_m`.
 struct Curve {
     double c0 = 0.0, c1 = 0.0, c2 = 0.0;
 };
@@ -164,7 +165,8 @@ struct Distances {
     }
 };
 
-// A structure that only one patient has before the target is the other's too if that has it so near.
+// If only one patient has a structure before the target, the other patient's structure counts as the same
+// one up to this distance.
 constexpr double kSameStructure_m = 0.010;
 
 Distances distances(const Surfaces& from, const Surfaces& to) {
@@ -187,7 +189,7 @@ void measureBorders(const Steered& s, PathResult& r) {
         BorderError& b = r.by_tissue[t];
         Distances d = distances(full, partial);
         d.add(distances(partial, full));
-        if (d.count == 0) continue;  // not on the way
+        if (d.count == 0) continue;  // not on the path
         const bool both = full.before_target > 0 && partial.before_target > 0;
         if (!both && d.least_m > kSameStructure_m) {
             b.missed = full.before_target > 0;
@@ -217,7 +219,7 @@ double firstWayIn(const std::vector<ExactEvent>& events, Tissue tissue) {
     return kNone;
 }
 
-// Partial less full; none where neither patient has it before the target.
+// Partial minus full. Returns none if neither patient has the entry before the target.
 double wayInError(const Steered& s, Tissue tissue) {
     const double full_m = firstWayIn(s.full.force->events, tissue),
                  partial_m = firstWayIn(s.partial.force->events, tissue);
@@ -226,7 +228,8 @@ double wayInError(const Steered& s, Tissue tissue) {
 
 enum class Skin { counts, ignored };
 
-// Ways in before the target. While the patients breathe a change of label alone is an entry too: not here.
+// Iterates over the entries into tissues before the target. If the patients breathe, a mere label change is
+// an entry event too; those are skipped here.
 class WaysIn {
   public:
     WaysIn(const Felt& felt, double target_m, Skin skin)
@@ -255,7 +258,8 @@ class WaysIn {
 
 bool sameOrder(const Steered& s, Skin skin) {
     WaysIn full(s.full, s.end_m, skin), partial(s.partial, s.end_m, skin);
-    // What lies first is cut from the air and entered from the skin: without a skin that is one and the same.
+    // The first tissue is punctured from the air but entered from the skin. Without a skin, the two are
+    // equivalent.
     for (bool any_way = skin == Skin::ignored;; any_way = false) {
         const ExactEvent *a = full.next(), *b = partial.next();
         if (!a || !b) return a == b;
@@ -272,7 +276,7 @@ struct OwnEvent {
     Model model;
 };
 
-// The events of one patient to `depth_m` that the other does not have there.
+// Appends the events of one patient up to `depth_m` that the other does not have at the same depth.
 void addOwn(Model model, const std::vector<ExactEvent>& own, const std::vector<ExactEvent>& other,
             double depth_m, std::vector<OwnEvent>& out) {
     for (const ExactEvent& e : own)
@@ -287,7 +291,7 @@ double errorBefore(const Steered& s, double depth_m) {
     return i > 0 ? std::fabs(s.partial.samples_n[i - 1] - s.full.samples_n[i - 1]) : 0.0;
 }
 
-// How far the partial patient's event lies behind the full one's nearest alike.
+// How far the partial patient's event lies behind the full patient's nearest event of the same kind.
 double apart(const ExactEvent& cause, Model model, const Steered& s) {
     double apart_m = kNone;
     for (const ExactEvent& o : (model == Model::full ? s.partial : s.full).force->events) {

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kMaxFileBytes = 1 << 20;
 constexpr std::size_t kMaxPairs = 1000;
 constexpr double kSamePlace_m = 1e-6;
-constexpr std::int16_t kOutsideBody_hu = -1024;  // what a build puts there
+constexpr std::int16_t kOutsideBody_hu = -1024;  // the value that a build writes outside the body
 
 std::string nameOf(std::size_t pair) {
     return "pair[" + std::to_string(pair) + "]";
@@ -82,7 +82,7 @@ Vec3 offsetInVoxels(const PairFiles& files, const Grid& reference, const Grid& f
     return whole;
 }
 
-// The found package on the reference's grid; air, and no label, beyond its own.
+// Moves the found package onto the reference's grid. Outside its own grid it is air without labels.
 void moveTo(const PairFiles& files, const patient::CtVolume& reference, Package& found) {
     const Index3 offset(offsetInVoxels(files, reference.grid, found.ct.grid));
     patient::CtVolume ct(reference.grid, kOutsideBody_hu);
@@ -175,7 +175,8 @@ Pair makePair(const PairFiles& files, Package reference, Package found, FoundLab
     refuseShared(files, reference, found);
     pair.reference_digest = patient::digest(reference);
     if (own_table) reference.tissues = *own_table;
-    // A build's cut takes the rim of partial volume along, which is the thresholds' skin.
+    // The build's crop to the body also removes the partial-volume rim, which the thresholds classify as
+    // skin.
     if (labels == FoundLabels::partial) found.ct = reference.ct;
     found.tissues = reference.tissues;
     found.motion = reference.motion;

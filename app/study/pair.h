@@ -1,4 +1,5 @@
-// What a study compares: a reference package, and a package built from the same CT without its labels.
+// The two packages a study compares: a reference package, and one built from the same CT without its
+// labels.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +12,7 @@
 
 namespace stylet::study {
 
-// A folder of its own in OUT, beside what is of all pairs.
+// Returns true if the name can be a folder in OUT and does not clash with the study's own files.
 bool isPairName(const std::string&);
 
 struct PairFiles {
@@ -19,7 +20,7 @@ struct PairFiles {
     std::filesystem::path reference, found;  // package folders
 };
 
-// A TOML file; folders are relative to it, and no two pairs have one name:
+// A TOML file. Folders are relative to it, and pair names are unique:
 //   tissue = "table.toml"     # optional: the force table of both, as assets/tissue/ptcd.toml
 //   [[pair]]
 //   name = "seed 1"           # optional: else the reference's folder
@@ -33,30 +34,30 @@ struct StudyFile {
 StudyFile readStudyFile(const std::filesystem::path& toml);
 StudyFile parseStudyFile(std::string_view text, const std::filesystem::path& file);
 
-// Which of the found labels count.
+// Selects the labels of the built package that are used.
 enum class FoundLabels {
-    partial,  // the paper's partial segmentation; elsewhere thresholds decide over the CT as it was taken
-    all       // all, on the CT as the build has cut it to the body: the patient that is trained on
+    partial,  // the paper's partial segmentation; elsewhere thresholds on the original CT
+    all       // all labels, on the CT that the build cropped to the body: the patient used in training
 };
 
-// Both on the reference's voxels, with its force table and its breath: what differs is the segmentation, and
-// the thresholds, which are part of it.
+// Both packages are on the reference's voxel grid and use its force table and breathing. They differ only
+// in the segmentation, which includes the thresholds.
 struct Pair {
     std::string name;
     patient::Package reference, found;
     FoundLabels labels = FoundLabels::partial;
-    std::uint64_t reference_digest = 0;  // as its folder has it: an own force table plans no other paths
-    double reference_share = 0.0;        // of the body that has labels in the reference
+    std::uint64_t reference_digest = 0;  // from the folder: an own force table changes no paths
+    double reference_share = 0.0;        // share of the body that has labels in the reference
 };
 
-// Throws patient::DataError where the two are not on the same CT: of the found package's voxels each must be
-// the reference's, or air that a build put outside the body. Or where labels share their provenance, or the
-// reference was among the found one's atlases.
+// Throws patient::DataError if the two are not from the same CT: each voxel of the found package must equal
+// the reference's, or be air that the build put outside the body. Also throws if labels share their
+// provenance, or if the reference was one of the found package's atlases.
 Pair makePair(const PairFiles&, patient::Package reference, patient::Package found, FoundLabels,
               const patient::TissueTable* own_table = nullptr);
 Pair loadPair(const PairFiles&, FoundLabels, const patient::TissueTable* own_table = nullptr);
 
-// Ready for many needles. Keeps a reference to the pair.
+// A pair prepared for steering many needles. Keeps a reference to the pair.
 struct PreparedPair {
     explicit PreparedPair(const Pair&);
     const Pair& pair;

@@ -21,15 +21,15 @@ using report::Point;
 
 namespace {
 
-constexpr int kPixels = 270;  // of a view's side, drawn twice as large
+constexpr int kPixels = 270;  // side of a view before it is drawn at kZoom
 constexpr double kZoom = 2.0, kPixel_m = 0.0011;
-constexpr double kThrough_m = 0.45;  // of the rays, the middle of the paths half way
+constexpr double kThrough_m = 0.45;  // length of the rays; their midpoint is at the middle of the paths
 constexpr double kTop = 76.0, kLeft = 10.0, kBetween = 10.0;
 constexpr std::size_t kMostDrawnPaths = 500;
-constexpr double kWorst = 0.4;  // the planner keeps no worse
+constexpr double kWorst = 0.4;  // the planner keeps no paths below this quality
 constexpr Colour kDark{0.07, 0.08, 0.09}, kLight{0.93, 0.94, 0.95}, kGrey{0.66, 0.69, 0.72};
 
-// How a surface looks from outside: its share of the light that is left.
+// Surface appearance: its colour and the share of the remaining light that it absorbs.
 struct Look {
     Vec3 colour{0.0};
     double opacity = 0.0;
@@ -46,7 +46,7 @@ std::array<Look, patient::kTissueCount> looks() {
 
 struct View {
     std::string name;
-    Vec3 centre_m, into, right, down;  // unit vectors of the picture and through it
+    Vec3 centre_m, into, right, down;  // unit vectors: into the picture, to the right and down
 
     Point at(const Vec3& p_m) const {
         const Vec3 d = (p_m - centre_m) / kPixel_m;
@@ -82,7 +82,7 @@ class Renderer {
   private:
     Tissue tissueAt(const Index3& i) const { return map_.sample(map_.code(i), {true, true}).tissue; }
 
-    // Out of the tissue, from where it lies around the voxel.
+    // Outward surface normal, estimated from the positions of the tissue's voxels around this voxel.
     Vec3 outward(const Index3& i, Tissue t) const {
         Vec3 sum(0.0);
         for (int z = -2; z <= 2; ++z)
@@ -120,7 +120,7 @@ class Renderer {
     double step_m_ = 0.001;
 };
 
-// Green for the best, as in the paper; told apart by lightness too.
+// Green for the best, as in the paper. The colours also differ in lightness.
 Colour qualityColour(double quality) {
     constexpr std::array<Colour, 3> kStops{{{0.75, 0.16, 0.12}, {0.98, 0.78, 0.20}, {0.25, 0.95, 0.45}}};
     const double at = std::clamp((quality - kWorst) / (1.0 - kWorst), 0.0, 1.0) * double(kStops.size() - 1);
@@ -130,7 +130,8 @@ Colour qualityColour(double quality) {
     return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b), 0.75};
 }
 
-// At most kMostDrawnPaths of them, evenly chosen; planned best first, they are drawn best last.
+// Picks at most kMostDrawnPaths paths, evenly spaced. The planner sorts best first; the result is sorted
+// best last so that the best are drawn on top.
 std::vector<const PlannedPath*> chosen(std::span<const PlannedPath> paths) {
     const std::size_t count = std::min(paths.size(), kMostDrawnPaths);
     std::vector<const PlannedPath*> some;

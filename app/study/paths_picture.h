@@ -1,4 +1,5 @@
-// The planned paths over the patient, coloured by their quality: as Fig. 3 of Mastmeyer et al. 2017.
+// A picture of the planned paths over the patient, coloured by quality, as in Fig. 3 of Mastmeyer et al.
+// 2017.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +13,8 @@ namespace stylet::study {
 
 inline constexpr int kPathsPictureWidth = 1120, kPathsPictureHeight = 640;
 
-// From the patient's right and from the front: bone, liver, vessels and ducts behind at most a few hundred of
-// the paths, the best on top. A PNG; empty where there is no path.
+// Renders a view from the patient's right and one from the front: bone, liver, vessels and ducts, and at
+// most a few hundred paths with the best ones on top. Returns a PNG, or empty if there are no paths.
 std::vector<std::uint8_t> pathsPicture(const patient::TissueMap&, std::span<const patient::PlannedPath>,
                                        const std::string& title, int threads);
 

@@ -23,7 +23,7 @@ bool startedAsOneOfMany() {
     return false;
 }
 
-// As who started them counts: each that believes itself alone would do everything.
+// Checks the size against the launcher's: if MPI is missing ranks, each process would do all the work.
 void refuseUnlessOneOf(int size) {
     for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"})
         if (const char* started = std::getenv(name); started && std::atoi(started) != size)
@@ -59,7 +59,7 @@ Ranks::Ranks() {
         refuseUnlessOneOf(1);
         return;
     }
-    int threads = 0;  // only this one talks to the others
+    int threads = 0;  // only this thread calls MPI
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &threads);
     joined_ = true;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
@@ -67,7 +67,7 @@ Ranks::Ranks() {
     try {
         refuseUnlessOneOf(size_);
     } catch (...) {
-        MPI_Finalize();  // no object, so no destructor
+        MPI_Finalize();  // the constructor throws, so the destructor will not run
         throw;
     }
     if (size_ > 1) std::signal(SIGTERM, stopped);

@@ -1,5 +1,5 @@
-// Several processes at one study, on one machine or many, which share OUT's file system: MPI where it was
-// built in and mpirun or srun has started the program, else this process alone.
+// Several processes working on one study, on one or more machines that share OUT's file system. Uses MPI if
+// it was built in and mpirun or srun started the program; otherwise this process works alone.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,9 @@ namespace stylet::study {
 
 class Ranks {
   public:
-    // Joins the others. From now on SIGTERM, which mpirun sends to all when one is lost, ends the process
-    // with a line that says what to do. Throws std::runtime_error where there are others and MPI was not
-    // built in, or finds fewer than were started: each would do everything.
+    // Joins the other ranks. From now on SIGTERM, which mpirun sends to every rank when one is lost, ends
+    // the process with a message that says what to do. Throws std::runtime_error if there are other ranks
+    // but MPI was not built in, or if MPI finds fewer ranks than were started: each would do all the work.
     Ranks();
     ~Ranks();
     Ranks(const Ranks&) = delete;
@@ -23,9 +23,9 @@ class Ranks {
     int rank() const { return rank_; }
     int size() const { return size_; }
     bool first() const { return rank_ == 0; }
-    // Until all ranks have come here; without load on the processor.
+    // Barrier: blocks until all ranks have called it. Does not load the processor.
     void wait() const;
-    // Ends all of them; returns where this process is alone.
+    // Aborts all ranks. Returns if this process runs alone.
     void giveUp() const;
 
   private:
@@ -33,11 +33,11 @@ class Ranks {
     [[maybe_unused]] bool joined_ = false;
 };
 
-// Whose work a pair is. As many pairs as ranks or more: each pair has one rank. Fewer: several ranks share a
-// pair and take its blocks in turns.
+// Assignment of a pair to a rank. With at least as many pairs as ranks, each pair has one rank. With fewer
+// pairs, several ranks share a pair and take its blocks in turn.
 struct Share {
     std::size_t pair = 0;
-    std::size_t part = 0, parts = 1;  // this rank's of the pair's ranks; 0 leads
+    std::size_t part = 0, parts = 1;  // this rank's index among the pair's ranks; 0 leads
 };
 std::vector<Share> sharesOf(int rank, int size, std::size_t pairs);
 

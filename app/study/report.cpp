@@ -198,7 +198,7 @@ void addPlanning(Page& page, const ReportedStudy& study) {
                                 : "."));
 }
 
-// What the reference has that nobody drew and no program drew the CT from.
+// Lists the reference's labels that are neither drawn by hand nor synthetic.
 std::string undrawnText(const PackageFacts& reference) {
     std::string text;
     for (const LabelFacts& l : reference.labels)
@@ -243,7 +243,7 @@ void addPatients(Page& page, const ReportedStudy& study) {
     page.facts(facts);
 }
 
-// The built patients' labels that count, in the paper's words, and whose vessels these are.
+// Lists the built patients' labels that are used, in the paper's words, and names the vessels.
 std::string labelsText(const ReportedStudy& study) {
     if (study.run.labels == FoundLabels::all) return "all of the built patient's";
     std::vector<std::string> vessels;

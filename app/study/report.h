@@ -1,4 +1,4 @@
-// The study as one self-contained page, beside the paper's numbers.
+// The study as one self-contained HTML page, compared with the paper's numbers.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct ReportedPair {
     PlanFacts plan;
     std::vector<PathResult> results;
     std::vector<double> clearance;      // C3 of each path
-    std::vector<std::uint8_t> picture;  // of the planned paths, PNG; may be empty
-    Summary summary, without_bone;      // of all paths, of those that meet no bone
+    std::vector<std::uint8_t> picture;  // PNG of the planned paths; may be empty
+    Summary summary, without_bone;      // of all paths; of the paths that meet no bone
 };
 
 struct ReportedStudy {
@@ -28,7 +28,7 @@ struct ReportedStudy {
     Summary all, without_bone;
 };
 
-// All first, then each patient, with the summary of the paths that meet no bone.
+// Calls `use` for all patients together, then for each patient, with both summaries.
 template <typename Use>
 void forAll(const ReportedStudy& study, const Use& use) {
     use("all", study.all, study.without_bone);
@@ -36,7 +36,7 @@ void forAll(const ReportedStudy& study, const Use& use) {
         use(pair.name, pair.summary, pair.without_bone);
 }
 
-// What plan and run left in OUT. Throws patient::DataError.
+// Reads the outputs of plan and run from OUT. Throws patient::DataError.
 ReportedStudy readStudy(const std::filesystem::path& out);
 
 std::string studyPage(const ReportedStudy&);

@@ -18,13 +18,13 @@ using report::Table;
 
 namespace {
 
-constexpr std::size_t kMostDots = 150;  // outliers drawn of a patient
-constexpr double kFewPaths = 0.02;      // a tissue that fewer meet is not drawn
+constexpr std::size_t kMostDots = 150;  // outliers drawn per patient
+constexpr double kFewPaths = 0.02;      // tissues that fewer paths meet are not drawn
 
 const std::array<Colour, 6> kPalette{report::kBlue,   report::kVermilion, report::kGreen,
                                      report::kPurple, report::kOrange,    report::kSky};
 
-// One for each round of the palette.
+// One dash pattern for each pass through the palette.
 const std::array<std::vector<int>, 4> kDashes{{{}, {6, 3}, {2, 2}, {8, 2, 2, 2}}};
 
 std::string thresholdText(double value, const std::string& axis) {
@@ -35,7 +35,7 @@ std::string thresholdText(double value, const std::string& axis) {
     return "just noticeable: " + number + " " + unit;
 }
 
-// High enough for every whisker and threshold; what a few paths have may lie above.
+// High enough for every whisker and threshold. Rare larger values may lie above the axis.
 double axisTop(const ReportedStudy& study, const PathNumber& number) {
     double top = 0.0;
     forAll(study, [&](const std::string&, const Summary& s, const Summary&) {
@@ -47,7 +47,7 @@ double axisTop(const ReportedStudy& study, const PathNumber& number) {
     return 1.25 * top;
 }
 
-// At most kMostDots of them, evenly chosen, the largest among them.
+// At most kMostDots of the values, evenly spaced, including the largest.
 void addDots(std::vector<double> values, double x, FigureSeries& dots) {
     std::sort(values.begin(), values.end());
     const std::size_t count = std::min(values.size(), kMostDots);

@@ -1,4 +1,4 @@
-// The figures of the study's page, each with the table that stands beneath it.
+// The figures of the study's page, each with the table shown below it.
 #pragma once
 
 #include <functional>
@@ -15,25 +15,25 @@ struct Plot {
     std::size_t beyond = 0;  // values above the axis
 };
 
-// One number of each path.
+// One number per path.
 struct PathNumber {
     std::string axis;  // "RMSE, N"
     int digits = 3;
-    double unit = 1.0;  // of the axis
+    double unit = 1.0;  // scale from the value to the axis unit
     const Spread& (*spread)(const Summary&);
     double (*value)(const PathResult&);
-    std::vector<double> thresholds{};  // in the axis' unit
+    std::vector<double> thresholds{};  // in the axis unit
 };
 
-// A box each patient and one of all paths, as Figs. 6-8 of the paper.
+// One box per patient and one for all paths, as in Figs. 6-8 of the paper.
 Plot boxPlot(const ReportedStudy&, const PathNumber&);
 
-// Mean and deviation of each tissue's borders, of all and of each patient by choice, as Figs. 4 and 5;
-// without those that hardly a path meets.
+// Mean and standard deviation per tissue border, for all patients and for each selectable patient, as in
+// Figs. 4 and 5. Tissues that hardly any path meets are left out.
 Plot borderPlot(const ReportedStudy&, const std::string& axis, const Spread& (*spread)(const TissueSummary&),
                 const std::vector<double>& thresholds_mm);
 
-// RMSE along the way from the skin to the target.
+// RMSE by position along the path from the skin to the target.
 Plot positionPlot(const ReportedStudy&);
 
 // Histograms of C3, C4 and Q over the kept paths.
@@ -41,7 +41,7 @@ Plot scorePlot(const ReportedStudy&);
 
 // 31222 -> "31,222"
 std::string countText(std::size_t);
-// "–" where there is none.
+// Returns "–" for no value.
 std::string percentText(double share, int digits = 1);
 
 }  // namespace stylet::study

@@ -14,10 +14,10 @@ using report::Table;
 
 namespace {
 
-constexpr double kClose = 0.1;    // C3 of a path that all but touches a risk structure
-constexpr double kFewer = 0.005;  // shares that would be said as 0 or 1 %
-constexpr double kNearTop = 0.8;  // of what the force can jump at the fascia
-constexpr double kSmallest_mm = 0.775, kLargest_mm = 1.0;  // the paper's voxels
+constexpr double kClose = 0.1;    // C3 of a path that almost touches a risk structure
+constexpr double kFewer = 0.005;  // smaller shares would round to 0 %, or their complement to 100 %
+constexpr double kNearTop = 0.8;  // share of the largest force jump at the fascia
+constexpr double kSmallest_mm = 0.775, kLargest_mm = 1.0;  // the paper's voxel sizes
 
 struct Range {
     double low = INFINITY, high = -INFINITY;
@@ -30,7 +30,7 @@ struct Range {
     }
 };
 
-// Use(pair, place) for each path.
+// Calls use(pair, path index) for each path.
 template <typename Use>
 void forPaths(const ReportedStudy& study, const Use& use) {
     for (const ReportedPair& p : study.pairs)
@@ -42,7 +42,7 @@ bool anyBone(const ReportedStudy& study) {
     return study.all.bone_paths > 0;
 }
 
-// For a number of the paths that meet no bone: said where others do.
+// Text about the paths that meet no bone. Empty if no path meets bone.
 std::string withoutBone(const ReportedStudy& study, const std::string& text) {
     return anyBone(study) ? "; " + text + " without bone" : "";
 }
@@ -92,7 +92,7 @@ std::string patientsWhy(const ReportedStudy& study) {
            numberText(kLargest_mm) + " mm.";
 }
 
-// The thresholds of the patients in which paths meet bone, and of the others.
+// The bone thresholds of the patients with paths that meet bone, and of the other patients.
 std::string boneThresholds(const ReportedStudy& study) {
     Range built, reference, others, others_reference;
     bool lower = true;
@@ -133,7 +133,7 @@ std::string boneWhy(const ReportedStudy& study) {
     return text;
 }
 
-// How much of the mean RMSE is that of the paths that meet bone.
+// The share of the mean RMSE that comes from the paths that meet bone.
 std::string carriedText(const ReportedStudy& study) {
     if (!anyBone(study)) return "";
     double all_n = 0.0, bone_n = 0.0;
@@ -163,8 +163,8 @@ std::string outlierText(const ReportedStudy& study, Spread Summary::* number) {
            both(&Spread::above_whisker_share, " (");
 }
 
-// What the force can jump where one needle is about to cut the fascia and the other is still before it; none
-// where patients differ in it.
+// The force jump when one needle is about to puncture the fascia and the other is still before it. Returns
+// none if the patients' tables differ.
 double fasciaJump(const ReportedStudy& study) {
     const patient::TissueTable& table = study.pairs.front().facts.tissues;
     for (const ReportedPair& p : study.pairs)

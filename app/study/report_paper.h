@@ -1,5 +1,5 @@
-// The study beside its paper: every figure of its "Results", what has become of it here, and why. What is
-// said follows the numbers of the study at hand.
+// The table that compares the study with the paper: every figure of its "Results", the value found here,
+// and the reason for the difference. The texts depend on the study's numbers.
 #pragma once
 
 #include "app/study/report.h"

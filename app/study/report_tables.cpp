@@ -14,7 +14,7 @@ using report::Table;
 
 namespace {
 
-constexpr std::size_t kMostCauses = 8, kMostListedPaths = 30;  // rows of a table
+constexpr std::size_t kMostCauses = 8, kMostListedPaths = 30;  // maximum rows of a table
 
 std::string spacingText(const PairFacts& f) {
     const patient::Vec3 mm = kMm * f.spacing_m;
@@ -198,7 +198,7 @@ Table borderTable(const ReportedStudy& study) {
             {false, true, true, true, true, true, true},
             true};
     forAll(study, [&](const std::string& name, const Summary& s, const Summary&) {
-        // Of the paths that have a distance.
+        // Share among the paths that have a distance.
         const auto below = [&](double above_share, const Spread& distance_m) {
             return percentText(1.0 - above_share * double(s.paths) / double(distance_m.count));
         };

@@ -1,4 +1,4 @@
-// The tables of the study's page but the one beside the paper, and the words that stand in more than one.
+// The tables of the study's page except the comparison with the paper, and texts that several tables share.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace stylet::study {
 
-// "0.12 ± 0.04"; "–" where there is none.
+// "0.12 ± 0.04"; "–" for no value.
 std::string meanText(const Spread&, double unit, int digits);
 // 2 -> "2", 2.5 -> "2.5"
 std::string numberText(double);
@@ -16,18 +16,18 @@ std::string numberText(double);
 std::string joined(const std::vector<std::string>&);
 // "held at its border"
 std::string eventText(haptics::NeedleEventKind);
-// "every skin voxel", "skin voxels 2 mm apart", as planned
+// "every skin voxel" or "skin voxels 2 mm apart", as requested when planning.
 std::string voxelsText(const ReportedStudy&, double PlanFacts::* spacing_m, const std::string& kind);
-double share(std::size_t part, std::size_t whole);  // none of nothing
+double share(std::size_t part, std::size_t whole);  // none if `whole` is 0
 bool isSynthetic(const PairFacts&);
 std::size_t syntheticCount(const ReportedStudy&);
-std::size_t steeredCount(const ReportedStudy&);  // patients in which a path was found
+std::size_t steeredCount(const ReportedStudy&);  // patients with at least one path
 
 report::Table patientTable(const ReportedStudy&);
 report::Table borderTable(const ReportedStudy&);
 report::Table tissueTable(const ReportedStudy&);
 report::Table causeTable(const std::string& caption, const std::vector<CauseCount>&);
-// The largest errors of paths that meet no bone, one row a path.
+// The largest errors of the paths that meet no bone, one row per path.
 report::Table largestTable(const ReportedStudy&);
 report::Table planTable(const ReportedStudy&);
 report::Table labelTable(const ReportedStudy&);

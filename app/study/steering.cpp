@@ -14,14 +14,14 @@ using patient::Vec3;
 
 namespace {
 
-// The depth of the first border into the body, or of the walk's end.
+// The depth of the first border into the body, or the end of the walk.
 double firstContact(const std::vector<Segment>& segments, double end_m) {
     for (const Segment& s : segments)
         if (s.tissue != Tissue::air) return s.begin_m;
     return end_m;
 }
 
-// The breath from the moment on at which it is nearest to `start`, tick by tick.
+// The breathing signal per tick, starting at the time when it is nearest to `start`.
 std::vector<Surrogate> breathFrom(const patient::Package& package, const Surrogate& start, double seconds) {
     patient::BreathPlan plan;
     plan.rhythm = package.signal;
@@ -50,7 +50,7 @@ haptics::ExactEvent eventOf(const haptics::NeedleEvent& e, double depth_m) {
 Steering::Steering(const PreparedPair& pair, const SteeringSettings& settings)
     : pair_(pair),
       settings_(settings),
-      // The paper's maximum at once: a planned path meets bone only where the found patient has it wrong.
+      // The paper's maximum at once: a planned path meets bone only where the found patient is wrong.
       full_(pair.full_map, settings.needle, haptics::Bone::maximumAtOnce),
       partial_(pair.partial_map, settings.needle, haptics::Bone::maximumAtOnce) {
     constexpr double kLongest_m = 0.2;
@@ -59,7 +59,7 @@ Steering::Steering(const PreparedPair& pair, const SteeringSettings& settings)
                              kLongest_m / settings.speed_m_s);
 }
 
-// What lies on the way, and the closed form of the force, from one walk through the voxels that both share.
+// Finds the segments and the closed form of the force for both patients in one shared voxel walk.
 void Steering::lookAhead(const PlannedPath& path) {
     const Vec3 way = path.target_reference_m - path.entry_reference_m;
     const double length_m = glm::length(way);

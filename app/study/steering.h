@@ -1,5 +1,5 @@
-// The needle down one planned path in two patients at once, by one force model: what it meets and feels in
-// each. Based on Mastmeyer et al. 2017, "Path Planning and Needle Steering".
+// Steers a needle along one planned path in two patients at once, with one force model, and records the
+// events and forces in each. Based on Mastmeyer et al. 2017, "Path Planning and Needle Steering".
 #pragma once
 
 #include <optional>
@@ -13,39 +13,39 @@ namespace stylet::study {
 inline constexpr double kTick_s = 0.001;
 
 struct SteeringSettings {
-    int samples = 1000;            // a path, at least
-    double max_spacing_m = 90e-6;  // of them
-    double before_m = 0.005;       // the needle comes from the air: a skin may lie before the planned one
-    double beyond_m = 0.010;       // borders are looked for this far behind the target
+    int samples = 1000;            // minimum number of samples per path
+    double max_spacing_m = 90e-6;  // of the samples
+    double before_m = 0.005;       // start in air: a patient's skin may lie before the planned entry
+    double beyond_m = 0.010;       // borders are searched this far behind the target
     haptics::NeedleSettings needle;
-    // The patients breathe, and the hand steers on through the room at this speed. Off, as in the paper: both
-    // stand still in the breath of the CT.
+    // The patients breathe, and the needle advances through the room at this constant speed. Off, as in the
+    // paper: both patients stay at the breathing state of the CT.
     bool breathing = false;
     double speed_m_s = 0.020;
 };
 
-// What one patient does to the needle. Depths count from where the walk begins, before_m before the entry.
+// Force and events in one patient. Depths count from the start of the walk, before_m before the entry.
 struct Felt {
-    const std::vector<haptics::Segment>* segments = nullptr;  // to the walk's end; the first is air
-    // Closed form to the walk's end; while the patients breathe its pieces are empty and its events those of
-    // the sampled needle.
+    const std::vector<haptics::Segment>* segments = nullptr;  // up to the end of the walk; the first is air
+    // Closed form up to the end of the walk. If the patients breathe, its pieces are empty and its events
+    // are those of the sampled needle.
     const haptics::ExactForce* force = nullptr;
     std::vector<double> samples_n;
 };
 
 struct Steered {
-    double entry_m = 0.0;                // of the planned skin voxel's centre
-    double begin_m = 0.0, end_m = 0.0;   // from where either patient is first touched to the target
-    double first_m = 0.0, step_m = 0.0;  // of the samples: each in the middle of its part of the way
+    double entry_m = 0.0;                // depth of the planned skin voxel's centre
+    double begin_m = 0.0, end_m = 0.0;   // from the first touch of either patient to the target
+    double first_m = 0.0, step_m = 0.0;  // samples, each in the middle of its interval
     Felt full, partial;
 };
 
-// One a thread; keeps its buffers from path to path.
+// One per thread. Reuses its buffers from path to path.
 class Steering {
   public:
     // The pair must outlive it.
     Steering(const PreparedPair&, const SteeringSettings&);
-    // Nothing where neither patient is met before the target. Stands until the next call.
+    // Returns null if the needle touches neither patient before the target. Valid until the next call.
     const Steered* steer(const patient::PlannedPath&);
 
   private:
@@ -58,7 +58,7 @@ class Steering {
     patient::VoxelPath path_;
     haptics::ExactSolver full_, partial_;
     haptics::ExactForce breathing_full_, breathing_partial_;
-    std::vector<patient::Surrogate> breath_;  // at each tick since the walk's begin, the longest walk's
+    std::vector<patient::Surrogate> breath_;  // per tick, for the longest walk
     Steered steered_;
 };
 

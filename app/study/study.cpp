@@ -9,7 +9,7 @@ using patient::PlannedPath;
 
 namespace {
 
-// The breath at equal distances of time through one cycle.
+// The breathing state at `count` times, equally spaced over one cycle.
 std::vector<patient::Surrogate> breathsOf(const patient::Package& package, int count) {
     patient::BreathPlan plan;
     plan.rhythm = package.signal;

@@ -1,6 +1,6 @@
-// The study: paths planned in the reference, a needle down each in both patients, a result for each path. The
-// unit of work is a block of one pair's paths; what comes of a path depends on nothing but the pair, the path
-// and the settings, so blocks may be spread over threads and machines as one likes.
+// The study: plan paths in the reference, steer a needle along each in both patients, and compute a result
+// per path. The unit of work is a block of one pair's paths. A path's result depends only on the pair, the
+// path and the settings, so blocks may be distributed over threads and machines.
 #pragma once
 
 #include <functional>
@@ -13,14 +13,14 @@ namespace stylet::study {
 
 struct PlanRequest {
     double skin_spacing_m = 0.0, target_spacing_m = 0.0;  // 0: every voxel
-    int breaths = 0;  // rate the paths anew in so many phases of a breath: 5 or more, or none
+    int breaths = 0;  // rate the paths again in this many breathing phases: 5 or more, or 0 for none
     bool skip = true;
     int threads = 2;
 };
 
 struct PairPlan {
     patient::PlanResult result;
-    std::vector<double> worst_quality;  // of each path over the breath's phases; empty where not asked for
+    std::vector<double> worst_quality;  // per path, over the breathing phases; empty if not requested
 };
 
 PairPlan planPair(const Pair&, const PlanRequest& = {});
@@ -31,12 +31,12 @@ struct RunSettings {
     int threads = 2;
 };
 
-inline constexpr std::size_t kBlock = 256;  // paths
+inline constexpr std::size_t kBlock = 256;  // paths per block
 
-// One block, on the caller's thread.
+// Runs one block on the caller's thread.
 std::vector<PathResult> runBlock(const PreparedPair&, std::span<const patient::PlannedPath>,
                                  const RunSettings&);
-// All of them, block by block on `settings.threads` threads; a result for each path, in their order.
+// Runs all blocks on `settings.threads` threads. Returns one result per path, in order.
 std::vector<PathResult> runPaths(const PreparedPair&, std::span<const patient::PlannedPath>,
                                  const RunSettings&);
 

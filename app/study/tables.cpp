@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr std::size_t kScoreBins = 20;  // of [0, 1]
+constexpr std::size_t kScoreBins = 20;  // equal bins of [0, 1]
 
 // Rows of a CSV table.
 class Rows {

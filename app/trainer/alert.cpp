@@ -11,12 +11,12 @@ namespace {
 using training::Struck;
 
 constexpr report::Colour kStruck{0.80, 0.05, 0.05}, kReached{0.02, 0.50, 0.18};
-// Of the grey-green room: dark red, and a green no brighter than it is.
+// Tint factors for the grey-green room: a dark red, and a green no brighter than the untinted room.
 constexpr patient::Vec3 kStruckLight{1.50, 0.36, 0.32}, kReachedLight{0.50, 1.20, 0.62};
 constexpr double kDotOfStripe = 13.0 / 18.0;
 constexpr double kLetter_px = 24.0, kWordBaseline_px = 493.0, kPlateTop_px = 464.0;
 
-// 0 at the border of the free middle, 1 at the picture's own.
+// 0 at the border of the clear middle, 1 at the border of the picture.
 double outward(int x, int y) {
     const double half = 0.5 * AlertPicture::kSize;
     const double u = std::fabs((x + 0.5 - half) / half), v = std::fabs((y + 0.5 - half) / half);
@@ -54,7 +54,7 @@ void drawAlertPattern(report::Canvas& canvas, const Alert& alert, double width, 
 std::optional<Alert> AlertWatch::take(std::uint64_t tick, const training::Progress& now) {
     const double t_s = tick_s_ * double(tick);
     if (now.striking != Struck::nothing) struck_ = now.striking, struck_s_ = t_s;
-    if (now.risk_hits > hits_ && now.striking == Struck::nothing)  // between two frames
+    if (now.risk_hits > hits_ && now.striking == Struck::nothing)  // struck and left between two frames
         struck_ = now.last_struck, struck_s_ = t_s;
     hits_ = std::max(hits_, now.risk_hits);
     if (now.success && !reached_s_) reached_s_ = t_s;

@@ -17,7 +17,7 @@ namespace stylet::trainer {
 
 namespace {
 
-// What a needle needs outside the skin to be set on it, where the device's workspace is not known.
+// Space outside the skin for placing a needle, if the device's workspace is not known.
 constexpr double kRoomOutside_m = 0.02;
 
 haptics::SimulationSettings simulationSettings(const patient::Patient& patient, const Scenario& scenario,

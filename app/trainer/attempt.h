@@ -1,4 +1,4 @@
-// All that is known of an attempt before its first tick.
+// Everything that is fixed before an attempt's first tick.
 #pragma once
 
 #include <cstdint>
@@ -16,29 +16,31 @@ namespace stylet::trainer {
 struct Attempt {
     const patient::Patient& patient;
     haptics::SimulationSettings simulation;
-    haptics::Trace hand;                          // empty: the user's
-    std::optional<haptics::TouchMap> touch;       // where a tool is taken that presses on the skin
-    std::vector<haptics::TickInput> beginning{};  // of another attempt, computed before the hand takes over
+    haptics::Trace hand;                          // scripted input; empty: live input
+    std::optional<haptics::TouchMap> touch;       // set if a tool of this attempt presses on the skin
+    std::vector<haptics::TickInput> beginning{};  // ticks of an earlier attempt, computed first
 
-    // How much of the attempt that is.
+    // Duration of `beginning`.
     std::int64_t begun_ns() const noexcept;
     const haptics::TouchMap* touchMap() const noexcept { return touch ? &*touch : nullptr; }
 };
 
-haptics::TouchMap makeTouch(const patient::Patient&);  // anew
+haptics::TouchMap makeTouch(const patient::Patient&);  // computed, not cached
 
-// How a patient breathes in a scenario.
+// The patient's breathing signal with the scenario's breath settings applied.
 patient::BreathPlan breathPlan(const patient::Package&, const ScenarioBreath&, std::uint64_t seed);
 
-// The scenario's hand along `path`, its device beside the patient. The period of a tick is `rate_hz`'s, in
-// whole nanoseconds.
+// An attempt with scripted input along `path`, the device beside the patient. The tick period is 1 /
+// `rate_hz`, rounded to whole nanoseconds.
 Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                     std::uint64_t seed, double rate_hz = 1000.0, const MakeTouch& = makeTouch);
-// The user's hand: no trace, every tool to be taken up, and the device stands so that its +z is out of the
-// body along the path, which begins near that end of its workspace; where that is not known, as beside the
-// patient, with the path's middle where the grip is (`device_from_grip`, once it is ready). A device whose
-// place in the room is registered has the patient level. Throws where the device is slower than the
-// controller accounts for.
+// An attempt with live input: no trace, and every tool may be used.
+// Device placement: with a `registration`, the patient lies level in the room. Otherwise, if the device's
+// workspace is known, the device's +z points out of the body along the path, and the path begins near that
+// end of the workspace. Otherwise the device stands beside the patient with the middle of the path at the
+// grip (`device_from_grip`, read once the device is ready).
+// Throws std::runtime_error if the device's latency exceeds the controller's limit
+// (haptics::kMaxDelayTicks).
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                         std::uint64_t seed, haptics::TouchMap, const haptics::DeviceProfile&,
                         const patient::Pose& device_from_grip, double rate_hz = 1000.0,

@@ -12,7 +12,7 @@ namespace stylet::trainer {
 
 namespace {
 
-// Numbers as they are typed, one a line. What is none is asked for again.
+// Reads typed numbers, one per line. Asks again after a line that is not a number.
 class Typed {
   public:
     std::optional<double> number() {
@@ -39,7 +39,7 @@ class Typed {
 
 void calibrateFalcon(const haptics::DeviceOptions& options, const std::filesystem::path& file) {
     haptics::DeviceOptions plain = options;
-    plain.calibration.clear();  // it is what is measured
+    plain.calibration.clear();  // measure without an existing calibration
     haptics::falcon::checkCalibrationFile(file);
     catchInterrupts();
     const haptics::Clock clock = monotonicClock();

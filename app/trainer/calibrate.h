@@ -1,5 +1,5 @@
-// `stylet devices --calibrate FILE`: measures a Falcon's newtons with a kitchen scale and writes what
-// --calibration takes.
+// `stylet devices --calibrate FILE`: measures a Falcon's force in newtons with a kitchen scale and writes
+// the file that --calibration reads.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace stylet::trainer {
 
-// Asks on stdout, listens on stdin. Throws patient::DataError.
+// Prompts on stdout and reads the answers from stdin. Throws patient::DataError.
 void calibrateFalcon(const haptics::DeviceOptions&, const std::filesystem::path& file);
 
 }  // namespace stylet::trainer

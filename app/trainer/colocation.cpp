@@ -13,7 +13,7 @@ using patient::Quat;
 using patient::Vec3;
 
 Quat roomFromDeviceRotation(const Registration& registration) {
-    constexpr double kLevel = 0.2;  // of an axis that is as good as vertical
+    constexpr double kLevel = 0.2;  // horizontal part below which an axis counts as vertical
     const Pose& stage_from_device = registration.stage_from_device;
     Vec3 to_operator = stage_from_device.direction({0.0, 0.0, 1.0});
     // A device whose +z points up or down faces its operator with -y or +y.

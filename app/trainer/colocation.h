@@ -1,5 +1,5 @@
-// A registered haptic device and the room that is drawn: the patient is placed so that what is felt at the
-// device is seen there, and he lies level.
+// Co-location of a registered haptic device and the drawn room. The patient is placed so that the user sees
+// a contact where the device renders it, and lies level.
 #pragma once
 
 #include <cstdint>
@@ -14,49 +14,53 @@ namespace stylet::trainer {
 
 struct Colocation {
     Registration registration;
-    patient::Pose patient_from_device;  // of the attempt
+    patient::Pose patient_from_device;  // SimulationSettings::patient_from_device of the attempt
 };
 
-// The device in the room: as it is tilted, turned about the vertical so that its +z faces the operator.
+// Rotation of the device in the drawn room: it keeps its tilt and is turned about the vertical until its +z
+// faces the operator.
 patient::Quat roomFromDeviceRotation(const Registration&);
 
-// the path, from outside the body (< 0) to where it ends.
+// patient_from_device for a patient that lies level in the room. `middle_m` (patient frame) coincides with
+// the centre of the device's registered working cube.
 patient::Pose levelPatientFromDevice(const Registration&, const patient::Pose& room_from_patient,
                                      const patient::Vec3& middle_m);
 
-// Where the runtime's space lies in the room that is drawn.
+// Pose of the runtime's space in the drawn room.
 patient::Pose roomFromStage(const Colocation&, const patient::Pose& room_from_patient);
 
-// Why what is felt may not be where it is seen.
+// Why the felt position may differ from the seen position.
 enum class RoomDoubt : std::uint8_t {
     none,
-    unchecked,  // nothing of the runtime's says that its space is the one of the registration
-    moved,      // the picture was moved along with the space
-    lost        // nobody knows how far it has moved: only another registration helps
+    unchecked,  // the runtime cannot confirm that this is the registered space
+    moved,      // the runtime's space moved, and the picture was moved with it
+    lost        // the space moved by an unknown amount: register again
 };
 
-// Where the runtime's space lies in the room that is drawn, from frame to frame and from headset to headset.
-// Without a colocation both are the same, but for who sits. Frame thread.
+// Tracks the runtime's space in the drawn room across frames and headsets. Identity without a colocation,
+// unless seated mode is on. Frame thread.
 class RoomPlace {
   public:
     RoomPlace(std::optional<Colocation>, const patient::Pose& room_from_patient, bool seated);
 
-    // A headset was found. A sentence when the registration is of another space: it is not used then.
+    // Call when a headset was found. Returns a message for the user if the registration belongs to another
+    // space; it is then not used. Otherwise returns an empty string.
     std::string begin(const std::string& space, const std::string& generation);
-    // Its space will mean other places from `at_ns` on; nothing: nobody knows which. The runtime's time.
+    // The runtime's space changes at `at_ns` (runtime time). nullopt: the change is unknown.
     void onChange(std::int64_t at_ns, const std::optional<patient::Pose>& previous_from_new);
-    // The display time has come so far.
+    // Applies the pending changes up to the display time.
     void advance(std::int64_t display_ns);
-    // How high the eyes of who sits are above the floor; the first time counts.
+    // Eye height of a seated user above the floor. Only the first call after begin() counts.
     void sitDown(double eyes_m);
     const patient::Pose& roomFromStage() const { return room_from_stage_; }
 
-    // While there is one, no force: until the user says that what he sees is where he feels it.
+    // While there is a doubt, no force is rendered. confirm() is called when the user accepts that felt and
+    // seen positions agree. It does not clear RoomDoubt::lost.
     RoomDoubt doubt() const { return doubt_; }
-    std::uint64_t doubts() const { return doubts_; }  // so far: another number is another reason to ask
+    std::uint64_t doubts() const { return doubts_; }  // raised so far; a new value means: ask the user again
     void confirm();
 
-    // Where who sits has his eyes.
+    // Seated mode: height above the drawn floor at which the user's eyes are placed.
     static constexpr double kEyes_m = 1.60;
 
   private:

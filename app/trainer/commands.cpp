@@ -18,7 +18,7 @@ using training::kMlPerM3;
 
 namespace {
 
-// Longer than any word: what was typed is no command.
+// Longer than any command: longer input is invalid.
 constexpr std::size_t kLongestCommand = 256;
 
 enum class Act : std::uint8_t { command, next, list };
@@ -54,7 +54,7 @@ constexpr std::array kCommandWords{
     CommandWord{"help", "these words", Act::list},
 };
 
-// With a number behind it: inject, and every knob of the machines.
+// Commands followed by a number: inject, and every knob of the equipment.
 constexpr std::string_view kInject = "inject";
 constexpr double kUsual_ml_per_s = 1.0;
 constexpr std::array kMachines{training::Machine::xray, training::Machine::ultrasound};
@@ -78,7 +78,7 @@ std::string inShort(double value) {
     return formatted("%g", value);
 }
 
-// The whole of `text` as a number.
+// Parses all of `text` as a number.
 std::optional<double> numberIn(std::string_view text) {
     double value = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -86,8 +86,8 @@ std::optional<double> numberIn(std::string_view text) {
     return value;
 }
 
-// What "WORD NUMBER" asks for; nothing where the word is none of these, or where the number will not do, and
-// then `why_not` says so.
+// Parses "WORD NUMBER". Returns nothing if the word is unknown, or if the number is invalid; then `why_not`
+// says why.
 std::optional<Command> withNumber(std::string_view line, std::string& why_not) {
     const std::size_t blank = std::min(line.find_first_of(" \t"), line.size());
     const std::string_view word = line.substr(0, blank), rest = trimmed(line.substr(blank));
@@ -177,8 +177,8 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
 
 std::vector<Command> UserCommands::take(std::string_view typed, std::uint32_t pressed, const TickOutput& now,
                                         std::uint32_t held) {
-    if (!begun_) holds_ = now.breath_held;          // where the attempt goes on from a bookmark
-    if (held_ && !now.breath_held) holds_ = false;  // he could hold it no longer
+    if (!begun_) holds_ = now.breath_held;          // a restart from a bookmark may begin in a breath-hold
+    if (held_ && !now.breath_held) holds_ = false;  // the patient gave up the breath-hold
     begun_ = true;
     held_ = now.breath_held;
     waiting_ += typed;
@@ -211,7 +211,7 @@ void UserCommands::add(const Command& command, std::vector<Command>& commands) {
     commands.push_back(command);
 }
 
-// A probe that cannot be parked stays in hand, so the next tool waits until it is.
+// A probe that cannot be parked stays in use, so the next tool waits until the probe is parked.
 void UserCommands::addNext(const TickOutput& now, std::vector<Command>& commands) {
     next_wanted_ = now.tool == Tool::probe && !now.probe_parked;
     add(next_wanted_ ? Command{CommandKind::park, 1} : toolCommand(after(now.tool)), commands);

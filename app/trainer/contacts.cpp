@@ -13,12 +13,12 @@ using patient::Pose;
 using patient::ToolContact;
 using patient::Vec3;
 
-// Of contacts, from tick to tick.
+// Contact ids, the same from tick to tick.
 constexpr int kNeedleId = 0, kBladeId = 1, kFingerId = 2, kProbeId = 3, kParkedId = 8, kColumns = 5;
 static_assert(kParkedId + kColumns <= patient::kMaxContacts && kProbeId + kColumns <= kParkedId);
 
 constexpr double kNeedle_m = 0.004, kMostSideways_m = 0.005, kMostPressed_m = 0.020;
-constexpr double kSkinShare = 0.5;  // of what the tip drags along, that the skin about the shaft goes
+constexpr double kSkinShare = 0.5;  // the skin around the shaft moves by this share of the tip's drag
 constexpr double kColumnStep_m = 0.012;
 
 void addContact(ToolContacts& contacts, const ToolContact& c) {
@@ -31,8 +31,8 @@ void addBall(ToolContacts& contacts, int id, const Vec3& tool_m, const Vec3& mov
     addContact(contacts, {id, tissue_m, tissue_m, moved_m, moved_m, radius_m});
 }
 
-// Before its cut the skin goes with the tip; after it the tissue along the shaft is dragged, all of it at the
-// tip, part of it at the skin.
+// Before the puncture the skin moves with the tip. After it the needle drags the tissue along its shaft: by
+// the full amount at the tip, by a share of it at the skin.
 void addNeedle(ToolContacts& contacts, const TickOutput& out, const patient::Patient& patient) {
     if (out.phase == haptics::Phase::outside) return;
     const Vec3 inward = -out.patient_from_needle.direction(Vec3(0.0, 0.0, 1.0));
@@ -50,7 +50,7 @@ void addNeedle(ToolContacts& contacts, const TickOutput& out, const patient::Pat
     addContact(contacts, {kNeedleId, entry_m, tip_m - moved_m, skin_moved_m, moved_m, kNeedle_m});
 }
 
-// How a point of a pad takes the skin along to where it is; zero where it does not touch.
+// Displacement of the skin under a point of the tool's surface; zero if the point does not touch the skin.
 Vec3 skinMovedBy(const Vec3& point_m, const TickOutput& out, const patient::Patient& patient,
                  const haptics::TouchMap& touch) {
     const Vec3 reference_m =
@@ -61,7 +61,7 @@ Vec3 skinMovedBy(const Vec3& point_m, const TickOutput& out, const patient::Pati
     return -std::min(-at.level_m / slope, kMostPressed_m) / slope * at.level_slope;
 }
 
-// Capsules from column to column of its face.
+// Adds a capsule between each pair of neighbouring sample points of the probe's face.
 void addProbe(ToolContacts& contacts, int id, const Pose& patient_from_tool, const TickOutput& out,
               const patient::Patient& patient, const haptics::TouchMap& touch) {
     const haptics::ProbeSettings face;
@@ -108,7 +108,7 @@ ToolPress::ToolPress(const patient::Patient& patient, const haptics::TouchMap* t
     : patient_(&patient), touch_(touch), tick_s_(tick_s), displacement_(patient) {}
 
 const patient::DisplacementTable* ToolPress::shown(const TickOutput& out) {
-    // A moment may be shown after what came later than it.
+    // A capture may be shown after a later tick.
     const bool onward = tick_ && out.tick >= *tick_;
     const double dt_s = onward ? double(out.tick - *tick_) * tick_s_ : 1.0;
     tick_ = out.tick;

@@ -1,4 +1,4 @@
-// What the tools of a tick press on and drag along, as the picture shows it. Nothing here reaches a force.
+// Contacts of the tools with the tissue in one tick, for rendering only. They never affect a force.
 #pragma once
 
 #include <array>
@@ -16,17 +16,18 @@ struct ToolContacts {
     std::span<const patient::ToolContact> all() const { return {list.data(), std::size_t(count)}; }
 };
 
-// The needle's tip is where its proxy's tissue has been taken, and drags the tissue along its shaft; finger,
-// probe and scalpel take the skin along. Without a map of the skin only needle and scalpel press.
+// The needle drags the tissue along its shaft: the tissue at the proxy moves to the tip. Finger, probe and
+// scalpel displace the skin. Without a touch map only needle and scalpel make contacts.
 ToolContacts contactsOf(const haptics::TickOutput&, const patient::Patient&, const haptics::TouchMap*);
 
-// A tick's tools as the picture's displacement, from one shown tick to the next. Frame thread.
+// Computes the displacement that the tools cause in the picture, from one shown tick to the next. Frame
+// thread.
 class ToolPress {
   public:
-    // Both must outlive it; `tick_s` is the loop's.
+    // Patient and touch map must outlive this object. `tick_s` is the loop's tick period.
     ToolPress(const patient::Patient&, const haptics::TouchMap*, double tick_s);
 
-    // Null: nothing presses. Else until the next call.
+    // Returns null if nothing is displaced. Otherwise the table is valid until the next call.
     const patient::DisplacementTable* shown(const haptics::TickOutput&);
 
   private:

@@ -6,14 +6,14 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr std::size_t kMostWaiting = 64;  // two seconds of a moving front: nobody looks
+constexpr std::size_t kMostWaiting = 64;  // two seconds of a moving front; the frame thread is not reading
 
 }  // namespace
 
 void ContrastFeed::give(const patient::Contrast& contrast) {
     if (!contrast.begun() || !painter_.paint(contrast, changes_)) return;
     const std::lock_guard lock(mutex_);
-    if (changes_.whole) waiting_.clear();  // it does not depend on what was before
+    if (changes_.whole) waiting_.clear();  // a full picture replaces all pending changes
     waiting_.push_back(std::exchange(changes_, {}));
     if (waiting_.size() > kMostWaiting) painter_.startAnew();
 }

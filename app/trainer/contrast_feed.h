@@ -1,5 +1,5 @@
-// The contrast medium's picture on its way from the session to the frames: only voxels that have changed, and
-// neither side waits for the other's work.
+// Transfers the picture of the contrast medium from the session thread to the frame thread. Only changed
+// voxels are sent, and neither thread waits for the other's work.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +14,15 @@ class ContrastFeed {
   public:
     explicit ContrastFeed(const patient::ContrastTableSettings& settings = {}) : painter_(settings) {}
 
-    // Session thread, often, where there are pictures. Costs nothing where nothing visible has changed.
+    // Session thread. Call often if pictures are drawn; cheap if nothing visible has changed.
     void give(const patient::Contrast&);
-    // Frame thread: brings `table` up to date. True when it has changed. The lock is held to hand a list
-    // over, never while it is made or applied.
+    // Frame thread. Brings `table` up to date and returns true if it changed. The lock is held only to hand
+    // lists over, never while they are built or applied.
     bool take(patient::ContrastTable& table);
 
   private:
     patient::ContrastPainter painter_;             // session thread
-    patient::ContrastChanges changes_;             // its buffer
+    patient::ContrastChanges changes_;             // session thread's buffer
     std::vector<patient::ContrastChanges> taken_;  // frame thread's buffer
     std::mutex mutex_;
     std::vector<patient::ContrastChanges> waiting_;

@@ -13,8 +13,7 @@ using patient::Pose;
 
 namespace {
 
-// A needle of 15 cm in a fist that stays clear of the skin. Where a controller points it points: OpenXR's
-// aim.
+// A 15 cm needle keeps the fist clear of the skin. The needle points along OpenXR's aim pose.
 constexpr Pose kAimFromTool{{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, -0.15}};
 constexpr float kSqueezed = 0.5f;
 constexpr Vibration kTouch{0.25f, 15'000'000}, kCut{0.8f, 35'000'000};
@@ -25,7 +24,7 @@ bool touches(const TickOutput& tick) {
            glm::dot(tick.tool_force.force_n, tick.tool_force.force_n) > kTouching_n * kTouching_n;
 }
 
-// A hold was broken through, other tissue was entered, the scalpel began to cut.
+// True if a border was punctured, other tissue was entered, or the scalpel began to cut.
 bool cutBetween(const TickOutput& a, const TickOutput& b) {
     if (b.incision_count > a.incision_count) return true;
     if (!haptics::holdsNeedle(b.tool) || b.phase == Phase::outside || b.depth_m < a.depth_m) return false;

@@ -1,5 +1,5 @@
-// A headset's controller in place of a haptic device: it moves the tool and vibrates, and pushes nothing. So
-// the trainer can be used with a headset alone.
+// A headset's controller as input device: it moves the tool and vibrates, but renders no force. The trainer
+// can thus be used with a headset alone.
 #pragma once
 
 #include <array>
@@ -14,43 +14,45 @@
 
 namespace stylet::trainer {
 
-inline constexpr const char* kControllers = "controllers";  // as `--device` names them
+inline constexpr const char* kControllers = "controllers";  // the name for `--device`
 
-enum class ControllerSide : int { left, right };  // the hand that has the tool
+enum class ControllerSide : int { left, right };  // the hand that holds the tool
 
 struct Vibration {
     float amplitude = 0.0f;  // [0, 1]
     std::int64_t duration_ns = 0;
 };
 
-// Between the frame thread, which has the session, and the hand's thread. The session may be lost and come
-// back: meanwhile there is no hand.
+// Connects the frame thread, which owns the OpenXR session, to the device's thread. The session may be lost
+// and come back; meanwhile no controller is tracked.
 class ControllerPort {
   public:
-    // Where the grip is in the runtime's space at a time of CLOCK_MONOTONIC; nothing while it is not tracked.
+    // Grip pose in the runtime's space at a CLOCK_MONOTONIC time; nullopt while not tracked.
     using GripAt = std::function<std::optional<patient::Pose>(std::int64_t when_ns)>;
 
-    // Frame thread. Who is asked from now on. Null before the session goes: when it returns nobody asks it.
+    // Frame thread. Sets the function that toolAt() calls. Pass null before the OpenXR session is
+    // destroyed: once attach() returns, no call is running or will follow.
     void attach(GripAt);
-    // Frame thread, each frame: the room that is drawn, where the controller points, what is pressed.
+    // Frame thread, once per frame: the drawn room, the controller's aim, the pressed buttons.
     struct Frame {
         patient::Pose room_from_stage;
-        std::optional<patient::Pose> grip_from_aim;  // absent: as it was
+        std::optional<patient::Pose> grip_from_aim;  // absent: unchanged
         std::uint32_t buttons = 0;
         std::array<float, 2> thumbstick{0.0f, 0.0f};  // right, up in [-1, 1]
     };
     void see(const Frame&);
-    // Frame thread: the last of them.
+    // Frame thread. The frame last passed to see().
     Frame seen();
     std::optional<Vibration> takeVibration();
 
-    // Hand's thread: the tool, its tip at the origin and +z toward the hand, in the room that is drawn.
+    // Device's thread. Tool pose in the drawn room: tip at the origin, +z toward the hand. nullopt while
+    // not tracked.
     std::optional<patient::Pose> toolAt(std::int64_t when_ns, std::uint32_t& buttons);
-    // Session thread. The newest wins.
+    // Session thread. A newer vibration replaces one that is still pending.
     void vibrate(const Vibration&);
 
   private:
-    std::mutex asked_;  // while the runtime is asked, which may take its time
+    std::mutex asked_;  // held during calls into the runtime, which may be slow
     GripAt grip_at_;
     std::mutex mutex_;
     patient::Pose room_from_stage_, grip_from_aim_;
@@ -59,8 +61,8 @@ class ControllerPort {
     std::optional<Vibration> vibration_;
 };
 
-// What is pressed of a controller, as buttons: those of the tool's hand, then the other's (live_hand.h has
-// what they mean).
+// The pressed inputs of one controller. controllerButtons() maps them to button bits: first those of the
+// tool's hand, then those of the other hand (meanings: live_hand.h).
 struct ControllerKeys {
     bool select = false, menu = false;
     float squeeze = 0.0f;
@@ -71,7 +73,8 @@ inline constexpr std::array<std::string_view, 5> kControllerButtons{
 
 haptics::DeviceProfile controllerProfile() noexcept;
 
-// Its frame is the room that is drawn. Not tracked for kLostAfter_ns it is absent, and back as soon as it is.
+// Its device frame is the drawn room. After kLostAfter_ns without tracking the device reports absent. It is
+// ready again as soon as it is tracked.
 class ControllerDriver final : public haptics::Driver {
   public:
     ControllerDriver(ControllerPort&, ControllerSide, const haptics::Clock&);
@@ -92,7 +95,7 @@ class ControllerDriver final : public haptics::Driver {
     std::int64_t tracked_ns_ = 0;
 };
 
-// What of the ticks is felt in the controller: the touch of the skin, every cut. Session thread.
+// Selects the ticks that vibrate the controller: first touch of the skin, and every cut. Session thread.
 class Vibrations {
   public:
     std::optional<Vibration> take(const haptics::TickOutput& newest);

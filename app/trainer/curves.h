@@ -1,4 +1,4 @@
-// `stylet curves`: pictures of what a force table feels like.
+// `stylet curves`: plots of a force table.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@ struct CurvesOptions {
     std::filesystem::path out;
 };
 
-// Writes tissues.png and two-fasciae.png. The exit status of the command. Throws patient::DataError.
+// Writes tissues.png and two-fasciae.png. Returns the exit status. Throws patient::DataError.
 int curves(const CurvesOptions&);
 
 }  // namespace stylet::trainer

@@ -33,8 +33,8 @@ std::uint64_t hashOf(std::span<const std::byte> bytes) {
     return hash.value();
 }
 
-// All but `fresh` and what was used last. Other programs may do the same at the same time: what is gone is
-// gone.
+// Evicts the least recently used files beyond the limits, but never `fresh`. Other programs may do the same
+// at the same time, so a missing file is not an error.
 void forgetOldest(const fs::path& fresh, const DerivedLimits& limits) {
     struct Kept {
         fs::file_time_type used;
@@ -122,7 +122,7 @@ std::optional<std::uint64_t> derivedKey(std::initializer_list<std::uint64_t> par
 
 std::optional<std::vector<std::byte>> loadDerived(const fs::path& file, std::uint64_t key) {
     patient::sweepLeftovers(file.parent_path());
-    // Its size is that of the file that is open: another program may put a new one in its place.
+    // Take the size from the open stream: another program may replace the file meanwhile.
     std::ifstream in(file, std::ios::binary | std::ios::ate);
     if (!in) return std::nullopt;
     const auto size = std::uintmax_t(std::max<std::streamoff>(0, in.tellg()));

@@ -1,7 +1,7 @@
-// What is slow to compute and the same at every start, kept in the user's cache: it makes a start fast, and
-// never decides what it finds. Each file carries a key of all that it was made of, this build of the program
-// with it, and a hash of its bytes: one that is damaged, or of something else, is made anew. Several programs
-// may share the folder.
+// Cache for derived data that is slow to compute and the same at every start. It saves time and never
+// changes a result. Each file stores a key of all its inputs, including this build of the program, and a
+// hash of its bytes. A damaged file, or one with another key, is rebuilt. Several programs may share the
+// folder.
 #pragma once
 
 #include <cstddef>
@@ -19,29 +19,31 @@
 
 namespace stylet::trainer {
 
-// Of the files in a folder: the least lately used go.
+// Limits per folder. The least recently used files are evicted.
 struct DerivedLimits {
     std::size_t files = 12;
     std::uintmax_t bytes = std::uintmax_t(256) << 20;  // six touch maps of 1 mm
 };
 
-// Nothing where there is none, or one made of something else. Says on stderr that one is damaged. What is
-// found counts as used now.
+// Returns nothing if the file is missing, damaged or has another key. Reports damage on stderr. A file that
+// is found counts as used now.
 std::optional<std::vector<std::byte>> loadDerived(const std::filesystem::path& file, std::uint64_t key);
-// Whole or not at all; says on stderr what the disk refused. The new file stays, whatever its size.
+// Writes the file atomically and reports disk errors on stderr. The new file is not evicted, whatever its
+// size.
 void saveDerived(const std::filesystem::path& file, std::uint64_t key, std::span<const std::byte> bytes,
                  const DerivedLimits& = {});
 
-// `parts` with this build of the program. Nothing where it cannot be told from others: then nothing is kept.
+// Hash of `parts` and this build of the program. Returns nothing if the build cannot be identified; then
+// nothing is cached.
 std::optional<std::uint64_t> derivedKey(std::initializer_list<std::uint64_t> parts);
 
-// What is pressed on: haptics::makeTouchMap, or what an earlier start kept of it in `folder`.
-// One that is made is counted in `made`.
+// Returns haptics::makeTouchMap(patient), from the cache in `folder` if possible. Counts a computed map in
+// `made`.
 using MakeTouch = std::function<haptics::TouchMap(const patient::Patient&)>;
 haptics::TouchMap keptTouchMap(const patient::Patient&, std::uint64_t patient_digest,
                                const std::filesystem::path& folder, Made* made = nullptr);
 
-// A touch map as it is kept. Nothing where the bytes are none.
+// Serialisation of a touch map. touchMapIn() returns nothing for invalid bytes.
 std::optional<haptics::TouchMap> touchMapIn(std::span<const std::byte>);
 std::vector<std::byte> bytesOf(const haptics::TouchMap&);
 

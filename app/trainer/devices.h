@@ -1,4 +1,4 @@
-// `stylet devices`: which devices there are, in which state, with which limits.
+// `stylet devices`: lists the devices with their state and limits.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace stylet::trainer {
 
-// As text for a person, or JSON: {"devices": [{"name", "what", "built", "missing", "limits", "found":
-// [{"place", "what", "problem"}]}]}, unknown limits null. Throws patient::DataError when a file in the
-// options is bad.
+// As readable text or as JSON: {"devices": [{"name", "what", "built", "missing", "limits", "found":
+// [{"place", "what", "problem"}]}]}. Unknown limits are null. Throws patient::DataError if a file in the
+// options is invalid.
 std::string describeDevices(const haptics::DeviceOptions&, bool json);
 
 }  // namespace stylet::trainer

@@ -19,7 +19,7 @@ using json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr std::uintmax_t kLittleSpace = std::uintmax_t(2) << 30;  // a patient of 1 mm and some records
+constexpr std::uintmax_t kLittleSpace = std::uintmax_t(2) << 30;  // space for a 1 mm patient and some records
 constexpr std::size_t kMostFiles = 10000;
 constexpr std::array<const char*, 3> kStates{"ok", "warning", "problem"};
 
@@ -27,7 +27,8 @@ json lineOf(const Finding& f) {
     return {{"what", f.what}, {"state", kStates[std::size_t(f.state)]}, {"found", f.found}, {"todo", f.todo}};
 }
 
-// A driver may print what it likes in between, objects too.
+// Returns a text field; empty if it is missing or has another type. A driver may print lines of its own,
+// even JSON.
 std::string textIn(const json& line, const char* name) {
     const auto found = line.find(name);
     return found != line.end() && found->is_string() ? found->get<std::string>() : std::string();
@@ -39,7 +40,8 @@ Finding findingOf(const json& line) {
             textIn(line, "found"), textIn(line, "todo")};
 }
 
-// What a process of its own has found about `what`, and how it ended.
+// Runs the check `what` in a child process and adds its findings. Adds a problem if the child hung or
+// crashed.
 void askChild(const std::string& what, const std::string& who, const DoctorOptions& options,
               std::vector<Finding>& findings) {
     const ChildOutcome outcome =
@@ -85,7 +87,7 @@ void lookAtRealTime(std::vector<Finding>& findings) {
     add("real-time priority", limits.priority_refused, kPriorityRight);
     add("locked memory", limits.memory_refused, kMemoryRight);
     const std::string governor = firstLine("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
-    if (governor.empty()) return;  // the machine keeps it to itself
+    if (governor.empty()) return;  // not available on this computer
     const bool slow = governor == "powersave" || governor == "conservative";
     findings.push_back(
         {"processor's governor", slow ? FindingState::warning : FindingState::ok, governor,
@@ -131,8 +133,8 @@ void lookAtAssets(std::vector<Finding>& findings) {
     }
 }
 
-// Reads each of the files that `chosen` picks; one finding for all that can be read, one for each that
-// cannot.
+// Reads each file accepted by `chosen`. Adds one finding for all readable files and one for each unreadable
+// file.
 template <typename Chosen, typename Read>
 void readAll(const char* what, const std::filesystem::path& folder, const char* todo, const Chosen& chosen,
              const Read& read, std::vector<Finding>& findings) {
@@ -195,7 +197,7 @@ void lookAtDisplay(std::vector<Finding>& findings) {
 
 std::vector<Finding> examine(const DoctorOptions& options) noexcept {
     std::vector<Finding> findings;
-    // Whatever throws here is a finding too.
+    // An exception becomes a finding.
     const auto look = [&](const char* what, const auto& at) {
         try {
             at();
@@ -261,7 +263,7 @@ int probe(const std::string& what, std::chrono::milliseconds patience) {
                              [&](const Finding& finding) { say(lineOf(finding)); }};
     if (what == "runtime") probeRuntime(report, patience);
     if (what == "vulkan") probeVulkan(report);
-    report.about("");  // came to its end
+    report.about("");  // completed
     return 0;
 }
 

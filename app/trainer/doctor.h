@@ -1,4 +1,5 @@
-// `stylet doctor`: what this machine has for the trainer, what stands in the way, and what to do about it.
+// `stylet doctor`: checks this computer for everything the trainer needs, and says what to do about
+// problems.
 #pragma once
 
 #include <chrono>
@@ -13,7 +14,7 @@ namespace stylet::trainer {
 
 enum class FindingState : std::uint8_t { ok, warning, problem };
 
-// A line: what was looked at, what was found there, and what to do (empty: nothing).
+// One line: what was checked, the result, and what to do (empty: nothing).
 struct Finding {
     std::string what;
     FindingState state = FindingState::ok;
@@ -22,25 +23,26 @@ struct Finding {
 
 struct DoctorOptions {
     haptics::DeviceOptions devices{};
-    std::filesystem::path records{};  // a folder in which all records are read; empty: none
+    std::filesystem::path records{};  // folder whose records are all checked; empty: none
     bool json = false;
-    // For all that a runtime or a graphics driver is asked, each in a process of its own.
+    // Timeout for each check of a runtime or graphics driver. Each runs in a child process.
     std::chrono::milliseconds patience{5000};
 };
 
-// Never throws, and always returns: what hangs or dies is left behind and is a problem with a name.
+// Always returns. A check that hangs or crashes is abandoned and reported as a problem.
 std::vector<Finding> examine(const DoctorOptions&) noexcept;
 
 std::string describeFindings(const std::vector<Finding>&, bool as_json);
 
-// Prints them. Exit status 0 without problems, 1 with.
+// Prints the findings. Returns exit status 0 without problems, 1 with problems.
 int doctor(const DoctorOptions&) noexcept;
 
-// The process that examine() starts for what may hang or die: "runtime" or "vulkan". Prints a line of JSON
-// for each step it is about to take and for each finding. The exit status is of no meaning.
+// Child process that examine() starts for a check that may hang or crash: "runtime" or "vulkan". Prints one
+// line of JSON before each step and for each finding. The exit status has no meaning.
 int probe(const std::string& what, std::chrono::milliseconds patience);
 
-// What it printed, whatever else stands there: its findings, and the step it was in when it ended.
+// Parses the output of that child and skips all other lines. Appends its findings. Returns the step in
+// which the child ended; empty if it completed.
 std::string takeProbeLines(const std::vector<std::string>& lines, std::vector<Finding>&);
 
 }  // namespace stylet::trainer

@@ -57,7 +57,7 @@ pid_t start(const std::filesystem::path& program, const std::vector<std::string>
     posix_spawn_file_actions_adddup2(&files, out.write_end, STDOUT_FILENO);
     posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    sigset_t as_usual;  // what we ignore ends other programs
+    sigset_t as_usual;  // signals with default action: we ignore SIGPIPE, a child must not
     sigemptyset(&as_usual);
     sigaddset(&as_usual, SIGPIPE);
     posix_spawnattr_setsigdefault(&attributes, &as_usual);
@@ -70,7 +70,7 @@ pid_t start(const std::filesystem::path& program, const std::vector<std::string>
     return child;
 }
 
-// Until the other end is closed, or the time has come.
+// Reads until the other end closes or the deadline passes.
 std::string readUntil(int from, SteadyClock::time_point deadline, bool& closed) {
     std::string text;
     closed = false;
@@ -88,7 +88,7 @@ std::string readUntil(int from, SteadyClock::time_point deadline, bool& closed) 
     return text;
 }
 
-// Bounded: a process that is stuck in the kernel cannot be waited for.
+// Waits for the child until the deadline: a process stuck in the kernel would block the wait forever.
 std::optional<int> endOf(pid_t child, SteadyClock::time_point deadline) {
     for (int status = 0;; std::this_thread::sleep_for(std::chrono::milliseconds(5))) {
         if (waitpid(child, &status, WNOHANG) == child) return status;

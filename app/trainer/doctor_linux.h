@@ -1,4 +1,4 @@
-// What `stylet doctor` asks of the operating system.
+// System queries of `stylet doctor`.
 #pragma once
 
 #include <chrono>
@@ -10,34 +10,33 @@
 
 namespace stylet::trainer {
 
-// A program run in a process group of its own; what it writes to stdout, line by line. Its stderr goes
-// nowhere.
+// Result of a program that ran in its own process group: its stdout, line by line. Its stderr is discarded.
 struct ChildOutcome {
     std::vector<std::string> lines;
     bool started = false;
-    bool in_time = false;       // false: killed with all it had started, or left where that is impossible
-    std::optional<int> status;  // of an exit
-    std::optional<int> signal;  // of an end by one
+    bool in_time = false;       // false: its process group was killed, or left behind if that failed
+    std::optional<int> status;  // exit status, if it exited
+    std::optional<int> signal;  // signal that ended it
 };
 ChildOutcome runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                       std::chrono::milliseconds patience);
 
 std::filesystem::path thisProgram();
 
-// Of the thread that asks, which is left as it was.
+// Real-time rights that the system refuses. The calling thread's own priority is unchanged.
 struct RealTimeLimits {
-    std::string priority_refused, memory_refused;  // the reason; empty: granted
+    std::string priority_refused, memory_refused;  // reason; empty: granted
 };
 RealTimeLimits realTimeLimits();
 
-// Free for this user, bytes; and whether a file can be made there, the reason why not.
+// Free space for this user, and why no file can be created there (empty: it can).
 struct FolderState {
     std::uintmax_t free_bytes = 0;
     std::string refused;
 };
 FolderState folderState(const std::filesystem::path&);
 
-// The first line of a file, empty where there is none.
+// First line of a file; empty if it cannot be read.
 std::string firstLine(const std::filesystem::path&);
 
 }  // namespace stylet::trainer

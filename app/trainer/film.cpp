@@ -23,9 +23,9 @@ namespace {
 
 constexpr double kTick_s = 0.001;
 constexpr int kTicksASample = 20;
-constexpr double kBreathsAlone = 5.0;  // where no hand gives the scenario its length
+constexpr double kBreathsAlone = 5.0;  // length of the film, in breaths, without a script
 
-// Everything that breathes, and for how long.
+// Breathing plan, breath commands and duration of a film.
 struct Course {
     patient::BreathPlan plan;
     std::vector<haptics::TraceCommand> commands;
@@ -47,7 +47,7 @@ Course courseOf(const patient::Patient& patient, const Scenario& scenario,
     return course;
 }
 
-// A sample every `kTicksASample` ticks, the scenario's holds included.
+// Samples the breathing every `kTicksASample` ticks, including the scenario's breath-holds.
 std::vector<BreathSample> breathe(const patient::Patient& patient, const Course& course,
                                   const patient::Vec3& dome_m) {
     std::vector<BreathSample> samples;
@@ -70,7 +70,7 @@ std::vector<BreathSample> breathe(const patient::Patient& patient, const Course&
     return samples;
 }
 
-// The samples that the film shows.
+// Picks the samples that the film shows.
 std::vector<BreathSample> framesOf(const std::vector<BreathSample>& samples, int frames, double seconds) {
     std::vector<BreathSample> shown;
     for (int i = 0; i < frames; ++i) {
@@ -133,7 +133,7 @@ void printFollows(const std::vector<BreathSample>& samples) {
     }
 }
 
-// Absent where the patient has no labels to plan on: then he is filmed without hand and eyes.
+// Returns nothing if the patient has no labels to plan on. The film then has no script and no stereo view.
 std::optional<patient::PlannedPath> pathOf(const patient::Patient& patient, const OpenedPatient& opened) {
     try {
         return bestPath(patient, opened.folder, patient::Surrogate{});

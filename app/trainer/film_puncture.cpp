@@ -13,7 +13,7 @@ using haptics::Phase;
 using haptics::TickOutput;
 
 constexpr double kBefore_s = 0.10, kAfter_s = 0.20;
-constexpr int kTicksAFrame = 11;  // at which the tissue is followed: 90 Hz
+constexpr int kTicksAFrame = 11;  // ticks between updates of the tissue: 90 Hz
 constexpr double kAway_m = 0.06;
 
 std::vector<TickOutput> ticksOf(const Attempt& attempt) {
@@ -39,8 +39,9 @@ bool onWholeSkin(const TickOutput& out) {
     return out.phase == Phase::held && out.tissue == patient::Tissue::air;
 }
 
-// The first tick in which a needle that the skin held is in it; where none is held (an incision lets it
-// pass), the one in which the skin is pressed farthest. None: the end.
+// Returns the first tick after the puncture of the skin. Without a puncture (the needle passes an incision)
+// it returns the tick in which the skin is displaced most. Returns ticks.size() if nothing presses on the
+// skin.
 std::size_t middleOf(const Attempt& attempt, const std::vector<TickOutput>& ticks) {
     for (std::size_t i = 1; i < ticks.size(); ++i)
         if (onWholeSkin(ticks[i - 1]) && !onWholeSkin(ticks[i]) && ticks[i].phase != Phase::outside) return i;
@@ -91,7 +92,7 @@ void writePuncture(const Attempt& attempt, const StereoView& view, int frames, c
     if (cut == ticks.size()) return;
     const std::vector<Shown> shown = framesAbout(attempt, ticks, cut, frames);
     std::array<std::vector<report::FilmFrame>, 2> looks;
-    // One look after the other: a change of look classifies the volume anew.
+    // Render all pictures of one look first: each change of look reclassifies the volume.
     for (const bool closed : {true, false})
         for (const Shown& s : shown) {
             StereoShot shot{.breath = s.tick.breath, .closed = closed, .distance_m = kAway_m};

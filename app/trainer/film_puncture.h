@@ -1,4 +1,4 @@
-// A film of the skin under a needle: its dimple, the cut, its springing back.
+// Film of the skin under a needle: it dents, is cut and springs back.
 #pragma once
 
 #include "app/trainer/attempt.h"
@@ -6,9 +6,9 @@
 
 namespace stylet::trainer {
 
-// puncture.png and puncture-NNN.png into `out`: `frames` moments about the first cut of the skin by the
-// attempt's hand, both looks from the left eye, close up. Nothing where the hand cuts no skin. Throws
-// patient::DataError.
+// Writes puncture.png and puncture-NNN.png into `out`: `frames` pictures around the first cut of the skin
+// in the attempt's trace, with closed and revealed skin, from the left eye, close up. Writes nothing if the
+// trace never presses on the skin. Throws patient::DataError.
 void writePuncture(const Attempt&, const StereoView&, int frames, const std::string& title,
                    const std::filesystem::path& out);
 

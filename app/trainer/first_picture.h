@@ -1,4 +1,4 @@
-// The moment in which a start is over.
+// Time of the first rendered picture, which ends the start-up.
 #pragma once
 
 #include "app/trainer/start.h"

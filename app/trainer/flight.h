@@ -1,4 +1,4 @@
-// The flight recorder's history of a fault, for a person and a spreadsheet.
+// Writes the flight recorder's history of a fault as a CSV file.
 #pragma once
 
 #include <filesystem>
@@ -9,10 +9,11 @@
 
 namespace stylet::trainer {
 
-// The names of the bits, "bad-pose+device-lost"; "none" for 0.
+// Names of the set bits, for example "bad-pose+device-lost"; "none" for 0.
 std::string faultNames(std::uint32_t faults);
 
-// One line a tick; t_s = 0 where the last new fault was seen. Throws patient::DataError.
+// Writes one line per tick. t_s = 0 is the tick in which the first new fault appeared. Throws
+// patient::DataError.
 void writeFlight(const std::vector<haptics::TickRecord>&, double dt_s, const std::filesystem::path& csv);
 
 }  // namespace stylet::trainer

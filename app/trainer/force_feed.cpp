@@ -12,12 +12,12 @@ using haptics::CommandKind;
 
 namespace {
 
-// The start takes a few hundredths of a second; what lasts longer wants the user to do something.
+// The start takes a few hundredths of a second. A longer wait needs an action by the user.
 constexpr double kPatience_s = 1.0;
-// A command is taken a tick or two after it was sent. One not seen by then was in a record the ring had no
-// room for.
+// A command reaches a tick one or two ticks after it was sent. One that is not seen within this time was in
+// a record that the full ring dropped.
 constexpr std::uint64_t kLost_ticks = 500;
-constexpr std::size_t kMostWaiting = 16'384;  // of what was typed
+constexpr std::size_t kMostWaiting = 16'384;  // characters of typed text
 
 std::string textsOf(std::uint32_t bits) {
     std::string text;
@@ -43,7 +43,7 @@ ForceFeed::ForceFeed(bool focused, double dt_s, const LiveHand* live, Say say,
     if (live) user_.emplace(live->buttons, say_);
 }
 
-// His lines are heard at once, also while a pause lasts; the user's wait until they are asked for.
+// Instructor commands take effect at once, even during a pause. User commands wait in `typed_`.
 void ForceFeed::hear(Session& session) {
     std::string typed;
     if (live_ && typed_.size() < kMostWaiting) typed = live_->typed();
@@ -67,7 +67,7 @@ void ForceFeed::hear(Session& session) {
 void ForceFeed::pass(bool focused, Session& session, haptics::Ring<Command>& ring) {
     hear(session);
     focused = focused && !paused();
-    // Where nothing pushes, nobody has to ask for the force again.
+    // A device without force, or a script, is re-armed automatically after a pause.
     if (was_paused_ && !paused() && !(live_ && live_->device.profile().force_axes > 0))
         rearm_by_tick_ = session.log().last_tick + kLost_ticks;
     was_paused_ = paused();
@@ -84,7 +84,7 @@ void ForceFeed::pass(bool focused, Session& session, haptics::Ring<Command>& rin
     tell(session);
 }
 
-// Only a force that is off can be re-armed, and a short pause may find it still fading.
+// The force can be re-armed only once it is off. After a short pause it may still be fading.
 void ForceFeed::rearmAfterPause(const Session& session) {
     const haptics::TickOutput* now = session.newest();
     if (!rearm_by_tick_ || !now) return;
@@ -93,7 +93,7 @@ void ForceFeed::rearmAfterPause(const Session& session) {
     if (off || paused() || now->tick > *rearm_by_tick_) rearm_by_tick_.reset();
 }
 
-// One change of the tool after the other: each is asked for, and answered, by what the one before has led to.
+// Tool changes are sent one at a time: each depends on the result of the previous one.
 void ForceFeed::takeWords(Session& session, const haptics::TickOutput& now) {
     if (changes_at_ && now.tick > *changes_at_ + kLost_ticks) changes_at_.reset();
     if (changes_at_ || !waiting_.empty()) return;
@@ -111,10 +111,10 @@ void ForceFeed::tell(Session& session) {
             live_ && !text.empty())
             say_(text);
     }
-    // A full ring takes no force away; the record says where it ends.
+    // A full ring does not stop the force. The record says where it ends.
     std::uint32_t faults = session.takeFaults() & ~std::uint32_t(haptics::kFaultRingFull);
-    if (paused()) faults &= ~std::uint32_t(haptics::kFaultNotFocused);  // he has been told of the pause
-    if (live_ && live_->device.profile().force_axes == 0) return;  // input only: there is no force to miss
+    if (paused()) faults &= ~std::uint32_t(haptics::kFaultNotFocused);  // the pause was already reported
+    if (live_ && live_->device.profile().force_axes == 0) return;       // input only: no force to report
     for (const haptics::FaultText& fault : haptics::faultTexts())
         if ((faults & fault.bit) != 0)
             say_("the force is off: " + std::string(fault.text) + "; " +

@@ -1,5 +1,5 @@
-// What the user does about the force, and what he is told of it: the focus as the frame loop sees it, the act
-// of re-arming, on a device his words and buttons; faults, and what the force waits for.
+// Passes the user's control of the force to the loop (headset focus, re-arming, typed commands and buttons)
+// and reports faults and pauses of the force to the user.
 #pragma once
 
 #include <deque>
@@ -14,22 +14,22 @@ namespace stylet::trainer {
 
 struct LiveHand;
 
-// A line on stderr, "stylet: ".
+// Prints a line on stderr, after "stylet: ".
 void sayOnStderr(const std::string&);
 
-// Session thread, all of it.
+// Session thread only.
 class ForceFeed {
   public:
-    // `focused` is what the simulation has been told. A live hand must outlive it. `console`: what is typed
-    // besides, or null; where nobody's hand is live only the instructor's words count. `resumes`: it begins
-    // as if a pause had just ended.
+    // `focused` is the focus the simulation already knows. `live` must outlive this object. `console`
+    // returns further typed text, or is null; without a live hand only the instructor's commands in it
+    // count. `resumes`: start as if a pause had just ended.
     ForceFeed(bool focused, double dt_s, const LiveHand* live = nullptr, Say say = sayOnStderr,
               std::function<std::string()> console = {}, bool resumes = false);
-    // Commands out, news told; after each Session::drain().
+    // Sends commands and reports news. Call after each Session::drain().
     void pass(bool focused, Session&, haptics::Ring<haptics::Command>&);
-    // The instructor lets the attempt stand still.
+    // The instructor has paused the attempt.
     bool paused() const { return instructor_.paused(); }
-    // He has asked for another attempt.
+    // The next attempt, once the instructor has requested one.
     const std::optional<NextAttempt>& next() const { return instructor_.next(); }
 
   private:
@@ -44,12 +44,12 @@ class ForceFeed {
     bool told_focus_;
     std::function<std::string()> console_;
     Instructor instructor_;
-    std::string typed_;  // for the user's hand
+    std::string typed_;  // pending user commands
     bool was_paused_ = false;
-    std::optional<std::uint64_t> rearm_by_tick_;  // a pause is over, and the force may still be fading
+    std::optional<std::uint64_t> rearm_by_tick_;  // a pause has ended; the force may still be fading
     std::optional<UserCommands> user_;
-    std::deque<haptics::Command> waiting_;     // for room in the ring
-    std::optional<std::uint64_t> changes_at_;  // a tool's change was sent after this tick and is not seen yet
+    std::deque<haptics::Command> waiting_;     // waiting for space in the ring
+    std::optional<std::uint64_t> changes_at_;  // a tool change was sent after this tick and is still pending
     std::uint32_t told_awaited_ = 0;
 };
 

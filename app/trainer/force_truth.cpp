@@ -44,7 +44,7 @@ std::optional<OtherSegmentation> otherSegmentation(const patient::Patient& felt,
         throw DataError(full, "labels.nii.gz",
                         "label only " + std::to_string(int(100.0 * patient::segmentedShare(*package))) +
                             " % of the body: no full segmentation");
-    package->motion = mine.motion;  // one breath for both
+    package->motion = mine.motion;  // use the same breathing motion for both
     other.patient = std::make_unique<patient::Patient>(*package);
     other.package = std::move(package);
     return other;
@@ -61,7 +61,8 @@ void ForceTruth::step(const TickOutput& now) {
     incisions_.count = now.incision_count;
     if (now.tool_begun != begun_) {
         begun_ = now.tool_begun;
-        // Taken up outside the felt patient: whatever the skin of the other says.
+        // The tool was picked up outside the felt patient. Restart the other needle too, even if it is
+        // inside the other segmentation.
         if (needle_.phase == haptics::Phase::outside)
             needle_.primed = false;
         else

@@ -1,6 +1,6 @@
-// The force-truth meter: what the needle would feel in the same patient segmented otherwise, beside what is
-// felt. The truth is the force over the full segmentation, the error that of the partial one (patient/
-// segmentation.h). Nothing of it is felt, recorded or hashed.
+// Compares the needle force on two segmentations of one patient: the one that is felt, and another one. The
+// force on the full segmentation is the reference. The error is that of the partial segmentation
+// (patient/segmentation.h). None of this is felt, recorded or hashed.
 #pragma once
 
 #include <cstdint>
@@ -12,40 +12,41 @@
 
 namespace stylet::trainer {
 
-// Partial minus full, over ticks with the needle in the body in either of the two.
+// Error (partial minus full) over the ticks in which the needle is in the body in either of the two.
 struct ForceError {
-    std::uint64_t ticks = 0, equal_ticks = 0;  // equal: to the last bit
-    double largest_n = 0.0;                    // without its sign
-    double largest_depth_m = 0.0;              // of the felt needle, there
+    std::uint64_t ticks = 0, equal_ticks = 0;  // equal: error exactly 0
+    double largest_n = 0.0;                    // absolute value
+    double largest_depth_m = 0.0;              // depth of the felt needle at the largest error
     double sum_n2 = 0.0;
 
     double rms_n() const;
 };
 
 struct ForceTruthReading {
-    bool known = false;  // there is a full segmentation
+    bool known = false;  // there is a second segmentation
     bool felt_is_full = true;
-    bool inside = false;  // in either of the two
+    bool inside = false;  // needle in the body in either of the two
     double full_n = 0.0, partial_n = 0.0;
     std::uint32_t insertions = 0;
-    ForceError insertion, all;  // the present one or the last; all of them
+    ForceError insertion, all;  // the current or last insertion; all insertions
 
     double error_n() const { return partial_n - full_n; }
-    double other_n() const { return felt_is_full ? partial_n : full_n; }  // what is not felt
+    double other_n() const { return felt_is_full ? partial_n : full_n; }  // the force that is not felt
 };
 
-// A patient as another has segmented him. Stays where it is: the meter keeps a reference.
+// The same patient with another segmentation. The meter keeps a reference to it, so it must stay in place.
 struct OtherSegmentation {
-    std::unique_ptr<const patient::Package> package;  // null: the felt one's
+    std::unique_ptr<const patient::Package> package;  // null: uses the felt patient's package
     std::unique_ptr<const patient::Patient> patient;
     bool felt_is_full = true;
 };
-// Of a fully segmented patient the partial one. Of another the full one in `full`, a package on the same CT;
-// nothing where that is empty. Throws patient::DataError: not this patient, or not fully segmented.
+// If `full` is empty: the partial segmentation of a fully segmented `felt`, or nothing if `felt` is not
+// fully segmented. Otherwise: the fully segmented package in `full`, which must have the same CT. Throws
+// patient::DataError if it is another patient or not fully segmented.
 std::optional<OtherSegmentation> otherSegmentation(const patient::Patient& felt,
                                                    const std::filesystem::path& full);
 
-// Session thread. The force model itself, tick by tick, on the other patient.
+// Session thread. Runs the needle force model on the other patient, tick by tick.
 class ForceTruth {
   public:
     // `other.patient` must outlive it.

@@ -18,9 +18,9 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr auto kLookAgain = std::chrono::seconds(1);  // for a headset that was lost
-constexpr int kBlindFrames = 5;  // in a row that could not be drawn: nobody sees what he feels
-// A moment waits this many frames for one that is to be drawn: a session shows nothing in its first few.
+constexpr auto kLookAgain = std::chrono::seconds(1);  // interval of the search for a lost headset
+constexpr int kBlindFrames = 5;  // in a row without rendering: the user no longer sees the scene
+// A capture is retried for this many frames: a new session renders nothing in its first few.
 constexpr int kMomentTries = 20;
 
 bool isLate(const xr::Session& session, const xr::Frame& frame) {
@@ -47,9 +47,9 @@ void addTo(render::RenderStats& sum, const render::RenderStats& one) {
 struct FrameLoop::Impl {
     Impl(const patient::Patient& patient_in, const FrameSettings&, const patient::PlannedPath&);
     ~Impl();
-    // The headset is there; looks for one that was lost, now and then.
+    // Returns true if there is a headset. Searches for a lost one at intervals.
     bool found();
-    // The room in the space of a headset that was found.
+    // Places the room in the space of a newly found headset.
     void settle();
     void passController(const patient::Pose& room_from_stage);
     void lose(const std::string& why);
@@ -61,9 +61,9 @@ struct FrameLoop::Impl {
                       const render::ScreensSeen&, const std::string& moment);
     void help(training::Difficulty);
     void showHints(HeadsetPanels&, const Seen&, const std::array<render::View, 2>&);
-    // One frame; true when it was drawn.
+    // Runs one frame. Returns true if it was rendered.
     bool show(const Seen&, const patient::ContrastTable*, const std::string& moment);
-    // True when it needs no second try; `over` when the runtime wants the session to end.
+    // Returns true if no retry is needed. Sets `over` when the runtime wants the session to end.
     bool tryFrame(const Seen&, const patient::ContrastTable*, const std::string& moment, bool& over);
 
     const patient::Patient& patient;
@@ -73,7 +73,7 @@ struct FrameLoop::Impl {
     const patient::Vec3 stage_entry_m;
     SceneMaker scenes;
     AlertWatch alerts;
-    std::optional<GuidePanel> guide;  // where the difficulty allows it
+    std::optional<GuidePanel> guide;  // only if the difficulty allows it
     const MockStage mock;
     LiveSeen live;
     TipPredictor predictor;
@@ -81,14 +81,14 @@ struct FrameLoop::Impl {
     Attention attention = Attention::absent;
     bool worn = true;
     RoomPlace room;
-    std::uint64_t doubts_seen = 0, acts_before = 0;  // of RoomPlace; Seen::rearm_acts as the last doubt came
+    std::uint64_t doubts_seen = 0, acts_before = 0;  // RoomPlace::doubts(), Seen::rearm_acts at last doubt
     int undrawn = 0;                                 // frames in a row
     bool settled = false;
     std::string lost_because;
     SteadyClock::time_point look_again{};
     MirrorChannels* window = nullptr;
     std::optional<TipOffset> newest_offset;
-    std::unique_ptr<Headset> headset;  // null while there is none
+    std::unique_ptr<Headset> headset;  // null while no headset is found
 };
 
 FrameLoop::Impl::Impl(const patient::Patient& patient_in, const FrameSettings& settings_in,
@@ -122,7 +122,7 @@ bool FrameLoop::Impl::found() {
         headset = std::make_unique<Headset>(patient, settings);
         ++totals.headsets_found_again;
         std::fprintf(stderr, "stylet: the headset is there again\n");
-    } catch (const std::runtime_error& e) {  // of the runtime, or of a GPU that is not there again yet
+    } catch (const std::runtime_error& e) {  // from the runtime, or from a GPU that is not back yet
         if (lost_because != e.what()) std::fprintf(stderr, "stylet: still no headset: %s\n", e.what());
         lost_because = e.what();
         if (!settings.virtual_clock) look_again = SteadyClock::now() + kLookAgain;
@@ -164,7 +164,7 @@ void FrameLoop::Impl::lose(const std::string& why) {
                  why.c_str());
     lost_because = why;
     if (settings.controllers) settings.controllers->attach(nullptr);
-    // Who looked away before is still waited for.
+    // A user who had already looked away keeps the attempt paused.
     if (attention == Attention::focused) attention = Attention::absent;
     if (live.tell) live.tell(attention);
     worn = true;
@@ -176,7 +176,8 @@ void FrameLoop::Impl::lose(const std::string& why) {
     headset.reset();
 }
 
-// A frame may have waited long for its begin. A moment stays what it was.
+// Replaces the state by a newer one, because xrBeginFrame may have blocked for long. A capture keeps its
+// state.
 Seen FrameLoop::Impl::upToDate(const Seen& seen, const std::string& moment) {
     if (!live.tips) return seen;
     Seen now = seen;
@@ -189,7 +190,7 @@ Seen FrameLoop::Impl::upToDate(const Seen& seen, const std::string& moment) {
     return now;
 }
 
-// What is held, where it will be when the frame is seen: known where the runtime's time is one of ours.
+// Predicts the tool pose at the display time. Requires a runtime whose time converts to the loop's clock.
 haptics::TickOutput FrameLoop::Impl::aheadTo(const xr::Frame& frame, const haptics::TickOutput& tick) {
     const auto display_ns = headset->session.monotonic_ns(frame.predicted_display_time_ns);
     if (!live.tips || !display_ns) return tick;
@@ -198,7 +199,7 @@ haptics::TickOutput FrameLoop::Impl::aheadTo(const xr::Frame& frame, const hapti
     return drawn;
 }
 
-// A moment is kept with what its machines show, whoever looks.
+// Renders the equipment screens that someone can see. A capture renders and saves both.
 void FrameLoop::Impl::showMachines(render::RenderScene& scene, const Seen& seen,
                                    const patient::ContrastTable* contrast, const render::ScreensSeen& screens,
                                    const std::string& moment) {
@@ -212,7 +213,7 @@ void FrameLoop::Impl::showMachines(render::RenderScene& scene, const Seen& seen,
     if (kept && !settings.capture_dir.empty()) machines.save(settings.capture_dir, moment);
 }
 
-// The instructor sets another.
+// Applies a difficulty set by the instructor.
 void FrameLoop::Impl::help(training::Difficulty now) {
     if (now == difficulty) return;
     difficulty = now;
@@ -222,7 +223,7 @@ void FrameLoop::Impl::help(training::Difficulty now) {
     if (hints.panel) guide.emplace(hints, settings.tick_s);
 }
 
-// What the difficulty adds to the room. The notice comes after it, and over it.
+// Adds alerts and guide panel, as far as the difficulty allows. The notice is drawn later, on top.
 void FrameLoop::Impl::showHints(HeadsetPanels& panels, const Seen& seen,
                                 const std::array<render::View, 2>& views) {
     if (hints.colours) panels.take(alerts.take(seen), views);
@@ -246,7 +247,7 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
     const auto begin = SteadyClock::now();
     render::RenderStats drawn_stats;
     std::span<const xr::ShownPanel> shown_panels;
-    double machines_ms = 0.0;  // come and go, and are no reason for another resolution
+    double machines_ms = 0.0;  // excluded from the budget: intermittent work must not change the resolution
     ++totals.frames;
     room.advance(frame.predicted_display_time_ns);
     if (frame.should_render) room.sitDown(frame.views[0].stage_from_eye.position[1]);
@@ -272,7 +273,7 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
         showMachines(scene, seen, contrast, headset->mirror ? headset->mirror->screens(screens) : screens,
                      moment);
         HeadsetPanels& panels = headset->panelsFor(frame);
-        // A layer beneath would hide the real room.
+        // In passthrough, a layer beneath would hide the real room.
         panels.take(scene, places, scene.room.real ? render::ScreensSeen{} : screens);
         showHints(panels, seen, expected);
         panels.take(room.doubt() != RoomDoubt::none ? noticeOf(room.doubt(), settings.rearm_act)
@@ -323,8 +324,8 @@ void FrameLoop::Impl::takeNews() {
         if (news.hidden_area_changed[std::size_t(eye)]) headset->hideWhatTheLensHides(eye);
 }
 
-// A room in doubt takes the force away until its user asks for it: that says that all is well. A moment is
-// past.
+// While the room is in doubt there is no force. Re-arming by the user confirms that the room is right.
+// Captures are skipped because they show the past.
 void FrameLoop::Impl::watchTheRoom(const Seen& seen, const std::string& moment) {
     if (!moment.empty() || room.doubt() == RoomDoubt::none) return;
     if (room.doubts() != doubts_seen) {
@@ -372,7 +373,7 @@ bool FrameLoop::Impl::tryFrame(const Seen& seen, const patient::ContrastTable* c
 
 FrameLoop::FrameLoop(const patient::Patient& patient, const FrameSettings& settings,
                      const patient::PlannedPath& path) {
-    // The loader would print what our own error says in a sentence.
+    // Silence the loader: our own error message says the same.
     setenv("XR_LOADER_DEBUG", "none", 0);
     impl_ = std::make_unique<Impl>(patient, settings, path);
 }

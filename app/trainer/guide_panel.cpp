@@ -23,17 +23,18 @@ constexpr report::Colour kPanelGlass{0.05, 0.07, 0.09}, kPanelText{0.93, 0.95, 0
     kPanelQuiet{0.62, 0.69, 0.73}, kDone{0.35, 0.80, 0.95}, kNext{1.0, 0.80, 0.30}, kRisk{1.0, 0.45, 0.38},
     kPanelGrid{0.20, 0.25, 0.29};
 constexpr double kLeft = 30.0, kRight = GuidePanel::kWidth - 30.0, kNumber_px = 40.0;
-constexpr double kEasy_px = 16.0;                       // letters so large need no more room
-constexpr double kFlat_px = 560.0;                      // less high, and a number stands beside its name
-constexpr double kLeastFull_n = 3.0, kScale_px = 62.0;  // of the force; the room for its numbers
+constexpr double kEasy_px = 16.0;                       // letters of this size do not need the flat layout
+constexpr double kFlat_px = 560.0;                      // below this height numbers stand beside their names
+constexpr double kLeastFull_n = 3.0, kScale_px = 62.0;  // least full scale of the force; axis label width
 constexpr double kRow_px = GuidePanel::kLetter_px + 4.0, kBetweenNames_px = 14.0;
 constexpr int kMostNameRows = 3;
 constexpr double kDepthStep_m = 0.020, kLeastDepth_m = 0.040, kBeyondTip_m = 0.004;
-constexpr double kInView_rad = 0.95;  // beyond, no lens shows it
-// To the panel's lower left corner: beyond the table, toward the feet.
+constexpr double kInView_rad = 0.95;  // half the field of view; no lens shows more
+// From the path's entry to the panel's lower left corner: beyond the table, toward the feet.
 constexpr Vec3 kCornerFromEntry_m{0.16, -0.04, -0.42};
 constexpr int kPlaceRounds = 12;
-// Where pixels are few its letters stay smaller than they should be: it would fill the room.
+// Upper limit of the panel's width. With few pixels its letters stay smaller than they should be, so that
+// the panel does not fill the room.
 constexpr double kMostWidth_m = 1.2;
 constexpr double kBreathMoves_v = 0.002;
 
@@ -42,7 +43,7 @@ std::string clockOf(double s) {
     return formatted("%ld:%02ld", whole / 60, whole % 60);
 }
 
-// On the dark glass; the name beside each says the same.
+// Colour of a tissue's band on the dark glass. The name beside it carries the same information.
 report::Colour bandOf(patient::Tissue tissue) {
     using patient::Tissue;
     switch (tissue) {
@@ -119,7 +120,7 @@ void GuidePanel::resize(int width_px, int height_px) {
 
 void GuidePanel::take(const Seen& seen, bool looked_at) {
     const double t_s = tick_s_ * double(seen.tick.tick);
-    // An earlier tick, of a moment that is shown late or a replay that goes back, leaves the curve as it is.
+    // An earlier tick (a capture shown late, or a replay that goes back) does not change the curve.
     if (!curve_.empty() && t_s < curve_.front().t_s) curve_.clear();
     if (curve_.empty() || t_s - curve_.back().t_s >= 0.5 * kEvery_s) {
         const double moved_v = seen.tick.breath.v - breath_v_;
@@ -147,7 +148,8 @@ void GuidePanel::number(double x, double y, const char* name, const std::string&
                   {.size = flat ? kLetter_px + 2.0 : kNumber_px, .colour = kPanelText, .bold = true});
 }
 
-// A square for each, filled when it is done: the shape says it, not the colour alone.
+// Draws a square per step, filled when the step is done, so that the shape carries the information, not
+// only the colour.
 void GuidePanel::drawSteps(const Progress& progress) {
     constexpr double kBox = 26.0, kPitch = 40.0;
     for (int step = 0; step < training::kStepCount; ++step) {
@@ -186,7 +188,8 @@ void GuidePanel::drawCurve(double top, double bottom) {
     if (line_.size() > 1) canvas_->polyline(line_, 3.0, kPanelText);
 }
 
-// Which tissue began where: a name with its depth on a pole, the deepest where there is no room for all.
+// Draws the name and depth of each tissue at a pole at its border. The deepest have priority if space is
+// short.
 void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom, double full_m) {
     const double left = kLeft + kScale_px;
     const int rows = int((bottom - top) / kRow_px);
@@ -202,7 +205,7 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
         const report::TextStyle style{.size = kLetter_px, .colour = risk ? kRisk : kPanelText, .bold = risk};
         const double pole = left + (kRight - left) * passed->depth_m / full_m;
         const double width = canvas_->textWidth(name, style);
-        // As low as it can stand, at the right of its pole rather than at the left, and across nobody's pole.
+        // Take the lowest free row, prefer the right side of the pole, and do not cross another pole.
         std::optional<double> x;
         int row = 0;
         for (; row < rows && isFree(row, pole - 3.0, pole + 3.0); ++row) {
@@ -220,8 +223,8 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
     }
 }
 
-// Force over depth on the way in, the tissues as bands behind it: their names stand over them, a structure at
-// risk is striped.
+// Draws force over depth for the insertion, on bands for the tissues with their names above. Risk
+// structures are striped.
 void GuidePanel::drawInsertion(const Seen& seen, double top, double bottom) {
     const Insertion& insertion = seen.insertion;
     const bool inside = seen.tick.phase != haptics::Phase::outside;
@@ -309,7 +312,8 @@ PanelPlace guidePlace(const Vec3& stage_entry_m, const Vec3& stage_eyes_m, doubl
     const Vec3 corner = stage_entry_m + kCornerFromEntry_m;
     PanelPlace place;
     Vec3 middle = corner;
-    // The larger it is, the farther its middle, for which it is made.
+    // Iterate: the panel's width depends on the distance of its centre, which moves away as the panel
+    // grows.
     for (int i = 0; i < kPlaceRounds; ++i) {
         place.width_m = std::min(kMostWidth_m, GuidePanel::kWidth / GuidePanel::kLetter_px *
                                                    glm::length(middle - stage_eyes_m) * std::tan(letter_rad));
@@ -323,7 +327,7 @@ PanelPlace guidePlace(const Vec3& stage_entry_m, const Vec3& stage_eyes_m, doubl
 bool covers(const PanelPlace& place, const Vec3& stage_eyes_m, const Vec3& stage_point_m) {
     const Pose panel_from_stage = place.stage_from_panel.inverse();
     const Vec3 eyes = panel_from_stage * stage_eyes_m, point = panel_from_stage * stage_point_m;
-    if (eyes.z * point.z > 0.0) return false;  // on the same side
+    if (eyes.z * point.z > 0.0) return false;  // eyes and point on the same side
     const double share = eyes.z == point.z ? 0.0 : eyes.z / (eyes.z - point.z);
     const Vec3 met = eyes + share * (point - eyes);
     return std::fabs(met.x) <= 0.5 * place.width_m && std::fabs(met.y) <= 0.5 * place.height_m;

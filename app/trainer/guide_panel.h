@@ -1,5 +1,6 @@
-// What a trainee may read beside the patient: step and hint, depth, force, tissue, breath, how far he is off
-// the reference path, time and score, and of the insertion which tissues were passed how deep. One thread.
+// The guide panel beside the patient. It shows step and hint, depth, force, tissue, breath, distance from
+// the reference path, time, score, and the tissues that this insertion passed, with their depths. One
+// thread.
 #pragma once
 
 #include <cstdint>
@@ -19,27 +20,27 @@ namespace stylet::trainer {
 class GuidePanel {
   public:
     static constexpr int kWidth = 720, kHeight = 700;
-    static constexpr int kLeastHeight = 440;    // of a flatter one, as wide
-    static constexpr double kLetter_px = 26.0;  // an em of the smallest
-    static constexpr double kEvery_s = 0.1;     // no more often is it drawn
+    static constexpr int kLeastHeight = 440;    // flat layout of the same width
+    static constexpr double kLetter_px = 26.0;  // em of the smallest font
+    static constexpr double kEvery_s = 0.1;     // shortest time between redraws
     static constexpr double kCurve_s = 10.0;
 
-    // In these pixels, of which it has as many across as it likes; one as flat as sizeIn() says.
+    // Size in pixels; any width. Use sizeIn() for a panel that fits a given area.
     GuidePanel(const training::Hints&, double tick_s, int width_px = kWidth, int height_px = kHeight);
-    // As large as it fits.
+    // Largest panel that fits, possibly in the flat layout.
     static std::pair<int, int> sizeIn(int width_px, int height_px);
-    // Drawn in another size from now on; what it keeps stays.
+    // Changes the size. The recorded curve is kept.
     void resize(int width_px, int height_px);
-    // Keeps the curve; draws when the time has come and somebody looks.
+    // Records the force curve. Redraws only if `looked_at`, and at most every kEvery_s.
     void take(const Seen&, bool looked_at);
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
-    std::uint64_t revision() const { return revision_; }  // how often it was drawn
+    std::uint64_t revision() const { return revision_; }  // number of redraws
     void savePng(const std::filesystem::path& file) const { canvas_->savePng(file); }
 
   private:
     void draw(const Seen&);
     void drawSteps(const training::Progress&);
-    // Between these heights.
+    // `top` and `bottom` are heights in layout pixels.
     void drawCurve(double top, double bottom);
     void drawInsertion(const Seen&, double top, double bottom);
     void drawNames(const Insertion&, double top, double bottom, double full_m);
@@ -49,7 +50,7 @@ class GuidePanel {
     training::Hints hints_;
     double tick_s_;
     std::optional<report::Canvas> canvas_;
-    double height_ = kHeight;  // as it is drawn; the width is kWidth
+    double height_ = kHeight;  // layout height; the layout width is kWidth
     struct Sample {
         double t_s = 0.0, force_n = 0.0;
     };
@@ -61,20 +62,20 @@ class GuidePanel {
     std::uint64_t revision_ = 0;
 };
 
-// What to do for a step, in a sentence.
+// One-sentence instruction for a step.
 std::string_view hintOf(training::Step) noexcept;
 
-// Where it stands: beyond the table, toward the feet, turned to the operator. As wide as its
-// letters need, within reason.
+// Placement of the panel: beyond the table, toward the feet, facing the operator. It is as wide as legible
+// letters need, up to a limit.
 struct PanelPlace {
-    patient::Pose stage_from_panel;  // its middle; seen from +z
+    patient::Pose stage_from_panel;  // panel centre; the front faces +z
     double width_m = 0.0, height_m = 0.0;
 };
 PanelPlace guidePlace(const patient::Vec3& stage_entry_m, const patient::Vec3& stage_eyes_m,
                       double letter_rad);
-// It stands between the eyes and the point.
+// True if the panel lies between the eyes and the point.
 bool covers(const PanelPlace&, const patient::Vec3& stage_eyes_m, const patient::Vec3& stage_point_m);
-// Some of it is within so many radians of the line of sight, seen from the front.
+// True if some of the panel's front is within the field of view.
 bool inView(const PanelPlace&, const patient::Pose& stage_from_head);
 
 }  // namespace stylet::trainer

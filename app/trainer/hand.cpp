@@ -20,14 +20,14 @@ constexpr std::int64_t kHandSample_ns = 1'000'000;
 constexpr std::size_t kMaxSamples = 3'600'000;
 constexpr double kTau = 6.283185307179586;
 
-// The way covered by a speed that rises from 0 to 1 within t = 0..1 by the minimum-jerk step 10t^3 - 15t^4 +
-// 6t^5.
+// Distance covered at time t by a speed that rises from 0 to 1 within t = 0..1 along the minimum-jerk step
+// 10t^3 - 15t^4 + 6t^5.
 double rampWay(double t) {
     return t * t * t * t * (2.5 - 3.0 * t + t * t);
 }
 
-// A move of `distance` (>= 0) with a smooth start, a cruise and a smooth stop; too short for a cruise, it is
-// slower.
+// A move over `distance` (>= 0) with a smooth start, a cruise and a smooth stop. If it is too short for a
+// cruise, the speed is reduced.
 struct Glide {
     double distance_m = 0.0, speed_m_s = 0.0, ramp_s = 0.0, cruise_s = 0.0;
 
@@ -61,7 +61,7 @@ struct Random {
 
 class Tremor {
   public:
-    // Three axes of waves at their crests together reach the scenario's excursion, and no further.
+    // With all waves of all three axes at their crests the excursion equals the scenario's tremor.
     Tremor(const Scenario& s, std::uint64_t seed) : amplitude_m_(s.tremor_m / (kWaves * std::sqrt(3.0))) {
         Random random{seed};
         for (auto& axis : waves_)
@@ -88,13 +88,13 @@ class Tremor {
     double amplitude_m_;
 };
 
-// Where a hand is on the way: how deep along the path, how far beside it; how the tool in it is turned.
+// Position of the tip relative to the path's entry and orientation of the tool relative to the path.
 struct Offset {
-    Vec3 m{0.0};    // deep, headward, frontward
+    Vec3 m{0.0};    // depth along the path, headward, frontward
     Vec3 rad{0.0};  // headward, frontward, about the shaft
 };
 
-// Writes samples as the stages are played one after the other.
+// Generates the trace while the stages are played one after the other.
 class Script {
   public:
     Script(const Scenario& s, const patient::PlannedPath& path, const haptics::SimulationSettings& settings,
@@ -133,7 +133,7 @@ class Script {
         at_.m += way;
         at_.rad += turn;
     }
-    // The hand turns the new tool the way it is held.
+    // Switches the tool and turns the hand smoothly to the new tool's pose.
     void take(haptics::Tool tool, double seconds) {
         command(CommandKind::tool, std::uint32_t(tool));
         const haptics::Tool last = tool_;
@@ -160,7 +160,8 @@ class Script {
     }
 
   private:
-    // The part of `v` across the path, or of `otherwise` where `v` lies along it.
+    // Unit vector along the part of `v` across the path. Uses `otherwise` if `v` is nearly parallel to the
+    // path.
     Vec3 across(const Vec3& v, const Vec3& otherwise) const {
         const Vec3 part = v - axis_ * glm::dot(v, axis_);
         const Vec3 other = otherwise - axis_ * glm::dot(otherwise, axis_);
@@ -252,7 +253,7 @@ Trace scriptHand(const Scenario& s, const patient::PlannedPath& path, double lon
 Pose deviceBeside(const patient::Grid& grid) {
     constexpr double kStandOff_m = 0.2;
     const Vec3 last = grid.centre(grid.dims - 1), middle = 0.5 * (grid.origin_m + last);
-    // Columns: the device's x, y, z in the patient frame (feet, front, right).
+    // Columns: the device's x, y, z axes in the patient frame (toward feet, front, right).
     const glm::dmat3 axes(Vec3(0, 0, -1), Vec3(0, 1, 0), Vec3(1, 0, 0));
     return {glm::quat_cast(axes), Vec3(last.x + kStandOff_m, middle.y, middle.z)};
 }
@@ -269,7 +270,8 @@ Pose heldLike(const Pose& patient_from_needle, haptics::Tool tool, const haptics
 }
 
 Pose needlePose(const Vec3& tip_m, const Vec3& axis) {
-    // The shaft's roll is free: the needle's x stays level (across the patient's long axis where it can).
+    // The roll about the shaft is free. Choose the needle's x axis perpendicular to the patient's long axis
+    // (z), or to the front direction (y) if the shaft is nearly parallel to z.
     const Vec3 z = -axis;
     const Vec3 across = std::fabs(z.z) < 0.9 ? Vec3(0, 0, 1) : Vec3(0, 1, 0);
     const Vec3 x = glm::normalize(glm::cross(across, z));

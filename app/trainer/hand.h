@@ -1,4 +1,4 @@
-// The scripted trainee: a hand that follows a scenario along a planned path.
+// The scripted trainee: input that follows a scenario along a planned path.
 #pragma once
 
 #include <cstdint>
@@ -9,22 +9,23 @@
 
 namespace stylet::trainer {
 
-// The same scenario, path and seed give the same trace, bit for bit. A commanded hold is waited for as long
-// as the longest breath lasts. One sample a millisecond, device frame.
-// Starts and stops follow the minimum-jerk step (Flash and Hogan 1985); physiological tremor is three sines
-// an axis between the scenario's frequencies (8-12 Hz, about 0.1 mm: Elble and Koller 1990).
+// Deterministic: the same scenario, path and seed give the same trace, bit for bit. After a breath-hold
+// command the script waits for the longest possible breath. One sample per millisecond, in the device
+// frame.
+// Starts and stops follow the minimum-jerk step (Flash and Hogan 1985). Physiological tremor is the sum of
+// three sines per axis between the scenario's frequencies (8-12 Hz, about 0.1 mm: Elble and Koller 1990).
 haptics::Trace scriptHand(const Scenario&, const patient::PlannedPath&, double longest_breath_s,
                           const haptics::SimulationSettings&, std::uint64_t seed);
 
-// Where a device would stand: beside the patient's right flank, its +z toward the trainee, +y up.
+// patient_from_device of a device beside the patient's right flank, its +z toward the trainee, +y up.
 patient::Pose deviceBeside(const patient::Grid&);
 
-// How a tool is held where a needle would be held so: like it, but a probe so that its guide's line is the
-// needle's, its face where the tip would be.
+// Pose of `tool` in the place of the given needle. It is the same pose, except for the probe: the probe's
+// guide line coincides with the needle, and its face is at the needle's tip.
 patient::Pose heldLike(const patient::Pose& patient_from_needle, haptics::Tool,
                        const haptics::GuideSettings&);
 
-// Needle pose with the tip at `tip_m` and the shaft pointing INTO the body along `axis` (unit).
+// Needle pose with the tip at `tip_m`. The shaft points INTO the body along `axis` (unit vector).
 patient::Pose needlePose(const patient::Vec3& tip_m, const patient::Vec3& axis);
 
 }  // namespace stylet::trainer

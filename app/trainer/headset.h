@@ -1,5 +1,6 @@
-// A headset from when it is found until it is lost: the OpenXR session, the GPU that the runtime names, and
-// what is made on it. After a loss it is destroyed whole, and another one is made. Frame thread.
+// A headset from the time it is found until it is lost: the OpenXR session, the GPU that the runtime names,
+// and everything created on that GPU. After a loss it is destroyed as a whole and a new one is created.
+// Frame thread.
 #pragma once
 
 #include <array>
@@ -16,41 +17,41 @@
 
 namespace stylet::trainer {
 
-inline constexpr auto kStartPatience = std::chrono::seconds(10);  // with a runtime that is slow to begin
+inline constexpr auto kStartPatience = std::chrono::seconds(10);  // timeout for a slow runtime
 
 patient::Pose poseOf(const xr::Pose&);
 xr::Pose poseOf(const patient::Pose&);
 std::array<render::View, 2> viewsOf(const xr::Frame&, const patient::Pose& room_from_stage);
-// Between the eyes, turned as the left one is.
+// Head pose: between the eyes, with the orientation of the left eye.
 patient::Pose headOf(const std::array<render::View, 2>&);
-// The session makes the GPU and must be gone before it is.
+// Hooks through which the session creates the GPU. The session must be destroyed before the GPU.
 render::GpuHooks hooksOf(xr::Session&);
 
 struct Headset {
-    // Throws xr::XrError without a runtime or headset, render::GpuError, patient::DataError. The patient must
-    // outlive it.
+    // Throws xr::XrError without a runtime or headset, render::GpuError, patient::DataError. The patient
+    // must outlive this object.
     Headset(const patient::Patient&, const FrameSettings&);
 
-    // Until frames may be made. Throws xr::XrError when the runtime takes longer than that.
+    // Waits until frames can be submitted. Throws xr::XrError on timeout.
     void waitUntilRunning(std::chrono::seconds patience);
-    // The resolution follows the budget: what was asked for, or the runtime's pace where a GPU can be
-    // expected to hold it.
+    // Adapts the resolution to the frame budget: `budget_ms`, or by default the runtime's frame period. A
+    // software GPU has no default budget.
     void keepToBudget(const xr::Frame&, std::optional<double> budget_ms);
 
-    // Nothing is drawn there from now on.
+    // Updates the area of the eye's image that the lens hides. Nothing is drawn there.
     void hideWhatTheLensHides(int eye);
-    // Those of this headset; its first frame says how fine it is.
+    // The panels of this headset. They are created with its first frame, which gives the pixel density.
     HeadsetPanels& panelsFor(const xr::Frame&);
 
-    // The session asks for its GPU through hooks and must be gone before the device is.
-    std::shared_ptr<render::Gpu> gpu;  // outlives the session, which keeps it
+    // The session creates its GPU through hooks and must be destroyed before the GPU.
+    std::shared_ptr<render::Gpu> gpu;  // outlives the session, which shares ownership
     xr::Session session;
     std::optional<render::Renderer> renderer;
     std::optional<MachinePictures> machines;
     std::optional<HeadsetPanels> panels;
     render::RenderSettings drawn;
     std::optional<render::Governor> governor;
-    std::optional<MirrorFeed> mirror;  // made when a window is there
+    std::optional<MirrorFeed> mirror;  // created once a window is connected
 };
 
 }  // namespace stylet::trainer

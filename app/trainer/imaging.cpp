@@ -24,28 +24,29 @@ namespace {
 using patient::Pose;
 using patient::Vec3;
 
-constexpr double kPressed_m = 0.008;  // the probe's face, into the skin
-constexpr double kShort_m = 0.012;    // of the duct: a needle that is on its way
+constexpr double kPressed_m = 0.008;  // depth to which the probe's face is pressed into the skin
+constexpr double kShort_m = 0.012;    // distance of the tip before the duct, for an advancing needle
 constexpr double kDeep_m = 0.060, kShallow_m = 0.030,
-                 kDeepest_m = 0.100;  // along a scan line: ribs, and what is of interest
+                 kDeepest_m = 0.100;  // depths along a scan line: of ribs; of ducts and vessels
 constexpr int kRolls = 24;
 constexpr std::size_t kPathsTried = 12;
 constexpr double kHalfFan_rad = std::numbers::pi / 6;
 
-// A probe on the skin whose picture holds a planned path.
+// A probe pose on the skin whose picture contains a planned path.
 struct Placed {
-    Pose patient_from_tool;  // as a hand holds it: +z out of the body
+    Pose patient_from_tool;  // stylus frame: +z out of the body
     double touching = 0.0;   // share of the face
     double blocked = 0.0;    // share of the scan lines that meet bone
     double tubes = 0.0;      // share of the picture that is duct or vessel
 };
 
-// What a CT says of a place: enough to find a window between ribs.
+// Tissue at a point of the reference CT; sufficient to find a window between ribs.
 patient::Tissue tissueInReference(const patient::Patient& patient, const Vec3& reference_m) {
     return patient.at(reference_m, patient::TrackFlags{true, false}).tissue;
 }
 
-// Turned about the path by `roll_rad`, then let down along its own axis until its face is pressed.
+// Turns the probe about the path by `roll_rad`, then lowers it along its own axis until its face is pressed
+// in.
 Placed place(const patient::Patient& patient, const haptics::TouchMap& touch,
              const patient::PlannedPath& path, double roll_rad) {
     const Vec3 axis = glm::normalize(path.target_reference_m - path.entry_reference_m);
@@ -85,7 +86,8 @@ Placed place(const patient::Patient& patient, const haptics::TouchMap& touch,
     return placed;
 }
 
-// Of all ways to turn it about the paths: the most of ducts and vessels between the ribs, or across the ribs.
+// Best placement over all paths and roll angles: most ducts and vessels seen between the ribs, or with
+// `across_ribs` most ribs.
 struct Found {
     Placed placed;
     const patient::PlannedPath* path = nullptr;
@@ -104,7 +106,7 @@ Found bestPlace(const patient::Patient& patient, const haptics::TouchMap& touch,
     return best;
 }
 
-// The moment of a parked probe, a needle beside it or none.
+// One picture: a parked probe with or without a needle.
 struct Shot {
     std::string caption;
     MachineMoment moment;
@@ -139,7 +141,7 @@ struct Sheet {
         return shot;
     }
 
-    // Its tip so far before the target, so far beside the path.
+    // Needle pose along the path, its tip `before_m` short of the target and offset by `beside_m`.
     Pose needleAt(double before_m, const Vec3& beside_m) const {
         return needlePose(path.target_reference_m - before_m * axis + beside_m, axis);
     }
@@ -153,7 +155,7 @@ std::vector<Shot> Sheet::scans() const {
     const Pose& window = between.placed.patient_from_tool;
     const Pose across = bestPlace(patient, touch, paths, true).placed.patient_from_tool;
     const Vec3 elevation = window.direction({0.0, 1.0, 0.0});
-    // Meets the picture in one point, beside the target.
+    // Crosses the image plane in one point, beside the target.
     const Vec3 slanted = glm::normalize(0.35 * axis + elevation);
     std::vector<Shot> shots;
     shots.push_back(shotOf("between the ribs: liver, portal branch and bile duct", window, {}));
@@ -223,7 +225,7 @@ int imaging(const ImagingOptions& options) {
     const auto write = [&](std::vector<Shot> shots, const auto& picture, const std::string& name) {
         std::vector<report::FilmFrame> frames;
         for (Shot& shot : shots) {
-            shot.moment.time_s = double(frames.size());  // a new picture each
+            shot.moment.time_s = double(frames.size());  // a new time for each picture
             if (shot.pressed) shot.moment.tool = &*shot.pressed;
             if (shot.contrast) shot.moment.contrast = &*shot.contrast;
             EyePicture screen = picture(shot.moment);

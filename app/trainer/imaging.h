@@ -1,4 +1,4 @@
-// `stylet imaging`: what ultrasound and X-ray show of a patient, as pictures.
+// `stylet imaging`: writes ultrasound and X-ray pictures of a patient.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,12 @@ namespace stylet::trainer {
 struct ImagingOptions {
     std::filesystem::path patient;  // empty: the reference patient of `seed`
     std::uint64_t seed = 1;
-    double spacing_mm = 1.0;  // of a reference patient made here
+    double spacing_mm = 1.0;  // voxel size of a generated reference patient
     std::filesystem::path out;
 };
 
-// ultrasound.png and fluoroscopy.png, sheets of the machines' screens, with a file for each picture. The exit
-// status of the command. Throws patient::DataError.
+// Writes ultrasound.png and fluoroscopy.png, contact sheets of the two screens, and a file for each
+// picture. Returns the exit status. Throws patient::DataError.
 int imaging(const ImagingOptions&);
 
 }  // namespace stylet::trainer

@@ -1,5 +1,5 @@
-// What the needle has passed on its way in, and how hard it was pushed there: found by watching the ticks,
-// never felt or hashed.
+// The tissues that the needle has passed on its way in, and the force in each depth step. Derived from the
+// ticks; never felt or hashed.
 #pragma once
 
 #include <string>
@@ -9,22 +9,22 @@
 
 namespace stylet::trainer {
 
-// A border behind the tip, or that was.
+// A tissue border that the tip has passed.
 struct Passed {
     double depth_m = 0.0;  // along the track from the skin
     patient::Tissue tissue = patient::Tissue::air;
     patient::Role role = patient::Role::pass;
-    std::string name;    // of the organ where the CT has it, else of the tissue
-    double cut_n = 0.0;  // what it took; 0: it was entered without a cut
+    std::string name;    // name of the labelled organ, else of the tissue
+    double cut_n = 0.0;  // puncture force; 0: entered without a cut
 };
 
-// One insertion: from where the skin gave way until the next time it does.
+// One insertion, from the puncture of the skin to the next puncture of the skin.
 struct Insertion {
     struct Felt {
         float depth_m = 0.0f, force_n = 0.0f;
     };
-    std::vector<Passed> passed;  // the shallowest first
-    std::vector<Felt> felt;      // the largest force of each step of the way in, as deep as it ever was
+    std::vector<Passed> passed;  // shallowest first
+    std::vector<Felt> felt;      // largest force in each depth step, down to the deepest point
 };
 
 // Session thread.
@@ -35,17 +35,18 @@ class InsertionLog {
 
     // The patient must outlive it.
     explicit InsertionLog(const patient::Patient& patient) : patient_(&patient) {}
-    // Every tick, in order.
+    // Call for every tick, in order.
     void take(const haptics::TickOutput&);
-    // Of the newest tick. Who is drawn back and advances again passes what he passes anew.
+    // An event of the newest tick. A needle that is withdrawn and advanced again passes its borders a
+    // second time.
     void take(const haptics::NeedleEvent&);
-    // The last one, under way or over; empty before the first.
+    // The current or last insertion; empty before the first.
     const Insertion& insertion() const { return insertion_; }
 
   private:
     const patient::Patient* patient_;
     Insertion insertion_;
-    std::vector<Insertion::Felt> on_skin_;  // before it gave way
+    std::vector<Insertion::Felt> on_skin_;  // samples before the skin was punctured
     bool open_ = false;
 };
 

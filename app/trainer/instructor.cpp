@@ -28,9 +28,9 @@ constexpr std::string_view kPause = "pause", kGoOn = "go on", kToggle = "pause o
                            kBookmark = "bookmark", kComment = "comment", kBreathing = "breathing",
                            kDifficulty = "difficulty", kNew = "new", kRetry = "retry";
 constexpr const char* kNoDifficulty = "a difficulty is guided, practice or exam";
-constexpr std::size_t kLongestInstruction = 512;  // nothing is kept back for longer
+constexpr std::size_t kLongestInstruction = 512;  // longer incomplete input is passed on
 
-// Behind `word` and a blank; nothing where the line does not begin with it.
+// Returns the text after `word` and blanks, or nothing if the line does not begin with `word`.
 std::optional<std::string_view> behind(std::string_view line, std::string_view word) {
     if (!line.starts_with(word)) return std::nullopt;
     line.remove_prefix(word.size());
@@ -39,7 +39,7 @@ std::optional<std::string_view> behind(std::string_view line, std::string_view w
     return text == std::string_view::npos ? std::string_view{} : line.substr(text);
 }
 
-// "1.3" or "1.3 0.8", all of it.
+// Parses "1.3" or "1.3 0.8"; the whole text must match.
 std::optional<haptics::BreathingScale> scaleIn(std::string_view text) {
     haptics::BreathingScale scale;
     const char *at = text.data(), *const end = at + text.size();
@@ -130,7 +130,7 @@ bool Instructor::takeLine(std::string_view line) {
     return false;
 }
 
-// Behind "new".
+// Handles the text after "new".
 bool Instructor::takeNext(std::string_view wish) {
     const auto wished = [&](std::string_view what) {
         const auto text = behind(wish, what);

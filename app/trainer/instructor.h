@@ -1,5 +1,5 @@
-// What an instructor says while an attempt runs: events that he injects, a pause, a word for the log. Lines
-// as on the terminal, wherever they come from.
+// Instructor commands during an attempt: injected events, pause, notes for the log. They are lines of text,
+// from any source.
 #pragma once
 
 #include <cstdint>
@@ -14,53 +14,54 @@
 
 namespace stylet::trainer {
 
-// What the next attempt begins with, where it is another than this one's.
+// Settings of the next attempt that differ from this one.
 struct NextAttempt {
-    std::optional<std::uint64_t> seed;    // of a reference patient and the hand
-    std::optional<std::string> patient;   // its folder
-    std::optional<std::string> scenario;  // a name or a file
+    std::optional<std::uint64_t> seed;    // for the reference patient and the script
+    std::optional<std::string> patient;   // folder of the patient
+    std::optional<std::string> scenario;  // name or file
     std::optional<training::Difficulty> difficulty;
-    bool from_bookmark = false;  // this one again, from its last bookmark
+    bool from_bookmark = false;  // restart this attempt at its last bookmark
 };
 
-// Every line with what it does.
+// Help text: every instructor command.
 std::string describeInstructorWords();
 
 // Session thread.
 class Instructor {
   public:
-    // Takes the whole lines that are his out of `typed`, at once and in order; the rest comes back.
+    // Handles all complete lines of `typed` that are instructor commands, at once and in order. Returns the
+    // remaining lines.
     std::string take(std::string_view typed);
 
     std::vector<haptics::Command> takeCommands() { return std::exchange(commands_, {}); }
-    // For the log: "bookmark" or "comment", and the text.
+    // A note for the log: kind ("bookmark", "comment", "pause", "difficulty") and text.
     struct Note {
         std::string kind, text;
     };
     std::vector<Note> takeNotes() { return std::exchange(notes_, {}); }
-    // Lines that are his and cannot be done, with the reason.
+    // Messages about instructor commands that were rejected, with the reason.
     std::vector<std::string> takeRefused() { return std::exchange(refused_, {}); }
     bool paused() const { return paused_; }
-    // Once each time that he sets another.
+    // The difficulty set since the last call, if any.
     std::optional<training::Difficulty> takeDifficulty() { return std::exchange(difficulty_, {}); }
-    // This attempt is to end, and that one to begin; nothing until he says so.
+    // Set once the instructor has requested the end of this attempt and the next one.
     const std::optional<NextAttempt>& next() const { return next_; }
 
   private:
     bool takeLine(std::string_view line);
     bool takeNext(std::string_view wish);
 
-    std::string waiting_;  // a line without its end
+    std::string waiting_;  // incomplete line
     std::vector<haptics::Command> commands_;
     std::vector<Note> notes_;
     std::vector<std::string> refused_;
     std::optional<training::Difficulty> difficulty_;
-    NextAttempt wished_;  // for the next one, so far
+    NextAttempt wished_;  // settings collected so far for the next attempt
     std::optional<NextAttempt> next_;
     bool paused_ = false;
 };
 
-// "cough", "breathing 1.3", ...; empty where the command is not one that he injects.
+// Name of an injected event ("cough", "breathing 1.3 1"); empty for any other command.
 std::string injectedName(const haptics::Command&);
 
 }  // namespace stylet::trainer

@@ -19,7 +19,7 @@ records::AttemptResult resultOf(const SessionLog& log) {
     return result;
 }
 
-// "2026-11-21T20:15:00.123Z" since 1970; nothing where it is no such text.
+// Converts "2026-11-21T20:15:00.123Z" to seconds since 1970. Returns nothing for other text.
 std::optional<double> secondsOf(const std::string& utc) {
     int year = 0, month = 0, day = 0, hour = 0, minute = 0;
     double second = 0.0;
@@ -47,7 +47,7 @@ Keeper::~Keeper() {
     try {
         store_.abandon(id_);
     } catch (const std::exception&) {
-        // The next opening finds it cut short.
+        // The next opening of the store reports it as cut short.
     }
 }
 
@@ -85,7 +85,7 @@ void Keeper::storeEvents(const SessionLog& log, bool at_once) {
     if (!at_once)
         store_.add(id_, fresh);
     else if (!store_.addAtOnce(id_, fresh))
-        return;  // with the next ones
+        return;  // retried with the next events
     stored_events_ += fresh.size();
 }
 

@@ -1,5 +1,5 @@
-// An attempt of a trainee, kept in the store while it runs: samples tick by tick, events as they come, result
-// and metrics at its end (records/store.h). A kill costs the last quarter of a second.
+// Writes a trainee's attempt to the store while it runs: samples tick by tick, events as they occur, result
+// and metrics at the end (records/store.h). A crash loses at most the last quarter of a second.
 #pragma once
 
 #include <filesystem>
@@ -16,28 +16,29 @@ namespace stylet::trainer {
 
 class Keeper {
   public:
-    // Opens the store, says what it found cut short, and sends to `database` from a thread of its own, unless
-    // that is empty. Throws patient::DataError.
+    // Opens the store and reports attempts that were cut short. If `database` is not empty, sends to it
+    // from a thread of its own. Throws patient::DataError.
     Keeper(const std::filesystem::path& store, const std::string& database,
            const std::function<void(const std::string&)>& say);
-    ~Keeper();  // an attempt that never came to a tick is not kept
+    ~Keeper();  // discards an attempt without any tick
     Keeper(const Keeper&) = delete;
     Keeper& operator=(const Keeper&) = delete;
 
-    // Whether this store has nothing of the trainee.
+    // True if the store has no attempt of this trainee.
     bool isNew(const std::string& trainee) const { return store_.attempts(trainee).empty(); }
-    // An attempt begins; the folder for what it leaves.
+    // Begins an attempt. Returns the folder for its files.
     std::filesystem::path begin(const records::AttemptInfo&);
-    // How long the trainee has been at it without a rest, by the store.
+    // Time the trainee has trained without a rest, according to the store.
     double sinceRest_s(const std::string& trainee) const;
-    // Session thread: after each tick.
+    // Session thread. Call after each tick.
     void take(const haptics::TickOutput&, const SessionLog&);
-    // Session thread: after an event that must not wait for a tick. `at_once`: what would have to wait for
-    // another process comes with the next.
+    // Session thread. Call after an event that must not wait for a tick. With `at_once`, events that would
+    // have to wait for another process are stored by the next call.
     void storeEvents(const SessionLog&, bool at_once = true);
-    // All of the folder is written. Acknowledged when it returns; its id.
+    // Call when all files of the folder are written. Everything is on the disk when it returns. Returns the
+    // attempt's id.
     const std::string& finish(const SessionLog&);
-    // To the training centre, for at most 10 s; how much still waits then.
+    // Sends to the training centre for at most 10 s. Returns the number of entries still unsent.
     std::size_t send();
 
   private:
@@ -45,7 +46,7 @@ class Keeper {
     std::optional<records::BackgroundSender> sender_;
     std::string id_;
     records::SamplesHeader header_;
-    std::optional<records::SampleWriter> samples_;  // once there is a tick
+    std::optional<records::SampleWriter> samples_;  // created with the first tick
     bool finished_ = false;
     std::size_t stored_events_ = 0;
     std::uint64_t unstored_ticks_ = 0;

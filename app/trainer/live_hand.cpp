@@ -10,9 +10,9 @@ namespace stylet::trainer {
 namespace {
 
 constexpr std::int64_t kLook_ns = 20'000'000;
-constexpr std::int64_t kLookAgain_ns = 250'000'000;  // for a device that is not there
+constexpr std::int64_t kLookAgain_ns = 250'000'000;  // while the device is absent
 
-// The loop's thread says it too, and once is enough.
+// Discards the message: the loop's thread reports the same one.
 void takeRealTime() {
     askForRealTime();
 }
@@ -29,7 +29,8 @@ LiveDevice::LiveDevice(const std::string& kind, std::unique_ptr<haptics::Driver>
       clock_(clock),
       device_(std::move(driver), clock,
               haptics::PolledSettings{.look_again_ns = kLookAgain_ns,
-                                      // A runtime's locks are no place for a real-time thread.
+                                      // Not for controllers: a real-time thread must not wait for the
+                                      // OpenXR runtime's locks.
                                       .atThreadStart = kind == kControllers ? nullptr : takeRealTime}) {
     device_.start();
 }
@@ -49,7 +50,8 @@ patient::Pose LiveDevice::grip() {
 }
 
 UserButtons LiveDevice::buttons() const {
-    // The Falcon's third is its clutch. Of the others' only those that sense no rotation have one: the first.
+    // The Falcon's third button is its clutch. Other devices have a clutch only if they sense no
+    // orientation: the first button.
     if (kind_ == "falcon") return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 3};
     if (kind_ == kControllers)
         return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 2, .pedal = 1u << 3, .inject = 1u << 4};
@@ -77,7 +79,7 @@ std::string LiveDevice::typed() {
 
 haptics::HapticDevice& LiveDevice::aimed(const patient::Pose& held) {
     if (device_.profile().senses_rotation) return device_;
-    // The Falcon's centre button, else the one button that there is.
+    // The Falcon's clutch is its centre button. Other devices use their first button.
     haptics::ClutchSettings clutch;
     if (kind_ != "falcon") clutch.button = 1u;
     return clutched_.emplace(device_, clutch, held);

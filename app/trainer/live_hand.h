@@ -1,4 +1,4 @@
-// The user's hand on a real device, in place of a script's.
+// Live input from a real device, in place of the script.
 #pragma once
 
 #include <functional>
@@ -12,39 +12,39 @@
 
 namespace stylet::trainer {
 
-inline constexpr const char* kReplayDevice = "replay";  // of --device: a hand from a file
+inline constexpr const char* kReplayDevice = "replay";  // the name for `--device`: input from a file
 
 class LiveDevice {
   public:
-    // Starts the device. Throws patient::DataError: what makeDriver() refuses. The clock is used on the
-    // device's thread.
+    // Starts the device. Throws patient::DataError if makeDriver() does. The clock is used on the device's
+    // thread.
     LiveDevice(const std::string& kind, const haptics::DeviceOptions&, const haptics::Clock&);
-    // The same with a driver made by the caller, who keeps what it needs.
+    // The same with a driver created by the caller. The caller must keep alive whatever the driver uses.
     LiveDevice(const std::string& kind, std::unique_ptr<haptics::Driver>, const haptics::Clock&);
-    // Until it is ready, saying on stderr what is waited for: plugged in, permitted, loaded, homed. False
-    // when `given_up` says so first.
+    // Waits until the device is ready (plugged in, permitted, loaded, homed) and reports progress on
+    // stderr. Returns false if `given_up` returns true first.
     bool waitUntilReady(const std::function<bool()>& given_up);
-    // Says on stderr what became of it since the last time.
+    // Reports changes of the device's state on stderr.
     void tellNews();
-    // As it is, the grip's own place and no clutch.
+    // The device itself: poses of the grip, no clutch.
     haptics::HapticDevice& bare() { return device_; }
     const haptics::DeviceProfile& profile() const { return device_.profile(); }
-    // Where the grip is now. Before the loop has the device.
+    // Current grip pose. Call only before the loop uses the device.
     patient::Pose grip();
-    // The device, to be given to the loop. One that senses no orientation has the tool's from here on, and a
-    // clutch (haptics/devices/clutch.h).
+    // The device for the loop. A device that senses no orientation gets the orientation of `held` and a
+    // clutch from here on (haptics/devices/clutch.h).
     haptics::HapticDevice& aimed(const patient::Pose& held);
-    // Such a device holds the tool so from now on (ClutchedDevice::hold); any other is as its user holds it.
-    // One thread.
+    // Changes the tool pose of a clutched device (ClutchedDevice::hold). No effect on a device that senses
+    // orientation. One thread.
     void hold(const patient::Pose& held);
-    // What its buttons mean, none of them the clutch, and so in words. Once aimed.
+    // Button mapping without the clutch button. The second function returns it as text. Call after aimed().
     UserButtons buttons() const;
     std::string describeButtons() const;
-    // In words, with the key that does it on any device.
+    // What the user must do to re-arm, as text; includes the key, which works with any device.
     std::string rearmAct() const;
-    // What was typed since the last call. Session thread.
+    // Session thread. Text typed since the last call.
     std::string typed();
-    // Zero force, and the end.
+    // Sends zero force and stops the device.
     void stop() { device_.stop(); }
 
   private:

@@ -17,14 +17,15 @@ namespace stylet::trainer {
 namespace {
 
 constexpr double kCloseUp_m = 0.10, kAtArmsLength_m = 0.25;
-constexpr double kShown_m = 0.030;  // of the needle beyond the skin, halfway to its target
+constexpr double kShown_m = 0.030;  // needle depth under the skin, about halfway to the target
 
 struct Named {
     std::string caption;
     StereoShot shot;
 };
 
-// A wrong puncture: an incision, the needle's hole beside it, and what a vein gives in half a minute.
+// Wounds of a wrong puncture: an incision, the needle's hole beside it, and the blood a vein loses in half
+// a minute.
 std::vector<Wound> woundsAt(const patient::PlannedPath& path) {
     const patient::Vec3 axis = glm::normalize(path.target_m - path.entry_m);
     const patient::Vec3 along = glm::normalize(glm::cross(axis, {0.0, 1.0, 0.0}));
@@ -34,7 +35,8 @@ std::vector<Wound> woundsAt(const patient::PlannedPath& path) {
             {WoundKind::blood, beside, 0.007, {0.0, -1.0, 0.0}}};
 }
 
-// A few of many, the best and the worst among them, their quality as a share of what lies between.
+// Selects some of the paths, including the best and the worst. Rescales their quality to 0 (worst) to 1
+// (best).
 std::vector<patient::PlannedPath> spread(const std::vector<patient::PlannedPath>& paths) {
     constexpr std::size_t kShownPaths = 48;
     const std::size_t count = std::min(paths.size(), kShownPaths);

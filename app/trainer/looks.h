@@ -1,4 +1,4 @@
-// `stylet looks`: what a headset shows of a patient, as pictures.
+// `stylet looks`: writes pictures of a patient as a headset shows them.
 #pragma once
 
 #include <cstdint>
@@ -9,13 +9,13 @@ namespace stylet::trainer {
 struct LooksOptions {
     std::filesystem::path patient;  // empty: the reference patient of `seed`
     std::uint64_t seed = 1;
-    double spacing_mm = 1.0;  // of a reference patient made here
-    int pixels = 640;         // of an eye's picture, along either side
+    double spacing_mm = 1.0;  // voxel size of a generated reference patient
+    int pixels = 640;         // width and height of an eye's picture
     std::filesystem::path out;
 };
 
-// looks.png, left and right eye of each look, with a file for each; and classes.png, the transfer function of
-// the forces over histogram and slice. The exit status of the command. Throws patient::DataError.
+// Writes looks.png (left and right eye of each look, and a file for each) and classes.png (the transfer
+// function of the forces over histogram and slice). Returns the exit status. Throws patient::DataError.
 int looks(const LooksOptions&);
 
 }  // namespace stylet::trainer

@@ -26,18 +26,18 @@ using haptics::TickOutput;
 namespace {
 
 constexpr std::int64_t kSessionPeriod_ns = 2'000'000;
-// The session's thread has had a turn in so long, on a machine that is not overrun.
+// Enough for the session thread to run once, unless the computer is overloaded.
 constexpr int kCutPatience_ms = 20;
-// A frame takes less, on Vulkan in software too.
+// Longer than any frame, even with software Vulkan.
 constexpr std::int64_t kFrozen_ns = 3'000'000'000;
 
-// Something was cut from the one tick to the other, or may have been.
+// True if something was cut between the two ticks, or may have been.
 bool cutBetween(const TickOutput& a, const TickOutput& b) {
     return a.phase != b.phase || a.tissue != b.tissue || a.incision_count != b.incision_count;
 }
 
-// What is to be seen on its way from the session to the frame loop. Neither side has a deadline, so a lock
-// will do.
+// Passes states to show from the session to the frame loop. Neither side has a deadline, so a lock is
+// sufficient.
 class SeenQueue {
   public:
     void add(std::vector<Moment> moments, Seen newest) {
@@ -53,12 +53,12 @@ class SeenQueue {
         waiting_.pop_front();
         return first;
     }
-    // The session has not yet seen what was cut by then.
+    // True if the session has not yet processed a cut that happened up to `tick`.
     bool lacksCutOf(const TickOutput& tick) {
         const std::lock_guard lock(mutex_);
         return newest_.tick.tick < tick.tick && cutBetween(newest_.tick, tick);
     }
-    // The newest, at a later tick.
+    // The newest state with its tick replaced by a later one.
     Seen newest(const TickOutput& tick) {
         const std::lock_guard lock(mutex_);
         Seen at_tick = newest_;
@@ -72,10 +72,10 @@ class SeenQueue {
     Seen newest_;
 };
 
-// The trace's commands, each handed over once its time has come and the ring has room.
+// Sends each command of the trace when its time has come and the ring has space.
 class CommandFeed {
   public:
-    // Those before `from_ns` have been given.
+    // Commands before `from_ns` were already sent.
     CommandFeed(const haptics::Trace& trace, std::int64_t from_ns) : trace_(trace) {
         while (next_ < trace.commands.size() && trace.commands[next_].t_ns < from_ns)
             ++next_;
@@ -85,7 +85,7 @@ class CommandFeed {
                ring.push(trace_.commands[next_].command))
             ++next_;
     }
-    // Every command has been taken by a tick.
+    // True if a tick has consumed every command.
     bool done(const haptics::Ring<haptics::Command>& ring) const {
         return next_ == trace_.commands.size() && ring.empty();
     }
@@ -103,12 +103,13 @@ std::int64_t tickOf(const Attempt& attempt) {
     return std::llround(attempt.simulation.dt_s * 1e9);
 }
 
-// A tick takes the commands of its own time: those of the beginning's last one have been given.
+// Time from which commands are still to be sent. A tick consumes the commands of its own time, so those of
+// the last tick of the beginning were already sent.
 std::int64_t givenBefore(const Attempt& attempt) {
     return attempt.beginning.empty() ? 0 : attempt.begun_ns() - tickOf(attempt) + 1;
 }
 
-// What another attempt began with, tick by tick, before there are threads. Returns the last tick.
+// Computes the beginning (ticks of an earlier attempt), before the threads start. Returns the last tick.
 TickOutput computeBeginning(const Attempt& attempt, haptics::Simulation& simulation, Session& session) {
     haptics::TickRecord record;
     haptics::NeedleEvents events;
@@ -123,8 +124,8 @@ TickOutput computeBeginning(const Attempt& attempt, haptics::Simulation& simulat
     return record.output;
 }
 
-// The force goes as it does for a pause: a hand that takes over finds none. Ticks of the attempt like others,
-// in which the hand rests and the foot is off the pedal.
+// Fades the force out as for a pause, so that the user takes over without force. These ticks belong to the
+// attempt; the device rests and pedal and injection are off.
 TickOutput letForceGo(const Attempt& attempt, haptics::Simulation& simulation, Session& session) {
     constexpr int kMost = 1000;
     haptics::TickRecord record;
@@ -147,8 +148,8 @@ TickOutput letForceGo(const Attempt& attempt, haptics::Simulation& simulation, S
     return record.output;
 }
 
-// The session's thread: commands out at their time, records in, until hand and commands have come to their
-// end, or the user to his. The hand moves with the loop's time, tick * dt, so that is what counts here too: a
+// The session thread: sends commands at their time and reads records, until trace and commands are finished
+// or the user ends the attempt. The script's time is the loop's time, tick * dt, so it is used here too: a
 // late loop is waited for.
 void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& session,
                  LoopChannels& channels, SeenQueue& seen, ContrastFeed* contrast, ForceFeed& force,
@@ -161,7 +162,7 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
     const auto over = [&] {
         return live ? asked_to_end.load() || live->over(double(hand_ns - begun_ns) * 1e-9)
                     : (hand_ns >= durationOf(attempt.hand) && commands.done(channels.commands)) ||
-                          (force.paused() && asked_to_end.load());  // nobody is left to let it go on
+                          (force.paused() && asked_to_end.load());  // nobody is left to resume it
     };
     while (!stop.stop_requested() && !over() && !force.next()) {
         commands.until(hand_ns, channels.commands);
@@ -180,7 +181,8 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
     }
 }
 
-// Draws moments first, then the newest state; says so once and goes on without pictures when they are lost.
+// Draws captures first, then the newest state. If pictures are lost it reports that once and continues
+// without them.
 class FrameSource {
   public:
     FrameSource(std::optional<Pictures> pictures, ContrastFeed& contrast)
@@ -189,7 +191,7 @@ class FrameSource {
     Attention attention() const;
     bool askedToEnd() const { return asked_to_end_; }  // by the runtime
     void show(const Seen&, const std::string& moment);
-    void close();  // the session ends; the totals stay
+    void close();  // ends the session and keeps the totals
     PictureTotals totals() const { return pictures_ ? pictures_->totals() : last_; }
 
   private:
@@ -224,7 +226,8 @@ void FrameSource::close() {
     pictures_.reset();
 }
 
-// What the frame thread has hold of. It may be stuck in the runtime for good, and then outlives the attempt.
+// Data shared with the frame thread. That thread may hang in the runtime forever and then outlives the
+// attempt.
 struct FrameSide {
     FrameSide(double dt_s, std::optional<Pictures> pictures, const Clock& clock_in)
         : channels(dt_s),
@@ -237,14 +240,14 @@ struct FrameSide {
     ContrastFeed contrast;
     const bool worn;
     const Clock clock;
-    TickOutput latest;  // the frame thread's, with the next
+    TickOutput latest;  // used by the frame thread only, like the next member
     bool begun = false;
     FrameSource frames;
     std::atomic<Attention> attention{worn ? Attention::absent : Attention::focused};
-    std::atomic<std::int64_t> sign_ns{clock.now_ns(clock.context)};  // of the frame thread's life
-    std::atomic<bool> asked_to_end{false};                           // by the runtime
-    std::atomic<bool> ended{false};                                  // the attempt
-    std::exception_ptr failure;  // of the frame thread, and not of the pictures
+    std::atomic<std::int64_t> sign_ns{clock.now_ns(clock.context)};  // last sign of life of the frame thread
+    std::atomic<bool> asked_to_end{false};                           // the runtime asked to end
+    std::atomic<bool> ended{false};                                  // the attempt has ended
+    std::exception_ptr failure;                                      // exception of the frame thread itself
     std::atomic<std::uint64_t> shown{0};
     std::promise<PictureTotals> totals;
 
@@ -254,7 +257,8 @@ struct FrameSide {
                               [this](Attention now) { attention.store(now); }});
         return pictures;
     }
-    // Of the newest tick. A cut is shown together with what it left behind, which the session finds.
+    // State at the newest tick. Waits shortly for the session, so that a cut appears together with its
+    // wound.
     Seen newestSeen() {
         channels.latest.read(latest);
         for (int ms = 0; ms < kCutPatience_ms && seen.lacksCutOf(latest); ++ms)
@@ -263,12 +267,12 @@ struct FrameSide {
         now.held = channels.held.load(), now.to_return_m = channels.to_return_m.load();
         return now;
     }
-    // Any thread. Who is shown nothing new for so long does not see what he feels.
+    // Any thread. Reports `absent` if the picture is frozen: the user then no longer sees what is felt.
     Attention attentionNow() const {
         const bool frozen = worn && clock.now_ns(clock.context) - sign_ns.load() > kFrozen_ns;
         return frozen ? Attention::absent : attention.load();
     }
-    // What there is to be seen next; false when there is nothing new.
+    // Draws the next capture or state. Returns false if there is nothing new.
     bool showNext() {
         begun = channels.latest.read(latest) || begun;
         if (const auto moment = seen.next(); moment && frames.open())
@@ -280,7 +284,7 @@ struct FrameSide {
         ++shown;
         return true;
     }
-    // The frame thread.
+    // Entry point of the frame thread.
     void run() {
         try {
             showAll();
@@ -300,11 +304,12 @@ struct FrameSide {
             if (last) break;
             clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
         }
-        frames.close();  // here, where a runtime that hangs is waited for no longer than frame_patience_s
+        frames.close();  // here, so that frame_patience_s also limits a hang in the runtime
     }
 };
 
-// The pictures' totals, once the last are drawn. None when the runtime has not let go of a frame for so long.
+// Returns the picture totals after the last frame. Returns nothing if no frame completes within
+// `frame_patience_s`.
 std::optional<PictureTotals> lastPictures(FrameSide& side, double frame_patience_s) {
     const std::chrono::duration<double> patience(frame_patience_s);
     auto totals = side.totals.get_future();
@@ -314,7 +319,7 @@ std::optional<PictureTotals> lastPictures(FrameSide& side, double frame_patience
     }
 }
 
-// Without destroying anything: a thread that is stuck still uses it.
+// Exits without destroying anything, because a stuck thread still uses it.
 [[noreturn]] void leaveAtOnce(const std::exception_ptr& failure) {
     try {
         std::rethrow_exception(failure);
@@ -335,7 +340,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     const auto side = std::make_shared<FrameSide>(attempt.simulation.dt_s, std::move(pictures), clock);
     LoopChannels& channels = side->channels;
     LoopTotals totals;
-    // A hand of flesh takes over as after a pause; a script's goes on as if there had been no end.
+    // A real user takes over as after a pause. A script continues without interruption.
     const bool resumes = !attempt.beginning.empty() && (live || side->worn);
     if (!attempt.beginning.empty()) {
         TickOutput newest = computeBeginning(attempt, simulation, session);
@@ -349,7 +354,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     const bool focused = !side->worn && simulation.state().output.safety.focused;
     std::exception_ptr failure;
 
-    // When something throws here, each thread is told to stop, then joined.
+    // If something throws here, each thread is asked to stop and joined.
     std::jthread haptics_thread([&](const std::stop_token& stop) {
         const std::stop_callback stopped(stop, [&] { channels.stop.store(true); });
         const std::string refused = askForRealTime();

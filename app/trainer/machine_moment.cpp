@@ -3,8 +3,8 @@
 namespace stylet::trainer {
 namespace {
 
-constexpr double kGuideBelow_m = 0.120;   // of the guide's line, from its mouth
-constexpr double kTowardHilum_m = 0.035;  // from the target to the patient's left
+constexpr double kGuideBelow_m = 0.120;   // length of the guide's line below its mouth
+constexpr double kTowardHilum_m = 0.035;  // from the target toward the patient's left
 
 }  // namespace
 

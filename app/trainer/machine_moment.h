@@ -1,4 +1,4 @@
-// What ultrasound and X-ray can see of one moment, and how their machines are set.
+// Input of the ultrasound and X-ray pictures at one instant: poses, contrast medium and equipment settings.
 #pragma once
 
 #include <array>
@@ -13,25 +13,27 @@
 
 namespace stylet::trainer {
 
-// Poses in the patient frame, deformed.
+// Poses are in the patient frame and refer to the deformed anatomy.
 struct MachineMoment {
     double time_s = 0.0;
     patient::Surrogate breath;
-    const patient::DisplacementTable* tool = nullptr;  // what tools displace; null: nothing
+    const patient::DisplacementTable* tool = nullptr;  // tissue displacement by tools; null: none
     std::optional<patient::Pose> patient_from_probe;   // probe frame: +z into the body
-    // As RenderScene has them: what touches is at the origin, the hand at +z.
+    // Same convention as RenderScene: the contact point is the origin, the hand is toward +z.
     std::optional<patient::Pose> patient_from_needle, patient_from_scalpel, patient_from_finger;
-    std::optional<std::array<patient::Vec3, 2>> guide_m;  // the line that the guide holds a needle on
-    const patient::ContrastTable* contrast = nullptr;     // null: none was injected
+    std::optional<std::array<patient::Vec3, 2>> guide_m;  // line on which the guide keeps the needle
+    const patient::ContrastTable* contrast = nullptr;     // null: none injected
     patient::Pose patient_from_isocentre;                 // of the C-arm
     training::Machines machines;
     training::DoseLedger dose;
 };
 
-// But for displacement, contrast, machines and dose, which a tick does not know.
+// Fills in everything that a tick contains. Tool displacement, contrast medium, isocentre, equipment state
+// and dose keep their defaults.
 MachineMoment momentOf(const haptics::TickOutput&, const haptics::GuideSettings&, double tick_s);
 
-// Where the C-arm is wheeled to: the target and the hilum in one picture, little beside the patient.
+// Isocentre of the C-arm. The target and the hilum are in one picture, and little of the picture lies
+// outside the patient.
 patient::Vec3 isocentreFor(const patient::PlannedPath&);
 
 }  // namespace stylet::trainer

@@ -12,7 +12,7 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr double kSpeed_m_per_s = 1540.0;
-constexpr int kFinePixels = 384, kCoarsePixels = 256;  // of the X-ray picture, by a GPU or by the processor
+constexpr int kFinePixels = 384, kCoarsePixels = 256;  // edge of the X-ray picture on a GPU, on a processor
 
 render::UltrasoundSettings settingsOf(const training::UltrasoundState& machine) {
     render::UltrasoundSettings s;
@@ -27,7 +27,8 @@ render::UltrasoundSettings settingsOf(const training::UltrasoundState& machine) 
     return s;
 }
 
-// A machine that the device cannot bear is switched off; the room and the other one stay.
+// Runs `work` and returns true if it throws. That machine is then switched off; the room and the other
+// machine stay.
 template <typename Work>
 bool fails(const char* machine, const Work& work) {
     try {
@@ -62,7 +63,7 @@ void MachinePictures::show(const MachineMoment& m, const render::ScreensSeen& se
     totals_.unseen += (seen.ultrasound ? 0u : 1u) + (seen.xray ? 0u : 1u);
     if (m.machines.xray.pulses != pulse_.machines.xray.pulses) {
         pulse_ = m;
-        if (!seen.xray) pulse_.tool = nullptr;  // it will be another by then
+        if (!seen.xray) pulse_.tool = nullptr;  // the table will have changed when the pulse is drawn
     }
     if (!seen.ultrasound && !seen.xray) return;
     pose(m);
@@ -81,13 +82,13 @@ void MachinePictures::save(const std::filesystem::path& folder, const std::strin
 }
 
 void MachinePictures::scan(const MachineMoment& m) {
-    if (scanned_ == 0 && !m.patient_from_probe) return;  // nobody has touched it
+    if (scanned_ == 0 && !m.patient_from_probe) return;  // the probe was never used
     const training::UltrasoundState& machine = m.machines.ultrasound;
     const render::UltrasoundSettings settings = settingsOf(machine);
-    // Sound takes its time: line after line, down and back.
+    // Duration of a scan: for each line, sound travels down and back.
     const double scan_s = settings.lines * 2.0 * settings.depth_m / kSpeed_m_per_s;
     if (scanned_ > 0 && m.time_s >= last_scan_s_ && m.time_s < last_scan_s_ + scan_s) return;
-    // Neither a frozen picture nor a probe in the air is anything new.
+    // A frozen picture or a probe in the air gives no new picture.
     const bool idle = settings.freeze || !m.patient_from_probe;
     if (idle && was_idle_ && settings == scanned_as_) return;
     last_scan_s_ = m.time_s, was_idle_ = idle, scanned_as_ = settings;
@@ -111,7 +112,7 @@ void MachinePictures::scan(const MachineMoment& m) {
     if (stats.reason.empty() && stats.frozen_pictures == 0) ++totals_.scans;
     totals_.frozen += stats.frozen_pictures;
     totals_.still_scans += stats.still_pictures;
-    if (stats.frozen_pictures == 0) {  // a frozen picture keeps what it was scanned with
+    if (stats.frozen_pictures == 0) {  // a frozen picture keeps the settings it was scanned with
         readout_.probe = transducer.name;
         readout_.depth_m = machine.depth_m;
         readout_.frequency_hz =
@@ -126,8 +127,8 @@ void MachinePictures::scan(const MachineMoment& m) {
     ultrasound_screen_.draw(ultrasound_->picture(), readout_);
 }
 
-// A pulse that was given while nobody looked is made up for when somebody does, as it was then (but for the
-// contrast medium, which is as now).
+// A pulse that came while nobody viewed the screen is drawn when somebody does. It is drawn with the state
+// at the pulse, except for the contrast medium, which is the current one.
 void MachinePictures::expose(const MachineMoment& m) {
     if (m.machines.xray.pulses == 0) return;
     const training::XrayState& machine = pulse_.machines.xray;
@@ -159,7 +160,7 @@ void MachinePictures::expose(const MachineMoment& m) {
         if (stats.live) ++totals_.xray_pictures;
         xray_reason_ = stats.reason;
     }
-    // In the steps that are written: nothing is drawn for less.
+    // Rounded to the digits on the screen: smaller changes do not redraw it.
     const auto whole = [](double value, double step) { return step * std::round(value / step); };
     const XrayReadout now{.arm = arm,
                           .pulse_rate_hz = m.machines.xray.pulses_per_s,

@@ -1,5 +1,5 @@
-// What the ultrasound machine and the C-arm show of one moment, on the glass of their screens. Nothing is
-// made that nobody asks for. Frame thread.
+// Renders the screens of the ultrasound machine and the C-arm. Pictures that nobody views are not computed.
+// Frame thread.
 #pragma once
 
 #include <chrono>
@@ -20,24 +20,25 @@ inline double msSince(std::chrono::steady_clock::time_point begin) {
 
 struct MachineTotals {
     std::uint64_t scans = 0, frozen = 0, still_scans = 0;  // ultrasound
-    std::uint64_t xray_pictures = 0, unseen = 0;           // unseen: screens that nobody looked at
+    std::uint64_t xray_pictures = 0, unseen = 0;           // unseen: skipped because nobody viewed the screen
     double ultrasound_ms = 0.0, xray_ms = 0.0;             // sums of wall time
     MachineTotals& operator+=(const MachineTotals&);
 };
 
 class MachinePictures {
   public:
-    // Reads assets/ultrasound. Throws patient::DataError. What the GPU needs is made with the first picture.
+    // Reads assets/ultrasound. Throws patient::DataError. GPU resources are created with the first picture.
     MachinePictures(const render::Gpu&, render::DeformedPatient&, const std::filesystem::path& assets);
     ~MachinePictures();
 
-    // Those of the two that `seen` says somebody can see.
+    // Updates the screens that are visible according to `seen`.
     void show(const MachineMoment&, const render::ScreensSeen& seen);
 
-    // Width 0 where there never was a picture.
+    // Width 0 before the first picture.
     render::ScreenPicture ultrasoundScreen() const { return ultrasound_screen_.shown(); }
     render::ScreenPicture xrayScreen() const { return xray_screen_.shown(); }
-    // NAME_ultrasound.png and NAME_xray.png of what has a picture. Throws patient::DataError.
+    // Writes NAME_ultrasound.png and NAME_xray.png, each only if there is a picture. Throws
+    // patient::DataError.
     void save(const std::filesystem::path& folder, const std::string& name) const;
     const MachineTotals& totals() const { return totals_; }
 
@@ -52,7 +53,7 @@ class MachinePictures {
     render::AcousticTable acoustics_;
     std::optional<render::Ultrasound> ultrasound_;
     std::optional<render::Fluoroscopy> fluoroscopy_;
-    std::optional<patient::VesselFlow> flow_;  // made for the first Doppler picture
+    std::optional<patient::VesselFlow> flow_;  // created for the first Doppler picture
     std::vector<render::XrayShape> shapes_;
     UltrasoundScreen ultrasound_screen_;
     XrayScreen xray_screen_;
@@ -60,10 +61,10 @@ class MachinePictures {
     render::UltrasoundSettings scanned_as_;
     std::uint64_t scanned_ = 0;
     bool was_idle_ = false;
-    MachineMoment pulse_;  // of the last one
+    MachineMoment pulse_;  // state at the last X-ray pulse
     XrayReadout xray_readout_;
     std::string_view xray_reason_;
-    std::optional<std::uint64_t> shown_pulses_;  // of XrayState::pulses, on the screen
+    std::optional<std::uint64_t> shown_pulses_;  // XrayState::pulses of the picture on the screen
     double last_scan_s_ = -1.0;
     bool ultrasound_broken_ = false, xray_broken_ = false;
     MachineTotals totals_;

@@ -12,13 +12,13 @@ constexpr report::Colour kScreenBlack{0.0, 0.0, 0.0}, kScreenWords{0.78, 0.83, 0
     kScreenQuiet{0.45, 0.51, 0.55}, kColumn{0.035, 0.045, 0.055}, kLive{0.98, 0.78, 0.16},
     kHeld{0.35, 0.85, 1.0};
 
-// 4:07
+// Minutes and seconds, such as "4:07".
 std::string minutes(double seconds) {
     const long whole = std::lround(std::max(0.0, seconds));
     return formatted("%ld:%02ld", whole / 60, whole % 60);
 }
 
-// As angiography systems name the detector's side: from the patient's left or right, the head or the feet.
+// Names the detector's side as angiography systems do: the patient's left or right, the head or the feet.
 std::string angle(double rad, const char* positive, const char* negative) {
     const long deg = std::lround(rad * 57.29577951308232);
     return std::to_string(std::labs(deg)) + "\u00b0 " + (deg < 0 ? negative : positive);
@@ -75,7 +75,7 @@ void UltrasoundScreen::draw(const render::ScreenPicture& picture, const Ultrasou
     line("depth", formatted("%.0f cm", 100.0 * r.depth_m));
     line("gain", formatted("%+.0f dB", r.gain_db));
     if (r.doppler) line("colour", formatted("\u00b1%.0f cm/s", 100.0 * r.nyquist_m_per_s));
-    // The sliders, from the skin downward.
+    // The TGC sliders, from the skin down.
     constexpr double kMiddle = kWidth - 46.0, kReach = 34.0, kMost_db = 20.0;
     canvas_.text({kMiddle, 22.0}, "TGC", {10.5, kScreenQuiet, report::Align::centre});
     for (std::size_t i = 0; i < r.tgc_db.size(); ++i) {

@@ -1,5 +1,5 @@
-// The glass of the ultrasound machine and of the X-ray monitor: the picture, and what such machines write
-// beside it. Frame thread.
+// Screens of the ultrasound machine and the X-ray monitor: the picture and the text beside it. Frame
+// thread.
 #pragma once
 
 #include <array>
@@ -22,11 +22,12 @@ class MachineScreen {
     void savePng(const std::filesystem::path& file) const { canvas_.savePng(file); }
 
   protected:
-    // The picture in the middle of the first `width` columns; words from `left` on, a line every `pitch`.
+    // Draws the picture centred in the first `width` columns. Text lines start at x = `left`, `pitch`
+    // pixels apart.
     void begin(const render::ScreenPicture&, double width, double left, double pitch);
     void badge(const std::string&, const report::Colour&);
     void line(const std::string& what, const std::string& value);
-    void notice(std::string_view);  // across the picture
+    void notice(std::string_view);  // text in the middle of the picture
     void end();
 
     report::Canvas canvas_;
@@ -40,12 +41,12 @@ class MachineScreen {
 struct UltrasoundReadout {
     std::string probe;
     double depth_m = 0.0, frequency_hz = 0.0, gain_db = 0.0;
-    std::array<double, 8> tgc_db{};  // from the skin downward
+    std::array<double, 8> tgc_db{};  // from the skin down
     bool doppler = false, frozen = false;
     double nyquist_m_per_s = 0.0;
     std::string_view reason;  // why there is no picture
 };
-// The words stand in the corners that a fan leaves black.
+// The text is in the corners, which the fan-shaped picture leaves black.
 class UltrasoundScreen : public MachineScreen {
   public:
     void draw(const render::ScreenPicture&, const UltrasoundReadout&);
@@ -60,7 +61,7 @@ struct XrayReadout {
 };
 class XrayScreen : public MachineScreen {
   public:
-    static constexpr int kPicture = kHeight;  // square, at the left
+    static constexpr int kPicture = kHeight;  // edge of the square picture at the left [px]
     void draw(const render::ScreenPicture&, const XrayReadout&);
 };
 

@@ -157,7 +157,7 @@ void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
 
 using RecordsCommand = int (*)(const stylet::records::RecordsOptions&);
 
-// `stylet records ...`; `chosen` is what was asked for.
+// `stylet records ...`; sets `chosen` to the selected command.
 void addRecords(CLI::App& app, stylet::records::RecordsOptions& o, RecordsCommand& chosen) {
     namespace records = stylet::records;
     CLI::App* all = app.add_subcommand("records", "the attempts that \"run --trainee\" has kept");
@@ -308,7 +308,7 @@ static int program(int argc, char** argv) {
     CLI::App app(
         "Stylet: a trainer for percutaneous transhepatic cholangio-drainage.\n"
         "A training simulator, not a medical device.");
-    // Optional to the parser, so that a stray word is named before the missing command is.
+    // Optional for the parser, so that an unknown word is reported rather than a missing command.
     app.require_subcommand(0, 1);
     app.callback([&app] {
         if (app.get_subcommands().empty())
@@ -340,7 +340,7 @@ static int program(int argc, char** argv) {
     addDevices(app, devices_options);
     stylet::trainer::DoctorOptions doctor_options;
     addDoctor(app, doctor_options);
-    std::string probed;  // for doctor's own use
+    std::string probed;  // only used by `stylet doctor`
     int probe_ms = 0;
     CLI::App* probe = app.add_subcommand("probe", "")->group("");
     probe->add_option("what", probed)->required();

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kScenario = "XRMOCK_SCENARIO";
 
-// That head for two minutes, 640 x 640 an eye.
+// Writes two minutes of stageFromHead() as a script for the mock runtime, 640 x 640 pixels per eye.
 void writeHeadScript(const std::filesystem::path& file, const patient::Pose& stage_from_patient,
                      const patient::PlannedPath& path) {
     constexpr double kLength_s = 120.0, kKeyEvery_s = 0.25;

@@ -1,5 +1,5 @@
-// What the bundled mock runtime is told, where it is the one that the loader takes. It reads its environment
-// when an instance is made.
+// Configures the bundled mock OpenXR runtime if the loader selects it. The mock runtime reads its
+// environment variables when an instance is created.
 #pragma once
 
 #include <filesystem>
@@ -9,19 +9,20 @@
 
 namespace stylet::trainer {
 
-// True when the runtime that the loader would take now is the mock runtime.
+// True if the loader would currently select the mock runtime.
 bool mockRuntimeChosen();
 
 struct MockSettings {
-    std::filesystem::path scenario;  // empty: XRMOCK_SCENARIO's, or a head that leans over the path
+    std::filesystem::path scenario;  // empty: $XRMOCK_SCENARIO, or else a head that leans over the path
     bool virtual_clock = false;
-    std::filesystem::path capture_dir;  // of moments; empty: none
+    std::filesystem::path capture_dir;  // folder for captured pictures; empty: no captures
 };
 
-// For as long as headsets may be made; of no effect on any other runtime.
+// Sets the environment variables of the mock runtime. Keep it alive as long as headset sessions may be
+// created. Does nothing for any other runtime.
 class MockStage {
   public:
-    // Throws patient::DataError when the head's script cannot be written.
+    // Throws patient::DataError if the script of the head motion cannot be written.
     MockStage(const MockSettings&, const patient::Pose& stage_from_patient, const patient::PlannedPath&);
     ~MockStage();
     MockStage(const MockStage&) = delete;

@@ -9,8 +9,8 @@ namespace stylet::trainer {
 namespace {
 
 constexpr double kWindow_s = 16.0, kEvery_s = 0.1;
-constexpr double kDeepest_v = 1.5;    // of the trace's height
-constexpr double kCrossing_v = 0.35;  // a breath on its way in goes through it once
+constexpr double kDeepest_v = 1.5;    // breath signal at the top of the trace
+constexpr double kCrossing_v = 0.35;  // every inhalation crosses it once
 constexpr report::Colour kMonitorGlass{0.015, 0.03, 0.04}, kMonitorGrid{0.10, 0.16, 0.19},
     kTrace{0.98, 0.84, 0.25}, kHeld{0.35, 0.85, 1.0}, kMonitorQuiet{0.55, 0.62, 0.66};
 
@@ -22,7 +22,7 @@ void BreathMonitor::take(double t_s, const patient::Surrogate& breath, bool held
     if (!samples_.empty() && t_s < samples_.front().t_s) samples_.clear();
     if (!samples_.empty()) {
         const double since_s = t_s - samples_.back().t_s;
-        // A moment may be shown after what came later than it.
+        // A capture may be drawn after later ticks.
         if (since_s <= 0.0 || (held == held_ && since_s < kEvery_s)) return;
     }
     held_ = held;
@@ -33,7 +33,7 @@ void BreathMonitor::take(double t_s, const patient::Surrogate& breath, bool held
     draw();
 }
 
-// Between the first and the last breath drawn in that are still to be seen; 0: too few.
+// Mean rate between the first and the last inhalation on the screen; 0: too few.
 double BreathMonitor::ratePerMinute() const {
     double first_s = 0.0, last_s = 0.0;
     int breaths = 0;

@@ -1,4 +1,4 @@
-// The patient monitor's screen: the breath over the last seconds, its rate, and whether it is held.
+// Screen of the patient monitor: breathing trace of the last seconds, respiratory rate and breath hold.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +9,18 @@
 
 namespace stylet::trainer {
 
-// One thread.
+// Use from one thread only.
 class BreathMonitor {
   public:
-    static constexpr int kWidth = 384, kHeight = 288;  // as the glass
+    static constexpr int kWidth = 384, kHeight = 288;
 
     BreathMonitor();
-    // What the patient does at `t_s`; a time before all that is shown begins anew. Draws about ten times a
-    // second, and when a hold begins or ends.
+    // Adds the breath signal at `t_s`. A time before everything on the screen clears the trace. Redraws
+    // about ten times per second, and when a breath hold begins or ends.
     void take(double t_s, const patient::Surrogate&, bool held);
 
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
-    std::uint64_t revision() const { return revision_; }  // another one: drawn anew
+    std::uint64_t revision() const { return revision_; }  // changes with every redraw
 
   private:
     struct Sample {
@@ -30,7 +30,7 @@ class BreathMonitor {
     void draw();
 
     report::Canvas canvas_;
-    std::vector<Sample> samples_;  // of the last kWindow_s, in order
+    std::vector<Sample> samples_;  // of the last kWindow_s, oldest first
     std::vector<std::uint8_t> rgba_;
     std::vector<report::Point> line_;
     std::uint64_t revision_ = 0;

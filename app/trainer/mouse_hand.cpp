@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kBeforeSkin_m = 0.03;
 constexpr double kTurn_rad_s = 1.5, kTurnRate_per_s = 12.0;
-// The thread was away for longer: the hand was not.
+// Longest time simulated in one exchange: after a suspension of the thread the tool must not jump.
 constexpr double kLongestStep_s = 0.02, kStep_s = 0.001;
 
 Quat turnedBy(const Vec3& rad, const Quat& from) noexcept {

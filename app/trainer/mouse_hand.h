@@ -1,5 +1,5 @@
-// Mouse and keyboard in place of a haptic device: for whoever has neither that nor a headset. It moves the
-// tool in the window and pushes nothing.
+// Mouse and keyboard in place of a haptic device, for users without a device or headset. Moves the tool in
+// the window. There is no force output.
 #pragma once
 
 #include "app/trainer/window_port.h"
@@ -10,14 +10,14 @@
 
 namespace stylet::trainer {
 
-inline constexpr const char* kMouse = "mouse";  // as `--device` names it
+inline constexpr const char* kMouse = "mouse";  // value of `--device`
 
 haptics::DeviceProfile mouseProfile() noexcept;
 
-// Where the tool begins, as a needle would be held there: along the path, before the skin.
+// Start pose of the tool, as a needle pose: along the path, in front of the skin.
 patient::Pose mouseStart(const patient::PlannedPath&);
 
-// A point that follows another without a jump: critically damped, no faster than `speed_m_s`.
+// A point that follows a target without jumps: critically damped, at most kSpeed_m_s.
 struct SmoothPoint {
     patient::Vec3 at_m{0.0}, velocity_m_s{0.0};
     void step(const patient::Vec3& wanted_m, double dt_s) noexcept;
@@ -25,11 +25,11 @@ struct SmoothPoint {
     static constexpr double kRate_per_s = 25.0, kSpeed_m_s = 0.10;
 };
 
-// Its frame is the patient's. A tool that is pressed with more than kMostPress_n goes no deeper: who feels
-// nothing would push it through.
+// The device frame is the patient frame. A tool that presses with more than kMostPress_n moves no deeper: a
+// user who feels no force would push it through the tissue.
 class MouseDriver final : public haptics::Driver {
   public:
-    // `start` as mouseStart() has it. The port must outlive it.
+    // `start`: see mouseStart(). The port must outlive the driver.
     MouseDriver(WindowPort&, const patient::Pose& start, const haptics::GuideSettings&,
                 const haptics::Clock&);
     const haptics::DeviceProfile& profile() const noexcept override { return profile_; }
@@ -39,20 +39,20 @@ class MouseDriver final : public haptics::Driver {
     void close() noexcept override {}
 
     static constexpr double kMostPress_n = 10.0;
-    static constexpr double kLead_m = 0.12;  // the tool is never further behind the mouse than this
+    static constexpr double kLead_m = 0.12;  // largest distance of the tool behind its target
 
   private:
     void take(const MouseMove&) noexcept;
     void step(double dt_s) noexcept;
 
     WindowPort& port_;
-    patient::Pose start_, wanted_;  // as needles
+    patient::Pose start_, wanted_;  // needle poses
     haptics::GuideSettings guide_;
     haptics::Clock clock_;
     haptics::DeviceProfile profile_ = mouseProfile();
     SmoothPoint point_;
-    patient::Quat turned_;  // where it is turned by now
-    patient::Pose held_;    // needle_from_stylus, on its way to that of the tool in hand
+    patient::Quat turned_;  // current orientation
+    patient::Pose held_;    // needle_from_stylus; turns toward the value for the current tool
     std::int64_t last_ns_ = 0;
 };
 

@@ -10,14 +10,14 @@ constexpr report::Colour kNoticeGlass{0.05, 0.07, 0.09}, kFrame{0.95, 0.72, 0.20
     kNoticeText{0.93, 0.95, 0.96};
 constexpr double kMargin_px = 30.0, kTitle_px = 46.0, kPitch_px = 42.0;
 
-// What keeps the force away, the first of them: a line has room for one.
+// Text of the first fault that keeps the force off. A line has room for only one.
 std::string textOf(std::uint32_t bits) {
     for (const haptics::FaultText& fault : haptics::faultTexts())
         if ((bits & fault.bit & ~std::uint32_t(haptics::kFaultRingFull)) != 0) return fault.text;
     return "";
 }
 
-// Without the comma that it has in the middle of a sentence.
+// Removes the final comma, which the text needs only in the middle of a sentence.
 std::string ofItsOwn(std::string act) {
     if (!act.empty() && act.back() == ',') act.pop_back();
     return act;

@@ -1,4 +1,4 @@
-// What is written before the trainee's eyes while the attempt cannot go on as it is. Frame thread.
+// Notices shown to the trainee: the attempt is paused, the force is off, or a rest is due. Frame thread.
 #pragma once
 
 #include <cstdint>
@@ -17,32 +17,33 @@ struct Notice {
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 
-// Nothing while all is well. `rearm_act` as in LiveHand; empty: nobody can re-arm.
+// Returns nothing if there is nothing to report. `rearm_act`: see LiveHand; empty: nobody can re-arm.
 std::optional<Notice> noticeOf(const Seen&, Attention, const std::string& rearm_act);
 
-// Of a doubt that there is.
+// Notice for a registration doubt other than RoomDoubt::none.
 Notice noticeOf(RoomDoubt, const std::string& rearm_act);
 
-// How large letters must be to be read: an em of kLeastText_rad, and of kLeastText_px in this headset.
+// Minimum size of readable text: one em is at least kLeastText_rad, and at least kLeastText_px on the
+// display.
 inline constexpr double kLeastText_rad = 0.4 * 3.14159265358979 / 180.0, kLeastText_px = 20.0;
 double letterAngle_rad(double px_per_rad);
 
-// Words to lines of `width_px`.
+// Breaks text at spaces into lines of at most `width_px`. A longer word gets a line of its own.
 std::vector<std::string> wrapped(report::Canvas&, const std::string& text, const report::TextStyle&,
                                  double width_px);
 
-// The notice as a picture: dark glass, light letters.
+// Renders a notice: light text on a dark background.
 class NoticePanel {
   public:
     static constexpr int kWidth = 768, kHeight = 300;
-    static constexpr double kLetter_px = 34.0;  // an em of its lines
+    static constexpr double kLetter_px = 34.0;  // em size of the lines
 
     NoticePanel();
-    // Draws when it is another one.
+    // Redraws only if the notice changed.
     void show(const Notice&);
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }
-    // Its width at this distance for letters of that angle.
+    // Panel width at which one em spans `letter_rad` at this distance.
     static double width_m(double distance_m, double letter_rad);
 
   private:

@@ -13,7 +13,7 @@ using patient::Pose;
 using patient::Vec3;
 
 namespace {
-constexpr double kAlert_m = 2.0;  // before the eyes
+constexpr double kAlert_m = 2.0;  // distance from the eyes
 }
 
 Panel::Panel(xr::Session& session, const render::Gpu& gpu, std::uint32_t width, std::uint32_t height)
@@ -39,7 +39,7 @@ Pose NoticePlace::of(const Pose& stage_from_head) {
     const Vec3 down = stage_from_head.direction({0.0, -1.0, 0.0});
     const Vec3 sight = std::cos(kBelow_rad) * forward + std::sin(kBelow_rad) * down;
     const Vec3 middle = stage_from_head.position_m + kDistance_m * sight;
-    // stageFromEyes looks along -z; a panel is seen from +z.
+    // stageFromEyes() looks along -z; a panel is visible from +z.
     stage_from_panel_ = {stageFromEyes(stage_from_head.position_m, middle).rotation, middle};
     return *stage_from_panel_;
 }
@@ -89,7 +89,8 @@ void HeadsetPanels::take(const GuidePanel& guide) {
         {&*guide_layer_, guide_place_->stage_from_panel, guide_place_->width_m, guide_place_->height_m});
 }
 
-// At the view's border, whichever way the eyes look: as wide as the wider of them sees.
+// Head-locked and as large as the views of both eyes together, so that the alert is at the border of the
+// view in every direction of gaze.
 void HeadsetPanels::take(const std::optional<Alert>& alert, const std::array<render::View, 2>& views) {
     if (!alert) return;
     alert_.show(*alert);

@@ -1,6 +1,6 @@
-// Flat pictures of the headset's, as layers of their own: sharper than drawn into the eyes' pictures. The
-// machines' screens lie beneath what is drawn, which leaves their glass clear, so that a hand before them
-// hides them; the notice hangs before everything. Frame thread.
+// Flat pictures in the headset, each in an OpenXR layer of its own. That is sharper than drawing them into
+// the eye images. The equipment screens lie beneath the eye images, which are transparent at the screens,
+// so a hand in front of a screen hides it. The notice is in front of everything. Frame thread.
 #pragma once
 
 #include <array>
@@ -16,13 +16,13 @@
 
 namespace stylet::trainer {
 
-// A picture in a layer.
+// One picture in its own layer.
 class Panel {
   public:
-    // One that the runtime gives no image for is never shown.
+    // If the runtime refuses an image for it, the panel is never shown.
     Panel(xr::Session&, const render::Gpu&, std::uint32_t width, std::uint32_t height);
-    // Hands the picture over when its revision is another one and an image is free. True when the layer shows
-    // this picture or one before it.
+    // Uploads the picture if its revision changed and an image is free. Returns true if the layer shows
+    // this picture or an earlier one.
     bool show(const std::uint8_t* rgba, std::uint64_t revision);
     int id() const { return id_; }
 
@@ -30,11 +30,11 @@ class Panel {
     xr::Session* session_;
     int id_;
     render::PictureUpload upload_;
-    std::uint64_t revision_ = 0;  // on the layer
+    std::uint64_t revision_ = 0;  // shown by the layer
 };
 
-// Where a notice hangs: before the eyes, turned to them, and it stays there until they have turned away from
-// it.
+// Place of the notice: in front of the eyes and facing them. It stays there until the user turns away from
+// it by more than kTurnedAway_rad.
 class NoticePlace {
   public:
     static constexpr double kDistance_m = 1.0, kBelow_rad = 0.14, kTurnedAway_rad = 0.6;
@@ -49,16 +49,17 @@ class HeadsetPanels {
   public:
     HeadsetPanels(xr::Session&, const render::Gpu&, double px_per_rad);
 
-    // Before the scene is drawn: those of its screens that somebody sees become layers. `seen` as of
-    // render::Renderer::screensSeen. Poses of the room.
+    // Call first in a frame, before the scene is drawn. Starts a new list of panels and turns the visible
+    // equipment screens into layers. `seen`: see render::Renderer::screensSeen. Poses are in the room
+    // frame.
     void take(render::RenderScene&, const render::ScreenPlaces&, const render::ScreensSeen& seen);
     void take(const std::optional<Notice>&, const patient::Pose& room_from_head);
-    // Where it stands for as long as this headset is there; hidden while it would cover the entry. True when
-    // it is in view: only then is its picture handed over.
+    // True if the guide panel is in view and does not cover the entry. Only then is its picture uploaded.
+    // The first call chooses the place of the panel; it stays there as long as this headset exists.
     bool sees(const patient::Vec3& stage_entry_m, const patient::Pose& room_from_head);
     void take(const GuidePanel&);
     void take(const std::optional<Alert>&, const std::array<render::View, 2>&);
-    // What xr::Session::endFrame is to show of it. Valid until the next take().
+    // Panels for xr::Session::endFrame. Valid until the next call.
     std::span<const xr::ShownPanel> shown(const patient::Pose& stage_from_room);
 
   private:
@@ -71,7 +72,7 @@ class HeadsetPanels {
     xr::Session* session_;
     const render::Gpu* gpu_;
     double letter_rad_;
-    std::array<std::optional<Panel>, 3> screens_;  // made when first seen
+    std::array<std::optional<Panel>, 3> screens_;  // created when first seen
     std::optional<Panel> notice_layer_;
     NoticePanel notice_;
     std::optional<Panel> guide_layer_, alert_layer_;

@@ -24,7 +24,7 @@ using patient::PlannedPath;
 
 namespace {
 
-// One line on stderr that counts up where a person watches, and stays short in a log.
+// Progress on stderr. On a terminal it counts up in one line; in a log it stays one short line.
 class Progress {
   public:
     explicit Progress(std::string what) : what_(std::move(what)) {
@@ -57,7 +57,7 @@ patient::synth::SynthSettings referenceSettings(const PatientRequest& request) {
     return settings;
 }
 
-// What the maker makes of the seed, judged by a coarse patient: 0.3 s.
+// Fingerprint of the generator's output for the seed: the digest of a coarse patient. Takes 0.3 s.
 std::uint64_t markOf(const PatientRequest& request) {
     patient::synth::SynthSettings coarse = referenceSettings(request);
     coarse.spacing_m = 0.005;
@@ -66,7 +66,7 @@ std::uint64_t markOf(const PatientRequest& request) {
 
 constexpr std::size_t kMostTableBytes = 1 << 20;
 
-// The same, known from an earlier start.
+// The same fingerprint, cached by an earlier start.
 class KeptMark {
   public:
     explicit KeptMark(const PatientRequest& request)
@@ -95,7 +95,8 @@ class KeptMark {
     std::uint64_t mark_ = 0;
 };
 
-// When the maker or the force table changes, no stale patient is used.
+// The folder's name contains the fingerprint. After a change of the generator or the force table no stale
+// patient is used.
 std::filesystem::path referenceFolder(const PatientRequest& request, std::uint64_t mark) {
     char name[96];
     std::snprintf(name, sizeof name, "reference-seed%llu-%gmm-%08x",
@@ -104,7 +105,8 @@ std::filesystem::path referenceFolder(const PatientRequest& request, std::uint64
     return request.cache / "patients" / name;
 }
 
-// What a run that was killed has left half made. Another may be making its own right now.
+// Deletes unfinished folders of runs that were killed. Recent ones are kept, because another run may be
+// writing them now.
 void clearLeftovers(const std::filesystem::path& folder) {
     constexpr std::chrono::hours kAbandoned{1};
     const std::string name = folder.filename().string();
@@ -124,7 +126,8 @@ void makeReference(const PatientRequest& request, const std::filesystem::path& f
                       folder.string() + " (once)");
     patient::synth::SynthSettings settings = referenceSettings(request);
     settings.progress = [&](std::string_view stage, double fraction) { progress.show(stage, fraction); };
-    // Another run may have made the same patient meanwhile, and be reading it: the first one stays.
+    // Another run may have made the same patient in the meantime and may be reading it. The first one
+    // stays.
     const std::filesystem::path fresh = folder.string() + "." + std::to_string(std::random_device{}());
     patient::savePackage(patient::synth::makeReferencePatient(settings), fresh);
     std::error_code taken;
@@ -139,7 +142,8 @@ bool canBeRead(const std::filesystem::path& folder) {
     return !error;
 }
 
-// The digest stands for the patient; where the ends lie is looked at too, for a file may be written by hand.
+// The digest already identifies the patient. The end points are checked too, because the file may be
+// written by hand.
 bool fits(const patient::Patient& patient, const PlannedPath& path, const patient::Surrogate& breath) {
     const patient::Package& package = patient.package();
     if (!(path.breath == breath) || glm::length(path.target_m - path.entry_m) < 0.001) return false;
@@ -150,7 +154,7 @@ bool fits(const patient::Patient& patient, const PlannedPath& path, const patien
            glm::length(target - path.target_m) < 0.001;
 }
 
-// Why stored paths do not serve, or nothing.
+// Why stored paths cannot be used, or null.
 const char* staleBecause(const patient::Patient& patient, const patient::StoredPaths& stored,
                          const patient::Surrogate& breath) {
     if (stored.patient_digest != patient::digest(patient.package())) return "was planned on another patient";
@@ -187,7 +191,8 @@ std::vector<PlannedPath> plan(const patient::Patient& patient, const std::filesy
                             std::to_string(result.rejected_blocked) + " are blocked, " +
                             std::to_string(result.rejected_long) + " too long, " +
                             std::to_string(result.rejected_quality) + " too poor");
-    // Other programs may be planning for the same patient, and reading.
+    // Other programs may be planning for the same patient or reading the file, so write a new file and
+    // rename it.
     const std::filesystem::path fresh = file.string() + "." + std::to_string(std::random_device{}());
     try {
         patient::sweepLeftovers(file.parent_path(), file.filename().string());
@@ -213,8 +218,8 @@ std::optional<patient::Package> keptPackage(const std::filesystem::path& folder,
         return load(folder);
     } catch (const DataError& e) {
         said = e.what();
-        // Another program may be putting a sound one in its place just now: what is judged is what nobody
-        // else has.
+        // Another program may just be replacing it with a valid one. Move it aside first, so that no other
+        // program uses the folder that is checked.
         if (!canBeRead(folder)) {
             if (std::filesystem::exists(folder)) throw;
             return std::nullopt;
@@ -223,15 +228,15 @@ std::optional<patient::Package> keptPackage(const std::filesystem::path& folder,
         if (error && std::filesystem::exists(folder)) throw;
     }
     if (error) return std::nullopt;
-    // Or another program's clearLeftovers() might take it for abandoned.
+    // Otherwise clearLeftovers() of another program might delete it as abandoned.
     std::filesystem::last_write_time(aside, std::filesystem::file_time_type::clock::now(), error);
     try {
         patient::Package sound = load(aside);
         std::filesystem::rename(aside, folder, error);
-        if (error) std::filesystem::remove_all(aside, error);  // meanwhile there is another one
+        if (error) std::filesystem::remove_all(aside, error);  // there is another one by now
         return sound;
     } catch (const DataError&) {
-        // Ours, and made from its seed: nothing is lost with it.
+        // The folder is part of the cache and can be made again from its seed: nothing is lost.
         std::fprintf(stderr, "stylet: %s; the patient is made anew\n", said.c_str());
         std::filesystem::remove_all(aside, error);
         return std::nullopt;

@@ -1,4 +1,4 @@
-// Where the patient on the table comes from, and the path into him.
+// Loads or generates the patient, and loads or plans the needle paths.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 namespace stylet::trainer {
 
 struct PatientRequest {
-    std::filesystem::path folder;  // empty: the reference patient of `seed`, made once into `cache`
+    std::filesystem::path folder;  // empty: the reference patient of `seed`, generated once into `cache`
     std::uint64_t seed = 1;
-    double spacing_m = 0.001;  // of a reference patient
+    double spacing_m = 0.001;  // voxel size of a reference patient
     std::filesystem::path cache;
     std::filesystem::path assets;
 };
@@ -26,22 +26,23 @@ struct OpenedPatient {
     Made made{};
 };
 
-// Throws patient::DataError. Says on stderr what takes long.
+// Throws patient::DataError. Reports slow steps on stderr.
 OpenedPatient openPatient(const PatientRequest&);
 
-// The package in a folder of the cache, which other programs read, judge and make anew at the same time.
-// Nothing: there is none, or it was damaged and is gone. Throws patient::DataError where it cannot be opened,
-// which is no damage.
+// Loads a package from a cache folder that other programs may read, check or rebuild at the same time.
+// Returns nothing if there is no package, or if it was damaged; a damaged package is deleted. Throws
+// patient::DataError if files cannot be opened, which does not count as damage.
 using LoadPackage = std::function<patient::Package(const std::filesystem::path&)>;
 std::optional<patient::Package> keptPackage(const std::filesystem::path& folder,
                                             const LoadPackage& load = patient::loadPackage);
 
-// The paths for `breath`, best first, never none: from the patient's paths.json if it is whole, of this very
-// patient (by digest), planner and breath; else planned, and kept there where the folder can be written.
-// Throws patient::DataError when no path is good enough. A plan is counted in `made`.
+// Paths planned for `breath`, best first, never empty. They come from the patient's paths.json if the file
+// is intact and matches this patient (by digest), the planner version and the breath. Otherwise they are
+// planned, and stored there if the folder is writable. Throws patient::DataError if no path is good enough.
+// `made` counts a plan.
 std::vector<patient::PlannedPath> goodPaths(const patient::Patient&, const std::filesystem::path& folder,
                                             const patient::Surrogate& breath, Made* made = nullptr);
-// The first of them.
+// The first path of goodPaths().
 patient::PlannedPath bestPath(const patient::Patient&, const std::filesystem::path& folder,
                               const patient::Surrogate& breath);
 

@@ -1,6 +1,5 @@
-// The frame loop as the rest of the trainer sees it: something that may draw, or nothing. Which of the two is
-// decided by the build (pictures_gpu.cpp or pictures_none.cpp) and, at run time, by whether a runtime
-// answers.
+// Interface to the frame loop, which may be absent. The build selects the implementation (pictures_gpu.cpp
+// or pictures_none.cpp). At run time openPictures() also fails if no OpenXR runtime answers.
 #pragma once
 
 #include <array>
@@ -30,100 +29,104 @@
 
 namespace stylet::trainer {
 
-inline constexpr std::size_t kMostFrameTimes = 1u << 20;  // three hours at 90 a second
+inline constexpr std::size_t kMostFrameTimes = 1u << 20;  // 3 hours at 90 Hz
 
 struct PictureSettings {
     std::filesystem::path assets;
     std::filesystem::path pipeline_cache{};  // compiled shaders of earlier runs; empty: none
-    std::filesystem::path capture_folder;    // where the mock runtime puts the eyes' PNGs
+    std::filesystem::path capture_folder;    // for the PNGs of capture points
     bool validation = false;
     bool virtual_clock = false;
     bool closed_look = false;
-    bool count = false;  // rays and samples, which costs a GPU some atomic additions a ray
-    // That the resolution keeps to; absent: a GPU keeps to the runtime's pace, a processor to none.
+    bool count = false;  // count rays and samples: costs a GPU some atomic additions per ray
+    // Frame-time budget [ms]; the resolution adapts to it. Absent: the runtime's frame rate on a GPU, no
+    // budget on a processor.
     std::optional<double> budget_ms;
-    const haptics::TouchMap* touch = nullptr;  // of the skin that finger and probe are seen to press
-    std::string rearm_act{};                   // as in LiveHand; empty: nobody can
-    std::optional<Colocation> colocation{};    // of a registered device
-    bool seated = false;                       // the room comes down to the eyes of who sits
-    // Told of the controller that has the tool. Shared: a frame thread that is stuck outlives the attempt.
+    const haptics::TouchMap* touch = nullptr;  // skin that finger and probe visibly press
+    std::string rearm_act{};                   // see LiveHand; empty: nobody can re-arm
+    std::optional<Colocation> colocation{};    // place of a registered device in the room
+    bool seated = false;                       // seated mode: lower the room to the user's eye height
+    // Receives the state of the controller that holds the tool. Shared: a frame thread that hangs may
+    // outlive the attempt.
     std::shared_ptr<ControllerPort> controllers{};
     ControllerSide controller_side = ControllerSide::right;
-    std::shared_ptr<WindowPort> window{};  // told what is said and done in the window; shared likewise
-    double tick_s = 0.001;                 // of the shown ticks
-    haptics::GuideSettings guide{};        // on the probe: its line stands in the ultrasound picture
-    bool mirror = false;                   // a window for who has no headset on, where a display answers
-    bool passthrough = false;              // the real room behind what is drawn, where the headset can
-    bool foveation = false;                // fewer rays beside the middle of the view
-    std::shared_ptr<Ears> ears{};          // told where the head is, each frame
+    std::shared_ptr<WindowPort> window{};  // receives commands and motions from the window; shared likewise
+    double tick_s = 0.001;                 // period of the shown ticks
+    haptics::GuideSettings guide{};        // on the probe; its line is drawn in the ultrasound picture
+    bool mirror = false;                   // open a mirror window if a display answers
+    bool passthrough = false;              // show the real room behind the scene if the headset can
+    bool foveation = false;                // fewer rays away from the centre of the view
+    std::shared_ptr<Ears> ears{};          // receives the head pose every frame
     training::Difficulty difficulty = training::Difficulty::practice;
 };
 
-// What one frame took, and how far its tip was from where it was at the display time (prediction.h).
+// Timing of one frame, and the error of its predicted tip at the display time (prediction.h).
 struct FrameTime {
-    std::uint64_t tick = 0;  // that it shows
+    std::uint64_t tick = 0;  // the tick that is shown
     double frame_ms = 0.0;   // from the views to the submitted picture
     double opaque_ms = 0.0, volume_ms = 0.0;
     double layer_scale = 0.0;
     std::optional<TipOffset> tip{};
-    bool late = false;  // handed over after its display time: it was seen later than the tip was drawn for
+    // Submitted after its display time, so the tip was predicted for a time before the user saw it.
+    bool late = false;
 };
 
 struct PictureTotals {
     std::uint64_t frames = 0, rendered = 0, validation_messages = 0;
     std::uint64_t headsets_found_again = 0;  // after a loss
     std::uint64_t scans = 0, xray_pictures = 0;
-    double ultrasound_ms = 0.0, xray_ms = 0.0;  // sums
-    std::vector<FrameTime> times;               // of the first kMostFrameTimes
+    double ultrasound_ms = 0.0, xray_ms = 0.0;  // sums of wall time
+    std::vector<FrameTime> times;               // of the first kMostFrameTimes frames
     std::optional<FirstPicture> first;
     std::string runtime, gpu;
-    std::vector<std::pair<std::string, std::uint64_t>> skips;  // counters of work left out
+    std::vector<std::pair<std::string, std::uint64_t>> skips;  // counters of skipped work
 };
 
-// Whether somebody looks.
+// Whether the user is looking.
 enum class Attention : std::uint8_t {
-    absent,   // not yet, or not any more: there is no session, or it has not had the focus so far
+    absent,   // there is no session, or it has not had the focus yet
     focused,  // the session has the focus and the headset is worn
-    away      // it had: the attempt waits for its user
+    away      // the session has lost the focus or the headset was taken off: the attempt is paused
 };
-// With a session: what comes after `before`.
+// Next state while there is a session.
 constexpr Attention attentionAfter(Attention before, bool focused) {
     if (focused) return Attention::focused;
     return before == Attention::absent ? Attention::absent : Attention::away;
 }
 
-// What a frame brings up to date once it has begun, which may have waited for a while.
+// Used by a frame to update its state after it has begun, because beginning a frame may wait for a while.
 struct LiveSeen {
     haptics::Ring<haptics::TipSample>* tips = nullptr;
     std::function<void(Seen&)> refresh;
-    std::function<void(Attention)> tell;  // at once, before anything that may take its time
+    std::function<void(Attention)> tell;  // called immediately, before anything slow
 };
 
-// Frame thread only. `frame` draws one display time, false when the runtime asks to end; a named moment is
-// captured. Throws std::runtime_error when GPU or runtime are lost.
+// Frame thread only. `frame` draws one frame and returns false when the runtime asks to end. If `moment` is
+// not empty, the frame is also saved under that name. Throws std::runtime_error if the GPU or the runtime
+// is lost.
 struct Pictures {
-    // `contrast` is null until some was injected.
+    // `contrast` is null until contrast medium is injected.
     std::function<bool(const Seen&, const patient::ContrastTable* contrast, const std::string& moment)> frame;
     std::function<PictureTotals()> totals;
     std::function<Attention()> attention = nullptr;  // as of the last frame; absent: always focused
-    // Before the first frame: from now on all but moments are brought up to date. Absent: frames show what
-    // they are given, as on a virtual clock.
+    // Call before the first frame: from then on every frame except captures is updated through LiveSeen.
+    // Absent: frames show exactly what they are given, as on a virtual clock.
     std::function<void(LiveSeen)> follow = nullptr;
-    const char* ended = "the OpenXR runtime ended the session";  // when `frame` is false
+    const char* ended = "the OpenXR runtime ended the session";  // why `frame` returned false
 };
 
-// Empty when no pictures can be made; then `why_not` is one line: what was looked for, where, what was
-// missing.
+// Returns nothing if pictures are not possible. `why_not` is then one line: what was looked for, where, and
+// what was missing.
 std::optional<Pictures> openPictures(const patient::Patient&, const patient::PlannedPath&,
                                      const PictureSettings&, std::string& why_not);
 
-// The same without a headset: a window in its place, where a display answers. `frame` is false once it was
-// closed.
+// Same without a headset: opens a window instead, if a display answers. `frame` returns false once the
+// window is closed.
 std::optional<Pictures> openDesktop(const patient::Patient&, const patient::PlannedPath&,
                                     const PictureSettings&, std::string& why_not);
 
-// What the eyes of somebody without a headset see: pictures for films and sheets. No runtime has a part in
-// it. One thread.
+// Stereo pictures rendered without a headset or an OpenXR runtime, for films and sheets. Use from one
+// thread only.
 struct EyePicture {
     int width = 0, height = 0;
     std::vector<std::uint8_t> rgb;  // packed triples, rows from the top
@@ -133,15 +136,15 @@ inline report::FilmFrame filmFrame(EyePicture&& eye, const std::string& caption)
 }
 struct StereoShot {
     patient::Surrogate breath{};
-    bool closed = false;                 // the look: closed skin, else what lies beneath
-    std::optional<double> distance_m{};  // of the eyes from the path's entry; absent: the whole patient
+    bool closed = false;                 // true: closed skin; false: the anatomy beneath is visible
+    std::optional<double> distance_m{};  // from the eyes to the path's entry; absent: show the whole patient
     int pixels = 640;
-    bool across_the_room = false;               // from the door, over everything
-    std::vector<patient::PlannedPath> paths{};  // coloured by how good they are
-    bool section = false;                       // the patient cut across at the path's entry
+    bool across_the_room = false;               // view from the door across the whole room
+    std::vector<patient::PlannedPath> paths{};  // coloured by quality
+    bool section = false;                       // cut the patient transversely at the path's entry
     std::vector<Wound> wounds{};
     std::optional<patient::Pose> patient_from_needle{};
-    const patient::DisplacementTable* tool = nullptr;  // what a tool displaces; null: nothing
+    const patient::DisplacementTable* tool = nullptr;  // tissue displacement by a tool; null: none
 };
 struct StereoView {
     std::function<std::array<EyePicture, 2>(const StereoShot&)> draw;
@@ -150,7 +153,7 @@ struct StereoView {
 std::optional<StereoView> openStereo(const patient::Patient&, const patient::PlannedPath&,
                                      const std::filesystem::path& assets, std::string& why_not);
 
-// The glass of the machines' screens.
+// Screens of the ultrasound machine and the C-arm.
 struct MachineView {
     std::function<EyePicture(const MachineMoment&)> ultrasound, xray;
     std::string gpu;

@@ -32,16 +32,16 @@ PictureTotals totalsOf(const FrameLoop& loop) {
         {"still_scans", from.machines.still_scans}};
     totals.scans = from.machines.scans, totals.xray_pictures = from.machines.xray_pictures;
     totals.ultrasound_ms = from.machines.ultrasound_ms, totals.xray_ms = from.machines.xray_ms;
-    if (from.sum.rays > 0)  // they were counted
+    if (from.sum.rays > 0)  // only if they were counted
         totals.skips.insert(totals.skips.begin(), {{"skipped_bricks", from.sum.skipped_bricks},
                                                    {"terminated_rays", from.sum.terminated_rays},
                                                    {"depth_bounded_rays", from.sum.depth_bounded_rays}});
     return totals;
 }
 
-// What a headset shows, and perhaps the window that shows it to others.
+// The frame loop of a headset and, if wanted, its mirror window.
 struct Watched {
-    std::optional<Mirror> window;  // outlives the frames that are given to it
+    std::optional<Mirror> window;  // outlives the frame loop, which writes to it
     FrameLoop frames;
 
     Watched(const patient::Patient& patient, const FrameSettings& settings, const patient::PlannedPath& path)
@@ -71,7 +71,7 @@ struct Watched {
     }
 };
 
-// Somebody who leans over the entry and keeps still.
+// Draws stereo pictures for a still head that leans over the entry.
 struct StillHead {
     StillHead(const patient::Patient& patient_in, const patient::PlannedPath& path_in,
               const std::filesystem::path& assets)
@@ -82,7 +82,8 @@ struct StillHead {
         renderer.setPatient(patient);
     }
 
-    // Both eyes of a head, each seeing a square around `middle` whose half has the tangent `half`.
+    // Views of both eyes of a head. Each eye sees a square around `middle`; `half` is the tangent of half
+    // its view angle.
     std::array<render::View, 2> eyesOf(const patient::Pose& head, const patient::Vec3& middle,
                                        double half) const {
         std::array<render::View, 2> eyes;
@@ -124,7 +125,7 @@ struct StillHead {
         scene.patient_from_needle = shot.patient_from_needle;
         scene.tool = shot.tool;
         scene.marks = marksOf(shot.wounds, scene.look, path);
-        // The side toward the feet goes, so that the operator looks onto the cut.
+        // Remove the side toward the feet, so that the operator looks at the cut.
         if (shot.section) scene.cuts = {{patient::Vec3(0.0, 0.0, -1.0), -path.entry_m.z}};
         furnish(scene, path);
         for (const patient::PlannedPath& good : shot.paths)
@@ -148,11 +149,11 @@ struct StillHead {
         return eyes;
     }
 
-    // Onto a cut: from the feet, the operator's side and above.
+    // Viewpoint for a cut: from the feet, the operator's side and above.
     static constexpr patient::Vec3 kFromTheFeet{0.22, 0.30, -0.50};
     static constexpr patient::Vec3 kDoor_m{1.7, 1.75, 1.5}, kOverTable_m{-0.1, 1.05, -0.55};
-    static constexpr double kRoom = 1.2;            // of the picture to the patient
-    static constexpr double kCloseUpTangent = 0.7;  // of half the picture
+    static constexpr double kRoom = 1.2;            // size of the picture relative to the patient
+    static constexpr double kCloseUpTangent = 0.7;  // of half the view angle
     const patient::Patient& patient;
     const patient::PlannedPath path;
     render::Gpu gpu{render::GpuSettings{}};
@@ -160,7 +161,7 @@ struct StillHead {
     const patient::Pose stage_from_patient;
 };
 
-// The machines without a room around them.
+// The equipment pictures without a room.
 struct StillMachines {
     StillMachines(const patient::Patient& patient, const std::filesystem::path& assets)
         : deformed(gpu, patient), pictures(gpu, deformed, assets) {}
@@ -205,7 +206,7 @@ std::optional<Pictures> openPictures(const patient::Patient& patient, const pati
         // Shared because a std::function must be copyable; there is one owner.
         const auto watched = std::make_shared<Watched>(patient, frame_settings, path);
         if (settings.mirror) watched->mirror(patient, frame_settings, path, settings.window);
-        // Part of the same: whoever holds it holds both.
+        // Shares ownership with `watched`: a copy of it keeps both alive.
         const std::shared_ptr<FrameLoop> loop(watched, &watched->frames);
         return Pictures{[loop](const Seen& seen, const patient::ContrastTable* contrast,
                                const std::string& moment) { return loop->frame(seen, contrast, moment); },

@@ -27,7 +27,7 @@ constexpr const char* kLimits = "/etc/security/limits.d/stylet.conf";           
 constexpr const char* kOwnLimits = "/etc/security/limits.d/90-own-stylet.conf";  // without the package
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-std::atomic<int> was_interrupted{0};  // read by other threads than the one that is interrupted
+std::atomic<int> was_interrupted{0};  // also read by threads other than the interrupted one
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may store it");
 
 template <clockid_t kClock>
@@ -49,7 +49,8 @@ std::uint64_t pageFaults(void*) noexcept {
     return std::uint64_t(usage.ru_minflt) + std::uint64_t(usage.ru_majflt);
 }
 
-// More than the loop's calls go down. Where memory cannot be locked, this much has at least been touched.
+// Touches more stack than the loop's calls need. If memory cannot be locked, these pages are at least
+// mapped.
 void touchStack() noexcept {
     constexpr std::size_t kStack = 256 * 1024, kPage = 4096;
     [[maybe_unused]] volatile unsigned char stack[kStack];
@@ -89,7 +90,8 @@ std::string askForRealTime() {
         refused = std::string("real-time priority (") + std::strerror(error) + ")";
         rights.push_back(kPriorityRight);
     }
-    // What is mapped now is all the loop ever touches; later allocations belong to others and stay pageable.
+    // The loop only touches memory that is mapped now. Later allocations belong to other threads and stay
+    // pageable.
     if (mlockall(MCL_CURRENT) != 0) {
         refused +=
             std::string(refused.empty() ? "" : " and ") + "locked memory (" + std::strerror(errno) + ")";
@@ -103,10 +105,11 @@ void catchInterrupts() noexcept {
     struct sigaction action{};
     action.sa_handler = [](int) { was_interrupted = 1; };
     action.sa_flags = int(SA_RESETHAND | SA_RESTART);
-    // A device keeps its last force when its program dies, and when it is merely stopped (SIGTSTP).
+    // A device keeps its last force when its program dies, and also when it is only stopped (SIGTSTP).
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP})
         sigaction(signal, &action, nullptr);
-    // A closed pipe or a terminal that is another's is an error of the call, not the end.
+    // A closed pipe, or a terminal that belongs to another process, is an error of the call and does not
+    // end the program.
     for (const int signal : {SIGPIPE, SIGTTIN, SIGTTOU})
         std::signal(signal, SIG_IGN);
 }
@@ -187,7 +190,8 @@ std::uint64_t processNumber() noexcept {
 
 namespace {
 
-// The user's folder of a kind, or that in his home, or a place that goes with the machine's next start.
+// The folder that the variable names, or the one in the home directory, or a temporary folder that is lost
+// at the next boot.
 std::filesystem::path userFolder(const char* variable, const char* in_home) {
     const std::string set = environment(variable);
     if (!set.empty()) return std::filesystem::path(set) / "stylet";

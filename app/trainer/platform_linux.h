@@ -1,4 +1,4 @@
-// What the trainer asks of the operating system; the frames set an environment besides.
+// Operating-system services of the trainer. The frame loop also sets environment variables.
 #pragma once
 
 #include <cstdint>
@@ -12,47 +12,49 @@ namespace stylet::trainer {
 
 // CLOCK_MONOTONIC with absolute sleeps.
 haptics::Clock monotonicClock() noexcept;
-// The processor time of the calling thread: times work, whatever else the machine does. It cannot sleep.
+// CPU time of the calling thread: measures work independently of other load. It cannot sleep.
 haptics::Clock workClock() noexcept;
 
-// SCHED_FIFO's, below the kernel's threaded interrupts (50): a device's packets come through those.
+// SCHED_FIFO priority. Below the kernel's threaded interrupts (50), which deliver a device's packets.
 inline constexpr int kRealTimePriority = 49;
-// The limits that allow it, as in packaging/debian/stylet, and what a user without them does.
+// Limits that allow real-time scheduling and locked memory, as in packaging/debian/stylet. howToAllow()
+// tells the user how to get them.
 inline constexpr const char* kPriorityRight = "rtprio 49";
 inline constexpr const char* kMemoryRight = "memlock unlimited";
 std::string howToAllow(const std::vector<std::string>& rights);
 
-// Gives the calling thread SCHED_FIFO and locks its memory. Returns an empty text, or one line that says what
-// was refused and how to allow it.
+// Requests SCHED_FIFO for the calling thread and locks the memory of the process. Returns an empty string,
+// or one line that says what was refused and how to allow it.
 std::string askForRealTime();
 
-// From now on whatever ends or stops a program from its terminal (Ctrl-C, Ctrl-\, Ctrl-Z, hanging up) and
-// SIGTERM ask it to end; the same a second time is obeyed at once. `interrupted` says whether it was asked.
+// From now on Ctrl-C, Ctrl-\, Ctrl-Z, a hangup and SIGTERM only request the program to end. A second signal
+// of the same kind has its default effect. interrupted() tells whether the end was requested.
 void catchInterrupts() noexcept;
 bool interrupted() noexcept;
 
-// Adds what has been typed since the last call, without waiting, 4 KiB at most. False once stdin has ended.
+// Appends what was typed since the last call, at most 4 KiB, without waiting. Returns false once stdin has
+// ended.
 bool takeTyped(std::string& text);
 
-// A person watches what is written to stderr.
+// True if stderr is a terminal.
 bool stderrIsWatched() noexcept;
 
-// Makes a folder that can be written to. Throws patient::DataError that names it, `what` it is for and the
-// reason.
+// Creates the folder if needed and checks that it is writable. Throws patient::DataError with the folder,
+// its purpose `what` and the reason.
 void needFolder(const std::filesystem::path& folder, const std::string& what);
 
-// An environment variable, empty when unset.
+// Value of an environment variable; empty if unset.
 std::string environment(const char* name);
 void setEnvironment(const char* name, const std::string& value);
 
-// Tells this build of the program from every other: the linker's build id. 0 where it left none.
+// Identifies this build of the program: hash of the linker's build id. 0 if there is none.
 std::uint64_t buildMark() noexcept;
-// Of this run of the program: no other has it meanwhile.
+// Process id: unique among the running processes.
 std::uint64_t processNumber() noexcept;
 
 // $XDG_CACHE_HOME/stylet, or ~/.cache/stylet.
 std::filesystem::path cacheFolder();
-// $XDG_DATA_HOME/stylet, or ~/.local/share/stylet: what is not to be lost.
+// $XDG_DATA_HOME/stylet, or ~/.local/share/stylet: data that must not be lost.
 std::filesystem::path dataFolder();
 
 }  // namespace stylet::trainer

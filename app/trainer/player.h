@@ -1,4 +1,5 @@
-// Where a replay is: played, stopped, slow or fast, scrubbed. No clock, no thread: time is an argument.
+// Playback state of a replay: position, speed, playing or stopped. No clock, no thread: time is an
+// argument.
 #pragma once
 
 #include <array>
@@ -14,10 +15,11 @@ class Player {
   public:
     explicit Player(double length_s) { state_.length_s = length_s; }
 
-    // Whole lines: "toggle", "stop", "skip S" (seconds, < 0: back), "seek SHARE" (of the length), "speed
-    // FACTOR" (times what it is). Others change nothing.
+    // Executes whole command lines: "toggle", "stop", "skip S" (seconds; negative: back), "seek SHARE"
+    // (fraction of the length), "speed FACTOR" (multiplies the speed). Ignores other lines.
     void hear(std::string_view lines);
-    // `dt_s` of the viewer's time later. At its end it stops; played again from there, it begins anew.
+    // Advances by `dt_s` of wall-clock time. Stops at the end. "toggle" at the end plays from the start
+    // again.
     void pass(double dt_s);
     const Playback& state() const { return state_; }
 
@@ -30,20 +32,21 @@ class Player {
     Playback state_;
 };
 
-// A controller as the player's hand. Its stick, pushed right or left, scrubs, the further the faster; pushed
-// up or down once it doubles or halves the speed. The trigger plays and stops, the second button goes to the
-// begin, the grip back by five seconds.
+// Playback control with a headset controller. The stick to the right or left scrubs, faster with
+// deflection. A push up or down doubles or halves the speed once. The trigger plays and stops, the second
+// button goes to the start, the grip goes back by five seconds.
 class PlayerStick {
   public:
-    // As of controllerButtons() and the stick, right and up in [-1, 1]; `dt_s` after the last call. What it
-    // says to Player::hear.
+    // `buttons`: see controllerButtons(). `stick`: right and up in [-1, 1]. `dt_s`: time since the last
+    // call. Returns command lines for Player::hear.
     std::string take(std::uint32_t buttons, const std::array<float, 2>& stick, double dt_s);
 
     static constexpr float kRest = 0.25f, kFlick = 0.7f;
-    static constexpr double kFastest_s = 12.0, kBack_s = 5.0;  // of the attempt in a second; at once
+    // Largest scrub speed [s of the replay per second], and the jump of the grip button.
+    static constexpr double kFastest_s = 12.0, kBack_s = 5.0;
 
   private:
-    std::uint32_t buttons_ = ~0u;  // what is held as it begins was not pressed
+    std::uint32_t buttons_ = ~0u;  // a button already down at the start was not pressed
     bool flicked_ = false;
 };
 

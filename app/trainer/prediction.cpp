@@ -15,21 +15,21 @@ using patient::Vec3;
 
 namespace {
 
-// Sampling is never so even that the window's last sample may hang on it.
+// Sampling is not perfectly regular: a small tolerance keeps the window's last sample.
 constexpr double kWindowSlack = 1.05;
-constexpr std::size_t kFewest = 2;  // samples of a velocity, where the device is slow and they are not stale
-// A longer silence of the loop (a pause, a full ring) leaves no truth.
+constexpr std::size_t kFewest = 2;  // samples for a velocity if a slow device has fewer in the window
+// After a longer gap in the samples (a pause, a full ring) the true pose is unknown.
 constexpr double kGap_s = 0.050;
-// Slower than this an offset says nothing about time.
+// Below this speed an offset gives no time. The speed is measured over kSpeedOver_s.
 constexpr double kMoves_m_s = 0.005, kSpeedOver_s = 0.015;
-// The tick drawn is this near to the newest, or it is a moment of the past.
+// A drawn tick that is further from the newest one is a capture of the past.
 constexpr std::uint64_t kSameTicks = 100;
 
 double secondsFrom(std::int64_t from_ns, std::int64_t to_ns) {
     return 1e-9 * double(to_ns - from_ns);
 }
 
-// As a vector along the axis, its length the angle.
+// Rotation vector: along the axis, its length is the angle.
 Vec3 rotationVector(Quat q) {
     if (q.w < 0.0) q = -q;
     const Vec3 v(q.x, q.y, q.z);
@@ -65,7 +65,7 @@ void TipPredictor::take(const TipSample& sample) {
     if (sample.fresh || count_ == 0) history_[count_++ % kHistory] = sample;
 }
 
-// Least squares over the window, about the newest sample.
+// Least-squares fit over the window, relative to the newest sample.
 TipPredictor::Motion TipPredictor::motion() const {
     const TipSample& last = recent(0);
     double n = 0.0, sum_t = 0.0, sum_tt = 0.0;
@@ -90,7 +90,7 @@ TipPredictor::Motion TipPredictor::motion() const {
             (n * probe_t - sum_t * probe) / spread};
 }
 
-// Over long enough that one count of an encoder is no speed.
+// Measured over a time in which one encoder count does not matter.
 Vec3 TipPredictor::velocityBefore(const TipSample& after) const {
     for (std::size_t back = 0; back < std::min(count_, kHistory); ++back) {
         const TipSample& s = recent(back);
@@ -142,7 +142,7 @@ void TipPredictor::drew(std::uint64_t frame, std::int64_t display_ns, const Tick
     pending_[pending_count_++] = {frame, display_ns, newest_.t_ns, drawn.tool, tipOf(drawn)};
 }
 
-// All that fall between two samples of the truth.
+// Measures all drawn ticks whose display time lies between two samples of the true pose.
 void TipPredictor::measure(const TipSample& before, const TipSample& after) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < pending_count_; ++i) {
@@ -151,7 +151,7 @@ void TipPredictor::measure(const TipSample& before, const TipSample& after) {
             pending_[kept++] = d;
             continue;
         }
-        // Without a truth, or another tool in hand by then: nothing to compare.
+        // Nothing to compare: the true pose is unknown, or the tool has changed.
         const double between_s = secondsFrom(before.t_ns, after.t_ns);
         if (d.display_ns < before.t_ns || d.tool != after.tool || !sameThing(before, after) ||
             between_s > kGap_s)

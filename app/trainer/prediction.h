@@ -1,5 +1,5 @@
-// What the hand holds, drawn where it will be when the picture is seen: the newest pose of the haptics loop
-// is taken ahead at constant velocity, and how far that was from the truth is measured once the truth is
+// Predicts the tool pose at the display time of a frame. The newest pose of the haptics loop is
+// extrapolated at constant velocity. The prediction error is measured once the true pose at that time is
 // known.
 #pragma once
 
@@ -12,41 +12,45 @@
 
 namespace stylet::trainer {
 
-// Defaults from the table of `stylet-bench --only xr.prediction`.
+// Defaults chosen from the table of `stylet-bench --only xr.prediction`.
 struct PredictionSettings {
-    double window_s = 0.016;     // velocities are fitted over the newest so much; 0: nothing is taken ahead
-    double most_lead_s = 0.050;  // beyond it less and less: the stream has ended, or nobody could know
+    // Velocities are fitted over the newest samples in this window; 0: no prediction.
+    double window_s = 0.016;
+    double most_lead_s = 0.050;  // beyond it the prediction shrinks, to zero at twice this lead
     double most_way_m = 0.020;
     double most_turn_rad = 0.35;
-    double stale_s = 0.020;  // nothing new from the device for so long: it is drawn where it was
+    double stale_s = 0.020;  // without a new device sample for this long the tool is drawn at its last pose
 };
 
-// How far a frame's tip was from where it really was at the frame's display time.
+// Difference between the tip drawn in a frame and the true tip at the frame's display time.
 struct TipOffset {
     std::uint64_t frame = 0;
     double lead_s = 0.0;  // from the newest sample to the display time
     double distance_m = 0.0, angle_rad = 0.0;
-    // The same as time, where the tip moved: the picture was ahead of the hand by so much, or behind (< 0).
+    // The difference as time: > 0 if the picture was ahead of the hand, < 0 if behind. Absent if the tip
+    // hardly moved.
     std::optional<double> ahead_s;
 };
 
-// Frame thread only, and no allocation. Times are the loop's clock.
+// Frame thread only. No allocation. Times are on the haptics loop's clock.
 class TipPredictor {
   public:
     explicit TipPredictor(const PredictionSettings& settings = {}) : settings_(settings) {}
 
-    // Empties the ring. Before at(), and after the tick shown was read: it is then among the samples.
+    // Pops all samples from the ring. Call after reading the tick to be shown, so that the samples include
+    // that tick, and before at().
     void take(haptics::Ring<haptics::TipSample>&);
     void take(const haptics::TipSample&);
 
-    // The tick as it is to be drawn at `display_ns`: tool, needle, parked probe and breath taken ahead. What
-    // happened (cuts, phase, forces) is the tick's own: nothing is drawn cut before it is. As it is, where
-    // the stream knows nothing of it: a moment of the past, a lost stretch.
+    // Returns the tick to draw at `display_ns`: tool, needle, parked probe and breath are predicted. Cuts,
+    // phase and forces stay those of the tick, so nothing is drawn cut before it is. Returns the tick
+    // unchanged if the samples do not cover it (a capture of the past, a gap).
     haptics::TickOutput at(const haptics::TickOutput& newest, std::int64_t display_ns) const;
 
-    // What was drawn, to be measured; at() or not. The oldest is forgotten beyond kMostPending.
+    // Records a drawn tick, predicted or not, for later measurement. Beyond kMostPending the oldest is
+    // dropped.
     void drew(std::uint64_t frame, std::int64_t display_ns, const haptics::TickOutput& drawn);
-    // The next frame whose display time has passed.
+    // Returns the next measured frame whose display time has passed.
     std::optional<TipOffset> measured();
 
     static constexpr std::size_t kHistory = 128, kMostPending = 16;
@@ -69,16 +73,16 @@ class TipPredictor {
     void measure(const haptics::TipSample& before, const haptics::TipSample& after);
 
     PredictionSettings settings_;
-    std::array<haptics::TipSample, kHistory> history_{};  // where the device said something new
-    std::size_t count_ = 0;                               // ever
-    haptics::TipSample newest_;                           // also without anything new
+    std::array<haptics::TipSample, kHistory> history_{};  // only samples with new device data
+    std::size_t count_ = 0;                               // total ever added
+    haptics::TipSample newest_;                           // newest sample, with or without new device data
     bool any_ = false;
     std::array<Drawn, kMostPending> pending_{};
     std::array<TipOffset, kMostPending> measured_{};
     std::size_t pending_count_ = 0, measured_count_ = 0;
 };
 
-// The pose that the hand of a tick shows.
+// Pose of the tool in use at a tick.
 inline const patient::Pose& tipOf(const haptics::TickOutput& tick) {
     return haptics::holdsNeedle(tick.tool) ? tick.patient_from_needle : tick.patient_from_tool;
 }

@@ -1,4 +1,4 @@
-// What may hang or die, and is therefore asked in a process of its own (doctor.h).
+// Checks that may hang or crash. They run in a child process (doctor.h).
 #pragma once
 
 #include <functional>
@@ -9,14 +9,15 @@
 namespace stylet::trainer {
 
 struct ProbeReport {
-    std::function<void(const std::string& step)> about;  // to be taken next
+    std::function<void(const std::string& step)> about;  // called before each step
     std::function<void(const Finding&)> found;
 };
 
-// Loader, runtime, headset, its graphics device, a session as far as it comes. Whatever they throw ends in a
-// finding. A session that neither begins nor is shown is left after a good part of `patience`.
+// Checks the loader, the runtime, the headset, its graphics device and, as far as possible, a session. An
+// exception ends in a finding. Stops waiting for a session that does not begin or become visible within a
+// fraction of `patience`.
 void probeRuntime(const ProbeReport&, std::chrono::milliseconds patience);
-// The graphics card without any runtime.
+// Checks the graphics card without an OpenXR runtime.
 void probeVulkan(const ProbeReport&);
 
 }  // namespace stylet::trainer

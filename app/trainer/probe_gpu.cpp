@@ -14,7 +14,7 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr double kReadyWithin = 0.3, kFocusWithin = 0.3;  // of the patience
+constexpr double kReadyWithin = 0.3, kFocusWithin = 0.3;  // fractions of the patience
 constexpr double kComfortable_hz = 89.0;
 
 std::string listed(const std::vector<std::string>& all) {
@@ -37,7 +37,7 @@ Finding gpuFinding(const render::Gpu& gpu) {
     return {"graphics", FindingState::ok, text};
 }
 
-// Black frames: whoever wears the headset sees nothing strange while it is asked.
+// Draws black frames: a user who wears the headset sees nothing strange during the check.
 class Curtain {
   public:
     explicit Curtain(const render::Gpu& gpu, VkFormat format)
@@ -82,7 +82,8 @@ class Curtain {
     vk::raii::CommandBuffers commands_;
 };
 
-// The manifest that the loader will take, and the library it names. False when there is no way on.
+// Finds the manifest that the loader will use, and the library that it names. Returns false if the check
+// cannot continue.
 bool findRuntime(const ProbeReport& report) {
     const std::vector<std::string> places = xr::runtimeSearchPath();
     std::filesystem::path manifest;
@@ -100,7 +101,8 @@ bool findRuntime(const ProbeReport& report) {
     if (name.empty())
         return refuse(manifest.string() + " is no manifest of a runtime: it names no runtime.library_path",
                       "install the runtime again, or set XR_RUNTIME_JSON to a manifest that is whole");
-    // Without a slash the system's loader looks for it; with one it lies beside the manifest, or is absolute.
+    // The system's loader searches for a name without a slash. A name with a slash is absolute or relative
+    // to the manifest.
     const std::filesystem::path library = manifest.parent_path() / name;
     if (std::error_code none; name.find('/') != std::string::npos && !std::filesystem::exists(library, none))
         return refuse(manifest.string() + " names " + library.string() + ", which is not there",
@@ -114,7 +116,7 @@ struct Reached {
     bool bound = false;
 };
 
-// Frames until the session has the focus and a controller is bound, or for so long.
+// Runs frames until the session has the focus and a controller is bound, or until the time is over.
 Reached runFrames(xr::Session& session, Curtain& curtain, const ProbeReport& report,
                   std::chrono::milliseconds patience) {
     const auto within = [&](double share) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kOption = "--path";
 
-// The tick in which the record's needle opened the target duct.
+// Tick in which the recorded needle cut the target duct.
 haptics::TickOutput targetCut(const patient::Patient& patient, const std::filesystem::path& folder) {
     const bool whole = std::filesystem::exists(folder / "record" / "record.json");
     const records::Record record = records::loadRecord(whole ? folder / "record" : folder);

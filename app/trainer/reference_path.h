@@ -1,4 +1,4 @@
-// The path that an attempt is led along and scored against.
+// The reference path: it guides the trainee, and the attempt is scored against it.
 #pragma once
 
 #include <filesystem>
@@ -9,10 +9,11 @@
 
 namespace stylet::trainer {
 
-// In the breath of a commanded hold, end-exhale. `asked`: empty, the best of the patient's; a number N, his
-// N-th best; else the folder of an attempt on him: the straight way of its needle from the skin into the
-// target duct. Throws patient::DataError: there are fewer, it is another patient's, it did not hit. A plan is
-// counted in `made`.
+// Returns the reference path at end-exhale, the breath of a commanded hold. `asked`: empty for the
+// patient's best path; a number N for the N-th best; else the folder of an attempt on this patient, whose
+// straight needle track from the skin to the target duct is used. Throws patient::DataError if there are
+// fewer paths, the attempt is on another patient, or its needle did not reach the target. `made` counts a
+// plan.
 patient::PlannedPath referencePath(const patient::Patient&, const std::filesystem::path& patient_folder,
                                    const std::string& asked, Made* made = nullptr);
 

@@ -36,7 +36,7 @@ using xr::registration::WizardText;
 namespace {
 
 constexpr std::int64_t kRegisterSample_ns = 4'000'000, kLinger_ns = 1'500'000'000;
-constexpr double kCubeOfReach = 0.55;  // a cube's corner is sqrt(3) halves from its middle
+constexpr double kCubeOfReach = 0.55;  // a cube's corner is sqrt(3) half edges from its centre
 constexpr double kSmallestHalf_m = 0.015, kHalf_m = 0.04;
 constexpr std::uint32_t kPress = 1u << 0, kBack = 1u << 1;  // the device's own buttons
 
@@ -47,7 +47,7 @@ patient::Pose poseOf(const Rigid& r) {
     return {r.rotation, r.position_m};
 }
 
-// The device, whichever it is, ready.
+// The opened device: a real one, or a recorded trace.
 struct RegisterHand {
     std::unique_ptr<LiveDevice> live;
     haptics::Trace trace;
@@ -57,7 +57,7 @@ struct RegisterHand {
     }
 };
 
-// Reads device and controller at the same instants, on a thread of its own: frames take their time.
+// Samples device and controller at the same instants. Has its own thread, because frames take too long.
 class Sampler {
   public:
     struct Taken {
@@ -76,7 +76,7 @@ class Sampler {
     Sampler(const Sampler&) = delete;
     Sampler& operator=(const Sampler&) = delete;
 
-    // What came since the last call. A bare hand's poses are of no use.
+    // Samples since the last call. The poses of a bare hand are too inaccurate and are dropped.
     Taken take(bool bare) {
         const std::lock_guard lock(mutex_);
         Taken taken = std::exchange(new_, {});
@@ -103,7 +103,7 @@ class Sampler {
                 }
                 if (grip) new_.tracked.push_back({seconds(now_ns), rigidOf(*grip)});
             }
-            // Late: the next is due from here, so that none are made up for.
+            // After a delay the next sample is due now: missed samples are not made up for.
             due_ns = std::max(due_ns + kRegisterSample_ns, now_ns);
             clock_.sleepUntil_ns(clock_.context, due_ns);
         }
@@ -123,7 +123,7 @@ void say(const std::string& text) {
     std::fprintf(stderr, "stylet: %s\n", text.c_str());
 }
 
-// What the card says, for somebody who does not wear the headset: what changed.
+// Prints the changes of the card's text, for a user who does not wear the headset.
 class Console {
   public:
     void tell(const WizardText& text) {
@@ -137,13 +137,13 @@ class Console {
     std::string title_, what_, awaited_, note_;
 };
 
-// True when it went down since the last call.
+// Returns true if the button went down since the last call.
 struct Edge {
-    bool before = true;  // held from the start, it is not pressed
+    bool before = true;  // a button already down at the start was not pressed
     bool operator()(bool now) { return now && !std::exchange(before, now) ? true : (before = now, false); }
 };
 
-// Words typed: Enter goes on, "back" takes back.
+// Typed commands: Enter continues, "back" undoes the last step.
 struct Typing {
     std::string rest;
     bool open = true;
@@ -192,7 +192,7 @@ std::string nowAsDate() {
     return text.data();
 }
 
-// Where the needle is believed to be: by the controller until the result, then by the device.
+// Estimated needle pose: from the controller until there is a result, then from the device.
 std::optional<patient::Pose> needleOf(const Wizard& wizard, const Sampler::Taken& taken) {
     if (wizard.fit()) {
         if (taken.device.empty()) return std::nullopt;
@@ -216,7 +216,7 @@ struct Registering {
     RegistrationKey key;
     WizardSettings settings;
 
-    // True when something was kept or still holds.
+    // Returns true if a registration was stored or an earlier one is still valid.
     bool run();
     std::filesystem::path file() const {
         return options.out.empty() ? registrationFile(registrationsFolder(), key) : options.out;
@@ -353,7 +353,7 @@ int registerDevice(const RegisterOptions& options) {
 
 bool registerWith(const RegisterOptions& options, haptics::HapticDevice& device, RegisterView& view,
                   const haptics::Clock& clock, const std::function<void()>& each_frame) {
-    // A runtime may say which generation its space is of only once the session runs.
+    // Some runtimes report the generation of their space only once the session runs.
     for (RegisterAnswer first; !first.seen && !interrupted();)
         if (first = view.frame({}); first.over)
             throw DataError("register", "headset", "the runtime ended the session");

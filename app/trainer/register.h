@@ -1,4 +1,4 @@
-// `stylet register`: shows the haptic device its place in the headset's room, and keeps what came of it.
+// `stylet register`: registers the haptic device in the headset's room and stores the result.
 #pragma once
 
 #include <filesystem>
@@ -16,36 +16,37 @@
 namespace stylet::trainer {
 
 struct RegisterOptions {
-    std::string device;  // a kind, or "replay"
+    std::string device;  // device kind, or "replay"
     haptics::DeviceOptions device_options;
-    std::filesystem::path trace;  // of "replay"
-    int points = 8;               // to be held
+    std::filesystem::path trace;  // CSV file for "replay"
+    int points = 8;               // number of points to touch
     bool in_motion = false;
-    bool redo = false;                       // without asking first whether an earlier one still holds
-    int touches = 1;                         // when asking
-    std::string hand = "right";              // that holds the controller
-    std::vector<double> grip_from_tip_mm{};  // three, where the controller's tip is known
+    bool redo = false;           // do not check first whether an earlier registration is still valid
+    int touches = 1;             // points to touch for that check
+    std::string hand = "right";  // hand that holds the controller
+    std::vector<double> grip_from_tip_mm{};  // x, y, z if the controller's tip is known, else empty
     std::filesystem::path out{};             // default: where `stylet run` looks for it
     bool validation = false;
 };
 
-// The exit status of the command: 0 kept or still right, 1 given up. Throws patient::DataError,
-// std::runtime_error.
+// Returns the exit status: 0 if a registration was stored or an earlier one is still valid, else 1. Throws
+// patient::DataError, std::runtime_error.
 int registerDevice(const RegisterOptions&);
 
-// The same on a device that is ready, with a view that is open. `clock` is read and sleeps on two threads.
-// `each_frame` is called before every frame. Returns true when a registration was stored, or an earlier one
-// still holds.
+// Same for a device that is ready and an open view. `clock` is used on two threads. `each_frame` is called
+// before every frame. Returns true if a registration was stored or an earlier one is still valid.
 bool registerWith(const RegisterOptions&, haptics::HapticDevice&, RegisterView&, const haptics::Clock& clock,
                   const std::function<void()>& each_frame = {});
 
-// Where registrations are kept.
+// Folder of the stored registrations.
 std::filesystem::path registrationsFolder();
 RegistrationKey keyOf(const std::string& kind, const haptics::DeviceProfile&, const std::string& space,
                       const std::string& generation);
-// The cube that the tip is asked into: as much of 80 mm as the device reaches.
+// Cube in which the points lie: 80 mm wide, or smaller if the device reaches less. Centred at `grip_m` if
+// the workspace is unknown.
 xr::registration::Cube cubeOf(const haptics::DeviceProfile&, const patient::Vec3& grip_m);
-// A fit as it is stored, and what of it answers whether it still holds.
+// registrationOf() converts a fit to its stored form. storedOf() returns the part needed to check whether
+// the registration is still valid.
 Registration registrationOf(const xr::registration::Fit&, const xr::registration::Cube&,
                             const RegistrationKey&, const std::string& date);
 xr::registration::Stored storedOf(const Registration&);

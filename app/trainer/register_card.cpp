@@ -23,8 +23,8 @@ constexpr Colour kGlass{0.05, 0.07, 0.09}, kText{0.93, 0.95, 0.96}, kTitle{1.0, 
 constexpr double kMargin_px = 36.0, kTitle_px = 48.0, kPitch_px = 44.0;
 constexpr double kSpaceLeft_px = 760.0, kSpaceMiddle_px = 912.0, kSpaceTop_px = 250.0, kHalf_px = 92.0;
 
-// The cube as seen from where the user sits, a little from above and from the right: what is near is lower
-// and to the left.
+// Projects a point of the cube into the picture. The cube is seen from the user's seat, slightly from above
+// and from the right: near points are lower and further to the left.
 Point placed(const WizardSketch& sketch, const Vec3& p_m) {
     const Vec3 way = (p_m - sketch.cube.centre_m) / sketch.cube.half_m;
     const Vec3 at(std::clamp(way.x, -1.5, 1.5), std::clamp(way.y, -1.5, 1.5), std::clamp(way.z, -1.5, 1.5));
@@ -32,7 +32,7 @@ Point placed(const WizardSketch& sketch, const Vec3& p_m) {
             kSpaceTop_px - kHalf_px * (at.y - 0.36 * at.z)};
 }
 
-// All that the picture depends on, in pixels.
+// Everything that the picture depends on, in pixels.
 std::string fingerprint(const WizardText& t, const WizardSketch& sketch) {
     std::string all = t.title + '\n' + t.what + '\n' + t.awaited + '\n' + t.note + (t.warns ? '!' : ' ');
     const auto add = [&all](double a, double b) {

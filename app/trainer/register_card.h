@@ -1,5 +1,5 @@
-// The wizard's words as a picture that hangs before the eyes: what to do, how far it is, and the space with
-// the places in it.
+// Picture of the registration wizard, shown in front of the eyes: instructions, progress, and a sketch of
+// the space with its points.
 #pragma once
 
 #include <cstdint>
@@ -13,10 +13,10 @@ namespace stylet::trainer {
 class RegisterCard {
   public:
     static constexpr int kWidth = 1100, kHeight = 560;
-    static constexpr double kLetter_px = 34.0;  // an em of its smallest letters
+    static constexpr double kLetter_px = 34.0;  // em size of its smallest text
 
     RegisterCard();
-    // Draws where something changed.
+    // Redraws only if something changed.
     void show(const xr::registration::WizardText&, const xr::registration::WizardSketch&);
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }
@@ -27,7 +27,7 @@ class RegisterCard {
     void drawSpace(const xr::registration::WizardSketch&);
 
     report::Canvas canvas_;
-    std::string shown_;  // what is on it, to compare
+    std::string shown_;  // content drawn last, for comparison
     std::vector<std::uint8_t> rgba_;
     std::uint64_t revision_ = 0;
 };

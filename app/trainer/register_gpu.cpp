@@ -16,7 +16,7 @@ namespace {
 constexpr auto kNap = std::chrono::milliseconds(10);
 constexpr double kRaised_rad = 0.35;
 
-// The room without a patient, the card, and the needle where the tip is believed to be.
+// Draws the room without a patient, the card, and a needle at the estimated tip.
 struct RegisterRoom {
     explicit RegisterRoom(const RegisterViewSettings& settings)
         : side(settings.side), session("Stylet", {.stationary = true}) {
@@ -36,7 +36,7 @@ struct RegisterRoom {
     void readHand(RegisterAnswer&) const;
 
     const int side;
-    std::shared_ptr<render::Gpu> gpu;  // outlives the session, which keeps it
+    std::shared_ptr<render::Gpu> gpu;  // must outlive the session, which keeps a reference
     xr::Session session;
     std::optional<render::Renderer> renderer;
     std::optional<Panel> card;
@@ -57,8 +57,8 @@ void RegisterRoom::readHand(RegisterAnswer& answer) const {
 void RegisterRoom::draw(const RegisterShown& shown, xr::Frame& frame) {
     render::RenderScene scene;
     scene.table = false;
-    scene.room.shell = !gpu->isProcessor();  // which has better to do: the device's thread must not starve
-    scene.patient_from_needle = shown.stage_from_needle;  // no patient: his frame is the stage
+    scene.room.shell = !gpu->isProcessor();               // on a processor it would starve the device thread
+    scene.patient_from_needle = shown.stage_from_needle;  // no patient: the patient frame is the stage frame
     session.lateUpdate(frame);
     const std::array<render::View, 2> views = viewsOf(frame, {});
     renderer->draw(
@@ -69,7 +69,7 @@ void RegisterRoom::draw(const RegisterShown& shown, xr::Frame& frame) {
     const double breadth = std::tan(double(eye.angle_right)) - std::tan(double(eye.angle_left));
     xr::ShownPanel panel;
     panel.id = card->id();
-    // Over the hands, not before them.
+    // Above the hands, not in front of them.
     patient::Pose raised = headOf(views);
     raised.rotation = raised.rotation * glm::angleAxis(kRaised_rad, patient::Vec3(1.0, 0.0, 0.0));
     panel.stage_from_panel = poseOf(place.of(raised));
@@ -108,7 +108,7 @@ RegisterAnswer RegisterRoom::frame(const RegisterShown& shown) {
 }  // namespace
 
 std::optional<RegisterView> openRegisterView(const RegisterViewSettings& settings, std::string& why_not) {
-    setenv("XR_LOADER_DEBUG", "none", 0);  // our own error says in a sentence what the loader would print
+    setenv("XR_LOADER_DEBUG", "none", 0);  // our own error replaces the loader's messages
     try {
         const auto room = std::make_shared<RegisterRoom>(settings);
         return RegisterView{[room](const RegisterShown& shown) { return room->frame(shown); },

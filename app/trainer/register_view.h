@@ -1,5 +1,5 @@
-// What `stylet register` needs of a headset: one flat picture before the eyes, a controller and its buttons.
-// Which of the two there is, is decided by the build (register_gpu.cpp or register_none.cpp).
+// The headset as `stylet register` uses it: one flat picture in front of the eyes, a controller and its
+// buttons. The build selects the implementation (register_gpu.cpp or register_none.cpp).
 #pragma once
 
 #include <cstdint>
@@ -12,25 +12,27 @@
 
 namespace stylet::trainer {
 
-// Shown for one frame.
+// Content of one frame.
 struct RegisterShown {
     const std::uint8_t* rgba = nullptr;  // RegisterCard's, rows from the top
     std::uint64_t revision = 0;
-    std::optional<patient::Pose> stage_from_needle{};  // drawn as a needle: its tip at the origin, hub at +z
+    std::optional<patient::Pose> stage_from_needle{};  // needle to draw: tip at the origin, hub at +z
 };
 
 struct RegisterAnswer {
     bool over = false;  // the runtime wants the program to end
     bool seen = false;  // frames are being shown
     bool select = false, menu = false;
-    bool bare = false;         // a hand without a controller: too vague for this
+    bool bare = false;         // bare hand without a controller: too inaccurate
     bool space_moved = false;  // since the last frame
 };
 
 struct RegisterView {
-    // Frame thread; waits for the runtime's pace. Throws std::runtime_error when GPU or runtime are lost.
+    // Frame thread. Waits for the runtime's frame timing. Throws std::runtime_error if the GPU or the
+    // runtime is lost.
     std::function<RegisterAnswer(const RegisterShown&)> frame;
-    // Any thread while this lives: where the controller was, CLOCK_MONOTONIC.
+    // Any thread, as long as this object exists. Grip pose of the controller at `when_ns`
+    // (CLOCK_MONOTONIC).
     std::function<std::optional<patient::Pose>(std::int64_t when_ns)> gripAt;
     std::function<std::string()> space, generation;
 };
@@ -38,11 +40,11 @@ struct RegisterView {
 struct RegisterViewSettings {
     std::filesystem::path assets;
     std::filesystem::path pipeline_cache{};
-    int side = 1;  // of the controller: 0 left
+    int side = 1;  // controller: 0 left, 1 right
     bool validation = false;
 };
 
-// Empty where there is no headset; then `why_not` is one line.
+// Returns nothing if there is no headset. `why_not` is then one line.
 std::optional<RegisterView> openRegisterView(const RegisterViewSettings&, std::string& why_not);
 
 }  // namespace stylet::trainer

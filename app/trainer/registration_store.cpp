@@ -27,7 +27,7 @@ constexpr std::size_t kMostBytes = 64 * 1024;
 constexpr std::size_t kMostText = 200;
 constexpr double kFarthest_m = 100.0, kUnitTolerance = 1e-6;
 
-// A JSON object whose fields are asked for by name; what is left over is refused.
+// Strict reader of a JSON object. Fields are read by name; a field that was not read is refused.
 class Reader {
   public:
     Reader(const json& object, const std::filesystem::path& file, std::string where)
@@ -139,7 +139,8 @@ Registration registrationFrom(Reader r) {
     return result;
 }
 
-// A name that any file system takes; the hash tells apart what was cut or replaced in it.
+// A name that is valid on any file system. The hash distinguishes names that were truncated or had
+// characters replaced.
 std::string fileName(const RegistrationKey& key) {
     constexpr std::size_t kMostName = 100;
     patient::StateHash hash;
@@ -201,7 +202,7 @@ std::string registrationText(const Registration& r) {
 
 void saveRegistration(const Registration& registration, const std::filesystem::path& file) {
     const std::string text = registrationText(registration);
-    // What could not be read again, or not as the same, is refused here.
+    // Refuse a registration that could not be read back unchanged.
     if (!(parseRegistration(text, file).key == registration.key))
         throw DataError(file, "key", "is not UTF-8");
     const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
@@ -240,7 +241,7 @@ std::optional<Registration> findRegistration(const std::filesystem::path& folder
 std::optional<Registration> newestRegistration(const std::filesystem::path& folder, const std::string& device,
                                                const std::string& unit) {
     std::optional<Registration> newest;
-    std::optional<DataError> bad;  // which may have been another device's
+    std::optional<DataError> bad;  // may belong to another device
     std::error_code none;
     for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
         if (entry.path().extension() != ".json") continue;

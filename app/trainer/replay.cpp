@@ -30,7 +30,7 @@ void reportDamage(const records::Record& record) {
         std::fprintf(stderr, "stylet: the attempt was cut short; what is there is replayed\n");
 }
 
-// The samples that a trainee's attempt was stored with, against what its inputs give.
+// Compares the stored samples of a trainee's attempt with the recomputed ones.
 class StoredSamples {
   public:
     StoredSamples(const std::filesystem::path& folder, bool cut_short) {
@@ -38,17 +38,17 @@ class StoredSamples {
         try {
             stored_ = records::loadSamples(folder);
         } catch (const patient::DataError& e) {
-            if (!cut_short) throw;  // of a kill within its header
+            if (!cut_short) throw;  // else the kill may have left the header incomplete
             std::fprintf(stderr, "stylet: no stored samples to compare with: %s\n", e.what());
         }
     }
     void compare(const records::Sample& recomputed) {
         if (!stored_ || differs_at_ || next_ == stored_->samples.size()) return;
-        if (recomputed.tick < stored_->samples[next_].tick) return;  // that one was lost
+        if (recomputed.tick < stored_->samples[next_].tick) return;  // the sample of this tick was lost
         if (!records::sameInFile(recomputed, stored_->samples[next_])) differs_at_ = recomputed.tick;
         ++next_;
     }
-    // Says what came of it; false where a sample differs.
+    // Prints the result. Returns false if a sample differs.
     bool report() const {
         if (!stored_) return true;
         if (differs_at_)
@@ -78,8 +78,8 @@ void reportOutcome(const records::Record& record, const records::ReplayResult& r
                     records::hexOf(record.info.end->state_hash).c_str());
 }
 
-// The recorded poses as a trace of the device that a replay has, beside the patient. A pose that never came
-// is left out: a trace holds the last.
+// Converts the recorded poses to a trace of the replay device, which is beside the patient. Ticks without a
+// new pose are left out, because a trace keeps the last pose.
 haptics::Trace recordedHand(const records::Record& record, const patient::Pose& patient_from_replayed) {
     const patient::Pose& patient_from_recorded = record.header.settings.patient_from_device;
     const bool same = patient_from_recorded.position_m == patient_from_replayed.position_m &&
@@ -104,7 +104,7 @@ records::Record recordIn(const std::filesystem::path& folder) {
 
 using EachTick = std::function<void()>;
 
-// Computes it again through `session`; what there was to be seen goes into `timeline`.
+// Recomputes the record through `session` and stores the frame states in `timeline`.
 records::ReplayResult computeAgain(const patient::Patient& patient, const records::Record& record,
                                    Session& session, Timeline* timeline, const EachTick& each = {}) {
     return records::replay(patient, record,

@@ -39,7 +39,7 @@ Seen seenAt(const ShownReplay& shown, double tick) {
     return seen;
 }
 
-// Who has a headset is in the room; who has none looks at it.
+// Opens a headset if there is one, else a window.
 Pictures picturesOf(const ShownReplay& shown, const PictureSettings& settings) {
     std::string no_headset, no_window;
     if (!shown.window)
@@ -86,7 +86,7 @@ void showReplay(const ShownReplay& shown, const std::vector<Moment>& moments,
         last = now;
         const ControllerPort::Frame hand = settings.controllers->seen();
         player.hear(settings.window->typed() + stick.take(hand.buttons, hand.thumbstick, dt_s));
-        // Who takes the headset off misses nothing.
+        // Stop when the headset is taken off, so that its user misses nothing.
         if (pictures.attention && pictures.attention() == Attention::away) player.hear("stop\n");
         player.pass(dt_s);
         settings.window->tell(player.state());

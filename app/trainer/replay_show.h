@@ -1,5 +1,5 @@
-// A replay to look at: the room, the machines' screens, the slices and the numbers of every tick, in a
-// headset or in the window, scrubbed and from any side.
+// Shows a replay in a headset or a window: the room, the equipment screens, slices and numbers of any tick,
+// from any viewpoint, with scrubbing.
 #pragma once
 
 #include <filesystem>
@@ -10,17 +10,17 @@
 
 namespace stylet::trainer {
 
-// What there is to be seen, every so many ticks.
+// Frame states of a replay, stored every few ticks.
 class Timeline {
   public:
-    // Of so many ticks: what it keeps is bounded.
+    // `ticks`: length of the replay. At most about kMost states are stored.
     explicit Timeline(std::size_t ticks);
-    // Each tick in order; `seen` is asked for only where it is kept.
+    // Call for every tick in order. `seen` is evaluated only for ticks that are stored.
     template <typename MakeSeen>
     void take(std::uint64_t tick, const MakeSeen& seen) {
         if (tick % every_ == 0 || seen_.empty()) seen_.push_back(seen());
     }
-    // The newest kept at `tick`; the first before it. Not empty.
+    // Newest state at or before `tick`, or the first one if `tick` is earlier. Must not be empty.
     const Seen& at(double tick) const;
     bool empty() const { return seen_.empty(); }
 
@@ -35,18 +35,18 @@ struct ShownReplay {
     const patient::Patient& patient;
     const patient::PlannedPath& path;
     const Timeline& timeline;
-    const Timeline* ghost = nullptr;  // of another attempt on the same patient: its needle is shown too
+    const Timeline* ghost = nullptr;  // of another attempt on the same patient; its needle is also shown
     double dt_s = 0.001;
     std::size_t ticks = 0;
     const haptics::TouchMap* touch = nullptr;
     haptics::GuideSettings guide{};
-    bool window = false;           // though there is a headset
-    std::optional<double> at_s{};  // it stands there at first
+    bool window = false;           // even if there is a headset
+    std::optional<double> at_s{};  // start there, paused
 };
 
-// Draws the moments into `out`, and as "at" where it stands at first; then shows the replay, in a headset and
-// the window beside it or in the window alone, until the runtime or the window ends it. Throws
-// patient::DataError where there is neither.
+// Renders the capture points into `out`, and the start position as "at" if `at_s` is set. Then shows the
+// replay in a headset with a window beside it, or in a window alone, until the runtime or the window ends
+// it. Throws patient::DataError if neither is available.
 void showReplay(const ShownReplay&, const std::vector<Moment>&, const std::filesystem::path& out);
 
 }  // namespace stylet::trainer

@@ -1,5 +1,5 @@
-// When a trainee is told to rest: after so long with a haptic device or in a headset without a break, once,
-// and never while the needle is in the patient.
+// Suggests a rest after a long time with a haptic device or a headset without a break. Once, and never
+// while the needle is in the patient.
 #pragma once
 
 #include <span>
@@ -9,25 +9,25 @@ namespace stylet::trainer {
 
 // Guidelines for work in a headset ask for a break every 15 to 30 minutes (Esin-M, FlUId VR UI Guidelines).
 inline constexpr double kRestAfter_s = 20.0 * 60.0;
-inline constexpr double kRest_s = 2.0 * 60.0;  // so long without it is a rest
-inline constexpr double kRestShown_s = 15.0;   // the notice; the console keeps it
+inline constexpr double kRest_s = 2.0 * 60.0;  // a break of this length is a rest
+inline constexpr double kRestShown_s = 15.0;   // duration of the notice; the console message stays
 
-// Seconds of one clock, whichever.
+// A period of work, in seconds of any one clock.
 struct AtWork {
     double begin_s = 0.0, end_s = 0.0;
 };
-// How much of these, in order, lies behind `now_s` without a rest between them or after them.
+// Total working time before `now_s` since the last rest. The periods must be in time order.
 double sinceRest_s(std::span<const AtWork>, double now_s);
 
 // Session thread. Time is an argument.
 class RestWatch {
   public:
-    // `already_s`: as sinceRest_s() says of the attempts before.
+    // `already_s`: working time before this attempt, from sinceRest_s().
     explicit RestWatch(double already_s = 0.0) : at_it_s_(already_s) {}
-    // Often. `works`: the attempt goes on, and somebody holds it; `inside`: the needle is in the body.
-    // True once, when the rest is to be suggested.
+    // Call often. `works`: the attempt is running and the user is working. `inside`: the needle is in the
+    // body. Returns true once, when a rest should be suggested.
     bool pass(double now_s, bool works, bool inside);
-    // The notice is to be seen.
+    // True while the notice should be visible.
     bool shown() const { return shown_; }
     double atIt_s() const { return at_it_s_; }
 
@@ -36,7 +36,7 @@ class RestWatch {
     bool begun_ = false, told_ = false, shown_ = false;
 };
 
-// For a person.
+// Message for the user.
 std::string restAdvice(double at_it_s);
 
 }  // namespace stylet::trainer

@@ -69,7 +69,7 @@ json errorJson(const ForceError& error) {
             {"largest_depth_m", error.largest_depth_m}};
 }
 
-// The force over the partial segmentation against that over the full one.
+// Force on the partial segmentation compared with the force on the full one.
 json truthJson(const ForceTruthReading& truth) {
     if (!truth.known) return "no full segmentation of this patient";
     return {{"felt", truth.felt_is_full ? "full" : "partial"},
@@ -113,7 +113,7 @@ json stepsJson(const training::Progress& progress) {
     return {{"done", done}, {"of", training::kStepCount}, {"out_of_order", progress.out_of_order}};
 }
 
-// A value that is no number was not achieved: null.
+// A metric that was not achieved is NaN and becomes null.
 json scoreJson(const training::Score& score) {
     json metrics = json::array();
     for (std::size_t i = 0; i < training::kMetricCount; ++i) {
@@ -161,7 +161,7 @@ json contrastJson(const patient::ContrastStatus& status) {
             {"at_stop", status.at_stop}};
 }
 
-// Median and the ends of what is in `values`.
+// Median, first and 99th percentile.
 json spreadOf(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     const auto at = [&](double share) {
@@ -170,7 +170,7 @@ json spreadOf(std::vector<double> values) {
     return {{"p1", at(0.01)}, {"median", at(0.5)}, {"p99", at(0.99)}};
 }
 
-// The drawn tip against where it was at the display time; ahead of the hand (> 0) or behind it as time.
+// Difference between the drawn tip and the true tip at the display time. `ahead_ms` > 0: ahead of the hand.
 json visuoHapticJson(const std::vector<FrameTime>& times) {
     std::vector<double> lead_ms, offset_mm, offset_deg, ahead_ms;
     std::size_t late = 0;
@@ -271,7 +271,7 @@ std::vector<report::ForceMark> cutMarks(const SessionLog& log) {
     return marks;
 }
 
-// The tick whose picture the slices show: the target's puncture, else the deepest one inside the body.
+// The tick shown in the slices: the target's puncture, else the deepest tick inside the body.
 const haptics::TickOutput* sliceTick(const SessionLog& log) {
     if (log.target_hit()) return &*log.target_cut;
     return log.deepest ? &*log.deepest : nullptr;
@@ -294,7 +294,7 @@ report::NeedlePicture needlePicture(const AttemptFacts& facts, const SessionLog&
     return picture;
 }
 
-// Beside the ticks of the record: what each picture took.
+// Writes the times of each frame, next to the record's ticks.
 void writeFrameTimes(const std::vector<FrameTime>& times, const std::filesystem::path& file) {
     std::ostringstream stream;
     stream << "tick,frame_ms,opaque_ms,volume_ms,layer_scale,late,lead_ms,offset_mm,offset_deg,ahead_ms\n";
@@ -334,10 +334,10 @@ void writeResults(const patient::Patient& patient, const AttemptFacts& facts, co
 
 namespace {
 
-// The total, and what it lost most by.
+// Prints the total and the metrics that lost the most points.
 void printScore(const SessionLog& log) {
     constexpr std::size_t kShown = 4;
-    constexpr double kWorthTelling = 0.5;  // points
+    constexpr double kWorthTelling = 0.5;  // smallest loss to print [points]
     const training::Score& score = log.score;
     std::printf("  score %.1f of 100; %d of %d steps done, %u out of order\n", score.total,
                 std::popcount(log.progress.steps_done), training::kStepCount, log.progress.out_of_order);

@@ -1,4 +1,4 @@
-// What an attempt leaves in its folder: summary.json, force-depth curve, slices.
+// Files of a finished attempt: summary.json, force-depth curve, slices.
 #pragma once
 
 #include <cstdint>
@@ -20,17 +20,17 @@ struct AttemptFacts {
     std::string clock;  // "real time", "virtual", "replay"
     patient::PlannedPath path;
     double dt_s = 0.001;
-    std::string device;             // what moved the needle: "scripted", "replay", or a device's name
-    std::string firmware_sha256{};  // of the image that the device was given, if any
-    std::optional<Start> start{};   // absent: of a replay
+    std::string device;             // input: "scripted", "replay", or a device's name
+    std::string firmware_sha256{};  // of the firmware image loaded into the device, if any
+    std::optional<Start> start{};   // absent for a replay
 };
 
-// Writes summary.json, force-depth.csv, force-depth.png and, when the needle met the body, slices.png.
+// Writes summary.json, force-depth.csv, force-depth.png and, if the needle entered the body, slices.png.
 // Throws patient::DataError.
 void writeResults(const patient::Patient&, const AttemptFacts&, const SessionLog&, const LoopTotals&,
                   const std::filesystem::path& folder);
 
-// The few lines a person reads at the end.
+// Prints a short summary for the user.
 void printResults(const AttemptFacts&, const SessionLog&, const LoopTotals&,
                   const std::filesystem::path& folder, bool skips);
 

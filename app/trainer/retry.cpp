@@ -31,7 +31,7 @@ std::string listOf(const std::vector<Bookmark>& marks) {
     return list;
 }
 
-// From 0.
+// Index of the chosen bookmark, from 0.
 std::size_t chosen(const std::vector<Bookmark>& marks, const std::string& wanted, const fs::path& folder) {
     if (marks.empty())
         throw DataError(
@@ -55,7 +55,7 @@ Retry openRetry(const std::string& from, const fs::path& store) {
     retry.record = records::loadRecord(retry.folder);
     const std::vector<Bookmark>& marks = retry.record.info.bookmarks;
     std::size_t i = chosen(marks, whole ? "" : from.substr(at + 1), retry.folder);
-    // A kill may have cost the ticks of the last ones.
+    // If the program was killed, the ticks of the last bookmarks may be missing.
     while (whole && i > 0 && marks[i].tick > retry.record.inputs.size())
         --i;
     retry.number = i + 1;
@@ -82,7 +82,7 @@ void checkRetry(Retry& retry, const patient::Patient& patient) {
 }
 
 bool sameNumbers(const haptics::DeviceProfile& a, const haptics::DeviceProfile& b) {
-    // Unknown is no number, and the same as unknown.
+    // Unknown values are NaN, and equal to each other.
     const auto same = [](double x, double y) {
         return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y) || (x != x && y != y);
     };

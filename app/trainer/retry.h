@@ -1,5 +1,5 @@
-// Going through an attempt again from a bookmark: the recorded inputs up to there are computed again and
-// checked, then the hand takes over.
+// Restarts an earlier attempt at a bookmark. The recorded inputs up to the bookmark are recomputed and
+// checked, then new input takes over.
 #pragma once
 
 #include <filesystem>
@@ -12,30 +12,32 @@
 namespace stylet::trainer {
 
 struct Retry {
-    std::filesystem::path folder;  // of the record
+    std::filesystem::path folder;  // folder of the record
     records::Record record;        // up to the bookmark
     records::Bookmark bookmark;
-    std::size_t number = 0;  // of the bookmark, from 1
-    // Where the tool was left, once checkRetry() has computed it.
+    std::size_t number = 0;  // number of the bookmark, from 1
+    // Last recorded tick before the bookmark; set by checkRetry().
     haptics::TickOutput left;
 };
 
-// `from`: ATTEMPT[@BOOKMARK]. The attempt: its folder, its record's, or its id in `store`. The bookmark: its
-// number from 1 or its text; the last where it is left out. Throws patient::DataError, which lists the
-// bookmarks there are.
+// `from`: ATTEMPT[@BOOKMARK]. ATTEMPT is an attempt's folder, a record's folder, or an attempt's id in
+// `store`. BOOKMARK is a number from 1 or the bookmark's text; default: the last one. Throws
+// patient::DataError, which lists the available bookmarks.
 Retry openRetry(const std::string& from, const std::filesystem::path& store);
 
-// Computes it again up to the bookmark. Throws patient::DataError: another patient, or not what was recorded.
+// Recomputes the record up to the bookmark. Throws patient::DataError if the patient is another one or the
+// result differs from the record.
 void checkRetry(Retry&, const patient::Patient&);
 
-// The attempt begins as the record does, with all that is computed from; its scripted hand is moved to where
-// the recorded device stood.
+// Makes the attempt begin with the recorded settings and inputs. Scripted input is moved to the pose of the
+// recorded device.
 void beginAs(Attempt&, const Retry&, const MakeTouch& = makeTouch);
 
-// Where the profile's numbers are others, a device would not get the force that it can bear.
+// Compares the numbers of two profiles on which the force depends. If they differ, the recorded force is
+// not suited to the device.
 bool sameNumbers(const haptics::DeviceProfile&, const haptics::DeviceProfile&);
 
-// A device that pushes nothing, in the place of the recorded one.
+// Moves a device without force output to the pose of the recorded device. Forces are not transformed.
 class PlacedDevice final : public haptics::HapticDevice {
   public:
     // The device must outlive it.

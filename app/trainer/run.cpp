@@ -34,7 +34,7 @@ constexpr const char* kDisplayVariable = "DISPLAY";
 constexpr const char* kSoundLogVariable = "ALSOFT_LOGLEVEL";
 constexpr const char* kScripted = "scripted";
 
-// The mock runtime's manifest: in this program's build tree, or installed with it.
+// Manifest of the mock runtime, in this program's build tree or installed with it.
 std::filesystem::path bundledRuntime() {
     const std::filesystem::path prefix = programFolder().parent_path();
     for (const std::filesystem::path& file :
@@ -79,7 +79,7 @@ bool isLive(const RunOptions& options) {
     return options.device != kScripted && options.device != kReplayDevice;
 }
 
-// What goes together on the command line, before anything is made.
+// Checks that the options of the command line fit together, before anything is created.
 void checkHand(const RunOptions& options) {
     const auto refuse = [&](const char* option, const std::string& reason) {
         throw DataError(options.device, option, reason);
@@ -99,8 +99,8 @@ void checkHand(const RunOptions& options) {
     if (isLive(options)) haptics::makeDriver(options.device, options.device_options, monotonicClock());
 }
 
-// The attempt as scripted, or with the hand of a trace in its place: what is said meanwhile stays the
-// scenario's, as far as the hand goes.
+// The scripted attempt, or the same attempt with the input of a trace. The scenario's commands stay, up to
+// the end of the trace.
 Attempt withHand(const RunOptions& options, Attempt attempt, const Retry* retry, const MakeTouch& touch) {
     if (options.device == kReplayDevice) {
         attempt.hand.samples = haptics::loadTrace(options.trace).samples;
@@ -112,7 +112,7 @@ Attempt withHand(const RunOptions& options, Attempt attempt, const Retry* retry,
     return attempt;
 }
 
-// The user's device once it is ready.
+// Opens the user's device and waits until it is ready.
 std::unique_ptr<LiveDevice> readyDevice(const RunOptions& options, const haptics::Clock& clock) {
     catchInterrupts();
     auto live = std::make_unique<LiveDevice>(options.device, options.device_options, clock);
@@ -121,24 +121,25 @@ std::unique_ptr<LiveDevice> readyDevice(const RunOptions& options, const haptics
     return live;
 }
 
-// An attempt on the user's device, and how a tool is held where the device does not say it.
+// Live input of an attempt: ports, device, and the pose in which a tool is held if the device senses no
+// orientation.
 struct Live {
     std::shared_ptr<ControllerPort> port;  // of a controller; outlives the device
-    std::shared_ptr<WindowPort> window = std::make_shared<WindowPort>();  // so does this
+    std::shared_ptr<WindowPort> window = std::make_shared<WindowPort>();  // also outlives the device
     std::unique_ptr<LiveDevice> device;
-    haptics::HapticDevice* aimed = nullptr;    // of `device`
-    std::optional<Registration> registration;  // of `device`, in the headset's room
-    std::optional<TippedDevice> tipped;        // `aimed`, where the registration knows its tip
-    std::optional<PlacedDevice> placed;        // `aimed`, where the recorded device stood elsewhere
+    haptics::HapticDevice* aimed = nullptr;    // the device as the loop uses it
+    std::optional<Registration> registration;  // pose of `device` in the headset's room
+    std::optional<TippedDevice> tipped;        // wraps `aimed`: tip as found by the registration
+    std::optional<PlacedDevice> placed;        // wraps `aimed`: moved to the recorded device's pose
     patient::Quat device_from_needle{};
     haptics::GuideSettings guide;
 
-    // In the device's axes, seen from a needle's tip.
+    // Pose of `tool` in the device's axes, relative to a needle's tip.
     patient::Pose held(haptics::Tool tool) const { return heldLike({device_from_needle, {}}, tool, guide); }
 };
 
-// The attempt begins with the recorded one's; the device is moved to where that one stood. One that pushes is
-// the same device, and stands where it stood.
+// Makes the attempt begin with the recorded ticks, and moves the device to the pose of the recorded one.
+// Only for devices without force output; liveAttempt() handles the others.
 void resume(Live& live, Attempt& attempt, const Retry* retry) {
     if (!retry) return;
     const patient::Pose own = attempt.simulation.patient_from_device;
@@ -151,8 +152,8 @@ ControllerSide sideOf(const RunOptions& options) {
     return options.hand == "left" ? ControllerSide::left : ControllerSide::right;
 }
 
-// The controllers are in the room that is drawn: what is seen there is where they are, without registration.
-// They are waited for while the attempt runs, for only its pictures have a session.
+// Controllers are tracked in the room that is drawn, so they need no registration. They are available only
+// while the attempt runs, because only its pictures have an OpenXR session.
 Attempt controllerAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                           const Scenario& scenario, const patient::PlannedPath& path,
                           const haptics::Clock& clock, const Retry* retry, const MakeTouch& touch) {
@@ -168,7 +169,7 @@ Attempt controllerAttempt(const RunOptions& options, Live& live, const patient::
     return attempt;
 }
 
-// The mouse's frame is the patient's.
+// The device frame of the mouse is the patient frame.
 Attempt mouseAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
                      const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock,
                      const Retry* retry, const MakeTouch& touch) {
@@ -198,7 +199,7 @@ Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patien
         return controllerAttempt(options, live, patient, scenario, path, clock, retry, make_touch);
     if (options.device == kMouse)
         return mouseAttempt(options, live, patient, scenario, path, clock, retry, make_touch);
-    haptics::TouchMap touch = make_touch(patient);  // first: a device that is ready may be moved
+    haptics::TouchMap touch = make_touch(patient);  // first, because a device that is ready may be moved
     live.device = readyDevice(options, clock);
     live.registration = newestRegistration(dataFolder() / "registrations", options.device,
                                            std::string(live.device->profile().name));
@@ -230,7 +231,7 @@ training::Difficulty difficultyOf(const RunOptions& options) {
     throw DataError(options.difficulty, "--difficulty", "neither guided, nor practice, nor exam");
 }
 
-// What the trainee hears, and feels in a controller. Session thread.
+// Sounds for the trainee, and vibration of a controller. Session thread.
 class Hearing {
   public:
     Hearing(const RunOptions& options, const SoundPlaces& places, double tick_s, ControllerPort* port,
@@ -278,12 +279,12 @@ LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& a
     const LoopTotals totals = runRealTime(
         attempt, session, std::move(pictures), clock, &hand, heard, [&live] { return live.window->typed(); },
         options.frame_patience_s);
-    // A controller's thread may be stuck in the runtime as the frames are; there is no force to end.
+    // If the frames hang in the runtime, a controller's thread may hang there too. It has no force to end.
     if (!totals.frames_stuck || !live.port) live.device->stop();
     return totals;
 }
 
-// For a person.
+// Description for the user.
 std::string whereOf(const Retry& retry) {
     char seconds[32];
     std::snprintf(seconds, sizeof seconds, "%.1f s",
@@ -300,7 +301,7 @@ void printBookmarks(const std::vector<records::Bookmark>& marks, const std::stri
                 marks.size() == 1 ? "" : "s", attempt.c_str(), marks.size(), own.c_str());
 }
 
-// The record has its name only.
+// The record contains only the scenario's name.
 std::string scenarioOf(const Retry& retry) {
     const std::string& name = retry.record.info.scenario;
     if (std::filesystem::exists(assetsFolder() / "scenarios" / (name + ".toml"))) return name;
@@ -367,12 +368,12 @@ std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::Plann
 
 namespace {
 
-// An attempt that is over.
+// A finished attempt.
 struct Ended {
-    RunOptions options;            // that it was made with
-    std::filesystem::path folder;  // of what it left
+    RunOptions options;            // options of the attempt
+    std::filesystem::path folder;  // folder of its results
     bool has_bookmark = false;
-    std::optional<NextAttempt> next;  // that the instructor wants
+    std::optional<NextAttempt> next;  // requested by the instructor
 };
 
 Ended runOne(const RunOptions& asked, SteadyTime begun) {
@@ -381,7 +382,7 @@ Ended runOne(const RunOptions& asked, SteadyTime begun) {
     start.begun = begun;
     checkHand(options);
     difficultyOf(options);
-    // What its library would print beside our own line; before there are threads.
+    // Suppresses the messages of the sound library. Set here, before there are threads.
     if (environment(kSoundLogVariable).empty()) setEnvironment(kSoundLogVariable, "0");
     std::optional<Keeper> keeper;
     if (options.trainee.empty()) {
@@ -471,7 +472,7 @@ Ended runOne(const RunOptions& asked, SteadyTime begun) {
     }
     if (other) session.compareWith(truth.emplace(*other, attempt.simulation.tools.needle));
     Hearing hearing(options, soundPlaces(patient, path), attempt.simulation.dt_s, live.port.get(), ears);
-    // Whoever has a device that pushes in his hand, or controllers, and so a headset on.
+    // True if the user feels forces from a device, or holds controllers and therefore wears a headset.
     const bool strains = live.device && (live.port || live.device->profile().force_axes > 0);
     RestWatch rest(strains && keeper ? keeper->sinceRest_s(options.trainee) : 0.0);
     const auto heard = [&](const Seen& seen) {
@@ -520,7 +521,8 @@ Ended runOne(const RunOptions& asked, SteadyTime begun) {
     return {options, options.out, !record.bookmarks().empty(), totals.next};
 }
 
-// What cannot be is said, and stays as it was: nobody at the console wants the program to end by a slip.
+// Options of the next attempt. An invalid request is reported and ignored: a typing error of the instructor
+// must not end the program.
 RunOptions following(const Ended& last, const RunOptions& asked, int number) {
     RunOptions next = last.options;
     next.from.clear();
@@ -554,7 +556,7 @@ RunOptions following(const Ended& last, const RunOptions& asked, int number) {
         });
     if (last.next->seed) next.seed = *last.next->seed;
     if (last.next->seed && !last.next->patient) next.patient.clear(), next.full.clear();
-    if (last.next->seed || last.next->patient) next.path.clear();  // of the other one
+    if (last.next->seed || last.next->patient) next.path.clear();  // the path belongs to the previous patient
     return next;
 }
 

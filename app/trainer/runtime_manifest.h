@@ -1,4 +1,4 @@
-// An OpenXR runtime's manifest, as the loader reads it.
+// Reads the manifest of an OpenXR runtime, as the loader does.
 #pragma once
 
 #include <filesystem>
@@ -7,9 +7,9 @@
 
 namespace stylet::trainer {
 
-// The library that it names; empty where it names none or is no manifest.
+// Path of the library that the manifest names; empty if it names none or is not a manifest.
 std::string libraryNamedBy(std::string_view manifest);
-// The same of a file; empty too where it cannot be read.
+// Same for a file; also empty if the file cannot be read.
 std::string libraryNamedBy(const std::filesystem::path& manifest);
 
 }  // namespace stylet::trainer

@@ -25,10 +25,10 @@ constexpr double kMaxLean_deg = 60.0, kMaxRoll_deg = 180.0, kRadPerDeg = 0.01745
 constexpr std::size_t kMaxStages = 200;
 constexpr std::size_t kMaxFileBytes = 1 << 20;
 
-// One TOML table with its name for messages.
+// One TOML table, with its name for messages.
 struct Fields {
     const std::filesystem::path& file;
-    std::string name;  // "" at the top
+    std::string name;  // "" for the top level
     const toml::table& table;
 
     std::string path(std::string_view key) const {
@@ -93,7 +93,7 @@ haptics::Tool readTool(const Fields& f) {
     f.refuse("tool", "\"" + name + "\" is none of finger, probe, scalpel, guide, needle");
 }
 
-// Every knob of the machine that the stage names, at least one.
+// Reads every knob that the stage names; at least one is required.
 std::vector<training::Turned> readKnobs(const Fields& f, training::Machine machine) {
     const std::span<const training::Knob> knobs = training::knobsOf(machine);
     std::vector<training::Turned> turned;
@@ -110,7 +110,7 @@ std::vector<training::Turned> readKnobs(const Fields& f, training::Machine machi
     return turned;
 }
 
-// Stages of the machines beside the table; false for any other.
+// Reads a stage that operates the equipment. Returns false for any other kind.
 bool readMachineStage(const Fields& f, const std::string& kind, Stage& stage) {
     if (kind == "inject") {
         f.allowOnly({"do", "ml_per_s", "seconds"});
@@ -305,7 +305,7 @@ std::uint64_t digest(const Scenario& s) {
     const auto addPlace = [&](const Place& p) {
         for (double v : {p.share, p.deeper_m, p.headward_m, p.frontward_m})
             hash.add(v);
-        // As it was before tools could be turned, where none is.
+        // Without any rotation the hash is the same as before rotations existed.
         if (p.headward_rad == 0.0 && p.frontward_rad == 0.0 && p.roll_rad == 0.0) return;
         for (double v : {p.headward_rad, p.frontward_rad, p.roll_rad})
             hash.add(v);

@@ -1,5 +1,5 @@
-// What a scripted trainee does, without a coordinate: places are given along the planned path of whichever
-// patient lies on the table. README of assets/scenarios lists the fields.
+// Actions of a scripted trainee, without coordinates: places are given along the planned path, so a
+// scenario works for any patient. assets/scenarios/README.md lists the fields.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,10 @@
 
 namespace stylet::trainer {
 
-// A place on the planned path: `share` of the way from skin (0) to target (1), so much deeper, and so much
-// beside it, across the path toward the patient's head and front. The tool points along the path, leant over
-// at its tip so that it points toward head and front by so much, then turned about its own shaft.
+// A place relative to the planned path. `share` is the fraction of the path from skin (0) to target (1),
+// and `deeper_m` is added to it. `headward_m` and `frontward_m` are offsets across the path toward the
+// patient's head and front. The tool points along the path. It is then tilted at its tip by `headward_rad`
+// and `frontward_rad`, and rolled about its own shaft by `roll_rad`.
 struct Place {
     double share = 0.0;
     double deeper_m = 0.0;
@@ -29,63 +30,65 @@ struct Place {
 enum class StageKind : std::uint8_t {
     wait,     // stay for `seconds`
     move,     // along the path to `to`
-    hold,     // command a breath-hold; wait for the longest breath and `seconds` more, so that it has begun
+    hold,     // command a breath hold; wait for the longest breath plus `seconds`, so that it has begun
     breathe,  // end the hold
-    take,     // another tool in hand, within `seconds`
-    park,     // leave the probe where it is held
+    take,     // change to another tool within `seconds`
+    park,     // leave the probe in its place
     lift,     // take the parked probe off the skin
-    inject,   // contrast medium for `seconds`; without, until the next such stage
-    pedal,    // X-rays from now on, or no more
-    machine   // turn knobs of the C-arm or of the ultrasound machine
+    inject,   // inject contrast medium for `seconds`; 0: until the next such stage
+    pedal,    // press or release the X-ray pedal
+    machine   // set knobs of the C-arm or of the ultrasound machine
 };
 
 struct Stage {
     StageKind kind = StageKind::wait;
     double seconds = 0.0;
     Place to;
-    double speed_m_s = 0.0;                      // cruising; starts and stops are smooth
-    haptics::Tool tool = haptics::Tool::needle;  // of take
+    double speed_m_s = 0.0;                      // cruising speed; starts and stops are smooth
+    haptics::Tool tool = haptics::Tool::needle;  // for take
     double injected_m3_per_s = 0.0;
     bool pedal_down = false;
-    std::vector<training::Turned> turned;  // of machine, in the knobs' order
+    std::vector<training::Turned> turned;  // for machine, in the order of the knobs
     friend bool operator==(const Stage&, const Stage&) = default;
 };
 
-// How the patient on the table breathes; what is absent is as in the patient's package.
+// Breathing of the patient. Absent values come from the patient's package.
 struct ScenarioBreath {
     std::optional<double> period_s, amplitude;
-    // All but rhythm, creep and seed, which are the patient's and the attempt's.
+    // Everything except rhythm, creep and seed, which come from the patient and the attempt.
     patient::BreathPlan plan;
-    double creep_m = 0.0;  // of the dome over plan.hold.creep_s, toward the head
+    double creep_m = 0.0;  // drift of the dome toward the head over plan.hold.creep_s
     std::filesystem::path recording;
     friend bool operator==(const ScenarioBreath&, const ScenarioBreath&) = default;
 };
 
 struct Scenario {
     std::string name;
-    haptics::Tool tool = haptics::Tool::needle;  // in hand at the start
+    haptics::Tool tool = haptics::Tool::needle;  // tool at the start
     Place start;
-    double ramp_s = 0.4;       // from rest to cruising speed and back
+    double ramp_s = 0.4;       // time from rest to cruising speed and back to rest
     double tremor_m = 0.0001;  // largest excursion
     double tremor_low_hz = 8.0, tremor_high_hz = 10.0;
-    double approach_distance_m = 0.0;  // off the skin: the moment "approach"
+    double approach_distance_m = 0.0;  // distance from the skin for the capture "approach"
     std::vector<std::string> moments;  // "approach", "xray", "contrast", or the first entry into a tissue
     ScenarioBreath breath;
     std::vector<Stage> stages;
     friend bool operator==(const Scenario&, const Scenario&) = default;
 };
 
-// A name in assets/scenarios, or a file. Throws patient::DataError that lists the names there are.
+// Finds a scenario by its name in assets/scenarios, or as a file. Throws patient::DataError that lists the
+// available names.
 std::filesystem::path scenarioFile(const std::string& name);
-// Throws patient::DataError: file, field, reason. Reads the recording it names too.
+// Throws patient::DataError with file, field and reason. Also reads the breath recording that the scenario
+// names.
 Scenario loadScenario(const std::filesystem::path& toml);
-// The same by its contents, without the recording; `file` is named when they are refused.
+// Same from the file's text, without the recording. Errors name `file`.
 Scenario parseScenario(std::string_view toml, const std::filesystem::path& file);
 
-// A recording in place of the rhythm. Throws patient::DataError.
+// Replaces the rhythm by a recording. Throws patient::DataError.
 void breatheAsRecorded(ScenarioBreath&, const std::filesystem::path& csv);
 
-// 64 bits over all of it.
+// 64-bit hash of the scenario.
 std::uint64_t digest(const Scenario&);
 
 }  // namespace stylet::trainer

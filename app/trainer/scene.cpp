@@ -8,7 +8,7 @@ namespace stylet::trainer {
 namespace {
 
 constexpr double kGhostShaft_m = 0.15;
-constexpr double kField_m = 0.085;  // of the disinfected skin
+constexpr double kField_m = 0.085;  // radius of the disinfected skin
 
 render::MarkKind kindOf(WoundKind kind) {
     switch (kind) {

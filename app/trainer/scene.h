@@ -1,4 +1,4 @@
-// From what the trainer knows to what the renderer shows.
+// Builds the renderer's scene from the state of an attempt.
 #pragma once
 
 #include <vector>
@@ -13,28 +13,29 @@
 
 namespace stylet::trainer {
 
-// The room around the table, the access field and, with the closed skin, the drape.
-// The C-arm comes over the target with its first pulse.
+// Adds the room around the table, the access field and, with closed skin, the drape. The C-arm is over the
+// target from its first pulse on.
 void furnish(render::RenderScene&, const patient::PlannedPath&, const training::XrayState& = {});
 
-// What a tick's hand holds and where the probe was left.
+// Adds the tool in use and the parked probe.
 void showTools(render::RenderScene&, const haptics::TickOutput&);
 
 void showMonitor(render::RenderScene&, const BreathMonitor&);
 
-// The wounds, and with the closed skin the disinfected field around the planned entry.
+// Marks of the wounds and, with closed skin, of the disinfected field around the planned entry.
 std::vector<render::Mark> marksOf(const std::vector<Wound>&, render::Look, const patient::PlannedPath&);
 
-// The room and its patient as ticks find them, for one who draws. One thread.
+// Builds the scene of room and patient for a tick. Use from one thread only.
 class SceneMaker {
   public:
-    // The patient and the map must outlive it.
-    // `hints`: the reference path, and what the room's light says.
+    // The patient and the map must outlive it. `hints`: whether to show the reference path, and whether the
+    // room light shows alerts.
     SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const haptics::TouchMap*,
                double tick_s, const training::Hints& hints);
-    // Another difficulty, from now on.
+    // Sets the hints of another difficulty.
     void help(const training::Hints& hints) { hints_ = hints; }
-    // With the breath monitor's screen, not the machines'. Valid until the next call.
+    // Includes the screen of the breath monitor, but not the ultrasound and X-ray screens. Valid until the
+    // next call.
     render::RenderScene sceneOf(const Seen&);
     const patient::Pose& stageFromPatient() const { return stage_from_patient_; }
 
@@ -49,7 +50,7 @@ class SceneMaker {
     BreathMonitor monitor_;
 };
 
-// What the machines can see of what a scene shows. `contrast` as in MachineMoment.
+// Input of the equipment pictures for a scene. `contrast`: see MachineMoment.
 MachineMoment momentOf(const Seen&, const render::RenderScene&, const render::Renderer&,
                        const patient::ContrastTable* contrast, const haptics::GuideSettings&, double tick_s);
 

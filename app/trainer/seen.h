@@ -1,4 +1,4 @@
-// What a picture shows of an attempt at a tick.
+// State of an attempt at one tick, as frames show it.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@
 
 namespace stylet::trainer {
 
-// How much the room says that a structure at risk is struck, or that the target is reached: 0 to 1, and
-// never in a flash (alert.h).
+// Strength of the room light's alerts, 0 to 1: a structure at risk is struck, or the target is reached. The
+// light never flashes (alert.h).
 struct Glow {
     float struck = 0.0f, reached = 0.0f;
 };
@@ -27,19 +27,20 @@ struct Seen {
     std::vector<Wound> wounds;
     training::Machines machines;
     training::DoseLedger dose;
-    // As haptics::LoopChannels has them: no ticks are made, and how far the tool is from where they stopped.
+    // See haptics::LoopChannels: whether the ticks are paused, and how far the tool is from where they
+    // stopped.
     bool held = false;
     double to_return_m = 0.0;
-    std::uint64_t rearm_acts = 0;  // how often the user has asked for the force, so far
+    std::uint64_t rearm_acts = 0;  // number of re-arm requests so far
     training::Progress progress{};
     bool lights_out = false;
     bool paused = false;  // by the instructor
     Glow glow{};
-    Insertion insertion{};                        // what the needle has passed, this time
+    Insertion insertion{};                        // tissues that the needle has passed in this insertion
     std::optional<patient::Pose> ghost_needle{};  // of an expert's attempt, in a replay
     ForceTruthReading truth{};
-    std::optional<training::Difficulty> difficulty{};  // as the instructor has set it, if he has
-    bool rest_due = false;                             // the trainee is to be told so (rest.h)
+    std::optional<training::Difficulty> difficulty{};  // current difficulty, if known
+    bool rest_due = false;                             // show the rest notice (rest.h)
 };
 
 }  // namespace stylet::trainer

@@ -17,7 +17,7 @@ using haptics::TickRecord;
 
 namespace {
 
-constexpr std::size_t kRecentTicks = 4096;  // as many as the ring between the threads holds
+constexpr std::size_t kRecentTicks = 4096;  // as many as the ring between the threads can hold
 
 }  // namespace
 
@@ -37,8 +37,8 @@ Session::Session(const patient::Patient& patient, const patient::PlannedPath& pa
       glow_(dt_s) {}
 
 void Session::drain(haptics::LoopChannels& channels) {
-    // An event is handed over after its own tick and before the next: so it is settled, however much waits,
-    // and what is folded over both comes out the same again.
+    // An event is passed on after its own tick and before the next one, however much waits. Everything
+    // computed from both is then reproducible.
     TickRecord record;
     EventRecord event;
     while (channels.records.pop(record)) {
@@ -66,12 +66,12 @@ bool Session::takeRearm() {
     return std::exchange(rearm_, false);
 }
 
-// What he does, and what he has to be told.
+// Tracks buttons, commands, re-arm acts and new faults.
 void Session::watchUser(const TickRecord& record) {
     const TickOutput& now = record.output;
     const TickOutput before = recent_.empty() ? TickOutput{} : recent_.back();
     const std::uint32_t pressed = record.input.device.buttons;
-    // A button that is held as the attempt begins was not pressed.
+    // A button that is already down when the attempt begins was not pressed.
     const std::uint32_t fresh = recent_.empty() ? 0 : pressed & ~pressed_;
     pressed_ = pressed;
     held_ = (record.input.device.flags & haptics::kDeviceReady) != 0 ? pressed : 0;
@@ -196,7 +196,7 @@ void Session::onEvent(const EventRecord& record, const TickOutput& shown) {
     takeProgress();
     if (!cut && event.kind != NeedleEventKind::entry) return;
     log_.punctures.push_back(record);
-    // A cut stands between two ticks: its peak is in neither's force.
+    // A cut happens between two ticks, so neither tick's force contains its peak.
     log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(event.force_before_n));
     note(std::string(patient::tissueName(event.border.to)), shown);
     if (target_cut) log_.target_cut = shown;

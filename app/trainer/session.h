@@ -1,5 +1,5 @@
-// What became of an attempt: the session watches every tick, keeps the record and finds the moments worth a
-// picture. It never touches GPU or OpenXR, and outlives both.
+// Observes every tick of an attempt, writes the record and finds the capture points. It never uses the GPU
+// or OpenXR, and outlives both.
 #pragma once
 
 #include <cstdint>
@@ -22,22 +22,22 @@
 
 namespace stylet::trainer {
 
-// An instant with everything a picture of it needs.
+// A capture point, with everything that a picture of it needs.
 struct Moment {
     std::string name;
     Seen seen;
 };
 
-// What the passivity controller added, over the ticks in contact.
+// Force added by the passivity controller, over the ticks in contact.
 struct ControllerLog {
     std::uint64_t contact_ticks = 0;
-    std::uint64_t felt_ticks = 0;  // more than kFelt_n
+    std::uint64_t felt_ticks = 0;  // ticks with more than kFelt_n
     double peak_n = 0.0;
     double sum_n2 = 0.0;
 };
 inline constexpr double kFelt_n = 0.001;
 
-// A command in the tick that took it, with what was before.
+// A command, the tick that executed it and the tick before.
 struct Taken {
     haptics::Command command;
     haptics::TickOutput before, after;
@@ -47,26 +47,26 @@ struct SessionLog {
     std::vector<report::ForceSample> curve;       // every tick inside the body
     std::vector<haptics::EventRecord> punctures;  // cuts and entries, in order
     std::vector<Moment> moments;
-    // The first cut of a duct with the target's label at the tip.
+    // The first tick in which a duct was cut with the target's label at the tip.
     std::optional<haptics::TickOutput> target_cut;
-    std::optional<haptics::TickOutput> deepest;  // inside the body
+    std::optional<haptics::TickOutput> deepest;  // deepest tick inside the body
     double peak_force_n = 0.0;
     double lateral_cut_m = 0.0;
     std::uint64_t ticks = 0;  // received
     std::uint64_t last_tick = 0;
     std::uint64_t state_hash = 0;
     std::uint32_t faults = 0;         // every bit ever seen
-    std::uint32_t awaited = 0;        // of the newest tick: what keeps the force from beginning
-    std::uint64_t awaited_ticks = 0;  // for so long the same
+    std::uint32_t awaited = 0;        // of the newest tick: what prevents the force from starting
+    std::uint64_t awaited_ticks = 0;  // number of ticks without a change of `awaited`
     ControllerLog controller;
-    bool machines_used = false;  // X-ray, contrast medium, ultrasound: the next two have something to say
+    bool machines_used = false;  // X-ray, contrast medium or ultrasound was used
     training::DoseLedger dose;
     patient::ContrastStatus contrast;
-    std::vector<std::vector<haptics::TickRecord>> flights;  // of the first kMaxFlights faults
-    std::uint64_t more_flights = 0;                         // that were not kept
+    std::vector<std::vector<haptics::TickRecord>> flights;  // tick histories of the first kMaxFlights faults
+    std::uint64_t more_flights = 0;                         // histories that were dropped
     training::Progress progress;                            // of the newest tick
-    training::Score score;                                  // the same
-    ForceTruthReading truth;                                // the same
+    training::Score score;                                  // of the newest tick
+    ForceTruthReading truth;                                // of the newest tick
     std::vector<training::SessionEvent> events;             // in order
     bool target_hit() const { return target_cut.has_value(); }
 };
@@ -75,56 +75,58 @@ inline constexpr std::size_t kMaxFlights = 16;
 
 class Session {
   public:
-    // `moments` as in Scenario; `record` may be null (a replay records nothing). All must outlive the
+    // `moments`: see Scenario. `record` may be null (a replay records nothing). All must outlive the
     // session.
     Session(const patient::Patient&, const patient::PlannedPath&, const std::vector<std::string>& moments,
             double approach_distance_m, records::RecordWriter* record, double dt_s = 0.001);
 
-    // Before the first tick: the meter that is fed them. It must outlive the session.
+    // Call before the first tick. The meter receives every tick and must outlive the session.
     void compareWith(ForceTruth& truth) { truth_ = &truth; }
 
-    // Session thread. Takes all that waits in the rings; throws patient::DataError when the record cannot be
-    // kept.
+    // Session thread. Processes everything that waits in the rings. Throws patient::DataError if the record
+    // cannot be written.
     void drain(haptics::LoopChannels&);
-    // The same, one by one. An event may come before the record of its tick.
+    // Same for a single tick or event. An event may come before the record of its tick.
     void take(const haptics::TickRecord&);
     void take(const haptics::EventRecord&);
-    // A tick that was computed again, with its events.
+    // A recomputed tick with its events.
     void take(const haptics::TickInput&, const haptics::TickOutput&, const haptics::NeedleEvents&);
-    // Session thread: called after each tick with what is known then. May throw as drain() does.
+    // Called on the session thread after each tick. May throw, like drain().
     using Watcher = std::function<void(const haptics::TickOutput&, const SessionLog&)>;
     void setWatcher(Watcher watcher) { watcher_ = std::move(watcher); }
-    // The same after a note, which may come while there are no ticks.
+    // Same after a note, which may come while no ticks run.
     void setNoteWatcher(std::function<void(const SessionLog&)> noted) { noted_ = std::move(noted); }
 
-    // The explicit act after a fault: the device's re-arming button was pressed while the force was off. Once
-    // a press.
+    // The explicit act after a fault: returns true once for each press of the device's re-arm button while
+    // the force was off.
     bool takeRearm();
-    // Its bit; the first one until told.
+    // Bit of that button; default: bit 0.
     void setRearmButton(std::uint32_t button) { rearm_button_ = button; }
-    // An event of the session's own, at the newest tick.
+    // Adds a session event at the newest tick.
     void note(std::string kind, std::string text);
-    // From now on in all that is seen.
+    // Sets Seen::rest_due from now on.
     void showRest(bool due) { rest_due_ = due; }
     void setDifficulty(training::Difficulty difficulty) { difficulty_ = difficulty; }
     std::optional<training::Difficulty> difficulty() const { return difficulty_; }
-    // Buttons pressed, commands taken and faults that came (again, after re-arming) since the last call.
+    // takePressed(), takeCommands() and takeFaults() return the buttons pressed, commands executed and
+    // faults raised since the last call. A fault that recurs after re-arming counts again.
     std::uint32_t takePressed() { return std::exchange(newly_pressed_, 0); }
-    // Buttons held in the newest tick; a device that is lost holds none.
+    // Buttons down in the newest tick; none if the device is lost.
     std::uint32_t held() const { return held_; }
     std::vector<Taken> takeCommands() { return std::exchange(taken_, {}); }
     std::uint32_t takeFaults() { return std::exchange(new_faults_, 0); }
-    // As if all of these had been taken: what there was to be told of a beginning is no news.
+    // Discards pressed buttons, commands, faults and the re-arm act. Used after a recomputed beginning,
+    // which must not be reported as news.
     void forgetNews();
     // The newest tick; null before the first.
     const haptics::TickOutput* newest() const { return recent_.empty() ? nullptr : &recent_.back(); }
-    // `tick` with what the session knows besides.
+    // State for frames: `tick` and the session's other state.
     Seen seen(const haptics::TickOutput& tick) const;
-    // As of the newest tick. Session thread; trivially copyable, for frames.
+    // State at the newest tick. Session thread; trivially copyable, for frames.
     const training::Machines& machines() const { return fold_.machines(); }
-    // Session thread. What a picture of it needs goes through ContrastFeed (contrast_feed.h).
+    // Session thread. Frames get what they need of it through ContrastFeed (contrast_feed.h).
     const patient::Contrast& contrast() const { return fold_.contrast(); }
-    // Moments found since the last call, each exactly once.
+    // Capture points found since the last call, each exactly once.
     std::vector<Moment> newMoments();
     const SessionLog& log() const { return log_; }
 
@@ -146,7 +148,7 @@ class Session {
     records::RecordWriter* record_;
     training::AttemptFold fold_;
     training::Procedure procedure_;
-    std::deque<haptics::TickOutput> recent_;  // to look an event's tick up in
+    std::deque<haptics::TickOutput> recent_;  // for finding the tick of an event
     std::deque<haptics::EventRecord> unsettled_;
     std::size_t handed_out_ = 0;
     std::uint32_t rearm_button_ = 1u << 0;

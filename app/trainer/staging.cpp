@@ -19,16 +19,17 @@ namespace {
 // From the operator's feet to the entry, along -z.
 constexpr double kReach_m = 0.45;
 constexpr double kEyeDistance_m = 0.48;
-constexpr double kGazeAbove_m = 0.03;  // the trunk, not the table, in the middle
-// Where the operator leans, seen from the entry: above it, on the patient's right, a little toward the feet.
+constexpr double kGazeAbove_m = 0.03;  // keeps the trunk, not the table, in the middle of the view
+// Direction from the entry to the eyes of the leaning operator: above it, on the patient's right, a little
+// toward the feet.
 const Vec3 kLean = glm::normalize(Vec3{0.15, 0.80, 0.58});
-// Between the line of sight and the planned shaft: enough to see its length, little enough to see where it
-// points.
+// Limits of the angle between the line of sight and the planned shaft: large enough to see the shaft's
+// length, small enough to see where it points.
 constexpr double kLeastSight_rad = 40.0 * std::numbers::pi / 180.0,
                  kMostSight_rad = 75.0 * std::numbers::pi / 180.0;
 constexpr Vec3 kUp{0.0, 1.0, 0.0};
 
-// The lowest part of the body: rows of a few stray voxels do not count.
+// Lowest y of the body. Rows with only a few stray voxels do not count.
 double backOf(const patient::Patient& patient) {
     constexpr int kFewVoxels = 200;
     const patient::Package& package = patient.package();

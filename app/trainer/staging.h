@@ -1,5 +1,5 @@
-// Where everybody is: the patient on the table, the operator at his right side, and how the mock runtime's
-// head moves.
+// Places of patient and operator in the room, and the head motion for the mock runtime. The operator stands
+// at the patient's right side.
 #pragma once
 
 #include "patient/patient.h"
@@ -8,20 +8,20 @@ namespace stylet::trainer {
 
 inline constexpr double kTableHeight_m = 0.95;
 
-// The mock headset's eyes: tangents' angles left, right, up, down, wider toward the temples than toward the
-// nose as headsets have them; a narrow headset, so that 640 pixels show what matters.
+// View angles of the mock headset's eyes: left, right, up, down. As in real headsets they are wider toward
+// the temples than toward the nose. The field of view is narrow, so that 640 pixels show enough detail.
 inline constexpr double kMockEyeAngles_rad[2][4] = {{-0.62, 0.50, 0.50, -0.62}, {-0.50, 0.62, 0.50, -0.62}};
 inline constexpr double kMockEyeDistance_m = 0.063;
 
-// The patient supine (front up, head to the operator's left) with the back on the table and the path's entry
-// before the operator, who stands at the stage's origin and looks along -z.
+// The patient lies supine (front up, head to the operator's left) with the back on the table and the path's
+// entry in front of the operator. The operator stands at the stage's origin and looks along -z.
 patient::Pose stageFromPatient(const patient::Patient&, const patient::PlannedPath&);
 
-// Eyes that look at a point of the stage, upright.
+// Pose of upright eyes that look at a point of the stage.
 patient::Pose stageFromEyes(const patient::Vec3& eyes_m, const patient::Vec3& gaze_m);
 
-// A head pose at t_s: leaning over the entry, needle, flank and the inside of the liver in view, never quite
-// still.
+// Head pose at `t_s`. The head leans over the entry, sees needle, flank and the inside of the liver, and
+// always sways a little.
 patient::Pose stageFromHead(const patient::Pose& stage_from_patient, const patient::PlannedPath&, double t_s);
 
 }  // namespace stylet::trainer

@@ -1,4 +1,4 @@
-// What a start takes, part by part, and what it had to make because no earlier one had kept it.
+// Start-up times, phase by phase, and the data that had to be generated because it was not cached.
 #pragma once
 
 #include <chrono>
@@ -13,26 +13,26 @@ inline double secondsBetween(SteadyTime begin, SteadyTime end) {
     return std::chrono::duration<double>(end - begin).count();
 }
 
-// Zero of each where the cache is warm.
+// All zero if the cache is warm.
 struct Made {
     unsigned patients = 0, marks = 0, plans = 0, touch_maps = 0;
 };
 
-// When the first picture was drawn, and what of Vulkan was made until then.
+// Time of the first picture, and the Vulkan pipelines created until then.
 struct FirstPicture {
     SteadyTime at;
     std::uint64_t pipelines = 0;
     double pipelines_ms = 0.0;
-    std::size_t kept_pipeline_bytes = 0;  // that the driver was given of an earlier start's
+    std::size_t kept_pipeline_bytes = 0;  // pipeline cache of an earlier start, given to the driver
 };
 
 struct Start {
-    SteadyTime begun{};  // the program, or an attempt after its first
-    // One after the other, each until it was over.
-    SteadyTime asked{};     // what is wanted is known
-    SteadyTime patient{};   // he is there, and the path into him
-    SteadyTime hand{};      // so is what moves the tool, and what it presses on
-    SteadyTime pictures{};  // headset or window, device, scene
+    SteadyTime begun{};  // start of the program, or of a later attempt
+    // Ends of the phases, in order.
+    SteadyTime asked{};     // options and scenario read
+    SteadyTime patient{};   // patient and path ready
+    SteadyTime hand{};      // input and touch map ready
+    SteadyTime pictures{};  // headset or window, GPU and scene ready
     Made made{};
 };
 

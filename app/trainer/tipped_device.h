@@ -1,4 +1,4 @@
-// A device whose tip is not where it says: the registration has found out where (stylus_from_tip_m).
+// Corrects a device's tip position by the offset that the registration has found (stylus_from_tip_m).
 #pragma once
 
 #include "haptics/device.h"

@@ -1,5 +1,5 @@
-// What somebody at a window says and does, on its way to the loops: words as on the terminal, and the motions
-// of a tool that is moved with mouse and keys.
+// Passes input from the window to the loops: commands as on the terminal, and motions of a tool that is
+// moved with mouse and keys.
 #pragma once
 
 #include <array>
@@ -14,51 +14,52 @@
 
 namespace stylet::trainer {
 
-// One turn of the mouse or press of a key, patient frame.
+// Tool motion from one mouse event or key press, patient frame.
 struct MouseMove {
     patient::Vec3 moved_m{0.0};
     patient::Vec3 turned_rad{0.0};  // about the tip
     double deeper_m = 0.0;          // along the tool
-    double rolled_rad = 0.0;        // about its own line, counter-clockwise as the hand sees it
-    bool home = false;              // back to where it began, before the rest
+    double rolled_rad = 0.0;        // about its own axis, counter-clockwise as seen from the hand
+    bool home = false;              // first return to the start pose, then apply the rest
 };
 
-// Where a replay is.
+// Playback state of a replay.
 struct Playback {
     double at_s = 0.0, length_s = 0.0, speed = 1.0;
     bool plays = false;
 };
 
-// Window thread on one side, hand's and session's threads on the other; nobody ever waits. Shared: a window
-// whose display is stuck outlives the attempt.
+// Connects the window thread with the device thread and the session thread. Nobody ever waits. Shared: a
+// window whose display hangs may outlive the attempt.
 class WindowPort {
   public:
-    static constexpr std::size_t kLongestLine = 200;  // bytes; the rest of a longer one is cut off
+    static constexpr std::size_t kLongestLine = 200;  // bytes; longer lines are truncated
 
-    // Before the threads begin: a user holds the tool, and his words have keys here.
+    // Call before the threads start. A user controls the tool, and the window has keys for the user's
+    // commands.
     void giveWords() { takes_words_ = true; }
     bool takesWords() const { return takes_words_; }
-    // Likewise: and the mouse is the hand that holds it.
+    // Same, and the mouse moves the tool.
     void giveHand() { has_hand_ = takes_words_ = true; }
     bool hasHand() const { return has_hand_; }
-    // Likewise: there is no attempt, but the record of one (player.h).
+    // Call before the threads start. The window shows a replay instead of an attempt (player.h).
     void giveReplay() { replays_ = true; }
     bool replays() const { return replays_; }
 
-    // Window thread. False where nobody has taken the ones before.
+    // Window thread. Returns false if the ring is full.
     bool say(std::string_view line) noexcept;
     bool move(const MouseMove& move) noexcept { return moves_.push(move); }
     Playback playback() noexcept;
 
-    // Session thread. Whole lines, each with its end.
+    // Session thread. Returns the lines that wait, each ending in a newline.
     std::string typed();
-    // Session thread. What is in hand, and how hard it is pressed, as of the newest tick.
+    // Session thread. Sets the tool in use and its contact force, as of the newest tick.
     void tell(haptics::Tool tool, double force_n) noexcept;
 
-    // The player's thread.
+    // Player's thread.
     void tell(const Playback& playback) noexcept { playback_.publish(playback); }
 
-    // Hand's thread.
+    // Device thread.
     bool take(MouseMove& move) noexcept { return moves_.pop(move); }
     haptics::Tool inHand() const noexcept { return tool_.load(std::memory_order_relaxed); }
     double pressing_n() const noexcept { return pressing_n_.load(std::memory_order_relaxed); }

@@ -8,11 +8,11 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr double kNeedleHole_m = 0.00085;  // 17 G: 1.5 mm across, its edge torn
+constexpr double kNeedleHole_m = 0.00085;  // radius: a 17 G needle is 1.5 mm across, and the edge is torn
 constexpr double kSameHole_m = 0.002;
 constexpr std::size_t kMostHoles = 6;
-// A vein of the liver bleeds along the shaft: a drop at once, then a pool that grows ever more slowly.
-constexpr patient::Vec3 kDown{0.0, -1.0, 0.0};  // of a patient on his back
+// Blood of a liver vein runs out along the shaft: a drop at once, then a pool that grows ever more slowly.
+constexpr patient::Vec3 kDown{0.0, -1.0, 0.0};  // for a patient who lies on the back
 constexpr double kFirstDrop_m = 0.003, kPoolGrowth_m = 0.0035, kLargestPool_m = 0.020;
 
 }  // namespace
@@ -23,7 +23,7 @@ void WoundLog::take(const haptics::TickOutput& tick) {
         incisions_.resize(std::size_t(tick.incision_count));
         incisions_.back() = tick.newest_incision;
     }
-    // The skin that still holds the tip is not open yet.
+    // The skin is not open while the tip is still tenting it.
     const bool on_skin = tick.phase == haptics::Phase::held && tick.tissue == patient::Tissue::air;
     const bool inside = haptics::holdsNeedle(tick.tool) && tick.phase != haptics::Phase::outside && !on_skin;
     if (inside && !inside_) {
@@ -32,7 +32,7 @@ void WoundLog::take(const haptics::TickOutput& tick) {
         };
         const auto found = std::find_if(holes_.begin(), holes_.end(), same);
         if (found != holes_.end()) {
-            std::rotate(found, found + 1, holes_.end());  // the last is the one in use
+            std::rotate(found, found + 1, holes_.end());  // the last one is in use
         } else {
             if (holes_.size() == kMostHoles) holes_.erase(holes_.begin());
             holes_.push_back({tick.tip_reference_m, false, 0});

@@ -1,5 +1,5 @@
-// What the procedure has left on the skin, for the picture: found by watching the ticks, never felt or
-// hashed.
+// Visible marks that the procedure leaves on the skin. Found by watching the ticks, for pictures only;
+// never felt or hashed.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@ namespace stylet::trainer {
 
 enum class WoundKind : std::uint8_t { incision, puncture, blood };
 
-// Fixed to the tissue.
+// Moves with the tissue.
 struct Wound {
     WoundKind kind = WoundKind::puncture;
     patient::Vec3 reference_m{0.0};
-    double size_m = 0.0;                 // radius; of an incision half its length
-    patient::Vec3 along{0.0, 0.0, 1.0};  // of an incision; where blood runs to
+    double size_m = 0.0;                 // radius; half the length of an incision
+    patient::Vec3 along{0.0, 0.0, 1.0};  // direction of an incision, or in which blood runs
 };
 
 // Session thread.
@@ -24,13 +24,13 @@ class WoundLog {
   public:
     explicit WoundLog(double dt_s) : dt_s_(dt_s) {}
 
-    // Every tick, in order.
+    // Call for every tick, in order.
     void take(const haptics::TickOutput&);
-    // A cut at the newest tick: where a vessel was opened, the needle's hole in the skin bleeds.
+    // A needle event at the newest tick. If it opened a vessel, the newest needle hole in the skin bleeds.
     void take(const haptics::NeedleEvent&);
-    // The newest hole bleeds from now on; false where there is none.
+    // The newest hole bleeds from now on. Returns false if there is no hole.
     bool bleed();
-    // As they are at the newest tick: incisions, then holes, then blood.
+    // Wounds at the newest tick: incisions, then holes, then blood.
     std::vector<Wound> wounds() const;
 
   private:

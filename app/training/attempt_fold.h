@@ -1,13 +1,13 @@
-// Everything that is hashed, in one place. An attempt is a fold over ticks of (package, scenario, what the
-// device said and what was commanded in each tick); its state hash covers
-//   haptics     tools, forces, output stage       haptics::Simulation, with
-//   breathing   phase, holds, jitter              patient::BreathingState in it
-//   the patient how he starts, coughs and sighs   patient::Interruption, the same
-//   machines    C-arm, pedal, ultrasound knobs    machines.h
-//   contrast    what became of every drop         patient::Contrast
-//   dose        X-ray pulses, air kerma           dose.h
-// and nothing else: no frame, no picture, no tool displacement. The last three begin with the first command
-// that is for them; until then the hash is the simulation's own, and they cost nothing.
+// The complete list of what is hashed. An attempt is a fold over its ticks, with the package, the scenario,
+// the device states and the commands as input. Its state hash covers
+//   haptics: tools, forces, output stage (haptics::Simulation), including
+//     breathing: phase, breath-holds, jitter (patient::BreathingState)
+//     interruptions: starts, coughs and sighs of the patient (patient::Interruption)
+//   equipment: C-arm, pedal, ultrasound knobs (machines.h)
+//   contrast: the distribution of the medium (patient::Contrast)
+//   dose: X-ray pulses, air kerma (dose.h)
+// and nothing else: no frame, no picture, no tool displacement. The last three join the hash with the first
+// command for them. Until then the hash equals the simulation's hash, and they cost nothing.
 #pragma once
 
 #include "app/training/dose.h"
@@ -22,7 +22,7 @@ class AttemptFold {
     AttemptFold(const patient::Patient& patient, double dt_s)
         : contrast_(patient), dose_(DoseSettings{}, dt_s), dt_s_(dt_s) {}
 
-    // Session thread, a replay, a test. The next tick, and the hash after it.
+    // Session thread, a replay or a test. Adds the next tick and returns the hash after it.
     std::uint64_t take(const haptics::TickInput&, const haptics::TickOutput&);
 
     bool begun() const noexcept { return begun_; }
@@ -36,7 +36,7 @@ class AttemptFold {
     Dose dose_;
     double dt_s_;
     bool begun_ = false;
-    patient::StateHash commands_;  // for the machines, in order
+    patient::StateHash commands_;  // hash of the equipment commands, in order
 };
 
 }  // namespace stylet::training

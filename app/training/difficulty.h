@@ -1,4 +1,4 @@
-// How much a trainee is helped. Decides what is shown and said, never what is felt or hashed.
+// How much help a trainee gets. It affects what is shown and played as sound, never forces or hashes.
 #pragma once
 
 #include <array>
@@ -11,13 +11,13 @@ namespace stylet::training {
 enum class Difficulty : std::uint8_t { guided, practice, exam };
 inline constexpr std::array<std::string_view, 3> kDifficultyNames{"guided", "practice", "exam"};
 
-// In an exam there is nothing but what a real room has: its machines and their sounds.
+// An exam shows only what a real room has: the equipment and its sounds.
 struct Hints {
     bool panel = false;      // depth, force, tissue, step and score beside the patient
-    bool next_step = false;  // on it: what to do next
-    bool ghost = false;      // the reference path, in the air and in the patient
-    bool colours = false;    // red while a structure at risk is struck, green when the target is reached
-    bool cues = false;       // the same by sound and pulse
+    bool next_step = false;  // what to do next, on the panel
+    bool ghost = false;      // the reference path, in air and in the patient
+    bool colours = false;    // red while a risk structure is struck, green when the target is reached
+    bool cues = false;       // the same as sound and controller pulse
 };
 constexpr Hints hintsOf(Difficulty difficulty) noexcept {
     if (difficulty == Difficulty::exam) return {};

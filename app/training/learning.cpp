@@ -37,7 +37,7 @@ double LearningCurve::at(std::size_t attempt) const noexcept {
 
 namespace {
 
-// plateau and gain for a given rate, by the normal equations of total = plateau + gain * (-e).
+// Plateau and gain for a given rate, from the normal equations of total = plateau + gain * (-e).
 std::optional<LearningCurve> fitAt(std::span<const double> totals, double rate) {
     const auto n = double(totals.size());
     double e1 = 0.0, e2 = 0.0, t1 = 0.0, te = 0.0;
@@ -63,7 +63,7 @@ std::optional<LearningCurve> fitAt(std::span<const double> totals, double rate) 
 std::optional<LearningCurve> learningCurve(std::span<const double> totals) {
     constexpr std::size_t kLeast = 4;
     constexpr int kRates = 400;
-    constexpr double kSlowest = 10.0, kFastest = 0.5;  // slowest: times the attempts
+    constexpr double kSlowest = 10.0, kFastest = 0.5;  // kSlowest: in multiples of the number of attempts
     if (totals.size() < kLeast) return std::nullopt;
     if (std::any_of(totals.begin(), totals.end(), [](double t) { return !std::isfinite(t); }))
         return std::nullopt;

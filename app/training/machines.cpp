@@ -38,7 +38,8 @@ constexpr std::array kUltrasoundKnobs{
 };
 static_assert(kUltrasoundKnobs.size() == std::size_t(UltrasoundKnob::tgc0) + kTgcSliders);
 
-// A command's value: the knob's number above, whole steps from its lower end below.
+// A command's value: the knob's number in the high bits, the number of steps from the knob's low end in the
+// low bits.
 constexpr int kKnobShift = 24;
 constexpr std::uint32_t kStepsMask = (1u << kKnobShift) - 1;
 

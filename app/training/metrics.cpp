@@ -14,13 +14,13 @@ using patient::Vec3;
 
 namespace {
 
-constexpr double kPause_s = 0.25;      // what comes again sooner is the same contact, the same hit
-constexpr double kTouch_n = 0.001;     // of a tool on the skin
-constexpr double kMovedBy_m = 0.0010;  // less is tremor: ten times its amplitude
+constexpr double kPause_s = 0.25;      // a contact or hit repeated within this time counts once
+constexpr double kTouch_n = 0.001;     // force of a tool that touches the skin
+constexpr double kMovedBy_m = 0.0010;  // smaller motion is tremor (0.1 mm amplitude)
 constexpr double kDegPerRad = 57.29577951308232, kMm = 1e3, kMl = 1e6, kGyCm2PerGyM2 = 1e4;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// The share of the needle's length in the body that lies in the ultrasound picture's plane.
+// Share of the needle's length in the body that lies within the ultrasound beam.
 double shareInBeam(const TickOutput& now) noexcept {
     const bool held = now.tool == Tool::probe && now.probe_touching_share > 0.0;
     if (!now.probe_parked && !held) return 0.0;
@@ -71,7 +71,7 @@ void Metrics::watchContacts(const TickOutput& now) noexcept {
     const bool touches = haptics::pressesOnSkin(now.tool) ? glm::length(now.tool_force.force_n) > kTouch_n
                                                           : now.phase != haptics::Phase::outside;
     if (!touches) return;
-    // Guide and needle are one: the needle.
+    // A needle in the guide counts as the same tool as a free needle.
     const Tool tool = haptics::holdsNeedle(now.tool) ? Tool::needle : now.tool;
     std::uint64_t& last = touched_tick_[std::size_t(tool)];
     if (last == 0 || ticks_ - last > pause_ticks_) {
@@ -120,13 +120,13 @@ void Metrics::watchWay(const TickOutput& now, const TickFacts& facts) noexcept {
         return;
     }
     const Vec3 tip_m = now.tip_reference_m;
-    // Where the patient moves of himself nothing is the hand's.
+    // Motion of the patient does not count as motion of the needle.
     if (!anchor_m_ || now.patient_moved_m != Vec3(0.0)) anchor_m_ = tip_m;
     const double moved_m = glm::length(tip_m - *anchor_m_);
     if (!(moved_m >= kMovedBy_m)) return;
     way_m_ += moved_m;
     if (!now.breath_held) way_breathing_m_ += moved_m;
-    // Means over the way: who stands still in a good place earns nothing by it.
+    // Averages are weighted by distance moved, so resting in a good position earns nothing.
     beam_m_ += moved_m * shareInBeam(now);
     angle_rad_m_ += moved_m * facts.off_angle_rad;
     anchor_m_ = tip_m;

@@ -1,4 +1,4 @@
-// The metrics of an attempt, folded over its ticks: what the score is made of. O(1) a tick, no allocation.
+// Metrics of an attempt, folded over its ticks; the input of the score. O(1) per tick, no allocation.
 #pragma once
 
 #include <array>
@@ -12,44 +12,47 @@
 
 namespace stylet::training {
 
-// The reference path as the breath carries it: at the breath it was planned for, the planned line.
+// The reference path at the current breath. At the breath it was planned for, it is the planned line.
 struct PathNow {
     patient::Vec3 entry_m{0.0}, target_m{0.0};
     patient::Vec3 axis{0.0, 0.0, 1.0};  // unit, into the body
 };
 
-// What the fold knows of one tick beside the tick itself.
+// Quantities derived from one tick.
 struct TickFacts {
     PathNow path;
-    bool inside = false;  // the needle is in the body
+    bool inside = false;  // needle in the body
     bool in_target = false;
-    double clearance_m = 0.0, to_duct_m = 0.0;  // while inside (surroundings.h)
+    double clearance_m = 0.0, to_duct_m = 0.0;  // while `inside` (surroundings.h)
     Struck striking = Struck::nothing;
     double off_path_m = 0.0, off_angle_rad = 0.0, to_target_m = 0.0;
 };
 
-// A near miss: nearer than this, and not struck; over once the needle is kNearMissOver_m away again.
+// A near miss: the tip comes closer than kNearMiss_m without striking. It is over once the tip is
+// kNearMissOver_m away.
 inline constexpr double kNearMiss_m = 0.002, kNearMissOver_m = 0.003;
-// A portal branch runs beside every duct: nearer to the duct than this a structure counts when it is struck.
+// A portal branch runs beside every duct. Closer to the duct than this, risk structures count only if
+// struck.
 inline constexpr double kBesideDuct_m = 0.010;
-// Half of the ultrasound beam's thickness.
+// Half the thickness of the ultrasound beam.
 inline constexpr double kHalfBeam_m = 0.0025;
 
 class Metrics {
   public:
     Metrics(const patient::PlannedPath&, std::optional<patient::Vec3> duct_along, double dt_s);
 
-    // Session thread. Each tick, in order.
+    // Session thread. Call for every tick, in order.
     void take(const haptics::TickOutput&, const TickFacts&, const AttemptFold&) noexcept;
-    // What the ticks do not say: the force at which a border gave way, the target's cut and where it was.
+    // Facts that are not in the ticks: the force at which a border was punctured; the puncture of the
+    // target and its tick.
     void forceBeforeCut(double force_n) noexcept;
     void targetCut(const haptics::TickOutput&) noexcept;
     void steps(std::uint32_t done, std::uint32_t out_of_order) noexcept;
 
-    MetricValues values() const noexcept;  // as of the newest tick
+    MetricValues values() const noexcept;  // at the newest tick
     std::uint32_t riskHits() const noexcept;
     std::uint32_t nearMisses() const noexcept { return near_misses_; }
-    // What happened in the newest tick.
+    // Events of the newest tick.
     bool struckNow() const noexcept { return struck_now_; }
     bool contactNow() const noexcept { return contact_now_; }
     std::optional<double> nearMissNow_m() const noexcept { return near_miss_now_m_; }
@@ -77,7 +80,7 @@ class Metrics {
     double no_go_s_ = 0.0, probe_s_ = 0.0;
     std::optional<patient::Vec3> anchor_m_;
     double way_m_ = 0.0, way_breathing_m_ = 0.0, beam_m_ = 0.0,
-           angle_rad_m_ = 0.0;  // the last two over the way
+           angle_rad_m_ = 0.0;  // the last two are integrals over the path
     std::optional<double> least_clearance_m_, entry_off_m_, capsule_v_, duct_angle_rad_, targeting_m_;
     double lateral_cut_m_ = 0.0, peak_force_n_ = 0.0;
     bool cut_ = false;

@@ -26,20 +26,20 @@ using patient::Vec3;
 
 namespace {
 
-constexpr double kLookEvery_s = 0.02;  // finger and probe are looked after so often
-// Palpation: what presses is more than a touch (a gap gives 0.03 N/mm), and stays for long enough to feel.
+constexpr double kLookEvery_s = 0.02;  // interval of the finger and probe checks
+// Palpation: the press must exceed a touch (a gap gives 0.03 N/mm) and last long enough to feel the gap.
 constexpr double kPressed_n = 0.05, kPressedFor_s = 0.2;
-constexpr double kSpaceReach_m = 0.040;  // along the space between the ribs
-constexpr double kRibDepth_m = 0.040;    // under the skin, at most
+constexpr double kSpaceReach_m = 0.040;  // along the intercostal space
+constexpr double kRibDepth_m = 0.040;    // greatest depth of a rib under the skin
 constexpr double kBeforeSkin_m = 0.005;
 constexpr double kSample_m = 0.001, kAside_m = 0.003;
-// Ultrasound: the duct has a width of its own, and is to be looked at. Shape of the two probes as in
+// Ultrasound: tolerance for the duct's width, and the time for which it must be visible. Probe shapes as in
 // assets/ultrasound.
 constexpr double kDuctInPlane_m = 0.004, kShownFor_s = 0.2;
 constexpr double kConvexRadius_m = 0.060, kConvexHalfAngle_rad = 0.523599, kLinearHalfWidth_m = 0.020;
-constexpr double kAtEntry_m = 0.008;        // from an incision
-constexpr double kShownContrast_m3 = 2e-7;  // in the ducts: enough for a picture
-constexpr double kGasDepth_m = 0.005;       // nearer to the skin air is a corner of its slanting voxels
+constexpr double kAtEntry_m = 0.008;        // from an incision to the path's entry
+constexpr double kShownContrast_m3 = 2e-7;  // in the ducts: visible in a picture
+constexpr double kGasDepth_m = 0.005;       // closer to the skin, air is an artefact of slanted voxels
 constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
     "find the space between the ribs",
     "find the duct",
@@ -218,7 +218,7 @@ void Procedure::watchSteps(const TickOutput& now, const TickFacts& facts, const 
     pulses_ = pulses;
 }
 
-// No bone under a point of the skin, the way the path runs.
+// True if there is no bone under a point of the skin, along the path's direction.
 bool Procedure::overGap(const Vec3& reference_m) const noexcept {
     for (double at_m = -kBeforeSkin_m; at_m <= kRibDepth_m; at_m += kSample_m)
         if (patient_->at(reference_m + axis_reference_ * at_m, {true, false}).tissue == Tissue::bone)
@@ -226,7 +226,7 @@ bool Procedure::overGap(const Vec3& reference_m) const noexcept {
     return true;
 }
 
-// In the same space as the path's entry: no rib lies on the way there.
+// True if the point lies in the same intercostal space as the path's entry: no rib between them.
 bool Procedure::inPathsSpace(const Vec3& reference_m) const noexcept {
     const Vec3 way = path_.entry_reference_m - reference_m;
     const double length_m = glm::length(way);
@@ -237,7 +237,7 @@ bool Procedure::inPathsSpace(const Vec3& reference_m) const noexcept {
     return true;
 }
 
-// Within the picture of the probe on the skin, with neither rib nor gas before it.
+// True if the target lies in the picture of the probe on the skin, with neither rib nor gas in front of it.
 bool Procedure::showsTarget(const TickOutput& now, const Vec3& target_m,
                             const UltrasoundState& machine) const noexcept {
     if (!now.probe_parked && !(now.tool == Tool::probe && now.probe_touching_share > 0.0)) return false;

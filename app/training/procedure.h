@@ -1,5 +1,5 @@
-// The procedure over the ticks of an attempt: which step is done, how near, how well. Derived from what is
-// hashed, and itself not: a score changes with its table, an attempt does not.
+// Follows the procedure over the ticks of an attempt: which steps are done, distances, score. Derived from
+// hashed state but not hashed itself, so a change of the score table does not change an attempt.
 #pragma once
 
 #include <string>
@@ -12,17 +12,17 @@ namespace stylet::training {
 
 class Procedure {
   public:
-    // Looks at the patient round the path once (surroundings.h). `patient` must outlive it.
+    // Computes the surroundings of the path once (surroundings.h). `patient` must outlive this object.
     Procedure(const patient::Patient& patient, const patient::PlannedPath&, double dt_s);
 
-    // Session thread, all. The next tick, which `fold` has taken already.
+    // Session thread only. The next tick, already processed by `fold`.
     void take(const haptics::TickOutput&, const AttemptFold& fold);
-    // An event of the newest tick; `target_cut`: it is the first cut of the target duct.
+    // An event of the newest tick. `target_cut`: it is the first puncture of the target duct.
     void take(const haptics::NeedleEvent&, const haptics::TickOutput&, bool target_cut);
 
     const Progress& progress() const noexcept { return progress_; }
     Score score() const noexcept { return scoreOf(metrics_.values()); }
-    // Since the last call, in order.
+    // Events since the last call, in order.
     std::vector<SessionEvent> takeEvents() { return std::exchange(events_, {}); }
 
   private:
@@ -53,7 +53,7 @@ class Procedure {
     bool begun_ = false, bone_held_ = false;
     haptics::TickOutput before_;
     std::uint64_t first_tick_ = 0, look_ticks_ = 1, pulses_ = 0;
-    std::uint32_t early_ = 0;  // steps, as bits, done before an earlier one
+    std::uint32_t early_ = 0;  // bit per step that was done before an earlier one
     double pressed_s_ = 0.0, shown_s_ = 0.0;
     std::vector<SessionEvent> events_;
 };

@@ -1,5 +1,5 @@
 // Based on Johnson et al., Br. J. Radiol. 2012 (doi 10.1259/bjr/47436030), who found which metrics of a
-// simulated liver biopsy tell experts from trainees.
+// simulated liver biopsy distinguish experts from trainees.
 #include "app/training/score.h"
 
 #include <algorithm>
@@ -12,9 +12,10 @@ namespace {
 constexpr std::string_view kJohnson = "Johnson 2012", kModel = "model.md 9", kMastmeyer = "Mastmeyer 2017",
                            kOurs = "ours";
 
-// Weights were fixed before any attempt was scored. Johnson's seven have 54 points among them, more the
-// smaller the p-value with which they told experts from trainees, targeting most: it is what the needle is
-// for. The rest goes to the procedure, to what harms, and last to what it takes.
+// The weights were fixed before any attempt was scored. Johnson's metrics have 54 points in total: the
+// smaller the p-value with which a metric distinguished experts from trainees, the more points it has.
+// Targeting has the most points because it is the needle's purpose. The rest goes to the procedure, to harm
+// and, last, to effort.
 constexpr std::array<Metric, kMetricCount> kTable{{
     {"procedure", "Procedure done", "%", "half for the target duct cut, a tenth for each other step", kModel,
      8, 100, 0},
@@ -63,7 +64,7 @@ constexpr double weightSum() {
 }
 static_assert(weightSum() == 100.0);
 
-// 1 at the best value and beyond, 0 at the worst and for what is no number.
+// 1 at the best value and beyond, 0 at the worst value and beyond, 0 for NaN.
 double credit(const Metric& m, double value) noexcept {
     if (std::isnan(value)) return 0.0;
     const double low = std::min(m.best, m.worst), high = std::max(m.best, m.worst);

@@ -1,10 +1,10 @@
-// The score: every metric of model.md section 9 in one table (the guide's metrics.md shows it too), and the
-// total it gives. Pure functions.
+// The score: all metrics of model.md section 9 in one table (also in the guide's metrics.md), and their
+// total. Pure functions.
 //
-// A metric earns its weight in full at its best value, nothing at its worst, a share of it between. What it
-// earns counts in the share of the procedure that was done (metric "procedure"), so that who does nothing is
-// not paid for having harmed nobody. So each part is visible, they add up to the total, and no metric that
-// gets worse ever raises it.
+// A metric earns its full weight at its best value, nothing at its worst, and a linear share between. All
+// points are then scaled by the completed share of the procedure (metric "procedure"), so an idle trainee
+// earns no points for harming nobody. Each part is visible, the parts add up to the total, and a metric
+// that gets worse never raises the total.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@
 
 namespace stylet::training {
 
-// In the table's order. Append, never insert: they are stored by id, but tests and reports count on the
-// order.
+// In the table's order. Append, never insert: records store metrics by id, but tests and reports rely on
+// the order.
 enum class MetricId : std::uint8_t {
     procedure,
     outOfOrder,
@@ -49,17 +49,18 @@ enum class MetricId : std::uint8_t {
 inline constexpr std::size_t kMetricCount = std::size_t(MetricId::peakForce) + 1;
 
 struct Metric {
-    std::string_view id;    // in records and files
-    std::string_view name;  // for people
+    std::string_view id;    // id in records and files
+    std::string_view name;  // readable name
     std::string_view unit;  // of value, best and worst; "" for counts
     std::string_view what;
     std::string_view source;
-    double weight = 0.0;  // all add up to 100
+    double weight = 0.0;  // the sum over all metrics is 100
     double best = 0.0, worst = 0.0;
 };
 std::span<const Metric> metricTable() noexcept;
 
-// In the table's units and order. Not a number, and infinite on the wrong side: not achieved, so the worst.
+// In the table's units and order. NaN, or infinity on the bad side, means not achieved and scores as the
+// worst value.
 using MetricValues = std::array<double, kMetricCount>;
 
 struct Score {

@@ -23,13 +23,13 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kThreads = 2;
-constexpr double kOutermost_m = 0.040;    // before the entry lies outer air, at the latest here
-constexpr double kDuctPiece_m = 0.008;    // round the target, in which the duct runs straight
-constexpr double kLeastElongation = 3.0;  // of that piece's variances: less has no direction
+constexpr double kOutermost_m = 0.040;    // outer air is found within this distance in front of the entry
+constexpr double kDuctPiece_m = 0.008;    // radius around the target in which the duct counts as straight
+constexpr double kLeastElongation = 3.0;  // least ratio of variances; below it there is no direction
 constexpr std::array<Index3, 6> kNeighbours{Index3(1, 0, 0),  Index3(-1, 0, 0), Index3(0, 1, 0),
                                             Index3(0, -1, 0), Index3(0, 0, 1),  Index3(0, 0, -1)};
 
-// The patient's own voxels round the path.
+// The part of the patient's grid around the path.
 Grid gridAround(const Grid& whole, const patient::PlannedPath& path) {
     const Vec3 low_m = glm::min(path.entry_reference_m, path.target_reference_m) - kSurroundings_m;
     const Vec3 high_m = glm::max(path.entry_reference_m, path.target_reference_m) + kSurroundings_m;
@@ -41,8 +41,8 @@ Grid gridAround(const Grid& whole, const patient::PlannedPath& path) {
 
 enum Mark : std::uint8_t { kAir = 1, kOuterAir = 2, kRisk = 4, kDuct = 8 };
 
-// As the planner sees it: past the fascia what lies between the two thresholds of bone is a vessel full of
-// contrast, a risk as well.
+// Classifies a voxel like the planner. Unlabelled voxels above the sensitive bone threshold are risks: past
+// the fascia they are bone or a vessel with contrast medium.
 std::uint8_t markOf(const Patient& patient, const Index3& i) {
     const patient::Package& p = patient.package();
     if (const Label* label = patient.label(p.labels[i])) {
@@ -54,7 +54,7 @@ std::uint8_t markOf(const Patient& patient, const Index3& i) {
     return ct_hu < p.thresholds.t2_sensitive_hu ? 0 : kRisk;
 }
 
-// Air that hangs together with that in front of the entry is outside; other air is gas.
+// Marks the air connected to the air in front of the entry as outside. Other air is gas.
 void findOuterAir(Volume<std::uint8_t>& marks, const patient::PlannedPath& path) {
     const Vec3 way = path.target_reference_m - path.entry_reference_m;
     const double length_m = glm::length(way);
@@ -86,7 +86,7 @@ Volume<float> distanceToMarked(const Volume<std::uint8_t>& marks, std::uint8_t w
     return patient::distanceTo(mask, patient::Sites::all, kThreads);
 }
 
-// The longest axis of the duct's piece at the target, by power iteration on its moments.
+// Longest axis of the piece of duct at the target, by power iteration on its second moments.
 std::optional<Vec3> ductDirection(const Volume<std::uint8_t>& marks, const Vec3& target_m) {
     std::vector<Vec3> piece;
     Vec3 middle(0.0);

@@ -1,5 +1,5 @@
-// What lies round the reference path: how near the needle comes to what it must not touch, and to the ducts
-// it is meant for. Made once for a patient and a path.
+// Surroundings of the reference path: distance of the needle to risk structures and to the target ducts.
+// Computed once per patient and path.
 #pragma once
 
 #include <optional>
@@ -8,24 +8,24 @@
 
 namespace stylet::training {
 
-// So far to every side of the path the patient is looked at.
+// Margin around the path in which distances are known.
 inline constexpr double kSurroundings_m = 0.040;
 
 class Surroundings {
   public:
     Surroundings(const patient::Patient&, const patient::PlannedPath&);
 
-    // Session thread. noexcept, no allocation. Distance to the border of the nearest risk structure (0 in
-    // one), by the voxels' centres less half a voxel, as the planner has it. Infinite where none is near
-    // enough to be known.
+    // Session thread. noexcept, no allocation. Distance to the border of the nearest risk structure (0
+    // inside one). As in the planner, it is measured between voxel centres, minus half a voxel. Infinite
+    // outside the margin.
     double toRisk_m(const patient::Vec3& reference_m) const noexcept {
         return toBorder(risk_m_, reference_m);
     }
-    // The same to the ducts of the target role.
+    // The same for ducts of the target role.
     double toDuct_m(const patient::Vec3& reference_m) const noexcept {
         return toBorder(duct_m_, reference_m);
     }
-    // The way the target duct runs at the target (unit); none where it has no length.
+    // Direction of the target duct at the target (unit vector); nothing if the duct has no clear direction.
     const std::optional<patient::Vec3>& ductAlong() const noexcept { return duct_along_; }
 
   private:

@@ -9,7 +9,7 @@ namespace stylet::haptics {
 
 namespace {
 
-// In one go. Each force has one answer of 96 bytes: 64 KiB are nobody's answers.
+// Limit per call. Each force has one answer of 96 bytes, so 64 KiB cannot be answers.
 constexpr int kMostReads = 16;
 
 }  // namespace
@@ -65,7 +65,7 @@ DeviceStage BridgeDriver::greet(std::string& why) {
     }
     const bridge::Capabilities& said = link_->capabilities();
     if (name_.empty()) {
-        // Others may be reading the texts from now on: they are written once.
+        // Written only once, because other threads may read these strings from now on.
         name_ = said.name.data();
         source_ = said.source.data();
     } else if (name_ != said.name.data()) {
@@ -105,13 +105,14 @@ DeviceStage BridgeDriver::exchange(const Vec3& force_n, DeviceState& state, std:
     return said.motors == bridge::MotorStage::needsHoming ? DeviceStage::needsHoming : DeviceStage::opening;
 }
 
-// Nothing can be sent any more. Its last words may say why.
+// Sending failed. The bridge's last frames may give the reason.
 DeviceStage BridgeDriver::refused(std::string& why) {
     if (!receive(why) || !sound(why)) return DeviceStage::failed;
     return fail(why, "the bridge takes nothing more");
 }
 
-// False when the connection is gone. What had come before is taken first: it may be the reason.
+// Returns false if the connection is gone. Data received earlier is processed first, because it may contain
+// the reason.
 bool BridgeDriver::receive(std::string& why) {
     std::array<std::uint8_t, 4096> bytes;
     std::span<const std::uint8_t> got;

@@ -1,5 +1,5 @@
-// A device whose closed SDK lives in a process of its own: the driver's end of the protocol of
-// bridge/README.md, on a UNIX socket. A crash over there is a lost connection here.
+// A device whose closed SDK runs in a separate process. This is the driver's end of the protocol in
+// bridge/README.md, over a UNIX socket. A crash in the SDK is only a lost connection here.
 #pragma once
 
 #include <memory>
@@ -17,8 +17,8 @@ class Link;
 
 struct BridgeSettings {
     std::string socket_path;                // empty: bridgeSocketPath()
-    std::int64_t answer_ns = 4'000'000;     // an exchange waits so long for its answer
-    std::int64_t greeting_ns = 80'000'000;  // and open() for the capabilities
+    std::int64_t answer_ns = 4'000'000;     // how long an exchange waits for its answer
+    std::int64_t greeting_ns = 80'000'000;  // how long open() waits for the capabilities
 };
 
 // $STYLET_BRIDGE_SOCKET, else stylet-bridge.sock in $XDG_RUNTIME_DIR, else in /run/user/UID.
@@ -26,15 +26,15 @@ std::string bridgeSocketPath();
 
 class BridgeDriver final : public Driver {
   public:
-    // The clock is CLOCK_MONOTONIC, which the bridge shares.
+    // The clock must be CLOCK_MONOTONIC, which the bridge shares.
     explicit BridgeDriver(const Clock&, const BridgeSettings& = {});
     ~BridgeDriver() override;
 
-    // Before the first greeting, the weakest device we know; afterwards what the bridge said.
+    // The weakest known device until the bridge has first answered, then the bridge's capabilities.
     const DeviceProfile& profile() const noexcept override { return profile_; }
     DeviceStage open(std::string& why) override;
-    // While the bridge holds zero (its watchdog, or the device's own safety) the stage is `opening`, so that
-    // zero is sent, which is what makes it let go of that.
+    // While the bridge applies zero force (its watchdog, or the device's own safety), the stage is
+    // `opening`. Zero is sent in that stage, which resets the bridge's watchdog.
     DeviceStage exchange(const Vec3& force_n, DeviceState& state, std::string& why) override;
     void close() noexcept override;
 
@@ -51,8 +51,8 @@ class BridgeDriver final : public Driver {
     Clock clock_;
     BridgeSettings settings_;
     LocalSocket socket_;
-    std::unique_ptr<bridge::Link> link_;  // of this connection
-    std::string name_, source_;           // that `profile_` points to
+    std::unique_ptr<bridge::Link> link_;  // of the current connection
+    std::string name_, source_;           // storage for the strings of `profile_`
     DeviceProfile profile_;
 };
 

@@ -15,8 +15,8 @@ constexpr double kForces_n[] = {1.0, 2.0, 3.0};
 constexpr double kRise_n_per_s = 1.0;
 constexpr double kDt_s = 0.001;
 constexpr double kNewtonsPerGram = 9.80665e-3;  // standard gravity
-constexpr int kMostTries = 5;                   // of an axis
-constexpr double kLongestStart_s = 10.0;        // of the force, which takes 1.5
+constexpr int kMostTries = 5;                   // per axis
+constexpr double kLongestStart_s = 10.0;        // of the force, whose start ramp takes 1.5 s
 
 struct Axis {
     int index;
@@ -30,7 +30,7 @@ constexpr Axis kAxes[] = {
     {0, -1.0, "x", "Lay the Falcon on its left side"},
 };
 
-// A fault, in words, while the device was to push.
+// Thrown when a fault occurs while the device should be pressing.
 struct Faulted {
     std::string text;
 };
@@ -41,20 +41,21 @@ std::string textOf(std::uint32_t bits) {
     return "the force does not begin";
 }
 
-// Presses down one axis at a time, at 1 kHz, until an answer comes.
+// Presses along one axis at a time, at 1 kHz, until the user answers.
 class Press {
   public:
     Press(HapticDevice& device, const Clock& clock, const CalibrationTalk& talk)
         : device_(device), clock_(clock), talk_(talk), next_ns_(clock.now_ns(clock.context)) {
         settings_.model_force_n = device.profile().force_peak_n;
-        // No spring, so no tangent: the gain is one.
+        // The force is constant, not a spring, so it has no tangent and the gain is one.
         settings_.model_tangent_n_per_m = 1.0;
     }
     Press(const Press&) = delete;
     Press& operator=(const Press&) = delete;
     ~Press() { device_.send(Vec3(0.0)); }
 
-    // Brings the force there, asks, and holds it until there is an answer. Throws Faulted.
+    // Ramps the force to `force_n`, asks the question, and holds the force until there is an answer. Throws
+    // Faulted.
     double ask(const Axis& axis, double force_n, const std::string& question) {
         while (std::fabs(force_n - held_n_) > 1e-9)
             tick(axis,
@@ -70,7 +71,7 @@ class Press {
             if (const auto answer = talk_.heard()) return *answer;
         }
     }
-    // Nothing is asked of the device any more.
+    // Stops requesting force.
     void letGo() {
         held_n_ = 0.0;
         device_.send(Vec3(0.0));
@@ -86,11 +87,11 @@ class Press {
         tick.grip_m = tip_m_;
         tick.unmet = checkDevice(output_.safety, device_.profile(), state, kDt_s);
         tick.tool.force_n[axis.index] = axis.down * force_n;
-        tick.tool.event = true;  // a weight, no spring: there is no energy to keep account of
+        tick.tool.event = true;  // a constant force stores no energy, so there is none to account for
         device_.send(stepOutput(output_, settings_, device_.profile(), 1.0, tick, kDt_s));
         refuse(axis, force_n);
         t_ns_ += 1'000'000;
-        // A late tick is not made up for: a burst of them would look like a silent device.
+        // A late tick is not made up: a burst of ticks would look like a silent device.
         next_ns_ = std::max(next_ns_, clock_.now_ns(clock_.context)) + 1'000'000;
         clock_.sleepUntil_ns(clock_.context, next_ns_);
     }
@@ -98,7 +99,7 @@ class Press {
         if (talk_.stop()) throw patient::DataError("calibration", axis.name, "stopped");
         if (output_.safety.faults == 0) return;
         const std::string text = textOf(output_.safety.faults);
-        rearm(output_.safety);  // once the force is gone
+        rearm(output_.safety);  // takes effect once the force is zero
         if (force_n != 0.0) throw Faulted{text};
     }
 

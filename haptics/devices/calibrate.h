@@ -1,5 +1,5 @@
-// Measuring what a Falcon's newton comes to: steady forces down each axis in turn, and a person who reads a
-// kitchen scale. The forces pass the output stage, like every other.
+// Measures the true force of a Falcon: presses with steady forces along each axis in turn while a person
+// reads a kitchen scale. The forces pass through the output stage like all others.
 #pragma once
 
 #include <functional>
@@ -14,15 +14,15 @@ namespace stylet::haptics::falcon {
 
 struct CalibrationTalk {
     std::function<void(const std::string&)> say;
-    // Called again and again, never waits: a number once it has been typed.
+    // Polled, must not block. Returns a number once one has been typed.
     std::function<std::optional<double>()> heard;
-    std::function<bool()> stop;  // the user has had enough
+    std::function<bool()> stop;  // true if the user wants to stop
 };
 
-// Grams on the scale at each force; three forces on each of three axes. `device` must run with a calibration
-// of ones. A fault ends the force and begins the axis anew, the finished ones stay; where nothing is asked of
-// the device it costs nothing. Throws patient::DataError: the device failed again and again (named), the
-// readings do not fit, or it was stopped.
+// The user reads the scale in grams for three forces along each of three axes. `device` must run with a
+// calibration of ones. A fault removes the force and restarts the current axis; finished axes are kept.
+// While no force is requested, a fault has no consequence. Throws patient::DataError if the device keeps
+// failing (with the fault's text), if the readings do not fit, or if the user stopped.
 Calibration calibrate(HapticDevice& device, const Clock&, const CalibrationTalk&);
 
 }  // namespace stylet::haptics::falcon

@@ -11,7 +11,7 @@ namespace stylet::haptics {
 namespace {
 
 constexpr double kTurn_rad_per_s = 1.0, kMove_m_per_s = 0.1;
-// Between the path's entry and the wall: to set a tool on the skin.
+// Room between the path's entry and the wall, for placing a tool on the skin.
 constexpr double kRoomOutside_m = 0.011;
 
 }  // namespace
@@ -49,7 +49,7 @@ Pose turnToward(const Pose& now, const Pose& wanted, double dt_s) noexcept {
 }
 
 Pose placeAlong(const DeviceProfile& profile, const Pose& patient_from_needle) noexcept {
-    // Columns: the device's axes in the patient.
+    // The columns of the rotation are the device's axes in the patient frame.
     const Vec3 z = patient_from_needle.direction({0.0, 0.0, 1.0});
     const Vec3 front(0.0, 1.0, 0.0), head(0.0, 0.0, 1.0);
     const Vec3 up = std::fabs(glm::dot(z, front)) < 0.9 ? front : head;

@@ -28,7 +28,7 @@ using patient::DataError;
 
 namespace {
 
-// A kind and what can be done with it; `make` is null where the build lacks its library.
+// A device kind with its functions. `make` is null if the build lacks its library.
 struct Entry {
     DeviceKind kind;
     void (*find)(const DeviceOptions&, std::vector<FoundDevice>&);
@@ -108,7 +108,7 @@ constexpr decltype(Entry::make) makeWooden = nullptr, makeCap = nullptr;
 
 constexpr const char* kNoUsb = nullptr;
 
-// Nothing is opened, so whether it has its firmware already is not known.
+// The device is not opened, so it is unknown whether it already has its firmware.
 void findFalconsThere(const DeviceOptions& options, std::vector<FoundDevice>& found) {
     const std::string unless =
         options.firmware.empty() ? "after each power-up it needs its firmware: name your copy with --firmware"

@@ -1,4 +1,4 @@
-// Every device that a user can name: what is plugged in, what stands in the way, and its driver.
+// The list of supported devices: which are plugged in, what prevents their use, and their drivers.
 #pragma once
 
 #include <cstdint>
@@ -15,43 +15,43 @@
 
 namespace stylet::haptics {
 
-// Files and addresses of the user's that some devices need.
+// User-supplied files and addresses that some devices need.
 struct DeviceOptions {
-    std::filesystem::path model{};         // woodenhaptics: the JSON file of its dimensions
-    std::filesystem::path firmware{};      // falcon: never bundled, its licence forbids it
-    std::filesystem::path calibration{};   // falcon: newtons per count, as measured
-    std::string socket{};                  // bridge: empty is its usual place
-    std::optional<std::uint16_t> port{};   // inverse3: its service's, when not the usual one
+    std::filesystem::path model{};         // woodenhaptics: JSON file with its dimensions
+    std::filesystem::path firmware{};      // falcon: not bundled, its licence forbids it
+    std::filesystem::path calibration{};   // falcon: measured calibration
+    std::string socket{};                  // bridge: empty for the default path
+    std::optional<std::uint16_t> port{};   // inverse3: port of its service, if not the default
     std::optional<double> force_peak_n{};  // inverse3: from its data sheet; none is published
 };
 
 struct DeviceKind {
-    const char* name;     // as the user gives it
-    const char* what;     // for a person
-    const char* missing;  // the package that was not there when this was built; null: it can be used
+    const char* name;     // name on the command line
+    const char* what;     // description for the user
+    const char* missing;  // package missing from this build; null if the driver is built in
 };
-// In the order in which they are shown.
+// In display order.
 std::span<const DeviceKind> deviceKinds() noexcept;
 
 struct FoundDevice {
     std::string kind;     // a DeviceKind's name
     std::string place;    // "/dev/hidraw0", "usb 1-2"
-    std::string what;     // as it calls itself
-    std::string problem;  // what stands in the way, and its remedy; empty: nothing
+    std::string what;     // the device's own name
+    std::string problem;  // what prevents its use and the remedy; empty if nothing does
 };
-// What is there now. Nothing is opened.
+// Lists the devices plugged in now. Opens none of them.
 std::vector<FoundDevice> findDevices(const DeviceOptions&);
 
-// What is known of a kind before it is opened; what is not known is NaN. The model's file may be read.
-// Throws patient::DataError.
+// Profile of a kind before it is opened; unknown values are NaN. May read the model file. Throws
+// patient::DataError.
 DeviceProfile profileOfKind(std::string_view kind, const DeviceOptions&);
 
-// SHA-256 of the firmware image that the options name, for the record; empty where they name none. Throws
+// SHA-256 of the firmware image named in the options, for the record; empty if none is named. Throws
 // patient::DataError.
 std::string firmwareDigest(const DeviceOptions&);
 
-// The driver, for PolledDevice. Throws patient::DataError: no such kind, not in this build, or a file that is
-// missing or bad. The clock is used on the device's thread.
+// Creates the driver for PolledDevice. The clock is used on the device's thread. Throws patient::DataError:
+// unknown kind, not in this build, or a file that is missing or invalid.
 std::unique_ptr<Driver> makeDriver(std::string_view kind, const DeviceOptions&, const Clock&);
 
 }  // namespace stylet::haptics

@@ -1,5 +1,5 @@
-// What a driver for real hardware is: blocking calls on one bus. PolledDevice (polled.h) gives it a thread of
-// its own, its state machine and its watchdog, and is the HapticDevice that the loop sees.
+// Interface of a driver for real hardware: blocking calls on one bus. PolledDevice (polled.h) runs it on a
+// separate thread with a state machine and a watchdog, and is the HapticDevice that the loop sees.
 #pragma once
 
 #include <cstdint>
@@ -9,35 +9,37 @@
 
 namespace stylet::haptics {
 
-// Where a device stands. The names are shown to users.
+// State of the connection. The names are shown to users.
 enum class DeviceStage : std::uint8_t {
     absent,         // nothing plugged in
     opening,        // found, being claimed
-    needsFirmware,  // being loaded, or no file was named
-    needsHoming,    // waiting for the user to move it to its stops
+    needsFirmware,  // firmware is being loaded, or no file was given
+    needsHoming,    // the user must move it to its stops
     ready,
-    failed,  // see the reason; tried again with back-off
+    failed,  // see the reason; retried with back-off
 };
 
 class Driver {
   public:
     virtual ~Driver() = default;
-    // All on the device's thread. What open() or exchange() returned ready for, final from then on.
+    // All calls are made on the device's thread. The profile is final once open() or exchange() has returned
+    // `ready`.
     virtual const DeviceProfile& profile() const noexcept = 0;
 
-    // All below may block, each call at most `kDriverDeadline_ns`: a long job (firmware) is cut into
-    // exchanges. What they throw counts as failed.
+    // All functions below may block for up to `kDriverDeadline_ns`. A long job (firmware) is split over
+    // several exchanges. An exception counts as `failed`.
 
-    // Finds and claims the hardware. Returns the stage reached: absent, failed (with `why`), or on the way to
-    // ready.
+    // Finds and claims the hardware. Returns the stage reached: absent, failed (with `why`), or a stage on
+    // the path to ready.
     virtual DeviceStage open(std::string& why) = 0;
-    // One exchange: sends the force, takes the newest state. `state` comes with the last pose and buttons,
-    // the ready and hand bits set and fresh = 0: set fresh when it is new; clear the hand's bit where the
-    // device has a dead-man and nobody holds it (the ready bit follows the stage). Returns the stage after
-    // it, `why` saying what is waited for; failed or absent means that the connection is gone. The force is
-    // zero at every stage but ready.
+    // One exchange: sends the force and reads the newest state. On entry `state` has the last pose and
+    // buttons, the ready and hand bits set, and fresh = 0. Set `fresh` if the state is new. Clear the hand
+    // bit if the device has a dead-man switch that is not held. The ready bit follows the stage. Returns the
+    // stage after the exchange; `why` says what is missing. `failed` or `absent` means the connection is
+    // gone. The force is zero in every stage but `ready`.
     virtual DeviceStage exchange(const Vec3& force_n, DeviceState& state, std::string& why) = 0;
-    // Zero force where the bus still listens, then lets go. On every way out, a failed open() included.
+    // Sends zero force if the bus still works, then releases the device. Called on every exit, including
+    // after a failed open().
     virtual void close() noexcept = 0;
 };
 

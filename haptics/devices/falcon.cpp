@@ -14,15 +14,16 @@ namespace {
 constexpr double kCountsPerNewtonMetre = 10'000.0;
 constexpr double kMostCounts = 4095.0;
 
-// Some 0.6 s; the public driver polls a thousand times.
+// About 0.6 s. The public driver polls a thousand times.
 constexpr int kMostProbes = 60;
 constexpr int kMostLoads = 10;
 constexpr int kTransferWait_ms = 3;
 constexpr std::int64_t kReply_ns = 4'000'000, kProbe_ns = 10'000'000;
-// One garbled reply must not home it: its zero would be wrong, and its forces wild.
+// One garbled reply must not count as homing: the zero position would be wrong and the forces wild.
 constexpr int kHomedReplies = 10;
-// A garbled count may pass as a count. A hand is taken to go on as it went, give or take this: 600 m/s^2, six
-// times what the motors and a blow of the hand can do, and a millisecond of doubt about when it was read.
+// A garbled count may look valid. A hand is assumed to continue its motion within this tolerance: 600 m/s^2,
+// six times what the motors plus a blow of the hand can cause, and 1 ms of doubt about when the count was
+// read.
 constexpr double kMostSwervePerMs = 40.0;
 constexpr double kMostStraightOn_ms = 5.0;
 
@@ -31,7 +32,7 @@ constexpr double kMostStraightOn_ms = 5.0;
 DeviceProfile profileOf(const Calibration& calibration) noexcept {
     DeviceProfile profile = *findProfile("falcon");
     profile.force_calibrated = calibration.measured;
-    profile.workspace_centre_m = {0.0, 0.0, 0.1225};  // the middle of the usable 75 to 170 mm
+    profile.workspace_centre_m = {0.0, 0.0, 0.1225};  // centre of the usable 75 to 170 mm
     return profile;
 }
 
@@ -95,7 +96,7 @@ void FalconDriver::close() noexcept {
     if (!open_) return;
     open_ = false;
     try {
-        // More than one: the first may end a packet that was cut short.
+        // Several packets, because the first may complete a truncated one.
         std::string why;
         BusBytes ignored;
         for (int i = 0; i < 3 && step_ == Step::run; ++i) {
@@ -103,12 +104,12 @@ void FalconDriver::close() noexcept {
             bus_->read(ignored, kTransferWait_ms, why);
         }
     } catch (...) {
-        // Nothing more can be done for it.
+        // Nothing more can be done.
     }
     bus_->close();
 }
 
-// Firmware answers an empty command; without any the chip only tells its status.
+// Running firmware answers an empty command. Without firmware the chip sends only its status.
 DeviceStage FalconDriver::probe(std::string& why) {
     std::optional<Reply> reply;
     if (talk({}, now() + kProbe_ns, reply, why) == BusResult::lost) return lose(why);
@@ -142,7 +143,7 @@ DeviceStage FalconDriver::load(std::string& why) {
             ++loads_;
             return DeviceStage::opening;
         case FirmwareLoader::Outcome::failed:
-            // Closed and opened again by PolledDevice, which helps it.
+            // PolledDevice closes and reopens the device, which helps.
             ++loads_;
             why = "loading its firmware: " + why;
             return DeviceStage::failed;
@@ -173,16 +174,16 @@ DeviceStage FalconDriver::run(const Vec3& force_n, DeviceState& state, std::stri
     return DeviceStage::needsHoming;
 }
 
-// One command and the newest reply that comes until then.
+// Sends one command and waits until `until_ns` for the newest reply.
 BusResult FalconDriver::talk(const Command& command, std::int64_t until_ns, std::optional<Reply>& reply,
                              std::string& why) {
     if (behind_) {
-        // A reply that comes now would be the last one's, and every one after it too.
+        // Otherwise the late reply would be taken for the next one, and so on for all that follow.
         reader_.clear();
         if (bus_->control(kFtdiReset, kPurgeReceived, why) == BusResult::lost) return BusResult::lost;
     }
     BusResult result = bus_->write(encode(command), kTransferWait_ms, why);
-    // Bounded in turns as well: the clock may be set back meanwhile.
+    // The number of turns is limited too, because the clock may be set back meanwhile.
     for (int turn = 0; turn < 20 && result == BusResult::ok && !reply; ++turn) {
         BusBytes got;
         if (bus_->read(got, kTransferWait_ms, why) == BusResult::lost) return BusResult::lost;
@@ -193,7 +194,8 @@ BusResult FalconDriver::talk(const Command& command, std::int64_t until_ns, std:
     return result;
 }
 
-// Whether the reply can be true. Until all three encoders have found their zero there is no position.
+// Returns false if the reply is implausible. There is no position until all three encoders have found their
+// zero.
 bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& state) noexcept {
     if (reply.homed != kHomedAll) {
         homed_ = false;
@@ -228,7 +230,8 @@ bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& st
     return true;
 }
 
-// Whether a hand can have got there. Time makes no jump good, only silence does: then it had as long to move.
+// True if a hand can have moved there. A jump does not become valid as time passes. Only after silence is a
+// larger motion allowed, because the hand then had that long to move.
 bool FalconDriver::follows(const Counts& counts, double elapsed_ms) noexcept {
     if (!jumping_) silence_ms_ = std::max(1.0, elapsed_ms);
     jumping_ = false;
@@ -241,7 +244,8 @@ bool FalconDriver::follows(const Counts& counts, double elapsed_ms) noexcept {
     return !jumping_;
 }
 
-// The first thing that was wrong since all was well; silence may have followed from it.
+// Keeps the first problem since the last valid reply. Silence may be replaced, since it can be a
+// consequence.
 void FalconDriver::note(Trouble trouble) noexcept {
     if (trouble_ == Trouble::none || trouble_ == Trouble::silent) trouble_ = trouble;
 }

@@ -1,9 +1,9 @@
-// The Novint Falcon: three motors and three encoders behind an FTDI chip. No orientation: that comes from
-// elsewhere (clutch.h). See README.md for firmware, homing and calibration.
+// The Novint Falcon: three motors and three encoders behind an FTDI chip. It senses no orientation; clutch.h
+// supplies one. See README.md for firmware, homing and calibration.
 //
-// Facts from libnifalcon (BSD), file by file in the headers of its parts: falcon_kinematics.h,
-// falcon_packet.h, falcon_firmware.h, ftdi_bus.h. What the device does when the host stops sending is not
-// known, so zero is sent on every way out.
+// Facts from libnifalcon (BSD), listed in the headers of its parts: falcon_kinematics.h, falcon_packet.h,
+// falcon_firmware.h, ftdi_bus.h. It is not known what the device does when the host stops sending, so zero
+// is sent on every exit.
 #pragma once
 
 #include <array>
@@ -22,23 +22,23 @@
 namespace stylet::haptics::falcon {
 
 struct Settings {
-    Firmware firmware{};        // for a device that has none
-    Calibration calibration{};  // else uncalibrated, and the profile says so
+    Firmware firmware{};        // used if the device has no firmware loaded
+    Calibration calibration{};  // by default uncalibrated, and the profile says so
 };
 
 DeviceProfile profileOf(const Calibration&) noexcept;
 
-// What the motors are told for a force at a grip position: 10,000 counts a N m of thigh torque (libnifalcon,
-// undocumented) over the calibration, at most the profile's peak and 4095 counts, shortened as a whole so
-// that the direction stays. Zero where there is no such pose.
+// Motor commands for a force at a grip position: 10,000 counts per N m of thigh torque (libnifalcon,
+// undocumented), divided by the calibration. Limited to the profile's peak force and to 4095 counts by
+// scaling all three, so that the direction is kept. Zero if the pose is unreachable.
 std::array<std::int16_t, 3> motorsFor(const Vec3& force_n, const Vec3& grip_m, const Calibration&) noexcept;
 
-// Without a good reply for so long, the force is zero: whatever it was for, nobody knows where the grip is.
+// Without a valid reply for this long the force is zero, because the grip's position is unknown.
 inline constexpr std::int64_t kReplyDeadline_ns = 6'000'000;
-// And for so long, the connection is given up.
+// Without a valid reply for this long the connection is given up.
 inline constexpr std::int64_t kGiveUp_ns = 200'000'000;
 
-// DeviceState: the grip's position, no rotation; buttons as in falcon_packet.h.
+// DeviceState has the grip's position without rotation, and the buttons of falcon_packet.h.
 class FalconDriver final : public Driver {
   public:
     // The clock is used on the device's thread.
@@ -54,7 +54,7 @@ class FalconDriver final : public Driver {
 
   private:
     enum class Step : std::uint8_t { probe, load, run };
-    // What is wrong with what it sends, for the user.
+    // What is wrong with the device's replies, for the error message.
     enum class Trouble : std::uint8_t { none, silent, garbled, jumped, impossible };
 
     DeviceStage probe(std::string& why);
@@ -81,12 +81,12 @@ class FalconDriver final : public Driver {
     bool homed_ = false;
     int homed_replies_ = 0;
     Trouble trouble_ = Trouble::none;
-    bool jumping_ = false;       // the last reply was too far from the last good one
-    bool behind_ = false;        // a reply may still be under way
-    std::int64_t heard_ns_ = 0;  // the last good reply
-    double silence_ms_ = 1.0;    // before the last reply that was no jump
+    bool jumping_ = false;       // the last reply was too far from the last valid one
+    bool behind_ = false;        // a reply may still be in transit
+    std::int64_t heard_ns_ = 0;  // time of the last valid reply
+    double silence_ms_ = 1.0;    // silence before the current reply; frozen while replies jump
     Counts counts_{};
-    Vec3 rates_{0.0};  // counts a ms
+    Vec3 rates_{0.0};  // counts per ms
     Vec3 grip_m_ = kCentre_m;
 };
 

@@ -16,12 +16,13 @@ namespace {
 
 using patient::DataError;
 
-// The public driver's gain is thought to be off by up to four; ten says that something else is wrong.
+// The public driver's gain is thought to be off by up to four; a factor of ten means something else is
+// wrong.
 constexpr double kLeast = 0.1, kMost = 10.0;
 constexpr std::size_t kMostCalibrationBytes = 16 * 1024;
 constexpr std::size_t kMostText = 400;
 
-// A name that nobody has.
+// An unused file name beside `file`.
 std::filesystem::path besideIt(const std::filesystem::path& file) {
     std::filesystem::path fresh = file.string() + ".new";
     std::error_code error;

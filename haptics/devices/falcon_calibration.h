@@ -1,5 +1,5 @@
-// What one newton asked of a Falcon comes to at its grip. The public driver's gain is undocumented and may be
-// two to four times off; how to measure is in README.md.
+// Calibration of the Falcon's force: measured newtons per commanded newton at the grip. The public driver's
+// gain is undocumented and may be off by a factor of two to four. README.md describes how to measure it.
 #pragma once
 
 #include <filesystem>
@@ -13,26 +13,26 @@ namespace stylet::haptics::falcon {
 
 struct Calibration {
     patient::Vec3 measured_per_asked{1.0};  // N/N, along x, y, z
-    bool measured = false;                  // false: nobody has
-    std::string how;                        // in the user's words: scale, mass, date
+    bool measured = false;                  // false: not measured
+    std::string how;                        // free text by the user: scale, mass, date
 };
 
-// One reading along one axis: the force asked for with gains of one, and what the scale said.
+// One reading along one axis: the force commanded with gains of one, and the force on the scale.
 struct CalibrationReading {
     double asked_n = 0.0, measured_n = 0.0;
 };
 
-// The line through the origin of least squares. Throws patient::DataError (in the name of `axis`) for fewer
-// than two readings, a reading that is not finite, or a line that misses one by more than a fifth.
+// Least-squares line through the origin. Throws patient::DataError (naming `axis`) for fewer than two
+// readings, a reading that is not finite, or a line that misses a reading by more than a fifth.
 double fitCalibration(std::span<const CalibrationReading>, const std::string& axis);
 
-// TOML; refuses by throwing patient::DataError with file, field and reason.
+// Loads a TOML file. Throws patient::DataError with file, field and reason.
 Calibration loadCalibration(const std::filesystem::path&);
-// `file` is only named in refusals.
+// `file` is used only in error messages.
 Calibration parseCalibration(std::string_view text, const std::filesystem::path& file);
-// The file is replaced in one step: a calibration that cannot be written leaves the old one.
+// Replaces the file atomically: if writing fails, the old calibration remains.
 void saveCalibration(const std::filesystem::path&, const Calibration&);
-// Throws where that could not be written.
+// Throws if saveCalibration() could not write there.
 void checkCalibrationFile(const std::filesystem::path&);
 
 }  // namespace stylet::haptics::falcon

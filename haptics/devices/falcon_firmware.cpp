@@ -13,7 +13,7 @@ namespace stylet::haptics::falcon {
 namespace {
 
 constexpr std::size_t kMostFirmwareBytes = 64 * 1024;
-constexpr std::size_t kChunkBytes = 62;  // the source's comments say 58 and 128, its code 62
+constexpr std::size_t kChunkBytes = 62;  // 62 as in the source's code; its comments say 58 and 128
 constexpr int kMostGreetings = 100;
 constexpr int kLoaderWait_ms = 20;  // longer than the chip's 16 ms between answers
 constexpr std::int64_t kGreeting_ns = 50'000'000, kEcho_ns = 80'000'000;
@@ -78,7 +78,7 @@ FirmwareLoader::Outcome FirmwareLoader::step(const std::vector<std::uint8_t>& im
     return Outcome::failed;
 }
 
-// 9600 baud; a latency of 16 ms, "otherwise firmware checks tend to fail".
+// 9600 baud and a latency of 16 ms, "otherwise firmware checks tend to fail".
 FirmwareLoader::Outcome FirmwareLoader::greet(std::string& why) {
     BusResult result = set(*bus_,
                            {{kFtdiReset, kPurgeReceived},
@@ -106,7 +106,7 @@ FirmwareLoader::Outcome FirmwareLoader::changeRate(std::string& why) {
     return outcomeOf(result, why, "its loader did not take the faster rate");
 }
 
-// The echo is the checksum. Without an answer the chip still sends its status, so that only a deadline ends
+// The echo serves as checksum. Without an answer the chip still sends its status, so only a deadline ends
 // the wait.
 FirmwareLoader::Outcome FirmwareLoader::sendChunk(const std::vector<std::uint8_t>& image, std::string& why) {
     const std::size_t count = std::min(kChunkBytes, image.size() - sent_);
@@ -120,12 +120,12 @@ FirmwareLoader::Outcome FirmwareLoader::sendChunk(const std::vector<std::uint8_t
     return result == BusResult::ok ? Outcome::done : outcomeOf(result, why, "its chip could not be set");
 }
 
-// Whether `bytes` come, in one piece, among what is received until then.
+// Returns ok if `bytes` arrive as one contiguous sequence within the time.
 BusResult FirmwareLoader::expect(std::span<const std::uint8_t> bytes, std::int64_t within_ns,
                                  std::string& why) {
     const std::int64_t begin_ns = clock_.now_ns(clock_.context);
     std::vector<std::uint8_t> seen;
-    // Bounded in turns as well: the clock may be set back meanwhile.
+    // The number of turns is limited too, because the clock may be set back meanwhile.
     for (int turn = 0; turn < 100 && clock_.now_ns(clock_.context) - begin_ns < within_ns; ++turn) {
         BusBytes got;
         const BusResult result = bus_->read(got, kLoaderWait_ms, why);

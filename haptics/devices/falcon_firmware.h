@@ -1,5 +1,5 @@
-// The Falcon forgets its firmware with the power. The image belongs to its vendor and is not ours to give
-// away: the user names a file, and the record keeps its SHA-256.
+// The Falcon loses its firmware at power-off. The image belongs to its vendor and may not be redistributed:
+// the user names a file, and the record stores its SHA-256.
 //
 // Facts from libnifalcon's FalconCommLibUSB.cpp and FalconFirmware.cpp, and its issues 24, 32, 33, 45, 67
 // (loading often fails at first).
@@ -17,24 +17,24 @@
 namespace stylet::haptics::falcon {
 
 struct Firmware {
-    std::vector<std::uint8_t> image;  // empty: none was named
+    std::vector<std::uint8_t> image;  // empty: no file was given
     std::string sha256;
 };
 // Throws patient::DataError. At most 64 KiB (the known images have 7 to 9).
 Firmware loadFirmwareFile(const std::filesystem::path&);
 
-// How the chip is set for the running firmware.
+// Configures the chip for the running firmware.
 BusResult setNormalMode(FtdiBus&, std::string& why);
 
-// Loads an image in steps, so that its caller is never away for long: a greeting may take 250 ms, any other
-// step 100.
+// Loads an image in steps, so that no call blocks for long: a greeting may take 250 ms, any other step 100
+// ms.
 class FirmwareLoader {
   public:
     enum class Outcome : std::uint8_t { going, done, failed, lost };
 
     FirmwareLoader(FtdiBus& bus, const Clock& clock) : bus_(&bus), clock_(clock) {}
     void begin() noexcept;
-    // The next thing: a greeting, the change of rate, or one chunk and its echo.
+    // Performs the next step: a greeting, the change of baud rate, or one chunk and its echo.
     Outcome step(const std::vector<std::uint8_t>& image, std::string& why);
     std::size_t sentBytes() const noexcept { return sent_; }
 

@@ -9,7 +9,7 @@ namespace stylet::haptics::falcon {
 
 namespace {
 
-// FalconGeometry.h, metres, by the letters used there.
+// FalconGeometry.h, in metres, with the letters used there.
 constexpr double kThigh_m = 0.060;          // a
 constexpr double kShin_m = 0.1025;          // b
 constexpr double kGripArm_m = 0.01443;      // c
@@ -26,8 +26,8 @@ constexpr double kRadiansPerCount = 2.0 * std::numbers::pi / 1280.0 * (0.01425 /
 constexpr double kSolved_rad = 1e-9;
 constexpr int kMostSteps = 30;
 
-// The grip as one leg sees it. The shin is a parallelogram: turned sideways by acos(side / b) it keeps the
-// grip level and leaves a two-link arm, thigh and `shin_m`, in the leg's plane.
+// The grip as seen by one leg. The shin is a parallelogram. Rotated sideways by acos(side / b), it keeps the
+// grip level and leaves a two-link arm in the leg's plane: the thigh and `shin_m`.
 struct Leg {
     double cos_leg, sin_leg;
     double out_m, up_m;  // of the shin's end, in the plane, from the thigh's pivot
@@ -47,7 +47,7 @@ std::optional<Leg> legAt(const Vec3& p, double leg_rad) noexcept {
     return l;
 }
 
-// Law of cosines; the other root has the elbow turned in.
+// Law of cosines. The other root has the elbow bent inward.
 std::optional<double> thighAngle(const Leg& l) noexcept {
     const double reach2 = l.out_m * l.out_m + l.up_m * l.up_m, reach = std::sqrt(reach2);
     const double along = (reach2 + kThigh_m * kThigh_m - l.shin_m * l.shin_m) / (2.0 * kThigh_m);
@@ -55,8 +55,8 @@ std::optional<double> thighAngle(const Leg& l) noexcept {
     return std::atan2(l.up_m, l.out_m) - std::acos(along / reach);
 }
 
-// With q = (out, up) - a (cos t, sin t) the shin in the plane, |q| = shin(side). Differentiated:
-// a (q x n) dt = q . d(out, up) + shin side / (shin - elbows) d(side), n the thigh's direction.
+// q = (out, up) - a (cos t, sin t) is the shin in the plane, with |q| = shin(side). Differentiated: a (q x
+// n) dt = q . d(out, up) + shin side / (shin - elbows) d(side), where n is the thigh's direction.
 std::optional<Vec3> angleGradient(const Leg& l, double angle_rad) noexcept {
     const double cos_t = std::cos(angle_rad), sin_t = std::sin(angle_rad);
     const double q_out = l.out_m - kThigh_m * cos_t, q_up = l.up_m - kThigh_m * sin_t;
@@ -74,7 +74,7 @@ std::optional<Vec3> newton(const Angles& angles_rad, Vec3 p) noexcept {
         const Vec3 miss = angles_rad - *here;
         if (std::max({std::fabs(miss.x), std::fabs(miss.y), std::fabs(miss.z)}) < kSolved_rad) return p;
         Vec3 step = glm::inverse(*jacobian) * miss;
-        // Far away the full step may leave the workspace.
+        // Far from the solution the full step may leave the workspace.
         while (!anglesAt(p + step)) {
             step *= 0.5;
             if (!(glm::dot(step, step) > 1e-18)) return std::nullopt;

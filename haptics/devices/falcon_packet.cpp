@@ -35,7 +35,7 @@ std::optional<Reply> decode(const Packet& packet) noexcept {
     }
     for (std::size_t i = 0; i < 3; ++i)
         reply.encoders[i] = std::int16_t(std::uint16_t(bits[i]));
-    // Four buttons, three homed bits: nothing above 0x7F.
+    // Four buttons and three homed bits: at most 0x7F.
     if (packet[13] < kZero || packet[13] > kZero + 0x7F) return std::nullopt;
     const unsigned flags = packet[13] - kZero;
     reply.buttons = std::uint8_t(flags & 0xF);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint16_t kVendor = 0x0403, kProduct = 0xcb48;
 constexpr unsigned char kOut = 0x02, kIn = 0x81;
-// Asked for exactly: more breaks libusb, less other systems (libnifalcon).
+// Request exactly this many bytes: more breaks libusb, fewer breaks other systems (libnifalcon).
 constexpr int kUsbPacketBytes = 64;
 constexpr int kStatusBytes = 2;
 constexpr unsigned kControlWait_ms = 20;
@@ -59,7 +59,7 @@ UsbPlace placeOf(libusb_device* device) {
     return place;
 }
 
-// `node` where there is one: what stands in its way has a remedy.
+// With a `node`, access problems are reported with their remedy.
 std::string reason(const char* what, int error, const std::string& node = {}) {
     if (!node.empty() && error == LIBUSB_ERROR_ACCESS) return accessProblem(node, EACCES);
     if (!node.empty() && error == LIBUSB_ERROR_BUSY) return accessProblem(node, EBUSY);
@@ -96,7 +96,7 @@ class UsbBus final : public FtdiBus {
         const std::string node = placeOf(*found).node;
         if (const int error = libusb_open(*found, &handle_); error != 0)
             return fail("opening it", error, why, node);
-        // Not supported everywhere, and no kernel driver takes this product.
+        // Ignore the result: it is not supported everywhere, and no kernel driver claims this product.
         libusb_set_auto_detach_kernel_driver(handle_, 1);
         if (const int error = libusb_claim_interface(handle_, 0); error != 0) {
             libusb_close(handle_);
@@ -115,7 +115,7 @@ class UsbBus final : public FtdiBus {
 
     BusResult write(std::span<const std::uint8_t> bytes, int wait_ms, std::string& why) override {
         if (!handle_) return closed(why);
-        // libusb takes what it sends by a pointer to what it could change.
+        // Copy, because libusb wants a pointer to non-const data.
         std::array<unsigned char, kUsbPacketBytes> buffer{};
         if (bytes.size() > buffer.size()) return BusResult::late;
         std::copy(bytes.begin(), bytes.end(), buffer.begin());
@@ -133,7 +133,7 @@ class UsbBus final : public FtdiBus {
         int count = 0;
         const int error =
             libusb_bulk_transfer(handle_, kIn, buffer.data(), kUsbPacketBytes, &count, unsigned(wait_ms));
-        // Late, it may have brought something all the same.
+        // Even after a timeout some bytes may have arrived.
         if (count > kStatusBytes) {
             got.count = std::size_t(count - kStatusBytes);
             std::copy_n(buffer.begin() + kStatusBytes, got.count, got.bytes.begin());

@@ -1,5 +1,5 @@
 // The Falcon's FTDI chip over libusb: 0403:cb48, interface 0, bulk OUT 0x02, bulk IN 0x81 (libnifalcon's
-// FalconComm.h). Built where libusb is (STYLET_LIBUSB).
+// FalconComm.h). Built only with libusb (STYLET_LIBUSB).
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ namespace stylet::haptics::falcon {
 // The first Falcon found, or the one at `port` ("bus-port.port").
 std::unique_ptr<FtdiBus> usbBus(const std::string& port = "");
 
-// Those plugged in now.
+// The Falcons plugged in now.
 struct UsbPlace {
     std::string port;  // "1-3.2"
     std::string node;  // "/dev/bus/usb/001/004"

@@ -12,7 +12,7 @@ namespace stylet::haptics {
 
 namespace {
 
-// The library's list and its last error are process-wide.
+// hidapi's device list and last error are process-wide.
 std::mutex& libraryMutex() {
     static std::mutex mutex;
     return mutex;

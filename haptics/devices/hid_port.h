@@ -1,4 +1,4 @@
-// HID devices through hidapi: what is plugged in, and one of them opened.
+// HID devices through hidapi: lists those plugged in and opens one.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ struct hid_device_;
 namespace stylet::haptics {
 
 struct HidEntry {
-    std::string path, name;  // "/dev/hidraw0"; the maker's name for it
+    std::string path, name;  // "/dev/hidraw0"; product name from the maker
     std::uint16_t vendor = 0, product = 0;
     std::uint16_t usage_page = 0, usage = 0;  // 0: the descriptor could not be read
 };
@@ -27,12 +27,12 @@ class HidPort {
     HidPort(const HidPort&) = delete;
     HidPort& operator=(const HidPort&) = delete;
 
-    // False with a reason, and a remedy where there is one.
+    // Returns false with a reason in `why`, and a remedy if there is one.
     bool open(const std::string& path, std::string& why);
     bool isOpen() const noexcept { return device_ != nullptr; }
-    // A report with its id in front. False: it did not get there whole, and `why`.
+    // Writes a report that starts with its id. Returns false with `why` if it was not sent completely.
     bool write(std::span<const unsigned char> report, std::string& why);
-    // One report: its bytes. 0: none came in time. -1: the device is gone, and `why`.
+    // Reads one report. Returns its length, 0 on timeout, or -1 with `why` if the device is gone.
     int read(std::span<unsigned char> into, int timeout_ms, std::string& why);
     void close() noexcept;
 

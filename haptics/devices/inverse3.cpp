@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t kMostVersionBytes = 16 * 1024;
 constexpr std::int64_t kFarewell_ns = 10'000'000;
-// In one go. A service answers each command once: 1 MiB is more than a thousand answers.
+// Limit per call. A service answers each command once; 1 MiB is more than a thousand answers.
 constexpr std::size_t kMostAtOnce_bytes = 1024 * 1024;
 constexpr int kMostHandlers = 1000;
 
@@ -31,7 +31,7 @@ std::int64_t nowOn(const Clock& clock) noexcept {
     return clock.now_ns(clock.context);
 }
 
-// Runs what is pending until `done`; false when the time is up first.
+// Runs pending operations until `done`. Returns false if the time is up first.
 template <typename Done>
 bool runUntil(asio::io_context& io, const Clock& clock, std::int64_t deadline_ns, const Done& done) {
     while (!done()) {
@@ -43,7 +43,7 @@ bool runUntil(asio::io_context& io, const Clock& clock, std::int64_t deadline_ns
     return true;
 }
 
-// One operation with a deadline. Its error, timed_out where it had none by then.
+// Runs one operation with a deadline. Returns its error, or timed_out if it has not completed by then.
 template <typename Start>
 beast::error_code await(asio::io_context& io, const Clock& clock, std::int64_t deadline_ns,
                         const Start& start) {
@@ -53,14 +53,14 @@ beast::error_code await(asio::io_context& io, const Clock& clock, std::int64_t d
     return **result;
 }
 
-// What is ready to run, and no more than that: a flood of pings is ready without end.
+// Runs the handlers that are ready, up to a limit, because a flood of pings would never end.
 void runSome(asio::io_context& io) {
     io.restart();
     for (int i = 0; i < kMostHandlers && io.poll_one() > 0;)
         ++i;
 }
 
-// The body of GET `target`, empty when there is none.
+// Returns the body of GET `target`, empty on failure.
 std::string get(asio::io_context& io, const Clock& clock, const tcp::endpoint& endpoint, const char* target,
                 std::int64_t deadline_ns) {
     beast::tcp_stream stream(io);
@@ -75,7 +75,7 @@ std::string get(asio::io_context& io, const Clock& clock, const tcp::endpoint& e
         await(io, clock, deadline_ns, [&](auto done) { http::async_write(stream, request, done); }) ||
         await(io, clock, deadline_ns, [&](auto done) { http::async_read(stream, buffer, parser, done); }) ||
         parser.get().result() != http::status::ok) {
-        // What is pending refers to what is about to go.
+        // Pending operations refer to objects that are about to be destroyed.
         beast::error_code ignored;
         stream.socket().close(ignored);
         runSome(io);
@@ -110,7 +110,7 @@ struct Inverse3Driver::Connection {
             if (failed) error = failed;
         });
     }
-    // Skipped while the last one is still on its way: only the newest force matters.
+    // Skipped while the last write is still pending: only the newest force matters.
     void send(const std::string& device_id, const Vec3& force_n) {
         const std::int64_t now_ns = nowOn(clock);
         if (!std::exchange(waiting, true)) asked_ns = now_ns;
@@ -119,7 +119,7 @@ struct Inverse3Driver::Connection {
         writing = true;
         socket.async_write(asio::buffer(outgoing), [this](beast::error_code failed, std::size_t) {
             writing = false;
-            // A failing read cancels the write: its own error is the cause.
+            // A failing read cancels the write; the read's own error is the cause.
             if (failed && failed != asio::error::operation_aborted && !error) error = failed;
         });
     }
@@ -128,7 +128,7 @@ struct Inverse3Driver::Connection {
         runUntil(io, clock, deadline_ns, [this] { return arrived || error; });
         return arrived && !error;
     }
-    // Takes the messages that have arrived; the newest counts. False: one was no good.
+    // Processes all messages that have arrived; the newest counts. Returns false if one was invalid.
     bool takeAll(bool& any, std::string& why) {
         std::size_t bytes = 0;
         for (; waitForMessage(0); any = true) {
@@ -187,7 +187,7 @@ DeviceStage Inverse3Driver::open(std::string& why) {
 DeviceStage Inverse3Driver::connect(const std::string& address, std::int64_t deadline_ns, std::string& why) {
     beast::error_code error;
     const auto host = asio::ip::make_address(address, error);
-    // Whoever answers moves a trainee's hand: nobody from elsewhere.
+    // The peer can move a trainee's hand, so remote machines are refused.
     if (error || !host.is_loopback()) return fail(why, address + " is no address of this machine itself");
     const tcp::endpoint endpoint(host, settings_.port);
 
@@ -242,7 +242,7 @@ DeviceStage Inverse3Driver::takeInventory(std::int64_t deadline_ns, std::string&
 DeviceStage Inverse3Driver::exchange(const Vec3& force_n, DeviceState& state, std::string& why) {
     Connection& c = *connection_;
     const std::int64_t began_ns = nowOn(clock_);
-    // Late answers first, so that none is taken for the one to this force.
+    // Read late answers first, so that none is mistaken for the answer to this force.
     bool any = false;
     std::string what;
     bool good = c.takeAll(any, what);
@@ -261,7 +261,7 @@ DeviceStage Inverse3Driver::exchange(const Vec3& force_n, DeviceState& state, st
     return judge(c.newest, state, why);
 }
 
-// What the newest message makes of the device.
+// Evaluates the newest message.
 DeviceStage Inverse3Driver::judge(const inverse3::Update& update, DeviceState& state,
                                   std::string& why) const {
     state.device_from_stylus = inverse3::stylusPose(update);
@@ -301,7 +301,7 @@ void Inverse3Driver::close() noexcept {
             beast::get_lowest_layer(c.socket).socket().shutdown(tcp::socket::shutdown_send, ignored);
         }
     } catch (...) {
-        // Out of memory on the way out: the socket's end is word enough for the service.
+        // Out of memory while closing: the end of the socket is enough for the service.
     }
     connection_.reset();
 }

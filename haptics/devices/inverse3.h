@@ -1,6 +1,6 @@
-// Haply's Inverse3 with a VerseGrip, through Haply's service on this machine: a WebSocket of JSON messages,
-// one state for each command. Facts as in inverse3_messages.h; commands last for one tick of the service,
-// which goes idle when they stop: that is its own dead-man, its length not documented.
+// Haply's Inverse3 with a VerseGrip, through Haply's service on this machine: a WebSocket with JSON
+// messages, one state per command. Facts as in inverse3_messages.h. A command lasts for one tick of the
+// service, which goes idle when commands stop. That acts as its dead-man; its timeout is undocumented.
 #pragma once
 
 #include <memory>
@@ -17,14 +17,14 @@ struct Update;
 }
 
 struct Inverse3Settings {
-    std::string address = {};  // a loopback address; empty: 127.0.0.1, then ::1
+    std::string address = {};  // loopback address; empty: 127.0.0.1, then ::1
     unsigned short port = 10001;
     enum class Spelling { byVersion, vector, values } spelling = Spelling::byVersion;
-    // No figure is published: unset, the weakest device's until the user has read the data sheet.
+    // Haply publishes no figure. Unset: the weakest device's, until the user has read the data sheet.
     std::optional<double> force_peak_n = {};
-    std::int64_t answer_ns = 4'000'000;     // an exchange waits so long for its answer
-    std::int64_t silent_ns = 15'000'000;    // without an answer the connection counts as lost
-    std::int64_t greeting_ns = 80'000'000;  // for the whole of open()
+    std::int64_t answer_ns = 4'000'000;     // how long an exchange waits for its answer
+    std::int64_t silent_ns = 15'000'000;    // without an answer for this long the connection is lost
+    std::int64_t greeting_ns = 80'000'000;  // time limit for open()
 };
 
 class Inverse3Driver final : public Driver {
@@ -47,7 +47,7 @@ class Inverse3Driver final : public Driver {
     Clock clock_;
     Inverse3Settings settings_;
     DeviceProfile profile_;
-    std::string device_id_;  // of the first that was opened: no other is taken for it
+    std::string device_id_;  // of the first device opened; no other is accepted
     bool known_ = false, has_grip_ = false;
     std::unique_ptr<Connection> connection_;
 };

@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Depth is looked at before anything is built.
+// Checks the nesting depth before anything is built.
 bool shallow(std::string_view text) {
     int depth = 0;
     bool quoted = false;
@@ -31,7 +31,7 @@ bool shallow(std::string_view text) {
     return true;
 }
 
-// Null for a document that is not JSON within the bounds.
+// Returns null for a document that is not JSON within the limits.
 Json parse(std::string_view text) {
     if (text.size() > kMostBytes || !shallow(text)) return {};
     Json document = Json::parse(text, nullptr, false);
@@ -59,7 +59,7 @@ bool readRotation(const Json& object, Quat& q) {
     if (!readNumber(object, "w", q.w) || !readNumber(object, "x", q.x) || !readNumber(object, "y", q.y) ||
         !readNumber(object, "z", q.z))
         return false;
-    // Half floats on the wire: the length is 1 within about 1e-3.
+    // The wire format is half floats, so the length is 1 only within about 1e-3.
     const double length = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
     if (!(length > 0.98 && length < 1.02)) return false;
     q = Quat(q.w / length, q.x / length, q.y / length, q.z / length);
@@ -71,7 +71,7 @@ bool flag(const Json& object, const char* name, bool otherwise) {
     return value.is_boolean() ? value.get<bool>() : otherwise;
 }
 
-// What may be sent back inside quotes.
+// True if the id can safely be sent back inside quotes.
 bool plain(const std::string& id) {
     for (const char c : id)
         if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_' && c != '.' && c != ':')
@@ -90,7 +90,8 @@ std::uint32_t readButtons(const Json& state) {
     return bits;
 }
 
-// Null where the list is missing or empty; false for what is no list of devices.
+// Sets `device` to the list's first element, or to null if the list is missing or empty. Returns false if it
+// is no list of devices.
 bool firstOf(const Json& document, const char* list, const Json*& device) {
     const Json& devices = member(document, list);
     device = nullptr;
@@ -187,7 +188,8 @@ void writeForce(std::string& text, std::string_view device_id, const Vec3& force
 }
 
 Pose stylusPose(const Update& update) noexcept {
-    // A quarter turn about x takes the stylus' +z to the grip's -y, and one back Haply's z to the device's y.
+    // A quarter turn about x maps the stylus' +z to the grip's -y; a quarter turn back maps Haply's z to the
+    // device's y.
     constexpr double kHalf = 0.70710678118654752;
     const Quat grip_from_stylus(kHalf, kHalf, 0.0, 0.0), device_from_haply(kHalf, -kHalf, 0.0, 0.0);
     const Vec3& c = update.cursor_m;

@@ -13,7 +13,7 @@ namespace stylet::haptics {
 
 namespace {
 
-// Whoever else could have put a socket there must not move a trainee's hand.
+// Only this user or root may be at the other end, because it can move a trainee's hand.
 bool trusted(int socket) noexcept {
     ucred peer{};
     socklen_t size = sizeof peer;

@@ -1,4 +1,4 @@
-// A UNIX stream socket to a program of the same user, without blocking.
+// A non-blocking UNIX stream socket to a program of the same user.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,17 @@ class LocalSocket {
     LocalSocket& operator=(const LocalSocket&) = delete;
 
     enum class Connected : std::uint8_t { yes, nobodyListens, failed };
-    // Of failed, `why`: the path, the system's reason, or that another user listens there (root may).
+    // For `failed`, `why` is the path, the system's reason, or that another user listens there. Root is
+    // allowed.
     Connected connect(const std::string& path, std::string& why);
     bool isOpen() const noexcept { return socket_ >= 0; }
-    // Whole or not at all: who lets the socket fill up has been silent for long.
+    // Sends all bytes or returns false. A peer that lets the socket fill up has long been silent.
     bool sendWhole(std::span<const std::uint8_t>) noexcept;
     enum class Received : std::uint8_t { bytes, nothingYet, ended };
-    // `got` is the part of `into` that was filled; of ended, `why`, empty where the other end closed it.
+    // `got` is the filled part of `into`. For `ended`, `why` is the reason, empty if the other end closed
+    // the connection.
     Received receive(std::span<std::uint8_t> into, std::span<const std::uint8_t>& got, std::string& why);
-    // Until there is something to receive, or so long.
+    // Waits until data can be received, at most `for_ns`.
     void waitReadable(std::int64_t for_ns) const noexcept;
     void close() noexcept;
 
@@ -31,7 +33,7 @@ class LocalSocket {
     int socket_ = -1;
 };
 
-// The folder for sockets of this user: $XDG_RUNTIME_DIR, else /run/user/UID.
+// The user's folder for sockets: $XDG_RUNTIME_DIR, else /run/user/UID.
 std::string userSocketFolder();
 
 }  // namespace stylet::haptics

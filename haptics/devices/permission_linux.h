@@ -1,13 +1,13 @@
-// Whether a device node may be used, and what to do when not.
+// Checks the permissions of a device node and suggests a remedy.
 #pragma once
 
 #include <string>
 
 namespace stylet::haptics {
 
-// Empty when `node` may be read and written; else one line: what is wrong, and its remedy.
+// Returns empty if `node` can be read and written, else one line: the problem and its remedy.
 std::string accessProblem(const std::string& node);
-// The same for an errno that opening it gave.
+// The same for an errno from opening it.
 std::string accessProblem(const std::string& node, int error);
 
 }  // namespace stylet::haptics

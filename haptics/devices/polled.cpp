@@ -8,7 +8,7 @@ namespace stylet::haptics {
 
 namespace {
 
-// stop() is heard within this, however long the next look is away.
+// stop() takes effect within this time, even if the next look is far off.
 constexpr std::int64_t kNap_ns = 20'000'000;
 
 bool isOpen(DeviceStage stage) noexcept {
@@ -19,7 +19,7 @@ bool same(double a, double b) noexcept {
     return a == b || (std::isnan(a) && std::isnan(b));
 }
 
-// What the output stage was set up with.
+// Compares the values that the output stage was configured with.
 bool sameLimits(const DeviceProfile& a, const DeviceProfile& b) noexcept {
     return a.force_axes == b.force_axes && same(a.force_peak_n, b.force_peak_n) &&
            same(a.force_continuous_n, b.force_continuous_n) && same(a.stiffness_n_per_m, b.stiffness_n_per_m);
@@ -30,7 +30,7 @@ std::int64_t periodOf(const DeviceProfile& profile) noexcept {
     return std::llround(1e9 / rate_hz);
 }
 
-// Whatever a driver throws, as a failure with a reason.
+// Turns any exception from a driver into `failed` with a reason.
 template <typename Call>
 DeviceStage guarded(std::string& why, const Call& call) noexcept {
     try {
@@ -128,7 +128,7 @@ std::int64_t PolledDevice::poll() noexcept {
 }
 
 std::int64_t PolledDevice::open(std::int64_t now_ns) {
-    // A clock that was set back must not put the next look off.
+    // If the clock was set back, the next look must not be delayed by it.
     retry_ns_ = std::min(retry_ns_, now_ns + settings_.backoff_most_ns);
     if (now_ns < retry_ns_) return retry_ns_;
     opens_.fetch_add(1, std::memory_order_relaxed);
@@ -143,7 +143,7 @@ std::int64_t PolledDevice::open(std::int64_t now_ns) {
 
 std::int64_t PolledDevice::exchange(std::int64_t now_ns) {
     const std::int64_t period_ns = periodOf(driver_->profile());
-    // Early by more than a period: the clock was set back.
+    // Early by more than a period means the clock was set back.
     if (now_ns < due_ns_ && due_ns_ - now_ns <= period_ns) return due_ns_;
 
     std::string why;
@@ -176,7 +176,8 @@ DeviceStage PolledDevice::callExchange(const Vec3& force_n, DeviceState& state, 
     return stage;
 }
 
-// What goes to the bus: the loop's newest word, while it speaks, to a device that was ready when it spoke.
+// Returns the force for the bus: the loop's newest force, or zero if the loop is silent or the device was
+// not ready when the force was sent.
 Vec3 PolledDevice::heardForce(std::int64_t now_ns) noexcept {
     if (forces_.read(force_n_)) {
         heard_ns_ = now_ns;
@@ -188,7 +189,7 @@ Vec3 PolledDevice::heardForce(std::int64_t now_ns) noexcept {
     return stage() == DeviceStage::ready && !silent_ && isFinite(force_n_) ? force_n_ : Vec3(0.0);
 }
 
-// Ready for the first time fixes the profile; what was sent before does not count.
+// The first `ready` fixes the profile. Forces sent before do not count.
 DeviceStage PolledDevice::admit(DeviceStage stage, std::string& why) {
     if (stage != DeviceStage::ready || this->stage() == DeviceStage::ready) return stage;
     if (!profile_known_.load(std::memory_order_relaxed)) {
@@ -205,7 +206,7 @@ DeviceStage PolledDevice::admit(DeviceStage stage, std::string& why) {
     return stage;
 }
 
-// That a flag has changed is news even where the driver has none.
+// A changed flag is published even if the driver has no new data.
 void PolledDevice::publish(DeviceState state) noexcept {
     if (stage() != DeviceStage::ready || let_go_) state.flags &= ~std::uint32_t(kDeviceReady);
     if (state.fresh == 0 && state.flags == last_.flags) return;
@@ -214,7 +215,7 @@ void PolledDevice::publish(DeviceState state) noexcept {
     states_.publish(state);
 }
 
-// Where it was last, with no flag set.
+// Publishes the last pose with all flags cleared.
 void PolledDevice::publishLost() noexcept {
     DeviceState state = last_;
     state.flags = 0;

@@ -1,5 +1,5 @@
-// Any driver as the loop sees it: a thread of its own around its blocking calls, a state machine that finds
-// the hardware again, and a watchdog that lets go when the loop falls silent.
+// Adapts any driver to the loop: a separate thread for its blocking calls, a state machine that finds the
+// hardware again, and a watchdog that releases the force when the loop falls silent.
 #pragma once
 
 #include <atomic>
@@ -17,53 +17,53 @@
 namespace stylet::haptics {
 
 struct PolledSettings {
-    std::int64_t look_again_ns = 500'000'000;     // nothing plugged in: until the next look
-    std::int64_t backoff_first_ns = 250'000'000;  // after a failure, doubled with each that follows
+    std::int64_t look_again_ns = 500'000'000;     // absent device: interval between looks
+    std::int64_t backoff_first_ns = 250'000'000;  // delay after a failure, doubled with each further one
     std::int64_t backoff_most_ns = 8'000'000'000;
-    std::int64_t sound_ns = 2'000'000'000;  // ready for so long: failures are forgotten
-    void (*atThreadStart)() = nullptr;      // on the device's thread, first: app/ sets its priority
+    std::int64_t sound_ns = 2'000'000'000;  // after this long in `ready`, earlier failures are forgotten
+    void (*atThreadStart)() = nullptr;      // called first on the device's thread: app/ sets its priority
 };
 
-// The loop has sent nothing for so long: zero goes to the bus, which leaves 5 ms for it to get there within
-// the 20 ms that every fault is given.
+// If the loop has sent nothing for this long, zero goes to the bus. That leaves 5 ms for it to arrive within
+// the 20 ms allowed for every fault.
 inline constexpr std::int64_t kSilence_ns = 15'000'000;
 
-// What a user wants to know of a device.
+// Status of a device for the user.
 struct DeviceReport {
     DeviceStage stage = DeviceStage::absent;
-    std::string why;              // of failed, absent, or of what is waited for
-    std::int64_t blocked_ns = 0;  // the driver has been in one call for so long, where past its deadline
+    std::string why;              // reason for failed or absent, or what is missing
+    std::int64_t blocked_ns = 0;  // how long the driver has been in one call, if past its deadline
     std::uint64_t exchanges = 0, opens = 0;
     std::uint64_t failures = 0;  // connections that failed to open or were lost
-    std::uint64_t silences = 0;  // times the loop fell silent with the device ready
+    std::uint64_t silences = 0;  // times the loop fell silent while the device was ready
 };
 
-// As users read it: "absent", "needs firmware", ...
+// Display text: "absent", "needs firmware", ...
 const char* nameOf(DeviceStage) noexcept;
 
 class PolledDevice final : public HapticDevice {
   public:
-    // The clock is read on the device's thread and in report(), and sleeps on the device's thread. Nothing
-    // is opened before start() or poll().
+    // The clock is read on the device's thread and in report(); it sleeps on the device's thread. Nothing is
+    // opened before start() or poll().
     PolledDevice(std::unique_ptr<Driver>, const Clock&, const PolledSettings& = {});
-    ~PolledDevice() override;  // as stop()
+    ~PolledDevice() override;  // like stop()
 
-    // Until the device is first ready: what its driver takes it for; from then on the same for good. A
-    // device that comes back with other limits is refused.
+    // Until the device is first ready: the driver's initial profile. From then on it never changes: a device
+    // that returns with other limits is refused.
     const DeviceProfile& profile() const noexcept override;
-    // Haptics thread. Wait-free. The newest state, its last pose where the device is lost; kDeviceReady
-    // only while it is ready and was not let go of.
+    // Haptics thread. Wait-free. Returns the newest state, with the last pose if the device is lost.
+    // kDeviceReady is set only while the device is ready and its force has not been released.
     DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override;
     // Haptics thread. Wait-free.
     void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override;
 
-    // App. The device's thread begins; stop() ends it, after zero force and close(). It waits for the call
-    // that the driver is in.
+    // App. start() starts the device's thread. stop() ends it after zero force and close(); it waits for the
+    // driver's current call to return.
     void start();
     void stop();
 
-    // Device's thread, or a test's that has not called start(): looks for the device, or does one exchange.
-    // Returns when to be called again. Whatever the driver throws ends here, as a failure.
+    // Device's thread, or a test that has not called start(). Looks for the device or performs one exchange.
+    // Returns the time of the next call. An exception from the driver counts as a failure.
     std::int64_t poll() noexcept;
 
     DeviceStage stage() const noexcept { return stage_.load(std::memory_order_acquire); }
@@ -98,13 +98,13 @@ class PolledDevice final : public HapticDevice {
     bool open_ = false;
     Vec3 force_n_{0.0};
     std::int64_t heard_ns_ = 0, ready_ns_ = 0, retry_ns_, backoff_ns_, due_ns_ = 0;
-    bool silent_ = true;   // zero goes out
-    bool let_go_ = false;  // silent after having been heard: the loop is told so
+    bool silent_ = true;   // zero is being sent
+    bool let_go_ = false;  // the loop fell silent after having sent; reported to the loop
     DeviceState last_;
 
-    std::atomic<std::int64_t> call_ns_{0};  // the driver is in a call since; 0: it is not
+    std::atomic<std::int64_t> call_ns_{0};  // start of the driver's current call; 0: none
     std::atomic<std::uint64_t> exchanges_{0}, opens_{0}, failures_{0}, silences_{0};
-    mutable std::mutex report_mutex_;  // stage and reason; app and device's thread
+    mutable std::mutex report_mutex_;  // guards stage and reason; app and device's thread
     std::string why_;
 
     std::atomic<bool> stop_{false};

@@ -1,10 +1,9 @@
-// Facts from: the makers' data sheets as stored in open sources (CHAI3D's device table for force, stiffness
-// and workspace of Force Dimension, SensAble and Novint devices; haptikfabrikenapi for the Polhem;
-// libnifalcon's geometry for the Falcon's resolution, computed at the middle of its workspace), SensAble's
-// data sheets of 2009 for mass at the tip, back-drive friction and resolution of the Phantoms (from memory of
-// the trade, no stored copy was found: unproven), and the range of physical damping that identifications of
-// the Phantom class report, 0.005 to 0.1 N s/m, of which the least is taken. What no source gives is
-// kUnknown.
+// Sources. Force, stiffness and workspace of the Force Dimension, SensAble and Novint devices: the makers'
+// data sheets as stored in CHAI3D's device table. Polhem: haptikfabrikenapi. Falcon's resolution: computed
+// from libnifalcon's geometry at the centre of its workspace. Mass at the tip, back-drive friction and
+// resolution of the Phantoms: SensAble's data sheets of 2009, quoted from memory because no stored copy was
+// found (unproven). Damping of the Phantoms: the least of the range 0.005 to 0.1 N s/m that published
+// identifications of the Phantom class report. Values that no source gives are kUnknown.
 #include "haptics/devices/profiles.h"
 
 #include <array>

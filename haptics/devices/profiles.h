@@ -1,4 +1,4 @@
-// What is known of the devices people have, by name.
+// Profiles of known devices, by name.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 namespace stylet::haptics {
 
 std::span<const DeviceProfile> deviceProfiles() noexcept;
-// nullptr: no such device.
+// Returns nullptr for an unknown name.
 const DeviceProfile* findProfile(std::string_view name) noexcept;
 
 }  // namespace stylet::haptics

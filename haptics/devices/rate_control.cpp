@@ -10,7 +10,7 @@ using patient::Vec3;
 
 double rateShare(double axis, const RateSettings& settings) noexcept {
     const double pushed = std::min(std::fabs(axis) / settings.full_scale, 1.0);
-    // Written so that NaN is at rest.
+    // NaN counts as at rest.
     if (!(pushed > settings.dead_zone)) return 0.0;
     const double share = (pushed - settings.dead_zone) / (1.0 - settings.dead_zone);
     return std::copysign(share * share, axis);
@@ -27,7 +27,7 @@ void stepRate(patient::Pose& pose, const std::array<double, 6>& axes, const Rate
     const double away_m = std::sqrt(glm::dot(there_m, there_m));
     pose.position_m = away_m > settings.reach_m ? there_m * (settings.reach_m / away_m) : there_m;
 
-    // Half the turn as a vector: exact to third order for the few milliradians of a step.
+    // Half the rotation as a vector: exact to third order for the few milliradians of a step.
     const Vec3 half_rad = 0.5 * settings.turn_rad_s * step_s * Vec3{share(3), share(4), share(5)};
     const Quat turned = Quat{1.0, half_rad.x, half_rad.y, half_rad.z} * pose.rotation;
     pose.rotation = turned * (1.0 / std::sqrt(glm::dot(turned, turned)));

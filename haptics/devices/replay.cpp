@@ -47,7 +47,7 @@ class TraceReader {
     }
 
   private:
-    // The next field of the line; `last` is the one that nothing may follow.
+    // Parses the next field of the line. Nothing may follow the `last` one.
     template <typename Number>
     Number number(bool last = false) {
         Number value{};

@@ -1,5 +1,5 @@
-// A device without hardware whose hand nothing can stop: it follows a trace, whatever the force. What
-// headless runs, tests and replays of recorded hands use.
+// A device without hardware that follows a trace whatever the force. Used by headless runs, tests and
+// replays of recorded hands.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ class ReplayDevice final : public HapticDevice {
     // `start_ns` is the loop time at which the trace begins. The trace must outlive the device.
     ReplayDevice(const Trace&, std::int64_t start_ns, const DeviceProfile& = {});
     const DeviceProfile& profile() const noexcept override { return profile_; }
-    // At a sample's time the very pose that was recorded, bit for bit; linear between.
+    // At a sample's time: the recorded pose, bit for bit. Between samples: linear interpolation.
     DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override;
     void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override { force_n_ = force_n; }
     const Vec3& force() const noexcept { return force_n_; }
@@ -28,12 +28,12 @@ class ReplayDevice final : public HapticDevice {
     Vec3 force_n_{0.0};
 };
 
-// The samples of a trace as CSV (README.md has the format). Throws patient::DataError: file, line, reason.
-// Commands are not in it: they belong to the scenario.
+// Loads the samples of a trace from CSV (README.md has the format). Throws patient::DataError: file, line,
+// reason. Commands are not included; they belong to the scenario.
 Trace loadTrace(const std::filesystem::path& csv);
-// The same by its contents; `file` is named when they are refused.
+// The same from text; `file` is used in error messages.
 Trace parseTrace(const std::filesystem::path& file, std::string_view csv);
-// Every number in the shortest form that reads back as the same bits.
+// Writes every number in the shortest form that reads back to the same bits.
 void saveTrace(const Trace&, const std::filesystem::path& csv);
 
 }  // namespace stylet::haptics

@@ -10,7 +10,7 @@ namespace stylet::haptics {
 
 namespace {
 
-// No link, and from the root; as it is where that cannot be told.
+// Resolves links to an absolute path. Returns the path unchanged if that fails.
 std::string realPath(const std::string& path) {
     std::error_code error;
     const std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
@@ -19,7 +19,7 @@ std::string realPath(const std::string& path) {
 
 }  // namespace
 
-// A line: number, local address and port in hexadecimal, remote ones, state; 0A is LISTEN (proc(5)).
+// Line format: number, local address and port in hexadecimal, remote ones, state; 0A is LISTEN (proc(5)).
 bool listensOn(std::uint16_t port, std::string_view table) {
     std::istringstream lines{std::string(table)};
     for (std::string line; std::getline(lines, line);) {
@@ -44,8 +44,8 @@ bool listensOn(std::uint16_t port) {
     return false;
 }
 
-// A line: number, references, protocol, flags, type, state, inode, path; the flag 0x10000 is a listener's
-// (__SO_ACCEPTCON). The path is as its program gave it, perhaps from its own folder.
+// Line format: number, references, protocol, flags, type, state, inode, path. Flag 0x10000 marks a listener
+// (__SO_ACCEPTCON). The path is as its program gave it, possibly relative to that program's folder.
 bool listensOn(const std::string& socket, std::string_view table) {
     const auto nameOf = [](const std::string& path) { return path.substr(path.rfind('/') + 1); };
     const std::string asked = realPath(socket);
@@ -58,7 +58,7 @@ bool listensOn(const std::string& socket, std::string_view table) {
         if ((flags & 0x10000u) == 0 || path.empty()) continue;
         const bool from_elsewhere = path[0] != '/' && path[0] != '@';
         if (path == socket) return true;
-        // A listener's own name is no link, its folders may be.
+        // The socket file itself is not a link, but its folders may be.
         if (nameOf(path) == nameOf(asked) && (from_elsewhere || realPath(path) == asked)) return true;
     }
     return false;

@@ -1,4 +1,4 @@
-// Services on this machine, without asking them anything.
+// Detects services running on this machine without connecting to them.
 #pragma once
 
 #include <cstdint>
@@ -7,14 +7,14 @@
 
 namespace stylet::haptics {
 
-// Does any program listen on this TCP port?
+// True if any program listens on this TCP port.
 bool listensOn(std::uint16_t port);
-// The same by the text of /proc/net/tcp or tcp6.
+// The same, given the text of /proc/net/tcp or tcp6.
 bool listensOn(std::uint16_t port, std::string_view proc_net_tcp);
 
-// Does any program listen on this UNIX socket? The file alone is left behind by one that died.
+// True if any program listens on this UNIX socket. A program that died leaves the file behind.
 bool listensOn(const std::string& socket);
-// The same by the text of /proc/net/unix.
+// The same, given the text of /proc/net/unix.
 bool listensOn(const std::string& socket, std::string_view proc_net_unix);
 
 }  // namespace stylet::haptics

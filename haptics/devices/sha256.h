@@ -1,4 +1,4 @@
-// SHA-256 (FIPS 180-4): which file a user loaded into a device goes into the record.
+// SHA-256 (FIPS 180-4), to record which file a user loaded into a device.
 #pragma once
 
 #include <cstdint>

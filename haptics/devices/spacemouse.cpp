@@ -9,11 +9,12 @@ namespace {
 constexpr std::size_t kLargestCapReport = 64;
 constexpr int kMostCapReports = 64;
 constexpr int kMostMalformed = 20;
-constexpr double kFromTheEnd_m = 0.005;  // where the needle begins
-// A cap away from rest reports at least every 16 ms (wireless): silent for so long, it was lost.
+constexpr double kFromTheEnd_m = 0.005;  // where the needle starts
+// A deflected cap reports at least every 16 ms (wireless). After this much silence it counts as lost.
 constexpr std::int64_t kCapSilent_ns = 150'000'000;
 
-// From the cap's frame (x right, y toward the user, z down) to the device's (x right, y up, z toward him).
+// From the cap's frame (x right, y toward the user, z down) to the device's (x right, y up, z toward the
+// user).
 std::array<double, 6> inDeviceFrame(const std::array<int, 6>& a) noexcept {
     return {double(a[0]), double(-a[2]), double(a[1]), double(a[3]), double(-a[5]), double(a[4])};
 }

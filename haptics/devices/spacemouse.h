@@ -1,5 +1,5 @@
-// The driver of a SpaceMouse, over hidapi: input only. How far the cap is pushed is how fast the needle
-// moves. Facts as in spacemouse_report.h. The sense of its turning axes is unproven on hardware here.
+// SpaceMouse driver over hidapi, input only. The deflection of the cap sets the needle's speed. Facts as in
+// spacemouse_report.h. The sign of the rotation axes is unproven on hardware.
 #pragma once
 
 #include "haptics/devices/driver.h"
@@ -10,12 +10,12 @@
 
 namespace stylet::haptics {
 
-bool isCap(const HidEntry&);  // a SpaceMouse
+bool isCap(const HidEntry&);  // true for a SpaceMouse
 DeviceProfile spaceMouseProfile(const RateSettings& = {}) noexcept;
 
 class SpaceMouse final : public Driver {
   public:
-    // The clock tells how long the cap was held where it was; device's thread.
+    // The clock measures how long the cap was held in one position; device's thread.
     explicit SpaceMouse(const Clock&, const RateSettings& = {});
 
     const DeviceProfile& profile() const noexcept override { return profile_; }
@@ -31,10 +31,10 @@ class SpaceMouse final : public Driver {
     DeviceProfile profile_;
     HidPort port_;
     SpaceMouseInput input_;
-    // Begins at the end toward the user, outside the patient; stays where it was while the device is away.
+    // Starts at the end toward the user, outside the patient. Keeps its value while the device is away.
     patient::Pose device_from_stylus_;
     std::int64_t last_ns_ = 0, heard_ns_ = 0;
-    int malformed_ = 0;  // in a row
+    int malformed_ = 0;  // consecutive
 };
 
 }  // namespace stylet::haptics

@@ -8,9 +8,9 @@ namespace stylet::haptics {
 namespace {
 
 constexpr unsigned char kMotion = 1, kRotation = 2, kButtons = 3, kBattery = 0x17;
-constexpr std::size_t kThreeAxes = 7, kSixAxes = 13;  // bytes, with the report's id
+constexpr std::size_t kThreeAxes = 7, kSixAxes = 13;  // bytes, including the report id
 constexpr std::size_t kMaskBytes = 4;
-// No cap is that far out: its physical range, four times the logical one.
+// No cap reports more than this: its physical range, four times the logical one.
 constexpr int kFurthest = 4 * kSpaceMouseFullScale;
 
 constexpr std::uint16_t kLogitech = 0x046d, k3Dconnexion = 0x256f;

@@ -1,6 +1,6 @@
-// What a SpaceMouse says, as bytes, and which HID devices are one.
+// SpaceMouse reports as bytes, and which HID devices are SpaceMice.
 // Facts from FreeSpacenav/spacenavd (src/dev.c), andunhh.github.io/spacemouse and several client programs.
-// Old and new devices are told apart by the length of their reports, never by their product number.
+// Old and new devices are distinguished by the length of their reports, never by product number.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ inline constexpr int kSpaceMouseFullScale = 350;  // logical units at the cap's 
 
 // The cap and the buttons as last reported.
 struct SpaceMouseInput {
-    // x to the right, y toward the user, z down, and about them by the right hand; logical units.
+    // x right, y toward the user, z down, then right-handed rotations about them; logical units.
     std::array<int, 6> axes{};
     std::uint32_t buttons = 0;
     int battery_percent = -1;  // unknown
@@ -22,14 +22,14 @@ struct SpaceMouseInput {
 };
 
 enum class SpaceMouseReport : std::uint8_t {
-    motion,     // taken: axes
-    other,      // taken or not for us: buttons, battery, what newer devices add
-    malformed,  // neither; nothing was changed
+    motion,     // axes updated
+    other,      // buttons or battery updated, or a report that is not used
+    malformed,  // invalid; nothing was changed
 };
 SpaceMouseReport takeSpaceMouseReport(std::span<const unsigned char> bytes, SpaceMouseInput&) noexcept;
 
-// By USB numbers and, where the descriptor could be read, usage page and usage (0, 0 where not). The makers'
-// mice and keyboards are not among them.
+// Decides by USB ids and, if the descriptor could be read, by usage page and usage (else 0, 0). Mice and
+// keyboards of the same makers are excluded.
 bool isSpaceMouse(std::uint16_t vendor, std::uint16_t product, std::uint16_t usage_page,
                   std::uint16_t usage) noexcept;
 

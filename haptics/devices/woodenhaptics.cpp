@@ -12,23 +12,23 @@ namespace {
 constexpr std::uint16_t kMbedVendor = 0x1234, kMbedProduct = 0x0006;
 constexpr std::size_t kLargestBoardReport = 65;
 
-// The board answers a command with a report; one that takes longer counts as missed.
+// The board answers each command with a report. One that takes longer than this counts as missed.
 constexpr int kReplyWait_ms = 5;
-constexpr int kMissedZero = 3;   // 15 ms: no current any more
+constexpr int kMissedZero = 3;   // 15 ms: currents go to zero
 constexpr int kMissedLost = 50;  // 250 ms
 constexpr int kMostBoardReports = 64;
 constexpr int kZerosAtEnd = 3;
 
-// A body that seems to turn further between two reports did not: its encoder or the report is wrong.
+// If a body seems to turn further than this between two reports, its encoder or the report is wrong.
 constexpr double kMostTurn_rad = 0.2;
 constexpr double kMostWristTurn_rad = 1.0;
 
 constexpr const char* kParkAndPress =
     "park the arm in its calibration pose and press the button on its board";
 constexpr int kHomingTries = 50;
-constexpr int kCalibrationSlack = 100;  // counts: the arm is not parked quite still
+constexpr int kCalibrationSlack = 100;  // counts: the parked arm may still move a little
 
-// The stylus' button travels in encoder d, which never gets that far by itself.
+// The stylus button is encoded in encoder d, which never reaches such values by itself.
 constexpr int kButtonOffset = 10000, kButtonAbove = 5000;
 
 // Device frame: +z toward the user, +y up; base frame: +x toward the user, +z up.
@@ -59,7 +59,7 @@ DeviceProfile profileOf(const WoodenModel& model) noexcept {
     p.force_peak_n = model.force_peak_n;
     p.stiffness_n_per_m = model.stiffness_n_per_m;
     p.senses_rotation = model.hasWrist();
-    // One count with the upper arm up and the forearm level, the middle of these arms' workspaces.
+    // For one count with the upper arm vertical and the forearm level, the middle of these arms' workspaces.
     p.resolution_m = armResolution_m(model, {0.0, 0.0, 0.5 * std::numbers::pi});
     p.workspace_radius_m = model.workspace_radius_m;
     return p;
@@ -89,7 +89,7 @@ DeviceStage WoodenHaptics::open(std::string& why) {
 
 void WoodenHaptics::close() noexcept {
     if (!port_.isOpen()) return;
-    // The board reads a command only once its report was taken.
+    // The board reads a command only after its report has been read.
     std::string ignored;
     WoodenReport report;
     for (int i = 0; i < kZerosAtEnd; ++i)
@@ -114,17 +114,17 @@ DeviceStage WoodenHaptics::exchange(const Vec3& force_n, DeviceState& state, std
 
 WoodenCommand WoodenHaptics::commandFor(const Vec3& force_n) const noexcept {
     if (homing_ == Homing::calibrate || homing_ == Homing::clearButton) {
-        // Before the first report there is nothing to tell the encoders.
+        // Before the first report there are no encoder values to set.
         return homing_tries_ > 0 ? encodeWoodenCalibration(set_encoders_) : encodeWoodenCurrents({0, 0, 0});
     }
-    // Where the arm is not known, neither is what a current would do.
+    // If the arm's pose is unknown, so is the effect of a current.
     if (homing_ != Homing::done || missed_ >= kMissedZero) return encodeWoodenCurrents({0, 0, 0});
     const Vec3 base_n = glm::conjugate(kDeviceFromBase) * force_n;
     const Vec3 motor_a = armCurrents(model_, armAngles_rad(model_, counts_), base_n).motor_a;
     return encodeWoodenCurrents({milliamps(motor_a.x), milliamps(motor_a.y), milliamps(motor_a.z)});
 }
 
-// The newest of what waits; the board sends nothing more until it is told something.
+// Reads the newest waiting report. The board sends nothing more until it receives a command.
 WoodenHaptics::Heard WoodenHaptics::hear(WoodenReport& report, std::string& why) {
     std::array<unsigned char, kLargestBoardReport> bytes;
     Heard heard = Heard::nothing;
@@ -161,7 +161,7 @@ DeviceStage WoodenHaptics::take(const WoodenReport& with_button, DeviceState& st
     const WoodenReport report = withoutButton(with_button, pressed);
     if (homing_ != Homing::done) return home(report, why);
     if (report.info == 1) {
-        // The arm may be anywhere: only a press after this one homes it.
+        // The arm may be anywhere, so only a press after this one homes it.
         homing_ = Homing::clearButton;
         homing_tries_ = 0;
         return home(report, why);
@@ -214,7 +214,8 @@ void WoodenHaptics::startAt(const WoodenReport& report) noexcept {
     std::copy(raw_.begin(), raw_.end(), counts_.begin());
 }
 
-// Adds what the encoders turned since the last report, over the ends of their 16 bits.
+// Adds the encoder motion since the last report, unwrapping the 16-bit counters. Returns false if it is
+// implausible.
 bool WoodenHaptics::follow(const WoodenReport& report) noexcept {
     ArmCounts turned{};
     for (std::size_t i = 0; i < 6; ++i)
@@ -223,7 +224,7 @@ bool WoodenHaptics::follow(const WoodenReport& report) noexcept {
     for (int i = 0; i < 3; ++i)
         if (std::fabs(turned_rad[i]) > kMostTurn_rad) return false;
     for (std::size_t i = 3; i < 6 && model_.hasWrist(); ++i) {
-        // Counts per turn are kept by body, counts by encoder: they run against each other.
+        // Counts per turn are indexed by body, counts by encoder, and the two run in opposite order.
         const double turns = turned[i] / model_.counts_per_turn[8 - i];
         if (std::fabs(turns) * 2.0 * std::numbers::pi > kMostWristTurn_rad) return false;
     }

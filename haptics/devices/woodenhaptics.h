@@ -1,6 +1,6 @@
-// The driver of a WoodenHaptics or Polhem v1 (open hardware) on its mbed board, over hidapi.
+// Driver of a WoodenHaptics or Polhem v1 (open hardware) with its mbed board, over hidapi.
 // Facts from forsslund/haptikfabrikenapi (firmware/main.cpp, src/fsusbhapticdevicethread.cpp). Unproven on
-// hardware here. Its board cuts the motors when 0.5 s pass without a command.
+// hardware here. The board switches the motors off after 0.5 s without a command.
 #pragma once
 
 #include "haptics/devices/driver.h"
@@ -10,10 +10,10 @@
 
 namespace stylet::haptics {
 
-// The numbers that mbed gives any board of its kind: what is found may be another's.
+// Compares the ids that mbed gives any board of this kind. A match may be a different product.
 bool isWoodenBoard(const HidEntry&) noexcept;
 
-DeviceProfile profileOf(const WoodenModel&) noexcept;  // its name lives as long as the model
+DeviceProfile profileOf(const WoodenModel&) noexcept;  // its name is valid as long as the model
 
 class WoodenHaptics final : public Driver {
   public:
@@ -23,7 +23,7 @@ class WoodenHaptics final : public Driver {
 
     const DeviceProfile& profile() const noexcept override { return profile_; }
     DeviceStage open(std::string& why) override;
-    // The user parks the arm and presses the board's button; until then there is no force.
+    // There is no force until the user has parked the arm and pressed the board's button.
     DeviceStage exchange(const Vec3& force_n, DeviceState&, std::string& why) override;
     void close() noexcept override;
 
@@ -41,15 +41,15 @@ class WoodenHaptics final : public Driver {
     DeviceProfile profile_;
     HidPort port_;
 
-    // Why the stage is not ready: the button's old press is cleared first, then a new one is waited for.
+    // Progress of homing: the button's old press is cleared first, then a new press is awaited.
     enum class Homing { clearButton, awaitButton, calibrate, done };
     Homing homing_ = Homing::clearButton;
     int homing_tries_ = 0;
-    std::array<std::int16_t, 6> set_encoders_{};  // what the board is being told they are
-    std::array<std::int16_t, 6> raw_{};           // of the last report that was believed
+    std::array<std::int16_t, 6> set_encoders_{};  // encoder values being set on the board
+    std::array<std::int16_t, 6> raw_{};           // of the last accepted report
     ArmCounts counts_{};                          // unwrapped
-    int missed_ = 0;                              // exchanges in a row without a report that can be believed
-    bool garbled_ = false;                        // the last of them had one that cannot
+    int missed_ = 0;                              // consecutive exchanges without a plausible report
+    bool garbled_ = false;                        // the last of them had an implausible report
 };
 
 }  // namespace stylet::haptics

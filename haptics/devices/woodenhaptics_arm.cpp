@@ -14,7 +14,7 @@ namespace {
 constexpr double kTurn_rad = 2.0 * std::numbers::pi;
 constexpr Vec3 kX{1.0, 0.0, 0.0}, kY{0.0, 1.0, 0.0}, kZ{0.0, 0.0, 1.0};
 
-// Body angle over motor angle.
+// Body angle divided by motor angle.
 double ratio(const WoodenModel& m, int body) noexcept {
     const std::size_t i = std::size_t(body);
     return (m.motor_aligned[i] ? -1.0 : 1.0) * m.capstan_diameter_m[i] / m.body_diameter_m[i];
@@ -24,7 +24,7 @@ double bodyRadPerCount(const WoodenModel& m, int body) noexcept {
     return kTurn_rad / m.counts_per_turn[std::size_t(body)] * ratio(m, body);
 }
 
-// How much of `force` fits beside `hold` within the limit.
+// Share of the force's current that fits within the limit in addition to the holding current.
 double shareThatFits(double hold_a, double force_a) noexcept {
     if (std::fabs(hold_a + force_a) <= kMostCurrent_a) return 1.0;
     const double room_a = (force_a > 0.0 ? kMostCurrent_a : -kMostCurrent_a) - hold_a;
@@ -55,7 +55,7 @@ glm::dmat3 armJacobian(const WoodenModel& m, const Vec3& t) noexcept {
 
 Quat armRotation(const WoodenModel& m, const Vec3& t, const ArmCounts& counts) noexcept {
     if (!m.hasWrist()) return {1.0, 0.0, 0.0, 0.0};
-    // The board counts the wrist's encoders from the stylus inward: f turns the first of its bodies.
+    // The board numbers the wrist's encoders from the stylus inward: f belongs to the first wrist body.
     const auto wrist_rad = [&](std::size_t body, std::size_t encoder) {
         return (m.wrist_aligned[body] ? 1.0 : -1.0) * counts[encoder] * kTurn_rad /
                m.counts_per_turn[3 + body];
@@ -65,7 +65,7 @@ Quat armRotation(const WoodenModel& m, const Vec3& t, const ArmCounts& counts) n
            glm::angleAxis(wrist_rad(2, 3), kX);
 }
 
-// The gradient of g (m_b r_b cos b + m_c (L_b cos b - r_c cos c)).
+// Gradient of g (m_b r_b cos b + m_c (L_b cos b - r_c cos c)).
 Vec3 armGravityTorque_n_m(const WoodenModel& m, const Vec3& t) noexcept {
     return m.gravity_m_s2 *
            Vec3{0.0, -(m.mass_kg[0] * m.centre_of_mass_m[0] + m.mass_kg[1] * m.length_m[1]) * std::sin(t.y),

@@ -19,7 +19,7 @@ constexpr std::size_t kMaxName = 100;
 constexpr int kMaxDepth = 2;
 constexpr int kUnpublishedVariant = 3;
 
-// The document's members; every one must be asked for.
+// Reads the document's members; finish() rejects any member that was not read.
 class ModelReader {
   public:
     ModelReader(std::string_view text, const std::filesystem::path& file) : file_(file) {
@@ -51,7 +51,7 @@ class ModelReader {
         if (v != std::floor(v)) throw DataError(file_, key, "not a whole number");
         return int(v);
     }
-    // The library writes true and false, its tables 1 and 0.
+    // The library writes true and false; its tables use 1 and 0.
     bool flag(const std::string& key) {
         const Json& value = member(key);
         if (value.is_boolean()) return value.get<bool>();
@@ -140,7 +140,7 @@ WoodenModel parseWoodenModel(std::string_view text, const std::filesystem::path&
                             in.number("workspace_origin_z", -1.0, 1.0)};
     m.workspace_radius_m = in.number("workspace_radius", 0.01, 1.0);
     m.torque_constant_n_m_per_a = in.numbers<3>("torque_constant_motor_", "abc", 0.001, 10.0);
-    in.number("current_for_10_v_signal", 0.0, 100.0);  // of analogue amplifiers only
+    in.number("current_for_10_v_signal", 0.0, 100.0);  // for analogue amplifiers only
     readEncoders(in, m);
     m.force_peak_n = in.number("max_linear_force", 0.1, 50.0);
     m.stiffness_n_per_m = in.number("max_linear_stiffness", 1.0, 20000.0);

@@ -1,4 +1,4 @@
-// The USB reports of a WoodenHaptics board (mbed LPC1768, 14-byte reports), as bytes.
+// USB reports of a WoodenHaptics board (mbed LPC1768, 14-byte reports), as bytes.
 // Facts from forsslund/haptikfabrikenapi (firmware/main.cpp). Unproven on hardware here.
 #pragma once
 
@@ -18,14 +18,14 @@ struct WoodenReport {
 std::optional<WoodenReport> decodeWoodenReport(std::span<const unsigned char> bytes) noexcept;
 
 // PC to board: report id 0, then 7 x int16: currents of motors a, b, c in mA, command, three attributes. The
-// board cuts its motors 0.5 s after the last of these.
+// board switches its motors off 0.5 s after the last of these.
 using WoodenCommand = std::array<unsigned char, 1 + kWoodenReportBytes>;
 WoodenCommand encodeWoodenCurrents(const std::array<std::int16_t, 3>& current_ma) noexcept;
-// Sets the encoders; the motors get no current meanwhile. Encoders a, b, c travel as the attributes, d, e, f
-// in the currents' place.
+// Sets the encoders; the motors have no current meanwhile. Encoders a, b, c are sent as the attributes, and
+// d, e, f in place of the currents.
 WoodenCommand encodeWoodenCalibration(const std::array<std::int16_t, 6>& encoders) noexcept;
 
-// Nearest whole milliamperes within +-2 A; what is no number is 0.
+// Rounds to whole milliamperes and clamps to +-2 A. Non-finite input gives 0.
 std::int16_t milliamps(double current_a) noexcept;
 
 }  // namespace stylet::haptics

@@ -44,7 +44,7 @@ Vec3 Anatomy::vertebra(double z) const noexcept {
 }
 
 double Anatomy::psoas(const Vec3& p) const noexcept {
-    // Grows downwards from the first lumbar vertebra.
+    // Psoas widens downwards from the first lumbar vertebra.
     const double grown = ramp(p.z, 5.0, -90.0);
     if (grown <= 0.0) return 1e3;
     const Vec3 v = vertebra(p.z);
@@ -64,7 +64,7 @@ double Anatomy::cavityDistance(const Vec3& p) const noexcept {
 }
 
 double Anatomy::costalMargin(double f) const noexcept {
-    // Highest below the sternum, lowest at the side, ending at rib 12 behind.
+    // Highest below the sternum, lowest at the side; ends at rib 12 in the back.
     return f > 0.0 ? -22.0 + 120.0 * f * f : -22.0 + 30.0 * ramp(f, -0.2, -0.9);
 }
 
@@ -74,10 +74,10 @@ double Anatomy::muscleDepth(const Vec3& p) const noexcept {
     const double chest = 10.0;
     const double back = ramp(f, -0.35, -0.88), ahead = ramp(f, 0.45, 0.85);
     const double side = chest + 7.0;
-    // The erectors stand on either side of the spinous processes.
+    // The erector muscles lie on either side of the spinous processes.
     const double erectors =
         chest + 5.0 + 21.0 * (1.0 - ramp(x, 50.0, 74.0)) - 5.0 * (1.0 - ramp(x, 2.0, 14.0));
-    // Rectus bellies either side of the linea alba, below the costal margin; chest wall above it.
+    // Rectus muscles on either side of the linea alba below the costal margin; chest wall above it.
     const double u = std::min(std::fabs(x - 33.0) / 31.0, 1.0);
     const double belly = 4.0 + 8.0 * std::sqrt(1.0 - u * u * u) + 10.0 * ramp(x, 62.0, 80.0);
     const double margin = costalMargin(f);
@@ -97,14 +97,14 @@ double Anatomy::skinDepth(const Vec3& p) const noexcept {
     const double fat = fat_side_mm * (1.0 - back - ahead) + fat_back_mm * back +
                        (fat_front_mm + belly) * ahead + love_handle - furrow +
                        0.9 * valueNoise(p / 45.0, seed ^ 0x51);
-    // Muscle steps are bridged by fat: the skin follows a smoothed wall.
+    // Fat bridges the steps between muscles: the skin follows a smoothed wall.
     const double wall = (18.0 * (1.0 - back) + 32.0 * back) * (1.0 - ahead) + 12.5 * ahead;
     const double navel = bump(((p.x * p.x) + (p.z + 108.0) * (p.z + 108.0)) / 60.0) * ahead;
     return wall + std::max(fat, 3.0) + 2.0 - 9.0 * navel;
 }
 
 double Anatomy::diaphragmHeight(const Vec3& p) const noexcept {
-    // In the cage's section at the height of the domes, so that the height is a function of (x, y) alone.
+    // Uses the cage's section at the height of the domes, so that the height depends on (x, y) only.
     const CageSection c = cage(90.0);
     const double ex = (p.x - c.xc) / c.a, ey = (p.y - c.yc) / c.b;
     const double r2 = ex * ex + ey * ey;
@@ -120,14 +120,15 @@ double Anatomy::diaphragmHeight(const Vec3& p) const noexcept {
 double Anatomy::liverDistance(const Vec3& p) const noexcept {
     const double dome = (p.z - diaphragmHeight(p) + 3.2) * 0.8;
     const double wall = cageDistance(p) + 2.8;
-    // The lower surface rises to the left, hollow towards the hilum, its front edge lower than its back.
+    // The lower surface rises to the left and is concave towards the hilum. Its front edge is lower than
+    // its back.
     const Vec3& h = organs.hilum;
     const double hollow =
         13.0 * bump(((p.x - h.x - 6.0) * (p.x - h.x - 6.0) + (p.y - h.y) * (p.y - h.y)) / 500.0);
     const double low = curve(kLiverLow, p.x) + organs.liver_low_mm - 0.16 * (p.y - 10.0) + hollow +
                        3.0 * valueNoise(p / 38.0, seed ^ 0x11);
     const double below = (low - p.z) * 0.75;
-    // Behind: the right lobe reaches the back wall, the left lobe ends before the stomach.
+    // In the back, the right lobe reaches the wall and the left lobe ends in front of the stomach.
     const double right_of_spine = (20.0 - p.x) * 0.8 + (-30.0 - p.y) * 0.6;
     const double ahead_of_stomach = (-2.0 + 0.22 * std::fabs(std::min(p.x, 0.0))) - p.y;
     const double behind = smoothMin(right_of_spine, ahead_of_stomach, 16.0);
@@ -136,7 +137,7 @@ double Anatomy::liverDistance(const Vec3& p) const noexcept {
     d = smoothMax(d, tip, 24.0);
     const double caudate = ellipsoid(p, {4.0, -19.0, 66.0}, {15.0, 12.0, 24.0});
     d = smoothMin(d, caudate, 8.0);
-    // Fissure of the round ligament, from the front edge below.
+    // Fissure of the round ligament, starting at the lower front edge.
     const double cleft = 2.4 * ramp(p.y, 38.0, 72.0) - 0.2;
     const double fissure =
         std::max(std::fabs(p.x + 9.0 + 0.2 * (p.y - 30.0) + 2.5 * valueNoise(p / 25.0, seed ^ 0x12)) - cleft,
@@ -190,7 +191,7 @@ Anatomy drawAnatomy(std::uint64_t seed) {
                                       {0.75, -0.65, 0.0}, {right, 28.0, 22.0});
     o.kidneyLeft = orientedEllipsoid(Vec3(-63.0, -33.0, -12.0) + random.jitter3(4.0), {-0.22, -0.12, -1.0},
                                      {-0.75, -0.65, 0.0}, {left, 28.0, 22.0});
-    // One draw per statement: the order of arguments is the compiler's to choose.
+    // One draw per statement, because the compiler chooses the evaluation order of arguments.
     const Vec3 spleen = Vec3(-91.0, -24.0, 52.0) + random.jitter3(4.0);
     const double spleen_long = random.uniform(50.0, 60.0), spleen_wide = random.uniform(38.0, 44.0);
     o.spleen =

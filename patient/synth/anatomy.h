@@ -1,6 +1,6 @@
-// The seeded plan of one patient, in "anatomical" millimetres: x to the patient's right, y to the front, z to
-// the head, z = 0 at the middle of the first lumbar vertebra. The patient's own size enters last, as a scale
-// per axis.
+// The anatomy of one patient, drawn from a seed, in "anatomical" millimetres: x to the patient's right, y
+// to the front, z to the head, z = 0 at the middle of the first lumbar vertebra. The patient's own size is
+// applied last, as a scale per axis.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace stylet::patient::synth {
 
-// The fascia's elliptical cross-section at one height.
+// Elliptical cross-section of the fascia at one height.
 struct CageSection {
     double a, b;    // half-axes, right-left and back-front
     double xc, yc;  // centre
@@ -33,7 +33,7 @@ struct Anatomy {
     double width_mm = 0.0, depth_mm = 0.0;  // added to the cage's half-axes
     double fat_side_mm = 0.0, fat_front_mm = 0.0, fat_back_mm = 0.0;
     double dome_right_mm = 132.0, dome_left_mm = 117.0;
-    double rib_shift_mm = 0.0;   // all ribs up or down
+    double rib_shift_mm = 0.0;   // shift of all ribs along z
     double rib_drop = 1.0;       // how steeply they slope
     double rib_spread_mm = 0.0;  // extra vertical pitch laterally
     double spine_x_mm = 0.0;     // lateral curvature
@@ -42,17 +42,18 @@ struct Anatomy {
     CageSection cage(double z) const noexcept;
     // Distance to the cage's surface, negative inside.
     double cageDistance(const Vec3& p) const noexcept;
-    // Where p lies around the cage: -1 at the back, +1 at the front.
+    // Angular position of p around the cage: -1 at the back, +1 at the front.
     double front(const Vec3& p) const noexcept;
-    // The same cut by the column of vertebral bodies and psoas: inside = the cavity that the fascia lines.
+    // Distance to the cavity lined by the fascia: the cage without the vertebral bodies and psoas.
+    // Negative inside.
     double cavityDistance(const Vec3& p) const noexcept;
-    // Outer surfaces as distances from the cage: of the wall's muscles, of the skin.
+    // Outer surfaces of the wall's muscles and of the skin, as distances from the cage.
     double muscleDepth(const Vec3& p) const noexcept;
     double skinDepth(const Vec3& p) const noexcept;
-    // Below the costal margin the wall has no ribs.
+    // Lower edge of the ribs [z]; the wall below it has no ribs.
     double costalMargin(double front) const noexcept;
 
-    // Height of the diaphragm's upper surface above (x, y), and where it meets the wall.
+    // Height of the diaphragm's upper surface at (x, y), including where it meets the wall.
     double diaphragmHeight(const Vec3& p) const noexcept;
     double liverDistance(const Vec3& p) const noexcept;
 

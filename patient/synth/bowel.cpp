@@ -1,4 +1,4 @@
-// The hollow organs. The patient lies on the back: gas collects in front, with a level.
+// The hollow organs. The patient lies on the back, so gas collects in front with a horizontal level.
 #include "patient/synth/painters.h"
 #include "patient/synth/random.h"
 
@@ -6,13 +6,13 @@ namespace stylet::patient::synth {
 
 namespace {
 
-constexpr Id kThisLoop = Id::count;  // while a loop is being painted
+constexpr Id kThisLoop = Id::count;  // temporary label of the loop being painted
 
 std::uint8_t depthByte(double depth_mm) {
     return std::uint8_t(std::clamp(depth_mm * 12.0, 1.0, 255.0));
 }
 
-// Stamps a hollow tube; the detail holds the depth under the outer wall until `finishHollow` turns it into
+// Stamps a hollow tube. `detail` stores the depth below the outer wall until finishHollow() converts it to
 // wall and content. Loops that touch keep their walls.
 template <class Allowed>
 void stampHollow(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, Id id,
@@ -30,7 +30,8 @@ void stampHollow(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto,
     stampHollow(canvas, strokes, onto, id, [](const Vec3&) { return true; });
 }
 
-// Gas in front of one level for the whole part: `level` of its mean radius before its mean depth.
+// Adds gas in front of a common level for the whole part. The level lies `level` mean radii in front of
+// the mean depth.
 void stampGas(Canvas& canvas, std::vector<Stroke> strokes, Id id, double wall_mm, double level) {
     double depth = 0.0, radius = 0.0;
     for (Stroke& s : strokes) {
@@ -81,7 +82,7 @@ void paintStomach(Canvas& canvas, const Anatomy& a, Random& random) {
                                            {Vec3(27.0, 30.0, 6.0), 11.0}},
                                           3.0);
     stampHollow(canvas, body, kCavity, Id::stomach);
-    // One level for the whole stomach.
+    // One gas level for the whole stomach.
     const double level_y = 24.0 + random.jitter(5.0);
     const auto gas = [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
         if (p.y > level_y && detail > depthByte(4.5) && p.z < 110.0)
@@ -93,7 +94,7 @@ void paintStomach(Canvas& canvas, const Anatomy& a, Random& random) {
 
 void paintColon(Canvas& canvas, const Anatomy& a, Random& random) {
     const double sag = random.uniform(-14.0, 8.0);
-    const double flexure = a.organs.liver_low_mm - 4.0;  // hangs below the liver, however low that reaches
+    const double flexure = a.organs.liver_low_mm - 4.0;  // stays below the liver, however low it reaches
     const std::vector<TubePoint> course{{{86.0, -6.0, -135.0}, 25.0},
                                         {{93.0, -12.0, -100.0}, 25.0},
                                         {{94.0, -16.0, -70.0 + flexure}, 23.0},
@@ -109,14 +110,14 @@ void paintColon(Canvas& canvas, const Anatomy& a, Random& random) {
                                         {{-96.0, -10.0, -135.0}, 14.0}};
     const std::vector<Stroke> all = tube(course, 2.0, 0.13, 27.0);
     stampHollow(canvas, all, kCavity, Id::colon);
-    // Gas where the colon lies in front; stool in the ascending and descending parts.
+    // Gas where the colon lies in front; stool in the ascending and descending colon.
     stampGas(canvas, part(all, 0.0, 0.22), Id::colon, 3.0, 0.55);
     stampGas(canvas, part(all, 0.25, 0.62), Id::colon, 2.6, random.uniform(-0.35, 0.1));
     stampGas(canvas, part(all, 0.66, 0.76), Id::colon, 2.6, 0.3);
     finishHollow(canvas, Id::colon, 2.6, 0.9, a.seed ^ 0x42);
 }
 
-// How far in front of kidneys, great vessels and psoas p lies: the small bowel hangs before them.
+// How far p lies in front of the kidneys, great vessels and psoas. The small bowel lies in front of them.
 double beforeRetroperitoneum(const Anatomy& a, const Vec3& p) {
     const double kidneys = std::min(a.organs.kidneyRight.distance(p), a.organs.kidneyLeft.distance(p)) - 4.0;
     const double middle =
@@ -124,8 +125,8 @@ double beforeRetroperitoneum(const Anatomy& a, const Vec3& p) {
     return std::min(kidneys, middle);
 }
 
-// A loop that winds through its region and keeps away from what is there: every step takes the freest of a
-// few turns.
+// A loop that winds through its region and avoids existing loops. Each step takes the freest of a few
+// random directions.
 std::vector<TubePoint> wander(const Anatomy& a, Random& random, const Box& region, std::vector<Vec3>& taken,
                               int steps, double radius) {
     const auto crowding = [&](const Vec3& p) {
@@ -162,7 +163,7 @@ std::vector<TubePoint> wander(const Anatomy& a, Random& random, const Box& regio
     return loop;
 }
 
-// Branching vessels of the mesentery: where two noise fields vanish together.
+// Branching vessels of the mesentery: where two noise fields are both near zero.
 void paintMesentery(Canvas& canvas, const Anatomy& a) {
     const auto brush = [&](const Vec3& p, std::uint8_t&, std::uint8_t& detail) {
         const double u = valueNoise(p / 24.0, a.seed ^ 0x44), v = valueNoise(p / 24.0, a.seed ^ 0x45);
@@ -195,7 +196,7 @@ void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
         stampHollow(canvas, strokes, kCavity, kThisLoop,
                     [&](const Vec3& p) { return beforeRetroperitoneum(a, p) > 0.0; });
         if (random.unit() < 0.3) stampGas(canvas, part(strokes, 0.2, 0.5), kThisLoop, 2.6, 0.35);
-        // Now it is bowel like the loops before, whose walls it has left alone.
+        // Relabel it as bowel. Until now the loop's own label has protected the walls of earlier loops.
         canvas.paint(kWholeBody, only(kThisLoop), [](const Vec3&, std::uint8_t& label, std::uint8_t&) {
             label = std::uint8_t(Id::bowel);
         });
@@ -203,7 +204,7 @@ void paintSmallBowel(Canvas& canvas, const Anatomy& a, Random& random) {
     finishHollow(canvas, Id::bowel, 2.0, 0.3, a.seed ^ 0x43);
 }
 
-// Where another organ has cut into a hollow one, its gas gets a wall on that side too.
+// Adds a wall where another organ has cut into a hollow one and bares its gas.
 void sealGas(Canvas& canvas) {
     const Grid& grid = canvas.grid();
     const IdSet hollow = anyOf({Id::stomach, Id::colon, Id::bowel});

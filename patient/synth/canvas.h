@@ -1,6 +1,6 @@
-// The volume while it is being painted: a label and one byte of detail per voxel.
-// Painters go slice by slice on several threads; every voxel's result depends on the earlier painters only,
-// so the number of threads cannot change it.
+// The volume being painted: a label and one byte of detail per voxel.
+// Painters process slices on several threads. Each voxel depends only on earlier painters, so the thread
+// count does not change the result.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace stylet::patient::synth {
 
-// Calls body(z) for every z in [begin, end); slices are handed out one by one.
+// Calls body(z) for every z in [begin, end). Threads fetch one slice at a time.
 template <class Body>
 void forSlices(int threads, int begin, int end, const Body& body) {
     std::atomic<int> next{begin};
@@ -40,11 +40,11 @@ struct Canvas {
         : labels(grid), detail(grid.voxelCount(), 0), scale(scale_), threads(threads_) {}
 
     const Grid& grid() const noexcept { return labels.grid; }
-    // Anatomical millimetres of a voxel's centre.
+    // Centre of a voxel in anatomical millimetres.
     Vec3 at(const Index3& i) const noexcept { return grid().centre(i) * 1000.0 / scale; }
     double voxel_mm() const noexcept { return grid().spacing_m.x * 1000.0; }
 
-    // The voxel range of a box, cut to the grid.
+    // The voxel range of a box, clipped to the grid.
     void range(const Box& box, Index3& first, Index3& last) const noexcept {
         for (int k = 0; k < 3; ++k) {
             const double s = scale[k] / 1000.0;
@@ -55,7 +55,7 @@ struct Canvas {
         }
     }
 
-    // brush(p, label, detail) for every voxel of the box whose label is in `onto`.
+    // Calls brush(p, label, detail) for every voxel of the box whose label is in `onto`.
     template <class Brush>
     void paint(const Box& box, IdSet onto, const Brush& brush) {
         Index3 first, last;
@@ -69,7 +69,7 @@ struct Canvas {
         });
     }
 
-    // Everything inside distance(p) < 0 becomes `id`.
+    // Sets the label to `id` wherever distance(p) < 0.
     template <class Distance>
     void fill(const Box& box, IdSet onto, Id id, const Distance& distance) {
         paint(box, onto, [&](const Vec3& p, std::uint8_t& label, std::uint8_t& d) {
@@ -84,8 +84,8 @@ struct Stroke {
     double ra, rb;
 };
 
-// brush(p, hit, stroke, label, detail) for every voxel of `onto` inside a stroke. Strokes come in order at
-// every voxel; the cost follows their volume, not the grid's.
+// Calls brush(p, hit, stroke, label, detail) for every voxel with a label in `onto` inside a stroke. Each
+// voxel sees the strokes in order. The cost depends on the volume of the strokes, not of the grid.
 template <class Brush>
 void stamp(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, const Brush& brush) {
     const Grid& grid = canvas.grid();
@@ -112,15 +112,15 @@ void stamp(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, const
         }
     });
 }
-// Plainly sets the label.
+// Sets the label and clears the detail.
 void paintStrokes(Canvas&, const std::vector<Stroke>&, IdSet onto, Id);
 
 inline std::uint8_t detailFrom(double share) noexcept {
     return std::uint8_t(clamp01(share) * 255.0 + 0.5);
 }
 
-// A smooth tube through control points (Catmull-Rom), cut into strokes of about `step_mm`.
-// `bulge` swells the radius by that share every `period_mm`, as haustra do.
+// A smooth tube through control points (Catmull-Rom), divided into strokes of about `step_mm`. The radius
+// varies by +-`bulge` (a share) with period `period_mm`, like haustra.
 struct TubePoint {
     Vec3 p;
     double radius;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kAny = std::numeric_limits<double>::infinity();
 constexpr IdSet kTrees = anyOf({Id::portal, Id::hepaticVeins, Id::ducts});
-// Organs that come in one piece.
+// Organs that must be in one piece.
 constexpr IdSet kOnePiece = anyOf(
     {Id::skin,   Id::fascia,   Id::lungRight,   Id::lungLeft,     Id::diaphragm, Id::heart,       Id::aorta,
      Id::cava,   Id::liver,    Id::portal,      Id::hepaticVeins, Id::ducts,     Id::gallbladder, Id::tumour,
@@ -53,7 +53,7 @@ class Checker {
                 voxels_[labels_.voxels[n]].push_back(n);
     }
 
-    // A tree's voxel lies inside the liver where much of what is around it is liver.
+    // Voxels of a tree inside the liver: those with mostly liver around them.
     std::vector<std::size_t> insideLiver(Id id) const {
         const int reach = std::max(1, int(7.0 / mm_));
         std::vector<std::size_t> inside;
@@ -84,12 +84,12 @@ class Checker {
         line("pancreas volume", "ml", millilitres(of(Id::pancreas).size()), 25, 120);
     }
 
-    // Between neighbouring right ribs, wall to wall, within 40 mm of the mid-axillary line.
+    // Measures gaps between neighbouring right ribs, wall to wall, within 40 mm of the mid-axillary line.
     void ribGaps() {
         std::vector<bool> wanted(256, false);
         wanted[std::size_t(Id::ribsRight)] = true;
         const double half_band_mm = 40.0;
-        const double middle_mm = 4.0;  // the body's middle, front to back
+        const double middle_mm = 4.0;  // y of the mid-axillary line
         struct FlankRib {
             std::vector<Vec3> points_mm;
             double z_mm = 0.0;
@@ -120,7 +120,7 @@ class Checker {
         line("widest intercostal gap", "mm", widest, 8, 25);
     }
 
-    // The median over planes across the band.
+    // Median gap over planes across the band.
     double gapBetween(const std::vector<Vec3>& upper, const std::vector<Vec3>& lower,
                       double middle_mm) const {
         std::vector<double> gaps;
@@ -199,8 +199,8 @@ class Checker {
         line("skin: cut off by the volume's sides", "voxels", double(cut), 0, 0);
     }
 
-    // Floods over faces from the liver through everything but fascia; counts what lies outside and is
-    // reached.
+    // Floods from the liver through faces of all voxels except fascia. Returns the number of voxels
+    // reached outside.
     std::size_t leaked() const {
         std::vector<bool> seen(labels_.voxels.size(), false);
         if (of(Id::liver).empty()) return 0;
@@ -236,8 +236,8 @@ class Checker {
         }
     }
 
-    // Straight ways of at most 90 mm from the skin of the right flank to a duct at least 3 mm wide that meet
-    // no structure at risk.
+    // Looks for straight paths of at most 90 mm from the skin of the right flank to a duct at least 3 mm
+    // wide that meet no risk structure.
     void flankAccess() {
         std::vector<Index3> targets;
         const std::vector<double> depth = depthInside(labels_, ducts_, 5.0);

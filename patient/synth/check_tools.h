@@ -1,4 +1,4 @@
-// Small things that the checks share.
+// Helpers shared by the checks.
 #pragma once
 
 #include <algorithm>

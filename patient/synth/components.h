@@ -10,10 +10,10 @@ namespace stylet::patient::synth {
 
 struct Component {
     std::uint8_t label = 0;
-    std::vector<std::size_t> voxels;  // in the order a flood found them
+    std::vector<std::size_t> voxels;  // in flood-fill order
 };
 
-// 26-connected pieces of equal label, of every label for which `wanted[label]`. Ordered by their first voxel.
+// 26-connected components of every label with `wanted[label]`, ordered by their first voxel.
 std::vector<Component> components(const LabelVolume&, const std::vector<bool>& wanted);
 
 }  // namespace stylet::patient::synth

@@ -1,6 +1,6 @@
-// Partial volume: the ideal image is blurred by [1 2 1]/4 along each axis (FWHM 2 voxels), which is what a
-// soft kernel does at 1 mm. Thin structures lose contrast; the ideal values are then shifted label by label
-// until the means of the blurred image are those of the table.
+// Models partial volume: the ideal image is blurred by [1 2 1]/4 along each axis (FWHM 2 voxels), like a
+// soft kernel at 1 mm. Thin structures lose contrast. The ideal values are then shifted label by label
+// until the means of the blurred image match the table.
 #include "patient/synth/ct.h"
 
 #include <array>
@@ -22,7 +22,7 @@ void blurRow(const float* in, float* out, std::size_t n, std::size_t stride) {
     }
 }
 
-// In the plane, then across planes.
+// Within planes first, then across them.
 void blur(std::vector<float>& image, std::vector<float>& work, const Grid& grid, int threads) {
     const auto nx = std::size_t(grid.dims.x), ny = std::size_t(grid.dims.y), plane = nx * ny;
     forSlices(threads, 0, grid.dims.z, [&](int z) {
@@ -51,7 +51,7 @@ void blur(std::vector<float>& image, std::vector<float>& work, const Grid& grid,
 
 using Sums = std::array<double, std::size_t(kIdCount)>;
 
-// Means per label, summed slice by slice in order, so that threads do not change the rounding.
+// Mean per label. Slices are summed in order, so that the thread count does not change the rounding.
 Sums labelMeans(const std::vector<float>& image, const Canvas& canvas) {
     const Grid& grid = canvas.grid();
     const std::size_t plane = std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
@@ -71,7 +71,7 @@ Sums labelMeans(const std::vector<float>& image, const Canvas& canvas) {
     return mean;
 }
 
-// Nearly Gaussian, unit variance: the sum of eight 16-bit uniforms of the voxel's hash.
+// Approximately Gaussian with unit variance: the sum of eight 16-bit uniforms from the voxel's hash.
 float gaussian(std::uint64_t key) {
     std::int64_t sum = 0;
     for (int half = 0; half < 2; ++half) {
@@ -115,8 +115,8 @@ CtVolume makeCt(const Canvas& canvas, std::uint64_t seed) {
     ideal.clear();
     ideal.shrink_to_fit();
 
-    // Noise with the grain of a reconstruction: white noise smoothed in the plane, back to its standard
-    // deviation.
+    // Noise with the grain of a reconstruction: white noise smoothed within the plane and rescaled to its
+    // standard deviation.
     CtVolume ct(grid);
     forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
         const auto nx = std::size_t(grid.dims.x), ny = std::size_t(grid.dims.y);

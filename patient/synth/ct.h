@@ -1,11 +1,11 @@
-// From labels to CT values: what each tissue measures, blurred by the scanner, with its noise.
+// Converts labels to CT values: typical HU per tissue, blur and noise of the scanner.
 #pragma once
 
 #include "patient/synth/canvas.h"
 
 namespace stylet::patient::synth {
 
-// Rounded to whole HU. Each label's mean is its table's within a few HU.
+// Rounded to whole HU. The mean of each label is within a few HU of its table value.
 CtVolume makeCt(const Canvas&, std::uint64_t seed);
 
 }  // namespace stylet::patient::synth

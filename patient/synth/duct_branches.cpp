@@ -1,5 +1,5 @@
-// Based on Lazarus and Verroust 1999 (level set diagrams): the tube is cut into slices of equal geodesic
-// distance from its root; connected slices are the nodes of its centre-line tree.
+// Based on Lazarus and Verroust 1999 (level set diagrams). The tube is cut into slices of equal geodesic
+// distance from its root. Connected slices are the nodes of its centre-line tree.
 #include "patient/synth/duct_branches.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ class LevelSets {
         spread();
         const double width = std::max(2.0, 1.5 * spacing_mm_);
         std::vector<int> bin(voxels_.size()), slice(voxels_.size(), -1);
-        // From the root outwards, so that a slice's parent is known before it.
+        // From the root outwards, so that a slice's parent is known first.
         std::vector<int> order;
         for (std::size_t i = 0; i < bin.size(); ++i) {
             if (from_root_[i] >= kUnreached) continue;
@@ -91,7 +91,7 @@ class LevelSets {
                 }
     }
 
-    // Geodesic distance from the widest place of the largest piece, where the tree begins.
+    // Geodesic distance from the root: the widest place of the largest piece.
     void spread() {
         from_root_.assign(voxels_.size(), kUnreached);
         std::vector<int> by_width(voxels_.size());
@@ -145,7 +145,7 @@ class LevelSets {
     std::vector<double> depth_, from_root_;
 };
 
-// Drops dead ends of fewer than three slices: bumps of the wall, not branches.
+// Removes dead ends of fewer than three slices. They are bumps of the wall, not branches.
 void prune(std::vector<Slice>& slices, std::vector<bool>& alive) {
     for (std::size_t i = 0; i < slices.size(); ++i) {
         if (slices[i].children > 0 || slices[i].parent < 0) continue;
@@ -201,7 +201,7 @@ std::vector<Branch> tubeBranches(const LabelVolume& labels, const std::vector<st
         if (s.parent >= 0) ++slices[std::size_t(s.parent)].children;
     std::vector<bool> alive(slices.size(), true);
     prune(slices, alive);
-    // A branch ends where it divides or stops; walk back from there to where it began.
+    // A branch ends at a division or a dead end. Walk back from there to its start.
     for (std::size_t i = 0; i < slices.size(); ++i) {
         if (!alive[i] || slices[i].children == 1) continue;
         std::vector<double> diameters;

@@ -7,7 +7,7 @@ namespace stylet::patient::synth {
 
 namespace {
 
-// A way to join a terminal: at `p`, in the edge that ends in `child`, or as a child of `node`.
+// A possible connection of a terminal: at `p` on the edge that ends in `child`, or as a child of `node`.
 struct Join {
     int child = -1, node = -1;
     Vec3 p{0.0};
@@ -38,7 +38,7 @@ class Grower {
         return best;
     }
 
-    // The farthest of a few points from what is there: space fills evenly.
+    // Takes the candidate farthest from the tree, so that the branches fill space evenly.
     bool drawTerminal(Vec3& terminal) {
         double best = s_.own_gap_mm + 4.0;
         bool found = false;
@@ -62,7 +62,7 @@ class Grower {
             const Vec3& a = tree_.nodes[std::size_t(n.parent)].p;
             const double edge = length(n.p - a);
             if (n.children.size() < 2) {
-                // Going on from an end must not turn back.
+                // An extension of an end must not turn back.
                 const Vec3 out = unitOr(terminal - n.p, Vec3(0.0)), in = unitOr(n.p - a, Vec3(0.0));
                 const double turn = dot(out, in);
                 const double far = length(terminal - n.p);
@@ -72,7 +72,7 @@ class Grower {
             }
             if (edge < 2.0 * s_.min_edge_mm) continue;
             const ConeHit hit = roundCone(terminal, a, n.p, 0.0, 0.0);
-            // Branch off upstream of the nearest point, so that the angle is acute.
+            // Branch off upstream of the nearest point, which gives an acute angle.
             const double margin = s_.min_edge_mm / edge;
             const double share = std::clamp(hit.share - 0.45 * hit.distance / edge, margin, 1.0 - margin);
             const Vec3 on = mixed(a, n.p, share);
@@ -105,7 +105,7 @@ class Grower {
                 const double need =
                     n.radius * (1.0 + s_.gap_per_radius) + tree_.terminal_radius + s_.own_gap_mm;
                 const ConeHit hit = roundCone(p, a, n.p, 0.0, 0.0);
-                // Near its own origin a branch is near the tree, and leaves it at an angle.
+                // A new branch is close to the tree near its origin and leaves it at an angle.
                 if (hit.distance < std::min(need, gone * 0.55)) return false;
             }
         }

@@ -1,6 +1,6 @@
-// Constrained constructive growth: terminals are drawn far from the tree and joined to it where the added
-// volume is least, inside the organ and clear of what is already there. Based on Schreiner and Buxbaum 1993
-// (constrained constructive optimisation), with a fixed anatomical scaffold.
+// Constrained constructive growth. Terminals are drawn far from the tree and connected where the new
+// branch is short and turns little, inside the organ and clear of existing structures. Based on Schreiner
+// and Buxbaum 1993 (constrained constructive optimisation), with a fixed anatomical scaffold.
 #pragma once
 
 #include <functional>
@@ -11,16 +11,16 @@
 namespace stylet::patient::synth {
 
 struct GrowthSettings {
-    int terminals = 50;           // to reach
-    double depth_mm = 6.0;        // how far inside the organ the branches stay
-    double own_gap_mm = 4.0;      // between walls of branches of this tree that are not neighbours
+    int terminals = 50;           // target number
+    double depth_mm = 6.0;        // minimum depth of the branches inside the organ
+    double own_gap_mm = 4.0;      // between walls of unrelated branches of this tree
     double other_gap_mm = 1.5;    // to the walls of `obstacles`
-    double gap_per_radius = 0.0;  // added to own_gap, times the other branch's radius (room for a companion)
+    double gap_per_radius = 0.0;  // added to own_gap per radius of the other branch (room for a companion)
     double min_edge_mm = 7.0;
     Box box;
 };
 
-// depth(p): how deep inside the organ p lies, positive inside.
+// Grows `tree`. depth(p) is the depth of p inside the organ, positive inside.
 void growTree(Tree&, Random&, const GrowthSettings&, const std::function<double(const Vec3&)>& depth,
               const std::vector<Stroke>& obstacles);
 

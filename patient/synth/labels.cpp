@@ -11,16 +11,16 @@ namespace {
 // Sources of the means: README.md, "What the CT shows".
 constexpr std::array<CtRow, kIdCount> kCt{{
     {-1000, -1000, -1000, 0},  // air
-    {-60, 45, 45, 0},          // skin, as a 1 mm CT sees 2 mm of it next to air
-    {-103, -112, -60, 6},      // fat, septa
+    {-60, 45, 45, 0},          // skin: 2 mm thick, next to air, in a 1 mm CT
+    {-103, -112, -60, 6},      // fat with septa
     {58, -20, 68, 5},          // muscle
     {-10, 20, 20, 0},          // fascia: between fat and muscle
-    {-98, -108, 130, 8},       // visceral fat, its vessels
+    {-98, -108, 130, 8},       // visceral fat with vessels
     {410, 230, 780, 12},       // ribs
     {410, 230, 780, 12},
     {105, 105, 105, 10},     // cartilage and discs
     {270, 185, 560, 22},     // spine
-    {35, 12, 45, 0},         // canal
+    {35, 12, 45, 0},         // spinal canal
     {260, 170, 520, 15},     // sternum
     {-810, -880, -250, 10},  // lungs
     {-810, -880, -250, 10},

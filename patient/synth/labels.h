@@ -1,4 +1,4 @@
-// Ids of the reference patient's labels, and what each looks like in the CT.
+// Label ids of the reference patient, and their appearance in the CT.
 #pragma once
 
 #include <cstdint>
@@ -58,12 +58,12 @@ constexpr bool holds(IdSet set, std::uint8_t id) noexcept {
     return (set >> id & 1u) != 0;
 }
 
-// The CT of one label. Inside a label a voxel's detail (0..255) blends from `low_hu` to `high_hu`; then the
-// whole label is shifted so that its mean in the finished image (blurred, noisy) is `mean_hu`.
+// CT values of one label. A voxel's detail (0..255) blends from `low_hu` to `high_hu`. Then the whole
+// label is shifted so that its mean in the finished image (blurred, noisy) is `mean_hu`.
 struct CtRow {
-    double mean_hu;          // over the label's voxels, source in README.md
+    double mean_hu;          // over the label's voxels; sources in README.md
     double low_hu, high_hu;  // at detail 0 and 255
-    double texture_hu;       // amplitude of structure of a few millimetres
+    double texture_hu;       // amplitude of the texture, a few millimetres in size
 };
 const CtRow& ctRow(Id) noexcept;
 

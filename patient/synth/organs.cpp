@@ -6,7 +6,7 @@ namespace stylet::patient::synth {
 
 namespace {
 
-// Cortex outside, pyramids of medulla inside, fat in the sinus.
+// Cortex outside, medullary pyramids inside, fat in the sinus.
 void paintKidney(Canvas& canvas, const Anatomy& a, const OrientedEllipsoid& kidney, Id id, double side) {
     const Vec3 hilum = kidney.centre + Vec3(-side * 17.0, 10.0, 0.0);
     const OrientedEllipsoid sinus =
@@ -45,7 +45,7 @@ void paintPancreas(Canvas& canvas, const Anatomy& a) {
                                           3.0);
     stamp(canvas, body, kCavity,
           [&](const Vec3& p, const ConeHit& hit, const Stroke&, std::uint8_t& label, std::uint8_t& d) {
-              // Lobules with fat between them.
+              // Lobules separated by fat.
               const double lobes = 2.6 * valueNoise(p / 6.5, a.seed ^ 0x33);
               if (hit.distance + 1.5 + lobes > 0.0) return;
               label = std::uint8_t(Id::pancreas);
@@ -53,7 +53,7 @@ void paintPancreas(Canvas& canvas, const Anatomy& a) {
           });
 }
 
-// The diaphragm's crura: bands on either side of the aorta, down onto the lumbar spine.
+// The crura of the diaphragm: bands on either side of the aorta down to the lumbar spine.
 void paintCrura(Canvas& canvas, const Anatomy& a) {
     canvas.fill({{-45.0, -60.0, -45.0}, {45.0, 10.0, 105.0}}, kCavity, Id::diaphragm, [&](const Vec3& p) {
         const double up = ramp(p.z, -45.0, 50.0);
@@ -89,7 +89,7 @@ void paintLiver(Canvas& canvas, const Anatomy& a) {
     paintKidney(canvas, a, o.kidneyLeft, Id::kidneyLeft, -1.0);
     canvas.paint(boxAround(o.gallbladder.centre, o.gallbladder.centre, 60.0), kCavity,
                  [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
-                     // A pear: slimmer towards the neck.
+                     // Pear-shaped: narrower towards the neck.
                      const double along =
                          dot(p - o.gallbladder.centre, o.gallbladder.axes[0]) / o.gallbladder.radii.x;
                      const double d = o.gallbladder.distance(p) + 4.0 * ramp(along, 0.3, -1.0);
@@ -124,7 +124,7 @@ void paintSolidOrgans(Canvas& canvas, const Anatomy& a) {
                 });
     canvas.fill(boxAround(o.spleen.centre, o.spleen.centre, o.spleen.radii.x + 4.0), kCavity, Id::spleen,
                 [&](const Vec3& p) {
-                    // Hollow towards the stomach and the kidney.
+                    // Concave towards the stomach and the kidney.
                     const double hollow = length(p - (o.spleen.centre + Vec3(46.0, 12.0, -4.0))) - 32.0;
                     const double kidney = o.kidneyLeft.distance(p) - 3.0;
                     const double d = o.spleen.distance(p) + 1.5 * valueNoise(p / 20.0, a.seed ^ 0x35);
@@ -136,12 +136,12 @@ void paintSolidOrgans(Canvas& canvas, const Anatomy& a) {
 
 void paintTrees(Canvas& canvas, const HepaticTrees& trees) {
     const IdSet liver = anyOf({Id::liver, Id::visceralFat});
-    // Ducts first: where a portal branch overlaps one, the duct stays whole.
+    // Ducts first: portal branches do not overwrite them, so the ducts stay connected.
     paintStrokes(canvas, trees.ducts, liver, Id::ducts);
     paintStrokes(canvas, trees.duct_outside, liver, Id::ducts);
     paintStrokes(canvas, trees.portal, liver, Id::portal);
     paintStrokes(canvas, trees.portal_outside, liver, Id::portal);
-    // Their trunks meet inside the vena cava: one tree, in one piece.
+    // Painted onto the vena cava too, so that the trunks meet inside it and form one piece.
     paintStrokes(canvas, trees.hepatic_veins, liver | only(Id::cava), Id::hepaticVeins);
 }
 

@@ -1,4 +1,4 @@
-// Random numbers that are a function of (seed, stream, counter): no state of the standard library, whose
+// Random numbers as a function of (seed, stream, counter). Does not use the standard library, whose
 // distributions differ between implementations.
 #pragma once
 
@@ -24,7 +24,7 @@ class Random {
     std::uint64_t bits() noexcept { return mixBits(key_ ^ ++counter_ * 0xd1342543de82ef95ull); }
     double unit() noexcept { return double(bits() >> 11) * 0x1p-53; }  // [0, 1)
     double uniform(double low, double high) noexcept { return low + (high - low) * unit(); }
-    // Around zero, bounded by +-limit, denser in the middle (triangular).
+    // Triangular distribution around zero, within +-limit.
     double jitter(double limit) noexcept { return limit * (unit() + unit() - 1.0); }
     Vec3 jitter3(double limit) noexcept {
         const double x = jitter(limit), y = jitter(limit), z = jitter(limit);

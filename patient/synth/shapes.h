@@ -1,5 +1,5 @@
-// Implicit shapes in millimetres: negative inside, first-order distances near the surface.
-// Smooth maxima and minima after Quilez, "Smooth minimum" (polynomial form).
+// Implicit shapes in millimetres: negative inside, distances accurate to first order near the surface.
+// Smooth maximum and minimum after Quilez, "Smooth minimum" (polynomial form).
 #pragma once
 
 #include <algorithm>
@@ -22,12 +22,12 @@ inline double smoothMin(double a, double b, double k) noexcept {
 inline double clamp01(double t) noexcept {
     return std::clamp(t, 0.0, 1.0);
 }
-// 0 at `from`, 1 at `to` (either order), C1.
+// Smoothstep: 0 at `from`, 1 at `to` (either order), C1.
 inline double ramp(double x, double from, double to) noexcept {
     const double t = clamp01((x - from) / (to - from));
     return t * t * (3.0 - 2.0 * t);
 }
-// 1 at 0, falling like a Lorentzian; r2 = squared normalised distance.
+// 1 at r2 = 0, falling like a Lorentzian; r2 is a squared normalised distance.
 inline double bump(double r2) noexcept {
     return 1.0 / (1.0 + r2 * r2);
 }
@@ -66,11 +66,11 @@ struct OrientedEllipsoid {
         return ellipsoid({dot(q, axes[0]), dot(q, axes[1]), dot(q, axes[2])}, Vec3(0.0), radii);
     }
 };
-// Long axis along `along`, second axis as near to `second` as it can be.
+// Long axis along `along`; second axis as close to `second` as possible.
 OrientedEllipsoid orientedEllipsoid(const Vec3& centre, const Vec3& along, const Vec3& second,
                                     const Vec3& radii);
 
-// A cone with round ends; `share` is the nearest point's place along the axis.
+// A cone with round ends. `share` is the position of the nearest axis point along the axis.
 struct ConeHit {
     double distance, share;
 };
@@ -81,7 +81,7 @@ inline ConeHit roundCone(const Vec3& p, const Vec3& a, const Vec3& b, double ra,
     return {length(ap - ab * t) - (ra + (rb - ra) * t), t};
 }
 
-// Values on ascending knots, Catmull-Rom between them, constant beyond.
+// Interpolates values at ascending knots: Catmull-Rom in between, constant outside.
 struct Knot {
     double x, y;
 };

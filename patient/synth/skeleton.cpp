@@ -38,7 +38,7 @@ double posteriorElements(const Vertebra& v, const Vec3& q) {
     const double lumbar = ramp(v.z, 100.0, -40.0);
     const double ring = ellipsoid({q.x, q.y - canal_y, 0.0}, Vec3(0.0), {14.5, 12.5, 1e4});
     const double arch = std::max(ring, std::fabs(q.z + 2.0) - (q.y > canal_y + 2.0 ? 6.5 : 10.0));
-    const double behind = canal_y - 9.0 - q.y;  // grows backwards
+    const double behind = canal_y - 9.0 - q.y;  // increases backwards
     const double droop = -4.0 - behind * (0.75 - 0.5 * lumbar);
     const double spinous = std::max({x - 3.2, -behind - 4.0, behind - 25.0 - 3.0 * lumbar,
                                      std::fabs(q.z - droop) - (6.0 + 5.0 * lumbar)});
@@ -51,9 +51,9 @@ double posteriorElements(const Vertebra& v, const Vec3& q) {
     return std::min({arch, smoothMin(spinous, arch, 4.0), transverse, facet});
 }
 
-// The centre line of a rib: an angle around the cage (0 at the back) and the height there.
+// Centre line of a rib: angle around the cage (0 at the back) and height.
 struct Rib {
-    double head_z, drop, end_deg, cartilage_deg, cartilage_z;  // cartilage 0: floating
+    double head_z, drop, end_deg, cartilage_deg, cartilage_z;  // cartilage_deg 0: floating rib
 };
 constexpr std::array<Rib, 8> kRibs{{{225, 100, 146, 173, 143},
                                     {201, 104, 140, 173, 127},
@@ -71,7 +71,7 @@ double ribHeight(const Anatomy& a, std::size_t i, double deg) {
     return kRibs[i].head_z + a.rib_shift_mm - a.rib_drop * kRibs[i].drop * (1.35 * u - 0.35 * u * u) + spread;
 }
 
-// A point `depth` outside the cage; side is +1 (right) or -1.
+// A point at `depth` outside the cage; side is +1 (right) or -1.
 Vec3 onCage(const Anatomy& a, double deg, double z, double depth, double side) {
     const CageSection c = a.cage(z);
     const double radians = deg * 3.14159265358979 / 180.0;
@@ -81,7 +81,7 @@ Vec3 onCage(const Anatomy& a, double deg, double z, double depth, double side) {
     return {side * p.x, p.y, z};
 }
 
-// A flat tube: a stroke's cross-section squashed along `normal` (towards the wall's outside).
+// A flat tube: the cross-section of a stroke, flattened along `normal` (which points out of the wall).
 struct FlatStroke {
     Vec3 a, b, normal_a, normal_b;
 };
@@ -142,7 +142,7 @@ std::vector<FlatStroke> cartilageLine(const Anatomy& a, std::size_t i, double si
     for (int k = 1; k <= 20; ++k) {
         const double t = k / 20.0;
         const double deg = rib.end_deg + (rib.cartilage_deg - rib.end_deg) * t;
-        // Goes on downwards a little, then turns up to the sternum.
+        // Continues downwards a little, then turns up to the sternum.
         const double z = z0 + (z1 - z0) * t * t - 12.0 * t * (1.0 - t);
         const Vec3 p = onCage(a, deg, z, 5.4, side);
         const Vec3 normal = outward(a, p);
@@ -183,12 +183,12 @@ void paintSpine(Canvas& canvas, const Anatomy& a) {
 void paintRibs(Canvas& canvas, const Anatomy& a) {
     for (const double side : {1.0, -1.0})
         for (std::size_t i = 0; i < kRibs.size(); ++i) {
-            const double lean = i >= 6 ? 0.88 : 1.0;  // the floating ribs are slighter
+            const double lean = i >= 6 ? 0.88 : 1.0;  // floating ribs are thinner
             paintFlat(canvas, ribLine(a, i, side), side > 0.0 ? Id::ribsRight : Id::ribsLeft,
                       kRibThick * lean, kRibHigh * lean, 1.5);
             paintFlat(canvas, cartilageLine(a, i, side), Id::cartilage, 4.0, 6.6, 0.0);
         }
-    // Body of the sternum, then the xiphoid.
+    // The body of the sternum and the xiphoid process.
     const Box box{{-30.0, 40.0, 60.0}, {30.0, 130.0, 1000.0}};
     canvas.paint(
         box, kWall | only(Id::cartilage), [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {

@@ -8,7 +8,7 @@ namespace stylet::patient::synth {
 
 namespace {
 
-// The section: from above the dome of the diaphragm to below the kidneys.
+// The section extends from above the dome of the diaphragm to below the kidneys.
 constexpr double kSize_m[] = {0.344, 0.250, 0.290};
 constexpr double kLow_m[] = {-0.172, -0.128, -0.118};
 

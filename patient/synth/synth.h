@@ -1,4 +1,5 @@
-// The reference patient: a torso section made from a seed. Same seed, same bytes, on every machine.
+// The reference patient: a torso section generated from a seed. The same seed gives the same bytes on
+// every machine.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +15,8 @@ namespace stylet::patient::synth {
 struct SynthSettings {
     std::uint64_t seed = 1;
     double spacing_m = 0.001;  // isotropic; tests use 0.002 and more
-    TissueDefaults defaults;   // force table and thresholds to start from
-    int threads = 2;           // does not change the result
+    TissueDefaults defaults;   // initial force table and thresholds
+    int threads = 2;           // does not affect the result
     std::function<void(std::string_view stage, double fraction)> progress;
 };
 
@@ -24,16 +25,15 @@ const std::vector<Label>& labelTable();
 
 Package makeReferencePatient(const SynthSettings&);
 
-// One line of `stylet-model check`: a measured value against its range.
+// One line of `stylet-model check`: a measured value and its allowed range.
 struct CheckLine {
     std::string name, unit;
     double value = 0.0, low = 0.0, high = 0.0;
     bool ok() const { return value >= low && value <= high; }
 };
-// Whether it has the reference patient's label table.
+// True if the package has the reference patient's label table.
 bool isReferencePatient(const Package&);
-// Measures the voxels of a reference patient, not what its maker meant. Another package:
-// std::invalid_argument.
+// Measures the voxels of a reference patient. Throws std::invalid_argument for another package.
 std::vector<CheckLine> checkPatient(const Package&);
 
 }  // namespace stylet::patient::synth

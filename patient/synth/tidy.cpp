@@ -7,13 +7,13 @@ namespace stylet::patient::synth {
 
 namespace {
 
-// Labels that are one organ, in one piece.
+// Organs that must be in one piece.
 constexpr IdSet kWhole =
     anyOf({Id::lungRight, Id::lungLeft, Id::heart, Id::aorta, Id::cava, Id::liver, Id::portal,
            Id::hepaticVeins, Id::ducts, Id::gallbladder, Id::tumour, Id::spleen, Id::pancreas,
            Id::kidneyRight, Id::kidneyLeft, Id::stomach, Id::colon, Id::bowel, Id::diaphragm});
 
-// The commonest label around a piece.
+// The most frequent label around a piece.
 std::uint8_t surroundings(const LabelVolume& labels, const Component& c) {
     std::array<std::size_t, std::size_t(kIdCount)> count{};
     const Grid& grid = labels.grid;
@@ -24,7 +24,7 @@ std::uint8_t surroundings(const LabelVolume& labels, const Component& c) {
             for (const int step : {-1, 1}) {
                 Index3 j = i;
                 j[axis] += step;
-                // Nothing grows into the fascia, which must stay one voxel thick, nor into a tree.
+                // Never fill with fascia, which must stay one voxel thick.
                 if (grid.contains(j) && labels[j] != c.label && labels[j] != std::uint8_t(Id::fascia))
                     ++count[labels[j]];
             }
@@ -41,7 +41,7 @@ void removeIslands(Canvas& canvas) {
     std::vector<bool> wanted(256, false);
     for (int i = 0; i < kIdCount; ++i)
         wanted[std::size_t(i)] = holds(kWhole, std::uint8_t(i));
-    // Filling one organ's island may join or split another's pieces; two rounds settle it.
+    // Filling an island of one organ can join or split pieces of another; a few rounds are enough.
     for (int round = 0; round < 3; ++round) {
         const std::vector<Component> all = components(canvas.labels, wanted);
         std::array<std::size_t, std::size_t(kIdCount)> largest{};

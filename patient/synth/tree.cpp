@@ -1,4 +1,4 @@
-// A binary vessel tree: Murray's law and smooth edges.
+// A binary vessel tree with radii after Murray's law and smooth edges.
 // Based on Murray 1926 (r^3 is conserved at a branching).
 #include "patient/synth/trees.h"
 
@@ -9,7 +9,7 @@ namespace stylet::patient::synth {
 namespace {
 
 double cubeRoot(double v) {
-    // Newton's iteration: the same bits everywhere, which libm's cbrt does not promise.
+    // Newton's iteration gives the same bits on every machine; libm's cbrt may not.
     double x = v > 1.0 ? v / 3.0 + 0.7 : 1.0;
     for (int i = 0; i < 30; ++i)
         x -= (x * x * x - v) / (3.0 * x * x);
@@ -62,7 +62,7 @@ int Tree::split(int child, const Vec3& p) {
 }
 
 void Tree::updateRadii() {
-    // Parents may come after their children in the list (splits): count from every leaf upwards.
+    // After splits, parents can come after their children in the list. So count upwards from every leaf.
     for (TreeNode& n : nodes)
         n.leaves = 0;
     for (std::size_t i = 0; i < nodes.size(); ++i)

@@ -1,5 +1,5 @@
-// The liver's trees: an anatomical scaffold (Couinaud's segments) filled up by growth, and the ducts beside
-// the portal branches.
+// The trees of the liver: an anatomical scaffold (Couinaud's segments) filled in by growth, and ducts
+// beside the portal branches.
 #include "patient/synth/trees.h"
 
 #include <cmath>
@@ -14,7 +14,7 @@ constexpr double kPortalTerminal_mm = 1.45;
 
 using Depth = std::function<double(const Vec3&)>;
 
-// Pulls a point of the scaffold into the liver.
+// Moves a point of the scaffold into the liver.
 Vec3 pulledIn(const Depth& depth, Vec3 p, double wanted_mm) {
     for (int i = 0; i < 30 && depth(p) < wanted_mm; ++i) {
         const double h = 2.0;
@@ -26,7 +26,7 @@ Vec3 pulledIn(const Depth& depth, Vec3 p, double wanted_mm) {
     return p;
 }
 
-// The least distance between the walls of a straight edge and of what is there.
+// Smallest distance between the walls of a straight edge and those of the obstacles.
 double clearance(const std::vector<Stroke>& obstacles, const Vec3& from, const Vec3& to, double radius) {
     double least = 1e9;
     for (int k = 2; k <= 10; ++k)
@@ -42,8 +42,8 @@ struct Scaffold {
     Random& random;
     const std::vector<Stroke>& obstacles;
 
-    // A node near `p`, in the liver, where the edge to it is clear: the best of a few places, the first that
-    // is good.
+    // Adds a node near `p` inside the liver with a clear edge to its parent. Takes the first good place of
+    // several, or else the best.
     int add(const Vec3& p, int parent) {
         Vec3 best(0.0);
         double most = -1e9;
@@ -102,13 +102,13 @@ Tree hepaticScaffold(const Anatomy& a, const Depth& depth, Random& random,
     return tree;
 }
 
-// Dilated: as wide as the portal branch in the periphery, half as wide at the hilum.
+// Dilated: in the periphery as wide as the portal branch, at the hilum half as wide.
 double ductRadius(const TreeNode& portal) {
     return 1.55 + 0.45 * (portal.radius - kPortalTerminal_mm);
 }
 
-// A duct runs beside every portal branch, shifted along the normal of the plane in which the portal branch
-// divides: there the duct's division is a copy of the portal one and nothing crosses.
+// A duct runs beside every portal branch, shifted along the normal of the plane in which the branch
+// divides. So the duct's division is a copy of the portal one and nothing crosses.
 class Ducts {
   public:
     explicit Ducts(const Tree& portal) : portal_(portal), side_(portal.nodes.size()) {}
@@ -152,7 +152,7 @@ class Ducts {
         const TreeNode& p = portal_.nodes[std::size_t(n.parent)];
         const double r0 = ductRadius(n);
         const double r1 = n.children.empty() ? r0 * 0.8 : r0;
-        // Leaves the parent's duct where that one lies, settles beside its own branch.
+        // Starts at the parent's duct and moves to its place beside its own branch.
         const double begin = offset(p), end = offset(n);
         const int parts = std::max(3, int(length(n.p - p.p) / 2.5));
         Vec3 last(0.0);
@@ -212,8 +212,8 @@ HepaticTrees growHepaticTrees(const Anatomy& a) {
         return std::min(-a.liverDistance(p), p.z > 20.0 ? vein : 1e3);
     };
     HepaticTrees trees;
-    // The great branches of both first, so that each finds its way; then the portal tree, which needs room
-    // for the ducts; then the hepatic veins in what is left.
+    // First the large branches of both, so that each has room. Then the portal tree, which must leave room
+    // for the ducts. Then the hepatic veins in the remaining space.
     Tree portal = portalScaffold(a, depth, random);
     Tree veins = hepaticScaffold(a, depth, random, treeStrokes(portal, 1.0));
     std::vector<Stroke> great_veins = treeStrokes(veins, 1.0);

@@ -11,23 +11,23 @@ namespace stylet::patient::synth {
 struct TreeNode {
     Vec3 p{0.0};
     int parent = -1;
-    int leaves = 0;       // terminals it feeds
+    int leaves = 0;       // terminals downstream
     double radius = 0.0;  // of the edge from the parent
     std::vector<int> children;
 };
 
-// Grown terminal by terminal; radii follow Murray's law, r^3 = sum of the children's r^3.
+// Built terminal by terminal. Radii follow Murray's law: r^3 is the sum of the children's r^3.
 struct Tree {
     std::vector<TreeNode> nodes;
     double terminal_radius = 1.0;
 
     int add(const Vec3& p, int parent);
-    // Puts a node into the edge that ends in `child`.
+    // Inserts a node into the edge that ends in `child`.
     int split(int child, const Vec3& p);
     void updateRadii();
 };
 
-// An edge as a curve whose tangents agree at the nodes; share in [0, 1].
+// Position and direction along an edge, a curve with continuous tangents at the nodes; share in [0, 1].
 Vec3 edgePoint(const Tree&, int child, double share);
 Vec3 edgeTangent(const Tree&, int child, double share);
 std::vector<Stroke> treeStrokes(const Tree&, double taper);

@@ -1,4 +1,4 @@
-// Skin, subcutaneous fat, the wall's muscles and the fascia that lines them.
+// Skin, subcutaneous fat, muscles of the wall, and the fascia that lines them.
 #include "patient/synth/painters.h"
 #include "patient/synth/random.h"
 
@@ -6,8 +6,8 @@ namespace stylet::patient::synth {
 
 namespace {
 
-// Thin planes of fat: around psoas, between the three oblique muscles of the flank, between the ribs and the
-// muscles that lie on them, around the erectors of the spine.
+// Thin layers of fat: around psoas, between the three oblique muscles of the flank, between the ribs and
+// the muscles on top of them, around the erector muscles of the spine.
 bool fatPlane(const Anatomy& a, const Vec3& p, double d, double muscle_depth) {
     if (d < 0.0) {
         // Beside the vertebral bodies, around psoas and the crura.
@@ -27,7 +27,7 @@ bool fatPlane(const Anatomy& a, const Vec3& p, double d, double muscle_depth) {
            std::fabs(share - 0.62) * muscle_depth < 0.65;
 }
 
-// Septa between lobules of fat, strands of fat between bundles of muscle.
+// Details of fat and muscle: septa between fat lobules, strands of fat between muscle bundles.
 std::uint8_t fatDetail(const Anatomy& a, const Vec3& p) {
     const double septum = std::fabs(valueNoise({p.x / 13.0, p.y / 13.0, p.z / 22.0}, a.seed ^ 0x63));
     return detailFrom(ramp(septum, 0.07, 0.0));
@@ -40,7 +40,7 @@ std::uint8_t muscleDetail(const Anatomy& a, const Vec3& p) {
 }  // namespace
 
 void paintWall(Canvas& canvas, const Anatomy& a) {
-    // A shell thinner than the voxels would have holes.
+    // A layer thinner than a voxel would have holes.
     const double skin_mm = std::max(2.0, 1.3 * canvas.voxel_mm());
     const auto brush = [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
         const double d = a.cageDistance(p);

@@ -75,7 +75,7 @@ CellGrid cellsOf(const AttenuationVolume& volume, double cell_m, double margin_m
             for (int x = 0; x < voxels.dims.x; ++x, ++at)
                 if (volume.half[at] != 0) row[cell_of_x[std::size_t(x)]] = 1;
         }
-    // A sample also reads the voxels beside its own.
+    // A sample also reads the neighbouring voxels.
     for (int axis = 0; axis < 3; ++axis) {
         const int reach = int(std::ceil((margin_m + voxels.spacing_m[axis]) / cells.grid.spacing_m[axis]));
         const std::size_t stride = axis == 0   ? 1

@@ -1,5 +1,5 @@
-// The patient as X-rays see him: attenuation relative to water, 1 + HU / 1000 (model, section 8), in voxels
-// no finer than a detector can tell apart, and where there is none.
+// X-ray attenuation of the patient relative to water, 1 + HU / 1000 (model, section 8). The voxels are no
+// finer than a detector resolves. A coarser grid marks the cells that attenuate at all.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 namespace stylet::render {
 
 inline constexpr double kWaterPerM = 19.3;  // at about 70 keV
-// Air, the room's and the bowel's, is taken for nothing.
+// Everything below this value is air, of the room or the bowel, and counts as no attenuation.
 inline constexpr double kAirHu = -970.0;
 
 constexpr double relativeAttenuation(double hu) {
@@ -22,23 +22,24 @@ struct AttenuationVolume {
     std::vector<std::uint16_t> half;  // half floats: water is exactly 1
 };
 
-// Voxels of about `voxel_m`, or the CT's where those are larger: each the mean of what it covers, so that
-// nothing is lost or gained. Several threads.
+// Resamples to voxels of about `voxel_m`, or to the CT's where those are larger. Each is the mean of what
+// it covers, so the total is preserved. Uses `threads` threads.
 AttenuationVolume attenuationOf(const patient::CtVolume&, double voxel_m, int threads);
 
-// Cells of about `cell_m`, 1 where anything attenuates within `margin_m` of the cell.
+// Cells of about `cell_m`: 1 where anything attenuates within `margin_m` of the cell.
 struct CellGrid {
     patient::Grid grid;
     std::vector<std::uint8_t> occupied;
 };
 CellGrid cellsOf(const AttenuationVolume&, double cell_m, double margin_m);
 
-// A voxel as the sum of those of another grid that lie in it, the first and the last in part.
+// A voxel as a weighted sum of the voxels of another grid that lie in it, along one axis. The first and the
+// last lie in it only partly.
 struct Cover {
     int first = 0;
     std::vector<float> weights;  // shares of the voxel
 };
-// Of the voxels [low, high) of `to` along an axis, by those of `from`.
+// Covers of the voxels [low, high) of `to` along an axis by the voxels of `from`.
 std::vector<Cover> coversOf(const patient::Grid& from, const patient::Grid& to, int axis, int low, int high);
 
 }  // namespace stylet::render

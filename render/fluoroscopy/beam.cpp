@@ -31,7 +31,7 @@ double openArea_m2(const Collimation& c, double side_m) {
                  bottom = open(c.down_m);
     if (right <= left || bottom <= top) return 0.0;
     if (!c.iris_m) return (right - left) * (bottom - top);
-    // The iris, column by column: its area cut by the blades has no short closed form.
+    // Integrates the iris column by column: its area cut by the blades has no short closed form.
     constexpr int kColumns = 2048;
     double area = 0.0;
     for (int i = 0; i < kColumns; ++i) {

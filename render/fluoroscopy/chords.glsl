@@ -1,8 +1,9 @@
 // Chords of capsules and cylinders in closed form: shapes.h. A shape is convex, so a ray meets it on one
-// interval. Distances are taken from the point of the ray nearest the shape: from the source, a metre away, a
-// needle's radius would drown in rounding.
+// interval. Distances are measured from the point of the ray nearest to the shape. Measured from the
+// source, a metre away, a needle's radius would be lost in rounding.
 
-// [x, y] of a cylinder of unit axis `u` and length `h` from the origin; empty: x > y.
+// Interval [x, y] of the ray in a cylinder from the origin, of unit axis `u` and length `h`. Empty if x >
+// y.
 vec2 throughCylinder(vec3 o, vec3 d, vec3 u, float h, float r) {
     const float du = dot(d, u), ou = dot(o, u);
     const vec3 across = d - du * u, off = o - ou * u;
@@ -11,7 +12,7 @@ vec2 throughCylinder(vec3 o, vec3 d, vec3 u, float h, float r) {
     if (a < 1e-12) {
         if (c > 0.0) return vec2(1.0, -1.0);
     } else {
-        // The disc of the ray's nearest point to the axis, not b * b - a * c: that loses its digits.
+        // Uses the ray's nearest point to the axis. The discriminant b * b - a * c would lose its digits.
         const vec3 nearest = off - (b / a) * across;
         const float d2 = r * r - dot(nearest, nearest);
         if (d2 <= 0.0) return vec2(1.0, -1.0);

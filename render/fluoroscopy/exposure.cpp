@@ -26,7 +26,7 @@ Exposure exposureOf(double transmission, const Collimation& collimation, double 
     const double at_detector_gy = e.reference_kerma_gy / (farther * farther);
     const double pixel_m = side_m / pixels;
     e.quanta_per_pixel = at_detector_gy * kPhotonsPerM2Gy * kDetected * pixel_m * pixel_m;
-    // Kerma falls as the beam widens: their product is the same wherever it is taken.
+    // Kerma falls as the beam widens. Its product with the area is the same at any distance.
     e.dose_area_gy_m2 = at_detector_gy * openArea_m2(collimation, side_m);
     return e;
 }

@@ -1,11 +1,11 @@
-// How many quanta make a picture, and what they cost the patient: an automatic brightness control without
+// The number of quanta in a picture and the dose that they cost: an automatic brightness control without
 // memory, and the figures that a dose ledger adds up.
 //
 // At 70 keV a microgray of air kerma is 33,400 photons/mm2: 1 / (70 keV * 0.0267 cm2/g), the mass
-// energy-absorption coefficient of air between Hubbell and Seltzer's (NIST, NISTIR 5632, 1995) 0.03041 at 60
-// and 0.02407 at 80 keV. The detector takes 20 to 100 nGy a pulse in fluoroscopy (AAPM report 125, 2012), and
-// detects 65 % of the quanta (DQE of 0.5 mm of CsI: Granfors and Aufrichtig, Med. Phys. 27, 2000). In normal
-// mode the skin may get 88 mGy a minute (21 CFR 1020.32(e)).
+// energy-absorption coefficient of air between Hubbell and Seltzer's (NIST, NISTIR 5632, 1995) 0.03041 at
+// 60 and 0.02407 at 80 keV. The detector receives 20 to 100 nGy per pulse in fluoroscopy (AAPM report 125,
+// 2012), and detects 65 % of the quanta (DQE of 0.5 mm of CsI: Granfors and Aufrichtig, Med. Phys. 27,
+// 2000). In normal mode the limit at the skin is 88 mGy per minute (21 CFR 1020.32(e)).
 #pragma once
 
 #include <span>
@@ -15,10 +15,10 @@
 namespace stylet::render {
 
 struct DoseSettings {
-    double detector_kerma_gy = 40e-9;        // a pulse, behind the patient, in the middle of the picture
+    double detector_kerma_gy = 40e-9;  // target per pulse, behind the patient, in the middle of the picture
     double most_kerma_gy_per_s = 1.4667e-3;  // free in air at the reference point: 88 mGy/min
     double least_kerma_gy_per_s = 5e-6;
-    double most_kerma_gy_per_pulse = 60e-6;  // of a tube's 20 ms at full current
+    double most_kerma_gy_per_pulse = 60e-6;  // a tube at full current for 20 ms
 };
 
 inline constexpr double kPhotonsPerM2Gy = 3.34e16;
@@ -27,15 +27,15 @@ inline constexpr double kDetected = 0.65;
 inline constexpr double kSourceToReference_m = kSourceToIsocentre_m - 0.150;
 
 struct Exposure {
-    double transmission = 1.0;        // of the metered field, mean of its logarithm
-    double quanta_per_pixel = 0.0;    // detected in a pixel that nothing shades
+    double transmission = 1.0;        // of the metered field, geometric mean
+    double quanta_per_pixel = 0.0;    // detected in an unattenuated pixel
     double reference_kerma_gy = 0.0;  // of this pulse, at the reference point
     double dose_area_gy_m2 = 0.0;     // of this pulse
-    bool at_limit = false;            // the tube gives no more: the picture is noisier
+    bool at_limit = false;            // the tube is at its limit: the picture is noisier
 };
 
-// Of line integrals in the middle of the field; < 0: behind a blade, below kDirect: beside the patient, which
-// does not count. 1 where nothing does: the tube then gives its least.
+// Transmission from line integrals in the middle of the field. Values < 0 (behind a blade) and below
+// kDirect (beside the patient) do not count. Returns 1 if none counts; the tube then gives its minimum.
 double meteredTransmission(std::span<const float> metered);
 inline constexpr float kDirect = 0.05f;
 

@@ -13,11 +13,11 @@ namespace stylet::render {
 namespace {
 
 constexpr int kMostPixels = 2048;
-constexpr int kBlackPixels = 64;       // of a picture whose size is nonsense
-constexpr double kMeteredShare = 0.6;  // of the open field, along either axis
+constexpr int kBlackPixels = 64;       // size of the black picture if the requested size is invalid
+constexpr double kMeteredShare = 0.6;  // metered share of the open field, along either axis
 constexpr double kTissueHu = -300.0;
 constexpr double kFarthestInRoom_m = 1e4;                 // nothing in a room is as far away
-constexpr double kLeastStep_m = 1e-4, kMostStep_m = 1.0;  // finer takes longer than anybody waits
+constexpr double kLeastStep_m = 1e-4, kMostStep_m = 1.0;  // finer steps would take too long
 
 bool isInRoom(const Vec3& v) {
     return std::fabs(v.x) < kFarthestInRoom_m && std::fabs(v.y) < kFarthestInRoom_m &&
@@ -91,7 +91,7 @@ struct Fluoroscopy::Impl {
     RayPass rays;
     ScreenPass screen;
     std::int64_t pulse = -1;
-    bool black = true;  // what is shown is no picture
+    bool black = true;  // the black picture is shown
     std::array<float, std::size_t(gpu::kMeter* gpu::kMeter)> metered{};
     int pixels = 0;
 
@@ -110,7 +110,7 @@ struct Fluoroscopy::Impl {
                             std::int64_t now);
 };
 
-// The middle of what the blades leave open.
+// Copies the line integrals in the middle of the open field.
 std::span<const float> Fluoroscopy::Impl::meteredField(const Collimation& c, const FluoroscopySettings& s) {
     const double half = 0.5 * s.detector_m;
     const double left = std::max(-c.left_m, -half), right = std::min(c.right_m, half);

@@ -1,9 +1,10 @@
-// Fluoroscopy: what the C-arm's screen shows of the patient as he is now, and what the pulse cost him.
+// Fluoroscopy: the picture on the C-arm's screen, and the dose of each pulse.
 //
-// Beer-Lambert through the breathing, pressed patient (rays.comp), instruments and contrast added; the
-// exposure that the brightness control gives; quantum and electronic noise; the screen's curve (screen.comp).
-// Conventions of the screen, as angiography systems show it: dense is dark; the picture is seen from the
-// detector, the patient's head above, his left on the right at both angles 0.
+// rays.comp computes Beer-Lambert line integrals through the breathing, displaced patient and adds
+// instruments and contrast. The brightness control sets the exposure. screen.comp adds quantum and
+// electronic noise and applies the screen's curve.
+// Conventions of the screen, as in angiography systems: dense is dark. The picture is seen from the
+// detector, with the patient's head at the top and the patient's left on the right at both angles 0.
 #pragma once
 
 #include <cstdint>
@@ -24,51 +25,51 @@ struct ContrastTable;  // patient/contrast.h
 
 namespace stylet::render {
 
-// What happens now. The patient's breath and what presses on him: DeformedPatient.
+// Input of one picture. The patient's breath and the tool's displacement come from DeformedPatient.
 struct FluoroscopyInput {
-    CArm arm;                     // its angles
-    Pose patient_from_isocentre;  // table height and travel; its axes at 0 are a straight patient's
+    CArm arm;                     // orbital and angulation angles
+    Pose patient_from_isocentre;  // includes table height and travel; axes of a patient who lies straight
     Collimation collimation;
-    bool pedal = false;   // up: no radiation, the last picture stays
+    bool pedal = false;   // false: no radiation, the last picture stays
     double time_s = 0.0;  // pulses are counted from 0
     std::span<const XrayShape> shapes = {};
     const patient::ContrastTable* contrast = nullptr;  // null: none
 };
 
-// Each can be switched off: the same picture of the same patient, for more work. (That a still patient is not
-// deformed is the word of whoever breathes DeformedPatient.)
+// Work that can be skipped. Switching a skip off costs time but does not change the picture. (The caller of
+// DeformedPatient::breathe() decides whether a still patient is deformed.)
 struct FluoroscopySkips {
-    bool between_pulses = true;   // the picture of a pulse is made once
+    bool between_pulses = true;   // compute the picture of a pulse once
     bool collimated_rays = true;  // no ray behind the blades
     bool empty_cells = true;      // no samples in air
-    bool idle_tool = true;        // none of a tool while nothing presses
-    bool kept_contrast = true;    // what the rays sample is written anew only when the contrast has changed
+    bool idle_tool = true;        // no look-up of a tool's displacement while no tool presses
+    bool kept_contrast = true;    // rewrite the sampled volume only when the contrast has changed
 };
 
 struct FluoroscopySettings {
-    int pixels = 256;  // a side of the detector, 1 to 2048
+    int pixels = 256;  // per side of the detector, 1 to 2048
     double detector_m = 0.300;
     double pulse_rate_hz = 7.5;
     DoseSettings dose;
-    double electronic_quanta = 4.0;  // rms, a pixel
-    double curve = 2.2;              // slope of the screen's S over the logarithm of the quanta
-    double evened = 0.65;            // share of the slow part of that logarithm that the screen takes out
+    double electronic_quanta = 4.0;  // rms per pixel
+    double curve = 2.2;              // slope of the screen's S-curve over the logarithm of the quanta
+    double evened = 0.65;            // share of the slow part of that logarithm that the screen removes
     bool dense_is_dark = true;
     std::uint32_t seed = 1;
-    // The CT ends somewhere, the patient does not: beyond its first and last slice he goes on as they are.
+    // Length by which the patient continues beyond the CT's first and last slice, as in those slices.
     double beyond_ends_m = 0.15;
-    // Knobs (stylet-bench --only imaging.fluoroscopy).
-    double voxel_m = 0.001;    // of the volume that rays sample, at the finest
+    // Quality settings (stylet-bench --only imaging.fluoroscopy).
+    double voxel_m = 0.001;    // finest voxel of the volume that rays sample
     double step_m = 0.002;     // from sample to sample
-    double stretch_m = 0.012;  // from one look at the motion to the next
-    int block = 2;             // 1, 2 or 4: rays a side that share these looks
+    double stretch_m = 0.012;  // length of ray between two look-ups of the motion
+    int block = 2;             // 1, 2 or 4: rays per side of a block that share these look-ups
     FluoroscopySkips skips;
-    bool count = false;  // fill in the counters (some atomic additions a ray)
+    bool count = false;  // fill in the counters (some atomic additions per ray)
 };
 
 struct FluoroscopyStats {
-    std::string_view reason;  // why there is no picture: empty when there is one
-    bool live = false;        // this call made a picture: radiation was on
+    std::string_view reason;  // why there is no picture; empty if there is one
+    bool live = false;        // this call computed a picture: radiation was on
     bool held = false;        // an earlier picture is shown: last-image hold, or between pulses
     std::int64_t pulse = -1;  // of the picture shown
     Exposure exposure;        // of this call: zero unless live
@@ -77,17 +78,18 @@ struct FluoroscopyStats {
     std::uint64_t samples = 0, empty_stretches = 0, collimated_rays = 0;
 };
 
-// Frame thread. Throws GpuError, vk::SystemError; a bad input is no error: a black picture and a reason.
+// Frame thread. Throws GpuError, vk::SystemError. Invalid input does not throw: it gives a black picture
+// and a reason.
 class Fluoroscopy {
   public:
-    // Both must outlive it. Makes and loads what it needs with the first picture.
+    // Both must outlive this object. Resources are created and loaded with the first picture.
     Fluoroscopy(const Gpu&, DeformedPatient&);
     ~Fluoroscopy();
     Fluoroscopy(const Fluoroscopy&) = delete;
     Fluoroscopy& operator=(const Fluoroscopy&) = delete;
 
-    // Makes the picture of the pulse that `time_s` lies in, where there is one to be made, and waits for it.
-    // Nothing of ours is allocated after the first picture of a size, but for a contrast table of another.
+    // Computes the picture of the pulse that contains `time_s`, if one is due, and waits for it. Allocates
+    // nothing after the first picture of a size, except for a contrast table of a new size.
     FluoroscopyStats image(const FluoroscopyInput&, const FluoroscopySettings&);
 
     // The last picture; width 0 before the first call. Valid until the next image().

@@ -1,5 +1,5 @@
-// What the shaders of a fluoroscopy picture read. Included by C++ and by GLSL (std140): only vec4 and uvec4,
-// so both lay it out alike.
+// Data that the shaders of a fluoroscopy picture read. Included by C++ and by GLSL (std140). Uses only vec4
+// and uvec4, so that the layout is the same in both.
 #ifndef STYLET_RENDER_FLUOROSCOPY_SHARED_H
 #define STYLET_RENDER_FLUOROSCOPY_SHARED_H
 
@@ -14,10 +14,10 @@ using glm::vec4;
 using uint = std::uint32_t;
 #endif
 
-const int kXrayGroup = 8;  // a workgroup covers this many pixels along either axis
-const int kToolParts = 3;  // of a stretch that a tool has displaced: as fine as its table
+const int kXrayGroup = 8;  // pixels that a workgroup covers along either axis
+const int kToolParts = 3;  // parts of a stretch that a tool has displaced: as fine as its table
 const int kMostShapes = 64;
-const int kMeter = 64;  // the metered field is looked at on this lattice
+const int kMeter = 64;  // cells per side of the lattice on which the picture is metered
 
 struct ShapeUniforms {
     vec4 begin;     // patient frame, m; w: radius
@@ -26,15 +26,16 @@ struct ShapeUniforms {
 };
 
 struct XrayUniforms {
-    vec4 source;  // patient frame, m; w: pixels a side
+    vec4 source;  // patient frame, m; w: pixels per side
     vec4 first;   // middle of the upper left pixel; w: attenuation of water, 1/m
-    vec4 right;   // from pixel to pixel; w: a pixel, m
+    vec4 right;   // step from pixel to pixel; w: size of a pixel, m
     vec4 down;
-    vec4 blades;    // open to the left, right, top, bottom of the middle, m on the detector
-    vec4 iris;      // radius, m (0: none); shapes
-    vec4 box_low;   // of what attenuates, deformed patient; w: longest stretch between two looks at the
-                    // motion, m
-    vec4 box_high;  // w: samples a stretch
+    vec4 blades;  // open to the left, right, top, bottom of the middle, m on the detector
+    vec4 iris;    // radius, m (0: none); number of shapes; pixels per cell of the metered lattice
+    // Box of all that attenuates, deformed patient; w: longest stretch between two look-ups of the motion,
+    // m.
+    vec4 box_low;
+    vec4 box_high;                     // w: samples per stretch
     vec4 tissue_scale, tissue_offset;  // reference patient to texture coordinates
     vec4 cell_scale, cell_offset;      // and to cells
     vec4 deform_scale, deform_offset;  // deformed patient to the motion's tables
@@ -42,14 +43,15 @@ struct XrayUniforms {
     ShapeUniforms shapes[kMostShapes];
 };
 
-// The picture from the line integrals.
+// Converts line integrals to the picture.
 struct ScreenUniforms {
-    vec4 quanta;  // detected in a pixel that nothing shades; electronic noise; those of mid-grey; slope of
-                  // the curve
-    vec4 blades;  // as XrayUniforms
-    vec4 iris;    // radius, m (0: none); a pixel, m; pixels a side; 1: dense is dark
-    vec4 tone;  // share of the slow part that is taken out; mean path; pixels a cell of the lattice; cells a
-                // side
+    // Quanta detected in an unattenuated pixel; electronic noise; quanta of mid-grey; slope of the curve.
+    vec4 quanta;
+    vec4 blades;  // as in XrayUniforms
+    vec4 iris;    // radius, m (0: none); size of a pixel, m; pixels per side; 1: dense is dark
+    // Share of the slow part that is removed; mean line integral; pixels per cell of the lattice; cells per
+    // side.
+    vec4 tone;
     uvec4 noise;  // pulse (low, high), seed
 };
 

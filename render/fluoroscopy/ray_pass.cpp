@@ -14,13 +14,13 @@ namespace {
 
 constexpr auto kRayStorage = vk::DescriptorType::eStorageBuffer,
                kRayImage = vk::DescriptorType::eCombinedImageSampler;
-// As rays.comp numbers them.
+// Binding numbers of rays.comp.
 constexpr std::array kRayBindings{kRayStorage, kRayImage,   kRayImage,   kRayImage,  kRayImage,
                                   kRayImage,   kRayStorage, kRayStorage, kRayStorage};
 enum class At { uniforms, tissue, cells, inside, outside, toolMoved, paths, meter, counters };
 
-// What lies within half a stretch of its middle, and a third more where the motion draws tissue out; then,
-// how far the rays of a block are from where it looks.
+// Margin around a cell [m]: half a stretch, a third more where the motion stretches tissue, plus the
+// distance between the rays of a block and the point where it looks up the motion.
 double marginFor(const FluoroscopySettings& settings) {
     const double pixel_m = settings.detector_m / settings.pixels;
     return 0.5 * 1.33 * settings.stretch_m + 0.5 * std::sqrt(2.0) * (settings.block - 1) * pixel_m;

@@ -1,4 +1,4 @@
-// Line integrals on the GPU: what rays.comp reads, and its dispatch.
+// Line integrals on the GPU: inputs and dispatch of rays.comp.
 #pragma once
 
 #include <map>
@@ -14,10 +14,11 @@ class RayPass {
   public:
     RayPass(const Gpu&, DeformedPatient&);
 
-    // Makes ready what a picture of these settings needs: the volume, with contrast, and room for the pixels.
-    // True when contrast was written.
+    // Prepares what a picture of these settings needs: the volume with contrast, and buffers for the
+    // pixels. Returns true if contrast was written.
     bool prepare(const FluoroscopyInput&, const FluoroscopySettings&);
-    // With what changed of patient and contrast. Then the results are where everyone sees them.
+    // Records the upload of changed patient and contrast data and the dispatch. Afterwards the results are
+    // visible to compute shaders and the host.
     void record(const vk::raii::CommandBuffer&, const Beam&, const FluoroscopyInput&,
                 const FluoroscopySettings&);
 
@@ -30,7 +31,7 @@ class RayPass {
     }
 
   private:
-    // Which of the shader's features a picture needs.
+    // Features of the shader that a picture needs.
     struct Features {
         std::uint32_t deform, tool, empty_cells, collimate, count, block;
         auto operator<=>(const Features&) const = default;

@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Line integrals of the attenuation from the source to every pixel: Beer and Lambert's exponent.
+// Line integrals of the attenuation from the source to every pixel: the exponent of Beer-Lambert's law.
 //
-// The motion is asked for at the ends of stretches of a ray, and taken to be linear between them: within a
-// stretch the tissue that a ray meets lies on a straight line of the reference, or on two where the ray
-// passes from the cavity's inside to its outside. The tissue is sampled more often, evenly.
-// Loops stand where a branch would do: a SIMD machine that masks its branches pays for both sides of one, but
+// The motion is looked up at the ends of stretches of a ray and assumed to be linear between them. Within a
+// stretch the tissue on a ray lies on a straight line of the reference, or on two lines where the ray
+// passes from the cavity's inside to its outside. The tissue is sampled more often, at equal steps.
+// Some loops replace branches: a SIMD machine that masks its branches executes both sides of one, but
 // leaves a loop that no lane is in.
 #include "render/fluoroscopy/fluoroscopy_shared.h"
 
@@ -16,11 +16,12 @@ layout(constant_id = 3) const uint kCollimate = 1;
 layout(constant_id = 4) const uint kCount = 0;
 layout(constant_id = 5) const int kBlock = 2;
 
-const int kRays = kBlock * kBlock;  // that an invocation follows, of pixels beside one another
+const int kRays = kBlock * kBlock;  // rays of an invocation, of neighbouring pixels
 
 layout(local_size_x = kXrayGroup, local_size_y = kXrayGroup) in;
 
-// No uniform block: lavapipe (of Mesa 22) compiles the shader anew for the values of one, each time, and keeps the last.
+// Not a uniform block: lavapipe (of Mesa 22) recompiles the shader whenever the values of one change, and
+// keeps only the last.
 layout(std430, binding = 0) readonly buffer Uniforms { XrayUniforms xray; };
 layout(binding = 1) uniform sampler3D tissue;
 layout(binding = 2) uniform usampler3D cells;
@@ -40,7 +41,8 @@ vec3 displaced(vec3 p) {
     return textureLod(tool_moved, at, 0.0).xyz;
 }
 
-// Where the motion has a point of the displaced patient come from, were it in the cavity or not.
+// Reference points of a point of the displaced patient, as if it lay inside and as if it lay outside the
+// cavity.
 struct Node {
     vec3 inside, outside;  // reference patient
     float level;           // < 0 in the cavity
@@ -60,27 +62,28 @@ bool isOccupied(vec3 reference) {
     return texelFetch(cells, clamp(cell, ivec3(0), last), 0).r != 0;
 }
 
-// What the motion adds to the rays' points over a stretch, in shares of it: from a0 to a1 on the side that it
-// begins on; from `change` on, b0 to b1 on the side that it ends on.
+// Displacement of the rays' points along a stretch, linear in the share of it: from a0 to a1 on the side of
+// the cavity's wall where it begins. From `change` on: from b0 to b1, on the side where it ends.
 struct Shift {
     vec3 a0, a1, b0, b1;
     float change;
 };
 
-// Does a stretch come near what a tool displaces?
+// True if a stretch comes near the tissue that a tool displaces.
 bool nearTool(vec3 from, vec3 to) {
     const vec3 a = from * xray.tool_scale.xyz + xray.tool_offset.xyz;
     const vec3 b = to * xray.tool_scale.xyz + xray.tool_offset.xyz;
     return all(lessThan(min(a, b), vec3(1.0))) && all(greaterThan(max(a, b), vec3(0.0)));
 }
 
-// The rays of a block: where each enters what the patient can be in, and how far it goes in a stretch.
+// The rays of a block: the point where each enters the patient's box, and its path over one stretch.
 vec3 entry[kRays], along[kRays];
-// Where in its share of a stretch a sample lies, 0 to 1. It differs from block to block: a step longer than a
-// voxel then makes a grain finer and fainter than that of the quanta, where it would make bands.
+// Position of a sample within its step, 0 to 1. It differs from block to block. Steps longer than a voxel
+// then cause a grain finer and fainter than that of the quanta, instead of bands.
 float place;
 
-// Adds the samples of one of the `parts` of stretch `i`, of which a whole one has `count`, to each ray's sum.
+// Adds the samples of one part of stretch `i` to each ray's sum. A stretch has `parts` parts and `count`
+// samples.
 void addSamples(int i, int part, int parts, Shift shift, int count, inout float sums[kRays]) {
     const vec3 scale = xray.tissue_scale.xyz, offset = xray.tissue_offset.xyz;
     const vec3 a = shift.a0 * scale + offset, a_step = (shift.a1 - shift.a0) * scale;
@@ -96,7 +99,7 @@ void addSamples(int i, int part, int parts, Shift shift, int count, inout float 
     }
 }
 
-// Nothing attenuates about the middle of a stretch, nor does a tool press there.
+// True if nothing attenuates around the middle of a stretch and no tool presses there.
 bool isEmpty(vec3 from, vec3 to) {
     if (kTool != 0 && nearTool(from, to)) return false;
     const vec3 middle = 0.5 * (from + to);
@@ -106,8 +109,8 @@ bool isEmpty(vec3 from, vec3 to) {
     return !occupied;
 }
 
-// Finds the block's rays; the number of stretches they are followed in, 0: none meets the patient. `lengths`:
-// of a stretch, m.
+// Finds the block's rays. Returns the number of stretches in which they are followed, 0 if none meets the
+// patient. `lengths`: length of each ray's stretch, m.
 int findRays(ivec2 pixel, out float lengths[kRays]) {
     const vec3 origin = xray.source.xyz;
     float longest = 0.0;
@@ -133,12 +136,12 @@ int findRays(ivec2 pixel, out float lengths[kRays]) {
     return stretches;
 }
 
-// Line integrals of attenuation over water, m, of the block's rays.
+// Line integrals of the attenuation relative to water for the block's rays, m.
 void patientPaths(ivec2 pixel, out float sums[kRays]) {
     float lengths[kRays];
     const int stretches = findRays(pixel, lengths);
     const int samples = int(xray.box_high.w);
-    // The motion is asked for on the middle of the rays that meet the patient.
+    // The motion is looked up in the middle of the rays that meet the patient.
     vec3 from = vec3(0.0), way = vec3(0.0);
     float hits = 0.0;
     for (int r = 0; r < kRays; ++r) {
@@ -148,7 +151,7 @@ void patientPaths(ivec2 pixel, out float sums[kRays]) {
     }
     from /= max(hits, 1.0), way /= max(hits, 1.0);
 
-    // The air before and behind the patient.
+    // Skip the air before and behind the patient.
     int first = 0, last = stretches;
     for (bool empty = kEmptyCells != 0; empty && first < last;) {
         empty = isEmpty(from + float(first) * way, from + float(first + 1) * way);
@@ -193,7 +196,7 @@ void store(ivec2 pixel, float path) {
     const int pixels = int(xray.source.w);
     if (any(greaterThanEqual(pixel, ivec2(pixels)))) return;
     paths[pixel.y * pixels + pixel.x] = path;
-    // The meter looks at a few pixels only.
+    // The meter reads only a few pixels.
     const int stride = int(xray.iris.z);
     const ivec2 cell = pixel / stride;
     if (all(equal(pixel, cell * stride))) meter[cell.y * kMeter + cell.x] = openAt(pixel) > 0.0 ? path : -1.0;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The picture of one pulse: quanta behind the patient, their noise, the screen's grey.
-// The noise is a function of pixel, pulse and seed. Its bits: Jarzynski and Olano, "Hash functions for GPU
+// The picture of one pulse: quanta behind the patient, their noise, and the screen's grey values. The noise
+// is a function of pixel, pulse and seed. Its random bits: Jarzynski and Olano, "Hash functions for GPU
 // rendering", JCGT 9(3), 2020 (pcg4d).
 #include "render/fluoroscopy/fluoroscopy_shared.h"
 
@@ -24,13 +24,13 @@ uvec4 pcg4d(uvec4 v) {
 
 float uniformFrom(uint bits) { return (float(bits >> 8) + 0.5) / 16777216.0; }  // in (0, 1)
 
-// Poisson's distribution by its first three moments (Cornish and Fisher), which at the ten quanta and more
-// that a pixel counts is nearer than a screen can show.
+// Poisson distribution by its first three moments (Cornish and Fisher). A pixel counts ten quanta or more;
+// there the error is too small for the screen to show.
 float poisson(float mean, float normal) {
     return max(mean + sqrt(mean) * normal + (normal * normal - 1.0) / 6.0, 0.0);
 }
 
-// The surroundings' mean path, linear between the lattice's cells.
+// Mean line integral of the surroundings, linear between the lattice's cells.
 float slowAt(ivec2 pixel) {
     const int side = int(screen.tone.w);
     const vec2 at = clamp(vec2(pixel) / screen.tone.z, vec2(0.0), vec2(float(side) - 1.0));

@@ -1,4 +1,5 @@
-// From line integrals to grey on the GPU: screen.comp and its dispatch. The picture lies in host memory.
+// Converts line integrals to grey values on the GPU with screen.comp. The picture lies in host-visible
+// memory.
 #pragma once
 
 #include <vector>
@@ -12,9 +13,9 @@ class ScreenPass {
   public:
     explicit ScreenPass(const Gpu&);
 
-    // Room for a picture of this size, made from these paths.
+    // Prepares for a picture of this size, made from these line integrals.
     void prepare(const Buffer& paths, int pixels);
-    // `meter`: line integrals on a lattice of `side` cells a side, < 0 where it is not open.
+    // `meter`: line integrals on a lattice of `side` x `side` cells, < 0 where it is not open.
     void setTone(std::span<const float> meter, int side);
     void record(const vk::raii::CommandBuffer&, const Exposure&, const Collimation&,
                 const FluoroscopySettings&, std::int64_t pulse);
@@ -30,7 +31,7 @@ class ScreenPass {
     Descriptors descriptors_;
     vk::raii::Pipeline pipeline_;
     Buffer uniforms_, slow_, picture_;
-    vk::Buffer paths_;  // that the descriptors name
+    vk::Buffer paths_;  // bound in the descriptors
     std::vector<float> smoothed_, scratch_;
     int pixels_ = 0, tone_side_ = 1;
     std::uint64_t revision_ = 0;

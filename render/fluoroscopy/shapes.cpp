@@ -3,10 +3,10 @@
 namespace stylet::render {
 namespace {
 
-// Of assets/generate/instruments.py and hand.py.
+// Dimensions as in assets/generate/instruments.py and hand.py.
 constexpr double kNeedleRadius_m = 0.00075, kNeedleBore_m = 0.00055, kNeedleLength_m = 0.150;
 constexpr double kHubRadius_m = 0.0045, kHubLength_m = 0.019;
-// Piezoceramic, matching layers and backing under the lens, as one.
+// Piezoceramic, matching layers and backing under the lens, as one material.
 constexpr double kTransducerPerM = 150.0;
 constexpr double kBonePerM = 45.0;
 

@@ -1,9 +1,9 @@
-// What else the rays meet: instruments and hands as capsules and cylinders whose chords are known in closed
+// Other objects in the beam: instruments and hands, as capsules and cylinders whose chords have a closed
 // form.
 //
-// Attenuation at 70 keV between the 60 and 80 keV of Hubbell and Seltzer (NIST, NISTIR 5632, 1995), on log
-// scales: iron 0.826 cm2/g at 7.9 g/cm3, PMMA 0.183 at 1.19, soft tissue as water. A tool's own attenuation
-// is added to that of the tissue it has pushed aside, which is 3 % of steel's.
+// Attenuation at 70 keV, interpolated on log scales between the 60 and 80 keV of Hubbell and Seltzer (NIST,
+// NISTIR 5632, 1995): iron 0.826 cm2/g at 7.9 g/cm3, PMMA 0.183 at 1.19, soft tissue as water. A tool's
+// attenuation is added to that of the tissue that it displaces, which is 3 % of steel's.
 #pragma once
 
 #include <span>
@@ -15,19 +15,20 @@ namespace stylet::render {
 
 inline constexpr double kSteelPerM = 652.0, kPlasticPerM = 21.8, kFleshPerM = 20.5;
 
-// Patient frame, as displaced now. Of a chain the rays' common stretch with the shape before counts once.
+// Patient frame, deformed patient. Where a ray passes through two successive shapes of a chain, their
+// common stretch counts once.
 struct XrayShape {
     Vec3 begin_m{0.0}, end_m{0.0};
     double radius_m = 0.001;
     double bore_m = 0.0;  // radius of a hollow, along the whole length
     double per_m = kSteelPerM;
-    bool round = true;     // half a ball at either end, else flat
+    bool round = true;     // hemispheres at both ends, else flat
     bool chained = false;  // follows the shape before it
 };
-inline constexpr int kMostXrayShapes = 64;  // the first ones
+inline constexpr int kMostXrayShapes = 64;  // only the first ones are used
 
-// Appended to `shapes`. The tools are those of assets/instruments: what touches is at the origin, the hand at
-// +z.
+// Append a tool to `shapes`. The tools are those of assets/instruments: contact end at the origin, handle
+// toward +z.
 void addNeedle(const Pose& patient_from_needle, bool stylet_in, std::vector<XrayShape>& shapes);  // 17 G
 void addProbe(const Pose& patient_from_probe, std::vector<XrayShape>& shapes);
 void addScalpel(const Pose& patient_from_scalpel, std::vector<XrayShape>& shapes);

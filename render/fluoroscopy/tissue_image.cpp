@@ -65,7 +65,7 @@ bool TissueImage::show(const patient::ContrastTable* table, bool always) {
     const bool same = !stale_ && shown_ == table && (!table || revision_ == table->revision);
     if (same && !always) return false;
     const Region now = table ? regionOf(*table) : Region{};
-    // Where contrast was and is no more, too.
+    // Includes the region where contrast was before.
     Region region = now;
     if (!written_.empty())
         region = now.empty() ? written_
@@ -89,7 +89,7 @@ void TissueImage::reserve(Upload& upload, const Region& region, std::size_t byte
     upload.stale = true;
 }
 
-// The tissue of a region, plus the mean of what contrast adds to each voxel.
+// Writes the tissue of a region, plus the mean of the contrast in each voxel.
 void TissueImage::compose(const patient::ContrastTable* table, const Region& region) {
     reserve(tissue_upload_, region, sizeof(std::uint16_t));
     auto* const out = static_cast<std::uint16_t*>(tissue_upload_.staging.mapped);
@@ -129,7 +129,7 @@ void TissueImage::compose(const patient::ContrastTable* table, const Region& reg
         }
 }
 
-// Contrast in air must not be skipped: wherever its box reaches, cells are occupied.
+// Marks all cells in reach of the contrast's box as occupied: contrast in air must not be skipped.
 void TissueImage::markCells(const Region& region) {
     const Region all{Index3(0), cells_.grid.dims};
     reserve(cells_upload_, all, 1);

@@ -1,5 +1,5 @@
-// What the rays sample, on the GPU: the patient's attenuation, with what contrast adds written into it while
-// pictures go by, so that contrast costs no ray anything.
+// The volume that the rays sample, on the GPU: the patient's attenuation. Contrast is written into the
+// volume when it changes, so it costs the rays nothing.
 #pragma once
 
 #include "patient/contrast.h"
@@ -12,10 +12,10 @@ class TissueImage {
   public:
     explicit TissueImage(const Gpu& gpu) : gpu_(&gpu) {}
 
-    // True when the images are others than before. `margin_m`: as cellsOf().
+    // Returns true if the images are new. `margin_m`: as in cellsOf().
     bool prepare(const patient::CtVolume&, double voxel_m, double margin_m);
-    // Only when the table, its revision or the volume is another one. Null or empty: no contrast. True when
-    // it was written.
+    // Writes the contrast if the table, its revision or the volume has changed, or if `always`. Null or
+    // empty: no contrast. Returns true if it was written.
     bool show(const patient::ContrastTable*, bool always);
     void recordUpload(const vk::raii::CommandBuffer&);
 
@@ -30,7 +30,7 @@ class TissueImage {
         bool empty() const { return glm::any(glm::lessThanEqual(high, low)); }
         friend bool operator==(const Region&, const Region&) = default;
     };
-    // A texture's part that is written anew by the next commands.
+    // Part of a texture that the next commands rewrite.
     struct Upload {
         Buffer staging;
         Region region;

@@ -5,7 +5,7 @@
 namespace stylet::render {
 namespace {
 
-// Mean over 2 reach + 1 neighbours of a line, those that are open; -1 where none is.
+// Mean over those of 2 reach + 1 neighbours on a line that are open; -1 if none is.
 void smoothLine(const float* from, float* to, int count, int stride, int reach) {
     for (int i = 0; i < count; ++i) {
         float sum = 0.0f, weight = 0.0f;

@@ -13,29 +13,29 @@ constexpr int kArc = 65, kFall = 5, kFlat = 3, kHang = 7;  // columns over the b
 constexpr int kColumns = kArc + 2 * (kFall + kFlat + kHang);
 constexpr double kRow_m = 0.009, kLegRow_m = 0.035;
 constexpr double kGap_m = 0.005, kOnTable_m = 0.006;
-constexpr double kReach_m = 0.34;    // from the body's axis outward, where the look for skin begins
-constexpr double kRound_rad = 1.75;  // from the top to where the cloth leaves the body
+constexpr double kReach_m = 0.34;    // radius at which the search for the skin begins
+constexpr double kRound_rad = 1.75;  // angle from the top at which the cloth leaves the body
 constexpr double kTableEdge_m = 0.302, kHangs_m = 0.33;
-constexpr double kLegs_m = 1.05;  // from the trunk's end to that of the cloth
+constexpr double kLegs_m = 1.05;  // from the trunk's end to the end of the cloth
 constexpr double kBarHeight_m = 0.46, kBarHalf_m = 0.37, kBarBehind_m = 0.075;
 constexpr int kLegRows = int(kLegs_m / kLegRow_m), kHeadRows = 18;
 constexpr int kRimPoints = 80, kRimSides = 8;
 constexpr double kRimRadius_m = 0.0042;
-constexpr int kLeastBody = 2;  // samples in a row that are body, not noise
+constexpr int kLeastBody = 2;  // consecutive samples of body; fewer are noise
 
 double smooth(double low, double high, double x) {
     const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
     return t * t * (3.0 - 2.0 * t);
 }
 
-// The trunk in cylinder coordinates about an axis along z: radius over angle from the top (> 0: to the right)
-// and z.
+// The trunk in cylinder coordinates about an axis along z: radius as a function of z and of the angle from
+// the top (> 0: to the right).
 struct Trunk {
-    double x_m = 0.0, y_m = 0.0;  // the axis
+    double x_m = 0.0, y_m = 0.0;  // position of the axis
     double z0_m = 0.0, z1_m = 0.0;
     double angle0 = -kRound_rad, angle1 = kRound_rad;
     int rows = 2;
-    std::vector<double> radius_m;  // kArc a row
+    std::vector<double> radius_m;  // kArc per row
 
     double angleOf(double column) const { return angle0 + (angle1 - angle0) * column / (kArc - 1); }
     double radiusAt(double angle, double z_m) const {
@@ -77,7 +77,7 @@ double skinRadius(const Body& body, const Trunk& trunk, double angle, double z_m
     return 0.05;
 }
 
-// Cloth bridges what is narrow and rounds what is sharp.
+// Smooths the trunk as cloth does: it bridges gaps and rounds sharp edges.
 void stretch(Trunk& trunk) {
     std::vector<double> next(trunk.radius_m.size());
     for (int pass = 0; pass < 4; ++pass) {
@@ -108,7 +108,7 @@ Trunk trunkOf(const patient::Patient& patient, double back_m, const Vec3& field_
     for (double y = far.y; y > top; y -= grid.spacing_m.y)
         if (body.at({trunk.x_m, y, 0.5 * (trunk.z0_m + trunk.z1_m)})) top = y;
     trunk.y_m = 0.5 * (back_m + top);
-    // The opening lies on the body: the cloth follows it as far down as that takes.
+    // The opening must lie on the body, so the cloth follows the body far enough down.
     const double angle = std::atan2(field_m.x - trunk.x_m, field_m.y - trunk.y_m);
     trunk.angle1 = std::clamp(angle + 0.75, kRound_rad, 2.3);
     trunk.angle0 = -std::clamp(0.75 - angle, kRound_rad, 2.3);
@@ -126,7 +126,7 @@ Trunk trunkOf(const patient::Patient& patient, double back_m, const Vec3& field_
 struct Node {
     Vec3 p{0.0}, anchor{0.0};
     double follows = 0.0, fold_m = 0.0, open = 1.0;
-    double from_opening = 9.0;  // 1 on its edge, less inside
+    double from_opening = 9.0;  // relative distance from the opening's middle: 1 on its edge
 };
 
 // Builds the rows of the cloth from the feet to the head.
@@ -168,13 +168,13 @@ class Weaver {
         return std::sqrt(std::sqrt(u * u * u * u + v * v * v * v));
     }
 
-    // Over the trunk, and over legs that nobody saw.
+    // Node over the trunk, or over the legs, which the CT does not show.
     Node overBody(int column, double z_m) const {
         Node node;
         double angle = trunk_.angleOf(column);
         const double beyond = std::max({trunk_.z0_m - z_m, z_m - trunk_.z1_m, 0.0});
         node.from_opening = beyond > 0.0 ? 9.0 : edge(angle, z_m);
-        if (std::fabs(node.from_opening - 1.0) < 0.075) {  // onto the edge, so that it is smooth
+        if (std::fabs(node.from_opening - 1.0) < 0.075) {  // moved onto the edge, so that it is smooth
             angle = field_angle_ + (angle - field_angle_) / node.from_opening;
             z_m = field_z_m_ + (z_m - field_z_m_) / node.from_opening;
             node.from_opening = 1.0;
@@ -199,7 +199,7 @@ class Weaver {
         return node;
     }
 
-    // From the body down to the table, over its edge and on toward the floor.
+    // Adds nodes from the body down to the table, over its edge and on toward the floor.
     void side(const Node& last, double sign, std::vector<Node>& out) const {
         const double height = last.p.y - floor_m_;
         const double land = last.p.x + sign * (0.02 + 0.30 * height);
@@ -248,7 +248,7 @@ class Weaver {
         nodes_.insert(nodes_.end(), made.begin(), made.end());
     }
 
-    // A few rows over the chest, then up to the bar, over it and down behind it.
+    // Adds row `i` at the head: a few rows over the chest, then up to the bar, over it and down behind it.
     void headRow(int i) {
         constexpr int kChest = 4, kRise = 9;
         const double z = trunk_.z1_m + 0.02 * std::min(i, kChest);
@@ -283,7 +283,7 @@ class Weaver {
         return length > 1e-12 ? n / length : Vec3(0.0, 1.0, 0.0);
     }
 
-    // Soft folds, deeper where the cloth hangs free.
+    // Adds soft folds, deeper where the cloth hangs free.
     void fold() {
         std::vector<Vec3> normals(nodes_.size());
         for (std::size_t i = 0; i < nodes_.size(); ++i)
@@ -312,7 +312,7 @@ class Weaver {
         made.indices.insert(made.indices.end(), {a, b, c});
     }
 
-    // The cloth is folded over around the opening.
+    // Adds the rim of cloth that is folded over around the opening.
     void addRim(DrapeShape& made) const {
         const auto first = std::uint32_t(made.vertices.size());
         const auto onEdge = [&](double turn) {

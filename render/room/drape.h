@@ -1,6 +1,6 @@
-// A sterile drape over the patient, made from what he looks like from above: it follows the trunk, covers
-// legs and table, hangs over the edges in folds, rises at the head over an anaesthesia bar, and is open
-// around the access field.
+// A sterile drape over the patient, built from the trunk's surface in the CT. It follows the trunk, covers
+// legs and table, hangs over the edges in folds, rises over an anaesthesia bar at the head, and has an
+// opening around the access field.
 #pragma once
 
 #include <span>
@@ -11,22 +11,21 @@
 
 namespace stylet::render {
 
-// Half the opening along the body's round and along its length.
+// Half the size of the opening: around the body and along it.
 inline constexpr double kOpeningAround_m = 0.075, kOpeningAlong_m = 0.085;
 
-// Patient frame, as the CT saw him.
+// Patient frame, reference patient.
 struct DrapeShape {
     std::vector<Vertex> vertices;
     std::vector<std::uint32_t> indices;
-    std::vector<Vec3> anchors_m;  // of each vertex: the skin below it
-    std::vector<float> follows;   // 0 to 1: share of the anchor's motion that the vertex takes part in
+    std::vector<Vec3> anchors_m;  // skin below each vertex
+    std::vector<float> follows;   // 0 to 1: share of the anchor's motion that the vertex follows
 };
 
-// `back_m`: height of the table's pad, y. A patient whose trunk is no trunk gets a cloth all the
-// same.
+// `back_m`: y of the table's pad. Always returns a drape, even if the CT shows no proper trunk.
 DrapeShape makeDrape(const patient::Patient&, double back_m, const Vec3& field_m);
 
-// Where a breath takes the cloth. Allocates nothing.
+// Computes the positions of the vertices for a breath. Allocates nothing.
 void moveDrape(const DrapeShape&, const patient::MotionModel&, const patient::Surrogate&,
                std::span<glm::vec3> moved_m);
 

@@ -11,7 +11,8 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kIrradianceRings = 48;
-constexpr int kNarrow = 64, kWide = 512;  // samples of a lobe: the wider, the more of them miss the panels
+// Samples of a lobe. The wider the lobe, the more of them miss the panels.
+constexpr int kNarrow = 64, kWide = 512;
 
 // Linear radiance. The panels are far brighter than what they light.
 constexpr glm::vec3 kPanel{2.05f, 2.32f, 2.42f};
@@ -52,7 +53,7 @@ std::array<float, 9> basis(const glm::vec3& n) {
             0.546274f * (n.x * n.x - n.y * n.y)};
 }
 
-// The share of each band that a cosine lobe lets through, divided by pi.
+// Factor by which a cosine lobe scales each band, divided by pi.
 constexpr std::array<float, 9> kCosine{1.0f, 2.0f / 3, 2.0f / 3, 2.0f / 3, 0.25f, 0.25f, 0.25f, 0.25f, 0.25f};
 
 std::array<glm::vec3, 9> gatherIrradiance() {
@@ -60,7 +61,7 @@ std::array<glm::vec3, 9> gatherIrradiance() {
     constexpr int kAround = 2 * kIrradianceRings;
     for (int ring = 0; ring < kIrradianceRings; ++ring)
         for (int i = 0; i < kAround; ++i) {
-            // Equal areas: even in the height and in the angle.
+            // Samples of equal area: uniform in height and in angle.
             const float z = -1.0f + (2.0f * float(ring) + 1.0f) / kIrradianceRings;
             const float angle = 2.0f * kPi * (float(i) + 0.5f) / kAround, r = std::sqrt(1.0f - z * z);
             const glm::vec3 d(r * std::cos(angle), z, r * std::sin(angle));
@@ -73,7 +74,8 @@ std::array<glm::vec3, 9> gatherIrradiance() {
     return sum;
 }
 
-// The mean over the lobe of GGX about a mirrored direction that is also the viewer's.
+// Mean radiance over the GGX lobe about a mirrored direction. Assumes that the viewer looks from that
+// direction too.
 glm::vec3 blurred(const glm::vec3& n, float roughness) {
     if (roughness == 0.0f) return roomRadiance(kGathered_m, n);
     const float a = roughness * roughness;
@@ -97,7 +99,7 @@ glm::vec3 blurred(const glm::vec3& n, float roughness) {
     return sum / weights;
 }
 
-// Rows first, then what lies between the rows.
+// Interpolates along the computed rows first, then between them.
 void fillBetween(glm::vec3* out, int n, int stride) {
     const auto share = [&](int i) { return float(i % stride) / float(stride); };
     const auto low = [&](int i) { return i - i % stride; };
@@ -157,7 +159,7 @@ Environment makeEnvironment() {
     made.texels.resize(std::size_t(n) * n * Environment::kLevels);
     for (int level = 0; level < Environment::kLevels; ++level) {
         const float roughness = float(level) / (Environment::kLevels - 1);
-        // What is blurred so far has no detail: every third texel, and straight lines between them.
+        // Such blurred levels have no detail: compute every third texel and interpolate linearly.
         const int stride = roughness < 0.5f ? 1 : 3;
         static_assert((n - 1) % 3 == 0);
         glm::vec3* out = &made.texels[std::size_t(level) * n * n];

@@ -1,9 +1,9 @@
-// The room's light as it is seen from beside the table, without the lamp: what polished things mirror and
-// what falls on a surface from all around. Computed at start from the room's own measures.
+// The room's light without the lamp, gathered at one point above the table: the map that polished surfaces
+// mirror, and the irradiance from all directions. Computed at start from the room's dimensions.
 //
 // Based on Ramamoorthi and Hanrahan, "An Efficient Representation for Irradiance Environment Maps", 2001,
-// Karis, "Real Shading in Unreal Engine 4", 2013 (prefiltering by roughness), and Engelhardt and Dachsbacher,
-// "Octahedron Environment Maps", 2008.
+// Karis, "Real Shading in Unreal Engine 4", 2013 (prefiltering by roughness), and Engelhardt and
+// Dachsbacher, "Octahedron Environment Maps", 2008.
 #pragma once
 
 #include <array>
@@ -15,29 +15,30 @@
 
 namespace stylet::render {
 
-// Half the room's extents and its height, m, as in assets/generate/shell.py, and where the light is gathered.
+// Half of the room's extents (x, height, z) as in assets/generate/shell.py, and the point at which the
+// light is gathered. Room frame, m.
 inline constexpr glm::vec3 kRoomHalf_m{3.4f, 1.5f, 3.1f};
 inline constexpr glm::vec3 kGathered_m{0.0f, 1.2f, 0.0f};
 
-// Radiance that arrives at `from_m` (room frame) out of a unit direction.
+// Radiance that arrives at `from_m` (room frame) from a unit direction.
 glm::vec3 roomRadiance(const glm::vec3& from_m, const glm::vec3& direction);
 
 struct Environment {
-    static constexpr int kSize = 64;   // texels along an edge; the outermost lie ON the octahedron's edge
+    static constexpr int kSize = 64;   // texels along an edge; the outermost lie on the octahedron's edge
     static constexpr int kLevels = 6;  // roughness 0 to 1 in equal steps
-    static constexpr float kBrightest = 2.56f;  // what the map can hold
-    std::array<glm::vec3, 9> irradiance{};      // divided by pi: times an albedo it is radiance
+    static constexpr float kBrightest = 2.56f;  // largest radiance that the map can store
+    std::array<glm::vec3, 9> irradiance{};      // divided by pi, so that times an albedo it is radiance
     std::vector<glm::vec3> texels;              // level by level, row by row
 };
 
 // About 0.05 s on one thread.
 Environment makeEnvironment();
 
-// Where a unit direction lies in the map, -1 to 1, and back.
+// Maps a unit direction to coordinates in the map, -1 to 1, and back.
 glm::vec2 octahedral(const glm::vec3& direction);
 glm::vec3 directionOf(const glm::vec2& octahedral);
 
-// The nine basis functions' sum at a unit normal, as lighting.glsl evaluates it.
+// Sum of the nine basis functions at a unit normal, as mesh.vert evaluates it.
 glm::vec3 irradianceAt(const std::array<glm::vec3, 9>&, const glm::vec3& normal);
 
 }  // namespace stylet::render

@@ -8,7 +8,7 @@
 namespace stylet::render {
 namespace {
 
-constexpr float kHalfAngle_rad = 0.52f;  // of the beam that the map covers: 0.6 m around the field
+constexpr float kHalfAngle_rad = 0.52f;  // half of the angle that the map covers: 0.6 m around the field
 constexpr double kLampNear_m = 0.25, kLampFar_m = 2.6;
 
 const ImageState kShadowDrawn{
@@ -40,7 +40,8 @@ bool LampShadow::aim(const Lamp& lamp, std::span<const MeshDraw> draws, bool kee
     now_.clear();
     for (const MeshDraw& draw : draws)
         if (draw.casts) now_.push_back({draw.first_index, draw.push.stage_from_model});
-    // The order of drawing follows the eye and says nothing about shadows.
+    // Draws are ordered by distance from the eye. Sort them, so that casters can be compared between
+    // frames.
     std::sort(now_.begin(), now_.end(),
               [](const Caster& a, const Caster& b) { return a.first_index < b.first_index; });
     if (keep && !stale_ && aimed == shadow_from_stage_ && now_ == drawn_) return false;

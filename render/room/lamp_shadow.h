@@ -1,5 +1,5 @@
-// The lamp's shadow map: depth of what stands in its light, seen from the lamp; drawn anew only when the lamp
-// or something in its light moved.
+// The lamp's shadow map: depth of the shadow casters as seen from the lamp. Redrawn only if the lamp or a
+// caster has moved.
 #pragma once
 
 #include <span>
@@ -13,7 +13,8 @@ class LampShadow {
   public:
     LampShadow(const Gpu&, std::uint32_t size_px);
 
-    // True when the map must be drawn; with `keep` false, always. Allocates nothing after the first scenes.
+    // Returns true if the map must be redrawn (always if `keep` is false). Allocates nothing after the
+    // first scenes.
     bool aim(const Lamp&, std::span<const MeshDraw>, bool keep);
     void record(const vk::raii::CommandBuffer&, vk::Pipeline, const Descriptors&, const SceneMeshes&) const;
 

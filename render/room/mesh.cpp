@@ -24,7 +24,7 @@ constexpr std::size_t kMaxFileBytes = 64u << 20;
 constexpr std::size_t kMaxVertices = 4u << 20;
 constexpr std::size_t kMaxIndices = 6 * kMaxVertices;
 constexpr double kFarthest_m = 1e4;
-constexpr int kMaxDepth = 32;  // of the node tree
+constexpr int kMaxDepth = 32;  // depth of the node tree
 
 using Bytes = std::span<const unsigned char>;
 
@@ -33,8 +33,8 @@ std::uint32_t word(Bytes bytes, std::size_t at) {
            std::uint32_t(bytes[at + 3]) << 24;
 }
 
-// The chunk lengths of a GLB, before tinygltf sees it: 2.7 accepts a binary chunk that ends eight bytes past
-// the file.
+// Checks the chunk lengths of a GLB before tinygltf does: version 2.7 accepts a binary chunk that ends
+// eight bytes past the file.
 void checkChunks(const path& file, Bytes bytes) {
     if (bytes.size() < 20) throw DataError(file, "header", "shorter than 20 bytes");
     if (word(bytes, 4) != 2) throw DataError(file, "version", std::to_string(word(bytes, 4)) + " is not 2");
@@ -51,7 +51,7 @@ void checkChunks(const path& file, Bytes bytes) {
 
 tinygltf::Model parse(const path& file, Bytes bytes) {
     tinygltf::TinyGLTF loader;
-    // Everything is embedded: whatever a file names outside itself does not exist for it.
+    // Everything must be embedded: no file outside can be read.
     loader.SetFsCallbacks(
         {[](const std::string&, void*) { return false; }, [](const std::string& name, void*) { return name; },
          [](std::vector<unsigned char>*, std::string* error, const std::string& name, void*) {
@@ -92,7 +92,7 @@ std::size_t componentsOf(int type) {
     }
 }
 
-// A list of one to four components each, as the accessor lays it out, every byte of it known to lie in its
+// Elements of one to four components, as an accessor lays them out. Every byte is known to lie in its
 // buffer.
 struct Elements {
     const unsigned char* data = nullptr;
@@ -128,7 +128,7 @@ Elements elementsOf(const path& file, const tinygltf::Model& model, int index, i
             accessor.componentType};
 }
 
-// An attribute as floats; empty when there is none of that name.
+// Reads an attribute as floats. Empty if there is none of that name.
 template <int kWidth>
 std::vector<glm::vec<kWidth, float>> readFloats(const path& file, const tinygltf::Model& model,
                                                 const tinygltf::Primitive& primitive, const char* name,
@@ -158,7 +158,7 @@ std::vector<glm::vec3> readVectors(const path& file, const tinygltf::Model& mode
     return vectors;
 }
 
-// Ambient occlusion, which our scripts bake into grey vertex colours of four normalised bytes.
+// Reads the ambient occlusion, which our scripts bake into grey vertex colours of four normalised bytes.
 std::vector<float> readOpenness(const path& file, const tinygltf::Model& model,
                                 const tinygltf::Primitive& primitive, const std::string& where) {
     const std::string field = where + ".COLOR_0";
@@ -198,7 +198,7 @@ std::vector<std::uint32_t> readIndices(const path& file, const tinygltf::Model& 
     return indices;
 }
 
-// A number that a material gives, or the default of glTF where it gives none.
+// Checks that a factor of a material lies in 0 to 1.
 float factor(const path& file, double value, const std::string& field) {
     if (!(value >= 0.0 && value <= 1.0))
         throw DataError(file, field, std::to_string(value) + " lies outside 0 to 1");
@@ -276,7 +276,7 @@ void appendPrimitive(const path& file, const tinygltf::Model& model, const tinyg
     const glm::dmat3 turn = glm::transpose(glm::inverse(glm::dmat3(root_from_node)));
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const glm::dvec3 p(root_from_node * glm::dvec4(glm::dvec3(positions[i]), 1.0));
-        // Where a fold's faces cancel out there is no normal: any will do.
+        // Where the faces of a fold cancel out there is no normal, and any will do.
         const glm::dvec3 across = turn * glm::dvec3(normals[i]);
         const double length = glm::length(across);
         const glm::dvec3 normal = length > 1e-9 && length < 1e9 ? across / length : glm::dvec3(0.0, 1.0, 0.0);

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Things of the room, lit in its frame. A software rasteriser computes both sides of every branch: what only some
-// things need is a constant of the pipeline.
+// Lights the meshes of the room, in the room frame. A software rasteriser computes both sides of every
+// branch, so features that only some meshes need are specialisation constants.
 #include "render/bindings.glsl"
 #include "render/lighting.glsl"
 
@@ -11,7 +11,7 @@ layout(constant_id = 1) const int kLamp = 0;       // kUnlit, kFromAfar, kBeam
 layout(push_constant) uniform Push { MeshPush part; };
 layout(location = 0) in vec3 position;   // room
 layout(location = 1) in vec3 raw_normal; // room
-layout(location = 2) in vec4 around;     // light from all around over pi; a: share of it that arrives here
+layout(location = 2) in vec4 around;     // ambient irradiance over pi; a: share of it that reaches the point
 layout(location = 3) in vec2 uv;
 layout(location = 4) flat in vec3 base;
 layout(location = 5) flat in vec3 surface;  // metallic, roughness, emission
@@ -19,7 +19,7 @@ layout(location = 6) in vec3 to_eye;    // room
 layout(location = 0) out vec4 colour;
 
 const float kGlow = 2.5;           // radiance of a full emission
-const float kLampBreadth = 0.10;   // what the lamp's size adds to the roughness of its mirror image
+const float kLampBreadth = 0.10;   // added to the roughness of the lamp's mirror image, for the lamp's size
 const float kMapSize = 64.0, kMapLevels = 6.0, kMapRange = 2.56;                  // as in environment.h
 const vec3 kRoomHalf = vec3(3.4, 1.5, 3.1), kGathered = vec3(0.0, 1.2, 0.0);
 
@@ -30,7 +30,8 @@ float ggx(float nh, float nl, float nv, float roughness) {
     return a2 / (3.14159265 * d * d) * 0.5 / mix(2.0 * nl * nv, nl + nv, a);
 }
 
-// What a point of the room mirrors in direction r. The map was gathered in one place: the ray is followed to the walls.
+// Radiance that a point of the room mirrors in direction r. The map was gathered at one point, so the ray
+// is followed to the walls.
 vec3 roomMirror(vec3 p, vec3 r, float roughness) {
     const vec3 safe = mix(r, vec3(1e-4), lessThan(abs(r), vec3(1e-4)));
     const vec3 t = (sign(safe) * kRoomHalf - (p - vec3(0.0, kRoomHalf.y, 0.0))) / safe;
@@ -42,7 +43,8 @@ vec3 roomMirror(vec3 p, vec3 r, float roughness) {
     return kMapRange * root * root;
 }
 
-// The lamp's light before any shadow, relative to the field's: a pool of half a metre, nothing beyond a metre.
+// Strength of the lamp's light without shadows, relative to that at the field: a pool of half a metre,
+// nothing beyond a metre.
 float beamStrength() {
     const vec3 from = position - room.lamp.xyz;
     const float along = dot(from, room.beam.xyz), d2 = dot(from, from);
@@ -51,7 +53,7 @@ float beamStrength() {
     return along > 0.0 ? max(pool - kBeamEdge, 0.0) * min(room.beam.w * room.beam.w / d2, 2.5) : 0.0;
 }
 
-// What the patient leaves of the light on the table: soft, and darkest where he lies.
+// Share of the light on the table that the patient leaves: a soft shadow, darkest under the patient.
 float patientShadow() {
     if (frame.grid_origin.w == 0.0) return 1.0;
     const vec3 half_size = 0.5 * frame.grid_dims.xyz * frame.grid_spacing.xyz;
@@ -61,10 +63,10 @@ float patientShadow() {
     return 1.0 - 0.68 * exp(-dot(outside, outside));
 }
 
-// What the things that stand on the floor leave of the light there.
+// Share of the light on the floor that the things standing there leave.
 float contactShadow() {
     float open = 1.0;
-    for (int i = 0; i < kMostContacts; ++i) {  // of constant length: a gather costs more than the empty ones
+    for (int i = 0; i < kMostContacts; ++i) {  // constant length: a gather costs more than the empty entries
         const vec4 foot = room.contacts[i];
         const vec2 beside = max(abs(position.xz - foot.xy) - 0.85 * foot.zw, 0.0) + min(foot.z, 0.0) * -1e3;
         const float near = 1.0 / (1.0 + 45.0 * dot(beside, beside));
@@ -91,7 +93,7 @@ void main() {
     const vec3 v = normalize(to_eye);
     vec3 n = normalize(raw_normal);
     if (kKind == kCloth) n = dot(n, v) < 0.0 ? -n : n;  // seen from both sides
-    // A smooth normal that looks away belongs to a silhouette and is bent back.
+    // A smooth normal that points away from the eye belongs to a silhouette and is bent back.
     const float facing = dot(n, v);
     n = facing < 0.0 ? normalize(n - 1.02 * facing * v) : n;
     const float metallic = surface.x, roughness = max(surface.y, 0.08), nv = max(facing, 0.001);

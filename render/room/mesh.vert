@@ -7,7 +7,7 @@ layout(push_constant) uniform Push { MeshPush part; };
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 uv;
-layout(location = 3) in vec4 root_colour;  // square roots of linear light; a: share of the light around
+layout(location = 3) in vec4 root_colour;  // square roots of linear light; a: share of the ambient light
 layout(location = 4) in vec4 material;     // metallic, roughness, emission
 layout(location = 0) out vec3 position_room;
 layout(location = 1) out vec3 normal_room;
@@ -17,9 +17,9 @@ layout(location = 4) flat out vec3 base;
 layout(location = 5) flat out vec3 surface;
 layout(location = 6) out vec3 to_eye;
 
-const float kLeastRadius_px = 0.9;  // thinner, and a shaft breaks into dashes
+const float kLeastRadius_px = 0.9;  // a thinner shaft would break into dashes
 
-// A point of a thing that is thin about its z axis, moved outward until it covers pixels.
+// Moves a point of an object that is thin about its z axis outward, until the object covers pixels.
 vec3 widened(vec3 p, int eye) {
     const vec3 on_axis = (part.stage_from_model * vec4(0.0, 0.0, position.z, 1.0)).xyz;
     const vec3 outward = p - on_axis;
@@ -30,7 +30,7 @@ vec3 widened(vec3 p, int eye) {
     return radius > 1e-6 && radius < least ? on_axis + outward * (least / radius) : p;
 }
 
-// Light from all around over pi. It changes so slowly that a vertex is often enough.
+// Ambient irradiance over pi. It varies so slowly that once per vertex is enough.
 vec3 roomIrradiance(vec3 n) {
     return max(0.282095 * room.irradiance[0].rgb +
                0.488603 * (n.y * room.irradiance[1].rgb + n.z * room.irradiance[2].rgb + n.x * room.irradiance[3].rgb) +

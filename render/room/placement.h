@@ -1,4 +1,4 @@
-// Where the things of the room stand: all of it follows from the patient's pose, the field and the C-arm's
+// Poses of the room's equipment. All follow from the patient's pose, the access field and the C-arm's
 // angles.
 #pragma once
 
@@ -9,18 +9,18 @@
 
 namespace stylet::render {
 
-// Where the table's top stands: under the trunk, touching the back.
+// Pose of the table's top: under the trunk, touching the back.
 Pose patientFromTable(const PatientVolume&);
 
 struct Lamp {
-    Vec3 stage_m{0.0};     // its middle
-    Vec3 field_m{0.0};     // what it shines at, stage
+    Vec3 stage_m{0.0};     // middle of the lamp, stage
+    Vec3 field_m{0.0};     // point that it shines at, stage
     Pose stage_from_head;  // shines along -z
 };
 
 struct Placement {
     Pose stage_from_room;   // upright, its origin on the floor below the table's middle
-    Pose stage_from_table;  // the pad's top
+    Pose stage_from_table;  // top of the pad
     double table_height_m = 1.0;
     Lamp lamp;
 };
@@ -36,16 +36,16 @@ Placement placementOf(const RenderScene&, const PatientVolume* volume);
 struct CArmPoses {
     Pose stage_from_stand, stage_from_carriage, stage_from_arc;
 };
-// Axes as the patient's, if he lies straight: right, up, head.
+// Axes of a patient who lies straight: right, up, head.
 Pose stageFromIsocentre(const RenderScene&, const CArm&, const Placement&);
 CArmPoses cArmPoses(const RenderScene&, const CArm&, const Placement&);
 
-// A joint chain in a horizontal plane from `from` to `to`: where its elbow lies, for links of these lengths;
-// out of reach, it is stretched.
+// Elbow of a chain of two links of these lengths from `from` to `to`, in a horizontal plane. If `to` is out
+// of reach, the chain is straight.
 glm::dvec2 elbowOf(const glm::dvec2& from, const glm::dvec2& to, double first_m, double second_m);
 
 glm::dmat4 scaled(glm::dmat4, const Vec3& scale);
-// Takes z from 0 to 1 to a line from a to b, and the unit circle about it to `radius_m`.
+// Maps z from 0 to 1 to the line from a to b, and the unit circle about z to `radius_m`.
 glm::dmat4 tubeBetween(const Vec3& a, const Vec3& b, double radius_m);
 
 }  // namespace stylet::render

@@ -15,10 +15,11 @@ namespace {
 
 constexpr std::uint32_t kShadowPixels = 1024;
 
-// An image of `layers` squares that never changes.
+// Uploads the environment map, which never changes: one layer per roughness.
 GpuImage uploadEnvironment(const Gpu& gpu, const Environment& made) {
     constexpr std::uint32_t n = Environment::kSize;
-    // Eight bits of the square root: a software rasteriser filters them several times faster than halves.
+    // Stores the square root in eight bits: a software rasteriser filters these several times faster than
+    // half floats.
     std::vector<std::uint32_t> roots;
     roots.reserve(made.texels.size());
     for (const glm::vec3& light : made.texels)

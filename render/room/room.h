@@ -1,4 +1,4 @@
-// The operating room of a frame: its things, their light and shadow, the pictures on its screens.
+// The operating room of a frame: equipment, light, shadows, and the pictures on its screens.
 #pragma once
 
 #include <optional>
@@ -18,10 +18,10 @@ class Room {
     Room(const Gpu&, const std::filesystem::path& assets);
 
     void bind(Descriptors&) const;
-    // Before the frame is recorded. `volume` may be null: then there is no table, which is placed under a
-    // patient.
+    // Call before the frame is recorded. `volume` may be null: then no table is drawn, because the table is
+    // placed under a patient.
     void prepare(const RenderScene&, const std::array<View, 2>&, const Skips&, const PatientVolume* volume);
-    // Outside of any pass, before the opaque one. `caster` draws depth alone.
+    // Call outside of any render pass, before the opaque one. `caster`: a pipeline that draws only depth.
     void recordBefore(const vk::raii::CommandBuffer&, vk::Pipeline caster, const Descriptors&) const;
 
     ScreensSeen screensSeen(const RenderScene&, const std::array<View, 2>&, const PatientVolume*) const;
@@ -30,7 +30,7 @@ class Room {
     const SceneMeshes& meshes() const { return meshes_; }
     // Null unless the drape is shown.
     const Drape* drape() const { return draped_ ? &*drape_ : nullptr; }
-    // Before the patient that the drape was made for goes.
+    // Call before the patient that the drape was made for is destroyed.
     void forgetPatient() { drape_.reset(); }
     bool castsShadows() const { return shadowed_; }
     bool keptShadow() const { return shadowed_ && !shadow_due_; }

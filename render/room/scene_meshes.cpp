@@ -17,7 +17,7 @@ constexpr int kTubeSides = 12;
 constexpr double kPathRadius_m = 0.0006, kPathOutside_m = 0.045;
 constexpr double kEntryRadius_m = 0.004, kEntryThickness_m = 0.0012;
 constexpr glm::vec3 kReferenceColour{0.05f, 0.75f, 0.95f};
-constexpr double kStandHeight_m = 1.07;  // of the isocentre above the floor in c_arm.glb
+constexpr double kStandHeight_m = 1.07;  // height of the isocentre above the floor in c_arm.glb
 constexpr float kFarAway_m = 1e3f;       // the shell is drawn last
 
 // Room frame, m. The operator stands at +x.
@@ -31,7 +31,7 @@ std::uint8_t byteOf(float share) {
     return std::uint8_t(std::lround(255.0f * std::clamp(share, 0.0f, 1.0f)));
 }
 
-// Collects the assets' meshes in one list and remembers where each thing lies in it.
+// Collects the meshes of the assets in one list, and the range of each model in it.
 class Shelf {
   public:
     explicit Shelf(const std::filesystem::path& assets) : assets_(assets) {}
@@ -42,7 +42,7 @@ class Shelf {
     }
     void open(Mesh mesh) { mesh_ = std::move(mesh); }
 
-    // A node without its screens, or, where `material` is named, the parts of that material alone.
+    // Appends a node without its screens. If `material` is given, appends only the parts of that material.
     Model take(std::string_view node, std::string_view material = {}) {
         Model model;
         model.first_index = std::uint32_t(indices.size());
@@ -91,7 +91,7 @@ class Shelf {
     std::vector<std::uint32_t> known_;
 };
 
-// The four side planes of a view's pyramid and the one through the eye, pointing inward, in the stage.
+// Planes of a view's frustum in the stage, pointing inward: its four sides, and the plane through the eye.
 std::array<glm::vec4, 5> planesOf(const View& view) {
     const auto plane = [&](double x, double y, double z) {
         const Vec3 n = view.stage_from_eye.direction(glm::normalize(Vec3(x, y, z)));
@@ -109,16 +109,18 @@ bool touches(const std::array<glm::vec4, 5>& planes, const glm::vec4& sphere) {
     });
 }
 
-// Whether a sphere reaches into the beam of a lamp.
+// True if a sphere reaches into a lamp's beam.
 bool isLit(const Lamp& lamp, const glm::vec4& sphere) {
-    constexpr float kSlope = 0.5f, kLength = 1.12f;  // of the cone beyond kBeamEdge, and of its side
+    // The beam is weaker than kBeamEdge outside a cone: its slope, and the length of its side per length of
+    // its axis.
+    constexpr float kSlope = 0.5f, kLength = 1.12f;
     const glm::vec3 from = glm::vec3(sphere) - glm::vec3(lamp.stage_m);
     const auto way = glm::vec3(glm::normalize(lamp.field_m - lamp.stage_m));
     const float along = glm::dot(from, way), across = glm::length(from - along * way);
     return across < kSlope * std::max(along, 0.0f) + kLength * sphere.w && along > -sphere.w;
 }
 
-// Upright, its +z toward the operator.
+// Upright pose with +z toward the operator.
 Pose facingOperator(const Vec3& at) {
     const Vec3 way = kOperator - at;
     return {glm::angleAxis(std::atan2(way.x, way.z), Vec3(0.0, 1.0, 0.0)), at};
@@ -151,7 +153,7 @@ std::span<const vk::VertexInputAttributeDescription> roomAttributes() {
 }
 
 glm::vec3 pathColour(double quality) {
-    // Square roots of linear light, between which a straight line looks even.
+    // Square roots of linear light: linear interpolation between them looks even.
     constexpr glm::vec3 kBad{0.62f, 0.10f, 0.10f}, kFair{0.93f, 0.66f, 0.16f}, kGood{0.62f, 0.97f, 0.80f};
     const auto q = float(std::clamp(quality, 0.0, 1.0));
     const glm::vec3 root =
@@ -269,7 +271,7 @@ void SceneMeshes::addScreen(const Model& thing, const Model& picture, const glm:
     draws_.back().push.material.x = float(screen + 1);
 }
 
-// A head with its yoke, hung from the post by two links of equal length.
+// Adds a lamp head with its yoke, hung from the post by two links of equal length.
 void SceneMeshes::addLampHead(const Placement& placed, const Lamp& lamp, double arm_height_m) {
     const Pose room_from_stage = placed.stage_from_room.inverse();
     const Pose room_from_head = room_from_stage * lamp.stage_from_head;
@@ -395,14 +397,14 @@ void SceneMeshes::gather(const RenderScene& scene, const Placement& placed, bool
         for (const View& view : views)
             nearest =
                 std::min(nearest, glm::length(glm::vec3(view.stage_from_eye.position_m) - glm::vec3(sphere)));
-        // Walls surround the eye: they come after everything that may stand before them.
+        // Walls surround the eye, so they are drawn after everything that may stand in front of them.
         const bool shell = draws_[i].first_index == models_.shell.first_index ||
                            draws_[i].first_index == models_.floor.first_index;
         draws_[i].lamp = !scene.room.lamp                       ? gpu::kFromAfar
                          : isLit(placed.lamp, sphere) && !shell ? gpu::kBeam
                                                                 : gpu::kUnlit;
         draws_[i].distance_m = !visible ? 2.0f * kFarAway_m : shell ? kFarAway_m : nearest - sphere.w;
-        // The cloth hides most of the table, whose sphere is as near.
+        // The cloth is drawn first. It hides most of the table, whose bounding sphere is just as near.
         if (visible && draws_[i].kind == gpu::kCloth) draws_[i].distance_m = -kFarAway_m;
     }
     std::sort(draws_.begin(), draws_.end(),

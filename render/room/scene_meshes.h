@@ -1,4 +1,4 @@
-// The opaque things of a scene on the GPU, and which of them one frame draws where.
+// The opaque meshes of a scene on the GPU, and the draws of one frame.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace stylet::render {
 
-// As mesh.vert reads it: materials are baked into the vertices, so that a rigid thing is one draw.
+// Vertex format of mesh.vert. Materials are baked into the vertices, so that a rigid object is one draw.
 struct RoomVertex {
     glm::vec3 position_m{0.0f}, normal{0.0f};
     glm::vec2 uv{0.0f};
@@ -23,44 +23,44 @@ struct RoomVertex {
 RoomVertex roomVertex(const Vertex&, const MeshPart&);
 std::span<const vk::VertexInputAttributeDescription> roomAttributes();
 
-// A rigid thing, or the picture of its screen.
+// A rigid object, or the glass of its screen.
 struct Model {
     std::uint32_t first_index = 0, index_count = 0;
     glm::vec3 middle_m{0.0f};
     float radius_m = 0.0f;
-    glm::vec3 right_m{0.0f}, up_m{0.0f};  // edges of a screen's glass, whole
+    glm::vec3 right_m{0.0f}, up_m{0.0f};  // full edges of a screen's glass
 };
 
 struct MeshDraw {
     std::uint32_t first_index = 0, index_count = 0;
     gpu::MeshPush push{};
     int kind = gpu::kPlain, lamp = gpu::kUnlit;
-    bool casts = false;       // a shadow in the lamp's light
-    float distance_m = 0.0f;  // of its nearest point from the nearer eye, to draw front to back
+    bool casts = false;       // casts a shadow in the lamp's light
+    float distance_m = 0.0f;  // from the nearer eye to its nearest point, to draw front to back
 };
 
-// Of a quality from 0 to 1: dark red, amber, pale green, ever lighter, so that it can be told without red or
-// green.
+// Colour of a quality from 0 to 1: dark red, amber, pale green. Lightness rises with quality, so that it
+// can be read without telling red from green.
 glm::vec3 pathColour(double quality);
 
 class SceneMeshes {
   public:
     SceneMeshes(const Gpu&, const std::filesystem::path& assets);
 
-    // What the scene shows; with `cull`, seen() leaves out what lies outside both eyes' pyramids. Allocates
-    // nothing once it has seen a scene of this size.
+    // Collects the draws of a scene. With `cull`, seen() omits what lies outside both eyes' view. Allocates
+    // nothing after a first scene of this size.
     void gather(const RenderScene&, const Placement&, bool has_patient, const Model* drape,
                 const std::array<View, 2>&, bool cull);
 
-    // Those that stand in the room, face an eye and reach into its pyramid.
+    // Returns the screens that are in the room, face an eye and lie in its view.
     ScreensSeen screensSeen(const RenderScene&, const Placement&, const std::array<View, 2>&) const;
 
     ScreenPlaces screenPlaces(const Placement&) const;
 
-    std::span<const MeshDraw> seen() const { return {draws_.data(), seen_}; }  // the nearest first
+    std::span<const MeshDraw> seen() const { return {draws_.data(), seen_}; }  // nearest first
     std::span<const MeshDraw> all() const { return draws_; }
     std::size_t culled() const { return draws_.size() - seen_; }
-    // What stands on the floor: centre x, z and half-extents x, z, room frame; at most gpu::kMostContacts.
+    // Footprints on the floor: centre x, z and half-extents x, z, room frame. At most gpu::kMostContacts.
     const std::vector<glm::vec4>& contacts() const { return contacts_; }
     const Buffer& vertices() const { return vertex_buffer_; }
     const Buffer& indices() const { return index_buffer_; }
@@ -83,7 +83,7 @@ class SceneMeshes {
     Models models_;
     Buffer vertex_buffer_, index_buffer_;
     std::vector<MeshDraw> draws_;
-    std::vector<glm::vec4> spheres_;  // of each draw, stage
+    std::vector<glm::vec4> spheres_;  // bounding sphere of each draw, stage
     std::vector<glm::vec4> contacts_;
     std::size_t seen_ = 0;
 };

@@ -1,4 +1,5 @@
-// The pictures on the room's screens: one small image with a layer for each, uploaded when a picture changes.
+// The pictures on the room's screens: a small image with one layer per screen. A layer is uploaded when its
+// picture changes.
 #pragma once
 
 #include "render/memory.h"
@@ -11,8 +12,8 @@ class Screens {
   public:
     explicit Screens(const Gpu&);
 
-    // Copies what changed to where the GPU can fetch it, and tells the shader which share of a layer is
-    // picture. A picture larger than kMostScreenPixels is a programmer's error.
+    // Copies changed pictures to the staging buffer, and sets in the uniforms which share of a layer each
+    // picture fills. A picture larger than kMostScreenPixels is a programming error.
     void update(const RenderScene&, gpu::RoomUniforms&);
     void record(const vk::raii::CommandBuffer&) const;
 

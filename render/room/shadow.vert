@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What stands in the lamp's light, seen from the lamp.
+// Draws the shadow casters as seen from the lamp.
 #include "render/bindings.glsl"
 
 layout(push_constant) uniform Push { MeshPush part; };

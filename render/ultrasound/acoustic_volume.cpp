@@ -12,14 +12,15 @@ using patient::Index3;
 using patient::Vec3;
 
 constexpr std::array<double, 5> kBinomial{1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
-constexpr double kFlatMoment = 0.08;  // a first moment below it tells no direction: a sheet, a speck
+constexpr double kFlatMoment = 0.08;  // a smaller first moment gives no direction (a thin sheet, a speck)
 constexpr double kLeastNear = 0.03;
 
 std::uint32_t code(double value, double low, double high, int steps) {
     return std::uint32_t(std::lround(std::clamp((value - low) / (high - low), 0.0, 1.0) * steps));
 }
 
-// How far a half-space reaches of which the binomial filter, a Gaussian of variance 1, sees `share`.
+// Distance to the border of a half-space of which the binomial filter, taken as a Gaussian of variance 1,
+// sees `share`. Negative if it sees less than half.
 double reachOf(double share) {
     double low = -3.0, high = 3.0;
     for (int i = 0; i < 20; ++i) {
@@ -29,7 +30,7 @@ double reachOf(double share) {
     return 0.5 * (low + high);
 }
 
-// The mean of a voxel and its six neighbours, itself twice: a scanner's noise is no structure.
+// Mean of a voxel, counted twice, and its six neighbours. Suppresses the scanner's noise.
 double calmHu(const patient::CtVolume& ct, const Index3& i) {
     const patient::Grid& grid = ct.grid;
     const std::size_t at = grid.offset(i), across = std::size_t(grid.dims.x);
@@ -46,7 +47,7 @@ double calmHu(const patient::CtVolume& ct, const Index3& i) {
 
 std::uint32_t pack(const AcousticVoxel& v) {
     const Vec3 n = v.normal / (std::fabs(v.normal.x) + std::fabs(v.normal.y) + std::fabs(v.normal.z));
-    // The octahedron, folded (scan_shared.h).
+    // Octahedral encoding of the normal; sample.glsl decodes it.
     const auto folded = [&](double a, double b) {
         return n.z >= 0.0 ? a : (1.0 - std::fabs(b)) * (a >= 0.0 ? 1.0 : -1.0);
     };
@@ -122,7 +123,7 @@ AcousticVoxel AcousticEncoder::voxelAt(const Index3& i) const {
     return v;
 }
 
-// Whether all that touches a voxel is of its tissue.
+// True if all voxels that touch a voxel are of its tissue.
 bool AcousticEncoder::alone(const Index3& i) const {
     const patient::Grid& grid = patient_->grid();
     const Index3 low = glm::max(i - 1, Index3(0)), high = glm::min(i + 1, grid.dims - 1);

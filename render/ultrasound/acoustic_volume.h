@@ -1,6 +1,6 @@
-// The patient as sound meets him: a tissue per voxel, and in a voxel that a border crosses the border itself,
-// as a plane, so that a look-up at one voxel finds a surface without steps and its direction.
-// Based on the piecewise linear interfaces of volume-of-fluid methods (Youngs 1982), found from labels.
+// Acoustic volume of the patient: a tissue per voxel. A voxel that a border crosses also stores the border
+// as a plane, so that a look-up at one voxel finds a surface without steps and its direction. Based on the
+// piecewise linear interfaces of volume-of-fluid methods (Youngs 1982), computed from labels.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace stylet::render {
 
-// Packed into 32 bits (scan_shared.h). In voxels, about the voxel's centre: beyond dot(normal, p) = near lies
-// `other`.
+// Packed into 32 bits (scan_shared.h). The tissue is `other` where dot(normal, p) > near; p is in voxels,
+// from the voxel's centre.
 struct AcousticVoxel {
     int tissue = 0, other = 0;
     bool border = false;
@@ -23,11 +23,11 @@ struct AcousticVoxel {
 std::uint32_t pack(const AcousticVoxel&);
 AcousticVoxel unpack(std::uint32_t);
 
-// The row of the table at a voxel.
+// Row of the table for a voxel.
 int acousticAt(const patient::Patient&, const AcousticTable&, const std::array<int, 256>& of_labels,
                const patient::Index3&);
 
-// Planes [z0, z1) of all the patient's voxels, packed, x-fastest.
+// Encodes planes [z0, z1) of all the patient's voxels: packed, x-fastest.
 class AcousticEncoder {
   public:
     AcousticEncoder(const patient::Patient&, const AcousticTable&, Workers&);

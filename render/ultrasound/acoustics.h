@@ -1,5 +1,5 @@
-// What sound meets in a patient: impedance, attenuation, speed and scatter of each tissue, and which label or
-// CT value is which. Data (assets/ultrasound/tissues.toml).
+// Acoustic properties: impedance, attenuation, speed and scatter of each tissue, and the rules that assign
+// labels and CT values to them. Loaded from assets/ultrasound/tissues.toml.
 #pragma once
 
 #include <array>
@@ -20,16 +20,17 @@ struct Acoustic {
     double impedance_rayl = 1.6e6;
     double attenuation_db_per_m_mhz = 70.0;  // one way
     double speed_m_per_s = 1540.0;
-    double scatter_db = -45.0;  // mean backscatter under a perfect mirror's echo
-    // A voxel of hu_centre + hu_span has an impedance larger by this share, and so much more scatter.
-    double hu_centre = 0.0, hu_span = 0.0;  // span 0: the CT value says nothing
+    double scatter_db = -45.0;  // mean backscatter relative to a perfect mirror's echo
+    // Variation with the CT value: a voxel of hu_centre + hu_span has an impedance larger by the share
+    // impedance_by_hu and scatter_by_hu_db more scatter.
+    double hu_centre = 0.0, hu_span = 0.0;  // span 0: the CT value has no effect
     double impedance_by_hu = 0.0, scatter_by_hu_db = 0.0;
     std::optional<double> wall_db;  // scatter of a wall inside its border
     double wall_m = 0.0;
     std::string source;
 };
 
-// Applies to the labels whose tissue and name fit; the first rule that fits wins.
+// Applies to the labels whose tissue and name match. The first matching rule wins.
 struct AcousticRule {
     std::optional<patient::Tissue> tissue;
     std::string name;  // part of the label's name, lower case; empty = any
@@ -44,21 +45,21 @@ struct HuClass {
 struct AcousticTable {
     std::vector<Acoustic> acoustics;  // at most kMostAcoustics
     std::vector<AcousticRule> rules;
-    std::vector<HuClass> hu;  // ascending; the first holds below itself too
-    double roughness = 0.0;   // of a border's reflection, the share scattered to all sides
+    std::vector<HuClass> hu;  // ascending; the first also applies below its from_hu
+    double roughness = 0.0;   // share of a border's reflection that is scattered in all directions
     int air = 0, gel = 0, steel = 0;
 
-    int classOf(double hu_value) const;  // of what no rule names
+    int classOf(double hu_value) const;  // for voxels that no rule matches
 };
 
 AcousticTable loadAcoustics(const std::filesystem::path& toml);  // throws patient::DataError
-// The same from memory; `file` is named in what is thrown.
+// The same from memory; errors name `file`.
 AcousticTable parseAcoustics(const std::filesystem::path& file, std::string_view toml);
 
-// The row of each label id; -1: by CT value.
+// Row of each label id; -1: by CT value.
 std::array<int, 256> acousticsOfLabels(const AcousticTable&, const patient::Patient&);
 
-// Of a plane border met at a right angle.
+// Reflectivity of a plane border at a right angle.
 double reflectivity(const Acoustic& from, const Acoustic& to);
 
 }  // namespace stylet::render

@@ -1,14 +1,14 @@
-// Every binding of the scan's one set; ultrasound.cpp names them in the same order.
+// All bindings of the scan's only descriptor set, in the order of ScanBinding in ultrasound.cpp.
 #include "render/ultrasound/scan_shared.h"
 
 layout(constant_id = 0) const int kSamples = 512;
 layout(constant_id = 1) const int kLines = 256;
 layout(constant_id = 2) const int kPlanes = 3;
-layout(constant_id = 3) const bool kBreathes = true;  // look the breath up
-layout(constant_id = 4) const bool kPressed = true;   // and what a tool displaces
-layout(constant_id = 5) const int kCoarse = 8;        // samples that share a look-up; 1: none does
+layout(constant_id = 3) const bool kBreathes = true;  // look up the breath
+layout(constant_id = 4) const bool kPressed = true;   // look up a tool's displacement
+layout(constant_id = 5) const int kCoarse = 8;        // samples that share a look-up; 1: no sharing
 layout(constant_id = 6) const bool kColour = false;   // Doppler
-layout(constant_id = 7) const int kTaps = 6;          // of the pulse, either side, at most 6
+layout(constant_id = 7) const int kTaps = 6;          // taps of the pulse on either side, at most 6
 
 layout(std140, set = 0, binding = 0) uniform Scan {
     ScanUniforms frame;
@@ -34,7 +34,7 @@ layout(std430, set = 0, binding = 10) buffer Field {
     uint field[];  // line, bin: complex, two halves
 };
 layout(std430, set = 0, binding = 11) buffer Way {
-    vec2 way[];  // line, bin: depth, m; amplitude that is left
+    vec2 way[];  // line, bin: depth, m; remaining amplitude
 };
 layout(std430, set = 0, binding = 12) buffer Envelope {
     float envelope[];
@@ -43,7 +43,7 @@ layout(std430, set = 0, binding = 13) buffer Grey {
     float grey[];
 };
 layout(std430, set = 0, binding = 14) buffer Doppler {
-    vec2 doppler[];  // velocity toward the probe, of the largest; how strongly it shows
+    vec2 doppler[];  // velocity toward the probe, relative to the Nyquist velocity; how strongly it shows
 };
 layout(std430, set = 0, binding = 15) buffer Picture {
     uint picture[];

@@ -8,7 +8,7 @@ namespace stylet::render {
 namespace {
 
 constexpr double kStep_m = 0.0005;
-constexpr double kFading = 0.5;  // from this share of the thickest gel on, coupling fades
+constexpr double kFading = 0.5;  // coupling fades beyond this share of the thickest gel
 constexpr double kBoneSpeed_m_per_s = 3000.0;
 
 Vec3 referenceOf(const DeformedPatient& patient, const Vec3& p) {

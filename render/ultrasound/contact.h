@@ -1,4 +1,4 @@
-// Where the probe's face touches: line by line, on the host, before anything is scanned.
+// Contact of the probe's face with the skin, line by line. Computed on the host before anything is scanned.
 #pragma once
 
 #include <vector>
@@ -10,16 +10,16 @@
 namespace stylet::render {
 
 struct LineContact {
-    double gel_m = 0.0;     // of gel before the skin
-    double coupling = 0.0;  // amplitude there and back; 0: air
+    double gel_m = 0.0;     // thickness of the gel in front of the skin
+    double coupling = 0.0;  // two-way amplitude; 0: air
 };
 
 struct Contact {
     std::vector<LineContact> lines;
-    double share = 0.0;    // of the face that touches
-    bool in_bone = false;  // the middle of the face
+    double share = 0.0;    // share of the face that touches
+    bool in_bone = false;  // the middle of the face lies in bone
 };
-// Allocates where `contact` has not as many lines.
+// Allocates only if `contact` has fewer lines.
 void findContact(const Transducer&, const UltrasoundSettings&, const Pose& patient_from_probe,
                  const DeformedPatient&, const AcousticTable&, const std::array<int, 256>& of_labels,
                  Contact& contact);

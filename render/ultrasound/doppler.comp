@@ -1,15 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Colour Doppler on a grid of its own inside the box: the blood's velocity along the beam, averaged over what
-// one estimate hears, wrapped at the Nyquist velocity, freed from what moves as slowly as walls.
-// Based on Kasai et al. 1985, IEEE Trans Sonics Ultrason 32:458 (the mean of the phase turned from pulse to pulse).
+// Colour Doppler on a grid of its own inside the box: the blood's velocity along the beam, averaged over
+// the volume of one estimate and aliased at the Nyquist velocity. A wall filter removes slow motion. Based
+// on Kasai et al. 1985, IEEE Trans Sonics Ultrason 32:458 (mean phase shift from pulse to pulse).
 layout(local_size_x = 64) in;
 #include "render/ultrasound/bindings.glsl"
 #include "render/ultrasound/places.glsl"
 
 const float kTurn = 6.283185307;
-const float kDopplerEar = 10.0;  // many pulses are averaged: 20 dB more than one line hears
+const float kDopplerEar = 10.0;  // 20 dB more sensitive than one line, because many pulses are averaged
 
 void main() {
     const int row = int(gl_GlobalInvocationID.x), column = int(gl_GlobalInvocationID.y);

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// A workgroup makes a line: arrival times and what is left by prefix sums along it, then the echoes at the bins of
-// the drawn depth, coherently over the planes, and the pulse.
+// A workgroup computes a line: arrival times and remaining amplitude by prefix sums along it, then the
+// echoes at the bins of the drawn depth, coherently over the planes, and the pulse.
 layout(local_size_x = 64) in;
 #include "render/ultrasound/bindings.glsl"
 #include "render/ultrasound/sample.glsl"
@@ -10,10 +10,10 @@ layout(local_size_x = 64) in;
 const int kThreads = 64, kChunk = (kSamples + kThreads - 1) / kThreads;
 
 shared float jump_at[kSamples];   // drawn depth of the change between a sample and the next
-shared float mirrored[kSamples];  // what comes back of it
+shared float mirrored[kSamples];  // amplitude that it reflects
 shared float field_x[kSamples], field_y[kSamples];
 shared vec2 parts[kThreads];  // of each thread's stretch: drawn depth, amplitude that passes
-shared vec2 needle_at;        // drawn depth, amplitude that is left
+shared vec2 needle_at;        // needle: drawn depth, remaining amplitude
 
 Sample sampleIn(int base, int i) {
     const uvec4 bits = samples[base + min(i, kSamples - 1)];
@@ -24,7 +24,7 @@ Sample sampleIn(int base, int i) {
                   facing == 0u ? -1.0 : float(facing - 1u) * (1.0 / 254.0), mean.y, mean.z, unpackHalf2x16(bits.y));
 }
 
-// Where this thread's stretch begins and ends: drawn depth, amplitude that is left.
+// Start and end of this thread's stretch: drawn depth, remaining amplitude.
 void prefix(int base, int from, int to, out vec2 first, out vec2 last) {
     vec2 part = vec2(0.0, 1.0);
     Sample a = sampleIn(base, from);
@@ -57,7 +57,7 @@ void markJumps(int base, vec4 needle, int from, int to, vec2 at) {
     }
 }
 
-// The bins that lie within this thread's stretch.
+// Adds to the bins that lie within this thread's stretch.
 void addBins(int base, int line, int from, int to, vec2 at, float end, float weight, bool middle) {
     const float bin = frame.march.y;
     int j = int(ceil(at.x / bin)), k = from;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Scan conversion, drawn at 1540 m/s, with what a machine lays over it.
+// Scan conversion, drawn at 1540 m/s, with the machine's overlays.
 layout(local_size_x = 8, local_size_y = 8) in;
 #include "render/ultrasound/bindings.glsl"
 
@@ -38,7 +38,8 @@ vec3 withDoppler(vec3 colour, vec2 scan) {
     const vec2 f = clamp(at - vec2(cell), 0.0, 1.0);
     const int i = cell.x * rows + cell.y;
     const vec2 a = doppler[i], b = doppler[i + 1], c = doppler[i + rows], d = doppler[i + rows + 1];
-    // Colours do not blend across the jump of an aliased velocity: the strongest corner's is taken.
+    // Colours must not blend across the jump of an aliased velocity. Only corners with a velocity near that
+    // of the strongest one are blended.
     const vec4 weights = vec4((1.0 - f.x) * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * (1.0 - f.y), f.x * f.y);
     const vec4 shown = vec4(a.y, b.y, c.y, d.y) * weights;
     const float strength = shown.x + shown.y + shown.z + shown.w;
@@ -50,7 +51,7 @@ vec3 withDoppler(vec3 colour, vec2 scan) {
     return flowColour(dot(like, v) / max(like.x + like.y + like.z + like.w, 1e-6));
 }
 
-// How much of a pixel a line of this half-width covers.
+// Share of a pixel that a line of this half-width covers.
 float covered(float distance_m, float half_m) {
     return clamp(0.5 + (half_m - distance_m) / frame.view.x, 0.0, 1.0);
 }
@@ -74,7 +75,7 @@ vec3 withBox(vec3 colour, vec2 scan) {
     return mix(colour, vec3(0.85, 0.9, 0.5), 0.7 * covered(abs(max(out_x, out_y)), 0.0));
 }
 
-// Centimetres down the side, a wedge at the focus.
+// Draws centimetres down the side and a wedge at the focus.
 vec3 withRuler(vec3 colour, vec2 pixel, float depth_m) {
     const float from_edge = frame.marks.z - 1.0 - pixel.x;
     if (from_edge > 14.0 || depth_m < -0.0005 || depth_m > frame.view.w + 0.0005) return colour;
@@ -92,7 +93,8 @@ void main() {
     vec3 colour = vec3(0.0);
     const vec2 scan = scanFrom(p);
     const bool inside = scan.x >= 0.0 && scan.x <= 1.0 && scan.y >= 0.0 && scan.y <= frame.view.w;
-    // A loop, not a branch: software rasterisers leave a loop that no lane wants, and walk both sides of a branch.
+    // A loop instead of a branch: software rasterisers skip a loop that no lane enters, but execute both
+    // sides of a branch.
     for (int once = 0; once < int(inside); ++once) {
         colour = vec3(greyAt(scan));
         if (kColour) colour = withBox(withDoppler(colour, scan), scan);

@@ -1,4 +1,4 @@
-// What a sample of a line lies in, and what happens between it and the next. To be included after bindings.glsl.
+// Properties of a sample of a line, and of the step to the next one. Include after bindings.glsl.
 
 struct Sample {
     uint tissue;
@@ -6,18 +6,18 @@ struct Sample {
     float scatter;    // amplitude
     float crossing;   // steps to the border of its voxel, along the line; kCrossingRange: none
     float facing;     // |cos| between that border's normal and the line; < 0: unknown
-    float passes;     // amplitude of a step in it, there and back, as the machine amplifies it
+    float passes;     // two-way amplitude that passes a step in it, as the machine amplifies it
     float drawn;      // depth that the machine draws for a step in it, m
     vec2 noise;       // of its scatterers, unit variance
 };
 
-// Between a sample and the next.
+// The step from a sample to the next.
 struct Step {
-    float share;      // of it before the change
+    float share;      // share of the step before the change
     float drawn;      // m
-    float passes;     // amplitude, of all of it
+    float passes;     // amplitude that passes the whole step
     float jump;       // half of the difference of ln impedance
-    float mirrored;   // amplitude that a change sends back: tanh(jump), less where it is met aslant
+    float mirrored;   // reflected amplitude: tanh(jump), less at oblique incidence
 };
 
 Sample sampleOf(uint tissue, float vary, bool wall, float crossing, float facing, vec2 noise) {
@@ -26,7 +26,8 @@ Sample sampleOf(uint tissue, float vary, bool wall, float crossing, float facing
                   mean.z, noise);
 }
 
-// A border lies within one step (its voxel holds it as a plane): what the pulse sums up of it is that step's jump.
+// A border lies within one step, because its voxel stores it as a plane. The pulse then sums up exactly
+// that step's jump.
 Step stepBetween(Sample a, Sample b) {
     Step s;
     const bool ahead = a.crossing >= 0.0 && a.crossing <= 1.0, behind = b.crossing <= 0.0 && b.crossing >= -1.0;
@@ -41,7 +42,7 @@ Step stepBetween(Sample a, Sample b) {
     return s;
 }
 
-// Zeigler et al.'s octahedron, unfolded.
+// Decodes the octahedral encoding of a normal (Zeigler et al.).
 vec3 unfold(uint x, uint y) {
     const vec2 e = vec2(x, y) * (2.0 / 63.0) - 1.0;
     vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
@@ -51,7 +52,7 @@ vec3 unfold(uint x, uint y) {
     return normalize(n);
 }
 
-// A node of the scatterers' lattice: four bytes, two for either part.
+// Noise of a node of the scatterers' lattice: four bytes, two for each part.
 vec2 scattererAt(uvec3 node) {
     uint h = node.x * 0x9e3779b1u ^ node.y * 0x85ebca77u ^ node.z * 0xc2b2ae3du;
     h = (h ^ h >> 15) * 0x2c1b3c6du;
@@ -60,8 +61,8 @@ vec2 scattererAt(uvec3 node) {
     return vec2(float(h & 255u) + float(h >> 8 & 255u), float(h >> 16 & 255u) + float(h >> 24)) - 255.0;
 }
 
-// Complex noise that is fixed to the tissue, linear in the lattice's tetrahedra, of equal strength between its
-// nodes and on them.
+// Complex noise that is fixed to the tissue. It is linear in the lattice's tetrahedra and equally strong
+// between its nodes and on them.
 vec2 scatterersAt(vec3 p) {
     const vec3 at = vec3(dot(frame.lattice[0].xyz, p), dot(frame.lattice[1].xyz, p), dot(frame.lattice[2].xyz, p)) *
                     frame.across.w;
@@ -69,7 +70,8 @@ vec2 scatterersAt(vec3 p) {
     const uvec3 node = uvec3(ivec3(low));
     const float most = max(f.x, max(f.y, f.z)), least = min(f.x, min(f.y, f.z));
     const float middle = f.x + f.y + f.z - most - least;
-    // From the lowest corner along the axis of the largest share, then of the next, then of the last.
+    // Corners of the tetrahedron: from the lowest corner along the axis of the largest share, then of the
+    // next, then of the last.
     const uvec3 first = uvec3(f.x == most, f.x != most && f.y == most, f.x != most && f.y != most);
     const uvec3 last = uvec3(f.z != least && f.y != least, f.z != least && f.y == least, f.z == least);
     const vec4 w = vec4(1.0 - most, most - middle, middle - least, least);
@@ -78,7 +80,8 @@ vec2 scatterersAt(vec3 p) {
     return sum * (kScattererScale * inversesqrt(dot(w, w)));
 }
 
-// `p`: reference patient; `depth_m` along the line of this direction; before `gel_m` there is gel.
+// `p`: position in the reference patient. `depth_m`: depth along the line of this direction; up to `gel_m`
+// there is gel.
 Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
     const vec3 at = p * frame.voxel_scale.xyz + frame.voxel_offset.xyz;
     const ivec3 cell = ivec3(floor(at + 0.5));
@@ -92,7 +95,7 @@ Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
     if (near != 0u) {
         const vec3 n = unfold(code >> kNormalXAt & 63u, code >> kNormalYAt & 63u);
         const float to_border = float(near) * (kNearRange / 63.0) - dot(n, at - vec3(cell));
-        const vec3 normal = n * frame.voxel_scale.xyz;  // turned from voxels to metres
+        const vec3 normal = n * frame.voxel_scale.xyz;  // from voxels to metres
         const float along = dot(normal, direction), per_m = inversesqrt(dot(normal, normal));
         if (abs(along) * frame.march.x > 1e-5) crossing = to_border / (along * frame.march.x);
         facing = abs(along) * per_m;
@@ -102,7 +105,7 @@ Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
             vary = 0.0;
         }
     }
-    // Gel creeps into what is left between a pressed face and the skin.
+    // Gel creeps into the gap that is left between a pressed face and the skin.
     const bool gel = depth_m < gel_m || (tissue == air && depth_m < gel_m + frame.reach.z);
     if (gel) {
         tissue = uint(frame.voxel_dims.w);
@@ -111,19 +114,20 @@ Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
     return sampleOf(tissue, vary, !gel && wall_m < frame.tissues[tissue].vary.w, crossing, facing, scatterersAt(p));
 }
 
-// A bin's noise, between two samples', as strong as either.
+// Noise of a bin between two samples, as strong as theirs.
 vec2 noiseBetween(vec2 a, vec2 b, float share) {
     const float other = 1.0 - share;
     return (other * a + share * b) * inversesqrt(other * other + share * share + 2.0 * other * share * frame.reach.y);
 }
 
-// In air a probe hears its own face, again and again.
+// Rings of a probe in air, which receives repeated echoes of its own face.
 float rings(float t) {
     const float phase = 0.5 + 0.5 * cos(6.2831853 * t / frame.rings.x);
     return frame.rings.z * exp(-t / frame.rings.y) * phase * phase;
 }
 
-// Steel rings; what is behind it lies in its shadow. `at`: where it is drawn, and the amplitude left there.
+// Echo of the needle with its comet tail, and the shadow behind it. `at`: drawn depth of the needle, and
+// the amplitude left there.
 float needleEcho(vec4 needle, vec2 at, float t) {
     const float behind = t - at.x, bin = frame.march.y;
     const float glint = exp(-0.5 * behind * behind / (bin * bin));

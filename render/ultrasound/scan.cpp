@@ -6,8 +6,9 @@
 namespace stylet::render {
 namespace {
 
-constexpr double kPulseReach = 2.5;        // sigma
-constexpr double kLeastPulse_bins = 0.75;  // sigma: below it a mirror's echo depends on where it falls
+constexpr double kPulseReach = 2.5;  // sigma
+// Sigma. Below it a mirror's echo depends on its position between bins.
+constexpr double kLeastPulse_bins = 0.75;
 
 double cubicSpline(double x) {
     x = std::fabs(x);
@@ -16,7 +17,8 @@ double cubicSpline(double x) {
     return 2.0 / 3.0 - x * x + 0.5 * x * x * x;
 }
 
-// Of noise summed with Gaussian weights of `sigma`; `correlation(lag)` of what lies so many taps apart.
+// Variance of noise averaged with Gaussian weights of `sigma`. `correlation(lag)`: correlation of noise
+// that many taps apart.
 template <typename Correlation>
 double varianceOf(double sigma, double reach_sigma, const Correlation& correlation) {
     const int taps = int(std::ceil(reach_sigma * sigma));
@@ -33,7 +35,7 @@ double varianceOf(double sigma, double reach_sigma, const Correlation& correlati
     return variance / (sum * sum);
 }
 
-// Of noise in bins that lie anywhere between two samples (sample.glsl).
+// Correlation of the noise in bins that lie anywhere between two samples (sample.glsl).
 double binCorrelation(int lag, double step_m) {
     const auto rho = [&](int steps) { return scattererCorrelation(std::abs(steps) * step_m); };
     constexpr int kPhases = 8;
@@ -78,7 +80,7 @@ void makePulse(ScanPlan& plan, double sigma_bins) {
     }
     for (double& w : plan.pulse)
         w /= sum;
-    // A jump is spread over three bins (line.comp), the outer two half.
+    // A jump is spread over three bins (line.comp); the outer two get half.
     plan.mirror_scale = 1.0 / (plan.pulse[0] + plan.pulse[1]);
 }
 
@@ -93,7 +95,7 @@ bool sound(const Pose& pose) {
 }
 
 bool within(double value, double low, double high) {
-    return value >= low && value <= high;  // not for NaN
+    return value >= low && value <= high;  // false for NaN
 }
 
 }  // namespace
@@ -105,7 +107,7 @@ int ScanPlan::taps() const {
     return last;
 }
 
-// Linear between the nodes of their lattice.
+// The noise is linear between the nodes of its lattice.
 double scattererCorrelation(double apart_m) {
     return 1.5 * cubicSpline(apart_m / kScatterers_m);
 }

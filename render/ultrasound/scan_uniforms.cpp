@@ -10,16 +10,17 @@ namespace stylet::render {
 namespace {
 
 constexpr double kMargin_pixels = 8.0, kRuler_pixels = 14.0;
-constexpr double kGelCreeps_m = 0.002;  // behind the skin as a look-up at whole voxels finds it
+// depth to which gel fills air behind the skin, which is known only to whole voxels
+constexpr double kGelCreeps_m = 0.002;
 constexpr double kTick_m = 0.01;
-// In air a probe shows its own lens: some bands, gone after a centimetre. Ours, by eye.
+// In air a probe shows its own lens: some bands that fade within a centimetre. Values chosen by eye.
 constexpr double kRingPeriod_m = 0.0016, kRingDecay_m = 0.004, kRingAmplitude = 0.09;
 
 double amplitude(double db) {
     return std::exp(kNeperPerDb * db);
 }
 
-// The lattice of scatterers is turned against the patient's axes, and against every plane that a probe is
+// The lattice of scatterers is rotated relative to the patient's axes and to every plane that a probe is
 // likely to look along.
 glm::dmat3 latticeFromPatient() {
     return glm::mat3_cast(glm::normalize(glm::dquat(0.83, 0.31, -0.41, 0.22)));

@@ -1,4 +1,4 @@
-// A scan as the passes read it.
+// Fills the buffers that the passes of a scan read.
 #pragma once
 
 #include "render/ultrasound/acoustics.h"
@@ -11,7 +11,7 @@ namespace stylet::render {
 // Two-way attenuation in neper per metre.
 double attenuation_np_per_m(const Acoustic&, double frequency_hz);
 
-// Where the picture's plane lies in the picture: metres a pixel, and its top left corner.
+// Mapping from pixels to the picture's plane: metres per pixel, and the top left corner.
 struct PictureView {
     double pixel_m = 0.0, left_m = 0.0, top_m = 0.0;
 };
@@ -19,7 +19,7 @@ PictureView pictureView(const Transducer&, const UltrasoundSettings&, double dep
 
 inline constexpr int kDopplerColumns = 64, kDopplerRows = 96;
 
-// All but deform_*, tool_*, flow_* and pulses.
+// Fills all but deform_*, tool_*, flow_* and pulses.
 void fillUniforms(const ScanPlan&, const UltrasoundInput&, const UltrasoundSettings&, const Transducer&,
                   const AcousticTable&, const patient::Grid&, gpu::ScanUniforms& out);
 void fillLines(const ScanPlan&, const UltrasoundInput&, const UltrasoundSettings&, const Transducer&,

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// An invocation makes a line, from the face down: for devices whose lanes are few and whose memory is slow beside
-// them (a processor). The same echoes as tissue.comp and line.comp, which make a line by prefix sums.
+// An invocation computes a line, from the face down. For devices with few lanes and slow memory (a
+// processor). Gives the same echoes as tissue.comp and line.comp, which compute a line by prefix sums.
 layout(local_size_x = 8) in;
 #include "render/ultrasound/bindings.glsl"
 #include "render/ultrasound/places.glsl"
@@ -10,7 +10,7 @@ layout(local_size_x = 8) in;
 
 const int kReach = 2;
 
-vec3 shift_from, shift_to;  // either side of the samples that share a look-up
+vec3 shift_from, shift_to;  // displacements on either side of the samples that share a look-up
 
 vec3 placeOf(int line, int i, int plane) {
     if (!kBreathes && !kPressed) return sampleAt(line, float(i), plane);
@@ -37,19 +37,19 @@ void main() {
     }
     vec2 needle_at = vec2(1e6, 0.0);
     for (int turn = 0; turn < kPlanes; ++turn) {
-        // The middle one first: it tells where the needle lies.
+        // Start with the middle plane: it gives the position of the needle.
         const int plane = turn == 0 ? kPlanes / 2 : turn - (turn <= kPlanes / 2 ? 1 : 0);
         const float weight = frame.planes[plane].y;
         vec2 open[2 * kReach + 1];  // echoes of the bins around the next one
         for (int i = 0; i <= 2 * kReach; ++i) open[i] = vec2(0.0);
-        vec2 past[2 * kTaps + 1];  // and of those behind, for the pulse
+        vec2 past[2 * kTaps + 1];  // echoes of the bins before, for the pulse
         for (int i = 0; i <= 2 * kTaps; ++i) past[i] = vec2(0.0);
         float t = 0.0, left = 1.0;
         int j = 0;
         Sample a = sampleAtPlace(placeOf(line, 0, plane), direction.xyz, 0.0, gel_m);
         const int end = kSamples + kReach + kTaps;
         for (int k = 0; k < 3 * kSamples && j < end; ++k) {
-            // Behind the last sample nothing comes back; what is under way is brought home.
+            // Beyond the last sample no new echoes are added; only the pending bins are completed.
             const bool marched = k < kSamples;
             Sample b = a;
             if (k + 1 < kSamples)

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// The beam's width, electronic noise, the envelope and the logarithm.
+// Applies the beam's width and electronic noise, then computes the envelope and its logarithm.
 layout(local_size_x = 64) in;
 #include "render/ultrasound/bindings.glsl"
 
@@ -14,7 +14,7 @@ uint scrambled(uint v) {
     return (v >> 22u) ^ v;
 }
 
-// Nearly normal, of unit variance each.
+// Two nearly normal numbers of unit variance.
 vec2 thermal(uint seed) {
     const uint a = scrambled(seed), b = scrambled(a);
     const vec4 u = vec4(a & 0xffffu, a >> 16u, b & 0xffffu, b >> 16u) * (1.0 / 65535.0);
@@ -25,7 +25,7 @@ void main() {
     const int j = int(gl_GlobalInvocationID.x), line = int(gl_WorkGroupID.y);
     if (j >= kSamples) return;
     const vec4 row = depths[j].row;
-    // exp(-d^2 q) by a recurrence.
+    // Computes exp(-d^2 q) by a recurrence.
     const float q = 0.5 / (row.z * row.z), fall = exp(-2.0 * q);
     float weight = 1.0, ratio = exp(-q), total = 1.0;
     vec2 sum = unpackHalf2x16(field[line * kSamples + j]);

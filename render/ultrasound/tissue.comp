@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// What each sample of each line and plane lies in: one voxel and one point of the scatterers' lattice.
+// Looks up one voxel and one point of the scatterers' lattice for each sample of each line and plane.
 layout(local_size_x = 64) in;
 #include "render/ultrasound/bindings.glsl"
 #include "render/ultrasound/places.glsl"

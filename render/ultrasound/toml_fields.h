@@ -1,4 +1,4 @@
-// Fields of a TOML table, refused with file, field and reason.
+// Reads fields of a TOML table. Errors name file, field and reason.
 #pragma once
 
 #include <toml++/toml.h>
@@ -12,7 +12,7 @@ inline constexpr double kMm = 1e-3;  // in metres
 
 toml::table parseToml(const std::filesystem::path& file, std::string_view text);
 
-// A table with its place in a file. All throw patient::DataError.
+// A table and its place in a file. All functions throw patient::DataError.
 struct TomlFields {
     const std::filesystem::path& file;
     std::string where;  // "tissue[3]", empty for the root
@@ -25,7 +25,7 @@ struct TomlFields {
     std::string textOr(std::string_view key, const std::string& absent) const;
     [[noreturn]] void refuse(std::string_view key, const std::string& reason) const;
 
-    // visit(TomlFields) for each of [[key]].
+    // Calls visit(TomlFields) for each of [[key]].
     template <typename Visit>
     void each(std::string_view key, const Visit& visit) const {
         const toml::node* node = table.get(key);

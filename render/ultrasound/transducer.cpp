@@ -15,7 +15,7 @@ constexpr std::size_t kMaxTransducerBytes = 1 << 16;
 constexpr double kMhz = 1e6, kDeg = 0.017453292519943295;
 // Full width at half amplitude of an unapodised aperture, in wavelengths times depth over aperture.
 constexpr double kDiffraction = 1.2;
-constexpr double kReceiveFNumber = 1.5;  // the receiving aperture grows with depth until all of it listens
+constexpr double kReceiveFNumber = 1.5;  // the receiving aperture grows with depth up to its full size
 
 double square(double x) {
     return x * x;

@@ -14,7 +14,7 @@
 namespace stylet::render {
 namespace {
 
-// Numbers of bindings.glsl.
+// Binding numbers, as in bindings.glsl.
 enum class ScanBinding : std::uint32_t {
     scan,
     voxels,
@@ -53,7 +53,7 @@ constexpr std::array kScanBindings{vk::DescriptorType::eUniformBuffer,
                                    kScanStorage};
 constexpr std::uint32_t kGroup = 64, kLanes = 8, kTile = 8;
 constexpr auto kStorageUse = vk::BufferUsageFlagBits::eStorageBuffer;
-// Shared memory of line.comp, by sample and otherwise.
+// Shared memory of line.comp in bytes: per sample, and the rest.
 constexpr std::uint32_t kSharedASample = 16, kSharedElse = 600;
 
 GpuImage makeVoxels(const Gpu& gpu, const patient::Patient& patient, const AcousticTable& table) {
@@ -78,7 +78,7 @@ GpuImage makeFilled(const Gpu& gpu, vk::Format format, const patient::Index3& di
     return image;
 }
 
-// Specialisation constants of bindings.glsl, and whether lines are made serially.
+// Specialisation constants of bindings.glsl, and whether lines are computed serially.
 using ScanFeatures = std::array<std::uint32_t, 9>;
 
 struct Passes {
@@ -105,7 +105,7 @@ void betweenPasses(const vk::raii::CommandBuffer& commands) {
                   vk::AccessFlagBits2::eShaderStorageRead | vk::AccessFlagBits2::eShaderStorageWrite);
 }
 
-// Whether they differ in no more than gains.
+// True if they differ in nothing but gains and freeze.
 bool samePlan(const UltrasoundSettings& a, UltrasoundSettings b) {
     b.gain_db = a.gain_db;
     b.tgc_db = a.tgc_db;
@@ -134,7 +134,7 @@ struct Ultrasound::Impl {
     gpu::ScanUniforms uniforms{};
     ScanPlan plan;
     Contact contact;
-    UltrasoundSettings planned;  // what `plan` was made for
+    UltrasoundSettings planned;  // settings of `plan`
     Transducer planned_probe;
     bool has_flow = false;
     patient::Grid flow_grid;
@@ -173,7 +173,7 @@ struct Ultrasound::Impl {
         return s.path == ScanPath::serial || (s.path == ScanPath::automatic && gpu.isProcessor());
     }
     void black();
-    // Empty, or why there is nothing to scan.
+    // Returns why there is nothing to scan, or nothing if there is.
     std::string_view prepare(const UltrasoundInput&, const UltrasoundSettings&, const Transducer&,
                              UltrasoundStats&);
     void setPatientUniforms(const UltrasoundInput&);
@@ -262,7 +262,7 @@ void Ultrasound::Impl::black() {
 std::string_view Ultrasound::Impl::prepare(const UltrasoundInput& input, const UltrasoundSettings& settings,
                                            const Transducer& probe, UltrasoundStats& stats) {
     const std::string_view reason = refusal(input, settings, probe);
-    // Of a picture whose very size is nonsense the last one's is kept.
+    // If the requested size is invalid, the last picture's size is kept.
     const bool sized =
         settings.width >= 16 && settings.width <= 4096 && settings.height >= 16 && settings.height <= 4096;
     width = sized ? settings.width : std::max(width, 16);
@@ -314,7 +314,7 @@ void Ultrasound::Impl::setPatientUniforms(const UltrasoundInput& input) {
         uniforms.pulses[kind / 4][kind % 4] = float(pulse(patient::BloodKind(kind), input.time_s));
 }
 
-// The last scan in other gains.
+// Redraws the last scan with other gains.
 void Ultrasound::Impl::regain(const UltrasoundSettings& settings) {
     planned.gain_db = settings.gain_db;
     planned.tgc_db = settings.tgc_db;

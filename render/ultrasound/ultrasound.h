@@ -1,5 +1,5 @@
-// The ultrasound machine: scans the deformed patient and draws what a sonographer sees. Compute passes of its
-// own; leaves its picture in memory that the host sees.
+// The ultrasound machine: scans the deformed patient and draws the picture that a sonographer sees. Runs
+// its own compute passes and leaves the picture in host-visible memory.
 #pragma once
 
 #include <memory>
@@ -17,23 +17,23 @@ class DeformedPatient;
 
 class Ultrasound {
   public:
-    // Encodes the patient's acoustics (some tenths of a second). Patient and GPU must outlive it. Throws
-    // GpuError.
+    // Encodes the patient's acoustics (some tenths of a second). Patient and GPU must outlive this object.
+    // Throws GpuError.
     Ultrasound(const Gpu&, DeformedPatient&, const AcousticTable&);
     ~Ultrasound();
     Ultrasound(Ultrasound&&) noexcept;
     Ultrasound& operator=(Ultrasound&&) noexcept;
 
-    // Frame thread. Scans and waits; allocates only for the first picture of a size or a feature. What cannot
-    // be scanned gives a black picture and a reason.
+    // Frame thread. Scans and waits. Allocates only for the first picture of a size or a feature. If
+    // nothing can be scanned, gives a black picture and a reason.
     UltrasoundStats image(const UltrasoundInput&, const UltrasoundSettings&, const Transducer&);
-    // The blood's velocity, for Doppler; null: none. Uploaded at once.
+    // Sets the blood's velocity for Doppler; null: none. Uploaded before the call returns.
     void setFlow(const patient::VesselFlow*);
 
-    // Of the last image(); valid until the next.
+    // Picture of the last image(); valid until the next.
     ScreenPicture picture() const;
-    // Before compression and gains, as amplitude of a perfect mirror's echo amplified by the compensation:
-    // line after line, bin after bin. Empty where nothing was scanned.
+    // Envelope before compression and gains: line after line, bin after bin. Amplitudes are relative to a
+    // perfect mirror's echo, amplified by the compensation. Empty if nothing was scanned.
     std::span<const float> envelope() const;
 
   private:

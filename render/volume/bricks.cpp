@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::uint32_t kFar = 255;
 
-// Bricks whose interpolated samples read voxel i: its own, and the neighbour's when it lies on the edge.
+// Range of bricks whose interpolated samples read a voxel: its own brick, and the neighbour's if the voxel
+// lies at the edge.
 struct Reach {
     int first, last;
 };
@@ -17,7 +18,7 @@ Reach reach(int voxel, int bricks) {
     return {std::max(0, (voxel - 1) / kBrickVoxels), std::min(bricks - 1, (voxel + 1) / kBrickVoxels)};
 }
 
-constexpr double kRounding_m = 2e-5;  // of the tables' half floats
+constexpr double kRounding_m = 2e-5;  // rounding error of the tables' half floats
 
 struct Box {
     patient::Vec3 low, high;
@@ -34,8 +35,8 @@ glm::vec3 xyzOf(Lanes v) {
     return {v[0], v[1], v[2]};
 }
 
-// Where the points of a box of the deformed patient come from, at most: linear interpolation stays within its
-// nodes.
+// Bounds of the reference points of a box of the deformed patient. Linear interpolation stays within the
+// values of its nodes.
 Box sourceOf(const DeformTables& tables, const Box& box) {
     const patient::Index3 last = tables.grid.dims - 1;
     const auto nodeAt = [&](const patient::Vec3& p, bool up) {
@@ -96,7 +97,7 @@ void markOccupied(BrickGrid& grid, const patient::Index3& voxels, int z0, int z1
 
 namespace {
 
-// Is anything of the brick `i` of the deformed patient from an occupied brick?
+// True if any point of brick `i` of the deformed patient comes from an occupied brick.
 bool seesOccupied(const BrickGrid& reference, const patient::Grid& grid, const DeformTables& tables,
                   const patient::Index3& i) {
     const patient::Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
@@ -164,7 +165,7 @@ void displaceOccupancy(const BrickGrid& breathed, const patient::Grid& grid,
                                     high_at = glm::ceil(tool.grid.toVoxels(high_m));
                 const patient::Index3 from(glm::clamp(low_at, patient::Vec3(0.0), patient::Vec3(last_node)));
                 const patient::Index3 to(glm::clamp(high_at, patient::Vec3(0.0), patient::Vec3(last_node)));
-                glm::vec3 least(0.0f), most(0.0f);  // beyond the box nothing moves
+                glm::vec3 least(0.0f), most(0.0f);  // outside the table's box nothing moves
                 patient::Index3 i;
                 for (i.z = from.z; i.z <= to.z; ++i.z)
                     for (i.y = from.y; i.y <= to.y; ++i.y)
@@ -178,8 +179,8 @@ void displaceOccupancy(const BrickGrid& breathed, const patient::Grid& grid,
             }
 }
 
-// The chessboard distance by two raster passes over the half-neighbourhoods (Rosenfeld and Pfaltz 1966);
-// exact for this metric.
+// Chebyshev distance by two raster passes over the half-neighbourhoods (Rosenfeld and Pfaltz 1966). Exact
+// for this metric.
 std::vector<std::uint32_t> leapDistances(const BrickGrid& grid) {
     std::vector<std::uint32_t> distance;
     leapDistances(grid, distance);

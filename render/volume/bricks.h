@@ -1,5 +1,5 @@
-// Which bricks of 8^3 voxels a look leaves empty, in the patient as he is now, and how far one may leap from
-// each.
+// Occupancy of bricks of 8^3 voxels for one look in the deformed patient, and the distance that a ray may
+// leap from each brick.
 #pragma once
 
 #include <cstddef>
@@ -23,18 +23,18 @@ struct BrickGrid {
     }
 };
 
-// Marks the bricks that planes [z0, z1) of RGBA8 texels make visible: those whose samples, interpolated
-// between voxels, can meet a non-zero alpha.
+// Marks the bricks that planes [z0, z1) of RGBA8 texels make visible: those in which a sample, interpolated
+// between voxels, can have a non-zero alpha.
 void markOccupied(BrickGrid&, const patient::Index3& voxels, int z0, int z1, const std::byte* rgba);
 
-// The same seen through one breath after the other: a brick of the deformed patient is occupied when any
-// point in it comes from an occupied brick of the reference. Where all that is within reach is occupied, or
-// nothing is, no table need be asked.
+// Occupancy of the bricks in the breathing patient. A brick of the deformed patient is occupied if any
+// point in it comes from an occupied brick of the reference. The tables are read only where both occupied
+// and empty bricks are within reach.
 class BreathedBricks {
   public:
     BreathedBricks() = default;
     explicit BreathedBricks(const BrickGrid& reference);
-    // Through tables that move no point farther than `reach_m`. Allocates nothing.
+    // Recomputes the occupancy with tables that move no point farther than `reach_m`. Allocates nothing.
     void see(const patient::Grid&, const DeformTables&, double reach_m, Workers&);
     void seeReference() { seen_ = reference_; }
     const BrickGrid& seen() const { return seen_; }
@@ -42,20 +42,20 @@ class BreathedBricks {
 
   private:
     BrickGrid reference_, seen_;
-    std::vector<std::uint32_t> to_occupied_, to_empty_;  // chessboard distances in the reference
+    std::vector<std::uint32_t> to_occupied_, to_empty_;  // Chebyshev distances in the reference
 };
 
-// And through what a tool displaces: `breathed` is what the breath alone would show.
+// Applies a tool's displacement as well. `breathed`: the occupancy with the breath alone.
 BrickGrid displaceOccupancy(const BrickGrid& breathed, const patient::Grid&,
                             const patient::DisplacementTable&);
-// No allocation into a grid that fits.
+// Allocates nothing if `displaced` already has the right size.
 void displaceOccupancy(const BrickGrid& breathed, const patient::Grid&, const patient::DisplacementTable&,
                        BrickGrid& displaced);
 
-// Chebyshev distance in bricks to the nearest occupied brick: 0 = occupied. All bricks nearer than it are
-// empty.
+// Chebyshev distance in bricks from each brick to the nearest occupied one (0: it is occupied itself). All
+// nearer bricks are empty.
 std::vector<std::uint32_t> leapDistances(const BrickGrid&);
 void leapDistances(const BrickGrid&,
-                   std::vector<std::uint32_t>& distance);  // no allocation into one that fits
+                   std::vector<std::uint32_t>& distance);  // allocates nothing if it has the right size
 
 }  // namespace stylet::render

@@ -8,8 +8,8 @@
 namespace stylet::render {
 namespace {
 
-// Pieces of a row that are clear, and what lies around them too, are not smoothed. At least a filter's radius
-// long.
+// Voxels per piece of a row. A piece is not smoothed if it and its surroundings are clear. At least a
+// filter's radius long.
 constexpr int kPiece = 16;
 
 struct Plane {
@@ -62,7 +62,7 @@ void classifyPlane(const patient::Package& package, const Palette& palette, int 
     }
 }
 
-// Row 2r of Pascal's triangle over 4^r: the binomial filter of radius r.
+// Row 2r of Pascal's triangle divided by 4^r: the binomial filter of radius r.
 std::vector<float> binomial(int radius) {
     std::vector<float> weights{1.0f};
     for (int i = 0; i < 2 * radius; ++i) {
@@ -74,7 +74,7 @@ std::vector<float> binomial(int radius) {
     return weights;
 }
 
-// Along x; the edge repeats.
+// Smooths along x; edge values repeat.
 void smoothRows(Plane& in, Plane& out, const std::vector<float>& weights) {
     const int radius = int(weights.size()) / 2;
     for (int y = 0; y < in.height; ++y)
@@ -94,7 +94,8 @@ void smoothRows(Plane& in, Plane& out, const std::vector<float>& weights) {
         }
 }
 
-// The weighted sum of the piece in several rows, `rowOf(k)` of a plane `planeOf(k)`; clear where all are.
+// Weighted sum of each piece over several rows: row `rowOf(k)` of plane `planeOf(k)`. Clear where all of
+// them are clear.
 template <typename PlaneOf, typename RowOf>
 void sumPieces(Plane& out, int y, const std::vector<float>& weights, const PlaneOf& planeOf,
                const RowOf& rowOf) {

@@ -46,7 +46,8 @@ patient::Package coarser(const patient::Package& package, int factor) {
     patient::Grid grid;
     grid.dims = (fine.dims + (factor - 1)) / factor;
     grid.spacing_m = fine.spacing_m * double(factor);
-    grid.origin_m = fine.origin_m + 0.5 * (factor - 1) * fine.spacing_m;  // voxels are known by their centres
+    // The grid's origin is the centre of a voxel.
+    grid.origin_m = fine.origin_m + 0.5 * (factor - 1) * fine.spacing_m;
     std::vector<std::uint8_t> thin;
     for (const patient::Tissue tissue : {patient::Tissue::duct, patient::Tissue::vessel})
         for (const patient::Label& label : package.label_table)

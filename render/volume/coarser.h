@@ -1,12 +1,12 @@
-// The same patient in fewer voxels, for a device that cannot hold him as he is.
+// Downsamples a patient for a device that cannot hold it at full resolution.
 #pragma once
 
 #include "patient/patient.h"
 
 namespace stylet::render {
 
-// Blocks of factor^3 voxels become one: the mean CT value, and the label that most of them have; ducts and
-// vessels, thin as they are, already where a quarter of them does. For pictures only. factor >= 1.
+// Merges blocks of factor^3 voxels into one with the mean CT value and the most frequent label. Ducts and
+// vessels are thin, so a quarter of the block is enough for them. For pictures only. factor >= 1.
 patient::Package coarser(const patient::Package&, int factor);
 
 }  // namespace stylet::render

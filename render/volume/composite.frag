@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Lays the volume layer over the opaque things. A layer with fewer pixels than the target is interpolated between
-// those of its pixels whose rays ended at the same depth. Based on Kopf et al., "Joint bilateral upsampling", 2007.
+// Lays the volume layer over the opaque meshes. A layer with fewer pixels than the target is interpolated
+// between layer pixels whose rays ended at the same depth. Based on Kopf et al., "Joint bilateral
+// upsampling", 2007.
 #include "render/bindings.glsl"
 #include "render/lighting.glsl"
 
@@ -12,10 +13,11 @@ layout(location = 0) flat in int eye;
 layout(location = 0) out vec4 colour;
 
 const float kSameDepth = 0.02;  // relative difference of depth at which a pixel counts half
-const float kLampShare = 0.62;  // of the light on a patient's surface
+const float kLampShare = 0.62;  // lamp's share of the light on the patient's surface
 
-// What tools and machines leave of the lamp's light on the patient's first surface. The layer is lit as if nothing
-// stood in it: its share of the colour is taken back here, where both ways to march meet.
+// Share of the colour that is left where tools and equipment shade the patient's first surface from the
+// lamp. The layer is lit as if nothing stood in the lamp's light. The lamp's share is removed here, after
+// either kind of march.
 float shadowOn(vec4 seen) {
     const ivec2 tap = min(ivec2(gl_FragCoord.xy / frame.target.xy * frame.layer.xy), ivec2(frame.layer.xy) - 1);
     const float t = imageLoad(layer_depth, ivec3(tap, eye)).r;

@@ -1,8 +1,8 @@
-// Each node takes its own way back, a short one in a midpoint step, a long one in steps of Runge and Kutta;
-// the wall's flow, which bends little, is taken at the model's nodes and read between them. Scaling and
-// squaring (Arsigny et al. 2006) reads the large table over and over where this reads the model's small one,
-// and adds an interpolation each time: it was slower and farther off (stylet-bench --only patient.breathing
-// has both).
+// Each node is traced back on its own: a short path in one midpoint step, a long one in Runge-Kutta steps.
+// The wall's flow is smooth, so it is integrated at the model's nodes and interpolated between them.
+// Scaling and squaring (Arsigny et al. 2006) was slower and less accurate: it reads the large table
+// repeatedly, where this method reads the model's small one, and interpolates once more each time.
+// stylet-bench --only patient.breathing measures both.
 #include "render/volume/deform.h"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using patient::Surrogate;
 
 using Table = std::vector<glm::vec4>;
 
-constexpr std::int16_t kLeastHu = -700;  // of what a look may show where no label says so
+constexpr std::int16_t kLeastHu = -700;  // lowest value that a look may show without a label
 
 // Linear between nodes; beyond them the nearest value.
 glm::vec4 tableAt(const Grid& grid, const Table& table, const Vec3& p) {
@@ -38,7 +38,7 @@ glm::vec4 tableAt(const Grid& grid, const Table& table, const Vec3& p) {
     return glm::mix(near, far, f.z);
 }
 
-// The motion's own box.
+// Grid over the motion model's box.
 Grid motionBox(const MotionModel& model, double spacing_m) {
     Grid grid;
     if (model.empty()) {
@@ -57,7 +57,7 @@ Grid motionBox(const MotionModel& model, double spacing_m) {
     return grid;
 }
 
-// The nodes of it around another box.
+// The part of a grid whose nodes surround another box.
 Grid cropped(const Grid& grid, const Grid& box) {
     Grid part = grid;
     const Index3 last = grid.dims - 1;
@@ -73,9 +73,9 @@ double lengthOf(const std::array<float, 3>& a) {
     return std::sqrt(double(a[0]) * double(a[0]) + double(a[1]) * double(a[1]) + double(a[2]) * double(a[2]));
 }
 
-constexpr double kMostCreep_v = 1.0;  // of a long hold, beyond the range of v
+constexpr double kMostCreep_v = 1.0;  // drift during a long breath hold, beyond the range of v
 
-// No breath moves what lies outside by more.
+// Upper bound of the displacement outside the cavity, over all breaths [m].
 double mostOutside(const MotionModel& m) {
     const double v =
         std::max(std::fabs(m.v.low - m.reference.v), std::fabs(m.v.high - m.reference.v)) + kMostCreep_v;
@@ -95,7 +95,7 @@ DeformMaker::DeformMaker(const MotionModel& model, const DeformSettings& setting
     const Grid box = motionBox(model, settings.spacing_m);
     Grid& grid = tables_.grid;
     grid = seen && !model.empty() ? cropped(box, seen->grid()) : box;
-    // What is not made is still, and outside.
+    // Nodes that are not computed do not move and lie outside the cavity.
     tables_.inside.assign(grid.voxelCount(), glm::vec4(0.0f, 0.0f, 0.0f, 1.0f));
     tables_.outside.assign(grid.voxelCount(), glm::vec4(0.0f));
     if (model.empty()) return;
@@ -105,7 +105,7 @@ DeformMaker::DeformMaker(const MotionModel& model, const DeformSettings& setting
     findStretches(seen);
 }
 
-// Along each row (y fastest) from the first to the last node that a voxel of the body is beside.
+// For each row (y fastest): the range from the first to the last node next to a voxel of the body.
 std::vector<DeformMaker::Stretch> DeformMaker::bodyOf(const patient::Patient& seen) const {
     const Grid& grid = tables_.grid;
     const patient::CtVolume& ct = seen.package().ct;
@@ -135,7 +135,8 @@ std::vector<DeformMaker::Stretch> DeformMaker::bodyOf(const patient::Patient& se
     return body;
 }
 
-// All that any breath can take into the cavity, and what the wall can take into the body.
+// Finds the nodes to compute: those that any breath can move into the cavity, and those that the wall's
+// flow can move into the body.
 void DeformMaker::findStretches(const patient::Patient* seen) {
     const Grid& grid = tables_.grid;
     const std::vector<Stretch> body = seen ? bodyOf(*seen) : std::vector<Stretch>{};
@@ -152,7 +153,7 @@ void DeformMaker::findStretches(const patient::Patient* seen) {
             }
         return Stretch{y, all.begin - around, all.end + around};
     };
-    // A level rises little faster than a distance.
+    // The level grows little faster than the distance, hence the factor 1.5.
     const double clear_m = far_m_ + 1.5 * wall_m;
     first_of_z_.assign(1, 0);
     for (int z = 0; z < grid.dims.z; ++z) {
@@ -176,7 +177,7 @@ void DeformMaker::findStretches(const patient::Patient* seen) {
     }
 }
 
-// The fields now, and where the wall's takes each node.
+// Computes the fields of the current breath, and the bound of their displacement.
 void DeformMaker::setFields(const Surrogate& now, Workers& workers) {
     const MotionModel& m = *model_;
     const auto clampTo = [](const patient::SurrogateRange& r, double x) {
@@ -224,7 +225,7 @@ void DeformMaker::make(const Surrogate& now, Workers& workers) {
                           float(settings_.step_m),
                           float(far_m_)};
     const RowKernels rows = settings_.portable ? portableRows() : widestRows();
-    // Only where the tables are.
+    // The wall's flow is needed only where the tables are.
     const Index3 low = glm::max(Index3(glm::floor(nodes_grid.toVoxels(grid.origin_m))), Index3(0));
     const Index3 high =
         glm::min(Index3(glm::ceil(nodes_grid.toVoxels(grid.centre(grid.dims - 1)))), nodes_grid.dims - 1);

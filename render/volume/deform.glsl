@@ -1,4 +1,5 @@
-// exp(-w)(p) by the tables of the frame: see deform.h. A point whose level is below zero lies inside the cavity.
+// Computes exp(-w)(p) from the frame's tables: see deform.h. A point whose level is below zero lies inside
+// the cavity.
 vec3 referenceFromDeformed(vec3 p) {
     const vec3 at = p * frame.deform_scale.xyz + frame.deform_offset.xyz;
     const vec4 inside = textureLod(deform_inside, at, 0.0);
@@ -6,14 +7,14 @@ vec3 referenceFromDeformed(vec3 p) {
     return p + textureLod(deform_outside, at, 0.0).xyz;
 }
 
-// What a tool has moved the tissue at p by: patient/tool_displacement.h. Only inside its box.
+// Displacement of the tissue at p by a tool: patient/tool_displacement.h. Zero outside the table's box.
 vec3 toolMoved(vec3 p) {
     const vec3 at = p * frame.tool_scale.xyz + frame.tool_offset.xyz;
     if (any(greaterThan(abs(at - 0.5), vec3(0.5)))) return vec3(0.0);
     return textureLod(tool_moved, at, 0.0).xyz;
 }
 
-// A gradient of the tissue as it was, turned as the tool has turned the tissue: g - grad(moved . g).
+// Transforms a gradient of the undisplaced tissue as the tool has turned the tissue: g - grad(moved . g).
 vec3 turnedByTool(vec3 p, vec3 g) {
     const vec3 here = toolMoved(p);
     if (here == vec3(0.0)) return g;

@@ -1,5 +1,5 @@
-// The breath as pictures read it: where each point of the deformed patient came from, as two tables over a
-// grid. Agrees with patient::referenceFromDeformed to 0.1 mm.
+// The breathing motion for pictures: two tables over a grid that give the reference point of each deformed
+// point. Agrees with patient::referenceFromDeformed to 0.1 mm.
 #pragma once
 
 #include <cstddef>
@@ -17,38 +17,39 @@ using patient::Vec3;
 
 struct DeformSettings {
     double spacing_m = 0.003;
-    double step_m = 0.0025;  // the longest way of one midpoint step; eight of them for Runge and Kutta's
-    bool portable = false;   // without wider instructions
+    // Longest path of one midpoint step; a Runge-Kutta step may be eight times as long.
+    double step_m = 0.0025;
+    bool portable = false;  // without AVX2 and FMA
 };
 
-// x-fastest. Linear between nodes, the border's beyond them. Always usable: at least two nodes along each
-// axis, all of them still where the patient does not breathe.
+// x-fastest. Linear between nodes; outside the grid the border's value. Always usable: at least two nodes
+// along each axis, all without motion if the patient does not breathe.
 struct DeformTables {
     patient::Grid grid;
-    // Reference minus deformed in metres, for a point of the inside and of the outside; w of `inside`: level
-    // of the deformed point, < 0 inside the cavity.
+    // Reference minus deformed point in metres, computed as for a point inside and as for a point outside
+    // the cavity. w of `inside`: level of the deformed point, < 0 inside the cavity.
     std::vector<glm::vec4> inside, outside;
 };
 
-// Makes the tables anew for each breath. One thread at a time.
+// Recomputes the tables for each breath. Use from one thread at a time.
 class DeformMaker {
   public:
-    // `seen`: only the patient's box, and in it only what can be of his body; null: all of the motion's box.
-    // The model must outlive it.
+    // `seen`: compute only what lies in the patient's box and can be part of its body. Null: all of the
+    // motion's box. The model must outlive this object.
     DeformMaker(const patient::MotionModel&, const DeformSettings&, const patient::Patient* seen);
 
     // Allocates nothing.
     void make(const patient::Surrogate& now, Workers&);
 
     const DeformTables& tables() const { return tables_; }
-    double reach_m() const { return reach_m_; }  // no point is farther from where it came from
+    double reach_m() const { return reach_m_; }  // upper bound of any point's displacement
     std::size_t nodesMade() const { return made_; }
 
   private:
     struct Node {
         float x = 0.0f, y = 0.0f, z = 0.0f, level = 0.0f;
     };
-    // Nodes [begin, end) of a row; what is far outside the cavity only the wall moves.
+    // Nodes [begin, end) of a row. `far`: far outside the cavity, where only the wall's flow moves tissue.
     struct Stretch {
         int y = 0, begin = 0, end = 0;
         bool far = false;
@@ -60,20 +61,20 @@ class DeformMaker {
     const patient::MotionModel* model_;
     DeformSettings settings_;
     DeformTables tables_;
-    std::vector<Stretch> stretches_;       // z after z
-    std::vector<std::size_t> first_of_z_;  // one more than there are slices
-    std::vector<Node> wall_, slide_;       // what a flow moves by, in the model's voxels; the level beside it
-    std::vector<Node> walled_;             // where all of the wall's flow takes a node, less the node
+    std::vector<Stretch> stretches_;       // ordered by z
+    std::vector<std::size_t> first_of_z_;  // first stretch of each slice, and the end
+    std::vector<Node> wall_, slide_;       // fields of the two flows, in the model's voxels, with the level
+    std::vector<Node> walled_;             // displacement of each node by the complete wall flow
     double far_m_ = 0.0, reach_m_ = 0.0;
     std::size_t made_ = 0;
 };
 
-// Once, over all of the motion's box.
+// Computes the tables once, over all of the motion's box.
 DeformTables deformTables(const patient::MotionModel&, const patient::Surrogate& now,
                           const DeformSettings& = {}, int threads = 2);
-// What deform.glsl computes.
+// The same look-up as in deform.glsl.
 Vec3 referenceFromTables(const DeformTables&, const Vec3& deformed_m);
-// The tool undone first.
+// Undoes the tool's displacement first.
 Vec3 referenceFromTables(const DeformTables&, const patient::DisplacementTable&, const Vec3& displaced_m);
 
 }  // namespace stylet::render

@@ -25,7 +25,7 @@ ROW_FN __m256 lerp(__m256 a, __m256 b, __m256 f) {
     return _mm256_fmadd_ps(f, _mm256_sub_ps(b, a), a);
 }
 
-// Both neighbours along x at once.
+// Interpolates both neighbours along x at once.
 ROW_FN Float4 fetchNode(const float* n, std::size_t row, std::size_t plane, Float4 f) {
     const __m256 fy = _mm256_broadcastss_ps(_mm_shuffle_ps(f, f, 0x55));
     const __m256 fz = _mm256_broadcastss_ps(_mm_shuffle_ps(f, f, 0xaa));

@@ -1,4 +1,4 @@
-// The ways back of a row of the tables' nodes: deform.cpp's inner loop, private to it.
+// Inner loop of deform.cpp, private to it: traces a row of the tables' nodes back to the reference.
 #pragma once
 
 #include <cstddef>
@@ -8,22 +8,22 @@
 
 namespace stylet::render {
 
-// A motion of the moment on the model's nodes: four floats each, x-fastest. Displacements are in voxels.
+// The current motion on the model's nodes: four floats per node, x-fastest. Displacements are in voxels.
 struct FlowNodes {
-    const float* wall = nullptr;    // the field
-    const float* walled = nullptr;  // its flow: what it moves each node by
-    const float* slide = nullptr;   // the field; the fourth: the level, m
+    const float* wall = nullptr;    // the wall's field
+    const float* walled = nullptr;  // displacement of each node by the wall's flow
+    const float* slide = nullptr;   // the slide's field; fourth component: the level, m
     glm::ivec3 dims{0};
-    glm::vec3 metres{0.0f};  // a voxel
-    float step_m =
-        0.0025f;  // the longest way of one midpoint step; an eighth of the longest of Runge and Kutta's
-    float far_m = 0.01f;  // a level from which no cell reaches the inside
+    glm::vec3 metres{0.0f};  // size of a voxel
+    // Longest path of one midpoint step; a Runge-Kutta step may be eight times as long.
+    float step_m = 0.0025f;
+    float far_m = 0.01f;  // level beyond which no cell reaches the inside
 };
 
-// What the wall's flow moves the model's nodes [0, count) of a row by.
+// Computes the displacement of the model's nodes [0, count) of a row by the wall's flow.
 using WallRow = void (*)(const FlowNodes&, const glm::vec3& first, int count, float* walled);
-// Nodes [0, count) from `first` by `step` along x, both in voxels, into the two tables: all of them `far`
-// outside, where only the outside's way is wanted, or any.
+// Computes nodes [0, count) of both tables. They start at `first` and advance by `step` along x, both in
+// voxels. `far`: all nodes lie far outside the cavity, and only the outside table is written.
 using TableRow = void (*)(const FlowNodes&, const glm::vec3& first, float step, int count, bool far,
                           glm::vec4* inside, glm::vec4* outside);
 

@@ -1,5 +1,5 @@
-// deform_rows.cpp includes this once for each kind of processor, in a namespace of its own that defines ROW_FN,
-// ROW_TARGET and fetchNode.
+// Included by deform_rows.cpp once for each instruction set, in a namespace that defines ROW_FN, ROW_TARGET
+// and fetchNode.
 
 struct Flow {
     Float4 last, metres;
@@ -8,7 +8,7 @@ struct Flow {
     float per_step_m;
 };
 
-// xyz: what the flow moves by here; the border's beyond it.
+// xyz: the field at a point. Outside the grid the border's value.
 ROW_FN Float4 fieldAt(const Flow& f, const float* nodes, Float4 at) {
     at = at > 0.0f ? at : Float4{};
     at = at < f.last ? at : f.last;
@@ -19,8 +19,8 @@ ROW_FN Float4 fieldAt(const Flow& f, const float* nodes, Float4 at) {
     return fetchNode(node, 4 * f.row, 4 * f.plane, at - __builtin_convertvector(low, Float4));
 }
 
-// In steps as long as the way needs, a short way by the midpoint, a long one in Runge and Kutta's; `field`: what
-// fieldAt() is there.
+// Follows the flow from `at`: a short path in one midpoint step, a long one in Runge-Kutta steps. `field`:
+// fieldAt(at).
 ROW_FN Float4 back(const Flow& f, const float* nodes, Float4 at, Float4 field) {
     const Float4 way = field * f.metres;
     const float length = std::sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
@@ -41,7 +41,7 @@ ROW_FN Float4 back(const Flow& f, const float* nodes, Float4 at, Float4 field) {
 
 ROW_FN Flow flowOf(const FlowNodes& n) {
     const glm::ivec3 last = n.dims - 1;
-    // The fourth lane rests.
+    // The fourth lane is unused.
     return {Float4{float(last.x), float(last.y), float(last.z), 0.0f},
             Float4{n.metres.x, n.metres.y, n.metres.z, 0.0f},
             Int4{last.x - 1, last.y - 1, last.z - 1, 0},

@@ -20,7 +20,8 @@ DeformedPatient::ToImage toImage(const patient::Grid& grid) {
 DeformedPatient::DeformedPatient(const Gpu& gpu, const patient::Patient& patient)
     : gpu_(&gpu),
       patient_(&patient),
-      workers_(std::max(2, int(std::thread::hardware_concurrency()) / 2)),  // the other loops go on
+      // Leaves cores for the other loops.
+      workers_(std::max(2, int(std::thread::hardware_concurrency()) / 2)),
       maker_(patient.package().motion, {}, &patient),
       inside_(gpu, maker_.tables().grid.dims),
       outside_(gpu, maker_.tables().grid.dims),

@@ -1,5 +1,5 @@
-// The patient of the moment, as every pass of a picture reads him: breath and tool undone by tables, on the
-// host and, for passes that ask, as small images on the GPU (deform.glsl).
+// The current deformed patient, shared by every pass of a picture. Tables undo breath and tool on the host;
+// passes on the GPU read them as small images (deform.glsl).
 #pragma once
 
 #include <optional>
@@ -15,34 +15,36 @@ class DeformedPatient {
     // The patient must outlive it.
     DeformedPatient(const Gpu&, const patient::Patient&);
 
-    // Both are free when nothing has changed; they allocate only for a first table of a size. `still`:
-    // whoever reads on takes the patient as the CT saw him, and asks no table of the breath.
+    // breathe() and press() cost nothing if nothing has changed. They allocate only for the first table of
+    // a size. `still`: readers use the patient as scanned and read no table of the breath.
     void breathe(const patient::Surrogate&, bool still);
-    // What a tool displaces in this frame; null: nothing presses. Read until the next call.
+    // Sets a tool's displacement for this frame; null: no tool presses. The table is read until the next
+    // call.
     void press(const patient::DisplacementTable*);
 
     const patient::Patient& patient() const { return *patient_; }
-    // The breath of the package's own CT: `still` then changes no picture.
+    // True for the breath of the package's own CT. `still` then changes no picture.
     bool atRest(const patient::Surrogate& breath) const {
         return breath == patient_->package().motion.reference;
     }
     bool still() const { return still_; }
-    int breaths() const { return breaths_; }  // another one: the breath is not what it was
+    int breaths() const { return breaths_; }                        // changes whenever the breath changes
     const DeformTables& tables() const { return maker_.tables(); }  // of the last breath that was not still
     double reach_m() const { return maker_.reach_m(); }
     const patient::DisplacementTable* tool() const { return pressing_; }
 
-    // What has changed goes up with the commands of whoever reads it, before he does.
+    // Records the upload of changed tables. Must precede the commands that read them.
     void recordUploads(const vk::raii::CommandBuffer&);
     const GpuImage& inside() const { return inside_.image(); }
     const GpuImage& outside() const { return outside_.image(); }
     const GpuImage& toolMoved() const { return tool_.image(); }
-    // Another one: images were made anew, and descriptors name what is gone.
+    // Changes whenever images are recreated. Descriptors that name the old ones are then invalid.
     int imagesMade() const { return images_made_; }
 
-    // From the patient frame to the images' coordinates: p * scale + offset. Far away while nothing presses.
+    // From the patient frame to the images' coordinates: p * scale + offset. While no tool presses,
+    // toTool() maps to far outside its image.
     struct ToImage {
-        glm::vec4 scale, offset;  // scale.w: half a node, m
+        glm::vec4 scale, offset;  // scale.w: half a node spacing, m
     };
     ToImage toDeformation() const;
     ToImage toTool() const;
@@ -53,7 +55,7 @@ class DeformedPatient {
     Workers workers_;
     DeformMaker maker_;
     TableImage inside_, outside_, tool_;
-    std::optional<patient::Surrogate> made_;  // what the tables show
+    std::optional<patient::Surrogate> made_;  // breath of the tables
     const patient::DisplacementTable* pressing_ = nullptr;
     bool still_ = true, packed_ = false, tool_packed_ = true;
     int images_made_ = 0, breaths_ = 0;

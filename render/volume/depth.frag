@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Depth as a runtime wants it for the picture: of the patient where he hides what is behind, else of the opaque things.
+// Writes the depth for the runtime: that of the patient where it hides what is behind it, else that of the
+// meshes.
 #include "render/bindings.glsl"
 
 layout(location = 0) flat in int eye;

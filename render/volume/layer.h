@@ -1,5 +1,5 @@
-// The volume layer: what the rays through the patient saw, before it is laid over the opaque things. An image
-// an eye of linear premultiplied colour, and one of the depth of the first surface.
+// The volume layer: the picture of the patient before it is laid over the opaque meshes. One image of
+// linear premultiplied colour and one of the depth of the first surface, each with a layer per eye.
 #pragma once
 
 #include "render/memory.h"
@@ -10,18 +10,18 @@ class VolumeLayer {
   public:
     explicit VolumeLayer(const Gpu& gpu) : gpu_(&gpu) {}
 
-    // Room for layers of up to this size; true when the images are new.
+    // Reserves images for layers of up to this size. Returns true if the images are new.
     bool reserve(vk::Extent2D);
 
     const GpuImage& colour() const { return colour_; }  // RGBA16F
-    const GpuImage& depth() const { return depth_; }    // R32F, m along the eye's -z; 0 = nothing that hides
+    const GpuImage& depth() const { return depth_; }    // R32F, m along the eye's -z; 0: no opaque surface
 
-    // Fills them from tightly packed texels, eye after eye.
+    // Fills the images from tightly packed texels, eye after eye.
     void upload(const vk::raii::CommandBuffer&, const Buffer& colour, const Buffer& depth,
                 vk::Extent2D) const;
-    // Nothing was seen.
+    // Clears the layer to transparent.
     void clear(const vk::raii::CommandBuffer&) const;
-    // Around the dispatch of volume.comp that fills them.
+    // Call these around the dispatch of volume.comp that fills the images.
     void beginMarch(const vk::raii::CommandBuffer&) const;
     void endMarch(const vk::raii::CommandBuffer&) const;
 

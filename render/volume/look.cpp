@@ -123,8 +123,8 @@ glm::vec4 stored(const glm::vec3& colour_linear, double extinction_per_m, double
             a};
 }
 
-// Linear between points in the stored form, so that a ramp over partial volume is linear where it is
-// interpolated.
+// Linear between points in the stored form. Samples are interpolated in that form too, so a ramp over
+// partial-volume values stays linear.
 glm::vec4 curveAt(const LookStyle& look, double hu) {
     const auto& points = look.hu;
     const auto value = [&](const HuPoint& p) {
@@ -181,7 +181,7 @@ Palette resolve(const LookStyle& look, const patient::Patient& patient) {
     for (int hu = Palette::kHuBegin; hu < Palette::kHuEnd; ++hu)
         palette.hu.push_back(curveAt(look, hu));
     palette.follows_hu.fill(true);
-    palette.label.fill(glm::vec4(-1.0f));  // the curve's own colour
+    palette.label.fill(glm::vec4(-1.0f));  // negative: the curve's own colour
     for (int id = 1; id < 256; ++id) {
         const patient::Label* label = patient.label(std::uint8_t(id));
         if (!label) continue;

@@ -1,4 +1,4 @@
-// A look: which tissue is how opaque and in what colour. Data (assets/looks/*.toml), resolved against one
+// A look: opacity and colour of each tissue. Loaded from assets/looks/*.toml and resolved against one
 // patient's label table into a palette per label and a curve over HU.
 #pragma once
 
@@ -22,36 +22,37 @@ struct HuPoint {
     glm::vec3 colour_linear{0.0f};
 };
 
-// Applies to the labels whose tissue and name fit; the first rule that fits wins.
+// Applies to the labels whose tissue and name match. The first matching rule wins.
 struct LookRule {
     std::optional<patient::Tissue> tissue;
     std::string name;                        // part of the label's name, lower case; empty = any
     std::optional<double> extinction_per_m;  // absent: the curve over HU
-    std::optional<double> shell_per_m;  // extinction where it borders on something clearer; absent: the same
+    std::optional<double> shell_per_m;       // extinction at borders to something clearer; absent: the same
     std::optional<glm::vec3> colour_linear;  // absent: the colour of the package's label table
 };
 
 struct LookStyle {
     std::string name;
-    std::vector<HuPoint> hu;  // ascending; constant beyond its ends; linear between in the stored form
+    std::vector<HuPoint> hu;  // ascending; linear between points in the stored form, constant beyond the ends
     std::vector<LookRule> rules;
-    double full_extinction_per_m = 1.0;  // the largest of all: a stored opacity of 1
+    double full_extinction_per_m = 1.0;  // largest extinction; stored as opacity 1
     float wrap = 0.3f, specular = 0.1f, specular_power = 24.0f, rim = 0.0f;
     float gradient_voxels = 1.0f;  // reach of the central differences
     int smoothing_voxels = 1;      // radius of the binomial filter over the classified volume
-    // The smoothed opacity between these is stretched to 0..1, or smoothing would carry surfaces outwards.
+    // Smoothed opacities between these are stretched to 0..1. Otherwise smoothing would move surfaces
+    // outwards.
     float edge_low = 0.0f, edge_high = 1.0f;
     glm::vec3 grazing_tint{1.0f};
-    float mottle = 0.0f, pores = 0.0f;  // of the skin close by, 0..1
+    float mottle = 0.0f, pores = 0.0f;  // detail of the skin from close by, 0..1
 };
 
 LookStyle loadLook(const std::filesystem::path& toml);  // throws patient::DataError
-// The same from memory; `file` is named in what is thrown.
+// The same from memory; errors name `file`.
 LookStyle parseLook(const std::filesystem::path& file, std::string_view toml);
 
-// Stored form of a colour with an extinction: rgb = sqrt(linear colour) * a, a = sqrt(extinction / full). The
-// roots spend the eight bits where the eye sees them, and the weight keeps clear tissue from bleeding its
-// colour.
+// Stored form of a colour with an extinction: rgb = sqrt(linear colour) * a, a = sqrt(extinction / full).
+// The square roots spend the eight bits where the eye is sensitive. The weight keeps the colour of clear
+// tissue from bleeding.
 struct Palette {
     static constexpr int kHuBegin = -1024, kHuEnd = 3072;
     std::array<glm::vec4, 256> label{};
@@ -61,7 +62,7 @@ struct Palette {
     std::vector<glm::vec4> hu;  // kHuEnd - kHuBegin entries
     std::array<std::optional<glm::vec4>, 256> shell{};
     glm::vec4 at(std::int16_t ct_hu, std::uint8_t id) const;
-    // Whether a voxel of `id` shows its shell beside one of `neighbour`.
+    // True if a voxel of `id` shows its shell next to one of `neighbour`.
     bool borders(std::uint8_t id, std::uint8_t neighbour) const {
         return follows_hu[neighbour] || label[neighbour].a < label[id].a;
     }

@@ -1,5 +1,6 @@
-// Based on Levoy, "Display of surfaces from volume data", 1988, and Deakin and Knoll, "Efficient ray casting
-// of volumetric images using distance maps for empty space skipping", 2020, as volume.comp is.
+// Based on Levoy, "Display of surfaces from volume data", 1988, and Deakin and Knoll, "Efficient ray
+// casting of volumetric images using distance maps for empty space skipping", 2020. The same algorithm as
+// volume.comp.
 #include "render/volume/march.h"
 
 #include <sys/mman.h>
@@ -32,10 +33,11 @@ constexpr int kFine = 4;
 constexpr float kDense = 0.30f, kWeak = 0.06f, kSurface = 0.15f;
 
 struct EyeRays {
-    Float4 origin, place;         // voxels; patient frame, m
-    Float4 corner, across, down;  // direction of the ray through the top left corner; what a whole row adds
+    Float4 origin, place;  // position of the eye: voxels; patient frame, m
+    // Direction of the ray through the top left corner; its change over a whole row and column.
+    Float4 corner, across, down;
     glm::vec4 tangents;
-    float footprint;  // of a pixel, per metre of depth
+    float footprint;  // size of a pixel per metre of depth
 };
 
 struct PlacedMark {
@@ -43,20 +45,20 @@ struct PlacedMark {
     float size, kind;
 };
 
-// A table of the deformation: nodes = point * scale + offset.
+// Grid of a deformation table: nodes = point * scale + offset.
 struct NodeGrid {
     Float4 scale, offset, last;
     Int4 last_low;
     std::size_t row, plane;
 };
 
-// marks.glsl's colours.
+// Colours of marks.glsl.
 constexpr Float4 kWound = {0.10f, 0.004f, 0.006f, 0.0f}, kFlesh = {0.42f, 0.05f, 0.04f, 0.0f},
                  kFreshBlood = {0.17f, 0.003f, 0.004f, 0.0f}, kStain = {0.50f, 0.21f, 0.055f, 0.0f},
                  kFlush = {1.06f, 0.90f, 0.86f, 0.0f};
 constexpr float kMarkDepth_m = 0.006f;
 
-// The frame as the rays want it: divided, multiplied and turned around once.
+// Data of a frame for its rays, precomputed once.
 struct Shared {
     std::array<EyeRays, 2> eyes;
     Float4 dims, last_cell, spacing, per_spacing, grid_origin, last_brick;
@@ -69,7 +71,7 @@ struct Shared {
     std::size_t row, plane;
     const std::uint32_t* brick_distance;
     std::uint32_t brick_row, brick_plane;
-    const glm::vec4 *inside, *outside, *moved;  // null: nothing breathes, nothing presses
+    const glm::vec4 *inside, *outside, *moved;  // null: no breath, no tool
     float tool_half_node;
     const float* mesh_depth;
     std::uint32_t mesh_width, mesh_height;
@@ -84,7 +86,7 @@ struct Shared {
 };
 
 struct Tile {
-    std::uint32_t eye, x, y;  // its first pixel
+    std::uint32_t eye, x, y;  // x, y: its first pixel
 };
 
 struct Tally {
@@ -108,7 +110,7 @@ MARCH_FN __m256 lerp(__m256 a, __m256 b, __m256 f) {
     return _mm256_fmadd_ps(f, _mm256_sub_ps(b, a), a);
 }
 
-// Halves hold the neighbours along x.
+// The two halves of each vector hold the neighbours along x.
 MARCH_FN Float4 blend(__m256 near_low, __m256 near_high, __m256 far_low, __m256 far_high, Float4 f) {
     const __m256 fy = _mm256_broadcastss_ps(_mm_shuffle_ps(f, f, 0x55));
     const __m256 fz = _mm256_broadcastss_ps(_mm_shuffle_ps(f, f, 0xaa));
@@ -126,7 +128,7 @@ MARCH_FN Float4 fetchTexel(const std::uint32_t* p, std::size_t row, std::size_t 
     return blend(pairAt(p), pairAt(p + row), pairAt(p + plane), pairAt(p + plane + row), f);
 }
 
-// The opacity alone: half the work.
+// Fetches only the opacity: half the work.
 MARCH_FN float fetchOpacity(const std::uint32_t* p, std::size_t row, std::size_t plane, Float4 f) {
     const auto twoAt = [](const std::uint32_t* at) __attribute__((target("avx2,fma,f16c"), always_inline)) {
         return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(at));
@@ -228,7 +230,7 @@ EyeRays eyeRays(const gpu::EyeUniforms& eye, const gpu::FrameUniforms& frame) {
                                                   std::fabs(t.w - t.z) / frame.layer.y)};
 }
 
-// Light of lighting.glsl.
+// Light colours of lighting.glsl.
 constexpr Float4 kKeyColour = {1.0f, 0.965f, 0.91f, 0.0f}, kSkyColour = {0.36f, 0.44f, 0.47f, 0.0f},
                  kGroundColour = {0.11f, 0.12f, 0.12f, 0.0f};
 
@@ -342,7 +344,8 @@ MarchVolume::MarchVolume(const patient::Index3& dims) : dims_(dims) {
     void* memory = std::aligned_alloc(kHugePage, rounded);
     if (!memory) throw std::bad_alloc();
 #if defined(__linux__)
-    madvise(memory, rounded, MADV_HUGEPAGE);  // a sample touches four planes; refused, it is only slower
+    // A sample reads four distant rows. If huge pages are refused, the march is only slower.
+    madvise(memory, rounded, MADV_HUGEPAGE);
 #endif
     std::memset(memory, 0, rounded);
     texels_.reset(static_cast<std::uint32_t*>(memory));

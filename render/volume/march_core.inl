@@ -1,5 +1,5 @@
-// The march itself; march.cpp includes this once for each kind of processor, in a namespace of its own that
-// defines MARCH_FN, lower, higher, fetchTexel, fetchOpacity, fetchNode and storeHalf. Names and order follow
+// The march itself. Included by march.cpp once for each instruction set, in a namespace that defines
+// MARCH_FN, lower, higher, fetchTexel, fetchOpacity, fetchNode and storeHalf. Names and order follow
 // volume.comp.
 
 struct Ray {
@@ -9,12 +9,12 @@ struct Ray {
     float metres;  // per unit of t
     float step_m;
     float start;  // share of a step before the first sample
-    int face;     // the cut through which it enters, or -1
+    int face;     // index of the cut plane through which it enters, or -1
 };
 
 struct Surface {
     Float4 albedo;
-    float gloss;  // 0 as the look says, 1 wet
+    float gloss;  // 0: as the look says, 1: wet
 };
 
 MARCH_FN float sum3(Float4 v) {
@@ -46,7 +46,7 @@ MARCH_FN float smoothstep(float a, float b, float x) {
     return s * s * (3.0f - 2.0f * s);
 }
 
-// exp(-x), x >= 0, to 3e-7 of the result: 2^f by its series about -1/2.
+// exp(-x) for x >= 0, relative error 3e-7. Computes 2^f by its series about -1/2.
 MARCH_FN float expOfMinus(float x) {
     const float y = std::max(x * -1.44269504f, -126.0f);
     const int whole = int(y);
@@ -56,11 +56,12 @@ MARCH_FN float expOfMinus(float x) {
     return p * 0.70710678f * std::bit_cast<float>((whole + 127) << 23);
 }
 
-// x^power for a highlight, 0 <= x <= 1, to 1e-4: the logarithm by its series in (m - 1) / (m + 1).
+// x^power of a highlight for 0 <= x <= 1, to 1e-4. Computes the logarithm by its series in (m - 1) / (m +
+// 1).
 MARCH_FN float highlight(float x, float power) {
     if (x < 1e-6f) return 0.0f;
     const auto bits = std::bit_cast<std::uint32_t>(x);
-    const std::uint32_t shifted = bits - 0x3f3504f3u;  // of sqrt(1/2)
+    const std::uint32_t shifted = bits - 0x3f3504f3u;  // bits of sqrt(1/2)
     const int exponent = int(shifted) >> 23;
     const float m = std::bit_cast<float>(bits - (std::uint32_t(exponent) << 23));
     const float s = (m - 1.0f) / (m + 1.0f), s2 = s * s;
@@ -68,7 +69,7 @@ MARCH_FN float highlight(float x, float power) {
     return expOfMinus(std::max(-power * log, 0.0f));
 }
 
-// Where the texels around a place begin; `share`: where between them it lies.
+// First of the eight texels around a point. `share`: position of the point between them, 0 to 1.
 MARCH_FN const std::uint32_t* cellAt(const Shared& s, Float4 voxel, Float4& share) {
     const Float4 at = lower(higher(voxel + 1.0f, all(0.0f)), s.last_cell);
     const Int4 low = __builtin_convertvector(at, Int4);
@@ -89,7 +90,7 @@ MARCH_FN float opacityAt(const Shared& s, Float4 voxel) {
     return fetchOpacity(p, s.row, s.plane, share);
 }
 
-// `at` in nodes; the border's value beyond it.
+// `at` is in nodes. Outside the grid the border's value.
 MARCH_FN Float4 nodeAt(const NodeGrid& grid, const glm::vec4* table, Float4 at) {
     at = lower(higher(at, all(0.0f)), grid.last);
     Int4 low = __builtin_convertvector(at, Int4);
@@ -101,7 +102,7 @@ MARCH_FN Float4 nodeAt(const NodeGrid& grid, const glm::vec4* table, Float4 at) 
     return fetchNode(&node->x, 4 * grid.row, 4 * grid.plane, f);
 }
 
-// What a tool has moved the tissue at p by, m; only inside its box.
+// Displacement of the tissue at p by a tool, m. Zero outside the table's box.
 MARCH_FN Float4 toolMoved(const Shared& s, Float4 p) {
     const Float4 at = p * s.tool.scale + s.tool.offset;
     const Float4 outside = higher(-0.5f - at, at - s.tool.last - 0.5f);
@@ -109,7 +110,7 @@ MARCH_FN Float4 toolMoved(const Shared& s, Float4 p) {
     return nodeAt(s.tool, s.moved, at);
 }
 
-// A gradient of the tissue as it was, turned as the tool has turned the tissue.
+// Transforms a gradient of the undisplaced tissue as the tool has turned the tissue.
 MARCH_FN Float4 turnedByTool(const Shared& s, Float4 p, Float4 g) {
     const Float4 here = toolMoved(s, p);
     if (here[0] == 0.0f && here[1] == 0.0f && here[2] == 0.0f) return g;
@@ -123,7 +124,7 @@ MARCH_FN Float4 turnedByTool(const Shared& s, Float4 p, Float4 g) {
     return turned;
 }
 
-// Where a voxel of the deformed patient's grid came from, in voxels.
+// Reference position of a point of the deformed patient's grid, both in voxels.
 MARCH_FN Float4 referenceVoxel(const Shared& s, Float4 voxel) {
     Float4 p = s.grid_origin + voxel * s.spacing, moved = all(0.0f);
     if (s.moved) {
@@ -139,7 +140,7 @@ MARCH_FN Float4 referenceVoxel(const Shared& s, Float4 voxel) {
     return voxel + moved * s.per_spacing;
 }
 
-// Opacity per voxel edge of the finest spacing; a stored opacity of 255 is 1.
+// Gradient of the opacity per voxel edge of the finest spacing. A stored opacity of 255 is 1.
 MARCH_FN Float4 gradientAt(const Shared& s, Float4 v) {
     const float h = s.gradient_voxels;
     const Float4 x = {h, 0, 0, 0}, y = {0, h, 0, 0}, z = {0, 0, h, 0};
@@ -156,7 +157,7 @@ MARCH_FN Float4 floored(Float4 v) {
     return Float4{std::floor(v[0]), std::floor(v[1]), std::floor(v[2]), 0.0f};
 }
 
-// marks.glsl from here to surfaceAt().
+// From here to surfaceAt(): the same functions as in marks.glsl.
 MARCH_FN float hashed(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
     std::uint32_t h = x * 0x9e3779b1u + y * 0x85ebca77u + z * 0xc2b2ae3du;
     h = (h ^ (h >> 15)) * 0x2c1b3c6du;
@@ -243,7 +244,7 @@ MARCH_FN Float4 shade(const Shared& s, const Surface& skin, Float4 g, Float4 to_
     return mixed(skin.albedo * s.weak_light, full, surface);
 }
 
-// Parameter at which the ray leaves the cube of known-empty bricks around `brick`.
+// Ray parameter at which the ray leaves the cube of known-empty bricks around `brick`.
 MARCH_FN float leaveEmpty(const Ray& r, Float4 brick, float radius) {
     const Float4 low = (brick - (radius - 1.0f)) * kBrick - 0.5f, high = (brick + radius) * kBrick - 0.5f;
     return lowest3(higher((low - r.origin) * r.inverse, (high - r.origin) * r.inverse));
@@ -261,7 +262,8 @@ MARCH_FN void applyCuts(const Shared& s, const EyeRays& eye, Float4 direction, R
     }
 }
 
-// `at_x`, `at_y`: the ray's place, shares of the layer; `size`: how many pixels along an axis share it.
+// `at_x`, `at_y`: position of the ray as shares of the layer. `size`: pixels along an axis that share the
+// ray. Returns false if the ray misses the volume.
 MARCH_FN bool makeRay(const Shared& s, const EyeRays& eye, float at_x, float at_y, std::uint32_t size,
                       Ray& r) {
     const Float4 direction = eye.corner + eye.across * at_x + eye.down * at_y;
@@ -277,7 +279,7 @@ MARCH_FN bool makeRay(const Shared& s, const EyeRays& eye, float at_x, float at_
     r.face = -1;
     applyCuts(s, eye, direction, r);
     if (r.t_exit <= r.t_begin) return false;
-    // Where a pixel covers more than a step, the step is a pixel's.
+    // A step is at least as long as a pixel is wide.
     r.step_m = std::max(s.step_m, r.t_begin * eye.footprint * float(size));
     r.start = fraction(52.9829189f * fraction(std::floor(at_x * s.width) * 0.06711056f +
                                               std::floor(at_y * s.height) * 0.00583715f));
@@ -291,13 +293,14 @@ MARCH_FN Float4 softClip(Float4 c) {
 
 struct Marched {
     Float4 colour;  // premultiplied
-    float depth;    // m; 0 = nothing that hides
+    float depth;    // m; 0: no opaque surface
 };
 
-// `v` where the sample is seen, `voxel` where it comes from.
+// `v`: the sample in the deformed patient, `voxel`: its origin in the reference, both in voxels.
 MARCH_FN Float4 lightOf(const Shared& s, const Ray& r, Float4 v, Float4 voxel, Float4 albedo, bool cut) {
     if (cut)
-        return shade(s, {albedo, 0.0f}, -s.cut[std::size_t(r.face)], r.to_eye);  // lit as the plane it is
+        // A cut surface is lit as a plane.
+        return shade(s, {albedo, 0.0f}, -s.cut[std::size_t(r.face)], r.to_eye);
     Float4 slope = gradientAt(s, voxel);
     if (s.moved) slope = turnedByTool(s, s.grid_origin + v * s.spacing, slope);
     if (s.marks == 0 && s.mottle == 0.0f) return shade(s, {albedo, 0.0f}, slope, r.to_eye);
@@ -377,7 +380,7 @@ MARCH_FN Marched marchRay(const Shared& s, const Ray& r, Tally& tally) {
     return {colour, depth};
 }
 
-// How many pixels along either axis share a ray in the tile around a place.
+// Number of pixels along either axis that share a ray in the tile around a point.
 MARCH_FN std::uint32_t raySize(const Shared& s, const EyeRays& eye, float at_x, float at_y) {
     if (!s.foveate) return 1;
     const glm::vec4& t = eye.tangents;

@@ -1,4 +1,5 @@
-// The layer marched on the processor, between two submissions of a frame: depth comes down, colour goes up.
+// Marches the volume layer on the processor, between two submissions of a frame. The mesh depth is read
+// back from the GPU, and the layer is uploaded.
 #pragma once
 
 #include <algorithm>
@@ -17,16 +18,17 @@ class MarchLayer {
         : gpu_(&gpu), workers_(std::max(2, int(std::thread::hardware_concurrency()) - 1)) {}
 
     void reserve(vk::Extent2D target);
-    // At the end of the opaque pass: `depth` of the target's size, in `state` before and after.
+    // Records the read-back of `depth` at the end of the opaque pass. `depth` has the target's size and is
+    // in `state` before and after.
     void readDepth(const vk::raii::CommandBuffer&, const GpuImage& depth, const ImageState& state) const;
-    // When that is done.
+    // Call after the read-back has finished.
     gpu::Counters march(const gpu::FrameUniforms&, const gpu::LookUniforms&, const PatientVolume&,
                         const DeformedPatient&, const RenderSettings&);
     void upload(const vk::raii::CommandBuffer&, const VolumeLayer&, vk::Extent2D layer) const;
 
   private:
     const Gpu* gpu_;
-    Workers workers_;  // all but one core, where there are more than two: the other loops go on
+    Workers workers_;  // all but one core (at least two threads), to leave one for the other loops
     vk::Extent2D target_{};
     Buffer mesh_depth_, colour_, depth_;
 };

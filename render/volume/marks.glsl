@@ -1,4 +1,5 @@
-// The skin close by: mottled, with pores, and what the procedure leaves on it (Mark in scene.h).
+// Detail of the skin from close by: mottling, pores, and the marks that the procedure leaves (Mark in
+// scene.h).
 
 const vec3 kWound = vec3(0.10, 0.004, 0.006), kFlesh = vec3(0.42, 0.05, 0.04);
 const vec3 kFreshBlood = vec3(0.17, 0.003, 0.004), kStain = vec3(0.50, 0.21, 0.055);
@@ -8,7 +9,7 @@ const float kMarkDepth_m = 0.006;
 
 struct Surface {
     vec3 albedo;
-    float gloss;  // 0 as the look says, 1 wet
+    float gloss;  // 0: as the look says, 1: wet
 };
 
 float hashed(ivec3 cell) {
@@ -28,10 +29,12 @@ float noise(vec3 p) {
     return mix(mix(near.x, near.y, s.y), mix(near.z, near.w, s.y), s.z);
 }
 
-// A drawn circle looks printed: an edge that wavers by a fifth, over features of `size`.
+// Factor for a radius: the edge wavers by a fifth, over features of `size`. A perfect circle would look
+// printed.
 float wavering(vec3 p, float size) { return 1.0 + 0.4 * (noise(p / size) - 0.5); }
 
-// Seen along the skin's normal: the surface that is drawn lies a millimetre or two beside the one that was cut.
+// Measures distances along the skin, because the drawn surface lies a millimetre or two beside the surface
+// that was marked.
 void applyMark(inout Surface s, MarkUniforms mark, vec3 p, vec3 normal) {
     const vec3 off = p - mark.place.xyz, along = mark.shape.xyz;
     const float height = dot(off, normal);
@@ -47,7 +50,7 @@ void applyMark(inout Surface s, MarkUniforms mark, vec3 p, vec3 normal) {
         s.albedo = mix(s.albedo, kFlesh, 0.6 * (1.0 - smoothstep(size, 2.5 * size, reach)));
         s.albedo = mix(s.albedo, kWound, 1.0 - smoothstep(0.5 * size, size, reach));
     } else if (kind == kBlood) {
-        // It runs down: longer below the hole than above it.
+        // Blood runs down: the pool is longer below the hole than above it.
         const float below = dot(d, along);
         const float reach = length(d - along * max(below, 0.0) * 0.62) * wavering(p, 0.007);
         const float wet = 1.0 - smoothstep(0.82 * size, 0.96 * size, reach);

@@ -9,9 +9,10 @@ namespace stylet::render {
 namespace {
 
 constexpr std::int16_t kBodyHu = -300;
-constexpr double kBackShare = 0.02;  // of a coronal plane: less is noise, or the folds of a sheet
+// Share of a coronal plane that is body. Less is noise, or the folds of a sheet.
+constexpr double kBackShare = 0.02;
 
-// The lowest coronal plane that a body lies in.
+// Finds the lowest coronal plane that contains body.
 double backOf(const patient::Patient& patient) {
     const patient::CtVolume& ct = patient.package().ct;
     const patient::Index3 dims = ct.grid.dims;
@@ -34,7 +35,8 @@ PatientVolume::PatientVolume(const Gpu& gpu, const patient::Patient& patient, co
       patient_(&patient),
       deformed_(&deformed),
       back_m_(backOf(patient)),
-      workers_(std::max(2, int(std::thread::hardware_concurrency()) / 2)),  // the other loops go on
+      // Leaves cores for the other loops.
+      workers_(std::max(2, int(std::thread::hardware_concurrency()) / 2)),
       brick_buffer_(gpu, BrickGrid(patient.grid().dims).occupied.size() * sizeof(std::uint32_t),
                     vk::BufferUsageFlagBits::eStorageBuffer),
       breathed_(BrickGrid(patient.grid().dims)) {
@@ -63,7 +65,7 @@ void PatientVolume::classify(const LookStyle& look) {
 void PatientVolume::classifyOnHost(const std::function<void(int, int, std::byte*)>& planes) {
     const patient::Index3 dims = patient_->grid().dims;
     if (on_host_.dims() != dims) on_host_ = MarchVolume(dims);
-    constexpr int kSlab = 128;  // each begins with planes that the last one had too
+    constexpr int kSlab = 128;  // planes; each slab recomputes some planes of the last one
     std::vector<std::byte> slab(std::size_t(4 * kSlab) * std::size_t(dims.x) * std::size_t(dims.y));
     for (int z0 = 0; z0 < dims.z; z0 += kSlab) {
         const int z1 = std::min(z0 + kSlab, dims.z);

@@ -1,5 +1,5 @@
-// The patient as the march reads him, on the GPU or beside it: the classified volume of one look, and the
-// bricks one may leap over.
+// The patient as the march reads it, on the GPU or on the host: the classified volume of one look, and the
+// bricks that rays may leap over.
 #pragma once
 
 #include <functional>
@@ -16,22 +16,22 @@ namespace stylet::render {
 
 class PatientVolume {
   public:
-    // Who will march: what he does not read is not made.
+    // Where the march runs. Data for the other side is not created.
     enum class Reader : std::uint8_t { gpu, host };
-    // `deformed` is the same patient, of other voxels perhaps; both must outlive it.
+    // `deformed` is the same patient, perhaps at another resolution. Both must outlive this object.
     PatientVolume(const Gpu&, const patient::Patient&, const DeformedPatient& deformed, Reader);
 
-    // Classifies when look or reader are others than last time, and uploads for the GPU.
-    // True when classified() is another image than before.
+    // Classifies the volume if look or reader have changed, and uploads it for the GPU. Returns true if
+    // classified() is now another image.
     bool show(const LookStyle&, Reader);
-    void forgetLook() { shown_ = nullptr; }  // its contents have changed
-    // The bricks seen through breath and tool, when either or the look has changed. Once a frame.
+    void forgetLook() { shown_ = nullptr; }  // call when the look's contents have changed
+    // Updates the bricks if breath, tool or look have changed. Call once per frame.
     void follow();
 
     const patient::Patient& patient() const { return *patient_; }
     const GpuImage& classified() const {
         return hasImage() ? classified_ : deformed_->inside();
-    }  // host: anything
+    }  // with Reader::host: an image that is never read
     const MarchVolume& onHost() const { return on_host_; }
     std::span<const std::uint32_t> brickDistances() const { return leaps_; }
     const Buffer& bricks() const { return brick_buffer_; }

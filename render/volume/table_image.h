@@ -1,5 +1,5 @@
-// A small 3D texture of half floats that is written anew while frames go by: staging that stays, copied by
-// the frame's own commands.
+// A small 3D texture of half floats that can be rewritten every frame. Its staging buffer is permanent, and
+// the frame's own commands copy it.
 #pragma once
 
 #include <vector>
@@ -12,16 +12,16 @@
 
 namespace stylet::render {
 
-// Half floats: every device filters them, and 15 mm are held to 0.01 mm.
+// Half floats: every device can filter them, and 15 mm are accurate to 0.01 mm.
 inline constexpr vk::Format kTableFormat = vk::Format::eR16G16B16A16Sfloat;
 
 class TableImage {
   public:
     TableImage(const Gpu&, const patient::Index3& dims);
 
-    // x-fastest, as many as there are texels. Not while a frame is in flight.
+    // `table`: x-fastest, one entry per texel. Must not be called while a frame is in flight.
     void write(const std::vector<glm::vec4>& table, Workers&);
-    // First in a frame; nothing where nothing was written.
+    // Must come first in a frame. Does nothing if nothing was written.
     void recordUpload(const vk::raii::CommandBuffer&);
 
     const GpuImage& image() const { return image_; }  // SHADER_READ_ONLY after its first upload
@@ -35,7 +35,7 @@ class TableImage {
     bool stale_ = true;
 };
 
-// RGBA16F, rounded to nearest; F16C where the processor has it.
+// Converts to RGBA16F, rounded to nearest. Uses F16C where the processor has it.
 void packHalves(const glm::vec4* from, std::size_t count, std::uint64_t* to);
 
 }  // namespace stylet::render

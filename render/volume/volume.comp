@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The patient: direct volume rendering, front to back in linear light, of the classified volume (classified.h).
-// Based on Levoy, "Display of surfaces from volume data", 1988, and, for leaping over empty bricks, Deakin and Knoll,
-// "Efficient ray casting of volumetric images using distance maps for empty space skipping", 2020.
-// Samples lie on one lattice per ray, however much is skipped: a skip changes the work, never the picture.
+// Direct volume rendering of the patient: front to back, in linear light, from the classified volume
+// (classified.h). Based on Levoy, "Display of surfaces from volume data", 1988. Leaps over empty bricks:
+// Deakin and Knoll, "Efficient ray casting of volumetric images using distance maps for empty space
+// skipping", 2020. Samples lie on a fixed lattice per ray. A skip changes the work, never the picture.
 #include "render/bindings.glsl"
 #include "render/volume/deform.glsl"
 #include "render/lighting.glsl"
@@ -22,11 +22,11 @@ layout(constant_id = 8) const uint kTool = 0;
 layout(local_size_x = kTile, local_size_y = kTile) in;
 
 const float kBrick = 8.0;          // voxels, as in bricks.h
-const float kOpaque = 0.001;       // transmittance that cannot be seen: a quarter of an 8-bit step
+const float kOpaque = 0.001;       // invisible transmittance: a quarter of an 8-bit step
 const int kDone = 0x7fffffff;       // a position past every ray's end
-const int kFine = 4;               // sub-steps where the tissue is dense
-const float kDense = 0.30;         // optical depth of one step that asks for them
-const float kWeak = 0.06;          // share of the pixel a voxel must have for the light of its gradient
+const int kFine = 4;               // sub-steps per step where tissue is dense
+const float kDense = 0.30;         // optical depth of a step above which sub-steps are used
+const float kWeak = 0.06;          // least share of the pixel for which a sample is lit by its gradient
 const float kSurface = 0.15;       // opacity gradient per voxel that is lit as a full surface
 
 vec3 voxel_scale;                  // texture coordinates per voxel
@@ -40,7 +40,7 @@ vec3 voxelFromPatient(vec3 p) {
     return (reference - frame.grid_origin.xyz) / frame.grid_spacing.xyz;
 }
 
-// Central differences, opacity per voxel edge of the finest spacing.
+// Gradient by central differences: opacity per voxel edge of the finest spacing.
 vec3 gradient(vec3 v) {
     const float h = look.tint.w;
     const vec3 g = vec3(opacity(v + vec3(h, 0, 0)) - opacity(v - vec3(h, 0, 0)),
@@ -50,13 +50,14 @@ vec3 gradient(vec3 v) {
     return 0.5 / h * g * min(s.x, min(s.y, s.z)) / s;
 }
 
-// A sample that adds little, lit from everywhere alike.
+// Uniform light for a sample that contributes little.
 vec3 shadeWeak(vec3 albedo) { return albedo * (ambientLight(0.0) + 0.45 * kKeyColour * frame.key_patient.w); }
 
 vec3 shade(Surface skin, vec3 g, vec3 to_eye) {
     const float steepness = length(g);
     vec3 n = -g / max(steepness, 1e-6);
-    // Seen from within, a surface shows its other side; barely turned away, it is a silhouette and is bent back.
+    // A surface seen from behind shows its other side. A normal that points only slightly away belongs to a
+    // silhouette and is bent back.
     const float facing = dot(n, to_eye);
     if (facing < 0.0) n = facing < -0.4 ? -n : normalize(n - facing * to_eye);
     const vec3 l = frame.key_patient.xyz;
@@ -74,7 +75,7 @@ vec3 shade(Surface skin, vec3 g, vec3 to_eye) {
     return mix(shadeWeak(skin.albedo), full, surface);
 }
 
-// Parameter at which the ray leaves the cube of known-empty bricks around voxel v.
+// Ray parameter at which the ray leaves the cube of known-empty bricks around `brick`.
 float leaveEmpty(vec3 brick, float radius, vec3 origin, vec3 inverse) {
     const vec3 low = (brick - (radius - 1.0)) * kBrick - 0.5, high = (brick + radius) * kBrick - 0.5;
     const vec3 t = max((low - origin) * inverse, (high - origin) * inverse);
@@ -87,7 +88,7 @@ float meshDepth(ivec2 pixel, int eye) {
     return near * far / (near + d * (far - near));
 }
 
-// The part of the ray that the cuts leave. `face`: the plane through which it enters, or -1.
+// Clips the ray to what the cuts leave. `face`: index of the cut plane through which it enters, or -1.
 void applyCuts(vec3 eye_patient, vec3 direction, inout float t_begin, inout float t_exit, out int face) {
     face = -1;
     for (int i = 0; i < int(frame.layer.z); ++i) {
@@ -101,10 +102,10 @@ void applyCuts(vec3 eye_patient, vec3 direction, inout float t_begin, inout floa
 
 struct Marched {
     vec4 colour;  // premultiplied
-    float depth;  // m; 0 = nothing that hides
+    float depth;  // m; 0: no opaque surface
 };
 
-// `at`: the ray's place in the target, shares of it.
+// `at`: position of the ray as shares of the target.
 Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
     const EyeUniforms e = frame.eyes[eye];
     const vec3 direction = mat3(e.patient_from_eye) *
@@ -128,11 +129,11 @@ Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
 
     const float metres = length(direction);  // per unit of t
     const float finest = min(spacing.x, min(spacing.y, spacing.z));
-    // Where a pixel covers more than a step, the step is a pixel's.
+    // A step is at least as long as a pixel is wide.
     const float step_m = max(frame.grid_spacing.w * finest, frame.fovea.z * t_begin * max(footprint.x, footprint.y));
     const float step_t = step_m / metres;
     const float quarter = step_t / float(kFine), voxel_t = finest / metres;
-    // A start that differs from pixel to pixel turns the last bands into grain too fine to see.
+    // The start varies from pixel to pixel, which turns the remaining bands into grain too fine to see.
     const float offset = fract(52.9829189 * fract(dot(floor(at * frame.layer.xy), vec2(0.06711056, 0.00583715))));
     const float t_first = t_begin + offset * step_t;
     const float t_end = kDepthBounds != 0 ? min(t_exit, t_mesh + 0.5 * step_t) : t_exit;
@@ -145,8 +146,8 @@ Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
     uint samples = 0, leaps = 0;
     int fine_until = -1;
     int q = 0;  // position on the lattice, in quarter steps
-    // Two loops, because a SIMD machine that masks its branches pays for all of a loop's body: the inner one goes on,
-    // one fetch a sample, until a sample deserves the six of a gradient.
+    // Two loops, because a SIMD machine that masks its branches executes all of a loop's body. The inner
+    // loop needs one fetch per sample. It ends at a sample that deserves the six fetches of a gradient.
     while (q <= last) {
         vec3 voxel = vec3(0.0), albedo = vec3(0.0);
         float strong = 0.0, t = 0.0;
@@ -191,7 +192,7 @@ Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
             if (kEarlyTermination != 0 && transmittance < kOpaque) q = kDone;
         }
         if (strong > 0.0) {
-            // A cut is lit as the plane it is.
+            // A cut surface is lit as a plane.
             const bool cut = kCuts != 0 && face >= 0 && t - t_begin < 1.5 * step_t;
             vec3 slope = cut ? -frame.cuts[max(face, 0)].xyz : gradient(voxel);
             if (kTool != 0 && !cut) slope = turnedByTool(frame.grid_origin.xyz + (origin + ray * t) * spacing, slope);
@@ -212,7 +213,7 @@ Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
     return Marched(vec4(softClip(light / max(alpha, 1e-4)) * alpha, alpha), depth);
 }
 
-// How many pixels along either axis share a ray in this tile.
+// Number of pixels along either axis that share a ray in this tile.
 int raySize(int eye) {
     if (kFoveate == 0) return 1;
     const vec4 tangents = frame.eyes[eye].tangents;
@@ -225,7 +226,7 @@ void main() {
     const int eye = int(gl_WorkGroupID.z);
     const int size = raySize(eye), rays = kTile / size;
     const int index = int(gl_LocalInvocationIndex);
-    if (index >= rays * rays) return;  // whole subgroups leave, where pixels share rays
+    if (index >= rays * rays) return;  // where pixels share rays, whole subgroups return here
     const ivec2 low = ivec2(gl_WorkGroupID.xy) * kTile + ivec2(index % rays, index / rays) * size;
     const ivec2 extent = ivec2(frame.layer.xy);
     if (any(greaterThanEqual(low, extent))) return;

@@ -1,4 +1,4 @@
-// A few threads that live as long as their owner and share the jobs of one frame.
+// A small thread pool that lives as long as its owner and shares the jobs of one frame.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@ namespace stylet::render {
 
 class Workers {
   public:
-    // `threads` counts the caller of run(); 0: as many as the machine has.
+    // `threads` includes the caller of run(). 0: as many as the machine has.
     explicit Workers(int threads = 0);
     ~Workers();
     Workers(const Workers&) = delete;
@@ -20,8 +20,8 @@ class Workers {
 
     int threads() const { return int(helpers_.size()) + 1; }
 
-    // Calls work(job, thread) for every job in [0, jobs), thread in [0, threads()); returns when all are
-    // done. One caller at a time; work may not throw. Allocates nothing.
+    // Calls work(job, thread) for every job in [0, jobs), with thread in [0, threads()). Returns when all
+    // are done. One caller at a time. `work` must not throw. Allocates nothing.
     template <typename Work>
     void run(std::size_t jobs, const Work& work) {
         const auto call = [](const void* w, std::size_t job, int thread) {

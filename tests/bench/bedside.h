@@ -1,4 +1,4 @@
-// The patient on the table as somebody beside it sees him, and how far two pictures of him are apart.
+// Renders the patient on the table as seen by a user beside it, and measures the difference of two pictures.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ using Eyes = std::array<render::Image, 2>;
 
 inline constexpr std::uint32_t kTile = 64;
 inline constexpr double kPictureBound_db =
-    40.0;  // of the worst tile: grain gathers, and a mean over the picture hides it
+    40.0;  // of the worst tile: grain is local, and a mean over the picture hides it
 
 struct Bedside {
     render::Renderer& renderer;
@@ -22,7 +22,7 @@ struct Bedside {
     std::array<render::View, 2> eyes;
     std::uint32_t pixels = 256;
 
-    // Of five frames, where a time is asked for: what the GPU took, whole and for the volume alone.
+    // GPU times over five frames, if times are requested.
     struct Took {
         double whole_ms = 0.0, opaque_ms = 0.0, volume_ms = 0.0;
         render::RenderStats last;
@@ -30,12 +30,12 @@ struct Bedside {
     Eyes picture(const render::RenderSettings&, Took* = nullptr);
 };
 
-// From beside the table, bent over; nearer by what `distance_m` leaves of the 0.55 m.
+// The view from beside the table, leaning over it, at `distance_m`.
 Bedside bedside(render::Renderer&, const patient::Patient&, double distance_m = 0.55);
 
-patient::Package bedsidePatient();  // of 2 mm voxels
+patient::Package bedsidePatient();  // 2 mm voxels
 
-// Of the worse eye, dB. Equals have the number of one value in a million being off by one.
+// PSNR of the worse eye [dB]. Equal pictures get the value of one difference of 1 in a million values.
 struct Distance {
     double whole_db = 108.0, tile_db = 108.0;
 };

@@ -1,6 +1,6 @@
-// Speed against error. A bench is a function that appends rows; it registers itself under its name:
+// Speed against error. A bench is a function that appends rows. It registers itself under its name:
 //   const bench::Registration registration("haptics.sampling_step", run);
-// `stylet-bench [--only PREFIX] [--long] [--out FILE.json]` runs those whose name begins with PREFIX.
+// `stylet-bench [--only PREFIX] [--long] [--out FILE.json]` runs the benches whose name begins with PREFIX.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace stylet::bench {
 
-// One setting of one knob: what it costs and how far it is from its reference.
+// One setting of one knob: its run time and its error against the reference.
 struct Row {
     std::string name;
     std::string knob;  // with its unit
@@ -28,7 +28,7 @@ struct Registration {
     Registration(const char* name, Bench);
 };
 
-// --long: as long as a claim needs, where the usual form only shows that it works.
+// --long: run long enough to support a claim. The normal form only shows that the bench works.
 bool longForm();
 void setLongForm(bool);
 

@@ -1,17 +1,16 @@
-// The soak: attempts one after the other in one process, on the trainer's own virtual clock, each put
-// together as `stylet run --fast --trainee` does. Afterwards the process must be what it was: memory,
-// handles, threads, the time of a tick; and the attempts of the beginning, made again at the end, must end in
-// the same hashes.
+// The soak: runs attempts one after the other in one process on the trainer's own virtual clock. Each is
+// assembled as `stylet run --fast --trainee` does. Afterwards memory, handles, threads and the time of a tick
+// must be unchanged. The first attempts, repeated at the end, must give the same hashes.
 //
-// A round is every scenario once. On in all of it: sounds to a device that nobody hears, hints, alerts,
-// score, record, store, force truth, faults, an instructor's commands. Once a round, of another scenario each
-// time: the room in the mock runtime's headset, a frame every two virtual seconds of 96 x 96 pixels an eye,
-// recentred, lost and found again; an attempt again from a bookmark; the results' files and the record
-// replayed. Where there is a training centre, all attempts are sent to it and deleted there; once a round it
-// does not answer. So 1e8 ticks take a core some 35 minutes.
+// A round runs every scenario once. All attempts have sounds to a silent device, hints, alerts, score,
+// record, store, force truth, faults and instructor commands. Each of these happens once per round, in a
+// scenario that changes from round to round: the room in the mock runtime's headset, with a frame of 96 x 96
+// pixels per eye every two virtual seconds, recentred, lost and found again; a retry from a bookmark; result
+// files and a replay of the record. If there is a training centre, all attempts are sent to it and deleted
+// there; once per round it does not answer. 1e8 ticks take about 35 minutes on one core.
 //
-// Not on, as it has the clock on the wall or a person: the threads of an attempt in real time, devices,
-// controllers, the instructor's window and console, `--show`. Tests in real time have them.
+// Left out, because they need the wall clock or a person: the threads of a real-time attempt, devices,
+// controllers, the instructor's window and console, `--show`. Other tests cover them in real time.
 #pragma once
 
 #include <array>
@@ -24,42 +23,42 @@
 
 namespace stylet::soak {
 
-// A fault put into the soak itself, to see that it would be found. Each attempt adds to it.
+// A fault injected into the soak itself, to check that it is found. Each attempt adds to it.
 enum class Leak : std::uint8_t { none, memory, descriptor, thread, region, time, state };
 
 struct Settings {
-    std::uint64_t ticks = 1'000'000;  // at least: rounds are whole
+    std::uint64_t ticks = 1'000'000;  // minimum: rounds are always completed
     std::uint64_t seed = 1;
     double spacing_m = 0.003;      // of the reference patient
-    std::size_t scenarios = 100;   // of a round, from the first; all at most
-    std::filesystem::path folder;  // of the store; emptied attempt by attempt
-    bool pictures = false;         // the room in a headset, and the machines' screens: needs Vulkan, xrmock
-    double fps = 0.5;              // of them, a virtual second
+    std::size_t scenarios = 100;   // maximum number per round, from the first
+    std::filesystem::path folder;  // folder of the store; emptied after each attempt
+    bool pictures = false;         // the room in a headset and the equipment's screens; needs Vulkan, xrmock
+    double fps = 0.5;              // frames per virtual second
     std::string centre;            // PostgreSQL of a training centre; empty: nothing is sent
-    std::filesystem::path breath;  // a marker's track, breathed for longer than it is; empty: none
-    double most_slower = 1.5;      // the last ticks against the first, at the median, 90 and 99 %
-    std::chrono::milliseconds patience{20'000};  // for a thread that has said its last, and is on its way out
+    std::filesystem::path breath;  // recorded marker track, breathed longer than its length; empty: none
+    double most_slower = 1.5;      // limit of last over first tick times, at the median, 90 and 99 %
+    std::chrono::milliseconds patience{20'000};  // wait for threads that are about to end
     Leak leak = Leak::none;
     std::function<void(const std::string&)> say = [](const std::string&) {};
 };
 
-// What the process holds between two attempts.
+// Resources of the process between two attempts.
 struct Held {
-    std::uint64_t heap_bytes = 0;  // in use, by the allocator
+    std::uint64_t heap_bytes = 0;  // in use, according to the allocator
     std::uint64_t resident_bytes = 0;
-    int descriptors = 0, threads = 0, regions = 0;  // the last: of memory that are mapped
-    std::uint64_t headsets = 0;                     // made so far
-    std::uint64_t logged_bytes = 0;                 // on stderr so far, where that is a file
+    int descriptors = 0, threads = 0, regions = 0;  // regions: mapped memory regions
+    std::uint64_t headsets = 0;                     // created so far
+    std::uint64_t logged_bytes = 0;                 // written to stderr so far, if it is a file
 };
 // process_linux.cpp
-// First of all: else the most that each thread's arena ever had stays resident, and hides what grows.
+// Call first. Otherwise the peak size of each thread's arena stays resident and hides growth.
 void steadyHeap();
-Held heldNow(int threads, std::chrono::milliseconds patience);  // waits until no more than those run
-void mapNothing();                                              // some regions that nobody unmaps
-int openNothing();                                              // a descriptor that nobody closes
-double threadTime_us();                                         // of the processor, by the calling thread
+Held heldNow(int threads, std::chrono::milliseconds patience);  // waits until at most `threads` run
+void mapNothing();                                              // leaks some memory regions
+int openNothing();                                              // leaks a descriptor
+double threadTime_us();                                         // CPU time of the calling thread
 
-// Times of ticks, each with all that comes of it: device, force, session, score, record.
+// Times of ticks, each with all its processing: device, force, session, score, record.
 class Latency {
   public:
     void add(double us) noexcept {
@@ -73,35 +72,35 @@ class Latency {
 
   private:
     static constexpr double kBinsAMicrosecond = 50.0;
-    std::array<std::uint32_t, 50'000> bins_{};  // up to a millisecond
+    std::array<std::uint32_t, 50'000> bins_{};  // up to 1 ms
     std::uint64_t count_ = 0;
     double most_us_ = 0.0;
 };
 
-// What was done, so that nobody takes a soak of nothing for one.
+// Counts of what happened, to check that the soak exercised everything.
 struct Counts {
     std::uint64_t attempts = 0, ticks = 0, hits = 0, cuts = 0, wrong_cuts = 0, holds = 0, incisions = 0,
                   guided = 0, faults = 0, rearmed = 0, commands = 0, pulses = 0, bookmarks = 0, hints = 0,
                   alerts = 0, pictures = 0, frames = 0, headsets = 0, sounds = 0, retries = 0, sent = 0,
                   unsent = 0, recordings = 0, said = 0, replayed = 0, stored = 0;
-    std::array<std::uint64_t, 5> tools{};  // ticks with each in hand
+    std::array<std::uint64_t, 5> tools{};  // ticks per tool
     double contrast_ml = 0.0;
-    std::vector<std::string> insane;  // results that cannot be
+    std::vector<std::string> insane;  // impossible results
 };
 
 struct Result {
     Counts counts;
-    std::size_t rounds = 0, compared = 0;  // of the latter the first and the last are the same attempts
+    std::size_t rounds = 0, compared = 0;  // the last `compared` rounds repeat early ones
     std::vector<Held> held;                // after each round
-    std::vector<std::uint64_t> hashes;     // of each round
+    std::vector<std::uint64_t> hashes;     // one per round
     Latency first, last;                   // of the compared rounds
     double seconds = 0.0;
-    std::uint64_t state_hash = 0;  // of all
+    std::uint64_t state_hash = 0;  // over all rounds
 };
 // Throws patient::DataError.
 Result soak(const Settings&);
 
-// Nothing where all is well.
+// Returns the failed checks; empty if all passed.
 std::vector<std::string> complaintsOf(const Result&, const Settings&);
 std::string reportOf(const Result&);
 void writeJson(const Result&, const Settings&, const std::filesystem::path& file);

@@ -1,5 +1,5 @@
-// What eyes and ears are given while the soak runs: the room in the mock runtime's headset, the machines'
-// screens, hints and alerts, sounds through OpenAL to a device that throws them away. The trainer's own
+// Output to eyes and ears during the soak: the room in the mock runtime's headset, the screens of the
+// equipment, hints and alerts, sounds through OpenAL to a device that discards them. Uses the trainer's own
 // parts, opened and closed with each attempt as the trainer does.
 #pragma once
 
@@ -13,7 +13,8 @@
 
 namespace stylet::soak {
 
-// Before there are threads: what the headset's runtime and the sound's library are to be, in `folder`.
+// Configures the headset's runtime and the sound library with files in `folder`. Call before any thread
+// starts.
 void prepareSenses(const std::filesystem::path& folder, const patient::Patient&, const patient::PlannedPath&);
 
 class Senses {
@@ -22,8 +23,8 @@ class Senses {
         const trainer::Attempt& attempt;
         const patient::PlannedPath& path;
         training::Difficulty difficulty;
-        std::filesystem::path folder;  // of the attempt: pictures of its moments
-        double seen_fps = 0.0;         // with a headset on; 0: without
+        std::filesystem::path folder;  // the attempt's folder, for captured pictures
+        double seen_fps = 0.0;         // frame rate with a headset; 0: no headset
         std::function<void(const std::string&)> say;
     };
     // The counts must outlive it.
@@ -32,12 +33,12 @@ class Senses {
     Senses(const Senses&) = delete;
     Senses& operator=(const Senses&) = delete;
 
-    // After a tick; what is heard of it now and then, as the session's thread does.
+    // Called after each tick. hear() runs only every kHeardEvery ticks, as on the session's thread.
     bool wants(const haptics::TickOutput& now) const { return now.tick % kHeardEvery == 0; }
     void hear(const trainer::Seen&);
-    // For runFast(); it must not outlive this. `drawn` is told of each frame.
+    // For runFast(); must not outlive this object. Calls `drawn` after each frame.
     trainer::Pictures pictures(std::function<void()> drawn);
-    // Frames a virtual second.
+    // Frames per virtual second.
     double fps() const;
 
   private:

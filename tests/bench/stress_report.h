@@ -29,7 +29,7 @@ Tally tally(const std::vector<Judged>&, HandKind);
 
 void printTable(const std::vector<Judged>& off, const std::vector<Judged>& on, const std::vector<StillHand>&);
 void printFailures(const std::vector<Judged>&, int most);
-// Throws std::runtime_error when it cannot be written.
+// Throws std::runtime_error if the file cannot be written.
 void writeJson(const std::vector<Judged>& off, const std::vector<Judged>& on, const std::vector<StillHand>&,
                const std::string& path);
 

@@ -1,4 +1,4 @@
-// What stylet-attempt-writer stores of a tick, for who checks it afterwards.
+// The data that stylet-attempt-writer stores for a tick, so that tests can check it afterwards.
 #pragma once
 
 #include <cstdint>

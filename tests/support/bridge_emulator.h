@@ -1,5 +1,5 @@
-// The other end of haptics/devices/bridge/README.md, written from that page alone: it shares no header with
-// the driver, and its checksum is zlib's. Faults are put in on purpose.
+// Emulates a bridge, the driver's peer in haptics/devices/bridge/README.md. Written from that page alone: it
+// shares no header with the driver and uses zlib's checksum. It can inject faults.
 #pragma once
 
 #include <array>
@@ -20,14 +20,14 @@ enum class BridgeFault {
     none,
     drop,       // answers are not sent
     duplicate,  // sent twice
-    corrupt,    // one bit is turned over
+    corrupt,    // one bit is flipped
     stall,      // withheld, then sent all at once
     hangUp,     // half a frame, then the connection is closed
     notFinite,  // a NaN with a good checksum
     farAway,    // a position outside every room
     notAUnit,   // a quaternion of length 2
     future,     // the bridge's clock jumps a second ahead
-    past,       // a second back
+    past,       // the bridge's clock jumps a second back
     frozen,     // the device gives no new sample
     tooLong,    // a length of 65,535
     version,    // version 2
@@ -42,37 +42,38 @@ struct BridgeScript {
     std::int64_t stall_ns = 0;
     std::uint32_t seed = 1;
     std::array<double, 3> position_m{0.0, 0.0, 0.1};
-    double stroke_m = 0.0, period_s = 1.0;  // it goes down z by the stroke and back
+    double stroke_m = 0.0, period_s = 1.0;  // the stylus moves down z by the stroke and back
     double force_peak_n = 3.3;
     double workspace_radius_m = 0.08;
     std::string name = "emulated Touch";
-    // The clock of BridgeServer, where a test steps it: a faulty answer costs the driver its whole wait.
+    // Clock of BridgeServer if a test steps it; a faulty answer then advances it by the driver's whole wait.
     // Null: CLOCK_MONOTONIC.
     std::atomic<std::int64_t>* time_ns = nullptr;
-    bool time_of_forces = false;  // the clock is the time in the newest force: for another process
+    bool time_of_forces = false;  // use the time in the newest force as clock (driver in another process)
 };
 
 // Bytes and times in, bytes out.
 class BridgeEmulator {
   public:
     explicit BridgeEmulator(const BridgeScript& script) : script_(script), noise_(script.seed) {}
-    // Takes what the driver sent, appends what to answer. False: close the connection after that.
+    // Processes bytes from the driver and appends the answer to `out`. False: close the connection after
+    // that.
     bool receive(std::span<const std::uint8_t> bytes, std::int64_t now_ns, std::vector<std::uint8_t>& out);
-    // Appends withheld answers whose time has come.
+    // Appends withheld answers that are due.
     void release(std::int64_t now_ns, std::vector<std::uint8_t>& out);
 
-    // The stylus from now on, in place of the script's way: position, and w x y z of how it is turned.
+    // Sets the stylus pose from now on, instead of the script's motion: position, and quaternion w x y z.
     void place(const std::array<double, 7>& device_from_stylus) { placed_ = device_from_stylus; }
-    // The hand: what it adds to the script's position, and presses.
+    // Sets the hand's offset from the script's position, and the pressed buttons.
     void hold(double out_m, std::uint32_t buttons) { out_m_ = out_m, buttons_ = buttons; }
 
-    // What the motors do: zero after 15 ms without a force, and then until a zero has come.
+    // Force of the motors. Zero after 15 ms without a force message, and until a zero force has then arrived.
     std::array<double, 3> motors_n(std::int64_t now_ns);
-    double asked_n() const;  // size of the last force that came
+    double asked_n() const;  // magnitude of the last force received
     std::uint64_t answered() const { return answered_; }
     std::int64_t fault_began_ns() const { return fault_began_ns_; }  // 0: not yet
-    std::uint64_t faulty() const { return faulty_; }                 // answers so far that were
-    const std::string& complaint() const { return complaint_; }      // about the driver's bytes
+    std::uint64_t faulty() const { return faulty_; }                 // faulty answers so far
+    const std::string& complaint() const { return complaint_; }      // error in the driver's bytes
     bool byed() const { return byed_; }
 
   private:
@@ -99,8 +100,8 @@ class BridgeEmulator {
 
 std::int64_t monotonicNow_ns();
 
-// The same on a UNIX socket, on a thread of its own; one connection after the other, each with the script
-// from its start.
+// BridgeEmulator on a UNIX socket, on its own thread. Serves one connection at a time and restarts the script
+// for each.
 class BridgeServer {
   public:
     BridgeServer(const std::string& path, const BridgeScript&);
@@ -108,18 +109,17 @@ class BridgeServer {
     BridgeServer(const BridgeServer&) = delete;
     BridgeServer& operator=(const BridgeServer&) = delete;
 
-    // The hand, from now on: so far along +z from the script's position, with these buttons pressed.
+    // From now on the hand is `out_m` along +z from the script's position, with these buttons pressed.
     void hold(double out_m, std::uint32_t buttons = 0) { out_m_.store(out_m), buttons_.store(buttons); }
-    // The stylus goes where this says for a time of CLOCK_MONOTONIC, from now on; called on the server's
-    // thread.
+    // From now on `way` gives the stylus pose for a time of CLOCK_MONOTONIC. Called on the server's thread.
     using Way = std::function<std::array<double, 7>(std::int64_t now_ns)>;
     void follow(Way way) {
         const std::lock_guard lock(way_mutex_);
         way_ = std::move(way);
     }
     std::int64_t fault_began_ns() const { return fault_began_ns_.load(); }
-    double motor_n() const { return motor_n_.load(); }  // size of the motors' force
-    double asked_n() const { return asked_n_.load(); }  // of the last force that came, even if long ago
+    double motor_n() const { return motor_n_.load(); }  // magnitude of the motors' force
+    double asked_n() const { return asked_n_.load(); }  // magnitude of the last force received, however old
     int connections() const { return connections_.load(); }
     std::uint64_t answered() const { return answered_.load(); }  // over all connections
     bool byed() const { return byed_.load(); }

@@ -1,5 +1,5 @@
-// A vendor's SDK as bridge/server.h wants it, without a vendor: a servo thread at 1 kHz that moves the stylus
-// on a circle of 20 mm once a second, whatever the force. Or without that thread: then the test calls tick().
+// Simulates a vendor's SDK behind the interface of bridge/server.h. A servo thread at 1 kHz moves the stylus
+// on a circle of 20 mm once a second and ignores the force. Without that thread the test calls tick().
 #pragma once
 
 #include <atomic>
@@ -23,9 +23,9 @@ class SimulatedSdk final : public haptics::bridge::Sdk {
     bool running() const { return running_.load(); }
     double motor_n() const { return motor_n_.load(); }
     std::uint64_t ticks() const { return ticks_.load(); }
-    std::int64_t last_force_ns() const { return last_force_ns_.load(); }  // when the motors last had one
+    std::int64_t last_force_ns() const { return last_force_ns_.load(); }  // time of the motors' last force
     void unplug() { unplugged_.store(true); }
-    std::atomic<bool> missing{false};  // set before serve(): open() fails
+    std::atomic<bool> missing{false};  // if set before serve(), open() fails
 
   private:
     void run();

@@ -15,30 +15,30 @@ namespace stylet::test {
 
 class Browser {
   public:
-    Browser();  // throws std::runtime_error when it does not start
+    Browser();  // throws std::runtime_error if it does not start
     ~Browser();
     Browser(const Browser&) = delete;
     Browser& operator=(const Browser&) = delete;
 
-    // Shows a file in a window that wide and waits until it is loaded and drawn.
+    // Opens a file in a window of this size and waits until it is loaded and drawn.
     void open(const std::filesystem::path& html, int width, int height, bool scripts = true);
-    // The value of an expression in the page. Throws std::runtime_error when it throws.
+    // Evaluates an expression in the page. Throws std::runtime_error if the expression throws.
     nlohmann::json evaluate(const std::string& expression);
-    // A key pressed and released: "Tab", "Enter", "ArrowDown".
+    // Presses and releases a key: "Tab", "Enter", "ArrowDown".
     void press(const std::string& key, int code);
-    // All of the page as a PNG.
+    // Writes the whole page as a PNG.
     void screenshot(const std::filesystem::path& png);
-    // Role and name of what assistive technology is told of.
+    // Role and name of an element in the accessibility tree.
     struct Accessible {
         std::string role, name;
     };
     std::vector<Accessible> accessibles();
 
-    // Since open(): messages of console and log, uncaught exceptions; every address asked for.
+    // Since open(): console and log messages and uncaught exceptions; all requested URLs.
     const std::vector<std::string>& complaints() const { return complaints_; }
     const std::vector<std::string>& requests() const { return requests_; }
 
-    // Any method of the protocol, in the page.
+    // Calls any DevTools method on the page.
     nlohmann::json ask(const std::string& method,
                        const nlohmann::json& parameters = nlohmann::json::object());
 

@@ -1,4 +1,4 @@
-// Numbers that many tests need.
+// Constants that many tests need.
 #pragma once
 
 #include <cstdint>
@@ -6,9 +6,9 @@
 
 namespace stylet::test {
 
-inline constexpr double kDt_s = 0.001;  // a tick of the haptics
+inline constexpr double kDt_s = 0.001;  // haptics tick
 inline constexpr std::int64_t kTick_ns = 1'000'000;
-inline constexpr std::int64_t kMs = 1'000'000;  // of a clock in nanoseconds
+inline constexpr std::int64_t kMs = 1'000'000;  // one millisecond [ns]
 inline constexpr double kMm = 0.001;
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 

@@ -5,6 +5,6 @@
 
 namespace stylet::test {
 
-std::uint64_t allocations() noexcept;  // of all threads, so far
+std::uint64_t allocations() noexcept;  // number so far, over all threads
 
 }  // namespace stylet::test

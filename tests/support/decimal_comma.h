@@ -1,4 +1,4 @@
-// A country whose numbers have a decimal comma, switched on in a program by rough_surroundings.cpp.
+// A locale with a decimal comma. rough_surroundings.cpp activates it in a program under test.
 #pragma once
 
 #include <cstdlib>
@@ -8,8 +8,8 @@
 
 namespace stylet::test {
 
-// The variables that do it; none where this machine's localedef knows no such country. Its files go to
-// `folder`.
+// Returns the environment variables that activate it, or none if this machine's localedef cannot create the
+// locale. Writes the locale's files to `folder`.
 inline std::map<std::string, std::string> decimalComma(const std::filesystem::path& folder,
                                                        const std::string& rough_surroundings) {
     std::filesystem::create_directories(folder);

@@ -1,6 +1,6 @@
-// A Novint Falcon byte by byte, as far as its cable: the FTDI chip's requests and pipes, the firmware's
-// loader, the running firmware, and what a hand may do to it. Written from the description of the protocol;
-// it shares nothing with the driver.
+// Emulates a Novint Falcon byte by byte: the FTDI chip's requests and pipes, the firmware loader, the running
+// firmware, and the hand on the device. Written from the description of the protocol; it shares no code with
+// the driver.
 #pragma once
 
 #include <array>
@@ -13,17 +13,17 @@ namespace stylet::test {
 
 class FalconEmulator {
   public:
-    // Faults: each stands until it is used up or taken back.
+    // Faults. Each lasts until its count is used up or the test resets it.
     struct Faults {
         bool unplugged = false;
-        bool deaf = false;    // takes no OUT data: the pipe is never ready
-        bool mute = false;    // the IN pipe answers nothing, not even status
-        bool silent = false;  // the chip tells its status, the firmware does not reply
-        int drop = 0;         // replies that vanish
-        int repeat = 0;       // replies that come twice
+        bool deaf = false;    // accepts no OUT data: the pipe is never ready
+        bool mute = false;    // the IN pipe returns nothing, not even status
+        bool silent = false;  // the chip returns its status, the firmware does not reply
+        int drop = 0;         // replies that are lost
+        int repeat = 0;       // replies that are sent twice
         int cut = 0;          // replies that lose their fifth byte
-        int late = 0;         // replies that come with the next command
-        int xor_count = 0;    // replies of which byte `xor_byte` is changed
+        int late = 0;         // replies that are sent with the next command
+        int xor_count = 0;    // replies in which byte `xor_byte` is changed
         int xor_byte = 0;
         std::uint8_t xor_mask = 0;
         int unplug_after_bytes = -1;  // in the middle of a write
@@ -33,15 +33,15 @@ class FalconEmulator {
 
     explicit FalconEmulator(bool has_firmware) : running_(has_firmware) {}
 
-    // The cable. Time in ns; only told, never read.
+    // The cable. The caller passes the time [ns]; the emulator has no clock.
     void control(std::uint8_t request, std::uint16_t value);
     void bulkOut(std::span<const std::uint8_t> bytes, std::int64_t t_ns);
-    // What an IN transfer of 64 bytes returns now: two status bytes and what there is.
+    // Returns the bytes of an IN transfer of up to 64 bytes: two status bytes and the pending data.
     std::vector<std::uint8_t> bulkIn();
     bool hasData() const { return !to_host_.empty(); }
     int latencyMs() const { return latency_ms_; }
 
-    // The hand and the eye.
+    // The hand on the device, and its visible state.
     void holdAt(const std::array<int, 3>& counts) { counts_ = counts; }
     void home() { homed_ = homing_ ? 7 : homed_; }
     void powerCycle();
@@ -51,9 +51,9 @@ class FalconEmulator {
     bool pushes() const { return motors_[0] != 0 || motors_[1] != 0 || motors_[2] != 0; }
     bool hasFirmware() const { return running_; }
     const std::vector<std::uint8_t>& image() const { return image_; }
-    std::size_t image_bytes = 7914;  // it runs once it has as many
-    int packets = 0;                 // whole ones from the host
-    int bad_packets = 0;             // what was none
+    std::size_t image_bytes = 7914;  // the firmware runs once it has received this many bytes
+    int packets = 0;                 // complete packets from the host
+    int bad_packets = 0;             // malformed packets
     int leds() const { return leds_; }
 
     Faults faults;

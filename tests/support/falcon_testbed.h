@@ -1,5 +1,5 @@
-// A USB bus that exists only for programs under umockdev's preload library, with a Falcon to plug in and out:
-// the kernel's usbfs requests on one side, the emulator's bytes on the other.
+// A mock USB bus for programs under umockdev's preload library, with a Falcon that can be plugged in and out.
+// Translates the kernel's usbfs requests to the bytes of FalconEmulator.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace stylet::test {
 
 class FalconTestbed {
   public:
-    // Whether the preload library is there; without it nothing here works.
+    // True if the preload library is loaded, which this class needs.
     static bool works();
 
     explicit FalconTestbed(bool has_firmware);
@@ -28,7 +28,7 @@ class FalconTestbed {
 
     void plugIn();
     void plugOut();
-    // The emulator, with the requests held off.
+    // Calls `call` with the emulator while no request is handled.
     template <typename Call>
     auto with(const Call& call) {
         const std::lock_guard lock(mutex_);
@@ -50,7 +50,7 @@ class FalconTestbed {
     std::map<std::uint64_t, std::unique_ptr<Urb>> urbs_;  // by the client's address
     std::uint64_t submitted_ = 0;
     bool plugged_ = false;
-    int devices_ = 3;  // each gets a number of its own
+    int devices_ = 3;  // number of the newest device; each plugIn() uses the next
 };
 
 }  // namespace stylet::test

@@ -1,4 +1,4 @@
-// What a file holds.
+// Reads a file into a string.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace stylet::test {
 
-// Every byte of it; empty where there is no such file.
+// Returns every byte of the file, or an empty string if there is none.
 inline std::string textOf(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};

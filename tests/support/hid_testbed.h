@@ -1,5 +1,5 @@
-// HID devices that are not there: umockdev makes their sysfs entries and device nodes, and the test holds the
-// other end of each node. Programs that use it run under umockdev-wrapper.
+// Emulated HID devices. umockdev creates their sysfs entries and device nodes; the test has the other end of
+// each node. Run programs that use it under umockdev-wrapper.
 #pragma once
 
 #include <chrono>
@@ -19,24 +19,24 @@ struct HidIdentity {
 
 bool underUmockdev();
 
-// A device plugged in; unplugged when it goes out of scope. One report is one write: the node is a terminal
-// in raw mode, so the next is sent only when the driver has taken the last.
+// A connected device; the destructor unplugs it. One report is one write: the node is a terminal in raw mode,
+// so a report is sent only after the driver has read the one before.
 class HidNode {
   public:
-    // `read_here`: the driver reads on the thread that sends. Then send() returns once the report waits
-    // there.
+    // `read_here`: the driver reads on the thread that calls send(). send() then returns as soon as the
+    // report can be read.
     explicit HidNode(const HidIdentity&, bool read_here = false);
     ~HidNode();
     HidNode(const HidNode&) = delete;
     HidNode& operator=(const HidNode&) = delete;
 
-    const std::string& path() const { return path_; }  // "/dev/hidraw0", the next number for the next
-    // False when the driver does not take what was sent before within a second, or when it is unplugged.
+    const std::string& path() const { return path_; }  // "/dev/hidraw0"; counts up with each device
+    // False if the driver does not read the previous report within a second, or if the device is unplugged.
     bool send(std::span<const unsigned char> report);
-    // The next `bytes` of what the driver wrote, nothing within `timeout_ms`.
+    // Returns the next `bytes` bytes that the driver wrote, or nothing if they do not arrive in `timeout_ms`.
     std::optional<std::vector<unsigned char>> receive(std::size_t bytes, int timeout_ms);
     int waiting() const;  // bytes that the driver has not read yet
-    // The driver's next write blocks, as it does while a device does not answer on its bus.
+    // Makes the driver's next write block, as if the device did not answer on its bus.
     void block();
     void unplug();
 
@@ -47,7 +47,7 @@ class HidNode {
     std::string path_;
     std::vector<std::string> sys_paths_;
     const bool read_here_;
-    int far_ = -1, near_ = -1;  // the test's end, the driver's end looked into
+    int far_ = -1, near_ = -1;  // the test's end; the driver's end, for checking what it has not read
     std::vector<unsigned char> pending_;
     std::chrono::steady_clock::time_point delivered_{};
 };

@@ -1,5 +1,5 @@
-// Haply's Inverse Service as its documentation describes it: a WebSocket (RFC 6455) on a loopback port,
-// written down to the bytes without any library, and GET /version beside it. Faults are put in on purpose.
+// Emulates Haply's Inverse Service as its documentation describes it: a WebSocket (RFC 6455) on a loopback
+// port, implemented without any library, and GET /version. It can inject faults.
 #pragma once
 
 #include <array>
@@ -17,11 +17,11 @@ enum class Inverse3Fault {
     none,
     drop,        // messages are not answered
     duplicate,   // answered twice
-    stall,       // answered late, all at once
+    stall,       // answers are withheld, then sent all at once
     cut,         // half of a WebSocket frame, then the connection is reset
     close,       // a close frame
     brokenJson,  // a message that ends early
-    flipped,     // one bit of the text turned over
+    flipped,     // one bit of the text flipped
     notFinite,   // NaN
     huge,        // 1e999
     farAway,     // a position outside every room
@@ -31,15 +31,15 @@ enum class Inverse3Fault {
     deep,       // a hundred thousand brackets
     big,        // a message of 300 KiB
     binary,     // a binary message
-    masked,     // a frame as only clients may send
-    unplugged,  // the device is in the list no more
+    masked,     // a masked frame, which only clients may send
+    unplugged,  // the device is no longer in the list
     otherDevice,
     uncalibrated,
     noPower,
     gripGone,
     pings,      // control frames before the answer
     fragments,  // the answer in pieces of 100 bytes
-    flood,      // good answers without end, until the driver hangs up
+    flood,      // endless valid answers, until the driver hangs up
 };
 inline constexpr int kInverse3FaultCount = int(Inverse3Fault::flood) + 1;
 
@@ -47,11 +47,11 @@ struct Inverse3Script {
     Inverse3Fault fault = Inverse3Fault::none;
     std::uint64_t from_answer = 0, answers = 1'000'000'000;
     int stall_ms = 1000;
-    // The driver's clock, where a test steps it: faults last in its time, and a lost answer costs the driver
-    // its whole wait. Null: the machine's time.
+    // The driver's clock if a test steps it. Faults last in its time, and a lost answer advances it by the
+    // driver's whole wait. Null: the machine's time.
     std::atomic<std::int64_t>* time_ns = nullptr;
     std::string version = "3.5.0.0";  // empty: GET /version is not found
-    bool data_envelope = false;       // 3.5 wraps what GET answers
+    bool data_envelope = false;       // wrap the answer to GET, as version 3.5 does
     std::string device_id = "049D";
     bool device = true, grip = true;
     std::array<double, 3> cursor_m{0.01, -0.12, 0.15};
@@ -66,14 +66,14 @@ class Inverse3Emulator {
     Inverse3Emulator& operator=(const Inverse3Emulator&) = delete;
 
     unsigned short port() const { return port_; }
-    // The hand, from now on: so far toward the user (-y) from the script's place.
+    // From now on the hand is `out_m` toward the user (-y) from the script's position.
     void hold(double out_m) { out_m_.store(out_m); }
-    // The last force commanded in the spelling that this version wants; NaN before the first.
+    // The last force commanded in this version's message format; NaN before the first.
     std::array<double, 3> force_n() const;
     std::uint64_t answered() const { return answered_.load(); }
     std::int64_t fault_began_ns() const { return fault_began_ns_.load(); }
     int connections() const { return connections_.load(); }
-    std::string complaint() const;  // about the driver's bytes
+    std::string complaint() const;  // error in the driver's bytes
 
   private:
     std::int64_t now_ns() const;
@@ -102,7 +102,7 @@ class Inverse3Emulator {
     std::thread thread_;
 };
 
-// The two pieces of RFC 6455 that its text gives examples of.
+// The two functions of RFC 6455 for which its text has examples.
 std::string webSocketAccept(const std::string& key);
 std::vector<std::uint8_t> unmask(std::span<const std::uint8_t> frame);  // payload of a short client frame
 

@@ -1,4 +1,4 @@
-// The control socket of the mock runtime (xr/mock/SCENARIO.md), from outside the application.
+// Client of the mock runtime's control socket (xr/mock/SCENARIO.md), for use outside the application.
 #pragma once
 
 #include <sys/socket.h>
@@ -16,7 +16,7 @@ namespace stylet::test {
 
 class MockControl {
   public:
-    // Waits for the runtime to listen. Throws std::runtime_error after `patience`.
+    // Waits until the runtime listens. Throws std::runtime_error after `patience`.
     explicit MockControl(const std::string& path, std::chrono::seconds patience = std::chrono::seconds(60)) {
         sockaddr_un address{};
         address.sun_family = AF_UNIX;
@@ -35,8 +35,8 @@ class MockControl {
     MockControl(const MockControl&) = delete;
     MockControl& operator=(const MockControl&) = delete;
 
-    // The reply, once the application has come by. Throws std::runtime_error when it is refused or nobody is
-    // there any more.
+    // Sends a request and waits until the application handles it. Returns the reply. Throws
+    // std::runtime_error if the request is refused or the connection is closed.
     nlohmann::json ask(const nlohmann::json& request) {
         const std::string line = request.dump() + "\n";
         for (std::size_t sent = 0; sent < line.size();) {

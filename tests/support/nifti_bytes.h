@@ -1,4 +1,4 @@
-// NIfTI files as bytes, good ones to start from and then to spoil. Offsets are those of nifti1.h.
+// Valid NIfTI files as bytes, for tests to corrupt. Offsets are those of nifti1.h.
 #pragma once
 
 #include <bit>

@@ -11,17 +11,17 @@ namespace stylet::test {
 // The shipped force table and thresholds (assets/tissue/ptcd.toml, found through STYLET_ASSETS).
 const patient::TissueDefaults& tissueDefaults();
 
-// One label a tissue but air, in the table's order: id 1 = skin ... id 7 = duct, with the roles of the force
-// table.
+// One label per tissue except air, in the table's order: id 1 = skin ... id 7 = duct, with the roles of the
+// force table.
 const std::vector<patient::Label>& tissueLabels();
 
 inline constexpr double kSlabAirMargin_m = 0.020;
 inline constexpr double kSlabHalfWidth_m = 0.020;
 
-// Layers along +x: the first begins exactly at x = 0, air lies in front of it, the last ends the grid.
-// Thicknesses are whole multiples of the spacing; y and z run over +-kSlabHalfWidth_m in voxels of at least 1
-// mm. Air layers are unlabelled. `labelled` = false leaves CT values only, from which thresholds tell air,
-// skin, soft and bone. The patient does not breathe.
+// Layers along +x. The first begins exactly at x = 0 with air in front of it; the last ends at the end of the
+// grid. Thicknesses must be whole multiples of the spacing. y and z run over +-kSlabHalfWidth_m in voxels of
+// at least 1 mm. Air layers are unlabelled. With `labelled` = false there are only CT values, from which
+// thresholds distinguish air, skin, soft tissue and bone. The patient does not breathe.
 patient::Package makeSlabs(const std::vector<std::pair<patient::Tissue, double>>& layers_m, double spacing_m,
                            bool labelled = true);
 

@@ -1,4 +1,4 @@
-// A PostgreSQL of the test's own: in a temporary folder, on a socket in it, with no port and no password.
+// A private PostgreSQL server in a temporary folder. It listens on a socket there, without port or password.
 #pragma once
 
 #include <string>
@@ -10,13 +10,13 @@ namespace stylet::test {
 class Postgres {
   public:
     static bool isInstalled();
-    Postgres();  // made and started; throws std::runtime_error where the server's programs are missing
+    Postgres();  // creates and starts it; throws std::runtime_error if the server's programs are missing
     ~Postgres();
     Postgres(const Postgres&) = delete;
     Postgres& operator=(const Postgres&) = delete;
 
     void start();
-    void stop();  // at once: whoever is connected is thrown out, as after a crash
+    void stop();  // at once: all clients are disconnected, as after a crash
     std::string url() const;
 
   private:

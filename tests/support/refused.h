@@ -1,4 +1,4 @@
-// "This loader refuses that, naming the file, the field and a reason."
+// Expects that a loader throws patient::DataError that names the file and the field.
 #pragma once
 
 #include <gtest/gtest.h>

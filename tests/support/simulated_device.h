@@ -1,9 +1,10 @@
-// A device and the hand on it, as physics: what the force does to them comes back as motion. For rehearsing
-// without hardware and for the stability campaign (tests/bench/stress_case.h, stress_run.h).
+// Physical model of a device and the hand on it: a force moves them, and the device reports the motion. Used
+// to test without hardware and by the stability campaign (tests/bench/stress_case.h, stress_run.h).
 //
 //   m a = F_motor + w + k (x_want - x) + b_hand (v_want - v) - b_phys v - f_c v/|v|
 //
-// One body in translation; the rotation is the wanted one (a hand turns a stylus whatever three motors do).
+// One translating body. The rotation is the intended one, because three motors cannot turn the stylus against
+// the hand.
 #pragma once
 
 #include <array>
@@ -19,44 +20,44 @@ using haptics::DeviceState;
 using haptics::Trace;
 using haptics::Vec3;
 
-// The hand between its intention and the grip: it adds mass, and a spring and damper to where it wants to be.
+// The hand on the grip: it adds mass, and a spring and damper to the intended position.
 struct HandModel {
     double mass_kg = 0.0, damping_n_s_per_m = 0.0, stiffness_n_per_m = 0.0;
 };
-// The ends of the range in shared use for haptic stability (model, section 4).
+// Ends of the commonly used range for haptic stability (model, section 4).
 inline constexpr HandModel kNoHand{}, kLightHand{0.2, 2.0, 100.0}, kFirmHand{0.2, 10.0, 500.0};
 
 struct SimulatedBody {
-    double mass_kg = 0.1;  // of the device, at the tip
+    double mass_kg = 0.1;  // effective device mass at the tip
     double damping_n_s_per_m = 0.005;
     double friction_n = 0.0;
     double resolution_m = 0.0;  // encoders read whole multiples of it along each axis; 0: exact
     HandModel hand{};
-    double let_go_s = std::numeric_limits<double>::infinity();  // from then on there is no hand
+    double let_go_s = std::numeric_limits<double>::infinity();  // the hand lets go at this time
     double delay_s = 0.0;        // from send() to the motor; at most kMaxWaiting sends
-    double jitter_s = 0.0;       // reads are late by up to so much, evenly; less than the tick
-    Vec3 weight_n{0.0};          // what the device's balance leaves
-    Vec3 velocity_m_per_s{0.0};  // at the begin
+    double jitter_s = 0.0;       // reads are late by up to this, evenly distributed; less than the tick
+    Vec3 weight_n{0.0};          // weight that the device does not balance
+    Vec3 velocity_m_per_s{0.0};  // initial velocity
     std::uint64_t seed = 0;      // of the jitter
 };
-// What is unknown of a device is taken for the worst of the Phantom class: lightest, least damped, without
-// friction and with the coarsest encoder.
+// Unknown properties of a device are set to the worst of the Phantom class: lightest, least damped, no
+// friction, coarsest encoder.
 SimulatedBody simulatedBody(const DeviceProfile&, const HandModel&) noexcept;
 
-// The truth behind the encoders.
+// The true state behind the encoders.
 struct BodyState {
     double time_s = 0.0;  // jitter included
     Vec3 position_m{0.0}, velocity_m_per_s{0.0};
-    Vec3 motor_n{0.0};            // now at work
-    double motor_work_j = 0.0;    // by the motor, since the begin
-    double lost_j = 0.0;          // in the device's own damping and friction, since the begin
-    Vec3 motor_impulse_n_s{0.0};  // since the begin
+    Vec3 motor_n{0.0};            // present motor force
+    double motor_work_j = 0.0;    // done by the motor since the start
+    double lost_j = 0.0;          // lost in the device's own damping and friction since the start
+    Vec3 motor_impulse_n_s{0.0};  // since the start
 };
 
 class SimulatedDevice final : public haptics::HapticDevice {
   public:
     static constexpr int kMaxWaiting = 128;
-    // `wanted` is where the hand wants to be; it begins there. The trace must outlive the device.
+    // `wanted` is the intended motion of the hand; the body starts on it. The trace must outlive the device.
     SimulatedDevice(const Trace& wanted, const DeviceProfile&, const SimulatedBody&);
     const DeviceProfile& profile() const noexcept override { return profile_; }
     DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override;

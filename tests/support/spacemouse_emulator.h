@@ -1,4 +1,5 @@
-// A SpaceMouse's reports, of either age. Facts from FreeSpacenav/spacenavd and andunhh.github.io/spacemouse.
+// Sends the reports of an old or a recent SpaceMouse. Formats from FreeSpacenav/spacenavd and
+// andunhh.github.io/spacemouse.
 #pragma once
 
 #include <array>
@@ -9,12 +10,12 @@ namespace stylet::test {
 
 class SpaceMouseEmulator {
   public:
-    enum class Age { old, recent };  // translation and rotation apart, or together
-    // `read_here`: as of HidNode.
+    enum class Age { old, recent };  // translation and rotation in separate reports, or in one
+    // `read_here`: as for HidNode.
     explicit SpaceMouseEmulator(Age, bool read_here = false);
 
-    // The cap pushed that far; false when the driver does not take it. An old one then has to tell of its
-    // turn, a recent one has told.
+    // Reports the displacement of the cap. Returns false if the driver does not read it. An old device needs
+    // turn() for the rotation; a recent one reports both.
     bool push(const std::array<int, 6>& axes);
     bool turn(const std::array<int, 6>& axes);
     bool press(unsigned mask);

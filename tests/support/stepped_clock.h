@@ -1,5 +1,5 @@
 // A clock that stands still until the test, or an emulator on its own thread, advances it. A driver that
-// waits for an answer on this clock waits as long as the machine needs: only a lost answer costs it time.
+// waits for an answer on this clock waits as long as the machine needs; only a lost answer advances the time.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace stylet::test {
 
 struct SteppedClock {
     std::atomic<std::int64_t> now_ns{1'000'000'000};
-    // Each look at the clock advances it by this.
+    // Each reading of the clock advances it by this.
     std::atomic<std::int64_t> look_ns{0};
 
     // Must not outlive this.
@@ -28,7 +28,7 @@ struct SteppedClock {
     void advanceTo(std::int64_t t_ns) noexcept {
         if (const std::int64_t left_ns = t_ns - now_ns.load(); left_ns > 0) now_ns.fetch_add(left_ns);
     }
-    // Until a PolledDevice's next call at `due_ns`; at least a millisecond passes.
+    // Advances to a PolledDevice's next call at `due_ns`, by at least a millisecond.
     void advancePeriod(std::int64_t due_ns) noexcept {
         const std::int64_t step_ns = std::max(std::int64_t(1'000'000), due_ns - now_ns.load());
         now_ns.fetch_add(step_ns);

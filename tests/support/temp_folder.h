@@ -1,4 +1,4 @@
-// A fresh folder that goes with its scope.
+// A new temporary folder, removed at the end of its scope.
 #pragma once
 
 #include <filesystem>

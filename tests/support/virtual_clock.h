@@ -1,6 +1,6 @@
-// A clock for threads that wait for each other. Its time stands still while one of them works, and jumps to
-// the earliest time that one of them waits for once all of them sleep: a loop of several threads runs as fast
-// as it can, and no stall of the machine makes any of them late.
+// A clock for threads that wait for each other. Its time stands still while any of them works. Once all of
+// them sleep, it jumps to the earliest time that one of them waits for. So a loop of several threads runs as
+// fast as it can, and a stall of the machine makes none of them late.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,8 @@ namespace stylet::test {
 
 class VirtualClock {
   public:
-    // Time begins once `threads` threads have used the clock; it never begins if one of them ends before that.
-    // The thread that makes the clock may read the time and is none of them.
+    // Time starts once `threads` threads have used the clock. It never starts if one of them ends before
+    // that. The thread that creates the clock may read the time but does not count.
     explicit VirtualClock(std::size_t threads) : state_(std::make_shared<State>()) {
         state_->expected = threads;
         state_->owner = std::this_thread::get_id();
@@ -60,7 +60,7 @@ class VirtualClock {
             advanced.notify_all();
         }
     };
-    // Of a thread, until it ends or uses another clock.
+    // A thread's membership, until it ends or uses another clock.
     class Membership {
       public:
         ~Membership() { leave(); }

@@ -1,5 +1,5 @@
-// A wait for what another thread or program does. The limit is for a test that has failed: a slow machine
-// does not reach it.
+// Waits for an event in another thread or program. Only a failing test reaches the limit; a slow machine does
+// not.
 #pragma once
 
 #include <chrono>

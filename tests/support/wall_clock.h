@@ -1,4 +1,4 @@
-// CLOCK_MONOTONIC for drivers that talk to something real.
+// CLOCK_MONOTONIC, for drivers that communicate with another thread or process.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// The board of a WoodenHaptics as its firmware behaves: it sends a report, waits for a command, obeys, and
-// sends the next. Facts from forsslund/haptikfabrikenapi, firmware/main.cpp.
+// Emulates the firmware of a WoodenHaptics board: it sends a report, waits for a command, executes it, and
+// sends the next report. After forsslund/haptikfabrikenapi, firmware/main.cpp.
 #pragma once
 
 #include <array>
@@ -17,9 +17,9 @@ class WoodenHapticsEmulator {
   public:
     enum class Fault {
         none,
-        drop,       // no report for a command
-        duplicate,  // each report twice
-        corrupt,    // random words in place of the encoders
+        drop,       // no report after a command
+        duplicate,  // each report is sent twice
+        corrupt,    // random words instead of the encoder values
         cut,        // a report without its last bytes
         deaf,       // neither reads nor answers
     };
@@ -43,13 +43,13 @@ class WoodenHapticsEmulator {
         std::uint64_t powered = 0;  // commands with any current
         std::uint64_t calibrations = 0;
         int largest_ma = 0;
-        bool malformed = false;  // a report id or a command that the board does not know
+        bool malformed = false;  // received an unknown report id or command
     };
     Seen seen() const;
-    // For a driver on the test's thread, which otherwise may be faster than this one.
-    std::uint64_t received() const { return received_.load(); }  // commands obeyed and answered
-    bool waiting() const { return node_.waiting() > 0; }         // a report that the driver has not read
-    bool sending() const { return sending_.load(); }             // until the driver has read what waits
+    // For synchronising a driver on the test's thread, which may be faster than the emulator's.
+    std::uint64_t received() const { return received_.load(); }  // commands executed and answered
+    bool waiting() const { return node_.waiting() > 0; }         // the driver has not read a report yet
+    bool sending() const { return sending_.load(); }             // until the driver has read it
     bool hears() const { return !stop_.load() && fault_.load() != Fault::deaf; }
 
   private:
@@ -59,12 +59,12 @@ class WoodenHapticsEmulator {
     bool sendLast();
 
     HidNode node_;
-    mutable std::mutex mutex_;  // all below
+    mutable std::mutex mutex_;  // guards the members below
     std::array<std::int16_t, 6> encoders_{};
     bool button_ = false;
     Seen seen_;
     std::uint32_t noise_ = 1;
-    std::vector<unsigned char> last_;  // report; the board's thread alone
+    std::vector<unsigned char> last_;  // last report; used only by the board's thread
     std::atomic<std::uint64_t> received_{0};
     std::atomic<Fault> fault_{Fault::none};
     std::atomic<bool> garbled_button_{false};

@@ -1,4 +1,4 @@
-// An X server without a screen, and what a user does to a window on it.
+// A headless X server, and simulated user actions on a window on it.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ struct Screenshot {
     std::vector<std::uint8_t> rgb;  // packed triples, rows from the top
 };
 
-// Starts Xvfb on a free display and names it in DISPLAY; both end with it. Each call below has a connection
-// of its own, so that nothing here depends on a display that is stopped.
+// Starts Xvfb on a free display and sets DISPLAY; the destructor ends the server and unsets the variable.
+// Each call below opens its own connection, so none depends on a stopped display.
 class XDisplay {
   public:
     XDisplay(int width, int height);  // throws std::runtime_error
@@ -24,15 +24,15 @@ class XDisplay {
     XDisplay& operator=(const XDisplay&) = delete;
 
     const std::string& name() const { return name_; }
-    // The only window's; empty: there is none.
+    // Title of the only window, or empty if there is none.
     std::string title() const;
-    Screenshot shot() const;  // of the only window's inside; empty: there is none
+    Screenshot shot() const;  // content of the only window, or empty if there is none
     void key(const std::string& symbol, int times = 1, bool shift = false) const;
     void wheel(int x, int y, int steps) const;                    // over the window; > 0: away from the user
     void drag(int from_x, int from_y, int to_x, int to_y) const;  // in the window, left button
     void resize(int width, int height) const;
-    void close() const;  // as a window manager asks for it
-    void stop() const;   // it answers nobody any more
+    void close() const;  // as a window manager requests it
+    void stop() const;   // the server stops answering
     void go() const;
     void kill();
 

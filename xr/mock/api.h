@@ -1,5 +1,5 @@
-// The OpenXR functions. Each checks every argument and handle, gives the specified result, and leaves the
-// work to files that trust their input. They run under the lock of their Call.
+// The OpenXR functions. Each validates all arguments and handles and returns the specified result. The work
+// itself is in other files, which trust their input. All run under the lock of their Call.
 #pragma once
 
 #include "call.h"
@@ -9,7 +9,7 @@ namespace xrmock {
 
 constexpr XrVersion kApiVersion = XR_MAKE_VERSION(1, 0, 20);
 
-// The C entry that loaders get.
+// C entry point for loaders.
 XRAPI_ATTR XrResult XRAPI_CALL getInstanceProcAddr(XrInstance instance, const char* name,
                                                    PFN_xrVoidFunction* function) noexcept;
 
@@ -68,7 +68,7 @@ XrResult getViewConfigurationProperties(Call&, XrInstance, XrSystemId, XrViewCon
 XrResult enumerateViewConfigurationViews(Call&, XrInstance, XrSystemId, XrViewConfigurationType,
                                          std::uint32_t, std::uint32_t*, XrViewConfigurationView*);
 
-// XR_KHR_vulkan_enable2 (the requirements are those of XR_KHR_vulkan_enable too)
+// XR_KHR_vulkan_enable2 (getVulkanGraphicsRequirements also serves XR_KHR_vulkan_enable)
 XrResult createVulkanInstance(Call&, XrInstance, const XrVulkanInstanceCreateInfoKHR*, VkInstance*,
                               VkResult*);
 XrResult createVulkanDevice(Call&, XrInstance, const XrVulkanDeviceCreateInfoKHR*, VkDevice*, VkResult*);

@@ -1,4 +1,4 @@
-// The state of actions, its synchronisation, and haptic output.
+// Action states, their synchronisation, and haptic output.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -13,7 +13,7 @@ namespace xrmock {
 
 namespace {
 
-// What all xrGetActionState* share. `state` has been checked.
+// Common part of the xrGetActionState* functions. The caller has checked `state`.
 ActionValue actionValue(Call& call, XrSession handle, const XrActionStateGetInfo* info, XrActionType type) {
     const Session& session = call.live<Session>(handle);
     requireStruct(info, XR_TYPE_ACTION_STATE_GET_INFO);
@@ -31,7 +31,7 @@ void fillState(const ActionValue& value, State& state) {
     state.isActive = value.active;
 }
 
-// Whether an action of the set was created with the subaction path.
+// Returns whether any action of the set was created with the subaction path.
 bool hasSubaction(const InputState& input, std::uint64_t set, XrPath path) {
     return std::any_of(input.actions.begin(), input.actions.end(), [&](const auto& entry) {
         return entry.second.set == set && entry.second.values.contains(path);
@@ -121,7 +121,7 @@ XrResult syncActions(Call& call, XrSession handle, const XrActionsSyncInfo* info
     requireStruct(info, XR_TYPE_ACTIONS_SYNC_INFO);
     const std::int64_t now_ns = session.instance.clock.now(call.now_ns);
     direct(session.instance, now_ns);
-    call.live<Session>(handle);  // it may have been lost just now
+    call.live<Session>(handle);  // events may have lost it
     require(info->countActiveActionSets == 0 || info->activeActionSets != nullptr,
             XR_ERROR_VALIDATION_FAILURE, "activeActionSets is null");
     std::vector<ActiveSet> active;

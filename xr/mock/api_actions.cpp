@@ -23,7 +23,7 @@ void checkNames(const char (&name)[kNameSize], const char (&localized_name)[kLoc
             "the localized name is empty or not terminated");
 }
 
-// Names are unique among the live children of a parent.
+// Names must be unique among the live children of a parent.
 template <class T>
 void checkUnique(const Object& parent, const char* name, const char* localized_name) {
     for (const Object* child : parent.children) {
@@ -40,7 +40,7 @@ void requireSubactionPath(const Instance& instance, XrPath path) {
     require(user && *user != User::treadmill, XR_ERROR_PATH_UNSUPPORTED, "not a subaction path");
 }
 
-// All that the suggestions give an action, of every profile.
+// All suggested bindings of an action, for every profile.
 std::vector<Binding> bindingsOf(Instance& instance, const Action& action) {
     std::vector<Binding> bindings;
     for (const auto& [profile_path, suggestions] : instance.suggestions) {
@@ -55,7 +55,8 @@ std::vector<Binding> bindingsOf(Instance& instance, const Action& action) {
                 continue;
             }
             auto components = componentsFor(profile, path, action.action_type);
-            if (components.empty()) continue;  // cannot be converted: no error, no contribution
+            // The type cannot be converted: no error, but no binding either.
+            if (components.empty()) continue;
             bindings.push_back({&profile, path.user, suggested.path, user_path, std::move(components)});
         }
     }

@@ -1,4 +1,4 @@
-// XR_EXT_conformance_automation: a test takes the place of the scenario's user.
+// XR_EXT_conformance_automation: a test sets the input in place of the scenario.
 #include <cmath>
 
 #include "api.h"
@@ -17,7 +17,8 @@ User requireUser(const Instance& instance, XrPath path) {
     return *user;
 }
 
-// The component of the source, which must lie below the top level path: "input/select/click".
+// Returns the source's component, such as "input/select/click". The source must belong to the top level
+// path.
 std::string requireSource(const Instance& instance, User user, XrPath path) {
     auto source = splitBindingPath(pathString(instance, path));
     require(source && source->user == user && source->component.starts_with("input/"),
@@ -102,7 +103,7 @@ XrResult setInputDeviceLocation(Call& call, XrSession handle, XrPath top_level_p
     require(isValid(pose), XR_ERROR_POSE_INVALID, "pose is not a pose");
     const auto stage_from_space = stageFromSpace(space, session.instance.clock.now(call.now_ns));
     AutomatedDevice& device = session.automation.take(user);
-    // Relative to a space that is nowhere the request cannot be honoured.
+    // Ignore the location if the space cannot be located.
     if (stage_from_space) device.stage_from_sources[component] = *stage_from_space * fromXr(pose);
     return XR_SUCCESS;
 }

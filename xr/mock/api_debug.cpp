@@ -16,7 +16,7 @@ const char* checkLabel(const XrDebugUtilsLabelEXT* label) {
     return label->labelName;
 }
 
-// A label that was inserted alone lasts until the next label operation.
+// An inserted label (not a region) lasts until the next label operation.
 void dropInsertedLabel(Session& session) {
     if (!session.labels.empty() && !session.labels.back().region) session.labels.pop_back();
 }

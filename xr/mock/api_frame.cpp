@@ -18,13 +18,14 @@ Session& runningSession(Call& call, XrSession handle) {
     return session;
 }
 
-// A run of a session, for a call that waits without the lock: others may end, lose or destroy the session.
+// Identifies one run of a session, for a call that waits without the lock. Meanwhile another thread may
+// end, lose or destroy the session.
 struct Run {
     std::uint64_t session;
     std::uint64_t run;
 };
 
-// Null when the run is over.
+// Returns the session, or null if the run is over.
 Session* goingOn(const Run& run) {
     auto* session = static_cast<Session*>(runtime().handles.find(run.session));
     const bool goes_on = session != nullptr && session->progress.running && session->run == run.run &&
@@ -38,7 +39,7 @@ Session& sameRun(Call& call, XrSession handle, const Run& run) {
     return session;
 }
 
-// A frame may be waited for once the one before was begun.
+// xrWaitFrame blocks until the previous frame has begun.
 void waitForTurn(Call& call, const Run& run) {
     runtime().changed.wait(call.lock, [&] {
         const Session* session = goingOn(run);
@@ -46,10 +47,11 @@ void waitForTurn(Call& call, const Run& run) {
     });
 }
 
-// Frames wait for a control client's step while it has paused them. The refreshes that pass meanwhile are not
-// the application's: its pace starts anew.
+// Waits for a step while a control client has paused the run. Refreshes that pass meanwhile do not count as
+// missed: pacing restarts.
 void waitForStep(Call& call, const Run& run) {
-    constexpr std::chrono::milliseconds kLookAgain{5};  // the control thread takes no lock to tell us
+    // Poll, because the control thread does not notify `changed`.
+    constexpr std::chrono::milliseconds kLookAgain{5};
     for (Session* session = goingOn(run); session != nullptr; session = goingOn(run)) {
         Instance& instance = session->instance;
         const std::int64_t now_ns = instance.clock.now(monotonicNs());

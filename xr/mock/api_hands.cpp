@@ -16,7 +16,8 @@ namespace {
 constexpr XrSpaceVelocityFlags kMoving =
     XR_SPACE_VELOCITY_LINEAR_VALID_BIT | XR_SPACE_VELOCITY_ANGULAR_VALID_BIT;
 
-// Nothing while the hand is not seen, the base space is nowhere, or another application has the input.
+// Returns nullopt if the hand is not visible, the base space cannot be located, or the session has no
+// focus.
 std::optional<Joints> baseFromJoints(const HandTracker& tracker, const Space& base, std::int64_t time_ns) {
     const Session& session = tracker.session;
     if (session.progress.state != XR_SESSION_STATE_FOCUSED) return std::nullopt;
@@ -31,7 +32,7 @@ std::optional<Joints> baseFromJoints(const HandTracker& tracker, const Space& ba
 
 void fillVelocities(const HandTracker& tracker, const Space& base, std::int64_t time_ns,
                     XrHandJointVelocityEXT* velocities) {
-    constexpr std::int64_t kStepNs = 500'000;  // central difference over a millisecond
+    constexpr std::int64_t kStepNs = 500'000;  // central difference over 1 ms
     constexpr double kPerSecond = 1e9 / (2.0 * kStepNs);
     time_ns = std::min(time_ns, std::numeric_limits<std::int64_t>::max() - kStepNs);
     const auto before = baseFromJoints(tracker, base, time_ns - kStepNs);

@@ -25,7 +25,7 @@ namespace xrmock {
 
 namespace {
 
-constexpr std::uint32_t kMaxViewSize = 4096;  // pixels; a headset that recommends more sets its own
+constexpr std::uint32_t kMaxViewSize = 4096;  // [px]; a headset that recommends more raises it
 
 void setUp(Instance& instance, std::int64_t now_ns) {
     if (const char* file = std::getenv("XRMOCK_SCENARIO"); file != nullptr && *file != '\0') {
@@ -58,7 +58,8 @@ void checkApplication(const XrApplicationInfo& application) {
             XR_ERROR_API_VERSION_UNSUPPORTED, "this runtime offers OpenXR 1.0");
 }
 
-// XRMOCK_WITHHOLD names extensions, with blanks between them: read before there is a scenario.
+// XRMOCK_WITHHOLD lists extensions, separated by spaces. It is an environment variable because extensions
+// are enumerated before a scenario is loaded.
 bool isWithheld(const std::string& name) {
     const char* withheld = std::getenv("XRMOCK_WITHHOLD");
     std::istringstream names(withheld == nullptr ? "" : withheld);
@@ -82,7 +83,8 @@ void enableExtensions(const XrInstanceCreateInfo& info, Instance& instance) {
     }
 }
 
-// There is no instance yet that a message could be about.
+// Reports to the messenger chained to xrCreateInstance. The instance does not exist yet, so the message
+// refers to no object.
 void tellCreator(Call& call, const Instance& unborn, const std::string& reason) {
     post(call, unborn,
          {XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
@@ -107,7 +109,7 @@ Instance::~Instance() {
 
 XrResult enumerateApiLayerProperties(Call&, std::uint32_t capacity, std::uint32_t* count,
                                      XrApiLayerProperties* properties) {
-    constexpr std::array<int, 0> kNone{};  // API layers are the loader's
+    constexpr std::array<int, 0> kNone{};  // API layers belong to the loader
     return twoCall(capacity, count, properties, kNone, [](int, XrApiLayerProperties&) {});
 }
 
@@ -144,7 +146,7 @@ XrResult createInstance(Call& call, const XrInstanceCreateInfo* info, XrInstance
     } catch (const Refused& refused) {
         tellCreator(call, *instance, refused.reason);
         throw;
-    } catch (const std::runtime_error& error) {  // one line that names the file and the reason
+    } catch (const std::runtime_error& error) {  // the message is one line with file and reason
         std::fprintf(stderr, "xrmock: %s\n", error.what());
         tellCreator(call, *instance, error.what());
         throw;
@@ -187,7 +189,7 @@ XrResult pollEvent(Call& call, XrInstance handle, XrEventDataBuffer* event) {
     Instance& instance = call.live<Instance>(handle);
     requireStruct(event, XR_TYPE_EVENT_DATA_BUFFER);
     direct(instance, instance.clock.now(call.now_ns));
-    call.live<Instance>(handle);  // it may have been lost just now
+    call.live<Instance>(handle);  // events may have lost it
     if (instance.events.pop(*event)) return XR_SUCCESS;
     bool idle = instance.conditions.loss == Loss::pending;
     for (Object* child : instance.children) {
@@ -196,7 +198,7 @@ XrResult pollEvent(Call& call, XrInstance handle, XrEventDataBuffer* event) {
         idle = idle || session.progress.state == XR_SESSION_STATE_IDLE;
         advance(session, instance.clock.now(call.now_ns), false);
     }
-    // Without frames virtual time would stand still, and a stopped session would stay so.
+    // Without frames, virtual time would stop, and a stopped session would never restart.
     if (idle && instance.clock.is_virtual)
         instance.clock.virtual_now_ns += refreshPeriodNs(instance.scenario);
     return instance.events.pop(*event) ? XR_SUCCESS : XR_EVENT_UNAVAILABLE;
@@ -288,7 +290,7 @@ XrResult getViewConfigurationProperties(Call& call, XrInstance handle, XrSystemI
                                         XrViewConfigurationProperties* properties) {
     call.live<Instance>(handle);
     requireSystem(system);
-    // Unknown values too: conformance suites until 2025 take no other result here.
+    // Also for unknown values: conformance suites before 2025 accept no other result here.
     require(views == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED,
             "only primary stereo is offered");
     requireStruct(properties, XR_TYPE_VIEW_CONFIGURATION_PROPERTIES);

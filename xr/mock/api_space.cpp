@@ -62,7 +62,8 @@ XrResult getReferenceSpaceBoundsRect(Call& call, XrSession handle, XrReferenceSp
                                      XrExtent2Df* bounds) {
     const Session& session = call.live<Session>(handle);
     require(bounds != nullptr, XR_ERROR_VALIDATION_FAILURE, "bounds is null");
-    // Every core type is offered: the others are values of extensions that are not enabled, or none.
+    // Rejects types of extensions that are not enabled, unknown types, and types that the scenario does not
+    // offer.
     require(offersReferenceSpace(session.instance, type), XR_ERROR_VALIDATION_FAILURE,
             "the session has no such reference space");
     *bounds = {0, 0};
@@ -82,7 +83,7 @@ XrResult getStationaryReferenceSpaceGenerationId(Call& call, XrSession handle,
     requireStruct(result, XR_TYPE_STATIONARY_REFERENCE_SPACE_GENERATION_ID_RESULT_EXT);
     require(offersReferenceSpace(session.instance, XR_REFERENCE_SPACE_TYPE_STATIONARY_EXT),
             XR_ERROR_REFERENCE_SPACE_UNSUPPORTED, "the scenario offers no stationary space");
-    // The same from run to run, until the space is lost.
+    // The id is the same in every run and changes only with the generation.
     constexpr std::uint8_t kFirst[16] = {0x5a, 0x17, 0x10, 0x4a, 0x72, 0x79, 0x40, 0x00,
                                          0x80, 0x00, 0x6d, 0x6f, 0x63, 0x6b, 0x00, 0x00};
     std::copy(std::begin(kFirst), std::end(kFirst), result->generationId.data);

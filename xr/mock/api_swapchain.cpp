@@ -21,7 +21,7 @@ constexpr XrSwapchainUsageFlags kUsageFlags =
     XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT |
     XR_SWAPCHAIN_USAGE_MUTABLE_FORMAT_BIT;
 
-// Vulkan: a full chain has one level more than the larger side has halvings.
+// Vulkan: floor(log2(larger side)) + 1 levels.
 std::uint32_t maxMips(std::uint32_t width, std::uint32_t height) {
     std::uint32_t levels = 1;
     for (std::uint32_t side = std::max(width, height); side > 1; side /= 2)
@@ -29,7 +29,7 @@ std::uint32_t maxMips(std::uint32_t width, std::uint32_t height) {
     return levels;
 }
 
-// Those of the device, and of these the ones that the scenario lists.
+// The device's formats, limited to those listed in the scenario.
 std::vector<VkFormat> offeredFormats(const Session& session) {
     std::vector<VkFormat> formats = swapchainFormats(session.device);
     const auto& listed = session.instance.scenario.offers.formats;
@@ -124,7 +124,7 @@ XrResult waitSwapchainImage(Call& call, XrSwapchain handle, const XrSwapchainIma
     requireStruct(info, XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO);
     require(!swapchain.acquired.empty() && !swapchain.oldest_waited, XR_ERROR_CALL_ORDER_INVALID,
             "no image is acquired, or the oldest was waited for already");
-    swapchain.oldest_waited = true;  // at once: the runtime has read an image when xrEndFrame returns
+    swapchain.oldest_waited = true;  // no wait: xrEndFrame has finished reading images when it returns
     return XR_SUCCESS;
 }
 

@@ -1,4 +1,5 @@
-// From names to C entries: every entry takes the lock, catches everything and delivers the debug messages.
+// Table of C entry points by name. Every entry point locks, catches all exceptions and delivers the debug
+// messages.
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
@@ -17,7 +18,7 @@ struct Name {
     char text[kSize];
 };
 
-// The handle that a call is about: its first argument, where that is one.
+// The handle that a call refers to: its first argument, if that is a handle.
 template <class First, class... Rest>
 std::uint64_t subjectOf(First first, Rest...) {
     if constexpr (std::is_pointer_v<First> && !std::is_const_v<std::remove_pointer_t<First>>) {
@@ -159,7 +160,7 @@ const Row kRows[] = {
     row<"xrSessionInsertDebugUtilsLabelEXT", sessionInsertDebugUtilsLabel>(kDebug),
 };
 
-// Functions that may be asked for before there is an instance.
+// Functions that can be looked up without an instance.
 bool needsNoInstance(const char* name) {
     constexpr const char* kNames[] = {"xrGetInstanceProcAddr", "xrEnumerateApiLayerProperties",
                                       "xrEnumerateInstanceExtensionProperties", "xrCreateInstance"};
@@ -179,7 +180,7 @@ XrResult lookUp(Call& call, XrInstance handle, const char* name, PFN_xrVoidFunct
         *function = each.function;
         return XR_SUCCESS;
     }
-    return XR_ERROR_FUNCTION_UNSUPPORTED;  // no message: loaders ask for everything they know
+    return XR_ERROR_FUNCTION_UNSUPPORTED;  // no message: loaders look up every function they know
 }
 
 }  // namespace
@@ -193,7 +194,7 @@ XRAPI_ATTR XrResult XRAPI_CALL getInstanceProcAddr(XrInstance instance, const ch
                                                    PFN_xrVoidFunction* function) noexcept {
     return guard(
         "xrGetInstanceProcAddr", [&](Call& call) { return lookUp(call, instance, name, function); },
-        [](Call&, XrResult) {});  // loaders ask for everything they know: not logged
+        [](Call&, XrResult) {});  // not logged: loaders look up every function they know
 }
 
 }  // namespace xrmock

@@ -1,5 +1,6 @@
-// XR_KHR_convert_timespec_time. On the wall clock an XrTime is a time of CLOCK_MONOTONIC. Virtual time 0 is
-// xrCreateInstance, so a virtual XrTime stands for as much monotonic time after it.
+// XR_KHR_convert_timespec_time. On the wall clock an XrTime is a CLOCK_MONOTONIC time. On the virtual clock
+// an XrTime counts from xrCreateInstance, so it converts to the monotonic time of xrCreateInstance plus
+// XrTime.
 #include <limits>
 
 #include "api.h"

@@ -24,15 +24,14 @@ VulkanInstance& ownerOf(Instance& instance, VkPhysicalDevice device) {
     refuse(XR_ERROR_HANDLE_INVALID, "not the device that xrGetVulkanGraphicsDevice2KHR named");
 }
 
-// A driver may hand out the value of an instance that the application has destroyed: the newest one counts.
+// A driver may reuse the handle of a destroyed instance: the newest entry replaces the older one.
 void remember(Instance& instance, VulkanInstance vulkan) {
     std::erase_if(instance.vulkan_instances,
                   [&](const VulkanInstance& each) { return each.instance == vulkan.instance; });
     instance.vulkan_instances.push_back(std::move(vulkan));
 }
 
-// Handles of destroyed Vulkan instances are given out again, those of their GPUs too: a GPU is of the
-// instance that was asked about last.
+// Drivers also reuse the handles of GPUs, so a GPU belongs to the Vulkan instance that was queried last.
 VkPhysicalDevice chosenDevice(Instance& instance, VulkanInstance& vulkan) {
     const VkPhysicalDevice chosen = choosePhysicalDevice(vulkan);
     require(chosen != VK_NULL_HANDLE, XR_ERROR_RUNTIME_FAILURE, "Vulkan offers no device");
@@ -47,7 +46,7 @@ std::uint32_t apiVersionOf(const VkInstanceCreateInfo& info) {
     return given ? info.pApplicationInfo->apiVersion : VK_API_VERSION_1_0;
 }
 
-// The runtime needs nothing beyond what the application asks for.
+// The runtime requires no additional extensions.
 XrResult noExtensions(Call& call, XrInstance handle, XrSystemId system, std::uint32_t capacity,
                       std::uint32_t* count, char* buffer) {
     call.live<Instance>(handle);

@@ -132,7 +132,7 @@ Assertion parseAssertion(const Field& field, std::size_t index) {
     return assertion;
 }
 
-// What all checks of one frame need. Each gives the reason of a failure, or nothing.
+// Input of all checks of one frame. Each check returns the reason of a failure, or "".
 struct Look {
     Session& session;
     const SubmittedFrame& frame;
@@ -191,7 +191,7 @@ std::string failureOf(const DepthRange& demand, const Look& look) {
         const double near_m = std::min(depth->near_z_m, depth->far_z_m);
         const double far_m = std::max(depth->near_z_m, depth->far_z_m);
         const auto within = [](double value, const std::array<double, 2>& range) {
-            value = std::min(value, kMaxNumber);  // planes may be infinitely far
+            value = std::min(value, kMaxNumber);  // planes may be at infinity
             return value >= range[0] && value <= range[1];
         };
         if (within(near_m, demand.near_m) && within(far_m, demand.far_m)) return {};
@@ -264,7 +264,7 @@ std::string judge(const Demand&, const Assertion& assertion, const Instance&) {
     return assertion.checked > 0 ? "" : "no frame to look at was submitted";
 }
 
-// Pulses that began since the last frame.
+// Counts the pulses that started since the last frame.
 void countPulses(Assertion& assertion, const Session& session, std::uint64_t seen) {
     const auto* demand = std::get_if<PulseWithin>(&assertion.demand);
     if (demand == nullptr) return;
@@ -289,7 +289,7 @@ std::vector<Assertion> parseAssertions(const Field& field) {
 void assertFrame(Call& call, Session& session, const SubmittedFrame& frame) {
     auto& assertions = session.instance.scenario.assertions;
     if (assertions.empty()) return;
-    const bool rendered = session.frames.begun_fate.should_render;  // what xrWaitFrame said
+    const bool rendered = session.frames.begun_fate.should_render;  // as reported by xrWaitFrame
     for (Assertion& assertion : assertions) {
         countPulses(assertion, session, session.pulses_seen);
         if (!rendered || !assertion.failure.empty() || frame.number < assertion.first_frame ||

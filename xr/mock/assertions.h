@@ -1,4 +1,5 @@
-// What a scenario demands of the application: looked at as frames come, told in the report.
+// The scenario's assertions about the application. They are checked as frames are submitted, and reported
+// at the end.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +32,7 @@ enum class Part { projection, quad, cylinder, depth };
 struct EveryFrameHas {
     Part part;
 };
-// Every view of every projection layer is where the eye is at the display time.
+// Every view of every projection layer is within these limits of the eye's pose at the display time.
 struct ViewsWithin {
     double position_m, angle_rad;
 };
@@ -39,7 +40,8 @@ struct FormatIs {
     std::int64_t format;  // VkFormat of every view
 };
 struct DepthRange {
-    std::array<double, 2> near_m, far_m;  // the distances that the depth of every view may span
+    // Allowed range of the near and the far distance of every view's depth.
+    std::array<double, 2> near_m, far_m;
 };
 struct PulseWithin {
     std::optional<User> user;
@@ -55,7 +57,7 @@ struct PixelIs {
     double tolerance;
 };
 struct StatesReached {
-    std::vector<XrSessionState> states;  // in this order, others may lie between
+    std::vector<XrSessionState> states;  // in this order; other states may come between
 };
 
 struct Assertion {
@@ -64,17 +66,17 @@ struct Assertion {
     std::variant<FramesAtLeast, CountAtMost, EveryFrameHas, ViewsWithin, FormatIs, DepthRange, PulseWithin,
                  PixelIs, StatesReached>
         demand;
-    // So far:
-    std::uint64_t checked = 0;  // frames, or states of StatesReached
-    std::string failure;        // the first one
+    // Result so far:
+    std::uint64_t checked = 0;  // frames checked; for StatesReached: states reached
+    std::string failure;        // reason of the first failure
 };
 
 std::vector<Assertion> parseAssertions(const Field& field);  // throws FieldError
 
-// Frames that the application was told to render.
+// Checks a frame. Assertions about frames skip frames with shouldRender false.
 void assertFrame(Call& call, Session& session, const SubmittedFrame& frame);
 void assertState(Instance& instance, XrSessionState state);
-// At the end: why the demand is not met; empty when it is.
+// Call at the end. Returns the reason why the assertion failed, or "" if it holds.
 std::string verdict(const Assertion& assertion, const Instance& instance);
 
 }  // namespace xrmock

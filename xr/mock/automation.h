@@ -1,5 +1,6 @@
-// What XR_EXT_conformance_automation has set. With the first of its calls the scenario's devices are gone and
-// there is only what the test sets; poses that it does not set stay those of the scenario.
+// Input state set through XR_EXT_conformance_automation. After the first of its calls the scenario's
+// devices are ignored and only the values set by the test count. Poses that the test has not set still come
+// from the scenario.
 #pragma once
 
 #include <array>

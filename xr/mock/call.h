@@ -1,5 +1,4 @@
-// One API call: the lock it holds, the time it was made at, and the messages that leave when the lock is
-// released.
+// One API call: its lock, its start time, and the debug messages to deliver after the lock is released.
 #pragma once
 
 #include <condition_variable>
@@ -15,7 +14,7 @@
 
 namespace xrmock {
 
-// Ends a call with an error code. The reason goes to the application's debug messengers.
+// Ends a call with an error code. The reason is sent to the application's debug messengers.
 struct Refused {
     XrResult result;
     std::string reason;
@@ -40,15 +39,16 @@ const Struct* findInChain(const void* next, XrStructureType type) {
     return nullptr;
 }
 
-// Everything the library keeps, shared by all instances. Guarded by `mutex`.
+// Global state of the library, shared by all instances. Guarded by `mutex`.
 struct Runtime {
     std::mutex mutex;
-    std::condition_variable changed;  // a frame was begun, a session stopped or went
+    std::condition_variable changed;  // a frame was begun; a session was stopped, lost or destroyed
     HandleTable handles;
-    std::unique_ptr<Log> log;               // null while nothing is logged
-    std::size_t instances = 0;              // live ones, and one that is being created
-    std::vector<const Instance*> reported;  // live ones: when they go, or when the process exits
-    std::uint64_t reports = 0;              // written so far
+    std::unique_ptr<Log> log;   // null if logging is off
+    std::size_t instances = 0;  // number of live instances, including one being created
+    // Live instances that still need a report, on destruction or at process exit.
+    std::vector<const Instance*> reported;
+    std::uint64_t reports = 0;  // number of reports written
 };
 Runtime& runtime();
 
@@ -59,14 +59,15 @@ class Call {
     explicit Call(const char* function_name)
         : function(function_name), now_ns(monotonicNs()), lock(runtime().mutex) {}
 
-    // The live object behind a handle of exactly this type, of an instance and a session that are not lost.
+    // Returns the live object of exactly this type. Refuses the call if there is none, or if its instance
+    // or session is lost.
     template <class T, class Handle>
     T& live(Handle handle) {
         T& found = evenLost<T>(handle);
         requireNotLost(found);
         return found;
     }
-    // The same for destruction and look-up, which go on after a loss.
+    // Like live(), but also works after a loss. For destruction and function look-up.
     template <class T, class Handle>
     T& evenLost(Handle handle) {
         Object* found = runtime().handles.find(numberOf(handle));
@@ -75,7 +76,8 @@ class Call {
         if (subject == 0) subject = found->handle;
         return static_cast<T&>(*found);
     }
-    // Runs what may take long or call back without the lock. What was looked up before may be gone after.
+    // Runs `work` without the lock, because it may take long or call back into OpenXR. Objects looked up
+    // before may be destroyed afterwards.
     template <class Work>
     auto unlocked(Work work) {
         lock.unlock();
@@ -90,8 +92,9 @@ class Call {
 
     const char* function;
     std::int64_t now_ns;
-    std::uint64_t subject = 0;  // the first handle the call named: the object its messages are about
-    bool loss_pending = false;  // a session that the call named: every success is XR_SESSION_LOSS_PENDING
+    std::uint64_t subject = 0;  // the call's first handle: its debug messages refer to this object
+    // One of the call's sessions is about to be lost: successes become XR_SESSION_LOSS_PENDING.
+    bool loss_pending = false;
     std::vector<Delivery> deliveries;
     std::unique_lock<std::mutex> lock;
 
@@ -100,18 +103,18 @@ class Call {
 };
 
 namespace detail {
-// What guard() was given, without its type.
+// Type-erased arguments of guard().
 struct Invocation {
     void* given;
     XrResult (*run)(Call&, void*);
     void (*finish)(Call&, XrResult, void*);
 };
-// Runs the body, turns whatever it throws into a result, finishes, then delivers the messages without the
-// lock.
+// Runs the body, converts any exception to a result, calls `finish`, and then delivers the messages without
+// the lock.
 XrResult guarded(const char* function, const Invocation& invocation) noexcept;
 }  // namespace detail
 
-// `body(call)` gives the result; `finish(call, result)` follows under the same lock.
+// `body(call)` returns the result. `finish(call, result)` runs afterwards under the same lock.
 template <class Body, class Finish>
 XrResult guard(const char* function, Body body, Finish finish) noexcept {
     std::pair<Body&, Finish&> given{body, finish};

@@ -62,7 +62,7 @@ void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame) {
 }
 
 void writeStatistics(const Instance& instance) {
-    std::error_code unwritable;  // then there is nobody to tell: the instance is going
+    std::error_code unwritable;  // errors are ignored: the instance is being destroyed
     std::filesystem::create_directories(instance.capture_folder, unwritable);
     const Statistics& counts = instance.statistics;
     std::ofstream(instance.capture_folder + "/frames.json")

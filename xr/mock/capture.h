@@ -1,4 +1,4 @@
-// Captures: the pictures of the two eyes, as files.
+// Captures: writes the images of the two eyes to files.
 #pragma once
 
 #include <string>
@@ -8,19 +8,19 @@
 
 namespace xrmock {
 
-// The name after "capture:", or empty when the label asks for no capture or for no plain file name.
+// The name after "capture:". Empty if the label has no such prefix or the name is no plain file name.
 std::string captureName(const std::string& label);
 
-// The bytes of a PNG file of what the eye (0 left, 1 right) sees. Waits for the GPU; tells messengers of
-// performance how long that took. Throws std::runtime_error or Refused.
+// Composes the image of an eye (0 left, 1 right) and encodes it as PNG. Waits for the GPU and reports the
+// duration to the debug messengers as a performance message. Throws std::runtime_error or Refused.
 std::string eyePng(Call& call, Session& session, const SubmittedFrame& frame, std::size_t eye);
 
-// Makes the pictures that are due with this frame, unless nobody will ever see it: FOLDER/NAME_left.png and
-// FOLDER/NAME_right.png. Waits for the GPU. A picture that fails does not fail the frame: the application did
-// nothing wrong.
+// Writes the pending capture, if any, to FOLDER/NAME_left.png and FOLDER/NAME_right.png. Skips frames
+// without layers and dropped frames. Waits for the GPU. If the capture fails, xrEndFrame still succeeds,
+// because the application is not at fault.
 void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame);
 
-// FOLDER/frames.json: what the instance counted.
+// Writes the instance's statistics to FOLDER/frames.json.
 void writeStatistics(const Instance& instance);
 
 }  // namespace xrmock

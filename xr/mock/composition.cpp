@@ -49,20 +49,19 @@ std::array<float, 4> shapeOf(const SubmittedLayer& layer, std::size_t eye) {
         case LayerType::cylinder:
             break;
     }
-    // Angle, height of a cylinder of radius 1, and the radius, 0 for an endless one.
+    // Angle; height for a cylinder of radius 1; radius, or 0 for an infinite cylinder.
     const float angle_rad = layer.cylinder_angle_rad;
     const float radius_m = std::isinf(layer.cylinder_radius_m) ? 0.0F : layer.cylinder_radius_m;
     return {angle_rad, angle_rad / layer.cylinder_aspect_ratio, radius_m, 0};
 }
 
-// The sub-image that this eye sees of a layer.
 const SubmittedImage& imageFor(const SubmittedLayer& layer, std::size_t eye) {
     return layer.type == LayerType::projection ? layer.views[eye].image : layer.image;
 }
 
-// Nothing if the eye sees nothing of the layer wherever it looks. A projection layer is turned from the
-// submitted orientation into the eye's; where the two stand is not looked at: that would need the depth of
-// what the layer shows.
+// Returns nullopt if the layer is not visible to this eye. A projection layer is rotated from the submitted
+// orientation into the eye's orientation. The difference in position is ignored, because correcting it
+// would require depth.
 std::optional<PaintConstants> paintConstants(const SubmittedLayer& layer, const Eye& eye,
                                              VkExtent2D picture) {
     const SubmittedImage& image = imageFor(layer, eye.index);
@@ -104,7 +103,7 @@ VkExtent2D pictureSize(const Scenario& scenario, const SubmittedFrame& frame, st
     return {scenario.width, scenario.height};
 }
 
-// Blackens what the lens hides.
+// Blackens the pixels that the lens hides.
 void lookThroughLens(Picture& picture, const LensOutline& lens, const XrFovf& fov) {
     const auto [left, right, up, down] = tangents(fov);
     const auto is_hidden = [&](double x, double y) {

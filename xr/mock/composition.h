@@ -1,4 +1,5 @@
-// What an eye sees of a frame: where its rays meet each layer, and the picture that comes of it.
+// Composes the image that an eye sees of a frame: intersects the eye's rays with each layer and paints the
+// layers.
 #pragma once
 
 #include "compositor.h"
@@ -6,9 +7,10 @@
 
 namespace xrmock {
 
-// What the eye (0 left, 1 right) sees of the frame at its display time: black where nothing was painted. The
-// picture has the size of the first projection layer's sub-image, so that a layer submitted as the eye sees
-// it is reproduced pixel by pixel; without one, the recommended size. Throws Refused when Vulkan fails.
+// Composes what an eye (0 left, 1 right) sees at the frame's display time; black where no layer is. The
+// image has the size of the first projection layer's sub-image, so that a layer submitted with the eye's
+// own pose and field of view is reproduced pixel by pixel. Without a projection layer it has the
+// recommended size. Throws Refused if Vulkan fails.
 Picture composeEye(Session& session, const SubmittedFrame& frame, std::size_t eye);
 
 }  // namespace xrmock

@@ -8,8 +8,8 @@ namespace xrmock {
 
 namespace {
 
-constexpr VkFormat kLinearFormat = VK_FORMAT_R16G16B16A16_SFLOAT;  // blends everywhere
-constexpr VkFormat kEncodedFormat = VK_FORMAT_R8G8B8A8_SRGB;       // the blit encodes
+constexpr VkFormat kLinearFormat = VK_FORMAT_R16G16B16A16_SFLOAT;  // every GPU can blend it
+constexpr VkFormat kEncodedFormat = VK_FORMAT_R8G8B8A8_SRGB;       // the blit encodes to sRGB
 
 template <std::size_t kCount>
 ShaderModule shaderModule(const VulkanDevice& device, const std::uint32_t (&words)[kCount]) {
@@ -53,7 +53,7 @@ PipelineLayout makePipelineLayout(const VulkanDevice& device, const DescriptorSe
     return {device, layout};
 }
 
-// From transparent black to the source of a copy.
+// Clears to transparent black; the final layout is for copying.
 RenderPass makeRenderPass(const VulkanDevice& device) {
     VkAttachmentDescription colour{};
     colour.format = kLinearFormat;
@@ -69,7 +69,7 @@ RenderPass makeRenderPass(const VulkanDevice& device) {
     subpass.pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS;
     subpass.colorAttachmentCount = 1;
     subpass.pColorAttachments = &reference;
-    // Work of earlier compositions has ended: the host waited for it.
+    // No dependency on earlier compositions: the host has waited for them.
     const VkSubpassDependency to_copy{0,
                                       VK_SUBPASS_EXTERNAL,
                                       VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT,
@@ -90,7 +90,7 @@ RenderPass makeRenderPass(const VulkanDevice& device) {
     return {device, pass};
 }
 
-// The pipelines differ in the shader's kLayerType only.
+// The pipelines differ only in the shader's kLayerType.
 Pipeline makePipeline(const VulkanDevice& device, const PipelineLayout& layout, const RenderPass& pass,
                       LayerType type) {
     const ShaderModule vertex = shaderModule(device, kVertexShader);
@@ -154,11 +154,11 @@ Pipeline makePipeline(const VulkanDevice& device, const PipelineLayout& layout, 
     return {device, pipeline};
 }
 
-// A swapchain image that is read by one composition.
+// A swapchain image read by one composition.
 struct Sampled {
     const SwapchainImages* images;
     std::uint32_t index;
-    TargetImage resolved;  // of a multisampled image: that one is sampled in its stead
+    TargetImage resolved;  // resolved copy of a multisampled image, sampled instead of it
     ImageView view;
 
     bool isMultisampled() const { return images->samples > 1; }
@@ -177,7 +177,7 @@ Sampled makeSampled(const VulkanDevice& device, const SwapchainImages& images, s
     return sampled;
 }
 
-// From the layout in which the application left the images, or back to it.
+// Records the layout transitions of the images for reading, or `back` to the application's layout.
 void recordTurns(const VulkanDevice& device, VkCommandBuffer commands, const std::vector<Sampled>& sampled,
                  bool back) {
     std::vector<VkImageMemoryBarrier> barriers;
@@ -355,7 +355,7 @@ Picture Compositor::paint(VulkanDevice& device, const std::vector<Paint>& layers
     prepare(device);
     prepareTargets(device, size);
     check(device.vkResetDescriptorPool(device.device, descriptors_, 0), "vkResetDescriptorPool");
-    std::vector<Sampled> sampled;  // every image once
+    std::vector<Sampled> sampled;  // each image once
     std::vector<VkDescriptorSet> sets;
     for (const Paint& layer : layers) {
         pipelineFor(device, layer.type);

@@ -1,6 +1,6 @@
-// Paints one layer for one eye: the ray through the pixel meets the layer, and what the layer's picture shows
-// there, over the pixel's footprint, is blended over what was painted before. The constants are made by
-// composition.cpp.
+// Paints one layer for one eye. Intersects the ray through the pixel with the layer, filters the layer's
+// image over the pixel's footprint, and blends the result over the layers painted before. composition.cpp
+// fills the push constants.
 #version 450
 #extension GL_EXT_samplerless_texture_functions : require
 
@@ -20,15 +20,15 @@ layout(push_constant) uniform Constants {
 };
 layout(location = 0) out vec4 colour;
 
-// Texels are the ones of a straight-on view when the footprint is no larger than this.
+// A footprint up to this size [texels] counts as a one-to-one view.
 const float kOneTexel = 1.01;
-const float kMostSamples = 8.0;  // a side
-// A texel that is met nearer to its centre than this is not blended with its neighbours: GPUs that filter
-// have 8 bits of a texel, too.
+const float kMostSamples = 8.0;  // per axis
+// A sample closer to a texel's centre than this [texels] is not blended with the neighbours. Hardware
+// filtering also has only 8 bits of precision within a texel.
 const float kCentre = 1.0 / 512.0;
 
-// Where the ray through a point of the picture meets the layer's surface; 0 to 1 is the sub-image, its top
-// left corner first. False where it does not.
+// Intersects the ray through a point of the image with the layer's surface. `at` is in sub-image
+// coordinates: (0, 0) top left, (1, 1) bottom right. Returns false if there is no intersection.
 bool meet(vec2 pixel, out vec2 at) {
     const vec2 t = pixel / vec2(picture_size);
     const vec3 ray = vec3(mix(eye_tangents.x, eye_tangents.y, t.x), mix(eye_tangents.z, eye_tangents.w, t.y), -1.0);
@@ -42,15 +42,15 @@ bool meet(vec2 pixel, out vec2 at) {
         return true;
     }
     if (kLayerType == kQuad) {
-        if (origin.z <= 0.0 || d.z >= 0.0) return false;  // from behind, or away from it
+        if (origin.z <= 0.0 || d.z >= 0.0) return false;  // seen from behind, or facing away
         const vec2 p = origin.xy - d.xy * (origin.z / d.z);
         at = vec2(0.5 + p.x / shape.x, 0.5 - p.y / shape.y);
         return true;
     }
-    // The inside of the cylinder is seen where the ray leaves it.
+    // The inside of the cylinder is visible where the ray leaves it.
     const float flat2 = dot(d.xz, d.xz);
     if (flat2 <= 0.0) return false;
-    vec3 p = d / sqrt(flat2);  // of radius 1, seen from the axis
+    vec3 p = d / sqrt(flat2);  // radius 1, seen from the axis
     if (shape.z > 0.0) {
         const float along = dot(origin.xz, d.xz);
         const float inside = along * along - flat2 * (dot(origin.xz, origin.xz) - shape.z * shape.z);
@@ -92,7 +92,7 @@ void main() {
         return;
     }
     const float n = min(ceil(texels), kMostSamples);
-    const float spread = 1.0 - 1.0 / texels;  // a sample has the width of a texel already
+    const float spread = 1.0 - 1.0 / texels;  // each sample already covers one texel
     colour = vec4(0.0);
     for (float j = 0.5; j < n; ++j)
         for (float i = 0.5; i < n; ++i)

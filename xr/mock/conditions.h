@@ -1,4 +1,4 @@
-// What the scenario has brought about: state that the director sets and the calls honour.
+// Current state of the simulated runtime: set by the director, obeyed by the API calls.
 #pragma once
 
 #include <cstdint>
@@ -9,30 +9,30 @@
 
 namespace xrmock {
 
-// Pending is told (XR_SESSION_LOSS_PENDING is a success; XrEventDataInstanceLossPending); lost refuses every
-// call but the destruction.
+// Pending: the loss is announced (XrEventDataInstanceLossPending, or the success code
+// XR_SESSION_LOSS_PENDING). Lost: every call but destruction is refused.
 enum class Loss { none, pending, lost };
 
-// What becomes of one frame.
+// Scripted treatment of one frame.
 struct FrameFate {
-    std::uint32_t late_refreshes = 0;  // xrWaitFrame skips so many refreshes, as after a stall
-    bool should_render = true;         // false: XrFrameState::shouldRender is false, whatever the state
-    bool discarded = false;            // xrBeginFrame gives XR_FRAME_DISCARDED
-    bool dropped = false;              // xrEndFrame takes it and it is never shown
+    std::uint32_t late_refreshes = 0;  // number of refreshes that xrWaitFrame skips, as after a stall
+    bool should_render = true;         // false: XrFrameState::shouldRender is false in every session state
+    bool discarded = false;            // xrBeginFrame returns XR_FRAME_DISCARDED
+    bool dropped = false;              // xrEndFrame accepts the frame, but it is never shown
 };
 
 struct FrameFates {
     FrameFate fate;
-    std::uint64_t count = 1;  // of the frames that are waited for next
+    std::uint64_t count = 1;  // applies to the next `count` waited frames
 };
 
-// Where a reference space stands from a time on (XrTime), in the room: the axes of the scenario's poses,
-// where STAGE stands at the start.
+// Pose of a reference space's origin from a time (XrTime) on. It is expressed in the room frame: the frame
+// of the scenario's poses, which is STAGE at the start.
 struct OriginKey {
     std::int64_t from_ns;
     Pose room_from_origin;
 };
-// Steps, by time; the first holds before it too. Never empty.
+// A step function, sorted by time. Times before the first key use the first key. `keys` must not be empty.
 inline const Pose& originAt(const std::vector<OriginKey>& keys, std::int64_t time_ns) {
     std::size_t at = keys.size() - 1;
     while (at > 0 && keys[at].from_ns > time_ns)
@@ -40,19 +40,19 @@ inline const Pose& originAt(const std::vector<OriginKey>& keys, std::int64_t tim
     return keys[at].room_from_origin;
 }
 
-// Of an instance. The refresh rate that holds now is `scenario.refresh_hz`, and interaction profiles are keys
-// of `scenario.devices`: events change them like everything else in the instance's copy of the scenario.
+// Per instance. The current refresh rate and the interaction profiles are not here: they are `refresh_hz`
+// and the keys of `devices` in the instance's copy of the scenario, which events also change.
 struct Conditions {
     Loss loss = Loss::none;
-    std::int64_t lost_at_ns = 0;                            // when pending becomes lost
-    std::vector<OriginKey> local{{0, {}}}, stage{{0, {}}};  // recentring appends
+    std::int64_t lost_at_ns = 0;                            // when the pending loss takes effect
+    std::vector<OriginKey> local{{0, {}}}, stage{{0, {}}};  // recentring appends a key
     std::vector<OriginKey> stationary{{0, {}}};
-    std::uint8_t generation = 1;      // of the stationary space
-    std::uint32_t mask_revision = 0;  // grows when the visibility mask changes
+    std::uint8_t generation = 1;      // generation of the stationary space
+    std::uint32_t mask_revision = 0;  // increases with each change of the visibility mask
     bool user_present = true;         // XR_EXT_user_presence
-    bool head_tracked = true;         // else no view has a valid pose
+    bool head_tracked = true;         // false: views have no valid pose
     std::vector<FrameFates> fates;
-    std::uint64_t frames_waited = 0;  // by all sessions: the number of the newest frame, 1 for the first
+    std::uint64_t frames_waited = 0;  // over all sessions: number of the latest waited frame, starting at 1
 };
 
 }  // namespace xrmock

@@ -22,9 +22,9 @@ namespace xrmock {
 namespace {
 
 constexpr std::size_t kMaxClients = 16;
-constexpr std::size_t kMaxQueued = 256;             // requests of one client; then it waits
-constexpr std::size_t kMaxQueuedBytes = 16U << 20;  // of all clients; then they wait
-constexpr std::size_t kMaxReplyBytes = 256U << 20;  // that a client leaves unread; then it goes
+constexpr std::size_t kMaxQueued = 256;             // requests per client; then reading from it pauses
+constexpr std::size_t kMaxQueuedBytes = 16U << 20;  // requests of all clients; then reading pauses
+constexpr std::size_t kMaxReplyBytes = 256U << 20;  // unread replies of a client; then it is disconnected
 
 sockaddr_un addressOf(const std::string& path) {
     sockaddr_un address{};
@@ -42,7 +42,7 @@ int openSocket() {
     return socket;
 }
 
-// A socket that nobody listens at any more is left from a run that was killed.
+// Removes a socket left by a killed run: nobody listens on it.
 void removeStale(const std::string& path, const sockaddr_un& address) {
     struct stat status{};
     if (::lstat(path.c_str(), &status) != 0 || !S_ISSOCK(status.st_mode)) return;
@@ -70,7 +70,7 @@ int listenAt(const std::string& path) {
 
 Control::Control(const std::string& path) : path_(path), listener_(listenAt(path)) {
     waker_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    // The application's signals are for the application's threads.
+    // Block all signals in this thread, so that the application's threads receive them.
     sigset_t all, before;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -97,7 +97,7 @@ std::vector<Control::Request> Control::takeRequests() {
     for (auto& [id, client] : clients_)
         client.queued = 0;
     request_bytes_ = 0;
-    wake();  // clients that had to wait may go on
+    wake();  // resume reading from clients that had reached their limit
     return std::exchange(requests_, {});
 }
 
@@ -122,7 +122,8 @@ bool Control::isConnected(std::uint64_t client) {
 
 void Control::wake() {
     const std::uint64_t one = 1;
-    [[maybe_unused]] const auto written = ::write(waker_, &one, sizeof one);  // full: it is awake already
+    // Failure means full: the thread is already awake.
+    [[maybe_unused]] const auto written = ::write(waker_, &one, sizeof one);
 }
 
 void Control::run() {
@@ -184,7 +185,7 @@ void Control::receive(std::uint64_t id, Client& client) {
     if (ended) client.deaf = true;
 }
 
-// Whole lines become requests, as many as may wait.
+// Queues complete lines as requests, up to the limits.
 void Control::queueLines(std::uint64_t id, Client& client) {
     std::size_t from = 0;
     while (client.queued < kMaxQueued && request_bytes_ < kMaxQueuedBytes) {

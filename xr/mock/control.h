@@ -1,6 +1,7 @@
-// XRMOCK_CONTROL: a Unix stream socket that clients connect to while the application runs; lines of JSON both
-// ways. The thread here only moves lines: requests queue until the application makes a call, and replies
-// until their client reads them, so that no client ever holds the application up.
+// XRMOCK_CONTROL: a Unix stream socket for clients that connect while the application runs. Requests and
+// replies are lines of JSON. The control thread only transfers lines: requests queue until the application
+// makes an OpenXR call, and replies queue until the client reads them. A client therefore never blocks the
+// application.
 #pragma once
 
 #include <atomic>
@@ -20,16 +21,17 @@ class Control {
         std::string line;
     };
 
-    // Listens at the path and starts the thread. Throws std::runtime_error where that cannot be.
+    // Listens at the path and starts the thread. Throws std::runtime_error on failure.
     explicit Control(const std::string& path);
-    // Disconnects everybody and removes the socket.
+    // Disconnects all clients and removes the socket.
     ~Control();
     Control(const Control&) = delete;
     Control& operator=(const Control&) = delete;
 
-    // Any thread. Costs one atomic read where there is nothing.
+    // Any thread. Costs one atomic exchange if there are no requests.
     std::vector<Request> takeRequests();
-    // Any thread. A line without its end; a client that went or that does not read loses it.
+    // Any thread. `line` has no line break. The reply is dropped if the client has disconnected or leaves
+    // too much unread.
     void reply(std::uint64_t client, const std::string& line);
     // Any thread. False once the client has hung up.
     bool isConnected(std::uint64_t client);
@@ -39,9 +41,9 @@ class Control {
     struct Client {
         int socket = -1;
         std::string in, out;
-        std::size_t queued = 0;  // requests that were not taken yet
-        bool deaf = false;       // it sends no more, but may still read
-        bool leaving = false;    // goes once `out` is sent
+        std::size_t queued = 0;  // requests not yet returned by takeRequests()
+        bool deaf = false;       // the client has stopped sending, but may still read
+        bool leaving = false;    // disconnected once `out` is sent
     };
 
     void run();
@@ -53,7 +55,7 @@ class Control {
 
     std::string path_;
     int listener_ = -1, waker_ = -1;
-    std::mutex mutex_;  // of what follows
+    std::mutex mutex_;  // guards the members below
     std::map<std::uint64_t, Client> clients_;
     std::vector<Request> requests_;
     std::size_t request_bytes_ = 0;

@@ -84,7 +84,7 @@ void applyFragment(const Field& fragment, Instance& instance, std::int64_t now_n
     if (instance.scenario.events.size() > kMaxPendingEvents) fragment.fail("too many events are pending");
     const Reading reading{true, instance.clock.scenarioSeconds(now_ns), ""};
     Scenario tried;
-    readTimelines(fragment, reading, tried);  // all of it is sound, or nothing happens
+    readTimelines(fragment, reading, tried);  // parse all of it first: a bad message changes nothing
     readTimelines(fragment, reading, instance.scenario);
 }
 
@@ -102,7 +102,8 @@ void parseWait(const Field& field, Promise& promise) {
     }
 }
 
-// Whether one more promise may be made. Those to clients that have hung up count no more.
+// Returns whether another reply may be pending. Pending replies to disconnected clients are dropped first
+// if there are too many.
 bool mayPromise(Instance& instance) {
     if (instance.promises.size() < kMaxPromises) return true;
     std::erase_if(instance.promises, [&](const Promise& promise) {
@@ -111,7 +112,7 @@ bool mayPromise(Instance& instance) {
     return instance.promises.size() < kMaxPromises;
 }
 
-// Empty: a promise was made instead.
+// Returns the reply, or "" if the reply is pending.
 std::string serve(const Field& root, Promise promise, Instance& instance, std::int64_t now_ns) {
     root.objectOf({"id", "apply", "get", "pause", "step", "wait", "picture"});
     if (root.value.size() != (root.has("id") ? 2U : 1U)) root.fail("one request a line expected");
@@ -176,7 +177,7 @@ std::string base64(const std::string& bytes) {
     return text;
 }
 
-// A number or a short string, as JSON; empty when there is none.
+// Returns the id as JSON: an integer or a short string; empty if missing.
 std::string idOf(const Field& root) {
     root.object();
     if (!root.has("id")) return {};
@@ -229,7 +230,7 @@ bool mayGoOn(Instance& instance, std::int64_t now_ns) {
 
 void servePictures(Call& call, Session& session, const SubmittedFrame& frame) {
     Instance& instance = session.instance;
-    std::array<std::string, 2> pngs;  // however many ask, an eye is composed once
+    std::array<std::string, 2> pngs;  // compose each eye only once, for all clients
     for (const Promise& promise : instance.promises) {
         if (!promise.eye) continue;
         std::string reply;

@@ -1,4 +1,5 @@
-// What control clients may ask; SCENARIO.md lists it. Requests are served inside the application's calls.
+// Requests of control clients, listed in SCENARIO.md. They are handled inside the application's OpenXR
+// calls.
 #pragma once
 
 #include <cstdint>
@@ -15,33 +16,33 @@ struct Instance;
 struct Session;
 struct SubmittedFrame;
 
-// A reply that waits for something to come about.
+// A pending reply: sent when its condition is met.
 struct Promise {
     std::uint64_t client = 0;
-    std::string id;  // of the request, as JSON; empty: it had none
+    std::string id;  // the request's id as JSON; empty if it had none
     std::optional<std::uint64_t> frame;
     std::optional<double> t_s;
     std::optional<XrSessionState> state;
     std::optional<std::uint64_t> haptic_pulses;
-    std::optional<std::size_t> eye;  // a picture of the next frame
-    bool steps = false;              // until the steps are done
+    std::optional<std::size_t> eye;  // eye whose image of the next frame is requested
+    bool steps = false;              // reply when the steps are done
 };
 
 struct Lockstep {
     bool paused = false;
-    std::uint64_t steps = 0;  // frames that may still go on
+    std::uint64_t steps = 0;  // number of frames that may still proceed
 };
 
-// Opens the socket of the environment. Throws std::runtime_error.
+// Opens the socket named by XRMOCK_CONTROL, if set. Throws std::runtime_error.
 void openControl(Instance& instance);
-// Does what clients asked since the last call, and keeps the promises that are due.
+// Handles the requests received since the last call and sends the pending replies whose condition is met.
 void serveControl(Instance& instance, std::int64_t now_ns);
-// Whether the frame that is waited for may go on; takes a step if that is what it needs.
+// Returns whether the waited frame may proceed. Uses up one step if the run is paused.
 bool mayGoOn(Instance& instance, std::int64_t now_ns);
-// Pictures that clients asked for, inside xrEndFrame.
+// Sends the images that clients requested. Called inside xrEndFrame.
 void servePictures(Call& call, Session& session, const SubmittedFrame& frame);
 
-// One request applied to an instance without a socket: what the fuzzer drives. The reply, or nothing for now.
+// Handles one request without a socket; used by the fuzzer. Returns the reply, or "" if it is pending.
 std::string serveRequest(Instance& instance, std::uint64_t client, const std::string& line,
                          std::int64_t now_ns);
 

@@ -9,7 +9,7 @@ namespace xrmock {
 
 namespace {
 
-// The line up to the next line break, which goes with it.
+// Removes the first line from `text`, with its line break, and returns it.
 std::string_view takeLine(std::string_view& text) {
     std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(line.size() + 1, text.size()));
@@ -17,7 +17,7 @@ std::string_view takeLine(std::string_view& text) {
     return line;
 }
 
-// False unless there are exactly so many numbers of bearable size.
+// Returns false unless the line has exactly numbers.size() numbers, all within range.
 bool readNumbers(std::string_view line, std::vector<double>& numbers) {
     const char* at = line.data();
     const char* const end = at + line.size();

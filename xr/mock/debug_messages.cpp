@@ -27,7 +27,8 @@ void post(Call& call, const Instance& instance, Message message) {
     const std::string_view function = call.function;
     const bool at_either_end = function == "xrCreateInstance" || function == "xrDestroyInstance";
     for (const Listener& listener : instance.listeners) {
-        // The messenger that was chained to xrCreateInstance hears the two calls, nothing between them.
+        // The messenger chained to xrCreateInstance receives messages only during xrCreateInstance and
+        // xrDestroyInstance.
         if (listener.messenger == 0 && !at_either_end) continue;
         if ((listener.severities & message.severity) != 0 && (listener.types & message.type) != 0) {
             call.deliveries.push_back({listener.callback, listener.user_data, message});

@@ -1,4 +1,4 @@
-// XR_EXT_debug_utils: what is said, and to whom.
+// XR_EXT_debug_utils: debug messages and their delivery.
 #pragma once
 
 #include <cstdint>
@@ -26,22 +26,23 @@ struct Message {
     std::string function;
     std::string text;
     std::vector<NamedObject> objects;
-    std::vector<std::string> labels;  // of the sessions among the objects, the newest first
+    std::vector<std::string> labels;  // labels of the message's session, newest first
 };
 
-// A message on its way to one messenger. It leaves without the lock, so that a callback may call OpenXR.
+// A message queued for one messenger. It is delivered without the lock, so that the callback may call
+// OpenXR.
 struct Delivery {
     PFN_xrDebugUtilsMessengerCallbackEXT callback;
     void* user_data;
     Message message;
 };
 
-// Queues the message for every messenger of the instance that listens to its severity and type.
+// Queues the message for every messenger of the instance that accepts its severity and type.
 void post(Call& call, const Instance& instance, Message message);
-// Says why a call is refused; silent when the call named no live object.
+// Reports why a call is refused. No effect if the call named no live object.
 void reportRefusal(Call& call, XrResult result, const std::string& reason);
 void warn(Call& call, const std::string& text);
-void tell(Call& call, const std::string& text);  // about performance
+void tell(Call& call, const std::string& text);  // as a performance message
 void deliver(std::vector<Delivery>& deliveries);
 
 const Instance* instanceOf(const Object* object);

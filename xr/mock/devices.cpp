@@ -9,7 +9,7 @@ namespace {
 constexpr std::string_view kUserPaths[kUserCount] = {"/user/hand/left", "/user/hand/right", "/user/head",
                                                      "/user/gamepad", "/user/treadmill"};
 
-// The keys around a time and how far it is from the first to the second, 0 to 1.
+// The keys around a time, and the fraction of the way from the first to the second, 0 to 1.
 template <class Key>
 struct Span {
     const Key& from;

@@ -1,4 +1,4 @@
-// What the scenario's user holds, wears and does with the fingers, over time.
+// Scripted devices over time: what the user holds and wears, and the positions of the fingers.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace xrmock {
 
-// The top level user paths. The hands come first: their numbers index whatever there is per hand.
+// Top level user paths. The hands come first, so that their values index per-hand arrays.
 enum class User : std::size_t { left_hand, right_hand, head, gamepad, treadmill };
 constexpr std::size_t kUserCount = 5;
 constexpr std::size_t kHandCount = 2;
@@ -26,14 +26,14 @@ constexpr bool isHand(User user) {
 }
 
 struct Device {
-    std::vector<TextKey> profiles;  // the interaction profile; empty: not connected
-    std::vector<PoseKey> grips;     // hands only; not connected, a hand still has a pose
+    std::vector<TextKey> profiles;  // interaction profile; empty: not connected
+    std::vector<PoseKey> grips;     // hands only; a hand has a pose even if nothing is connected
     Pose grip_from_aim;
     std::map<std::string, std::vector<ValueKey>, std::less<>> values;  // by component, "input/select/click"
 };
 
 constexpr std::size_t kFingerCount = 5;          // from the thumb to the little finger
-using Curls = std::array<double, kFingerCount>;  // 0 straight, 1 in the fist
+using Curls = std::array<double, kFingerCount>;  // 0 straight, 1 in a fist
 struct CurlKey {
     double t_s;
     Curls curls;
@@ -49,23 +49,25 @@ struct JointsKey {
     Joints joints;
 };
 
-// What XR_EXT_hand_tracking sees of a hand. Recorded joints go before palm poses, these before the grip of
-// what the hand holds.
+// A hand as seen by XR_EXT_hand_tracking. Recorded joints have priority over palm poses, and palm poses
+// over the grip pose of a held controller.
 struct TrackedHand {
     std::vector<JointsKey> joints;
     std::vector<PoseKey> palms;
     std::vector<CurlKey> curls;
-    std::vector<ValueKey> tracked;  // 0 hides the hand; no keys: seen whenever there is anything to see
+    // 0: hidden. Without keys: visible if it has joints, palm poses or a held controller.
+    std::vector<ValueKey> tracked;
 };
 
-// Two simple controllers resting in front.
+// Two simple controllers at rest in front of the user.
 std::array<Device, kUserCount> restingDevices();
-// The hands that hold something hold this (empty: nothing) from a time on, until the next key.
+// From `from_s` until the next key, every hand that holds a controller holds `profile` instead; empty:
+// nothing.
 void takeUp(std::array<Device, kUserCount>& devices, const std::string& profile, double from_s);
 
-// Linear between the keys; straight fingers without any.
+// Interpolates linearly. Straight fingers if there are no keys.
 Curls curlsAt(const std::vector<CurlKey>& keys, double t_s);
-// Joint by joint, as poses. Never without keys.
+// Interpolates each joint's pose. `keys` must not be empty.
 Joints jointsAt(const std::vector<JointsKey>& keys, double t_s);
 
 }  // namespace xrmock

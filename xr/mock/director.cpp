@@ -21,7 +21,7 @@ void eachSession(Instance& instance, Visit visit) {
     }
 }
 
-// The head's place at the time, upright; for STAGE and the stationary space the floor below it.
+// The upright pose at the head; for STAGE and the stationary space on the floor below it.
 Pose originAtHead(const Instance& instance, XrReferenceSpaceType space, std::int64_t time_ns) {
     Pose origin = yawOnly(stageFromHead(instance, time_ns));
     if (space != XR_REFERENCE_SPACE_TYPE_LOCAL) origin.position[1] = 0;
@@ -58,7 +58,7 @@ void apply(Instance& instance, std::int64_t now_ns, const Recentring& recentring
     if (!is_stationary || instance.extensions.contains(XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME))
         announceRecentring(instance, recentring.space, change_ns, recentring.pose_valid, before, after);
     if (is_stationary) return;
-    // LOCAL_FLOOR moves with LOCAL, and up and down with STAGE.
+    // LOCAL_FLOOR moves with LOCAL, and vertically with STAGE.
     const Pose floor_after = stageFromLocalFloor(instance, change_ns);
     const bool floor_moved = is_local || floor_after.position[1] != floor_before.position[1];
     if (!floor_moved || !instance.extensions.contains(XR_EXT_LOCAL_FLOOR_EXTENSION_NAME)) return;
@@ -144,7 +144,7 @@ void apply(Instance& instance, std::int64_t, const CaptureRequest& request) {
     eachSession(instance, [&](Session& session) { session.capture_name = request.name; });
 }
 
-// What was pending long enough is lost.
+// Completes pending losses whose time has come.
 void completeLosses(Instance& instance, std::int64_t now_ns) {
     Conditions& conditions = instance.conditions;
     bool lost = false;
@@ -172,7 +172,7 @@ void direct(Instance& instance, std::int64_t now_ns) {
         return event.frame ? *event.frame <= instance.conditions.frames_waited : event.t_s <= now_s;
     };
     if (std::none_of(events.begin(), events.end(), isDue)) return;
-    std::vector<Event> due, later;  // due ones in the order of their times
+    std::vector<Event> due, later;  // due events in order of time
     for (Event& event : events) {
         if (!isDue(event)) {
             later.push_back(std::move(event));

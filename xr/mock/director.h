@@ -1,4 +1,4 @@
-// Brings about what the scenario holds for this time and frame.
+// Applies the scenario's events when they are due.
 #pragma once
 
 #include <cstdint>
@@ -7,21 +7,22 @@
 
 namespace xrmock {
 
-// Applies the events that are due at the time or at the newest frame. Called by xrPollEvent, xrWaitFrame and
-// xrSyncActions, so that runs on the virtual clock repeat exactly. The instance or its session may be lost
-// afterwards.
+// Applies the events that are due at this time or at the latest frame. Called by xrPollEvent, xrWaitFrame
+// and xrSyncActions, so that runs on the virtual clock are reproducible. The instance or its session may be
+// lost afterwards.
 void direct(Instance& instance, std::int64_t now_ns);
 
-// Applies the refusals of time 0, which the calls before the first frame may meet, too.
+// Applies the refusals of time 0 at instance creation, so that calls before the first frame can meet them
+// too.
 void refuseFromTheStart(Instance& instance, std::int64_t now_ns);
 
-// The fate of the frame that is waited for now.
+// Returns the scripted treatment of the frame being waited for, and consumes it.
 FrameFate takeFate(Instance& instance);
 
-// XR_EXT_user_presence: a session that begins is told, and whenever it changes.
+// XR_EXT_user_presence: sends the event when a session begins and at every change.
 void announcePresence(Session& session);
 
-// XR_FB_display_refresh_rate: changes the rate and tells the application.
+// XR_FB_display_refresh_rate: changes the rate and sends the event.
 void changeRefreshRate(Instance& instance, double hz);
 
 }  // namespace xrmock

@@ -8,7 +8,7 @@ constexpr std::size_t kCapacity = 64;
 
 void EventQueue::push(const Entry& entry) {
     if (entries_.size() >= kCapacity || lost_ > 0) {
-        ++lost_;  // later ones are lost too until the queue has been read: the order stays true
+        ++lost_;  // until the queue is empty later events are lost too, to keep the order
         return;
     }
     entries_.push_back(entry);

@@ -1,4 +1,4 @@
-// The event queue of an instance, with its overflow rule.
+// Event queue of an instance. If it overflows, XrEventDataEventsLost replaces the lost events.
 #pragma once
 
 #include <cstring>
@@ -17,10 +17,10 @@ class EventQueue {
         std::memcpy(&entry.data, &event, sizeof event);
         push(entry);
     }
-    // False when there is none. After an overflow, XrEventDataEventsLost stands where the lost ones would
-    // have been.
+    // Returns false if the queue is empty. After an overflow, XrEventDataEventsLost comes in the place of
+    // the lost events.
     bool pop(XrEventDataBuffer& out);
-    // A destroyed session sends nothing more.
+    // Drops the events of a destroyed session.
     void forget(XrSession session);
 
   private:

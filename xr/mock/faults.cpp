@@ -11,7 +11,7 @@ namespace xrmock {
 
 namespace {
 
-// Counts the call. True when it is one of those to refuse.
+// Counts the call and returns whether to refuse it.
 bool strikes(Fault& fault, std::int64_t now_ns) {
     const Refusal& refusal = fault.refusal;
     ++fault.calls;

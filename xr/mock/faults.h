@@ -1,4 +1,4 @@
-// Calls that the scenario refuses, or makes wait.
+// Calls that the scenario refuses or delays.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,14 @@ class Call;
 
 struct Fault {
     Refusal refusal;
-    std::int64_t until_ns = 0;  // of a refusal that lasts for a time
-    std::uint64_t calls = 0;    // of its function, so far
+    std::int64_t until_ns = 0;  // end of a refusal with a duration
+    std::uint64_t calls = 0;    // calls of its function so far
 };
 
-// The result that the call gets instead of being made: one of the faults of the instance that the handle
-// belongs to. The reason is reported.
+// Returns the scripted error for this call, if any. The faults are those of the instance that owns
+// `handle`. The refusal is reported to the debug messengers.
 std::optional<XrResult> scriptedRefusal(Call& call, std::uint64_t handle);
-// Waits without the lock if the call is one that the scenario stalls.
+// Sleeps without the lock if the scenario stalls this call.
 void stallIfScripted(Call& call, std::uint64_t handle);
 
 }  // namespace xrmock

@@ -10,8 +10,8 @@ FramePlan planFrame(const FrameLoop& loop, const Clock& clock, std::int64_t now_
             clock.virtual_now_ns < kVirtualStartNs ? kVirtualStartNs : clock.virtual_now_ns + period_ns;
         return {now_ns, display_ns + late_ns, late_refreshes};
     }
-    // An application gets one period from the return of xrWaitFrame to the refresh. One that is late by less
-    // than a period still starts at once, as compositors let it.
+    // An application has one period from the return of xrWaitFrame to the refresh. If it is late by less
+    // than one period, it still starts immediately, as with real compositors.
     const std::int64_t reachable = (now_ns - clock.origin_ns) / period_ns + (loop.paced ? 1 : 2);
     const std::int64_t next = (loop.last_display_ns - clock.origin_ns) / period_ns + 1;
     const std::int64_t refresh = (next > reachable ? next : reachable) + late_refreshes;

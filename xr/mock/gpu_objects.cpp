@@ -60,7 +60,7 @@ std::vector<std::uint8_t> ReadbackBuffer::bytes(const VulkanDevice& device) cons
 }
 
 ImageView arrayView(const VulkanDevice& device, VkImage image, VkFormat format, VkImageUsageFlags usage) {
-    // The image may have uses that its format does not (VulkanDevice::hasExtendedUsage).
+    // The image may have usages that its own format does not support (VulkanDevice::hasExtendedUsage).
     const VkImageViewUsageCreateInfo usage_info{VK_STRUCTURE_TYPE_IMAGE_VIEW_USAGE_CREATE_INFO, nullptr,
                                                 usage};
     VkImageViewCreateInfo info{};

@@ -1,4 +1,4 @@
-// Vulkan objects that free themselves. The device outlives them.
+// Owning wrappers of Vulkan objects. The device must outlive them.
 #pragma once
 
 #include <cstdint>
@@ -44,9 +44,9 @@ using PipelineLayout = Owned<VkPipelineLayout, &VulkanDevice::vkDestroyPipelineL
 using RenderPass = Owned<VkRenderPass, &VulkanDevice::vkDestroyRenderPass>;
 using ShaderModule = Owned<VkShaderModule, &VulkanDevice::vkDestroyShaderModule>;
 
-// Members are freed from the last to the first. The constructors throw Refused.
+// Members are destroyed in reverse order. The constructors throw Refused.
 
-// An image of one level that the GPU draws into and copies from.
+// A render target with one mip level that can also be copied from.
 struct TargetImage {
     TargetImage() = default;
     TargetImage(const VulkanDevice& device, VkFormat format, VkExtent2D size, VkImageUsageFlags usage,
@@ -56,7 +56,7 @@ struct TargetImage {
     Image image;
 };
 
-// Memory that the GPU fills and the CPU reads.
+// A buffer that the GPU writes and the CPU reads.
 struct ReadbackBuffer {
     ReadbackBuffer() = default;
     ReadbackBuffer(const VulkanDevice& device, VkDeviceSize size);
@@ -67,7 +67,8 @@ struct ReadbackBuffer {
     Buffer buffer;
 };
 
-// All layers of the first level, as a 2D array, for a part of the uses that the image has.
+// A 2D array view of all layers of the first mip level, restricted to `usage`, a subset of the image's
+// uses.
 ImageView arrayView(const VulkanDevice& device, VkImage image, VkFormat format, VkImageUsageFlags usage);
 
 }  // namespace xrmock

@@ -1,5 +1,5 @@
-// Bone lengths are the averages of adults in Buryanov and Kotiuk, "Proportions of hand segments", Int. J.
-// Morphol. 28(3), 2010, to the millimetre; the last bones include the flesh at the tip.
+// Bone lengths: adult averages from Buryanov and Kotiuk, "Proportions of hand segments", Int. J. Morphol.
+// 28(3), 2010, rounded to the millimetre. The last bones include the soft tissue of the fingertip.
 #include "hand_pose.h"
 
 #include <algorithm>
@@ -11,15 +11,15 @@ namespace {
 
 struct Bone {
     double length_m;
-    double flexion_rad;  // of its joint when the finger is curled
-    double radius_m;     // at its joint
+    double flexion_rad;  // flexion of its joint when fully curled
+    double radius_m;     // radius at its joint
 };
 struct Finger {
-    int first;                  // the metacarpal joint in XrHandJointEXT
-    Vec3 root_m;                // its place beside the palm, for a right hand
-    double spread_rad;          // between metacarpal and proximal bone, away from the thumb
-    Vec3 tip_direction;         // of the metacarpal bone
-    Vec3 back;                  // roughly where its back points
+    int first;                  // index of the metacarpal joint in XrHandJointEXT
+    Vec3 root_m;                // position relative to the palm, right hand
+    double spread_rad;          // from metacarpal to proximal bone, away from the thumb
+    Vec3 tip_direction;         // direction of the metacarpal bone
+    Vec3 back;                  // approximate direction of the finger's back
     std::array<Bone, 4> bones;  // from the metacarpal; the thumb has three
     int bone_count;
     double tip_radius_m;
@@ -85,13 +85,13 @@ Vec3 unitVector(const Vec3& v) {
     return {v[0] / length, v[1] / length, v[2] / length};
 }
 
-// -z along the direction, +y as near to the back as it can be.
+// Orientation with -z along the direction and +y as close to `back` as possible.
 Pose lookAlong(const Vec3& position, const Vec3& direction, const Vec3& back) {
     const Vec3 d = unitVector(direction);
     const Vec3 z{-d[0], -d[1], -d[2]};
     const Vec3 x = unitVector(cross(back, z));
     const Vec3 y = cross(z, x);
-    // The quaternion of the matrix with these columns; w is not small for any finger of a hand.
+    // Quaternion of the matrix with these columns; w is not small for any finger.
     const double w = std::sqrt(std::max(1 + x[0] + y[1] + z[2], 0.0)) / 2;
     const double scale = 1 / (4 * w);
     return {{(y[2] - z[1]) * scale, (z[0] - x[2]) * scale, (x[1] - y[0]) * scale, w}, position};
@@ -105,7 +105,7 @@ Pose turnY(double angle_rad) {
     return {{0, std::sin(angle_rad / 2), 0, std::cos(angle_rad / 2)}, {0, 0, 0}};
 }
 
-// A right hand's frame seen in the mirror x = 0.
+// Mirrors a right hand's frame at the plane x = 0.
 Pose mirrored(const Pose& pose) {
     const auto& q = pose.orientation;
     const auto& p = pose.position;
@@ -125,8 +125,8 @@ void placeFinger(const Finger& finger, double curl, Joints& palm_from_joints) {
     }
 }
 
-// What the fingers do on the controls of a controller: the index finger on the trigger, the thumb on whatever
-// it touches, the others around the handle.
+// Finger curls from the controller's values: the index finger follows the trigger, the thumb its controls,
+// the other fingers the squeeze.
 Curls curlsOnControls(const Sources& sources, User user, std::int64_t time_ns) {
     const auto most = [&](std::initializer_list<const char*> components) {
         double value = 0;
@@ -160,8 +160,8 @@ Joints builtInHand(bool is_left, const Pose& stage_from_palm, const Curls& curls
 }
 
 Pose gripFromPalm(bool is_left) {
-    // The fingers point along -y of the grip, the back of the hand along +x of the right one and -x of the
-    // left one; the grip lies on the skin of the palm.
+    // The fingers point along -y of the grip, the back of the hand along +x (right) or -x (left). The grip
+    // origin is on the skin of the palm.
     if (is_left) return {{-0.5, 0.5, 0.5, 0.5}, {-kPalmRadius_m, 0, 0}};
     return {{-0.5, -0.5, -0.5, 0.5}, {kPalmRadius_m, 0, 0}};
 }

@@ -1,5 +1,4 @@
-// The joints of a hand (XR_EXT_hand_tracking): recorded ones, or a built-in hand of average size whose
-// fingers curl.
+// Hand joints (XR_EXT_hand_tracking): recorded, or of a built-in hand of average size with curling fingers.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +9,14 @@
 
 namespace xrmock {
 
-// Joint frames as the extension has them: -z along the bone to the tip, +y out of the back of the hand. The
-// palm is the middle of the middle finger's metacarpal bone.
+// Joint frames as in the extension: -z along the bone towards the tip, +y out of the back of the hand. The
+// palm joint is at the middle of the middle finger's metacarpal bone.
 Joints builtInHand(bool is_left, const Pose& stage_from_palm, const Curls& curls);
 
-// The palm of the hand whose grip pose this is.
+// Transform from the palm joint to the grip pose.
 Pose gripFromPalm(bool is_left);
 
-// Nothing while the hand is not seen.
+// Returns nullopt while the hand is not visible.
 std::optional<Joints> stageFromJoints(const Sources& sources, bool is_left, std::int64_t time_ns);
 
 }  // namespace xrmock

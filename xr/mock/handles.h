@@ -1,5 +1,5 @@
-// Handles: a number made of a slot and its generation, so that a destroyed or invented handle is recognised
-// instead of followed. Objects form a tree; destroying one destroys its children first.
+// Handles combine a slot index and its generation, so that a destroyed or invented handle is detected and
+// never dereferenced. Objects form a tree: destroying one destroys its children first.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +27,9 @@ struct Object {
 
 class HandleTable {
   public:
-    // Gives the object a handle and its parent. Throws std::bad_alloc.
+    // Adds the object under `parent` and assigns its handle. Throws std::bad_alloc.
     Object& add(std::unique_ptr<Object> object, Object* parent);
-    // Null for a handle that was never given out or whose object is gone.
+    // Null if the handle was never issued or its object is destroyed.
     Object* find(std::uint64_t handle) const;
     void destroy(Object& object);
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
-// Beside the library, in an installed tree as in a build tree.
+// The folder beside the library, both in a build tree and installed.
 std::filesystem::path headsetFolder() {
     Dl_info library{};
     if (dladdr(reinterpret_cast<const void*>(&loadHeadset), &library) == 0 || library.dli_fname == nullptr) {
@@ -25,7 +25,7 @@ std::filesystem::path headsetFolder() {
 
 // Left, right, up, down.
 XrFovf parseFov(const Field& field, double rad_per_unit) {
-    constexpr double kLimitRad = 1.55;  // short of a right angle
+    constexpr double kLimitRad = 1.55;  // just below a right angle
     const auto angles = field.numbers<4>(-kLimitRad / rad_per_unit, kLimitRad / rad_per_unit);
     if (angles[0] >= angles[1] || angles[3] >= angles[2]) field.fail("left < right and down < up expected");
     return {static_cast<float>(angles[0] * rad_per_unit), static_cast<float>(angles[1] * rad_per_unit),

@@ -1,4 +1,4 @@
-// Headsets as data: what a display shows and what its sensors see. See headsets/*.json and SCENARIO.md.
+// Headset descriptions as data: display and tracking properties. See headsets/*.json and SCENARIO.md.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace xrmock {
 
-// A file, or the name of one that came with the library. Throws FieldError.
+// Loads a headset file, or a built-in headset by name. Throws FieldError.
 void loadHeadset(const std::string& name_or_file, Scenario& scenario);
-// The fields that a headset file shares with the "eyes" of a scenario.
+// Reads the fields that a headset file shares with "eyes" in a scenario.
 void readEyes(const Field& field, Scenario& scenario);
 
 }  // namespace xrmock

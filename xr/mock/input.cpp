@@ -7,7 +7,7 @@ namespace xrmock {
 
 namespace {
 
-// One physical control: "input/trigger" stands for all its components.
+// A physical control: "input/trigger" includes all its components.
 using PhysicalControl = std::pair<User, std::string>;
 
 PhysicalControl controlOf(const Binding& binding, const std::string& component) {
@@ -37,7 +37,7 @@ std::map<PhysicalControl, std::uint32_t> highestPriorities(const InputState& inp
     return highest;
 }
 
-// Whether the component counts as pressed, with hysteresis.
+// Returns whether the component counts as pressed, with hysteresis.
 bool isPressed(InputState& input, User user, const std::string& component, double value) {
     const auto key = std::make_pair(user, component);
     const bool pressed = value >= (input.pressed.contains(key) ? kReleased : kPressed);
@@ -49,8 +49,8 @@ bool isPressed(InputState& input, User user, const std::string& component, doubl
     return pressed;
 }
 
-// Several sources for one action: any press, the largest deflection, the longest vector. `last_change_ns`
-// becomes that of the source that changed last.
+// Combines several sources of one action: any press, the largest deflection, the longest vector.
+// `last_change_ns` becomes that of the latest change.
 void mix(ActionValue& value, InputState& input, const Binding& binding, XrActionType type,
          const Sources& sources, std::int64_t now_ns) {
     value.active = true;
@@ -71,7 +71,8 @@ void mix(ActionValue& value, InputState& input, const Binding& binding, XrAction
     }
 }
 
-// Of a value that was `before` and is `now_value`, whose sources last changed at its last_change_ns.
+// Sets `changed` and `last_change_ns` of the new value. On entry `last_change_ns` is when its sources last
+// changed.
 void compare(const ActionValue& before, ActionValue& now_value, std::int64_t now_ns) {
     if (!before.active) {
         if (now_value.last_change_ns == 0) now_value.last_change_ns = now_ns;
@@ -81,7 +82,7 @@ void compare(const ActionValue& before, ActionValue& now_value, std::int64_t now
     if (!now_value.changed) {
         now_value.last_change_ns = before.last_change_ns;
     } else if (now_value.last_change_ns <= before.last_change_ns) {
-        now_value.last_change_ns = now_ns;  // not a source changed but which of them count
+        now_value.last_change_ns = now_ns;  // the set of contributing sources changed, not a source
     }
 }
 

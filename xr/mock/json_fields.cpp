@@ -17,7 +17,7 @@ constexpr int kMaxDepth = 32;
 }
 
 json parseJson(const std::string& text, const std::string& source) {
-    std::vector<std::set<std::string>> names;  // of the objects that are open, the innermost last
+    std::vector<std::set<std::string>> names;  // names in the open objects, innermost last
     const auto watch = [&](int depth, json::parse_event_t event, const json& value) {
         if (depth > kMaxDepth) throw FieldError(source + ": document: nested too deeply");
         if (event == json::parse_event_t::object_start) names.emplace_back();

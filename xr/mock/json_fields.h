@@ -1,5 +1,5 @@
-// Strict reading of JSON: unknown fields, wrong types, numbers out of range and absurd sizes are refused with
-// where they were read, the path of the field, and the reason. Scenarios, headsets and control messages.
+// Strict JSON reader for scenarios, headsets and control messages. Refuses unknown fields, wrong types,
+// numbers out of range and absurd sizes. The error names the source, the path of the field and the reason.
 #pragma once
 
 #include <array>
@@ -26,19 +26,20 @@ constexpr std::size_t kMaxText = 4096;              // bytes of one string
 constexpr std::size_t kMaxFileBytes = 64U << 20;    // of one file
 constexpr std::size_t kMaxMessageBytes = 1U << 20;  // of one control message
 
-// Refuses what is no JSON, nests deeper than 32 levels, or names a field twice. `source` opens the message.
+// Refuses invalid JSON, nesting deeper than 32 levels and duplicate names. Error messages start with
+// `source`.
 nlohmann::json parseJson(const std::string& text, const std::string& source);
 // The bytes of a regular file. Throws FieldError.
 std::string readTextFile(const std::string& file_name);
 
-// A JSON value together with where it stands.
+// A JSON value with its source and path.
 struct Field {
     const nlohmann::json& value;
     const std::string& source;
     std::string name;
 
     [[noreturn]] void fail(const std::string& reason) const;
-    // The member must be there: use has() or required().
+    // The member must exist: check with has(), or use required().
     Field at(const std::string& key) const;
     Field at(std::size_t index) const;
     bool has(const char* key) const { return value.contains(key); }
@@ -51,7 +52,7 @@ struct Field {
     std::uint64_t integer(std::uint64_t low, std::uint64_t high) const;
     bool boolean() const;
     std::string text() const;
-    // The index of the text among the names.
+    // Returns the index of the text in `names`.
     std::size_t oneOf(std::initializer_list<const char*> names) const;
 
     template <std::size_t kSize>

@@ -12,7 +12,7 @@ JsonLine& JsonLine::text(std::string_view value) {
                                       [](char c) { return c >= ' ' && c < '\x7f' && c != '"' && c != '\\'; });
     if (is_plain) {
         text_.append("\"").append(value).append("\"");
-    } else {  // names may hold any bytes: those that are no UTF-8 are replaced
+    } else {  // invalid UTF-8 in names is replaced
         text_ += nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     }
     return *this;

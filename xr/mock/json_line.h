@@ -1,4 +1,4 @@
-// Writing JSON on one line. The same values give the same bytes.
+// Writes JSON on one line. The same values always produce the same bytes.
 #pragma once
 
 #include <charconv>
@@ -39,7 +39,7 @@ class JsonLine {
         text_.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
         return *this;
     }
-    JsonLine& number(double value) {  // the shortest that reads back the same
+    JsonLine& number(double value) {  // shortest text that reads back to the same value
         separate();
         if (!std::isfinite(value)) {
             text_ += std::isnan(value) ? "\"nan\"" : value > 0 ? "\"inf\"" : "\"-inf\"";

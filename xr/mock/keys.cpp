@@ -6,7 +6,7 @@ namespace xrmock {
 
 namespace {
 
-// The first key that is later.
+// The first key later than `t_s`.
 template <class Key>
 auto keyAfter(const std::vector<Key>& keys, double t_s) {
     return std::upper_bound(keys.begin(), keys.end(), t_s,

@@ -1,4 +1,4 @@
-// Keys of the scenario: what holds or passes between them, as a function of scenario time.
+// Keys of the scenario, evaluated as functions of scenario time.
 #pragma once
 
 #include <string>
@@ -21,21 +21,22 @@ struct TextKey {
     std::string text;
 };
 
-// Before the first key its pose holds, after the last one the last. Never without keys.
+// Interpolates between keys; constant before the first and after the last. `keys` must not be empty.
 Pose poseAt(const std::vector<PoseKey>& keys, double t_s);
-// Holds from key to key; zero before the first.
+// Constant between keys; 0 before the first.
 double valueAt(const std::vector<ValueKey>& keys, double t_s);
-// When the value became what it is at this time; negative if it has been zero for ever.
+// Time of the last change before `t_s`; negative if the value has always been 0.
 double changeBefore(const std::vector<ValueKey>& keys, double t_s);
-// Holds from key to key; empty before the first.
+// Constant between keys; empty before the first.
 const std::string& textAt(const std::vector<TextKey>& keys, double t_s);
 
-// What comes from a time on gives way to new keys; what was until then is kept.
+// Removes the keys from `t_s` on and keeps the earlier ones.
 template <class Key>
 void forgetFrom(std::vector<Key>& keys, double t_s) {
     std::erase_if(keys, [&](const Key& key) { return key.t_s >= t_s; });
 }
-// The same for poses, which would otherwise pass from the last kept one to the first new one.
+// The same for poses. Adds a key that holds the pose at `t_s`; otherwise the pose would move from the last
+// kept key to the first new one.
 void holdFrom(std::vector<PoseKey>& keys, double t_s);
 
 }  // namespace xrmock

@@ -25,7 +25,7 @@ SubmittedImage checkSubImage(Call& call, const Session& session, const XrSwapcha
     require(sub_image.imageArrayIndex < swapchain.images.layers, XR_ERROR_VALIDATION_FAILURE,
             "imageArrayIndex is beyond the swapchain's array");
     const XrRect2Di& rect = sub_image.imageRect;
-    // Without any pixels a rectangle is of no use, but no error either.
+    // An empty rectangle is useless, but no error.
     const auto inside = [](std::int64_t offset, std::int64_t extent, std::int64_t size) {
         return offset >= 0 && extent >= 0 && offset + extent <= size;
     };
@@ -49,7 +49,7 @@ SubmittedLayer checkHeader(Call& call, const Session& session, const XrCompositi
     return layer;
 }
 
-// XR_KHR_composition_layer_depth asks for near and far planes greater than zero, but its conformance test
+// XR_KHR_composition_layer_depth requires near and far planes greater than zero, but its conformance test
 // submits zero.
 SubmittedDepth checkDepth(Call& call, const Session& session, const XrCompositionLayerDepthInfoKHR& depth) {
     require(depth.minDepth >= 0 && depth.minDepth < depth.maxDepth && depth.maxDepth <= 1,

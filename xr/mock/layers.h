@@ -1,4 +1,4 @@
-// What xrEndFrame accepts.
+// Validation of the layers passed to xrEndFrame.
 #pragma once
 
 #include "call.h"
@@ -6,8 +6,8 @@
 
 namespace xrmock {
 
-// Refuses the frame if it or one of its layers is not as specified; otherwise the frame as the runtime sees
-// it.
+// Refuses the frame if it or one of its layers violates the specification. Otherwise returns the frame in
+// the runtime's own form.
 SubmittedFrame checkFrame(Call& call, Session& session, const XrFrameEndInfo& frame);
 
 }  // namespace xrmock

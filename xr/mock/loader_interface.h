@@ -1,5 +1,5 @@
-// What a loader and a runtime agree on before any OpenXR call (OpenXR 1.0, "Loader Runtime Interaction"):
-// some distributions package the OpenXR headers without this one.
+// Negotiation between loader and runtime before the first OpenXR call (OpenXR 1.0, "Loader Runtime
+// Interaction"). Declared here because some distributions omit this header.
 #pragma once
 
 #include "openxr_api.h"

@@ -6,7 +6,7 @@ namespace xrmock {
 
 namespace {
 
-// "input/dpad_up/click" is "Dpad Up"; the click is understood.
+// "input/dpad_up/click" becomes "Dpad Up"; "click" is omitted.
 std::string componentTitle(const std::string& component) {
     const std::size_t start = component.find('/') + 1;
     const std::size_t end = component.find('/', start);

@@ -1,4 +1,4 @@
-// Names of input sources for people to read (English).
+// Human-readable names of input sources (English).
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ constexpr XrInputSourceLocalizedNameFlags kAllNameComponents =
     XR_INPUT_SOURCE_LOCALIZED_NAME_USER_PATH_BIT | XR_INPUT_SOURCE_LOCALIZED_NAME_INTERACTION_PROFILE_BIT |
     XR_INPUT_SOURCE_LOCALIZED_NAME_COMPONENT_BIT;
 
-// "Left Hand Simple Controller Select", or the parts of it that are asked for.
+// "Left Hand Simple Controller Select", or only the requested parts.
 std::string localizedName(const Profile& profile, const BindingPath& source,
                           XrInputSourceLocalizedNameFlags parts);
 

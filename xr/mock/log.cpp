@@ -92,7 +92,7 @@ void logLayer(Log& log, const SubmittedLayer& layer) {
     log.line.close('}');
 }
 
-// The action and the subaction path, null for all, of a call that succeeded.
+// Logs the action and the subaction path (null: all) of a successful call.
 void describeAction(Log& log, XrAction action, XrPath path) {
     const auto& described = static_cast<const Action&>(*runtime().handles.find(numberOf(action)));
     const std::string* text = described.set.instance.paths.toString(path);
@@ -139,7 +139,7 @@ void openLog() {
         log->last_time_ns = 0;
         return;
     }
-    log.reset();  // what it still holds is written before another one may open the same file
+    log.reset();  // flush and close before the same file may be reopened
     if (!name.empty()) log = std::make_unique<Log>(name);
 }
 
@@ -158,7 +158,7 @@ void beginCallLine(Log& log, const Call& call, XrResult result, std::uint64_t su
 void endCallLine(Log& log, const Call& call) {
     log.line.close(']').close('}');
     log.write(log.line);
-    // Whatever happens to the application between frames, what it did in them is in the file.
+    // Flush once per frame, so that the file is complete even if the application crashes between frames.
     const std::string_view function = call.function;
     if (function == "xrEndFrame" || function == "xrDestroyInstance") log.flush();
 }

@@ -1,4 +1,4 @@
-// XRMOCK_LOG: JSON lines of the calls and of every submitted frame. Nothing is built while there is no log.
+// XRMOCK_LOG: one JSON line for each call and each submitted frame. Nothing is formatted if logging is off.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ class Call;
 struct Session;
 struct SubmittedFrame;
 
-// Guarded by the runtime's mutex. Handles, instances and threads are numbered as they appear, so that two
-// runs on the virtual clock give the same bytes.
+// Guarded by the runtime's mutex. Handles and threads are numbered in order of appearance, so that two runs
+// on the virtual clock produce identical bytes.
 class Log {
   public:
     explicit Log(const std::string& file_name);  // throws std::runtime_error
@@ -31,9 +31,9 @@ class Log {
     void flush();
     const std::string& fileName() const { return file_name_; }
 
-    std::map<std::uint64_t, std::uint64_t> pulses;  // of each session, written so far
-    std::int64_t last_time_ns = 0;                  // of calls whose instance is not there
-    JsonLine line;                                  // the one that is being written
+    std::map<std::uint64_t, std::uint64_t> pulses;  // last pulse written, per session
+    std::int64_t last_time_ns = 0;                  // time logged for calls without a live instance
+    JsonLine line;                                  // the line being written
 
   private:
     struct Close {
@@ -46,19 +46,19 @@ class Log {
     std::map<std::thread::id, std::size_t> threads_;
 };
 
-// The log of the environment. An application that makes another instance goes on in the same file, and those
-// that are there together share it. Throws std::runtime_error.
+// Opens the log named by XRMOCK_LOG. A later instance with the same file name appends to the open log, and
+// concurrent instances share it. Throws std::runtime_error.
 void openLog();
 
-// {"call": ..., "result": ..., "time": ..., "thread": ..., and the beginning of "args": [
+// Writes {"call": ..., "result": ..., "time": ..., "thread": ..., and the start of "args": [
 void beginCallLine(Log& log, const Call& call, XrResult result, std::uint64_t subject);
 void endCallLine(Log& log, const Call& call);
 
-// With the haptic pulses that began since the last one.
+// Writes a frame, with the haptic pulses that started since the last frame.
 void logFrame(Log& log, const Session& session, const SubmittedFrame& frame);
 
-// What a line tells of one argument; nothing of those that are not listed here. Structures are read only from
-// calls that succeeded: then they are what the specification demands.
+// Appends one argument of a call to the line. Arguments of other types are omitted. Structures are read
+// only from calls that succeeded, because then they are valid.
 template <class Argument>
 void describe(Log& log, bool, const Argument& argument) {
     if constexpr (std::is_enum_v<Argument>) {

@@ -14,8 +14,8 @@ std::optional<XrResult> resultNamed(std::string_view name);
 std::string structureTypeName(XrStructureType type);
 std::string sessionStateName(XrSessionState state);  // "focused"
 std::optional<XrSessionState> sessionStateNamed(std::string_view name);
-// Whether a scenario may refuse the function: the runtime offers it, with whatever extension, and it is about
-// an instance or what belongs to one.
+// Returns whether a scenario may refuse the function: the runtime implements it, possibly in an extension,
+// and it needs an instance.
 bool isRefusable(std::string_view name);
 
 }  // namespace xrmock

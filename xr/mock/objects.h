@@ -33,7 +33,7 @@ namespace xrmock {
 constexpr XrSystemId kSystemId = 1;
 
 struct Listener {
-    std::uint64_t messenger = 0;  // 0 for the one given to xrCreateInstance
+    std::uint64_t messenger = 0;  // 0: the messenger chained to xrCreateInstance
     XrDebugUtilsMessageSeverityFlagsEXT severities;
     XrDebugUtilsMessageTypeFlagsEXT types;
     PFN_xrDebugUtilsMessengerCallbackEXT callback;
@@ -54,21 +54,22 @@ struct Instance : Object {
     Conditions conditions;
     std::vector<Fault> faults;
     std::vector<Stall> stalls;
-    std::unique_ptr<Control> control;  // null while nobody may control the run
+    std::unique_ptr<Control> control;  // null without XRMOCK_CONTROL
     Lockstep lockstep;
     std::vector<Promise> promises;
     Clock clock;
     std::int64_t created_ns = 0;  // CLOCK_MONOTONIC
-    std::string capture_folder;   // empty: nothing is captured
+    std::string capture_folder;   // empty: captures are off
     EventQueue events;
     PathTable paths;
-    std::map<std::string, std::vector<SuggestedBinding>, std::less<>> suggestions;  // by profile
+    // By interaction profile path.
+    std::map<std::string, std::vector<SuggestedBinding>, std::less<>> suggestions;
     std::vector<Listener> listeners;
     bool graphics_requirements_asked = false;
     std::vector<VulkanInstance> vulkan_instances;
     Statistics statistics;
     std::string first_refusal;
-    std::string application;  // its name
+    std::string application;  // the application's name
 };
 
 struct Messenger : Object {
@@ -82,7 +83,7 @@ struct Messenger : Object {
 
 struct Label {
     std::string name;
-    bool region;  // stays until it is ended; others go with the next label
+    bool region;  // a region lasts until it is ended; other labels until the next label
 };
 
 struct Session : Object {
@@ -95,18 +96,18 @@ struct Session : Object {
     VulkanDevice device;
     Compositor compositor;
     SessionProgress progress;
-    std::uint64_t run = 0;  // counts xrBeginSession: calls that wait belong to one run
+    std::uint64_t run = 0;  // number of xrBeginSession calls; a waiting call belongs to one run
     Loss loss = Loss::none;
-    std::optional<std::int64_t> lost_at_ns;  // when pending becomes lost
+    std::optional<std::int64_t> lost_at_ns;  // when the pending loss takes effect
     bool exit_requested = false;
     std::uint64_t frames_submitted = 0;
     FrameLoop frames;
     Automation automation;
     InputState input;
     Haptics haptics;
-    std::uint64_t pulses_seen = 0;  // by the assertions
+    std::uint64_t pulses_seen = 0;  // pulses already checked by the assertions
     std::vector<Label> labels;
-    std::string capture_name;  // empty: the next frame is not captured
+    std::string capture_name;  // empty: do not capture the next frame
 };
 
 struct ActionSet : Object {
@@ -115,7 +116,7 @@ struct ActionSet : Object {
     Instance& instance;
     std::string name, localized_name;
     std::uint32_t priority = 0;
-    bool attached = false;  // to any session, ever: it has become immutable
+    bool attached = false;  // attached to a session at some time, therefore immutable
 };
 
 struct Action : Object {
@@ -132,7 +133,7 @@ struct Space : Object {
     explicit Space(Session& owner) : Object(kType), session(owner) {}
     Session& session;
     Pose origin_from_space;
-    XrReferenceSpaceType reference = XR_REFERENCE_SPACE_TYPE_MAX_ENUM;  // that: an action space
+    XrReferenceSpaceType reference = XR_REFERENCE_SPACE_TYPE_MAX_ENUM;  // MAX_ENUM: an action space
     std::uint64_t action = 0;
     XrPath subaction_path = XR_NULL_PATH;
 };
@@ -162,11 +163,11 @@ inline Sources sourcesOf(const Session& session) {
     return {session.instance.scenario, session.automation, session.instance.clock};
 }
 
-// Goes to the state and tells the application.
+// Enters the state and sends the state-changed event.
 void enter(Session& session, XrSessionState state, std::int64_t now_ns);
 
-// Takes the steps that lead the session to where it is heading; one rise at most, and only at the end of a
-// frame.
+// Advances the session state towards its target. Takes at most one step up (isRise), and only at the end of
+// a frame.
 void advance(Session& session, std::int64_t now_ns, bool frame_ended);
 
 }  // namespace xrmock

@@ -1,4 +1,5 @@
-// What an application does, for those who look on: the log, the assertions, the waits of control clients.
+// Notifies the observers of the application's actions: the log, the assertions and the waits of control
+// clients.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +14,9 @@ struct Session;
 struct SubmittedFrame;
 
 void observeState(Session& session, XrSessionState state);
-// Inside xrEndFrame, while the frame's pointers hold.
+// Called inside xrEndFrame, while the frame's pointers are valid.
 void observeFrame(Call& call, Session& session, const SubmittedFrame& frame);
-// A call that the runtime refused because the application did not keep to the specification.
+// Records a call that was refused because the application violated the specification.
 void observeRefusal(const Call& call, XrResult result, const std::string& reason);
 
 }  // namespace xrmock

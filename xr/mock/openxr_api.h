@@ -1,4 +1,4 @@
-// The OpenXR and Vulkan declarations, in the one order in which they work together.
+// The OpenXR and Vulkan declarations, in the only order that works.
 #pragma once
 
 #define XR_NO_PROTOTYPES

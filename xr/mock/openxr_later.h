@@ -1,6 +1,6 @@
-// Declarations that the OpenXR headers of some distributions lack, from the specification. One section per
-// extension; each gives way to a header that has it. A section whose structures are new lists their names for
-// xrStructureTypeToString.
+// Declarations from the OpenXR specification that the headers of some distributions lack. There is one
+// section per extension. A section is skipped if the header already has the extension. Sections with new
+// structures list their names for xrStructureTypeToString.
 #pragma once
 
 #include <openxr/openxr.h>

@@ -1,4 +1,4 @@
-// PNG (ISO/IEC 15948), the smallest part of it: one IDAT chunk, 8-bit RGB, no filter.
+// Minimal PNG encoder (ISO/IEC 15948): one IDAT chunk, 8-bit RGB, no filter.
 #include "png.h"
 
 #include <unistd.h>

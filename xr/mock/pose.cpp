@@ -56,7 +56,7 @@ Pose interpolate(const Pose& from, const Pose& to, double fraction) {
     cosine *= sign;
     double weight_from = 1.0 - fraction;
     double weight_to = fraction;
-    if (cosine < 0.9999) {  // nearer than that, the straight line is the arc
+    if (cosine < 0.9999) {  // closer than that, linear interpolation is accurate
         const double angle = std::acos(cosine);
         weight_from = std::sin(weight_from * angle) / std::sin(angle);
         weight_to = std::sin(weight_to * angle) / std::sin(angle);
@@ -72,7 +72,7 @@ Pose yawOnly(const Pose& pose) {
     const double y = pose.orientation[1];
     const double w = pose.orientation[3];
     const double length = std::sqrt(y * y + w * w);
-    if (length < 1e-9) return {{0, 1, 0, 0}, pose.position};  // upside down: half a turn
+    if (length < 1e-9) return {{0, 1, 0, 0}, pose.position};  // upside down: use half a turn
     return {{0, y / length, 0, w / length}, pose.position};
 }
 

@@ -1,4 +1,4 @@
-// Rigid transforms in double precision. Metres; right-handed, y up, -z forward, as OpenXR has them.
+// Rigid transforms in double precision. Metres; right-handed, y up, -z forward, as in OpenXR.
 #pragma once
 
 #include <array>
@@ -16,14 +16,14 @@ struct Pose {
 
 Pose operator*(const Pose& a_from_b, const Pose& b_from_c);
 Pose inverse(const Pose& a_from_b);
-// Linear in position, spherical in orientation, along the shorter arc.
+// Interpolates linearly in position and spherically in orientation, along the shorter arc.
 Pose interpolate(const Pose& from, const Pose& to, double fraction);
-// The pose turned back to upright: same position, only the rotation about y.
+// The upright pose: same position, keeping only the rotation about y.
 Pose yawOnly(const Pose& pose);
-// The rotation vector (radians) that turns `from` into `to`.
+// Rotation vector [rad] from `from` to `to`.
 Vec3 rotationBetween(const Pose& from, const Pose& to);
 
-// Finite and, within one percent, of unit length.
+// Returns whether the pose is finite and its quaternion has unit length within 1 %.
 bool isValid(const XrPosef& pose);
 Pose fromXr(const XrPosef& pose);
 XrPosef toXr(const Pose& pose);

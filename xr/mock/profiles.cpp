@@ -1,4 +1,5 @@
-// The table follows OpenXR 1.0, section 6.4, "Interaction Profile Paths", and the chapters of the extensions.
+// Source of the table: OpenXR 1.0, section 6.4, "Interaction Profile Paths", and the chapters of the
+// extensions.
 #include "profiles.h"
 
 #include <algorithm>
@@ -72,7 +73,7 @@ constexpr char kNeo3Right[] =
     "input/a/click input/a/touch input/b/click input/b/touch input/menu/click " PICO_BOTH;
 constexpr const auto& kPico4Left = kNeo3Left;
 constexpr char kPico4Right[] = "input/a/click input/a/touch input/b/click input/b/touch " PICO_BOTH;
-// Of what these add to the Touch controllers nothing but the thumb rest's force is here.
+// Of the components that these controllers add to the Touch controller, only the force inputs are included.
 #define TOUCH_PRO_BOTH                                                                              \
     "input/thumbrest/touch input/thumbrest/force input/thumbstick/touch " TRIGGERS THUMBSTICK POSES \
     " output/haptic"
@@ -210,7 +211,7 @@ bool hasComponent(const Profile& profile, const BindingPath& binding, const Exte
         return false;
     }
     const std::string below = binding.component + "/";
-    // "input" alone is above every component but is no binding.
+    // "input" alone is the parent of every component but not a valid binding.
     return binding.component.find('/') != std::string::npos &&
            anyComponent(componentsOf(profile, binding.user), [&](std::string_view each) {
                return each == binding.component || each.starts_with(below);

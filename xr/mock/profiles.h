@@ -17,37 +17,40 @@ constexpr std::uint32_t kMaxImageSize = 8192;  // either side of a swapchain ima
 
 struct ProfileDevice {
     User user;
-    std::string_view components;  // "input/select/click ..." separated by blanks
+    std::string_view components;  // "input/select/click ..." separated by spaces
 };
 struct Profile {
     const char* path;
     const char* title;
     std::span<const ProfileDevice> devices;
-    const char* extension = nullptr;  // that it takes; null: core
+    const char* extension = nullptr;  // required extension; null: core
 };
-using Extensions = std::set<std::string, std::less<>>;  // the enabled ones
+using Extensions = std::set<std::string, std::less<>>;  // enabled extensions
 
-// Of all that there are, null for none; and of those that the application may use.
+// Finds a profile among all profiles, or among those that the enabled extensions allow. Null if there is
+// none.
 const Profile* findProfile(std::string_view path);
 const Profile* findProfile(std::string_view path, const Extensions& extensions);
 
-// Separated by blanks; empty if the profile is not for this user path.
+// Components of the profile for this user path, separated by spaces. Empty if the profile does not support
+// the user path.
 std::string_view componentsOf(const Profile& profile, User user);
-// Whether there is a profile with this component for this user path, and it has a value: no pose, no output.
+// Returns whether any profile has this component with a value for this user path. Poses and outputs have no
+// value.
 bool isValueOfAnyProfile(User user, std::string_view component);
 
-// A binding path cut in two: "/user/hand/left" and "input/select/click".
+// A binding path split into user path and component: "/user/hand/left" and "input/select/click".
 struct BindingPath {
     User user;
     std::string component;
 };
 std::optional<BindingPath> splitBindingPath(std::string_view path);
 
-// Whether the profile has this component, or one below it ("input/select" for "input/select/click").
+// Returns whether the profile has this component or one below it ("input/select" for "input/select/click").
 bool hasComponent(const Profile& profile, const BindingPath& binding, const Extensions& extensions);
 
-// The components that an action of this type reads when bound to this path: one, or x and y for a vector.
-// Empty when nothing there fits the type.
+// Components that an action of this type reads if bound to this path: one, or x and y for a vector. Empty
+// if none fits the type.
 std::vector<std::string> componentsFor(const Profile& profile, const BindingPath& binding, XrActionType type);
 
 }  // namespace xrmock

@@ -23,11 +23,11 @@ namespace xrmock {
 
 namespace {
 
-using Verdicts = std::vector<std::pair<std::string, std::string>>;  // name, why it failed
+using Verdicts = std::vector<std::pair<std::string, std::string>>;  // name, reason of the failure
 
 std::string escaped(const std::string& text) {
     std::string xml;
-    // An application may have any bytes for a name; through JSON they are UTF-8.
+    // Application names may contain invalid UTF-8. JsonLine replaces it.
     for (const char c : nlohmann::json::parse(JsonLine().text(text).str()).get<std::string>()) {
         switch (c) {
             case '&':
@@ -107,10 +107,10 @@ void writeJUnit(const std::string& file, const Instance& instance, const Verdict
     finish(out, file);
 }
 
-// Those that are there when the process ends.
+// Reports the instances that are alive when the process ends.
 void reportRemaining() {
     for (int i = 0; !runtime().mutex.try_lock(); ++i) {
-        if (i == 100) return;  // some thread is inside a call that does not end
+        if (i == 100) return;  // a thread is stuck inside a call
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     if (runtime().log) runtime().log->flush();
@@ -134,7 +134,7 @@ void report(const Instance& instance) {
     }
     const char* stem = std::getenv("XRMOCK_REPORT");
     if (stem == nullptr || *stem == '\0') return;
-    // The next instance of a process does not overwrite the first one's.
+    // Later instances of the process get their own files.
     const std::uint64_t number = ++runtime().reports;
     const std::string file = number == 1 ? stem : std::string(stem) + "." + std::to_string(number);
     writeText(file + ".txt", instance, verdicts);

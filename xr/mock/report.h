@@ -1,15 +1,15 @@
-// XRMOCK_REPORT=STEM: what became of a run, as STEM.txt and, in the format of JUnit, STEM.xml. Failed
-// assertions are told on stderr whether or not there is a report.
+// XRMOCK_REPORT=STEM: writes the result of a run to STEM.txt and, in JUnit format, to STEM.xml. Failed
+// assertions are also printed on stderr, with or without a report.
 #pragma once
 
 namespace xrmock {
 
 struct Instance;
 
-// When the instance goes.
+// Call when the instance is destroyed.
 void report(const Instance& instance);
-// Instances that are still there when the process exits are reported then, the log is written out, and the
-// socket is removed.
+// Registers an exit handler. It reports the instances that are still alive, flushes the log and removes the
+// control sockets.
 void reportAtExit();
 
 }  // namespace xrmock

@@ -54,7 +54,7 @@ Offers parseOffers(const Field& field) {
     return offers;
 }
 
-// The fields that version 1 does not have.
+// Refuses fields that version 1 does not have.
 void refuseNewFields(const Field& root) {
     for (const char* key : {"headset", "events", "assertions", "hands", "offers"}) {
         if (root.has(key)) root.at(key).fail("only version 2 has this field");
@@ -77,7 +77,7 @@ void readTimelines(const Field& root, const Reading& reading, Scenario& scenario
     if (root.has("events")) {
         std::vector<Event> events = parseEvents(root.at("events"), reading);
         for (const Event& event : events) {
-            // A display does not change to a rate that it does not have.
+            // A display can only change to a rate that it offers.
             if (const auto* change = std::get_if<RefreshRateChange>(&event.action)) {
                 offerRefreshRate(scenario, change->hz);
             }

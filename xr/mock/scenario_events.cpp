@@ -167,7 +167,7 @@ SessionTarget parseTarget(const Field& field) {
 
 namespace {
 
-// No corner is to the right of an edge, and there is an inside.
+// Convex and counter-clockwise: no corner is to the right of an edge, and the area is positive.
 bool isConvex(const LensOutline& outline) {
     double twice_area = 0;
     for (std::size_t i = 0; i < outline.size(); ++i) {

@@ -1,4 +1,4 @@
-// What happens once, at a time or at a frame. SCENARIO.md lists the kinds; the director brings them about.
+// Events that happen once, at a time or at a frame. SCENARIO.md lists the kinds; the director applies them.
 #pragma once
 
 #include <array>
@@ -13,18 +13,18 @@
 
 namespace xrmock {
 
-// What a lens shows of an eye's image: a convex polygon, counter-clockwise, in tangents of view angles (x
-// right, y up, on the plane one metre in front of the eye). Empty: everything.
+// Visible area of a lens: a convex polygon, counter-clockwise, in tangents of view angles (x right, y up,
+// on the plane one metre in front of the eye). Empty: everything is visible.
 using LensOutline = std::vector<std::array<double, 2>>;
 
 struct Recentring {
     XrReferenceSpaceType space = XR_REFERENCE_SPACE_TYPE_LOCAL;
-    std::optional<Pose> room_from_origin;  // nothing: below or at the head, upright
+    std::optional<Pose> room_from_origin;  // nullopt: at the head or below it, upright
     bool pose_valid = true;
     double delay_s = 0;  // from the event to its changeTime
 };
 struct MaskChange {
-    std::optional<std::array<LensOutline, 2>> lens;  // nothing: only the event
+    std::optional<std::array<LensOutline, 2>> lens;  // nullopt: only send the event
 };
 struct ProfileChange {
     std::string profile;
@@ -39,19 +39,19 @@ struct HeadTracking {
     bool tracked;
 };
 struct SessionLoss {
-    std::optional<double> lost_after_s;  // nothing: it stays pending
+    std::optional<double> lost_after_s;  // nullopt: the loss stays pending
 };
 struct InstanceLoss {
     double lost_after_s;
 };
-// The nth to (nth + times - 1)th call from then on, or every call for a while.
+// Refuses the nth to (nth + times - 1)th call after the event, or all calls for a duration.
 struct Refusal {
     std::string function;
     XrResult result = XR_ERROR_RUNTIME_FAILURE;
     std::uint64_t nth = 1, times = 1;
     std::optional<double> for_s;
 };
-// The nth call from then on takes this long, in real time, before it is made.
+// Delays the nth call after the event by this long, in real time.
 struct Stall {
     std::string function;
     double for_s = 0;
@@ -65,7 +65,7 @@ struct CaptureRequest {
 };
 
 struct Event {
-    std::optional<std::uint64_t> frame;  // due when this frame is waited for (1 is the first), or
+    std::optional<std::uint64_t> frame;  // due when this frame is waited for, starting at 1; otherwise
     double t_s = 0;                      // due from this time on
     std::variant<Recentring, MaskChange, ProfileChange, RefreshRateChange, PresenceChange, HeadTracking,
                  SessionLoss, InstanceLoss, Refusal, Stall, FrameFates, TargetChange, CaptureRequest>

@@ -34,7 +34,7 @@ std::string readProfile(const Field& field, User user) {
     return path;
 }
 
-// A name (null: nothing is connected) or keys of names.
+// A profile name (null: nothing connected), or keys with names.
 std::vector<TextKey> readProfiles(const Field& field, const Reading& reading, User user) {
     if (!field.value.is_array()) return {{reading.now_s, readProfile(field, user)}};
     std::vector<TextKey> keys;
@@ -94,7 +94,7 @@ Joint jointOf(const double* numbers, const CsvFailure& fail) {
     return {poseOf(numbers, fail), numbers[7]};
 }
 
-// "t_s,0x,0y,0z,0qx,0qy,0qz,0qw,0r,1x,..." with the joints' numbers in XrHandJointEXT.
+// "t_s,0x,0y,0z,0qx,0qy,0qz,0qw,0r,1x,...", numbered by XrHandJointEXT.
 std::string jointsHeading() {
     std::string heading = "t_s";
     for (int joint = 0; joint < XR_HAND_JOINT_COUNT_EXT; ++joint) {
@@ -130,7 +130,7 @@ std::vector<JointsKey> readJoints(const Field& field, const Reading& reading) {
     return keys;
 }
 
-// Like splice for poses: keys between which something moves go on from where it is now.
+// Like splice() for poses: interpolated motion continues from its current value.
 template <class Key>
 void spliceMoving(std::vector<Key>& keys, std::vector<Key> read, const Reading& reading,
                   Key (*keyAt)(const std::vector<Key>&, double)) {

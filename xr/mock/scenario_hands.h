@@ -1,13 +1,13 @@
-// The hands' part of the scenario: "controllers" (what is held and worn) and "hands" (the bare hands that
-// XR_EXT_hand_tracking sees).
+// Reads the scenario's fields "controllers" (devices held and worn) and "hands" (bare hands for
+// XR_EXT_hand_tracking).
 #pragma once
 
 #include "scenario.h"
 
 namespace xrmock {
 
-// A scenario says everything that there is; what a control message names gives up what was to come. Both
-// throw FieldError.
+// A scenario describes all devices: a hand that it omits holds nothing. A control message replaces only the
+// future keys of the fields it names. Both throw FieldError.
 void readControllers(const Field& field, const Reading& reading, Scenario& scenario);
 void readHands(const Field& field, const Reading& reading, Scenario& scenario);
 

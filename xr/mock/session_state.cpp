@@ -12,7 +12,8 @@ std::optional<XrSessionState> nextState(const SessionProgress& progress, Session
             if (!leaving) return XR_SESSION_STATE_READY;
             return std::nullopt;
         case XR_SESSION_STATE_READY:
-            // Only a synchronized session can be stopped, so one that leaves early passes through.
+            // Only a synchronized session can be stopped, so a session that exits early passes through
+            // SYNCHRONIZED.
             if (progress.running && (progress.frame_ended || leaving)) return XR_SESSION_STATE_SYNCHRONIZED;
             return std::nullopt;
         case XR_SESSION_STATE_SYNCHRONIZED:

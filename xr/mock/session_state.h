@@ -1,4 +1,4 @@
-// The session state machine (OpenXR 1.0, "Session Lifecycle") as a function of where the session is heading.
+// Session state machine (OpenXR 1.0, "Session Lifecycle"), as a function of the session's target state.
 #pragma once
 
 #include <optional>
@@ -14,10 +14,12 @@ struct SessionProgress {
     bool frame_ended = false;  // a frame was submitted since xrBeginSession
 };
 
-// The next state on the way to the target, or none when the session is there or waits for the application.
+// The next state towards the target. Returns nullopt at the target, or while the application must act
+// first.
 std::optional<XrSessionState> nextState(const SessionProgress& progress, SessionTarget target);
 
-// Steps towards more of a session are taken one a frame, so that the application sees each of them.
+// Returns whether the step leads to a higher state. At most one such step is taken per frame, so that the
+// application sees every state.
 bool isRise(XrSessionState from, XrSessionState to);
 
 }  // namespace xrmock

@@ -32,8 +32,8 @@ SourceValue rawInputAt(const Sources& sources, User user, std::string_view compo
     return {valueAt(keys->second, t_s), std::max<std::int64_t>(changed_ns, 0)};
 }
 
-// The palm of the hand that holds a grip (XR_EXT_palm_pose): at the same place, turned so that -z points
-// along the straight fingers instead of along the fist's tube.
+// The palm pose relative to the grip (XR_EXT_palm_pose): same position, with -z along the straight fingers
+// instead of along the handle.
 constexpr double kHalf = 0.70710678118654752;
 constexpr Pose kGripFromPalm{{-kHalf, 0, 0, kHalf}, {0, 0, 0}};
 

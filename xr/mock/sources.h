@@ -1,4 +1,4 @@
-// What the devices give at a time: the scenario's, unless a test has taken control.
+// Input values of the devices at a time: from the scenario, or from the test once it has taken control.
 #pragma once
 
 #include <cstdint>
@@ -18,21 +18,22 @@ struct Sources {
     const Clock& clock;
 };
 
-// The interaction profile of the device that is there; empty: none.
+// Interaction profile of the connected device; empty: none.
 const std::string& profileAt(const Sources& sources, User user, std::int64_t time_ns);
 
 struct SourceValue {
     double value = 0;
-    std::int64_t changed_ns = 0;  // XrTime of the change to this value, 0: none yet
+    std::int64_t changed_ns = 0;  // XrTime of the last change; 0: never changed
 };
-// Of a component like "input/trigger/value". Buttons give 0 or 1, other values are clamped to their range.
+// Value of a component such as "input/trigger/value". Buttons return 0 or 1; other values are clamped to
+// their range.
 SourceValue inputAt(const Sources& sources, User user, std::string_view component, std::int64_t time_ns);
 
-// Of "input/grip/pose" and other pose components of a hand, whether a device is there or not.
+// Pose of a hand's "input/grip/pose" or other pose component, whether or not a device is connected.
 Pose stageFromSource(const Sources& sources, User user, std::string_view component, std::int64_t time_ns);
 
-constexpr double kPressed = 0.5;   // an analogue value counts as a press from here
-constexpr double kReleased = 0.4;  // and is let go below
+constexpr double kPressed = 0.5;   // an analogue value counts as pressed from here
+constexpr double kReleased = 0.4;  // and as released below this
 
 bool isButton(std::string_view component);
 

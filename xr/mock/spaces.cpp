@@ -33,7 +33,7 @@ std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns
 
 namespace {
 
-// Where the space is at the time, from origins where they stand at another.
+// Pose of the space at `time_ns`, with the origins of the reference spaces as at `origins_ns`.
 std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns, std::int64_t origins_ns) {
     const Instance& instance = space.session.instance;
     switch (int{space.reference}) {
@@ -74,9 +74,9 @@ std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::in
     return baseFromSpace(base, space, time_ns, time_ns);
 }
 
-// Recentring is no motion.
+// Uses fixed origins, because recentring is not motion.
 std::optional<Velocity> velocityInBase(const Space& base, const Space& space, std::int64_t time_ns) {
-    constexpr std::int64_t kStepNs = 500'000;  // central difference over a millisecond
+    constexpr std::int64_t kStepNs = 500'000;  // central difference over 1 ms
     constexpr double kPerSecond = 1e9 / (2.0 * kStepNs);
     time_ns = std::min(time_ns, std::numeric_limits<std::int64_t>::max() - kStepNs);
     const std::optional<Pose> before = baseFromSpace(base, space, time_ns - kStepNs, time_ns);

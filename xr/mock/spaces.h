@@ -1,4 +1,5 @@
-// Where things are at a time. "Stage" is the room here, where STAGE stands at the start (conditions.h).
+// Poses of spaces at a time. In this file "stage" means the room frame: STAGE as it is at the start (see
+// conditions.h).
 #pragma once
 
 #include <array>
@@ -14,13 +15,13 @@ inline constexpr XrSpaceLocationFlags kLocated =
     XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
 
 Pose stageFromHead(const Instance& instance, std::int64_t time_ns);
-// LOCAL stands where the head is at scenario time 0, upright, until it is recentred.
+// LOCAL is at the head's position at scenario time 0, upright, until it is recentred.
 Pose stageFromLocal(const Instance& instance, std::int64_t time_ns);
-// XR_EXT_local_floor: LOCAL let down to the floor of STAGE.
+// XR_EXT_local_floor: LOCAL lowered to the floor of STAGE.
 Pose stageFromLocalFloor(const Instance& instance, std::int64_t time_ns);
 std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns);
 
-// Nothing for the space of an action without an active device.
+// Returns nullopt for an action space without an active device.
 std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns);
 std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::int64_t time_ns);
 
@@ -28,7 +29,7 @@ struct Velocity {
     Vec3 linear_m_per_s;
     Vec3 angular_rad_per_s;
 };
-// Of the origin of `space` seen from `base`, in its axes.
+// Velocity of the origin of `space` relative to `base`, in the axes of `base`.
 std::optional<Velocity> velocityInBase(const Space& base, const Space& space, std::int64_t time_ns);
 
 }  // namespace xrmock

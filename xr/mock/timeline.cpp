@@ -7,7 +7,7 @@ namespace xrmock {
 
 namespace {
 
-// False when it is no rotation.
+// Normalises the quaternion. Returns false if it is no rotation.
 bool normalise(std::array<double, 4>& q) {
     const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(length >= 0.99 && length <= 1.01)) return false;
@@ -78,7 +78,7 @@ SessionTarget targetAt(const std::vector<TargetKey>& keys, double t_s) {
 }
 
 void splice(std::vector<PoseKey>& keys, std::vector<PoseKey> read, const Reading& reading) {
-    constexpr double kKept_s = 10;  // of the past, when a client sends poses for hours
+    constexpr double kKept_s = 10;  // past kept, in case a client sends poses for hours
     if (!reading.is_message) keys.clear();
     if (keys.size() > 1 && keys[1].t_s < reading.now_s - kKept_s) {
         const auto kept = std::find_if(keys.begin() + 1, keys.end(), [&](const PoseKey& key) {
@@ -87,7 +87,7 @@ void splice(std::vector<PoseKey>& keys, std::vector<PoseKey> read, const Reading
         keys.erase(keys.begin(), kept - 1);
     }
     holdFrom(keys, reading.now_s);
-    forgetFrom(keys, read.front().t_s);  // the held one, when the first is for now
+    forgetFrom(keys, read.front().t_s);  // removes the key added by holdFrom() if the first new key is now
     keys.insert(keys.end(), read.begin(), read.end());
 }
 

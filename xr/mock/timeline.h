@@ -1,4 +1,4 @@
-// Reading timelines: what a scenario says of the run and what a control message says from now on.
+// Reads timelines: those of a scenario for the whole run, and those of a control message from now on.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace xrmock {
 
-// Where a session is heading; ordered, so that less means less of a session.
+// Target state of a session, in ascending order.
 enum class SessionTarget { exiting, stopped, synchronized, visible, focused };
 
 struct TargetKey {
@@ -18,18 +18,19 @@ struct TargetKey {
     SessionTarget target;
 };
 
-// How a document is read: the times of a scenario are those of the run, those of a control message count from
-// now. Files that it names are looked for in the folder.
+// Context in which a document is read. Times of a scenario are absolute; times of a control message count
+// from now. File names are resolved against `folder`.
 struct Reading {
     bool is_message = false;
     double now_s = 0;
     std::string folder;
 };
 
-// The t_s of a key: greater than that of the key before. 0 where a control message leaves it out.
+// Reads the t_s of a key, which must be greater than the previous one. A control message may omit t_s of
+// the first key: it is now.
 double keyTime(const Field& key, double previous_s, const Reading& reading);
-// A list of { "t_s", "position", "orientation" }, or { "csv": FILE } with the lines t_s,x,y,z,qx,qy,qz,qw
-// below that heading. Throws FieldError.
+// Reads a list of { "t_s", "position", "orientation" }, or { "csv": FILE } with the heading
+// t_s,x,y,z,qx,qy,qz,qw and one line per key. Throws FieldError.
 std::vector<PoseKey> parsePoses(const Field& field, const Reading& reading);
 Pose parsePose(const Field& field);                          // { "position", "orientation" }
 Pose poseOf(const double* numbers, const CsvFailure& fail);  // x y z, then the quaternion x y z w
@@ -37,7 +38,8 @@ double parseButton(const Field& field);
 
 SessionTarget targetAt(const std::vector<TargetKey>& keys, double t_s);
 
-// Puts newly read keys in the place of a timeline, or, those of a message, in the place of what was to come.
+// Replaces a timeline by newly read keys. The keys of a control message replace only the existing keys from
+// their first time on.
 template <class Key>
 void splice(std::vector<Key>& keys, std::vector<Key> read, const Reading& reading) {
     if (!reading.is_message) keys.clear();
@@ -45,7 +47,7 @@ void splice(std::vector<Key>& keys, std::vector<Key> read, const Reading& readin
     forgetFrom(keys, read.front().t_s);
     keys.insert(keys.end(), read.begin(), read.end());
 }
-// Poses move on from where they are now.
+// The same for poses. With a control message, motion continues from the current pose.
 void splice(std::vector<PoseKey>& keys, std::vector<PoseKey> read, const Reading& reading);
 
 }  // namespace xrmock

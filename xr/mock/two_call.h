@@ -1,4 +1,4 @@
-// The two-call idiom (OpenXR 1.0, "Buffer Size Parameters"), once.
+// The two-call idiom (OpenXR 1.0, "Buffer Size Parameters").
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,8 @@
 
 namespace xrmock {
 
-// Capacity 0 asks for the count; otherwise `write(value, element)` fills each element or nothing is written.
+// With capacity 0 only the count is returned. Otherwise `write(value, element)` fills every element; if the
+// buffer is too small, nothing is written.
 template <class Values, class Element, class Write>
 XrResult twoCall(std::uint32_t capacity, std::uint32_t* count, Element* elements, const Values& values,
                  Write write) {
@@ -29,7 +30,7 @@ XrResult twoCall(std::uint32_t capacity, std::uint32_t* count, Element* elements
                    [](const auto& value, Element& element) { element = static_cast<Element>(value); });
 }
 
-// A string counts with its terminating null.
+// The count of a string includes the terminating null.
 inline XrResult twoCallString(std::uint32_t capacity, std::uint32_t* count, char* buffer,
                               const std::string& text) {
     require(count != nullptr, XR_ERROR_VALIDATION_FAILURE, "the count output is null");

@@ -23,7 +23,7 @@ void copyText(const char* text, char (&out)[kSize]) {
     out[kSize - 1] = '\0';
 }
 
-// The type of every element that a two-call function is about to fill.
+// Checks the type of each element that a two-call function will fill.
 template <class Element>
 void checkElements(std::uint32_t capacity, const Element* elements, std::size_t count, XrStructureType type) {
     if (elements == nullptr || capacity < count) return;  // nothing will be written
@@ -36,7 +36,7 @@ inline void requireSystem(XrSystemId system) {
     require(system == kSystemId, XR_ERROR_SYSTEM_INVALID, "the system id was not given out by xrGetSystem");
 }
 
-// Values of extensions that are not offered are no values.
+// Enumeration values of extensions that are not offered count as invalid.
 inline void requireViewConfiguration(XrViewConfigurationType type) {
     require(
         type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_MONO || type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO,
@@ -56,7 +56,7 @@ inline const std::string& pathString(const Instance& instance, XrPath path) {
     return *string;
 }
 
-// A subaction path given for an action: null, or one of those that the action was created with.
+// Checks an action's subaction path: null, or one with which the action was created.
 inline void requireSubaction(const Instance& instance, const Action& action, XrPath path) {
     if (path == XR_NULL_PATH) return;
     pathString(instance, path);

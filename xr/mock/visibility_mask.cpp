@@ -8,7 +8,7 @@ namespace {
 
 using Polygon = std::vector<Corner>;
 
-// Twice the area of the triangle; positive where c is to the left of the way from a to b.
+// Twice the signed area of the triangle; positive if c is to the left of the line from a to b.
 double turn(const Corner& a, const Corner& b, const Corner& c) {
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
@@ -20,7 +20,7 @@ double twiceArea(const Polygon& polygon) {
     return sum;
 }
 
-// The part of a convex polygon to the left of a line (side 1) or to its right (side -1).
+// Clips a convex polygon to the left (side 1) or right (side -1) of a line.
 Polygon cutPolygon(const Polygon& polygon, const Corner& from, const Corner& to, double side) {
     Polygon part;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -47,11 +47,11 @@ void addFan(const Polygon& polygon, MaskMesh& mesh) {
 
 VisibilityMask visibilityMask(const LensOutline& lens, const XrFovf& fov) {
     if (lens.empty()) return {};
-    constexpr double kNothing = 1e-9;  // square tangents
+    constexpr double kNothing = 1e-9;  // area, in squared tangents
     const double left = std::tan(double{fov.angleLeft}), right = std::tan(double{fov.angleRight});
     const double up = std::tan(double{fov.angleUp}), down = std::tan(double{fov.angleDown});
     VisibilityMask mask{{{left, down}, {right, down}, {right, up}, {left, up}}, {}};
-    // Every edge of the lens cuts a piece off what is visible still.
+    // Each edge of the lens cuts a piece off the part still visible.
     for (std::size_t i = 0; i < lens.size(); ++i) {
         const Corner &from = lens[i], &to = lens[(i + 1) % lens.size()];
         Polygon off = cutPolygon(mask.visible, from, to, -1);

@@ -1,4 +1,5 @@
-// XR_KHR_visibility_mask: what an eye's lens shows of its field of view, as triangles and as a line.
+// XR_KHR_visibility_mask: the visible and hidden parts of an eye's field of view, as triangles and as a
+// line loop.
 #pragma once
 
 #include <array>
@@ -12,14 +13,14 @@ namespace xrmock {
 
 using Corner = std::array<double, 2>;  // on the plane one metre in front of the eye, x right, y up
 
-// The field of view in convex pieces, all counter-clockwise. All empty when the lens has no outline, and the
-// mask is not available.
+// The field of view divided into convex pieces, counter-clockwise. All are empty if the lens has no
+// outline; the mask is then unavailable.
 struct VisibilityMask {
     std::vector<Corner> visible;              // also the line loop
-    std::vector<std::vector<Corner>> hidden;  // without gaps and overlaps
+    std::vector<std::vector<Corner>> hidden;  // without gaps or overlaps
 };
 
-// The outline is convex and counter-clockwise.
+// The outline must be convex and counter-clockwise.
 VisibilityMask visibilityMask(const LensOutline& lens, const XrFovf& fov);
 
 struct MaskMesh {

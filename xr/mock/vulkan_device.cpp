@@ -61,7 +61,7 @@ PFN_vkGetInstanceProcAddr loaderInUse() {
     constexpr const char* kName = "vkGetInstanceProcAddr";
     void* found = dlsym(RTLD_DEFAULT, kName);
     if (found == nullptr) {
-        // Kept open for good: the application holds it already.
+        // Never closed: the application has loaded it anyway.
         void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
         if (library != nullptr) found = dlsym(library, kName);
     }
@@ -87,7 +87,7 @@ void checkQueue(const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& 
 }  // namespace
 
 VulkanDevice::VulkanDevice(const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& binding)
-    : VulkanDevice() {  // from here on the destructor frees what was made
+    : VulkanDevice() {  // from here on the destructor runs if the constructor throws
     checkQueue(vulkan, binding);
     physical_device = binding.physicalDevice;
     VkPhysicalDeviceProperties properties;
@@ -220,7 +220,7 @@ VkImageCreateInfo imageInfo(const VulkanDevice& device, const XrSwapchainCreateI
     image.samples = static_cast<VkSampleCountFlagBits>(info.sampleCount);
     image.tiling = VK_IMAGE_TILING_OPTIMAL;
     image.initialLayout = VK_IMAGE_LAYOUT_UNDEFINED;
-    // The compositor's own use, and the attachment use that the resting layout demands.
+    // Usages that the compositor needs, and the attachment usage that the resting layout requires.
     image.usage = isDepthFormat(image.format)
                       ? VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT
                       : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
@@ -236,7 +236,7 @@ VkImageCreateInfo imageInfo(const VulkanDevice& device, const XrSwapchainCreateI
     }
     if ((info.usageFlags & XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT) != 0 && device.hasExtendedUsage() &&
         !device.formatSupports(image.format, VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT)) {
-        // sRGB formats have no storage images; a linear view of one may.
+        // sRGB formats do not support storage images, but a linear view of them may.
         image.flags |= VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT | VK_IMAGE_CREATE_EXTENDED_USAGE_BIT;
     }
     return image;
@@ -255,7 +255,7 @@ SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCre
 
 SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCreateInfo& info,
                                  std::uint32_t count)
-    : SwapchainImages(owner, info) {  // from here on the destructor frees what was made
+    : SwapchainImages(owner, info) {  // from here on the destructor runs if the constructor throws
     const VkImageCreateInfo image_info = imageInfo(owner, info);
     VkImageFormatProperties limits;
     const VkResult supported = device->vkGetPhysicalDeviceImageFormatProperties(

@@ -1,5 +1,5 @@
-// The runtime's side of Vulkan. Every function comes from the application's vkGetInstanceProcAddr; nothing is
-// linked.
+// Vulkan as used by the runtime. Every function is loaded through the application's vkGetInstanceProcAddr;
+// nothing is linked.
 #pragma once
 
 #include <cstdint>
@@ -9,22 +9,22 @@
 
 namespace xrmock {
 
-// A VkInstance that the application told of: made through xrCreateVulkanInstanceKHR, or given to
+// A VkInstance known to the runtime: created through xrCreateVulkanInstanceKHR, or passed to
 // xrGetVulkanGraphicsDeviceKHR.
 struct VulkanInstance {
     VkInstance instance;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr;
-    std::uint32_t api_version = VK_API_VERSION_1_0;     // that it was made for, as far as is known
+    std::uint32_t api_version = VK_API_VERSION_1_0;     // requested API version, if known
     VkPhysicalDevice physical_device = VK_NULL_HANDLE;  // chosen by xrGetVulkanGraphicsDevice(2)KHR
-    bool made_here = true;                              // through XR_KHR_vulkan_enable2
-    std::vector<VkDevice> devices{};                    // made here
+    bool made_here = true;                              // created through XR_KHR_vulkan_enable2
+    std::vector<VkDevice> devices{};                    // devices created through it
 };
 
-// The loader that the process has in use: XR_KHR_vulkan_enable does not say which. Null without any.
+// Returns vkGetInstanceProcAddr of the Vulkan loader in this process, because XR_KHR_vulkan_enable does not
+// pass one. Null if there is none.
 PFN_vkGetInstanceProcAddr loaderInUse();
 
-// The GPU that the runtime asks for: a discrete one before an integrated one before the others. Null without
-// any.
+// Chooses the GPU: discrete before integrated before others. Null if there is none.
 VkPhysicalDevice choosePhysicalDevice(const VulkanInstance& vulkan);
 
 #define XRMOCK_VULKAN_FUNCTIONS(_)   \
@@ -84,18 +84,18 @@ VkPhysicalDevice choosePhysicalDevice(const VulkanInstance& vulkan);
     _(vkUpdateDescriptorSets)        \
     _(vkWaitForFences)
 
-// The device of a session, and one command buffer on the application's queue. Owns what the runtime made on
-// it.
+// The Vulkan device of a session, with one command buffer for the application's queue. Owns the objects
+// that the runtime created on the device.
 struct VulkanDevice {
     VulkanDevice() = default;
-    // Throws Refused when the device does not answer.
+    // Throws Refused on failure.
     VulkanDevice(const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& binding);
     VulkanDevice(VulkanDevice&& other) noexcept;
     VulkanDevice& operator=(VulkanDevice&&) = delete;
     ~VulkanDevice();
 
-    // Records, submits and waits for the GPU. The queue is the caller's for the time of the OpenXR call
-    // (XR_KHR_vulkan_enable2, "Concurrency").
+    // Records and submits commands, and waits for the GPU. During the OpenXR call the runtime may use the
+    // queue (XR_KHR_vulkan_enable2, "Concurrency").
     template <class Record>
     void submitAndWait(Record record) {
         beginCommands();
@@ -104,7 +104,7 @@ struct VulkanDevice {
     }
     std::uint32_t memoryType(std::uint32_t allowed, VkMemoryPropertyFlags wanted) const;
     bool formatSupports(VkFormat format, VkFormatFeatureFlags features) const;
-    // Images may have uses that only another format of their views has (Vulkan 1.1).
+    // True if images may have usages that only a view in another format supports (Vulkan 1.1).
     bool hasExtendedUsage() const { return api_version >= VK_API_VERSION_1_1; }
 
 #define XRMOCK_DECLARE(name) PFN_##name name = nullptr;
@@ -120,19 +120,19 @@ struct VulkanDevice {
     VkCommandBuffer commands = VK_NULL_HANDLE;
     VkFence fence = VK_NULL_HANDLE;
     VkPhysicalDeviceMemoryProperties memory{};
-    std::uint32_t api_version = VK_API_VERSION_1_0;  // of the instance and the GPU together
+    std::uint32_t api_version = VK_API_VERSION_1_0;  // the lower version of instance and GPU
 
   private:
     void beginCommands();
     void finishCommands();
 };
 
-// Throws Refused: a Vulkan call that failed is a failure of the runtime.
+// Throws Refused if the Vulkan call failed.
 void check(VkResult result, const char* function);
 
-constexpr std::uint32_t kMaxSampleCount = 4;  // of a swapchain image; every GPU has as many
+constexpr std::uint32_t kMaxSampleCount = 4;  // of a swapchain image; every GPU supports 4
 
-// Formats of swapchains, the preferred first.
+// Supported swapchain formats, preferred first.
 std::vector<VkFormat> swapchainFormats(const VulkanDevice& device);
 bool isDepthFormat(VkFormat format);
 VkImageAspectFlags aspectOf(VkFormat format);
@@ -144,7 +144,7 @@ struct SwapchainImages {
     SwapchainImages& operator=(SwapchainImages&&) = delete;
     ~SwapchainImages();
 
-    // The layout in which the application gets and returns an image.
+    // The layout in which the application acquires and releases an image.
     VkImageLayout restingLayout() const;
 
     const VulkanDevice* device;
@@ -152,13 +152,13 @@ struct SwapchainImages {
     std::uint32_t width, height, layers, mips, samples;
     std::vector<VkImage> images;
     std::vector<VkDeviceMemory> memories;
-    std::vector<bool> at_rest;  // false: its contents and layout are still undefined
+    std::vector<bool> at_rest;  // false: contents and layout are still undefined
 
   private:
     SwapchainImages(const VulkanDevice& device, const XrSwapchainCreateInfo& info);
 };
 
-// Brings every image that was never acquired into the resting layout.
+// Transitions every image that is not yet at rest to the resting layout.
 void bringToRest(VulkanDevice& device, SwapchainImages& swapchain);
 
 VkImageMemoryBarrier imageBarrier(const SwapchainImages& swapchain, std::uint32_t index);

@@ -7,12 +7,12 @@ namespace stylet::xr::registration {
 namespace {
 
 constexpr double kGap_s = 0.1;
-constexpr double kGrid_s = 0.004;   // of the search
-constexpr double kWindow_s = 0.12;  // over which a speed is measured, of both streams alike
+constexpr double kGrid_s = 0.004;   // step of the search
+constexpr double kWindow_s = 0.12;  // window over which the speed is measured, the same for both streams
 constexpr double kLeast_s = 2.0, kLeastSpeed_m_per_s = 0.01, kLeastCorrelation = 0.4;
 constexpr double kJump = 1.3;
-constexpr double kVelocity_s = 0.01;  // to either side
-constexpr double kPairs_s = 0.02;     // in motion: one pair
+constexpr double kVelocity_s = 0.01;  // half the width of the velocity's central difference
+constexpr double kPairs_s = 0.02;     // one pair per
 constexpr double kSettled_s = 5e-5;
 constexpr int kClockRounds = 6;
 
@@ -21,7 +21,7 @@ bool finite(Stream stream) {
                        [](const Timed& s) { return std::isfinite(s.t_s) && isFinite(s.pose); });
 }
 
-// Speeds on the grid from `begin_s`; -1 where they are not known.
+// Speeds on the grid starting at `begin_s`; -1 where unknown.
 std::vector<double> speeds(Stream stream, double begin_s, std::size_t count) {
     std::vector<double> result(count, -1.0);
     for (std::size_t i = 0; i < count; ++i) {
@@ -33,7 +33,7 @@ std::vector<double> speeds(Stream stream, double begin_s, std::size_t count) {
     return result;
 }
 
-// Pearson's, of a[i] with b[i + lag]; -1 with too little in common.
+// Pearson correlation of a[i] with b[i + lag]; -1 if the overlap is too short.
 double correlation(const std::vector<double>& a, const std::vector<double>& b, int lag) {
     double n = 0.0, sa = 0.0, sb = 0.0, saa = 0.0, sbb = 0.0, sab = 0.0;
     for (int i = std::max(0, -lag); i < int(a.size()) && i + lag < int(b.size()); ++i) {
@@ -46,7 +46,8 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b, i
     return va > 0.0 && vb > 0.0 ? (sab - sa * sb / n) / std::sqrt(va * vb) : -1.0;
 }
 
-// A tracker that jumps is faster than the hand that it follows ever was: that says nothing of the clocks.
+// Marks speeds as unknown where the tracker jumped. A jump is faster than any motion of the device, so it
+// tells nothing about the clocks.
 void forgetJumps(std::vector<double>& tracked, const std::vector<double>& device) {
     const double fastest = *std::max_element(device.begin(), device.end());
     for (double& v : tracked)

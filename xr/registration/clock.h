@@ -1,4 +1,5 @@
-// Two streams of poses of one motion, each with its own delay: how much later one is, and pairs of the two.
+// Two pose streams of the same motion with different delays: estimates the offset between them and pairs
+// their samples.
 #pragma once
 
 #include <span>
@@ -12,27 +13,31 @@ struct Timed {
     double t_s = 0.0;
     Rigid pose;
 };
-using Stream = std::span<const Timed>;  // times grow
+using Stream = std::span<const Timed>;  // times increase
 
-// Linear and spherical between samples. Nothing outside the stream, or in a gap of more than 0.1 s.
+// Interpolates linearly in position and spherically in orientation. Returns nullopt outside the stream and
+// in gaps longer than 0.1 s.
 std::optional<Rigid> poseAt(Stream, double t_s);
 
 struct Offset {
-    double late_s = 0.0;       // `tracked` shows at t what `device` showed at t - late_s
-    double correlation = 0.0;  // of the speeds at that offset, at most 1
+    double late_s = 0.0;       // `tracked` at time t corresponds to `device` at t - late_s
+    double correlation = 0.0;  // Pearson correlation of the speeds at this offset, at most 1
 };
-// The offset at which the speeds of both correlate best, between the samples of the search by a parabola.
-// Refuses streams that are shorter than two seconds together, that hardly move, or whose speeds do not fit.
+// Finds the offset at which the two speed curves correlate best, refined by a parabola between grid steps.
+// Searches up to `most_s` in both directions. Refuses streams that overlap for less than 2 s, move too
+// little or correlate too weakly.
 Answer<Offset> clockOffset(Stream device, Stream tracked, double most_s = 0.25);
 
-// Pairs every `step_s`, each of `tracked` with `device` as it was `late_s` before, with the tip's velocity.
+// Makes one pair per `step_s`: the tracked pose, the device pose `late_s` earlier, and the tip velocity
+// there.
 std::vector<Pair> pairUp(Stream device, Stream tracked, double late_s, double step_s);
 
-// All of it for streams in motion: the offset, then the fit, whose own correction of the offset makes the
-// pairs anew. `latency_s` of the fit is the whole offset.
+// Registration from motion: estimates the offset, pairs the streams, and fits. The fit refines the offset
+// and the pairing is repeated until the offset settles. `latency_s` of the result is the total offset.
 Answer<Fit> fitMotion(Stream device, Stream tracked, FitSettings);
 
-// The mean of poses that are held still, and how far any is from it; refuses none and numbers that are none.
+// Mean pose of a stylus or controller held still, and the largest distance of a sample from the mean
+// position. Refuses an empty stream and non-finite numbers.
 struct Held {
     Rigid pose;
     double spread_m = 0.0;

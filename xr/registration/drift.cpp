@@ -6,8 +6,7 @@
 namespace stylet::xr::registration {
 
 Drift judgeDrift(const Stored& stored, std::span<const Pair> touched) {
-    // A normal error in 3D is longer than 3.37 of its standard deviations along an axis one time in a
-    // hundred.
+    // 99th percentile of the length of a 3D normal error, in standard deviations per axis.
     constexpr double kLongest = 3.37;
     Drift drift;
     if (touched.empty()) {
@@ -27,13 +26,14 @@ Drift judgeDrift(const Stored& stored, std::span<const Pair> touched) {
     drift.moved_m = glm::length(sum / n);
     drift.allowed_m = kLongest * std::sqrt(stored.noise_m * stored.noise_m / n +
                                            stored.tre_worst_m * stored.tre_worst_m / 3.0);
-    // A turn about the touches' middle leaves their mean where it was, but no touch in its place.
+    // A rotation about the centre of the touches leaves the mean error small, but increases the error of
+    // each touch.
     const double spread_m = std::sqrt(squares / n);
     const double spread_allowed_m =
         kLongest * std::sqrt(stored.noise_m * stored.noise_m + stored.tre_worst_m * stored.tre_worst_m / 3.0);
     if (spread_m > spread_allowed_m && !(drift.moved_m > drift.allowed_m))
         drift.moved_m = spread_m, drift.allowed_m = spread_allowed_m;
-    drift.holds = drift.moved_m <= drift.allowed_m;  // false for what is no number
+    drift.holds = drift.moved_m <= drift.allowed_m;  // false for NaN
     std::array<char, 200> text{};
     std::snprintf(
         text.data(), text.size(),

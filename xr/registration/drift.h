@@ -1,4 +1,4 @@
-// Does a registration still hold? One place or more touched again says so.
+// Checks whether a stored registration is still valid, from one or more places touched again.
 #pragma once
 
 #include <span>
@@ -8,24 +8,24 @@
 
 namespace stylet::xr::registration {
 
-// What is left of a fit when it has been stored.
+// The part of a fit that is stored.
 struct Stored {
     Rigid stage_from_device;
     double scale = 1.0;
     Vec3 stylus_from_tip_m{0.0}, grip_from_tip_m{0.0};
-    double noise_m = 0.001;    // of a touch, along an axis
-    double tre_worst_m = 0.0;  // root mean square
+    double noise_m = 0.001;    // standard deviation of a touch, per axis
+    double tre_worst_m = 0.0;  // RMS at the worst corner of the cube
 };
 
 struct Drift {
     bool holds = false;
-    double moved_m = 0.0;    // mean of the touches' misses: a shift
-    double allowed_m = 0.0;  // 99 % of good touches miss by less
-    std::string what;        // a sentence
+    double moved_m = 0.0;    // length of the mean error vector, or the RMS error after a rotation
+    double allowed_m = 0.0;  // 99th percentile of the same error for a valid registration
+    std::string what;        // one sentence for the user
 };
 
-// The touches' mean miss against what noise and the registration's own error make of it. No touch, or a
-// number that is none, holds nothing.
+// Compares the error of the touches with the error expected from noise and from the registration itself.
+// `holds` is false without touches and for non-finite numbers.
 Drift judgeDrift(const Stored&, std::span<const Pair> touched);
 
 }  // namespace stylet::xr::registration

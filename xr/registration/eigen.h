@@ -1,4 +1,4 @@
-// Points and rotations as Eigen has them.
+// Conversion of points and rotations to Eigen types.
 #pragma once
 
 #include <Eigen/Dense>

@@ -11,22 +11,22 @@
 namespace stylet::xr::registration {
 namespace {
 
-// The unknowns: a turn and a shift of stage_from_device, then what may be switched off.
+// Indices of the unknowns: rotation and translation of stage_from_device, then the optional ones.
 constexpr int kTurn = 0, kShift = 3, kScale = 6, kGimbal = 7, kTip = 10, kLatency = 13, kUnknowns = 14;
 using Vector = Eigen::Matrix<double, kUnknowns, 1>;
 using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Rows = Eigen::Matrix<double, 3, kUnknowns>;
 
-constexpr double kThinnestCloud_m = 0.004;  // of a set of points, root mean square: thinner is a plane
-constexpr double kClosest_m = 0.003;        // points nearer to one another are one
+constexpr double kThinnestCloud_m = 0.004;  // RMS thickness of a point set; thinner counts as a plane
+constexpr double kClosest_m = 0.003;        // closer points count as one
 constexpr int kMostDraws = 400, kSubset = 3, kSubsetForTip = 8;
-constexpr std::size_t kMostAsked = 150;      // pairs whose residuals judge a draw
+constexpr std::size_t kMostAsked = 150;      // most pairs used to judge a subset
 constexpr double kMedianToSd = 1.0 / 1.538;  // the median length of a 3D normal error is 1.538 sd
-constexpr double kPairOutlier = 3.6;         // sd: 0.5 % of good pairs are longer
+constexpr double kPairOutlier = 3.6;         // in standard deviations: 0.5 % of good pairs exceed it
 constexpr double kLeastIndependent = 8.0;
-constexpr double kFinestPair_m = 5e-5;  // noise is never taken to be less
+constexpr double kFinestPair_m = 5e-5;  // lower bound of the noise estimate
 constexpr int kFitRounds = 12, kSteps = 4;
-constexpr double kFixed = 1e12;  // weight, 1/m^2 and the like, of what is not estimated
+constexpr double kFixed = 1e12;  // weight (1/m^2 etc.) of an unknown that is not estimated
 
 Eigen::Matrix3d cross(const Vec3& v) {
     Eigen::Matrix3d m;
@@ -39,8 +39,8 @@ Vec3 residual(const Fit& fit, const Pair& pair) {
     return fit.stage_from_device * (fit.scale * tip_m) - pair.stage_from_grip * fit.grip_from_tip_m;
 }
 
-// What a small change of each unknown does to where the device's tip is in the room. The turn is about the
-// device's origin, in the stage's axes.
+// Derivative of the device tip's position in the stage by each unknown. The rotation is about the device's
+// origin, in the axes of the stage.
 Rows targetRows(const Fit& fit, const Rigid& device_from_stylus, const Vec3& tip_m_per_s) {
     const Vec3 tip_m = device_from_stylus * fit.stylus_from_tip_m - fit.latency_s * tip_m_per_s;
     const Quat& turn = fit.stage_from_device.rotation;
@@ -71,7 +71,7 @@ Vector priorWeights(const FitSettings& s) {
     return weights;
 }
 
-// How far the unknowns are from what was expected of them.
+// Difference of the unknowns from their prior means.
 Vector fromPrior(const Fit& fit, const FitSettings& s) {
     Vector off = Vector::Zero();
     off[kScale] = fit.scale - 1.0;
@@ -93,7 +93,7 @@ void move(Fit& fit, const Vector& by) {
     fit.latency_s += by[kLatency];
 }
 
-// The information in the pairs that are used, and the priors'.
+// Normal equations of the used pairs and the priors.
 struct Normal {
     Matrix matrix;
     Vector right;
@@ -111,8 +111,8 @@ Normal normalOf(const Fit& fit, std::span<const Pair> pairs, const FitSettings& 
     return normal;
 }
 
-// How much the used pairs, which follow one another, know of each other: 1 + 2 * the sum of the residuals'
-// autocorrelation up to where it first falls below a twentieth.
+// Number of consecutive pairs that carry as much information as one independent pair: 1 + 2 * the sum of
+// the residuals' autocorrelation, up to the first lag at which it is below 0.05.
 double sharedError(const Fit& fit, std::span<const Pair> pairs) {
     std::vector<Vec3> off;
     for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -131,7 +131,8 @@ double sharedError(const Fit& fit, std::span<const Pair> pairs) {
     return share;
 }
 
-// Noise along an axis from the residuals and what was expected of it, and how many pairs they are worth.
+// Estimates the noise per axis from the residuals and the expected noise, and the effective number of
+// independent pairs.
 void measureNoise(Fit& fit, std::span<const Pair> pairs, const FitSettings& settings, double unknowns) {
     double squares = 0.0;
     fit.kept = 0;
@@ -145,14 +146,15 @@ void measureNoise(Fit& fit, std::span<const Pair> pairs, const FitSettings& sett
     fit.fre_m = std::sqrt(squares / fit.kept);
     fit.independent = fit.kept;
     if (settings.in_order) fit.independent = std::max(kLeastIndependent, fit.kept / sharedError(fit, pairs));
-    // What is fitted away is a part of the independent ones.
+    // The fitted unknowns use up degrees of freedom of the independent pairs.
     const double left = std::max(0.0, 1.0 - unknowns / (3.0 * fit.independent));
     const double freedom = 3.0 * fit.kept * left, expected = 3.0 * settings.noise_pairs;
     const double variance = (squares + expected * settings.noise_m * settings.noise_m) / (freedom + expected);
     fit.noise_m = std::max(kFinestPair_m, std::sqrt(variance));
 }
 
-// Unknowns that the pairs decide, each counted by how much of it they know against its prior.
+// Effective number of unknowns determined by the pairs. Each counts by the share of its information that
+// comes from the pairs and not from its prior.
 double decided(const Fit& fit, std::span<const Pair> pairs, const FitSettings& settings) {
     const Normal normal = normalOf(fit, pairs, settings);
     const Matrix left = normal.matrix.ldlt().solve(Matrix(priorWeights(settings).asDiagonal()));
@@ -172,12 +174,12 @@ std::vector<Vec3> deviceTips(std::span<const Pair> pairs) {
     return tips;
 }
 
-// Without the tip: an affine map, a shift and the tip, linear in all of them; the tip then makes points of
-// the poses.
+// With an unknown tip: solves linearly for an affine map, a translation and the tip. The tip then turns the
+// controller poses into points for a rigid fit.
 Answer<RigidFit> drawnWithTip(std::span<const Pair> drawn, const Vec3& guess_m, Vec3& tip_m) {
     using Unknowns = Eigen::Matrix<double, 15, 1>;
     Eigen::Matrix<double, 15, 15> normal = Eigen::Matrix<double, 15, 15>::Identity() * 1e-9;
-    // A tenth of a metre for the tip is all that is known where nothing was turned.
+    // A weak pull towards the guess fixes the tip if nothing was rotated.
     Unknowns right = Unknowns::Zero();
     right.tail<3>() = 1e-9 * eigen(guess_m);
     for (const Pair& pair : drawn) {
@@ -206,7 +208,7 @@ double medianResidual_m(const Fit& fit, std::span<const Pair> pairs) {
     return *middle;
 }
 
-// Calls `take` with the indices of subsets: all where they are few, else drawn at random.
+// Calls `take` with index subsets: with all of them if there are few, otherwise with random ones.
 template <typename Take>
 void drawSubsets(std::size_t pairs, std::size_t size, std::uint32_t seed, const Take& take) {
     std::vector<std::size_t> chosen(size);
@@ -282,11 +284,13 @@ double mostGripTurned_rad(std::span<const Pair> pairs, const Fit& fit) {
     return most;
 }
 
-// The covariance of the unknowns carried to targets in the cube, for the stylus held as it was held.
+// Predicts the error in the cube by propagating the unknowns' covariance to target points, for the stylus
+// orientations of the used pairs.
 void predict(Fit& fit, std::span<const Pair> pairs, const FitSettings& settings) {
     const Matrix covariance = normalOf(fit, pairs, settings).matrix.ldlt().solve(Matrix::Identity());
     constexpr int kMostHolds = 32;
-    const double inner_m = settings.cube.half_m / std::sqrt(3.0);  // Gauss's two nodes: exact for squares
+    // Gauss-Legendre quadrature with two nodes per axis: exact for squares.
+    const double inner_m = settings.cube.half_m / std::sqrt(3.0);
     double mean = 0.0, worst = 0.0;
     int holds = 0;
     const std::size_t step = std::max<std::size_t>(1, pairs.size() / kMostHolds);
@@ -350,7 +354,8 @@ Answer<Fit> fitPairs(std::span<const Pair> pairs, const FitSettings& settings, c
         found = consensus(pairs, settings);
     if (!found) return found;
     Fit& fit = *found.value;
-    // What the consensus leaves out (scale, gimbal) lengthens good residuals: it is let in by steps.
+    // The consensus ignores scale and gimbal offset, which lengthens good residuals: start with a wide
+    // threshold and tighten it.
     double threshold_m = 2.0 * fit.noise_m;
     for (int round = 0; round < kFitRounds; ++round) {
         const bool same = choose(fit, pairs, threshold_m);

@@ -1,7 +1,8 @@
-// Where the device stands in the room, from pairs of what the device says of its tip and what the headset
-// says of a controller whose own tip is on it. Consensus first (least median of squares, P. J. Rousseeuw,
-// J. Am. Stat. Assoc. 79, 1984), then all unknowns together by Gauss-Newton with weak priors, which keep
-// still what the pairs cannot tell.
+// Estimates where the haptic device stands in the room. The input is a set of pairs: the tip pose reported by
+// the device, and the pose of a tracked controller whose own tip touches the device's tip.
+//
+// Method: consensus by least median of squares (P. J. Rousseeuw, J. Am. Stat. Assoc. 79, 1984), then
+// Gauss-Newton over all unknowns. Weak priors fix the unknowns that the pairs do not determine.
 #pragma once
 
 #include <cstdint>
@@ -15,24 +16,26 @@ namespace stylet::xr::registration {
 struct Pair {
     Rigid device_from_stylus;
     Rigid stage_from_grip;
-    Vec3 tip_m_per_s{0.0};  // device frame; for the clock offset
+    Vec3 tip_m_per_s{0.0};  // device frame; needed only to estimate the latency
 };
 
 struct FitSettings {
-    // What is estimated besides where the device stands; what is not stays at its guess.
-    bool scale = true;     // of the device's millimetres
-    bool gimbal = true;    // a constant offset of the tip in the stylus frame; wants the device's orientation
-    bool tip = false;      // the controller's tip in the grip frame; a vague guess wants many turned pairs
-    bool latency = false;  // beyond the one by which the pairs were made; wants tip_m_per_s
+    // What to estimate besides the device's pose. A quantity that is not estimated keeps its initial value.
+    bool scale = true;   // scale of the device's positions
+    bool gimbal = true;  // constant offset of the tip in the stylus frame; needs the device's orientation
+    // The controller's tip in the grip frame; a vague guess needs many pairs with different rotations.
+    bool tip = false;
+    bool latency = false;  // in addition to the offset used for pairing; needs tip_m_per_s
     Vec3 tip_guess_m{0.0};
-    // Priors' standard deviations.
+    // Standard deviations of the priors.
     double scale_sd = 0.01, gimbal_sd_m = 0.004, tip_sd_m = 0.1, latency_sd_s = 0.05;
-    // Noise expected of a pair along an axis, counted like `noise_pairs` residuals that were seen: eight
-    // points alone tell little of their own noise.
+    // Expected noise of a pair per axis, weighted like `noise_pairs` observed residuals: eight points alone
+    // say little about their own noise.
     double noise_m = 0.001, noise_pairs = 2.0;
-    // Pairs follow one another in time and may share an error: the residuals' own correlation counts.
+    // The pairs are consecutive in time, so their errors may be correlated. The fit then accounts for the
+    // autocorrelation of the residuals.
     bool in_order = false;
-    Cube cube;  // where the tip works: device frame
+    Cube cube;  // working volume of the tip, device frame
     std::uint32_t seed = 1;
 };
 
@@ -43,14 +46,14 @@ struct Fit {
     Vec3 grip_from_tip_m{0.0};
     double latency_s = 0.0;
     int kept = 0, rejected = 0;
-    std::vector<bool> used;    // of each pair
-    double fre_m = 0.0;        // root mean square residual of what was kept
-    double noise_m = 0.0;      // of a pair, along an axis
-    double independent = 0.0;  // so many pairs the kept ones are worth
-    CubeError tre;             // predicted
-    double scale_sd = 0.0, gimbal_sd_m = 0.0, latency_sd_s = 0.0;  // left over
-    Spread spread;                                                 // of the device's tips that were kept
-    double turned_rad = 0.0;                                       // how far the controller was turned
+    std::vector<bool> used;    // for each pair: not rejected
+    double fre_m = 0.0;        // fiducial registration error: RMS residual of the kept pairs
+    double noise_m = 0.0;      // of a pair, per axis
+    double independent = 0.0;  // effective number of independent pairs among the kept ones
+    CubeError tre;             // predicted target registration error
+    double scale_sd = 0.0, gimbal_sd_m = 0.0, latency_sd_s = 0.0;  // posterior standard deviations
+    Spread spread;                                                 // of the kept device tip positions
+    double turned_rad = 0.0;  // largest rotation between two controller poses
 
     Vec3 inStage(const Rigid& device_from_stylus) const {
         return stage_from_device * (scale * (device_from_stylus * stylus_from_tip_m));
@@ -58,11 +61,11 @@ struct Fit {
 };
 
 inline constexpr int kLeastPairs = 4;
-inline constexpr int kLeastPairsForTip = 12;  // where the tip is vague
-inline constexpr double kVague_m = 0.02;      // the least tip_sd_m that counts as such
+inline constexpr int kLeastPairsForTip = 12;  // if the tip's position is only vaguely known
+inline constexpr double kVague_m = 0.02;      // tip_sd_m from which the tip counts as vaguely known
 
-// Refuses too few pairs, numbers that are none, points in one place, on a line or in a plane. An earlier fit
-// of about the same pairs, where there is one, takes the place of the consensus.
+// Refuses too few pairs, non-finite numbers, and points in one place, on a line or in a plane. An earlier
+// fit of nearly the same pairs replaces the consensus step.
 Answer<Fit> fitPairs(std::span<const Pair>, const FitSettings&, const Fit* earlier = nullptr);
 
 struct Limits {
@@ -73,7 +76,7 @@ struct Limits {
 };
 struct Verdict {
     bool accept = false;
-    std::string why;  // a sentence
+    std::string why;  // one sentence for the user
 };
 Verdict judge(const Fit&, const Limits& = {});
 

@@ -1,5 +1,5 @@
 // Points and rigid transforms of the registration. Metres, seconds, double precision.
-// Frames: device (the haptic device's base), stylus (its handle; the tip at the origin), grip (the tracked
+// Frames: device (base of the haptic device), stylus (its handle, origin at the tip), grip (tracked
 // controller), stage (the room).
 #pragma once
 
@@ -36,13 +36,13 @@ inline bool isFinite(const Rigid& r) {
     return isFinite(r.position_m) && std::isfinite(r.rotation.w) &&
            isFinite(Vec3(r.rotation.x, r.rotation.y, r.rotation.z));
 }
-// Radians between two orientations.
+// Angle between two orientations [rad].
 inline double angleBetween(const Quat& a, const Quat& b) {
     const Quat turn = glm::conjugate(a) * b;
     return 2.0 * std::atan2(glm::length(Vec3(turn.x, turn.y, turn.z)), std::fabs(turn.w));
 }
 
-// A value, or one sentence that says why there is none.
+// A value, or one sentence with the reason why there is none.
 template <typename T>
 struct Answer {
     std::optional<T> value;

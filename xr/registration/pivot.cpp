@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::size_t kLeastPoses = 8;
 constexpr double kLeastTurn_rad = 25.0 * 0.017453292519943295;
-// With every pose turned about one axis only, the tip's place along that axis cannot be told.
+// Lower bound of the smallest eigenvalue per pose. If all rotations share one axis, the tip's position
+// along that axis is undetermined.
 constexpr double kLeastShare = 1e-3;
 constexpr double kPoseOutlier = 4.0, kFinestPivot_m = 1e-4;
 constexpr int kPivotRounds = 4;
@@ -47,7 +48,8 @@ double leastShare(const Solved& solved, std::size_t poses) {
 
 double mostTurned_rad(std::span<const Rigid> poses) {
     double most = 0.0;
-    // Against the first and against the one farthest from it: within a few per cent of all pairs.
+    // Compares with the first pose, then with the pose farthest from it. Within a few per cent of the
+    // maximum over all pairs.
     Quat from = poses.front().rotation;
     for (int round = 0; round < 2; ++round) {
         Quat farthest = from;

@@ -1,4 +1,5 @@
-// Where to touch: places spread so that few of them tell most, and what has been reached so far.
+// Where to touch: places spread so that few of them determine the fit well, and the coverage reached so
+// far.
 #pragma once
 
 #include <span>
@@ -9,18 +10,19 @@
 
 namespace stylet::xr::registration {
 
-// `count` places of the cube: its corners first, every other one before its neighbours, then the middles of
-// its edges, of its faces, and those of the inner cube of half its size: 34 at most.
+// Returns up to `count` places of the cube, at most 34. First the corners, four non-adjacent ones before
+// the others; then the centres of the edges and of the faces; then the corners of a cube of half the size.
 std::vector<Vec3> spreadPlaces(const Cube&, int count);
 
-// In the device's axes as its user sees them (+x right, +y up, +z toward him): "far left, low".
+// Name of a place as seen by the device's user (+x right, +y up, +z towards the user): "far left, low".
 std::string nameOfPlace(const Cube&, const Vec3& place_m);
 
-// The first of the places with nothing of `taken` within `near_m`; none left: the one farthest from all.
+// Returns the first place that has no point of `taken` within `near_m`; if there is none, the place
+// farthest from all of `taken`.
 Vec3 nextPlace(std::span<const Vec3> places_m, std::span<const Vec3> taken_m, double near_m);
 
-// Which of the eight octants about the centre hold a point at least a quarter of the half away from the
-// middle planes, as bits: x right 1, y up 2, z near 4.
+// Octants of the cube that contain a point, as a mask of 8 bits. Bit index: 1 for x right, plus 2 for y up,
+// plus 4 for z near. Points closer to a middle plane than a quarter of half_m do not count.
 unsigned octantsReached(const Cube&, std::span<const Vec3> points_m);
 
 }  // namespace stylet::xr::registration

@@ -1,14 +1,14 @@
-// Where the haptic device stands in the headset's room. Mathematics and a wizard's logic; no runtime, no
-// device.
+// Registration: where the haptic device stands in the headset's room. Mathematics and the logic of the
+// user's guide only; needs neither an OpenXR runtime nor a device.
 #pragma once
 
 // In order of use.
 // clang-format off
-#include "xr/registration/geometry.h"  // points, rigid transforms, answers
+#include "xr/registration/geometry.h"  // points, rigid transforms, results
 #include "xr/registration/rigid.h"     // Umeyama's fit, Fitzpatrick's error at a target
 #include "xr/registration/pivot.h"     // the controller's tip
-#include "xr/registration/fit.h"       // everything at once, robustly; accept or redo
-#include "xr/registration/clock.h"     // streams in motion: clock offset, pairs
+#include "xr/registration/fit.h"       // robust fit of all unknowns; verdict
+#include "xr/registration/clock.h"     // pose streams: clock offset, pairs
 #include "xr/registration/places.h"    // where to touch
-#include "xr/registration/wizard.h"    // what a user is told and what he answers
-#include "xr/registration/drift.h"     // does it still hold
+#include "xr/registration/wizard.h"    // guides the user through the registration
+#include "xr/registration/drift.h"     // is a registration still valid?

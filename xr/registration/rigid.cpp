@@ -8,7 +8,7 @@
 namespace stylet::xr::registration {
 namespace {
 
-// Points that lie closer to a line say nothing about turns around it.
+// Points closer to a line than this do not determine the rotation about it.
 constexpr double kThinnestLine_m = 0.002;
 
 Vec3 glmOf(const Eigen::Vector3d& v) {
@@ -65,7 +65,7 @@ Answer<RigidFit> fitRigid(std::span<const Vec3> a_m, std::span<const Vec3> b_m, 
         b_variance += glm::dot(b_m[i] - b_mean, b_m[i] - b_mean) / n;
     }
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::Vector3d sign(1.0, 1.0, 1.0);  // a mirror image is no motion
+    Eigen::Vector3d sign(1.0, 1.0, 1.0);  // excludes a reflection
     if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) sign.z() = -1.0;
     const Eigen::Matrix3d rotation = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
 
@@ -84,7 +84,7 @@ Answer<RigidFit> fitRigid(std::span<const Vec3> a_m, std::span<const Vec3> b_m, 
 
 namespace {
 
-// The factor of FLE^2 at a target whose squared distance from axis k is d2[k].
+// TRE^2 / FLE^2 at a target with squared distance d2[k] from axis k.
 double treFactor(const Spread& spread, double points, const std::array<double, 3>& d2_m2) {
     double sum = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -127,7 +127,8 @@ CubeError expectedTreIn(const Cube& cube, std::span<const Vec3> points_m, double
     constexpr double kNever = std::numeric_limits<double>::infinity();
     if (points_m.size() < 3 || onALine(spread)) return {kNever, kNever};
     const double n = double(points_m.size());
-    // A cube's own spread is the same in every direction: half^2 / 3 along each of two.
+    // Mean squared distance of a cube's points from an axis through its centre: half^2 / 3 along each of
+    // two directions.
     std::array<double, 3> mean = fromAxes_m2(spread, cube.centre_m);
     for (double& d2 : mean)
         d2 += 2.0 / 3.0 * cube.half_m * cube.half_m;

@@ -10,15 +10,15 @@
 namespace stylet::xr::registration {
 namespace {
 
-constexpr double kUnseen_s = 0.3;  // after so long without a pose something is not seen
+constexpr double kUnseen_s = 0.3;  // a pose stream silent for this long counts as lost
 constexpr double kTipLeast_s = 3.0, kTipMost_s = 20.0, kTryAgain_s = 0.25;
 constexpr double kTipSd_m = 0.0007, kTipResidual_m = 0.004, kTipTurn_rad = 0.8;
 constexpr double kTipFloor_m = 0.0003;
 constexpr double kSweepMost_s = 60.0, kSweepTurn_rad = 0.7, kTooFast_m_per_s = 0.6;
 constexpr int kSweepOctants = 7;
-constexpr double kNear = 0.6;  // of the cube's half: such a place has been touched
+constexpr double kNear = 0.6;  // places within this fraction of half_m of a touched point count as touched
 constexpr std::size_t kLeastSamples = 5;
-constexpr std::size_t kMostPoses = 150;  // of a stream that are looked at as they come
+constexpr std::size_t kMostPoses = 150;  // limit of poses examined per stream during recording
 
 std::string filled(const char* format, double a, double b = 0.0) {
     std::array<char, 200> line{};
@@ -140,7 +140,8 @@ void Wizard::start(const WizardInput& in) {
     enter(knownTip_m() ? afterTip() : WizardStage::tip);
 }
 
-// The controller's tip on the device's tip, which rests, and turned about it.
+// Pivot calibration: the controller's tip rests on the device's resting tip while the user rotates the
+// controller.
 void Wizard::findTip(const WizardInput& in) {
     if (!recording_s_) {
         if (in.press) beginRecording(now_s_);
@@ -260,7 +261,7 @@ void Wizard::conclude(Answer<Fit> fit) {
 void Wizard::showResult(const WizardInput& in) {
     if (in.press && verdict_.accept) return enter(WizardStage::accepted);
     if (!in.press && !in.back) return;
-    if (in.press) settings_.earlier.reset();  // it has moved: from the beginning
+    if (in.press) settings_.earlier.reset();  // the device has moved: register again from the start
     redo();
 }
 

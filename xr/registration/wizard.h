@@ -1,5 +1,5 @@
-// The registration as its user meets it: what to do, what is awaited, how far it is, what came of it. Driven
-// by samples and presses; what shows the text is not its business.
+// Guides the user through the registration: current instruction, awaited action, progress and result.
+// Driven by pose samples and button presses. Displaying the text is up to the caller.
 #pragma once
 
 #include <string>
@@ -12,51 +12,52 @@
 namespace stylet::xr::registration {
 
 struct WizardSettings {
-    int points = 8;                         // to be held
-    bool in_motion = false;                 // instead: tip on tip, through the whole space
-    bool senses_rotation = true;            // of the device
-    std::optional<Vec3> grip_from_tip_m{};  // known; else it is found
-    Cube cube;                              // where the tip works
-    double hold_s = 0.5;                    // of one point
+    int points = 8;               // number of places to touch and hold
+    bool in_motion = false;       // sweep through the whole space, tip on tip, instead of single places
+    bool senses_rotation = true;  // whether the device measures its orientation
+    // The controller's tip if known; otherwise the wizard calibrates it.
+    std::optional<Vec3> grip_from_tip_m{};
+    Cube cube;            // working volume of the tip
+    double hold_s = 0.5;  // recording time per place
     double sweep_s = 20.0;
-    double closest_m = 0.015;   // two points of their own
-    double stillest_m = 0.004;  // a held tip may wander so far
+    double closest_m = 0.015;   // places closer than this count as the same
+    double stillest_m = 0.004;  // a held tip may move this far
     Limits limits{};
-    // One from earlier that is asked about: `touches` places are touched again, and the verdict is whether it
-    // holds. Where it does not, the registration follows.
+    // An earlier registration to verify: the user touches `touches` places, and the verdict is whether it
+    // is still valid. If it is not, the user can register again.
     std::optional<Stored> earlier{};
     int touches = 1;
 };
 
 enum class WizardStage { start, tip, places, sweep, result, accepted };
 
-// What happened since the last step; times grow, and are those of one clock.
+// Input since the last step. Times increase and share one clock.
 struct WizardInput {
     double now_s = 0.0;
     std::span<const Timed> device{};   // device_from_stylus
     std::span<const Timed> tracked{};  // stage_from_grip
-    bool press = false;                // yes, go on, here
-    bool back = false;                 // the last one again; at the result: all of it
+    bool press = false;                // confirm, continue, or record here
+    bool back = false;                 // redo the last place; at the result: redo everything
 };
 
-// To be shown.
+// Text and progress to display.
 struct WizardText {
     std::string title;       // "Point 3 of 8"
-    std::string what;        // what to do
-    std::string awaited;     // what goes on with it: "Press to take the point."
-    std::string note;        // what came of the last act, or is wrong now; may be empty
-    double progress = 0.0;   // of the whole, 0 to 1
-    double recording = 0.0;  // of what is being recorded, 0 to 1; 0: nothing is
+    std::string what;        // instruction
+    std::string awaited;     // next action: "Press the trigger to take the point."
+    std::string note;        // result of the last action, or the current problem; may be empty
+    double progress = 0.0;   // overall progress, 0 to 1
+    double recording = 0.0;  // progress of the current recording, 0 to 1; 0 if none
     bool warns = false;      // the note is a warning
 };
 
-// The space from the device's side, for a drawing of it.
+// The working volume in the device frame, for drawing.
 struct WizardSketch {
     bool shown = false;
     Cube cube;
-    std::vector<Vec3> done;         // points, or the way so far
-    std::vector<Vec3> to_do;        // places that are left
-    std::optional<Vec3> next, tip;  // the place to go to; where the tip is
+    std::vector<Vec3> done;         // touched points, or the path of the sweep so far
+    std::vector<Vec3> to_do;        // remaining places
+    std::optional<Vec3> next, tip;  // place to touch next; current tip
 };
 
 class Wizard {
@@ -66,14 +67,14 @@ class Wizard {
     WizardText text() const;
     WizardSketch sketch() const;
     WizardStage stage() const { return stage_; }
-    // At the result and once accepted.
-    const std::optional<Fit>& fit() const { return fit_; }  // of a registration, not of a question
+    // fit() and verdict() are valid in the stages result and accepted.
+    const std::optional<Fit>& fit() const { return fit_; }  // empty if an earlier registration was verified
     bool asksAboutEarlier() const { return settings_.earlier.has_value(); }
     const Verdict& verdict() const { return verdict_; }
-    // Where the next point is to be touched, device frame; at the places.
+    // Place to touch next, device frame. Only in the stage `places`.
     std::optional<Vec3> nextPlace_m() const;
     std::size_t taken() const { return pairs_.size(); }
-    // The controller's tip, once it is known.
+    // The controller's tip in the grip frame, if known.
     std::optional<Vec3> gripFromTip_m() const;
 
   private:
@@ -99,11 +100,11 @@ class Wizard {
     WizardStage stage_ = WizardStage::start;
     std::string note_;
     bool warns_ = false;
-    double now_s_ = 0.0, device_s_, tracked_s_;  // last seen
+    double now_s_ = 0.0, device_s_, tracked_s_;  // times of the last samples
     Vec3 device_tip_m_{0.0};
-    std::optional<double> recording_s_;  // since
+    std::optional<double> recording_s_;  // start of the recording
     double tried_s_ = 0.0;
-    std::vector<Timed> device_, tracked_;  // recorded
+    std::vector<Timed> device_, tracked_;  // recorded samples
     Vec3 tip_m_{0.0};
     double tip_sd_m_ = 0.0;
     std::vector<Pair> pairs_;

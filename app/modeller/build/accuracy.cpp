@@ -10,7 +10,7 @@ using patient::Index3;
 
 namespace {
 
-// The mask's voxels with a face to what is not mask.
+// The mask's voxels that share a face with a voxel outside it.
 Mask surfaceOf(const Mask& mask) {
     const Grid& g = mask.grid;
     Mask surface(g);
@@ -27,7 +27,7 @@ Mask surfaceOf(const Mask& mask) {
     return surface;
 }
 
-// Distances of surface voxels; those in `places` are summed for themselves.
+// Distances of surface voxels. Those in `places` are also summed separately.
 struct Distances {
     std::vector<float> all_m;
     double sum_m = 0.0, sum_there_m = 0.0;
@@ -70,7 +70,7 @@ Agreement compare(const Mask& truth, const Mask& found, const Mask& places) {
     Distances d;
     d.add(truth_surface, found_surface, places);
     d.add(found_surface, truth_surface, places);
-    if (d.all_m.empty()) return a;  // each fills the grid: no surface
+    if (d.all_m.empty()) return a;  // both masks fill the grid: no surface
     a.mean_surface_m = d.sum_m / double(d.all_m.size());
     if (d.count_there > 0) a.mean_surface_there_m = d.sum_there_m / double(d.count_there);
     const auto at95 = d.all_m.begin() + std::ptrdiff_t(0.95 * double(d.all_m.size() - 1));

@@ -22,15 +22,16 @@ using patient::Vec3;
 
 namespace {
 
-// What drives the registration: air about the body and lung far below, fat, soft tissue by its contrast, bone
-// not far above. Gas and stool in the bowel say nothing about where organs lie.
+// The image that drives the registration: air around the body and lung are far below soft tissue, fat is
+// below it, soft tissue keeps its contrast, and bone is slightly above. Gas and stool in the bowel are
+// neutral, because they do not show where organs lie.
 constexpr float kFeatureOutside_hu = -300.0f, kFeatureLung_hu = -220.0f, kFeatureFat_hu = -110.0f,
                 kFeatureBone_hu = 220.0f;
-constexpr int kAtlasAir_hu = -400;   // lighter: lung or gas, where no lung is labelled
-constexpr int kBodyFloor_hu = -300;  // of an atlas, whose outside holds air only
-// Votes are weighed by the features within so many voxels of registration.
+constexpr int kAtlasAir_hu = -400;   // darker is lung or gas, if no lung is labelled
+constexpr int kBodyFloor_hu = -300;  // for an atlas: only air outside the body
+// Votes are weighted by the features within this many voxels of the registration grid.
 constexpr int kSimilarityReach = 3;
-// A vessel is the liver's where more than half of what is near it is.
+// A vessel belongs to the liver if more than half of its surroundings does.
 constexpr double kVesselReach_m = 0.006;
 
 bool isTree(const std::string& name) {
@@ -65,7 +66,7 @@ Organ organOf(const std::string& name) {
     return Organ::elsewhere;
 }
 
-// The body of an atlas by itself: the largest thing that is not air, with its holes.
+// The body of an atlas: the largest component that is not air, with its holes filled.
 Mask bodyOf(const CtVolume& ct) {
     Mask body(ct.grid);
     for (std::size_t i = 0; i < body.voxels.size(); ++i)
@@ -117,12 +118,12 @@ VectorField registered(const FloatVolume& target, const AtlasImage& atlas, const
     return field;
 }
 
-// Adds the atlas's votes: its organ at each place, weighed by how alike the two are there.
+// Adds the atlas's votes: its organ at each voxel, weighted by the local similarity of the two images.
 void vote(const FloatVolume& target, const AtlasImage& atlas, const VectorField& field, double similarity_hu,
           AtlasPrior& prior) {
     const Grid& g = target.grid;
     FloatVolume differs(g);
-    LabelVolume organ(g, std::uint8_t{255});  // the atlas ends
+    LabelVolume organ(g, std::uint8_t{255});  // 255: outside the atlas
     forEachSlab(g.dims.z, [&](int z) {
         for (int y = 0; y < g.dims.y; ++y)
             for (int x = 0; x < g.dims.x; ++x) {

@@ -1,7 +1,7 @@
-// Where organs probably lie: other patients whose labels are known, registered to the target and fused.
+// A probability map of organs: atlases (patients with known labels) are registered to the target and fused.
 // Based on Iglesias and Sabuncu, "Multi-atlas segmentation of biomedical images: a survey", Med Image Anal
-// 24, 2015 (registration, then votes weighted by local similarity, as in Artaechevarria et al. 2009, IEEE TMI
-// 28).
+// 24, 2015 (registration, then votes weighted by local similarity, as in Artaechevarria et al. 2009, IEEE
+// TMI 28).
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@
 
 namespace stylet::modeller {
 
-// What the prior knows. `wall` is all that lies outside ribs and abdominal muscles, they included; `blood`
+// The organs of the prior. `wall`: everything outside and including ribs and abdominal muscles. `blood`:
 // the large vessels outside the liver.
 enum class Organ : std::uint8_t {
     elsewhere,
@@ -33,29 +33,29 @@ enum class Organ : std::uint8_t {
 };
 inline constexpr std::size_t kOrgans = std::size_t(Organ::wall) + 1;
 
-// The liver as a surgeon means it: parenchyma, tumours, cysts and the vessels and ducts inside.
+// The whole liver, as surgeons define it: parenchyma, tumours, cysts, and the vessels and ducts inside it.
 Mask wholeLiver(const patient::LabelVolume&, const std::vector<patient::Label>&);
 
 struct AtlasSettings {
-    // The grid of registration and of the prior; a bench sweeps these two.
+    // Grid spacing of the registration and of the prior. A bench sweeps this and `iterations`.
     double spacing_m = 0.004;
     int iterations = 40;  // on the coarsest of three levels
-    // Of features that differ, at which an atlas's vote falls to 1/e, HU.
+    // Feature difference at which an atlas's vote falls to 1/e, HU.
     double similarity_hu = 60.0;
-    std::filesystem::path program;  // empty: `stylet-register` beside this program
+    std::filesystem::path program;  // empty: `stylet-register` next to this program
     ChildLimits limits{.wall_s = 300, .cpu_s = 1200, .memory_bytes = std::size_t(4) << 30};
     std::function<void(std::string_view atlas)> progress = [](std::string_view) {};
 };
 
 struct AtlasPrior {
     patient::Grid grid;  // coarse, covers the target
-    // Of each Organ, by its number; they sum to 1 where any atlas reaches.
+    // One volume per Organ, in order of its number. They sum to 1 where any atlas reaches.
     std::vector<FloatVolume> probability;
-    FloatVolume known;              // share of the atlases that reach a voxel
+    FloatVolume known;              // share of the atlases that cover a voxel
     std::vector<std::string> used;  // names of the atlases, for the provenance
 };
 
-// One atlas on the grid of registration: features, and an organ per voxel. A package is many times larger.
+// One atlas on the registration grid: features, and an organ per voxel. Much smaller than a package.
 class AtlasImage {
   public:
     AtlasImage(const patient::Package&, const AtlasSettings&);
@@ -64,14 +64,14 @@ class AtlasImage {
     patient::LabelVolume organ;
 };
 
-// What a provenance says of the atlases used: atlases: "A", "B". Nothing where there are none.
+// The list of atlases in a provenance text: atlases: "A", "B". Empty if there are none.
 std::string atlasList(const std::vector<std::string>& names);
-// What is built with a patient among its atlases proves nothing about him. Throws ImportError where `listed`
-// has `name` in an atlasList().
+// Throws ImportError if `listed`, made by atlasList(), contains `name`. A build that used the patient as
+// its own atlas is no evidence of accuracy.
 void refuseItself(const std::string& name, const std::string& listed);
 
-// The fused prior for a target. `lungs` may be empty (then what is lighter than lung and fat counts). No
-// atlases give a prior with nothing known. Throws ImportError where a registration fails.
+// Computes the fused prior for a target. `lungs` may be empty; then voxels below -400 HU count as lung.
+// Without atlases, nothing in the prior is known. Throws ImportError if a registration fails.
 AtlasPrior alignAtlases(const patient::CtVolume& ct, const Mask& body, const Mask& lungs,
                         const std::vector<AtlasImage>&, const AtlasSettings&);
 

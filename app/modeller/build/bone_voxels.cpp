@@ -15,14 +15,14 @@ using patient::Vec3;
 
 namespace {
 
-// The densest contrast medium of a portal venous scan, in a kidney, stays below the first but for its noise,
-// below the second altogether.
+// The densest contrast medium of a portal venous scan, in a kidney, is below the first threshold except for
+// noise, and always below the second.
 constexpr std::int16_t kCortex_hu = 300, kSureCortex_hu = 350;
-constexpr std::int16_t kSurface_hu = 180;  // half way to spongy bone under a thin cortex
-constexpr double kSureShare = 0.03;        // of a bone's voxels
+constexpr std::int16_t kSurface_hu = 180;  // halfway to spongy bone under a thin cortex
+constexpr double kSureShare = 0.03;        // share of a bone's voxels
 constexpr double kCortexReach_m = 0.002;
 constexpr double kLeastCortex_ml = 0.03;
-constexpr double kFrontWall_m = 0.035;  // a sternum lies less deep under the skin, no kidney does
+constexpr double kFrontWall_m = 0.035;  // depth below the skin: a sternum is less deep, a kidney is deeper
 
 }  // namespace
 
@@ -84,7 +84,7 @@ namespace {
 
 constexpr int kDirections = 26;
 
-// Voxel steps of all neighbours, and their lengths.
+// The voxel steps to all neighbours, and their lengths.
 struct Rays {
     std::array<Index3, kDirections> step;
     std::array<double, kDirections> length_m;
@@ -101,8 +101,8 @@ struct Rays {
     }
 };
 
-// Voxels of `open` from which at least `share` of all directions meet the wall within `reach_m`; directions
-// that leave the section say nothing.
+// Voxels of `open` from which at least `share` of all directions hit the wall within `reach_m`. Directions
+// that leave the section are not counted.
 Mask enclosed(const Mask& wall, const Mask& open, double reach_m, double share) {
     const Grid& g = wall.grid;
     const Rays rays(g);
@@ -124,7 +124,8 @@ Mask enclosed(const Mask& wall, const Mask& open, double reach_m, double share) 
     return out;
 }
 
-// Where the bodies of the vertebrae lie: an ellipse of a large lumbar one before the canal.
+// The region of the vertebral bodies: in front of the canal, an ellipse the size of a large lumbar
+// vertebra.
 Mask vertebraPlaces(const Grid& g, const std::vector<Vec3>& canal) {
     constexpr double kAside_m = 0.027, kDeep_m = 0.020, kBefore_m = 0.025, kSlice_m = 0.006;
     Mask places(g);
@@ -175,11 +176,12 @@ Mask withMarrow(const CtVolume& ct, const Mask& body, const Mask& pieces, const 
     bone = either(bone, enclosed(wall, narrow, kNarrow_m, kNarrowShare));
     Mask full = either(bone, canal);
     fillCavities(full);
-    fillHolesPerSlice(full);  // a ring of cortex, as wide as a hip's
+    fillHolesPerSlice(full);  // closes rings of cortex, even as wide as the hip's
     for (std::size_t i = 0; i < full.voxels.size(); ++i)
         bone.voxels[i] =
             bone.voxels[i] || (full.voxels[i] && may(i) && near.voxels[i] && ct.voxels[i] > kMarrow_hu);
-    // Marrow has bone around it: what is dark and open to the outside is none, as deep as the blur reaches.
+    // Marrow is surrounded by bone: remove dark voxels connected to the outside, as deep as the blur
+    // reaches.
     Mask dark = bone;
     patient::LabelVolume outside = inverted(either(bone, canal));
     for (std::size_t i = 0; i < dark.voxels.size(); ++i)

@@ -23,14 +23,15 @@ constexpr double kLeastBone_ml = 0.3;
 
 // --- Which bone it is ---
 
-// The middle of the canal at each slice, held on beyond where it shows; the body's back middle without any.
+// The canal's centre in each slice, extended to slices where it is not visible. Without a canal, a point
+// near the middle of the body's back.
 std::vector<Vec3> canalAtSlices(const Grid& g, const std::vector<Vec3>& seen, const VoxelBox& body) {
     const Vec3 low = g.centre(body.low), high = g.centre(body.high);
     std::vector<Vec3> out(std::size_t(g.dims.z), Vec3(0.5 * (low.x + high.x), low.y + 0.06, 0.0));
     if (seen.empty()) return out;
     for (int z = 0; z < g.dims.z; ++z) {
         const double height_m = g.centre({0, 0, z}).z;
-        // The mean of the seen ones within 15 mm, else the nearest.
+        // The mean of the visible centres within 15 mm, else the nearest.
         Vec3 sum(0.0), nearest = seen.front();
         double count = 0.0;
         for (const Vec3& p : seen) {
@@ -42,11 +43,11 @@ std::vector<Vec3> canalAtSlices(const Grid& g, const std::vector<Vec3>& seen, co
     return out;
 }
 
-constexpr double kSpineHalf_m = 0.028;  // from the canal sideways: body, facets, most of a transverse process
+constexpr double kSpineHalf_m = 0.028;  // half width: body, facets, most of a transverse process
 constexpr double kSpineFront_m = 0.060, kSpineBack_m = 0.075;
-constexpr double kRibAside_m = 0.052;  // no lumbar transverse process reaches as far
-constexpr double kPlate_m = 0.042;     // upright extent of a shoulder or hip blade, never of a rib
-constexpr int kAngles = 72;            // of 5 degrees about the cage's axis
+constexpr double kRibAside_m = 0.052;  // lumbar transverse processes do not reach this far
+constexpr double kPlate_m = 0.042;     // vertical extent of a shoulder or hip blade; ribs are below it
+constexpr int kAngles = 72;            // 5 degrees each, around the cage's axis
 
 struct BonePiece {
     int number = 0;
@@ -107,8 +108,7 @@ std::vector<BonePiece> measuredBones(const Pieces& p, const Mask& core, const Ca
 }
 
 enum class BoneKind { spine, rib, sternum, other };
-// A rib's own piece is larger; smaller ones (chalk in cartilage, tips) keep their label but count for
-// nothing.
+// Minimum volume of a rib. Smaller pieces (calcified cartilage, tips) keep their label but are not counted.
 constexpr double kLeastRib_ml = 1.5;
 
 BoneKind kindOf(const BonePiece& b, double front_m, double bottom_m) {
@@ -121,14 +121,14 @@ BoneKind kindOf(const BonePiece& b, double front_m, double bottom_m) {
     const bool in_front = b.mean_front_m > 0.5 * front_m;
     if (in_front && std::fabs(b.mean_aside_m) < 0.045 && b.furthest_m < 0.08) return BoneKind::sternum;
     if (b.furthest_m < kRibAside_m && !in_front) return BoneKind::spine;
-    // What rises from the section's end without a rib's way to the spine is the crest of a hip.
+    // A piece that rises from the section's lower end without a connection to the spine is an iliac crest.
     const bool crest = low_m < bottom_m && !b.at_spine;
     return (upright_m > kPlate_m || crest) && !in_front ? BoneKind::other : BoneKind::rib;
 }
 
 // --- Ribs ---
 
-// a lies higher than b where both are, else neither.
+// Mean height of a above b over the angles where both exist; 0 if there are none.
 double above(const BonePiece& a, const BonePiece& b) {
     double sum = 0.0, count = 0.0;
     for (std::size_t k = 0; k < kAngles; ++k)
@@ -139,7 +139,7 @@ double above(const BonePiece& a, const BonePiece& b) {
     return count > 0.0 ? sum / count : 0.0;
 }
 
-// The height at which a piece leaves the back, or at its own back end.
+// The height at which a piece leaves the back, or the height of its back end.
 double backHeight(const BonePiece& b) {
     int best = kAngles;
     double z = b.z_mean;
@@ -151,8 +151,8 @@ double backHeight(const BonePiece& b) {
     return z;
 }
 
-// The lowest at the spine is the twelfth; any other is the one above the highest that lies below it, or,
-// where none does, the one below the lowest that lies above. 0: nothing tells.
+// Numbers the ribs. The lowest rib at the spine is the twelfth. Any other is numbered one above the highest
+// rib below it or, if there is none, one below the lowest rib above it. 0: unknown.
 std::vector<int> numbered(const std::vector<const BonePiece*>& ribs) {
     std::vector<int> number(ribs.size(), 0);
     if (ribs.empty()) return number;
@@ -161,7 +161,7 @@ std::vector<int> numbered(const std::vector<const BonePiece*>& ribs) {
         const BonePiece &a = *ribs[i], &b = *ribs[lowest];
         if (a.at_spine != b.at_spine ? a.at_spine : backHeight(a) < backHeight(b)) lowest = i;
     }
-    // The longest way down to the lowest; as many rounds as there are ribs settle it.
+    // The longest chain down to the lowest rib. It is complete after as many rounds as there are ribs.
     for (int round = 0; round < 12; ++round)
         for (std::size_t i = 0; i < ribs.size(); ++i) {
             int below = i == lowest ? 13 : 0;
@@ -182,7 +182,7 @@ std::vector<int> numbered(const std::vector<const BonePiece*>& ribs) {
 
 std::vector<Vec3> centreLine(const std::vector<Vec3>& voxels, const Vec3& axis_m, bool right) {
     constexpr double kStep_m = 0.005;
-    // Along the angle first; then even steps.
+    // Means by angle first, then resampled in even steps.
     std::array<Vec3, 4 * kAngles> sum{};
     std::array<double, 4 * kAngles> count{};
     for (const Vec3& p : voxels) {
@@ -240,7 +240,7 @@ void nameRibs(const Pieces& p, const std::vector<const BonePiece*>& pieces, bool
     }
 }
 
-// Between two vertebral bodies: bone a disc's height above and below, in front of the canal.
+// The discs: between vertebral bodies, with bone a disc's height above and below, in front of the canal.
 Mask discsOf(const CtVolume& ct, const Bones& bones, const std::vector<Vec3>& canal) {
     constexpr double kReach_m = 0.012, kFront_m = 0.008, kHalf_m = 0.026;
     constexpr std::int16_t kLow_hu = 40, kHigh_hu = 200;
@@ -269,8 +269,8 @@ bool inSpine(const Vec3& from_canal) {
            from_canal.y > -kSpineBack_m;
 }
 
-// Chalk in an artery's wall or in the gut is as bright as bone: a small piece that lies before the spine or
-// well within the ring of the large bones is none.
+// Drops small bright pieces in front of the spine or well inside the ring of the large bones. They are
+// calcifications in artery walls or bowel, not bone.
 void dropStray(const Mask& body, const Cage& cage, Mask& bones) {
     constexpr double kBeforeCanal_m = 0.015, kWithin_m = 0.010;
     const Grid& g = bones.grid;
@@ -301,8 +301,8 @@ void dropStray(const Mask& body, const Cage& cage, Mask& bones) {
             continue;
         }
         const Index3 middle = g.nearest(sum[n] / count);
-        if (d.y > 0.06 && isInFrontWall(body, middle)) continue;  // chalk in a rib's cartilage
-        // The ring where it is nearest by angle.
+        if (d.y > 0.06 && isInFrontWall(body, middle)) continue;  // calcified rib cartilage
+        // The ring's radius at the nearest angle where it is known.
         const int a = angleOf(at);
         double ring = 1.0;
         for (int k = 0; k <= kAngles / 2 && ring == 1.0; ++k)
@@ -386,8 +386,8 @@ Bones findBones(const CtVolume& ct, const Mask& body) {
 }
 
 Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, const Bones& bones) {
-    // Muscle stays below 75 HU, cartilage of an adult lies at 90 to 130 and more where it turns to chalk. In
-    // wide voxels its edges look like muscle, and muscle beside a rib like it.
+    // Muscle is below 75 HU. An adult's cartilage is at 90 to 130 HU, and more where calcified. In wide
+    // voxels the edges of cartilage look like muscle, and muscle beside a rib looks like cartilage.
     constexpr float kLow_hu = 78.0f, kHigh_hu = 500.0f;
     constexpr double kWidest_m = 0.00125;
     constexpr double kSkin_m = 0.006, kThick_m = 0.0025, kJoin_m = 0.004, kLeast_ml = 0.5;
@@ -403,14 +403,14 @@ Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, c
     for (std::size_t i = 0; i < found.voxels.size(); ++i)
         found.voxels[i] =
             found.voxels[i] && !taken.voxels[i] && smooth.voxels[i] > kLow_hu && smooth.voxels[i] < kHigh_hu;
-    // It begins where ribs end, before the body's middle; behind lie muscles and, past a doubtful fascia,
-    // kidneys.
+    // Cartilage begins where the ribs end, in front of the body's middle. Behind are muscles and, beyond an
+    // uncertain fascia, kidneys.
     const VoxelBox box = boxOf(body);
     for (int z = 0; z < g.dims.z; ++z)
         for (int y = 0; y <= (box.low.y + box.high.y) / 2; ++y)
             for (int x = 0; x < g.dims.x; ++x)
                 found[{x, y, z}] = 0;
-    // A rib's blurred rim is as dense: it belongs to what is thicker only.
+    // A rib's blurred rim is as dense as cartilage: count it only as part of a thicker piece.
     const Mask rim = dilated(bones.all, 1.01 * g.spacing_m.x);
     const Mask core = opened(without(found, rim), std::max(kThick_m, 1.01 * g.spacing_m.x));
     found = both(found, dilated(core, 2.0 * g.spacing_m.x));

@@ -28,7 +28,7 @@ namespace {
 
 constexpr const char* kCorrected = "corrected by hand";
 constexpr double kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
-// Of a long scan: a liver of 26 cm and what is kept around it.
+// For a long scan: room for a liver 26 cm high, and the margin around it.
 constexpr double kMostHeight_m = 0.45, kBelowDome_m = 0.33, kAboveDome_m = 0.10, kLook_m = 0.004;
 
 std::uint64_t ctDigest(const CtVolume& ct) {
@@ -42,7 +42,7 @@ double secondsSince(std::chrono::steady_clock::time_point begin) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// What a stage's result depends on: the program, all stages before it, the settings it looks at.
+// Key of a stage's result: the program, all stages before it, and the settings that it uses.
 std::uint64_t keyOf(std::uint64_t before, const Stage& stage, const BuildSettings& settings) {
     patient::StateHash hash;
     hash.add(before);
@@ -58,8 +58,8 @@ std::uint64_t chained(std::uint64_t before, const StageResult& result) {
     return hash.value();
 }
 
-// Labels that a person put there hold ids of the colour table; what the package does not take from this stage
-// is said.
+// Checks that labels edited by a person contain only ids of the colour table. Adds a note for labels that
+// the package does not take from this stage.
 void checkCorrected(const fs::path& file, const Stage& stage, const LabelVolume& labels,
                     std::vector<std::string>& notes) {
     std::array<bool, 256> there{};
@@ -78,12 +78,12 @@ void checkCorrected(const fs::path& file, const Stage& stage, const LabelVolume&
     }
 }
 
-// Its labels, that is; an edited text makes labels of its own.
+// True if its labels were corrected. An edited text does not count; the stage makes new labels from it.
 bool handCorrected(const StageRecord& record) {
     return std::find(record.notes.begin(), record.notes.end(), kCorrected) != record.notes.end();
 }
 
-// Runs one stage, or takes what an earlier run or a person left.
+// Runs one stage, or reuses the result of an earlier run or a person's correction.
 StageReport runStage(Work& work, const StageStore& store, int number, const Stage& stage,
                      std::uint64_t& chain) {
     const std::uint64_t key = keyOf(chain, stage, *work.settings);
@@ -120,8 +120,8 @@ StageReport runStage(Work& work, const StageStore& store, int number, const Stag
     return report;
 }
 
-// The heights that are worked on: all of a scan of the upper belly; of a longer one what lies about the domes
-// of the lungs' bases, below which the liver hangs.
+// The range of heights to process. All of a scan of the upper abdomen; in a longer scan, the region around
+// the domes of the lungs' bases, because the liver is below them.
 std::pair<double, double> heightsOf(const CtVolume& scan) {
     double low_m = scan.grid.origin_m.z, high_m = scan.grid.centre(scan.grid.dims - 1).z;
     if (high_m - low_m <= kMostHeight_m) return {low_m, high_m};
@@ -137,7 +137,7 @@ std::pair<double, double> heightsOf(const CtVolume& scan) {
     return {std::max(low_m, dome_m - kBelowDome_m), std::min(high_m, dome_m + kAboveDome_m)};
 }
 
-// The scan on the working grid, as far as its body goes.
+// Reads the scan, resamples it to the working grid and crops it to the body.
 void readScan(Work& work) {
     const BuildSettings& s = *work.settings;
     const CtVolume scan = readImage(s.ct, ImageKind::ct, s.reader, s.series);
@@ -152,7 +152,7 @@ void readScan(Work& work) {
     work.body = cutToBody(work.ct, none);
 }
 
-// What a person corrected belongs to the CT it was drawn on.
+// Stores the CT of the stages. Refuses a new CT if a stage was corrected on another one.
 void keepScan(const Work& work, const StageStore& store) {
     const fs::path file = store.folder() / "ct.nii.gz";
     if (fs::exists(file)) {
@@ -182,7 +182,7 @@ std::string provenanceOf(const Label& l, const Work& work) {
     return "automatic";
 }
 
-// All stages' labels in one map, later ones over earlier ones, cut to the heights around the liver.
+// Merges all stages' labels, later ones over earlier ones, and crops to the heights around the liver.
 Package packageOf(const Work& work) {
     const BuildSettings& settings = *work.settings;
     Package p;
@@ -258,7 +258,7 @@ Built build(const BuildSettings& settings) {
     Work work;
     work.settings = &settings;
     say("read", 0.0);
-    for (const Stage& stage : stages()) {  // a missing file is named before work is done
+    for (const Stage& stage : stages()) {  // report missing files before any work is done
         patient::StateHash none;
         if (stage.depends) stage.depends(none, settings);
     }

@@ -1,4 +1,5 @@
-// `stylet-model build`: a patient package from a CT alone, in stages that a person can review and correct.
+// `stylet-model build`: makes a patient package from a CT alone, in stages that a person can review and
+// correct.
 #pragma once
 
 #include <filesystem>
@@ -15,26 +16,26 @@ namespace stylet::modeller {
 
 struct BuildSettings {
     std::filesystem::path ct;                    // DICOM folder or NIfTI file
-    std::string series;                          // UID, where that folder holds several
-    std::filesystem::path stages;                // folder of the stages: made, or gone on from
-    std::vector<std::filesystem::path> atlases;  // packages; none: reference patients of kAtlasSeeds
+    std::string series;                          // series UID, if the folder contains several
+    std::filesystem::path stages;                // folder of the stages; created, or resumed
+    std::vector<std::filesystem::path> atlases;  // packages; none: the reference patients of kAtlasSeeds
     double spacing_m = 0.001;
-    bool virtual_ducts = false;              // grown beside portal branches where none are to be seen
-    std::string reference_phase = "inhale";  // the breath the scan was taken in, as for an import
+    bool virtual_ducts = false;              // grown beside portal branches if the CT shows no ducts
+    std::string reference_phase = "inhale";  // breathing state of the scan, as for an import
     std::string name = "built patient", licence = "unknown: ask whoever gave you the images";
-    patient::TissueDefaults defaults;  // force table; thresholds are replaced by this CT's own
+    patient::TissueDefaults defaults;  // force table; this CT's thresholds replace the defaults
     ReaderLimits reader;
     std::function<void(std::string_view stage, double fraction)> progress;
-    std::function<bool()> cancelled;  // asked between stages: true ends it
+    std::function<bool()> cancelled;  // polled between stages; true cancels the build
 };
 
-// Of the reference patients that stand in where no atlas is named. No report is made on them.
+// Seeds of the reference patients used as default atlases. No accuracy report uses them.
 inline constexpr std::uint64_t kAtlasSeeds[] = {101, 102, 103, 104};
 
 struct StageReport {
     std::string name;
     double seconds = 0.0;
-    bool kept = false;       // from an earlier run
+    bool kept = false;       // reused from an earlier run
     bool corrected = false;  // by a person
     std::vector<std::string> notes;
 };
@@ -42,18 +43,18 @@ struct StageReport {
 struct Built {
     patient::Package package;
     std::vector<StageReport> stages;
-    std::vector<Finding> findings;  // checkPackage's
+    std::vector<Finding> findings;  // from checkPackage
 };
 
-// In their order.
+// In order of execution.
 std::vector<std::string> stageNames();
 
-// Runs every stage whose inputs are not those of its last run. Throws ImportError, patient::DataError, or
-// std::runtime_error where it was cancelled; what was finished stands.
+// Runs every stage whose inputs have changed since its last run. Throws ImportError, patient::DataError, or
+// std::runtime_error if cancelled. Finished stages are kept.
 Built build(const BuildSettings&);
 
-// Puts a person's labels in a stage's place. `labels` lies on the grid of the stages' ct.nii.gz and holds ids
-// of the stage's colour table. Throws ImportError or patient::DataError.
+// Replaces a stage's result with labels edited by a person. `labels` must be on the grid of the stages'
+// ct.nii.gz and contain ids of the stage's colour table. Throws ImportError or patient::DataError.
 void correctStage(const std::filesystem::path& stages, const std::string& name,
                   const std::filesystem::path& labels);
 

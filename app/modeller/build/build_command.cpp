@@ -22,7 +22,7 @@ struct BuildArguments {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-// The first Ctrl-C ends the build after its stage, the second at once.
+// The first Ctrl-C ends the build after the current stage, the second one at once.
 void onInterrupt(int signal) {
     interrupted = 1;
     std::signal(signal, SIG_DFL);
@@ -38,7 +38,8 @@ void printStages(const Built& built) {
     }
 }
 
-// The intervals over the histogram and over a slice through the liver, as Figs. 10 to 13 of the paper.
+// Draws the class intervals over the histogram and over a slice through the liver, as in Figs. 10 to 13 of
+// the paper.
 void drawClassesOf(const patient::Package& p, const std::filesystem::path& png) {
     const Mask liver = maskOf(p.labels, "liver");
     patient::Vec3 sum{0.0};

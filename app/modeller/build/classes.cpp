@@ -10,7 +10,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kLeastPackage_hu = -1024.0, kMostPackage_hu = 3071.0;  // what a package takes
+constexpr double kLeastPackage_hu = -1024.0, kMostPackage_hu = 3071.0;  // limits of a package
 
 json toJson(const TissueClass& c) {
     return {{"mean_hu", c.mean_hu}, {"sigma_hu", c.sigma_hu}, {"share", c.share}};

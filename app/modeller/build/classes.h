@@ -1,5 +1,5 @@
-// classes.json of a build: what the values of this CT mean, for whoever reviews it, and the thresholds that
-// follow, which a person may edit.
+// classes.json of a build: the tissue classes of this CT, for review, and the thresholds derived from them,
+// which a person may edit.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ namespace stylet::modeller {
 
 std::string writeClasses(const TissueClasses&, const patient::Thresholds&);
 
-// Throws ImportError where a threshold is missing or absurd, or they do not rise.
+// Throws ImportError if a threshold is missing or out of range, or if the thresholds are not increasing.
 patient::Thresholds parseClasses(const std::string& text);
 
 }  // namespace stylet::modeller

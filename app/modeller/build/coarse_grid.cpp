@@ -21,7 +21,7 @@ Grid coarseGrid(const Grid& fine, double spacing_m) {
 }
 
 FloatVolume coarseMean(const Grid& coarse, const Grid& fine, const std::function<float(std::size_t)>& value) {
-    // The coarse voxel of each fine one, axis by axis.
+    // For each axis, the coarse index of each fine index.
     std::array<std::vector<int>, 3> to;
     for (int d = 0; d < 3; ++d)
         for (int i = 0; i < fine.dims[d]; ++i) {

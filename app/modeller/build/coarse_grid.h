@@ -1,4 +1,4 @@
-// Volumes on a coarser grid over the same place.
+// Resamples volumes to a coarser grid over the same region.
 #pragma once
 
 #include <functional>
@@ -7,11 +7,11 @@
 
 namespace stylet::modeller {
 
-// Covers the same box in cubes of about `spacing_m`, centred on it.
+// Covers the same box with cubes of about `spacing_m`, centred on it.
 patient::Grid coarseGrid(const patient::Grid&, double spacing_m);
 
-// The mean of value(offset) over the fine voxels that lie in each coarse one; the nearest fine voxel's value
-// where there are none.
+// The mean of value(offset) over the fine voxels in each coarse voxel, or the nearest fine voxel's value if
+// a coarse voxel contains none.
 FloatVolume coarseMean(const patient::Grid& coarse, const patient::Grid& fine,
                        const std::function<float(std::size_t)>& value);
 

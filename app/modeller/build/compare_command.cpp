@@ -18,7 +18,7 @@ struct CompareOptions {
     std::size_t most_paths = 200;
 };
 
-// The best of a coarse set, in the breath of the CT.
+// The best paths of a coarse plan, in the breathing state of the CT.
 std::vector<patient::PlannedPath> planTruth(const Package& truth, std::size_t most) {
     const patient::Patient true_patient(truth);
     patient::PlanSettings settings = patient::studyPlan(true_patient);
@@ -29,7 +29,7 @@ std::vector<patient::PlannedPath> planTruth(const Package& truth, std::size_t mo
     return paths;
 }
 
-// As the study has them, over all labels that were found.
+// Computes the forces as in the study, with all labels that were found.
 void printForces(const CompareOptions& o, Package truth, Package found,
                  const std::vector<patient::PlannedPath>& paths) try {
     const study::Pair pair = study::makePair({truth.name, o.truth, o.found}, std::move(truth),

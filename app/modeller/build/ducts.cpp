@@ -15,25 +15,28 @@ namespace {
 
 const std::vector<double> kDuctRadii_m{0.0013, 0.002, 0.003, 0.0045};
 constexpr double kBile_hu = 10.0;  // 0 to 20: Prokop and Galanski 2003
-// Fat and gas after the blur, which bile with its noise stays clear of; their blurred rims look like bile.
+// Fat and gas after the blur. Bile with its noise is above this value; blurred rims of fat and gas look
+// like bile.
 constexpr double kBlurredFat_hu = -45.0, kFatBlur_m = 0.0007;
-constexpr double kClosing_m = 0.006;  // ducts and hilum that the liver's mask left out
-// A duct's voxel lies nearer to bile than to parenchyma, less what the blur takes from a tube of 1.6 mm.
-constexpr double kInsideDuct = 0.45, kCertainDuct = 0.7;  // of the way from parenchyma to bile
+constexpr double kClosing_m = 0.006;  // for ducts and hilum that the liver's mask lacks
+// A duct voxel is nearer to bile than to parenchyma. The limit is below one half, because blur reduces the
+// contrast of a tube of 1.6 mm.
+constexpr double kInsideDuct = 0.45, kCertainDuct = 0.7;  // fraction of the way from parenchyma to bile
 constexpr double kLeastNoiseWidths = 4.0;
-constexpr float kLeastLine = 1.5f, kCertainLine = 6.0f;  // in units of chance
-// Blobs: dark by less already, and holding a ball that no intrahepatic duct does.
+constexpr float kLeastLine = 1.5f, kCertainLine = 6.0f;  // in units of random variation
+// Blobs: slightly dark, and wide enough for a ball that fits into no intrahepatic duct.
 constexpr double kBlob = 0.27, kBlobBlur_m = 0.002, kBlobRadius_m = 0.007, kBlobRim_m = 0.0015;
-// Central ducts beside fat or a tumour, once there is a tree that they belong to.
+// Reach for central ducts beside fat or a tumour, if there is a tree that they can belong to.
 constexpr double kCentralReach_m = 0.008;
-// A piece of duct is long; cysts that the filter lets through are not.
+// Minimum size of a piece of duct. Excludes cysts that pass the filter.
 constexpr double kLeastDuctPiece_m3 = 80e-9, kLeastDuctExtent_m = 0.012;
-// Beneath the capsule, in fissures and at the hilum thin fat looks like bile; ducts show deeper.
+// Below the capsule, in fissures and at the hilum, thin fat looks like bile. Real ducts also appear deeper.
 constexpr double kFromCapsule_m = 0.004, kDuctDepth_m = 0.010, kLeastDeep = 0.3;
-// Normal ducts do not show at all; a dilated system does over several segments.
+// Minimum size of a dilated system, which covers several segments. Normal ducts are not visible at all.
 constexpr double kLeastTree_m3 = 3e-6, kLeastExtent_m = 0.05;
 
-// Metres to the liver's surface or to fat or gas in a fissure, in the box of the evidence; 0 in them.
+// Distance in metres to the liver's surface, or to fat or gas in a fissure, in the box of the evidence. 0
+// inside them.
 FloatVolume depthIn(const patient::CtVolume& ct, const TubeEvidence& e, Mask& blobs, double bile_contrast) {
     FloatVolume image(e.liver.grid);
     for (int z = 0; z < image.grid.dims.z; ++z)

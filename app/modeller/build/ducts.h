@@ -12,18 +12,19 @@ enum class DuctsOrigin { none, seen, grown };
 struct BuiltDucts {
     DuctsOrigin origin = DuctsOrigin::none;
     Mask mask;         // on the CT's grid
-    GrownDucts grown;  // where they are grown: what paintBile takes; virtual, never this patient's own
-    std::string note;  // one sentence on what was found, or why not, and whether it is virtual
+    GrownDucts grown;  // if grown: input of paintBile; virtual, not the patient's own
+    std::string note;  // one sentence: the result or the reason for none, and whether it is virtual
 };
 
-// Dilated ducts as the CT shows them: line filter for dark tubes of 1.3 to 5 mm radius, halfway between
-// parenchyma and bile, without blobs (tumours, cysts, the gallbladder), fat and gas, and without what is no
-// tree. The liver's mask may lack the ducts and the hilum. Empty where none are dilated: normal ducts of 1 mm
-// do not show. `note`, where given, is told in one sentence what decided.
+// Finds the dilated ducts visible in the CT. Uses a line filter for dark tubes of 1.3 to 5 mm radius with
+// values halfway between parenchyma and bile. Excludes blobs (tumours, cysts, the gallbladder), fat, gas
+// and anything that does not form a tree. The liver's mask may lack the ducts and the hilum. Empty if no
+// ducts are dilated: normal ducts of 1 mm are not visible. If given, `note` receives one sentence with the
+// reason for the decision.
 Mask seenDucts(const patient::CtVolume&, const Mask& liver, std::string* note = nullptr);
 
-// Those; where none are seen and `grow` is set, growDucts beside the portal vein. Throws ImportError as that
-// does.
+// Returns the visible ducts. If there are none and `grow` is set, grows ducts beside the portal vein
+// (growDucts) and throws ImportError if that does.
 BuiltDucts buildDucts(const patient::CtVolume&, const Mask& liver, const Mask& portal, const Mask& vessels,
                       bool grow, const DuctSettings& = {});
 

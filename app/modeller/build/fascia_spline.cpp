@@ -29,7 +29,7 @@ std::array<double, 4> cubicWeights(double t) {
             (3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0, t * t * t / 6.0};
 }
 
-// The sixteen control points that bear on (phi, h).
+// The sixteen control points that influence (phi, h).
 struct Support {
     std::array<std::size_t, 16> control;
     std::array<double, 16> weight;
@@ -63,7 +63,7 @@ double valueOf(const Support& at, const std::vector<double>& control) {
 constexpr double kInsideBone_m = 0.0015, kOutsideOrgan_m = 0.0010;
 constexpr double kFarOff_m = 0.4;
 
-// The room a cell of the dense first fit has.
+// The allowed range of the radius in each cell of the dense first fit.
 struct Room {
     std::vector<double> low_m, high_m;
 };
@@ -103,8 +103,8 @@ Room roomOf(const FasciaInput& in, const WallSurface& s) {
 
 // --- The belly wall ---
 
-// Along one ray: where the muscle begins under the skin's fat, and how thick it is, where fat behind it
-// tells. 0: unseen.
+// One ray: the radius where the muscle begins below the skin's fat, and the muscle's thickness if fat
+// behind it is visible. 0: not visible.
 struct BellyRay {
     double outer_m = 0.0, thick_m = 0.0;
 };
@@ -152,9 +152,10 @@ bool boneNear(const Room& room, const WallSurface& s, int level, int angle) {
     return false;
 }
 
-// Below the ribs the wall is its own muscle's thickness inside that muscle's outer face. The thickness
-// differs from the flank to the middle line much more than from the ribs to the hip, and gut hides it here
-// and there: each angle has one, the middle of what its rays see.
+// Below the ribs, the wall is one muscle thickness inside the muscle's outer face. The thickness varies
+// much more from the flank to the midline than from the ribs to the hip, and bowel hides it in places.
+// Therefore each angle has one thickness, the median of its rays. It replaces a ray's own thickness if the
+// two differ too much.
 void seeBelly(const FasciaInput& in, const Room& room, const WallSurface& s, std::vector<double>& target) {
     constexpr double kSkin_m = 0.006, kAgree_m = 0.005;
     constexpr int kReach = 3;
@@ -169,7 +170,7 @@ void seeBelly(const FasciaInput& in, const Room& room, const WallSurface& s, std
         for (int a = 0; a < s.angles; ++a) {
             const double phi = a * kTurn / s.angles;
             if (std::sin(phi) < -0.5 || boneNear(room, s, z, a))
-                continue;  // the back's muscles are no measure
+                continue;  // the back's muscles do not show the wall
             rays[std::size_t(z * s.angles + a)] =
                 bellyRay(in, inner, hu, s.axis_m, phi, s.z_begin_m + z * s.z_step_m);
         }
@@ -192,14 +193,15 @@ void seeBelly(const FasciaInput& in, const Room& room, const WallSurface& s, std
             const BellyRay& ray = rays[cell];
             if (ray.outer_m == 0.0) continue;
             const double usual_m = gather(z - kReach, z + kReach, a, kReach, &BellyRay::outer_m);
-            if (std::fabs(ray.outer_m - usual_m) > kAgree_m) continue;  // a fold, the navel, the middle line
+            if (std::fabs(ray.outer_m - usual_m) > kAgree_m) continue;  // a fold, the navel or the midline
             const bool own = std::fabs(ray.thick_m - thick_m) < kAgree_m;
             target[cell] = ray.outer_m - (own ? ray.thick_m : thick_m);
         }
     }
 }
 
-// Between two ribs the fascia lies on the lung, or the diaphragm's thickness outside what that covers.
+// Between two ribs the fascia lies on the lung, or one diaphragm thickness outside the organ below the
+// diaphragm.
 void seeOrgans(const FasciaInput& in, const Room& room, const WallSurface& s, std::vector<double>& target) {
     constexpr double kNear_m = 0.009, kDiaphragm_m = 0.002, kDeep_m = 0.005;
     constexpr std::int16_t kLung_hu = -400;
@@ -218,8 +220,8 @@ void seeOrgans(const FasciaInput& in, const Room& room, const WallSurface& s, st
         }
 }
 
-// sum weight (r - target)^2 + stiffness |second differences|^2, by conjugate gradients on the normal
-// equations.
+// Minimises sum weight (r - target)^2 + stiffness |second differences|^2 by conjugate gradients on the
+// normal equations.
 struct Fit {
     const FasciaSpline& shape;
     std::vector<Support> at;
@@ -295,7 +297,7 @@ class Reader {
   public:
     Reader(const fs::path& file, std::string_view text) : file_(file), rest_(text) {}
 
-    // The next line that says something, split at blanks; false at the end.
+    // Reads the next line that is not empty or a comment and splits it at blanks. Returns false at the end.
     bool next() {
         while (!rest_.empty()) {
             std::string_view line = rest_.substr(0, rest_.find('\n'));
@@ -333,7 +335,7 @@ class Reader {
         }
         return v;
     }
-    // The line `key` with this many numbers.
+    // Reads a line that starts with `key` and has `count` numbers.
     void expect(const std::string& key, std::size_t count) {
         if (!next()) refuse(key + " is missing");
         if (words_[0] != key)
@@ -372,7 +374,7 @@ double FasciaSpline::radiusAt(double phi, double h_m) const {
 }
 
 FasciaSpline fitFascia(const FasciaInput& in) {
-    // The first fit, cell by cell, has settled what each ray sees and where rays mislead.
+    // The first fit, cell by cell, has determined what each ray shows and which rays are misleading.
     const WallSurface seen = fitWall(in);
     const Room room = roomOf(in, seen);
     FasciaSpline s;
@@ -391,7 +393,7 @@ FasciaSpline fitFascia(const FasciaInput& in) {
             fit.at.push_back(supportAt(s, a * kTurn / seen.angles, seen.z_begin_m + z * seen.z_step_m));
     seeBelly(in, room, seen, fit.target);
     seeOrgans(in, room, seen, fit.target);
-    // What the surface still cuts pulls it away, harder each time.
+    // Where the surface still cuts bones or organs, pull it away, with more weight in each round.
     constexpr int kRounds = 6;
     constexpr double kHarder = 6.0, kHardest = 400.0;
     for (int round = 0; round < kRounds; ++round) {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-// Boost's own headers do not compile without warnings.
+// Boost's headers do not compile without warnings.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wshadow"
 #pragma GCC diagnostic ignored "-Wold-style-cast"
@@ -27,18 +27,18 @@ using Graph = boost::compressed_sparse_row_graph<boost::directedS, boost::no_pro
 using Edge = boost::graph_traits<Graph>::edge_descriptor;
 
 constexpr Node kNone = std::numeric_limits<Node>::max();
-constexpr float kUnits = 1000.0f;  // of capacity, for a cost of one
-constexpr float kMostCost = 1e5f;  // of a cost: sums of six stay within int
+constexpr float kUnits = 1000.0f;  // capacity for a cost of one
+constexpr float kMostCost = 1e5f;  // maximum cost, so that sums of six fit into int
 
 int capacityOf(float cost) {
     return int(std::lround(kUnits * std::clamp(cost, 0.0f, kMostCost / kUnits)));
 }
 
-// Steps to the neighbours; the one at the list's other end leads back.
+// Steps to the neighbours. Step k and step 5 - k are opposite.
 const std::vector<Index3> kSteps{{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
-// The free voxels as nodes 0 ... count - 1, then source and sink. A node's edges: to its free neighbours,
-// step by step, then to the one terminal that it prefers.
+// The free voxels as nodes 0 ... count - 1, then source and sink. Edges of a node: to its free neighbours
+// in step order, then to the one terminal that it prefers.
 class BandGraph {
   public:
     explicit BandGraph(const CutProblem& problem) : problem_(problem), grid_(problem.state.grid) {
@@ -85,7 +85,7 @@ class BandGraph {
             }
     }
 
-    // f(step number, neighbour's offset) for each neighbour in the grid.
+    // Calls f(step number, neighbour's offset) for each neighbour in the grid.
     template <typename F>
     void forNeighbours(std::size_t i, const F& f) const {
         const auto nx = std::size_t(grid_.dims.x), ny = std::size_t(grid_.dims.y);
@@ -94,7 +94,7 @@ class BandGraph {
             if (const Index3 to = at + kSteps[k]; grid_.contains(to)) f(k, grid_.offset(to));
     }
 
-    // Each node's first edge. A neighbour that is fixed joins the preference.
+    // Computes each node's first edge. Fixed neighbours are added to the preference.
     void layOut() {
         first_.assign(std::size_t(count_) + 1, 0);
         terminal_.assign(count_, 0);
@@ -143,7 +143,7 @@ class BandGraph {
         reverse_[e] = Edge(to, back);
     }
 
-    // The edge of voxel j's node against step k.
+    // The edge of voxel j's node in the direction opposite to step k.
     Node edgeBack(std::size_t j, std::size_t k) const {
         Node e = first_[node_of_[j]];
         forNeighbours(
@@ -157,7 +157,7 @@ class BandGraph {
     std::vector<Node> node_of_, first_;
     std::vector<std::pair<Node, Node>> edges_;
     std::vector<std::size_t> voxels_;
-    std::vector<int> terminal_, capacity_;  // terminal: above 0 from the source, below 0 to the sink
+    std::vector<int> terminal_, capacity_;  // terminal: positive from the source, negative to the sink
     std::vector<Edge> reverse_;
     Node source_next_ = 0, sink_next_ = 0;
 };

@@ -1,6 +1,7 @@
-// The cheapest separation of a volume into object and background.
-// Based on Boykov and Jolly, "Interactive graph cuts", ICCV 2001, and Boykov and Kolmogorov, "An experimental
-// comparison of min-cut/max-flow algorithms", IEEE TPAMI 26, 2004, as the Boost Graph Library has it.
+// The minimum-cost separation of a volume into object and background.
+// Based on Boykov and Jolly, "Interactive graph cuts", ICCV 2001, and Boykov and Kolmogorov, "An
+// experimental comparison of min-cut/max-flow algorithms", IEEE TPAMI 26, 2004, as implemented in the Boost
+// Graph Library.
 #pragma once
 
 #include <functional>
@@ -9,18 +10,18 @@
 
 namespace stylet::modeller {
 
-// What a voxel is before the cut. Only free voxels cost memory: some 250 bytes each.
+// State of a voxel before the cut. Only free voxels use memory: about 250 bytes each.
 enum class CutState : std::uint8_t { background, object, free };
 
 struct CutProblem {
-    patient::LabelVolume state;  // CutStates
-    FloatVolume preference;      // of a free voxel: above 0 to be object, below 0 to be background
-    // What it costs to separate two of six neighbours, by their offsets in the grid; not negative, symmetric.
+    patient::LabelVolume state;  // values of CutState
+    FloatVolume preference;      // of a free voxel: positive prefers object, negative background
+    // Cost of separating two of six neighbours, given by their offsets. Symmetric, not negative.
     std::function<float(std::size_t, std::size_t)> link;
 };
 
-// The object: the voxels that were it, and the free ones on its side of the cut whose cost is least. Costs
-// count to a thousandth, so that the result is exact and the same everywhere.
+// Returns the object: the fixed object voxels and the free voxels on their side of the cheapest cut. Costs
+// are rounded to a thousandth, so the result is exact and the same on every machine.
 Mask minimumCut(const CutProblem&);
 
 }  // namespace stylet::modeller

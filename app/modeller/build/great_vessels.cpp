@@ -1,6 +1,7 @@
-// Aorta and vena cava: the way through the slices along which a disc of contrast medium is best seen, found
-// by dynamic programming from the feet to the head. Cf. Wink, Niessen and Viergever, "Multiscale vessel
-// tracking", IEEE TMI 23, 2004 (minimum cost over a measure of centredness).
+// Aorta and vena cava: the path through the slices along which a disc of contrast medium is most visible,
+// found by dynamic programming from feet to head.
+// Cf. Wink, Niessen and Viergever, "Multiscale vessel tracking", IEEE TMI 23, 2004 (minimum cost over a
+// measure of centredness).
 #include <algorithm>
 #include <cmath>
 
@@ -15,18 +16,18 @@ using patient::Vec3;
 
 namespace {
 
-// Where a vessel lies, from the canal; metres.
+// Expected position of a vessel relative to the canal; metres.
 struct Course {
     std::string name;
     double x_low, x_usual, x_high, y_low, y_usual, y_high;
-    double least_m, most_m;  // the lumen's radius
-    double above_hu;         // over the liver
+    double least_m, most_m;  // radius of the lumen
+    double above_hu;         // above the liver's HU
 };
 
-// In each slice the distance to what is not blood.
+// Distance to the nearest voxel that is not blood, within each slice.
 FloatVolume widthsOf(const Mask& blood) {
     Mask apart = inverted(blood);
-    constexpr double kFar_m = 900.0;  // slices do not see each other
+    constexpr double kFar_m = 900.0;  // keeps slices independent of each other
     apart.grid.spacing_m.z = kFar_m;
     FloatVolume d = distanceTo(apart);
     d.grid = blood.grid;
@@ -48,7 +49,7 @@ SearchWindow windowOf(const OrganScene& s, const Course& c) {
     return {a.x, a.y, std::max(b.x - a.x + 1, 0), std::max(b.y - a.y + 1, 0)};
 }
 
-// Millimetres of lumen, less for lying out of the usual way; 0 outside the course.
+// Radius of the lumen in millimetres, reduced away from the usual position; 0 outside the allowed range.
 float scoreOf(const OrganScene& s, const Course& c, const FloatVolume& width, const Index3& i) {
     const double r = double(width[i]);
     if (r < c.least_m || r > c.most_m) return 0.0f;
@@ -110,7 +111,8 @@ FoundOrgan follow(const OrganScene& s, const Course& c, const Mask& within) {
         return out;
     }
     std::nth_element(hu.begin(), hu.begin() + std::ptrdiff_t(hu.size() / 2), hu.end());
-    // Its rim is where it is half as bright as its middle. Where it hardly shows it goes on narrow.
+    // The vessel's rim is where it is half as bright as its centre. Where it is hardly visible, a narrow
+    // vessel is assumed.
     const double rim_hu = 0.5 * (hu[hu.size() / 2] + kSoft_hu);
     out.mask = Mask(s.grid);
     const auto shows = [&](const Index3& i) { return scoreOf(s, c, width, i) > 0.0f; };
@@ -151,7 +153,7 @@ FoundOrgan findAorta(const OrganScene& s) {
 }
 
 FoundOrgan findCava(const OrganScene& s, const Mask& aorta) {
-    // Behind the liver it may count as liver.
+    // Behind the liver, the cava may have been labelled as liver.
     const Course course{.name = "vena cava and renal veins",
                         .x_low = -0.008,
                         .x_usual = 0.020,

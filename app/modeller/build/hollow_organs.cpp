@@ -1,5 +1,5 @@
-// Stomach and colon by their gas: which gas is whose follows from where it lies; fluid below a level and the
-// wall belong to it.
+// Stomach and colon, found by their gas. The position decides which organ the gas belongs to. Fluid below a
+// fluid level and the wall are added.
 #include <algorithm>
 #include <cmath>
 
@@ -15,14 +15,14 @@ using patient::Vec3;
 namespace {
 
 constexpr double kGutWall_m = 0.003;
-constexpr double kLeastGas_ml = 0.5;  // less is a bubble that tells nothing
+constexpr double kLeastGas_ml = 0.5;  // smaller bubbles are ignored
 
 struct GasPiece {
     double volume_ml = 0.0;
-    double place = 0.0;  // mean of stomachPlace
+    double place = 0.0;  // mean of stomachPlace()
 };
 
-// The top of the left dome: the stomach lies below it.
+// Height of the top of the left dome. The stomach lies below it.
 double leftDome(const OrganScene& s) {
     double top = -1e9;
     for (const float z : s.in.lungs.base_left.z_m)
@@ -30,8 +30,8 @@ double leftDome(const OrganScene& s) {
     return top > -1e8 ? top : s.grid.centre(s.grid.dims - 1).z;
 }
 
-// How much the gas lies where the stomach's does: below the left dome, left of the spine and well before it,
-// not at the side wall, where the colon turns. 0 to 1.
+// How well a position matches the stomach's, 0 to 1: below the left dome, left of the spine and well in
+// front of it, and not at the side wall, where the colon turns.
 double stomachPlace(const Vec3& from_canal, double below_dome_m) {
     constexpr double kX_m = -0.040, kY_m = 0.100, kBelow_m = 0.065;
     constexpr double kReachX_m = 0.040, kReachY_m = 0.060, kReachZ_m = 0.060;
@@ -54,9 +54,9 @@ std::vector<GasPiece> measuredGas(const OrganScene& s, const Pieces& p, double d
     return out;
 }
 
-// Fluid lies behind its gas, and the level between them is flat: in each slice nearly as wide within a few
-// millimetres of the gas's hindmost voxel as the gas is anywhere. Returns the voxels behind it, and the
-// foremost level's y.
+// Finds fluid levels. Fluid lies behind its gas, and the level between them is flat: in each slice, the gas
+// within a few millimetres of its hindmost voxel is nearly as wide as its maximum width. `below` contains
+// the voxels behind the level, and `y` the foremost level.
 struct Levels {
     Mask below;
     int y = -1;
@@ -64,7 +64,7 @@ struct Levels {
 
 Levels levelsOf(const OrganScene& s, const Mask& gas) {
     constexpr double kFlat = 0.65, kLeast_m = 0.010, kRough_m = 0.003;
-    constexpr int kBlur = 3;  // voxels behind the level that may be neither gas nor fluid
+    constexpr int kBlur = 3;  // blurred voxels behind the level, neither gas nor fluid
     const Grid& g = s.grid;
     const int rough = std::max(1, int(kRough_m / g.spacing_m.y));
     Levels out{Mask(g)};
@@ -107,7 +107,7 @@ Levels levelsOf(const OrganScene& s, const Mask& gas) {
     return out;
 }
 
-// The fluid behind a gas's level, so far as it is soft, dark and thicker than a loop of the small bowel.
+// The fluid behind a gas's level, where it is soft, dark and thicker than a loop of the small bowel.
 Mask fluidOf(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double reach_m, double high_hu) {
     constexpr double kFat_hu = -30.0, kLoop_m = 0.010;
     const Levels levels = levelsOf(s, gas);
@@ -121,7 +121,7 @@ Mask fluidOf(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, dou
     return opened(regrown(levels.below, soft, reach_m), kGutWall_m);
 }
 
-// The wall around gas and fluid; the gas's blurred surface counts as wall.
+// Adds the wall around gas and fluid. The blurred surface of the gas counts as wall.
 Mask withWall(const OrganScene& s, const Mask& gas, const Mask& fluid) {
     constexpr double kFat_hu = -30.0, kMost_hu = 400.0;
     const Mask rim = both(dilated(gas, std::max(kGutWall_m, 1.8 * s.grid.spacing_m.x)), s.free);
@@ -130,7 +130,7 @@ Mask withWall(const OrganScene& s, const Mask& gas, const Mask& fluid) {
     return without(either(either(rim, wall), fluid), both(s.in.lungs.gas, s.free_wide));
 }
 
-// Which piece is the stomach's, and how much better it is placed than the next.
+// The stomach's piece, and the lead of its score over the second best.
 struct Choice {
     std::size_t piece = 0;
     double lead = 0.0;
@@ -152,7 +152,7 @@ Choice stomachAmong(const std::vector<GasPiece>& pieces) {
     return c;
 }
 
-// Pieces of gas whose level lies on this fluid: two bubbles of one stomach.
+// Marks the pieces of gas whose level lies on this fluid: several bubbles of one stomach.
 std::vector<bool> over(const OrganScene& s, const Pieces& p, const Mask& gas, const Mask& fluid) {
     constexpr double kShare = 0.3;
     const Mask below = levelsOf(s, gas).below, pool = dilated(fluid, 0.003);
@@ -180,7 +180,7 @@ std::vector<FoundOrgan> findHollow(const OrganScene& s) {
     const std::vector<GasPiece> pieces = measuredGas(s, p, leftDome(s));
     const Choice choice = stomachAmong(pieces);
     const double dark_hu = s.parenchyma_hu - kBelowLiver_hu;
-    // Chyme and stool are mixed from fat to soft tissue, a few millimetres each.
+    // Chyme and stool are mixtures from fat to soft tissue, in patches of a few millimetres.
     FloatVolume mixed(s.grid);
     for (std::size_t i = 0; i < mixed.voxels.size(); ++i)
         mixed.voxels[i] = float(s.in.ct.voxels[i]);

@@ -21,10 +21,11 @@ constexpr float kBesidePath_m = 0.005f;
 struct Structure {
     std::string name;
     std::function<bool(const Label&)> holds;
-    bool in_liver = false;  // counted inside the true liver only
+    bool in_liver = false;  // counted only inside the true liver
 };
 
-// By name where both tables have it; by tissue where one merges what the other splits.
+// Structures are matched by name if both tables have it, and by tissue if one table merges what the other
+// splits.
 std::vector<Structure> structures() {
     const auto named = [](const char* name) { return [name](const Label& l) { return l.name == name; }; };
     const auto isVessel = [](const Label& l) { return l.tissue == Tissue::vessel; };
@@ -43,7 +44,7 @@ std::vector<Structure> structures() {
     return all;
 }
 
-// What somebody drew, or a seed made; not what an import's own rules added.
+// Labels that a person drew or that are synthetic, not those added by an import's rules.
 bool isTruth(const Label& l) {
     return l.provenance.starts_with("manual") || l.provenance.starts_with("synthetic");
 }
@@ -65,7 +66,7 @@ Mask insideBody(const Package& p) {
     return mask;
 }
 
-// The truth's voxels at the heights that the found package has, and of all of the liver.
+// The truth's grid, cropped to the heights of the found package and of the whole liver.
 patient::Grid heightsInQuestion(const Package& truth, const Mask& true_liver, const Package& found) {
     const patient::Grid& g = truth.labels.grid;
     const auto clamped = [&](const patient::Vec3& p) { return std::clamp(g.nearest(p).z, 0, g.dims.z - 1); };
@@ -87,7 +88,7 @@ Mask onGrid(const Mask& mask, const patient::Grid& grid) {
     return out;
 }
 
-// What lies within kBesidePath_m of a planned path: what a needle and its deviations meet.
+// The voxels within kBesidePath_m of a planned path: the region reached by a needle and its deviations.
 Mask besidePaths(const patient::Grid& grid, const std::vector<patient::PlannedPath>& paths) {
     Mask on(grid);
     for (const patient::PlannedPath& path : paths)
@@ -122,7 +123,7 @@ std::vector<Judged> judge(const Package& truth, const Package& found,
             continue;
         Mask a = onGrid(labelled(truth, s.holds), grid), b = onGrid(labelled(found, s.holds), grid);
         if (s.in_liver) a = both(a, liver), b = both(b, liver);
-        // Where few labels are known, what is not among them is no mistake.
+        // If the truth is not fully segmented, a structure without a true label is not counted as an error.
         if (countOf(a) > 0 || (full && countOf(b) > 0)) all.push_back({s.name, compare(a, b, beside)});
     }
     return all;

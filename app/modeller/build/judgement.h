@@ -1,4 +1,4 @@
-// A built package against the truth, structure by structure.
+// Compares a built package with the truth, structure by structure.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@ namespace stylet::modeller {
 
 struct Judged {
     std::string structure;
-    Agreement agreement;  // `there`: within 5 mm of a planned path, what a needle and its deviations meet
+    Agreement agreement;  // `there`: within 5 mm of a planned path
 };
 
-// Those that the truth has, on the found package's grid. Liver means what a surgeon means: with tumours,
-// cysts, vessels and ducts.
+// Compares the structures that exist in the truth, on the truth's voxels at the heights of the found
+// package and of the whole liver. The liver includes tumours, cysts, vessels and ducts.
 std::vector<Judged> judge(const patient::Package& truth, const patient::Package& found,
                           const std::vector<patient::PlannedPath>& paths);
 

@@ -21,44 +21,45 @@ using patient::Vec3;
 
 namespace {
 
-// Where parenchyma can lie in a CT with or without contrast medium.
+// Possible values of parenchyma in a CT with or without contrast medium.
 constexpr float kLeastLiver_hu = 20.0f, kMostLiver_hu = 220.0f;
-// Darker than this no voxel is organ, though at a border half of it may be.
+// No voxel of an organ is darker than this, even if half of it is another tissue at a border.
 constexpr float kOrganFloor_hu = 0.0f;
-constexpr float kMostlyOpen = 0.7f;  // of a voxel of the first cut: within the body, no lung, no bone
-// The prior is known to about this much, and this share of it may be wrong altogether: organs of another
-// patient, some of them elsewhere.
+constexpr float kMostlyOpen = 0.7f;  // share of a voxel of the first cut where organs can be
+// The prior's position uncertainty, and the probability that it is entirely wrong, because organs of
+// another patient may lie elsewhere.
 constexpr double kPriorBlur_m = 0.010;
 constexpr float kPriorDoubt = 0.15f;
-constexpr float kAnyLiver = 0.2f;  // share of the liver where nothing is known
-constexpr float kCore = 0.7f;      // of the prior: what is taken to show the liver's CT values
-// Without a prior: no organ but the liver is so thick.
+constexpr float kAnyLiver = 0.2f;  // prior probability of liver where nothing is known
+constexpr float kCore = 0.7f;      // minimum prior for voxels that show the liver's CT values
+// Without a prior: no organ except the liver is this thick.
 constexpr double kThick_m = 0.018;
-// The share of what is darker (lesions) and of what is brighter (vessels) in a liver, and by how much.
+// In a liver: the share of darker tissue (lesions) and of brighter tissue (vessels), and the maximum
+// difference.
 constexpr float kDark = 0.15f, kDarker_hu = 70.0f, kBright = 0.03f, kBrighter_hu = 100.0f;
-// Fat in the liver and the flow of contrast medium are uneven: part of it differs by more than noise.
+// Fat in the liver and the flow of contrast medium are uneven: part of the liver differs by more than
+// noise.
 constexpr float kUneven = 0.25f, kUnevenSigmas = 2.0f;
-// First cut: evidence of one voxel, and what separating two alike ones costs.
+// First cut: limit of one voxel's evidence, and cost of separating two similar voxels.
 constexpr float kMostEvidence = 4.0f, kLink = 1.6f, kLeastLink = 0.1f;
 constexpr float kLeastSigma_hu = 5.0f;
-// The liver but for its edges is thicker than twice the neck; walls of stomach, colon and gallbladder, which
-// may look like it and touch it, are not.
+// The liver, except at its edges, is thicker than twice the neck. The walls of stomach, colon and
+// gallbladder, which may look similar and touch it, are thinner.
 constexpr double kNeck_m = 0.006, kLiverEdge_m = 0.009;
-// Second cut of the same voxels: neighbours no further apart than noise are averaged, and the liver's own
-// level is that of its inside so far around.
+// Second cut of the same voxels: neighbours within noise are averaged, and the liver's level is measured
+// locally in its interior.
 constexpr float kNoiseSigmas = 2.5f, kLevelCore = 0.5f;
 constexpr double kCalm_m = 0.004, kLevel_m = 0.015, kLevelDepth_m = 0.006;
-// A full duodenum and the pancreas's head are narrower than twice this.
+// A full duodenum and the head of the pancreas are narrower than twice this.
 constexpr double kLump_m = 0.015;
 constexpr float kAlikeSigmas = 2.5f;
-// Tumours at the surface: how wide, how deep, how far the prior has to agree, how much of their border is
-// liver.
+// Tumours at the surface: maximum width, depth, minimum prior, and the share of their border that is liver.
 constexpr float kPossible = 0.1f;
 constexpr double kBite_m = 0.050, kBiteDepth_m = 0.004, kBiteContact = 0.4, kLeastBite_ml = 1.0;
 constexpr int kMostBites = 8;
 constexpr double kLeastLiver_ml = 150.0;
 
-// How often CT values occur, per HU.
+// Frequency of CT values, per HU.
 class Density {
   public:
     void add(float hu, float weight) { bins_[bin(hu)] += weight, total_ += weight; }
@@ -73,7 +74,7 @@ class Density {
         for (float& b : bins_)
             b = b / (std::max(total_, 1.0f) * kBin_hu) + kRare;
     }
-    // As if nothing like this were in it: the line between the ends of that range, where it lies lower.
+    // Removes a range: replaces it by the line between its ends, where that is lower.
     void without(float low_hu, float high_hu) {
         const std::size_t from = bin(low_hu), to = bin(high_hu);
         for (std::size_t b = from + 1; b < to; ++b) {
@@ -101,12 +102,12 @@ class Density {
     float total_ = 0.0f;
 };
 
-// The patient in voxels of the first cut.
+// The patient at the voxel size of the first cut.
 struct Coarse {
     FloatVolume hu;
-    Mask organ;                      // where an organ can be
-    std::vector<FloatVolume> prior;  // of each Organ, blurred and doubted
-    bool known = false;              // whether any atlas is behind it
+    Mask organ;                      // voxels where organs can be
+    std::vector<FloatVolume> prior;  // one per Organ, blurred and mixed with doubt
+    bool known = false;              // at least one atlas contributed
 };
 
 std::vector<FloatVolume> doubted(const AtlasPrior& prior, const Grid& grid, bool& known) {
@@ -150,7 +151,7 @@ Coarse coarsened(const CtVolume& ct, const Mask& open, const AtlasPrior& prior, 
     return c;
 }
 
-// What shows the liver's own CT values.
+// The voxels that show the liver's own CT values.
 Mask coreOf(const Coarse& c) {
     Mask core = c.organ;
     for (std::size_t i = 0; i < core.voxels.size(); ++i) {
@@ -167,7 +168,7 @@ Mask coreOf(const Coarse& c) {
     return core;
 }
 
-// The peak, and the spread about it, of values that tumours, vessels and whatever else is in the core widen.
+// The peak and the spread around it, without the widening by tumours, vessels and other tissue in the core.
 std::optional<Parenchyma> parenchymaIn(const Coarse& c, const Mask& core) {
     Density density;
     for (std::size_t i = 0; i < core.voxels.size(); ++i)
@@ -190,8 +191,9 @@ std::optional<Parenchyma> parenchymaIn(const Coarse& c, const Mask& core) {
     return p;
 }
 
-// For each organ but the liver, how its CT values lie in this patient. Where the prior is off, liver is among
-// them: only the spleen may look just like it, and what has walls and contents of all kinds a little.
+// The distribution of CT values of each organ except the liver, in this patient. Where the prior is off,
+// the samples contain liver. Therefore liver values are removed: only the spleen may look exactly like
+// liver, and organs with walls and mixed contents slightly.
 std::vector<Density> densitiesOf(const Coarse& c, const Parenchyma& liver) {
     std::vector<Density> densities(kOrgans);
     Density all;
@@ -221,7 +223,7 @@ std::vector<Density> densitiesOf(const Coarse& c, const Parenchyma& liver) {
     return densities;
 }
 
-// log of the odds for liver at a voxel: prior and CT value by Bayes.
+// Log-odds of liver at each voxel, from prior and CT value by Bayes' theorem.
 FloatVolume evidence(const Coarse& c, const Parenchyma& liver) {
     const std::vector<Density> densities = densitiesOf(c, liver);
     const auto like_liver = [&](float hu) {
@@ -250,7 +252,8 @@ FloatVolume evidence(const Coarse& c, const Parenchyma& liver) {
     return log_odds;
 }
 
-// Drops what hangs on the thick rest by less than a liver's thickness, but for the rest's own edges.
+// Removes parts connected to the main body through a neck thinner than kNeck_m. Keeps the main body's own
+// thin edges.
 void keepThickest(Mask& mask) {
     Mask thick = eroded(mask, kNeck_m);
     keepLargest(thick);
@@ -272,8 +275,8 @@ Mask coarseCut(const Coarse& c, const Parenchyma& liver) {
     return minimumCut(problem);
 }
 
-// Pancreas and duodenum are darker than liver by less than noise and unevenness: `c` and `liver` without the
-// most of both.
+// Reduces noise and unevenness in `c` and `liver`. Pancreas and duodenum differ from liver by less than
+// both.
 void calm(Coarse& c, Parenchyma& liver, const Mask& first) {
     const auto voxels = [&](double m) { return std::max(1, int(std::lround(m / c.hu.grid.spacing_m.x))); };
     Mask core = eroded(first, kLevelDepth_m);
@@ -286,8 +289,8 @@ void calm(Coarse& c, Parenchyma& liver, const Mask& first) {
     if (const std::optional<Parenchyma> calmer = parenchymaIn(c, core)) liver = *calmer;
 }
 
-// The liver within a voxel or two. Organs just like it, as far as a cut went through them, are taken from
-// where an organ can be: from `c.organ` and `open`, of the CT's grid.
+// The liver, accurate to one or two voxels. Where a cut ran through an organ that looks like liver, that
+// organ is removed from the allowed region: from `c.organ`, and from `open` on the CT's grid.
 Mask roughLiver(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
     Coarse calmed = c;
     Parenchyma liver = parenchyma;
@@ -312,8 +315,8 @@ Mask roughLiver(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
     return cut;
 }
 
-// Tumours that lie at the surface are bites out of the liver's outline: darker, thick, where the prior does
-// not exclude them, and mostly bordered by liver.
+// Adds tumours at the surface, which appear as bites out of the liver's outline: darker, thick, possible
+// according to the prior, and mostly bordered by liver.
 void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
     Mask bites = closed(liver, kBite_m);
     for (std::size_t i = 0; i < bites.voxels.size(); ++i) {

@@ -16,17 +16,18 @@ using patient::Vec3;
 
 namespace {
 
-// Second cut: what separating two alike voxels costs, and the pull towards the first one's border.
+// Second cut: cost of separating two similar voxels, and the pull towards the first cut's border.
 constexpr float kFineLink = 0.7f, kStay = 0.4f;
-// Tissue counts as lying beside the border from clear of its blur to so deep.
+// Tissue counts as next to the border from outside its blur to this depth.
 constexpr float kClear_m = 0.003f, kBeside_m = 0.010f;
-// What differs less from liver is no neighbour to tell it from. None is darker than fat; what borders on lung
-// borders on the diaphragm, two or three millimetres of muscle that lung makes darker.
+// Neighbours must differ from liver by at least this much. Values are clamped: nothing counts as darker
+// than fat, and next to lung lies the diaphragm, two or three millimetres of muscle that the lung's blur
+// darkens.
 constexpr float kContrast_hu = 25.0f, kDarkest_hu = -100.0f, kLungBelow_hu = -300.0f, kDiaphragm_hu = 20.0f;
-constexpr double kNoisyVoxel_m = 0.0015;  // finer voxels are too noisy one by one
+constexpr double kNoisyVoxel_m = 0.0015;  // finer voxels are too noisy individually
 constexpr float kLeastFineLink = 0.1f;
-constexpr double kVesselGap_m = 0.004;  // half of the widest vessel that is closed
-// Tumours and vessels are no measure of the liver beside the border.
+constexpr double kVesselGap_m = 0.004;  // half the width of the widest vessel that is closed
+// Tumours and vessels do not represent the liver beside the border.
 constexpr float kOdd_hu = 70.0f;
 constexpr float kBrightest_hu = 220.0f;  // bone is as bright as a kidney
 
@@ -39,7 +40,7 @@ void forEachIn(const Grid& g, const Visit& visit) {
     });
 }
 
-// Mean CT values near each voxel, of the voxels that were added.
+// Local mean of the CT values of the added voxels.
 class LocalMean {
   public:
     explicit LocalMean(const Grid& g) : sum_(g), count_(g) {}
@@ -50,17 +51,18 @@ class LocalMean {
     }
 
   private:
-    static constexpr float kFewest = 0.005f;  // of the box
+    static constexpr float kFewest = 0.005f;  // share of the box
     FloatVolume sum_, count_;
 };
 
-// Between liver and lung lies the diaphragm.
+// Next to lung, uses the value of the diaphragm, which lies between liver and lung.
 float darknessOf(float hu) {
     return hu < kLungBelow_hu ? kDiaphragm_hu : std::max(kDarkest_hu, hu);
 }
 
-// What a voxel at the border says: 1 liver, -1 not. Between the liver's local mean and that of what is darker
-// beyond the border; the same with what is brighter; both have to agree.
+// Evidence of voxels at the border: 1 liver, -1 not liver. The voxel is compared with the liver's local
+// mean and the local mean of darker tissue beyond the border, and likewise with brighter tissue. Both must
+// agree.
 FloatVolume borderEvidence(const FloatVolume& hu, const FloatVolume& depth, const Mask& open,
                            const Parenchyma& liver) {
     const Grid& g = hu.grid;
@@ -91,7 +93,7 @@ FloatVolume borderEvidence(const FloatVolume& hu, const FloatVolume& depth, cons
     return evidence;
 }
 
-// The border of `first` moved by at most the band, on the CT's own voxels.
+// Moves the border of `first` by at most the band, on the CT's own voxels.
 Mask secondCut(const FloatVolume& hu, const Mask& open, const Mask& first, const Parenchyma& liver,
                float band_m) {
     const Grid& g = hu.grid;

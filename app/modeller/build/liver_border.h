@@ -1,6 +1,6 @@
-// The liver's border on the CT's own voxels, from one that is a few voxels off.
+// Refines the liver's border on the CT's own voxels, starting from a border that is a few voxels off.
 // Based on Lankton and Tannenbaum, "Localizing region-based active contours", IEEE Trans Image Process 17,
-// 2008 (a border is where the local means on either side say), and Boykov and Jolly 2001 (as a graph cut).
+// 2008 (borders from local means on both sides), and Boykov and Jolly 2001 (graph cut).
 #pragma once
 
 #include "app/modeller/voxel_tools.h"
@@ -12,11 +12,11 @@ struct Parenchyma {
     float mean_hu = 0.0f, sigma_hu = 0.0f;
 };
 
-// Adds to `liver` the vessels between its parts, where `open` allows, and its holes.
+// Adds the vessels between the liver's parts, where `open` allows, and fills its holes.
 void closeLiver(Mask& liver, const Mask& open);
 
-// `first` on any grid, with a voxel in it; moved by at most `band_m`. `open`, on the CT's grid, is where an
-// organ can be: within the body, no lung, no bone.
+// `first` may be on any grid and must not be empty. Its border moves by at most `band_m`. `open`, on the
+// CT's grid, is where organs can be: inside the body, not lung, not bone.
 Mask refineLiver(const patient::CtVolume&, const Mask& open, const Mask& first, const Parenchyma&,
                  double band_m);
 

@@ -12,11 +12,12 @@ using patient::Index3;
 
 namespace {
 
-// Of a lump's free border, how much ends within what is alike; and the smallest lump.
+// Minimum share of a lump's free border that ends in similar tissue, and minimum size of a lump.
 constexpr double kEndless = 0.06, kLeastLump_ml = 1.0;
-constexpr double kApart_voxels = 1.5;  // half the width of what hangs two lumps together
+constexpr double kApart_voxels = 1.5;  // half the width of a connection that is cut between two lumps
 
-// visit(offset, voxel, neighbour over a face, perhaps beyond the grid) for each voxel of the mask.
+// Calls visit(offset, voxel, face neighbour) for each voxel of the mask. The neighbour may be outside the
+// grid.
 template <typename Visit>
 void forEachFace(const Mask& mask, const Visit& visit) {
     const Grid& g = mask.grid;
@@ -32,7 +33,7 @@ void forEachFace(const Mask& mask, const Visit& visit) {
             }
 }
 
-// What lies beyond the ball's reach, in lumps; numbers as of pieces.
+// Finds and numbers the lumps that the ball does not reach.
 patient::Volume<std::int32_t> lumpsBeyond(const Mask& liver, double radius_m, int& count) {
     Mask thick = eroded(liver, radius_m);
     keepLargest(thick);
@@ -40,7 +41,7 @@ patient::Volume<std::int32_t> lumpsBeyond(const Mask& liver, double radius_m, in
     const double apart_m = kApart_voxels * liver.grid.spacing_m.x;
     Pieces lumps = piecesOf(eroded(beyond, apart_m));
     count = lumps.count();
-    // Back to their full size, each voxel to its nearest lump.
+    // Grow the lumps back to full size: each voxel joins its nearest lump.
     for (int step = 0; step < 2; ++step) {
         const auto before = lumps.number;
         forEachFace(beyond, [&](std::size_t i, const Index3&, const Index3& next) {
@@ -83,7 +84,7 @@ FloatVolume levelled(const FloatVolume& hu, const Mask& core, float mean_hu, int
         if (core.voxels[i]) more.voxels[i] = hu.voxels[i] - mean_hu, count.voxels[i] = 1.0f;
     more = boxMean(boxMean(more, reach), reach);
     count = boxMean(boxMean(count, reach), reach);
-    // Where less than this of what is around is liver, its level is known the less.
+    // Below this share of liver in the surroundings, the local level is uncertain and has less weight.
     constexpr float kEnough = 0.02f;
     FloatVolume out = hu;
     for (std::size_t i = 0; i < out.voxels.size(); ++i)

@@ -15,12 +15,12 @@ using patient::LabelVolume;
 
 namespace {
 
-constexpr std::int16_t kAir_hu = -400;  // half way from lung to soft tissue
-// Lung holds 5 % of tissue and more, gas none; the noise of a mean over 27 voxels is a few HU.
+constexpr std::int16_t kAir_hu = -400;  // halfway between lung and soft tissue
+// Lung contains at least 5 % tissue, gas none. The noise of a mean over 27 voxels is a few HU.
 constexpr float kGas_hu = -955.0f, kMostLung_hu = -550.0f;
-constexpr double kPale_hu = -900.0, kEven_hu = 12.0;  // of that mean: healthy lung is denser; noise
-constexpr double kLungRim_m = 0.0025;                 // within it an edge's blur hides what the air is
-constexpr double kLungVessel_m = 0.004;               // radius of the vessels that the lung takes in
+constexpr double kPale_hu = -900.0, kEven_hu = 12.0;  // of that mean: healthy lung is denser; noise limit
+constexpr double kLungRim_m = 0.0025;                 // rim in which an edge's blur hides the kind of air
+constexpr double kLungVessel_m = 0.004;               // radius of the vessels included in the lung
 constexpr double kLeastLung_ml = 25.0;
 constexpr std::uint8_t kLung = 1, kGas = 2;
 
@@ -35,8 +35,8 @@ struct Cores {
     Mask lung, gas;
 };
 
-// Lungs are large, or go on above the section; and vessels and airways make them uneven where gas, whatever
-// its value in this scan, is all alike. What is too small to tell is neither.
+// Separates lung from gas. Lungs are large, or continue above the section. Vessels and airways make them
+// uneven, while gas is uniform whatever its HU in this scan. Pieces too small to decide are neither.
 Cores parted(const Mask& core, const FloatVolume& mean) {
     const Grid& g = core.grid;
     const Pieces p = piecesOf(core);
@@ -69,7 +69,7 @@ Cores parted(const Mask& core, const FloatVolume& mean) {
     return out;
 }
 
-// Air as lung or gas: known deep inside, else by the nearer core.
+// Classifies air as lung or gas: certain deep inside, elsewhere by the nearer core.
 LabelVolume kindsOfAir(const CtVolume& ct, const Mask& body) {
     const double step_m = std::max({ct.grid.spacing_m.x, ct.grid.spacing_m.y, ct.grid.spacing_m.z});
     Mask air = eroded(body, 1.01 * step_m);  // skin is blurred with the air around it
@@ -91,7 +91,7 @@ LabelVolume kindsOfAir(const CtVolume& ct, const Mask& body) {
     for (std::size_t i = 0; i < seeds.voxels.size(); ++i)
         seeds.voxels[i] = lung.voxels[i] ? kLung : gas.voxels[i] ? kGas : std::uint8_t{0};
     LabelVolume kind = growSeeds(seeds, air);
-    // Air without a core: the lung's own recess where it lies at the lung, a bubble elsewhere.
+    // Air without a core: lung if it is next to the lung, otherwise a bubble of gas.
     for (std::size_t i = 0; i < kind.voxels.size(); ++i)
         lung.voxels[i] = kind.voxels[i] == kLung;
     const Mask beside = dilated(lung, std::max(0.003, step_m));
@@ -108,7 +108,7 @@ double meanX(const Mask& m) {
     return count > 0.0 ? sum / count : 0.5 * g.dims.x;
 }
 
-// The two largest pieces that lie on different sides, after as little erosion as parts them.
+// The two largest pieces on different sides, after the smallest erosion that separates them.
 bool partSeeds(const Mask& lung, double middle_x, Mask& right, Mask& left) {
     constexpr double kMost_m = 0.012, kShare = 0.1;
     const double step_m = std::max(0.002, lung.grid.spacing_m.x), total = double(countOf(lung));
@@ -150,7 +150,7 @@ void splitSides(const Mask& lung, double middle_x, Lungs& out) {
     for (std::size_t i = 0; i < lung.voxels.size(); ++i) {
         out.right.voxels[i] = side.voxels[i] == 1;
         out.left.voxels[i] = side.voxels[i] == 2;
-        if (lung.voxels[i] && side.voxels[i] == 0)  // a recess that no face joins
+        if (lung.voxels[i] && side.voxels[i] == 0)  // a recess without a face connection
             (double(i % std::size_t(lung.grid.dims.x)) > middle_x ? out.right : out.left).voxels[i] = 1;
     }
 }
@@ -164,8 +164,8 @@ Mask withVessels(const Mask& lung, const Mask& body, const Mask& gas, const Mask
     return without(full, gas);
 }
 
-// Below gas in the belly there is no lung; beside an airway there is lung above and below, or it leaves the
-// section with the trachea.
+// Separates airways from bowel gas. An airway has lung below it or leaves the section at the top with the
+// trachea. Gas in the abdomen has no lung below.
 Mask airwaysOf(const Mask& gas, const Mask& lungs) {
     constexpr double kShare = 0.25;
     const Grid& g = gas.grid;

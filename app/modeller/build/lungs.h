@@ -1,7 +1,7 @@
-// The lungs, each for itself, and what air in the body belongs to no lung.
+// Finds each lung, and the air in the body that is not lung.
 // Cf. Hu, Hoffman and Reinhardt, "Automatic lung segmentation for accurate quantitation of volumetric X-ray
-// CT images", IEEE TMI 20, 2001; lung and gas are told apart by density, not by connection: the diaphragm,
-// two millimetres of it, does not always separate them.
+// CT images", IEEE TMI 20, 2001. Lung and gas are separated by density, not by connectivity: the diaphragm
+// is only two millimetres thick and does not always separate them.
 #pragma once
 
 #include <string>
@@ -13,19 +13,19 @@
 namespace stylet::modeller {
 
 struct Lungs {
-    Mask right, left;  // with their vessels; without heart, mediastinum and the roots' trunks
-    Mask airways;      // trachea and bronchi as far as they show as pure air
+    Mask right, left;  // including their vessels; without heart, mediastinum and the trunks at the roots
+    Mask airways;      // trachea and bronchi, where visible as pure air
     Mask gas;          // any other air within the body
-    // The lung's base: height of the tissue below it over each column (x, y), NaN where there is none or the
-    // section ends within the lung.
+    // The base of each lung: height of the tissue below it over each column (x, y). NaN if there is none or
+    // if the section ends within the lung.
     DomeMap base_right, base_left;
     std::vector<std::string> notes;
 };
 
-// The base of one lung.
+// Computes the base of one lung.
 DomeMap lungBase(const Mask& lung, const Mask& body);
 
-// A lung outside the section leaves its mask empty and a note. `body` as bodyMask() has it.
+// A lung outside the section gives an empty mask and a note. `body` as from bodyMask().
 Lungs findLungs(const patient::CtVolume&, const Mask& body);
 
 }  // namespace stylet::modeller

@@ -59,7 +59,7 @@ void erode(Mask& m, double radius_m) {
         m.voxels[i] = m.voxels[i] && d.voxels[i] > reach;
 }
 
-// Runs the change on the part of the grid that it can concern.
+// Applies the change to the part of the grid that it can affect.
 template <typename Change>
 Mask changed(const Mask& m, double reach_m, Change&& change) {
     const VoxelBox box = boxOf(m);

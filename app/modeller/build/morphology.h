@@ -1,5 +1,5 @@
-// What the stages need beyond voxel_tools.h: morphology with balls, components, growth by steps. Beyond the
-// grid everything goes on as at its border: a mask cut by the section is not eroded from there.
+// Mask operations for the build stages: morphology with balls, components, region growing. Outside the
+// grid, masks continue as at the border: a mask cut by the section is not eroded there.
 #pragma once
 
 #include <cstdint>
@@ -9,49 +9,50 @@
 
 namespace stylet::modeller {
 
-Mask both(Mask, const Mask&);     // in each of the two
-Mask without(Mask, const Mask&);  // in the first only
-Mask either(Mask, const Mask&);   // in one of the two
+Mask both(Mask, const Mask&);     // intersection
+Mask without(Mask, const Mask&);  // in the first but not in the second
+Mask either(Mask, const Mask&);   // union
 std::size_t countOf(const Mask&);
 double voxelVolume_ml(const patient::Grid&);
 double volume_ml(const Mask&);
 
-// The smallest box of voxels that holds a mask, both ends included; `low` above `high` where it is empty.
+// The bounding box of a mask, both ends inclusive; `low` is above `high` if the mask is empty.
 struct VoxelBox {
     patient::Index3 low{0}, high{-1};
     bool empty() const { return low.x > high.x; }
 };
 VoxelBox boxOf(const Mask&);
-// What of the mask lies in the box, on a grid of its own.
+// The part of the mask inside the box, on its own grid.
 Mask cropped(const Mask&, const VoxelBox&);
 
-// With a ball of radius r: voxels whose centres lie within it of a voxel's centre. A radius below the spacing
-// changes nothing.
+// Morphology with a ball: voxels whose centres are within the radius of a voxel's centre. A radius below
+// the spacing changes nothing.
 Mask dilated(const Mask&, double radius_m);
 Mask eroded(const Mask&, double radius_m);
 Mask opened(const Mask&, double radius_m);
 Mask closed(const Mask&, double radius_m);
 
-// Pieces by face neighbours, or by all 26; numbered from 1 in the order of their first voxels.
+// Connected components by face neighbours, or by all 26. Numbered from 1 in the order of their first
+// voxels.
 struct Pieces {
     patient::Volume<std::int32_t> number;  // 0 outside the mask
-    std::vector<std::size_t> size;         // voxels; size[0] is 0
+    std::vector<std::size_t> size;         // in voxels; size[0] is 0
     int count() const { return int(size.size()) - 1; }
-    int largest() const;  // 0 where there is none
+    int largest() const;  // 0 if there is none
 };
 enum class Touch { faces, corners };
 Pieces piecesOf(const Mask&, Touch = Touch::faces);
 Mask pieceOf(const Pieces&, int number);
-// Drops pieces smaller than this.
+// Drops pieces smaller than `least_ml`.
 void dropSmall(Mask&, double least_ml, Touch = Touch::faces);
-// Keeps the pieces that hold a voxel of `seeds`.
+// Keeps the pieces that contain a voxel of `seeds`.
 Mask piecesWith(const Mask&, const Mask& seeds);
 
-// Pockets that no way of faces joins to the grid's border.
+// Fills pockets that are not connected to the grid's border across faces.
 void fillCavities(Mask&);
 
-// Each passable voxel gets the number of the seed that reaches it in the fewest steps over faces, within
-// `most_steps`; of equally near ones the first in voxel order. Seeds keep their own.
+// Assigns each passable voxel the number of the seed that reaches it in the fewest steps across faces,
+// within `most_steps`. Of equally near seeds, the first in voxel order wins. Seeds keep their number.
 patient::LabelVolume growSeeds(const patient::LabelVolume& seeds, const Mask& passable,
                                int most_steps = 1 << 20);
 

@@ -1,4 +1,4 @@
-// Internal: what the rules for single organs look at.
+// Internal: shared input of the rules for single organs.
 #pragma once
 
 #include <vector>
@@ -10,14 +10,14 @@ namespace stylet::modeller {
 struct OrganScene {
     const OrganInput& in;
     patient::Grid grid;
-    FloatVolume fine;                  // HU, a mean over about 3 mm: for what is bright and has an edge
-    FloatVolume calm;                  // and over three voxels at least: for what is told by a narrow range
-    std::vector<patient::Vec3> canal;  // the spinal canal's middle at each slice
-    double parenchyma_hu = 110.0;      // of the liver, or the commonest value of dense organs
-    Mask free;                         // inside the fascia, not bone, lung, liver or organ found so far
-    Mask free_wide;  // the same, and some way out through it: behind kidney and spleen it is not sure
+    FloatVolume fine;                  // HU, mean over about 3 mm: for bright structures with an edge
+    FloatVolume calm;                  // the same over at least three voxels: for organs with a narrow range
+    std::vector<patient::Vec3> canal;  // the spinal canal's centre in each slice
+    double parenchyma_hu = 110.0;      // HU of the liver, or the most frequent value of dense organs
+    Mask free;                         // inside the fascia; not bone, lung, liver or an organ found so far
+    Mask free_wide;  // the same, but up to 20 mm beyond the fascia: behind kidney and spleen it is uncertain
 
-    // From the canal at the point's height; x to the right, y to the front.
+    // Vector from the canal at the point's height; x to the right, y to the front.
     patient::Vec3 fromCanal(const patient::Index3& i) const {
         return grid.centre(i) - canal[std::size_t(i.z)];
     }
@@ -25,10 +25,10 @@ struct OrganScene {
 
 OrganScene makeScene(const OrganInput&);
 
-// Voxels of `within` whose value lies in a range.
+// Voxels of `within` with a value in the range.
 Mask inRange(const FloatVolume& hu, const Mask& within, double low_hu, double high_hu);
 
-// `core` and what of `passable` lies within `reach_m` of it, over faces.
+// `core` and the voxels of `passable` within `reach_m` of it, across faces.
 Mask regrown(const Mask& core, const Mask& passable, double reach_m);
 
 FoundOrgan findAorta(const OrganScene&);

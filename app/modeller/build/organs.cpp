@@ -14,12 +14,12 @@ using patient::Vec3;
 
 namespace {
 
-// 1 at `usual`, falling to 0 at `low` and `high`.
+// 1 at `usual`, falling linearly to 0 at `low` and `high`.
 double plausible(double v, double low, double usual, double high) {
     return std::clamp(v < usual ? (v - low) / (usual - low) : (high - v) / (high - usual), 0.0, 1.0);
 }
 
-// 100 ml of liver and more tell their own value; else the commonest of what is denser than muscle.
+// HU of the liver if at least 100 ml of it are known; otherwise the most frequent value denser than muscle.
 double parenchymaOf(const OrganInput& in, const FloatVolume& smooth) {
     constexpr int kLow = 70, kHigh = 160;
     std::vector<std::size_t> count(kHigh - kLow, 0);
@@ -41,7 +41,7 @@ FoundOrgan notFound(const std::string& name, const std::string& why) {
     return {name, {}, 0.0, name + ": " + why};
 }
 
-// The best piece by `score`, 0 where none scores.
+// Returns the piece with the highest `score`, or 0 if no score is positive.
 template <typename Score>
 int bestPiece(const Pieces& p, Score&& score) {
     int best = 0;
@@ -53,9 +53,9 @@ int bestPiece(const Pieces& p, Score&& score) {
     return best;
 }
 
-// Centres and volumes of all pieces at once.
+// Centre and volume of a piece.
 struct PieceMeasure {
-    Vec3 middle{0.0};  // x, y from the canal, z as it is
+    Vec3 middle{0.0};  // x and y relative to the canal, z absolute
     double volume_ml = 0.0;
 };
 
@@ -79,7 +79,7 @@ std::vector<PieceMeasure> measuredPieces(const OrganScene& s, const Pieces& p) {
 
 // --- Kidneys ---
 
-// Brighter than the liver, beside the spine, thicker than its vessels.
+// Brighter than the liver, beside the spine, thicker than vessels.
 FoundOrgan findKidney(const OrganScene& s, bool right) {
     const std::string name = right ? "right kidney" : "left kidney";
     constexpr double kAbove_hu = 32.0, kMost_hu = 420.0, kVessel_m = 0.005, kEdge_m = 0.0025,
@@ -100,11 +100,11 @@ FoundOrgan findKidney(const OrganScene& s, bool right) {
     if (best == 0)
         return notFound(name,
                         "nothing as bright beside the spine; no contrast medium, or not in the section");
-    Mask poles(s.grid);  // dark pyramids may part them; what does not touch in the end is dropped
+    Mask poles(s.grid);  // dark pyramids may separate them; pieces that do not touch in the end are dropped
     for (int n = 1; n <= p.count(); ++n)
         if (score(n) > kPole * score(best)) poles = either(poles, pieceOf(p, n));
     Mask kidney = regrown(poles, bright, 1.3 * kVessel_m);
-    // The rim is half as bright by its blur; pyramids and sinus are darker than cortex.
+    // Blur makes the rim half as bright. Pyramids and sinus are darker than cortex.
     const Mask dense = inRange(s.fine, s.free_wide, kEdge_hu, kMost_hu);
     kidney = regrown(kidney, dense, std::max(kEdge_m, s.grid.spacing_m.x));
     kidney = both(closed(kidney, kSinus_m), s.free_wide);
@@ -120,7 +120,7 @@ FoundOrgan findKidney(const OrganScene& s, bool right) {
 
 // As dense as the liver, at the left wall below the lung, homogeneous.
 FoundOrgan findSpleen(const OrganScene& s) {
-    constexpr double kLow_hu = -20.0, kHigh_hu = 30.0, kWide_hu = 45.0;  // about the liver's value
+    constexpr double kLow_hu = -20.0, kHigh_hu = 30.0, kWide_hu = 45.0;  // relative to the liver's value
     constexpr double kCore_m = 0.005, kLeastCore_ml = 8.0, kWall_m = 0.030;
     const double p_hu = s.parenchyma_hu;
     const Mask core = eroded(inRange(s.calm, s.free_wide, p_hu + kLow_hu, p_hu + kHigh_hu), kCore_m);
@@ -152,8 +152,8 @@ FoundOrgan findSpleen(const OrganScene& s) {
 
 // --- Heart ---
 
-// Between the lungs: in its slice a voxel of the right lung lies to the right of it, one of the left to the
-// left.
+// Voxels between the lungs: in the same slice, some right lung is farther right and some left lung is
+// farther left.
 Mask betweenLungs(const OrganScene& s) {
     const Grid& g = s.grid;
     Mask out(g);
@@ -171,8 +171,8 @@ Mask betweenLungs(const OrganScene& s) {
     return out;
 }
 
-// Blood between the lungs, before the spine, above the diaphragm.
-// The cava belongs to it where it opens into the atrium only.
+// Blood between the lungs, in front of the spine, above the diaphragm. Includes the vena cava only where it
+// opens into the atrium.
 FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
     constexpr double kBlood_hu = 14.0, kMost_hu = 450.0, kWall_hu = 65.0, kCore_m = 0.006, kReach_m = 0.016,
                      kAtrium_m = 0.008;
@@ -197,7 +197,7 @@ FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
     };
     const int best = bestPiece(p, score);
     if (best == 0) return notFound("heart", "no large pool of contrast medium between the lungs");
-    Mask found(s.grid);  // the chambers may lie apart
+    Mask found(s.grid);  // the chambers may be separate
     for (int n = 1; n <= p.count(); ++n)
         if (score(n) > kChamber * score(best)) found = either(found, pieceOf(p, n));
     chest = without(chest, without(cava, dilated(found, kAtrium_m)));
@@ -235,7 +235,7 @@ FoundOrgan findGallbladder(const OrganScene& s) {
     const int best = bestPiece(p, [&](int n) {
         const PieceMeasure& m = pieces[std::size_t(n)];
         if (m.volume_ml < 0.7 || m.volume_ml > 120.0 || m.middle.x < -0.01) return 0.0;
-        if (m.middle.y < 0.03) return 0.0;  // fluid beside the spine is a kidney's
+        if (m.middle.y < 0.03) return 0.0;  // fluid beside the spine belongs to a kidney
         const double share = contact(n), airy = gas[std::size_t(n)] / double(p.size[std::size_t(n)]);
         return share < 0.15 || airy > 0.2 ? 0.0 : std::min(m.volume_ml, 20.0) * share;
     });
@@ -307,7 +307,8 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
         leave(organ.mask);
         out.push_back(std::move(organ));
     };
-    // The vessels first, so that nothing grows into them; what a kidney closes over is the kidney's.
+    // Find the vessels first, so that no organ grows into them. Voxels that a kidney encloses belong to the
+    // kidney.
     FoundOrgan aorta = findAorta(s);
     if (aorta.mask.voxels.empty()) aorta.mask = Mask(s.grid);
     FoundOrgan cava = findCava(s, aorta.mask);

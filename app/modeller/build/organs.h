@@ -1,6 +1,6 @@
-// The organs about the liver, each by a rule of its own: where it lies, how dense it is, how large. No rule
-// is sure; each says how sure it is. Values are relative to the liver's, for the portal venous phase: without
-// contrast medium kidneys, heart and vessels are missed or wrong.
+// Finds the organs around the liver, each by its own rule: position, density and size. No rule is certain;
+// each reports its confidence. Values are relative to the liver's, for the portal venous phase: without
+// contrast medium, kidneys, heart and vessels are missed or wrong.
 #pragma once
 
 #include <string>
@@ -17,20 +17,20 @@ struct OrganInput {
     const Mask& body;
     const Lungs& lungs;
     const Bones& bones;
-    const Mask& liver;   // all 0 where it is not known: spleen and heart are then less sure
-    const Mask& inside;  // of the fascia
+    const Mask& liver;   // all 0 if unknown: spleen and heart are then less certain
+    const Mask& inside;  // the volume inside the fascia
 };
 
 struct FoundOrgan {
-    std::string name;         // of targetTable()
-    Mask mask;                // empty where it was not found
+    std::string name;         // name in targetTable()
+    Mask mask;                // empty if not found
     double confidence = 0.0;  // 0 (not found) to 1
-    std::string note;         // one sentence where something is doubtful
+    std::string note;         // one sentence if something is doubtful
 };
 
-// Right and left kidney, spleen, heart, aorta and arteries, vena cava and renal veins, gallbladder, stomach
-// and oesophagus, colon, bowel gas, always all of them and in this order; no two overlap, none overlaps
-// liver, lung or bone.
+// Returns right and left kidney, spleen, heart, aorta and arteries, vena cava and renal veins, gallbladder,
+// stomach and oesophagus, colon, bowel gas: always all of them, in this order. No two overlap, and none
+// overlaps liver, lung or bone.
 std::vector<FoundOrgan> findOrgans(const OrganInput&);
 
 }  // namespace stylet::modeller

@@ -19,7 +19,7 @@ namespace {
 constexpr double kCanalReach_m = 0.016, kCanalRadius_m = 0.013;
 constexpr std::int16_t kCanalLow_hu = -60, kCanalHigh_hu = 100;
 
-// In the axial plane, of 16 directions, those that meet bone within the canal's reach.
+// The share of 16 directions in the axial plane that hit bone within the canal's reach.
 double canalScore(const Mask& bone, const Index3& at) {
     const Grid& g = bone.grid;
     int met = 0;
@@ -38,7 +38,7 @@ double canalScore(const Mask& bone, const Index3& at) {
     return met / 16.0;
 }
 
-// Per slice the score of each column around the body's middle line.
+// For each slice, the score of each column around the body's midline.
 struct CanalScores {
     int x0 = 0, y0 = 0, nx = 0, ny = 0;
     std::vector<std::vector<float>> of;  // [z][(y - y0) * nx + x - x0]
@@ -73,8 +73,8 @@ CanalScores scoreCanal(const CtVolume& ct, const Mask& bone, const VoxelBox& bod
     return s;
 }
 
-// The smooth line of best scores from the feet to the head: dynamic programming over slices, one voxel of
-// drift a slice.
+// The smooth line with the best scores from feet to head, by dynamic programming over slices with at most
+// one voxel of drift per slice.
 std::vector<Index3> canalLine(const CanalScores& s, int slices) {
     const int nx = s.nx, ny = s.ny;
     std::vector<float> sum(std::size_t(nx * ny), 0.0f), last;
@@ -110,7 +110,8 @@ std::vector<Index3> canalLine(const CanalScores& s, int slices) {
     return line;
 }
 
-// The soft region around the line that bone hems in, slice by slice; its centre where there is one.
+// The soft region around the line that is enclosed by bone, slice by slice. Appends its centre if there is
+// one.
 Mask canalAround(const CtVolume& ct, const Mask& bone, const std::vector<Index3>& line,
                  std::vector<Vec3>& centres) {
     const Grid& g = ct.grid;
@@ -124,7 +125,7 @@ Mask canalAround(const CtVolume& ct, const Mask& bone, const std::vector<Index3>
                 const Index3 i = middle + Index3(dx, dy, 0);
                 if (dx * dx + dy * dy > reach * reach || !g.contains(i) || bone[i]) continue;
                 if (ct[i] < kCanalLow_hu - 60 || ct[i] > kBone_hu) continue;
-                // In sight of the middle: no bone between.
+                // Visible from the centre, with no bone between.
                 const int steps = std::max(std::abs(dx), std::abs(dy));
                 bool seen = true;
                 for (int k = 1; k < steps && seen; ++k)
@@ -139,7 +140,7 @@ Mask canalAround(const CtVolume& ct, const Mask& bone, const std::vector<Index3>
     return opened(canal, 1.01 * g.spacing_m.x);
 }
 
-// Between the arches the canal goes on as wide as it usually is.
+// Between the vertebral arches, extends the canal at its usual width.
 void joinCanal(const CtVolume& ct, const Mask& bone, const std::vector<Vec3>& centres, Mask& canal) {
     constexpr double kAside_m = 0.0095, kDeep_m = 0.0075, kGap_m = 0.040;
     const Grid& g = ct.grid;

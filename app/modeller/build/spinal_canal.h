@@ -1,5 +1,5 @@
-// The spinal canal: soft, round, hemmed in by bone, and in one smooth line from the feet to the head. What
-// else a bone is, is told from where it lies to it.
+// Finds the spinal canal: soft, round, enclosed by bone, and one smooth line from feet to head. Other bones
+// are identified by their position relative to it.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,10 @@ namespace stylet::modeller {
 
 struct SpinalCanal {
     Mask voxels;
-    std::vector<patient::Vec3> centres_m;  // slice by slice where it shows, from the feet up
+    std::vector<patient::Vec3> centres_m;  // in each slice where it is visible, from the feet up
 };
 
-// `shell`: the bright voxels of cortex; `body`: the box it lies in.
+// `shell`: the bright voxels of cortex. `body`: the body's bounding box.
 SpinalCanal findCanal(const patient::CtVolume&, const Mask& shell, const VoxelBox& body);
 
 }  // namespace stylet::modeller

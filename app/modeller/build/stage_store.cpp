@@ -33,7 +33,7 @@ std::string hexOf(std::uint64_t value) {
     return text;
 }
 
-// Sixteen digits, as hexOf() writes them.
+// Parses sixteen digits as written by hexOf().
 std::uint64_t hexFrom(const std::string& text) {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
@@ -45,7 +45,7 @@ std::uint64_t hexFrom(const std::string& text) {
 bool isControl(unsigned char c) {
     return c < 32 || c == 127;
 }
-// Names of atlases come from files.
+// Removes control characters, because names of atlases come from files.
 std::string printable(std::string note) {
     std::replace_if(note.begin(), note.end(), isControl, ' ');
     return note.substr(0, kLongestNote);
@@ -110,7 +110,7 @@ StageFile parseStageFile(const fs::path& file, const std::string& text) {
             kept.record.notes.size() > kMostNotes ||
             !std::all_of(kept.record.notes.begin(), kept.record.notes.end(), isNote))
             throw std::invalid_argument("beyond what a stage writes");
-    } catch (const std::exception&) {  // of the parser, or of a value
+    } catch (const std::exception&) {  // from the parser, or for an invalid value
         throw DataError(file, "file", "is damaged; remove it, and the stage is done anew");
     }
     return kept;
@@ -138,7 +138,7 @@ std::optional<StageResult> StageStore::load(int number, std::string_view name, c
     result.text_edited = textDigest(result.text) != kept.text_digest;
     result.labels_edited = labelsDigest(result.labels) != kept.labels_digest;
     if (result.labels_edited) result.record.corrected = true;
-    if (result.labels.grid.dims != grid.dims) {  // another voxel size: what no person made is made anew
+    if (result.labels.grid.dims != grid.dims) {  // other voxel size: recompute if not corrected by hand
         if (result.record.corrected)
             throw DataError(folder / kLabels, "dim",
                             "a person corrected these labels on another grid than " +

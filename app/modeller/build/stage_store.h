@@ -1,9 +1,9 @@
-// The stages of a build on disk: what a person reviews, corrects and goes on from.
+// The stages of a build on disk. A person can review and correct them, and a later run resumes from them.
 //   ct.nii.gz              the CT on the working grid
-//   NN-NAME/labels.nii.gz  what the stage found, with labels.ctbl, as 3D Slicer opens them over the CT
-//   NN-NAME/axial.png ...  the same as films
-//   NN-NAME/stage.json     key, digest, seconds, notes; written last: without it the stage is not finished
-// and what else a stage leaves (a text file that can be edited).
+//   NN-NAME/labels.nii.gz  the stage's labels, with labels.ctbl; 3D Slicer shows them over the CT
+//   NN-NAME/axial.png ...  the same as pictures
+//   NN-NAME/stage.json     key, digest, seconds, notes; written last: a stage without it is not finished
+// A stage may write further files, such as a text file that can be edited.
 #pragma once
 
 #include <cstdint>
@@ -18,41 +18,41 @@
 namespace stylet::modeller {
 
 struct StageRecord {
-    std::uint64_t key = 0;  // digest of all that the stage depends on
+    std::uint64_t key = 0;  // digest of everything that the stage depends on
     double seconds = 0.0;
-    bool corrected = false;  // by a person: stands whatever its key
+    bool corrected = false;  // by a person: remains valid whatever its key
     std::vector<std::string> notes;
 };
 
-// What a stage found. `text` is the file beside the labels that a person may edit; empty where there is none.
+// Result of a stage. `text` is the editable file beside the labels; empty if the stage has none.
 struct StageResult {
     patient::LabelVolume labels;
     std::string text;
-    // By a person since it was kept. Where the text was, the labels are no longer its own.
+    // Edited by a person since it was stored. If the text was edited, the labels are out of date.
     bool text_edited = false, labels_edited = false;
     StageRecord record;
 };
 
-// stage.json: the record, and what labels and text were when it was kept.
+// stage.json: the record, and the digests of labels and text when they were stored.
 struct StageFile {
     StageRecord record;
     std::uint64_t labels_digest = 0, text_digest = 0;
 };
 std::string writeStageFile(const StageFile&);
-// Throws patient::DataError in the name of `file`.
+// Throws patient::DataError that names `file`.
 StageFile parseStageFile(const std::filesystem::path& file, const std::string& text);
 
 class StageStore {
   public:
-    // Makes the folder. Throws ImportError where it cannot be.
+    // Creates the folder. Throws ImportError if that fails.
     explicit StageStore(std::filesystem::path folder);
 
     const std::filesystem::path& folder() const { return folder_; }
     // "07-liver".
     std::filesystem::path folderOf(int number, std::string_view name) const;
 
-    // Nothing where the stage is not finished. Labels that a person changed since come as `corrected`. Throws
-    // patient::DataError where they do not lie on `grid` or a file is damaged.
+    // Returns nothing if the stage is not finished. Labels that a person has changed since are marked
+    // `corrected`. Throws patient::DataError if they are not on `grid` or if a file is damaged.
     std::optional<StageResult> load(int number, std::string_view name, const patient::Grid& grid,
                                     const std::string& text_name) const;
     void keepCt(const patient::CtVolume&) const;
@@ -65,7 +65,7 @@ class StageStore {
 
 std::uint64_t digestOf(const StageResult&);
 
-// Of a file's bytes. Throws patient::DataError where it cannot be read.
+// Digest of a file's bytes. Throws patient::DataError if it cannot be read.
 std::uint64_t fileDigest(const std::filesystem::path&);
 
 }  // namespace stylet::modeller

@@ -26,11 +26,11 @@ using patient::LabelVolume;
 
 namespace {
 
-// Of stages only, beside the labels of a package.
+// Ids used only by stages, in addition to a package's labels.
 constexpr std::uint8_t kAirways = 253, kBody = 254;
 constexpr double kSkin_m = 0.002, kBlur_m = 0.002;
-constexpr std::size_t kLongestList = 1800;  // of the 2000 characters that a package's provenance has
-constexpr double kAtlasSpacing_m = 0.0025;  // the prior's grid is coarser still
+constexpr std::size_t kLongestList = 1800;  // a package's provenance has at most 2000 characters
+constexpr double kAtlasSpacing_m = 0.0025;  // the prior's grid is coarser
 constexpr const char* kControlPoints = "control-points.txt";
 constexpr const char* kVirtualDucts = "these ducts are virtual: bile is painted into the CT";
 
@@ -59,7 +59,7 @@ std::vector<patient::Vec3> centresOfSlices(const Mask& mask) {
     return centres;
 }
 
-// Body: what was cut out of the air and the table when the scan was read.
+// Stage "body": the part of the scan that is neither air nor table, as found when the scan was read.
 void findBody(Work& work, StageResult& r) {
     r.labels = LabelVolume(work.ct.grid);
     paint(r.labels, work.body, kBody, true);
@@ -69,7 +69,7 @@ void takeBody(Work& work, const StageResult& r) {
         work.body.voxels[i] = r.labels.voxels[i] != 0;
 }
 
-// Classes: the values of this CT, and what the thresholds alone would make of it.
+// Stage "classes": the tissue values of this CT, and the labels that the thresholds alone would give.
 void findClasses(Work& work, StageResult& r) {
     if (r.text.empty()) {
         const TissueClasses c = classesOf(work.ct, work.body);
@@ -111,8 +111,8 @@ std::string ribsOf(const Bones& bones, bool right) {
     return all;
 }
 
-// Soft tissue that the blur beside a bone lifts over the threshold: without a label it would stop a needle.
-// What is bright all around is bone that was missed.
+// Soft tissue next to a bone that blur lifts above the threshold. Without a label it would stop a needle.
+// Voxels surrounded by bright voxels are excluded, because they are missed bone.
 Mask blurredRim(const Work& work, const Mask& bones) {
     const double reach_m = std::max(kBlur_m, 1.01 * work.ct.grid.spacing_m.x);
     Mask bright = bones;
@@ -182,7 +182,7 @@ std::vector<AtlasImage> atlasImages(const Work& work, const AtlasSettings& atlas
     return images;
 }
 
-// The files that the atlases are read from, whatever their folders are called.
+// Hashes the files of the atlases, independent of folder names.
 void hashAtlases(patient::StateHash& hash, const BuildSettings& settings) {
     for (const std::filesystem::path& folder : settings.atlases)
         for (const char* file : {"patient.toml", "ct.nii.gz", "labels.nii.gz"})
@@ -233,7 +233,7 @@ void findDuctsStage(Work& work, StageResult& r) {
     r.record.notes = {ducts.note};
     if (ducts.origin == DuctsOrigin::grown) r.record.notes.push_back(kVirtualDucts);
 }
-// Virtual ducts are painted into the CT from their labels, so that a person's corrections are too.
+// Paints virtual ducts into the CT from their labels, so that a person's corrections are painted too.
 void takeDucts(Work& work, const StageResult& r) {
     work.virtual_ducts =
         std::find(r.record.notes.begin(), r.record.notes.end(), kVirtualDucts) != r.record.notes.end();
@@ -248,7 +248,7 @@ void takeDucts(Work& work, const StageResult& r) {
     paintBile(work.painted_ct, ducts, maskOf(work.found.at("liver"), "liver"), DuctSettings{}.bile_hu);
 }
 
-// What the stages before left in their label maps, which a person may have corrected.
+// Rebuilds the lungs from the label maps of earlier stages, which a person may have corrected.
 Lungs lungsOf(const Work& work) {
     const LabelVolume& found = work.found.at("lungs");
     Lungs lungs{maskOf(found, "right lung"),
@@ -276,7 +276,7 @@ Bones bonesOf(const Work& work) {
     return bones;
 }
 
-// Lungs and liver, all that is known of what the fascia encloses before the other organs are looked for.
+// Lungs and liver: the only organs inside the fascia that are known before the organ stage.
 Mask lungsAndLiver(const Work& work) {
     return either(maskOf(work.found.at("lungs"), isLung), maskOf(work.found.at("liver"), "liver"));
 }
@@ -303,7 +303,7 @@ void findFasciaStage(Work& work, StageResult& r) {
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
     const FasciaSpline fascia = parseFascia(kControlPoints, r.text);
     r.labels = LabelVolume(work.ct.grid);
-    // Muscle, stomach and spleen reach the values of cartilage too; within the fascia it is none.
+    // Muscle, stomach and spleen overlap cartilage in HU. Inside the fascia there is no costal cartilage.
     const Mask cartilage = costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones);
     paint(r.labels, without(cartilage, organs), idOf("cartilage and discs"), true);
     paint(r.labels, fasciaVoxels(fascia, input), idOf("fascia"), true);

@@ -1,4 +1,4 @@
-// Internal: what the stages of a build hand to each other, and their list.
+// Internal: the data shared between the stages of a build, and the list of stages.
 #pragma once
 
 #include <functional>
@@ -14,39 +14,40 @@
 
 namespace stylet::modeller {
 
-// Everything on the grid of `ct`.
+// All volumes are on the grid of `ct`.
 struct Work {
     const BuildSettings* settings = nullptr;
-    patient::Grid scan;             // the scanner's own
-    std::uint64_t scan_voxels = 0;  // digest of its values
+    patient::Grid scan;             // the scanner's own grid
+    std::uint64_t scan_voxels = 0;  // digest of the scan's values
     patient::CtVolume ct;           // air outside the body
     Mask body;
     patient::Thresholds thresholds;
-    std::map<std::string, patient::LabelVolume> found;  // by stage
-    std::map<std::string, bool> corrected;              // by a person
+    std::map<std::string, patient::LabelVolume> found;  // labels, by stage name
+    std::map<std::string, bool> corrected;              // corrected by a person, by stage name
     std::string atlas_provenance;
     bool virtual_ducts = false;
-    patient::CtVolume painted_ct;  // with virtual ducts; else empty
-    std::function<void(const std::string&)> say = [](const std::string&) {};  // what a long stage is at
+    patient::CtVolume painted_ct;  // with virtual ducts painted in; otherwise empty
+    std::function<void(const std::string&)> say = [](const std::string&) {};  // progress of a long stage
 };
 
 struct Stage {
     std::string_view name;
-    std::string_view text_name = "";      // the file a person may edit; empty where there is none
-    std::vector<std::string> gives = {};  // the labels it adds to the package
-    bool over_all = true;                 // or only where nothing lies yet
-    // Fills labels and notes; text is empty, or a person's.
+    std::string_view text_name = "";      // name of the file that a person may edit; empty if there is none
+    std::vector<std::string> gives = {};  // names of the labels that it adds to the package
+    bool over_all = true;                 // overwrites earlier labels; false: only unlabelled voxels
+    // Fills labels and notes. `text` is empty, or edited by a person.
     void (*find)(Work&, StageResult&);
-    // What of the settings the result depends on. Throws patient::DataError where a file of them is missing.
+    // Hashes the settings that affect the result. Throws patient::DataError if a file named in them is
+    // missing.
     void (*depends)(patient::StateHash&, const BuildSettings&) = nullptr;
-    // What else of a fresh or kept result goes into `Work`; its labels are in `found` already.
+    // Copies further data of a new or reused result into `Work`; its labels are already in `found`.
     void (*take)(Work&, const StageResult&) = nullptr;
 };
 
-// Of a scan's values, wherever they lie.
+// Digest of a scan's values, independent of their position.
 std::uint64_t voxelDigest(const patient::CtVolume&);
 
-// In their order.
+// In order of execution.
 const std::vector<Stage>& stages();
 
 // The labels of targetTable(), and "body".

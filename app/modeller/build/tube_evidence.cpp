@@ -11,15 +11,14 @@ using patient::Index3;
 
 namespace {
 
-constexpr double kLineBlur_m = 0.0007;  // half of the noise's power goes, a vessel of 1 mm radius stays
-constexpr float kTowardTubes_hu = 120;  // contrast beyond this is no clearer: bone, gas, metal
+constexpr double kLineBlur_m = 0.0007;  // halves the noise power and preserves vessels of 1 mm radius
+constexpr float kTowardTubes_hu = 120;  // higher contrast adds no certainty: bone, gas, metal
 constexpr float kAway_hu = 40.0f;       // tumours beside vessels, vessels beside ducts
-constexpr float kAwayLine_hu =
-    15.0f;                          // for the line filter, which takes a bridge between two holes for a tube
-constexpr float kMostScore = 6.0f;  // of either part of the score
-constexpr int kLiverMargin = 4;     // voxels around the liver; the filter carries on beyond them
+constexpr float kAwayLine_hu = 15.0f;   // for the line filter, which sees a bridge between holes as a tube
+constexpr float kMostScore = 6.0f;      // for each part of the score
+constexpr int kLiverMargin = 4;         // voxels around the liver; beyond them the filter repeats the border
 
-// Peak of the histogram, and the width to half of it below the peak (toward smaller values).
+// The histogram's peak, and its half width at half maximum on the lower side.
 ParenchymaPeak peakOf(const std::vector<float>& values) {
     constexpr int kLow = -200, kBins = 700;
     std::array<double, kBins> count{}, smooth{};
@@ -52,7 +51,8 @@ float percentile(std::vector<float> values, double share) {
     return *at;
 }
 
-// The CT less `mean`, turned so that tubes are positive; 0 outside the liver, whose border then is none.
+// The CT minus `mean`, with the sign chosen so that tubes are positive. 0 outside the liver, so that its
+// border gives no response.
 FloatVolume turned(const patient::CtVolume& ct, const TubeEvidence& e, TubeKind kind, double mean_hu,
                    float away_hu) {
     FloatVolume out(e.liver.grid);
@@ -93,7 +93,7 @@ TubeEvidence tubeEvidence(const patient::CtVolume& ct, const Mask& liver, TubeKi
     e.line = FloatVolume(e.liver.grid);
     for (const double radius : radii_m) {
         const FloatVolume response = tubeResponse(image, e.liver, radius / std::sqrt(2.0), TubeKind::bright);
-        // A liver without noise shows nothing by chance; 0.5 HU is what rounding to whole HU does.
+        // A liver without noise has no random response; 0.5 HU is the effect of rounding to whole HU.
         const float chance = std::max(0.5f, percentile(valuesIn(response, e.liver), 0.9));
         for (std::size_t i = 0; i < response.voxels.size(); ++i)
             e.line.voxels[i] = std::max(e.line.voxels[i], response.voxels[i] / chance);

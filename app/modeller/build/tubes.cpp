@@ -14,15 +14,15 @@ using patient::Index3;
 
 namespace {
 
-// Sato et al. suggest 0.25: a tube may narrow or part along its axis, but hardly thicken to a ball.
+// Sato et al. suggest 0.25: a tube may narrow or end along its axis, but hardly widens to a ball.
 constexpr float kAlpha = 0.25f;
-constexpr double kReach = 4.0;       // of a kernel, in sigmas: what lies beyond is below 1e-3 of its peak
-constexpr double kLeastSigma = 0.5;  // voxels; sampled kernels are no derivatives below it
+constexpr double kReach = 4.0;       // of a kernel, in sigmas; beyond it, values are below 1e-3 of the peak
+constexpr double kLeastSigma = 0.5;  // in voxels; below it, sampled kernels are not valid derivatives
 
 using Kernel = std::vector<float>;  // odd length, the middle one at 0
 
-// The Gaussian or its derivative of order 1 or 2, for sigma in voxels. Sampling and cutting leave small
-// errors in the moments; they are mended, so that the derivatives of constants, ramps and parabolas come out
+// The Gaussian or its derivative of order 1 or 2, for sigma in voxels. Sampling and truncation cause small
+// errors in the moments. These are corrected, so that the derivatives of constants, ramps and parabolas are
 // exact.
 Kernel gaussianKernel(double sigma, int order) {
     const int reach = std::max(2, int(std::ceil(kReach * sigma)));
@@ -41,13 +41,13 @@ Kernel gaussianKernel(double sigma, int order) {
         double& out = k[std::size_t(i + reach)];
         if (order == 0) out = g / sum;
         if (order == 1) out = i * g / second;
-        // Sum 0, and sum of i^2 times it 2.
+        // Makes the sum 0, and the sum weighted with i^2 equal to 2.
         if (order == 2) out = 2.0 * (i * i - variance) * g / (fourth - variance * second);
     }
     return {k.begin(), k.end()};
 }
 
-// out(x) = sum over i of k(i) in(x + i) along one axis, the outermost values going on beyond the grid.
+// out(x) = sum over i of k(i) in(x + i) along one axis. Border values are repeated outside the grid.
 void filterAxis(const FloatVolume& in, FloatVolume& out, int axis, const Kernel& kernel) {
     const Index3 n = in.grid.dims;
     const int reach = int(kernel.size() / 2);
@@ -112,7 +112,8 @@ struct Eigenvalues {
     float most, middle, least;
 };
 
-// Of a symmetric matrix, in closed form: Smith, "Eigenvalues of a symmetric 3 x 3 matrix", Comm. ACM 4, 1961.
+// Eigenvalues of a symmetric matrix in closed form: Smith, "Eigenvalues of a symmetric 3 x 3 matrix", Comm.
+// ACM 4, 1961.
 Eigenvalues eigenvalues(float xx, float yy, float zz, float xy, float xz, float yz) {
     const float mean = (xx + yy + zz) / 3.0f;
     const float a = xx - mean, b = yy - mean, c = zz - mean;
@@ -161,7 +162,7 @@ FloatVolume tubeResponse(const FloatVolume& image, const Mask& within, double si
     for (int axis = 0; axis < 3; ++axis)
         sigma[std::size_t(axis)] = std::max(kLeastSigma, sigma_m / g.spacing_m[axis]);
     const Hessian h = hessianOf(image, sigma);
-    // Derivatives are per voxel: sigma^2 and the axes' spacings in one factor.
+    // Derivatives are per voxel: one factor contains sigma^2 and the axes' spacings.
     const auto scale = [&](int i, int j) {
         return float(sigma[std::size_t(i)] * sigma[std::size_t(j)]) *
                (kind == TubeKind::bright ? 1.0f : -1.0f);

@@ -18,48 +18,51 @@ using patient::Vec3;
 namespace {
 
 const std::vector<double> kVesselRadii_m{0.001, 0.0015, 0.0021, 0.003, 0.0045};
-// Of TubeEvidence::score. Tuned on the reference patients of seeds 5 to 7; of 6 and 7 at 1 mm the latter was
-// kept having seen a real patient's score. At 1 mm as strict as loses nothing; in wider voxels, most of which
-// are partly parenchyma, vessels score less.
+// Thresholds of TubeEvidence::score. Tuned on the reference patients of seeds 5 to 7; between 6 and 7 at 1
+// mm, 7 was chosen after scoring a real patient. At 1 mm, the strictest value that loses nothing. In wider
+// voxels vessels score less, because most of their voxels are partly parenchyma.
 constexpr double kInsideVessel = 7.0, kInsideLess_per_m = 2000.0, kLeastInside = 5.0, kFine_m = 0.001;
 constexpr float kCertainVessel = 9.0f;
 constexpr double kLeastVesselPiece_m3 = 200e-9;  // 15 mm of a vessel of 2 mm radius
-// Of the way from parenchyma to blood: with little noise all of a vessel's blurred rim would score.
+// Minimum share of the blood's contrast to parenchyma. Otherwise, with little noise, a vessel's entire
+// blurred rim would score.
 constexpr double kLevelShare = 0.35;
-// A vessel's wall lies halfway to its own middle, less what a curved wall's blur takes; so far off a middle
-// is.
+// A vessel's wall lies halfway to its own centre, less the effect of blur on a curved wall. kMiddle_m is
+// the search distance for the centre.
 constexpr float kWallShare = 0.45f;
 constexpr double kMiddle_m = 0.0021;
-// Where the liver's mask takes in a rim of something bright, that rim is a sheet and no line.
+// Where the liver's mask includes the rim of something bright, that rim is a sheet, not a line.
 constexpr double kLiverRim_m = 0.003;
 constexpr float kRimLine = 2.0f;
 
-// Blood in the large vessels: its blur, how far from parenchyma to the vessels' own level, how far above it.
-// The walls between vessels that touch are blurred, but not as bright as what flows in them.
+// Blood in the large vessels: blur, minimum share of the contrast from parenchyma to the vessels' level,
+// and maximum excess over that level. The walls between touching vessels are blurred, but darker than the
+// blood.
 constexpr double kLumenBlur_m = 0.0007, kLumenShare = 0.5;
 constexpr double kBloodBlur_m = 0.0015, kBloodShare = 0.35, kBloodAbove_hu = 90.0;
-constexpr double kAround_m = 0.015;  // of the liver, where cava and hilum are looked for
-// The cava in a slice: opened to drop what joins it, and of this area (5 to 22 mm radius).
+constexpr double kAround_m = 0.015;  // around the liver, where cava and hilum are searched
+// The cava in a slice: opened to remove joining vessels, and of this area (5 to 22 mm radius).
 constexpr double kCavaOpening_m = 0.004, kLeastCava_m2 = 70e-6, kMostCava_m2 = 1500e-6;
 constexpr double kCavaLeastLength_m = 0.012;
-// Of the cava's own half width: narrower than a flat cava is, wider than a portal trunk.
+// Minimum half width as a share of the cava's: narrower than a flat cava, wider than a portal trunk.
 constexpr double kOwnWidth = 0.7;
 constexpr double kNearLiver_m = 0.005, kNearVessels_m = 0.006;
 constexpr double kTrunkRadius_m = 0.0035, kCavaWall_m = 0.002, kOffCava_m = 0.006, kDeepInLiver_m = 0.008;
-// Heights in the liver, 0 at its lowest voxel and 1 at its highest: of hilum and hepatic veins' ends.
+// Heights in the liver, 0 at its lowest and 1 at its highest voxel: of the hilum and of the hepatic veins'
+// ends.
 constexpr double kTrunkLow = 0.2, kTrunkHigh = 0.62, kVeinsLow = 0.65, kStemsLow = 0.78, kStemReach_m = 0.035;
 constexpr float kStemWidth = 0.75f;
 constexpr double kJoin_m = 0.005;  // from a vessel's end to the large vessel that it joins
-// Fronts: metres of wide lumen that one metre costs; a leap through parenchyma; each metre that a lumen
-// widens.
+// Costs of the fronts, in metres of wide lumen: narrow contacts, jumps through parenchyma, and each metre
+// by which a lumen widens.
 constexpr double kNarrow_m = 0.002, kLeap = 60.0, kWall = 12.0, kBeyondLiver = 120.0, kWidening = 25.0;
 constexpr double kNoLumen_m = 0.0008;
 
-// The liver's surroundings, in which the vessels are split.
+// The liver's surroundings, in which the vessels are separated.
 struct Scene {
     VoxelBox box;
     Mask liver, vessels, blood;
-    Mask lumen;                        // the vessels' surely bright inside
+    Mask lumen;                        // the certainly bright inside of the vessels
     FloatVolume to_liver, to_vessels;  // metres
     int bottom = 0, top = 0;           // slices of the liver in the box
 
@@ -94,7 +97,7 @@ Scene vesselScene(const patient::CtVolume& ct, const Mask& liver, const Mask& ve
     };
     s.blood = s.lumen = Mask(s.liver.grid);
     if (in_liver.empty() || in_vessels.empty()) return s;
-    // Most of a thin vessel's voxels are partly parenchyma: its upper quarter is blood.
+    // Most voxels of a thin vessel are partly parenchyma; the upper quartile is blood.
     const double parenchyma_hu = at(in_liver, 0.5), blood_hu = at(in_vessels, 0.75);
     const double least_hu = parenchyma_hu + kBloodShare * (blood_hu - parenchyma_hu);
     const FloatVolume sharp = gaussian(image, kLumenBlur_m);
@@ -109,7 +112,7 @@ Scene vesselScene(const patient::CtVolume& ct, const Mask& liver, const Mask& ve
     return s;
 }
 
-// Cross-sections of large blood vessels, slice by slice; offsets within the slice.
+// Cross-sections of large blood vessels in each slice, as offsets within the slice.
 std::vector<std::vector<Piece>> crossSections(const Scene& s) {
     const Grid& g = s.blood.grid;
     const Grid flat{{g.dims.x, g.dims.y, 1}, g.spacing_m, g.origin_m};
@@ -131,7 +134,7 @@ std::vector<std::vector<Piece>> crossSections(const Scene& s) {
     return sections;
 }
 
-// The section of the next slice that goes on from this one, or null.
+// Returns the section of the next slice that continues this one, or null.
 const Piece* continued(const Piece& from, const std::vector<Piece>& next) {
     for (const Piece& piece : next) {
         Piece both;
@@ -142,8 +145,9 @@ const Piece* continued(const Piece& from, const std::vector<Piece>& next) {
     return nullptr;
 }
 
-// Where the portal trunk or a vein's stem lies against the cava, a section holds both. What is nearly as wide
-// as the cava is in most slices is its own, with a voxel for the corners that an opening cuts.
+// Where the portal trunk or a hepatic vein's stem touches the cava, a section contains both. Keeps the
+// parts that are nearly as wide as the cava is in most slices, plus one voxel for the corners that the
+// opening removes.
 Mask ownSections(const Mask& chain) {
     const Grid& g = chain.grid;
     const Grid flat{{g.dims.x, g.dims.y, 1}, g.spacing_m, g.origin_m};
@@ -175,8 +179,8 @@ Mask ownSections(const Mask& chain) {
     return own;
 }
 
-// The cava: of all upright vessels in the back of the liver's upper part the one that lies nearest to liver
-// and vessels for longest.
+// The cava: among all upright vessels in the back of the liver's upper part, the one that is nearest to
+// liver and vessels for the longest distance.
 Mask cavaOf(const Scene& s) {
     const Grid& g = s.blood.grid;
     const std::size_t slice = std::size_t(g.dims.x) * std::size_t(g.dims.y);
@@ -221,10 +225,10 @@ Mask cavaOf(const Scene& s) {
     return ownSections(best);
 }
 
-// The portal trunk and its forks: of all thick blood in the liver's middle heights, off the cava, the piece
-// that meets most of the vessels deep in the liver. What hangs together outside the cava's wall is one piece;
-// next to the wall nothing is counted or kept. Near its surface a mask that is too large takes in the
-// rims of cava and kidney.
+// The portal trunk and its branches: among all thick blood at the liver's middle heights, away from the
+// cava, the piece that touches most of the vessels deep in the liver. Blood connected outside the cava's
+// wall is one piece; voxels next to the wall are neither counted nor kept. Vessels near the surface are not
+// counted, because a mask that is too large includes rims of cava and kidney.
 Mask portalTrunk(const Scene& s, const Mask& cava) {
     const Grid& g = s.blood.grid;
     const FloatVolume to_cava = distanceTo(cava);
@@ -265,7 +269,8 @@ FloatVolume lumenRadius(const Mask& vessels) {
 
 constexpr std::uint8_t kPortal = 1, kHepatic = 2;
 
-// Dijkstra from all seeds at once: each vessel voxel takes the label of the front that comes first.
+// Dijkstra's algorithm from all seeds at once: each vessel voxel gets the label of the front that reaches
+// it first.
 Mask runFronts(const Scene& s, const Mask& seeds, const FloatVolume& radius) {
     const Grid& g = s.vessels.grid;
     Mask label(g);
@@ -308,7 +313,7 @@ Mask runFronts(const Scene& s, const Mask& seeds, const FloatVolume& radius) {
     return label;
 }
 
-// Vessel voxels within reach of a large vessel.
+// Seeds the vessel voxels within reach of a large vessel.
 void seedNear(const Scene& s, const Mask& large, std::uint8_t label, double least_height, Mask& seeds) {
     const FloatVolume to = distanceTo(large);
     for (std::size_t i = 0; i < seeds.voxels.size(); ++i)
@@ -317,7 +322,7 @@ void seedNear(const Scene& s, const Mask& large, std::uint8_t label, double leas
             seeds.voxels[i] = label;
 }
 
-// Where no large vessel shows: the widest lumen between two heights of the liver.
+// Fallback if no large vessel was found: seeds the widest lumen between two heights of the liver.
 void seedWidest(const Scene& s, const FloatVolume& radius, double from, double to, std::uint8_t label,
                 Mask& seeds) {
     std::size_t best = 0;
@@ -330,8 +335,8 @@ void seedWidest(const Scene& s, const FloatVolume& radius, double from, double t
     if (widest > 0.0f) seeds.voxels[best] = label;
 }
 
-// All lumen of the liver's upper part that is nearly as wide as the widest there: the veins' stems, whatever
-// became of their ends at the cava.
+// Seeds all lumen in the liver's upper part that is nearly as wide as the widest there: the stems of the
+// hepatic veins, even if their connection to the cava was not found.
 void seedStems(const Scene& s, const FloatVolume& radius, const Mask& cava, Mask& seeds) {
     const FloatVolume to_cava = distanceTo(cava);
     const bool found = countOf(cava) > 0;
@@ -350,7 +355,8 @@ bool holds(const Mask& seeds, std::uint8_t label) {
     return std::find(seeds.voxels.begin(), seeds.voxels.end(), label) != seeds.voxels.end();
 }
 
-// Of blood above parenchyma, after the blur: upper quarter of what surely is vessel; 0 where nothing is.
+// The contrast of blood over parenchyma after the blur: upper quartile of the voxels that are certainly
+// vessel; 0 if there are none.
 double bloodContrast(const TubeEvidence& e) {
     std::vector<float> values;
     for (std::size_t i = 0; i < e.liver.voxels.size(); ++i)
@@ -361,7 +367,7 @@ double bloodContrast(const TubeEvidence& e) {
     return double(*at);
 }
 
-// Brightest contrast of `inside` within kMiddle_m of each of its voxels.
+// Maximum contrast of `inside` within kMiddle_m of each of its voxels.
 FloatVolume middlesOf(const FloatVolume& contrast_hu, const Mask& inside) {
     const Grid& g = inside.grid;
     const int reach = int(kMiddle_m / g.spacing_m.x);

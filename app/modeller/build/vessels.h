@@ -1,4 +1,4 @@
-// Vessels of the liver as contrast medium shows them, and which of them are portal, which hepatic veins.
+// Finds the liver's vessels with contrast medium, and separates portal veins from hepatic veins.
 #pragma once
 
 #include <string>
@@ -8,21 +8,21 @@
 
 namespace stylet::modeller {
 
-// Line filter and region growing: what scores like the inside of a bright tube and hangs together with what
-// surely is one, thresholds in units of this liver's own noise; its wall is where blood is half as bright as
-// in that vessel's own middle, which in narrow ones is less bright. The liver's mask may be a few millimetres
-// off. Empty where contrast medium shows none.
+// Uses a line filter and region growing: voxels that score like the inside of a bright tube and are
+// connected to a certain vessel, with thresholds in units of this liver's noise. The wall is where the
+// contrast is half of that in the vessel's own centre, which is less bright in narrow vessels. The liver's
+// mask may be a few millimetres off. Empty if no contrast medium is visible.
 Mask findVessels(const patient::CtVolume&, const Mask& liver);
 
 struct SplitVessels {
-    Mask portal, hepatic;            // parts of `vessels`; together all of it
-    Mask cava;                       // as far as the liver reaches, outside `vessels`; may be empty
-    std::vector<std::string> notes;  // one sentence each on what was not found and what was done instead
+    Mask portal, hepatic;            // parts of `vessels`; together all of them
+    Mask cava;                       // next to the liver, outside `vessels`; may be empty
+    std::vector<std::string> notes;  // a sentence for each structure not found, with the fallback
 };
 
-// By connectivity: from where the vessels come near the cava and from the thick blood at the hilum two fronts
-// run along the lumen; narrow contacts, leaps between pieces and ways into thicker vessels cost extra, and
-// each voxel falls to the front that reaches it at less cost.
+// Separates by connectivity. Two fronts run along the lumen: one from where the vessels come near the vena
+// cava, one from the thick blood at the hilum. Narrow contacts, jumps between pieces and entries into
+// thicker vessels cost extra. Each voxel belongs to the front that reaches it at lower cost.
 SplitVessels splitVessels(const patient::CtVolume&, const Mask& liver, const Mask& vessels);
 
 }  // namespace stylet::modeller

@@ -13,8 +13,8 @@ import struct
 import sys
 import zlib
 
-SAMPLE = struct.Struct("<4B2I31f")  # tool, phase, tissue, label; flags, faults; the numbers below
-DEPTH, FORCE = 20, 21  # of the numbers: tool's pose 7, tip 3, axis 3, probe's pose 7, depth, axial force, ...
+SAMPLE = struct.Struct("<4B2I31f")  # tool, phase, tissue, label; flags, faults; 31 numbers
+DEPTH, FORCE = 20, 21  # indices: tool's pose 7, tip 3, axis 3, probe's pose 7, depth, axial force, ...
 TISSUES = ["air", "skin", "soft tissue", "bone", "fascia", "liver", "vessel", "duct"]
 
 
@@ -27,7 +27,7 @@ def samples(file):
     data = file.read_bytes()
     head = struct.Struct("<8sII")
     if len(data) < head.size or len(data) < head.size + head.unpack_from(data)[2] + 4:
-        print(f"{file}: ends inside its header", file=sys.stderr)  # killed as it began
+        print(f"{file}: ends inside its header", file=sys.stderr)  # killed while starting
         return
     magic, version, size = head.unpack_from(data)
     if magic != b"STYLSMP\n" or version != 1:

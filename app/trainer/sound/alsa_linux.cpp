@@ -15,7 +15,7 @@ void sayNothing(const char*, int, const char*, int, const char*, ...) {}
 }  // namespace
 
 void quietAlsa() {
-    void* const library = dlopen("libasound.so.2", RTLD_LAZY);  // kept: OpenAL has it too
+    void* const library = dlopen("libasound.so.2", RTLD_LAZY);  // never closed: OpenAL uses it too
     void* const found = library ? dlsym(library, "snd_lib_error_set_handler") : nullptr;
     if (!found) return;
     int (*set)(Handler) = nullptr;

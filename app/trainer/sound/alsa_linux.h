@@ -1,9 +1,10 @@
-// ALSA, where it is installed, prints a dozen lines about a device that is not there.
+// Silences ALSA, which prints a dozen lines about a missing device.
 #pragma once
 
 namespace stylet::trainer {
 
-// From now on it says nothing: what matters is said in our own words.
+// Installs an empty error handler in ALSA, if it is installed. Relevant errors are reported in our own
+// words.
 void quietAlsa();
 
 }  // namespace stylet::trainer

@@ -23,7 +23,7 @@ Samples noise(double seconds, std::uint32_t seed) {
     return out;
 }
 
-// One pole: what lies below the frequency stays.
+// One-pole low-pass filter.
 Samples lowPassed(Samples in, double hz) {
     const double share = 1.0 - std::exp(-kTau * hz / kClipRate_hz);
     double state = 0.0;
@@ -39,7 +39,7 @@ Samples highPassed(const Samples& in, double hz) {
     return low;
 }
 
-// The last `seconds` are laid over the first, at constant power: noise that loops without a seam.
+// Crossfades the last `seconds` over the first ones at constant power, so that noise loops without a seam.
 Samples looped(const Samples& in, double seconds) {
     const std::size_t over = countOf(seconds), rest = in.size() - over;
     Samples out(in.begin(), in.begin() + std::ptrdiff_t(rest));
@@ -50,7 +50,7 @@ Samples looped(const Samples& in, double seconds) {
     return out;
 }
 
-// A tone that sets in over `attack_s` and dies away with the time constant, added from `begin_s` on.
+// Adds a tone that starts at `begin_s`, rises over `attack_s` and decays with the time constant `decay_s`.
 void addTone(Samples& out, double begin_s, double hz, double level, double attack_s, double decay_s) {
     for (std::size_t i = countOf(begin_s); i < out.size(); ++i) {
         const double t_s = double(i) / kClipRate_hz - begin_s;
@@ -59,7 +59,7 @@ void addTone(Samples& out, double begin_s, double hz, double level, double attac
     }
 }
 
-// A tone of constant level from `begin_s` to `end_s`, soft at both ends.
+// Adds a tone of constant level from `begin_s` to `end_s`, faded in and out.
 void addBeep(Samples& out, double begin_s, double end_s, double hz) {
     constexpr double kEdge_s = 0.008;
     for (std::size_t i = countOf(begin_s); i < std::min(out.size(), countOf(end_s)); ++i) {
@@ -70,7 +70,7 @@ void addBeep(Samples& out, double begin_s, double end_s, double hz) {
     }
 }
 
-// To the peak, its beginning and end at rest where it does not loop.
+// Normalises to kClipPeak. Fades out the end of a clip that does not loop.
 Samples finished(Samples out, bool loop) {
     const std::size_t edge = std::min(out.size() / 2, countOf(0.003));
     for (std::size_t i = 0; i < edge && !loop; ++i)
@@ -83,7 +83,7 @@ Samples finished(Samples out, bool loop) {
     return out;
 }
 
-// A mains transformer's harmonics; whole periods, so that it loops.
+// Harmonics of a mains transformer. Whole periods, so that the clip loops.
 Samples buzz() {
     Samples out(countOf(1.0));
     for (std::size_t i = 0; i < out.size(); ++i) {

@@ -1,5 +1,5 @@
-// The sounds of the room, made of sines and noise when the program starts: nothing is recorded, nothing is
-// shipped. The same samples every time.
+// The sounds of the room, synthesised from sines and noise at program start. There are no recordings and no
+// files. The samples are the same every time.
 #pragma once
 
 #include <array>
@@ -8,17 +8,17 @@
 
 namespace stylet::trainer {
 
-// Loops first: they sound for as long as something goes on. The others sound once.
+// Loops first: they play while their cause lasts. The others play once.
 enum class Sound : std::uint8_t {
     room,    // ventilation
-    breath,  // the patient's, at his mouth
-    buzz,    // the X-ray tube while it pulses
-    alarm,   // a structure at risk is struck; again for as long as it is
-    beep,    // the patient monitor, once a heartbeat
+    breath,  // of the patient, at the mouth
+    buzz,    // X-ray tube while it pulses
+    alarm,   // a risk structure is struck; repeated while it lasts
+    beep,    // patient monitor, once per heartbeat
     click,   // the needle snaps into the guide
     cut,     // the scalpel through skin
-    tick,    // a layer gives way to the needle
-    chime    // the target is reached
+    tick,    // the needle punctures a layer
+    chime    // target reached
 };
 inline constexpr int kSoundCount = 9, kLoopCount = 3;
 constexpr bool loops(Sound sound) noexcept {
@@ -29,9 +29,9 @@ constexpr std::uint32_t bitOf(Sound sound) noexcept {
 }
 
 inline constexpr int kClipRate_hz = 48000;
-inline constexpr double kClipPeak = 0.95;  // of each clip, of 1
+inline constexpr double kClipPeak = 0.95;  // peak of each clip; full scale is 1
 
-// One channel. The last sample of a loop goes over into its first.
+// Returns the clip, one channel. The end of a loop joins its beginning without a seam.
 std::vector<float> clipOf(Sound);
 
 }  // namespace stylet::trainer

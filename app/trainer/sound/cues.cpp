@@ -16,15 +16,16 @@ namespace {
 
 constexpr std::array<float, kSoundCount> kGains{0.03f, 0.10f, 0.07f, 0.20f, 0.08f,
                                                 0.15f, 0.09f, 0.15f, 0.13f};
-// From the table's middle on the floor, as render/room places them: stage axes, the patient's head at -x.
+// Positions relative to the table's centre on the floor, in stage axes, as render/room places the objects.
+// The patient's head is at -x.
 constexpr Vec3 kMonitor_m{-1.38, 1.58, -0.42}, kVent_m{0.5, 2.7, -1.1};
 constexpr double kMouthBeyondScan_m = 0.28, kMouthAboveTable_m = 0.16;
 constexpr double kTubeBelowEntry_m = 0.55;
 
 constexpr double kFlowEvery_s = 0.02;
-constexpr double kFullFlow_per_s = 0.8;  // of v: a quiet breath at 15 a minute has it at its fastest
-constexpr float kInPitch = 1.15f, kOutPitch = 0.9f;  // the air's way through the nose
-// A tube that has not pulsed for longer is off; the slowest pulses are 3 a second.
+constexpr double kFullFlow_per_s = 0.8;              // of v: peak rate of a quiet breath at 15 per minute
+constexpr float kInPitch = 1.15f, kOutPitch = 0.9f;  // pitch of inhaling and exhaling
+// The tube is off if it has not pulsed for this long. The slowest pulse rate is 3 per second.
 constexpr double kPulsing_s = 0.4;
 constexpr double kAlarmEvery_s = 0.6;
 constexpr double kCutFelt_m = 0.0005;
@@ -94,7 +95,7 @@ void Cues::begin(Sound sound, const Vec3& stage_m) {
     heard_[sound].stage_m = stage_m;
 }
 
-// Air moves as fast as the breath's surrogate does.
+// The air flow is proportional to the rate of the breathing surrogate v.
 void Cues::breathe(const TickOutput& now) {
     const double t_s = tick_s_ * double(now.tick), since_s = t_s - breath_s_;
     if (since_s < kFlowEvery_s) return;
@@ -106,7 +107,7 @@ void Cues::breathe(const TickOutput& now) {
     voice.pitch = flow_per_s > 0.0 ? kInPitch : kOutPitch;
 }
 
-// What colours tell too.
+// Plays the sounds that duplicate the colour alerts.
 void Cues::tell(const training::Progress& now, double t_s) {
     const bool struck = now.striking != training::Struck::nothing;
     const bool hit = now.risk_hits > last_->progress.risk_hits;  // however short

@@ -1,4 +1,5 @@
-// What is to be heard of an attempt: a fold over what is seen of it. Knows no device. Session thread.
+// Decides which sounds to play, from the shown state of an attempt. Independent of any device. Session
+// thread.
 #pragma once
 
 #include <array>
@@ -14,38 +15,39 @@
 namespace stylet::trainer {
 
 struct Voice {
-    float gain = 0.0f;   // at its place's first metre; of a loop 0: silent
-    float pitch = 1.0f;  // of the clip's
+    float gain = 0.0f;   // at 1 m from its place; 0 silences a loop
+    float pitch = 1.0f;  // factor on the clip's pitch
     patient::Vec3 stage_m{0.0};
 };
 struct Heard {
     std::array<Voice, kSoundCount> voices;
-    std::uint32_t begun = 0;  // a bit for each Sound that begins now
+    std::uint32_t begun = 0;  // bit per Sound that starts now
     const Voice& operator[](Sound s) const { return voices[std::size_t(s)]; }
     Voice& operator[](Sound s) { return voices[std::size_t(s)]; }
 };
 
-// Where it all sounds from, in the room that is drawn.
+// Positions of all sound sources in the drawn room.
 struct SoundPlaces {
     patient::Pose stage_from_patient;
-    patient::Pose stage_from_operator;  // his head, while nobody says where it is
+    patient::Pose stage_from_operator;  // the operator's head, until its pose is known
     patient::Vec3 mouth_m{0.0}, monitor_m{0.0}, tube_m{0.0}, vent_m{0.0}, entry_m{0.0};
 };
 SoundPlaces soundPlaces(const patient::Patient&, const patient::PlannedPath&);
 
-// At its place's first metre, when it is at its loudest. Their sum is below 1: all at once clip nothing.
+// Gain of the loudest playback, at 1 m. The sum over all sounds is below 1, so that playing all of them
+// does not clip.
 float loudestGain(Sound) noexcept;
 
-inline constexpr double kHeart_per_min = 72.0;  // of the monitor's beep: an adult at rest
+inline constexpr double kHeart_per_min = 72.0;  // rate of the monitor's beep: an adult at rest
 
-// What of it the hand that holds a controller feels too: who cannot hear is told all the same. Cuts are felt
-// as Vibrations has them.
+// Controller pulse for these sounds, for users who cannot hear them. Cuts are not included: Vibrations
+// covers them.
 std::optional<Vibration> pulseOf(const Heard&);
 
 class Cues {
   public:
     Cues(const SoundPlaces&, training::Difficulty, double tick_s);
-    // Often, in the order of ticks. Nothing while the attempt stands still but the room.
+    // Call often, in tick order. While the attempt is paused only the room is audible.
     const Heard& take(const Seen&);
     const SoundPlaces& places() const { return places_; }
 
@@ -59,9 +61,9 @@ class Cues {
     double tick_s_;
     Heard heard_;
     std::optional<Seen> last_;
-    double breath_v_ = 0.0, breath_s_ = 0.0;  // as the flow was last looked at
-    double pulsed_s_ = -1.0;                  // when the tube did so last
-    double alarm_s_ = -1.0;                   // began last
+    double breath_v_ = 0.0, breath_s_ = 0.0;  // at the last estimate of the air flow
+    double pulsed_s_ = -1.0;                  // time of the last X-ray pulse
+    double alarm_s_ = -1.0;                   // start of the last alarm
 };
 
 }  // namespace stylet::trainer

@@ -1,4 +1,4 @@
-// Where the user's head is, on its way from the frames to the sound.
+// Passes the pose of the user's head from the frame thread to the sound.
 #pragma once
 
 #include <mutex>
@@ -8,7 +8,7 @@
 
 namespace stylet::trainer {
 
-// In the room that is drawn. Any thread.
+// Pose in the drawn room. Any thread.
 class Ears {
   public:
     void place(const patient::Pose& stage_from_head) {

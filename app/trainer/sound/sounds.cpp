@@ -10,7 +10,7 @@ namespace stylet::trainer {
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
-constexpr auto kEvery = std::chrono::milliseconds(20);  // loops and the listener's place follow
+constexpr auto kEvery = std::chrono::milliseconds(20);  // update interval of loops and listener pose
 constexpr auto kPatience = std::chrono::seconds(1);
 
 double since_s(SteadyClock::time_point begin) {
@@ -19,12 +19,12 @@ double since_s(SteadyClock::time_point begin) {
 
 }  // namespace
 
-// Held by both threads: the device's may hang in it for good.
+// Shared by both threads, because the sound thread may hang in the device forever.
 struct Sounds::Shared {
     mutable std::mutex mutex;
     std::condition_variable news;
     Heard heard;
-    bool ended = false, gone = false;  // the attempt, the device
+    bool ended = false, gone = false;  // the attempt has ended; the device is lost
     std::optional<SteadyClock::time_point> since;
     SoundTotals totals;
     double late_sum_s = 0.0;
@@ -37,7 +37,7 @@ struct Sounds::Shared {
     void silent();
 };
 
-// What is to be heard next; false at the end.
+// Waits for the next sounds. Returns false at the end.
 bool Sounds::Shared::takeNext(Heard& next, std::optional<SteadyClock::time_point>& asked) {
     std::unique_lock lock(mutex);
     news.wait_for(lock, kEvery, [&] { return ended || heard.begun != 0; });

@@ -1,5 +1,5 @@
-// Sound beside an attempt, on a thread of its own: a device may take its time to open, hang or go away, and
-// nobody waits for it. Without one all goes on in silence.
+// Plays an attempt's sounds on a thread of its own. A device may open slowly, hang or go away; nothing
+// waits for it. Without a device the attempt continues in silence.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +15,21 @@
 namespace stylet::trainer {
 
 struct SoundTotals {
-    std::uint64_t begun = 0;     // sounds that began
-    double late_s = 0.0;         // from hear() until the device had it: the latest of them,
-    double mean_late_s = 0.0;    // and their mean
-    double device_late_s = 0.0;  // as the device says
-    std::string device;          // empty: there is none, or none any more
+    std::uint64_t begun = 0;     // sounds started
+    double late_s = 0.0;         // latency from hear() to the device: maximum
+    double mean_late_s = 0.0;    // and mean
+    double device_late_s = 0.0;  // as reported by the device
+    std::string device;          // empty: no device, or it was lost
 };
 
 class Sounds {
   public:
     using Opened = std::function<Speaker()>;
     using Say = std::function<void(const std::string&)>;
-    // `open` and `say` are called on the sound's thread. Who is where nobody says is where the operator is.
+    // `open` and `say` are called on the sound thread. The listener is at `stage_from_operator` until the
+    // head pose is known.
     Sounds(const patient::Pose& stage_from_operator, std::shared_ptr<const Ears>, Opened open, Say say);
-    // Waits for the device no longer than a second.
+    // Waits at most one second for the device.
     ~Sounds();
     Sounds(const Sounds&) = delete;
     Sounds& operator=(const Sounds&) = delete;

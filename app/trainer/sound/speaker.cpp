@@ -14,11 +14,11 @@
 namespace stylet::trainer {
 namespace {
 
-// Mixed this often a second: three such periods lie in the device's queue.
+// Mixing periods per second. The device's queue has three of them.
 constexpr ALCint kMixed_hz = 100;
-constexpr const char* kNoOutput = "No Output";  // OpenAL Soft's device that nobody hears
-constexpr int kAtOnce = 2;                      // of a sound that begins again before it has ended
-// A loop that falls silent is faded by one mixing, and stopped after a few.
+constexpr const char* kNoOutput = "No Output";  // OpenAL Soft's dummy device
+constexpr int kAtOnce = 2;                      // instances of a sound that restarts before it has ended
+// A silent loop is stopped after this many calls of play(). Mixing has faded it out by then.
 constexpr int kSilentPlays = 12;
 
 template <typename Function>
@@ -43,7 +43,7 @@ struct Speaker::Impl {
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
     void makeSources();
-    // OpenAL's context is the thread's own here, so that two speakers do not meet.
+    // The OpenAL context is set per thread, so that two speakers do not interfere.
     void current() const { set_context(context); }
 
     ALCdevice* device;
@@ -111,7 +111,7 @@ Speaker Speaker::device() {
 
 Speaker Speaker::loopback() {
     const auto open = extension<LPALCLOOPBACKOPENDEVICESOFT>(nullptr, "alcLoopbackOpenDeviceSOFT");
-    // Without its limiter, which would hide what clips.
+    // Disable the limiter, which would hide clipping.
     Speaker speaker(std::make_unique<Impl>(
         open(nullptr), std::vector<ALCint>{ALC_FREQUENCY, kClipRate_hz, ALC_FORMAT_CHANNELS_SOFT,
                                            ALC_STEREO_SOFT, ALC_FORMAT_TYPE_SOFT, ALC_FLOAT_SOFT,

@@ -1,4 +1,4 @@
-// What is heard, played in three dimensions through OpenAL Soft. One thread at a time.
+// 3D sound output through OpenAL Soft. One thread at a time.
 #pragma once
 
 #include <memory>
@@ -16,10 +16,10 @@ struct SoundError : std::runtime_error {
 
 class Speaker {
   public:
-    // The system's default device. Throws SoundError: there is none, or it does not answer as it should.
+    // Opens the system's default device. Throws SoundError if there is none or it does not work.
     static Speaker device();
-    // A device without hardware (ALC_SOFT_loopback), two channels at kClipRate_hz: render() makes what would
-    // be heard.
+    // Opens a device without hardware (ALC_SOFT_loopback): two channels at kClipRate_hz. render() returns
+    // its output.
     static Speaker loopback();
     ~Speaker();
     Speaker(Speaker&&) noexcept;
@@ -27,12 +27,12 @@ class Speaker {
 
     void play(const Heard&);
     void listen(const patient::Pose& stage_from_head);
-    // False once the device was unplugged or its server went.
+    // False once the device was unplugged or its sound server ended.
     bool connected() const;
-    // Between what is mixed and the ear, as the device says; 0 where it does not.
+    // Latency from mixing to the listener, as reported by the device; 0 if unknown.
     double latency_s() const;
     const std::string& name() const;
-    // Of a loopback: left and right in turns.
+    // Loopback only. Samples alternate left and right.
     void render(std::span<float> stereo);
 
   private:

@@ -1,5 +1,5 @@
-// A window with keys and a mouse. One a process, one thread. The only file that talks to the window system,
-// but for what Vulkan says to it.
+// A window with keyboard and mouse input. At most one per process; use from one thread only. Only its
+// implementation calls the window system, apart from Vulkan.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace stylet::trainer {
 
-// Digits, lower-case letters and the space are themselves.
+// Digits, lower-case letters and space stand for themselves.
 enum Key : char {
     kKeyLeft = 1,
     kKeyRight,
@@ -24,31 +24,31 @@ enum Key : char {
     kKeyTab,
     kKeyEnter,
     kKeyEscape,
-    kKeyF1,  // and the eleven that follow it
+    kKeyF1,  // F2 to F12 follow
     kKeyF12 = kKeyF1 + 11
 };
 struct KeyPress {
     char key = 0;
     bool shift = false;
-    std::string text{};    // with key 0: what it meant, UTF-8
-    bool repeats = false;  // it is held down
+    std::string text{};    // with key 0: the text that was entered, UTF-8
+    bool repeats = false;  // auto-repeat while the key is held down
 };
 
 struct Drag {
-    double right = 0.0, up = 0.0;       // in shares of the window's height
-    double from_x = 0.0, from_y = 0.0;  // where it began, in pixels of the picture
-    bool pans = false;                  // the right button, or with Shift; else it turns
-    bool begins = false;                // the button went down: no way yet
+    double right = 0.0, up = 0.0;       // as fractions of the window's height
+    double from_x = 0.0, from_y = 0.0;  // start of the drag, in pixels of the picture
+    bool pans = false;                  // right button or Shift: pan; else turn
+    bool begins = false;                // the button was just pressed: no motion yet
 };
 
-// Since the last call.
+// Events since the last call.
 struct WindowNews {
-    std::uint32_t width = 0, height = 0;  // of the picture, in pixels; 0: nothing is to be seen
+    std::uint32_t width = 0, height = 0;  // of the picture, in pixels; 0: the window is not visible
     std::vector<KeyPress> keys;
     std::vector<Drag> drags;
     double wheel = 0.0;                 // > 0: away from the user
-    bool exposed = false;               // it has to be drawn again
-    bool closed = false, lost = false;  // by the user; the display is gone
+    bool exposed = false;               // it must be redrawn
+    bool closed = false, lost = false;  // closed by the user; the display is gone
 };
 
 class AppWindow {
@@ -62,12 +62,12 @@ class AppWindow {
     std::vector<const char*> instanceExtensions() const;
     VkSurfaceKHR makeSurface(VkInstance);  // throws WindowError
     void setTitle(const std::string&);
-    // Waits no longer than `patience_s` for something to happen.
+    // Waits at most `patience_s` for an event.
     WindowNews poll(double patience_s);
 
   private:
     struct Impl;
-    Impl* impl_;  // stays when the display is lost: nothing of a dead connection may be touched
+    Impl* impl_;  // leaked if the display is lost: nothing of a dead connection may be touched
 };
 
 }  // namespace stylet::trainer

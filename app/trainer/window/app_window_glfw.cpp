@@ -17,21 +17,21 @@
 namespace stylet::trainer {
 namespace {
 
-// GLFW's own is what went wrong last, on this thread.
+// GLFW's description of the last error on this thread.
 std::string reason() {
     const char* text = nullptr;
     glfwGetError(&text);
     return text ? text : "no reason given";
 }
 
-// Xlib would end the program with its display.
+// By default Xlib ends the program when the display is lost.
 int sayNothing(Display*) {
     return 0;
 }
 void displayLost(Display*, void* lost) {
     static_cast<std::atomic<bool>*>(lost)->store(true);
 }
-// Nor is a request that the display refuses a reason to end it.
+// A request that the display refuses must not end the program either.
 int passOver(Display*, XErrorEvent*) {
     return 0;
 }
@@ -52,9 +52,9 @@ struct AppWindow::Impl {
     GLFWwindow* window = nullptr;
     std::atomic<bool> lost{false};
     WindowNews news;
-    double x = 0.0, y = 0.0, pixels = 1.0;  // pointer, in pixels of the picture a unit of the window
+    double x = 0.0, y = 0.0, pixels = 1.0;  // pointer in window units; pixels of the picture per unit
     double from_x = 0.0, from_y = 0.0;
-    int held = -1;  // the mouse button
+    int held = -1;  // pressed mouse button, or -1
     bool shift = false;
 
     static Impl& of(GLFWwindow* w) { return *static_cast<Impl*>(glfwGetWindowUserPointer(w)); }
@@ -130,7 +130,7 @@ AppWindow::AppWindow(const std::string& title, int width, int height) : impl_(ne
         delete impl_;
         throw WindowError("no window: " + why);
     }
-    XSetErrorHandler(passOver);  // here: GLFW sets Xlib's own while it makes a window
+    XSetErrorHandler(passOver);  // after the window, because GLFW sets Xlib's own handler while creating it
     glfwSetWindowSizeLimits(impl_->window, 320, 200, GLFW_DONT_CARE, GLFW_DONT_CARE);
     impl_->listen();
 }

@@ -11,13 +11,13 @@
 namespace stylet::trainer {
 namespace {
 
-// A picture takes about so long, by a GPU or by the processor.
+// Frame-time budget on a GPU and on a processor.
 constexpr double kBudget_ms = 25.0, kProcessorBudget_ms = 160.0;
 constexpr std::uint32_t kMostPixels = 1600, kMostProcessorPixels = 640;
-constexpr double kHeadHalfHeight_rad = 0.56;  // of what the operator sees
+constexpr double kHeadHalfHeight_rad = 0.56;  // half of the operator's vertical field of view
 constexpr double kShoulder_rad = 0.65, kShoulderElevation_rad = 0.62, kShoulder_m = 0.95;
 
-// Two eyes are drawn, and one is looked at: the other's lens lets nothing through.
+// The renderer draws two eyes, but only one is used. Declares the whole second eye as hidden.
 void hideSecondEye(render::Renderer& renderer) {
     constexpr float kFar = 1000.0f;
     const std::array<glm::vec2, 4> corners{

@@ -1,5 +1,5 @@
-// Pictures for somebody without a headset: the window in its place. Drawn on the frame thread, shown by the
-// window's.
+// Pictures without a headset: the window takes its place. Drawn on the frame thread, shown on the window
+// thread.
 #include <chrono>
 #include <memory>
 #include <thread>
@@ -103,7 +103,7 @@ bool Desktop::frame(const Seen& seen, const patient::ContrastTable* contrast, co
         const render::View view = camera.view(kept ? std::nullopt : wants.camera, double(width) / height);
         camera.help(training::hintsOf(seen.difficulty.value_or(settings.difficulty)));
         render::RenderScene scene = camera.sceneOf(seen);
-        // Nothing is dearer than the room: what is seen of the machines is made with it.
+        // The room costs the most, so both equipment pictures are always drawn with it.
         showMachines(scene, seen, contrast, {.ultrasound = true, .xray = true});
         FrameTime time{seen.tick.tick};
         if (kept || room) {

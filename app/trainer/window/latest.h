@@ -1,4 +1,4 @@
-// The newest of something large on its way from one thread to another: three of it, and neither side ever
+// Triple buffer: passes the newest value of a large type from one thread to another. Neither side ever
 // waits.
 #pragma once
 
@@ -7,15 +7,16 @@
 
 namespace stylet::trainer {
 
-// One writer, one reader. As haptics::Snapshot, but written and read in place: what a T has allocated stays.
+// One writer, one reader. Like haptics::Snapshot, but written and read in place: memory that a T has
+// allocated is reused.
 template <typename T>
 class Latest {
   public:
-    // Writer thread. Wait-free. To be written whole, then published.
+    // Writer thread. Wait-free. Write the whole value, then publish it.
     T& draft() noexcept { return slots_[back_]; }
     void publish() noexcept { back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex; }
 
-    // Reader thread. Wait-free. True when there is a newer one since the last call.
+    // Reader thread. Wait-free. Returns true if a newer value was published since the last call.
     bool take() noexcept {
         if (!(middle_.load(std::memory_order_relaxed) & kFresh)) return false;
         front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;

@@ -5,8 +5,8 @@
 namespace stylet::trainer {
 namespace {
 
-constexpr int kRoomForKeys = 320;                     // a window less high has none
-constexpr int kLeastWidth = 300, kLeastHeight = 160;  // of an overview; less shows the eye alone
+constexpr int kRoomForKeys = 320;                     // a lower window shows no keys
+constexpr int kLeastWidth = 300, kLeastHeight = 160;  // of an overview; a smaller window shows only the eye
 
 Pane pane(WindowView shows, const Rect& all) {
     return {shows,
@@ -18,7 +18,7 @@ WindowView lastOf(const LayoutSettings& settings) {
     return settings.guide ? WindowView::guide : WindowView::metrics;
 }
 
-// The large picture on the left, three beside it.
+// The large picture on the left, three others on the right.
 void placeWide(std::vector<Pane>& panes, WindowView eye, const Rect& all, const LayoutSettings& settings) {
     const bool slices = settings.slices;
     const int side = std::clamp(all.width * (settings.guide ? 34 : 30) / 100, 200, 520);
@@ -37,7 +37,7 @@ void placeWide(std::vector<Pane>& panes, WindowView eye, const Rect& all, const 
         panes.push_back(pane(WindowView::slices, {left.x, left.y + left.height - below, left.width, below}));
 }
 
-// The large picture above, the others below.
+// The large picture at the top, the others below.
 void placeHigh(std::vector<Pane>& panes, WindowView eye, const Rect& all, const LayoutSettings& settings) {
     const int above = all.height * 55 / 100;
     panes.push_back(pane(eye, {all.x, all.y, all.width, above}));

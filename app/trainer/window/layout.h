@@ -1,4 +1,4 @@
-// Where everything stands in the window. Pixels, origin top left.
+// Layout of the window. Pixels, origin at the top left.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace stylet::trainer {
 
-// In the order of their keys, from 1 on.
+// In the order of their number keys, starting at 1.
 enum class WindowView : unsigned char {
     leftEye,
     rightEye,
@@ -27,28 +27,28 @@ struct Rect {
     friend bool operator==(const Rect&, const Rect&) = default;
 };
 
-// A picture or the metrics, with a line above that says what it is.
+// A view with a caption above it.
 struct Pane {
     WindowView shows = WindowView::leftEye;  // never overview
     Rect caption, area;
 };
 struct Layout {
     std::vector<Pane> panes;
-    Rect keys;  // the rows that say what the keys do; none where there is no room
+    Rect keys;  // rows with the key help; height 0 if there is no room
 };
 
 struct LayoutSettings {
     int key_rows = 1;
-    bool slices = false;  // in the overview
-    bool guide = false;   // in the overview, in place of the metrics
+    bool slices = false;  // show the slices in the overview
+    bool guide = false;   // show the guide in the overview, in place of the metrics
 };
 
 inline constexpr int kCaption = 26, kKeys = 30, kMoreKeys = 22, kGap = 8;
 
-// `eye`: the pane that stands for what the trainee sees in the overview.
+// `eye`: the view that shows in the overview what the trainee sees.
 Layout layoutOf(WindowView, WindowView eye, int width, int height, const LayoutSettings& = {});
 
-// As large as it fits, in the middle, never stretched. An empty picture: nothing.
+// Largest centred rectangle with the picture's aspect ratio. Empty for an empty picture.
 Rect fitted(const Rect& area, int width, int height);
 
 }  // namespace stylet::trainer

@@ -54,7 +54,7 @@ std::string faultsOf(std::uint32_t faults) {
     return list.empty() ? "none" : list;
 }
 
-// Of the newest: the value below which `share` of them lie.
+// Value below which the fraction `share` of the values lies.
 double quantile(std::vector<double> values, double share) {
     if (values.empty()) return 0.0;
     const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
@@ -67,10 +67,10 @@ struct Row {
     bool alarm = false;
 };
 
-// Beyond what a hand tells apart (Mastmeyer et al. 2017).
+// Smallest force difference that a hand can perceive (Mastmeyer et al. 2017).
 constexpr double kPerceptible_n = 0.145;
 
-// Over the whole width.
+// Rows that use the whole width.
 std::vector<Row> truthRows(const ForceTruthReading& truth) {
     if (!truth.known) return {{"force truth", "no full segmentation of this patient"}};
     const ForceError& error = truth.insertion;
@@ -127,7 +127,7 @@ struct Curve {
     double (*value)(const FrameSample&);
 };
 
-// Curves over the window, the first on top, with the largest value written beside them.
+// Draws the curves over the time window, the first one on top. Writes the largest value in the corner.
 void drawGraph(report::Canvas& canvas, const Graph& g, const std::deque<FrameSample>& samples,
                const std::vector<Curve>& curves, const char* format, double least_top) {
     double top = least_top;
@@ -156,7 +156,7 @@ void drawGraph(report::Canvas& canvas, const Graph& g, const std::deque<FrameSam
 }  // namespace
 
 void Metrics::take(const FrameSample& sample) {
-    // A moment may be shown after what came later than it; a record begins anew.
+    // A capture may be drawn after later ticks. A replay may start again.
     if (!samples_.empty() && sample.time_s < samples_.back().time_s) {
         if (sample.time_s > samples_.front().time_s) return;
         samples_.clear();

@@ -1,4 +1,4 @@
-// The numbers of an attempt as they come: what the hand does and feels, what the frames take.
+// Live numbers of an attempt: the state of the tool, the force and the frame times.
 #pragma once
 
 #include <deque>
@@ -8,13 +8,13 @@
 
 namespace stylet::trainer {
 
-// One thread.
+// Use from one thread only.
 class Metrics {
   public:
-    static constexpr double kWindow_s = 10.0;  // of the curves
+    static constexpr double kWindow_s = 10.0;  // time span of the curves
 
     void take(const FrameSample&);
-    // On all of a canvas of that size. Not `told`: without what an exam withholds.
+    // Fills a canvas of that size. If `told` is false, leaves out what an exam withholds.
     void draw(report::Canvas&, int width, int height, const StateGiven&, bool told = true) const;
 
   private:

@@ -18,11 +18,11 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr auto kOpenPatience = 5s, kClosePatience = 1s;
 constexpr double kPoll_s = 1.0 / 60.0;
-// Software that presents takes the processors from software that draws.
+// With a software renderer, presenting takes processor time from drawing, so present less often.
 constexpr auto kPresentEvery = 0ms, kProcessorEvery = 100ms;
 
-// A call into the window system may never return. While the thread is out there its owner may leave without
-// it; it then goes no further when it comes back.
+// Guards calls into the window system, which may never return. During such a call the owner may leave the
+// thread behind. If the call then returns, the thread sleeps forever.
 class Gate {
   public:
     template <typename Call>
@@ -34,7 +34,8 @@ class Gate {
         } const back{*this};
         return call();
     }
-    // The owner: true when the thread is outside, and from now on nothing of the attempt is its any more.
+    // Called by the owner. Returns true if the thread is in such a call; it will then never use the attempt
+    // again.
     bool leave() {
         Where expected = Where::outside;
         return where_.compare_exchange_strong(expected, Where::left);
@@ -51,7 +52,7 @@ class Gate {
     std::atomic<Where> where_{Where::inside};
 };
 
-// What talks to the window system when it goes.
+// Deleter for objects whose destructors call the window system.
 struct GoneOutside {
     Gate* gate = nullptr;
     template <typename T>
@@ -79,13 +80,13 @@ struct Mirror::Impl {
     Gate gate;
     std::atomic<bool> stop{false};
     std::atomic<std::uint64_t> shown{0}, messages{0};
-    std::promise<std::string> opened;  // empty, or why not
-    bool told = false;                 // that it opened
+    std::promise<std::string> opened;  // empty, or why the window did not open
+    bool told = false;                 // `opened` was set: the window is open
     std::promise<void> done;
     std::thread thread;
 };
 
-// The window's thread.
+// Window thread.
 void Mirror::Impl::run() {
     try {
         show();
@@ -119,7 +120,7 @@ void Mirror::Impl::show() {
     const auto every = gpu.isProcessor() ? kProcessorEvery : kPresentEvery;
     auto next = SteadyClock::now();
     std::string title;
-    bool waiting = false;  // for the display to take what is drawn: nothing else is drawn meanwhile
+    bool waiting = false;  // the display has not taken the last picture; nothing else is drawn meanwhile
     while (!stop.load()) {
         const WindowNews news = gate.outside([&] { return window->poll(kPoll_s); });
         if (news.lost) throw WindowError("its display is gone");
@@ -143,7 +144,7 @@ Mirror::Mirror(const patient::Patient& patient, const patient::PlannedPath& path
     impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
     if (opened.wait_for(kOpenPatience) != std::future_status::ready && impl_->gate.leave()) {
         impl_->thread.detach();
-        impl_.release();  // the thread's, which is still out there
+        impl_.release();  // still used by the thread that was left behind
         throw WindowError("no window: the display does not answer");
     }
     const std::string why_not = opened.get();
@@ -156,7 +157,7 @@ Mirror::~Mirror() {
     impl_->stop.store(true);
     auto done = impl_->done.get_future();
     while (done.wait_for(kClosePatience) != std::future_status::ready) {
-        if (!impl_->gate.leave()) continue;  // at work: it will see that it is to stop
+        if (!impl_->gate.leave()) continue;  // the thread is running and will see `stop`
         impl_->thread.detach();
         impl_.release();
         return;

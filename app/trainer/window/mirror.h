@@ -1,5 +1,6 @@
-// The instructor's window: what the trainee sees, a free camera, the machines' screens and the numbers. A
-// thread and a Vulkan device of its own: it may block, be minimised, closed or lost, and no headset waits.
+// The instructor's window: what the trainee sees, a free camera, the equipment screens and the numbers. It
+// has a thread and a Vulkan device of its own. It may block, be minimised, closed or lost, and the headset
+// never waits for it.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +15,7 @@
 
 namespace stylet::trainer {
 
-// No display, or none that shows pictures: one sentence.
+// There is no display, or it cannot show pictures. what() is one sentence.
 class WindowError : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
@@ -25,28 +26,28 @@ struct MirrorSettings {
     std::filesystem::path pipeline_cache{};  // file; empty: none
     bool validation = false;
     render::Look look = render::Look::reveal;
-    const haptics::TouchMap* touch = nullptr;  // as in PictureSettings
+    const haptics::TouchMap* touch = nullptr;  // see PictureSettings
     double tick_s = 0.001;
-    bool desktop = false;                // no headset: the pictures of the room come from Desktop
-    training::Hints hints{};             // what the trainee is shown, and a window in its place with him
-    std::string rearm_act{};             // as in PictureSettings
-    std::shared_ptr<WindowPort> port{};  // of what is said and done in it; null: nobody listens
+    bool desktop = false;                // no headset: the room is drawn by Desktop (desktop.cpp)
+    training::Hints hints{};             // what the trainee is shown, and this window with it
+    std::string rearm_act{};             // see PictureSettings
+    std::shared_ptr<WindowPort> port{};  // receives the input of the window; null: the input is ignored
     int width = 1280, height = 720;
 };
 
 class Mirror {
   public:
-    // Opens the window; all must outlive it. Throws WindowError.
+    // Opens the window. All arguments must outlive it. Throws WindowError.
     Mirror(const patient::Patient&, const patient::PlannedPath&, const MirrorSettings&);
-    // Waits for work of its own; for a display that does not answer no longer than a second.
+    // Waits for its thread to finish, but for a display that does not answer at most a second.
     ~Mirror();
     Mirror(const Mirror&) = delete;
     Mirror& operator=(const Mirror&) = delete;
 
-    // For one frame thread.
+    // For use by one frame thread.
     MirrorChannels& channels();
-    // So far. Any thread.
-    std::uint64_t shown() const;  // pictures of the window
+    // Counts so far. Any thread.
+    std::uint64_t shown() const;  // pictures presented
     std::uint64_t validationMessages() const;
 
   private:

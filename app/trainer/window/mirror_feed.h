@@ -1,4 +1,5 @@
-// The frame thread's side of the window: what it asked for, given without waiting. As long as its GPU.
+// The frame thread's side of the window: delivers what the window requested, without waiting. It lives as
+// long as its GPU.
 #pragma once
 
 #include <array>
@@ -9,19 +10,19 @@
 
 namespace stylet::trainer {
 
-// Frame thread, all of it.
+// Frame thread only.
 class MirrorFeed {
   public:
-    // Both must outlive it. `tick_s`: of the shown ticks.
+    // Both must outlive it. `tick_s`: period of the shown ticks.
     MirrorFeed(MirrorChannels&, const render::Gpu&, double tick_s);
 
-    // At the beginning of a frame: the machines whose pictures are to be made, those that an eye sees and
-    // those that the window asks for.
+    // Call at the start of a frame. Returns the equipment screens to draw: those that an eye sees and those
+    // that the window requested.
     render::ScreensSeen screens(const render::ScreensSeen& seen);
-    // Between drawing and giving the image to the runtime: submits the copy of the eye that is wanted.
+    // Call between drawing an image and releasing it to the runtime. Submits a copy of the requested eye.
     void copyEye(const render::StereoTarget&, const std::array<render::View, 2>&, const render::ScreenPlaces&,
                  const render::ScreenPicture& monitor);
-    // After the frame: hands over the last copy that has come, the screens, and the numbers.
+    // Call after the frame. Publishes the last finished copy, the screens and the numbers.
     void give(const Seen&, const MachinePictures&, const FrameTime&, Attention,
               std::optional<double> hand_offset_m = {});
 
@@ -37,14 +38,14 @@ class MirrorFeed {
         render::View view;
         render::ScreenPlaces screens;
     };
-    std::array<Copied, 4> copied_{};  // by the copy's number
+    std::array<Copied, 4> copied_{};  // indexed by the copy's number
     std::uint64_t copies_ = 0;
     std::uint64_t maker_;
 };
 
-// A screen's picture into its channel; `up_to_date`: it was made, or found unchanged, for this frame.
+// Publishes the picture of a screen. `up_to_date`: it was drawn, or found unchanged, for this frame.
 void giveScreen(Latest<ScreenGiven>&, const render::ScreenPicture&, bool up_to_date, std::uint64_t maker);
-// The numbers of a frame. `headset`: there is one.
+// Publishes the numbers of a frame. `headset`: a headset is in use.
 void giveState(MirrorChannels&, const Seen&, double tick_s, const FrameTime&, Attention, bool headset,
                std::optional<double> hand_offset_m = {});
 

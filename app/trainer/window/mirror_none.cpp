@@ -1,4 +1,4 @@
-// In a build without a window.
+// For builds without a window.
 #include "app/trainer/window/mirror.h"
 
 namespace stylet::trainer {

@@ -1,4 +1,4 @@
-// The free camera: it turns about a point of the room.
+// The free camera, which turns about a point of the room.
 #pragma once
 
 #include "render/scene.h"
@@ -6,8 +6,8 @@
 namespace stylet::trainer {
 
 struct Orbit {
-    patient::Vec3 middle_m{0.0};  // stage
-    double azimuth_rad = 0.0;     // 0: seen from +z, the operator's side; > 0: from his right
+    patient::Vec3 middle_m{0.0};  // stage frame
+    double azimuth_rad = 0.0;     // 0: seen from +z, the operator's side; > 0: from the operator's right
     double elevation_rad = 0.6;
     double distance_m = 1.0;
     friend bool operator==(const Orbit&, const Orbit&) = default;
@@ -15,12 +15,12 @@ struct Orbit {
 
 inline constexpr double kLeastElevation_rad = -0.3, kMostElevation_rad = 1.5;
 inline constexpr double kLeastDistance_m = 0.15, kMostDistance_m = 3.5;
-inline constexpr double kOrbitHalfHeight_rad = 0.42;  // of the picture, up and down
+inline constexpr double kOrbitHalfHeight_rad = 0.42;  // half of the vertical field of view
 
-// A drag over the picture, in shares of its height: the thing under the pointer follows.
+// Applies a drag, in fractions of the picture's height. The scene follows the pointer.
 void turn(Orbit&, double right, double up);
 void pan(Orbit&, double right, double up);
-// Steps of the wheel, > 0: closer.
+// `steps` of the wheel, > 0: closer.
 void zoom(Orbit&, double steps);
 // `aspect`: width over height of the picture.
 render::View viewOf(const Orbit&, double aspect);

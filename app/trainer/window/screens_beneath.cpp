@@ -8,9 +8,10 @@ namespace {
 
 using patient::Vec3;
 
-// A screen as the eye sees it: a ray through (x, y, -1) meets it at origin + s * toward.
+// A screen as seen by the eye. In the screen's frame the ray through (x, y, -1) starts at origin_m. Its
+// direction is x * across + y * up + ahead.
 struct Glass {
-    Vec3 origin_m, across, up;  // of the eye in the screen's frame: its place, and how rays turn
+    Vec3 origin_m, across, up;  // eye in the screen's frame: position and axes
     Vec3 ahead;
     double width_m = 0.0, height_m = 0.0;
     const render::Image* picture = nullptr;
@@ -28,7 +29,7 @@ Glass glassOf(const render::ScreenPlace& place, const patient::Pose& stage_from_
             &picture};
 }
 
-// The pixel where the ray meets the glass from its front; null: it does not.
+// Pixel where the ray meets the screen from its front, or null.
 const std::uint8_t* hit(const Glass& glass, double x, double y) {
     const Vec3 ray = x * glass.across + y * glass.up + glass.ahead;
     if (glass.origin_m.z <= 0.0 || ray.z >= 0.0) return nullptr;

@@ -1,4 +1,4 @@
-// A runtime lays the eyes' pictures over the machines' screens; so does this, for a copy of an eye.
+// Draws the equipment screens beneath a copy of an eye image, as the OpenXR runtime does with its layers.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace stylet::trainer {
 
-// Fills in what the eye's picture leaves clear. Null or empty: that screen is not there.
+// Fills in the transparent parts of the eye image. A screen that is null or empty is skipped.
 void showBeneath(EyeGiven&, const std::array<const render::Image*, 3>& screens);
 
 }  // namespace stylet::trainer

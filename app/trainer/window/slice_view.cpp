@@ -14,10 +14,10 @@ using report::Colour;
 
 namespace {
 
-constexpr double kShown_m = 0.13;     // the shorter edge of a picture
-constexpr double kMostBeside = 0.25;  // of it: the tip is never further from the middle
+constexpr double kShown_m = 0.13;     // shorter edge of a slice
+constexpr double kMostBeside = 0.25;  // largest offset of the tip from the middle, as a fraction of kShown_m
 constexpr double kShaft_m = 0.15;
-constexpr int kCoarse = 2;  // pixels of the window a sample
+constexpr int kCoarse = 2;  // window pixels per sample
 constexpr Colour kDark{0.05, 0.06, 0.07}, kWhite{0.94, 0.95, 0.96}, kTool{0.35, 0.90, 1.0},
     kCross{1.0, 0.85, 0.35};
 
@@ -26,7 +26,7 @@ struct Way {
     Vec3 right, down;
     const char *left_letter, *right_letter, *top_letter, *bottom_letter;
 };
-// As radiologists look at them: from the feet, from the front, from the left.
+// As radiologists view them: from the feet, from the front, from the left.
 const std::array<Way, 3> kWays{{{"axial", {-1, 0, 0}, {0, -1, 0}, "R", "L", "A", "P"},
                                 {"coronal", {-1, 0, 0}, {0, 0, -1}, "R", "L", "H", "F"},
                                 {"sagittal", {0, -1, 0}, {0, 0, -1}, "A", "P", "H", "F"}}};

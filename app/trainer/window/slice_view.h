@@ -1,4 +1,4 @@
-// The CT around what is in hand: axial, coronal and sagittal, breathing with the patient.
+// CT slices at the tool tip: axial, coronal and sagittal, deformed by the breath.
 #pragma once
 
 #include <array>
@@ -12,16 +12,16 @@
 
 namespace stylet::trainer {
 
-// One thread.
+// Use from one thread only.
 class SliceView {
   public:
     // The patient must outlive it.
     explicit SliceView(const patient::Patient& patient) : patient_(&patient) {}
 
-    // On all of a canvas of that size.
+    // Fills a canvas of that size.
     void draw(report::Canvas&, int width, int height, const Seen&);
 
-    // The picture's directions at a pixel of what was drawn last, patient frame.
+    // Directions and scale of the slice at a pixel of the last drawing, patient frame.
     struct Spot {
         patient::Vec3 right{0.0}, down{0.0};
         double m_per_pixel = 0.0;
@@ -39,7 +39,7 @@ class SliceView {
     void drawTool(report::Canvas&, const Cell&, const patient::Pose& patient_from_tool) const;
 
     const patient::Patient* patient_;
-    std::optional<patient::Vec3> middle_m_;  // follows the tip only when it would leave a picture
+    std::optional<patient::Vec3> middle_m_;  // follows the tip only when it gets too far away
     std::array<Cell, 3> cells_{};
 };
 

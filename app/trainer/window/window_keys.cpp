@@ -10,7 +10,7 @@ struct KeyWord {
     char key;
     const char *name, *what, *word;
 };
-// The trainee's, or those of whoever helps him.
+// Keys of the trainee's commands, which an assistant may also use.
 constexpr std::array kWordKeys{
     KeyWord{'f', "F", "finger", "finger"},         KeyWord{'p', "P", "probe", "probe"},
     KeyWord{'k', "K", "park it", "park"},          KeyWord{'l', "L", "lift it", "lift"},
@@ -19,7 +19,7 @@ constexpr std::array kWordKeys{
     KeyWord{'h', "H", "hold breath", "hold"},      KeyWord{'b', "B", "breathe", "breathe"},
     KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
 
-// The instructor's, by function keys.
+// The instructor's function keys.
 enum Function : int { kSay = 1, kLights = 7, kComment = 9, kPause = 10, kFreeze = 11, kDifficulty = 12 };
 struct FunctionKey {
     int number;
@@ -38,10 +38,10 @@ constexpr std::array kFunctionKeys{FunctionKey{kSay, "any word", nullptr},
                                    FunctionKey{kFreeze, "freeze the view", nullptr},
                                    FunctionKey{kDifficulty, "difficulty", nullptr}};
 
-// So many pictures may be on their way from before a key was pressed.
+// Number of pictures on their way that may not show the effect of a key yet.
 constexpr int kOlder = 5;
 
-// Its last letter, of however many bytes.
+// Removes the last UTF-8 character.
 void dropLetter(std::string& text) {
     while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xc0u) == 0x80u)
         text.pop_back();
@@ -54,7 +54,7 @@ void WindowKeys::press(const KeyPress& press) {
     if (!port_) return;
     if (port_->replays()) return pressPlayer(press);
     if (typing_) return pressTyping(press);
-    if (press.repeats) return;  // what a key says it says once
+    if (press.repeats) return;  // a key sends its command only once
     if (press.key >= kKeyF1 && press.key <= kKeyF12) pressInstructor(1 + press.key - kKeyF1);
     if (!port_->takesWords()) return;
     for (const KeyWord& key : kWordKeys)

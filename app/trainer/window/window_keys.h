@@ -1,4 +1,4 @@
-// What the keys of the window say to the loops, and the lines that tell which key does what. Window thread.
+// Maps the keys of the window to commands for the loops, and provides the key help. Window thread.
 #pragma once
 
 #include <memory>
@@ -14,23 +14,23 @@ namespace stylet::trainer {
 
 class WindowKeys {
   public:
-    // Null: nobody listens, and no key does anything.
+    // With a null port all keys are ignored.
     explicit WindowKeys(std::shared_ptr<WindowPort> port) : port_(std::move(port)) {}
 
     void press(const KeyPress&);
-    // As the loops have it, whoever has asked for it.
+    // Sets the state that the loops report, whoever has changed it.
     void know(bool paused, bool lights_out, std::optional<training::Difficulty>);
-    // While a comment or a word is typed all that comes is its text.
+    // True while a comment or a command is typed. All keys then belong to the text.
     bool types() const { return typing_; }
-    // The pictures stand, the attempt goes on.
+    // True while the view is frozen. The attempt continues.
     bool freezes() const { return frozen_; }
 
     struct Help {
         std::string key, what;
     };
-    // A row each; none where nobody listens.
+    // Rows of the key help; empty without a port.
     std::vector<std::vector<Help>> rows() const;
-    // What is typed, paused or frozen; empty where there is nothing to say.
+    // Status text: the typed text, paused or frozen. Empty if there is nothing to report.
     std::string state() const;
 
   private:
@@ -41,10 +41,10 @@ class WindowKeys {
 
     bool typing_ = false, frozen_ = false, paused_ = false, dark_ = false;
     training::Difficulty difficulty_ = training::Difficulty::practice;
-    int older_ = 0;      // pictures that know nothing of the last key
-    bool says_ = false;  // what is typed is a word for the loops, no comment
+    int older_ = 0;      // number of next pictures that may not show the last key's effect
+    bool says_ = false;  // the typed text is a command, not a comment
     std::string text_;
-    bool pedal_ = false, injects_ = false;  // as last asked for here: what is seen comes later
+    bool pedal_ = false, injects_ = false;  // as last requested here; pictures show it later
 };
 
 }  // namespace stylet::trainer

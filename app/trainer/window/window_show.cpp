@@ -14,13 +14,13 @@ constexpr report::Colour kBackground{0.075, 0.088, 0.10}, kWindowBlack{0.0, 0.0,
     kBar{0.115, 0.135, 0.155}, kWindowQuiet{0.55, 0.61, 0.65}, kWindowWords{0.88, 0.91, 0.93},
     kLit{0.98, 0.78, 0.25};
 constexpr std::array<float, 3> kClear{0.006f, 0.008f, 0.01f};
-// A key moves or turns the tool by so much, with Shift a quarter of it; a step of the wheel half as far.
+// Step of the tool for a key (with Shift a quarter of it), and for a step of the wheel.
 constexpr double kKey_m = 0.002, kKey_rad = 0.035, kWheel_m = 0.001, kFiner = 0.25;
 constexpr double kAlertStripe_px = 12.0;
-constexpr int kAlertEdge = 28;         // so often goes the alert's border into the pane
-constexpr double kNoticeWidth = 0.48;  // of the pane it stands in, at most
-constexpr int kBarText = 230;          // pixels beside a replay's bar
-constexpr double kDragTurn_rad = 1.5;  // over the height of the picture
+constexpr int kAlertEdge = 28;         // shorter edge of the pane / width of the alert's border
+constexpr double kNoticeWidth = 0.48;  // largest width as a fraction of its pane
+constexpr int kBarText = 230;          // pixels for the text beside a replay's bar
+constexpr double kDragTurn_rad = 1.5;  // rotation for a drag over the picture's height
 constexpr auto kMetricsEvery = std::chrono::milliseconds(100),
                kMetricsProcessor = std::chrono::milliseconds(250),
                kSlicesEvery = std::chrono::milliseconds(120),
@@ -87,8 +87,8 @@ void WindowShow::arrange() {
             std::max(1, area.height - 2 * edge)};
 }
 
-// Who looks at this window may know what the difficulty keeps from the trainee: he is another one, or there
-// is nothing to keep.
+// True if this window may show what the difficulty hides from the trainee: somebody else looks at it, or
+// nothing is hidden.
 bool WindowShow::isTold() const {
     return !settings_.desktop || hints_.panel || (settings_.port && settings_.port->replays());
 }
@@ -109,7 +109,8 @@ void WindowShow::hearKey(const KeyPress& press) {
     if (settings_.port && settings_.port->hasHand()) moveToolBy(press);
 }
 
-// `right` and `up` in m at the tool, or in rad about it: its far end goes that way.
+// Motion in the operator's view. `right` and `up` are metres at the tool. With `turns` they are radians
+// about the tip, and the tool's far end moves in that direction.
 MouseMove WindowShow::inOperatorsView(double right, double up, bool turns) const {
     const patient::Pose stage_from_patient = stageFromPatient(*patient_, path_);
     const patient::Pose patient_from_eye =
@@ -141,7 +142,7 @@ void WindowShow::moveToolBy(const KeyPress& press) {
     settings_.port->move(move);
 }
 
-// What is dragged stays under the pointer.
+// Converts a drag to a motion of the tool, which stays under the pointer.
 std::optional<MouseMove> WindowShow::moveOf(const Drag& drag) const {
     const double right_px = drag.right * double(height_), up_px = drag.up * double(height_);
     if (const Pane* slices = paneOf(WindowView::slices);
@@ -163,7 +164,7 @@ std::optional<MouseMove> WindowShow::moveOf(const Drag& drag) const {
     return inOperatorsView(tall_m * right, tall_m * up, false);
 }
 
-// Below all the keys.
+// Bar of a replay, below all the keys.
 Rect WindowShow::barRect() const {
     const Rect& keys = layout_.keys;
     return {keys.x + 12, keys.y + keys.height - kMoreKeys, std::max(1, keys.width - 24 - kBarText),
@@ -235,7 +236,7 @@ void WindowShow::ask() {
     const Pane* camera = paneOf(WindowView::camera);
     wants.every_ns = gpu_->isProcessor() ? kProcessorEvery_ns : kEvery_ns;
     if (width_ > 0) {
-        // In the overview the machines' pictures are those that the trainee's frames make anyway.
+        // The overview uses the equipment pictures that the trainee's frames draw anyway.
         wants.ultrasound = view_ == WindowView::ultrasound, wants.xray = view_ == WindowView::xray;
         const Pane* room = settings_.desktop && camera ? camera : eye;
         if (eye && !settings_.desktop) wants.eye = eye->shows == WindowView::rightEye ? 1 : 0;
@@ -287,7 +288,7 @@ bool WindowShow::takePictures() {
     return fresh;
 }
 
-// The instructor sets another difficulty.
+// Applies a new difficulty.
 void WindowShow::help(training::Difficulty difficulty) {
     if (difficulty == difficulty_) return;
     difficulty_ = difficulty;
@@ -299,7 +300,7 @@ void WindowShow::help(training::Difficulty difficulty) {
     stale_ = true;
 }
 
-// What the trainee is told of a tick.
+// Updates the alert, the guide panel and the notice, which show what the trainee is told at a tick.
 void WindowShow::hearOf(const Seen& seen) {
     const bool back = settings_.port && settings_.port->replays() && seen.tick.tick < tick_;
     tick_ = seen.tick.tick;
@@ -340,7 +341,7 @@ bool WindowShow::drawNotice() {
     return true;
 }
 
-// At the foot of what the trainee looks at.
+// At the bottom of the trainee's view.
 void WindowShow::placeNotice() {
     if (!noticed_ || notice_shown_ == 0 || layout_.panes.empty()) return;
     const Rect& area = layout_.panes.front().area;
@@ -448,7 +449,7 @@ std::string WindowShow::captionOf(WindowView view) const {
 }
 
 std::string WindowShow::emptyText(WindowView view) const {
-    const bool made_anyway = settings_.desktop || view_ == view;  // else only when the trainee looks
+    const bool made_anyway = settings_.desktop || view_ == view;  // else drawn only when the trainee looks
     switch (view) {
         case WindowView::ultrasound:
             return made_anyway ? "the probe has not touched yet" : "not looked at yet: 4 shows it";
@@ -480,7 +481,7 @@ WindowShow::Picture WindowShow::pictureOf(WindowView view) const {
     }
 }
 
-// The frame of the window: captions, keys, and what stands where there is no picture yet.
+// Draws the frame of the window: captions, keys, and texts in place of missing pictures.
 bool WindowShow::drawChrome() {
     std::string key = std::to_string(width_) + "x" + std::to_string(height_) + nameOf(view_);
     for (const Pane& pane : layout_.panes)
@@ -514,7 +515,7 @@ bool WindowShow::drawChrome() {
     return true;
 }
 
-// Round what the trainee looks at, and in the line above it: the picture itself stays free.
+// Draws the alert around the trainee's view and in its caption. The picture itself stays free.
 void WindowShow::drawAlert(report::Canvas& c) const {
     if (!alert_ || layout_.panes.empty()) return;
     const Pane& pane = layout_.panes.front();
@@ -529,7 +530,7 @@ void WindowShow::drawAlert(report::Canvas& c) const {
            {16, {1.0, 1.0, 1.0}, report::Align::centre, true});
 }
 
-// Which key shows what, then which does what.
+// Draws the keys of the views, then the other keys.
 void WindowShow::drawKeys(report::Canvas& c) const {
     if (layout_.keys.height == 0) return;
     double x = 12.0, y = layout_.keys.y + 0.66 * kKeys;

@@ -1,4 +1,4 @@
-// What the window shows: views, panes, pictures, captions. Window thread.
+// Content of the window: views, panes, pictures, captions. Window thread.
 #pragma once
 
 #include <array>
@@ -24,22 +24,23 @@ namespace stylet::trainer {
 
 class WindowShow {
   public:
-    // All must outlive it.
+    // All arguments must outlive it.
     WindowShow(const patient::Patient&, const patient::PlannedPath&, const MirrorSettings&, MirrorChannels&,
                render::Gpu&, render::Presenter&);
 
-    // Keys and mouse. True when the window is as large as before.
+    // Handles keys and mouse. Returns true if the window size is unchanged.
     bool hear(const WindowNews&);
-    // Takes what came, asks for what is wanted, draws what is to be drawn here. True when there is something
-    // new to present.
+    // Reads new data, publishes requests and draws what this thread draws. Returns true if there is
+    // something new to present.
     bool update();
-    // What update() made. False: not yet, try again. May wait for the display.
+    // Presents the result of update(). Returns false if the display is not ready; try again. May wait for
+    // the display.
     bool present();
     std::string title() const;
 
   private:
     using Clock = std::chrono::steady_clock;
-    // Of the presenter; later ones lie over earlier ones.
+    // Picture ids of the presenter.
     enum Picture : std::size_t {
         kChrome,
         kEye,
@@ -52,7 +53,7 @@ class WindowShow {
         kNotice
     };
     struct Shown {
-        int width = 0, height = 0;  // 0: there is none yet
+        int width = 0, height = 0;  // 0: no picture yet
     };
 
     bool offered(WindowView) const;
@@ -91,7 +92,7 @@ class WindowShow {
     const patient::Patient* patient_;
     const patient::PlannedPath path_;
     const MirrorSettings settings_;
-    training::Hints hints_;  // of the difficulty as it is now
+    training::Hints hints_;  // of the current difficulty
     std::optional<training::Difficulty> difficulty_;
     MirrorChannels* channels_;
     render::Gpu* gpu_;
@@ -105,18 +106,18 @@ class WindowShow {
     std::optional<Orbit> orbit_;
     std::optional<CameraView> camera_;
     bool camera_failed_ = false, camera_stale_ = true;
-    std::string chrome_key_;  // what it was drawn for
+    std::string chrome_key_;  // state for which it was drawn
     std::unique_ptr<report::Canvas> chrome_, metrics_canvas_, slices_canvas_;
     Metrics metrics_;
     SliceView slices_;
-    std::optional<GuidePanel> guide_;  // while the difficulty allows it and a window shows it
+    std::optional<GuidePanel> guide_;  // while the difficulty allows it
     std::uint64_t guide_shown_ = 0;
     NoticePanel notice_;
     std::uint64_t notice_shown_ = 0;
-    bool noticed_ = false;  // there is one now
+    bool noticed_ = false;  // a notice is shown now
     AlertWatch alerts_;
     std::optional<Alert> alert_;
-    Rect frame_{};  // round the first pane, where the alert is
+    Rect frame_{};  // around the first pane; the alert is drawn in it
     std::uint64_t tick_ = 0;
     WindowKeys keys_;
     Playback playback_;  // of a replay

@@ -1,8 +1,9 @@
-// A bridge to Force Dimension's omega, sigma, delta and lambda through libdhd, compiled only where that SDK
-// is installed. Facts from its public header (SDK 3.7 and later) and its Python documentation: metres,
-// newtons, rotation by rows, a firmware watchdog in multiples of 125 us that switches the forces off, -1 on
-// errors. Force, stiffness and workspace per type as CHAI3D lists them. Unproven without hardware: the middle
-// of the workspace is the origin, and a wrist that is not turned holds the handle along the SDK's x.
+// A bridge to Force Dimension's omega, sigma, delta and lambda through libdhd. Compiled only if that SDK is
+// installed. Facts from its public header (SDK 3.7 and later) and its Python documentation: metres, newtons,
+// rotation by rows, a firmware watchdog in multiples of 125 us that switches the forces off, -1 on errors.
+// Force, stiffness and workspace per type as listed by CHAI3D.
+// Unproven without hardware: that the centre of the workspace is the origin, and that an unrotated wrist
+// holds the handle along the SDK's x.
 #include <dhdc.h>
 
 #include <atomic>
@@ -52,7 +53,7 @@ class ForceDimension final : public Sdk {
         profile.force_axes = 3;
         peak_n_ = profile.force_peak_n;
 
-        // Forces end in the firmware when this process does.
+        // The firmware switches the forces off when this process ends.
         dhdEnableExpertMode();
         const bool guarded = dhdSetWatchdog(kWatchdog) >= 0;
         dhdDisableExpertMode();

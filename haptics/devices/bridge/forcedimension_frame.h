@@ -1,5 +1,5 @@
-// Force Dimension's frame (x toward the user, y to the user's right, z up: the SDK's and CHAI3D's) and the
-// bridge's (x right, y up, z toward the user).
+// Conversion between Force Dimension's frame (x toward the user, y to the user's right, z up; used by the
+// SDK and CHAI3D) and the bridge's (x right, y up, z toward the user).
 #pragma once
 
 #include <glm/gtc/quaternion.hpp>
@@ -15,8 +15,8 @@ inline Vec3 dhdFromBridge(const Vec3& v) noexcept {
     return {v.z, v.x, v.y};
 }
 
-// `rows` as the SDK gives them. Turned by nothing, a wrist holds the stylus level, its tip away from the
-// user.
+// `rows` is the rotation as the SDK gives it. With the identity rotation the wrist holds the stylus level,
+// its tip away from the user.
 inline Pose stylusFromDhd(const Vec3& position_m, const double (&rows)[3][3]) noexcept {
     const glm::dmat3 wrist(rows[0][0], rows[1][0], rows[2][0], rows[0][1], rows[1][1], rows[2][1], rows[0][2],
                            rows[1][2], rows[2][2]);

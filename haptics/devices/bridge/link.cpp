@@ -76,8 +76,8 @@ void Link::handleState(const Frame& frame, std::int64_t now_ns) noexcept {
     const bool first = counts_.states == 0;
     if (state.sampled_ns > now_ns + kAhead_ns || (!first && state.sampled_ns < state_.sampled_ns))
         return fail(LinkFault::clock);
-    // The bridge answers at once with its newest sample: one far older than the question means that the
-    // device stands still. An answer to a force long gone came too late to tell.
+    // The bridge answers at once with its newest sample. A sample much older than the force means that the
+    // device has stopped delivering. An answer to a force no longer remembered is too late to tell.
     const bool remembered = sent_ - state.answers < kRemembered;
     if (!remembered || sent_ns_[state.answers % kRemembered] - state.sampled_ns > kSilent_ns)
         return fail(LinkFault::frozen);

@@ -1,36 +1,37 @@
-// Stylet's side of a conversation with a bridge: bytes and times in, bytes and states out. No I/O, no clock,
-// no allocation, so that tests run years of it; bridge.h puts it on a socket.
+// Stylet's side of the connection to a bridge: bytes and times in, bytes and states out. No I/O, no clock,
+// no allocation, so tests can simulate years of operation. bridge.h connects it to a socket.
 #pragma once
 
 #include "haptics/devices/bridge/protocol.h"
 
 namespace stylet::haptics::bridge {
 
-// One connection's. A fault stays: make the next connection with a new Link. Times are CLOCK_MONOTONIC, which
-// both sides share.
+// State of one connection. A fault is permanent: create a new Link for the next connection. Times are
+// CLOCK_MONOTONIC, which both sides share.
 class Link {
   public:
-    // What to send: first hello, then forces once `capabilities` are there, bye last.
+    // Frames to send: hello first, forces once `capabilities` have arrived, bye last.
     FrameBytes hello() noexcept;
     FrameBytes force(const Vec3& force_n, std::int64_t now_ns) noexcept;
     FrameBytes bye(const char* reason) noexcept;
 
-    // What came in, in pieces of any length.
+    // Processes received bytes, in pieces of any length.
     void receive(std::span<const std::uint8_t>, std::int64_t now_ns) noexcept;
-    // Silence is a fault. Call after receive(): our own pauses are not the bridge's.
+    // Detects silence, which is a fault. Call after receive(), so that our own pauses are not counted as the
+    // bridge's.
     void watch(std::int64_t now_ns) noexcept;
 
     LinkFault fault() const noexcept { return fault_; }
     const char* reason() const noexcept { return bye_.reason.data(); }  // of LinkFault::bye
-    bool introduced() const noexcept { return introduced_; }            // the capabilities have come
+    bool introduced() const noexcept { return introduced_; }            // the capabilities have arrived
     const Capabilities& capabilities() const noexcept { return capabilities_; }
-    // The newest state; true when its sample is newer than at the last call.
+    // Copies the newest state. Returns true if its sample is newer than at the last call.
     bool take(State&) noexcept;
 
     struct Counts {
         std::uint64_t states = 0;
-        std::uint64_t repeated = 0;  // frames come twice or out of order: ignored
-        std::uint64_t lost = 0;      // sequence numbers that never came
+        std::uint64_t repeated = 0;  // duplicate or out-of-order frames: ignored
+        std::uint64_t lost = 0;      // sequence numbers that never arrived
     };
     const Counts& counts() const noexcept { return counts_; }
 
@@ -41,7 +42,7 @@ class Link {
         if (fault_ == LinkFault::none) fault_ = fault;
     }
 
-    static constexpr std::uint32_t kRemembered = 64;  // forces whose answers are still taken
+    static constexpr std::uint32_t kRemembered = 64;  // number of recent forces whose answers are accepted
 
     LinkFault fault_ = LinkFault::none;
     bool introduced_ = false, fresh_ = false;

@@ -1,8 +1,10 @@
-// A bridge to 3D Systems' Touch, Touch X and Premium through OpenHaptics' HD API, compiled only where that
-// SDK is installed. Facts from the API's public use: the transform is column-major in millimetres, force in
-// newtons, HD_NOMINAL_MAX_STIFFNESS in N/mm, warm motors and exceeded limits arrive as errors of a frame.
-// Unproven without hardware: the stylus lies along +z of its transform, whose origin is the gimbal's centre;
-// what the device does with its last force when this process is killed (keep the device's own limits on).
+// A bridge to 3D Systems' Touch, Touch X and Premium through OpenHaptics' HD API. Compiled only if that SDK
+// is installed. Facts from public use of the API: the transform is column-major in millimetres, force is in
+// newtons, HD_NOMINAL_MAX_STIFFNESS is in N/mm, and warm motors and exceeded limits arrive as errors of a
+// frame.
+// Unproven without hardware: that the stylus lies along +z of its transform, whose origin is the gimbal's
+// centre; and what the device does with its last force when this process is killed (keep the device's own
+// limits on).
 #include <HD/hd.h>
 
 #include <algorithm>
@@ -17,7 +19,8 @@ namespace {
 
 constexpr double kMetres = 1e-3;
 
-// What the SDK reports while it holds the forces back by itself; every other error is a lost device.
+// True for errors that the SDK reports while it limits the forces itself. Every other error means a lost
+// device.
 bool passes(HDerror error) {
     return error == HD_WARM_MOTORS || error == HD_EXCEEDED_MAX_FORCE ||
            error == HD_EXCEEDED_MAX_FORCE_IMPULSE || error == HD_EXCEEDED_MAX_VELOCITY ||
@@ -56,7 +59,7 @@ class OpenHaptics final : public Sdk {
 
     void stop() noexcept override {
         if (running_) {
-            // The last frame that the servo runs is zero, and has run when this returns.
+            // The last frame that the servo runs is zero, and it has run when this call returns.
             hdUnschedule(tick_);
             hdScheduleSynchronous(&OpenHaptics::zero, this, HD_MAX_SCHEDULER_PRIORITY);
             hdStopScheduler();

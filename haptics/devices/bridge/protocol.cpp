@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<std::uint8_t, 4> kMagic{'S', 'T', 'B', 'G'};
 
-// CRC-32 of IEEE 802.3 (reflected polynomial 0xEDB88320), as zlib and Ethernet have it.
+// CRC-32 of IEEE 802.3 (reflected polynomial 0xEDB88320), as in zlib and Ethernet.
 constexpr std::array<std::uint32_t, 256> kCrcTable = [] {
     std::array<std::uint32_t, 256> table{};
     for (std::uint32_t i = 0; i < 256; ++i) {
@@ -36,7 +36,7 @@ class Writer {
             integer(byte);
         integer(kVersion);
         integer(std::uint8_t(type));
-        integer(std::uint16_t(0));  // the payload's length, in finish()
+        integer(std::uint16_t(0));  // the payload's length, set by finish()
         integer(sequence);
     }
     template <typename T>
@@ -79,7 +79,7 @@ class Reader {
         const double x = real(), y = real(), z = real();
         return {x, y, z};
     }
-    // False for what is not printable ASCII ended and filled up by zeros.
+    // Returns false unless the field is printable ASCII, terminated and padded with zeros.
     bool text(std::span<char> field) noexcept {
         bool ended = false, good = true;
         for (char& c : field) {
@@ -101,7 +101,7 @@ bool finite(const Vec3& v) noexcept {
 bool within(double value, double low, double high) noexcept {
     return value >= low && value <= high;
 }
-// Unknown figures travel as NaN.
+// Unknown values are sent as NaN.
 bool withinOrUnknown(double value, double high) noexcept {
     return std::isnan(value) || within(value, 0.0, high);
 }

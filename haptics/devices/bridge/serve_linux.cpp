@@ -47,7 +47,7 @@ std::string failure(const std::string& what) {
     return what + ": " + std::strerror(errno);
 }
 
-// Listens on `path`, for this user alone. A socket that nobody listens on any more is replaced.
+// Listens on `path` for this user only. Replaces a socket that nobody listens on.
 Descriptor listenOn(const std::string& path, std::string& why) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -63,7 +63,7 @@ Descriptor listenOn(const std::string& path, std::string& why) {
         why = path + ": another bridge listens there";
         return Descriptor();
     }
-    // A plain file refuses too, and is somebody's.
+    // A plain file also refuses the connection, but belongs to someone.
     struct stat there{};
     if (errno == ECONNREFUSED && ::lstat(path.c_str(), &there) == 0 && S_ISSOCK(there.st_mode))
         ::unlink(path.c_str());
@@ -109,7 +109,8 @@ class Server {
         session_ = std::make_unique<Session>(capabilities_, servo_);
     }
 
-    // One read a turn: a trainer that floods keeps run() from neither its stop nor the device's failure.
+    // One read per turn, so that a flooding trainer cannot keep run() from seeing `stop` or a device
+    // failure.
     bool converse() {
         std::uint8_t bytes[4096];
         const ssize_t got = ::recv(client_, bytes, sizeof bytes, 0);
@@ -119,7 +120,7 @@ class Server {
         return flush() && on;
     }
 
-    // A trainer that lets the socket fill up has stopped reading: as good as gone.
+    // A trainer that lets the socket fill up has stopped reading and is treated as gone.
     bool flush() {
         const ssize_t sent = ::send(client_, out_.data(), out_.size(), MSG_NOSIGNAL);
         const bool whole = sent == ssize_t(out_.size());

@@ -1,4 +1,4 @@
-// A bridge as a program: its socket, its clock, its main().
+// Runs a bridge as a program: socket, clock, main().
 #pragma once
 
 #include <atomic>
@@ -11,23 +11,23 @@ namespace stylet::haptics::bridge {
 // CLOCK_MONOTONIC, for Sample::sampled_ns.
 std::int64_t monotonic_ns() noexcept;
 
-// What a vendor's SDK is made to do.
+// Interface to a vendor's SDK.
 class Sdk {
   public:
     virtual ~Sdk() = default;
-    // Finds the device, fills in what it can do.
+    // Finds the device and fills in its capabilities.
     virtual bool open(Capabilities&, std::string& why) = 0;
-    // Its servo thread calls servo.tick() and applies what that returns, until stop().
+    // Starts the SDK's servo thread, which calls servo.tick() and applies the returned force until stop().
     virtual bool start(Servo&, std::string& why) = 0;
-    // Zero force, then lets go. On every way out.
+    // Sends zero force, then releases the device. Called on every exit.
     virtual void stop() noexcept = 0;
 };
 
-// Opens the SDK and serves one Stylet after the other until `stop`, or until the device is lost: then the
-// reason is returned, and an empty text otherwise.
+// Opens the SDK and serves one Stylet after another until `stop` or until the device is lost. Returns the
+// reason if it failed, else an empty string.
 std::string serve(Sdk&, const std::string& socket_path, const std::atomic<bool>& stop);
 
-// main() of a bridge: NAME [--socket PATH], until SIGINT, SIGTERM or SIGHUP.
+// main() of a bridge: NAME [--socket PATH]. Runs until SIGINT, SIGTERM or SIGHUP.
 int bridgeMain(Sdk&, int argc, char** argv);
 
 }  // namespace stylet::haptics::bridge

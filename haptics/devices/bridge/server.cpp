@@ -45,7 +45,7 @@ bool Session::handle(const Frame& frame, std::vector<std::uint8_t>& out) {
     const auto append = [&out](const FrameBytes& bytes) {
         out.insert(out.end(), bytes.span().begin(), bytes.span().end());
     };
-    if (std::int32_t(frame.sequence - seen_) <= 0) return true;  // come twice
+    if (std::int32_t(frame.sequence - seen_) <= 0) return true;  // duplicate
     seen_ = frame.sequence;
     if (frame.type == FrameType::bye) return false;
     if (!greeted_) {

@@ -1,6 +1,6 @@
-// The bridge's side: what a program around a closed SDK is made of. The SDK's servo thread calls
-// Servo::tick(); serve() (serve_linux.h) talks to Stylet on a thread of its own, so that neither a slow
-// socket nor a dead trainer can hold a force on the device.
+// The bridge's side, for a program around a closed SDK. The SDK's servo thread calls Servo::tick(). serve()
+// (serve_linux.h) talks to Stylet on a separate thread, so that neither a slow socket nor a crashed trainer
+// can leave a force on the device.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@
 
 namespace stylet::haptics::bridge {
 
-// The device as the SDK read it in one servo tick. Metres, newtons, the device's own frame.
+// Device state read by the SDK in one servo tick. Metres, newtons, the device's own frame.
 struct Sample {
     std::int64_t sampled_ns = 0;  // CLOCK_MONOTONIC
     Pose device_from_stylus;
@@ -24,16 +24,16 @@ struct Sample {
 class Servo {
   public:
     // Servo thread. Wait-free. Publishes the sample and returns the force to apply in this tick, at most
-    // `force_peak_n`: zero while no force younger than 15 ms is there, and from then on until one of exactly
-    // zero has come.
+    // `force_peak_n`. The force is zero if the newest command is older than 15 ms, and then stays zero until
+    // a command of exactly zero arrives.
     Vec3 tick(const Sample&, double force_peak_n) noexcept;
-    // SDK's threads. The device is lost; `why` must outlive everything.
+    // SDK's threads. Reports the device as lost. `why` must have static lifetime.
     void fail(const char* why) noexcept { failure_.store(why); }
 
     // Server's thread.
     void command(const Force& force) noexcept { commands_.publish({force, true}); }
-    void release() noexcept { commands_.publish({}); }  // Stylet is gone: zero now
-    bool newest(Sample&, bool& watchdog) noexcept;      // false while there was none
+    void release() noexcept { commands_.publish({}); }  // Stylet has disconnected: zero force now
+    bool newest(Sample&, bool& watchdog) noexcept;      // false if there is no sample yet
     const char* failure() const noexcept { return failure_.load(); }
 
   private:
@@ -48,16 +48,17 @@ class Servo {
     Snapshot<Command> commands_;
     Snapshot<Published> samples_;
     std::atomic<const char*> failure_{nullptr};
-    bool tripped_ = true;  // servo thread's
+    bool tripped_ = true;  // servo thread only
 };
 
 // One connection: bytes in, bytes out. No I/O.
 class Session {
   public:
     Session(const Capabilities& capabilities, Servo& servo) : capabilities_(capabilities), servo_(servo) {}
-    // Takes what came, appends what to answer. False: hang up after sending that.
+    // Processes received bytes and appends the answers to `out`. Returns false to hang up after sending
+    // `out`.
     bool receive(std::span<const std::uint8_t>, std::vector<std::uint8_t>& out);
-    // Appends a bye.
+    // Appends a bye frame.
     void end(const char* reason, std::vector<std::uint8_t>& out);
 
   private:

@@ -27,7 +27,7 @@ class Reader(threading.Thread):
         self.path = path
         self.eyes = eyes  # may be replaced at any time
         self.pause_s = 1 / most_per_s
-        self.pictures = queue.Queue(maxsize=4)  # a slow window slows the asking, not the run
+        self.pictures = queue.Queue(maxsize=4)  # a slow window slows down the requests, not the run
 
     def run(self):
         while True:
@@ -41,7 +41,7 @@ class Reader(threading.Thread):
     def _ask(self, mock):
         while True:
             eyes = self.eyes
-            # Both at once: both eyes of the same frame.
+            # Request both at once, so that both eyes show the same frame.
             requests = [(eye, mock.send(picture={"eye": eye})) for eye in eyes]
             for eye, request in requests:
                 reply = mock.receive(request)

@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet {
 
@@ -23,8 +23,7 @@ fs::path assetsFolder() {
     for (const fs::path& folder :
          {bin.parent_path() / "share" / "stylet" / "assets", bin / ".." / ".." / ".." / "assets"})
         if (fs::exists(folder / "scenarios")) return fs::weakly_canonical(folder);
-    throw patient::DataError("assets", "folder",
-                             "not found beside " + bin.string() + "; name it in STYLET_ASSETS");
+    throw DataError("assets", "folder", "not found beside " + bin.string() + "; name it in STYLET_ASSETS");
 }
 
 }  // namespace stylet

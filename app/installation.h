@@ -10,7 +10,7 @@ std::filesystem::path programFile();
 std::filesystem::path programFolder();
 
 // $STYLET_ASSETS, or the assets folder of the installation or source tree that contains the program. Throws
-// patient::DataError if there is none.
+// DataError if there is none.
 std::filesystem::path assetsFolder();
 
 }  // namespace stylet

@@ -7,11 +7,10 @@
 #include <fstream>
 
 #include "app/records/frames.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet::records {
 
-using patient::DataError;
 namespace fs = std::filesystem;
 
 namespace {

@@ -12,7 +12,7 @@ namespace stylet::records {
 
 inline constexpr const char* kWriting = ".writing";  // locked by the process that writes the attempt
 
-// Cuts the frame files at their last whole frame. Throws patient::DataError.
+// Cuts the frame files at their last whole frame. Throws DataError.
 std::vector<CutFile> cutTails(const std::filesystem::path& folder);
 
 // Returns a line that names the file and its damage, or an empty text if the file still is what was stored.

@@ -10,12 +10,11 @@
 #include <pqxx/pqxx>
 
 #include "app/records/record.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet::records {
 
 using nlohmann::json;
-using patient::DataError;
 
 namespace {
 

@@ -32,7 +32,7 @@ class Centre {
     Centre& operator=(const Centre&) = delete;
 
     // Stores the attempt in one transaction. An attempt that is already there is not changed. Throws
-    // patient::DataError if a file no longer matches its stored checksum.
+    // DataError if a file no longer matches its stored checksum.
     void keep(const StoredAttempt&, const std::vector<StoredFile>&);
     void erase(const std::string& id);
 

@@ -5,7 +5,7 @@
 #include "app/records/export.h"
 #include "app/records/outbox.h"
 #include "app/records/record.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet::records {
 
@@ -14,8 +14,7 @@ namespace {
 // Opens an existing store. Throws if there is none.
 Store opened(const RecordsOptions& options) {
     if (!std::filesystem::exists(options.store / "store.sqlite"))
-        throw patient::DataError(options.store, "store",
-                                 "there is none; \"stylet run --trainee ID\" makes it");
+        throw DataError(options.store, "store", "there is none; \"stylet run --trainee ID\" makes it");
     Store store(options.store);
     for (const std::string& line : store.news())
         std::fprintf(stderr, "stylet: %s\n", line.c_str());

@@ -14,7 +14,7 @@ struct RecordsOptions {
     std::string database;       // for sync
 };
 
-// Return the exit status: 0 success, 1 a problem was found and reported. Throw patient::DataError.
+// Return the exit status: 0 success, 1 a problem was found and reported. Throw DataError.
 int listAttempts(const RecordsOptions&);
 int showAttempt(const RecordsOptions&);
 int recoverStore(const RecordsOptions&);

@@ -8,11 +8,9 @@
 #include <cstring>
 #include <utility>
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet::records {
-
-using patient::DataError;
 
 DiskFile::DiskFile(const std::filesystem::path& file)
     : file_(file), descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {

@@ -9,7 +9,7 @@
 namespace stylet::records {
 
 // A new file; an existing one is truncated. Written bytes are in the file at once, and on the disk after
-// sync(). Throws patient::DataError if the disk refuses.
+// sync(). Throws DataError if the disk refuses.
 class DiskFile {
   public:
     explicit DiskFile(const std::filesystem::path& file);
@@ -38,15 +38,15 @@ class FileLock {
     int descriptor_;
 };
 
-// Syncs the file, whoever wrote it. Throws patient::DataError if the disk refuses.
+// Syncs the file, whoever wrote it. Throws DataError if the disk refuses.
 void syncFile(const std::filesystem::path& file);
 // Truncates the file to its first `bytes` bytes and syncs it.
 void cutFile(const std::filesystem::path& file, std::uint64_t bytes);
 
-// Throws patient::DataError with the reason if `folder` is not writable.
+// Throws DataError with the reason if `folder` is not writable.
 void checkWritable(const std::filesystem::path& folder);
 
-// Syncs the folder's entries: created, renamed and removed names. Throws patient::DataError if the disk
+// Syncs the folder's entries: created, renamed and removed names. Throws DataError if the disk
 // refuses.
 void syncFolder(const std::filesystem::path& folder);
 

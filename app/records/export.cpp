@@ -8,13 +8,12 @@
 #include <sstream>
 
 #include "app/records/record.h"
-#include "patient/package.h"
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
+#include "patient/package/package.h"
 
 namespace stylet::records {
 
 using nlohmann::ordered_json;
-using patient::DataError;
 namespace fs = std::filesystem;
 
 namespace {
@@ -56,7 +55,7 @@ class Table {
             out_ << (i == 0 ? "" : ",") << quoted(cells[i]);
         out_ << "\r\n";
     }
-    void close() { patient::writeWholeFile(file_, out_.view()); }
+    void close() { writeWholeFile(file_, out_.view()); }
 
   private:
     fs::path file_;
@@ -117,9 +116,8 @@ void copyFiles(const Store& store, const StoredAttempt& attempt, const fs::path&
         if (copied.bytes != stored.bytes || copied.crc32 != stored.crc32)
             exported.damage.push_back(from.string() + ": its checksum does not match");
     }
-    patient::writeWholeFile(
-        to / "attempt.json",
-        attemptJson(attempt).dump(2, ' ', false, ordered_json::error_handler_t::replace) + '\n');
+    writeWholeFile(to / "attempt.json",
+                   attemptJson(attempt).dump(2, ' ', false, ordered_json::error_handler_t::replace) + '\n');
 }
 
 void writeTables(const std::vector<StoredAttempt>& attempts, const fs::path& folder) {

@@ -21,7 +21,7 @@ struct Exported {
 //   attempts/ID/                            the attempt's files, and attempt.json with all its rows
 //   checksums.csv                           path, bytes, crc32 of every file of this export
 // Texts that a spreadsheet would evaluate as a formula are prefixed with '. Exports all trainees if
-// `trainee` is empty. Throws patient::DataError.
+// `trainee` is empty. Throws DataError.
 Exported exportAttempts(const Store&, const std::string& trainee, const std::filesystem::path& folder);
 
 }  // namespace stylet::records

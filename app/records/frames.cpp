@@ -7,11 +7,9 @@
 #include <string>
 
 #include "app/records/bytes.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet::records {
-
-using patient::DataError;
 
 namespace {
 

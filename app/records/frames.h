@@ -33,7 +33,7 @@ struct Frame {
 };
 
 // Appends frames. After a crash the file is complete up to the last frame, after a power failure up to the
-// last sync. Throws patient::DataError if the disk refuses.
+// last sync. Throws DataError if the disk refuses.
 class FrameWriter {
   public:
     FrameWriter(const std::filesystem::path& file, std::span<const unsigned char> header);
@@ -52,12 +52,12 @@ struct FileHead {
     std::span<const unsigned char> body;
     std::size_t size = 0;  // offset of the first frame
 };
-// Throws patient::DataError if the kind, version or checksum is wrong.
+// Throws DataError if the kind, version or checksum is wrong.
 FileHead fileHead(std::span<const unsigned char> bytes, const std::filesystem::path& file, const FileKind&);
 // Decodes the frame at the start of `bytes`. Returns nothing if it is incomplete or damaged.
 std::optional<Frame> frameAt(std::span<const unsigned char> bytes);
 
-// Reads a file of at most 2 GiB. Throws patient::DataError.
+// Reads a file of at most 2 GiB. Throws DataError.
 std::vector<unsigned char> readAll(const std::filesystem::path& file);
 
 // The intact part of a file: its header and all frames before the first damaged one.
@@ -67,7 +67,7 @@ struct WholePart {
     std::uint64_t frames = 0, ticks = 0;
     bool torn() const { return bytes != file_bytes; }
 };
-// Reads frame by frame, so the file may have any size. Throws patient::DataError if it cannot be read.
+// Reads frame by frame, so the file may have any size. Throws DataError if it cannot be read.
 WholePart wholePart(const std::filesystem::path& file);
 
 }  // namespace stylet::records

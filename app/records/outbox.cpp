@@ -10,7 +10,7 @@
 #include "app/records/centre.h"
 #include "app/records/disk_linux.h"
 #include "app/records/socket_linux.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet::records {
 
@@ -52,7 +52,7 @@ SendReport sendOutbox(Store& store, const std::string& database, const std::func
             --report.left;
             ++(entry.kind == OutboxEntry::Kind::erase ? report.erased : report.sent);
         }
-    } catch (const patient::DataError&) {
+    } catch (const DataError&) {
         throw;
     } catch (const std::runtime_error& e) {
         report.error = e.what();
@@ -125,7 +125,7 @@ BackgroundSender::BackgroundSender(const std::filesystem::path& folder, std::str
                 SendReport report;
                 try {
                     report = round();
-                } catch (const patient::DataError& e) {  // from the store, such as a full disk
+                } catch (const DataError& e) {  // from the store, such as a full disk
                     sayOnce(std::string("nothing is sent to the training centre now: ") + e.what());
                     report.left = 1;
                 }

@@ -22,7 +22,7 @@ struct SendReport {
 
 // Sends every queued entry once, in order. An entry that the centre refuses stays queued with the reason,
 // and the next is tried. Without a connection nothing is sent. Only one sender may run at a time: the error
-// reports another one. Throws patient::DataError if the store fails.
+// reports another one. Throws DataError if the store fails.
 SendReport sendOutbox(Store&, const std::string& database, const std::function<void(int)>& connected = {});
 
 // A thread that sends whenever the outbox has entries. While the database cannot be reached it backs off: 1

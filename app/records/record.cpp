@@ -11,9 +11,6 @@ namespace stylet::records {
 
 using haptics::TickInput;
 using nlohmann::json;
-using patient::DataError;
-using patient::Pose;
-using patient::Vec3;
 
 namespace {
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "app/records/frames.h"
-#include "haptics/simulation.h"
-#include "patient/planning.h"
+#include "haptics/loop/simulation.h"
+#include "patient/planning/planning.h"
 
 namespace stylet::records {
 
@@ -60,7 +60,7 @@ struct RecordInfo {
 
 // Appends frames as ticks arrive. After a crash the file is complete up to the last frame, after a power
 // failure up to the last sync. A missing tick ends the record, because later ticks could not be recomputed.
-// Session thread. Throws patient::DataError if the disk refuses.
+// Session thread. Throws DataError if the disk refuses.
 class RecordWriter {
   public:
     RecordWriter(const std::filesystem::path& folder, const RecordHeader&, const RecordInfo&);

@@ -21,9 +21,9 @@ std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient, co
 ReplayResult replay(const patient::Patient& patient, const Record& record, const EachTick& each) {
     const std::uint64_t digest = patient::digest(patient.package());
     if (digest != record.header.package_digest)
-        throw patient::DataError(record.info.patient_folder, "digest",
-                                 "this patient is " + hexOf(digest) + ", the record was made on " +
-                                     hexOf(record.header.package_digest));
+        throw DataError(record.info.patient_folder, "digest",
+                        "this patient is " + hexOf(digest) + ", the record was made on " +
+                            hexOf(record.header.package_digest));
     const std::optional<haptics::TouchMap> touch = touchMapFor(patient, record);
     haptics::Simulation simulation(patient, record.header.settings, touch ? &*touch : nullptr);
     training::AttemptFold fold(patient, record.header.settings.dt_s);

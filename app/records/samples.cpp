@@ -4,14 +4,11 @@
 
 #include "app/records/bytes.h"
 #include "app/records/record.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet::records {
 
 using haptics::TickOutput;
-using patient::DataError;
-using patient::Pose;
-using patient::Vec3;
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/records/frames.h"
-#include "haptics/simulation.h"
+#include "haptics/loop/simulation.h"
 
 namespace stylet::records {
 
@@ -20,17 +20,17 @@ inline constexpr std::uint32_t kSamplesVersion = 1;
 struct Sample {
     std::uint64_t tick = 0;
     haptics::Tool tool = haptics::Tool::needle;  // the active tool
-    patient::Pose patient_from_tool;             // pose of the active tool
-    patient::Vec3 tip_m{0.0};                    // needle tip
-    patient::Vec3 axis{0.0};                     // needle axis, unit vector into the body
-    patient::Pose patient_from_probe;            // pose of the parked probe
+    Pose patient_from_tool;                      // pose of the active tool
+    Vec3 tip_m{0.0};                             // needle tip
+    Vec3 axis{0.0};                              // needle axis, unit vector into the body
+    Pose patient_from_probe;                     // pose of the parked probe
     bool needle_in_guide = false, probe_parked = false, breath_held = false;
     haptics::Phase phase = haptics::Phase::outside;
     haptics::Tissue tissue = haptics::Tissue::air;
     std::uint8_t label = 0;
     double depth_m = 0.0, force_n = 0.0;  // axial, from the model
-    patient::Vec3 tool_force_n{0.0};      // from the model, on the active tool
-    patient::Vec3 sent_n{0.0};            // after the output stage, device frame
+    Vec3 tool_force_n{0.0};               // from the model, on the active tool
+    Vec3 sent_n{0.0};                     // after the output stage, device frame
     double extension_m = 0.0;             // distance of the proxy behind the tip
     double breath_v = 0.0;
     double clearance_m = 0.0;  // needle to the nearest risk structure; infinity outside the body
@@ -47,7 +47,7 @@ struct SamplesHeader {
 };
 
 // Session thread. Like RecordWriter: after a crash the file is complete up to the last frame, after a power
-// failure up to the last second. Throws patient::DataError if the disk refuses.
+// failure up to the last second. Throws DataError if the disk refuses.
 class SampleWriter {
   public:
     SampleWriter(const std::filesystem::path& folder, const SamplesHeader&);  // folder: the attempt's record/

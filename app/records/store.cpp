@@ -14,11 +14,10 @@
 #include "app/records/attempt_rows.h"
 #include "app/records/record.h"
 #include "app/records/schema.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet::records {
 
-using patient::DataError;
 namespace fs = std::filesystem;
 
 namespace {

@@ -99,11 +99,11 @@ struct OutboxEntry {
 // "attempt ID was cut short: record/inputs.bin keeps 1250 ticks, 312 torn bytes cut off"
 std::string describe(const Recovered&);
 
-// Accepts letters, digits, '.', '_' and '-', 1 to 64 of them. Throws patient::DataError with the reason.
+// Accepts letters, digits, '.', '_' and '-', 1 to 64 of them. Throws DataError with the reason.
 void checkTrainee(const std::string& trainee);
 
 // Used by the session thread or a command-line tool. Several processes may open one store. Every function
-// throws patient::DataError if the disk refuses; the refused data is then not in the store.
+// throws DataError if the disk refuses; the refused data is then not in the store.
 class Store {
   public:
     // Creates the store if there is none, migrates an older schema, and recovers attempts that were cut

@@ -188,12 +188,12 @@ std::optional<std::size_t> tellingRow(const AttemptFiles& a) {
 // A path begins at the centre of a skin voxel, but depth counts from the skin's surface, as for the needle.
 // Therefore the path is followed from the air.
 ReferenceCurve exactCurve(const patient::Patient& patient, const patient::PlannedPath& path) {
-    const patient::Vec3 way_m = path.target_reference_m - path.entry_reference_m;
+    const Vec3 way_m = path.target_reference_m - path.entry_reference_m;
     ReferenceCurve curve{"reference path, exact", {}};
     if (glm::length(way_m) == 0.0) return curve;
     const patient::TissueMap map(patient);
     haptics::ExactSolver solver(map, haptics::NeedleSettings{});
-    const patient::Vec3 before_m = path.entry_reference_m - kLead_m * glm::normalize(way_m);
+    const Vec3 before_m = path.entry_reference_m - kLead_m * glm::normalize(way_m);
     const haptics::ExactForce& force = solver.solve(before_m, path.target_reference_m);
     if (force.events.empty()) return curve;
     const double skin_m = force.events.front().border_depth_m;

@@ -17,7 +17,7 @@ struct ReferenceCurve {
     std::string name;
     std::vector<FigurePoint> points;  // mm, N
 };
-// The exact force along the path through the patient at rest, border by border (haptics/exact.h).
+// The exact force along the path through the patient at rest, border by border (haptics/tools/exact.h).
 ReferenceCurve exactCurve(const patient::Patient&, const patient::PlannedPath&);
 // The insertion of another attempt.
 ReferenceCurve curveOf(const AttemptFiles&);

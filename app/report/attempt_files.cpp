@@ -9,12 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include "app/records/samples.h"
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 
 namespace stylet::report {
 
 using nlohmann::json;
-using patient::DataError;
 namespace fs = std::filesystem;
 
 namespace {
@@ -205,8 +204,7 @@ void readCourse(AttemptFiles& files) {
         note(files, e);
     }
     try {
-        if (fs::exists(curve))
-            files.course = parseCurve(patient::readWholeFile(curve, kMostFileBytes), curve);
+        if (fs::exists(curve)) files.course = parseCurve(readWholeFile(curve, kMostFileBytes), curve);
     } catch (const DataError& e) {
         note(files, e);
     }
@@ -294,13 +292,13 @@ AttemptFiles readAttempt(const records::StoredAttempt& stored) {
                         "holds neither summary.json nor record/record.json: no attempt");
     try {
         if (fs::exists(record))
-            files.record = records::parseInfo(patient::readWholeFile(record, kMostFileBytes), record);
+            files.record = records::parseInfo(readWholeFile(record, kMostFileBytes), record);
     } catch (const DataError& e) {
         note(files, e);
     }
     try {
         if (fs::exists(summary))
-            files.summary = parseSummary(patient::readWholeFile(summary, kMostFileBytes), summary),
+            files.summary = parseSummary(readWholeFile(summary, kMostFileBytes), summary),
             files.summarised = true;
     } catch (const DataError& e) {
         note(files, e);

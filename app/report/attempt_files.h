@@ -51,8 +51,8 @@ struct CourseRow {
     double depth_m = 0.0, force_n = 0.0;  // axial, of the needle
     double sent_n = 0.0;                  // magnitude of the force sent to the device
     double breath_v = 0.0;
-    double clearance_m = 0.0;             // NaN: unknown
-    patient::Vec3 tip_m{0.0}, axis{0.0};  // of the needle, patient frame
+    double clearance_m = 0.0;    // NaN: unknown
+    Vec3 tip_m{0.0}, axis{0.0};  // of the needle, patient frame
     haptics::Tool tool = haptics::Tool::needle;
     patient::Tissue tissue = patient::Tissue::air;
     bool breath_held = false;
@@ -69,13 +69,13 @@ struct AttemptFiles {
     std::vector<std::string> complaints;  // files that could not be read, and why
 };
 
-// Throws patient::DataError for a folder without summary and record. Any other missing or damaged file is
+// Throws DataError for a folder without summary and record. Any other missing or damaged file is
 // added to the complaints.
 AttemptFiles readAttempt(const records::StoredAttempt&);
 // The same for a folder outside a store.
 AttemptFiles readFolder(const std::filesystem::path& folder);
 
-// Parse the contents of the two files. `file` is named in errors (patient::DataError).
+// Parse the contents of the two files. `file` is named in errors (DataError).
 Summary parseSummary(std::string_view json, const std::filesystem::path& file);
 std::vector<CourseRow> parseCurve(std::string_view csv, const std::filesystem::path& file);
 

@@ -98,8 +98,8 @@ std::vector<Fact> factsOf(const AttemptFiles& a) {
     return facts;
 }
 
-std::vector<patient::Vec3> trailOf(const AttemptFiles& a) {
-    std::vector<patient::Vec3> trail;
+std::vector<Vec3> trailOf(const AttemptFiles& a) {
+    std::vector<Vec3> trail;
     if (!a.sampled) return trail;
     std::size_t inside = 0;
     for (const CourseRow& row : a.course)
@@ -153,7 +153,7 @@ void addSlices(Page& page, const AttemptFiles& a, const AttemptContext& context)
             picture.caption =
                 "The needle in the patient on three slices, as drawn at the end of the attempt.";
             page.picture(picture);
-        } catch (const patient::DataError& e) {
+        } catch (const DataError& e) {
             page.paragraph(e.what());
         }
     } else {

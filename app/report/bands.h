@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/report/canvas.h"
-#include "patient/tissue.h"
+#include "patient/tissue/tissue.h"
 
 namespace stylet::report {
 

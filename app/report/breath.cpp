@@ -6,15 +6,13 @@
 #include <cstdio>
 #include <glm/geometric.hpp>
 
-#include "app/format.h"
 #include "app/report/chart.h"
-#include "patient/whole_file.h"
+#include "base/format.h"
+#include "base/whole_file.h"
 
 namespace stylet::report {
 
-using patient::Index3;
 using patient::Surrogate;
-using patient::Vec3;
 
 namespace {
 
@@ -65,7 +63,7 @@ void legend(Canvas& canvas, double x, double y, Colour colour, const std::string
 }  // namespace
 
 Vec3 domePoint(const patient::Patient& patient) {
-    const patient::LabelVolume& labels = patient.package().labels;
+    const LabelVolume& labels = patient.package().labels;
     Index3 i;
     for (i.z = labels.grid.dims.z - 1; i.z >= 0; --i.z)
         for (i.y = 0; i.y < labels.grid.dims.y; ++i.y)
@@ -73,7 +71,7 @@ Vec3 domePoint(const patient::Patient& patient) {
                 const patient::Label* const label = patient.label(labels[i]);
                 if (label && label->tissue == patient::Tissue::liver) return labels.grid.centre(i);
             }
-    const patient::CtVolume& ct = patient.package().ct;
+    const CtVolume& ct = patient.package().ct;
     Vec3 farthest = ct.grid.centre(ct.grid.dims / 2);
     double most_m = 0.0;
     for (i.y = 0; i.y < ct.grid.dims.y; ++i.y)
@@ -128,7 +126,7 @@ void writeBreathCsv(const std::vector<BreathSample>& samples, const std::filesys
                       s.breath.rate_per_s, s.breath.creep_v, s.held ? 1 : 0, 1e3 * s.dome_m);
         csv += line.data();
     }
-    patient::writeWholeFile(file, csv);
+    writeWholeFile(file, csv);
 }
 
 void drawBreath(const std::vector<BreathSample>& samples, const std::string& title, const std::string& signal,

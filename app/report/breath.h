@@ -18,9 +18,9 @@ struct BreathSample {
 
 // The point whose motion is shown, in the reference patient: the top of the liver. Without a liver label:
 // the point inside the cavity that moves down farthest, with tissue all the way below it.
-patient::Vec3 domePoint(const patient::Patient&);
+Vec3 domePoint(const patient::Patient&);
 // Distance of that point below its position at end-exhale.
-double domeBelowExhale_m(const patient::Patient&, const patient::Surrogate&, const patient::Vec3& dome_m);
+double domeBelowExhale_m(const patient::Patient&, const patient::Surrogate&, const Vec3& dome_m);
 
 // How closely the dome follows the signal, over the samples without breath-hold.
 struct DomeFollows {
@@ -30,10 +30,10 @@ struct DomeFollows {
 };
 DomeFollows domeFollows(const std::vector<BreathSample>&);
 
-// Columns time_s, v, rate_per_s, creep_v, held, dome_mm. Throws patient::DataError.
+// Columns time_s, v, rate_per_s, creep_v, held, dome_mm. Throws DataError.
 void writeBreathCsv(const std::vector<BreathSample>&, const std::filesystem::path&);
 
-// Draws dome and signal over time, and the dome over the signal. Throws patient::DataError.
+// Draws dome and signal over time, and the dome over the signal. Throws DataError.
 void drawBreath(const std::vector<BreathSample>&, const std::string& title, const std::string& signal,
                 const std::filesystem::path& png);
 

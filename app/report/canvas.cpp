@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/whole_file.h"
 #include "patient/patient.h"
-#include "patient/whole_file.h"
 
 #ifdef STYLET_SANITIZED
 // fontconfig keeps its font patterns until the process ends. The leak checker cannot see that they are in
@@ -204,7 +204,7 @@ void Canvas::pixels(std::vector<std::uint8_t>& rgba) const {
 
 void Canvas::savePng(const std::filesystem::path& file) const {
     const std::vector<std::uint8_t> bytes = png();
-    patient::writeWholeFile(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    writeWholeFile(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 std::vector<std::uint8_t> Canvas::png() const {
@@ -215,8 +215,7 @@ std::vector<std::uint8_t> Canvas::png() const {
         return CAIRO_STATUS_SUCCESS;
     };
     const cairo_status_t status = cairo_surface_write_to_png_stream(impl_->surface.get(), keep, &bytes);
-    if (status != CAIRO_STATUS_SUCCESS)
-        throw patient::DataError("picture", "png", cairo_status_to_string(status));
+    if (status != CAIRO_STATUS_SUCCESS) throw DataError("picture", "png", cairo_status_to_string(status));
     return bytes;
 }
 

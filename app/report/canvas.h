@@ -57,7 +57,7 @@ class Canvas {
 
     // Copies the canvas as rows from the top of R, G, B and 255. Resizes `rgba`.
     void pixels(std::vector<std::uint8_t>& rgba) const;
-    // Throws patient::DataError.
+    // Throws DataError.
     void savePng(const std::filesystem::path&) const;
     std::vector<std::uint8_t> png() const;
 

@@ -12,10 +12,8 @@
 
 namespace stylet::report {
 
-using patient::Index3;
 using patient::Patient;
 using patient::Tissue;
-using patient::Vec3;
 
 namespace {
 
@@ -47,7 +45,7 @@ Colour colourAt(const Patient& patient, const Index3& at, Shown shown) {
 // An axial slice in radiological orientation: seen from the feet, front up. Class colours over the CT's
 // greys.
 std::vector<std::uint8_t> slice(const Patient& patient, int z, Shown shown) {
-    const patient::Grid& grid = patient.grid();
+    const Grid& grid = patient.grid();
     const Vec3 size_m = grid.spacing_m * Vec3(grid.dims);
     const double pixel_m = std::max(size_m.x, size_m.y) / kSlicePixels;
     const Vec3 middle = grid.origin_m + 0.5 * grid.spacing_m * Vec3(grid.dims - 1);
@@ -71,7 +69,7 @@ std::vector<std::uint8_t> slice(const Patient& patient, int z, Shown shown) {
     return rgb;
 }
 
-std::vector<double> histogramOf(const patient::CtVolume& ct) {
+std::vector<double> histogramOf(const CtVolume& ct) {
     std::vector<double> counts(std::size_t((kShownHigh_hu - kShownLow_hu) / kBin_hu), 0.0);
     for (const std::int16_t hu : ct.voxels) {
         const double bin = (double(hu) - kShownLow_hu) / kBin_hu;
@@ -133,7 +131,7 @@ void drawClassLegend(Canvas& canvas, double y) {
 
 void drawClasses(const Patient& patient, const Vec3& at_reference_m, const std::string& title,
                  const std::filesystem::path& png) {
-    const patient::Grid& grid = patient.grid();
+    const Grid& grid = patient.grid();
     const int z = std::clamp(grid.nearest(at_reference_m).z, 0, grid.dims.z - 1);
     Canvas canvas(5 * kClassesMargin + 4 * kSlicePixels, kClassesHeader + kSlicePixels + kClassesFooter,
                   kDark);

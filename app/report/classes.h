@@ -11,8 +11,8 @@ namespace stylet::report {
 
 // Writes one PNG of four panels: the histogram with its intervals, and the undeformed axial slice at
 // `at_reference_m` as classified before the fascia, past the fascia, and with the segmented ducts and
-// vessels. Throws patient::DataError.
-void drawClasses(const patient::Patient&, const patient::Vec3& at_reference_m, const std::string& title,
+// vessels. Throws DataError.
+void drawClasses(const patient::Patient&, const Vec3& at_reference_m, const std::string& title,
                  const std::filesystem::path& png);
 
 }  // namespace stylet::report

@@ -10,7 +10,6 @@
 
 namespace stylet::report {
 
-using patient::DataError;
 using records::StoredAttempt;
 namespace fs = std::filesystem;
 

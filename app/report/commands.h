@@ -18,7 +18,7 @@ struct ReportOptions {
 };
 
 // Each command writes a page, its tables as CSV and, if there are trainees, xapi.json. Returns the path of
-// the page. Throws patient::DataError.
+// the page. Throws DataError.
 std::filesystem::path reportAttempt(const ReportOptions&);
 std::filesystem::path reportTrainee(const ReportOptions&);
 std::filesystem::path reportCohort(const ReportOptions&);

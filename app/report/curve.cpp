@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "app/format.h"
 #include "app/report/bands.h"
 #include "app/report/chart.h"
-#include "patient/whole_file.h"
+#include "base/format.h"
+#include "base/whole_file.h"
 
 namespace stylet::report {
 
@@ -166,7 +166,7 @@ void writeCurveCsv(const std::vector<ForceSample>& curve, double dt_s, const std
                       phaseName(s.phase), tissue.c_str(), s.breath_held ? 1 : 0);
         text += line.data();
     }
-    patient::writeWholeFile(file, text);
+    writeWholeFile(file, text);
 }
 
 void drawCurve(const std::vector<ForceSample>& curve, const std::vector<ForceMark>& marks,

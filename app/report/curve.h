@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/needle.h"
+#include "haptics/tools/needle.h"
 
 namespace stylet::report {
 
@@ -26,11 +26,11 @@ struct ForceMark {
     double depth_m = 0.0, force_n = 0.0;
 };
 
-// Columns tick, time_s, depth_m, force_n, phase, tissue, breath_held. Throws patient::DataError.
+// Columns tick, time_s, depth_m, force_n, phase, tissue, breath_held. Throws DataError.
 void writeCurveCsv(const std::vector<ForceSample>&, double dt_s, const std::filesystem::path&);
 
 // Draws the insertion strong, the withdrawal faint, and tissues as background bands. Throws
-// patient::DataError.
+// DataError.
 void drawCurve(const std::vector<ForceSample>&, const std::vector<ForceMark>&, const std::string& title,
                const std::filesystem::path& png);
 

@@ -12,8 +12,6 @@
 
 namespace stylet::report {
 
-using patient::Vec3;
-
 namespace {
 
 constexpr double kWidestPixel_m = 0.0006;
@@ -39,7 +37,7 @@ void drawFrame(Canvas& canvas, double x, double y, const FilmFrame& frame) {
 
 FilmFrame coronalFrame(const patient::Patient& patient, const patient::Surrogate& breath, double y_m,
                        double mark_z_m) {
-    const patient::Grid& grid = patient.grid();
+    const Grid& grid = patient.grid();
     const Vec3 low = grid.origin_m;
     Vec3 high = grid.centre(grid.dims - 1);
     high.z = std::max(high.z, mark_z_m + kAboveMark_m);

@@ -26,7 +26,7 @@ FilmFrame besideEachOther(const FilmFrame& left, const FilmFrame& right);
 // Number of frames per row, for a sheet of about screen proportions with as few empty places as possible.
 int sheetColumns(int frames, int width, int height);
 
-// Writes NAME-000.png ... and a sheet NAME.png with all frames at full size. Throws patient::DataError.
+// Writes NAME-000.png ... and a sheet NAME.png with all frames at full size. Throws DataError.
 void writeFilm(const std::vector<FilmFrame>&, const std::string& title, const std::filesystem::path& folder,
                const std::string& name);
 

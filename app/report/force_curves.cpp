@@ -4,14 +4,13 @@
 #include <array>
 #include <cmath>
 
-#include "app/format.h"
 #include "app/report/bands.h"
 #include "app/report/chart.h"
+#include "base/format.h"
 
 namespace stylet::report {
 
 using haptics::Tissue;
-using patient::Vec3;
 
 namespace {
 
@@ -38,11 +37,11 @@ patient::Package layersOf(const patient::TissueTable& table, Tissue before, Tiss
         package.label_table.push_back(label);
     }
     const int lead = int(std::lround(kLead_m / kPitch_m));
-    const patient::Grid grid{{lead + int(std::lround(kThickness_m / kPitch_m)), 1, 1},
-                             {kPitch_m, 0.1, 0.1},
-                             {0.5 * kPitch_m - kLead_m, 0.0, 0.0}};
-    package.ct = patient::CtVolume(grid, std::int16_t(-1000));
-    package.labels = patient::LabelVolume(grid);
+    const Grid grid{{lead + int(std::lround(kThickness_m / kPitch_m)), 1, 1},
+                    {kPitch_m, 0.1, 0.1},
+                    {0.5 * kPitch_m - kLead_m, 0.0, 0.0}};
+    package.ct = CtVolume(grid, std::int16_t(-1000));
+    package.labels = LabelVolume(grid);
     for (int i = 0; i < grid.dims.x; ++i)
         package.labels[{i, 0, 0}] = std::uint8_t(i < lead ? before : tissue);
     return package;

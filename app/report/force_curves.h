@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/exact.h"
+#include "haptics/tools/exact.h"
 
 namespace stylet::report {
 
@@ -27,7 +27,7 @@ struct TissueCurve {
 
 // One curve per tissue except air. Each is entered from the tissue before it on the path to a bile duct.
 std::vector<TissueCurve> tissueCurves(const patient::TissueTable&, const haptics::NeedleSettings&);
-// Throws patient::DataError.
+// Throws DataError.
 void drawTissueCurves(const std::vector<TissueCurve>&, const patient::TissueTable&,
                       const std::filesystem::path& png);
 

@@ -5,8 +5,8 @@
 #include <cstdio>
 
 #include "app/report/embedded.h"
+#include "base/whole_file.h"
 #include "patient/patient.h"
-#include "patient/whole_file.h"
 
 namespace stylet::report {
 
@@ -267,7 +267,7 @@ std::string Page::html() const {
 }
 
 void writeText(const std::string& text, const std::filesystem::path& file) {
-    patient::writeWholeFile(file, text);
+    writeWholeFile(file, text);
 }
 
 void writeCsv(const Table& table, const std::filesystem::path& file) {

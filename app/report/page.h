@@ -77,9 +77,9 @@ std::string fixed(double value, int digits);
 std::string clockText(double seconds);
 
 // Comma-separated, quoted where needed. No cell can be a formula in a spreadsheet. Throws
-// patient::DataError.
+// DataError.
 void writeCsv(const Table&, const std::filesystem::path&);
-// Throws patient::DataError.
+// Throws DataError.
 void writeText(const std::string&, const std::filesystem::path&);
 
 }  // namespace stylet::report

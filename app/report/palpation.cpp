@@ -6,12 +6,8 @@
 namespace stylet::report {
 
 using haptics::TouchMap;
-using patient::Index3;
 using patient::Patient;
-using patient::Pose;
-using patient::Quat;
 using patient::Surrogate;
-using patient::Vec3;
 
 namespace {
 
@@ -26,7 +22,7 @@ struct Flank {
 };
 
 Flank flankOf(const Patient& patient, const patient::Skin& skin) {
-    const patient::LabelVolume& labels = patient.package().labels;
+    const LabelVolume& labels = patient.package().labels;
     Flank flank;
     Index3 i;
     for (i.z = 0; i.z < labels.grid.dims.z; ++i.z)
@@ -38,7 +34,7 @@ Flank flankOf(const Patient& patient, const patient::Skin& skin) {
                 flank.high_m = std::max(flank.high_m, labels.grid.centre(i).z);
             }
     // Front and back of the body at the middle height of the liver.
-    const patient::Grid& g = labels.grid;
+    const Grid& g = labels.grid;
     const double middle_m = 0.5 * (flank.low_m + flank.high_m);
     for (int y = 0; y < g.dims.y; ++y)
         for (int x = 0; x < g.dims.x; ++x) {
@@ -56,7 +52,7 @@ Flank flankOf(const Patient& patient, const patient::Skin& skin) {
 
 // Finds the skin point at (y, z), coming from the right.
 bool findSkin(const Patient& patient, const patient::Skin& skin, double y_m, double z_m, Vec3& found_m) {
-    const patient::Grid& g = patient.grid();
+    const Grid& g = patient.grid();
     const Vec3 last = g.centre(g.dims - 1);
     if (z_m < g.origin_m.z + kFewestAround_m || z_m > last.z - kFewestAround_m) return false;
     Vec3 p{last.x, y_m, z_m};

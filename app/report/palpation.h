@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/finger.h"
+#include "haptics/tools/finger.h"
 
 namespace stylet::report {
 
@@ -21,7 +21,7 @@ struct PalpationSettings {
 
 struct PalpatedSpot {
     bool on_skin = false;            // false: the image or the body ends here
-    patient::Vec3 reference_m{0.0};  // on the skin
+    Vec3 reference_m{0.0};           // on the skin
     double stiffness_n_per_m = 0.0;  // force along the normal, divided by the depth of the finger's tip
     bool over_bone = false;          // within 40 mm along the normal
     double bone_share = 0.0;         // share of the spots within a pad's radius that are over bone
@@ -46,7 +46,7 @@ struct PalpationMap {
 PalpationMap palpate(const patient::Patient&, const patient::Skin&, const haptics::TouchMap&,
                      const PalpationSettings&);
 
-// Columns y_m, z_m, x_m, stiffness_n_per_m, over_bone, breath_v. Both throw patient::DataError.
+// Columns y_m, z_m, x_m, stiffness_n_per_m, over_bone, breath_v. Both throw DataError.
 void writePalpationCsv(const PalpationMap&, const std::filesystem::path&);
 // Draws the stiffness next to the bones below it.
 void drawPalpation(const PalpationMap&, const std::string& title, const std::filesystem::path& png);

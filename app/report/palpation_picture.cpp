@@ -3,10 +3,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "app/format.h"
 #include "app/report/canvas.h"
 #include "app/report/palpation.h"
-#include "patient/whole_file.h"
+#include "base/format.h"
+#include "base/whole_file.h"
 
 namespace stylet::report {
 
@@ -162,7 +162,7 @@ void writePalpationCsv(const PalpationMap& map, const std::filesystem::path& fil
                       s.breath_v);
         out += line.data();
     }
-    patient::writeWholeFile(file, out);
+    writeWholeFile(file, out);
 }
 
 void drawPalpation(const PalpationMap& map, const std::string& title, const std::filesystem::path& png) {

@@ -4,16 +4,14 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "app/format.h"
 #include "app/report/canvas.h"
 #include "app/report/sheet_colours.h"
+#include "base/format.h"
 
 namespace stylet::report {
 
-using patient::Index3;
 using patient::Label;
 using patient::Patient;
-using patient::Vec3;
 
 namespace {
 
@@ -30,7 +28,7 @@ Vec3 across(const Vec3& wanted, const Vec3& normal) {
     return across(Vec3(wanted.y, wanted.z, wanted.x), normal);
 }
 
-double trilinear(const patient::CtVolume& ct, const Vec3& p) {
+double trilinear(const CtVolume& ct, const Vec3& p) {
     const Vec3 v = ct.grid.toVoxels(p);
     const Vec3 base = glm::floor(v), f = v - base;
     double sum = 0.0;

@@ -14,19 +14,19 @@ namespace stylet::report {
 // A plane in the deformed patient. `right` and `down` are unit vectors of the picture.
 struct SlicePlane {
     std::string title;
-    patient::Vec3 centre_m{0.0}, right{-1.0, 0.0, 0.0}, down{0.0, 0.0, -1.0};
+    Vec3 centre_m{0.0}, right{-1.0, 0.0, 0.0}, down{0.0, 0.0, -1.0};
     double width_m = 0.2;
 };
 
 struct NeedlePicture {
-    patient::Vec3 tip_m{0.0};     // deformed patient
-    patient::Vec3 axis{0.0};      // unit, into the body
-    patient::Vec3 target_m{0.0};  // end of the planned path; the rest of the path is dashed
-    double depth_m = 0.0;         // of the tip along the track
+    Vec3 tip_m{0.0};       // deformed patient
+    Vec3 axis{0.0};        // unit, into the body
+    Vec3 target_m{0.0};    // end of the planned path; the rest of the path is dashed
+    double depth_m = 0.0;  // of the tip along the track
     patient::Surrogate breath;
     std::string title, caption;
-    std::vector<patient::Vec3> trail_m{};      // earlier tip positions
-    std::vector<patient::Vec3> reference_m{};  // the reference path from entry to target; empty: not shown
+    std::vector<Vec3> trail_m{};      // earlier tip positions
+    std::vector<Vec3> reference_m{};  // the reference path from entry to target; empty: not shown
 };
 
 // The CT window of the pictures: 400 HU wide around 50 HU.
@@ -48,7 +48,7 @@ struct SliceSheet {
 };
 SliceSheet sliceSheet(const patient::Patient&, const NeedlePicture&);
 
-// Throws patient::DataError.
+// Throws DataError.
 void drawSlices(const patient::Patient&, const NeedlePicture&, const std::filesystem::path& png);
 
 }  // namespace stylet::report

@@ -9,12 +9,11 @@
 #include <cstring>
 #include <memory>
 
+#include "base/whole_file.h"
 #include "patient/patient.h"
-#include "patient/whole_file.h"
 
 namespace stylet::report {
 
-using patient::DataError;
 namespace fs = std::filesystem;
 
 namespace {
@@ -34,7 +33,7 @@ struct Size {
 };
 
 std::vector<std::uint8_t> bytesOf(const fs::path& file) {
-    const std::string bytes = patient::readWholeFile(file, kMostStillBytes);
+    const std::string bytes = readWholeFile(file, kMostStillBytes);
     return {bytes.begin(), bytes.end()};
 }
 

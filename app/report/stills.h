@@ -8,10 +8,10 @@
 
 namespace stylet::report {
 
-// Converts a PNG to JPEG, at most `widest` pixels wide. Throws patient::DataError.
+// Converts a PNG to JPEG, at most `widest` pixels wide. Throws DataError.
 Picture still(const std::filesystem::path& png, int widest);
 
-// Returns the PNG unchanged, with the size read from its header. Throws patient::DataError.
+// Returns the PNG unchanged, with the size read from its header. Throws DataError.
 Picture wholePng(const std::filesystem::path& png);
 
 struct Stills {

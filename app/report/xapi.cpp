@@ -47,8 +47,8 @@ void checkHome(const std::string& home) {
         clean = clean && static_cast<unsigned char>(c) > 0x20 && static_cast<unsigned char>(c) < 0x7F &&
                 std::string_view("<>\"{}|\\^`").find(c) == std::string_view::npos;
     if (!clean)
-        throw patient::DataError("xAPI", "home",
-                                 "\"" + home + "\" is no http or https address without a slash at its end");
+        throw DataError("xAPI", "home",
+                        "\"" + home + "\" is no http or https address without a slash at its end");
 }
 
 // Returns `started` ("2026-11-21T20:15:00.123Z") plus `seconds`, or nothing if the text is not such a time.

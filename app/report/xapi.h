@@ -20,7 +20,7 @@ struct XapiSettings {
 inline constexpr double kPassMark = 60.0;
 
 // Returns a JSON array: initialized; completed and passed or failed for finished attempts; terminated.
-// Attempts without a trainee have no statements. Throws patient::DataError if `home` is not a valid
+// Attempts without a trainee have no statements. Throws DataError if `home` is not a valid
 // address.
 std::string xapiStatements(const std::vector<records::StoredAttempt>&, const XapiSettings&);
 

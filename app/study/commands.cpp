@@ -11,7 +11,7 @@
 #include "app/study/paths_picture.h"
 #include "app/study/report.h"
 #include "app/study/tables.h"
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 
 namespace stylet::study {
 
@@ -39,7 +39,7 @@ struct Study {
         for (const PairFiles& pair : file.pairs)
             for (const fs::path& package : {pair.reference, pair.found})
                 if (!fs::exists(package / "patient.toml"))
-                    throw patient::DataError(package / "patient.toml", "file", "cannot be read");
+                    throw DataError(package / "patient.toml", "file", "cannot be read");
     }
     Pair load(std::size_t pair) const {
         Pair p = loadPair(file.pairs[pair], o.labels, table ? &*table : nullptr);
@@ -62,7 +62,7 @@ void savePicture(const fs::path& file, const Pair& pair, const std::vector<Plann
         fs::remove(file);
         return;
     }
-    patient::writeWholeFile(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+    writeWholeFile(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 
 // Writes paths.json last: if it exists, the other files do too. Deletes the summary, which belongs to the
@@ -73,7 +73,7 @@ void planInto(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
     const patient::PlanResult& r = plan.result;
     const double seconds = clock.seconds();
     if (r.paths.size() > patient::kMaxStoredPaths)
-        throw patient::DataError(
+        throw DataError(
             folder / "paths.json", "paths",
             std::to_string(r.paths.size()) + " of them, a file holds 100000: plan with --skin-spacing-mm");
     fs::remove(folder / "paths.json");
@@ -132,7 +132,7 @@ void runShare(const PreparedPair& pair, const std::vector<PlannedPath>& paths, c
         const std::lock_guard lock(mutex);
         return error != nullptr;
     };
-    patient::parallelFor(settings.threads, blocks.size(), [&](std::size_t i) {
+    parallelFor(settings.threads, blocks.size(), [&](std::size_t i) {
         if (failed()) return;
         try {
             const std::size_t block = blocks[i];

@@ -1,4 +1,4 @@
-// The commands of stylet-study. Each prints its progress on stdout and throws patient::DataError. With
+// The commands of stylet-study. Each prints its progress on stdout and throws DataError. With
 // several ranks, every rank calls the same command and does its share of the work.
 #pragma once
 

@@ -6,11 +6,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 
 namespace stylet::study {
 
-using patient::DataError;
 using patient::Tissue;
 
 namespace fs = std::filesystem;
@@ -61,7 +60,7 @@ Json packageJson(const PackageFacts& p) {
 
 Json readJson(const fs::path& file, const char* format) {
     if (!fs::exists(file)) throw DataError(file, "file", "cannot be read: plan and run the study first");
-    Json json = Json::parse(patient::readWholeFile(file, kMaxBytes), nullptr, false);
+    Json json = Json::parse(readWholeFile(file, kMaxBytes), nullptr, false);
     if (!json.is_object() || json.value("format", Json()) != format)
         throw DataError(file, "format", std::string("not \"") + format + "\"");
     return json;
@@ -128,7 +127,7 @@ PackageFacts readPackage(const Members& in) {
 }  // namespace
 
 PairFacts factsOf(const Pair& pair, const std::string& own_table) {
-    const patient::Grid& grid = pair.reference.ct.grid;
+    const Grid& grid = pair.reference.ct.grid;
     PairFacts f;
     f.reference = factsOfPackage(pair.reference, nullptr);
     f.found = factsOfPackage(
@@ -158,7 +157,7 @@ void writeFacts(const fs::path& file, const PairFacts& f) {
                                    {"friction_n", row.friction_n},
                                    {"stiffness_n_per_m", row.stiffness_n_per_m}});
     }
-    patient::writeWholeFile(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    writeWholeFile(file, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 PairFacts readFacts(const fs::path& file) {

@@ -25,8 +25,8 @@ struct PackageFacts {
 
 struct PairFacts {
     PackageFacts reference, found;
-    patient::Vec3 spacing_m{0.0};
-    patient::Index3 dims{0};
+    Vec3 spacing_m{0.0};
+    Index3 dims{0};
     patient::TissueTable tissues{};
     std::string own_table;  // file name of the force table; empty: the reference's own table
     std::uint64_t run = 0;  // runDigest
@@ -35,7 +35,7 @@ struct PairFacts {
 
 PairFacts factsOf(const Pair&, const std::string& own_table);
 
-// Both throw patient::DataError.
+// Both throw DataError.
 void writeFacts(const std::filesystem::path& json, const PairFacts&);
 PairFacts readFacts(const std::filesystem::path& json);
 
@@ -47,7 +47,7 @@ struct PlanFacts {
     std::vector<std::size_t> c3, c4, quality;  // histograms over the kept paths, equal bins of [0, 1]
     std::vector<std::size_t> worst_quality;    // worst quality over the breathing phases; empty if not rated
 };
-PlanFacts readPlanFacts(const std::filesystem::path& json);  // throws patient::DataError
+PlanFacts readPlanFacts(const std::filesystem::path& json);  // throws DataError
 
 // The contents of summary.json: the pairs in order, and the settings of the force computation.
 struct RunFacts {
@@ -55,6 +55,6 @@ struct RunFacts {
     RunSettings settings;
     FoundLabels labels = FoundLabels::partial;
 };
-RunFacts readRunFacts(const std::filesystem::path& json);  // throws patient::DataError
+RunFacts readRunFacts(const std::filesystem::path& json);  // throws DataError
 
 }  // namespace stylet::study

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <type_traits>
 
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 
 namespace stylet::study {
 
@@ -23,7 +23,7 @@ struct Header {
 static_assert(std::is_trivially_copyable_v<PathResult> && std::is_trivially_copyable_v<Header>);
 
 std::uint64_t checksum(std::span<const PathResult> results) {
-    patient::StateHash hash;
+    StateHash hash;
     hash.addBytes(std::as_bytes(results));
     return hash.value();
 }
@@ -32,7 +32,7 @@ std::uint64_t checksum(std::span<const PathResult> results) {
 
 std::uint64_t runDigest(const Pair& pair, std::span<const patient::PlannedPath> paths,
                         const RunSettings& settings) {
-    patient::StateHash hash;
+    StateHash hash;
     hash.add(kResultsVersion);
     hash.add(std::uint64_t(sizeof(PathResult)));
     hash.add(pair.reference_digest);
@@ -80,15 +80,15 @@ void KeptBlocks::keep(std::size_t block, std::span<const PathResult> results) co
     std::memcpy(bytes.data(), &header, sizeof header);
     std::memcpy(bytes.data() + sizeof header, results.data(), results.size_bytes());
     fs::create_directories(folder_);
-    patient::writeWholeFile(file(block), bytes);
+    writeWholeFile(file(block), bytes);
 }
 
 std::vector<PathResult> KeptBlocks::all() const {
     std::vector<PathResult> results(paths_);
     for (std::size_t block = 0; block < count(); ++block)
         if (!read(block, results.data() + begin(block)))
-            throw patient::DataError(file(block), "file",
-                                     "missing, or of another run: run the study to its end first");
+            throw DataError(file(block), "file",
+                            "missing, or of another run: run the study to its end first");
     return results;
 }
 

@@ -30,9 +30,9 @@ class KeptBlocks {
     std::size_t size(std::size_t block) const { return std::min(kBlock, paths_ - begin(block)); }
     // Returns true if the block's file is complete and belongs to this run.
     bool has(std::size_t block) const;
-    // Writes atomically: a crash leaves the whole file or none. Throws patient::DataError.
+    // Writes atomically: a crash leaves the whole file or none. Throws DataError.
     void keep(std::size_t block, std::span<const PathResult>) const;
-    // Returns the results of all paths in order. Throws patient::DataError if a block is missing.
+    // Returns the results of all paths in order. Throws DataError if a block is missing.
     std::vector<PathResult> all() const;
 
   private:

@@ -5,15 +5,11 @@
 #include <cstdio>
 #include <set>
 
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 
 namespace stylet::study {
 
-using patient::DataError;
-using patient::Grid;
-using patient::Index3;
 using patient::Package;
-using patient::Vec3;
 
 namespace fs = std::filesystem;
 
@@ -73,7 +69,7 @@ Vec3 offsetInVoxels(const PairFiles& files, const Grid& reference, const Grid& f
         throw DataError(files.found / "ct.nii.gz", "spacing", reason);
     }
     const Vec3 offset = reference.toVoxels(found.origin_m), whole = glm::round(offset);
-    if (!glm::all(glm::lessThan(glm::abs(offset), Vec3(2.0 * patient::kMaxVoxelsASide))))
+    if (!glm::all(glm::lessThan(glm::abs(offset), Vec3(2.0 * kMaxVoxelsASide))))
         throw DataError(files.found / "ct.nii.gz", "origin",
                         "far from " + (files.reference / "ct.nii.gz").string() + ": another CT");
     if (!glm::all(glm::lessThan(glm::abs(offset - whole) * a, Vec3(kSamePlace_m))))
@@ -83,10 +79,10 @@ Vec3 offsetInVoxels(const PairFiles& files, const Grid& reference, const Grid& f
 }
 
 // Moves the found package onto the reference's grid. Outside its own grid it is air without labels.
-void moveTo(const PairFiles& files, const patient::CtVolume& reference, Package& found) {
+void moveTo(const PairFiles& files, const CtVolume& reference, Package& found) {
     const Index3 offset(offsetInVoxels(files, reference.grid, found.ct.grid));
-    patient::CtVolume ct(reference.grid, kOutsideBody_hu);
-    patient::LabelVolume labels(reference.grid);
+    CtVolume ct(reference.grid, kOutsideBody_hu);
+    LabelVolume labels(reference.grid);
     std::size_t body = 0, others = 0;
     const Index3 dims = found.ct.grid.dims;
     std::size_t from = 0;
@@ -138,7 +134,7 @@ bool isPairName(const std::string& name) {
 }
 
 StudyFile readStudyFile(const fs::path& file) {
-    return parseStudyFile(patient::readWholeFile(file, kMaxFileBytes), file);
+    return parseStudyFile(readWholeFile(file, kMaxFileBytes), file);
 }
 
 StudyFile parseStudyFile(std::string_view text, const fs::path& file) {

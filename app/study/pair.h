@@ -30,7 +30,7 @@ struct StudyFile {
     std::vector<PairFiles> pairs;
     std::optional<std::filesystem::path> tissue;
 };
-// Both throw patient::DataError.
+// Both throw DataError.
 StudyFile readStudyFile(const std::filesystem::path& toml);
 StudyFile parseStudyFile(std::string_view text, const std::filesystem::path& file);
 
@@ -50,7 +50,7 @@ struct Pair {
     double reference_share = 0.0;        // share of the body that has labels in the reference
 };
 
-// Throws patient::DataError if the two are not from the same CT: each voxel of the found package must equal
+// Throws DataError if the two are not from the same CT: each voxel of the found package must equal
 // the reference's, or be air that the build put outside the body. Also throws if labels share their
 // provenance, or if the reference was one of the found package's atlases.
 Pair makePair(const PairFiles&, patient::Package reference, patient::Package found, FoundLabels,

@@ -10,11 +10,9 @@
 
 namespace stylet::study {
 
-using patient::Index3;
 using patient::PlannedPath;
 using patient::Tissue;
 using patient::TissueMap;
-using patient::Vec3;
 using report::Canvas;
 using report::Colour;
 using report::Point;
@@ -68,7 +66,7 @@ class Renderer {
 
     std::vector<std::uint8_t> render(const View& view, int threads) const {
         std::vector<std::uint8_t> rgb(std::size_t(kPixels) * kPixels * 3);
-        patient::parallelFor(threads, std::size_t(kPixels), [&](std::size_t row) {
+        parallelFor(threads, std::size_t(kPixels), [&](std::size_t row) {
             for (int i = 0; i < kPixels; ++i) {
                 const Vec3 light = ray(view, i, int(row));
                 for (int c = 0; c < 3; ++c)

@@ -9,7 +9,7 @@
 #include "app/study/report_figures.h"
 #include "app/study/report_paper.h"
 #include "app/study/report_tables.h"
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 
 namespace stylet::study {
 
@@ -31,7 +31,7 @@ Summary summariseWithoutBone(const std::string& name, std::vector<PathResult> re
 
 std::vector<std::uint8_t> bytesOf(const fs::path& file) {
     constexpr std::size_t kMostBytes = 64 << 20;
-    const std::string bytes = patient::readWholeFile(file, kMostBytes);
+    const std::string bytes = readWholeFile(file, kMostBytes);
     return {bytes.begin(), bytes.end()};
 }
 

@@ -36,7 +36,7 @@ void forAll(const ReportedStudy& study, const Use& use) {
         use(pair.name, pair.summary, pair.without_bone);
 }
 
-// Reads the outputs of plan and run from OUT. Throws patient::DataError.
+// Reads the outputs of plan and run from OUT. Throws DataError.
 ReportedStudy readStudy(const std::filesystem::path& out);
 
 std::string studyPage(const ReportedStudy&);

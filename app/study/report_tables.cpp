@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kMostCauses = 8, kMostListedPaths = 30;  // maximum rows of a table
 
 std::string spacingText(const PairFacts& f) {
-    const patient::Vec3 mm = kMm * f.spacing_m;
+    const Vec3 mm = kMm * f.spacing_m;
     const auto one = [](double v) { return fixed(v, 2); };
     if (mm.x == mm.y && mm.y == mm.z) return one(mm.x) + " mm";
     return one(mm.x) + " x " + one(mm.y) + " x " + one(mm.z) + " mm";

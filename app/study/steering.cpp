@@ -10,7 +10,6 @@ using haptics::Segment;
 using patient::PlannedPath;
 using patient::Surrogate;
 using patient::Tissue;
-using patient::Vec3;
 
 namespace {
 

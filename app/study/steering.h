@@ -55,7 +55,7 @@ class Steering {
 
     const PreparedPair& pair_;
     SteeringSettings settings_;
-    patient::VoxelPath path_;
+    VoxelPath path_;
     haptics::ExactSolver full_, partial_;
     haptics::ExactForce breathing_full_, breathing_partial_;
     std::vector<patient::Surrogate> breath_;  // per tick, for the longest walk

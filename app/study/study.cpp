@@ -63,7 +63,7 @@ std::vector<PathResult> runPaths(const PreparedPair& pair, std::span<const Plann
                                  const RunSettings& settings) {
     std::vector<PathResult> results(paths.size());
     const std::size_t blocks = (paths.size() + kBlock - 1) / kBlock;
-    patient::parallelFor(settings.threads, blocks, [&](std::size_t block) {
+    parallelFor(settings.threads, blocks, [&](std::size_t block) {
         const std::size_t begin = block * kBlock, count = std::min(kBlock, paths.size() - begin);
         const std::vector<PathResult> part = runBlock(pair, paths.subspan(begin, count), settings);
         std::copy(part.begin(), part.end(), results.begin() + std::ptrdiff_t(begin));

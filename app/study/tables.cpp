@@ -4,12 +4,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 
 namespace stylet::study {
 
 using patient::PlannedPath;
-using patient::Vec3;
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
@@ -180,7 +179,7 @@ void writePlanTable(const fs::path& csv, const PairPlan& plan) {
              << (plan.worst_quality.empty() ? kNone : plan.worst_quality[i]);
         rows.end();
     }
-    patient::writeWholeFile(csv, rows.text());
+    writeWholeFile(csv, rows.text());
 }
 
 void writePlanSummary(const fs::path& json, const PairPlan& plan, const PlanRequest& request) {
@@ -205,7 +204,7 @@ void writePlanSummary(const fs::path& json, const PairPlan& plan, const PlanRequ
             count(bins, q);
         out["worst_quality"] = bins;
     }
-    patient::writeWholeFile(json, out.dump(1) + "\n");
+    writeWholeFile(json, out.dump(1) + "\n");
 }
 
 void writePathTable(const fs::path& csv, const PairFindings& f) {
@@ -240,7 +239,7 @@ void writePathTable(const fs::path& csv, const PairFindings& f) {
             rows << kMm * r.by_tissue[t].mean_m << kMm * r.by_tissue[t].hausdorff_m << kMm * r.event_m[t];
         rows.end();
     }
-    patient::writeWholeFile(csv, rows.text());
+    writeWholeFile(csv, rows.text());
 }
 
 void writeSampleTable(const fs::path& csv, const PreparedPair& pair, std::span<const PlannedPath> paths,
@@ -256,7 +255,7 @@ void writeSampleTable(const fs::path& csv, const PreparedPair& pair, std::span<c
             rows.end();
         }
     }
-    patient::writeWholeFile(csv, rows.text());
+    writeWholeFile(csv, rows.text());
 }
 
 void writeSummary(const fs::path& json, std::span<const PairFindings> findings, const RunSettings& settings,
@@ -290,7 +289,7 @@ void writeSummary(const fs::path& json, std::span<const PairFindings> findings, 
     out["patients_means"] = {{"rmse_n", toJson(cohort.rmse_n)},
                              {"max_n", toJson(cohort.max_n)},
                              {"equal_share", toJson(cohort.equal_share)}};
-    patient::writeWholeFile(json, out.dump(1) + "\n");
+    writeWholeFile(json, out.dump(1) + "\n");
 }
 
 }  // namespace stylet::study

@@ -18,7 +18,7 @@ struct PairFindings {
     Summary summary;
 };
 
-// All throw patient::DataError if a file cannot be written.
+// All throw DataError if a file cannot be written.
 void writePlanTable(const std::filesystem::path& csv, const PairPlan&);
 void writePlanSummary(const std::filesystem::path& json, const PairPlan&, const PlanRequest&);
 void writePathTable(const std::filesystem::path& csv, const PairFindings&);

@@ -15,7 +15,7 @@ std::uint64_t AttemptFold::take(const haptics::TickInput& input, const haptics::
         {output.tip_reference_m, machines_.injected_m3_per_s, output.phase != haptics::Phase::outside},
         dt_s_);
     dose_.step(machines_.xray, contrast_.volumes().injected_m3, output.tick);
-    patient::StateHash hash;
+    StateHash hash;
     hash.add(output.state_hash);
     hash.add(commands_.value());
     hash.add(contrast_.hash());

@@ -36,7 +36,7 @@ class AttemptFold {
     Dose dose_;
     double dt_s_;
     bool begun_ = false;
-    patient::StateHash commands_;  // hash of the equipment commands, in order
+    StateHash commands_;  // hash of the equipment commands, in order
 };
 
 }  // namespace stylet::training

@@ -25,7 +25,7 @@ void Dose::step(XrayState& xray, double injected_m3, std::uint64_t tick) noexcep
     }
 }
 
-void Dose::addTo(patient::StateHash& hash) const noexcept {
+void Dose::addTo(StateHash& hash) const noexcept {
     hash.add(ledger_.pulses);
     for (const double part :
          {ledger_.fluoroscopy_s, ledger_.air_kerma_gy, ledger_.dose_area_gy_m2, ledger_.contrast_m3})

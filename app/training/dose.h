@@ -34,7 +34,7 @@ class Dose {
     // Call once per tick, after its commands. Also updates the pulse count in the C-arm's state.
     void step(XrayState&, double injected_m3, std::uint64_t tick) noexcept;
     const DoseLedger& ledger() const noexcept { return ledger_; }
-    void addTo(patient::StateHash&) const noexcept;
+    void addTo(StateHash&) const noexcept;
 
   private:
     DoseSettings settings_;

@@ -1,6 +1,6 @@
 // The state of the equipment beside the table: C-arm with pedal, ultrasound machine. It is set by commands
-// in the same stream as the tool commands (haptics/simulation.h), so an attempt and its replay see the same
-// state.
+// in the same stream as the tool commands (haptics/loop/simulation.h), so an attempt and its replay see the
+// same state.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 #include <span>
 #include <string_view>
 
-#include "haptics/simulation.h"
+#include "haptics/loop/simulation.h"
 
 namespace stylet::training {
 

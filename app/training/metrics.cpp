@@ -9,8 +9,6 @@ namespace stylet::training {
 
 using haptics::TickOutput;
 using haptics::Tool;
-using patient::Pose;
-using patient::Vec3;
 
 namespace {
 

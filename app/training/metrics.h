@@ -14,8 +14,8 @@ namespace stylet::training {
 
 // The reference path at the current breath. At the breath it was planned for, it is the planned line.
 struct PathNow {
-    patient::Vec3 entry_m{0.0}, target_m{0.0};
-    patient::Vec3 axis{0.0, 0.0, 1.0};  // unit, into the body
+    Vec3 entry_m{0.0}, target_m{0.0};
+    Vec3 axis{0.0, 0.0, 1.0};  // unit, into the body
 };
 
 // Quantities derived from one tick.
@@ -39,7 +39,7 @@ inline constexpr double kHalfBeam_m = 0.0025;
 
 class Metrics {
   public:
-    Metrics(const patient::PlannedPath&, std::optional<patient::Vec3> duct_along, double dt_s);
+    Metrics(const patient::PlannedPath&, std::optional<Vec3> duct_along, double dt_s);
 
     // Session thread. Call for every tick, in order.
     void take(const haptics::TickOutput&, const TickFacts&, const AttemptFold&) noexcept;
@@ -65,8 +65,8 @@ class Metrics {
     void watchPath(const haptics::TickOutput&, const TickFacts&) noexcept;
 
     double dt_s_, path_length_m_, path_v_;
-    patient::Vec3 entry_reference_m_;
-    std::optional<patient::Vec3> duct_along_;
+    Vec3 entry_reference_m_;
+    std::optional<Vec3> duct_along_;
     std::uint64_t ticks_ = 0, pause_ticks_ = 1;
     bool was_inside_ = false, ever_inside_ = false, struck_now_ = false, contact_now_ = false;
     std::optional<double> near_miss_now_m_;
@@ -78,7 +78,7 @@ class Metrics {
     bool near_ = false, near_struck_ = false;
     double near_least_m_ = 0.0;
     double no_go_s_ = 0.0, probe_s_ = 0.0;
-    std::optional<patient::Vec3> anchor_m_;
+    std::optional<Vec3> anchor_m_;
     double way_m_ = 0.0, way_breathing_m_ = 0.0, beam_m_ = 0.0,
            angle_rad_m_ = 0.0;  // the last two are integrals over the path
     std::optional<double> least_clearance_m_, entry_off_m_, capsule_v_, duct_angle_rad_, targeting_m_;

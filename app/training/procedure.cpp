@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
-#include "app/format.h"
+#include "base/format.h"
 
 namespace stylet::training {
 
@@ -19,10 +19,8 @@ using haptics::TickOutput;
 using haptics::Tool;
 using patient::Label;
 using patient::MotionModel;
-using patient::Pose;
 using patient::Role;
 using patient::Tissue;
-using patient::Vec3;
 
 namespace {
 

@@ -31,10 +31,9 @@ class Procedure {
     Struck strikingOf(const haptics::TickOutput&) const noexcept;
     bool inTarget(const haptics::TickOutput&) const noexcept;
     void watchSteps(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
-    bool overGap(const patient::Vec3& reference_m) const noexcept;
-    bool inPathsSpace(const patient::Vec3& reference_m) const noexcept;
-    bool showsTarget(const haptics::TickOutput&, const patient::Vec3& target_m,
-                     const UltrasoundState&) const noexcept;
+    bool overGap(const Vec3& reference_m) const noexcept;
+    bool inPathsSpace(const Vec3& reference_m) const noexcept;
+    bool showsTarget(const haptics::TickOutput&, const Vec3& target_m, const UltrasoundState&) const noexcept;
     bool opensEntry(const haptics::Incision&) const noexcept;
     void finish(Step, std::uint64_t tick);
     void tell(const haptics::TickOutput&);
@@ -48,7 +47,7 @@ class Procedure {
     Metrics metrics_;
     patient::Side entry_side_, target_side_;
     patient::LocalMotion entry_motion_, target_motion_;
-    patient::Vec3 axis_reference_{0.0, 0.0, 1.0};
+    Vec3 axis_reference_{0.0, 0.0, 1.0};
     Progress progress_;
     bool begun_ = false, bone_held_ = false;
     haptics::TickOutput before_;

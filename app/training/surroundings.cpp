@@ -8,16 +8,12 @@
 #include <limits>
 #include <vector>
 
-#include "patient/distance.h"
+#include "base/distance.h"
 
 namespace stylet::training {
 
-using patient::Grid;
-using patient::Index3;
 using patient::Label;
 using patient::Patient;
-using patient::Vec3;
-using patient::Volume;
 
 namespace {
 
@@ -83,7 +79,7 @@ Volume<float> distanceToMarked(const Volume<std::uint8_t>& marks, std::uint8_t w
     Volume<std::uint8_t> mask(marks.grid);
     std::transform(marks.voxels.begin(), marks.voxels.end(), mask.voxels.begin(),
                    [&](std::uint8_t m) { return std::uint8_t((m & wanted) != 0); });
-    return patient::distanceTo(mask, patient::Sites::all, kThreads);
+    return distanceTo(mask, Sites::all, kThreads);
 }
 
 // Longest axis of the piece of duct at the target, by power iteration on its second moments.
@@ -141,7 +137,7 @@ Surroundings::Surroundings(const Patient& patient, const patient::PlannedPath& p
 
 double Surroundings::toBorder(const Volume<float>& distance_m, const Vec3& reference_m) const noexcept {
     if (!distance_m.grid.contains(distance_m.grid.nearest(reference_m))) return kInfinity;
-    return std::max(0.0, patient::linearAt(distance_m, reference_m) - half_voxel_m_);
+    return std::max(0.0, linearAt(distance_m, reference_m) - half_voxel_m_);
 }
 
 }  // namespace stylet::training

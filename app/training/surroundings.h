@@ -18,22 +18,18 @@ class Surroundings {
     // Session thread. noexcept, no allocation. Distance to the border of the nearest risk structure (0
     // inside one). As in the planner, it is measured between voxel centres, minus half a voxel. Infinite
     // outside the margin.
-    double toRisk_m(const patient::Vec3& reference_m) const noexcept {
-        return toBorder(risk_m_, reference_m);
-    }
+    double toRisk_m(const Vec3& reference_m) const noexcept { return toBorder(risk_m_, reference_m); }
     // The same for ducts of the target role.
-    double toDuct_m(const patient::Vec3& reference_m) const noexcept {
-        return toBorder(duct_m_, reference_m);
-    }
+    double toDuct_m(const Vec3& reference_m) const noexcept { return toBorder(duct_m_, reference_m); }
     // Direction of the target duct at the target (unit vector); nothing if the duct has no clear direction.
-    const std::optional<patient::Vec3>& ductAlong() const noexcept { return duct_along_; }
+    const std::optional<Vec3>& ductAlong() const noexcept { return duct_along_; }
 
   private:
-    double toBorder(const patient::Volume<float>&, const patient::Vec3&) const noexcept;
+    double toBorder(const Volume<float>&, const Vec3&) const noexcept;
 
-    patient::Volume<float> risk_m_, duct_m_;
+    Volume<float> risk_m_, duct_m_;
     double half_voxel_m_ = 0.0;
-    std::optional<patient::Vec3> duct_along_;
+    std::optional<Vec3> duct_along_;
 };
 
 }  // namespace stylet::training

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 
-#include "haptics/safety.h"
+#include "haptics/output/safety.h"
 
 namespace stylet::haptics {
 

@@ -11,8 +11,8 @@
 
 #include <cstdint>
 
-#include "haptics/device.h"
-#include "haptics/rings.h"
+#include "base/rings.h"
+#include "haptics/tools/device.h"
 
 namespace stylet::haptics {
 

@@ -4,27 +4,25 @@
 #include <array>
 #include <cstdio>
 
-#include "haptics/devices/bridge.h"
-#include "haptics/devices/falcon_firmware.h"
+#include "haptics/devices/bridge/bridge.h"
+#include "haptics/devices/falcon/falcon_firmware.h"
+#include "haptics/devices/inverse3/service_linux.h"
 #include "haptics/devices/permission_linux.h"
 #include "haptics/devices/profiles.h"
-#include "haptics/devices/service_linux.h"
 #ifdef STYLET_LIBUSB
-#include "haptics/devices/falcon.h"
-#include "haptics/devices/falcon_usb.h"
+#include "haptics/devices/falcon/falcon.h"
+#include "haptics/devices/falcon/falcon_usb.h"
 #endif
 #ifdef STYLET_INVERSE3
-#include "haptics/devices/inverse3.h"
+#include "haptics/devices/inverse3/inverse3.h"
 #endif
 #ifdef STYLET_HIDAPI
-#include "haptics/devices/spacemouse.h"
-#include "haptics/devices/woodenhaptics.h"
+#include "haptics/devices/spacemouse/spacemouse.h"
+#include "haptics/devices/woodenhaptics/woodenhaptics.h"
 #endif
 #include "patient/patient.h"
 
 namespace stylet::haptics {
-
-using patient::DataError;
 
 namespace {
 

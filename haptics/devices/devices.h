@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "haptics/devices/driver.h"
-#include "haptics/loop.h"
+#include "haptics/loop/loop.h"
 
 namespace stylet::haptics {
 
@@ -43,14 +43,14 @@ struct FoundDevice {
 std::vector<FoundDevice> findDevices(const DeviceOptions&);
 
 // Profile of a kind before it is opened; unknown values are NaN. May read the model file. Throws
-// patient::DataError.
+// DataError.
 DeviceProfile profileOfKind(std::string_view kind, const DeviceOptions&);
 
 // SHA-256 of the firmware image named in the options, for the record; empty if none is named. Throws
-// patient::DataError.
+// DataError.
 std::string firmwareDigest(const DeviceOptions&);
 
-// Creates the driver for PolledDevice. The clock is used on the device's thread. Throws patient::DataError:
+// Creates the driver for PolledDevice. The clock is used on the device's thread. Throws DataError:
 // unknown kind, not in this build, or a file that is missing or invalid.
 std::unique_ptr<Driver> makeDriver(std::string_view kind, const DeviceOptions&, const Clock&);
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "haptics/device.h"
+#include "haptics/tools/device.h"
 
 namespace stylet::haptics {
 

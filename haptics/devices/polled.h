@@ -9,10 +9,10 @@
 #include <string>
 #include <thread>
 
-#include "haptics/device.h"
+#include "base/rings.h"
 #include "haptics/devices/driver.h"
-#include "haptics/loop.h"
-#include "haptics/rings.h"
+#include "haptics/loop/loop.h"
+#include "haptics/tools/device.h"
 
 namespace stylet::haptics {
 

@@ -6,9 +6,9 @@
 #include <fstream>
 #include <string>
 
-#include "patient/line_reader.h"
+#include "base/line_reader.h"
+#include "base/whole_file.h"
 #include "patient/patient.h"
-#include "patient/whole_file.h"
 
 namespace stylet::haptics {
 
@@ -78,7 +78,7 @@ class TraceReader {
         return s;
     }
 
-    patient::LineReader lines_;
+    LineReader lines_;
     std::string_view line_text_;
 };
 
@@ -97,7 +97,7 @@ Trace parseTrace(const std::filesystem::path& file, std::string_view csv) {
 }
 
 Trace loadTrace(const std::filesystem::path& csv) {
-    return parseTrace(csv, patient::readWholeFile(csv, kMaxTraceBytes));
+    return parseTrace(csv, readWholeFile(csv, kMaxTraceBytes));
 }
 
 void saveTrace(const Trace& trace, const std::filesystem::path& csv) {
@@ -116,7 +116,7 @@ void saveTrace(const Trace& trace, const std::filesystem::path& csv) {
         out << line;
     }
     out.close();
-    if (!out) throw patient::DataError(fresh, "file", "cannot be written");
+    if (!out) throw DataError(fresh, "file", "cannot be written");
     std::filesystem::rename(fresh, csv);
 }
 

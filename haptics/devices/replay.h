@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <string_view>
 
-#include "haptics/device.h"
-#include "haptics/trace.h"
+#include "haptics/loop/trace.h"
+#include "haptics/tools/device.h"
 
 namespace stylet::haptics {
 
@@ -28,7 +28,7 @@ class ReplayDevice final : public HapticDevice {
     Vec3 force_n_{0.0};
 };
 
-// Loads the samples of a trace from CSV (README.md has the format). Throws patient::DataError: file, line,
+// Loads the samples of a trace from CSV (README.md has the format). Throws DataError: file, line,
 // reason. Commands are not included; they belong to the scenario.
 Trace loadTrace(const std::filesystem::path& csv);
 // The same from text; `file` is used in error messages.

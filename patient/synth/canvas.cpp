@@ -1,6 +1,6 @@
 #include "patient/synth/canvas.h"
 
-#include "patient/transcendental.h"
+#include "base/transcendental.h"
 
 namespace stylet::patient::synth {
 

@@ -8,9 +8,9 @@
 #include <thread>
 #include <vector>
 
+#include "base/volume.h"
 #include "patient/synth/anatomy.h"
 #include "patient/synth/labels.h"
-#include "patient/volume.h"
 
 namespace stylet::patient::synth {
 

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <vector>
 
-#include "patient/geometry.h"
+#include "base/geometry.h"
 
 namespace stylet::patient::synth {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "patient/volume.h"
+#include "base/volume.h"
 
 namespace stylet::patient::synth {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "patient/volume.h"
+#include "base/volume.h"
 
 namespace stylet::patient::synth {
 

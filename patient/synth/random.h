@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "patient/geometry.h"
+#include "base/geometry.h"
 
 namespace stylet::patient::synth {
 

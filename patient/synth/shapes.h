@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <span>
 
-#include "patient/geometry.h"
+#include "base/geometry.h"
 
 namespace stylet::patient::synth {
 

@@ -1,8 +1,8 @@
 // Spine, ribs 5 to 12 with their cartilages, sternum.
 // Proportions after Gray's Anatomy (41st ed., ch. 54) and Mohr et al. 2007 (rib cross-sections).
+#include "base/transcendental.h"
 #include "patient/synth/painters.h"
 #include "patient/synth/random.h"
-#include "patient/transcendental.h"
 
 namespace stylet::patient::synth {
 

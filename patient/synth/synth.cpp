@@ -1,6 +1,6 @@
 #include "patient/synth/synth.h"
 
-#include "patient/motion_template.h"
+#include "patient/motion/motion_template.h"
 #include "patient/synth/ct.h"
 #include "patient/synth/painters.h"
 

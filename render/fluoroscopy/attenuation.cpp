@@ -8,10 +8,6 @@
 namespace stylet::render {
 namespace {
 
-using patient::Grid;
-using patient::Index3;
-using patient::Vec3;
-
 Grid coarseGrid(const Grid& fine, double voxel_m) {
     Grid grid = fine;
     for (int axis = 0; axis < 3; ++axis) {
@@ -25,7 +21,7 @@ Grid coarseGrid(const Grid& fine, double voxel_m) {
 
 }  // namespace
 
-AttenuationVolume attenuationOf(const patient::CtVolume& ct, double voxel_m, int threads) {
+AttenuationVolume attenuationOf(const CtVolume& ct, double voxel_m, int threads) {
     AttenuationVolume volume;
     volume.grid = coarseGrid(ct.grid, voxel_m);
     const Index3 dims = volume.grid.dims;
@@ -33,7 +29,7 @@ AttenuationVolume attenuationOf(const patient::CtVolume& ct, double voxel_m, int
     const auto along_x = coversOf(ct.grid, volume.grid, 0, 0, dims.x),
                along_y = coversOf(ct.grid, volume.grid, 1, 0, dims.y),
                along_z = coversOf(ct.grid, volume.grid, 2, 0, dims.z);
-    patient::parallelFor(threads, std::size_t(dims.z), [&](std::size_t z) {
+    parallelFor(threads, std::size_t(dims.z), [&](std::size_t z) {
         std::vector<float> fine(std::size_t(ct.grid.dims.x)),
             plane(std::size_t(dims.x) * std::size_t(dims.y), 0.0f);
         for (std::size_t k = 0; k < along_z[z].weights.size(); ++k)

@@ -18,17 +18,17 @@ constexpr double relativeAttenuation(double hu) {
 }
 
 struct AttenuationVolume {
-    patient::Grid grid;               // the CT's own box
+    Grid grid;                        // the CT's own box
     std::vector<std::uint16_t> half;  // half floats: water is exactly 1
 };
 
 // Resamples to voxels of about `voxel_m`, or to the CT's where those are larger. Each is the mean of what
 // it covers, so the total is preserved. Uses `threads` threads.
-AttenuationVolume attenuationOf(const patient::CtVolume&, double voxel_m, int threads);
+AttenuationVolume attenuationOf(const CtVolume&, double voxel_m, int threads);
 
 // Cells of about `cell_m`: 1 where anything attenuates within `margin_m` of the cell.
 struct CellGrid {
-    patient::Grid grid;
+    Grid grid;
     std::vector<std::uint8_t> occupied;
 };
 CellGrid cellsOf(const AttenuationVolume&, double cell_m, double margin_m);
@@ -40,6 +40,6 @@ struct Cover {
     std::vector<float> weights;  // shares of the voxel
 };
 // Covers of the voxels [low, high) of `to` along an axis by the voxels of `from`.
-std::vector<Cover> coversOf(const patient::Grid& from, const patient::Grid& to, int axis, int low, int high);
+std::vector<Cover> coversOf(const Grid& from, const Grid& to, int axis, int low, int high);
 
 }  // namespace stylet::render

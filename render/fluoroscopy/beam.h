@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "render/scene.h"
+#include "render/scene/scene.h"
 
 namespace stylet::render {
 

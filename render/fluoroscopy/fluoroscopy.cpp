@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "patient/contrast.h"
+#include "patient/contrast/contrast.h"
 #include "render/fluoroscopy/ray_pass.h"
 #include "render/fluoroscopy/screen_pass.h"
 
@@ -24,7 +24,7 @@ bool isInRoom(const Vec3& v) {
            std::fabs(v.z) < kFarthestInRoom_m;
 }
 bool isInRoom(const Pose& pose) {
-    const patient::Quat& q = pose.rotation;
+    const Quat& q = pose.rotation;
     const double norm = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
     return isInRoom(pose.position_m) && std::fabs(norm - 1.0) < 1e-3;
 }
@@ -64,7 +64,7 @@ std::string_view badInput(const FluoroscopyInput& input) {
             return "an instrument's place is not a number";
     if (input.contrast && !input.contrast->added_per_m.empty() &&
         (input.contrast->added_per_m.size() != input.contrast->grid.voxelCount() ||
-         glm::any(glm::lessThan(input.contrast->grid.dims, patient::Index3(2)))))
+         glm::any(glm::lessThan(input.contrast->grid.dims, Index3(2)))))
         return "the contrast does not fill its box";
     return {};
 }
@@ -75,8 +75,7 @@ bool inTissue(const DeformedPatient& patient, const Vec3& p) {
 }
 
 std::string_view badGeometry(const DeformedPatient& patient, const Beam& beam) {
-    if (glm::any(glm::lessThan(patient.patient().grid().dims, patient::Index3(2))))
-        return "there is no patient";
+    if (glm::any(glm::lessThan(patient.patient().grid().dims, Index3(2)))) return "there is no patient";
     if (inTissue(patient, beam.source_m)) return "the X-ray source is inside the patient";
     if (inTissue(patient, beam.detector_m)) return "the detector is inside the patient";
     return {};

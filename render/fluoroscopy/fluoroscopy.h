@@ -15,12 +15,12 @@
 #include "render/fluoroscopy/beam.h"
 #include "render/fluoroscopy/exposure.h"
 #include "render/fluoroscopy/shapes.h"
-#include "render/gpu.h"
-#include "render/scene.h"
+#include "render/gpu/gpu.h"
+#include "render/scene/scene.h"
 #include "render/volume/deformed_patient.h"
 
 namespace stylet::patient {
-struct ContrastTable;  // patient/contrast.h
+struct ContrastTable;  // patient/contrast/contrast.h
 }
 
 namespace stylet::render {

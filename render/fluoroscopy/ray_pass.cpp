@@ -6,7 +6,7 @@
 #include <cstring>
 #include <thread>
 
-#include "render/pipelines.h"
+#include "render/gpu/pipelines.h"
 #include "render/shaders.h"
 
 namespace stylet::render {
@@ -28,13 +28,13 @@ double marginFor(const FluoroscopySettings& settings) {
 glm::vec4 vec4Of(const Vec3& v, double w = 0.0) {
     return glm::vec4(glm::vec3(v), float(w));
 }
-Vec3 toTextureScale(const patient::Grid& grid) {
+Vec3 toTextureScale(const Grid& grid) {
     return 1.0 / (grid.spacing_m * Vec3(grid.dims));
 }
-Vec3 toTextureOffset(const patient::Grid& grid) {
+Vec3 toTextureOffset(const Grid& grid) {
     return 0.5 / Vec3(grid.dims) - grid.origin_m * toTextureScale(grid);
 }
-Vec3 toCellOffset(const patient::Grid& grid) {
+Vec3 toCellOffset(const Grid& grid) {
     return 0.5 - grid.origin_m / grid.spacing_m;
 }
 
@@ -99,7 +99,7 @@ bool RayPass::prepare(const FluoroscopyInput& input, const FluoroscopySettings& 
 gpu::XrayUniforms RayPass::uniformsOf(const Beam& beam, const FluoroscopyInput& input,
                                       const FluoroscopySettings& settings) const {
     const Collimation& c = input.collimation;
-    const patient::Grid& ct = patient_->patient().grid();
+    const Grid& ct = patient_->patient().grid();
     const double pixel_m = settings.detector_m / settings.pixels;
     const Vec3 beyond(0.5 * ct.spacing_m.x, 0.5 * ct.spacing_m.y,
                       0.5 * ct.spacing_m.z + settings.beyond_ends_m);

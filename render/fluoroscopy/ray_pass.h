@@ -3,10 +3,10 @@
 
 #include <map>
 
-#include "render/descriptors.h"
 #include "render/fluoroscopy/fluoroscopy.h"
 #include "render/fluoroscopy/fluoroscopy_shared.h"
 #include "render/fluoroscopy/tissue_image.h"
+#include "render/gpu/descriptors.h"
 
 namespace stylet::render {
 

@@ -6,7 +6,7 @@
 
 #include "render/fluoroscopy/fluoroscopy_shared.h"
 #include "render/fluoroscopy/tone.h"
-#include "render/pipelines.h"
+#include "render/gpu/pipelines.h"
 #include "render/shaders.h"
 
 namespace stylet::render {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "render/descriptors.h"
 #include "render/fluoroscopy/fluoroscopy.h"
+#include "render/gpu/descriptors.h"
 
 namespace stylet::render {
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "render/scene.h"
+#include "render/scene/scene.h"
 
 namespace stylet::render {
 

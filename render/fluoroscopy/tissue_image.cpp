@@ -10,10 +10,6 @@
 namespace stylet::render {
 namespace {
 
-using patient::Grid;
-using patient::Index3;
-using patient::Vec3;
-
 constexpr double kCell_m = 0.008;
 
 GpuImage makeImage(const Gpu& gpu, vk::Format format, const Grid& grid, std::size_t bytes,
@@ -33,7 +29,7 @@ std::size_t texels(const Index3& dims) {
 
 }  // namespace
 
-bool TissueImage::prepare(const patient::CtVolume& ct, double voxel_m, double margin_m) {
+bool TissueImage::prepare(const CtVolume& ct, double voxel_m, double margin_m) {
     const bool other_volume = voxel_m_ != voxel_m;
     if (!other_volume && margin_m_ == margin_m) return false;
     if (other_volume) {

@@ -2,9 +2,9 @@
 // volume when it changes, so it costs the rays nothing.
 #pragma once
 
-#include "patient/contrast.h"
+#include "patient/contrast/contrast.h"
 #include "render/fluoroscopy/attenuation.h"
-#include "render/memory.h"
+#include "render/gpu/memory.h"
 
 namespace stylet::render {
 
@@ -13,20 +13,20 @@ class TissueImage {
     explicit TissueImage(const Gpu& gpu) : gpu_(&gpu) {}
 
     // Returns true if the images are new. `margin_m`: as in cellsOf().
-    bool prepare(const patient::CtVolume&, double voxel_m, double margin_m);
+    bool prepare(const CtVolume&, double voxel_m, double margin_m);
     // Writes the contrast if the table, its revision or the volume has changed, or if `always`. Null or
     // empty: no contrast. Returns true if it was written.
     bool show(const patient::ContrastTable*, bool always);
     void recordUpload(const vk::raii::CommandBuffer&);
 
-    const patient::Grid& grid() const { return base_.grid; }
-    const patient::Grid& cellGrid() const { return cells_.grid; }
+    const Grid& grid() const { return base_.grid; }
+    const Grid& cellGrid() const { return cells_.grid; }
     const GpuImage& tissue() const { return tissue_; }      // R16F, relative to water
     const GpuImage& cells() const { return cells_image_; }  // R8_UINT: 0 where nothing attenuates
 
   private:
     struct Region {
-        patient::Index3 low{0}, high{0};  // [low, high)
+        Index3 low{0}, high{0};  // [low, high)
         bool empty() const { return glm::any(glm::lessThanEqual(high, low)); }
         friend bool operator==(const Region&, const Region&) = default;
     };

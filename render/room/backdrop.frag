@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "render/bindings.glsl"
-#include "render/lighting.glsl"
+#include "render/scene/bindings.glsl"
+#include "render/scene/lighting.glsl"
 
 layout(location = 0) flat in int eye;
 layout(location = 0) out vec4 colour;

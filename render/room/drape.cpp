@@ -57,13 +57,13 @@ class Body {
   public:
     explicit Body(const patient::Patient& patient) : package_(patient.package()), grid_(package_.ct.grid) {}
     bool at(const Vec3& p) const {
-        const patient::Index3 i = grid_.nearest(p);
+        const Index3 i = grid_.nearest(p);
         return grid_.contains(i) && double(package_.ct.voxels[grid_.offset(i)]) >= package_.thresholds.t0_hu;
     }
 
   private:
     const patient::Package& package_;
-    const patient::Grid& grid_;
+    const Grid& grid_;
 };
 
 double skinRadius(const Body& body, const Trunk& trunk, double angle, double z_m, double step_m,
@@ -98,7 +98,7 @@ void stretch(Trunk& trunk) {
 }
 
 Trunk trunkOf(const patient::Patient& patient, double back_m, const Vec3& field_m) {
-    const patient::Grid& grid = patient.grid();
+    const Grid& grid = patient.grid();
     const Vec3 far = grid.centre(grid.dims - 1);
     const Body body(patient);
     Trunk trunk;

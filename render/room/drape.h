@@ -5,7 +5,7 @@
 
 #include <span>
 
-#include "render/memory.h"
+#include "render/gpu/memory.h"
 #include "render/room/mesh.h"
 #include "render/room/scene_meshes.h"
 

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // The part of an eye's picture that the lens hides. It is drawn on the near plane, so that nothing else is
 // drawn there.
-#include "render/stereo.glsl"
-#include "render/bindings.glsl"
+#include "render/scene/stereo.glsl"
+#include "render/scene/bindings.glsl"
 
 layout(push_constant) uniform Push { MeshPush part; };
 layout(location = 0) in vec3 tangents_eye;  // tangents right and up; z: index of the eye

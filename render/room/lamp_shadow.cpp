@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "render/image_states.h"
-#include "render/uniforms.h"
+#include "render/gpu/image_states.h"
+#include "render/scene/projection.h"
 
 namespace stylet::render {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "render/descriptors.h"
+#include "render/gpu/descriptors.h"
 #include "render/room/scene_meshes.h"
 
 namespace stylet::render {

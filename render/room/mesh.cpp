@@ -11,13 +11,12 @@
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 
-#include "patient/package.h"
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
+#include "patient/package/package.h"
 
 namespace stylet::render {
 namespace {
 
-using patient::DataError;
 using std::filesystem::path;
 
 constexpr std::size_t kMaxFileBytes = 64u << 20;
@@ -314,7 +313,7 @@ void appendNode(const path& file, const tinygltf::Model& model, int index, const
 }  // namespace
 
 Mesh loadMesh(const path& file) {
-    const std::string bytes = patient::readWholeFile(file, kMaxFileBytes);
+    const std::string bytes = readWholeFile(file, kMaxFileBytes);
     return parseMesh(file, {reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()});
 }
 

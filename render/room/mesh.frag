@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // Lights the meshes of the room, in the room frame. A software rasteriser computes both sides of every
 // branch, so features that only some meshes need are specialisation constants.
-#include "render/bindings.glsl"
-#include "render/lighting.glsl"
+#include "render/scene/bindings.glsl"
+#include "render/scene/lighting.glsl"
 
 layout(constant_id = 0) const int kKind = 0;       // kPlain, kTable, kFloor, kScreen, kCloth
 layout(constant_id = 1) const int kLamp = 0;       // kUnlit, kFromAfar, kBeam

@@ -36,7 +36,7 @@ struct Mesh {
 };
 
 // Reads .glb or .gltf whose buffers are embedded; every offset, stride, count and index is checked here. Node
-// transforms are applied. Throws patient::DataError naming file, field and reason.
+// transforms are applied. Throws DataError naming file, field and reason.
 Mesh loadMesh(const std::filesystem::path&);
 // The same from memory; errors name `file`.
 Mesh parseMesh(const std::filesystem::path& file, std::span<const unsigned char> bytes);

@@ -30,9 +30,9 @@ Lamp lampOver(const Vec3& field_stage, const Vec3& lamp_from_field) {
 const Vec3 kLampFromField = glm::normalize(Vec3(0.45, 0.9, 0.15));
 
 Pose patientFromTable(const PatientVolume& volume) {
-    const patient::Grid& grid = volume.patient().grid();
+    const Grid& grid = volume.patient().grid();
     const Vec3 middle = grid.origin_m + 0.5 * grid.spacing_m * Vec3(grid.dims - 1);
-    return {patient::Quat(1, 0, 0, 0), Vec3(middle.x, volume.backHeight(), middle.z)};
+    return {Quat(1, 0, 0, 0), Vec3(middle.x, volume.backHeight(), middle.z)};
 }
 
 Placement placementOf(const RenderScene& scene, const PatientVolume* volume) {

@@ -4,7 +4,7 @@
 
 #include <glm/mat4x4.hpp>
 
-#include "render/scene.h"
+#include "render/scene/scene.h"
 #include "render/volume/patient_volume.h"
 
 namespace stylet::render {

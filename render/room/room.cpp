@@ -1,6 +1,6 @@
 #include "render/room/room.h"
 
-#include "render/frame_bindings.h"
+#include "render/scene/frame_bindings.h"
 
 #include <algorithm>
 
@@ -8,7 +8,7 @@
 #include <glm/packing.hpp>
 
 #include "render/room/environment.h"
-#include "render/uniforms.h"
+#include "render/scene/projection.h"
 
 namespace stylet::render {
 namespace {

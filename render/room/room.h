@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "render/descriptors.h"
+#include "render/gpu/descriptors.h"
 #include "render/room/drape.h"
 #include "render/room/lamp_shadow.h"
 #include "render/room/placement.h"

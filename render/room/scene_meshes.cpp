@@ -7,8 +7,8 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/matrix.hpp>
 
-#include "patient/package.h"
-#include "render/uniforms.h"
+#include "patient/package/package.h"
+#include "render/scene/projection.h"
 
 namespace stylet::render {
 namespace {
@@ -61,8 +61,8 @@ class Shelf {
         }
         model.index_count = std::uint32_t(indices.size()) - model.first_index;
         if (model.index_count == 0)
-            throw patient::DataError(file_, "node '" + std::string(node) + "'",
-                                     material.empty() ? "missing" : "without " + std::string(material));
+            throw DataError(file_, "node '" + std::string(node) + "'",
+                            material.empty() ? "missing" : "without " + std::string(material));
         model.middle_m = 0.5f * (low + high);
         model.radius_m = 0.5f * glm::length(high - low);
         model.right_m = bottom_right - bottom_left, model.up_m = top_left - bottom_left;

@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "render/frame_shared.h"
-#include "render/memory.h"
+#include "render/gpu/memory.h"
 #include "render/room/mesh.h"
 #include "render/room/placement.h"
-#include "render/scene.h"
+#include "render/scene/frame_shared.h"
+#include "render/scene/scene.h"
 
 namespace stylet::render {
 

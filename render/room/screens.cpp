@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cstring>
 
-#include "render/image_states.h"
+#include "render/gpu/image_states.h"
 
 namespace stylet::render {
 namespace {

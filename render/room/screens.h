@@ -2,9 +2,9 @@
 // picture changes.
 #pragma once
 
-#include "render/memory.h"
+#include "render/gpu/memory.h"
 #include "render/room/room_shared.h"
-#include "render/scene.h"
+#include "render/scene/scene.h"
 
 namespace stylet::render {
 

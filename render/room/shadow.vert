@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Draws the shadow casters as seen from the lamp.
-#include "render/bindings.glsl"
+#include "render/scene/bindings.glsl"
 
 layout(push_constant) uniform Push { MeshPush part; };
 layout(location = 0) in vec3 position;

@@ -8,9 +8,6 @@
 namespace stylet::render {
 namespace {
 
-using patient::Index3;
-using patient::Vec3;
-
 constexpr std::array<double, 5> kBinomial{1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
 constexpr double kFlatMoment = 0.08;  // a smaller first moment gives no direction (a thin sheet, a speck)
 constexpr double kLeastNear = 0.03;
@@ -31,8 +28,8 @@ double reachOf(double share) {
 }
 
 // Mean of a voxel, counted twice, and its six neighbours. Suppresses the scanner's noise.
-double calmHu(const patient::CtVolume& ct, const Index3& i) {
-    const patient::Grid& grid = ct.grid;
+double calmHu(const CtVolume& ct, const Index3& i) {
+    const Grid& grid = ct.grid;
     const std::size_t at = grid.offset(i), across = std::size_t(grid.dims.x);
     const std::array<std::size_t, 3> step{1, across, across * std::size_t(grid.dims.y)};
     int sum = 2 * ct.voxels[at];
@@ -88,7 +85,7 @@ AcousticEncoder::AcousticEncoder(const patient::Patient& patient, const Acoustic
                                  Workers& workers)
     : patient_(&patient), table_(&table), workers_(&workers), rows_(patient.grid().voxelCount()) {
     const std::array<int, 256> of_labels = acousticsOfLabels(table, patient);
-    const patient::Grid& grid = patient.grid();
+    const Grid& grid = patient.grid();
     workers.run(std::size_t(grid.dims.z), [&](std::size_t z, int) {
         for (int y = 0; y < grid.dims.y; ++y)
             for (int x = 0; x < grid.dims.x; ++x) {
@@ -99,7 +96,7 @@ AcousticEncoder::AcousticEncoder(const patient::Patient& patient, const Acoustic
 }
 
 int AcousticEncoder::at(const Index3& i) const {
-    const patient::Grid& grid = patient_->grid();
+    const Grid& grid = patient_->grid();
     return rows_[grid.offset(glm::clamp(i, Index3(0), grid.dims - 1))];
 }
 
@@ -125,7 +122,7 @@ AcousticVoxel AcousticEncoder::voxelAt(const Index3& i) const {
 
 // True if all voxels that touch a voxel are of its tissue.
 bool AcousticEncoder::alone(const Index3& i) const {
-    const patient::Grid& grid = patient_->grid();
+    const Grid& grid = patient_->grid();
     const Index3 low = glm::max(i - 1, Index3(0)), high = glm::min(i + 1, grid.dims - 1);
     const std::uint8_t row = rows_[grid.offset(i)];
     for (int z = low.z; z <= high.z; ++z)

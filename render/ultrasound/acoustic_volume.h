@@ -17,7 +17,7 @@ struct AcousticVoxel {
     int tissue = 0, other = 0;
     bool border = false;
     double near = 0.0;  // 0 to kNearRange
-    patient::Vec3 normal{0.0, 0.0, 1.0};
+    Vec3 normal{0.0, 0.0, 1.0};
     double vary = 0.0;  // (CT value - hu_centre) / hu_span, -1 to 1
 };
 std::uint32_t pack(const AcousticVoxel&);
@@ -25,7 +25,7 @@ AcousticVoxel unpack(std::uint32_t);
 
 // Row of the table for a voxel.
 int acousticAt(const patient::Patient&, const AcousticTable&, const std::array<int, 256>& of_labels,
-               const patient::Index3&);
+               const Index3&);
 
 // Encodes planes [z0, z1) of all the patient's voxels: packed, x-fastest.
 class AcousticEncoder {
@@ -34,10 +34,10 @@ class AcousticEncoder {
     void encode(int z0, int z1, std::uint32_t* out) const;
 
   private:
-    AcousticVoxel voxelAt(const patient::Index3&) const;
-    bool alone(const patient::Index3&) const;
-    void findBorder(const patient::Index3&, AcousticVoxel&) const;
-    int at(const patient::Index3&) const;
+    AcousticVoxel voxelAt(const Index3&) const;
+    bool alone(const Index3&) const;
+    void findBorder(const Index3&, AcousticVoxel&) const;
+    int at(const Index3&) const;
 
     const patient::Patient* patient_;
     const AcousticTable* table_;

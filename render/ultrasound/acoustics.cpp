@@ -4,7 +4,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 #include "render/ultrasound/toml_fields.h"
 
 namespace stylet::render {
@@ -72,7 +72,7 @@ bool acousticRuleFits(const AcousticRule& rule, const patient::Label& label) {
 }  // namespace
 
 AcousticTable loadAcoustics(const path& file) {
-    return parseAcoustics(file, patient::readWholeFile(file, kMaxAcousticsBytes));
+    return parseAcoustics(file, readWholeFile(file, kMaxAcousticsBytes));
 }
 
 AcousticTable parseAcoustics(const path& file, std::string_view text) {

@@ -52,7 +52,7 @@ struct AcousticTable {
     int classOf(double hu_value) const;  // for voxels that no rule matches
 };
 
-AcousticTable loadAcoustics(const std::filesystem::path& toml);  // throws patient::DataError
+AcousticTable loadAcoustics(const std::filesystem::path& toml);  // throws DataError
 // The same from memory; errors name `file`.
 AcousticTable parseAcoustics(const std::filesystem::path& file, std::string_view toml);
 

@@ -7,9 +7,6 @@
 
 namespace stylet::render {
 
-using patient::Pose;
-using patient::Vec3;
-
 struct NeedleShape {
     double radius_m = 0.00074, length_m = 0.200;  // 17 G
 };

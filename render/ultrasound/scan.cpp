@@ -89,7 +89,7 @@ bool finite(const Vec3& v) {
 }
 
 bool sound(const Pose& pose) {
-    const patient::Quat& q = pose.rotation;
+    const Quat& q = pose.rotation;
     const double size = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
     return finite(pose.position_m) && glm::length(pose.position_m) < 100.0 && std::fabs(size - 1.0) < 1e-3;
 }

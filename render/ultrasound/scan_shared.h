@@ -24,7 +24,7 @@ const float kScattererScale = 0.0067658;
 // Comet tail of a needle: share of its echo, decay length to 1/e.
 const float kComet = 0.30, kComet_m = 0.0035;
 const float kUnknownFacing = 0.6;                         // |cos| for a change of impedance without a border
-const float kFlowUnit = 32767.0, kFlowKindStep = 6000.0;  // patient/vessel_flow.h
+const float kFlowUnit = 32767.0, kFlowKindStep = 6000.0;  // patient/contrast/vessel_flow.h
 
 struct AcousticUniforms {
     vec4 mean;  // ln impedance; two-way amplitude that a step passes; drawn length of a step, m; scatter
@@ -54,7 +54,7 @@ struct ScanUniforms {
     vec4 flow_offset;           // w: Nyquist velocity, m/s
     vec4 flow_dims;             // voxels
     vec4 flow_look;             // wall filter, m/s; gain; columns and rows of the Doppler grid
-    vec4 pulses[2];             // factor of the heartbeat for each kind of vessel (patient/vessel_flow.h)
+    vec4 pulses[2];  // factor of the heartbeat for each kind of vessel (patient/contrast/vessel_flow.h)
     // Summed beam width, standard deviations; correlation of the noise one step apart; creep of the gel, m.
     vec4 reach;
     AcousticUniforms tissues[kMostTissues];

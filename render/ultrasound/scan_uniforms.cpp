@@ -59,7 +59,7 @@ PictureView pictureView(const Transducer& probe, const UltrasoundSettings& setti
 }
 
 void fillUniforms(const ScanPlan& plan, const UltrasoundInput& input, const UltrasoundSettings& settings,
-                  const Transducer& probe, const AcousticTable& table, const patient::Grid& grid,
+                  const Transducer& probe, const AcousticTable& table, const Grid& grid,
                   gpu::ScanUniforms& u) {
     const Pose& patient_from_probe = *input.patient_from_probe;
     u.voxel_scale = padded(1.0 / grid.spacing_m, table.roughness);

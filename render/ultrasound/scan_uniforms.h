@@ -21,7 +21,7 @@ inline constexpr int kDopplerColumns = 64, kDopplerRows = 96;
 
 // Fills all but deform_*, tool_*, flow_* and pulses.
 void fillUniforms(const ScanPlan&, const UltrasoundInput&, const UltrasoundSettings&, const Transducer&,
-                  const AcousticTable&, const patient::Grid&, gpu::ScanUniforms& out);
+                  const AcousticTable&, const Grid&, gpu::ScanUniforms& out);
 void fillLines(const ScanPlan&, const UltrasoundInput&, const UltrasoundSettings&, const Transducer&,
                const AcousticTable&, const Contact&, gpu::LineUniforms* out);
 void fillDepths(const ScanPlan&, gpu::DepthUniforms* out);

@@ -1,10 +1,8 @@
 #include "render/ultrasound/toml_fields.h"
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet::render {
-
-using patient::DataError;
 
 toml::table parseToml(const std::filesystem::path& file, std::string_view text) {
     try {

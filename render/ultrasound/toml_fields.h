@@ -12,7 +12,7 @@ inline constexpr double kMm = 1e-3;  // in metres
 
 toml::table parseToml(const std::filesystem::path& file, std::string_view text);
 
-// A table and its place in a file. All functions throw patient::DataError.
+// A table and its place in a file. All functions throw DataError.
 struct TomlFields {
     const std::filesystem::path& file;
     std::string where;  // "tissue[3]", empty for the root

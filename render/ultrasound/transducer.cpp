@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 #include "render/ultrasound/toml_fields.h"
 
 namespace stylet::render {
@@ -24,7 +24,7 @@ double square(double x) {
 }  // namespace
 
 Transducer loadTransducer(const std::filesystem::path& file) {
-    return parseTransducer(file, patient::readWholeFile(file, kMaxTransducerBytes));
+    return parseTransducer(file, readWholeFile(file, kMaxTransducerBytes));
 }
 
 Transducer parseTransducer(const std::filesystem::path& file, std::string_view text) {

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "patient/geometry.h"
+#include "base/geometry.h"
 
 namespace stylet::render {
 
@@ -29,13 +29,13 @@ struct Transducer {
     friend bool operator==(const Transducer&, const Transducer&) = default;
 };
 
-Transducer loadTransducer(const std::filesystem::path& toml);  // throws patient::DataError
+Transducer loadTransducer(const std::filesystem::path& toml);  // throws DataError
 // The same from memory; errors name `file`.
 Transducer parseTransducer(const std::filesystem::path& file, std::string_view toml);
 
 // A scan line in the probe's frame; `share` from -1 (at -x) to 1.
 struct ScanLine {
-    patient::Vec3 origin_m, direction;
+    Vec3 origin_m, direction;
 };
 ScanLine scanLine(const Transducer&, double share);
 // Distance between neighbouring lines at a depth, of `lines` lines.

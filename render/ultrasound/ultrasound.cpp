@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstring>
 
-#include "patient/vessel_flow.h"
-#include "render/descriptors.h"
-#include "render/pipelines.h"
+#include "patient/contrast/vessel_flow.h"
+#include "render/gpu/descriptors.h"
+#include "render/gpu/pipelines.h"
 #include "render/shaders.h"
 #include "render/ultrasound/acoustic_volume.h"
 #include "render/ultrasound/scan_uniforms.h"
@@ -67,8 +67,7 @@ GpuImage makeVoxels(const Gpu& gpu, const patient::Patient& patient, const Acous
 }
 
 template <typename Texel>
-GpuImage makeFilled(const Gpu& gpu, vk::Format format, const patient::Index3& dims,
-                    const std::vector<Texel>& texels) {
+GpuImage makeFilled(const Gpu& gpu, vk::Format format, const Index3& dims, const std::vector<Texel>& texels) {
     GpuImage image = makeVolumeImage(gpu, format, dims);
     const std::size_t plane = std::size_t(dims.x) * std::size_t(dims.y);
     uploadPlanes(gpu, image, sizeof(Texel), [&](int z0, int z1, std::byte* out) {
@@ -137,7 +136,7 @@ struct Ultrasound::Impl {
     UltrasoundSettings planned;  // settings of `plan`
     Transducer planned_probe;
     bool has_flow = false;
-    patient::Grid flow_grid;
+    Grid flow_grid;
     double flow_scale_m_per_s = 1.0;
     ScanFeatures scanned_features{};
     int reserved_images = -1;
@@ -151,7 +150,7 @@ struct Ultrasound::Impl {
           table(t),
           of_labels(acousticsOfLabels(table, p.patient())),
           voxels(makeVoxels(g, p.patient(), table)),
-          flow(makeFilled(g, vk::Format::eR16G16B16A16Sint, patient::Index3(2),
+          flow(makeFilled(g, vk::Format::eR16G16B16A16Sint, Index3(2),
                           std::vector<std::array<std::int16_t, 4>>(8))),
           nearest(makeSampler(g, vk::Filter::eNearest, vk::SamplerAddressMode::eClampToEdge)),
           clamped(makeSampler(g, vk::Filter::eLinear, vk::SamplerAddressMode::eClampToEdge)),

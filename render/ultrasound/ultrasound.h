@@ -5,8 +5,8 @@
 #include <memory>
 #include <span>
 
-#include "render/gpu.h"
-#include "render/scene.h"
+#include "render/gpu/gpu.h"
+#include "render/scene/scene.h"
 #include "render/ultrasound/acoustics.h"
 #include "render/ultrasound/scan.h"
 #include "render/ultrasound/transducer.h"

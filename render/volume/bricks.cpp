@@ -21,7 +21,7 @@ Reach reach(int voxel, int bricks) {
 constexpr double kRounding_m = 2e-5;  // rounding error of the tables' half floats
 
 struct Box {
-    patient::Vec3 low, high;
+    Vec3 low, high;
 };
 
 using Lanes = float __attribute__((vector_size(16)));
@@ -38,12 +38,12 @@ glm::vec3 xyzOf(Lanes v) {
 // Bounds of the reference points of a box of the deformed patient. Linear interpolation stays within the
 // values of its nodes.
 Box sourceOf(const DeformTables& tables, const Box& box) {
-    const patient::Index3 last = tables.grid.dims - 1;
-    const auto nodeAt = [&](const patient::Vec3& p, bool up) {
-        const patient::Vec3 at = glm::clamp(tables.grid.toVoxels(p), patient::Vec3(0.0), patient::Vec3(last));
-        return patient::Index3(up ? glm::ceil(at) : glm::floor(at));
+    const Index3 last = tables.grid.dims - 1;
+    const auto nodeAt = [&](const Vec3& p, bool up) {
+        const Vec3 at = glm::clamp(tables.grid.toVoxels(p), Vec3(0.0), Vec3(last));
+        return Index3(up ? glm::ceil(at) : glm::floor(at));
     };
-    const patient::Index3 first = nodeAt(box.low, false), end = nodeAt(box.high, true);
+    const Index3 first = nodeAt(box.low, false), end = nodeAt(box.high, true);
     Lanes low_in = kAbove, high_in = -kAbove, low_out = kAbove, high_out = -kAbove;
     for (int z = first.z; z <= end.z; ++z)
         for (int y = first.y; y <= end.y; ++y) {
@@ -57,10 +57,10 @@ Box sourceOf(const DeformTables& tables, const Box& box) {
     glm::vec3 low = xyzOf(low_out), high = xyzOf(high_out);
     if (high_in[3] < 0.0f) low = xyzOf(low_in), high = xyzOf(high_in);
     if (low_in[3] < 0.0f) low = glm::min(low, xyzOf(low_in)), high = glm::max(high, xyzOf(high_in));
-    return {box.low + patient::Vec3(low) - kRounding_m, box.high + patient::Vec3(high) + kRounding_m};
+    return {box.low + Vec3(low) - kRounding_m, box.high + Vec3(high) + kRounding_m};
 }
 
-bool anyOccupied(const BrickGrid& grid, const patient::Index3& low, const patient::Index3& high) {
+bool anyOccupied(const BrickGrid& grid, const Index3& low, const Index3& high) {
     for (int z = low.z; z <= high.z; ++z)
         for (int y = low.y; y <= high.y; ++y)
             for (int x = low.x; x <= high.x; ++x)
@@ -70,11 +70,11 @@ bool anyOccupied(const BrickGrid& grid, const patient::Index3& low, const patien
 
 }  // namespace
 
-BrickGrid::BrickGrid(const patient::Index3& voxels)
+BrickGrid::BrickGrid(const Index3& voxels)
     : dims((voxels + (kBrickVoxels - 1)) / kBrickVoxels),
       occupied(std::size_t(dims.x) * std::size_t(dims.y) * std::size_t(dims.z), 0) {}
 
-void markOccupied(BrickGrid& grid, const patient::Index3& voxels, int z0, int z1, const std::byte* rgba) {
+void markOccupied(BrickGrid& grid, const Index3& voxels, int z0, int z1, const std::byte* rgba) {
     std::vector<std::uint8_t> row(std::size_t(grid.dims.x));
     for (int z = z0; z < z1; ++z) {
         for (int y = 0; y < voxels.y; ++y) {
@@ -98,16 +98,15 @@ void markOccupied(BrickGrid& grid, const patient::Index3& voxels, int z0, int z1
 namespace {
 
 // True if any point of brick `i` of the deformed patient comes from an occupied brick.
-bool seesOccupied(const BrickGrid& reference, const patient::Grid& grid, const DeformTables& tables,
-                  const patient::Index3& i) {
-    const patient::Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
-    const patient::Vec3 corner_m = grid.origin_m - 0.5 * grid.spacing_m;
-    const patient::Vec3 last(reference.dims - 1);
-    const patient::Vec3 low_m = corner_m + brick_m * patient::Vec3(i);
+bool seesOccupied(const BrickGrid& reference, const Grid& grid, const DeformTables& tables, const Index3& i) {
+    const Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
+    const Vec3 corner_m = grid.origin_m - 0.5 * grid.spacing_m;
+    const Vec3 last(reference.dims - 1);
+    const Vec3 low_m = corner_m + brick_m * Vec3(i);
     const Box source = sourceOf(tables, {low_m, low_m + brick_m});
-    const auto brickOf = [&](const patient::Vec3& p) {
-        const patient::Vec3 at = glm::floor((p - corner_m) / brick_m);
-        return patient::Index3(glm::clamp(at, patient::Vec3(0.0), last));
+    const auto brickOf = [&](const Vec3& p) {
+        const Vec3 at = glm::floor((p - corner_m) / brick_m);
+        return Index3(glm::clamp(at, Vec3(0.0), last));
     };
     return anyOccupied(reference, brickOf(source.low), brickOf(source.high));
 }
@@ -122,13 +121,12 @@ BreathedBricks::BreathedBricks(const BrickGrid& reference)
     to_empty_ = leapDistances(empty);
 }
 
-void BreathedBricks::see(const patient::Grid& grid, const DeformTables& tables, double reach_m,
-                         Workers& workers) {
-    const patient::Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
+void BreathedBricks::see(const Grid& grid, const DeformTables& tables, double reach_m, Workers& workers) {
+    const Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
     const double least_m = std::min({brick_m.x, brick_m.y, brick_m.z});
     const auto reach = std::uint32_t(std::ceil((reach_m + kRounding_m) / least_m));
     workers.run(std::size_t(seen_.dims.z), [&](std::size_t z, int) {
-        patient::Index3 i(0, 0, int(z));
+        Index3 i(0, 0, int(z));
         for (i.y = 0; i.y < seen_.dims.y; ++i.y)
             for (i.x = 0; i.x < seen_.dims.x; ++i.x) {
                 const std::size_t at = seen_.offset(i.x, i.y, i.z);
@@ -138,35 +136,34 @@ void BreathedBricks::see(const patient::Grid& grid, const DeformTables& tables, 
     });
 }
 
-BrickGrid displaceOccupancy(const BrickGrid& breathed, const patient::Grid& grid,
+BrickGrid displaceOccupancy(const BrickGrid& breathed, const Grid& grid,
                             const patient::DisplacementTable& tool) {
     BrickGrid displaced;
     displaceOccupancy(breathed, grid, tool, displaced);
     return displaced;
 }
 
-void displaceOccupancy(const BrickGrid& breathed, const patient::Grid& grid,
-                       const patient::DisplacementTable& tool, BrickGrid& displaced) {
+void displaceOccupancy(const BrickGrid& breathed, const Grid& grid, const patient::DisplacementTable& tool,
+                       BrickGrid& displaced) {
     displaced = breathed;
-    const patient::Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
-    const patient::Vec3 corner_m = grid.origin_m - 0.5 * grid.spacing_m;
-    const patient::Index3 last_node = tool.grid.dims - 1, last_brick = breathed.dims - 1;
-    const auto brickOf = [&](const patient::Vec3& p) {
-        return patient::Index3(
-            glm::clamp(glm::floor((p - corner_m) / brick_m), patient::Vec3(0.0), patient::Vec3(last_brick)));
+    const Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
+    const Vec3 corner_m = grid.origin_m - 0.5 * grid.spacing_m;
+    const Index3 last_node = tool.grid.dims - 1, last_brick = breathed.dims - 1;
+    const auto brickOf = [&](const Vec3& p) {
+        return Index3(glm::clamp(glm::floor((p - corner_m) / brick_m), Vec3(0.0), Vec3(last_brick)));
     };
-    const patient::Index3 first = brickOf(tool.grid.origin_m), end = brickOf(tool.grid.centre(last_node));
-    patient::Index3 b;
+    const Index3 first = brickOf(tool.grid.origin_m), end = brickOf(tool.grid.centre(last_node));
+    Index3 b;
     for (b.z = first.z; b.z <= end.z; ++b.z)
         for (b.y = first.y; b.y <= end.y; ++b.y)
             for (b.x = first.x; b.x <= end.x; ++b.x) {
-                const patient::Vec3 low_m = corner_m + brick_m * patient::Vec3(b), high_m = low_m + brick_m;
-                const patient::Vec3 low_at = glm::floor(tool.grid.toVoxels(low_m)),
-                                    high_at = glm::ceil(tool.grid.toVoxels(high_m));
-                const patient::Index3 from(glm::clamp(low_at, patient::Vec3(0.0), patient::Vec3(last_node)));
-                const patient::Index3 to(glm::clamp(high_at, patient::Vec3(0.0), patient::Vec3(last_node)));
+                const Vec3 low_m = corner_m + brick_m * Vec3(b), high_m = low_m + brick_m;
+                const Vec3 low_at = glm::floor(tool.grid.toVoxels(low_m)),
+                           high_at = glm::ceil(tool.grid.toVoxels(high_m));
+                const Index3 from(glm::clamp(low_at, Vec3(0.0), Vec3(last_node)));
+                const Index3 to(glm::clamp(high_at, Vec3(0.0), Vec3(last_node)));
                 glm::vec3 least(0.0f), most(0.0f);  // outside the table's box nothing moves
-                patient::Index3 i;
+                Index3 i;
                 for (i.z = from.z; i.z <= to.z; ++i.z)
                     for (i.y = from.y; i.y <= to.y; ++i.y)
                         for (i.x = from.x; i.x <= to.x; ++i.x) {
@@ -174,8 +171,8 @@ void displaceOccupancy(const BrickGrid& breathed, const patient::Grid& grid,
                             least = glm::min(least, moved), most = glm::max(most, moved);
                         }
                 displaced.occupied[displaced.offset(b.x, b.y, b.z)] =
-                    anyOccupied(breathed, brickOf(low_m - patient::Vec3(most) - kRounding_m),
-                                brickOf(high_m - patient::Vec3(least) + kRounding_m));
+                    anyOccupied(breathed, brickOf(low_m - Vec3(most) - kRounding_m),
+                                brickOf(high_m - Vec3(least) + kRounding_m));
             }
 }
 

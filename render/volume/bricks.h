@@ -13,11 +13,11 @@ namespace stylet::render {
 inline constexpr int kBrickVoxels = 8;
 
 struct BrickGrid {
-    patient::Index3 dims{0};
+    Index3 dims{0};
     std::vector<std::uint8_t> occupied;  // x fastest
 
     BrickGrid() = default;
-    explicit BrickGrid(const patient::Index3& voxels);
+    explicit BrickGrid(const Index3& voxels);
     std::size_t offset(int x, int y, int z) const {
         return (std::size_t(z) * std::size_t(dims.y) + std::size_t(y)) * std::size_t(dims.x) + std::size_t(x);
     }
@@ -25,7 +25,7 @@ struct BrickGrid {
 
 // Marks the bricks that planes [z0, z1) of RGBA8 texels make visible: those in which a sample, interpolated
 // between voxels, can have a non-zero alpha.
-void markOccupied(BrickGrid&, const patient::Index3& voxels, int z0, int z1, const std::byte* rgba);
+void markOccupied(BrickGrid&, const Index3& voxels, int z0, int z1, const std::byte* rgba);
 
 // Occupancy of the bricks in the breathing patient. A brick of the deformed patient is occupied if any
 // point in it comes from an occupied brick of the reference. The tables are read only where both occupied
@@ -35,10 +35,10 @@ class BreathedBricks {
     BreathedBricks() = default;
     explicit BreathedBricks(const BrickGrid& reference);
     // Recomputes the occupancy with tables that move no point farther than `reach_m`. Allocates nothing.
-    void see(const patient::Grid&, const DeformTables&, double reach_m, Workers&);
+    void see(const Grid&, const DeformTables&, double reach_m, Workers&);
     void seeReference() { seen_ = reference_; }
     const BrickGrid& seen() const { return seen_; }
-    patient::Index3 dims() const { return reference_.dims; }
+    Index3 dims() const { return reference_.dims; }
 
   private:
     BrickGrid reference_, seen_;
@@ -46,10 +46,9 @@ class BreathedBricks {
 };
 
 // Applies a tool's displacement as well. `breathed`: the occupancy with the breath alone.
-BrickGrid displaceOccupancy(const BrickGrid& breathed, const patient::Grid&,
-                            const patient::DisplacementTable&);
+BrickGrid displaceOccupancy(const BrickGrid& breathed, const Grid&, const patient::DisplacementTable&);
 // Allocates nothing if `displaced` already has the right size.
-void displaceOccupancy(const BrickGrid& breathed, const patient::Grid&, const patient::DisplacementTable&,
+void displaceOccupancy(const BrickGrid& breathed, const Grid&, const patient::DisplacementTable&,
                        BrickGrid& displaced);
 
 // Chebyshev distance in bricks from each brick to the nearest occupied one (0: it is occupied itself). All

@@ -33,11 +33,10 @@ struct Plane {
     std::vector<std::uint8_t> seen;  // 0: the piece is clear
 };
 
-bool onBorder(const patient::LabelVolume& labels, const Palette& palette, const patient::Index3& at,
-              std::uint8_t id) {
+bool onBorder(const LabelVolume& labels, const Palette& palette, const Index3& at, std::uint8_t id) {
     for (int axis = 0; axis < 3; ++axis)
         for (const int side : {-1, 1}) {
-            patient::Index3 beside = at;
+            Index3 beside = at;
             beside[axis] += side;
             if (labels.grid.contains(beside) && palette.borders(id, labels[beside])) return true;
         }
@@ -141,7 +140,7 @@ void storePlane(Plane& plane, const Palette& palette, std::byte* rgba) {
 }
 
 void classifyRange(const patient::Patient& patient, const Palette& palette, int z0, int z1, std::byte* rgba) {
-    const patient::Index3 dims = patient.grid().dims;
+    const Index3 dims = patient.grid().dims;
     const std::size_t texels = std::size_t(dims.x) * std::size_t(dims.y);
     const std::vector<float> weights = binomial(palette.smoothing_voxels);
     const int radius = palette.smoothing_voxels, span = 2 * radius + 1;
@@ -166,7 +165,7 @@ void classifyRange(const patient::Patient& patient, const Palette& palette, int 
 
 void classifyPlanes(const patient::Patient& patient, const Palette& palette, int z0, int z1, std::byte* rgba,
                     int threads) {
-    const patient::Index3 dims = patient.grid().dims;
+    const Index3 dims = patient.grid().dims;
     const std::size_t plane_bytes = std::size_t(dims.x) * std::size_t(dims.y) * 4;
     std::vector<std::jthread> workers;
     for (int i = 0; i < threads; ++i) {

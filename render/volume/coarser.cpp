@@ -8,9 +8,6 @@
 namespace stylet::render {
 namespace {
 
-using patient::Index3;
-using patient::Vec3;
-
 constexpr double kThinShare = 0.25;
 
 struct Block {
@@ -42,8 +39,8 @@ std::uint8_t labelOf(const Block& block, const std::vector<std::uint8_t>& thin) 
 
 patient::Package coarser(const patient::Package& package, int factor) {
     assert(factor >= 1);
-    const patient::Grid& fine = package.ct.grid;
-    patient::Grid grid;
+    const Grid& fine = package.ct.grid;
+    Grid grid;
     grid.dims = (fine.dims + (factor - 1)) / factor;
     grid.spacing_m = fine.spacing_m * double(factor);
     // The grid's origin is the centre of a voxel.
@@ -56,8 +53,8 @@ patient::Package coarser(const patient::Package& package, int factor) {
     out.name = package.name, out.licence = package.licence, out.provenance = package.provenance;
     out.tissues = package.tissues, out.elasticity = package.elasticity, out.thresholds = package.thresholds;
     out.label_table = package.label_table, out.motion = package.motion;
-    out.ct = patient::CtVolume(grid);
-    out.labels = patient::LabelVolume(grid);
+    out.ct = CtVolume(grid);
+    out.labels = LabelVolume(grid);
     for (int z = 0; z < grid.dims.z; ++z)
         for (int y = 0; y < grid.dims.y; ++y)
             for (int x = 0; x < grid.dims.x; ++x) {

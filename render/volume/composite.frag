@@ -3,8 +3,8 @@
 // Lays the volume layer over the opaque meshes. A layer with fewer pixels than the target is interpolated
 // between layer pixels whose rays ended at the same depth. Based on Kopf et al., "Joint bilateral
 // upsampling", 2007.
-#include "render/bindings.glsl"
-#include "render/lighting.glsl"
+#include "render/scene/bindings.glsl"
+#include "render/scene/lighting.glsl"
 
 layout(constant_id = 0) const uint kUpsample = 0;
 layout(constant_id = 1) const uint kShadow = 0;

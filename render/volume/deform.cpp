@@ -15,8 +15,6 @@
 namespace stylet::render {
 namespace {
 
-using patient::Grid;
-using patient::Index3;
 using patient::MotionCoefficients;
 using patient::MotionModel;
 using patient::Surrogate;
@@ -108,8 +106,8 @@ DeformMaker::DeformMaker(const MotionModel& model, const DeformSettings& setting
 // For each row (y fastest): the range from the first to the last node next to a voxel of the body.
 std::vector<DeformMaker::Stretch> DeformMaker::bodyOf(const patient::Patient& seen) const {
     const Grid& grid = tables_.grid;
-    const patient::CtVolume& ct = seen.package().ct;
-    const patient::LabelVolume& labels = seen.package().labels;
+    const CtVolume& ct = seen.package().ct;
+    const LabelVolume& labels = seen.package().labels;
     std::vector<Stretch> body(std::size_t(grid.dims.y) * std::size_t(grid.dims.z), {0, grid.dims.x, 0});
     Index3 i;
     for (i.z = 0; i.z < ct.grid.dims.z; ++i.z)

@@ -7,13 +7,11 @@
 
 #include <glm/vec4.hpp>
 
+#include "patient/displacement/tool_displacement.h"
 #include "patient/patient.h"
-#include "patient/tool_displacement.h"
 #include "render/volume/workers.h"
 
 namespace stylet::render {
-
-using patient::Vec3;
 
 struct DeformSettings {
     double spacing_m = 0.003;
@@ -25,7 +23,7 @@ struct DeformSettings {
 // x-fastest. Linear between nodes; outside the grid the border's value. Always usable: at least two nodes
 // along each axis, all without motion if the patient does not breathe.
 struct DeformTables {
-    patient::Grid grid;
+    Grid grid;
     // Reference minus deformed point in metres, computed as for a point inside and as for a point outside
     // the cavity. w of `inside`: level of the deformed point, < 0 inside the cavity.
     std::vector<glm::vec4> inside, outside;

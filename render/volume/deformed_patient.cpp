@@ -6,10 +6,10 @@
 namespace stylet::render {
 namespace {
 
-const patient::Grid kNowhere{patient::Index3(2), patient::Vec3(1.0), patient::Vec3(1e6)};
+const Grid kNowhere{Index3(2), Vec3(1.0), Vec3(1e6)};
 
 // A node lies in the middle of its texel.
-DeformedPatient::ToImage toImage(const patient::Grid& grid) {
+DeformedPatient::ToImage toImage(const Grid& grid) {
     const Vec3 scale = 1.0 / (grid.spacing_m * Vec3(grid.dims));
     return {glm::vec4(glm::vec3(scale), float(0.5 * grid.spacing_m.x)),
             glm::vec4(glm::vec3(0.5 / Vec3(grid.dims) - grid.origin_m * scale), 0.0f)};
@@ -25,7 +25,7 @@ DeformedPatient::DeformedPatient(const Gpu& gpu, const patient::Patient& patient
       maker_(patient.package().motion, {}, &patient),
       inside_(gpu, maker_.tables().grid.dims),
       outside_(gpu, maker_.tables().grid.dims),
-      tool_(gpu, patient::Index3(2)) {}
+      tool_(gpu, Index3(2)) {}
 
 void DeformedPatient::breathe(const patient::Surrogate& breath, bool still) {
     const bool stays = still ? still_ : !still_ && made_ == breath;

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Writes the depth for the runtime: that of the patient where it hides what is behind it, else that of the
 // meshes.
-#include "render/bindings.glsl"
+#include "render/scene/bindings.glsl"
 
 layout(location = 0) flat in int eye;
 

@@ -1,6 +1,6 @@
 #include "render/volume/layer.h"
 
-#include "render/image_states.h"
+#include "render/gpu/image_states.h"
 
 namespace stylet::render {
 namespace {

@@ -2,7 +2,7 @@
 // linear premultiplied colour and one of the depth of the first surface, each with a layer per eye.
 #pragma once
 
-#include "render/memory.h"
+#include "render/gpu/memory.h"
 
 namespace stylet::render {
 

@@ -5,12 +5,11 @@
 #include <cctype>
 #include <cmath>
 
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 
 namespace stylet::render {
 namespace {
 
-using patient::DataError;
 using std::filesystem::path;
 
 constexpr std::size_t kMaxLookBytes = 1 << 20;
@@ -141,7 +140,7 @@ glm::vec4 curveAt(const LookStyle& look, double hu) {
 }  // namespace
 
 LookStyle loadLook(const path& file) {
-    return parseLook(file, patient::readWholeFile(file, kMaxLookBytes));
+    return parseLook(file, readWholeFile(file, kMaxLookBytes));
 }
 
 LookStyle parseLook(const path& file, std::string_view text) {

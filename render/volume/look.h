@@ -46,7 +46,7 @@ struct LookStyle {
     float mottle = 0.0f, pores = 0.0f;  // detail of the skin from close by, 0..1
 };
 
-LookStyle loadLook(const std::filesystem::path& toml);  // throws patient::DataError
+LookStyle loadLook(const std::filesystem::path& toml);  // throws DataError
 // The same from memory; errors name `file`.
 LookStyle parseLook(const std::filesystem::path& file, std::string_view toml);
 

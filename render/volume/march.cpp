@@ -250,7 +250,7 @@ void setLight(Shared& s, const gpu::FrameUniforms& frame, const gpu::LookUniform
     s.gradient_scale[3] = 0.0f;
 }
 
-NodeGrid nodeGrid(const patient::Grid& grid) {
+NodeGrid nodeGrid(const Grid& grid) {
     const glm::vec3 scale(1.0 / grid.spacing_m), offset(-grid.origin_m / grid.spacing_m);
     const Int4 last_low = {grid.dims.x - 2, grid.dims.y - 2, grid.dims.z - 2, 0};
     const auto row = std::size_t(grid.dims.x);
@@ -337,7 +337,7 @@ void MarchVolume::Free::operator()(std::uint32_t* p) const {
     std::free(p);
 }
 
-MarchVolume::MarchVolume(const patient::Index3& dims) : dims_(dims) {
+MarchVolume::MarchVolume(const Index3& dims) : dims_(dims) {
     constexpr std::size_t kHugePage = std::size_t(1) << 21;
     const std::size_t bytes = plane() * (std::size_t(dims.z) + 3) * sizeof(std::uint32_t);
     const std::size_t rounded = (bytes + kHugePage - 1) / kHugePage * kHugePage;

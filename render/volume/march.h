@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "render/frame_shared.h"
-#include "render/scene.h"
+#include "render/scene/frame_shared.h"
+#include "render/scene/scene.h"
 #include "render/volume/deform.h"
 #include "render/volume/workers.h"
 
@@ -20,11 +20,11 @@ namespace stylet::render {
 class MarchVolume {
   public:
     MarchVolume() = default;
-    explicit MarchVolume(const patient::Index3& dims);
+    explicit MarchVolume(const Index3& dims);
     // Sets planes [z0, z1) from RGBA8 texels.
     void setPlanes(int z0, int z1, const std::byte* rgba);
 
-    const patient::Index3& dims() const { return dims_; }
+    const Index3& dims() const { return dims_; }
     // Address of the texel at (-1, -1, -1). Rows and planes are row() and plane() texels apart.
     const std::uint32_t* texels() const { return texels_.get(); }
     std::size_t row() const { return std::size_t(dims_.x) + 3; }
@@ -34,7 +34,7 @@ class MarchVolume {
     struct Free {
         void operator()(std::uint32_t* p) const;
     };
-    patient::Index3 dims_{0};
+    Index3 dims_{0};
     std::unique_ptr<std::uint32_t[], Free> texels_;
 };
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <thread>
 
-#include "render/memory.h"
+#include "render/gpu/memory.h"
 #include "render/volume/layer.h"
 #include "render/volume/march.h"
 #include "render/volume/patient_volume.h"

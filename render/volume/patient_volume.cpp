@@ -14,8 +14,8 @@ constexpr double kBackShare = 0.02;
 
 // Finds the lowest coronal plane that contains body.
 double backOf(const patient::Patient& patient) {
-    const patient::CtVolume& ct = patient.package().ct;
-    const patient::Index3 dims = ct.grid.dims;
+    const CtVolume& ct = patient.package().ct;
+    const Index3 dims = ct.grid.dims;
     const double needed = kBackShare * dims.x * dims.z;
     for (int y = 0; y < dims.y; ++y) {
         std::size_t body = 0;
@@ -46,7 +46,7 @@ PatientVolume::PatientVolume(const Gpu& gpu, const patient::Patient& patient, co
 
 void PatientVolume::classify(const LookStyle& look) {
     const Palette palette = resolve(look, *patient_);
-    const patient::Index3 dims = patient_->grid().dims;
+    const Index3 dims = patient_->grid().dims;
     BrickGrid occupied(dims);
     const auto planes = [&](int z0, int z1, std::byte* rgba) {
         classifyPlanes(*patient_, palette, z0, z1, rgba, workers_.threads());
@@ -63,7 +63,7 @@ void PatientVolume::classify(const LookStyle& look) {
 }
 
 void PatientVolume::classifyOnHost(const std::function<void(int, int, std::byte*)>& planes) {
-    const patient::Index3 dims = patient_->grid().dims;
+    const Index3 dims = patient_->grid().dims;
     if (on_host_.dims() != dims) on_host_ = MarchVolume(dims);
     constexpr int kSlab = 128;  // planes; each slab recomputes some planes of the last one
     std::vector<std::byte> slab(std::size_t(4 * kSlab) * std::size_t(dims.x) * std::size_t(dims.y));

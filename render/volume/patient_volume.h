@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "render/memory.h"
+#include "render/gpu/memory.h"
 #include "render/volume/bricks.h"
 #include "render/volume/deformed_patient.h"
 #include "render/volume/look.h"
@@ -36,7 +36,7 @@ class PatientVolume {
     std::span<const std::uint32_t> brickDistances() const { return leaps_; }
     const Buffer& bricks() const { return brick_buffer_; }
     const DeformedPatient& deformed() const { return *deformed_; }
-    patient::Index3 brickDims() const { return breathed_.dims(); }
+    Index3 brickDims() const { return breathed_.dims(); }
     double backHeight() const { return back_m_; }  // y of the patient's back, where the table's pad begins, m
 
   private:

@@ -5,7 +5,7 @@
 
 #include <glm/gtc/packing.hpp>
 
-#include "render/image_states.h"
+#include "render/gpu/image_states.h"
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -43,7 +43,7 @@ void packHalves(const glm::vec4* from, std::size_t count, std::uint64_t* to) {
         to[i] = glm::packHalf4x16(from[i]);
 }
 
-TableImage::TableImage(const Gpu& gpu, const patient::Index3& dims)
+TableImage::TableImage(const Gpu& gpu, const Index3& dims)
     : image_(makeVolumeImage(gpu, kTableFormat, dims)),
       staging_(gpu, texelsOf(image_.extent) * sizeof(std::uint64_t), vk::BufferUsageFlagBits::eTransferSrc) {
     std::memset(staging_.mapped, 0, std::size_t(staging_.size));

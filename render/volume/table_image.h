@@ -6,8 +6,8 @@
 
 #include <glm/vec4.hpp>
 
-#include "patient/geometry.h"
-#include "render/memory.h"
+#include "base/geometry.h"
+#include "render/gpu/memory.h"
 #include "render/volume/workers.h"
 
 namespace stylet::render {
@@ -17,7 +17,7 @@ inline constexpr vk::Format kTableFormat = vk::Format::eR16G16B16A16Sfloat;
 
 class TableImage {
   public:
-    TableImage(const Gpu&, const patient::Index3& dims);
+    TableImage(const Gpu&, const Index3& dims);
 
     // `table`: x-fastest, one entry per texel. Must not be called while a frame is in flight.
     void write(const std::vector<glm::vec4>& table, Workers&);
@@ -25,7 +25,7 @@ class TableImage {
     void recordUpload(const vk::raii::CommandBuffer&);
 
     const GpuImage& image() const { return image_; }  // SHADER_READ_ONLY after its first upload
-    patient::Index3 dims() const {
+    Index3 dims() const {
         return {int(image_.extent.width), int(image_.extent.height), int(image_.extent.depth)};
     }
 

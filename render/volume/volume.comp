@@ -4,9 +4,9 @@
 // (classified.h). Based on Levoy, "Display of surfaces from volume data", 1988. Leaps over empty bricks:
 // Deakin and Knoll, "Efficient ray casting of volumetric images using distance maps for empty space
 // skipping", 2020. Samples lie on a fixed lattice per ray. A skip changes the work, never the picture.
-#include "render/bindings.glsl"
+#include "render/scene/bindings.glsl"
 #include "render/volume/deform.glsl"
-#include "render/lighting.glsl"
+#include "render/scene/lighting.glsl"
 #include "render/volume/marks.glsl"
 
 layout(constant_id = 0) const uint kEmptySpace = 1;

@@ -7,8 +7,6 @@
 
 namespace stylet::bench {
 
-using render::Vec3;
-
 namespace {
 
 constexpr int kRepeats = 5;
@@ -40,13 +38,12 @@ Eyes Bedside::picture(const render::RenderSettings& settings, Took* took) {
 }
 
 Bedside bedside(render::Renderer& renderer, const patient::Patient& patient, double distance_m) {
-    const patient::Grid& grid = patient.grid();
+    const Grid& grid = patient.grid();
     const Vec3 middle = grid.origin_m + 0.5 * grid.spacing_m * Vec3(grid.dims - 1);
     render::RenderScene scene;
     scene.stage_from_patient.position_m = Vec3(0.0, 1.0, 0.0) - middle;
     scene.breath = patient.package().motion.reference;
-    scene.patient_from_needle =
-        render::Pose{glm::angleAxis(1.2, Vec3(0, 1, 0)), middle + Vec3(0.08, 0.02, 0.0)};
+    scene.patient_from_needle = Pose{glm::angleAxis(1.2, Vec3(0, 1, 0)), middle + Vec3(0.08, 0.02, 0.0)};
     const Vec3 at(0.03, 1.0, 0.0), from(0.35, 1.35, 0.25);
     const Vec3 eye = at + (from - at) * (distance_m / glm::length(from - at));
     return {renderer, scene, test::stereo(test::lookAt(eye, at, 0.42f), 0.063)};

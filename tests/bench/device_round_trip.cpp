@@ -3,12 +3,12 @@
 #include <cstdio>
 #include <thread>
 
-#include "haptics/devices/bridge.h"
+#include "haptics/devices/bridge/bridge.h"
 #include "tests/bench/bench.h"
 #include "tests/support/bridge_emulator.h"
 #include "tests/support/temp_folder.h"
 #ifdef STYLET_INVERSE3
-#include "haptics/devices/inverse3.h"
+#include "haptics/devices/inverse3/inverse3.h"
 #include "tests/support/inverse3_emulator.h"
 #include "tests/support/wall_clock.h"
 #endif

@@ -29,7 +29,7 @@ std::vector<Way> studyWays(const patient::Patient& patient) {
     const auto uniform = [&](double low, double high) {
         return low + (high - low) * (double(random() >> 11) * 0x1p-53);
     };
-    const patient::Grid& grid = patient.grid();
+    const Grid& grid = patient.grid();
     const Vec3 middle = grid.centre(grid.dims / 2);
     std::vector<Way> ways;
     while (int(ways.size()) < kPaths) {
@@ -93,8 +93,7 @@ double differenceFromAlgorithm1(const patient::Patient& patient, const patient::
         patient::TrackFlags flags;
         const Vec3 way = ways[i].end_m - ways[i].entry_m;
         const double length_m = std::sqrt(glm::dot(way, way));
-        for (patient::VoxelWalk walk(patient.grid(), ways[i].entry_m, ways[i].end_m); !walk.done();
-             walk.next()) {
+        for (VoxelWalk walk(patient.grid(), ways[i].entry_m, ways[i].end_m); !walk.done(); walk.next()) {
             const patient::TissueSample x = patient.at(walk.voxel(), flags);
             flags = patient.flagsAfterEntering(x, flags);
             segments.push_back({walk.begin() * length_m, x.tissue, x.label});
@@ -119,7 +118,7 @@ void run(std::vector<Row>& rows) {
     const std::vector<Way> ways = studyWays(patient);
     const double error_n = differenceFromAlgorithm1(patient, map, ways);
 
-    patient::VoxelPath path;
+    VoxelPath path;
     std::vector<Segment> segments;
     const auto walk_began = std::chrono::steady_clock::now();
     std::size_t met = 0;

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "app/trainer/platform_linux.h"
+#include "app/trainer/stores/platform_linux.h"
 #include "haptics/haptics.h"
 #include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
@@ -126,7 +126,7 @@ class RenderLoad {
     explicit RenderLoad(const patient::Patient& patient)
         : gpu_({}), renderer_(gpu_, {}, test::assetsFolder()) {
         renderer_.setPatient(patient);
-        const patient::Grid& grid = patient.grid();
+        const Grid& grid = patient.grid();
         scene_.stage_from_patient.position_m =
             Vec3(0.0, 1.0, 0.0) - grid.origin_m - 0.5 * grid.spacing_m * Vec3(grid.dims - 1);
         eyes_ = test::stereo(test::lookAt(Vec3(0.35, 1.35, 0.25), Vec3(0.03, 1.0, 0.0), 0.42f), 0.063);
@@ -160,7 +160,7 @@ void run(std::vector<Row>& rows) {
     settings.defaults = test::tissueDefaults();
     const patient::Package package = patient::synth::makeReferencePatient(settings);
     const patient::Patient patient(package);
-    const patient::Grid& grid = patient.grid();
+    const Grid& grid = patient.grid();
     Vec3 skin_m = grid.centre({grid.dims.x - 1, grid.dims.y / 2, grid.dims.z / 2});
     while (patient.at(skin_m, {}).tissue == Tissue::air && skin_m.x > grid.origin_m.x)
         skin_m.x -= 0.0005;

@@ -66,7 +66,7 @@ std::vector<Path> slabPaths(const patient::Patient& patient, int count) {
 // From the air beside the right flank to random points of the liver, 90 mm long.
 std::vector<Path> patientPaths(const patient::Patient& patient, int count) {
     const patient::Package& package = patient.package();
-    const patient::Grid& grid = package.ct.grid;
+    const Grid& grid = package.ct.grid;
     const patient::TissueMap map(patient);
     ExactSolver solver(map, {});
     Random random(2);

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "patient/contrast.h"
+#include "patient/contrast/contrast.h"
+#include "patient/displacement/tool_displacement.h"
 #include "patient/synth/synth.h"
-#include "patient/tool_displacement.h"
 #include "tests/bench/bench.h"
 #include "tests/render/fluoroscopy/ray_reference.h"
 #include "tests/render/pictures.h"
@@ -17,7 +17,6 @@ namespace stylet::bench {
 namespace {
 
 using render::FluoroscopySettings;
-using render::Vec3;
 
 constexpr double kBound = 1e-4;  // 1 - ZNCC
 constexpr int kStride = 5;       // of the pixels that are compared
@@ -35,7 +34,7 @@ struct Stage {
     std::vector<Row>& rows;
 
     Stage(patient::Package p, std::vector<Row>& to) : package(std::move(p)), rows(to) {
-        const patient::Grid& grid = package.ct.grid;
+        const Grid& grid = package.ct.grid;
         input.pedal = true;
         input.patient_from_isocentre.position_m =
             grid.origin_m + 0.5 * grid.spacing_m * Vec3(grid.dims - 1) + Vec3(0.03, 0.0, 0.02);
@@ -55,7 +54,7 @@ struct Stage {
             for (int column = kStride / 2; column < pixels; column += kStride)
                 lines.push_back(test::xrayLine(input, column, row, pixels, FluoroscopySettings{}.detector_m));
         std::vector<double> paths(lines.size());
-        patient::parallelFor(2, lines.size(), [&](std::size_t i) {
+        parallelFor(2, lines.size(), [&](std::size_t i) {
             paths[i] = still() ? test::exactPath(package.ct, lines[i])
                                : test::finePath({.package = &package,
                                                  .breath = breath,
@@ -172,8 +171,8 @@ void breathingRows(Stage& stage) {
 
 // A duct tree full of contrast, as the labels have it.
 patient::ContrastTable filledDucts(const patient::Package& package) {
-    const patient::Grid& ct = package.ct.grid;
-    patient::Index3 low = ct.dims, high(0);
+    const Grid& ct = package.ct.grid;
+    Index3 low = ct.dims, high(0);
     std::array<bool, 256> is_duct{};
     for (const patient::Label& label : package.label_table)
         is_duct[label.id] = label.tissue == patient::Tissue::duct;
@@ -181,12 +180,12 @@ patient::ContrastTable filledDucts(const patient::Package& package) {
         for (int z = 0; z < ct.dims.z; ++z)
             for (int y = 0; y < ct.dims.y; ++y)
                 for (int x = 0; x < ct.dims.x; ++x)
-                    if (is_duct[package.labels[{x, y, z}]]) visit(patient::Index3(x, y, z));
+                    if (is_duct[package.labels[{x, y, z}]]) visit(Index3(x, y, z));
     };
-    forEachDuct([&](const patient::Index3& i) { low = glm::min(low, i), high = glm::max(high, i + 1); });
+    forEachDuct([&](const Index3& i) { low = glm::min(low, i), high = glm::max(high, i + 1); });
     patient::ContrastTable table{{high - low, ct.spacing_m, ct.centre(low)}, {}, 1};
     table.added_per_m.assign(table.grid.voxelCount(), 0.0f);
-    forEachDuct([&](const patient::Index3& i) { table.added_per_m[table.grid.offset(i - low)] = 60.0f; });
+    forEachDuct([&](const Index3& i) { table.added_per_m[table.grid.offset(i - low)] = 60.0f; });
     return table;
 }
 

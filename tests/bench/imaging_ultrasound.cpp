@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "patient/contrast/vessel_flow.h"
 #include "patient/synth/synth.h"
-#include "patient/vessel_flow.h"
 #include "render/volume/deformed_patient.h"
 #include "tests/bench/picture_case.h"
 #include "tests/render/pictures.h"
@@ -16,9 +16,6 @@
 
 namespace stylet::bench {
 namespace {
-
-using render::Pose;
-using render::Vec3;
 
 constexpr int kRepeats = 7, kBlock = 8;
 
@@ -34,7 +31,7 @@ patient::Package breathingPatient() {
 Pose probeToward(const patient::Patient& patient, const char* label, const Vec3& out, const Vec3& up,
                  double press_m = 0.010) {
     const patient::Package& package = patient.package();
-    const patient::Grid& grid = package.ct.grid;
+    const Grid& grid = package.ct.grid;
     Vec3 sum(0.0);
     double count = 0.0;
     for (std::size_t i = 0; i < package.labels.voxels.size(); ++i) {

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "app/modeller/build/atlas.h"
-#include "app/modeller/build/build.h"
-#include "app/modeller/build/judgement.h"
-#include "app/modeller/build/liver.h"
-#include "app/modeller/import_map.h"
-#include "app/modeller/section.h"
-#include "patient/nifti.h"
+#include "app/modeller/import/import_map.h"
+#include "app/modeller/import/section.h"
+#include "app/modeller/segmentation/atlas.h"
+#include "app/modeller/segmentation/build.h"
+#include "app/modeller/segmentation/judgement.h"
+#include "app/modeller/segmentation/liver.h"
+#include "patient/package/nifti.h"
 #include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
 #include "tests/support/temp_folder.h"

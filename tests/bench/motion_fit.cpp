@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "app/modeller/motion_fit.h"
+#include "app/modeller/motion/motion_fit.h"
 #include "tests/bench/bench.h"
 
 namespace stylet::bench {

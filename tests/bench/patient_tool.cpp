@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <random>
 
+#include "patient/displacement/tool_displacement.h"
 #include "patient/patient.h"
 #include "patient/synth/synth.h"
-#include "patient/tool_displacement.h"
 #include "tests/bench/bench.h"
 #include "tests/support/phantom.h"
 

@@ -25,9 +25,9 @@ patient::Package referencePatient() {
 }  // namespace
 
 PictureCase::PictureCase() : package(referencePatient()) {
-    const patient::Grid& grid = package.ct.grid;
-    at_m = grid.origin_m + 0.5 * grid.spacing_m * render::Vec3(grid.dims - 1);
-    eye_m = at_m + 0.70 * glm::normalize(render::Vec3(0.35, 0.35, 0.25));
+    const Grid& grid = package.ct.grid;
+    at_m = grid.origin_m + 0.5 * grid.spacing_m * Vec3(grid.dims - 1);
+    eye_m = at_m + 0.70 * glm::normalize(Vec3(0.35, 0.35, 0.25));
 }
 
 render::LookStyle pictureLook(const std::string& name) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "render/scene.h"
+#include "render/scene/scene.h"
 #include "render/volume/look.h"
 #include "tests/bench/bench.h"
 
@@ -18,7 +18,7 @@ inline constexpr double kMatched_db = 40.0;  // each renderer against its own pi
 struct PictureCase {
     patient::Package package;
     // The eye is 0.70 m in front of the middle of the body, which fills most of the view.
-    render::Vec3 eye_m, at_m;
+    Vec3 eye_m, at_m;
     double half_angle = 0.28;
 
     PictureCase();  // 16 million voxels, as many as 256^3; takes some seconds

@@ -67,7 +67,7 @@ void knobs(Stage& stage, const std::string& look, std::vector<Row>& rows) {
 
 // The slow case elsewhere: the head where the patient fills the view.
 void close(Stage& stage, const PictureCase& c, const std::string& look, std::vector<Row>& rows) {
-    const render::Vec3 away = glm::normalize(c.eye_m - c.at_m);
+    const Vec3 away = glm::normalize(c.eye_m - c.at_m);
     const auto from = stage.eyes;
     for (const double distance_m : {0.7, 0.4, 0.25}) {
         stage.eyes = test::stereo(test::lookAt(c.at_m + distance_m * away, c.at_m, 0.7f), 0.0);

@@ -28,7 +28,7 @@ namespace {
 constexpr double kMm = 1000.0;  // VTK's scene is in millimetres
 constexpr double kReference_voxels = 0.1;
 
-vtkNew<vtkImageData> imageOf(const patient::CtVolume& ct) {
+vtkNew<vtkImageData> imageOf(const CtVolume& ct) {
     vtkNew<vtkImageData> image;
     image->SetDimensions(ct.grid.dims.x, ct.grid.dims.y, ct.grid.dims.z);
     image->SetSpacing(ct.grid.spacing_m.x * kMm, ct.grid.spacing_m.y * kMm, ct.grid.spacing_m.z * kMm);

@@ -12,12 +12,12 @@
 #include <thread>
 
 #include "app/records/replay.h"
-#include "app/trainer/force_truth.h"
-#include "app/trainer/keeper.h"
-#include "app/trainer/loops.h"
-#include "app/trainer/results.h"
-#include "app/trainer/retry.h"
-#include "patient/hash.h"
+#include "app/trainer/attempt/retry.h"
+#include "app/trainer/loop/loops.h"
+#include "app/trainer/program/results.h"
+#include "app/trainer/session/force_truth.h"
+#include "app/trainer/session/keeper.h"
+#include "base/hash.h"
 #include "patient/synth/synth.h"
 #include "tests/bench/soak_senses.h"
 
@@ -42,7 +42,7 @@ constexpr const char* kNowhere = "host=/nowhere";  // a training centre that doe
 
 fs::path assets() {
     const char* const folder = std::getenv("STYLET_ASSETS");
-    if (!folder) throw patient::DataError("STYLET_ASSETS", "environment", "names no folder");
+    if (!folder) throw DataError("STYLET_ASSETS", "environment", "names no folder");
     return folder;
 }
 
@@ -53,7 +53,7 @@ struct Bed {
           breath(settings.breath),
           package(made(settings)) {
         std::vector<patient::PlannedPath> paths = planPaths(patient, {}).paths;
-        if (paths.empty()) throw patient::DataError("the reference patient", "paths", "none");
+        if (paths.empty()) throw DataError("the reference patient", "paths", "none");
         path = paths.front();
         for (const char* name : kScenarios)
             scenarios.push_back(loadScenario(assets() / "scenarios" / (std::string(name) + ".toml")));
@@ -373,7 +373,7 @@ std::uint64_t Soak::attempts(const Scenario& scenario, std::uint64_t number, std
     manner.reported = turn(1);
     manner.reachable = !turn(1);
     const Made made = make(scenario, manner, latency);
-    patient::StateHash hash;
+    StateHash hash;
     hash.add(made.hash);
     if (turn(2) && made.bookmarks > 0) {
         Retry again = openRetry(made.folder.string() + "@" + std::to_string((made.bookmarks + 1) / 2),
@@ -390,7 +390,7 @@ std::uint64_t Soak::attempts(const Scenario& scenario, std::uint64_t number, std
 }
 
 std::uint64_t Soak::round(std::uint64_t number, Latency* latency) {
-    patient::StateHash hash;
+    StateHash hash;
     for (std::size_t i = 0; i < std::min(settings_.scenarios, bed_.scenarios.size()); ++i)
         hash.add(attempts(bed_.scenarios[i], number, i, latency));
     return hash.value();
@@ -414,7 +414,7 @@ Result Soak::run() {
     result_.hashes.reserve(result_.rounds), result_.held.reserve(result_.rounds);
     result_.counts.insane.reserve(32);
     result_.hashes.push_back(first_hash), hold(0);
-    patient::StateHash all;
+    StateHash all;
     all.add(first_hash);
     // The first is the warmer: those from the second on are made again at the end.
     const std::size_t repeats = std::min(result_.compared, result_.rounds - 2);

@@ -97,7 +97,7 @@ struct Result {
     double seconds = 0.0;
     std::uint64_t state_hash = 0;  // over all rounds
 };
-// Throws patient::DataError.
+// Throws DataError.
 Result soak(const Settings&);
 
 // Returns the failed checks; empty if all passed.

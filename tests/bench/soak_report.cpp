@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/records/record.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/bench/soak.h"
 
 namespace stylet::soak {
@@ -153,7 +153,7 @@ void writeJson(const Result& r, const Settings& settings, const std::filesystem:
         {"held_after_each_round", held}};
     std::ofstream out(file);
     out << json.dump(1) << '\n';
-    if (!out) throw patient::DataError(file, "file", "cannot be written");
+    if (!out) throw DataError(file, "file", "cannot be written");
 }
 
 }  // namespace stylet::soak

@@ -5,13 +5,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "app/trainer/alert.h"
-#include "app/trainer/guide_panel.h"
-#include "app/trainer/monitor.h"
-#include "app/trainer/notice.h"
-#include "app/trainer/run.h"
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/program/run.h"
+#include "app/trainer/session/alert.h"
 #include "app/trainer/sound/sounds.h"
-#include "app/trainer/staging.h"
+#include "app/trainer/view/guide_panel.h"
+#include "app/trainer/view/monitor.h"
+#include "app/trainer/view/notice.h"
 
 namespace stylet::soak {
 
@@ -29,14 +29,14 @@ void writeText(const fs::path& file, const std::string& text) {
     std::ofstream out(file);
     out << text;
     out.close();
-    if (!out) throw patient::DataError(file, "document", "cannot be written");
+    if (!out) throw DataError(file, "document", "cannot be written");
 }
 
 // A head that leans over the entry and keeps still; a session that is lost, and found again, once in a while.
-std::string headset(const patient::Pose& head) {
+std::string headset(const Pose& head) {
     using nlohmann::json;
-    const patient::Vec3& p = head.position_m;
-    const patient::Quat& q = head.rotation;
+    const Vec3& p = head.position_m;
+    const Quat& q = head.rotation;
     const json script{
         {"version", 2},
         {"eyes",
@@ -82,7 +82,7 @@ struct Senses::Impl {
         options.out = of.folder;
         options.difficulty = training::nameOf(of.difficulty);
         auto opened = picturesFor(of.attempt, of.path, options, "", {}, nullptr, ears);
-        if (!opened) throw patient::DataError("--pictures", "headset", "there is none");
+        if (!opened) throw DataError("--pictures", "headset", "there is none");
         return std::move(*opened);
     }
     void show(const Seen& seen) {

@@ -6,9 +6,9 @@
 #include <memory>
 #include <string>
 
-#include "app/trainer/attempt.h"
-#include "app/trainer/pictures.h"
-#include "app/trainer/session.h"
+#include "app/trainer/attempt/attempt.h"
+#include "app/trainer/session/session.h"
+#include "app/trainer/view/pictures.h"
 #include "tests/bench/soak.h"
 
 namespace stylet::soak {

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "app/records/centre.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/support/postgres.h"
 #include "tests/support/temp_folder.h"
 
@@ -71,7 +71,7 @@ TEST(Soak, NothingGrowsWithEverythingOn) {
             all = soaked(Leak::none, 3, true);
         EXPECT_EQ(all.complaints, "") << reportOf(all.result);
         EXPECT_GT(all.result.counts.ticks, 300'000u);
-    } catch (const patient::DataError& e) {
+    } catch (const DataError& e) {
         if (std::string(e.what()) != "--pictures: headset: there is none") throw;
         GTEST_SKIP() << e.what();
     }

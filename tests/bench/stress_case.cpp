@@ -169,7 +169,7 @@ Tissues::Tissues() {
     for (const Sequence& s : sequences()) {
         patient::Package& package = packages_.emplace_back(test::makeColumn(s.layers, 0.0005));
         // Wide enough for every tilt and breath.
-        for (patient::Grid* grid : {&package.ct.grid, &package.labels.grid})
+        for (Grid* grid : {&package.ct.grid, &package.labels.grid})
             grid->spacing_m.y = grid->spacing_m.z = 0.4;
         package.motion = test::makeShift(kTravel_m);
         patients_.emplace_back(package);

@@ -11,8 +11,6 @@
 
 namespace stylet::stress {
 
-using haptics::Vec3;
-
 enum class HandKind { none, light, firm };  // none: a light hand lets go after the approach
 enum class Pattern { push, pullBack, inSteps, trembling };
 // Half of the cases run at 1 kHz and a third at 2 kHz, because the number of ticks is what takes time.

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "patient/parallel.h"
+#include "base/parallel.h"
 #include "tests/bench/stress_report.h"
 
 namespace stylet::stress {
@@ -56,9 +56,8 @@ std::vector<Judged> judge(const Tissues& tissues, const std::vector<StressCase>&
     std::vector<Judged> judged;
     for (const StressCase& c : cases)
         judged.push_back({c, {}});
-    patient::parallelFor(o.threads, cases.size(), [&](std::size_t i) {
-        judged[i].result = runCase(cases[i], tissues, controller, o.seconds);
-    });
+    parallelFor(o.threads, cases.size(),
+                [&](std::size_t i) { judged[i].result = runCase(cases[i], tissues, controller, o.seconds); });
     return judged;
 }
 

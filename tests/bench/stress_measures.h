@@ -10,8 +10,6 @@
 
 namespace stylet::stress {
 
-using haptics::Vec3;
-
 // Limits, each with its reason.
 inline constexpr double kStep_n = 0.145;  // noticeable force: the study's threshold
 // A fingertip feels 10 to 30 um at 20 to 50 Hz. The limit adds 2.5 encoder counts of amplitude, 5 from peak

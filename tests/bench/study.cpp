@@ -107,7 +107,7 @@ void runBreaths(std::vector<Row>& rows) {
 double steerAll(const SteeringSettings& settings) {
     const std::size_t blocks = (kPaths + kBlock - 1) / kBlock;
     std::vector<double> sums(blocks);
-    patient::parallelFor(2, blocks, [&](std::size_t block) {
+    parallelFor(2, blocks, [&](std::size_t block) {
         Steering steering(made().prepared, settings);
         for (std::size_t i = block * kBlock; i < std::min(kPaths, (block + 1) * kBlock); ++i)
             if (const Steered* s = steering.steer(made().paths[i]))
@@ -174,7 +174,7 @@ double offTheWalk_n() {
         const patient::PlannedPath& path = made().paths[p];
         const Steered* s = steering.steer(path);
         if (!s) continue;
-        const patient::Vec3 axis = glm::normalize(path.target_m - path.entry_m);
+        const Vec3 axis = glm::normalize(path.target_m - path.entry_m);
         haptics::NeedleState needle;
         haptics::NeedleEvents events;
         double worst_n = 0.0;

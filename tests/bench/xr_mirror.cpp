@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "app/installation.h"
-#include "app/trainer/frames.h"
-#include "app/trainer/staging.h"
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/display/frames.h"
 #include "app/trainer/window/mirror.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/bench/bench.h"
@@ -39,7 +39,7 @@ constexpr std::array kCases{
     Case{Watched::stuck, "17", "the overview, and the display answers nobody"},
 };
 
-void putOn(const std::filesystem::path& scenario, const patient::Pose& head) {
+void putOn(const std::filesystem::path& scenario, const Pose& head) {
     const auto& [q, at] = head;
     const json pose{{"t_s", 0}, {"position", {at.x, at.y, at.z}}, {"orientation", {q.x, q.y, q.z, q.w}}};
     std::ofstream(scenario) << json{

@@ -1,7 +1,7 @@
 // The drawn tip against where it is when the picture is seen: error over the lead, for windows of the fitted
 // velocity, on scripted hands that went through the real simulation: punctures, breathing, tremor, five
 // tools; and a hand that the force moves, behind encoders.
-#include "app/trainer/prediction.h"
+#include "app/trainer/view/prediction.h"
 
 #include <array>
 #include <cmath>
@@ -10,9 +10,9 @@
 #include <memory>
 
 #include "app/installation.h"
-#include "app/trainer/attempt.h"
+#include "app/trainer/attempt/attempt.h"
 #include "haptics/devices/replay.h"
-#include "patient/planning.h"
+#include "patient/planning/planning.h"
 #include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
 #include "tests/support/phantom.h"

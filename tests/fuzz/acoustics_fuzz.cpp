@@ -1,7 +1,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "render/ultrasound/acoustics.h"
 
 // An acoustic table or a DataError; anything else is a bug.
@@ -9,7 +9,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {
         stylet::render::parseAcoustics("fuzz.toml", {reinterpret_cast<const char*>(data), size});
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

@@ -7,7 +7,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {
         (void)stylet::report::parseSummary({reinterpret_cast<const char*>(data), size}, "fuzz.json");
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "app/modeller/build/classes.h"
-#include "app/modeller/child_process_linux.h"
+#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/segmentation/classes.h"
 
 // Thresholds that rise or an ImportError; what is taken is written so that it is taken again.
 // HZ-RECORD-14

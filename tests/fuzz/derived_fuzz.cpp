@@ -9,7 +9,7 @@
 #include <iterator>
 #include <vector>
 
-#include "app/trainer/derived.h"
+#include "app/trainer/stores/derived.h"
 #include "scratch_file.h"
 
 // Of all files only the one that was kept is taken up at the next start: the input is what is done to that

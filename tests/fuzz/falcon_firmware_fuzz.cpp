@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/devices/falcon_firmware.h"
+#include "haptics/devices/falcon/falcon_firmware.h"
 
 namespace {
 

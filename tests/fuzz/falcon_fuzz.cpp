@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "haptics/devices/falcon.h"
+#include "haptics/devices/falcon/falcon.h"
 
 namespace {
 

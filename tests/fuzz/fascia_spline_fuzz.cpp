@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/modeller/build/fascia_spline.h"
-#include "app/modeller/import_image.h"
+#include "app/modeller/image/import_image.h"
+#include "app/modeller/segmentation/fascia_spline.h"
 
 // A surface with a radius everywhere or an ImportError; what is taken is written so that it is taken again.
 // HZ-RECORD-14

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "app/modeller/child_process_linux.h"
-#include "app/modeller/handover_files.h"
+#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/image/handover_files.h"
 #include "scratch_file.h"
 
 // What a child process that read a hostile file left behind: a bounded image or field, or an ImportError.

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <span>
 
-#include "haptics/devices/spacemouse_report.h"
-#include "haptics/devices/woodenhaptics_protocol.h"
+#include "haptics/devices/spacemouse/spacemouse_report.h"
+#include "haptics/devices/woodenhaptics/woodenhaptics_protocol.h"
 
 using namespace stylet::haptics;
 

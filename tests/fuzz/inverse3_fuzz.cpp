@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "haptics/devices/inverse3_messages.h"
+#include "haptics/devices/inverse3/inverse3_messages.h"
 
 // A message is taken with values that can be, or refused with a reason; an id that passed needs no escaping.
 // HZ-FORCE-21, HZ-RECORD-14

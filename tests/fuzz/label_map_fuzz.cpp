@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/modeller/import_image.h"
-#include "app/modeller/import_map.h"
+#include "app/modeller/image/import_image.h"
+#include "app/modeller/import/import_map.h"
 
 // A map or an ImportError; what is taken maps ids of int16 labels to targets there are.
 // HZ-RECORD-14

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "render/room/mesh.h"
 
 // A mesh whose indices name vertices, whose parts lie in its list and whose numbers can be drawn, or a
@@ -22,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         for (const Vertex& v : mesh.vertices)
             if (!std::isfinite(v.uv.x) || !std::isfinite(v.uv.y) || !(v.open >= 0.0f && v.open <= 1.0f))
                 std::abort();
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "patient/motion_io.h"
+#include "patient/package/motion_io.h"
 #include "patient/patient.h"
 
 // A motion or a DataError; what is taken moves every point somewhere, not far, and stands still beyond its

@@ -2,8 +2,8 @@
 #include <cstdint>
 #include <span>
 
-#include "patient/nifti.h"
-#include "patient/package.h"
+#include "patient/package/nifti.h"
+#include "patient/package/package.h"
 
 // A volume or a DataError; anything else is a bug.
 // HZ-RECORD-14
@@ -11,11 +11,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto bytes = std::as_bytes(std::span(data, size));
     try {
         stylet::patient::parseNifti<std::int16_t>("fuzz.nii", bytes);
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
     try {
         stylet::patient::parseNifti<std::uint8_t>("fuzz.nii", bytes);
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

@@ -2,14 +2,14 @@
 #include <cstdint>
 #include <string_view>
 
-#include "patient/paths_json.h"
+#include "patient/planning/paths_json.h"
 
 // Paths or a DataError; anything else is a bug.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {
         stylet::patient::parsePaths("fuzz.json", {reinterpret_cast<const char*>(data), size});
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "patient/package_toml.h"
+#include "patient/package/package_toml.h"
 
 // A package or a DataError; and what was taken is written so that it is taken again.
 // HZ-RECORD-14

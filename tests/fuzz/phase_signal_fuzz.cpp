@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/modeller/motion_fit.h"
+#include "app/modeller/motion/motion_fit.h"
 
 // A surrogate for each of three phases or a DataError.
 // HZ-RECORD-14
@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (signal.size() != 3) std::abort();
         for (const patient::Surrogate& s : signal)
             if (!std::isfinite(s.v + s.rate_per_s)) std::abort();
-    } catch (const patient::DataError&) {
+    } catch (const DataError&) {
     }
     return 0;
 }

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "render/pipeline_cache_file.h"
+#include "render/gpu/pipeline_cache_file.h"
 
 // What reaches the driver is what was sealed, whole; and any bytes can be sealed.
 // HZ-RECORD-14

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "app/trainer/doctor.h"
+#include "app/trainer/setup/doctor.h"
 
 // What the doctor's child printed, drivers' own words in between: findings that can be printed.
 // HZ-RECORD-14

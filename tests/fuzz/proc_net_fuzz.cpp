@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "haptics/devices/service_linux.h"
+#include "haptics/devices/inverse3/service_linux.h"
 
 // The kernel's tables of sockets, as text: a listener is found or not.
 // HZ-RECORD-14

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "patient/motion/recording.h"
 #include "patient/patient.h"
-#include "patient/recording.h"
 
 // A recording or a DataError; what is taken can be played, and no breath of it is out of bounds.
 // HZ-RECORD-14

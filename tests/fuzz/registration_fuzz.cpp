@@ -2,8 +2,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "app/trainer/registration_store.h"
-#include "patient/package.h"
+#include "app/trainer/stores/registration_store.h"
+#include "patient/package/package.h"
 
 // What is taken can be written and is taken again as the same.
 // HZ-RECORD-14
@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             parseRegistration({reinterpret_cast<const char*>(data), size}, "fuzz.json");
         const std::string text = registrationText(taken);
         if (registrationText(parseRegistration(text, "again.json")) != text) std::abort();
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

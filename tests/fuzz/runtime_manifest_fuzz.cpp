@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "app/trainer/runtime_manifest.h"
+#include "app/trainer/display/runtime_manifest.h"
 
 // A library's name or none; anything else is a bug.
 // HZ-RECORD-14

@@ -3,7 +3,7 @@
 #include <cstdlib>
 
 #include "app/records/samples.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 // Whole frames of ascending ticks, or a DataError.
 // HZ-RECORD-07, HZ-RECORD-14
@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (samples.torn_bytes > size) std::abort();
         for (std::size_t i = 1; i < samples.samples.size(); ++i)
             if (samples.samples[i].tick <= samples.samples[i - 1].tick) std::abort();
-    } catch (const patient::DataError&) {
+    } catch (const DataError&) {
     }
     return 0;
 }

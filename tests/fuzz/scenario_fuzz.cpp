@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "app/trainer/scenario.h"
+#include "app/trainer/attempt/scenario.h"
 #include "patient/patient.h"
 
 // A scenario or a DataError; what is taken is finite and of bounded length.
@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             seconds += stage.seconds;
         }
         if (!std::isfinite(seconds + s.start.deeper_m + s.ramp_s)) std::abort();
-    } catch (const patient::DataError&) {
+    } catch (const DataError&) {
     }
     return 0;
 }

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "app/modeller/build/stage_store.h"
+#include "app/modeller/segmentation/stage_store.h"
 
 // A record or a DataError; what is taken is written so that it is taken again, and fits a terminal.
 // HZ-RECORD-11, HZ-RECORD-14
@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (again.record.key != file.record.key || again.record.notes != file.record.notes ||
             again.labels_digest != file.labels_digest || again.record.seconds != file.record.seconds)
             std::abort();
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

@@ -3,7 +3,7 @@
 #include <cstdlib>
 
 #include "app/report/stills.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "scratch_file.h"
 
 // A picture of an attempt, made small, or a DataError.
@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         const report::Picture small = report::still(file, 16);
         if (small.width > 16 || small.bytes.empty()) std::abort();
-    } catch (const patient::DataError&) {
+    } catch (const DataError&) {
     }
     return 0;
 }

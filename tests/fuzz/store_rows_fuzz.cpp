@@ -9,7 +9,7 @@
 
 #include "app/records/store.h"
 #include "app/report/xapi.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "scratch_file.h"
 
 namespace {
@@ -77,7 +77,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 a.folder.filename() == "." || a.folder.filename().empty())
                 std::abort();
         if (report::xapiStatements(attempts, {}).empty()) std::abort();
-    } catch (const patient::DataError&) {
+    } catch (const DataError&) {
     }
     return 0;
 }

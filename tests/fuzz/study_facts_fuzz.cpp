@@ -2,7 +2,7 @@
 #include <cstdint>
 
 #include "app/study/facts.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "scratch_file.h"
 
 namespace {
@@ -11,7 +11,7 @@ template <typename Read>
 void readOrRefused(Read read, const std::filesystem::path& file) {
     try {
         (void)read(file);
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
 }
 

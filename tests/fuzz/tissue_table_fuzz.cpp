@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "patient/package_toml.h"
+#include "patient/package/package_toml.h"
 
 // A force table or a DataError; anything else is a bug.
 // HZ-RECORD-14

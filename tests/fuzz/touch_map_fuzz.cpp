@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "app/trainer/derived.h"
+#include "app/trainer/stores/derived.h"
 
 // Behind its seal a kept touch map is still judged: what is taken is finite, fills its grid, and is the very
 // bytes.

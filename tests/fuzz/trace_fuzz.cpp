@@ -10,7 +10,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {
         stylet::haptics::parseTrace("fuzz.csv", {reinterpret_cast<const char*>(data), size});
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

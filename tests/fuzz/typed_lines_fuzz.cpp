@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/trainer/commands.h"
-#include "app/trainer/instructor.h"
-#include "app/trainer/player.h"
+#include "app/trainer/attempt/commands.h"
+#include "app/trainer/display/player.h"
+#include "app/trainer/session/instructor.h"
 
 // What comes in at the terminal or from a window, in pieces: the user's words, the instructor's and the
 // player's. HZ-RECORD-14

@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "haptics/device.h"
-#include "haptics/devices/woodenhaptics_arm.h"
-#include "haptics/devices/woodenhaptics_model.h"
+#include "haptics/devices/woodenhaptics/woodenhaptics_arm.h"
+#include "haptics/devices/woodenhaptics/woodenhaptics_model.h"
+#include "haptics/tools/device.h"
 #include "patient/patient.h"
 
 // A model whose arm can stand somewhere, or a DataError; anything else is a bug.
@@ -24,7 +24,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const Vec3 current_a = armCurrents(model, angles_rad, {0.0, 3.0, -4.0}).motor_a;
         for (int i = 0; i < 3; ++i)
             if (!(std::fabs(current_a[i]) <= kMostCurrent_a * (1.0 + 1e-9))) std::abort();
-    } catch (const stylet::patient::DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

@@ -207,7 +207,7 @@ TEST(Adversarial, PathsOfNoLength) {
     const patient::Patient patient(package);
     const Vec3 inside{0.0145, 0.0, 0.0}, border{0.014, 0.0, 0.0};
     for (const Vec3& p : {inside, border}) {
-        patient::VoxelPath path;
+        VoxelPath path;
         std::vector<Segment> segments;
         segmentsAlong(patient::TissueMap(patient), p, p, path, segments);
         const ExactForce exact = solveExact(patient.package().tissues, segments, 0.0, {});

@@ -6,6 +6,6 @@
 namespace stylet::test {
 
 // Its +z, toward the hub and out of the patient, is -x: layers begin at x = 0 and go on toward +x.
-inline const patient::Quat kAlongX{0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
+inline const Quat kAlongX{0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
 
 }  // namespace stylet::test

@@ -7,8 +7,6 @@
 
 namespace stylet::test {
 
-using patient::Vec3;
-
 patient::Package makeColumn(const Layers& layers, double pitch_m) {
     std::vector<std::uint8_t> column;
     for (const auto& [tissue, thickness_m] : layers) {
@@ -19,21 +17,21 @@ patient::Package makeColumn(const Layers& layers, double pitch_m) {
     package.elasticity = tissueDefaults().elasticity;
     package.thresholds = tissueDefaults().thresholds;
     package.label_table = tissueLabels();
-    const patient::Grid grid{{int(column.size()), 1, 1}, {pitch_m, 0.08, 0.08}, {0.5 * pitch_m, 0.0, 0.0}};
-    package.ct = patient::CtVolume(grid, std::int16_t(-1000));
-    package.labels = patient::LabelVolume(grid);
+    const Grid grid{{int(column.size()), 1, 1}, {pitch_m, 0.08, 0.08}, {0.5 * pitch_m, 0.0, 0.0}};
+    package.ct = CtVolume(grid, std::int16_t(-1000));
+    package.labels = LabelVolume(grid);
     package.labels.voxels = column;
     return package;
 }
 
 patient::Package widen(const patient::Package& column, int n, double pitch_m) {
     patient::Package package = column;
-    patient::Grid grid = column.labels.grid;
+    Grid grid = column.labels.grid;
     grid.dims = {grid.dims.x, n, n};
     grid.spacing_m = {grid.spacing_m.x, pitch_m, pitch_m};
     grid.origin_m = {grid.origin_m.x, -0.5 * pitch_m * (n - 1), -0.5 * pitch_m * (n - 1)};
-    package.ct = patient::CtVolume(grid, std::int16_t(-1000));
-    package.labels = patient::LabelVolume(grid);
+    package.ct = CtVolume(grid, std::int16_t(-1000));
+    package.labels = LabelVolume(grid);
     for (std::size_t i = 0; i < package.labels.voxels.size(); ++i)
         package.labels.voxels[i] = column.labels.voxels[i % std::size_t(grid.dims.x)];
     return package;

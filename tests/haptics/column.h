@@ -26,7 +26,7 @@ struct Hand {
 
     double force() const { return state.force_n; }
     // One step.
-    void to(const patient::Vec3& tip_m);
+    void to(const Vec3& tip_m);
     void to(double x_m) { to({x_m, 0.0003, 0.0002}); }
     // Steps of at most `step_m`, the last one shorter.
     void sweep(double x_m, double step_m = 0.00009);
@@ -38,7 +38,7 @@ struct Hand {
     haptics::Incisions incisions;
     haptics::NeedleState state;
     haptics::ToolForce last;
-    patient::Vec3 axis{1.0, 0.0, 0.0};
+    Vec3 axis{1.0, 0.0, 0.0};
     patient::Surrogate breath;
     std::vector<haptics::NeedleEvent> events;
 };

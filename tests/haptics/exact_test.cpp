@@ -1,4 +1,4 @@
-#include "haptics/exact.h"
+#include "haptics/tools/exact.h"
 
 #include <gtest/gtest.h>
 
@@ -163,7 +163,7 @@ TEST(Exact, BordersOfTissuesAreEnough) {
     const patient::TissueMap parted{patient::Patient(package)};
     const Vec3 entry_m{-0.010, 0.0, 0.0}, end_m{0.030, 0.004, 0.003};
     const double length_m = glm::length(end_m - entry_m);
-    patient::VoxelPath path;
+    VoxelPath path;
     const auto& walk = path.along(whole.grid(), entry_m, end_m);
     ExactSolver a(whole, {}), b(parted, {});
     b.solve(walk, length_m, Borders::ofLabels);
@@ -180,13 +180,13 @@ TEST(Exact, BordersOfTissuesAreEnough) {
 TEST(Exact, CornersAreNoBordersOfTissues) {
     patient::Package package =
         test::widen(test::makeColumn({{skin, 0.002}, {soft, 0.01}, {liver, 0.02}}, 0.001), 31, 0.001);
-    const patient::Grid& grid = package.ct.grid;
-    const patient::Index3 entry = grid.nearest({0.0135, -0.007, 0.0});
-    const patient::Vec3 entry_m = grid.centre(entry), end_m = grid.centre(entry + patient::Index3(14, 14, 0));
-    for (const patient::Index3& beside : {patient::Index3(7, 6, 0), patient::Index3(6, 7, 0)})
+    const Grid& grid = package.ct.grid;
+    const Index3 entry = grid.nearest({0.0135, -0.007, 0.0});
+    const Vec3 entry_m = grid.centre(entry), end_m = grid.centre(entry + Index3(14, 14, 0));
+    for (const Index3& beside : {Index3(7, 6, 0), Index3(6, 7, 0)})
         package.labels[entry + beside] = std::uint8_t(fascia);
     const patient::TissueMap map{patient::Patient(package)};
-    patient::VoxelPath path;
+    VoxelPath path;
     std::vector<Segment> segments;
     segmentsAlong(map, path.along(map.grid(), entry_m, end_m), glm::length(end_m - entry_m),
                   Borders::ofTissues, segments);
@@ -203,11 +203,11 @@ TEST(Exact, SegmentsFollowTheTrack) {
     // Unlabelled bone of 250 HU is bone before the fascia and contrast-filled vessel (soft) behind it.
     patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {soft, 0.01}});
     for (const double x : {0.004, 0.020}) {
-        const patient::Index3 i = package.ct.grid.nearest({x, 0.0, 0.0});
+        const Index3 i = package.ct.grid.nearest({x, 0.0, 0.0});
         package.ct[i] = 250;
         package.labels[i] = 0;
     }
-    patient::VoxelPath path;
+    VoxelPath path;
     std::vector<Segment> segments;
     const patient::TissueMap map{patient::Patient(package)};
     segmentsAlong(map, {-0.010, 0.0, 0.0}, {0.022, 0.0, 0.0}, path, segments);

@@ -1,4 +1,4 @@
-#include "haptics/finger.h"
+#include "haptics/tools/finger.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,6 @@ namespace stylet::haptics {
 namespace {
 
 using patient::Patient;
-using patient::Quat;
 using patient::Surrogate;
 using patient::Tissue;
 using test::kAlongX;
@@ -89,7 +88,7 @@ TEST(Finger, MeetsABallAsTwoSpheresOnAnElasticFoundation) {
     // F = pi k R d^2 with 1/R = 1/R1 + 1/R2, in a map of an exact ball.
     constexpr double kBall_m = 0.060, kFoundation_n_per_m3 = 2.5e5, kDepth_m = 0.0012;
     constexpr int kNodes = 140;
-    TouchMap ball{{patient::Index3(kNodes), Vec3(0.001), Vec3(-0.001 * (0.5 * kNodes - 0.5))}, {}};
+    TouchMap ball{{Index3(kNodes), Vec3(0.001), Vec3(-0.001 * (0.5 * kNodes - 0.5))}, {}};
     for (int z = 0; z < kNodes; ++z)
         for (int y = 0; y < kNodes; ++y)
             for (int x = 0; x < kNodes; ++x) {

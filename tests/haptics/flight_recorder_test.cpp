@@ -1,4 +1,4 @@
-#include "haptics/flight_recorder.h"
+#include "haptics/loop/flight_recorder.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/guide.h"
+#include "haptics/tools/guide.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,6 @@
 
 namespace stylet::haptics {
 namespace {
-
-using patient::Quat;
 
 // The rail stands along +z of the patient, its mouth at the origin.
 struct Rail {

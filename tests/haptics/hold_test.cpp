@@ -1,4 +1,4 @@
-#include "haptics/hold.h"
+#include "haptics/tools/hold.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/incision.h"
+#include "haptics/tools/incision.h"
 
 #include <gtest/gtest.h>
 

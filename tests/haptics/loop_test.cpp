@@ -1,4 +1,4 @@
-#include "haptics/loop.h"
+#include "haptics/loop/loop.h"
 
 #include <gtest/gtest.h>
 

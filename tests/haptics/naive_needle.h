@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "haptics/needle.h"
+#include "haptics/tools/needle.h"
 #include "tests/haptics/column.h"
 
 namespace stylet::test {

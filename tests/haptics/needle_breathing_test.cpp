@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "haptics/needle.h"
+#include "haptics/tools/needle.h"
 #include "tests/haptics/column.h"
 #include "tests/support/motion.h"
 
@@ -162,7 +162,7 @@ TEST(NeedleBreathing, NothingBetweenTwoSlidSidesIsOnTheWay) {
         return q;
     });
     b.package = test::widen(b.package, 80, 0.001);
-    patient::LabelVolume& labels = b.package.labels;
+    LabelVolume& labels = b.package.labels;
     for (std::size_t i = 0; i < labels.voxels.size(); ++i) {
         const int nx = labels.grid.dims.x, ny = labels.grid.dims.y;
         const Vec3 p = labels.grid.centre({int(i) % nx, int(i) / nx % ny, int(i) / nx / ny});
@@ -241,7 +241,7 @@ TEST(NeedleBreathing, AHeldSurfaceGoesAlongWithTheBreath) {
     b.package = test::widen(b.package, 120, 0.001);
     for (std::size_t i = 0; i < b.package.labels.voxels.size(); ++i) {
         // Layers along z instead: soft, then liver above z = 0.
-        const patient::Grid& g = b.package.labels.grid;
+        const Grid& g = b.package.labels.grid;
         const int z = int(i) / (g.dims.x * g.dims.y);
         b.package.labels.voxels[i] = std::uint8_t(g.centre({0, 0, z}).z > 0.0 ? liver : soft);
     }

@@ -108,9 +108,9 @@ TEST(NeedleRandom, SampledEqualsExactForAThousandTables) {
 patient::Package randomBlocks(Random& random) {
     constexpr int kBlocks = 14, kVoxels = 3;
     patient::Package package = test::makeColumn({{Tissue::skin, 0.001}});
-    patient::Grid grid{patient::Index3(kBlocks * kVoxels), {0.0013, 0.0009, 0.0011}, Vec3(0.0)};
-    package.ct = patient::CtVolume(grid, -1000);
-    package.labels = patient::LabelVolume(grid);
+    Grid grid{Index3(kBlocks * kVoxels), {0.0013, 0.0009, 0.0011}, Vec3(0.0)};
+    package.ct = CtVolume(grid, -1000);
+    package.labels = LabelVolume(grid);
     constexpr std::int16_t kHu[] = {-1000, -300, -50, 60, 250, 700};
     for (int b = 0; b < kBlocks * kBlocks * kBlocks; ++b) {
         const bool labelled = below(random, 2) == 0;
@@ -119,9 +119,9 @@ patient::Package randomBlocks(Random& random) {
         std::int16_t hu = kHu[below(random, 5)];
         if (hu == 250 && below(random, 4) != 0) hu = 60;
         for (int v = 0; v < kVoxels * kVoxels * kVoxels; ++v) {
-            const patient::Index3 i{b % kBlocks * kVoxels + v % kVoxels,
-                                    b / kBlocks % kBlocks * kVoxels + v / kVoxels % kVoxels,
-                                    b / kBlocks / kBlocks * kVoxels + v / kVoxels / kVoxels};
+            const Index3 i{b % kBlocks * kVoxels + v % kVoxels,
+                           b / kBlocks % kBlocks * kVoxels + v / kVoxels % kVoxels,
+                           b / kBlocks / kBlocks * kVoxels + v / kVoxels / kVoxels};
             package.labels[i] = labelled ? std::uint8_t(id) : std::uint8_t(0);
             package.ct[i] = hu;
         }

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "haptics/exact.h"
+#include "haptics/tools/exact.h"
 #include "tests/haptics/puncture.h"
 #include "tests/haptics/random_column.h"
 #include "tests/support/phantom.h"
@@ -259,9 +259,9 @@ TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStepAlsoAskew) {
         patient::Package package =
             test::widen(test::makeColumn(test::randomLayers(random), 0.0005), 60, 0.0005);
         package.tissues = test::randomTable(random);
-        const patient::LabelVolume upright = package.labels;
+        const LabelVolume upright = package.labels;
         const double slant_y = test::uniform(random, -1.5, 1.5), slant_z = test::uniform(random, -1.5, 1.5);
-        patient::Index3 i;
+        Index3 i;
         for (i.z = 0; i.z < 60; ++i.z)
             for (i.y = 0; i.y < 60; ++i.y)
                 for (i.x = 0; i.x < upright.grid.dims.x; ++i.x) {

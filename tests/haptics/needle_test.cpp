@@ -1,4 +1,4 @@
-#include "haptics/needle.h"
+#include "haptics/tools/needle.h"
 
 #include <gtest/gtest.h>
 
@@ -376,8 +376,8 @@ TEST(Needle, TurningTheShaftMeetsBordersToo) {
 TEST(Needle, ACornerWithoutDepthHidesNoBorder) {
     patient::Package package =
         test::widen(makeColumn({{skin, 0.002}, {liver, 0.02}, {duct, 0.004}}, 0.001), 60, 0.001);
-    const patient::Grid& grid = package.labels.grid;
-    const patient::Index3 last_of_liver = grid.nearest({0.0215, 0.0005, 0.0005});
+    const Grid& grid = package.labels.grid;
+    const Index3 last_of_liver = grid.nearest({0.0215, 0.0005, 0.0005});
     for (int y = 0; y <= last_of_liver.y; ++y)
         for (int z = 0; z < grid.dims.z; ++z)
             package.labels[{last_of_liver.x + 1, y, z}] = std::uint8_t(vessel);

@@ -1,4 +1,4 @@
-#include "haptics/output.h"
+#include "haptics/output/output.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/passivity.h"
+#include "haptics/output/passivity.h"
 
 #include <gtest/gtest.h>
 

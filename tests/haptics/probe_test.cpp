@@ -1,4 +1,4 @@
-#include "haptics/probe.h"
+#include "haptics/tools/probe.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 namespace stylet::haptics {
 namespace {
 
-using patient::Quat;
 using patient::Surrogate;
 using test::kAlongX;
 using enum patient::Tissue;
@@ -113,7 +112,7 @@ TEST(ParkedProbe, FindsTheSkinsNormalOutsideTheCavity) {
     const Vec3 outward = glm::normalize(Vec3(-0.9, 0.0, -0.4));
     TouchMap map{{{41, 41, 41}, Vec3(0.002), Vec3(-0.040)}, {}};
     map.nodes.assign(3 * map.grid.voxelCount(), 0.0f);
-    patient::Index3 i;
+    Index3 i;
     for (i.z = 0; i.z < 41; ++i.z)
         for (i.y = 0; i.y < 41; ++i.y)
             for (i.x = 0; i.x < 41; ++i.x)

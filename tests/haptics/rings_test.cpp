@@ -1,4 +1,4 @@
-#include "haptics/rings.h"
+#include "base/rings.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/safety.h"
+#include "haptics/output/safety.h"
 
 #include <gtest/gtest.h>
 

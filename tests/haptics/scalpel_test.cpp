@@ -1,4 +1,4 @@
-#include "haptics/scalpel.h"
+#include "haptics/tools/scalpel.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 namespace stylet::haptics {
 namespace {
 
-using patient::Quat;
 using patient::Surrogate;
 using test::kAlongX;
 using enum patient::Tissue;

@@ -1,4 +1,4 @@
-#include "haptics/simulation.h"
+#include "haptics/loop/simulation.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Finger, probe and scalpel in the tick: taken by command, felt, hashed.
 #include <gtest/gtest.h>
 
-#include "haptics/simulation.h"
+#include "haptics/loop/simulation.h"
 #include "tests/haptics/along_x.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"

@@ -1,10 +1,10 @@
-#include "haptics/toolbox.h"
+#include "haptics/loop/toolbox.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "haptics/simulation.h"
+#include "haptics/loop/simulation.h"
 #include "tests/haptics/scripted.h"
 #include "tests/support/phantom.h"
 
@@ -107,7 +107,7 @@ TEST(Toolbox, AnIdleNeedleIsNotHashed) {
     a.in_hand = b.in_hand = Tool::needle;
     b.needle.force_n = 0.5, b.needle.depth_m = 0.01;
     const auto hashOf = [](const ToolState& s) {
-        patient::StateHash hash;
+        StateHash hash;
         hashTools(hash, s);
         return hash.value();
     };
@@ -134,7 +134,7 @@ TEST(Toolbox, TheGainIsSetByTheSteepestTool) {
 
 TEST(Toolbox, EverySettingIsHashed) {
     const auto hashOf = [](const ToolSettings& s) {
-        patient::StateHash hash;
+        StateHash hash;
         hashToolSettings(hash, s);
         return hash.value();
     };

@@ -1,4 +1,4 @@
-#include "haptics/touch.h"
+#include "haptics/tools/touch.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/trace.h"
+#include "haptics/loop/trace.h"
 
 #include <gtest/gtest.h>
 

@@ -10,18 +10,18 @@
 namespace stylet::test {
 
 // Mean velocity over the voxels of one kind that lie within `reach_m` of its last voxel along `side`.
-inline patient::Vec3 meanFlowAtTheEnd(const patient::Patient& patient, const patient::VesselFlow& flow,
-                                      patient::BloodKind kind, const patient::Vec3& side, double reach_m) {
-    const patient::Grid& grid = flow.grid;
+inline Vec3 meanFlowAtTheEnd(const patient::Patient& patient, const patient::VesselFlow& flow,
+                             patient::BloodKind kind, const Vec3& side, double reach_m) {
+    const Grid& grid = flow.grid;
     double furthest = -1e9;
-    patient::Vec3 sum(0.0);
+    Vec3 sum(0.0);
     double count = 0.0;
     for (const bool summing : {false, true})
         for (int z = 0; z < grid.dims.z; ++z)
             for (int y = 0; y < grid.dims.y; ++y)
                 for (int x = 0; x < grid.dims.x; ++x) {
                     if (flow.kindAt({x, y, z}) != kind) continue;
-                    const patient::Vec3 p = grid.centre({x, y, z});
+                    const Vec3 p = grid.centre({x, y, z});
                     const double along = p.x * side.x + p.y * side.y + p.z * side.z;
                     if (!summing) furthest = std::max(furthest, along);
                     if (summing && along > furthest - reach_m) sum += flow.meanAt_m_per_s(p), count += 1.0;
@@ -33,7 +33,6 @@ inline patient::Vec3 meanFlowAtTheEnd(const patient::Patient& patient, const pat
 // RAS: +x is the patient's right.
 inline void expectBloodToGoItsWay(const patient::Patient& patient) {
     using patient::BloodKind;
-    using patient::Vec3;
     const patient::VesselFlow flow = patient::makeVesselFlow(patient);
     ASSERT_FALSE(flow.velocity.empty());
     const auto mean = [&](BloodKind kind, const Vec3& side, double reach_m) {

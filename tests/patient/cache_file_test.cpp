@@ -1,4 +1,4 @@
-#include "patient/cache_file.h"
+#include "base/cache_file.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::patient {

@@ -1,4 +1,4 @@
-#include "patient/contrast_fill.h"
+#include "patient/contrast/contrast_fill.h"
 
 #include <gtest/gtest.h>
 

@@ -28,11 +28,11 @@ inline std::uint8_t addLabel(patient::Package& package, const std::string& name,
 
 // Labels the voxels whose centres `in(x, y, z)`, in metres.
 inline void carve(patient::Package& package, std::uint8_t id, const auto& in) {
-    const patient::Grid& grid = package.labels.grid;
+    const Grid& grid = package.labels.grid;
     for (int z = 0; z < grid.dims.z; ++z)
         for (int y = 0; y < grid.dims.y; ++y)
             for (int x = 0; x < grid.dims.x; ++x) {
-                const patient::Vec3 p = grid.centre({x, y, z});
+                const Vec3 p = grid.centre({x, y, z});
                 if (in(p.x, p.y, p.z)) package.labels[{x, y, z}] = id;
             }
 }

@@ -1,4 +1,4 @@
-#include "patient/contrast.h"
+#include "patient/contrast/contrast.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "patient/contrast_table.h"
+#include "patient/contrast/contrast_table.h"
 #include "tests/patient/contrast_phantom.h"
 #include "tests/support/constants.h"
 

@@ -5,7 +5,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "patient/diffusion.h"
+#include "base/diffusion.h"
 
 namespace stylet::patient {
 namespace {

@@ -1,4 +1,4 @@
-#include "patient/distance.h"
+#include "base/distance.h"
 
 #include <gtest/gtest.h>
 

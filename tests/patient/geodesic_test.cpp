@@ -1,4 +1,4 @@
-#include "patient/geodesic.h"
+#include "base/geodesic.h"
 
 #include <gtest/gtest.h>
 

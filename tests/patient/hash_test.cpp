@@ -1,4 +1,4 @@
-#include "patient/hash.h"
+#include "base/hash.h"
 
 #include <gtest/gtest.h>
 

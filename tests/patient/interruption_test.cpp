@@ -1,4 +1,4 @@
-#include "patient/interruption.h"
+#include "patient/motion/interruption.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "patient/motion.h"
+#include "patient/motion/motion.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "patient/motion_interface.h"
+#include "patient/motion/motion_interface.h"
 #include "tests/support/constants.h"
 #include "tests/support/motion.h"
 

@@ -1,4 +1,4 @@
-#include "patient/nifti.h"
+#include "patient/package/nifti.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/support/nifti_bytes.h"
 #include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"

@@ -1,4 +1,4 @@
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <limits>
 #include <sstream>
 
-#include "patient/motion_io.h"
-#include "patient/nifti.h"
+#include "patient/package/motion_io.h"
+#include "patient/package/nifti.h"
 #include "tests/support/file_text.h"
 #include "tests/support/motion.h"
 #include "tests/support/nifti_bytes.h"

@@ -1,4 +1,4 @@
-#include "patient/planning.h"
+#include "patient/planning/planning.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "patient/recording.h"
+#include "patient/motion/recording.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "patient/signal.h"
+#include "patient/motion/signal.h"
 #include "tests/support/refused.h"
 
 namespace stylet::patient {

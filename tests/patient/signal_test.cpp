@@ -1,4 +1,4 @@
-#include "patient/signal.h"
+#include "patient/motion/signal.h"
 
 #include <gtest/gtest.h>
 

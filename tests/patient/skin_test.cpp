@@ -1,4 +1,4 @@
-#include "patient/skin.h"
+#include "patient/package/skin.h"
 
 #include <gtest/gtest.h>
 

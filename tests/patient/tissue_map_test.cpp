@@ -1,4 +1,4 @@
-#include "patient/tissue_map.h"
+#include "patient/package/tissue_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "patient/tissue.h"
+#include "patient/tissue/tissue.h"
 
 #include <gtest/gtest.h>
 

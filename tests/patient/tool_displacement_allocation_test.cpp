@@ -1,7 +1,7 @@
 // No allocation in frames of tool displacement, counted by a replaced operator new.
 #include <gtest/gtest.h>
 
-#include "patient/tool_displacement.h"
+#include "patient/displacement/tool_displacement.h"
 #include "tests/support/counted_allocations.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"

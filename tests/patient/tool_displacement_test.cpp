@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "patient/displacement/tool_displacement.h"
 #include "patient/patient.h"
-#include "patient/tool_displacement.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 

@@ -1,4 +1,4 @@
-#include "patient/transcendental.h"
+#include "base/transcendental.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "patient/traversal.h"
+#include "base/traversal.h"
 
 #include <gtest/gtest.h>
 

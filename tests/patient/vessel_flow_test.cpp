@@ -1,4 +1,4 @@
-#include "patient/vessel_flow.h"
+#include "patient/contrast/vessel_flow.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "patient/whole_file.h"
+#include "base/whole_file.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -6,7 +6,7 @@
 
 #include <fstream>
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/support/file_text.h"
 #include "tests/support/temp_folder.h"
 

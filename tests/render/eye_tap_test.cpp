@@ -1,10 +1,10 @@
-#include "render/eye_tap.h"
+#include "render/frame/eye_tap.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "render/memory.h"
+#include "render/gpu/memory.h"
 
 namespace stylet::render {
 namespace {

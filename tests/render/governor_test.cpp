@@ -1,4 +1,4 @@
-#include "render/governor.h"
+#include "render/frame/governor.h"
 
 #include <gtest/gtest.h>
 

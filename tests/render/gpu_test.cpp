@@ -1,11 +1,11 @@
-#include "render/gpu.h"
+#include "render/gpu/gpu.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <vector>
 
-#include "render/pipeline_cache_file.h"
+#include "render/gpu/pipeline_cache_file.h"
 #include "tests/render/pictures.h"
 #include "tests/support/temp_folder.h"
 

@@ -4,14 +4,13 @@
 #include <cmath>
 #include <functional>
 
-#include "patient/motion_interface.h"
+#include "patient/motion/motion_interface.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::test {
 
 using patient::Tissue;
-using patient::Vec3;
 
 namespace {
 
@@ -24,9 +23,9 @@ constexpr Material kAir{0, -1000}, kSkin{1, -50}, kFat{0, -100}, kMuscle{0, 50},
     kLiver{5, 110}, kVessel{6, 170}, kDuct{7, 8}, kLung{0, -800};
 
 patient::Package emptyPackage(const Vec3& half_m, double spacing_m) {
-    patient::Grid grid;
+    Grid grid;
     grid.spacing_m = Vec3(spacing_m);
-    grid.dims = patient::Index3(glm::ceil(2.0 * half_m / spacing_m - 1e-6));
+    grid.dims = Index3(glm::ceil(2.0 * half_m / spacing_m - 1e-6));
     grid.origin_m = -0.5 * spacing_m * Vec3(grid.dims - 1);
     patient::Package package;
     package.name = "phantom";
@@ -36,15 +35,15 @@ patient::Package emptyPackage(const Vec3& half_m, double spacing_m) {
     package.elasticity = tissueDefaults().elasticity;
     package.thresholds = tissueDefaults().thresholds;
     package.label_table = tissueLabels();
-    package.ct = patient::CtVolume(grid);
-    package.labels = patient::LabelVolume(grid);
+    package.ct = CtVolume(grid);
+    package.labels = LabelVolume(grid);
     return package;
 }
 
 // The label at the voxel's centre, the CT value averaged over 2^3 points: partial volume, as a scanner gives
 // it.
 void fill(patient::Package& package, const std::function<Material(const Vec3&)>& at) {
-    const patient::Grid& grid = package.ct.grid;
+    const Grid& grid = package.ct.grid;
     for (int z = 0; z < grid.dims.z; ++z)
         for (int y = 0; y < grid.dims.y; ++y)
             for (int x = 0; x < grid.dims.x; ++x) {
@@ -124,11 +123,11 @@ patient::Package makeTrunk(double spacing_m) {
     return package;
 }
 
-bool inBody(const patient::Package& package, const patient::Surrogate& now, const patient::Vec3& deformed_m) {
+bool inBody(const patient::Package& package, const patient::Surrogate& now, const Vec3& deformed_m) {
     return package.ct.nearestOr(referenceFromDeformed(package.motion, now, deformed_m), -1000) > -500;
 }
 
-patient::ToolContact contactAt(const patient::Vec3& skin_m, const patient::Vec3& moved_m, double radius_m) {
+patient::ToolContact contactAt(const Vec3& skin_m, const Vec3& moved_m, double radius_m) {
     return {.id = 0,
             .begin_m = skin_m,
             .end_m = skin_m,

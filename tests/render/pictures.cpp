@@ -10,8 +10,6 @@
 
 namespace stylet::test {
 
-using render::Vec3;
-
 std::filesystem::path assetsFolder() {
     const char* assets = std::getenv("STYLET_ASSETS");
     if (!assets) throw std::runtime_error("STYLET_ASSETS is not set: run through ctest");

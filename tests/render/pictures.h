@@ -17,7 +17,7 @@ std::filesystem::path assetsFolder();
 std::string noGpuReason();
 
 // An eye at `eye_m` that looks at `at_m` with +y up and a symmetric field of `half_angle`.
-render::View lookAt(const render::Vec3& eye_m, const render::Vec3& at_m, float half_angle);
+render::View lookAt(const Vec3& eye_m, const Vec3& at_m, float half_angle);
 
 // A left and a right eye, `ipd_m` apart, parallel.
 std::array<render::View, 2> stereo(const render::View& centre, double ipd_m);

@@ -1,6 +1,6 @@
 // Pictures against closed forms: where a ball of known size must appear, how much a slab must absorb, what
 // hides what.
-#include "render/renderer.h"
+#include "render/frame/renderer.h"
 
 #include <gtest/gtest.h>
 
@@ -169,7 +169,7 @@ TEST_F(RendererTest, TheNeedleIsSeenInFrontHiddenBehindAndDimInsideTissue) {
     const auto eyes = test::stereo(test::lookAt(centre + Vec3(0.0, 0.0, 0.5), centre, 0.25f), 0.0);
     // The shaft runs across the view; the hub, at z = 0.150 to 0.180 of the needle, is in the middle of the
     // picture.
-    const patient::Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
+    const Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
     const auto drawAt = [&](double depth_m) {
         scene.patient_from_needle = Pose{across, Vec3(-0.168, 0.0, depth_m)};
         return redHub(renderer.drawToImages(scene, eyes, kRendererPictureSize, kRendererPictureSize)[0]);
@@ -261,7 +261,7 @@ TEST_F(RendererTest, MissingAssetsAreNamed) {
     try {
         const Renderer renderer(gpu, {}, "/nonexistent");
         FAIL() << "no exception";
-    } catch (const patient::DataError& e) {
+    } catch (const DataError& e) {
         EXPECT_NE(std::string(e.what()).find("/nonexistent"), std::string::npos);
     }
 }

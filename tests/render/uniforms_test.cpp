@@ -1,4 +1,6 @@
-#include "render/uniforms.h"
+#include "render/frame/uniforms.h"
+
+#include "render/scene/projection.h"
 
 #include <gtest/gtest.h>
 

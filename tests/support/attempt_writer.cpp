@@ -14,7 +14,7 @@
 #include "app/records/record.h"
 #include "app/records/samples.h"
 #include "app/records/store.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/support/attempt_writer.h"
 
 namespace {
@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
         records::Store store(argv[1]);
         for (;;)
             writeAttempt(store, std::uniform_int_distribution<std::uint64_t>(1, 1500)(random));
-    } catch (const patient::DataError& e) {
+    } catch (const DataError& e) {
         say(std::string("refused: ") + e.what());
         return 3;
     }

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/records/samples.h"
-#include "haptics/simulation.h"
+#include "haptics/loop/simulation.h"
 
 namespace stylet::test {
 

@@ -1,7 +1,7 @@
 // The path to the middle of a duct that begins 50 mm behind the skin and is 6 mm thick.
 #pragma once
 
-#include "patient/planning.h"
+#include "patient/planning/planning.h"
 
 namespace stylet::test {
 

@@ -21,10 +21,10 @@ double rise(double from, double to, double x) {
 patient::MotionModel makeMotion(const Vec3& half_m, double spacing_m,
                                 const std::function<MotionPoint(const Vec3&)>& at) {
     patient::MotionModel m;
-    m.grid.dims = 2 * patient::Index3(glm::ceil(half_m / spacing_m - 1e-9)) + 1;
+    m.grid.dims = 2 * Index3(glm::ceil(half_m / spacing_m - 1e-9)) + 1;
     m.grid.spacing_m = Vec3(spacing_m);
     m.grid.origin_m = -0.5 * spacing_m * Vec3(m.grid.dims - 1);
-    patient::Index3 i;
+    Index3 i;
     for (i.z = 0; i.z < m.grid.dims.z; ++i.z)
         for (i.y = 0; i.y < m.grid.dims.y; ++i.y)
             for (i.x = 0; i.x < m.grid.dims.x; ++i.x) {

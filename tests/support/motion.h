@@ -7,8 +7,6 @@
 
 namespace stylet::test {
 
-using patient::Vec3;
-
 // Motion at a reference point.
 struct MotionPoint {
     Vec3 wall_a1_m{0.0}, wall_a2_m_s{0.0}, slide_a1_m{0.0}, slide_a2_m_s{0.0};

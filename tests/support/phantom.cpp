@@ -64,7 +64,7 @@ patient::Package makeSlabs(const std::vector<std::pair<Tissue, double>>& layers_
 
     const double across_m = std::max(spacing_m, 0.001);
     const int across = 2 * int(std::round(kSlabHalfWidth_m / across_m)) + 1;
-    patient::Grid grid;
+    Grid grid;
     grid.dims = {int(columns.size()), across, across};
     grid.spacing_m = {spacing_m, across_m, across_m};
     grid.origin_m = {(0.5 - margin) * spacing_m, -(across / 2) * across_m, -(across / 2) * across_m};
@@ -76,8 +76,8 @@ patient::Package makeSlabs(const std::vector<std::pair<Tissue, double>>& layers_
     package.tissues = tissueDefaults().tissues;
     package.elasticity = tissueDefaults().elasticity;
     package.thresholds = tissueDefaults().thresholds;
-    package.ct = patient::CtVolume(grid);
-    package.labels = patient::LabelVolume(grid);
+    package.ct = CtVolume(grid);
+    package.labels = LabelVolume(grid);
     if (labelled) package.label_table = tissueLabels();
     for (std::size_t i = 0; i < package.ct.voxels.size(); ++i) {
         const Tissue tissue = columns[i % columns.size()];

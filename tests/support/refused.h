@@ -1,11 +1,11 @@
-// Expects that a loader throws patient::DataError that names the file and the field.
+// Expects that a loader throws DataError that names the file and the field.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 
 namespace stylet::test {
 
@@ -13,7 +13,7 @@ template <typename Load>
 void expectRefused(Load load, const std::string& file, const std::string& field) {
     try {
         load();
-    } catch (const patient::DataError& e) {
+    } catch (const DataError& e) {
         EXPECT_NE(std::string(e.what()).find(file + ": " + field), std::string::npos) << e.what();
         return;
     }

@@ -10,15 +10,14 @@
 #include <array>
 #include <limits>
 
-#include "haptics/device.h"
-#include "haptics/trace.h"
+#include "haptics/loop/trace.h"
+#include "haptics/tools/device.h"
 
 namespace stylet::test {
 
 using haptics::DeviceProfile;
 using haptics::DeviceState;
 using haptics::Trace;
-using haptics::Vec3;
 
 // The hand on the grip: it adds mass, and a spring and damper to the intended position.
 struct HandModel {

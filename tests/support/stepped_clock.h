@@ -6,7 +6,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "haptics/loop.h"
+#include "haptics/loop/loop.h"
 
 namespace stylet::test {
 

@@ -12,7 +12,7 @@
 #include <set>
 #include <thread>
 
-#include "haptics/loop.h"
+#include "haptics/loop/loop.h"
 
 namespace stylet::test {
 

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "haptics/loop.h"
+#include "haptics/loop/loop.h"
 
 namespace stylet::test {
 

@@ -1,5 +1,5 @@
 // A headset alone: the mock runtime's controllers as the hand of an attempt.
-#include "app/trainer/controller_hand.h"
+#include "app/trainer/hands/controller_hand.h"
 
 #include <gtest/gtest.h>
 
@@ -8,11 +8,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "app/trainer/frames.h"
-#include "app/trainer/hand.h"
-#include "app/trainer/live_hand.h"
-#include "app/trainer/platform_linux.h"
-#include "app/trainer/staging.h"
+#include "app/trainer/attempt/hand.h"
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/display/frames.h"
+#include "app/trainer/hands/live_hand.h"
+#include "app/trainer/stores/platform_linux.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/temp_folder.h"
 
@@ -20,8 +20,6 @@ namespace stylet::trainer {
 namespace {
 
 using nlohmann::json;
-using patient::Pose;
-using patient::Vec3;
 
 json keyOf(double t_s, const Pose& p) {
     return {{"t_s", t_s},

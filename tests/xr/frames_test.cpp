@@ -1,7 +1,7 @@
 // The frame loop over a phantom, from the haptics' output to the pictures the mock runtime captured.
-#include "app/trainer/frames.h"
+#include "app/trainer/display/frames.h"
 
-#include "app/trainer/mock_stage.h"
+#include "app/trainer/display/mock_stage.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,6 @@ namespace stylet::trainer {
 namespace {
 
 using patient::Tissue;
-using patient::Vec3;
 
 // 100 mm of layers along +x, entered at x = 0, with a duct at 50 mm.
 patient::Package layeredPhantom() {
@@ -40,7 +39,7 @@ Seen needleAt(double depth_m) {
     haptics::TickOutput& shown = seen.tick;
     shown.patient_from_needle.position_m = {depth_m, 0.0, 0.0};
     shown.patient_from_needle.rotation =
-        patient::Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0};  // +z -> -x: the hub
+        Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0};  // +z -> -x: the hub
     shown.depth_m = depth_m;
     return seen;
 }
@@ -88,9 +87,9 @@ int disparityAt(const GreyPicture& left, const GreyPicture& right, int x, int y)
 }
 
 // Where a point of the stage falls in an eye's picture, by the head scenario's fields of view.
-std::array<double, 2> project(const patient::Pose& stage_from_head, int eye, const Vec3& p, int size) {
+std::array<double, 2> project(const Pose& stage_from_head, int eye, const Vec3& p, int size) {
     const double to_side_m = (eye == 0 ? -0.5 : 0.5) * kMockEyeDistance_m;
-    const patient::Pose head_from_eye{patient::Quat{1, 0, 0, 0}, {to_side_m, 0.0, 0.0}};
+    const Pose head_from_eye{Quat{1, 0, 0, 0}, {to_side_m, 0.0, 0.0}};
     const Vec3 seen = (stage_from_head * head_from_eye).inverse() * p;
     const auto& [left, right, up, down] = kMockEyeAngles_rad[eye];
     const double u = (seen.x / -seen.z - std::tan(left)) / (std::tan(right) - std::tan(left));
@@ -143,8 +142,8 @@ class FramesTest : public testing::Test {
 };
 
 TEST_F(FramesTest, MomentsAreCapturedInStereoTwiceInAProcess) {
-    const patient::Pose stage_from_patient = stageFromPatient(patient_, path_);
-    const patient::Pose stage_from_head = stageFromHead(stage_from_patient, path_, 1.0);
+    const Pose stage_from_patient = stageFromPatient(patient_, path_);
+    const Pose stage_from_head = stageFromHead(stage_from_patient, path_, 1.0);
     for (int round = 0; round < 2; ++round) {
         SCOPED_TRACE(round);
         makeFiveFrames();
@@ -175,8 +174,7 @@ TEST_F(FramesTest, AMomentKeepsWhatTheMachinesShow) {
     FrameLoop loop(patient_, settings_, path_);
     Seen seen = needleAt(0.02);
     seen.tick.probe_parked = true;
-    seen.tick.patient_from_probe = {patient::Quat{std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0},
-                                    Vec3(0.001, 0.0, 0.0)};
+    seen.tick.patient_from_probe = {Quat{std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0}, Vec3(0.001, 0.0, 0.0)};
     seen.machines.xray.pedal = true;
     seen.machines.xray.pulses = 1;
     EXPECT_TRUE(loop.frame(seen, nullptr, ""));
@@ -191,14 +189,14 @@ TEST_F(FramesTest, AMomentKeepsWhatTheMachinesShow) {
 }
 
 TEST_F(FramesTest, TheEntryStaysInBothPictures) {
-    const patient::Pose stage_from_patient = stageFromPatient(patient_, path_);
+    const Pose stage_from_patient = stageFromPatient(patient_, path_);
     EXPECT_NEAR((stage_from_patient * Vec3(0.0, -test::kSlabHalfWidth_m, 0.0)).y, kTableHeight_m, 0.001);
     // The patient's front is up, the right side toward the operator, the head to the operator's left.
     EXPECT_GT(stage_from_patient.direction({0, 1, 0}).y, 0.999);
     EXPECT_GT(stage_from_patient.direction({1, 0, 0}).z, 0.999);
     EXPECT_LT(stage_from_patient.direction({0, 0, 1}).x, -0.999);
     for (double t_s = 0.0; t_s < 120.0; t_s += 0.5) {
-        const patient::Pose head = stageFromHead(stage_from_patient, path_, t_s);
+        const Pose head = stageFromHead(stage_from_patient, path_, t_s);
         for (int eye = 0; eye < 2; ++eye)
             for (const Vec3& p : {path_.entry_m, path_.target_m, Vec3(-0.20, 0.0, 0.0)}) {
                 const auto at = project(head, eye, stage_from_patient * p, 640);

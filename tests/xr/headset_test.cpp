@@ -11,9 +11,9 @@
 #include <gtest/gtest.h>
 #include <stb/stb_image.h>
 
-#include "app/trainer/frames.h"
-#include "app/trainer/monitor.h"
-#include "app/trainer/staging.h"
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/display/frames.h"
+#include "app/trainer/view/monitor.h"
 #include "render/render.h"
 #include "tests/support/duct_path.h"
 #include "tests/support/phantom.h"
@@ -23,9 +23,7 @@ namespace stylet::trainer {
 namespace {
 
 using nlohmann::json;
-using patient::Pose;
 using patient::Tissue;
-using patient::Vec3;
 
 patient::Package thinPhantom() {
     return test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::liver, 0.05}, {Tissue::duct, 0.006}}, 0.002);
@@ -39,7 +37,7 @@ Seen outside() {
 
 json posed(const Pose& p) {
     const Vec3& at = p.position_m;
-    const patient::Quat& q = p.rotation;
+    const Quat& q = p.rotation;
     return json::array(
         {{{"t_s", 0}, {"position", {at.x, at.y, at.z}}, {"orientation", {q.x, q.y, q.z, q.w}}}});
 }
@@ -255,7 +253,7 @@ TEST_F(HeadsetTest, DepthGoesToTheRuntimeAndViewsAreOnTime) {
 TEST_F(HeadsetTest, ARoomThatMovedIsDrawnWhereItWasAndItsUserIsAsked) {
     Registration device;
     device.key = {"bridge", "bridge", "stage", ""};
-    device.stage_from_device = {patient::Quat{std::cos(0.15), 0.0, std::sin(0.15), 0.0}, {0.05, 1.05, -0.55}};
+    device.stage_from_device = {Quat{std::cos(0.15), 0.0, std::sin(0.15), 0.0}, {0.05, 1.05, -0.55}};
     settings_.colocation = {device, levelPatientFromDevice(device, stageFromPatient(patient_, path_),
                                                            0.5 * (path_.entry_m + path_.target_m))};
     play(R"({"events": [{"frame": 14, "recenter": {"space": "stage", "delay_s": 0,

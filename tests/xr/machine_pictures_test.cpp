@@ -1,5 +1,5 @@
 // The machines' screens: made when somebody looks, no more often than sound and tube allow, and kept.
-#include "app/trainer/machine_pictures.h"
+#include "app/trainer/view/machine_pictures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +13,7 @@
 namespace stylet::trainer {
 namespace {
 
-using patient::Pose;
 using patient::Tissue;
-using patient::Vec3;
 
 constexpr render::ScreensSeen kBoth{true, true, false};
 
@@ -24,7 +22,7 @@ class MachinePicturesTest : public testing::Test {
     // Entered along +x at x = 0; the probe's +z goes in.
     MachinePicturesTest() {
         moment_.patient_from_probe =
-            Pose{patient::Quat{std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0}, Vec3(0.001, 0.0, 0.0)};
+            Pose{Quat{std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0}, Vec3(0.001, 0.0, 0.0)};
         moment_.patient_from_isocentre.position_m = {0.05, 0.0, 0.0};
     }
     void look(double time_s, const render::ScreensSeen& seen = kBoth) {
@@ -129,8 +127,7 @@ TEST_F(MachinePicturesTest, TheLastPulseIsHeldAndOneThatNobodySawIsMadeUpFor) {
     // Given while nobody looked, through a needle that is gone and a C-arm that has turned when somebody
     // does.
     pulse();
-    moment_.patient_from_needle =
-        Pose{patient::Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0}, Vec3(0.05, 0.0, 0.0)};
+    moment_.patient_from_needle = Pose{Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0}, Vec3(0.05, 0.0, 0.0)};
     MachinePictures watched(gpu_, deformed_, std::getenv("STYLET_ASSETS"));
     watched.show(moment_, kBoth);
     look(0.4, {});

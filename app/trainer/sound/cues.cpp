@@ -4,13 +4,12 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "app/trainer/staging.h"
-#include "patient/package.h"
+#include "app/trainer/attempt/staging.h"
+#include "patient/package/package.h"
 
 namespace stylet::trainer {
 
 using haptics::TickOutput;
-using patient::Vec3;
 
 namespace {
 
@@ -56,7 +55,7 @@ SoundPlaces soundPlaces(const patient::Patient& patient, const patient::PlannedP
     SoundPlaces places;
     places.stage_from_patient = stageFromPatient(patient, path);
     places.stage_from_operator = stageFromHead(places.stage_from_patient, path, 0.0);
-    const patient::Grid& grid = patient.grid();
+    const Grid& grid = patient.grid();
     const Vec3 last = grid.centre(grid.dims - 1);
     const Vec3 middle = places.stage_from_patient * (0.5 * (grid.origin_m + last));
     const Vec3 table{middle.x, 0.0, middle.z};

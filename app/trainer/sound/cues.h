@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "app/trainer/controller_hand.h"
-#include "app/trainer/seen.h"
+#include "app/trainer/hands/controller_hand.h"
+#include "app/trainer/session/seen.h"
 #include "app/trainer/sound/clips.h"
 #include "app/training/difficulty.h"
 #include "patient/patient.h"
@@ -17,7 +17,7 @@ namespace stylet::trainer {
 struct Voice {
     float gain = 0.0f;   // at 1 m from its place; 0 silences a loop
     float pitch = 1.0f;  // factor on the clip's pitch
-    patient::Vec3 stage_m{0.0};
+    Vec3 stage_m{0.0};
 };
 struct Heard {
     std::array<Voice, kSoundCount> voices;
@@ -28,9 +28,9 @@ struct Heard {
 
 // Positions of all sound sources in the drawn room.
 struct SoundPlaces {
-    patient::Pose stage_from_patient;
-    patient::Pose stage_from_operator;  // the operator's head, until its pose is known
-    patient::Vec3 mouth_m{0.0}, monitor_m{0.0}, tube_m{0.0}, vent_m{0.0}, entry_m{0.0};
+    Pose stage_from_patient;
+    Pose stage_from_operator;  // the operator's head, until its pose is known
+    Vec3 mouth_m{0.0}, monitor_m{0.0}, tube_m{0.0}, vent_m{0.0}, entry_m{0.0};
 };
 SoundPlaces soundPlaces(const patient::Patient&, const patient::PlannedPath&);
 
@@ -54,7 +54,7 @@ class Cues {
   private:
     void breathe(const haptics::TickOutput&);
     void tell(const training::Progress&, double t_s);
-    void begin(Sound, const patient::Vec3& stage_m);
+    void begin(Sound, const Vec3& stage_m);
 
     SoundPlaces places_;
     training::Hints hints_;

@@ -11,18 +11,18 @@ namespace stylet::trainer {
 // Pose in the drawn room. Any thread.
 class Ears {
   public:
-    void place(const patient::Pose& stage_from_head) {
+    void place(const Pose& stage_from_head) {
         const std::lock_guard lock(mutex_);
         stage_from_head_ = stage_from_head;
     }
-    std::optional<patient::Pose> placed() const {
+    std::optional<Pose> placed() const {
         const std::lock_guard lock(mutex_);
         return stage_from_head_;
     }
 
   private:
     mutable std::mutex mutex_;
-    std::optional<patient::Pose> stage_from_head_;
+    std::optional<Pose> stage_from_head_;
 };
 
 }  // namespace stylet::trainer

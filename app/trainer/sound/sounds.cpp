@@ -30,8 +30,8 @@ struct Sounds::Shared {
     double late_sum_s = 0.0;
     std::promise<void> left;
 
-    void run(const patient::Pose& stage_from_operator, const std::shared_ptr<const Ears>& ears,
-             const Opened& open, const Say& say);
+    void run(const Pose& stage_from_operator, const std::shared_ptr<const Ears>& ears, const Opened& open,
+             const Say& say);
     bool takeNext(Heard&, std::optional<SteadyClock::time_point>&);
     void played(const Heard&, const std::optional<SteadyClock::time_point>& since);
     void silent();
@@ -63,7 +63,7 @@ void Sounds::Shared::silent() {
     totals.device.clear();
 }
 
-void Sounds::Shared::run(const patient::Pose& stage_from_operator, const std::shared_ptr<const Ears>& ears,
+void Sounds::Shared::run(const Pose& stage_from_operator, const std::shared_ptr<const Ears>& ears,
                          const Opened& open, const Say& say) {
     try {
         Speaker speaker = open();
@@ -75,7 +75,7 @@ void Sounds::Shared::run(const patient::Pose& stage_from_operator, const std::sh
         Heard now;
         std::optional<SteadyClock::time_point> asked;
         while (takeNext(now, asked)) {
-            const std::optional<patient::Pose> head = ears ? ears->placed() : std::nullopt;
+            const std::optional<Pose> head = ears ? ears->placed() : std::nullopt;
             speaker.listen(head.value_or(stage_from_operator));
             speaker.play(now);
             played(now, asked);
@@ -90,8 +90,7 @@ void Sounds::Shared::run(const patient::Pose& stage_from_operator, const std::sh
     }
 }
 
-Sounds::Sounds(const patient::Pose& stage_from_operator, std::shared_ptr<const Ears> ears, Opened open,
-               Say say)
+Sounds::Sounds(const Pose& stage_from_operator, std::shared_ptr<const Ears> ears, Opened open, Say say)
     : shared_(std::make_shared<Shared>()) {
     std::thread([shared = shared_, stage_from_operator, ears = std::move(ears), open = std::move(open),
                  say = std::move(say)] {

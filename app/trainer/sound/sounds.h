@@ -28,7 +28,7 @@ class Sounds {
     using Say = std::function<void(const std::string&)>;
     // `open` and `say` are called on the sound thread. The listener is at `stage_from_operator` until the
     // head pose is known.
-    Sounds(const patient::Pose& stage_from_operator, std::shared_ptr<const Ears>, Opened open, Say say);
+    Sounds(const Pose& stage_from_operator, std::shared_ptr<const Ears>, Opened open, Say say);
     // Waits at most one second for the device.
     ~Sounds();
     Sounds(const Sounds&) = delete;

@@ -31,7 +31,7 @@ Function extension(ALCdevice* device, const char* name) {
     return function;
 }
 
-void setVector(ALuint source, ALenum what, const patient::Vec3& v) {
+void setVector(ALuint source, ALenum what, const Vec3& v) {
     alSource3f(source, what, ALfloat(v.x), ALfloat(v.y), ALfloat(v.z));
 }
 
@@ -152,11 +152,11 @@ void Speaker::play(const Heard& heard) {
     }
 }
 
-void Speaker::listen(const patient::Pose& stage_from_head) {
+void Speaker::listen(const Pose& stage_from_head) {
     impl_->current();
-    const patient::Vec3& at = stage_from_head.position_m;
-    const patient::Vec3 forward = stage_from_head.direction({0.0, 0.0, -1.0});
-    const patient::Vec3 up = stage_from_head.direction({0.0, 1.0, 0.0});
+    const Vec3& at = stage_from_head.position_m;
+    const Vec3 forward = stage_from_head.direction({0.0, 0.0, -1.0});
+    const Vec3 up = stage_from_head.direction({0.0, 1.0, 0.0});
     const std::array<ALfloat, 6> axes{ALfloat(forward.x), ALfloat(forward.y), ALfloat(forward.z),
                                       ALfloat(up.x),      ALfloat(up.y),      ALfloat(up.z)};
     alListener3f(AL_POSITION, ALfloat(at.x), ALfloat(at.y), ALfloat(at.z));

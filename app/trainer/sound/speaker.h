@@ -26,7 +26,7 @@ class Speaker {
     Speaker& operator=(Speaker&&) noexcept;
 
     void play(const Heard&);
-    void listen(const patient::Pose& stage_from_head);
+    void listen(const Pose& stage_from_head);
     // False once the device was unplugged or its sound server ended.
     bool connected() const;
     // Latency from mixing to the listener, as reported by the device; 0 if unknown.

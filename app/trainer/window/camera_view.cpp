@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "app/trainer/staging.h"
+#include "app/trainer/attempt/staging.h"
 
 namespace stylet::trainer {
 namespace {
@@ -64,14 +64,13 @@ std::pair<std::uint32_t, std::uint32_t> CameraView::sizeFor(std::uint32_t width,
     return {edge(width), edge(height)};
 }
 
-render::View operatorView(const patient::Pose& stage_from_patient, const patient::PlannedPath& path,
-                          double aspect) {
+render::View operatorView(const Pose& stage_from_patient, const patient::PlannedPath& path, double aspect) {
     const float up = float(kHeadHalfHeight_rad);
     const float right = float(std::atan(aspect * std::tan(kHeadHalfHeight_rad)));
     return {stageFromHead(stage_from_patient, path, 0.0), -right, right, up, -up};
 }
 
-Orbit startOrbit(const patient::Pose& stage_from_patient, const patient::PlannedPath& path) {
+Orbit startOrbit(const Pose& stage_from_patient, const patient::PlannedPath& path) {
     return {stage_from_patient * path.entry_m, kShoulder_rad, kShoulderElevation_rad, kShoulder_m};
 }
 

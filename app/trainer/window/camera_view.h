@@ -6,9 +6,9 @@
 #include <optional>
 #include <utility>
 
-#include "app/trainer/scene.h"
+#include "app/trainer/view/scene.h"
 #include "app/trainer/window/orbit.h"
-#include "patient/planning.h"
+#include "patient/planning/planning.h"
 #include "render/render.h"
 
 namespace stylet::trainer {
@@ -24,7 +24,7 @@ struct CameraSettings {
 // Use from one thread only.
 class CameraView {
   public:
-    // All arguments must outlive it. Throws render::GpuError, patient::DataError.
+    // All arguments must outlive it. Throws render::GpuError, DataError.
     CameraView(render::Gpu&, const patient::Patient&, const patient::PlannedPath&, const CameraSettings&);
 
     // Scene of a tick, without the equipment screens. Valid until the next call.
@@ -52,10 +52,9 @@ class CameraView {
 };
 
 // View from the operator's place.
-render::View operatorView(const patient::Pose& stage_from_patient, const patient::PlannedPath&,
-                          double aspect);
+render::View operatorView(const Pose& stage_from_patient, const patient::PlannedPath&, double aspect);
 
 // Start of the free camera: over the operator's shoulder.
-Orbit startOrbit(const patient::Pose& stage_from_patient, const patient::PlannedPath&);
+Orbit startOrbit(const Pose& stage_from_patient, const patient::PlannedPath&);
 
 }  // namespace stylet::trainer

@@ -4,9 +4,9 @@
 #include <memory>
 #include <thread>
 
-#include "app/trainer/first_picture.h"
-#include "app/trainer/machine_pictures.h"
-#include "app/trainer/pictures.h"
+#include "app/trainer/view/first_picture.h"
+#include "app/trainer/view/machine_pictures.h"
+#include "app/trainer/view/pictures.h"
 #include "app/trainer/window/camera_view.h"
 #include "app/trainer/window/mirror.h"
 #include "app/trainer/window/mirror_feed.h"

@@ -7,7 +7,7 @@
 
 namespace stylet::trainer {
 
-// One writer, one reader. Like haptics::Snapshot, but written and read in place: memory that a T has
+// One writer, one reader. Like Snapshot, but written and read in place: memory that a T has
 // allocated is reused.
 template <typename T>
 class Latest {

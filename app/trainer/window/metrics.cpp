@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/format.h"
-#include "patient/tissue.h"
+#include "base/format.h"
+#include "patient/tissue/tissue.h"
 
 namespace stylet::trainer {
 namespace {

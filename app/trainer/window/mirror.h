@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "app/trainer/hands/window_port.h"
 #include "app/trainer/window/mirror_channels.h"
-#include "app/trainer/window_port.h"
 #include "app/training/difficulty.h"
-#include "patient/planning.h"
+#include "patient/planning/planning.h"
 
 namespace stylet::trainer {
 

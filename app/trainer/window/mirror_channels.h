@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <optional>
 
-#include "app/trainer/pictures.h"
-#include "app/trainer/seen.h"
+#include "app/trainer/session/seen.h"
+#include "app/trainer/view/pictures.h"
 #include "app/trainer/window/latest.h"
 #include "app/trainer/window/orbit.h"
-#include "haptics/rings.h"
+#include "base/rings.h"
 #include "render/render.h"
 
 namespace stylet::trainer {
@@ -59,10 +59,10 @@ struct MirrorChannels {
     Latest<EyeGiven> eye;
     Latest<ScreenGiven> ultrasound, xray, monitor;
     Latest<StateGiven> state;
-    haptics::Ring<FrameSample> samples{1024};
+    Ring<FrameSample> samples{1024};
     std::uint64_t makers = 0;  // frame thread: number of screen sources so far, one per headset
     // Window thread writes, frame thread reads.
-    haptics::Snapshot<MirrorWants> wants;
+    Snapshot<MirrorWants> wants;
     std::atomic<bool> open{false};  // false once the window is closed or its display is lost
 };
 

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "app/trainer/machine_pictures.h"
+#include "app/trainer/view/machine_pictures.h"
 #include "app/trainer/window/mirror_channels.h"
 #include "render/render.h"
 

@@ -4,19 +4,19 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/trainer/staging.h"
+#include "app/trainer/attempt/staging.h"
 
 namespace stylet::trainer {
 namespace {
 
 constexpr double kZoomStep = 1.15;
 
-patient::Vec3 outward(const Orbit& o) {
+Vec3 outward(const Orbit& o) {
     const double level = std::cos(o.elevation_rad);
     return {level * std::sin(o.azimuth_rad), std::sin(o.elevation_rad), level * std::cos(o.azimuth_rad)};
 }
 
-patient::Pose stageFromCamera(const Orbit& o) {
+Pose stageFromCamera(const Orbit& o) {
     return stageFromEyes(o.middle_m + o.distance_m * outward(o), o.middle_m);
 }
 

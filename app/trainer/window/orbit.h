@@ -1,13 +1,13 @@
 // The free camera, which turns about a point of the room.
 #pragma once
 
-#include "render/scene.h"
+#include "render/scene/scene.h"
 
 namespace stylet::trainer {
 
 struct Orbit {
-    patient::Vec3 middle_m{0.0};  // stage frame
-    double azimuth_rad = 0.0;     // 0: seen from +z, the operator's side; > 0: from the operator's right
+    Vec3 middle_m{0.0};        // stage frame
+    double azimuth_rad = 0.0;  // 0: seen from +z, the operator's side; > 0: from the operator's right
     double elevation_rad = 0.6;
     double distance_m = 1.0;
     friend bool operator==(const Orbit&, const Orbit&) = default;

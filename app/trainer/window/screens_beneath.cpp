@@ -6,8 +6,6 @@
 namespace stylet::trainer {
 namespace {
 
-using patient::Vec3;
-
 // A screen as seen by the eye. In the screen's frame the ray through (x, y, -1) starts at origin_m. Its
 // direction is x * across + y * up + ahead.
 struct Glass {
@@ -17,9 +15,8 @@ struct Glass {
     const render::Image* picture = nullptr;
 };
 
-Glass glassOf(const render::ScreenPlace& place, const patient::Pose& stage_from_eye,
-              const render::Image& picture) {
-    const patient::Pose screen_from_eye = place.stage_from_screen.inverse() * stage_from_eye;
+Glass glassOf(const render::ScreenPlace& place, const Pose& stage_from_eye, const render::Image& picture) {
+    const Pose screen_from_eye = place.stage_from_screen.inverse() * stage_from_eye;
     return {screen_from_eye.position_m,
             screen_from_eye.direction({1.0, 0.0, 0.0}),
             screen_from_eye.direction({0.0, 1.0, 0.0}),

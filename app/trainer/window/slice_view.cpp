@@ -5,11 +5,10 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "app/trainer/prediction.h"
+#include "app/trainer/view/prediction.h"
 
 namespace stylet::trainer {
 
-using patient::Vec3;
 using report::Colour;
 
 namespace {
@@ -54,8 +53,7 @@ void SliceView::place(int width, int height, const Vec3& tip_m) {
     }
 }
 
-void SliceView::drawTool(report::Canvas& canvas, const Cell& cell,
-                         const patient::Pose& patient_from_tool) const {
+void SliceView::drawTool(report::Canvas& canvas, const Cell& cell, const Pose& patient_from_tool) const {
     const report::Point tip = cell.pixelOf(patient_from_tool.position_m),
                         hub = cell.pixelOf(patient_from_tool * Vec3(0.0, 0.0, kShaft_m));
     const Rect& r = cell.rect;
@@ -69,7 +67,7 @@ void SliceView::drawTool(report::Canvas& canvas, const Cell& cell,
 
 void SliceView::draw(report::Canvas& canvas, int width, int height, const Seen& seen) {
     canvas.rectangle(0, 0, width, height, kDark);
-    const patient::Pose& tool = tipOf(seen.tick);
+    const Pose& tool = tipOf(seen.tick);
     place(width, height, tool.position_m);
     std::array<std::size_t, 256> labels{};
     for (std::size_t i = 0; i < cells_.size(); ++i) {

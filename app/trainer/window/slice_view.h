@@ -7,7 +7,7 @@
 
 #include "app/report/canvas.h"
 #include "app/report/slices.h"
-#include "app/trainer/seen.h"
+#include "app/trainer/session/seen.h"
 #include "app/trainer/window/layout.h"
 
 namespace stylet::trainer {
@@ -23,7 +23,7 @@ class SliceView {
 
     // Directions and scale of the slice at a pixel of the last drawing, patient frame.
     struct Spot {
-        patient::Vec3 right{0.0}, down{0.0};
+        Vec3 right{0.0}, down{0.0};
         double m_per_pixel = 0.0;
     };
     std::optional<Spot> at(double x, double y) const;
@@ -33,13 +33,13 @@ class SliceView {
         Rect rect;
         report::SlicePlane plane;
         double m_per_pixel = 0.0;
-        report::Point pixelOf(const patient::Vec3& p_m) const;
+        report::Point pixelOf(const Vec3& p_m) const;
     };
-    void place(int width, int height, const patient::Vec3& tip_m);
-    void drawTool(report::Canvas&, const Cell&, const patient::Pose& patient_from_tool) const;
+    void place(int width, int height, const Vec3& tip_m);
+    void drawTool(report::Canvas&, const Cell&, const Pose& patient_from_tool) const;
 
     const patient::Patient* patient_;
-    std::optional<patient::Vec3> middle_m_;  // follows the tip only when it gets too far away
+    std::optional<Vec3> middle_m_;  // follows the tip only when it gets too far away
     std::array<Cell, 3> cells_{};
 };
 

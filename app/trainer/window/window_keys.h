@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "app/trainer/hands/window_port.h"
 #include "app/trainer/window/app_window.h"
-#include "app/trainer/window_port.h"
 #include "app/training/difficulty.h"
 
 namespace stylet::trainer {

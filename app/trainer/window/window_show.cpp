@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "app/trainer/staging.h"
+#include "app/trainer/attempt/staging.h"
 #include "app/trainer/window/screens_beneath.h"
 
 namespace stylet::trainer {
@@ -112,12 +112,12 @@ void WindowShow::hearKey(const KeyPress& press) {
 // Motion in the operator's view. `right` and `up` are metres at the tool. With `turns` they are radians
 // about the tip, and the tool's far end moves in that direction.
 MouseMove WindowShow::inOperatorsView(double right, double up, bool turns) const {
-    const patient::Pose stage_from_patient = stageFromPatient(*patient_, path_);
-    const patient::Pose patient_from_eye =
+    const Pose stage_from_patient = stageFromPatient(*patient_, path_);
+    const Pose patient_from_eye =
         stage_from_patient.inverse() * operatorView(stage_from_patient, path_, 1.0).stage_from_eye;
     MouseMove move;
     (turns ? move.turned_rad : move.moved_m) =
-        patient_from_eye.direction(turns ? patient::Vec3(-up, right, 0.0) : patient::Vec3(right, up, 0.0));
+        patient_from_eye.direction(turns ? Vec3(-up, right, 0.0) : Vec3(right, up, 0.0));
     return move;
 }
 
@@ -156,9 +156,9 @@ std::optional<MouseMove> WindowShow::moveOf(const Drag& drag) const {
         return std::nullopt;
     const double right = right_px / eye->area.height, up = up_px / eye->area.height;
     if (drag.pans) return inOperatorsView(kDragTurn_rad * right, kDragTurn_rad * up, true);
-    const patient::Pose stage_from_patient = stageFromPatient(*patient_, path_);
+    const Pose stage_from_patient = stageFromPatient(*patient_, path_);
     const render::View view = operatorView(stage_from_patient, path_, 1.0);
-    const patient::Vec3 tip_m = tipOf(channels_->state.front().seen.tick).position_m;
+    const Vec3 tip_m = tipOf(channels_->state.front().seen.tick).position_m;
     const double away_m = -(view.stage_from_eye.inverse() * (stage_from_patient * tip_m)).z;
     const double tall_m = 2.0 * away_m * std::tan(double(view.angle_up));
     return inOperatorsView(tall_m * right, tall_m * up, false);

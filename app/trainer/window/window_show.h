@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "app/report/canvas.h"
-#include "app/trainer/alert.h"
-#include "app/trainer/guide_panel.h"
-#include "app/trainer/notice.h"
+#include "app/trainer/session/alert.h"
+#include "app/trainer/view/guide_panel.h"
+#include "app/trainer/view/notice.h"
 #include "app/trainer/window/app_window.h"
 #include "app/trainer/window/camera_view.h"
 #include "app/trainer/window/layout.h"

@@ -4,7 +4,7 @@
 
 #include <glm/gtc/quaternion.hpp>
 
-#include "haptics/device.h"
+#include "haptics/tools/device.h"
 
 namespace stylet::haptics::bridge {
 

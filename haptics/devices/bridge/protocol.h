@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "haptics/device.h"
+#include "haptics/tools/device.h"
 
 namespace stylet::haptics::bridge {
 

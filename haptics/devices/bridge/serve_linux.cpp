@@ -14,7 +14,7 @@
 #include <memory>
 #include <utility>
 
-#include "haptics/devices/bridge.h"
+#include "haptics/devices/bridge/bridge.h"
 
 namespace stylet::haptics::bridge {
 

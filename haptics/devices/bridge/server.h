@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/rings.h"
 #include "haptics/devices/bridge/protocol.h"
-#include "haptics/rings.h"
 
 namespace stylet::haptics::bridge {
 

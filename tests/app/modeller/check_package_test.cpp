@@ -1,6 +1,6 @@
 // A coarse reference patient is plausible; each defect made in it is found, and what cannot be simulated is
 // refused.
-#include "app/modeller/check_package.h"
+#include "app/modeller/check/check_package.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,6 @@
 namespace stylet::modeller {
 namespace {
 
-using patient::Index3;
 using patient::Package;
 using patient::Tissue;
 using patient::synth::Id;
@@ -74,10 +73,10 @@ auto shiftValues(std::initializer_list<Id> ids, int hu) {
 // Keeps the voxels from `low` to the grid's end less `high`.
 auto crop(Index3 low, Index3 high) {
     return [low, high](Package& p) {
-        const patient::Grid old = p.ct.grid;
-        const patient::Grid g{old.dims - low - high, old.spacing_m, old.centre(low)};
-        patient::CtVolume ct(g);
-        patient::LabelVolume labels(g);
+        const Grid old = p.ct.grid;
+        const Grid g{old.dims - low - high, old.spacing_m, old.centre(low)};
+        CtVolume ct(g);
+        LabelVolume labels(g);
         for (int z = 0; z < g.dims.z; ++z)
             for (int y = 0; y < g.dims.y; ++y)
                 for (int x = 0; x < g.dims.x; ++x) {
@@ -93,7 +92,7 @@ auto crop(Index3 low, Index3 high) {
 auto mirror(int axis) {
     return [axis](Package& p) {
         const Package old = p;
-        const patient::Grid& g = p.ct.grid;
+        const Grid& g = p.ct.grid;
         for (int z = 0; z < g.dims.z; ++z)
             for (int y = 0; y < g.dims.y; ++y)
                 for (int x = 0; x < g.dims.x; ++x) {
@@ -107,7 +106,7 @@ auto mirror(int axis) {
 
 // The liver's lowest and highest slice.
 std::pair<int, int> liverHeights() {
-    const patient::Grid& g = good().labels.grid;
+    const Grid& g = good().labels.grid;
     int low = g.dims.z, high = -1;
     for (std::size_t i = 0; i < good().labels.voxels.size(); ++i)
         if (good().labels.voxels[i] == std::uint8_t(Id::liver)) {
@@ -143,7 +142,7 @@ TEST(CheckPackage, AnOpenFasciaIsRefused) {
     const double middle_z = 0.5 * (low + high);
     expectFound(
         [&](Package& p) {
-            const patient::Grid& g = p.labels.grid;
+            const Grid& g = p.labels.grid;
             for (int z = int(middle_z) - 5; z <= int(middle_z) + 5; ++z)
                 for (int y = g.dims.y / 2 - 5; y <= g.dims.y / 2 + 5; ++y)
                     for (int x = g.dims.x / 2; x < g.dims.x; ++x)
@@ -157,7 +156,7 @@ TEST(CheckPackage, AnOpenFasciaIsRefused) {
 TEST(CheckPackage, AHoleThatNoNeedleReachesIsOnlyNoted) {
     expectFound(
         [](Package& p) {
-            const patient::Grid& g = p.labels.grid;
+            const Grid& g = p.labels.grid;
             const int z = g.dims.z - 2;
             for (int x = 0; x < g.dims.x / 4; ++x)
                 for (int y = 0; y < g.dims.y; ++y)
@@ -194,7 +193,7 @@ TEST(CheckPackage, ValuesMustBeOfTheirTissue) {
 TEST(CheckPackage, TheLiversVolumeIsAnAdults) {
     const auto scale = [](double factor) {
         return [factor](Package& p) {
-            for (patient::Grid* g : {&p.ct.grid, &p.labels.grid})
+            for (Grid* g : {&p.ct.grid, &p.labels.grid})
                 g->spacing_m *= factor, g->origin_m *= factor;
         };
     };
@@ -202,7 +201,7 @@ TEST(CheckPackage, TheLiversVolumeIsAnAdults) {
     expectFound(scale(1.5), "liver volume", true);
     expectFound(
         [](Package& p) {
-            for (patient::Grid* g : {&p.ct.grid, &p.labels.grid})
+            for (Grid* g : {&p.ct.grid, &p.labels.grid})
                 g->spacing_m.z = 0.006;
         },
         "voxel size in z", true);
@@ -218,7 +217,7 @@ TEST(CheckPackage, ACropThroughTheLiverOrTheBodyIsRefused) {
     expectFound(crop({0, 0, 0}, {good().ct.grid.dims.x / 4, 0, 0}), "liver at the image's sides", true);
     // The body's right flank beyond the scan, 6 mm of it.
     int flank = 0;
-    const patient::Grid& g = good().ct.grid;
+    const Grid& g = good().ct.grid;
     for (std::size_t i = 0; i < good().labels.voxels.size(); ++i)
         if (good().labels.voxels[i] != 0) flank = std::max(flank, int(i % std::size_t(g.dims.x)));
     expectFound(crop({0, 0, 0}, {g.dims.x - flank + 1, 0, 0}), "body at the image's right side", false);
@@ -263,7 +262,7 @@ TEST(CheckPackage, DuctsOutOfReachAreNoted) {
     expectFound(
         [](Package& p) {
             relabel({Id::ducts}, Id::liver)(p);
-            const patient::Grid& g = p.labels.grid;
+            const Grid& g = p.labels.grid;
             Index3 leftmost{g.dims};
             for (int z = 0; z < g.dims.z; ++z)
                 for (int y = 0; y < g.dims.y; ++y)

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "app/modeller/phases.h"
+#include "app/modeller/motion/phases.h"
 
 namespace stylet::test {
 
@@ -24,16 +24,16 @@ inline double breathOf(int phase, int phases) {
 inline modeller::Phase chestPhase(const ChestSettings& s, int phase) {
     modeller::Phase out;
     out.name = "phase" + std::to_string(phase);
-    patient::Grid& g = out.hu.grid;
-    g.spacing_m = patient::Vec3(s.spacing_m);
-    g.dims = patient::Index3(int(0.18 / s.spacing_m), int(0.18 / s.spacing_m), int(0.12 / s.spacing_m));
-    g.origin_m = -0.5 * s.spacing_m * patient::Vec3(g.dims - 1);
+    Grid& g = out.hu.grid;
+    g.spacing_m = Vec3(s.spacing_m);
+    g.dims = Index3(int(0.18 / s.spacing_m), int(0.18 / s.spacing_m), int(0.12 / s.spacing_m));
+    g.origin_m = -0.5 * s.spacing_m * Vec3(g.dims - 1);
     out.hu = modeller::FloatVolume(g);
     const double down_m = s.travel_m * breathOf(phase, s.phases);
     for (int z = 0; z < g.dims.z; ++z)
         for (int y = 0; y < g.dims.y; ++y)
             for (int x = 0; x < g.dims.x; ++x) {
-                const patient::Vec3 p = g.centre({x, y, z});
+                const Vec3 p = g.centre({x, y, z});
                 const double r_m = std::hypot(p.x, p.y), tissue_z_m = p.z + down_m;
                 const double dome_z_m = 0.010 - 4.0 * r_m * r_m;
                 const double texture =

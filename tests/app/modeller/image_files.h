@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/modeller/import_image.h"
+#include "app/modeller/image/import_image.h"
 #include "dicom_bytes.h"
 
 namespace stylet::test {

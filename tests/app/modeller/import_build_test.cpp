@@ -2,17 +2,15 @@
 
 #include <algorithm>
 
-#include "app/modeller/import.h"
-#include "app/modeller/voxel_tools.h"
+#include "app/modeller/image/voxel_tools.h"
+#include "app/modeller/import/import.h"
 #include "tests/app/modeller/target_id.h"
 #include "torso.h"
 
 namespace stylet::modeller {
 namespace {
 
-using patient::Index3;
 using patient::Tissue;
-using patient::Vec3;
 using test::idOf;
 
 ImportSettings settings() {
@@ -99,8 +97,8 @@ TEST(ImportBuild, WhatCannotBeAPatientIsRefused) {
 
 // A slab as wide as a scan may be: with its rim of air, more than 1024 voxels of 0.5 mm.
 TEST(ImportBuild, APackageTooLargeToLoadIsRefusedWithASpacingThatFits) {
-    const patient::Grid grid{{251, 16, 4}, {0.002, 0.002, 0.002}, {-0.250, 0.0, 0.0}};
-    test::Torso t{patient::CtVolume(grid, 60), patient::Volume<std::int16_t>(grid, 7), {}};
+    const Grid grid{{251, 16, 4}, {0.002, 0.002, 0.002}, {-0.250, 0.0, 0.0}};
+    test::Torso t{CtVolume(grid, 60), Volume<std::int16_t>(grid, 7), {}};
     t.map.target_of[7] = idOf("liver");
     ImportSettings s = settings();
     s.grow_ducts = false;

@@ -1,4 +1,4 @@
-#include "app/modeller/import_image.h"
+#include "app/modeller/image/import_image.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "app/modeller/image_handover.h"
+#include "app/modeller/image/image_handover.h"
 #include "image_files.h"
 #include "tests/support/nifti_bytes.h"
 #include "tests/support/temp_folder.h"

@@ -1,4 +1,4 @@
-#include "app/modeller/import_map.h"
+#include "app/modeller/import/import_map.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "app/modeller/import_image.h"
+#include "app/modeller/image/import_image.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::modeller {

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <map>
 
-#include "app/modeller/import.h"
-#include "app/modeller/voxel_tools.h"
+#include "app/modeller/image/voxel_tools.h"
+#include "app/modeller/import/import.h"
 #include "app/report/palpation.h"
 #include "patient/patient.h"
 #include "tests/app/modeller/target_id.h"

@@ -29,7 +29,7 @@ TEST(MotionCommand, FitsATemplateOfItsAmplitudesInTheBreathOfTheCt) {
     EXPECT_DOUBLE_EQ(after.motion.dome_travel_m, 0.020);
     EXPECT_EQ(after.labels.voxels, before.labels.voxels);
     // The middle of the liver rests in the breath of the CT, and rises by the travel toward end-exhale.
-    patient::Vec3 middle(0.0);
+    Vec3 middle(0.0);
     std::size_t count = 0;
     for (int z = 0; z < after.labels.grid.dims.z; ++z)
         for (int y = 0; y < after.labels.grid.dims.y; ++y)

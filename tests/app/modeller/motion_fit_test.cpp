@@ -1,10 +1,10 @@
-#include "app/modeller/motion_fit.h"
+#include "app/modeller/motion/motion_fit.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "app/modeller/motion_cavity.h"
+#include "app/modeller/motion/motion_cavity.h"
 #include "tests/app/modeller/chest.h"
 #include "tests/support/refused.h"
 
@@ -12,7 +12,6 @@ namespace stylet::modeller {
 namespace {
 
 using patient::Surrogate;
-using patient::Vec3;
 
 TEST(Dome, IsFoundBetweenVoxels) {
     const auto phases = test::chestPhases();
@@ -131,7 +130,7 @@ TEST(PhaseSignal, IsReadOrRefusedByLine) {
     refused("phase,v,rate_per_s\n1,1e300,0\n", "line 2");
     refused("phase,v,rate_per_s\n1,,0\n", "line 2");
     refused("phase,v,rate_per_s\n1,1;2,0\n", "line 2");
-    EXPECT_THROW((void)readPhaseSignal("no-such.csv", 3), patient::DataError);
+    EXPECT_THROW((void)readPhaseSignal("no-such.csv", 3), DataError);
 }
 
 }  // namespace

@@ -5,17 +5,15 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "app/modeller/motion_cavity.h"
-#include "app/modeller/motion_fit.h"
-#include "patient/nifti.h"
+#include "app/modeller/motion/motion_cavity.h"
+#include "app/modeller/motion/motion_fit.h"
+#include "patient/package/nifti.h"
 #include "tests/app/modeller/chest.h"
 #include "tests/support/phantom.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::modeller {
 namespace {
-
-using patient::Vec3;
 
 std::filesystem::path program(const char* name) {
     const char* bin = std::getenv("STYLET_BIN");
@@ -82,7 +80,7 @@ class MotionPackage : public testing::Test {
         signal << "phase,v,rate_per_s\n";
         for (int p = 0; p < kChest.phases; ++p) {
             const Phase phase = test::chestPhase(kChest, p);
-            patient::CtVolume stored(phase.hu.grid);
+            CtVolume stored(phase.hu.grid);
             for (std::size_t i = 0; i < stored.voxels.size(); ++i)
                 stored.voxels[i] = std::int16_t(std::lround(phase.hu.voxels[i]));
             if (p == 0) package_.ct = stored;
@@ -92,7 +90,7 @@ class MotionPackage : public testing::Test {
         package_.name = "chest";
         package_.licence = "none";
         package_.provenance = "made";
-        package_.labels = patient::LabelVolume(package_.ct.grid);
+        package_.labels = LabelVolume(package_.ct.grid);
         package_.label_table = test::tissueLabels();
         for (patient::Label& label : package_.label_table)
             label.provenance = "made";

@@ -13,7 +13,6 @@ namespace stylet::modeller {
 namespace {
 
 namespace fs = std::filesystem;
-using patient::Vec3;
 using test::DicomSlice;
 using test::reader;
 using test::refusal;
@@ -40,7 +39,7 @@ TEST(ReadDicom, DicomKeepsEveryVoxelInItsPlace) {
         }
         const fs::path folder = temp / ("o" + std::to_string(&o - orientations));
         writeStack(folder, slices);
-        const patient::CtVolume ct = readImage(folder, ImageKind::ct, reader());
+        const CtVolume ct = readImage(folder, ImageKind::ct, reader());
         ASSERT_EQ(ct.voxels.size(), 60u);
         for (int k = 0; k < 5; ++k)
             for (int j = 0; j < 3; ++j)
@@ -189,8 +188,8 @@ TEST(ReadDicom, SeveralSeriesAreListedAndOneIsChosen) {
                    "1.2.3.77 (CT, 5 slices, \"Abdomen portal "
                    "venous\"), 1.2.3.55 (CT, 4 slices, \"Abdomen arterial\"), 1.2.3.11 (CT, 1 slice)");
 
-    const patient::CtVolume ct = readImage(temp / "ct", ImageKind::ct, reader(), "1.2.3.77");
-    EXPECT_EQ(ct.grid.dims, patient::Index3(4, 3, 5));
+    const CtVolume ct = readImage(temp / "ct", ImageKind::ct, reader(), "1.2.3.77");
+    EXPECT_EQ(ct.grid.dims, Index3(4, 3, 5));
     EXPECT_EQ(*std::min_element(ct.voxels.begin(), ct.voxels.end()), 7);
     EXPECT_EQ(readImage(temp / "ct", ImageKind::ct, reader(), "1.2.3.55").grid.dims.z, 4);
     const auto chosen = [&](const char* uid) { return refusal(temp / "ct", ImageKind::ct, reader(), uid); };
@@ -219,7 +218,7 @@ TEST(ReadDicom, RunLengthCompressionIsRead) {
     for (DicomSlice& s : slices)
         s.run_length = true, s.syntax = test::kRunLength;
     writeStack(temp / "ct", slices);
-    const patient::CtVolume ct = readImage(temp / "ct", ImageKind::ct, reader());
+    const CtVolume ct = readImage(temp / "ct", ImageKind::ct, reader());
     std::vector<std::int16_t> sorted = ct.voxels, stored;
     for (const DicomSlice& s : slices)
         stored.insert(stored.end(), s.stored.begin(), s.stored.end());
@@ -302,7 +301,7 @@ TEST(ReadDicom, HostileDicomEndsInASentence) {
         }
         test::writeFile(temp / "ct" / "slice900", bad);
         try {
-            const patient::CtVolume ct = readImage(temp / "ct", ImageKind::ct, reader());
+            const CtVolume ct = readImage(temp / "ct", ImageKind::ct, reader());
             EXPECT_GE(round, 16) << "a slice that is cut short or garbage was taken";
             EXPECT_EQ(ct.voxels.size(), 48u);
         } catch (const ImportError& e) {

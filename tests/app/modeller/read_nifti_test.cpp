@@ -13,7 +13,6 @@ namespace stylet::modeller {
 namespace {
 
 namespace fs = std::filesystem;
-using patient::Vec3;
 using test::reader;
 using test::refusal;
 using test::TempFolder;
@@ -22,8 +21,8 @@ using test::TempFolder;
 TEST(ReadNifti, NiftiIsReadWhereItLies) {
     TempFolder temp;
     test::writeBytes(temp / "ct.nii", test::goodNifti());
-    const patient::CtVolume ct = readImage(temp / "ct.nii", ImageKind::ct, reader());
-    EXPECT_EQ(ct.grid.dims, patient::Index3(3, 4, 5));
+    const CtVolume ct = readImage(temp / "ct.nii", ImageKind::ct, reader());
+    EXPECT_EQ(ct.grid.dims, Index3(3, 4, 5));
     EXPECT_LT(glm::length(ct.grid.origin_m - Vec3(-0.010, 0.020, 0.030)), 1e-7);
     EXPECT_LT(glm::length(ct.grid.spacing_m - Vec3(0.001, 0.002, 0.003)), 1e-7);
     for (int i = 0; i < 60; ++i)
@@ -32,7 +31,7 @@ TEST(ReadNifti, NiftiIsReadWhereItLies) {
     test::Bytes mirrored = test::goodNifti();  // x stored from right to left
     test::put(mirrored, 280, -1.0f), test::put(mirrored, 292, 10.0f);
     test::writeBytes(temp / "mirrored.nii", mirrored);
-    const patient::CtVolume flipped = readImage(temp / "mirrored.nii", ImageKind::ct, reader());
+    const CtVolume flipped = readImage(temp / "mirrored.nii", ImageKind::ct, reader());
     EXPECT_EQ(flipped.nearestOr({0.010, 0.020, 0.030}, -1), 0);
     EXPECT_EQ(flipped.nearestOr({0.008, 0.020, 0.030}, -1), 2);
 }

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "app/modeller/import.h"
+#include "app/modeller/import/import.h"
 
 namespace stylet::test {
 

@@ -1,27 +1,23 @@
 // A body made of known values and known noise.
-#include "app/modeller/tissue_classes.h"
+#include "app/modeller/import/tissue_classes.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "app/modeller/import_map.h"
+#include "app/modeller/import/import_map.h"
 
 namespace stylet::modeller {
 namespace {
-
-using patient::Grid;
-using patient::Index3;
-using patient::Vec3;
 
 constexpr double kNoise_hu = 9.0;
 
 // A cylinder upright: fat, in it muscle with ribs, in it lung on one side and even blood on the other.
 struct MadeBody {
-    patient::CtVolume ct{Grid{{120, 100, 60}, Vec3(0.0025), Vec3(0.0)}, -1000};
+    CtVolume ct{Grid{{120, 100, 60}, Vec3(0.0025), Vec3(0.0)}, -1000};
     Mask body{ct.grid};
-    patient::LabelVolume labels{ct.grid};  // ribs and blood
+    LabelVolume labels{ct.grid};  // ribs and blood
 
     explicit MadeBody(double blood_hu) {
         std::mt19937 random(7);

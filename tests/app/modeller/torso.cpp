@@ -4,8 +4,6 @@
 
 namespace stylet::test {
 
-using patient::Vec3;
-
 namespace {
 
 constexpr double kHalfWidth_m = 0.130, kHalfDepth_m = 0.095;
@@ -34,8 +32,8 @@ bool inRib(const Vec3& p, double inward_m) {
 }  // namespace
 
 Torso makeTorso() {
-    const patient::Grid grid{{150, 116, 64}, {0.002, 0.002, 0.003}, {-0.150, -0.115, 0.0}};
-    Torso t{patient::CtVolume(grid), patient::Volume<std::int16_t>(grid), {}};
+    const Grid grid{{150, 116, 64}, {0.002, 0.002, 0.003}, {-0.150, -0.115, 0.0}};
+    Torso t{CtVolume(grid), Volume<std::int16_t>(grid), {}};
     std::uint32_t seed = 1;
     for (int z = 0; z < grid.dims.z; ++z)
         for (int y = 0; y < grid.dims.y; ++y)

@@ -1,13 +1,13 @@
 // A torso of simple solids with known sizes, as a hospital would hand it over: CT, label ids, map.
 #pragma once
 
-#include "app/modeller/import.h"
+#include "app/modeller/import/import.h"
 
 namespace stylet::test {
 
 struct Torso {
-    patient::CtVolume ct;
-    patient::Volume<std::int16_t> labels;
+    CtVolume ct;
+    Volume<std::int16_t> labels;
     modeller::LabelMap map;
 };
 

@@ -1,4 +1,4 @@
-#include "app/modeller/vector_field.h"
+#include "app/modeller/image/vector_field.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,6 @@
 
 namespace stylet::modeller {
 namespace {
-
-using patient::Grid;
-using patient::Index3;
-using patient::Vec3;
 
 Grid cubeAboutOrigin(int n) {
     return {Index3(n), Vec3(0.002), Vec3(-0.001 * (n - 1))};  // about the origin

@@ -1,13 +1,9 @@
-#include "app/modeller/voxel_tools.h"
+#include "app/modeller/image/voxel_tools.h"
 
 #include <gtest/gtest.h>
 
 namespace stylet::modeller {
 namespace {
-
-using patient::Grid;
-using patient::Index3;
-using patient::Vec3;
 
 Grid grid(int x, int y, int z) {
     return {{x, y, z}, {0.001, 0.0015, 0.002}, Vec3(0.0)};

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "app/records/outbox.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/app/records/some_result.h"
 #include "tests/support/postgres.h"
 

@@ -52,8 +52,8 @@ TEST(Disk, AFileIsEmptiedAndHoldsWhatIsWritten) {
 }
 
 TEST(Disk, WhatCannotBeOpenedIsRefused) {
-    EXPECT_THROW(DiskFile("/nonexistent/file"), patient::DataError);
-    EXPECT_THROW(syncFolder("/nonexistent"), patient::DataError);
+    EXPECT_THROW(DiskFile("/nonexistent/file"), DataError);
+    EXPECT_THROW(syncFolder("/nonexistent"), DataError);
 }
 
 }  // namespace

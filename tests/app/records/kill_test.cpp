@@ -19,7 +19,7 @@
 #include "app/records/record.h"
 #include "app/records/samples.h"
 #include "app/records/store.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/support/attempt_writer.h"
 #include "tests/support/seed.h"
 #include "tests/support/temp_folder.h"

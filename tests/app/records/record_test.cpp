@@ -13,7 +13,6 @@ namespace {
 
 using haptics::TickInput;
 using haptics::TickOutput;
-using patient::DataError;
 using std::filesystem::path;
 
 constexpr std::size_t kRecordTicks = 2 * kFrameTicks + 17;

@@ -9,13 +9,12 @@
 #include <random>
 
 #include "app/records/bytes.h"
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::records {
 namespace {
 
-using patient::DataError;
 using std::filesystem::path;
 
 constexpr std::uint64_t kSampleTicks = 2 * kFrameTicks + 17;
@@ -24,7 +23,7 @@ constexpr std::uint64_t kSampleTicks = 2 * kFrameTicks + 17;
 Sample someSample(std::uint64_t tick) {
     std::mt19937 random{std::uint32_t(tick)};
     const auto number = [&] { return double(float(random()) / 1e9f); };
-    const auto vector = [&] { return patient::Vec3(number(), number(), number()); };
+    const auto vector = [&] { return Vec3(number(), number(), number()); };
     Sample s;
     s.tick = tick;
     s.tool = haptics::Tool(tick % haptics::kToolCount);
@@ -188,9 +187,9 @@ TEST(Samples, OfATick) {
     now.breath.v = 0.5;
     const Sample s = sampleOf(now, 0.002);
     EXPECT_EQ(s.tick, 7u);
-    EXPECT_EQ(s.tip_m, patient::Vec3(1, 2, 3));
-    EXPECT_EQ(s.axis, patient::Vec3(0, 0, -1)) << "into the body: away from the hand";
-    EXPECT_EQ(s.sent_n, patient::Vec3(0, 0, 4));
+    EXPECT_EQ(s.tip_m, Vec3(1, 2, 3));
+    EXPECT_EQ(s.axis, Vec3(0, 0, -1)) << "into the body: away from the hand";
+    EXPECT_EQ(s.sent_n, Vec3(0, 0, 4));
     EXPECT_EQ(s.clearance_m, 0.002);
     EXPECT_EQ(s.breath_v, 0.5);
 }

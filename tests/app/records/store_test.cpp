@@ -19,7 +19,6 @@
 namespace stylet::records {
 namespace {
 
-using patient::DataError;
 using std::filesystem::path;
 using test::someResult;
 

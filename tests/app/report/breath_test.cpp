@@ -13,7 +13,6 @@ namespace stylet::report {
 namespace {
 
 using patient::Tissue;
-using patient::Vec3;
 
 // The dome as a line of v plus a lag of the rate: an ellipse.
 std::vector<BreathSample> ellipse(double lag_m_s) {
@@ -66,7 +65,7 @@ TEST(DomePoint, IsTheTopOfTheLiverAndFallsWithTheBreath) {
     const patient::Package package = movingBlock(-0.012);
     const patient::Patient patient(package);
     const Vec3 dome = domePoint(patient);
-    const patient::Grid& grid = package.labels.grid;
+    const Grid& grid = package.labels.grid;
     EXPECT_EQ(dome.z, grid.centre(grid.dims - 1).z);
     EXPECT_GT(dome.x, 0.0);
     EXPECT_LT(dome.x, 0.020);
@@ -77,9 +76,9 @@ TEST(DomePoint, IsTheTopOfTheLiverAndFallsWithTheBreath) {
 TEST(DomePoint, WithoutALiverIsTheTopOfTheTissueBelowTheLung) {
     patient::Package package = movingBlock(-0.012);
     std::fill(package.labels.voxels.begin(), package.labels.voxels.end(), std::uint8_t(0));
-    const patient::Grid& grid = package.ct.grid;
+    const Grid& grid = package.ct.grid;
     const int border = grid.dims.z / 2;
-    patient::Index3 i;
+    Index3 i;
     for (i.z = border; i.z < grid.dims.z; ++i.z)
         for (i.y = 0; i.y < grid.dims.y; ++i.y)
             for (i.x = 0; i.x < grid.dims.x; ++i.x)

@@ -38,8 +38,8 @@ TEST(Curve, CsvHoldsEveryTick) {
 }
 
 TEST(Curve, AFolderThatIsNotThereIsRefused) {
-    EXPECT_THROW(writeCurveCsv(someCurve(), 0.001, "/nonexistent/curve.csv"), patient::DataError);
-    EXPECT_THROW(drawCurve(someCurve(), {}, "title", "/nonexistent/curve.png"), patient::DataError);
+    EXPECT_THROW(writeCurveCsv(someCurve(), 0.001, "/nonexistent/curve.csv"), DataError);
+    EXPECT_THROW(drawCurve(someCurve(), {}, "title", "/nonexistent/curve.png"), DataError);
 }
 
 TEST(Curve, DrawsTheCurveItsMarksAndAlsoNothing) {

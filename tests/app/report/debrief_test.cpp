@@ -147,7 +147,6 @@ TEST(Debrief, EarlierTriesStandApart) {
 }
 
 TEST(Debrief, ReferenceCurveIsTheExactSolversFromTheSkin) {
-    using stylet::patient::Vec3;
     const stylet::patient::Package package = stylet::test::makeSlabs(
         {{Tissue::skin, 0.002}, {Tissue::soft, 0.010}, {Tissue::fascia, 0.002}, {Tissue::liver, 0.030}},
         0.0005);

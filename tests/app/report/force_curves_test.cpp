@@ -68,7 +68,7 @@ TEST_F(ForceCurves, AreDrawn) {
     const test::TempFolder folder;
     drawTissueCurves(curves_, table_, folder / "tissues.png");
     EXPECT_GT(std::filesystem::file_size(folder / "tissues.png"), 20000u);
-    EXPECT_THROW(drawTissueCurves(curves_, table_, "/nonexistent/tissues.png"), patient::DataError);
+    EXPECT_THROW(drawTissueCurves(curves_, table_, "/nonexistent/tissues.png"), DataError);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ TEST(Palpation, IsWrittenAndDrawn) {
     writePalpationCsv(map, temp / "a.csv");
     EXPECT_GT(std::filesystem::file_size(temp / "a.png"), 5000u);
     EXPECT_GT(std::filesystem::file_size(temp / "a.csv"), 40 * map.spots.size());
-    EXPECT_THROW(writePalpationCsv(map, temp / "no" / "a.csv"), patient::DataError);
+    EXPECT_THROW(writePalpationCsv(map, temp / "no" / "a.csv"), DataError);
 }
 
 }  // namespace

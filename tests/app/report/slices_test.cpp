@@ -12,7 +12,6 @@ namespace stylet::report {
 namespace {
 
 using patient::Tissue;
-using patient::Vec3;
 
 NeedlePicture needleAt(const Vec3& tip_m, const Vec3& axis) {
     NeedlePicture needle;

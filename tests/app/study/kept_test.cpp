@@ -32,7 +32,7 @@ TEST(KeptBlocks, ComeBackInOrder) {
     ASSERT_EQ(kept.count(), 3u);
     EXPECT_EQ(kept.size(2), 10u);
     EXPECT_FALSE(kept.has(0));
-    EXPECT_THROW(kept.all(), patient::DataError);
+    EXPECT_THROW(kept.all(), DataError);
     keepAll(kept);
     const std::vector<PathResult> all = kept.all();
     ASSERT_EQ(all.size(), kPaths);
@@ -62,7 +62,7 @@ TEST(KeptBlocks, DamageIsNoticed) {
     for (const std::uintmax_t bytes : {std::uintmax_t(0), std::uintmax_t(20), whole - 1, whole + 1}) {
         fs::resize_file(file, bytes);
         EXPECT_FALSE(kept.has(1)) << bytes;
-        EXPECT_THROW(kept.all(), patient::DataError);
+        EXPECT_THROW(kept.all(), DataError);
         kept.keep(1, numbered(kBlock, kBlock));
         EXPECT_TRUE(kept.has(1));
     }

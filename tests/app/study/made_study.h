@@ -15,7 +15,7 @@ inline void makeStudy(const std::filesystem::path& folder) {
     patient::Package found = movedAndCut(seededTruth());
     patient::savePackage(found, folder / "built");
     // A voxel toward the head: the first build's labels lie one too low.
-    const patient::Grid grid = found.labels.grid;
+    const Grid grid = found.labels.grid;
     const std::size_t slice = std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
     std::vector<std::uint8_t>& voxels = found.labels.voxels;
     std::copy_backward(voxels.begin(), voxels.end() - std::ptrdiff_t(2 * slice), voxels.end());

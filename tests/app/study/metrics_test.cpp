@@ -98,7 +98,7 @@ TEST(StudyMetrics, ManySamplesComeToTheClosedForm) {
 
 TEST(StudyMetrics, BoneWhereThereIsNoneStopsTheNeedle) {
     Pair pair = test::slabPair(0.020, 0.020);
-    const patient::Index3 place = pair.found.ct.grid.nearest({0.0402, 0.0, 0.0});
+    const Index3 place = pair.found.ct.grid.nearest({0.0402, 0.0, 0.0});
     pair.found.labels[place] = 0;
     pair.found.ct[place] = 900;
     const PreparedPair prepared(pair);
@@ -136,7 +136,7 @@ TEST(StudyMetrics, ALabelIsNoTissueInTheOrder) {
     ASSERT_EQ(muscle.tissue, Tissue::soft);
     muscle.id = kMuscle, muscle.name = "muscle";
     pair.reference.label_table.push_back(muscle);
-    const patient::Grid& grid = pair.reference.labels.grid;
+    const Grid& grid = pair.reference.labels.grid;
     const auto half = std::size_t(grid.nearest({0.010, 0.0, 0.0}).x);
     std::vector<std::uint8_t>& labels = pair.reference.labels.voxels;
     for (std::size_t i = 0; i < labels.size(); ++i)
@@ -171,7 +171,7 @@ TEST(StudyMetrics, AMissedDuctIsMissed) {
 // A vessel 5 mm under the capsule that the full patient has nowhere, or only far behind the target.
 TEST(StudyMetrics, AVesselBehindTheTargetIsNoPartner) {
     Pair pair = test::slabPair(0.020, 0.020);
-    const patient::Grid& grid = pair.found.ct.grid;
+    const Grid& grid = pair.found.ct.grid;
     pair.found.labels[grid.nearest({0.0262, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
     for (const double behind_m : {0.0, 0.0702}) {
         if (behind_m > 0.0)
@@ -189,7 +189,7 @@ TEST(StudyMetrics, AVesselBehindTheTargetIsNoPartner) {
 // The walk goes on behind the target for late borders: what both meet only there is nobody's error.
 TEST(StudyMetrics, AVesselBehindTheTargetInBothIsNoEvent) {
     Pair pair = test::slabPair(0.020, 0.020);
-    const patient::Grid& grid = pair.found.ct.grid;
+    const Grid& grid = pair.found.ct.grid;
     const double target_m = test::slabPath().target_reference_m.x;
     pair.reference.labels[grid.nearest({target_m + 0.0040, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
     pair.found.labels[grid.nearest({target_m + 0.0060, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
@@ -205,7 +205,7 @@ TEST(StudyMetrics, AVesselBehindTheTargetInBothIsNoEvent) {
 // A duct that begins 1 mm behind the target is late, not missed.
 TEST(StudyMetrics, ADuctBehindTheTargetIsLate) {
     Pair pair = test::slabPair(0.020, 0.020);
-    const patient::Grid& grid = pair.found.ct.grid;
+    const Grid& grid = pair.found.ct.grid;
     for (int i = 0; i < 6; ++i)  // from 61 to 64 mm, behind the target
         pair.found.labels[grid.nearest({0.06125 + 0.0005 * i, 0.0, 0.0})] = std::uint8_t(Tissue::liver);
     const PreparedPair prepared(pair);

@@ -74,8 +74,8 @@ TEST(StudyPair, LiesOnTheReferencesVoxelsUnderOneTable) {
     EXPECT_EQ(pair.found.tissues, own);
     EXPECT_EQ(pair.reference.tissues, own);
     EXPECT_EQ(pair.found.motion, truth.motion);
-    const patient::Index3 inside{60, 50, 40};
-    EXPECT_EQ(pair.found.labels[inside], truth.labels[inside + patient::Index3(0, 0, 1)]);
+    const Index3 inside{60, 50, 40};
+    EXPECT_EQ(pair.found.labels[inside], truth.labels[inside + Index3(0, 0, 1)]);
     EXPECT_EQ(pair.found.ct.voxels.front(), -1024);
     // For the partial segmentation thresholds see the CT as it was taken.
     EXPECT_EQ(makePair(test::kMadeFiles, truth, found, FoundLabels::partial).found.ct.voxels,

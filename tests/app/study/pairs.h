@@ -63,20 +63,20 @@ inline const patient::Package& seededTruth() {
 // All labels a voxel toward the feet, on the CT as a build cuts it: to a part of the grid.
 inline patient::Package movedAndCut(const patient::Package& truth) {
     patient::Package found = truth;
-    const patient::Grid& whole = truth.ct.grid;
-    const patient::Index3 corner{2, 1, 0};
-    patient::Grid part = whole;
+    const Grid& whole = truth.ct.grid;
+    const Index3 corner{2, 1, 0};
+    Grid part = whole;
     part.dims -= corner + 1;
     part.origin_m = whole.centre(corner);
-    found.ct = patient::CtVolume(part);
-    found.labels = patient::LabelVolume(part);
+    found.ct = CtVolume(part);
+    found.labels = LabelVolume(part);
     for (int z = 0; z < part.dims.z; ++z)
         for (int y = 0; y < part.dims.y; ++y)
             for (int x = 0; x < part.dims.x; ++x) {
-                const patient::Index3 i{x, y, z};
+                const Index3 i{x, y, z};
                 found.ct[i] = std::max(truth.ct[i + corner], std::int16_t(-1024));
                 if (found.ct[i] < -600) found.ct[i] = -1024;
-                found.labels[i] = truth.labels[i + corner + patient::Index3(0, 0, 1)];
+                found.labels[i] = truth.labels[i + corner + Index3(0, 0, 1)];
             }
     callBuilt(found);
     return found;

@@ -29,17 +29,16 @@ struct Compared {
 
 // The needle that a hand steers, to each sample of every `nth` path. Samples so near to an event that
 // rounding says on which side of it they are do not count.
-Compared compareWithNeedle(const patient::Vec3& offset_m, std::size_t nth) {
+Compared compareWithNeedle(const Vec3& offset_m, std::size_t nth) {
     const PreparedPair pair(test::seededPair());
     Steering steering(pair, {});
     Compared out;
     for (std::size_t p = 0; p < test::seededPaths().size(); p += nth) {
         patient::PlannedPath path = test::seededPaths()[p];
-        for (patient::Vec3* end_m :
-             {&path.entry_m, &path.target_m, &path.entry_reference_m, &path.target_reference_m})
+        for (Vec3* end_m : {&path.entry_m, &path.target_m, &path.entry_reference_m, &path.target_reference_m})
             *end_m += offset_m;
         const Steered& s = *steering.steer(path);
-        const patient::Vec3 axis = glm::normalize(path.target_m - path.entry_m);
+        const Vec3 axis = glm::normalize(path.target_m - path.entry_m);
         for (const auto& [felt, patient] :
              {std::pair(&s.full, &pair.full), std::pair(&s.partial, &pair.partial)}) {
             if (meetsBone(*felt)) continue;  // its maximum at once is the study's own

@@ -1,4 +1,4 @@
-#include "app/trainer/alert.h"
+#include "app/trainer/session/alert.h"
 
 #include <gtest/gtest.h>
 
@@ -75,18 +75,18 @@ TEST(GlowWatch, IsRedWhileStruckGreenWhenReachedAndNothingOtherwise) {
             watch.take(++tick, progress);
         return shellLight(watch.now());
     };
-    EXPECT_EQ(pass(0.5), patient::Vec3(1.0));
+    EXPECT_EQ(pass(0.5), Vec3(1.0));
     progress.striking = Struck::bone;
-    const patient::Vec3 red = pass(1.0);
+    const Vec3 red = pass(1.0);
     EXPECT_GT(red.x, 2.0 * red.y);
     EXPECT_GT(red.x, 2.0 * red.z);
     progress.striking = Struck::nothing;
-    EXPECT_EQ(pass(2.0), patient::Vec3(1.0));
+    EXPECT_EQ(pass(2.0), Vec3(1.0));
     progress.success = true;
-    const patient::Vec3 green = pass(1.0);
+    const Vec3 green = pass(1.0);
     EXPECT_GT(green.y, 1.5 * green.x);
     EXPECT_GT(green.y, 1.5 * green.z);
-    EXPECT_EQ(pass(5.0), patient::Vec3(1.0));
+    EXPECT_EQ(pass(5.0), Vec3(1.0));
 }
 
 TEST(AlertPicture, TheMiddleIsFreeAndTheBorderIsNot) {

@@ -1,4 +1,4 @@
-#include "app/trainer/colocation.h"
+#include "app/trainer/session/colocation.h"
 
 #include <cmath>
 #include <fstream>
@@ -7,16 +7,12 @@
 
 #include <gtest/gtest.h>
 
-#include "app/trainer/tipped_device.h"
-#include "patient/package.h"
+#include "app/trainer/hands/tipped_device.h"
+#include "patient/package/package.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::trainer {
 namespace {
-
-using patient::Pose;
-using patient::Quat;
-using patient::Vec3;
 
 const Vec3 kUp(0.0, 1.0, 0.0);
 // As a patient lies in the room: right toward the operator (+z), front up.
@@ -196,7 +192,7 @@ TEST(RegistrationStore, TheNewestOfADeviceIsFound) {
     std::ofstream(folder / "torn.json") << "{";
     EXPECT_TRUE(newestRegistration(folder.path(), "falcon", "Novint Falcon"))
         << "a bad file is in nobody's way";
-    EXPECT_THROW(newestRegistration(folder.path(), "falcon", "another"), patient::DataError);
+    EXPECT_THROW(newestRegistration(folder.path(), "falcon", "another"), DataError);
 }
 
 }  // namespace

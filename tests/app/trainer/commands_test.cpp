@@ -1,4 +1,4 @@
-#include "app/trainer/commands.h"
+#include "app/trainer/attempt/commands.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

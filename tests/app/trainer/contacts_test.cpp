@@ -1,6 +1,6 @@
 // From ticks to the picture's contacts: a dimple before the skin is cut, its relaxation after, tenting on the
 // way out.
-#include "app/trainer/contacts.h"
+#include "app/trainer/view/contacts.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,8 @@ namespace stylet::trainer {
 namespace {
 
 using haptics::TickOutput;
-using patient::Vec3;
 
-TickOutput tickWith(const patient::Pose& patient_from_tool, haptics::Tool tool) {
+TickOutput tickWith(const Pose& patient_from_tool, haptics::Tool tool) {
     TickOutput out;
     out.tool = tool;
     out.patient_from_tool = out.patient_from_needle = patient_from_tool;
@@ -91,7 +90,7 @@ TEST(Contacts, TheParkedProbePressesBesideTheNeedle) {
     const haptics::TouchMap touch = haptics::makeTouchMap(patient);
     TickOutput out = tickWith({test::kAlongX, {-0.010, 0.0, 0.0}}, haptics::Tool::needle);
     out.probe_parked = true;
-    out.patient_from_probe = patient::Pose{test::kAlongX, {0.004, 0.0, 0.0}} * haptics::kStylusFromProbe;
+    out.patient_from_probe = Pose{test::kAlongX, {0.004, 0.0, 0.0}} * haptics::kStylusFromProbe;
     const ToolContacts contacts = contactsOf(out, patient, &touch);
     ASSERT_GE(contacts.count, 2);
     double middle_m = 0.0, least_m = 1.0;

@@ -1,4 +1,4 @@
-#include "app/trainer/contrast_feed.h"
+#include "app/trainer/session/contrast_feed.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace stylet::trainer {
 namespace {
 
-const patient::Vec3 kInDuct{0.053, 0.0, 0.0}, kInLiver{0.030, 0.0, 0.0};
+const Vec3 kInDuct{0.053, 0.0, 0.0}, kInLiver{0.030, 0.0, 0.0};
 constexpr double kMl = 1e-6;
 
 // A second in the duct, then one in the liver.

@@ -4,7 +4,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <string>
 
-#include "app/trainer/controller_hand.h"
+#include "app/trainer/hands/controller_hand.h"
 
 namespace stylet::trainer {
 namespace {
@@ -14,9 +14,7 @@ using haptics::DeviceState;
 using haptics::Phase;
 using haptics::TickOutput;
 using haptics::Tool;
-using patient::Pose;
 using patient::Tissue;
-using patient::Vec3;
 
 struct TestClock {
     std::int64_t now_ns = 1'000'000'000;

@@ -15,14 +15,14 @@
 #include <thread>
 
 #include "app/records/record.h"
-#include "app/trainer/controller_hand.h"
-#include "app/trainer/force_feed.h"
-#include "app/trainer/hand.h"
-#include "app/trainer/live_hand.h"
-#include "app/trainer/loops.h"
-#include "app/trainer/scenario.h"
-#include "app/trainer/session.h"
-#include "app/trainer/staging.h"
+#include "app/trainer/attempt/hand.h"
+#include "app/trainer/attempt/scenario.h"
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/hands/controller_hand.h"
+#include "app/trainer/hands/live_hand.h"
+#include "app/trainer/loop/force_feed.h"
+#include "app/trainer/loop/loops.h"
+#include "app/trainer/session/session.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/kept_attempt.h"
 #include "tests/support/mock_control.h"
@@ -33,9 +33,6 @@ namespace {
 using namespace std::chrono_literals;
 using haptics::Tool;
 using nlohmann::json;
-using patient::Pose;
-using patient::Quat;
-using patient::Vec3;
 using test::Outcome;
 
 constexpr auto kTraineePatience = 60s;

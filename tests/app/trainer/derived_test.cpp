@@ -1,12 +1,12 @@
 // What is kept from one start to the next is used only where it is whole and of the same making.
-#include "app/trainer/derived.h"
+#include "app/trainer/stores/derived.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <limits>
 
-#include "app/trainer/platform_linux.h"
+#include "app/trainer/stores/platform_linux.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/temp_folder.h"
 

@@ -11,8 +11,8 @@
 #include <functional>
 #include <thread>
 
-#include "haptics/devices/falcon.h"
-#include "haptics/devices/falcon_kinematics.h"
+#include "haptics/devices/falcon/falcon.h"
+#include "haptics/devices/falcon/falcon_kinematics.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
 #include "tests/support/falcon_testbed.h"
@@ -96,7 +96,7 @@ class Work {
         }
     }
     void hold(double z_m) {
-        const haptics::Vec3 angles = haptics::falcon::anglesAt({0.0, 0.0, z_m}).value();
+        const Vec3 angles = haptics::falcon::anglesAt({0.0, 0.0, z_m}).value();
         std::array<int, 3> counts{};
         for (int i = 0; i < 3; ++i)
             counts[std::size_t(i)] = int(std::lround(haptics::falcon::countsFromRadians(angles[i])));

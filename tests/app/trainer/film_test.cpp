@@ -9,7 +9,7 @@
 #include <sstream>
 #include <vector>
 
-#include "patient/recording.h"
+#include "patient/motion/recording.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
 #include "tests/app/trainer/marker.h"

@@ -1,11 +1,11 @@
-#include "app/trainer/flight.h"
+#include "app/trainer/session/flight.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <fstream>
 
-#include "app/trainer/platform_linux.h"
+#include "app/trainer/stores/platform_linux.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/temp_folder.h"
 
@@ -130,7 +130,7 @@ TEST(Focus, TheForceComesAndGoesWithItAndTheAttemptWaits) {
         }
     }
     EXPECT_EQ(log.flights.front().back().output.stage, haptics::ForceStage::off);
-    EXPECT_EQ(log.flights.front().back().output.sent_device_n, patient::Vec3(0.0));
+    EXPECT_EQ(log.flights.front().back().output.sent_device_n, Vec3(0.0));
     // 60 frames of 5 ms, but for those in which the force fades.
     EXPECT_GT(stood_still, 40);
     EXPECT_EQ(log.ticks, log.last_tick) << "no tick is missing from the record";

@@ -1,9 +1,9 @@
-#include "app/trainer/force_feed.h"
+#include "app/trainer/loop/force_feed.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/trainer/loops.h"
+#include "app/trainer/loop/loops.h"
 #include "haptics/devices/replay.h"
 #include "tests/app/trainer/phantom_attempt.h"
 
@@ -43,7 +43,7 @@ struct Feed : testing::Test {
     patient::Package package = test::ductPhantom();
     patient::Patient patient{package};
     Session session{patient, test::ductPath(), {}, 0.0, nullptr};
-    haptics::Ring<haptics::Command> ring{4};
+    Ring<haptics::Command> ring{4};
     std::vector<std::string> said;
     ForceFeed feed{true, kDt_s, nullptr, [this](const std::string& text) { said.push_back(text); }};
 

@@ -1,10 +1,10 @@
-#include "app/trainer/force_truth.h"
+#include "app/trainer/session/force_truth.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "patient/segmentation.h"
+#include "patient/package/segmentation.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
@@ -153,12 +153,12 @@ TEST(ForceTruth, OfAFullPatientThePartialOneIsKnownAndOfAPartialOneTheFullMustBe
     const auto partial = otherSegmentation(full_patient, {});
     ASSERT_TRUE(partial);
     EXPECT_TRUE(partial->felt_is_full);
-    const patient::Vec3 in_skin{0.0015, 0.0, 0.0}, in_duct{0.053, 0.0, 0.0};
+    const Vec3 in_skin{0.0015, 0.0, 0.0}, in_duct{0.053, 0.0, 0.0};
     EXPECT_EQ(partial->patient->at(in_skin, {}).label, 0);
     EXPECT_EQ(partial->patient->at(in_duct, {}).tissue, Tissue::duct);
 
     patient::Package bare = full;
-    bare.labels = patient::LabelVolume(full.ct.grid);
+    bare.labels = LabelVolume(full.ct.grid);
     const patient::Patient bare_patient(bare);
     EXPECT_FALSE(otherSegmentation(bare_patient, {}));
     const auto truth = otherSegmentation(bare_patient, folder / "full");

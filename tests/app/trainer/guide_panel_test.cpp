@@ -1,17 +1,16 @@
-#include "app/trainer/guide_panel.h"
+#include "app/trainer/view/guide_panel.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "app/trainer/notice.h"
-#include "app/trainer/staging.h"
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/view/notice.h"
 
 namespace stylet::trainer {
 namespace {
 
-using patient::Vec3;
 using training::Difficulty;
 
 Seen feltAt(double t_s, double force_n = 0.5) {

@@ -1,4 +1,4 @@
-#include "app/trainer/hand.h"
+#include "app/trainer/attempt/hand.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,6 @@
 
 namespace stylet::trainer {
 namespace {
-
-using patient::Pose;
-using patient::Vec3;
 
 struct Walk {
     patient::PlannedPath path;
@@ -201,7 +198,7 @@ TEST(Hand, RefusesAScenarioOfMoreThanAnHour) {
     Stage wait;
     wait.seconds = 600.0;
     s.stages.assign(7, wait);
-    EXPECT_THROW((void)Walk().hand(s), patient::DataError);
+    EXPECT_THROW((void)Walk().hand(s), DataError);
 }
 
 TEST(Hand, TremorComesFromTheSeedAndStaysSmall) {
@@ -225,7 +222,7 @@ TEST(Hand, TremorComesFromTheSeedAndStaysSmall) {
 }
 
 TEST(Hand, TheDeviceStandsOutsideTheGridWithItsYUp) {
-    const patient::Grid grid{{100, 80, 60}, Vec3(0.004), Vec3(-0.2, -0.1, 1.0)};
+    const Grid grid{{100, 80, 60}, Vec3(0.004), Vec3(-0.2, -0.1, 1.0)};
     const Pose patient_from_device = deviceBeside(grid);
     EXPECT_FALSE(grid.contains(grid.nearest(patient_from_device.position_m)));
     EXPECT_LT(glm::length(patient_from_device.direction({0, 1, 0}) - Vec3(0, 1, 0)), 1e-12);

@@ -1,4 +1,4 @@
-#include "app/trainer/insertion.h"
+#include "app/trainer/session/insertion.h"
 
 #include <gtest/gtest.h>
 

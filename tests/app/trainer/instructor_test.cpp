@@ -1,4 +1,4 @@
-#include "app/trainer/instructor.h"
+#include "app/trainer/session/instructor.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "app/trainer/loops.h"
+#include "app/trainer/loop/loops.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include <stdexcept>
 
 #include "app/records/replay.h"
-#include "app/trainer/platform_linux.h"
+#include "app/trainer/stores/platform_linux.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/virtual_clock.h"

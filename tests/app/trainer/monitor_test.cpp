@@ -1,4 +1,4 @@
-#include "app/trainer/monitor.h"
+#include "app/trainer/view/monitor.h"
 
 #include <gtest/gtest.h>
 

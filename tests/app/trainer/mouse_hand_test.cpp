@@ -1,5 +1,5 @@
 // The mouse as a hand: smooth, bounded, and what the window says reaches the session whole.
-#include "app/trainer/mouse_hand.h"
+#include "app/trainer/hands/mouse_hand.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,6 @@ namespace stylet::trainer {
 namespace {
 
 using haptics::DeviceState;
-using patient::Pose;
-using patient::Vec3;
 
 struct Time {
     std::int64_t now = 1'000'000'000;

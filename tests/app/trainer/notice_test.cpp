@@ -1,4 +1,4 @@
-#include "app/trainer/notice.h"
+#include "app/trainer/view/notice.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,5 @@
 // The patients in the user's cache, which several programs read and make anew at the same time.
-#include "app/trainer/patient_source.h"
+#include "app/trainer/stores/patient_source.h"
 
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ TEST_F(KeptPackage, ASoundOneOfAnotherProgramStays) {
         if (++loads > 1) return patient::loadPackage(folder);
         try {
             return patient::loadPackage(folder);
-        } catch (const patient::DataError&) {
+        } catch (const DataError&) {
             patient::savePackage(package_, kept_);
             throw;
         }
@@ -69,7 +69,7 @@ TEST_F(KeptPackage, OneThatIsGoneMeanwhileIsNone) {
 TEST_F(KeptPackage, OneThatCameMeanwhileIsTaken) {
     int loads = 0;
     const auto found = keptPackage(kept_, [&](const fs::path& folder) -> patient::Package {
-        if (++loads == 1) throw patient::DataError(folder, "file", "read while it was replaced");
+        if (++loads == 1) throw DataError(folder, "file", "read while it was replaced");
         patient::savePackage(package_, kept_);
         return patient::loadPackage(folder);
     });
@@ -82,7 +82,7 @@ TEST_F(KeptPackage, OneThatCameMeanwhileIsTaken) {
 TEST_F(KeptPackage, WhatCannotBeReadIsNotTakenForDamaged) {
     fs::remove(kept_ / "labels.nii.gz");
     fs::create_symlink(folder_ / "a disk that is not there", kept_ / "labels.nii.gz");
-    EXPECT_THROW(keptPackage(kept_), patient::DataError);
+    EXPECT_THROW(keptPackage(kept_), DataError);
     EXPECT_TRUE(fs::exists(kept_ / "ct.nii.gz"));
     EXPECT_EQ(entries(), 1u);
 }

@@ -1,7 +1,7 @@
 // An attempt on layers with known borders: skin, fat, fascia, liver, a duct in it.
 #pragma once
 
-#include "app/trainer/loops.h"
+#include "app/trainer/loop/loops.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/support/duct_path.h"
 #include "tests/support/phantom.h"

@@ -1,4 +1,4 @@
-#include "app/trainer/platform_linux.h"
+#include "app/trainer/stores/platform_linux.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
-#include "app/trainer/player.h"
+#include "app/trainer/display/player.h"
 
 #include <gtest/gtest.h>
 
-#include "app/trainer/replay_show.h"
+#include "app/trainer/display/replay_show.h"
 
 namespace stylet::trainer {
 namespace {

@@ -1,4 +1,4 @@
-#include "app/trainer/prediction.h"
+#include "app/trainer/view/prediction.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,6 @@ namespace {
 using haptics::TickOutput;
 using haptics::TipSample;
 using haptics::Tool;
-using patient::Pose;
-using patient::Quat;
-using patient::Vec3;
 
 constexpr std::int64_t kMs_ns = 1'000'000;
 

@@ -1,5 +1,5 @@
 // Which path an attempt is scored against.
-#include "app/trainer/reference_path.h"
+#include "app/trainer/attempt/reference_path.h"
 
 #include <gtest/gtest.h>
 
@@ -17,8 +17,7 @@ class ReferencePath : public testing::Test {
     // An attempt whose needle goes `aside_m` beside the phantom's path.
     std::string attempt(const patient::Patient& on, const char* scenario, double aside_m) {
         patient::PlannedPath path = test::ductPath();
-        for (patient::Vec3* end :
-             {&path.entry_m, &path.entry_reference_m, &path.target_m, &path.target_reference_m})
+        for (Vec3* end : {&path.entry_m, &path.entry_reference_m, &path.target_m, &path.target_reference_m})
             end->y += aside_m;
         const Scenario script =
             loadScenario(test::assets() / "scenarios" / (std::string(scenario) + ".toml"));
@@ -38,7 +37,7 @@ class ReferencePath : public testing::Test {
         try {
             referencePath(patient, folder_.path(), asked);
             return "";
-        } catch (const patient::DataError& e) {
+        } catch (const DataError& e) {
             return e.what();
         }
     }

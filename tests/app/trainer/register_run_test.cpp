@@ -13,7 +13,7 @@
 #include <mutex>
 #include <thread>
 
-#include "app/trainer/register.h"
+#include "app/trainer/setup/register.h"
 #include "tests/app/trainer/command.h"
 #include "tests/support/bridge_emulator.h"
 #include "tests/support/decimal_comma.h"
@@ -24,9 +24,6 @@ namespace stylet::trainer {
 namespace {
 
 using nlohmann::json;
-using patient::Pose;
-using patient::Quat;
-using patient::Vec3;
 using test::Command;
 using test::MockControl;
 using test::Outcome;

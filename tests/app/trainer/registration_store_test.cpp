@@ -1,5 +1,5 @@
 // What is kept of a registration comes back to the bit; everything else is refused by file, field and reason.
-#include "app/trainer/registration_store.h"
+#include "app/trainer/stores/registration_store.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "app/trainer/register.h"
+#include "app/trainer/setup/register.h"
 #include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
 
@@ -17,8 +17,6 @@ namespace stylet::trainer {
 namespace {
 
 using nlohmann::json;
-using patient::Quat;
-using patient::Vec3;
 using test::expectRefused;
 using testing::HasSubstr;
 

@@ -1,10 +1,10 @@
-#include "app/trainer/rest.h"
+#include "app/trainer/session/rest.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 
-#include "app/trainer/notice.h"
+#include "app/trainer/view/notice.h"
 
 namespace stylet::trainer {
 namespace {

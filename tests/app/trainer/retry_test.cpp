@@ -1,11 +1,11 @@
-#include "app/trainer/retry.h"
+#include "app/trainer/attempt/retry.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 
 #include "app/records/replay.h"
-#include "app/trainer/platform_linux.h"
+#include "app/trainer/stores/platform_linux.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
@@ -98,7 +98,7 @@ class Placed final : public haptics::HapticDevice {
   public:
     explicit Placed(const Retry& retry) : left_(retry.record.inputs[retry.bookmark.tick - 1].device) {
         profile_.name = "placed";
-        const patient::Vec3 out = retry.left.patient_from_needle.direction({0.0, 0.0, 1.0});
+        const Vec3 out = retry.left.patient_from_needle.direction({0.0, 0.0, 1.0});
         drawn_back_m_ = retry.record.header.settings.patient_from_device.inverse().direction(
             retry.left.extension_m * out);
     }
@@ -108,11 +108,11 @@ class Placed final : public haptics::HapticDevice {
         haptics::DeviceState state = left_;
         state.fresh = 1;
         state.buttons = 0;
-        state.device_from_stylus.position_m += away ? patient::Vec3(0.0, 0.02, 0.0) : drawn_back_m_;
+        state.device_from_stylus.position_m += away ? Vec3(0.0, 0.02, 0.0) : drawn_back_m_;
         return state;
     }
-    void send(const haptics::Vec3& force_n) noexcept STYLET_NONBLOCKING override {
-        if (away && force_n != haptics::Vec3(0.0)) pushed_away = true;
+    void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override {
+        if (away && force_n != Vec3(0.0)) pushed_away = true;
     }
     std::atomic<bool> away{true}, pushed_away{false};
     std::atomic<int> reads{0};
@@ -120,7 +120,7 @@ class Placed final : public haptics::HapticDevice {
   private:
     haptics::DeviceState left_;
     haptics::DeviceProfile profile_;
-    patient::Vec3 drawn_back_m_{0.0};  // by as much as the tissue is stretched: the force begins from nothing
+    Vec3 drawn_back_m_{0.0};  // by as much as the tissue is stretched: the force begins from nothing
 };
 
 // HZ-FORCE-23

@@ -7,7 +7,7 @@
 #include <functional>
 #include <sstream>
 
-#include "app/trainer/run.h"
+#include "app/trainer/program/run.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
 

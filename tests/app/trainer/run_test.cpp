@@ -1,5 +1,5 @@
 // The main job from the outside, on small reference patients.
-#include "app/trainer/run.h"
+#include "app/trainer/program/run.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "app/trainer/scenario.h"
+#include "app/trainer/attempt/scenario.h"
 
 #include <gtest/gtest.h>
 
@@ -90,7 +90,7 @@ class ScenarioFile : public testing::Test {
         try {
             (void)load(text);
             FAIL() << to << " was not refused";
-        } catch (const patient::DataError& e) {
+        } catch (const DataError& e) {
             EXPECT_EQ(std::string(e.what()).rfind(file_.string() + ": " + field + ": ", 0), 0u) << e.what();
         }
     }
@@ -195,7 +195,7 @@ TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
 }
 
 TEST_F(ScenarioFile, RefusesAFileThatIsNotThere) {
-    EXPECT_THROW((void)loadScenario(folder_ / "none.toml"), patient::DataError);
+    EXPECT_THROW((void)loadScenario(folder_ / "none.toml"), DataError);
 }
 
 TEST_F(ScenarioFile, DigestCoversContentNotLayout) {
@@ -227,7 +227,7 @@ TEST_F(ScenarioFile, BringsItsRecordingAlong) {
     std::string text = kGood;
     const std::size_t from = text.find("period_s"), to = text.find("[start]");
     text.replace(from, to - from, "recording = \"track.csv\"\n");
-    EXPECT_THROW((void)load(text), patient::DataError);  // not there
+    EXPECT_THROW((void)load(text), DataError);  // not there
     std::ofstream track(folder_ / "track.csv");
     track << "Frame;Timestamp;x;y;z\n";
     for (int i = 0; i < 400; ++i)

@@ -1,4 +1,4 @@
-#include "app/trainer/session.h"
+#include "app/trainer/session/session.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 // Behaviour does not change by accident: every scenario ends in the state that state_hashes.csv lists, on the
-// same patients with the same planned paths. A change that is meant replaces the rows that the failures print.
+// same patients with the same planned paths. A change that is meant replaces the rows that the failures
+// print.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -60,7 +61,7 @@ TEST(StateHashes, EveryScenarioEndsInItsListedState) {
         }
 
     // The packages that these attempts were made on, and their plans, to the last byte.
-    patient::StateHash hash;
+    StateHash hash;
     std::set<fs::path> folders;
     for (const auto& entry : fs::directory_iterator(command / "cache/stylet/patients"))
         folders.insert(entry.path());

@@ -1,4 +1,4 @@
-#include "app/trainer/two_fasciae.h"
+#include "app/trainer/figures/two_fasciae.h"
 
 #include <gtest/gtest.h>
 

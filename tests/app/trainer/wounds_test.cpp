@@ -1,4 +1,4 @@
-#include "app/trainer/wounds.h"
+#include "app/trainer/session/wounds.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,6 @@ namespace {
 using haptics::NeedleEventKind;
 using haptics::Phase;
 using haptics::TickOutput;
-using patient::Vec3;
 
 class WoundsTest : public testing::Test {
   protected:

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "app/trainer/hand.h"
+#include "app/trainer/attempt/hand.h"
 #include "tests/app/training/wall.h"
 #include "tests/support/constants.h"
 
@@ -18,7 +18,6 @@ using haptics::NeedleEventKind;
 using haptics::TickOutput;
 using haptics::Tool;
 using patient::Tissue;
-using patient::Vec3;
 using test::kDt_s;
 
 class Told : public testing::Test {
@@ -63,8 +62,8 @@ class Told : public testing::Test {
 // Two ribs across the way, 10 mm deep: the path's space lies between them, others beyond.
 patient::Package ribbed() {
     patient::Package package = test::wallWithVessel();
-    patient::LabelVolume& labels = package.labels;
-    patient::Index3 i;
+    LabelVolume& labels = package.labels;
+    Index3 i;
     for (i.z = 0; i.z < labels.grid.dims.z; ++i.z)
         for (i.y = 0; i.y < labels.grid.dims.y; ++i.y)
             for (i.x = 0; i.x < labels.grid.dims.x; ++i.x) {

@@ -10,8 +10,6 @@
 namespace stylet::training {
 namespace {
 
-using patient::Vec3;
-
 // Borders on whole millimetres: the vessel's at 32 and 36 mm, the duct's at 50.
 TEST(Surroundings, DistancesGoToTheBorderAndOuterAirIsNoRisk) {
     const patient::Package package = test::wallWithVessel();
@@ -46,8 +44,8 @@ TEST(Surroundings, GasInTheBodyIsARisk) {
 // A duct of 4 mm along y in place of the slab.
 TEST(Surroundings, TheDuctRunsAlongItsTube) {
     patient::Package package = test::wallWithVessel();
-    patient::LabelVolume& labels = package.labels;
-    patient::Index3 i;
+    LabelVolume& labels = package.labels;
+    Index3 i;
     for (i.z = 0; i.z < labels.grid.dims.z; ++i.z)
         for (i.y = 0; i.y < labels.grid.dims.y; ++i.y)
             for (i.x = 0; i.x < labels.grid.dims.x; ++i.x)

@@ -1,4 +1,4 @@
-#include "haptics/devices/bridge.h"
+#include "haptics/devices/bridge/bridge.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-#include "haptics/devices/calibrate.h"
+#include "haptics/devices/falcon/calibrate.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "haptics/devices/falcon.h"
+#include "haptics/devices/falcon/falcon.h"
 #include "patient/patient.h"
 #include "tests/support/temp_folder.h"
 
@@ -62,7 +62,7 @@ struct Calibrating : testing::Test {
     std::string refusal() {
         try {
             calibrate(device, clock, talk);
-        } catch (const patient::DataError& e) {
+        } catch (const DataError& e) {
             return e.what();
         }
         return "";
@@ -135,9 +135,9 @@ TEST(CalibrationFile, IsReplacedInOneStepAndTriedBefore) {
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1)
         << "nothing beside it";
     const std::filesystem::path nowhere = folder / "none" / "falcon.toml";
-    EXPECT_THROW(checkCalibrationFile(nowhere), patient::DataError);
-    EXPECT_THROW(saveCalibration(nowhere, calibration), patient::DataError);
-    EXPECT_THROW(checkCalibrationFile(folder.path()), patient::DataError) << "a folder";
+    EXPECT_THROW(checkCalibrationFile(nowhere), DataError);
+    EXPECT_THROW(saveCalibration(nowhere, calibration), DataError);
+    EXPECT_THROW(checkCalibrationFile(folder.path()), DataError) << "a folder";
 }
 
 TEST(CalibrationFile, LeavesWhatIsTheUsersAndNothingOfItsOwn) {
@@ -154,7 +154,7 @@ TEST(CalibrationFile, LeavesWhatIsTheUsersAndNothingOfItsOwn) {
     EXPECT_EQ(text, "mine");
     std::filesystem::remove(file);
     std::filesystem::create_directory(file);
-    EXPECT_THROW(saveCalibration(file, {}), patient::DataError);
+    EXPECT_THROW(saveCalibration(file, {}), DataError);
     EXPECT_EQ(files(), 2) << "not the half of a save that failed";
 }
 

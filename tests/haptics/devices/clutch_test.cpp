@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "haptics/devices/profiles.h"
-#include "haptics/output.h"
-#include "haptics/safety.h"
+#include "haptics/output/output.h"
+#include "haptics/output/safety.h"
 #include "patient/synth/random.h"
 #include "tests/support/constants.h"
 

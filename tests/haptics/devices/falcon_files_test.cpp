@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "haptics/devices/falcon_calibration.h"
-#include "haptics/devices/falcon_firmware.h"
-#include "haptics/devices/sha256.h"
+#include "haptics/devices/falcon/falcon_calibration.h"
+#include "haptics/devices/falcon/falcon_firmware.h"
+#include "haptics/devices/falcon/sha256.h"
 #include "patient/patient.h"
 #include "tests/support/temp_folder.h"
 
@@ -23,7 +23,7 @@ template <typename Call>
 std::string refusal(const Call& call) {
     try {
         call();
-    } catch (const patient::DataError& e) {
+    } catch (const DataError& e) {
         return e.what();
     }
     return "";

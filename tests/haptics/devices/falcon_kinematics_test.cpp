@@ -1,4 +1,4 @@
-#include "haptics/devices/falcon_kinematics.h"
+#include "haptics/devices/falcon/falcon_kinematics.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/devices/falcon_packet.h"
+#include "haptics/devices/falcon/falcon_packet.h"
 
 #include <gtest/gtest.h>
 

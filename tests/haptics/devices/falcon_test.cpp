@@ -1,4 +1,4 @@
-#include "haptics/devices/falcon.h"
+#include "haptics/devices/falcon/falcon.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

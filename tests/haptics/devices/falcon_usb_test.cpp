@@ -1,6 +1,6 @@
 // The very driver, over libusb, down to the kernel's requests: umockdev answers them. What hangs on
 // milliseconds is in falcon_test.cpp.
-#include "haptics/devices/falcon_usb.h"
+#include "haptics/devices/falcon/falcon_usb.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <functional>
 
 #include "haptics/devices/devices.h"
-#include "haptics/devices/falcon.h"
+#include "haptics/devices/falcon/falcon.h"
 #include "haptics/devices/polled.h"
 #include "patient/patient.h"
 #include "tests/support/constants.h"
@@ -82,8 +82,8 @@ TEST_F(FalconUsb, IsAmongTheDevicesThatAUserCanName) {
     std::string why;
     const auto driver = makeDriver("falcon", {}, time.clock());
     EXPECT_EQ(driver->open(why), DeviceStage::opening) << why;
-    EXPECT_THROW(makeDriver("falcon", {.firmware = "/nonexistent"}, time.clock()), patient::DataError);
-    EXPECT_THROW(makeDriver("falcon", {.calibration = "/nonexistent"}, time.clock()), patient::DataError);
+    EXPECT_THROW(makeDriver("falcon", {.firmware = "/nonexistent"}, time.clock()), DataError);
+    EXPECT_THROW(makeDriver("falcon", {.calibration = "/nonexistent"}, time.clock()), DataError);
 }
 
 TEST_F(FalconUsb, HomesPushesAndEndsInZero) {

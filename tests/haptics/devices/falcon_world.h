@@ -6,9 +6,9 @@
 #include <memory>
 #include <string>
 
-#include "haptics/devices/falcon.h"
+#include "haptics/devices/falcon/falcon.h"
 #include "haptics/devices/polled.h"
-#include "haptics/safety.h"
+#include "haptics/output/safety.h"
 #include "tests/support/constants.h"
 #include "tests/support/falcon_emulator.h"
 
@@ -104,7 +104,7 @@ struct FalconWorld {
     std::int64_t now_ns = 1'000 * kMs, pushed_ns = 0;
     std::int64_t clock_error_ns = 0;  // what the driver's clock is off by
     // The loop.
-    haptics::Vec3 force_n{0.0, 0.0, -2.0}, grip_m{0.0};
+    Vec3 force_n{0.0, 0.0, -2.0}, grip_m{0.0};
     haptics::SafetyState safety;
     bool ready = false, loop_stands = false;
     std::uint32_t buttons = 0;

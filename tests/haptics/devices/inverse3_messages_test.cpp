@@ -1,4 +1,4 @@
-#include "haptics/devices/inverse3_messages.h"
+#include "haptics/devices/inverse3/inverse3_messages.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/devices/inverse3.h"
+#include "haptics/devices/inverse3/inverse3.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "haptics/devices/rate_control.h"
+#include "haptics/devices/spacemouse/rate_control.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,6 @@
 namespace stylet::haptics {
 namespace {
 
-using patient::Pose;
-using patient::Vec3;
 using Axes = std::array<double, 6>;
 
 TEST(RateControl, TheDeadZoneMovesNothing) {

@@ -1,4 +1,4 @@
-#include "haptics/devices/service_linux.h"
+#include "haptics/devices/inverse3/service_linux.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

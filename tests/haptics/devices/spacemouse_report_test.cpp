@@ -1,5 +1,5 @@
 // Golden bytes by hand: report id, then little-endian int16.
-#include "haptics/devices/spacemouse_report.h"
+#include "haptics/devices/spacemouse/spacemouse_report.h"
 
 #include <gtest/gtest.h>
 

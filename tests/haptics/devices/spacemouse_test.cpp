@@ -1,5 +1,5 @@
 // The driver against emulated SpaceMice, on a clock of the test's own.
-#include "haptics/devices/spacemouse.h"
+#include "haptics/devices/spacemouse/spacemouse.h"
 
 #include <gtest/gtest.h>
 

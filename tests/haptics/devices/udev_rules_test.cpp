@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/devices/spacemouse_report.h"
+#include "haptics/devices/spacemouse/spacemouse_report.h"
 
 namespace stylet::haptics {
 namespace {

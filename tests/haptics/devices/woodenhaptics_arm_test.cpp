@@ -1,4 +1,4 @@
-#include "haptics/devices/woodenhaptics_arm.h"
+#include "haptics/devices/woodenhaptics/woodenhaptics_arm.h"
 
 #include <gtest/gtest.h>
 

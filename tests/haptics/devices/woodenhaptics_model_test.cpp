@@ -1,4 +1,4 @@
-#include "haptics/devices/woodenhaptics_model.h"
+#include "haptics/devices/woodenhaptics/woodenhaptics_model.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ TEST(WoodenModel, ReadsTheLibrarysFile) {
     EXPECT_EQ(m.counts_per_turn, (std::array<double, 6>{2000, 2000, 2000, 0, 0, 0}));
     EXPECT_EQ(m.calibration_counts, (std::array<std::int16_t, 6>{0, -10, 6000, 0, 0, 0}));
     EXPECT_EQ(m.motor_aligned, (std::array<bool, 3>{false, true, false}));
-    EXPECT_EQ(m.workspace_origin_m, patient::Vec3(0.220, 0.0, 0.080));
+    EXPECT_EQ(m.workspace_origin_m, Vec3(0.220, 0.0, 0.080));
     EXPECT_EQ(m.workspace_radius_m, 0.1);
     EXPECT_EQ(m.force_peak_n, 5.0);
     EXPECT_EQ(m.stiffness_n_per_m, 1000.0);

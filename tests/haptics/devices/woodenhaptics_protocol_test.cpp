@@ -1,5 +1,5 @@
 // Golden bytes by hand from the board's message layout: seven little-endian int16 either way.
-#include "haptics/devices/woodenhaptics_protocol.h"
+#include "haptics/devices/woodenhaptics/woodenhaptics_protocol.h"
 
 #include <gtest/gtest.h>
 

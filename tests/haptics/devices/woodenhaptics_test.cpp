@@ -1,5 +1,5 @@
 // The driver against an emulated board.
-#include "haptics/devices/woodenhaptics.h"
+#include "haptics/devices/woodenhaptics/woodenhaptics.h"
 
 #include <gtest/gtest.h>
 

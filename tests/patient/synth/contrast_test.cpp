@@ -1,11 +1,11 @@
 // Contrast medium and blood in the reference patient.
-#include "patient/contrast.h"
+#include "patient/contrast/contrast.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
-#include "patient/contrast_table.h"
+#include "patient/contrast/contrast_table.h"
 #include "patient/synth/labels.h"
 #include "patient/synth/synth.h"
 #include "tests/patient/blood_facts.h"

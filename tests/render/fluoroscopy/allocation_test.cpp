@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include "patient/contrast.h"
+#include "patient/contrast/contrast.h"
 #include "render/fluoroscopy/fluoroscopy.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
@@ -24,7 +24,7 @@ TEST(FluoroscopyAllocation, PicturesAllocateNothing) {
     std::vector<XrayShape> shapes;
     addNeedle({}, true, shapes);
     const patient::ContrastTable contrast{
-        {patient::Index3(4), package.ct.grid.spacing_m, package.ct.grid.centre({20, 20, 20})},
+        {Index3(4), package.ct.grid.spacing_m, package.ct.grid.centre({20, 20, 20})},
         std::vector<float>(64, 50.0f),
         1};
     input.contrast = &contrast;

@@ -7,16 +7,12 @@
 namespace stylet::render {
 namespace {
 
-using patient::Grid;
-using patient::Index3;
-using patient::Vec3;
-
 double valueOf(const AttenuationVolume& v, std::size_t i) {
     return double(glm::unpackHalf1x16(v.half[i]));
 }
 
-patient::CtVolume noisyCt(const Index3& dims, const Vec3& spacing_m) {
-    patient::CtVolume ct({dims, spacing_m, Vec3(0.01, -0.02, 0.03)}, std::int16_t(0));
+CtVolume noisyCt(const Index3& dims, const Vec3& spacing_m) {
+    CtVolume ct({dims, spacing_m, Vec3(0.01, -0.02, 0.03)}, std::int16_t(0));
     std::uint32_t bits = 1;
     for (std::int16_t& hu : ct.voxels) {
         bits = bits * 1664525u + 1013904223u;
@@ -34,7 +30,7 @@ TEST(Attenuation, IsRelativeToWater) {
 }
 
 TEST(Attenuation, KeepsTheVoxelsWhereTheyAreLarger) {
-    const patient::CtVolume ct = noisyCt({9, 7, 5}, Vec3(0.002));
+    const CtVolume ct = noisyCt({9, 7, 5}, Vec3(0.002));
     const AttenuationVolume v = attenuationOf(ct, 0.001, 2);
     EXPECT_EQ(v.grid, ct.grid);
     for (std::size_t i = 0; i < ct.voxels.size(); ++i)
@@ -43,7 +39,7 @@ TEST(Attenuation, KeepsTheVoxelsWhereTheyAreLarger) {
 
 // Whatever the ratio: the box is the same, and so is all that is in it.
 TEST(Attenuation, LosesNothingByReduction) {
-    const patient::CtVolume ct = noisyCt({41, 37, 30}, {0.0007, 0.0009, 0.0016});
+    const CtVolume ct = noisyCt({41, 37, 30}, {0.0007, 0.0009, 0.0016});
     double whole = 0.0;
     for (const std::int16_t hu : ct.voxels)
         whole += relativeAttenuation(hu);
@@ -64,7 +60,7 @@ TEST(Attenuation, LosesNothingByReduction) {
 }
 
 TEST(Cells, AreOccupiedAsFarAsTheMarginReaches) {
-    patient::CtVolume ct({Index3(80), Vec3(0.001), Vec3(0.0)}, std::int16_t(-1000));
+    CtVolume ct({Index3(80), Vec3(0.001), Vec3(0.0)}, std::int16_t(-1000));
     ct[{40, 41, 42}] = 0;
     const AttenuationVolume v = attenuationOf(ct, 0.001, 1);
     for (const double margin_m : {0.0, 0.010}) {

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "patient/contrast.h"
+#include "patient/contrast/contrast.h"
 #include "patient/synth/synth.h"
 #include "tests/render/fluoroscopy/ray_reference.h"
 #include "tests/render/phantoms.h"
@@ -169,13 +169,13 @@ TEST_F(FluoroscopyTest, WedgeRisesEvenly) {
 TEST_F(FluoroscopyTest, ContrastIsWhereItsTableSays) {
     Stage stage(makeAir());
     stage.settings.pixels = 65;
-    const auto cubeAt = [](const patient::Index3& low, float added, std::uint64_t revision) {
-        const patient::Grid ct = makeAir().ct.grid;
-        patient::ContrastTable table{{patient::Index3(6), ct.spacing_m, ct.centre(low)}, {}, revision};
+    const auto cubeAt = [](const Index3& low, float added, std::uint64_t revision) {
+        const Grid ct = makeAir().ct.grid;
+        patient::ContrastTable table{{Index3(6), ct.spacing_m, ct.centre(low)}, {}, revision};
         for (int n = 0; n < 216; ++n) {
-            const patient::Index3 i(n % 6, n / 6 % 6, n / 36);
-            const bool within = glm::all(glm::greaterThan(i, patient::Index3(0))) &&
-                                glm::all(glm::lessThan(i, patient::Index3(5)));
+            const Index3 i(n % 6, n / 6 % 6, n / 36);
+            const bool within =
+                glm::all(glm::greaterThan(i, Index3(0))) && glm::all(glm::lessThan(i, Index3(5)));
             table.added_per_m.push_back(within ? added : 0.0f);
         }
         return table;
@@ -316,7 +316,7 @@ class FluoroscopyPatientTest : public FluoroscopyTest {
     static const patient::DisplacementTable& pressed() {
         static const patient::DisplacementTable made = [] {
             patient::DisplacementTable table;
-            table.grid = {patient::Index3(21), Vec3(0.003), Vec3(0.03, -0.03, 0.02)};
+            table.grid = {Index3(21), Vec3(0.003), Vec3(0.03, -0.03, 0.02)};
             for (int n = 0; n < 21 * 21 * 21; ++n) {
                 const Vec3 at = Vec3(n % 21, n / 21 % 21, n / 441) / 10.0 - 1.0;
                 const double bump = std::max(0.0, 1.0 - glm::dot(at, at));
@@ -328,9 +328,9 @@ class FluoroscopyPatientTest : public FluoroscopyTest {
     }
     // A filled duct of 7 mm about, slanted, in the liver: a box of the CT's own voxels.
     static patient::ContrastTable duct() {
-        const patient::Grid& ct = package().ct.grid;
+        const Grid& ct = package().ct.grid;
         patient::ContrastTable table;
-        table.grid = {patient::Index3(40, 32, 48), ct.spacing_m, ct.centre(ct.nearest({0.035, -0.02, 0.02}))};
+        table.grid = {Index3(40, 32, 48), ct.spacing_m, ct.centre(ct.nearest({0.035, -0.02, 0.02}))};
         const Vec3 middle = table.grid.centre({20, 16, 24}), u = glm::normalize(Vec3(0.3, 0.4, 1.0));
         for (int n = 0; n < 40 * 32 * 48; ++n) {
             const Vec3 p = table.grid.centre({n % 40, n / 40 % 32, n / 1280}) - middle;
@@ -604,7 +604,7 @@ TEST_F(FluoroscopyTest, BadInputIsABlackPictureWithAReason) {
         expectBlack(input, stage.settings);
     };
     const std::vector<XrayShape> nowhere{{.begin_m = Vec3(kNaN)}}, thin{{.radius_m = 0.0}};
-    const patient::ContrastTable torn{{patient::Index3(4), Vec3(0.001), Vec3(0.0)}, {1.0f, 2.0f}, 1};
+    const patient::ContrastTable torn{{Index3(4), Vec3(0.001), Vec3(0.0)}, {1.0f, 2.0f}, 1};
     withInput([](auto& in) { in.arm.orbital_rad = kNaN; });
     withInput([](auto& in) { in.patient_from_isocentre.position_m.y = kNaN; });
     withInput([](auto& in) { in.patient_from_isocentre.position_m.x = 1e300; });

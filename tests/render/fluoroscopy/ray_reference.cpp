@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patient/tool_displacement.h"
+#include "patient/displacement/tool_displacement.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::test {
 namespace {
-
-using patient::Grid;
-using patient::Index3;
 
 constexpr double kMuWater = 19.3;
 
@@ -72,7 +69,7 @@ XrayLine xrayLine(const render::FluoroscopyInput& input, int column, int row, in
     return {turned({0.0, -0.720, 0.0}), turned({x, 0.380, z})};
 }
 
-double exactPath(const patient::CtVolume& ct, const XrayLine& line) {
+double exactPath(const CtVolume& ct, const XrayLine& line) {
     double begin = 0.0, end = 1.0;
     if (!clip(line, boxOf(ct.grid, 0.0), begin, end)) return 0.0;
     const Vec3 way = line.pixel_m - line.source_m;
@@ -95,7 +92,7 @@ double exactPath(const patient::CtVolume& ct, const XrayLine& line) {
 }
 
 double finePath(const XrayPatient& patient, const XrayLine& line) {
-    const patient::CtVolume& ct = patient.package->ct;
+    const CtVolume& ct = patient.package->ct;
     double begin = 0.0, end = 1.0;
     if (!clip(line, boxOf(ct.grid, patient.beyond_ends_m), begin, end)) return 0.0;
     const Vec3 way = line.pixel_m - line.source_m;
@@ -146,8 +143,8 @@ patient::Package makeXrayPhantom(const Vec3& half_m, double spacing_m,
     package.tissues = tissueDefaults().tissues;
     package.elasticity = tissueDefaults().elasticity;
     package.thresholds = tissueDefaults().thresholds;
-    package.ct = patient::CtVolume(grid);
-    package.labels = patient::LabelVolume(grid);
+    package.ct = CtVolume(grid);
+    package.labels = LabelVolume(grid);
     for (std::size_t n = 0; n < package.ct.voxels.size(); ++n) {
         const Index3 i(int(n) % grid.dims.x, int(n) / grid.dims.x % grid.dims.y,
                        int(n) / (grid.dims.x * grid.dims.y));
@@ -160,14 +157,14 @@ patient::Package makeXrayPhantom(const Vec3& half_m, double spacing_m,
 }
 
 patient::Package finerCt(const patient::Package& coarse) {
-    const patient::CtVolume& from = coarse.ct;
+    const CtVolume& from = coarse.ct;
     Grid grid = from.grid;
     grid.dims *= 2;
     grid.spacing_m *= 0.5;
     grid.origin_m -= 0.5 * grid.spacing_m;
     patient::Package fine = coarse;
-    fine.ct = patient::CtVolume(grid);
-    fine.labels = patient::LabelVolume(grid);
+    fine.ct = CtVolume(grid);
+    fine.labels = LabelVolume(grid);
     for (std::size_t n = 0; n < fine.ct.voxels.size(); ++n) {
         const Index3 i(int(n) % grid.dims.x, int(n) / grid.dims.x % grid.dims.y,
                        int(n) / (grid.dims.x * grid.dims.y));

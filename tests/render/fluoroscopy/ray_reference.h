@@ -5,12 +5,10 @@
 #include <functional>
 #include <vector>
 
-#include "patient/contrast.h"
+#include "patient/contrast/contrast.h"
 #include "render/fluoroscopy/fluoroscopy.h"
 
 namespace stylet::test {
-
-using patient::Vec3;
 
 struct XrayLine {
     Vec3 source_m{0.0}, pixel_m{0.0};
@@ -20,7 +18,7 @@ XrayLine xrayLine(const render::FluoroscopyInput&, int column, int row, int pixe
 
 // Along a line through the CT as it is, voxel by voxel: Siddon, "Fast calculation of the exact radiological
 // path for a three-dimensional CT array", Med. Phys. 12, 1985.
-double exactPath(const patient::CtVolume&, const XrayLine&);
+double exactPath(const CtVolume&, const XrayLine&);
 
 // Through the patient as breath and tool have him, with contrast, the nearest voxel at every `step_m`.
 struct XrayPatient {

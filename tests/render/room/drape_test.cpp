@@ -13,8 +13,8 @@ class DrapeTest : public testing::Test {
   protected:
     // The trunk's outline, as makeTrunk draws it, is found in its voxels.
     bool body(const Vec3& p) const {
-        const patient::Grid& grid = package.ct.grid;
-        const patient::Index3 i = grid.nearest(p);
+        const Grid& grid = package.ct.grid;
+        const Index3 i = grid.nearest(p);
         return grid.contains(i) && double(package.ct.voxels[grid.offset(i)]) >= package.thresholds.t0_hu;
     }
     Vec3 flank() const {

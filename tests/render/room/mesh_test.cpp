@@ -9,7 +9,7 @@
 #include <iterator>
 #include <random>
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/render/pictures.h"
 #include "tests/support/temp_folder.h"
 
@@ -81,7 +81,7 @@ class MeshFile : public testing::Test {
     std::string refusal(const std::string& text) {
         try {
             load(text);
-        } catch (const patient::DataError& e) {
+        } catch (const DataError& e) {
             return e.what();
         }
         return "";
@@ -182,7 +182,7 @@ TEST_F(MeshFile, RefusesEveryLie) {
     EXPECT_NE(refusal(replaced(kTriangle, "URI", "data:application/octet-stream;base64,AAAA")), "");
     EXPECT_NE(refusal(""), "");
     EXPECT_NE(refusal("{"), "");
-    EXPECT_THROW(loadMesh(folder_ / "absent.glb"), patient::DataError);
+    EXPECT_THROW(loadMesh(folder_ / "absent.glb"), DataError);
 }
 
 // HZ-RECORD-14

@@ -32,7 +32,7 @@ TEST(AcousticVoxels, PackAndUnpackAgree) {
 }
 
 double borderOf(const test::EncodedPatient& patient, const Vec3& p) {
-    const patient::Index3 cell = patient.grid.nearest(p);
+    const Index3 cell = patient.grid.nearest(p);
     const AcousticVoxel v = unpack(patient.voxels[patient.grid.offset(cell)]);
     if (!v.border) return 1e9;
     return (v.near - glm::dot(v.normal, patient.grid.toVoxels(p) - Vec3(cell))) * patient.grid.spacing_m.x;
@@ -53,7 +53,7 @@ TEST(AcousticVoxels, PlanesFollowASurfaceWithoutSteps) {
         const double z = 1.0 - 2.0 * (k + 0.5) / 2000, angle = k * 2.399963;
         const Vec3 out(std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
         const Vec3 p = centre + radius * out;
-        const patient::Index3 cell = encoded.grid.nearest(p);
+        const Index3 cell = encoded.grid.nearest(p);
         const AcousticVoxel v = unpack(encoded.voxels[encoded.grid.offset(cell)]);
         ASSERT_TRUE(v.border);
         const bool liver = test::soundTable().acoustics[std::size_t(v.tissue)].name == "liver";

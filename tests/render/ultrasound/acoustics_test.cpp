@@ -33,7 +33,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 std::string acousticsRefusal(const std::string& text) {
     try {
         parseAcoustics("tissues.toml", text);
-    } catch (const patient::DataError& e) {
+    } catch (const DataError& e) {
         return e.what();
     }
     return "";
@@ -129,9 +129,9 @@ TEST(Acoustics, RefusesWhatItCannotMean) {
 
 TEST(Acoustics, AFileThatIsNotThereIsNamed) {
     const test::TempFolder folder;
-    EXPECT_THROW(loadAcoustics(folder / "none.toml"), patient::DataError);
+    EXPECT_THROW(loadAcoustics(folder / "none.toml"), DataError);
     std::ofstream(folder / "big.toml") << std::string(2 << 20, '#');
-    EXPECT_THROW(loadAcoustics(folder / "big.toml"), patient::DataError);
+    EXPECT_THROW(loadAcoustics(folder / "big.toml"), DataError);
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ struct Scanner {
 
 Point Scanner::pointAt(const Vec3& reference, const Vec3& direction) const {
     Point point;
-    const patient::Index3 cell = patient.grid.nearest(reference);
+    const Index3 cell = patient.grid.nearest(reference);
     AcousticVoxel voxel;
     voxel.tissue = table.air;
     if (patient.grid.contains(cell)) voxel = unpack(patient.voxels[patient.grid.offset(cell)]);

@@ -13,7 +13,7 @@
 namespace stylet::test {
 
 struct EncodedPatient {
-    patient::Grid grid;
+    Grid grid;
     std::vector<std::uint32_t> voxels;
 };
 EncodedPatient encode(const patient::Patient&, const render::AcousticTable&);
@@ -24,7 +24,7 @@ struct ReferenceScan {
     std::vector<double> envelope;  // line after line
 };
 
-using Undeform = std::function<render::Vec3(const render::Vec3&)>;  // patient frame to reference
+using Undeform = std::function<Vec3(const Vec3&)>;  // patient frame to reference
 
 // Without electronic noise, every line in full contact.
 ReferenceScan referenceScan(const EncodedPatient&, const render::AcousticTable&, const Undeform&,

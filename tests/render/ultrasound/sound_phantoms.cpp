@@ -43,10 +43,9 @@ patient::Package soundBlock(const Vec3& half_m, double depth_m, double spacing_m
     package.name = "sound phantom";
     package.tissues = tissueDefaults().tissues;
     package.thresholds = tissueDefaults().thresholds;
-    patient::Grid grid;
+    Grid grid;
     grid.spacing_m = Vec3(spacing_m);
-    grid.dims =
-        patient::Index3(glm::round(Vec3(2.0 * half_m.x, 2.0 * half_m.y, depth_m + front_m) / spacing_m));
+    grid.dims = Index3(glm::round(Vec3(2.0 * half_m.x, 2.0 * half_m.y, depth_m + front_m) / spacing_m));
     grid.origin_m = Vec3(-half_m.x, -half_m.y, -front_m) + 0.5 * grid.spacing_m;
     const AcousticTable table = soundTable();
     for (std::size_t i = 0; i < table.acoustics.size(); ++i) {
@@ -55,12 +54,12 @@ patient::Package soundBlock(const Vec3& half_m, double depth_m, double spacing_m
         label.name = table.acoustics[i].name;
         package.label_table.push_back(label);
     }
-    package.ct = patient::CtVolume(grid, 40);
-    package.labels = patient::LabelVolume(grid);
+    package.ct = CtVolume(grid, 40);
+    package.labels = LabelVolume(grid);
     for (int z = 0; z < grid.dims.z; ++z)
         for (int y = 0; y < grid.dims.y; ++y)
             for (int x = 0; x < grid.dims.x; ++x) {
-                const patient::Index3 i(x, y, z);
+                const Index3 i(x, y, z);
                 const std::string name = grid.centre(i).z < 0.0 ? "air" : tissueAt(grid.centre(i));
                 const auto found = std::find_if(package.label_table.begin(), package.label_table.end(),
                                                 [&](const patient::Label& l) { return l.name == name; });

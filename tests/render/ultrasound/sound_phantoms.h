@@ -19,8 +19,8 @@ render::AcousticTable mirrorTable();
 
 // A block with x and y within +-half_m and z from -5 mm to depth_m; air before z = 0. `tissueAt` names what
 // lies at a voxel's centre. Fills the label table of soundTable().
-patient::Package soundBlock(const patient::Vec3& half_m, double depth_m, double spacing_m,
-                            const std::function<std::string(const patient::Vec3&)>& tissueAt);
+patient::Package soundBlock(const Vec3& half_m, double depth_m, double spacing_m,
+                            const std::function<std::string(const Vec3&)>& tissueAt);
 // Layers along +z from z = 0; the last one to the block's end.
 patient::Package soundLayers(const std::vector<std::pair<std::string, double>>& layers_m, double depth_m,
                              double spacing_m);

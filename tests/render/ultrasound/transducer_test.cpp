@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "patient/package.h"
+#include "patient/package/package.h"
 #include "tests/render/pictures.h"
 
 namespace stylet::render {
@@ -20,7 +20,7 @@ constexpr char kGoodTransducer[] =
 std::string transducerRefusal(const std::string& text) {
     try {
         parseTransducer("probe.toml", text);
-    } catch (const patient::DataError& e) {
+    } catch (const DataError& e) {
         return e.what();
     }
     return "";
@@ -54,8 +54,8 @@ TEST(Transducers, TheShippedOnesAreTheModels) {
 TEST(Transducers, LinesFanOutFromTheFace) {
     const Transducer convex;
     const ScanLine middle = scanLine(convex, 0.0), edge = scanLine(convex, 1.0);
-    EXPECT_EQ(middle.origin_m, patient::Vec3(0.0));
-    EXPECT_EQ(middle.direction, patient::Vec3(0, 0, 1));
+    EXPECT_EQ(middle.origin_m, Vec3(0.0));
+    EXPECT_EQ(middle.direction, Vec3(0, 0, 1));
     EXPECT_NEAR(edge.direction.x, 0.5, 1e-6);
     EXPECT_NEAR(edge.origin_m.x, 0.030, 1e-6);
     EXPECT_NEAR(edge.origin_m.z, -0.060 * (1.0 - std::sqrt(0.75)), 1e-6);
@@ -63,7 +63,7 @@ TEST(Transducers, LinesFanOutFromTheFace) {
     Transducer linear;
     linear.shape = TransducerShape::linear;
     EXPECT_NEAR(scanLine(linear, -1.0).origin_m.x, -0.020, 1e-12);
-    EXPECT_EQ(scanLine(linear, 1.0).direction, patient::Vec3(0, 0, 1));
+    EXPECT_EQ(scanLine(linear, 1.0).direction, Vec3(0, 0, 1));
 }
 
 TEST(Transducers, TheBeamIsNarrowestAtItsFocusAndForHigherPitch) {

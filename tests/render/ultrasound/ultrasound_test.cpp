@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "patient/vessel_flow.h"
+#include "patient/contrast/vessel_flow.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 #include "tests/render/ultrasound/scan_reference.h"
@@ -316,7 +316,7 @@ class DopplerTest : public UltrasoundTest {
     // Blood along the probe's +z in a block of the liver, at 50 mm.
     void flowAt(double speed_m_per_s) {
         patient::VesselFlow flow;
-        flow.grid.dims = patient::Index3(40);
+        flow.grid.dims = Index3(40);
         flow.grid.spacing_m = Vec3(0.0005);
         flow.grid.origin_m = *atTheFlank().patient_from_probe * Vec3(0.0, 0.0, 0.050) - Vec3(0.010);
         flow.scale_m_per_s = 2.0;

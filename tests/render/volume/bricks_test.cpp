@@ -12,8 +12,6 @@
 namespace stylet::render {
 namespace {
 
-using patient::Index3;
-
 TEST(Bricks, DistanceIsTheChessboardDistance) {
     BrickGrid grid(Index3(13, 9, 11) * kBrickVoxels);
     std::mt19937 random(7);
@@ -67,11 +65,9 @@ TEST(Bricks, SeenThroughTheBreathNothingVisibleIsLeaptOver) {
         std::uniform_real_distribution<double> any(0.0, 1.0);
         int visible = 0;
         for (int i = 0; i < 200000; ++i) {
-            const patient::Vec3 in_voxels =
-                patient::Vec3(any(random), any(random), any(random)) * patient::Vec3(dims) - 0.5;
-            const patient::Vec3 p = package.ct.grid.origin_m + package.ct.grid.spacing_m * in_voxels;
-            const patient::Vec3 source =
-                package.ct.grid.toVoxels(referenceFromDeformed(package.motion, breath, p));
+            const Vec3 in_voxels = Vec3(any(random), any(random), any(random)) * Vec3(dims) - 0.5;
+            const Vec3 p = package.ct.grid.origin_m + package.ct.grid.spacing_m * in_voxels;
+            const Vec3 source = package.ct.grid.toVoxels(referenceFromDeformed(package.motion, breath, p));
             const Index3 from = (Index3(glm::floor(source + 0.5))) / kBrickVoxels;
             if (!package.ct.grid.contains(Index3(glm::floor(source + 0.5)))) continue;
             const Index3 to = Index3(glm::floor(in_voxels + 0.5)) / kBrickVoxels;

@@ -3,14 +3,13 @@
 #include <array>
 #include <cstring>
 
-#include "render/descriptors.h"
-#include "render/pipelines.h"
+#include "render/gpu/descriptors.h"
+#include "render/gpu/pipelines.h"
 
 namespace stylet::test {
 namespace {
 
 using render::Gpu;
-using render::Vec3;
 
 constexpr std::uint32_t kShader[] =
 #include "tests/render/volume/deform_points.inc"

@@ -8,7 +8,7 @@
 namespace stylet::test {
 
 // For each point of the deformed patient where the tables say that it came from.
-std::vector<render::Vec3> referenceOnGpu(const render::Gpu&, render::DeformedPatient&,
-                                         const std::vector<render::Vec3>& deformed_m);
+std::vector<Vec3> referenceOnGpu(const render::Gpu&, render::DeformedPatient&,
+                                 const std::vector<Vec3>& deformed_m);
 
 }  // namespace stylet::test

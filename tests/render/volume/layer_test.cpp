@@ -92,7 +92,7 @@ TEST_P(LayerTest, TheSubmittedDepthIsThatOfTheSurfaceSeen) {
 }
 
 TEST_P(LayerTest, TheSubmittedDepthIsTheNeedlesWhereItIsInFront) {
-    const patient::Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
+    const Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
     scene.patient_from_needle = Pose{across, Vec3(-0.09, 0.0, 0.1)};
     draw();
     EXPECT_NEAR(depthAt(kLayerPictureSize / 2, kLayerPictureSize / 2), kBallDistance_m - 0.1, 0.002);
@@ -104,7 +104,7 @@ TEST_P(LayerTest, TheSubmittedDepthIsTheNeedlesWhereItIsInFront) {
 
 TEST_P(LayerTest, WithoutAPatientTheDepthIsThatOfTheThings) {
     renderer.emplace(*gpu, RenderSettings{.volume_path = GetParam()}, test::assetsFolder());
-    const patient::Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
+    const Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
     scene.patient_from_needle = Pose{across, Vec3(-0.09, 0.0, 0.1)};
     draw();
     EXPECT_NEAR(depthAt(kLayerPictureSize / 2, kLayerPictureSize / 2), kBallDistance_m - 0.1, 0.002);
@@ -112,7 +112,7 @@ TEST_P(LayerTest, WithoutAPatientTheDepthIsThatOfTheThings) {
 }
 
 TEST_P(LayerTest, FewerPixelsSaveRaysAndKeepTheEdgesOfWhatStandsInFront) {
-    const patient::Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
+    const Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
     scene.patient_from_needle = Pose{across, Vec3(-0.168, 0.0, 0.1)};
     const auto full = drawWith({.close_up = false});
     const std::uint64_t rays = stats.rays;
@@ -220,7 +220,7 @@ TEST_P(LayerTest, ToolsCastTheLampsShadowOnTheSkin) {
         scene.room.lamp = lamp;
         scene.patient_from_needle.reset();
         const Image without = draw()[0];
-        const patient::Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
+        const Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
         scene.patient_from_needle = Pose{across, Vec3(-0.05, 0.050, 0.042)};
         const Image with = draw()[0];
         std::size_t changed = 0;

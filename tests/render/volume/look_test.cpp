@@ -31,7 +31,7 @@ class LookFile : public testing::Test {
     std::string refusal(const std::string& text) {
         try {
             load(text);
-        } catch (const patient::DataError& e) {
+        } catch (const DataError& e) {
             return e.what();
         }
         return "";
@@ -96,7 +96,7 @@ TEST_F(LookFile, SmoothingKeepsTheSumAndDoesNotDependOnThreads) {
     const Palette palette = resolve(
         load(std::string(kSurface) + kCurve + "[[rule]]\ntissue = \"liver\"\nextinction_per_mm = 2\n"),
         patient);
-    const patient::Index3 dims = package.ct.grid.dims;
+    const Index3 dims = package.ct.grid.dims;
     std::vector<std::byte> one(package.ct.grid.voxelCount() * 4), two = one;
     classifyPlanes(patient, palette, 0, dims.z, one.data(), 1);
     classifyPlanes(patient, palette, 0, 7, two.data(), 2);

@@ -29,7 +29,7 @@ float onScreen(float linear) {
 MarchCase::MarchCase(const patient::Patient& patient, const LookStyle& style)
     : MarchCase(patient.grid(), classifiedOf(patient, style), style) {}
 
-MarchCase::MarchCase(const patient::Grid& its_grid, std::vector<std::byte> texels, const LookStyle& style)
+MarchCase::MarchCase(const Grid& its_grid, std::vector<std::byte> texels, const LookStyle& style)
     : look(style), grid(its_grid), rgba(std::move(texels)), bricks(grid.dims), volume(grid.dims) {
     markOccupied(bricks, grid.dims, 0, grid.dims.z, rgba.data());
     brick_distance = leapDistances(bricks);

@@ -1,7 +1,7 @@
 // A patient classified in host memory and what a march of him reads, without a GPU.
 #pragma once
 
-#include "render/uniforms.h"
+#include "render/frame/uniforms.h"
 #include "render/volume/bricks.h"
 #include "render/volume/march.h"
 
@@ -9,7 +9,7 @@ namespace stylet::test {
 
 struct MarchCase {
     render::LookStyle look;
-    patient::Grid grid;
+    Grid grid;
     std::vector<std::byte> rgba;  // as classified.h makes it
     render::BrickGrid bricks;
     std::vector<std::uint32_t> brick_distance;
@@ -17,7 +17,7 @@ struct MarchCase {
 
     MarchCase(const patient::Patient&, const render::LookStyle&);
     // Of texels made by hand.
-    MarchCase(const patient::Grid&, std::vector<std::byte> rgba, const render::LookStyle&);
+    MarchCase(const Grid&, std::vector<std::byte> rgba, const render::LookStyle&);
 
     // Of the patient where his own frame is the stage's.
     render::gpu::FrameUniforms frame(const std::array<render::View, 2>&, std::uint32_t width,

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "patient/parallel.h"
+#include "base/parallel.h"
 
 namespace stylet::test {
 namespace {
@@ -27,7 +27,7 @@ dvec4 storedAt(const MarchCase& c, const dvec3& v) {
     dvec4 sum(0.0);
     for (int corner = 0; corner < 8; ++corner) {
         const dvec3 side(corner & 1, (corner >> 1) & 1, corner >> 2);
-        const patient::Index3 i(low + side);
+        const Index3 i(low + side);
         if (!c.grid.contains(i)) continue;
         const dvec3 w = side * f + (1.0 - side) * (1.0 - f);
         const std::byte* texel = c.rgba.data() + 4 * c.grid.offset(i);
@@ -141,7 +141,7 @@ Layer referenceLayer(const MarchCase& c, const gpu::FrameUniforms& frame, const 
     const std::size_t pixels = std::size_t(layer.width) * layer.height;
     layer.colour.resize(2 * pixels);
     layer.depth_m.resize(2 * pixels);
-    patient::parallelFor(2, 2 * layer.height, [&](std::size_t line) {
+    parallelFor(2, 2 * layer.height, [&](std::size_t line) {
         const std::size_t eye = line / layer.height, y = line % layer.height;
         for (std::size_t x = 0; x < layer.width; ++x) {
             const dvec2 at((double(x) + 0.5) / layer.width, (double(y) + 0.5) / layer.height);

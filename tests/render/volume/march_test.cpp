@@ -25,12 +25,12 @@ LookStyle plainLook(double full_per_m) {
 }
 
 // A cube of voxels of 1 mm, centred on the origin; `stored` gives a voxel's stored opacity, 0..255.
-MarchCase cube(int voxels, const LookStyle& look, const std::function<int(const patient::Index3&)>& stored) {
-    patient::Grid grid;
-    grid.dims = patient::Index3(voxels);
+MarchCase cube(int voxels, const LookStyle& look, const std::function<int(const Index3&)>& stored) {
+    Grid grid;
+    grid.dims = Index3(voxels);
     grid.origin_m = Vec3(-0.0005 * (voxels - 1));
     std::vector<std::byte> rgba(grid.voxelCount() * 4);
-    patient::Index3 i;
+    Index3 i;
     for (i.z = 0; i.z < voxels; ++i.z)
         for (i.y = 0; i.y < voxels; ++i.y)
             for (i.x = 0; i.x < voxels; ++i.x)
@@ -75,7 +75,7 @@ TEST(MarchReference, WedgeGrowsAsTheSquareOfWhatIsStored) {
 
 TEST(MarchReference, SphereIsItsChords) {
     const double radius_m = 0.040;
-    const MarchCase ball = cube(96, plainLook(15.0), [&](const patient::Index3& i) {
+    const MarchCase ball = cube(96, plainLook(15.0), [&](const Index3& i) {
         const double r_m = 0.001 * glm::length(Vec3(i) - 47.5);
         return int(std::lround(255.0 * std::sqrt(std::clamp((radius_m - r_m) / 0.001 + 0.5, 0.0, 1.0))));
     });

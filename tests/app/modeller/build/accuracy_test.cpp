@@ -1,5 +1,5 @@
 // Distances and overlaps of boxes whose answers are known.
-#include "app/modeller/build/accuracy.h"
+#include "app/modeller/segmentation/accuracy.h"
 
 #include <gtest/gtest.h>
 
@@ -10,11 +10,9 @@
 namespace stylet::modeller {
 namespace {
 
-using patient::Grid;
-using patient::Index3;
 using test::box;
 
-const Grid kBoxGrid{Index3(40), patient::Vec3(0.002), patient::Vec3(0.0)};
+const Grid kBoxGrid{Index3(40), Vec3(0.002), Vec3(0.0)};
 
 TEST(Accuracy, TheSameIsPerfect) {
     const Mask a = box(kBoxGrid, Index3(10), Index3(19));

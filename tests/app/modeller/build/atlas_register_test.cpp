@@ -3,8 +3,8 @@
 
 #include <cstdlib>
 
-#include "app/modeller/build/accuracy.h"
-#include "app/modeller/build/atlas.h"
+#include "app/modeller/segmentation/accuracy.h"
+#include "app/modeller/segmentation/atlas.h"
 #include "tests/app/modeller/build/torso_from_seed.h"
 
 namespace stylet::modeller {
@@ -22,7 +22,7 @@ TEST(AtlasRegistration, LaysAnotherSeedsLiverOverThisOne) {
     other.defaults = test::tissueDefaults();
     patient::Package atlas = patient::synth::makeReferencePatient(other);
     // Another section of another frame.
-    const patient::Vec3 moved(0.03, -0.02, 0.5);
+    const Vec3 moved(0.03, -0.02, 0.5);
     atlas.ct.grid.origin_m += moved;
     atlas.labels.grid.origin_m += moved;
 

@@ -1,17 +1,14 @@
-#include "app/modeller/build/atlas.h"
+#include "app/modeller/segmentation/atlas.h"
 
 #include <gtest/gtest.h>
 
-#include "app/modeller/build/build.h"
+#include "app/modeller/segmentation/build.h"
 #include "tests/app/modeller/build/torso_from_seed.h"
 
 namespace stylet::modeller {
 namespace {
 
-using patient::Index3;
 using patient::Label;
-using patient::LabelVolume;
-using patient::Vec3;
 using patient::synth::Id;
 
 TEST(WholeLiver, HoldsTheVesselsInsideButNotTheTrunks) {

@@ -1,4 +1,4 @@
-#include "app/modeller/build/bones.h"
+#include "app/modeller/segmentation/bones.h"
 
 #include <gtest/gtest.h>
 
@@ -10,13 +10,11 @@
 namespace stylet::modeller {
 namespace {
 
-using patient::CtVolume;
-using patient::Index3;
 using patient::synth::Id;
 
 // Muscle with an upright shaft of bone, 14 mm wide, around marrow as dark as fat, in front, and a kidney.
 CtVolume shaftAndKidney() {
-    CtVolume ct({Index3(80, 80, 40), patient::Vec3(0.001), patient::Vec3(0.0)}, 55);
+    CtVolume ct({Index3(80, 80, 40), Vec3(0.001), Vec3(0.0)}, 55);
     for (int z = 0; z < 40; ++z)
         for (int y = 0; y < 80; ++y)
             for (int x = 0; x < 80; ++x) {
@@ -37,7 +35,7 @@ TEST(Bones, CortexIsFilledAndAKidneyIsNone) {
 }
 
 TEST(Bones, NothingBrightIsNoBone) {
-    const CtVolume ct({Index3(30), patient::Vec3(0.002), patient::Vec3(0.0)}, 50);
+    const CtVolume ct({Index3(30), Vec3(0.002), Vec3(0.0)}, 50);
     const Bones b = findBones(ct, Mask(ct.grid, 1));
     EXPECT_EQ(countOf(b.all), 0u);
     EXPECT_TRUE(b.ribs.empty());
@@ -47,7 +45,7 @@ TEST(Bones, NothingBrightIsNoBone) {
 
 // A rod along x in front: bone, then cartilage, then muscle again; another of cartilage alone.
 TEST(Bones, CartilageGoesOnWhereARibEnds) {
-    CtVolume ct({Index3(90, 60, 50), patient::Vec3(0.001), patient::Vec3(0.0)}, 55);
+    CtVolume ct({Index3(90, 60, 50), Vec3(0.001), Vec3(0.0)}, 55);
     Bones b;
     for (Mask* m : {&b.all, &b.spine, &b.ribs_right, &b.ribs_left, &b.sternum})
         *m = Mask(ct.grid);
@@ -66,7 +64,7 @@ TEST(Bones, CartilageGoesOnWhereARibEnds) {
     const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b);
     EXPECT_GT(compare(cartilage, found).dice, 0.85);
     EXPECT_FALSE((found[{50, 45, 35}]));
-    ct.grid.spacing_m = patient::Vec3(0.0015);
+    ct.grid.spacing_m = Vec3(0.0015);
     for (Mask* m : {&b.all, &b.spine, &b.ribs_right, &b.ribs_left, &b.sternum})
         m->grid = ct.grid;
     EXPECT_EQ(countOf(costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b)), 0u);

@@ -5,12 +5,12 @@
 #include <fstream>
 #include <regex>
 
-#include "app/modeller/build/accuracy.h"
-#include "app/modeller/build/build.h"
-#include "app/modeller/build/morphology.h"
-#include "app/modeller/import_map.h"
-#include "app/modeller/section.h"
-#include "patient/nifti.h"
+#include "app/modeller/import/import_map.h"
+#include "app/modeller/import/section.h"
+#include "app/modeller/segmentation/accuracy.h"
+#include "app/modeller/segmentation/build.h"
+#include "app/modeller/segmentation/morphology.h"
+#include "patient/package/nifti.h"
 #include "patient/synth/synth.h"
 #include "tests/support/file_text.h"
 #include "tests/support/temp_folder.h"
@@ -109,7 +109,7 @@ TEST_F(BuildRun, ACorrectedStageIsTakenAndTheNextAreDoneAnew) {
     ASSERT_NE(at, names.end());
     const int before = int(at - names.begin());
     const fs::path labels = stage((before + 1 < 10 ? "0" : "") + std::to_string(before + 1) + "-organs");
-    patient::LabelVolume mine = patient::readNifti<std::uint8_t>(labels / "labels.nii.gz");
+    LabelVolume mine = patient::readNifti<std::uint8_t>(labels / "labels.nii.gz");
     const Mask spleen = maskOf(mine, "spleen");
     for (std::size_t i = 0; i < mine.voxels.size(); ++i)
         if (spleen.voxels[i]) mine.voxels[i] = 0;
@@ -140,7 +140,7 @@ TEST_F(BuildRun, ACorrectionKeepsTheProvenance) {
         << textOf(folder() / "err");
     EXPECT_NE(patient::loadPackage(folder() / "patient").provenance.find("seed 11"), std::string::npos);
 
-    patient::LabelVolume organs = patient::readNifti<std::uint8_t>(other / "08-organs" / "labels.nii.gz");
+    LabelVolume organs = patient::readNifti<std::uint8_t>(other / "08-organs" / "labels.nii.gz");
     const auto liver = patient::readNifti<std::uint8_t>(other / "05-liver" / "labels.nii.gz");
     std::size_t painted = 0;
     for (std::size_t i = 0; i < liver.voxels.size() && painted < 500; ++i)
@@ -155,7 +155,7 @@ TEST_F(BuildRun, ACorrectionKeepsTheProvenance) {
     EXPECT_GE(gallbladder(), before + painted / 2);
 
     std::ofstream(other / "09-fascia" / "control-points.txt", std::ios::app) << "\n";
-    patient::LabelVolume wall = patient::readNifti<std::uint8_t>(other / "09-fascia" / "labels.nii.gz");
+    LabelVolume wall = patient::readNifti<std::uint8_t>(other / "09-fascia" / "labels.nii.gz");
     wall.voxels[0] = findTarget("fascia")->id;
     patient::writeNifti(other / "09-fascia" / "labels.nii.gz", wall);
     EXPECT_EQ(run(stages), 2);
@@ -180,11 +180,11 @@ TEST_F(BuildRun, ACorrectionKeepsTheProvenance) {
 TEST_F(BuildRun, ALongScanIsCutAboutTheLiver) {
     ASSERT_EQ(status_, 0);
     constexpr int kMore = 50;
-    const patient::CtVolume& ct = truth_->ct;
-    patient::Grid grid = ct.grid;
+    const CtVolume& ct = truth_->ct;
+    Grid grid = ct.grid;
     grid.dims.z += 2 * kMore;
     grid.origin_m.z -= kMore * grid.spacing_m.z;
-    patient::CtVolume tall(grid);
+    CtVolume tall(grid);
     for (int z = 0; z < grid.dims.z; ++z)
         for (int y = 0; y < grid.dims.y; ++y)
             for (int x = 0; x < grid.dims.x; ++x)
@@ -212,7 +212,7 @@ TEST_F(BuildRun, WhatCannotBeSimulatedIsSaidAtTheEnd) {
     EXPECT_EQ(said().find("REFUSED"), std::string::npos) << said();
     fs::copy(folder() / "patient-stages", folder() / "other-stages", fs::copy_options::recursive);
     const auto ct = patient::readNifti<std::int16_t>(folder() / "other-stages" / "ct.nii.gz");
-    patient::writeNifti(folder() / "nothing.nii.gz", patient::LabelVolume(ct.grid));
+    patient::writeNifti(folder() / "nothing.nii.gz", LabelVolume(ct.grid));
     EXPECT_EQ(run("--stages '" + (folder() / "other-stages").string() + "' --stage skin --labels '" +
                   (folder() / "nothing.nii.gz").string() + "'"),
               1)

@@ -1,9 +1,9 @@
 // classes.json as a person edits it.
-#include "app/modeller/build/classes.h"
+#include "app/modeller/segmentation/classes.h"
 
 #include <gtest/gtest.h>
 
-#include "app/modeller/child_process_linux.h"
+#include "app/modeller/image/child_process_linux.h"
 
 namespace stylet::modeller {
 namespace {

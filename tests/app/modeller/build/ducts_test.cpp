@@ -1,17 +1,16 @@
-#include "app/modeller/build/ducts.h"
+#include "app/modeller/segmentation/ducts.h"
 
 #include <gtest/gtest.h>
 
-#include "app/modeller/build/accuracy.h"
-#include "app/modeller/build/morphology.h"
-#include "app/modeller/import_image.h"
+#include "app/modeller/image/import_image.h"
+#include "app/modeller/segmentation/accuracy.h"
+#include "app/modeller/segmentation/morphology.h"
 #include "made_tubes.h"
 #include "torso_from_seed.h"
 
 namespace stylet::modeller {
 namespace {
 
-using patient::Vec3;
 using patient::synth::Id;
 
 // Dilated ducts beside a portal branch.
@@ -66,7 +65,7 @@ TEST(Ducts, GrownOnlyOnRequestAndSaidToBeVirtual) {
 }
 
 TEST(Ducts, OfAReferencePatient) {
-    const patient::CtVolume& ct = test::seededTorso().ct;
+    const CtVolume& ct = test::seededTorso().ct;
     const Mask inside = test::seededTruth({Id::liver, Id::ducts, Id::tumour});
     const Mask truth = test::seededTruth({Id::ducts});
     // Voxels of 2.5 mm: half of the ducts are thinner.

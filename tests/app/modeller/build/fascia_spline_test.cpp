@@ -1,22 +1,18 @@
-#include "app/modeller/build/fascia_spline.h"
+#include "app/modeller/segmentation/fascia_spline.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "app/modeller/build/bones.h"
-#include "app/modeller/build/lungs.h"
-#include "app/modeller/import_image.h"
+#include "app/modeller/image/import_image.h"
+#include "app/modeller/segmentation/bones.h"
+#include "app/modeller/segmentation/lungs.h"
 #include "tests/app/modeller/build/torso_from_seed.h"
 
 namespace stylet::modeller {
 namespace {
 
-using patient::CtVolume;
-using patient::Grid;
-using patient::Index3;
-using patient::Vec3;
 using patient::synth::Id;
 
 FasciaSpline tube(double radius_m) {

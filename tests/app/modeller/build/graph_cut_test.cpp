@@ -1,4 +1,4 @@
-#include "app/modeller/build/graph_cut.h"
+#include "app/modeller/segmentation/graph_cut.h"
 
 #include <gtest/gtest.h>
 
@@ -8,11 +8,8 @@
 namespace stylet::modeller {
 namespace {
 
-using patient::Grid;
-using patient::Index3;
-
 CutProblem problemOf(const Index3& dims) {
-    const Grid g{dims, patient::Vec3(0.001), patient::Vec3(0.0)};
+    const Grid g{dims, Vec3(0.001), Vec3(0.0)};
     CutProblem p;
     p.state = Mask(g, std::uint8_t(CutState::free));
     p.preference = FloatVolume(g);
@@ -75,7 +72,7 @@ TEST(GraphCut, RunsThroughTheWeakestLinkBetweenWhatIsFixed) {
 
 TEST(GraphCut, FindsABallInNoise) {
     CutProblem p = problemOf({24, 24, 24});
-    const auto inside = [](const Index3& i) { return glm::length(patient::Vec3(i) - 11.5) < 8.0; };
+    const auto inside = [](const Index3& i) { return glm::length(Vec3(i) - 11.5) < 8.0; };
     for (int z = 0; z < 24; ++z)
         for (int y = 0; y < 24; ++y)
             for (int x = 0; x < 24; ++x) {

@@ -1,20 +1,16 @@
-#include "app/modeller/build/liver.h"
+#include "app/modeller/segmentation/liver.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "app/modeller/build/liver_border.h"
-#include "app/modeller/build/liver_neighbours.h"
+#include "app/modeller/segmentation/liver_border.h"
+#include "app/modeller/segmentation/liver_neighbours.h"
 #include "tests/app/modeller/build/torso_from_seed.h"
 
 namespace stylet::modeller {
 namespace {
 
-using patient::CtVolume;
-using patient::Grid;
-using patient::Index3;
-using patient::Vec3;
 using patient::synth::Id;
 
 // Fat, 60 x 60 x 50 voxels of 3 mm, with a ball of liver in its middle.

@@ -1,4 +1,4 @@
-#include "app/modeller/build/lungs.h"
+#include "app/modeller/segmentation/lungs.h"
 
 #include <gtest/gtest.h>
 
@@ -9,14 +9,11 @@
 namespace stylet::modeller {
 namespace {
 
-using patient::CtVolume;
-using patient::Grid;
-using patient::Index3;
 using patient::synth::Id;
 
 // A block of tissue, 100 x 60 x 60 voxels of 2 mm.
 CtVolume block() {
-    return CtVolume({Index3(100, 60, 60), patient::Vec3(0.002), patient::Vec3(0.0)}, 50);
+    return CtVolume({Index3(100, 60, 60), Vec3(0.002), Vec3(0.0)}, 50);
 }
 
 void fill(CtVolume& ct, const Index3& low, const Index3& high, std::int16_t hu) {

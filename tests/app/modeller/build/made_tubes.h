@@ -4,17 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/modeller/voxel_tools.h"
+#include "app/modeller/image/voxel_tools.h"
 
 namespace stylet::test {
 
-inline patient::Grid cube(int side) {
-    return {patient::Index3(side), patient::Vec3(0.001), patient::Vec3(0.0)};
+inline Grid cube(int side) {
+    return {Index3(side), Vec3(0.001), Vec3(0.0)};
 }
 
 // The voxels from `low` to `high`, both among them.
-inline modeller::Mask box(const patient::Grid& grid, const patient::Index3& low,
-                          const patient::Index3& high) {
+inline modeller::Mask box(const Grid& grid, const Index3& low, const Index3& high) {
     modeller::Mask mask(grid);
     for (int z = low.z; z <= high.z; ++z)
         for (int y = low.y; y <= high.y; ++y)
@@ -24,8 +23,8 @@ inline modeller::Mask box(const patient::Grid& grid, const patient::Index3& low,
 }
 
 // Metres from a point to the segment a - b.
-inline double toSegment_m(const patient::Vec3& p, const patient::Vec3& a, const patient::Vec3& b) {
-    const patient::Vec3 way = b - a;
+inline double toSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
+    const Vec3 way = b - a;
     const double t = std::clamp(glm::dot(p - a, way) / glm::dot(way, way), 0.0, 1.0);
     return glm::length(p - a - t * way);
 }
@@ -49,12 +48,12 @@ inline double noiseAt(std::size_t voxel) {
 
 // A liver of 112 HU with noise in fat, to be painted into.
 struct MadeLiver {
-    patient::CtVolume ct;
+    CtVolume ct;
     modeller::Mask mask;
 
     explicit MadeLiver(int side, int rim = 6) : ct(cube(side), std::int16_t{-100}), mask(cube(side)) {
         for (std::size_t i = 0; i < ct.voxels.size(); ++i) {
-            const patient::Vec3 p = ct.grid.centre(at(i));
+            const Vec3 p = ct.grid.centre(at(i));
             const double from_border = std::min({p.x, p.y, p.z, 0.001 * (side - 1) - p.x,
                                                  0.001 * (side - 1) - p.y, 0.001 * (side - 1) - p.z});
             mask.voxels[i] = from_border > 0.001 * rim;
@@ -62,12 +61,12 @@ struct MadeLiver {
         }
     }
 
-    patient::Index3 at(std::size_t o) const {
+    Index3 at(std::size_t o) const {
         const auto n = std::size_t(ct.grid.dims.x);
         return {int(o % n), int(o / n % n), int(o / (n * n))};
     }
     // Blends to `hu`; the voxels that it covers by half or more.
-    modeller::Mask tube(const patient::Vec3& a, const patient::Vec3& b, double radius_m, double hu) {
+    modeller::Mask tube(const Vec3& a, const Vec3& b, double radius_m, double hu) {
         modeller::Mask inside(ct.grid);
         for (std::size_t i = 0; i < ct.voxels.size(); ++i) {
             const double share = covered(toSegment_m(ct.grid.centre(at(i)), a, b), radius_m, 0.001);

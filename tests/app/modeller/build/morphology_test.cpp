@@ -1,4 +1,4 @@
-#include "app/modeller/build/morphology.h"
+#include "app/modeller/segmentation/morphology.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,6 @@
 namespace stylet::modeller {
 namespace {
 
-using patient::Grid;
-using patient::Index3;
-using patient::LabelVolume;
 using test::box;
 using test::cube;
 
@@ -55,7 +52,7 @@ TEST(Morphology, SmallPiecesGoAndCavitiesFill) {
 }
 
 TEST(Morphology, TheNearerSeedTakesAVoxelWithinItsSteps) {
-    const Grid g{Index3(11, 1, 1), patient::Vec3(0.001), patient::Vec3(0.0)};
+    const Grid g{Index3(11, 1, 1), Vec3(0.001), Vec3(0.0)};
     const Mask all(g, 1);
     LabelVolume seeds(g);
     seeds[{0, 0, 0}] = 1;

@@ -1,21 +1,17 @@
-#include "app/modeller/build/organs.h"
+#include "app/modeller/segmentation/organs.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <map>
 
-#include "app/modeller/build/fascia_spline.h"
-#include "app/modeller/import_map.h"
+#include "app/modeller/import/import_map.h"
+#include "app/modeller/segmentation/fascia_spline.h"
 #include "tests/app/modeller/build/torso_from_seed.h"
 
 namespace stylet::modeller {
 namespace {
 
-using patient::CtVolume;
-using patient::Grid;
-using patient::Index3;
-using patient::Vec3;
 using patient::synth::Id;
 
 // A box of fat, 240 x 180 x 160 mm, and what is put into it by hand. The canal runs at x = 0, y = 0.

@@ -1,24 +1,21 @@
 // What a build keeps of its stages, and what a person does to it.
-#include "app/modeller/build/stage_store.h"
+#include "app/modeller/segmentation/stage_store.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "app/modeller/child_process_linux.h"
-#include "app/modeller/import_map.h"
-#include "patient/nifti.h"
+#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/import/import_map.h"
+#include "patient/package/nifti.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::modeller {
 namespace {
 
 namespace fs = std::filesystem;
-using patient::CtVolume;
-using patient::Grid;
-using patient::LabelVolume;
 
-const Grid kStageGrid{{12, 10, 8}, patient::Vec3(0.002), patient::Vec3(-0.01, 0.0, 0.03)};
+const Grid kStageGrid{{12, 10, 8}, Vec3(0.002), Vec3(-0.01, 0.0, 0.03)};
 
 struct StageStoreTest : testing::Test {
     void SetUp() override {
@@ -79,7 +76,7 @@ TEST_F(StageStoreTest, AnEditedTextIsNoticed) {
 
 // HZ-TEACH-07
 TEST_F(StageStoreTest, OnAnotherGridOnlyAPersonsTextIsLeft) {
-    const patient::Grid finer{kStageGrid.dims * 2, kStageGrid.spacing_m * 0.5, kStageGrid.origin_m};
+    const Grid finer{kStageGrid.dims * 2, kStageGrid.spacing_m * 0.5, kStageGrid.origin_m};
     EXPECT_FALSE(store.load(7, "liver", finer, "points.txt"));
     std::ofstream(folder() / "points.txt") << "r 13\n";
     const auto again = store.load(7, "liver", finer, "points.txt");
@@ -93,7 +90,7 @@ TEST_F(StageStoreTest, DamageIsNamed) {
     const auto why = [&] {
         try {
             load();
-        } catch (const patient::DataError& e) {
+        } catch (const DataError& e) {
             return std::string(e.what());
         }
         return std::string("nothing");
@@ -112,7 +109,7 @@ TEST_F(StageStoreTest, DamageIsNamed) {
         EXPECT_NE(why().find("stage.json: file: is damaged"), std::string::npos) << text << ": " << why();
     }
     store.keep(7, "liver", result, CtVolume(kStageGrid), targetTable(), "points.txt");
-    patient::writeNifti(folder() / "labels.nii.gz", LabelVolume({{2, 2, 2}, patient::Vec3(0.002), {}}));
+    patient::writeNifti(folder() / "labels.nii.gz", LabelVolume({{2, 2, 2}, Vec3(0.002), {}}));
     EXPECT_NE(why().find("labels.nii.gz: dim:"), std::string::npos) << why();
 }
 

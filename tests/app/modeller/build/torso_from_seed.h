@@ -3,9 +3,9 @@
 
 #include <initializer_list>
 
-#include "app/modeller/build/accuracy.h"
-#include "app/modeller/build/morphology.h"
-#include "app/modeller/import_body.h"
+#include "app/modeller/import/import_body.h"
+#include "app/modeller/segmentation/accuracy.h"
+#include "app/modeller/segmentation/morphology.h"
 #include "patient/synth/labels.h"
 #include "patient/synth/synth.h"
 #include "tests/support/phantom.h"
@@ -30,7 +30,7 @@ inline const modeller::Mask& seededBody() {
 }
 
 inline modeller::Mask seededTruth(std::initializer_list<patient::synth::Id> ids) {
-    const patient::LabelVolume& labels = seededTorso().labels;
+    const LabelVolume& labels = seededTorso().labels;
     const patient::synth::IdSet set = patient::synth::anyOf(ids);
     modeller::Mask m(labels.grid);
     for (std::size_t i = 0; i < m.voxels.size(); ++i)

@@ -1,4 +1,4 @@
-#include "app/modeller/build/tubes.h"
+#include "app/modeller/segmentation/tubes.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,6 @@
 namespace stylet::modeller {
 namespace {
 
-using patient::Index3;
-using patient::Vec3;
 using test::cube;
 
 constexpr int kSide = 41;

@@ -1,20 +1,19 @@
-#include "app/modeller/build/vessels.h"
+#include "app/modeller/segmentation/vessels.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "app/modeller/build/accuracy.h"
-#include "app/modeller/build/morphology.h"
-#include "app/modeller/build/tubes.h"
+#include "app/modeller/segmentation/accuracy.h"
+#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/segmentation/tubes.h"
 #include "made_tubes.h"
 #include "torso_from_seed.h"
 
 namespace stylet::modeller {
 namespace {
 
-using patient::Vec3;
 using patient::synth::Id;
 
 // A vein from the cava behind and a portal branch from a trunk in front, side by side where they meet.
@@ -120,7 +119,7 @@ TEST(Vessels, WithoutCavaTheWidestStemBegins) {
 }
 
 TEST(Vessels, OfAReferencePatient) {
-    const patient::CtVolume& ct = test::seededTorso().ct;
+    const CtVolume& ct = test::seededTorso().ct;
     const Mask inside = test::seededTruth({Id::liver, Id::ducts, Id::tumour});
     const Mask truth = test::seededTruth({Id::portal, Id::hepaticVeins});
     const Mask liver = either(inside, both(truth, closed(inside, 0.006)));

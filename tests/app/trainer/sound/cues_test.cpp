@@ -83,7 +83,7 @@ TEST_F(Listening, AToolIsHeardWhereItIs) {
     snapped.tick.tick += 2;
     const Heard& heard = cues_.take(snapped);
     EXPECT_EQ(heard.begun & bitOf(Sound::click), 0u) << "once";
-    EXPECT_EQ(heard[Sound::click].stage_m, places_.stage_from_patient * patient::Vec3(0.01, 0.02, 0.03));
+    EXPECT_EQ(heard[Sound::click].stage_m, places_.stage_from_patient * Vec3(0.01, 0.02, 0.03));
 }
 
 TEST_F(Listening, ACutAndALayerThatGivesWay) {

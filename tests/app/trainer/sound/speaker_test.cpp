@@ -53,7 +53,7 @@ class Loopback : public testing::Test {
         }
         return all;
     }
-    void begin(Sound sound, float gain, const patient::Vec3& at) {
+    void begin(Sound sound, float gain, const Vec3& at) {
         heard_[sound] = {gain, 1.0f, at};
         heard_.begun |= bitOf(sound);
     }
@@ -98,7 +98,7 @@ TEST_F(Loopback, EarsTellLeftFromRight) {
     EXPECT_GT(rms(left, 0), 2.0 * rms(left, 1));
     render(2.0);
     // The same place, heard by who has turned around.
-    speaker_.listen({patient::Quat(0.0, 0.0, 1.0, 0.0), {}});
+    speaker_.listen({Quat(0.0, 0.0, 1.0, 0.0), {}});
     begin(Sound::chime, 0.5f, {-1.5, 0.0, 0.5});
     const Stereo turned = render(0.3);
     EXPECT_GT(rms(turned, 1), 2.0 * rms(turned, 0));
@@ -115,7 +115,7 @@ TEST_F(Loopback, FartherIsQuieter) {
 // As loud as an attempt ever asks for, all of it in the listener's head, for as long as the longest clip.
 // HZ-USER-03
 TEST_F(Loopback, EverythingAtOnceClipsNothing) {
-    const patient::Pose here{patient::Quat(1.0, 0.0, 0.0, 0.0), {}};
+    const Pose here{Quat(1.0, 0.0, 0.0, 0.0), {}};
     Heard loudest;
     float sum = 0.0f;
     for (int i = 0; i < kSoundCount; ++i) {

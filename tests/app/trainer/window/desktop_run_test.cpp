@@ -15,9 +15,9 @@
 
 #include "app/records/record.h"
 #include "app/records/samples.h"
-#include "app/trainer/hand.h"
-#include "app/trainer/mouse_hand.h"
-#include "app/trainer/staging.h"
+#include "app/trainer/attempt/hand.h"
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/hands/mouse_hand.h"
 #include "app/trainer/window/camera_view.h"
 #include "app/training/attempt_fold.h"
 #include "app/training/procedure.h"
@@ -30,8 +30,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using haptics::Tool;
-using patient::Pose;
-using patient::Vec3;
 using test::Outcome;
 
 // One key press moves or rolls the tool by so much. One step of the wheel is a millimetre.
@@ -66,7 +64,7 @@ class KeyFrame {
 
     Pose patientFromTool(const KeySteps& at, Tool tool) const {
         const double half_rad = 0.5 * kKeyStep_rad * at.rolled;
-        const patient::Quat roll{std::cos(half_rad), 0.0, 0.0, std::sin(half_rad)};
+        const Quat roll{std::cos(half_rad), 0.0, 0.0, std::sin(half_rad)};
         const Pose needle{
             start_.rotation * roll,
             start_.position_m + kKeyStep_m * (patient_from_keys_ * Vec3(at.right, at.up, at.deeper))};
@@ -76,7 +74,7 @@ class KeyFrame {
         const Pose needle = patient_from_tool * heldLike({}, tool, guide_).inverse();
         const Vec3 steps =
             glm::inverse(patient_from_keys_) * (needle.position_m - start_.position_m) / kKeyStep_m;
-        const patient::Quat roll = glm::conjugate(start_.rotation) * needle.rotation;
+        const Quat roll = glm::conjugate(start_.rotation) * needle.rotation;
         return {steps.x, steps.y, steps.z, 2.0 * std::atan(roll.z / roll.w) / kKeyStep_rad};
     }
     // The probe laid on the path's entry, `deeper` steps in, its guide along the path: rolled so that it sees

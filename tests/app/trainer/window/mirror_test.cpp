@@ -15,8 +15,8 @@
 #include <gtest/gtest.h>
 #include <stb/stb_image.h>
 
-#include "app/trainer/frames.h"
-#include "app/trainer/staging.h"
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/display/frames.h"
 #include "app/trainer/window/layout.h"
 #include "app/trainer/window/mirror.h"
 #include "tests/app/trainer/phantom_attempt.h"
@@ -94,7 +94,7 @@ class MirrorTest : public testing::Test {
     // A headset whose head keeps still.
     void putOn() {
         json head = json::array();
-        const patient::Pose pose = stageFromHead(stageFromPatient(patient_, path_), path_, 0.0);
+        const Pose pose = stageFromHead(stageFromPatient(patient_, path_), path_, 0.0);
         const auto& [q, at] = pose;
         head.push_back({{"t_s", 0}, {"position", {at.x, at.y, at.z}}, {"orientation", {q.x, q.y, q.z, q.w}}});
         std::ofstream(folder_ / "scenario.json") << json{

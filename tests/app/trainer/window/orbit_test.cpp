@@ -9,8 +9,6 @@
 namespace stylet::trainer {
 namespace {
 
-using patient::Vec3;
-
 Vec3 eyeOf(const Orbit& o) {
     return viewOf(o, 1.0).stage_from_eye.position_m;
 }

@@ -19,8 +19,8 @@ EyeGiven eyeBefore(bool facing) {
         eye.image.rgba[4 * i + 3] = 255;
     const float angle = float(std::atan(1.0));
     eye.view = {{}, -angle, angle, angle, -angle};
-    eye.screens[0] = {{patient::Quat(1.0, 0.0, 0.0, 0.0), {0.0, 0.0, -2.0}}, 2.0, 1.0};
-    if (!facing) eye.screens[0].stage_from_screen.rotation = patient::Quat(0.0, 0.0, 1.0, 0.0);
+    eye.screens[0] = {{Quat(1.0, 0.0, 0.0, 0.0), {0.0, 0.0, -2.0}}, 2.0, 1.0};
+    if (!facing) eye.screens[0].stage_from_screen.rotation = Quat(0.0, 0.0, 1.0, 0.0);
     return eye;
 }
 

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "haptics/devices/bridge.h"
+#include "haptics/devices/bridge/bridge.h"
 #include "tests/support/bridge_simulated.h"
 #include "tests/support/constants.h"
 #include "tests/support/stepped_clock.h"

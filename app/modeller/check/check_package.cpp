@@ -1,0 +1,443 @@
+#include "app/modeller/check/check_package.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "app/modeller/image/voxel_tools.h"
+#include "base/format.h"
+#include "base/traversal.h"
+#include "patient/motion/motion_interface.h"
+#include "patient/package/motion_io.h"
+#include "patient/planning/planning.h"
+
+namespace stylet::modeller {
+
+using patient::Label;
+using patient::Package;
+using patient::Patient;
+using patient::Tissue;
+
+namespace {
+
+constexpr double kAny = std::numeric_limits<double>::infinity();
+
+// A sample of all lines that a needle could take from skin to liver, with this spacing of entries and
+// targets. Some 250,000 lines, enough to detect a hole of 3 x 3 mm.
+constexpr double kEntries_m = 0.012, kTargets_m = 0.020, kNeedle_m = 0.150;
+
+struct Range {
+    double low = -kAny, high = kAny;
+};
+
+// The measurements that the checks use, made once.
+struct Measured {
+    const Package& package;
+    Patient patient;
+    std::array<double, 256> voxels{}, hu{};  // of each id: count and sum
+    std::array<Vec3, 256> places{};          // of each id: sum of the centres
+    double body_voxels = 0.0;
+    Vec3 body_places{0.0};
+
+    explicit Measured(const Package& p) : package(p), patient(p) {
+        const Grid& g = p.labels.grid;
+        for (int z = 0; z < g.dims.z; ++z)
+            for (int y = 0; y < g.dims.y; ++y)
+                for (int x = 0; x < g.dims.x; ++x) {
+                    const std::size_t n = g.offset({x, y, z});
+                    const std::uint8_t id = p.labels.voxels[n];
+                    const Vec3 place = g.centre({x, y, z});
+                    ++voxels[id], hu[id] += p.ct.voxels[n], places[id] += place;
+                    if (inBody({x, y, z})) ++body_voxels, body_places += place;
+                }
+    }
+    double voxel_ml() const {
+        const Vec3 s = package.labels.grid.spacing_m;
+        return 1e6 * s.x * s.y * s.z;
+    }
+    bool inBody(const Index3& i) const { return patient.at(i, {}).tissue != Tissue::air; }
+
+    struct Sum {
+        double voxels = 0.0, hu = 0.0;
+        Vec3 places{0.0};
+        double mean_hu() const { return hu / voxels; }
+        Vec3 centre() const { return places / voxels; }
+    };
+    template <typename Wanted>
+    Sum sum(const Wanted& wanted) const {
+        Sum s;
+        for (const Label& l : package.label_table)
+            if (wanted(l)) s.voxels += voxels[l.id], s.hu += hu[l.id], s.places += places[l.id];
+        return s;
+    }
+    Sum sum(Tissue t) const {
+        return sum([t](const Label& l) { return l.tissue == t; });
+    }
+    Sum named(std::string_view name) const {
+        return sum([name](const Label& l) { return l.name == name; });
+    }
+};
+
+// The whole liver, as surgeons define it: including the vessels and ducts inside it.
+bool isWholeLiver(const Label& l) {
+    return l.tissue == Tissue::liver ||
+           (l.abdominal && (l.tissue == Tissue::vessel || l.tissue == Tissue::duct));
+}
+
+std::string number(double v) {
+    return formatted("%.4g", v);
+}
+
+std::string whole(double count) {
+    return std::to_string(std::llround(count));
+}
+
+class Findings {
+  public:
+    enum Grade { warned, refused };
+
+    // Adds a finding if the value is outside the range. NaN is always outside.
+    void expect(Grade grade, const std::string& what, double value, const std::string& unit, Range range,
+                const std::string& reason) {
+        if (value >= range.low && value <= range.high) return;
+        const std::string low = number(range.low), high = number(range.high);
+        const std::string expected = std::isinf(range.high)  ? "at least " + low
+                                     : std::isinf(range.low) ? "at most " + high
+                                     : low == high           ? low
+                                                             : low + " to " + high;
+        add(grade, what, number(value) + " " + unit, expected + " " + unit, reason);
+    }
+    void add(Grade grade, const std::string& what, const std::string& value, const std::string& expected,
+             const std::string& reason) {
+        list.push_back({grade == refused, what, value, expected, reason});
+    }
+
+    std::vector<Finding> list;
+};
+using enum Findings::Grade;
+
+void checkGrid(const Grid& g, Findings& f) {
+    const char* const axes[] = {"voxel size in x", "voxel size in y", "voxel size in z"};
+    for (int d = 0; d < 3; ++d) {
+        const double mm = 1e3 * g.spacing_m[d];
+        if (!(mm >= 0.3 && mm <= 5.0))
+            f.expect(refused, axes[d], mm, "mm", {0.3, 5.0},
+                     "coarser loses the fascia and every duct, finer no trainer holds in memory");
+        else
+            f.expect(warned, axes[d], mm, "mm", {0.3, 2.5}, "a dilated duct is 3 mm wide");
+    }
+}
+
+// Checks every tissue that a needle can meet, by label or by threshold.
+void checkTissues(const Measured& m, Findings& f) {
+    std::array<bool, patient::kTissueCount> met{};
+    for (const Tissue t : {Tissue::skin, Tissue::soft, Tissue::bone})
+        met[std::size_t(t)] = true;
+    for (const Label& l : m.package.label_table)
+        met[std::size_t(l.tissue)] = true;
+    met[std::size_t(Tissue::air)] = false;
+    for (int t = 0; t < patient::kTissueCount; ++t) {
+        if (!met[std::size_t(t)]) continue;
+        const patient::TissueRow& row = m.package.tissues[std::size_t(t)];
+        const std::string name = "tissue " + std::string(tissueName(Tissue(t)));
+        f.expect(refused, name + ", stiffness_n_per_m", row.stiffness_n_per_m, "N/m", {1.0, 1e6},
+                 "without a stiffness nothing is felt");
+        f.expect(refused, name + ", cut_force_n", row.cut_force_n, "N", {0.01, kAny},
+                 "without a force to cut it the needle falls through");
+        f.expect(refused, name + ", young_pa", m.package.elasticity[std::size_t(t)].young_pa, "Pa",
+                 {10.0, kAny}, "without an elasticity it cannot be palpated");
+    }
+    const patient::Thresholds& t = m.package.thresholds;
+    const char* const why = "air < t0 <= skin < t1 <= soft < t2 <= bone, and past the fascia t2 is no lower";
+    f.expect(refused, "threshold t1 above t0", t.t1_hu - t.t0_hu, "HU", {1.0, kAny}, why);
+    f.expect(refused, "threshold t2 above t1", t.t2_sensitive_hu - t.t1_hu, "HU", {1.0, kAny}, why);
+    f.expect(refused, "threshold t2 past the fascia, above the one outside",
+             t.t2_specific_hu - t.t2_sensitive_hu, "HU", {0.0, kAny}, why);
+}
+
+void checkLabels(const Measured& m, Findings& f) {
+    for (int id = 1; id < 256; ++id)
+        if (m.voxels[std::size_t(id)] > 0.0 && !m.patient.label(std::uint8_t(id)))
+            f.add(refused, "label " + std::to_string(id),
+                  whole(m.voxels[std::size_t(id)]) + " voxels without an entry in the label table", "none",
+                  "what it is made of is unknown");
+}
+
+// Checks the structures that a puncture needs.
+void checkStructures(const Measured& m, Findings& f) {
+    const auto has = [&](Findings::Grade grade, const std::string& what, double voxels, const char* why) {
+        f.expect(grade, what, voxels * m.voxel_ml(), "ml", {m.voxel_ml(), kAny}, why);
+    };
+    has(refused, "skin", m.sum(Tissue::skin).voxels, "a needle begins at the skin");
+    has(refused, "liver", m.sum(Tissue::liver).voxels, "without a liver there is nothing to puncture");
+    has(refused, "fascia", m.sum(Tissue::fascia).voxels, "it is felt, and past it other thresholds hold");
+    const double right = m.named("right lung").voxels, left = m.named("left lung").voxels;
+    if (right + left == 0.0) {
+        has(refused, "lungs", 0.0, "they lie in the way of a puncture between the ribs, and are its risk");
+    } else {
+        has(warned, "right lung", right, "it lies in the way of a puncture between the ribs");
+        has(warned, "left lung", left, "one lung alone is a rare finding");
+    }
+    has(warned, "bone", m.sum(Tissue::bone).voxels, "where no rib is labelled, thresholds alone decide");
+    has(warned, "vessels", m.sum(Tissue::vessel).voxels, "no path is judged by what it could bleed from");
+}
+
+void checkValues(const Measured& m, Findings& f) {
+    const auto mean = [&](Findings::Grade grade, const std::string& what, const Measured::Sum& s, Range range,
+                          const char* why) {
+        if (s.voxels > 0.0) f.expect(grade, "mean of " + what, s.mean_hu(), "HU", range, why);
+    };
+    mean(refused, "liver", m.sum(Tissue::liver), {-20.0, 180.0},
+         "59 +- 11 without contrast medium (Boyce et al. 2010), less with fat in it, 100 to 120 with medium "
+         "(Bae 2010); else the labels or the values are wrong");
+    mean(refused, "bone", m.sum(Tissue::bone), {100.0, 1000.0},
+         "marrow 80 to 200, cortex above 700 (Schreiber et al. 2011); else the labels or the values are "
+         "wrong");
+    mean(refused, "lungs",
+         m.sum([](const Label& l) { return l.name == "right lung" || l.name == "left lung"; }),
+         {-960.0, -400.0},
+         "-850 to -750 (Gevenois et al. 1996), denser where ill; else the labels or the values are wrong");
+    const Measured::Sum blood = m.sum(Tissue::vessel);
+    mean(warned, "vessels", blood, {20.0, 500.0}, "blood 40 without contrast medium, 300 to 400 in arteries");
+    if (blood.voxels > 0.0)
+        f.expect(warned, "threshold of bone past the fascia", m.package.thresholds.t2_specific_hu, "HU",
+                 {blood.mean_hu(), kAny}, "the vessels' mean: an unlabelled vessel would be felt as bone");
+}
+
+// Checks that the patient matches the RAS axes; otherwise left and right could be swapped.
+void checkPlaces(const Measured& m, Findings& f) {
+    const Vec3 liver = m.sum(Tissue::liver).centre();
+    f.expect(refused, "liver to the right of the body's middle",
+             1e3 * (liver.x - m.body_places.x / m.body_voxels), "mm", {0.0, kAny},
+             "a mirrored image (or a situs inversus, which the right flank gives no access to)");
+    const Measured::Sum lungs =
+        m.sum([](const Label& l) { return l.name == "right lung" || l.name == "left lung"; });
+    if (lungs.voxels > 0.0)
+        f.expect(refused, "lungs above the liver", 1e3 * (lungs.centre().z - liver.z), "mm", {0.0, kAny},
+                 "the image stands on its head");
+    const Measured::Sum spine =
+        m.sum([](const Label& l) { return l.name == "spine" || l.name == "spinal canal"; });
+    if (spine.voxels > 0.0)
+        f.expect(refused, "liver in front of the spine", 1e3 * (liver.y - spine.centre().y), "mm",
+                 {0.0, kAny}, "front and back are exchanged");
+}
+
+Mask maskOfPackage(const Package& p, bool (*wanted)(const Label&)) {
+    std::array<std::uint8_t, 256> in{};
+    for (const Label& l : p.label_table)
+        in[l.id] = wanted(l);
+    Mask mask(p.labels.grid);
+    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
+        mask.voxels[i] = in[p.labels.voxels[i]];
+    return mask;
+}
+
+void checkCropping(const Mask& liver, Findings& f) {
+    const Grid& g = liver.grid;
+    double sides = 0.0;
+    std::vector<double> slices(std::size_t(g.dims.z), 0.0);
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                if (!liver[{x, y, z}]) continue;
+                ++slices[std::size_t(z)];
+                sides += x == 0 || y == 0 || x + 1 == g.dims.x || y + 1 == g.dims.y;
+            }
+    const double most = *std::max_element(slices.begin(), slices.end());
+    const auto cut = [&](const char* what, double slice) {
+        const double share = 100.0 * slice / most;
+        if (share > 10.0)
+            f.expect(refused, what, share, "%", {0.0, 10.0},
+                     "of the liver's largest slice: the image is cropped through the liver");
+        else
+            f.expect(warned, what, share, "%", {0.0, 0.0},
+                     "of the liver's largest slice: the image ends here, or the label has leaked");
+    };
+    cut("liver in the lowest slice", slices.front());
+    cut("liver in the highest slice", slices.back());
+    f.expect(refused, "liver at the image's sides", sides, "voxels", {0.0, 0.0},
+             "the image is cropped through the liver");
+}
+
+void checkLiver(const Measured& m, Findings& f) {
+    const double voxels = m.sum(isWholeLiver).voxels;
+    f.expect(refused, "liver volume", voxels * m.voxel_ml(), "ml", {600.0, 3500.0},
+             "594 to 2250 in 369 healthy adults (Feng et al. 2017), 2022 +- 749 in men with cysts (Hogan et "
+             "al. 2015); else a part is missing or it has leaked");
+    Mask whole = maskOfPackage(m.package, isWholeLiver);
+    f.expect(warned, "liver beside its largest piece", 100.0 * double(keepLargest(whole)) / voxels, "%",
+             {0.0, 5.0}, "a liver is in one piece");
+    checkCropping(maskOfPackage(m.package, [](const Label& l) { return l.tissue == Tissue::liver; }), f);
+}
+
+// Checks that there is air around the body, where the needle starts.
+void checkFieldOfView(const Measured& m, Findings& f) {
+    const Grid& g = m.package.labels.grid;
+    const char* const names[] = {"left", "right", "back", "front"};
+    double all = 0.0, cut = 0.0;
+    for (int side = 0; side < 4; ++side) {
+        const int axis = side / 2, along = 1 - axis;
+        double touching = 0.0;
+        for (int z = 0; z < g.dims.z; ++z)
+            for (int a = 0; a < g.dims[along]; ++a) {
+                Index3 i{0, 0, z};
+                i[along] = a;
+                i[axis] = side % 2 == 0 ? 0 : g.dims[axis] - 1;
+                touching += m.inBody(i);
+            }
+        const double face = double(g.dims[along]) * g.dims.z;
+        all += face, cut += touching;
+        f.expect(warned, "body at the image's " + std::string(names[side]) + " side", 100.0 * touching / face,
+                 "%", {0.0, 1.0}, "the scan cuts the body: no skin there");
+    }
+    f.expect(refused, "body at the image's four sides", 100.0 * cut / all, "%", {0.0, 80.0},
+             "there is hardly any air left for a needle to come through");
+}
+
+// Voxels of the mask, about `apart_m` apart.
+std::vector<Index3> thinned(const Mask& mask, double apart_m) {
+    const Grid& g = mask.grid;
+    const Index3 step = glm::max(Index3(Vec3(apart_m) / g.spacing_m), Index3(1));
+    const Index3 cells = (g.dims + step - 1) / step;
+    std::vector<std::uint8_t> taken(std::size_t(cells.x) * std::size_t(cells.y) * std::size_t(cells.z), 0);
+    std::vector<Index3> out;
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                if (!mask[{x, y, z}]) continue;
+                const Index3 c = Index3{x, y, z} / step;
+                std::uint8_t& cell = taken[(std::size_t(c.z) * std::size_t(cells.y) + std::size_t(c.y)) *
+                                               std::size_t(cells.x) +
+                                           std::size_t(c.x)];
+                if (!cell) out.push_back({x, y, z});
+                cell = 1;
+            }
+    return out;
+}
+
+// Returns true if a straight needle reaches the liver without passing fascia or bone.
+bool missesFascia(const Measured& m, const Index3& entry, const Index3& target) {
+    const Grid& g = m.package.labels.grid;
+    for (VoxelWalk walk(g, g.centre(entry), g.centre(target)); !walk.done(); walk.next()) {
+        const Tissue t = m.patient.at(walk.voxel(), {}).tissue;
+        if (t == Tissue::fascia || t == Tissue::bone) return false;
+        if (t == Tissue::liver) return true;
+    }
+    return false;
+}
+
+void checkFascia(const Measured& m, Findings& f) {
+    const Package& p = m.package;
+    const Mask skin = maskOfPackage(p, [](const Label& l) { return l.tissue == Tissue::skin; });
+    const Mask liver = maskOfPackage(p, [](const Label& l) { return l.tissue == Tissue::liver; });
+    Mask open = maskOfPackage(p, [](const Label& l) { return l.tissue == Tissue::fascia; });
+    for (std::uint8_t& v : open.voxels)
+        v = v ? 0 : 1;
+    const Mask reached = floodFrom(skin, open);
+    std::size_t leaked = 0;
+    for (std::size_t i = 0; i < liver.voxels.size(); ++i)
+        leaked += liver.voxels[i] && reached.voxels[i];
+    if (leaked == 0) return;  // not connected, so no straight line either
+    const std::vector<Index3> entries = thinned(skin, kEntries_m), targets = thinned(liver, kTargets_m);
+    std::vector<std::size_t> through(entries.size(), 0), tried(entries.size(), 0);
+    forEachSlab(int(entries.size()), [&](int e) {
+        const Index3 entry = entries[std::size_t(e)];
+        for (const Index3& target : targets) {
+            if (glm::length(Vec3(target - entry) * p.labels.grid.spacing_m) > kNeedle_m) continue;
+            ++tried[std::size_t(e)];
+            through[std::size_t(e)] += missesFascia(m, entry, target);
+        }
+    });
+    double hits = 0.0, all = 0.0;
+    for (std::size_t e = 0; e < entries.size(); ++e)
+        hits += double(through[e]), all += double(tried[e]);
+    if (hits > 0.0)
+        f.add(refused, "fascia",
+              whole(hits) + " of " + whole(all) + " straight lines from skin to liver miss it", "none",
+              "it is open: a needle would pass without the force that tells of it");
+    else
+        f.add(warned, "fascia", "the liver is reached around it, by no straight line of " + whole(all),
+              "closed", "it has a hole or ends within the image");
+}
+
+void checkMotion(const patient::MotionModel& motion, Findings& f) {
+    if (motion.empty()) {
+        f.add(warned, "motion", "none", "a model", "the patient does not breathe");
+        return;
+    }
+    try {
+        patient::checkMotion("motion.nii.gz", motion);
+    } catch (const DataError& e) {
+        f.add(refused, "motion", e.what(), "a smooth one",
+              "steeper, the tissue folds over itself; no such package is saved or loaded");
+        return;
+    }
+    f.expect(refused, "least Jacobian of the motion", leastJacobian(motion, 1.0), "", {1e-3, kAny},
+             "where it is not above 0 the tissue folds over itself");
+    f.expect(warned, "travel of the diaphragm's dome", 1e3 * motion.dome_travel_m, "mm", {3.0, 40.0},
+             "7 to 28 at rest (Keall et al. 2006, table I)");
+}
+
+void checkPaths(const Measured& m, int threads, Findings& f) {
+    const double ducts_ml = m.sum(Tissue::duct).voxels * m.voxel_ml();
+    if (ducts_ml == 0.0) {
+        f.add(warned, "bile ducts", "none", "some",
+              "there is no training path; build --virtual-ducts and import --grow-ducts grow some");
+        return;
+    }
+    patient::PlanSettings settings;
+    settings.threads = threads;
+    const patient::PlanResult plan = planPaths(m.patient, settings);
+    if (plan.paths.empty())
+        f.add(warned, "planned paths",
+              "none of " + std::to_string(plan.candidates) + " lines from the right flank to " +
+                  number(ducts_ml) + " ml of ducts (" + std::to_string(plan.rejected_blocked) + " blocked, " +
+                  std::to_string(plan.rejected_long) + " too long, " + std::to_string(plan.rejected_quality) +
+                  " too poor)",
+              "at least one", "the ducts are out of reach: there is no training path");
+}
+
+}  // namespace
+
+std::vector<Finding> checkPackage(const Package& package, int threads) {
+    Findings f;
+    const Grid& g = package.ct.grid;
+    if (package.ct.voxels.empty() || package.ct.voxels.size() != g.voxelCount() ||
+        package.labels.voxels.size() != g.voxelCount() || !(package.labels.grid == g)) {
+        f.add(refused, "image", "CT and labels differ in size, or are empty", "one grid",
+              "nothing can be measured");
+        return f.list;
+    }
+    const Measured m(package);
+    checkGrid(package.labels.grid, f);
+    checkLabels(m, f);
+    checkTissues(m, f);
+    checkStructures(m, f);
+    checkValues(m, f);
+    checkMotion(package.motion, f);
+    checkFieldOfView(m, f);
+    if (m.sum(Tissue::liver).voxels > 0.0) {
+        checkPlaces(m, f);
+        checkLiver(m, f);
+        if (m.sum(Tissue::skin).voxels > 0.0 && m.sum(Tissue::fascia).voxels > 0.0) checkFascia(m, f);
+        if (!anyRefused(f.list)) checkPaths(m, threads, f);
+    }
+    std::vector<Finding> worst_first;
+    for (const bool stops : {true, false})
+        std::copy_if(f.list.begin(), f.list.end(), std::back_inserter(worst_first),
+                     [stops](const Finding& x) { return x.refused == stops; });
+    return worst_first;
+}
+
+bool anyRefused(const std::vector<Finding>& findings) {
+    return std::any_of(findings.begin(), findings.end(), [](const Finding& f) { return f.refused; });
+}
+
+std::string lineOf(const Finding& f) {
+    return (f.refused ? "REFUSED  " : "look     ") + f.what + ": " + f.value + ", expected " + f.expected +
+           " (" + f.reason + ")";
+}
+
+}  // namespace stylet::modeller

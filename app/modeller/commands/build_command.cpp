@@ -1,0 +1,112 @@
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+
+#include "app/modeller/commands/commands.h"
+#include "app/modeller/commands/console.h"
+#include "app/modeller/import/section.h"
+#include "app/modeller/segmentation/build.h"
+#include "app/report/classes.h"
+
+namespace stylet::modeller {
+
+namespace {
+
+struct BuildArguments {
+    BuildSettings settings;
+    std::filesystem::path out, labels;
+    std::string stage;
+    double spacing_mm = 1.0;
+};
+
+volatile std::sig_atomic_t interrupted = 0;
+
+// The first Ctrl-C ends the build after the current stage, the second one at once.
+void onInterrupt(int signal) {
+    interrupted = 1;
+    std::signal(signal, SIG_DFL);
+}
+
+void printStages(const Built& built) {
+    std::printf("%-10s %8s  %s\n", "stage", "seconds", "notes");
+    for (const StageReport& stage : built.stages) {
+        std::printf("%-10s %8.1f  %s%s\n", stage.name.c_str(), stage.seconds, stage.kept ? "kept " : "",
+                    stage.corrected ? "corrected by hand" : "");
+        for (const std::string& note : stage.notes)
+            std::printf("%-20s%s\n", "", note.c_str());
+    }
+}
+
+// Draws the class intervals over the histogram and over a slice through the liver, as in Figs. 10 to 13 of
+// the paper.
+void drawClassesOf(const patient::Package& p, const std::filesystem::path& png) {
+    const Mask liver = maskOf(p.labels, "liver");
+    Vec3 sum{0.0};
+    double count = 0.0;
+    for (int z = 0; z < liver.grid.dims.z; ++z)
+        for (int y = 0; y < liver.grid.dims.y; ++y)
+            for (int x = 0; x < liver.grid.dims.x; ++x)
+                if (liver[{x, y, z}]) sum += liver.grid.centre({x, y, z}), count += 1.0;
+    const patient::Patient patient(p);
+    if (count > 0.0) report::drawClasses(patient, sum / count, p.name, png);
+}
+
+void runBuild(BuildArguments& a) {
+    BuildSettings& s = a.settings;
+    s.spacing_m = 1e-3 * a.spacing_mm;
+    if (s.stages.empty()) s.stages = a.out.string() + "-stages";
+    if (!a.stage.empty()) correctStage(s.stages, a.stage, a.labels);
+    s.defaults = tissueDefaults();
+    s.progress = progressBar("build");
+    s.cancelled = [] { return interrupted != 0; };
+    std::signal(SIGINT, onInterrupt);
+    const Built built = build(s);
+    printStages(built);
+    for (const Finding& f : built.findings)
+        std::printf("%s\n", lineOf(f).c_str());
+    std::fflush(stdout);
+    patient::savePackage(built.package, a.out);
+    const patient::Package& p = built.package;
+    drawClassesOf(p, s.stages / "02-classes" / "classes.png");
+    std::printf("thresholds: %.0f, %.0f, %.0f (outside the fascia), %.0f (past it) HU\n", p.thresholds.t0_hu,
+                p.thresholds.t1_hu, p.thresholds.t2_sensitive_hu, p.thresholds.t2_specific_hu);
+    std::printf("%s: %d x %d x %d voxels of %.2f mm; stages in %s\n", a.out.c_str(), p.ct.grid.dims.x,
+                p.ct.grid.dims.y, p.ct.grid.dims.z, a.spacing_mm, s.stages.c_str());
+    if (anyRefused(built.findings)) {
+        std::printf("it cannot be simulated as it is: correct the stages in question (--stage, --labels)\n");
+        throw CLI::RuntimeError(1);
+    }
+}
+
+}  // namespace
+
+void addBuild(CLI::App& app) {
+    const auto arguments = std::make_shared<BuildArguments>();
+    BuildArguments& a = *arguments;
+    CLI::App* command = app.add_subcommand("build", "make a patient from a CT alone");
+    command->add_option("--ct", a.settings.ct, "DICOM folder, or NIfTI file")->required();
+    command->add_option("--series", a.settings.series,
+                        "UID of the series to read, where the folder holds several");
+    command->add_option("--out", a.out, "folder of the package")->required();
+    command->add_option("--stages", a.settings.stages,
+                        "folder of the stages, for review and correction [OUT-stages]");
+    command->add_option("--atlas", a.settings.atlases,
+                        "packages whose livers are laid over this patient [reference patients]");
+    command->add_flag("--virtual-ducts", a.settings.virtual_ducts,
+                      "grow dilated bile ducts beside the portal branches where none are to be seen");
+    command->add_option("--spacing-mm", a.spacing_mm, "voxel size of the package")->capture_default_str();
+    command
+        ->add_option("--reference-phase", a.settings.reference_phase,
+                     "breath of the CT: inhale, exhale or v=X")
+        ->capture_default_str();
+    command->add_option("--name", a.settings.name, "of the patient");
+    command->add_option("--licence", a.settings.licence, "of the images");
+    auto* labels = command->add_option("--labels", a.labels, "a stage's labels as a person corrected them");
+    auto* stage = command->add_option("--stage", a.stage, "the stage whose labels these are");
+    labels->needs(stage);
+    stage->needs(labels);
+    command->callback([arguments] { runBuild(*arguments); });
+}
+
+}  // namespace stylet::modeller

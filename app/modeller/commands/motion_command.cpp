@@ -1,0 +1,171 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "app/modeller/commands/commands.h"
+#include "app/modeller/commands/console.h"
+#include "app/modeller/import/import.h"
+#include "app/modeller/motion/motion_fit.h"
+
+namespace stylet::modeller {
+
+namespace {
+
+struct MotionOptions {
+    FitSettings fit;
+    bool from_template = false;
+    std::filesystem::path package, out;
+    std::string reference_phase;
+    double dome_mm = 15.0, anterior_mm = 5.0, lateral_mm = 2.5, rib_mm = 2.0, belly_mm = 5.0;
+};
+
+// Prints means over the judged columns, in voxels and millimetres.
+void printTable(const FittedMotion& fitted) {
+    const double voxel_m = fitted.voxel_m.z;
+    std::printf("%zu columns of the dome, voxels of %.2f mm; mean |residual| in voxels (mm):\n",
+                fitted.columns, voxel_m * 1e3);
+    std::printf("%-14s %6s %7s %8s   %-13s %-13s %-13s %-15s %6s\n", "phase", "v", "v' [/s]", "dome mm",
+                "no motion", "fitted", "left out", "left out, slice", "p95 mm");
+    const auto cell = [&](double m) {
+        char text[32];
+        std::snprintf(text, sizeof text, "%.2f (%.2f)", m / voxel_m, m * 1e3);
+        return std::string(text);
+    };
+    for (std::size_t p = 0; p < fitted.phases.size(); ++p) {
+        const PhaseReport& r = fitted.phases[p];
+        std::printf("%-14s %6.3f %7.3f %8.2f   ", r.name.c_str(), r.surrogate.v, r.surrogate.rate_per_s,
+                    r.dome_m * 1e3);
+        if (p == fitted.reference)
+            std::printf("the frame of the model\n");
+        else
+            std::printf("%-13s %-13s %-13s %-15s %6.2f\n", cell(r.still.mean_abs_m).c_str(),
+                        cell(r.fitted.mean_abs_m).c_str(), cell(r.left_out.mean_abs_m).c_str(),
+                        cell(r.left_out.slice_mean_abs_m).c_str(), r.left_out.p95_m * 1e3);
+    }
+}
+
+void printInterface(const patient::MotionModel& model) {
+    const patient::InterfaceError e = worstInterface(model);
+    std::printf(
+        "over v = %.2f to %.2f: the sides slip by %.1f mm (most %.1f); gaps up to %.2f, overlaps up to "
+        "%.2f mm; least Jacobian %.2f, at three times life %.2f\n",
+        model.v.low, model.v.high, e.mean_slip_m * 1e3, e.most_slip_m * 1e3, e.worst_gap_m * 1e3,
+        e.worst_overlap_m * 1e3, leastJacobian(model, 1.0), leastJacobian(model, 3.0));
+}
+
+// The reference phase as a patient without labels, for pictures of the motion.
+patient::Package packageOf(const FittedMotion& fitted) {
+    patient::Package p;
+    p.name = "4D CT, " + fitted.phases[fitted.reference].name;
+    p.licence = "that of the 4D CT";
+    p.provenance = "stylet-model motion --phases";
+    p.ct = CtVolume(fitted.reference_hu.grid);
+    for (std::size_t i = 0; i < p.ct.voxels.size(); ++i)
+        p.ct.voxels[i] =
+            std::int16_t(std::lround(std::clamp(fitted.reference_hu.voxels[i], -1024.0f, 3071.0f)));
+    p.labels = LabelVolume(p.ct.grid);
+    const patient::TissueDefaults defaults = tissueDefaults();
+    p.tissues = defaults.tissues;
+    p.elasticity = defaults.elasticity;
+    p.thresholds = defaults.thresholds;
+    return p;
+}
+
+// Refuses a package that does not overlap the images to which the motion was fitted.
+void checkPlace(const MotionOptions& o, const patient::Package& p, const FloatVolume& phase) {
+    for (int d = 0; d < 3; ++d) {
+        const double low_m = std::max(p.ct.grid.origin_m[d], phase.grid.origin_m[d]);
+        const double high_m =
+            std::min(p.ct.grid.centre(p.ct.grid.dims - 1)[d], phase.grid.centre(phase.grid.dims - 1)[d]);
+        if (high_m - low_m < 0.05)
+            throw DataError(o.package, "grid",
+                            "lies elsewhere than the phases of " + o.fit.phases.folder.string());
+    }
+}
+
+void runFit(MotionOptions& o) {
+    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
+    const auto say = [&](std::string_view stage) {
+        std::fprintf(stderr, "%6.1f s  %.*s\n", std::chrono::duration<double>(Clock::now() - start).count(),
+                     int(stage.size()), stage.data());
+    };
+    o.fit.progress = o.fit.phases.progress = say;
+    patient::Package p = o.package.empty() ? patient::Package{} : patient::loadPackage(o.package);
+    const FittedMotion fitted = fitMotion(o.fit);
+    if (o.package.empty())
+        p = packageOf(fitted);
+    else
+        checkPlace(o, p, fitted.reference_hu);
+    p.motion = fitted.model;
+    char phase[32];
+    std::snprintf(phase, sizeof phase, "v=%.17g", fitted.model.reference.v);
+    p.reference_phase = fitted.model.reference.v == 0.0 ? "exhale" : phase;
+    patient::savePackage(p, o.out);
+    printTable(fitted);
+    printInterface(p.motion);
+    say("done");
+}
+
+void runTemplate(const MotionOptions& o) {
+    if (o.package.empty()) throw CLI::RequiredError("--package");
+    patient::Package p = patient::loadPackage(o.package);
+    if (!o.reference_phase.empty()) p.reference_phase = o.reference_phase;
+    patient::MotionAmplitudes a;
+    a.dome_m = 1e-3 * o.dome_mm, a.anterior_m = 1e-3 * o.anterior_mm, a.lateral_m = 1e-3 * o.lateral_mm;
+    a.rib_m = 1e-3 * o.rib_mm, a.belly_m = 1e-3 * o.belly_mm;
+    p.motion = patient::motionTemplate(p.labels, p.label_table, a, {referenceBreath(p.reference_phase), 0.0});
+    if (p.motion.empty()) throw DataError(o.package, "label", "none is liver: no template fits");
+    patient::savePackage(p, o.out);
+    std::printf("%s: %d x %d x %d nodes, reference %s, dome %.1f mm\n", o.out.c_str(), p.motion.grid.dims.x,
+                p.motion.grid.dims.y, p.motion.grid.dims.z, p.reference_phase.c_str(), o.dome_mm);
+    printInterface(p.motion);
+}
+
+void addAmplitudes(CLI::App& command, MotionOptions& o) {
+    const auto add = [&](const char* name, double& mm, double most, const char* what) {
+        command.add_option(name, mm, what)->check(CLI::Range(0.0, most))->capture_default_str();
+    };
+    add("--dome-mm", o.dome_mm, 25.0, "template: dome and liver toward the feet, end-exhale to end-inhale");
+    add("--anterior-mm", o.anterior_mm, 15.0, "template: the same to the front");
+    add("--lateral-mm", o.lateral_mm, 10.0, "template: the same to the left");
+    add("--rib-mm", o.rib_mm, 6.0, "template: ribs outward");
+    add("--belly-mm", o.belly_mm, 15.0, "template: abdominal wall to the front");
+}
+
+}  // namespace
+
+void addMotion(CLI::App& app) {
+    const auto options = std::make_shared<MotionOptions>();
+    MotionOptions& o = *options;
+    CLI::App* command =
+        app.add_subcommand("motion", "how breath moves a patient: fitted to a 4D CT, or a template");
+    auto* phases =
+        command->add_option("--phases", o.fit.phases.folder, "fit: 4D CT, a file or folder a phase");
+    command->add_flag("--template", o.from_template, "a template fitted to the labels of --package")
+        ->excludes(phases);
+    command->add_option("--package", o.package, "the patient; without: the 4D CT's own end-exhale phase");
+    command->add_option("--out", o.out, "folder of the package to write")->required();
+    command->add_option("--signal", o.fit.signal,
+                        "fit: CSV phase,v,rate_per_s; without: lung density away from the dome");
+    command->add_option("--spacing-mm", o.fit.phases.spacing_mm, "fit: voxel size, where the files name none")
+        ->check(CLI::Range(0.1, 10.0));
+    command->add_option("--period-s", o.fit.period_s, "fit: of the breath that the phases divide")
+        ->check(CLI::Range(1.0, 20.0))
+        ->capture_default_str();
+    command
+        ->add_option("--finest", o.fit.registration.finest, "fit: voxels merged a side on the finest level")
+        ->check(CLI::IsMember({1, 2, 4}))
+        ->capture_default_str();
+    command->add_option("--reference-phase", o.reference_phase, "template: instead of the package's own");
+    addAmplitudes(*command, o);
+    command->callback([options] {
+        if (!options->from_template && options->fit.phases.folder.empty())
+            throw CLI::RequiredError("--phases or --template");
+        options->from_template ? runTemplate(*options) : runFit(*options);
+    });
+}
+
+}  // namespace stylet::modeller

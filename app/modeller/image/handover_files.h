@@ -1,0 +1,19 @@
+// Reads the output files of the child processes (image_handover.h). A child may have read a hostile file,
+// so nothing in its output is trusted.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "app/modeller/image/import_image.h"
+#include "app/modeller/image/vector_field.h"
+
+namespace stylet::modeller {
+
+// `source` is the file that the child read, for messages. Throws ImportError.
+Volume<std::int16_t> takeImage(const std::filesystem::path& file, const std::filesystem::path& source,
+                               ImageKind);
+// In metres. Throws ImportError.
+VectorField takeField(const std::filesystem::path& file);
+
+}  // namespace stylet::modeller

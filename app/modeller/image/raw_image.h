@@ -1,0 +1,53 @@
+// Internal to `stylet-image-reader`: an image as stored in its file, and helpers shared by all readers.
+#pragma once
+
+#include <itkImageIOBase.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/modeller/image/image_handover.h"
+
+namespace stylet::modeller {
+
+using V3 = std::array<double, 3>;
+
+// Voxels in HU with the frame that ITK reports: LPS, millimetres.
+struct RawImage {
+    std::array<std::int64_t, 3> dims{};
+    V3 spacing{}, origin{};
+    std::array<V3, 3> axes{};  // unit vectors of i, j, k
+    std::vector<std::int16_t> voxels;
+};
+
+// Reads the series with this UID; if `series` is empty, the folder must contain only one. Errors throw
+// std::runtime_error: a sentence that names file, field and reason.
+RawImage readDicomFolder(const std::filesystem::path&, const std::string& series);
+// Reads one phase of a 4D CT from one multi-frame DICOM file. Such exports often lack position and spacing.
+// Then the slices are assumed to be axial from head to feet, and ITK's default spacing (1 mm) is used.
+RawImage readDicomFrames(const std::filesystem::path&);
+bool isDicom(const std::filesystem::path&);
+
+enum class NiftiKind { ct, labels, phase };  // a phase may lack its position
+RawImage readNifti(const std::filesystem::path&, NiftiKind);
+
+inline constexpr double kUpright = 0.996;  // cosine of 5 degrees
+
+// The caller names the file or folder. `where` is a prefix that names one file of a folder: "slice12.dcm:
+// ".
+[[noreturn]] void refuse(const std::string& sentence);
+std::string number(double);
+std::string degrees(double cosine);
+V3 axis(const itk::ImageIOBase&, unsigned i);
+void checkDims(const std::array<std::int64_t, 3>& dims, const std::string& where);
+// Checks the conversion of stored values to HU: a wrong line would turn water into bone.
+void checkRescale(double slope, double intercept, const std::string& where, const char* slope_field,
+                  const char* intercept_field);
+// Reads the pixels of an ImageIO after its image information has been read.
+void readVoxels(itk::ImageIOBase&, bool labels, const std::string& where, std::int16_t* out,
+                std::size_t count);
+
+}  // namespace stylet::modeller

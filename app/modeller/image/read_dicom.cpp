@@ -1,0 +1,350 @@
+// DICOM series: finds the slices, checks their positions and that none is missing, and reads their voxels.
+#include <itkGDCMImageIO.h>
+#include <itkMetaDataObject.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <string_view>
+
+#include "app/modeller/image/raw_image.h"
+
+namespace stylet::modeller {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// The DICOM tags named in error messages.
+constexpr const char *kModality = "Modality (0008,0060)", *kPosition = "ImagePositionPatient (0020,0032)",
+                     *kOrientation = "ImageOrientationPatient (0020,0037)",
+                     *kPixelSpacing = "PixelSpacing (0028,0030)", *kFrames = "NumberOfFrames (0028,0008)",
+                     *kIntercept = "RescaleIntercept (0028,1052)", *kSlope = "RescaleSlope (0028,1053)",
+                     *kSyntax = "TransferSyntaxUID (0002,0010)";
+constexpr double kSamePlace_mm = 0.05;
+constexpr double kShear_mm = 2.0;  // over the whole stack; smaller values are table inaccuracy
+constexpr std::size_t kMostListed = 6;
+
+double dot(const V3& a, const V3& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+V3 cross(const V3& a, const V3& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+// From the meta header, which is always explicit little endian.
+struct FileMeta {
+    std::string sop_class, syntax;
+};
+
+// Returns nothing if the file is not a DICOM file.
+std::optional<FileMeta> metaOf(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    std::array<char, 2048> head{};
+    in.read(head.data(), head.size());
+    const std::string_view bytes(head.data(), std::size_t(in.gcount()));
+    if (bytes.size() < 132 || bytes.substr(128, 4) != "DICM") return {};
+    const auto word = [&](std::size_t at) {
+        return std::size_t(std::uint8_t(bytes[at])) | std::size_t(std::uint8_t(bytes[at + 1])) << 8;
+    };
+    FileMeta meta;
+    for (std::size_t at = 132; at + 12 <= bytes.size() && word(at) == 2;) {
+        const bool wide = bytes.substr(at + 4, 2) == "OB" || bytes.substr(at + 4, 2) == "UN";
+        const std::size_t begin = at + (wide ? 12 : 8);
+        const std::size_t size = wide ? word(at + 8) | word(at + 10) << 16 : word(at + 6);
+        if (size > bytes.size() - begin) break;
+        std::string value(bytes.substr(begin, size));
+        while (!value.empty() && (value.back() == '\0' || value.back() == ' '))
+            value.pop_back();
+        if (word(at + 2) == 0x0002) meta.sop_class = value;
+        if (word(at + 2) == 0x0010) meta.syntax = value;
+        at = begin + size;
+    }
+    return meta;
+}
+
+// Exported studies also contain reports, presentation states, plans and documents; these are not images.
+bool isPicture(const FileMeta& meta) {
+    for (const char* other : {"11.", "66", "88.", "104.", "481."})
+        if (meta.sop_class.starts_with("1.2.840.10008.5.1.4.1.1." + std::string(other))) return false;
+    return true;
+}
+
+[[noreturn]] void refuseUnread(const std::string& where, const FileMeta& meta, const char* part) {
+    refuse(where + part + " cannot be read: damaged, cut short, or stored in a way that is not read (" +
+           kSyntax + " is " + (meta.syntax.empty() ? "missing" : meta.syntax) +
+           "); export it again, uncompressed");
+}
+
+std::string tagOf(const itk::MetaDataDictionary& tags, const char* key) {
+    std::string value;
+    itk::ExposeMetaData<std::string>(tags, key, value);
+    while (!value.empty() && (value.back() == ' ' || value.back() == '\0'))
+        value.pop_back();
+    return value;
+}
+
+// The first value of a decimal string.
+double decimalOf(const std::string& text) {
+    char* end = nullptr;
+    const double v = std::strtod(text.c_str(), &end);
+    return end == text.c_str() ? std::nan("") : v;
+}
+
+// Header of one DICOM slice, read before its pixels.
+struct Slice {
+    fs::path file;
+    FileMeta meta;
+    std::array<std::int64_t, 3> dims{};
+    V3 spacing{}, origin{}, row{}, column{};
+    std::string series, modality, description;
+    std::string position, orientation, pixel_spacing, slope, intercept;  // as stored
+    double along = 0.0;  // position along the stack's normal, mm
+
+    std::string name() const { return file.filename().string(); }
+};
+
+Slice readSliceHeader(const fs::path& file, const FileMeta& meta) {
+    auto io = itk::GDCMImageIO::New();
+    io->SetFileName(file.string());
+    io->SetMaxSizeLoadEntry(4096);
+    Slice s;
+    s.file = file;
+    s.meta = meta;
+    try {
+        io->ReadImageInformation();
+    } catch (const itk::ExceptionObject&) {
+        refuseUnread(s.name() + ": ", meta, "its header");
+    }
+    for (unsigned d = 0; d < 3; ++d) {
+        s.dims[d] = d < io->GetNumberOfDimensions() ? std::int64_t(io->GetDimensions(d)) : 1;
+        s.spacing[d] = d < io->GetNumberOfDimensions() ? io->GetSpacing(d) : 1.0;
+        s.origin[d] = d < io->GetNumberOfDimensions() ? io->GetOrigin(d) : 0.0;
+    }
+    s.row = axis(*io, 0);
+    s.column = axis(*io, 1);
+    const auto& tags = io->GetMetaDataDictionary();
+    s.series = tagOf(tags, "0020|000e");
+    s.modality = tagOf(tags, "0008|0060");
+    s.description = tagOf(tags, "0008|103e");
+    s.position = tagOf(tags, "0020|0032");
+    s.orientation = tagOf(tags, "0020|0037");
+    s.pixel_spacing = tagOf(tags, "0028|0030");
+    s.intercept = tagOf(tags, "0028|1052");
+    s.slope = tagOf(tags, "0028|1053");
+    return s;
+}
+
+std::vector<Slice> readHeaders(const fs::path& folder) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        if (!entry.is_regular_file() || entry.path().filename() == "DICOMDIR") continue;
+        files.push_back(entry.path());
+        if (files.size() > 10000) refuse("the folder holds more than 10,000 files; name one series' folder");
+    }
+    std::sort(files.begin(), files.end());
+    std::vector<Slice> slices;
+    for (const fs::path& file : files)
+        if (const std::optional<FileMeta> meta = metaOf(file); meta && isPicture(*meta))
+            slices.push_back(readSliceHeader(file, *meta));
+    if (slices.empty())
+        refuse("no DICOM slice among its " + std::to_string(files.size()) +
+               " files; name the folder of a CT series, or a NIfTI file");
+    return slices;
+}
+
+struct Series {
+    std::string uid, modality, description;
+    std::size_t slices = 0;
+};
+
+// Sorted by number of slices, largest first.
+std::vector<Series> seriesOf(const std::vector<Slice>& slices) {
+    std::map<std::string, Series> by_uid;
+    for (const Slice& s : slices) {
+        Series& series = by_uid[s.series];
+        if (series.slices++ == 0)
+            series.uid = s.series, series.modality = s.modality, series.description = s.description;
+    }
+    std::vector<Series> all;
+    for (const auto& [uid, series] : by_uid)
+        all.push_back(series);
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Series& a, const Series& b) { return a.slices > b.slices; });
+    return all;
+}
+
+std::string listOf(const std::vector<Series>& all) {
+    std::string text;
+    for (std::size_t i = 0; i < std::min(all.size(), kMostListed); ++i) {
+        const Series& s = all[i];
+        text += (i == 0 ? "" : ", ") + (s.uid.empty() ? "(no UID)" : s.uid) + " (" +
+                (s.modality.empty() ? "" : s.modality + ", ") + std::to_string(s.slices) +
+                (s.slices == 1 ? " slice" : " slices") +
+                (s.description.empty() ? "" : ", \"" + s.description.substr(0, 40) + "\"") + ")";
+    }
+    if (all.size() > kMostListed) text += " and " + std::to_string(all.size() - kMostListed) + " more";
+    return text;
+}
+
+// Keeps the slices of the requested series, or of the only one.
+void keepOneSeries(std::vector<Slice>& slices, const std::string& wanted) {
+    const std::vector<Series> all = seriesOf(slices);
+    if (wanted.empty()) {
+        if (all.size() > 1)
+            refuse(
+                "holds " + std::to_string(all.size()) +
+                " series; choose one with --series UID, or put it into a folder of its own: " + listOf(all));
+        return;
+    }
+    std::erase_if(slices, [&](const Slice& s) { return s.series != wanted; });
+    if (slices.empty()) refuse("holds no series \"" + wanted.substr(0, 64) + "\"; it holds " + listOf(all));
+}
+
+void checkSlice(const Slice& s) {
+    const std::string where = s.name() + ": ";
+    if (!s.modality.empty() && s.modality != "CT")
+        refuse(where + kModality + ": modality " + s.modality + ", not CT; a CT's values alone are HU");
+    if (s.dims[2] != 1)
+        refuse(where + kFrames + ": holds several frames; export it as one file per slice, or as NIfTI");
+    checkDims(s.dims, where);
+    if (s.position.empty())
+        refuse(where + kPosition + ": is missing, so its place in the patient is unknown");
+    if (s.orientation.empty()) refuse(where + kOrientation + ": is missing, so left and right are unknown");
+    if (s.pixel_spacing.empty()) refuse(where + kPixelSpacing + ": is missing, so its scale is unknown");
+    checkRescale(s.slope.empty() ? 1.0 : decimalOf(s.slope),
+                 s.intercept.empty() ? 0.0 : decimalOf(s.intercept), where, kSlope, kIntercept);
+}
+
+void checkSlices(const std::vector<Slice>& slices) {
+    const Slice& first = slices.front();
+    for (const Slice& s : slices) {
+        checkSlice(s);
+        const std::string pair = first.name() + " and " + s.name();
+        if (s.dims != first.dims) refuse(pair + ": Rows and Columns (0028,0010): differ within one series");
+        if (std::fabs(s.spacing[0] - first.spacing[0]) > 1e-3 ||
+            std::fabs(s.spacing[1] - first.spacing[1]) > 1e-3)
+            refuse(pair + ": " + kPixelSpacing + ": their pixel spacing differs within one series");
+        if (dot(s.row, first.row) < 0.9999 || dot(s.column, first.column) < 0.9999)
+            refuse(pair + ": " + kOrientation +
+                   ": lie at different angles; put the axial slices alone into a folder");
+    }
+}
+
+// Refuses two slices in one position: a copy, or several phases or reconstructions in one series.
+void checkDoubles(const std::vector<Slice>& slices, const std::vector<double>& gaps) {
+    std::size_t doubles = 0;
+    for (const double gap : gaps)
+        doubles += gap < kSamePlace_mm;
+    for (std::size_t i = 0; i < gaps.size(); ++i)
+        if (gaps[i] < kSamePlace_mm)
+            refuse(
+                std::string(kPosition) + ": " + slices[i].name() + " and " + slices[i + 1].name() +
+                " lie in the same place" +
+                (3 * doubles >= slices.size()
+                     ? ", and so do many more: several phases or reconstructions; put one into a folder of "
+                       "its own"
+                     : "; remove one of them"));
+}
+
+// Sorts the slices along their normal and returns the spacing. Refuses gaps and duplicates by name.
+double orderSlices(std::vector<Slice>& slices) {
+    const V3 normal = cross(slices.front().row, slices.front().column);
+    for (Slice& s : slices)
+        s.along = dot(s.origin, normal);
+    std::sort(slices.begin(), slices.end(), [](const Slice& a, const Slice& b) { return a.along < b.along; });
+    if (slices.size() < 3)
+        refuse("only " + std::to_string(slices.size()) + (slices.size() == 1 ? " slice" : " slices") +
+               "; a volume needs three");
+    std::vector<double> gaps;
+    for (std::size_t i = 1; i < slices.size(); ++i)
+        gaps.push_back(slices[i].along - slices[i - 1].along);
+    checkDoubles(slices, gaps);
+    std::vector<double> sorted = gaps;
+    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
+    const double usual = sorted[sorted.size() / 2];
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+        const std::string pair = slices[i].name() + " and " + slices[i + 1].name();
+        if (gaps[i] > 1.5 * usual)
+            refuse(std::string(kPosition) + ": slices are missing between " + pair + ": a gap of " +
+                   number(gaps[i]) + " mm where " + number(usual) + " mm is usual; export the whole series");
+        if (std::fabs(gaps[i] - usual) > 0.1 * usual)
+            refuse(std::string(kPosition) + ": the slice spacing is uneven: " + number(gaps[i]) +
+                   " mm between " + pair + ", usually " + number(usual) + " mm");
+    }
+    const Slice &first = slices.front(), &last = slices.back();
+    const V3 run{last.origin[0] - first.origin[0], last.origin[1] - first.origin[1],
+                 last.origin[2] - first.origin[2]};
+    const double rise = dot(run, normal), length = std::sqrt(dot(run, run));
+    if (std::sqrt(std::max(0.0, length * length - rise * rise)) > kShear_mm)
+        refuse(std::string(kPosition) + ": the slices are sheared by " + degrees(rise / length) +
+               " (a tilted gantry); export the series resampled to upright slices");
+    return rise / double(slices.size() - 1);
+}
+
+}  // namespace
+
+bool isDicom(const fs::path& file) {
+    return metaOf(file).has_value();
+}
+
+RawImage readDicomFolder(const fs::path& folder, const std::string& series) {
+    std::vector<Slice> slices = readHeaders(folder);
+    keepOneSeries(slices, series);
+    checkSlices(slices);
+    const double spacing = orderSlices(slices);
+    const Slice& first = slices.front();
+    RawImage image;
+    image.dims = {first.dims[0], first.dims[1], std::int64_t(slices.size())};
+    checkDims(image.dims, "");
+    image.spacing = {first.spacing[0], first.spacing[1], spacing};
+    image.origin = first.origin;
+    image.axes = {first.row, first.column, cross(first.row, first.column)};
+    const std::size_t per_slice = std::size_t(image.dims[0] * image.dims[1]);
+    image.voxels.resize(per_slice * slices.size());
+    for (std::size_t i = 0; i < slices.size(); ++i) {
+        const std::string where = slices[i].name() + ": ";
+        auto io = itk::GDCMImageIO::New();  // applies slope and intercept
+        io->SetFileName(slices[i].file.string());
+        try {
+            io->ReadImageInformation();
+            readVoxels(*io, false, where, image.voxels.data() + i * per_slice, per_slice);
+        } catch (const itk::ExceptionObject&) {
+            refuseUnread(where, slices[i].meta, "its pixels");
+        }
+    }
+    return image;
+}
+
+RawImage readDicomFrames(const fs::path& file) {
+    auto io = itk::GDCMImageIO::New();
+    io->SetFileName(file.string());
+    io->SetMaxSizeLoadEntry(4096);
+    RawImage image;
+    try {
+        io->ReadImageInformation();
+        if (io->GetNumberOfDimensions() != 3 || io->GetDimensions(2) < 3)
+            refuse("a single slice; a phase is one volume");
+        for (unsigned d = 0; d < 3; ++d) {
+            image.dims[d] = std::int64_t(io->GetDimensions(d));
+            image.spacing[d] = io->GetSpacing(d);
+            image.origin[d] = io->GetOrigin(d);
+            image.axes[d] = axis(*io, d);
+        }
+        checkDims(image.dims, "");
+        std::string position;
+        if (!itk::ExposeMetaData<std::string>(io->GetMetaDataDictionary(), "0020|0032", position)) {
+            image.origin = {0.0, 0.0, 0.0};
+            image.axes = {V3{1.0, 0.0, 0.0}, V3{0.0, 1.0, 0.0}, V3{0.0, 0.0, -1.0}};
+        }
+        image.voxels.resize(std::size_t(image.dims[0] * image.dims[1] * image.dims[2]));
+        readVoxels(*io, false, "", image.voxels.data(), image.voxels.size());
+    } catch (const itk::ExceptionObject&) {
+        refuse("not a readable DICOM volume (damaged or cut short)");
+    }
+    return image;
+}
+
+}  // namespace stylet::modeller

@@ -1,0 +1,175 @@
+// NIfTI-1 files. The header is checked here before ITK reads the file.
+#include <itkNiftiImageIO.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <memory>
+
+#include "app/modeller/image/raw_image.h"
+
+namespace stylet::modeller {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uint32_t kFloat = 16, kDouble = 64;  // values of the datatype field
+
+// The first 352 bytes of a NIfTI-1 file, in either byte order. Offsets are those of nifti1.h.
+class NiftiHeader {
+  public:
+    static constexpr std::size_t kSize = 352;
+    std::array<unsigned char, kSize> bytes{};
+
+    std::uint32_t word(std::size_t at, std::size_t size) const {
+        std::uint32_t v = 0;
+        for (std::size_t i = 0; i < size; ++i)
+            v = v << 8 | bytes[at + (swapped() ? i : size - 1 - i)];
+        return v;
+    }
+    double real(std::size_t at) const { return double(std::bit_cast<float>(word(at, 4))); }
+    std::int64_t side(std::size_t d) const { return std::int16_t(word(40 + 2 * d, 2)); }
+    std::string magic() const { return {bytes.begin() + 344, bytes.begin() + 347}; }
+
+    bool swapped() const { return bytes[0] == 0; }  // the header begins with its size, 348
+};
+
+void checkKind(const NiftiHeader& h) {
+    if (std::string(h.bytes.begin() + 128, h.bytes.begin() + 132) == "DICM")
+        refuse("is one DICOM file; name the folder of its series");
+    if (h.word(0, 4) == 540) refuse("is a NIfTI-2 file; save it as NIfTI-1 (.nii.gz)");
+    if (h.word(0, 4) != 348) refuse("sizeof_hdr: not a NIfTI file");
+    if (h.magic() == "ni1") refuse("magic: header and voxels in two files; save it as one .nii.gz");
+    if (h.magic() != "n+1") refuse("magic: not a NIfTI-1 file in one piece");
+}
+
+// Checks the orientation. A file without one is refused, because guessing could swap left and right.
+void checkNiftiPlace(const NiftiHeader& h) {
+    if (h.word(252, 2) == 0 && h.word(254, 2) == 0)
+        refuse("qform_code and sform_code: are both 0, so left and right are unknown");
+    if (h.word(254, 2) == 0) return;  // no sform: ITK reports the axes of the qform, which are checked later
+    for (std::size_t column = 0; column < 3; ++column) {
+        double largest = 0.0, squares = 0.0;
+        for (std::size_t row = 0; row < 3; ++row) {
+            const double v = h.real(280 + 16 * row + 4 * column);
+            largest = std::max(largest, std::fabs(v));
+            squares += v * v;
+        }
+        if (!(squares > 0.0) || !std::isfinite(squares)) refuse("srow: is no map from voxels to place");
+        if (!(largest / std::sqrt(squares) > kUpright))
+            refuse("srow: its axes are tilted by " + degrees(largest / std::sqrt(squares)) +
+                   ", more than 5 degrees, against the patient's; resample it to upright axes");
+    }
+}
+
+// Bytes per voxel: signed or unsigned integers of 8, 16 and 32 bits, and floating-point numbers.
+std::int64_t bytesOf(std::uint32_t datatype) {
+    switch (datatype) {
+        case 2:
+        case 256:
+            return 1;
+        case 4:
+        case 512:
+            return 2;
+        case 8:
+        case 768:
+        case kFloat:
+            return 4;
+        case kDouble:
+            return 8;
+        default:
+            refuse("datatype: " + std::to_string(datatype) + " is not read; save whole numbers or floats");
+    }
+}
+
+// The size of the voxel data in bytes according to the header.
+std::int64_t voxelBytes(const NiftiHeader& h) {
+    std::int64_t bytes = bytesOf(h.word(70, 2));
+    if (h.word(72, 2) != 8 * bytes) refuse("bitpix: does not fit the datatype");
+    const std::size_t dimensions = std::min(h.word(40, 2), 7u);
+    if (dimensions < 3) refuse("dim: fewer than three dimensions");
+    for (std::size_t d = 1; d <= dimensions; ++d) {
+        const std::int64_t side = h.side(d);
+        if (d > 3 && side > 1)
+            refuse("dim: more than three dimensions (" + std::to_string(side) +
+                   " volumes); save one of them alone");
+        if (side < 1 || side > kMaxImageSide || bytes * side > 8 * kMaxImageVoxels)
+            refuse("dim: a size of " + std::to_string(side) + " along axis " + std::to_string(d) +
+                   " is outside what this program reads");
+        bytes *= side;
+    }
+    return bytes;
+}
+
+// Refuses NaN and infinity. ITK's reader would turn them into 0, which is water in HU.
+void checkFinite(const NiftiHeader& h, const unsigned char* voxels, std::size_t bytes) {
+    const std::uint32_t datatype = h.word(70, 2);
+    if (datatype != kFloat && datatype != kDouble) return;
+    const std::size_t size = datatype == kFloat ? 4 : 8;
+    const std::size_t high = h.swapped() ? 0 : size - 1, next = h.swapped() ? 1 : size - 2;
+    for (std::size_t i = 0; i + size <= bytes; i += size) {
+        const int exponent = (voxels[i + high] & 0x7f) << 8 | voxels[i + next];
+        if (size == 4 ? (exponent & 0x7f80) == 0x7f80 : (exponent & 0x7ff0) == 0x7ff0)
+            refuse("voxels: some are not numbers; write -1024 where nothing was scanned");
+    }
+}
+
+// Refuses truncated files, which ITK would fill up with zeros, and headers that ITK would read as ANALYZE.
+void checkNiftiFile(const fs::path& file, bool phase) {
+    const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose);
+    NiftiHeader h;
+    if (!in || gzread(in.get(), h.bytes.data(), unsigned(h.bytes.size())) != int(h.bytes.size()))
+        refuse("not a NIfTI file: too short, damaged or not to be opened");
+    checkKind(h);
+    if (!phase) checkNiftiPlace(h);
+    const double slope = h.real(112);
+    if (slope != 0.0) checkRescale(slope, h.real(116), "", "scl_slope", "scl_inter");  // 0: no scaling
+    const double offset = h.real(108);
+    if (!(offset >= 352.0 && offset < 1e6)) refuse("vox_offset: " + number(offset) + " is impossible");
+    const std::int64_t size = voxelBytes(h);
+    std::vector<unsigned char> chunk(1 << 20);
+    const auto read = [&](std::int64_t count) {
+        if (gzread(in.get(), chunk.data(), unsigned(count)) != int(count))
+            refuse("voxels: cut short or damaged; copy the file again");
+    };
+    read(std::int64_t(offset) - std::int64_t(h.bytes.size()));
+    for (std::int64_t at = 0; at < size; at += std::int64_t(chunk.size())) {
+        const std::int64_t count = std::min(size - at, std::int64_t(chunk.size()));
+        read(count);
+        checkFinite(h, chunk.data(), std::size_t(count));
+    }
+    // At the end of the file, zlib checks the checksum.
+    int state = Z_OK;
+    if (gzread(in.get(), chunk.data(), 1) < 0 || (gzerror(in.get(), &state), state == Z_BUF_ERROR))
+        refuse("voxels: cut short or damaged; copy the file again");
+}
+
+}  // namespace
+
+RawImage readNifti(const fs::path& file, NiftiKind kind) {
+    checkNiftiFile(file, kind == NiftiKind::phase);
+    auto io = itk::NiftiImageIO::New();
+    io->SetFileName(file.string());
+    RawImage image;
+    try {
+        io->ReadImageInformation();
+        if (io->GetNumberOfDimensions() < 3) refuse("dim: fewer than three dimensions");
+        for (unsigned d = 0; d < 3; ++d) {
+            image.dims[d] = std::int64_t(io->GetDimensions(d));
+            image.spacing[d] = io->GetSpacing(d);
+            image.origin[d] = io->GetOrigin(d);
+            const std::vector<double> direction = io->GetDirection(d);
+            image.axes[d] = {direction.at(0), direction.at(1), direction.at(2)};
+        }
+        checkDims(image.dims, "");
+        image.voxels.resize(std::size_t(image.dims[0] * image.dims[1] * image.dims[2]));
+        readVoxels(*io, kind == NiftiKind::labels, "", image.voxels.data(), image.voxels.size());
+    } catch (const itk::ExceptionObject&) {
+        refuse("not a readable NIfTI file (damaged or cut short)");
+    }
+    return image;
+}
+
+}  // namespace stylet::modeller

@@ -1,0 +1,423 @@
+// stylet-register FIXED MOVING MASK OUT FINEST: registers the tissue of FIXED to MOVING on one side of a
+// sliding interface. Uses ITK's diffeomorphic demons (Vercauteren et al. 2009), coarse to fine, with one
+// change: the fields are smoothed within the mask only, so that the other side does not drag on the sliding
+// side. The three images are ImageHandovers. All voxels outside the mask have the same value, so no force
+// acts there, and the normal component of the motion at the interface stays zero.
+//
+// stylet-register FIXED MOVING OUT ITERATIONS: registers FIXED to another patient, MOVING, which has its
+// own grid. Steps: the height at which the two sections match, an affine transform (mean squares), and
+// demons with ITERATIONS on the coarsest level, half of that on the next, and so on. Outside MOVING there
+// is no force.
+#include <itkAffineTransform.h>
+#include <itkDiffeomorphicDemonsRegistrationFilter.h>
+#include <itkImage.h>
+#include <itkImageRegistrationMethodv4.h>
+#include <itkLinearInterpolateImageFunction.h>
+#include <itkMeanSquaresImageToImageMetricv4.h>
+#include <itkMultiThreaderBase.h>
+#include <itkRegistrationParameterScalesFromPhysicalShift.h>
+#include <itkRegularStepGradientDescentOptimizerv4.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "app/modeller/image/image_handover.h"
+
+namespace {
+
+using stylet::modeller::FieldHandover;
+using stylet::modeller::ImageHandover;
+using stylet::modeller::kHandoverMagic;
+using stylet::modeller::kMaxImageVoxels;
+
+using Picture = itk::Image<float, 3>;
+using Field = itk::Image<itk::Vector<float, 3>, 3>;
+
+// Per level: voxels merged per side, and iterations.
+struct Level {
+    int shrink, iterations;
+};
+constexpr Level kLevels[] = {{4, 80}, {2, 40}, {1, 12}};  // between phases
+constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;   // voxels of the level
+constexpr double kLongestStep = 1.5;                      // in voxels per iteration
+// Between patients: the affine transform is found on voxels merged two per side. Sections are compared only
+// if at least this share of the shorter one overlaps.
+constexpr int kAffineShrink = 2, kAffineIterations = 100;
+constexpr double kLeastOverlap = 0.6;
+constexpr unsigned kWorkUnits = 2;  // fixed, because the threads' summation order must be fixed
+
+std::array<int, 3> sizeOf(const itk::ImageBase<3>& image) {
+    const auto size = image.GetLargestPossibleRegion().GetSize();
+    return {int(size[0]), int(size[1]), int(size[2])};
+}
+
+Picture::Pointer read(const std::string& file, ImageHandover& h) {
+    std::ifstream in(file, std::ios::binary);
+    if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kHandoverMagic)
+        throw std::runtime_error(file + ": not an image");
+    Picture::RegionType region;
+    Picture::SpacingType spacing;
+    Picture::PointType origin;
+    std::int64_t count = 1;
+    for (unsigned d = 0; d < 3; ++d) {
+        region.SetSize(d, itk::SizeValueType(h.dims[d]));
+        spacing[d] = h.spacing_mm[d];
+        origin[d] = h.origin_mm[d];
+        count *= h.dims[d];
+    }
+    if (count < 1 || count > kMaxImageVoxels) throw std::runtime_error(file + ": too large");
+    std::vector<std::int16_t> voxels(std::size_t(count), 0);
+    if (!in.read(reinterpret_cast<char*>(voxels.data()), count * 2))
+        throw std::runtime_error(file + ": cut short");
+    auto picture = Picture::New();
+    picture->SetRegions(region);
+    picture->SetSpacing(spacing);
+    picture->SetOrigin(origin);
+    picture->Allocate();
+    std::copy(voxels.begin(), voxels.end(), picture->GetBufferPointer());
+    return picture;
+}
+
+// The mean over cubes of `shrink` voxels, on a grid with matching centres.
+Picture::Pointer shrunk(const Picture& in, int shrink) {
+    const auto dims = sizeOf(in);
+    Picture::RegionType region;
+    Picture::SpacingType spacing = in.GetSpacing();
+    Picture::PointType origin = in.GetOrigin();
+    std::array<int, 3> out_dims{};
+    for (unsigned d = 0; d < 3; ++d) {
+        out_dims[d] = std::max(1, dims[d] / shrink);
+        region.SetSize(d, itk::SizeValueType(out_dims[d]));
+        origin[d] += 0.5 * (shrink - 1) * spacing[d];
+        spacing[d] *= shrink;
+    }
+    auto out = Picture::New();
+    out->SetRegions(region);
+    out->SetSpacing(spacing);
+    out->SetOrigin(origin);
+    out->Allocate();
+    const float* from = in.GetBufferPointer();
+    float* to = out->GetBufferPointer();
+    for (int z = 0; z < out_dims[2]; ++z)
+        for (int y = 0; y < out_dims[1]; ++y)
+            for (int x = 0; x < out_dims[0]; ++x) {
+                double sum = 0.0;
+                for (int k = 0; k < shrink; ++k)
+                    for (int j = 0; j < shrink; ++j)
+                        for (int i = 0; i < shrink; ++i) {
+                            const int ix = std::min(dims[0] - 1, x * shrink + i),
+                                      iy = std::min(dims[1] - 1, y * shrink + j),
+                                      iz = std::min(dims[2] - 1, z * shrink + k);
+                            sum += double(from[(std::ptrdiff_t(iz) * dims[1] + iy) * dims[0] + ix]);
+                        }
+                *to++ = float(sum / (shrink * shrink * shrink));
+            }
+    return out;
+}
+
+// Gaussian blur along one axis, with `n` interleaved floats per voxel.
+void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3>& dims, unsigned axis,
+              double sigma) {
+    const int reach = int(std::ceil(3.0 * sigma));
+    std::vector<float> kernel(std::size_t(2 * reach + 1));
+    for (int i = -reach; i <= reach; ++i)
+        kernel[std::size_t(i + reach)] = float(std::exp(-0.5 * i * i / (sigma * sigma)));
+    const std::array<std::size_t, 3> strides{n, n * std::size_t(dims[0]), n * std::size_t(dims[0] * dims[1])};
+    const std::size_t stride = strides[axis];
+    const int length = dims[axis];
+    const auto lines = std::ptrdiff_t(values.size() / n / std::size_t(length));
+    auto threads = itk::MultiThreaderBase::New();
+    threads->ParallelizeArray(
+        0, itk::SizeValueType(lines),
+        [&](itk::SizeValueType line) {
+            // The first voxel of the line. The other two axes are numbered with the lower one first.
+            const unsigned a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
+            const std::size_t start =
+                line % std::size_t(dims[a]) * strides[a] + line / std::size_t(dims[a]) * strides[b];
+            std::vector<float> out(std::size_t(length) * n, 0.0f);
+            for (int i = 0; i < length; ++i)
+                for (int k = std::max(-reach, -i); k <= std::min(reach, length - 1 - i); ++k)
+                    for (std::size_t c = 0; c < n; ++c)
+                        out[std::size_t(i) * n + c] +=
+                            kernel[std::size_t(k + reach)] * values[start + std::size_t(i + k) * stride + c];
+            for (int i = 0; i < length; ++i)
+                for (std::size_t c = 0; c < n; ++c)
+                    values[start + std::size_t(i) * stride + c] = out[std::size_t(i) * n + c];
+        },
+        nullptr);
+}
+
+// Gaussian smoothing of the field, weighted by the mask. Beyond the mask the field continues with the
+// values near it, so that warping samples follow the tissue.
+void smoothWithin(Field& field, const Picture& mask, double sigma) {
+    const auto dims = sizeOf(field);
+    const std::size_t count = field.GetLargestPossibleRegion().GetNumberOfPixels();
+    std::vector<float> sum(4 * count);
+    auto* vectors = field.GetBufferPointer();
+    const float* weights = mask.GetBufferPointer();
+    for (std::size_t i = 0; i < count; ++i) {
+        const float w = std::max(weights[i], 1e-4f);
+        for (unsigned c = 0; c < 3; ++c)
+            sum[4 * i + c] = w * vectors[i][c];
+        sum[4 * i + 3] = w;
+    }
+    for (unsigned axis = 0; axis < 3; ++axis)
+        blurAxis(sum, 4, dims, axis, sigma);
+    for (std::size_t i = 0; i < count; ++i)
+        for (unsigned c = 0; c < 3; ++c)
+            vectors[i][c] = sum[4 * i + c] / sum[4 * i + 3];
+}
+
+class MaskedDemons : public itk::DiffeomorphicDemonsRegistrationFilter<Picture, Picture, Field> {
+  public:
+    using Self = MaskedDemons;
+    using Superclass = itk::DiffeomorphicDemonsRegistrationFilter<Picture, Picture, Field>;
+    using Pointer = itk::SmartPointer<Self>;
+    Picture::Pointer mask;
+  itkNewMacro(Self)
+
+      protected : void SmoothDisplacementField() override {
+        smoothWithin(*this->GetDisplacementField(), *mask, kSigmaField);
+    }
+    void SmoothUpdateField() override { smoothWithin(*this->GetUpdateBuffer(), *mask, kSigmaUpdate); }
+};
+
+// Resamples the coarse field on the grid of `like`, linearly between voxels.
+Field::Pointer refined(const Field& coarse, const Picture& like) {
+    auto fine = Field::New();
+    fine->SetRegions(like.GetLargestPossibleRegion());
+    fine->SetSpacing(like.GetSpacing());
+    fine->SetOrigin(like.GetOrigin());
+    fine->Allocate();
+    const auto from = sizeOf(coarse), to = sizeOf(like);
+    const auto* in = coarse.GetBufferPointer();
+    auto* out = fine->GetBufferPointer();
+    const auto at = [&](int x, int y, int z) { return in[(std::ptrdiff_t(z) * from[1] + y) * from[0] + x]; };
+    for (int z = 0; z < to[2]; ++z)
+        for (int y = 0; y < to[1]; ++y)
+            for (int x = 0; x < to[0]; ++x) {
+                const std::array<int, 3> i{x, y, z};
+                std::array<int, 3> low{}, high{};
+                std::array<float, 3> f{};
+                for (unsigned d = 0; d < 3; ++d) {
+                    const double p =
+                        (like.GetOrigin()[d] + i[d] * like.GetSpacing()[d] - coarse.GetOrigin()[d]) /
+                        coarse.GetSpacing()[d];
+                    low[d] = std::clamp(int(std::floor(p)), 0, from[d] - 1);
+                    high[d] = std::min(low[d] + 1, from[d] - 1);
+                    f[d] = float(std::clamp(p - low[d], 0.0, 1.0));
+                }
+                itk::Vector<float, 3> sum(0.0f);
+                for (int corner = 0; corner < 8; ++corner) {
+                    const bool ux = (corner & 1) != 0, uy = (corner & 2) != 0, uz = (corner & 4) != 0;
+                    const float weight =
+                        (ux ? f[0] : 1.0f - f[0]) * (uy ? f[1] : 1.0f - f[1]) * (uz ? f[2] : 1.0f - f[2]);
+                    sum += at(ux ? high[0] : low[0], uy ? high[1] : low[1], uz ? high[2] : low[2]) * weight;
+                }
+                *out++ = sum;
+            }
+    return fine;
+}
+
+Field::Pointer registered(const Picture& fixed, const Picture& moving, const Picture& mask,
+                          const std::vector<Level>& levels) {
+    Field::Pointer field;
+    for (const Level& level : levels) {
+        const auto level_fixed = shrunk(fixed, level.shrink);
+        auto demons = MaskedDemons::New();
+        demons->mask = shrunk(mask, level.shrink);
+        demons->SetFixedImage(level_fixed);
+        demons->SetMovingImage(shrunk(moving, level.shrink));
+        if (field) demons->SetInitialDisplacementField(refined(*field, *level_fixed));
+        demons->SetNumberOfIterations(itk::IdentifierType(level.iterations));
+        demons->SetMaximumUpdateStepLength(kLongestStep);
+        demons->SmoothUpdateFieldOn();
+        demons->SmoothDisplacementFieldOn();
+        demons->Update();
+        field = demons->GetOutput();
+        field->DisconnectPipeline();
+    }
+    return field;
+}
+
+Field::Pointer betweenPhases(const Picture& fixed, const Picture& moving, const Picture& mask, int finest) {
+    std::vector<Level> levels;
+    for (const Level& level : kLevels)
+        if (level.shrink >= finest) levels.push_back(level);
+    return registered(fixed, moving, mask, levels);
+}
+
+using Affine = itk::AffineTransform<double, 3>;
+using Interpolator = itk::LinearInterpolateImageFunction<Picture, double>;
+
+template <typename Visit>
+void forEachVoxel(const Picture& image, const Visit& visit) {
+    const auto dims = sizeOf(image);
+    std::ptrdiff_t i = 0;
+    for (int z = 0; z < dims[2]; ++z)
+        for (int y = 0; y < dims[1]; ++y)
+            for (int x = 0; x < dims[0]; ++x, ++i) {
+                Picture::PointType p;
+                p[0] = image.GetOrigin()[0] + x * image.GetSpacing()[0];
+                p[1] = image.GetOrigin()[1] + y * image.GetSpacing()[1];
+                p[2] = image.GetOrigin()[2] + z * image.GetSpacing()[2];
+                visit(i, p);
+            }
+}
+
+// The centre of the body. Voxels outside the body have the image's lowest value.
+Picture::PointType middleOf(const Picture& image) {
+    const float* v = image.GetBufferPointer();
+    const float outside = *std::min_element(v, v + image.GetLargestPossibleRegion().GetNumberOfPixels());
+    itk::Vector<double, 3> sum(0.0);
+    double count = 0.0;
+    forEachVoxel(image, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+        if (v[i] > outside) sum += p.GetVectorFromOrigin(), count += 1.0;
+    });
+    Picture::PointType middle;
+    for (unsigned d = 0; d < 3; ++d)
+        middle[d] = count > 0.0 ? sum[d] / count : 0.0;
+    return middle;
+}
+
+// The shift of MOVING that aligns the bodies, at the height where the sections differ least.
+itk::Vector<double, 3> shiftBetween(const Picture& fixed, const Picture& moving) {
+    const int nf = sizeOf(fixed)[2], nm = sizeOf(moving)[2];
+    const double dz = fixed.GetSpacing()[2];
+    itk::Vector<double, 3> best = middleOf(moving) - middleOf(fixed);
+    const double fixed_low = fixed.GetOrigin()[2], moving_low = moving.GetOrigin()[2];
+    const int least = std::max(1, int(kLeastOverlap * std::min(nf, nm)));
+    auto interpolator = Interpolator::New();
+    interpolator->SetInputImage(&moving);
+    double lowest = std::numeric_limits<double>::infinity();
+    // Compare slice 0 of FIXED with slice k of MOVING.
+    for (int k = least - nf; k <= nm - least; ++k) {
+        itk::Vector<double, 3> shift = best;
+        shift[2] = moving_low + k * dz - fixed_low;
+        double sum = 0.0, count = 0.0;
+        forEachVoxel(fixed, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+            const auto q = p + shift;
+            if (!interpolator->IsInsideBuffer(q)) return;
+            const double d = interpolator->Evaluate(q) - double(fixed.GetBufferPointer()[i]);
+            sum += d * d, count += 1.0;
+        });
+        if (count == 0.0 || sum / count >= lowest) continue;
+        lowest = sum / count;
+        best = shift;
+    }
+    return best;
+}
+
+Affine::Pointer affineBetween(const Picture& fixed, const Picture& moving) {
+    const auto f = shrunk(fixed, kAffineShrink), m = shrunk(moving, kAffineShrink);
+    auto affine = Affine::New();
+    affine->SetCenter(middleOf(*f));
+    affine->SetTranslation(
+        shiftBetween(*shrunk(fixed, 2 * kAffineShrink), *shrunk(moving, 2 * kAffineShrink)));
+    auto metric = itk::MeanSquaresImageToImageMetricv4<Picture, Picture>::New();
+    metric->SetMaximumNumberOfWorkUnits(kWorkUnits);
+    auto scales = itk::RegistrationParameterScalesFromPhysicalShift<
+        itk::MeanSquaresImageToImageMetricv4<Picture, Picture>>::New();
+    scales->SetMetric(metric);
+    auto optimizer = itk::RegularStepGradientDescentOptimizerv4<double>::New();
+    optimizer->SetScalesEstimator(scales);
+    optimizer->SetDoEstimateLearningRateOnce(true);
+    optimizer->SetMinimumStepLength(0.01);
+    optimizer->SetNumberOfIterations(kAffineIterations);
+    optimizer->SetNumberOfWorkUnits(kWorkUnits);
+    auto method = itk::ImageRegistrationMethodv4<Picture, Picture, Affine>::New();
+    method->SetFixedImage(f);
+    method->SetMovingImage(m);
+    method->SetMetric(metric);
+    method->SetOptimizer(optimizer);
+    method->SetInitialTransform(affine);
+    method->InPlaceOn();
+    method->SetNumberOfLevels(1);
+    itk::Array<itk::SizeValueType> shrink(1);
+    shrink.Fill(1);
+    method->SetShrinkFactorsPerLevel(shrink);
+    itk::Array<double> sigmas(1);
+    sigmas.Fill(0.0);
+    method->SetSmoothingSigmasPerLevel(sigmas);
+    method->Update();
+    return affine;
+}
+
+// MOVING resampled on the grid of FIXED. Where MOVING has no data, FIXED is copied.
+Picture::Pointer resampled(const Picture& fixed, const Picture& moving, const Affine& affine) {
+    auto out = shrunk(fixed, 1);
+    auto interpolator = Interpolator::New();
+    interpolator->SetInputImage(&moving);
+    float* v = out->GetBufferPointer();
+    forEachVoxel(*out, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+        const auto q = affine.TransformPoint(p);
+        if (interpolator->IsInsideBuffer(q)) v[i] = float(interpolator->Evaluate(q));
+    });
+    return out;
+}
+
+Field::Pointer betweenPatients(const Picture& fixed, const Picture& moving, int iterations) {
+    const auto affine = affineBetween(fixed, moving);
+    const auto everywhere = shrunk(fixed, 1);
+    everywhere->FillBuffer(1.0f);
+    std::vector<Level> levels;
+    for (int shrink = 4; shrink >= 1; shrink /= 2, iterations /= 2)
+        levels.push_back({shrink, iterations});
+    const auto field = registered(fixed, *resampled(fixed, moving, *affine), *everywhere, levels);
+    // Append the affine transform to the field.
+    auto* u = field->GetBufferPointer();
+    forEachVoxel(fixed, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+        const auto q = affine->TransformPoint(p + itk::Vector<double, 3>(u[i]));
+        for (unsigned d = 0; d < 3; ++d)
+            u[i][d] = float(q[d] - p[d]);
+    });
+    return field;
+}
+
+void write(const Field& field, const std::string& file) {
+    FieldHandover h;
+    for (unsigned d = 0; d < 3; ++d) {
+        h.dims[d] = sizeOf(field)[d];
+        h.spacing_mm[d] = field.GetSpacing()[d];
+        h.origin_mm[d] = field.GetOrigin()[d];
+    }
+    std::ofstream out(file, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(&h), sizeof h);
+    out.write(reinterpret_cast<const char*>(field.GetBufferPointer()),
+              std::streamsize(field.GetLargestPossibleRegion().GetNumberOfPixels() * 3 * sizeof(float)));
+    if (!out.flush()) throw std::runtime_error("no room to hand the field over");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 5 && argc != 6) {
+        std::puts("usage: stylet-register FIXED MOVING MASK OUT FINEST | FIXED MOVING OUT ITERATIONS");
+        return 2;
+    }
+    try {
+        itk::Object::GlobalWarningDisplayOff();
+        ImageHandover grid, other;
+        const Picture::Pointer fixed = read(argv[1], grid), moving = read(argv[2], other);
+        if (argc == 5) {
+            write(*betweenPatients(*fixed, *moving, std::stoi(argv[4])), argv[3]);
+            return 0;
+        }
+        if (grid.dims != other.dims) throw std::runtime_error("the images differ in size");
+        const Picture::Pointer mask = read(argv[3], other);
+        if (grid.dims != other.dims) throw std::runtime_error("the mask differs in size");
+        write(*betweenPhases(*fixed, *moving, *mask, std::stoi(argv[5])), argv[4]);
+        return 0;
+    } catch (const itk::ExceptionObject& e) {
+        std::puts(e.GetDescription());
+    } catch (const std::exception& e) {
+        std::puts(e.what());
+    }
+    return 1;
+}

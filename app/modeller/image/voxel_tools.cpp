@@ -1,0 +1,202 @@
+#include "app/modeller/image/voxel_tools.h"
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+#include <vector>
+
+namespace stylet::modeller {
+
+namespace {
+
+constexpr float kFar = 1e6f;  // squared metres; means "no voxel of the mask"
+
+// One axis of the transform: g(p) = min over q of f(q) + (spacing (p - q))^2, by the lower envelope of
+// parabolas.
+struct Envelope {
+    std::vector<float> f, begin;
+    std::vector<int> apex;
+
+    explicit Envelope(int n) : f(std::size_t(n)), begin(std::size_t(n) + 1), apex(std::size_t(n)) {}
+
+    void transform(float* line, std::ptrdiff_t stride, int n, float spacing) {
+        for (int i = 0; i < n; ++i)
+            f[std::size_t(i)] = line[i * stride];
+        const float w = spacing * spacing;
+        int k = -1;
+        for (int q = 0; q < n; ++q) {
+            const float fq = f[std::size_t(q)];
+            if (fq >= kFar) continue;
+            float from = -1e9f;
+            while (k >= 0) {
+                const int p = apex[std::size_t(k)];
+                from = ((fq - f[std::size_t(p)]) / w + float(q * q - p * p)) / float(2 * (q - p));
+                if (from > begin[std::size_t(k)]) break;
+                --k;
+            }
+            if (k < 0) from = -1e9f;
+            apex[std::size_t(++k)] = q;
+            begin[std::size_t(k)] = from;
+        }
+        if (k < 0) return;
+        for (int p = 0, j = 0; p < n; ++p) {
+            while (j < k && begin[std::size_t(j + 1)] <= float(p))
+                ++j;
+            const int q = apex[std::size_t(j)];
+            line[p * stride] = w * float((p - q) * (p - q)) + f[std::size_t(q)];
+        }
+    }
+};
+
+const Index3 kNeighbours[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+
+}  // namespace
+
+void forEachSlab(int count, const std::function<void(int)>& f) {
+    std::atomic<int> next{0};
+    const auto work = [&] {
+        for (int i = next++; i < count; i = next++)
+            f(i);
+    };
+    std::thread other(work);
+    work();
+    other.join();
+}
+
+FloatVolume distanceTo(const Mask& mask) {
+    const Grid& g = mask.grid;
+    FloatVolume d(g);
+    for (std::size_t i = 0; i < d.voxels.size(); ++i)
+        d.voxels[i] = mask.voxels[i] ? 0.0f : kFar;
+    const std::ptrdiff_t row = g.dims.x, slice = std::ptrdiff_t(g.dims.x) * g.dims.y;
+    forEachSlab(g.dims.z, [&](int z) {
+        float* base = d.voxels.data() + z * slice;
+        Envelope along_x(g.dims.x), along_y(g.dims.y);
+        for (int y = 0; y < g.dims.y; ++y)
+            along_x.transform(base + y * row, 1, g.dims.x, float(g.spacing_m.x));
+        for (int x = 0; x < g.dims.x; ++x)
+            along_y.transform(base + x, row, g.dims.y, float(g.spacing_m.y));
+    });
+    forEachSlab(g.dims.y, [&](int y) {
+        Envelope along_z(g.dims.z);
+        for (int x = 0; x < g.dims.x; ++x)
+            along_z.transform(d.voxels.data() + y * row + x, slice, g.dims.z, float(g.spacing_m.z));
+    });
+    for (float& v : d.voxels)
+        v = std::sqrt(v);
+    return d;
+}
+
+Mask floodFrom(const Mask& seeds, const Mask& passable) {
+    const Grid& g = passable.grid;
+    Mask reached(g);
+    std::vector<std::size_t> open;
+    for (std::size_t i = 0; i < seeds.voxels.size(); ++i)
+        if (seeds.voxels[i] && passable.voxels[i]) {
+            reached.voxels[i] = 1;
+            open.push_back(i);
+        }
+    while (!open.empty()) {
+        const Index3 at = indexOf(g, open.back());
+        open.pop_back();
+        for (const Index3& step : kNeighbours) {
+            const Index3 to = at + step;
+            if (!g.contains(to)) continue;
+            const std::size_t o = g.offset(to);
+            if (reached.voxels[o] || !passable.voxels[o]) continue;
+            reached.voxels[o] = 1;
+            open.push_back(o);
+        }
+    }
+    return reached;
+}
+
+std::size_t keepLargest(Mask& mask) {
+    Mask rest = mask, best(mask.grid);
+    std::size_t best_count = 0, total = 0;
+    std::vector<std::size_t> component;
+    for (std::size_t seed = 0; seed < rest.voxels.size(); ++seed) {
+        if (!rest.voxels[seed]) continue;
+        component.assign(1, seed);
+        rest.voxels[seed] = 0;
+        for (std::size_t head = 0; head < component.size(); ++head) {
+            const Index3 at = indexOf(mask.grid, component[head]);
+            for (const Index3& step : kNeighbours) {
+                const Index3 to = at + step;
+                if (!mask.grid.contains(to)) continue;
+                const std::size_t o = mask.grid.offset(to);
+                if (!rest.voxels[o]) continue;
+                rest.voxels[o] = 0;
+                component.push_back(o);
+            }
+        }
+        total += component.size();
+        if (component.size() <= best_count) continue;
+        best_count = component.size();
+        std::fill(best.voxels.begin(), best.voxels.end(), std::uint8_t{0});
+        for (std::size_t o : component)
+            best.voxels[o] = 1;
+    }
+    mask = std::move(best);
+    return total - best_count;
+}
+
+void fillHolesPerSlice(Mask& mask) {
+    const int nx = mask.grid.dims.x, ny = mask.grid.dims.y;
+    forEachSlab(mask.grid.dims.z, [&](int z) {
+        std::uint8_t* slice = mask.voxels.data() + std::ptrdiff_t(z) * nx * ny;
+        std::vector<std::uint8_t> outside(std::size_t(nx * ny), 0);
+        std::vector<int> open;
+        const auto visit = [&](int x, int y) {
+            const int o = y * nx + x;
+            if (x < 0 || y < 0 || x >= nx || y >= ny || slice[o] || outside[std::size_t(o)]) return;
+            outside[std::size_t(o)] = 1;
+            open.push_back(o);
+        };
+        for (int x = 0; x < nx; ++x)
+            visit(x, 0), visit(x, ny - 1);
+        for (int y = 0; y < ny; ++y)
+            visit(0, y), visit(nx - 1, y);
+        while (!open.empty()) {
+            const int x = open.back() % nx, y = open.back() / nx;
+            open.pop_back();
+            visit(x + 1, y), visit(x - 1, y), visit(x, y + 1), visit(x, y - 1);
+        }
+        for (int o = 0; o < nx * ny; ++o)
+            slice[o] = outside[std::size_t(o)] ? 0 : 1;
+    });
+}
+
+FloatVolume boxMean(const FloatVolume& in, int reach) {
+    FloatVolume out = in;
+    const Index3 n = in.grid.dims;
+    const std::ptrdiff_t strides[3] = {1, n.x, std::ptrdiff_t(n.x) * n.y};
+    for (int axis = 0; axis < 3; ++axis) {
+        const int length = n[axis], outer = axis == 2 ? 1 : 2;
+        const int count_a = n[outer == axis ? 0 : outer], count_b = n[axis == 0 ? 1 : 0];
+        const std::ptrdiff_t stride_a = strides[outer == axis ? 0 : outer],
+                             stride_b = strides[axis == 0 ? 1 : 0];
+        forEachSlab(count_a, [&](int a) {
+            std::vector<double> sum(std::size_t(length) + 1);
+            for (int b = 0; b < count_b; ++b) {
+                float* line = out.voxels.data() + a * stride_a + b * stride_b;
+                for (int i = 0; i < length; ++i)
+                    sum[std::size_t(i) + 1] = sum[std::size_t(i)] + double(line[i * strides[axis]]);
+                for (int i = 0; i < length; ++i) {
+                    const int from = std::max(0, i - reach), to = std::min(length, i + reach + 1);
+                    line[i * strides[axis]] =
+                        float((sum[std::size_t(to)] - sum[std::size_t(from)]) / double(to - from));
+                }
+            }
+        });
+    }
+    return out;
+}
+
+Mask inverted(Mask m) {
+    for (std::uint8_t& v : m.voxels)
+        v = v ? 0 : 1;
+    return m;
+}
+
+}  // namespace stylet::modeller

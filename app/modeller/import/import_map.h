@@ -1,0 +1,31 @@
+// Maps the label ids of a data set to our labels.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "patient/tissue/tissue.h"
+
+namespace stylet::modeller {
+
+// The labels that an import may use: the reference patient's, with their names and ids, followed by labels
+// that occur only in hospital segmentations ("bone" as one mask, "cyst").
+const std::vector<patient::Label>& targetTable();
+// Returns null if there is no such target.
+const patient::Label* findTarget(const std::string& name);
+
+// A CSV file: `source_id,tissue`, one line per id. `tissue` is a target's name, or "unsegmented" if CT
+// thresholds should decide. Lines starting with # are comments; the values of `# source:` and `# licence:`
+// are stored in the package.
+struct LabelMap {
+    std::map<int, std::uint8_t> target_of;  // source id -> id in targetTable(), 0 = unsegmented
+    std::string source, licence;
+};
+LabelMap loadLabelMap(const std::filesystem::path& csv);  // throws ImportError: FILE: line N: reason
+// Parses the text. `csv` is only used in error messages.
+LabelMap parseLabelMap(const std::filesystem::path& csv, std::string_view text);
+
+}  // namespace stylet::modeller

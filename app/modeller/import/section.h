@@ -1,0 +1,49 @@
+// The section of a scan that becomes a patient: resampled, cropped to the body, and within the package size
+// limits.
+#pragma once
+
+#include <functional>
+#include <string_view>
+
+#include "app/modeller/image/voxel_tools.h"
+#include "patient/tissue/tissue.h"
+
+namespace stylet::modeller {
+
+inline constexpr std::int16_t kOutside_hu = -1024;  // value of voxels outside the body
+
+// An isotropic grid over the scan's heights from `low_m` to `high_m` and its whole width, plus a rim of
+// air. Aligned to whole voxels from the scan's first voxel. Throws ImportError if the scan is wider than
+// 0.5 m.
+Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m);
+
+// Trilinear; air outside the scan.
+CtVolume resampleCt(const CtVolume&, const Grid&);
+
+// Sets everything outside the body to air without a label, and crops both volumes in-plane to the body and
+// a rim. Returns the body. Throws ImportError if there is no body.
+Mask cutToBody(CtVolume&, LabelVolume&);
+
+// Crops a volume to the voxels `low` to `high`, inclusive.
+template <typename T>
+void cropTo(Volume<T>& v, const Index3& low, const Index3& high) {
+    Volume<T> out(Grid{high - low + 1, v.grid.spacing_m, v.grid.centre(low)});
+    for (int z = 0; z < out.grid.dims.z; ++z)
+        for (int y = 0; y < out.grid.dims.y; ++y)
+            for (int x = 0; x < out.grid.dims.x; ++x)
+                out[{x, y, z}] = v[low + Index3{x, y, z}];
+    v = std::move(out);
+}
+
+// Throws ImportError if a package with this grid could not be loaded again; the message names a spacing
+// that fits.
+void checkFits(const Grid&);
+
+// Mask of the voxels whose label in targetTable() is wanted.
+Mask maskOf(const LabelVolume&, const std::function<bool(const patient::Label&)>& wanted);
+Mask maskOf(const LabelVolume&, std::string_view name);
+// Sets the label of the mask's voxels: of all, or only of unlabelled ones. Returns the number of voxels
+// changed.
+std::size_t paint(LabelVolume&, const Mask& where, std::uint8_t id, bool over_all);
+
+}  // namespace stylet::modeller

@@ -1,0 +1,66 @@
+// Fits a motion model to the phases of a 4D CT.
+// Based on Wilms et al. 2014: velocity fields of the registered phases, regressed at each node on a
+// surrogate and its rate, in the log-Euclidean framework.
+#pragma once
+
+#include "app/modeller/motion/dome.h"
+#include "patient/patient.h"
+
+namespace stylet::modeller {
+
+struct FitSettings {
+    PhaseSettings phases;
+    RegisterSettings registration;
+    std::filesystem::path signal;  // CSV, one surrogate per phase; empty: from the lung's density
+    double period_s = 4.0;         // breathing period that the phases divide evenly; used without a signal
+    double grid_m = 0.005;         // between nodes
+    std::function<void(std::string_view)> progress = [](std::string_view) {};
+};
+
+// Predicted minus observed height of the dome, over the judged columns, in metres.
+struct Residual {
+    double mean_m = 0.0, mean_abs_m = 0.0, p95_m = 0.0, slice_mean_abs_m = 0.0;
+};
+
+struct PhaseReport {
+    std::string name;
+    patient::Surrogate surrogate;
+    double dome_m = 0.0;       // mean height over the judged columns relative to the reference
+    Residual still;            // without any motion
+    Residual fitted;           // for the model fitted to all phases
+    Residual left_out;         // for a model fitted without this phase
+    double log_error_m = 0.0;  // error of the velocity fields' exponentials against the displacements
+};
+
+struct FittedMotion {
+    patient::MotionModel model;
+    std::size_t reference = 0;  // the phase at end-exhale; its frame is the model's
+    FloatVolume reference_hu;
+    std::vector<PhaseReport> phases;
+    Vec3 voxel_m{0.0};
+    std::size_t columns = 0;  // number of judged columns
+};
+
+// Throws ImportError, DataError.
+FittedMotion fitMotion(const FitSettings&);
+
+// Reads one surrogate per phase: header "phase,v,rate_per_s", one line per phase in order. Throws
+// DataError.
+std::vector<patient::Surrogate> readPhaseSignal(const std::filesystem::path& csv, std::size_t phases);
+std::vector<patient::Surrogate> parsePhaseSignal(std::string_view csv, const std::filesystem::path& file,
+                                                 std::size_t phases);
+
+// Normalises densities to v = 0 at the largest (end-exhale) and 1 at the smallest (end-inhale), with rates
+// around the cycle.
+std::vector<patient::Surrogate> surrogateFrom(const std::vector<double>& densities, double period_s);
+
+// The fit's input from one phase: the velocities of both fields at every node.
+struct NodeVelocities {
+    std::vector<Vec3> wall_m, slide_m;
+};
+// Least-squares fit of a1 and a2 at every node over all phases except `without` (pass the number of phases
+// to use all). The reference phase has zero motion.
+void regress(const std::vector<NodeVelocities>&, const std::vector<patient::Surrogate>&,
+             std::size_t reference, std::size_t without, patient::MotionModel&);
+
+}  // namespace stylet::modeller

@@ -1,0 +1,135 @@
+#include "app/modeller/motion/phases.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+
+#include "app/modeller/image/handover_files.h"
+#include "app/modeller/image/image_handover.h"
+#include "base/whole_file.h"
+
+namespace stylet::modeller {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kFewestPhases = 4, kMostPhases = 64;
+// Clamps to the values of tissue, so that metal and noise do not affect the registration.
+constexpr float kLowest_hu = -1000.0f, kHighest_hu = 400.0f;
+constexpr float kBlank_hu = 40.0f;  // outside the mask
+
+// Sorts image2 before image10.
+bool before(const std::string& a, const std::string& b) {
+    const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
+    std::size_t i = 0, k = 0;
+    while (i < a.size() && k < b.size()) {
+        if (digit(a[i]) && digit(b[k])) {
+            std::size_t i_end = i, k_end = k;
+            while (i_end < a.size() && digit(a[i_end]))
+                ++i_end;
+            while (k_end < b.size() && digit(b[k_end]))
+                ++k_end;
+            const std::string x = a.substr(i, i_end - i), y = b.substr(k, k_end - k);
+            if (x.size() != y.size()) return x.size() < y.size();
+            if (x != y) return x < y;
+            i = i_end, k = k_end;
+        } else {
+            if (a[i] != b[k]) return a[i] < b[k];
+            ++i, ++k;
+        }
+    }
+    return a.size() - i < b.size() - k;
+}
+
+std::vector<fs::path> phaseFiles(const fs::path& folder) {
+    std::error_code error;
+    if (!fs::is_directory(folder, error)) throw ImportError(folder.string() + ": is no folder of phases");
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        if (name.starts_with('.')) continue;
+        if (entry.is_directory() || name.ends_with(".dcm") || name.ends_with(".nii") ||
+            name.ends_with(".nii.gz"))
+            files.push_back(entry.path());
+        if (files.size() > kMostPhases)
+            throw ImportError(folder.string() + ": more than " + std::to_string(kMostPhases) + " phases");
+    }
+    if (files.size() < kFewestPhases)
+        throw ImportError(folder.string() + ": " + std::to_string(files.size()) +
+                          " phases; a fit needs four, each a file (.dcm, .nii, .nii.gz) or a folder");
+    std::sort(files.begin(), files.end(),
+              [](const fs::path& a, const fs::path& b) { return before(a.filename(), b.filename()); });
+    return files;
+}
+
+FloatVolume huOf(const Volume<std::int16_t>& stored, double spacing_mm) {
+    FloatVolume hu(stored.grid);
+    if (spacing_mm > 0.0) hu.grid.spacing_m = Vec3(1e-3 * spacing_mm);
+    const bool lifted = *std::min_element(stored.voxels.begin(), stored.voxels.end()) >= 0;
+    for (std::size_t i = 0; i < stored.voxels.size(); ++i)
+        hu.voxels[i] = float(stored.voxels[i]) - (lifted ? 1000.0f : 0.0f);
+    return hu;
+}
+
+ImageHandover handoverOf(const Grid& grid) {
+    ImageHandover h;
+    for (int d = 0; d < 3; ++d) {
+        h.dims[std::size_t(d)] = grid.dims[d];
+        h.spacing_mm[std::size_t(d)] = 1e3 * grid.spacing_m[d];
+        h.origin_mm[std::size_t(d)] = 1e3 * grid.origin_m[d];
+    }
+    return h;
+}
+
+// Writes value(i) for every voxel.
+template <typename Value>
+void writeImage(const fs::path& file, const Grid& grid, const Value& value) {
+    const ImageHandover h = handoverOf(grid);
+    std::vector<std::int16_t> voxels(grid.voxelCount());
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+        voxels[i] = std::int16_t(value(i));
+    std::string bytes(sizeof h + voxels.size() * sizeof voxels[0], '\0');
+    std::memcpy(bytes.data(), &h, sizeof h);
+    std::memcpy(bytes.data() + sizeof h, voxels.data(), voxels.size() * sizeof voxels[0]);
+    writeFile(file, bytes);
+}
+
+}  // namespace
+
+std::vector<Phase> readPhases(const PhaseSettings& settings) {
+    std::vector<Phase> phases;
+    for (const fs::path& file : phaseFiles(settings.folder)) {
+        Phase phase;
+        phase.name = file.filename().string();
+        phase.hu = huOf(readImage(file, ImageKind::phase, settings.reader), settings.spacing_mm);
+        if (!phases.empty() && !(phase.hu.grid == phases.front().hu.grid))
+            throw ImportError(file.string() + ": its grid is not that of " + phases.front().name);
+        phases.push_back(std::move(phase));
+        settings.progress("read " + phases.back().name);
+    }
+    return phases;
+}
+
+VectorField registerPhases(const FloatVolume& fixed, const FloatVolume& moving, const Mask& mask,
+                           const RegisterSettings& settings) {
+    const PrivateFolder folder;
+    const auto at = [&](const char* name) { return folder.path() / name; };
+    const auto shown = [&](const FloatVolume& image) {
+        return [&](std::size_t i) {
+            const float hu =
+                mask.voxels[i] ? std::clamp(image.voxels[i], kLowest_hu, kHighest_hu) : kBlank_hu;
+            return std::lround(hu);
+        };
+    };
+    writeImage(at("fixed"), fixed.grid, shown(fixed));
+    writeImage(at("moving"), fixed.grid, shown(moving));
+    writeImage(at("mask"), fixed.grid, [&](std::size_t i) { return mask.voxels[i] != 0; });
+    runChild(childProgram(settings.program, "stylet-register"),
+             {at("fixed"), at("moving"), at("mask"), at("field"), std::to_string(settings.finest)},
+             settings.limits, "phases", "the registration");
+    return takeField(at("field"));
+}
+
+}  // namespace stylet::modeller

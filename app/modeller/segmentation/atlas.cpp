@@ -1,0 +1,218 @@
+#include "app/modeller/segmentation/atlas.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "app/modeller/image/handover_files.h"
+#include "app/modeller/image/image_handover.h"
+#include "app/modeller/image/vector_field.h"
+#include "app/modeller/segmentation/coarse_grid.h"
+#include "base/whole_file.h"
+
+namespace stylet::modeller {
+
+using patient::Label;
+using patient::Package;
+
+namespace {
+
+// The image that drives the registration: air around the body and lung are far below soft tissue, fat is
+// below it, soft tissue keeps its contrast, and bone is slightly above. Gas and stool in the bowel are
+// neutral, because they do not show where organs lie.
+constexpr float kFeatureOutside_hu = -300.0f, kFeatureLung_hu = -220.0f, kFeatureFat_hu = -110.0f,
+                kFeatureBone_hu = 220.0f;
+constexpr int kAtlasAir_hu = -400;   // darker is lung or gas, if no lung is labelled
+constexpr int kBodyFloor_hu = -300;  // for an atlas: only air outside the body
+// Votes are weighted by the features within this many voxels of the registration grid.
+constexpr int kSimilarityReach = 3;
+// A vessel belongs to the liver if more than half of its surroundings does.
+constexpr double kVesselReach_m = 0.006;
+
+bool isTree(const std::string& name) {
+    return name == "portal vein" || name == "hepatic veins" || name == "bile ducts" || name == "tumour";
+}
+
+Organ organOf(const std::string& name) {
+    static const std::vector<std::pair<const char*, Organ>> table = {
+        {"liver", Organ::liver},
+        {"cyst", Organ::liver},
+        {"gallbladder", Organ::gallbladder},
+        {"spleen", Organ::spleen},
+        {"heart", Organ::heart},
+        {"right kidney", Organ::kidneys},
+        {"left kidney", Organ::kidneys},
+        {"stomach and oesophagus", Organ::stomach},
+        {"colon", Organ::bowel},
+        {"small bowel", Organ::bowel},
+        {"bowel gas", Organ::bowel},
+        {"pancreas", Organ::pancreas},
+        {"portal vein", Organ::blood},
+        {"aorta and arteries", Organ::blood},
+        {"vena cava and renal veins", Organ::blood},
+        {"right lung", Organ::lungs},
+        {"left lung", Organ::lungs},
+    };
+    for (const char* wall : {"skin", "fat of the body wall", "muscle", "fascia", "right ribs", "left ribs",
+                             "cartilage and discs", "spine", "spinal canal", "sternum", "bone"})
+        if (name == wall) return Organ::wall;
+    for (const auto& [label, organ] : table)
+        if (name == label) return organ;
+    return Organ::elsewhere;
+}
+
+// The body of an atlas: the largest component that is not air, with its holes filled.
+Mask bodyOf(const CtVolume& ct) {
+    Mask body(ct.grid);
+    for (std::size_t i = 0; i < body.voxels.size(); ++i)
+        body.voxels[i] = ct.voxels[i] > kBodyFloor_hu;
+    keepLargest(body);
+    fillHolesPerSlice(body);
+    return body;
+}
+
+float featureOf(int hu, bool body, bool lung) {
+    if (!body) return kFeatureOutside_hu;
+    if (lung) return kFeatureLung_hu;
+    return hu < kAtlasAir_hu ? 0.0f : std::clamp(float(hu), kFeatureFat_hu, kFeatureBone_hu);
+}
+
+FloatVolume featureImage(const CtVolume& ct, const Mask& body, const auto& isLung, double spacing_m) {
+    return coarseMean(coarseGrid(ct.grid, spacing_m), ct.grid,
+                      [&](std::size_t i) { return featureOf(ct.voxels[i], body.voxels[i] != 0, isLung(i)); });
+}
+
+void writeImage(const std::filesystem::path& file, const FloatVolume& image) {
+    ImageHandover h;
+    for (int d = 0; d < 3; ++d) {
+        h.dims[std::size_t(d)] = image.grid.dims[d];
+        h.spacing_mm[std::size_t(d)] = 1e3 * image.grid.spacing_m[d];
+        h.origin_mm[std::size_t(d)] = 1e3 * image.grid.origin_m[d];
+    }
+    std::vector<std::int16_t> voxels(image.voxels.size());
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+        voxels[i] = std::int16_t(std::lround(image.voxels[i]));
+    std::string bytes(sizeof h + voxels.size() * sizeof voxels[0], '\0');
+    std::memcpy(bytes.data(), &h, sizeof h);
+    std::memcpy(bytes.data() + sizeof h, voxels.data(), voxels.size() * sizeof voxels[0]);
+    writeFile(file, bytes);
+}
+
+VectorField registered(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings) {
+    const PrivateFolder folder;
+    const auto at = [&](const char* name) { return folder.path() / name; };
+    writeImage(at("fixed"), target);
+    writeImage(at("moving"), atlas.feature);
+    runChild(childProgram(settings.program, "stylet-register"),
+             {at("fixed"), at("moving"), at("field"), std::to_string(settings.iterations)}, settings.limits,
+             atlas.name, "the registration");
+    VectorField field = takeField(at("field"));
+    if (field.grid.dims != target.grid.dims)
+        throw ImportError("the registration of an atlas left another grid");
+    field.grid = target.grid;
+    return field;
+}
+
+// Adds the atlas's votes: its organ at each voxel, weighted by the local similarity of the two images.
+void vote(const FloatVolume& target, const AtlasImage& atlas, const VectorField& field, double similarity_hu,
+          AtlasPrior& prior) {
+    const Grid& g = target.grid;
+    FloatVolume differs(g);
+    LabelVolume organ(g, std::uint8_t{255});  // 255: outside the atlas
+    forEachSlab(g.dims.z, [&](int z) {
+        for (int y = 0; y < g.dims.y; ++y)
+            for (int x = 0; x < g.dims.x; ++x) {
+                const std::size_t o = g.offset({x, y, z});
+                const Vec3 p = g.centre({x, y, z}) + Vec3(field.voxels[o]);
+                organ.voxels[o] = atlas.organ.nearestOr(p, 255);
+                const float d = organ.voxels[o] == 255
+                                    ? 0.0f
+                                    : valueAt(atlas.feature, p, kFeatureOutside_hu) - target.voxels[o];
+                differs.voxels[o] = d * d;
+            }
+    });
+    differs = boxMean(differs, kSimilarityReach);
+    for (std::size_t o = 0; o < differs.voxels.size(); ++o) {
+        if (organ.voxels[o] >= kOrgans) continue;
+        const double d2 = double(differs.voxels[o]) / (similarity_hu * similarity_hu);
+        prior.probability[organ.voxels[o]].voxels[o] += float(std::exp(-d2)) + 1e-6f;
+        prior.known.voxels[o] += 1.0f;
+    }
+}
+
+}  // namespace
+
+Mask wholeLiver(const LabelVolume& labels, const std::vector<Label>& table) {
+    std::array<std::uint8_t, 256> kind{};  // 1 liver, 2 tree
+    for (const Label& l : table)
+        kind[l.id] = organOf(l.name) == Organ::liver ? 1 : isTree(l.name) ? 2 : 0;
+    FloatVolume liver(labels.grid), other(labels.grid);
+    for (std::size_t i = 0; i < labels.voxels.size(); ++i) {
+        liver.voxels[i] = kind[labels.voxels[i]] == 1;
+        other.voxels[i] = kind[labels.voxels[i]] == 0;
+    }
+    const int reach = std::max(1, int(std::lround(kVesselReach_m / labels.grid.spacing_m.x)));
+    const FloatVolume near_liver = boxMean(liver, reach), near_other = boxMean(other, reach);
+    Mask whole(labels.grid);
+    for (std::size_t i = 0; i < labels.voxels.size(); ++i)
+        whole.voxels[i] = liver.voxels[i] > 0.0f ||
+                          (kind[labels.voxels[i]] == 2 && near_liver.voxels[i] > near_other.voxels[i]);
+    return whole;
+}
+
+std::string atlasList(const std::vector<std::string>& names) {
+    std::string list;
+    for (const std::string& name : names)
+        list += (list.empty() ? "atlases: \"" : ", \"") + name + "\"";
+    return list;
+}
+
+void refuseItself(const std::string& name, const std::string& listed) {
+    if (listed.find("\"" + name + "\"") != std::string::npos)
+        throw ImportError("\"" + name + "\" is among the atlases of its own patient, which proves nothing (" +
+                          listed +
+                          "): leave that atlas out, or give the patient another name if he is not the same");
+}
+
+AtlasImage::AtlasImage(const Package& package, const AtlasSettings& settings) : name(package.name) {
+    std::array<Organ, 256> organ_of{};
+    for (const Label& l : package.label_table)
+        organ_of[l.id] = organOf(l.name);
+    const auto organAt = [&](std::size_t i) { return organ_of[package.labels.voxels[i]]; };
+    feature = featureImage(
+        package.ct, bodyOf(package.ct), [&](std::size_t i) { return organAt(i) == Organ::lungs; },
+        settings.spacing_m);
+    const Mask whole = wholeLiver(package.labels, package.label_table);
+    organ = LabelVolume(package.ct.grid);
+    for (std::size_t i = 0; i < organ.voxels.size(); ++i)
+        organ.voxels[i] = std::uint8_t(whole.voxels[i] ? Organ::liver : organAt(i));
+}
+
+AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
+                        const std::vector<AtlasImage>& atlases, const AtlasSettings& settings) {
+    const auto isLung = [&](std::size_t i) {
+        return lungs.voxels.empty() ? ct.voxels[i] < kAtlasAir_hu : lungs.voxels[i] != 0;
+    };
+    const FloatVolume target = featureImage(ct, body, isLung, settings.spacing_m);
+    AtlasPrior prior;
+    prior.grid = target.grid;
+    prior.known = FloatVolume(prior.grid);
+    prior.probability.assign(kOrgans, FloatVolume(prior.grid));
+    for (const AtlasImage& atlas : atlases) {
+        settings.progress(atlas.name);
+        vote(target, atlas, registered(target, atlas, settings), settings.similarity_hu, prior);
+        prior.used.push_back(atlas.name);
+    }
+    for (std::size_t o = 0; o < prior.known.voxels.size(); ++o) {
+        float sum = 0.0f;
+        for (const FloatVolume& p : prior.probability)
+            sum += p.voxels[o];
+        for (FloatVolume& p : prior.probability)
+            p.voxels[o] = sum > 0.0f ? p.voxels[o] / sum : 0.0f;
+        if (!atlases.empty()) prior.known.voxels[o] /= float(atlases.size());
+    }
+    return prior;
+}
+
+}  // namespace stylet::modeller

@@ -1,0 +1,78 @@
+// A probability map of organs: atlases (patients with known labels) are registered to the target and fused.
+// Based on Iglesias and Sabuncu, "Multi-atlas segmentation of biomedical images: a survey", Med Image Anal
+// 24, 2015 (registration, then votes weighted by local similarity, as in Artaechevarria et al. 2009, IEEE
+// TMI 28).
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/image/voxel_tools.h"
+#include "patient/package/package.h"
+
+namespace stylet::modeller {
+
+// The organs of the prior. `wall`: everything outside and including ribs and abdominal muscles. `blood`:
+// the large vessels outside the liver.
+enum class Organ : std::uint8_t {
+    elsewhere,
+    liver,
+    gallbladder,
+    spleen,
+    heart,
+    kidneys,
+    stomach,
+    bowel,
+    pancreas,
+    blood,
+    lungs,
+    wall
+};
+inline constexpr std::size_t kOrgans = std::size_t(Organ::wall) + 1;
+
+// The whole liver, as surgeons define it: parenchyma, tumours, cysts, and the vessels and ducts inside it.
+Mask wholeLiver(const LabelVolume&, const std::vector<patient::Label>&);
+
+struct AtlasSettings {
+    // Grid spacing of the registration and of the prior. A bench sweeps this and `iterations`.
+    double spacing_m = 0.004;
+    int iterations = 40;  // on the coarsest of three levels
+    // Feature difference at which an atlas's vote falls to 1/e, HU.
+    double similarity_hu = 60.0;
+    std::filesystem::path program;  // empty: `stylet-register` next to this program
+    ChildLimits limits{.wall_s = 300, .cpu_s = 1200, .memory_bytes = std::size_t(4) << 30};
+    std::function<void(std::string_view atlas)> progress = [](std::string_view) {};
+};
+
+struct AtlasPrior {
+    Grid grid;  // coarse, covers the target
+    // One volume per Organ, in order of its number. They sum to 1 where any atlas reaches.
+    std::vector<FloatVolume> probability;
+    FloatVolume known;              // share of the atlases that cover a voxel
+    std::vector<std::string> used;  // names of the atlases, for the provenance
+};
+
+// One atlas on the registration grid: features, and an organ per voxel. Much smaller than a package.
+class AtlasImage {
+  public:
+    AtlasImage(const patient::Package&, const AtlasSettings&);
+    std::string name;
+    FloatVolume feature;
+    LabelVolume organ;
+};
+
+// The list of atlases in a provenance text: atlases: "A", "B". Empty if there are none.
+std::string atlasList(const std::vector<std::string>& names);
+// Throws ImportError if `listed`, made by atlasList(), contains `name`. A build that used the patient as
+// its own atlas is no evidence of accuracy.
+void refuseItself(const std::string& name, const std::string& listed);
+
+// Computes the fused prior for a target. `lungs` may be empty; then voxels below -400 HU count as lung.
+// Without atlases, nothing in the prior is known. Throws ImportError if a registration fails.
+AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
+                        const std::vector<AtlasImage>&, const AtlasSettings&);
+
+}  // namespace stylet::modeller

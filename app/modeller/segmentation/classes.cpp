@@ -1,0 +1,53 @@
+#include "app/modeller/segmentation/classes.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/modeller/image/child_process_linux.h"
+
+namespace stylet::modeller {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr double kLeastPackage_hu = -1024.0, kMostPackage_hu = 3071.0;  // limits of a package
+
+json toJson(const TissueClass& c) {
+    return {{"mean_hu", c.mean_hu}, {"sigma_hu", c.sigma_hu}, {"share", c.share}};
+}
+
+}  // namespace
+
+std::string writeClasses(const TissueClasses& c, const patient::Thresholds& t) {
+    const json all{{"fat", toJson(c.fat)},
+                   {"soft", toJson(c.soft)},
+                   {"blood", toJson(c.blood)},
+                   {"bone", toJson(c.bone)},
+                   {"thresholds_hu",
+                    {{"t0", t.t0_hu},
+                     {"t1", t.t1_hu},
+                     {"t2_sensitive", t.t2_sensitive_hu},
+                     {"t2_specific", t.t2_specific_hu}}}};
+    return all.dump(2) + "\n";
+}
+
+patient::Thresholds parseClasses(const std::string& text) {
+    patient::Thresholds t;
+    try {
+        const json all = json::parse(text), &hu = all.at("thresholds_hu");
+        const auto read = [&](const char* name) {
+            const double v = hu.at(name).get<double>();
+            if (!(v >= kLeastPackage_hu && v <= kMostPackage_hu))
+                throw ImportError(std::string("classes.json: thresholds_hu: ") + name + " is no CT value");
+            return v;
+        };
+        t = {read("t0"), read("t1"), read("t2_sensitive"), read("t2_specific")};
+    } catch (const json::exception& e) {
+        throw ImportError(std::string("classes.json: ") + e.what());
+    }
+    if (!(t.t0_hu < t.t1_hu && t.t1_hu < t.t2_sensitive_hu && t.t2_sensitive_hu <= t.t2_specific_hu))
+        throw ImportError("classes.json: thresholds_hu: t0 < t1 < t2_sensitive <= t2_specific does not hold");
+    return t;
+}
+
+}  // namespace stylet::modeller

@@ -1,0 +1,45 @@
+// The fascia as in the paper: one smooth tube through the inner rib cage and outside the organs. Its radius
+// about an upright axis is a tensor B-spline r(phi, h), periodic in phi. The control points are a text file
+// that a person may edit.
+// Based on Mastmeyer, Wilms and Handels, "Interpatient respiratory motion model transfer for virtual
+// reality simulations of liver punctures", J. WSCG 25, 2017 (the surface); de Boor, "A Practical Guide to
+// Splines", 1978 (uniform cubic basis).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/modeller/import/import_fascia.h"
+
+namespace stylet::modeller {
+
+struct FasciaSpline {
+    Vec3 axis_m{0.0};                          // x and y; the axis is upright
+    double h_begin_m = 0.0, h_step_m = 0.015;  // knots: h_begin, h_begin + h_step, ...
+    int around = 36, levels = 0;               // control points per turn, at least 4; rows, at least 4
+    std::vector<double> control_m;             // [row * around + k], k at angle 2 pi k / around from +x to +y
+
+    // Row n has its largest weight at h_begin + (n - 1) h_step. Constant above and below all knots.
+    double radiusAt(double phi, double h_m) const;
+};
+
+// Least-squares fit to the visible wall (bones, lungs, the abdominal wall's muscle) with small second
+// differences. Avoids bones and organs.
+FasciaSpline fitFascia(const FasciaInput&);
+
+// The volume inside the tube: without bones, and with organs that extend beyond it.
+Mask insideFascia(const FasciaSpline&, const FasciaInput&);
+
+// The surface, one voxel thick and 6-separating. It avoids bones, and it avoids organs except next to
+// bones.
+Mask fasciaVoxels(const FasciaSpline&, const FasciaInput&);
+
+// Text format: `stylet-fascia 1`, then `axis_mm`, `h_begin_mm`, `h_step_mm`, `around`, `levels`, then `row
+// 0` to `row levels-1` with the radii in mm. # starts a comment.
+std::string writeFascia(const FasciaSpline&);
+// `file` is only used in messages. Throws ImportError: FILE: line N: FIELD reason.
+FasciaSpline parseFascia(const std::filesystem::path& file, std::string_view text);
+
+}  // namespace stylet::modeller

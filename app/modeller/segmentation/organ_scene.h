@@ -1,0 +1,38 @@
+// Internal: shared input of the rules for single organs.
+#pragma once
+
+#include <vector>
+
+#include "app/modeller/segmentation/organs.h"
+
+namespace stylet::modeller {
+
+struct OrganScene {
+    const OrganInput& in;
+    Grid grid;
+    FloatVolume fine;              // HU, mean over about 3 mm: for bright structures with an edge
+    FloatVolume calm;              // the same over at least three voxels: for organs with a narrow range
+    std::vector<Vec3> canal;       // the spinal canal's centre in each slice
+    double parenchyma_hu = 110.0;  // HU of the liver, or the most frequent value of dense organs
+    Mask free;                     // inside the fascia; not bone, lung, liver or an organ found so far
+    Mask free_wide;  // the same, but up to 20 mm beyond the fascia: behind kidney and spleen it is uncertain
+
+    // Vector from the canal at the point's height; x to the right, y to the front.
+    Vec3 fromCanal(const Index3& i) const { return grid.centre(i) - canal[std::size_t(i.z)]; }
+};
+
+OrganScene makeScene(const OrganInput&);
+
+// Voxels of `within` with a value in the range.
+Mask inRange(const FloatVolume& hu, const Mask& within, double low_hu, double high_hu);
+
+// `core` and the voxels of `passable` within `reach_m` of it, across faces.
+Mask regrown(const Mask& core, const Mask& passable, double reach_m);
+
+FoundOrgan findAorta(const OrganScene&);
+FoundOrgan findCava(const OrganScene&, const Mask& aorta);
+
+// "bowel gas", "stomach and oesophagus", "colon"
+std::vector<FoundOrgan> findHollow(const OrganScene&);
+
+}  // namespace stylet::modeller

@@ -1,0 +1,56 @@
+// Internal: the data shared between the stages of a build, and the list of stages.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/modeller/image/voxel_tools.h"
+#include "app/modeller/segmentation/build.h"
+#include "app/modeller/segmentation/stage_store.h"
+
+namespace stylet::modeller {
+
+// All volumes are on the grid of `ct`.
+struct Work {
+    const BuildSettings* settings = nullptr;
+    Grid scan;                      // the scanner's own grid
+    std::uint64_t scan_voxels = 0;  // digest of the scan's values
+    CtVolume ct;                    // air outside the body
+    Mask body;
+    patient::Thresholds thresholds;
+    std::map<std::string, LabelVolume> found;  // labels, by stage name
+    std::map<std::string, bool> corrected;     // corrected by a person, by stage name
+    std::string atlas_provenance;
+    bool virtual_ducts = false;
+    CtVolume painted_ct;  // with virtual ducts painted in; otherwise empty
+    std::function<void(const std::string&)> say = [](const std::string&) {};  // progress of a long stage
+};
+
+struct Stage {
+    std::string_view name;
+    std::string_view text_name = "";      // name of the file that a person may edit; empty if there is none
+    std::vector<std::string> gives = {};  // names of the labels that it adds to the package
+    bool over_all = true;                 // overwrites earlier labels; false: only unlabelled voxels
+    // Fills labels and notes. `text` is empty, or edited by a person.
+    void (*find)(Work&, StageResult&);
+    // Hashes the settings that affect the result. Throws DataError if a file named in them is
+    // missing.
+    void (*depends)(StateHash&, const BuildSettings&) = nullptr;
+    // Copies further data of a new or reused result into `Work`; its labels are already in `found`.
+    void (*take)(Work&, const StageResult&) = nullptr;
+};
+
+// Digest of a scan's values, independent of their position.
+std::uint64_t voxelDigest(const CtVolume&);
+
+// In order of execution.
+const std::vector<Stage>& stages();
+
+// The labels of targetTable(), and "body".
+const std::vector<patient::Label>& stageTable();
+
+}  // namespace stylet::modeller

@@ -1,0 +1,28 @@
+// Finds the liver's vessels with contrast medium, and separates portal veins from hepatic veins.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/modeller/image/voxel_tools.h"
+
+namespace stylet::modeller {
+
+// Uses a line filter and region growing: voxels that score like the inside of a bright tube and are
+// connected to a certain vessel, with thresholds in units of this liver's noise. The wall is where the
+// contrast is half of that in the vessel's own centre, which is less bright in narrow vessels. The liver's
+// mask may be a few millimetres off. Empty if no contrast medium is visible.
+Mask findVessels(const CtVolume&, const Mask& liver);
+
+struct SplitVessels {
+    Mask portal, hepatic;            // parts of `vessels`; together all of them
+    Mask cava;                       // next to the liver, outside `vessels`; may be empty
+    std::vector<std::string> notes;  // a sentence for each structure not found, with the fallback
+};
+
+// Separates by connectivity. Two fronts run along the lumen: one from where the vessels come near the vena
+// cava, one from the thick blood at the hilum. Narrow contacts, jumps between pieces and entries into
+// thicker vessels cost extra. Each voxel belongs to the front that reaches it at lower cost.
+SplitVessels splitVessels(const CtVolume&, const Mask& liver, const Mask& vessels);
+
+}  // namespace stylet::modeller

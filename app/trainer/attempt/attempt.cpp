@@ -1,0 +1,106 @@
+#include "app/trainer/attempt/attempt.h"
+
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "app/trainer/attempt/hand.h"
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/session/colocation.h"
+#include "base/format.h"
+#include "haptics/devices/clutch.h"
+
+namespace stylet::trainer {
+
+namespace {
+
+// Space outside the skin for placing a needle, if the device's workspace is not known.
+constexpr double kRoomOutside_m = 0.02;
+
+haptics::SimulationSettings simulationSettings(const patient::Patient& patient, const Scenario& scenario,
+                                               std::uint64_t seed, double rate_hz) {
+    haptics::SimulationSettings settings;
+    settings.dt_s = std::round(1e9 / rate_hz) / 1e9;
+    settings.patient_from_device = deviceBeside(patient.grid());
+    settings.output.model_tangent_n_per_m = haptics::worstTangent(patient.package().tissues, settings.tools);
+    settings.tools.first = scenario.tool;
+    settings.breath = breathPlan(patient.package(), scenario.breath, seed);
+    settings.scenario_digest = digest(scenario);
+    settings.seed = seed;
+    return settings;
+}
+
+std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient,
+                                             const haptics::SimulationSettings& settings,
+                                             const haptics::Trace& hand, const MakeTouch& make) {
+    bool presses = haptics::pressesOnSkin(settings.tools.first);
+    for (const haptics::TraceCommand& c : hand.commands)
+        presses = presses || haptics::takesToolOnSkin(c.command);
+    if (!presses) return std::nullopt;
+    return make(patient);
+}
+
+std::string inMs(double t_s) {
+    return formatted("%.1f ms", 1e3 * t_s);
+}
+
+}  // namespace
+
+std::int64_t Attempt::begun_ns() const noexcept {
+    return std::int64_t(beginning.size()) * std::llround(simulation.dt_s * 1e9);
+}
+
+haptics::TouchMap makeTouch(const patient::Patient& patient) {
+    return haptics::makeTouchMap(patient);
+}
+
+patient::BreathPlan breathPlan(const patient::Package& package, const ScenarioBreath& scenario,
+                               std::uint64_t seed) {
+    patient::BreathPlan plan = scenario.plan;
+    plan.rhythm = package.signal;
+    plan.rhythm.period_s = scenario.period_s.value_or(plan.rhythm.period_s);
+    plan.rhythm.amplitude = scenario.amplitude.value_or(plan.rhythm.amplitude);
+    plan.seed = seed;
+    const double dome_travel_m = package.motion.dome_travel_m;
+    plan.hold.creep_v = dome_travel_m > 0.0 ? -scenario.creep_m / dome_travel_m : 0.0;
+    return plan;
+}
+
+Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
+                    const patient::PlannedPath& path, std::uint64_t seed, double rate_hz,
+                    const MakeTouch& make_touch) {
+    const haptics::SimulationSettings settings = simulationSettings(patient, scenario, seed, rate_hz);
+    const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
+    haptics::Trace hand = scriptHand(scenario, path, breath_s, settings, seed);
+    std::optional<haptics::TouchMap> touch = touchMapFor(patient, settings, hand, make_touch);
+    return {patient, settings, std::move(hand), std::move(touch)};
+}
+
+Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenario,
+                        const patient::PlannedPath& path, std::uint64_t seed, haptics::TouchMap touch,
+                        const haptics::DeviceProfile& profile, const Pose& device_from_grip, double rate_hz,
+                        const std::optional<Registration>& registration) {
+    haptics::SimulationSettings settings = simulationSettings(patient, scenario, seed, rate_hz);
+    settings.profile = profile;
+    if (const double longest_s = haptics::kMaxDelayTicks * settings.dt_s; profile.delay_s > longest_s)
+        throw std::runtime_error(std::string(profile.name) + " answers after " + inMs(profile.delay_s) +
+                                 ": more than the " + inMs(longest_s) +
+                                 " that are accounted for at this rate, and its force would not be stable. "
+                                 "Run it at a lower rate.");
+    const Pose at_entry = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
+    const double half_way = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
+    const Vec3 middle_m = glm::mix(path.entry_m, path.target_m, half_way);
+    Pose& placed = settings.patient_from_device;
+    if (registration)
+        placed = levelPatientFromDevice(*registration, stageFromPatient(patient, path), middle_m);
+    else if (!std::isnan(profile.workspace_radius_m))
+        placed = haptics::placeAlong(profile, at_entry);
+    else
+        placed.position_m = middle_m - placed.rotation * device_from_grip.position_m;
+    return {patient, settings, {}, std::move(touch)};
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,70 @@
+// User commands besides motion: typed lines and the device's spare buttons.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "haptics/loop/simulation.h"
+
+namespace stylet::trainer {
+
+// Bits of DeviceState::buttons; 0 if the device has no button for that function.
+struct UserButtons {
+    std::uint32_t rearm = 1u << 0;  // re-arms the force after a fault
+    std::uint32_t next = 0;         // the procedure's next tool; a probe in use is parked first
+    std::uint32_t breath = 0;       // starts or ends a breath-hold
+    std::uint32_t pedal = 0;        // X-rays while pressed
+    std::uint32_t inject = 0;       // contrast medium while pressed
+};
+
+// Prints a message for the user.
+using Say = std::function<void(const std::string&)>;
+
+// Help texts: all typed commands; all assigned buttons. `names` names the buttons from bit 0 on.
+std::string describeWords();
+std::string describe(const UserButtons&, std::span<const std::string_view> names = {});
+
+class UserCommands {
+  public:
+    UserCommands(const UserButtons& buttons, Say say) : buttons_(buttons), say_(std::move(say)) {}
+    // Session thread. Returns the commands of all complete lines in `typed` and of the newly pressed
+    // buttons (`pressed`, without the re-arm button), in that order. An incomplete line waits for its
+    // newline. Stops after the first command that changes the tool: later lines and buttons, including
+    // those in `held`, wait for the next call. `now` is the newest tick and must already reflect the last
+    // such command.
+    std::vector<haptics::Command> take(std::string_view typed, std::uint32_t pressed,
+                                       const haptics::TickOutput& now, std::uint32_t held = 0);
+    // A complete line is pending, so no more input need be read.
+    bool hasLine() const { return waiting_.find('\n') != std::string::npos; }
+
+  private:
+    void add(const haptics::Command&, std::vector<haptics::Command>&);
+    void addNext(const haptics::TickOutput&, std::vector<haptics::Command>&);
+    void takeLine(std::string_view line, const haptics::TickOutput&, std::vector<haptics::Command>&);
+
+    UserButtons buttons_;
+    Say say_;
+    std::string waiting_;
+    std::uint32_t pressed_ = 0, holding_ = 0;
+    bool next_wanted_ = false;  // pending until the probe is parked
+    bool begun_ = false;
+    bool holds_ = false;  // the last request was a breath-hold and the patient still holds
+    bool held_ = false;   // breath-hold in the newest tick
+};
+
+// True for commands that change the tool, or park or lift the probe.
+constexpr bool changesTool(const haptics::Command& c) {
+    return c.kind == haptics::CommandKind::tool || c.kind == haptics::CommandKind::park;
+}
+
+// Result of a command as a message for the user, from the ticks before and after it. Empty if there is
+// nothing to report.
+std::string outcomeOf(const haptics::Command&, const haptics::TickOutput& before,
+                      const haptics::TickOutput& after);
+
+}  // namespace stylet::trainer

@@ -1,0 +1,30 @@
+// The scripted trainee: input that follows a scenario along a planned path.
+#pragma once
+
+#include <cstdint>
+
+#include "app/trainer/attempt/scenario.h"
+#include "haptics/loop/trace.h"
+#include "patient/planning/planning.h"
+
+namespace stylet::trainer {
+
+// Deterministic: the same scenario, path and seed give the same trace, bit for bit. After a breath-hold
+// command the script waits for the longest possible breath. One sample per millisecond, in the device
+// frame.
+// Starts and stops follow the minimum-jerk step (Flash and Hogan 1985). Physiological tremor is the sum of
+// three sines per axis between the scenario's frequencies (8-12 Hz, about 0.1 mm: Elble and Koller 1990).
+haptics::Trace scriptHand(const Scenario&, const patient::PlannedPath&, double longest_breath_s,
+                          const haptics::SimulationSettings&, std::uint64_t seed);
+
+// patient_from_device of a device beside the patient's right flank, its +z toward the trainee, +y up.
+Pose deviceBeside(const Grid&);
+
+// Pose of `tool` in the place of the given needle. It is the same pose, except for the probe: the probe's
+// guide line coincides with the needle, and its face is at the needle's tip.
+Pose heldLike(const Pose& patient_from_needle, haptics::Tool, const haptics::GuideSettings&);
+
+// Needle pose with the tip at `tip_m`. The shaft points INTO the body along `axis` (unit vector).
+Pose needlePose(const Vec3& tip_m, const Vec3& axis);
+
+}  // namespace stylet::trainer

@@ -1,0 +1,64 @@
+#include "app/trainer/attempt/reference_path.h"
+
+#include <cstdio>
+#include <glm/geometric.hpp>
+
+#include "app/records/replay.h"
+#include "app/trainer/session/session.h"
+#include "app/trainer/stores/patient_source.h"
+#include "app/trainer/stores/whole_number.h"
+
+namespace stylet::trainer {
+
+using patient::PlannedPath;
+
+namespace {
+
+constexpr const char* kOption = "--path";
+
+// Tick in which the recorded needle cut the target duct.
+haptics::TickOutput targetCut(const patient::Patient& patient, const std::filesystem::path& folder) {
+    const bool whole = std::filesystem::exists(folder / "record" / "record.json");
+    const records::Record record = records::loadRecord(whole ? folder / "record" : folder);
+    Session session(patient, record.info.path, {}, 0.0, nullptr, record.header.settings.dt_s);
+    const records::ReplayResult again =
+        records::replay(patient, record,
+                        [&](const haptics::TickInput& input, const haptics::TickOutput& output,
+                            const haptics::NeedleEvents& events) { session.take(input, output, events); });
+    if (!again.equal()) throw DataError(folder, kOption, "computed again the attempt is another one");
+    if (!session.log().target_cut)
+        throw DataError(folder, kOption, "the attempt's needle did not reach the target duct");
+    return *session.log().target_cut;
+}
+
+PlannedPath wayOf(const haptics::TickOutput& cut, const patient::Patient& patient) {
+    const patient::MotionModel& motion = patient.package().motion;
+    const Vec3 tip = cut.patient_from_needle.position_m,
+               to_hub = cut.patient_from_needle.direction({0.0, 0.0, 1.0});
+    PlannedPath path;
+    path.entry_reference_m = referenceFromDeformed(motion, cut.breath, tip + to_hub * cut.depth_m);
+    path.target_reference_m = referenceFromDeformed(motion, cut.breath, tip);
+    path.entry_m = deformedFromReference(motion, path.breath, path.entry_reference_m);
+    path.target_m = deformedFromReference(motion, path.breath, path.target_reference_m);
+    return path;
+}
+
+}  // namespace
+
+PlannedPath referencePath(const patient::Patient& patient, const std::filesystem::path& patient_folder,
+                          const std::string& asked, Made* made) {
+    if (const auto number = wholeNumberIn(asked.empty() ? "1" : asked)) {
+        const std::vector<PlannedPath> paths = goodPaths(patient, patient_folder, patient::Surrogate{}, made);
+        if (*number < 1 || *number > paths.size())
+            throw DataError(
+                patient_folder / "paths.json", kOption,
+                "there is no path " + asked + ": the patient has 1 to " + std::to_string(paths.size()));
+        return paths[*number - 1];
+    }
+    PlannedPath path = wayOf(targetCut(patient, asked), patient);
+    if (!ratePath(patient, {}, path))
+        std::fprintf(stderr, "stylet: the planner would not have proposed the path of %s\n", asked.c_str());
+    return path;
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,116 @@
+#include "app/trainer/attempt/retry.h"
+
+#include <bit>
+
+#include "app/records/replay.h"
+#include "app/trainer/stores/whole_number.h"
+
+namespace stylet::trainer {
+
+using records::Bookmark;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path recordOf(const std::string& attempt, const fs::path& store) {
+    if (attempt.empty()) throw DataError("@", "--from", "names no attempt");
+    for (const fs::path& folder : {fs::path(attempt) / "record", fs::path(attempt)})
+        if (fs::exists(folder / "record.json")) return folder;
+    const fs::path kept = store / "attempts" / fs::path(attempt).filename() / "record";
+    if (!fs::path(attempt).has_parent_path() && fs::exists(kept / "record.json")) return kept;
+    throw DataError(attempt, "--from", "neither an attempt's folder nor its id in " + store.string());
+}
+
+std::string listOf(const std::vector<Bookmark>& marks) {
+    std::string list;
+    for (std::size_t i = 0; i < marks.size(); ++i)
+        list += (i > 0 ? ", " : "") + std::to_string(i + 1) +
+                (marks[i].text.empty() ? "" : " (" + marks[i].text + ")");
+    return list;
+}
+
+// Index of the chosen bookmark, from 0.
+std::size_t chosen(const std::vector<Bookmark>& marks, const std::string& wanted, const fs::path& folder) {
+    if (marks.empty())
+        throw DataError(
+            folder, "bookmarks",
+            "there is none: F8 in the window or the word \"bookmark\" sets one while an attempt runs");
+    if (wanted.empty()) return marks.size() - 1;
+    for (std::size_t i = 0; i < marks.size(); ++i)
+        if (marks[i].text == wanted) return i;
+    if (const auto number = wholeNumberIn(wanted); number && *number >= 1 && *number <= marks.size())
+        return *number - 1;
+    throw DataError(folder, "bookmark " + wanted, "not among: " + listOf(marks));
+}
+
+}  // namespace
+
+Retry openRetry(const std::string& from, const fs::path& store) {
+    const std::size_t at = from.rfind('@');
+    const bool whole = at == std::string::npos || fs::exists(from);
+    Retry retry;
+    retry.folder = recordOf(whole ? from : from.substr(0, at), store);
+    retry.record = records::loadRecord(retry.folder);
+    const std::vector<Bookmark>& marks = retry.record.info.bookmarks;
+    std::size_t i = chosen(marks, whole ? "" : from.substr(at + 1), retry.folder);
+    // If the program was killed, the ticks of the last bookmarks may be missing.
+    while (whole && i > 0 && marks[i].tick > retry.record.inputs.size())
+        --i;
+    retry.number = i + 1;
+    retry.bookmark = marks[i];
+    if (retry.bookmark.tick > retry.record.inputs.size())
+        throw DataError(retry.folder, "bookmark " + std::to_string(retry.number),
+                        "the record ends before it, at tick " + std::to_string(retry.record.inputs.size()));
+    retry.record.inputs.resize(retry.bookmark.tick);
+    std::erase_if(retry.record.checkpoints,
+                  [&](const records::Checkpoint& c) { return c.ticks > retry.bookmark.tick; });
+    retry.record.info.end.reset();
+    return retry;
+}
+
+void checkRetry(Retry& retry, const patient::Patient& patient) {
+    retry.left.tool = retry.record.header.settings.tools.first;
+    const records::ReplayResult result =
+        records::replay(patient, retry.record,
+                        [&](const haptics::TickInput&, const haptics::TickOutput& now,
+                            const haptics::NeedleEvents&) { retry.left = now; });
+    if (result.differs_at)
+        throw DataError(retry.folder, "tick " + std::to_string(result.differs_at->ticks),
+                        "computed again it is not what was recorded: by another version of the program?");
+}
+
+bool sameNumbers(const haptics::DeviceProfile& a, const haptics::DeviceProfile& b) {
+    // Unknown values are NaN, and equal to each other.
+    const auto same = [](double x, double y) {
+        return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y) || (x != x && y != y);
+    };
+    bool all = same(a.force_peak_n, b.force_peak_n) && same(a.stiffness_n_per_m, b.stiffness_n_per_m) &&
+               same(a.mass_kg, b.mass_kg) && same(a.delay_s, b.delay_s) &&
+               same(a.workspace_radius_m, b.workspace_radius_m);
+    for (int i = 0; i < 3; ++i)
+        all = all && same(a.workspace_centre_m[i], b.workspace_centre_m[i]);
+    return all;
+}
+
+void beginAs(Attempt& attempt, const Retry& retry, const MakeTouch& make_touch) {
+    const haptics::SimulationSettings& recorded = retry.record.header.settings;
+    const Pose recorded_from_device =
+        recorded.patient_from_device.inverse() * attempt.simulation.patient_from_device;
+    const bool same =
+        recorded.patient_from_device.position_m == attempt.simulation.patient_from_device.position_m &&
+        recorded.patient_from_device.rotation == attempt.simulation.patient_from_device.rotation;
+    if (!same)
+        for (haptics::TraceSample& sample : attempt.hand.samples)
+            sample.device_from_stylus = recorded_from_device * sample.device_from_stylus;
+    attempt.simulation = recorded;
+    attempt.beginning = retry.record.inputs;
+    if (attempt.touch) return;
+    bool presses = haptics::pressesOnSkin(recorded.tools.first);
+    for (const haptics::TickInput& input : attempt.beginning)
+        for (std::uint32_t i = 0; i < input.command_count; ++i)
+            presses = presses || haptics::takesToolOnSkin(input.commands[i]);
+    if (presses) attempt.touch = make_touch(attempt.patient);
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,94 @@
+// Actions of a scripted trainee, without coordinates: places are given along the planned path, so a
+// scenario works for any patient. assets/scenarios/README.md lists the fields.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/training/machines.h"
+#include "haptics/tools/tool.h"
+#include "patient/motion/signal.h"
+
+namespace stylet::trainer {
+
+// A place relative to the planned path. `share` is the fraction of the path from skin (0) to target (1),
+// and `deeper_m` is added to it. `headward_m` and `frontward_m` are offsets across the path toward the
+// patient's head and front. The tool points along the path. It is then tilted at its tip by `headward_rad`
+// and `frontward_rad`, and rolled about its own shaft by `roll_rad`.
+struct Place {
+    double share = 0.0;
+    double deeper_m = 0.0;
+    double headward_m = 0.0, frontward_m = 0.0;
+    double headward_rad = 0.0, frontward_rad = 0.0, roll_rad = 0.0;
+    friend bool operator==(const Place&, const Place&) = default;
+};
+
+enum class StageKind : std::uint8_t {
+    wait,     // stay for `seconds`
+    move,     // along the path to `to`
+    hold,     // command a breath hold; wait for the longest breath plus `seconds`, so that it has begun
+    breathe,  // end the hold
+    take,     // change to another tool within `seconds`
+    park,     // leave the probe in its place
+    lift,     // take the parked probe off the skin
+    inject,   // inject contrast medium for `seconds`; 0: until the next such stage
+    pedal,    // press or release the X-ray pedal
+    machine   // set knobs of the C-arm or of the ultrasound machine
+};
+
+struct Stage {
+    StageKind kind = StageKind::wait;
+    double seconds = 0.0;
+    Place to;
+    double speed_m_s = 0.0;                      // cruising speed; starts and stops are smooth
+    haptics::Tool tool = haptics::Tool::needle;  // for take
+    double injected_m3_per_s = 0.0;
+    bool pedal_down = false;
+    std::vector<training::Turned> turned;  // for machine, in the order of the knobs
+    friend bool operator==(const Stage&, const Stage&) = default;
+};
+
+// Breathing of the patient. Absent values come from the patient's package.
+struct ScenarioBreath {
+    std::optional<double> period_s, amplitude;
+    // Everything except rhythm, creep and seed, which come from the patient and the attempt.
+    patient::BreathPlan plan;
+    double creep_m = 0.0;  // drift of the dome toward the head over plan.hold.creep_s
+    std::filesystem::path recording;
+    friend bool operator==(const ScenarioBreath&, const ScenarioBreath&) = default;
+};
+
+struct Scenario {
+    std::string name;
+    haptics::Tool tool = haptics::Tool::needle;  // tool at the start
+    Place start;
+    double ramp_s = 0.4;       // time from rest to cruising speed and back to rest
+    double tremor_m = 0.0001;  // largest excursion
+    double tremor_low_hz = 8.0, tremor_high_hz = 10.0;
+    double approach_distance_m = 0.0;  // distance from the skin for the capture "approach"
+    std::vector<std::string> moments;  // "approach", "xray", "contrast", or the first entry into a tissue
+    ScenarioBreath breath;
+    std::vector<Stage> stages;
+    friend bool operator==(const Scenario&, const Scenario&) = default;
+};
+
+// Finds a scenario by its name in assets/scenarios, or as a file. Throws DataError that lists the
+// available names.
+std::filesystem::path scenarioFile(const std::string& name);
+// Throws DataError with file, field and reason. Also reads the breath recording that the scenario
+// names.
+Scenario loadScenario(const std::filesystem::path& toml);
+// Same from the file's text, without the recording. Errors name `file`.
+Scenario parseScenario(std::string_view toml, const std::filesystem::path& file);
+
+// Replaces the rhythm by a recording. Throws DataError.
+void breatheAsRecorded(ScenarioBreath&, const std::filesystem::path& csv);
+
+// 64-bit hash of the scenario.
+std::uint64_t digest(const Scenario&);
+
+}  // namespace stylet::trainer

@@ -1,0 +1,424 @@
+#include "app/trainer/display/frames.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "app/trainer/display/headset.h"
+#include "app/trainer/display/mock_stage.h"
+#include "app/trainer/view/first_picture.h"
+#include "app/trainer/view/scene.h"
+
+namespace stylet::trainer {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr auto kLookAgain = std::chrono::seconds(1);  // interval of the search for a lost headset
+constexpr int kBlindFrames = 5;  // in a row without rendering: the user no longer sees the scene
+// A capture is retried for this many frames: a new session renders nothing in its first few.
+constexpr int kMomentTries = 20;
+
+bool isLate(const xr::Session& session, const xr::Frame& frame) {
+    const auto display_ns = session.monotonic_ns(frame.predicted_display_time_ns);
+    const auto now = SteadyClock::now().time_since_epoch();
+    return display_ns && std::chrono::duration_cast<std::chrono::nanoseconds>(now).count() > *display_ns;
+}
+
+void addTo(render::RenderStats& sum, const render::RenderStats& one) {
+    sum.gpu_ms += one.gpu_ms;
+    sum.samples += one.samples;
+    sum.rays += one.rays;
+    sum.skipped_bricks += one.skipped_bricks;
+    sum.terminated_rays += one.terminated_rays;
+    sum.depth_bounded_rays += one.depth_bounded_rays;
+    sum.still_frames += one.still_frames;
+    sum.idle_tool_frames += one.idle_tool_frames;
+    sum.culled_parts += one.culled_parts;
+    sum.kept_shadows += one.kept_shadows;
+}
+
+}  // namespace
+
+struct FrameLoop::Impl {
+    Impl(const patient::Patient& patient_in, const FrameSettings&, const patient::PlannedPath&);
+    ~Impl();
+    // Returns true if there is a headset. Searches for a lost one at intervals.
+    bool found();
+    // Places the room in the space of a newly found headset.
+    void settle();
+    void passController(const Pose& room_from_stage);
+    void lose(const std::string& why);
+    Seen upToDate(const Seen&, const std::string& moment);
+    haptics::TickOutput aheadTo(const xr::Frame&, const haptics::TickOutput&);
+    void takeNews();
+    void watchTheRoom(const Seen&, const std::string& moment);
+    void showMachines(render::RenderScene&, const Seen&, const patient::ContrastTable*,
+                      const render::ScreensSeen&, const std::string& moment);
+    void help(training::Difficulty);
+    void showHints(HeadsetPanels&, const Seen&, const std::array<render::View, 2>&);
+    // Runs one frame. Returns true if it was rendered.
+    bool show(const Seen&, const patient::ContrastTable*, const std::string& moment);
+    // Returns true if no retry is needed. Sets `over` when the runtime wants the session to end.
+    bool tryFrame(const Seen&, const patient::ContrastTable*, const std::string& moment, bool& over);
+
+    const patient::Patient& patient;
+    const FrameSettings settings;
+    training::Difficulty difficulty;
+    training::Hints hints;
+    const Vec3 stage_entry_m;
+    SceneMaker scenes;
+    AlertWatch alerts;
+    std::optional<GuidePanel> guide;  // only if the difficulty allows it
+    const MockStage mock;
+    LiveSeen live;
+    TipPredictor predictor;
+    FrameTotals totals;
+    Attention attention = Attention::absent;
+    bool worn = true;
+    RoomPlace room;
+    std::uint64_t doubts_seen = 0, acts_before = 0;  // RoomPlace::doubts(), Seen::rearm_acts at last doubt
+    int undrawn = 0;                                 // frames in a row
+    bool settled = false;
+    std::string lost_because;
+    SteadyClock::time_point look_again{};
+    MirrorChannels* window = nullptr;
+    std::optional<TipOffset> newest_offset;
+    std::unique_ptr<Headset> headset;  // null while no headset is found
+};
+
+FrameLoop::Impl::Impl(const patient::Patient& patient_in, const FrameSettings& settings_in,
+                      const patient::PlannedPath& path)
+    : patient(patient_in),
+      settings(settings_in),
+      difficulty(settings.difficulty),
+      hints(training::hintsOf(difficulty)),
+      stage_entry_m(stageFromPatient(patient, path) * path.entry_m),
+      scenes(patient, path, settings.look, settings.touch, settings.tick_s, hints),
+      alerts(settings.tick_s),
+      mock({settings.head_script, settings.virtual_clock, settings.capture_dir}, scenes.stageFromPatient(),
+           path),
+      room(settings.colocation, scenes.stageFromPatient(), settings.seated) {
+    if (hints.panel) guide.emplace(hints, settings.tick_s);
+    headset = std::make_unique<Headset>(patient, settings);
+    totals.runtime = headset->session.runtimeName();
+    totals.gpu = headset->gpu->name();
+    headset->waitUntilRunning(kStartPatience);
+    settle();
+}
+
+FrameLoop::Impl::~Impl() {
+    if (settings.controllers) settings.controllers->attach(nullptr);
+}
+
+bool FrameLoop::Impl::found() {
+    if (headset) return true;
+    if (SteadyClock::now() < look_again) return false;
+    try {
+        headset = std::make_unique<Headset>(patient, settings);
+        ++totals.headsets_found_again;
+        std::fprintf(stderr, "stylet: the headset is there again\n");
+    } catch (const std::runtime_error& e) {  // from the runtime, or from a GPU that is not back yet
+        if (lost_because != e.what()) std::fprintf(stderr, "stylet: still no headset: %s\n", e.what());
+        lost_because = e.what();
+        if (!settings.virtual_clock) look_again = SteadyClock::now() + kLookAgain;
+    }
+    return headset != nullptr;
+}
+
+void FrameLoop::Impl::settle() {
+    settled = true;
+    const std::string refused =
+        room.begin(headset->session.facts().space, headset->session.spaceGeneration());
+    if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
+    if (!settings.controllers) return;
+    settings.controllers->attach([&session = headset->session, side = int(settings.controller_side)](
+                                     std::int64_t when_ns) -> std::optional<Pose> {
+        const auto grip = session.gripAt(side, when_ns);
+        return grip ? std::optional(poseOf(*grip)) : std::nullopt;
+    });
+}
+
+void FrameLoop::Impl::passController(const Pose& room_from_stage) {
+    if (!settings.controllers) return;
+    const int side = int(settings.controller_side);
+    const auto keysOf = [](const xr::Hand& h) { return ControllerKeys{h.select, h.menu, h.squeeze}; };
+    const xr::Hand hand = headset->session.hand(side);
+    ControllerPort::Frame seen{room_from_stage, std::nullopt,
+                               controllerButtons(keysOf(hand), keysOf(headset->session.hand(1 - side))),
+                               hand.thumbstick};
+    if (hand.stage_from_grip && hand.stage_from_aim)
+        seen.grip_from_aim = poseOf(*hand.stage_from_grip).inverse() * poseOf(*hand.stage_from_aim);
+    settings.controllers->see(seen);
+    if (const auto v = settings.controllers->takeVibration())
+        headset->session.pulse(side, v->amplitude, v->duration_ns);
+}
+
+void FrameLoop::Impl::lose(const std::string& why) {
+    std::fprintf(stderr,
+                 "stylet: the headset was lost: %s; the attempt goes on, and it is looked for again\n",
+                 why.c_str());
+    lost_because = why;
+    if (settings.controllers) settings.controllers->attach(nullptr);
+    // A user who had already looked away keeps the attempt paused.
+    if (attention == Attention::focused) attention = Attention::absent;
+    if (live.tell) live.tell(attention);
+    worn = true;
+    settled = false;
+    undrawn = 0;
+    if (!settings.virtual_clock) look_again = SteadyClock::now() + kLookAgain;
+    totals.validation_messages += headset->gpu->validationMessages();
+    totals.machines += headset->machines->totals();
+    headset.reset();
+}
+
+// Replaces the state by a newer one, because xrBeginFrame may have blocked for long. A capture keeps its
+// state.
+Seen FrameLoop::Impl::upToDate(const Seen& seen, const std::string& moment) {
+    if (!live.tips) return seen;
+    Seen now = seen;
+    if (moment.empty()) live.refresh(now);
+    predictor.take(*live.tips);
+    while (const auto offset = predictor.measured()) {
+        newest_offset = *offset;
+        if (offset->frame < totals.times.size()) totals.times[offset->frame].tip = *offset;
+    }
+    return now;
+}
+
+// Predicts the tool pose at the display time. Requires a runtime whose time converts to the loop's clock.
+haptics::TickOutput FrameLoop::Impl::aheadTo(const xr::Frame& frame, const haptics::TickOutput& tick) {
+    const auto display_ns = headset->session.monotonic_ns(frame.predicted_display_time_ns);
+    if (!live.tips || !display_ns) return tick;
+    const haptics::TickOutput drawn = predictor.at(tick, *display_ns);
+    if (totals.times.size() < kMostFrameTimes) predictor.drew(totals.times.size(), *display_ns, drawn);
+    return drawn;
+}
+
+// Renders the equipment screens that someone can see. A capture renders and saves both.
+void FrameLoop::Impl::showMachines(render::RenderScene& scene, const Seen& seen,
+                                   const patient::ContrastTable* contrast, const render::ScreensSeen& screens,
+                                   const std::string& moment) {
+    const MachineMoment m =
+        momentOf(seen, scene, *headset->renderer, contrast, settings.guide, settings.tick_s);
+    const bool kept = !moment.empty();
+    MachinePictures& machines = *headset->machines;
+    machines.show(m, {.ultrasound = kept || screens.ultrasound, .xray = kept || screens.xray});
+    scene.ultrasound_screen = machines.ultrasoundScreen();
+    scene.xray_screen = machines.xrayScreen();
+    if (kept && !settings.capture_dir.empty()) machines.save(settings.capture_dir, moment);
+}
+
+// Applies a difficulty set by the instructor.
+void FrameLoop::Impl::help(training::Difficulty now) {
+    if (now == difficulty) return;
+    difficulty = now;
+    hints = training::hintsOf(now);
+    scenes.help(hints);
+    guide.reset();
+    if (hints.panel) guide.emplace(hints, settings.tick_s);
+}
+
+// Adds alerts and guide panel, as far as the difficulty allows. The notice is drawn later, on top.
+void FrameLoop::Impl::showHints(HeadsetPanels& panels, const Seen& seen,
+                                const std::array<render::View, 2>& views) {
+    if (hints.colours) panels.take(alerts.take(seen), views);
+    if (guide) {
+        const bool looked_at = panels.sees(stage_entry_m, headOf(views));
+        const std::uint64_t before = guide->revision();
+        guide->take(seen, looked_at);
+        totals.panels_drawn += guide->revision() - before;
+        if (looked_at) panels.take(*guide);
+        totals.unseen_panels += !looked_at;
+    }
+}
+
+bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* contrast,
+                           const std::string& moment) {
+    xr::Session& session = headset->session;
+    xr::Frame frame = session.beginFrame();
+    const Seen seen = upToDate(given, moment);
+    help(seen.difficulty.value_or(settings.difficulty));
+    const haptics::TickOutput& shown = seen.tick;
+    const auto begin = SteadyClock::now();
+    render::RenderStats drawn_stats;
+    std::span<const xr::ShownPanel> shown_panels;
+    double machines_ms = 0.0;  // excluded from the budget: intermittent work must not change the resolution
+    ++totals.frames;
+    room.advance(frame.predicted_display_time_ns);
+    if (frame.should_render) room.sitDown(frame.views[0].stage_from_eye.position[1]);
+    const Pose& room_from_stage = room.roomFromStage();
+    passController(room_from_stage);
+    watchTheRoom(seen, moment);
+    undrawn = frame.should_render ? 0 : undrawn + 1;
+    if (frame.should_render) {
+        if (window && !headset->mirror) headset->mirror.emplace(*window, *headset->gpu, settings.tick_s);
+        const render::StereoTarget target{frame.image, session.colourFormat(), session.width(),
+                                          session.height(), frame.depth_image};
+        headset->keepToBudget(frame, settings.budget_ms);
+        Seen drawn = seen;
+        if (moment.empty()) drawn.tick = aheadTo(frame, shown);
+        render::RenderScene scene = scenes.sceneOf(drawn);
+        scene.room.real = session.facts().blend_mode != "opaque";
+        scene.room.shell = !scene.room.real;
+        const auto machines_begin = SteadyClock::now();
+        const std::array<render::View, 2> expected = viewsOf(frame, room_from_stage);
+        if (settings.ears) settings.ears->place(headOf(expected));
+        const render::ScreensSeen screens = headset->renderer->screensSeen(scene, expected);
+        const render::ScreenPlaces places = headset->renderer->screenPlaces(scene);
+        showMachines(scene, seen, contrast, headset->mirror ? headset->mirror->screens(screens) : screens,
+                     moment);
+        HeadsetPanels& panels = headset->panelsFor(frame);
+        // In passthrough, a layer beneath would hide the real room.
+        panels.take(scene, places, scene.room.real ? render::ScreensSeen{} : screens);
+        showHints(panels, seen, expected);
+        panels.take(room.doubt() != RoomDoubt::none ? noticeOf(room.doubt(), settings.rearm_act)
+                                                    : noticeOf(seen, attention, settings.rearm_act),
+                    headOf(expected));
+        machines_ms = msSince(machines_begin);
+        shown_panels = panels.shown(room_from_stage.inverse());
+        session.lateUpdate(frame);
+        const std::array<render::View, 2> views = viewsOf(frame, room_from_stage);
+        drawn_stats = headset->renderer->draw(scene, views, target);
+        addTo(totals.sum, drawn_stats);
+        if (headset->mirror) headset->mirror->copyEye(target, views, places, scene.monitor_screen);
+        if (!moment.empty()) session.markMoment(moment);
+        ++totals.rendered;
+        if (!totals.first) totals.first = firstPicture(*headset->gpu);
+    }
+    session.endFrame(frame, shown_panels);
+    if (!frame.should_render && headset->mirror)
+        giveState(*window, seen, settings.tick_s, {shown.tick}, attention, true);
+    if (frame.should_render) {
+        const double took_ms = msSince(begin);
+        if (headset->governor)
+            headset->governor->took(drawn_stats.volume_ms,
+                                    std::max(0.0, took_ms - machines_ms - drawn_stats.volume_ms),
+                                    drawn_stats.layer_scale);
+        const FrameTime time{shown.tick,
+                             took_ms,
+                             drawn_stats.opaque_ms,
+                             drawn_stats.volume_ms,
+                             drawn_stats.layer_scale,
+                             std::nullopt,
+                             isLate(session, frame)};
+        if (totals.times.size() < kMostFrameTimes) totals.times.push_back(time);
+        if (headset->mirror)
+            headset->mirror->give(seen, *headset->machines, time, attention,
+                                  newest_offset ? std::optional(newest_offset->distance_m) : std::nullopt);
+    }
+    return frame.should_render;
+}
+
+void FrameLoop::Impl::takeNews() {
+    const xr::News news = headset->session.takeNews();
+    worn = news.worn.value_or(worn);
+    for (const xr::SpaceChange& change : news.spaces)
+        room.onChange(change.at_ns,
+                      change.pose_valid ? std::optional(poseOf(change.previous_from_new)) : std::nullopt);
+    for (int eye = 0; eye < 2; ++eye)
+        if (news.hidden_area_changed[std::size_t(eye)]) headset->hideWhatTheLensHides(eye);
+}
+
+// While the room is in doubt there is no force. Re-arming by the user confirms that the room is right.
+// Captures are skipped because they show the past.
+void FrameLoop::Impl::watchTheRoom(const Seen& seen, const std::string& moment) {
+    if (!moment.empty() || room.doubt() == RoomDoubt::none) return;
+    if (room.doubts() != doubts_seen) {
+        doubts_seen = room.doubts();
+        acts_before = seen.rearm_acts;
+        const Notice notice = noticeOf(room.doubt(), settings.rearm_act);
+        std::string text = notice.title + ":";
+        for (const std::string& line : notice.lines)
+            text += " " + line;
+        std::fprintf(stderr, "stylet: %s\n", text.c_str());
+    } else if (seen.rearm_acts > acts_before) {
+        room.confirm();
+    }
+}
+
+bool FrameLoop::Impl::tryFrame(const Seen& seen, const patient::ContrastTable* contrast,
+                               const std::string& moment, bool& over) {
+    const bool waits = !settings.virtual_clock;
+    try {
+        const xr::SessionPhase phase = headset->session.poll();
+        over = phase == xr::SessionPhase::exiting;
+        if (over) {
+            attention = Attention::absent;
+            if (live.tell) live.tell(attention);
+            return true;
+        }
+        if (phase == xr::SessionPhase::lossPending) {
+            lose("the OpenXR runtime took the session back");
+            return true;
+        }
+        takeNews();
+        const bool looks = worn && phase == xr::SessionPhase::focused && undrawn < kBlindFrames;
+        attention = attentionAfter(attention, looks);
+        if (headset->session.running()) {
+            if (!settled) settle();
+            return show(seen, contrast, moment);
+        }
+    } catch (const xr::XrError& e) {
+        lose(e.what());
+        return true;
+    }
+    if (waits) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return false;
+}
+
+FrameLoop::FrameLoop(const patient::Patient& patient, const FrameSettings& settings,
+                     const patient::PlannedPath& path) {
+    // Silence the loader: our own error message says the same.
+    setenv("XR_LOADER_DEBUG", "none", 0);
+    impl_ = std::make_unique<Impl>(patient, settings, path);
+}
+
+FrameLoop::~FrameLoop() = default;
+
+bool FrameLoop::frame(const Seen& seen, const patient::ContrastTable* contrast, const std::string& moment) {
+    Impl& loop = *impl_;
+    const std::uint64_t rendered = loop.totals.rendered;
+    if (!loop.found() && !loop.settings.virtual_clock)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    if (loop.window && !loop.headset)
+        giveState(*loop.window, seen, loop.settings.tick_s, {seen.tick.tick}, loop.attention, false);
+    const int tries = moment.empty() ? 1 : kMomentTries;
+    bool over = false;
+    for (int tried = 0; tried < tries && loop.headset; ++tried)
+        if (loop.tryFrame(seen, contrast, moment, over)) break;
+    if (!moment.empty() && !over && loop.totals.rendered == rendered)
+        std::fprintf(stderr, "stylet: no picture of the moment \"%s\": the runtime is not showing pictures\n",
+                     moment.c_str());
+    return !over;
+}
+
+void FrameLoop::follow(LiveSeen live) {
+    impl_->live = std::move(live);
+}
+
+void FrameLoop::mirrorTo(MirrorChannels& window) {
+    impl_->window = &window;
+}
+
+Attention FrameLoop::attention() const {
+    const Impl& loop = *impl_;
+    if (loop.room.doubt() != RoomDoubt::none && loop.attention == Attention::focused)
+        return Attention::absent;
+    return loop.attention;
+}
+
+FrameTotals FrameLoop::totals() const {
+    FrameTotals totals = impl_->totals;
+    if (const Headset* headset = impl_->headset.get()) {
+        totals.validation_messages += headset->gpu->validationMessages();
+        totals.machines += headset->machines->totals();
+    }
+    return totals;
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,105 @@
+#include "app/trainer/display/headset.h"
+
+#include <cmath>
+#include <cstdio>
+#include <thread>
+
+namespace stylet::trainer {
+
+render::GpuHooks hooksOf(xr::Session& session) {
+    return {[&session](auto loader, auto info, auto out) {
+                return session.createVulkanInstance(loader, info, out);
+            },
+            [&session](VkInstance vulkan) { return session.vulkanPhysicalDevice(vulkan); },
+            [&session](auto loader, auto gpu, auto info, auto out) {
+                return session.createVulkanDevice(loader, gpu, info, out);
+            }};
+}
+
+Pose poseOf(const xr::Pose& p) {
+    return {Quat{p.orientation[3], p.orientation[0], p.orientation[1], p.orientation[2]},
+            Vec3{p.position[0], p.position[1], p.position[2]}};
+}
+
+xr::Pose poseOf(const Pose& p) {
+    const Quat& q = p.rotation;
+    return {{q.x, q.y, q.z, q.w}, {p.position_m.x, p.position_m.y, p.position_m.z}};
+}
+
+std::array<render::View, 2> viewsOf(const xr::Frame& frame, const Pose& room_from_stage) {
+    std::array<render::View, 2> views;
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+        const xr::EyeView& from = frame.views[eye];
+        views[eye] = {room_from_stage * poseOf(from.stage_from_eye), from.angle_left, from.angle_right,
+                      from.angle_up, from.angle_down};
+    }
+    return views;
+}
+
+Pose headOf(const std::array<render::View, 2>& views) {
+    return {views[0].stage_from_eye.rotation,
+            0.5 * (views[0].stage_from_eye.position_m + views[1].stage_from_eye.position_m)};
+}
+
+Headset::Headset(const patient::Patient& patient, const FrameSettings& settings)
+    : session("Stylet", {.passthrough = settings.passthrough,
+                         .stationary = settings.colocation &&
+                                       settings.colocation->registration.key.space == "stationary",
+                         .virtual_clock = settings.virtual_clock}),
+      drawn(settings.render) {
+    render::GpuSettings gpu_settings;
+    gpu_settings.validation = settings.validation;
+    gpu_settings.pipeline_cache = settings.pipeline_cache.string();
+    gpu = std::make_shared<render::Gpu>(gpu_settings, hooksOf(session));
+    session.keep(gpu);
+    session.start(*gpu->instance(), *gpu->physicalDevice(), *gpu->device(), gpu->queueFamily());
+    renderer.emplace(*gpu, settings.render, settings.assets);
+    renderer->setPatient(patient);
+    machines.emplace(*gpu, renderer->deformedPatient(), settings.assets);
+    session.setDepthRange(settings.render.near_m, settings.render.far_m);
+    for (const int eye : {0, 1})
+        hideWhatTheLensHides(eye);
+    for (const auto& notes : {session.notes(), renderer->notes()})
+        for (const std::string& note : notes)
+            std::fprintf(stderr, "stylet: %s\n", note.c_str());
+}
+
+void Headset::hideWhatTheLensHides(int eye) {
+    const xr::HiddenArea area = session.hiddenArea(eye);
+    std::vector<glm::vec2> tangents;
+    for (const auto& [right, up] : area.tangents)
+        tangents.emplace_back(right, up);
+    renderer->setHiddenArea(eye, tangents, area.indices);
+}
+
+HeadsetPanels& Headset::panelsFor(const xr::Frame& frame) {
+    if (!panels) {
+        const xr::EyeView& eye = frame.views[0];
+        const double breadth = std::tan(double(eye.angle_right)) - std::tan(double(eye.angle_left));
+        panels.emplace(session, *gpu, session.width() / breadth);
+    }
+    return *panels;
+}
+
+void Headset::waitUntilRunning(std::chrono::seconds patience) {
+    const auto deadline = std::chrono::steady_clock::now() + patience;
+    while (session.poll(), !session.running()) {
+        if (std::chrono::steady_clock::now() > deadline)
+            throw xr::XrError("xrPollEvent: the runtime \"" + session.runtimeName() +
+                              "\" did not become ready: is the headset switched on?");
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+}
+
+void Headset::keepToBudget(const xr::Frame& frame, std::optional<double> budget_ms) {
+    if (!governor) {
+        const double pace_ms = gpu->isProcessor() ? 0.0 : 1e-6 * double(frame.predicted_display_period_ns);
+        const double wanted_ms = budget_ms.value_or(pace_ms);
+        if (wanted_ms <= 0.0) return;
+        governor.emplace(render::GovernorSettings{.budget_ms = wanted_ms});
+    }
+    drawn.layer_scale = governor->layerScale();
+    renderer->setSettings(drawn);
+}
+
+}  // namespace stylet::trainer

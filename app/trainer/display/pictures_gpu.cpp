@@ -1,0 +1,250 @@
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <memory>
+
+#include "app/trainer/display/frames.h"
+#include "app/trainer/view/machine_pictures.h"
+#include "app/trainer/view/pictures.h"
+#include "app/trainer/view/scene.h"
+#include "app/trainer/window/mirror.h"
+#include "render/render.h"
+
+namespace stylet::trainer {
+
+namespace {
+
+PictureTotals totalsOf(const FrameLoop& loop) {
+    const FrameTotals from = loop.totals();
+    PictureTotals totals;
+    totals.frames = from.frames;
+    totals.rendered = from.rendered, totals.first = from.first;
+    totals.validation_messages = from.validation_messages;
+    totals.headsets_found_again = from.headsets_found_again;
+    totals.times = from.times;
+    totals.runtime = from.runtime;
+    totals.gpu = from.gpu;
+    totals.skips = {
+        {"still_frames", from.sum.still_frames},   {"idle_tool_frames", from.sum.idle_tool_frames},
+        {"culled_parts", from.sum.culled_parts},   {"kept_shadows", from.sum.kept_shadows},
+        {"panels_drawn", from.panels_drawn},       {"unseen_panels", from.unseen_panels},
+        {"unseen_screens", from.machines.unseen},  {"frozen_scans", from.machines.frozen},
+        {"still_scans", from.machines.still_scans}};
+    totals.scans = from.machines.scans, totals.xray_pictures = from.machines.xray_pictures;
+    totals.ultrasound_ms = from.machines.ultrasound_ms, totals.xray_ms = from.machines.xray_ms;
+    if (from.sum.rays > 0)  // only if they were counted
+        totals.skips.insert(totals.skips.begin(), {{"skipped_bricks", from.sum.skipped_bricks},
+                                                   {"terminated_rays", from.sum.terminated_rays},
+                                                   {"depth_bounded_rays", from.sum.depth_bounded_rays}});
+    return totals;
+}
+
+// The frame loop of a headset and, if wanted, its mirror window.
+struct Watched {
+    std::optional<Mirror> window;  // outlives the frame loop, which writes to it
+    FrameLoop frames;
+
+    Watched(const patient::Patient& patient, const FrameSettings& settings, const patient::PlannedPath& path)
+        : frames(patient, settings, path) {}
+    void mirror(const patient::Patient& patient, const FrameSettings& settings,
+                const patient::PlannedPath& path, std::shared_ptr<WindowPort> port) {
+        try {
+            MirrorSettings mirror{settings.assets};
+            if (!settings.pipeline_cache.empty())
+                mirror.pipeline_cache = settings.pipeline_cache.parent_path() / "window-pipelines.bin";
+            mirror.validation = settings.validation;
+            mirror.look = settings.look;
+            mirror.touch = settings.touch, mirror.tick_s = settings.tick_s;
+            mirror.hints = training::hintsOf(settings.difficulty);
+            mirror.rearm_act = settings.rearm_act;
+            mirror.port = std::move(port);
+            window.emplace(patient, path, mirror);
+            frames.mirrorTo(window->channels());
+        } catch (const WindowError& e) {
+            std::fprintf(stderr, "stylet: no mirror window: %s\n", e.what());
+        }
+    }
+    PictureTotals totals() const {
+        PictureTotals both = totalsOf(frames);
+        if (window) both.validation_messages += window->validationMessages();
+        return both;
+    }
+};
+
+// Draws stereo pictures for a still head that leans over the entry.
+struct StillHead {
+    StillHead(const patient::Patient& patient_in, const patient::PlannedPath& path_in,
+              const std::filesystem::path& assets)
+        : patient(patient_in),
+          path(path_in),
+          renderer(gpu, {}, assets),
+          stage_from_patient(stageFromPatient(patient, path)) {
+        renderer.setPatient(patient);
+    }
+
+    // Views of both eyes of a head. Each eye sees a square around `middle`; `half` is the tangent of half
+    // its view angle.
+    std::array<render::View, 2> eyesOf(const Pose& head, const Vec3& middle, double half) const {
+        std::array<render::View, 2> eyes;
+        for (const int side : {0, 1}) {
+            Pose eye = head;
+            eye.position_m += head.direction({(side - 0.5) * kMockEyeDistance_m, 0.0, 0.0});
+            const Vec3 seen = eye.inverse() * middle;
+            const double x = seen.x / -seen.z, y = seen.y / -seen.z;
+            eyes[std::size_t(side)] = {eye, float(std::atan(x - half)), float(std::atan(x + half)),
+                                       float(std::atan(y + half)), float(std::atan(y - half))};
+        }
+        return eyes;
+    }
+
+    std::array<render::View, 2> viewsOf(const StereoShot& shot) const {
+        Pose head = stageFromHead(stage_from_patient, path, 0.0);
+        const Vec3 entry = stage_from_patient * path.entry_m;
+        if (shot.distance_m) {
+            head.position_m = entry + *shot.distance_m * glm::normalize(head.position_m - entry);
+            return eyesOf(head, entry, kCloseUpTangent);
+        }
+        if (shot.across_the_room)
+            return eyesOf(stageFromEyes(kDoor_m, kOverTable_m), kOverTable_m, kCloseUpTangent);
+        const Grid& grid = patient.grid();
+        const Vec3 middle_patient = 0.5 * (grid.origin_m + grid.centre(grid.dims - 1));
+        const Vec3 middle = stage_from_patient * middle_patient;
+        const Vec3 size_m = grid.spacing_m * Vec3(grid.dims);
+        if (shot.section) head = stageFromEyes(stage_from_patient * (middle_patient + kFromTheFeet), middle);
+        const double away = -(head.inverse() * middle).z;
+        return eyesOf(head, middle, kRoom * 0.5 * std::max(size_m.x, size_m.z) / away);
+    }
+
+    render::RenderScene sceneOf(const StereoShot& shot) const {
+        const patient::MotionModel& motion = patient.package().motion;
+        render::RenderScene scene;
+        scene.stage_from_patient = stage_from_patient;
+        scene.look = shot.closed ? render::Look::closed : render::Look::reveal;
+        scene.breath = shot.breath;
+        scene.patient_from_needle = shot.patient_from_needle;
+        scene.tool = shot.tool;
+        scene.marks = marksOf(shot.wounds, scene.look, path);
+        // Remove the side toward the feet, so that the operator looks at the cut.
+        if (shot.section) scene.cuts = {{Vec3(0.0, 0.0, -1.0), -path.entry_m.z}};
+        furnish(scene, path);
+        for (const patient::PlannedPath& good : shot.paths)
+            scene.paths.push_back({good.entry_m, good.target_m, good.quality});
+        if (!shot.closed && shot.paths.empty())
+            scene.reference_path_m = {
+                patient::deformedFromReference(motion, shot.breath, path.entry_reference_m),
+                patient::deformedFromReference(motion, shot.breath, path.target_reference_m)};
+        return scene;
+    }
+
+    std::array<EyePicture, 2> draw(const StereoShot& shot) {
+        std::array<EyePicture, 2> eyes;
+        const std::array<render::Image, 2> images = renderer.drawToImages(
+            sceneOf(shot), viewsOf(shot), std::uint32_t(shot.pixels), std::uint32_t(shot.pixels));
+        for (std::size_t eye = 0; eye < 2; ++eye) {
+            eyes[eye] = {shot.pixels, shot.pixels, {}};
+            for (std::size_t i = 0; i < images[eye].rgba.size(); ++i)
+                if (i % 4 != 3) eyes[eye].rgb.push_back(images[eye].rgba[i]);
+        }
+        return eyes;
+    }
+
+    // Viewpoint for a cut: from the feet, the operator's side and above.
+    static constexpr Vec3 kFromTheFeet{0.22, 0.30, -0.50};
+    static constexpr Vec3 kDoor_m{1.7, 1.75, 1.5}, kOverTable_m{-0.1, 1.05, -0.55};
+    static constexpr double kRoom = 1.2;            // size of the picture relative to the patient
+    static constexpr double kCloseUpTangent = 0.7;  // of half the view angle
+    const patient::Patient& patient;
+    const patient::PlannedPath path;
+    render::Gpu gpu{render::GpuSettings{}};
+    render::Renderer renderer;
+    const Pose stage_from_patient;
+};
+
+// The equipment pictures without a room.
+struct StillMachines {
+    StillMachines(const patient::Patient& patient, const std::filesystem::path& assets)
+        : deformed(gpu, patient), pictures(gpu, deformed, assets) {}
+    render::Gpu gpu{render::GpuSettings{}};
+    render::DeformedPatient deformed;
+    MachinePictures pictures;
+};
+
+EyePicture rgbOf(const render::ScreenPicture& screen) {
+    EyePicture picture{screen.width, screen.height, {}};
+    for (int i = 0; i < 4 * screen.width * screen.height; ++i)
+        if (i % 4 != 3) picture.rgb.push_back(screen.rgba[i]);
+    return picture;
+}
+
+}  // namespace
+
+std::optional<Pictures> openPictures(const patient::Patient& patient, const patient::PlannedPath& path,
+                                     const PictureSettings& settings, std::string& why_not) {
+    FrameSettings frame_settings;
+    frame_settings.assets = settings.assets;
+    frame_settings.pipeline_cache = settings.pipeline_cache;
+    frame_settings.touch = settings.touch;
+    frame_settings.rearm_act = settings.rearm_act;
+    frame_settings.colocation = settings.colocation;
+    frame_settings.seated = settings.seated;
+    frame_settings.passthrough = settings.passthrough;
+    if (settings.foveation) frame_settings.render.foveation.emplace();
+    frame_settings.tick_s = settings.tick_s;
+    frame_settings.guide = settings.guide;
+    frame_settings.controllers = settings.controllers;
+    frame_settings.controller_side = settings.controller_side;
+    frame_settings.ears = settings.ears;
+    frame_settings.difficulty = settings.difficulty;
+    frame_settings.capture_dir = settings.capture_folder;
+    frame_settings.validation = settings.validation;
+    frame_settings.virtual_clock = settings.virtual_clock;
+    frame_settings.look = settings.closed_look ? render::Look::closed : render::Look::reveal;
+    frame_settings.budget_ms = settings.budget_ms;
+    frame_settings.render.count = settings.count;
+    try {
+        // Shared because a std::function must be copyable; there is one owner.
+        const auto watched = std::make_shared<Watched>(patient, frame_settings, path);
+        if (settings.mirror) watched->mirror(patient, frame_settings, path, settings.window);
+        // Shares ownership with `watched`: a copy of it keeps both alive.
+        const std::shared_ptr<FrameLoop> loop(watched, &watched->frames);
+        return Pictures{[loop](const Seen& seen, const patient::ContrastTable* contrast,
+                               const std::string& moment) { return loop->frame(seen, contrast, moment); },
+                        [watched] { return watched->totals(); }, [loop] { return loop->attention(); },
+                        [loop](LiveSeen live) { loop->follow(std::move(live)); }};
+    } catch (const std::runtime_error& e) {
+        why_not = e.what();
+        return std::nullopt;
+    }
+}
+
+std::optional<MachineView> openMachines(const patient::Patient& patient, const std::filesystem::path& assets,
+                                        std::string& why_not) {
+    try {
+        const auto machines = std::make_shared<StillMachines>(patient, assets);
+        return MachineView{[machines](const MachineMoment& m) {
+                               machines->pictures.show(m, {.ultrasound = true});
+                               return rgbOf(machines->pictures.ultrasoundScreen());
+                           },
+                           [machines](const MachineMoment& m) {
+                               machines->pictures.show(m, {.xray = true});
+                               return rgbOf(machines->pictures.xrayScreen());
+                           },
+                           machines->gpu.name()};
+    } catch (const std::runtime_error& e) {
+        why_not = e.what();
+        return std::nullopt;
+    }
+}
+
+std::optional<StereoView> openStereo(const patient::Patient& patient, const patient::PlannedPath& path,
+                                     const std::filesystem::path& assets, std::string& why_not) {
+    try {
+        const auto head = std::make_shared<StillHead>(patient, path, assets);
+        return StereoView{[head](const StereoShot& shot) { return head->draw(shot); }, head->gpu.name()};
+    } catch (const std::runtime_error& e) {
+        why_not = e.what();
+        return std::nullopt;
+    }
+}
+
+}  // namespace stylet::trainer

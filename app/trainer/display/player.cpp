@@ -1,0 +1,60 @@
+#include "app/trainer/display/player.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+namespace stylet::trainer {
+
+void Player::hear(std::string_view lines) {
+    for (std::size_t end; (end = lines.find('\n')) != std::string_view::npos; lines.remove_prefix(end + 1))
+        hearLine(lines.substr(0, end));
+}
+
+void Player::hearLine(std::string_view line) {
+    const std::size_t blank = std::min(line.find(' '), line.size());
+    const std::string_view word = line.substr(0, blank);
+    if (word == "stop") state_.plays = false;
+    if (word == "toggle") {
+        state_.plays = !state_.plays;
+        if (state_.plays && state_.at_s >= state_.length_s) goTo(0.0);
+    }
+    if (blank == line.size()) return;
+    double value = 0.0;
+    const char* const last = line.data() + line.size();
+    const auto [end, error] = std::from_chars(line.data() + blank + 1, last, value);
+    if (error != std::errc() || end != last || !std::isfinite(value)) return;
+    if (word == "skip") goTo(state_.at_s + value);
+    if (word == "seek") goTo(value * state_.length_s);
+    if (word == "speed" && value > 0.0) state_.speed = std::clamp(state_.speed * value, kSlowest, kFastest);
+}
+
+void Player::goTo(double at_s) {
+    state_.at_s = std::clamp(at_s, 0.0, state_.length_s);
+}
+
+void Player::pass(double dt_s) {
+    if (!state_.plays) return;
+    goTo(state_.at_s + state_.speed * dt_s);
+    state_.plays = state_.at_s < state_.length_s;
+}
+
+std::string PlayerStick::take(std::uint32_t buttons, const std::array<float, 2>& stick, double dt_s) {
+    const std::uint32_t fresh = buttons & ~std::exchange(buttons_, buttons);
+    std::string said;
+    if (fresh & 1u) said += "toggle\n";
+    if (fresh & 2u) said += "seek 0\n";
+    if (fresh & 4u) said += "skip " + std::to_string(-kBack_s) + "\n";
+    const auto [right, up] = stick;
+    if (const float beyond = (std::fabs(right) - kRest) / (1.0f - kRest); beyond > 0.0f) {
+        const double rate_s = std::copysign(kFastest_s * double(beyond * beyond), double(right));
+        said += "stop\nskip " + std::to_string(rate_s * dt_s) + "\n";
+        return said;
+    }
+    if (std::fabs(up) > kFlick && !flicked_) said += up > 0.0f ? "speed 2\n" : "speed 0.5\n";
+    flicked_ = std::fabs(up) > (flicked_ ? kRest : kFlick);
+    return said;
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,98 @@
+#include "app/trainer/display/replay_show.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+#include "app/installation.h"
+#include "app/trainer/display/player.h"
+#include "app/trainer/stores/platform_linux.h"
+#include "app/trainer/view/pictures.h"
+
+namespace stylet::trainer {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+PictureSettings pictureSettings(const ShownReplay& shown, const std::filesystem::path& out) {
+    PictureSettings settings;
+    settings.assets = assetsFolder();
+    settings.pipeline_cache = cacheFolder() / "pipelines.bin";
+    settings.capture_folder = out;
+    settings.touch = shown.touch;
+    settings.tick_s = shown.dt_s;
+    settings.guide = shown.guide;
+    settings.mirror = !environment("DISPLAY").empty();
+    settings.window = std::make_shared<WindowPort>();
+    settings.window->giveReplay();
+    settings.controllers = std::make_shared<ControllerPort>();
+    return settings;
+}
+
+Seen seenAt(const ShownReplay& shown, double tick) {
+    Seen seen = shown.timeline.at(tick);
+    if (!shown.ghost) return seen;
+    const haptics::TickOutput& ghost = shown.ghost->at(tick).tick;
+    if (haptics::holdsNeedle(ghost.tool)) seen.ghost_needle = ghost.patient_from_needle;
+    return seen;
+}
+
+// Opens a headset if there is one, else a window.
+Pictures picturesOf(const ShownReplay& shown, const PictureSettings& settings) {
+    std::string no_headset, no_window;
+    if (!shown.window)
+        if (auto pictures = openPictures(shown.patient, shown.path, settings, no_headset))
+            return std::move(*pictures);
+    auto pictures = openDesktop(shown.patient, shown.path, settings, no_window);
+    if (!pictures)
+        throw DataError("--show", "window", no_window + (no_headset.empty() ? "" : "; " + no_headset));
+    if (!no_headset.empty())
+        std::fprintf(stderr, "stylet: no headset: %s; a window takes its place\n", no_headset.c_str());
+    return std::move(*pictures);
+}
+
+}  // namespace
+
+Timeline::Timeline(std::size_t ticks) : every_(std::max<std::size_t>(5, ticks / kMost + 1)) {}
+
+const Seen& Timeline::at(double tick) const {
+    const auto after = std::upper_bound(seen_.begin(), seen_.end(), tick,
+                                        [](double t, const Seen& s) { return t < double(s.tick.tick); });
+    return after == seen_.begin() ? *after : *(after - 1);
+}
+
+void showReplay(const ShownReplay& shown, const std::vector<Moment>& moments,
+                const std::filesystem::path& out) {
+    const PictureSettings settings = pictureSettings(shown, out);
+    const Pictures pictures = picturesOf(shown, settings);
+    for (const Moment& moment : moments)
+        pictures.frame(moment.seen, nullptr, moment.name);
+    Player player(double(shown.ticks) * shown.dt_s);
+    if (shown.at_s) {
+        player.hear("seek " + std::to_string(*shown.at_s / player.state().length_s) + "\n");
+        pictures.frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "at");
+    } else {
+        player.hear("toggle\n");
+    }
+    PlayerStick stick;
+    auto last = SteadyClock::now();
+    bool goes_on = true;
+    while (goes_on && !interrupted()) {
+        const auto now = SteadyClock::now();
+        const double dt_s = std::chrono::duration<double>(now - last).count();
+        last = now;
+        const ControllerPort::Frame hand = settings.controllers->seen();
+        player.hear(settings.window->typed() + stick.take(hand.buttons, hand.thumbstick, dt_s));
+        // Stop when the headset is taken off, so that its user misses nothing.
+        if (pictures.attention && pictures.attention() == Attention::away) player.hear("stop\n");
+        player.pass(dt_s);
+        settings.window->tell(player.state());
+        goes_on = pictures.frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "");
+    }
+    std::fprintf(stderr, "stylet: the replay stood at %.6f of %.6f s\n", player.state().at_s,
+                 player.state().length_s);
+}
+
+}  // namespace stylet::trainer

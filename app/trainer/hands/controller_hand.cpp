@@ -1,0 +1,129 @@
+#include "app/trainer/hands/controller_hand.h"
+
+#include <glm/geometric.hpp>
+#include <utility>
+
+namespace stylet::trainer {
+
+using haptics::DeviceStage;
+using haptics::DeviceState;
+using haptics::Phase;
+using haptics::TickOutput;
+
+namespace {
+
+// A 15 cm needle keeps the fist clear of the skin. The needle points along OpenXR's aim pose.
+constexpr Pose kAimFromTool{{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, -0.15}};
+constexpr float kSqueezed = 0.5f;
+constexpr Vibration kTouch{0.25f, 15'000'000}, kCut{0.8f, 35'000'000};
+constexpr double kTouching_n = 0.02;
+
+bool touches(const TickOutput& tick) {
+    return tick.phase != Phase::outside || tick.probe_touching_share > 0.0 ||
+           glm::dot(tick.tool_force.force_n, tick.tool_force.force_n) > kTouching_n * kTouching_n;
+}
+
+// True if a border was punctured, other tissue was entered, or the scalpel began to cut.
+bool cutBetween(const TickOutput& a, const TickOutput& b) {
+    if (b.incision_count > a.incision_count) return true;
+    if (!haptics::holdsNeedle(b.tool) || b.phase == Phase::outside || b.depth_m < a.depth_m) return false;
+    return (a.phase == Phase::held && b.phase != Phase::held) ||
+           (a.phase != Phase::outside && a.tissue != b.tissue);
+}
+
+}  // namespace
+
+void ControllerPort::attach(GripAt grip_at) {
+    const std::scoped_lock lock(asked_, mutex_);
+    grip_at_ = std::move(grip_at);
+    buttons_ = 0;
+    thumbstick_ = {0.0f, 0.0f};
+}
+
+void ControllerPort::see(const Frame& frame) {
+    const std::lock_guard lock(mutex_);
+    room_from_stage_ = frame.room_from_stage;
+    grip_from_aim_ = frame.grip_from_aim.value_or(grip_from_aim_);
+    buttons_ = frame.buttons;
+    thumbstick_ = frame.thumbstick;
+}
+
+ControllerPort::Frame ControllerPort::seen() {
+    const std::lock_guard lock(mutex_);
+    return {room_from_stage_, grip_from_aim_, buttons_, thumbstick_};
+}
+
+std::optional<Vibration> ControllerPort::takeVibration() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(vibration_, std::nullopt);
+}
+
+std::optional<Pose> ControllerPort::toolAt(std::int64_t when_ns, std::uint32_t& buttons) {
+    const std::lock_guard asked(asked_);
+    const std::optional<Pose> stage_from_grip = grip_at_ ? grip_at_(when_ns) : std::nullopt;
+    if (!stage_from_grip) return std::nullopt;
+    const std::lock_guard lock(mutex_);
+    buttons = buttons_;
+    return room_from_stage_ * *stage_from_grip * grip_from_aim_ * kAimFromTool;
+}
+
+void ControllerPort::vibrate(const Vibration& vibration) {
+    const std::lock_guard lock(mutex_);
+    vibration_ = vibration;
+}
+
+std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys& other) {
+    return (tool.select ? 1u << 0 : 0u) | (tool.menu ? 1u << 1 : 0u) |
+           (tool.squeeze > kSqueezed ? 1u << 2 : 0u) | (other.select ? 1u << 3 : 0u) |
+           (other.squeeze > kSqueezed ? 1u << 4 : 0u);
+}
+
+haptics::DeviceProfile controllerProfile() noexcept {
+    haptics::DeviceProfile p;
+    p.name = "controller";
+    p.source = "input only: it vibrates, and pushes nothing";
+    p.force_axes = 0;
+    p.force_peak_n = 0.0;
+    p.force_continuous_n = 0.0;
+    p.stiffness_n_per_m = 0.0;
+    p.rate_hz = 250.0;
+    return p;
+}
+
+ControllerDriver::ControllerDriver(ControllerPort& port, ControllerSide side, const haptics::Clock& clock)
+    : port_(port),
+      missing_(std::string("no controller is tracked in the ") +
+               (side == ControllerSide::left ? "left" : "right") +
+               " hand: put the headset on, switch the controller on, hold it in sight"),
+      clock_(clock) {}
+
+DeviceStage ControllerDriver::open(std::string& why) {
+    std::uint32_t buttons = 0;
+    tracked_ns_ = now();
+    if (port_.toolAt(tracked_ns_, buttons)) return DeviceStage::ready;
+    why = missing_;
+    return DeviceStage::absent;
+}
+
+DeviceStage ControllerDriver::exchange(const Vec3&, DeviceState& state, std::string& why) {
+    const std::int64_t now_ns = now();
+    if (const auto tool = port_.toolAt(now_ns, state.buttons)) {
+        state.device_from_stylus = *tool;
+        state.fresh = 1;
+        tracked_ns_ = now_ns;
+    } else if (now_ns - tracked_ns_ > kLostAfter_ns) {
+        why = missing_;
+        return DeviceStage::absent;
+    }
+    return DeviceStage::ready;
+}
+
+std::optional<Vibration> Vibrations::take(const TickOutput& newest) {
+    const std::optional<TickOutput> before = std::exchange(last_, newest);
+    if (!before || before->tool != newest.tool) return std::nullopt;
+    if (cutBetween(*before, newest)) return kCut;
+    if (!touches(*before) && touches(newest)) return kTouch;
+    return std::nullopt;
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,106 @@
+// A headset's controller as input device: it moves the tool and vibrates, but renders no force. The trainer
+// can thus be used with a headset alone.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string_view>
+
+#include "haptics/devices/driver.h"
+#include "haptics/loop/loop.h"
+
+namespace stylet::trainer {
+
+inline constexpr const char* kControllers = "controllers";  // the name for `--device`
+
+enum class ControllerSide : int { left, right };  // the hand that holds the tool
+
+struct Vibration {
+    float amplitude = 0.0f;  // [0, 1]
+    std::int64_t duration_ns = 0;
+};
+
+// Connects the frame thread, which owns the OpenXR session, to the device's thread. The session may be lost
+// and come back; meanwhile no controller is tracked.
+class ControllerPort {
+  public:
+    // Grip pose in the runtime's space at a CLOCK_MONOTONIC time; nullopt while not tracked.
+    using GripAt = std::function<std::optional<Pose>(std::int64_t when_ns)>;
+
+    // Frame thread. Sets the function that toolAt() calls. Pass null before the OpenXR session is
+    // destroyed: once attach() returns, no call is running or will follow.
+    void attach(GripAt);
+    // Frame thread, once per frame: the drawn room, the controller's aim, the pressed buttons.
+    struct Frame {
+        Pose room_from_stage;
+        std::optional<Pose> grip_from_aim;  // absent: unchanged
+        std::uint32_t buttons = 0;
+        std::array<float, 2> thumbstick{0.0f, 0.0f};  // right, up in [-1, 1]
+    };
+    void see(const Frame&);
+    // Frame thread. The frame last passed to see().
+    Frame seen();
+    std::optional<Vibration> takeVibration();
+
+    // Device's thread. Tool pose in the drawn room: tip at the origin, +z toward the hand. nullopt while
+    // not tracked.
+    std::optional<Pose> toolAt(std::int64_t when_ns, std::uint32_t& buttons);
+    // Session thread. A newer vibration replaces one that is still pending.
+    void vibrate(const Vibration&);
+
+  private:
+    std::mutex asked_;  // held during calls into the runtime, which may be slow
+    GripAt grip_at_;
+    std::mutex mutex_;
+    Pose room_from_stage_, grip_from_aim_;
+    std::uint32_t buttons_ = 0;
+    std::array<float, 2> thumbstick_{0.0f, 0.0f};
+    std::optional<Vibration> vibration_;
+};
+
+// The pressed inputs of one controller. controllerButtons() maps them to button bits: first those of the
+// tool's hand, then those of the other hand (meanings: live_hand.h).
+struct ControllerKeys {
+    bool select = false, menu = false;
+    float squeeze = 0.0f;
+};
+std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys& other = {});
+inline constexpr std::array<std::string_view, 5> kControllerButtons{
+    "the trigger", "menu (B)", "squeezing", "the other hand's trigger", "squeezing the other hand"};
+
+haptics::DeviceProfile controllerProfile() noexcept;
+
+// Its device frame is the drawn room. After kLostAfter_ns without tracking the device reports absent. It is
+// ready again as soon as it is tracked.
+class ControllerDriver final : public haptics::Driver {
+  public:
+    ControllerDriver(ControllerPort&, ControllerSide, const haptics::Clock&);
+    const haptics::DeviceProfile& profile() const noexcept override { return profile_; }
+    haptics::DeviceStage open(std::string& why) override;
+    haptics::DeviceStage exchange(const Vec3& force_n, haptics::DeviceState&, std::string& why) override;
+    void close() noexcept override {}
+
+    static constexpr std::int64_t kLostAfter_ns = 100'000'000;
+
+  private:
+    std::int64_t now() const { return clock_.now_ns(clock_.context); }
+    ControllerPort& port_;
+    std::string missing_;
+    haptics::Clock clock_;
+    haptics::DeviceProfile profile_ = controllerProfile();
+    std::int64_t tracked_ns_ = 0;
+};
+
+// Selects the ticks that vibrate the controller: first touch of the skin, and every cut. Session thread.
+class Vibrations {
+  public:
+    std::optional<Vibration> take(const haptics::TickOutput& newest);
+
+  private:
+    std::optional<haptics::TickOutput> last_;
+};
+
+}  // namespace stylet::trainer

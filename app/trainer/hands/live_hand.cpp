@@ -1,0 +1,105 @@
+#include "app/trainer/hands/live_hand.h"
+
+#include <cstdio>
+
+#include "app/trainer/hands/controller_hand.h"
+#include "app/trainer/stores/platform_linux.h"
+
+namespace stylet::trainer {
+
+namespace {
+
+constexpr std::int64_t kLook_ns = 20'000'000;
+constexpr std::int64_t kLookAgain_ns = 250'000'000;  // while the device is absent
+
+// Discards the message: the loop's thread reports the same one.
+void takeRealTime() {
+    askForRealTime();
+}
+
+}  // namespace
+
+LiveDevice::LiveDevice(const std::string& kind, const haptics::DeviceOptions& options,
+                       const haptics::Clock& clock)
+    : LiveDevice(kind, haptics::makeDriver(kind, options, clock), clock) {}
+
+LiveDevice::LiveDevice(const std::string& kind, std::unique_ptr<haptics::Driver> driver,
+                       const haptics::Clock& clock)
+    : kind_(kind),
+      clock_(clock),
+      device_(std::move(driver), clock,
+              haptics::PolledSettings{.look_again_ns = kLookAgain_ns,
+                                      // Not for controllers: a real-time thread must not wait for the
+                                      // OpenXR runtime's locks.
+                                      .atThreadStart = kind == kControllers ? nullptr : takeRealTime}) {
+    device_.start();
+}
+
+bool LiveDevice::waitUntilReady(const std::function<bool()>& given_up) {
+    while (device_.stage() != haptics::DeviceStage::ready) {
+        tellNews();
+        if (given_up()) return false;
+        clock_.sleepUntil_ns(clock_.context, clock_.now_ns(clock_.context) + kLook_ns);
+    }
+    tellNews();
+    return true;
+}
+
+Pose LiveDevice::grip() {
+    return device_.read(clock_.now_ns(clock_.context)).device_from_stylus;
+}
+
+UserButtons LiveDevice::buttons() const {
+    // The Falcon's third button is its clutch. Other devices have a clutch only if they sense no
+    // orientation: the first button.
+    if (kind_ == "falcon") return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 3};
+    if (kind_ == kControllers)
+        return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 2, .pedal = 1u << 3, .inject = 1u << 4};
+    return {.rearm = clutched_ ? 0u : 1u << 0, .next = 1u << 1, .breath = 1u << 2};
+}
+
+std::string LiveDevice::describeButtons() const {
+    if (kind_ == kControllers)
+        return describe(buttons(), kControllerButtons) +
+               "; of a bare hand, thumb and index finger are the trigger, thumb and middle finger menu, "
+               "thumb and "
+               "ring finger squeeze";
+    return describe(buttons());
+}
+
+std::string LiveDevice::rearmAct() const {
+    return buttons().rearm != 0 ? "the device's first button, or Enter here," : "Enter here";
+}
+
+std::string LiveDevice::typed() {
+    std::string text;
+    typing_ = typing_ && takeTyped(text);
+    return text;
+}
+
+haptics::HapticDevice& LiveDevice::aimed(const Pose& held) {
+    if (device_.profile().senses_rotation) return device_;
+    // The Falcon's clutch is its centre button. Other devices use their first button.
+    haptics::ClutchSettings clutch;
+    if (kind_ != "falcon") clutch.button = 1u;
+    return clutched_.emplace(device_, clutch, held);
+}
+
+void LiveDevice::hold(const Pose& held) {
+    if (clutched_) clutched_->hold(held);
+}
+
+void LiveDevice::tellNews() {
+    const haptics::DeviceReport report = device_.report();
+    std::string text = haptics::nameOf(report.stage);
+    if (!report.why.empty()) text += ": " + report.why;
+    if (report.blocked_ns > 0) text += " (it has not answered for a while)";
+    if (report.silences > 0)
+        text += " (the loop was silent for 15 ms, " + std::to_string(report.silences) +
+                " times so far, which ends the force)";
+    if (text == told_) return;
+    std::fprintf(stderr, "stylet: %s: %s\n", kind_.c_str(), text.c_str());
+    told_ = text;
+}
+
+}  // namespace stylet::trainer

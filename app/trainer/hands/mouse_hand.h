@@ -1,0 +1,57 @@
+// Mouse and keyboard in place of a haptic device, for users without a device or headset. Moves the tool in
+// the window. There is no force output.
+#pragma once
+
+#include "app/trainer/hands/window_port.h"
+#include "haptics/devices/driver.h"
+#include "haptics/loop/loop.h"
+#include "haptics/loop/toolbox.h"
+#include "patient/planning/planning.h"
+
+namespace stylet::trainer {
+
+inline constexpr const char* kMouse = "mouse";  // value of `--device`
+
+haptics::DeviceProfile mouseProfile() noexcept;
+
+// Start pose of the tool, as a needle pose: along the path, in front of the skin.
+Pose mouseStart(const patient::PlannedPath&);
+
+// A point that follows a target without jumps: critically damped, at most kSpeed_m_s.
+struct SmoothPoint {
+    Vec3 at_m{0.0}, velocity_m_s{0.0};
+    void step(const Vec3& wanted_m, double dt_s) noexcept;
+
+    static constexpr double kRate_per_s = 25.0, kSpeed_m_s = 0.10;
+};
+
+// The device frame is the patient frame. A tool that presses with more than kMostPress_n moves no deeper: a
+// user who feels no force would push it through the tissue.
+class MouseDriver final : public haptics::Driver {
+  public:
+    // `start`: see mouseStart(). The port must outlive the driver.
+    MouseDriver(WindowPort&, const Pose& start, const haptics::GuideSettings&, const haptics::Clock&);
+    const haptics::DeviceProfile& profile() const noexcept override { return profile_; }
+    haptics::DeviceStage open(std::string& why) override;
+    haptics::DeviceStage exchange(const Vec3& force_n, haptics::DeviceState&, std::string& why) override;
+    void close() noexcept override {}
+
+    static constexpr double kMostPress_n = 10.0;
+    static constexpr double kLead_m = 0.12;  // largest distance of the tool behind its target
+
+  private:
+    void take(const MouseMove&) noexcept;
+    void step(double dt_s) noexcept;
+
+    WindowPort& port_;
+    Pose start_, wanted_;  // needle poses
+    haptics::GuideSettings guide_;
+    haptics::Clock clock_;
+    haptics::DeviceProfile profile_ = mouseProfile();
+    SmoothPoint point_;
+    Quat turned_;  // current orientation
+    Pose held_;    // needle_from_stylus; turns toward the value for the current tool
+    std::int64_t last_ns_ = 0;
+};
+
+}  // namespace stylet::trainer

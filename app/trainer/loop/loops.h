@@ -1,0 +1,63 @@
+// The loops of an attempt: haptics at 1 kHz, session, frames. In real time each has its own thread. On the
+// virtual clock one thread runs all three tick by tick, with the same calls.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "app/trainer/attempt/attempt.h"
+#include "app/trainer/attempt/commands.h"
+#include "app/trainer/session/contrast_feed.h"
+#include "app/trainer/session/instructor.h"
+#include "app/trainer/session/session.h"
+#include "app/trainer/view/pictures.h"
+#include "haptics/loop/loop.h"
+
+namespace stylet::trainer {
+
+struct LoopTotals {
+    haptics::LoopStats haptics;
+    double elapsed_s = 0.0;            // by the loop's clock
+    std::uint64_t flights_missed = 0;  // fault recordings dropped: the previous one was not consumed
+    PictureTotals pictures;
+    std::optional<NextAttempt> next;  // set if the instructor requested it
+    // The runtime did not return from the last frame. Its thread still uses the attempt's patient, so
+    // nothing of the attempt may be destroyed.
+    bool frames_stuck = false;
+};
+
+// Live input from a device, in place of the attempt's trace.
+struct LiveHand {
+    haptics::HapticDevice& device;
+    std::function<bool(double elapsed_s)> over;  // session thread, often: true ends the attempt
+    std::function<std::string()> typed;          // session thread, often: text typed since the last call
+    std::function<void(haptics::Tool)> hold;     // session thread, often: the tool in use
+    UserButtons buttons;
+    std::string rearm_act;                                   // how to re-arm: "Enter here", ...
+    std::function<void(const haptics::TickOutput&)> felt{};  // session thread, often: the newest tick
+};
+
+// Time limit for the runtime's last frame, or for opening a new headset session.
+inline constexpr double kFramePatience_s = 15.0;
+
+// Runs haptics, session and frames on their own threads; frames run at the runtime's rate. Captures have
+// priority over live frames, and all of them are drawn before the loop returns. `clock` must be steady.
+// With pictures the force follows the headset's focus: it starts when the headset gains focus and ends when
+// it loses focus. A live attempt ends when the runtime asks the program to end. A scripted one continues
+// without pictures.
+// `heard`: session thread, often: the newest state to show and to play as sound. `console`: session thread,
+// often: text an instructor typed since the last call. `frame_patience_s`: time limit at the end for the
+// runtime's last frame, or for opening a new headset session.
+LoopTotals runRealTime(const Attempt&, Session&, std::optional<Pictures>, const haptics::Clock& clock,
+                       const LiveHand* live = nullptr, const std::function<void(const Seen&)>& heard = {},
+                       const std::function<std::string()>& console = {},
+                       double frame_patience_s = kFramePatience_s);
+
+// Runs everything on one thread in virtual time and draws `fps` frames per simulated second in addition to
+// the captures. The inputs are the same every time: nobody wears a headset, so the focus is ignored. The
+// clock only times the steps.
+LoopTotals runFast(const Attempt&, Session&, std::optional<Pictures>, double fps,
+                   const haptics::Clock& clock);
+
+}  // namespace stylet::trainer

@@ -1,0 +1,412 @@
+#include "app/trainer/program/results.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <sstream>
+
+#include "app/report/curve.h"
+#include "app/report/slices.h"
+#include "app/trainer/session/flight.h"
+#include "base/format.h"
+#include "base/whole_file.h"
+
+namespace stylet::trainer {
+
+using haptics::NeedleEventKind;
+using json = nlohmann::ordered_json;
+using training::kMlPerM3;
+
+namespace {
+
+constexpr double kGyCm2PerGyM2 = 1e4;
+constexpr double kDegPerRad = 57.29577951308232;
+
+const char* kindName(NeedleEventKind kind) {
+    return kind == NeedleEventKind::puncture ? "cut" : "entry";
+}
+
+json punctureJson(const patient::Patient& patient, const haptics::EventRecord& record) {
+    const haptics::NeedleEvent& event = record.event;
+    const patient::Label* label = patient.label(event.border.to_label);
+    return {{"tissue", patient::tissueName(event.border.to)},
+            {"kind", kindName(event.kind)},
+            {"label", label ? label->name : ""},
+            {"border_depth_m", event.border.depth_m},
+            {"tenting_m", event.tenting_m},
+            {"force_before_n", event.force_before_n},
+            {"force_after_n", event.force_after_n},
+            {"tick", record.tick}};
+}
+
+json controllerJson(const ControllerLog& c) {
+    const double ticks = std::max(1.0, double(c.contact_ticks));
+    return {{"contact_ticks", c.contact_ticks},
+            {"felt_share", double(c.felt_ticks) / ticks},
+            {"peak_n", c.peak_n},
+            {"rms_n", std::sqrt(c.sum_n2 / ticks)}};
+}
+
+json doseJson(const training::DoseLedger& dose) {
+    return {{"fluoroscopy_s", dose.fluoroscopy_s},
+            {"pulses", dose.pulses},
+            {"air_kerma_gy", dose.air_kerma_gy},
+            {"dose_area_gy_m2", dose.dose_area_gy_m2},
+            {"contrast_ml", dose.contrast_m3 * kMlPerM3}};
+}
+
+json errorJson(const ForceError& error) {
+    const double ticks = std::max(1.0, double(error.ticks));
+    return {{"ticks", error.ticks},
+            {"equal_share", double(error.equal_ticks) / ticks},
+            {"rms_n", error.rms_n()},
+            {"largest_n", error.largest_n},
+            {"largest_depth_m", error.largest_depth_m}};
+}
+
+// Force on the partial segmentation compared with the force on the full one.
+json truthJson(const ForceTruthReading& truth) {
+    if (!truth.known) return "no full segmentation of this patient";
+    return {{"felt", truth.felt_is_full ? "full" : "partial"},
+            {"insertions", truth.insertions},
+            {"last_insertion", errorJson(truth.insertion)},
+            {"all_insertions", errorJson(truth.all)}};
+}
+
+json firstPictureJson(const std::optional<Start>& start, const PictureTotals& pictures) {
+    if (!start || !pictures.first) return nullptr;
+    return secondsBetween(start->begun, pictures.first->at);
+}
+
+json startJson(const std::optional<Start>& start, const PictureTotals& pictures) {
+    if (!start) return nullptr;
+    json parts{{"asked_s", secondsBetween(start->begun, start->asked)},
+               {"patient_s", secondsBetween(start->asked, start->patient)},
+               {"hand_s", secondsBetween(start->patient, start->hand)},
+               {"pictures_s", secondsBetween(start->hand, start->pictures)},
+               {"patients_made", start->made.patients},
+               {"marks_made", start->made.marks},
+               {"plans_made", start->made.plans},
+               {"touch_maps_made", start->made.touch_maps},
+               {"frame_s", nullptr},
+               {"pipelines", nullptr},
+               {"pipelines_s", nullptr},
+               {"kept_pipeline_bytes", nullptr}};
+    if (const auto& first = pictures.first) {
+        parts["frame_s"] = secondsBetween(start->pictures, first->at);
+        parts["pipelines"] = first->pipelines;
+        parts["pipelines_s"] = 1e-3 * first->pipelines_ms;
+        parts["kept_pipeline_bytes"] = first->kept_pipeline_bytes;
+    }
+    return parts;
+}
+
+json stepsJson(const training::Progress& progress) {
+    json done = json::array();
+    for (int s = 0; s < training::kStepCount; ++s)
+        if ((progress.steps_done & 1u << s) != 0) done.push_back(training::stepName(training::Step(s)));
+    return {{"done", done}, {"of", training::kStepCount}, {"out_of_order", progress.out_of_order}};
+}
+
+// A metric that was not achieved is NaN and becomes null.
+json scoreJson(const training::Score& score) {
+    json metrics = json::array();
+    for (std::size_t i = 0; i < training::kMetricCount; ++i) {
+        const training::Metric& metric = training::metricTable()[i];
+        const double value = score.values[i];
+        metrics.push_back({{"id", metric.id},
+                           {"name", metric.name},
+                           {"unit", metric.unit},
+                           {"value", std::isfinite(value) ? json(value) : json(nullptr)},
+                           {"points", score.points[i]},
+                           {"most_points", score.most_points[i]}});
+    }
+    return {{"total", score.total}, {"metrics", metrics}};
+}
+
+const char* placeName(patient::ContrastPlace place) {
+    switch (place) {
+        case patient::ContrastPlace::none:
+            break;
+        case patient::ContrastPlace::duct:
+            return "duct";
+        case patient::ContrastPlace::liver:
+            return "liver";
+        case patient::ContrastPlace::vessel:
+            return "vessel";
+        case patient::ContrastPlace::elsewhere:
+            return "elsewhere";
+        case patient::ContrastPlace::outside:
+            return "outside";
+    }
+    return "none";
+}
+
+json contrastJson(const patient::ContrastStatus& status) {
+    const patient::ContrastVolumes& v = status.volumes;
+    return {{"last_place", placeName(status.place)},
+            {"ducts_ml", v.ducts_m3 * kMlPerM3},
+            {"liver_ml", v.liver_m3 * kMlPerM3},
+            {"vessels_ml", v.vessels_m3 * kMlPerM3},
+            {"pooled_ml", v.pooled_m3 * kMlPerM3},
+            {"washed_out_ml", v.washed_out_m3 * kMlPerM3},
+            {"lost_ml", v.lost_m3 * kMlPerM3},
+            {"duct_tree_ml", status.tree_m3 * kMlPerM3},
+            {"front_m", status.front_m},
+            {"at_stop", status.at_stop}};
+}
+
+// Median, first and 99th percentile.
+json spreadOf(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double share) {
+        return values.empty() ? json(nullptr) : json(values[std::size_t(share * double(values.size() - 1))]);
+    };
+    return {{"p1", at(0.01)}, {"median", at(0.5)}, {"p99", at(0.99)}};
+}
+
+// Difference between the drawn tip and the true tip at the display time. `ahead_ms` > 0: ahead of the hand.
+json visuoHapticJson(const std::vector<FrameTime>& times) {
+    std::vector<double> lead_ms, offset_mm, offset_deg, ahead_ms;
+    std::size_t late = 0;
+    for (const FrameTime& time : times) {
+        late += time.late;
+        if (!time.tip) continue;
+        lead_ms.push_back(1e3 * time.tip->lead_s);
+        offset_mm.push_back(1e3 * time.tip->distance_m);
+        offset_deg.push_back(kDegPerRad * time.tip->angle_rad);
+        if (time.tip->ahead_s) ahead_ms.push_back(1e3 * *time.tip->ahead_s);
+    }
+    return {{"frames", offset_mm.size()},
+            {"moving_frames", ahead_ms.size()},
+            {"late_frames", late},
+            {"lead_ms", spreadOf(lead_ms)},
+            {"offset_mm", spreadOf(offset_mm)},
+            {"offset_deg", spreadOf(offset_deg)},
+            {"ahead_ms", spreadOf(ahead_ms)}};
+}
+
+json frameTimesJson(const std::vector<FrameTime>& times) {
+    const auto spread = [&](double FrameTime::* part) {
+        std::vector<double> values;
+        for (const FrameTime& time : times)
+            values.push_back(time.*part);
+        std::sort(values.begin(), values.end());
+        const auto at = [&](double share) {
+            return values.empty() ? 0.0 : values[std::size_t(share * double(values.size() - 1))];
+        };
+        return json{{"median", at(0.5)}, {"p99", at(0.99)}};
+    };
+    return {{"whole", spread(&FrameTime::frame_ms)},
+            {"opaque", spread(&FrameTime::opaque_ms)},
+            {"volume", spread(&FrameTime::volume_ms)}};
+}
+
+json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, const SessionLog& log,
+                 const LoopTotals& totals) {
+    json punctures = json::array(), moments = json::array(), skips = json::object();
+    for (const haptics::EventRecord& record : log.punctures)
+        punctures.push_back(punctureJson(patient, record));
+    for (const Moment& moment : log.moments)
+        moments.push_back(
+            {{"name", moment.name}, {"tick", moment.seen.tick.tick}, {"depth_m", moment.seen.tick.depth_m}});
+    for (const auto& [name, count] : totals.pictures.skips)
+        skips[name] = count;
+    const haptics::LoopStats& haptics = totals.haptics;
+    return {{"patient", facts.patient_name},
+            {"scenario", facts.scenario},
+            {"seed", facts.seed},
+            {"clock", facts.clock},
+            {"device", facts.device},
+            {"firmware_sha256", facts.firmware_sha256},
+            {"target_hit", log.target_hit()},
+            {"score", scoreJson(log.score)},
+            {"steps", stepsJson(log.progress)},
+            {"path", {{"length_m", facts.path.length_m}, {"quality", facts.path.quality}}},
+            {"moments", moments},
+            {"punctures", punctures},
+            {"peak_force_n", log.peak_force_n},
+            {"lateral_cut_m", log.lateral_cut_m},
+            {"force_truth", truthJson(log.truth)},
+            {"dose", doseJson(log.dose)},
+            {"contrast", contrastJson(log.contrast)},
+            {"haptics",
+             {{"ticks", haptics.ticks},
+              {"rate_hz", totals.elapsed_s > 0.0 ? double(haptics.ticks) / totals.elapsed_s : 0.0},
+              {"late_ticks", haptics.late_ticks},
+              {"page_faults", haptics.page_faults},
+              {"faults", haptics.faults | log.faults},
+              {"fault_names", faultNames(haptics.faults | log.faults)},
+              {"flights", log.flights.size()},
+              {"flights_lost", totals.flights_missed + log.more_flights},
+              {"controller", controllerJson(log.controller)},
+              {"max_step_us", haptics.max_step_us}}},
+            {"first_picture_s", firstPictureJson(facts.start, totals.pictures)},
+            {"start", startJson(facts.start, totals.pictures)},
+            {"frames", totals.pictures.frames},
+            {"frame_ms", frameTimesJson(totals.pictures.times)},
+            {"visuo_haptic", visuoHapticJson(totals.pictures.times)},
+            {"validation_messages", totals.pictures.validation_messages},
+            {"headsets_found_again", totals.pictures.headsets_found_again},
+            {"ultrasound", {{"scans", totals.pictures.scans}, {"all_ms", totals.pictures.ultrasound_ms}}},
+            {"xray", {{"pictures", totals.pictures.xray_pictures}, {"all_ms", totals.pictures.xray_ms}}},
+            {"skips", skips},
+            {"state_hash", records::hexOf(log.state_hash)}};
+}
+
+std::vector<report::ForceMark> cutMarks(const SessionLog& log) {
+    std::vector<report::ForceMark> marks;
+    for (const haptics::EventRecord& record : log.punctures) {
+        const haptics::NeedleEvent& event = record.event;
+        if (event.kind != NeedleEventKind::puncture) continue;
+        const std::string name(patient::tissueName(event.border.to));
+        marks.push_back({name + formatted(" %.2f N", event.force_before_n),
+                         event.border.depth_m + event.tenting_m, event.force_before_n});
+    }
+    return marks;
+}
+
+// The tick shown in the slices: the target's puncture, else the deepest tick inside the body.
+const haptics::TickOutput* sliceTick(const SessionLog& log) {
+    if (log.target_hit()) return &*log.target_cut;
+    return log.deepest ? &*log.deepest : nullptr;
+}
+
+report::NeedlePicture needlePicture(const AttemptFacts& facts, const SessionLog& log,
+                                    const haptics::TickOutput& tick) {
+    report::NeedlePicture picture;
+    picture.tip_m = tick.patient_from_needle.position_m;
+    picture.axis = -tick.patient_from_needle.direction({0, 0, 1});
+    picture.target_m = facts.path.target_m;
+    picture.depth_m = tick.depth_m;
+    picture.breath = tick.breath;
+    picture.title =
+        log.target_hit() ? "The puncture of the bile duct" : "The deepest point: no target was hit";
+    picture.caption = facts.patient_name + "   |   " + facts.scenario + "   |   tip " +
+                      formatted("%.1f mm deep, ", tick.depth_m * 1000.0) +
+                      formatted("%.3f s", double(tick.tick) * facts.dt_s) +
+                      (tick.breath_held ? ", breath held" : ", breathing");
+    return picture;
+}
+
+// Writes the times of each frame, next to the record's ticks.
+void writeFrameTimes(const std::vector<FrameTime>& times, const std::filesystem::path& file) {
+    std::ostringstream stream;
+    stream << "tick,frame_ms,opaque_ms,volume_ms,layer_scale,late,lead_ms,offset_mm,offset_deg,ahead_ms\n";
+    for (const FrameTime& t : times) {
+        stream << t.tick << ',' << t.frame_ms << ',' << t.opaque_ms << ',' << t.volume_ms << ','
+               << t.layer_scale << ',' << int(t.late) << ',';
+        if (t.tip)
+            stream << 1e3 * t.tip->lead_s << ',' << 1e3 * t.tip->distance_m << ','
+                   << kDegPerRad * t.tip->angle_rad << ',';
+        else
+            stream << ",,,";
+        if (t.tip && t.tip->ahead_s) stream << 1e3 * *t.tip->ahead_s;
+        stream << '\n';
+    }
+    writeWholeFile(file, stream.view());
+}
+
+}  // namespace
+
+void writeResults(const patient::Patient& patient, const AttemptFacts& facts, const SessionLog& log,
+                  const LoopTotals& totals, const std::filesystem::path& folder) {
+    std::filesystem::create_directories(folder);
+    report::writeCurveCsv(log.curve, facts.dt_s, folder / "force-depth.csv");
+    report::drawCurve(log.curve, cutMarks(log),
+                      "Force over depth: " + facts.patient_name + ", " + facts.scenario,
+                      folder / "force-depth.png");
+    if (const haptics::TickOutput* tick = sliceTick(log))
+        report::drawSlices(patient, needlePicture(facts, log, *tick), folder / "slices.png");
+    for (std::size_t i = 0; i < log.flights.size(); ++i)
+        writeFlight(log.flights[i], facts.dt_s, folder / ("flight-" + std::to_string(i + 1) + ".csv"));
+    if (!totals.pictures.times.empty() && std::filesystem::is_directory(folder / "record"))
+        writeFrameTimes(totals.pictures.times, folder / "record" / "frames.csv");
+    writeWholeFile(
+        folder / "summary.json",
+        summaryJson(patient, facts, log, totals).dump(2, ' ', false, json::error_handler_t::replace) + '\n');
+}
+
+namespace {
+
+// Prints the total and the metrics that lost the most points.
+void printScore(const SessionLog& log) {
+    constexpr std::size_t kShown = 4;
+    constexpr double kWorthTelling = 0.5;  // smallest loss to print [points]
+    const training::Score& score = log.score;
+    std::printf("  score %.1f of 100; %d of %d steps done, %u out of order\n", score.total,
+                std::popcount(log.progress.steps_done), training::kStepCount, log.progress.out_of_order);
+    std::array<std::size_t, training::kMetricCount> order{};
+    std::iota(order.begin(), order.end(), std::size_t(0));
+    const auto lost = [&](std::size_t i) { return score.most_points[i] - score.points[i]; };
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return lost(a) != lost(b) ? lost(a) > lost(b) : a < b; });
+    for (std::size_t n = 0; n < kShown && lost(order[n]) >= kWorthTelling; ++n) {
+        const training::Metric& metric = training::metricTable()[order[n]];
+        const double value = score.values[order[n]];
+        std::printf("    %4.1f of %2.0f lost: %s, ", lost(order[n]), metric.weight,
+                    std::string(metric.name).c_str());
+        if (std::isfinite(value))
+            std::printf("%.4g%s%s\n", value, metric.unit.empty() ? "" : " ",
+                        std::string(metric.unit).c_str());
+        else
+            std::printf("not achieved\n");
+    }
+}
+
+}  // namespace
+
+void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTotals& totals,
+                  const std::filesystem::path& folder, bool skips) {
+    std::printf("%s, scenario %s, seed %llu: target %s\n", facts.patient_name.c_str(), facts.scenario.c_str(),
+                static_cast<unsigned long long>(facts.seed), log.target_hit() ? "hit" : "missed");
+    for (const haptics::EventRecord& record : log.punctures) {
+        const haptics::NeedleEvent& event = record.event;
+        if (event.kind != NeedleEventKind::puncture) continue;
+        const std::string name(patient::tissueName(event.border.to));
+        std::printf("  %-7s cut at %6.2f mm, %.2f mm behind its border: %.2f N -> %.2f N\n", name.c_str(),
+                    (event.border.depth_m + event.tenting_m) * 1000.0, event.tenting_m * 1000.0,
+                    event.force_before_n, event.force_after_n);
+    }
+    printScore(log);
+    if (log.truth.all.ticks > 0)
+        std::printf(
+            "  partial against full segmentation: RMS %.3f N, largest %.2f N at %.1f mm, %.1f %% equal\n",
+            log.truth.all.rms_n(), log.truth.all.largest_n, 1000.0 * log.truth.all.largest_depth_m,
+            100.0 * double(log.truth.all.equal_ticks) / double(log.truth.all.ticks));
+    if (log.machines_used) {
+        const training::DoseLedger& dose = log.dose;
+        const patient::ContrastVolumes& v = log.contrast.volumes;
+        std::printf("  X-rays %.1f s, %llu pulses, %.2f mGy at the reference point, %.3f Gy cm2\n",
+                    dose.fluoroscopy_s, static_cast<unsigned long long>(dose.pulses),
+                    dose.air_kerma_gy * 1000.0, dose.dose_area_gy_m2 * kGyCm2PerGyM2);
+        std::printf(
+            "  contrast medium %.1f ml: ducts %.1f, liver %.1f, vessels %.1f, elsewhere %.1f, washed out "
+            "%.1f, lost %.1f%s\n",
+            dose.contrast_m3 * kMlPerM3, v.ducts_m3 * kMlPerM3, v.liver_m3 * kMlPerM3,
+            v.vessels_m3 * kMlPerM3, v.pooled_m3 * kMlPerM3, v.washed_out_m3 * kMlPerM3, v.lost_m3 * kMlPerM3,
+            log.contrast.at_stop ? "; it stands at the obstruction" : "");
+    }
+    std::printf("  %llu ticks, %llu late, longest step %.1f us; %llu frames; state hash %s\n",
+                static_cast<unsigned long long>(totals.haptics.ticks),
+                static_cast<unsigned long long>(totals.haptics.late_ticks), totals.haptics.max_step_us,
+                static_cast<unsigned long long>(totals.pictures.frames),
+                records::hexOf(log.state_hash).c_str());
+    const std::uint32_t faults = totals.haptics.faults | log.faults;
+    for (const haptics::FaultText& fault : haptics::faultTexts())
+        if ((faults & fault.bit) != 0) std::printf("  fault %s: %s\n", fault.name, fault.text);
+    if (const std::uint64_t lost = totals.flights_missed + log.more_flights)
+        std::printf("  %llu more faults without a history of their own\n",
+                    static_cast<unsigned long long>(lost));
+    if (skips)
+        for (const auto& [name, count] : totals.pictures.skips)
+            std::printf("  skipped: %-20s %llu\n", name.c_str(), static_cast<unsigned long long>(count));
+    std::printf("  %s\n", (folder / "summary.json").c_str());
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,87 @@
+#include "app/trainer/session/colocation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <utility>
+
+namespace stylet::trainer {
+
+Quat roomFromDeviceRotation(const Registration& registration) {
+    constexpr double kLevel = 0.2;  // horizontal part below which an axis counts as vertical
+    const Pose& stage_from_device = registration.stage_from_device;
+    Vec3 to_operator = stage_from_device.direction({0.0, 0.0, 1.0});
+    // A device whose +z points up or down faces its operator with -y or +y.
+    if (std::hypot(to_operator.x, to_operator.z) < kLevel)
+        to_operator = stage_from_device.direction({0.0, to_operator.y > 0.0 ? -1.0 : 1.0, 0.0});
+    return glm::angleAxis(-std::atan2(to_operator.x, to_operator.z), Vec3(0.0, 1.0, 0.0)) *
+           stage_from_device.rotation;
+}
+
+Pose levelPatientFromDevice(const Registration& registration, const Pose& room_from_patient,
+                            const Vec3& middle_m) {
+    const Quat rotation =
+        glm::normalize(glm::inverse(room_from_patient.rotation) * roomFromDeviceRotation(registration));
+    return {rotation, middle_m - rotation * registration.centre_m};
+}
+
+Pose roomFromStage(const Colocation& c, const Pose& room_from_patient) {
+    return room_from_patient * c.patient_from_device * c.registration.rigid().inverse();
+}
+
+RoomPlace::RoomPlace(std::optional<Colocation> colocation, const Pose& room_from_patient, bool seated)
+    : colocation_(std::move(colocation)), room_from_patient_(room_from_patient), seated_(seated) {}
+
+void RoomPlace::raise(RoomDoubt doubt) {
+    ++doubts_;
+    doubt_ = std::max(doubt_, doubt);
+}
+
+void RoomPlace::confirm() {
+    if (doubt_ != RoomDoubt::lost) doubt_ = RoomDoubt::none;
+}
+
+std::string RoomPlace::begin(const std::string& space, const std::string& generation) {
+    changes_.clear();
+    room_from_stage_ = {};
+    seat_known_ = false;
+    if (!colocation_) return "";
+    const RegistrationKey& key = colocation_->registration.key;
+    const bool was_used = used_;
+    used_ = key.space == space && key.generation == generation;
+    if (used_) {
+        room_from_stage_ = trainer::roomFromStage(*colocation_, room_from_patient_);
+        if (generation.empty()) raise(RoomDoubt::unchecked);
+        return "";
+    }
+    if (was_used) raise(RoomDoubt::lost);
+    return "the " + key.device +
+           " was registered in another room than this headset's: what is felt is not "
+           "where it is seen; \"stylet register\" puts it right";
+}
+
+void RoomPlace::onChange(std::int64_t at_ns, const std::optional<Pose>& previous_from_new) {
+    changes_.push_back({at_ns, previous_from_new});
+}
+
+void RoomPlace::advance(std::int64_t display_ns) {
+    while (!changes_.empty() && changes_.front().at_ns <= display_ns) {
+        const Change change = changes_.front();
+        changes_.erase(changes_.begin());
+        if (!used_) continue;
+        raise(change.previous_from_new ? RoomDoubt::moved : RoomDoubt::lost);
+        if (!change.previous_from_new) continue;
+        Pose& stage_from_device = colocation_->registration.stage_from_device;
+        stage_from_device = change.previous_from_new->inverse() * stage_from_device;
+        room_from_stage_ = trainer::roomFromStage(*colocation_, room_from_patient_);
+    }
+}
+
+void RoomPlace::sitDown(double eyes_m) {
+    if (!seated_ || used_ || seat_known_) return;
+    seat_known_ = true;
+    room_from_stage_.position_m.y = kEyes_m - eyes_m;
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,80 @@
+// Co-location of a registered haptic device and the drawn room. The patient is placed so that the user sees
+// a contact where the device renders it, and lies level.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/trainer/stores/registration_store.h"
+#include "patient/planning/planning.h"
+
+namespace stylet::trainer {
+
+struct Colocation {
+    Registration registration;
+    Pose patient_from_device;  // SimulationSettings::patient_from_device of the attempt
+};
+
+// Rotation of the device in the drawn room: it keeps its tilt and is turned about the vertical until its +z
+// faces the operator.
+Quat roomFromDeviceRotation(const Registration&);
+
+// patient_from_device for a patient that lies level in the room. `middle_m` (patient frame) coincides with
+// the centre of the device's registered working cube.
+Pose levelPatientFromDevice(const Registration&, const Pose& room_from_patient, const Vec3& middle_m);
+
+// Pose of the runtime's space in the drawn room.
+Pose roomFromStage(const Colocation&, const Pose& room_from_patient);
+
+// Why the felt position may differ from the seen position.
+enum class RoomDoubt : std::uint8_t {
+    none,
+    unchecked,  // the runtime cannot confirm that this is the registered space
+    moved,      // the runtime's space moved, and the picture was moved with it
+    lost        // the space moved by an unknown amount: register again
+};
+
+// Tracks the runtime's space in the drawn room across frames and headsets. Identity without a colocation,
+// unless seated mode is on. Frame thread.
+class RoomPlace {
+  public:
+    RoomPlace(std::optional<Colocation>, const Pose& room_from_patient, bool seated);
+
+    // Call when a headset was found. Returns a message for the user if the registration belongs to another
+    // space; it is then not used. Otherwise returns an empty string.
+    std::string begin(const std::string& space, const std::string& generation);
+    // The runtime's space changes at `at_ns` (runtime time). nullopt: the change is unknown.
+    void onChange(std::int64_t at_ns, const std::optional<Pose>& previous_from_new);
+    // Applies the pending changes up to the display time.
+    void advance(std::int64_t display_ns);
+    // Eye height of a seated user above the floor. Only the first call after begin() counts.
+    void sitDown(double eyes_m);
+    const Pose& roomFromStage() const { return room_from_stage_; }
+
+    // While there is a doubt, no force is rendered. confirm() is called when the user accepts that felt and
+    // seen positions agree. It does not clear RoomDoubt::lost.
+    RoomDoubt doubt() const { return doubt_; }
+    std::uint64_t doubts() const { return doubts_; }  // raised so far; a new value means: ask the user again
+    void confirm();
+
+    // Seated mode: height above the drawn floor at which the user's eyes are placed.
+    static constexpr double kEyes_m = 1.60;
+
+  private:
+    struct Change {
+        std::int64_t at_ns = 0;
+        std::optional<Pose> previous_from_new;
+    };
+    void raise(RoomDoubt);
+
+    std::optional<Colocation> colocation_;
+    Pose room_from_patient_, room_from_stage_;
+    bool seated_, seat_known_ = false, used_ = false;
+    RoomDoubt doubt_ = RoomDoubt::none;
+    std::uint64_t doubts_ = 0;
+    std::vector<Change> changes_;
+};
+
+}  // namespace stylet::trainer

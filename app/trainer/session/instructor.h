@@ -1,0 +1,67 @@
+// Instructor commands during an attempt: injected events, pause, notes for the log. They are lines of text,
+// from any source.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "app/training/difficulty.h"
+#include "haptics/loop/simulation.h"
+
+namespace stylet::trainer {
+
+// Settings of the next attempt that differ from this one.
+struct NextAttempt {
+    std::optional<std::uint64_t> seed;    // for the reference patient and the script
+    std::optional<std::string> patient;   // folder of the patient
+    std::optional<std::string> scenario;  // name or file
+    std::optional<training::Difficulty> difficulty;
+    bool from_bookmark = false;  // restart this attempt at its last bookmark
+};
+
+// Help text: every instructor command.
+std::string describeInstructorWords();
+
+// Session thread.
+class Instructor {
+  public:
+    // Handles all complete lines of `typed` that are instructor commands, at once and in order. Returns the
+    // remaining lines.
+    std::string take(std::string_view typed);
+
+    std::vector<haptics::Command> takeCommands() { return std::exchange(commands_, {}); }
+    // A note for the log: kind ("bookmark", "comment", "pause", "difficulty") and text.
+    struct Note {
+        std::string kind, text;
+    };
+    std::vector<Note> takeNotes() { return std::exchange(notes_, {}); }
+    // Messages about instructor commands that were rejected, with the reason.
+    std::vector<std::string> takeRefused() { return std::exchange(refused_, {}); }
+    bool paused() const { return paused_; }
+    // The difficulty set since the last call, if any.
+    std::optional<training::Difficulty> takeDifficulty() { return std::exchange(difficulty_, {}); }
+    // Set once the instructor has requested the end of this attempt and the next one.
+    const std::optional<NextAttempt>& next() const { return next_; }
+
+  private:
+    bool takeLine(std::string_view line);
+    bool takeNext(std::string_view wish);
+
+    std::string waiting_;  // incomplete line
+    std::vector<haptics::Command> commands_;
+    std::vector<Note> notes_;
+    std::vector<std::string> refused_;
+    std::optional<training::Difficulty> difficulty_;
+    NextAttempt wished_;  // settings collected so far for the next attempt
+    std::optional<NextAttempt> next_;
+    bool paused_ = false;
+};
+
+// Name of an injected event ("cough", "breathing 1.3 1"); empty for any other command.
+std::string injectedName(const haptics::Command&);
+
+}  // namespace stylet::trainer

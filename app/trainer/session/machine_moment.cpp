@@ -1,0 +1,32 @@
+#include "app/trainer/session/machine_moment.h"
+
+namespace stylet::trainer {
+namespace {
+
+constexpr double kGuideBelow_m = 0.120;   // length of the guide's line below its mouth
+constexpr double kTowardHilum_m = 0.035;  // from the target toward the patient's left
+
+}  // namespace
+
+Vec3 isocentreFor(const patient::PlannedPath& path) {
+    return path.target_reference_m - Vec3(kTowardHilum_m, 0.0, 0.0);
+}
+
+MachineMoment momentOf(const haptics::TickOutput& tick, const haptics::GuideSettings& guide, double tick_s) {
+    MachineMoment m;
+    m.time_s = tick_s * double(tick.tick);
+    m.breath = tick.breath;
+    if (tick.tool == haptics::Tool::probe)
+        m.patient_from_probe = tick.patient_from_tool * haptics::kStylusFromProbe;
+    if (tick.probe_parked) {
+        m.patient_from_probe = tick.patient_from_probe;
+        const Pose rail = tick.patient_from_probe * guide.probe_from_guide;
+        m.guide_m = {rail.position_m, rail * Vec3(0.0, 0.0, -kGuideBelow_m)};
+    }
+    if (haptics::holdsNeedle(tick.tool)) m.patient_from_needle = tick.patient_from_needle;
+    if (tick.tool == haptics::Tool::scalpel) m.patient_from_scalpel = tick.patient_from_tool;
+    if (tick.tool == haptics::Tool::finger) m.patient_from_finger = tick.patient_from_tool;
+    return m;
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,39 @@
+// Input of the ultrasound and X-ray pictures at one instant: poses, contrast medium and equipment settings.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "app/training/dose.h"
+#include "app/training/machines.h"
+#include "haptics/haptics.h"
+#include "patient/contrast/contrast.h"
+#include "patient/displacement/tool_displacement.h"
+#include "patient/planning/planning.h"
+
+namespace stylet::trainer {
+
+// Poses are in the patient frame and refer to the deformed anatomy.
+struct MachineMoment {
+    double time_s = 0.0;
+    patient::Surrogate breath;
+    const patient::DisplacementTable* tool = nullptr;  // tissue displacement by tools; null: none
+    std::optional<Pose> patient_from_probe;            // probe frame: +z into the body
+    // Same convention as RenderScene: the contact point is the origin, the hand is toward +z.
+    std::optional<Pose> patient_from_needle, patient_from_scalpel, patient_from_finger;
+    std::optional<std::array<Vec3, 2>> guide_m;        // line on which the guide keeps the needle
+    const patient::ContrastTable* contrast = nullptr;  // null: none injected
+    Pose patient_from_isocentre;                       // of the C-arm
+    training::Machines machines;
+    training::DoseLedger dose;
+};
+
+// Fills in everything that a tick contains. Tool displacement, contrast medium, isocentre, equipment state
+// and dose keep their defaults.
+MachineMoment momentOf(const haptics::TickOutput&, const haptics::GuideSettings&, double tick_s);
+
+// Isocentre of the C-arm. The target and the hilum are in one picture, and little of the picture lies
+// outside the patient.
+Vec3 isocentreFor(const patient::PlannedPath&);
+
+}  // namespace stylet::trainer

@@ -1,0 +1,243 @@
+#include "app/trainer/setup/probe.h"
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <thread>
+
+#include "app/trainer/display/runtime_manifest.h"
+#include "render/render.h"
+#include "xr/xr.h"
+
+namespace stylet::trainer {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr double kReadyWithin = 0.3, kFocusWithin = 0.3;  // fractions of the patience
+constexpr double kComfortable_hz = 89.0;
+
+std::string listed(const std::vector<std::string>& all) {
+    std::string text;
+    for (const std::string& one : all)
+        text += (text.empty() ? "" : ", ") + one;
+    return text.empty() ? "none" : text;
+}
+
+Finding gpuFinding(const render::Gpu& gpu) {
+    const auto chain =
+        gpu.physicalDevice()
+            .getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>();
+    const auto& driver = chain.get<vk::PhysicalDeviceDriverProperties>();
+    const std::string text = gpu.name() + "; driver " + std::string(driver.driverName.data()) + " " +
+                             std::string(driver.driverInfo.data());
+    if (gpu.isProcessor())
+        return {"graphics", FindingState::warning, text + ": Vulkan in software",
+                "pictures take tenths of a second: install the graphics card's Vulkan driver"};
+    return {"graphics", FindingState::ok, text};
+}
+
+// Draws black frames: a user who wears the headset sees nothing strange during the check.
+class Curtain {
+  public:
+    explicit Curtain(const render::Gpu& gpu, VkFormat format)
+        : gpu_(gpu),
+          format_(format),
+          pool_(gpu.device(),
+                vk::CommandPoolCreateInfo{.flags = vk::CommandPoolCreateFlagBits::eResetCommandBuffer,
+                                          .queueFamilyIndex = gpu.queueFamily()}),
+          commands_(gpu.device(), vk::CommandBufferAllocateInfo{.commandPool = *pool_,
+                                                                .level = vk::CommandBufferLevel::ePrimary,
+                                                                .commandBufferCount = 1}) {}
+
+    void draw(VkImage image, std::uint32_t width, std::uint32_t height) {
+        const vk::ImageSubresourceRange both{
+            .aspectMask = vk::ImageAspectFlagBits::eColor, .levelCount = 1, .layerCount = 2};
+        const vk::raii::ImageView view(gpu_.device(),
+                                       vk::ImageViewCreateInfo{.image = image,
+                                                               .viewType = vk::ImageViewType::e2DArray,
+                                                               .format = vk::Format(format_),
+                                                               .subresourceRange = both});
+        const vk::RenderingAttachmentInfo colour{.imageView = *view,
+                                                 .imageLayout = vk::ImageLayout::eColorAttachmentOptimal,
+                                                 .loadOp = vk::AttachmentLoadOp::eClear,
+                                                 .storeOp = vk::AttachmentStoreOp::eStore};
+        const vk::raii::CommandBuffer& commands = commands_.front();
+        commands.begin({.flags = vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
+        commands.beginRendering(vk::RenderingInfo{.renderArea = {.extent = {width, height}},
+                                                  .layerCount = 2,
+                                                  .colorAttachmentCount = 1,
+                                                  .pColorAttachments = &colour});
+        commands.endRendering();
+        commands.end();
+        const vk::CommandBuffer submitted = *commands;
+        gpu_.queue().submit(vk::SubmitInfo{.commandBufferCount = 1, .pCommandBuffers = &submitted});
+        gpu_.queue().waitIdle();
+    }
+
+  private:
+    const render::Gpu& gpu_;
+    VkFormat format_;
+    vk::raii::CommandPool pool_;
+    vk::raii::CommandBuffers commands_;
+};
+
+// Finds the manifest that the loader will use, and the library that it names. Returns false if the check
+// cannot continue.
+bool findRuntime(const ProbeReport& report) {
+    const std::vector<std::string> places = xr::runtimeSearchPath();
+    std::filesystem::path manifest;
+    for (const std::string& place : places)
+        if (std::error_code none; manifest.empty() && std::filesystem::exists(place, none)) manifest = place;
+    const auto refuse = [&](const std::string& found, const std::string& todo) {
+        report.found({"runtime", FindingState::problem, found, todo});
+        return false;
+    };
+    if (manifest.empty())
+        return refuse("none found; looked at " + listed(places),
+                      "start the headset's runtime once, or set XR_RUNTIME_JSON to its manifest; without it "
+                      "the trainer has no headset");
+    const std::string name = libraryNamedBy(manifest);
+    if (name.empty())
+        return refuse(manifest.string() + " is no manifest of a runtime: it names no runtime.library_path",
+                      "install the runtime again, or set XR_RUNTIME_JSON to a manifest that is whole");
+    // The system's loader searches for a name without a slash. A name with a slash is absolute or relative
+    // to the manifest.
+    const std::filesystem::path library = manifest.parent_path() / name;
+    if (std::error_code none; name.find('/') != std::string::npos && !std::filesystem::exists(library, none))
+        return refuse(manifest.string() + " names " + library.string() + ", which is not there",
+                      "install the runtime again, or set XR_RUNTIME_JSON to another one's manifest");
+    report.found({"runtime", FindingState::ok, manifest.string() + ", " + name});
+    return true;
+}
+
+struct Reached {
+    xr::SessionPhase phase = xr::SessionPhase::idle;
+    bool bound = false;
+};
+
+// Runs frames until the session has the focus and a controller is bound, or until the time is over.
+Reached runFrames(xr::Session& session, Curtain& curtain, const ProbeReport& report,
+                  std::chrono::milliseconds patience) {
+    const auto within = [&](double share) {
+        return SteadyClock::now() + std::chrono::duration_cast<SteadyClock::duration>(share * patience);
+    };
+    Reached reached;
+    report.about("becoming ready");
+    const auto ready_by = within(kReadyWithin);
+    while (reached.phase = session.poll(), !session.running() && SteadyClock::now() < ready_by)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    report.about("its first frames");
+    const auto focus_by = within(kFocusWithin);
+    while (session.running() && SteadyClock::now() < focus_by && !reached.bound) {
+        const xr::Frame frame = session.beginFrame();
+        if (frame.should_render) curtain.draw(frame.image, session.width(), session.height());
+        session.endFrame(frame);
+        reached.phase = session.poll();
+        const auto& profiles = session.facts().profiles;
+        reached.bound = reached.phase == xr::SessionPhase::focused && (profiles[0] + profiles[1]) != "";
+    }
+    return reached;
+}
+
+void reportSession(const xr::Session& session, const Reached& reached, const ProbeReport& report) {
+    const xr::RuntimeFacts& facts = session.facts();
+    const bool seen =
+        reached.phase == xr::SessionPhase::visible || reached.phase == xr::SessionPhase::focused;
+    if (reached.phase == xr::SessionPhase::focused) {
+        report.found({"session", FindingState::ok, "shown, with the focus"});
+    } else if (seen || session.running()) {
+        report.found({"session", FindingState::warning,
+                      seen ? "shown, but another program has the focus" : "begun, but not shown",
+                      "put the headset on and close its other programs: the force stays off meanwhile"});
+    } else {
+        report.found({"session", FindingState::problem, "the runtime does not let it begin",
+                      "switch the headset on, put it on, and look at what the runtime shows"});
+    }
+    std::array<char, 96> view{};
+    std::snprintf(view.data(), view.size(), "%u x %u an eye, ", facts.width, facts.height);
+    std::array<char, 48> rate{};
+    std::snprintf(rate.data(), rate.size(), facts.refresh_hz > 0.0 ? "%.0f Hz" : "refresh rate not told",
+                  facts.refresh_hz);
+    const bool slow = facts.refresh_hz > 0.0 && facts.refresh_hz < kComfortable_hz;
+    report.found({"display", slow ? FindingState::warning : FindingState::ok,
+                  std::string(view.data()) + rate.data() + ", blending " + facts.blend_mode,
+                  slow ? "90 Hz are easier on the eyes: choose them in the runtime's settings" : ""});
+    const bool floor = facts.space != "local";
+    report.found(
+        {"space", floor ? FindingState::ok : FindingState::warning, facts.space,
+         floor ? "" : "the runtime knows no floor: set its room up, or the table's height is guessed"});
+    const std::string left = facts.profiles[0].empty() ? "nothing" : facts.profiles[0];
+    const std::string right = facts.profiles[1].empty() ? "nothing" : facts.profiles[1];
+    report.found(
+        {"controllers", reached.bound ? FindingState::ok : FindingState::warning,
+         "left " + left + ", right " + right,
+         reached.bound ? "" : "switch a controller on: it registers the device and can be the hand"});
+}
+
+void askHeadset(xr::Session& session, std::optional<render::Gpu>& gpu, const ProbeReport& report,
+                std::chrono::milliseconds patience) {
+    const xr::RuntimeFacts& facts = session.facts();
+    report.found({"runtime answers", FindingState::ok, facts.runtime_name + " " + facts.runtime_version});
+    report.found({"headset", FindingState::ok, facts.system_name});
+    report.found({"extensions", FindingState::ok, listed(facts.extensions)});
+    report.about("its graphics device");
+    gpu.emplace(render::GpuSettings{},
+                render::GpuHooks{[&](auto loader, auto info, auto out) {
+                                     return session.createVulkanInstance(loader, info, out);
+                                 },
+                                 [&](VkInstance vulkan) { return session.vulkanPhysicalDevice(vulkan); },
+                                 [&](auto loader, auto device, auto info, auto out) {
+                                     return session.createVulkanDevice(loader, device, info, out);
+                                 }});
+    Finding drawn_by = gpuFinding(*gpu);
+    drawn_by.what = "graphics of the headset";
+    report.found(drawn_by);
+    report.about("a session");
+    session.start(*gpu->instance(), *gpu->physicalDevice(), *gpu->device(), gpu->queueFamily());
+    Reached reached;
+    {
+        Curtain curtain(*gpu, session.colourFormat());
+        reached = runFrames(session, curtain, report, patience);
+    }
+    reportSession(session, reached, report);
+    for (const std::string& note : session.notes())
+        report.found({"runtime refuses", FindingState::warning, note, "nothing: the trainer does without"});
+}
+
+void askRuntime(const ProbeReport& report, std::chrono::milliseconds patience) {
+    report.about("loading it and asking for its headset");
+    std::optional<render::Gpu> gpu;  // outlives the session
+    xr::Session session("Stylet doctor");
+    try {
+        askHeadset(session, gpu, report, patience);
+    } catch (const std::exception& e) {
+        report.found({"headset refuses", FindingState::problem, e.what(),
+                      "start the headset's runtime again, and look at what it says"});
+    }
+    report.about("its end");
+}
+
+}  // namespace
+
+void probeRuntime(const ProbeReport& report, std::chrono::milliseconds patience) {
+    try {
+        report.about("reading its manifest");
+        if (findRuntime(report)) askRuntime(report, patience);
+    } catch (const std::exception& e) {
+        report.found({"headset", FindingState::problem, e.what(),
+                      "connect the headset, start its runtime, and look at what it says"});
+    }
+}
+
+void probeVulkan(const ProbeReport& report) {
+    report.about("asking Vulkan for a graphics card");
+    try {
+        report.found(gpuFinding(render::Gpu(render::GpuSettings{})));
+    } catch (const std::exception& e) {
+        report.found({"graphics", FindingState::problem, e.what(),
+                      "install the graphics card's Vulkan driver (Debian: mesa-vulkan-drivers)"});
+    }
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,41 @@
+// Contacts of the tools with the tissue in one tick, for rendering only. They never affect a force.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include "haptics/haptics.h"
+#include "patient/displacement/tool_displacement.h"
+
+namespace stylet::trainer {
+
+struct ToolContacts {
+    int count = 0;
+    std::array<patient::ToolContact, patient::kMaxContacts> list{};
+    std::span<const patient::ToolContact> all() const { return {list.data(), std::size_t(count)}; }
+};
+
+// The needle drags the tissue along its shaft: the tissue at the proxy moves to the tip. Finger, probe and
+// scalpel displace the skin. Without a touch map only needle and scalpel make contacts.
+ToolContacts contactsOf(const haptics::TickOutput&, const patient::Patient&, const haptics::TouchMap*);
+
+// Computes the displacement that the tools cause in the picture, from one shown tick to the next. Frame
+// thread.
+class ToolPress {
+  public:
+    // Patient and touch map must outlive this object. `tick_s` is the loop's tick period.
+    ToolPress(const patient::Patient&, const haptics::TouchMap*, double tick_s);
+
+    // Returns null if nothing is displaced. Otherwise the table is valid until the next call.
+    const patient::DisplacementTable* shown(const haptics::TickOutput&);
+
+  private:
+    const patient::Patient* patient_;
+    const haptics::TouchMap* touch_;
+    double tick_s_;
+    patient::ToolDisplacement displacement_;
+    std::optional<std::uint64_t> tick_;
+};
+
+}  // namespace stylet::trainer

@@ -1,0 +1,80 @@
+// The guide panel beside the patient. It shows step and hint, depth, force, tissue, breath, distance from
+// the reference path, time, score, and the tissues that this insertion passed, with their depths. One
+// thread.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "app/report/canvas.h"
+#include "app/trainer/session/seen.h"
+#include "app/training/difficulty.h"
+
+namespace stylet::trainer {
+
+class GuidePanel {
+  public:
+    static constexpr int kWidth = 720, kHeight = 700;
+    static constexpr int kLeastHeight = 440;    // flat layout of the same width
+    static constexpr double kLetter_px = 26.0;  // em of the smallest font
+    static constexpr double kEvery_s = 0.1;     // shortest time between redraws
+    static constexpr double kCurve_s = 10.0;
+
+    // Size in pixels; any width. Use sizeIn() for a panel that fits a given area.
+    GuidePanel(const training::Hints&, double tick_s, int width_px = kWidth, int height_px = kHeight);
+    // Largest panel that fits, possibly in the flat layout.
+    static std::pair<int, int> sizeIn(int width_px, int height_px);
+    // Changes the size. The recorded curve is kept.
+    void resize(int width_px, int height_px);
+    // Records the force curve. Redraws only if `looked_at`, and at most every kEvery_s.
+    void take(const Seen&, bool looked_at);
+    const std::vector<std::uint8_t>& rgba() const { return rgba_; }
+    std::uint64_t revision() const { return revision_; }  // number of redraws
+    void savePng(const std::filesystem::path& file) const { canvas_->savePng(file); }
+
+  private:
+    void draw(const Seen&);
+    void drawSteps(const training::Progress&);
+    // `top` and `bottom` are heights in layout pixels.
+    void drawCurve(double top, double bottom);
+    void drawInsertion(const Seen&, double top, double bottom);
+    void drawNames(const Insertion&, double top, double bottom, double full_m);
+    void drawForceScale(double top, double bottom, double full_n);
+    void number(double x, double y, const char* name, const std::string& value);
+
+    training::Hints hints_;
+    double tick_s_;
+    std::optional<report::Canvas> canvas_;
+    double height_ = kHeight;  // layout height; the layout width is kWidth
+    struct Sample {
+        double t_s = 0.0, force_n = 0.0;
+    };
+    std::deque<Sample> curve_;
+    double now_s_ = 0.0, drawn_s_ = 0.0, breath_v_ = 0.0;
+    std::string_view breath_ = "";
+    std::vector<report::Point> line_;
+    std::vector<std::uint8_t> rgba_;
+    std::uint64_t revision_ = 0;
+};
+
+// One-sentence instruction for a step.
+std::string_view hintOf(training::Step) noexcept;
+
+// Placement of the panel: beyond the table, toward the feet, facing the operator. It is as wide as legible
+// letters need, up to a limit.
+struct PanelPlace {
+    Pose stage_from_panel;  // panel centre; the front faces +z
+    double width_m = 0.0, height_m = 0.0;
+};
+PanelPlace guidePlace(const Vec3& stage_entry_m, const Vec3& stage_eyes_m, double letter_rad);
+// True if the panel lies between the eyes and the point.
+bool covers(const PanelPlace&, const Vec3& stage_eyes_m, const Vec3& stage_point_m);
+// True if some of the panel's front is within the field of view.
+bool inView(const PanelPlace&, const Pose& stage_from_head);
+
+}  // namespace stylet::trainer

@@ -1,0 +1,100 @@
+#include "app/trainer/view/notice.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stylet::trainer {
+namespace {
+
+constexpr report::Colour kNoticeGlass{0.05, 0.07, 0.09}, kFrame{0.95, 0.72, 0.20}, kTitle{1.0, 0.80, 0.30},
+    kNoticeText{0.93, 0.95, 0.96};
+constexpr double kMargin_px = 30.0, kTitle_px = 46.0, kPitch_px = 42.0;
+
+// Text of the first fault that keeps the force off. A line has room for only one.
+std::string textOf(std::uint32_t bits) {
+    for (const haptics::FaultText& fault : haptics::faultTexts())
+        if ((bits & fault.bit & ~std::uint32_t(haptics::kFaultRingFull)) != 0) return fault.text;
+    return "";
+}
+
+// Removes the final comma, which the text needs only in the middle of a sentence.
+std::string ofItsOwn(std::string act) {
+    if (!act.empty() && act.back() == ',') act.pop_back();
+    return act;
+}
+
+}  // namespace
+
+std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text,
+                                 const report::TextStyle& style, double width_px) {
+    std::vector<std::string> lines{""};
+    std::size_t at = 0;
+    while (at < text.size()) {
+        const std::size_t end = std::min(text.find(' ', at), text.size());
+        const std::string word = text.substr(at, end - at);
+        const std::string longer = lines.back().empty() ? word : lines.back() + ' ' + word;
+        if (canvas.textWidth(longer, style) <= width_px || lines.back().empty())
+            lines.back() = longer;
+        else
+            lines.push_back(word);
+        at = end + 1;
+    }
+    return lines;
+}
+
+std::optional<Notice> noticeOf(const Seen& seen, Attention attention, const std::string& rearm_act) {
+    if (attention == Attention::away)
+        return Notice{"Paused", {"The force is off, and the patient's time stands still."}};
+    if (seen.paused) return Notice{"Paused", {"The instructor has stopped the attempt, and lets it go on."}};
+    if (seen.held && seen.to_return_m >= haptics::kNotThere_m)
+        return Notice{"Paused", {"The tool is not there: take it where it can be seen."}};
+    if (seen.held && seen.to_return_m > 0.0)
+        return Notice{"Paused",
+                      {"Bring the tool back to where you let go of it: " +
+                       std::to_string(std::max(1L, std::lround(1e3 * seen.to_return_m))) + " mm."}};
+    const haptics::ForceStage stage = seen.tick.stage;
+    const bool off = stage == haptics::ForceStage::off || stage == haptics::ForceStage::fading;
+    if (seen.rest_due && (rearm_act.empty() || !off))
+        return Notice{"Time for a rest",
+                      {"You have been at it for long: rest eyes and hand for a few minutes."}};
+    if (rearm_act.empty() || !off) return std::nullopt;
+    std::string why = textOf(seen.tick.faults);
+    if (!why.empty()) why.front() = char(std::toupper(static_cast<unsigned char>(why.front())));
+    return Notice{"The force is off", {why + ".", "To go on: " + ofItsOwn(rearm_act) + "."}};
+}
+
+Notice noticeOf(RoomDoubt doubt, const std::string& rearm_act) {
+    if (doubt == RoomDoubt::lost)
+        return {"The room has moved", {"The force is off.", "Register the device again: stylet register."}};
+    return {doubt == RoomDoubt::moved ? "The room has moved" : "Before you begin",
+            {"The force is off. Is the tool where you feel it? Then: " + ofItsOwn(rearm_act) +
+             ". If not: stylet register."}};
+}
+
+double letterAngle_rad(double px_per_rad) {
+    return std::max(kLeastText_rad, kLeastText_px / px_per_rad);
+}
+
+NoticePanel::NoticePanel() : canvas_(kWidth, kHeight, kNoticeGlass) {}
+
+void NoticePanel::show(const Notice& notice) {
+    if (revision_ > 0 && notice == shown_) return;
+    shown_ = notice;
+    canvas_.rectangle(0.0, 0.0, kWidth, kHeight, kNoticeGlass);
+    canvas_.rectangle(0.0, 0.0, kWidth, 8.0, kFrame);
+    double y = kMargin_px + kTitle_px;
+    canvas_.text({kMargin_px, y}, notice.title, {.size = kTitle_px, .colour = kTitle, .bold = true});
+    const report::TextStyle style{.size = kLetter_px, .colour = kNoticeText};
+    y += 0.3 * kPitch_px;
+    for (const std::string& text : notice.lines)
+        for (const std::string& line : wrapped(canvas_, text, style, kWidth - 2.0 * kMargin_px))
+            canvas_.text({kMargin_px, y += kPitch_px}, line, style);
+    canvas_.pixels(rgba_);
+    ++revision_;
+}
+
+double NoticePanel::width_m(double distance_m, double letter_rad) {
+    return kWidth / kLetter_px * distance_m * std::tan(letter_rad);
+}
+
+}  // namespace stylet::trainer

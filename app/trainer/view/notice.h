@@ -1,0 +1,56 @@
+// Notices shown to the trainee: the attempt is paused, the force is off, or a rest is due. Frame thread.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/report/canvas.h"
+#include "app/trainer/view/pictures.h"
+
+namespace stylet::trainer {
+
+struct Notice {
+    std::string title;
+    std::vector<std::string> lines;
+    friend bool operator==(const Notice&, const Notice&) = default;
+};
+
+// Returns nothing if there is nothing to report. `rearm_act`: see LiveHand; empty: nobody can re-arm.
+std::optional<Notice> noticeOf(const Seen&, Attention, const std::string& rearm_act);
+
+// Notice for a registration doubt other than RoomDoubt::none.
+Notice noticeOf(RoomDoubt, const std::string& rearm_act);
+
+// Minimum size of readable text: one em is at least kLeastText_rad, and at least kLeastText_px on the
+// display.
+inline constexpr double kLeastText_rad = 0.4 * 3.14159265358979 / 180.0, kLeastText_px = 20.0;
+double letterAngle_rad(double px_per_rad);
+
+// Breaks text at spaces into lines of at most `width_px`. A longer word gets a line of its own.
+std::vector<std::string> wrapped(report::Canvas&, const std::string& text, const report::TextStyle&,
+                                 double width_px);
+
+// Renders a notice: light text on a dark background.
+class NoticePanel {
+  public:
+    static constexpr int kWidth = 768, kHeight = 300;
+    static constexpr double kLetter_px = 34.0;  // em size of the lines
+
+    NoticePanel();
+    // Redraws only if the notice changed.
+    void show(const Notice&);
+    const std::vector<std::uint8_t>& rgba() const { return rgba_; }
+    std::uint64_t revision() const { return revision_; }
+    // Panel width at which one em spans `letter_rad` at this distance.
+    static double width_m(double distance_m, double letter_rad);
+
+  private:
+    report::Canvas canvas_;
+    Notice shown_;
+    std::vector<std::uint8_t> rgba_;
+    std::uint64_t revision_ = 0;
+};
+
+}  // namespace stylet::trainer

@@ -1,0 +1,164 @@
+// Interface to the frame loop, which may be absent. The build selects the implementation (pictures_gpu.cpp
+// or pictures_none.cpp). At run time openPictures() also fails if no OpenXR runtime answers.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/report/film.h"
+#include "app/trainer/hands/controller_hand.h"
+#include "app/trainer/hands/window_port.h"
+#include "app/trainer/session/colocation.h"
+#include "app/trainer/session/machine_moment.h"
+#include "app/trainer/session/seen.h"
+#include "app/trainer/sound/ears.h"
+#include "app/trainer/stores/start.h"
+#include "app/trainer/view/prediction.h"
+#include "app/training/difficulty.h"
+#include "haptics/haptics.h"
+#include "patient/displacement/tool_displacement.h"
+#include "patient/planning/planning.h"
+
+namespace stylet::trainer {
+
+inline constexpr std::size_t kMostFrameTimes = 1u << 20;  // 3 hours at 90 Hz
+
+struct PictureSettings {
+    std::filesystem::path assets;
+    std::filesystem::path pipeline_cache{};  // compiled shaders of earlier runs; empty: none
+    std::filesystem::path capture_folder;    // for the PNGs of capture points
+    bool validation = false;
+    bool virtual_clock = false;
+    bool closed_look = false;
+    bool count = false;  // count rays and samples: costs a GPU some atomic additions per ray
+    // Frame-time budget [ms]; the resolution adapts to it. Absent: the runtime's frame rate on a GPU, no
+    // budget on a processor.
+    std::optional<double> budget_ms;
+    const haptics::TouchMap* touch = nullptr;  // skin that finger and probe visibly press
+    std::string rearm_act{};                   // see LiveHand; empty: nobody can re-arm
+    std::optional<Colocation> colocation{};    // place of a registered device in the room
+    bool seated = false;                       // seated mode: lower the room to the user's eye height
+    // Receives the state of the controller that holds the tool. Shared: a frame thread that hangs may
+    // outlive the attempt.
+    std::shared_ptr<ControllerPort> controllers{};
+    ControllerSide controller_side = ControllerSide::right;
+    std::shared_ptr<WindowPort> window{};  // receives commands and motions from the window; shared likewise
+    double tick_s = 0.001;                 // period of the shown ticks
+    haptics::GuideSettings guide{};        // on the probe; its line is drawn in the ultrasound picture
+    bool mirror = false;                   // open a mirror window if a display answers
+    bool passthrough = false;              // show the real room behind the scene if the headset can
+    bool foveation = false;                // fewer rays away from the centre of the view
+    std::shared_ptr<Ears> ears{};          // receives the head pose every frame
+    training::Difficulty difficulty = training::Difficulty::practice;
+};
+
+// Timing of one frame, and the error of its predicted tip at the display time (prediction.h).
+struct FrameTime {
+    std::uint64_t tick = 0;  // the tick that is shown
+    double frame_ms = 0.0;   // from the views to the submitted picture
+    double opaque_ms = 0.0, volume_ms = 0.0;
+    double layer_scale = 0.0;
+    std::optional<TipOffset> tip{};
+    // Submitted after its display time, so the tip was predicted for a time before the user saw it.
+    bool late = false;
+};
+
+struct PictureTotals {
+    std::uint64_t frames = 0, rendered = 0, validation_messages = 0;
+    std::uint64_t headsets_found_again = 0;  // after a loss
+    std::uint64_t scans = 0, xray_pictures = 0;
+    double ultrasound_ms = 0.0, xray_ms = 0.0;  // sums of wall time
+    std::vector<FrameTime> times;               // of the first kMostFrameTimes frames
+    std::optional<FirstPicture> first;
+    std::string runtime, gpu;
+    std::vector<std::pair<std::string, std::uint64_t>> skips;  // counters of skipped work
+};
+
+// Whether the user is looking.
+enum class Attention : std::uint8_t {
+    absent,   // there is no session, or it has not had the focus yet
+    focused,  // the session has the focus and the headset is worn
+    away      // the session has lost the focus or the headset was taken off: the attempt is paused
+};
+// Next state while there is a session.
+constexpr Attention attentionAfter(Attention before, bool focused) {
+    if (focused) return Attention::focused;
+    return before == Attention::absent ? Attention::absent : Attention::away;
+}
+
+// Used by a frame to update its state after it has begun, because beginning a frame may wait for a while.
+struct LiveSeen {
+    Ring<haptics::TipSample>* tips = nullptr;
+    std::function<void(Seen&)> refresh;
+    std::function<void(Attention)> tell;  // called immediately, before anything slow
+};
+
+// Frame thread only. `frame` draws one frame and returns false when the runtime asks to end. If `moment` is
+// not empty, the frame is also saved under that name. Throws std::runtime_error if the GPU or the runtime
+// is lost.
+struct Pictures {
+    // `contrast` is null until contrast medium is injected.
+    std::function<bool(const Seen&, const patient::ContrastTable* contrast, const std::string& moment)> frame;
+    std::function<PictureTotals()> totals;
+    std::function<Attention()> attention = nullptr;  // as of the last frame; absent: always focused
+    // Call before the first frame: from then on every frame except captures is updated through LiveSeen.
+    // Absent: frames show exactly what they are given, as on a virtual clock.
+    std::function<void(LiveSeen)> follow = nullptr;
+    const char* ended = "the OpenXR runtime ended the session";  // why `frame` returned false
+};
+
+// Returns nothing if pictures are not possible. `why_not` is then one line: what was looked for, where, and
+// what was missing.
+std::optional<Pictures> openPictures(const patient::Patient&, const patient::PlannedPath&,
+                                     const PictureSettings&, std::string& why_not);
+
+// Same without a headset: opens a window instead, if a display answers. `frame` returns false once the
+// window is closed.
+std::optional<Pictures> openDesktop(const patient::Patient&, const patient::PlannedPath&,
+                                    const PictureSettings&, std::string& why_not);
+
+// Stereo pictures rendered without a headset or an OpenXR runtime, for films and sheets. Use from one
+// thread only.
+struct EyePicture {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;  // packed triples, rows from the top
+};
+inline report::FilmFrame filmFrame(EyePicture&& eye, const std::string& caption) {
+    return {eye.width, eye.height, std::move(eye.rgb), caption};
+}
+struct StereoShot {
+    patient::Surrogate breath{};
+    bool closed = false;                 // true: closed skin; false: the anatomy beneath is visible
+    std::optional<double> distance_m{};  // from the eyes to the path's entry; absent: show the whole patient
+    int pixels = 640;
+    bool across_the_room = false;               // view from the door across the whole room
+    std::vector<patient::PlannedPath> paths{};  // coloured by quality
+    bool section = false;                       // cut the patient transversely at the path's entry
+    std::vector<Wound> wounds{};
+    std::optional<Pose> patient_from_needle{};
+    const patient::DisplacementTable* tool = nullptr;  // tissue displacement by a tool; null: none
+};
+struct StereoView {
+    std::function<std::array<EyePicture, 2>(const StereoShot&)> draw;
+    std::string gpu;
+};
+std::optional<StereoView> openStereo(const patient::Patient&, const patient::PlannedPath&,
+                                     const std::filesystem::path& assets, std::string& why_not);
+
+// Screens of the ultrasound machine and the C-arm.
+struct MachineView {
+    std::function<EyePicture(const MachineMoment&)> ultrasound, xray;
+    std::string gpu;
+};
+std::optional<MachineView> openMachines(const patient::Patient&, const std::filesystem::path& assets,
+                                        std::string& why_not);
+
+}  // namespace stylet::trainer

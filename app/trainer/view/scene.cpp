@@ -1,0 +1,106 @@
+#include "app/trainer/view/scene.h"
+
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/session/alert.h"
+
+namespace stylet::trainer {
+
+namespace {
+
+constexpr double kGhostShaft_m = 0.15;
+constexpr double kField_m = 0.085;  // radius of the disinfected skin
+
+render::MarkKind kindOf(WoundKind kind) {
+    switch (kind) {
+        case WoundKind::incision:
+            return render::MarkKind::incision;
+        case WoundKind::puncture:
+            return render::MarkKind::puncture;
+        case WoundKind::blood:
+            break;
+    }
+    return render::MarkKind::blood;
+}
+
+}  // namespace
+
+void furnish(render::RenderScene& scene, const patient::PlannedPath& path, const training::XrayState& xray) {
+    scene.room = render::wholeRoom();
+    if (xray.pulses > 0)
+        scene.room.c_arm = render::CArm{xray.rotation_rad, xray.angulation_rad, isocentreFor(path)};
+    scene.field_m = path.entry_reference_m;
+    scene.drape = scene.look == render::Look::closed && scene.cuts.empty();
+}
+
+void showTools(render::RenderScene& scene, const haptics::TickOutput& tick) {
+    if (haptics::holdsNeedle(tick.tool)) scene.patient_from_needle = tick.patient_from_needle;
+    if (tick.tool == haptics::Tool::finger) scene.patient_from_finger = tick.patient_from_tool;
+    if (tick.tool == haptics::Tool::scalpel) scene.patient_from_scalpel = tick.patient_from_tool;
+    if (tick.tool == haptics::Tool::probe) scene.patient_from_probe = tick.patient_from_tool;
+    if (tick.probe_parked)
+        scene.patient_from_probe = tick.patient_from_probe * haptics::kStylusFromProbe.inverse();
+}
+
+void showMonitor(render::RenderScene& scene, const BreathMonitor& monitor) {
+    if (monitor.revision() > 0)
+        scene.monitor_screen = {BreathMonitor::kWidth, BreathMonitor::kHeight, monitor.rgba().data(),
+                                monitor.revision()};
+}
+
+std::vector<render::Mark> marksOf(const std::vector<Wound>& wounds, render::Look look,
+                                  const patient::PlannedPath& path) {
+    std::vector<render::Mark> marks;
+    if (look == render::Look::closed)
+        marks.push_back({render::MarkKind::iodine, path.entry_reference_m, kField_m, {0.0, 0.0, 1.0}});
+    for (const Wound& wound : wounds)
+        marks.push_back({kindOf(wound.kind), wound.reference_m, wound.size_m, wound.along});
+    return marks;
+}
+
+SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPath& path, render::Look look,
+                       const haptics::TouchMap* touch, double tick_s, const training::Hints& hints)
+    : patient_(&patient),
+      path_(path),
+      stage_from_patient_(trainer::stageFromPatient(patient, path)),
+      look_(look),
+      tick_s_(tick_s),
+      hints_(hints),
+      press_(patient, touch, tick_s) {}
+
+render::RenderScene SceneMaker::sceneOf(const Seen& seen) {
+    const haptics::TickOutput& shown = seen.tick;
+    monitor_.take(tick_s_ * double(shown.tick), shown.breath, shown.breath_held);
+    render::RenderScene scene;
+    scene.stage_from_patient = stage_from_patient_;
+    scene.stage_from_patient.position_m = stage_from_patient_ * shown.patient_moved_m;
+    scene.breath = shown.breath;
+    scene.look = look_;
+    scene.marks = marksOf(seen.wounds, scene.look, path_);
+    scene.tool = press_.shown(shown);
+    furnish(scene, path_, seen.machines.xray);
+    scene.room.lamp = !seen.lights_out;
+    if (hints_.colours) scene.room.shell_light = shellLight(seen.glow);
+    showTools(scene, shown);
+    showMonitor(scene, monitor_);
+    if (seen.ghost_needle)
+        scene.paths.push_back(
+            {*seen.ghost_needle * Vec3(0.0, 0.0, kGhostShaft_m), seen.ghost_needle->position_m, 1.0});
+    if (!hints_.ghost) return scene;
+    const patient::MotionModel& model = patient_->package().motion;
+    scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path_.entry_reference_m),
+                              patient::deformedFromReference(model, shown.breath, path_.target_reference_m)};
+    return scene;
+}
+
+MachineMoment momentOf(const Seen& seen, const render::RenderScene& scene, const render::Renderer& renderer,
+                       const patient::ContrastTable* contrast, const haptics::GuideSettings& guide,
+                       double tick_s) {
+    MachineMoment m = momentOf(seen.tick, guide, tick_s);
+    m.tool = scene.tool;
+    m.contrast = contrast;
+    m.patient_from_isocentre = renderer.patientFromIsocentre(scene);
+    m.machines = seen.machines, m.dose = seen.dose;
+    return m;
+}
+
+}  // namespace stylet::trainer

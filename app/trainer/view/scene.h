@@ -1,0 +1,57 @@
+// Builds the renderer's scene from the state of an attempt.
+#pragma once
+
+#include <vector>
+
+#include "app/trainer/session/machine_moment.h"
+#include "app/trainer/session/seen.h"
+#include "app/trainer/session/wounds.h"
+#include "app/trainer/view/contacts.h"
+#include "app/trainer/view/monitor.h"
+#include "app/training/difficulty.h"
+#include "render/render.h"
+
+namespace stylet::trainer {
+
+// Adds the room around the table, the access field and, with closed skin, the drape. The C-arm is over the
+// target from its first pulse on.
+void furnish(render::RenderScene&, const patient::PlannedPath&, const training::XrayState& = {});
+
+// Adds the tool in use and the parked probe.
+void showTools(render::RenderScene&, const haptics::TickOutput&);
+
+void showMonitor(render::RenderScene&, const BreathMonitor&);
+
+// Marks of the wounds and, with closed skin, of the disinfected field around the planned entry.
+std::vector<render::Mark> marksOf(const std::vector<Wound>&, render::Look, const patient::PlannedPath&);
+
+// Builds the scene of room and patient for a tick. Use from one thread only.
+class SceneMaker {
+  public:
+    // The patient and the map must outlive it. `hints`: whether to show the reference path, and whether the
+    // room light shows alerts.
+    SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const haptics::TouchMap*,
+               double tick_s, const training::Hints& hints);
+    // Sets the hints of another difficulty.
+    void help(const training::Hints& hints) { hints_ = hints; }
+    // Includes the screen of the breath monitor, but not the ultrasound and X-ray screens. Valid until the
+    // next call.
+    render::RenderScene sceneOf(const Seen&);
+    const Pose& stageFromPatient() const { return stage_from_patient_; }
+
+  private:
+    const patient::Patient* patient_;
+    patient::PlannedPath path_;
+    Pose stage_from_patient_;
+    render::Look look_;
+    double tick_s_;
+    training::Hints hints_;
+    ToolPress press_;
+    BreathMonitor monitor_;
+};
+
+// Input of the equipment pictures for a scene. `contrast`: see MachineMoment.
+MachineMoment momentOf(const Seen&, const render::RenderScene&, const render::Renderer&,
+                       const patient::ContrastTable* contrast, const haptics::GuideSettings&, double tick_s);
+
+}  // namespace stylet::trainer

@@ -1,0 +1,70 @@
+// Points, rigid transforms and voxel grids. All lengths in metres, double precision.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+namespace stylet {
+
+using Vec3 = glm::dvec3;
+using Quat = glm::dquat;
+using Index3 = glm::ivec3;
+
+// A rigid transform a_from_b: `p_a = a_from_b * p_b`. The rotation is a unit quaternion.
+struct Pose {
+    Quat rotation{1.0, 0.0, 0.0, 0.0};
+    Vec3 position_m{0.0};
+
+    Vec3 operator*(const Vec3& p) const noexcept { return rotation * p + position_m; }
+    Pose operator*(const Pose& c_from_b) const noexcept {
+        return {rotation * c_from_b.rotation, rotation * c_from_b.position_m + position_m};
+    }
+    Vec3 direction(const Vec3& d) const noexcept { return rotation * d; }
+    Pose inverse() const noexcept {
+        const Quat back = glm::conjugate(rotation);
+        return {back, back * -position_m};
+    }
+};
+
+// An axis-aligned voxel grid in the patient frame (RAS: x grows to the patient's right, y to the front,
+// z to the head). Voxel (0,0,0) has its CENTRE at `origin_m`.
+struct Grid {
+    Index3 dims{0};
+    Vec3 spacing_m{0.001};
+    Vec3 origin_m{0.0};
+
+    std::size_t voxelCount() const noexcept {
+        return std::size_t(dims.x) * std::size_t(dims.y) * std::size_t(dims.z);
+    }
+    bool contains(const Index3& i) const noexcept {
+        return i.x >= 0 && i.y >= 0 && i.z >= 0 && i.x < dims.x && i.y < dims.y && i.z < dims.z;
+    }
+    std::size_t offset(const Index3& i) const noexcept {
+        return (std::size_t(i.z) * std::size_t(dims.y) + std::size_t(i.y)) * std::size_t(dims.x) +
+               std::size_t(i.x);
+    }
+    Vec3 centre(const Index3& i) const noexcept { return origin_m + spacing_m * Vec3(i); }
+    // Continuous voxel coordinates: integer at voxel centres.
+    Vec3 toVoxels(const Vec3& p) const noexcept { return (p - origin_m) / spacing_m; }
+    // The voxel whose cell contains p; may lie outside the grid. |p| must be below 1000 km.
+    Index3 nearest(const Vec3& p) const noexcept {
+        const Vec3 v = toVoxels(p);
+        return {int(std::floor(v.x + 0.5)), int(std::floor(v.y + 0.5)), int(std::floor(v.z + 0.5))};
+    }
+    friend bool operator==(const Grid&, const Grid&) = default;
+};
+
+// Visits voxels in memory order.
+template <typename Visit>
+void forEachVoxel(const Grid& grid, const Visit& visit) {
+    Index3 i;
+    for (i.z = 0; i.z < grid.dims.z; ++i.z)
+        for (i.y = 0; i.y < grid.dims.y; ++i.y)
+            for (i.x = 0; i.x < grid.dims.x; ++i.x)
+                visit(i);
+}
+
+}  // namespace stylet

@@ -1,0 +1,112 @@
+#include "haptics/devices/falcon/falcon_calibration.h"
+
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "base/whole_file.h"
+#include "patient/patient.h"
+
+namespace stylet::haptics::falcon {
+
+namespace {
+
+// The public driver's gain is thought to be off by up to four; a factor of ten means something else is
+// wrong.
+constexpr double kLeast = 0.1, kMost = 10.0;
+constexpr std::size_t kMostCalibrationBytes = 16 * 1024;
+constexpr std::size_t kMostText = 400;
+
+// An unused file name beside `file`.
+std::filesystem::path besideIt(const std::filesystem::path& file) {
+    std::filesystem::path fresh = file.string() + ".new";
+    std::error_code error;
+    for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(fresh, error)); ++i)
+        fresh = file.string() + ".new" + std::to_string(i);
+    return fresh;
+}
+
+}  // namespace
+
+double fitCalibration(std::span<const CalibrationReading> readings, const std::string& axis) {
+    if (readings.size() < 2) throw DataError("calibration", axis, "needs two readings or more");
+    double products = 0.0, squares = 0.0;
+    for (const CalibrationReading& r : readings) {
+        if (!std::isfinite(r.asked_n) || !std::isfinite(r.measured_n) || r.asked_n == 0.0)
+            throw DataError("calibration", axis, "a reading must be a number, of a force that is not zero");
+        products += r.asked_n * r.measured_n;
+        squares += r.asked_n * r.asked_n;
+    }
+    const double slope = products / squares;
+    if (!(slope >= kLeast && slope <= kMost))
+        throw DataError("calibration", axis,
+                        "measures less than a tenth or more than ten times what was asked");
+    for (const CalibrationReading& r : readings)
+        if (std::fabs(r.measured_n - slope * r.asked_n) > 0.2 * std::fabs(slope * r.asked_n))
+            throw DataError("calibration", axis, "the readings lie on no line through zero: measure again");
+    return slope;
+}
+
+Calibration loadCalibration(const std::filesystem::path& file) {
+    return parseCalibration(readWholeFile(file, kMostCalibrationBytes), file);
+}
+
+Calibration parseCalibration(std::string_view text, const std::filesystem::path& file) {
+    toml::table table;
+    try {
+        table = toml::parse(text);
+    } catch (const toml::parse_error& e) {
+        std::ostringstream where;
+        where << e.description() << " (line " << e.source().begin.line << ")";
+        throw DataError(file, "calibration", where.str());
+    }
+    for (const auto& [key, value] : table)
+        if (key != "device" && key != "measured_per_asked" && key != "how")
+            throw DataError(file, std::string(key.str()), "unknown");
+    if (table["device"].value<std::string>() != "falcon")
+        throw DataError(file, "device", "must be \"falcon\"");
+    const toml::array* gains = table["measured_per_asked"].as_array();
+    if (!gains || gains->size() != 3)
+        throw DataError(file, "measured_per_asked", "must be three numbers: x, y, z");
+    Calibration calibration;
+    calibration.measured = true;
+    for (int i = 0; i < 3; ++i) {
+        const double gain = gains->get(std::size_t(i))->value<double>().value_or(std::nan(""));
+        if (!(gain >= kLeast && gain <= kMost))
+            throw DataError(file, "measured_per_asked", "must be numbers from 0.1 to 10");
+        calibration.measured_per_asked[i] = gain;
+    }
+    calibration.how = table["how"].value_or(std::string());
+    if (calibration.how.size() > kMostText) throw DataError(file, "how", "longer than 400 bytes");
+    return calibration;
+}
+
+void saveCalibration(const std::filesystem::path& file, const Calibration& calibration) {
+    const Vec3& gain = calibration.measured_per_asked;
+    const toml::table table{{"device", "falcon"},
+                            {"measured_per_asked", toml::array{gain.x, gain.y, gain.z}},
+                            {"how", calibration.how}};
+    const std::filesystem::path fresh = besideIt(file);
+    std::ofstream out(fresh);
+    out << table << '\n';
+    out.close();
+    std::error_code error, ignored;
+    if (out) std::filesystem::rename(fresh, file, error);
+    if (out && !error) return;
+    std::filesystem::remove(fresh, ignored);
+    throw DataError(file, "calibration", "could not be written");
+}
+
+void checkCalibrationFile(const std::filesystem::path& file) {
+    const std::filesystem::path fresh = besideIt(file);
+    const bool opens = bool(std::ofstream(fresh));
+    std::error_code error;
+    std::filesystem::remove(fresh, error);
+    if (!opens || std::filesystem::is_directory(file, error))
+        throw DataError(file, "calibration", "cannot be written");
+}
+
+}  // namespace stylet::haptics::falcon

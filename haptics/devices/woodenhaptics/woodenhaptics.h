@@ -1,0 +1,55 @@
+// Driver of a WoodenHaptics or Polhem v1 (open hardware) with its mbed board, over hidapi.
+// Facts from forsslund/haptikfabrikenapi (firmware/main.cpp, src/fsusbhapticdevicethread.cpp). Unproven on
+// hardware here. The board switches the motors off after 0.5 s without a command.
+#pragma once
+
+#include "haptics/devices/driver.h"
+#include "haptics/devices/hid_port.h"
+#include "haptics/devices/woodenhaptics/woodenhaptics_arm.h"
+#include "haptics/devices/woodenhaptics/woodenhaptics_protocol.h"
+
+namespace stylet::haptics {
+
+// Compares the ids that mbed gives any board of this kind. A match may be a different product.
+bool isWoodenBoard(const HidEntry&) noexcept;
+
+DeviceProfile profileOf(const WoodenModel&) noexcept;  // its name is valid as long as the model
+
+class WoodenHaptics final : public Driver {
+  public:
+    explicit WoodenHaptics(const WoodenModel&);
+    WoodenHaptics(const WoodenHaptics&) = delete;
+    WoodenHaptics& operator=(const WoodenHaptics&) = delete;
+
+    const DeviceProfile& profile() const noexcept override { return profile_; }
+    DeviceStage open(std::string& why) override;
+    // There is no force until the user has parked the arm and pressed the board's button.
+    DeviceStage exchange(const Vec3& force_n, DeviceState&, std::string& why) override;
+    void close() noexcept override;
+
+  private:
+    enum class Heard { report, nothing, lost };
+    Heard hear(WoodenReport&, std::string& why);
+    WoodenCommand commandFor(const Vec3& force_n) const noexcept;
+    DeviceStage missed(std::string& why);
+    DeviceStage take(const WoodenReport&, DeviceState&, std::string& why);
+    DeviceStage home(const WoodenReport&, std::string& why);
+    bool follow(const WoodenReport&) noexcept;
+    void startAt(const WoodenReport&) noexcept;
+
+    WoodenModel model_;
+    DeviceProfile profile_;
+    HidPort port_;
+
+    // Progress of homing: the button's old press is cleared first, then a new press is awaited.
+    enum class Homing { clearButton, awaitButton, calibrate, done };
+    Homing homing_ = Homing::clearButton;
+    int homing_tries_ = 0;
+    std::array<std::int16_t, 6> set_encoders_{};  // encoder values being set on the board
+    std::array<std::int16_t, 6> raw_{};           // of the last accepted report
+    ArmCounts counts_{};                          // unwrapped
+    int missed_ = 0;                              // consecutive exchanges without a plausible report
+    bool garbled_ = false;                        // the last of them had an implausible report
+};
+
+}  // namespace stylet::haptics

@@ -1,0 +1,123 @@
+// The five tools of one hand: which is active, and what it touches in a tick. Inactive tools cost nothing.
+#pragma once
+
+#include "haptics/tools/finger.h"
+#include "haptics/tools/guide.h"
+#include "haptics/tools/needle.h"
+#include "haptics/tools/probe.h"
+#include "haptics/tools/scalpel.h"
+#include "haptics/tools/tool.h"
+
+namespace stylet::haptics {
+
+struct ToolSettings {
+    Tool first = Tool::needle;  // active at the start
+    NeedleSettings needle;
+    GuideSettings guide;
+    FingerSettings finger;
+    ProbeSettings probe;
+    ScalpelSettings scalpel;
+};
+
+constexpr bool holdsNeedle(Tool tool) noexcept {
+    return tool == Tool::guide || tool == Tool::needle;
+}
+// True for finger, probe and scalpel. They need a TouchMap of the patient and feel nothing without one.
+constexpr bool pressesOnSkin(Tool tool) noexcept {
+    return !holdsNeedle(tool);
+}
+
+// The touch map and the pads of the tools that press on the skin, built once.
+struct TouchTools {
+    TouchTools(const TouchMap& of, const ToolSettings& settings) noexcept
+        : map(&of), finger_pad(fingerPad(settings.finger)), probe_pad(probePad(settings.probe)) {}
+
+    const TouchMap* map;
+    Pad finger_pad, probe_pad;
+};
+// True if the pads can be built. Check settings read from a file with it first.
+bool padsFit(const ToolSettings&) noexcept;
+
+// Stylus and probe share their tip. The probe's +z points the other way, into the body.
+inline const Pose kStylusFromProbe{{0.0, 1.0, 0.0, 0.0}, Vec3(0.0)};
+
+// A parked probe with its guide. It keeps its orientation and rides the skin along the skin normal. Without
+// a touch map it follows the tissue point under it.
+struct ParkedProbe {
+    bool parked = false;
+    Vec3 skin_reference_m{0.0};  // under the centre of the face
+    SkinRider rider;
+    Pose patient_from_probe;
+};
+
+// Visits every floating-point setting in a fixed order, for hash and record. `first` and the counts are
+// separate.
+template <typename Settings, typename Visit>
+void eachToolNumber(Settings& s, const Visit& visit) {
+    static_assert(sizeof s.needle == 5 * sizeof(double) && sizeof s.guide == (7 + 6) * sizeof(double) &&
+                      sizeof s.finger == (1 + 5) * sizeof(double) &&
+                      sizeof s.probe == (1 + 6) * sizeof(double) && sizeof s.scalpel == 8 * sizeof(double),
+                  "a new setting needs a place here and a new kRecordVersion");
+    visit(s.needle.a1_share), visit(s.needle.cut_reach_m), visit(s.needle.max_force_n);
+    visit(s.needle.lateral_stiffness_n_per_m), visit(s.needle.lateral_force_n);
+    auto& rail = s.guide.probe_from_guide;
+    visit(rail.rotation.w), visit(rail.rotation.x), visit(rail.rotation.y), visit(rail.rotation.z);
+    visit(rail.position_m.x), visit(rail.position_m.y), visit(rail.position_m.z);
+    visit(s.guide.length_m), visit(s.guide.stiffness_n_per_m), visit(s.guide.catch_m);
+    visit(s.guide.reach_m), visit(s.guide.catch_cosine), visit(s.guide.release_n);
+    const auto visitPad = [&](auto& pad) {
+        visit(pad.stiffest_n_per_m), visit(pad.shear_n_per_m), visit(pad.friction);
+    };
+    visit(s.finger.radius_m), visit(s.finger.curvature_m), visitPad(s.finger.pad);
+    visit(s.probe.length_m), visit(s.probe.width_m), visit(s.probe.curvature_m), visitPad(s.probe.pad);
+    visit(s.scalpel.stiffness_n_per_m), visit(s.scalpel.cut_force_n), visit(s.scalpel.friction);
+    visit(s.scalpel.deeper_n), visit(s.scalpel.along_edge_n), visit(s.scalpel.across_blade_n);
+    visit(s.scalpel.width_per_depth), visit(s.scalpel.open_reach_m);
+}
+template <typename Settings, typename Visit>
+void eachToolCount(Settings& s, const Visit& visit) {
+    visit(s.finger.points), visit(s.probe.columns), visit(s.probe.rows);
+}
+
+struct ToolState {
+    Tool in_hand = Tool::needle;
+    // After the start, a tool change or a teleport: no force until the tool has been outside the body.
+    bool waits = true;
+    // How often `waits` was set by a tool change or teleport. For observers of the ticks; not hashed.
+    std::uint32_t begun = 0;
+    Pose patient_from_tool;
+    // The same, but on the rail when in the guide. The last pose while another tool is active.
+    Pose patient_from_needle;
+    NeedleState needle;
+    GuideState guide;
+    ParkedProbe probe;
+    Incisions incisions;
+    FingerState finger;
+    ProbeState held_probe;
+    ScalpelState scalpel;
+};
+
+// All below: haptics thread. noexcept, no allocation.
+
+// Selects `tool`. Returns false if it is already active or cannot be selected: a needle in the body must be
+// withdrawn first.
+bool takeTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
+// `stay`: parks the hand-held probe where it is; the hand is then empty. Otherwise takes a parked probe off
+// the skin, unless its rail guides a needle in the body. Returns false if nothing changed.
+bool parkProbe(ToolState&, const TouchTools*, const patient::Patient&, const patient::Surrogate& breath,
+               bool stay) noexcept STYLET_NONBLOCKING;
+// The device teleported: re-seat the tool without sweeping it, as if it had just been selected there.
+// Returns false if the needle is in the body, where that is impossible.
+bool leap(ToolState&) noexcept STYLET_NONBLOCKING;
+// One tick of the active tool, patient frame. Without `touch` only the needle is felt.
+ToolForce stepTools(ToolState&, const ToolSettings&, const TouchTools* touch, const patient::Patient&,
+                    const Pose& patient_from_stylus, const patient::Surrogate& breath,
+                    NeedleEvents&) noexcept STYLET_NONBLOCKING;
+
+// Largest tangent stiffness of any tool, N/m. It determines the device's gain.
+double worstTangent(const patient::TissueTable&, const ToolSettings&) noexcept;
+
+void hashTools(StateHash&, const ToolState&) noexcept STYLET_NONBLOCKING;
+void hashToolSettings(StateHash&, const ToolSettings&) noexcept;
+
+}  // namespace stylet::haptics

@@ -1,0 +1,253 @@
+#include "haptics/tools/needle.h"
+
+#include <algorithm>
+
+#include "haptics/tools/hold.h"
+#include "haptics/tools/needle_section.h"
+
+namespace stylet::haptics {
+
+using patient::Patient;
+using patient::Surrogate;
+using patient::TissueSample;
+
+namespace {
+
+void lookAt(NeedleState& s, const patient::MotionModel& motion, const Surrogate& breath,
+            const Vec3& deformed_m) noexcept {
+    s.channel_side = patient::sideOf(motion, breath, deformed_m);
+    s.channel_reference_m = patient::referenceFromDeformed(motion, breath, s.channel_side, deformed_m);
+}
+
+void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
+           const Surrogate& breath) noexcept {
+    lookAt(s, patient.package().motion, breath, tip_deformed_m);
+    const TissueSample x = patient.at(s.channel_reference_m, s.track);
+    s.tissue = x.tissue;
+    s.label = x.label;
+    if (x.tissue != Tissue::air) {
+        s.phase = Phase::pass;
+        s.track = patient.flagsAfterEntering(x, s.track);
+    }
+    s.tip_deformed_m = tip_deformed_m;
+    s.breath = breath;
+    s.primed = true;
+}
+
+// A path this short and this far from the sliding surfaces of the breathing model is straight in the
+// reference frame too.
+constexpr double kShortWay_m = 0.0005, kClearOfSides_m = 0.001;
+
+// Returns false for NaN.
+bool isShortAndClear(const NeedleState& s, const Vec3& way_m) noexcept {
+    const patient::LocalMotion& near = s.channel_motion;
+    const bool inside = s.channel_side == patient::Side::inside;
+    const double gone_m = glm::length(s.channel_reference_m - near.reference_m);
+    return near.side == s.channel_side && gone_m + glm::length(way_m) <= kShortWay_m &&
+           (inside ? -near.level_m : near.level_m) >= kClearOfSides_m;
+}
+
+// Visits every voxel from the current channel point to `to_reference_m`, each with its share of `way_m`.
+void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const Vec3& to_reference_m,
+          double way_m, Way way) noexcept {
+    const Vec3 from = s.channel_reference_m;
+    for (VoxelWalk w(patient.grid(), from, to_reference_m); !w.done(); w.next()) {
+        const TissueSample x = patient.at(w.voxel(), s.track);
+        solver.run(x, from + w.begin() * (to_reference_m - from), (w.end() - w.begin()) * way_m, way);
+    }
+    s.channel_reference_m = to_reference_m;
+}
+
+// Position of the channel in the deformed patient during one tick.
+struct Course {
+    const patient::MotionModel& motion;
+    const Surrogate& breath;
+    Vec3 at_m;
+
+    Vec3 reference(const NeedleState& s, const Vec3& deformed_m) const noexcept {
+        return patient::referenceFromDeformed(motion, breath, s.channel_side, deformed_m);
+    }
+};
+
+// The same along a path that may cross the cavity surface, where the two sides have slid past each other.
+// The reference position jumps there; the tissue in between is not on the path.
+void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Patient& patient, const Course& course,
+                     const Vec3& to_m, double way_m, Way way) noexcept {
+    // Residual of the inverse at the channel. It is added to every target, so that it never accumulates.
+    Vec3 anchor_m = s.channel_reference_m - course.reference(s, course.at_m);
+    const auto pointAt = [&](double share) { return course.at_m + share * (to_m - course.at_m); };
+    const auto jump = [&](double share, patient::Side side) {
+        s.channel_side = side;
+        s.channel_reference_m = course.reference(s, pointAt(share));
+        anchor_m = Vec3(0.0);
+    };
+    const patient::SideChanges changes =
+        patient::sideChanges(course.motion, course.breath, course.at_m, to_m);
+    // Breathing may have moved the channel point across the other side's edge.
+    if (changes.first != s.channel_side) jump(0.0, changes.first);
+    patient::forEachStretch(changes, [&](double begin, double end) {
+        if (begin > 0.0)
+            jump(begin,
+                 s.channel_side == patient::Side::inside ? patient::Side::outside : patient::Side::inside);
+        walk(s, solver, patient, anchor_m + course.reference(s, pointAt(end)), way_m * (end - begin), way);
+    });
+}
+
+void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, Course& course, const Vec3& to_m,
+          double way_m, Way way) noexcept {
+    const Vec3 step_m = to_m - course.at_m;
+    if (isShortAndClear(s, step_m)) {
+        const Vec3 to_reference_m = s.channel_reference_m + s.channel_motion.reference_from_deformed * step_m;
+        walk(s, solver, patient, to_reference_m, way_m, way);
+    } else {
+        walkAcrossSides(s, solver, patient, course, to_m, way_m, way);
+    }
+    course.at_m = to_m;
+}
+
+// Outside the body the channel is at the tip.
+void followTip(NeedleState& s, const Course& course, const Vec3& tip_deformed_m) noexcept {
+    const Vec3 step_m = tip_deformed_m - course.at_m;
+    if (isShortAndClear(s, step_m)) {
+        s.channel_reference_m += s.channel_motion.reference_from_deformed * step_m;
+    } else {
+        lookAt(s, course.motion, course.breath, tip_deformed_m);
+    }
+    s.lateral_m = Vec3(0.0);
+}
+
+// Energy of tenting one border. Against bone the force, and with it the slope of the energy, is limited to
+// the model's maximum.
+double holdEnergy(const Hold& hold, const NeedleSettings& settings, const Patient& patient) noexcept {
+    if (hold.depth_m <= 0.0) return 0.0;
+    const patient::TissueRow& row = patient.row(hold.border.to);
+    const HoldCurve curve = holdCurve(row, hold.a0_n, settings.a1_share);
+    if (!isRigid(row)) return curve.energy_j(hold.depth_m);
+    const double most_n = std::max(settings.max_force_n, hold.a0_n);
+    const double rise_m = std::min(hold.depth_m, (most_n - hold.a0_n) / row.stiffness_n_per_m);
+    return curve.energy_j(rise_m) + most_n * (hold.depth_m - rise_m);
+}
+
+// True if an event makes the force step. It is continuous when a border starts tenting.
+bool mayStep(const NeedleEvents& events) noexcept {
+    bool steps = events.dropped > 0;
+    for (int i = 0; i < events.count; ++i)
+        steps = steps || events.list[std::size_t(i)].kind != NeedleEventKind::border;
+    return steps;
+}
+
+// Extension of the lateral spring at which the channel is cut sideways.
+double lateralReach(const NeedleSettings& settings) noexcept {
+    return settings.lateral_stiffness_n_per_m > 0.0
+               ? settings.lateral_force_n / settings.lateral_stiffness_n_per_m
+               : 0.0;
+}
+
+}  // namespace
+
+ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& patient,
+                     const Vec3& tip_deformed_m, const Vec3& axis, const Surrogate& breath,
+                     NeedleEvents& events, const Incisions& incisions) noexcept {
+    events.count = events.dropped = 0;
+    if (!s.primed) prime(s, patient, tip_deformed_m, breath);
+
+    const patient::MotionModel& motion = patient.package().motion;
+    Course course{motion, breath,
+                  patient::follow(s.channel_motion, motion, breath, s.channel_side, s.channel_reference_m)};
+    ToolForce out;
+    if (s.phase != Phase::outside && !(breath == s.breath))
+        out.tissue_moved_m = course.at_m - (s.tip_deformed_m - s.lateral_m);
+    const Vec3 offset = tip_deformed_m - course.at_m;
+    // Motion relative to the channel, not to the last stylus position. The two differ if the shaft turns
+    // about a tip that lags beside its channel.
+    const double ds = glm::dot(offset, axis);
+    const Way along = ds > 0.0 ? Way::advance : Way::withdraw;
+    SectionSolver solver(s, settings, patient, events, incisions);
+
+    if (s.phase == Phase::outside) {
+        walk(s, solver, patient, course, tip_deformed_m, ds, along);
+    } else {
+        // The channel moves with breathing; the tip moves in it along the axis.
+        const Vec3 across = offset - ds * axis;
+        walk(s, solver, patient, course, tip_deformed_m - across, ds, along);
+        s.lateral_m = across;
+        const double length = glm::length(across);
+        const double reach = lateralReach(settings);
+        if (s.phase != Phase::outside && length > reach) {
+            s.lateral_cut_m += length - reach;
+            s.lateral_m = across * (reach / length);
+            walk(s, solver, patient, course, tip_deformed_m - s.lateral_m, 0.0, Way::sideways);
+        }
+    }
+    if (s.phase == Phase::outside) followTip(s, course, tip_deformed_m);
+    s.tip_deformed_m = tip_deformed_m;
+    s.breath = breath;
+    s.force_n = solver.force();
+
+    out.force_n = needleForce(s, settings, axis);
+    out.energy_j = axialEnergy(s, settings, patient) +
+                   0.5 * settings.lateral_stiffness_n_per_m * glm::dot(s.lateral_m, s.lateral_m);
+    out.event = solver.hasLeft() || mayStep(events);
+    return out;
+}
+
+Vec3 needleForce(const NeedleState& s, const NeedleSettings& settings, const Vec3& axis) noexcept {
+    return -s.force_n * axis - settings.lateral_stiffness_n_per_m * s.lateral_m;
+}
+
+double axialEnergy(const NeedleState& s, const NeedleSettings& settings, const Patient& patient) noexcept {
+    if (s.phase == Phase::outside) return 0.0;
+    double energy_j = 0.5 * patient.row(s.tissue).stiffness_n_per_m * s.extension_m * s.extension_m;
+    if (s.phase == Phase::held) energy_j += holdEnergy(s.hold, settings, patient);
+    if (s.bone_over_hold) energy_j += holdEnergy(s.under_bone, settings, patient);
+    return energy_j;
+}
+
+double proxyDistance(const NeedleState& s) noexcept {
+    return s.phase == Phase::held && s.hold.depth_m >= 0.0 ? s.hold.depth_m : s.extension_m;
+}
+
+namespace {
+
+void hashBorder(StateHash& hash, const Border& b) noexcept {
+    hash.add(b.reference_m);
+    hash.add(std::uint64_t(b.from) | std::uint64_t(b.to) << 8 | std::uint64_t(b.to_label) << 16);
+    hash.add(b.depth_m);
+}
+
+void hashHold(StateHash& hash, const Hold& h) noexcept {
+    hashBorder(hash, h.border);
+    hash.add(h.depth_m);
+    hash.add(h.a0_n);
+}
+
+}  // namespace
+
+void hashNeedle(StateHash& hash, const NeedleState& s) noexcept {
+    hash.add(std::uint64_t(s.phase) | std::uint64_t(s.tissue) << 8 | std::uint64_t(s.label) << 16 |
+             std::uint64_t(s.track.past_skin) << 24 | std::uint64_t(s.track.past_fascia) << 25 |
+             std::uint64_t(s.bone_over_hold) << 26 | std::uint64_t(s.primed) << 27 |
+             std::uint64_t(s.channel_side) << 28 | std::uint64_t(s.channel_motion.side) << 29);
+    hash.add(s.extension_m);
+    hash.add(s.force_n);
+    hash.add(s.depth_m);
+    hash.add(s.past_skin_depth_m);
+    hash.add(s.past_fascia_depth_m);
+    if (s.phase == Phase::held) hashHold(hash, s.hold);
+    if (s.bone_over_hold) hashHold(hash, s.under_bone);
+    hash.add(std::uint64_t(s.queued_count));
+    for (int i = 0; i < s.queued_count; ++i)
+        hashBorder(hash, s.queued[std::size_t(i)]);
+    hash.add(s.cuts.value());
+    hash.add(s.lateral_m);
+    hash.add(s.lateral_cut_m);
+    hash.add(s.tip_deformed_m);
+    hash.add(s.channel_reference_m);
+    // The local motion is fully determined by these three values.
+    hash.add(s.channel_motion.reference_m);
+    hash.add(s.channel_motion.v);
+    hash.add(s.channel_motion.rate_per_s);
+    patient::hashSurrogate(hash, s.breath);
+}
+
+}  // namespace stylet::haptics

@@ -1,0 +1,353 @@
+#include "haptics/tools/needle_section.h"
+
+#include <algorithm>
+
+namespace stylet::haptics {
+
+using patient::Role;
+using patient::TissueRow;
+using patient::TissueSample;
+
+namespace {
+
+// Depths that differ by less are the same place: the sum of a path's sections rounds differently from its
+// length.
+constexpr double kSamePlace_m = 1e-9;
+// Air this close to the track's start is the air outside.
+constexpr double kSurface_m = 1e-6;
+
+}  // namespace
+
+void SectionSolver::run(const TissueSample& sample, const Vec3& at_reference_m, double way_m,
+                        Way way) noexcept {
+    if (s_.phase == Phase::outside && sample.tissue == Tissue::air) return;
+    if (way != Way::withdraw) {
+        setFlags(sample);
+        // The needle left through a corner of slanted skin before it reached anything behind it.
+        if (sample.tissue == Tissue::air && !s_.track.past_skin) {
+            report(NeedleEventKind::withdrawn, borderTo(sample, at_reference_m), force(), 0.0);
+            return endTrack();
+        }
+    }
+    arrive(sample, at_reference_m, way);
+    if (s_.phase == Phase::outside) return;
+    if (way_m > 0.0) advance(way_m);
+    if (way_m < 0.0) withdraw(way_m);
+    undoFlags();
+    const bool outside = s_.tissue == Tissue::air && (s_.depth_m <= kSurface_m || !s_.track.past_skin);
+    if (way != Way::advance && s_.phase == Phase::pass && outside) {
+        report(NeedleEventKind::withdrawn, Border{at_reference_m, Tissue::skin, Tissue::air, 0, s_.depth_m},
+               0.0, 0.0);
+        endTrack();
+    }
+}
+
+double SectionSolver::force() const noexcept {
+    if (s_.phase == Phase::outside) return 0.0;
+    if (s_.phase == Phase::pass || s_.hold.depth_m < 0.0)
+        return row(s_.tissue).stiffness_n_per_m * s_.extension_m;
+    const double f = curve().force_n(s_.hold.depth_m);
+    return onRigid() ? std::min(f, std::max(settings_.max_force_n, s_.hold.a0_n)) : f;
+}
+
+HoldCurve SectionSolver::curve() const noexcept {
+    return holdCurve(row(s_.hold.border.to), s_.hold.a0_n, settings_.a1_share);
+}
+
+// ---- Entering a voxel ----
+
+bool SectionSolver::onRigid() const noexcept {
+    return s_.phase == Phase::held && s_.hold.depth_m >= 0.0 && isRigid(row(s_.hold.border.to));
+}
+
+bool SectionSolver::isFront(const TissueSample& x) const noexcept {
+    if (s_.phase != Phase::held) return x.tissue == s_.tissue && x.label == s_.label;
+    const Border& last = s_.queued_count > 0 ? s_.queued[std::size_t(s_.queued_count - 1)] : s_.hold.border;
+    return x.tissue == last.to && x.label == last.to_label;
+}
+
+void SectionSolver::arrive(const TissueSample& x, const Vec3& at_reference_m, Way way) noexcept {
+    // On bone, nothing behind it is met. Only the depth counts until the tip slides off sideways.
+    if (onRigid() && (way != Way::sideways || isRigid(row(x.tissue)))) return;
+    const bool into_bone = way == Way::advance && s_.phase == Phase::pass && isRigid(row(x.tissue));
+    if (isFront(x) && !into_bone) return;
+    if (s_.phase == Phase::held) return arriveHeld(x, at_reference_m, way);
+
+    const Border border = borderTo(x, at_reference_m);
+    if (way == Way::advance || s_.phase == Phase::outside) {
+        meet(border);
+    } else if (way == Way::sideways) {
+        enter(border, force(), NeedleEventKind::sideways);
+    } else {
+        changeTissue(x.tissue, x.label, force());
+    }
+}
+
+void SectionSolver::arriveHeld(const TissueSample& x, const Vec3& at_reference_m, Way way) noexcept {
+    const TissueRow& held = row(s_.hold.border.to);
+    const double f = force();
+    if (s_.queued_count > 0 && way == Way::withdraw) {
+        --s_.queued_count;
+        return;
+    }
+    const bool before_border = s_.depth_m <= s_.hold.border.depth_m + kSamePlace_m;
+    const bool slipped_out = way == Way::sideways && held.membrane && x.tissue == s_.hold.border.from;
+    if (s_.queued_count == 0 && way == Way::advance && before_border) {
+        // The border had no depth (a corner of its tissue). The tissue here is met as from in front of that
+        // border.
+        stepBack();
+        return arrive(x, at_reference_m, way);
+    }
+    if (s_.queued_count == 0 && (way == Way::withdraw || before_border || slipped_out)) return release(x);
+
+    const Border border = borderTo(x, at_reference_m);
+    if (way == Way::sideways && !held.membrane) {
+        s_.queued_count = 0;
+        s_.bone_over_hold = false;
+        enter(border, f, NeedleEventKind::sideways);
+    } else if (way == Way::advance && isRigid(row(x.tissue))) {
+        s_.under_bone = s_.hold;
+        s_.bone_over_hold = true;
+        hold(border, f);
+    } else if (held.membrane || border.from == border.to) {
+        if (way == Way::sideways) report(NeedleEventKind::sideways, border, f, f);
+        queue(border);
+    } else {
+        // The tip left the tissue on its far side: drop the hold, and meet the next border with the force
+        // that friction leaves.
+        enter(s_.hold.border, f, NeedleEventKind::entry);
+        fold();
+        meet(border);
+    }
+}
+
+// ---- Borders ----
+
+Border SectionSolver::borderTo(const TissueSample& x, const Vec3& at_reference_m) const noexcept {
+    Tissue from = s_.tissue;
+    if (s_.phase == Phase::held) {
+        from = s_.queued_count > 0 ? s_.queued[std::size_t(s_.queued_count - 1)].to : s_.hold.border.to;
+    }
+    return {at_reference_m, from, x.tissue, x.label, s_.depth_m};
+}
+
+bool SectionSolver::isCut(const Border& border) const noexcept {
+    const double reach2 = settings_.cut_reach_m * settings_.cut_reach_m;
+    for (int i = 0; i < s_.cut_count; ++i) {
+        const CutBorder& c = s_.cut[std::size_t(i)];
+        const Vec3 d = c.reference_m - border.reference_m;
+        if (c.to == border.to && glm::dot(d, d) <= reach2) return true;
+    }
+    return false;
+}
+
+bool SectionSolver::holds(const Border& border, double force_n) const noexcept {
+    const TissueRow& b = row(border.to);
+    if (isRigid(b)) return true;
+    return border.from != border.to && resists(b, force_n) && !isCut(border) && !isIncised(border);
+}
+
+// The surface is skin, or another tissue where the voxels leave out the rim of skin.
+bool SectionSolver::isIncised(const Border& border) const noexcept {
+    const bool surface = border.to == Tissue::skin || s_.phase == Phase::outside;
+    return surface && incisions_.count > 0 && isOpen(incisions_, border.reference_m, settings_.cut_reach_m);
+}
+
+void SectionSolver::meet(const Border& border) noexcept {
+    const double f = force();
+    if (holds(border, f)) {
+        hold(border, f);
+    } else {
+        enter(border, f, NeedleEventKind::entry);
+    }
+}
+
+// Phase 1: the border starts tenting at the current tip.
+void SectionSolver::hold(const Border& border, double force_n) noexcept {
+    s_.phase = Phase::held;
+    s_.hold = {border, 0.0, force_n};
+    report(NeedleEventKind::border, border, force_n, force_n);
+}
+
+// From now on the tip is in the tissue behind `border`.
+void SectionSolver::enter(const Border& border, double force_n, NeedleEventKind kind) noexcept {
+    changeTissue(border.to, border.to_label, force_n);
+    // A border whose hold was dropped because the needle slipped past it does not count as cut.
+    if (kind != NeedleEventKind::entry || !resists(row(border.to), force_n)) remember(border);
+    report(kind, border, force_n, force());
+}
+
+void SectionSolver::changeTissue(Tissue tissue, std::uint8_t label, double force_n) noexcept {
+    const TissueRow& b = row(tissue);
+    has_left_ = has_left_ || tissue != s_.tissue;
+    s_.phase = Phase::pass;
+    s_.tissue = tissue;
+    s_.label = label;
+    s_.extension_m = b.stiffness_n_per_m > 0.0 ? clampToFriction(b, force_n) / b.stiffness_n_per_m : 0.0;
+}
+
+// The needle was withdrawn from a tenting border: the tip is in the tissue in front of it, with the force it
+// had there.
+void SectionSolver::stepBack() noexcept {
+    if (s_.tissue == Tissue::air && !s_.bone_over_hold && s_.depth_m <= kSurface_m) return endTrack();
+    has_left_ = true;
+    s_.bone_over_hold = false;
+    s_.phase = Phase::pass;
+}
+
+void SectionSolver::release(const TissueSample& x) noexcept {
+    stepBack();
+    if (s_.phase == Phase::outside) return;
+    if (x.tissue == s_.tissue) {
+        s_.label = x.label;
+    } else {
+        changeTissue(x.tissue, x.label, row(s_.tissue).stiffness_n_per_m * s_.extension_m);
+    }
+}
+
+// Phase 2, exactly at d*.
+void SectionSolver::cut() noexcept {
+    enter(s_.hold.border, row(s_.hold.border.to).cut_force_n, NeedleEventKind::puncture);
+    fold();
+}
+
+// Meets, in order, the borders passed while one was tenting, each with the force folded so far.
+void SectionSolver::fold() noexcept {
+    const int count = s_.queued_count;
+    s_.queued_count = 0;
+    for (int i = 0; i < count; ++i) {
+        const Border border = s_.queued[std::size_t(i)];
+        bool left_behind = false;
+        for (int j = i + 1; j < count; ++j) {
+            const Border& later = s_.queued[std::size_t(j)];
+            left_behind = left_behind || later.from != later.to;
+        }
+        const double f = force();
+        if (holds(border, f) && (row(border.to).membrane || !left_behind)) {
+            hold(border, f);
+            for (int j = i + 1; j < count; ++j)
+                queue(s_.queued[std::size_t(j)]);
+            return;
+        }
+        enter(border, f, NeedleEventKind::entry);
+    }
+}
+
+void SectionSolver::queue(const Border& border) noexcept {
+    if (s_.queued_count == kMaxQueuedBorders) {
+        report(NeedleEventKind::overflow, s_.queued[0], 0.0, 0.0);
+        std::copy(s_.queued.begin() + 1, s_.queued.end(), s_.queued.begin());
+        --s_.queued_count;
+    }
+    s_.queued[std::size_t(s_.queued_count++)] = border;
+}
+
+void SectionSolver::remember(const Border& border) noexcept {
+    if (border.from == border.to || border.to == Tissue::air || isCut(border)) return;
+    if (s_.cut_count == kMaxCutBorders) {
+        report(NeedleEventKind::overflow, border, 0.0, 0.0);
+        std::copy(s_.cut.begin() + 1, s_.cut.end(), s_.cut.begin());
+        --s_.cut_count;
+    }
+    s_.cut[std::size_t(s_.cut_count++)] = {border.reference_m, border.to};
+    s_.cuts.add(border.reference_m);
+    s_.cuts.add(std::uint64_t(border.to));
+}
+
+// ---- Motion ----
+
+void SectionSolver::advance(double way_m) noexcept {
+    while (s_.phase == Phase::held) {
+        Hold& h = s_.hold;
+        if (h.depth_m < 0.0) {  // moving back to the border
+            if (way_m < -h.depth_m) {
+                h.depth_m += way_m;
+                return pass(way_m);
+            }
+            way_m += h.depth_m;
+            pass(-h.depth_m);
+            h.depth_m = 0.0;
+            h.a0_n = row(s_.tissue).stiffness_n_per_m * s_.extension_m;
+        }
+        const double to_cut_m = std::max(0.0, curve().cut_depth_m - h.depth_m);
+        if (way_m < to_cut_m) {
+            h.depth_m += way_m;
+            s_.depth_m += way_m;
+            return;
+        }
+        h.depth_m += to_cut_m;
+        s_.depth_m += to_cut_m;
+        way_m -= to_cut_m;
+        cut();
+    }
+    pass(way_m);
+}
+
+void SectionSolver::withdraw(double way_m) noexcept {
+    while (s_.phase == Phase::held) {
+        Hold& h = s_.hold;
+        if (h.depth_m + way_m >= 0.0) {
+            h.depth_m += way_m;
+            s_.depth_m += way_m;
+            return;
+        }
+        if (h.depth_m > 0.0) {
+            way_m += h.depth_m;
+            s_.depth_m -= h.depth_m;
+            h.depth_m = 0.0;
+        }
+        if (!s_.bone_over_hold) {
+            h.depth_m += way_m;
+            break;
+        }
+        s_.bone_over_hold = false;
+        h = s_.under_bone;
+    }
+    pass(way_m);
+}
+
+// Phase 3, Eqs. 6-8.
+void SectionSolver::pass(double way_m) noexcept {
+    const TissueRow& t = row(s_.tissue);
+    s_.depth_m += way_m;
+    if (t.stiffness_n_per_m <= 0.0) return;
+    const double l_max = t.friction_n / t.stiffness_n_per_m;
+    s_.extension_m = std::clamp(s_.extension_m + way_m, -l_max, l_max);
+}
+
+// ---- The track ----
+
+void SectionSolver::setFlags(const TissueSample& x) noexcept {
+    const patient::TrackFlags after = patient_.flagsAfterEntering(x, s_.track);
+    if (after.past_skin && !s_.track.past_skin) s_.past_skin_depth_m = s_.depth_m;
+    if (after.past_fascia && !s_.track.past_fascia) s_.past_fascia_depth_m = s_.depth_m;
+    s_.track = after;
+}
+
+void SectionSolver::undoFlags() noexcept {
+    if (s_.depth_m < s_.past_skin_depth_m - kSamePlace_m) s_.track.past_skin = false;
+    if (s_.depth_m < s_.past_fascia_depth_m - kSamePlace_m) s_.track.past_fascia = false;
+}
+
+void SectionSolver::endTrack() noexcept {
+    has_left_ = true;
+    s_.phase = Phase::outside;
+    s_.tissue = Tissue::air;
+    s_.label = 0;
+    s_.extension_m = 0.0;
+    s_.depth_m = 0.0;
+    s_.track = {};
+    s_.past_skin_depth_m = s_.past_fascia_depth_m = 0.0;
+    s_.queued_count = 0;
+    s_.bone_over_hold = false;
+}
+
+void SectionSolver::report(NeedleEventKind kind, const Border& border, double before_n,
+                           double after_n) noexcept {
+    const patient::Label* label = patient_.label(border.to_label);
+    Role role = label ? label->role : row(border.to).role;
+    if (!label && border.to == Tissue::air && s_.track.past_skin) role = Role::risk;
+    events_.add({kind, role, border, s_.depth_m - border.depth_m, before_n, after_n});
+}
+
+}  // namespace stylet::haptics

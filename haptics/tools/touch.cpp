@@ -1,0 +1,217 @@
+#include "haptics/tools/touch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.h"
+#include "base/spline.h"
+
+namespace stylet::haptics {
+
+using patient::Patient;
+using patient::Tissue;
+
+namespace {
+
+constexpr double kAirInFront_m = 0.002;
+constexpr double kSecant_m = 0.006;
+constexpr double kCrease = 0.25;        // below this slope of the level, no shortest way in is defined
+constexpr int kShellSmoothings = 2;     // binomial passes, each adds a variance of half a node squared
+constexpr double kThinnest_m = 0.0005;  // one voxel of skin on bone
+// Range of nodes that a look-up may need: down to the greatest pressing depth, and out by the spline's
+// reach. Nodes within kShell_m of the skin are computed voxel by voxel. Deeper ones copy the values at their
+// foot point.
+constexpr double kDeepest_m = -0.056, kHighest_m = 0.006, kShell_m = 0.004;
+
+}  // namespace
+
+Layers layersUnder(const Patient& patient, const Vec3& skin_m, const Vec3& inward) noexcept {
+    const Vec3 from = skin_m - kAirInFront_m * inward;
+    const double way_m = 2.0 * kAirInFront_m + kTouchDepth_m;
+    Layers layers;
+    double depth_m = 0.0;   // from the first tissue
+    double young_pa = 0.0;  // keeps its value beyond the image's edge
+    patient::TrackFlags track;
+    for (VoxelWalk w(patient.grid(), from, from + way_m * inward); !w.done(); w.next()) {
+        const patient::TissueSample x = patient.at(w.voxel(), track);
+        if (depth_m == 0.0 && x.tissue == Tissue::air && x.label == 0) continue;
+        if (patient.grid().contains(w.voxel()))
+            young_pa = patient.package().elasticity[std::size_t(x.tissue)].young_pa;
+        if (std::isinf(young_pa)) {
+            layers.cover_m = depth_m;
+            break;
+        }
+        const double h_m = std::min((w.end() - w.begin()) * way_m, kTouchDepth_m - depth_m);
+        layers.compliance_m_per_pa += h_m / young_pa;
+        depth_m += h_m;
+        track = patient.flagsAfterEntering(x, track);
+        if (depth_m >= kTouchDepth_m) break;
+    }
+    return layers;
+}
+
+namespace {
+
+// Computes stiffness and bone of one node, if there is something to press on.
+void sumUp(const Patient& patient, const patient::Skin& skin, const Vec3& at_m, float* node) noexcept {
+    const Vec3 foot = patient::footOnSkin(skin, at_m);
+    const Vec3 normal = patient::skinAt(skin, foot).normal;
+    const double length = glm::length(normal);
+    if (!(length > kCrease)) return;
+    // Beyond the image's edge its last slices continue.
+    const Vec3 last_m = patient.grid().centre(patient.grid().dims - 1);
+    const Vec3 within_m = glm::clamp(foot, patient.grid().origin_m, last_m);
+    const Layers layers = layersUnder(patient, within_m, normal / -length);
+    const double thin_m_per_pa =
+        kThinnest_m / patient.package().elasticity[std::size_t(Tissue::skin)].young_pa;
+    node[1] = float(1.0 / std::max(layers.compliance_m_per_pa, thin_m_per_pa));
+    node[2] = float(1.0 / std::max(layers.cover_m, kThinnest_m));
+}
+
+// Tissue beside a point carries load too. Layers and bone are smoothed along the shell, so a rib has no edge
+// that is stiffer than the rib.
+class ShellSmoother {
+  public:
+    ShellSmoother(TouchMap& map, int threads) : map_(map), threads_(threads) {
+        for (std::vector<float>* plane : {&weight_, &stiffness_, &bone_})
+            plane->assign(map.grid.voxelCount(), 0.0f);
+        for (std::size_t i = 0; i < weight_.size(); ++i) {
+            const float* const node = map.nodes.data() + 3 * i;
+            if (node[1] > 0.0f) weight_[i] = 1.0f, stiffness_[i] = node[1], bone_[i] = node[2];
+        }
+    }
+
+    void run() {
+        for (int pass = 0; pass < kShellSmoothings; ++pass)
+            for (int axis = 0; axis < 3; ++axis)
+                for (std::vector<float>* plane : {&weight_, &stiffness_, &bone_})
+                    smoothAlong(*plane, axis);
+        for (std::size_t i = 0; i < weight_.size(); ++i) {
+            float* const node = map_.nodes.data() + 3 * i;
+            if (node[1] > 0.0f) node[1] = stiffness_[i] / weight_[i], node[2] = bone_[i] / weight_[i];
+        }
+    }
+
+  private:
+    void smoothAlong(std::vector<float>& plane, int axis) {
+        parallelLines(threads_, map_.grid.dims, axis, plane.data(),
+                      [](float* p, std::size_t stride, std::size_t count) {
+                          float before = 0.0f;
+                          for (std::size_t i = 0; i < count; ++i, p += stride) {
+                              const float here = p[0], after = i + 1 < count ? p[stride] : 0.0f;
+                              p[0] = 0.25f * before + 0.5f * here + 0.25f * after;
+                              before = here;
+                          }
+                      });
+    }
+
+    TouchMap& map_;
+    int threads_;
+    std::vector<float> weight_, stiffness_, bone_;
+};
+
+// Linear interpolation between the shell nodes around the foot point on the skin.
+void takeFrom(const TouchMap& map, const patient::Skin& skin, const Vec3& at_m, float* node) noexcept {
+    const Vec3 v = map.grid.toVoxels(patient::footOnSkin(skin, at_m));
+    const Index3 low = glm::clamp(Index3(glm::floor(v)), Index3(0), map.grid.dims - 2);
+    const Vec3 share = glm::clamp(v - Vec3(low), Vec3(0.0), Vec3(1.0));
+    double weights = 0.0, stiffness = 0.0, bone = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Index3 up{corner & 1, corner >> 1 & 1, corner >> 2};
+        const float* const n = map.nodes.data() + 3 * map.grid.offset(low + up);
+        if (std::fabs(double(n[0])) > kShell_m) continue;
+        const double weight = (up.x ? share.x : 1.0 - share.x) * (up.y ? share.y : 1.0 - share.y) *
+                              (up.z ? share.z : 1.0 - share.z);
+        weights += weight, stiffness += weight * double(n[1]), bone += weight * double(n[2]);
+    }
+    if (!(weights > 0.0)) return;
+    node[1] = float(stiffness / weights);
+    node[2] = float(bone / weights);
+}
+
+}  // namespace
+
+TouchMap makeTouchMap(const Patient& patient, const patient::Skin& skin, int threads) {
+    TouchMap map{skin.level_m.grid, {}};
+    const Grid& grid = map.grid;
+    map.nodes.assign(3 * grid.voxelCount(), 0.0f);
+    const auto forEachNode = [&](const auto& visit) {
+        parallelFor(threads, std::size_t(grid.dims.z), [&](std::size_t z) {
+            Index3 i{0, 0, int(z)};
+            for (i.y = 0; i.y < grid.dims.y; ++i.y)
+                for (i.x = 0; i.x < grid.dims.x; ++i.x)
+                    visit(i, map.nodes.data() + 3 * grid.offset(i));
+        });
+    };
+    forEachNode([&](const Index3& i, float* node) {
+        node[0] = skin.level_m[i];
+        if (std::fabs(double(node[0])) <= kShell_m) sumUp(patient, skin, grid.centre(i), node);
+    });
+    ShellSmoother(map, threads).run();
+    forEachNode([&](const Index3& i, float* node) {
+        const double level_m = double(node[0]);
+        if (level_m < kDeepest_m || level_m > kHighest_m || std::fabs(level_m) <= kShell_m) return;
+        takeFrom(map, skin, grid.centre(i), node);
+    });
+    return map;
+}
+
+TouchMap makeTouchMap(const Patient& patient) {
+    return makeTouchMap(patient, patient::makeSkin(patient, 2), 2);
+}
+
+TouchPoint touchAt(const TouchMap& map, const Vec3& reference_m) noexcept {
+    const auto s = sampleSpline<3>(map.grid, map.nodes.data(), reference_m);
+    return {s.value[0] + s.beyond_m, s.value[1], s.value[2], s.slope[0], s.slope[1], s.slope[2]};
+}
+
+Pressed pressed(const TouchPoint& t, double stiffest) noexcept {
+    const double d = -t.level_m;
+    if (!(d > 0.0)) return {};
+    const bool thin = t.stiffness_n_per_m3 * kMostStiffening >= stiffest;
+    const double k = thin ? stiffest / kMostStiffening : t.stiffness_n_per_m3;
+    Pressed p;
+    double over_k, over_bone;  // derivatives of the energy with respect to the stiffness and to 1 / cover
+    const double strain = d * t.bone_per_m;
+    if (strain <= kMostStrain) {
+        const double left = 1.0 / (1.0 - strain);
+        over_k = 0.5 * d * d * left;
+        over_bone = over_k * k * d * left;
+        p.pressure_pa = k * d * (1.0 - 0.5 * strain) * left * left;
+        p.energy_j_per_m2 = k * over_k;
+    } else {
+        const double h = 1.0 / t.bone_per_m, hard = d - kMostStrain * h;
+        over_k = 0.25 * h * h + 1.5 * h * hard;
+        over_bone = h * h * (0.25 * k * h + (0.5 * stiffest - 1.5 * k) * hard);
+        p.pressure_pa = 1.5 * k * h + stiffest * hard;
+        p.energy_j_per_m2 = k * over_k + 0.5 * stiffest * hard * hard;
+    }
+    p.push_n_per_m2 = p.pressure_pa * t.level_slope - over_bone * t.bone_slope;
+    if (!thin) p.push_n_per_m2 -= over_k * t.stiffness_slope;
+    return p;
+}
+
+Vec3 skinMoved(const patient::MotionModel& motion, const patient::Surrogate& then,
+               const patient::Surrogate& now, const Vec3& skin_reference_m) noexcept {
+    if (motion.empty() || then == now) return Vec3(0.0);
+    return patient::deformedFromReference(motion, now, skin_reference_m) -
+           patient::deformedFromReference(motion, then, skin_reference_m);
+}
+
+Carried carriedAt(const patient::MotionModel& motion, const patient::Surrogate& breath,
+                  const Vec3& deformed_m) noexcept {
+    return {deformed_m, patient::referenceFromDeformed(motion, breath, deformed_m), Mat3(1.0)};
+}
+
+void addSlope(Carried& c, const patient::MotionModel& motion, const patient::Surrogate& breath,
+              const Mat3& frame) noexcept {
+    if (motion.empty()) return;
+    Mat3 along;
+    for (int axis = 0; axis < 3; ++axis) {
+        const Vec3 there = patient::referenceFromDeformed(motion, breath, c.at_m + kSecant_m * frame[axis]);
+        along[axis] = (there - c.at_reference_m) / kSecant_m;
+    }
+    c.slope = along * glm::transpose(frame);
+}
+
+}  // namespace stylet::haptics

@@ -1,0 +1,62 @@
+// Turns the contrast medium into a table of added attenuation and updates it incrementally.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "patient/contrast/contrast.h"
+
+namespace stylet::patient {
+
+struct ContrastTableSettings {
+    // smaller total changes since the last picture are ignored; 0: none is ignored
+    double visible_m3 = 2e-8;
+};
+
+class ContrastPainter {
+  public:
+    explicit ContrastPainter(const ContrastTableSettings& settings = {}) : settings_(settings) {}
+
+    // Any thread, but only one at a time. Writes what has changed since the last call to `changes`.
+    // Returns false and leaves `changes` alone if nothing visible has changed. Takes some milliseconds
+    // when the box changes, otherwise a fraction of one.
+    bool paint(const Contrast&, ContrastChanges& changes);
+    // Makes the next picture a complete one. Call it when earlier changes may have been lost.
+    void startAnew();
+    std::uint64_t skipped() const noexcept { return skipped_; }  // calls without a visible change
+
+  private:
+    // The voxels around a stain's centre, out to the stain's extent.
+    struct Ball {
+        double reach_m = 0.0;
+        std::vector<std::uint32_t> offsets;  // in the patient's grid
+        std::vector<double> way_m;
+        FillOrder order;
+        Index3 low{0}, high{0};
+    };
+    // Attenuation of one voxel of the patient's grid. Lists are sorted by offset.
+    struct Lit {
+        std::uint32_t offset = 0;
+        float added_per_m = 0.0f;
+    };
+    bool visiblyMoved(const Contrast&);
+    void reachOut(const Contrast&);
+    bool fitBox(const Contrast&);
+    void light(const Contrast&);
+    void lightDucts(const Contrast&);
+    void lightStains(const Contrast&);
+    void lightPlumes(const Contrast&);
+    void endRegion();
+    void handOut(const Grid&, ContrastChanges&) const;
+
+    ContrastTableSettings settings_;
+    std::vector<double> shown_state_;  // all volumes as of the last picture
+    std::vector<Ball> balls_;          // one per stain
+    Index3 low_{0}, high_{-1};         // the box in the patient's grid
+    Grid box_;
+    std::vector<Lit> now_, shown_, merged_;  // in progress, last returned, scratch
+    std::size_t region_ = 0;                 // start of the newest list in now_
+    std::uint64_t revision_ = 0, skipped_ = 0;
+};
+
+}  // namespace stylet::patient

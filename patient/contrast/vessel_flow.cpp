@@ -1,0 +1,380 @@
+#include "patient/contrast/vessel_flow.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "base/parallel.h"
+#include "base/transcendental.h"
+
+namespace stylet::patient {
+
+namespace {
+
+constexpr double kTau = 6.283185307179586;
+constexpr double kAroundLiver_m = 0.04;  // how much of the great vessels around the liver to include
+constexpr double kRunningInLiver_m = 0.01;
+
+bool isLiver(const Label* label) {
+    return label && (label->tissue == Tissue::liver || label->tissue == Tissue::duct);
+}
+
+std::size_t widestOf(const VesselTree& tree, const auto& eligible) {
+    std::size_t widest = tree.piece.size();
+    for (std::size_t m = 0; m < tree.piece.size(); ++m)
+        if (eligible(m) && (widest == tree.piece.size() || tree.radius_m[m] > tree.radius_m[widest]))
+            widest = m;
+    return widest;
+}
+
+// The eligible members within a lumen's radius of the widest one: a cross-section to start from.
+std::vector<WayStart> sectionOf(const VesselTree& tree, const auto& eligible) {
+    const std::size_t widest = widestOf(tree, eligible);
+    std::vector<WayStart> section;
+    if (widest == tree.piece.size()) return section;
+    const Vec3 middle = tree.piece.centre(widest);
+    for (std::size_t m = 0; m < tree.piece.size(); ++m)
+        if (eligible(m) && glm::distance(tree.piece.centre(m), middle) <= 1.5 * tree.radius_m[widest])
+            section.push_back({m, 0.0});
+    return section;
+}
+
+// Box filter of a mask: the share of the surroundings that belongs to it.
+Volume<float> averaged(Volume<float> values, double window_m) {
+    std::vector<double> sums;
+    for (int axis = 0; axis < 3; ++axis) {
+        const int reach = std::max(1, int(window_m / values.grid.spacing_m[axis]));
+        parallelLines(1, values.grid.dims, axis, values.voxels.data(),
+                      [&](float* first, std::size_t stride, std::size_t count) {
+                          sums.assign(count + 1, 0.0);
+                          for (std::size_t i = 0; i < count; ++i)
+                              sums[i + 1] = sums[i] + double(first[i * stride]);
+                          for (std::size_t i = 0; i < count; ++i) {
+                              const std::size_t low = i - std::min(i, std::size_t(reach));
+                              const std::size_t high = std::min(count, i + std::size_t(reach) + 1);
+                              first[i * stride] = float((sums[high] - sums[low]) / double(high - low));
+                          }
+                      });
+    }
+    return values;
+}
+
+// Members outside the liver: less than half of their surroundings, not counting vessels, is liver.
+std::vector<bool> outsideLiver(const Patient& patient, const VesselTree& tree) {
+    const Grid& grid = patient.grid();
+    Volume<float> liver(tree.piece.box, 0.0f), counted(tree.piece.box, 0.0f);
+    std::size_t n = 0;
+    for (int z = 0; z < tree.piece.box.dims.z; ++z)
+        for (int y = 0; y < tree.piece.box.dims.y; ++y)
+            for (int x = 0; x < tree.piece.box.dims.x; ++x, ++n) {
+                const Index3 i = tree.piece.low + Index3(x, y, z);
+                if (!grid.contains(i)) continue;
+                const Label* label = patient.label(patient.package().labels[i]);
+                if (label && label->tissue == Tissue::vessel) continue;
+                counted.voxels[n] = 1.0f;
+                liver.voxels[n] = isLiver(label) ? 1.0f : 0.0f;
+            }
+    liver = averaged(std::move(liver), kRunningInLiver_m);
+    counted = averaged(std::move(counted), kRunningInLiver_m);
+    std::vector<bool> outside(tree.piece.size());
+    for (std::size_t m = 0; m < tree.piece.size(); ++m) {
+        const std::uint32_t offset = tree.piece.offsets[m];
+        outside[m] = liver.voxels[offset] < 0.5f * counted.voxels[offset];
+    }
+    return outside;
+}
+
+// The members with `in` as connected parts, largest first.
+std::vector<std::vector<std::size_t>> partsOf(const VoxelPiece& piece, const std::vector<bool>& in) {
+    const std::vector<Neighbour> around = neighbours(piece.box);
+    std::vector<std::vector<std::size_t>> parts;
+    std::vector<bool> seen(piece.size());
+    for (std::size_t seed = 0; seed < piece.size(); ++seed) {
+        if (!in[seed] || seen[seed]) continue;
+        std::vector<std::size_t>& part = parts.emplace_back(1, seed);
+        seen[seed] = true;
+        for (std::size_t next = 0; next < part.size(); ++next)
+            for (const Neighbour& n : around) {
+                const std::int32_t other = piece.beside(part[next], n);
+                if (other == VoxelPiece::kNone || !in[std::size_t(other)] || seen[std::size_t(other)])
+                    continue;
+                seen[std::size_t(other)] = true;
+                part.push_back(std::size_t(other));
+            }
+    }
+    std::sort(parts.begin(), parts.end(), [](const auto& one, const auto& two) {
+        return one.size() > two.size() || (one.size() == two.size() && one.front() < two.front());
+    });
+    return parts;
+}
+
+// The largest part of them.
+std::vector<bool> largestOf(const VoxelPiece& piece, const std::vector<bool>& in) {
+    std::vector<bool> largest(piece.size());
+    if (const auto parts = partsOf(piece, in); !parts.empty())
+        for (const std::size_t m : parts.front())
+            largest[m] = true;
+    return largest;
+}
+
+// The hilum, where the portal trunk enters the liver. Blood outside flows toward it, blood inside away
+// from it. Updates `outside` accordingly. Empty if the whole vein is inside.
+std::vector<WayStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside) {
+    const VoxelPiece& piece = tree.piece;
+    const std::vector<Neighbour> around = neighbours(piece.box);
+    const std::vector<bool> trunk = largestOf(piece, outside);
+    std::vector<bool> rest(piece.size());
+    for (std::size_t m = 0; m < piece.size(); ++m)
+        rest[m] = !outside[m];
+    const std::vector<bool> branches = largestOf(piece, rest);
+    const std::vector<WayStart> hilum = sectionOf(tree, [&](std::size_t m) {
+        return trunk[m] && std::any_of(around.begin(), around.end(), [&](const Neighbour& n) {
+                   const std::int32_t other = piece.beside(m, n);
+                   return other != VoxelPiece::kNone && branches[std::size_t(other)];
+               });
+    });
+    // A cut at the hilum divides the vein into parts. Each part is outside or inside as a whole.
+    if (hilum.empty()) return outside.assign(piece.size(), false), hilum;
+    Vec3 middle(0.0);
+    double radius_m = 0.0;
+    for (const WayStart& start : hilum) {
+        middle += piece.centre(start.member) / double(hilum.size());
+        radius_m = std::max(radius_m, tree.radius_m[start.member]);
+    }
+    const auto beyond = [&](const std::vector<std::size_t>& part) {
+        return std::size_t(
+            std::count_if(part.begin(), part.end(), [&](std::size_t m) { return outside[m]; }));
+    };
+    std::vector<bool> toward = trunk;
+    for (const double cut : {1.5, 2.0, 2.5, 3.0}) {
+        for (std::size_t m = 0; m < piece.size(); ++m)
+            rest[m] = glm::distance(piece.centre(m), middle) > cut * radius_m;
+        const std::vector<std::vector<std::size_t>> parts = partsOf(piece, rest);
+        // If a part still contains both trunk and branches, cut wider.
+        const std::size_t whole = parts.empty() ? 0 : beyond(parts.front());
+        if (parts.empty() || std::min(whole, parts.front().size() - whole) * 4 > parts.front().size())
+            continue;
+        for (const std::vector<std::size_t>& part : parts) {
+            const bool lies_outside = 2 * beyond(part) > part.size();
+            for (const std::size_t m : part)
+                toward[m] = lies_outside;
+        }
+        break;
+    }
+    outside = std::move(toward);
+    return hilum;
+}
+
+// The end toward the heart: the highest slice, where the vessel is wide.
+std::vector<WayStart> heartEndOf(const VesselTree& tree) {
+    int top = 0;
+    double widest_m = 0.0;
+    for (std::size_t m = 0; m < tree.piece.size(); ++m) {
+        top = std::max(top, tree.piece.voxel(m).z);
+        widest_m = std::max(widest_m, tree.radius_m[m]);
+    }
+    return sectionOf(tree, [&](std::size_t m) {
+        return tree.piece.voxel(m).z == top && tree.radius_m[m] >= 0.5 * widest_m;
+    });
+}
+
+// Fills along_m: distance from the root's cross-section, negative where blood flows toward the root.
+void orient(const Patient& patient, VesselTree& tree) {
+    std::vector<WayStart> root;
+    std::vector<bool> toward_root(tree.piece.size(), false);
+    if (tree.kind == BloodKind::portal) {
+        toward_root = outsideLiver(patient, tree);
+        root = hilumOf(tree, toward_root);
+    } else if (tree.kind == BloodKind::hepatic) {
+        root = sectionOf(tree, [&](std::size_t m) {
+            return touches(patient, tree.piece.voxel(m),
+                           [](const Label& l) { return bloodKindOf(l) == BloodKind::cava; });
+        });
+        toward_root.assign(tree.piece.size(), true);
+    } else if (tree.kind == BloodKind::cava || tree.kind == BloodKind::artery) {
+        root = heartEndOf(tree);
+        toward_root.assign(tree.piece.size(), tree.kind == BloodKind::cava);
+    }
+    if (root.empty()) root = sectionOf(tree, [](std::size_t) { return true; });
+    for (const WayStart& start : root)
+        tree.root_m += tree.piece.centre(start.member) / double(root.size());
+    tree.along_m = geodesic_m(tree.piece, root);
+    for (std::size_t m = 0; m < tree.piece.size(); ++m)
+        if (toward_root[m]) tree.along_m[m] = -tree.along_m[m];
+}
+
+}  // namespace
+
+bool touches(const Patient& patient, const Index3& voxel, const std::function<bool(const Label&)>& wanted) {
+    for (int z = -1; z <= 1; ++z)
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x) {
+                const Index3 i = voxel + Index3(x, y, z);
+                if (!patient.grid().contains(i)) continue;
+                const Label* label = patient.label(patient.package().labels[i]);
+                if (label && wanted(*label)) return true;
+            }
+    return false;
+}
+
+BloodKind bloodKindOf(const Label& label) {
+    if (label.tissue != Tissue::vessel) return BloodKind::none;
+    const auto says = [&](const char* word) { return label.name.find(word) != std::string::npos; };
+    if (says("heart")) return BloodKind::none;
+    if (says("portal")) return BloodKind::portal;
+    if (says("hepatic vein")) return BloodKind::hepatic;
+    if (says("cava")) return BloodKind::cava;
+    if (says("aorta") || says("arter")) return BloodKind::artery;
+    return BloodKind::other;
+}
+
+VesselTree makeVesselTree(const Patient& patient, BloodKind kind, VoxelPiece piece,
+                          const VesselFlowSettings& settings) {
+    VesselTree tree;
+    tree.kind = kind;
+    tree.piece = std::move(piece);
+    tree.wall_m = wallDistance_m(tree.piece);
+    tree.radius_m = lumenRadius_m(tree.piece, tree.wall_m);
+    orient(patient, tree);
+    const double widest_m = *std::max_element(tree.radius_m.begin(), tree.radius_m.end());
+    tree.mean_m_per_s.reserve(tree.piece.size());
+    for (const double radius_m : tree.radius_m)
+        tree.mean_m_per_s.push_back(settings.trunk_m_per_s[std::size_t(kind)] *
+                                    std::max(settings.slowest_share, radius_m / widest_m));
+    return tree;
+}
+
+Vec3 bloodDirection(const VesselTree& tree, std::size_t m) {
+    constexpr int kReach = 2;
+    const Vec3& h = tree.piece.box.spacing_m;
+    const Index3 at = tree.piece.voxel(m);
+    Vec3 sum(0.0);
+    for (int z = -kReach; z <= kReach; ++z)
+        for (int y = -kReach; y <= kReach; ++y)
+            for (int x = -kReach; x <= kReach; ++x) {
+                const std::int32_t other = tree.piece.at(at + Index3(x, y, z));
+                if (other == VoxelPiece::kNone || std::size_t(other) == m) continue;
+                const Vec3 way = h * Vec3(x, y, z);
+                const double length2 = glm::dot(way, way);
+                const double gain = tree.along_m[std::size_t(other)] - tree.along_m[m];
+                // A larger difference belongs to another branch that runs alongside.
+                if (gain * gain <= 2.0 * length2) sum += way * (gain / length2);
+            }
+    const double length = std::sqrt(glm::dot(sum, sum));
+    return length > 0.0 ? sum / length : Vec3(0.0);
+}
+
+Vec3 VesselFlow::meanAt_m_per_s(const Vec3& reference_m) const noexcept {
+    const Index3 i = grid.nearest(reference_m);
+    if (velocity.empty() || !grid.contains(i)) return Vec3(0.0);
+    const std::array<std::int16_t, 4>& v = velocity[grid.offset(i)];
+    return Vec3(v[0], v[1], v[2]) * (scale_m_per_s / 32767.0);
+}
+
+namespace {
+
+// The box around the liver and its vessels to render. Returns false if it is empty.
+bool boxOf(const Patient& patient, const std::vector<VesselTree>& trees, Index3& low, Index3& high) {
+    const Grid& grid = patient.grid();
+    Index3 liver_low(std::numeric_limits<int>::max()), liver_high(std::numeric_limits<int>::min());
+    std::size_t n = 0;
+    for (int z = 0; z < grid.dims.z; ++z)
+        for (int y = 0; y < grid.dims.y; ++y)
+            for (int x = 0; x < grid.dims.x; ++x, ++n)
+                if (isLiver(patient.label(patient.package().labels.voxels[n])))
+                    liver_low = glm::min(liver_low, Index3(x, y, z)),
+                    liver_high = glm::max(liver_high, Index3(x, y, z));
+    low = Index3(std::numeric_limits<int>::max()), high = Index3(std::numeric_limits<int>::min());
+    for (const VesselTree& tree : trees) {
+        low = glm::min(low, tree.piece.low);
+        high = glm::max(high, tree.piece.low + tree.piece.box.dims - 1);
+    }
+    if (liver_low.x <= liver_high.x) {
+        const Index3 margin(Vec3(kAroundLiver_m) / grid.spacing_m);
+        low = glm::max(low, liver_low - margin), high = glm::min(high, liver_high + margin);
+    }
+    low = glm::max(low, Index3(0)), high = glm::min(high, grid.dims - 1);
+    return low.x <= high.x && low.y <= high.y && low.z <= high.z;
+}
+
+void write(const VesselTree& tree, const Index3& low, VesselFlow& flow) {
+    for (std::size_t m = 0; m < tree.piece.size(); ++m) {
+        const Index3 i = tree.piece.voxel(m) - low;
+        if (!flow.grid.contains(i)) continue;
+        // 0 at the wall, 1 in the middle, where the speed is twice the mean (Poiseuille).
+        const double toward_middle = std::clamp(tree.wall_m[m] / tree.radius_m[m], 0.0, 1.0);
+        const double from_middle = 1.0 - toward_middle;
+        const double speed_m_per_s = 2.0 * tree.mean_m_per_s[m] * (1.0 - from_middle * from_middle);
+        const Vec3 velocity = bloodDirection(tree, m) * (speed_m_per_s / flow.scale_m_per_s * 32767.0);
+        std::array<std::int16_t, 4>& voxel = flow.velocity[flow.grid.offset(i)];
+        for (int axis = 0; axis < 3; ++axis)
+            voxel[std::size_t(axis)] = std::int16_t(std::floor(velocity[axis] + 0.5));
+        voxel[3] = std::int16_t(kBloodKindStep * int(tree.kind));
+    }
+}
+
+}  // namespace
+
+VesselFlow makeVesselFlow(const Patient& patient, const VesselFlowSettings& settings, int threads) {
+    LabelSet wanted{};
+    for (const Label& label : patient.package().label_table)
+        wanted[label.id] = bloodKindOf(label) != BloodKind::none;
+    std::vector<VoxelPiece> pieces = piecesOf(patient.package().labels, wanted);
+    std::vector<VesselTree> trees(pieces.size());
+    parallelFor(threads, pieces.size(), [&](std::size_t i) {
+        const Label* label = patient.label(patient.package().labels[pieces[i].voxel(0)]);
+        trees[i] = makeVesselTree(patient, bloodKindOf(*label), std::move(pieces[i]), settings);
+    });
+    VesselFlow flow;
+    flow.scale_m_per_s =
+        2.0 * *std::max_element(settings.trunk_m_per_s.begin(), settings.trunk_m_per_s.end());
+    Index3 low, high;
+    if (trees.empty() || !boxOf(patient, trees, low, high)) return flow;
+    flow.grid = {high - low + 1, patient.grid().spacing_m, patient.grid().centre(low)};
+    flow.velocity.resize(flow.grid.voxelCount());
+    parallelFor(threads, trees.size(), [&](std::size_t i) { write(trees[i], low, flow); });
+    return flow;
+}
+
+namespace {
+
+// Raised cosine: 1 at `middle`, 0 at a distance of `half` or more. Its mean over the beat is `half`.
+double bump(double phase, double middle, double half) noexcept {
+    const double away = std::fabs(phase - middle);
+    if (away >= half) return 0.0;
+    return 0.5 + 0.5 * detCos(0.5 * kTau * away / half);
+}
+
+}  // namespace
+
+double pulse(BloodKind kind, double t_s, double beats_per_s) noexcept {
+    const double beats = t_s * beats_per_s;
+    if (!(std::fabs(beats) < 1e9)) return 1.0;
+    const double phase = beats - std::floor(beats);
+    switch (kind) {
+        case BloodKind::portal:
+            return 1.0 + 0.12 * detCos(kTau * (phase - 0.25));
+        case BloodKind::hepatic:
+        case BloodKind::cava: {
+            constexpr double kSystolic = 1.75, kDiastolic = 1.1, kAtrial = 0.85;
+            constexpr double kSteady = 1.0 - 0.18 * (kSystolic + kDiastolic) + 0.08 * kAtrial;
+            return kSteady + kSystolic * bump(phase, 0.22, 0.18) + kDiastolic * bump(phase, 0.58, 0.18) -
+                   kAtrial * bump(phase, 0.90, 0.08);
+        }
+        case BloodKind::artery: {
+            // Steep rise, cubic fall. The mean is 0.2875 of the way from end-diastole to peak.
+            constexpr double kRise = 0.15, kPeak = 1.0 / (0.3 + 0.7 * 0.2875);
+            const double fall = (1.0 - phase) / (1.0 - kRise);
+            const double share =
+                phase < kRise ? 0.5 - 0.5 * detCos(0.5 * kTau * phase / kRise) : fall * fall * fall;
+            return kPeak * (0.3 + 0.7 * share);
+        }
+        case BloodKind::none:
+        case BloodKind::other:
+            break;
+    }
+    return 1.0;
+}
+
+}  // namespace stylet::patient

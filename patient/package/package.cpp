@@ -1,0 +1,221 @@
+#include "patient/package/package.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <future>
+
+#include "base/hash.h"
+#include "base/toml_reader.h"
+#include "base/whole_file.h"
+#include "patient/package/motion_io.h"
+#include "patient/package/nifti.h"
+#include "patient/package/package_toml.h"
+
+namespace stylet::patient {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kTomlName = "patient.toml";
+constexpr const char* kCtName = "ct.nii.gz";
+constexpr const char* kLabelsName = "labels.nii.gz";
+constexpr const char* kMotionName = "motion.nii.gz";
+constexpr const char* kColoursName = "labels.ctbl";
+constexpr double kVoxelTolerance_m = 1e-6;  // single-precision error of a millimetre value within a metre
+
+// The exact grid is in patient.toml. A volume's own header must agree with it to single precision.
+void checkGrid(const fs::path& file, const Grid& own, const Grid& exact) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const double drift_m = std::abs(own.spacing_m[axis] - exact.spacing_m[axis]) * own.dims[axis];
+        if (!(drift_m <= 10 * kVoxelTolerance_m))
+            throw DataError(file, "spacing", "differs from patient.toml's");
+        if (!(std::abs(own.origin_m[axis] - exact.origin_m[axis]) <= kVoxelTolerance_m))
+            throw DataError(file, "origin", "differs from patient.toml's");
+    }
+}
+
+void checkLabelIds(const fs::path& file, const Package& p) {
+    std::array<bool, 256> used{}, known{};
+    for (const std::uint8_t id : p.labels.voxels)
+        used[id] = true;
+    for (const Label& label : p.label_table)
+        known[label.id] = true;
+    for (std::size_t id = 1; id < 256; ++id)
+        if (used[id] && !known[id])
+            throw DataError(file, "voxels", "id " + std::to_string(id) + " has no entry in patient.toml");
+}
+
+// Flushes to disk, so that the rename that follows cannot reach the disk before the contents.
+void flushToDisk(const fs::path& path) {
+    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return;
+    fsync(descriptor);
+    close(descriptor);
+}
+
+// Moves `fresh` to `folder`, which may already exist.
+void putInPlace(const fs::path& fresh, const fs::path& folder) {
+    if (rename(fresh.c_str(), folder.c_str()) == 0) return;  // it did not exist, or was an empty folder
+    if (renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) == 0) {
+        fs::remove_all(fresh);  // now contains the old package
+        return;
+    }
+    // On a file system without exchange the old package briefly exists under its temporary name only.
+    const fs::path old = fresh.string() + ".old";
+    fs::rename(folder, old);
+    fs::rename(fresh, folder);
+    fs::remove_all(old);
+}
+
+void checkBeforeSaving(const Package& p, const fs::path& folder) {
+    const fs::path toml = folder / kTomlName;
+    if (fs::exists(folder) && !fs::is_empty(folder) && !fs::exists(toml))
+        throw DataError(folder, "folder", "exists and is not a patient package");
+    if (!(p.labels.grid == p.ct.grid)) throw DataError(folder / kLabelsName, "grid", "differs from the CT's");
+    if (p.ct.voxels.size() != p.ct.grid.voxelCount() || p.labels.voxels.size() != p.ct.voxels.size())
+        throw DataError(folder / kCtName, "voxels", "count does not fit the grid");
+    // Whatever is written must load again.
+    const Package again = parsePackageToml(toml, packageToml(p));
+    if (!(again.motion.reference == p.motion.reference))
+        throw DataError(toml, "reference_phase", "is not the breath in motion.reference");
+    checkMotion(folder / kMotionName, p.motion);
+    checkLabelIds(folder / kLabelsName, p);
+}
+
+}  // namespace
+
+std::string colourTable(const std::vector<Label>& labels) {
+    std::string text = "# Color table file labels.ctbl\n0 unsegmented 0 0 0 0\n";
+    for (const Label& label : labels) {
+        std::string name = label.name.empty() ? "unnamed" : label.name;
+        std::replace_if(name.begin(), name.end(), [](unsigned char c) { return c <= ' '; }, '_');
+        text += std::to_string(label.id) + " " + name;
+        for (const std::uint8_t channel : label.colour)
+            text += " " + std::to_string(channel);
+        text += " 255\n";
+    }
+    return text;
+}
+
+TissueDefaults loadTissueDefaults(const fs::path& toml) {
+    return parseTissueDefaults(toml, readWholeFile(toml, kMaxTomlBytes));
+}
+
+Package loadPackage(const fs::path& folder) {
+    const fs::path toml = folder / kTomlName, ct = folder / kCtName, labels = folder / kLabelsName;
+    Package p = parsePackageToml(toml, readWholeFile(toml, kMaxTomlBytes));
+    const Grid exact = p.ct.grid;
+    // Read in parallel: decompressing the CT takes most of the start-up time.
+    const bool moves = p.motion.grid.dims.x > 0;
+    auto segmented = std::async([&labels] { return readNifti<std::uint8_t>(labels); });
+    auto moved = std::async(moves ? std::launch::async | std::launch::deferred : std::launch::deferred,
+                            [&] { readMotion(folder / kMotionName, p.motion); });
+    p.ct = readNifti<std::int16_t>(ct);
+    checkGrid(ct, p.ct.grid, exact);
+    p.labels = segmented.get();
+    checkGrid(labels, p.labels.grid, exact);
+    if (p.labels.grid.dims != p.ct.grid.dims) throw DataError(labels, "dim", "differs from the CT's");
+    for (Grid* grid : {&p.ct.grid, &p.labels.grid}) {
+        grid->spacing_m = exact.spacing_m;
+        grid->origin_m = exact.origin_m;
+    }
+    checkLabelIds(labels, p);
+    if (moves) moved.get();
+    return p;
+}
+
+void savePackage(const Package& p, const fs::path& folder) {
+    const fs::path place = fs::absolute(folder).lexically_normal();
+    const fs::path target = place.has_filename() ? place : place.parent_path();
+    checkBeforeSaving(p, target);
+    fs::create_directories(target.parent_path());
+    std::string name = (target.parent_path() / ("." + target.filename().string() + ".XXXXXX")).string();
+    if (!mkdtemp(name.data())) throw DataError(name, "folder", std::strerror(errno));
+    const fs::path fresh = name;
+    try {
+        fs::permissions(fresh, fs::perms(0755));
+        writeFile(fresh / kTomlName, packageToml(p));
+        writeFile(fresh / kColoursName, colourTable(p.label_table));
+        writeNifti(fresh / kCtName, p.ct);
+        writeNifti(fresh / kLabelsName, p.labels);
+        if (!p.motion.empty()) writeMotion(fresh / kMotionName, p.motion);
+        for (const fs::directory_entry& file : fs::directory_iterator(fresh))
+            flushToDisk(file.path());
+        flushToDisk(fresh);
+        putInPlace(fresh, target);
+        flushToDisk(target.parent_path());
+    } catch (...) {
+        std::error_code ignored;
+        fs::remove_all(fresh, ignored);
+        throw;
+    }
+}
+
+namespace {
+
+void addTissues(StateHash& hash, const Package& p) {
+    for (const TissueRow& row : p.tissues) {
+        hash.add(row.cut_force_n), hash.add(row.friction_n), hash.add(row.stiffness_n_per_m);
+        hash.add(std::uint64_t(row.membrane)), hash.add(std::uint64_t(row.role));
+    }
+    for (const Elasticity& e : p.elasticity)
+        hash.add(e.young_pa);
+    hash.add(p.thresholds.t0_hu), hash.add(p.thresholds.t1_hu);
+    hash.add(p.thresholds.t2_sensitive_hu), hash.add(p.thresholds.t2_specific_hu);
+}
+
+void addLabels(StateHash& hash, const Package& p) {
+    const Patient patient(p);  // ordered by id, whatever the order of the list
+    for (int id = 1; id < 256; ++id) {
+        const Label* label = patient.label(std::uint8_t(id));
+        if (!label) continue;
+        hash.add(std::uint64_t(id)), hash.add(std::uint64_t(label->tissue));
+        hash.add(std::uint64_t(label->role)), hash.add(std::uint64_t(label->abdominal));
+    }
+}
+
+void addMotion(StateHash& hash, const Package& p) {
+    const MotionModel& m = p.motion;
+    for (const double x :
+         {m.reference.v, m.reference.rate_per_s, m.reference.creep_v, m.v.low, m.v.high, m.rate_per_s.low,
+          m.rate_per_s.high, m.dome_travel_m, p.signal.period_s, p.signal.amplitude})
+        hash.add(x);
+    hash.add(std::uint64_t(m.level_m.size()));
+    if (m.empty()) return;
+    for (int axis = 0; axis < 3; ++axis)
+        hash.add(std::uint64_t(m.grid.dims[axis]));
+    hash.add(m.grid.spacing_m), hash.add(m.grid.origin_m);
+    static_assert(sizeof(MotionCoefficients) == 6 * sizeof(float));
+    hash.addBytes(std::as_bytes(std::span(m.wall)));
+    hash.addBytes(std::as_bytes(std::span(m.slide)));
+    hash.addBytes(std::as_bytes(std::span(m.level_m)));
+}
+
+}  // namespace
+
+std::uint64_t digest(const Package& p) {
+    static_assert(std::endian::native == std::endian::little,
+                  "bytes of the volumes are hashed as they lie in memory");
+    StateHash hash;
+    hash.add(std::string_view("stylet patient 3"));
+    addTissues(hash, p);
+    addLabels(hash, p);
+    addMotion(hash, p);
+    for (int axis = 0; axis < 3; ++axis)
+        hash.add(std::uint64_t(p.ct.grid.dims[axis]));
+    hash.add(p.ct.grid.spacing_m), hash.add(p.ct.grid.origin_m);
+    hash.addBytes(std::as_bytes(std::span(p.ct.voxels)));
+    hash.addBytes(std::as_bytes(std::span(p.labels.voxels)));
+    return hash.value();
+}
+
+}  // namespace stylet::patient

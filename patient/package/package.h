@@ -1,0 +1,81 @@
+// The patient package: a folder whose images open in 3D Slicer.
+//   patient.toml    tissue table, thresholds, label table with provenance, breath, licence
+//   ct.nii.gz       int16 HU        labels.nii.gz  uint8 with labels.ctbl
+//   motion.nii.gz   breathing motion (optional; see motion_io.h)
+//   paths.json      bookmarked reference paths (optional; see planning.h)
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "base/errors.h"
+#include "patient/motion/motion.h"
+#include "patient/tissue/tissue.h"
+
+namespace stylet::patient {
+
+struct Package {
+    std::string name;  // "reference patient, seed 1"
+    std::string licence;
+    std::string provenance;  // origin of the package, one line
+    CtVolume ct;
+    LabelVolume labels;  // same grid
+    std::vector<Label> label_table;
+    TissueTable tissues{};
+    ElasticityTable elasticity{};
+    Thresholds thresholds;
+    std::string reference_phase = "exhale";  // breathing state of the CT: "exhale", "inhale" or "v=0.35"
+    MotionModel motion;                      // breathing motion
+    BreathingSignal signal;                  // breathing at rest
+};
+
+// Initial values of a package: the [[tissue]] and [thresholds] tables of a TOML file
+// (assets/tissue/ptcd.toml).
+struct TissueDefaults {
+    TissueTable tissues{};
+    ElasticityTable elasticity{};
+    Thresholds thresholds;
+};
+TissueDefaults loadTissueDefaults(const std::filesystem::path& toml);
+
+// Throws DataError. Sizes are checked against volume.h's limits before anything is allocated.
+Package loadPackage(const std::filesystem::path& folder);
+// Writes to a temporary sibling folder and renames it, so a crash leaves no partial package. The same
+// package gives the same bytes.
+void savePackage(const Package&, const std::filesystem::path& folder);
+
+// Contents of labels.ctbl, 3D Slicer's colour table: id, name, red, green, blue, alpha.
+std::string colourTable(const std::vector<Label>&);
+
+// 64-bit hash of everything that forces depend on: table, thresholds, labels, CT, breathing.
+std::uint64_t digest(const Package&);
+
+// A package with tables for fast look-up. Keeps a reference to the package, which must outlive it.
+class Patient {
+  public:
+    explicit Patient(const Package&);
+    // Treats only labels accepted by `segmented` as segmented; thresholds decide in the others.
+    Patient(const Package&, bool (*segmented)(const Label&));
+
+    const Package& package() const noexcept { return *package_; }
+    const Grid& grid() const noexcept { return package_->ct.grid; }
+    const TissueRow& row(Tissue t) const noexcept { return package_->tissues[std::size_t(t)]; }
+    // Null for id 0 and for ids without an entry.
+    const Label* label(std::uint8_t id) const noexcept { return palette_[id]; }
+
+    // Algorithm 1 at voxel `i` (air outside the grid). Haptics thread. noexcept, no allocation.
+    TissueSample at(const Index3& i, TrackFlags) const noexcept;
+    TissueSample at(const Vec3& reference_m, TrackFlags flags) const noexcept {
+        return at(grid().nearest(reference_m), flags);
+    }
+    // Updates the track flags after the needle enters a voxel. Any tissue except skin and air is past the
+    // skin (air is not: a needle can graze the corners of a slanted surface). Fascia, liver and abdominal
+    // labels are past both skin and fascia. Haptics thread. noexcept, no allocation.
+    TrackFlags flagsAfterEntering(const TissueSample&, TrackFlags before) const noexcept;
+
+  private:
+    const Package* package_;
+    std::array<const Label*, 256> palette_{};
+};
+
+}  // namespace stylet::patient

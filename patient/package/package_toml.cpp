@@ -1,0 +1,316 @@
+#include "patient/package/package_toml.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "base/toml_reader.h"
+
+namespace stylet::patient {
+namespace {
+
+constexpr double kSoftest_pa = 10.0;  // softer than any tissue: a smaller number has lost its unit
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Tissue readTissueName(TomlReader& in, std::string_view key) {
+    const std::string name = in.text(key, 32);
+    for (int t = 0; t < kTissueCount; ++t)
+        if (name == tissueName(Tissue(t))) return Tissue(t);
+    in.refuse(key, "\"" + name + "\" is not a tissue of the force table");
+}
+
+Role readRole(TomlReader& in, std::string_view key) {
+    const std::string name = in.text(key, 32);
+    for (const Role role : {Role::pass, Role::risk, Role::target})
+        if (name == roleName(role)) return role;
+    in.refuse(key, "\"" + name + "\" is not pass, risk or target");
+}
+
+Thresholds readThresholds(TomlReader in) {
+    Thresholds t;
+    t.t0_hu = in.number("t0_hu", -1024, 3071);
+    t.t1_hu = in.number("t1_hu", -1024, 3071);
+    t.t2_sensitive_hu = in.number("t2_sensitive_hu", -1024, 3071);
+    t.t2_specific_hu = in.number("t2_specific_hu", -1024, 3071);
+    if (t.t1_hu < t.t0_hu) in.refuse("t1_hu", "below t0_hu");
+    if (t.t2_sensitive_hu < t.t1_hu) in.refuse("t2_sensitive_hu", "below t1_hu");
+    if (t.t2_specific_hu < t.t2_sensitive_hu) in.refuse("t2_specific_hu", "below t2_sensitive_hu");
+    in.finish();
+    return t;
+}
+
+TissueRow readRow(TomlReader& in) {
+    TissueRow row;
+    row.role = readRole(in, "role");
+    row.cut_force_n = in.number("cut_force_n", 0.0, kInfinity);
+    row.friction_n = in.number("friction_n", 0.0, 1000.0);
+    row.stiffness_n_per_m = in.number("stiffness_n_per_m", 0.0, 1e6);
+    row.membrane = in.flag("membrane");
+    if (row.stiffness_n_per_m == 0.0 && (row.cut_force_n > 0.0 || row.friction_n > 0.0))
+        in.refuse("stiffness_n_per_m", "zero, but the tissue has a force");
+    return row;
+}
+
+Elasticity readElasticity(TomlReader& in) {
+    return {in.number("young_pa", kSoftest_pa, kInfinity), in.text("young_source", 1000)};
+}
+
+void readTissues(TomlReader& root, TissueTable& table, ElasticityTable& elasticity) {
+    std::array<bool, kTissueCount> seen{};
+    for (TomlReader& in : root.children("tissue", kTissueCount)) {
+        const auto index = std::size_t(readTissueName(in, "name"));
+        if (seen[index]) in.refuse("name", "given twice");
+        seen[index] = true;
+        table[index] = readRow(in);
+        elasticity[index] = readElasticity(in);
+        in.finish();
+    }
+    for (std::size_t t = 0; t < seen.size(); ++t)
+        if (!seen[t]) root.refuse("tissue", "no row named \"" + std::string(tissueName(Tissue(t))) + "\"");
+}
+
+constexpr double kPackageReach_m = 10.0;
+constexpr const char* kPackageFormat = "stylet patient 3";
+constexpr const char* kFormatOfEllipses = "stylet patient 1";
+constexpr const char* kFormatWithoutElasticity = "stylet patient 2";
+
+Label readLabel(TomlReader& in) {
+    Label label;
+    label.id = std::uint8_t(in.integer("id", 1, 255));
+    label.name = in.text("name", 200);
+    label.tissue = readTissueName(in, "tissue");
+    label.role = readRole(in, "role");
+    label.abdominal = in.flag("abdominal");
+    label.provenance = in.text("provenance", 1000);
+    const toml::array& colour = in.array("colour");
+    if (colour.size() != 3) in.refuse("colour", "not three numbers");
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto value = colour[i].value_exact<std::int64_t>();
+        if (!value || *value < 0 || *value > 255) in.refuse("colour", "not three integers in [0, 255]");
+        label.colour[i] = std::uint8_t(*value);
+    }
+    in.finish();
+    return label;
+}
+
+std::vector<Label> readLabels(TomlReader& root) {
+    std::vector<Label> labels;
+    std::array<bool, 256> seen{};
+    for (TomlReader& in : root.children("label", 255)) {
+        labels.push_back(readLabel(in));
+        if (seen[labels.back().id]) in.refuse("id", std::to_string(labels.back().id) + " is given twice");
+        seen[labels.back().id] = true;
+    }
+    return labels;
+}
+
+template <std::size_t N>
+std::array<double, N> readNumbers(const TomlReader& in, std::string_view key, const toml::array& values) {
+    if (values.size() != N) in.refuse(key, "not " + std::to_string(N) + " numbers");
+    std::array<double, N> out{};
+    for (std::size_t i = 0; i < N; ++i) {
+        const auto value = values[i].is_number() ? values[i].value<double>() : std::nullopt;
+        if (!value || !(std::abs(*value) <= kPackageReach_m)) in.refuse(key, "not numbers in [-10, 10] m");
+        out[i] = *value;
+    }
+    return out;
+}
+
+Vec3 readVec3(TomlReader& in, std::string_view key) {
+    const std::array<double, 3> v = readNumbers<3>(in, key, in.array(key));
+    return {v[0], v[1], v[2]};
+}
+
+Grid readGrid(TomlReader in) {
+    Grid grid;
+    grid.spacing_m = readVec3(in, "spacing_m");
+    grid.origin_m = readVec3(in, "origin_m");
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(grid.spacing_m[axis] > 0.0)) in.refuse("spacing_m", "not above 0");
+    in.finish();
+    return grid;
+}
+
+SurrogateRange readRange(TomlReader& in, std::string_view low_key, std::string_view high_key, double most) {
+    const SurrogateRange range{in.number(low_key, -most, most), in.number(high_key, -most, most)};
+    if (!(range.low < range.high)) in.refuse(high_key, "not above " + std::string(low_key));
+    return range;
+}
+
+void readBreathing(TomlReader in, Package& p) {
+    p.signal.period_s = in.number("period_s", 0.5, 60.0);
+    p.signal.amplitude = in.number("amplitude", 0.0, 2.0);
+    p.motion.v = readRange(in, "v_low", "v_high", 3.0);
+    p.motion.rate_per_s = readRange(in, "rate_low_per_s", "rate_high_per_s", 20.0);
+    p.motion.dome_travel_m = in.number("dome_travel_m", 0.0, 0.1);
+    in.finish();
+}
+
+// "exhale", "inhale" or "v=0.35".
+Surrogate readReference(const TomlReader& root, const std::string& phase) {
+    if (phase == "exhale") return {0.0, 0.0};
+    if (phase == "inhale") return {1.0, 0.0};
+    double v = -1.0;
+    const char* const end = phase.data() + phase.size();
+    if (phase.starts_with("v=")) {
+        const auto [stop, error] = std::from_chars(phase.data() + 2, end, v);
+        if (error == std::errc() && stop == end && v >= 0.0 && v <= 2.0) return {v, 0.0};
+    }
+    root.refuse("reference_phase", "not \"exhale\", \"inhale\" or \"v=...\" in [0, 2]");
+}
+
+// Shortest text that reads back bit-equal.
+std::string numberText(double value) {
+    std::array<char, 40> buffer;
+    const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+    assert(error == std::errc());
+    std::string text(buffer.data(), end);
+    return text.find_first_of(".enN") == std::string::npos ? text + ".0" : text;
+}
+
+std::string quoted(std::string_view text) {
+    std::string out = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\') {
+            out += '\\', out += c;
+        } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+            constexpr char kDigits[] = "0123456789abcdef";
+            out += "\\u00", out += kDigits[(c >> 4) & 15], out += kDigits[c & 15];
+        } else {
+            out += c;
+        }
+    }
+    return out + "\"";
+}
+
+class TomlWriter {
+  public:
+    void line(std::string_view text = "") { text_.append(text).append("\n"); }
+    void put(std::string_view key, double value) { entry(key, numberText(value)); }
+    void put(std::string_view key, bool value) { entry(key, value ? "true" : "false"); }
+    void put(std::string_view key, int value) { entry(key, std::to_string(value)); }
+    void put(std::string_view key, std::string_view value) { entry(key, quoted(value)); }
+    void put(std::string_view key, const char* value) { put(key, std::string_view(value)); }
+    void put(std::string_view key, const Vec3& v) {
+        entry(key, "[" + numberText(v.x) + ", " + numberText(v.y) + ", " + numberText(v.z) + "]");
+    }
+    void entry(std::string_view key, std::string_view value) {
+        text_.append(key).append(" = ").append(value).append("\n");
+    }
+    std::string take() { return std::move(text_); }
+
+  private:
+    std::string text_;
+};
+
+void writeTissues(TomlWriter& out, const Package& p) {
+    out.line("\n[thresholds]");
+    out.put("t0_hu", p.thresholds.t0_hu);
+    out.put("t1_hu", p.thresholds.t1_hu);
+    out.put("t2_sensitive_hu", p.thresholds.t2_sensitive_hu);
+    out.put("t2_specific_hu", p.thresholds.t2_specific_hu);
+    for (int t = 0; t < kTissueCount; ++t) {
+        const TissueRow& row = p.tissues[std::size_t(t)];
+        out.line("\n[[tissue]]");
+        out.put("name", tissueName(Tissue(t)));
+        out.put("role", roleName(row.role));
+        out.put("cut_force_n", row.cut_force_n);
+        out.put("friction_n", row.friction_n);
+        out.put("stiffness_n_per_m", row.stiffness_n_per_m);
+        out.put("membrane", row.membrane);
+        out.put("young_pa", p.elasticity[std::size_t(t)].young_pa);
+        out.put("young_source", p.elasticity[std::size_t(t)].source);
+    }
+}
+
+void writeLabels(TomlWriter& out, const Package& p) {
+    for (const Label& label : p.label_table) {
+        out.line("\n[[label]]");
+        out.put("id", int(label.id));
+        out.put("name", label.name);
+        out.put("tissue", tissueName(label.tissue));
+        out.put("role", roleName(label.role));
+        out.put("abdominal", label.abdominal);
+        out.entry("colour", "[" + std::to_string(label.colour[0]) + ", " + std::to_string(label.colour[1]) +
+                                ", " + std::to_string(label.colour[2]) + "]");
+        out.put("provenance", label.provenance);
+    }
+}
+
+void writeBreathing(TomlWriter& out, const Package& p) {
+    out.line("\n[breathing]");
+    out.put("period_s", p.signal.period_s);
+    out.put("amplitude", p.signal.amplitude);
+    out.put("v_low", p.motion.v.low);
+    out.put("v_high", p.motion.v.high);
+    out.put("rate_low_per_s", p.motion.rate_per_s.low);
+    out.put("rate_high_per_s", p.motion.rate_per_s.high);
+    out.put("dome_travel_m", p.motion.dome_travel_m);
+}
+
+}  // namespace
+
+TissueDefaults parseTissueDefaults(const std::filesystem::path& file, std::string_view text) {
+    const toml::table parsed = parseToml(file, text);
+    TomlReader root(file, "", parsed);
+    TissueDefaults defaults;
+    defaults.thresholds = readThresholds(root.child("thresholds"));
+    readTissues(root, defaults.tissues, defaults.elasticity);
+    root.finish();
+    return defaults;
+}
+
+Package parsePackageToml(const std::filesystem::path& file, std::string_view text) {
+    const toml::table parsed = parseToml(file, text);
+    TomlReader root(file, "", parsed);
+    const std::string format = root.text("format", 100);
+    if (format == kFormatOfEllipses)
+        root.refuse("format", "an older patient, who breathes in ellipses: make or import it again");
+    if (format == kFormatWithoutElasticity)
+        root.refuse("format", "an older patient, whose tissues have no elasticity: make or import it again");
+    if (format != kPackageFormat) root.refuse("format", "not \"" + std::string(kPackageFormat) + "\"");
+    Package p;
+    p.name = root.text("name", 200);
+    p.licence = root.text("licence", 2000);
+    p.provenance = root.text("provenance", 2000);
+    p.reference_phase = root.text("reference_phase", 40);
+    p.ct.grid = p.labels.grid = readGrid(root.child("grid"));
+    p.thresholds = readThresholds(root.child("thresholds"));
+    readTissues(root, p.tissues, p.elasticity);
+    p.label_table = readLabels(root);
+    p.motion.reference = readReference(root, p.reference_phase);
+    readBreathing(root.child("breathing"), p);
+    if (root.has("motion_grid")) {
+        p.motion.grid = readGrid(root.child("motion_grid"));
+        p.motion.grid.dims = Index3(1);  // placeholder; motion.nii.gz contains the real size
+    }
+    root.finish();
+    return p;
+}
+
+std::string packageToml(const Package& p) {
+    TomlWriter out;
+    out.put("format", kPackageFormat);
+    out.put("name", p.name);
+    out.put("licence", p.licence);
+    out.put("provenance", p.provenance);
+    out.put("reference_phase", p.reference_phase);
+    out.line("\n# Exact; the volumes' own headers hold single precision.\n[grid]");
+    out.put("spacing_m", p.ct.grid.spacing_m);
+    out.put("origin_m", p.ct.grid.origin_m);
+    if (p.motion.grid.dims.x > 0) {
+        out.line("\n# Of motion.nii.gz.\n[motion_grid]");
+        out.put("spacing_m", p.motion.grid.spacing_m);
+        out.put("origin_m", p.motion.grid.origin_m);
+    }
+    writeTissues(out, p);
+    writeLabels(out, p);
+    writeBreathing(out, p);
+    return out.take();
+}
+
+}  // namespace stylet::patient

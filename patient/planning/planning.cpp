@@ -1,0 +1,206 @@
+// Based on Mastmeyer et al. 2017, Eq. 9, and Baegert et al. 2007 (strict and soft criteria on a ray set).
+#include "patient/planning/planning.h"
+
+#include <algorithm>
+#include <optional>
+#include <tuple>
+
+#include "base/parallel.h"
+#include "patient/planning/planning_bound.h"
+
+namespace stylet::patient {
+namespace {
+
+struct Targets {
+    std::vector<Vec3> reference_m, deformed_m;
+};
+
+// Counters for the pairs of one or more skin voxels.
+struct Counts {
+    std::size_t skipped = 0, blocked = 0, too_long = 0, poor = 0;
+};
+
+// Tries all targets for one skin voxel after another. Neighbouring voxels have similar paths, so the
+// previous best target is tried first. Of equally good targets the first in the list wins, whatever the
+// order of trying.
+class EntryPlanner {
+  public:
+    EntryPlanner(const Plan& plan, const Targets& targets)
+        : plan_(plan),
+          targets_(targets),
+          judge_(plan),
+          doubter_(plan),
+          skips_(plan.settings.skip && isStill(plan.patient, plan.settings.breath)) {}
+
+    std::optional<PlannedPath> plan(const Vec3& entry_m, Counts& counts) {
+        best_.reset();
+        path_ = {};
+        path_.breath = plan_.settings.breath;
+        path_.entry_m = entry_m;
+        path_.entry_reference_m =
+            referenceFromDeformed(plan_.patient.package().motion, path_.breath, entry_m);
+        const std::size_t first = best_target_;
+        tryTarget(first, counts);
+        for (std::size_t t = 0; t < targets_.deformed_m.size(); ++t)
+            if (t != first) tryTarget(t, counts);
+        return best_;
+    }
+
+  private:
+    // C2 with a margin for rounding.
+    bool isFarTooLong(std::size_t target) const {
+        const double most_m = plan_.settings.max_length_m;
+        const Vec3 way = targets_.deformed_m[target] - path_.entry_m;
+        return glm::dot(way, way) > 1.01 * most_m * most_m;
+    }
+    bool isHopeless(std::size_t target) const {
+        const double needed = best_ ? best_->quality : plan_.settings.min_quality;
+        const double bound = doubter_.bound(path_, needed);
+        return bound < needed || (best_ && bound == needed && target > best_target_);
+    }
+    void tryTarget(std::size_t target, Counts& counts) {
+        if (skips_ && isFarTooLong(target)) {
+            ++counts.too_long;
+            return;
+        }
+        path_.target_m = targets_.deformed_m[target];
+        path_.target_reference_m = targets_.reference_m[target];
+        if (skips_ && isHopeless(target)) {
+            ++counts.skipped;
+            return;
+        }
+        const Verdict verdict = judge_.judge(path_);
+        counts.blocked += verdict == Verdict::blocked;
+        counts.too_long += verdict == Verdict::tooLong;
+        counts.poor += verdict == Verdict::poor;
+        if (verdict != Verdict::kept) return;
+        if (best_ && path_.quality == best_->quality ? target > best_target_
+                                                     : best_ && path_.quality < best_->quality)
+            return;
+        best_ = path_;
+        best_target_ = target;
+    }
+
+    const Plan& plan_;
+    const Targets& targets_;
+    Judge judge_;
+    Doubter doubter_;
+    bool skips_;
+    PlannedPath path_;
+    std::optional<PlannedPath> best_;
+    std::size_t best_target_ = 0;
+};
+
+// Entries at one height.
+struct PlanRow {
+    std::size_t begin = 0, end = 0;
+    std::vector<PlannedPath> paths;
+    Counts counts;
+};
+
+std::vector<PlanRow> rowsOf(const std::vector<Vec3>& entries_m) {
+    std::vector<PlanRow> rows;
+    for (std::size_t e = 0; e < entries_m.size(); ++e) {
+        if (e == 0 || entries_m[e].z != entries_m[e - 1].z) rows.push_back({e, e, {}, {}});
+        rows.back().end = e + 1;
+    }
+    return rows;
+}
+
+// A total order, because no two paths share an entry.
+bool betterPath(const PlannedPath& a, const PlannedPath& b) {
+    return std::tie(b.quality, a.length_m, a.entry_m.z, a.entry_m.y) <
+           std::tie(a.quality, b.length_m, b.entry_m.z, b.entry_m.y);
+}
+
+}  // namespace
+
+PlanSettings studyPlan(const Patient& patient) {
+    PlanSettings settings;
+    settings.breath = patient.package().motion.reference;
+    settings.skin_spacing_m = settings.target_spacing_m = 0.0;
+    return settings;
+}
+
+PlanResult planPaths(const Patient& patient, const PlanSettings& settings,
+                     const std::function<void(double)>& progress) {
+    const MotionModel& motion = patient.package().motion;
+    Targets targets{ductCentreLine(patient, settings.target_spacing_m), {}};
+    if (targets.reference_m.empty()) return {};
+    if (progress) progress(0.1);
+    for (const Vec3& t : targets.reference_m)
+        targets.deformed_m.push_back(deformedFromReference(motion, settings.breath, t));
+    const PlanRegion region = makePlanRegion(patient, settings);
+    const TissueMap map(patient);
+    if (progress) progress(0.3);
+
+    const Plan plan{patient, settings, region, map};
+    std::vector<PlanRow> rows = rowsOf(region.entries_m);
+    const auto planRow = [&](std::size_t r) {
+        EntryPlanner planner(plan, targets);
+        for (std::size_t e = rows[r].begin; e < rows[r].end; ++e)
+            if (const auto best = planner.plan(region.entries_m[e], rows[r].counts))
+                rows[r].paths.push_back(*best);
+    };
+    parallelFor(settings.threads, rows.size(), planRow, [&](std::size_t done) {
+        if (progress) progress(0.3 + 0.7 * double(done) / double(rows.size()));
+    });
+
+    PlanResult result;
+    result.candidates = region.entries_m.size() * targets.deformed_m.size();
+    for (const PlanRow& row : rows) {
+        result.paths.insert(result.paths.end(), row.paths.begin(), row.paths.end());
+        result.skipped += row.counts.skipped;
+        result.rejected_blocked += row.counts.blocked;
+        result.rejected_long += row.counts.too_long;
+        result.rejected_quality += row.counts.poor;
+    }
+    std::sort(result.paths.begin(), result.paths.end(), betterPath);
+    if (progress) progress(1.0);
+    return result;
+}
+
+namespace {
+
+PlanSettings inBreath(PlanSettings settings, const Surrogate& breath) {
+    settings.breath = breath;
+    return settings;
+}
+
+}  // namespace
+
+bool ratePath(const Patient& patient, const PlanSettings& settings, PlannedPath& path) {
+    const PlanSettings there = inBreath(settings, path.breath);
+    path.clearance_score = path.target_score = path.quality = 0.0;
+    const PlanRegion region = makePlanRegion(patient, there);
+    const TissueMap map(patient);
+    const Plan plan{patient, there, region, map};
+    return Judge(plan).judge(path) == Verdict::kept;
+}
+
+std::vector<double> worstQualities(const Patient& patient, const PlanSettings& settings,
+                                   const std::vector<PlannedPath>& paths,
+                                   const std::vector<Surrogate>& breaths) {
+    constexpr std::size_t kBlock = 64;
+    const MotionModel& motion = patient.package().motion;
+    const TissueMap map(patient);
+    std::vector<double> worst(paths.size(), 1.0);
+    for (const Surrogate& breath : breaths) {
+        const PlanSettings there = inBreath(settings, breath);
+        const PlanRegion region = makePlanRegion(patient, there);
+        const Plan plan{patient, there, region, map};
+        parallelFor(settings.threads, (paths.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
+            Judge judge(plan);
+            for (std::size_t i = block * kBlock; i < std::min(paths.size(), (block + 1) * kBlock); ++i) {
+                PlannedPath path = paths[i];
+                path.entry_m = deformedFromReference(motion, breath, path.entry_reference_m);
+                path.target_m = deformedFromReference(motion, breath, path.target_reference_m);
+                const bool kept = judge.judge(path) == Verdict::kept;
+                worst[i] = std::min(worst[i], kept ? path.quality : 0.0);
+            }
+        });
+    }
+    return worst;
+}
+
+}  // namespace stylet::patient

@@ -1,0 +1,32 @@
+// Internal: finds pairs of skin and duct voxel that cannot win, with few samples. Based on Hart, "Sphere
+// tracing", The Visual Computer 12, 1996.
+#pragma once
+
+#include "patient/planning/planning_judge.h"
+
+namespace stylet::patient {
+
+// Computes an upper bound of a path's quality from few samples. Only samples at voxels that the path is
+// certain to visit are used: a point of the line lies inside the voxel, away from its faces. So the result
+// bounds Judge's result to the last bit.
+class Doubter {
+  public:
+    // The plan must outlive it. Its breath must be that of the CT.
+    explicit Doubter(const Plan&);
+    // An upper bound of the path's quality. Stops early with a value below `needed` once one is proven.
+    double bound(const PlannedPath&, double needed) const;
+
+  private:
+    struct Line;
+    double clearance(const Index3& voxel) const;
+    bool blocks(const Index3& voxel) const;
+    bool isDuct(const Index3& voxel) const;
+    double outsideDuct(const Line&, double from_m, double last_m, double step_m) const;
+
+    const Plan& plan_;
+    const Grid& grid_;
+    Index3 corner_;  // first voxel of the region in the patient's grid
+    double half_voxel_m_ = 0.0;
+};
+
+}  // namespace stylet::patient

@@ -1,0 +1,32 @@
+// Internal: volumes that planning computes once per patient, before it looks at single paths.
+#pragma once
+
+#include <vector>
+
+#include "patient/planning/planning.h"
+
+namespace stylet::patient {
+
+// how far beyond the target to search for the duct's far wall
+inline constexpr double kBeyondTarget_m = 0.020;
+
+// The right flank at the height of the liver in the deformed patient, with a margin for clearances.
+struct PlanRegion {
+    // Distance between the borders of a voxel and the nearest risk structure. Under a rib's lower edge it
+    // counts half.
+    Volume<float> clearance_m;
+    // 1 where bone is near above and below, between two ribs. No voxels if the flank has no ribs.
+    Volume<std::uint8_t> intercostal;
+    std::vector<Vec3> entries_m;  // deformed positions of skin voxels, row by row from the feet to the head
+    double back_m = 0.0;          // y of the back of the body, which is the top of the table
+};
+
+// Centre line of the ducts inside the liver, in the reference: duct voxels at a local maximum of the
+// distance to the wall, thickest first. Voxels closer than `spacing_m` to a better one are left out; 0
+// keeps all.
+std::vector<Vec3> ductCentreLine(const Patient&, double spacing_m);
+
+// Returns an empty region for a patient without a liver.
+PlanRegion makePlanRegion(const Patient&, const PlanSettings&);
+
+}  // namespace stylet::patient

@@ -1,0 +1,84 @@
+// Based on Mastmeyer et al. 2017, Algorithm 1.
+#include "patient/tissue/tissue.h"
+
+#include "base/errors.h"
+
+namespace stylet::patient {
+
+std::string_view tissueName(Tissue t) noexcept {
+    switch (t) {
+        case Tissue::air:
+            return "air";
+        case Tissue::skin:
+            return "skin";
+        case Tissue::soft:
+            return "soft";
+        case Tissue::bone:
+            return "bone";
+        case Tissue::fascia:
+            return "fascia";
+        case Tissue::liver:
+            return "liver";
+        case Tissue::vessel:
+            return "vessel";
+        case Tissue::duct:
+            return "duct";
+    }
+    return "?";
+}
+
+std::string_view roleName(Role r) noexcept {
+    switch (r) {
+        case Role::pass:
+            return "pass";
+        case Role::risk:
+            return "risk";
+        case Role::target:
+            return "target";
+    }
+    return "?";
+}
+
+namespace {
+
+Tissue classOf(double ct_hu, const Thresholds& t, TrackFlags flags) noexcept {
+    if (ct_hu < t.t0_hu) return Tissue::air;
+    // Past the skin this class is the partial-volume rim of gas and lung. Treating it as skin would create
+    // a second membrane.
+    if (ct_hu < t.t1_hu) return flags.past_skin ? Tissue::soft : Tissue::skin;
+    return ct_hu < (flags.past_fascia ? t.t2_specific_hu : t.t2_sensitive_hu) ? Tissue::soft : Tissue::bone;
+}
+
+}  // namespace
+
+Patient::Patient(const Package& package) : package_(&package) {
+    for (const Label& label : package.label_table)
+        palette_[label.id] = &label;
+}
+
+Patient::Patient(const Package& package, bool (*segmented)(const Label&)) : package_(&package) {
+    for (const Label& label : package.label_table)
+        if (segmented(label)) palette_[label.id] = &label;
+}
+
+TissueSample Patient::at(const Index3& i, TrackFlags flags) const noexcept {
+    Tissue tissue = Tissue::air;
+    if (grid().contains(i)) {
+        const std::size_t offset = grid().offset(i);
+        if (const Label* label = palette_[package_->labels.voxels[offset]])
+            return {label->tissue, label->id, label->role};
+        tissue = classOf(package_->ct.voxels[offset], package_->thresholds, flags);
+    }
+    if (tissue == Tissue::air) return {tissue, 0, flags.past_skin ? Role::risk : Role::pass};
+    return {tissue, 0, row(tissue).role};
+}
+
+TrackFlags Patient::flagsAfterEntering(const TissueSample& entered, TrackFlags before) const noexcept {
+    const Label* label = palette_[entered.label];
+    const bool inside = entered.tissue == Tissue::liver || (label && label->abdominal);
+    const bool in_air_or_skin = entered.tissue == Tissue::air || entered.tissue == Tissue::skin;
+    return {before.past_skin || inside || !in_air_or_skin,
+            before.past_fascia || inside || entered.tissue == Tissue::fascia};
+}
+
+}  // namespace stylet::patient

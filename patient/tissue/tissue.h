@@ -1,0 +1,75 @@
+// The tissue at a point: the label if there is one, otherwise thresholds on the CT value.
+// Source: Mastmeyer et al. 2017, Algorithm 1 and Table 1.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "base/volume.h"
+
+namespace stylet::patient {
+
+// Rows of the force table. Other labels map to one of these and keep their own name, role and colour.
+enum class Tissue : std::uint8_t { air, skin, soft, bone, fascia, liver, vessel, duct };
+inline constexpr int kTissueCount = 8;
+std::string_view tissueName(Tissue) noexcept;
+
+enum class Role : std::uint8_t { pass, risk, target };
+std::string_view roleName(Role) noexcept;
+
+struct TissueRow {
+    double cut_force_n = 0.0;        // T_N, infinite for bone
+    double friction_n = 0.0;         // R
+    double stiffness_n_per_m = 0.0;  // k
+    // keeps tenting until it is cut, even where its mask is thinner than the tenting depth
+    bool membrane = false;
+    Role role = Role::pass;
+    friend bool operator==(const TissueRow&, const TissueRow&) = default;
+};
+using TissueTable = std::array<TissueRow, kTissueCount>;
+
+// Elasticity of a tissue under pressure: Young's modulus at small strain and its source. Infinite: rigid.
+// The row of air applies to lung and gas inside the body.
+struct Elasticity {
+    double young_pa = 0.0;
+    std::string source;
+    friend bool operator==(const Elasticity&, const Elasticity&) = default;
+};
+using ElasticityTable = std::array<Elasticity, kTissueCount>;
+
+// Lower bounds of the classes [HU]: air < t0 <= skin < t1 <= soft < t2 <= bone.
+struct Thresholds {
+    double t0_hu = -500.0;
+    double t1_hu = -200.0;
+    double t2_sensitive_hu = 200.0;  // outside the fascia
+    double t2_specific_hu = 300.0;   // past the fascia: >= t2_sensitive, above contrast-filled vessels
+    friend bool operator==(const Thresholds&, const Thresholds&) = default;
+};
+
+// One entry of a package's label table; id 0 is "unsegmented" and has no entry.
+struct Label {
+    std::uint8_t id = 0;
+    std::string name;  // "right kidney"
+    Tissue tissue = Tissue::soft;
+    Role role = Role::pass;
+    bool abdominal = false;  // entering it means that skin and fascia have been passed
+    std::array<std::uint8_t, 3> colour{128, 128, 128};
+    std::string provenance;  // "synthetic", "manual 3D-IRCADb-01", "threshold", "virtual"
+};
+
+// Flags of the needle's track; reset on withdrawal.
+struct TrackFlags {
+    bool past_skin = false;
+    bool past_fascia = false;
+};
+
+struct TissueSample {
+    Tissue tissue = Tissue::air;
+    std::uint8_t label = 0;  // 0 if thresholds decided
+    Role role = Role::pass;  // air past the skin is a risk
+    friend bool operator==(const TissueSample&, const TissueSample&) = default;
+};
+
+}  // namespace stylet::patient

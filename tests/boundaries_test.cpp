@@ -1,4 +1,4 @@
-// The house's walls: who may include whom, and who may link whom.
+// Checks the module boundaries: which modules may include and link each other.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -16,13 +16,14 @@ namespace {
 
 const fs::path kRoot = STYLET_SOURCE_DIR;
 
-// What each module may include and link besides itself. The mock runtime stands alone.
+// Modules that each module may include and link besides itself. The mock runtime depends on no other
+// module.
 const std::map<std::string, std::set<std::string>> kAllowed = {
     {"patient", {}}, {"haptics", {"patient"}}, {"render", {"patient"}},
     {"xr", {}},      {"xr/mock", {}},          {"app", {"patient", "haptics", "render", "xr", "app"}},
 };
 
-// The public headers a module offers: its umbrella and what that includes.
+// Public headers of each module: its umbrella header and the headers that it includes.
 const std::map<std::string, std::vector<std::string>> kUmbrellas = {
     {"patient",
      {"patient/patient.h", "patient/motion/interruption.h", "patient/synth/synth.h",
@@ -81,7 +82,7 @@ std::vector<std::string> sources(std::initializer_list<const char*> folders,
     return found;
 }
 
-// "include X of module M from file F" -> why it is forbidden, empty when it is not.
+// Returns why `file` must not include `header`, or an empty string if it may.
 std::string complaint(const std::string& file, const std::string& header) {
     const std::string from = moduleOf(file);
     if (from == "xr/mock")
@@ -89,7 +90,7 @@ std::string complaint(const std::string& file, const std::string& header) {
                    ? ""
                    : "the mock stands alone";
     if (header.starts_with("..")) return "includes are from the root";
-    if (!fs::exists(kRoot / header)) return "";  // generated or a library's
+    if (!fs::exists(kRoot / header)) return "";  // generated, or from a library
     const std::string to = moduleOf(header);
     if (to == from) return "";
     if (!kAllowed.at(from).contains(to)) return from + " may not use " + to;
@@ -108,7 +109,7 @@ TEST(Boundaries, IncludesPointOneWay) {
     EXPECT_GT(seen, 50);
 }
 
-// What a tool does to the picture must never reach a force or a score.
+// Tissue displacement by a tool is only for pictures. It must never affect a force or a score.
 TEST(Boundaries, ToolDisplacementStaysWithThePictures) {
     int used = 0;
     for (const std::string& file : sources({"app", "haptics", "patient", "render"}, {".h", ".cpp"})) {
@@ -122,10 +123,10 @@ TEST(Boundaries, ToolDisplacementStaysWithThePictures) {
     EXPECT_GT(used, 0);
 }
 
-// Its program links no device, SQL or GPU code (tests/app/study/study_run_test.cpp looks at the program
-// itself).
+// The study program links no device, SQL or GPU code. tests/app/study/study_run_test.cpp checks the program
+// itself.
 TEST(Boundaries, TheStudyTakesOnlyThePageOfTheReports) {
-    // The first is what every program begins with.
+    // Every program includes the first header.
     const std::set<std::string> page = {"app/program_linux.h", "app/report/canvas.h",
                                         "app/report/chart.h",  "app/report/figure.h",
                                         "app/report/page.h",   "app/report/statistics.h"};
@@ -169,7 +170,7 @@ std::vector<std::string> targetsIn(const std::string& text, const std::regex& pa
     return found;
 }
 
-// What a folder's CMakeLists.txt names must be defined in a module that it may use.
+// Every library that a CMakeLists.txt names must belong to a module that its folder may use.
 TEST(Boundaries, LinkListsPointOneWay) {
     static const std::regex definition("stylet_library\\((stylet_[a-z_]+)"), mention("(stylet_[a-z_]+)");
     std::vector<std::string> lists = sources({"app", "haptics", "patient", "render", "xr"}, {".txt"});

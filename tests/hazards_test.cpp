@@ -1,5 +1,5 @@
-// The tables that must agree with the tests: hazards (hazards.toml and the tags above tests, README.md) and
-// fuzz targets (fuzz/README.md). Writes hazards.md into the build folder.
+// Checks tables against the tests: hazards (hazards.toml and the tags above tests, see README.md) and fuzz
+// targets (fuzz/README.md). Writes hazards.md to the build folder.
 #include <gtest/gtest.h>
 
 #include <toml++/toml.h>
@@ -36,7 +36,7 @@ struct Shown {
 };
 
 struct Tags {
-    std::map<std::string, std::vector<Shown>> of;  // by hazard
+    std::map<std::string, std::vector<Shown>> of;  // by hazard id
     std::vector<std::string> complaints;
 };
 
@@ -53,7 +53,7 @@ std::vector<Hazard> hazardsIn(std::string_view toml) {
     return hazards;
 }
 
-// A tag belongs to the test whose first line is the next that is no comment.
+// A tag belongs to the next test. Only comment lines may stand between a tag and its test.
 void collect(const std::string& file, const std::string& text, Tags& tags) {
     static const std::regex tag("// (HZ-[A-Z0-9-]+(, HZ-[A-Z0-9-]+)*)"), id("HZ-[A-Z0-9-]+");
     static const std::regex begin("TEST(_F|_P)?\\((\\w+), (\\w+)\\) \\{"),
@@ -105,13 +105,13 @@ std::vector<std::string> complaintsOf(const std::vector<Hazard>& hazards, const 
     return complaints;
 }
 
-// What the lists of the tests make programs of.
+// The sources and fuzz targets that the CMakeLists.txt files of the tests build.
 struct Built {
-    std::set<fs::path> sources;     // from the root
+    std::set<fs::path> sources;     // relative to the repository root
     std::set<std::string> fuzzing;  // names of fuzz targets
 };
 
-// The commands of a CMakeLists.txt in `folder`; comments build nothing.
+// Adds the sources and fuzz targets of a CMakeLists.txt in `folder`. Ignores comments.
 void addBuilt(const fs::path& folder, const std::string& lists, Built& built) {
     static const std::regex comment("#[^\n]*"), command("(\\w+)\\s*\\(([^()]*)\\)");
     static const std::set<std::string> makers{"stylet_test",    "stylet_device_test", "stylet_program",
@@ -151,7 +151,8 @@ Built builtTests() {
     return built;
 }
 
-// Every source of a test that is built: a file that no CMakeLists.txt builds runs nothing.
+// Tags of all test sources. Complains about a file with tags that no CMakeLists.txt builds, as its tests
+// never run.
 Tags tagsOfTheTests() {
     Tags tags;
     const Built built = builtTests();
@@ -215,12 +216,12 @@ TEST(Hazards, ViolationsAreNoticed) {
     const std::string sound = "// HZ-A-01\n// why\nTEST(A, B) {\n}\n";
     EXPECT_EQ(count(toml, sound), 0u);
     EXPECT_EQ(count(toml + "open = \"no device\"\n", "TEST(A, B) {\n"), 0u);
-    EXPECT_EQ(count(toml, "TEST(A, B) {\n"), 1u);                               // no test
-    EXPECT_EQ(count(toml + toml, sound), 1u);                                   // twice
-    EXPECT_EQ(count(toml, sound + "// HZ-A-02\nTEST(A, C) {\n"), 1u);           // an unknown hazard
-    EXPECT_EQ(count(toml, sound + "// HZ-A-01\n\nTEST(A, C) {\n"), 1u);         // above no test
-    EXPECT_EQ(count(toml, sound + "// HZ-A-01\n"), 1u);                         // at the end
-    EXPECT_EQ(count(toml, sound + "// HZ-A-01 and more\nTEST(A, C) {\n"), 1u);  // hidden in a sentence
+    EXPECT_EQ(count(toml, "TEST(A, B) {\n"), 1u);                               // hazard without a test
+    EXPECT_EQ(count(toml + toml, sound), 1u);                                   // duplicate hazard
+    EXPECT_EQ(count(toml, sound + "// HZ-A-02\nTEST(A, C) {\n"), 1u);           // unknown hazard
+    EXPECT_EQ(count(toml, sound + "// HZ-A-01\n\nTEST(A, C) {\n"), 1u);         // tag above no test
+    EXPECT_EQ(count(toml, sound + "// HZ-A-01\n"), 1u);                         // tag at the end of the file
+    EXPECT_EQ(count(toml, sound + "// HZ-A-01 and more\nTEST(A, C) {\n"), 1u);  // tag inside a sentence
     EXPECT_EQ(count(toml, "// HZ-A-01\nTEST(A, DISABLED_B) {\n"), 1u);
     EXPECT_EQ(count(toml + "open = \"\"\n", "// HZ-A-01\nvoid helper() {\n"), 1u);
     EXPECT_EQ(

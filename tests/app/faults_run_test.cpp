@@ -1,7 +1,7 @@
-// Whole programs in rough surroundings. Each cell of the matrix that is printed at the end says what was done
-// to which program and what has to come of it (build/PRESET/faults.md): words with file and reason, an exit
-// status, nothing stored lost, and a next start that works. Moments are forced: a signal waits for words, for
-// files, or for a pipe that nobody reads.
+// Runs complete programs in hostile conditions. The test prints a matrix and writes it to
+// build/PRESET/faults.md. Each cell names a program, a fault and the expected outcome: a message with file
+// and reason, an exit status, no stored data lost, and a working next start. The timing is deterministic: a
+// signal is sent after a given output, a given file, or when the program blocks on a pipe without a reader.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -36,7 +36,7 @@ struct Row {
 };
 std::vector<Row> matrix;
 
-// What other tests show of whole programs.
+// Faults of complete programs that other tests cover.
 const std::vector<Row> kElsewhere{
     {"stylet run", "SIGKILL at any instant", "StoreRun.KilledItLeavesWholeFramesOrNothing"},
     {"stylet run", "SIGTERM, SIGHUP, SIGQUIT, SIGTSTP with a device",
@@ -86,7 +86,7 @@ bool until(const std::function<bool()>& done) {
     return true;
 }
 
-// A program that runs. Its words are in files, or where the line sends them.
+// A running program. Its output goes to files, or where the shell line redirects it.
 struct Started {
     pid_t pid = -1;
     fs::path out, err;
@@ -104,7 +104,7 @@ struct Started {
         if (!ended) waitpid(pid, &status, 0);
         ended = true;
     }
-    // Exit status, or minus the signal.
+    // Exit status, or minus the signal number.
     int result() {
         wait();
         return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
@@ -121,7 +121,7 @@ class FaultsRun : public testing::Test {
     }
     static void TearDownTestSuite() { delete box_; }
     void TearDown() override {
-        // Also where a test was left in the middle.
+        // Also resets what a failed test left behind.
         within_.clear(), variables_.clear();
         if (locked_) [[maybe_unused]]
             const int open = std::system(("chmod -R u+w '" + in("only").string() + "'").c_str());
@@ -136,7 +136,8 @@ class FaultsRun : public testing::Test {
     static std::string program(const std::string& name) {
         return std::string(std::getenv("STYLET_BIN")) + "/" + name;
     }
-    // A line of the shell, in the box: `before` (variables, traps), then the program with its arguments.
+    // Starts a shell line in the temporary folder: `before` (variables, traps), then the program with its
+    // arguments.
     static Started start(const std::string& arguments, const std::string& before = "",
                          const std::string& after = "") {
         Started s;
@@ -167,7 +168,7 @@ class FaultsRun : public testing::Test {
         return nlohmann::json::parse(textOf(in(folder) / "summary.json"));
     }
     static std::string hashIn(const std::string& folder) { return summaryIn(folder).at("state_hash"); }
-    // An attempt as on the first day.
+    // Expects that an attempt still gives the same hash as the first run.
     static void expectWorks(const std::string& variables = "") {
         const std::string before = variables_;
         variables_ += " " + variables;
@@ -181,7 +182,7 @@ class FaultsRun : public testing::Test {
         EXPECT_TRUE(store.damage().empty());
         return store.attempts(trainee);
     }
-    // Nothing that was stored is lost.
+    // Expects that no stored attempt is lost.
     static void expectKept(const std::string& trainee = "T-1", std::size_t count = 1) {
         const auto attempts = storedOf(trainee);
         EXPECT_EQ(attempts.size(), count);
@@ -192,7 +193,7 @@ class FaultsRun : public testing::Test {
         EXPECT_NE(err_.find(words), std::string::npos) << err_;
     }
     static fs::path patient() { return *fs::directory_iterator(in("home/.cache/stylet/patients")); }
-    // Two pairs of packages of one CT; small, and coarse.
+    // Creates a small and coarse study: one pair of packages from the same CT.
     static void needStudy() {
         if (fs::exists(in("study.toml"))) return;
         ASSERT_EQ(run("stylet-model synth --seed 1 --spacing-mm 4 --out truth"), 0) << err_;
@@ -201,7 +202,7 @@ class FaultsRun : public testing::Test {
     }
     static inline const std::string kStudy = "study.toml --skin-spacing-mm 12.5 --threads 1 --out ";
 
-    // The program that comes next is stopped at this moment (rough_surroundings.cpp).
+    // Variables that stop the next program at this point (rough_surroundings.cpp).
     static std::string stoppedAt(const std::string& moment) {
         return "STYLET_TEST_SIGNAL=15 STYLET_TEST_AT='" + moment + "' LD_PRELOAD=" STYLET_ROUGH;
     }
@@ -213,7 +214,7 @@ class FaultsRun : public testing::Test {
         std::sort(files.begin(), files.end());
         return files;
     }
-    // What a stop left is what an undisturbed run writes, as far as it goes.
+    // Expects that every file left by a stopped run equals that of an undisturbed run.
     static void expectWholeFiles(const std::string& left, const std::string& undisturbed) {
         if (!fs::exists(in(left))) return;
         for (const fs::path& file : filesIn(left))
@@ -223,16 +224,16 @@ class FaultsRun : public testing::Test {
         EXPECT_EQ(filesIn(a), filesIn(b));
         expectWholeFiles(a, b);
     }
-    static std::string full() { return "trap '' XFSZ; ulimit -f 60;"; }  // each file, in the shell's blocks
+    static std::string full() { return "trap '' XFSZ; ulimit -f 60;"; }  // per file, in the shell's blocks
 
     static inline const std::string kAttempt = "stylet run --fast --spacing-mm 5 --scenario demo ";
     static inline test::TempFolder* box_ = nullptr;
     static inline std::string variables_, within_, hash_, said_, err_;
-    static inline bool locked_ = false;  // the folder "only"
+    static inline bool locked_ = false;  // the folder "only" is read-only
     Row row_;
 };
 
-// "Suite.Name, Suite.Beginning..., Suite"
+// The outcome has the form "Suite.Name, Suite.Beginning..., Suite".
 TEST(FaultMatrix, TestsElsewhereAreThere) {
     std::string tests;
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(STYLET_SOURCE_DIR) / "tests"))
@@ -280,7 +281,7 @@ TEST_F(FaultsRun, ALocaleOfAnotherCountryOrOfNone) {
         german += name + "='" + value + "' ";
     needStudy();
     const std::string unknown = "LC_ALL=xx_YY.UTF-8 LANG=xx_YY.UTF-8";
-    // A line in all three surroundings at once; what it says and the files that it writes are the same.
+    // Runs a line in all three locales at once. The output and the files must be the same.
     const auto three = [&](const std::string& line, const std::string& out,
                            const std::vector<std::string>& files = {}, int status = 0) {
         const std::string to = out.empty() ? "" : " --out " + out;
@@ -306,13 +307,13 @@ TEST_F(FaultsRun, ALocaleOfAnotherCountryOrOfNone) {
     nlohmann::json plain = summaryIn("run-c"), comma = summaryIn("run-de"), none = summaryIn("run-xx");
     for (nlohmann::json* summary : {&plain, &comma, &none}) {
         summary->at("haptics").erase("max_step_us");
-        summary->erase("start");  // what it took
+        summary->erase("start");  // durations
     }
     EXPECT_EQ(plain, comma);
     EXPECT_EQ(plain, none);
     three("stylet-model synth --seed 2 --spacing-mm 4.5", "patient",
           {"patient.toml", "labels.ctbl", "ct.nii.gz"});
-    three("stylet-model check truth", "", {}, 1);  // too coarse to train on
+    three("stylet-model check truth", "", {}, 1);  // too coarse for training
     three("stylet records list", "");
     three("stylet-report attempt ref", "report", {"attempt.html", "course.csv", "metrics.csv"});
     three("stylet-report trainee T-1", "report", {"trainee.html", "attempts.csv", "xapi.json"});
@@ -321,7 +322,7 @@ TEST_F(FaultsRun, ALocaleOfAnotherCountryOrOfNone) {
           {"one/plan.csv", "one/plan.json", "one/paths.json", "one/paths.csv", "one/samples.csv",
            "summary.json", "report.html"});
 
-    // What a build keeps of its stages is read again, and kept, from another country.
+    // Build stages written under one locale are reused under another.
     const std::string build =
         "stylet-model build --ct truth/ct.nii.gz --atlas patient-c --spacing-mm 4.0 --stages stages";
     EXPECT_EQ(run(build + " --out build-de", german), 0) << err_;
@@ -393,7 +394,7 @@ TEST_F(FaultsRun, ASignalInThePuncture) {
     expectKept();
 }
 
-// A pipe in the place of the summary, which nobody reads, keeps the program at it.
+// summary.json is a pipe without a reader, so the program blocks while writing its results.
 TEST_F(FaultsRun, ASignalWhileResultsAreWritten) {
     cell("stylet run", "SIGTERM, SIGKILL: results are written", "the record is whole");
     for (const int signal : {SIGTERM, SIGKILL}) {
@@ -446,7 +447,7 @@ TEST_F(FaultsRun, ASignalAtEachStageOfAPatientFromASeed) {
     }
     EXPECT_EQ(run("stylet-model check stopped/end"), 2);
     expectSaid("stopped/end/patient.toml");
-    // In the place of an older one.
+    // With an older package in its place.
     fs::copy(in("seeded"), in("older"));
     EXPECT_EQ(run("stylet-model synth --seed 5 --spacing-mm 5 --out older", stoppedAt("rename older")),
               -SIGTERM);
@@ -465,14 +466,14 @@ TEST_F(FaultsRun, ASignalAtEachStageOfAStudy) {
         EXPECT_EQ(run(std::string("stylet-study ") + command + " " + kStudy + "study-cut", stoppedAt(moment)),
                   -SIGTERM)
             << moment;
-        fs::remove(in("study-cut/report.html"));  // of the study before
+        fs::remove(in("study-cut/report.html"));  // report of the earlier study
         EXPECT_EQ(run("stylet-study report study-cut"), 2) << moment;
         expectSaid("study-cut/summary.json: file: cannot be read: plan and run the study first");
         expectWholeFiles("study-cut", "study-whole");
     };
     for (const char* file : {"plan.csv", "plan.json", "paths.png", "paths.json"})
         cut("plan", std::string("rename ") + file);
-    fs::remove_all(in("study-cut/one/blocks"));  // which are of the same paths
+    fs::remove_all(in("study-cut/one/blocks"));  // they belong to the same paths
     EXPECT_FALSE(fs::exists(in("study-cut/one/paths.json")));
     for (const char* file : {"paths.json", "pair.json", "000000.results", "paths.csv", "summary.json"})
         cut("run", std::string("rename ") + file);
@@ -494,8 +495,8 @@ TEST_F(FaultsRun, ASignalAtEachStageOfADebrief) {
     expectSame("debrief-cut", "debrief");
 }
 
-// A mount of the test's own child, where the machine allows it; else a folder without the right to write, and
-// root without the power over it.
+// Uses a read-only mount in the test's own child process if the machine allows it. Otherwise it removes
+// write permission from the folder, and root also drops its capability to override it.
 TEST_F(FaultsRun, AFileSystemThatIsOnlyRead) {
     cell("every program", "a read-only mount", "reads what is there; else the file and the reason");
     needStudy();

@@ -14,7 +14,7 @@ namespace {
 using namespace stylet::haptics;
 using namespace stylet::haptics::bridge;
 
-// Checksums made right, so that what is behind them is reached too.
+// Corrects the checksums, so that the fuzzer also reaches the code behind them.
 std::vector<std::uint8_t> sealed(std::span<const std::uint8_t> bytes) {
     std::vector<std::uint8_t> out(bytes.begin(), bytes.end());
     for (std::size_t at = 0; at + kHeaderBytes + kChecksumBytes <= out.size();) {
@@ -43,7 +43,9 @@ void checkVector(const Vec3& v, double most) {
           glm::length(v) <= most * (1 + 1e-12));
 }
 
-// Whatever a bridge sends: states that can be, or a named fault that stays.
+// Feeds the bytes to a link as if a bridge had sent them. Every state must be valid, and the first fault
+// must
+// persist.
 void attackLink(std::span<const std::uint8_t> bytes) {
     Link link;
     link.hello();
@@ -68,7 +70,7 @@ void attackLink(std::span<const std::uint8_t> bytes) {
     }
 }
 
-// Whatever a trainer sends: the motors get no more than the peak.
+// Feeds the bytes to a session as if a trainer had sent them. The motors must never exceed the peak force.
 void attackSession(std::span<const std::uint8_t> bytes) {
     Capabilities capabilities;
     Servo servo;

@@ -6,7 +6,8 @@
 #include "app/modeller/image/child_process_linux.h"
 #include "app/modeller/segmentation/classes.h"
 
-// Thresholds that rise or an ImportError; what is taken is written so that it is taken again.
+// The result is a set of rising thresholds or an ImportError. Accepted thresholds survive a write and parse
+// round trip.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::modeller;

@@ -12,9 +12,10 @@
 #include "app/trainer/stores/derived.h"
 #include "scratch_file.h"
 
-// Of all files only the one that was kept is taken up at the next start: the input is what is done to that
-// one, a place and what is added to the byte there, by twos; an odd one out ends the file there. What is said
-// of damage is not shown. HZ-RECORD-14
+// Only the unmodified cache file may be accepted. The input describes damage to that file as pairs of
+// bytes: an offset and a value to add to the byte there. An odd last byte truncates the file at that
+// offset. Messages about damage are hidden.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::trainer;
     static const std::filesystem::path folder = fuzz::scratchFolder() / "derived", file = folder / "kept";

@@ -5,7 +5,7 @@
 #include "haptics/devices/falcon/falcon_calibration.h"
 #include "patient/patient.h"
 
-// A calibration within its range or a DataError.
+// The result is a calibration within its range or a DataError.
 // HZ-FORCE-22, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;

@@ -14,8 +14,8 @@ using namespace stylet::haptics;
 
 std::int64_t now_ns = 0;
 
-// The input, piece by piece: a length, then so many bytes from the loader in the chip; 64 says that the last
-// piece sent is echoed, as a sound loader does.
+// Plays the input in pieces: a length, then that many bytes from the device's boot loader. The length 64
+// echoes the last piece sent, as a working boot loader does.
 class Bytes final : public FtdiBus {
   public:
     explicit Bytes(std::span<const std::uint8_t> left) : left_(left) {}
@@ -48,8 +48,9 @@ class Bytes final : public FtdiBus {
 
 }  // namespace
 
-// Whatever the loader in the chip answers: it ends within its steps, and only echoes of all of it are
-// success. HZ-RECORD-14
+// Whatever the boot loader answers, the upload ends within a bounded number of steps. It succeeds only if
+// the whole image was sent.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     now_ns = 0;
     std::vector<std::uint8_t> image(200);

@@ -14,7 +14,7 @@ using namespace stylet::haptics;
 std::int64_t now_ns = 0;
 bool homed_by_bytes = false;
 
-// The input, piece by piece: a length, then so many bytes from the device. The host's packets are judged.
+// Plays the input in pieces: a length, then that many bytes from the device. Checks the host's packets.
 class Bytes final : public FtdiBus {
   public:
     explicit Bytes(std::span<const std::uint8_t> left) : left_(left) {}
@@ -22,7 +22,7 @@ class Bytes final : public FtdiBus {
     BusResult control(std::uint8_t, std::uint16_t, std::string&) override { return BusResult::ok; }
     BusResult write(std::span<const std::uint8_t> bytes, int, std::string&) override {
         if (bytes.size() != 16 || bytes[0] != '<' || bytes[15] != '>' || (bytes[13] & 1) != 0)
-            std::abort();  // the homing bit is in every one
+            std::abort();  // every packet has the homing bit
         const bool zero = std::all_of(bytes.begin() + 1, bytes.begin() + 13, [](auto b) { return b == 'A'; });
         if (!zero && !homed_by_bytes) std::abort();
         return BusResult::ok;
@@ -45,7 +45,8 @@ class Bytes final : public FtdiBus {
 
 }  // namespace
 
-// Whatever comes from the cable: no force before the device says that it is homed, no pose that is none.
+// Whatever the device sends, the host sends no force before the device reports that it is homed, and every
+// position is within reach.
 // HZ-FORCE-11, HZ-FORCE-21, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     homed_by_bytes = std::count_if(data, data + size, [](auto b) { return b >= 'A' + 0x70; }) >= 10;

@@ -7,7 +7,8 @@
 #include "app/modeller/image/import_image.h"
 #include "app/modeller/segmentation/fascia_spline.h"
 
-// A surface with a radius everywhere or an ImportError; what is taken is written so that it is taken again.
+// The result is a surface with a valid radius everywhere or an ImportError. An accepted surface survives a
+// write and parse round trip.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::modeller;

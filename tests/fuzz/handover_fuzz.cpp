@@ -7,7 +7,8 @@
 #include "app/modeller/image/handover_files.h"
 #include "scratch_file.h"
 
-// What a child process that read a hostile file left behind: a bounded image or field, or an ImportError.
+// The input is the output file of a child process that read a hostile file. The result is a bounded image
+// or field, or an ImportError.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::modeller;

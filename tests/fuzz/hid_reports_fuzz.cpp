@@ -11,7 +11,7 @@ using namespace stylet::haptics;
 
 namespace {
 
-// What is refused has changed nothing, and no cap is pushed further than caps go.
+// A rejected report changes nothing. Axis values stay within four times full scale.
 void takeAsSpaceMouse(std::span<const unsigned char> report, SpaceMouseInput& input) {
     const SpaceMouseInput before = input;
     const SpaceMouseReport taken = takeSpaceMouseReport(report, input);
@@ -24,7 +24,7 @@ void takeAsSpaceMouse(std::span<const unsigned char> report, SpaceMouseInput& in
     if (input.battery_percent > 100) std::abort();
 }
 
-// What is taken says the same, word for word, when it is sent back as a calibration.
+// The encoder counts of an accepted report are encoded unchanged when sent back as a calibration.
 void takeAsWooden(std::span<const unsigned char> bytes) {
     const auto report = decodeWoodenReport(bytes);
     if (report.has_value() != (bytes.size() == kWoodenReportBytes)) std::abort();
@@ -36,7 +36,7 @@ void takeAsWooden(std::span<const unsigned char> bytes) {
 
 }  // namespace
 
-// The input, piece by piece: a length, then a report of so many bytes.
+// The input is a sequence of reports: a length, then that many bytes.
 // HZ-FORCE-21, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     std::span<const std::uint8_t> left(data, size);

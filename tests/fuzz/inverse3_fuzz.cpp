@@ -7,7 +7,8 @@
 
 #include "haptics/devices/inverse3/inverse3_messages.h"
 
-// A message is taken with values that can be, or refused with a reason; an id that passed needs no escaping.
+// A message is accepted with valid values or rejected with a reason. An accepted device id needs no
+// escaping.
 // HZ-FORCE-21, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::haptics;
@@ -22,7 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (update->present) {
             std::string command;
             inverse3::writeForce(command, update->device_id, {0.0, 1.0, 0.0}, inverse3::Spelling::vector);
-            // No quote, brace or backslash came in with the id.
+            // The id must not bring in a backslash or any character that needs escaping.
             if (command.size() != update->device_id.size() + 94 || command.find('\\') != command.npos)
                 std::abort();
         }

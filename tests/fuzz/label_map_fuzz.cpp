@@ -6,7 +6,7 @@
 #include "app/modeller/image/import_image.h"
 #include "app/modeller/import/import_map.h"
 
-// A map or an ImportError; what is taken maps ids of int16 labels to targets there are.
+// The result is a label map or an ImportError. An accepted map maps int16 ids to existing targets.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::modeller;

@@ -6,8 +6,8 @@
 #include "patient/package/package.h"
 #include "render/room/mesh.h"
 
-// A mesh whose indices name vertices, whose parts lie in its list and whose numbers can be drawn, or a
-// DataError.
+// The result is a mesh or a DataError. Every index of an accepted mesh refers to a vertex, every part lies
+// within the index list, and all numbers can be drawn.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::render;

@@ -8,7 +8,7 @@
 
 namespace {
 
-// A run with a control channel, and a connection to it.
+// An instance with a control channel, and a connection to that channel.
 struct Run {
     Run() {
         const std::string path = mock_fuzz::scratchFile("s").string();
@@ -27,11 +27,11 @@ struct Run {
     Run(const Run&) = delete;
     Run& operator=(const Run&) = delete;
 
-    // Polls until a reply with these bytes in it has come.
+    // Polls until a reply that contains these bytes arrives.
     bool hears(const char* bytes) {
         std::string heard;
         for (int i = 0; i < 1'000'000 && heard.find(bytes) == std::string::npos; ++i) {
-            if (mock_fuzz::poll(instance) == XR_ERROR_INSTANCE_LOST) return true;  // a request asked for it
+            if (mock_fuzz::poll(instance) == XR_ERROR_INSTANCE_LOST) return true;  // was requested
             char buffer[4096];
             const ssize_t count = recv(socket, buffer, sizeof buffer, MSG_DONTWAIT);
             if (count == 0) return false;
@@ -46,7 +46,7 @@ struct Run {
 
 }  // namespace
 
-// Whatever bytes a control client sends, the question after them is answered.
+// Whatever bytes a control client sends, the runtime answers the request that follows.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     Run run;

@@ -23,8 +23,9 @@ void live(const char* scenario) {
 
 }  // namespace
 
-// A recording that a scenario of the mock runtime names, of the head or of a hand's joints: taken, or it
-// refuses xrCreateInstance. HZ-RECORD-14
+// The input is a recording of a head or of a hand's joints, named by a scenario of the mock runtime. The
+// runtime either accepts it or fails xrCreateInstance.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const std::filesystem::path csv = mock_fuzz::scratchFile("recording.csv"),
                                        head = mock_fuzz::scratchFile("head.json"),

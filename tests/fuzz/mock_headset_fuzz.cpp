@@ -4,7 +4,8 @@
 
 #include "mock_runtime.h"
 
-// A headset's file that a scenario of the mock runtime names: taken, or it refuses xrCreateInstance.
+// The input is a headset file named by a scenario of the mock runtime. The runtime either accepts it or
+// fails xrCreateInstance.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const std::filesystem::path file = mock_fuzz::scratchFile("headset.json"),

@@ -1,4 +1,5 @@
-// The mock OpenXR runtime without a loader: an instance is made as often as a fuzzer likes.
+// Calls the mock OpenXR runtime directly, without a loader, so that a fuzzer can create any number of
+// instances.
 #pragma once
 
 #include <dlfcn.h>
@@ -39,7 +40,7 @@ inline PFN_xrVoidFunction function(XrInstance instance, const char* name) {
     return found;
 }
 
-// With the environment as it is. What it has to say on stderr is not shown.
+// Uses the current environment variables. Hides the runtime's messages on stderr.
 inline XrResult createInstance(XrInstance* instance) {
     XrInstanceCreateInfo info{};
     info.type = XR_TYPE_INSTANCE_CREATE_INFO;
@@ -57,14 +58,14 @@ inline XrResult createInstance(XrInstance* instance) {
 
 inline void destroyInstance(XrInstance instance) {
     const int shown = dup(STDERR_FILENO), nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    dup2(nowhere, STDERR_FILENO);  // assertions that are not met
+    dup2(nowhere, STDERR_FILENO);  // hides the reports of failed assertions
     reinterpret_cast<PFN_xrDestroyInstance>(function(instance, "xrDestroyInstance"))(instance);
     dup2(shown, STDERR_FILENO);
     close(shown);
     close(nowhere);
 }
 
-// Time passes by a refresh a call, and what is due happens.
+// Each call advances the virtual clock by one refresh and processes the events that are due.
 inline XrResult poll(XrInstance instance) {
     XrEventDataBuffer event{};
     event.type = XR_TYPE_EVENT_DATA_BUFFER;

@@ -4,7 +4,7 @@
 
 #include "mock_runtime.h"
 
-// A scenario file of the mock runtime is taken or refuses xrCreateInstance; taken, it can be lived through.
+// The runtime either accepts a scenario file or fails xrCreateInstance. An accepted scenario can be played.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const std::filesystem::path file = mock_fuzz::scratchFile("scenario.json");
@@ -17,7 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (result != XR_SUCCESS) std::abort();
     for (int i = 0; i < 4; ++i) {
         const XrResult polled = mock_fuzz::poll(instance);
-        // What a scenario may demand of xrPollEvent.
+        // A scenario may make xrPollEvent fail, but the only success codes are these two.
         if (polled > 0 && polled != XR_EVENT_UNAVAILABLE) std::abort();
     }
     mock_fuzz::destroyInstance(instance);

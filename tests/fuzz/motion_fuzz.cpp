@@ -7,8 +7,8 @@
 #include "patient/package/motion_io.h"
 #include "patient/patient.h"
 
-// A motion or a DataError; what is taken moves every point somewhere, not far, and stands still beyond its
-// grid.
+// The result is a motion or a DataError. An accepted motion moves every point by a finite, bounded distance
+// and does not move points far outside its grid.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::patient;

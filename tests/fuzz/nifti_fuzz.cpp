@@ -5,7 +5,7 @@
 #include "patient/package/nifti.h"
 #include "patient/package/package.h"
 
-// A volume or a DataError; anything else is a bug.
+// The result is a volume or a DataError.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const auto bytes = std::as_bytes(std::span(data, size));

@@ -4,7 +4,7 @@
 
 #include "patient/planning/paths_json.h"
 
-// Paths or a DataError; anything else is a bug.
+// The result is a list of paths or a DataError.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {

@@ -5,11 +5,11 @@
 
 #include "patient/package/package_toml.h"
 
-// A package or a DataError; and what was taken is written so that it is taken again.
+// The result is a package or a DataError. An accepted package survives a write and parse round trip.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::patient;
-    if (size > kMaxTomlBytes) return 0;  // refused before it is parsed
+    if (size > kMaxTomlBytes) return 0;  // rejected before parsing
     try {
         const Package p = parsePackageToml("fuzz.toml", {reinterpret_cast<const char*>(data), size});
         const std::string text = packageToml(p);

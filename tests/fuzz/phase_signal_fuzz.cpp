@@ -6,7 +6,7 @@
 
 #include "app/modeller/motion/motion_fit.h"
 
-// A surrogate for each of three phases or a DataError.
+// The result is one surrogate for each of three phases, or a DataError.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;

@@ -6,7 +6,7 @@
 
 #include "render/gpu/pipeline_cache_file.h"
 
-// What reaches the driver is what was sealed, whole; and any bytes can be sealed.
+// The driver only receives complete data that was sealed by this program. Any bytes can be sealed.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::render;

@@ -6,7 +6,8 @@
 
 #include "app/trainer/setup/doctor.h"
 
-// What the doctor's child printed, drivers' own words in between: findings that can be printed.
+// The input is the output of the doctor's child process, mixed with messages from drivers. All findings can
+// be printed.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::trainer;

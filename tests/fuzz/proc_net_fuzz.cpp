@@ -4,7 +4,7 @@
 
 #include "haptics/devices/inverse3/service_linux.h"
 
-// The kernel's tables of sockets, as text: a listener is found or not.
+// The input is the kernel's socket table as text. The search for a listener must not crash.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::haptics;

@@ -4,7 +4,7 @@
 
 #include "app/records/record.h"
 
-// Whole frames or a DataError; nothing is taken that no checkpoint covers.
+// The result is whole frames or a DataError. Only inputs covered by a checkpoint are accepted.
 // HZ-RECORD-07, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;

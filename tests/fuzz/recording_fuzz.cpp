@@ -7,7 +7,8 @@
 #include "patient/motion/recording.h"
 #include "patient/patient.h"
 
-// A recording or a DataError; what is taken can be played, and no breath of it is out of bounds.
+// The result is a recording or a DataError. An accepted recording can be played, and its signal stays
+// within bounds.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::patient;

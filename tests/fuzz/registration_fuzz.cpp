@@ -5,7 +5,7 @@
 #include "app/trainer/stores/registration_store.h"
 #include "patient/package/package.h"
 
-// What is taken can be written and is taken again as the same.
+// An accepted registration survives a write and parse round trip unchanged.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::trainer;

@@ -1,7 +1,6 @@
-// Stands in for libFuzzer under any compiler: replays a corpus folder, then a fixed number of mutations of
-// it.
+// Replaces libFuzzer under any compiler: replays a corpus folder, then a fixed number of mutations of it.
 //   NAME_fuzz CORPUS_FOLDER MUTATIONS
-// The same arguments give the same inputs; the one that failed is left in failed.input.
+// The same arguments give the same inputs. An input that fails is saved as failed.input.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -76,7 +75,7 @@ class Mutator {
             }
         }
     }
-    // One, two or four bytes that are someone's limit.
+    // Writes a common limit value as one, two or four bytes.
     void putExtreme(Input& input, std::size_t at) {
         constexpr std::uint32_t kExtremes[] = {0,          1,          0x7f,       0x80,       0xff,
                                                0x7fff,     0x8000,     0xffff,     1025,       0x7fffffff,

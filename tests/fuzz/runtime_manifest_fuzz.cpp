@@ -4,7 +4,7 @@
 
 #include "app/trainer/display/runtime_manifest.h"
 
-// A library's name or none; anything else is a bug.
+// The result is a library name or nothing.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     stylet::trainer::libraryNamedBy(std::string_view(reinterpret_cast<const char*>(data), size));

@@ -5,7 +5,7 @@
 #include "app/records/samples.h"
 #include "patient/package/package.h"
 
-// Whole frames of ascending ticks, or a DataError.
+// The result is whole frames with ascending ticks, or a DataError.
 // HZ-RECORD-07, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;

@@ -6,7 +6,7 @@
 #include "app/trainer/attempt/scenario.h"
 #include "patient/patient.h"
 
-// A scenario or a DataError; what is taken is finite and of bounded length.
+// The result is a scenario or a DataError. The duration of an accepted scenario is finite.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;

@@ -1,4 +1,4 @@
-// For parsers that take a file: one in a folder that goes with the process.
+// For parsers that read a file: a file in a temporary folder that is deleted when the process exits.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace fuzz {
 
-// In memory where there is such a place: a disk is a hundred times slower.
+// Uses a folder in memory if there is one. A disk is a hundred times slower.
 inline const std::filesystem::path& scratchFolder() {
     static const bool in_memory =
         std::filesystem::is_directory("/dev/shm") && setenv("TMPDIR", "/dev/shm", 1) == 0;

@@ -5,7 +5,8 @@
 
 #include "app/modeller/segmentation/stage_store.h"
 
-// A record or a DataError; what is taken is written so that it is taken again, and fits a terminal.
+// The result is a record or a DataError. An accepted record survives a write and parse round trip, and its
+// notes contain no terminal escape sequences.
 // HZ-RECORD-11, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::modeller;

@@ -6,7 +6,7 @@
 #include "patient/package/package.h"
 #include "scratch_file.h"
 
-// A picture of an attempt, made small, or a DataError.
+// The result is a downscaled picture of an attempt, or a DataError.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;

@@ -16,7 +16,7 @@ namespace {
 
 using namespace stylet;
 
-// A store of one finished attempt, and another hand at its database.
+// A store with one finished attempt, and a second connection to its database.
 struct Kept {
     records::Store store{fuzz::scratchFolder() / "store"};
     std::string id;
@@ -41,8 +41,9 @@ constexpr const char* kMetric = "UPDATE metric SET id = ?, name = ?";
 
 }  // namespace
 
-// Lines of the input stand in the store's columns. They are read, or refused as a DataError; and whatever
-// stands there, an attempt's folder is one beside the others. HZ-RECORD-08, HZ-RECORD-14
+// Lines of the input are written to the columns of the store. They are read, or rejected with a DataError.
+// An attempt's folder always lies directly in the attempts folder.
+// HZ-RECORD-08, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static Kept kept;
     std::vector<std::string> texts(1);

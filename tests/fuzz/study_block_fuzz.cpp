@@ -9,9 +9,10 @@
 #include "app/study/kept.h"
 #include "scratch_file.h"
 
-// Of all files only the one that was kept is taken for a block of results: the input is what is done to that
-// one, a place (two bytes) and what is added to the byte there, by threes; an odd one out ends the file
-// there. HZ-RECORD-14
+// Only the unmodified file may be accepted as a block of results. The input describes damage to that file
+// in groups of three bytes: a two-byte offset and a value to add to the byte there. One byte left over
+// truncates the file at that offset. Two bytes left over are appended.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::study;
     static const KeptBlocks kept(fuzz::scratchFolder(), 42, 3);

@@ -17,7 +17,7 @@ void readOrRefused(Read read, const std::filesystem::path& file) {
 
 }  // namespace
 
-// A pair's facts, a plan's or a run's, or a DataError; a pair's can be written again.
+// The result is the facts of a pair, a plan or a run, or a DataError. A pair's facts can be written again.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::study;

@@ -5,7 +5,7 @@
 
 #include "app/study/pair.h"
 
-// A study of pairs that each have a folder name of their own, or a DataError.
+// The result is a study or a DataError. Each pair of an accepted study has a unique folder name.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;

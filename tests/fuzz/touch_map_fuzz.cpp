@@ -7,8 +7,8 @@
 
 #include "app/trainer/stores/derived.h"
 
-// Behind its seal a kept touch map is still judged: what is taken is finite, fills its grid, and is the very
-// bytes.
+// A cached touch map is validated even if its checksum is correct. An accepted map is finite, fills its
+// grid and has exactly these bytes.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;
     const auto bytes = std::as_bytes(std::span(data, size));

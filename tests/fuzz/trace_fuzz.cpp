@@ -5,7 +5,7 @@
 #include "haptics/devices/replay.h"
 #include "patient/patient.h"
 
-// A trace or a DataError; anything else is a bug.
+// The result is a trace or a DataError.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {

@@ -4,7 +4,7 @@
 #include "patient/package/package.h"
 #include "render/ultrasound/transducer.h"
 
-// A transducer or a DataError; anything else is a bug.
+// The result is a transducer or a DataError.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     try {

@@ -9,8 +9,9 @@
 #include "app/trainer/display/player.h"
 #include "app/trainer/session/instructor.h"
 
-// What comes in at the terminal or from a window, in pieces: the user's words, the instructor's and the
-// player's. HZ-RECORD-14
+// Feeds typed input in pieces, as it arrives from a terminal or a window, to the user's, the instructor's
+// and the player's command parsers.
+// HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;
     const std::string_view text(reinterpret_cast<const char*>(data), size);

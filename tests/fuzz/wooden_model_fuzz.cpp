@@ -9,7 +9,7 @@
 #include "haptics/tools/device.h"
 #include "patient/patient.h"
 
-// A model whose arm can stand somewhere, or a DataError; anything else is a bug.
+// The result is a model with a valid arm pose, or a DataError.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::haptics;

@@ -1,4 +1,4 @@
-// What no hand does and a broken device might, and what geometry does at its worst.
+// Motions that no hand makes but a broken device might report, and worst cases of geometry.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using test::SimulatedBody;
 using test::simulatedBody;
 using test::SimulatedDevice;
 
-// A simulation fed by hand, tick by tick; every tick is checked for what must always hold.
+// Feeds a simulation tick by tick. Checks the invariants of the simulation in every tick.
 struct Fed {
     explicit Fed(const patient::Package& package) : patient(package), simulation(patient, {}) {
         input.device.device_from_stylus.rotation = test::kAlongX;
@@ -43,7 +43,7 @@ struct Fed {
         tick();
         input.command_count = 0;
     }
-    // Outside, with its start ramp behind it.
+    // Rests outside the patient until the start ramp is over.
     void settle() {
         for (int i = 0; i < 2000; ++i)
             to({-0.010, 0.0003, 0.0002});
@@ -64,13 +64,13 @@ TEST(Adversarial, Teleports) {
         return low + (high - low) * (double(random() >> 11) * 0x1p-53);
     };
     for (int i = 0; i < 20000; ++i) {
-        // Anywhere in reach, and now and then to the far corners of what a pose may be.
+        // Anywhere in reach, and sometimes at the far corners of the valid pose range.
         const double reach = i % 50 == 0 ? 9.9 : 0.08;
         fed.to({uniform(-reach, reach), uniform(-reach, reach), uniform(-reach, reach)});
         if (i % 100 == 99) fed.rearm();
     }
     EXPECT_LE(fed.events.count, kMaxStepEvents);
-    // Back outside it is as if nothing had been.
+    // Outside again, no effect of the earlier motion remains.
     fed.to({-0.010, 0.0003, 0.0002});
     fed.rearm();
     fed.settle();
@@ -96,11 +96,11 @@ TEST(Adversarial, PosesThatCannotBe) {
         fed.input.device.device_from_stylus = bad;
         fed.tick();
         EXPECT_NE(fed.out.faults, 0u);
-        EXPECT_EQ(fed.out.patient_from_tool.position_m, before);  // the last good one stays
+        EXPECT_EQ(fed.out.patient_from_tool.position_m, before);  // the last valid pose stays
         for (int i = 0; i < 20; ++i)
             fed.tick();
         EXPECT_EQ(glm::length(fed.out.sent_device_n), 0.0);
-        // A good pose alone does not bring the force back.
+        // A valid pose alone does not restore the force.
         fed.input.device.device_from_stylus = good;
         fed.tick();
         EXPECT_EQ(glm::length(fed.out.sent_device_n), 0.0);
@@ -108,7 +108,8 @@ TEST(Adversarial, PosesThatCannotBe) {
     }
 }
 
-// 50 mm/s onto bone, by a firm hand on each device: stopped as its stiffness says, and still afterwards.
+// A firm hand hits bone at 50 mm/s, on each device. The needle must stop within the depth that the
+// stiffness allows and come to rest.
 TEST(Adversarial, FastOntoBone) {
     const patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.012}, {bone, 0.080}}, 0.0005);
     const patient::Patient patient(package);
@@ -140,15 +141,16 @@ TEST(Adversarial, FastOntoBone) {
         }
         EXPECT_TRUE(on_bone) << profile.name;
         EXPECT_EQ(out.faults, 0u) << profile.name;
-        // 6 mm of the hand's spring against the bone's: no deeper than the hand wanted, give or take its
-        // swing.
+        // The hand spring, stretched by 6 mm, pushes against the bone's spring. The needle goes no deeper
+        // than the hand's target, apart from oscillation.
         EXPECT_LT(deepest_m, 0.021) << profile.name;
         EXPECT_NEAR(device.body().position_m.x, moved_m, 1e-4) << profile.name;
         EXPECT_LT(glm::length(device.body().velocity_m_per_s), 2e-3) << profile.name;
     }
 }
 
-// To a hair of the cut and back, a thousand times: one cut, at its depth, and Eq. 1 both ways.
+// Moves almost to the puncture and back, a thousand times. Then one puncture, at its exact depth, with the
+// force of Eq. 1 in both directions.
 TEST(Adversarial, ReversalAtTheCut) {
     const patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.020}});
     const patient::Patient patient(package);
@@ -174,7 +176,7 @@ TEST(Adversarial, ReversalAtTheCut) {
     EXPECT_EQ(hand.state.phase, Phase::pass);
 }
 
-// Along a border, on it, and beside it by what rounding leaves: the force does not chatter.
+// Moves along a border: on it, and beside it by rounding errors. The force must not chatter.
 TEST(Adversarial, GrazingBorders) {
     const patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.010}, {liver, 0.030}}, 0.001);
     const patient::Patient patient(package);
@@ -183,7 +185,7 @@ TEST(Adversarial, GrazingBorders) {
         const double border_m = 0.012;
         hand.to(-0.001);
         hand.sweep(border_m + beside_m);
-        // The shaft turned along the border: 20 mm in it.
+        // The shaft points along the border and moves 20 mm within it.
         hand.axis = {0.0, 0.0, 1.0};
         double before_n = hand.force();
         std::size_t steps = 0;
@@ -192,7 +194,7 @@ TEST(Adversarial, GrazingBorders) {
             hand.to(Vec3(border_m + beside_m, 0.0003, 0.0002 + 0.00005 * i));
             ASSERT_TRUE(std::isfinite(hand.force()));
             ASSERT_LE(std::fabs(hand.force()), 0.9 + 1e-9);
-            // The springs alone: 1,200 N/m at most, and what Eq. 1 is steeper by.
+            // Slope of the springs: at most 1,200 N/m. Eq. 1 may be twice as steep.
             if (hand.events.size() == events)
                 steps += std::fabs(hand.force() - before_n) > 2.0 * 1200.0 * 0.00005;
             before_n = hand.force();
@@ -214,7 +216,7 @@ TEST(Adversarial, PathsOfNoLength) {
         EXPECT_TRUE(std::isfinite(exact.at(0.0)));
         EXPECT_TRUE(std::isfinite(exact.at(1.0)));
     }
-    // A hand that never moves, wherever it begins; a needle without direction of travel.
+    // A hand that never moves, at several positions. The needle has no direction of travel.
     for (const double x : {-0.01, 0.0, 0.001, 0.014, 0.0145, 0.1}) {
         Hand hand(patient);
         for (int i = 0; i < 100; ++i)
@@ -223,7 +225,8 @@ TEST(Adversarial, PathsOfNoLength) {
     }
 }
 
-// More borders than any list holds: counted, in order, never lost in memory; and the needle comes out again.
+// More borders than any list can store. They are counted, in order and without memory errors, and the
+// needle can be withdrawn again.
 TEST(Adversarial, AThousandThinLayers) {
     test::Layers layers{{skin, 0.0002}};
     for (int i = 0; i < 1000; ++i)
@@ -253,7 +256,7 @@ TEST(Adversarial, AThousandThinLayers) {
     }
 }
 
-// One tick through all of them: what does not fit into its list of events is counted.
+// One tick through all layers. Events that do not fit into the event list are counted.
 TEST(Adversarial, AJumpThroughAThousandLayersIsOneTick) {
     test::Layers layers{{skin, 0.0002}};
     for (int i = 0; i < 1000; ++i)

@@ -1,4 +1,4 @@
-// No allocation in 10,000 ticks, counted by a replaced operator new.
+// Counts allocations in 10,000 ticks with a replaced operator new. There must be none.
 #include <gtest/gtest.h>
 
 #include "haptics/devices/replay.h"
@@ -10,7 +10,7 @@
 namespace stylet::haptics {
 namespace {
 
-// A breath of everything a patient may do, and a recorded one.
+// A breathing plan with every kind of irregularity, optionally recorded.
 patient::BreathPlan restless() {
     patient::BreathPlan plan{.rhythm = {1.0, 1.0}};
     plan.period_jitter = plan.depth_jitter = 0.1;
@@ -59,7 +59,7 @@ TEST_P(Allocation, TenThousandTicksAllocateNothing) {
     EXPECT_EQ(test::allocations() - before, 0u);
     EXPECT_GE(punctures, 3);
 
-    // The counter counts (a plain new and delete may be optimised away).
+    // Checks that the counter works. (The compiler may remove a plain new and delete.)
     ::operator delete(::operator new(4));
     EXPECT_EQ(test::allocations() - before, 1u);
 }
@@ -79,7 +79,7 @@ TEST(Allocation, ToolsOnTheSkinAllocateNothing) {
 
     const std::uint64_t before = test::allocations();
     for (int i = 0; i < 9000; ++i) {
-        // 1.5 s with each tool, twice: in by 5 mm, along the skin, out.
+        // 1.5 s with each tool, twice: 5 mm into the skin, along it, and out.
         const double share = double(i % 1500) / 1500.0;
         input.command_count = 0;
         if (i % 1500 == 0)

@@ -5,7 +5,8 @@
 
 namespace stylet::test {
 
-// Its +z, toward the hub and out of the patient, is -x: layers begin at x = 0 and go on toward +x.
+// The tool's +z points toward the hub, out of the patient, and is the patient's -x. Layers start at x = 0
+// and continue toward +x.
 inline const Quat kAlongX{0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
 
 }  // namespace stylet::test

@@ -1,4 +1,4 @@
-// A column of layers and a hand that pushes a needle along it.
+// A column of layers, and a scripted hand that pushes a needle along it.
 #pragma once
 
 #include <utility>
@@ -10,17 +10,18 @@ namespace stylet::test {
 
 using Layers = std::vector<std::pair<patient::Tissue, double>>;
 
-// Layers along +x from x = 0, 80 mm wide, air around; thicknesses in whole voxels of `pitch_m`.
+// Layers along +x from x = 0, 80 mm wide, surrounded by air. Each thickness is rounded to voxels of
+// `pitch_m`.
 patient::Package makeColumn(const Layers&, double pitch_m = 0.0001);
 
-// The same layers in n x n voxels of `pitch_m` across, to paint into.
+// Repeats the column's layers across n x n voxels of `pitch_m`, so that a test can paint labels into them.
 patient::Package widen(const patient::Package& column, int n, double pitch_m);
 
-// The cavity of a simple breath: everything within 0.3 m of the origin moves by `travel_m` along z at full
-// inhale.
+// Adds simple breathing: at full inhale, everything within 0.3 m of the origin has moved by `travel_m`
+// along z.
 void letBreathe(patient::Package&, double travel_m);
 
-// Moves the tip along +x (or as told) and keeps every event.
+// Moves the tip and records every event. The needle points along +x unless `axis` is changed.
 struct Hand {
     explicit Hand(const patient::Patient& p) : patient(p) {}
 
@@ -28,9 +29,9 @@ struct Hand {
     // One step.
     void to(const Vec3& tip_m);
     void to(double x_m) { to({x_m, 0.0003, 0.0002}); }
-    // Steps of at most `step_m`, the last one shorter.
+    // Moves to `x_m` in equal steps of at most `step_m`.
     void sweep(double x_m, double step_m = 0.00009);
-    // The events of one kind.
+    // Returns the events of one kind.
     std::vector<haptics::NeedleEvent> of(haptics::NeedleEventKind) const;
 
     const patient::Patient& patient;

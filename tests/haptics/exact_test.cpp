@@ -12,7 +12,7 @@ namespace {
 
 using enum Tissue;
 
-// Segments that begin with air down to 10 mm.
+// Segments of a path that starts with 10 mm of air.
 std::vector<Segment> stack(const test::Layers& layers) {
     std::vector<Segment> out{{0.0, air, 0}};
     double x = 0.010;
@@ -61,7 +61,7 @@ TEST(Exact, ClosedFormsOfTable1) {
     expectCut(e, vessel, kTable1_vessel_m, 1.05, 0.75);
     for (const Tissue t : {soft, liver}) {
         const ExactEvent in = event(e, NeedleEventKind::entry, t);
-        EXPECT_EQ(in.depth_m, in.border_depth_m);  // no cut
+        EXPECT_EQ(in.depth_m, in.border_depth_m);  // no puncture
     }
     EXPECT_NEAR(event(e, NeedleEventKind::entry, liver).force_after_n, 0.9, 1e-9);
     EXPECT_EQ(e.at(0.005), 0.0);
@@ -118,7 +118,8 @@ TEST(Exact, APathThatBeginsInTissueMeetsItAtDepthZero) {
 }
 
 TEST(Exact, OutAgainThroughACornerOfTheSkinIsAnEvent) {
-    // Left before its cut, then behind it; air goes on being outside where only its label changes.
+    // The needle leaves the skin before its puncture (0.4 mm) or after it (1.5 mm). A change of label
+    // within air does not count as entering the body again.
     for (const double thickness_m : {0.0004, 0.0015}) {
         const ExactForce e =
             solve({{skin, thickness_m}, {air, 0.001}, {air, 0.002}, {skin, 0.002}, {soft, 0.02}});
@@ -139,7 +140,7 @@ TEST(Exact, SampledAtManyDepthsItIsWhatItIsAtEach) {
     const ExactForce e =
         solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.02}, {duct, 0.004}, {bone, 0.01}});
     std::vector<double> force_n(1777);
-    // Also on the pieces' own ends, before the path and behind it.
+    // Also at the ends of the pieces, in front of the path and behind it.
     for (const double first_m : {-0.001, 0.0, 0.01, 0.012 - 1e-12}) {
         const double step_m = 0.0001;
         sampleForce(e, first_m, step_m, force_n);
@@ -150,7 +151,7 @@ TEST(Exact, SampledAtManyDepthsItIsWhatItIsAtEach) {
     EXPECT_EQ(std::count(force_n.begin(), force_n.end(), 0.0), std::ptrdiff_t(force_n.size()));
 }
 
-// Labels alone part no segment of tissues, and the force is the same to the last bit.
+// Changes of label alone do not split a tissue segment. The force stays bit-identical.
 TEST(Exact, BordersOfTissuesAreEnough) {
     patient::Package package =
         test::makeColumn({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {liver, 0.02}});
@@ -176,7 +177,8 @@ TEST(Exact, BordersOfTissuesAreEnough) {
         ASSERT_EQ(a.solve(walk, length_m, Borders::ofTissues).at(x_m), expected.at(x_m));
 }
 
-// A diagonal through a grid of voxels touches four at each corner; the fascia of one of them is not met.
+// A diagonal through a voxel grid touches four voxels at each corner. It must not meet the fascia in one of
+// them.
 TEST(Exact, CornersAreNoBordersOfTissues) {
     patient::Package package =
         test::widen(test::makeColumn({{skin, 0.002}, {soft, 0.01}, {liver, 0.02}}, 0.001), 31, 0.001);
@@ -200,7 +202,8 @@ TEST(Exact, CornersAreNoBordersOfTissues) {
 }
 
 TEST(Exact, SegmentsFollowTheTrack) {
-    // Unlabelled bone of 250 HU is bone before the fascia and contrast-filled vessel (soft) behind it.
+    // Unlabelled voxels of 250 HU count as bone in front of the fascia, and as contrast-filled vessel
+    // (soft) behind it.
     patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {soft, 0.01}});
     for (const double x : {0.004, 0.020}) {
         const Index3 i = package.ct.grid.nearest({x, 0.0, 0.0});

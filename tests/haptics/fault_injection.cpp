@@ -39,10 +39,10 @@ Vec3 direction(Random& random) {
     return d / std::sqrt(glm::dot(d, d));
 }
 
-// One fault, the same in each of its ticks.
+// One fault, identical in each of its ticks.
 struct Injection {
     Injected what = Injected::unplugged;
-    double bad = 0.0;  // what stands where a number should be
+    double bad = 0.0;  // value that replaces a valid number
     unsigned field = 0;
     Vec3 way{0.0};
 
@@ -83,14 +83,14 @@ Injection drawn(Random& random, int kinds, const DeviceProfile& profile) {
     return i;
 }
 
-// In ticks; a silence is one only if it is long enough to be noticed.
+// In ticks. A silence must be long enough for the watchdog to notice it.
 int duration(Random& random, Injected what, double rate_hz) {
     if (random() % 4 == 0) return std::numeric_limits<int>::max();
     const int least = what == Injected::silence ? int(std::lround(0.021 * rate_hz)) : 1;
     return least + int(random() % 30);
 }
 
-// Judges the ticks after an injection.
+// Checks the ticks that follow an injection.
 struct Watch {
     InjectionTotals& totals;
     Injected what;
@@ -120,7 +120,7 @@ struct Watch {
     }
 };
 
-// A stylus that sways in a breathing spring, read a thousand times a second whatever the loop's rate.
+// A stylus that sways in a breathing spring. The device is read at 1 kHz whatever the loop rate.
 struct Bench {
     DeviceProfile profile;
     double rate_hz = 1000.0, gain = 1.0;
@@ -154,7 +154,7 @@ struct Bench {
     }
 };
 
-// Benches at moments of their start ramp and after it.
+// Benches stopped at several times during and after their start ramp.
 std::vector<Bench> risenBenches() {
     DeviceProfile strong, small{.name = "small", .force_peak_n = 8.0, .source = ""}, unknown;
     small.workspace_radius_m = 0.04;
@@ -215,7 +215,7 @@ InjectionTotals injectIntoSimulation(std::uint64_t count, std::uint64_t seed) {
     Simulation simulation(patient, settings);
     TickOutput out;
     NeedleEvents events;
-    // The rest before the script lets the force rise.
+    // The force rises while the device rests, before the script starts.
     const auto inputAt = [&](int tick) { return scriptedInput(trace, std::max(0, tick - kRisen)); };
     std::vector<Simulation> along;
     for (int tick = 0; tick < kRisen + kScriptedTicks - 100; ++tick) {

@@ -1,5 +1,5 @@
-// Faults put into a running output stage, and into a whole simulation, at random moments: every one has to
-// end in zero force within 20 ms, and to leave its name. Shared by test and bench.
+// Injects faults into a running output stage, or into a whole simulation, at random times. Each fault must
+// end in zero force within 20 ms and must be reported by name. Shared by test and bench.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ enum class Injected : std::uint8_t {
     leap,
     outOfReach,
     silence,
-    forceNotFinite,  // the last three are the model's: only into the output stage
+    forceNotFinite,  // the last three are faults of the force model: output stage only
     tissueNotFinite,
     energyNotFinite
 };
@@ -35,10 +35,10 @@ struct InjectionTotals {
     std::string first_failure;
 };
 
-// At 1, 2 and 4 kHz, on three devices, at any level of the start ramp, lasting from one tick to for ever, the
-// springs and the breath moving on.
+// Runs at 1, 2 and 4 kHz on three devices, at any level of the start ramp, with moving springs and
+// breathing. Faults last from one tick to forever.
 InjectionTotals injectIntoOutput(std::uint64_t count, std::uint64_t seed);
-// The same at 1 kHz through needle, breath and registration, all along the scripted puncture.
+// Runs at 1 kHz through needle, breathing and registration, at times all along the scripted puncture.
 InjectionTotals injectIntoSimulation(std::uint64_t count, std::uint64_t seed);
 
 }  // namespace stylet::test

@@ -1,5 +1,5 @@
-// Every injected fault ends in zero force within 20 ms and a named cause. The million is in the bench
-// (haptics.fault_injection).
+// Every injected fault must end in zero force within 20 ms and name its cause. The bench
+// haptics.fault_injection runs a million of them.
 #include "tests/haptics/fault_injection.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ void expectAllStopped(const InjectionTotals& totals, std::uint64_t count, int ki
     EXPECT_LE(totals.slowest(), 0.020 + 1e-9);
     for (int kind = 0; kind < kinds; ++kind) {
         EXPECT_GT(totals.by_cause[std::size_t(kind)], count / 100) << injectedName(Injected(kind));
-        // The force did not happen to be zero: each of them was seen to fall.
+        // The force was not zero by chance: for each kind of fault, it was seen to fall.
         EXPECT_GT(totals.slowest_s[std::size_t(kind)], 0.010) << injectedName(Injected(kind));
     }
 }

@@ -20,7 +20,7 @@ using patient::Tissue;
 using test::kAlongX;
 using enum patient::Tissue;
 
-// A patient and a finger on him.
+// A patient and a finger that palpates it.
 struct Palpated {
     explicit Palpated(const patient::Package& p, FingerSettings s = {})
         : package(p), settings(s), pad(fingerPad(s)) {}
@@ -39,7 +39,7 @@ struct Palpated {
     Surrogate breath;
 };
 
-// A pad of exactly 2 cm^2 that lies flat at once.
+// A pad of exactly 2 cm^2, flat enough to touch with its whole area at once.
 FingerSettings flatPad() {
     FingerSettings s;
     s.radius_m = std::sqrt(2e-4 / std::numbers::pi);
@@ -79,7 +79,7 @@ TEST(Finger, FeelsFlatLayersInClosedForm) {
         EXPECT_LT(std::fabs(f.force_n.y) + std::fabs(f.force_n.z), 1e-4 * std::fabs(f.force_n.x));
         EXPECT_LT(glm::length(f.torque_n_m), 1e-4 * std::fabs(f.force_n.x));
     }
-    // On bone the hand goes through nothing, and no tangent exceeds the pad's stiffest.
+    // The finger cannot pass through bone, and the tangent stays below the pad's maximum stiffness.
     EXPECT_NEAR((p.pressed(0.0101).force_n.x - p.pressed(0.0100).force_n.x) / -1e-4,
                 p.settings.pad.stiffest_n_per_m, 1.0);
 }
@@ -143,10 +143,10 @@ TEST(Finger, SticksThenSlips) {
         EXPECT_NEAR(-f.force_n.z, held_n, 1e-4);
         EXPECT_NEAR(f.energy_j - pressed.energy_j, 0.5 * held_n * held_n / shear, 1e-7);
     }
-    // Back: the proxies stick at once, then slip the other way.
+    // Reversal: the proxies stick at once, then slip in the other direction.
     EXPECT_NEAR(p.pressed(0.004, 0.010 - 1e-4).force_n.z, shear * 1e-4 - most_n, 1e-4);
     EXPECT_NEAR(p.pressed(0.004, 0.0).force_n.z, most_n, 1e-4);
-    // Lifted and put down again, nothing is left of it.
+    // After the finger lifts and presses again, no friction is left.
     EXPECT_EQ(glm::length(p.pressed(-0.002, 0.0).force_n), 0.0);
     EXPECT_NEAR(p.pressed(0.004, 0.0).force_n.z, 0.0, 1e-6);
 }
@@ -155,7 +155,7 @@ TEST(Finger, IsCarriedByTheBreath) {
     patient::Package package = uniform({{soft, 0.060}}, 20000.0);
     package.motion = test::makeShift(-0.010);
     const auto breathe = [](Palpated& p, double v) { p.breath = {v, 0.0, 0.0}; };
-    // A still hand: the skin slides under it, drags it along, and slips.
+    // The hand rests. The skin slides under it, drags it along, and slips.
     Palpated still(package, flatPad());
     const double normal_n = -still.pressed(0.004).force_n.x;
     double moved_m = 0.0;
@@ -169,7 +169,7 @@ TEST(Finger, IsCarriedByTheBreath) {
     EXPECT_NEAR(moved_m, -0.010, 1e-4);
     EXPECT_NEAR(f.force_n.z / -(still.settings.pad.friction * normal_n), 1.0, 1e-3);
     EXPECT_NEAR(-f.force_n.x / normal_n, 1.0, 1e-3);
-    // A hand that goes along feels nothing of it.
+    // A hand that moves with the skin feels no friction.
     Palpated along(package, flatPad());
     along.pressed(0.004);
     for (int i = 1; i <= 100; ++i) {
@@ -188,7 +188,7 @@ TEST(Finger, FeelsNothingInTheAir) {
     }
 }
 
-// The reference patient, coarse, under a wandering hand.
+// A coarse model of the reference patient, touched by a wandering hand.
 class Wandering : public testing::Test {
   protected:
     static void SetUpTestSuite() {
@@ -200,7 +200,7 @@ class Wandering : public testing::Test {
     static void TearDownTestSuite() { delete torso_; }
     void SetUp() override { torso_->state = {}; }
 
-    // Smooth ways in and out of the flank and along it.
+    // Smooth paths into the flank, out of it, and along it.
     static Vec3 hand(double t_s) {
         return {0.148 + 0.012 * std::sin(2.1 * t_s), 0.03 * std::sin(0.37 * t_s),
                 0.03 + 0.05 * std::sin(0.23 * t_s) + 0.01 * std::sin(3.3 * t_s)};
@@ -232,15 +232,16 @@ TEST_F(Wandering, PutsInWhatTheSpringsHold) {
     }
     EXPECT_GT(moved_j, 0.05);
     EXPECT_GT(slipped_j, 0.1 * moved_j);     // friction
-    EXPECT_LT(shortfall_j, 0.01 * moved_j);  // of a rigid pad on skin that bends under it
+    EXPECT_LT(shortfall_j, 0.01 * moved_j);  // a rigid pad on skin that bends under it
     RecordProperty("moved_uj", int(1e6 * moved_j));
     RecordProperty("shortfall_uj", int(1e6 * shortfall_j));
     RecordProperty("slipped_uj", int(1e6 * slipped_j));
 }
 
-// Down the right flank, always as deep in the skin: ribs are bumps, and the gaps between them yield.
+// Slides down the right flank at constant depth in the skin. Ribs must feel like bumps and the gaps must
+// yield.
 TEST_F(Wandering, FeelsRibsAsBumpsWhereItSlides) {
-    constexpr double kDepth_m = 0.010, kStep_m = 2e-5;  // firmly: where ribs stop a finger
+    constexpr double kDepth_m = 0.010, kStep_m = 2e-5;  // firm enough for ribs to stop a finger
     const patient::Skin skin = makeSkin(torso_->patient, 2);
     const auto overBone = [&](const Vec3& foot, const Vec3& inward) {
         for (double depth_m = 0.0; depth_m < kTouchDepth_m; depth_m += 0.0005)
@@ -261,7 +262,7 @@ TEST_F(Wandering, FeelsRibsAsBumpsWhereItSlides) {
                             foot - kDepth_m * out};
             const double normal_n = glm::dot(torso_->at(pose).force_n, out);
             const bool over = overBone(foot, -out);
-            // The middles, where all of a pad is over a rib or none of it.
+            // Only centre positions, where the whole pad is over a rib or over a gap.
             const Vec3 pad(0.0, 0.0, torso_->settings.radius_m);
             const int parts = over + overBone(foot + pad, -out) + overBone(foot - pad, -out);
             if (parts == 3) rib_n.push_back(normal_n);
@@ -288,7 +289,7 @@ TEST_F(Wandering, FeelsRibsAsBumpsWhereItSlides) {
 }
 
 TEST_F(Wandering, HasABoundedTangent) {
-    // Without friction's memory: proxies are set anew at both ends.
+    // Excludes the history of friction: proxies are reset at both ends.
     std::mt19937 random(3);
     const auto share = [&] { return double(random()) / 4294967296.0; };
     double along = 0.0, across = 0.0;

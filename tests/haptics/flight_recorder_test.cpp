@@ -7,7 +7,7 @@
 namespace stylet::haptics {
 namespace {
 
-// Ticks counted from 1, with faults from `from` on.
+// Logs ticks `first` to `last`, all with the given faults.
 void log(FlightRecorder& recorder, std::uint64_t first, std::uint64_t last, std::uint32_t faults = 0) {
     TickRecord record;
     record.output.faults = faults;
@@ -32,7 +32,7 @@ TEST(FlightRecorder, KeepsTwoSecondsBeforeAFaultAndATenthAfter) {
         ASSERT_EQ(flight[i].output.tick, 8002 + i);
     EXPECT_EQ(flight.front().input.device.buttons, 8002u);
     EXPECT_FALSE(recorder.take(flight));
-    log(recorder, 10102, 20000, kFaultBadPose);  // the same fault goes on
+    log(recorder, 10102, 20000, kFaultBadPose);  // the same fault continues
     EXPECT_FALSE(recorder.take(flight));
     log(recorder, 20001, 20500);  // re-armed
     log(recorder, 20501, 20700, kFaultBadPose);
@@ -74,7 +74,7 @@ TEST(FlightRecorder, AtTheEndARunningCountdownIsAFlight) {
     EXPECT_EQ(flight.size(), 60u);
 }
 
-// For ThreadSanitizer: one thread logs, another takes.
+// For ThreadSanitizer: one thread logs, another consumes.
 TEST(FlightRecorder, ManyFlightsBetweenTwoThreads) {
     FlightRecorder recorder(0.01);
     std::atomic<bool> ended{false};

@@ -7,7 +7,7 @@
 namespace stylet::haptics {
 namespace {
 
-// The rail stands along +z of the patient, its mouth at the origin.
+// The rail points along the patient's +z. Its mouth is at the origin.
 struct Rail {
     GuideSettings settings;
     GuideState state;
@@ -36,7 +36,7 @@ TEST(Guide, AFreeNeedleFeelsTheCrestAndDropsIn) {
     double last = 0.0;
     for (int um = 6000; um > 1500; um -= 10) {
         const double f = rail.acrossForce(1e-6 * um);
-        ASSERT_LE(f, last) << um;  // toward the line, ever more
+        ASSERT_LE(f, last) << um;  // toward the line, increasing
         last = f;
     }
     EXPECT_FALSE(rail.state.snapped);
@@ -50,7 +50,7 @@ TEST(Guide, AFreeNeedleFeelsTheCrestAndDropsIn) {
     EXPECT_NEAR(rail.acrossForce(0.0005), -0.5, 1e-12);
 }
 
-// The force is the slope of the energy, snapped in or not, and snapping in adds none.
+// The force is the gradient of the energy, snapped in or not. Snapping in adds no energy.
 // HZ-FORCE-09
 TEST(Guide, NoEnergyComesFromTheRail) {
     for (const bool snapped : {false, true}) {
@@ -60,7 +60,7 @@ TEST(Guide, NoEnergyComesFromTheRail) {
         for (const double r : {0.0004, 0.0014, 0.0016, 0.003, 0.0055, 0.0065}) {
             const auto energy = [&](double x) {
                 rail.state.snapped = snapped;
-                rail.settings.catch_cosine = snapped ? -1.0 : 2.0;  // never caught
+                rail.settings.catch_cosine = snapped ? -1.0 : 2.0;  // never snaps in
                 return rail.at({x, 0.0, 0.03}).energy_j;
             };
             const double slope = (energy(r + h) - energy(r - h)) / (2.0 * h);
@@ -75,7 +75,7 @@ TEST(Guide, NoEnergyComesFromTheRail) {
     EXPECT_TRUE(rail.state.snapped);
 }
 
-// Nothing is stored where nothing is felt: carried past the rail's ends far beside it, a needle owes nothing.
+// No force means no stored energy: a needle that passes the rail's ends at a distance adds none.
 TEST(Guide, FarFromTheLineThereIsNoEnergy) {
     for (const double z_m : {-0.1, -0.005, -1e-6, 1e-6, 0.03, 0.06 - 1e-6, 0.06 + 1e-6, 0.065, 0.2}) {
         Rail rail;
@@ -88,7 +88,7 @@ TEST(Guide, FarFromTheLineThereIsNoEnergy) {
 TEST(Guide, TheRailsEndsFadeByTheirEnergy) {
     for (const double r : {0.0016, 0.003, 0.0055}) {
         Rail rail;
-        rail.settings.catch_cosine = 2.0;  // never caught
+        rail.settings.catch_cosine = 2.0;  // never snaps in
         Vec3 last = rail.at({r, 0.0, -0.02}).force_n;
         EXPECT_EQ(last, Vec3(0.0));
         for (int i = -1999; i <= 8000; ++i) {
@@ -107,7 +107,8 @@ TEST(Guide, TheRailsEndsFadeByTheirEnergy) {
     }
 }
 
-// The rail lets go of a needle that goes in beside it, and has it again when it is out: both are told.
+// The rail releases a needle that enters the body beside it, and guides it again after withdrawal. Both are
+// events.
 TEST(Guide, ToldWhenTheNeedleIsNoLongerFree) {
     Rail rail;
     rail.acrossForce(0.003);
@@ -120,7 +121,7 @@ TEST(Guide, ToldWhenTheNeedleIsNoLongerFree) {
     EXPECT_TRUE(rail.at({0.003, 0.0, 0.03}).event);
     rail.at({0.007, 0.0, 0.03});
     rail.free = false;
-    EXPECT_FALSE(rail.at({0.007, 0.0, 0.03}).event);  // nothing was felt there
+    EXPECT_FALSE(rail.at({0.007, 0.0, 0.03}).event);  // there was no force there
 }
 
 TEST(Guide, SnapsInOnlyAlongItsLengthAndFreeAndAligned) {

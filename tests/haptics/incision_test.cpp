@@ -24,7 +24,7 @@ TEST(Incision, IsOpenAlongItsLengthAndNotBeyond) {
     EXPECT_TRUE(isOpen(cuts, {0.0, 0.0014, 0.0}, 0.0015));
 }
 
-// At 0.5 mm: without an incision the skin is held with its curve; through it, its friction builds from 0.
+// At 0.5 mm depth: without an incision the skin tents. Through an incision, friction builds up from 0.
 class IncisedSkin : public testing::Test {
   protected:
     Hand approach(double y_m, double cut_at_x_m = 0.0) {
@@ -49,7 +49,7 @@ TEST_F(IncisedSkin, IsPassedWithoutItsThreshold) {
     hand.sweep(0.010);
     EXPECT_NEAR(hand.force(), 0.7, 1e-9);
     hand.sweep(0.023);
-    EXPECT_EQ(hand.state.phase, Phase::held);  // the fascia is whole
+    EXPECT_EQ(hand.state.phase, Phase::held);  // the fascia is intact
 }
 
 TEST_F(IncisedSkin, HoldsBesideTheCutAndBeyondItsEnd) {
@@ -70,7 +70,7 @@ TEST_F(IncisedSkin, OpensNothingBehindTheSurface) {
     EXPECT_EQ(hand.state.hold.border.to, fascia);
 }
 
-// Where the rim of skin voxels has a gap the surface is fat: open too.
+// Where the rim of skin voxels has a gap, the surface is fat. An incision opens it as well.
 TEST(IncisedSurface, WithoutASkinVoxelIsOpenToo) {
     const patient::Package package = test::makeColumn({{soft, 0.02}});
     const patient::Patient patient(package);
@@ -82,7 +82,7 @@ TEST(IncisedSurface, WithoutASkinVoxelIsOpenToo) {
     EXPECT_EQ(hand.state.phase, Phase::pass);
 }
 
-// An incision is a place in the tissue: carried by 6 mm it is where the breath has taken it.
+// An incision is fixed to the tissue. Breathing moves it by 6 mm here.
 TEST(IncisedSkinBreathing, GoesAlongWithTheBreath) {
     patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.02}});
     test::letBreathe(package, -0.010);

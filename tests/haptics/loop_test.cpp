@@ -14,10 +14,10 @@
 namespace stylet::haptics {
 namespace {
 
-// Time stands still but for what the test lets pass.
+// Time advances only when the test lets it pass.
 struct MockClock {
     std::int64_t now = 1000000000;
-    std::int64_t call_ns = 5000;  // each look at the clock
+    std::int64_t call_ns = 5000;  // cost of each look at the clock
     std::uint64_t sleeps = 0, stop_after = 100, oversleep_at = 0;
     std::int64_t oversleep_ns = 0;
     LoopChannels* channels = nullptr;
@@ -86,14 +86,14 @@ TEST(Loop, ALateTickIsCountedNeverStretchedOrMadeUp) {
         const LoopStats stats = runLoop(simulation, device, channels, mock.clock());
         EXPECT_EQ(stats.ticks, 100u);
         EXPECT_EQ(stats.late_ticks, oversleep_ns > 1000000 ? 1u : 0u);
-        // The seven lost periods are gone; the ticks after them keep to the old deadlines' grid.
+        // Seven periods are lost. The following ticks stay on the grid of the old deadlines.
         EXPECT_NEAR(double(mock.now - began), 100e6 + (oversleep_ns > 1000000 ? 7e6 : 0.0), 1e5);
         if (oversleep_ns == 0) hash = simulation.state().hash.value();
         EXPECT_EQ(simulation.state().hash.value(), hash);
     }
 }
 
-// Woken in time, but its force came after the next tick's deadline.
+// The tick starts in time, but its force is sent after the next tick's deadline.
 TEST(Loop, ATickIsLateByTheTimeItsForceIsSent) {
     class Slow final : public HapticDevice {
       public:
@@ -158,7 +158,7 @@ TEST(Loop, AFullRingIsAFaultOfTheLoopAndNotOfTheState) {
     EXPECT_EQ(latest.faults, kFaultRingFull);
 }
 
-// The session's pace is none of the hand's business: what it is sent is the same to the last bit.
+// A slow session must not affect the user: the force sent stays bit-identical.
 // HZ-FORCE-18
 TEST(Loop, AFullRingDoesNotTakeTheForceAway) {
     LoopBench b;
@@ -269,7 +269,7 @@ TEST(Loop, AFullRingOfTipsIsNoFault) {
     EXPECT_EQ(stats.faults, 0u);
 }
 
-// A hand that the test puts where it likes, as often as it likes.
+// A device at a position that the test sets, with fresh readings as often as the test wants.
 class Placed final : public HapticDevice {
   public:
     const DeviceProfile& profile() const noexcept override { return profile_; }
@@ -300,7 +300,7 @@ struct Pausing {
     Placed device;
     std::vector<TickRecord> records;
 
-    // Periods as runLoop() makes them, at `m_s` along the needle.
+    // Runs periods like runLoop(), moving at `m_s` along the needle.
     void periods(int count, double m_s = 0.0) {
         for (int i = 0; i < count; ++i) {
             device.x_m += m_s * 0.001;
@@ -333,7 +333,7 @@ TEST(LoopHold, BeginsOnceTheForceIsGoneAndSendsZeroEveryPeriod) {
     ASSERT_GT(glm::length(p.last().sent_device_n), 0.01);
     p.channels.hold.store(true);
     p.periods(5);
-    EXPECT_EQ(p.records.size(), 2105u);  // there is force: ticks go on
+    EXPECT_EQ(p.records.size(), 2105u);  // force is still active, so ticks continue
     EXPECT_FALSE(p.channels.held.load());
     p.command(CommandKind::focus, 0);
     p.periods(30);
@@ -352,12 +352,12 @@ TEST(LoopHold, BeginsOnceTheForceIsGoneAndSendsZeroEveryPeriod) {
     p.periods(1);
     EXPECT_FALSE(p.channels.held.load());
     ASSERT_EQ(p.records.size(), ticks + 1);
-    EXPECT_EQ(p.last().tick, ticks + 1);              // where it stopped:
-    EXPECT_NEAR(p.last().breath.v, breath_v, 0.005);  // so did the patient
+    EXPECT_EQ(p.last().tick, ticks + 1);              // continues from the tick where it stopped
+    EXPECT_NEAR(p.last().breath.v, breath_v, 0.005);  // and so does the patient
     EXPECT_EQ(p.replayedHash(), p.simulation.state().hash.value());
 }
 
-// Also with a device that says something new less often than it is asked.
+// Also with a device that delivers fresh readings less often than it is polled.
 // HZ-FORCE-23
 TEST(LoopHold, TheWayMovedMeanwhileNeitherCutsNorBlocks) {
     for (const bool fresh_always : {true, false}) {
@@ -373,7 +373,7 @@ TEST(LoopHold, TheWayMovedMeanwhileNeitherCutsNorBlocks) {
         p.periods(10);
         p.channels.hold.store(false);
         p.periods(3);
-        EXPECT_EQ(p.last().phase, Phase::outside);  // as if taken up there
+        EXPECT_EQ(p.last().phase, Phase::outside);  // as if the needle had been picked up there
         EventRecord event;
         EXPECT_FALSE(p.channels.events.pop(event));
         p.device.fresh_always = true;

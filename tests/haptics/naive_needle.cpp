@@ -63,7 +63,7 @@ void NaiveNeedle::slide(double way_m) {
     e_m_ = std::clamp(e_m_ + way_m, -most_m, most_m);
 }
 
-// Phases 2 and 4 without a hold.
+// Phases 2 and 4 without tenting.
 void NaiveNeedle::enter(const Border& border, double force_n, bool cut) {
     const auto& t = row(border.to);
     tissue_ = border.to;
@@ -74,7 +74,7 @@ void NaiveNeedle::enter(const Border& border, double force_n, bool cut) {
     events_m_.push_back(x_m_);
 }
 
-// Phase 4. `queued_after`: the tip is already behind another border.
+// Phase 4. `queued_after`: the tip has already passed another border.
 void NaiveNeedle::meet(const Border& border, bool queued_after) {
     const auto& t = row(border.to);
     const double f = force();
@@ -132,12 +132,12 @@ void NaiveNeedle::backward(Tissue x) {
     const bool on_bone = !holds_.empty() && std::isinf(row(holds_.back().border.to).cut_force_n);
     if (on_bone) {
         if (behindHold()) return;
-        holds_.pop_back();  // what was held under the bone holds on
+        holds_.pop_back();  // the border below the bone is still tenting
     }
     if (!queue_.empty()) {
         if (x != queue_.back().to) queue_.pop_back();
     } else if (!behindHold() && !holds_.empty() && x != holds_.back().border.to) {
-        holds_.clear();  // before the border itself
+        holds_.clear();  // the tip is in front of the border again
     }
     if (behindHold()) return;
     if (holds_.empty() && x != tissue_) enter({x_m_, x}, force(), false);

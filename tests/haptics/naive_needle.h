@@ -1,5 +1,6 @@
-// The axial force as the model's section 3 reads, in steps so small that nothing need be solved inside them:
-// one tissue a step, one dimension, a still patient, no track. Slow; an oracle for ways in and out.
+// Axial needle force, implemented literally from section 3 of the model. Steps are so small that each
+// crosses at most one border and nothing has to be solved within a step. One dimension, patient at rest, no
+// needle track. Slow; a test oracle for insertion and withdrawal.
 #pragma once
 
 #include <vector>
@@ -11,13 +12,13 @@ namespace stylet::test {
 
 class NaiveNeedle {
   public:
-    // Layers from x = 0; the needle begins inside the first, its spring relaxed.
+    // Layers start at x = 0. The needle starts inside the first layer with its spring relaxed.
     NaiveNeedle(const Layers&, const patient::TissueTable&, const haptics::NeedleSettings&);
 
-    void to(double x_m);  // in steps of kStep_m
+    void to(double x_m);  // moves in steps of kStep_m
     double force() const;
     bool isHeld() const { return !holds_.empty(); }
-    // How near a border or an event so far is to where the tip is now.
+    // Distance from the tip to the nearest border or past event.
     double distanceToEvent() const;
 
     static constexpr double kStep_m = 1e-6;
@@ -28,7 +29,7 @@ class NaiveNeedle {
         patient::Tissue to = patient::Tissue::air;
     };
     struct Hold {
-        double x_m = 0.0, a0_n = 0.0;  // where the tip was when it was met
+        double x_m = 0.0, a0_n = 0.0;  // tip position and force when the border was reached
         Border border;
     };
     const patient::TissueRow& row(patient::Tissue t) const { return table_[std::size_t(t)]; }
@@ -46,7 +47,7 @@ class NaiveNeedle {
     long long step_ = 0;
     double x_m_ = 0.0, e_m_ = 0.0;
     patient::Tissue tissue_;
-    std::vector<Hold> holds_;  // one, and bone on top of it
+    std::vector<Hold> holds_;  // one border, and possibly bone on top of it
     std::vector<Border> queue_, cuts_;
     std::vector<double> events_m_;
 };

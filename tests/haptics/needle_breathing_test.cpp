@@ -1,4 +1,4 @@
-// The breath under the needle: forces read breathing, and only breathing, through the channel's point.
+// Breathing under the needle: breathing affects forces only through the position of the channel point.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@ using enum Tissue;
 using patient::Surrogate;
 using test::Hand;
 
-// Layers along x that breathe along z, needle along `axis`.
+// Layers along x that move along z with the breath.
 struct Breathing {
     explicit Breathing(double travel_m) {
         package = test::makeColumn({{skin, 0.002}, {soft, 0.010}, {liver, 0.040}});
@@ -23,7 +23,7 @@ struct Breathing {
     patient::Package package;
 };
 
-// 4 s of breath at 1 kHz, from end-exhale to end-exhale.
+// Breathes for 4 s at 1 kHz, from end-exhale to end-exhale.
 template <typename PerTick>
 void breathe(Hand& hand, const PerTick& perTick) {
     patient::BreathingState state;
@@ -40,7 +40,7 @@ TEST(NeedleBreathing, AStillHandFeelsTheBreathAlongItsNeedle) {
     const Breathing b(-0.004);
     const patient::Patient patient(b.package);
     Hand hand(patient);
-    hand.axis = Vec3(std::sqrt(0.75), 0.0, 0.5);  // 30 degrees up: half the breath is axial
+    hand.axis = Vec3(std::sqrt(0.75), 0.0, 0.5);  // 30 degrees up: half of the motion is axial
     for (int i = 0; i <= 300; ++i)
         hand.to(Vec3(-0.004, 0.0, 0.0) + hand.axis * (0.0001 * i));
     ASSERT_EQ(hand.state.tissue, liver);
@@ -52,11 +52,11 @@ TEST(NeedleBreathing, AStillHandFeelsTheBreathAlongItsNeedle) {
         deepest = std::max(deepest, hand.state.depth_m);
     });
     EXPECT_NEAR(began_n, 0.9, 1e-9);
-    // The liver goes down by 4 mm, 2 mm of it against the needle's advance: it goes deeper, and back.
+    // The liver moves down by 4 mm, 2 mm of it against the needle. The needle goes deeper, then back.
     EXPECT_NEAR(deepest - began_m, 0.002, 1e-5);
     EXPECT_NEAR(hand.state.depth_m, began_m, 1e-5);
     EXPECT_NEAR(highest, 0.9, 1e-9);
-    EXPECT_NEAR(lowest, -0.9, 1e-9);  // pulled out relative to the tissue on the way back
+    EXPECT_NEAR(lowest, -0.9, 1e-9);  // retracted relative to the tissue on the way back
 }
 
 TEST(NeedleBreathing, AStillHandInAStillPatientFeelsNoChange) {
@@ -93,25 +93,25 @@ TEST(NeedleBreathing, TheLiverSlidingPastIsCutSideways) {
     const patient::Patient patient(b.package);
     Hand hand(patient);
     hand.to(-0.004);
-    hand.sweep(0.020);  // across the breath
+    hand.sweep(0.020);  // perpendicular to the breathing motion
     double most_n = 0.0;
     breathe(hand, [&] {
         const Vec3 f = needleForce(hand.state, hand.settings, hand.axis);
         most_n = std::max(most_n, std::sqrt(f.y * f.y + f.z * f.z));
-        // Where the tissue is looked up is where it is, less the spring's reach.
+        // The tissue under the tip is within the lateral spring's reach.
         const Vec3 back =
             patient::deformedFromReference(b.package.motion, hand.breath, hand.state.channel_reference_m);
         const Vec3 off = hand.state.tip_deformed_m - back;
         ASSERT_LE(std::sqrt(glm::dot(off, off)), 0.5 / 150.0 + 1e-5);
     });
     EXPECT_NEAR(most_n, 0.5, 1e-9);
-    // 15 mm one way less the reach, then back over it from the other end.
+    // 15 mm in one direction less the reach, then back across the reach to the other side.
     const double reach = 0.5 / 150.0;
     EXPECT_NEAR(hand.state.lateral_cut_m, (0.015 - reach) + (0.015 - 2.0 * reach), 1e-4);
 }
 
-// What the channel is told of the field is to first order about where and when it was asked last: neither
-// place nor depth may drift from that.
+// The channel point uses a first-order approximation of the motion field around its last evaluation.
+// Neither position nor depth may drift from the exact values.
 TEST(NeedleBreathing, TheChannelKeepsItsPlaceInAFieldThatBends) {
     Breathing b(0.0);
     b.package.motion = test::makeBending();
@@ -124,7 +124,7 @@ TEST(NeedleBreathing, TheChannelKeepsItsPlaceInAFieldThatBends) {
     const NeedleState& s = hand.state;
     hand.to(tip_m);
     for (int tick = 0; tick < 12000; ++tick) {
-        // In, then between 5 and 35 mm at 20 mm/s, three breaths long.
+        // Inserts, then moves between 5 and 35 mm at 20 mm/s, for three breaths.
         const bool in = tick < 1950 || (tick - 1950) / 1500 % 2 == 1;
         tip_m += in ? 20e-6 : -20e-6;
         const Vec3 before = s.tip_deformed_m - s.lateral_m;
@@ -151,8 +151,8 @@ TEST(NeedleBreathing, TheChannelKeepsItsPlaceInAFieldThatBends) {
     EXPECT_GT(s.lateral_cut_m, 0.005);
 }
 
-// At the cavity's surface, x = 10 mm, the inside has slid 15 mm: the way jumps from z = 0 to z = 15 mm in the
-// reference, over a rib that it never meets.
+// At the cavity's surface, x = 10 mm, the inside has slid by 15 mm. In the reference the path jumps from z
+// = 0 to z = 15 mm across a rib. The needle must not meet that rib.
 TEST(NeedleBreathing, NothingBetweenTwoSlidSidesIsOnTheWay) {
     Breathing b(-0.015);
     b.package.motion = test::makeMotion(Vec3(0.3), 0.1, [](const Vec3& p) {
@@ -181,8 +181,8 @@ TEST(NeedleBreathing, NothingBetweenTwoSlidSidesIsOnTheWay) {
         EXPECT_NE(e.border.to, bone);
 }
 
-// Fitted fields leave gaps and overlaps of fractions of a millimetre where the sides meet. A needle that goes
-// slowly through one is on one side or the other in every tick, and is not torn from its channel.
+// Fitted fields leave gaps and overlaps of fractions of a millimetre where the sides meet. A needle that
+// moves slowly through one is on exactly one side in every tick, and stays in its channel.
 TEST(NeedleBreathing, AGapOrAnOverlapOfTheSidesIsCrossedLikeAnyTissue) {
     for (const double off_m : {-0.0004, 0.0004}) {
         Breathing b(-0.015);
@@ -206,14 +206,14 @@ TEST(NeedleBreathing, AGapOrAnOverlapOfTheSidesIsCrossedLikeAnyTissue) {
         EXPECT_NEAR(hand.state.depth_m, 0.030, 1e-6);
         EXPECT_EQ(hand.state.lateral_cut_m, 0.0);
         EXPECT_NEAR(hand.force(), 0.9, 1e-9);
-        // And in the breath, held in the gap: not farther than the spring reaches.
+        // Also while breathing with the needle in the gap: the offset stays within the spring's reach.
         breathe(hand, [&] {
             ASSERT_LE(std::sqrt(glm::dot(hand.state.lateral_m, hand.state.lateral_m)), 0.5 / 150.0 + 1e-9);
         });
     }
 }
 
-// A hole is a place in the tissue: it goes along with the breath, across the needle here.
+// A hole is fixed to the tissue. Here it moves with the breath, perpendicular to the needle.
 TEST(NeedleBreathing, CutBordersGoAlongWithTheBreath) {
     const Breathing b(-0.010);
     const patient::Patient patient(b.package);
@@ -229,18 +229,19 @@ TEST(NeedleBreathing, CutBordersGoAlongWithTheBreath) {
         return hand.of(NeedleEventKind::puncture).size();
     };
     EXPECT_EQ(cutsAt(0.0, 0.0002), 0u);           // the same hole
-    EXPECT_EQ(cutsAt(0.6, 0.0002), 1u);           // the hole is 6 mm down
-    EXPECT_EQ(cutsAt(0.6, 0.0002 - 0.006), 0u);   // there it is
-    EXPECT_EQ(cutsAt(0.6, 0.0002 - 0.0041), 1u);  // beside it
+    EXPECT_EQ(cutsAt(0.6, 0.0002), 1u);           // the hole has moved 6 mm down
+    EXPECT_EQ(cutsAt(0.6, 0.0002 - 0.006), 0u);   // at the moved hole
+    EXPECT_EQ(cutsAt(0.6, 0.0002 - 0.0041), 1u);  // beside the moved hole
 }
 
-// Held on the liver's capsule (a table that makes it hold), along the breath: the surface comes and goes.
+// Tenting on the liver's capsule (with a table that makes it tent), along the breathing motion: the surface
+// moves toward the tip and away from it.
 TEST(NeedleBreathing, AHeldSurfaceGoesAlongWithTheBreath) {
     Breathing b(0.004);
     b.package.tissues[std::size_t(liver)].cut_force_n = 2.0;
     b.package = test::widen(b.package, 120, 0.001);
     for (std::size_t i = 0; i < b.package.labels.voxels.size(); ++i) {
-        // Layers along z instead: soft, then liver above z = 0.
+        // Layers along z instead: soft tissue, then liver above z = 0.
         const Grid& g = b.package.labels.grid;
         const int z = int(i) / (g.dims.x * g.dims.y);
         b.package.labels.voxels[i] = std::uint8_t(g.centre({0, 0, z}).z > 0.0 ? liver : soft);
@@ -252,20 +253,20 @@ TEST(NeedleBreathing, AHeldSurfaceGoesAlongWithTheBreath) {
     hand.to({0.020, 0.0, -0.065});
     for (int i = 0; i <= 680; ++i)
         hand.to({0.020, 0.0, -0.065 + 0.0001 * i});
-    // 0.5 of 4 mm up, and 1 mm behind it.
+    // Half of 4 mm up, and 1 mm behind the surface.
     ASSERT_EQ(hand.state.phase, Phase::held);
     const double behind_m = hand.state.hold.depth_m, k = 1200.0, rise_n = 2.0 - 0.7;
     ASSERT_NEAR(behind_m, 0.001, 2e-5);
     const auto curve = [&](double d) { return 0.7 + 0.5 * k * d + 0.5 * k * k / rise_n * d * d; };
     const Vec3 tip = hand.state.tip_deformed_m;
-    hand.breath = {0.6, 0.0};  // the surface goes 0.4 mm up, away from the tip
+    hand.breath = {0.6, 0.0};  // the surface moves 0.4 mm up, away from the tip
     hand.to(tip);
     EXPECT_NEAR(hand.state.hold.depth_m, behind_m - 0.0004, 2e-5);
     EXPECT_NEAR(hand.force(), curve(hand.state.hold.depth_m), 1e-9);
     EXPECT_NEAR(hand.last.tissue_moved_m.z, 0.0004, 2e-5);
-    hand.breath = {0.4, 0.0};  // and comes
+    hand.breath = {0.4, 0.0};  // and back down
     hand.to(tip);
-    EXPECT_EQ(hand.of(NeedleEventKind::puncture).size(), 2u);  // soft and liver
+    EXPECT_EQ(hand.of(NeedleEventKind::puncture).size(), 2u);  // soft tissue and liver
     EXPECT_NEAR(hand.last.tissue_moved_m.z, -0.0008, 2e-5);
     hand.to(tip);
     EXPECT_EQ(hand.last.tissue_moved_m, Vec3(0.0));
@@ -276,14 +277,15 @@ TEST(NeedleBreathing, TheSkinComesToAStillHand) {
     patient::Package package = b.package;
     test::letBreathe(package, 0.004);
     const patient::Patient patient(package);
-    // From below the column's end face (z < -40 mm), looking up: the liver comes down... and goes again.
+    // From below the column's end face (z < -40 mm), pointing up. The liver moves down onto the needle and
+    // away again.
     Hand hand(patient);
     hand.axis = {0.0, 0.0, -1.0};
     hand.to({0.030, 0.0, 0.0401});
     ASSERT_EQ(hand.state.phase, Phase::outside);
     double most_n = 0.0;
     breathe(hand, [&] { most_n = std::max(most_n, hand.force()); });
-    EXPECT_GT(most_n, 0.3 - 0.01);  // the liver's threshold, by breath alone
+    EXPECT_GT(most_n, 0.3 - 0.01);  // the liver's threshold, reached by breathing alone
 }
 
 }  // namespace

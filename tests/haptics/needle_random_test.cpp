@@ -1,4 +1,4 @@
-// The sampled solver against the exact one, for force tables and layers nobody chose.
+// Compares the sampled solver with the exact one, for random force tables and layers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,20 +26,23 @@ struct Coverage {
     std::size_t compared = 0, punctures = 0, pushed = 0, withdrawn = 0;
 };
 
-// What Eq. 1 and the threshold say of one cut, from the table alone: `held` is the border as it was met.
+// Checks one puncture against Eq. 1 and the threshold from the table. `held` is the event at which its
+// border was met.
 void expectClosedForm(const patient::TissueTable& table, const NeedleEvent& held, const NeedleEvent& cut) {
     ASSERT_EQ(held.kind, NeedleEventKind::border);
     ASSERT_EQ(held.border.to, cut.border.to);
     ASSERT_EQ(held.border.reference_m, cut.border.reference_m);
     const patient::TissueRow& row = table[std::size_t(cut.border.to)];
     const double behind_m = (row.cut_force_n - held.force_before_n) / row.stiffness_n_per_m;
-    // A border pushed ahead is met at the tip, already so far behind its place.
+    // A border reached during the tenting of another one starts tenting at the tip, already behind its rest
+    // position.
     ASSERT_NEAR(cut.tenting_m - held.tenting_m, behind_m, 1e-9);
     ASSERT_NEAR(cut.force_before_n, row.cut_force_n, 1e-9);
     ASSERT_NEAR(cut.force_after_n, std::min(row.cut_force_n, row.friction_n), 1e-9);
 }
 
-// One needle along a straight path in steps of random length, against the exact solver at every sample.
+// Moves one needle along a straight path in steps of random length and compares every sample with the exact
+// solver.
 void compare(const patient::Patient& patient, const Vec3& entry, const Vec3& end, Random& random,
              Coverage& coverage) {
     const Vec3 way = end - entry;
@@ -47,7 +50,7 @@ void compare(const patient::Patient& patient, const Vec3& entry, const Vec3& end
     Hand hand(patient);
     hand.axis = way / length_m;
     hand.settings.a1_share = uniform(random, 0.0, 1.0);
-    hand.settings.cut_reach_m = 0.00153;  // off the layers' lattice
+    hand.settings.cut_reach_m = 0.00153;  // not a multiple of the layer thickness
     const patient::TissueMap map(patient);
     ExactSolver solver(map, hand.settings);
     const ExactForce& exact = solver.solve(entry, end);
@@ -104,7 +107,8 @@ TEST(NeedleRandom, SampledEqualsExactForAThousandTables) {
     EXPECT_GT(coverage.withdrawn, 10u);
 }
 
-// Half of the blocks are labelled, the rest left to thresholds and the track's flags; air and skin first.
+// Half of the blocks are labelled. The others depend on thresholds and on the track's flags. Air and skin
+// come first.
 patient::Package randomBlocks(Random& random) {
     constexpr int kBlocks = 14, kVoxels = 3;
     patient::Package package = test::makeColumn({{Tissue::skin, 0.001}});

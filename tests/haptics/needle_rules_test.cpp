@@ -1,4 +1,4 @@
-// The rules of the model's section 3 one by one, where needle_test.cpp has no case of its own.
+// Rules of the model's section 3, one by one, as far as needle_test.cpp does not cover them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -54,7 +54,8 @@ TEST(NeedleRules, ARiseWithoutAHoldBuilds) {
     EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
 }
 
-// A clipped corner was never cut; met again on the way in with a pull, it holds from that.
+// A clipped corner was never punctured. Met again on the way in with a negative force, its tenting starts
+// at that force.
 TEST(NeedleRules, ABorderMetWithAPullHoldsFromThere) {
     Puncture p({{skin, 0.002}, {liver, 0.02}, {duct, 0.0002}, {liver, 0.02}});
     p.hand.sweep(0.030);
@@ -106,7 +107,7 @@ TEST(NeedleRules, AirBehindAThinMembraneIsMetAtItsCut) {
     EXPECT_NEAR(p.last().border.reference_m.x, 0.0222, 1e-9);
 }
 
-// The border met first decides: bone queued behind a membrane would have been cut with it.
+// The border that is met first decides. Bone queued behind a membrane would be punctured together with it.
 TEST(NeedleRules, BoneIsNeverQueued) {
     Puncture p({{skin, 0.002}, {soft, 0.01}, {fascia, 0.0002}, {liver, 0.0003}, {bone, 0.01}});
     p.hand.sweep(0.0125 + 1e-6);
@@ -114,11 +115,11 @@ TEST(NeedleRules, BoneIsNeverQueued) {
     const double there_n = p.hand.force();
     p.hand.sweep(0.0125 + 0.010);
     EXPECT_NEAR(p.hand.force(), there_n + 2000.0 * 0.010, 0.01);
-    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's
+    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's puncture
 }
 
-// Past the fascia by the liver alone, as on a subcostal path: contrast in a vessel is bone before and soft
-// behind.
+// Only the liver proves that the fascia was passed, as on a subcostal path. A contrast-filled vessel counts
+// as bone before that proof and as soft tissue after it.
 TEST(NeedleRules, TheLiverProvesTheFasciaPassedUntilItIsLeft) {
     patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.02}, {liver, 0.02}, {soft, 0.01}});
     for (int i = 430; i < 520; ++i) {
@@ -138,7 +139,7 @@ TEST(NeedleRules, TheLiverProvesTheFasciaPassedUntilItIsLeft) {
     EXPECT_EQ(patient.at(Vec3(0.045, 0.0, 0.0), hand.state.track).tissue, bone);
 }
 
-// "This only lowers the force at once", in and out, whatever the table.
+// "This only lowers the force at once": for insertion and withdrawal, with any force table.
 TEST(NeedleRules, AChangeOfTissueOnlyLowersTheForce) {
     std::size_t changes = 0;
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
@@ -167,15 +168,14 @@ TEST(NeedleRules, AChangeOfTissueOnlyLowersTheForce) {
     EXPECT_GT(changes, 2000u);
 }
 
-// ---- what the output stage is told
-// ----------------------------------------------------------------------------
+// ---- energy reported to the output stage
 
 struct Ledger {
-    double shortfall_j = 0.0;  // energy that came from nowhere, in one tick
-    double spent_j = 0.0;      // work of the hand that is in no spring
+    double shortfall_j = 0.0;  // largest energy gain without a source in one tick
+    double spent_j = 0.0;      // work of the hand that is not stored in a spring
 };
 
-// Work of the hand over one tick by the trapezoid, against the springs' gain.
+// Compares the hand's work in one tick (trapezoidal rule) with the energy gained by the springs.
 void account(Ledger& ledger, const ToolForce& before, const ToolForce& after, const Vec3& moved_m) {
     const Vec3 mean_n = 0.5 * (before.force_n + after.force_n);
     const double work_j = -glm::dot(mean_n, moved_m - after.tissue_moved_m);
@@ -205,7 +205,7 @@ TEST(NeedleEnergy, AgainstBoneItGoesOnAtTheMaximum) {
     EXPECT_NEAR(p.hand.last.energy_j - before_j, 0.5 * (0.7 + 22.0) * rise_m + 22.0 * (0.020 - rise_m), 1e-9);
 }
 
-// Between events the springs take no more than the hand puts in, whatever it does: no tick creates energy.
+// Between events, the springs never gain more energy than the hand puts in, whatever its motion.
 TEST(NeedleEnergy, BetweenEventsNoneComesFromNowhere) {
     Ledger ledger;
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
@@ -225,7 +225,7 @@ TEST(NeedleEnergy, BetweenEventsNoneComesFromNowhere) {
             if (!hand.last.event) account(ledger, before, hand.last, move);
         }
     }
-    // The trapezoid's own error in the tick in which a clamp sets in: k ds^2 / 2.
+    // Error of the trapezoidal rule in the tick where clamping starts: k ds^2 / 2.
     EXPECT_LT(ledger.shortfall_j, 0.5 * 3000.0 * 2e-5 * 2e-5);
     EXPECT_GT(ledger.spent_j, 0.01);
 }
@@ -251,7 +251,7 @@ TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStep) {
     EXPECT_GT(steps, 500u);
 }
 
-// The same where borders stand askew and the hand goes anywhere: met, left, slid along and cut sideways.
+// The same with oblique borders and arbitrary motion: borders are met, left, slid along and cut sideways.
 TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStepAlsoAskew) {
     std::size_t steps = 0, sideways = 0;
     for (std::uint64_t seed = 1; seed <= 300; ++seed) {
@@ -294,7 +294,6 @@ TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStepAlsoAskew) {
 }
 
 // ---- bone in the study
-// ----------------------------------------------------------------------------------------
 
 TEST(NeedleRules, TheStudyMeetsBoneAtItsMaximumAtOnce) {
     const std::vector<Segment> path{{0.0, air, 0}, {0.01, skin, 1}, {0.012, soft, 2}, {0.022, bone, 3}};

@@ -14,7 +14,7 @@ using test::kTorso;
 using test::makeColumn;
 using test::Puncture;
 
-constexpr double kTravel_m = 0.00009;  // of one tick
+constexpr double kTravel_m = 0.00009;  // per tick
 
 TEST(Needle, SkinCutsBehindItsSurface) {
     Puncture p(kTorso);
@@ -69,7 +69,7 @@ TEST(Needle, FasciaLiverDuctInOneTick) {
     p.hand.sweep(0.0237);
     EXPECT_EQ(p.hand.state.phase, Phase::held);
     p.hand.events.clear();
-    p.hand.to(0.0239);  // past the fascia's cut at 23.8 mm
+    p.hand.to(0.0239);  // past the fascia's puncture at 23.8 mm
     ASSERT_EQ(p.hand.events.size(), 3u);
     EXPECT_EQ(p.hand.events[0].kind, NeedleEventKind::puncture);
     EXPECT_NEAR(p.hand.events[0].force_before_n, 2.5, 1e-9);
@@ -93,7 +93,7 @@ TEST(Needle, APushedBorderLetsGoAndIsMetAgain) {
     ASSERT_EQ(p.hand.state.hold.border.to, duct);
     p.hand.sweep(0.0238);
     EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
-    p.hand.sweep(0.0237);  // in the liver before it: the spring relaxes, the voxel is already duct
+    p.hand.sweep(0.0237);  // back in the liver: the spring relaxes, although the voxel is duct
     EXPECT_NEAR(p.hand.force(), 0.9 - 0.12, 1e-9);
     EXPECT_EQ(p.hand.state.tissue, liver);
     p.hand.sweep(0.0238);
@@ -194,9 +194,9 @@ TEST(Needle, WithdrawingFromAHeldBorderFollowsTheCurveBack) {
         EXPECT_NEAR(p.hand.force(), in[std::size_t(i)], 1e-9);
     }
     p.hand.to(0.0219);
-    EXPECT_NEAR(p.hand.force(), 0.7 - 0.1, 1e-9);  // in fat again
+    EXPECT_NEAR(p.hand.force(), 0.7 - 0.1, 1e-9);  // back in fat
     EXPECT_EQ(p.hand.state.phase, Phase::pass);
-    EXPECT_TRUE(p.hand.of(NeedleEventKind::puncture).size() == 1u);  // the skin's
+    EXPECT_TRUE(p.hand.of(NeedleEventKind::puncture).size() == 1u);  // the skin's puncture
 }
 
 TEST(Needle, TouchingTheSkinIsNoTrack) {
@@ -230,7 +230,7 @@ TEST(Needle, OutAgainThroughACornerOfTheSkinIsOutside) {
 
 TEST(Needle, BoneIsNeverCut) {
     Puncture p({{skin, 0.002}, {soft, 0.01}, {bone, 0.002}, {soft, 0.05}});
-    p.hand.sweep(0.012 + 0.003);  // past the far side of its voxels
+    p.hand.sweep(0.012 + 0.003);  // past the far side of the bone voxels
     EXPECT_NEAR(p.hand.force(), 0.7 + 6.0, 1e-9);
     EXPECT_EQ(p.only(NeedleEventKind::border, bone).role, patient::Role::risk);
     p.hand.sweep(0.050);
@@ -248,7 +248,7 @@ TEST(Needle, BoneUnderAHeldFasciaGivesTheFasciaBack) {
     EXPECT_NEAR(at_bone, 0.7 + 500.0 * 0.001 + 1000.0 * 500.0 / 1.8 * 1e-6, 1e-9);
     p.hand.sweep(0.015);
     EXPECT_NEAR(p.hand.force(), at_bone + 4.0, 1e-9);
-    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's
+    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's puncture
     p.hand.sweep(0.0125);
     EXPECT_EQ(p.hand.state.hold.border.to, fascia);
     EXPECT_NEAR(p.hand.force(), 0.7 + 500.0 * 0.0005 + 1000.0 * 500.0 / 1.8 * 0.25e-6, 1e-9);
@@ -260,10 +260,10 @@ TEST(Needle, AirInsideIsARiskWithoutForce) {
     EXPECT_EQ(p.only(NeedleEventKind::entry, air).role, patient::Role::risk);
     EXPECT_EQ(p.hand.force(), 0.0);
     EXPECT_EQ(p.hand.state.phase, Phase::pass);
-    p.hand.sweep(0.013);  // withdrawing inside it is not leaving the skin
+    p.hand.sweep(0.013);  // withdrawing inside the gas does not leave the skin
     EXPECT_TRUE(p.hand.state.track.past_skin);
     EXPECT_TRUE(p.hand.of(NeedleEventKind::withdrawn).empty());
-    p.hand.sweep(0.0225);  // its far wall holds like any fat met with no force
+    p.hand.sweep(0.0225);  // the far wall tents like fat met with zero force
     EXPECT_EQ(p.hand.state.phase, Phase::held);
 }
 
@@ -277,14 +277,15 @@ TEST(Needle, AMembraneOfOneVoxelStaysHeld) {
 TEST(Needle, AThinTissueThatIsNoMembraneIsLeftOnItsFarSide) {
     Puncture p({{skin, 0.002}, {soft, 0.01}, {liver, 0.01}, {duct, 0.0001}, {liver, 0.02}});
     p.hand.sweep(0.0222);
-    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's
+    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's puncture
     const NeedleEvent left = p.only(NeedleEventKind::entry, duct);
     EXPECT_NEAR(left.force_before_n, 0.9 + 500.0 * 0.0001 + 1000.0 * 500.0 / 0.3 * 1e-8, 1e-9);
     EXPECT_NEAR(left.force_after_n, 0.5, 1e-9);
     EXPECT_NEAR(p.hand.force(), 0.5 + 1200.0 * 0.0001, 1e-9);
 }
 
-// The corner is 0.2 mm thick, the hold needs 0.3 mm: dropped, not cut, so the wall 0.8 mm deeper holds.
+// The corner is 0.2 mm thick, but the puncture needs 0.3 mm. The corner is left without a puncture, so the
+// wall 0.8 mm deeper tents again.
 TEST(Needle, AClippedCornerLeavesTheWallBehindItWhole) {
     Puncture p({{skin, 0.002}, {liver, 0.02}, {duct, 0.0002}, {liver, 0.0008}, {duct, 0.004}, {liver, 0.01}});
     p.hand.sweep(0.03);
@@ -324,7 +325,7 @@ TEST(Needle, ALabelOfTheSameTissueIsNoBorderForTheForce) {
     const patient::Patient a(whole), b(parts);
     Hand one(a), other(b);
     one.to(-0.001), other.to(-0.001);
-    for (const double x : {0.0095, 0.0092, 0.015, 0.0147, 0.022, 0.019, 0.04}) {  // borders at +-0 N
+    for (const double x : {0.0095, 0.0092, 0.015, 0.0147, 0.022, 0.019, 0.04}) {  // forces of both signs
         for (Hand* h : {&one, &other})
             h->sweep(x);
         EXPECT_EQ(one.force(), other.force()) << x;
@@ -344,12 +345,12 @@ TEST(Needle, SidewaysTheSpringSaturatesAndTheChannelIsCut) {
     EXPECT_NEAR(needleForce(p.hand.state, p.hand.settings, p.hand.axis).y, -0.5, 1e-9);
     EXPECT_NEAR(p.hand.state.lateral_cut_m, 0.005 - 0.5 / 150.0, 1e-9);
     EXPECT_NEAR(p.hand.state.channel_reference_m.y, tip.y + 0.005 - 0.5 / 150.0, 1e-9);
-    p.hand.to(tip + Vec3(0.0, 0.003, 0.0));  // back inside the cut
+    p.hand.to(tip + Vec3(0.0, 0.003, 0.0));  // back into the channel that was cut
     EXPECT_NEAR(needleForce(p.hand.state, p.hand.settings, p.hand.axis).y, -0.5 + 0.3, 1e-9);
     EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
 }
 
-// The shaft turns about a tip that lags 3 mm beside its channel: the channel goes deeper by 3 mm sin(0.15).
+// The shaft turns about a tip that lies 3 mm beside its channel. The channel gets deeper by 3 mm sin(0.15).
 TEST(Needle, TurningTheShaftMeetsBordersToo) {
     Puncture p({{skin, 0.002}, {liver, 0.02}, {duct, 0.004}, {liver, 0.02}});
     p.hand.sweep(0.0218);
@@ -372,7 +373,7 @@ TEST(Needle, TurningTheShaftMeetsBordersToo) {
     EXPECT_NEAR(p.hand.state.depth_m, depth_m, 1e-5);
 }
 
-// A diagonal way through the edge where four voxels meet touches a vessel without going through it.
+// A diagonal path through an edge shared by four voxels touches a vessel but does not enter it.
 TEST(Needle, ACornerWithoutDepthHidesNoBorder) {
     patient::Package package =
         test::widen(makeColumn({{skin, 0.002}, {liver, 0.02}, {duct, 0.004}}, 0.001), 60, 0.001);
@@ -394,8 +395,8 @@ TEST(Needle, ACornerWithoutDepthHidesNoBorder) {
 }
 
 TEST(Needle, BordersMetSidewaysAreHitsWithoutAHold) {
-    // The layers stand along x; the needle goes in along y (from the air at y < -40 mm) and is dragged along
-    // x.
+    // The layers are stacked along x. The needle enters along y (from the air at y < -40 mm) and is dragged
+    // along x.
     const patient::Package package = makeColumn({{liver, 0.02}, {duct, 0.02}});
     const patient::Patient patient(package);
     Hand hand(patient);

@@ -1,5 +1,5 @@
-// Ways in and out of random columns, for force tables nobody chose: against the naive needle, and the same
-// however the way is cut into ticks.
+// Random paths through random columns with random force tables. The result must match the naive needle, and
+// must not depend on how the path is divided into ticks.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,8 +17,8 @@ using test::uniform;
 
 constexpr double kShares[] = {0.0, 0.25, 0.5, 0.8, 1.0};
 
-// A random walk of turning points that ends deep. Off the layers' lattice, where two solvers may differ in
-// which side of a border a rounded tip is on.
+// A random walk of turning points that ends deep. The points avoid the layer borders, where rounding could
+// put the tip on different sides in the two solvers.
 std::vector<double> turningPoints(Random& random, double length_m) {
     std::vector<double> points;
     double x_m = 0.004;
@@ -32,12 +32,12 @@ std::vector<double> turningPoints(Random& random, double length_m) {
 
 struct Case {
     explicit Case(std::uint64_t seed) : random(seed), layers(test::randomLayers(random)) {
-        // A track that has begun: neither solver is asked about the surface here.
+        // Starts inside tissue, because this test excludes the surface.
         layers.insert(layers.begin(), {Tissue::soft, 0.003});
         package = test::makeColumn(layers);
         package.tissues = test::randomTable(random);
         settings.a1_share = kShares[seed % std::size(kShares)];
-        settings.cut_reach_m = 0.00153;  // off the layers' lattice
+        settings.cut_reach_m = 0.00153;  // not a multiple of the layer thickness
         points = turningPoints(random, package.ct.grid.dims.x * 0.0001);
     }
     Random random;
@@ -64,13 +64,13 @@ TEST(NeedleWays, InAndOutEqualsTheNaiveNeedle) {
                 const double at_m = from_m + (x_m - from_m) * i / 40;
                 naive.to(at_m), hand.to(at_m);
                 if (naive.distanceToEvent() < 5e-6) continue;
-                // A micrometre on every border and cut so far, at the steepest slope there is.
+                // Tolerance: the steepest slope times a micrometre for each border and puncture so far.
                 ASSERT_NEAR(hand.force(), naive.force(), 2.0 * 3000.0 * 6e-6) << "at " << at_m;
                 ++compared;
                 held += hand.state.phase == Phase::held;
                 negative += hand.force() < 0.0;
             }
-            // Turned within a micrometre of a cut: one has cut it, the other not.
+            // The path turned within a micrometre of a puncture: only one of the solvers has punctured.
             if ((hand.state.phase == Phase::held) != naive.isHeld()) {
                 ++abandoned;
                 break;
@@ -83,7 +83,7 @@ TEST(NeedleWays, InAndOutEqualsTheNaiveNeedle) {
     EXPECT_LE(abandoned, 20u);
 }
 
-// "Cuts and borders are solved inside the step": one tick a leg, or many.
+// "Cuts and borders are solved inside the step": one tick per leg, or many.
 TEST(NeedleWays, HoweverCutIntoTicks) {
     std::size_t compared = 0;
     for (std::uint64_t seed = 1; seed <= 1000; ++seed) {

@@ -13,14 +13,14 @@ namespace {
 using test::kDt_s;
 using test::kNaN;
 
-// Settings whose gain is 1.
+// Settings with a gain of 1.
 OutputSettings plain() {
     OutputSettings s;
     s.model_tangent_n_per_m = 1000.0;
     return s;
 }
 
-// Liver, 1.2 N/mm, is steepest at its cut unless a1 = k; bone, 2 N/mm, is a plain spring.
+// Liver, 1.2 N/mm, is steepest at its puncture unless a1 = k. Bone, 2 N/mm, is a linear spring.
 TEST(Output, TheTangentIsTheSteepestOfTheTable) {
     const patient::TissueTable table = test::tissueDefaults().tissues;
     EXPECT_DOUBLE_EQ(worstTangent(table, {.a1_share = 0.0}), 2400.0);
@@ -38,7 +38,7 @@ TEST(Output, TheGainIsTheSmallestOfItsThreeBounds) {
     EXPECT_DOUBLE_EQ(outputGain({"unknown", kNaN, kNaN, ""}, s), 3.3 / 22.0);
 }
 
-// A stage that has risen to full force.
+// An output stage after its start ramp, at full force.
 struct Stage {
     explicit Stage(const OutputSettings& s = plain(), const DeviceProfile& p = {}, double g = 1.0)
         : settings(s), profile(p), gain(g) {
@@ -63,7 +63,7 @@ TEST(Output, TheRateLimitIsReachedAndHeld) {
     Stage stage;
     const Vec3 wanted{3.0, 4.0, 0.0};
     Vec3 sent = stage.send(wanted);
-    EXPECT_NEAR(sent.x, 1.2, 1e-12);  // 2 N of the 5 along the way
+    EXPECT_NEAR(sent.x, 1.2, 1e-12);  // 2 N of the 5 N, in the same direction
     EXPECT_NEAR(sent.y, 1.6, 1e-12);
     EXPECT_TRUE(stage.state.limited);
     stage.send(wanted);
@@ -87,7 +87,7 @@ TEST(Output, GainThenDeviceClamp) {
     EXPECT_NEAR(stiff.send({0.0, 20.0, 0.0}).y, 3.3, 1e-12);
     EXPECT_TRUE(stiff.state.limited);
     Stage strong(plain(), {"strong", 100.0, 1e4, ""});
-    strong.state.model_n = {0.0, 30.0, 0.0};  // beyond the model's own largest force
+    strong.state.model_n = {0.0, 30.0, 0.0};  // above the model's own maximum force
     EXPECT_NEAR(strong.send({0.0, 30.0, 0.0}).y, 22.0, 1e-12);
 }
 
@@ -116,8 +116,8 @@ TEST(Output, AForceThatIsNoNumberEndsInZeroFromTheLastGoodOne) {
     }
 }
 
-// Needle and hand as they are, the tissue carries its springs: what the controller adds is K dx / 2 of what
-// is sent.
+// The tissue's springs are scaled by the gain, needle and hand are not. The controller therefore adds K dx
+// / 2 of the force sent.
 TEST(Output, TheControllerLeadsTheScaledSpring) {
     Stage stage(plain(), {}, 0.5);
     const double k = 1000.0, dx = 20e-6;
@@ -125,7 +125,7 @@ TEST(Output, TheControllerLeadsTheScaledSpring) {
         stage.tick.grip_m.x = i * dx;
         stage.tick.tool.energy_j = 0.5 * k * i * i * dx * dx;
         const double sent = stage.send({-k * i * dx, 0.0, 0.0}).x;
-        if (i < 20) continue;  // out of rest
+        if (i < 20) continue;  // skip the start from rest
         EXPECT_NEAR(stage.state.controller_n.x, -kMargin * 0.5 * 0.5 * k * dx, 1e-9);
         EXPECT_NEAR(sent, -0.5 * k * (i * dx + kMargin * 0.5 * dx), 1e-9);
     }
@@ -138,7 +138,7 @@ TEST(Output, TheControllerLeadsTheScaledSpring) {
     EXPECT_GT(off.state.passivity.shortfall_j, 0.0);
 }
 
-// Owing a joule: what it does about it.
+// An output stage that owes one joule.
 Stage owing(double tangent_n_per_m) {
     OutputSettings settings = plain();
     settings.model_tangent_n_per_m = tangent_n_per_m;
@@ -191,7 +191,8 @@ TEST(Output, TheWallPushesBackIntoTheWorkspace) {
     EXPECT_NEAR(stage.state.sent_n.x, -200.0 * 0.004, 0.01);
 }
 
-// The model's spring is let go of at once, wall and limits stay; nothing is owed for what was let go of.
+// The clutch removes the model's force at once, while wall and limits stay. The removed force causes no
+// energy debt.
 TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
     DeviceProfile profile;
     profile.workspace_radius_m = 0.1;
@@ -205,7 +206,7 @@ TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
     EXPECT_NEAR(stage.send({0.0, 2.0, 0.0}).y, 1.0, 0.01);
     stage.tick.share = 0.0;
     for (int i = 0; i < 500; ++i) {
-        stage.tick.grip_m.y = 1e-5 * i;  // drawn back along the wall, the tip stays
+        stage.tick.grip_m.y = 1e-5 * i;  // moved back along the wall with a fixed tip
         EXPECT_LT(std::fabs(stage.send({0.0, 2.0, 0.0}).y), 0.02) << i;
     }
     EXPECT_EQ(stage.state.controller_n.y, 0.0);
@@ -213,8 +214,8 @@ TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
     EXPECT_LT(stage.state.sent_n.x, -0.1);
 }
 
-// In contact before the force has begun, with the clutch held: nothing rises, so nothing is there when it is
-// let go.
+// In contact before the force starts, with the clutch pressed. The force does not rise, so there is none
+// when the clutch is released.
 // HZ-FORCE-02
 TEST(Output, AHeldClutchDoesNotHideAContactAtTheStart) {
     OutputState state;

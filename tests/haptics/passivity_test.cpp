@@ -12,12 +12,11 @@ namespace {
 
 using test::kDt_s;
 
-constexpr double kSteep_n_per_m = 0.25 * 0.1 / (kDt_s * kDt_s);  // for 0.1 kg, as the output stage has it
+constexpr double kSteep_n_per_m = 0.25 * 0.1 / (kDt_s * kDt_s);  // for 0.1 kg, as in the output stage
 
-// A spring toward x = 0 along the x axis, sampled and held, watched and corrected as the output stage does
-// it.
+// A spring toward x = 0 along the x axis, sampled and held. Observed and corrected as in the output stage.
 struct SampledSpring {
-    // On the move already: nothing is spread over what came before.
+    // Starts in motion, so that no shortfall is spread over ticks at rest.
     explicit SampledSpring(double k = 1000.0) : stiffness_n_per_m(k) {
         step(0.0);
         state.still = {};
@@ -30,7 +29,7 @@ struct SampledSpring {
     double x_m = 0.0, tissue_m = 0.0;
     double controller_n = 0.0;
 
-    // The force sent once tip and tissue have moved.
+    // Returns the force sent after tip and tissue have moved.
     double step(double x, double tissue = 0.0) {
         Motion m;
         m.tip_moved_m.x = x - x_m;
@@ -59,14 +58,14 @@ TEST(Passivity, ASpringIsLedByHalfATick) {
         EXPECT_NEAR(spring.state.shortfall_j, kMargin * 0.5 * 1000.0 * dx * dx, 1e-18);
         EXPECT_NEAR(spring.controller_n, -kMargin * 0.5 * 1000.0 * dx, 1e-12);
     }
-    // On the way back the damping turns round; the turn is paid for within two ticks.
+    // On the way back the damping changes sign. The turn is paid for within two ticks.
     for (int i = 49; i >= 0; --i)
         spring.step(i * dx);
     EXPECT_NEAR(spring.controller_n, kMargin * 0.5 * 1000.0 * dx, 1e-12);
     EXPECT_NEAR(spring.state.shortfall_j, kMargin * 0.5 * 1000.0 * dx * dx, 1e-18);
 }
 
-// In and out again: what the hand gets back over what it gave.
+// Moves in and out again. Returns the energy that the hand gains.
 double gained(SampledSpring spring, int ticks, double depth_m) {
     double gained_j = 0.0, x = 0.0, force_n = 0.0;
     for (int i = 0; i <= 2 * ticks; ++i) {
@@ -86,13 +85,14 @@ TEST(Passivity, ASpringGivesBackNoMoreThanItGot) {
     for (const int ticks : {5, 20, 250}) {
         const double dx = depth / ticks;
         EXPECT_NEAR(gained(off, ticks, depth), 1000.0 * dx * dx * ticks, 1e-12);
-        // What is left is the first tick's, which nothing could foresee, and the turn's, which might be the
-        // same edge crossed again.
+        // The remaining gain comes from the first tick, which is unpredictable, and from the turn, which
+        // could be an encoder edge crossed twice.
         EXPECT_LT(gained(SampledSpring(), ticks, depth), 1.6 * 1000.0 * dx * dx);
     }
 }
 
-// A bare mass on the spring, exact between ticks. Its amplitude after so many ticks, from 1 mm.
+// A bare mass on the spring, integrated exactly between ticks. Returns the amplitude after `ticks`, from 1
+// mm.
 double amplitude(SampledSpring spring, double mass_kg, int ticks) {
     double x = 0.001, v = 0.0, most = 0.0;
     std::vector<double> queue(std::size_t(spring.delay_ticks + 1), 0.0);
@@ -120,7 +120,7 @@ TEST(Passivity, AKnownDelayIsAccountedFor) {
     SampledSpring off(500.0), told(500.0);
     off.controlled = false;
     told.delay_ticks = 2;
-    // The same late device without and with a controller that knows of it.
+    // The same delayed device, without and with a controller that knows the delay.
     const auto late = [](SampledSpring s) {
         double x = 0.001, v = 0.0, most = 0.0, before = 0.0, now = 0.0;
         for (int i = 0; i < 5000; ++i) {
@@ -137,8 +137,8 @@ TEST(Passivity, AKnownDelayIsAccountedFor) {
 }
 
 TEST(Passivity, ARestingHandFeelsTheBreathUndamped) {
-    // The tissue goes to and fro by 1 mm at 0.25 Hz, within the spring's reach: what the controller adds is
-    // half a tick of it.
+    // The tissue moves by 1 mm at 0.25 Hz, within the spring's reach. The controller adds half a tick of
+    // that motion.
     SampledSpring on, off;
     off.controlled = false;
     double most_n = 0.0, difference_n = 0.0;
@@ -191,14 +191,14 @@ TEST(Passivity, FrictionPaysForItselfAndSavesNothing) {
         if (i > 0) {
             EXPECT_EQ(s.shortfall_j, 0.0);
         } else {
-            s.shortfall_j = 0.0;  // began with its springs full
+            s.shortfall_j = 0.0;  // the springs start loaded
         }
         remember(s, {{-0.9, 0.0, 0.0}, Vec3(0.0), 1.0, 1.0});
     }
-    // 0.09 J rubbed away; one tick that gives 10 uJ is caught all the same.
+    // 0.09 J were dissipated. A single tick that generates 10 uJ is still detected.
     Motion active = rubbing(0.9, 0.9 * 0.9 / 2400.0);
     active.tip_moved_m.x = -1e-5;
-    s.sense = {};  // no edge behind it
+    s.sense = {};  // no encoder edge before it
     observe(s, active, 0);
     EXPECT_NEAR(s.shortfall_j, kMargin * 0.9e-5, 1e-12);
     EXPECT_NEAR(takeBack(s, active, 0, 1e9).x, kMargin * 0.9, 1e-9);
@@ -215,7 +215,7 @@ TEST(Passivity, ACutIsNoReserveAndASofterTissueNoDebt) {
     cut.tip_moved_m.x = 0.0;
     cut.event = true;
     observe(s, cut, 0);
-    EXPECT_EQ(s.shortfall_j, 2e-6);  // 2.6 mJ were the tissue's
+    EXPECT_EQ(s.shortfall_j, 2e-6);  // 2.6 mJ went into the tissue
 
     s = {};
     observe(s, {}, 0);
@@ -226,7 +226,7 @@ TEST(Passivity, ACutIsNoReserveAndASofterTissueNoDebt) {
     softer.event = true;
     observe(s, softer, 0);
     EXPECT_NEAR(s.shortfall_j, 0.0, 1e-18);
-    softer.event = false;  // the same without the event would be owed
+    softer.event = false;  // the same without an event counts as debt
     s.energy_j = 0.49 / 2400.0;
     softer.tip_moved_m.x = 0.0;
     observe(s, softer, 0);
@@ -245,8 +245,8 @@ TEST(Passivity, TheWallsWorkIsWithTheHandNotTheTissue) {
     EXPECT_NEAR(s.shortfall_j, kMargin * 0.5e-4, 1e-15);
 }
 
-// A spring under an encoder of coarse counts: a hand that goes evenly pays what it would without the encoder,
-// but for the margin, and as evenly.
+// A spring behind a coarse encoder. With steady motion, the controller takes as much energy as without the
+// encoder, apart from the margin, and as steadily.
 TEST(Passivity, ACountAfterStillTicksIsSpreadOverThem) {
     const double step = 2e-6, count = 20e-6;
     for (const int delay : {0, 3}) {
@@ -267,7 +267,7 @@ TEST(Passivity, ACountAfterStillTicksIsSpreadOverThem) {
     }
 }
 
-// Beside a border of two counts: to and fro without end, and what is owed does not pile up.
+// The position toggles between two counts forever. The debt must not accumulate.
 TEST(Passivity, ATremblingCountPilesUpNoDebt) {
     for (const int every : {1, 2, 7, 60}) {
         SampledSpring spring;

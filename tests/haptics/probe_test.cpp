@@ -13,7 +13,7 @@ using patient::Surrogate;
 using test::kAlongX;
 using enum patient::Tissue;
 
-// The array (the probe's +x) lies along +z.
+// The array (the probe's +x) points along +z.
 struct Scanned {
     explicit Scanned(double travel_m = 0.0) {
         if (travel_m != 0.0) package.motion = test::makeShift(travel_m);
@@ -39,7 +39,7 @@ TEST(Probe, TouchesFromTheMiddleOutward) {
     const double light = s.state.touching_share;
     EXPECT_GT(light, 0.2);
     EXPECT_LT(light, 0.8);
-    // The cylinder's sagitta over 15 mm is 1.9 mm: from there on the whole face touches.
+    // The cylinder's sagitta over 15 mm is 1.9 mm. Deeper than that, the whole face touches.
     s.pressed(0.0022);
     EXPECT_EQ(s.state.touching_share, 1.0);
 }
@@ -75,7 +75,7 @@ TEST(Probe, SlidesOnGel) {
     EXPECT_NEAR(-f.force_n.z / (s.settings.pad.friction * normal_n), 1.0, 1e-3);
 }
 
-// A patient whose chest rises by `travel_m` along x with v: the skin goes out and in.
+// A chest that rises by `travel_m` along x with v, so that the skin moves out and in.
 patient::MotionModel chestRise(double travel_m) {
     return test::makeMotion(Vec3(0.2), 0.01, [&](const Vec3& p) {
         test::MotionPoint m;
@@ -99,7 +99,7 @@ TEST(ParkedProbe, RidesTheSkinAlongItsNormal) {
     for (int i = 0; i < 800; ++i) {
         breath.v = 0.2 + 0.001 * i;
         ridden_m += rideSkin(rider, s.map, motion, breath);
-        // As deep in the skin as it was.
+        // The depth in the skin has not changed.
         EXPECT_NEAR(touchAt(s.map, referenceFromDeformed(motion, breath, rider.at_m)).level_m, rider.level_m,
                     1e-6);
     }
@@ -107,7 +107,7 @@ TEST(ParkedProbe, RidesTheSkinAlongItsNormal) {
     EXPECT_LT(std::fabs(ridden_m.y) + std::fabs(ridden_m.z), 1e-5);
 }
 
-// Under slanted skin a cavity moves by itself; where the skin goes is not read off it.
+// Under slanted skin the cavity moves on its own. The skin's motion must not be derived from the cavity.
 TEST(ParkedProbe, FindsTheSkinsNormalOutsideTheCavity) {
     const Vec3 outward = glm::normalize(Vec3(-0.9, 0.0, -0.4));
     TouchMap map{{{41, 41, 41}, Vec3(0.002), Vec3(-0.040)}, {}};

@@ -1,4 +1,4 @@
-// A needle before a column of layers, to be pushed in.
+// A needle in front of a column of layers, ready to be pushed in.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 
 namespace stylet::test {
 
-// A needle 5 mm before the layers' first border.
+// Starts the needle 5 mm before the first border.
 struct Puncture {
     explicit Puncture(const Layers& layers, double pitch_m = 0.0001)
         : package(makeColumn(layers, pitch_m)), patient(package), hand(patient) {

@@ -1,4 +1,4 @@
-// Force tables and layers nobody chose.
+// Random force tables and layers.
 #pragma once
 
 #include <cmath>
@@ -32,7 +32,7 @@ inline patient::TissueTable randomTable(Random& random) {
 inline Layers randomLayers(Random& random) {
     Layers layers;
     for (int i = 0; i < 14; ++i) {
-        // Bone is rare, or few paths would get past it.
+        // Keep bone rare, or few paths would get past it.
         patient::Tissue t = patient::Tissue(below(random, patient::kTissueCount));
         if (t == patient::Tissue::bone && below(random, 4) != 0) t = patient::Tissue::liver;
         const int voxels = below(random, 3) == 0 ? 1 + below(random, 8) : 5 + below(random, 50);
@@ -42,7 +42,7 @@ inline Layers randomLayers(Random& random) {
     return layers;
 }
 
-// A hand on a column of such layers.
+// A scripted hand on a column of random layers.
 struct RandomColumn {
     explicit RandomColumn(std::uint64_t seed) : random(seed), package(makeColumn(randomLayers(random))) {
         package.tissues = randomTable(random);

@@ -14,7 +14,7 @@ namespace {
 
 using test::kNaN;
 
-// A device that can be made to misbehave, and the ticks until its force is gone.
+// A device that can misbehave. Measures the time until its force is zero.
 struct Watched {
     explicit Watched(double dt = 0.001) : dt_s(dt) {}
 
@@ -82,7 +82,7 @@ TEST(Safety, NothingBeginsInContact) {
         w.force_n = kSmallForce_n;
         w.run(kSettle_s + kStartRamp_s + 0.002);
         EXPECT_EQ(w.safety.stage, ForceStage::on);
-        w.force_n = force_n;  // once begun, force is what it is for
+        w.force_n = force_n;  // large forces are allowed once the ramp has started
         w.run(1.0);
         EXPECT_EQ(w.safety.level, 1.0);
     }
@@ -169,9 +169,9 @@ TEST_P(SafetyCause, EndsInZeroWithinTwentyMillisecondsAndStaysThere) {
         EXPECT_NE(w.safety.faults & GetParam().fault, 0u) << GetParam().name;
 
         w.run(1.0);
-        rearm(w.safety);  // the cause still stands: nothing begins
+        rearm(w.safety);  // the cause persists, so nothing starts
         w.run(1.0);
-        if (GetParam().fault != kFaultOverSpeed) {  // one leap: at rest since
+        if (GetParam().fault != kFaultOverSpeed) {  // a single leap, at rest since then
             EXPECT_EQ(w.safety.level, 0.0);
             EXPECT_NE(w.safety.awaited & GetParam().fault, 0u) << GetParam().name;
             w.device = good;
@@ -191,7 +191,7 @@ TEST(Safety, OnlyTheExplicitActArmsAgain) {
     w.device.flags = 0;
     w.tick();
     w.device = {};
-    rearm(w.safety);  // while falling: too early to have been meant
+    rearm(w.safety);  // too early to be intended: the force is still falling
     w.run(5.0);
     EXPECT_EQ(w.safety.stage, ForceStage::off);
     EXPECT_EQ(w.safety.level, 0.0);
@@ -202,7 +202,7 @@ TEST(Safety, OnlyTheExplicitActArmsAgain) {
     EXPECT_EQ(w.safety.level, 0.0);
     w.run(0.1);
     EXPECT_GT(w.safety.level, 0.05);
-    EXPECT_LT(w.safety.level, 0.07);  // the ramp, not a jump
+    EXPECT_LT(w.safety.level, 0.07);  // a ramp, not a jump
     rearm(w.safety);                  // nothing to re-arm
     EXPECT_EQ(w.safety.stage, ForceStage::rising);
 }
@@ -222,7 +222,7 @@ TEST(Safety, AFastHandLosesTheForceAndASlowOneGetsItBack) {
     move(1.05, 0.05);
     EXPECT_EQ(w.safety.faults, kFaultOverSpeed);
     rearm(w.safety);
-    move(0.5, 0.5);  // slower than the cut, not yet slow
+    move(0.5, 0.5);  // slower than the cut-off speed, but not yet slow enough
     EXPECT_EQ(w.safety.awaited, kFaultOverSpeed);
     move(0.25, 0.5);
     EXPECT_EQ(w.safety.stage, ForceStage::rising);
@@ -254,7 +254,7 @@ TEST(Safety, TheWallIsSoftContinuousAndConservative) {
     EXPECT_EQ(workspaceWall(profile, {0.01, 0.0719, 0.0}).force_n, Vec3(0.0));
     EXPECT_NEAR(workspaceWall(profile, {0.01, 0.074, 0.0}).force_n.y, -0.4, 1e-12);
     EXPECT_NEAR(workspaceWall(profile, {0.01, -0.2, 0.0}).force_n.y, 1.0, 1e-12);
-    profile.stiffness_n_per_m = 400.0;  // a soft device, a softer wall
+    profile.stiffness_n_per_m = 400.0;  // a softer device gets a softer wall
     EXPECT_NEAR(workspaceWall(profile, {0.01, 0.074, 0.0}).force_n.y, -0.2, 1e-12);
     for (double y = 0.0705; y < 0.1; y += 0.0001) {
         const double slope = (workspaceWall(profile, {0.01, y + 1e-7, 0.0}).energy_j -
@@ -262,7 +262,7 @@ TEST(Safety, TheWallIsSoftContinuousAndConservative) {
                              2e-7;
         EXPECT_NEAR(slope, -workspaceWall(profile, {0.01, y, 0.0}).force_n.y, 2e-4);
     }
-    EXPECT_EQ(workspaceWall({}, {5.0, 0.0, 0.0}).force_n, Vec3(0.0));  // unknown
+    EXPECT_EQ(workspaceWall({}, {5.0, 0.0, 0.0}).force_n, Vec3(0.0));  // workspace unknown
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ using patient::Surrogate;
 using test::kAlongX;
 using enum patient::Tissue;
 
-// The edge looks along +z.
+// The cutting edge faces +z.
 struct Surgeon {
     explicit Surgeon(std::vector<std::pair<patient::Tissue, double>> slabs = {{skin, 0.002}, {soft, 0.058}})
         : package(test::makeSlabs(slabs, 0.001)) {}
@@ -61,7 +61,7 @@ TEST(Scalpel, TouchesLightlyThenCuts) {
     EXPECT_EQ(s.incisions.count, 1);
     EXPECT_EQ(s.events, 1);
     EXPECT_NEAR(-s.force.force_n.x, s.settings.deeper_n, 1e-3);
-    // Lifted without a cut the skin stays whole.
+    // Lifted before it cuts, the scalpel leaves the skin intact.
     Surgeon light;
     light.sweep(0.9 * at_m, 0.0);
     light.sweep(0.9 * at_m, 0.010);
@@ -86,7 +86,7 @@ TEST(Scalpel, ADrawnBladeOpensTheWayItWent) {
     EXPECT_EQ(s.incisions.count, 1);
     EXPECT_NEAR(s.opened(), 0.008 + s.settings.width_per_depth * 0.003, 2e-4);
     EXPECT_NEAR(-s.force.force_n.z, s.settings.along_edge_n, 1e-3);
-    // Out, and in again where it is open: no threshold, and no second incision.
+    // Out, and in again through the incision: no threshold and no second incision.
     s.sweep(-0.001, 0.008);
     EXPECT_EQ(s.force.force_n, Vec3(0.0));
     s.events = 0;
@@ -96,7 +96,7 @@ TEST(Scalpel, ADrawnBladeOpensTheWayItWent) {
     EXPECT_EQ(s.incisions.count, 1);
 }
 
-// The blade is held by what it cuts until its point is out: that step is told.
+// Tissue holds the blade until its point is out. That step in force must be reported as an event.
 TEST(Scalpel, LeavingTheSkinIsAnEventWhereTheForceSteps) {
     for (const double beside_m : {0.0, 0.004}) {
         Surgeon s;
@@ -106,7 +106,7 @@ TEST(Scalpel, LeavingTheSkinIsAnEventWhereTheForceSteps) {
         for (int i = 1; i <= 200; ++i) {
             const ToolForce f = s.to(0.003 - 2e-5 * i, beside_m * i / 200.0);
             const double step_n = glm::length(f.force_n - before_n);
-            // The spring's own: 800 N/m over at most 28 um.
+            // Step of the spring itself: 800 N/m over at most 28 um.
             EXPECT_TRUE(step_n <= 0.03 || f.event) << i;
             most_n = std::max(most_n, step_n);
             before_n = f.force_n;
@@ -131,7 +131,7 @@ TEST(Scalpel, PutsInNoMoreThanItGets) {
         s.breath.v = 0.5 + 0.5 * std::sin(0.002 * i);
         const ToolForce f = s.to(0.001 + 0.003 * std::sin(0.003 * i), 0.006 * std::sin(0.0011 * i));
         const double put_in_j = -glm::dot(f.force_n, s.at_m - before_m - f.tissue_moved_m);
-        // What a cut gives back at once is an event: the spring lets go, no work is done on the hand.
+        // Energy released by a cut is an event. The spring relaxes and does no work on the hand.
         if (!f.event) shortfall_j += std::max(0.0, f.energy_j - stored_j - put_in_j);
         moved_j += std::fabs(put_in_j);
         stored_j = f.energy_j;

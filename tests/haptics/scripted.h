@@ -1,4 +1,4 @@
-// A scripted puncture of a small breathing patient: shared by the tests of the tick, the loop and the
+// A scripted puncture of a small breathing patient. Shared by the tests of the tick, the loop and the
 // allocator.
 #pragma once
 
@@ -16,7 +16,7 @@ inline patient::Package scriptedPackage() {
     return package;
 }
 
-// In by 42 mm in 3 s, a rest of 1 s, out in 2 s; a sideways sway all the while.
+// Moves in by 42 mm in 3 s, rests for 1 s, moves out in 2 s, and sways sideways all the time.
 inline haptics::Trace scriptedTrace() {
     haptics::Trace trace;
     const auto at = [&](double t_s, double x_m, double z_m) {
@@ -26,7 +26,7 @@ inline haptics::Trace scriptedTrace() {
     return trace;
 }
 
-// Tick `i` of the script, with its commands: a hold asked for at 0.2 s, the breath released at 3.5 s.
+// Input of tick `i`: requests a breath hold at 0.2 s and normal breathing at 3.5 s.
 inline haptics::TickInput scriptedInput(const haptics::Trace& trace, int i) {
     std::size_t cursor = 0;
     const haptics::TraceSample sample = haptics::sampleAt(trace, std::int64_t(i) * 1000000, cursor);

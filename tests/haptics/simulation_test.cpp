@@ -44,7 +44,8 @@ Outcome play(const patient::Package& package, const SimulationSettings& settings
     return result;
 }
 
-// The same on every compiler, build type and machine. Changed only with the model, and then on purpose.
+// Equal on every compiler, build type and machine. Update only together with an intended change of the
+// model.
 constexpr std::uint64_t kExpectedTick = 6000, kExpectedHash = 0x0cb3aa835165546bull;
 
 TEST(Simulation, TheScriptEndsInItsHash) {
@@ -60,7 +61,7 @@ TEST(Simulation, TheScriptEndsInItsHash) {
     }
 }
 
-// What an instructor injects ends the same every time.
+// Events injected by the instructor are deterministic.
 TEST(Simulation, InjectedEventsAreDeterministic) {
     const patient::Package package = test::scriptedPackage();
     const auto with = [&](CommandKind kind) {
@@ -73,15 +74,15 @@ TEST(Simulation, InjectedEventsAreDeterministic) {
         EXPECT_EQ(with(kind).hash, with(kind).hash) << int(kind);
 }
 
-// A hand that holds a needle still in tissue, while the patient does as he is made to: other tissue than
-// else comes to its tip, and no tick changes the force by more than a twentieth of a newton.
+// A hand holds the needle still in tissue while the patient moves as commanded. Different tissue reaches
+// the tip, and no tick changes the force by more than 0.05 N.
 // HZ-FORCE-04
 TEST(Simulation, AnInjectedEventMovesAHeldNeedleWithoutAJump) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
     const Trace trace = test::scriptedTrace();
     constexpr int kInside = 2500, kWatched = 6000;
-    std::vector<Vec3> calm_m;  // where the tip is in the reference when nothing is injected
+    std::vector<Vec3> calm_m;  // tip in the reference without an injected event
     for (const CommandKind kind :
          {CommandKind::marker, CommandKind::cough, CommandKind::sigh, CommandKind::move}) {
         Simulation simulation(patient, {});
@@ -118,9 +119,9 @@ TEST(Simulation, TheBreathIsScaledFromTheNextOneOnWithoutAJump) {
     SimulationSettings settings;
     settings.breath.emplace();
     settings.breath->rhythm = {4.0, 0.8};
-    constexpr double kDepth = 1.7, kRate = 1.6, kSteepest = 0.3247595264191645;  // of sin^3 cos
+    constexpr double kDepth = 1.7, kRate = 1.6, kSteepest = 0.3247595264191645;  // maximum slope of sin^3 cos
     const double slope_per_s = 4.0 * 3.14159265358979 / (4.0 / kRate) * 0.8 * kDepth * kSteepest;
-    // At rest, while he breathes in, at the top, out, and in the middle of a sigh.
+    // At rest, during inhale, at full inhale, during exhale, and in the middle of a sigh.
     for (const int at : {0, 1000, 2000, 3100, 5500}) {
         Simulation simulation(patient, settings);
         TickOutput out, before;
@@ -128,7 +129,7 @@ TEST(Simulation, TheBreathIsScaledFromTheNextOneOnWithoutAJump) {
         TickInput input;
         input.device.device_from_stylus.position_m = {-0.05, 0.0, 0.0};
         double peak_v = 0.0;
-        std::vector<int> rises;  // through half of the depth, once all is as commanded
+        std::vector<int> rises;  // crossings of half the depth, once all commands have taken effect
         for (int i = 0; i < 24'000; ++i) {
             input.command_count = 0;
             if (at == 5500 && i == 4500) input.commands[input.command_count++] = {CommandKind::sigh, 0};
@@ -136,7 +137,7 @@ TEST(Simulation, TheBreathIsScaledFromTheNextOneOnWithoutAJump) {
             before = out;
             simulation.step(input, out, events);
             if (i == 0) continue;
-            // A sigh's slope comes on top of the breath's.
+            // A sigh's slope adds to that of normal breathing.
             const double allowed = at == 5500 ? 2.0 * slope_per_s : slope_per_s;
             ASSERT_LE(std::fabs(out.breath.v - before.breath.v), allowed * 0.001 * 1.001) << at << ' ' << i;
             ASSERT_NEAR(out.breath.v - before.breath.v,
@@ -182,12 +183,12 @@ TEST(Simulation, ARecordedBreathIsNotScaledAndAScaleIsHashed) {
     EXPECT_NE(calm.second, scaled.second);
 }
 
-// No hold begins in the middle of a sigh: v is at rest while the breath is said to be held.
+// No breath hold starts during a sigh: v is constant while the breath is reported as held.
 TEST(Simulation, NoHoldBeginsInASigh) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
     SimulationSettings settings;
-    settings.breath.emplace();  // a rhythm
+    settings.breath.emplace();  // enables breathing
     Simulation simulation(patient, settings);
     TickOutput out;
     NeedleEvents events;
@@ -207,7 +208,7 @@ TEST(Simulation, NoHoldBeginsInASigh) {
     EXPECT_GT(held, 5000);
 }
 
-// He starts and comes back in closed form, and the tool keeps its place in the room.
+// The patient flinches and returns according to a closed form. The tool keeps its place in the room.
 TEST(Simulation, APatientWhoStartsMovesUnderTheTool) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
@@ -239,7 +240,7 @@ TEST(Simulation, APatientWhoStartsMovesUnderTheTool) {
     EXPECT_EQ(out.patient_moved_m, Vec3(0.0));
 }
 
-// A device that the instructor lets fail: the force is gone within 20 ms, and comes back when asked for.
+// The instructor injects a device fault. The force is zero within 20 ms and returns only after re-arming.
 // HZ-FORCE-08
 TEST(Simulation, AnInjectedFaultTakesTheForceUntilRearmed) {
     const patient::Package package = test::scriptedPackage();
@@ -266,7 +267,7 @@ TEST(Simulation, AnInjectedFaultTakesTheForceUntilRearmed) {
     EXPECT_EQ(out.faults, 0u);
 }
 
-// Nothing that decides a tick lies outside the state, also where what was asked of the breath is kept.
+// The state is complete: a copy continues identically, including pending breathing commands.
 TEST(Simulation, GoesOnFromAnyCopy) {
     patient::Package package = test::scriptedPackage();
     package.motion = test::makeBending();
@@ -279,7 +280,7 @@ TEST(Simulation, GoesOnFromAnyCopy) {
         for (int i = 0; i < from; ++i)
             first.step(test::scriptedInput(trace, i), out, events);
         Simulation copy = first;
-        for (int i = 0; i < 500; ++i)  // goes another way
+        for (int i = 0; i < 500; ++i)  // diverges
             first.step(test::scriptedInput(trace, from - i), out, events);
         for (int i = from; i < test::kScriptedTicks; ++i)
             copy.step(test::scriptedInput(trace, i), out, events);
@@ -338,14 +339,14 @@ TEST(Simulation, EveryBitOfTheFoldCounts) {
     EXPECT_NE(play(package, settings).hash, hash);
 
     patient::Package other = package;
-    other.tissues[std::size_t(Tissue::vessel)].friction_n = flipped(0.75);  // on no path here
+    other.tissues[std::size_t(Tissue::vessel)].friction_n = flipped(0.75);  // tissue not on the path
     EXPECT_NE(play(other).hash, hash);
     other = package;
     other.ct.voxels[5] += 1;
     EXPECT_NE(play(other).hash, hash);
 }
 
-// Rests with its tip at `x_m` until the force has risen.
+// Rests with the tip at `x_m` until the force has risen.
 void rise(Simulation& simulation, TickInput& input, double x_m) {
     TickOutput out;
     NeedleEvents events;
@@ -370,7 +371,7 @@ TEST(Simulation, APoseThatCannotBeNeverReachesTheModel) {
         TickOutput out;
         NeedleEvents events;
         input.device.device_from_stylus = pose;
-        simulation.step(input, out, events);  // before any good one
+        simulation.step(input, out, events);  // before the first valid pose
         EXPECT_EQ(out.awaited, kFaultBadPose);
         EXPECT_FALSE(simulation.state().tools.needle.primed);
 
@@ -385,7 +386,7 @@ TEST(Simulation, APoseThatCannotBeNeverReachesTheModel) {
         input.device.device_from_stylus = pose;
         for (int i = 0; i < 15; ++i)
             simulation.step(input, out, events);
-        EXPECT_NEAR(out.force_n, last_n, 1e-6);  // the model stays with the last good pose
+        EXPECT_NEAR(out.force_n, last_n, 1e-6);  // the model keeps the last valid pose
         EXPECT_EQ(out.sent_device_n, Vec3(0.0));
         EXPECT_EQ(out.faults, kFaultBadPose);
     }
@@ -436,7 +437,7 @@ TEST(Simulation, ForcesReachTheDeviceInItsOwnFrame) {
         simulation.step(input, out, events);
     }
     EXPECT_NEAR(out.force_n, 0.9, 1e-9);
-    // Patient -x is device +y under a quarter turn about z.
+    // Patient -x is device +y after a quarter turn about z.
     EXPECT_NEAR(out.sent_device_n.y, simulation.gain() * 0.9, 1e-9);
     EXPECT_NEAR(out.sent_device_n.x, 0.0, 1e-9);
     EXPECT_NEAR(out.patient_from_needle.position_m.x, 0.0149, 1e-12);

@@ -1,4 +1,4 @@
-// Finger, probe and scalpel in the tick: taken by command, felt, hashed.
+// Finger, probe and scalpel in the simulation: selected by command, felt, and hashed.
 #include <gtest/gtest.h>
 
 #include "haptics/loop/simulation.h"
@@ -36,7 +36,7 @@ struct Theatre {
         for (int i = 1; i <= steps; ++i)
             to(from + (tip_m - from) * (double(i) / steps));
     }
-    // Away from the skin, and back with another tool.
+    // Moves away from the skin and selects another tool there.
     void take(Tool tool) {
         sweep({-0.02, 0.0, 0.0});
         command(CommandKind::tool, std::uint32_t(tool));
@@ -74,7 +74,7 @@ TEST(SkinTools, AnIncisionSparesTheNeedleTheSkin) {
     Theatre whole(Tool::needle);
     whole.sweep({0.0005, 0.0, 0.001});
     EXPECT_EQ(whole.out.phase, Phase::held);
-    EXPECT_NEAR(whole.out.force_n, 0.3143, 1e-3);  // of the 0.7 N at 0.875 mm (Eq. 1)
+    EXPECT_NEAR(whole.out.force_n, 0.3143, 1e-3);  // puncture needs 0.7 N at 0.875 mm (Eq. 1)
 
     Theatre cut(Tool::scalpel);
     cut.sweep({0.004, 0.0, 0.0});
@@ -111,7 +111,7 @@ TEST(SkinTools, AParkedProbeRidesTheSkinInTheTick) {
     t.to({0.003, 0.0, 0.0});
     ASSERT_TRUE(t.out.probe_parked);
     const Vec3 parked_m = t.out.patient_from_probe.position_m;
-    for (int i = 0; i < 4000; ++i)  // a breath that slides the skin along under it
+    for (int i = 0; i < 4000; ++i)  // a breath that slides the skin along under the tool
         t.to({-0.02, 0.0, 0.0});
     EXPECT_LT(glm::length(t.out.patient_from_probe.position_m - parked_m), 1e-5);
 }

@@ -13,7 +13,7 @@ namespace {
 
 using enum Tissue;
 
-// A hand at the device of a still patient; its needle goes along +x.
+// A hand at the device of a patient at rest. The needle points along +x.
 struct ToolBench {
     explicit ToolBench(double travel_m = 0.0, Tool first = Tool::needle)
         : package(test::makeColumn({{skin, 0.002}, {soft, 0.012}, {liver, 0.04}})), patient(package) {
@@ -60,7 +60,7 @@ TEST(Toolbox, AToolIsTakenByCommandInTheTickThatPopsIt) {
     b.to(-0.005);
     EXPECT_EQ(b.out.tool, Tool::finger);
     EXPECT_TRUE(b.out.tool_force.event);
-    b.take(Tool::finger);  // is there already
+    b.take(Tool::finger);  // already selected
     b.to(-0.005);
     EXPECT_FALSE(b.out.tool_force.event);
     b.command(CommandKind::tool, 77);  // no such tool
@@ -76,7 +76,7 @@ TEST(Toolbox, ANeedleInTheBodyIsDrawnOutBeforeAnotherToolIsTaken) {
     b.to(0.010);
     EXPECT_EQ(b.out.tool, Tool::needle);
     EXPECT_NEAR(b.out.force_n, 0.7, 1e-9);
-    b.take(Tool::guide);  // the same needle
+    b.take(Tool::guide);  // the guide uses the same needle
     b.to(0.010);
     EXPECT_EQ(b.out.tool, Tool::guide);
     EXPECT_NEAR(b.out.force_n, 0.7, 1e-9);
@@ -101,7 +101,8 @@ TEST(Toolbox, ANeedleTakenUpInsideTheBodyIsNotFeltUntilItHasBeenOutside) {
     EXPECT_LT(b.out.tool_force.force_n.x, 0.0);
 }
 
-// What is not in hand is in no hash: two needles that differ, both laid down, and the same finger.
+// Tools that are not in hand are not hashed. Two different needles, both put down, and the same finger give
+// equal hashes.
 TEST(Toolbox, AnIdleNeedleIsNotHashed) {
     ToolState a, b;
     a.in_hand = b.in_hand = Tool::needle;
@@ -121,9 +122,9 @@ TEST(Toolbox, AnIdleNeedleIsNotHashed) {
 TEST(Toolbox, TheGainIsSetByTheSteepestTool) {
     const patient::TissueTable& table = test::tissueDefaults().tissues;
     ToolSettings s;
-    EXPECT_EQ(worstTangent(table, s), 2400.0);  // the probe on bone, its proxies sticking
+    EXPECT_EQ(worstTangent(table, s), 2400.0);  // the probe on bone, with sticking proxies
     s.probe.pad.shear_n_per_m = 0.0;
-    EXPECT_EQ(worstTangent(table, s), 2300.0);  // the finger's
+    EXPECT_EQ(worstTangent(table, s), 2300.0);  // the finger on bone
     s.finger.pad.shear_n_per_m = 0.0;
     EXPECT_EQ(worstTangent(table, s), 2000.0);  // the needle on bone
     s.guide.stiffness_n_per_m = 2500.0;
@@ -174,7 +175,7 @@ TEST(Toolbox, AnIdleNeedleKeepsItsCuts) {
     EXPECT_EQ(b.out.phase, Phase::pass);  // through the same hole
 }
 
-// Laid down on one side and taken up on the other it has not gone through the patient.
+// A needle put down on one side and picked up on the other has not passed through the patient.
 TEST(Toolbox, ANeedleTakenUpElsewhereHasNotGoneThere) {
     ToolBench b;
     b.to(-0.005);
@@ -188,7 +189,7 @@ TEST(Toolbox, ANeedleTakenUpElsewhereHasNotGoneThere) {
     EXPECT_EQ(b.simulation->state().tools.needle.cut_count, 0);
 }
 
-// The device told nonsense for a tick: a place within its reach, behind the patient.
+// The device reports a wrong position for one tick: within its reach, behind the patient.
 // HZ-FORCE-05
 TEST(Toolbox, ALeapOutsideIsNoWayThroughThePatient) {
     ToolBench b;
@@ -199,7 +200,7 @@ TEST(Toolbox, ALeapOutsideIsNoWayThroughThePatient) {
         EXPECT_EQ(b.out.phase, Phase::outside) << x_m;
     }
     EXPECT_EQ(b.simulation->state().tools.needle.cut_count, 0);
-    b.to(0.020);  // into the middle: not felt until it has been outside
+    b.to(0.020);  // into the middle of the body: no force until the needle was outside
     b.sweep(0.022);
     EXPECT_EQ(b.out.phase, Phase::outside);
     EXPECT_EQ(b.out.tool_force.force_n, Vec3(0.0));
@@ -250,14 +251,14 @@ TEST(Toolbox, GasInTheBodyIsNotOutside) {
 TEST(Toolbox, ACommandThatDoesNothingIsNoEvent) {
     ToolBench b;
     b.to(-0.005);
-    for (const std::uint32_t stay : {0u, 1u}) {  // there is no probe in hand, and none parked
+    for (const std::uint32_t stay : {0u, 1u}) {  // no probe is in hand, and none is parked
         b.command(CommandKind::park, stay);
         b.to(-0.005);
         EXPECT_FALSE(b.out.tool_force.event) << stay;
     }
 }
 
-// The breath carries probe and rail along z; the needle leans that way too, beside the rail.
+// Breathing moves probe and rail along z. The needle, beside the rail, leans in the same direction.
 TEST(Toolbox, ARailThatMovesMovesWhatTheHandFeelsOfIt) {
     ToolBench b(-0.012, Tool::probe);
     b.to(-0.001);
@@ -307,7 +308,7 @@ TEST(Toolbox, AParkedProbeRidesTheBreath) {
     EXPECT_NEAR(most_m, 0.012, 1e-4);
     EXPECT_NEAR(b.out.patient_from_probe.position_m.z, before.z, 1e-4);
     b.take(Tool::needle);
-    b.command(CommandKind::park, 1);  // not in hand
+    b.command(CommandKind::park, 1);  // the probe is not in hand
     b.to(-0.05);
     EXPECT_TRUE(b.out.probe_parked);
     b.command(CommandKind::park, 0);
@@ -340,7 +341,7 @@ TEST(Toolbox, AProbeLetGoOfLeavesTheHandEmpty) {
     park(1), to(0.002);
     EXPECT_TRUE(out.probe_parked && out.tool_force.event);
     EXPECT_EQ(out.tool_force.force_n, Vec3(0.0));
-    park(0), to(0.002);  // in hand again, inside
+    park(0), to(0.002);  // in hand again, inside the body
     EXPECT_FALSE(out.probe_parked);
     EXPECT_EQ(out.tool_force.force_n, Vec3(0.0));
     for (int i = 0; i < 300; ++i)
@@ -350,7 +351,7 @@ TEST(Toolbox, AProbeLetGoOfLeavesTheHandEmpty) {
     EXPECT_LT(out.tool_force.force_n.x, -0.05);
 }
 
-// The rail stands along the needle's way in: pushed sideways in it, the needle does not move in the tissue.
+// The rail points along the needle's path. A needle pushed sideways in it does not move within the tissue.
 TEST(Toolbox, InTheGuideTheHandFeelsTheRailAndTheNeedleStaysOnIt) {
     ToolBench b(0.0, Tool::probe);
     b.settings.tools.guide.probe_from_guide = {{0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, -0.002}};
@@ -369,12 +370,12 @@ TEST(Toolbox, InTheGuideTheHandFeelsTheRailAndTheNeedleStaysOnIt) {
         b.to({0.010, 0.0003 + 1e-4 * i, 0.0002});
     EXPECT_NEAR(b.out.tool_force.force_n.y, -1000.0 * 0.004, 1e-9);
     EXPECT_NEAR(b.out.tool_force.force_n.x, -0.7, 1e-9);
-    const double crest_j = 0.5 * 1000.0 * 0.0015 * 0.006;  // S is counted from outside the rail's reach
+    const double crest_j = 0.5 * 1000.0 * 0.0015 * 0.006;  // energy is counted from outside the rail's reach
     EXPECT_NEAR(b.out.tool_force.energy_j, 0.5 * 1000.0 * 0.004 * 0.004 - crest_j + 0.5 * 0.7 * 0.7 / 1000.0,
                 1e-9);
     EXPECT_NEAR(b.out.patient_from_needle.position_m.y, 0.0003, 1e-12);
     EXPECT_EQ(b.out.lateral_cut_m, 0.0);
-    b.command(CommandKind::park, 0);  // not while the needle is in the body: it would jump to the hand
+    b.command(CommandKind::park, 0);  // rejected while the needle is in the body: it would jump to the hand
     b.to({0.010, 0.0043, 0.0002});
     EXPECT_TRUE(b.out.probe_parked && b.out.needle_in_guide);
     EXPECT_FALSE(b.out.tool_force.event);
@@ -382,7 +383,7 @@ TEST(Toolbox, InTheGuideTheHandFeelsTheRailAndTheNeedleStaysOnIt) {
     for (int i = 39; i >= 0; --i)
         b.to({0.010, 0.0003 + 1e-4 * i, 0.0002});
     b.sweep(-0.02);
-    b.command(CommandKind::park, 0);  // the probe is taken away: the needle is the hand's
+    b.command(CommandKind::park, 0);  // the probe is taken away and the needle follows the hand
     b.to(-0.02);
     EXPECT_TRUE(b.out.tool_force.event);
     EXPECT_FALSE(b.out.needle_in_guide);

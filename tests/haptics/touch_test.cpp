@@ -38,7 +38,7 @@ TEST(Layers, EndAtBone) {
 }
 
 TEST(Layers, LungAndGasYieldOuterAirDoesNotCount) {
-    // Unlabelled air behind tissue is gas, and yields as the row of air says.
+    // Unlabelled air behind tissue is gas, and yields according to the row of air in the table.
     const Layers l = layersOf({{soft, 0.010}, {air, 0.010}, {soft, 0.040}});
     EXPECT_NEAR(l.compliance_m_per_pa, 0.030 / young(soft) + 0.010 / young(air), 1e-15);
     const patient::Package package = test::makeSlabs({{soft, 0.060}}, 0.001);
@@ -64,7 +64,7 @@ TEST(TouchMap, HoldsTheLayersUnderEveryPointAndItsOwnGradient) {
     EXPECT_EQ(map.nodes, threaded.nodes);
 }
 
-// A point whose three quantities change in space.
+// A point with gradients in all three quantities.
 TouchPoint pointAt(const Vec3& p) {
     TouchPoint t;
     t.level_slope = {-0.9, 0.1, 0.05};
@@ -121,7 +121,7 @@ TEST(Pressed, StiffensOverBoneAndNeverBeyondIt) {
                 before_pa = pressure_pa;
             }
         }
-    // Half pressed together: tangent 8 k, pressure 1.5 k h.
+    // Compressed by half: tangent 8 k, pressure 1.5 k h.
     TouchPoint t;
     t.stiffness_n_per_m3 = 3e5, t.bone_per_m = 1.0 / 0.012, t.level_m = -0.006;
     EXPECT_NEAR(pressed(t, kStiffest_n_per_m3).pressure_pa, 1.5 * 3e5 * 0.012, 1e-6);

@@ -29,7 +29,7 @@ TEST(Trace, LinearBetweenSamplesAndHeldAtTheEnds) {
     EXPECT_EQ(half.buttons, 1u);
     EXPECT_EQ(sampleAt(t, 10, cursor).buttons, 2u);
     EXPECT_EQ(sampleAt(t, 99, cursor).device_from_stylus.position_m, Vec3(1.0, 2.0, 4.0));
-    EXPECT_EQ(sampleAt(t, 15, cursor).device_from_stylus.position_m, Vec3(1.0, 2.0, 2.0));  // going back
+    EXPECT_EQ(sampleAt(t, 15, cursor).device_from_stylus.position_m, Vec3(1.0, 2.0, 2.0));  // back in time
 }
 
 TEST(Trace, RotationsGoTheShortWay) {

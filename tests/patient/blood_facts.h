@@ -1,4 +1,4 @@
-// Which way the blood goes in anyone's liver, told without looking at how it was found.
+// Flow directions that hold in every liver, checked independently of how they were computed.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 
 namespace stylet::test {
 
-// Mean velocity over the voxels of one kind that lie within `reach_m` of its last voxel along `side`.
+// Mean velocity over the voxels of one kind that lie within `reach_m` of its outermost voxel toward `side`.
 inline Vec3 meanFlowAtTheEnd(const patient::Patient& patient, const patient::VesselFlow& flow,
                              patient::BloodKind kind, const Vec3& side, double reach_m) {
     const Grid& grid = flow.grid;

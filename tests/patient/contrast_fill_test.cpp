@@ -8,7 +8,7 @@
 namespace stylet::patient {
 namespace {
 
-// A tube of 1 mm slices, 1 mm^3 each.
+// A tube of slices 1 mm thick, with a volume of 1 mm^3 each.
 struct Tube {
     std::vector<double> way_m, room_m3;
     explicit Tube(int slices) {
@@ -35,7 +35,7 @@ TEST(FillOrder, PutsTheFrontWhereTheVolumeEnds) {
     const Tube tube(50);
     const FillOrder order(tube.way_m, tube.room_m3);
     const FrontShape sharp{0.002, 0.0};
-    // Voxel centres: the first slice reaches half a millimetre behind the start.
+    // Distances refer to voxel centres: the first slice starts half a millimetre before the first centre.
     for (const double slices : {2.0, 10.0, 33.3, 48.0})
         EXPECT_NEAR(order.frontOf(sharp, slices * 1e-9), (slices - 0.5) * 1e-3, 1e-9);
     for (const FrontShape shape : {sharp, FrontShape{0.002, 0.1}, FrontShape{0.003, 1.9}})

@@ -1,4 +1,4 @@
-// Liver with tubes in it: ducts, vessels.
+// Phantoms of liver tissue with tubes in it: ducts or vessels.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@ namespace stylet::test {
 
 inline constexpr std::uint8_t kFirstOwnLabel = 20;
 
-// Liver along +x from 0, `length_m` of it; y and z as makeSlabs.
+// Liver along +x from x = 0 to `length_m`. The extent in y and z is that of makeSlabs().
 inline patient::Package liverBlock(double length_m, double spacing_m) {
     return makeSlabs({{patient::Tissue::liver, length_m}}, spacing_m);
 }
 
-// One more label in the table; returns its id.
+// Adds a label to the table and returns its id.
 inline std::uint8_t addLabel(patient::Package& package, const std::string& name, patient::Tissue tissue,
                              patient::Role role) {
     patient::Label label = package.label_table.back();
@@ -26,7 +26,7 @@ inline std::uint8_t addLabel(patient::Package& package, const std::string& name,
     return label.id;
 }
 
-// Labels the voxels whose centres `in(x, y, z)`, in metres.
+// Labels the voxels whose centre satisfies `in(x, y, z)`, in metres.
 inline void carve(patient::Package& package, std::uint8_t id, const auto& in) {
     const Grid& grid = package.labels.grid;
     for (int z = 0; z < grid.dims.z; ++z)
@@ -37,7 +37,7 @@ inline void carve(patient::Package& package, std::uint8_t id, const auto& in) {
             }
 }
 
-// A square tube along x whose sides are 2 * half_m.
+// A square tube along x with sides of 2 * half_m.
 inline auto tubeAlongX(double from_m, double to_m, double half_m, double y_m = 0.0, double z_m = 0.0) {
     return [=](double x, double y, double z) {
         return x > from_m && x < to_m && std::abs(y - y_m) < half_m && std::abs(z - z_m) < half_m;

@@ -22,7 +22,7 @@ using test::tubeAlongX;
 
 constexpr double kMl = 1e-6;
 
-// No bile left behind and a front as sharp as voxels allow: then volumes are areas times lengths.
+// No residual bile and a front as sharp as voxels allow. Volumes are then areas times lengths.
 ContrastSettings sharp() {
     ContrastSettings s;
     s.bile_share = 0.0;
@@ -50,7 +50,7 @@ ContrastTable tableOf(const Contrast& contrast) {
     return tableOf(contrast, painter);
 }
 
-// Medium that a table shows, by the settings it was made with.
+// Volume of medium that a table shows, for the settings it was made with.
 double shown_m3(const ContrastTable& table, const ContrastSettings& s = {}) {
     double sum = 0.0;
     for (const float v : table.added_per_m)
@@ -63,14 +63,14 @@ double valueAt(const ContrastTable& table, const Vec3& p) {
     return table.grid.contains(i) ? double(table.added_per_m[table.grid.offset(i)]) : 0.0;
 }
 
-// 3 x 3 voxels of 1 mm along x from 10 to 70 mm: 9 mm^2 of area, 0.54 ml in all.
+// 3 x 3 voxels of 1 mm along x from 10 to 70 mm: cross-section 9 mm^2, volume 0.54 ml.
 constexpr double kArea_m2 = 9e-6;
 Package straightDuct() {
     Package package = liverBlock(0.080, 0.001);
     carve(package, idOf(Tissue::duct), tubeAlongX(0.010, 0.070, 0.0016));
     return package;
 }
-// In the middle of its first slice.
+// The centre of the first slice.
 const Vec3 kTip{0.0105, 0.0, 0.0};
 
 TEST(ContrastInADuct, StandsAtVolumeOverArea) {
@@ -83,8 +83,8 @@ TEST(ContrastInADuct, StandsAtVolumeOverArea) {
     for (const double more : {0.1, 0.2}) {
         inject(contrast, kTip, more, 1.0);
         const double length_m = contrast.volumes().injected_m3 / kArea_m2;
-        // Half a voxel behind its end; the ways to the eight voxels beside the middle are longer by a step
-        // across and none back, on the mean 0.51 mm.
+        // The front's centre is half a voxel before its end. The paths to the eight voxels around the axis
+        // are longer by one step across, 0.51 mm on average.
         EXPECT_NEAR(contrast.status().front_m, length_m - 0.00050 + 0.00051, 0.00002);
         const ContrastTable table = tableOf(contrast);
         EXPECT_NEAR(valueAt(table, {0.0105 + length_m - 0.003, 0, 0}), 75.0, 1e-3) << "full: 0.075 /mm";
@@ -199,14 +199,16 @@ TEST(ContrastInTheLiver, IsABallOfWhatFitsBetweenTheCellsAndFades) {
     EXPECT_NEAR(accounted(contrast.volumes()), 1.0 * kMl, 1e-12 * kMl);
 }
 
-// 3 x 3 voxels of 4 mm along x, 1.5 m of it: the blood needs longer through it than the medium is followed.
+// 1.5 m of 3 x 3 voxels of 4 mm along x. The blood needs longer to pass it than the simulation follows the
+// medium.
 Package longVessel() {
     Package package = liverBlock(1.6, 0.004);
     carve(package, idOf(Tissue::vessel), tubeAlongX(0.04, 1.56, 0.0061));
     return package;
 }
 
-// A tip that creeps on stains what is not stained yet: nowhere is more than fits between the cells.
+// A tip that advances slowly stains tissue that is not stained yet. No voxel takes more than fits between
+// the cells.
 TEST(ContrastInTheLiver, ACreepingTipWidensTheStain) {
     const Package package = liverBlock(0.080, 0.001);
     const Patient patient(package);
@@ -225,7 +227,7 @@ TEST(ContrastInTheLiver, ACreepingTipWidensTheStain) {
     EXPECT_NEAR(shown_m3(table), contrast.volumes().liver_m3, 0.01 * contrast.volumes().liver_m3);
 }
 
-// A tip in a piece of duct that is shut at both ends leaks; the tree beside it stays empty.
+// A tip in a piece of duct that is closed at both ends leaks. The duct tree beside it stays empty.
 TEST(ContrastInADuct, OfAShutOneLeaksIntoWhatLiesAround) {
     Package package = straightDuct();
     carve(package, addLabel(package, "stricture", Tissue::duct, Role::pass),
@@ -322,7 +324,7 @@ TEST(Contrast, AcceptsNoNonsense) {
     EXPECT_NEAR(accounted(contrast.volumes()), contrast.volumes().injected_m3, 1e-18);
 }
 
-// A needle drawn back through everything while it injects.
+// Withdraws a needle through all tissues while it injects.
 void wander(Contrast& contrast, ContrastPainter* painter, ContrastTable* table) {
     ContrastChanges changes;
     for (int i = 0; i < 6000; ++i) {

@@ -20,7 +20,7 @@ void forEachInner(const Diffusion& d, const Visit& visit) {
                 visit(x, y, z, d.offset(x, y, z));
 }
 
-// Of the first mode of a cube; the discrete Laplacian only scales it.
+// First eigenmode of a cube. The discrete Laplacian only scales it.
 float mode(int x, int y, int z) {
     const auto s = [](int i) { return std::sin(std::numbers::pi * i / (kNodes - 1)); };
     return float(s(x) * s(y) * s(z));
@@ -45,8 +45,8 @@ TEST(Diffusion, AModeOfTheCubeComesOutScaledAsTheEquationSays) {
     });
 }
 
-// Layers in series between a held plane and the cube's face: the displacement falls in each by its
-// compliance.
+// Layers in series between a fixed plane and the cube's face. The displacement falls in each layer in
+// proportion to its compliance.
 TEST(Diffusion, FallsMostWhereItIsSoft) {
     Diffusion d(kNodes);
     const int middle = kNodes / 2;
@@ -69,7 +69,7 @@ TEST(Diffusion, FallsMostWhereItIsSoft) {
 
 TEST(Diffusion, ACycleLeavesLittleOfTheErrorAndSinglePrecisionIsReached) {
     Diffusion d(33);
-    // Air around a half space, bone in it.
+    // A half space with bone in it, surrounded by air.
     std::vector<float> held(d.stiffness().size(), 0.0f);
     forEachInner(d, [&](int x, int y, int z, std::size_t at) {
         d.stiffness()[at] = x < 16 ? 1e-3f : 1.0f;

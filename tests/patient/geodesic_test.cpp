@@ -7,7 +7,7 @@
 namespace stylet::patient {
 namespace {
 
-// Label 1 where `in` says so.
+// Sets label 1 where `in` returns true.
 LabelVolume carved(const Index3& dims, double spacing_m, const auto& in) {
     LabelVolume labels(Grid{dims, Vec3(spacing_m), Vec3(0.01, 0.02, 0.03)});
     for (int z = 0; z < dims.z; ++z)
@@ -19,7 +19,7 @@ LabelVolume carved(const Index3& dims, double spacing_m, const auto& in) {
 
 TEST(VoxelPiece, HoldsWhatHangsTogetherUpToTheGridsBorder) {
     const LabelVolume labels = carved({8, 5, 5}, 0.001, [](int x, int y, int z) {
-        return (x == y && y == z) || (x == 7 && y == 0 && z == 0);  // a diagonal, and a voxel of its own
+        return (x == y && y == z) || (x == 7 && y == 0 && z == 0);  // a diagonal, and a separate voxel
     });
     const VoxelPiece piece = pieceAround(labels, {2, 2, 2});
     ASSERT_EQ(piece.size(), 5u);
@@ -38,7 +38,7 @@ TEST(VoxelPiece, HoldsWhatHangsTogetherUpToTheGridsBorder) {
 }
 
 TEST(Geodesic, IsExactAlongAxesAndDiagonalsAndGoesRoundCorners) {
-    // An L: 10 voxels along x, then 6 along y.
+    // An L shape: 10 voxels along x, then 6 along y.
     const LabelVolume labels = carved({12, 12, 3}, 0.002, [](int x, int y, int z) {
         return z == 1 && ((y == 2 && x >= 1 && x <= 10) || (x == 10 && y >= 2 && y <= 8));
     });
@@ -73,7 +73,7 @@ TEST(Lumen, OfACylinderIsItsRadius) {
     const std::vector<double> wall = wallDistance_m(piece), radius = lumenRadius_m(piece, wall);
     for (std::size_t m = 0; m < piece.size(); ++m) {
         const Index3 i = piece.voxel(m);
-        if (i.x < 8 || i.x > 31) continue;  // the ends are round inside; the rest within a voxel
+        if (i.x < 8 || i.x > 31) continue;  // skip the ends, where the radius is smaller
         ASSERT_NEAR(radius[m], kRadius * 1e-3, 1.1e-3) << i.y << ' ' << i.z;
         EXPECT_LE(wall[m], radius[m]);
         EXPECT_GT(wall[m], 0.0);

@@ -16,7 +16,7 @@ std::uint64_t hashOf(std::string_view text) {
     return h.value();
 }
 
-// XXH64 of up to three whole words, as its specification has it.
+// XXH64 of up to three whole words, implemented from its specification.
 std::uint64_t xxh64(const std::vector<std::uint64_t>& words, std::uint64_t seed) {
     const std::uint64_t p1 = 11400714785074694791u, p2 = 14029467366897019727u, p3 = 1609587929392839161u,
                         p4 = 9650029242287828579u, p5 = 2870177450012600261u;
@@ -33,7 +33,7 @@ std::uint64_t xxh64(const std::vector<std::uint64_t>& words, std::uint64_t seed)
 TEST(Hash, IsXxh64WithoutTheLength) {
     ASSERT_EQ(xxh64({0x6867666564636261u}, 0), 0x3ad351775b4634b7u);  // the published hash of "abcdefgh"
     StateHash h;
-    EXPECT_EQ(h.value(), 0xef46db3751d8e999u);  // and of nothing
+    EXPECT_EQ(h.value(), 0xef46db3751d8e999u);  // the published hash of empty input
     std::vector<std::uint64_t> words;
     for (const double x : {1.0, -0.0, 0.0125}) {
         h.add(x);
@@ -42,7 +42,7 @@ TEST(Hash, IsXxh64WithoutTheLength) {
     }
 }
 
-// Half of the 64 bits change with any bit of any word, give or take.
+// A change of any bit of any word changes about half of the 64 bits.
 TEST(Hash, EveryBitReachesHalfOfTheValue) {
     double fewest = 64.0, most = 0.0;
     for (std::size_t word = 0; word < 4; ++word) {

@@ -32,7 +32,7 @@ double hump(double t_s, double length_s, double height) {
     return height * s * s * s * s;
 }
 
-// In closed form, from rest to rest; then the breath is as if nothing had been.
+// The interruption adds a closed form to the breath, from rest to rest. Afterwards the breath is unchanged.
 TEST(Interruption, LiesOverTheBreath) {
     for (const InterruptionKind kind : {InterruptionKind::cough, InterruptionKind::sigh}) {
         Breather plain, asked;

@@ -23,7 +23,7 @@ double distance(const Vec3& a, const Vec3& b) {
     return std::sqrt(glm::dot(a - b, a - b));
 }
 
-// A barrel that slides 15 mm down inside a shell whose front moves out by 5 mm, with hysteresis.
+// A barrel that slides down by 15 mm inside a shell. The shell's front moves out by 5 mm. With hysteresis.
 MotionModel barrel(double scale = 1.0) {
     MotionModel m = makeMotion(Vec3(0.17, 0.15, 0.19), 0.006, [&](const Vec3& p) {
         MotionPoint q;
@@ -57,7 +57,8 @@ TEST(Motion, AConstantFieldShifts) {
     EXPECT_NEAR(distance(referenceFromDeformed(m, {0.5, 0.0}, Vec3(0.0)), Vec3(0.0, 0.0, 0.01)), 0.0, 1e-9);
 }
 
-// exp of a rotation's field is the rotation; midpoint steps err by a 24th of the cubed angle a step.
+// The exponential of a rotation's field is the rotation. Each midpoint step has an error of its cubed angle
+// / 24.
 TEST(Motion, ARotatingFieldTurns) {
     const MotionModel m = test::makeTurningBall(0.06, 0.3, 0.006);
     Anywhere anywhere;
@@ -88,7 +89,7 @@ TEST(Motion, IsRelativeToTheBreathOfTheCtAndClamped) {
               deformedFromReference(m, {0.0, 0.0}, Vec3(0.0)));
     EXPECT_EQ(deformedFromReference(m, {9.0, 0.0}, Vec3(0.0)),
               deformedFromReference(m, {1.25, 0.0}, Vec3(0.0)));
-    // A creep comes after the clamp: 5.6 mm toward the head at 20 mm of travel.
+    // Creep is added after clamping: 5.6 mm toward the head at 20 mm of travel.
     EXPECT_NEAR(deformedFromReference(m, {-7.0, 0.0, -0.28}, Vec3(0.0)).z, 0.0256, 1e-9);
     m.rate_per_s = {-1.0, 2.0};
     for (MotionCoefficients& c : m.slide)
@@ -104,7 +105,7 @@ TEST(Motion, InverseBringsEveryPointBackOnItsSide) {
         double worst_m = 0.0;
         for (int i = 0; i < 20000; ++i) {
             const Vec3 p = anywhere.point();
-            if (std::fabs(cavityLevel_m(m, p)) < 0.5 * kMm) continue;  // what gaps there are
+            if (std::fabs(cavityLevel_m(m, p)) < 0.5 * kMm) continue;  // excludes gaps between the sides
             const Vec3 q = deformedFromReference(m, breath, p);
             worst_m = std::max(worst_m, distance(referenceFromDeformed(m, breath, q), p));
             EXPECT_EQ(cavityLevel_m(m, breath, q) < 0.0, cavityLevel_m(m, p) < 0.0);
@@ -133,7 +134,7 @@ TEST(Motion, JacobianIsTheDerivativeAndNeverFoldsAlsoAtThreeTimesLife) {
                     const Vec3 slope = (deformedFromReference(m, breath, p + step) - q) / h;
                     worst = std::max(worst, distance(slope, j[axis]));
                 }
-                compared += worst < 1e-5;  // all but those whose flow meets a node's plane within h
+                compared += worst < 1e-5;  // except where the flow crosses a node's plane within h
             }
         EXPECT_GT(compared, 19900);
     }
@@ -156,8 +157,8 @@ TEST(Motion, VelocityIsTheTimeDerivative) {
     EXPECT_EQ(motionVelocity_m_s(m, {9.0, 50.0}, 5.0, Vec3(0.0)), Vec3(0.0));  // both parts clamped
 }
 
-// Points that go 60 um a tick through the barrel while it breathes, each always followed from the tick
-// before.
+// Points move by 60 um per tick through the barrel while it breathes. Each point is tracked from its last
+// tick.
 TEST(Motion, APointIsFollowedWithinMicrometres) {
     const MotionModel m = barrel();
     Anywhere anywhere;
@@ -186,7 +187,7 @@ TEST(Motion, APointIsFollowedWithinMicrometres) {
     EXPECT_LT(worst_m, 10e-6);
     EXPECT_LT(sum_m / ticks, 0.2e-6);
     EXPECT_GT(anew, 0.2 * ticks);
-    EXPECT_LT(anew, 0.6 * ticks);  // two steps of 60 um are out of reach
+    EXPECT_LT(anew, 0.6 * ticks);  // two steps of 60 um exceed the reach
 }
 
 TEST(Motion, WhatIsFollowedIsMadeAnewOutOfReach) {
@@ -209,8 +210,8 @@ TEST(Motion, WhatIsFollowedIsMadeAnewOutOfReach) {
     EXPECT_TRUE(isAnew(now, Side::outside, p));
     EXPECT_FALSE(isAnew(now, Side::inside, p + Vec3(0.0, 0.00009, 0.0)));
     EXPECT_TRUE(isAnew(now, Side::inside, p + Vec3(0.0, 0.00011, 0.0)));
-    EXPECT_FALSE(isAnew({0.601, 0.4}, Side::inside, p));  // 15 um of breath
-    EXPECT_TRUE(isAnew({0.64, 0.4}, Side::inside, p));    // 0.6 mm
+    EXPECT_FALSE(isAnew({0.601, 0.4}, Side::inside, p));  // 15 um of breathing motion
+    EXPECT_TRUE(isAnew({0.64, 0.4}, Side::inside, p));    // 0.6 mm of breathing motion
     const Mat3 j = motionJacobian(m, now, p), found = about.deformed_from_reference;
     for (int axis = 0; axis < 3; ++axis) {
         EXPECT_LT(distance(j[axis], found[axis]), 1e-15);
@@ -231,7 +232,7 @@ TEST(Motion, SidesSlipAndLeaveNeitherGapNorOverlap) {
         EXPECT_LT(error.p99_m, 0.1 * kMm) << breath.v;
     }
     EXPECT_GT(measureInterface(m, kFull).most_slip_m, 14.0 * kMm);
-    // Both sides ride with the wall: its front is 5 mm out.
+    // Both sides move with the wall: its front is 5 mm farther out.
     const Vec3 in(0.0, 0.0795, 0.0), out(0.0, 0.0805, 0.0);
     EXPECT_NEAR(deformedFromReference(m, kFull, in).y - in.y, 5.0 * kMm, 0.3 * kMm);
     EXPECT_NEAR(deformedFromReference(m, kFull, out).y - out.y, 5.0 * kMm, 0.3 * kMm);
@@ -240,7 +241,7 @@ TEST(Motion, SidesSlipAndLeaveNeitherGapNorOverlap) {
 TEST(Motion, ChangesOfSideAreFoundOnAWayThroughTheBarrel) {
     const MotionModel m = barrel();
     const Vec3 from(0.0, 0.16, 0.02), to(0.0, -0.16, 0.02);
-    EXPECT_EQ(sideChanges(m, m.reference, from, to).count, 0);  // nothing has slid
+    EXPECT_EQ(sideChanges(m, m.reference, from, to).count, 0);  // no relative slip
     const SideChanges changes = sideChanges(m, kFull, from, to);
     ASSERT_EQ(changes.count, 2);
     const double length_m = distance(from, to);
@@ -260,12 +261,12 @@ TEST(Motion, ChangesOfSideAreFoundOnAWayThroughTheBarrel) {
     EXPECT_EQ(ends.size(), 6u);
     EXPECT_EQ(ends.front(), 0.0);
     EXPECT_EQ(ends.back(), 1.0);
-    // No way at all, beside the surface, and of no length.
+    // A path of zero length, and a path that stays beside the surface.
     EXPECT_EQ(sideChanges(m, kFull, Vec3(0.0), Vec3(0.0)).count, 0);
     EXPECT_EQ(sideChanges(m, kFull, Vec3(0.0), Vec3(0.01)).count, 0);
 }
 
-// Where the sides overlap, a point that is kept with its side comes back to where it was.
+// Where the sides overlap, a point stored together with its side maps back to its original position.
 TEST(Motion, APointKeptWithItsSideStaysThere) {
     const MotionModel m = makeMotion(Vec3(0.1), 0.01, [](const Vec3& p) {
         MotionPoint q;
@@ -277,7 +278,7 @@ TEST(Motion, APointKeptWithItsSideStaysThere) {
     const Vec3 inside(-0.0005, 0.0, 0.0);
     const Vec3 moved = deformedFromReference(m, kFull, Side::inside, inside);
     EXPECT_EQ(moved, deformedFromReference(m, kFull, inside));
-    EXPECT_GT(moved.x, 0.0);  // over the edge
+    EXPECT_GT(moved.x, 0.0);  // across the surface
     EXPECT_EQ(sideOf(m, kFull, moved), Side::outside);
     EXPECT_EQ(referenceFromDeformed(m, kFull, moved), moved);
     EXPECT_LT(distance(referenceFromDeformed(m, kFull, Side::inside, moved), inside), 0.001 * kMm);
@@ -301,7 +302,7 @@ TEST(Motion, FarOutsideAndWithoutNodesNothingMoves) {
     EXPECT_EQ(sideChanges(none, kFull, Vec3(0.0), Vec3(1.0)).count, 0);
 }
 
-// Any surrogate, any jump, any point: finite, bounded, and back again.
+// For any surrogate, jump and point, the result is finite, bounded and invertible.
 TEST(Motion, NoSignalMakesItUnsound) {
     const MotionModel m = barrel();
     Anywhere anywhere;
@@ -320,7 +321,7 @@ TEST(Motion, NoSignalMakesItUnsound) {
                 ASSERT_LT(distance(referenceFromDeformed(m, breath, q), p), 0.1 * kMm);
             }
         }
-    // A point that is none stays none, and does no harm.
+    // A non-finite point stays non-finite and causes no error.
     for (const Vec3& p : {Vec3(nan, 0.0, 0.0), Vec3(inf, -inf, 0.0)}) {
         EXPECT_FALSE(std::isfinite(deformedFromReference(m, kFull, p).x));
         sideChanges(m, kFull, p, Vec3(0.0));
@@ -328,7 +329,8 @@ TEST(Motion, NoSignalMakesItUnsound) {
     }
 }
 
-// A level that is the same everywhere, of one side only, or steps: no surface, or a poor one, but no harm.
+// A constant level, a level on one side only, or one with steps gives no surface or a poor one. It must not
+// cause errors.
 TEST(Motion, DegenerateCavitiesDoNoHarm) {
     for (const double level : {-0.5, 0.0, 0.5}) {
         MotionModel m = makeMotion(Vec3(0.05), 0.01, [&](const Vec3&) {
@@ -368,7 +370,7 @@ TEST(MotionInterface, WhatIsToBeOutsideIsKeptOutside) {
     EXPECT_LT(cavityLevel_m(m, Vec3(0.1, 0.0, 0.0)), 0.0);
 }
 
-// Ribs that stand 3 mm into the barrel, 24 mm apart: the surface passes them and still lets it slide.
+// Ribs protrude 3 mm into the barrel, 24 mm apart. The surface passes them and can still slide.
 TEST(MotionInterface, ACageOfRibsIsPassedSmoothly) {
     MotionModel m = barrel();
     std::vector<Vec3> ribs;
@@ -388,7 +390,7 @@ TEST(MotionInterface, ACageOfRibsIsPassedSmoothly) {
     EXPECT_GT(error.most_slip_m, 14.0 * kMm);
 }
 
-// 1 + the field's slope where one axis is squeezed evenly: exp(-0.3), three times exp(-0.9).
+// One axis is compressed uniformly, so the Jacobian is exp(-0.3). Scaled by three, it is exp(-0.9).
 TEST(MotionInterface, TheLeastJacobianIsThatOfTheFarthestBreath) {
     MotionModel m = makeMotion(Vec3(0.12), 0.006, [](const Vec3& p) {
         MotionPoint q;

@@ -36,7 +36,7 @@ void expectRefusedWith(const std::string& field, std::size_t at, Value value) {
     expectRefusedAt(field, [&](Bytes& bytes) { put(bytes, at, value); });
 }
 
-// Another stored type, same geometry.
+// The same volume in another stored type.
 template <typename Stored>
 Bytes storedAs(int code, const std::vector<Stored>& values) {
     Bytes bytes = goodNifti();
@@ -150,7 +150,7 @@ TEST(Nifti, OtherTypesAndScaling) {
     Bytes scaled = storedAs<std::uint16_t>(512, {24, 1024, 65535});
     put(scaled, 112, 0.5f), put(scaled, 116, -12.0f);
     EXPECT_EQ(parsed(scaled).voxels[0], 0);
-    EXPECT_EQ(parsed(scaled).voxels[2], 32756);  // 32755.5, halves go up
+    EXPECT_EQ(parsed(scaled).voxels[2], 32756);  // 32755.5, halves round up
     EXPECT_EQ(parsed(storedAs<float>(16, {-1000.4f, 3.5f})).voxels[1], 4);
     EXPECT_EQ(parsed(storedAs<double>(64, {-1000.4})).voxels[0], -1000);
     EXPECT_EQ(parsed(storedAs<std::int32_t>(8, {-32768})).voxels[0], -32768);
@@ -194,7 +194,8 @@ TEST(NiftiHostile, AbsurdSizes) {
         put(b, 42, x), put(b, 44, y), put(b, 46, z);
     };
     expectRefusedAt("dim", [&](Bytes& b) { sides(b, 1024, 1024, 1024); });
-    // Allowed by the limits, but not held by 472 bytes: refused before a gigabyte is allocated.
+    // Within the limits, but the file has only 472 bytes. It must be rejected before a gigabyte is
+    // allocated.
     expectRefusedAt("dim", [&](Bytes& b) { sides(b, 1024, 1024, 512); });
 }
 
@@ -220,10 +221,10 @@ TEST(NiftiHostile, FieldsOutOfRange) {
 TEST(NiftiHostile, Orientation) {
     expectRefusedWith("sform_code", 254, std::int16_t(0));
     expectRefusedWith("sform", 284, 0.1f);   // oblique
-    expectRefusedAt("sform", [](Bytes& b) {  // x and y exchanged
+    expectRefusedAt("sform", [](Bytes& b) {  // x and y swapped
         put(b, 280, 0.0f), put(b, 284, 1.0f), put(b, 296, 2.0f), put(b, 300, 0.0f);
     });
-    expectRefusedWith("sform", 252, std::int16_t(1));  // a qform that says otherwise
+    expectRefusedWith("sform", 252, std::int16_t(1));  // a qform that contradicts the sform
     expectRefusedAt("quatern", [](Bytes& b) {
         put(b, 254, std::int16_t(0)), put(b, 252, std::int16_t(1)), put(b, 256, 2.0f);
     });
@@ -237,7 +238,7 @@ TEST(NiftiHostile, Values) {
                   "voxels");
 }
 
-// Whatever one bit does, the answer is a volume or a DataError.
+// Any single flipped bit gives a volume or a DataError.
 // HZ-RECORD-14
 TEST(NiftiHostile, BitFlips) {
     const Bytes plain = goodNifti(), zip = zipped(plain);
@@ -255,7 +256,8 @@ TEST(NiftiHostile, BitFlips) {
     EXPECT_GT(refused, 1000);
 }
 
-// A flip of an unused code length changes nothing; every other one fails the checksum at the latest.
+// A flipped bit in an unused code length changes nothing. Every other flip fails the checksum at the
+// latest.
 TEST(NiftiHostile, NoBitFlipChangesAVoxelUnseen) {
     const Bytes zip = zipped(goodNifti());
     for (std::size_t bit = 8 * 10; bit < 8 * zip.size(); ++bit) {

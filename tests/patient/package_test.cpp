@@ -22,14 +22,14 @@ namespace fs = std::filesystem;
 using test::expectRefused;
 using test::textOf;
 
-// Everything set, and a spacing that single precision cannot hold.
+// A package with every field set, and a spacing that single precision cannot represent.
 Package fullPackage() {
     Package p =
         test::makeSlabs({{Tissue::skin, 0.0021}, {Tissue::liver, 0.0077}, {Tissue::duct, 0.0035}}, 0.0007);
     p.name = "slabs \"of\" a \\ test\tünder\n\x01";
     p.reference_phase = "v=0.35";
     p.motion = test::makeTurningBall(0.05, 0.3, 0.011);
-    p.motion.grid.spacing_m.x = 0.011 + 1e-9;  // nor this one
+    p.motion.grid.spacing_m.x = 0.011 + 1e-9;  // not representable in single precision either
     p.motion.slide[700].a2_m_s[1] = 1.0f / 3000.0f;
     p.motion.reference = {0.35, 0.0};
     p.motion.v = {-1.0 / 3.0, 1.2};
@@ -45,7 +45,7 @@ bool sameTable(const std::vector<Label>& a, const std::vector<Label>& b) {
     });
 }
 
-// A saved package whose patient.toml is then spoiled.
+// A saved package, so that a test can damage its patient.toml.
 class SavedPackage : public ::testing::Test {
   protected:
     SavedPackage() {
@@ -186,7 +186,7 @@ TEST_F(SavedPackage, OlderPatientsAreRefusedInAWord) {
     expectRefusedWith("stylet patient 3", "stylet patient 1", "format: an older patient");
 }
 
-// motion.nii.gz, spoiled in ways its reader must name.
+// Damages motion.nii.gz in ways that the loader must name.
 TEST_F(SavedPackage, BadMotionIsNamed) {
     const auto expectMotionRefused = [&](const auto& spoil, const std::string& reason) {
         MotionModel m = fullPackage().motion;
@@ -219,7 +219,8 @@ TEST_F(SavedPackage, BadMotionIsNamed) {
     expectRefused([&] { loadPackage(folder_); }, "motion.nii.gz", "file: cannot be opened");
 }
 
-// The header of a vector volume, and what a scalar reader takes, are each other's refusals.
+// The scalar loader rejects the header of a vector volume, and the vector loader rejects that of a scalar
+// volume.
 TEST_F(SavedPackage, MotionMustBeAVectorVolume) {
     fs::copy_file(folder_ / "ct.nii.gz", folder_ / "motion.nii.gz", fs::copy_options::overwrite_existing);
     expectRefused([&] { loadPackage(folder_); }, "motion.nii.gz", "dim[5]");

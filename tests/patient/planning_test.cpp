@@ -32,9 +32,9 @@ void expectSamePaths(const std::vector<PlannedPath>& a, const std::vector<Planne
     }
 }
 
-// A box of a torso, 2 mm voxels: the right side's skin is the plane x = 0, air in front of it (x > 0), before
-// and behind
-// (|y| > 60 mm). A liver with a spherical duct of 6 mm radius, its centre 51 mm under the skin.
+// A torso shaped like a box, with 2 mm voxels. The skin of the right side is the plane x = 0. Air is in
+// front of it (x > 0), and in front of and behind the body (|y| > 60 mm). The liver contains a spherical
+// duct of 6 mm radius, with its centre 51 mm below the skin.
 class BoxTorso {
   public:
     BoxTorso() : package_(test::makeSlabs({{Tissue::soft, 0.002}}, 0.002)) {
@@ -48,12 +48,12 @@ class BoxTorso {
         paint(Tissue::liver, {-80, -40, -30}, {-20, 40, 30});
         addDuct();
     }
-    // A box in millimetres; its borders lie between voxels.
+    // Fills a box, in millimetres, whose borders lie between voxels.
     void paint(Tissue tissue, const Vec3& low_mm, const Vec3& high_mm) {
         fill(low_mm, high_mm, std::uint8_t(tissue), 40);
     }
     void addAir(const Vec3& low_mm, const Vec3& high_mm) { fill(low_mm, high_mm, kUnlabelled, -1000); }
-    // A plate of ribs 10 mm under the skin, open between z_low and z_high.
+    // Adds a plate of ribs 10 mm below the skin, open between z_low and z_high.
     void addRibs(double z_low_mm, double z_high_mm) {
         paint(Tissue::bone, {-14, -59, z_high_mm}, {-10, 59, 200});
         paint(Tissue::bone, {-14, -59, -200}, {-10, 59, z_low_mm});
@@ -62,7 +62,7 @@ class BoxTorso {
         where([](const Vec3& mm) { return glm::length(mm - Vec3(-51, 0, 0)) < 6.5; },
               std::uint8_t(Tissue::duct), 10);
     }
-    // Every pair walked; and the same without those that cannot win.
+    // Evaluates every pair. Checks that skipping pairs that cannot win gives the same result.
     PlanResult plan(PlanSettings settings) const {
         const Patient patient(package_);
         const PlanResult skipped = planPaths(patient, settings);
@@ -120,7 +120,7 @@ TEST(Planning, FreeTorsoTakesTheShortestPerfectPath) {
     ASSERT_FALSE(r.paths.empty());
     const PlannedPath& best = r.paths.front();
     EXPECT_EQ(best.quality, 1.0);
-    EXPECT_NEAR(best.length_m, 50 * kMm, 1e-9);  // from the first skin voxel's centre straight in
+    EXPECT_NEAR(best.length_m, 50 * kMm, 1e-9);  // straight in from the first skin voxel's centre
     EXPECT_LT(glm::length(best.entry_m - Vec3(-1, 0, 0) * kMm), 1e-9);
     EXPECT_LT(glm::length(best.target_m - Vec3(-51, 0, 0) * kMm), 1e-9);
     EXPECT_EQ(best.entry_m, best.entry_reference_m);
@@ -134,12 +134,12 @@ TEST(Planning, EntriesLieBetweenTheAxillaryLinesAtTheLiversHeight) {
         y_most_mm = std::max(y_most_mm, std::abs(p.entry_m.y / kMm));
         z_most_mm = std::max(z_most_mm, std::abs(p.entry_m.z / kMm));
     }
-    EXPECT_NEAR(y_most_mm, 30.0, 2.5);  // half of the half depth
+    EXPECT_NEAR(y_most_mm, 30.0, 2.5);  // half of the body's half depth
     EXPECT_NEAR(z_most_mm, 29.0, 2.0);
 }
 
-// Between two ribs 18 mm apart, under the upper one half counting: (9 - z) / 2 = z + 9 at z = -3 mm, 6 mm on
-// both sides.
+// Two ribs 18 mm apart, with the distance to the upper one counted half: (9 - z) / 2 = z + 9 at z = -3 mm,
+// so 6 mm on both sides.
 TEST(Planning, PassesBetweenRibsNearerToTheLowerOne) {
     BoxTorso torso;
     torso.addRibs(-9, 9);
@@ -148,11 +148,11 @@ TEST(Planning, PassesBetweenRibsNearerToTheLowerOne) {
     ASSERT_FALSE(r.paths.empty());
     EXPECT_NEAR(r.paths.front().clearance_score, 0.6, 0.05);
     EXPECT_EQ(r.paths.front().target_score, 1.0);
-    EXPECT_NEAR(r.paths.front().entry_m.z / kMm, -3.0 * 50 / 38, 2.0);  // a voxel
+    EXPECT_NEAR(r.paths.front().entry_m.z / kMm, -3.0 * 50 / 38, 2.0);  // within one voxel
     EXPECT_GT(r.rejected_blocked, r.candidates / 3);
 }
 
-// One block of bone at the flank is no rib cage to pass through: nothing leads between ribs.
+// A single block of bone at the flank is not a rib cage, so no path leads between ribs.
 TEST(Planning, TheAccessIsBetweenRibs) {
     BoxTorso torso;
     torso.paint(Tissue::bone, {-14, -59, 9}, {-10, 59, 21});
@@ -182,7 +182,7 @@ TEST(Planning, NinetyMillimetresAreTheEnd) {
     EXPECT_EQ(BoxTorso().plan(settings).paths.size(), 1u);
 }
 
-// 190 mm outside the skin the hand is 30 mm above the back, which lies at y = -60 mm.
+// 190 mm outside the skin the hand must be 30 mm above the back, which lies at y = -60 mm.
 TEST(Planning, TheTableIsNotInTheHandsWay) {
     const PlanResult r = BoxTorso().plan();
     double lowest_mm = 1000.0;
@@ -195,19 +195,19 @@ TEST(Planning, TheTableIsNotInTheHandsWay) {
 
 TEST(Planning, AirInTheBodyIsARisk) {
     BoxTorso torso;
-    torso.addAir({-18, -55, -60}, {-14, -3, 60});  // lung, unsegmented, behind y = -3 mm
+    torso.addAir({-18, -55, -60}, {-14, -3, 60});  // unsegmented lung, posterior of y = -3 mm
     const PlanResult r = torso.plan();
     expectSoundPlan(r, BoxTorso::fine());
     ASSERT_FALSE(r.paths.empty());
     for (const PlannedPath& p : r.paths)
         EXPECT_GT(p.entry_m.y * (51 - 14) / 50 / kMm, -3.0);
-    // As far from it as skin between the axillary lines allows: nothing but saturated clearance.
+    // The best entry is as far away as the skin between the axillary lines allows, with full clearance.
     EXPECT_EQ(r.paths.front().clearance_score, 1.0);
     EXPECT_GT(r.paths.front().entry_m.y / kMm, 10.0);
 }
 
-// A gap of 6 mm between vessels: beside the duct's wall it counts for C1 only, farther out it is 3 mm of
-// clearance.
+// A gap of 6 mm between vessels. Beside the duct's wall it only affects C1. Farther out it also limits the
+// clearance to 3 mm.
 TEST(Planning, VesselsBesideTheDuctOnlyBlock) {
     const auto withVessels = [](double x_low_mm, double x_high_mm) {
         BoxTorso torso;
@@ -253,8 +253,8 @@ TEST(Planning, TheNeedleComesThroughFreeAir) {
     }
 }
 
-// The path from (-1, 20, 20) mm runs through voxel edges; a vessel that only touches it there blocks it on
-// either side.
+// The path from (-1, 20, 20) mm passes through voxel edges. A vessel that touches it only at an edge blocks
+// it, on either side.
 TEST(Planning, AVesselAtAnEdgeOfThePathBlocks) {
     const auto startsThere = [](const PlanResult& r) {
         return std::any_of(r.paths.begin(), r.paths.end(), [](const PlannedPath& p) {
@@ -269,7 +269,7 @@ TEST(Planning, AVesselAtAnEdgeOfThePathBlocks) {
     EXPECT_FALSE(startsThere(right.plan()));
 }
 
-// The liver sinks 16 mm under ribs that stay: the gap that serves then is the one at its new height.
+// The liver moves down by 16 mm under ribs that stay. The usable gap is the one at its new height.
 TEST(Planning, JudgesThePatientInTheBreathAsked) {
     BoxTorso torso;
     torso.addRibs(-25, -7);
@@ -317,8 +317,8 @@ TEST(Planning, APathOfOthersIsRatedAsItsOwnAre) {
     EXPECT_EQ(other.quality, 0.0);
 }
 
-// C1 to C4 once more, from their definition: every voxel of the way, distances to every risk voxel. Bone and
-// vessels have labels, and there are ribs.
+// Computes C1 to C4 directly from their definitions: every voxel on the path, distances to every risk
+// voxel. Assumes that bone and vessels are labelled and that there are ribs.
 class NaiveJudge {
   public:
     explicit NaiveJudge(const Patient& patient) : patient_(patient) {
@@ -331,7 +331,7 @@ class NaiveJudge {
                     if (isBone({x, y, z}) && !isBone({x, y, z - 1})) lower_edges_.push_back({x, y, z});
                 }
     }
-    // The quality, or nothing where it is below 0.4 or C1 or C2 rejects.
+    // The quality, or nothing if it is below 0.4 or if C1 or C2 rejects the path.
     std::optional<double> quality(const Vec3& entry_m, const Vec3& target_m) const {
         const double length_m = glm::length(target_m - entry_m);
         if (length_m > 0.090) return std::nullopt;
@@ -388,10 +388,10 @@ TEST(Planning, PairsAreRatedByTheDefinition) {
     for (const PlannedPath& path : r.paths) {
         const std::optional<double> quality = naive.quality(path.entry_m, path.target_m);
         ASSERT_TRUE(quality);
-        EXPECT_NEAR(path.quality, *quality, 1e-6);  // distances are kept in single precision
+        EXPECT_NEAR(path.quality, *quality, 1e-6);  // stored distances have single precision
     }
     int rejected = 0;
-    for (int y_mm = 0; y_mm <= 28; y_mm += 4)  // the hand is above the table
+    for (int y_mm = 0; y_mm <= 28; y_mm += 4)  // entries where the hand is above the table
         for (int z_mm = -12; z_mm <= 12; z_mm += 6) {
             PlannedPath path;
             path.entry_m = Vec3(-1, y_mm, z_mm) * kMm, path.target_m = Vec3(-51, 0.7, 0.4) * kMm;
@@ -417,7 +417,7 @@ TEST(Planning, SkippedPairsAreCounted) {
               r.candidates);
 }
 
-// The liver rides 8 mm under ribs that stay: the gap is not in front of the duct all the time.
+// The liver moves by 8 mm under ribs that stay. The gap is not in front of the duct all the time.
 TEST(Planning, TheWorstBreathIsWhatAPathIsWorth) {
     BoxTorso torso;
     torso.addRibs(-13, 13);

@@ -28,7 +28,7 @@ std::string rowAt(double t_ms, double x_mm, double y_mm, double z_mm) {
            decimal(y_mm) + ";" + decimal(z_mm) + "\r\n";
 }
 
-// A marker that rises by 12 mm, 5 mm of it sideways, ten times in 50 s.
+// A marker that rises by 12 mm and moves 5 mm sideways, ten times in 50 s.
 std::string marker(double seconds = 50.0) {
     std::string csv = kHead;
     for (int i = 0; i * 0.1 <= seconds; ++i) {
@@ -50,7 +50,7 @@ TEST(RecordedBreath, IsScaledByItsOwnBreathsAndClosed) {
     const RecordedBreath r = parse(marker());
     EXPECT_EQ(r.breaths, 8);
     EXPECT_NEAR(r.period_s, 5.0, 0.1);
-    EXPECT_NEAR(r.travel_m, 0.013 * 0.98, 0.0002);  // what the smoothing leaves
+    EXPECT_NEAR(r.travel_m, 0.013 * 0.98, 0.0002);  // reduced by smoothing
     ASSERT_EQ(r.v.size(), 400u);
     for (std::size_t i = 0; i < r.v.size(); ++i)
         ASSERT_NEAR(r.v[i], 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * double(i) * 0.1 / 5.0), 0.002);
@@ -113,17 +113,17 @@ TEST(RecordedBreath, RefusesWhatIsNone) {
     expectRefused(std::string(kHead) + "0;1e12;1;1;1\n", "line 2");
     expectRefused(std::string(kHead) + "\n" + marker(), "line 2");
     expectRefused(std::string(kHead) + std::string(100, '1') + ";0;1;1;1\n", "line 2");
-    expectRefused(marker(8.0), "rows");  // one whole breath
+    expectRefused(marker(8.0), "rows");  // only one whole breath
     std::string csv = marker();
     csv.insert(csv.find('\n', 5000) + 1, "0;0;0;0;0\r\n");
     expectRefused(csv, "line");
 
-    std::string leap = kHead;  // one row of several metres
+    std::string leap = kHead;  // one row is off by several metres
     for (int i = 0; i < 500; ++i)
         leap += rowAt(i * 100.0, 0.0, 0.0, i == 250 ? 7024.0 : 60.0 + 12.0 * std::sin(0.12 * i));
     expectRefused(leap, "x, y, z");
 
-    // A gap of three seconds; time that stands still; a marker that does.
+    // A gap of three seconds, timestamps that stop, and a marker that does not move.
     std::string gap = kHead, still = kHead, rigid = kHead;
     for (int i = 0; i < 300; ++i) {
         const double z_mm = 60.0 + 12.0 * std::sin(0.12 * i);
@@ -137,7 +137,7 @@ TEST(RecordedBreath, RefusesWhatIsNone) {
     EXPECT_THROW((void)loadRecordedBreath("no-such-file.csv"), DataError);
 }
 
-// Whatever a file holds: refused, or finite, bounded and a loop.
+// A damaged file is rejected, or the result is finite, bounded and periodic.
 TEST(RecordedBreath, SurvivesDamage) {
     const std::string good = marker();
     std::mt19937 random(5);
@@ -171,10 +171,10 @@ TEST(RealRecordings, AllTwentySevenAreReadAndBreathe) {
         ++files;
         ended_in_zeros += r.zero_rows;
         EXPECT_LE(r.misdated_rows, 6);
-        // One sits there and draws breaths of twenty seconds.
+        // Names with -O-: a subject who sits and draws breaths of twenty seconds.
         const bool slow = name.find("-O-") != std::string::npos;
         EXPECT_GE(r.breaths, slow ? 2 : 12);
-        // N: just breathing.
+        // Names with -N-: normal breathing.
         const bool calm = name.find("-N-") != std::string::npos;
         EXPECT_NEAR(r.period_s, slow ? 19.0 : 5.8, slow ? 3.0 : calm ? 1.3 : 2.0);
         if (calm && name.find("LAC") != std::string::npos) {

@@ -28,7 +28,7 @@ BreathPlan restless(std::uint64_t seed) {
     return plan;
 }
 
-// A whole number of sines: a recording whose every value is known.
+// A recording of whole sine periods, so that every value is known.
 BreathPlan recordedSine(double period_s, int periods) {
     BreathPlan plan = regular(4.0, 1.0);
     const int samples = int(period_s / plan.recording_dt_s + 0.5);
@@ -45,7 +45,7 @@ void run(BreathingState& state, const BreathPlan& plan, int ticks,
     }
 }
 
-// Ticks until the hold begins.
+// Returns the number of ticks until the hold begins, at most `most`.
 int untilHeld(BreathingState& state, const BreathPlan& plan, int most = 60000) {
     for (int i = 1; i <= most; ++i) {
         stepBreathing(state, plan, kDt_s);
@@ -67,7 +67,7 @@ TEST(RegularSignal, IsTheFourthPowerOfASine) {
         ASSERT_EQ(s.creep_v, 0.0);
         below += s.v < 0.4;
     });
-    // More of the cycle below half than above: the exhale is the longer part.
+    // More than half of the cycle is below half of the travel: the exhale is the longer part.
     EXPECT_GT(below, 5000);
 }
 
@@ -107,7 +107,7 @@ TEST(Hold, IsImmediateAtEndExhaleAndMayBeRevoked) {
 
 TEST(Hold, CreepsLinearlyStopsAndEasesOffWithoutAJump) {
     BreathPlan plan = regular(4.0, 1.0);
-    plan.hold.creep_v = -0.28;  // 5.6 mm of 20
+    plan.hold.creep_v = -0.28;  // 5.6 mm of 20 mm
     BreathingState state;
     commandHold(state, true);
     ASSERT_EQ(untilHeld(state, plan), 1);
@@ -126,7 +126,7 @@ TEST(Hold, CreepsLinearlyStopsAndEasesOffWithoutAJump) {
         ASSERT_LT(s.creep_v - last_v, 0.0004);
         last_v = s.creep_v;
     });
-    // Held again before it has eased off: it goes on from where it is.
+    // Held again before the creep has decayed: the creep continues from its current value.
     state.phase_ticks = state.now.ticks - 1;
     commandHold(state, true);
     ASSERT_EQ(untilHeld(state, plan), 1);
@@ -157,7 +157,7 @@ TEST(Compliance, HoldsShortOfEndExhaleGivesUpWithASighAndObeysAnewCommand) {
     EXPECT_LE(held, 12000);
     double most_v = 0.0;
     run(state, plan, 20000, [&](const Surrogate& s) {
-        ASSERT_FALSE(state.held);  // the command still stands, he does not
+        ASSERT_FALSE(state.held);  // the command is still active, but the patient breathes
         most_v = std::max(most_v, s.v);
     });
     EXPECT_NEAR(most_v, 1.8, 1e-6);
@@ -221,7 +221,8 @@ TEST(IrregularSignal, VariesAsTold) {
     EXPECT_GT(lengths.size(), 400u);
 }
 
-// v has no jump and rate is its derivative, through jitter, sighs, coughs, holds, creep and give-ups.
+// v has no jumps and `rate` is its derivative, through jitter, sighs, coughs, holds, creep and aborted
+// holds.
 void expectSmooth(const BreathPlan& plan, double fastest_per_s) {
     BreathingState state;
     Surrogate before;
@@ -276,7 +277,7 @@ TEST(AnySignal, IsTheSeedsAlone) {
         }
         return hash.value();
     };
-    // The same on every compiler, build type and machine. Changed only on purpose.
+    // Equal on every compiler, build type and machine. Update only after an intended change.
     EXPECT_EQ(play(restless(7)), 0x6a404e362b425c9aull);
     EXPECT_EQ(play(restless(7)), play(restless(7)));
     EXPECT_NE(play(restless(7)), play(restless(8)));

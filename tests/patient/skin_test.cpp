@@ -9,7 +9,7 @@
 namespace stylet::patient {
 namespace {
 
-// Soft tissue where `inside` says so, in unlabelled air.
+// Soft tissue where `inside` returns true, surrounded by unlabelled air.
 Package carve(const Grid& grid, const std::function<bool(const Vec3&)>& inside) {
     Package p;
     p.tissues = test::tissueDefaults().tissues;
@@ -28,7 +28,7 @@ Grid cube(double half_m, double spacing_m) {
     return {Index3(n), Vec3(spacing_m), Vec3(-(0.5 * n - 0.5) * spacing_m)};
 }
 
-// Directions all around, a golden angle apart.
+// Evenly distributed directions on a golden-angle spiral.
 std::vector<Vec3> directions(int count) {
     std::vector<Vec3> list;
     for (int i = 0; i < count; ++i) {
@@ -81,7 +81,7 @@ TEST(Skin, AFlatOneIsExactAndItsSlopeIsTheValuesOwn) {
 }
 
 TEST(Skin, NeitherLungNorTheImagesEndIsSkin) {
-    // A tube along z that the image cuts, with a cavity that the image cuts too.
+    // A tube along z that extends beyond the image, with a cavity that does so too.
     const Package package = carve(cube(0.05, 0.001), [](const Vec3& p) {
         const double r = std::sqrt(p.x * p.x + p.y * p.y);
         return r < 0.04 && r > 0.02;
@@ -90,7 +90,7 @@ TEST(Skin, NeitherLungNorTheImagesEndIsSkin) {
     EXPECT_LT(skinAt(skin, {0.0, 0.0, 0.0}).level_m, -0.035);
     for (const double z_m : {-0.049, -0.03, 0.0, 0.049})
         EXPECT_NEAR(skinAt(skin, {0.038, 0.0, z_m}).level_m, -0.002, 0.0003);
-    // Outside the image: the way to it on top of the edge's level.
+    // Outside the image: the distance to the image plus the level at its edge.
     EXPECT_NEAR(skinAt(skin, {0.069, 0.0, 0.0}).level_m, 0.029, 0.0008);
 }
 

@@ -7,7 +7,7 @@
 namespace stylet::patient {
 namespace {
 
-// Every label of the phantom and one without an entry, every HU class and the thresholds themselves.
+// Every label of the phantom, labels without a table entry, every HU class and the thresholds themselves.
 Package everyKind() {
     Package package = test::makeSlabs({{Tissue::soft, 0.004}}, 0.001);
     package.thresholds = {-500.0, -200.0, 200.0, 300.0};
@@ -15,7 +15,7 @@ Package everyKind() {
     constexpr std::int16_t kHu[] = {-1000, -501, -500, -201, -200, 0, 199, 200, 250, 299, 300, 1000};
     for (std::size_t i = 0; i < package.ct.voxels.size(); ++i) {
         package.ct.voxels[i] = kHu[i % std::size(kHu)];
-        package.labels.voxels[i] = std::uint8_t(i / std::size(kHu) % 10);  // 0, 1..7, two strangers
+        package.labels.voxels[i] = std::uint8_t(i / std::size(kHu) % 10);  // 0, 1 to 7, two unknown ids
     }
     return package;
 }

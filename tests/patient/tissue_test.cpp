@@ -11,7 +11,7 @@ namespace {
 
 constexpr TrackFlags kOutside{false, false}, kPastSkin{true, false}, kPastFascia{true, true};
 
-// One voxel with this CT value and label.
+// One voxel with the given CT value and label.
 Package oneVoxel(int ct_hu, std::uint8_t label = 0) {
     Package p = test::makeSlabs({{Tissue::soft, 0.001}}, 0.001);
     Grid grid;
@@ -80,7 +80,7 @@ TEST(Tissue, ShippedTableIsTableOne) {
     EXPECT_EQ(t[std::size_t(Tissue::vessel)], (TissueRow{1.05, 0.75, 1100.0, false, Role::risk}));
     EXPECT_EQ(t[std::size_t(Tissue::duct)], (TissueRow{1.2, 0.5, 1000.0, false, Role::target}));
 
-    // Every tissue says how it yields, and whence that is known; only bone is rigid.
+    // Every tissue has an elasticity with its source. Only bone is rigid.
     for (int i = 0; i < kTissueCount; ++i) {
         const Elasticity& e = test::tissueDefaults().elasticity[std::size_t(i)];
         EXPECT_EQ(std::isinf(e.young_pa), Tissue(i) == Tissue::bone) << tissueName(Tissue(i));

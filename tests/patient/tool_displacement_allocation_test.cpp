@@ -1,4 +1,4 @@
-// No allocation in frames of tool displacement, counted by a replaced operator new.
+// Counts allocations in frames of tool displacement with a replaced operator new. There must be none.
 #include <gtest/gtest.h>
 
 #include "patient/displacement/tool_displacement.h"
@@ -16,7 +16,7 @@ TEST(ToolDisplacementAllocation, FramesAllocateNothing) {
     ToolDisplacement tool(patient);
     const std::uint64_t before = test::allocations();
     for (int frame = 0; frame < 60; ++frame) {
-        // In and out, elsewhere, away; the breath goes on.
+        // Presses in and out, moves elsewhere, then leaves. The patient breathes all the time.
         ToolContact contact;
         contact.begin_m.y = contact.end_m.y = frame < 30 ? 0.0 : 0.1;
         contact.begin_moved_m.x = contact.end_moved_m.x = 0.0002 * (frame % 20);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 90.0;
 
-// Soft tissue all over, wider than any box: nothing but the tool and the box shapes the displacement.
+// Soft tissue everywhere, larger than any simulation box. Only the tool and the box shape the displacement.
 Package makeBlock(Tissue tissue) {
     Package package = test::makeSlabs({{Tissue::soft, 0.04}}, 0.004);
     Grid grid;
@@ -25,7 +25,7 @@ Package makeBlock(Tissue tissue) {
     return package;
 }
 
-// Air for x < 0, skin and fat, and from 12 mm on bone.
+// Air for x < 0, then skin and fat. Bone starts at 12 mm.
 Package makeCoveredBone() {
     return test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::soft, 0.010}, {Tissue::bone, 0.008}}, 0.001);
 }
@@ -39,7 +39,7 @@ ToolContact ball(const Vec3& at_m, const Vec3& moved_m, double radius_m = 0.004)
             .radius_m = radius_m};
 }
 
-// Held still until nothing changes any more.
+// Holds the contact until the displacement no longer changes.
 void settle(ToolDisplacement& tool, const ToolContact& contact, const Surrogate& breath = {},
             int frames = 12) {
     for (int i = 0; i < frames; ++i)
@@ -68,14 +68,14 @@ TEST(ToolDisplacement, TheSkinIsAtTheToolThatPressesIt) {
     }
 }
 
-// Outside the patch u = A/r + B but for the box's corners: a uniform medium's own decay.
+// Outside the contact patch u = A/r + B, the decay in a uniform medium, except in the box's corners.
 TEST(ToolDisplacement, FallsAsOneOverTheDistanceInAUniformMedium) {
     const Package package = makeBlock(Tissue::soft);
     const Patient patient(package);
     ToolDisplacement tool(patient, {.cycles = 4});
     settle(tool, ball(Vec3(0.0), Vec3(0.0, 0.0, 0.0005), 0.009));
     const auto u = [&](double x) { return glm::length(displacementAt(tool.table(), Vec3(x, 0.0, 0.0))); };
-    // Of three distances the constants go: (1/a - 1/b) / (1/b - 1/c).
+    // A ratio of differences at three distances eliminates A and B: (1/a - 1/b) / (1/b - 1/c).
     const double expected = (1.0 / 0.012 - 1.0 / 0.018) / (1.0 / 0.018 - 1.0 / 0.024);
     EXPECT_NEAR((u(0.012) - u(0.018)) / (u(0.018) - u(0.024)), expected, 0.06 * expected);
 }
@@ -108,7 +108,7 @@ TEST(ToolDisplacement, BoneStaysWhereItIs) {
     EXPECT_GT(displacementAt(tool.table(), {0.006, 0.0, 0.0}).x, 0.005);
 }
 
-// The breath carries the bone away from under the tool.
+// Breathing moves the bone away from under the tool.
 TEST(ToolDisplacement, FindsBoneThroughTheBreath) {
     Package package = makeCoveredBone();
     package.motion = test::makeShift(0.030);
@@ -116,13 +116,13 @@ TEST(ToolDisplacement, FindsBoneThroughTheBreath) {
     const ToolContact contact = ball(Vec3(0.0), Vec3(0.004, 0.0, 0.0));
     ToolDisplacement still(patient), carried(patient);
     settle(still, contact), settle(carried, contact, {1.0, 0.0});
-    // The slab ends at z = -20 mm + 30 mm of travel: air there.
+    // The slab now ends at z = -20 mm + 30 mm of travel, so this point is in air.
     const Vec3 bone(0.016, 0.0, 0.0);
     EXPECT_LT(glm::length(displacementAt(still.table(), bone)), 1e-4);
     EXPECT_GT(glm::length(displacementAt(carried.table(), bone)), 5e-4);
 }
 
-// p -> p - u in every cell, at each of its corners: the trilinear map's own slopes.
+// Smallest Jacobian determinant of p -> p - u, at each corner of every cell of the trilinear map.
 double leastJacobian(const DisplacementTable& table) {
     const Grid& g = table.grid;
     const auto at = [&](const Index3& i) { return g.centre(i) - Vec3(table.moved_m[g.offset(i)]); };
@@ -167,7 +167,7 @@ TEST(ToolDisplacement, IsSymmetricAboutTheTool) {
         EXPECT_LT(glm::length(u - Vec3(mirrored)), 1e-5);
         EXPECT_LT(glm::length(u - displacementAt(tool.table(), {p.y, p.x, p.z})), 1e-5);
     }
-    // A pull is a push the other way.
+    // Pulling is the mirror image of pushing.
     ToolDisplacement pull(patient);
     settle(pull, ball(Vec3(0.0), Vec3(0.0, 0.0, -0.005)));
     const Vec3 u = displacementAt(tool.table(), {0.006, 0.0, 0.002});
@@ -204,7 +204,7 @@ TEST(ToolDisplacement, FollowsAPressAtOnceAndSpringsBackInItsOwnTime) {
     tool.update({&deeper, 1}, {}, kFrame_s);
     EXPECT_GT(depth(), 1.3 * pressed_m);
     tool.update({&deeper, 1}, {}, 1.0);
-    // Let go of.
+    // Released.
     const double before_m = depth();
     double t_s = 0.0;
     while (t_s < settings.recoil_s - 1e-9)
@@ -215,7 +215,7 @@ TEST(ToolDisplacement, FollowsAPressAtOnceAndSpringsBackInItsOwnTime) {
     EXPECT_FALSE(tool.active());
 }
 
-// A hand drawn back more slowly than the skin springs back keeps it.
+// A tool lifted more slowly than the skin recoils stays in contact with the skin.
 TEST(ToolDisplacement, StaysUnderAToolThatIsLiftedSlowly) {
     const Package package = makeBlock(Tissue::soft);
     const Patient patient(package);
@@ -228,7 +228,7 @@ TEST(ToolDisplacement, StaysUnderAToolThatIsLiftedSlowly) {
     }
 }
 
-// Drawn out, a needle tents the skin about it: a capsule along the shaft, dragged along.
+// A needle that is withdrawn pulls the skin up: a capsule along the shaft drags it along.
 TEST(ToolDisplacement, AShaftDragsTheSkinAlong) {
     const Package package = makeCoveredBone();
     const Patient patient(package);
@@ -244,7 +244,7 @@ TEST(ToolDisplacement, AShaftDragsTheSkinAlong) {
     EXPECT_LT(displacementAt(tool.table(), Vec3(0.001, 0.004, 0.0)).x, -0.0001);
 }
 
-// A long shaft gets a wider box, and a box moves only when it must.
+// A long shaft gets a larger box. A box moves only when necessary.
 TEST(ToolDisplacement, TheBoxHoldsAllContacts) {
     const Package package = makeBlock(Tissue::soft);
     const Patient patient(package);

@@ -39,7 +39,7 @@ void expectSoundWalk(const Grid& grid, const Vec3& a, const Vec3& b) {
     EXPECT_EQ(visits.back().end, 1.0);
     for (std::size_t i = 0; i < visits.size(); ++i) {
         EXPECT_LE(visits[i].begin, visits[i].end);
-        // The middle of the visit lies in the visited cell, up to rounding.
+        // The midpoint of the visit lies in the visited cell, up to rounding.
         const Vec3 v =
             grid.toVoxels(a + 0.5 * (visits[i].begin + visits[i].end) * (b - a)) - Vec3(visits[i].voxel);
         for (int axis = 0; axis < 3; ++axis)
@@ -69,7 +69,7 @@ TEST(VoxelWalk, RandomSegmentsInsideAndFarOutside) {
     }
 }
 
-// Two borders of one axis before the next of another, between two of the main axis.
+// Two crossings of one minor axis before the next of the other, between two crossings of the main axis.
 TEST(VoxelWalk, NearTheDiagonal) {
     Grid grid;
     grid.dims = {8, 8, 8};
@@ -89,7 +89,7 @@ TEST(VoxelWalk, AxisParallelBordersInClosedForm) {
     grid.dims = {8, 1, 1};
     grid.spacing_m = Vec3(0.25);
     const std::vector<Visit> visits = walkOf(grid, {-0.125, 0, 0}, {0.875, 0, 0});
-    ASSERT_EQ(visits.size(), 5u);  // ends in the cell that begins at its end point
+    ASSERT_EQ(visits.size(), 5u);  // the last cell begins at the end point
     for (int i = 0; i < 5; ++i) {
         EXPECT_EQ(visits[std::size_t(i)].voxel, Index3(i, 0, 0));
         EXPECT_EQ(visits[std::size_t(i)].begin, 0.25 * i);

@@ -33,7 +33,8 @@ TEST(BloodKind, IsReadFromTissueAndName) {
     EXPECT_EQ(bloodKindOf(label), BloodKind::none);
 }
 
-// A trunk along +x through fat into the liver at 40 mm, there two branches to either side. 1 mm voxels.
+// A trunk along +x through fat that enters the liver at 40 mm and splits into two branches there. 1 mm
+// voxels.
 Package portalPhantom() {
     Package package = test::makeSlabs({{Tissue::soft, 0.040}, {Tissue::liver, 0.050}}, 0.001);
     const std::uint8_t portal = addLabel(package, "portal vein", Tissue::vessel, Role::risk);

@@ -62,7 +62,7 @@ TEST(WholeFile, AFullDiskLeavesTheOldOne) {
     EXPECT_FALSE(fs::exists(folder / "a.new"));
 }
 
-// Who reads a pipe or follows a link finds what is written into it.
+// Writing goes through a link, so a reader of a pipe or of the link's target gets the new content.
 TEST(WholeFile, ALinkIsWrittenThrough) {
     const test::TempFolder folder;
     std::ofstream(folder / "real") << "old";

@@ -1,4 +1,4 @@
-// No allocation of ours in a frame once the first ones are drawn, counted by a replaced operator new.
+// Counts allocations per frame after the first frames, with a replaced operator new. There must be none.
 #include <gtest/gtest.h>
 
 #include "render/volume/deformed_patient.h"
@@ -9,7 +9,7 @@
 namespace stylet::render {
 namespace {
 
-// An image to draw to, as a runtime would hand it out.
+// An image to draw to, created as an OpenXR runtime would create it.
 struct Target {
     explicit Target(const Gpu& gpu, std::uint32_t pixels) {
         const vk::raii::Device& device = gpu.device();
@@ -70,7 +70,7 @@ TEST_P(AllocationTest, FramesAllocateNothing) {
     EXPECT_EQ(test::allocations() - before, 0u);
 }
 
-// The probe slides, the needle moves, the patient breathes: nothing is allocated for it.
+// The probe slides, the needle moves and the patient breathes. None of this may allocate.
 TEST(UltrasoundAllocationTest, PicturesAllocateNothing) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     const patient::Package package = test::makeTrunk(0.004);

@@ -1,4 +1,4 @@
-// The picture breathes as the forces do: a ball inside the cavity is seen where
+// The picture must breathe like the forces: a ball inside the cavity must appear where
 // patient::deformedFromReference puts it.
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ TEST(DeformTables, AgreeWithThePointFunctions) {
             for (double y = -0.10; y <= 0.10; y += 0.0053)
                 for (double z = -0.119; z <= 0.119; z += 0.0037) {
                     const Vec3 p(x, y, z);
-                    // The two sides slide on each other there.
+                    // The two sides slide on each other here.
                     if (std::fabs(patient::cavityLevel_m(model, now, p)) < 3e-4) continue;
                     const Vec3 off = referenceFromTables(tables, p) - referenceFromDeformed(model, now, p);
                     errors_m.push_back(glm::length(off));
@@ -37,7 +37,7 @@ TEST(DeformTables, AgreeWithThePointFunctions) {
     }
 }
 
-// A picture asks where anything can be seen.
+// Compares tables for the visible region only with tables for the whole box.
 TEST(DeformTables, NearTheBodyAreThoseOfAllTheBox) {
     const patient::Package package = test::makeTrunk(0.004);
     const patient::Patient patient(package);
@@ -75,7 +75,7 @@ TEST(DeformTables, AreTheSameWithoutWiderInstructions) {
     EXPECT_LT(most_m, 2e-6);
 }
 
-// The shader's own reading: half floats, and the device's filter.
+// Includes what the shader adds: half-precision floats and the device's texture filter.
 // HZ-TEACH-15
 TEST(DeformTables, AreReadByTheGpuAsThePointFunctionsSay) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
@@ -148,7 +148,7 @@ TEST(BreathingPicture, ABallInTheCavityMovesAsTheModelSays) {
         const test::Blob moved = seenAt(v);
         const double travel = deformedFromReference(model, {v, 0.0}, Vec3(0.0)).z;
         EXPECT_NEAR(travel, -0.020 * v, 1e-6);
-        // The patient's head is up in the picture: caudal is down, and rows grow downwards.
+        // The patient's head is up in the picture: caudal motion is downward, and rows count downward.
         EXPECT_NEAR(moved.y - rest.y, -travel * pixels_per_m, 1.0) << v;
         EXPECT_NEAR(moved.x - rest.x, 0.0, 1.0) << v;
         EXPECT_NEAR(double(moved.pixels), double(rest.pixels), 0.06 * double(rest.pixels)) << v;

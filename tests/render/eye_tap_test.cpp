@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint32_t kSide = 64;
 constexpr auto kColour = vk::ImageAspectFlagBits::eColor;
 
-// Two eyes of one colour each, as a swapchain's image is when it was drawn.
+// Two eyes of one colour each, like a swapchain image after drawing.
 struct TwoEyes {
     explicit TwoEyes(const Gpu& gpu)
         : image(gpu, vk::Format::eR8G8B8A8Srgb, {kSide, kSide, 1}, 2,
@@ -40,7 +40,7 @@ struct TwoEyes {
     GpuImage image;
 };
 
-// Once all is done.
+// Waits until the GPU is idle, then reads.
 std::optional<std::uint64_t> readOne(EyeTap& tap, Image& image, const Gpu& gpu) {
     gpu.device().waitIdle();
     return tap.read(image);
@@ -83,7 +83,7 @@ TEST(EyeTap, TheNewestOfSeveralIsGivenAndTheOthersAreForgotten) {
     EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
-// More are asked for than fit: some are left out, the last that fitted comes, nothing goes wrong.
+// Requests more copies than fit. Some are dropped, the last accepted one arrives, and no error occurs.
 TEST(EyeTap, AskedMoreOftenThanItCanItLeavesSomeOut) {
     Gpu gpu{GpuSettings{.validation = true}};
     const TwoEyes eyes(gpu);

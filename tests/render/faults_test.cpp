@@ -1,5 +1,6 @@
-// A device that is lost, full or small: a sentence and a way to go on. The faults are made by a Vulkan layer
-// between the loader and the real driver (tests/support/vulkan_faults).
+// A device that is lost, out of memory or small must give a clear message, and a way to continue where
+// possible. A Vulkan layer between the loader and the real driver (tests/support/vulkan_faults) injects the
+// faults.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -11,7 +12,7 @@
 namespace stylet::render {
 namespace {
 
-// The environment of one test's Vulkan instances.
+// Sets and restores the environment for one test's Vulkan instances.
 class FaultsTest : public testing::Test {
   protected:
     void SetUp() override {
@@ -27,7 +28,7 @@ class FaultsTest : public testing::Test {
         set(what, std::to_string(number));
     }
 
-    // 166 voxels along an edge, 18 MB classified.
+    // 166 voxels per edge, 18 MB classified.
     const patient::Package package = test::makeBall(patient::Tissue::bone, 0.07, 0.013, 0.001);
     const patient::Patient patient{package};
     const std::array<View, 2> eyes =

@@ -1,5 +1,5 @@
-// Small pictures kept as they once were judged good by eye: what numbers cannot say of a look. Changed only
-// by tests/render/approve, which writes them anew.
+// Small pictures that were approved by eye, for properties of a look that numbers cannot capture. Only
+// tests/render/approve updates them.
 #include <gtest/gtest.h>
 
 #include <stb_image.h>
@@ -14,7 +14,7 @@ namespace stylet::render {
 namespace {
 
 constexpr std::uint32_t kWidth = 128, kHeight = 96;
-constexpr double kAlike_db = 36.0;  // another driver, another processor: a few values at edges
+constexpr double kAlike_db = 36.0;  // tolerates a few values at edges on other drivers or processors
 
 struct Shot {
     const char* name;

@@ -8,7 +8,7 @@
 namespace stylet::render {
 namespace {
 
-// A machine that takes `volume_ms` for the whole resolution and `rest_ms` besides.
+// A simulated machine that needs `volume_ms` at full resolution and `rest_ms` for everything else.
 struct Machine {
     double volume_ms = 10.0, rest_ms = 2.0, noise = 0.05;
     std::mt19937 random{7};
@@ -44,7 +44,7 @@ TEST(Governor, BringsASlowOneUnderItsBudgetInAFewFramesAndKeepsItThere) {
     }
     EXPECT_EQ(late, 0);
     EXPECT_LE(changes, 2) << "the picture would shimmer";
-    // No coarser than a step below what the budget allows.
+    // At most one step coarser than the budget requires.
     EXPECT_GT(governor.layerScale(), std::sqrt((0.85 * 11.1 - 2.0) / 30.0) - 0.13);
 }
 
@@ -74,14 +74,14 @@ TEST(Governor, GoesNoLowerThanIsWorthLookingAt) {
 TEST(Governor, LeavesTheResolutionWhereItCannotHelp) {
     Governor governor({.budget_ms = 11.1});
     for (int i = 0; i < 50; ++i)
-        governor.took(30.0, 500.0, 1.0);  // a look is classified, a system stalls
+        governor.took(30.0, 500.0, 1.0);  // a look is being classified, or the system stalls
     EXPECT_EQ(governor.layerScale(), 1.0f);
 }
 
 TEST(Governor, ComesDownFromWhatACloseHeadDrew) {
     Governor governor({.budget_ms = 11.1});
     for (int i = 0; i < 4; ++i)
-        governor.took(14.8, 2.0, 0.5);  // drawn at half the scale already
+        governor.took(14.8, 2.0, 0.5);  // already drawn at half the scale
     EXPECT_NEAR(governor.layerScale(), 0.5 * std::sqrt((0.85 * 11.1 - 2.0) / 14.8), 0.0625);
 }
 

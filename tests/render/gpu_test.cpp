@@ -76,8 +76,8 @@ TEST_F(GpuTest, AHookThatFailsIsNamed) {
 TEST_F(GpuTest, ValidationCountsMessages) {
     const Gpu gpu({.validation = true});
     EXPECT_EQ(gpu.validationMessages(), 0u);
-    // A buffer of no bytes is not valid usage: the layer must say so, or a silent layer would pass every
-    // test.
+    // A buffer of zero bytes is invalid usage. If the validation layer did not report it, the layer would
+    // be inactive and every test would pass.
     const VkBufferCreateInfo empty{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
                                    .pNext = nullptr,
                                    .flags = 0,

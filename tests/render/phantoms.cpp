@@ -40,8 +40,8 @@ patient::Package emptyPackage(const Vec3& half_m, double spacing_m) {
     return package;
 }
 
-// The label at the voxel's centre, the CT value averaged over 2^3 points: partial volume, as a scanner gives
-// it.
+// Sets the label at the voxel's centre and the CT value averaged over 2^3 points, so that partial volumes
+// look as in a scanner.
 void fill(patient::Package& package, const std::function<Material(const Vec3&)>& at) {
     const Grid& grid = package.ct.grid;
     for (int z = 0; z < grid.dims.z; ++z)
@@ -86,7 +86,7 @@ Material trunkAt(const Vec3& p) {
     return kMuscle;
 }
 
-// 20 mm caudal inside a cavity that narrows toward the head, its front wall out by 4 mm.
+// 20 mm caudal motion inside a cavity that narrows toward the head. Its front wall moves out by 4 mm.
 patient::MotionModel trunkMotion() {
     patient::MotionModel m = makeMotion(Vec3(0.19, 0.14, 0.15), 0.005, [](const Vec3& p) {
         MotionPoint q;

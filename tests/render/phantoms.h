@@ -6,22 +6,22 @@
 
 namespace stylet::test {
 
-// A ball of one tissue, centred in a cube of air with `margin_m` around it; the ball's centre is the
-// patient's origin.
+// A ball of one tissue in a cube of air with `margin_m` around it. The ball's centre is the patient's
+// origin.
 patient::Package makeBall(patient::Tissue, double radius_m, double margin_m, double spacing_m);
 
-// A block that is one tissue to its faces; its middle is the patient's origin. Sizes are whole numbers of
-// voxels.
+// A block that is filled with one tissue up to its faces. Its centre is the patient's origin. Sizes are
+// whole numbers of voxels.
 patient::Package makeBlock(patient::Tissue, const Vec3& size_m, double spacing_m);
 
-// A small trunk with everything the looks tell apart: skin, fat, ribs, spine, lung, liver with vessels and
-// ducts. It breathes. About 32 x 22 x 24 cm, centred on the origin.
+// A small trunk with every structure that the looks distinguish: skin, fat, ribs, spine, lung, and liver
+// with vessels and ducts. It breathes. About 32 x 22 x 24 cm, centred on the origin.
 patient::Package makeTrunk(double spacing_m);
 
-// Is a point of the deformed patient tissue?
+// Whether a point of the deformed patient lies in tissue.
 bool inBody(const patient::Package&, const patient::Surrogate&, const Vec3& deformed_m);
 
-// A ball of tissue at `skin_m` that a tool has taken along.
+// A contact in which a tool has moved a ball of tissue at `skin_m`.
 patient::ToolContact contactAt(const Vec3& skin_m, const Vec3& moved_m, double radius_m);
 
 }  // namespace stylet::test

@@ -12,24 +12,24 @@ namespace stylet::test {
 
 std::filesystem::path assetsFolder();
 
-// Why there is no GPU here, or empty. Tests begin with: if (auto why = noGpuReason(); !why.empty())
-// GTEST_SKIP() << why;
+// Why there is no GPU here, or empty. Tests begin with:
+// if (auto why = noGpuReason(); !why.empty()) GTEST_SKIP() << why;
 std::string noGpuReason();
 
-// An eye at `eye_m` that looks at `at_m` with +y up and a symmetric field of `half_angle`.
+// An eye at `eye_m` that looks at `at_m`, with +y up and a symmetric field of view of `half_angle`.
 render::View lookAt(const Vec3& eye_m, const Vec3& at_m, float half_angle);
 
 // A left and a right eye, `ipd_m` apart, parallel.
 std::array<render::View, 2> stereo(const render::View& centre, double ipd_m);
 
-// Peak signal to noise over the colour channels, dB; infinity for equal pictures.
+// Peak signal to noise ratio over the colour channels, dB. Infinity for equal pictures.
 double psnr(const render::Image&, const render::Image&);
 
 struct Blob {
     std::size_t pixels = 0;
     double x = 0.0, y = 0.0;  // centre, pixels from the top left corner of the picture
 };
-// The pixels for which `match(r, g, b)` holds.
+// Finds the pixels for which `match(r, g, b)` returns true.
 Blob findBlob(const render::Image&, const std::function<bool(int, int, int)>& match);
 
 }  // namespace stylet::test

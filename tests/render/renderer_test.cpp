@@ -1,5 +1,5 @@
-// Pictures against closed forms: where a ball of known size must appear, how much a slab must absorb, what
-// hides what.
+// Compares pictures with closed forms: where a ball of known size appears, how much a slab absorbs, and
+// which object hides which.
 #include "render/frame/renderer.h"
 
 #include <gtest/gtest.h>
@@ -56,15 +56,15 @@ double pixelOf(double tangent, float angle_low, float angle_high) {
     return double(kRendererPictureSize) * (tangent - low) / (high - low);
 }
 
-// The silhouette of a ball of radius r at distance d, off the axis by x, reaches from tan(theta - alpha) to
-// tan(theta + alpha), theta = atan(x / z), sin(alpha) = r / |(x, z)|.
+// The silhouette of a ball of radius r, at distance z and x off the axis, reaches from tan(theta - alpha)
+// to tan(theta + alpha), with theta = atan(x / z) and sin(alpha) = r / |(x, z)|.
 void expectSilhouette(const Extent& seen, const View& view, const Vec3& centre_eye, double radius_m) {
     const auto range = [&](double across) {
         const double theta = std::atan2(across, -centre_eye.z);
         const double alpha = std::asin(radius_m / std::hypot(across, centre_eye.z));
         return std::pair(std::tan(theta - alpha), std::tan(theta + alpha));
     };
-    const double tolerance_px = 2.5;  // about a voxel and a half
+    const double tolerance_px = 2.5;  // about one and a half voxels
     const auto [left, right] = range(centre_eye.x);
     EXPECT_NEAR(seen.left, pixelOf(left, view.angle_left, view.angle_right), tolerance_px);
     EXPECT_NEAR(seen.right, pixelOf(right, view.angle_left, view.angle_right), tolerance_px);
@@ -99,7 +99,7 @@ TEST_F(RendererTest, ABallIsSeenWhereAndAsLargeAsItIsInBothEyes) {
     EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
-// A folder of assets whose looks are black glass of the given extinction.
+// Writes an asset folder whose looks are black glass of the given extinction.
 void writeBlackGlass(const test::TempFolder& folder, double extinction_per_mm) {
     for (const char* part : {"rooms", "instruments"})
         std::filesystem::copy(test::assetsFolder() / part, folder / part);
@@ -123,7 +123,8 @@ double meanLinear(const Image& image) {
     return sum;
 }
 
-// Beer and Lambert: what passes through thickness L of extinction s is exp(-s L), at every step.
+// Beer-Lambert law: the transmission through thickness L with extinction s is exp(-s L), for every step
+// size.
 TEST_F(RendererTest, ASlabLetsThroughWhatBeerAndLambertSay) {
     const test::TempFolder folder;
     const double extinction_per_m = 15.0, thickness = 0.050, spacing = 0.002;
@@ -133,14 +134,15 @@ TEST_F(RendererTest, ASlabLetsThroughWhatBeerAndLambertSay) {
     const patient::Patient patient(package);
     Gpu gpu({});
     RenderScene scene = bareScene(Look::reveal);
-    // From far away all rays are parallel; looking down at the lit floor, where the backdrop is brightest.
+    // The distant eye makes the rays parallel. It looks down at the lit floor, where the backdrop is
+    // brightest.
     scene.stage_from_patient.rotation = glm::angleAxis(-std::acos(0.0), Vec3(1, 0, 0));
     const Vec3 centre = scene.stage_from_patient.position_m;
     const auto eyes = test::stereo(test::lookAt(centre + Vec3(0, 1.5, 1e-4), centre, 0.03f), 0.02);
     Renderer empty(gpu, {}, folder.path());
     const auto without = empty.drawToImages(scene, eyes, 64, 64);
-    // Half a voxel at either face fades into the air outside: the integral of a^2 over a from 1/2 to 1 is
-    // 7/24 of a voxel in place of 1/2.
+    // At each face, half a voxel fades into the air outside. The integral of a^2 for a from 1/2 to 1 is
+    // 7/24 of a voxel instead of 1/2.
     const double effective = thickness - 2.0 * (0.5 - 7.0 / 24.0) * spacing;
     for (const float step : {0.25f, 1.0f, 2.0f}) {
         Renderer renderer(gpu, {.ray_step_voxels = step}, folder.path());
@@ -167,8 +169,8 @@ TEST_F(RendererTest, TheNeedleIsSeenInFrontHiddenBehindAndDimInsideTissue) {
     RenderScene scene = bareScene(Look::closed);
     const Vec3 centre = scene.stage_from_patient.position_m;
     const auto eyes = test::stereo(test::lookAt(centre + Vec3(0.0, 0.0, 0.5), centre, 0.25f), 0.0);
-    // The shaft runs across the view; the hub, at z = 0.150 to 0.180 of the needle, is in the middle of the
-    // picture.
+    // The shaft lies across the view. The hub, z = 0.150 to 0.180 in the needle's frame, is in the centre
+    // of the picture.
     const Quat across = glm::angleAxis(std::acos(0.0), Vec3(0, 1, 0));
     const auto drawAt = [&](double depth_m) {
         scene.patient_from_needle = Pose{across, Vec3(-0.168, 0.0, depth_m)};

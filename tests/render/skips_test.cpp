@@ -1,4 +1,5 @@
-// Every skip can be switched off: the picture stays, the counter goes to zero, the work grows.
+// Every skip can be switched off: the picture stays the same, its counter goes to zero and the work
+// increases.
 #include <gtest/gtest.h>
 
 #include "tests/render/phantoms.h"

@@ -1,4 +1,5 @@
-// What a tool displaces is seen where patient::ToolDisplacement puts it, pressed in and drawn out.
+// Tissue displaced by a tool must appear where patient::ToolDisplacement puts it, when pressed in and when
+// pulled out.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +18,7 @@ using patient::ToolDisplacement;
 
 constexpr std::uint32_t kToolPictureSize = 160;
 
-// A trunk's right side, pressed or drawn along x.
+// A trunk's right side, pressed in or pulled out along x.
 struct Pressed {
     explicit Pressed(double moved_m, double v = 0.0) {
         patient::Surrogate breath{v, 0.0};
@@ -104,13 +105,13 @@ TEST_P(ToolPictureTest, NoSkipChangesIt) {
     pressed.scene.tool = pressing;
     const auto shown = drawWith({}, &with);
     EXPECT_EQ(with.idle_tool_frames, 0u);
-    // Skin drawn out of its brick must not be leapt over.
+    // Rays must not skip skin that was pulled out of its brick.
     const auto all = drawWith({.empty_space = false}, &without);
     EXPECT_GT(without.samples, with.samples);
     for (std::size_t eye = 0; eye < 2; ++eye)
         EXPECT_GE(test::psnr(shown[eye], all[eye]), 60.0);
 
-    // Let go of: the picture is another, and is that of a patient whom nothing ever touched, asked or not.
+    // After release the picture changes and equals that of an untouched patient, with and without the skip.
     pressed.scene.tool = nullptr;
     const auto still = drawWith({}, &with);
     EXPECT_EQ(with.idle_tool_frames, 1u);
@@ -126,7 +127,7 @@ INSTANTIATE_TEST_SUITE_P(PressedAndDrawn, ToolPictureTest,
                          testing::Combine(testing::Values(0.010, -0.010), testing::Values(0.0, 0.8),
                                           testing::Values(VolumePath::gpu, VolumePath::processor)));
 
-// A ball whose one side is drawn out ends so much farther there.
+// If one side of a ball is pulled out, the outline there moves by that distance.
 TEST(ToolPicture, TheOutlineMovesByWhatItIsDrawn) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     const patient::Package package = test::makeBall(patient::Tissue::liver, 0.04, 0.03, 0.002);
@@ -141,7 +142,7 @@ TEST(ToolPicture, TheOutlineMovesByWhatItIsDrawn) {
     const float half_angle = 0.2f;
     const double distance_m = 0.4, pixels_per_m = size / (2.0 * std::tan(double(half_angle)) * distance_m);
     const auto eyes = test::stereo(test::lookAt(Vec3(0, 0, distance_m), Vec3(0.0), half_angle), 0.0);
-    // Columns of the middle row in which the ball is.
+    // Columns of the middle row that show the ball.
     const auto right = [&] {
         const Image image = renderer.drawToImages(scene, eyes, size, size)[0];
         const auto at = [&](std::uint32_t x) {

@@ -9,7 +9,7 @@
 namespace stylet::render {
 namespace {
 
-// An OpenXR view with four different angles: its corners must land on the corners of Vulkan's clip space.
+// The corners of an OpenXR view with four different angles must map to the corners of Vulkan's clip space.
 TEST(ClipFromEye, MapsTheFieldOfViewOntoTheTarget) {
     View view;
     view.angle_left = -0.9f, view.angle_right = 0.6f, view.angle_up = 0.5f, view.angle_down = -0.8f;
@@ -29,7 +29,7 @@ TEST(ClipFromEye, MapsTheFieldOfViewOntoTheTarget) {
     }
     EXPECT_NEAR(ndc(0, 0, 0.05).z, 1.0, 1e-12);
     EXPECT_NEAR(ndc(0, 0, 20.0).z, 0.0, 1e-12);
-    // composite.frag's inverse of the depth.
+    // The inverse depth mapping of composite.frag.
     const double d = ndc(0, 0, 0.7).z;
     EXPECT_NEAR(0.05 * 20.0 / (0.05 + d * (20.0 - 0.05)), 0.7, 1e-12);
 }

@@ -1,4 +1,4 @@
-// A headset alone: the mock runtime's controllers as the hand of an attempt.
+// Uses the mock runtime's controllers as the input of an attempt, with a headset and no haptic device.
 #include "app/trainer/hands/controller_hand.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ class ControllerHand : public testing::Test {
                                                          {"events", events}};
         setenv("XRMOCK_SCENARIO", (folder_ / "scenario.json").c_str(), 1);
     }
-    // The grip that holds the needle's tip so deep on the path.
+    // The grip pose that puts the needle's tip at this depth on the path.
     Pose gripAt(double depth_m) const {
         const Pose room_from_tool = stage_from_patient_ * needlePose({depth_m, 0.0, 0.0}, {1.0, 0.0, 0.0});
         return {room_from_tool.rotation, room_from_tool * Vec3(0.0, 0.0, 0.15)};
@@ -66,8 +66,8 @@ class ControllerHand : public testing::Test {
     test::TempFolder folder_;
 };
 
-// The loops have their threads, and the runtime's time is its frame count: a quarter of a millimetre a frame,
-// however long a frame takes.
+// The loops run in their own threads. The runtime's time is its frame count: a quarter of a millimetre per
+// frame, however long a frame takes.
 TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
     play(
         {{"right",
@@ -104,12 +104,13 @@ TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
     EXPECT_TRUE(session.log().target_hit());
     EXPECT_EQ(totals.pictures.validation_messages, 0u);
     EXPECT_EQ(session.log().faults & haptics::kFaultOverSpeed, 0u);
-    // The path is kept to: the duct's near wall at 50 mm, cut where the force table says.
+    // The needle followed the path and punctured the duct's near wall at 50 mm, where the force table
+    // requires it.
     ASSERT_TRUE(session.log().target_cut);
     const Vec3 tip_m = session.log().target_cut->patient_from_needle.position_m;
     EXPECT_NEAR(tip_m.x, 0.0503, 1e-3);
     EXPECT_NEAR(glm::length(Vec3(0.0, tip_m.y, tip_m.z)), 0.0, 1e-4);
-    // Felt: the touch, and several cuts; those within a frame are one.
+    // Contact and several punctures must be felt. Those within one frame count as one.
     EXPECT_GE(calls("xrApplyHapticFeedback"), 1);
 }
 
@@ -136,19 +137,19 @@ TEST_F(ControllerHand, IsTheNamedHandsAndGoesAndComesWithTheSession) {
         EXPECT_NEAR(glm::length(tool()->position_m - stage_from_patient_ * Vec3(-0.05, 0.0, 0.0)), 0.0, 1e-4);
         bool lost = false, back = false;
         for (int i = 0; i < 20 && !back; ++i) {
-            play({{"left", {{"poses", {keyOf(0.0, right)}}}}});  // of the next session
+            play({{"left", {{"poses", {keyOf(0.0, right)}}}}});  // for the next session
             ASSERT_TRUE(loop.frame(seen, nullptr, ""));
             lost = lost || !tool();
             back = lost && tool().has_value();
         }
         EXPECT_TRUE(lost && back);
-        // Until the actions are bound a bare hand is seen where the controller is.
+        // Until the actions are bound, a tracked hand appears at the controller's pose.
         for (int i = 0; i < 2; ++i)
             ASSERT_TRUE(loop.frame(seen, nullptr, ""));
         EXPECT_NEAR(glm::length(tool()->position_m - stage_from_patient_ * Vec3(-0.10, 0.0, 0.0)), 0.0, 1e-4);
     }
     std::uint32_t buttons = 0;
-    EXPECT_FALSE(port.toolAt(0, buttons));  // nobody is asked any more
+    EXPECT_FALSE(port.toolAt(0, buttons));  // the session is gone
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Everything that happens to a session while it runs, by scenario.
+// Scenarios with every event that can happen to a running session.
 #include <chrono>
 
 #include "show.h"
@@ -13,7 +13,7 @@ class EventsTest : public SessionTest {};
 
 // HZ-FORCE-13
 TEST_F(EventsTest, ARecentredStageIsToldWithItsTimeAndPose) {
-    // A quarter turn to the left and a step: where the old stage sees the new one.
+    // A quarter turn to the left and a step, as seen from the old stage.
     useScenario(R"("events": [{"frame": 8, "recenter": {"space": "stage", "delay_s": 0.05,
         "pose": {"position": [0.5, 0, -1], "orientation": [0, 0.70710678, 0, 0.70710678]}}},
         {"frame": 8, "recenter": {"space": "local"}}])");
@@ -27,7 +27,7 @@ TEST_F(EventsTest, ARecentredStageIsToldWithItsTimeAndPose) {
     EXPECT_NEAR(change.previous_from_new.position[0], 0.5, 1e-6);
     EXPECT_NEAR(change.previous_from_new.position[2], -1.0, 1e-6);
     EXPECT_NEAR(change.previous_from_new.orientation[1], 0.70710678, 1e-6);
-    // From that time on, and not before, the head is seen from there.
+    // The head's pose changes at that time, not before.
     const Frame frame = show.frame();
     ASSERT_GE(frame.predicted_display_time_ns, change.at_ns);
     const double head_x = 0.1 * 1e-9 * double(frame.predicted_display_time_ns);
@@ -43,7 +43,7 @@ TEST_F(EventsTest, AnUnknownNewPlaceIsSaidToBeUnknown) {
     EXPECT_FALSE(show.spaces[0].pose_valid);
 }
 
-// Without a floor the stage is LOCAL with an offset, and what happens to LOCAL is told of the stage.
+// Without a floor the stage is LOCAL with an offset. Changes of LOCAL are reported as changes of the stage.
 TEST_F(EventsTest, WithoutAFloorTheStageIsBelowTheHead) {
     useScenario(R"("offers": {"spaces": []}, "events": [{"frame": 8, "recenter": {"space": "local",
         "pose": {"position": [0, 1.5, 0], "orientation": [0.70710678, 0, 0, 0.70710678]}}}])");
@@ -55,7 +55,7 @@ TEST_F(EventsTest, WithoutAFloorTheStageIsBelowTheHead) {
     EXPECT_NEAR(before.views[0].stage_from_eye.position[1], 1.6, 1e-5);
     show.run(10);
     ASSERT_EQ(show.spaces.size(), 1u);
-    // LOCAL pitches about its origin, at the head, 1.6 m above the stage's.
+    // LOCAL pitches about its origin at the head, 1.6 m above the stage's origin.
     const Pose& moved = show.spaces[0].previous_from_new;
     EXPECT_NEAR(moved.position[1], 1.6, 1e-5);
     EXPECT_NEAR(moved.position[2], -1.6, 1e-5);
@@ -111,7 +111,7 @@ TEST_F(EventsTest, TheHiddenAreaIsTheLensAndChangesWithIt) {
     useScenario(R"("events": [{"frame": 8, "visibility_mask": {"lens": {"outline":
         [[-10, -10], [10, -10], [10, 0.5], [-10, 0.5]]}}}])");
     Show show;
-    // Round lenses hide the corners of the picture and not its middle.
+    // Round lenses hide the corners of the picture but not its centre.
     const HiddenArea round = show.session.hiddenArea(0);
     ASSERT_FALSE(round.indices.empty());
     const auto covers = [](const HiddenArea& area, double x, double y) {
@@ -182,7 +182,8 @@ TEST_F(EventsTest, WithoutTheExtensionTheRateIsThatOfTheFrames) {
     EXPECT_NEAR(show.session.facts().refresh_hz, 100.0, 1e-3);
 }
 
-// More events than the runtime keeps: whatever could have been among them is taken to have been.
+// More events than the runtime can queue. The session must assume every change that could have been among
+// the lost ones.
 TEST_F(EventsTest, LostEventsAreNewsOfEverything) {
     std::string many = R"("events": [)";
     for (int i = 0; i < 40; ++i)
@@ -234,7 +235,7 @@ TEST_F(EventsTest, WithoutAnImageInTimeTheFrameIsEmptyAndTheWaitIsTakenUpAgain) 
     EXPECT_EQ(calls("xrWaitSwapchainImage").size(), std::size_t(drawn) + 2);
 }
 
-// Whatever the session's state says.
+// Even if the session state would allow drawing.
 TEST_F(EventsTest, AFrameThatIsNotToBeDrawnHasNoLayers) {
     useScenario(R"("events": [{"frame": 8, "frames": {"not_rendered": true, "count": 2}}])");
     {
@@ -263,14 +264,14 @@ TEST_F(EventsTest, APendingLossEndsTheFramesAndASecondSessionWorks) {
     EXPECT_TRUE(again.reach(SessionPhase::focused));
 }
 
-// XR_SESSION_LOSS_PENDING is a success that any call may give.
+// XR_SESSION_LOSS_PENDING is a success code that any call may return.
 TEST_F(EventsTest, ALossIsNoticedByWhicheverCallTellsOfIt) {
     useScenario(R"("events": [{"frame": 8, "session_loss": {"lost_after_s": 0}}])");
     Show show;
     ASSERT_TRUE(show.reach(SessionPhase::focused));
     Frame frame;
     for (int i = 0; i < 20 && show.session.running(); ++i)
-        frame = show.frame();  // nobody polls
+        frame = show.frame();  // without polling
     EXPECT_FALSE(show.session.running());
     EXPECT_FALSE(frame.should_render);
     EXPECT_EQ(show.poll(), SessionPhase::lossPending);

@@ -1,4 +1,4 @@
-// What a frame is submitted with: views, depth, panels, and how they mix.
+// The contents of a submitted frame: views, depth, panels, and blending.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,7 +19,7 @@ constexpr int kBlendAlpha = 2, kStraightAlpha = 4;  // XrCompositionLayerFlagBit
 
 class LayersTest : public SessionTest {
   protected:
-    // The colour in the middle of what an eye was shown.
+    // The colour in the centre of an eye's captured picture.
     std::array<int, 3> middleOf(const std::string& picture) const {
         int width = 0, height = 0, channels = 0;
         const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
@@ -29,7 +29,7 @@ class LayersTest : public SessionTest {
         const stbi_uc* at = pixels.get() + 3 * ((height / 2) * width + width / 2);
         return {at[0], at[1], at[2]};
     }
-    // A message to the mock runtime's control socket; done when this returns.
+    // Sends a message to the mock runtime's control socket. Returns after it was processed.
     void tell(Show& show, const std::string& message) const {
         const int wire = socket(AF_UNIX, SOCK_STREAM, 0);
         sockaddr_un address{};
@@ -62,7 +62,7 @@ int makePanel(Show& show, std::uint32_t width, std::uint32_t height, const std::
     return id;
 }
 
-// The head turns up elsewhere while a frame is prepared: the clearest of differences between two looks.
+// The head jumps while a frame is prepared, so that the early and the late views differ clearly.
 // HZ-TEACH-04
 TEST_F(LayersTest, WhatIsSubmittedAreTheViewsOfTheLateUpdate) {
     setVariable("XRMOCK_CONTROL", folder_ / "control");
@@ -175,7 +175,7 @@ TEST_F(LayersTest, APanelHangsInTheRoomWithStraightAlpha) {
         show.panels[0].stage_from_panel.position = {0, 0, -2};
         show.frame("head");
     }
-    // Half of red (left eye) and half of green, in linear light: 0.5 is 188 as sRGB.
+    // Half of red (left eye) plus half of green in linear light: 0.5 is 188 in sRGB.
     const auto left = middleOf("room_left");
     EXPECT_NEAR(left[0], 188, 1);
     EXPECT_NEAR(left[1], 188, 1);
@@ -249,7 +249,7 @@ TEST_F(LayersTest, ThePassthroughIsTheHeadsetsOwn) {
             focused(show).frame();
         }
     }
-    // Where the room is seen, the picture's alpha says where.
+    // If the real room is visible, the picture's alpha selects where.
     for (const auto& frame : frames())
         if (!frame["layers"].empty()) {
             EXPECT_EQ(frame["layers"][0]["flags"], frame["blend_mode"] == 1 ? 0 : kBlendAlpha);

@@ -1,4 +1,5 @@
-// The frame loop over a phantom, from the haptics' output to the pictures the mock runtime captured.
+// The frame loop with a phantom, from the haptic loop's output to the pictures that the mock runtime
+// captured.
 #include "app/trainer/display/frames.h"
 
 #include "app/trainer/display/mock_stage.h"
@@ -33,13 +34,13 @@ patient::Package layeredPhantom() {
                            0.001);
 }
 
-// The needle on the path, its tip `depth_m` behind the skin.
+// The needle on the path, with its tip at `depth_m` below the skin.
 Seen needleAt(double depth_m) {
     Seen seen;
     haptics::TickOutput& shown = seen.tick;
     shown.patient_from_needle.position_m = {depth_m, 0.0, 0.0};
     shown.patient_from_needle.rotation =
-        Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0};  // +z -> -x: the hub
+        Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0};  // +z -> -x: toward the hub
     shown.depth_m = depth_m;
     return seen;
 }
@@ -70,8 +71,8 @@ double deviation(const std::vector<double>& values) {
     return std::sqrt(std::max(0.0, squares / n - mean * mean));
 }
 
-// How far to the left a patch around the left picture's (x, y) lies in the right picture: the best match in a
-// row.
+// Disparity of the patch around (x, y) in the left picture: how far to the left its best match lies in the
+// same row of the right picture.
 int disparityAt(const GreyPicture& left, const GreyPicture& right, int x, int y) {
     constexpr int kHalf = 20, kMost = 200;
     int best = -1;
@@ -86,7 +87,7 @@ int disparityAt(const GreyPicture& left, const GreyPicture& right, int x, int y)
     return best;
 }
 
-// Where a point of the stage falls in an eye's picture, by the head scenario's fields of view.
+// Projects a point of the stage into an eye's picture, with the fields of view of the scenario's head.
 std::array<double, 2> project(const Pose& stage_from_head, int eye, const Vec3& p, int size) {
     const double to_side_m = (eye == 0 ? -0.5 : 0.5) * kMockEyeDistance_m;
     const Pose head_from_eye{Quat{1, 0, 0, 0}, {to_side_m, 0.0, 0.0}};
@@ -155,7 +156,7 @@ TEST_F(FramesTest, MomentsAreCapturedInStereoTwiceInAProcess) {
             ASSERT_EQ(right.height, 640);
             EXPECT_GT(deviation(left.grey), 5.0);
             EXPECT_GT(deviation(right.grey), 5.0);
-            // The entry is where its projection says, so nearer by that much than anything far away.
+            // The entry point appears at its projected position, so its disparity shows that it is near.
             const Vec3 entry = stage_from_patient * path_.entry_m;
             const auto in_left = project(stage_from_head, 0, entry, 640);
             const auto in_right = project(stage_from_head, 1, entry, 640);
@@ -169,7 +170,8 @@ TEST_F(FramesTest, MomentsAreCapturedInStereoTwiceInAProcess) {
         GTEST_SKIP() << "VK_LAYER_KHRONOS_validation is not installed: messages were not counted";
 }
 
-// The head looks at the entry: nobody sees the machines, but a moment keeps what they show.
+// The head looks at the entry point, so the equipment's screens are not visible. A capture still saves
+// their pictures.
 TEST_F(FramesTest, AMomentKeepsWhatTheMachinesShow) {
     FrameLoop loop(patient_, settings_, path_);
     Seen seen = needleAt(0.02);
@@ -191,7 +193,7 @@ TEST_F(FramesTest, AMomentKeepsWhatTheMachinesShow) {
 TEST_F(FramesTest, TheEntryStaysInBothPictures) {
     const Pose stage_from_patient = stageFromPatient(patient_, path_);
     EXPECT_NEAR((stage_from_patient * Vec3(0.0, -test::kSlabHalfWidth_m, 0.0)).y, kTableHeight_m, 0.001);
-    // The patient's front is up, the right side toward the operator, the head to the operator's left.
+    // The patient's front is up, the right side faces the operator, and the head is to the operator's left.
     EXPECT_GT(stage_from_patient.direction({0, 1, 0}).y, 0.999);
     EXPECT_GT(stage_from_patient.direction({1, 0, 0}).z, 0.999);
     EXPECT_LT(stage_from_patient.direction({0, 0, 1}).x, -0.999);

@@ -32,7 +32,7 @@ TEST(Pinch, OneFingerAtATimeTheFirstUntilItHasGone) {
     EXPECT_EQ(held(INFINITY, INFINITY, INFINITY), (HeldFingers{}));
 }
 
-// Palms down, fingers forward: the palm joints are unturned.
+// Palms down, fingers forward: the palm joints are not rotated.
 TEST(Hands, AGripPointsFromTheLittleFingerToTheThumb) {
     const Pose palm{{0, 0, 0, 1}, {1, 2, 3}};
     for (const int side : {0, 1}) {

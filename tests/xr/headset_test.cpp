@@ -1,5 +1,5 @@
-// The frame loop through all that can happen to a headset, as the mock runtime's scenarios play it, on its
-// virtual clock; what reached the runtime is read from its log.
+// Runs the frame loop through everything that can happen to a headset, as scenarios of the mock runtime on
+// its virtual clock. Checks the calls in the runtime's log.
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -65,14 +65,14 @@ class HeadsetTest : public testing::Test {
         settings_.capture_dir = folder_.path();
         settings_.validation = true;
         settings_.rearm_act = "press the first button";
-        settings_.difficulty = training::Difficulty::exam;  // no guide panel: every quad is a notice
+        settings_.difficulty = training::Difficulty::exam;  // no guide panel, so every quad is a notice
         play("{}");
     }
     void TearDown() override {
         unsetenv("XRMOCK_LOG");
         unsetenv("XRMOCK_SCENARIO");
     }
-    // From the next instance on.
+    // Sets the scenario for the next instance.
     void play(const std::string& extra, int size = 128) {
         json scenario{{"version", 2},
                       {"eyes", {{"recommended_size", {size, size}}}},
@@ -97,7 +97,7 @@ class HeadsetTest : public testing::Test {
         const std::vector<json> all = logged("call");
         return int(std::count_if(all.begin(), all.end(), [&](const json& c) { return c["call"] == name; }));
     }
-    // The types of each frame's layers, "projection quad".
+    // The types of each frame's layers, such as "projection quad".
     std::vector<std::string> layers() const {
         std::vector<std::string> all;
         for (const json& frame : logged("frame")) {
@@ -174,7 +174,7 @@ TEST_F(HeadsetTest, WhoLooksAwayIsToldThatTheAttemptWaits) {
     EXPECT_EQ(shown[5], "projection");
     EXPECT_EQ(shown[10], "projection quad");
     EXPECT_EQ(shown.back(), "projection");
-    // The panel's dark glass below the gaze, with amber and light letters on it.
+    // The panel's dark glass below the gaze, with amber and light letters.
     const ColourPicture picture = loadColour(folder_ / "paused_left.png");
     ASSERT_EQ(picture.width, 320);
     int amber = 0, light = 0, dark = 0;
@@ -247,8 +247,8 @@ TEST_F(HeadsetTest, DepthGoesToTheRuntimeAndViewsAreOnTime) {
     EXPECT_NE(text.find("failures=\"0\""), std::string::npos) << text;
 }
 
-// With a registered device the room is where the device is. A recentred runtime changes what poses mean: the
-// picture stays, the force goes until its user says that all is well.
+// With a registered device, the room's origin follows the device. Recentring the runtime changes the
+// meaning of poses: the picture must stay, and the force is off until the user confirms.
 // HZ-FORCE-13
 TEST_F(HeadsetTest, ARoomThatMovedIsDrawnWhereItWasAndItsUserIsAsked) {
     Registration device;
@@ -287,7 +287,7 @@ TEST_F(HeadsetTest, ARoomThatMovedIsDrawnWhereItWasAndItsUserIsAsked) {
     EXPECT_GT(10.0 * std::log10(255.0 * 255.0 * double(now.rgb.size()) / squares), 40.0);
 }
 
-// In a headset that one sees through the patient lies in the real room: there is nothing where no thing is.
+// With passthrough, the patient lies in the real room. Pixels without an object must be transparent.
 TEST_F(HeadsetTest, TheRealRoomIsSeenBehindWhatIsDrawn) {
     settings_.passthrough = true;
     const std::string aside =
@@ -310,8 +310,8 @@ TEST_F(HeadsetTest, TheRealRoomIsSeenBehindWhatIsDrawn) {
     }
 }
 
-// Before a machine: what it shows is a layer beneath, where the picture is clear. The colours stay, for those
-// who look at the picture alone.
+// The equipment's screen is a layer below the picture, which is transparent there. The colours stay for
+// viewers of the picture alone.
 TEST_F(HeadsetTest, AScreenIsALayerBeneathThePicture) {
     render::Gpu gpu{render::GpuSettings{}};
     render::Renderer renderer(gpu, {}, settings_.assets);

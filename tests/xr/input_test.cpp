@@ -1,4 +1,4 @@
-// Controllers of every maker, bare hands, and a hand's place at any time, by scenario.
+// Scenarios with controllers of every vendor, tracked hands, and hand poses at any time.
 #include <atomic>
 #include <thread>
 
@@ -106,7 +106,8 @@ TEST_F(InputTest, ProfilesOfExtensionsAreSuggestedOnlyWhereGranted) {
 }
 
 TEST_F(InputTest, OneUnknownButtonDoesNotCostTheController) {
-    // The first suggestion, of the whole simple controller, and the second of the single buttons: vibration.
+    // Rejects the first suggestion, the complete simple controller, and the second of its single buttons:
+    // vibration.
     useScenario(R"("events": [
         {"t_s": 0, "refuse": {"call": "xrSuggestInteractionProfileBindings", "nth": 1, "result": "XR_ERROR_PATH_UNSUPPORTED"}},
         {"t_s": 0, "refuse": {"call": "xrSuggestInteractionProfileBindings", "nth": 4, "result": "XR_ERROR_PATH_UNSUPPORTED"}}],
@@ -124,7 +125,7 @@ TEST_F(InputTest, OneUnknownButtonDoesNotCostTheController) {
 }
 
 TEST_F(InputTest, ARefusedProfileCostsOnlyItself) {
-    // All of the simple controller: whole, then what it is of no use without.
+    // Rejects the simple controller, both complete and with only its essential parts.
     useScenario(R"("events": [{"t_s": 0, "refuse": {"call": "xrSuggestInteractionProfileBindings", "times": 2,
         "result": "XR_ERROR_PATH_UNSUPPORTED"}}],
         "controllers": {"profile": "/interaction_profiles/htc/vive_controller", "right": {}})");
@@ -188,7 +189,7 @@ TEST_F(InputTest, ABareHandGripsAndPinches) {
     EXPECT_FALSE(show.session.gripAt(1, 0).has_value());
 }
 
-// A thumb that meets the middle finger, then the ring finger.
+// The thumb touches the middle finger, then the ring finger.
 TEST_F(InputTest, ABareHandHasAMenuAndASqueeze) {
     constexpr int kThumbTip = 5, kMiddleTip = 15, kRingTip = 20;  // XrHandJointEXT
     const auto joints = [](int near_thumb) {
@@ -224,7 +225,7 @@ TEST_F(InputTest, HandsAreOfferedByTheSystemOrNotAtAll) {
     EXPECT_THAT(calls("xrCreateHandTrackerEXT"), IsEmpty());
 }
 
-// A tool that is read a thousand times a second, while frames come and go.
+// A tool pose that is read a thousand times per second while frames begin and end.
 TEST_F(InputTest, AGripIsFoundFromAnyThreadAtAnyTime) {
     useScenario(R"("controllers": {"right": {"poses": [{"t_s": 0, "position": [0, 1, 0]},
         {"t_s": 100, "position": [100, 1, 0]}]}})");
@@ -243,7 +244,7 @@ TEST_F(InputTest, AGripIsFoundFromAnyThreadAtAnyTime) {
             const std::int64_t now_ns = std::int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
             const auto pose = show.session.gripAt(1, now_ns);
             if (!pose) continue;
-            // It moves by a metre a second, and so must what is read.
+            // The hand moves at one metre per second, and the reported poses must too.
             const double moved_m = pose->position[0] - before_m;
             if (found > 0 && std::abs(moved_m - 1e-9 * double(now_ns - before_ns)) > 1e-4) ++wrong;
             before_m = pose->position[0];

@@ -1,4 +1,5 @@
-// A session that cannot be made says why in a sentence, and leaves nothing behind; one that must go, goes.
+// A session that cannot be created gives its reason in one sentence and leaks nothing. A session can always
+// be ended.
 #include <algorithm>
 #include <chrono>
 #include <functional>
@@ -15,7 +16,7 @@ using testing::StartsWith;
 
 class InstanceTest : public SessionTest {
   protected:
-    // The sentence with which making a session fails.
+    // The error message of creating a session, or empty if that succeeds.
     std::string sentence() {
         try {
             Show show;
@@ -58,7 +59,7 @@ TEST_F(InstanceTest, NoneButTheVulkanExtensionIsNeeded) {
     }
     setVariable("XRMOCK_WITHHOLD", all);
     Show show;
-    // The loader offers XR_EXT_debug_utils itself.
+    // The loader itself offers XR_EXT_debug_utils.
     EXPECT_THAT(show.session.facts().extensions,
                 testing::IsSubsetOf({"XR_KHR_vulkan_enable2", "XR_EXT_debug_utils"}));
     show.session.setDepthRange(0.1f, 10.0f);
@@ -97,7 +98,7 @@ TEST_F(InstanceTest, WhatIsMissingIsSaidInASentence) {
     EXPECT_EQ(sentence(), "xrEnumerateSwapchainFormats: the runtime offers no 8-bit sRGB colour format");
     setVariable("XR_RUNTIME_JSON", folder_ / "nowhere.json");
     EXPECT_THAT(sentence(), HasSubstr("start the headset's runtime, or set XR_RUNTIME_JSON"));
-    // And then it is there again.
+    // The runtime is available again.
     setVariable("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST);
     useScenario("");
     EXPECT_EQ(sentence(), "");
@@ -113,7 +114,7 @@ TEST_F(InstanceTest, EveryCallOnTheWayMayFail) {
         refuseFromTheStart(call, "XR_ERROR_RUNTIME_FAILURE");
         EXPECT_THAT(sentence(), StartsWith(call));
     }
-    // These have something to fall back on.
+    // These calls have a fallback.
     for (const char* call :
          {"xrCreateReferenceSpace", "xrCreateHandTrackerEXT", "xrGetDisplayRefreshRateFB"}) {
         refuseFromTheStart(call, "XR_ERROR_RUNTIME_FAILURE");
@@ -127,8 +128,8 @@ double secondsOf(const std::function<void()>& work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// The session's end is the user's: it waits for no runtime for long. What hangs is given the time to come
-// back before the next: the library is not to be unloaded under it.
+// Ending a session must not wait long for the runtime. The test waits for a call that hangs before the next
+// round, because the library must not be unloaded during the call.
 TEST_F(InstanceTest, ARuntimeThatHangsHoldsNobodyUp) {
     constexpr double kStall_s = 3.0;
     std::size_t destroyed = 0;

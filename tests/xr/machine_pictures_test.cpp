@@ -1,4 +1,5 @@
-// The machines' screens: made when somebody looks, no more often than sound and tube allow, and kept.
+// The equipment's screens: made only when visible, no more often than sound and X-ray tube allow, and kept
+// otherwise.
 #include "app/trainer/view/machine_pictures.h"
 
 #include <algorithm>
@@ -19,7 +20,7 @@ constexpr render::ScreensSeen kBoth{true, true, false};
 
 class MachinePicturesTest : public testing::Test {
   protected:
-    // Entered along +x at x = 0; the probe's +z goes in.
+    // Entered along +x at x = 0. The probe's +z points into the body.
     MachinePicturesTest() {
         moment_.patient_from_probe =
             Pose{Quat{std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0}, Vec3(0.001, 0.0, 0.0)};
@@ -70,7 +71,7 @@ TEST_F(MachinePicturesTest, AMachineThatNobodyTouchedStaysDark) {
     EXPECT_EQ(pictures_.xrayScreen().width, 0);
 }
 
-// 256 lines of 16 cm there and back: 53 ms.
+// 256 lines of 16 cm, there and back, take 53 ms.
 TEST_F(MachinePicturesTest, SoundTakesItsTime) {
     for (int i = 0; i < 100; ++i)
         look(0.010 * i);
@@ -124,8 +125,8 @@ TEST_F(MachinePicturesTest, TheLastPulseIsHeldAndOneThatNobodySawIsMadeUpFor) {
     const std::uint64_t held = pictures_.xrayScreen().revision;
     look(0.3);
     EXPECT_EQ(pictures_.xrayScreen().revision, held);
-    // Given while nobody looked, through a needle that is gone and a C-arm that has turned when somebody
-    // does.
+    // A pulse given while nobody looks must show the needle and the C-arm as they were then, although both
+    // have changed when somebody looks.
     pulse();
     moment_.patient_from_needle = Pose{Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0}, Vec3(0.05, 0.0, 0.0)};
     MachinePictures watched(gpu_, deformed_, std::getenv("STYLET_ASSETS"));
@@ -153,7 +154,7 @@ TEST_F(MachinePicturesTest, WhatThereIsIsSaved) {
     EXPECT_FALSE(std::filesystem::exists(folder / "skin_xray.png")) << "the pedal was never pressed";
 }
 
-// More voxels along an edge than an image can have: the machines are off, the attempt goes on.
+// More voxels per edge than a GPU image can have. The equipment is off and the attempt continues.
 // HZ-TEACH-21
 TEST(MachineLimits, APatientTooLargeForTheDeviceLeavesTheScreensDark) {
     patient::Package package = test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::liver, 0.098}}, 0.002);
@@ -180,7 +181,7 @@ TEST(MachineLimits, APatientTooLargeForTheDeviceLeavesTheScreensDark) {
     EXPECT_EQ(pictures.totals().scans, 0u);
 }
 
-// The needle's tip at the origin; the guide's line goes through the picture.
+// The needle's tip is at the origin. The guide line lies in the picture's plane.
 TEST(MachineMoment, IsWhatATickSays) {
     haptics::TickOutput tick;
     tick.tick = 1500;

@@ -1,4 +1,5 @@
-// A Vulkan device made through a session, and one that paints its images in plain colours.
+// A Vulkan device created through a session, with a painter that fills the session's images with plain
+// colours.
 #pragma once
 
 #include <array>
@@ -14,7 +15,7 @@ namespace stylet::xr {
 class Painter {
   public:
     explicit Painter(Session&);
-    // Must be called once, before paint(). The session must be gone before the painter is.
+    // Call start() once before paint(). The session must be destroyed before the painter.
     void start();
     void paint(VkImage, const std::array<std::array<float, 4>, 2>& linear_colours);
     void paintPanel(VkImage, std::uint32_t width, std::uint32_t height, const std::array<float, 4>&);

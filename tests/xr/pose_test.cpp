@@ -8,7 +8,7 @@ namespace stylet::xr {
 namespace {
 
 const double kHalf = std::sqrt(0.5);
-const Pose kTurnedLeft{{0, kHalf, 0, kHalf}, {1, 2, 3}};  // a quarter turn about +y: -z goes to -x
+const Pose kTurnedLeft{{0, kHalf, 0, kHalf}, {1, 2, 3}};  // a quarter turn about +y turns -z to -x
 
 TEST(Pose, RotatesByTheRightHandRule) {
     const auto v = rotate(kTurnedLeft, {0, 0, -1});

@@ -10,7 +10,7 @@
 namespace stylet::xr {
 namespace {
 
-// A variable of the environment as the test wants it; puts back what was there.
+// Sets or unsets an environment variable, and restores it on destruction.
 class Variable {
   public:
     Variable(const char* name, const char* value) : name_(name) {

@@ -1,4 +1,5 @@
-// The session through the real loader on the mock runtime: its states, views, pictures, controllers and end.
+// Tests the session through the real loader on the mock runtime: states, views, pictures, controllers and
+// end.
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -132,8 +133,8 @@ TEST_F(SessionTest, TheValidationLayerHasNothingToSay) {
     {
         Show show;
         ASSERT_TRUE(show.reach(SessionPhase::focused));
-        // No moment: Debian's layer (1.0.20) waits for its own lock in xrSessionInsertDebugUtilsLabelEXT, for
-        // ever.
+        // Captures no picture: Debian's layer (1.0.20) deadlocks on its own lock in
+        // xrSessionInsertDebugUtilsLabelEXT.
         show.session.setDepthRange(0.05f, 50.0f);
         ShownPanel panel;
         panel.id = show.session.addPanel(32, 16);
@@ -160,7 +161,7 @@ TEST_F(SessionTest, TheValidationLayerHasNothingToSay) {
     unsetenv("XR_ENABLE_API_LAYERS");
     EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("Core Validation"))
         << "the layer was not there";
-    std::ifstream in(report);  // made with the first message
+    std::ifstream in(report);  // created with the first message
     EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), "");
 }
 
@@ -176,7 +177,7 @@ TEST_F(SessionTest, ASecondSessionInTheSameProcess) {
         const auto took = std::chrono::steady_clock::now() - left_at;
         RecordProperty("left_after_ms", int(took / std::chrono::milliseconds(1)));
     }
-    // Each session was ended and destroyed, not left to itself after the session's patience.
+    // Each session was ended and destroyed, not abandoned after a timeout.
     EXPECT_EQ(calls("xrEndSession").size(), 2u);
     EXPECT_EQ(calls("xrDestroySession").size(), 2u);
     EXPECT_EQ(calls("xrDestroyInstance").size(), 2u);

@@ -1,4 +1,4 @@
-// A scenario, a session over the mock runtime, and what its log says afterwards.
+// Runs a session on the mock runtime with a scenario, and reads the runtime's log.
 #pragma once
 
 #include <fstream>
@@ -19,10 +19,11 @@ class SessionTest : public testing::Test {
   protected:
     void SetUp() override;
     void TearDown() override;
-    // The fields of a scenario of version 2, over a head that moves and a controller at the right.
+    // Sets the fields of a version 2 scenario with a moving head and a controller in the right hand.
     void useScenario(const std::string& fields);
     void setVariable(const std::string& name, const std::string& value);
-    // Once the session is gone: every line, or those of a call, or those of frames.
+    // The log's entries: all, those of one call, or those of frames. Read them after the session was
+    // destroyed.
     std::vector<nlohmann::json> log() const;
     std::vector<nlohmann::json> calls(const std::string& name) const;
     std::vector<nlohmann::json> frames() const;
@@ -33,21 +34,23 @@ class SessionTest : public testing::Test {
     std::vector<std::string> set_;
 };
 
-// A painter outlives its session: the runtime's images are the device's.
+// A session and its painter. The painter outlives the session, because the painter's device owns the
+// runtime's images.
 struct Show {
     std::optional<Painter> painter;
     Session session;
-    std::vector<SpaceChange> spaces;  // the news that poll() brought, gathered
+    std::vector<SpaceChange> spaces;  // all changes that poll() reported
     News news;
     std::vector<ShownPanel> panels;
 
     explicit Show(const SessionSettings& settings = {
                       .passthrough = false, .stationary = true, .virtual_clock = true});
-    // Makes a frame, painted when it is to be drawn.
+    // Runs one frame, and paints it if it should be rendered. `moment` captures its pictures under that
+    // name.
     Frame frame(const std::string& moment = "");
     SessionPhase poll();
     bool reach(SessionPhase, int frames = 20);
-    // Polls and makes frames as long as the session runs.
+    // Polls `frames` times. Runs a frame each time while the session is running.
     void run(int frames);
 };
 

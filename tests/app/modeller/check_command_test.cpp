@@ -1,4 +1,4 @@
-// `stylet-model check PACKAGE` as a user runs it: 0 plausible, 1 refused, 2 not to be read.
+// Runs `stylet-model check PACKAGE` as a user does. Status 0: plausible, 1: refused, 2: cannot be read.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using patient::Package;
 using patient::synth::Id;
 
-// Any package: what the reference patient has as gas is left to the thresholds.
+// A package without a gas label: gas is left to the thresholds.
 Package somebody() {
     patient::synth::SynthSettings s;
     s.seed = 1;

@@ -1,5 +1,5 @@
-// A coarse reference patient is plausible; each defect made in it is found, and what cannot be simulated is
-// refused.
+// A coarse reference patient is plausible. Every defect added to it is found, and packages that cannot be
+// simulated are refused.
 #include "app/modeller/check/check_package.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,8 @@ std::string allOf(const std::vector<Finding>& findings) {
     return all;
 }
 
-// The good patient, held still to be quick, after a change: something about `what` is found, refused or not.
+// Applies `spoil` to the good patient without motion, to save time. Expects a finding about `what` that is
+// refused or not.
 template <typename Spoil>
 void expectFound(Spoil spoil, const std::string& what, bool refused) {
     Package p = good();
@@ -54,7 +55,7 @@ void expectFound(Spoil spoil, const std::string& what, bool refused) {
     }
 }
 
-// Every voxel of some ids becomes another's.
+// Replaces all voxels with the ids `from` by `to`.
 auto relabel(std::initializer_list<Id> from, Id to) {
     return [set = patient::synth::anyOf(from), to](Package& p) {
         for (std::uint8_t& id : p.labels.voxels)
@@ -70,7 +71,7 @@ auto shiftValues(std::initializer_list<Id> ids, int hu) {
     };
 }
 
-// Keeps the voxels from `low` to the grid's end less `high`.
+// Crops `low` voxels at the start and `high` voxels at the end of each axis.
 auto crop(Index3 low, Index3 high) {
     return [low, high](Package& p) {
         const Grid old = p.ct.grid;
@@ -88,7 +89,7 @@ auto crop(Index3 low, Index3 high) {
     };
 }
 
-// Turned about on one axis, the grid staying where it is.
+// Flips the voxels along one axis. The grid is unchanged.
 auto mirror(int axis) {
     return [axis](Package& p) {
         const Package old = p;
@@ -104,7 +105,7 @@ auto mirror(int axis) {
     };
 }
 
-// The liver's lowest and highest slice.
+// Lowest and highest slice of the liver.
 std::pair<int, int> liverHeights() {
     const Grid& g = good().labels.grid;
     int low = g.dims.z, high = -1;
@@ -119,7 +120,7 @@ std::pair<int, int> liverHeights() {
 TEST(CheckPackage, APlausiblePatientIsNotRefused) {
     const std::vector<Finding> findings = checkPackage(good());
     EXPECT_FALSE(anyRefused(findings)) << allOf(findings);
-    for (const Finding& f : findings)  // 3 mm are coarse
+    for (const Finding& f : findings)  // 3 mm is coarse
         EXPECT_EQ(f.what.rfind("voxel size in ", 0), 0u) << lineOf(f);
     EXPECT_EQ(allOf(checkPackage(good(), 1)), allOf(findings));
 }
@@ -137,7 +138,7 @@ TEST(CheckPackage, WhatAPunctureNeedsMustBeThere) {
 }
 
 TEST(CheckPackage, AnOpenFasciaIsRefused) {
-    // A window of 30 mm in the right flank, at the liver's height.
+    // An opening of 30 mm in the right flank, at the height of the liver.
     const auto [low, high] = liverHeights();
     const double middle_z = 0.5 * (low + high);
     expectFound(
@@ -152,7 +153,7 @@ TEST(CheckPackage, AnOpenFasciaIsRefused) {
         "fascia", true);
 }
 
-// On the far side of the spine no needle reaches the liver: a hole there is worth a look.
+// No needle reaches the liver from the far side of the spine, so a hole there is only reported.
 TEST(CheckPackage, AHoleThatNoNeedleReachesIsOnlyNoted) {
     expectFound(
         [](Package& p) {
@@ -215,13 +216,13 @@ TEST(CheckPackage, ACropThroughTheLiverOrTheBodyIsRefused) {
     expectFound(crop({0, 0, 0}, {0, 0, above + 12}), "liver in the highest slice", true);
     expectFound(crop({0, 0, low + 1}, {0, 0, 0}), "liver in the lowest slice", false);
     expectFound(crop({0, 0, 0}, {good().ct.grid.dims.x / 4, 0, 0}), "liver at the image's sides", true);
-    // The body's right flank beyond the scan, 6 mm of it.
+    // The right flank extends 6 mm beyond the scan.
     int flank = 0;
     const Grid& g = good().ct.grid;
     for (std::size_t i = 0; i < good().labels.voxels.size(); ++i)
         if (good().labels.voxels[i] != 0) flank = std::max(flank, int(i % std::size_t(g.dims.x)));
     expectFound(crop({0, 0, 0}, {g.dims.x - flank + 1, 0, 0}), "body at the image's right side", false);
-    // Nothing but body to all four sides.
+    // Body up to all four sides of the image.
     expectFound(
         [](Package& p) {
             for (std::size_t i = 0; i < p.labels.voxels.size(); ++i)
@@ -258,7 +259,7 @@ TEST(CheckPackage, AMotionThatFoldsIsRefused) {
 }
 
 TEST(CheckPackage, DuctsOutOfReachAreNoted) {
-    // One short duct, in the left lobe's far end.
+    // One short duct at the far end of the left lobe.
     expectFound(
         [](Package& p) {
             relabel({Id::ducts}, Id::liver)(p);

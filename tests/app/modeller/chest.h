@@ -1,4 +1,4 @@
-// A breathing chest without a patient: lung over a dome, within ribs, in as many phases as asked for.
+// A synthetic breathing chest with any number of phases: a lung above a dome, surrounded by ribs.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace stylet::test {
 
 struct ChestSettings {
     double spacing_m = 0.0025;
-    double travel_m = 0.010;  // of the dome and all that lies within the ribs, toward the feet
+    double travel_m = 0.010;  // travel of the dome and everything inside the ribs, toward the feet
     int phases = 8;
 };
 
@@ -19,8 +19,8 @@ inline double breathOf(int phase, int phases) {
     return s * s;
 }
 
-// Ribs: rings of 75 mm about the z axis, every 20 mm. Lung 68 mm wide down to a dome 20 mm high; what is
-// inside slides as one.
+// Ribs: rings with a radius of 75 mm about the z axis, every 20 mm. Lung: 68 mm in radius, down to a dome
+// 20 mm high. Everything inside the ribs moves as one body.
 inline modeller::Phase chestPhase(const ChestSettings& s, int phase) {
     modeller::Phase out;
     out.name = "phase" + std::to_string(phase);

@@ -55,7 +55,8 @@ class Writer {
     std::set<std::uint32_t> without_;
 };
 
-// One frame as RLE (PS3.5, annex G): high bytes, then low ones, each as runs of up to 128 literal bytes.
+// One frame in RLE (PS3.5, annex G): the high bytes, then the low bytes, in runs of up to 128 literal
+// bytes.
 std::vector<char> runLength(const std::vector<std::int16_t>& stored) {
     std::array<std::vector<char>, 2> segments;
     for (int s = 0; s < 2; ++s)

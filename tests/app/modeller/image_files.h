@@ -1,4 +1,4 @@
-// Image files of a hospital as tests make them, and the reader that takes or refuses them.
+// Writes hospital image files for tests and reads them with the reader program.
 #pragma once
 
 #include <cstdlib>
@@ -18,7 +18,7 @@ inline modeller::ReaderLimits reader() {
     return limits;
 }
 
-// What reading says when it refuses; empty when it does not.
+// Error message of the reader, or empty if it accepts the image.
 inline std::string refusal(const std::filesystem::path& path, modeller::ImageKind kind,
                            const modeller::ReaderLimits& limits, const std::string& series = {}) {
     try {
@@ -32,7 +32,7 @@ inline std::string refusal(const std::filesystem::path& path) {
     return refusal(path, modeller::ImageKind::ct, reader());
 }
 
-// A stack of `count` slices, 2.5 mm apart, whose stored values tell column, row and slice.
+// A stack of `count` slices, 2.5 mm apart. Each stored value encodes its column, row and slice.
 inline std::vector<DicomSlice> stack(int count) {
     std::vector<DicomSlice> slices;
     for (int k = 0; k < count; ++k) {
@@ -49,7 +49,7 @@ inline std::vector<DicomSlice> stack(int count) {
 
 inline void writeStack(const std::filesystem::path& folder, const std::vector<DicomSlice>& slices) {
     std::filesystem::create_directories(folder);
-    // File names run against the slices' order: only the position may decide.
+    // File names are in reverse slice order: the reader must sort by position only.
     for (std::size_t k = 0; k < slices.size(); ++k)
         writeFile(folder / ("slice" + std::to_string(900 - k)), test::dicomBytes(slices[k]));
 }

@@ -24,7 +24,7 @@ ImportSettings settings() {
     return s;
 }
 
-// Built once: every test looks at the same patient.
+// Built once. All tests use the same patient.
 const Imported& built() {
     static const Imported imported = [] {
         const test::Torso t = test::makeTorso();
@@ -95,7 +95,7 @@ TEST(ImportBuild, WhatCannotBeAPatientIsRefused) {
     EXPECT_NE(buildRefusal(test::makeTorso(), s).find("reference phase"), std::string::npos);
 }
 
-// A slab as wide as a scan may be: with its rim of air, more than 1024 voxels of 0.5 mm.
+// A slab as wide as the widest scan. With its margin of air it exceeds 1024 voxels of 0.5 mm.
 TEST(ImportBuild, APackageTooLargeToLoadIsRefusedWithASpacingThatFits) {
     const Grid grid{{251, 16, 4}, {0.002, 0.002, 0.002}, {-0.250, 0.0, 0.0}};
     test::Torso t{CtVolume(grid, 60), Volume<std::int16_t>(grid, 7), {}};
@@ -126,7 +126,7 @@ TEST(ImportBuild, TheTableIsGoneAndTheBodyWearsSkin) {
     const auto& p = built().package;
     for (double x = -0.11; x < 0.12; x += 0.01)
         EXPECT_EQ(p.ct.nearestOr({x, -0.105, 0.09}, -1024), -1024) << x;
-    // No way from the air to the liver that avoids the skin, but for the section's cut ends.
+    // Every path from the air to the liver crosses the skin, except through the cut ends of the scan.
     Mask seeds(p.labels.grid), open(p.labels.grid);
     for (std::size_t i = 0; i < open.voxels.size(); ++i)
         open.voxels[i] = p.labels.voxels[i] != idOf("skin");
@@ -135,7 +135,8 @@ TEST(ImportBuild, TheTableIsGoneAndTheBodyWearsSkin) {
     const Mask reached = floodFrom(seeds, open);
     EXPECT_EQ(reached.nearestOr({0.050, 0.005, 0.095}, 1), 0);
     EXPECT_EQ(reached.nearestOr({0.136, 0.0, 0.095}, 0), 1);
-    // 2 mm at the flank, one or two voxels here, and the fat behind it is left to the thresholds.
+    // The skin is 2 mm at the flank, which is one or two voxels here. The fat behind it is left to the
+    // thresholds.
     int skin = 0;
     for (int x = 0; x < p.labels.grid.dims.x; ++x)
         skin += p.labels.grid.centre({x, 0, 0}).x > 0.1 &&
@@ -162,7 +163,7 @@ TEST(ImportBuild, TheFasciaSeparatesWallAndCavity) {
     }
     EXPECT_EQ(leaked, 0u);
     EXPECT_EQ(bones_inside, 0u);
-    // Inside the ribs (their inner face lies 35 mm deep), and close to them.
+    // The fascia lies inside the ribs and close to them. The inner face of the ribs is 35 mm deep.
     bool crossed = false;
     for (double x = 0.084; x < 0.1; x += 0.001)
         crossed |= p.labels.nearestOr({-x, 0.0, 0.104}, 0) == idOf("fascia");
@@ -183,8 +184,8 @@ TEST(ImportBuild, DuctsRunInTheLiverBesideThePortalVein) {
     std::size_t near = 0;
     for (std::size_t i = 0; i < ducts.voxels.size(); ++i)
         near += ducts.voxels[i] && to_portal.voxels[i] < 0.010f;
-    EXPECT_GT(double(near), 0.6 * double(count("bile ducts")));  // the rest runs on past the branches' ends
-    EXPECT_LT(sum / double(count("bile ducts")), 50.0);          // bile, mixed at the rim
+    EXPECT_GT(double(near), 0.6 * double(count("bile ducts")));  // the rest extends past the branches' ends
+    EXPECT_LT(sum / double(count("bile ducts")), 50.0);          // bile, with partial volume at the rim
     EXPECT_EQ(keepLargest(ducts), 0u);
     const auto label = std::find_if(p.label_table.begin(), p.label_table.end(),
                                     [](const patient::Label& l) { return l.name == "bile ducts"; });

@@ -21,7 +21,7 @@ using test::stack;
 using test::TempFolder;
 using test::writeStack;
 
-// The parent's side: whatever the child does, one sentence comes back.
+// The parent process: whatever the child does, the result is one sentence.
 // HZ-RECORD-14
 TEST(ImportImage, TheChildIsHeldToItsLimits) {
     TempFolder temp;
@@ -56,7 +56,7 @@ TEST(ImportImage, TheChildIsHeldToItsLimits) {
     EXPECT_NE(refusal(temp / "ct", ImageKind::ct, absent).find("the program is missing"), std::string::npos);
 }
 
-// A reader taken over by the file it reads hands over whatever it likes.
+// A reader process that the file has compromised may return any data.
 // HZ-RECORD-14
 TEST(ImportImage, WhatTheChildHandsOverIsCheckedAgain) {
     TempFolder temp;

@@ -1,5 +1,5 @@
-// The real data set, where it is at hand: read and built once, at 1.5 mm to be quick, planned on and
-// punctured.
+// Tests with the real data set, if it is available. It is read and built once, at 1.5 mm to save time, then
+// used for path planning and punctures.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -21,8 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 using test::idOf;
 
-// The map that a user would write for this data set, from the names that come with it: none of its codes is
-// kept here.
+// Writes the label map that a user would write for this data set, from the names supplied with it. Its
+// label codes are not stored here.
 void writeMap(const fs::path& names, const fs::path& map) {
     const std::pair<const char*, const char*> tissues[] = {
         {"outside", "unsegmented"},
@@ -94,7 +94,7 @@ class ImportReal : public testing::Test {
         if (!why_not_.empty()) GTEST_SKIP() << why_not_;
         ASSERT_NE(imported_, nullptr);
     }
-    // The demo on this patient, as a user starts it.
+    // Runs the demo on this patient as a user does.
     static test::Outcome demo(const std::string& options) {
         return command_->run("run --headless --fast --scenario demo --patient '" +
                              (*command_ / "patient").string() + "' " + options);
@@ -119,7 +119,7 @@ TEST_F(ImportReal, RibsAreBumpsUnderTheFinger) {
     }
 }
 
-// A clinical fascia and seven ribs a side: nothing tears or folds, at 25 mm of travel either.
+// A clinical fascia with seven ribs on each side must neither tear nor fold, even at 25 mm of travel.
 TEST_F(ImportReal, ItsCavitySlidesWithoutGapOrFold) {
     const patient::Package& p = imported_->package;
     for (const double dome_m : {0.015, 0.020, 0.025}) {
@@ -136,7 +136,8 @@ TEST_F(ImportReal, ItsCavitySlidesWithoutGapOrFold) {
     }
 }
 
-// From the expert to the reckless one, as on the reference patients (tests/app/trainer/trainees_test.cpp).
+// From the expert to the reckless trainee, as on the reference patients
+// (tests/app/trainer/trainees_test.cpp).
 TEST_F(ImportReal, TheSixTraineesRankAsTheyAreNamed) {
     double last = 101.0;
     for (const std::string name : {"procedure", "trainee-good", "trainee-hesitant", "trainee-sloppy",
@@ -164,14 +165,14 @@ TEST_F(ImportReal, ItsBloodGoesTheWayItShould) {
 }
 
 TEST_F(ImportReal, VolumesAreThePublishedOnes) {
-    // These three are no measurements of ours: they stand in the published description of the data.
+    // These three values come from the published description of the data.
     std::map<int, double> ml;
     for (const SourceLabel& s : imported_->sources)
         ml[s.id] = s.volume_ml;
     EXPECT_NEAR(ml[449], 1349.0, 1.0);
     EXPECT_NEAR(ml[465], 11.7, 0.1);
     EXPECT_NEAR(ml[481], 17.4, 0.1);
-    // What is left of the liver in the package: itself, less ducts and the fascia's share.
+    // The liver in the package: the original liver minus the ducts and the part taken by the fascia.
     double liver = 0.0, ducts = 0.0;
     for (std::uint8_t id : imported_->package.labels.voxels)
         liver += id == idOf("liver"), ducts += id == idOf("bile ducts");
@@ -227,7 +228,7 @@ TEST_F(ImportReal, TheDemoHitsADuct) {
 
 #ifdef STYLET_GPU
 TEST_F(ImportReal, EveryMomentOfTheDemoHasItsPictures) {
-    const test::Outcome outcome = demo("--fps 0.01");  // the pictures of the moments, and no others
+    const test::Outcome outcome = demo("--fps 0.01");  // only the pictures of the capture points
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>()) << outcome.out;
     for (const std::string moment : {"approach", "skin", "fascia", "liver", "duct"})

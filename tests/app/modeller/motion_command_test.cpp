@@ -1,4 +1,4 @@
-// The program itself, on a coarse reference patient.
+// Runs the program on a coarse reference patient.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -28,7 +28,8 @@ TEST(MotionCommand, FitsATemplateOfItsAmplitudesInTheBreathOfTheCt) {
     EXPECT_EQ(after.motion.reference.v, 1.0);
     EXPECT_DOUBLE_EQ(after.motion.dome_travel_m, 0.020);
     EXPECT_EQ(after.labels.voxels, before.labels.voxels);
-    // The middle of the liver rests in the breath of the CT, and rises by the travel toward end-exhale.
+    // The centre of the liver does not move at the breathing state of the CT. It rises by the travel toward
+    // end-exhale.
     Vec3 middle(0.0);
     std::size_t count = 0;
     for (int z = 0; z < after.labels.grid.dims.z; ++z)

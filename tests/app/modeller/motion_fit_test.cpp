@@ -16,7 +16,7 @@ using patient::Surrogate;
 TEST(Dome, IsFoundBetweenVoxels) {
     const auto phases = test::chestPhases();
     const DomeMap map = domeOf(phases[0].hu);
-    // 10 mm high in the middle; the border's HU is at 0.418 of the voxel-wide edge.
+    // 10 mm high in the centre. The border's HU value lies at 0.418 of the edge, which is one voxel wide.
     EXPECT_NEAR(map.heightAt(0.0, 0.0), 0.010, 0.0005);
     EXPECT_NEAR(map.heightAt(0.030, 0.0), 0.010 - 4.0 * 0.0009, 0.0006);
     const DomeMap inhaled = domeOf(phases[4].hu);
@@ -32,7 +32,7 @@ TEST(Dome, ColumnsAndLungAreApart) {
     const DomeColumns judged = judgedColumns(maps, 0);
     EXPECT_GT(judged.columns.size(), 1000u);
     EXPECT_NEAR(judged.slice_y, phases[0].hu.grid.dims.y / 2, 2);
-    // A tube with no lung beside its dome gives no surrogate.
+    // A tube without lung beside its dome gives no surrogate.
     EXPECT_THROW((void)lungDensityAway(phases, judged), ImportError);
     DomeColumns few = judged;
     few.columns.resize(50);
@@ -64,7 +64,7 @@ TEST(Cavity, IsWhatTheRibsEnclose) {
                 if (std::fabs(off_m) < 0.015)
                     worst_m = std::max(worst_m, std::fabs(double(level[{x, y, z}]) - off_m));
             }
-    EXPECT_LT(worst_m, 0.004);  // below the lung, too
+    EXPECT_LT(worst_m, 0.004);  // also below the lung
 }
 
 TEST(Surrogates, RateIsTheSlopeAroundTheCycle) {
@@ -94,7 +94,7 @@ TEST(Regression, FindsTheCoefficientsThatMadeTheFields) {
                 a2[i] * (surrogates[p].rate_per_s - surrogates[reference].rate_per_s));
         velocities[p].wall_m.assign(nodes, Vec3(0.0));
     }
-    // A phase that is wrong, and left out, changes nothing.
+    // A wrong phase that is left out has no effect.
     velocities[5].slide_m.assign(nodes, Vec3(1.0));
     patient::MotionModel m;
     m.wall.resize(nodes), m.slide.resize(nodes);
@@ -105,7 +105,7 @@ TEST(Regression, FindsTheCoefficientsThatMadeTheFields) {
             ASSERT_NEAR(double(m.slide[i].a2_m_s[std::size_t(d)]), a2[i][d], 1e-8);
             ASSERT_EQ(m.wall[i].a1_m[std::size_t(d)], 0.0f);
         }
-    // A surrogate that knows no rate leaves a2 out.
+    // If the surrogate has no rate, a2 is zero.
     for (Surrogate& s : surrogates)
         s.rate_per_s = 0.0;
     regress(velocities, surrogates, reference, 5, m);

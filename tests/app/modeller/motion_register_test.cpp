@@ -1,4 +1,4 @@
-// What needs the programs built on ITK.
+// Tests that need the programs built on ITK.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,7 +40,7 @@ TEST(Registration, KeepsTheSlideAtTheInterface) {
             }
     const VectorField slide = registerPhases(fixed.hu, moving.hu, inside, registration(1));
     const VectorField wall = registerPhases(fixed.hu, moving.hu, outside, registration(1));
-    // All around, 5 mm either side of the interface, and in the middle.
+    // Around the axis, 5 mm on either side of the interface, and at the centre.
     for (int a = 0; a < 12; ++a) {
         const double phi = a * 0.5236, z_m = -0.012 + 0.004 * (a % 5);
         const Vec3 way(std::cos(phi), std::sin(phi), 0.0);
@@ -58,7 +58,7 @@ TEST(Registration, OfAFolderThatIsNoneIsRefused) {
     settings.phases.folder = folder / "none";
     EXPECT_THROW((void)fitMotion(settings), ImportError);
     settings.phases.folder = folder.path();
-    EXPECT_THROW((void)fitMotion(settings), ImportError);  // too few
+    EXPECT_THROW((void)fitMotion(settings), ImportError);  // too few phases
     for (int i = 0; i < 4; ++i)
         std::ofstream(folder / ("phase" + std::to_string(i) + ".dcm")) << std::string(400, 'x');
     try {
@@ -69,7 +69,8 @@ TEST(Registration, OfAFolderThatIsNoneIsRefused) {
     }
 }
 
-// The command itself: what a 4D CT shows goes into a package that lies where it does, and nothing else does.
+// Runs the command: it writes the motion of a 4D CT into a package that lies in the same place and changes
+// nothing else in the package.
 class MotionPackage : public testing::Test {
   protected:
     static constexpr test::ChestSettings kChest{.spacing_m = 0.003, .travel_m = 0.008, .phases = 4};
@@ -126,7 +127,7 @@ TEST_F(MotionPackage, TakesTheFittedMotionAndKeepsWhatItIs) {
     EXPECT_EQ(out.labels.voxels, package_.labels.voxels);
     EXPECT_EQ(out.reference_phase, "exhale");
     EXPECT_EQ(out.motion.reference.v, 0.0);
-    // The dome goes 8 mm down at end-inhale, the ribs around it do not.
+    // The dome moves down 8 mm at end-inhale. The ribs around it do not move.
     EXPECT_NEAR(out.motion.dome_travel_m, 0.008, 0.0015);
     EXPECT_NEAR(deformedFromReference(out.motion, {1.0, 0.0}, Vec3(0.0)).z, -0.008, 0.0015);
     EXPECT_NEAR(deformedFromReference(out.motion, {1.0, 0.0}, Vec3(0.078, 0.0, 0.0)).z, 0.0, 0.001);

@@ -1,5 +1,5 @@
-// DICOM folders through the real reader program: what is taken lies in its place, the rest is refused in one
-// sentence.
+// Reads DICOM folders with the real reader program. Accepted images have every voxel in its place. All
+// others are refused with one sentence.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using test::writeStack;
 // HZ-TEACH-03
 TEST(ReadDicom, DicomKeepsEveryVoxelInItsPlace) {
     TempFolder temp;
-    // Three orientations: axial, axial lying prone, sagittal with columns running down.
+    // Three orientations: axial, axial prone, and sagittal with columns running downwards.
     const std::array<double, 6> orientations[] = {
         {1, 0, 0, 0, 1, 0}, {-1, 0, 0, 0, -1, 0}, {0, 1, 0, 0, 0, -1}};
     for (const auto& o : orientations) {
@@ -53,7 +53,7 @@ TEST(ReadDicom, DicomKeepsEveryVoxelInItsPlace) {
     }
 }
 
-// Every slice of a stack changed the same way.
+// Applies the same change to every slice of a stack.
 template <typename Change>
 auto all(Change change) {
     return [change](std::vector<DicomSlice>& slices) {
@@ -62,7 +62,7 @@ auto all(Change change) {
     };
 }
 
-// One sentence, which begins with the folder, fits a line of a log and holds these words.
+// Expects one sentence that starts with the folder, is short enough for a log line, and contains `words`.
 void expectSentence(const std::string& why, const fs::path& folder, const char* words) {
     EXPECT_EQ(why.rfind(folder.string() + ": ", 0), 0u) << why;
     EXPECT_NE(why.find(words), std::string::npos) << "wanted: " << words << "\ngot: " << why;
@@ -99,7 +99,7 @@ TEST(ReadDicom, ADoubleSliceIsNamed) {
 }
 
 TEST(ReadDicom, ATiltedGantryIsRefusedWithItsAngle) {
-    // The gantry leans by 15 degrees; the table still runs along z.
+    // The gantry is tilted by 15 degrees. The table still moves along z.
     expectStackRefused(
         [](auto& s) {
             for (DicomSlice& one : s)
@@ -166,7 +166,7 @@ TEST(ReadDicom, AbsurdNumbersAreNamed) {
                        "NumberOfFrames (0028,0008): holds several frames");
 }
 
-// A study as a hospital hands it over: a scout, two phases, a dose report.
+// A study as a hospital delivers it: a scout, two phases and a dose report.
 TEST(ReadDicom, SeveralSeriesAreListedAndOneIsChosen) {
     TempFolder temp;
     std::vector<DicomSlice> portal = stack(5), arterial = stack(4), scout = stack(1), report = stack(1);
@@ -197,7 +197,7 @@ TEST(ReadDicom, SeveralSeriesAreListedAndOneIsChosen) {
     expectSentence(chosen("1.2.3.11"), temp / "ct", "ImagePositionPatient (0020,0032): is missing");
 }
 
-// A long list stays a sentence that fits what the parent quotes.
+// Even a long list of series must fit into the sentence that the parent process quotes.
 TEST(ReadDicom, ManySeriesAreCutShort) {
     TempFolder temp;
     for (int i = 0; i < 30; ++i) {
@@ -243,7 +243,7 @@ TEST(ReadDicom, CompressionThatIsNotReadIsNamed) {
         "(TransferSyntaxUID (0002,0010) is 1.2.840.10008.1.2.4.102); export it again, uncompressed");
 }
 
-// The commands themselves: one line says why, and neither patient nor stages are begun.
+// Runs the commands: they print one line with the reason and create neither a patient nor stages.
 TEST(ReadDicom, ARefusedScanLeavesNothingBehind) {
     TempFolder temp;
     std::vector<DicomSlice> gap = stack(6);
@@ -291,12 +291,12 @@ TEST(ReadDicom, HostileDicomEndsInASentence) {
         writeStack(temp / "ct", stack(4));
         std::vector<char> bad = good;
         if (round < 8) {
-            bad.resize(132 + (good.size() - 133) * std::size_t(round) / 8);  // cut short
+            bad.resize(132 + (good.size() - 133) * std::size_t(round) / 8);  // truncated
         } else if (round < 16) {
             for (std::size_t i = 132; i < bad.size(); ++i)
                 bad[i] = char(random() >> 24);  // garbage
         } else {
-            for (int hits = 0; hits < 12; ++hits)  // lengths and tags spoiled
+            for (int hits = 0; hits < 12; ++hits)  // corrupt lengths and tags
                 bad[132 + random() % (bad.size() - 132)] = char(random() >> 24);
         }
         test::writeFile(temp / "ct" / "slice900", bad);

@@ -1,4 +1,4 @@
-// NIfTI files through the real reader program.
+// Reads NIfTI files with the real reader program.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ TEST(ReadNifti, NiftiIsReadWhereItLies) {
     EXPECT_EQ(flipped.nearestOr({0.008, 0.020, 0.030}, -1), 2);
 }
 
-// What is said of a good file once it is spoiled: it names the file, in one line.
+// Error message for a good file after `spoil`. Expects that it is one line and names the file.
 template <typename Spoil>
 std::string spoiled(Spoil spoil, ImageKind kind = ImageKind::ct) {
     TempFolder temp;
@@ -55,7 +55,7 @@ void expectNiftiRefused(Spoil spoil, const char* words, ImageKind kind = ImageKi
     EXPECT_NE(why.find(words), std::string::npos) << "wanted: " << words << "\ngot: " << why;
 }
 
-// The good file's voxels as floats.
+// Stores the good file's voxels as floats.
 void makeReal(test::Bytes& b, float first) {
     b.resize(352 + 60 * 4);
     test::put(b, 70, std::int16_t(16)), test::put(b, 72, std::int16_t(32));
@@ -102,7 +102,7 @@ TEST(ReadNifti, AbsurdSizesAreNamed) {
 TEST(ReadNifti, PlacesThatCannotBeAreNamed) {
     expectNiftiRefused([](auto& b) { test::put(b, 254, std::int16_t(0)); },
                        "qform_code and sform_code: are both 0, so left and right are unknown");
-    // Turned by 20 degrees about z, once as a map and once as a quaternion.
+    // Rotated by 20 degrees about z, once as a matrix and once as a quaternion.
     const float c = 0.9396926f, s = 0.3420201f;
     const float oblique[12] = {c, -2 * s, 0, -10, s, 2 * c, 0, 20, 0, 0, 3, 30};
     expectNiftiRefused([&](auto& b) { std::memcpy(b.data() + 280, oblique, sizeof oblique); },
@@ -110,7 +110,7 @@ TEST(ReadNifti, PlacesThatCannotBeAreNamed) {
     expectNiftiRefused(
         [&](auto& b) {
             test::put(b, 252, std::int16_t(1)), test::put(b, 254, std::int16_t(0));
-            test::put(b, 264, std::sin(0.1745329f));  // quatern_d: half of the angle
+            test::put(b, 264, std::sin(0.1745329f));  // quatern_d: sine of half the angle
         },
         "orientation: its axes are tilted by more than 5 degrees (20 degrees)");
     expectNiftiRefused([](auto& b) { test::put(b, 280, float(NAN)); }, "srow: is no map");

@@ -1,4 +1,4 @@
-// The number that the product gives a structure.
+// Label id of a structure in a package.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// A body made of known values and known noise.
+// A synthetic body with known HU values and known noise.
 #include "app/modeller/import/tissue_classes.h"
 
 #include <gtest/gtest.h>
@@ -13,11 +13,12 @@ namespace {
 
 constexpr double kNoise_hu = 9.0;
 
-// A cylinder upright: fat, in it muscle with ribs, in it lung on one side and even blood on the other.
+// An upright cylinder of fat. Inside it lies muscle with ribs, then lung on one side and uniform blood on
+// the other.
 struct MadeBody {
     CtVolume ct{Grid{{120, 100, 60}, Vec3(0.0025), Vec3(0.0)}, -1000};
     Mask body{ct.grid};
-    LabelVolume labels{ct.grid};  // ribs and blood
+    LabelVolume labels{ct.grid};  // bones, lung and blood
 
     explicit MadeBody(double blood_hu) {
         std::mt19937 random(7);
@@ -69,7 +70,7 @@ TEST(TissueClasses, WithoutContrastThereIsNoBlood) {
     EXPECT_EQ(t.t2_specific_hu, t.t2_sensitive_hu);
 }
 
-// With labels and without, the same classes are found.
+// The classes are the same with and without labels.
 TEST(TissueClasses, LabelsSayTheSame) {
     const MadeBody made(180.0);
     const TissueClasses with = classesOf(made.ct, made.body, made.labels),

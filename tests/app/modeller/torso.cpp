@@ -23,7 +23,7 @@ bool inPortal(const Vec3& p) {
     return false;
 }
 
-// A ring of bone in the body's wall every 26 mm.
+// Rings of bone in the body wall, every 26 mm.
 bool inRib(const Vec3& p, double inward_m) {
     const double off = std::fmod(p.z + 0.013, 0.026) - 0.013;
     return std::hypot(off, inward_m - 0.030) < 0.005;

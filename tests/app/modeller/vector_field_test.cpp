@@ -8,7 +8,7 @@ namespace stylet::modeller {
 namespace {
 
 Grid cubeAboutOrigin(int n) {
-    return {Index3(n), Vec3(0.002), Vec3(-0.001 * (n - 1))};  // about the origin
+    return {Index3(n), Vec3(0.002), Vec3(-0.001 * (n - 1))};
 }
 
 template <typename At>
@@ -21,7 +21,7 @@ VectorField fieldOf(const Grid& grid, const At& at) {
     return field;
 }
 
-// Dies off smoothly at 25 mm from the origin, so that borders do not count.
+// Falls smoothly to zero at 25 mm from the origin, so that the grid's border has no effect.
 double bump(const Vec3& p) {
     const double r2 = (p.x * p.x + p.y * p.y + p.z * p.z) / (0.025 * 0.025);
     return r2 < 1.0 ? (1.0 - r2) * (1.0 - r2) : 0.0;
@@ -41,7 +41,7 @@ TEST(VectorField, TheExponentialOfALinearFieldGrowsByE) {
     const VectorField u = exponential(fieldOf(cubeAboutOrigin(31), [&](const Vec3& p) { return rate * p; }));
     for (const Index3& i : {Index3(15, 15, 15), Index3(10, 18, 15), Index3(20, 12, 8)}) {
         const Vec3 p = u.grid.centre(i);
-        // Squaring squares 1 + rate/64, which falls short of e^rate by rate^2/128 of it.
+        // Repeated squaring of 1 + rate/64 falls short of e^rate by a fraction of rate^2/128.
         ASSERT_NEAR(u[i].x, (std::exp(rate) - 1.0) * p.x, 5e-4 * std::fabs(p.x) + 1e-8);
         ASSERT_NEAR(u[i].z, (std::exp(rate) - 1.0) * p.z, 5e-4 * std::fabs(p.z) + 1e-8);
     }
@@ -61,7 +61,7 @@ TEST(VectorField, TheLogarithmUndoesTheExponential) {
         most_m = std::max(most_m, std::fabs(double(v.voxels[i].z)));
     }
     EXPECT_GT(most_m, 0.008);
-    EXPECT_LT(worst_m, 4e-4);  // linear between voxels of 2 mm
+    EXPECT_LT(worst_m, 4e-4);  // from linear interpolation between voxels of 2 mm
 }
 
 TEST(VectorField, WarpingReadsWhereTheTissueWent) {

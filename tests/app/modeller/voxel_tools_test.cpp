@@ -35,7 +35,7 @@ TEST(VoxelTools, LargestComponentAndFlood) {
     Mask mask(grid(10, 4, 4));
     for (int x : {0, 1, 5, 6, 7})
         mask[{x, 2, 2}] = 1;
-    mask[{8, 3, 2}] = 1;  // touches the larger only by an edge
+    mask[{8, 3, 2}] = 1;  // touches the larger component at an edge only
     Mask largest = mask;
     EXPECT_EQ(keepLargest(largest), 3u);
     EXPECT_EQ((largest[{6, 2, 2}]), 1);

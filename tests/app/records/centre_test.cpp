@@ -1,4 +1,4 @@
-// The outbox against a real PostgreSQL.
+// Tests the outbox against a real PostgreSQL server.
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kPatience = 120s;
 
-// Stored, with two files: one of several parts, one of none.
+// Stores an attempt with two files. One needs several parts to send, the other is empty.
 std::string someAttempt(Store& store, const std::string& trainee = "T-01") {
     AttemptInfo info{trainee, "falcon", "Zo\xc3\xab \"7\"", "demo", "exam", "1.2.3"};
     info.seed = std::numeric_limits<std::uint64_t>::max();
@@ -36,7 +36,7 @@ std::string someAttempt(Store& store, const std::string& trainee = "T-01") {
     std::filesystem::create_directories(store.folderOf(id) / "record");
     std::ofstream(store.folderOf(id) / "record" / "samples.bin", std::ios::binary) << big;
     std::ofstream(store.folderOf(id) / "empty.txt");
-    // What a terminal may have typed: no UTF-8, and a NUL.
+    // Text as a terminal may deliver it: not UTF-8, with a NUL.
     store.add(id, {{1, "tool", "finger"}, {700, "comment", std::string("caf\xe9 \0 \\ '", 10)}});
     store.finish(id, someResult());
     return id;
@@ -117,7 +117,7 @@ TEST_F(OutboxTest, SendsAllOfAnAttempt) {
 TEST_F(OutboxTest, WhatIsSentTwiceIsThereOnce) {
     const std::string id = someAttempt(store_);
     ASSERT_EQ(sendOutbox(store_, postgres_->url()).sent, 1u);
-    // As after a kill between the centre's acknowledgement and our own.
+    // The state after a kill between the centre's acknowledgement and the local one.
     SQLite::Database(store_.folder() / "store.sqlite", SQLite::OPEN_READWRITE)
         .exec("INSERT INTO outbox (kind, what) SELECT 'attempt', id FROM attempt");
     const SendReport again = sendOutbox(store_, postgres_->url());
@@ -200,7 +200,7 @@ TEST_F(OutboxTest, RefusesACentreThatIsTooNew) {
     EXPECT_EQ(store_.outbox().size(), 1u);
 }
 
-// Attempts are stored and sent while the server crashes and comes back, again and again.
+// Attempts are stored and sent while the server repeatedly stops and restarts.
 // HZ-RECORD-09
 TEST_F(OutboxTest, ARestartInTheMiddleLosesNothing) {
     std::atomic<int> stored = 0, restarts = 0;
@@ -215,7 +215,7 @@ TEST_F(OutboxTest, ARestartInTheMiddleLosesNothing) {
                 }
                 someAttempt(store);
                 ++stored;
-                (void)sender.drain(0ms);  // sends at once
+                (void)sender.drain(0ms);  // send now
             }
         });
         for (; restarts < 4; ++restarts) {
@@ -233,7 +233,7 @@ TEST_F(OutboxTest, ARestartInTheMiddleLosesNothing) {
     EXPECT_EQ(count("file_part"), 3 * stored);
 }
 
-// Another session holds the table: the sender hangs in the database, and nobody else notices.
+// Another session locks the table: the sender blocks in the database, and nothing else is delayed.
 // HZ-RECORD-09
 TEST_F(OutboxTest, ASlowDatabaseIsNeverInTheWay) {
     someAttempt(store_);
@@ -244,7 +244,7 @@ TEST_F(OutboxTest, ASlowDatabaseIsNeverInTheWay) {
     block.exec("LOCK TABLE stylet.attempt IN ACCESS EXCLUSIVE MODE");
     {
         BackgroundSender sender(store_.folder(), postgres_->url(), [](const std::string&) {});
-        (void)sender.drain(0ms);  // sends at once
+        (void)sender.drain(0ms);  // send now
         pqxx::connection watcher(postgres_->url());
         ASSERT_TRUE(comesTrue([&] {
             pqxx::work work(watcher);
@@ -254,7 +254,7 @@ TEST_F(OutboxTest, ASlowDatabaseIsNeverInTheWay) {
             someAttempt(store_);
         EXPECT_EQ(store_.outbox().size(), 6u) << "stored while the sender waits";
         EXPECT_EQ(watcher.is_open(), true);
-    }  // the sender ends, though the database never answered
+    }  // the sender stops although the database never answered
     block.abort();
     EXPECT_EQ(sendOutbox(store_, postgres_->url()).sent, 6u);
     EXPECT_EQ(count("attempt"), 7);
@@ -280,7 +280,7 @@ TEST_F(OutboxTest, TheBackgroundSaysAnErrorOnceAndTriesAgain) {
     std::vector<std::string> said;
     {
         BackgroundSender sender(store_.folder(), postgres_->url(), [&](const std::string& text) {
-            // What a server says for a moment while it comes back.
+            // Messages that a server sends only while it starts.
             for (const char* passing : {"starting up", "not yet accepting"})
                 if (text.find(passing) != std::string::npos) return;
             const std::lock_guard lock(mutex);

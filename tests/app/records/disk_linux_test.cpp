@@ -1,4 +1,4 @@
-// The program's own fsync and fdatasync stand in for the C library's here, and count.
+// This program replaces fsync and fdatasync of the C library with its own versions, which count the calls.
 #include "app/records/disk_linux.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// kill -9 at any instant: what was acknowledged is there, the rest is cut at the last whole frame and
-// reported.
+// Kills the writer with SIGKILL at any time. Acknowledged data must survive. The rest is cut at the last
+// whole frame and reported.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/mount.h>
@@ -38,7 +38,7 @@ constexpr int kKills = 200;
 #endif
 constexpr int kKillsAStore = 10;
 
-// What the writer said it was promised of an attempt.
+// What the store acknowledged to the writer for one attempt.
 struct Promised {
     std::uint64_t kept = 0, events = 0;
     std::optional<std::uint64_t> done;
@@ -50,7 +50,8 @@ struct Writer {
     int status = 0;
 };
 
-// A kill leaves the kernel's copies alone, so memory will do for a disk, and does not wait.
+// Puts the temporary folder in memory, which is faster. SIGKILL does not affect the kernel's page cache, so
+// the test needs no real disk.
 void keepInMemory() {
     if (access("/dev/shm", W_OK) == 0) setenv("TMPDIR", "/dev/shm", 0);
 }
@@ -60,11 +61,11 @@ path writerProgram() {
 }
 
 struct Kill {
-    int lines = 0;  // so many said first, however slow the machine is
-    int us = 0;     // and then so long
+    int lines = 0;  // Wait for this many lines of output first, however slow the machine is.
+    int us = 0;     // Then wait this long before the kill.
 };
 
-// Every writer has attempts of other lengths.
+// Each call uses a new seed, so that the attempts differ in length.
 Writer runWriter(const path& store, std::optional<Kill> end, const std::string& file_bytes = "") {
     static std::uint64_t writers = 0;
     setenv(test::kWriterSeed, std::to_string(test::seed() + ++writers).c_str(), 1);
@@ -119,7 +120,7 @@ struct Counts {
     int done = 0, cut = 0, unsaid = 0, torn = 0;
 };
 
-// Every attempt of the store against what was promised of it.
+// Compares every attempt in the store with what was acknowledged.
 void check(const Store& store, const std::map<std::string, Promised>& promised, Counts& counts) {
     std::map<std::string, StoredAttempt> stored;
     for (StoredAttempt& attempt : store.attempts())
@@ -135,12 +136,12 @@ void check(const Store& store, const std::map<std::string, Promised>& promised, 
         }
         (attempt.state == AttemptState::done ? counts.done : counts.cut) += 1;
         if (attempt.state == AttemptState::done && !promise.done)
-            ++counts.unsaid;  // killed before it could say so
+            ++counts.unsaid;  // killed before it could report this
         ASSERT_GE(attempt.events.size(), promise.events);
         for (std::size_t i = 0; i < attempt.events.size(); ++i)
             ASSERT_EQ(attempt.events[i].text, test::textAt((i + 1) * 400));
 
-        // Killed before its header was whole: nothing was promised then.
+        // Killed before the header was complete. Nothing had been acknowledged by then.
         if (promise.kept == 0 && attempt.state == AttemptState::cut_short) continue;
         const Record record = loadRecord(attempt.folder / "record");
         const Samples samples = loadSamples(attempt.folder / "record");
@@ -171,7 +172,7 @@ TEST(Kill, NothingAcknowledgedIsLostAndTheRestIsReported) {
         const test::TempFolder temp;
         std::map<std::string, Promised> promised;
         for (int i = 0; i < kKillsAStore; ++i, ++kills) {
-            // From before it has opened the store to after some attempts.
+            // From before the store is opened until after several attempts.
             const Kill end{std::uniform_int_distribution<int>(0, 40)(random),
                            std::uniform_int_distribution<int>(0, 8000)(random)};
             Writer writer = runWriter(temp / "s", end);
@@ -193,7 +194,7 @@ TEST(Kill, NothingAcknowledgedIsLostAndTheRestIsReported) {
     EXPECT_GE(reported, counts.cut) << "each of them was reported";
 }
 
-// The limit stands for the disk's end: records first, then the index itself.
+// A file size limit stands in for a full disk: first the records reach it, then the index.
 // HZ-RECORD-02
 TEST(DiskFull, IsSaidAndCostsNothingStoredBefore) {
     for (const std::uint64_t room : {0, 4000, 30000, 70000, 150000}) {
@@ -217,7 +218,7 @@ struct Mounted {
     ~Mounted() { umount(folder.c_str()); }
 };
 
-// A disk of its own, where who tests may mount one.
+// Uses a real disk (tmpfs) if the tester may mount one.
 // HZ-RECORD-02
 TEST(DiskFull, OfARealDisk) {
     const test::TempFolder temp;
@@ -233,7 +234,7 @@ TEST(DiskFull, OfARealDisk) {
     EXPECT_EQ(WEXITSTATUS(full.status), 3);
     EXPECT_NE(full.refused.find("disk"), std::string::npos) << full.refused;
     {
-        // Room again, as a person makes it.
+        // There is room again, as after a user deleted other files.
         std::map<std::string, Promised> acknowledged;
         for (const auto& [id, promise] : full.promised)
             if (promise.done) acknowledged[id] = promise;

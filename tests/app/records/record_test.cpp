@@ -53,7 +53,7 @@ RecordInfo someRecordInfo() {
     return info;
 }
 
-// Values with every bit pattern: the record must not care what a double means.
+// Values with arbitrary bit patterns: the record must preserve every double bit for bit.
 TickInput someInput(std::uint64_t i) {
     std::mt19937_64 bits(i);
     TickInput input;
@@ -168,7 +168,7 @@ TEST_F(RecordFile, IsWholeUpToTheLastFrameBeforeItIsFinished) {
     RecordWriter writer(folder_, someHeader(), someRecordInfo());
     for (std::uint64_t i = 0; i < kFrameTicks + 3; ++i)
         addTo(writer, someInput(i), outputOf(i));
-    const Record record = loadRecord(folder_);  // as after a crash: the writer has not been told to finish
+    const Record record = loadRecord(folder_);  // as after a crash: finish() was not called
     EXPECT_EQ(record.inputs.size(), kFrameTicks);
     EXPECT_EQ(record.torn_bytes, 0u);
     EXPECT_FALSE(record.info.end);
@@ -215,7 +215,7 @@ TEST_F(RecordFile, LosesNothingWhenNoTickIsMissing) {
 // HZ-RECORD-03
 TEST_F(RecordFile, NeverStandsWithItsInfoBesideTheInputsOfAnother) {
     std::filesystem::remove(inputs_);
-    std::filesystem::create_directory(inputs_);  // cannot be opened for writing, by root neither
+    std::filesystem::create_directory(inputs_);  // cannot be opened for writing, not even by root
     EXPECT_THROW(RecordWriter(folder_, someHeader(), someRecordInfo()), DataError);
     EXPECT_FALSE(std::filesystem::exists(folder_ / "record.json"));
 }
@@ -302,7 +302,7 @@ TEST_F(RecordFile, RefusesAnAbsurdHeaderSize) {
     expectRefused(bytes, "header");
 }
 
-// A frame whose checksum is right and whose commands are none: whole frames before it stay.
+// A frame with a correct checksum and an invalid command. The complete frames before it remain valid.
 TEST_F(RecordFile, StopsAtACommandThatNobodyKnows) {
     for (const std::uint32_t kind : {std::uint32_t(haptics::kLastCommandKind) + 1, 0x7fffffffu, ~0u}) {
         RecordWriter writer(folder_, someHeader(), someRecordInfo());

@@ -19,7 +19,7 @@ using std::filesystem::path;
 
 constexpr std::uint64_t kSampleTicks = 2 * kFrameTicks + 17;
 
-// Every field another number, each one that a 32-bit float holds.
+// Each field has a different value that a 32-bit float represents exactly.
 Sample someSample(std::uint64_t tick) {
     std::mt19937 random{std::uint32_t(tick)};
     const auto number = [&] { return double(float(random()) / 1e9f); };
@@ -153,7 +153,7 @@ TEST_F(SamplesFile, RefusesABadHeaderWithItsReason) {
     EXPECT_NE(complaint(other).find("ends inside"), std::string::npos);
 }
 
-// Frames whose checksum is right and whose contents are not.
+// Frames with a correct checksum and invalid contents.
 TEST_F(SamplesFile, StopsAtWhatNoWriterWrites) {
     const FileHead head =
         fileHead(bytes_, "s.bin", {{'S', 'T', 'Y', 'L', 'S', 'M', 'P', '\n'}, kSamplesVersion, ""});

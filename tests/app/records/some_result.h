@@ -1,4 +1,4 @@
-// What came of an attempt, with numbers that are no numbers among them.
+// An attempt result. One metric value is infinite and one is NaN.
 #pragma once
 
 #include <cmath>

@@ -45,7 +45,8 @@ std::string bytesOf(const path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// A recording of so many ticks in an attempt's folder, as a killed program leaves it.
+// Writes a recording of `ticks` ticks into an attempt's folder without finishing it, as a killed program
+// leaves it.
 void recordInto(const path& folder, std::uint64_t ticks) {
     RecordWriter writer(folder / "record", {}, {});
     for (std::uint64_t tick = 1; tick <= ticks; ++tick)
@@ -203,7 +204,7 @@ TEST(Store, ADeletionIsKnownUntilTheLogIsEmpty) {
         store.finish(store.begin(someAttemptInfo("Zebra-77")), someResult());
         SQLite::Database reader(file.string(), SQLite::OPEN_READWRITE);
         SQLite::Statement rows(reader, "SELECT * FROM attempt");
-        ASSERT_TRUE(rows.executeStep());  // and stays there
+        ASSERT_TRUE(rows.executeStep());  // the open statement keeps a read transaction
         EXPECT_NE(complaintOf([&] { store.eraseTrainee("Zebra-77"); }).find("another process reads"),
                   std::string::npos);
         EXPECT_TRUE(store.attempts().empty());
@@ -224,7 +225,7 @@ TEST(Store, OneThatCannotBeRecoveredLeavesTheOthersTheStore) {
         Store store(temp / "s");
         bad = store.begin(someAttemptInfo());
         good = store.begin(someAttemptInfo("T-02"));
-        std::filesystem::create_directories(store.folderOf(bad) / "record" / "inputs.bin");  // no file
+        std::filesystem::create_directories(store.folderOf(bad) / "record" / "inputs.bin");  // a folder
     }
     Store store(temp / "s");
     ASSERT_EQ(store.recovered().size(), 1u);
@@ -432,11 +433,11 @@ TEST(Store, AClockThatWasSetBackChangesNoOrder) {
     Store store(temp / "s");
     const std::string first = store.begin(someAttemptInfo());
     store.finish(first, someResult());
-    // As if the clock had been a year ahead then.
+    // As if the clock had been ahead until 2999.
     SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("UPDATE attempt SET started_utc = '2999-01-01T00:00:00.000Z'");
     std::vector<std::string> ids{first};
-    for (int i = 0; i < 20; ++i) {  // within one second, too
+    for (int i = 0; i < 20; ++i) {  // also within one second
         ids.push_back(store.begin(someAttemptInfo()));
         store.finish(ids.back(), someResult());
     }
@@ -466,7 +467,7 @@ TEST(Store, NoRowNamesAFolderBesideTheStores) {
             forged.bind(1, id);
             forged.exec();
             EXPECT_EQ(store.eraseTrainee("T-01"), 1u) << id;
-            // Cut off while it erased T-03.
+            // The state after an erase of T-03 that was interrupted.
             SQLite::Statement doomed(other, "INSERT INTO doomed (folder) VALUES (?), (?)");
             doomed.bind(1, id);
             doomed.bind(2, erased);

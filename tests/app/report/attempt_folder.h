@@ -1,4 +1,4 @@
-// The folder of a made-up attempt: ten minutes of it if need be.
+// Writes a made-up attempt folder of any duration.
 #pragma once
 
 #include <cmath>
@@ -22,7 +22,7 @@ inline haptics::Tissue madeUpTissue(double depth_m) {
                              : Tissue::duct;
 }
 
-// In and out again along a line within the whole time, with tools taken one after the other before it.
+// The tools change one after the other at the start. Later the needle moves in along a line and out again.
 inline records::Sample madeUpSample(std::uint64_t tick, std::uint64_t ticks) {
     records::Sample s;
     const double share = double(tick) / double(ticks);

@@ -1,4 +1,4 @@
-// Attempts as a store gives them, made up.
+// Made-up attempts, as a store returns them.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace stylet::test {
 
-// What must stay text wherever it comes to stand.
+// Text that must stay plain text in every output.
 inline const std::string kHostile =
     "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&\xFF\x01";
 
@@ -43,7 +43,7 @@ inline records::StoredAttempt madeUpAttempt(const std::string& id, const std::st
     return a;
 }
 
-// Six trainees with four to six attempts each, getting better at different paces.
+// Six trainees with four to six attempts each. They improve at different rates.
 inline std::vector<records::StoredAttempt> madeUpCohort() {
     std::vector<records::StoredAttempt> all;
     for (int trainee = 0; trainee < 6; ++trainee)

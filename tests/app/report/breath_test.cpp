@@ -14,7 +14,7 @@ namespace {
 
 using patient::Tissue;
 
-// The dome as a line of v plus a lag of the rate: an ellipse.
+// The dome position is linear in v plus a lag proportional to the rate: an ellipse.
 std::vector<BreathSample> ellipse(double lag_m_s) {
     std::vector<BreathSample> samples;
     for (int i = 0; i < 360; ++i) {
@@ -34,8 +34,8 @@ TEST(DomeFollows, IsTheLineThroughTheSamples) {
     EXPECT_NEAR(straight.per_v_m, 0.015, 1e-12);
     EXPECT_NEAR(straight.travel_m, 0.015, 1e-12);
     EXPECT_NEAR(straight.off_line_m, 0.0, 1e-9);
-    // v and its rate are uncorrelated over a turn: the line stays, the root mean square of the rest is lag /
-    // sqrt 2.
+    // v and its rate are uncorrelated over a cycle. The line is unchanged, and the RMS of the residual is
+    // lag / sqrt 2.
     const DomeFollows lagging = domeFollows(ellipse(0.001));
     EXPECT_NEAR(lagging.per_v_m, 0.015, 1e-12);
     EXPECT_NEAR(lagging.off_line_m, 0.001 / std::sqrt(2.0), 1e-9);
@@ -54,7 +54,7 @@ TEST(DomeFollows, LeavesOutWhatIsHeld) {
     EXPECT_EQ(domeFollows({}).correlation, 0.0);
 }
 
-// A block of liver that goes 20 mm along z.
+// A block of liver that moves by `travel_m` along z.
 patient::Package movingBlock(double travel_m) {
     patient::Package package = test::makeSlabs({{Tissue::liver, 0.020}, {Tissue::soft, 0.020}}, 0.001);
     package.motion = test::makeShift(travel_m);
@@ -91,11 +91,11 @@ TEST(DomePoint, WithoutALiverIsTheTopOfTheTissueBelowTheLung) {
 TEST(CoronalFrame, MovesWithTheBreath) {
     const patient::Package package = movingBlock(-0.012);
     const patient::Patient patient(package);
-    const double beyond_m = -1.0;  // no mark
+    const double beyond_m = -1.0;  // outside the image, so that no mark is drawn
     const FilmFrame still = coronalFrame(patient, {}, 0.0, beyond_m);
     const FilmFrame moved = coronalFrame(patient, {1.0, 0.0}, 0.0, beyond_m);
     ASSERT_EQ(still.rgb.size(), std::size_t(still.width) * std::size_t(still.height) * 3);
-    // 12 mm of the block's 40 toward the feet: its top leaves air behind.
+    // The block (40 mm) moves 12 mm toward the feet: its old top is now air.
     const int top = still.height / 8, below = 3 * still.height / 8;
     const auto grey = [](const FilmFrame& f, int row) {
         int brightest = 0;

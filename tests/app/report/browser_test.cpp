@@ -1,5 +1,5 @@
-// The pages in a headless Chromium: no complaint, nothing asked of a network, figures that are drawn, names
-// for who does not see them, and a keyboard that is enough.
+// Opens the pages in headless Chromium. Checks that there are no console errors and no network requests,
+// that figures are drawn, that elements have accessible names, and that the keyboard alone is enough.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 using namespace stylet::report;
 using stylet::test::Browser;
 
-// Pages made once, and one browser for all of them: it takes seconds to start.
+// The pages are created once. One browser serves all tests because it takes seconds to start.
 class Pages : public testing::Test {
   protected:
     static void SetUpTestSuite() {
@@ -42,7 +42,7 @@ class Pages : public testing::Test {
         delete folder_;
     }
 
-    // Where STYLET_SHOTS names a folder, what was seen is kept there.
+    // Saves a screenshot if STYLET_SHOTS names a folder.
     static void keep(const std::string& name) {
         if (const char* shots = std::getenv("STYLET_SHOTS"))
             browser_->screenshot(std::filesystem::path(shots) / (name + ".png"));
@@ -64,7 +64,7 @@ TEST_F(Pages, DrawWithoutComplaintOrNetwork) {
             EXPECT_EQ(browser_->complaints(), std::vector<std::string>{}) << page;
             for (const std::string& address : browser_->requests())
                 EXPECT_TRUE(address.starts_with("file://") || address.starts_with("data:")) << address;
-            // No canvas is blank: each has some hundred pixels of more than two colours.
+            // No canvas is blank: each has more than 300 opaque pixels and more than two colours.
             const auto drawn =
                 browser_->evaluate(R"(Array.from(document.querySelectorAll('canvas')).map(c => {
                 const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data, seen = new Set();
@@ -75,7 +75,7 @@ TEST_F(Pages, DrawWithoutComplaintOrNetwork) {
             EXPECT_GE(drawn.size(), 1u) << page;
             for (const auto& one : drawn)
                 EXPECT_EQ(one, true) << page << " at " << width;
-            // Nothing sticks out to the side but what scrolls by itself.
+            // The page itself does not scroll sideways.
             EXPECT_LE(browser_->evaluate("document.documentElement.scrollWidth").get<int>(), width) << page;
         }
 }
@@ -109,7 +109,7 @@ TEST_F(Pages, AreReachedByKeyboard) {
     bool chose = false, sorted = false, opened = false;
     for (int i = 0; i < 60 && !(chose && sorted && opened); ++i) {
         browser_->press("Tab", kTab);
-        // What has the focus shows it.
+        // The focused element has a visible outline.
         EXPECT_NE(browser_->evaluate("getComputedStyle(document.activeElement).outlineStyle"), "none");
         const std::string tag = browser_->evaluate("document.activeElement.tagName");
         if (tag == "SELECT" && !chose) {

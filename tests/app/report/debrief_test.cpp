@@ -73,12 +73,12 @@ TEST(Debrief, AttemptPageTellsWhatHappened) {
         EXPECT_TRUE(has(report.html, text)) << text;
     EXPECT_FALSE(has(report.html, "duct, right"));
     EXPECT_FALSE(has(report.html, "<script>alert"));
-    ASSERT_EQ(report.metrics.rows.size(), 4u);  // and the total
+    ASSERT_EQ(report.metrics.rows.size(), 4u);  // three metrics and the total
     EXPECT_EQ(report.metrics.rows[0][0], "Tip to target");
     EXPECT_EQ(report.events.rows.size(), 7u);
     EXPECT_GT(report.course.rows.size(), 1000u);
     EXPECT_LE(report.course.rows.size(), 4001u);
-    // A row stands for some ticks, and no peak of theirs is lost.
+    // Each row covers several ticks and preserves their peaks.
     const auto column = [&](const std::string& name) {
         return std::size_t(std::find(report.course.head.begin(), report.course.head.end(), name) -
                            report.course.head.begin());
@@ -113,7 +113,7 @@ TEST(Debrief, ForceFigureSplitsTheWay) {
         bands.push_back(band.text);
     EXPECT_EQ(bands, (std::vector<std::string>{"skin", "soft", "fascia", "liver", "duct"}));
     EXPECT_NEAR(f.figure.bands[2].from, 33.0, 0.1);
-    // The table has the same curves: at 40 mm on the way in, out, and the expert's.
+    // The table contains the same curves. At 40 mm: the way in, the way out, and the expert.
     const auto row =
         std::find_if(f.data.rows.begin(), f.data.rows.end(), [](const auto& r) { return r[0] == "40"; });
     ASSERT_NE(row, f.data.rows.end());
@@ -126,7 +126,7 @@ TEST(Debrief, ForceFigureSplitsTheWay) {
 TEST(Debrief, EarlierTriesStandApart) {
     const TempFolder folder;
     AttemptFiles a = madeUp(folder, 20000);
-    // A first try, to 20 mm, well before.
+    // A first insertion to 20 mm, well before the main one.
     for (std::size_t i = 1000; i < 3000; ++i) {
         a.course[i].in_body = true;
         a.course[i].depth_m = 0.02 - 0.02 * std::fabs(double(i) - 2000.0) / 1000.0;
@@ -152,7 +152,7 @@ TEST(Debrief, ReferenceCurveIsTheExactSolversFromTheSkin) {
         0.0005);
     const stylet::patient::Patient patient(package);
     stylet::patient::PlannedPath path;
-    path.entry_reference_m = {0.00025, 0.0, 0.0};  // the centre of the first voxel of skin
+    path.entry_reference_m = {0.00025, 0.0, 0.0};  // centre of the first skin voxel
     path.target_reference_m = {0.030, 0.0, 0.0};
     const ReferenceCurve curve = exactCurve(patient, path);
     ASSERT_FALSE(curve.points.empty());
@@ -160,7 +160,7 @@ TEST(Debrief, ReferenceCurveIsTheExactSolversFromTheSkin) {
     EXPECT_NEAR(curve.points.back().x, 30.0, 1e-6);
     const auto peak = std::max_element(curve.points.begin(), curve.points.end(),
                                        [](const FigurePoint& a, const FigurePoint& b) { return a.y < b.y; });
-    // The fascia gives way at its threshold, behind its border at 12 mm.
+    // The fascia is punctured at its threshold force, behind its border at 12 mm.
     EXPECT_NEAR(peak->y, patient.row(Tissue::fascia).cut_force_n, 1e-6);
     EXPECT_GT(peak->x, 12.0);
     EXPECT_LT(peak->x, 14.5);
@@ -187,7 +187,7 @@ TEST(Debrief, StandsAmongACohort) {
     const auto cohort = stylet::test::madeUpCohort();
     const Table table = metricTable(*cohort[0].result, cohort);
     EXPECT_EQ(table.rows.back()[0], "Total");
-    EXPECT_EQ(table.rows.back()[6], "2");  // the lowest of 30: half of itself below
+    EXPECT_EQ(table.rows.back()[6], "2");  // Lowest of 30. A tie counts half: 0.5 / 30 is 2 %.
     const Table alone = metricTable(*cohort[0].result, {cohort[0]});
     EXPECT_EQ(alone.rows.back()[6], "–");
 }
@@ -211,7 +211,8 @@ TEST(Debrief, TraineePageHasEveryAttempt) {
     EXPECT_TRUE(has(report.html, "6 attempts, 5 of them finished"));
     EXPECT_TRUE(has(report.html, "cut short"));
     EXPECT_TRUE(has(report.html, "Learning curve") && has(report.html, "exponential law of practice"));
-    // 38.5, 45.5, 43.5 and 59.5 are failures of 0.78 each, the limit is at 2.48; 66.5 is passed.
+    // Totals of 38.5, 45.5, 43.5 and 59.5 are failures. Each raises the CUSUM by 0.78; the limit is 2.48.
+    // 66.5 is a pass.
     EXPECT_TRUE(has(report.html, "last verdict: not yet, with attempt 4."));
     EXPECT_TRUE(has(report.html, "<td class=\"n\">3.12</td>"));
     EXPECT_EQ(report.attempts.rows.size(), 6u);
@@ -230,7 +231,7 @@ TEST(Debrief, AFolderSaysItsTickAndItsPatient) {
     const AttemptFiles a = readFolder(folder.path());
     EXPECT_EQ(a.stored.info.dt_s, 0.00025);
     EXPECT_EQ(a.stored.info.patient_digest, 77u);
-    EXPECT_TRUE(has(timelineFigure(a).description, "Timeline of 1.0 s."));  // the least that is drawn
+    EXPECT_TRUE(has(timelineFigure(a).description, "Timeline of 1.0 s."));  // shortest timeline that is drawn
     EXPECT_TRUE(has(timelineFigure(a).description, "in the body for 0.1 s"));
 }
 
@@ -247,7 +248,7 @@ TEST(Debrief, LeavesNothingOfAnEarlierReport) {
     EXPECT_FALSE(std::filesystem::exists(o.out / "metrics.csv"));
     EXPECT_FALSE(std::filesystem::exists(o.out / "xapi.json"));
     EXPECT_TRUE(std::filesystem::exists(o.out / "mine.txt"));
-    // Without a record nobody knows whether a patient is the attempt's.
+    // Without a record, the patient of the attempt is unknown, so --patient is refused.
     o.patient = folder.path();
     stylet::test::expectRefused([&] { reportAttempt(o); }, folder.path().filename().string(), "patient");
 }
@@ -269,7 +270,7 @@ TEST(Debrief, SaysWhatItFoundCutShort) {
         has(testing::internal::GetCapturedStderr(), "stylet-report: attempt " + id + " was cut short"));
 }
 
-// Of ten minutes: what a person waits for, and sends by mail.
+// A report of ten minutes: users wait for it and send it by mail, so time and size matter.
 TEST(Debrief, TenMinutesAreReportedInSeconds) {
     const TempFolder folder;
 #ifdef STYLET_SANITIZED

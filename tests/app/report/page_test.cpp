@@ -91,7 +91,7 @@ TEST(Page, TextNeverBecomesMarkup) {
     EXPECT_EQ(html.find("<img src=x"), std::string::npos);
     EXPECT_EQ(html.find('\x01'), std::string::npos);
     EXPECT_EQ(html.find('\xFF'), std::string::npos);
-    // The figure's numbers, chart.js and page.js; nothing else.
+    // The figure's numbers, chart.js and page.js, and no other script.
     EXPECT_EQ(occurrences(html, "<script"), 3u);
     EXPECT_EQ(occurrences(html, "</script>"), 3u);
     EXPECT_EQ(occurrences(html, "<img "), 2u);
@@ -118,9 +118,9 @@ TEST(Page, NamesTheScriptsThatMayRun) {
     EXPECT_NE(html.find("default-src 'none'"), std::string::npos);
     EXPECT_EQ(html.find("unsafe"), std::string::npos);
     EXPECT_EQ(occurrences(html, "'sha256-"), 3u);
-    EXPECT_NE(html.find("Chart.js v3"), std::string::npos);  // with its licence line
+    EXPECT_NE(html.find("Chart.js v3"), std::string::npos);  // including its licence line
     EXPECT_NE(html.find("MIT License"), std::string::npos);
-    // No address but those in comments and names of chart.js: nothing is loaded.
+    // The only addresses are those in comments and names of chart.js: the page loads nothing.
     EXPECT_EQ(html.find("src=\"http"), std::string::npos);
     EXPECT_EQ(html.find("url("), std::string::npos);
     EXPECT_EQ(html.find("@import"), std::string::npos);

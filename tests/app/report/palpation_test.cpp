@@ -9,7 +9,7 @@
 namespace stylet::report {
 namespace {
 
-// The reference patient, in 2 mm to be quick.
+// The reference patient at 2 mm, to save time.
 struct Flank {
     static patient::Package made() {
         patient::synth::SynthSettings s;
@@ -42,7 +42,7 @@ TEST(Palpation, RibsAreBumpsAndGapsYield) {
         EXPECT_GE(map.pearson, 0.7) << breathing;
         EXPECT_GE(map.ribOverGap(), 3.0) << breathing;
         EXPECT_GE(map.rib_over_gap_everywhere, 2.0) << breathing;
-        // What a hand can tell apart, and does not hurt.
+        // A stiffness range that a hand can distinguish without discomfort.
         EXPECT_GT(map.gap_n_per_m, 20.0);
         EXPECT_LT(map.rib_n_per_m, 1000.0);
     }

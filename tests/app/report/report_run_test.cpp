@@ -1,4 +1,4 @@
-// The programs as users run them: an attempt is made, then reported.
+// Runs the programs as users do: make an attempt, then report it.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -20,7 +20,7 @@ struct Reported {
     std::string out, err;
 };
 
-// One cache for the whole suite: making its patients is most of the time.
+// One cache for the whole suite, because making the patients takes most of the time.
 class ReportRun : public testing::Test {
   protected:
     static void SetUpTestSuite() { command_ = new stylet::test::Command; }
@@ -47,8 +47,8 @@ TEST_F(ReportRun, OfAnAttemptsFolder) {
     EXPECT_NE(html.find("data:image/png;base64,"), std::string::npos);
     EXPECT_EQ(html.find("What could not be read"), std::string::npos);
     EXPECT_GT(textOf(folder_ / "r/course.csv").size(), 10000u);
-    EXPECT_FALSE(fs::exists(folder_ / "r/xapi.json"));  // nobody did it
-    // Four ticks a millisecond, in another patient.
+    EXPECT_FALSE(fs::exists(folder_ / "r/xapi.json"));  // no trainee was given
+    // Four ticks per millisecond, on another patient.
     const fs::path first = command_->out();
     const stylet::test::Outcome fast =
         command_->run("run --fast --scenario demo --spacing-mm 3 --seed 5 --rate-hz 4000");
@@ -67,7 +67,7 @@ TEST_F(ReportRun, OfAnAttemptsFolder) {
                record["patient"]["folder"].get<std::string>() + "' --out '" + (folder_ / "o").string() + "'");
     EXPECT_EQ(other.status, 2);
     EXPECT_NE(other.err.find("is not the one that the attempt was made on"), std::string::npos) << other.err;
-    // Beside itself it is the reference.
+    // An attempt may be its own reference.
     const Reported both = report("attempt '" + command_->out().string() + "' --reference '" +
                                  command_->out().string() + "' --out '" + (folder_ / "b").string() + "'");
     ASSERT_EQ(both.status, 0) << both.err;

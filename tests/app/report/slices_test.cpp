@@ -24,7 +24,8 @@ NeedlePicture needleAt(const Vec3& tip_m, const Vec3& axis) {
 }
 
 TEST(SlicePlanes, HoldTheNeedleOrStandAcrossIt) {
-    // From the right flank, as planned paths come; and straight down, where "near axial" has to give way.
+    // Axes from the right flank, as in planned paths, and along z and y. Along z the "near axial" plane
+    // cannot be axial.
     for (const Vec3& axis : {Vec3(-0.8, 0.3, 0.2), Vec3(-1, 0, 0), Vec3(0, 0, -1), Vec3(0, -1, 0)}) {
         const NeedlePicture needle = needleAt({0.1, 0.2, 0.3}, axis);
         const auto planes = slicePlanes(needle);
@@ -46,7 +47,7 @@ TEST(SlicePlanes, AreTurnedAsRadiologistsRead) {
     EXPECT_LT(glm::length(planes[0].right - Vec3(-1, 0, 0)), 1e-9);  // patient's right on the left
     EXPECT_LT(glm::length(planes[0].down - Vec3(0, -1, 0)), 1e-9);   // front on top
     EXPECT_LT(glm::length(planes[1].down - Vec3(0, 0, -1)), 1e-9);   // head on top
-    // Seen along the needle from the right flank, the front lies to the right.
+    // Viewed along the needle from the right flank, the patient's front is on the right.
     EXPECT_LT(glm::length(planes[2].right - Vec3(0, 1, 0)), 1e-9);
 }
 
@@ -65,7 +66,7 @@ TEST(SamplePlane, ShowsWindowedCtAndTintsTheTarget) {
     EXPECT_EQ(seen[duct] + seen[soft], std::size_t(n * n));
     EXPECT_NEAR(double(seen[duct]) / (n * n), 1.0 / 3.0, 0.02);
     const auto pixel = [&](int i, int j) { return &rgb[std::size_t(3 * (j * n + i))]; };
-    // Soft tissue is plain grey, 40 HU in the window; the duct has its label's hue.
+    // Soft tissue is plain grey (40 HU in the window). The duct has the hue of its label.
     const double grey = 255.0 * (40.0 - kWindowLow_hu) / (kWindowHigh_hu - kWindowLow_hu);
     EXPECT_NEAR(pixel(3, n / 2)[0], grey, 1.0);
     EXPECT_EQ(pixel(3, n / 2)[0], pixel(3, n / 2)[2]);

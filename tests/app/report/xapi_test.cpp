@@ -1,5 +1,4 @@
-// The statements against the rules of IEEE 9274.1.1 (and of xAPI 1.0.3, which has the same for these
-// properties).
+// Checks the statements against IEEE 9274.1.1. xAPI 1.0.3 has the same rules for these properties.
 #include "app/report/xapi.h"
 
 #include <gtest/gtest.h>
@@ -69,7 +68,7 @@ void expectResult(const json& result) {
     EXPECT_LE(score.at("raw").get<double>(), score.at("max").get<double>());
 }
 
-// Section 4.2 of the standard, for the parts in use.
+// Section 4.2 of the standard, for the properties in use.
 void expectStatement(const json& s) {
     static const std::regex time("\\d{4}-\\d\\d-\\d\\dT\\d\\d:\\d\\d:\\d\\d(\\.\\d+)?Z");
     expectOnly(s,

@@ -45,8 +45,8 @@ TEST(KeptBlocks, ComeBackInOrder) {
 TEST(KeptBlocks, OthersAreNotTaken) {
     const test::TempFolder temp;
     keepAll(KeptBlocks(temp / "blocks", 7, kPaths));
-    EXPECT_FALSE(KeptBlocks(temp / "blocks", 8, kPaths).has(0));      // of another run
-    EXPECT_FALSE(KeptBlocks(temp / "blocks", 7, kPaths + 1).has(2));  // of another number of paths
+    EXPECT_FALSE(KeptBlocks(temp / "blocks", 8, kPaths).has(0));      // another run
+    EXPECT_FALSE(KeptBlocks(temp / "blocks", 7, kPaths + 1).has(2));  // another number of paths
     fs::copy_file(temp / "blocks/000000.results", temp / "blocks/000001.results",
                   fs::copy_options::overwrite_existing);
     EXPECT_FALSE(KeptBlocks(temp / "blocks", 7, kPaths).has(1));

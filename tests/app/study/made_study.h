@@ -1,4 +1,4 @@
-// A small study on disk: two pairs of one reference patient and two builds of it.
+// A small study on disk: two pairs, each of the same reference patient and one of two builds.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ inline void makeStudy(const std::filesystem::path& folder) {
     patient::savePackage(seededTruth(), folder / "truth");
     patient::Package found = movedAndCut(seededTruth());
     patient::savePackage(found, folder / "built");
-    // A voxel toward the head: the first build's labels lie one too low.
+    // Moves the labels one voxel toward the head, because those of the first build are one voxel too low.
     const Grid grid = found.labels.grid;
     const std::size_t slice = std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
     std::vector<std::uint8_t>& voxels = found.labels.voxels;

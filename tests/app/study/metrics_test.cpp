@@ -46,8 +46,9 @@ TEST(StudyMetrics, OneSegmentationTwiceIsOneForce) {
     }
 }
 
-// The fascia 1 mm too deep: held 1 mm later, cut 1 mm later. Against the full patient's 0.9 N behind its cut
-// stand 2.5 N before the partial one's; before the full one's cut 2.5 N against f(0.8 mm).
+// The partial patient's fascia is 1 mm too deep, so its tenting and its puncture come 1 mm later. After the
+// full patient's puncture, its 0.9 N compare with 2.5 N in the partial patient. Before it, 2.5 N compare
+// with f(0.8 mm).
 TEST(StudyMetrics, AFasciaTooDeepInClosedForm) {
     const PathResult r = Measured(0.020, 0.021).result;
     EXPECT_NEAR(r.exact.max_n, 1.6, 1e-9);
@@ -71,7 +72,7 @@ TEST(StudyMetrics, AFasciaTooDeepInClosedForm) {
     EXPECT_EQ(r.cause.tissue, Tissue::fascia);
     EXPECT_EQ(r.cause.kind, haptics::NeedleEventKind::border);
     EXPECT_NEAR(r.cause.apart_m, 0.001, 1e-12);
-    // All of it within 2 mm of an event.
+    // All of the error lies within 2 mm of an event.
     EXPECT_EQ(r.max_outside_n, 0.0);
     EXPECT_GT(measure(*Measured(0.020, 0.021).steered, {0.0001}).max_outside_n, 1.0);
 }
@@ -92,7 +93,7 @@ TEST(StudyMetrics, ManySamplesComeToTheClosedForm) {
     const double all = r.sampled.rmse_n * r.sampled.rmse_n * r.samples;
     EXPECT_NEAR(by_place, all, 1e-9 * all);
     EXPECT_NEAR(by_tissue, all, 1e-9 * all);
-    // Its middle third holds the fascia's errors.
+    // The middle third of the path contains the fascia's errors.
     EXPECT_NEAR(r.position_n2[6] + r.position_n2[7] + r.position_n2[8], all, 0.05 * all);
 }
 
@@ -110,11 +111,12 @@ TEST(StudyMetrics, BoneWhereThereIsNoneStopsTheNeedle) {
     EXPECT_EQ(r.cause.model, Model::partial);
     EXPECT_TRUE(std::isnan(r.cause.apart_m));
     EXPECT_EQ(r.by_tissue[at(Tissue::bone)].invented, 1);
-    EXPECT_EQ(r.by_tissue[at(Tissue::duct)].missed, 0);  // it is there; the needle is not
+    EXPECT_EQ(r.by_tissue[at(Tissue::duct)].missed, 0);  // the border exists; the needle does not reach it
     EXPECT_FALSE(r.same_order);
 }
 
-// The built patient's skin is soft tissue: the needle cuts that from the air and no skin before it.
+// In the built patient, the skin is labelled as soft tissue. The needle punctures soft tissue directly from
+// the air.
 TEST(StudyMetrics, AMissedSkinChangesTheOrderButNotInside) {
     Pair pair = test::slabPair(0.020, 0.020, FoundLabels::all);
     for (std::uint8_t& id : pair.found.labels.voxels)
@@ -127,8 +129,8 @@ TEST(StudyMetrics, AMissedSkinChangesTheOrderButNotInside) {
     EXPECT_TRUE(r.same_order_inside);
 }
 
-// Muscle under fat is another label and the same tissue: a breathing needle says so, and the order is the
-// same.
+// Muscle below fat has another label but the same tissue. The breathing needle reports an event there, and
+// the order of the tissues is unchanged.
 TEST(StudyMetrics, ALabelIsNoTissueInTheOrder) {
     Pair pair = test::slabPair(0.020, 0.020);
     constexpr std::uint8_t kMuscle = 20;
@@ -168,7 +170,8 @@ TEST(StudyMetrics, AMissedDuctIsMissed) {
     EXPECT_NEAR(r.sampled.max_n, 0.4, 1e-9);  // 0.9 in the liver, 0.5 in the duct
 }
 
-// A vessel 5 mm under the capsule that the full patient has nowhere, or only far behind the target.
+// A vessel 5 mm below the capsule. The full patient has no vessel at all, or only one far behind the
+// target.
 TEST(StudyMetrics, AVesselBehindTheTargetIsNoPartner) {
     Pair pair = test::slabPair(0.020, 0.020);
     const Grid& grid = pair.found.ct.grid;
@@ -186,7 +189,8 @@ TEST(StudyMetrics, AVesselBehindTheTargetIsNoPartner) {
     }
 }
 
-// The walk goes on behind the target for late borders: what both meet only there is nobody's error.
+// The needle continues behind the target to find late borders. A border that both patients reach only there
+// is not an error.
 TEST(StudyMetrics, AVesselBehindTheTargetInBothIsNoEvent) {
     Pair pair = test::slabPair(0.020, 0.020);
     const Grid& grid = pair.found.ct.grid;
@@ -206,7 +210,7 @@ TEST(StudyMetrics, AVesselBehindTheTargetInBothIsNoEvent) {
 TEST(StudyMetrics, ADuctBehindTheTargetIsLate) {
     Pair pair = test::slabPair(0.020, 0.020);
     const Grid& grid = pair.found.ct.grid;
-    for (int i = 0; i < 6; ++i)  // from 61 to 64 mm, behind the target
+    for (int i = 0; i < 6; ++i)  // from 61 to 64 mm: the duct now starts behind the target
         pair.found.labels[grid.nearest({0.06125 + 0.0005 * i, 0.0, 0.0})] = std::uint8_t(Tissue::liver);
     const PreparedPair prepared(pair);
     Steering steering(prepared, {});

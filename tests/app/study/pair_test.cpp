@@ -77,7 +77,7 @@ TEST(StudyPair, LiesOnTheReferencesVoxelsUnderOneTable) {
     const Index3 inside{60, 50, 40};
     EXPECT_EQ(pair.found.labels[inside], truth.labels[inside + Index3(0, 0, 1)]);
     EXPECT_EQ(pair.found.ct.voxels.front(), -1024);
-    // For the partial segmentation thresholds see the CT as it was taken.
+    // For the partial segmentation, thresholds are applied to the original CT.
     EXPECT_EQ(makePair(test::kMadeFiles, truth, found, FoundLabels::partial).found.ct.voxels,
               truth.ct.voxels);
     EXPECT_GT(pair.reference_share, 0.9);
@@ -97,7 +97,7 @@ TEST(StudyPair, OfTwoCtsIsRefused) {
     expectRefusedAs(
         "voxels: 0.0 % of its voxels in the body are not those of truth/ct.nii.gz: build it from that file, "
         "not from another CT or cut");
-    found.ct.voxels[found.ct.voxels.size() / 2] = -1024;  // cut to the body
+    found.ct.voxels[found.ct.voxels.size() / 2] = -1024;  // masked to the body
     makePair(test::kMadeFiles, truth, found, FoundLabels::partial);
     found.ct.grid.origin_m.x += 0.0001;
     expectRefusedAs("origin");

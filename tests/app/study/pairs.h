@@ -1,5 +1,5 @@
-// Pairs with known differences: slabs whose fascia lies elsewhere, and a reference patient whose labels have
-// moved.
+// Pairs with known differences: slabs with a displaced fascia, and a reference patient with displaced
+// labels.
 #pragma once
 
 #include "app/study/study.h"
@@ -10,8 +10,8 @@ namespace stylet::test {
 
 inline const study::PairFiles kMadeFiles{"made", "truth", "built"};
 
-// Skin, soft tissue, fascia, liver, duct, in voxels of 0.5 mm; the last two begin where they begin, however
-// deep the fascia lies.
+// Skin, soft tissue, fascia, liver and duct in voxels of 0.5 mm. The duct starts at 61 mm for every depth
+// of the fascia.
 inline patient::Package slabs(double fascia_m) {
     using enum patient::Tissue;
     return makeSlabs({{skin, 0.002},
@@ -38,7 +38,7 @@ inline study::Pair slabPair(double full_fascia_m, double partial_fascia_m,
     return study::makePair(kMadeFiles, full, partial, labels);
 }
 
-// Into the slabs, square on, from the skin's first voxel to the duct's middle.
+// A path perpendicular to the slabs, from the first skin voxel to the centre of the duct.
 inline patient::PlannedPath slabPath() {
     patient::PlannedPath path;
     path.entry_m = path.entry_reference_m = {0.00025, 0.0, 0.0};
@@ -48,7 +48,7 @@ inline patient::PlannedPath slabPath() {
     return path;
 }
 
-// Seed 1 at 2.5 mm; made once.
+// Seed 1 at 2.5 mm. Created once.
 inline const patient::Package& seededTruth() {
     static const patient::Package package = [] {
         patient::synth::SynthSettings s;
@@ -60,7 +60,7 @@ inline const patient::Package& seededTruth() {
     return package;
 }
 
-// All labels a voxel toward the feet, on the CT as a build cuts it: to a part of the grid.
+// Moves all labels one voxel toward the feet and crops the CT, as a build does.
 inline patient::Package movedAndCut(const patient::Package& truth) {
     patient::Package found = truth;
     const Grid& whole = truth.ct.grid;
@@ -88,7 +88,7 @@ inline const study::Pair& seededPair() {
     return pair;
 }
 
-// A few hundred paths of the seeded patient.
+// A few hundred paths in the seeded patient.
 inline const std::vector<patient::PlannedPath>& seededPaths() {
     static const std::vector<patient::PlannedPath> paths = [] {
         study::PlanRequest request;

@@ -15,16 +15,16 @@ TEST(Ranks, AloneWithoutMpirun) {
     EXPECT_TRUE(ranks.first());
     ranks.wait();
     ranks.giveUp();
-    setenv("SLURM_STEP_NUM_TASKS", "2", 1);  // srun without MPI: each task believes itself alone
+    setenv("SLURM_STEP_NUM_TASKS", "2", 1);  // srun without MPI: each task is its own rank 0
     EXPECT_THROW(Ranks(), std::runtime_error);
     unsetenv("SLURM_STEP_NUM_TASKS");
-    if (Ranks::haveMpi()) return;  // several ranks: study_run_test.cpp
+    if (Ranks::haveMpi()) return;  // study_run_test.cpp tests several ranks
     setenv("OMPI_COMM_WORLD_SIZE", "2", 1);
     EXPECT_THROW(Ranks(), std::runtime_error);
     unsetenv("OMPI_COMM_WORLD_SIZE");
 }
 
-// Every pair has one leader, and its parts are those of different ranks.
+// Every pair has exactly one leader, and each part of a pair belongs to another rank.
 TEST(Ranks, EveryPairIsSomebodys) {
     for (const std::size_t pairs : {1u, 2u, 3u, 10u})
         for (const int size : {1, 2, 3, 4, 7, 25}) {

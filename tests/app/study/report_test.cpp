@@ -79,7 +79,7 @@ void expectSays(const std::string& html, const std::vector<std::string>& texts, 
         EXPECT_EQ(html.find(text) != std::string::npos, says) << text;
 }
 
-// What the page says of bone, skin, order and force it says where the numbers are so, and with them.
+// The page's statements on bone, skin, order and force follow the numbers and quote them.
 TEST_F(StudyReport, ItsReasonsFollowTheNumbers) {
     ReportedStudy study = readStudy(out());
     for (ReportedPair& p : study.pairs) {
@@ -117,7 +117,8 @@ TEST_F(StudyReport, ItsReasonsFollowTheNumbers) {
                 "100.0 % of the paths are above it: this contradicts the paper"},
                true);
 
-    // Every fourth path close to a rib, and half of these stopped by bone; every other without skin.
+    // Every fourth path runs close to a rib, and bone stops half of these. Every other path misses the
+    // skin.
     ReportedPair& one = study.pairs[0];
     ASSERT_GE(one.results.size(), 8u);
     one.results.resize(8), one.clearance.resize(8);
@@ -146,7 +147,7 @@ TEST_F(StudyReport, ItsReasonsFollowTheNumbers) {
          "(missed on 50 %)", "0.000 ± 0.000 N (largest 0.00) on paths", "to 22.0 N at most",
          "Outliers among the paths that meet no bone"},
         true);
-    // A threshold that is no lower is not to blame.
+    // A threshold that is not lower is not reported as a cause.
     one.facts.found.thresholds.t2_sensitive_hu = 210;
     expectSays(studyPage(study), {"probably the threshold"}, false);
 }
@@ -183,7 +184,7 @@ TEST_F(StudyReport, SaysThatThereIsNothing) {
     EXPECT_NE(html.find("No path was found in any patient"), std::string::npos);
     EXPECT_NE(html.find("one: no path was found: the reference has no bile duct"), std::string::npos);
     EXPECT_EQ(html.find("31,222"), std::string::npos);
-    // One of two without a path.
+    // One of two patients has no path.
     ReportedStudy half = readStudy(out());
     half.pairs[0] = study.pairs[0];
     EXPECT_NE(studyPage(half).find("1 without a path"), std::string::npos);
@@ -199,7 +200,7 @@ TEST_F(StudyReport, NamesWhatIsMissing) {
         test::expectRefused([&] { readStudy(copy); }, file.string(), field);
         std::ofstream(copy / file) << before;
     };
-    // A pair that no path was found in has none.
+    // A pair without paths has no picture.
     fs::remove(copy / "one/paths.png");
     EXPECT_TRUE(readStudy(copy).pairs[0].picture.empty());
     refused("summary.json", "", "file");
@@ -219,7 +220,7 @@ TEST_F(StudyReport, NamesWhatIsMissing) {
     test::expectRefused([&] { readStudy(copy); }, "000000.results", "file");
 }
 
-// What the run left is taken, and a study that came to its end is run anew.
+// An interrupted run is resumed. A completed study is run again from the start.
 TEST_F(StudyReport, UnfinishedRunsGoOn) {
     const test::StudyOptionsOf o(folder_->path());
     const std::string summary = textOf(out() / "summary.json"), paths = textOf(out() / "one/paths.csv");

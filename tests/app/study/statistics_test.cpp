@@ -10,7 +10,7 @@ namespace {
 using patient::Tissue;
 
 TEST(StudyStatistics, SpreadOfKnownValues) {
-    // 1 to 11, and one far out.
+    // 1 to 11 and one outlier.
     const Spread s = spreadOf({7, 3, 100, 1, 2, 4, 5, 6, 8, 9, 10, 11, kNone});
     EXPECT_EQ(s.count, 12u);
     EXPECT_NEAR(s.mean, 166.0 / 12.0, 1e-12);
@@ -25,7 +25,7 @@ TEST(StudyStatistics, SpreadOfKnownValues) {
     EXPECT_NEAR(s.outlier_limit, s.mean + 2.7 * s.sigma, 1e-12);
     EXPECT_NEAR(s.outlier_share, 1.0 / 12.0, 1e-12);
     EXPECT_NEAR(s.above_whisker_share, 1.0 / 12.0, 1e-12);
-    // Beyond the whisker, and yet within 2.7 sigma.
+    // Beyond the whisker but within 2.7 sigma.
     EXPECT_EQ(spreadOf({1, 2, 2, 2, 3, 6}).outlier_share, 0.0);
     EXPECT_NEAR(spreadOf({1, 2, 2, 2, 3, 6}).above_whisker_share, 1.0 / 6.0, 1e-12);
     EXPECT_EQ(spreadOf({1, 2, 3}).above_whisker_share, 0.0);

@@ -23,12 +23,12 @@ bool meetsBone(const Felt& felt) {
 }
 
 struct Compared {
-    std::size_t walks = 0, unlike = 0;  // those with any sample more than 1 nN off
+    std::size_t walks = 0, unlike = 0;  // `unlike`: walks with a sample that is more than 1 nN off
     std::size_t samples = 0, unequal = 0;
 };
 
-// The needle that a hand steers, to each sample of every `nth` path. Samples so near to an event that
-// rounding says on which side of it they are do not count.
+// Compares the study's samples with the simulated needle on every `nth` path. Skips samples so close to an
+// event that rounding decides on which side of it they are.
 Compared compareWithNeedle(const Vec3& offset_m, std::size_t nth) {
     const PreparedPair pair(test::seededPair());
     Steering steering(pair, {});
@@ -41,7 +41,7 @@ Compared compareWithNeedle(const Vec3& offset_m, std::size_t nth) {
         const Vec3 axis = glm::normalize(path.target_m - path.entry_m);
         for (const auto& [felt, patient] :
              {std::pair(&s.full, &pair.full), std::pair(&s.partial, &pair.partial)}) {
-            if (meetsBone(*felt)) continue;  // its maximum at once is the study's own
+            if (meetsBone(*felt)) continue;  // the study sets the maximum force at once
             haptics::NeedleState needle;
             haptics::NeedleEvents events;
             const auto stepTo = [&](double depth_m) {
@@ -70,11 +70,11 @@ TEST(StudySteering, IsTheNeedlesOwnWalk) {
     const Compared c = compareWithNeedle({0.00031, 0.00017, 0.00023}, 7);
     EXPECT_GT(c.walks, 40u);
     EXPECT_EQ(c.unlike, 0u);
-    EXPECT_LT(double(c.unequal), 0.2 * double(c.samples));  // last bits, of rising forces
+    EXPECT_LT(double(c.unequal), 0.2 * double(c.samples));  // rounding in the last bits of rising forces
 }
 
-// From voxel to voxel a path runs through corners; the hand's needle meets now the one voxel there and now
-// the other.
+// A path between voxel centres runs through voxel corners. At a corner, rounding decides which voxel the
+// simulated needle enters.
 TEST(StudySteering, IsTheNeedlesOwnWalkButForCorners) {
     const Compared c = compareWithNeedle({}, 3);
     EXPECT_LT(double(c.unlike), 0.08 * double(c.walks));
@@ -95,14 +95,15 @@ TEST(StudySteering, SamplesLieCloseAndBetweenTouchAndTarget) {
             EXPECT_NEAR(s.first_m + (double(s.full.samples_n.size()) - 0.5) * s.step_m, s.end_m, 1e-9);
             EXPECT_NEAR(s.end_m - s.entry_m, test::seededPaths()[p].length_m, 1e-12);
             EXPECT_LE(s.begin_m, s.entry_m);
-            // Whatever one of them feels lies behind the touch.
+            // No force acts before the first contact.
             EXPECT_EQ(s.full.force->at(s.begin_m - 1e-9), 0.0);
             EXPECT_EQ(s.partial.force->at(s.begin_m - 1e-9), 0.0);
         }
     }
 }
 
-// In a breath that stands still the breathing needle is the same one; in one that moves it is not.
+// Without motion in the patient, the breathing needle gives the same forces. With motion, the forces
+// differ.
 TEST(StudySteering, BreathesWhereAsked) {
     SteeringSettings still, breathing;
     breathing.breathing = true;
@@ -122,7 +123,7 @@ TEST(StudySteering, BreathesWhereAsked) {
         std::size_t unlike = 0;
         for (std::size_t i = 0; i < a.full.samples_n.size(); ++i)
             unlike += std::fabs(a.full.samples_n[i] - b.full.samples_n[i]) > 1e-9;
-        EXPECT_LE(unlike, 3u);  // next to a cut
+        EXPECT_LE(unlike, 3u);  // next to a puncture
         const Steered& c = *moved.steer(path);
         for (std::size_t i = 0; i < c.full.samples_n.size(); ++i)
             differs = differs || std::fabs(c.full.samples_n[i] - b.full.samples_n[i]) > 0.05;

@@ -1,4 +1,4 @@
-// stylet-study as users run it: alone, in several ranks, and its page as they see it.
+// Runs stylet-study as users do: alone and in several ranks. Checks its page in a browser.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -37,13 +37,13 @@ class StudyRun : public testing::Test {
         const int status = std::system(("( " + line + " ) >'" + text.string() + "' 2>&1").c_str());
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(text)};
     }
-    // All paths of the skin, two blocks and more of each pair.
+    // Plans from every skin voxel, which gives at least two blocks of paths per pair.
     static std::string command(const std::string& verb, const std::string& out,
                                const std::string& more = "") {
         return "'" + kProgram + "' " + verb + " '" + (*folder_ / "study.toml").string() + "' --out '" +
                (*folder_ / out).string() + "' --threads 1 " + more;
     }
-    // The whole study by one process, undisturbed, in "alone"; run once.
+    // Runs the whole study once, uninterrupted and in one process, into "alone".
     static void needAlone() {
         if (fs::exists(*folder_ / "alone/report.html")) return;
         const Outcome all = shell(command("all", "alone"));
@@ -88,7 +88,7 @@ TEST_F(StudyRun, PageDrawsWithoutComplaintOrNetwork) {
     }
 }
 
-// Two headlines of the page come from report.html alone when it is made anew from what is on disk.
+// `stylet-study report` rebuilds the same report.html from the files on disk.
 TEST_F(StudyRun, ReportIsMadeAnewFromDisk) {
     ASSERT_NO_FATAL_FAILURE(needAlone());
     const std::string before = textOf(*folder_ / "alone/report.html");
@@ -103,7 +103,7 @@ TEST_F(StudyRun, ReportIsMadeAnewFromDisk) {
         << none.text;
 }
 
-// No device, SQL or GPU code in the study's program: neither libraries nor modules of our own.
+// The study's program contains no device, SQL or GPU code, neither as libraries nor as our own modules.
 TEST_F(StudyRun, LinksNeitherDeviceNorSqlNorGpu) {
     const Outcome libraries = shell("ldd '" + kProgram + "'");
     ASSERT_EQ(libraries.status, 0);
@@ -127,7 +127,7 @@ TEST_F(StudyRun, LinksNeitherDeviceNorSqlNorGpu) {
 
 #ifdef STYLET_MPIRUN
 
-// A line that several ranks run.
+// Shell line that runs `line` in `count` ranks.
 std::string ranks(int count, const std::string& line) {
     return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 '" STYLET_MPIRUN
            "' --oversubscribe -n " +
@@ -147,8 +147,8 @@ TEST_F(StudyRun, RanksComeToTheSameBytes) {
 // HZ-RECORD-13
 TEST_F(StudyRun, ALostRankLeavesWhatIsFinished) {
     ASSERT_NO_FATAL_FAILURE(needAlone());
-    // The second of four ranks hangs, writing its first block into a pipe that nobody reads, and is killed
-    // there, when the first rank has a block.
+    // The second of four ranks blocks while it writes its first block into a pipe without a reader. It is
+    // killed once the first rank has written a block.
     const fs::path out = *folder_ / "lost", pipe = out / "two/blocks/000000.results.new";
     fs::create_directories(pipe.parent_path());
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);

@@ -16,7 +16,7 @@ namespace {
 
 using test::textOf;
 
-// Bit for bit; what is not a number too.
+// Compares bit for bit, so that NaN equals NaN.
 bool same(const ForceError& a, const ForceError& b) {
     return std::memcmp(&a, &b, sizeof a) == 0;
 }
@@ -67,8 +67,8 @@ TEST(Study, HowBlocksAreSpreadDoesNotMatter) {
     expectSame(pieces, once);
 }
 
-// Labels a voxel of 2.5 mm too low do what the paper reports: most forces are identical, the rest are out of
-// step at the fascia.
+// Labels that are 2.5 mm (one voxel) too low give the published result: most forces are identical, and the
+// others are shifted at the fascia.
 TEST(Study, MovedLabelsPutForcesOutOfStep) {
     const PreparedPair pair(test::seededPair());
     const Summary s = summarise("moved", runPaths(pair, test::seededPaths(), {}));
@@ -90,7 +90,7 @@ TEST(Study, WorstBreathsAreRatedOnRequest) {
     double gone = 0.0;
     for (std::size_t i = 0; i < plan.worst_quality.size(); ++i) {
         EXPECT_GE(plan.worst_quality[i], 0.0);
-        // End-exhale, the breath of this CT, is among them.
+        // End-exhale, the breathing state of this CT, is one of the states checked.
         EXPECT_LE(plan.worst_quality[i], plan.result.paths[i].quality);
         gone += plan.worst_quality[i] < plan.result.paths[i].quality;
     }
@@ -116,11 +116,11 @@ TEST(Study, CommandsLeaveTables) {
     const std::size_t paths = patient::loadPaths(temp / "out/one/paths.json").paths.size();
     ASSERT_GT(paths, 10u);
     EXPECT_EQ(lines(temp / "out/one/plan.csv"), paths + 1);
-    o.plan.skin_spacing_m = 0.020;  // what is planned is taken
+    o.plan.skin_spacing_m = 0.020;  // existing paths are reused
     runStudy(o);
     EXPECT_EQ(textOf(temp / "out/one/paths.json"), planned);
     EXPECT_EQ(lines(temp / "out/one/paths.csv"), paths + 1);
-    o.plan_is_asked = true;  // unless in so many words
+    o.plan_is_asked = true;  // unless the user sets the plan explicitly
     runStudy(o);
     EXPECT_LT(lines(temp / "out/one/paths.csv"), paths / 2);
     o.plan.skin_spacing_m = 0.010;

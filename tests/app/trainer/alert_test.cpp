@@ -43,8 +43,8 @@ TEST(AlertWatch, TheTargetIsReachedOnceAndAStrikeGoesBeforeIt) {
     EXPECT_FALSE(watch.take(reached));
 }
 
-// The room's light comes and goes: whatever is struck how often, no change takes less than a third of a
-// second, and no two of them are in one.
+// The red room light fades in and out, however often the needle strikes something. A change takes at least
+// a third of a second, and there are at most three flashes per second.
 // HZ-USER-01
 TEST(GlowWatch, TheRoomNeverFlashes) {
     constexpr double kTick_s = 0.001;
@@ -54,7 +54,7 @@ TEST(GlowWatch, TheRoomNeverFlashes) {
     int turns = 0;
     bool rises = false;
     for (std::uint64_t tick = 0; tick < 20'000; ++tick) {
-        progress.striking = tick % 700 < 3 ? Struck::vessel : Struck::nothing;  // a needle that trembles
+        progress.striking = tick % 700 < 3 ? Struck::vessel : Struck::nothing;  // a trembling needle
         watch.take(tick, progress);
         const double now = double(watch.now().struck);
         most = std::max(most, std::fabs(now - before));
@@ -101,7 +101,7 @@ TEST(AlertPicture, TheMiddleIsFreeAndTheBorderIsNot) {
     }
 }
 
-// How often light and dark change down a column through the border's pattern.
+// Number of changes between light and dark along a column of the border's pattern.
 int changesDown(const AlertPicture& picture) {
     constexpr int kColumn = 13;
     const auto bright = [&](int y) {
@@ -116,7 +116,7 @@ int changesDown(const AlertPicture& picture) {
     return changes;
 }
 
-// Who sees no colours sees stripes or dots.
+// Stripes and dots distinguish the alerts for users who cannot see the colours.
 TEST(AlertPicture, PatternsDifferWithoutTheirColours) {
     AlertPicture struck, reached;
     struck.show({Struck::bone});
@@ -125,7 +125,7 @@ TEST(AlertPicture, PatternsDifferWithoutTheirColours) {
     EXPECT_NEAR(changesDown(reached), 2 * AlertPicture::kSize / 26, 2);
 }
 
-// A strike that lasts for less than a frame is seen, and named.
+// A strike shorter than a frame is still shown and named.
 // HZ-TEACH-17
 TEST(AlertWatch, AStrikeBetweenTwoFramesIsNamed) {
     AlertWatch watch(0.001);

@@ -1,4 +1,4 @@
-// Where the shipped scenarios and those of the tests are.
+// Locations of the shipped scenarios and the test scenarios.
 #pragma once
 
 #include <cstdlib>
@@ -19,7 +19,7 @@ inline std::filesystem::path testScenario(const std::string& name) {
     return assets().parent_path() / "tests" / "scenarios" / (name + ".toml");
 }
 
-// Writes a scenario in which the hand stands still outside the body for `seconds`, and returns `file`.
+// Writes a scenario in which the scripted input stays outside the body for `seconds`. Returns `file`.
 inline std::filesystem::path writeStillScenario(const std::filesystem::path& file, double seconds) {
     std::ofstream(file) << "name = \"still\"\nmoments = []\napproach_distance_mm = 5.0\n"
                            "[start]\ndeeper_mm = -10.0\n"

@@ -15,7 +15,7 @@ namespace stylet::trainer {
 namespace {
 
 const Vec3 kUp(0.0, 1.0, 0.0);
-// As a patient lies in the room: right toward the operator (+z), front up.
+// The patient's pose in the room: right side toward the operator (+z), front up.
 const Pose kRoomFromPatient{Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0}, {0.1, 1.0, -0.5}};
 
 Registration deviceAt(const Pose& stage_from_device) {
@@ -27,7 +27,7 @@ Registration deviceAt(const Pose& stage_from_device) {
     return r;
 }
 
-// Turned about the vertical, and tilted by a few degrees, as a table is.
+// A device rotated about the vertical and tilted by a few degrees, as on an uneven table.
 Pose standingTurned(double yaw_rad, double tilt_rad) {
     return {glm::angleAxis(yaw_rad, kUp) * glm::angleAxis(tilt_rad, Vec3(0.8, 0.0, 0.6)), {0.4, 0.9, -1.3}};
 }
@@ -42,7 +42,7 @@ TEST(Colocation, WhatIsFeltIsSeenThereAndThePatientLiesLevel) {
             const Pose patient_from_device = levelPatientFromDevice(registration, kRoomFromPatient, middle);
             EXPECT_NEAR(glm::distance(patient_from_device * registration.centre_m, middle), 0.0, 1e-12);
             const Pose room_from_stage = roomFromStage({registration, patient_from_device}, kRoomFromPatient);
-            // Up stays up, to the last digit of the tilt.
+            // The vertical stays exact in spite of the tilt.
             EXPECT_NEAR(glm::distance(room_from_stage.direction(kUp), kUp), 0.0, 1e-12);
             for (const Vec3& p_device : {Vec3(0.0), Vec3(0.04, 0.0, 0.0), Vec3(-0.03, 0.02, 0.04)}) {
                 const Vec3 felt = room_from_stage * (registration.stage_from_device * p_device);
@@ -101,7 +101,7 @@ TEST(RoomPlace, FollowsAMoveAndAsks) {
     const Pose after = place.roomFromStage();
     EXPECT_NEAR(glm::distance(after * p_new, before * (previous_from_new * p_new)), 0.0, 1e-12);
 
-    // The next headset is in the moved space, and is asked about again.
+    // The next headset starts in the moved space and needs a new confirmation.
     place.confirm();
     EXPECT_EQ(place.begin("stage", ""), "");
     EXPECT_EQ(place.doubt(), RoomDoubt::unchecked);
@@ -149,7 +149,7 @@ TEST(RoomPlace, WhoSitsHasTheRoomBroughtDownOnce) {
     EXPECT_NEAR(place.roomFromStage().position_m.y, RoomPlace::kEyes_m - 1.18, 1e-12) << "it does not bob";
 }
 
-// A handle that is held anyhow: its tip is where the registration says.
+// The tip is where the registration says, however the handle is rotated.
 // HZ-TEACH-05
 TEST(TippedDevice, ReportsItsTip) {
     struct Handle final : haptics::HapticDevice {

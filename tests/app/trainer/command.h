@@ -1,4 +1,4 @@
-// The program `stylet` run as a user runs it.
+// Runs the program `stylet` as a user does.
 #pragma once
 
 #include <sys/wait.h>
@@ -17,14 +17,14 @@ namespace stylet::test {
 struct Outcome {
     int status = -1;
     std::string out, err;
-    nlohmann::json summary;  // of the folder given with --out, null when there is none
+    nlohmann::json summary;  // summary.json in the --out folder; null if there is none
 };
 
-// A temporary folder to run the program in: its data, its output and, unless shared, its cache.
+// Temporary folder in which the program runs: its data, its output and, unless shared, its cache.
 class Command {
   public:
-    // `packaging/test` names an empty folder in STYLET_TEST_CACHE, so that each reference patient is made and
-    // planned once for all tests of a build.
+    // shared: the folder named by STYLET_TEST_CACHE, if set. packaging/test starts with an empty one, so that
+    // every reference patient is made and planned once per run of the tests.
     enum class Cache { shared, own };
 
     Command() : Command(Cache::shared) {}
@@ -34,11 +34,11 @@ class Command {
         variables_["XDG_DATA_HOME"] = (folder_ / "data").string();
     }
 
-    // `arguments` as in a shell; "--out" is added and names a fresh folder, `out()` after the run.
+    // `arguments` as in a shell. Adds "--out" with a new folder; `out()` returns it after the run.
     Outcome run(const std::string& arguments) {
         return runInto(folder_ / ("out" + std::to_string(++runs_)), arguments);
     }
-    // The process number of the program goes into `number`, where one is named, for who wants to signal it.
+    // Writes the program's process id to the file `number`, if given, so that the caller can signal it.
     Outcome runInto(const std::filesystem::path& out, const std::string& arguments,
                     const std::filesystem::path& number = {}) {
         out_ = out;
@@ -48,7 +48,7 @@ class Command {
             outcome.summary = nlohmann::json::parse(textOf(out_ / "summary.json"));
         return outcome;
     }
-    // As it is, without "--out"; `before` comes before the variables in the shell's line.
+    // Runs the program without adding "--out". `before` is placed before the variables in the shell line.
     Outcome runBare(const std::string& arguments, const std::string& before = "") {
         std::string line = before;
         for (const auto& [name, value] : variables_)

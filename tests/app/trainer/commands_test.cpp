@@ -71,7 +71,7 @@ TEST_F(Spoken, WhatIsNoWordIsSaidAndDoesNothing) {
     EXPECT_THAT(typed("needles\n"), IsEmpty());
     ASSERT_EQ(said.size(), 1u);
     EXPECT_THAT(said[0], HasSubstr("\"needles\""));
-    // However much comes without an end.
+    // An endless line is limited in length.
     for (int i = 0; i < 1000; ++i)
         EXPECT_THAT(typed(std::string(1000, 'x')), IsEmpty());
     EXPECT_THAT(typed("\npark\n"), ElementsAre(Asks(CommandKind::park, 1)));
@@ -172,7 +172,7 @@ TEST(Outcome, SaysWhatCameOfIt) {
     EXPECT_THAT(outcomeOf({CommandKind::rearm, 0}, before, after), HasSubstr("no fault"));
 }
 
-// A pedal is down for as long as the foot is, also where a change of the tool comes between.
+// The pedal stays pressed as long as its button, even if the tool changes meanwhile.
 TEST_F(Spoken, PedalAndInjectionLastAsLongAsTheirButtonsAreHeld) {
     UserCommands feet{{.rearm = 1, .next = 2, .pedal = 4, .inject = 8}, {}};
     EXPECT_THAT(feet.take("", 0, now, 4), ElementsAre(Asks(CommandKind::pedal, 1)));

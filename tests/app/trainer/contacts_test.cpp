@@ -1,5 +1,5 @@
-// From ticks to the picture's contacts: a dimple before the skin is cut, its relaxation after, tenting on the
-// way out.
+// Contacts for drawing, computed from ticks: a dimple before the skin is punctured, its relaxation, and
+// tenting as the needle is withdrawn.
 #include "app/trainer/view/contacts.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(Contacts, OutsideNothingPresses) {
         0);
 }
 
-// The whole puncture, along +x through a skin that begins at x = 0.
+// A whole puncture along +x. The skin begins at x = 0.
 TEST(Contacts, TheSkinFollowsTheTipUntilItIsCutAndTheShaftAfterThat) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
@@ -44,9 +44,9 @@ TEST(Contacts, TheSkinFollowsTheTipUntilItIsCutAndTheShaftAfterThat) {
         if (contacts.count == 0) continue;
         const patient::ToolContact& c = contacts.list[0];
         const double tip_x = out.patient_from_needle.position_m.x;
-        // The tip is where its tissue has been taken.
+        // The tissue at the tip has moved with the tip.
         EXPECT_NEAR(c.end_m.x + c.end_moved_m.x, tip_x, 1e-9);
-        // The skin about the shaft is the one that was met.
+        // The contact begins where the needle entered the skin.
         EXPECT_NEAR(c.begin_m.x, 0.0, 2e-4);
         if (out.phase == haptics::Phase::held && out.tissue == patient::Tissue::air) {
             EXPECT_FALSE(cut);
@@ -60,7 +60,7 @@ TEST(Contacts, TheSkinFollowsTheTipUntilItIsCutAndTheShaftAfterThat) {
     }
     EXPECT_TRUE(cut);
     EXPECT_NEAR(deepest_before_m, 0.000875, 2e-5);  // 0.7 N at 0.8 N/mm
-    EXPECT_LT(most_out_m, -0.0003);                 // drawn out, it tents
+    EXPECT_LT(most_out_m, -0.0003);                 // tents as the needle is withdrawn
 }
 
 TEST(Contacts, TheFingerTakesTheSkinToItsPad) {
@@ -82,7 +82,7 @@ TEST(Contacts, TheFingerTakesTheSkinToItsPad) {
         0);
 }
 
-// The probe's face is round: its middle presses deeper than its ends.
+// The probe's face is curved, so its centre presses deeper than its ends.
 TEST(Contacts, TheParkedProbePressesBesideTheNeedle) {
     const patient::Package package =
         test::makeSlabs({{patient::Tissue::skin, 0.002}, {patient::Tissue::soft, 0.028}}, 0.001);

@@ -13,7 +13,7 @@ namespace {
 const Vec3 kInDuct{0.053, 0.0, 0.0}, kInLiver{0.030, 0.0, 0.0};
 constexpr double kMl = 1e-6;
 
-// A second in the duct, then one in the liver.
+// Injects for one second into the duct, then into the liver.
 void injectTick(patient::Contrast& contrast, int i) {
     contrast.step({i < 1000 ? kInDuct : kInLiver, 0.5 * kMl, true}, 0.001);
 }
@@ -45,7 +45,7 @@ TEST(ContrastFeed, BringsTheFramesTableUpToDateHoweverSeldomTheyLook) {
     }
 }
 
-// For the thread sanitizer too.
+// Also for the thread sanitizer.
 TEST(ContrastFeed, SessionAndFramesShareItWithoutWaiting) {
     const patient::Package package = test::ductPhantom();
     const patient::Patient patient(package);

@@ -1,4 +1,5 @@
-// The controller as a hand, without a runtime: who asks whom, what is lost and comes back, what is felt.
+// Tests a controller as the input device without a runtime: requests, loss and recovery of tracking, and
+// vibration.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/quaternion.hpp>
@@ -45,10 +46,10 @@ TEST(ControllerPort, PointsTheNeedleWhereTheControllerPoints) {
     EXPECT_EQ(asked_ns, 77);
     EXPECT_EQ(buttons, 0b101u);
     const Pose aim = room * heldTurned(0.1) * grip_from_aim;
-    // The tip lies ahead, the hub toward the hand.
+    // The tip is ahead of the controller, the hub toward the hand.
     EXPECT_NEAR(glm::length(tool->position_m - aim * Vec3(0.0, 0.0, -0.15)), 0.0, 1e-12);
     EXPECT_NEAR(glm::length(tool->direction({0.0, 0.0, 1.0}) - aim.direction({0.0, 0.0, 1.0})), 0.0, 1e-12);
-    // A frame that does not see where it points keeps what was known.
+    // A frame without an aim pose keeps the previous one.
     port.see({room, std::nullopt, 0});
     EXPECT_NEAR(glm::length(port.toolAt(78, buttons)->position_m - tool->position_m), 0.0, 1e-12);
     EXPECT_EQ(buttons, 0u);
@@ -72,7 +73,7 @@ TEST(ControllerDriver, IsLostWithTheSessionAndComesBackWithIt) {
     EXPECT_EQ(state.fresh, 1u);
     const Vec3 before_m = state.device_from_stylus.position_m;
 
-    // Out of sight for a blink: where it was, and nothing new.
+    // A short loss of tracking: the last pose, marked as not fresh.
     tracked = false;
     time.now_ns += ControllerDriver::kLostAfter_ns;
     state.fresh = 0;
@@ -116,10 +117,10 @@ TEST(Vibrations, SayTouchAndEveryCutOnce) {
     EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::soft, 0.005)), cut);
     EXPECT_EQ(strength(needleAt(Phase::held, Tissue::soft, 0.006)), 0.0f);
     EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::fascia, 0.007)), cut);
-    // On the way out nothing is cut.
+    // No puncture is felt while the needle is withdrawn.
     EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::soft, 0.005)), 0.0f);
     EXPECT_EQ(strength(needleAt(Phase::outside, Tissue::air, 0.0)), 0.0f);
-    // Another tool taken up is no touch; its first one is.
+    // A change of tool does not vibrate. The tool's first contact does.
     TickOutput finger;
     finger.tool = Tool::finger;
     EXPECT_EQ(strength(finger), 0.0f);

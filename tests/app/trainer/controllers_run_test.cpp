@@ -36,7 +36,7 @@ using nlohmann::json;
 using test::Outcome;
 
 constexpr auto kTraineePatience = 60s;
-constexpr double kAimFromTip_m = 0.15;  // controller_hand.cpp: the tip, ahead of where a controller aims from
+constexpr double kAimFromTip_m = 0.15;  // controller_hand.cpp: the tip lies this far ahead of the aim pose
 
 json keyOf(const Pose& p, double t_s) {
     const Quat& q = p.rotation;
@@ -45,13 +45,13 @@ json keyOf(const Pose& p, double t_s) {
             {"orientation", {q.x, q.y, q.z, q.w}}};
 }
 
-// A place on the planned path: from the skin, and beside it.
+// A position relative to the planned path: depth from the skin, and offset to the front.
 struct PathPlace {
     double deeper_m = 0.0, front_m = 0.0, roll_rad = 0.0;
 };
 constexpr PathPlace kOutside{-0.030, 0.0, 0.0};
 
-// Where the grip has to be for a tool to be at a place of the path.
+// Computes the grip pose that puts a tool at a position of the path.
 class PathAim {
   public:
     PathAim(const Pose& stage_from_patient, const patient::PlannedPath& path)
@@ -76,7 +76,7 @@ class PathAim {
     Vec3 axis_, front_;
 };
 
-// From rest to rest, with at most `speed_m_s`.
+// A motion that starts and ends at rest, with a speed of at most `speed_m_s`.
 struct GripMotion {
     Pose from, to;
     double seconds;
@@ -108,7 +108,7 @@ class Trainee {
         attempt_ = test::newestAttempt(command).filename().string();
     }
 
-    // Until the program has said so, after what it was last waited for.
+    // Waits until the program prints `words`. Searches after the previous match only.
     bool hears(const std::string& words, std::chrono::seconds patience = kTraineePatience) {
         return until(
             [&] {
@@ -123,7 +123,7 @@ class Trainee {
     void mustHear(const std::string& words) {
         if (!hears(words)) throw std::runtime_error("never said: " + words + "\n" + test::textOf(said_));
     }
-    // Until the attempt's events have it, for the `times`th time.
+    // Waits until the attempt's log contains this event `times` times.
     bool sees(const std::string& kind, const std::string& text,
               std::chrono::seconds patience = kTraineePatience, int times = 1) {
         return until([&] { return test::countOf(store_.attempt(attempt_), kind, text) >= times; }, patience);
@@ -143,11 +143,11 @@ class Trainee {
         set(true);
         mustHear(until_said);
         set(false);
-        // Until frames have seen it released.
+        // Waits until frames have seen the release.
         const int frame = mock_.ask({{"get", "state"}}).at("frame").get<int>();
         mock_.ask({{"wait", {{"frame", frame + 3}}}});
     }
-    // With `speed_m_s` in the middle of the motion.
+    // Moves with `speed_m_s` in the middle of the motion.
     void goTo(const PathPlace& place, double speed_m_s = 0.04) {
         place_ = place;
         goTo(aim_.grip(tool_, place_), speed_m_s);
@@ -162,7 +162,7 @@ class Trainee {
     void apply(const char* hand, const json& what) {
         mock_.ask({{"apply", {{"controllers", {{hand, what}}}}}});
     }
-    // From rest to rest, and waits until it is there.
+    // Starts and ends at rest. Waits for the end.
     void goTo(const Pose& to, double speed_m_s = 0.04) {
         const GripMotion motion(at_.value_or(to), to, speed_m_s);
         json keys = json::array();
@@ -186,7 +186,7 @@ class Trainee {
     std::size_t heard_ = 0;
 };
 
-// The same in virtual time: each tick asks the controller's driver, and the session's turn follows at once.
+// The same user in virtual time: each tick reads the controller's driver, then the session runs at once.
 class VirtualTrainee {
   public:
     VirtualTrainee(const patient::Patient& patient, const Scenario& scenario,
@@ -199,7 +199,7 @@ class VirtualTrainee {
         port_.attach([this](std::int64_t) { return std::optional(at_); });
         force_.emplace(simulation_.state().output.safety.focused, kDt_s, &live_,
                        [this](const std::string& text) { said_ += text + "\n"; });
-        wait(4.0);  // the force rises
+        wait(4.0);  // the force ramps up
     }
     const SessionLog& log() const { return session_.log(); }
     double felt_n(Tool tool) const { return felt_n_[std::size_t(tool)]; }
@@ -277,7 +277,7 @@ class VirtualTrainee {
         haptics::DeviceState state_;
     };
 
-    // The controllers are in the room that is drawn.
+    // Places the controllers in the drawn room.
     static Attempt attemptInTheRoom(const patient::Patient& patient, const Scenario& scenario,
                                     const patient::PlannedPath& path) {
         Attempt attempt = makeLiveAttempt(patient, scenario, path, 4, haptics::makeTouchMap(patient),
@@ -350,7 +350,7 @@ void findTheDuct(VirtualTrainee& hand) {
     hand.mustSee("breath", "held");
     hand.goTo({0.002, 0.0, glm::radians(-35.0)});
     hand.mustSee("step", "find the duct");
-    hand.press(kNext, "the scalpel is in hand");  // and the probe stays where it is
+    hand.press(kNext, "the scalpel is in hand");  // parks the probe
     hand.goTo(kOutside, 0.08);
 }
 
@@ -367,7 +367,7 @@ void puncture(VirtualTrainee& hand) {
     hand.press(kNext, "the guide is in hand");
     hand.turnTo(Tool::guide);
     hand.mustSee("step", "snap the needle into the guide");
-    hand.goTo({kOutside.deeper_m, 0.003});  // the guide's rail is felt beside it
+    hand.goTo({kOutside.deeper_m, 0.003});  // the force of the guide's rail acts here
     hand.goTo(kOutside);
     hand.press(kNext, "the needle is in hand");
     hand.turnTo(Tool::needle);
@@ -381,7 +381,7 @@ void puncture(VirtualTrainee& hand) {
     hand.mustSee("step", "advance to the duct");
 }
 
-// With the other hand: the pedal, and the syringe.
+// Uses the other controller: pedal and syringe.
 void showTheDucts(VirtualTrainee& hand) {
     hand.hold("left", "trigger/value", 1.0);
     hand.mustHear("X-rays");
@@ -418,8 +418,9 @@ TEST(ControllersVirtual, FromPalpationToDuctsFullOfContrast) {
     EXPECT_GT(log.score.total, 50.0);
 }
 
-// In real time, because only there do the program, the runtime and a user with two controllers run side by
-// side. HZ-TEACH-20
+// Needs real time: only there do the program, the runtime and a user with two controllers run at the same
+// time.
+// HZ-TEACH-20
 TEST(ControllersRunRealTime, WhatTheControllersDoIsStoredReplayedAndReported) {
     test::Command command;
     const std::string kPatient = " --spacing-mm 3 --seed 4 --scenario procedure ";
@@ -441,7 +442,7 @@ TEST(ControllersRunRealTime, WhatTheControllersDoIsStoredReplayedAndReported) {
     });
     try {
         Trainee hand(command, control, planned);
-        for (int tries = 0; tries < 10; ++tries) {  // the force may still rise
+        for (int tries = 0; tries < 10; ++tries) {  // the force may still be ramping up
             hand.goTo({0.005}, 0.1);
             if (hand.sees("step", "find the space between the ribs", 2s)) break;
             hand.goTo(kOutside, 0.2);

@@ -1,4 +1,4 @@
-// What is kept from one start to the next is used only where it is whole and of the same making.
+// Cached derived data is used only if the file is complete and belongs to the same inputs.
 #include "app/trainer/stores/derived.h"
 
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ TEST_F(Derived, TheOldestGo) {
         saveDerived(named(i), i, bytes_);
         fs::last_write_time(named(i), now - std::chrono::hours(100 - int(i)));
     }
-    EXPECT_EQ(loadDerived(named(0), 0), bytes_);  // used again: no longer the oldest
+    EXPECT_EQ(loadDerived(named(0), 0), bytes_);  // used again, so no longer the oldest
     saveDerived(file_, 7, bytes_);
     EXPECT_TRUE(fs::exists(named(0)));
     EXPECT_FALSE(fs::exists(named(1)));
@@ -91,7 +91,7 @@ TEST_F(Derived, SoDoThoseBeyondTheBytes) {
     EXPECT_FALSE(fs::exists(named(4)));
 }
 
-// A program was killed while it wrote; another may be writing now.
+// A killed program leaves a partial file. Another program may be writing one now.
 TEST_F(Derived, AbandonedWritingIsSweptAtTheNextStart) {
     const auto left = [&](const std::string& name, int minutes) {
         const fs::path file = file_.parent_path() / name;

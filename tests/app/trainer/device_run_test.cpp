@@ -1,4 +1,4 @@
-// `stylet devices` and `stylet run --device`, as a user calls them, with emulated devices plugged in.
+// Runs `stylet devices` and `stylet run --device` as a user does, with emulated devices.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -40,7 +40,7 @@ using test::WoodenHapticsEmulator;
 
 const std::string kDeviceRun = "run --headless --fps 0 --spacing-mm 2.5 --scenario ";
 
-// A second thread for as long as it is in scope.
+// Runs a function in a second thread while in scope.
 class Meanwhile {
   public:
     explicit Meanwhile(const std::function<void(const std::atomic<bool>&)>& body)
@@ -55,8 +55,8 @@ class Meanwhile {
     std::thread thread_;
 };
 
-// Pushes the cap away from the user, at most once in 8 ms. Returns once the driver has read `reports` of
-// them: by then it was pushed for as many times 8 ms, whatever the machine did.
+// Pushes the cap away from the user, at most once in 8 ms. Returns after the driver has read `reports`
+// reports, so the push lasts at least `reports` times 8 ms on any machine.
 void pushAway(SpaceMouseEmulator& cap, int reports, const std::atomic<bool>& over) {
     while (!over.load() && reports > 0) {
         reports -= int(cap.push({0, -350, 0, 0, 0, 0}));
@@ -64,18 +64,18 @@ void pushAway(SpaceMouseEmulator& cap, int reports, const std::atomic<bool>& ove
     }
 }
 
-// The attempt whose output is there has begun: its record holds some ticks.
+// Returns true once the attempt that writes to `out` has recorded some ticks.
 bool hasTicked(const std::filesystem::path& out) {
     std::error_code none;
     const auto bytes = std::filesystem::file_size(out / "record" / "inputs.bin", none);
     return !none && bytes > 1000;
 }
 
-// What only real time shows: the whole program drives an emulated device at its real rate, and zero is the
-// last force that the device hears.
+// Needs real time: the whole program drives an emulated device at its real rate. The last force sent must
+// be zero.
 class DeviceRunRealTime : public testing::Test {
   protected:
-    // Ctrl-C.
+    // Sends Ctrl-C.
     static void interrupt() {
         if (const int process = std::atoi(test::textOf(*command_ / "number").c_str()); process > 0)
             kill(process, SIGINT);
@@ -143,7 +143,7 @@ TEST_F(DeviceRunRealTime, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
     ASSERT_EQ(again.status, 0) << again.out << again.err;
     EXPECT_EQ(again.summary.at("state_hash"), live.summary.at("state_hash"));
 
-    // Pushed away from the user, the needle goes in.
+    // The cap was pushed away from the user, so the needle went in.
     EXPECT_FALSE(live.summary.at("punctures").empty());
     std::ifstream lines(csv);
     std::string line, first, last;
@@ -166,15 +166,14 @@ TEST_F(DeviceRunRealTime, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
 }
 
 #ifdef STYLET_TEST_WINDOW
-// Who has neither headset nor terminal before his eyes: the cap moves the tool, the window's keys say the
-// rest.
+// A user without headset and terminal: the cap moves the tool, and the window's keys replace all commands.
 TEST_F(DeviceRunRealTime, ASpaceMouseAtTheWindowHasAKeyForEveryWord) {
     const std::filesystem::path out = *command_ / "window", said = *command_ / "stderr";
     SpaceMouseEmulator cap(SpaceMouseEmulator::Age::recent);
     const test::XDisplay display(1500, 950);
     command_->set("XR_RUNTIME_JSON", "/nonexistent.json");
     std::filesystem::remove(said);
-    std::string never;  // what was not said
+    std::string never;  // the first text that was not printed
     Outcome live;
     {
         const Meanwhile keys([&](const std::atomic<bool>& over) {
@@ -227,7 +226,7 @@ TEST_F(DeviceRunRealTime, AWoodenHapticsIsWaitedForUntilItIsHomed) {
     std::filesystem::remove(told);
     Outcome live;
     {
-        // Presses the button when the program asks for it; once more where a stall lost the board.
+        // Presses the button when the program asks for homing. Repeats this if a stall lost the board.
         const Meanwhile user([&](const std::atomic<bool>& over) {
             while (!over.load()) {
                 const std::string said = test::textOf(told);
@@ -252,7 +251,7 @@ TEST_F(DeviceRunRealTime, AWoodenHapticsIsWaitedForUntilItIsHomed) {
         << "zero is the last it was told";
 }
 
-// Words down a pipe that is the program's stdin.
+// Sends commands through a pipe that is the program's stdin.
 class Words {
   public:
     explicit Words(std::filesystem::path pipe) : pipe_(std::move(pipe)) {
@@ -264,7 +263,7 @@ class Words {
     }
     Words(const Words&) = delete;
     Words& operator=(const Words&) = delete;
-    // Waits for the program.
+    // Blocks until the program has opened the pipe.
     void begin() { end_ = ::open(pipe_.c_str(), O_WRONLY | O_CLOEXEC); }
     void say(const std::string& word) {
         const std::string line = word + "\n";
@@ -277,8 +276,8 @@ class Words {
     int end_ = -1;
 };
 
-// The user's side of an attempt on the emulated bridge: words, and a hand along the path. Its entry is at
-// out = 0; out of the body is positive.
+// A user of the emulated bridge: types commands and moves along the path. The path's entry is at out = 0;
+// positive values lie outside the body.
 class DeviceUser {
   public:
     DeviceUser(test::BridgeServer& bridge, std::filesystem::path pipe, std::filesystem::path record,
@@ -286,14 +285,14 @@ class DeviceUser {
         : bridge_(bridge), words_(std::move(pipe)), record_(std::move(record)), told_(std::move(told)) {
         std::filesystem::remove(told_);
     }
-    // Until the attempt runs.
+    // Waits until the attempt runs.
     void begin() {
         words_.begin();
         while (!over() && !hasTicked(record_.parent_path()))
             nap(10);
     }
     void say(const std::string& word) { words_.say(word); }
-    // Once more where the program does not tell so: a starved one misses a button.
+    // Repeats `act` until the program prints `words`. A program short of CPU time can miss a button press.
     void until(const std::string& words, const std::function<void()>& act) {
         while (!over()) {
             act();
@@ -311,7 +310,7 @@ class DeviceUser {
         bridge_.hold(out_m_);
         stay();
     }
-    // At some 60 mm/s: what a starved machine misses for 15 ms still is no fault of speed.
+    // Moves at about 60 mm/s. Even a stall of 15 ms must not cause an over-speed fault.
     void move(double to_mm) {
         const double step_m = to_mm * 1e-3 > out_m_ ? 0.0002 : -0.0002;
         while (!over() && std::fabs(out_m_ - to_mm * 1e-3) > 0.00015) {
@@ -324,7 +323,7 @@ class DeviceUser {
     void end() { over_.store(true); }
 
   private:
-    // For some 60 ms in which the device is listened to, at most 5 s.
+    // Waits 60 ms and until the device has answered 50 more requests, but at most about 5 s.
     void stay() const {
         const std::uint64_t from = bridge_.answered();
         nap(60);
@@ -340,11 +339,13 @@ class DeviceUser {
     std::atomic<bool> over_{false};
 };
 
-// What a user does with five tools and one device, told by words and by buttons, in the record too.
+// The user changes between five tools on one device by commands and by buttons. The record contains the
+// changes.
 TEST_F(DeviceRunRealTime, EveryToolIsTakenUpByWordOrButton) {
     const std::string socket = (*command_ / "tools.sock").string();
     const std::filesystem::path out = *command_ / "tools", pipe = *command_ / "words";
-    // As haptics/devices/clutch.h places a path: 11 mm before the wall, which is a tenth of the radius.
+    // Places the path as haptics/devices/clutch.h does: 11 mm in front of the soft wall. The wall is a
+    // tenth of the radius thick.
     test::BridgeServer bridge(socket,
                               {.position_m = {0.0, 0.0, 0.1 + 0.09 - 0.011}, .workspace_radius_m = 0.1});
     bridge.hold(0.008);
@@ -359,7 +360,7 @@ TEST_F(DeviceRunRealTime, EveryToolIsTakenUpByWordOrButton) {
             user.move(35);
             user.until("the probe is in hand", [&] { user.press(2); });
             user.move(-4);
-            user.until("the scalpel is in hand", [&] { user.press(2); });  // the probe is parked
+            user.until("the scalpel is in hand", [&] { user.press(2); });  // parks the probe
             user.move(35);
             user.move(-4);
             user.move(35);
@@ -375,7 +376,8 @@ TEST_F(DeviceRunRealTime, EveryToolIsTakenUpByWordOrButton) {
             });
             user.until("the patient may breathe", [&] { user.press(4); });
             user.say("scissors");
-            // The breath takes the force through zero now and then; a starved machine takes it away.
+            // Breathing brings the force through zero now and then, and a stall of the machine can switch
+            // it off.
             for (int i = 0; i < 10'000 && !user.over() && ended_n <= 0.02; ++i) {
                 if (i % 100 == 99) {
                     user.say("rearm");
@@ -422,15 +424,16 @@ TEST_F(DeviceRunRealTime, EveryToolIsTakenUpByWordOrButton) {
         EXPECT_GT(felt_n[tool], 0.05) << haptics::kToolNames[std::size_t(tool)];
 }
 
-// A device that does not say how far it reaches and whose origin is far from the hand: the path is where the
-// hand is. The hand goes out of the body (+z, to the patient's right), comes back and punctures the skin.
+// The device reports no workspace radius and its origin is far from the hand: the path starts at the hand.
+// The hand moves out of the body (+z, to the patient's right), comes back and punctures the skin.
 TEST_F(DeviceRunRealTime, ThePathIsWhereTheHandIsWhenTheReachIsUnknown) {
     const std::string socket = (*command_ / "bridge.sock").string();
     const test::BridgeServer bridge(socket, {.position_m = {0.5, -0.4, 0.6},
                                              .stroke_m = -0.1,
                                              .period_s = 2.0,
                                              .workspace_radius_m = std::nan("")});
-    // Once more where a stall carried the hand through the skin between two samples: that is a teleport.
+    // Repeats the run if a stall made the hand jump through the skin between two samples, which is a
+    // teleport.
     Outcome live;
     for (int tries = 0; tries < 10 && (tries == 0 || live.summary.at("punctures").empty()); ++tries) {
         live = command_->run(run("--device bridge --socket '" + socket + "' --seconds 3"));
@@ -443,7 +446,8 @@ TEST_F(DeviceRunRealTime, ThePathIsWhereTheHandIsWhenTheReachIsUnknown) {
     EXPECT_TRUE(test::waitUntil([&] { return bridge.asked_n() == 0.0; })) << "zero is the last it was told";
 }
 
-// Through Haply's service: listed by its port, moved by the hand, told zero in the end.
+// Uses the emulated Haply service: the device is listed with its port and moved by the user. The last force
+// sent is zero.
 TEST_F(DeviceRunRealTime, AnInverse3IsListedAndPunctures) {
     test::Inverse3Emulator service({});
     const std::string port = " --port " + std::to_string(service.port());
@@ -466,8 +470,8 @@ TEST_F(DeviceRunRealTime, AnInverse3IsListedAndPunctures) {
             words.begin();
             while (!over.load() && !std::filesystem::exists(out / "record"))
                 nap(10);
-            // The path is about the hand: out of the body, and in again while the force rises; once more
-            // where a starved machine took the force away.
+            // The path starts at the hand. The tool moves out of the body and in again while the force
+            // ramps up. Repeats this if a stall switched the force off.
             double out_m = 0.0;
             const auto move = [&](double to_m) {
                 while (!over.load() && std::fabs(out_m - to_m) > 5e-4) {
@@ -526,7 +530,7 @@ TEST_F(DeviceRunRealTime, UnpluggedMidRunItIsAFaultWithAName) {
             cap.unplug();
             while (!over.load() && test::textOf(told).find("/dev/hidraw") == std::string::npos)
                 nap(10);
-            // The loop sees it in its next tick: until more ticks are written.
+            // The loop detects the loss in its next tick. Waits until more ticks are written.
             std::error_code none;
             const std::filesystem::path inputs = out / "record" / "inputs.bin";
             const auto bytes = std::filesystem::file_size(inputs, none);

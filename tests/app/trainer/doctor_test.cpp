@@ -1,4 +1,4 @@
-// `stylet doctor` as a user runs it: with the mock runtime, and with everything that may be wrong with one.
+// Runs `stylet doctor` as a user does: with the mock runtime and with faulty runtimes.
 #include <gtest/gtest.h>
 
 #include <unistd.h>
@@ -35,7 +35,7 @@ class Doctor : public testing::Test {
                      (std::filesystem::path(STYLET_MOCK_MANIFEST).parent_path() / "libxrmock.so").string());
     }
     void write(const std::string& name, const std::string& text) { std::ofstream(command_ / name) << text; }
-    // Status, then every finding.
+    // Runs the command. Sets the status and the findings.
     void examine(const std::string& arguments = "", const std::string& before = "") {
         const test::Outcome outcome = command_.runBare("doctor --json " + patience_ + arguments, before);
         status_ = outcome.status;
@@ -46,13 +46,13 @@ class Doctor : public testing::Test {
         bool problem = false;
         for (const json& finding : findings_) {
             problem = problem || finding.at("state") == "problem";
-            // Whatever is not well comes with what to do about it.
+            // Every finding that is not ok tells the user what to do.
             EXPECT_TRUE(finding.at("state") == "ok" || finding.at("todo") != "") << finding;
             EXPECT_NE(finding.at("found"), "") << finding;
         }
         EXPECT_EQ(status_, problem ? 1 : 0);
     }
-    // The first about `what`.
+    // The first finding about `what`.
     json about(const std::string& what) const {
         for (const json& finding : findings_)
             if (finding.at("what") == what) return finding;
@@ -65,7 +65,7 @@ class Doctor : public testing::Test {
     }
 
     test::Command command_;
-    std::string patience_ = "--patience 60 ";  // of a machine with a lot to do besides
+    std::string patience_ = "--patience 60 ";  // long, for a busy machine
     int status_ = -1;
     std::string err_;
     json findings_;
@@ -119,7 +119,7 @@ TEST_F(Doctor, AWholeRuntimeIsDescribed) {
 }
 
 TEST_F(Doctor, WithoutControllersOrFocusItWarns) {
-    patience_ = "--patience 12 ";  // a good part of it is waited for the focus
+    patience_ = "--patience 12 ";  // much of it is spent waiting for the focus
     useMock({{"version", 2},
              {"controllers", json::object()},
              {"session", {{{"t_s", 0}, {"state", "visible"}}}},
@@ -155,7 +155,7 @@ TEST_F(Doctor, ARuntimeThatHangsIsLeftBehind) {
     EXPECT_EQ(status_, 1);
     expectAbout("runtime hangs", "problem", "within 5 s");
     expectAbout("runtime hangs", "problem", "loading it");
-    EXPECT_NE(about("cache").at("state"), "absent");  // the rest is looked at all the same
+    EXPECT_NE(about("cache").at("state"), "absent");  // the other checks still run
 }
 
 TEST_F(Doctor, ARuntimeThatCrashesIsAProblemAndNoCrash) {
@@ -187,7 +187,7 @@ TEST_F(Doctor, RecordsAndRegistrationsAreRead) {
     expectAbout("records", "problem", "no folder");
 }
 
-// As a user without rights: root has them whatever the limits say.
+// Runs as a user without privileges, because limits do not apply to root.
 TEST_F(Doctor, RefusedRealTimeIsAWarningWithTheLineThatAllowsIt) {
     const std::string as_nobody =
         geteuid() == 0 ? "prlimit --rtprio=0:0 --memlock=0:0 setpriv --reuid=65534 --regid=65534 "

@@ -1,4 +1,4 @@
-// `stylet run --device falcon` and its calibration, as a user calls them, with an emulated Falcon plugged in.
+// Runs `stylet run --device falcon` and its calibration as a user does, with an emulated Falcon.
 #include <gtest/gtest.h>
 
 #include <signal.h>
@@ -24,7 +24,7 @@ namespace {
 using test::FalconEmulator;
 using test::nap;
 
-// The hand that homes it, for as long as it is in scope.
+// Homes the device repeatedly while in scope.
 class Hand {
   public:
     explicit Hand(test::FalconTestbed& bed)
@@ -46,9 +46,9 @@ class Hand {
     std::thread thread_;
 };
 
-// A hand at work on an attempt that writes into `out`: still until the record begins, then along the path
-// into the body while the force still rises, held there, and drawn back again. A busy machine makes faults of
-// the emulated device, so each pass begins by re-arming and is short.
+// Moves the device during an attempt that writes to `out`. Waits until the record begins, then moves along
+// the path into the body while the force ramps up, stops there, and moves out again. A busy machine causes
+// faults of the emulated device, so each pass is short and starts by re-arming.
 class Work {
   public:
     Work(test::FalconTestbed& bed, const std::filesystem::path& out)
@@ -60,7 +60,7 @@ class Work {
     Work(const Work&) = delete;
     Work& operator=(const Work&) = delete;
     bool pushed() const { return pushed_.load(); }
-    // Ended passes into the body and out again in which the motors pushed.
+    // Completed passes into the body and out again in which the motors produced a force.
     int passes() const { return passes_.load(); }
 
   private:
@@ -81,7 +81,7 @@ class Work {
             if (pushed()) ++passes_;
         }
     }
-    // Between depths along the path, 50 mm/s in steps that the driver does not take for a leap.
+    // Moves between depths along the path at 50 mm/s, in steps that the driver does not reject as a jump.
     void move(double from_m, double to_m) {
         constexpr int kSteps = 120;
         for (int i = 1; i <= kSteps && !over_.load(); ++i) {
@@ -103,7 +103,8 @@ class Work {
         bed_->with([&](FalconEmulator& f) { f.holdAt(counts); });
     }
 
-    // The path's entry is 15 mm within the workspace's near end (clutch.h), this 3 mm outside the skin.
+    // The path's entry lies 15 mm inside the near end of the workspace (clutch.h). This position is 3 mm
+    // outside the skin.
     const double outside_m_ = haptics::falcon::profileOf({}).workspace_centre_m.z +
                               haptics::falcon::profileOf({}).workspace_radius_m - 0.012;
     test::FalconTestbed* bed_;
@@ -113,8 +114,8 @@ class Work {
     std::thread thread_;
 };
 
-// What only real time shows: whatever ends the running program, a terminal's signals included, the motors
-// hear zero last.
+// Needs real time: whatever ends the program, including a terminal's signals, the last command to the
+// motors is zero.
 struct FalconRunRealTime : testing::Test {
     void SetUp() override {
         if (!test::FalconTestbed::works()) GTEST_SKIP() << "umockdev's library is not preloaded: use ctest";
@@ -125,7 +126,8 @@ struct FalconRunRealTime : testing::Test {
                (command / "image").string() + "' --scenario '" + test::testScenario("short").string() + "' " +
                rest;
     }
-    // An attempt into `out` that ends with `signal` as soon as `seen`, or of itself after `seconds`.
+    // Runs an attempt into `out`. It ends with `signal` once `seen` returns true, or by itself after
+    // `seconds`.
     test::Outcome runUntil(const std::function<bool()>& seen, const std::filesystem::path& out, int signal,
                            int seconds) {
         const std::filesystem::path number = out.string() + "-number";
@@ -173,7 +175,7 @@ constexpr int kSignals[] = {SIGTERM};
 constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP};
 #endif
 
-// Whatever a terminal does to a program, its motors are told zero before it is gone.
+// Any signal from a terminal: the motors are set to zero before the program ends.
 // HZ-FORCE-14
 TEST_F(FalconRunRealTime, ASignalWhileItPushesEndsInZero) {
     test::FalconTestbed bed(true);
@@ -201,7 +203,7 @@ TEST_F(FalconRunRealTime, ACalibrationThatIsBrokenOffSaysSoAndLetsGo) {
                              "/stylet' devices --calibrate '" + file + "' >'" + words + "' 2>&1";
     int status = 0;
     std::string said;
-    // On a busy machine the emulated device may well be silent for 20 ms, which ends it too.
+    // On a busy machine the emulated device may not answer for 20 ms, which also ends the calibration.
     for (int tries = 0; tries < 40 && said.find("stopped") == std::string::npos; ++tries) {
         const Hand hand(bed);
         status = std::system(line.c_str());

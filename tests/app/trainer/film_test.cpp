@@ -1,4 +1,4 @@
-// `stylet film` as a user runs it, on a small patient.
+// Runs `stylet film` as a user does, on a small patient.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,7 +47,7 @@ std::vector<Row> rowsOf(const std::filesystem::path& csv) {
     return rows;
 }
 
-// As the header of a PNG tells it.
+// Size in the header of a PNG.
 std::array<std::uint32_t, 2> sizeOf(const std::filesystem::path& png) {
     const std::string bytes = test::textOf(png);
     if (bytes.size() < 24 || bytes.substr(1, 3) != "PNG") return {0, 0};
@@ -94,7 +94,7 @@ TEST_F(Film, TheTableFollowsTheRecording) {
         const double v = (1.0 - f) * marker.v[low] + f * marker.v[(low + 1) % marker.v.size()];
         ASSERT_NEAR(r.v, v, 0.02) << r.t_s;
         ASSERT_EQ(r.held, 0.0);
-        // Hysteresis adds up to 2 mm to 15 mm a unit of v.
+        // Hysteresis adds up to 2 mm to 15 mm per unit of v.
         ASSERT_NEAR(r.dome_mm, 15.0 * r.v, 2.0) << r.t_s;
         most_v = std::max(most_v, r.v), most_mm = std::max(most_mm, r.dome_mm);
     }
@@ -110,10 +110,10 @@ TEST_F(Film, EveryPictureIsThereAndTheSheetHoldsThemAll) {
     EXPECT_EQ(sizeOf(out_ / "coronal-005.png"), frame);
     EXPECT_FALSE(std::filesystem::exists(out_ / "coronal-006.png"));
     EXPECT_FALSE(std::filesystem::exists(out_ / "stereo.png"));
-    // Three columns of two, unshrunk.
+    // Three columns, two rows, not scaled down.
     EXPECT_EQ(sheet[0] / frame[0], 3u);
     EXPECT_EQ(sheet[1] / frame[1], 2u);
-    // The patient moved.
+    // The patient has moved.
     EXPECT_NE(test::textOf(out_ / "coronal-000.png"), test::textOf(out_ / "coronal-003.png"));
 }
 
@@ -171,7 +171,8 @@ TEST_F(Film, RefusesWhatItCannotShow) {
     EXPECT_NE(missing.err.find("/no/such.csv"), std::string::npos) << missing.err;
 }
 
-// Each recording at hand; their breaths are nobody's 15 mm, but the dome must follow each.
+// Uses every ninth of the available recordings. They do not have a travel of 15 mm, but the dome must
+// follow each one.
 TEST_F(Film, TheDomeFollowsRealRecordings) {
     const char* data = std::getenv("STYLET_DATA");
     if (!data) GTEST_SKIP() << "STYLET_DATA is not set: it names the folder that holds breathing/";

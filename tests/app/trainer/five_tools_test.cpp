@@ -1,4 +1,4 @@
-// The whole procedure on layers with known borders, one tool after the other, through the loops of an
+// Runs the whole procedure on layers with known borders, one tool after the other, through the loops of an
 // attempt.
 #include <gtest/gtest.h>
 
@@ -39,9 +39,9 @@ TEST(FiveTools, PalpateParkInciseSnapInAndPuncture) {
             EXPECT_EQ(record.event.kind, NeedleEventKind::entry) << "through the incision";
         }
     }
-    EXPECT_EQ(log.lateral_cut_m, 0.0);  // the rail bears the tremor
+    EXPECT_EQ(log.lateral_cut_m, 0.0);  // the guide's rail absorbs the tremor
 
-    // The record knows all of it: computed again, it ends in the same hash, and shows every tool felt.
+    // A replay of the record gives the same hash and a force from each tool.
     const records::Record record = records::loadRecord(folder / "record");
     std::set<Tool> felt;
     bool parked = false, guided = false;

@@ -16,8 +16,8 @@ using test::ductPath;
 using test::ductPhantom;
 using test::shortScenario;
 
-// The short attempt's first seconds; a leap of the device takes the force away at each of `leaps_s`, a press
-// of its button is the act of re-arming.
+// The first seconds of the short attempt. The device jumps at each of `leaps_s`, which switches the force
+// off. A button press at each of `presses_s` re-arms it.
 Attempt leapingAttempt(const patient::Patient& patient, double seconds, const std::vector<double>& leaps_s,
                        const std::vector<double>& presses_s) {
     Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
@@ -41,7 +41,7 @@ TEST(Flight, TheButtonRearmsAndEveryFaultIsAFlight) {
     const patient::Patient patient(package);
     const SessionLog once = play(patient, leapingAttempt(patient, 4.0, {1.0, 3.0}, {}));
     EXPECT_EQ(once.faults, haptics::kFaultOverSpeed);
-    EXPECT_EQ(once.flights.size(), 1u);  // already off at the second leap
+    EXPECT_EQ(once.flights.size(), 1u);  // the force is already off at the second jump
     const SessionLog twice = play(patient, leapingAttempt(patient, 4.0, {1.0, 3.0}, {2.0}));
     EXPECT_EQ(twice.flights.size(), 2u);
     const SessionLog never = play(patient, leapingAttempt(patient, 4.0, {}, {2.0}));
@@ -49,7 +49,7 @@ TEST(Flight, TheButtonRearmsAndEveryFaultIsAFlight) {
     EXPECT_TRUE(never.flights.empty());
 }
 
-// One fault brings the next: a lost device is soon a silent one.
+// One fault causes the next: a lost device soon gives stale input too.
 TEST(Flight, TimeZeroIsTheFirstFault) {
     std::vector<haptics::TickRecord> flight(10);
     for (std::size_t i = 0; i < flight.size(); ++i) {
@@ -94,7 +94,7 @@ TEST(Flight, BitsHaveNames) {
     EXPECT_EQ(faultNames(haptics::kFaultBadPose | haptics::kFaultStaleInput), "stale-input+bad-pose");
 }
 
-// A headset that is put on, taken off, and put on again.
+// The headset is put on, taken off and put on again.
 // HZ-FORCE-12
 TEST(Focus, TheForceComesAndGoesWithItAndTheAttemptWaits) {
     const patient::Package package = ductPhantom();
@@ -131,7 +131,7 @@ TEST(Focus, TheForceComesAndGoesWithItAndTheAttemptWaits) {
     }
     EXPECT_EQ(log.flights.front().back().output.stage, haptics::ForceStage::off);
     EXPECT_EQ(log.flights.front().back().output.sent_device_n, Vec3(0.0));
-    // 60 frames of 5 ms, but for those in which the force fades.
+    // The headset is off for 60 frames of 5 ms. The first of them pass while the force ramps down.
     EXPECT_GT(stood_still, 40);
     EXPECT_EQ(log.ticks, log.last_tick) << "no tick is missing from the record";
 }

@@ -19,7 +19,7 @@ using testing::IsEmpty;
 constexpr double kDt_s = 0.001;
 
 struct Feed : testing::Test {
-    // Ticks in a row, all of them the same.
+    // Feeds `count` identical ticks.
     void ticks(int count, std::uint32_t faults, std::uint32_t awaited, std::uint32_t buttons = 0) {
         for (int i = 0; i < count; ++i) {
             haptics::TickRecord record;
@@ -93,7 +93,7 @@ TEST_F(Feed, WhatTheForceWaitsForIsToldWhenItLasts) {
 TEST_F(Feed, TheRearmingButtonCountsWhileTheForceIsOff) {
     ticks(1, 0, 0);
     ticks(5, 0, 0, 1);
-    ticks(5, haptics::kFaultHandOff, 0, 1);  // held all the time
+    ticks(5, haptics::kFaultHandOff, 0, 1);  // pressed all the time
     EXPECT_THAT(asked(), IsEmpty());
     ticks(5, haptics::kFaultHandOff, 0, 0);
     ticks(5, haptics::kFaultHandOff, 0, 1);
@@ -127,7 +127,7 @@ TEST_F(LiveFeed, WordsWaitForRoomInTheRing) {
     EXPECT_THAT(held, ElementsAre(haptics::Tool::needle, haptics::Tool::needle));
 }
 
-// Who drops out of sight with his foot down has let go of the pedal.
+// If tracking is lost while the pedal's button is pressed, the pedal is released.
 TEST_F(LiveFeed, ADeviceThatIsLostHoldsNoButton) {
     LiveHand hand = live;
     hand.buttons = {.pedal = 8};
@@ -148,9 +148,9 @@ TEST_F(LiveFeed, ADeviceThatIsLostHoldsNoButton) {
     }
 }
 
-// A stand-in for the haptics loop: every tick takes what is in the ring, and each tool is as it is asked for.
+// Replaces the haptics loop: every tick pops the commands in the ring and applies changes of the tool.
 struct ToolFeed : LiveFeed {
-    // Returns how many commands it took.
+    // Returns the number of commands popped.
     std::uint32_t tick() {
         haptics::TickRecord record;
         for (haptics::Command c; record.input.command_count < haptics::kMaxCommandsPerTick && ring.pop(c);) {
@@ -182,7 +182,7 @@ TEST_F(ToolFeed, ATickWithoutTheCommandSettlesNothing) {
     typed = "finger\nscalpel\n";
     tick();
     feed_of_live.pass(true, session, ring);
-    ticks(3, 0, 0);  // begun before the command came
+    ticks(3, 0, 0);  // ticks that began before the command arrived
     feed_of_live.pass(true, session, ring);
     EXPECT_EQ(tick(), 1u);
     feed_of_live.pass(true, session, ring);

@@ -34,7 +34,7 @@ std::string fiveToolsFile() {
     return (test::assets() / "scenarios" / "five-tools.toml").string();
 }
 
-// Finger, probe, incision, guide, and the breath: all that the needle's model is given.
+// Uses finger, probe, incision, guide and breath, and so every input of the needle model.
 TEST(ForceTruth, WhereBothSegmentationsAgreeTheDifferenceIsNothingToTheLastBit) {
     const patient::Package package = test::ductPhantom();
     const patient::Patient patient(package);
@@ -49,7 +49,7 @@ TEST(ForceTruth, WhereBothSegmentationsAgreeTheDifferenceIsNothingToTheLastBit) 
     EXPECT_EQ(log.state_hash, played(patient, fiveToolsFile(), nullptr).state_hash) << "it is only read";
 }
 
-// A needle pushed along the slabs, felt on `patient`.
+// Pushes a needle along the slabs and computes its force on `patient`.
 class Pushed {
   public:
     Pushed(const patient::Patient& patient, ForceTruth& truth) : patient_(patient), truth_(truth) {
@@ -82,8 +82,8 @@ class Pushed {
     double x_m_ = -0.005;
 };
 
-// The duct from 50 to 56 mm is soft tissue to the thresholds: no hold, and 0.7 N of friction from its border
-// on, where the label has 0.9 to 1.2 N within 0.3 mm, then 0.5 N.
+// The duct from 50 to 56 mm is soft tissue by the thresholds: no tenting, and 0.7 N of friction from its
+// border on. With the label, the force rises from 0.9 to 1.2 N within 0.3 mm and is 0.5 N after that.
 TEST(ForceTruth, AMissedDuctIsWorthWhatTheForceLawSays) {
     const patient::Package package = test::ductPhantom();
     const patient::Patient patient(package);
@@ -93,7 +93,7 @@ TEST(ForceTruth, AMissedDuctIsWorthWhatTheForceLawSays) {
     Pushed needle(patient, truth);
     EXPECT_EQ(needle.to(0.0495).insertion.equal_ticks, truth.reading().insertion.ticks);
     EXPECT_EQ(truth.reading().insertion.largest_n, 0.0);
-    // Halfway through the hold: f = a2 d^2 + a1 d + a0 with a1 = k/2, d = 0.15 mm.
+    // Halfway through tenting: f = a2 d^2 + a1 d + a0 with a1 = k/2, d = 0.15 mm.
     const double k = 1000.0, a1 = 0.5 * k, a2 = k * (k - a1) / 0.3, d = 0.00015;
     EXPECT_NEAR(needle.to(0.05 + d).full_n, 0.9 + a1 * d + a2 * d * d, 2.0 * k * Pushed::kStep_m);
     EXPECT_NEAR(truth.reading().partial_n, 0.7, 1e-9);
@@ -105,7 +105,7 @@ TEST(ForceTruth, AMissedDuctIsWorthWhatTheForceLawSays) {
     EXPECT_NEAR(error.rms_n() * error.rms_n() * double(error.ticks), error.sum_n2, 1e-9);
 }
 
-// Nobody has segmented the fascia, and its CT value is that of soft tissue: the whole of its 2.5 N is missed.
+// The fascia is not segmented, and its CT value is that of soft tissue, so all of its 2.5 N is missing.
 TEST(ForceTruth, WhoseForceIsWhichIsKept) {
     const patient::Package package = test::ductPhantom();
     const patient::Patient felt(package, [](const Label& label) { return label.tissue != Tissue::fascia; });
@@ -131,7 +131,7 @@ TEST(ForceTruth, AnInsertionBeginsAnewAndTheWholeIsKept) {
     const auto tick = [&](double depth_m, double force_n) {
         ++now.tick;
         now.phase = depth_m > 0.0 ? haptics::Phase::pass : haptics::Phase::outside;
-        now.patient_from_needle.position_m = {-0.01, 0.0, 0.0};  // the other stays outside: 0 N
+        now.patient_from_needle.position_m = {-0.01, 0.0, 0.0};  // the other needle stays outside: 0 N
         now.force_n = force_n, now.depth_m = depth_m;
         truth.take(now);
     };

@@ -43,7 +43,7 @@ TEST(GuidePanel, ShowsWhatWasFeltWhileNobodyLooked) {
     EXPECT_NE(felt.rgba(), flat.rgba());
 }
 
-// A replay goes back: what is read is of then, and the curve ends there.
+// When a replay goes back, the readings are those of that time, and the curve ends there.
 TEST(GuidePanel, GoesBackWithAReplay) {
     GuidePanel there(training::hintsOf(Difficulty::guided), 0.001),
         back(training::hintsOf(Difficulty::guided), 0.001);
@@ -75,7 +75,7 @@ Seen inserted(std::vector<Passed> passed) {
     return seen;
 }
 
-// Names, depths and what is at risk are all read off it.
+// A change of name, depth or risk changes the picture.
 TEST(GuidePanel, ShowsWhichTissuesWerePassedHowDeep) {
     using patient::Role, patient::Tissue;
     const Passed skin{0.0, Tissue::skin, Role::pass, "skin", 1.0};
@@ -154,7 +154,7 @@ TEST(GuidePlace, NeverHidesWhereThePunctureIs) {
         for (double y = 1.2; y <= 1.9; y += 0.1)
             for (double z = -0.4; z <= 0.5; z += 0.1)
                 EXPECT_FALSE(covers(place, {x, y, z}, kEntry)) << "who stands at his side of the table";
-    // Behind the panel, it would.
+    // Points behind the panel are covered.
     const Vec3 middle = place.stage_from_panel.position_m;
     EXPECT_TRUE(covers(place, middle + 0.5 * (middle - kEntry), kEntry));
 }

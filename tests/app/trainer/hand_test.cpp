@@ -56,7 +56,7 @@ TEST(Hand, EndsWhereTheScenarioSaysOnThePlannedPath) {
     for (const haptics::TraceSample& s : trace.samples) {
         const Pose needle = walk.patient_from_device * s.device_from_stylus;
         EXPECT_LT(glm::length(glm::cross(needle.position_m - walk.path.entry_m, walk.axis())), 1e-12);
-        EXPECT_LT(glm::length(needle.direction({0, 0, 1}) + walk.axis()), 1e-12);  // +z to the hub
+        EXPECT_LT(glm::length(needle.direction({0, 0, 1}) + walk.axis()), 1e-12);  // +z points to the hub
     }
 }
 
@@ -72,7 +72,7 @@ TEST(Hand, StartsAndStopsSmoothly) {
         last_speed = speed;
     }
     EXPECT_NEAR(top, 0.013, 1e-6);
-    // The minimum-jerk step's steepest slope is 15/8: acceleration 15/8 * 0.013 / 0.4 s.
+    // The steepest slope of the minimum-jerk step is 15/8: acceleration 15/8 * 0.013 / 0.4 s.
     EXPECT_NEAR(largest_change, 1.875 * 0.013 / 0.4, 0.002);
 }
 
@@ -126,7 +126,8 @@ TEST(Hand, GoesBesideThePathTowardHeadAndFront) {
     EXPECT_GT(moved.y, 0.0);
 }
 
-// Leant over at its tip and rolled about its shaft, smoothly on the way; the tip goes where it would anyway.
+// The tool leans at its tip and rolls about its shaft, smoothly during the move. The tip moves as without
+// them.
 TEST(Hand, LeansAndRollsTheToolAsItMoves) {
     const Walk walk;
     Scenario s = straightIn(), straight = straightIn();
@@ -151,14 +152,14 @@ TEST(Hand, LeansAndRollsTheToolAsItMoves) {
     const Vec3 headward = glm::normalize(Vec3(0, 0, 1) - walk.axis() * walk.axis().z);
     EXPECT_NEAR(glm::dot(into, headward) / along, std::tan(0.2), 1e-9);
     EXPECT_NEAR(std::sqrt(1.0 / (along * along) - 1.0), std::hypot(std::tan(0.2), std::tan(0.1)), 1e-9);
-    // The roll, against a needle that only leans.
+    // The roll, compared with a needle that only leans.
     s.stages[0].to.roll_rad = 0.0;
     const Pose leant = needle(walk.hand(s).samples.back()), rolled = needle(trace.samples.back());
     EXPECT_NEAR(glm::dot(leant.direction({1, 0, 0}), rolled.direction({1, 0, 0})), std::cos(0.5), 1e-9);
     EXPECT_NEAR(glm::dot(leant.direction({0, 0, 1}), rolled.direction({0, 0, 1})), 1.0, 1e-12);
 }
 
-// Tool by tool through the guide: the probe is parked with its rail on the path, the needle then follows it.
+// Uses the guide: the probe is parked with its rail on the path, and the needle then follows the rail.
 TEST(Hand, HoldsTheProbeSoThatItsGuideIsOnThePath) {
     const Walk walk;
     Scenario s = straightIn();
@@ -181,16 +182,16 @@ TEST(Hand, HoldsTheProbeSoThatItsGuideIsOnThePath) {
     const Pose rail = patient_from_probe * haptics::GuideSettings{}.probe_from_guide;
     EXPECT_LT(glm::length(glm::cross(rail.position_m - walk.path.entry_m, walk.axis())), 1e-12);
     EXPECT_LT(glm::length(rail.direction({0, 0, 1}) + walk.axis()), 1e-12);
-    // The face's plane meets the path where the tip is told to be.
+    // The plane of the probe's face meets the path at the scripted tip position.
     const Vec3 tip = walk.path.entry_m - 0.020 * walk.axis();
     EXPECT_NEAR((patient_from_probe.inverse() * tip).z, 0.0, 1e-12);
-    EXPECT_NEAR(walk.depthAt(trace.samples.back()), -0.020, 1e-12);  // the needle's tip itself
+    EXPECT_NEAR(walk.depthAt(trace.samples.back()), -0.020, 1e-12);  // the needle's tip
 
     double fastest_m = 0.0;
     for (std::size_t i = 1; i < trace.samples.size(); ++i)
         fastest_m = std::max(fastest_m, glm::length(trace.samples[i].device_from_stylus.position_m -
                                                     trace.samples[i - 1].device_from_stylus.position_m));
-    EXPECT_LT(fastest_m, 0.0002);  // no leap between two ways to hold a tool
+    EXPECT_LT(fastest_m, 0.0002);  // no jump when the grip changes from tool to tool
 }
 
 TEST(Hand, RefusesAScenarioOfMoreThanAnHour) {

@@ -1,4 +1,5 @@
-// `stylet run` on a runtime that takes the headset away, ends the session, hangs, or is watched by a layer.
+// Runs `stylet run` on a runtime that loses the headset, ends the session or hangs, and with a validation
+// layer.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -18,7 +19,7 @@ using nlohmann::json;
 using test::Command;
 using test::Outcome;
 
-// Small eyes: lavapipe draws a few such frames a second.
+// Small images, because lavapipe renders few of them per second.
 const std::string kHeadsetEyes = R"("version": 2, "eyes": {"recommended_size": [96, 96]},
     "head": [{"t_s": 0, "position": [0, 1.5, -0.1], "orientation": [-0.38268343, 0, 0, 0.92387953]}])";
 
@@ -38,7 +39,7 @@ class HeadsetRun : public testing::Test {
         return command_.run("run --headless --spacing-mm 2.5 --scenario '" + scenario.string() + "' " +
                             arguments);
     }
-    // The same attempt without pictures, on the virtual clock.
+    // The same attempt without images, on the virtual clock.
     static const Outcome& withoutPictures() {
         static const Outcome outcome = run("--fast --fps 0");
         return outcome;
@@ -53,7 +54,7 @@ class HeadsetRun : public testing::Test {
         EXPECT_EQ(outcome.summary.at("state_hash"), withoutPictures().summary.at("state_hash"));
         expectTheSameAgain(outcome);
     }
-    // The replay of the record ends in the same state.
+    // Expects that a replay of the record ends in the same state.
     static void expectTheSameAgain(const Outcome& outcome) {
         const std::string record = (command_.out() / "record").string();
         const Outcome again = command_.run("replay '" + record + "' --fast");
@@ -63,7 +64,8 @@ class HeadsetRun : public testing::Test {
     static inline Command command_;
 };
 
-// Each headset is lost at its sixth frame, the next one too: ticks, session and record do not change.
+// Each headset is lost at its sixth frame, including those found again. Ticks, session and record are
+// unaffected.
 // HZ-RECORD-12
 TEST_F(HeadsetRun, LosingTheHeadsetAgainAndAgainCostsTheAttemptNothing) {
     useScenario(R"("events": [{"frame": 6, "session_loss": {"lost_after_s": 0}}])");
@@ -80,7 +82,7 @@ TEST_F(HeadsetRun, ARuntimeThatEndsTheSessionLeavesAScriptedAttemptItsEnd) {
     EXPECT_NE(outcome.err.find("ended the session"), std::string::npos) << outcome.err;
 }
 
-// A run in real time, and what a control client does to the runtime meanwhile.
+// Runs in real time while `acts` controls the runtime.
 class HeadsetRunRealTime : public HeadsetRun {
   protected:
     template <typename Acts>
@@ -107,7 +109,7 @@ class HeadsetRunRealTime : public HeadsetRun {
     }
 };
 
-// In real time, because only there does the force follow the focus of the headset.
+// Needs real time: only there does the force follow the focus of the headset.
 TEST_F(HeadsetRunRealTime, AnAttemptWaitsForWhoLooksAwayAndItsTimeStandsStill) {
     const double pause_s = 1.5;
     const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 4.0);
@@ -140,7 +142,7 @@ TEST_F(HeadsetRunRealTime, AnAttemptWaitsForWhoLooksAwayAndItsTimeStandsStill) {
     expectTheSameAgain(outcome);
 }
 
-// In real time, because only there do the frames have a thread of their own that may be stuck in the runtime.
+// Needs real time: only there do the frames have their own thread, which can block in the runtime.
 TEST_F(HeadsetRunRealTime, ARuntimeThatNeverAnswersAgainKeepsNothing) {
     const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 2.5);
     const Outcome outcome =
@@ -153,8 +155,8 @@ TEST_F(HeadsetRunRealTime, ARuntimeThatNeverAnswersAgainKeepsNothing) {
     expectTheSameAgain(outcome);
 }
 
-// Debian's version of the layer (1.0.20) waits for its own lock when a moment is marked: the scenario
-// captures.
+// Debian's version of the layer (1.0.20) deadlocks when the scenario captures a picture, so this scenario
+// captures none.
 TEST_F(HeadsetRun, TheValidationLayerOfOpenXrIsSilent) {
     std::string layers;
     for (const char* folder : {"/usr/share/openxr/1/api_layers/explicit.d"})

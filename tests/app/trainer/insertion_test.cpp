@@ -103,7 +103,7 @@ TEST_F(Inserted, WhatIsKeptIsBounded) {
     EXPECT_LT(log_.insertion().felt.back().depth_m, 0.06f) << "a depth beyond belief is not kept";
 }
 
-// A whole attempt on layers whose borders are known.
+// A whole attempt on layers with known borders.
 TEST(Insertion, OfAnAttemptOnLayersHasTheirBorders) {
     const patient::Package package = test::ductPhantom();
     const test::Played played = test::playFast(package, test::shortScenario(), 1);

@@ -69,7 +69,7 @@ fs::path storeOf(const Command& command) {
 
 fs::path newestAttempt(const Command& command) {
     std::error_code none;
-    fs::path newest;  // an attempt's id begins with its time
+    fs::path newest;  // The largest path is the newest, because an attempt's id starts with its time.
     for (const auto& attempt : fs::directory_iterator(storeOf(command) / "attempts", none))
         newest = std::max(newest, attempt.path());
     return newest;

@@ -1,4 +1,4 @@
-// What a whole procedure ends in, however its hand was moved: an attempt that is stored, replayed, reported.
+// Checks for the end of a whole procedure with any input: the attempt is stored, replayed and reported.
 #pragma once
 
 #include <array>
@@ -10,29 +10,29 @@
 
 namespace stylet::test {
 
-// The store of a Command's runs with --trainee and without --records.
+// Attempt store of runs that have --trainee and no --records.
 std::filesystem::path storeOf(const Command&);
-// The folder that the attempt which runs now, or ran last, is kept in; empty while there is none.
+// Folder of the attempt that is running or ran last. Empty if there is none.
 std::filesystem::path newestAttempt(const Command&);
 
-// How many of its events are that.
+// Number of events with this kind and text.
 int countOf(const records::StoredAttempt&, const std::string& kind, const std::string& text);
 
 struct KeptAttempt {
     records::StoredAttempt stored;
     nlohmann::json summary;
-    std::array<double, haptics::kToolCount> felt_n{};  // the most that was felt of each tool
-    // How often, by CommandKind.
+    std::array<double, haptics::kToolCount> felt_n{};  // largest force of each tool
+    // Number of commands of each CommandKind.
     std::array<int, std::size_t(haptics::kLastCommandKind) + 1> commanded{};
-    std::string page;  // of stylet-report
+    std::string page;  // written by stylet-report
 };
 
-// The attempt that a run with --trainee said it has stored: done, its record replayed to the same hash and
-// its samples to the same bits, its page free of what could not be read. Throws std::runtime_error where
-// there is none, and fails the test for all else.
+// Finds the attempt that a run with --trainee reported as stored. Expects that it is done, that its record
+// replays to the same state hash and the same samples, and that its report page lists no unreadable data.
+// Throws std::runtime_error if there is no such attempt. Every other problem is a test failure.
 KeptAttempt storedReplayedReported(Command&, const Outcome&, const std::string& trainee);
 
-// Every step of the procedure in its order, each tool felt, and a hit.
+// Expects all steps in the right order, a force from each tool, and a target hit.
 void expectWholeProcedure(const KeptAttempt&);
 
 }  // namespace stylet::test

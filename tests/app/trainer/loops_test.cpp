@@ -59,8 +59,8 @@ TEST(FastLoop, NotesEveryMomentOnceAndInOrder) {
         last = m.seen.tick.tick;
     }
     EXPECT_THAT(names, testing::ElementsAre("approach", "skin", "fascia", "liver", "duct"));
-    // The moment carries its own tick's state: off the skin at the scenario's distance, in the duct at its
-    // wall.
+    // Each capture contains the state of its own tick: "approach" at the scenario's distance from the skin,
+    // "duct" at the duct's wall.
     EXPECT_NEAR(played.log.moments[0].seen.tick.patient_from_needle.position_m.x, -0.005, 1e-3);
     EXPECT_NEAR(played.log.moments[4].seen.tick.patient_from_needle.position_m.x, 0.0503, 2e-4);
     EXPECT_TRUE(played.log.moments[4].seen.tick.breath_held);
@@ -84,16 +84,16 @@ TEST(FastLoop, SeedTableAndScenarioEachChangeTheHash) {
     EXPECT_NE(playFast(other_table, shortScenario(), 7).log.state_hash, first);
 
     Scenario other_scenario = shortScenario();
-    other_scenario.approach_distance_m += 0.001;  // moves nothing
+    other_scenario.approach_distance_m += 0.001;  // has no effect on the motion
     EXPECT_NE(playFast(package, other_scenario, 7).log.state_hash, first);
 }
 
-// Those of runRealTime() that use its clock: haptics, session, frames.
+// Threads of runRealTime() that use its clock: haptics, session and frames.
 constexpr std::size_t kLoopThreads = 3;
 
 class RecordedLoop : public testing::Test {
   protected:
-    // Stops after `longest_ns` of the scenario's hand.
+    // Runs the scenario for at most `longest_ns` of its script.
     void play(const haptics::Clock& clock, std::int64_t longest_ns = 3'600'000'000'000) {
         const Scenario scenario = shortScenario();
         Attempt attempt = makeAttempt(patient_, scenario, ductPath(), 3);
@@ -116,7 +116,7 @@ class RecordedLoop : public testing::Test {
     SessionLog log_;
 };
 
-// Where memory can be locked and no sanitizer keeps shadow memory of its own.
+// Returns true if memory can be locked and no sanitizer uses its own shadow memory.
 bool pagesStay() {
 #ifdef STYLET_SANITIZED
     return false;
@@ -144,13 +144,13 @@ TEST_F(RecordedLoop, ReplaysToItsHashUntilOneBitOfItsInputsChanges) {
     EXPECT_FALSE(other.equal());
     EXPECT_NE(other.state_hash, log_.state_hash);
     ASSERT_TRUE(other.differs_at);
-    // Found in the very frame that holds the changed tick.
+    // The difference is found in the frame that contains the changed tick.
     EXPECT_EQ(other.differs_at->ticks / records::kFrameTicks,
               record.inputs.size() / 2 / records::kFrameTicks + 1);
 }
 
-// What only real time shows: on the machine's own scheduler the loop's thread finds its memory mapped and
-// locked.
+// Needs real time: with the machine's own scheduler, the loop's thread must not cause page faults once it
+// is warm.
 class RecordedLoopRealTime : public RecordedLoop {};
 
 TEST_F(RecordedLoopRealTime, ALoopThatIsWarmTouchesNoNewPage) {
@@ -164,7 +164,7 @@ TEST_F(RecordedLoopRealTime, ALoopThatIsWarmTouchesNoNewPage) {
     RecordProperty("late_ticks", std::to_string(totals_.haptics.late_ticks));
 }
 
-// More commands than ring and tick hold, then one at the very end.
+// More commands than the ring and a tick can hold, then one at the very end.
 Attempt commandedAttempt(const patient::Patient& patient) {
     Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
     const std::int64_t end_ns = attempt.hand.samples.back().t_ns;
@@ -219,8 +219,8 @@ TEST(RealTimeLoop, AnErrorOfThePicturesEndsItAndComesOut) {
     const Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
     Session session(patient, ductPath(), {}, 0.0, nullptr);
     test::VirtualClock clock(kLoopThreads);
-    // The frame's time passes only once every thread runs: a thread that was told to stop before it began
-    // would leave the clock waiting for it.
+    // The frame advances the clock only after every thread has started. Otherwise a thread that is stopped
+    // before it starts would leave the clock waiting for it.
     Pictures broken{[&clock](const Seen&, const patient::ContrastTable*, const std::string&) -> bool {
                         clock.sleepUntil_ns(clock.now_ns() + 11'000'000);
                         throw std::logic_error("not of the GPU");
@@ -230,7 +230,7 @@ TEST(RealTimeLoop, AnErrorOfThePicturesEndsItAndComesOut) {
     EXPECT_LT(session.log().last_tick, 500u) << "went on to the hand's end";
 }
 
-// Frames of a runtime that lets one begin every 11 ms.
+// Simulates a runtime that starts a frame every 11 ms, and records what each frame shows.
 struct WatchedFrame {
     std::uint64_t given = 0, tick = 0;
     bool through_skin = false, hole = false;
@@ -247,7 +247,7 @@ Pictures watching(test::VirtualClock& clock, std::vector<WatchedFrame>& frames, 
                         ++tips;
                     const bool on_skin =
                         seen.tick.phase == haptics::Phase::held && seen.tick.tissue == Tissue::air;
-                    // The last tick is shown again and again until the frames end.
+                    // The last tick is shown repeatedly until the frames end.
                     const bool is_new = frames.empty() || seen.tick.tick != frames.back().tick;
                     if (moment.empty() && is_new)
                         frames.push_back({given.tick.tick, seen.tick.tick,
@@ -259,7 +259,7 @@ Pictures watching(test::VirtualClock& clock, std::vector<WatchedFrame>& frames, 
             .follow = [live](LiveSeen from) { *live = std::move(from); }};
 }
 
-// With what it left on the skin, which another thread finds.
+// Also checks the hole in the skin, which another thread finds.
 TEST(RealTimeLoop, ACutIsShownWithTheFirstFrameAfterIt) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);
@@ -285,7 +285,7 @@ TEST(RealTimeLoop, ACutIsShownWithTheFirstFrameAfterIt) {
     EXPECT_GT(double(tips), 0.9 * double(totals.haptics.ticks));
 }
 
-// Said at the console: the difficulty is seen at once, and a wish for another attempt ends this one.
+// Console commands: a new difficulty is visible at once, and "new attempt" ends this attempt.
 // HZ-TEACH-12
 TEST(RealTimeLoop, DoesWhatTheInstructorSays) {
     const patient::Package package = ductPhantom();

@@ -1,4 +1,4 @@
-// A marker on the belly of somebody who breathes, as a CSV file.
+// Writes a CSV file with the motion of a marker on a breathing abdomen.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace stylet::test {
 
-// Ten breaths of `period_s`, the depths of one after the other differing: no two breaths in a row are alike.
+// Ten breaths of `period_s` each. The depth changes from breath to breath.
 inline void writeMarker(const std::filesystem::path& csv, double period_s) {
     constexpr double kPi = 3.14159265358979323846;
     std::ofstream out(csv);

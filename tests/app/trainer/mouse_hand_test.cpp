@@ -1,4 +1,5 @@
-// The mouse as a hand: smooth, bounded, and what the window says reaches the session whole.
+// Tests the mouse as the input device: smooth and limited motion, and complete command lines from the
+// window.
 #include "app/trainer/hands/mouse_hand.h"
 
 #include <algorithm>
@@ -57,14 +58,14 @@ TEST_F(MouseHand, AStepOfTheMouseBecomesASmoothWayAsLongAsIt) {
     EXPECT_NEAR(glm::length(there.position_m - kStart.position_m - Vec3(0.0, 0.05, 0.0)), 0.0, 1e-6);
     EXPECT_LE(fastest_, SmoothPoint::kSpeed_m_s * 1.001);
     EXPECT_GT(fastest_, 0.9 * SmoothPoint::kSpeed_m_s);
-    // From rest, the spring's whole lead at once: 2 * speed * rate, and no more.
+    // From rest, the spring's largest acceleration is 2 * speed * rate.
     EXPECT_LE(hardest_, 2.001 * SmoothPoint::kSpeed_m_s * SmoothPoint::kRate_per_s);
 }
 
 TEST_F(MouseHand, WithinItsSpeedItAnswersAsACriticallyDampedSpring) {
     after(1);
     port_.move({.moved_m = {0.004, 0.0, 0.0}});
-    // The move is taken by the tick that follows: x(t) = 1 - (1 + wt) exp(-wt).
+    // The next tick applies the move: x(t) = 1 - (1 + wt) exp(-wt).
     for (const int ms : {20, 50, 100}) {
         const double at = after(ms - (ticks_ - 1)).position_m.x - kStart.position_m.x;
         const double wt = SmoothPoint::kRate_per_s * ms * 1e-3;
@@ -87,7 +88,7 @@ TEST_F(MouseHand, DeeperIsAlongTheToolHoweverItIsTurned) {
     EXPECT_NEAR(std::fabs(glm::dot(home.rotation, kStart.rotation)), 1.0, 1e-6);
 }
 
-// Wherever it points: what it points at stays.
+// Rolling does not change the tool's direction.
 TEST_F(MouseHand, RolledItTurnsAboutItsOwnLine) {
     after(1);
     port_.move({.turned_rad = {0.4, -0.3, 0.0}});
@@ -109,7 +110,7 @@ TEST_F(MouseHand, PressedHardItGoesNoDeeperButOut) {
     EXPECT_NEAR(after(2000).position_m.z - kStart.position_m.z, 0.01, 1e-6);
 }
 
-// A thread that had no turn for a second makes no leap of it.
+// A thread that was not scheduled for a second must not cause a jump.
 TEST_F(MouseHand, ALateTurnIsNoLeap) {
     after(5);
     port_.move({.moved_m = {0.05, 0.0, 0.0}});

@@ -8,7 +8,7 @@
 namespace stylet::trainer {
 namespace {
 
-// Whatever the headset: an em is 0.4 degrees and 20 pixels at least, and the panel does not fill the view.
+// In every headset an em is at least 0.4 degrees and 20 pixels, and the panel does not fill the view.
 TEST(Notice, CanBeReadInEveryHeadset) {
     struct Headset {
         const char* name;
@@ -52,7 +52,7 @@ TEST(Notice, SaysWhyTheAttemptDoesNotGoOn) {
     EXPECT_NE(noticeOf(RoomDoubt::moved, "press Enter").lines[0].find("press Enter"), std::string::npos);
 }
 
-// The longest of them stay within the glass: nothing bright touches its lower edge.
+// The longest notices fit the panel: no bright pixels touch its lower edge.
 TEST(Notice, FitsItsPanel) {
     NoticePanel panel;
     for (const haptics::FaultText& fault : haptics::faultTexts()) {

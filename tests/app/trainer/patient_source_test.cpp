@@ -1,4 +1,4 @@
-// The patients in the user's cache, which several programs read and make anew at the same time.
+// The patients in the user's cache. Several programs may read and rebuild them at the same time.
 #include "app/trainer/stores/patient_source.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ TEST_F(KeptPackage, IsThereOrAbsentOrDamagedAndGone) {
     EXPECT_EQ(entries(), 0u);
 }
 
-// Another program has found the same damage, and made it anew before this one could say so.
+// Another program has found the same damage and replaced the package before this one could remove it.
 TEST_F(KeptPackage, ASoundOneOfAnotherProgramStays) {
     damage();
     int loads = 0;
@@ -56,7 +56,7 @@ TEST_F(KeptPackage, ASoundOneOfAnotherProgramStays) {
     EXPECT_EQ(entries(), 1u);
 }
 
-// It has taken it away, and makes it anew just now.
+// Another program has removed the damaged package and is rebuilding it.
 TEST_F(KeptPackage, OneThatIsGoneMeanwhileIsNone) {
     EXPECT_FALSE(keptPackage(kept_, [&](const fs::path& folder) -> patient::Package {
         fs::remove_all(folder);
@@ -65,7 +65,7 @@ TEST_F(KeptPackage, OneThatIsGoneMeanwhileIsNone) {
     EXPECT_EQ(entries(), 0u);
 }
 
-// It has made one while this one judged what lay there.
+// Another program replaced the package while this one checked the old one.
 TEST_F(KeptPackage, OneThatCameMeanwhileIsTaken) {
     int loads = 0;
     const auto found = keptPackage(kept_, [&](const fs::path& folder) -> patient::Package {
@@ -78,7 +78,7 @@ TEST_F(KeptPackage, OneThatCameMeanwhileIsTaken) {
     EXPECT_EQ(entries(), 1u);
 }
 
-// Nothing is wrong with what cannot be opened, whatever the reason.
+// A file that cannot be opened is not evidence of damage.
 TEST_F(KeptPackage, WhatCannotBeReadIsNotTakenForDamaged) {
     fs::remove(kept_ / "labels.nii.gz");
     fs::create_symlink(folder_ / "a disk that is not there", kept_ / "labels.nii.gz");

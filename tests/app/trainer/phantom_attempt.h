@@ -1,4 +1,4 @@
-// An attempt on layers with known borders: skin, fat, fascia, liver, a duct in it.
+// An attempt on layers with known borders: skin, fat, fascia and liver with a duct inside.
 #pragma once
 
 #include "app/trainer/loop/loops.h"
@@ -8,7 +8,7 @@
 
 namespace stylet::test {
 
-// Borders at x = 0, 2, 20, 22, 50, 56 mm; the path runs along +x to the duct's middle.
+// Borders at x = 0, 2, 20, 22, 50 and 56 mm. The path runs along +x to the centre of the duct.
 inline patient::Package ductPhantom() {
     using patient::Tissue;
     patient::Package package = makeSlabs({{Tissue::skin, 0.002},
@@ -26,7 +26,7 @@ inline trainer::Scenario shortScenario() {
     return trainer::loadScenario(testScenario("short"));
 }
 
-// One finished attempt, with the session that watched it.
+// One finished attempt and the log of its session.
 struct Played {
     trainer::SessionLog log;
     trainer::LoopTotals totals;

@@ -10,7 +10,7 @@
 namespace stylet::trainer {
 namespace {
 
-// A pipe that is stdin for as long as it is in scope.
+// Replaces stdin by a pipe during a test.
 struct Typing : testing::Test {
     void SetUp() override {
         std::array<int, 2> ends{};
@@ -27,7 +27,7 @@ struct Typing : testing::Test {
             ::close(STDIN_FILENO);
         end();
     }
-    // As much as the pipe takes.
+    // Writes until the pipe is full. Returns the number of bytes.
     std::size_t fill() const {
         const std::string line = "hold\n";
         std::size_t size = 0;

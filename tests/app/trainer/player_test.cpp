@@ -21,7 +21,7 @@ TEST(Player, PlaysAtItsSpeedAndStopsAtTheEnd) {
     player.pass(5.0);
     EXPECT_EQ(player.state().at_s, 10.0);
     EXPECT_FALSE(player.state().plays);
-    player.hear("toggle\n");  // from the begin again
+    player.hear("toggle\n");  // starts again at the beginning
     EXPECT_EQ(player.state().at_s, 0.0);
     EXPECT_TRUE(player.state().plays);
 }

@@ -14,7 +14,7 @@ using haptics::Tool;
 
 constexpr std::int64_t kMs_ns = 1'000'000;
 
-// Straight, turning, and at a known speed.
+// A motion with constant velocity and angular velocity.
 Pose moving(double t_s) {
     return {glm::angleAxis(2.0 * t_s, Vec3(0.0, 1.0, 0.0)), Vec3(0.10 * t_s, -0.05 * t_s, 0.3)};
 }
@@ -35,7 +35,7 @@ TickOutput tickAt(int tick, const Pose& pose, Tool tool = Tool::needle) {
     return out;
 }
 
-// A tick a millisecond of moving(), from 1 to `last`.
+// Feeds one tick of moving() per millisecond, from 1 to `last`.
 void feed(TipPredictor& p, int last) {
     for (int i = 1; i <= last; ++i)
         p.take(sampleAt(i, moving(1e-3 * i)));
@@ -66,7 +66,7 @@ TEST(Prediction, WithoutAWindowOrAStreamItIsDrawnAsItIs) {
               tick.patient_from_needle.position_m);
 }
 
-// What happened is the tick's own; only places are taken ahead.
+// Prediction changes poses only. Events and forces are those of the tick.
 TEST(Prediction, OnlyPlacesAreTakenAhead) {
     TipPredictor p;
     feed(p, 100);
@@ -118,7 +118,7 @@ TEST(Prediction, IsBoundedInWayTurnAndLead) {
     EXPECT_NEAR(drawn.patient_from_needle.position_m.x - 0.9 * 0.060, settings.most_way_m, 1e-9);
     const Quat turn = drawn.patient_from_needle.rotation * glm::conjugate(tick.patient_from_needle.rotation);
     EXPECT_NEAR(2.0 * std::acos(turn.w), settings.most_turn_rad, 1e-9);
-    // A stream that has ended: taken back to where it was, without a jump.
+    // After the stream ends, the prediction returns to the last position without a jump.
     const auto way = [&](int lead_ms) {
         return p.at(tick, (60 + lead_ms) * kMs_ns).patient_from_needle.position_m.x - 0.054;
     };
@@ -126,7 +126,7 @@ TEST(Prediction, IsBoundedInWayTurnAndLead) {
     EXPECT_NEAR(way(90), 0.9 * 0.010, 1e-9);
     EXPECT_EQ(way(100), 0.0);
     EXPECT_EQ(way(5000), 0.0);
-    EXPECT_EQ(way(-10), 0.0);  // displayed already
+    EXPECT_EQ(way(-10), 0.0);  // already displayed
 }
 
 // HZ-TEACH-05
@@ -142,7 +142,7 @@ TEST(Prediction, AStaleStreamIsNotTakenAhead) {
     EXPECT_EQ(p.at(tick, 136 * kMs_ns).patient_from_needle.position_m, tick.patient_from_needle.position_m);
 }
 
-// A device of 200 Hz, read at 1 kHz.
+// A device at 200 Hz, read at 1 kHz.
 TEST(Prediction, ASlowDeviceIsTakenFromItsOwnSamples) {
     TipPredictor p({.window_s = 0.004});
     for (int i = 0; i <= 100; ++i)
@@ -157,7 +157,7 @@ TEST(Prediction, AChangeOfToolsIsNoMotion) {
     p.take(sampleAt(101, {Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.5)}, true, Tool::finger));
     const TickOutput tick = tickAt(101, {Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.5)}, Tool::finger);
     EXPECT_EQ(p.at(tick, 121 * kMs_ns).patient_from_tool.position_m, Vec3(0.5));
-    // And the tick before it is drawn as it was.
+    // The tick before the change is drawn without prediction.
     const TickOutput before = tickAt(100, moving(0.100));
     EXPECT_EQ(p.at(before, 121 * kMs_ns).patient_from_needle.position_m,
               before.patient_from_needle.position_m);
@@ -176,7 +176,7 @@ TEST(Offset, IsMeasuredAgainstWhereTheTipWasAtTheDisplayTime) {
     TipPredictor p;
     feed(p, 100);
     const TickOutput tick = tickAt(100, moving(0.100));
-    p.drew(7, 120 * kMs_ns + kMs_ns / 2, tick);  // as it is: 20.5 ms behind
+    p.drew(7, 120 * kMs_ns + kMs_ns / 2, tick);  // without prediction: 20.5 ms behind
     p.drew(8, 120 * kMs_ns + kMs_ns / 2, p.at(tick, 120 * kMs_ns + kMs_ns / 2));
     EXPECT_FALSE(p.measured());
     for (int i = 101; i <= 121; ++i)
@@ -199,12 +199,12 @@ TEST(Offset, IsNotGivenWhereThereIsNoTruth) {
     feed(p, 100);
     const TickOutput tick = tickAt(100, moving(0.100));
     p.drew(1, 110 * kMs_ns, tick);
-    p.take(sampleAt(400, moving(0.400)));  // a pause in between
+    p.take(sampleAt(400, moving(0.400)));  // after a pause
     EXPECT_FALSE(p.measured());
     p.drew(2, 405 * kMs_ns, tickAt(400, moving(0.400)));
     p.take(sampleAt(406, moving(0.406), true, Tool::scalpel));
     EXPECT_FALSE(p.measured());
-    // At rest there is a distance, but no time.
+    // At rest there is a distance but no time.
     TipPredictor still;
     for (int i = 1; i <= 40; ++i)
         still.take(sampleAt(i, moving(0.0)));

@@ -1,4 +1,4 @@
-// The whole procedure through the program, the hand that of a trace.
+// Runs the whole procedure through the program with a recorded motion trace as input.
 #include <gtest/gtest.h>
 
 #include "tests/app/trainer/kept_attempt.h"
@@ -11,7 +11,7 @@ using test::Outcome;
 
 const std::string kProcedureRun = "run --fast --spacing-mm 3 --seed 4 --scenario procedure --trainee ";
 
-// The scenario says what is said, the trace how the hand moves: together they are the attempt again.
+// The scenario provides the commands and the trace provides the motion. Together they repeat the attempt.
 TEST(ProcedureRun, ByAHapticTrace) {
     test::Command command;
     const Outcome scripted = command.runBare(kProcedureRun + "script");

@@ -1,4 +1,4 @@
-// Which path an attempt is scored against.
+// Tests the choice of the path against which an attempt is scored.
 #include "app/trainer/attempt/reference_path.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 class ReferencePath : public testing::Test {
   protected:
-    // An attempt whose needle goes `aside_m` beside the phantom's path.
+    // An attempt whose needle runs `aside_m` beside the phantom's path.
     std::string attempt(const patient::Patient& on, const char* scenario, double aside_m) {
         patient::PlannedPath path = test::ductPath();
         for (Vec3* end : {&path.entry_m, &path.entry_reference_m, &path.target_m, &path.target_reference_m})
@@ -32,7 +32,7 @@ class ReferencePath : public testing::Test {
         writer.finish();
         return folder;
     }
-    // What referencePath() says against it; empty when it takes it.
+    // Error message of referencePath(), or empty if it accepts the path.
     std::string refusal(const patient::Patient& patient, const std::string& asked) {
         try {
             referencePath(patient, folder_.path(), asked);

@@ -1,6 +1,6 @@
-// `stylet register` as a user meets it: an emulated device behind its socket, the mock runtime's controller
-// with its tip on the device's, and what is kept against where the device really stands. And the same in
-// virtual time.
+// Runs `stylet register` as a user does: with an emulated device behind its socket and the mock runtime's
+// controller, whose tip is on the device's tip. Compares the stored registration with the true pose of the
+// device. Also does the same in virtual time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -31,7 +31,7 @@ using testing::HasSubstr;
 
 constexpr std::chrono::milliseconds kRegisterPatience = std::chrono::seconds(60);
 
-// Where the emulated device stands, how its controller is held.
+// Pose of the emulated device, and the grip of the controller on it.
 struct DevicePlace {
     Pose stage_from_device{glm::angleAxis(0.6, glm::normalize(Vec3(0.2, 1.0, 0.1))), {0.15, 0.95, -0.45}};
     Vec3 grip_from_tip_m{0.005, -0.03, -0.11};
@@ -56,7 +56,7 @@ Quat swung(double t_s, double size) {
            glm::angleAxis(size * std::sin(3.3 * t_s), Vec3(0, 0, 1));
 }
 
-// Both hands, and eyes that read what the program says.
+// Moves both hands and reads the program's output.
 class RegisterUser {
   public:
     RegisterUser(const std::string& control, std::filesystem::path said, test::BridgeServer& device,
@@ -65,7 +65,8 @@ class RegisterUser {
         rest(kStart_m);
     }
 
-    // Until the program has said this, after what it was last waited for. False when it does not.
+    // Waits until the program prints `words`. Searches after the previous match only. Returns false on a
+    // timeout.
     bool hear(const std::string& words, std::chrono::milliseconds patience = kRegisterPatience) {
         const auto deadline = std::chrono::steady_clock::now() + patience;
         while (std::chrono::steady_clock::now() < deadline) {
@@ -82,7 +83,7 @@ class RegisterUser {
     void mustHear(const std::string& words) {
         if (!hear(words)) throw std::runtime_error("never said: " + words + "\n" + test::textOf(said_));
     }
-    // Holds the button until the program answers; presses it once more where it was too early.
+    // Holds the button until the program prints `until`. Retries, because the press may come too early.
     void press(const std::string& until, const std::string& button = "select/click") {
         for (int tries = 0; tries < 3; ++tries) {
             value(button, true);
@@ -102,7 +103,7 @@ class RegisterUser {
     MockControl& mock() { return mock_; }
     static void nap(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
-    static constexpr Vec3 kStart_m{0.0, 0.0, 0.1};  // the emulated workspace's middle
+    static constexpr Vec3 kStart_m{0.0, 0.0, 0.1};  // centre of the emulated workspace
     DevicePlace place;
 
   private:
@@ -114,7 +115,7 @@ class RegisterUser {
     std::size_t heard_ = 0;
 };
 
-// The kept one against the truth, all over the cube.
+// Compares the stored registration with the truth at points of the whole cube.
 void expectRight(const Registration& kept, const DevicePlace& place) {
     double squares = 0.0, worst_m = 0.0;
     for (const Vec3& p : xr::registration::spreadPlaces({RegisterUser::kStart_m, 0.04}, 34)) {
@@ -143,7 +144,7 @@ class RegisterRunRealTime : public testing::Test {
     }
     std::string control() const { return (command_ / "control").string(); }
 
-    // The program with this user; he is told when the runtime listens.
+    // Runs the program. `acts` controls the user.
     template <typename Acts>
     Outcome run(const std::string& arguments, const DevicePlace& place, const Acts& acts) {
         const std::string socket = (command_ / "bridge.sock").string();
@@ -180,10 +181,10 @@ class RegisterRunRealTime : public testing::Test {
     Command command_;
 };
 
-// In real time, because only there do the program, the runtime and the device's service run side by side.
+// Needs real time: only there do the program, the runtime and the device's service run at the same time.
 TEST_F(RegisterRunRealTime, PointsAreTouchedAndTheDeviceIsWhereItStands) {
 #ifdef STYLET_ROUGH
-    // Whoever registers may come from anywhere: what is kept is in metres.
+    // Uses a locale with a decimal comma: it must not affect the stored numbers.
     const auto country = test::decimalComma(command_ / "locales", STYLET_ROUGH);
     ASSERT_FALSE(country.empty()) << "localedef knows no de_DE: the package locales is missing";
     for (const auto& [name, value] : country)
@@ -209,7 +210,7 @@ TEST_F(RegisterRunRealTime, PointsAreTouchedAndTheDeviceIsWhereItStands) {
     EXPECT_NEAR(kept.scale, 1.0, 0.002);
 }
 
-// Time that stands still until the test lets it pass. One other thread sleeps by it.
+// Virtual time that advances only when the test says so. One other thread sleeps on it.
 class SteppedTime {
   public:
     haptics::Clock clock() {
@@ -220,7 +221,7 @@ class SteppedTime {
         const std::lock_guard lock(mutex_);
         return now_ns_;
     }
-    // From each of the other thread's wakings to the next.
+    // Advances the time step by step, from each wake-up of the other thread to the next.
     void pass(std::int64_t duration_ns) {
         std::unique_lock lock(mutex_);
         const std::int64_t end_ns = now_ns_ + duration_ns;
@@ -231,7 +232,7 @@ class SteppedTime {
         }
         waitForSleeper(lock);
     }
-    // From now on the other thread sleeps for no time of this clock, so that it can end.
+    // From now on the other thread's sleeps return at once, so that it can end.
     void release() {
         const std::lock_guard lock(mutex_);
         released_ = true;
@@ -258,22 +259,22 @@ class SteppedTime {
     bool released_ = false;
 };
 
-// What the user's hands do from a time on, by the time since then.
+// Motion of the user's hands from `begin_s` on, as functions of the time since then.
 struct RegisterAct {
     double begin_s = 0.0;
-    bool press = false;  // the trigger, at the beginning
+    bool press = false;  // presses the trigger at the start
     std::function<Vec3(double t_s)> tipAt;
     std::function<Quat(double t_s)> turnAt, stylusAt;
 };
 
-// The registration in virtual time: the device and the view are played by the acts.
+// Registers in virtual time. The acts define the device's and the controller's motion.
 class RegisterVirtual : public testing::Test {
   protected:
     struct Played {
         bool stored = false;
         std::string out, err;
     };
-    // The device's poses come so much later than the controller's.
+    // The device's poses lag behind the controller's by this time.
     static constexpr double kDeviceLag_s = 0.015;
 
     class Device : public haptics::HapticDevice {
@@ -314,7 +315,7 @@ class RegisterVirtual : public testing::Test {
         act(0.5, false, RegisterUser::kStart_m);
         act(0.5, true, RegisterUser::kStart_m);
     }
-    // The tip rests, the controller turns about it.
+    // The tip rests while the controller turns about it.
     void findTip() {
         act(
             8.0, true, [](double) { return RegisterUser::kStart_m; },
@@ -328,7 +329,7 @@ class RegisterVirtual : public testing::Test {
             act(0.8, true, places[i], turn, stylus);
         }
     }
-    // Everywhere, both together.
+    // Moves device and controller together through the whole workspace.
     void sweep(double seconds) {
         act(
             seconds, true,
@@ -340,10 +341,10 @@ class RegisterVirtual : public testing::Test {
             [](double t_s) { return swung(t_s, 0.5); },
             [](double t_s) { return glm::angleAxis(0.4 * std::sin(0.9 * t_s), Vec3(0, 1, 0)); });
     }
-    // The program lingers for 1.5 s after the last press.
+    // The program waits for 1.5 s after the last press.
     void press() { act(3.0, true, RegisterUser::kStart_m); }
 
-    // The acts from their beginning; then the runtime ends the session. The last act is no longer recorded.
+    // Plays all acts, then the runtime ends the session. The last act is not recorded.
     Played play(const DevicePlace& place) {
         SteppedTime time;
         begun_s_ = 1e-9 * double(time.now());
@@ -376,7 +377,7 @@ class RegisterVirtual : public testing::Test {
         played.err = testing::internal::GetCapturedStderr();
         return played;
     }
-    // The act of that time, and the time since it began.
+    // The act at that time, and the time since it began.
     std::pair<const RegisterAct&, double> actAt(double now_s) const {
         const double t_s = now_s - begun_s_;
         const RegisterAct* found = &acts_.front();
@@ -410,7 +411,7 @@ TEST_F(RegisterVirtual, PointsAreTouchedAndTheDeviceIsWhereItStands) {
     EXPECT_EQ(kept.key.space, "stage");
     EXPECT_NEAR(kept.scale, 1.0, 0.002);
 
-    // The next day: one touch says that it still holds. Then somebody pushes the table.
+    // The next day: one touch confirms the registration. Then somebody pushes the table.
     begin();
     touch({RegisterUser::kStart_m + Vec3(0.02, 0.01, -0.01)});
     press();

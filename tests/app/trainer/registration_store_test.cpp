@@ -1,4 +1,4 @@
-// What is kept of a registration comes back to the bit; everything else is refused by file, field and reason.
+// A stored registration is read back bit for bit. Every other file is refused with file, field and reason.
 #include "app/trainer/stores/registration_store.h"
 
 #include <gmock/gmock.h>
@@ -66,10 +66,10 @@ TEST(RegistrationStore, AnotherSpaceOrDeviceIsAnotherFile) {
     other([](RegistrationKey& k) { k.generation = "4f1c-23"; });
     other([](RegistrationKey& k) { k.generation = ""; });
     other([](RegistrationKey& k) { k.space = "stage"; });
-    other([](RegistrationKey& k) { k.unit = "Novint_Falcon"; });  // the same once made a file's name
+    other([](RegistrationKey& k) { k.unit = "Novint_Falcon"; });  // the same file name after escaping
     other([](RegistrationKey& k) { k.device = "bridge"; });
     other([](RegistrationKey& k) { k.unit = std::string(150, '/') + "../../etc"; });
-    // A file that was copied to another's name does not pass for it.
+    // A file copied to another registration's name is refused.
     RegistrationKey stage = r.key;
     stage.space = "stage";
     std::filesystem::copy_file(registrationFile(folder.path(), r.key),

@@ -1,4 +1,4 @@
-// A record looked at in a headset: scrubbed by the controller's stick, each instant as it was in the attempt.
+// Shows a record in a headset. The controller's stick scrubs it, and each tick looks as in the attempt.
 #include <gtest/gtest.h>
 #include <stb/stb_image.h>
 
@@ -16,10 +16,10 @@ namespace {
 using test::Outcome;
 
 constexpr int kReplayPixels = 320;
-// Over the entry. By frames, not by seconds: the machine may be busy.
+// Looks at the entry. Times are in frames because the machine may be busy.
 const std::string kReplayHead = R"({"version": 2, "eyes": {"recommended_size": [320, 320]},
     "head": [{"t_s": 0, "position": [0.12, 1.45, 0.0], "orientation": [-0.36, -0.06, 0, 0.93]}])";
-// The stick is pushed a little to the right all the time, by a controller that has one for sixteen frames.
+// The stick is always pushed slightly to the right. For sixteen frames the controller has a stick.
 const std::string kScrubs = kReplayHead + R"(, "exit_after_frames": 42,
     "controllers": {"right": {
         "poses": [{"t_s": 0, "position": [0.3, 1.0, -0.3], "orientation": [0, 0, 0, 1]}],
@@ -29,7 +29,7 @@ const std::string kScrubs = kReplayHead + R"(, "exit_after_frames": 42,
                {"frame": 38, "capture": "there"}]})";
 const std::string kLooks = kReplayHead + R"(, "exit_after_frames": 24})";
 
-// Of the picture's middle, where neither the guide panel nor an alert is.
+// PSNR of the image centres, which contain neither the guide panel nor an alert.
 double psnrOfMiddles_db(const std::filesystem::path& a, const std::filesystem::path& b) {
     std::unique_ptr<stbi_uc, void (*)(void*)> pictures[2]{{nullptr, stbi_image_free},
                                                           {nullptr, stbi_image_free}};

@@ -9,7 +9,7 @@
 namespace stylet::trainer {
 namespace {
 
-// In steps of a second; how often it was told.
+// Advances in steps of one second. Returns how often a rest was suggested.
 int passes(RestWatch& watch, double& now_s, double seconds, bool works, bool inside) {
     int told = 0;
     for (double end_s = now_s + seconds; now_s < end_s; now_s += 1.0)
@@ -20,7 +20,7 @@ int passes(RestWatch& watch, double& now_s, double seconds, bool works, bool ins
 // HZ-USER-02
 TEST(Rest, IsSuggestedOnceAndNeverDuringAPuncture) {
     RestWatch watch;
-    double now_s = 1e6;  // no clock begins at nothing
+    double now_s = 1e6;  // clocks do not start at zero
     EXPECT_EQ(passes(watch, now_s, kRestAfter_s - 60.0, true, false), 0);
     EXPECT_EQ(passes(watch, now_s, 300.0, true, true), 0);
     EXPECT_FALSE(watch.shown());

@@ -23,7 +23,8 @@ records::RecordInfo onTheDuct() {
 
 class FromABookmark : public testing::Test {
   protected:
-    // Played with a bookmark in the fat, one deep in the liver with the force on, and one at the end.
+    // Plays an attempt with three bookmarks: in the fat, deep in the liver with the force on, and at the
+    // end.
     void SetUp() override {
         const Attempt attempt = makeAttempt(patient_, scenario_, test::ductPath(), 3);
         records::RecordWriter writer(first(), {patient::digest(package_), attempt.simulation}, info_);
@@ -48,7 +49,7 @@ class FromABookmark : public testing::Test {
         checkRetry(retry, patient_);
         return retry;
     }
-    // The scenario's hand of that seed goes on, on the virtual clock.
+    // Continues with the scripted input of `seed` on the virtual clock.
     SessionLog goOn(const Retry& retry, std::uint64_t seed) {
         Attempt attempt = makeAttempt(patient_, scenario_, test::ductPath(), seed);
         beginAs(attempt, retry);
@@ -93,7 +94,7 @@ TEST_F(FromABookmark, AnotherHandGoesOnFromTheVeryInputs) {
             << i;
 }
 
-// A device of which nothing but its place counts.
+// A device that has only a position.
 class Placed final : public haptics::HapticDevice {
   public:
     explicit Placed(const Retry& retry) : left_(retry.record.inputs[retry.bookmark.tick - 1].device) {
@@ -120,7 +121,7 @@ class Placed final : public haptics::HapticDevice {
   private:
     haptics::DeviceState left_;
     haptics::DeviceProfile profile_;
-    Vec3 drawn_back_m_{0.0};  // by as much as the tissue is stretched: the force begins from nothing
+    Vec3 drawn_back_m_{0.0};  // withdrawn by the tissue's stretch, so that the force starts at zero
 };
 
 // HZ-FORCE-23
@@ -144,7 +145,7 @@ TEST_F(FromABookmark, AHandOfFleshIsWaitedForAndTheForceRisesAtRest) {
     std::string words;
     const LiveHand hand{device,
                         [&](double) {
-                            if (!back && device.reads > 50) {  // none of which made a tick
+                            if (!back && device.reads > 50) {  // none of them made a tick
                                 stood_at = session.log().last_tick;
                                 EXPECT_EQ(level, 0.0);
                                 words = "rearm\n";
@@ -201,11 +202,11 @@ TEST_F(FromABookmark, AnAttemptIsFoundByItsFolderItsRecordsOrItsId) {
     EXPECT_EQ(openRetry((folder_ / "first").string(), {}).number, 3u);
 }
 
-// The instructor may pull the plug right after.
+// A bookmark must be on disk at once, because the power may fail right after it.
 TEST(Bookmarks, AreInTheRecordAtOnce) {
     const test::TempFolder folder;
     records::RecordWriter writer(folder / "record", {}, onTheDuct());
-    std::string letters = "x";  // of two bytes each behind it
+    std::string letters = "x";  // followed by letters of two bytes each
     for (int i = 0; i < 1000; ++i)
         letters += "\u00e4";
     for (int i = 0; i < 3; ++i)
@@ -215,7 +216,7 @@ TEST(Bookmarks, AreInTheRecordAtOnce) {
     EXPECT_FALSE(record.info.end);
     EXPECT_EQ(record.info.bookmarks[1].text, letters.substr(0, records::kLongestBookmark - 1));
     EXPECT_EQ(record.info.bookmarks[2].tick, 2u);
-    // Killed before a tick was on the disk.
+    // Killed before any tick was on disk.
     EXPECT_EQ(openRetry((folder / "record").string(), {}).number, 1u);
     test::expectRefused([&] { openRetry((folder / "record").string() + "@3", {}); }, "record", "bookmark 3");
 }

@@ -1,4 +1,4 @@
-// The main job with its pictures: loader, mock runtime, Vulkan. A small patient with a quick breath.
+// Complete runs with images: OpenXR loader, mock runtime and Vulkan, on a small patient with a fast breath.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,8 @@ class RunWithPictures : public testing::Test {
   protected:
     static void SetUpTestSuite() {
         command_ = new Command(Command::Cache::own);
-        // Made through the program, then given a breath of one second: a hold is certain sooner.
+        // The program creates the patient. Its breath is then set to one second, so that a breath-hold is
+        // reached sooner.
         command_->run("run --fast --spacing-mm 2.5 --scenario '" + test::testScenario("short").string() +
                       "'");
         const std::filesystem::path made =
@@ -43,7 +44,7 @@ class RunWithPictures : public testing::Test {
     static std::string hashOf(const Outcome& outcome) {
         return outcome.summary.at("state_hash").get<std::string>();
     }
-    // The mock runtime's eyes from now on, in pixels along either side.
+    // Sets the mock runtime's image size [pixels], equal in width and height.
     static void useEyes(int pixels) {
         std::ofstream(*command_ / "eyes.json")
             << R"({"version": 2, "eyes": {"recommended_size": [)" << pixels << ", " << pixels
@@ -52,7 +53,7 @@ class RunWithPictures : public testing::Test {
         command_->set("XRMOCK_SCENARIO", (*command_ / "eyes.json").string());
     }
     void TearDown() override { command_->unset("XRMOCK_SCENARIO"); }
-    // An empty picture is far smaller than `least_bytes`.
+    // An empty image is far smaller than `least_bytes`.
     static void expectPicturesOfEveryMoment(std::uintmax_t least_bytes = 20000) {
         for (const std::string& moment : kMoments)
             for (const char* eye : {"_left.png", "_right.png"}) {
@@ -84,14 +85,14 @@ TEST_F(RunWithPictures, FramesPerSecondNeverEnterTheHash) {
         expectPicturesOfEveryMoment(fps > 1 ? 1000 : 20000);
         starts.push_back(outcome.summary.at("start"));
     }
-    // The second has what the driver left for it, and makes no more pipelines.
+    // The second run uses the driver's pipeline cache and creates no more pipelines than the first.
     EXPECT_EQ(starts[0].at("kept_pipeline_bytes"), 0);
     EXPECT_GT(starts[1].at("kept_pipeline_bytes"), 0);
     EXPECT_GT(starts[0].at("pipelines"), 0);
     EXPECT_EQ(starts[1].at("pipelines"), starts[0].at("pipelines"));
 }
 
-// One process: what it did before does not count.
+// Both attempts run in one process. The times of the first do not count for the second.
 TEST_F(RunWithPictures, TheNextAttemptHasAStartOfItsOwn) {
     const std::filesystem::path out = *command_ / "next";
     const Outcome both =
@@ -113,8 +114,8 @@ TEST_F(RunWithPictures, TheNextAttemptHasAStartOfItsOwn) {
 
 class RunWithPicturesRealTime : public RunWithPictures {};
 
-// In real time, because only there do frames that take longer than ticks have to catch every moment, and is
-// the held tool drawn ahead to the display time.
+// Needs real time: frames that take longer than ticks must still capture every capture point, and the held
+// tool is predicted to the display time.
 TEST_F(RunWithPicturesRealTime, EveryMomentIsCaughtAndTheRecordReplaysToItsHash) {
     useEyes(320);
     const Outcome outcome = command_->run(run_ + " --stats");
@@ -123,8 +124,8 @@ TEST_F(RunWithPicturesRealTime, EveryMomentIsCaughtAndTheRecordReplaysToItsHash)
     EXPECT_EQ(outcome.summary.at("haptics").at("faults"), 0);
     EXPECT_GE(outcome.summary.at("frames").get<std::size_t>(), kMoments.size());
     EXPECT_GT(outcome.summary.at("skips").at("skipped_bricks").get<std::uint64_t>(), 0u);
-    // The held tool was drawn where it was at the display time, as far as a hand can be predicted: the error
-    // depends on the machine, and is reported (prediction_test.cpp has its bounds in virtual time).
+    // The held tool was drawn at its predicted position at the display time. The error depends on the
+    // machine and is only reported. prediction_test.cpp checks its bounds in virtual time.
     const auto& offset = outcome.summary.at("visuo_haptic");
     EXPECT_GT(offset.at("frames").get<std::size_t>(), 0u);
     EXPECT_LE(offset.at("late_frames").get<std::size_t>(), outcome.summary.at("frames").get<std::size_t>());
@@ -144,7 +145,7 @@ TEST_F(RunWithPictures, ImagingMakesASheetOfEachMachine) {
         for (const char* picture : {"", "-000", "-001", "-002", "-003", "-004", "-005"}) {
             const std::filesystem::path file = command_->out() / (machine + picture + ".png");
             ASSERT_TRUE(std::filesystem::exists(file)) << file;
-            EXPECT_GT(std::filesystem::file_size(file), 20000u) << file;  // a black one is far smaller
+            EXPECT_GT(std::filesystem::file_size(file), 20000u) << file;  // a black image is far smaller
         }
 }
 
@@ -180,8 +181,8 @@ double medianOf(const std::vector<FrameRow>& rows, const std::function<double(co
     return *middle;
 }
 
-// A budget between the frame time without the patient and with all of it: fewer rays keep it. Frame times
-// change with what else the machine does, so that the budget may have to be found again.
+// The budget lies between the frame time without and with the patient, so that the resolution must drop.
+// Frame times depend on the load of the machine, so the budget may have to be measured again.
 TEST_F(RunWithPictures, FrameTimesStandBesideTheRecordAndTheResolutionKeepsToABudget) {
     const std::string closed = run_ + " --fast --fps 4 --look closed";
     double full_scale = 0.0, least_scale = 1e9;
@@ -190,7 +191,7 @@ TEST_F(RunWithPictures, FrameTimesStandBesideTheRecordAndTheResolutionKeepsToABu
         ASSERT_EQ(free.status, 0) << free.err;
         const std::vector<FrameRow> rows = frameRowsOf(command_->out() / "record" / "frames.csv");
         const auto frames =
-            free.summary.at("frames").get<std::size_t>();  // the first few are not to be drawn
+            free.summary.at("frames").get<std::size_t>();  // the first few frames are not drawn
         EXPECT_LE(rows.size(), frames);
         ASSERT_GE(rows.size() + 4, frames);
         full_scale = rows.front().layer_scale;

@@ -1,4 +1,4 @@
-// The main job from the outside, on small reference patients.
+// Runs `stylet run` and `stylet replay` as a user does, on small reference patients.
 #include "app/trainer/program/run.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ std::size_t lines(const std::string& text) {
     return std::size_t(std::count(text.begin(), text.end(), '\n'));
 }
 
-// One patient for the whole suite: making it is most of the time.
+// One patient for the whole suite, because creating it takes most of the time.
 class Run : public testing::Test {
   protected:
     static void SetUpTestSuite() {
@@ -92,20 +92,20 @@ TEST_F(Run, TheSummaryHoldsEveryField) {
     EXPECT_EQ(s.at("punctures").at(0).at("tissue"), "skin");
 }
 
-// Nobody feels the passivity controller in an ordinary puncture: people notice 0.145 N.
+// In an ordinary puncture, the passivity controller stays far below the 0.145 N that people notice.
 TEST_F(Run, TheControllerIsNotFeltInTheDemo) {
     const json& controller = demo_->summary.at("haptics").at("controller");
     EXPECT_GT(controller.at("contact_ticks").get<int>(), 5000);
-    EXPECT_GT(controller.at("peak_n").get<double>(), 0.0);  // it is at work
+    EXPECT_GT(controller.at("peak_n").get<double>(), 0.0);  // it is active
     EXPECT_LT(controller.at("peak_n").get<double>(), 0.02);
     EXPECT_LT(controller.at("rms_n").get<double>(), 0.002);
-    EXPECT_LT(controller.at("felt_share").get<double>(), 0.1);  // more than 1 mN
+    EXPECT_LT(controller.at("felt_share").get<double>(), 0.1);  // share of ticks with more than 1 mN
 }
 
 TEST_F(Run, TheSameCommandEndsInTheSameHash) {
     const Outcome again = command_->run("run --headless --fast --scenario demo" + kSmall);
     EXPECT_EQ(hashOf(again), hashOf(*demo_));
-    // And makes nothing that the first start has kept.
+    // The second run uses the cached data of the first.
     for (const char* what : {"patients_made", "marks_made", "plans_made"}) {
         EXPECT_EQ(demo_->summary.at("start").at(what), 1) << what;
         EXPECT_EQ(again.summary.at("start").at(what), 0) << what;
@@ -122,8 +122,8 @@ TEST_F(Run, ItsRecordReplaysToItsHash) {
               test::textOf(demo_folder_ / "force-depth.csv"));
 }
 
-// The reference patient is fully segmented: the error is that of thresholds for all but fascia, liver,
-// vessels and ducts. Along most of the way there is none.
+// The reference patient is fully segmented. The error compares it with thresholds for everything except
+// fascia, liver, vessels and ducts. Most of the insertion has no error.
 TEST_F(Run, TheForceOverThePartialSegmentationIsCompared) {
     const json& truth = demo_->summary.at("force_truth");
     EXPECT_EQ(truth.at("felt"), "full");
@@ -155,7 +155,7 @@ TEST_F(Run, GoesOnFromABookmarkToTheSameHash) {
     EXPECT_NE(none.err.find("bookmarks: there is none"), std::string::npos) << none.err;
 }
 
-// No GPU has a part in it: what flows where, what the patient is given.
+// Without a GPU: checks the flow of contrast medium and the patient's dose.
 TEST_F(Run, CholangiographyFillsTheDuctsAndKeepsItsLedger) {
     const Outcome shown = command_->run("run --headless --fast --scenario cholangiography" + kSmall);
     ASSERT_EQ(shown.status, 0) << shown.err;
@@ -193,7 +193,7 @@ TEST_F(Run, AWrongTipStainsTheLiver) {
     EXPECT_GT(contrast.at("washed_out_ml").get<double>(), 0.02) << "it fades";
 }
 
-// The demo in the breath of a marker's track, and as it is replayed without the file.
+// The demo with a recorded breath, and its replay without the recording.
 TEST_F(Run, ARecordedBreathReplaysToItsHash) {
     const auto demoBreathing = [&](const std::string& name, const std::filesystem::path& recording) {
         const std::filesystem::path file = *command_ / (name + ".toml");
@@ -262,11 +262,11 @@ TEST_F(Run, WithoutAHoldHitOrMissIsRecorded) {
     EXPECT_NE(hashOf(breathing), hashOf(*demo_));
 }
 
-// What only real time shows: without --fast the program's ticks follow the wall clock.
+// Needs real time: without --fast, the ticks follow the wall clock.
 TEST(RunRealTime, TheTicksFollowTheWallClock) {
     Command command;
     const std::filesystem::path still = test::writeStillScenario(command / "still.toml", 1.2);
-    // A stall of the machine spoils a run, not all of them.
+    // A stall of the machine spoils one run but not all of them.
     double best_rate_hz = 0.0;
     for (int attempt = 0; attempt < 20 && best_rate_hz < kLeastRate_hz; ++attempt) {
         const Outcome outcome =

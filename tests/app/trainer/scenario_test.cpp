@@ -83,7 +83,7 @@ class ScenarioFile : public testing::Test {
         std::ofstream(file_, std::ios::trunc) << text;
         return loadScenario(file_);
     }
-    // The good file with `from` replaced by `to` must be refused for `field`.
+    // Replaces `from` by `to` in the good file. Expects that the file is refused because of `field`.
     void expectRefused(const std::string& from, const std::string& to, const std::string& field) const {
         std::string text = kGood;
         text.replace(text.find(from), from.size(), to);
@@ -227,7 +227,7 @@ TEST_F(ScenarioFile, BringsItsRecordingAlong) {
     std::string text = kGood;
     const std::size_t from = text.find("period_s"), to = text.find("[start]");
     text.replace(from, to - from, "recording = \"track.csv\"\n");
-    EXPECT_THROW((void)load(text), DataError);  // not there
+    EXPECT_THROW((void)load(text), DataError);  // the file does not exist yet
     std::ofstream track(folder_ / "track.csv");
     track << "Frame;Timestamp;x;y;z\n";
     for (int i = 0; i < 400; ++i)

@@ -64,7 +64,7 @@ TEST_F(Watched, AnEventFindsItsOwnTickWhicheverComesFirst) {
 // HZ-TEACH-17
 TEST_F(Watched, TheTargetNeedsACutAndItsLabelAtTheTip) {
     session_.take(recordAt(1, 0.0300));
-    session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 1));  // says duct, stands in liver
+    session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 1));  // event: duct, tip: in the liver
     EXPECT_FALSE(session_.log().target_hit());
     session_.take(recordAt(2, 0.0520));
     session_.take(eventInto(Tissue::duct, NeedleEventKind::sideways, 2));

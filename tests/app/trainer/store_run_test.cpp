@@ -1,4 +1,4 @@
-// A trainee's attempts from the outside: kept, listed, shown, exported, deleted, and killed.
+// A trainee's attempts from the command line: stored, listed, shown, exported, deleted, and killed.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -30,7 +30,7 @@ using namespace std::chrono_literals;
 
 const std::string kStoreRun = "run --headless --fast --spacing-mm 2.5 --scenario demo --trainee ";
 
-constexpr int kKills = 12, kMostKills = 100;  // more until one has cut an attempt short
+constexpr int kKills = 12, kMostKills = 100;  // continues until a kill has cut an attempt short
 
 class StoreRun : public testing::Test {
   protected:
@@ -49,7 +49,7 @@ class StoreRun : public testing::Test {
     static Outcome killedAfter(double seconds) {
         return command_->runBare(kStoreRun + "T-09", "timeout -s KILL " + std::to_string(seconds) + " env ");
     }
-    // `seconds` after the first sample's file is there.
+    // Kills the program `seconds` after the first sample file exists.
     static Outcome killedInItsAttempt(double seconds) {
         const std::filesystem::path number = *command_ / "number";
         const std::size_t before = sampleFiles();
@@ -129,7 +129,7 @@ TEST_F(StoreRun, TheStoredAttemptReplaysAndTheKeepingChangesNothing) {
     EXPECT_EQ(bare.summary.at("state_hash"), summary.at("state_hash"));
 }
 
-// A sample that the inputs do not give, in a file that is whole.
+// The file is valid, but one sample does not follow from the inputs.
 // HZ-RECORD-07
 TEST_F(StoreRun, AForgedSampleIsNamed) {
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
@@ -162,7 +162,7 @@ TEST_F(StoreRun, IsListedShownCheckedAndRead) {
     EXPECT_NE(checked.out.find("0 damaged"), std::string::npos);
     EXPECT_EQ(records("list --records /nonexistent").status, 2);
 
-    // The example in Python, which knows the files by their description only.
+    // The Python example implements the documented file format only.
     const std::filesystem::path said = *command_ / "python";
     const std::filesystem::path example =
         test::assets().parent_path() / "app" / "records" / "examples" / "read_attempt.py";
@@ -230,7 +230,7 @@ TEST_F(StoreRun, AnAttemptThatNeverStartedIsNotKept) {
     EXPECT_TRUE(store.unknownFolders().empty());
 }
 
-// What a kill leaves of a file that was just begun.
+// State after a kill shortly after the file was created.
 TEST_F(StoreRun, SamplesThatEndInTheirHeaderAreSaidAndTheRestIsReplayed) {
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
     const std::filesystem::path cut = *command_ / "headless";
@@ -246,7 +246,8 @@ TEST_F(StoreRun, SamplesThatEndInTheirHeaderAreSaidAndTheRestIsReplayed) {
     EXPECT_NE(again.err.find("no stored samples to compare with"), std::string::npos) << again.err;
 }
 
-// The whole program: every other time killed anywhere between its start and its end, else in its attempt.
+// Kills the whole program: every other time at any point between start and end, otherwise during the
+// attempt.
 // HZ-RECORD-01
 TEST_F(StoreRun, KilledItLeavesWholeFramesOrNothing) {
     std::mt19937_64 random(test::seed());

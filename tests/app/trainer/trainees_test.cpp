@@ -1,5 +1,5 @@
-// Six scripted trainees, from the expert of procedure.toml to a reckless one: they rank as they are named,
-// on patients drawn as the test runs.
+// Six scripted trainees, from the expert of procedure.toml to a reckless one. Their scores must rank in
+// that order on patients with random seeds.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ std::string lostBy(const SessionLog& log) {
 
 int seedsToDraw() {
 #if defined(STYLET_SANITIZED)
-    return 1;  // a tick takes ten times as long there
+    return 1;  // a tick takes ten times as long with a sanitizer
 #elif defined(STYLET_LONG_TESTS)
     return 25;
 #else
@@ -52,11 +52,11 @@ int seedsToDraw() {
 
 struct OpenPath {
     patient::PlannedPath path;
-    SessionLog expert;  // of the expert on it
+    SessionLog expert;  // the expert's attempt on this path
 };
 
-// A script turns its probe as it is written; on one path in fifty a rib stands before the duct then, where a
-// person would turn it on. The best path on which the expert's look is free.
+// Finds the best path on which a rib does not hide the duct from the expert's probe. A script cannot turn
+// the probe further, as a person would. A rib hides the duct on about one path in fifty.
 OpenPath openTo(const patient::Patient& patient, const Scenario& expert,
                 const std::vector<patient::PlannedPath>& paths, std::uint64_t seed) {
     OpenPath open;
@@ -105,7 +105,7 @@ TEST(Trainees, RankAsTheyAreNamedOnPatientsDrawnNow) {
     }
 }
 
-// What is scored is a fold over what is recorded: computed again, all of it is the same to the last bit.
+// The score is computed from the recorded data only. A replay gives the same score bit for bit.
 // HZ-TEACH-01
 TEST(Trainees, AReplayIsScoredTheSame) {
     const test::TempFolder folder;

@@ -13,7 +13,7 @@ using haptics::TickOutput;
 
 class WoundsTest : public testing::Test {
   protected:
-    // Ticks on with the needle at this point of the tissue.
+    // Steps `times` ticks with the needle at this point of the tissue.
     void tick(Phase phase, const Vec3& tip = {}, int times = 1,
               patient::Tissue tissue = patient::Tissue::soft) {
         for (int i = 0; i < times; ++i) {
@@ -62,7 +62,7 @@ TEST_F(WoundsTest, SkinThatIsOnlyPressedStaysWhole) {
     tick(Phase::outside);
     EXPECT_TRUE(log_.wounds().empty());
     tick(Phase::held, Vec3(0.1, 0, 0), 10, patient::Tissue::air);
-    tick(Phase::held, Vec3(0.1, 0, 0), 10, patient::Tissue::skin);  // the next border holds
+    tick(Phase::held, Vec3(0.1, 0, 0), 10, patient::Tissue::skin);  // tenting at the next border
     EXPECT_EQ(of(WoundKind::puncture).size(), 1u);
     EXPECT_TRUE(log_.bleed());
     EXPECT_EQ(of(WoundKind::blood).size(), 1u);
@@ -99,7 +99,7 @@ TEST_F(WoundsTest, AVesselBleedsFromTheHoleInUseEverMoreSlowly) {
     EXPECT_GT(second, begin);
     EXPECT_GT(third, second);
     EXPECT_LT(third - second, second - begin);
-    cut(patient::Tissue::vessel);  // it bleeds already
+    cut(patient::Tissue::vessel);  // it already bleeds
     EXPECT_GE(radiusAfter(1), third);
     EXPECT_LE(radiusAfter(200000), 0.0201);
 }

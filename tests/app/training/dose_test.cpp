@@ -11,7 +11,7 @@ namespace {
 
 using test::kDt_s;
 
-// So many ticks with the pedal as it is.
+// Steps `ticks` times with the pedal unchanged.
 void expose(Dose& dose, XrayState& xray, int ticks, std::uint64_t& tick) {
     for (int i = 0; i < ticks; ++i)
         dose.step(xray, 0.0, ++tick);
@@ -37,7 +37,7 @@ TEST(Dose, CountsPulsesFromTheFirstTickOfThePedal) {
     EXPECT_EQ(dose.ledger().pulses, 20u);
     EXPECT_EQ(xray.pulses, 20u);
     EXPECT_NEAR(dose.ledger().fluoroscopy_s, 2.0, 1e-9);
-    // Pressed again when one is due, there is a picture at once.
+    // If the pedal is pressed when a pulse is due, the pulse comes at once.
     xray.pedal = false;
     expose(dose, xray, 5, tick);
     xray.pedal = true;

@@ -8,9 +8,9 @@
 namespace stylet::training {
 namespace {
 
-// By hand: p0 = 0.1, p1 = 0.2: P = ln 2, Q = ln(0.9 / 0.8), s = Q / (P + Q) = 0.1452; with alpha = beta = 0.1
-// both limits are ln 9 / (P + Q) = 2.7095. As in the literature's tables (Kestin, Br. J. Anaesth. 75:805,
-// 1995).
+// Computed by hand for p0 = 0.1 and p1 = 0.2: P = ln 2, Q = ln(0.9 / 0.8), s = Q / (P + Q) = 0.1452. With
+// alpha = beta = 0.1, both limits are ln 9 / (P + Q) = 2.7095. The values agree with the published tables
+// (Kestin, Br. J. Anaesth. 75:805, 1995).
 TEST(Cusum, LimitsAsInTheTextbook) {
     const CusumLimits limits = cusumLimits({0.1, 0.2, 0.1, 0.1});
     EXPECT_NEAR(limits.step, 0.1452, 5e-5);

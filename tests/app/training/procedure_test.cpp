@@ -1,4 +1,4 @@
-// Steps, hits and near misses from ticks that are told, not played: each rule on its own.
+// Steps, hits and near misses from hand-made ticks. Tests each rule separately, without a simulation.
 #include "app/training/procedure.h"
 
 #include <gtest/gtest.h>
@@ -59,7 +59,7 @@ class Told : public testing::Test {
     std::uint64_t tick_ = 1;
 };
 
-// Two ribs across the way, 10 mm deep: the path's space lies between them, others beyond.
+// Two ribs, 10 mm deep and 10 mm to either side of the path. The path runs through the gap between them.
 patient::Package ribbed() {
     patient::Package package = test::wallWithVessel();
     LabelVolume& labels = package.labels;
@@ -201,10 +201,10 @@ TEST_F(Told, BoneIsStruckForAsLongAsItHolds) {
 
 TEST_F(Told, ANearMissIsGradedOnceItIsOver) {
     take(liver(0.025));
-    take(liver(0.0305), 50);  // 1.5 mm before the vessel
+    take(liver(0.0305), 50);  // 1.5 mm in front of the vessel
     EXPECT_EQ(progress().near_misses, 0u) << "it may yet be struck";
     EXPECT_NEAR(value(MetricId::nearMisses), 0.25, 1e-3) << "but counts already";
-    take(liver(0.0295), 50);  // 2.5 mm: not over
+    take(liver(0.0295), 50);  // 2.5 mm: not over yet
     take(liver(0.0310), 50);  // 1 mm
     take(liver(0.0280), 50);  // 4 mm
     EXPECT_EQ(progress().near_misses, 1u);
@@ -218,7 +218,7 @@ TEST_F(Told, ANearMissIsGradedOnceItIsOver) {
 }
 
 TEST_F(Told, BesideTheDuctAVesselCountsWhenItIsStruckOnly) {
-    take(liver(0.0410), 50);  // 5 mm past the vessel, 9 mm before the duct
+    take(liver(0.0410), 50);  // 5 mm past the vessel, 9 mm in front of the duct
     EXPECT_TRUE(std::isnan(value(MetricId::clearance)));
     EXPECT_EQ(value(MetricId::nearMisses), 0.0);
     EXPECT_NEAR(progress().clearance_m, 0.005, 1e-6) << "shown all the same";

@@ -58,8 +58,8 @@ TEST(Score, HarmlessIdlenessIsNotPaid) {
     EXPECT_NEAR(scoreOf(values).total, 50.0 - 0.5 * 0.5 * 8.0, 1e-12);
 }
 
-// Of any attempt whatever, any metric made worse by any amount, or no number at all: never more, and a part
-// never below 0 or above its most.
+// Starts from random attempts. Making any metric worse by any amount, or not a number, never raises the
+// total. The points of each metric stay between 0 and its weight.
 // HZ-TEACH-01
 TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
     std::mt19937_64 random(test::seed());
@@ -87,7 +87,7 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
                 const double total = scoreOf(worsened).total;
                 ASSERT_LE(total, before.total) << m.id << ": " << values[i] << " -> " << worse;
                 lowered += total < before.total;
-                // And the other way round: what is better never costs.
+                // Conversely, a better value never lowers the total.
                 if (std::isnan(values[i])) continue;
                 MetricValues bettered = values;
                 bettered[i] = values[i] - (worse - values[i]);
@@ -114,7 +114,7 @@ std::string numberText(double value) {
     return text;
 }
 
-// The table in the guide's metrics.md, a line for each metric.
+// The table in metrics.md of the guide has one line per metric.
 // HZ-TEACH-01
 TEST(Score, TheDocumentedTableIsTheOneThatCounts) {
     std::ifstream page(test::assets().parent_path() / "packaging" / "guide" / "metrics.md");
@@ -135,7 +135,7 @@ TEST(Score, TheDocumentedTableIsTheOneThatCounts) {
     }
 }
 
-// The names in the row `kind` of the guide's table of events.
+// The event kinds in the row `kind` of the guide's table.
 TEST(Progress, TheDocumentedEventsAreThoseThereAre) {
     std::ifstream page(test::assets().parent_path() / "packaging" / "guide" / "records.md");
     ASSERT_TRUE(page);

@@ -10,7 +10,7 @@
 namespace stylet::training {
 namespace {
 
-// Borders on whole millimetres: the vessel's at 32 and 36 mm, the duct's at 50.
+// Borders at whole millimetres: the vessel from 32 to 36 mm, the duct from 50 mm.
 TEST(Surroundings, DistancesGoToTheBorderAndOuterAirIsNoRisk) {
     const patient::Package package = test::wallWithVessel();
     const patient::Patient patient(package);
@@ -41,7 +41,7 @@ TEST(Surroundings, GasInTheBodyIsARisk) {
     EXPECT_NEAR(around.toRisk_m({0.0055, 0.0005, 0.0005}), 0.0045, 1e-6);
 }
 
-// A duct of 4 mm along y in place of the slab.
+// A duct of 4 mm along y replaces the duct slab.
 TEST(Surroundings, TheDuctRunsAlongItsTube) {
     patient::Package package = test::wallWithVessel();
     LabelVolume& labels = package.labels;

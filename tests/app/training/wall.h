@@ -1,4 +1,4 @@
-// A chest wall in slabs with a vessel on the way to the duct: where each begins is known.
+// A chest wall of slabs with a vessel between the skin and the duct. All border positions are known.
 #pragma once
 
 #include "tests/support/duct_path.h"
@@ -6,10 +6,10 @@
 
 namespace stylet::test {
 
-// In the order of tissueLabels().
+// Label ids. They follow the order of tissueLabels().
 inline constexpr std::uint8_t kBoneLabel = 3, kLiverLabel = 5, kVesselLabel = 6, kDuctLabel = 7;
 
-// Borders at x = 0, 2, 20, 22, 32 (vessel), 36, 50 (duct), 56 mm.
+// Borders at x = 0, 2, 20, 22, 32 (vessel), 36, 50 (duct) and 56 mm.
 inline patient::Package wallWithVessel() {
     using patient::Tissue;
     return makeSlabs({{Tissue::skin, 0.002},

@@ -38,11 +38,13 @@ using test::BridgeServer;
 using test::kMs;
 using test::SteppedClock;
 
-// The driver and the emulator on a clock that the test steps by a millisecond an exchange. It stands still
-// while the emulator answers, so a stall of the machine is no silence of the bridge.
+// The driver and the emulator on a clock that the test advances by one millisecond per exchange. The clock
+// stands still while the emulator answers, so a stall of the test machine does not count as silence of the
+// bridge.
 class BridgeDriverTest : public testing::Test {
   protected:
-    // Opens, then exchanges once a millisecond, pressing where it may, until that fails. Returns why.
+    // Opens the driver, then exchanges once per millisecond and sends force when ready, until an exchange
+    // fails. Returns the reason.
     std::string pressUntilItFails(BridgeDriver& driver, int most = 400) {
         std::string why;
         if (driver.open(why) != DeviceStage::opening) return why;
@@ -55,7 +57,7 @@ class BridgeDriverTest : public testing::Test {
         }
         return "did not fail";
     }
-    // The script in the driver's time.
+    // The script with its times on the driver's clock.
     BridgeScript timed(BridgeScript script) {
         script.time_ns = &time.now_ns;
         return script;
@@ -65,7 +67,7 @@ class BridgeDriverTest : public testing::Test {
     std::string path = folder / "bridge.sock";
     SteppedClock time;
     DeviceState state;
-    std::int64_t began_ns = 0;  // the last exchange
+    std::int64_t began_ns = 0;  // start of the last exchange
     bool ready = false;
 };
 
@@ -74,7 +76,7 @@ TEST_F(BridgeDriverTest, WithoutABridgeTheDeviceIsAbsent) {
     std::string why;
     EXPECT_EQ(driver.open(why), DeviceStage::absent);
     EXPECT_EQ(why, "no bridge listens on " + path);
-    EXPECT_EQ(driver.profile().force_peak_n, 3.3);  // the weakest until one answers
+    EXPECT_EQ(driver.profile().force_peak_n, 3.3);  // the weakest device, until a bridge answers
     BridgeDriver long_path(time.clock(), {.socket_path = std::string(200, 'x')});
     EXPECT_EQ(long_path.open(why), DeviceStage::failed);
 }
@@ -118,7 +120,7 @@ TEST_F(BridgeDriverTest, EveryFaultIsAFailureWithItsName) {
     }
 }
 
-// From the first faulty answer to the failure, in the driver's time: what passes there are its own waits.
+// Driver time from the first faulty answer to the failure. Only the driver's own waits count.
 TEST_F(BridgeDriverTest, AFaultIsKnownWithin20Ms) {
     for (const BridgeFault fault :
          {BridgeFault::drop, BridgeFault::stall, BridgeFault::hangUp, BridgeFault::corrupt}) {
@@ -142,7 +144,7 @@ TEST_F(BridgeDriverTest, AFaultIsKnownWithin20Ms) {
     }
 }
 
-// Until the first answer nobody knows where the device is: the pose is left alone and nothing is news.
+// Before the first answer the device's pose is unknown. The pose stays unchanged and is not marked fresh.
 TEST_F(BridgeDriverTest, BeforeTheFirstAnswerThereIsNoPose) {
     BridgeServer server(path, timed({.fault = BridgeFault::drop, .from_answer = 0, .answers = 1000}));
     BridgeDriver driver(time.clock(), {.socket_path = path});
@@ -158,7 +160,7 @@ TEST_F(BridgeDriverTest, BeforeTheFirstAnswerThereIsNoPose) {
     EXPECT_EQ(state.flags, 0u);
 }
 
-// Sends one good frame, over and over, as fast as it can, until the other side hangs up.
+// Sends one valid frame repeatedly, as fast as possible, until the other side hangs up.
 void floodOnce(int listener) {
     const int client = ::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC);
     bridge::Capabilities capabilities;
@@ -172,7 +174,8 @@ void floodOnce(int listener) {
     ::close(client);
 }
 
-// The flood does not end and the driver's clock stands still: the driver ends it, and not by its patience.
+// The flood never ends and the driver's clock stands still, so no timeout can end it. The driver must end
+// it.
 TEST_F(BridgeDriverTest, AFloodIsAFailureAndHoldsNobodyUp) {
     const int listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
@@ -206,7 +209,7 @@ TEST_F(BridgeDriverTest, AnotherDeviceIsNotTakenForTheFirst) {
     EXPECT_STREQ(driver.profile().name, "emulated Touch");
 }
 
-// A bridge's process, killed at the end of its scope.
+// A bridge process. It is killed at the end of its scope.
 class Process {
   public:
     explicit Process(std::vector<std::string> arguments) {
@@ -243,8 +246,8 @@ PolledSettings impatient() {
     return settings;
 }
 
-// stylet-bridge-emulator is killed by itself, in the middle of a frame. Its clock is the driver's, and the
-// device is polled on the test's thread, so that ticks and exchanges are counted whatever the machine does.
+// stylet-bridge-emulator kills itself in the middle of a frame. It shares the driver's clock, and the
+// test's thread polls the device, so ticks and exchanges are counted independently of the machine's load.
 class KilledBridgeTest : public testing::Test {
   protected:
     std::unique_ptr<PolledDevice> make() {
@@ -252,7 +255,8 @@ class KilledBridgeTest : public testing::Test {
             std::make_unique<BridgeDriver>(time.clock(), BridgeSettings{.socket_path = path}), time.clock(),
             impatient());
     }
-    // The device's thread until the loop's next tick. While the process starts, the clock may not run away.
+    // Runs the device's thread until the loop's next tick. The clock must not advance while the process
+    // starts.
     void poll(PolledDevice& device) {
         device.poll();
         if (device.stage() == DeviceStage::absent) test::nap(1);
@@ -293,7 +297,7 @@ TEST_F(KilledBridgeTest, KilledInTheMiddleOfAFrameTheForceIsGoneWithin20Ms) {
     }
 }
 
-// The loop on the test's thread: between two ticks the device's thread has its turn.
+// Runs the loop on the test's thread. The device's thread runs between two ticks.
 struct LoopWorld {
     SteppedClock& time;
     std::function<void()> between;
@@ -307,15 +311,16 @@ struct LoopWorld {
     }
 };
 
-// The same with the needle in tissue and the loop around it: the force that was being sent is zero 20 ticks
-// after the device last said something, with a named fault.
+// The same with the needle in tissue and the haptic loop running. The force must be zero 20 ticks after the
+// device's last answer, with a named fault.
 // HZ-FORCE-07
 TEST_F(KilledBridgeTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
     using enum Tissue;
     const patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.060}}, 0.001);
     const patient::Patient patient(package);
-    // The needle goes down the device's z and along the patient's x; it begins 5 mm outside.
-    constexpr double kLoad_n = 0.05;  // 0.7 N of the model, a tenth of it on so soft a device
+    // The needle moves along the device's z axis and the patient's x axis. It starts 5 mm outside the
+    // patient.
+    constexpr double kLoad_n = 0.05;  // the model's 0.7 N, scaled to a tenth on such a weak device
     SimulationSettings settings;
     settings.patient_from_device.rotation = {0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
     settings.patient_from_device.position_m = {0.095, 0.0, 0.0};
@@ -337,9 +342,9 @@ TEST_F(KilledBridgeTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
         if (ready) before_n = std::max(before_n, sent_n);
         if (ready && record.input.device.fresh != 0) last_fresh = tick;
         const bool loaded = before_n > kLoad_n;
-        // The silence ends the force; that the device is lost may be known later.
+        // The silence ends the force. The device may be reported as lost later.
         if (loaded && !ready && sent_n == 0.0) zero = last_pushed + 1;
-        // The bridge comes after the loop: that there was no device is a fault of its begin.
+        // The bridge starts after the loop. The loop therefore starts with a fault for the missing device.
         if (!loaded && faults != 0 && ready) channels.commands.push({CommandKind::rearm, 0});
     };
     LoopWorld world{time, [&] {
@@ -357,7 +362,7 @@ TEST_F(KilledBridgeTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
     EXPECT_NE(faults & (kFaultDeviceLost | kFaultStaleInput), 0u);
 }
 
-// A bridge that is a program of its own, on the machine's clock: serve() and the driver share it.
+// A bridge in a process of its own, on the machine's clock. serve() and the driver share that clock.
 class BridgeProcessTest : public testing::Test {
   protected:
     void SetUp() override { state.flags = 0; }
@@ -368,7 +373,7 @@ class BridgeProcessTest : public testing::Test {
         device->start();
         return device;
     }
-    // Ticks until `what`; false after a minute.
+    // Ticks until `what` returns true. Returns false after a minute.
     bool tickUntil(PolledDevice& device, const std::function<bool()>& what) {
         return test::waitUntil([&] {
             state = device.read(test::monotonicNow_ns());
@@ -384,7 +389,7 @@ class BridgeProcessTest : public testing::Test {
     DeviceState state;
 };
 
-// Real time: a bridge that was killed is found again when it was started anew, by the device's own thread.
+// Real time: the device's own thread reconnects to a bridge that was killed and restarted.
 TEST_F(BridgeProcessTest, ComesBackWithTheBridgeAfterBackingOff) {
     const auto device = start();
     auto bridge =
@@ -394,7 +399,7 @@ TEST_F(BridgeProcessTest, ComesBackWithTheBridgeAfterBackingOff) {
     for (int i = 0; i < 2; ++i) {
         bridge->end(SIGKILL);
         ASSERT_TRUE(tickUntil(*device, [&] { return !isReady(); }));
-        // Gone for a while: it looks for it, but not more than once in 5 ms.
+        // While the bridge is gone, the device tries to reconnect, but not more than once per 5 ms.
         const std::int64_t from_ns = test::monotonicNow_ns();
         const std::uint64_t opens = device->report().opens;
         ASSERT_TRUE(tickUntil(*device, [&] { return device->report().opens > opens + 4; }));
@@ -408,13 +413,13 @@ TEST_F(BridgeProcessTest, ComesBackWithTheBridgeAfterBackingOff) {
     EXPECT_FALSE(std::filesystem::exists(path));
 }
 
-// Real time: a process that is stopped leaves its socket open and says nothing.
+// Real time: a stopped process keeps its socket open but sends nothing.
 TEST_F(BridgeProcessTest, AStoppedBridgeIsSilentAndComesBackWhenItRunsOn) {
     Process bridge({STYLET_BRIDGE_SIMULATED, "--socket", path});
     const auto device = start();
     const std::string silent = "nothing from the bridge for 15 ms";
     std::string why;
-    // Once more where a stall of the machine hid the reason: the device is opened again soon.
+    // Repeat if a stall of the test machine hid the reason. The device soon opens again.
     for (int tries = 0; tries < 20 && why != silent; ++tries) {
         ASSERT_TRUE(tickUntil(*device, [&] { return isReady(); })) << device->report().why;
         bridge.signal(SIGSTOP);

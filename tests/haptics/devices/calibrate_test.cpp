@@ -14,7 +14,7 @@
 namespace stylet::haptics::falcon {
 namespace {
 
-// A Falcon whose newtons are not newtons, on a scale that a person reads to the gram.
+// A Falcon with a wrong force scale, on a weighing scale that a person reads to the gram.
 class OnAScale final : public HapticDevice {
   public:
     const DeviceProfile& profile() const noexcept override { return profile_; }
@@ -81,7 +81,7 @@ TEST_F(Calibrating, FindsTheGainsOfAllAxesGently) {
     EXPECT_LE(device.most_rise_n, 0.005);
     EXPECT_EQ(device.sent_n, Vec3(0.0));
     EXPECT_EQ(said.size(), 15u);
-    // With it, the motors are told what makes the force that is asked for.
+    // With the calibration, the motor commands produce the requested force.
     const auto plain = motorsFor({0.0, 0.0, 3.0}, kCentre_m, {}),
                mended = motorsFor({0.0, 0.0, 3.0}, kCentre_m, calibration);
     EXPECT_NEAR(double(plain[0]) / mended[0], 1.5, 0.02);
@@ -102,7 +102,7 @@ TEST_F(Calibrating, EndsInZeroForceWithAReasonWhenTheDeviceIsLostOrTheUserStops)
 
 TEST_F(Calibrating, AFaultCostsTheAxisItComesIn) {
     device.gains = {2.0, 0.6, 1.5};
-    device.lost_after = 25'000;  // the second axis pushes
+    device.lost_after = 25'000;  // while the second axis is pushing
     device.found_after = 25'100;
     const Calibration calibration = calibrate(device, clock, talk);
     EXPECT_NEAR(calibration.measured_per_asked.x, 2.0, 0.005);

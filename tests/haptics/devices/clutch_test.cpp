@@ -18,7 +18,7 @@ using test::kMs;
 
 constexpr std::uint32_t kButton = 4;
 
-// A grip that goes where the test puts it.
+// A grip at a position that the test sets.
 class Grip final : public HapticDevice {
   public:
     const DeviceProfile& profile() const noexcept override { return profile_; }
@@ -41,7 +41,8 @@ struct Clutched : testing::Test {
     ClutchedDevice device{grip, {}, Pose{}};
     std::int64_t now_ns = 0;
 
-    // Straight to `to`, a millimetre a tick or less; returns how far the tip ever moved in a tick.
+    // Moves straight to `to` by at most a millimetre per tick. Returns the tip's largest movement in a
+    // tick.
     double moveTo(const Vec3& to, std::uint32_t buttons) {
         double most = 0.0;
         const Vec3 from = grip.state.device_from_stylus.position_m;
@@ -77,7 +78,7 @@ TEST_F(Clutched, UntouchedItIsTheGripMillimetreForMillimetre) {
     EXPECT_EQ(sent({0.0, 0.0, 3.0}), Vec3(0.0, 0.0, 3.0)) << "what the output stage says";
 }
 
-// 90 mm with a device that has 80: the second stroke goes on where the first ended.
+// A 90 mm path on a device with 80 mm of travel. The second stroke continues where the first ended.
 TEST_F(Clutched, TwoStrokesMakeAPathLongerThanTheDevice) {
     const Vec3 near(0.0, 0.0, 0.1575), far(0.0, 0.0, 0.0900);
     grip.state.device_from_stylus.position_m = near;
@@ -86,7 +87,7 @@ TEST_F(Clutched, TwoStrokesMakeAPathLongerThanTheDevice) {
     const Vec3 held = tip();
     EXPECT_EQ(moveTo(near + Vec3(0.01, -0.005, 0.0), kButton), 0.0);  // sideways as well
     EXPECT_EQ(tip(), held);
-    EXPECT_EQ(moveTo(near + Vec3(0.01, -0.005, 0.0), 0), 0.0);  // let go
+    EXPECT_EQ(moveTo(near + Vec3(0.01, -0.005, 0.0), 0), 0.0);  // clutch released
     EXPECT_LE(moveTo(near + Vec3(0.01, -0.005, -0.0225), 0), 0.001 + 1e-12);
     EXPECT_NEAR(tip().z, near.z - 0.090, 1e-12);
     EXPECT_NEAR(tip().x, 0.0, 1e-12);
@@ -121,7 +122,7 @@ TEST_F(Clutched, LostAndFoundTheNeedleIsWhereItWas) {
     EXPECT_NEAR(tip().z, 0.09, 1e-12);
 }
 
-// Drawn back with the clutch the needle may be anywhere; the grip may not, and the wall is the grip's.
+// With the clutch, the needle can be moved anywhere, but the grip cannot. Reach and wall apply to the grip.
 TEST_F(Clutched, ReachAndWallAreTheGripsWhereverTheNeedleIs) {
     const Vec3 near(0.0, 0.0, 0.155), far(0.0, 0.0, 0.09);
     grip.state.device_from_stylus.position_m = near;
@@ -131,7 +132,7 @@ TEST_F(Clutched, ReachAndWallAreTheGripsWhereverTheNeedleIs) {
         moveTo(near, kButton);
     }
     moveTo(near, 0);
-    EXPECT_NEAR(tip().z, -0.04, 5e-3);  // no place for a grip
+    EXPECT_NEAR(tip().z, -0.04, 5e-3);  // outside the device's reach
     SafetyState safety;
     EXPECT_EQ(checkDevice(safety, device.profile(), last, 1e-3), 0u);
     OutputState output;
@@ -145,7 +146,7 @@ TEST_F(Clutched, ReachAndWallAreTheGripsWhereverTheNeedleIs) {
         return force_n;
     };
     EXPECT_EQ(wall_n(), Vec3(0.0));
-    moveTo({0.0, 0.0, 0.1225 + 0.039}, kButton);  // 3 mm into the wall: 0.6 N, with the clutch held too
+    moveTo({0.0, 0.0, 0.1225 + 0.039}, kButton);  // 3 mm into the wall: 0.6 N, also with the clutch pressed
     EXPECT_EQ(last.share(), 0.0);
     EXPECT_NEAR(wall_n().z, -0.6, 1e-3);
     grip.state.device_from_stylus.position_m = {0.0, 0.0, 0.1225 + 0.061};
@@ -156,8 +157,8 @@ TEST_F(Clutched, ReachAndWallAreTheGripsWhereverTheNeedleIs) {
     EXPECT_EQ(checkDevice(safety, device.profile(), last, 1.0), 0u);
 }
 
-// A probe is held otherwise than a needle: the tool is turned in the hand, slowly, about where a needle's tip
-// would be, and the grip goes on as before.
+// A probe is held differently from a needle. The tool turns slowly in the hand, about the position of the
+// needle's tip, and the grip continues as before.
 TEST_F(Clutched, AnotherToolIsTurnedToSlowly) {
     read();
     const Vec3 before = tip();
@@ -187,7 +188,7 @@ TEST_F(Clutched, IsTheDeviceThatItIs) {
     EXPECT_EQ(device.profile().workspace_radius_m, 0.04);
 }
 
-// Nothing pushes back before the skin does.
+// No wall force before the needle reaches the skin.
 TEST(Placement, LeavesTheWallAndRoomBeforeIt) {
     for (const double radius_m : {0.03, 0.08, 0.2, 0.4}) {
         DeviceProfile profile = *findProfile("falcon");
@@ -210,14 +211,14 @@ TEST(Placement, PutsTheEntryAtTheNearEndAndThePathThroughTheMiddle) {
         const Pose patient_from_device = placeAlong(profile, at_entry);
         EXPECT_NEAR(glm::length(patient_from_device.rotation), 1.0, 1e-12);
         const Pose device_from_patient = patient_from_device.inverse();
-        // Pushed toward the base, the needle goes in.
+        // Pushing toward the device's base moves the needle in.
         EXPECT_NEAR(glm::length(device_from_patient.direction(axis) - Vec3(0.0, 0.0, 1.0)), 0.0, 1e-12);
         const Vec3 entry = device_from_patient * at_entry.position_m;
         EXPECT_NEAR(glm::length(entry - (profile.workspace_centre_m + Vec3(0.0, 0.0, 0.025))), 0.0, 1e-12);
-        // 65 mm deep in one stroke, inside the workspace.
+        // A stroke of 65 mm depth stays inside the workspace.
         const Vec3 deep = device_from_patient * (at_entry.position_m - 0.065 * axis);
         EXPECT_LE(glm::length(deep - profile.workspace_centre_m), profile.workspace_radius_m + 1e-12);
-        // The patient's front is up, or his head where the needle comes from the front.
+        // The patient's front points up, or the head if the needle comes from the front.
         const Vec3 up = std::fabs(axis.y) < 0.9 ? Vec3(0.0, 1.0, 0.0) : Vec3(0.0, 0.0, 1.0);
         EXPECT_GT(device_from_patient.direction(up).y, 0.3);
         EXPECT_NEAR(device_from_patient.direction(up).x, 0.0, 1e-12);

@@ -1,4 +1,4 @@
-// What a user hands the Falcon's driver: a firmware image and a calibration.
+// Files that a user provides for the Falcon driver: a firmware image and a calibration.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// What a DataError says; empty when none is thrown.
+// The message of the DataError, or an empty string if none is thrown.
 template <typename Call>
 std::string refusal(const Call& call) {
     try {
@@ -42,7 +42,7 @@ std::string hashOf(const std::string& text) {
     return sha256Of(std::vector<std::uint8_t>(text.begin(), text.end()));
 }
 
-// FIPS 180-4's own examples, and the lengths around a block.
+// The examples of FIPS 180-4, and lengths around the block size.
 TEST(Sha256, IsTheStandards) {
     EXPECT_EQ(hashOf(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
     EXPECT_EQ(hashOf("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");

@@ -56,7 +56,8 @@ TEST(FalconKinematics, AnEncoderCountIsThePublishedAngle) {
     EXPECT_NEAR(2.0 * std::numbers::pi / (radiansFromCounts(1) - radiansFromCounts(0)), 9881.0, 1.0);
 }
 
-// Each leg's shin, rebuilt as a point on a circle: thigh's end, elbow stubs and sideways shin must close.
+// Each leg's shin is a point on a circle. Thigh end, elbow stubs and sideways shin must form a closed
+// chain.
 TEST(FalconKinematics, TheLegsCloseAtEveryPose) {
     Poses poses;
     for (int i = 0; i < 2000; ++i) {
@@ -84,8 +85,8 @@ TEST(FalconKinematics, TheJacobianIsThatOfCentralDifferences) {
     EXPECT_LT(worst, 1e-7);
 }
 
-// What the public driver has: sin^2 of the shin's angle in the z term. It is out by what devices tell of it,
-// so the test above would see it.
+// The public driver squares the sine of the shin's angle in the z term. Its force points several degrees
+// off, so the test above would detect the mistake.
 TEST(FalconKinematics, TheSquaredSineOfThePublicDriverTurnsTheForce) {
     Poses poses;
     std::vector<double> turned_deg;
@@ -100,7 +101,7 @@ TEST(FalconKinematics, TheSquaredSineOfThePublicDriverTurnsTheForce) {
             const double rise = p.z - 0.060 * std::sin(angles[leg]);
             rows[leg].z *= rise / std::hypot(rise, u - 0.060 * std::cos(angles[leg]));
         }
-        // Torques by the wrong matrix, the force that they make by the right one.
+        // Torques from the wrong matrix, and the force that they produce with the right one.
         const Vec3 wanted = poses.random.jitter3(1.0);
         const Vec3 torques = glm::inverse(rows) * wanted;  // rows = transpose of the wrong Jacobian
         const Vec3 made = glm::transpose(right) * torques;
@@ -128,7 +129,7 @@ TEST(FalconKinematics, ForwardSaysWhereItFails) {
     const Angles good = anglesAt(kCentre_m).value();
     EXPECT_FALSE(gripFromAngles(good + Vec3(2.0, -2.0, 0.0), kCentre_m));
     EXPECT_FALSE(gripFromAngles(Vec3(std::nan("")), kCentre_m));
-    EXPECT_TRUE(gripFromAngles(good, Vec3(std::nan(""))));  // begins again at the centre
+    EXPECT_TRUE(gripFromAngles(good, Vec3(std::nan(""))));  // starts again at the centre
     EXPECT_TRUE(gripFromAngles(good, {9.0, 0.0, 0.0}));
     EXPECT_FALSE(anglesAt({0.3, 0.0, 0.1}));
     EXPECT_FALSE(anglesAt({0.0, 0.0, 0.3}));
@@ -146,7 +147,7 @@ TEST(FalconKinematics, OneCountIsThePublishedDistance) {
     EXPECT_NEAR(std::sqrt(squares.z), 27e-6, 1e-6);
 }
 
-// Virtual work: what the motors give is what the grip gets, for any small motion.
+// Virtual work: for any small motion, the motors' work equals the work done on the grip.
 // HZ-FORCE-10
 TEST(FalconKinematics, TorquesDoTheWorkOfTheForce) {
     Poses poses;
@@ -158,7 +159,8 @@ TEST(FalconKinematics, TorquesDoTheWorkOfTheForce) {
     }
 }
 
-// With the public driver's 10,000 counts a N m, 4095 counts are 7.8 N sideways and 16.9 N along the axis.
+// The public driver uses 10,000 counts per N m, so 4095 counts are 7.8 N sideways and 16.9 N along the
+// axis.
 TEST(FalconKinematics, FullCommandIsThePublishedForce) {
     const auto fullForce = [](const Vec3& direction) {
         const Vec3 t = torquesFor(direction, kCentre_m).value();

@@ -26,7 +26,7 @@ std::vector<std::uint8_t> stream(const std::string& s) {
     return {s.begin(), s.end()};
 }
 
-// Golden bytes, written down from the description of the protocol.
+// Golden bytes from the description of the protocol.
 TEST(FalconPacket, CommandsAreTheDocumentedBytes) {
     EXPECT_EQ(text(encode({.homing = false})), "<AAAAAAAAAAAAAA>");
     EXPECT_EQ(text(encode({})), "<AAAAAAAAAAAABA>");
@@ -37,7 +37,7 @@ TEST(FalconPacket, CommandsAreTheDocumentedBytes) {
 }
 
 TEST(FalconPacket, RepliesAreReadAsDocumented) {
-    // The worked example of the public driver's header: nibbles J F K P are 0xFA59.
+    // The example in the header of the public driver: nibbles J F K P are 0xFA59.
     const Reply reply = decode(bytes("<JFKPAAAAPPPPAA>")).value();
     EXPECT_EQ(reply.encoders[0], std::int16_t(0xFA59));
     EXPECT_EQ(reply.encoders[0], -1447);
@@ -47,7 +47,7 @@ TEST(FalconPacket, RepliesAreReadAsDocumented) {
     EXPECT_EQ(reply.homed, 0);
 
     Packet flags = bytes("<AAAAAAAAAAAAAA>");
-    flags[13] = 0x41 + (0x70 | 0x05);  // homed, right and centre button: 0xB6, past the letters
+    flags[13] = 0x41 + (0x70 | 0x05);  // homed, right and centre button: 0xB6, not a letter
     EXPECT_EQ(decode(flags)->homed, kHomedAll);
     EXPECT_EQ(decode(flags)->buttons, kButtonRight | kButtonCentre);
 }
@@ -76,19 +76,19 @@ TEST(FalconPacket, WhatTheFirmwareCannotSendIsRefused) {
 
 TEST(FalconPacket, TheReaderFindsItsPlaceAgain) {
     PacketReader reader;
-    EXPECT_FALSE(reader.push(stream("AAAA>PPPA")));  // the end of something
+    EXPECT_FALSE(reader.push(stream("AAAA>PPPA")));  // the tail of a packet
     EXPECT_EQ(reader.refused(), 9u);
     EXPECT_FALSE(reader.push(stream("<JFKPAAAA")));
     EXPECT_EQ(reader.push(stream("PPPPAA>"))->encoders[0], -1447);
     EXPECT_EQ(reader.refused(), 9u);
-    // A byte lost, a byte doubled, then a whole one.
+    // A packet with a byte lost, a packet with a byte doubled, then a valid one.
     EXPECT_FALSE(reader.push(stream("<JFKAAAAPPPPAA>")));
     EXPECT_EQ(reader.push(stream("<BAAAAAAAAAAAAA>"))->encoders[0], 1);
     EXPECT_EQ(reader.refused(), 10u);
     EXPECT_FALSE(reader.push(stream("<JJFKPAAAAPPPPAA>")));
-    EXPECT_EQ(reader.refused(), 12u);  // the packet, and the byte behind its sixteenth
+    EXPECT_EQ(reader.refused(), 12u);  // the packet and the byte after its sixteenth
     EXPECT_EQ(reader.push(stream("<CAAAAAAAAAAAAA>"))->encoders[0], 2);
-    // Two at once: the newer.
+    // The newer of two packets counts.
     EXPECT_EQ(reader.push(stream("<BAAAAAAAAAAAAA><CAAAAAAAAAAAAA><DA"))->encoders[0], 2);
     reader.clear();
     EXPECT_FALSE(reader.push(stream("AAAAAAAAAAAA>")));

@@ -26,7 +26,7 @@ std::vector<std::uint8_t> someImage() {
     return image;
 }
 
-// What the grip feels of motor counts, by virtual work and the closed form alone.
+// Force at the grip for given motor counts, from virtual work and the closed form only.
 Vec3 forceOf(const std::array<int, 3>& motors, const Vec3& grip_m) {
     constexpr double h = 1e-6;
     Vec3 force(0.0);
@@ -56,7 +56,7 @@ TEST(Falcon, NeedsHomingThenIsReadyAndPushesWhatItIsTold) {
     EXPECT_THAT(w.why(), HasSubstr("pull its grip"));
     w.arm();
     w.runFor(50 * kMs);
-    EXPECT_FALSE(w.armed());  // the loop's own fault: not ready
+    EXPECT_FALSE(w.armed());  // fault of the loop: device not ready
     EXPECT_EQ(w.pushed_ns, 0);
 
     const Vec3 grip{0.01, -0.02, 0.12};
@@ -65,7 +65,7 @@ TEST(Falcon, NeedsHomingThenIsReadyAndPushesWhatItIsTold) {
     w.falcon.home();
     w.runFor(50 * kMs);
     EXPECT_EQ(w.device.stage(), DeviceStage::ready);
-    EXPECT_NEAR(glm::length(w.grip_m - grip), 0.0, 50e-6);  // a count or so
+    EXPECT_NEAR(glm::length(w.grip_m - grip), 0.0, 50e-6);  // about one encoder count
     EXPECT_EQ(w.buttons, std::uint32_t(kButtonCentre));
     EXPECT_EQ(w.pushed_ns, 0);
     w.force_n = {1.0, -2.0, 3.0};
@@ -98,7 +98,7 @@ TEST(Falcon, EveryWayOutEndsInZero) {
         EXPECT_EQ(w.falcon.bad_packets, 0);
         EXPECT_FALSE(w.ready);
     }
-    // The driver alone, in the middle of it.
+    // The driver alone, in the middle of a run.
     FalconWorld w;
     w.runFor(50 * kMs);
     w.device.stop();
@@ -124,16 +124,17 @@ TEST(Falcon, ALoopThatStandsMeansZeroWithin20Ms) {
     w.runFor(100 * kMs);
     EXPECT_LE(w.pushed_ns - begin_ns, 20 * kMs);
     EXPECT_EQ(w.device.report().silences, 1u);
-    EXPECT_THAT(w.fault(), HasSubstr("device-lost"));  // it is told
+    EXPECT_THAT(w.fault(), HasSubstr("device-lost"));  // it is reported
 }
 
 struct Injection {
     const char* name;
     std::function<void(FalconWorld&)> begin, end;
-    const char* cause;  // in the driver's words
+    const char* cause;  // as reported by the driver
 };
 
-// Faults that stay: zero force within 20 ms of the last good reply, a cause, and all well after it has gone.
+// Lasting faults must end in zero force within 20 ms of the last good reply and name a cause. After the
+// fault ends, the device must recover.
 TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
     const auto corrupt = [](int byte, int mask) {
         return [=](FalconWorld& w) {
@@ -182,7 +183,7 @@ TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
         w.falcon.home();
         w.runFor(1500 * kMs);
         EXPECT_EQ(w.device.stage(), DeviceStage::ready);
-        EXPECT_FALSE(w.falcon.pushes());  // re-arming is an act of the user's
+        EXPECT_FALSE(w.falcon.pushes());  // only the user re-arms
         w.arm();
         w.runFor(50 * kMs);
         EXPECT_TRUE(w.falcon.pushes());
@@ -190,7 +191,8 @@ TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
     }
 }
 
-// With no way to the device nothing can be sent; the loop still knows within 20 ms, and by name.
+// An unplugged device cannot be sent a zero force. The loop must still report the fault by name within 20
+// ms.
 // HZ-FORCE-07
 TEST(Falcon, UnpluggedInTheMiddleOfAWriteItIsNamedAndComesBack) {
     for (int bytes = 0; bytes <= 16; ++bytes) {
@@ -222,7 +224,7 @@ TEST(Falcon, ADeafPipeIsGivenUpAndZeroComesFirstWhenItHearsAgain) {
     EXPECT_FALSE(w.falcon.pushes());
 }
 
-// What one lost or changed reply may do: nothing that a hand would notice.
+// One lost or changed reply must cause nothing that a user could feel.
 TEST(Falcon, OneBadReplyIsRiddenThrough) {
     const std::function<void(FalconWorld&)> blips[] = {
         [](FalconWorld& w) { w.falcon.faults.drop = 1; },
@@ -250,7 +252,7 @@ TEST(Falcon, OneBadReplyIsRiddenThrough) {
     }
 }
 
-// After a late reply the next ones must not stay one behind.
+// After one late reply, the following replies must not stay one behind.
 TEST(Falcon, LateRepliesDoNotPileUp) {
     FalconWorld w;
     w.bringUp();
@@ -272,7 +274,7 @@ TEST(Falcon, AGarbledFlagDoesNotHomeIt) {
     w.runFor(50 * kMs);
     EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
     w.falcon.home();
-    w.runFor(4 * kMs);  // all bits, but not yet for long
+    w.runFor(4 * kMs);  // all bits are set, but not yet for long enough
     EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
     EXPECT_FALSE(w.ready);
     w.runFor(30 * kMs);
@@ -293,7 +295,7 @@ TEST(Falcon, AClockThatJumpsStopsNothingForLong) {
     }
 }
 
-// Faster than safety lets through, which is not the driver's to judge: 40 mm to and fro twelve times a
+// Faster than the safety limit, which the driver does not enforce: 40 mm back and forth, twelve times per
 // second, up to 1.5 m/s and 11 g.
 TEST(Falcon, AFastHandIsNoFaultOfTheDriver) {
     FalconWorld w;
@@ -309,7 +311,7 @@ TEST(Falcon, AFastHandIsNoFaultOfTheDriver) {
         ASSERT_EQ(w.safety.faults & ~std::uint32_t(kFaultOverSpeed), 0u) << w.fault() << i;
     }
     EXPECT_EQ(w.fault(), "over-speed");
-    EXPECT_LT(worst_m, 0.004);  // one or two replies ago
+    EXPECT_LT(worst_m, 0.004);  // the reply is one or two exchanges old
     EXPECT_EQ(w.device.report().failures, 0u);
 }
 
@@ -319,9 +321,8 @@ constexpr int kInjections = 1'000'000;
 constexpr int kInjections = 4'000;
 #endif
 
-// Faults of every kind, at any moment, for any time. Always: no pose is told that is not the
-// hand's; 20 ms into a fault that stands there is no force, and the loop has a name for it; all is well again
-// after it.
+// Faults of every kind, at any time, for any duration. No wrong pose is ever reported. After 20 ms of a
+// lasting fault the force is zero and the loop names the fault. After the fault the device recovers.
 // HZ-FORCE-21
 TEST(Falcon, AnyFaultAtAnyMomentEndsInZeroForceAndHeals) {
     patient::synth::Random random(5, 0);
@@ -374,19 +375,20 @@ TEST(Falcon, AnyFaultAtAnyMomentEndsInZeroForceAndHeals) {
         }
         const std::int64_t begin_ns = w.now_ns;
         w.runFor(length_ns);
-        // Those counted in replies last as many ms at least. A garbled byte may be one that no reply needs.
+        // Faults counted in replies last at least as many milliseconds. A garbled byte may be one that no
+        // reply uses.
         const bool counted = kind == 2 || kind == 4;
         const std::int64_t stood_ns = counted ? std::min<std::int64_t>(length_ns, count * kMs) : length_ns;
         if ((kind == 0 || kind == 1 || kind == 10 || counted) && stood_ns > 20 * kMs) {
             ++stood[std::size_t(kind)];
-            // Ended by itself, it may push again once re-armed only.
+            // After the force has ended, the device pushes again only after re-arming.
             ASSERT_LE(w.pushed_ns - begin_ns, 19 * kMs) << "kind " << kind << " of " << i;
             ASSERT_TRUE(stood_ns < 26 * kMs || w.fault() != "") << "kind " << kind << " of " << i;
         }
-        // A quarter of the count's second letter is the most that can pass.
+        // The largest error that can pass is a quarter of the range of the count's second letter.
         ASSERT_LT(glm::length(w.grip_m - grip), 0.0016) << "kind " << kind << " of " << i;
         faults = {};
-        w.runFor(25 * kMs);  // whatever is still to be noticed
+        w.runFor(25 * kMs);  // time to notice remaining faults
         for (int turn = 0; turn < 400 && w.device.stage() != DeviceStage::ready; ++turn) {
             w.falcon.home();
             w.runFor(25 * kMs);
@@ -437,11 +439,11 @@ TEST(Falcon, LoadingSurvivesItsUsualFailures) {
 
 TEST(Falcon, LoadingThatNeverWorksEndsInAWordToTheUser) {
     FalconWorld w(false, {.firmware = {someImage(), ""}});
-    w.falcon.image_bytes = 9999;  // takes the image and does not run
+    w.falcon.image_bytes = 9999;  // accepts the image but does not run it
     w.runFor(120'000 * kMs);
     EXPECT_EQ(w.device.stage(), DeviceStage::needsFirmware);
     EXPECT_THAT(w.why(), HasSubstr("power supply"));
-    // Unplugged, plugged in: it is tried again.
+    // Unplug and plug in again: the driver tries again.
     w.plugged = false;
     w.falcon.faults.unplugged = true;
     w.runFor(1000 * kMs);
@@ -456,7 +458,7 @@ TEST(Falcon, WithoutFirmwareAndWithoutAFileItSaysSo) {
     w.runFor(2000 * kMs);
     EXPECT_EQ(w.device.stage(), DeviceStage::needsFirmware);
     EXPECT_THAT(w.why(), HasSubstr("name the vendor's file"));
-    w.falcon = test::FalconEmulator(true);  // somebody else loaded it
+    w.falcon = test::FalconEmulator(true);  // another program loaded the firmware
     w.falcon.control(3, 2);
     w.runFor(200 * kMs);
     EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
@@ -478,7 +480,7 @@ TEST(FalconMotors, AreLimitedAsAWholeAndGoTheRightWay) {
         const Vec3 made = forceOf(counts, grip);
         const double length = glm::length(force);
         EXPECT_LE(glm::length(made), 8.02);
-        // Rounding a count turns a force by far less than a degree, but for the smallest.
+        // Rounding to counts turns the force by far less than a degree, except for the smallest forces.
         if (length > 1.0) {
             EXPECT_GT(glm::dot(made, force) / glm::length(made) / length, 0.9999);
         }

@@ -1,5 +1,5 @@
-// The very driver, over libusb, down to the kernel's requests: umockdev answers them. What hangs on
-// milliseconds is in falcon_test.cpp.
+// Runs the real driver through libusb down to the kernel's requests, which umockdev answers. Tests that
+// depend on milliseconds are in falcon_test.cpp.
 #include "haptics/devices/falcon/falcon_usb.h"
 
 #include <gmock/gmock.h>
@@ -23,8 +23,8 @@ using test::FalconEmulator;
 using test::kMs;
 using testing::HasSubstr;
 
-// The device is polled on the test's thread and its clock is stepped: the 3 ms that libusb waits are the
-// machine's, but how long the Falcon may be silent is counted in exchanges.
+// The test's thread polls the device and advances its clock. libusb's waits of 3 ms are real time, but the
+// Falcon's allowed silence is counted in exchanges.
 struct FalconUsb : testing::Test {
     void SetUp() override {
         if (!test::FalconTestbed::works()) GTEST_SKIP() << "umockdev's library is not preloaded: use ctest";
@@ -36,7 +36,7 @@ struct FalconUsb : testing::Test {
         return {std::make_unique<FalconDriver>(usbBus(), time.clock(), std::move(settings)), time.clock(),
                 polled};
     }
-    // As the loop would, until `done` or a minute is over.
+    // Reads and sends like the haptic loop, until `done` returns true or a minute has passed.
     bool loop(PolledDevice& device, const Vec3& force_n,
               const std::function<bool(const DeviceState&)>& done) {
         return test::waitUntil([&] {
@@ -118,7 +118,7 @@ TEST_F(FalconUsb, FirmwareGoesThroughTheCable) {
     for (std::size_t i = 0; i < image.size(); ++i)
         image[i] = std::uint8_t(i * 7 + i / 256);
     PolledDevice falcon = device({.firmware = {image, ""}});
-    time.look_ns = kMs;  // nothing answers: the driver's waits pass in its own looks at the clock
+    time.look_ns = kMs;  // nothing answers: each look at the clock advances it
     ASSERT_TRUE(reaches(falcon, DeviceStage::needsFirmware)) << falcon.report().why;
     time.look_ns = 0;
     ASSERT_TRUE(reaches(falcon, DeviceStage::needsHoming)) << falcon.report().why;
@@ -130,7 +130,7 @@ TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
         const char* name;
         std::function<void(FalconEmulator&)> begin;
         const char* cause;
-        bool hears;  // zero can reach it
+        bool hears;  // whether a zero force can reach it
     };
     const CableFault injections[] = {
         {"silent", [](FalconEmulator& f) { f.faults.silent = true; }, "stopped answering", true},
@@ -158,7 +158,7 @@ TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
             return bed.with([](FalconEmulator& f) { return f.pushes(); });
         }));
         bed.with(injection.begin);
-        time.look_ns = kMs;  // the driver's waits pass in its own looks at the clock
+        time.look_ns = kMs;  // each look at the clock advances it
         std::string why;
         bool zero = false;
         ASSERT_TRUE(loop(falcon, {0.0, 0.0, -2.0}, [&](const DeviceState&) {

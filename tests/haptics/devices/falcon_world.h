@@ -1,5 +1,5 @@
-// A Falcon, its driver and a loop on one thread in virtual time: every wait of the bus lets time pass, and at
-// every millisecond of it the loop ticks.
+// A Falcon emulator, its driver and a haptic loop on one thread in virtual time. Time advances whenever the
+// bus waits, and the loop ticks at every millisecond.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace stylet::test {
 
 struct FalconWorld;
 
-// The driver's bus over the emulator, with the waits of a real one.
+// Connects the driver to the emulator, with the wait times of a real bus.
 class EmulatedBus final : public haptics::FtdiBus {
   public:
     explicit EmulatedBus(FalconWorld& world) : world_(&world) {}
@@ -49,7 +49,7 @@ struct FalconWorld {
                 }};
     }
 
-    // What the loop and its output stage do with a device, with `force_n` for the model's force.
+    // One tick of the haptic loop and its output stage. `force_n` stands for the model's force.
     void tick() {
         const haptics::DeviceState state = device.read(now_ns);
         if (state.fresh != 0) grip_m = state.device_from_stylus.position_m;
@@ -72,7 +72,7 @@ struct FalconWorld {
             pass(std::clamp(due_ns - now_ns, std::int64_t(0), end_ns - now_ns));
         }
     }
-    // Homed, armed, pushing.
+    // Brings the device up: homed, armed and rendering force.
     void bringUp() {
         runFor(50 * kMs);
         falcon.home();
@@ -80,7 +80,7 @@ struct FalconWorld {
         arm();
         runFor(50 * kMs);
     }
-    // The user re-arms, and the force has risen: the wait and the ramp of 1.5 s are taken as over.
+    // Re-arms as the user would, and skips the wait and the force ramp of 1.5 s.
     void arm() {
         haptics::rearm(safety);
         if (safety.stage != haptics::ForceStage::waiting) return;
@@ -90,7 +90,7 @@ struct FalconWorld {
     bool armed() const {
         return safety.stage == haptics::ForceStage::rising || safety.stage == haptics::ForceStage::on;
     }
-    // Every standing fault's name.
+    // Names of all active faults.
     std::string fault() const {
         std::string names;
         for (const haptics::FaultText& text : haptics::faultTexts())
@@ -102,13 +102,13 @@ struct FalconWorld {
     FalconEmulator falcon;
     bool plugged = true;
     std::int64_t now_ns = 1'000 * kMs, pushed_ns = 0;
-    std::int64_t clock_error_ns = 0;  // what the driver's clock is off by
-    // The loop.
+    std::int64_t clock_error_ns = 0;  // error of the driver's clock
+    // State of the loop.
     Vec3 force_n{0.0, 0.0, -2.0}, grip_m{0.0};
     haptics::SafetyState safety;
     bool ready = false, loop_stands = false;
     std::uint32_t buttons = 0;
-    haptics::PolledDevice device;  // last: it is the first to go
+    haptics::PolledDevice device;  // last, because it must be destroyed first
 };
 
 inline haptics::DeviceStage EmulatedBus::open(std::string& why) {

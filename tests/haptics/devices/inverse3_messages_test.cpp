@@ -7,7 +7,7 @@
 namespace stylet::haptics::inverse3 {
 namespace {
 
-// After the documentation's examples; the newer has what only 3.5 sends.
+// Based on the examples in the documentation. The newer message has fields that only version 3.5 sends.
 const std::string kOlder =
     R"({"inverse3":[{"device_id":"04BA","config":{"type":"inverse3","handedness":"right"},)"
     R"("state":{"cursor_position":{"x":0.07842738,"y":-0.14836666,"z":0.14297646},"mode":"idle"},)"
@@ -49,7 +49,7 @@ TEST(Inverse3Messages, ReadsTheNewerInventory) {
     const auto update = parseUpdate(kNewer, why);
     ASSERT_TRUE(update) << why;
     EXPECT_EQ(update->device_id, "049D");
-    EXPECT_TRUE(update->calibrated && update->ready && update->powered);  // not said: well
+    EXPECT_TRUE(update->calibrated && update->ready && update->powered);  // missing fields default to true
     EXPECT_EQ(update->buttons, 5u);
     EXPECT_TRUE(update->has_session);
 }
@@ -61,7 +61,7 @@ TEST(Inverse3Messages, TheStylusLiesAlongTheGrip) {
     Update update;
     update.cursor_m = {0.1, 0.2, 0.3};
     update.grip_present = true;
-    // The grip points along its +y, the needle's tip along -z: forward.
+    // The grip points along its +y. The needle's tip points along -z: forward.
     EXPECT_NEAR(glm::distance(needle(update), Vec3(0.0, 0.0, -1.0)), 0.0, 1e-15);
     EXPECT_EQ(stylusPose(update).position_m, Vec3(0.1, 0.3, -0.2));
     update.haply_from_grip = Quat(kHalf, 0.0, 0.0, -kHalf);  // y to x: to the right
@@ -73,7 +73,7 @@ TEST(Inverse3Messages, TheStylusLiesAlongTheGrip) {
     EXPECT_EQ(stylusPose(update).position_m, Vec3(0.1, 0.3, -0.2));
 }
 
-// A push toward the user's right, up, or toward the user arrives as that.
+// A force to the user's right, up, or toward the user keeps its direction.
 // HZ-FORCE-10
 TEST(Inverse3Messages, TheForceIsWrittenInHaplysFrame) {
     const std::pair<Vec3, const char*> cases[] = {
@@ -127,7 +127,7 @@ TEST(Inverse3Messages, WhatIsNoJsonWithinTheBoundsIsRefused) {
                                     "{\"a\":\"" + std::string(300'000, 'x') + "\"}",
                                     std::string("{\"a\":\"\xFF\"}"), std::string("{\"a\":\"\0\"}", 9)})
         EXPECT_EQ(refusal(text), why) << text.substr(0, 60);
-    // Brackets inside strings are none.
+    // Brackets inside strings do not count as nesting.
     std::string ignored;
     EXPECT_TRUE(parseUpdate(R"({"a":"\"[[[[[[[[[[[[[[[[[[[[[["})", ignored)) << ignored;
 }

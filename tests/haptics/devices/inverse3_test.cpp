@@ -25,18 +25,18 @@ using test::Inverse3Script;
 using test::kMs;
 using test::SteppedClock;
 
-// The emulator is held against the examples in the text of RFC 6455.
+// Checks the emulator against the examples in RFC 6455.
 TEST(Inverse3Emulator, AgreesWithTheExamplesOfRfc6455) {
     EXPECT_EQ(test::webSocketAccept("dGhlIHNhbXBsZSBub25jZQ=="), "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=");
     const std::vector<std::uint8_t> hello{0x81, 0x85, 0x37, 0xFA, 0x21, 0x3D, 0x7F, 0x9F, 0x4D, 0x51, 0x58};
     EXPECT_EQ(test::unmask(hello), (std::vector<std::uint8_t>{'H', 'e', 'l', 'l', 'o'}));
 }
 
-// The driver runs on a clock that the test steps by a millisecond an exchange. It stands still while the
-// emulator answers, so a stall of the machine is no silence of the service.
+// The driver runs on a clock that the test advances by one millisecond per exchange. The clock stands still
+// while the emulator answers, so a stall of the test machine does not count as silence of the service.
 class Inverse3DriverTest : public testing::Test {
   protected:
-    // Opens and presses once a millisecond. Returns why it failed, or "did not fail".
+    // Opens the driver and sends force once per millisecond. Returns why it failed, or "did not fail".
     std::string press(Inverse3Driver& driver, int ticks = 300) {
         std::string why;
         stage = driver.open(why);
@@ -52,7 +52,7 @@ class Inverse3DriverTest : public testing::Test {
         }
         return "did not fail";
     }
-    // The script in the driver's time.
+    // The script with its times on the driver's clock.
     Inverse3Script timed(Inverse3Script script) {
         script.time_ns = &time.now_ns;
         return script;
@@ -62,7 +62,7 @@ class Inverse3DriverTest : public testing::Test {
     SteppedClock time;
     DeviceStage stage = DeviceStage::absent;
     DeviceState state;
-    std::int64_t began_ns = 0;  // the last exchange
+    std::int64_t began_ns = 0;  // start of the last exchange
     int fresh = 0;
     bool was_ready = false;
     std::string last_why;
@@ -109,7 +109,7 @@ TEST_F(Inverse3DriverTest, OnlyThisMachineIsAsked) {
 }
 
 TEST_F(Inverse3DriverTest, WithoutAServiceOrADeviceItIsAbsent) {
-    // A port that is taken, but nobody listens.
+    // A port that is bound, but without a listener.
     const int taken = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in address{};
     address.sin_family = AF_INET;
@@ -165,7 +165,7 @@ TEST_F(Inverse3DriverTest, EveryFaultIsAFailureWithItsName) {
         Inverse3Emulator emulator(timed({.fault = fault, .from_answer = 15}));
         Inverse3Driver driver(time.clock(), at(emulator));
         was_ready = false;
-        const std::string why = press(driver, 100'000);  // a flood needs as many as the machine likes
+        const std::string why = press(driver, 100'000);  // a flood may need many exchanges
         EXPECT_TRUE(why.starts_with(name)) << why << " instead of " << name;
         EXPECT_TRUE(was_ready) << name;
         EXPECT_EQ(emulator.complaint(), "") << name;
@@ -182,7 +182,7 @@ TEST_F(Inverse3DriverTest, WhatIsNoFaultIsSurvived) {
         EXPECT_EQ(stage, DeviceStage::ready);
         EXPECT_EQ(fresh, 100);
     }
-    // One answer left out, and one that comes 8 ms late.
+    // One answer missing, and one answer 8 ms late.
     for (const Inverse3Fault fault : {Inverse3Fault::drop, Inverse3Fault::stall}) {
         Inverse3Emulator emulator(timed({.fault = fault, .from_answer = 20, .answers = 1, .stall_ms = 8}));
         Inverse3Driver driver(time.clock(), at(emulator));
@@ -210,7 +210,7 @@ TEST_F(Inverse3DriverTest, WhatTheUserCanMendHoldsTheForceBack) {
     }
 }
 
-// From the first faulty answer to the failure, in the driver's time: what passes there are its own waits.
+// Driver time from the first faulty answer to the failure. Only the driver's own waits count.
 // HZ-FORCE-07
 TEST_F(Inverse3DriverTest, AFaultIsKnownWithin20Ms) {
     for (const Inverse3Fault fault :

@@ -31,7 +31,7 @@ TEST(Permission, ANodeIsTriedWithoutOpeningIt) {
         EXPECT_NE(accessProblem(node).find("no permission"), std::string::npos);
         return;
     }
-    // Root may do anything; nobody may not.
+    // Root may open any file, so drop to the user nobody.
     chmod(node.c_str(), 0600);
     chmod(folder.path().c_str(), 0755);
     constexpr uid_t kNobody = 65534;

@@ -20,7 +20,7 @@ namespace {
 
 using test::kMs;
 
-// Time passes only when somebody sleeps or a test says so.
+// Time advances only when a thread sleeps or the test advances it.
 struct VirtualTime {
     std::atomic<std::int64_t> now_ns{1'000'000'000};
     Clock clock() {
@@ -32,7 +32,7 @@ struct VirtualTime {
     }
 };
 
-// What the test has it do; by default a device that is ready at once and stands still.
+// Behaviour of the scripted device. By default it is ready at once and stays in place.
 struct Script {
     std::function<DeviceStage(std::string&)> open = [](std::string&) { return DeviceStage::ready; };
     std::function<DeviceStage(const Vec3&, DeviceState&, std::string&)> exchange =
@@ -41,7 +41,7 @@ struct Script {
             return DeviceStage::ready;
         };
     DeviceProfile profile{.name = "scripted", .force_peak_n = 8.0, .source = "test"};
-    std::vector<Vec3> forces;  // as the bus got them
+    std::vector<Vec3> forces;  // as received by the bus
     int opened = 0, closed = 0;
 };
 
@@ -68,7 +68,7 @@ struct Polled : testing::Test {
     VirtualTime time;
     PolledDevice device{std::make_unique<ScriptedDriver>(script), time.clock()};
 
-    // Polls whenever due for `span_ns`, sending `force_n` before each exchange.
+    // Polls whenever due for `span_ns`, and sends `force_n` before each exchange.
     void pollFor(std::int64_t span_ns, const Vec3* force_n = nullptr) {
         const std::int64_t end_ns = time.now_ns + span_ns;
         while (time.now_ns < end_ns) {
@@ -97,7 +97,7 @@ TEST_F(Polled, ExchangesOnceAPeriodAndPassesForceAndPose) {
         state.fresh = 1;
         return DeviceStage::ready;
     };
-    device.send(kPush);  // what was sent before it was ready does not count
+    device.send(kPush);  // a force sent before the device is ready is ignored
     pollFor(10 * kMs);
     EXPECT_THAT(script.forces, testing::Each(Vec3(0.0)));
     script.forces.clear();
@@ -126,7 +126,7 @@ TEST_F(Polled, AnAbsentDeviceIsLookedForAgain) {
         return plugged ? DeviceStage::ready : DeviceStage::absent;
     };
     pollFor(2001 * kMs);
-    EXPECT_EQ(script.opened, 5);  // every half second
+    EXPECT_EQ(script.opened, 5);  // one attempt every half second
     EXPECT_EQ(script.closed, 0);
     EXPECT_EQ(device.report().why, "none of 0403:cb48");
     EXPECT_EQ(device.report().failures, 0u);
@@ -144,7 +144,7 @@ TEST_F(Polled, FailuresBackOffAndAreForgottenOnceItHasBeenSound) {
         return DeviceStage::failed;
     };
     pollFor(30'000 * kMs);
-    ASSERT_EQ(tries.size(), 8u);  // 0, 0.25, 0.75, 1.75, 3.75, 7.75, 15.75, 23.75 s
+    ASSERT_EQ(tries.size(), 8u);  // at 0, 0.25, 0.75, 1.75, 3.75, 7.75, 15.75 and 23.75 s
     const std::int64_t gaps_ms[] = {250, 500, 1000, 2000, 4000, 8000, 8000};
     for (std::size_t i = 0; i < 7; ++i)
         EXPECT_EQ(tries[i + 1] - tries[i], gaps_ms[i] * kMs);
@@ -152,7 +152,8 @@ TEST_F(Polled, FailuresBackOffAndAreForgottenOnceItHasBeenSound) {
     EXPECT_EQ(device.report().failures, 8u);
     EXPECT_EQ(device.report().why, "no permission");
 
-    // Lost again soon after it was ready: still the longest wait. Sound for two seconds: the shortest.
+    // Lost soon after it was ready: the longest wait stays. Working for two seconds: back to the shortest
+    // wait.
     script.open = [&](std::string&) { return DeviceStage::ready; };
     script.exchange = [&](const Vec3&, DeviceState&, std::string& why) {
         why = "gone";
@@ -185,7 +186,7 @@ TEST_F(Polled, UnpluggedItLosesItsFlagsAndKeepsItsPose) {
     pollFor(2 * kMs, &kPush);
     DeviceState state = read();
     EXPECT_EQ(state.flags, 0u);
-    EXPECT_EQ(state.fresh, 1u);  // that it is gone is news, once
+    EXPECT_EQ(state.fresh, 1u);  // the loss is reported once
     EXPECT_EQ(read().fresh, 0u);
     EXPECT_EQ(state.device_from_stylus.position_m, Vec3(0.0, 0.0, 0.11));
     EXPECT_EQ(script.closed, 1);
@@ -222,7 +223,7 @@ TEST_F(Polled, ForceFlowsAtNoStageButReady) {
     pollFor(30 * kMs, &kPush);
     EXPECT_TRUE(ready());
     EXPECT_EQ(script.forces.back(), kPush);
-    stage = DeviceStage::needsHoming;  // it dropped its homing bit
+    stage = DeviceStage::needsHoming;  // the device cleared its homing bit
     pollFor(2 * kMs, &kPush);
     EXPECT_FALSE(ready());
     script.forces.clear();
@@ -234,11 +235,11 @@ TEST_F(Polled, ForceFlowsAtNoStageButReady) {
 TEST_F(Polled, ASilentLoopMeansZeroForceAndIsTold) {
     pollFor(50 * kMs, &kPush);
     script.forces.clear();
-    pollFor(19 * kMs);  // nothing is sent
+    pollFor(19 * kMs);  // no force is sent
     EXPECT_EQ(script.forces[13], kPush);
     EXPECT_EQ(script.forces[16], Vec3(0.0));
     EXPECT_FALSE(ready());
-    EXPECT_EQ(device.stage(), DeviceStage::ready);  // the device itself is well
+    EXPECT_EQ(device.stage(), DeviceStage::ready);  // the device itself still works
     EXPECT_EQ(device.report().silences, 1u);
     pollFor(1000 * kMs);
     EXPECT_EQ(device.report().silences, 1u);
@@ -304,7 +305,7 @@ TEST_F(Polled, AClockThatJumpsMakesForceZeroAndHoldsNothingUp) {
         EXPECT_NEAR(double(script.forces.size()), 55.0, 2.0) << jump_ns;
         EXPECT_EQ(script.forces.back(), kPush);
     }
-    // Set back while it waits for the next try.
+    // The clock is set back during the wait for the next attempt.
     script.exchange = [](const Vec3&, DeviceState&, std::string&) { return DeviceStage::failed; };
     pollFor(5 * kMs);
     script.exchange = Script().exchange;
@@ -316,7 +317,7 @@ TEST_F(Polled, AClockThatJumpsMakesForceZeroAndHoldsNothingUp) {
 TEST_F(Polled, TheProfileIsFixedWhenFirstReadyAndAnotherIsRefused) {
     script.profile.force_peak_n = kUnknown;
     script.open = [&](std::string&) {
-        script.profile.force_peak_n = 3.3;  // as a bridge learns it from its peer
+        script.profile.force_peak_n = 3.3;  // as a bridge learns the peak from its peer
         return DeviceStage::ready;
     };
     EXPECT_EQ(device.profile().force_peak_n, 8.0);
@@ -341,7 +342,7 @@ TEST_F(Polled, EveryStageHasAName) {
         EXPECT_STRNE(nameOf(DeviceStage(i)), "unknown");
 }
 
-// With threads, on the machine's clock.
+// With real threads, on the machine's clock.
 TEST(PolledThread, PassesWholeStatesAndForcesBetweenThreads) {
     std::atomic<int> torn{0}, forces{0};
     Script script;
@@ -373,7 +374,7 @@ TEST(PolledThread, PassesWholeStatesAndForcesBetweenThreads) {
     EXPECT_EQ(device.read(0).flags, 0u);
     device.stop();
     EXPECT_EQ(script.closed, 1);
-    device.start();  // and once more
+    device.start();  // a second start
     EXPECT_TRUE(test::waitUntil([&] { return device.stage() == DeviceStage::ready; }));
 }
 
@@ -397,10 +398,10 @@ TEST(PolledThread, ABlockedDriverHoldsUpNobodyButItself) {
     ASSERT_TRUE(test::waitUntil([&] { return device.report().blocked_ns >= kDriverDeadline_ns; }));
     device.read(0);
     std::int64_t worst_ns = 0;
-    // All of these come back while the driver is in its call: they do not wait for it.
+    // These calls return while the driver is inside its own call: they do not wait for it.
     for (int i = 0; i < 1000; ++i) {
         const std::int64_t began_ns = test::wallNow_ns();
-        EXPECT_EQ(device.read(0).fresh, 0u);  // which is what the loop's watchdog counts
+        EXPECT_EQ(device.read(0).fresh, 0u);  // the loop's watchdog counts this
         device.send(kPush);
         worst_ns = std::max(worst_ns, test::wallNow_ns() - began_ns);
     }
@@ -422,7 +423,7 @@ TEST(PolledThread, StopIsHeardWhileItWaitsForADevice) {
     ASSERT_TRUE(test::waitUntil([&] { return device.report().opens > 0; }));
     const std::int64_t began_ns = test::wallNow_ns();
     device.stop();
-    EXPECT_LT(test::wallNow_ns() - began_ns, 60'000 * kMs);  // the next look is an hour away
+    EXPECT_LT(test::wallNow_ns() - began_ns, 60'000 * kMs);  // the next attempt is an hour away
 }
 
 }  // namespace

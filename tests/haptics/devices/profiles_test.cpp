@@ -42,7 +42,7 @@ TEST(DeviceProfiles, AreCitedAndPossible) {
         EXPECT_TRUE(unknownOr(p.force_peak_n, 1.0, 40.0)) << p.name;
         EXPECT_TRUE(unknownOr(p.stiffness_n_per_m, 100.0, 20000.0)) << p.name;
         EXPECT_TRUE(unknownOr(p.mass_kg, 0.01, 1.0)) << p.name;
-        // A rendered damping is tens of N s/m: that is not what is asked for.
+        // Rendered damping is tens of N s/m. This field is the device's own damping.
         EXPECT_TRUE(unknownOr(p.damping_n_s_per_m, 0.0, 1.0)) << p.name;
         EXPECT_TRUE(unknownOr(p.resolution_m, 0.0, 2e-4)) << p.name;
         const double gain = outputGain(p, {});

@@ -52,7 +52,7 @@ TEST(RateControl, StaysWithinReach) {
         stepRate(pose, Axes{350.0, 350.0, -350.0, 0.0, 0.0, 0.0}, settings, 0.001);
     EXPECT_NEAR(glm::length(pose.position_m), settings.reach_m, 1e-12);
     EXPECT_NEAR(pose.position_m.x, settings.reach_m / std::sqrt(3.0), 1e-12);
-    // And leaves it again.
+    // The pose can leave the limit again.
     stepRate(pose, Axes{-350.0, -350.0, 350.0, 0.0, 0.0, 0.0}, settings, 0.001);
     EXPECT_LT(glm::length(pose.position_m), settings.reach_m);
 }

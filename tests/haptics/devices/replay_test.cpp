@@ -26,7 +26,7 @@ TEST(ReplayDevice, FollowsItsTraceFromItsStart) {
     EXPECT_EQ(device.force().y, 2.0);
 }
 
-// A hand nobody scripted: every bit of every pose matters.
+// A random trace in which every bit of every pose matters.
 Trace randomTrace(int count) {
     std::mt19937_64 random(3);
     const auto uniform = [&] { return double(random() >> 11) * 0x1p-52 - 1.0; };
@@ -66,20 +66,20 @@ TEST(ReplayDevice, HostileFilesAreRefusedByLine) {
     refused("", "line 1");
     refused("t,x,y,z\n" + good, "line 1");
     refused(head, "line 1");                           // no samples
-    refused(head + "0,0,0,0,1,0,0,0\n", "line 2");     // a column short
-    refused(head + "0,0,0,0,1,0,0,0,0,\n", "line 2");  // one too many
+    refused(head + "0,0,0,0,1,0,0,0\n", "line 2");     // a column too few
+    refused(head + "0,0,0,0,1,0,0,0,0,\n", "line 2");  // a column too many
     refused(head + good + "\n", "line 3");             // an empty line
-    refused(head + good + good, "line 3");             // time stands still
-    refused(head + "-1,0,0,0,1,0,0,0,0\n", "line 2");  // before it began
+    refused(head + good + good, "line 3");             // time does not advance
+    refused(head + "-1,0,0,0,1,0,0,0,0\n", "line 2");  // negative time
     refused(head + "99999999999999999999,0,0,0,1,0,0,0,0\n", "line 2");
     refused(head + "0,nan,0,0,1,0,0,0,0\n", "line 2");
     refused(head + "0,inf,0,0,1,0,0,0,0\n", "line 2");
     refused(head + "0,1e300,0,0,1,0,0,0,0\n", "line 2");
-    refused(head + "0,0,0,0,0,0,0,0,0\n", "line 2");  // no rotation
+    refused(head + "0,0,0,0,0,0,0,0,0\n", "line 2");  // not a rotation
     refused(head + "0,0,0,0,nan,0,0,0,0\n", "line 2");
     refused(head + "0,0,0,0,1,0,0,0,4294967296\n", "line 2");
     refused(head + "0,0,0,0,1,0,0,0,-1\n", "line 2");
-    refused(head + "0, 0,0,0,1,0,0,0,0\n", "line 2");  // blanks are no numbers
+    refused(head + "0, 0,0,0,1,0,0,0,0\n", "line 2");  // spaces are not allowed in numbers
     refused(head + "0,0,0,0,1,0,0,0,0" + std::string(1, '\0') + "\n", "line 2");
     test::expectRefused([] { loadTrace("no-such-folder/hand.csv"); }, "hand.csv", "file");
 }

@@ -42,7 +42,7 @@ TEST(Service, ReadsTheKernelsTableOfSockets) {
     EXPECT_FALSE(listensOn(std::string("x"), "x x x\n"));
 }
 
-// One socket has many paths.
+// A socket can have several paths.
 TEST(Service, FollowsLinksToTheSocket) {
     const test::TempFolder folder;
     std::filesystem::create_directory(folder / "run");

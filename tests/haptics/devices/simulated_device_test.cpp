@@ -1,4 +1,4 @@
-// The simulated device and hand against closed forms: a body, a spring, friction, and a sampled wall.
+// Tests the simulated device and hand against closed forms: a body, a spring, friction, and a sampled wall.
 #include "tests/support/simulated_device.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ Trace resting() {
     return trace;
 }
 
-// `force(tick, read position)` each tick; visit(tick) after the read.
+// Calls `force(tick, position)` and `visit(tick)` after each read.
 template <typename Force, typename Visit>
 void run(SimulatedDevice& device, int ticks, const Force& force, const Visit& visit) {
     for (int i = 0; i <= ticks; ++i) {
@@ -59,7 +59,7 @@ TEST(SimulatedDevice, FrictionStopsItAndHoldsIt) {
         trace, {},
         {.mass_kg = 0.1, .damping_n_s_per_m = 0.0, .friction_n = 0.25, .velocity_m_per_s = {0.1, 0.0, 0.0}});
     run(device, 100, [](int i, const Vec3&) { return Vec3(i > 60 ? 0.24 : 0.0, 0.0, 0.0); }, kNothing);
-    EXPECT_EQ(device.body().velocity_m_per_s.x, 0.0);  // after 40 ms, and 0.24 N do not move it
+    EXPECT_EQ(device.body().velocity_m_per_s.x, 0.0);  // at rest after 40 ms, and 0.24 N do not move it
     EXPECT_NEAR(device.body().position_m.x, 0.1 * 0.01 / (2.0 * 0.25), 5e-6);
     EXPECT_NEAR(device.body().lost_j, 0.5 * 0.1 * 0.01, 1e-9);
 }
@@ -87,7 +87,7 @@ TEST(SimulatedDevice, TheHandGoesWhereItWantsToBe) {
                      {1500 * kTick_ns, {{}, {0.02, 0.0, 0.0}}, 7}};
     SimulatedDevice device(trace, {}, {.mass_kg = 0.05, .hand = kFirmHand});
     run(device, 900, [](int, const Vec3&) { return Vec3(0.0); }, kNothing);
-    EXPECT_NEAR(device.body().position_m.x, 0.018, 2e-5);  // at 20 mm/s it does not lag
+    EXPECT_NEAR(device.body().position_m.x, 0.018, 2e-5);  // no lag at 20 mm/s
     EXPECT_EQ(device.read(1500 * kTick_ns).buttons, 7u);
     EXPECT_NEAR(device.body().position_m.x, 0.02, 2e-5);
 }
@@ -97,7 +97,7 @@ TEST(SimulatedDevice, AHandThatLetsGoLeavesTheDeviceAlone) {
     SimulatedDevice device(trace, {},
                            {.mass_kg = 0.05, .damping_n_s_per_m = 0.0, .hand = kFirmHand, .let_go_s = 0.5});
     run(device, 600, [](int, const Vec3&) { return Vec3(-1.0, 0.0, 0.0); }, kNothing);
-    EXPECT_NEAR(device.body().velocity_m_per_s.x, -1.0 / 0.05 * 0.1, 1e-3);  // from rest, 0.1 s long
+    EXPECT_NEAR(device.body().velocity_m_per_s.x, -1.0 / 0.05 * 0.1, 1e-3);  // from rest, for 0.1 s
 }
 
 TEST(SimulatedDevice, EncodersReadWholeCounts) {
@@ -120,7 +120,7 @@ TEST(SimulatedDevice, EncodersReadWholeCounts) {
 TEST(SimulatedDevice, AForceActsAfterItsDelay) {
     const Trace trace = resting();
     SimulatedDevice device(trace, {}, {.mass_kg = 0.1, .damping_n_s_per_m = 0.0, .delay_s = 0.0035});
-    // 1 N sent at tick 10 alone: it acts from 13.5 to 14.5 ms.
+    // 1 N sent at tick 10 only. It acts from 13.5 to 14.5 ms.
     run(device, 13, [](int i, const Vec3&) { return Vec3(i == 10 ? 1.0 : 0.0, 0.0, 0.0); }, kNothing);
     EXPECT_EQ(device.body().velocity_m_per_s.x, 0.0);
     device.read(14 * kTick_ns);
@@ -158,8 +158,8 @@ TEST(SimulatedDevice, SendsBeyondItsMemoryActEarlyNotNever) {
     EXPECT_NEAR(device.body().motor_impulse_n_s.x, 0.5 - 1e-3 * SimulatedDevice::kMaxWaiting, 2e-3);
 }
 
-// A spring K of a sampled force, held over T and late by t_d, lags the motion by T/2 + t_d: to first order it
-// feeds the oscillation like a damper of -K (T/2 + t_d). Colgate and Schenkel 1997: b > K T/2.
+// A spring K with force sampled at period T and delayed by t_d lags the motion by T/2 + t_d. To first order
+// this adds energy like a damper of -K (T/2 + t_d). Colgate and Schenkel 1997: b > K T/2.
 struct Wall {
     double stiffness_n_per_m, damping_n_s_per_m, delay_s;
 };

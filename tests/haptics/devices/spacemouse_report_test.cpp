@@ -1,4 +1,4 @@
-// Golden bytes by hand: report id, then little-endian int16.
+// Golden bytes written by hand: report id, then little-endian int16 values.
 #include "haptics/devices/spacemouse/spacemouse_report.h"
 
 #include <gtest/gtest.h>

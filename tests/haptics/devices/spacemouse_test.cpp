@@ -1,4 +1,4 @@
-// The driver against emulated SpaceMice, on a clock of the test's own.
+// Tests the driver with emulated SpaceMice, on the test's clock.
 #include "haptics/devices/spacemouse/spacemouse.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// packaging/udev, read as udev reads it (man 7 udev), against the drivers' lists of devices.
+// Reads packaging/udev as udev does (man 7 udev) and compares it with the drivers' device lists.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -52,7 +52,7 @@ std::string hex(unsigned number) {
     return text;
 }
 
-// Do the rules let the user at a USB device with these numbers?
+// Whether the rules give the user access to a USB device with these ids.
 bool allows(const std::vector<Rule>& rules, const std::string& attribute, unsigned vendor, unsigned product) {
     for (const Rule& rule : rules) {
         bool tags = false, matches = true, numbered = false;

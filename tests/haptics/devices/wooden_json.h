@@ -1,4 +1,4 @@
-// A WoodenHaptics model file, good as it is, or with one value changed ("" leaves the key out).
+// A valid WoodenHaptics model file, optionally with one value changed. The value "" removes the key.
 #pragma once
 
 #include <array>

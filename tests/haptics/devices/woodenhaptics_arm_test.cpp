@@ -29,7 +29,8 @@ Vec3 anyAngles(std::mt19937& random) {
 }
 
 TEST(WoodenArm, AnglesFollowCapstansAndDirections) {
-    // 2000 counts are one turn of the motor: capstan over body of a turn of the body.
+    // 2000 counts are one turn of the motor, which turns the body by the ratio of capstan and body
+    // diameter.
     const Vec3 t = armAngles_rad(arm(), {2000, 2000, -500, 0, 0, 0});
     EXPECT_NEAR(t.x, 2.0 * std::numbers::pi * 0.010 / 0.160, 1e-12);
     EXPECT_NEAR(t.y, -2.0 * std::numbers::pi * 0.011 / 0.120, 1e-12) << "motor and body are aligned";
@@ -43,11 +44,11 @@ TEST(WoodenArm, PositionsInClosedForm) {
     EXPECT_NEAR(rest.x, 0.245 - 0.220, 1e-12);
     EXPECT_NEAR(rest.y, 0.0, 1e-12);
     EXPECT_NEAR(rest.z, 0.080 + 0.205 - 0.080, 1e-12);
-    // Turned by a quarter: to the user's right.
+    // A quarter turn: to the user's right.
     const Vec3 turned = armPosition_m(m, {std::numbers::pi / 2, 0.0, std::numbers::pi / 2});
     EXPECT_NEAR(turned.x, -0.220, 1e-12);
     EXPECT_NEAR(turned.y, 0.245, 1e-12);
-    // Both arms hang out and down.
+    // Upper arm out, forearm down.
     const Vec3 low = armPosition_m(m, {0.0, std::numbers::pi / 2, 0.0});
     EXPECT_NEAR(low.x, 0.205 - 0.220, 1e-12);
     EXPECT_NEAR(low.z, 0.080 - 0.245 - 0.080, 1e-12);
@@ -71,7 +72,7 @@ TEST(WoodenArm, TheJacobianIsThePositionsDerivative) {
     }
 }
 
-// The weight's potential, written out once more.
+// The potential energy of the weight, computed independently.
 double potential_j(const WoodenModel& m, const Vec3& t) {
     const double z_b = m.length_m[0] + m.centre_of_mass_m[0] * std::cos(t.y);
     const double z_c = m.length_m[0] + m.length_m[1] * std::cos(t.y) - m.centre_of_mass_m[1] * std::cos(t.z);
@@ -96,7 +97,7 @@ TEST(WoodenArm, GravityTorqueIsThePotentialsDerivative) {
     EXPECT_EQ(armCurrents(off, {0.3, 0.4, 1.5}, Vec3{0.0}).motor_a, Vec3(0.0));
 }
 
-// What the motors' currents do at the grip, by virtual work: motor torque over motor angle, without gravity.
+// Force at the grip for given motor currents, from virtual work. Excludes the gravity compensation.
 Vec3 forceOf(const WoodenModel& m, const Vec3& t, const Vec3& motor_a) {
     const Vec3 hold = armGravityTorque_n_m(m, t);
     Vec3 torque;
@@ -172,13 +173,13 @@ TEST(WoodenArm, TheWristTurnsTheStylus) {
         EXPECT_LT(std::sqrt(glm::dot(a - b, a - b)), 1e-12) << a.x << " " << a.y << " " << a.z;
     };
     expectNear(along(level, {}), {1.0, 0.0, 0.0});
-    // The stylus follows the forearm up and the arm around.
+    // The stylus follows the forearm's pitch and the arm's turn.
     expectNear(along({0.0, 0.0, std::numbers::pi / 2 + 0.3}, {}), {std::cos(0.3), 0.0, std::sin(0.3)});
     expectNear(along({std::numbers::pi / 2, 0.0, std::numbers::pi / 2}, {}), {0.0, 1.0, 0.0});
-    // The middle body pitches by encoder e, which counts its way; the outer ones roll.
+    // Encoder e pitches the middle body and counts in its direction. The outer bodies roll.
     expectNear(along(level, {0, 0, 0, 100, 256, 0}), {0.0, 0.0, -1.0});
     expectNear(along(level, {0, 0, 0, 100, 0, 77}), {1.0, 0.0, 0.0});
-    // Rolled by a quarter against its count, the same pitch goes sideways.
+    // After a quarter roll against the counting direction, the same pitch points sideways.
     expectNear(along(level, {0, 0, 0, 0, 256, -256}), {0.0, 1.0, 0.0});
 }
 

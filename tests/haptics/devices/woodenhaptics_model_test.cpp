@@ -59,7 +59,7 @@ TEST(WoodenModel, RefusesWhatIsNoModel) {
     refuses(twice, "variant");
 }
 
-// The maker's library writes the fifth of these under the fourth's name.
+// The manufacturer's library writes the fifth value under the fourth's name.
 TEST(WoodenModel, SaysHowTheLibrarysOwnSlipIsMended) {
     std::string text = woodenJson();
     const std::size_t at = text.find("enc_and_body_aligned_e");

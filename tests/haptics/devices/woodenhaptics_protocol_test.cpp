@@ -1,4 +1,5 @@
-// Golden bytes by hand from the board's message layout: seven little-endian int16 either way.
+// Golden bytes written by hand from the board's message layout: seven little-endian int16 values in each
+// direction.
 #include "haptics/devices/woodenhaptics/woodenhaptics_protocol.h"
 
 #include <gtest/gtest.h>

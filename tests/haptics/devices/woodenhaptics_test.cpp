@@ -1,4 +1,4 @@
-// The driver against an emulated board.
+// Tests the driver with an emulated board.
 #include "haptics/devices/woodenhaptics/woodenhaptics.h"
 
 #include <gtest/gtest.h>
@@ -26,10 +26,10 @@ using BoardFault = WoodenHapticsEmulator::Fault;
 
 const Vec3 kPush_n{0.3, 0.2, -0.4};
 
-// A force may reach the board for so many commands of 5 ms after a fault.
+// Number of commands, 5 ms each, that may still carry force after a fault.
 constexpr std::uint64_t kCommandsUntilZero = 4;
 
-// Reports until one is newer than what the test did to the board: one may wait, one may be under way.
+// Reports to read until one is newer than the test's last change: one may be queued, one may be in transit.
 constexpr int kNewestAfter = 3;
 
 class WoodenHapticsDriver : public testing::Test {
@@ -50,8 +50,8 @@ class WoodenHapticsDriver : public testing::Test {
         board_.reset();
         return board_.emplace();
     }
-    // Waits until the board has obeyed and answered, so that a stall of the machine misses no report: the
-    // driver waits for each of them for 5 ms only.
+    // Waits until the board has processed the command and answered. The driver waits only 5 ms for a
+    // report, so a stall of the test machine could otherwise lose one.
     template <typename Call>
     auto settled(const Call& call) {
         const std::uint64_t before = board_ ? board_->received() : 0;
@@ -73,13 +73,13 @@ class WoodenHapticsDriver : public testing::Test {
     DeviceStage exchange(Driver& driver, const Vec3& force_n = Vec3{0.0}) {
         return exchangeAtOnce(driver, stage_ == DeviceStage::ready ? force_n : Vec3{0.0});
     }
-    // Exchanges until the stage is reached; their number, -1 when it is not.
+    // Exchanges until `wanted` is reached. Returns the number of exchanges, or -1.
     int until(Driver& driver, DeviceStage wanted, int most, const Vec3& force_n = Vec3{0.0}) {
         for (int i = 1; i <= most; ++i)
             if (exchange(driver, force_n) == wanted) return i;
         return -1;
     }
-    // Exchanges that brought something new.
+    // Exchanges until `reports` fresh reports have arrived.
     void hear(Driver& driver, int reports, const Vec3& force_n = Vec3{0.0}) {
         for (int i = 0; i < 400 && reports > 0; ++i) {
             ASSERT_EQ(exchange(driver, force_n), DeviceStage::ready) << why_;
@@ -87,7 +87,7 @@ class WoodenHapticsDriver : public testing::Test {
         }
         ASSERT_EQ(reports, 0);
     }
-    // Until the board has said that its button is not pressed.
+    // Opens the driver and waits until the board reports that its button is not pressed.
     void openAndWait(Driver& driver) {
         ASSERT_EQ(driver.open(why_), DeviceStage::opening) << why_;
         for (int heard = 0, i = 0; heard < 5 && i < 400; ++i) {
@@ -136,7 +136,7 @@ TEST_F(WoodenHapticsDriver, TheButtonHomesItToTheModelsCounts) {
     EXPECT_GE(board.seen().calibrations, 1u);
     EXPECT_FALSE(board.seen().malformed);
 
-    // The calibration's counts: 0, -10, 6000.
+    // The counts of the calibration: 0, -10, 6000.
     const Vec3 t{0.0, 10.0 / 2000 * 2 * std::numbers::pi * 0.011 / 0.120,
                  3.0 * 2 * std::numbers::pi * 0.012 / 0.125};
     const double out = 0.205 * std::sin(t.y) + 0.245 * std::sin(t.z) - 0.220;
@@ -146,7 +146,8 @@ TEST_F(WoodenHapticsDriver, TheButtonHomesItToTheModelsCounts) {
     EXPECT_NEAR(state_.device_from_stylus.position_m.z, out, 1e-12) << "out is the device's +z";
 }
 
-// The button stays set until a calibration: one that was pressed before the program came is not meant for it.
+// The button stays set until a calibration. A press from before the program started must not home the
+// device.
 TEST_F(WoodenHapticsDriver, AnOldPressOfTheButtonDoesNotHome) {
     WoodenHapticsEmulator& board = plugIn();
     board.moveTo({123, -456, 789});
@@ -166,7 +167,7 @@ TEST_F(WoodenHapticsDriver, ForcesBecomeTheMotorsCurrents) {
     makeReady(driver, board);
     hear(driver, 2, kPush_n);
     const std::array<int, 3> ma = board.seen().motor_ma;
-    // The base's frame: x out is the device's z, y the device's x, z up the device's y.
+    // Base frame to device frame: x (out) is the device's z, y is the device's x, z (up) is the device's y.
     const Vec3 t = armAngles_rad(model(), {0, -10, 6000, 0, 0, 0});
     const Vec3 torque = glm::transpose(armJacobian(model(), t)) * Vec3{-0.4, 0.3, 0.2};
     EXPECT_NEAR(ma[0], 1000.0 * torque.x * 0.010 / 0.160 / 0.0259, 1.0);
@@ -208,7 +209,7 @@ TEST_F(WoodenHapticsDriver, CountsRunOverTheEndsOfTheirSixteenBits) {
     const double a = 33500 * 2 * std::numbers::pi / 2000 * 0.010 / 0.160;
     EXPECT_NEAR(state_.device_from_stylus.position_m.z, -0.220, 1e-12);
     EXPECT_NEAR(armAngles_rad(m, {33500, 0, 0, 0, 0, 0}).x, a, 1e-12);
-    // Reach is zero with both arms along the axis: lift the forearm to see the turn.
+    // With both arms along the vertical axis the reach is zero. Lift the forearm to make the turn visible.
     for (int c = 0; c <= 4000; c += 400) {
         board.moveTo({std::int16_t(std::uint16_t(33500)), 0, std::int16_t(c)});
         hear(driver, kNewestAfter);
@@ -262,10 +263,10 @@ TEST_F(WoodenHapticsDriver, ClosingSendsZeroFirst) {
     EXPECT_TRUE(test::waitUntil([&] { return board.seen().motor_ma == std::array<int, 3>{}; }));
 }
 
-// Each fault: how the driver takes it, and that no current flows for longer than four commands of 5 ms.
+// For each fault: the driver's reaction, and no current for longer than four commands of 5 ms.
 class WoodenHapticsFaults : public WoodenHapticsDriver {
   protected:
-    // Injects, goes on pushing, and returns what was powered meanwhile.
+    // Injects the fault, keeps sending force, and returns the number of powered commands since then.
     std::uint64_t pushThrough(Driver& driver, WoodenHapticsEmulator& board, BoardFault fault, int exchanges) {
         hear(driver, 2, kPush_n);
         const std::uint64_t before = board.seen().powered;
@@ -325,7 +326,7 @@ TEST_F(WoodenHapticsFaults, CorruptEncodersAreNotBelieved) {
     EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
 }
 
-// A single garbled word that reads as the button's must not set the encoders to the parked arm's.
+// A single garbled word that reads as the button must not set the encoders to the parked pose.
 // HZ-FORCE-11
 TEST_F(WoodenHapticsFaults, AGarbledButtonDoesNotHomeItWhereItIs) {
     WoodenHapticsEmulator& board = plugIn();
@@ -395,8 +396,7 @@ TEST_F(WoodenHapticsFaults, UnpluggedMidWriteItFailsWithAReason) {
     driver.close();
 }
 
-// Whatever comes, in any order: never more than 2 A, never a pose that is no pose, and silence ends the
-// force.
+// Any mixture of faults: the current never exceeds 2 A, every pose is valid, and silence ends the force.
 // HZ-FORCE-21
 TEST_F(WoodenHapticsFaults, AnyMixtureOfFaultsStaysSafe) {
     WoodenHapticsEmulator& board = plugIn();
@@ -422,8 +422,8 @@ TEST_F(WoodenHapticsFaults, AnyMixtureOfFaultsStaysSafe) {
     EXPECT_FALSE(board.seen().malformed);
 }
 
-// The same behind PolledDevice, polled on the test's thread with its clock stepped: no tick of the loop is
-// late.
+// The same behind PolledDevice. The test's thread polls it and advances its clock, so no tick of the loop
+// is late.
 class PolledWoodenHaptics : public WoodenHapticsDriver {
   protected:
     PolledDevice make() {
@@ -434,12 +434,12 @@ class PolledWoodenHaptics : public WoodenHapticsDriver {
         time_.advancePeriod(settled([&] {
             const std::uint64_t exchanges = device.report().exchanges;
             const std::int64_t due_ns = device.poll();
-            // An open() sends nothing.
+            // open() sends no command, so it counts as absent.
             stage_ = device.report().exchanges > exchanges ? device.stage() : DeviceStage::absent;
             return due_ns;
         }));
     }
-    // Ticks of the loop until `done`; false when it takes more than a minute.
+    // Ticks like the loop until `done` returns true. Returns false after a minute.
     bool loop(PolledDevice& device, const auto& done) {
         return test::waitUntil([&] {
             state_ = device.read(time_.now_ns);

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Runs every command of the user's guide, page by page, as a reader would: in an empty home, with an empty folder to work in.
+"""Runs every command of the user's guide, page by page, as a reader would: in an empty home and working folder.
 
     guide_test.py GUIDE BUILD [PAGE...]     the pages in the folder GUIDE, with the programs of the build folder BUILD
 
-What the first word after a fence says of its block:
-    sh                  run by bash, one shell a page; it has to succeed
-    sh exit=N           it has to end with status N
-    sh headset          the mock runtime stands in for the headset
-    sh norun: REASON    not run here; NOT_RUN below says how many of them a page has
-    text                lines that the block before has printed, in this order; "..." in a line stands for anything
-    files               files (the first word of each line) that are there, and not empty, after the block before
-Any other fence is refused, so that nothing on a page escapes.
+The first word after a fence determines what happens with its block:
+    sh                  run by bash, with one shell per page; must succeed
+    sh exit=N           must end with status N
+    sh headset          run with the mock runtime instead of a headset
+    sh norun: REASON    not run; NOT_RUN below gives the number of such blocks per page
+    text                lines that the previous block must have printed, in this order; "..." matches anything
+    files               files (the first word of each line) that must exist and not be empty after the previous block
+Any other fence is an error, so that no block of a page remains untested.
 """
 import concurrent.futures
 import contextlib
@@ -26,7 +26,7 @@ import time
 
 import reference
 
-# A block that is not run is a promise nobody checks: a new one is written down here, or there is none.
+# Nothing checks a block that is not run. Every new one must be counted here.
 NOT_RUN = {
     "README.md": 2,
     "trainee.md": 1,
@@ -39,13 +39,13 @@ NOT_RUN = {
     "records.md": 0,
     "formats.md": 0,
 }
-LONGEST_PAGE = 150  # lines, of those for a reader; chapters to look things up in may be longer
+LONGEST_PAGE = 150  # lines; reference chapters may be longer
 CHAPTERS = {"model.md", "metrics.md", "records.md", "formats.md"}
 LONGEST_BLOCK_S = 300
 
 
 class Wrong(Exception):
-    """What a page says is not so."""
+    """A page is wrong."""
 
 
 class Block:
@@ -73,7 +73,7 @@ def blocks_of(page, text):
 
 
 class Shell:
-    """Where a page's commands run: what one exports, and where it goes, holds for the next."""
+    """Runs a page's commands. Exported variables and the working folder carry over to the next command."""
 
     def __init__(self, folder, environment, headset):
         self.folder, self.environment, self.headset = folder, environment, headset
@@ -93,7 +93,7 @@ class Shell:
                 status = process.wait(LONGEST_BLOCK_S)
             except subprocess.TimeoutExpired:
                 status = f"none within {LONGEST_BLOCK_S} s"
-            # What it has left in the background ends with it.
+            # Kill the processes that the block left in the background.
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
@@ -122,7 +122,7 @@ def check_files(block, shell):
 
 
 def run_page(page, text, shell, say):
-    """Returns the places of the blocks that are not run, each with its reason."""
+    """Returns the places of the blocks that were not run, each with its reason."""
     left_out, output = [], None
     for block in blocks_of(page, text):
         if block.kind == "sh" and block.more.startswith("norun:"):
@@ -159,7 +159,7 @@ def check_citation(source):
 
 
 def check_refusals(folder):
-    """Pages that must be found wrong: a test that passes whatever a page says is none."""
+    """Checks that wrong pages are detected."""
     shell = Shell(folder, dict(os.environ), "")
     for text in ("```sh\nfalse\n```", "```sh\nfalse | true\n```", "```sh exit=1\ntrue\n```", "```sh\ntrue", "```bash\ntrue\n```",
                  "```sh\necho a; echo b\n```\n```text\nb\na\n```", "```sh\n:\n```\n```files\nnone.txt\n```",
@@ -172,7 +172,7 @@ def check_refusals(folder):
 
 
 class Display:
-    """A screen for the windows, of the test's own."""
+    """A virtual X display for the windows."""
 
     def __enter__(self):
         read, write = os.pipe()
@@ -188,7 +188,7 @@ class Display:
 
 
 def place_for(page, temp, source, build):
-    """An empty folder, but for what a reader has who stands in a clone with its build."""
+    """A folder that contains only what a reader has in a clone with its build."""
     folder = temp / page
     (folder / "build").mkdir(parents=True)
     (folder / "home").mkdir()
@@ -205,7 +205,7 @@ def main():
     pages = sys.argv[3:] or sorted(p.name for p in guide.glob("*.md"))
     temp = pathlib.Path(tempfile.mkdtemp(prefix="stylet-guide-"))
     began, failed = time.monotonic(), []
-    # No runtime but the one that a block names; one cache, as making a patient takes seconds.
+    # No OpenXR runtime except the one that a block selects. One shared cache, because making a patient takes seconds.
     bare = {k: v for k, v in os.environ.items() if not re.match("STYLET_|XDG_|XR_|XRMOCK_|LC_|LANG|WAYLAND_DISPLAY", k)}
     bare |= {"PATH": f"{build}/bin:{os.environ['PATH']}", "XDG_CACHE_HOME": str(temp / "cache")}
 
@@ -238,7 +238,7 @@ def main():
             raise Wrong("\n".join(unknown))
         with Display() as display, concurrent.futures.ThreadPoolExecutor(2) as pool:
             bare["DISPLAY"] = display
-            # The longest first; beside it the one that makes the patient whom the others take from the cache.
+            # The longest page first. The second one makes the patient that the others load from the cache.
             pages.sort(key=lambda p: ["researcher.md", "trainee.md", "instructor.md", p].index(p))
             list(pool.map(test, pages))
         if not failed and not sys.argv[3:]:

@@ -1,5 +1,7 @@
-"""Holds the guide's options to what the programs know, and its chapters to what the programs write: each name that is written is described, and each that is described
-is written. The files are those that the commands of the guide's pages have left.
+"""Compares the guide's options with those of the programs, and the names in its chapters with those in written files.
+
+Every written name must be described, and every described name must be written. The files are the output of the
+commands in the guide's pages.
 """
 import csv
 import json
@@ -10,7 +12,7 @@ import tomllib
 
 
 def described(guide, page, heading, sometimes=False):
-    """Names in the first cells of the tables under a heading, but for those that are there only sometimes."""
+    """Names in the first cells of the tables under a heading. `sometimes` selects names that are not always written."""
     text = (guide / page).read_text()
     start = re.search(rf"^#+ {re.escape(heading)}$", text, re.M)
     if not start:
@@ -25,7 +27,7 @@ def described(guide, page, heading, sometimes=False):
 
 
 def fields(value, stop=(), prefix=""):
-    """Dotted names of an object's fields, and of those of the objects in its lists; `stop` names what is not looked into."""
+    """Dotted names of an object's fields and of objects in its lists. Does not descend into fields in `stop`."""
     names = []
     for key, inner in value.items():
         name = prefix + key
@@ -43,7 +45,7 @@ def columns(file):
 
 
 def written(pages, source):
-    """What is to be found under which heading of which chapter: (chapter, heading, names)."""
+    """The names that each heading of each chapter must describe: (chapter, heading, names)."""
     research, trainee, instructor = pages / "researcher.md", pages / "trainee.md", pages / "instructor.md"
     store = research / "home/.local/share/stylet/records"
     with sqlite3.connect(f"file:{store / 'store.sqlite'}?mode=ro", uri=True) as index:
@@ -80,7 +82,7 @@ def written(pages, source):
 
 
 def unknown_options(guide, source, programs):
-    """A line for each option that the guide names and no program or script of ours knows."""
+    """A line for each option that the guide names but none of our programs and scripts has."""
     def helps(command):
         text = subprocess.run([*command, "--help"], capture_output=True, text=True, check=True).stdout
         inner = text.partition("Subcommands:")[2]
@@ -99,7 +101,7 @@ def unknown_options(guide, source, programs):
 
 
 def differences(guide, pages, source):
-    """A line for each name that is only in the guide, or only in what was written."""
+    """A line for each name that is only in the guide or only in the written files."""
     found, chapters = [], {}
     for page, heading, names in written(pages, source):
         told, maybe = (described(guide, page, heading, s) for s in (False, True))
@@ -108,7 +110,7 @@ def differences(guide, pages, source):
         found += [f"{page}, {heading}: {n} is described and not written" for n in set(told) - set(names)]
         if not names:
             found.append(f"{page}, {heading}: nothing was written to compare it with")
-    # A heading that names a table or a file is one of those above.
+    # Every heading with the name of a table or file must have been compared above.
     for page in ("records.md", "formats.md"):
         for heading in re.findall(r"^## (`.*`)$", (guide / page).read_text(), re.M):
             if heading not in chapters[page]:

@@ -1,4 +1,4 @@
-// Contrast medium and blood in the reference patient.
+// Tests contrast medium and blood flow in the reference patient.
 #include "patient/contrast/contrast.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ class ReferenceLiver : public testing::Test {
     }
     static void TearDownTestSuite() { delete package_; }
 
-    // The rightmost voxel of a label, or the rightmost that lies so far from that side of the grid.
+    // Centre of the rightmost voxel of a label that is at least `inward_m` from the right side of the grid.
     static Vec3 twigOf(Id id, double inward_m = 0.0) {
         const Grid& g = package_->labels.grid;
         Index3 i, best(-1);

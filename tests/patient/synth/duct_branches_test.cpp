@@ -7,7 +7,7 @@
 namespace stylet::patient::synth {
 namespace {
 
-// Voxels of strokes painted into a 1 mm grid of 80 mm.
+// Paints strokes into a 1 mm grid of 80 mm and returns their voxels.
 std::vector<std::size_t> painted(LabelVolume& labels, const std::vector<Stroke>& strokes) {
     Grid grid;
     grid.dims = Index3(80);
@@ -24,7 +24,8 @@ std::vector<std::size_t> painted(LabelVolume& labels, const std::vector<Stroke>&
 TEST(DuctBranches, OneTubeIsOneBranchOfItsDiameter) {
     LabelVolume labels;
     const auto voxels = painted(labels, {{{40, 40, 10}, {40, 40, 70}, 2.5, 2.5}});
-    // Measured from the tube's widest place, wherever that is: at most two branches, one either way.
+    // Branches start at the tube's widest place, which may lie anywhere. There are at most two, one in each
+    // direction.
     const std::vector<Branch> branches = tubeBranches(labels, voxels);
     ASSERT_GE(branches.size(), 1u);
     ASSERT_LE(branches.size(), 2u);

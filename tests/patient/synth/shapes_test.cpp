@@ -31,7 +31,7 @@ TEST(Shapes, CurvePassesThroughItsKnotsAndIsFlatBeyond) {
         EXPECT_NEAR(curve(knots, k.x), k.y, 1e-12);
     EXPECT_DOUBLE_EQ(curve(knots, -7), 1.0);
     EXPECT_DOUBLE_EQ(curve(knots, 8), 4.0);
-    // C1 at the inner knot.
+    // C1 continuity at the inner knot.
     const double h = 1e-6;
     EXPECT_NEAR((curve(knots, 2 + h) - curve(knots, 2)) / h, (curve(knots, 2) - curve(knots, 2 - h)) / h,
                 1e-4);

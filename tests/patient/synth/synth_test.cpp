@@ -55,7 +55,7 @@ TEST(ReferencePatient, EveryLabelHasARowAndVoxels) {
     EXPECT_EQ(p.label_table[std::size_t(Id::ribsRight) - 1].tissue, Tissue::bone);
 }
 
-// The lines that coarse voxels can answer; `stylet-model check` asks all of them at 1 mm.
+// Only the checks that coarse voxels can pass. `stylet-model check` runs all checks at 1 mm.
 TEST(ReferencePatient, CoarsePatientPassesItsChecks) {
     const std::set<std::string> too_fine{"duct branches of 3-8 mm", "duct branches below 3 mm",
                                          "widest duct branch", "duct within 6 mm of a portal branch"};
@@ -79,7 +79,7 @@ TEST(ReferencePatient, CheckFindsWhatIsWrong) {
     };
     EXPECT_EQ(value("fascia: outside reached from the liver"), 0.0);
     EXPECT_EQ(value("islands"), 0.0);
-    // A hole in the fascia, a drop of liver in the lung, and brighter bile.
+    // Adds a hole in the fascia, a drop of liver in the lung, and bile that is too bright.
     std::size_t holes = 0, bile = 0;
     for (std::size_t n = 0; n < p.labels.voxels.size(); ++n) {
         if (p.labels.voxels[n] == std::uint8_t(Id::fascia) && ++holes < 400)
@@ -101,7 +101,7 @@ TEST(ReferencePatient, CheckRefusesOtherLabels) {
     EXPECT_THROW(checkPatient(p), std::invalid_argument);
 }
 
-// Of the shipped patient, over a whole breath.
+// The shipped patient over a whole breath.
 TEST(ReferencePatient, LiverMovesWithTheBreathRibsALittleAndTheSpineNot) {
     const Package p = makeReferencePatient(settings(1, 3.0, 2));
     const Surrogate inhale{1.0, 0.0};
@@ -126,7 +126,7 @@ TEST(ReferencePatient, LiverMovesWithTheBreathRibsALittleAndTheSpineNot) {
     EXPECT_EQ(spine_m, 0.0);
 }
 
-// At 15 mm of the dome: slip at the flank's pleura, nothing torn, nothing folded.
+// With 15 mm of dome travel, the sides slip at the flank's pleura without gaps or folds.
 TEST(ReferencePatient, SidesSlipAtTheFlankWithoutGapOrFold) {
     const Package p = makeReferencePatient(settings(1, 2.0, 2));
     const Surrogate inhale{1.0, 0.0};
@@ -138,7 +138,7 @@ TEST(ReferencePatient, SidesSlipAtTheFlankWithoutGapOrFold) {
     std::size_t flank = 0;
     double least_m = 1.0;
     for (const SurfacePoint& s : cavitySurface(p.motion)) {
-        // Beside the liver, right of the column.
+        // Beside the liver, right of the spine.
         if (s.reference_m.x < 0.08 || s.reference_m.z < 0.0 || s.reference_m.z > 0.10) continue;
         const Vec3 in = s.reference_m - 0.005 * s.normal, out = s.reference_m + 0.005 * s.normal;
         const Vec3 slip = deformedFromReference(p.motion, inhale, in) - in -
@@ -159,7 +159,7 @@ constexpr std::uint64_t kBreathers = 1;
 constexpr std::uint64_t kBreathers = 5;
 #endif
 
-// Whatever the patient and how deeply it breathes, over all that the model is clamped to.
+// Any patient at any breathing depth, over the model's whole clamped range.
 TEST(ReferencePatient, NoSeedTearsOrFoldsAtAnyAmplitude) {
     const double domes_m[] = {0.025, 0.015, 0.020, 0.025, 0.020};
     for (std::uint64_t seed = 1; seed <= kBreathers; ++seed) {

@@ -1,4 +1,5 @@
-// No allocation of ours for a picture once the first ones are made, counted by a replaced operator new.
+// Counts allocations per picture after the first pictures, with a replaced operator new. There must be
+// none.
 #include <gtest/gtest.h>
 #include <malloc.h>
 
@@ -44,7 +45,7 @@ TEST(FluoroscopyAllocation, PicturesAllocateNothing) {
     const std::size_t held = mallinfo2().uordblks;
     pictures(35);
     EXPECT_EQ(test::allocations() - before, 0u);
-    // Nor does the driver keep anything of them: it kept 0.7 MB of each (rays.comp).
+    // The driver must not keep memory either. It once kept 0.7 MB per picture (rays.comp).
     EXPECT_LT(mallinfo2().uordblks, held + (1u << 20));
 }
 

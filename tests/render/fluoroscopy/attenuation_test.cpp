@@ -37,7 +37,7 @@ TEST(Attenuation, KeepsTheVoxelsWhereTheyAreLarger) {
         ASSERT_NEAR(valueOf(v, i), relativeAttenuation(ct.voxels[i]), 1e-3);
 }
 
-// Whatever the ratio: the box is the same, and so is all that is in it.
+// For any reduction ratio, the box and its total attenuation stay the same.
 TEST(Attenuation, LosesNothingByReduction) {
     const CtVolume ct = noisyCt({41, 37, 30}, {0.0007, 0.0009, 0.0016});
     double whole = 0.0;
@@ -69,7 +69,7 @@ TEST(Cells, AreOccupiedAsFarAsTheMarginReaches) {
         std::size_t occupied = 0;
         for (std::size_t n = 0; n < cells.occupied.size(); ++n) {
             const Index3 i(int(n) % 10, int(n) / 10 % 10, int(n) / 100);
-            // From the cell's box to the voxel that interpolation widens.
+            // Distance from the cell's box to the voxel, widened by interpolation.
             const Vec3 away = glm::max(
                 glm::abs(cells.grid.centre(i) - Vec3(0.040, 0.041, 0.042)) - 0.004 - 0.001, Vec3(0.0));
             const bool near = std::max({away.x, away.y, away.z}) < margin_m;

@@ -17,7 +17,7 @@ TEST(Beam, StandsBelowTheTableAtZero) {
     expectNear(beam.detector_m, {0.1, 0.2 + 0.380, 0.3});
     expectNear(beam.right, {-1, 0, 0});
     expectNear(beam.down, {0, 0, -1});
-    // Row 0 is the head's, column 0 the patient's right.
+    // Row 0 is toward the head, column 0 toward the patient's right.
     expectNear(pixelAt(beam, 0, 0, 2, 0.3), {0.1 + 0.075, 0.2 + 0.380, 0.3 + 0.075});
 }
 
@@ -29,7 +29,7 @@ TEST(Beam, TurnsAsTheCArmOfTheRoomDoes) {
     const Beam head = beamOf({.angulation_rad = quarter}, {});
     expectNear(head.detector_m, {0, 0, 0.380});
     expectNear(head.right, {-1, 0, 0});
-    // Angulation turns the arc as the orbital angle has slid it.
+    // The angulation rotates the arc after the orbital angle has moved it.
     const double a = 0.4, o = 0.3;
     const Beam both = beamOf({.orbital_rad = o, .angulation_rad = a}, {});
     expectNear(both.detector_m,
@@ -45,7 +45,7 @@ TEST(Collimation, HasTheAreaThatIsOpen) {
                 0.03 * 0.04, 1e-15);
     EXPECT_EQ(openArea_m2({.left_m = -0.06, .right_m = 0.05}, 0.3), 0.0);
     EXPECT_NEAR(openArea_m2({.iris_m = 0.1}, 0.3), std::numbers::pi * 0.01, 1e-5);
-    // A quarter of it.
+    // A quarter of the circle.
     EXPECT_NEAR(openArea_m2({.left_m = 0.0, .up_m = 0.0, .iris_m = 0.1}, 0.3), std::numbers::pi * 0.0025,
                 1e-6);
 }

@@ -18,12 +18,12 @@ TEST(Exposure, KeepsTheDetectorsKerma) {
     EXPECT_FALSE(e.at_limit);
     EXPECT_NEAR(e.reference_kerma_gy, 40e-9 / 0.02 * kFarther2, 1e-15);
     EXPECT_NEAR(e.dose_area_gy_m2, 40e-9 / 0.02 * 0.09, 1e-15);
-    // What it detects behind the patient: 40 nGy of 33,400 photons/mm2/uGy on (300/256 mm)^2, 65 % of it.
+    // Quanta detected behind the patient: 40 nGy of 33,400 photons/mm2/uGy on (300/256 mm)^2, 65 % of them.
     EXPECT_NEAR(e.quanta_per_pixel * 0.02, 0.040 * 33400 * (300.0 / 256) * (300.0 / 256) * 0.65, 0.5);
 }
 
-// An abdomen of 20 cm at 7.5 pulses a second: of the order that is measured in practice, a few mGy a minute
-// at the reference point and half to two Gy cm2 a minute.
+// An abdomen of 20 cm at 7.5 pulses per second. Measured values in practice: a few mGy per minute at the
+// reference point and 0.5 to 2 Gy cm2 per minute.
 // HZ-TEACH-16
 TEST(Exposure, IsOfTheOrderMeasuredInPractice) {
     const Exposure e = exposureOf(std::exp(-0.0193 * 200), {}, 0.3, 256, 7.5, {});
@@ -47,7 +47,7 @@ TEST(Exposure, HasLimits) {
     const Exposure thick = exposureOf(1e-6, {}, 0.3, 256, 7.5, dose);
     EXPECT_TRUE(thick.at_limit);
     EXPECT_DOUBLE_EQ(thick.reference_kerma_gy, 60e-6);
-    // 88 mGy a minute at 30 pulses a second.
+    // 88 mGy per minute at 30 pulses per second.
     EXPECT_NEAR(exposureOf(1e-6, {}, 0.3, 256, 30.0, dose).reference_kerma_gy * 30.0 * 60.0, 88e-3, 1e-4);
     const Exposure nothing = exposureOf(1.0, {}, 0.3, 256, 7.5, dose);
     EXPECT_DOUBLE_EQ(nothing.reference_kerma_gy, 5e-6 / 7.5);
@@ -65,11 +65,11 @@ TEST(Tone, SmoothsWhatIsOpen) {
         for (int column = 0; column < 20; ++column)
             lattice[std::size_t(row * 64 + column)] = -1.0f;
     smoothOpen(lattice, 64, scratch);
-    // Closed cells do not darken their neighbours.
+    // Closed cells must not darken their neighbours.
     EXPECT_NEAR(lattice[32 * 64 + 21], 3.0f, 1e-5f);
     EXPECT_NEAR(lattice[32 * 64 + 60], 3.0f, 1e-5f);
     EXPECT_EQ(lattice[32 * 64 + 1], 0.0f);
-    // A step becomes a slope about its middle.
+    // A step becomes a slope, symmetric about its middle.
     for (int row = 0; row < 64; ++row)
         for (int column = 0; column < 64; ++column)
             lattice[std::size_t(row * 64 + column)] = column < 32 ? 2.0f : 4.0f;

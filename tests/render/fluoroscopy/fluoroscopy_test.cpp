@@ -1,4 +1,4 @@
-// The GPU's line integrals against closed forms and the naive reference, and what becomes of them on the
+// Tests the GPU's line integrals against closed forms and the naive reference, and their display on the
 // screen.
 #include "render/fluoroscopy/fluoroscopy.h"
 
@@ -79,7 +79,7 @@ class FluoroscopyTest : public testing::Test {
     }
 };
 
-// From air to water over `depth_m` >= 0, an edge as wide as two voxels: what a scanner sees.
+// From air to water over `depth_m` >= 0, with an edge two voxels wide, as a scanner records it.
 double softEdge(double depth_m, double voxel_m) {
     return -1000.0 * (1.0 - std::clamp(0.5 + depth_m / (2.0 * voxel_m), 0.0, 1.0));
 }
@@ -102,7 +102,7 @@ TEST_F(FluoroscopyTest, SlabIsExact) {
     }
 }
 
-// Steps no longer than a voxel lose nothing of a face; longer ones make a grain about the truth.
+// Steps no longer than a voxel represent faces exactly. Longer steps add noise around the true value.
 TEST_F(FluoroscopyTest, SlabInAirIsExact) {
     Stage stage(test::makeXrayPhantom({0.12, 0.06, 0.12}, 0.002, [](const Vec3& p) {
         return std::fabs(p.y) < 0.04 && std::fabs(p.x) < 0.1 && std::fabs(p.z) < 0.1 ? 0.0 : -1000.0;
@@ -111,7 +111,7 @@ TEST_F(FluoroscopyTest, SlabInAirIsExact) {
         stage.settings.step_m = step_m;
         const std::vector<double> paths = stage.paths();
         double sum = 0.0, sum_expected = 0.0;
-        // Where the rays pass through both faces.
+        // Only where the rays pass through both faces.
         for (int row = 10; row < 54; ++row)
             for (int column = 10; column < 54; ++column) {
                 const std::size_t i = std::size_t(row * 64 + column);
@@ -146,7 +146,7 @@ TEST_F(FluoroscopyTest, SphereHasItsChords) {
     }
 }
 
-// As thick as far to the left.
+// A wedge whose thickness grows linearly along x.
 TEST_F(FluoroscopyTest, WedgeRisesEvenly) {
     Stage stage(test::makeXrayPhantom({0.13, 0.06, 0.04}, 0.002, [](const Vec3& p) {
         return std::min(softEdge(0.3 * p.x - p.y, 0.002), softEdge(p.y + 0.05, 0.002));
@@ -165,7 +165,7 @@ TEST_F(FluoroscopyTest, WedgeRisesEvenly) {
     }
 }
 
-// A cube of contrast in air: it comes, grows, moves and goes.
+// A cube of contrast medium in air appears, fades, moves and disappears.
 TEST_F(FluoroscopyTest, ContrastIsWhereItsTableSays) {
     Stage stage(makeAir());
     stage.settings.pixels = 65;
@@ -180,7 +180,7 @@ TEST_F(FluoroscopyTest, ContrastIsWhereItsTableSays) {
         }
         return table;
     };
-    // Of 4 voxels a side, 20 mm: the ray in the middle passes 20 mm of it.
+    // A cube of 4 voxels, 20 mm, per side. The centre ray passes through 20 mm of it.
     const auto middle = [&] { return stage.paths()[32 * 65 + 32]; };
     patient::ContrastTable table = cubeAt({7, 7, 7}, 60.0f, 1);
     stage.input.contrast = &table;
@@ -188,7 +188,7 @@ TEST_F(FluoroscopyTest, ContrastIsWhereItsTableSays) {
     EXPECT_EQ(stage.stats.kept_contrast, 0);
     EXPECT_NEAR(middle(), 1.2, 3e-3);
     EXPECT_EQ(stage.stats.kept_contrast, 1);
-    // In coarser voxels it is spread, and no less.
+    // Coarser voxels spread the contrast medium but keep its total.
     const auto sumOf = [](const std::vector<double>& paths) {
         return std::accumulate(paths.begin(), paths.end(), 0.0);
     };
@@ -223,14 +223,14 @@ TEST_F(FluoroscopyTest, ContrastIsWhereItsTableSays) {
 
 TEST_F(FluoroscopyTest, ShapesHaveTheirChords) {
     Stage stage(makeAir());
-    stage.settings.pixels = 65;  // one in the middle
+    stage.settings.pixels = 65;  // odd, so that one pixel is in the centre
     const std::size_t middle = 32 * 65 + 32;
     const auto pathOf = [&](const std::vector<XrayShape>& shapes) {
         stage.input.shapes = shapes;
         return stage.paths()[middle];
     };
     constexpr double r = 0.00075, mu = kSteelPerM;
-    // Across, at 30 degrees to the ray, along it with round and with flat ends, a tube, a chain.
+    // Perpendicular to the ray, at 30 degrees, along it with round and with flat ends, a tube, a chain.
     EXPECT_NEAR(pathOf({{.begin_m = {-0.1, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r}}), mu * 2 * r,
                 1e-3 * mu * 2 * r);
     const Vec3 slanted(0.05, 0.05 * std::sqrt(3.0), 0.0);
@@ -247,13 +247,13 @@ TEST_F(FluoroscopyTest, ShapesHaveTheirChords) {
     EXPECT_NEAR(pathOf({{.begin_m = {-0.1, 0, 0}, .end_m = {0, 0, 0}, .radius_m = r},
                         {.begin_m = {0, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r, .chained = true}}),
                 mu * 2 * r, 1e-3 * mu * 2 * r);
-    // Beside the ray, behind the detector, above the source.
+    // Beside the ray, behind the detector, and before the source.
     EXPECT_EQ(pathOf({{.begin_m = {-0.1, 0, 0.001}, .end_m = {0.1, 0, 0.001}, .radius_m = r}}), 0.0);
     EXPECT_EQ(pathOf({{.begin_m = {-0.1, 0.5, 0}, .end_m = {0.1, 0.5, 0}, .radius_m = r}}), 0.0);
     EXPECT_EQ(pathOf({{.begin_m = {-0.1, -0.8, 0}, .end_m = {0.1, -0.8, 0}, .radius_m = r}}), 0.0);
 }
 
-// Every pixel of a slanted needle against points counted along the ray.
+// Compares every pixel of a slanted needle with samples along the ray.
 // HZ-TEACH-05
 TEST_F(FluoroscopyTest, NeedleIsWhereItIs) {
     Stage stage(makeAir());
@@ -269,7 +269,7 @@ TEST_F(FluoroscopyTest, NeedleIsWhereItIs) {
         for (const XrayShape& s : shapes) {
             const Vec3 axis = s.end_m - s.begin_m;
             constexpr int kPoints = 200000;
-            // Only near the shape: the rest of the ray is empty.
+            // Only near the shape, as the rest of the ray is empty.
             const double near =
                 glm::dot(0.5 * (s.begin_m + s.end_m) - line.source_m, way) / glm::dot(way, way);
             const double half = 0.55 * glm::length(axis) / glm::length(way);
@@ -294,7 +294,7 @@ TEST_F(FluoroscopyTest, NeedleIsWhereItIs) {
     EXPECT_GT(sum, 5.0);
 }
 
-// The synthetic patient: voxel-exact as he is, finely sampled as he breathes and is pressed.
+// The synthetic patient: compared voxel-exactly at rest, and by fine sampling while breathing and pressed.
 class FluoroscopyPatientTest : public FluoroscopyTest {
   protected:
     static const Package& package() {
@@ -312,7 +312,7 @@ class FluoroscopyPatientTest : public FluoroscopyTest {
         input.patient_from_isocentre.position_m = {0.03, 0.0, 0.05};
         return input;
     }
-    // A ball of tissue in the liver, held aside; it needs a table that outlives it.
+    // A ball of tissue in the liver, moved aside. Static, because the table must outlive its users.
     static const patient::DisplacementTable& pressed() {
         static const patient::DisplacementTable made = [] {
             patient::DisplacementTable table;
@@ -326,7 +326,7 @@ class FluoroscopyPatientTest : public FluoroscopyTest {
         }();
         return made;
     }
-    // A filled duct of 7 mm about, slanted, in the liver: a box of the CT's own voxels.
+    // A slanted, filled duct of about 7 mm in the liver, in a box of the CT's own voxels.
     static patient::ContrastTable duct() {
         const Grid& ct = package().ct.grid;
         patient::ContrastTable table;
@@ -362,7 +362,7 @@ TEST_F(FluoroscopyPatientTest, AgreesWithFineSumsThroughBreathToolAndContrast) {
     Stage stage(package());
     stage.input = overLiver();
     stage.settings.pixels = 48;
-    stage.settings.block = 1;  // pixels are far apart here
+    stage.settings.block = 1;  // disabled because pixels are far apart here
     stage.settings.beyond_ends_m = 0.1;
     const patient::ContrastTable contrast = duct();
     stage.input.contrast = &contrast;
@@ -384,7 +384,7 @@ TEST_F(FluoroscopyPatientTest, AgreesWithFineSumsThroughBreathToolAndContrast) {
     const std::vector<double> paths = stage.paths();
     EXPECT_EQ(stage.stats.still_pictures + stage.stats.idle_tool_pictures + stage.stats.kept_contrast, 0);
     EXPECT_GE(test::zncc(fine(breath, &pressed(), &contrast), paths), 0.9999);
-    // Each of them is seen: where it is left out they are apart.
+    // Each effect must be visible: leaving it out must change the picture.
     const double without_breath =
         test::zncc(fine(stage.package.motion.reference, &pressed(), &contrast), paths);
     const double without_tool = test::zncc(fine(breath, nullptr, &contrast), paths);
@@ -438,7 +438,7 @@ TEST_F(FluoroscopyPatientTest, SkipsChangeTheWorkButNotThePicture) {
     const XrayPicture no_idle = pictureWith({.between_pulses = false, .idle_tool = false});
     EXPECT_EQ(differ(no_idle), 0);
     EXPECT_EQ(no_idle.stats.idle_tool_pictures, 0);
-    // A pulse's picture is made once.
+    // The picture of a pulse is made only once.
     const XrayPicture kept = pictureWith({});
     EXPECT_EQ(kept.stats.pulses_kept, 1);
     EXPECT_EQ(differ(kept), 0);
@@ -480,7 +480,7 @@ TEST_F(FluoroscopyPatientTest, TheLastPictureStaysWhenThePedalIsUp) {
     EXPECT_GT(stats.exposure.dose_area_gy_m2, 0.0);
     const std::vector<std::uint8_t> shown = stage.greys();
     const std::uint64_t revision = stage.fluoroscopy.picture().revision;
-    // The patient breathes on, time goes on, the detector's setting changes: nothing on the screen does.
+    // Breathing, time and the detector's settings change. The picture on the screen must not.
     stage.deformed.breathe({.v = stage.package.motion.reference.v + 1.0}, false);
     stage.input.pedal = false;
     stage.input.time_s = 0.75;
@@ -508,7 +508,7 @@ TEST_F(FluoroscopyTest, NoiseIsThatOfTheQuanta) {
         stage.paths();
         const double quanta = stage.stats.exposure.quanta_per_pixel * stage.stats.exposure.transmission;
         EXPECT_NEAR(quanta, dose * kPhotonsPerM2Gy * kDetected * 0.3 * 0.3 / (128.0 * 128.0), 1e-6 * quanta);
-        // grey = s^g / (1 + s^g), so that s = (grey / (1 - grey))^(1/g): quanta over those of mid-grey.
+        // grey = s^g / (1 + s^g), so s = (grey / (1 - grey))^(1/g): quanta relative to mid-grey.
         const std::vector<std::uint8_t> greys = stage.greys();
         double sum = 0.0, squares = 0.0;
         int count = 0;
@@ -526,7 +526,7 @@ TEST_F(FluoroscopyTest, NoiseIsThatOfTheQuanta) {
     }
 }
 
-// In the middle of what is open, however many pixels there are.
+// The meter uses the middle of the open field, for any number of pixels.
 TEST_F(FluoroscopyTest, TheMiddleOfTheOpenFieldIsMetered) {
     Stage stage(test::makeXrayPhantom({0.16, 0.1, 0.16}, 0.004,
                                       [](const Vec3& p) { return p.x > 0.0 ? 0.0 : -500.0; }));
@@ -536,7 +536,7 @@ TEST_F(FluoroscopyTest, TheMiddleOfTheOpenFieldIsMetered) {
         stage.input.collimation = {};
         stage.paths();
         EXPECT_NEAR(std::log(stage.stats.exposure.transmission), 0.5 * std::log(thick * thin), 0.1) << pixels;
-        // The patient's right is on the left.
+        // The patient's right is on the left side of the picture.
         stage.input.collimation = {.right_m = -0.02};
         stage.paths();
         EXPECT_NEAR(std::log(stage.stats.exposure.transmission), std::log(thick), 0.1) << pixels;
@@ -598,7 +598,7 @@ TEST_F(FluoroscopyTest, BadInputIsABlackPictureWithAReason) {
     };
     const auto withInput = [&](const auto& change) {
         SCOPED_TRACE(testing::Message() << "input");
-        stage.paths();  // there was a picture
+        stage.paths();  // there was a valid picture before
         FluoroscopyInput input = stage.input;
         change(input);
         expectBlack(input, stage.settings);
@@ -637,12 +637,12 @@ TEST_F(FluoroscopyTest, BadInputIsABlackPictureWithAReason) {
     withSettings([](auto& s) { s.stretch_m = -1.0; });
     withSettings([](auto& s) { s.pulse_rate_hz = 0.0; });
     withSettings([](auto& s) { s.block = 3; });
-    // And then it works again.
+    // Valid settings work again.
     stage.paths();
     EXPECT_TRUE(stage.stats.live);
 }
 
-// The source beside a patient, the patient beside the beam, one pixel: all of it is a picture.
+// A source beside the patient, a patient beside the beam, and a single pixel all give valid pictures.
 TEST_F(FluoroscopyTest, OddBeamsArePictures) {
     Stage stage(test::makeXrayPhantom(Vec3(0.05), 0.005, [](const Vec3&) { return 0.0; }));
     stage.input.patient_from_isocentre.position_m = {0.4, 0.0, 0.0};

@@ -23,7 +23,7 @@ Box boxOf(const Grid& grid, double beyond_ends_m) {
     return {grid.origin_m - half, grid.centre(grid.dims - 1) + half};
 }
 
-// Shares of the line that lie in the box; false: none.
+// Shares of the line between which it lies in the box. Returns false if it misses the box.
 bool clip(const XrayLine& line, const Box& box, double& begin, double& end) {
     begin = 0.0, end = 1.0;
     const Vec3 way = line.pixel_m - line.source_m;
@@ -56,7 +56,7 @@ double linearAt(const patient::ContrastTable& table, const Vec3& p) {
 }  // namespace
 
 XrayLine xrayLine(const render::FluoroscopyInput& input, int column, int row, int pixels, double detector_m) {
-    // On the C-arm: x to the patient's right, y from source to detector, z to his head.
+    // C-arm frame: x to the patient's right, y from source to detector, z toward the head.
     const double x = (0.5 - (column + 0.5) / pixels) * detector_m;
     const double z = (0.5 - (row + 0.5) / pixels) * detector_m;
     const double o = input.arm.orbital_rad, a = input.arm.angulation_rad;

@@ -1,5 +1,6 @@
-// Naive double-precision X-rays, to hold the GPU's to: the geometry written out, voxels exactly or finely
-// sampled, the motion asked for at every sample. Shares only data with render/fluoroscopy.
+// Naive X-ray projection in double precision, as a reference for the GPU's. Writes out the geometry, reads
+// exact or finely sampled voxels, and evaluates the motion at every sample. Shares only data with
+// render/fluoroscopy.
 #pragma once
 
 #include <functional>
@@ -13,14 +14,15 @@ namespace stylet::test {
 struct XrayLine {
     Vec3 source_m{0.0}, pixel_m{0.0};
 };
-// Of a picture of `pixels` a side, without anybody's rotation classes.
+// Line of one pixel in a square picture with `pixels` per side, computed without rotation classes.
 XrayLine xrayLine(const render::FluoroscopyInput&, int column, int row, int pixels, double detector_m);
 
-// Along a line through the CT as it is, voxel by voxel: Siddon, "Fast calculation of the exact radiological
+// Line integral through the CT at rest, voxel by voxel. Siddon, "Fast calculation of the exact radiological
 // path for a three-dimensional CT array", Med. Phys. 12, 1985.
 double exactPath(const CtVolume&, const XrayLine&);
 
-// Through the patient as breath and tool have him, with contrast, the nearest voxel at every `step_m`.
+// A patient deformed by breath and tool, with contrast medium. finePath() reads the nearest voxel every
+// `step_m`.
 struct XrayPatient {
     const patient::Package* package = nullptr;
     patient::Surrogate breath;
@@ -32,14 +34,14 @@ double finePath(const XrayPatient&, const XrayLine&);
 
 // Zero-mean normalised cross-correlation.
 double zncc(const std::vector<double>&, const std::vector<double>&);
-// Of two pictures of line integrals as the screen's range of them has it, dB.
+// Peak signal to noise ratio of two pictures of line integrals, over the screen's range, dB.
 double pathPsnr(const std::vector<double>& reference, const std::vector<double>&);
 
-// Attenuation of `hu(p)` in a box around the origin, each voxel the mean of 4^3 points.
+// A phantom with the CT values `hu(p)` in a box around the origin. Each voxel is the mean of 4^3 points.
 patient::Package makeXrayPhantom(const Vec3& half_m, double spacing_m,
                                  const std::function<double(const Vec3&)>& hu);
 
-// The same patient's CT in voxels of half the size, linear between the old ones.
+// The same patient with CT voxels of half the size, interpolated linearly.
 patient::Package finerCt(const patient::Package&);
 
 }  // namespace stylet::test

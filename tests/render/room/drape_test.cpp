@@ -11,7 +11,7 @@ namespace {
 
 class DrapeTest : public testing::Test {
   protected:
-    // The trunk's outline, as makeTrunk draws it, is found in its voxels.
+    // The trunk's outline, found in the voxels of makeTrunk().
     bool body(const Vec3& p) const {
         const Grid& grid = package.ct.grid;
         const Index3 i = grid.nearest(p);
@@ -37,7 +37,7 @@ TEST_F(DrapeTest, LiesOutsideTheBodyAndOnTheTable) {
         EXPECT_FALSE(body(Vec3(drape.vertices[i].position_m)));
         EXPECT_NEAR(glm::length(drape.vertices[i].normal), 1.0f, 1e-4f);
     }
-    // Over the body it lies close to it.
+    // Where the cloth lies on the body, it stays close to it.
     for (std::size_t i = 0; i < drape.vertices.size(); ++i) {
         if (drape.follows[i] == 1.0f) {
             EXPECT_LT(glm::length(Vec3(drape.vertices[i].position_m) - drape.anchors_m[i]), 0.02);
@@ -76,7 +76,7 @@ TEST_F(DrapeTest, BreathesWithTheSkinBelowIt) {
     EXPECT_GT(farthest, 1e-4);
 }
 
-// A body that is not there, or that fills its box, still gets a cloth without holes in its arithmetic.
+// Patients that are tiny or fill their box still get a finite cloth.
 TEST_F(DrapeTest, AnyPatientGetsAFiniteCloth) {
     for (const auto& odd : {test::makeBall(patient::Tissue::liver, 0.02, 0.01, 0.004),
                             test::makeBlock(patient::Tissue::liver, Vec3(0.1, 0.1, 0.1), 0.005)}) {

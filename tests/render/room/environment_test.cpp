@@ -13,7 +13,7 @@
 namespace stylet::render {
 namespace {
 
-// Directions spread evenly over the sphere.
+// Directions evenly distributed over the sphere.
 glm::vec3 direction(int i, int count) {
     const float z = 1.0f - (2.0f * float(i) + 1.0f) / float(count), angle = 2.399963f * float(i);
     const float r = std::sqrt(1.0f - z * z);
@@ -27,7 +27,7 @@ TEST(Environment, TheOctahedronTakesEveryDirectionThereAndBack) {
     }
 }
 
-// The integral of the light over a hemisphere, weighted with the cosine, over pi.
+// Cosine-weighted integral of the light over a hemisphere, divided by pi.
 glm::vec3 gathered(const glm::vec3& normal) {
     glm::vec3 sum(0.0f);
     constexpr int kCount = 40000;
@@ -46,8 +46,8 @@ TEST(Environment, NineCoefficientsHoldTheIrradiance) {
     }
 }
 
-// The volume's two colours (kSkyColour and kGroundColour of lighting.glsl) are this light, seen from straight
-// above and straight below.
+// The volume's two colours (kSkyColour and kGroundColour in lighting.glsl) are this light from straight
+// above and from straight below.
 TEST(Environment, TheVolumesDomeIsTheRoomsLight) {
     const Environment made = makeEnvironment();
     const glm::vec3 sky(0.36f, 0.44f, 0.47f), ground(0.11f, 0.12f, 0.12f);
@@ -114,7 +114,7 @@ TEST(Placement, TheCArmTurnsAboutItsIsocentre) {
     for (const CArm& arm : {CArm{0.4, -0.2}, CArm{-0.7, 0.5}})
         EXPECT_NEAR(glm::length(cArmPoses(scene, arm, placed).stage_from_arc * Vec3(0.0) - isocentre), 0.0,
                     1e-12);
-    // Wheeled to where it is wanted: it turns about that.
+    // Moved to another isocentre, the C-arm turns about that point.
     const Vec3 wanted(0.06, 0.03, 0.11);
     const CArm there{0.4, -0.2, wanted};
     EXPECT_NEAR(glm::length(cArmPoses(scene, there, placed).stage_from_arc * Vec3(0.0) -

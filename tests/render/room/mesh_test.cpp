@@ -16,8 +16,8 @@
 namespace stylet::render {
 namespace {
 
-// One triangle as an embedded glTF; the buffer holds three positions, three normals, three 16-bit indices,
-// three texture coordinates and three vertex colours.
+// One triangle as an embedded glTF. The buffer contains three positions, three normals, three 16-bit
+// indices, three texture coordinates and three vertex colours.
 constexpr char kTriangle[] = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
 "nodes":[{"name":"piece","mesh":0,"translation":[1,2,3]}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"TEXCOORD_0":3,"COLOR_0":4},
@@ -77,7 +77,7 @@ class MeshFile : public testing::Test {
         std::ofstream(file, std::ios::binary) << text;
         return loadMesh(file);
     }
-    // What the refusal says; empty when the file was taken.
+    // The message of the error, or empty if the file was accepted.
     std::string refusal(const std::string& text) {
         try {
             load(text);
@@ -194,7 +194,7 @@ TEST_F(MeshFile, NothingOutsideTheFileIsRead) {
         EXPECT_NE(refusal(replaced(kTriangle, "URI", uri)), "") << uri;
 }
 
-// Cut anywhere, or with any byte changed, a file is read or refused; it never does anything else.
+// A truncated or damaged file is either read or rejected with a DataError.
 TEST_F(MeshFile, ShippedFilesCutOrDamagedAreReadOrRefused) {
     const std::string good = readAll(test::assetsFolder() / "instruments" / "needle.glb");
     std::mt19937 random(11);

@@ -1,5 +1,5 @@
-// The room in pictures: what is skipped does not show, what stands in the lamp's light casts a shadow,
-// screens show what they are given.
+// Tests the room in pictures: skips do not change the picture, objects in the lamp's light cast shadows,
+// and screens show their pictures.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -55,8 +55,8 @@ TEST_F(RoomTest, WhatNoEyeSeesIsSkippedAndDoesNotShow) {
     EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
-// Walls and floor take the light that they are told, and nothing else does: not a pixel of the patient, of
-// the table or of what is in hand. Told nothing, the picture is the same to the last bit.
+// The shell light affects only walls and floor: no pixel of the patient, the table or the held tool. With
+// the default shell light the picture is bit-identical.
 TEST_F(RoomTest, TheShellsLightLeavesPatientAndToolsAlone) {
     const patient::Package package = test::makeTrunk(0.004);
     const patient::Patient patient(package);
@@ -69,7 +69,7 @@ TEST_F(RoomTest, TheShellsLightLeavesPatientAndToolsAlone) {
     const auto red = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize);
     scene.room.shell_light = Vec3(1.0);
     const auto again = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize);
-    // Without the shell what is left of it is the things in the room before an empty backdrop.
+    // Without the shell, only the objects in the room remain, in front of an empty backdrop.
     scene.room.shell = false, scene.room.real = true;
     const auto things = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize);
     for (std::size_t eye = 0; eye < 2; ++eye) {
@@ -109,7 +109,7 @@ TEST_F(RoomTest, TheShadowMapStaysUntilSomethingInItMoves) {
     EXPECT_EQ(stats.kept_shadows, 0u);
     EXPECT_GE(test::psnr(kept[0], anew[0]), 60.0);
     renderer.setSettings({});
-    // The head moves, a path appears: neither casts anything.
+    // The head moves and a path is removed. Neither casts a shadow.
     scene.paths.clear();
     renderer.drawToImages(scene,
                           test::stereo(test::lookAt(Vec3(1.0, 1.6, 0.4), Vec3(0, 1, -0.6), 0.5f), 0.063), 64,
@@ -140,7 +140,7 @@ double luminanceAt(const Image& image, const View& view, const Vec3& stage) {
     return sum;
 }
 
-// The finger hovers over the table: its shadow lies where the line from the lamp through it meets the pad.
+// The finger is above the table. Its shadow lies where the line from the lamp through it meets the pad.
 TEST_F(RoomTest, AShadowLiesWhereTheLampSaysAndNowhereElse) {
     const patient::Package package = test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002);
     const patient::Patient patient(package);
@@ -154,7 +154,7 @@ TEST_F(RoomTest, AShadowLiesWhereTheLampSaysAndNowhereElse) {
     scene.field_m = Vec3(0.0, 0.0, 0.20);
     const Vec3 lamp = placementOf(scene, nullptr).lamp.stage_m;
     const double pad = 1.06 - 0.03;
-    // The middle of the hand's wrist, 0.17 m behind the fingertip.
+    // The centre of the hand's wrist, 0.17 m behind the fingertip.
     const Vec3 wrist = Vec3(0.02, 1.06 + 0.15, 0.20);
     const Vec3 shadow = lamp + (wrist - lamp) * ((lamp.y - pad) / (lamp.y - wrist.y));
     const View view = test::lookAt(Vec3(0.5, 1.45, 0.25), shadow, 0.35f);
@@ -196,7 +196,8 @@ TEST_F(RoomTest, AScreenShowsWhatItIsGivenUntilThatChanges) {
     EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
-// Asked before a picture is made for it: a screen that is said to be unseen must not show in any picture.
+// The renderer decides visibility before it makes a screen's picture. A screen reported as not visible must
+// not appear in any picture.
 TEST_F(RoomTest, AScreenIsSeenFromWhereItsPictureShows) {
     Gpu gpu({});
     Renderer renderer(gpu, {}, test::assetsFolder());

@@ -38,7 +38,7 @@ double borderOf(const test::EncodedPatient& patient, const Vec3& p) {
     return (v.near - glm::dot(v.normal, patient.grid.toVoxels(p) - Vec3(cell))) * patient.grid.spacing_m.x;
 }
 
-// A ball: how far the planes lie from its surface, and how far their normals from the radius.
+// A ball: distance of the planes from its surface, and angle of their normals to the radius.
 TEST(AcousticVoxels, PlanesFollowASurfaceWithoutSteps) {
     const double radius = 0.015, spacing = 0.001;
     const Vec3 centre(0.0003, -0.0002, 0.0204);
@@ -63,7 +63,7 @@ TEST(AcousticVoxels, PlanesFollowASurfaceWithoutSteps) {
         worst_m = std::max(worst_m, std::fabs(off));
         ++count;
     }
-    // Voxels alone would be off by 0.29 of one (rms), and by up to 0.87.
+    // Voxels alone would have an error of 0.29 voxels (rms) and up to 0.87.
     EXPECT_LT(std::sqrt(squares / count), 0.15 * spacing);
     EXPECT_LT(worst_m, 0.6 * spacing);
     EXPECT_LT(turned / count, 1.0 - std::cos(0.12));
@@ -80,7 +80,7 @@ TEST(AcousticVoxels, AFlatBorderIsWhereItIs) {
     EXPECT_EQ(borderOf(encoded, Vec3(0.0, 0.0, 0.005)), 1e9);
 }
 
-// One voxel of membrane keeps its tissue, though a plane could not stand for it.
+// A membrane one voxel thick keeps its tissue, although a single plane cannot represent it.
 TEST(AcousticVoxels, AMembraneStays) {
     const patient::Package package =
         test::soundLayers({{"fat", 0.010}, {"fascia", 0.001}, {"muscle", 0.010}}, 0.020, 0.001);

@@ -7,8 +7,8 @@
 namespace stylet::render {
 namespace {
 
-// A shaft in the picture's plane, `angle` from the direction across the middle line, that crosses it at 60
-// mm.
+// A shaft in the picture's plane that crosses the middle line at 60 mm, at `angle` to the lateral
+// direction.
 Pose across(double angle, double elevation_m = 0.0) {
     const Vec3 axis(std::cos(angle), 0.0, std::sin(angle)), y(0, 1, 0);
     const Vec3 tip = Vec3(0.0, elevation_m, 0.060) - 0.030 * axis;
@@ -41,12 +41,12 @@ TEST(NeedleEchoes, AreSeenOnlyWithinTheBeamsThickness) {
 
 // HZ-TEACH-05
 TEST(NeedleEchoes, EndAtTheTip) {
-    // The tip lies 30 mm to the left of the middle: lines beyond it see nothing.
+    // The tip lies 30 mm to the left of the middle. Lines beyond it have no echo.
     EXPECT_GT(middleLine(across(0.0), -0.35).amplitude, 0.1);
     EXPECT_EQ(middleLine(across(0.0), -0.80).amplitude, 0.0);
 }
 
-// Out of the plane a shaft is a dot.
+// A shaft perpendicular to the picture's plane appears as a dot.
 TEST(NeedleEchoes, AShaftThroughThePlaneIsADot) {
     const Pose through{glm::angleAxis(-M_PI / 2, Vec3(1, 0, 0)), Vec3(0.0, -0.050, 0.060)};
     EXPECT_NEAR(glm::length(through.direction({0, 0, 1}) - Vec3(0, 1, 0)), 0.0, 1e-9);
@@ -63,7 +63,8 @@ TEST(NeedleEchoes, ANeedleAlongTheBeamOrBehindTheFaceIsNoTrouble) {
     EXPECT_EQ(middleLine(behind).amplitude, 0.0);
 }
 
-// A quarter of the aperture, 6 mm, to either side of the tip the shadow goes from half to nothing and to all.
+// A quarter of the aperture, 6 mm, to each side of the tip, the shadow changes from half to none and to
+// full.
 TEST(NeedleEchoes, TheShadowsEdgeIsAsSoftAsTheApertureIsWide) {
     Transducer flat;
     flat.shape = TransducerShape::linear;

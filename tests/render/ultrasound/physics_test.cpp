@@ -1,4 +1,4 @@
-// Closed forms, of the naive reference and of both ways to make lines on the GPU.
+// Closed-form tests of the naive reference and of both GPU algorithms for scan lines.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ class Physics : public testing::TestWithParam<Scanned> {
     }
 };
 
-// What would take the reference a minute.
+// Tests that would take the reference a minute.
 class PhysicsOnGpu : public Physics {};
 INSTANTIATE_TEST_SUITE_P(By, PhysicsOnGpu, testing::Values(Scanned::serial, Scanned::prefix_sums),
                          [](const auto& of) { return test::nameOf(of.param); });
@@ -45,7 +45,7 @@ UltrasoundSettings few(int samples) {
 struct Peak {
     double value = 0.0, at_m = 0.0;
 };
-// Of the middle line: height, and the centre of gravity of what rises above half of it.
+// Peak of the middle line: its height, and the centre of gravity of the values above half of it.
 Peak peakOf(const Scan& s, double from_m) {
     Peak peak;
     const int line = s.lines / 2;
@@ -61,7 +61,7 @@ Peak peakOf(const Scan& s, double from_m) {
     return peak;
 }
 
-// tanh of what the pulse sums up is (Z2 - Z1)/(Z2 + Z1), however finely it is sampled and wherever it falls.
+// tanh of the pulse's sum is (Z2 - Z1)/(Z2 + Z1), for any sampling and any position of the border.
 TEST_P(Physics, InterfacesReflectTheirContrastAtAnySampling) {
     const AcousticTable table = test::mirrorTable();
     const struct {
@@ -89,7 +89,7 @@ TEST_P(Physics, PlanesLieWhereSoundSaysSo) {
             const Scan s = scan(package, table, test::probeAt(z_m), few(samples), test::flatProbe());
             const double fat = 1540.0 * (0.020 - z_m) / 1450.0, both = fat + 1540.0 * 0.016 / 1580.0;
             EXPECT_NEAR(peakOf(s, 0.030).at_m, both, 0.0001) << samples;
-            // The first of the two, without the second.
+            // The first border, without the second.
             Scan first = s;
             for (int j = int(0.030 / s.bin_m); j < s.bins; ++j)
                 first.envelope[std::size_t(s.lines / 2) * std::size_t(s.bins) + std::size_t(j)] = 0.0;
@@ -97,7 +97,7 @@ TEST_P(Physics, PlanesLieWhereSoundSaysSo) {
         }
 }
 
-// A border met aslant sends less back: (d . n).
+// An oblique border reflects less: (d . n).
 TEST_P(Physics, ASlantedBorderIsFainter) {
     const AcousticTable table = test::mirrorTable();
     const double slope = std::tan(M_PI / 6);
@@ -105,7 +105,7 @@ TEST_P(Physics, ASlantedBorderIsFainter) {
         test::soundBlock(Vec3(0.030, 0.012, 0.0), 0.070, 0.001,
                          [&](const Vec3& p) { return p.z < 0.030 + slope * p.x ? "fat" : "muscle"; });
     Transducer narrow = test::flatProbe();
-    narrow.aperture_m = 0.190;  // so narrow a beam sees the border at one depth
+    narrow.aperture_m = 0.190;  // such a narrow beam meets the border at one depth
     UltrasoundSettings s = few(512);
     s.lines = 200;
     const Scan slanted = scan(package, table, test::probeAt(0.002), s, narrow);
@@ -121,7 +121,7 @@ TEST_P(Physics, ASlantedBorderIsFainter) {
     EXPECT_GT(sum, 0.6 * expected);  // the beam's width spreads the rest
 }
 
-// Rayleigh's ratio, and the strength that the table states.
+// Rayleigh's ratio, and the strength given in the table.
 TEST_P(Physics, SpeckleIsRayleighs) {
     AcousticTable table = test::soundTable();
     for (Acoustic& a : table.acoustics)
@@ -146,7 +146,7 @@ TEST_P(Physics, SpeckleIsRayleighs) {
         EXPECT_NEAR(20.0 * std::log10(grain.rms(0.1, 0.9, from, from + 0.025)), -45.0, 0.8) << from;
 }
 
-// And does not depend on how finely it is sampled.
+// Speckle does not depend on the sampling.
 TEST_P(PhysicsOnGpu, SpeckleIsAsStrongAtAnySampling) {
     AcousticTable table = test::soundTable();
     for (Acoustic& a : table.acoustics)
@@ -178,12 +178,12 @@ TEST_P(Physics, ASlabDarkensAsItAttenuates) {
         ++n, sx += x, sy += y, sxx += x * x, sxy += x * y;
     }
     const double slope_db_per_m = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-    // Per drawn metre, there and back; the machine gives 0.55 of it back.
+    // Per drawn metre, both ways. The machine compensates 0.55 of it.
     const double lost = 2.0 * 3.5 * 70.0 * 1550.0 / 1540.0, given = 2.0 * 3.5 * 55.0;
     EXPECT_NEAR(slope_db_per_m - given, -lost, 0.02 * lost);
 }
 
-// 8 mm of rib at 3.5 MHz: attenuation and two borders, there and back.
+// 8 mm of rib at 3.5 MHz: attenuation and two borders, both ways.
 TEST_P(Physics, ARibsShadow) {
     AcousticTable table = test::soundTable();
     for (Acoustic& a : table.acoustics)
@@ -213,7 +213,7 @@ TEST_P(Physics, GasHidesWhatIsBehindIt) {
     EXPECT_LT(gas.rms(0.05, 0.35, 0.040, 0.056) / gas.rms(0.65, 0.95, 0.040, 0.056), 1e-3);
 }
 
-// Ducts are dark, what lies behind them is brighter by what they did not take; a lesion is as dark as its
+// Ducts are dark. Tissue behind them is brighter, because they attenuate less. A lesion is as dark as its
 // scatter.
 TEST_P(Physics, DuctsAndLesionsStandOut) {
     AcousticTable table = test::soundTable();
@@ -261,7 +261,7 @@ TEST_P(Physics, ANeedleIsSeenOnlyWithinTheBeam) {
     EXPECT_GT(above_db(in_plane), 20.0);
     EXPECT_NEAR(above_db(with(0.010, 0.0)), 0.0, 0.1);
     EXPECT_LT(above_db(with(0.002, 0.0)), above_db(in_plane) - 3.0);
-    // Its shadow, and nothing before it or beyond the tip.
+    // Tests the needle's shadow. There must be none in front of the needle or beyond its tip.
     const auto ratio = [&](double from, double to, double from_m, double to_m) {
         return in_plane.rms(from, to, from_m, to_m) / without.rms(from, to, from_m, to_m);
     };
@@ -270,7 +270,7 @@ TEST_P(Physics, ANeedleIsSeenOnlyWithinTheBeam) {
     EXPECT_NEAR(ratio(0.1, 0.4, 0.020, 0.050), 1.0, 0.05);
 }
 
-// A face is pressed, the skin under it is not as flat: what is left between is gel, not air.
+// The face is flat but the pressed skin is not. Gaps in between count as gel, not air.
 TEST_P(PhysicsOnGpu, AnUnevenSkinUnderTheFaceHidesNoLine) {
     const patient::Package package =
         test::soundBlock(Vec3(0.030, 0.012, 0.0), 0.070, 0.001, [](const Vec3& p) {

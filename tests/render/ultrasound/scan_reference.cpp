@@ -15,7 +15,7 @@ namespace {
 struct Point {
     int tissue = 0;
     double ln_impedance = 0.0, scatter = 0.0;
-    double border_steps = 1e9, facing = -1.0;  // along the line, to the border of its voxel
+    double border_steps = 1e9, facing = -1.0;  // along the line, to the border in its voxel
     Complex noise;
 };
 
@@ -34,7 +34,7 @@ Complex node(const glm::ivec3& at) {
                            double(h >> 16 & 255) + double(h >> 24) - 255.0);
 }
 
-// Linear in the tetrahedra that the axes' order of shares makes.
+// Linear interpolation in the tetrahedra that result from sorting the fractional coordinates.
 Complex noiseAt(const Vec3& p) {
     const glm::dmat3 turn = glm::mat3_cast(glm::normalize(glm::dquat(0.83, 0.31, -0.41, 0.22)));
     const Vec3 at = turn * p / kScatterers_m, low = glm::floor(at), f = at - low;
@@ -70,7 +70,7 @@ struct Scanner {
         return std::exp(plan.amplified_np_per_m * drawn(tissue) - lost * plan.step_m);
     }
     Point pointAt(const Vec3& reference, const Vec3& direction) const;
-    std::vector<NeedleEcho> needleEchoes() const;  // of each line
+    std::vector<NeedleEcho> needleEchoes() const;  // one for each line
     std::vector<Complex> lineOf(const ScanLine&, const NeedleEcho&) const;
     void addPlane(const ScanLine&, std::size_t plane, std::vector<Complex>& bins, double* needle_at,
                   double* needle_left, double needle_m) const;

@@ -1,4 +1,4 @@
-// A scan in double precision, naively: every change of tissue looked at from every bin. Shares only data with
+// A naive scan in double precision: every bin visits every change of tissue. Shares only data with
 // render/ultrasound: the packed voxels, the plan's numbers, the acoustic table.
 #pragma once
 
@@ -21,17 +21,17 @@ EncodedPatient encode(const patient::Patient&, const render::AcousticTable&);
 struct ReferenceScan {
     int lines = 0, bins = 0;
     double bin_m = 0.0;
-    std::vector<double> envelope;  // line after line
+    std::vector<double> envelope;  // line by line
 };
 
 using Undeform = std::function<Vec3(const Vec3&)>;  // patient frame to reference
 
-// Without electronic noise, every line in full contact.
+// Scans without electronic noise, with every line in full contact.
 ReferenceScan referenceScan(const EncodedPatient&, const render::AcousticTable&, const Undeform&,
                             const render::UltrasoundInput&, const render::UltrasoundSettings&,
                             const render::Transducer&);
 
-// As drawn, 0 to 1, rows from the top; black outside the scan. Without marks.
+// The picture as drawn: values 0 to 1, rows from the top, black outside the scan, without marks.
 std::vector<double> referencePicture(const ReferenceScan&, const render::UltrasoundSettings&,
                                      const render::Transducer&);
 

@@ -16,7 +16,7 @@ AcousticTable soundTable() {
     table.rules.clear();
     for (std::size_t i = 0; i < table.acoustics.size(); ++i)
         table.rules.push_back({std::nullopt, table.acoustics[i].name, int(i)});
-    // "visceral fat" before "fat".
+    // Longer names first, so that "visceral fat" matches before "fat".
     std::sort(table.rules.begin(), table.rules.end(), [](const AcousticRule& a, const AcousticRule& b) {
         return a.name.size() != b.name.size() ? a.name.size() > b.name.size() : a.acoustic < b.acoustic;
     });

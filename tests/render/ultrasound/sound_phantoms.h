@@ -1,4 +1,4 @@
-// Blocks of known tissue before a probe, and scans of them by whoever makes them.
+// Blocks of known tissue in front of a probe, and scans of them by each implementation.
 #pragma once
 
 #include <functional>
@@ -12,23 +12,23 @@
 
 namespace stylet::test {
 
-// The shipped table, in which each tissue is also a label of its name.
+// The shipped table, in which each tissue is also a label with its name.
 render::AcousticTable soundTable();
-// The same without scatter and attenuation: only mirrors.
+// The shipped table without scatter and attenuation: tissue borders only reflect.
 render::AcousticTable mirrorTable();
 
-// A block with x and y within +-half_m and z from -5 mm to depth_m; air before z = 0. `tissueAt` names what
-// lies at a voxel's centre. Fills the label table of soundTable().
+// A block with x and y within +-half_m and z from -5 mm to depth_m, with air before z = 0. `tissueAt` names
+// the tissue at a voxel's centre. Fills the label table of soundTable().
 patient::Package soundBlock(const Vec3& half_m, double depth_m, double spacing_m,
                             const std::function<std::string(const Vec3&)>& tissueAt);
-// Layers along +z from z = 0; the last one to the block's end.
+// Layers along +z from z = 0. The last one extends to the block's end.
 patient::Package soundLayers(const std::vector<std::pair<std::string, double>>& layers_m, double depth_m,
                              double spacing_m);
 
 enum class Scanned { reference, serial, prefix_sums };
 std::string nameOf(Scanned);
 
-// Line after line; amplitude before compression.
+// Line by line, amplitude before compression.
 struct Scan {
     int lines = 0, bins = 0;
     double bin_m = 0.0;
@@ -36,17 +36,17 @@ struct Scan {
     double at(int line, int bin) const {
         return envelope[std::size_t(line) * std::size_t(bins) + std::size_t(bin)];
     }
-    // Root of the mean square over lines and drawn depths.
+    // Root mean square over a range of lines (shares of the width) and of drawn depths.
     double rms(double from_share, double to_share, double from_m, double to_m) const;
 };
 
 Scan scan(Scanned by, const patient::Package&, const render::AcousticTable&, const render::UltrasoundInput&,
           render::UltrasoundSettings, const render::Transducer&);
 
-// The probe's face at z, its middle on the z axis, +z into the block.
+// A probe whose face is at z, centred on the z axis, with +z into the block.
 render::UltrasoundInput probeAt(double z_m);
 
-// 40 mm of lines to 60 mm depth, 3.5 MHz: shape and numbers for closed forms.
+// A linear probe for closed forms: 40 mm of lines, 60 mm depth, 3.5 MHz.
 render::Transducer flatProbe();
 
 }  // namespace stylet::test

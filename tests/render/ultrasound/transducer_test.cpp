@@ -34,7 +34,7 @@ std::string with(const std::string& from, const std::string& to) {
 TEST(Transducers, TheShippedOnesAreTheModels) {
     const auto folder = test::assetsFolder() / "ultrasound";
     const Transducer convex = loadTransducer(folder / "convex.toml");
-    // What a default is, is on file too.
+    // The default values equal those in the file.
     const Transducer plain;
     EXPECT_EQ(convex.name, plain.name);
     EXPECT_NEAR(convex.half_angle_rad, plain.half_angle_rad, 1e-6);

@@ -1,4 +1,4 @@
-// The machine: against the reference, its skips, what it refuses, Doppler.
+// Tests the ultrasound machine: comparison with the reference, skips, rejected input, Doppler.
 #include "render/ultrasound/ultrasound.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 using test::kNaN;
 
-// The trunk's right flank, between ribs; the picture's plane is nearly axial.
+// A probe at the trunk's right flank, between ribs. The picture's plane is nearly axial.
 UltrasoundInput atTheFlank(double press_m = 0.006) {
     const Vec3 z(-1, 0, 0), x(0, 1, 0);
     UltrasoundInput input;
@@ -77,7 +77,8 @@ class UltrasoundTest : public testing::Test {
     Transducer probe;
 };
 
-// Every line in contact, breath and needle too; the one difference is that of float and half.
+// Every line has contact, with breathing and a needle. The only difference left is that of float and half
+// precision.
 TEST_F(UltrasoundTest, IsTheReferencesPicture) {
     settings.gel_m = 0.0;
     probe.half_angle_rad = 0.2;
@@ -210,7 +211,7 @@ TEST_F(UltrasoundTest, WhatCannotBeScannedIsBlackAndSaysWhy) {
     EXPECT_EQ(with([](auto& s) { s.planes = -3; }), "lines, samples or planes are out of range");
     EXPECT_EQ(with([](auto& s) { s.width = 0; }), "the picture's size is out of range");
     EXPECT_EQ(with([](auto& s) { s.height = 1 << 30; }), "the picture's size is out of range");
-    // And then all is well again.
+    // Valid input works again.
     EXPECT_EQ(machine->image(atTheFlank(), settings, probe).reason, "");
     EXPECT_FALSE(black());
 }
@@ -233,7 +234,7 @@ TEST_F(UltrasoundTest, AFrozenPictureStaysAndTakesGains) {
     EXPECT_GT(sum, 1000.0);
     settings.freeze = false;
     EXPECT_EQ(machine->image({}, settings, probe).reason, "there is no probe");
-    // Nothing was scanned before: there is nothing to freeze.
+    // Without an earlier scan there is no picture to freeze.
     settings.freeze = true;
     EXPECT_EQ(machine->image({}, settings, probe).reason, "there is no probe");
 }
@@ -244,7 +245,8 @@ TEST_F(UltrasoundTest, SlidersAmplifyTheirDepth) {
     settings.tgc_db[5] = 15.0;
     machine->image(atTheFlank(), settings, probe);
     const auto bent = pixels();
-    // The middle column: unchanged near the face and at the bottom, brighter at 5/7 of the depth.
+    // Depth gains of the middle column: unchanged near the face and at the bottom, higher at 5/7 of the
+    // depth.
     const ScanPlan plan = makeScanPlan(probe, settings);
     const auto gain_db = [&](std::size_t i) { return 20.0 * std::log10(plan.depths[i].gain) + kWhite_db; };
     EXPECT_NEAR(gain_db(0), 0.0, 1e-9);
@@ -253,7 +255,8 @@ TEST_F(UltrasoundTest, SlidersAmplifyTheirDepth) {
     EXPECT_NE(flat, bent);
 }
 
-// Speckle is fixed to the tissue: a patient who has moved under the probe shows the same grain elsewhere.
+// Speckle is fixed to the tissue. A patient that moves under the probe shows the same grain at another
+// place.
 TEST_F(UltrasoundTest, SpeckleMovesWithTheTissue) {
     settings.samples = 512;
     const auto grain = [&](double dx) {
@@ -313,7 +316,7 @@ TEST_F(UltrasoundTest, AGuideIsDrawnDashed) {
 
 class DopplerTest : public UltrasoundTest {
   protected:
-    // Blood along the probe's +z in a block of the liver, at 50 mm.
+    // Blood flow along the probe's +z, in a block of the liver at 50 mm.
     void flowAt(double speed_m_per_s) {
         patient::VesselFlow flow;
         flow.grid.dims = Index3(40);

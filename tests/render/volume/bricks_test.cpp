@@ -43,7 +43,7 @@ TEST(Bricks, AVoxelOnABrickEdgeIsSeenFromBothSides) {
     EXPECT_EQ(grid.occupied[grid.offset(2, 1, 1)], 1);
 }
 
-// Whatever the breath, no visible point may fall into a brick that one leaps over.
+// During breathing, no visible point may lie in a brick that rays skip.
 TEST(Bricks, SeenThroughTheBreathNothingVisibleIsLeaptOver) {
     const patient::Package package = test::makeTrunk(0.002);
     const patient::Patient patient(package);

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// One invocation a point: in place, from deformed to reference.
+// One invocation per point. Replaces each deformed point by its reference point.
 layout(local_size_x = 64) in;
 
 struct Placement {

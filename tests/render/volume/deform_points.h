@@ -1,4 +1,4 @@
-// What the shaders make of single points: deform.glsl, run on the GPU over a list.
+// Runs deform.glsl on the GPU over a list of points, to check what the shaders compute for single points.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace stylet::test {
 
-// For each point of the deformed patient where the tables say that it came from.
+// For each point of the deformed patient, its position in the reference according to the tables.
 std::vector<Vec3> referenceOnGpu(const render::Gpu&, render::DeformedPatient&,
                                  const std::vector<Vec3>& deformed_m);
 

@@ -1,4 +1,5 @@
-// The volume layer: fewer rays, parts no one sees, cuts, marks, and the depth that a runtime is given.
+// Tests the volume layer: reduced resolution, skipped parts, cuts, marks, and the depth submitted to the
+// runtime.
 #include "render/volume/layer.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@ namespace {
 constexpr std::uint32_t kLayerPictureSize = 192;
 constexpr double kBallRadius_m = 0.05, kBallDistance_m = 0.4;
 
-// A ball of tissue in the middle of both eyes' view.
+// A ball of tissue in the centre of both eyes' views.
 class LayerTest : public testing::TestWithParam<VolumePath> {
   protected:
     void SetUp() override {
@@ -44,7 +45,7 @@ class LayerTest : public testing::TestWithParam<VolumePath> {
         renderer->setSettings(settings);
         return draw();
     }
-    // Metres along the eye's axis; infinity where nothing was drawn.
+    // Metres along the eye's axis. Infinity where nothing was drawn.
     double depthAt(std::uint32_t x, std::uint32_t y) const {
         const double d = depths[0].reversed[std::size_t(y) * kLayerPictureSize + x];
         const RenderSettings s;
@@ -120,7 +121,7 @@ TEST_P(LayerTest, FewerPixelsSaveRaysAndKeepTheEdgesOfWhatStandsInFront) {
     EXPECT_NEAR(stats.layer_scale, 0.5, 0.01);
     EXPECT_NEAR(double(stats.rays), 0.25 * double(rays), 0.02 * double(rays));
     EXPECT_GT(test::psnr(full[0], half[0]), 34.0);
-    // The hub is painted over nothing and nothing over the hub.
+    // The hub covers exactly its own pixels at half resolution too.
     const auto isHub = [](int r, int g, int b) { return r > 160 && g < 100 && b < 100; };
     const test::Blob a = test::findBlob(full[0], isHub), b = test::findBlob(half[0], isHub);
     EXPECT_GT(a.pixels, 200u);
@@ -177,7 +178,7 @@ TEST_P(LayerTest, WhatIsCutAwayIsGoneAndTheCutIsFlat) {
     for (const std::uint32_t x :
          {kLayerPictureSize / 2 - 20, kLayerPictureSize / 2, kLayerPictureSize / 2 + 20})
         EXPECT_NEAR(depthAt(x, kLayerPictureSize / 2), kBallDistance_m - 0.01, 0.0015) << x;
-    scene.cuts = {{Vec3(0.0, 0.0, -1.0), -0.01}};  // what is behind the plane
+    scene.cuts = {{Vec3(0.0, 0.0, -1.0), -0.01}};  // cuts away the part behind the plane
     draw();
     EXPECT_NEAR(depthAt(kLayerPictureSize / 2, kLayerPictureSize / 2), kBallDistance_m - kBallRadius_m,
                 0.0025);
@@ -206,14 +207,13 @@ TEST_P(LayerTest, MarksColourTheSkinWhereTheyAreAndNowhereElse) {
         return rgbAt(cut[0], x, y) != rgbAt(clean[0], x, y);
     };
     const int pixel = int(kLayerPictureSize / 2 / std::tan(0.2) / (kBallDistance_m - kBallRadius_m) *
-                          0.001);  // a millimetre
+                          0.001);  // one millimetre
     EXPECT_TRUE(changed(0, 0));
     EXPECT_TRUE(changed(6 * pixel, 0));
     EXPECT_FALSE(changed(0, 6 * pixel));
 }
 
-// With the lamp on, a needle over the ball changes more of the picture than itself: what lies in its shadow
-// is darker.
+// With the lamp on, a needle over the ball also darkens the part of the ball in its shadow.
 TEST_P(LayerTest, ToolsCastTheLampsShadowOnTheSkin) {
     scene.field_m = Vec3(0.0, 0.035, 0.035);
     const auto changedBy = [&](bool lamp, std::size_t& darker) {

@@ -64,12 +64,12 @@ TEST_F(LookFile, TheFirstRuleThatFitsWins) {
                      "[[rule]]\nname = \"o\"\nextinction_per_mm = 2\ncolour = \"#0000ff\"\n"
                      "[[rule]]\ntissue = \"liver\"\ncolour = \"#00ff00\"\n"),
                 patient);
-    const auto id = [](patient::Tissue t) { return std::uint8_t(t); };  // of the phantoms
+    const auto id = [](patient::Tissue t) { return std::uint8_t(t); };  // labels of the phantoms
     EXPECT_EQ(palette.at(0, id(patient::Tissue::bone)), glm::vec4(0, 1, 0, 1));
     EXPECT_EQ(palette.at(0, id(patient::Tissue::soft)), glm::vec4(0, 0, 0.5, 0.5));
-    EXPECT_EQ(palette.at(0, id(patient::Tissue::liver)), glm::vec4(0, 0, 0, 0));  // clear at 0 HU
+    EXPECT_EQ(palette.at(0, id(patient::Tissue::liver)), glm::vec4(0, 0, 0, 0));  // transparent at 0 HU
     EXPECT_EQ(palette.at(100, id(patient::Tissue::liver)),
-              glm::vec4(0, 0.5, 0, 0.5));  // opacity of the curve
+              glm::vec4(0, 0.5, 0, 0.5));  // opacity from the curve
 }
 
 TEST_F(LookFile, RefusesWhatItCannotMean) {
@@ -89,7 +89,7 @@ TEST_F(LookFile, RefusesWhatItCannotMean) {
     EXPECT_NE(refusal("rule = 3 =").find("line 1"), std::string::npos);
 }
 
-// Opacity sums are kept by the smoothing filter, and two threads give the same bytes as one.
+// The smoothing filter preserves the sum of opacities, and two threads give the same bytes as one.
 TEST_F(LookFile, SmoothingKeepsTheSumAndDoesNotDependOnThreads) {
     const patient::Package package = test::makeBall(patient::Tissue::liver, 0.010, 0.006, 0.001);
     const patient::Patient patient(package);

@@ -1,4 +1,4 @@
-// One algorithm, twice: what the processor marches is what volume.comp marches.
+// volume.comp and the processor implement the same march. Their results must agree.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -83,7 +83,7 @@ TEST_P(MarchPathTest, BothMakeTheSamePicture) {
             const float a = by_gpu.depths[eye].reversed[i], b = by_processor.depths[eye].reversed[i];
             apart += std::fabs(a - b) > 1e-3f * std::max(a, b) ? 1u : 0u;
         }
-        // A sample on this or that side of half the light.
+        // The point of half absorption may fall on either side of a sample.
         EXPECT_LE(double(apart), 0.005 * double(by_gpu.depths[eye].reversed.size()));
     }
     const auto near = [](std::uint64_t a, std::uint64_t b, const char* what) {

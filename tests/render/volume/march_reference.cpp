@@ -14,14 +14,14 @@ using glm::dvec3;
 using glm::dvec4;
 using namespace render;
 
-// Share of the pixel that a voxel must have for the light of its gradient: part of how the body looks, and so
-// of the reference too.
+// Minimum share of the pixel that a voxel must contribute to get gradient lighting. It is part of the
+// look's definition, so the reference uses it too.
 constexpr double kWeakShare = 0.06;
 constexpr double kSurfaceSlope = 0.15;
 
 const dvec3 kKey(1.0, 0.965, 0.91), kSky(0.36, 0.44, 0.47), kGround(0.11, 0.12, 0.12);
 
-// Stored colour at a place between voxels, 0..1; clear beyond the volume.
+// Stored colour at a point between voxels, 0 to 1. Transparent outside the volume.
 dvec4 storedAt(const MarchCase& c, const dvec3& v) {
     const dvec3 low = glm::floor(v), f = v - low;
     dvec4 sum(0.0);

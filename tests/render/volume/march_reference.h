@@ -1,4 +1,4 @@
-// The volume pass as its definition says: one ray, double precision, steps of one size, nothing skipped.
+// The volume pass according to its definition: one ray, double precision, constant step size, no skips.
 // Shares no code with march.cpp or volume.comp.
 #pragma once
 
@@ -9,9 +9,9 @@
 namespace stylet::test {
 
 struct ReferenceRay {
-    glm::dvec3 light{0.0};  // premultiplied linear, before highlights are rolled off
+    glm::dvec3 light{0.0};  // premultiplied linear, before highlight compression
     double opacity = 0.0;
-    double depth_m = 0.0;  // along the eye's -z, where half of the light is gone; 0: nowhere
+    double depth_m = 0.0;  // along the eye's -z, where half of the light is absorbed; 0 = never
 };
 
 struct ReferenceSettings {
@@ -20,11 +20,11 @@ struct ReferenceSettings {
     double mesh_depth_m = 1e9;
 };
 
-// The ray through `at`, shares of the picture from its top left corner.
+// The ray through `at`, in shares of the picture from its top left corner.
 ReferenceRay referenceRay(const MarchCase&, const render::gpu::FrameUniforms&, int eye, const glm::dvec2& at,
                           const ReferenceSettings& = {});
 
-// Every pixel of both eyes, as march() leaves them.
+// Every pixel of both eyes, in the format of march().
 Layer referenceLayer(const MarchCase&, const render::gpu::FrameUniforms&, const ReferenceSettings& = {});
 
 }  // namespace stylet::test

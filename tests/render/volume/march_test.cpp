@@ -1,4 +1,5 @@
-// The march on the processor: the double-precision reference against closed forms, then the march against it.
+// Tests the double-precision reference against closed forms, and the march on the processor against the
+// reference.
 #include "render/volume/march.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +25,7 @@ LookStyle plainLook(double full_per_m) {
     return look;
 }
 
-// A cube of voxels of 1 mm, centred on the origin; `stored` gives a voxel's stored opacity, 0..255.
+// A cube of 1 mm voxels, centred on the origin. `stored` returns a voxel's stored opacity, 0 to 255.
 MarchCase cube(int voxels, const LookStyle& look, const std::function<int(const Index3&)>& stored) {
     Grid grid;
     grid.dims = Index3(voxels);
@@ -38,7 +39,7 @@ MarchCase cube(int voxels, const LookStyle& look, const std::function<int(const 
     return MarchCase(grid, std::move(rgba), look);
 }
 
-// So far away that its rays are all but parallel: along -z, half_m to either side.
+// Views from so far away that the rays are nearly parallel: along -z, `half_m` to either side.
 std::array<View, 2> fromAfar(double half_m) {
     const double away_m = 10.0;
     return test::stereo(test::lookAt(Vec3(0.0, 0.0, away_m), Vec3(0.0), float(std::atan(half_m / away_m))),
@@ -51,7 +52,7 @@ double opacityAt(const MarchCase& c, double half_m, double x_m, double y_m) {
     return test::referenceRay(c, frame, 0, at, {.step_voxels = 0.02}).opacity;
 }
 
-// sigma = a^2 full. Between the last voxel's centre and its face the stored opacity falls to half.
+// Extinction = a^2 * full. Between the last voxel's centre and its face the stored opacity a falls to half.
 constexpr double kFace_m = 0.001 * (1.0 - 0.125) / 3.0;
 
 TEST(MarchReference, SlabIsBeersLaw) {
@@ -92,7 +93,7 @@ TEST(March, SlabIsBeersLaw) {
         const auto layer =
             test::marchLayer(slab, workers, slab.frame(fromAfar(0.02), 16, 16, 0.25f), {.path = path});
         const double path_m = 0.031 + 2.0 * kFace_m;
-        // Half of a first step may be missing or too much; halves have eleven bits.
+        // Half of a first step may be missing or excessive. Half-precision floats have eleven bits.
         EXPECT_NEAR(double(layer.colour[8 * 16 + 8].a), 1.0 - std::exp(-40.0 * path_m), 0.004);
         EXPECT_EQ(layer.colour[0].a, 0.0f);
     }
@@ -107,7 +108,7 @@ struct Trunk {
     MarchCase in(Look look) const {
         const char* file = look == Look::closed ? "closed.toml" : "reveal.toml";
         LookStyle style = loadLook(test::assetsFolder() / "looks" / file);
-        style.mottle = style.pores = 0.0f;  // the reference's skin is smooth
+        style.mottle = style.pores = 0.0f;  // the reference does not model skin texture
         return MarchCase(patient, style);
     }
 };
@@ -132,7 +133,7 @@ TEST_P(MarchTest, AgreesWithTheReference) {
         EXPECT_GE(d.psnr_db, bound_db) << step;
         if (step > 1.0f) continue;
         EXPECT_LE(d.worst, 0.06);
-        // Where half of the light is gone; a translucent ray may find that place in another organ.
+        // Depth of half absorption. For a translucent ray it may lie in another organ.
         std::vector<double> off_m;
         for (std::size_t i = 0; i < marched.depth_m.size(); ++i)
             if (reference.depth_m[i] > 0.0f && marched.depth_m[i] > 0.0f)
@@ -173,7 +174,7 @@ TEST_P(MarchTest, SkipsChangeTheWorkButNotThePicture) {
         c.brick_distance = leapDistances(bricks.seen());
     }
     const auto frame = c.frame(trunk.eyes, kMarchPictureSize, kMarchPictureSize, 2.0f);
-    // A plane across the body, 0.55 m before the eyes.
+    // A plane across the body, 0.55 m in front of the eyes.
     const float near = frame.target.z, far = frame.target.w;
     const std::vector<float> mesh(std::size_t(2) * kMarchPictureSize * kMarchPictureSize,
                                   near * (far / 0.55f - 1.0f) / (far - near));

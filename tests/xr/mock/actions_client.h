@@ -1,4 +1,4 @@
-// A client of actions: sets, actions, suggestions, states.
+// A client with action sets, actions, suggested bindings and action states.
 #pragma once
 
 #include <cstring>
@@ -84,7 +84,7 @@ class Actions : public MockTest {
         EXPECT_EQ(xrGetActionStatePose(session_, &info, &state), XR_SUCCESS);
         return state.isActive == XR_TRUE;
     }
-    // The current interaction profile, empty for none.
+    // The current interaction profile, or empty if there is none.
     std::string profile(const char* user_path) {
         auto state = structOf<XrInteractionProfileState>(XR_TYPE_INTERACTION_PROFILE_STATE);
         EXPECT_EQ(xrGetCurrentInteractionProfile(session_, path(user_path), &state), XR_SUCCESS);

@@ -299,7 +299,7 @@ TEST_F(Actions, ProfilesOfExtensionsNeedTheExtension) {
         EXPECT_EQ(suggest(kFocus3, {{press, "/user/hand/left/input/squeeze"}}), expected);
         EXPECT_EQ(suggest(kSimple, {{press, "/user/hand/left/input/palm_ext/pose"}}), expected);
         EXPECT_EQ(suggest(kTouch, {{press, "/user/hand/left/input/palm_ext"}}), expected);
-        // What OpenXR 1.1 added is not there.
+        // Paths that only OpenXR 1.1 defines are not supported.
         EXPECT_EQ(suggest(kTouch, {{press, "/user/hand/left/input/trigger/proximity"}}),
                   XR_ERROR_PATH_UNSUPPORTED);
         EXPECT_EQ(suggest(kSimple, {{press, "/user/hand/left/input/grip_surface/pose"}}),

@@ -1,4 +1,4 @@
-// The cases of the conformance suite that XR_EXT_conformance_automation drives, in small.
+// The test cases of the conformance suite that use XR_EXT_conformance_automation, in a small form.
 #include <cmath>
 #include <utility>
 
@@ -43,7 +43,7 @@ TEST_F(Automation, TakesControlFromTheScenario) {
     ASSERT_EQ(sync({actions}), XR_SUCCESS);
     EXPECT_TRUE(boolean(press, path(kRight)).isActive);
     ASSERT_EQ(setActive(kLeft, true), XR_SUCCESS);
-    EXPECT_TRUE(boolean(press, path(kRight)).isActive);  // until the next synchronisation
+    EXPECT_TRUE(boolean(press, path(kRight)).isActive);  // until the next xrSyncActions
     ASSERT_EQ(sync({actions}), XR_SUCCESS);
     EXPECT_FALSE(boolean(press, path(kRight)).isActive);
     EXPECT_TRUE(boolean(press, path(kLeft)).isActive);
@@ -93,10 +93,10 @@ TEST_F(Automation, TheActivatedProfileIsCurrentWhateverTheOrderOfSuggestions) {
 
     ASSERT_EQ(setActive(kLeft, true, kSimple), XR_SUCCESS);
     ASSERT_EQ(setActive("/user/gamepad", true, kXbox), XR_SUCCESS);
-    EXPECT_EQ(profile(kLeft), kTouch);  // profiles change in xrSyncActions only
+    EXPECT_EQ(profile(kLeft), kTouch);  // profiles change only in xrSyncActions
     ASSERT_EQ(sync({actions}), XR_SUCCESS);
     EXPECT_TRUE(poll(XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED).has_value());
-    EXPECT_FALSE(poll(XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED).has_value());  // one for all
+    EXPECT_FALSE(poll(XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED).has_value());  // a single event
     EXPECT_EQ(profile(kLeft), kSimple);
     EXPECT_EQ(profile("/user/gamepad"), kXbox);
     EXPECT_EQ(profile("/user/head"), "");
@@ -105,7 +105,7 @@ TEST_F(Automation, TheActivatedProfileIsCurrentWhateverTheOrderOfSuggestions) {
     ASSERT_EQ(sync({actions}), XR_SUCCESS);
     EXPECT_TRUE(boolean(press).currentState);
 
-    // A device whose profile nobody suggested bindings for gives nothing.
+    // A device without suggested bindings for its profile delivers no input.
     ASSERT_EQ(setActive(kLeft, true, "/interaction_profiles/valve/index_controller"), XR_SUCCESS);
     ASSERT_EQ(sync({actions}), XR_SUCCESS);
     EXPECT_EQ(profile(kLeft), "");
@@ -130,7 +130,7 @@ TEST_F(Automation, RefusesForeignPaths) {
     EXPECT_EQ(set_active(XR_NULL_HANDLE, path(kSimple), path(kLeft), XR_TRUE), XR_ERROR_HANDLE_INVALID);
 }
 
-// One action bound to all sources of a type is the disjunction, the largest and the longest of them.
+// An action bound to all sources of a type combines them: logical or, largest value, longest vector.
 TEST_F(Automation, SeveralSourcesAreCombined) {
     startFocused();
     constexpr char kIndex[] = "/interaction_profiles/valve/index_controller";
@@ -185,7 +185,7 @@ TEST_F(Automation, SeveralSourcesAreCombined) {
     set(kLeft, "/input/a/click", true);
     ASSERT_EQ(sync({actions}), XR_SUCCESS);
     EXPECT_TRUE(boolean(any).currentState);
-    EXPECT_FALSE(boolean(any).changedSinceLastSync);  // one took over from the other
+    EXPECT_FALSE(boolean(any).changedSinceLastSync);  // one source replaced the other
     set(kLeft, "/input/trigger/value", 7.0F);
     ASSERT_EQ(sync({actions}), XR_SUCCESS);
     EXPECT_EQ(number(largest).currentState, 1.0F);
@@ -225,7 +225,7 @@ TEST_F(Automation, ValuesAreConvertedWhereTheSpecificationSaysSo) {
     EXPECT_FALSE(boolean(boolean_of_pose).isActive);
     EXPECT_FALSE(poseActive(pose_of_click));
     EXPECT_TRUE(poseActive(pose_parent));
-    // The threshold has hysteresis: pressed from 0.5, released below 0.4.
+    // The threshold has hysteresis: pressed at 0.5, released below 0.4.
     const std::pair<float, bool> steps[] = {{0.45F, false}, {0.5F, true},   {0.45F, true},
                                             {0.4F, true},   {0.39F, false}, {0.45F, false}};
     for (const auto& [value, pressed] : steps) {
@@ -235,7 +235,8 @@ TEST_F(Automation, ValuesAreConvertedWhereTheSpecificationSaysSo) {
     }
 }
 
-// "A pose action picks one device and sticks with it": the order of events is the suite's.
+// "A pose action picks one device and sticks with it". The order of events is that of the conformance
+// suite.
 TEST_F(Automation, APoseActionStaysWithItsDevice) {
     startFocused();
     const XrPath left = path(kLeft), right = path(kRight);
@@ -260,7 +261,7 @@ TEST_F(Automation, APoseActionStaysWithItsDevice) {
     EXPECT_EQ(locate(both).pose.position.x, locate(left_space).pose.position.x);
     EXPECT_NE(locate(both).pose.position.x, locate(right_space).pose.position.x);
 
-    // Without a synchronisation the pose goes with the device, and the state stays.
+    // Before xrSyncActions, the pose is lost with the device but the action state stays.
     ASSERT_EQ(setActive(kLeft, false), XR_SUCCESS);
     EXPECT_FALSE(found(left_space) || found(both) || found(early));
     EXPECT_TRUE(poseActive(grip, left) && poseActive(grip));
@@ -269,7 +270,7 @@ TEST_F(Automation, APoseActionStaysWithItsDevice) {
     EXPECT_FALSE(poseActive(grip));
     EXPECT_TRUE(poseActive(grip, right) && found(right_space));
 
-    // Nor does it come back without one.
+    // The pose does not return before xrSyncActions either.
     ASSERT_EQ(setActive(kLeft, true), XR_SUCCESS);
     EXPECT_FALSE(found(left_space) || poseActive(grip, left));
     ASSERT_EQ(sync({actions}), XR_SUCCESS);
@@ -299,7 +300,7 @@ TEST_F(Automation, LocationsAreSetInAnySpace) {
     EXPECT_FLOAT_EQ(pose.position.x, 1.5F);
     EXPECT_FLOAT_EQ(pose.position.y, 2);
     EXPECT_FLOAT_EQ(pose.orientation.y, 1);
-    // The aim pose is half a metre before the grip, which has been turned round.
+    // The aim pose is half a metre in front of the grip, and the grip is turned by 180 degrees.
     EXPECT_FLOAT_EQ(locate(aim_space).pose.position.z, 3.5F);
     ASSERT_EQ(place(kLeft, "/input/aim/pose", stage_, {{0, 0, 0, 1}, {7, 0, 0}}), XR_SUCCESS);
     EXPECT_FLOAT_EQ(locate(aim_space).pose.position.x, 7);

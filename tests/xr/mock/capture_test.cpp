@@ -22,7 +22,7 @@ class Capture : public PictureTest {
         draw(swapchain, texels);
     }
 
-    // Submits the two given sub-images, each as the eye will see it.
+    // Submits these two sub-images, each for one eye.
     void submit(const XrSwapchainSubImage& left, const XrSwapchainSubImage& right) {
         auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
         ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
@@ -46,7 +46,7 @@ constexpr Rgb kRgbA{10, 20, 30}, kRgbB{200, 100, 50}, kRgbC{1, 2, 3}, kRgbD{250,
 
 TEST_F(Capture, WritesBothLayersAsTheyAre) {
     const Swapchain swapchain = createSwapchain(swapchainInfo());
-    for (int i = 0; i < 5; ++i) {  // over every image of the swapchain, and one of them twice
+    for (int i = 0; i < 5; ++i) {  // covers every image of the swapchain, some of them twice
         drawHalves(swapchain, {{kA, kB}, {kC, kD}});
         label("capture:skin");
         submit({swapchain.handle, {{0, 0}, {64, 48}}, 0}, {swapchain.handle, {{0, 0}, {64, 48}}, 1});
@@ -121,7 +121,7 @@ TEST_F(Capture, ThatCannotBeWrittenFailsNoFrame) {
     const Swapchain swapchain = createSwapchain(swapchainInfo());
     const XrSwapchainSubImage whole{swapchain.handle, {{0, 0}, {64, 48}}, 0};
     drawHalves(swapchain, {{kA, kA}, {kA, kA}});
-    std::filesystem::create_directory(file("taken_left.png"));  // no picture can have this name
+    std::filesystem::create_directory(file("taken_left.png"));  // this name cannot be written
     label("capture:taken");
     submit(whole, whole);
     EXPECT_TRUE(std::filesystem::is_directory(file("taken_left.png")));

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The README's example, typed into a folder that holds xr/mock and nothing else of the repository; then the
-# installed runtime, found by its manifest alone, under the client written in Python.
+# Runs the README's example in a folder that contains only xr/mock. Then runs the Python client against the
+# installed runtime, which it finds through the manifest.
 #   clean_folder_test.sh SOURCE_DIR
 set -euo pipefail
 source_dir=$1

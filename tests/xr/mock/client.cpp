@@ -14,7 +14,7 @@
 #include "xr/mock/loader_interface.h"
 
 #ifdef STYLET_SANITIZED
-// They synchronize by atomics that ThreadSanitizer does not see.
+// These libraries synchronize with atomics that ThreadSanitizer cannot see.
 extern "C" const char* __tsan_default_suppressions() {
     return "race:libVkLayer_khronos_validation.so\nrace:libvulkan_lvp.so\n";
 }

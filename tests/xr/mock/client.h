@@ -1,4 +1,4 @@
-// A small OpenXR client over Vulkan, for tests that walk the mock runtime through the system's loader.
+// A small OpenXR client over Vulkan, for tests that use the mock runtime through the system's loader.
 #pragma once
 
 #define XR_USE_GRAPHICS_API_VULKAN
@@ -22,8 +22,8 @@
 
 namespace mock_test {
 
-// Returns once the thread of that number, set by the thread itself, sleeps in a call; throws
-// std::runtime_error when it does not within a minute.
+// Returns when the thread with this id sleeps in a system call. The thread sets the id itself. Throws
+// std::runtime_error after a minute.
 void waitUntilAsleep(const std::atomic<int>& thread);
 
 template <class Function>
@@ -41,13 +41,14 @@ Struct structOf(XrStructureType type) {
     return result;
 }
 
-// The runtime's own entry, past the loader (which trusts arguments more than a runtime may).
+// The runtime's own entry point. It bypasses the loader, which checks its arguments less than a runtime
+// must.
 PFN_xrGetInstanceProcAddr runtimeEntry();
 
 constexpr XrPosef kIdentity{{0, 0, 0, 1}, {0, 0, 0}};
 constexpr auto kStereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
 
-// What the runtime and the loader offer together.
+// The extensions that the runtime and the loader offer together.
 std::vector<std::string> offeredExtensions();
 
 struct Swapchain {
@@ -56,8 +57,8 @@ struct Swapchain {
     std::uint32_t width = 0, height = 0;
 };
 
-// Each test has a fresh folder, an environment that it sets before start(), and at most one instance and
-// session. At the end everything goes, and Vulkan must have nothing to complain about.
+// Each test has an empty folder, an environment that it sets before start(), and at most one instance and
+// session. TearDown destroys everything, and Vulkan must not have reported any message.
 class MockTest : public testing::Test {
   protected:
     void SetUp() override;
@@ -68,18 +69,18 @@ class MockTest : public testing::Test {
     std::filesystem::path file(const std::string& name) const { return folder_ / name; }
 
     XrResult tryInstance(const void* next = nullptr);  // xrCreateInstance
-    void start();                                      // instance and system
-    void startVulkan();                                // and Vulkan instance, physical device, device, queue
+    void start();                                      // creates instance and system
+    void startVulkan();                                // also Vulkan instance, device and queue
     void destroyVulkanInstance();
-    void startSession();  // and a session, with a STAGE space
-    void startRunning();  // and xrBeginSession
-    void startFocused();  // and frames until FOCUSED
+    void startSession();  // also a session with a STAGE space
+    void startRunning();  // also calls xrBeginSession
+    void startFocused();  // also runs frames until FOCUSED
 
-    // The next event of the type that is waiting, skipping others.
+    // The next queued event of the given type. Skips others.
     std::optional<XrEventDataBuffer> poll(XrStructureType type);
-    // All session states that are waiting.
+    // All queued session states.
     std::vector<XrSessionState> states();
-    // One frame with these layers; its predicted display time.
+    // Runs one frame with these layers and returns its state.
     XrFrameState frame(const std::vector<const XrCompositionLayerBaseHeader*>& layers = {});
     XrResult waitFrame(XrFrameState* state = nullptr);
     XrResult beginFrame();
@@ -97,8 +98,8 @@ class MockTest : public testing::Test {
     XrGraphicsBindingVulkan2KHR binding() const;
     XrResult trySession(const void* binding, XrSession* session);
 
-    bool validated_ = true;                // by Vulkan's validation layer, where there is one
-    std::vector<std::string> extensions_;  // for tryInstance; empty: all that are offered
+    bool validated_ = true;                // with Vulkan's validation layer, if it is installed
+    std::vector<std::string> extensions_;  // for tryInstance(); empty means all offered extensions
     XrInstance instance_ = XR_NULL_HANDLE;
     XrSystemId system_ = XR_NULL_SYSTEM_ID;
     XrSession session_ = XR_NULL_HANDLE;

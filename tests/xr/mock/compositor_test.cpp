@@ -1,5 +1,5 @@
-// What the eyes see: closed forms first, then the double-precision reference. Vulkan's validation and
-// synchronization layers watch every composition (client.cpp).
+// Compares the eyes' pictures with closed forms, then with the double-precision reference. Vulkan's
+// validation and synchronization layers check every composition (client.cpp).
 #include <cmath>
 #include <numbers>
 
@@ -12,7 +12,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr Rgba kRed{255, 0, 0, 255}, kGreen{0, 255, 0, 255}, kBlue{0, 0, 255, 255},
     kWhite{255, 255, 255, 255};
 constexpr Rgb kBlack{0, 0, 0};
-constexpr int kSize = 200;  // of the pictures, with a field of view of 90 degrees both ways
+constexpr int kSize = 200;  // picture size, with a field of view of 90 degrees in both directions
 
 Rgb rgb(const Rgba& c) {
     return {c[0], c[1], c[2]};
@@ -20,7 +20,7 @@ Rgb rgb(const Rgba& c) {
 
 class Composition : public PictureTest {
   protected:
-    // A head somewhere, turned; pixels of 0.01 in tangents.
+    // A turned head away from the origin. A pixel is 0.01 in tangents.
     void begin(const std::string& more = "") {
         setScript(R"({ "version": 2, "eyes": { "ipd_m": 0.06, "recommended_size": [200, 200],
             "left_fov_rad": [-0.7853981634, 0.7853981634, 0.7853981634, -0.7853981634],
@@ -41,7 +41,7 @@ class Composition : public PictureTest {
         return cylinderLayer(view_, swapchain, radius, static_cast<float>(angle), aspect);
     }
 
-    // What the two eyes see of these layers.
+    // The pictures of both eyes with these layers.
     template <class... Layers>
     std::array<Picture, 2> seen(const Layers&... layers) {
         for (const char* name : {"seen_left.png", "seen_right.png"})
@@ -50,7 +50,7 @@ class Composition : public PictureTest {
         frame({reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layers)...});
         return {readPicture(file("seen_left.png")), readPicture(file("seen_right.png"))};
     }
-    // The tangents of a pixel's ray.
+    // Tangents of a pixel's ray.
     static double across(int x) { return (x + 0.5) / 100 - 1; }
     static double up(int y) { return 1 - (y + 0.5) / 100; }
 
@@ -89,7 +89,7 @@ TEST_F(Composition, AQuadCoversExactlyItsPixelsInEachEye) {
         });
         EXPECT_EQ(covered, 50 * 25);
     }
-    // Parallax: 60 mm between the eyes are 3 pixels at 2 m.
+    // Parallax: an eye distance of 60 mm is 3 pixels at 2 m.
     EXPECT_EQ(eyes[0].at(82, 90), rgb(kRed));
     EXPECT_EQ(eyes[0].at(81, 90), kBlack);
     EXPECT_EQ(eyes[1].at(79, 90), rgb(kRed));
@@ -146,7 +146,7 @@ TEST_F(Composition, AlphaIsArithmeticInLinearLight) {
     };
     constexpr double kAlpha = 128 / 255.0;
     expectNear(seen(under, over)[0].at(100, 100), rgb(above));
-    over.layerFlags = XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT;  // without blending: alpha is one
+    over.layerFlags = XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT;  // without blending, so alpha is one
     expectNear(seen(under, over)[0].at(100, 100), rgb(above));
     over.layerFlags = XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT;
     expectNear(seen(under, over)[0].at(100, 100), expected(1, kAlpha));
@@ -202,7 +202,7 @@ TEST_F(Composition, ACylinderHasItsAngleRadiusAndTexture) {
         const double eye_x = eye == 0 ? -0.03 : 0.03;
         const Picture& picture = eyes[static_cast<std::size_t>(eye)];
         for (int x = 0; x < kSize; ++x) {
-            // |eye + t (tan, -1)| = 0.5, from inside.
+            // |eye + t (tan, -1)| = 0.5, seen from inside.
             const double a = 1 + across(x) * across(x), b = eye_x * across(x);
             const double t = (-b + std::sqrt(b * b - a * (eye_x * eye_x - 0.25))) / a;
             const double angle = std::atan2(eye_x + t * across(x), t),
@@ -211,9 +211,9 @@ TEST_F(Composition, ACylinderHasItsAngleRadiusAndTexture) {
             if (third < 0 || third > 3) {
                 EXPECT_EQ(shown, kBlack) << x;
             } else if (std::abs(third - std::floor(third) - 0.5) < 0.01) {
-                EXPECT_GT(shown[static_cast<std::size_t>(third)], 240) << x;  // a texel's middle
+                EXPECT_GT(shown[static_cast<std::size_t>(third)], 240) << x;  // centre of a texel
             }
-            // 0.5 * angle / 1.5 high, above and below the middle.
+            // Height 0.5 * angle / 1.5, half of it above and half below the centre.
             const double edge = 0.5 * 80 * kDegree / 1.5 / 2 / t;  // tangent
             const int top = static_cast<int>(std::floor(100 - 100 * edge));
             if (third > 0 && third < 3 && top > 2) {
@@ -228,14 +228,14 @@ TEST_F(Composition, ACylinderIsSeenFromInsideOnly) {
     begin();
     auto layer = cylinder(solid(kBlue), 1, 90 * kDegree, 1);
     layer.pose.position = {0, 0, -5};
-    EXPECT_EQ(seen(layer)[0].at(100, 100), rgb(kBlue));  // its far side, through the open near one
+    EXPECT_EQ(seen(layer)[0].at(100, 100), rgb(kBlue));  // its far side, through the open near side
     layer.pose.orientation = turned(180 * kDegree, {0, 1, 0});
     expectCovered(seen(layer)[0], kBlack, [](int, int) { return false; });
     layer.centralAngle = 0;
     expectCovered(seen(layer)[0], kBlack, [](int, int) { return false; });
 }
 
-// Every 8-bit value beside every kind of neighbour, and an alpha that must not matter.
+// Every 8-bit value next to many others, and random alpha that must not matter.
 std::vector<Rgba> noise(std::size_t count) {
     std::vector<Rgba> texels(count);
     std::uint32_t state = 1;
@@ -295,7 +295,7 @@ TEST_F(Composition, AProjectionLayerIsTurnedAndNotMoved) {
     const XrCompositionLayerProjection layer{
         XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, view_, 2, views.data()};
     for (const Picture& eye : seen(layer)) {
-        // The layer's middle is 10 degrees to the left, its right end 35 degrees to the right.
+        // The layer's centre is 10 degrees to the left, its right end 35 degrees to the right.
         const int middle = static_cast<int>(100 - 100 * std::tan(10 * kDegree));
         const int end = static_cast<int>(100 + 100 * std::tan(35 * kDegree));
         EXPECT_EQ(eye.at(middle - 2, 100), rgb(kRed));
@@ -332,12 +332,12 @@ TEST_F(Composition, ALayerFollowsAHandAndGoesWithIt) {
 
     XrCompositionLayerQuad shown = quad(solid(kRed), {0, 0, 0}, {1, 1});
     shown.space = hand;
-    const Picture before = seen(shown)[0];  // no sync yet: no hand, no quad
+    const Picture before = seen(shown)[0];  // before the first xrSyncActions: no hand, so no quad
     expectCovered(before, kBlack, [](int, int) { return false; });
     const XrActiveActionSet active{set, XR_NULL_PATH};
     const XrActionsSyncInfo sync{XR_TYPE_ACTIONS_SYNC_INFO, nullptr, 1, &active};
     ASSERT_EQ(xrSyncActions(session_, &sync), XR_SUCCESS);
-    // Where a quad in STAGE would be.
+    // A quad at the same place in STAGE.
     XrCompositionLayerQuad fixed = shown;
     fixed.space = stage_;
     fixed.pose.position = {0.3F, 1.6F, -2.2F};
@@ -348,7 +348,7 @@ TEST_F(Composition, ALayerFollowsAHandAndGoesWithIt) {
 TEST_F(Composition, ADroppedFrameIsNotSeen) {
     begin(R"(, "events": [ { "frame": 5, "frames": { "dropped": true } } ])");
     const auto red = quad(solid(kRed), {0, 0, -2}, {1, 1}), green = quad(solid(kGreen), {0, 0, -2}, {1, 1});
-    frame();  // 4
+    frame();  // frame 4
     EXPECT_TRUE(seen(red)[0].pixels.empty());
     frame({reinterpret_cast<const XrCompositionLayerBaseHeader*>(&green)});
     EXPECT_EQ(readPicture(file("seen_left.png")).at(100, 100), rgb(kGreen));
@@ -387,7 +387,7 @@ TEST_F(Composition, AgreesWithADoublePrecisionReference) {
     const auto reference = [&](float eye_x) {
         ReferenceLayer a{
             XR_TYPE_COMPOSITION_LAYER_PROJECTION, submitted, fov, {}, 0, 0, 0, 0, room, 256, 256};
-        a.stage_from_layer.position = {eye_x, 0, 0};  // only its direction counts
+        a.stage_from_layer.position = {eye_x, 0, 0};  // only its direction matters
         ReferenceLayer b{XR_TYPE_COMPOSITION_LAYER_CYLINDER_KHR,
                          screen.pose,
                          {},
@@ -419,7 +419,7 @@ TEST_F(Composition, AgreesWithADoublePrecisionReference) {
     for (std::size_t eye = 0; eye < 2; ++eye) {
         const Difference off = compare(eyes[eye], reference(eye == 0 ? -0.03F : 0.03F));
         RecordProperty(eye == 0 ? "left_psnr_db" : "right_psnr_db", std::to_string(off.psnr_db));
-        // A ray that meets an edge may fall on the other side of it in single precision.
+        // Single precision may put a ray that meets an edge on the other side of it.
         EXPECT_LT(off.share_over_one, 2e-4) << "eye " << eye;
         EXPECT_GT(off.psnr_db, 55) << "eye " << eye;
     }

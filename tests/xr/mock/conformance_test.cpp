@@ -1,5 +1,5 @@
-// What the conformance suite's own layer watches in every call of an application: where the Vulkan queue is
-// used, which functions are found, which states follow one another, what stays as it was in a structure.
+// Rules that the conformance suite's layer checks in every call: which calls use the Vulkan queue, which
+// functions exist, which session states follow each other, and which members of a structure stay unchanged.
 #include <cstring>
 #include <random>
 #include <set>
@@ -11,8 +11,7 @@ namespace {
 
 class Conformance : public MockTest {};
 
-// --- Vulkan as the application hands it over: uses of the queue are counted
-// ---------------------------------------
+// --- Vulkan functions as passed by the application, with a counter for uses of the queue
 
 int queue_uses = 0;
 PFN_vkVoidFunction real(VkDevice device, const char* name) {
@@ -42,7 +41,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL hookedDeviceProcAddr(VkDevice device, c
     if (wanted == "vkDeviceWaitIdle") return reinterpret_cast<PFN_vkVoidFunction>(countedDeviceWait);
     return real(device, name);
 }
-bool compute_only = false;  // every queue of the GPU
+bool compute_only = false;  // pretend that every queue of the GPU is compute-only
 VKAPI_ATTR void VKAPI_CALL computeFamily(VkPhysicalDevice, std::uint32_t* count,
                                          VkQueueFamilyProperties* families) {
     *count = 1;
@@ -96,7 +95,7 @@ class QueueUse : public Conformance {
                   XR_SUCCESS);
         vkGetDeviceQueue(vk_device_, vk_queue_family_, 0, &vk_queue_);
     }
-    // How often the calls in the body used the queue.
+    // How often the calls in `body` use the queue.
     template <class Body>
     int usesIn(Body body) {
         const int before = queue_uses;
@@ -105,8 +104,8 @@ class QueueUse : public Conformance {
     }
 };
 
-// XR_KHR_vulkan_enable2, "Concurrency": the runtime may use the queue in xrBeginFrame, xrEndFrame,
-// xrAcquireSwapchainImage and xrReleaseSwapchainImage, and nowhere else.
+// XR_KHR_vulkan_enable2, "Concurrency": the runtime may use the queue only in xrBeginFrame, xrEndFrame,
+// xrAcquireSwapchainImage and xrReleaseSwapchainImage.
 TEST_F(QueueUse, IsWhereTheApplicationExpectsIt) {
     startHooked();
     const XrGraphicsBindingVulkan2KHR graphics = binding();
@@ -117,7 +116,7 @@ TEST_F(QueueUse, IsWhereTheApplicationExpectsIt) {
                   const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr,
                                                 XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
                   ASSERT_EQ(xrBeginSession(session_, &info), XR_SUCCESS);
-                  swapchain = createSwapchain(swapchainInfo());  // and enumerates its images
+                  swapchain = createSwapchain(swapchainInfo());  // also enumerates its images
               }),
               0);
     const int in_acquire_and_end = usesIn([&] {
@@ -128,7 +127,7 @@ TEST_F(QueueUse, IsWhereTheApplicationExpectsIt) {
         ASSERT_EQ(xrReleaseSwapchainImage(swapchain.handle, nullptr), XR_SUCCESS);
         frame();
     });
-    EXPECT_GT(in_acquire_and_end, 0);  // or nothing was counted at all
+    EXPECT_GT(in_acquire_and_end, 0);  // otherwise nothing was counted
     EXPECT_EQ(usesIn([&] {
                   waitFrame();
                   states();
@@ -171,7 +170,7 @@ TEST_F(Conformance, FunctionsAreFoundOnlyWhereTheyMayBeCalled) {
         EXPECT_EQ(look_up(XR_NULL_HANDLE, name, &function), XR_ERROR_HANDLE_INVALID) << name;
         EXPECT_EQ(function, nullptr) << name;
         const bool there = !isExtension(name) || std::strstr(name, "Vulkan") != nullptr;
-        if (there && isExtension(name)) continue;  // of either Vulkan extension
+        if (there && isExtension(name)) continue;  // either of the Vulkan extensions
         function = garbage;
         EXPECT_EQ(look_up(instance_, name, &function), there ? XR_SUCCESS : XR_ERROR_FUNCTION_UNSUPPORTED)
             << name;
@@ -195,7 +194,7 @@ TEST_F(Conformance, FunctionsAreFoundOnlyWhereTheyMayBeCalled) {
 // --- session states
 // -----------------------------------------------------------------------------------------------
 
-// OpenXR 1.0, "Session Lifecycle": what may follow what.
+// OpenXR 1.0, "Session Lifecycle": the allowed transitions.
 bool mayFollow(XrSessionState from, XrSessionState to) {
     static const std::set<std::pair<XrSessionState, XrSessionState>> kAllowed{
         {XR_SESSION_STATE_UNKNOWN, XR_SESSION_STATE_IDLE},
@@ -211,8 +210,8 @@ bool mayFollow(XrSessionState from, XrSessionState to) {
     return to == XR_SESSION_STATE_LOSS_PENDING || kAllowed.contains({from, to});
 }
 
-// Wherever a scenario heads, at whatever time: no state is skipped, and none is entered without the
-// application.
+// For any scenario, at any time: no state is skipped, and no state that needs the application is entered
+// without it.
 TEST_F(Conformance, StatesFollowOneAnother) {
     std::mt19937 random(11);
     constexpr const char* kTargets[] = {"focused", "visible", "synchronized", "stopped"};
@@ -254,7 +253,7 @@ TEST_F(Conformance, StatesFollowOneAnother) {
     EXPECT_GT(frames, 50);
 }
 
-// Known or not: every number has a name.
+// Every number has a name, known or unknown.
 TEST_F(Conformance, ResultsAndStructureTypesHaveNames) {
     start();
     char text[XR_MAX_RESULT_STRING_SIZE];

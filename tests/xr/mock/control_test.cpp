@@ -1,4 +1,4 @@
-// XRMOCK_CONTROL, through the socket while frames go on, and through the Python client.
+// Tests XRMOCK_CONTROL through its socket while frames run, and through the Python client.
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -37,7 +37,7 @@ class Wire {
         return ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
                static_cast<ssize_t>(bytes.size());
     }
-    // Null when the runtime has hung up.
+    // Returns null after the runtime has closed the connection.
     json receive() {
         while (in_.find('\n') == std::string::npos) {
             char buffer[1 << 16];
@@ -72,7 +72,7 @@ class Control : public MockTest {
         MockTest::TearDown();
         EXPECT_FALSE(std::filesystem::exists(socket_));
     }
-    // The application: frames and polls until stopFrames.
+    // Simulates an application: runs frames and polls events until stopFrames().
     void startFrames() {
         startFocused();
         application_ = std::thread([this] {
@@ -194,14 +194,14 @@ TEST_F(Control, HostileClientsHoldNobodyUp) {
     std::thread attack([&] {
         for (int i = 0; i < 400 && endless.send(flood); ++i) {
         }
-        // Asks and never reads.
+        // Sends requests and never reads the replies.
         for (int i = 0; i < 1000; ++i)
             ::usleep(i % 100 == 0 ? 1000 : 0), asking.send("{\"get\": \"state\"}\n");
     });
     for (int i = 0; i < 50; ++i)
         EXPECT_EQ(honest.ask(R"({"get": "state"})")["ok"], true);
     attack.join();
-    EXPECT_TRUE(endless.receive().is_object());  // why it was thrown out
+    EXPECT_TRUE(endless.receive().is_object());  // the reason for closing the connection
     EXPECT_TRUE(endless.receive().is_null());
     const std::uint64_t frame = honest.ask(R"({"get": "state"})")["frame"];
     EXPECT_GT(honest.ask("{\"wait\": {\"frame\": " + std::to_string(frame + 20) + "}}")["frame"], frame);
@@ -212,7 +212,7 @@ TEST_F(Control, GivesAPictureOfTheNextFrame) {
     Wire wire(socket_);
     const json reply = wire.ask(R"({"picture": {"eye": "right"}})");
     ASSERT_EQ(reply["ok"], true) << reply;
-    EXPECT_TRUE(reply["png"].get<std::string>().starts_with("iVBORw0KGgo"));  // the signature of PNG
+    EXPECT_TRUE(reply["png"].get<std::string>().starts_with("iVBORw0KGgo"));  // signature of PNG
 }
 
 TEST_F(Control, GivesNoPictureOfAFrameThatIsNotShown) {
@@ -311,7 +311,7 @@ TEST_F(Control, ThePythonClientDoesItAll) {
     EXPECT_NE(python("apply '{\"x\": 1}'"), 0);
     EXPECT_EQ(python("lose-session --after 0"), 0);
     stop_ = true;
-    application_.join();  // its xrWaitFrame says XR_ERROR_SESSION_LOST
+    application_.join();  // its xrWaitFrame returns XR_ERROR_SESSION_LOST
     EXPECT_EQ(waitFrame(), XR_ERROR_SESSION_LOST);
 }
 

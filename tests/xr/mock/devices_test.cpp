@@ -1,4 +1,4 @@
-// What the scenario's user holds and wears: connections, profiles, values and poses over time.
+// Controllers and hands of a scenario: connections, profiles, values and poses over time.
 #include <cmath>
 #include <fstream>
 #include <random>
@@ -14,7 +14,7 @@ constexpr XrTime kSecond = 1'000'000'000;
 
 class Devices : public Actions {
   protected:
-    // A session in focus at a display time of at least this.
+    // Runs frames until the display time reaches `time`.
     void runUntil(XrTime time) {
         while (frame().predictedDisplayTime < time) {
         }
@@ -64,7 +64,7 @@ TEST_F(Devices, ComeGoAndChange) {
     runUntil(kSecond * 26 / 10);
     ASSERT_EQ(sync({set}), XR_SUCCESS);
     EXPECT_EQ(profile(kLeft), kSimple);
-    EXPECT_EQ(profile(kRight), "");  // an empty hand takes nothing up
+    EXPECT_EQ(profile(kRight), "");  // without a controller there is no profile
     runUntil(kSecond * 31 / 10);
     ASSERT_EQ(sync({set}), XR_SUCCESS);
     EXPECT_EQ(profile(kLeft), kTouch);
@@ -105,7 +105,8 @@ TEST_F(Devices, HeadAndGamepadHaveValuesOfTheirOwn) {
     EXPECT_EQ(boolean(mute, head).lastChangeTime, kSecond * 12 / 10);
 }
 
-// The time of a change is that of the device, not that of the synchronisation that saw it.
+// lastChangeTime is the time of the change at the device, not the time of the xrSyncActions that reported
+// it.
 TEST_F(Devices, ChangesHaveTheirTime) {
     setScript(R"({"version": 2, "refresh_hz": 100, "controllers": {"left": {"values": [
         {"t_s": 1.104, "select/click": true}, {"t_s": 1.106, "select/click": true},
@@ -127,7 +128,7 @@ TEST_F(Devices, ChangesHaveTheirTime) {
     EXPECT_EQ(boolean(press).lastChangeTime, 1'104'000'000);
 }
 
-// Priorities conflict per source and hand, also when the sets are active on one hand only.
+// Priorities apply per source and hand, also if a set is active for one hand only.
 TEST_F(Devices, ASetActiveOnOneHandTakesThatHandsSource) {
     startFocused();
     const XrPath left = path(kLeft), right = path(kRight);
@@ -154,7 +155,7 @@ TEST_F(Devices, ASetActiveOnOneHandTakesThatHandsSource) {
         return std::array<bool, 3>{boolean(each).isActive == XR_TRUE, boolean(each, left).isActive == XR_TRUE,
                                    boolean(each, right).isActive == XR_TRUE};
     };
-    using On = std::array<bool, 3>;  // without a subaction path, left, right
+    using On = std::array<bool, 3>;  // without subaction path, left, right
     syncWith({{low, left}, {low, right}, {high, left}, {high, right}});
     EXPECT_EQ(activity(high_select), (On{true, true, true}));
     EXPECT_EQ(activity(low_select), (On{false, false, false}));
@@ -188,7 +189,8 @@ TEST_F(Devices, RecordedPosesMoveTheHand) {
     EXPECT_NEAR(velocity.linearVelocity.x, 1, 1e-6);
     ASSERT_EQ(xrLocateSpace(tip, stage_, kSecond * 3 / 2, &location), XR_SUCCESS);
     EXPECT_NEAR(velocity.angularVelocity.y, 1.570796, 1e-5);
-    // A metre along -z, turned by 45 degrees: the velocity is the cross product of the turning and the arm.
+    // A point 1 m along -z, turned by 45 degrees. Its velocity is the cross product of angular velocity and
+    // lever.
     EXPECT_NEAR(velocity.linearVelocity.x, -1.570796 * std::sqrt(0.5), 1e-5);
     EXPECT_NEAR(velocity.linearVelocity.z, 1.570796 * std::sqrt(0.5), 1e-5);
 }
@@ -236,7 +238,8 @@ TEST_F(Devices, BadOnesAreRefused) {
               place + "3: later than the line before expected");
 }
 
-// A vibration ends when the next one starts on its output, when its action is stopped, and with the focus.
+// A vibration ends when the next one starts on the same output, when its action is stopped, or when focus
+// is lost.
 TEST_F(Devices, VibrationsAreRecordedPerOutput) {
     setVariable("XRMOCK_LOG", file("log.jsonl").string());
     startFocused();
@@ -264,7 +267,7 @@ TEST_F(Devices, VibrationsAreRecordedPerOutput) {
     const XrTime before = frame().predictedDisplayTime;
     apply(buzz, XR_NULL_PATH, 2 * kSecond, 0.25F);          // both hands
     apply(other, XR_NULL_PATH, XR_MIN_HAPTIC_DURATION, 7);  // interrupts the left one
-    stop(buzz, left);                                       // plays nothing there any more
+    stop(buzz, left);                                       // no longer playing there
     stop(other, XR_NULL_PATH);
     apply(buzz, left, kSecond, 0.5F);
     frame();
@@ -295,7 +298,7 @@ TEST_F(Devices, VibrationsAreRecordedPerOutput) {
     expect(3, "buzz", kLeft, kSecond, 0.5);
 }
 
-// Damaged devices and hands are refused or taken, never anything else; what is taken can be used.
+// Damaged devices and hands are either rejected or accepted. Accepted ones must be usable.
 TEST_F(Devices, SurviveDamage) {
     std::string joints;
     for (int i = 0; i < XR_HAND_JOINT_COUNT_EXT; ++i)

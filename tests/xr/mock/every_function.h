@@ -1,13 +1,13 @@
 // Every function that the mock runtime may offer, with the results that the specification lists for it
-// (registry of OpenXR 1.0.33, `successcodes` and `errorcodes`). XR_ERROR_RUNTIME_FAILURE is left out on
-// purpose: no argument, however odd, makes this runtime fail.
+// (registry of OpenXR 1.0.33, `successcodes` and `errorcodes`). XR_ERROR_RUNTIME_FAILURE is omitted on
+// purpose: no arguments may make this runtime fail.
 #pragma once
 
 #include "client.h"
 
 namespace mock_test {
 
-// What most functions share, by the object they are about.
+// The results that most functions share, by the object that they act on.
 enum class Family { destroy, instance, session };
 
 bool isListed(XrResult result, Family family, std::initializer_list<XrResult> more);

@@ -1,4 +1,4 @@
-// xrWaitFrame, xrBeginFrame and xrEndFrame: from several threads, over several runs, and while others call.
+// xrWaitFrame, xrBeginFrame and xrEndFrame: from several threads, in several runs, and during other calls.
 #include <unistd.h>
 
 #include <atomic>
@@ -10,8 +10,8 @@
 namespace mock_test {
 namespace {
 
-// Stops at 3 s and goes on at 3.2 s; on the wall clock the same counts from xrCreateInstance, and a slow
-// machine needs some of it to begin the session.
+// Stops at 3 s and continues at 3.2 s. On the wall clock these times count from xrCreateInstance, and a
+// slow machine needs some of them to begin the session.
 constexpr char kStopAndGo[] = R"({"version": 1, "refresh_hz": 100, "session": [
     {"t_s": 3, "state": "stopped"}, {"t_s": 3.2, "state": "focused"}]})";
 
@@ -66,7 +66,7 @@ TEST_F(Frames, ArePipelined) {
     auto second = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
     ASSERT_EQ(waitFrame(&first), XR_SUCCESS);
     ASSERT_EQ(beginFrame(), XR_SUCCESS);
-    ASSERT_EQ(waitFrame(&second), XR_SUCCESS);  // before the first is ended
+    ASSERT_EQ(waitFrame(&second), XR_SUCCESS);  // before the first frame ends
     EXPECT_GT(second.predictedDisplayTime, first.predictedDisplayTime);
     EXPECT_EQ(endFrame(first.predictedDisplayTime), XR_SUCCESS);
     EXPECT_EQ(beginFrame(), XR_SUCCESS);  // not discarded
@@ -105,7 +105,7 @@ TEST_F(Frames, ARunBeginsWithoutTheFramesOfTheOneBefore) {
     setScript(kStopAndGo);
     startRunning();
     runUntilStopping();
-    ASSERT_EQ(waitFrame(), XR_SUCCESS);  // neither begun nor ended
+    ASSERT_EQ(waitFrame(), XR_SUCCESS);  // this frame is neither begun nor ended
     std::atomic<int> number = 0;
     std::thread waiting([&] {
         number = gettid();
@@ -126,7 +126,7 @@ TEST_F(Frames, ASleepingThreadLeavesWithTheSession) {
     std::atomic<int> number = 0;
     std::thread sleeping([&] {
         number = gettid();
-        EXPECT_EQ(waitFrame(), XR_ERROR_HANDLE_INVALID);  // the frame is two minutes away
+        EXPECT_EQ(waitFrame(), XR_ERROR_HANDLE_INVALID);  // the frame is two minutes in the future
     });
     waitUntilAsleep(number);
     ASSERT_EQ(xrDestroySession(session_), XR_SUCCESS);

@@ -1,4 +1,4 @@
-// XR_EXT_hand_tracking: validity, and the anatomy of the built-in hand.
+// XR_EXT_hand_tracking: validity flags, and the anatomy of the built-in hand.
 #include <cmath>
 
 #include "client.h"
@@ -21,7 +21,7 @@ Vec crossOf(const Vec& a, const Vec& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// The first joint of each finger; the thumb has four, the others five.
+// The first joint of each finger. The thumb has four joints, the others five.
 constexpr int kRoots[] = {XR_HAND_JOINT_THUMB_METACARPAL_EXT, XR_HAND_JOINT_INDEX_METACARPAL_EXT,
                           XR_HAND_JOINT_MIDDLE_METACARPAL_EXT, XR_HAND_JOINT_RING_METACARPAL_EXT,
                           XR_HAND_JOINT_LITTLE_METACARPAL_EXT};
@@ -38,7 +38,7 @@ struct Located {
         const XrVector3f& p = joints[static_cast<std::size_t>(joint)].pose.position;
         return {p.x, p.y, p.z};
     }
-    // The axis (0 x, 1 y, 2 z) of the joint's frame.
+    // An axis of the joint's frame (0 = x, 1 = y, 2 = z).
     Vec axis(int joint, int which) const {
         const XrQuaternionf& q = joints[static_cast<std::size_t>(joint)].pose.orientation;
         const double x = q.x, y = q.y, z = q.z, w = q.w;
@@ -151,7 +151,7 @@ TEST_F(HandTracking, NeedsFocusAndAHand) {
     EXPECT_FALSE(locate(left, 2'000'000'000).active);
 }
 
-// Straight hands, palms down, fingers forward: an upright palm frame is all there is to turn.
+// Straight hands, palms down, fingers forward: the palm frame is not rotated.
 constexpr char kFlat[] = R"({"version": 2, "hands": {
     "left": {"poses": [{"t_s": 0, "position": [-0.2, 1, 0]}], "curls": [{"t_s": 0}, {"t_s": 2, "thumb": 1,
              "index": 1, "middle": 1, "ring": 1, "little": 1}]},
@@ -166,7 +166,7 @@ TEST_F(HandTracking, TheFramesAreThoseOfTheExtension) {
         for (const XrTime time : {XrTime{1}, XrTime{1'000'000'000}, XrTime{2'000'000'000}}) {
             const Located at = locate(hand, time);
             ASSERT_TRUE(at.active);
-            // +z of every joint points from the next joint to it, and the axes are right-handed.
+            // +z of every joint points from the next joint to this one, and the axes are right-handed.
             for (std::size_t finger = 0; finger < 5; ++finger) {
                 for (int joint = kRoots[finger]; joint <= kTips[finger]; ++joint) {
                     EXPECT_NEAR(dot(crossOf(at.axis(joint, 0), at.axis(joint, 1)), at.axis(joint, 2)), 1,
@@ -174,7 +174,7 @@ TEST_F(HandTracking, TheFramesAreThoseOfTheExtension) {
                     if (joint == kTips[finger]) continue;
                     const Vec bone = minus(at.position(joint), at.position(joint + 1));
                     EXPECT_NEAR(dot(bone, at.axis(joint, 2)), length(bone), 1e-5) << joint;
-                    // No joint bends backwards: the next bone turns towards the palm's side.
+                    // No joint bends backwards: the next bone turns toward the palm.
 
                     EXPECT_GT(dot(at.axis(joint + 1, 2), at.axis(joint, 1)), -0.02) << joint;
                 }
@@ -209,21 +209,21 @@ TEST_F(HandTracking, BonesKeepTheirLengthsAndThumbsAreInside) {
             EXPECT_NEAR(bone, length(minus(left.position(joint), left.position(joint + 1))), 1e-6);
             EXPECT_GT(bone, 0.015);
             EXPECT_LT(bone, 0.08);
-            // Bones get shorter towards the tip; only the last ones include the flesh.
+            // Bones get shorter toward the tip. The last ones are excluded, because they include the flesh.
             if (joint > kRoots[finger] && joint + 1 < kTips[finger]) {
                 EXPECT_LT(bone, length(minus(right.position(joint - 1), right.position(joint))));
             }
         }
-        // An open finger is nearly as long as its bones together, a curled one ends near the palm.
+        // An open finger is nearly as long as the sum of its bones. A curled finger ends near the palm.
         EXPECT_GT(length(minus(right.position(kTips[finger]), right.position(kRoots[finger]))), 0.97 * open);
         const double tip_to_palm =
             length(minus(fist.position(kTips[finger]), fist.position(XR_HAND_JOINT_PALM_EXT)));
         EXPECT_LT(tip_to_palm, 0.075) << finger;
         EXPECT_GT(tip_to_palm, 0.012) << finger;
-        // Its tip is on the palm's side of the hand.
+        // The tip of a curled finger is on the palm's side of the hand.
         EXPECT_LT(fist.position(kTips[finger])[1], fist.position(XR_HAND_JOINT_PALM_EXT)[1] - 0.01) << finger;
     }
-    // The middle finger is the longest and an adult's hand is 17 to 21 cm long.
+    // The middle finger is the longest, and an adult's hand is 17 to 21 cm long.
     const auto reach = [&](int tip) {
         return length(minus(right.position(tip), right.position(XR_HAND_JOINT_WRIST_EXT)));
     };
@@ -231,11 +231,12 @@ TEST_F(HandTracking, BonesKeepTheirLengthsAndThumbsAreInside) {
         EXPECT_LE(reach(tip), reach(XR_HAND_JOINT_MIDDLE_TIP_EXT));
     EXPECT_GT(reach(XR_HAND_JOINT_MIDDLE_TIP_EXT), 0.17);
     EXPECT_LT(reach(XR_HAND_JOINT_MIDDLE_TIP_EXT), 0.21);
-    // Palms down, thumbs towards each other; index to little finger from the inside out.
+    // Palms down, thumbs toward each other. From thumb to little finger, the tips go from the inside
+    // outward.
     for (const auto& [hand, out] : {std::pair{&left, -1.0}, std::pair{&right, 1.0}}) {
         for (std::size_t finger = 0; finger + 1 < 5; ++finger)
             EXPECT_LT(out * hand->position(kTips[finger])[0], out * hand->position(kTips[finger + 1])[0]);
-        EXPECT_GT(hand->axis(XR_HAND_JOINT_INDEX_DISTAL_EXT, 1)[1], 0.95);  // the nail is up
+        EXPECT_GT(hand->axis(XR_HAND_JOINT_INDEX_DISTAL_EXT, 1)[1], 0.95);  // the nail points up
         EXPECT_LT(hand->position(XR_HAND_JOINT_MIDDLE_TIP_EXT)[2], -0.1);
     }
     for (int joint = 0; joint < XR_HAND_JOINT_COUNT_EXT; ++joint) {
@@ -245,7 +246,8 @@ TEST_F(HandTracking, BonesKeepTheirLengthsAndThumbsAreInside) {
     }
 }
 
-// Held upright like a sword in front: the backs of the hands look outwards, the open fingers forward.
+// Controllers held upright like swords: the backs of the hands face outward, the open fingers point
+// forward.
 TEST_F(HandTracking, AHandWithAControllerFollowsItsGrip) {
     setScript(R"({"version": 2, "refresh_hz": 100, "controllers": {
         "left": {"poses": [{"t_s": 0, "position": [-0.2, 1, 0],
@@ -261,10 +263,10 @@ TEST_F(HandTracking, AHandWithAControllerFollowsItsGrip) {
         EXPECT_NEAR(at.axis(XR_HAND_JOINT_PALM_EXT, 1)[0], out, 1e-5);
         EXPECT_NEAR(at.axis(XR_HAND_JOINT_PALM_EXT, 2)[2], 1, 1e-5);
         EXPECT_GT(at.position(XR_HAND_JOINT_THUMB_TIP_EXT)[1], at.position(XR_HAND_JOINT_LITTLE_TIP_EXT)[1]);
-        // The grip is where the palm's skin is.
+        // The grip pose lies on the palm's skin.
         EXPECT_NEAR(at.position(XR_HAND_JOINT_PALM_EXT)[0] - out * at.joints[XR_HAND_JOINT_PALM_EXT].radius,
                     out * 0.2, 1e-6);
-        // The finger on the trigger curls with it.
+        // The index finger curls with the trigger.
         const Located pressed = locate(hand, 1'600'000'000);
         const double moved = length(
             minus(pressed.position(XR_HAND_JOINT_INDEX_TIP_EXT), at.position(XR_HAND_JOINT_INDEX_TIP_EXT)));
@@ -292,7 +294,7 @@ TEST_F(HandTracking, VelocitiesAreThoseOfTheBaseSpace) {
     EXPECT_NEAR(tip.angularVelocity.y, 1.5707963, 1e-4);
     EXPECT_NEAR(tip.linearVelocity.x, expected[0], 1e-4);
     EXPECT_NEAR(tip.linearVelocity.z, expected[2], 1e-4);
-    // The same hand from a space that is turned about y by half a turn.
+    // The same hand, located in a space that is turned by half a turn about y.
     const XrSpace turned = createSpace(XR_REFERENCE_SPACE_TYPE_STAGE, {{0, 1, 0, 0}, {0, 0, 0}});
     const Located seen = locate(hand, 500'000'000, turned);
     EXPECT_NEAR(seen.velocities[XR_HAND_JOINT_PALM_EXT].linearVelocity.x, -1, 1e-5);

@@ -1,5 +1,5 @@
-// Every function, called with handles that it must refuse: null, invented, of another type, destroyed, lost.
-// The handle is looked at before everything else, so the other arguments may be empty.
+// Calls every function with handles that it must reject: null, invented, of another type, destroyed, lost.
+// The runtime checks the handle first, so the other arguments may be empty.
 #include <cstring>
 #include <functional>
 
@@ -10,7 +10,7 @@ namespace {
 
 struct Function {
     const char* name;
-    std::function<XrResult(void*)> call;  // with this handle
+    std::function<XrResult(void*)> call;  // calls the function with this handle
 };
 
 template <class Handle>
@@ -18,8 +18,8 @@ Handle as(void* handle) {
     return static_cast<Handle>(handle);
 }
 
-// What an XrInstance is the first argument of. Without xrDestroyInstance: the loader ends itself with any
-// handle; negotiation_test.cpp calls the runtime's.
+// Functions whose first argument is an XrInstance. Excludes xrDestroyInstance, because the loader shuts
+// down for any handle; negotiation_test.cpp calls the runtime's function.
 std::vector<Function> instanceFunctions() {
     return {
         {"xrGetInstanceProperties",
@@ -58,7 +58,7 @@ std::vector<Function> instanceFunctions() {
     };
 }
 
-// An XrSession, or a child of one.
+// Functions whose first argument is an XrSession or a child of a session.
 std::vector<Function> sessionFunctions() {
     return {
         {"xrDestroySession", [](void* h) { return xrDestroySession(as<XrSession>(h)); }},
@@ -140,7 +140,7 @@ std::vector<Function> actionFunctions() {
     };
 }
 
-// The functions of extensions, through their pointers.
+// Functions of extensions, called through their pointers.
 template <class Function, class Handle, class... Arguments>
 std::function<XrResult(void*)> extension(XrInstance instance, const char* name, Arguments... arguments) {
     const auto function = load<Function>(instance, name);
@@ -183,14 +183,14 @@ class Handles : public MockTest {
         for (const Function& function : functions)
             EXPECT_EQ(function.call(handle), XR_ERROR_HANDLE_INVALID) << function.name << ", " << what;
     }
-    // All but the destruction.
+    // Expects `result` from every function except those that destroy.
     void expectLost(const std::vector<Function>& functions, void* handle, XrResult result) {
         for (const Function& function : functions) {
             if (std::strncmp(function.name, "xrDestroy", 9) == 0) continue;
             EXPECT_EQ(function.call(handle), result) << function.name;
         }
     }
-    // Of any type that the functions do not take.
+    // `other_type` is a valid handle of a type that none of the functions accepts.
     void expectAllRefused(const std::vector<Function>& functions, void* other_type) {
         expectRefused(functions, nullptr, "null");
         expectRefused(functions, reinterpret_cast<void*>(~std::uintptr_t{0}), "all ones");
@@ -250,7 +250,7 @@ TEST_F(Handles, AreForgottenWithTheirInstance) {
     const XrInstance gone = instance_;
     ASSERT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
     instance_ = XR_NULL_HANDLE;
-    start();  // the loader passes calls on while there is an instance
+    start();  // the loader only forwards calls while an instance exists
     expectRefused(instanceFunctions(), gone, "destroyed");
     expectRefused(sessionFunctions(), session_, "gone with its instance");
     expectRefused(spaceFunctions(stage_), stage_, "gone with its instance");

@@ -1,4 +1,4 @@
-// Khronos' sample application, unchanged, on the mock runtime.
+// Runs Khronos' sample application hello_xr, unmodified, on the mock runtime.
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
@@ -26,8 +26,8 @@ std::string freshFolder() {
     return mkdtemp(folder.data()) == nullptr ? std::string() : folder;
 }
 
-// The body runs in a process of its own, whose output is the outcome's. It gets an input that stays open:
-// hello_xr ends when its own does.
+// Runs `body` in a separate process and captures its output. Its stdin stays open, because hello_xr quits
+// when its input ends.
 template <class Body>
 Outcome runApart(const std::string& folder, Body body) {
     int input[2];
@@ -76,7 +76,7 @@ class HelloXr : public testing::Test {
         }
         if (!folder_.empty()) std::filesystem::remove_all(folder_);
     }
-    // Reaches the focus, submits 300 frames and leaves of its own accord.
+    // The application reaches the focused state, submits 300 frames and exits on its own.
     void expectAWholeLife(const Outcome& outcome) {
         EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
         EXPECT_NE(outcome.output.find("VISIBLE->XR_SESSION_STATE_FOCUSED"), std::string::npos)
@@ -120,7 +120,7 @@ TEST_F(HelloXr, PleasesCoreValidation) {
     }
 }
 
-// The layer that found nothing above does find something when there is something.
+// Checks that the validation layer, which found no errors above, reports a real violation.
 TEST_F(HelloXr, CoreValidationSeesAViolation) {
     enableCoreValidation();
     const Outcome outcome = runApart(folder_, [] {

@@ -26,9 +26,9 @@ bool isListed(XrResult result, Family family, std::initializer_list<XrResult> mo
 
 namespace {
 
-constexpr std::size_t kBlockBytes = 65536;  // more than any output is large
-constexpr std::size_t kBlocks = 256;        // more than any call takes
-constexpr std::size_t kElements = 16;       // of an array; counts of inputs stay below
+constexpr std::size_t kBlockBytes = 65536;  // larger than any output
+constexpr std::size_t kBlocks = 256;        // more than any call uses
+constexpr std::size_t kElements = 16;       // array size; input counts stay below
 constexpr XrStructureType kTags[] = {
 #define MOCK_TEST_VALUE(name, value) name,
     XR_LIST_ENUM_XrStructureType(MOCK_TEST_VALUE)
@@ -128,7 +128,7 @@ H Hostile::handle() {
                 return reinterpret_cast<H>(shared_.session.load());  // of another type
             case 3:
                 return reinterpret_cast<H>(shared_.instance);
-            default:  // the youngest most likely lives
+            default:  // most likely the newest, which is probably still valid
                 if (own.empty()) return XR_NULL_HANDLE;
                 return static_cast<H>(once(2) ? own.back()
                                               : own[below(static_cast<std::uint32_t>(own.size()))]);
@@ -187,7 +187,7 @@ void Hostile::fill(T& value) {
     } else if constexpr (std::is_array_v<T> && std::is_same_v<std::remove_extent_t<T>, char>) {
         const std::string name = "n" + std::to_string(below(40));
         std::strcpy(value, pick({name.c_str(), name.c_str(), name.c_str(), "", "UPPER", "a b", "\xff"}));
-        if (once(20)) std::memset(value, 'a', sizeof value);  // no end
+        if (once(20)) std::memset(value, 'a', sizeof value);  // not terminated
     } else if constexpr (Reflected<T>) {
         fillMembers(value);
         adjust(value);
@@ -211,7 +211,7 @@ void Hostile::fillMembers(T& value) {
     });
 }
 
-// --- sense
+// --- sensible values
 // ----------------------------------------------------------------------------------------------------
 
 void Hostile::adjust(XrPosef& pose) {
@@ -366,7 +366,7 @@ void Hostile::keepOutput(T argument) {
     }
 }
 
-// Whether a frame was waited for: then xrWaitFrame would block, as it should.
+// Records whether a frame is waited for. If so, another xrWaitFrame would block.
 void Hostile::follow(std::string_view name, XrResult result) {
     if (name == "xrWaitFrame" && XR_SUCCEEDED(result)) shared_.waited = true;
     if (name == "xrBeginFrame" && (XR_SUCCEEDED(result) || result == XR_ERROR_CALL_ORDER_INVALID))
@@ -419,7 +419,7 @@ void Hostile::callAny() {
     const auto& [row, entry] = functions_[below(static_cast<std::uint32_t>(functions_.size()))];
     const std::string_view name = row->name;
     if (name == "xrWaitFrame" && (!waits_for_frames_ || shared_.waited)) return;
-    // These end what the others need, or take long.
+    // These calls destroy what others need, or take long.
     const bool rare = name.starts_with("xrDestroy") || name == "xrRequestExitSession" ||
                       name == "xrCreateVulkanInstanceKHR" || name == "xrCreateVulkanDeviceKHR";
     if (rare && !once(10)) return;
@@ -430,7 +430,7 @@ void Hostile::callAny() {
     trim<XrAction>(40, xrDestroyAction);
 }
 
-// A session with spaces, a swapchain and bound actions.
+// Gives a session spaces, a swapchain and bound actions.
 void Hostile::furnish(XrSession session) {
     const auto keep = [this]<class H>(H handle) { handles_[typeid(H)].push_back(handle); };
     XrSpace space = XR_NULL_HANDLE;

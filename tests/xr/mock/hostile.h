@@ -1,6 +1,6 @@
-// Calls with arguments that no sensible program gives: made from the types of a function's parameters and, by
-// reflection, of the members of structures. What is promised in memory is there (a buffer is as large as its
-// capacity says, a pointer leads to what its type says or is null); everything else is odd.
+// Calls with arguments that no sensible program passes. They are generated from the types of a function's
+// parameters and, by reflection, of the members of structures. Promised memory exists: a buffer has the
+// size of its capacity, and a pointer is null or points to its type. Everything else is odd.
 #pragma once
 
 #include <atomic>
@@ -13,18 +13,18 @@
 
 #include "every_function.h"
 
-#include <openxr/openxr_reflection.h>  // after client.h, which names the platform
+#include <openxr/openxr_reflection.h>  // after client.h, which selects the platform
 
 namespace mock_test {
 
 template <class T>
 concept Complete = requires { sizeof(T); };
-// OpenXR's and Vulkan's handles are pointers to types that nobody defines.
+// Handles of OpenXR and Vulkan are pointers to undefined types.
 template <class T>
 concept Handle = std::is_pointer_v<T> && !std::is_function_v<std::remove_pointer_t<T>> &&
                  !std::is_void_v<std::remove_pointer_t<T>> && !Complete<std::remove_pointer_t<T>>;
 
-// The tag of a structure type; none for those without `type` and `next`.
+// The tag of a structure type, or XR_TYPE_UNKNOWN for structures without `type` and `next`.
 template <class Struct>
 inline constexpr XrStructureType kTagOf = XR_TYPE_UNKNOWN;
 #define MOCK_TEST_TAG(Struct, tag) \
@@ -33,23 +33,25 @@ inline constexpr XrStructureType kTagOf = XR_TYPE_UNKNOWN;
 XR_LIST_STRUCTURE_TYPES(MOCK_TEST_TAG)
 #undef MOCK_TEST_TAG
 
-// What all threads share: the ingredients of a session that works, and the last that was made.
+// Objects shared by all threads: those of a working session, and the most recent session.
 struct Surroundings {
     XrInstance instance;
     XrSystemId system;
     XrGraphicsBindingVulkan2KHR binding;
     std::atomic<XrSession> session{XR_NULL_HANDLE};
-    std::atomic<bool> waited{false};  // for a frame that was not begun: xrWaitFrame would block, as it should
+    std::atomic<bool> waited{false};  // a frame is waited for but not begun: xrWaitFrame would block
 };
 
 class Hostile {
   public:
-    // One of the threads, if there are several, waits for frames.
+    // With several threads, only one waits for frames.
     Hostile(Surroundings& surroundings, unsigned seed, bool waits_for_frames = true);
 
-    // Some function with hostile arguments. A result that is not listed is a failure.
+    // Calls a random function with hostile arguments. A result that the specification does not list is a
+    // failure.
     void callAny();
-    // What a sensible program does next: answers to events, a frame, a session if there is none.
+    // Does what a sensible program does next: reacts to events, runs a frame, or creates a session if there
+    // is none.
     void behave();
 
   private:
@@ -66,7 +68,8 @@ class Hostile {
     template <class T>
     void fillMembers(T& value);
 
-    // After a structure was filled with anything: mostly what makes sense, so that calls get further.
+    // Called after a structure was filled at random. Mostly restores sensible values, so that calls get
+    // further.
     template <class T>
     void adjust(T&) {}
     void adjust(XrPosef& pose);

@@ -1,5 +1,5 @@
-// Every function with arguments that no sensible program gives, from one thread and from eight: nothing
-// crashes, every result is one that the specification lists for the function, and Vulkan stays content.
+// Calls every function with arguments that no sensible program passes, from one thread and from eight.
+// Nothing may crash, every result must be listed in the specification, and Vulkan must report no errors.
 #include <iterator>
 #include <random>
 #include <thread>
@@ -31,7 +31,7 @@ TEST_F(HostileCalls, GetListedResults) {
     }
 }
 
-// Everything that a scenario can bring about, again and again, while calls and frames are logged.
+// Triggers every kind of scenario event repeatedly, while calls and frames are logged.
 TEST_F(HostileCalls, GetListedResultsWhateverHappens) {
     constexpr const char* kEvents[] = {
         R"("session": "visible")",

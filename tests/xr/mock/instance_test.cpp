@@ -67,7 +67,7 @@ TEST_F(Instance, NamesResultsAndStructures) {
     char structure[XR_MAX_STRUCTURE_NAME_SIZE];
     ASSERT_EQ(xrStructureTypeToString(instance_, XR_TYPE_FRAME_END_INFO, structure), XR_SUCCESS);
     EXPECT_STREQ(structure, "XR_TYPE_FRAME_END_INFO");
-    // Declared by hand where the headers lack it.
+    // Defined by hand, because the headers lack it.
     ASSERT_EQ(xrStructureTypeToString(instance_, static_cast<XrStructureType>(1000470001), structure),
               XR_SUCCESS);
     EXPECT_STREQ(structure, "XR_TYPE_SYSTEM_USER_PRESENCE_PROPERTIES_EXT");

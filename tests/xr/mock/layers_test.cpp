@@ -8,7 +8,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// The cylinder and depth extensions; swapchain_test.cpp has the core's layers.
+// Layers of the cylinder and depth extensions. swapchain_test.cpp covers the core layers.
 class ExtensionLayers : public MockTest {
   protected:
     void begin() {
@@ -96,7 +96,7 @@ TEST_F(ExtensionLayers, CylindersAreChecked) {
     layer.layerFlags = 0x100;
     EXPECT_EQ(submit(&layer), XR_ERROR_VALIDATION_FAILURE);
     layer = cylinder();
-    layer.subImage.swapchain = createSwapchain(swapchainInfo()).handle;  // nothing released
+    layer.subImage.swapchain = createSwapchain(swapchainInfo()).handle;  // no image was released
     EXPECT_EQ(submit(&layer), XR_ERROR_LAYER_INVALID);
 }
 
@@ -105,7 +105,7 @@ TEST_F(ExtensionLayers, NeedTheirExtension) {
     begin();
     const auto layer = cylinder();
     EXPECT_EQ(submit(&layer), XR_ERROR_LAYER_INVALID);
-    // Without the extension nobody reads the structure.
+    // Without the extension the runtime ignores the structure.
     EXPECT_EQ(submitDepth({XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR, nullptr, {}, 3, 2, 1, 1}), XR_SUCCESS);
 }
 

@@ -1,4 +1,4 @@
-// XRMOCK_LOG: what is written, that it repeats byte by byte, and what it costs.
+// XRMOCK_LOG: its contents, that it is reproducible byte by byte, and its cost.
 #include <chrono>
 #include <fstream>
 #include <iterator>
@@ -15,7 +15,7 @@ using nlohmann::json;
 
 class Log : public MockTest {
   protected:
-    // Plays a short scenario with a projection layer per frame; the text of its log.
+    // Plays a short scenario with one projection layer per frame. Returns the log's text.
     std::string play(const std::string& name) {
         setVariable("XRMOCK_LOG", file(name).string());
         setScript(R"({"version": 2, "head": [{"t_s": 0, "position": [0, 1.6, 0]},
@@ -84,7 +84,7 @@ TEST_F(Log, TellsCallsAndFrames) {
         if (line.contains("frame")) {
             ++frames;
             ASSERT_EQ(line["frame"], frames);
-            if (frames <= 3) continue;  // those of startFocused are empty
+            if (frames <= 3) continue;  // frames of startFocused() have no layers
             const json& view = line["layers"].at(0)["views"].at(1);
             EXPECT_EQ(line["layers"][0]["type"], "projection");
             EXPECT_EQ(view["image"]["rect"], (json::array({0, 0, 64, 48})));
@@ -152,7 +152,7 @@ TEST_F(Log, CostsLittle) {
     const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
     std::error_code error;
     RecordProperty("frame_with_log_us", static_cast<int>(spent.count() / kFrames));
-    // Nine lines a frame of bounded length.
+    // Nine lines per frame, of bounded length.
     EXPECT_LT(std::filesystem::file_size(file("log.jsonl"), error) / kFrames, 4096U);
 }
 

@@ -1,4 +1,4 @@
-// The library without a loader: what it exports, and whom it talks to.
+// Tests the library without a loader: its exports and the negotiation with loaders.
 #include <dlfcn.h>
 #include <elf.h>
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ class Negotiation : public testing::Test {
     std::filesystem::path path_;
 };
 
-// The defined names of the dynamic symbol table.
+// The defined names in the dynamic symbol table.
 std::vector<std::string> exportedNames(const std::filesystem::path& library) {
     std::ifstream file(library, std::ios::binary);
     const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
@@ -234,7 +234,7 @@ TEST_F(Negotiation, EveryCoreFunctionIsThere) {
         EXPECT_EQ(request_.getInstanceProcAddr(instance, name, &function), XR_SUCCESS) << name;
         EXPECT_NE(function, nullptr) << name;
     }
-    // Without a loader a 1.1 client reaches the runtime, and two instances are possible.
+    // Without a loader, a 1.1 client reaches the runtime, and a process can have two instances.
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 1, 0);
     XrInstance other = XR_NULL_HANDLE;
     EXPECT_EQ(create(&info, &other), XR_ERROR_API_VERSION_UNSUPPORTED);

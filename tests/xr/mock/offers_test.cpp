@@ -1,5 +1,5 @@
-// What the runtime offers, by scenario and environment: blend modes, spaces, formats, extensions; and calls
-// that take their time.
+// Features that depend on scenario and environment: blend modes, spaces, formats, extensions. Also calls
+// that take time.
 #include <chrono>
 #include <fstream>
 

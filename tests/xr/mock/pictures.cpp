@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-// libstb has the functions; this header only declares them.
+// The functions are in libstb. This header only declares them.
 #include <stb/stb_image.h>
 
 namespace mock_test {
@@ -104,8 +104,8 @@ void PictureTest::submitCommands(Record record) {
     ASSERT_EQ(vkQueueSubmit(vk_queue_, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
 }
 
-// Through a layout of our own and back: the runtime hands images over in COLOR_ATTACHMENT_OPTIMAL and wants
-// them back so.
+// Changes the image's layout for the copy and back. The runtime provides images in COLOR_ATTACHMENT_OPTIMAL
+// and expects them back in it.
 void PictureTest::move(VkCommandBuffer commands, VkImage image, VkImageLayout from, VkImageLayout to) {
     const bool back = to == VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
     VkImageMemoryBarrier barrier{};

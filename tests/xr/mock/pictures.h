@@ -1,4 +1,4 @@
-// Clients that draw into swapchains and look at the pictures that the runtime wrote.
+// Clients that draw into swapchains and check the pictures that the runtime wrote.
 #pragma once
 
 #include "client.h"
@@ -14,28 +14,28 @@ struct Picture {
     Rgb at(int x, int y) const { return pixels[static_cast<std::size_t>(y * width + x)]; }
 };
 
-Picture readPicture(const std::filesystem::path& path);  // empty if there is none
+Picture readPicture(const std::filesystem::path& path);  // empty if the file does not exist
 
-// The whole of a layer of a swapchain's images.
+// The whole area of a layer of a swapchain's images.
 XrSwapchainSubImage whole(const Swapchain& swapchain, std::uint32_t layer = 0);
 XrCompositionLayerQuad quadLayer(XrSpace space, const Swapchain& swapchain, XrPosef pose, XrExtent2Df size_m);
 XrCompositionLayerCylinderKHR cylinderLayer(XrSpace space, const Swapchain& swapchain, float radius_m,
                                             float angle_rad, float aspect_ratio);
 XrQuaternionf turned(double angle_rad, XrVector3f unit_axis);
-// Soft and hard edges, and an alpha of its own.
+// A pattern with soft and hard edges and varying alpha.
 std::vector<Rgba> pattern(int width, int height, int cells);
 
 class PictureTest : public MockTest {
   protected:
     void TearDown() override;
 
-    // A swapchain that holds these texels; as many layers as they fill.
+    // A swapchain filled with these texels. It has as many layers as they fill.
     Swapchain picture(std::uint32_t width, std::uint32_t height, const std::vector<Rgba>& texels,
                       VkFormat format = VK_FORMAT_R8G8B8A8_SRGB);
-    // Acquires an image, copies the texels into it as they are, layer by layer, and releases it; does not
+    // Acquires an image, copies the texels into it unchanged, layer by layer, and releases it. Does not
     // wait for the GPU.
     void draw(const Swapchain& swapchain, const std::vector<Rgba>& texels);
-    // The texels of an image that was drawn before, as they are.
+    // Reads back the unchanged texels of an image that was drawn before.
     std::vector<Rgba> texelsOf(const Swapchain& swapchain, VkImage image, std::uint32_t layers);
     void label(const char* name);
 

@@ -1,5 +1,5 @@
-// Calls in no sensible order, from one thread and from several: every one must give a result of the
-// specification, and Vulkan must stay content.
+// Calls in random order, from one thread and from several. Every call must return a result listed in the
+// specification, and Vulkan must report no errors.
 #include <atomic>
 #include <random>
 #include <thread>
@@ -11,7 +11,7 @@ namespace {
 
 class RandomCalls : public MockTest {
   protected:
-    // Frames and swapchain images, in any order. xrWaitFrame may block, so it is only called when it cannot.
+    // Frames and swapchain images, in any order. Calls xrWaitFrame only when it cannot block.
     void step(std::mt19937& random) {
         std::uint32_t index = 0;
         const XrSwapchainImageWaitInfo wait_info{XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO, nullptr, 0};

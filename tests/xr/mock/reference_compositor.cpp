@@ -15,7 +15,7 @@ Vec3 cross(const Vec3& a, const Vec3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// v + 2 q x (q x v + w v), for a quaternion that is brought to unit length.
+// v + 2 q x (q x v + w v), for a quaternion that is normalised first.
 Vec3 rotate(const XrQuaternionf& quaternion, const Vec3& v, double sign) {
     const double length =
         std::sqrt(double{quaternion.x} * quaternion.x + double{quaternion.y} * quaternion.y +
@@ -30,7 +30,7 @@ Vec3 rotate(const XrQuaternionf& quaternion, const Vec3& v, double sign) {
 }
 
 struct Ray {
-    Vec3 origin, direction;  // stage
+    Vec3 origin, direction;  // in the stage
 };
 
 Ray rayThrough(const XrPosef& stage_from_eye, const XrFovf& fov, double u, double v) {
@@ -43,7 +43,7 @@ Ray rayThrough(const XrPosef& stage_from_eye, const XrFovf& fov, double u, doubl
 
 using Point = std::array<double, 2>;
 
-// In parts of the sub-image from its top left corner; unbounded.
+// Where the ray meets the layer, in shares of the sub-image from its top left corner. May lie outside it.
 std::optional<Point> meet(const ReferenceLayer& layer, const Ray& ray) {
     const XrVector3f& p = layer.stage_from_layer.position;
     const Vec3 from{ray.origin[0] - p.x, ray.origin[1] - p.y, ray.origin[2] - p.z};
@@ -105,7 +105,7 @@ void addBilinear(const ReferenceLayer& layer, const Point& at, double weight, Co
     }
 }
 
-// The mean over the pixel's footprint, by as many samples a side as it has texels, at most 8.
+// Mean over the pixel's footprint. Uses one sample per texel and side, at most 8.
 Colour sample(const ReferenceLayer& layer, const Point& at, const std::optional<Point>& right,
               const std::optional<Point>& below) {
     Colour colour{};
@@ -117,7 +117,7 @@ Colour sample(const ReferenceLayer& layer, const Point& at, const std::optional<
     const double texels = std::max(std::hypot(dx[0] * layer.width, dx[1] * layer.height),
                                    std::hypot(dy[0] * layer.width, dy[1] * layer.height));
     const int n = texels <= 1.01 ? 1 : static_cast<int>(std::min(std::ceil(texels), 8.0));
-    const double spread = n == 1 ? 0 : 1 - 1 / texels;  // a sample has the width of a texel already
+    const double spread = n == 1 ? 0 : 1 - 1 / texels;  // a sample is already as wide as a texel
     for (int j = 0; j < n; ++j) {
         for (int i = 0; i < n; ++i) {
             const double x = spread * ((i + 0.5) / n - 0.5), y = spread * ((j + 0.5) / n - 0.5);

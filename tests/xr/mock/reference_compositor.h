@@ -1,5 +1,5 @@
-// The composition once more, in double precision on the CPU and along another way: rays start in the stage.
-// What the GPU paints is measured against it.
+// A reference compositor in double precision on the CPU. It traces rays that start in the stage, unlike the
+// GPU's implementation. The GPU's pictures are compared with it.
 #pragma once
 
 #include <vector>
@@ -19,7 +19,7 @@ struct ReferenceLayer {
     int width = 0, height = 0;
 };
 
-// Layers that the eye does not see are left out by the caller.
+// The caller must omit layers that this eye does not see.
 Picture composeReference(const std::vector<ReferenceLayer>& layers, const XrPosef& stage_from_eye,
                          const XrFovf& fov, int width, int height);
 
@@ -27,9 +27,9 @@ double linearFromSrgb(double encoded);  // both 0 to 1
 double srgbFromLinear(double linear);
 
 struct Difference {
-    int largest = 0;  // of 255
+    int largest = 0;  // out of 255
     double psnr_db = 0;
-    double share_over_one = 0;  // of the pixels that differ by more than 1
+    double share_over_one = 0;  // share of the pixels that differ by more than 1
 };
 Difference compare(const Picture& a, const Picture& b);
 

@@ -1,4 +1,4 @@
-// Assertions of a scenario and the report, as text and as JUnit.
+// Assertions of a scenario, and the report as text and as JUnit.
 #include <fstream>
 #include <iterator>
 
@@ -13,14 +13,14 @@ class Report : public MockTest {
         setScript("{\"version\": 2, " + more + "\"assertions\": [" + list + "]}");
         setVariable("XRMOCK_REPORT", file("report").string());
     }
-    // Ends the run; the text of the report.
+    // Destroys the instance and returns the report's text.
     std::string finish() {
         vkDeviceWaitIdle(vk_device_);
         testing::internal::CaptureStderr();
         EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
         stderr_ = testing::internal::GetCapturedStderr();
         instance_ = XR_NULL_HANDLE;
-        // Reports of one process are numbered.
+        // A process numbers its reports.
         for (const auto& entry : std::filesystem::directory_iterator(file(""))) {
             if (entry.path().extension() == ".xml") xml_ = read(entry.path());
             if (entry.path().extension() == ".txt") text_ = read(entry.path());
@@ -106,8 +106,8 @@ TEST_F(Report, EveryDemandThatIsNotMetFailsWithItsReason) {
     EXPECT_NE(xml_.find("failures=\"11\""), std::string::npos);
 }
 
-// A frame may be waited for before the one before it is ended: it is looked at as it was to be rendered then,
-// not as the session has become since.
+// A frame may be waited for before the previous one ends. The report uses the shouldRender value that the
+// frame had then, not the session's current state.
 TEST_F(Report, FramesThatWereNotToBeRenderedAreNotLookedAt) {
     assertions(R"({"every_frame_has": "quad"})");
     startRunning();
@@ -139,7 +139,7 @@ TEST_F(Report, FramesThatWereNotToBeRenderedAreNotLookedAt) {
 }
 
 TEST_F(Report, APixelOfAComposedEyeIsLookedAt) {
-    // Nothing was ever drawn into these images: what an eye sees of a quad's surroundings is black.
+    // These images were never drawn to. Outside the quad the eye sees black.
     assertions(R"({"pixel": {"frame": 4, "eye": "right", "at": [0.01, 0.01], "rgb": [0, 0, 0]}},
                   {"pixel": {"frame": 4, "eye": "right", "at": [0.01, 0.01], "rgb": [9, 0, 0], "tolerance": 8}})");
     startFocused();

@@ -1,4 +1,4 @@
-// Every event of a scenario, seen as an application sees it.
+// Every event of a scenario, as an application sees it.
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -16,7 +16,7 @@ class ScenarioEvents : public MockTest {
         extensions_ = {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME, XR_EXT_USER_PRESENCE_EXTENSION_NAME,
                        XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME};
     }
-    // A scenario of version 2 with these events, and a focused session. Three frames have been waited for.
+    // Starts a version 2 scenario with these events and reaches the focused state, after three frames.
     void focusWith(const std::string& events, const std::string& more = "") {
         setScript("{\"version\": 2, " + more + "\"events\": [" + events + "]}");
         startFocused();
@@ -42,7 +42,7 @@ class ScenarioEvents : public MockTest {
         auto event = structOf<XrEventDataBuffer>(XR_TYPE_EVENT_DATA_BUFFER);
         return xrPollEvent(instance_, &event);
     }
-    // Frames until the number-th frame has been waited for; its state.
+    // Runs frames up to this frame number and returns its state.
     XrFrameState frameNumber(int number) {
         for (; frames_ < number - 1; ++frames_)
             frame();
@@ -51,7 +51,7 @@ class ScenarioEvents : public MockTest {
     }
 
   private:
-    int frames_ = 3;  // waited for by startFocused
+    int frames_ = 3;  // number of frames that startFocused() has run
 };
 
 TEST_F(ScenarioEvents, FocusIsLostAndComesBack) {
@@ -86,7 +86,7 @@ TEST_F(ScenarioEvents, TheUserTakesTheHeadsetOff) {
     startRunning();
     const auto type = XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT;
     auto event = next<XrEventDataUserPresenceChangedEXT>(type);
-    ASSERT_TRUE(event);  // for every session that begins
+    ASSERT_TRUE(event);  // sent to every session that begins
     EXPECT_EQ(event->session, session_);
     EXPECT_TRUE(event->isUserPresent);
     for (int i = 0; i < 3; ++i)
@@ -112,7 +112,7 @@ TEST_F(ScenarioEvents, LocalIsRecentredAtItsChangeTime) {
     ASSERT_TRUE(event);
     EXPECT_EQ(event->session, session_);
     EXPECT_EQ(event->referenceSpaceType, XR_REFERENCE_SPACE_TYPE_LOCAL);
-    // The event happened when xrWaitFrame was called: at the display time of the frame before.
+    // The event happens when xrWaitFrame is called, at the display time of the previous frame.
     EXPECT_EQ(event->changeTime, at.predictedDisplayTime - at.predictedDisplayPeriod + 100'000'000);
     EXPECT_TRUE(event->poseValid);
     EXPECT_FLOAT_EQ(event->poseInPreviousSpace.position.x, 1);
@@ -231,11 +231,11 @@ TEST_F(ScenarioEvents, TheSessionIsPendingLossAndThenLost) {
         result = endFrame(state.predictedDisplayTime);
     }
     EXPECT_EQ(result, XR_ERROR_SESSION_LOST);
-    EXPECT_EQ(frames, 3);  // and the first: 0.05 s at 90 Hz
+    EXPECT_EQ(frames, 3);  // plus the first one: 0.05 s at 90 Hz
     EXPECT_EQ(locateResult(state.predictedDisplayTime), XR_ERROR_SESSION_LOST);
     EXPECT_EQ(xrRequestExitSession(session_), XR_ERROR_SESSION_LOST);
     EXPECT_EQ(xrDestroySession(session_), XR_SUCCESS);
-    // A new one on the same instance is sound.
+    // A new session on the same instance works.
     const XrGraphicsBindingVulkan2KHR graphics = binding();
     ASSERT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
     const std::vector fresh{XR_SESSION_STATE_IDLE, XR_SESSION_STATE_READY};
@@ -281,7 +281,7 @@ TEST_F(ScenarioEvents, ACallIsRefusedForAWhile) {
     std::vector<XrResult> results;
     for (int i = 0; i < 4; ++i) {
         ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
-        ASSERT_GE(beginFrame(), 0);  // a frame that could not be ended is discarded
+        ASSERT_GE(beginFrame(), 0);  // discards the previous frame if it could not be ended
         results.push_back(endFrame(state.predictedDisplayTime));
     }
     const std::vector expected{XR_ERROR_OUT_OF_MEMORY, XR_ERROR_OUT_OF_MEMORY, XR_SUCCESS, XR_SUCCESS};

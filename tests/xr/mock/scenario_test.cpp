@@ -8,7 +8,7 @@ namespace {
 
 class Scenario : public MockTest {
   protected:
-    // The one line on stderr, without the name of the file.
+    // The runtime's single line on stderr, without the file name.
     std::string refusal(const std::string& text) {
         setScript(text);
         testing::internal::CaptureStderr();
@@ -64,7 +64,7 @@ TEST_F(Scenario, AMissingFileAndABadClockAreRefused) {
     EXPECT_EQ(tryInstance(), XR_SUCCESS);
 }
 
-// Damaged scripts are refused or taken, never anything else.
+// Damaged scenarios are either rejected or accepted.
 TEST_F(Scenario, SurvivesDamage) {
     const std::string whole =
         R"({"version":1,"refresh_hz":90,"eyes":{"ipd_m":0.06,"recommended_size":[64,64]},"head":[{"t_s":0,)"

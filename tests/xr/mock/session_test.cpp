@@ -158,8 +158,8 @@ TEST_F(Session, VirtualTimeAdvancesByOnePeriodAFrame) {
     }
 }
 
-// In real time, because only the wall clock paces frames. The bounds are lower ones: a busy machine only
-// makes the frames later.
+// Uses real time, because only the wall clock paces frames. The limits are lower bounds, because a busy
+// machine only delays frames.
 TEST_F(Session, RealTimeIsPaced) {
     setVariable("XRMOCK_CLOCK", "real");
     setScript(R"({"version": 1, "refresh_hz": 200})");
@@ -176,7 +176,7 @@ TEST_F(Session, RealTimeIsPaced) {
     const auto spent = std::chrono::steady_clock::now() - start;
     EXPECT_GE(spent, std::chrono::milliseconds(90));
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    EXPECT_GE(frame().predictedDisplayTime - last, 45'000'000);  // what was missed is skipped
+    EXPECT_GE(frame().predictedDisplayTime - last, 45'000'000);  // missed frames are skipped
 }
 
 TEST_F(Session, ASecondWaitBlocksUntilTheFrameIsBegun) {

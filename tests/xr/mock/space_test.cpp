@@ -6,7 +6,7 @@
 namespace mock_test {
 namespace {
 
-// Half a turn about y within two seconds while walking 2 m forward; starts turned by a quarter.
+// Half a turn about y within two seconds while walking 2 m forward. Starts a quarter turn to the left.
 constexpr char kWalk[] = R"({"version": 1, "refresh_hz": 100,
     "eyes": {"ipd_m": 0.06, "left_fov_rad": [-0.8, 0.7, 0.6, -0.5], "right_fov_rad": [-0.7, 0.8, 0.6, -0.5]},
     "head": [{"t_s": 1, "position": [1, 1.5, 0], "orientation": [0, 0.70710678, 0, 0.70710678]},
@@ -44,7 +44,7 @@ TEST_F(Space, TheHeadFollowsItsScript) {
     EXPECT_EQ(head.locationFlags, 15U);
     expectNear(head.pose.position, 1, 1.5F, 0);
     EXPECT_NEAR(head.pose.orientation.y, quarter, 1e-6F);
-    head = locate(view, stage_, 2'000'000'000);  // half way along the shorter arc: half a turn about y
+    head = locate(view, stage_, 2'000'000'000);  // halfway along the shorter arc: half a turn about y
     expectNear(head.pose.position, 1, 1.5F, -1);
     EXPECT_NEAR(std::abs(head.pose.orientation.y), 1, 1e-6F);
     head = locate(view, stage_, 9'000'000'000);
@@ -54,7 +54,7 @@ TEST_F(Space, TheHeadFollowsItsScript) {
 TEST_F(Space, TransformsCancel) {
     setScript(kWalk);
     startSession();
-    // LOCAL stands at (1, 1.5, 0), its -z along the stage's -x.
+    // LOCAL's origin is at (1, 1.5, 0), and its -z is the stage's -x.
     const XrSpace local = createSpace(XR_REFERENCE_SPACE_TYPE_LOCAL);
     expectNear(locate(local, stage_, 1).pose.position, 1, 1.5F, 0);
     expectNear(locate(stage_, local, 1).pose.position, 0, -1.5F, -1);
@@ -93,7 +93,7 @@ TEST_F(Space, EyesSitBesideTheHead) {
     EXPECT_EQ(xrLocateViews(session_, &info, &state, 1, &count, views.data()), XR_ERROR_SIZE_INSUFFICIENT);
     ASSERT_EQ(xrLocateViews(session_, &info, &state, 2, &count, views.data()), XR_SUCCESS);
     EXPECT_EQ(state.viewStateFlags, 15U);
-    // Turned a quarter to the left, the left eye is towards +z.
+    // With the head a quarter turn to the left, the left eye is toward +z.
     expectNear(views[0].pose.position, 1, 1.5F, 0.03F);
     expectNear(views[1].pose.position, 1, 1.5F, -0.03F);
     EXPECT_FLOAT_EQ(views[0].fov.angleLeft, -0.8F);

@@ -1,4 +1,5 @@
-// Swapchains of more than one sample, and of more than 8 bits: compositions show them resolved and encoded.
+// Swapchains with several samples per pixel or more than 8 bits per channel. Compositions show them
+// resolved and encoded.
 #include "pictures.h"
 
 namespace mock_test {
@@ -14,7 +15,7 @@ class SwapchainKinds : public PictureTest {
         if (pool_ != VK_NULL_HANDLE) vkDestroyCommandPool(vk_device_, pool_, nullptr);
         PictureTest::TearDown();
     }
-    // Gives each layer of the next image its colour, linear.
+    // Clears each layer of the next image to its linear colour.
     void fill(const Swapchain& swapchain, const std::vector<VkClearColorValue>& colours) {
         const VkImage image = swapchain.images[acquireAndWait(swapchain.handle)];
         const VkCommandPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO, nullptr, 0,
@@ -108,7 +109,7 @@ TEST_F(SwapchainKinds, HalfFloatsAreLinear) {
     XrSwapchainCreateInfo info = swapchainInfo();
     info.format = VK_FORMAT_R16G16B16A16_SFLOAT;
     const Swapchain swapchain = createSwapchain(info);
-    fill(swapchain, {{{0.2140411F, 1.5F, 0, 1}}, {{0, 0, 1, 1}}});  // sRGB 127.5 is 0.2140411
+    fill(swapchain, {{{0.2140411F, 1.5F, 0, 1}}, {{0, 0, 1, 1}}});  // 127.5 in sRGB is 0.2140411 linear
     label("capture:half");
     submitBothEyes(swapchain);
     const Picture left = readPicture(file("half_left.png"));
@@ -131,7 +132,7 @@ TEST_F(SwapchainKinds, SamplesAreShownResolved) {
     ASSERT_EQ(right.height, 48);
     EXPECT_EQ(left.at(20, 30), (Rgb{255, 0, 0}));
     EXPECT_EQ(right.at(63, 47), (Rgb{0, 255, 255}));
-    cycle(swapchain.handle);  // the layout is as it was
+    cycle(swapchain.handle);  // the runtime restored the layout
 }
 
 }  // namespace

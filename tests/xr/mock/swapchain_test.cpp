@@ -82,13 +82,13 @@ TEST_F(SwapchainRules, RefusesWhatItHasNot) {
     bad.usageFlags |= XrSwapchainUsageFlags{1} << 40;
     EXPECT_EQ(create(bad), XR_ERROR_VALIDATION_FAILURE);
     bad = good;
-    bad.mipCount = 8;  // 64 x 48 has seven levels
+    bad.mipCount = 8;  // a 64 x 48 image has seven levels
     EXPECT_EQ(create(bad), XR_ERROR_VALIDATION_FAILURE);
     bad.mipCount = 7;
     EXPECT_EQ(create(bad), XR_SUCCESS);
 }
 
-// Every combination that an application might ask for, with its images taken twice around.
+// Every combination that an application might request, with each image acquired twice.
 TEST_F(SwapchainRules, EveryFormatHasItsUses) {
     startSession();
     std::uint32_t count = 0;
@@ -141,7 +141,7 @@ TEST_F(SwapchainRules, ImagesAreEnumeratedWithCare) {
     EXPECT_EQ(images[3].image, VkImage{VK_NULL_HANDLE});
     const VkImage first = images[0].image;
     ASSERT_EQ(xrEnumerateSwapchainImages(swapchain, 3, &count, base), XR_SUCCESS);
-    EXPECT_EQ(images[0].image, first);  // the same for the swapchain's lifetime
+    EXPECT_EQ(images[0].image, first);  // unchanged for the swapchain's lifetime
 }
 
 TEST_F(SwapchainRules, ImagesGoRoundInOrder) {
@@ -190,7 +190,8 @@ class Layers : public MockTest {
     XrSwapchainSubImage subImage(std::uint32_t layer) const {
         return {swapchain_.handle, {{0, 0}, {64, 48}}, layer};
     }
-    // The frame is begun before and ended, empty, after: a refused xrEndFrame leaves it begun.
+    // Begins a frame and submits the layers. Then ends the frame without layers, because a rejected
+    // xrEndFrame leaves it begun.
     XrResult submit(const std::vector<const XrCompositionLayerBaseHeader*>& layers) {
         auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
         EXPECT_EQ(waitFrame(&state), XR_SUCCESS);
@@ -265,7 +266,7 @@ TEST_F(Layers, ProjectionViewsAreChecked) {
     EXPECT_EQ(submitProjection(), XR_SUCCESS);
 }
 
-// sRGB images have no storage use of their own: the views that the compositor makes must not inherit it.
+// sRGB images do not support storage usage. The compositor's views must not inherit it.
 TEST_F(Layers, ImagesWithEveryUseAreComposed) {
     XrSwapchainCreateInfo info = swapchainInfo();
     info.usageFlags |= XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT |

@@ -58,7 +58,7 @@ TEST_F(Time, OfTheVirtualClockCountsFromTheInstance) {
     startWith("virtual");
     const timespec after = monotonicNow();
     expectRoundTrips();
-    const timespec second = toTimespec(kNsPerSecond);  // a second after xrCreateInstance
+    const timespec second = toTimespec(kNsPerSecond);  // one second after xrCreateInstance
     EXPECT_GE(second.tv_sec, before.tv_sec + 1);
     EXPECT_LE(second.tv_sec, after.tv_sec + 2);
     XrTime time;
@@ -80,7 +80,7 @@ TEST_F(Time, OutOfRangeIsRefused) {
     EXPECT_EQ(to_timespec_(instance_, 1, nullptr), XR_ERROR_VALIDATION_FAILURE);
 }
 
-// Times as far as they go: nothing may overflow.
+// At the extreme time values nothing may overflow.
 TEST_F(Time, SpacesAreLocatedAtEveryTime) {
     startSession();
     const XrSpace view = createSpace(XR_REFERENCE_SPACE_TYPE_VIEW);

@@ -17,7 +17,7 @@ struct Mask {
         const XrVector2f &a = vertices[indices[i]], &b = vertices[indices[j]], &c = vertices[indices[k]];
         return (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
     }
-    double triangleArea() const {  // all counter-clockwise
+    double triangleArea() const {  // all triangles are counter-clockwise
         double area = 0;
         for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
             EXPECT_GE(turn(i, i + 1, i + 2), -1e-6);
@@ -35,7 +35,7 @@ struct Mask {
     }
 };
 
-// Fields of view of tangent 1 to all sides.
+// Fields of view with a tangent of 1 on all sides.
 std::string scenarioWith(const std::string& eyes, const std::string& more = "") {
     return R"({ "version": 2, "eyes": { "ipd_m": 0.06, "recommended_size": [200, 200],
         "left_fov_rad": [-0.7853981634, 0.7853981634, 0.7853981634, -0.7853981634],
@@ -67,7 +67,8 @@ class VisibilityMask : public PictureTest {
 };
 
 TEST_F(VisibilityMask, HiddenAndVisibleMakeUpTheFieldOfView) {
-    // A regular polygon of 32 corners that the sides cut: the lens is wider than the view is high.
+    // A regular polygon of 32 corners, clipped by the view's sides: the lens is wider than the view is
+    // high.
     setScript(scenarioWith(R"(, "lens": { "radius": 1.2, "centre": [-0.3, 0.1] })"));
     startSession();
     for (std::uint32_t view = 0; view < 2; ++view) {
@@ -89,7 +90,7 @@ TEST_F(VisibilityMask, OfASquareLensIsKnown) {
     EXPECT_NEAR(mask(0, kVisible).triangleArea(), 1.5, 1e-6);
     EXPECT_NEAR(mask(0, kHidden).triangleArea(), 2.5, 1e-6);
     double least = 1, most = -1;
-    for (const XrVector2f& corner : mask(1, kLoop).vertices) {  // the other eye's is mirrored
+    for (const XrVector2f& corner : mask(1, kLoop).vertices) {  // the other eye's mask is mirrored
         least = std::min(least, double{corner.x});
         most = std::max(most, double{corner.x});
     }
@@ -129,7 +130,7 @@ TEST_F(VisibilityMask, ChecksItsArguments) {
     out.vertices = vertices.data();
     out.indices = indices.data();
     out.vertexCapacityInput = 1;
-    EXPECT_EQ(get(0, kLoop, out), XR_SUCCESS);  // the other capacity is 0: both count as 0
+    EXPECT_EQ(get(0, kLoop, out), XR_SUCCESS);  // the other capacity is 0, so both are treated as 0
     EXPECT_EQ(vertices[0].x, 0);
     out.indexCapacityInput = count;
     EXPECT_EQ(get(0, kLoop, out), XR_ERROR_SIZE_INSUFFICIENT);

@@ -1,4 +1,4 @@
-// XR_KHR_vulkan_enable, and what the two Vulkan extensions demand of each other's objects.
+// XR_KHR_vulkan_enable, and the rules for using both Vulkan extensions with each other's objects.
 #include <cstdint>
 #include <string_view>
 
@@ -9,7 +9,7 @@ namespace {
 
 class VulkanEnable : public MockTest {
   protected:
-    // The names that one of the two string functions gives.
+    // The extension names that one of the two string functions returns.
     template <class Function>
     std::string extensionNames(const char* function_name) {
         const auto function = load<Function>(instance_, function_name);
@@ -73,7 +73,7 @@ TEST_F(VulkanEnable, AnApplicationBringsItsOwnVulkan) {
     for (int i = 0; i < 3; ++i) {
         ASSERT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
         cycle(createSwapchain(swapchainInfo()).handle);
-        // Vulkan 1.0 has no way to give an sRGB image a use that only its linear views have.
+        // Vulkan 1.0 cannot give an sRGB image a usage that only its linear views support.
         XrSwapchainCreateInfo info = swapchainInfo();
         info.usageFlags |= XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT;
         VkFormatProperties format;
@@ -144,12 +144,13 @@ TEST_F(VulkanEnable, AStrangeDeviceIsNoHandle) {
     }
 }
 
-// A Vulkan whose instances all have the same GPU, as if each had got the memory of one that was destroyed.
+// A fake Vulkan whose instances all have the same GPU handle, as if each reused the memory of a destroyed
+// one.
 namespace reused {
 
 const auto kGpu = reinterpret_cast<VkPhysicalDevice>(0x77);
-std::uintptr_t instances = 0;           // made so far; the newest handle
-VkInstance asked_for_device = nullptr;  // whose vkCreateDevice was looked up last
+std::uintptr_t instances = 0;           // number created so far, and the newest handle
+VkInstance asked_for_device = nullptr;  // instance whose vkCreateDevice was looked up last
 
 VkResult createInstance(const VkInstanceCreateInfo*, const VkAllocationCallbacks*, VkInstance* out) {
     *out = reinterpret_cast<VkInstance>(++instances);
@@ -209,9 +210,9 @@ TEST_F(VulkanEnable, ADestroyedInstanceIsNotAskedForTheDevice) {
     }
 }
 
-// All that is offered for graphics at once, and the functions of both with one another's objects.
+// Enables both Vulkan extensions and uses the functions of each with the other's objects.
 TEST_F(VulkanEnable, BothExtensionsWorkTogether) {
-    startVulkan();  // the Vulkan instance and device of XR_KHR_vulkan_enable2
+    startVulkan();  // Vulkan instance and device from XR_KHR_vulkan_enable2
     const VkPhysicalDevice chosen = vk_physical_device_;
     ASSERT_EQ(askDevice(vk_instance_), XR_SUCCESS);
     EXPECT_EQ(vk_physical_device_, chosen);

@@ -1,4 +1,4 @@
-// Two streams of one motion: the offset between their clocks, to a fraction of a sample.
+// Two streams of one motion: estimates the offset between their clocks to a fraction of a sample.
 #include "xr/registration/clock.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ using study::Truth;
 using study::Way;
 using testing::HasSubstr;
 
-// The tips, not the grips, which move otherwise.
+// Uses tip positions, because the grips move differently.
 std::vector<Timed> tipsOf(const Streams& streams, const Truth& truth) {
     std::vector<Timed> tips = streams.tracked;
     for (Timed& s : tips)
@@ -60,7 +60,7 @@ TEST(Clock, TheFitBringsItToAMillisecondThroughNoiseAndJumps) {
     }
 }
 
-// Noise that lasts is no new information: the prediction grows with it.
+// Correlated noise adds no information. The predicted error must grow with its correlation time.
 TEST(Clock, NoiseThatLastsIsNotAveragedAwayOnPaper) {
     Case c{.way = Way::motion};
     Random random(3), again(3);

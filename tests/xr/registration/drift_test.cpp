@@ -28,7 +28,7 @@ TEST(Drift, WhatStayedHoldsAndWhatMovedIsTold) {
         const Truth truth = study::makeTruth(c, random);
         const std::vector<Pair> touched = study::makePoints(c, truth, random);
         held += judgeDrift(storedOf(truth), touched).holds;
-        Truth moved = truth;  // the table was pushed by a centimetre
+        Truth moved = truth;  // the table was moved by a centimetre
         moved.stage_from_device.position_m += 0.01 * random.direction();
         const Drift drift = judgeDrift(storedOf(truth), study::makePoints(c, moved, random));
         told += !drift.holds;
@@ -38,7 +38,7 @@ TEST(Drift, WhatStayedHoldsAndWhatMovedIsTold) {
     EXPECT_EQ(told, 200);
 }
 
-// About the touches' middle, which stays where it is.
+// Rotated about the centroid of the touches, which stays in place.
 TEST(Drift, ATurnedDeviceIsToldToo) {
     const Case c{.way = Way::held, .points = 8, .noise_m = 0.0005};
     Random random(3);

@@ -1,4 +1,5 @@
-// All unknowns at once: exact without noise, untouched by wrong points, and quiet where nothing can be known.
+// Fits all unknowns together: exact without noise, robust against outliers, and cautious where the data is
+// insufficient.
 #include "xr/registration/fit.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +26,7 @@ FitSettings knowing(const Truth& truth) {
     return settings;
 }
 
-// As if the priors were not there.
+// Settings whose priors have no effect.
 FitSettings free(const Truth& truth) {
     FitSettings settings = knowing(truth);
     settings.noise_m = 1e-6;
@@ -46,7 +47,7 @@ TEST(Fit, ScaleAndGimbalComeBackWithThePlace) {
     EXPECT_LT(fit->fre_m, 1e-6);
 }
 
-// Nothing known of the controller's tip: forty turned points tell it too.
+// With no prior for the controller's tip, forty poses with rotation determine it too.
 TEST(Fit, TheTipIsFoundFromThePointsAlone) {
     Case many = kHard;
     many.points = 34;
@@ -66,7 +67,7 @@ TEST(Fit, TheTipIsFoundFromThePointsAlone) {
     EXPECT_GT(fit->turned_rad, 0.5);
 }
 
-// Clock error beyond the one the pairs were made by: from the velocities.
+// A clock error that remains in the pairs is found from the velocities.
 TEST(Fit, WhatIsLeftOfTheOffsetIsFoundFromTheVelocities) {
     Case c = kHard;
     Random random(3);
@@ -74,7 +75,7 @@ TEST(Fit, WhatIsLeftOfTheOffsetIsFoundFromTheVelocities) {
     std::vector<Pair> pairs = makePoints(c, truth, random);
     for (Pair& pair : pairs) {
         pair.tip_m_per_s = 0.1 * random.direction();
-        pair.device_from_stylus.position_m += 0.012 * pair.tip_m_per_s;  // read 12 ms after it was seen
+        pair.device_from_stylus.position_m += 0.012 * pair.tip_m_per_s;  // read 12 ms late
     }
     FitSettings settings = free(truth);
     settings.latency = true, settings.latency_sd_s = 1.0;
@@ -103,7 +104,7 @@ TEST(Fit, WrongPointsAreLeftOutByName) {
         EXPECT_LT(glm::distance(fit->inStage({{}, place}), truth.inStage({{}, place})), 0.003);
 }
 
-// Points that are all there is to find: the prediction is Fitzpatrick's.
+// If the points are the only unknowns, the predicted error equals Fitzpatrick's.
 TEST(Fit, ItsPredictionIsTheTheorysWhereNothingElseIsFound) {
     Random random(5);
     const Case c{.way = Way::plain, .points = 8};
@@ -118,7 +119,8 @@ TEST(Fit, ItsPredictionIsTheTheorysWhereNothingElseIsFound) {
     EXPECT_NEAR(fit->tre.worst_m, theory.worst_m, 1e-3 * theory.worst_m);
 }
 
-// A controller strapped to the handle and never pivoted: where the tip is cannot be known, and it says so.
+// A controller strapped to the handle and never pivoted. The tip is unobservable, and the fit must report
+// that.
 // HZ-TEACH-06
 TEST(Fit, WhatCannotBeToldIsNotClaimed) {
     Random random(6);
@@ -169,7 +171,7 @@ TEST(Fit, WhatTellsNothingIsRefusedInASentence) {
     EXPECT_THAT(fitPairs({good.begin(), good.begin() + 8}, vague).why_not, HasSubstr("too few"));
 }
 
-// The same places in the room for all: every device pose moved, none of the controller's.
+// The controller reports the same pose for all points, while the device moves.
 // HZ-TEACH-06
 TEST(Fit, AControllerThatStandsStillIsNoRegistration) {
     Random random(8);

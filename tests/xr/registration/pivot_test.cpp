@@ -29,7 +29,7 @@ TEST(Pivot, TheTipIsFoundExactlyWithoutNoise) {
     EXPECT_GT(pivot->turned_rad, 0.7);
 }
 
-// With noise the error is what the calibration says of itself, and a tracker's jumps do not matter.
+// With noise, the error matches the calibration's own estimate. Tracker jumps have no effect.
 TEST(Pivot, ItSaysHowWellItKnows) {
     double squares = 0.0, said = 0.0;
     constexpr int kTrials = 200;

@@ -17,7 +17,7 @@ TEST(Places, AreApartAndInTheCube) {
         for (std::size_t j = 0; j < i; ++j)
             EXPECT_GT(glm::distance(places[i], places[j]), 0.027);
     }
-    // Four are a tetrahedron: as far apart as four corners can be.
+    // Four places form a tetrahedron, the largest distances for four corners of a cube.
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < i; ++j)
             EXPECT_NEAR(glm::distance(places[std::size_t(i)], places[std::size_t(j)]), 0.08 * std::sqrt(2.0),

@@ -1,4 +1,4 @@
-// Closed forms: a known motion comes back; the error at a target is Fitzpatrick's.
+// Closed forms: a known motion is recovered, and the error at a target matches Fitzpatrick's formula.
 #include "xr/registration/rigid.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(Rigid, AKnownMotionAndScaleComeBack) {
     }
 }
 
-// Points in a plane still fix a motion; a mirror image is never the answer.
+// Points in a plane still determine a motion. The result is never a mirror image.
 TEST(Rigid, PointsInAPlaneAreNotMirrored) {
     const std::vector<Vec3> square = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}, {0, 0.1, 0}};
     const Rigid truth{glm::angleAxis(2.0, glm::normalize(Vec3(1, 2, 3))), Vec3(0.1, 0.2, 0.3)};
@@ -65,7 +65,7 @@ TEST(Rigid, WhatTellsNothingIsRefusedInASentence) {
     }
 }
 
-// Eight corners of a cube: f^2 is twice the half squared about every axis, and so is d^2 at a corner.
+// Eight corners of a cube: about every axis, f^2 is twice the squared half edge, and so is d^2 at a corner.
 TEST(Rigid, TheErrorAtATargetIsFitzpatricks) {
     EXPECT_NEAR(expectedTre_m(kCorners, 0.001, Vec3(0.0)), 0.001 / std::sqrt(8.0), 1e-12);
     EXPECT_NEAR(expectedTre_m(kCorners, 0.001, kCorners[0]), 0.001 * std::sqrt(2.0 / 8.0), 1e-12);
@@ -77,7 +77,7 @@ TEST(Rigid, TheErrorAtATargetIsFitzpatricks) {
               std::numeric_limits<double>::infinity());
 }
 
-// The cube's mean is what its points say, for an odd set of points as well.
+// The mean over the cube follows from the points, also for an irregular set of points.
 TEST(Rigid, TheMeanOverTheCubeIsThatOfItsPoints) {
     Random random(5);
     std::vector<Vec3> points;

@@ -6,19 +6,19 @@
 namespace stylet::xr::registration::study {
 namespace {
 
-constexpr double kTurn_rad = 0.6;           // a wrist's, to either side
-constexpr double kTipError_m = 0.0004;      // of the pivot before, along an axis
-constexpr double kWander_m_per_s = 0.005;   // of a hand that holds still
-constexpr double kDeviceNoise_m = 0.00003;  // its encoders
+constexpr double kTurn_rad = 0.6;           // range of a wrist, to either side
+constexpr double kTipError_m = 0.0004;      // error of the earlier pivot, along an axis
+constexpr double kWander_m_per_s = 0.005;   // motion of a hand that tries to hold still
+constexpr double kDeviceNoise_m = 0.00003;  // noise of the encoders
 constexpr double kOutlierLeast_m = 0.01, kOutlierMost_m = 0.06;
-constexpr double kBurst_s = 0.1;  // a tracker that jumps does so for a while
+constexpr double kBurst_s = 0.1;  // duration of a tracker jump
 constexpr double kTwoPi = 6.283185307179586;
 
 Vec3 wrong(Random& random) {
     return random.between(kOutlierLeast_m, kOutlierMost_m) * random.direction();
 }
 
-// A hand that goes everywhere in the cube: three tones an axis.
+// A hand that moves throughout the cube: three sine waves per axis.
 struct Wave {
     explicit Wave(Random& random, double size) {
         for (std::size_t i = 0; i < 3; ++i) {
@@ -47,7 +47,7 @@ Quat turned(const Vec3& by) {
     return angle > 0.0 ? glm::angleAxis(angle, by / angle) : Quat(1.0, 0.0, 0.0, 0.0);
 }
 
-// The controller whose tip is on the device's.
+// Pose of the controller whose tip touches the device's tip.
 Rigid gripOf(const Truth& truth, const Rigid& device_from_stylus, const Quat& turn) {
     return {turn, truth.inStage(device_from_stylus) - turn * truth.grip_from_tip_m};
 }
@@ -135,7 +135,7 @@ Streams makeMotion(const Case& c, const Truth& truth, Random& random, double sec
         noise = kept * noise + std::sqrt(1.0 - kept * kept) * random.normal3();
         grip.position_m += c.noise_m * noise;
         if (t_s >= wrong_until_s) off = Vec3(0.0);
-        // A burst begins so often that the share of the time is right.
+        // The probability of a burst gives the required share of wrong samples.
         if (t_s >= wrong_until_s && random.share() < c.outliers / (1.0 - c.outliers) * kFrame_s / kBurst_s)
             off = wrong(random), wrong_until_s = t_s + kBurst_s;
         grip.position_m += off;

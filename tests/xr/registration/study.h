@@ -1,5 +1,5 @@
-// Registrations of devices whose place is known: what noise, few points, offsets, latency and wrong touches
-// do to them. Shared by the tests and by `stylet-bench --only xr.registration`.
+// Registration of simulated devices with known placement. Shows the effect of noise, few points, offsets,
+// latency and wrong touches. Shared by the tests and by `stylet-bench --only xr.registration`.
 #pragma once
 
 #include <cstdint>
@@ -12,36 +12,36 @@
 namespace stylet::xr::registration::study {
 
 enum class Way {
-    plain,   // Umeyama's fit of points, nothing else to find
-    held,    // as the wizard fits points that are held, the tip known from a pivot
-    motion,  // as the wizard fits twenty seconds of motion
+    plain,   // Umeyama's fit of points, with no other unknowns
+    held,    // the wizard's fit of points with the device at rest, tip known from a pivot
+    motion,  // the wizard's fit of twenty seconds of motion
 };
 
 struct Case {
     Way way = Way::plain;
-    int points = 8;          // of motion: no meaning
-    double noise_m = 0.001;  // of a point as it goes into the fit, or of a sample in motion: sd along an axis
-    bool random_places = false;  // drawn from the cube; else spreadPlaces
-    // What makes it hard.
+    int points = 8;              // unused for motion
+    double noise_m = 0.001;      // sd along an axis, of a point used by the fit or of a motion sample
+    bool random_places = false;  // drawn from the cube; otherwise spreadPlaces()
+    // Difficulties.
     double gimbal_m = 0.0, scale_error = 0.0, late_s = 0.0, outliers = 0.0;
-    double memory_s = 0.0;  // in motion: the noise's correlation time
+    double memory_s = 0.0;  // motion: correlation time of the noise
 };
 
 struct Errors {
-    std::vector<double> tre_m;  // of every trial at `targets` places of the cube
+    std::vector<double> tre_m;  // of every trial, at `targets` places in the cube
     double rms_m = 0.0, mean_m = 0.0, p999_m = 0.0;
-    double expected_rms_m = 0.0;  // plain: Fitzpatrick's; else the fit's own prediction
+    double expected_rms_m = 0.0;  // plain: Fitzpatrick's formula; otherwise the fit's own prediction
     double fre_m = 0.0, expected_fre_m = 0.0;
     double accepted = 0.0;  // share of the trials
     double mean_accepted_m = 0.0, p999_accepted_m = 0.0;
-    double late_error_s = 0.0, scale_error = 0.0, gimbal_error_m = 0.0;  // root mean squares of what is left
+    double late_error_s = 0.0, scale_error = 0.0, gimbal_error_m = 0.0;  // rms of the remaining errors
     double fit_ms = 0.0;                                                 // median
     int trials = 0, refused = 0;
 };
 
 Errors run(const Case&, int trials, std::uint64_t seed, int targets = 8);
 
-// One attempt in motion: the streams and the truth, for tests.
+// True values of one simulated registration.
 struct Truth {
     Rigid stage_from_device;
     double scale = 1.0, late_s = 0.0;

@@ -1,5 +1,5 @@
-// The study of `stylet-bench --only xr.registration`, short. Noise is the standard deviation along an axis of
-// what goes into the fit; errors are those of the tip at places all over the 80 mm cube.
+// A short run of the study in `stylet-bench --only xr.registration`. Noise is the standard deviation along
+// an axis of the fit's input. Errors are those of the tip at places throughout the 80 mm cube.
 #include "tests/xr/registration/study.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ TEST(Study, TheErrorIsTheTheorysWithinATenth) {
     for (const int points : {4, 6, 8, 12, 20})
         for (const double noise_m : {0.0002, 0.0005, 0.001, 0.002})
             for (const bool random_places : {false, true}) {
-                if (random_places && points < 8) continue;  // four places of chance may lie on a line
+                if (random_places && points < 8) continue;  // four random places may be collinear
                 const Errors e =
                     run({.points = points, .noise_m = noise_m, .random_places = random_places}, kTrials, 7);
                 EXPECT_NEAR(e.rms_m, e.expected_rms_m, 0.1 * e.expected_rms_m)

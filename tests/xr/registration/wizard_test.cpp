@@ -1,4 +1,4 @@
-// A user who does what he is told, and some who do not.
+// Users who follow the wizard's instructions, and some who do not.
 #include "xr/registration/wizard.h"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ using testing::HasSubstr;
 
 constexpr double kTick_s = 0.01;
 
-// Both hands, at a hundred samples a second.
+// Simulates both hands, at a hundred samples per second.
 class User {
   public:
     explicit User(const WizardSettings& settings, double noise_m = 0.0003)
@@ -62,7 +62,7 @@ class User {
         for (int i = 0; i < points && wizard.stage() == WizardStage::places; ++i)
             touch(*wizard.nextPlace_m());
     }
-    // Everywhere, turning.
+    // Moves throughout the cube and turns.
     void sweep(double seconds) {
         const double begin_s = now_s;
         while (now_s - begin_s < seconds && wizard.stage() == WizardStage::sweep) {
@@ -200,7 +200,7 @@ TEST(Wizard, APointThatMovedOrWasThereBeforeIsNotTaken) {
     EXPECT_EQ(user.wizard.taken(), 0u) << "the last one is taken back";
 }
 
-// The tip slips off while it is turned; the user is told, tries again, and gets on.
+// The tip slips while it is turned. The wizard warns, and the user succeeds in a second attempt.
 // HZ-TEACH-06
 TEST(Wizard, ATipThatSlipsIsFoundOut) {
     User user({});
@@ -228,7 +228,7 @@ TEST(Wizard, ABadResultIsDoneAgain) {
     user.press();
     user.findTip();
     for (int i = 0; i < 8; ++i) {
-        user.slip_m = 0.03 * user.random.direction();  // the tips are never together
+        user.slip_m = 0.03 * user.random.direction();  // the tips never touch
         user.touch(*user.wizard.nextPlace_m());
     }
     ASSERT_EQ(user.wizard.stage(), WizardStage::result);
@@ -247,7 +247,7 @@ TEST(Wizard, ABadResultIsDoneAgain) {
     EXPECT_EQ(user.wizard.stage(), WizardStage::start) << "menu does it again even so";
 }
 
-// One from earlier: a touch says that it holds, or that it does not, and then all of it follows.
+// An earlier registration: one touch shows whether it still holds. If not, the full procedure follows.
 TEST(Wizard, AsksWhetherAnEarlierOneHolds) {
     for (const bool moved : {false, true}) {
         WizardSettings settings;
@@ -302,7 +302,7 @@ TEST(Wizard, DrawsWhereToGoAndWhatIsDone) {
     EXPECT_EQ(after.tip, before.next);
 }
 
-// A text for every state, and lines that fit a panel.
+// Every state has its own text, with lines that fit the panel.
 TEST(Wizard, EveryStateHasItsWords) {
     std::set<std::string> titles;
     const auto look = [&](const Wizard& wizard) {

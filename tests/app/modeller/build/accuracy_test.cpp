@@ -1,4 +1,4 @@
-// Distances and overlaps of boxes whose answers are known.
+// Distances and overlaps of boxes with known results.
 #include "app/modeller/segmentation/accuracy.h"
 
 #include <gtest/gtest.h>
@@ -32,8 +32,8 @@ TEST(Accuracy, AShiftByTwoVoxels) {
     EXPECT_LT(shifted.mean_surface_m, 0.004);
 }
 
-// Every surface voxel of the inner box is 3 voxels from the outer one's surface; the outer one's corners are
-// 3 sqrt(3) from the inner one.
+// Every surface voxel of the inner box is 3 voxels from the outer box's surface. The corners of the outer
+// box are 3 sqrt(3) voxels from the inner box.
 TEST(Accuracy, ABoxInABox) {
     const Agreement nested =
         compare(box(kBoxGrid, Index3(8), Index3(27)), box(kBoxGrid, Index3(11), Index3(24)));
@@ -42,7 +42,7 @@ TEST(Accuracy, ABoxInABox) {
     EXPECT_GE(nested.mean_surface_m, 0.006 - 1e-8);
 }
 
-// Only the moved face is looked at: each of its voxels is two from the other's.
+// The mean over the moved face only: each of its voxels is two voxels from the other box's face.
 TEST(Accuracy, AMeanOfItsOwnWhereItIsAskedFor) {
     const Mask a = box(kBoxGrid, Index3(10), Index3(19)), b = box(kBoxGrid, Index3(10), {21, 19, 19});
     EXPECT_NEAR(compare(a, b, box(kBoxGrid, {19, 13, 13}, {21, 16, 16})).mean_surface_there_m, 0.004, 1e-8);

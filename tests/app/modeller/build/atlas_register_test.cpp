@@ -1,4 +1,4 @@
-// What needs the program built on ITK.
+// Tests that need the registration program, which is built on ITK.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -21,7 +21,7 @@ TEST(AtlasRegistration, LaysAnotherSeedsLiverOverThisOne) {
     other.spacing_m = 0.0025;
     other.defaults = test::tissueDefaults();
     patient::Package atlas = patient::synth::makeReferencePatient(other);
-    // Another section of another frame.
+    // The atlas lies in another part of another coordinate frame.
     const Vec3 moved(0.03, -0.02, 0.5);
     atlas.ct.grid.origin_m += moved;
     atlas.labels.grid.origin_m += moved;

@@ -40,7 +40,7 @@ TEST(Atlas, KnowsTheOrgansOfAReferencePatient) {
     for (const Organ organ : {Organ::gallbladder, Organ::heart, Organ::kidneys, Organ::stomach, Organ::bowel,
                               Organ::pancreas, Organ::blood, Organ::wall})
         EXPECT_GT(millilitres(organ), 10.0) << int(organ);
-    // Gas in the bowel is none of what drives the registration.
+    // The lowest feature value is the one for outside the body.
     EXPECT_NEAR(atlas.feature.grid.spacing_m.x, 0.004, 1e-9);
     EXPECT_LT(*std::min_element(atlas.feature.voxels.begin(), atlas.feature.voxels.end()), -290.0f);
 }
@@ -62,7 +62,7 @@ TEST(Atlas, NeedsTheRegistrationProgram) {
                  ImportError);
 }
 
-// A name is found whole: seed 1 is not seed 11.
+// Names are compared as a whole: seed 1 differs from seed 11.
 // HZ-TEACH-10
 TEST(Atlas, APatientIsNotItsOwn) {
     const std::string listed = "built; " + atlasList({"reference patient, seed 11", "A"}) + "; more";
@@ -74,7 +74,7 @@ TEST(Atlas, APatientIsNotItsOwn) {
         EXPECT_THROW(refuseItself(same, listed), ImportError) << same;
 }
 
-// Seeds 1 to 8 are tuned on, 31 to 33 reported.
+// Seeds 1 to 8 are used for tuning, seeds 31 to 33 for reported results.
 // HZ-TEACH-10
 TEST(Atlas, NoSeedThatIsTunedOnOrReportedStandsIn) {
     for (const std::uint64_t seed : kAtlasSeeds)

@@ -12,7 +12,8 @@ namespace {
 
 using patient::synth::Id;
 
-// Muscle with an upright shaft of bone, 14 mm wide, around marrow as dark as fat, in front, and a kidney.
+// Muscle with an upright bone shaft and a kidney. The shaft is 14 mm wide, lies in front, and contains
+// marrow as dark as fat.
 CtVolume shaftAndKidney() {
     CtVolume ct({Index3(80, 80, 40), Vec3(0.001), Vec3(0.0)}, 55);
     for (int z = 0; z < 40; ++z)
@@ -43,7 +44,7 @@ TEST(Bones, NothingBrightIsNoBone) {
     EXPECT_EQ(findBones(ct, Mask(ct.grid)).notes.size(), 1u);
 }
 
-// A rod along x in front: bone, then cartilage, then muscle again; another of cartilage alone.
+// A rod along x in front: bone, then cartilage, then muscle again. A second rod is cartilage only.
 TEST(Bones, CartilageGoesOnWhereARibEnds) {
     CtVolume ct({Index3(90, 60, 50), Vec3(0.001), Vec3(0.0)}, 55);
     Bones b;
@@ -83,7 +84,7 @@ TEST(Bones, OfAReferencePatient) {
         ASSERT_GT(rib.centre_line_m.size(), 5u);
         EXPECT_EQ(rib.centre_line_m.back().x > 0.0, rib.right);
     }
-    const std::set<int> all{5, 6, 7, 8, 9, 10, 11, 12};  // the section holds these
+    const std::set<int> all{5, 6, 7, 8, 9, 10, 11, 12};  // the ribs inside the scan
     EXPECT_EQ(right, all);
     EXPECT_EQ(left, all);
 }

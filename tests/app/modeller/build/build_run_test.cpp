@@ -1,4 +1,5 @@
-// `stylet-model build` as a user runs it: from a CT file to a package; kept, corrected, edited, cancelled.
+// Runs `stylet-model build` as a user does: from a CT file to a package, with stages that are reused,
+// corrected, edited or cancelled.
 #include <gtest/gtest.h>
 #include <algorithm>
 #include <cstdlib>
@@ -59,7 +60,7 @@ class BuildRun : public testing::Test {
                                  (folder() / "out").string() + "' 2>'" + (folder() / "err").string() + "'";
         return WEXITSTATUS(std::system(line.c_str()));
     }
-    // How many stages the last run took from the one before.
+    // Number of stages that the last run reused.
     static int kept() {
         const std::string out = said();
         const std::regex word("  kept ");
@@ -101,7 +102,7 @@ TEST_F(BuildRun, ASecondRunKeepsEverything) {
     EXPECT_EQ(textOf(folder() / "patient" / "labels.nii.gz"), before);
 }
 
-// A correction stands, and only what comes after it is done anew.
+// A corrected stage is used as it is. Only the stages after it are rebuilt.
 TEST_F(BuildRun, ACorrectedStageIsTakenAndTheNextAreDoneAnew) {
     ASSERT_EQ(status_, 0);
     const std::vector<std::string> names = stageNames();
@@ -128,7 +129,7 @@ TEST_F(BuildRun, ACorrectedStageIsTakenAndTheNextAreDoneAnew) {
     EXPECT_EQ(kept(), int(names.size())) << "the correction stands\n" << said();
 }
 
-// What a stage said of itself stays true of what a person made of it; what he paints wins over other stages.
+// A corrected stage keeps its provenance. Labels painted by a user override those of other stages.
 // HZ-TEACH-09
 TEST_F(BuildRun, ACorrectionKeepsTheProvenance) {
     ASSERT_EQ(status_, 0);
@@ -164,7 +165,7 @@ TEST_F(BuildRun, ACorrectionKeepsTheProvenance) {
     EXPECT_EQ(run(stages + "--stage classes --labels '" + file.string() + "'"), 2);
     EXPECT_NE(textOf(folder() / "err").find("classes.json instead"), std::string::npos)
         << textOf(folder() / "err");
-    // On another CT his work would lie anywhere.
+    // A correction must not be used on another CT, where it would lie in the wrong place.
     Package moved = *truth_;
     for (std::int16_t& hu : moved.ct.voxels)
         hu = std::int16_t(hu + 3);
@@ -176,7 +177,7 @@ TEST_F(BuildRun, ACorrectionKeepsTheProvenance) {
     ASSERT_EQ(run(), 0);
 }
 
-// As high as from the neck to the hip: the first and the last slice go on for 150 mm.
+// A scan from the neck to the hip: repeats the first and the last slice for 150 mm each.
 TEST_F(BuildRun, ALongScanIsCutAboutTheLiver) {
     ASSERT_EQ(status_, 0);
     constexpr int kMore = 50;
@@ -195,7 +196,7 @@ TEST_F(BuildRun, ALongScanIsCutAboutTheLiver) {
     };
     const double before = liver();
     patient::writeNifti(folder() / "ct.nii.gz", tall);
-    // One atlas: laying it over a scan as tall takes most of this test's time.
+    // One atlas only: its registration to such a tall scan takes most of this test's time.
     EXPECT_EQ(run("--stages '" + (folder() / "tall-stages").string() + "'", "exhale", 1), 0)
         << textOf(folder() / "err");
     patient::writeNifti(folder() / "ct.nii.gz", ct);
@@ -205,7 +206,7 @@ TEST_F(BuildRun, ALongScanIsCutAboutTheLiver) {
     ASSERT_EQ(run(), 0);
 }
 
-// The package is there to be looked at, but the command says that it is of no use.
+// The package is written for inspection, but the command reports that it cannot be simulated.
 // HZ-TEACH-08
 TEST_F(BuildRun, WhatCannotBeSimulatedIsSaidAtTheEnd) {
     ASSERT_EQ(status_, 0);
@@ -240,7 +241,8 @@ TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
         << textOf(folder() / "err");
 }
 
-// Neither by its name, fresh or kept, nor by its values under another name.
+// The patient's own atlas is refused by its name, with new or reused stages, and by its CT under another
+// name.
 // HZ-TEACH-10
 TEST_F(BuildRun, APatientIsNoAtlasOfItsOwn) {
     ASSERT_EQ(status_, 0);

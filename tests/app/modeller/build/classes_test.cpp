@@ -1,4 +1,4 @@
-// classes.json as a person edits it.
+// Tests classes.json as a user may edit it.
 #include "app/modeller/segmentation/classes.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ std::string classesRefusal(const std::string& text) {
     }
     return "";
 }
-// The written text with one word in another's place.
+// The written text with one word replaced.
 std::string with(const std::string& from, const std::string& to) {
     std::string text = written();
     return text.replace(text.find(from), from.size(), to);

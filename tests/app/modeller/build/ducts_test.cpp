@@ -28,7 +28,7 @@ TEST(Ducts, DarkTubesAreSeen) {
     std::string note;
     EXPECT_GT(compare(truth, seenDucts(liver.ct, liver.mask, &note)).dice, 0.85);
     EXPECT_NE(note.find("seen"), std::string::npos);
-    // Ducts that the liver's mask left out are seen too.
+    // Ducts that the liver mask leaves out are found too.
     EXPECT_GT(compare(truth, seenDucts(liver.ct, without(liver.mask, truth))).dice, 0.8);
 
     const BuiltDucts built = buildDucts(liver.ct, liver.mask, Mask(liver.ct.grid), Mask(liver.ct.grid), true);
@@ -68,7 +68,7 @@ TEST(Ducts, OfAReferencePatient) {
     const CtVolume& ct = test::seededTorso().ct;
     const Mask inside = test::seededTruth({Id::liver, Id::ducts, Id::tumour});
     const Mask truth = test::seededTruth({Id::ducts});
-    // Voxels of 2.5 mm: half of the ducts are thinner.
+    // At voxels of 2.5 mm, half of the ducts are thinner than a voxel.
     EXPECT_GT(compare(truth, seenDucts(ct, closed(inside, 0.006))).dice, 0.4);
 }
 

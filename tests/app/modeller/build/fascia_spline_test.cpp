@@ -51,7 +51,7 @@ TEST(FasciaSpline, IsPeriodicAndSmoothWhereItCloses) {
     EXPECT_NEAR(before, after, 1e-4);
 }
 
-// A straight row of controls is a straight line: the basis keeps linear functions.
+// Control points on a straight row give a straight line, because the basis reproduces linear functions.
 TEST(FasciaSpline, KeepsACone) {
     FasciaSpline s = tube(0.1);
     for (int row = 0; row < s.levels; ++row)
@@ -95,7 +95,8 @@ TEST(FasciaSpline, BadTextIsRefusedByLineAndField) {
     EXPECT_NE(fasciaRefusal(std::string(1000, '\xff')), "");
 }
 
-// From the axis no way over faces leads out past the fascia, the ribs' own voxels aside.
+// A flood fill over voxel faces from the axis must not get past the fascia. The voxels of the ribs are not
+// counted.
 TEST(FasciaSpline, SeparatesInReferencePatient) {
     const CtVolume& ct = test::seededTorso().ct;
     const Mask& body = test::seededBody();

@@ -17,12 +17,12 @@ CutProblem problemOf(const Index3& dims) {
     return p;
 }
 
-// Any number from -1 to 1, the same on every machine.
+// A pseudo-random number from -1 to 1, the same on every machine.
 float someNumber(std::size_t i) {
     return float(i * 2654435761u % 2001) / 1000.0f - 1.0f;
 }
 
-// Sum of what a labelling costs.
+// Total cost of a labelling.
 double costOf(const CutProblem& p, const Mask& object) {
     const Grid& g = p.state.grid;
     double cost = 0.0;

@@ -13,7 +13,7 @@ namespace {
 
 using patient::synth::Id;
 
-// Fat, 60 x 60 x 50 voxels of 3 mm, with a ball of liver in its middle.
+// Fat, 60 x 60 x 50 voxels of 3 mm, with a ball of liver in the centre.
 constexpr double kLiverRadius_m = 0.050;
 const Vec3 kLiverMiddle(0.09, 0.09, 0.075);
 
@@ -50,11 +50,11 @@ TEST(Liver, WithoutAnAtlasIsTheLargestThickOrgan) {
 TEST(Liver, HoldsItsVesselsAndTumoursButNotWhatHangsOnIt) {
     CtVolume ct = fatWithALiver();
     const double whole_ml = volume_ml(found(ct).mask);
-    paintBall(ct, kLiverMiddle + Vec3(0.015, 0, 0), 0.009, 60);    // within
+    paintBall(ct, kLiverMiddle + Vec3(0.015, 0, 0), 0.009, 60);    // a tumour inside
     paintBall(ct, kLiverMiddle + Vec3(0, 0, -0.020), 0.005, 190);  // a vessel
-    paintBall(ct, kLiverMiddle + Vec3(-0.036, 0, 0), 0.014, 65);   // at the surface, cut to it
+    paintBall(ct, kLiverMiddle + Vec3(-0.036, 0, 0), 0.014, 65);   // at the surface, clipped to it
     for (const double y_m : {0.054, 0.060, 0.066, 0.072})
-        paintBall(ct, kLiverMiddle + Vec3(0, y_m, 0), 0.0055, 110);  // as bright, and it touches
+        paintBall(ct, kLiverMiddle + Vec3(0, y_m, 0), 0.0055, 110);  // same brightness, touches the liver
     const CtVolume round = fatWithALiver();
     for (std::size_t i = 0; i < ct.voxels.size(); ++i)
         if (round.voxels[i] == -100 && ct.voxels[i] == 65) ct.voxels[i] = -100;
@@ -117,7 +117,8 @@ TEST(LiverNeighbours, ALobeThatIsBrighterIsLevelled) {
     EXPECT_NEAR((level[{38, 5, 5}]), 115.0f, 0.1f);
 }
 
-// A ball with a lobe, 24 mm thick, and as thick a lump, cut from something alike that goes on.
+// A ball with a lobe and an equally thick lump (24 mm). The lump continues into similar tissue outside the
+// liver.
 TEST(LiverNeighbours, ALumpThatEndsInWhatIsAlikeIsNoLobe) {
     Mask liver({Index3(70, 60, 50), Vec3(0.003), Vec3(0.0)}), alike = liver;
     for (int z = 0; z < 50; ++z)
@@ -137,7 +138,7 @@ TEST(LiverNeighbours, ALumpThatEndsInWhatIsAlikeIsNoLobe) {
     EXPECT_EQ(countOf(endlessLumps(liver, Mask(liver.grid), 0.015)), 0u);
 }
 
-// Another seed's organs in their places: a prior without a registration.
+// Organ positions of another seed: a prior without registration.
 AtlasPrior priorOf(const AtlasImage& atlas) {
     AtlasPrior prior;
     prior.grid = atlas.feature.grid;

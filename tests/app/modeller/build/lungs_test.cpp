@@ -46,7 +46,7 @@ TEST(Lungs, GasBelowAThinDiaphragmIsNoLung) {
     CtVolume ct = block();
     fill(ct, {54, 10, 30}, {90, 50, 59}, -850);
     fill(ct, {10, 10, 30}, {46, 50, 59}, -850);
-    fill(ct, {20, 20, 10}, {40, 40, 29}, -1000);  // a stomach that touches the left one
+    fill(ct, {20, 20, 10}, {40, 40, 29}, -1000);  // a stomach that touches the left lung
     const Lungs l = lungsOf(ct);
     EXPECT_FALSE((l.left[{30, 30, 20}]));
     EXPECT_TRUE((l.gas[{30, 30, 20}]));
@@ -66,7 +66,7 @@ TEST(Lungs, VesselsAreFilledAndTheTracheaIsNoLung) {
     EXPECT_FALSE((l.left[{50, 30, 45}]) || (l.right[{50, 30, 45}]));
 }
 
-// A scanner whose air reads high: the gas is known by being all alike.
+// The scanner measures too high a value for air. The gas is recognised by its uniformity.
 TEST(Lungs, GasThatReadsHighIsNoLung) {
     CtVolume ct = block();
     fill(ct, {60, 10, 20}, {90, 50, 59}, -850);

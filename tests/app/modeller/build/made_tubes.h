@@ -1,4 +1,4 @@
-// Small volumes with boxes, tubes, plates and balls of known size, for the filters that look for them.
+// Small volumes with boxes, tubes, plates and balls of known size, to test the filters that detect them.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ inline Grid cube(int side) {
     return {Index3(side), Vec3(0.001), Vec3(0.0)};
 }
 
-// The voxels from `low` to `high`, both among them.
+// The voxels from `low` to `high`, both included.
 inline modeller::Mask box(const Grid& grid, const Index3& low, const Index3& high) {
     modeller::Mask mask(grid);
     for (int z = low.z; z <= high.z; ++z)
@@ -22,20 +22,20 @@ inline modeller::Mask box(const Grid& grid, const Index3& low, const Index3& hig
     return mask;
 }
 
-// Metres from a point to the segment a - b.
+// Distance from a point to the segment from a to b [m].
 inline double toSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
     const Vec3 way = b - a;
     const double t = std::clamp(glm::dot(p - a, way) / glm::dot(way, way), 0.0, 1.0);
     return glm::length(p - a - t * way);
 }
 
-// Share of a voxel of `spacing_m` within `radius_m`, a border running through it at `distance_m` from its
-// centre.
+// Share of a voxel (size `spacing_m`) inside a shape of `radius_m`, such as a tube. The voxel centre lies
+// `distance_m` from the shape's axis or centre.
 inline double covered(double distance_m, double radius_m, double spacing_m) {
     return std::clamp((radius_m - distance_m) / spacing_m + 0.5, 0.0, 1.0);
 }
 
-// Noise of about 1, the same everywhere and always.
+// Noise with a standard deviation of about 1. Depends on the voxel index only.
 inline double noiseAt(std::size_t voxel) {
     double sum = 0.0;
     for (std::uint64_t n = 0; n < 4; ++n) {
@@ -46,7 +46,7 @@ inline double noiseAt(std::size_t voxel) {
     return sum * std::sqrt(3.0);
 }
 
-// A liver of 112 HU with noise in fat, to be painted into.
+// Noisy liver tissue of 112 HU in fat. Tests paint structures into it.
 struct MadeLiver {
     CtVolume ct;
     modeller::Mask mask;
@@ -65,7 +65,7 @@ struct MadeLiver {
         const auto n = std::size_t(ct.grid.dims.x);
         return {int(o % n), int(o / n % n), int(o / (n * n))};
     }
-    // Blends to `hu`; the voxels that it covers by half or more.
+    // Blends a tube of `hu` into the CT. Returns the voxels that are at least half inside it.
     modeller::Mask tube(const Vec3& a, const Vec3& b, double radius_m, double hu) {
         modeller::Mask inside(ct.grid);
         for (std::size_t i = 0; i < ct.voxels.size(); ++i) {

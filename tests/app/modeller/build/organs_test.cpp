@@ -14,7 +14,7 @@ namespace {
 
 using patient::synth::Id;
 
-// A box of fat, 240 x 180 x 160 mm, and what is put into it by hand. The canal runs at x = 0, y = 0.
+// A box of fat, 240 x 180 x 160 mm. Tests add structures. The spinal canal runs at x = 0, y = 0.
 struct Box {
     CtVolume ct;
     Mask body, inside, liver;
@@ -91,7 +91,7 @@ TEST(Organs, WithoutContrastMediumNothingIsInvented) {
     b.ball({0.055, 0.02, 0.030}, 0.027, 32);
     b.tube(-0.012, 0.048, 0.010, 42);
     for (const auto& [name, organ] : b.organs()) {
-        if (name == "gallbladder") continue;  // dark it is with and without
+        if (name == "gallbladder") continue;  // dark with and without contrast
         EXPECT_EQ(countOf(organ.mask), 0u) << name;
         EXPECT_EQ(organ.confidence, 0.0) << name;
         EXPECT_FALSE(organ.note.empty()) << name;
@@ -122,7 +122,7 @@ TEST(Organs, AStomachIsGasOverAFlatLevel) {
     EXPECT_EQ(countOf(found.at("colon").mask), 0u);
 }
 
-// Whatever the scan holds, every stage comes to an end with something to say.
+// Every stage must finish on any scan and explain its result.
 TEST(Organs, OddScansGiveEmptyMasks) {
     for (const Index3& dims : {Index3(1), Index3(3, 5, 2), Index3(9, 7, 30)})
         for (const std::int16_t hu : {-1024, 40, 3000}) {

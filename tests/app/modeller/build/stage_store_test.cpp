@@ -1,4 +1,4 @@
-// What a build keeps of its stages, and what a person does to it.
+// Stored results of the build stages, and a user's changes to them.
 #include "app/modeller/segmentation/stage_store.h"
 
 #include <gtest/gtest.h>
@@ -113,7 +113,7 @@ TEST_F(StageStoreTest, DamageIsNamed) {
     EXPECT_NE(why().find("labels.nii.gz: dim:"), std::string::npos) << why();
 }
 
-// A note quotes names from files; what it holds cannot spoil the record.
+// A note may quote names from files. Control characters and invalid UTF-8 in it must not damage the record.
 // HZ-RECORD-11
 TEST_F(StageStoreTest, NotesAreKeptOnOneLine) {
     StageFile file;

@@ -1,4 +1,4 @@
-// A reference patient, coarse enough for every build, with its truth.
+// A coarse reference patient with its true labels. Fast enough for every build type.
 #pragma once
 
 #include <initializer_list>
@@ -12,7 +12,7 @@
 
 namespace stylet::test {
 
-// Seed 1 at 2.5 mm; made once.
+// Seed 1 at 2.5 mm. Created once.
 inline const patient::Package& seededTorso() {
     static const patient::Package package = [] {
         patient::synth::SynthSettings s;

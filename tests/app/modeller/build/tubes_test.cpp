@@ -13,7 +13,8 @@ constexpr int kSide = 41;
 const Vec3 kTubeMiddle(0.020);
 constexpr double kContrast = 100.0;
 
-// The share of each voxel that `distance` is within `radius_m` of, in steps of a fifth of a voxel.
+// Image of a bright shape. `distance` returns the distance of a point from its axis, plane or centre.
+// Voxels at the border get the share of them that lies within `radius_m`.
 template <typename Distance>
 FloatVolume painted(double radius_m, const Distance& distance) {
     FloatVolume v(cube(kSide));

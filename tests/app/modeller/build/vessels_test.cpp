@@ -16,7 +16,8 @@ namespace {
 
 using patient::synth::Id;
 
-// A vein from the cava behind and a portal branch from a trunk in front, side by side where they meet.
+// A hepatic vein from the vena cava behind, and a portal branch from a trunk in front. They run side by
+// side where they meet.
 struct TwoTrees {
     test::MadeLiver liver{64};
     Mask portal, hepatic;
@@ -38,12 +39,13 @@ TEST(Vessels, TubesAreFoundAndBlobsAreNot) {
     const Mask found = findVessels(liver.ct, liver.mask);
     EXPECT_GT(compare(truth, found).dice, 0.75);
     EXPECT_LT(compare(truth, found).hausdorff_m, 0.004);
-    // A mask that is off by two millimetres finds the same.
+    // A mask that is wrong by 2 mm gives the same vessels.
     EXPECT_GT(compare(truth, findVessels(liver.ct, dilated(liver.mask, 0.002))).dice, 0.70);
     EXPECT_GT(compare(truth, findVessels(liver.ct, eroded(liver.mask, 0.002))).dice, 0.70);
 }
 
-// Blood of the portal trunk is brighter than that of most vessels; a wall is halfway to its own vessel.
+// Blood in the portal trunk is brighter than in most vessels. Each vessel's wall lies at half of its own
+// brightness.
 TEST(Vessels, BrightAndDimOnesHaveTheirOwnWidths) {
     test::MadeLiver liver(72);
     const Mask bright = liver.tube({0.018, 0.018, 0.008}, {0.018, 0.022, 0.064}, 0.004, 222.0);
@@ -86,8 +88,9 @@ TEST(Vessels, TouchingTreesAreParted) {
     EXPECT_GT(compare(both(without(t.hepatic, t.portal), t.liver.mask), split.hepatic).dice, 0.80);
 }
 
-// The trunk lies against the cava where it forks, and the liver's mask ends short of it: its two arms are one
-// tree, though nothing within the liver joins them and a vein ends at one of them.
+// The trunk touches the vena cava where it forks, and the liver mask ends before the fork. Its two branches
+// must be labelled as one tree, although nothing inside the liver connects them and a vein ends at one of
+// them.
 TEST(Vessels, ATrunkAgainstTheCavaIsStillOne) {
     test::MadeLiver liver(72);
     const Mask cava = liver.tube({0.036, 0.014, 0.008}, {0.036, 0.014, 0.070}, 0.008, 160.0);
@@ -104,7 +107,7 @@ TEST(Vessels, ATrunkAgainstTheCavaIsStillOne) {
     const SplitVessels split = splitVessels(liver.ct, within, either(portal, hepatic));
     EXPECT_GT(compare(portal, split.portal).dice, 0.90);
     EXPECT_GT(compare(hepatic, split.hepatic).dice, 0.85);
-    // Below the fork no more of the trunk than its rim is taken for cava.
+    // Below the fork, at most the rim of the trunk may be labelled as vena cava.
     const Mask below = without(trunk, dilated(either(left, right), 0.002));
     EXPECT_LT(double(countOf(both(below, split.cava))), 0.2 * double(countOf(below)));
 }

@@ -33,7 +33,7 @@ TEST(Clips, AreTheSameEveryTime) {
     EXPECT_EQ(clipOf(Sound::cut), clipOf(Sound::cut));
 }
 
-// A step at the seam that is larger than any within is heard as a click, every round.
+// A step at the loop's seam larger than any step inside the clip is audible as a click.
 TEST(Clips, LoopsHaveNoSeam) {
     for (int i = 0; i < kLoopCount; ++i) {
         const std::vector<float> clip = clipOf(Sound(i));

@@ -20,7 +20,7 @@ class Listening : public testing::Test {
         seen.tick.breath.v = breathes_ ? 0.5 - 0.5 * std::cos(0.5 * std::numbers::pi * t_s) : 0.4;
         return seen;
     }
-    // How often it begins within so many seconds.
+    // Number of times that the sound begins within `seconds`.
     int count(Sound sound, double seconds) {
         int begun = 0;
         for (double t_s = 0.0; t_s < seconds; t_s += 0.002)
@@ -158,7 +158,8 @@ TEST_F(Listening, TheInstructorMakesItAnExam) {
     EXPECT_NE(cues_.take(seen).begun & bitOf(Sound::alarm), 0u);
 }
 
-// The patient's head is at the operator's left, the monitor beyond it; the tube is beneath the table.
+// The patient's head is on the operator's left, and the monitor is beyond it. The X-ray tube is below the
+// table.
 TEST_F(Listening, PlacesAreThoseOfTheRoom) {
     EXPECT_LT(places_.mouth_m.x, places_.entry_m.x);
     EXPECT_LT(places_.monitor_m.x, places_.mouth_m.x);

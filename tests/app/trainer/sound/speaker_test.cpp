@@ -1,4 +1,4 @@
-// What is really heard: OpenAL's samples through its loopback device.
+// Tests the audible result: the samples that OpenAL renders into its loopback device.
 #include "app/trainer/sound/speaker.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ constexpr std::size_t kStepFrames = std::size_t(kClipRate_hz / 100);
 
 using Stereo = std::vector<float>;
 
-// The loudness of one ear's channel.
+// RMS of one ear's channel.
 double rms(const Stereo& samples, std::size_t ear) {
     double sum = 0.0;
     for (std::size_t i = ear; i < samples.size(); i += 2)
@@ -30,7 +30,7 @@ double rms(const Stereo& samples, std::size_t ear) {
     return std::sqrt(2.0 * sum / double(samples.size()));
 }
 
-// How much of a tone is in it (Goertzel).
+// Amplitude of a tone (Goertzel).
 double toneIn(const Stereo& samples, double hz) {
     double c = 0.0, s = 0.0;
     for (std::size_t i = 0; i < samples.size(); i += 2) {
@@ -59,7 +59,7 @@ class Loopback : public testing::Test {
     }
 
     Speaker speaker_ = Speaker::loopback();
-    Heard heard_;  // the listener at the origin, looking along -z
+    Heard heard_;  // listener at the origin, looking along -z
 };
 
 TEST_F(Loopback, NothingIsHeardOfNothing) {
@@ -97,7 +97,7 @@ TEST_F(Loopback, EarsTellLeftFromRight) {
     const Stereo left = render(0.3);
     EXPECT_GT(rms(left, 0), 2.0 * rms(left, 1));
     render(2.0);
-    // The same place, heard by who has turned around.
+    // The same place, heard after the listener has turned around.
     speaker_.listen({Quat(0.0, 0.0, 1.0, 0.0), {}});
     begin(Sound::chime, 0.5f, {-1.5, 0.0, 0.5});
     const Stereo turned = render(0.3);
@@ -112,7 +112,7 @@ TEST_F(Loopback, FartherIsQuieter) {
     EXPECT_NEAR(rms(render(0.3), 0) / near, 0.25, 0.05);
 }
 
-// As loud as an attempt ever asks for, all of it in the listener's head, for as long as the longest clip.
+// Every sound at its largest gain, at the listener's position, for as long as the longest clip.
 // HZ-USER-03
 TEST_F(Loopback, EverythingAtOnceClipsNothing) {
     const Pose here{Quat(1.0, 0.0, 0.0, 0.0), {}};
@@ -131,7 +131,7 @@ TEST_F(Loopback, EverythingAtOnceClipsNothing) {
     }
 }
 
-// A cue is heard in the very block that is mixed next.
+// A cue is audible in the block that is mixed next.
 TEST_F(Loopback, ACueIsInTheNextBlock) {
     render(0.1);
     begin(Sound::click, 0.5f, {0.0, 0.0, -1.0});
@@ -176,7 +176,7 @@ TEST(Sounds, WhatBeginsIsPlayedOnce) {
         heard.begun = bitOf(Sound::click);
         sounds.hear(heard);
         heard.begun = 0;
-        sounds.hear(heard);  // what comes after does not undo it
+        sounds.hear(heard);  // must not cancel the click
         while (sounds.totals().begun < i)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
@@ -184,13 +184,13 @@ TEST(Sounds, WhatBeginsIsPlayedOnce) {
     EXPECT_FALSE(sounds.totals().device.empty());
 }
 
-// OpenAL Soft's own driver that writes to a file, on a disk that is full: it goes while it plays, as a device
-// that is unplugged does.
+// OpenAL Soft's driver that writes to a file, on a full disk: the device fails during playback, like one
+// that is unplugged.
 TEST(SoundsDeathTest, ADeviceThatIsLostEndsTheSoundOnly) {
     const std::filesystem::path conf = std::filesystem::path(testing::TempDir()) / "lost-device.conf";
     std::ofstream(conf) << "drivers = wave\n[wave]\nfile = /dev/full\n";
     setenv("ALSOFT_CONF", conf.c_str(), 1);
-    // In a process of its own: the library reads its settings once.
+    // Runs in a separate process, because the library reads its settings only once.
     GTEST_FLAG_SET(death_test_style, "threadsafe");
     EXPECT_EXIT(
         {

@@ -1,5 +1,4 @@
-// The whole procedure at a window, by mouse and keys alone, as somebody without a headset or a device does
-// it.
+// The whole procedure in a window with mouse and keys only, as a user without headset and device does it.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -32,10 +31,10 @@ using namespace std::chrono_literals;
 using haptics::Tool;
 using test::Outcome;
 
-// One key press moves or rolls the tool by so much. One step of the wheel is a millimetre.
+// Motion per key press. One step of the wheel is a millimetre.
 constexpr double kKeyStep_m = 0.002, kKeyStep_rad = 0.035;
 
-// Where a tool is, counted in key presses from its start.
+// Position of a tool in key presses from its start.
 struct KeySteps {
     double right = 0.0, up = 0.0, deeper = 0.0, rolled = 0.0;  // rolled: with Q
 };
@@ -46,7 +45,7 @@ bool isNear(const KeySteps& a, const KeySteps& b) {
            std::fabs(a.deeper - b.deeper) < kNear && std::fabs(a.rolled - b.rolled) < kNear;
 }
 
-// The patient and the path of an attempt, and what the keys of the window do to a tool there.
+// Converts between tool poses and key presses, for the patient and the path of an attempt.
 class KeyFrame {
   public:
     explicit KeyFrame(const records::Record& record)
@@ -77,9 +76,9 @@ class KeyFrame {
         const Quat roll = glm::conjugate(start_.rotation) * needle.rotation;
         return {steps.x, steps.y, steps.z, 2.0 * std::atan(roll.z / roll.w) / kKeyStep_rad};
     }
-    // The probe laid on the path's entry, `deeper` steps in, its guide along the path: rolled so that it sees
-    // the target duct in this breath by the program's own rule, in the middle of the widest range of rolls
-    // that do. Nothing where none does.
+    // Places the probe at the path's entry, `deeper` steps in, with its guide along the path. Chooses the
+    // middle of the widest range of rolls in which the program's own rule sees the target duct at this
+    // breath. Empty if there is none.
     std::optional<KeySteps> probeOnDuct(const patient::Surrogate& breath, double deeper) const;
     const patient::PlannedPath& path() const { return path_; }
 
@@ -89,12 +88,12 @@ class KeyFrame {
     const patient::PlannedPath path_;
     const haptics::GuideSettings guide_;
     const Pose start_;
-    glm::dmat3 patient_from_keys_{1.0};  // right, up, deeper
+    glm::dmat3 patient_from_keys_{1.0};  // columns: right, up, deeper
 };
 
 std::optional<KeySteps> KeyFrame::probeOnDuct(const patient::Surrogate& breath, double deeper) const {
     constexpr int kMostRolled = 45;
-    constexpr double kLook_s = 0.5;  // one look that lasts long enough for the step to be done
+    constexpr double kLook_s = 0.5;  // long enough for the step to count as done
     const training::Procedure procedure(patient_, path_, kLook_s);
     const training::AttemptFold fold(patient_, kLook_s);
     const auto sees = [&](int rolled) {
@@ -118,8 +117,7 @@ std::optional<KeySteps> KeyFrame::probeOnDuct(const patient::Surrogate& breath, 
     return middle;
 }
 
-// What only real time shows: X events at a real window move every tool and carry every command of a whole
-// procedure.
+// Needs real time: X events at a real window move every tool and carry every command of a whole procedure.
 class DesktopRunRealTime : public testing::Test {
   protected:
     static void SetUpTestSuite() { command_ = new test::Command; }
@@ -134,12 +132,12 @@ class DesktopRunRealTime : public testing::Test {
             if (over() || std::chrono::steady_clock::now() > begin + most) return false;
         return true;
     }
-    // All that the program has printed on stderr.
+    // Everything that the program has printed on stderr.
     std::string printed() const { return test::textOf(*command_ / "stderr"); }
     bool says(const std::string& text) const {
         return until([&] { return printed().find(text) != std::string::npos; });
     }
-    // Waits until the attempt's events have it.
+    // Waits until the attempt's log contains this event.
     bool happens(const std::string& kind, const std::string& text, std::chrono::seconds most = 120s) const {
         const std::string id = test::newestAttempt(*command_).filename().string();
         const records::Store store(test::storeOf(*command_));
@@ -159,7 +157,7 @@ class DesktopRunRealTime : public testing::Test {
         }
         return newest_.size() == kFrame;
     }
-    // This tool was in hand and rested throughout the newest frame.
+    // Returns true if this tool was in use and at rest during the whole newest frame.
     bool rests(Tool tool) {
         if (!readSamples()) return false;
         const KeySteps last = stepsNow();
@@ -178,8 +176,8 @@ class DesktopRunRealTime : public testing::Test {
         const int times = int(std::lround(steps));
         if (times != 0) display_.key(times > 0 ? forth : back, std::abs(times));
     }
-    // Moves the tool with keys until the stored samples show it at rest there. A key press that has not
-    // arrived is repeated, and one too many taken back.
+    // Moves the tool with keys until the stored samples show it at rest at the goal. Repeats missing key
+    // presses and reverses extra ones.
     bool bring(Tool tool, const KeySteps& goal) {
         const auto arrived = [&] { return rests(tool) && isNear(stepsNow(), goal); };
         for (int tries = 0; tries < 12; ++tries) {
@@ -198,7 +196,7 @@ class DesktopRunRealTime : public testing::Test {
         }
         return false;
     }
-    // Repeats `act` until the attempt's events have it.
+    // Repeats `act` until the attempt's log contains this event.
     bool happensBy(const std::function<bool()>& act, const std::string& kind, const std::string& text) const {
         for (int times = 0; times < 6; ++times) {
             if (!act()) return false;
@@ -217,15 +215,15 @@ class DesktopRunRealTime : public testing::Test {
 
     static constexpr std::size_t kFrame = records::kFrameTicks;
     test::XDisplay display_{1500, 950};
-    static inline test::Command* command_ = nullptr;  // one patient for all
+    static inline test::Command* command_ = nullptr;  // one patient for all tests
     std::future<Outcome> outcome_;
     std::optional<KeyFrame> keys_;
     std::vector<records::Sample> newest_;
     std::uintmax_t samples_bytes_ = 0;
 };
 
-// In real time: that X events of a real window, in the order and at the pace in which they arrive, move every
-// tool and carry every command of a whole procedure. Nothing here depends on how fast the machine is.
+// X events of a real window arrive in their own order and at their own pace. The test does not depend on
+// the speed of the machine.
 TEST_F(DesktopRunRealTime, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     start("--device mouse --scenario procedure --path 2 --trainee mouse-1");
     ASSERT_TRUE(says("the hand is yours")) << printed();
@@ -234,8 +232,8 @@ TEST_F(DesktopRunRealTime, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     keys_.emplace(records::loadRecord(record()));
     ASSERT_TRUE(isNear(stepsNow(), {})) << where();
 
-    ASSERT_TRUE(bring(Tool::finger, {.deeper = 16})) << where();  // on the skin, then along it by mouse
-    for (int tries = 0; tries < 12; ++tries) {                    // before its first picture it is not heard
+    ASSERT_TRUE(bring(Tool::finger, {.deeper = 16})) << where();  // to the skin, then along it by mouse
+    for (int tries = 0; tries < 12; ++tries) {                    // no effect before the first picture
         display_.drag(500, 260, 520, 260);
         if (until([&] { return readSamples() && stepsNow().right > 1.0; }, 5s)) break;
     }
@@ -270,15 +268,15 @@ TEST_F(DesktopRunRealTime, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     ASSERT_TRUE(happens("step", "open the skin")) << where();
     display_.key("Home");
 
-    display_.key("space");  // the next tool
+    display_.key("space");  // next tool
     ASSERT_TRUE(says("the guide is in hand")) << printed();
-    const auto beside_and_in = [&] {  // it holds the needle
+    const auto beside_and_in = [&] {  // the guide holds the needle
         return bring(Tool::guide, {.right = 1}) && bring(Tool::guide, {});
     };
     ASSERT_TRUE(happensBy(beside_and_in, "step", "snap the needle into the guide")) << where();
     display_.key("n");
     ASSERT_TRUE(says("the needle is in hand")) << printed();
-    ASSERT_TRUE(bring(Tool::needle, {.deeper = 15})) << where();  // to the skin, on with the wheel
+    ASSERT_TRUE(bring(Tool::needle, {.deeper = 15})) << where();  // to the skin, further with the wheel
     const double target_mm = 30.0 + 1e3 * keys_->path().length_m + 1.0;
     const auto wheel = [&] {
         const int missing = int(std::ceil(target_mm - 1e3 * kKeyStep_m * stepsNow().deeper));

@@ -21,7 +21,7 @@ TEST(Latest, TheNewestIsTakenOnceAndStays) {
     EXPECT_EQ(latest.front(), 3);
 }
 
-// Each value is a thousand equal numbers; a torn one would not be.
+// Each value is a vector of a thousand equal numbers. A torn read would mix numbers.
 TEST(Latest, ValuesArriveWholeAndInOrder) {
     constexpr int kValues = 20000;
     Latest<std::vector<int>> latest;

@@ -1,4 +1,4 @@
-// The window on an X server without a screen, beside a headset that the mock runtime plays.
+// The window on an X server without a screen, beside a headset from the mock runtime.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -45,7 +45,7 @@ bool until(const std::function<bool()>& done, std::chrono::seconds most = 120s) 
     return true;
 }
 
-// Means over a grid of boxes of a picture's part: what is left of it when it was scaled.
+// Means of boxes in a grid over `part` of a picture. They survive scaling.
 std::vector<double> boxes(const std::uint8_t* rgb, int stride, const Rect& part, int count) {
     std::vector<double> means;
     for (int j = 0; j < count; ++j)
@@ -78,7 +78,7 @@ double spread(const std::vector<double>& values) {
 Rect paneOf(WindowView view, int width = kWidth, int height = kHeight) {
     return layoutOf(view, WindowView::leftEye, width, height).panes[0].area;
 }
-// Where an eye's picture is.
+// Area of an eye's picture.
 Rect eyeIn(WindowView view, int width = kWidth, int height = kHeight) {
     return fitted(paneOf(view, width, height), kEyePixels, kEyePixels);
 }
@@ -91,7 +91,7 @@ class MirrorTest : public testing::Test {
         settings_.width = kWidth, settings_.height = kHeight;
     }
     void open() { mirror_.emplace(patient_, path_, settings_); }
-    // A headset whose head keeps still.
+    // A headset with a fixed head pose.
     void putOn() {
         json head = json::array();
         const Pose pose = stageFromHead(stageFromPatient(patient_, path_), path_, 0.0);
@@ -133,7 +133,7 @@ class MirrorTest : public testing::Test {
             return std::vector<double>(32 * 32 * 3);
         return boxes(shot.rgb.data(), shot.width, part, 32);
     }
-    // Frames go on until the window has come so far.
+    // Renders frames until `done` returns true.
     bool showUntil(const std::function<bool()>& done) {
         return until([&] { return show(1), done(); });
     }
@@ -164,7 +164,7 @@ TEST_F(MirrorTest, ItShowsTheEyeThatTheHeadsetShows) {
     display_->key("2");
     EXPECT_TRUE(showUntil([&] { return psnrOfGreys_db(shown(eyeIn(WindowView::rightEye)), right) > 36.0; }))
         << psnrOfGreys_db(shown(eyeIn(WindowView::rightEye)), right);
-    // In every shape of window.
+    // Also at other window sizes.
     for (const auto& [width, height] : {std::pair{1200, 500}, {500, 900}}) {
         display_->resize(width, height);
         EXPECT_TRUE(showUntil([&] {
@@ -197,8 +197,8 @@ TEST_F(MirrorTest, KeysTurnItsPagesAndTheTitleSaysWhichIsOpen) {
     EXPECT_TRUE(reads("right eye"));
 }
 
-// What the trainee is told is told here: what is struck round the eye's picture, which stays as it was, and
-// the guide by its key; an exam tells nothing.
+// The trainee's alerts also appear in the window: a strike is shown around the eye's picture, which stays
+// unchanged. A key opens the guide. An exam shows neither.
 TEST_F(MirrorTest, WhatTheTraineeIsToldStandsRoundHisPicture) {
     settings_.hints = training::hintsOf(training::Difficulty::practice);
     open();
@@ -212,7 +212,7 @@ TEST_F(MirrorTest, WhatTheTraineeIsToldStandsRoundHisPicture) {
                         kEyePixels, kEyePixels);
     const std::vector<double> left = captured("seen_left.png");
     ASSERT_TRUE(showUntil([&] { return psnrOfGreys_db(shown(inside), left) > 34.0; }));
-    // Boxes along the strip: fewer than it has rows.
+    // Means of boxes along the strip. There are fewer boxes than rows.
     const auto strip = [&] {
         const Screenshot shot = display_->shot();
         if (above.x + above.width > shot.width || above.y + above.height > shot.height)
@@ -231,7 +231,7 @@ TEST_F(MirrorTest, WhatTheTraineeIsToldStandsRoundHisPicture) {
     EXPECT_TRUE(showUntil([&] { return mean(0) > mean(1) + 60.0 && mean(0) > mean(2) + 60.0; }));
     EXPECT_GT(psnrOfGreys_db(shown(inside), left), 34.0) << "the picture stays free";
     const Screenshot struck = display_->shot();
-    int changes = 0;  // of light and dark along the strip's middle: stripes
+    int changes = 0;  // changes between light and dark along the strip's middle
     for (int x = above.x + 1; x < above.x + above.width; ++x) {
         const auto light = [&](int at) {
             return struck.rgb[std::size_t(3 * ((above.y + above.height / 2) * struck.width + at) + 1)] > 45;
@@ -261,7 +261,7 @@ TEST_F(MirrorTest, TheFreeCameraTurnsWithTheMouse) {
     ASSERT_TRUE(showUntil([&] { return spread(shown(pane)) > 50.0; }));
     show(2);
     std::vector<double> before = shown(pane);
-    double still_db = 0.0;  // of two pictures that the window has presented one after the other
+    double still_db = 0.0;  // between two pictures that the window presented one after the other
     EXPECT_TRUE(until([&] {
         const std::uint64_t presented = mirror_->shown();
         if (!until([&] { return show(1), mirror_->shown() > presented + 1; })) return false;
@@ -299,10 +299,10 @@ TEST_F(MirrorTest, WithoutADisplayThereIsASentence) {
     }
 }
 
-// What only real time shows: a display that stops answering does not slow the frames.
+// Needs real time: a display that stops answering must not slow the frames.
 using MirrorRealTime = MirrorTest;
 
-// The last: a process whose display did not answer opens no other window.
+// Must be the last test: after its display stopped answering, a process opens no other window.
 TEST_F(MirrorRealTime, AWindowThatIsStuckHoldsNoFrameBack) {
     open();
     putOn();
@@ -324,8 +324,8 @@ TEST_F(MirrorRealTime, AWindowThatIsStuckHoldsNoFrameBack) {
     const std::uint64_t rendered = frames_->totals().rendered;
     int frames = 0;
     double stuck_ms = 0.0;
-    // Five frames on end are as fast as before: a frame that waits for the display, if only for some time,
-    // would be among them. Again where the machine itself stood still.
+    // Five consecutive frames are as fast as before. A frame that waits for the display would be among
+    // them. Repeats this if the machine itself stalled.
     EXPECT_TRUE(until([&] {
         frames += 5;
         stuck_ms = slowest(5);
@@ -336,13 +336,13 @@ TEST_F(MirrorRealTime, AWindowThatIsStuckHoldsNoFrameBack) {
     RecordProperty("slowest_frame_beside_a_stuck_window_ms", std::to_string(stuck_ms));
     EXPECT_EQ(frames_->totals().rendered, rendered + std::uint64_t(frames));
     EXPECT_LE(mirror_->shown(), before + 3) << "the window was not stuck";
-    // It takes up again.
+    // The window resumes.
     display_->go();
     const std::uint64_t after = mirror_->shown();
     EXPECT_TRUE(showUntil([&] { return mirror_->shown() > after + 3; }));
     display_->stop();
     show(20);
-    // Nor is its end: it is over while the display still answers nobody.
+    // Closing the window does not wait either, although the display still does not answer.
     const auto begin = SteadyClock::now();
     frames_.reset();
     mirror_.reset();

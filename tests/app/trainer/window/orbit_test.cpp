@@ -28,7 +28,7 @@ TEST(Orbit, ItLooksAtItsMiddleFromItsDistanceUpright) {
 TEST(Orbit, AQuarterTurnToTheRightGoesAroundToTheLeft) {
     Orbit o{{0.0, 1.0, 0.0}, 0.0, 0.0, 1.0};
     EXPECT_NEAR(eyeOf(o).z, 1.0, 1e-12);
-    turn(o, 0.5, 0.0);  // what is seen follows the pointer
+    turn(o, 0.5, 0.0);  // the scene follows the pointer
     EXPECT_NEAR(eyeOf(o).x, -1.0, 1e-12);
     for (int i = 0; i < 50; ++i)
         turn(o, 0.0, -0.3);
@@ -41,7 +41,7 @@ TEST(Orbit, PanningByThePicturesHeightMovesItByWhatIsSeenThere) {
     const Orbit before = o;
     pan(o, 0.0, 1.0);
     EXPECT_NEAR(glm::distance(o.middle_m, before.middle_m), 4.0 * std::tan(kOrbitHalfHeight_rad), 1e-12);
-    // What was in the middle is now at the upper edge.
+    // The former centre is now at the upper edge.
     const render::View view = viewOf(o, 1.0);
     const Vec3 seen = view.stage_from_eye.inverse() * before.middle_m;
     EXPECT_NEAR(seen.y / -seen.z, 2.0 * std::tan(double(view.angle_up)), 1e-6);

@@ -1,4 +1,4 @@
-// A record looked at in the window: its moments as they were seen live, scrubbed there and back.
+// Shows a record in the window: its capture points look as in the attempt, and it scrubs back and forth.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -39,7 +39,7 @@ double psnrOfFiles_db(const std::filesystem::path& a, const std::filesystem::pat
     return psnrOfBytes_db(first.get(), second.get(), std::size_t(3) * std::size_t(size[0][0] * size[0][1]));
 }
 
-// Of the large picture in the middle of the window's left.
+// PSNR of the large picture in the left half of the window.
 double psnrOfShots_db(const Screenshot& a, const Screenshot& b) {
     if (a.width != b.width || a.height != b.height || a.rgb.empty()) return 0.0;
     std::vector<std::uint8_t> parts[2];
@@ -59,8 +59,7 @@ class ReplayShow : public testing::Test {
             if (std::chrono::steady_clock::now() > begin + most) return false;
         return true;
     }
-    // Waits for two pictures one after the other that are the same. On a busy machine that may be an older
-    // one.
+    // Waits for two equal consecutive pictures. On a busy machine they may be outdated.
     Screenshot still() const {
         Screenshot shot = display_.shot();
         until([&] {
@@ -72,11 +71,12 @@ class ReplayShow : public testing::Test {
         });
         return shot;
     }
-    // Shows the end of the attempt, then its begin, then its end once more: another picture, and the same.
+    // Shows the end of the attempt, its start, and its end again. The start must differ, and the end must
+    // be the same.
     bool scrubsThereAndBack() const {
-        display_.key("End");  // the needle is out again or deep in
+        display_.key("End");  // the needle is outside again or deep inside
         const Screenshot end = still();
-        display_.key("space");  // plays from the begin, and stops there
+        display_.key("space");  // plays from the start and stops there
         display_.key("space");
         display_.key("Home");
         if (!until([&] { return psnrOfShots_db(display_.shot(), end) < 45.0; }, 20s)) return false;
@@ -105,7 +105,7 @@ TEST_F(ReplayShow, ShowsWhatWasSeenAndScrubsThereAndBack) {
     ASSERT_TRUE(
         until([&] { return !display_.title().empty() || shown.wait_for(0s) == std::future_status::ready; }));
     ASSERT_TRUE(until([&] { return std::filesystem::exists(again / "duct_view.png"); }));
-    bool scrubs = false;  // again where a picture was older than its key
+    bool scrubs = false;  // retries if a picture was older than its key
     for (int tries = 0; tries < 6 && !scrubs; ++tries)
         scrubs = scrubsThereAndBack();
     EXPECT_TRUE(scrubs);
@@ -113,7 +113,7 @@ TEST_F(ReplayShow, ShowsWhatWasSeenAndScrubsThereAndBack) {
     const Outcome outcome = shown.get();
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(outcome.summary.at("state_hash"), attempt.summary.at("state_hash"));
-    // The scene of a moment is the tick's: the picture drawn again is that of the attempt.
+    // Each capture point is drawn from the state of its tick, so the picture equals that of the attempt.
     for (const std::string moment : {"approach", "skin", "fascia", "liver", "duct"})
         EXPECT_GT(psnrOfFiles_db(live / (moment + "_view.png"), again / (moment + "_view.png")), 35.0)
             << moment;

@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::uint32_t kBeneathPixels = 100;
 
-// An eye at the origin that looks along -z through a square of tangent 1, its picture grey and clear in a
-// rectangle; 2 m before it a screen of 2 m x 1 m: half of the picture's width, a quarter of its height.
+// An eye at the origin looks along -z with a tangent of 1 to each side. Its picture is opaque grey. A
+// screen of 2 m x 1 m stands 2 m in front of it: half of the picture's width, a quarter of its height.
 EyeGiven eyeBefore(bool facing) {
     EyeGiven eye;
     eye.image = {kBeneathPixels, kBeneathPixels,

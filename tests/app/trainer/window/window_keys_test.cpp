@@ -13,13 +13,13 @@ KeyPress function(int number) {
     return press;
 }
 
-// From the one that the attempt has, whoever has set it, and around.
+// Starts from the attempt's current difficulty, whoever set it, and cycles.
 TEST(WindowKeys, F12SetsTheNextDifficulty) {
     const auto port = std::make_shared<WindowPort>();
     WindowKeys keys(port);
     keys.know(false, false, Difficulty::exam);
     keys.press(function(12));
-    keys.know(false, false, Difficulty::exam);  // a picture from before the key
+    keys.know(false, false, Difficulty::exam);  // a state from before the key press
     keys.press(function(12));
     keys.press(function(12));
     EXPECT_EQ(port->typed(), "difficulty guided\ndifficulty practice\ndifficulty exam\n");

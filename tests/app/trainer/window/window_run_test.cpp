@@ -1,5 +1,5 @@
-// `stylet run` with a window, as a user runs it, on an X server without a screen. On a virtual clock, where a
-// slow machine only draws later, but for one short run.
+// Runs `stylet run` with a window as a user does, on an X server without a screen. Most tests use a virtual
+// clock, where a slow machine only draws later.
 #include <algorithm>
 #include <chrono>
 #include <fstream>
@@ -18,8 +18,8 @@ namespace {
 using namespace std::chrono_literals;
 using test::Outcome;
 
-// All moments and a hit within two seconds of the loop: a patient who breathes fast keeps nobody waiting for
-// his hold.
+// A scenario with all capture points and a hit within two seconds. The patient breathes fast, so that the
+// breath-hold comes soon.
 constexpr const char* kTwoSeconds = R"(name = "two seconds"
 description = "The short scenario with a fast breath and a faster hand."
 moments = ["approach", "skin", "fascia", "liver", "duct"]
@@ -60,7 +60,7 @@ class WindowRun : public testing::Test {
                                  (*command_ / "two_seconds.toml").string() + "' " + options);
         });
     }
-    // Waits until the window shows something other than its captions.
+    // Waits until the window shows more than its captions.
     bool shown() const {
         const auto begin = std::chrono::steady_clock::now();
         while (outcome_.wait_for(50ms) != std::future_status::ready) {
@@ -76,7 +76,7 @@ class WindowRun : public testing::Test {
     }
 
     std::optional<test::XDisplay> display_{std::in_place, 1400, 900};
-    static inline test::Command* command_ = nullptr;  // one patient for all
+    static inline test::Command* command_ = nullptr;  // one patient for all tests
     std::future<Outcome> outcome_;
 };
 
@@ -84,7 +84,7 @@ class WindowRun : public testing::Test {
 TEST_F(WindowRun, ADisplayThatGoesAwayTakesTheMirrorAndNothingElse) {
     Outcome outcome;
     bool lost = false;
-    // Again where a stall of the machine let the attempt end before the window had shown it, or had noticed.
+    // Retries if the attempt ended before the window was shown or before the loss was noticed.
     for (int tries = 0; tries < 20 && !lost; ++tries) {
         display_.emplace(1400, 900);
         start("--fast --fps 4 --headless --mirror --validation");
@@ -100,9 +100,9 @@ TEST_F(WindowRun, ADisplayThatGoesAwayTakesTheMirrorAndNothingElse) {
         EXPECT_TRUE(std::filesystem::exists(command_->out() / eye)) << eye;
 }
 
-// Only in real time does a window open without being asked for: where a display is named and no headset is
-// found. On a slow machine the attempt may end before the window has shown anything, so the test looks at the
-// captured pictures alone.
+// Needs real time: only there does a window open by itself, if a display is available and no headset is
+// found. Checks the captured pictures only: on a slow machine the attempt may end before the window shows
+// one.
 using WindowRunRealTime = WindowRun;
 
 TEST_F(WindowRunRealTime, WithoutAHeadsetTheWindowTakesItsPlace) {

@@ -20,7 +20,8 @@ TEST(ForceDimensionFrame, TheWristTurnsTheStylusAsItTurnsItself) {
     const Pose level = stylusFromDhd({0.01, 0.02, 0.03}, none);
     EXPECT_EQ(level.position_m, Vec3(0.02, 0.03, 0.01));
     EXPECT_NEAR(glm::distance(level.direction({0.0, 0.0, -1.0}), -kToUser), 0.0, 1e-15);
-    // A quarter turn about the SDK's z, which is up: its x (to the user) goes to its y (right).
+    // A quarter turn about the SDK's z axis, which points up. The SDK's x (toward the user) turns to its y
+    // (right).
     const double about_up[3][3] = {{0.0, -1.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}};
     const Pose turned = stylusFromDhd(Vec3(0.0), about_up);
     EXPECT_NEAR(glm::distance(turned.direction(kToUser), kRight), 0.0, 1e-15);

@@ -19,8 +19,8 @@ using test::kTick_ns;
 
 constexpr std::int64_t kStart_ns = 5'000'000'000;
 
-// Link and emulator on a virtual clock. As the driver does, forces are zero until the link says that the
-// bridge does not hold them back, and the connection is closed at the first fault.
+// Link and emulator on a virtual clock. Behaves like the driver: sends zero force until the link reports
+// that the bridge accepts forces, and closes the connection at the first fault.
 struct Pair {
     explicit Pair(const BridgeScript& script) : emulator(script), random(script.seed) {
         talk(link.hello().span());
@@ -49,7 +49,7 @@ struct Pair {
         std::vector<std::uint8_t> back;
         emulator.release(now_ns, back);
         hung_up = hung_up || !emulator.receive(bytes, now_ns, back);
-        // In pieces, as a socket may give them.
+        // Deliver in pieces, as a socket may.
         for (std::size_t at = 0; at < back.size();) {
             const std::size_t piece = std::min(back.size() - at, std::size_t(1 + random() % 97));
             link.receive({back.data() + at, piece}, now_ns);
@@ -90,7 +90,7 @@ TEST(BridgeLink, AQuietBridgeGivesAFreshStateEveryTick) {
 // HZ-FORCE-02
 TEST(BridgeLink, AForceOnlyFlowsAfterAZero) {
     Pair pair({});
-    pair.ready = true;  // a driver that does not wait
+    pair.ready = true;  // a driver that does not wait for readiness
     for (int i = 0; i < 50; ++i) {
         pair.tick({0.0, 0.0, 1.5});
         pair.ready = true;
@@ -137,7 +137,7 @@ TEST(BridgeLink, OurOwnPauseIsNotTheBridges) {
     Pair pair({});
     for (int i = 0; i < 20; ++i)
         pair.tick({0.0, 0.0, 1.0});
-    pair.now_ns += 500 * kTick_ns;  // the thread was not scheduled; the bridge let go meanwhile
+    pair.now_ns += 500 * kTick_ns;  // thread not scheduled; the bridge released the force
     EXPECT_EQ(pair.motor_n(), 0.0);
     pair.tick({0.0, 0.0, 1.0});
     EXPECT_EQ(pair.motor_n(), 0.0);
@@ -180,16 +180,15 @@ TEST(BridgeLink, SequenceNumbersWrap) {
         link.receive(encode(sequence, state).span(), now_ns);
     };
     answer(0xFFFFFFFEu, 1);
-    answer(3, 2);  // five later
+    answer(3, 2);  // five sequence numbers later
     EXPECT_EQ(link.fault(), LinkFault::none) << describe(link.fault());
     EXPECT_EQ(link.counts().states, 2u);
     answer(0xFFFFFFFFu, 3);
     EXPECT_EQ(link.counts().repeated, 1u);
 }
 
-// Every kind of fault at a random moment, for a random while. What must hold: no state that is not finite,
-// and zero at the motors within 20 ms of the last good answer, with a name for it, whenever the fault was
-// one.
+// Injects every kind of fault at a random time, for a random duration. Every state must be finite. A fault
+// must have a name and end in zero motor force within 20 ms of the last good answer.
 // HZ-FORCE-21
 TEST(BridgeLink, TwentyThousandFaultsEndInZeroForceWithin20Ms) {
     std::minstd_rand random(4);
@@ -216,13 +215,14 @@ TEST(BridgeLink, TwentyThousandFaultsEndInZeroForceWithin20Ms) {
             continue;
         }
         ++faults;
-        // The link notices in the first tick after 20 ms at the latest, and tells the bridge in that tick.
+        // The link must notice in the first tick after 20 ms at the latest, and must report it to the
+        // bridge in that tick.
         const std::int64_t began_ns = pair.emulator.fault_began_ns();
         ASSERT_LE(pair.closed_ns - began_ns, kSilent_ns + kTick_ns) << int(script.fault);
         if (pair.link.fault() != LinkFault::none) {
             ASSERT_STRNE(describe(pair.link.fault()), "nothing wrong");
         }
-        if (pair.hung_up) continue;  // the motors are the hung-up bridge's
+        if (pair.hung_up) continue;  // a bridge that hung up controls its motors itself
         ASSERT_NE(zero_ns, 0) << int(script.fault);
         ASSERT_LE(zero_ns - pair.closed_ns, 0) << int(script.fault);
     }

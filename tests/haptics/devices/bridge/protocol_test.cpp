@@ -14,7 +14,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// "53 54 42" -> bytes; "00*34" is 34 times 00.
+// Parses "53 54 42" into bytes. "00*34" stands for 34 bytes 00.
 Bytes hex(const std::string& text) {
     Bytes bytes;
     const char* at = text.c_str();
@@ -32,7 +32,7 @@ Bytes bytesOf(const FrameBytes& frame) {
     return {frame.span().begin(), frame.span().end()};
 }
 
-// Written from the README's tables by hand, checksums by another program.
+// Written by hand from the tables in the README. The checksums come from another program.
 const Bytes kHello = hex("53 54 42 47 01 01 04 00 01 00 00 00 01 01 00 00 24 2C F2 4F");
 const Bytes kForce =
     hex("53 54 42 47 01 03 20 00 02 00 00 00 00 CA 9A 3B 00 00 00 00 00 00 00 00 00 00 E0 3F "
@@ -78,7 +78,7 @@ LinkFault decode(const Bytes& bytes, T& message) {
     return parse(frame, message);
 }
 
-// The golden bytes with `value` written over the payload at `at`, checksum made right again.
+// The golden bytes with `value` written over the payload at `at`, and the checksum corrected.
 template <typename T>
 Bytes with(Bytes bytes, std::size_t at, T value) {
     std::memcpy(bytes.data() + kHeaderBytes + at, &value, sizeof value);
@@ -143,7 +143,8 @@ TEST(BridgeProtocol, EveryFlippedBitIsNoticed) {
             bytes[bit / 8] ^= std::uint8_t(1u << bit % 8);
             Frame frame;
             const LinkFault fault = readFrame(bytes, frame);
-            // A length that grew waits for bytes which, in a conversation, come and do not fit the checksum.
+            // A longer length makes the reader wait for more bytes. In a conversation they arrive and fail
+            // the checksum.
             const bool longer =
                 fault == LinkFault::none && frame.bytes == 0 && (bit / 8 == 6 || bit / 8 == 7);
             EXPECT_TRUE(fault != LinkFault::none || longer) << "bit " << bit;
@@ -215,7 +216,7 @@ TEST(BridgeProtocol, ValuesThatCannotBeAreRefused) {
     EXPECT_EQ(decode(with(kCapabilities, 24, 1e12), capabilities), LinkFault::value);
     EXPECT_EQ(decode(with(kCapabilities, 40, -1.0), capabilities), LinkFault::value);  // mass
     EXPECT_EQ(decode(with(kCapabilities, 104, '\n'), capabilities), LinkFault::value);
-    EXPECT_EQ(decode(with(kCapabilities, 110, 'x'), capabilities), LinkFault::value);  // behind the end
+    EXPECT_EQ(decode(with(kCapabilities, 110, 'x'), capabilities), LinkFault::value);  // after the end
     Bye bye;
     EXPECT_EQ(decode(with(kBye, 3, '\x1b'), bye), LinkFault::value);
 }

@@ -61,7 +61,7 @@ TEST(BridgeServo, FifteenMillisecondsOfSilenceTakeTheForce) {
     for (int i = 1; i <= 15; ++i)
         EXPECT_EQ(run.tick(), Vec3(1.0, 0.0, 0.0)) << i;
     EXPECT_EQ(run.tick(), Vec3(0.0));
-    run.command({1.0, 0.0, 0.0});  // back, but a zero is wanted first
+    run.command({1.0, 0.0, 0.0});  // commands are back, but a zero force must come first
     EXPECT_EQ(run.tick(), Vec3(0.0));
     EXPECT_TRUE(run.watchdog());
 }
@@ -102,7 +102,7 @@ TEST(BridgeServo, AReleaseIsZeroInTheNextTick) {
 
 struct Conversation {
     Conversation() { putText(capabilities.name, "x"), capabilities.profile.force_peak_n = 3.3; }
-    // What the session answers to a frame.
+    // Sends a frame to the session and reads its answer.
     LinkFault say(const FrameBytes& bytes, Frame& answer) {
         out.clear();
         on = session.receive(bytes.span(), out);
@@ -130,7 +130,7 @@ TEST(BridgeSession, GreetsAndAnswersEachForceWithTheNewestSample) {
     ASSERT_EQ(talk.say(encode(1, Hello{}), frame), LinkFault::none);
     EXPECT_EQ(frame.type, FrameType::capabilities);
     ASSERT_EQ(talk.say(encode(2, Force{}), frame), LinkFault::none);
-    EXPECT_EQ(frame.bytes, 0u);  // no sample yet: nothing to say
+    EXPECT_EQ(frame.bytes, 0u);  // no sample yet, so nothing to send
     talk.servo.tick({7, {Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.1, 0.2, 0.3)}, 5, MotorStage::on, true}, 3.3);
     ASSERT_EQ(talk.say(encode(3, Force{}), frame), LinkFault::none);
     State state;
@@ -172,8 +172,9 @@ TEST(BridgeSession, TakesFramesInPiecesAndIgnoresRepeats) {
     EXPECT_EQ(talk.out.size(), 256u + 2 * 96u);
 }
 
-// serve() on a thread, with the driver as its trainer and the device's servo on the test's thread. The clock
-// stands still while serve() answers, so that a stall of the machine is no silence of either side.
+// serve() runs on its own thread, with the driver as its client. The device's servo runs on the test's
+// thread. The clock stands still while serve() answers, so a stall of the test machine does not count as
+// silence.
 class BridgeServe : public testing::Test {
   protected:
     void SetUp() override {
@@ -188,13 +189,13 @@ class BridgeServe : public testing::Test {
         return why;
     }
     bool tick() { return sdk.tick(time.now_ns += kTick_ns); }
-    // A tick of the servo, then an exchange.
+    // One servo tick, then one exchange.
     DeviceStage exchange(BridgeDriver& driver, const Vec3& force_n = Vec3(0.0)) {
         tick();
         state.fresh = 0;
         return driver.exchange(force_n, state, reason);
     }
-    // Exchanges until the force arrives at the motors.
+    // Exchanges until the force reaches the motors.
     void press(BridgeDriver& driver) {
         DeviceStage stage = DeviceStage::opening;
         for (int i = 0; i < 10 && sdk.motor_n() == 0.0; ++i) {
@@ -210,7 +211,7 @@ class BridgeServe : public testing::Test {
     test::SimulatedSdk sdk{test::SimulatedSdk::Ticks::test};
     std::atomic<bool> stop{false};
     DeviceState state;
-    std::string why, reason;  // of serve(), of the driver
+    std::string why, reason;  // reasons from serve() and from the driver
     std::thread thread;
 };
 
@@ -232,12 +233,12 @@ TEST_F(BridgeServe, AClosedTrainerAndASilentOneEndInZeroForce) {
     ASSERT_EQ(driver.open(reason), DeviceStage::opening) << reason;
     press(driver);
     driver.close();
-    // With the time standing still it is the farewell that ends the force, and not the watchdog.
+    // Time stands still, so the farewell message ends the force, not the watchdog.
     EXPECT_TRUE(test::waitUntil([this] { return sdk.tick(time.now_ns) && sdk.motor_n() == 0.0; }));
 
     ASSERT_TRUE(test::waitUntil([&] { return driver.open(reason) == DeviceStage::opening; })) << reason;
     press(driver);
-    const std::int64_t spoke_ns = time.now_ns;  // and not a word more
+    const std::int64_t spoke_ns = time.now_ns;  // the driver sends nothing after this time
     for (int i = 0; i < 100; ++i)
         tick();
     EXPECT_EQ(sdk.motor_n(), 0.0);
@@ -277,7 +278,7 @@ TEST_F(BridgeServe, OneBridgeAtATimeAndADeadOnesSocketIsReplaced) {
 
     const std::string left = folder / "left.sock";
     {
-        // A socket whose process died stays in the file system.
+        // The socket file of a dead process remains in the file system.
         sockaddr_un address{};
         address.sun_family = AF_UNIX;
         std::snprintf(address.sun_path, sizeof address.sun_path, "%s", left.c_str());

@@ -1,5 +1,5 @@
-"""An OpenXR application without a headset's worth of code: an instance, a Vulkan device that the runtime chose,
-and a session whose frames are filled rectangles. It follows the specification and remembers what it was told."""
+"""A minimal OpenXR application: an instance, the Vulkan device chosen by the runtime, and a session whose frames are
+filled rectangles. It follows the specification and records what the runtime reports."""
 
 from ctypes import c_char_p, c_int32, c_uint32, c_void_p
 
@@ -54,7 +54,7 @@ class Client:
                                      device=self.vk_device, queueFamilyIndex=self.QUEUE_FAMILY, queueIndex=0)
 
     def events(self):
-        """What has happened since the last call, as structures of their own type."""
+        """Yields the events since the last call, each as a structure of its own type."""
         while True:
             buffer = EventDataBuffer()
             if self.xr.xrPollEvent(self.instance, buffer) == Result.EVENT_UNAVAILABLE:
@@ -68,7 +68,7 @@ class Client:
         return path
 
     def close(self):
-        """Safe to call again."""
+        """Can be called more than once."""
         if self.instance:
             self.xr.xrDestroyInstance(self.instance)
             self.instance = Instance()
@@ -92,7 +92,7 @@ class SwapchainImages:
             client.xr.xrEnumerateSwapchainImages, self.handle, kind=SwapchainImageVulkan)]
 
     def fill(self, colour):
-        """Acquires an image, fills it and hands it to the runtime. Its index."""
+        """Acquires an image, fills it and releases it to the runtime. Returns its index."""
         xr, index = self.client.xr, c_uint32()
         xr.xrAcquireSwapchainImage(self.handle, SwapchainImageAcquireInfo(), index)
         xr.xrWaitSwapchainImage(self.handle, SwapchainImageWaitInfo(timeout=INFINITE_DURATION))
@@ -130,7 +130,7 @@ class RunningSession:
             primaryViewConfigurationType=VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO))
 
     def frame(self):
-        """Waits for, draws and submits a frame. Its FrameState and the views it was drawn for."""
+        """Waits for, draws and submits a frame. Returns its FrameState, the view state and the views."""
         state = FrameState()
         self.xr.xrWaitFrame(self.handle, FrameWaitInfo(), state)
         self.xr.xrBeginFrame(self.handle, FrameBeginInfo())
@@ -149,7 +149,7 @@ class RunningSession:
         return state, list(views)[:count.value]
 
     def draw(self, views):
-        """A blue world seen by both eyes, and a red board half a metre ahead of the head."""
+        """A blue background for both eyes, and a red board half a metre in front of the head."""
         self.world.fill((0.0, 0.2, 0.6, 1.0))
         self.board.fill((0.8, 0.1, 0.1, 1.0))
         projected = [CompositionLayerProjectionView(pose=view.pose, fov=view.fov, subImage=self.world.sub_image(eye))

@@ -1,4 +1,4 @@
-"""Walks the mock runtime from outside: another language, the C ABI, and the specification as the only guide."""
+"""Tests the mock runtime from outside: a client in another language, written from the specification for the C ABI."""
 
 import json
 import math
@@ -27,7 +27,7 @@ SCENARIO = {
 
 
 class Actions:
-    """One action of each kind that the simple controller serves, bound for both hands."""
+    """One action of each kind that the simple controller supports, bound for both hands."""
 
     def __init__(self, client):
         self.client, self.xr = client, client.xr
@@ -101,7 +101,7 @@ class MockRuntimeTest(unittest.TestCase):
         self.assertEqual(caught.exception.result, result, str(caught.exception))
 
     def states(self, client, session):
-        """The session states that were reported, which are all that was reported."""
+        """Returns the reported session states. There must be no other events."""
         states = []
         for event in client.events():
             self.assertIsInstance(event, EventDataSessionStateChanged)
@@ -176,7 +176,7 @@ class SessionTest(MockRuntimeTest):
         self.live(client, actions, first_frame_after=end)
 
     def live(self, client, actions, first_frame_after):
-        """The whole session machine. The display time of the last frame."""
+        """Runs a session through all its states. Returns the display time of the last frame."""
         xr = client.xr
         session = RunningSession(client)
         self.assertEqual(self.states(client, session), [State.IDLE, State.READY])
@@ -229,7 +229,7 @@ class SessionTest(MockRuntimeTest):
         self.assertEqual((bounds.width, bounds.height), (0, 0))
 
     def check_frame(self, session):
-        """Whether the frame was to be rendered."""
+        """Runs a frame. Returns whether it should be rendered."""
         state, view_state, views = session.frame()
         self.assertGreater(state.predictedDisplayTime, self.last_time)
         self.assertEqual(state.predictedDisplayPeriod, 10_000_000)
@@ -253,7 +253,7 @@ class SessionTest(MockRuntimeTest):
         self.assertLess(left.x, right.x)
 
     def check_head(self, session):
-        """The head glides ahead by 0.1 m/s, and LOCAL has its height where the head began."""
+        """The head moves forward at 0.1 m/s. LOCAL has the height at which the head started."""
         location, velocity = session.locate(session.spaces[ReferenceSpaceType.VIEW],
                                             session.spaces[ReferenceSpaceType.STAGE], self.last_time)
         self.assertEqual(location.locationFlags, LOCATED)
@@ -266,7 +266,7 @@ class SessionTest(MockRuntimeTest):
         self.assertEqual((same.pose.position.x, same.pose.orientation.w), (0, 1))
 
     def use_actions(self, client, session, actions):
-        """The scripted click arrives as one press and one release; the aim pose is where the script has it."""
+        """The scripted click arrives as one press and one release. The aim pose is as scripted."""
         xr, handle = client.xr, session.handle
         self.assertEqual(actions.sync(handle), Result.SUCCESS)
         self.assertEqual([type(event) for event in client.events()], [EventDataInteractionProfileChanged])
@@ -285,7 +285,7 @@ class SessionTest(MockRuntimeTest):
             pressed += left.currentState
             self.check_frame(session)
         self.assertEqual(self.states(client, session), [])
-        if changes:  # the first life meets the click, the second is later
+        if changes:  # only the first session is running at the time of the click
             self.assertEqual([value for _, value in changes], [1, 0])
             self.assertLess(changes[0][0], changes[1][0])
             self.assertAlmostEqual(pressed, 10, delta=1)

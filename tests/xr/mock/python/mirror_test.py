@@ -1,6 +1,6 @@
-"""The mirror shows a run of hello_xr: both eyes as they were composed, live; and says when the run has ended.
+"""The mirror shows a run of hello_xr live: the composed pictures of both eyes. It reports when the run has ended.
 
-Needs hello_xr, Xvfb and tkinter; without one of them it is skipped (77).
+Needs hello_xr, Xvfb and tkinter. Without one of them the test is skipped (exit status 77).
 """
 import os
 import pathlib
@@ -16,7 +16,7 @@ SKIPPED = 77
 
 
 def start_display():
-    """An X server without a screen, on a free display."""
+    """A virtual X server on a free display."""
     read_end, write_end = os.pipe()
     server = subprocess.Popen(["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1400x800x24"],
                               pass_fds=[write_end], stderr=subprocess.DEVNULL)
@@ -27,7 +27,7 @@ def start_display():
 
 
 def start_run(socket):
-    # hello_xr quits at the end of its input.
+    # hello_xr quits when its input ends.
     return subprocess.Popen(["hello_xr", "-g", "Vulkan2"], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
                             stderr=subprocess.DEVNULL, env={**os.environ, "XRMOCK_CONTROL": socket})
 

@@ -1,6 +1,6 @@
 """The part of OpenXR 1.0 that a Vulkan application needs, through the C ABI and the system's loader.
 
-Written from the specification with nothing but ctypes. Names are the specification's, without the Xr prefix:
+Written from the specification, using only ctypes. Names are those of the specification, without the Xr prefix:
 
     instance = Instance()
     xr = Functions()
@@ -9,7 +9,7 @@ Written from the specification with nothing but ctypes. Names are the specificat
     properties = InstanceProperties()
     xr.xrGetInstanceProperties(instance, properties)
 
-A function returns its Result, or raises Failure when that is an error.
+A function returns its Result. It raises Failure if the result is an error.
 """
 
 from ctypes import CDLL, CFUNCTYPE, byref, c_char, c_char_p, c_float, c_int32, c_int64, c_uint8, c_uint32
@@ -98,15 +98,15 @@ FORM_FACTOR_HEAD_MOUNTED_DISPLAY = 1
 VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO = 2
 ENVIRONMENT_BLEND_MODE_OPAQUE = 1
 EYE_VISIBILITY_BOTH = 0
-LOCATED = 0xF  # position and orientation, valid and tracked, of a space or of views
+LOCATED = 0xF  # position and orientation are valid and tracked; for spaces and views
 VELOCITY_VALID = 0x3
 SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT = 0x01
 SWAPCHAIN_USAGE_TRANSFER_DST_BIT = 0x10
 COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT = 0x2
 
 
-# Handles are pointers on 64-bit machines, atoms are 64 bits. Each is a type of its own, so that ctypes refuses
-# a session where an instance belongs.
+# Handles are pointers on 64-bit machines, atoms have 64 bits. Each has its own type, so that ctypes rejects a session
+# where an instance is expected.
 class Instance(c_uint64): pass
 class Session(c_uint64): pass
 class Space(c_uint64): pass
@@ -222,7 +222,7 @@ InputSourceLocalizedNameGetInfo = struct(63, sourcePath=Path, whichComponents=c_
 HapticActionInfo = struct(59, action=Action, subactionPath=Path)
 HapticVibration = struct(13, duration=c_int64, frequency=c_float, amplitude=c_float)
 
-# What each function takes. P(X) takes an X, an array of X, or None.
+# Parameters of each function. P(X) accepts an X, an array of X, or None.
 SIGNATURES = {
     "xrEnumerateInstanceExtensionProperties": (c_char_p, c_uint32, P(c_uint32), P(ExtensionProperties)),
     "xrCreateInstance": (P(InstanceCreateInfo), P(Instance)),
@@ -318,7 +318,7 @@ class Functions:
         return call
 
     def forget(self):
-        """After xrDestroyInstance: what was looked up belonged to that instance."""
+        """Call after xrDestroyInstance: the functions found so far belonged to that instance."""
         look_up = self._look_up
         self.__dict__.clear()
         self._look_up, self.instance = look_up, Instance()
@@ -334,7 +334,7 @@ def enumerate_all(function, *arguments, kind):
 
 
 def text_of(function, *arguments):
-    """The same for a string."""
+    """The two-call idiom for a string."""
     count = c_uint32()
     function(*arguments, 0, count, None)
     buffer = (c_char * count.value)()

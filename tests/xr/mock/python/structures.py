@@ -1,10 +1,10 @@
-"""C structures that begin with a type tag and a chain pointer, as OpenXR's and Vulkan's do, in one line each."""
+"""Defines C structures in one line each. They can start with a type tag and a chain pointer, as in OpenXR and Vulkan."""
 
 from ctypes import POINTER, Array, Structure, c_int32, c_void_p, cast, pointer
 
 
 def struct(tag=None, **fields):
-    """A structure with these fields. With a tag it begins with `type` and `next`, and is created with its tag."""
+    """A structure with these fields. With a tag it starts with `type` and `next`, and `type` is set to the tag."""
     head = [] if tag is None else [("type", c_int32), ("next", c_void_p)]
 
     class Struct(Structure):

@@ -1,4 +1,4 @@
-"""The little of Vulkan that clearing a swapchain's image needs, through the C ABI and the system's loader."""
+"""The part of Vulkan needed to clear a swapchain image, through the C ABI and the system's loader."""
 
 from ctypes import CDLL, c_char_p, c_float, c_int32, c_uint32, c_uint64, c_void_p, cast
 
@@ -45,7 +45,7 @@ getInstanceProcAddr = cast(_library.vkGetInstanceProcAddr, c_void_p)
 
 
 def _function(name, *arguments):
-    """Raises when the function's VkResult is an error."""
+    """Wraps a function so that it raises if its VkResult is an error."""
     function = declare(_library[name], c_int32, arguments)
 
     def call(*values):
@@ -103,7 +103,7 @@ class Painter:
         _createFence(device, FenceCreateInfo(), None, self._fence)
 
     def fill(self, image, layers, colour):
-        """The image is in COLOR_ATTACHMENT_OPTIMAL before and after, as OpenXR's runtimes hand it out."""
+        """The image is in COLOR_ATTACHMENT_OPTIMAL before and after, the layout that OpenXR runtimes use."""
         commands, whole = self._commands, ImageSubresourceRange(IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, layers)
         _beginCommandBuffer(commands, CommandBufferBeginInfo(flags=1))
         self._barrier(image, whole, LAYOUT_COLOR_ATTACHMENT_OPTIMAL, LAYOUT_TRANSFER_DST_OPTIMAL)

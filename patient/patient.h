@@ -12,26 +12,23 @@
 //   eye        an OpenXR view: +x right, +y up, -z forward
 #pragma once
 
-// In order of use.
+// In order of use. Points, poses, grids and volumes are in base/.
 // clang-format off
-#include "base/geometry.h"        // points, poses, grids
-#include "base/volume.h"          // voxel volumes
-#include "base/traversal.h"       // voxels along a segment
-#include "patient/tissue/tissue.h"          // the force table, labels, thresholds
-#include "patient/motion/signal.h"          // the breathing signal, counted in ticks
-#include "patient/motion/recording.h"       // recorded breathing signals
-#include "patient/motion/motion.h"            // breathing motion: two velocity fields and their flows
-#include "patient/motion/motion_template.h"   // a motion for a patient with a single CT
-#include "patient/motion/motion_interface.h"  // the surface along which the two sides slide
-#include "patient/package/package.h"         // packages on disk, and the tissue at a point
-#include "patient/package/segmentation.h"    // how much of a patient is segmented
-#include "patient/package/skin.h"            // the surface as a smooth signed distance
-#include "patient/package/tissue_map.h"    // tissue of all voxels, for walks along many paths
-#include "patient/planning/planning.h"        // reference paths
-#include "patient/contrast/vessel_flow.h"     // blood velocity, for Doppler and contrast medium
-#include "patient/contrast/contrast.h"        // contrast medium: where the injected volume is
-#include "patient/contrast/contrast_table.h"  // the attenuation that contrast medium adds
-#include "base/hash.h"            // the state hash
-#include "base/spline.h"          // smooth interpolation between the nodes of a grid
-#include "base/parallel.h"        // loops on several threads, used while loading
-#include "base/transcendental.h"  // exp, sin and cos with the same bits on every machine
+#include "patient/tissue/tissue.h"               // the force table, labels, thresholds
+#include "patient/motion/signal.h"               // the breathing signal, counted in ticks
+#include "patient/motion/interruption.h"         // coughs and sighs, added to the breathing signal
+#include "patient/motion/recording.h"            // recorded breathing signals
+#include "patient/motion/motion.h"               // breathing motion: two velocity fields and their flows
+#include "patient/motion/motion_template.h"      // a motion for a patient with a single CT
+#include "patient/motion/motion_interface.h"     // the surface along which the two sides slide
+#include "patient/package/nifti.h"               // NIfTI images
+#include "patient/package/motion_io.h"           // breathing motion as a NIfTI image
+#include "patient/package/package.h"             // packages on disk, and the tissue at a point
+#include "patient/package/segmentation.h"        // how much of a patient is segmented
+#include "patient/package/skin.h"                // the surface as a smooth signed distance
+#include "patient/package/tissue_map.h"          // tissue of all voxels, for walks along many paths
+#include "patient/planning/planning.h"           // reference paths
+#include "patient/planning/paths_json.h"         // reference paths on disk
+#include "patient/contrast/vessel_flow.h"        // blood velocity, for Doppler and contrast medium
+#include "patient/contrast/contrast.h"           // contrast medium: where the injected volume is
+#include "patient/contrast/contrast_table.h"     // the attenuation that contrast medium adds

@@ -108,7 +108,7 @@ std::vector<std::string> complaintsOf(const std::vector<Hazard>& hazards, const 
 // The sources and fuzz targets that the CMakeLists.txt files of the tests build.
 struct Built {
     std::set<fs::path> sources;     // relative to the repository root
-    std::set<std::string> fuzzing;  // names of fuzz targets
+    std::set<std::string> fuzzing;  // FOLDER/NAME of fuzz targets
 };
 
 // Adds the sources and fuzz targets of a CMakeLists.txt in `folder`. Ignores comments.
@@ -254,14 +254,16 @@ TEST(FuzzTargets, TheTableNamesEachAndEachHasACorpus) {
         named.insert((*it)[1]);
         EXPECT_TRUE(fs::is_regular_file(kRoot / (*it)[2].str())) << (*it)[2];
     }
-    for (const auto& entry : fs::directory_iterator(kRoot / "tests/fuzz"))
-        if (const std::string stem = entry.path().stem().string(); stem.ends_with("_fuzz"))
-            there.insert(stem.substr(0, stem.size() - 5));
-    EXPECT_EQ(named, there);
-    for (const std::string& target : there) {
-        EXPECT_TRUE(built.fuzzing.contains(target)) << target << " is not built";
-        EXPECT_FALSE(fs::is_empty(kRoot / "tests/fuzz/corpus" / target)) << target;
+    const std::string ending = "_fuzz.cpp";
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests/fuzz")) {
+        const std::string file = fs::relative(entry.path(), kRoot / "tests/fuzz").generic_string();
+        if (!file.ends_with(ending)) continue;
+        const fs::path target = file.substr(0, file.size() - ending.size());
+        there.insert(target.filename().string());
+        EXPECT_TRUE(built.fuzzing.contains(target.generic_string())) << target << " is not built";
+        EXPECT_FALSE(fs::is_empty(kRoot / "tests/fuzz/corpus" / target.filename())) << target;
     }
+    EXPECT_EQ(named, there);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "app/study/paths_picture.h"
 #include "app/study/report.h"
 #include "app/study/tables.h"
+#include "base/parallel.h"
 #include "base/whole_file.h"
 
 namespace stylet::study {

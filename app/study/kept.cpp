@@ -4,6 +4,7 @@
 #include <fstream>
 #include <type_traits>
 
+#include "base/hash.h"
 #include "base/whole_file.h"
 
 namespace stylet::study {

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "app/report/canvas.h"
+#include "base/parallel.h"
 
 namespace stylet::study {
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/study/pair.h"
+#include "base/traversal.h"
 #include "haptics/haptics.h"
 
 namespace stylet::study {

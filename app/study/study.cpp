@@ -1,4 +1,5 @@
 #include "app/study/study.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 #include <cmath>

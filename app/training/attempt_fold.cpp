@@ -1,4 +1,5 @@
 #include "app/training/attempt_fold.h"
+#include "base/hash.h"
 
 namespace stylet::training {
 

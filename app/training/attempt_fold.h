@@ -12,6 +12,7 @@
 
 #include "app/training/dose.h"
 #include "app/training/machines.h"
+#include "base/hash.h"
 #include "haptics/haptics.h"
 #include "patient/patient.h"
 

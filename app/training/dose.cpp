@@ -1,4 +1,5 @@
 #include "app/training/dose.h"
+#include "base/hash.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "app/training/machines.h"
+#include "base/hash.h"
 #include "patient/patient.h"
 
 namespace stylet::training {

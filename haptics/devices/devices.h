@@ -10,7 +10,12 @@
 #include <string_view>
 #include <vector>
 
+#include "haptics/devices/clutch.h"
 #include "haptics/devices/driver.h"
+#include "haptics/devices/falcon/calibrate.h"
+#include "haptics/devices/polled.h"
+#include "haptics/devices/profiles.h"
+#include "haptics/devices/replay.h"
 #include "haptics/loop/loop.h"
 
 namespace stylet::haptics {

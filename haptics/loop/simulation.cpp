@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/hash.h"
 #include "base/transcendental.h"
 
 namespace stylet::haptics {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "base/hash.h"
 #include "haptics/loop/toolbox.h"
 #include "haptics/output/output.h"
 #include "haptics/tools/device.h"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/hash.h"
 #include "haptics/output/output.h"
 
 namespace stylet::haptics {

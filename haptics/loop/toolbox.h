@@ -1,6 +1,7 @@
 // The five tools of one hand: which is active, and what it touches in a tick. Inactive tools cost nothing.
 #pragma once
 
+#include "base/hash.h"
 #include "haptics/tools/finger.h"
 #include "haptics/tools/guide.h"
 #include "haptics/tools/needle.h"

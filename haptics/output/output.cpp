@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/hash.h"
 #include "haptics/tools/hold.h"
 
 namespace stylet::haptics {

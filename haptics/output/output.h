@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "base/hash.h"
 #include "haptics/output/passivity.h"
 #include "haptics/output/safety.h"
 #include "haptics/tools/device.h"

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/traversal.h"
 #include "haptics/tools/hold.h"
 
 namespace stylet::haptics {

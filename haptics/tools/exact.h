@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/traversal.h"
 #include "haptics/tools/needle.h"
 
 namespace stylet::haptics {

@@ -1,4 +1,5 @@
 #include "haptics/tools/incision.h"
+#include "base/hash.h"
 
 #include <algorithm>
 

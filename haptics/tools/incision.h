@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "base/hash.h"
 #include "base/realtime.h"
 #include "patient/patient.h"
 

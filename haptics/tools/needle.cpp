@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/hash.h"
+#include "base/traversal.h"
 #include "haptics/tools/hold.h"
 #include "haptics/tools/needle_section.h"
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "base/hash.h"
 #include "base/realtime.h"
 #include "haptics/tools/incision.h"
 #include "haptics/tools/tool.h"

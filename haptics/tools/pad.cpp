@@ -1,4 +1,6 @@
 #include "haptics/tools/pad.h"
+#include "base/hash.h"
+#include "base/transcendental.h"
 
 #include <algorithm>
 #include <cassert>

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 
+#include "base/hash.h"
 #include "haptics/tools/tool.h"
 #include "haptics/tools/touch.h"
 

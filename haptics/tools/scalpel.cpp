@@ -1,4 +1,5 @@
 #include "haptics/tools/scalpel.h"
+#include "base/hash.h"
 
 #include <algorithm>
 #include <cmath>

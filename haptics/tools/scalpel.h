@@ -2,6 +2,7 @@
 // It opens an incision (incision.h), which the needle passes without the skin's puncture threshold.
 #pragma once
 
+#include "base/hash.h"
 #include "haptics/tools/incision.h"
 #include "haptics/tools/tool.h"
 #include "haptics/tools/touch.h"

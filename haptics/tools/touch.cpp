@@ -5,6 +5,7 @@
 
 #include "base/parallel.h"
 #include "base/spline.h"
+#include "base/traversal.h"
 
 namespace stylet::haptics {
 

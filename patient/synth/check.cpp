@@ -2,6 +2,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "base/traversal.h"
 #include "patient/synth/check_tools.h"
 #include "patient/synth/components.h"
 #include "patient/synth/duct_branches.h"

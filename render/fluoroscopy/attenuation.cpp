@@ -1,4 +1,5 @@
 #include "render/fluoroscopy/attenuation.h"
+#include "base/parallel.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,6 +6,7 @@
 #include <random>
 #include <thread>
 
+#include "base/traversal.h"
 #include "haptics/haptics.h"
 #include "patient/synth/synth.h"
 #include "tests/bench/bench.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/parallel.h"
 #include "patient/contrast/contrast.h"
 #include "patient/displacement/tool_displacement.h"
 #include "patient/synth/synth.h"

@@ -13,7 +13,7 @@
 #include <iterator>
 #include <thread>
 
-#include "tests/bench/soak.h"
+#include "tests/bench/soak/soak.h"
 
 namespace stylet::soak {
 

@@ -6,6 +6,7 @@
 #include "app/study/commands.h"
 #include "app/study/facts.h"
 #include "app/study/kept.h"
+#include "base/parallel.h"
 #include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
 #include "tests/support/phantom.h"

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "tests/bench/bench.h"
-#include "tests/xr/mock/reference_compositor.h"
+#include "tests/xr/mock/client/reference_compositor.h"
 
 namespace stylet::bench {
 namespace {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "base/traversal.h"
 #include "haptics/devices/profiles.h"
 #include "tests/haptics/column.h"
 #include "tests/haptics/scripted.h"

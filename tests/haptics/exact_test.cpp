@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/traversal.h"
 #include "tests/haptics/column.h"
 #include "tests/support/phantom.h"
 

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "base/hash.h"
 #include "haptics/loop/simulation.h"
 #include "tests/haptics/scripted.h"
 #include "tests/support/phantom.h"

@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 
+#include "base/traversal.h"
 #include "tests/support/constants.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 
+#include "base/hash.h"
 #include "tests/support/constants.h"
 
 namespace stylet::patient {

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "xr/mock/loader_interface.h"
+#include "xr/mock/scenario/loader_interface.h"
 
 namespace {
 

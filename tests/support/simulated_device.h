@@ -1,5 +1,5 @@
 // Physical model of a device and the hand on it: a force moves them, and the device reports the motion. Used
-// to test without hardware and by the stability campaign (tests/bench/stress_case.h, stress_run.h).
+// to test without hardware and by the stability campaign (tests/bench/stress/stress_case.h, stress_run.h).
 //
 //   m a = F_motor + w + k (x_want - x) + b_hand (v_want - v) - b_phys v - f_c v/|v|
 //

@@ -13,6 +13,7 @@
 #include "app/modeller/segmentation/lungs.h"
 #include "app/modeller/segmentation/stage_store.h"
 #include "app/modeller/segmentation/stages.h"
+#include "base/hash.h"
 #include "patient/package/nifti.h"
 
 namespace stylet::modeller {

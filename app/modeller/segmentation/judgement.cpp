@@ -7,6 +7,7 @@
 #include "app/modeller/import/section.h"
 #include "app/modeller/segmentation/atlas.h"
 #include "app/modeller/segmentation/morphology.h"
+#include "base/traversal.h"
 
 namespace stylet::modeller {
 

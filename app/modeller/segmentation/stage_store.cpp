@@ -10,6 +10,7 @@
 
 #include "app/modeller/check/slices.h"
 #include "app/modeller/image/child_process_linux.h"
+#include "base/hash.h"
 #include "base/toml_reader.h"
 #include "base/whole_file.h"
 #include "patient/package/nifti.h"

@@ -17,6 +17,7 @@
 #include "app/modeller/segmentation/morphology.h"
 #include "app/modeller/segmentation/organs.h"
 #include "app/modeller/segmentation/vessels.h"
+#include "base/hash.h"
 #include "patient/synth/synth.h"
 
 namespace stylet::modeller {

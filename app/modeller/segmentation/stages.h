@@ -11,6 +11,7 @@
 #include "app/modeller/image/voxel_tools.h"
 #include "app/modeller/segmentation/build.h"
 #include "app/modeller/segmentation/stage_store.h"
+#include "base/hash.h"
 
 namespace stylet::modeller {
 

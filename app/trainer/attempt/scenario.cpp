@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "app/installation.h"
+#include "base/hash.h"
 #include "base/whole_file.h"
 #include "patient/patient.h"
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/trainer/loop/loops.h"
+#include "base/rings.h"
 
 namespace stylet::trainer {
 

@@ -8,6 +8,7 @@
 #include "app/trainer/attempt/commands.h"
 #include "app/trainer/session/instructor.h"
 #include "app/trainer/session/session.h"
+#include "base/rings.h"
 #include "haptics/loop/loop.h"
 
 namespace stylet::trainer {

@@ -15,6 +15,7 @@
 #include "app/trainer/loop/force_feed.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "app/training/machines.h"
+#include "base/rings.h"
 #include "haptics/devices/replay.h"
 
 namespace stylet::trainer {

@@ -23,6 +23,7 @@
 #include "app/trainer/stores/start.h"
 #include "app/trainer/view/prediction.h"
 #include "app/training/difficulty.h"
+#include "base/rings.h"
 #include "haptics/haptics.h"
 #include "patient/displacement/tool_displacement.h"
 #include "patient/planning/planning.h"

@@ -1,4 +1,5 @@
 #include "app/trainer/view/prediction.h"
+#include "base/rings.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "base/rings.h"
 #include "haptics/loop/loop.h"
 
 namespace stylet::trainer {

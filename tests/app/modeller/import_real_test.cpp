@@ -137,7 +137,7 @@ TEST_F(ImportReal, ItsCavitySlidesWithoutGapOrFold) {
 }
 
 // From the expert to the reckless trainee, as on the reference patients
-// (tests/app/trainer/trainees_test.cpp).
+// (tests/app/trainer/attempt/trainees_test.cpp).
 TEST_F(ImportReal, TheSixTraineesRankAsTheyAreNamed) {
     double last = 101.0;
     for (const std::string name : {"procedure", "trainee-good", "trainee-hesitant", "trainee-sloppy",

@@ -1,4 +1,4 @@
-#include "actions_client.h"
+#include "tests/xr/mock/client/actions_client.h"
 
 namespace mock_test {
 namespace {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <utility>
 
-#include "actions_client.h"
+#include "tests/xr/mock/client/actions_client.h"
 
 namespace mock_test {
 namespace {

@@ -1,6 +1,6 @@
 #include <fstream>
 
-#include "pictures.h"
+#include "tests/xr/mock/client/pictures.h"
 
 namespace mock_test {
 namespace {

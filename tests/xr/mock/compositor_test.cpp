@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "reference_compositor.h"
+#include "tests/xr/mock/client/reference_compositor.h"
 
 namespace mock_test {
 namespace {

@@ -4,7 +4,7 @@
 #include <random>
 #include <set>
 
-#include "every_function.h"
+#include "tests/xr/mock/every_function.h"
 
 namespace mock_test {
 namespace {

@@ -11,7 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "actions_client.h"
+#include "tests/xr/mock/client/actions_client.h"
 
 namespace mock_test {
 namespace {

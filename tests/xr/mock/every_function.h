@@ -3,7 +3,7 @@
 // purpose: no arguments may make this runtime fail.
 #pragma once
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 

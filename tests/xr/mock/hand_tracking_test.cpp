@@ -1,7 +1,7 @@
 // XR_EXT_hand_tracking: validity flags, and the anatomy of the built-in hand.
 #include <cmath>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

@@ -4,7 +4,7 @@
 #include <random>
 #include <thread>
 
-#include "hostile.h"
+#include "tests/xr/mock/client/hostile.h"
 
 namespace mock_test {
 namespace {

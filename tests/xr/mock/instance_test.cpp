@@ -4,7 +4,7 @@
 
 #include <openxr/openxr_reflection.h>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

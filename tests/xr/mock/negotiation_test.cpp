@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "xr/mock/loader_interface.h"
+#include "xr/mock/scenario/loader_interface.h"
 
 namespace mock_test {
 namespace {

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <fstream>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

@@ -2,7 +2,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

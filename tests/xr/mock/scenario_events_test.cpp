@@ -3,8 +3,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "client.h"
-#include "xr/mock/openxr_later.h"
+#include "tests/xr/mock/client/client.h"
+#include "xr/mock/scenario/openxr_later.h"
 
 namespace mock_test {
 namespace {

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

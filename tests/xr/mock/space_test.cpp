@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

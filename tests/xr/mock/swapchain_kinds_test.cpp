@@ -1,6 +1,6 @@
 // Swapchains with several samples per pixel or more than 8 bits per channel. Compositions show them
 // resolved and encoded.
-#include "pictures.h"
+#include "tests/xr/mock/client/pictures.h"
 
 namespace mock_test {
 namespace {

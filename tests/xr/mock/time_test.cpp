@@ -1,7 +1,7 @@
 // XR_KHR_convert_timespec_time.
 #include <limits>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "pictures.h"
+#include "tests/xr/mock/client/pictures.h"
 
 namespace mock_test {
 namespace {

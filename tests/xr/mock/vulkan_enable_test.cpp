@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "client.h"
+#include "tests/xr/mock/client/client.h"
 
 namespace mock_test {
 namespace {

@@ -21,7 +21,7 @@
 #include "app/training/attempt_fold.h"
 #include "app/training/procedure.h"
 #include "tests/app/trainer/assets.h"
-#include "tests/app/trainer/kept_attempt.h"
+#include "tests/app/trainer/program/kept_attempt.h"
 #include "tests/support/x_display.h"
 
 namespace stylet::trainer {

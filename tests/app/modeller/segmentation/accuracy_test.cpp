@@ -1,0 +1,61 @@
+// Distances and overlaps of boxes with known results.
+#include "app/modeller/segmentation/accuracy.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/app/modeller/segmentation/made_tubes.h"
+
+namespace stylet::modeller {
+namespace {
+
+using test::box;
+
+const Grid kBoxGrid{Index3(40), Vec3(0.002), Vec3(0.0)};
+
+TEST(Accuracy, TheSameIsPerfect) {
+    const Mask a = box(kBoxGrid, Index3(10), Index3(19));
+    const Agreement same = compare(a, a);
+    EXPECT_EQ(same.dice, 1.0);
+    EXPECT_EQ(same.mean_surface_m, 0.0);
+    EXPECT_EQ(same.hausdorff_m, 0.0);
+    EXPECT_NEAR(same.truth_ml, 8.0, 1e-9);
+}
+
+TEST(Accuracy, AShiftByTwoVoxels) {
+    const Agreement shifted =
+        compare(box(kBoxGrid, Index3(10), Index3(19)), box(kBoxGrid, {12, 10, 10}, {21, 19, 19}));
+    EXPECT_NEAR(shifted.dice, 0.8, 1e-12);
+    EXPECT_NEAR(shifted.hausdorff_m, 0.004, 1e-8);
+    EXPECT_GT(shifted.mean_surface_m, 0.0);
+    EXPECT_LT(shifted.mean_surface_m, 0.004);
+}
+
+// Every surface voxel of the inner box is 3 voxels from the outer box's surface. The corners of the outer
+// box are 3 sqrt(3) voxels from the inner box.
+TEST(Accuracy, ABoxInABox) {
+    const Agreement nested =
+        compare(box(kBoxGrid, Index3(8), Index3(27)), box(kBoxGrid, Index3(11), Index3(24)));
+    EXPECT_NEAR(nested.dice, 2.0 * 14 * 14 * 14 / (20.0 * 20 * 20 + 14.0 * 14 * 14), 1e-12);
+    EXPECT_NEAR(nested.hausdorff_m, 0.006 * std::sqrt(3.0), 1e-7);
+    EXPECT_GE(nested.mean_surface_m, 0.006 - 1e-8);
+}
+
+// The mean over the moved face only: each of its voxels is two voxels from the other box's face.
+TEST(Accuracy, AMeanOfItsOwnWhereItIsAskedFor) {
+    const Mask a = box(kBoxGrid, Index3(10), Index3(19)), b = box(kBoxGrid, Index3(10), {21, 19, 19});
+    EXPECT_NEAR(compare(a, b, box(kBoxGrid, {19, 13, 13}, {21, 16, 16})).mean_surface_there_m, 0.004, 1e-8);
+    EXPECT_EQ(compare(a, b, box(kBoxGrid, {10, 13, 13}, {11, 16, 16})).mean_surface_there_m, 0.0);
+    EXPECT_TRUE(std::isnan(compare(a, b, box(kBoxGrid, Index3(30), Index3(32))).mean_surface_there_m));
+}
+
+TEST(Accuracy, NothingFoundIsInfinitelyFar) {
+    const Agreement none = compare(box(kBoxGrid, Index3(10), Index3(19)), Mask(kBoxGrid));
+    EXPECT_EQ(none.dice, 0.0);
+    EXPECT_TRUE(std::isinf(none.mean_surface_m));
+    EXPECT_EQ(compare(Mask(kBoxGrid), Mask(kBoxGrid)).dice, 1.0);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

@@ -1,0 +1,85 @@
+#include "app/modeller/segmentation/atlas.h"
+
+#include <gtest/gtest.h>
+
+#include "app/modeller/segmentation/build.h"
+#include "tests/app/modeller/segmentation/torso_from_seed.h"
+
+namespace stylet::modeller {
+namespace {
+
+using patient::Label;
+using patient::synth::Id;
+
+TEST(WholeLiver, HoldsTheVesselsInsideButNotTheTrunks) {
+    LabelVolume labels({Index3(40, 30, 30), Vec3(0.002), Vec3(0.0)});
+    for (int z = 0; z < 30; ++z)
+        for (int y = 0; y < 30; ++y)
+            for (int x = 0; x < 40; ++x) {
+                labels[{x, y, z}] = x < 20 ? 1 : 0;
+                if (std::abs(y - 15) < 2 && std::abs(z - 15) < 2) labels[{x, y, z}] = 2;
+            }
+    std::vector<Label> table(2);
+    table[0].id = 1, table[0].name = "liver";
+    table[1].id = 2, table[1].name = "portal vein";
+    const Mask whole = wholeLiver(labels, table);
+    EXPECT_TRUE((whole[{10, 15, 15}]) && (whole[{18, 15, 15}]) && (whole[{10, 5, 5}]));
+    EXPECT_FALSE((whole[{21, 15, 15}]) || (whole[{30, 15, 15}]));
+}
+
+TEST(Atlas, KnowsTheOrgansOfAReferencePatient) {
+    const patient::Package& torso = test::seededTorso();
+    const AtlasImage atlas(torso, {});
+    const auto millilitres = [&](Organ organ) {
+        return voxelVolume_ml(torso.ct.grid) *
+               double(std::count(atlas.organ.voxels.begin(), atlas.organ.voxels.end(), std::uint8_t(organ)));
+    };
+    EXPECT_NEAR(millilitres(Organ::spleen), volume_ml(test::seededTruth({Id::spleen})), 1e-6);
+    EXPECT_NEAR(millilitres(Organ::lungs), volume_ml(test::seededTruth({Id::lungRight, Id::lungLeft})), 1e-6);
+    EXPECT_GT(millilitres(Organ::liver), volume_ml(test::seededTruth({Id::liver})));
+    for (const Organ organ : {Organ::gallbladder, Organ::heart, Organ::kidneys, Organ::stomach, Organ::bowel,
+                              Organ::pancreas, Organ::blood, Organ::wall})
+        EXPECT_GT(millilitres(organ), 10.0) << int(organ);
+    // The lowest feature value is the one for outside the body.
+    EXPECT_NEAR(atlas.feature.grid.spacing_m.x, 0.004, 1e-9);
+    EXPECT_LT(*std::min_element(atlas.feature.voxels.begin(), atlas.feature.voxels.end()), -290.0f);
+}
+
+TEST(Atlas, WithoutAnyNothingIsKnown) {
+    const patient::Package& torso = test::seededTorso();
+    const AtlasPrior prior = alignAtlases(torso.ct, test::seededBody(), {}, {}, {});
+    EXPECT_TRUE(prior.used.empty());
+    EXPECT_EQ(prior.probability.size(), kOrgans);
+    EXPECT_EQ(*std::max_element(prior.known.voxels.begin(), prior.known.voxels.end()), 0.0f);
+}
+
+TEST(Atlas, NeedsTheRegistrationProgram) {
+    const patient::Package& torso = test::seededTorso();
+    AtlasSettings settings;
+    settings.spacing_m = 0.010;
+    settings.program = "/nowhere/stylet-register";
+    EXPECT_THROW(alignAtlases(torso.ct, test::seededBody(), {}, {AtlasImage(torso, settings)}, settings),
+                 ImportError);
+}
+
+// Names are compared as a whole: seed 1 differs from seed 11.
+// HZ-TEACH-10
+TEST(Atlas, APatientIsNotItsOwn) {
+    const std::string listed = "built; " + atlasList({"reference patient, seed 11", "A"}) + "; more";
+    EXPECT_EQ(listed, "built; atlases: \"reference patient, seed 11\", \"A\"; more");
+    EXPECT_EQ(atlasList({}), "");
+    for (const char* other : {"reference patient, seed 1", "seed 11", "B", "built"})
+        EXPECT_NO_THROW(refuseItself(other, listed)) << other;
+    for (const char* same : {"reference patient, seed 11", "A"})
+        EXPECT_THROW(refuseItself(same, listed), ImportError) << same;
+}
+
+// Seeds 1 to 8 are used for tuning, seeds 31 to 33 for reported results.
+// HZ-TEACH-10
+TEST(Atlas, NoSeedThatIsTunedOnOrReportedStandsIn) {
+    for (const std::uint64_t seed : kAtlasSeeds)
+        EXPECT_GT(seed, 100u);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

@@ -1,0 +1,93 @@
+#include "app/modeller/segmentation/bones.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "tests/app/modeller/segmentation/torso_from_seed.h"
+
+namespace stylet::modeller {
+namespace {
+
+using patient::synth::Id;
+
+// Muscle with an upright bone shaft and a kidney. The shaft is 14 mm wide, lies in front, and contains
+// marrow as dark as fat.
+CtVolume shaftAndKidney() {
+    CtVolume ct({Index3(80, 80, 40), Vec3(0.001), Vec3(0.0)}, 55);
+    for (int z = 0; z < 40; ++z)
+        for (int y = 0; y < 80; ++y)
+            for (int x = 0; x < 80; ++x) {
+                const double r = std::hypot(x - 60, y - 65);
+                if (r < 7.0) ct[{x, y, z}] = r < 4.5 ? -40 : 700;
+                if (std::hypot(x - 20, y - 30, z - 20) < 12.0) ct[{x, y, z}] = 240;
+            }
+    return ct;
+}
+
+TEST(Bones, CortexIsFilledAndAKidneyIsNone) {
+    const CtVolume ct = shaftAndKidney();
+    const Bones b = findBones(ct, Mask(ct.grid, 1));
+    EXPECT_FALSE((b.all[{20, 30, 20}]));
+    EXPECT_TRUE((b.all[{60, 71, 20}]));
+    EXPECT_TRUE((b.all[{60, 65, 20}]));
+    EXPECT_NEAR(volume_ml(b.all), 3.14159 * 49.0 * 40.0 * 1e-3, 0.5);
+}
+
+TEST(Bones, NothingBrightIsNoBone) {
+    const CtVolume ct({Index3(30), Vec3(0.002), Vec3(0.0)}, 50);
+    const Bones b = findBones(ct, Mask(ct.grid, 1));
+    EXPECT_EQ(countOf(b.all), 0u);
+    EXPECT_TRUE(b.ribs.empty());
+    EXPECT_EQ(b.notes.size(), 3u);  // no canal, no rib on either side
+    EXPECT_EQ(findBones(ct, Mask(ct.grid)).notes.size(), 1u);
+}
+
+// A rod along x in front: bone, then cartilage, then muscle again. A second rod is cartilage only.
+TEST(Bones, CartilageGoesOnWhereARibEnds) {
+    CtVolume ct({Index3(90, 60, 50), Vec3(0.001), Vec3(0.0)}, 55);
+    Bones b;
+    for (Mask* m : {&b.all, &b.spine, &b.ribs_right, &b.ribs_left, &b.sternum})
+        *m = Mask(ct.grid);
+    Mask cartilage(ct.grid);
+    for (int z = 0; z < 50; ++z)
+        for (int y = 0; y < 60; ++y)
+            for (int x = 10; x < 80; ++x) {
+                const Index3 i{x, y, z};
+                if (std::hypot(y - 45, z - 15) < 5.0 && x < 70) {
+                    ct[i] = x < 40 ? 600 : 100;
+                    (x < 40 ? b.ribs_right : cartilage)[i] = 1;
+                }
+                if (std::hypot(y - 45, z - 35) < 5.0) ct[i] = 100;
+            }
+    b.all = b.ribs_right;
+    const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b);
+    EXPECT_GT(compare(cartilage, found).dice, 0.85);
+    EXPECT_FALSE((found[{50, 45, 35}]));
+    ct.grid.spacing_m = Vec3(0.0015);
+    for (Mask* m : {&b.all, &b.spine, &b.ribs_right, &b.ribs_left, &b.sternum})
+        m->grid = ct.grid;
+    EXPECT_EQ(countOf(costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b)), 0u);
+}
+
+TEST(Bones, OfAReferencePatient) {
+    const Bones b = findBones(test::seededTorso().ct, test::seededBody());
+    EXPECT_GT(test::diceOf({Id::spine, Id::ribsRight, Id::ribsLeft, Id::sternum}, b.all), 0.80);
+    EXPECT_GT(test::diceOf({Id::spine}, b.spine), 0.82);
+    EXPECT_GT(test::diceOf({Id::spinalCanal}, b.canal), 0.80);
+    EXPECT_GT(test::diceOf({Id::sternum}, b.sternum), 0.70);
+    EXPECT_EQ(countOf(b.other), 0u);
+    std::set<int> right, left;
+    for (const Rib& rib : b.ribs) {
+        (rib.right ? right : left).insert(rib.number);
+        ASSERT_GT(rib.centre_line_m.size(), 5u);
+        EXPECT_EQ(rib.centre_line_m.back().x > 0.0, rib.right);
+    }
+    const std::set<int> all{5, 6, 7, 8, 9, 10, 11, 12};  // the ribs inside the scan
+    EXPECT_EQ(right, all);
+    EXPECT_EQ(left, all);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

@@ -1,0 +1,125 @@
+#include "app/modeller/segmentation/fascia_spline.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "app/modeller/image/import_image.h"
+#include "app/modeller/segmentation/bones.h"
+#include "app/modeller/segmentation/lungs.h"
+#include "tests/app/modeller/segmentation/torso_from_seed.h"
+
+namespace stylet::modeller {
+namespace {
+
+using patient::synth::Id;
+
+FasciaSpline tube(double radius_m) {
+    FasciaSpline s;
+    s.axis_m = {0.01, -0.02, 0.0};
+    s.h_begin_m = -0.03;
+    s.levels = 7;
+    s.control_m.assign(std::size_t(s.around * s.levels), radius_m);
+    return s;
+}
+
+std::string fasciaRefusal(const std::string& text) {
+    try {
+        parseFascia("f.txt", text);
+    } catch (const ImportError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+TEST(FasciaSpline, EqualControlsAreACylinder) {
+    const FasciaSpline s = tube(0.1);
+    for (const double phi : {-7.0, -0.1, 0.0, 1.0, 6.4})
+        for (const double h : {-1.0, -0.03, 0.0, 0.029, 1.0})
+            EXPECT_NEAR(s.radiusAt(phi, h), 0.1, 1e-12);
+}
+
+TEST(FasciaSpline, IsPeriodicAndSmoothWhereItCloses) {
+    FasciaSpline s = tube(0.1);
+    for (std::size_t i = 0; i < s.control_m.size(); ++i)
+        s.control_m[i] += 0.01 * std::sin(0.7 * double(i));
+    const double turn = 2.0 * std::numbers::pi, e = 1e-5;
+    EXPECT_NEAR(s.radiusAt(0.3, 0.01), s.radiusAt(0.3 + turn, 0.01), 1e-12);
+    const double before = (s.radiusAt(0.0, 0.01) - s.radiusAt(-e, 0.01)) / e;
+    const double after = (s.radiusAt(e, 0.01) - s.radiusAt(0.0, 0.01)) / e;
+    EXPECT_NEAR(before, after, 1e-4);
+}
+
+// Control points on a straight row give a straight line, because the basis reproduces linear functions.
+TEST(FasciaSpline, KeepsACone) {
+    FasciaSpline s = tube(0.1);
+    for (int row = 0; row < s.levels; ++row)
+        for (int k = 0; k < s.around; ++k)
+            s.control_m[std::size_t(row * s.around + k)] = 0.05 + 0.004 * row;
+    EXPECT_NEAR(s.radiusAt(2.0, s.h_begin_m + 1.5 * s.h_step_m), 0.05 + 0.004 * 2.5, 1e-12);
+}
+
+TEST(FasciaSpline, TextComesBackToAHundredthOfAMillimetre) {
+    FasciaSpline s = tube(0.1);
+    s.control_m[17] = 0.12345;
+    const FasciaSpline back = parseFascia("fascia.txt", writeFascia(s));
+    EXPECT_EQ(back.levels, s.levels);
+    EXPECT_NEAR(back.axis_m.y, s.axis_m.y, 1e-12);
+    for (std::size_t i = 0; i < s.control_m.size(); ++i)
+        EXPECT_NEAR(back.control_m[i], s.control_m[i], 0.0051e-3);
+    EXPECT_EQ(writeFascia(back), writeFascia(s));
+}
+
+TEST(FasciaSpline, BadTextIsRefusedByLineAndField) {
+    const std::string head =
+        "stylet-fascia 1\naxis_mm 0 0\nh_begin_mm 0\nh_step_mm 15\naround 4\nlevels 4 # rows\n";
+    const std::string rows = "row 0 80 80 80 80\nrow 1 80 80 80 80\nrow 2 80 80 80 80\nrow 3 80 80 80 80\n";
+    EXPECT_EQ(fasciaRefusal(head + rows), "");
+    EXPECT_EQ(fasciaRefusal(""), "f.txt: line 1: stylet-fascia is missing");
+    EXPECT_EQ(fasciaRefusal("stylet-fascia 2\n"), "f.txt: line 1: stylet-fascia: this version is not known");
+    EXPECT_EQ(fasciaRefusal("stylet-fascia 1\naxis_mm 0\n"), "f.txt: line 2: axis_mm needs 2 numbers, not 1");
+    EXPECT_EQ(fasciaRefusal("stylet-fascia 1\naxis_mm 0 x\n"),
+              "f.txt: line 2: axis_mm \"x\" is not a number");
+    EXPECT_EQ(fasciaRefusal("stylet-fascia 1\naxis_mm 0 nan\n"),
+              "f.txt: line 2: axis_mm must be from -10000 to 10000");
+    EXPECT_EQ(fasciaRefusal("stylet-fascia 1\naxis_mm 0 0\nh_begin_mm 0\nh_step_mm 15\naround 4.5\n"),
+              "f.txt: line 5: around is not a whole number");
+    EXPECT_EQ(fasciaRefusal(head + "row 0 80 80 80\n"), "f.txt: line 7: row 0 needs 4 radii, not 3");
+    EXPECT_EQ(fasciaRefusal(head + "row 0 80 80 -3 80\n"),
+              "f.txt: line 7: row 0, radius 2 must be from 1 to 1000");
+    EXPECT_EQ(fasciaRefusal(head + "row 1 80 80 80 80\n"), "f.txt: line 7: row 0 was expected");
+    EXPECT_EQ(fasciaRefusal(head + rows + "row 4 1 1 1 1\n"),
+              "f.txt: line 11: nothing may follow the last row");
+    EXPECT_EQ(fasciaRefusal(head + "row 0 80 80 80 80\n"), "f.txt: line 8: row 1 is missing");
+    EXPECT_NE(fasciaRefusal(std::string(1000, '\xff')), "");
+}
+
+// A flood fill over voxel faces from the axis must not get past the fascia. The voxels of the ribs are not
+// counted.
+TEST(FasciaSpline, SeparatesInReferencePatient) {
+    const CtVolume& ct = test::seededTorso().ct;
+    const Mask& body = test::seededBody();
+    const Bones bones = findBones(ct, body);
+    const Lungs lungs = findLungs(ct, body);
+    Mask organs = either(lungs.right, lungs.left);
+    organs = either(organs, test::seededTruth({Id::liver, Id::portal, Id::hepaticVeins, Id::ducts}));
+    const FasciaInput in{ct, body, bones.all, organs};
+    const FasciaSpline s = fitFascia(in);
+    const Mask inside = insideFascia(s, in), surface = fasciaVoxels(s, in);
+    const Grid& g = ct.grid;
+    Mask open = inverted(surface), seed(g);
+    const Index3 axis = g.nearest({s.axis_m.x, s.axis_m.y, g.centre(g.dims / 2).z});
+    for (int x = -8; x <= 8; ++x)
+        seed[axis + Index3(x, 0, 0)] = inside[axis + Index3(x, 0, 0)];
+    const Mask reached = floodFrom(seed, open);
+    EXPECT_GT(countOf(reached), countOf(inside) / 2);
+    EXPECT_EQ(countOf(without(reached, inside)), 0u);
+    const Agreement a = compare(test::seededTruth({Id::fascia}), surface);
+    EXPECT_LT(a.mean_surface_m, 0.0035);
+    for (std::size_t i = 0; i < surface.voxels.size(); ++i)
+        ASSERT_FALSE(surface.voxels[i] && bones.all.voxels[i]);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

@@ -1,0 +1,175 @@
+#include "app/modeller/segmentation/liver.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "app/modeller/segmentation/liver_border.h"
+#include "app/modeller/segmentation/liver_neighbours.h"
+#include "tests/app/modeller/segmentation/torso_from_seed.h"
+
+namespace stylet::modeller {
+namespace {
+
+using patient::synth::Id;
+
+// Fat, 60 x 60 x 50 voxels of 3 mm, with a ball of liver in the centre.
+constexpr double kLiverRadius_m = 0.050;
+const Vec3 kLiverMiddle(0.09, 0.09, 0.075);
+
+CtVolume fatWithALiver() {
+    CtVolume ct({Index3(60, 60, 50), Vec3(0.003), Vec3(0.0)}, -100);
+    for (int z = 0; z < 50; ++z)
+        for (int y = 0; y < 60; ++y)
+            for (int x = 0; x < 60; ++x)
+                if (glm::length(ct.grid.centre({x, y, z}) - kLiverMiddle) < kLiverRadius_m)
+                    ct[{x, y, z}] = 110;
+    return ct;
+}
+
+void paintBall(CtVolume& ct, const Vec3& middle, double radius_m, std::int16_t hu) {
+    for (int z = 0; z < ct.grid.dims.z; ++z)
+        for (int y = 0; y < ct.grid.dims.y; ++y)
+            for (int x = 0; x < ct.grid.dims.x; ++x)
+                if (glm::length(ct.grid.centre({x, y, z}) - middle) < radius_m) ct[{x, y, z}] = hu;
+}
+
+Liver found(const CtVolume& ct, const AtlasPrior& prior = {}) {
+    const Mask all(ct.grid, 1), none(ct.grid);
+    return findLiver(ct, all, none, none, prior);
+}
+
+TEST(Liver, WithoutAnAtlasIsTheLargestThickOrgan) {
+    const CtVolume ct = fatWithALiver();
+    const Liver liver = found(ct);
+    EXPECT_NEAR(liver.mean_hu, 110.0, 3.0);
+    EXPECT_NEAR(volume_ml(liver.mask), 523.6, 25.0);
+    ASSERT_EQ(liver.notes.size(), 1u);
+}
+
+TEST(Liver, HoldsItsVesselsAndTumoursButNotWhatHangsOnIt) {
+    CtVolume ct = fatWithALiver();
+    const double whole_ml = volume_ml(found(ct).mask);
+    paintBall(ct, kLiverMiddle + Vec3(0.015, 0, 0), 0.009, 60);    // a tumour inside
+    paintBall(ct, kLiverMiddle + Vec3(0, 0, -0.020), 0.005, 190);  // a vessel
+    paintBall(ct, kLiverMiddle + Vec3(-0.036, 0, 0), 0.014, 65);   // at the surface, clipped to it
+    for (const double y_m : {0.054, 0.060, 0.066, 0.072})
+        paintBall(ct, kLiverMiddle + Vec3(0, y_m, 0), 0.0055, 110);  // same brightness, touches the liver
+    const CtVolume round = fatWithALiver();
+    for (std::size_t i = 0; i < ct.voxels.size(); ++i)
+        if (round.voxels[i] == -100 && ct.voxels[i] == 65) ct.voxels[i] = -100;
+    const Liver liver = found(ct);
+    EXPECT_NEAR(volume_ml(liver.mask), whole_ml, 0.03 * whole_ml);
+    for (const Vec3& at : {Vec3(0.015, 0, 0), Vec3(0, 0, -0.020), Vec3(-0.036, 0, 0)})
+        EXPECT_EQ(liver.mask.nearestOr(kLiverMiddle + at, 0), 1) << at.x;
+    EXPECT_EQ(liver.mask.nearestOr(kLiverMiddle + Vec3(0, 0.072, 0), 0), 0);
+}
+
+TEST(Liver, ThatIsNotThereIsSaid) {
+    CtVolume ct = fatWithALiver();
+    std::fill(ct.voxels.begin(), ct.voxels.end(), std::int16_t{-100});
+    Liver liver = found(ct);
+    EXPECT_EQ(countOf(liver.mask), 0u);
+    EXPECT_EQ(liver.notes.back(), "no liver: nothing in the scan is like one where it should lie");
+    paintBall(ct, kLiverMiddle, 0.026, 110);
+    liver = found(ct);
+    EXPECT_EQ(countOf(liver.mask), 0u);
+}
+
+TEST(LiverBorder, MovesToWhereTheTwoSidesMeet) {
+    const CtVolume ct = fatWithALiver();
+    const Mask open(ct.grid, 1);
+    for (const double off_m : {-0.005, 0.005}) {
+        Mask first(ct.grid);
+        for (int z = 0; z < 50; ++z)
+            for (int y = 0; y < 60; ++y)
+                for (int x = 0; x < 60; ++x)
+                    first[{x, y, z}] =
+                        glm::length(ct.grid.centre({x, y, z}) - kLiverMiddle) < kLiverRadius_m + off_m;
+        const Mask liver = refineLiver(ct, open, first, {110.0f, 5.0f}, 0.008);
+        EXPECT_NEAR(volume_ml(liver), 523.6, 16.0) << off_m;
+    }
+}
+
+TEST(LiverNeighbours, NoiseIsAveragedAndEdgesStay) {
+    const Mask all({Index3(12, 12, 12), Vec3(0.003), Vec3(0.0)}, 1);
+    FloatVolume image(all.grid);
+    for (std::size_t i = 0; i < image.voxels.size(); ++i)
+        image.voxels[i] = (i % 12 < 6 ? 50.0f : 115.0f) + ((i * 7919 % 13) < 6 ? 8.0f : -8.0f);
+    const FloatVolume calm = sigmaFiltered(image, all, 25.0f, 1);
+    for (int z = 1; z < 11; ++z)
+        for (int x = 1; x < 11; ++x)
+            EXPECT_NEAR((calm[{x, 6, z}]), x < 6 ? 50.0f : 115.0f, 6.5f);
+    EXPECT_EQ(sigmaFiltered(image, Mask(all.grid), 25.0f, 1).voxels, image.voxels);
+}
+
+TEST(LiverNeighbours, ALobeThatIsBrighterIsLevelled) {
+    const Grid grid{Index3(40, 10, 10), Vec3(0.003), Vec3(0.0)};
+    FloatVolume hu(grid);
+    Mask core(grid);
+    for (std::size_t i = 0; i < hu.voxels.size(); ++i) {
+        hu.voxels[i] = i % 40 < 12 ? 125.0f : 115.0f;
+        core.voxels[i] = i % 40 < 28;
+    }
+    const FloatVolume level = levelled(hu, core, 115.0f, 2);
+    EXPECT_NEAR((level[{3, 5, 5}]), 115.0f, 0.5f);
+    EXPECT_NEAR((level[{22, 5, 5}]), 115.0f, 0.5f);
+    EXPECT_NEAR((level[{38, 5, 5}]), 115.0f, 0.1f);
+}
+
+// A ball with a lobe and an equally thick lump (24 mm). The lump continues into similar tissue outside the
+// liver.
+TEST(LiverNeighbours, ALumpThatEndsInWhatIsAlikeIsNoLobe) {
+    Mask liver({Index3(70, 60, 50), Vec3(0.003), Vec3(0.0)}), alike = liver;
+    for (int z = 0; z < 50; ++z)
+        for (int y = 0; y < 60; ++y)
+            for (int x = 0; x < 70; ++x) {
+                const Vec3 from = liver.grid.centre({x, y, z}) - kLiverMiddle;
+                const bool lump = std::hypot(from.y, from.z) < 0.012 && from.x > 0.0;
+                const bool lobe = std::hypot(from.x, from.z) < 0.012 && from.y > 0.0;
+                liver[{x, y, z}] = glm::length(from) < kLiverRadius_m || (lump && from.x < 0.070) ||
+                                   (lobe && from.y < 0.075);
+                alike[{x, y, z}] = lump && from.x >= 0.070;
+            }
+    const Mask lumps = endlessLumps(liver, alike, 0.015);
+    EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0.062, 0, 0), 0), 1);
+    EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0.045, 0, 0), 0), 0);
+    EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0, 0.062, 0), 0), 0);
+    EXPECT_EQ(countOf(endlessLumps(liver, Mask(liver.grid), 0.015)), 0u);
+}
+
+// Organ positions of another seed: a prior without registration.
+AtlasPrior priorOf(const AtlasImage& atlas) {
+    AtlasPrior prior;
+    prior.grid = atlas.feature.grid;
+    prior.known = FloatVolume(prior.grid, 1.0f);
+    prior.probability.assign(kOrgans, FloatVolume(prior.grid));
+    prior.used = {atlas.name};
+    for (int z = 0; z < prior.grid.dims.z; ++z)
+        for (int y = 0; y < prior.grid.dims.y; ++y)
+            for (int x = 0; x < prior.grid.dims.x; ++x) {
+                const std::uint8_t organ = atlas.organ.nearestOr(prior.grid.centre({x, y, z}), 0);
+                prior.probability[organ][{x, y, z}] = 1.0f;
+            }
+    return prior;
+}
+
+TEST(Liver, OfAReferencePatient) {
+    patient::synth::SynthSettings other;
+    other.seed = 2;
+    other.spacing_m = 0.0025;
+    other.defaults = test::tissueDefaults();
+    const AtlasPrior prior = priorOf(AtlasImage(patient::synth::makeReferencePatient(other), {}));
+    const patient::Package& torso = test::seededTorso();
+    const Mask lungs = test::seededTruth({Id::lungRight, Id::lungLeft});
+    const Mask bones = test::seededTruth({Id::ribsRight, Id::ribsLeft, Id::spine, Id::sternum});
+    const Liver liver = findLiver(torso.ct, test::seededBody(), lungs, bones, prior);
+    const Agreement a = compare(wholeLiver(torso.labels, torso.label_table), liver.mask);
+    EXPECT_GT(a.dice, 0.94);
+    EXPECT_LT(a.mean_surface_m, 0.0025);
+    EXPECT_TRUE(liver.notes.empty());
+    EXPECT_NEAR(liver.mean_hu, 115.0, 6.0);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

@@ -1,0 +1,218 @@
+#include "app/trainer/loop/force_feed.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/trainer/loop/loops.h"
+#include "base/rings.h"
+#include "haptics/devices/replay.h"
+#include "tests/app/trainer/phantom_attempt.h"
+
+namespace stylet::trainer {
+namespace {
+
+using haptics::CommandKind;
+using haptics::ForceStage;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kDt_s = 0.001;
+
+struct Feed : testing::Test {
+    // Feeds `count` identical ticks.
+    void ticks(int count, std::uint32_t faults, std::uint32_t awaited, std::uint32_t buttons = 0) {
+        for (int i = 0; i < count; ++i) {
+            haptics::TickRecord record;
+            record.input.device.buttons = buttons;
+            record.output.tick = ++tick_;
+            record.output.faults = faults;
+            record.output.awaited = awaited;
+            record.output.stage = faults != 0 ? ForceStage::off : ForceStage::on;
+            session.take(record);
+        }
+        feed.pass(true, session, ring);
+    }
+    std::vector<std::uint32_t> asked() {
+        std::vector<std::uint32_t> kinds;
+        for (haptics::Command c; ring.pop(c);)
+            kinds.push_back(std::uint32_t(c.kind));
+        return kinds;
+    }
+    std::vector<std::string> heard() { return std::exchange(said, {}); }
+
+    patient::Package package = test::ductPhantom();
+    patient::Patient patient{package};
+    Session session{patient, test::ductPath(), {}, 0.0, nullptr};
+    Ring<haptics::Command> ring{4};
+    std::vector<std::string> said;
+    ForceFeed feed{true, kDt_s, nullptr, [this](const std::string& text) { said.push_back(text); }};
+
+  private:
+    std::uint64_t tick_ = 0;
+};
+
+TEST_F(Feed, AFaultIsToldOnceAndAgainAfterRearming) {
+    ticks(10, 0, 0);
+    EXPECT_THAT(heard(), IsEmpty());
+    ticks(10, haptics::kFaultHandOff, 0);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("no hand holds the device")));
+    ticks(10, haptics::kFaultHandOff, 0);
+    EXPECT_THAT(heard(), IsEmpty());
+    ticks(10, haptics::kFaultHandOff | haptics::kFaultStaleInput, 0);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("nothing new")));
+    ticks(10, 0, 0);  // re-armed
+    ticks(10, haptics::kFaultHandOff, 0);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("no hand holds the device")));
+}
+
+TEST_F(Feed, AFaultBetweenTwoLooksIsTold) {
+    for (const std::uint32_t faults : {0u, std::uint32_t(haptics::kFaultOverSpeed), 0u}) {
+        haptics::TickRecord record;
+        record.output.faults = faults;
+        session.take(record);
+    }
+    feed.pass(true, session, ring);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("faster than 1 m/s")));
+}
+
+TEST_F(Feed, WhatTheForceWaitsForIsToldWhenItLasts) {
+    ticks(900, 0, haptics::kWaitsForSmallForce);
+    EXPECT_THAT(heard(), IsEmpty());
+    ticks(200, 0, haptics::kWaitsForSmallForce);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("the force waits: the tool touches the patient")));
+    ticks(5000, 0, haptics::kWaitsForSmallForce);
+    EXPECT_THAT(heard(), IsEmpty());
+    ticks(1100, 0, haptics::kFaultHandOff | haptics::kFaultStaleInput);
+    EXPECT_THAT(heard(), ElementsAre(testing::AllOf(HasSubstr("no hand"), HasSubstr("nothing new"))));
+    ticks(1, 0, 0);
+    ticks(1100, 0, haptics::kWaitsForSmallForce);
+    EXPECT_EQ(heard().size(), 1u);
+}
+
+// HZ-FORCE-08
+TEST_F(Feed, TheRearmingButtonCountsWhileTheForceIsOff) {
+    ticks(1, 0, 0);
+    ticks(5, 0, 0, 1);
+    ticks(5, haptics::kFaultHandOff, 0, 1);  // pressed all the time
+    EXPECT_THAT(asked(), IsEmpty());
+    ticks(5, haptics::kFaultHandOff, 0, 0);
+    ticks(5, haptics::kFaultHandOff, 0, 1);
+    EXPECT_THAT(asked(), ElementsAre(std::uint32_t(CommandKind::rearm)));
+}
+
+struct LiveFeed : Feed {
+    std::string typed;
+    std::vector<haptics::Tool> held;
+    haptics::Trace trace{{{}}, {}};
+    haptics::ReplayDevice device{trace, 0};
+    LiveHand live{device,
+                  {},
+                  [this] { return std::exchange(typed, {}); },
+                  [this](haptics::Tool tool) { held.push_back(tool); },
+                  {},
+                  "Enter here"};
+    ForceFeed feed_of_live{true, kDt_s, &live, [this](const std::string& text) { said.push_back(text); }};
+};
+
+TEST_F(LiveFeed, WordsWaitForRoomInTheRing) {
+    typed = "hold\nbreathe\nhold\nbreathe\nhold\nbreathe\nnonsense\n";
+    feed_of_live.pass(true, session, ring);
+    EXPECT_THAT(asked(), IsEmpty()) << "before the first tick nothing is known";
+    ticks(1, 0, 0);
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(asked().size(), 4u);
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(asked().size(), 2u);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("nonsense")));
+    EXPECT_THAT(held, ElementsAre(haptics::Tool::needle, haptics::Tool::needle));
+}
+
+// If tracking is lost while the pedal's button is pressed, the pedal is released.
+TEST_F(LiveFeed, ADeviceThatIsLostHoldsNoButton) {
+    LiveHand hand = live;
+    hand.buttons = {.pedal = 8};
+    ForceFeed feet{true, kDt_s, &hand, {}};
+    std::uint64_t tick = 0;
+    for (const std::uint32_t flags : {std::uint32_t(haptics::kDeviceReady), 0u}) {
+        haptics::TickRecord record;
+        record.input.device.buttons = 8;
+        record.input.device.flags = flags;
+        record.output.tick = ++tick;
+        session.take(record);
+        feet.pass(true, session, ring);
+        haptics::Command said_now;
+        ASSERT_TRUE(ring.pop(said_now));
+        EXPECT_EQ(said_now.kind, CommandKind::pedal);
+        EXPECT_EQ(said_now.value, flags != 0 ? 1u : 0u);
+        EXPECT_TRUE(ring.empty());
+    }
+}
+
+// Replaces the haptics loop: every tick pops the commands in the ring and applies changes of the tool.
+struct ToolFeed : LiveFeed {
+    // Returns the number of commands popped.
+    std::uint32_t tick() {
+        haptics::TickRecord record;
+        for (haptics::Command c; record.input.command_count < haptics::kMaxCommandsPerTick && ring.pop(c);) {
+            record.input.commands[record.input.command_count++] = c;
+            if (c.kind == CommandKind::tool) tool = haptics::Tool(c.value);
+        }
+        record.output.tick = ++ticked;
+        record.output.tool = tool;
+        session.take(record);
+        return record.input.command_count;
+    }
+    haptics::Tool tool = haptics::Tool::needle;
+    std::uint64_t ticked = 0;
+};
+
+TEST_F(ToolFeed, EachChangeOfTheToolIsAnsweredByItself) {
+    typed = "finger\nnext\nscalpel\n";
+    tick();
+    for (int i = 0; i < 6; ++i) {
+        feed_of_live.pass(true, session, ring);
+        EXPECT_LE(tick(), 1u);
+    }
+    feed_of_live.pass(true, session, ring);
+    EXPECT_THAT(heard(),
+                ElementsAre("the finger is in hand", "the probe is in hand", "the scalpel is in hand"));
+}
+
+TEST_F(ToolFeed, ATickWithoutTheCommandSettlesNothing) {
+    typed = "finger\nscalpel\n";
+    tick();
+    feed_of_live.pass(true, session, ring);
+    ticks(3, 0, 0);  // ticks that began before the command arrived
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(tick(), 1u);
+    feed_of_live.pass(true, session, ring);
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(tick(), 1u);
+}
+
+TEST_F(ToolFeed, ALostRecordOfAChangeIsNotWaitedForForever) {
+    typed = "finger\nscalpel\n";
+    tick();
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(asked().size(), 1u);
+    for (int i = 0; i < 1000; ++i)
+        tick();
+    feed_of_live.pass(true, session, ring);
+    EXPECT_EQ(asked().size(), 1u);
+}
+
+TEST_F(ToolFeed, NoMoreIsReadThanIsUsed) {
+    tick();
+    std::string many;
+    while (many.size() < 20'000)
+        many += "finger\n";
+    for (int i = 0; i < 4; ++i) {
+        typed = many;
+        feed_of_live.pass(true, session, ring);
+        EXPECT_EQ(typed.empty(), i < 2) << "one for the user, one that waits";
+    }
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -1,0 +1,451 @@
+#include "tests/bench/soak/soak.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <thread>
+
+#include "app/records/replay.h"
+#include "app/trainer/attempt/retry.h"
+#include "app/trainer/loop/loops.h"
+#include "app/trainer/program/results.h"
+#include "app/trainer/session/force_truth.h"
+#include "app/trainer/session/keeper.h"
+#include "base/hash.h"
+#include "patient/synth/synth.h"
+#include "tests/bench/soak/soak_senses.h"
+
+namespace stylet::soak {
+
+namespace fs = std::filesystem;
+using namespace trainer;
+using SteadyClock = std::chrono::steady_clock;
+
+namespace {
+
+// A round, the first of which have a bit of all: every tool, contrast medium and X-rays, holds, wrong
+// punctures.
+constexpr std::array kScenarios{
+    "five-tools", "procedure", "trainee-reckless", "trainee-careless", "cholangiography",
+    "wrong-tip",  "demo",      "demo-breathing"};
+constexpr std::int64_t kMs = 1'000'000;
+constexpr double kLeap_m = 0.6;  // between two ticks: no hand does that
+constexpr const char* kTrainee = "soak";
+constexpr int kSendAgain = 20;
+constexpr const char* kNowhere = "host=/nowhere";  // a training centre that does not answer
+
+fs::path assets() {
+    const char* const folder = std::getenv("STYLET_ASSETS");
+    if (!folder) throw DataError("STYLET_ASSETS", "environment", "names no folder");
+    return folder;
+}
+
+struct Bed {
+    explicit Bed(const Settings& settings)
+        : seed(settings.seed),
+          spacing_m(settings.spacing_m),
+          breath(settings.breath),
+          package(made(settings)) {
+        std::vector<patient::PlannedPath> paths = planPaths(patient, {}).paths;
+        if (paths.empty()) throw DataError("the reference patient", "paths", "none");
+        path = paths.front();
+        for (const char* name : kScenarios)
+            scenarios.push_back(loadScenario(assets() / "scenarios" / (std::string(name) + ".toml")));
+        if (!breath.empty()) scenarios.push_back(recorded(scenarios.back(), breath));
+    }
+    // So long that the recording begins anew.
+    static Scenario recorded(Scenario scenario, const fs::path& csv) {
+        scenario.name += "-recorded";
+        breatheAsRecorded(scenario.breath, csv);
+        const patient::BreathPlan& plan = scenario.breath.plan;
+        scenario.stages.back().seconds += double(plan.recording_v.size()) * plan.recording_dt_s;
+        return scenario;
+    }
+    static patient::Package made(const Settings& settings) {
+        patient::synth::SynthSettings synth;
+        synth.seed = settings.seed;
+        synth.spacing_m = settings.spacing_m;
+        synth.defaults = patient::loadTissueDefaults(assets() / "tissue" / "ptcd.toml");
+        return patient::synth::makeReferencePatient(synth);
+    }
+    const std::uint64_t seed;
+    const double spacing_m;
+    const fs::path breath;
+    const patient::Package package;
+    const patient::Patient patient{package};
+    const std::uint64_t digest = patient::digest(package);
+    const haptics::TouchMap touch = haptics::makeTouchMap(patient);
+    const std::optional<OtherSegmentation> other = otherSegmentation(patient, {});
+    patient::PlannedPath path;
+    std::vector<Scenario> scenarios;
+};
+
+// The last one stays: who soaks twice is spared a second patient.
+const Bed& bedOf(const Settings& settings) {
+    static std::unique_ptr<Bed> last;
+    if (!last || last->seed != settings.seed || last->spacing_m != settings.spacing_m ||
+        last->breath != settings.breath)
+        last = std::make_unique<Bed>(settings);
+    return *last;
+}
+
+// What Leak::thread leaves behind; let go at the end, so that the soak can report.
+struct Sleepers {
+    std::mutex mutex;
+    std::condition_variable wake;
+    bool over = false;
+    std::vector<std::thread> threads;
+    ~Sleepers() {
+        {
+            const std::lock_guard lock(mutex);
+            over = true;
+        }
+        wake.notify_all();
+        for (std::thread& thread : threads)
+            thread.join();
+    }
+    void add() {
+        threads.emplace_back([this] {
+            std::unique_lock lock(mutex);
+            wake.wait(lock, [this] { return over; });
+        });
+    }
+};
+
+class Soak {
+  public:
+    explicit Soak(const Settings& settings) : settings_(settings), bed_(bedOf(settings)) {}
+    Result run();
+
+  private:
+    // How an attempt is made, and what the trainee has with it.
+    struct Manner {
+        std::uint64_t seed = 0;
+        const Retry* again = nullptr;  // from that bookmark
+        bool seen = false;             // with a headset on
+        bool reachable = true;         // the training centre
+        bool reported = false;
+    };
+    struct Made {
+        fs::path folder;
+        std::uint64_t hash = 0;
+        std::size_t bookmarks = 0;
+    };
+    std::uint64_t round(std::uint64_t number, Latency* latency);
+    std::uint64_t attempts(const Scenario&, std::uint64_t number, std::size_t i, Latency* latency);
+    Made make(const Scenario&, const Manner&, Latency* latency);
+    records::RecordInfo recordInfo(const Scenario&, const Manner&, double gain) const;
+    records::AttemptInfo attemptInfo(const Scenario&, const Manner&, double gain) const;
+    void unsettle(Attempt&, std::uint64_t seed) const;
+    void watch(const haptics::TickOutput&, Session&, Senses&);
+    void judge(const Attempt&, const Scenario&, const SessionLog&, const LoopTotals&);
+    void insane(const std::string& why);
+    void send(Keeper&, bool reachable);
+    void checkStored(const fs::path& folder, std::uint64_t hash);
+    void leak();
+    void hold(int threads);
+
+    const Settings settings_;
+    const Bed& bed_;
+    Result result_;
+    Latency* latency_ = nullptr;
+    double last_tick_us_ = 0.0;
+    bool pause_ = true;  // what follows was no tick's
+    haptics::TickOutput before_;
+    std::uint64_t leaked_ = 0;
+    std::vector<std::unique_ptr<std::array<char, 4096>>> memory_;
+    std::vector<int> descriptors_;
+    Sleepers sleepers_;
+};
+
+// What no script has: a leap of the device, faults and their re-arming, all that an instructor may do.
+void Soak::unsettle(Attempt& attempt, std::uint64_t seed) const {
+    std::mt19937_64 random(seed);
+    std::vector<haptics::TraceSample>& hand = attempt.hand.samples;
+    std::vector<haptics::TraceCommand>& commands = attempt.hand.commands;
+    const std::int64_t end_ns = hand.back().t_ns;
+    const auto someTime = [&] { return std::int64_t(random() % std::uint64_t(end_ns / kMs)) * kMs; };
+    const auto give = [&](std::int64_t t_ns, const haptics::Command& command) {
+        if (t_ns > end_ns) return;
+        const auto later = [](std::int64_t t, const haptics::TraceCommand& c) { return t < c.t_ns; };
+        commands.insert(std::upper_bound(commands.begin(), commands.end(), t_ns, later), {t_ns, command});
+    };
+    const auto say = [&](std::int64_t t_ns, haptics::CommandKind kind, std::uint32_t value = 0) {
+        give(t_ns, {kind, value});
+    };
+    using enum haptics::CommandKind;
+    for (const haptics::CommandKind kind : {cough, sigh, move, bleed})
+        say(someTime(), kind);
+    const std::int64_t dark_ns = someTime();
+    say(dark_ns, lights, 0), say(dark_ns + 700 * kMs, lights, 1);
+    give(someTime(), haptics::breathingCommand({0.5 + double(random() % 100) / 100.0, 1.2}));
+    say(someTime(), marker, 3);
+    // A fault takes the force away: each second attempt is left in peace, so that it can succeed.
+    if (seed % 2 == 0) {
+        const std::int64_t failed_ns = someTime();
+        say(failed_ns, fault), say(failed_ns + 600 * kMs, rearm);
+        const std::size_t at = random() % hand.size();
+        hand[at].device_from_stylus.position_m.x += kLeap_m;
+        say(hand[at].t_ns + 500 * kMs, rearm), say(hand[at].t_ns + 2500 * kMs, rearm);
+    }
+}
+
+// Each tick, once all that comes of it is done.
+void Soak::watch(const haptics::TickOutput& now, Session& session, Senses& senses) {
+    if (settings_.leak == Leak::time)
+        for (std::uint64_t i = 0; i < 5'000 * leaked_ * leaked_ * leaked_ * leaked_; ++i)
+            asm volatile("");
+    if (latency_ && !pause_) latency_->add(threadTime_us() - last_tick_us_);
+    pause_ = false;
+    Counts& c = result_.counts;
+    ++c.tools[std::size_t(now.tool)];
+    c.guided += now.needle_in_guide;
+    c.holds += now.breath_held && !before_.breath_held;
+    c.faults += now.faults != 0 && before_.faults == 0;
+    c.rearmed += now.level > 0.0 && before_.level == 0.0 && now.tick > 3000;
+    if (now.incision_count > before_.incision_count) ++c.incisions;
+    before_ = now;
+    if (now.tick % 7000 == 3000) {
+        session.note("bookmark", "soak");
+        ++c.bookmarks;
+        pause_ = true;  // it is on the disk now
+    }
+    if (senses.wants(now)) {
+        senses.hear(session.seen(now));
+        pause_ = true;
+    }
+    if (latency_) last_tick_us_ = threadTime_us();
+}
+
+void Soak::insane(const std::string& why) {
+    Counts& c = result_.counts;
+    if (c.insane.size() < 20) c.insane.push_back("attempt " + std::to_string(c.attempts) + ": " + why);
+}
+
+void Soak::judge(const Attempt& attempt, const Scenario& scenario, const SessionLog& log,
+                 const LoopTotals& totals) {
+    Counts& c = result_.counts;
+    if (!(log.score.total >= 0.0 && log.score.total <= 100.0)) insane("a score outside of 0 to 100");
+    if (!(log.peak_force_n >= 0.0 && log.peak_force_n < 100.0)) insane("a force that cannot be");
+    if (log.ticks != attempt.beginning.size() + totals.haptics.ticks || log.last_tick + 1 < log.ticks)
+        insane("ticks were lost");
+    if (totals.flights_missed > 0) insane("a fault without its history");
+    if (log.dose.contrast_m3 < 0.0 || !(log.dose.air_kerma_gy >= 0.0)) insane("a dose below zero");
+    for (const report::ForceSample& sample : log.curve)
+        if (!std::isfinite(sample.force_n) || !std::isfinite(sample.depth_m)) {
+            insane("a number that is none on the force curve");
+            break;
+        }
+    ++c.attempts;
+    c.ticks += log.ticks;
+    const patient::BreathPlan& breath = scenario.breath.plan;
+    if (!breath.recording_v.empty())
+        c.recordings += std::uint64_t(double(log.ticks) * attempt.simulation.dt_s /
+                                      (double(breath.recording_v.size()) * breath.recording_dt_s));
+    c.hits += log.target_hit();
+    c.cuts += log.punctures.size();
+    c.wrong_cuts += log.progress.risk_hits;
+    c.pulses += log.dose.pulses;
+    c.contrast_ml += 1e6 * log.dose.contrast_m3;
+}
+
+// As `stylet replay` would find it.
+void Soak::checkStored(const fs::path& folder, std::uint64_t hash) {
+    const records::Record record = records::loadRecord(folder / "record");
+    const records::ReplayResult again = records::replay(bed_.patient, record, nullptr);
+    if (!again.equal() || again.state_hash != hash) insane("its record replays to another hash");
+    ++result_.counts.replayed;
+}
+
+void Soak::leak() {
+    ++leaked_;
+    switch (settings_.leak) {
+        case Leak::none:
+        case Leak::time:
+        case Leak::state:
+            return;
+        case Leak::memory:
+            for (int i = 0; i < 25; ++i)
+                memory_.push_back(std::make_unique<std::array<char, 4096>>());
+            return;
+        case Leak::descriptor:
+            descriptors_.push_back(openNothing());
+            return;
+        case Leak::region:
+            mapNothing();
+            return;
+        case Leak::thread:
+            sleepers_.add();
+            return;
+    }
+}
+
+records::RecordInfo Soak::recordInfo(const Scenario& scenario, const Manner& manner, double gain) const {
+    records::RecordInfo info;
+    info.program_version = STYLET_VERSION, info.patient_name = bed_.package.name;
+    info.scenario = scenario.name, info.seed = manner.seed, info.gain = gain, info.path = bed_.path;
+    if (manner.again) {
+        const std::vector<records::Bookmark>& marks = manner.again->record.info.bookmarks;
+        info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(manner.again->number));
+    }
+    return info;
+}
+
+records::AttemptInfo Soak::attemptInfo(const Scenario& scenario, const Manner& manner, double gain) const {
+    records::AttemptInfo info;
+    info.trainee = kTrainee, info.device = "scripted", info.patient = bed_.package.name;
+    info.scenario = scenario.name, info.program_version = STYLET_VERSION;
+    info.difficulty = training::kDifficultyNames[manner.seed % 3];
+    info.patient_digest = bed_.digest, info.seed = manner.seed, info.device_gain = gain;
+    return info;
+}
+
+// To the training centre; of one that is away nothing is expected.
+void Soak::send(Keeper& keeper, bool reachable) {
+    if (settings_.centre.empty()) return;
+    std::size_t left = keeper.send();
+    for (int again = 0; reachable && left > 0 && again < kSendAgain; ++again)
+        left = keeper.send();  // a machine that does something else besides
+    result_.counts.sent += left == 0, result_.counts.unsent += left > 0;
+    if (reachable && left > 0) insane("the training centre did not get it");
+}
+
+// As run.cpp puts an attempt together.
+Soak::Made Soak::make(const Scenario& scenario, const Manner& manner, Latency* latency) {
+    const MakeTouch touch = [&](const patient::Patient&) { return bed_.touch; };
+    Attempt attempt = makeAttempt(bed_.patient, scenario, bed_.path, manner.seed, 1000.0, touch);
+    unsettle(attempt, manner.seed + (manner.again ? 2 : 0));
+    if (manner.again) beginAs(attempt, *manner.again, touch);
+    result_.counts.commands += attempt.hand.commands.size();
+    const double gain = haptics::outputGain(attempt.simulation.profile, attempt.simulation.output);
+    const auto said = [this](const std::string&) { ++result_.counts.said; };
+    Keeper keeper(settings_.folder,
+                  settings_.centre.empty() || manner.reachable ? settings_.centre : kNowhere, said);
+    const fs::path folder = keeper.begin(attemptInfo(scenario, manner, gain));
+    const auto difficulty = training::Difficulty(manner.seed % 3);
+    Senses senses({attempt, bed_.path, difficulty, folder, manner.seen ? settings_.fps : 0.0, said},
+                  result_.counts);
+    records::RecordWriter writer(folder / "record", {bed_.digest, attempt.simulation},
+                                 recordInfo(scenario, manner, gain));
+    Session session(bed_.patient, bed_.path, scenario.moments, scenario.approach_distance_m, &writer);
+    session.setDifficulty(difficulty);
+    if (manner.again) session.note("retry", "bookmark " + std::to_string(manner.again->number));
+    std::optional<ForceTruth> truth;
+    if (bed_.other) session.compareWith(truth.emplace(*bed_.other, attempt.simulation.tools.needle));
+    before_ = {};
+    pause_ = true;
+    latency_ = latency;
+    session.setWatcher([&](const haptics::TickOutput& now, const SessionLog& log) {
+        keeper.take(now, log);
+        watch(now, session, senses);
+    });
+    session.setNoteWatcher([&](const SessionLog& log) { keeper.storeEvents(log); });
+    const LoopTotals totals =
+        runFast(attempt, session, senses.pictures([this] { pause_ = true; }), senses.fps(), {});
+    writer.finish();
+    judge(attempt, scenario, session.log(), totals);
+    const std::uint64_t hash = session.log().state_hash;
+    if (manner.reported) {
+        const AttemptFacts facts{bed_.package.name, {},        scenario.name, manner.seed,
+                                 "virtual",         bed_.path, 0.001,         "soak"};
+        writeResults(bed_.patient, facts, session.log(), totals, folder);
+        checkStored(folder, hash);
+    }
+    keeper.finish(session.log());
+    send(keeper, manner.reachable);
+    return {folder, hash, writer.bookmarks().size()};
+}
+
+// One of a round, and perhaps once more from a bookmark. Then the trainee takes all of it away.
+std::uint64_t Soak::attempts(const Scenario& scenario, std::uint64_t number, std::size_t i,
+                             Latency* latency) {
+    const std::size_t count = std::min(settings_.scenarios, bed_.scenarios.size());
+    const auto turn = [&](std::size_t which) { return which < count && (number + which) % count == i; };
+    Manner manner;
+    manner.seed = settings_.seed + 1000 * number + i + number;
+    manner.seen = settings_.pictures && turn(0);
+    manner.reported = turn(1);
+    manner.reachable = !turn(1);
+    const Made made = make(scenario, manner, latency);
+    StateHash hash;
+    hash.add(made.hash);
+    if (turn(2) && made.bookmarks > 0) {
+        Retry again = openRetry(made.folder.string() + "@" + std::to_string((made.bookmarks + 1) / 2),
+                                settings_.folder);
+        checkRetry(again, bed_.patient);
+        manner.again = &again, manner.seen = manner.reported = false, manner.reachable = true;
+        hash.add(make(scenario, manner, nullptr).hash);
+        ++result_.counts.retries;
+    }
+    result_.counts.stored += records::Store(settings_.folder).eraseTrainee(kTrainee);
+    leak();
+    if (settings_.leak == Leak::state) hash.add(leaked_);
+    return hash.value();
+}
+
+std::uint64_t Soak::round(std::uint64_t number, Latency* latency) {
+    StateHash hash;
+    for (std::size_t i = 0; i < std::min(settings_.scenarios, bed_.scenarios.size()); ++i)
+        hash.add(attempts(bed_.scenarios[i], number, i, latency));
+    return hash.value();
+}
+
+// After a round.
+void Soak::hold(int threads) {
+    result_.held.push_back(heldNow(threads, settings_.patience));
+    result_.held.back().headsets = result_.counts.headsets;
+}
+
+Result Soak::run() {
+    steadyHeap();
+    prepareSenses(settings_.folder, bed_.patient, bed_.path);
+    const SteadyClock::time_point begin = SteadyClock::now();
+    // How many there are is known after the first, which is also what warms everything up.
+    std::uint64_t first_hash = round(0, nullptr);
+    const std::uint64_t ticks = result_.counts.ticks;
+    result_.rounds = std::max<std::size_t>(3, std::size_t((settings_.ticks + ticks - 1) / ticks));
+    result_.compared = std::max<std::size_t>(1, result_.rounds / 10);
+    result_.hashes.reserve(result_.rounds), result_.held.reserve(result_.rounds);
+    result_.counts.insane.reserve(32);
+    result_.hashes.push_back(first_hash), hold(0);
+    StateHash all;
+    all.add(first_hash);
+    // The first is the warmer: those from the second on are made again at the end.
+    const std::size_t repeats = std::min(result_.compared, result_.rounds - 2);
+    result_.compared = repeats;
+    for (std::size_t i = 1; i < result_.rounds; ++i) {
+        const std::size_t left = result_.rounds - i;
+        const bool early = i <= repeats, late = left <= repeats;
+        const std::size_t number = late ? i - (result_.rounds - repeats) + 1 : i;
+        const std::uint64_t hash = round(number, early ? &result_.first : late ? &result_.last : nullptr);
+        all.add(hash);
+        result_.hashes.push_back(hash), hold(result_.held.front().threads);
+        if (i % std::max<std::size_t>(1, result_.rounds / 20) == 0) {
+            char line[160];
+            std::snprintf(line, sizeof line,
+                          "round %zu of %zu, %.3g ticks, %.0f s, heap %.2f MB, resident %.1f MB", i + 1,
+                          result_.rounds, double(result_.counts.ticks),
+                          std::chrono::duration<double>(SteadyClock::now() - begin).count(),
+                          1e-6 * double(result_.held.back().heap_bytes),
+                          1e-6 * double(result_.held.back().resident_bytes));
+            settings_.say(line);
+        }
+    }
+    result_.state_hash = all.value();
+    result_.seconds = std::chrono::duration<double>(SteadyClock::now() - begin).count();
+    return std::move(result_);
+}
+
+}  // namespace
+
+Result soak(const Settings& settings) {
+    return std::make_unique<Soak>(settings)->run();
+}
+
+}  // namespace stylet::soak

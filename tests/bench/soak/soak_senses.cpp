@@ -1,0 +1,143 @@
+#include "tests/bench/soak/soak_senses.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/trainer/attempt/staging.h"
+#include "app/trainer/program/run.h"
+#include "app/trainer/session/alert.h"
+#include "app/trainer/sound/sounds.h"
+#include "app/trainer/view/guide_panel.h"
+#include "app/trainer/view/monitor.h"
+#include "app/trainer/view/notice.h"
+
+namespace stylet::soak {
+
+namespace fs = std::filesystem;
+using namespace trainer;
+
+namespace {
+
+constexpr int kEyePixels = 96;  // a side: a picture in software takes long
+constexpr double kHints = 0.2;  // without: hints and alerts only
+constexpr int kRecentred = 4;   // the frame at which the user does that
+constexpr int kLost = 12;       // the frame at which the runtime takes the session back
+
+void writeText(const fs::path& file, const std::string& text) {
+    std::ofstream out(file);
+    out << text;
+    out.close();
+    if (!out) throw DataError(file, "document", "cannot be written");
+}
+
+// A head that leans over the entry and keeps still; a session that is lost, and found again, once in a while.
+std::string headset(const Pose& head) {
+    using nlohmann::json;
+    const Vec3& p = head.position_m;
+    const Quat& q = head.rotation;
+    const json script{
+        {"version", 2},
+        {"eyes",
+         {{"ipd_m", kMockEyeDistance_m},
+          {"recommended_size", {kEyePixels, kEyePixels}},
+          {"left_fov_rad", kMockEyeAngles_rad[0]},
+          {"right_fov_rad", kMockEyeAngles_rad[1]}}},
+        {"head", {{{"t_s", 0}, {"position", {p.x, p.y, p.z}}, {"orientation", {q.x, q.y, q.z, q.w}}}}},
+        {"events",
+         {{{"frame", kRecentred}, {"recenter", json::object()}},
+          {{"frame", kLost}, {"session_loss", {{"lost_after_s", 0}}}}}}};
+    return script.dump(1) + '\n';
+}
+
+}  // namespace
+
+void prepareSenses(const fs::path& folder, const patient::Patient& patient,
+                   const patient::PlannedPath& path) {
+    writeText(folder / "headset.json", headset(stageFromHead(stageFromPatient(patient, path), path, 0.0)));
+    setenv("XRMOCK_SCENARIO", (folder / "headset.json").c_str(), 1);
+    setenv("XDG_CACHE_HOME", folder.c_str(), 1);  // compiled shaders
+    // Mixed as for any device, at the pace of the clock on the wall.
+    writeText(folder / "sound.conf", "drivers = wave\n[wave]\nfile = /dev/null\n");
+    setenv("ALSOFT_CONF", (folder / "sound.conf").c_str(), 1);
+    setenv("ALSOFT_LOGLEVEL", "0", 0);
+}
+
+struct Senses::Impl {
+    Impl(const Of& of, Counts& counts_in)
+        : counts(counts_in),
+          tick_s(of.attempt.simulation.dt_s),
+          fps(of.seen_fps > 0.0 ? of.seen_fps : kHints),
+          panel(training::hintsOf(of.difficulty), tick_s),
+          alerts(tick_s),
+          cues(soundPlaces(of.attempt.patient, of.path), of.difficulty, tick_s),
+          sounds(cues.places().stage_from_operator, ears, Speaker::device, of.say) {
+        if (of.seen_fps > 0.0) room = std::make_shared<Pictures>(openRoom(of));
+    }
+    Pictures openRoom(const Of& of) const {
+        RunOptions options;
+        options.headless = options.fast = true;
+        options.fps = of.seen_fps;
+        options.out = of.folder;
+        options.difficulty = training::nameOf(of.difficulty);
+        auto opened = picturesFor(of.attempt, of.path, options, "", {}, nullptr, ears);
+        if (!opened) throw DataError("--pictures", "headset", "there is none");
+        return std::move(*opened);
+    }
+    void show(const Seen& seen) {
+        panel.take(seen, true);
+        monitor.take(tick_s * double(seen.tick.tick), seen.tick.breath, seen.tick.breath_held);
+        counts.alerts += alerts.take(seen).has_value();
+        counts.alerts += noticeOf(seen, Attention::focused, "").has_value();
+        ++counts.hints;
+    }
+    PictureTotals totalsOf(const Pictures& shown) const {
+        const PictureTotals all = shown.totals();
+        counts.frames += all.rendered, counts.headsets += 1 + all.headsets_found_again;
+        counts.pictures += all.scans + all.xray_pictures;
+        return all;
+    }
+
+    Counts& counts;
+    const double tick_s;
+    const double fps;
+    const std::shared_ptr<Ears> ears = std::make_shared<Ears>();
+    GuidePanel panel;
+    AlertWatch alerts;
+    BreathMonitor monitor;
+    Cues cues;
+    Sounds sounds;
+    std::shared_ptr<Pictures> room;  // null: no headset; until pictures() takes it
+};
+
+Senses::Senses(const Of& of, Counts& counts) : impl_(std::make_unique<Impl>(of, counts)) {}
+
+Senses::~Senses() {
+    impl_->counts.sounds += impl_->sounds.totals().begun;
+}
+
+void Senses::hear(const Seen& seen) {
+    impl_->sounds.hear(impl_->cues.take(seen));
+}
+
+Pictures Senses::pictures(std::function<void()> drawn) {
+    const std::shared_ptr<Pictures> room = std::move(impl_->room);
+    Pictures pictures;
+    pictures.frame = [this, room, drawn = std::move(drawn)](const Seen& seen,
+                                                            const patient::ContrastTable* contrast,
+                                                            const std::string& moment) {
+        impl_->show(seen);
+        const bool goes_on = !room || room->frame(seen, contrast, moment);
+        drawn();
+        return goes_on;
+    };
+    pictures.totals = [this, room] { return room ? impl_->totalsOf(*room) : PictureTotals{}; };
+    return pictures;
+}
+
+double Senses::fps() const {
+    return impl_->fps;
+}
+
+}  // namespace stylet::soak

@@ -1,0 +1,93 @@
+// The soak in short, with all that this build has; and that it finds what it is there to find.
+#include "tests/bench/soak/soak.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <sstream>
+#include <string>
+
+#include "app/records/centre.h"
+#include "patient/package/package.h"
+#include "tests/support/postgres.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::soak {
+namespace {
+
+struct Soaked {
+    Result result;
+    std::string complaints;
+};
+
+#ifdef STYLET_SOAK_PICTURES
+constexpr bool kPictures = true;
+#else
+constexpr bool kPictures = false;
+#endif
+
+Soaked soaked(Leak leak, std::size_t scenarios, bool everything = false) {
+    // What waits for a disk tells nothing here. A container's may be small.
+    std::error_code none;
+    if (std::filesystem::space("/dev/shm", none).available > std::uintmax_t(1) << 30 && !none)
+        setenv("TMPDIR", "/dev/shm", 0);
+    const test::TempFolder folder;
+    std::optional<test::Postgres> postgres;
+    Settings settings;
+    if (everything && records::hasCentre()) settings.centre = postgres.emplace().url();
+    settings.pictures = everything && kPictures;
+    settings.fps = 0.25;
+    settings.ticks = 1;  // three rounds
+    settings.spacing_m = 0.005;
+    settings.folder = folder.path();
+    settings.most_slower = 3.0;  // on a machine that does something else besides
+    settings.leak = leak;
+    if (leak == Leak::thread) settings.patience = std::chrono::milliseconds(100);
+    settings.scenarios = scenarios;
+    Soaked s{soak(settings), ""};
+    for (const std::string& line : complaintsOf(s.result, settings))
+        s.complaints += line + "\n";
+    return s;
+}
+
+// Every complaint is of the time of a tick.
+bool onlySlower(const Soaked& s) {
+    std::istringstream lines(s.complaints);
+    bool some = false, all = true;
+    for (std::string line; std::getline(lines, line); some = true)
+        all = all && line.find("quantile") != std::string::npos;
+    return some && all;
+}
+
+// Rounds made again that end in the same hashes are among what is asked.
+TEST(Soak, NothingGrowsWithEverythingOn) {
+    if (records::hasCentre() && !test::Postgres::isInstalled()) GTEST_SKIP() << "no PostgreSQL";
+    try {
+        Soaked all = soaked(Leak::none, 3, true);
+        // Ticks of a machine that was busy later on are slower for a while; what grows is slower every time.
+        for (int again = 0; again < 3 && onlySlower(all); ++again)
+            all = soaked(Leak::none, 3, true);
+        EXPECT_EQ(all.complaints, "") << reportOf(all.result);
+        EXPECT_GT(all.result.counts.ticks, 300'000u);
+    } catch (const DataError& e) {
+        if (std::string(e.what()) != "--pictures: headset: there is none") throw;
+        GTEST_SKIP() << e.what();
+    }
+}
+
+class LeakySoak : public testing::TestWithParam<std::pair<Leak, const char*>> {};
+INSTANTIATE_TEST_SUITE_P(
+    Leaks, LeakySoak,
+    testing::Values(std::pair(Leak::memory, "heap"), std::pair(Leak::descriptor, "descriptors"),
+                    std::pair(Leak::thread, "threads"), std::pair(Leak::region, "regions"),
+                    std::pair(Leak::time, "quantile"), std::pair(Leak::state, "another hash")));
+
+TEST_P(LeakySoak, Fails) {
+    const auto [leak, word] = GetParam();
+    EXPECT_NE(soaked(leak, 1).complaints.find(word), std::string::npos) << word;
+}
+
+}  // namespace
+}  // namespace stylet::soak

@@ -1,0 +1,34 @@
+#include "world/events.h"
+
+namespace xrmock {
+
+namespace {
+constexpr std::size_t kCapacity = 64;
+}
+
+void EventQueue::push(const Entry& entry) {
+    if (entries_.size() >= kCapacity || lost_ > 0) {
+        ++lost_;  // until the queue is empty later events are lost too, to keep the order
+        return;
+    }
+    entries_.push_back(entry);
+}
+
+bool EventQueue::pop(XrEventDataBuffer& out) {
+    if (!entries_.empty()) {
+        out = entries_.front().data;
+        entries_.pop_front();
+        return true;
+    }
+    if (lost_ == 0) return false;
+    XrEventDataEventsLost event{XR_TYPE_EVENT_DATA_EVENTS_LOST, nullptr, lost_};
+    std::memcpy(&out, &event, sizeof event);
+    lost_ = 0;
+    return true;
+}
+
+void EventQueue::forget(XrSession session) {
+    std::erase_if(entries_, [&](const Entry& entry) { return entry.session == session; });
+}
+
+}  // namespace xrmock

@@ -1,0 +1,35 @@
+// Poses of spaces at a time. In this file "stage" means the room frame: STAGE as it is at the start (see
+// conditions.h).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "world/objects.h"
+
+namespace xrmock {
+
+inline constexpr XrSpaceLocationFlags kLocated =
+    XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT |
+    XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
+
+Pose stageFromHead(const Instance& instance, std::int64_t time_ns);
+// LOCAL is at the head's position at scenario time 0, upright, until it is recentred.
+Pose stageFromLocal(const Instance& instance, std::int64_t time_ns);
+// XR_EXT_local_floor: LOCAL lowered to the floor of STAGE.
+Pose stageFromLocalFloor(const Instance& instance, std::int64_t time_ns);
+std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns);
+
+// Returns nullopt for an action space without an active device.
+std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns);
+std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::int64_t time_ns);
+
+struct Velocity {
+    Vec3 linear_m_per_s;
+    Vec3 angular_rad_per_s;
+};
+// Velocity of the origin of `space` relative to `base`, in the axes of `base`.
+std::optional<Velocity> velocityInBase(const Space& base, const Space& space, std::int64_t time_ns);
+
+}  // namespace xrmock
